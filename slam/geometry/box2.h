@@ -1,0 +1,35 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+
+namespace sqslam {
+
+// Axis-aligned image box in pixels; x, y is the top-left corner.
+struct Box2d {
+  double x = 0.0;
+  double y = 0.0;
+  double width = 0.0;
+  double height = 0.0;
+
+  double Area() const { return std::max(0.0, width) * std::max(0.0, height); }
+  Eigen::Vector2d Center() const { return {x + 0.5 * width, y + 0.5 * height}; }
+
+  bool Contains(const Eigen::Vector2d& pixel, double margin = 0.0) const {
+    return pixel.x() >= x - margin && pixel.x() <= x + width + margin && pixel.y() >= y - margin &&
+           pixel.y() <= y + height + margin;
+  }
+};
+
+// Intersection over union in [0, 1]; 0 for empty boxes.
+inline double IoU(const Box2d& a, const Box2d& b) {
+  const double w = std::min(a.x + a.width, b.x + b.width) - std::max(a.x, b.x);
+  const double h = std::min(a.y + a.height, b.y + b.height) - std::max(a.y, b.y);
+  if (w <= 0.0 || h <= 0.0) {
+    return 0.0;
+  }
+  const double intersection = w * h;
+  return intersection / (a.Area() + b.Area() - intersection);
+}
+
+}  // namespace sqslam

@@ -1,0 +1,42 @@
+#include "slam/geometry/camera.h"
+
+#include <algorithm>
+
+namespace sqslam {
+namespace {
+
+Eigen::Vector2d Distort(const std::array<double, 5>& d, const Eigen::Vector2d& n) {
+  const auto [k1, k2, p1, p2, k3] = d;
+  const double x = n.x();
+  const double y = n.y();
+  const double r2 = x * x + y * y;
+  const double radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
+  return {x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x),
+          y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y};
+}
+
+}  // namespace
+
+bool Camera::HasDistortion() const {
+  return std::any_of(distortion.begin(), distortion.end(), [](double k) { return k != 0.0; });
+}
+
+Eigen::Vector2d Camera::ProjectDistorted(const Eigen::Vector3d& p_camera) const {
+  const Eigen::Vector2d n = Distort(distortion, p_camera.head<2>() / p_camera.z());
+  return {fx * n.x() + cx, fy * n.y() + cy};
+}
+
+Eigen::Vector2d Camera::Undistort(const Eigen::Vector2d& pixel) const {
+  if (!HasDistortion()) {
+    return pixel;
+  }
+  constexpr int kIterations = 20;
+  const Eigen::Vector2d target((pixel.x() - cx) / fx, (pixel.y() - cy) / fy);
+  Eigen::Vector2d n = target;
+  for (int i = 0; i < kIterations; ++i) {
+    n += target - Distort(distortion, n);
+  }
+  return {fx * n.x() + cx, fy * n.y() + cy};
+}
+
+}  // namespace sqslam

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+namespace sqslam {
+
+// Pinhole camera with radial-tangential distortion (the model of OpenCV, order k1 k2 p1 p2 k3).
+// Pixel centres lie at whole numbers; lengths in pixels.
+struct Camera {
+  int width = 0;
+  int height = 0;
+  double fx = 0.0;
+  double fy = 0.0;
+  double cx = 0.0;
+  double cy = 0.0;
+  std::array<double, 5> distortion{};
+  double fps = 30.0;
+
+  bool HasDistortion() const;
+
+  // Pixel without distortion of a point in the camera frame (z > 0).
+  Eigen::Vector2d Project(const Eigen::Vector3d& p_camera) const {
+    return {fx * p_camera.x() / p_camera.z() + cx, fy * p_camera.y() / p_camera.z() + cy};
+  }
+
+  // Pixel as the real lens shows it, of a point in the camera frame (z > 0).
+  Eigen::Vector2d ProjectDistorted(const Eigen::Vector3d& p_camera) const;
+
+  // Distorted pixel -> undistorted pixel (same K); fixed-point iteration.
+  Eigen::Vector2d Undistort(const Eigen::Vector2d& pixel) const;
+
+  // Viewing ray (z = 1) of an undistorted pixel.
+  Eigen::Vector3d Unproject(const Eigen::Vector2d& pixel) const {
+    return {(pixel.x() - cx) / fx, (pixel.y() - cy) / fy, 1.0};
+  }
+};
+
+}  // namespace sqslam

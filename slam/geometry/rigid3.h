@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+namespace sqslam {
+
+// Rigid motion T_a_b: p_a = rotation * p_b + translation.
+struct Rigid3d {
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+
+  Eigen::Vector3d operator*(const Eigen::Vector3d& p_b) const { return rotation * p_b + translation; }
+
+  // T_a_c = T_a_b * T_b_c
+  Rigid3d operator*(const Rigid3d& T_b_c) const {
+    return {(rotation * T_b_c.rotation).normalized(), rotation * T_b_c.translation + translation};
+  }
+
+  Rigid3d Inverse() const {
+    const Eigen::Quaterniond inverse = rotation.conjugate();
+    return {inverse, -(inverse * translation)};
+  }
+
+  Eigen::Matrix3d RotationMatrix() const { return rotation.toRotationMatrix(); }
+
+  Eigen::Matrix4d Matrix() const {
+    Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+    matrix.topLeftCorner<3, 3>() = RotationMatrix();
+    matrix.topRightCorner<3, 1>() = translation;
+    return matrix;
+  }
+};
+
+// Similarity S_a_b: p_a = scale * rotation * p_b + translation.
+struct Sim3d {
+  double scale = 1.0;
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+
+  Eigen::Vector3d operator*(const Eigen::Vector3d& p_b) const {
+    return scale * (rotation * p_b) + translation;
+  }
+
+  Sim3d Inverse() const {
+    const Eigen::Quaterniond inverse = rotation.conjugate();
+    return {1.0 / scale, inverse, -(inverse * translation) / scale};
+  }
+};
+
+}  // namespace sqslam

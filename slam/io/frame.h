@@ -1,0 +1,22 @@
+#pragma once
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "slam/geometry/detection.h"
+
+namespace sqslam {
+
+// One decoded image with its boxes.
+struct Frame {
+  std::int64_t index = 0;  // position in the sequence (0-based, counts skipped frames)
+  double timestamp = 0.0;  // seconds
+  std::string image_path;  // absolute; empty where there is no file
+  cv::Mat bgr;             // 8UC3, as recorded (distorted)
+  cv::Mat gray;            // 8UC1
+  std::vector<Detection> detections;
+};
+
+}  // namespace sqslam

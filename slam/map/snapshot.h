@@ -1,0 +1,65 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "slam/geometry/camera.h"
+#include "slam/geometry/detection.h"
+#include "slam/geometry/rigid3.h"
+#include "slam/geometry/superquadric.h"
+
+namespace sqslam {
+
+struct SnapshotKeyframe {
+  std::int64_t id = 0;
+  std::int64_t frame_index = 0;
+  double timestamp = 0.0;  // seconds
+  Rigid3d T_map_camera;
+};
+
+struct SnapshotPoint {
+  Eigen::Vector3f p_map = Eigen::Vector3f::Zero();
+  std::array<std::uint8_t, 3> rgb{};
+  std::int32_t object_id = -1;  // -1: belongs to no object
+};
+
+struct SnapshotObject {
+  std::int32_t id = 0;
+  std::string label;
+  double score = 0.0;    // mean detector score of the observations that carry the label
+  int observations = 0;  // frames in which a box was associated with the object
+  int points = 0;        // map points of the object after outlier removal
+  double yaw = 0.0;      // radians, about the map's z axis
+  PosedSuperquadric superquadric;
+};
+
+struct SnapshotDetection {
+  Detection detection;
+  std::int32_t object_id = -1;  // the object it was associated with, or -1
+};
+
+// An immutable picture of the map at one moment, in the map frame (z up once gravity is known). A value: consumers
+// (recorder, renderer, report) hold it as long as they like, and nothing in it ever changes.
+struct MapSnapshot {
+  std::int64_t sequence_number = 0;  // 0, 1, 2, ... in the order of publication
+  std::int64_t frame_index = 0;      // the newest frame that the snapshot knows of
+  double timestamp = 0.0;            // seconds, of that frame
+  std::string image_path;            // image of that frame; empty where there is none (camera)
+  Camera camera;
+  std::optional<Rigid3d> T_map_camera;  // empty while tracking is lost
+  std::vector<SnapshotKeyframe> keyframes;
+  std::vector<SnapshotPoint> points;
+  std::vector<SnapshotObject> objects;
+  std::vector<SnapshotDetection> detections;  // boxes of the frame
+  bool gravity_known = false;
+  std::optional<double> support_height;  // z of the main support plane (desk or floor), map units
+};
+
+using MapSnapshotPtr = std::shared_ptr<const MapSnapshot>;
+
+}  // namespace sqslam

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "slam/geometry/camera.h"
+#include "slam/io/frame.h"
+#include "slam/io/trajectory.h"
+#include "slam/map/snapshot.h"
+#include "slam/system_options.h"
+#include "slam/util/stage_times.h"
+
+namespace sqslam {
+
+enum class TrackingState { kNotInitialized, kTracking, kLost };
+
+// What a run came to, after the last optimisation.
+struct RunResult {
+  int frames = 0;
+  int tracked = 0;
+  int resets = 0;  // maps given up because they never grew
+  int losses = 0;  // times that tracking was lost
+  int recoveries = 0;
+  Trajectory trajectory;  // every tracked frame
+  Trajectory keyframes;
+  MapSnapshotPtr map;  // the last snapshot; null where no map could be built
+  std::string no_map_reason;  // where map is null: one line that says why (static camera, no texture, ...)
+  std::map<std::string, StageTimes::Summary> timing_ms;
+};
+
+// The only door to the SLAM core.
+//
+//   System system(camera, options, [&](MapSnapshotPtr snapshot) { recorder.Add(*snapshot); });
+//   while (auto frame = source.Next()) system.Process(*frame);
+//   RunResult result = system.Finish();
+//
+// Process() tracks on the caller's thread; mapping runs on a thread of its own, or in turn with tracking where
+// options.deterministic is set. on_snapshot is called from the mapping thread, one call at a time.
+class System {
+ public:
+  using SnapshotCallback = std::function<void(MapSnapshotPtr)>;
+
+  System(const Camera& camera, const SystemOptions& options, SnapshotCallback on_snapshot);
+  ~System();
+  System(const System&) = delete;
+  System& operator=(const System&) = delete;
+
+  TrackingState Process(const Frame& frame);
+  RunResult Finish();  // ends mapping, publishes the final snapshot; call once
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace sqslam
