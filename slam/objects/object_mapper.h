@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "slam/map/snapshot.h"
+#include "slam/objects/object_options.h"
+#include "slam/objects/object_types.h"
+
+namespace sqslam {
+
+// The objects' share of the mapping thread: owns the landmarks, removes outliers, estimates the superquadrics
+// and merges landmarks that are the same object. No threads inside; deterministic for a seed.
+//
+//   mapper.AddObservations(observations);   // of any number of frames, in order
+//   mapper.Update(lookup, camera);          // after each keyframe
+//   publish(mapper.View());                 // to the tracking thread
+class ObjectMapper {
+ public:
+  ObjectMapper(const ObjectOptions& options, std::uint64_t seed);
+  ~ObjectMapper();
+  ObjectMapper(ObjectMapper&&) noexcept;
+  ObjectMapper& operator=(ObjectMapper&&) noexcept;
+
+  void AddObservations(std::span<const ObjectObservation> observations);
+
+  // Whether the map's z axis points up, and the height of the main support plane (map units) where it is
+  // known. Until then no yaw is estimated.
+  void SetUpright(bool upright, std::optional<double> support_height);
+
+  // Re-estimates the landmarks that were seen since the last call, merges and deletes. `poses`, where given,
+  // renews the camera poses of past observations first.
+  void Update(const PointLookup& points, const Camera& camera, const PoseLookup& poses = {});
+
+  // Re-estimates every landmark (end of the run, or after the map has changed everywhere).
+  void UpdateAll(const PointLookup& points, const Camera& camera, const PoseLookup& poses = {});
+
+  // The map frame was changed: p_new = T_new_old * p_old.
+  void Transform(const Rigid3d& T_new_old);
+  void Transform(const Sim3d& S_new_old);
+
+  std::vector<SnapshotObject> Objects() const;  // those good enough to show, by id
+  std::shared_ptr<const ObjectMapView> View() const;
+  std::unordered_map<std::int64_t, int> PointObjects() const;  // map point id -> id of a shown object
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace sqslam

@@ -1,0 +1,242 @@
+#pragma once
+
+#include <string>
+
+namespace sqslam {
+
+// Which boxes of the detector are looked at.
+struct DetectionFilterOptions {
+  std::string ignored_labels =
+      "person,dining_table,sink,bed,bench,oven,refrigerator";  // comma separated: furniture that holds other
+                                                               // things
+  double min_score = 0.25;        // detector score below which a box is not looked at, in [0, 1]
+  double max_box_share = 0.4;     // boxes that cover more of the image are dropped, share of the image area
+  double min_box_share = 0.0005;  // boxes that cover less of the image are dropped, share of the image area
+  double duplicate_iou = 0.7;     // of two boxes that overlap more, the one with the lower score is dropped
+  double border_margin = 4.0;     // a box edge nearer to the image border counts as cut off, px
+  double max_cut_share = 0.03;    // a cut-off box with a smaller share of the image can't start an object
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("ignored_labels", ignored_labels);
+    visit("min_score", min_score, 0.0, 1.0);
+    visit("max_box_share", max_box_share, 0.0, 1.0);
+    visit("min_box_share", min_box_share, 0.0, 1.0);
+    visit("duplicate_iou", duplicate_iou, 0.0, 1.0);
+    visit("border_margin", border_margin, 0.0, 100.0);
+    visit("max_cut_share", max_cut_share, 0.0, 1.0);
+  }
+};
+
+// Which landmark a box belongs to (section "Data Association").
+struct AssociationOptions {
+  std::string method = "full";  // full | iou | iou+points | iou+ttest
+  double min_iou = 0.5;         // candidate by overlap with the predicted box, in [0, 1]
+  double accept_iou = 0.7;      // overlap that is accepted without shared points, in [0, 1]
+  double min_shared = 0.33;     // share of the observation's points that must be the landmark's, in [0, 1]
+  int min_shared_points = 3;    // and at least so many points
+  int inter_frame_gap = 3;      // frames since the last sighting that still count as consecutive
+  double other_label_shared =
+      0.5;                       // share of points with which a box of another label is still the landmark's
+  double other_label_iou = 0.7;  // overlap with which a box of another label is still the landmark's
+  double alpha = 0.01;           // significance level of the one-sample t-test
+  int min_t_samples = 6;         // centroids a landmark needs for the t-test
+  double projected_iou = 0.3;    // overlap of box and projected landmark that the t-test asks for as well
+  double projected_iou_alone = 0.5;     // overlap of box and projected landmark that is enough by itself
+  double max_centroid_distance = 0.75;  // centroid to landmark, in units of the landmark's largest half size
+  int min_points = 5;                   // points a box needs to start a landmark
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("method", method, {"full", "iou", "iou+points", "iou+ttest"});
+    visit("min_iou", min_iou, 0.0, 1.0);
+    visit("accept_iou", accept_iou, 0.0, 1.0);
+    visit("min_shared", min_shared, 0.0, 1.0);
+    visit("min_shared_points", min_shared_points, 1, 1000);
+    visit("inter_frame_gap", inter_frame_gap, 1, 1000);
+    visit("other_label_shared", other_label_shared, 0.0, 1.0);
+    visit("other_label_iou", other_label_iou, 0.0, 1.0);
+    visit("alpha", alpha, 1e-9, 0.5);
+    visit("min_t_samples", min_t_samples, 2, 1000);
+    visit("projected_iou", projected_iou, 0.0, 1.0);
+    visit("projected_iou_alone", projected_iou_alone, 0.0, 1.0);
+    visit("max_centroid_distance", max_centroid_distance, 0.0, 100.0);
+    visit("min_points", min_points, 1, 1000);
+  }
+};
+
+// Extended Isolation Forest (section "Extended Isolation Forest").
+struct IsolationForestOptions {
+  int trees = 40;           // number of isolation trees
+  int max_samples = 256;    // points a tree is grown from at most (fewer where the cloud is smaller)
+  double threshold = 0.65;  // anomaly score above which a point is removed, in [0, 1]
+  int min_points = 20;      // smaller clouds are left alone
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("trees", trees, 1, 1000);
+    visit("max_samples", max_samples, 4, 10000);
+    visit("threshold", threshold, 0.0, 1.0);
+    visit("min_points", min_points, 4, 10000);
+  }
+};
+
+// Removal of points that don't belong to the object (section "Outlier Removal").
+struct OutlierOptions {
+  double depth_iqr = 1.5;  // depth gate in a frame: distance from the quartiles in units of their distance
+  double min_inside_share = 0.8;  // share of the sightings in which a point must lie in the object's box
+  double box_margin = 0.05;       // boxes are grown by this share of their size for that vote
+  int min_votes = 2;              // frames in which a point must have been seen in the object's box
+  IsolationForestOptions isolation_forest;
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("depth_iqr", depth_iqr, 0.0, 100.0);
+    visit("min_inside_share", min_inside_share, 0.0, 1.0);
+    visit("box_margin", box_margin, 0.0, 1.0);
+    visit("min_votes", min_votes, 1, 1000);
+    visit("isolation_forest", isolation_forest);
+  }
+};
+
+// Yaw from line segments and from the point cloud (section "Pose Estimation").
+struct YawOptions {
+  int line_interval = 5;            // line segments are extracted in every n-th frame; 0: never
+  double min_line_length = 15.0;    // px
+  double box_margin = 10.0;         // boxes are grown by so much for the search of lines, px
+  int samples = 18;                 // start angles, evenly over 90 degrees
+  double match_angle_deg = 5.0;     // a line matches an axis below this angle in the image
+  int min_lines = 3;                // lines a box needs
+  double max_refinement_deg = 5.0;  // refinements that go farther from the best sample are rejected
+  double pca_min_ratio = 1.21;      // variance along the first axis over that along the second
+  int pca_min_points = 20;          // points the cloud needs
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("line_interval", line_interval, 0, 1000);
+    visit("min_line_length", min_line_length, 1.0, 1000.0);
+    visit("box_margin", box_margin, 0.0, 100.0);
+    visit("samples", samples, 2, 360);
+    visit("match_angle_deg", match_angle_deg, 0.1, 45.0);
+    visit("min_lines", min_lines, 1, 100);
+    visit("max_refinement_deg", max_refinement_deg, 0.1, 45.0);
+    visit("pca_min_ratio", pca_min_ratio, 1.0, 100.0);
+    visit("pca_min_points", pca_min_points, 3, 1000);
+  }
+};
+
+// Half sizes from the point cloud, and the shape exponents (section "Size And Shape").
+struct SizeShapeOptions {
+  std::string size_method = "minmax";  // minmax (the paper) | percentile
+  double percentile = 0.02;            // share of points left out at either end by the percentile method
+  double thinnest_share = 0.02;        // no half size below this share of the largest one
+  double grid_step = 0.2;              // start values of the exponents: 0.1, 0.1 + step, ... 1.9 on both axes
+  double huber = 0.1;                  // width of the robust loss, share of the mean half size
+  double regularisation = 0.01;        // weight of a pull of both exponents towards `prior_exponent`
+  double prior_exponent = 0.5;         // in [0.1, 1.9]
+  int max_iterations = 20;             // Levenberg-Marquardt steps
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("size_method", size_method, {"minmax", "percentile"});
+    visit("percentile", percentile, 0.0, 0.4);
+    visit("thinnest_share", thinnest_share, 0.0, 1.0);
+    visit("grid_step", grid_step, 0.05, 1.8);
+    visit("huber", huber, 1e-4, 10.0);
+    visit("regularisation", regularisation, 0.0, 100.0);
+    visit("prior_exponent", prior_exponent, 0.1, 1.9);
+    visit("max_iterations", max_iterations, 1, 1000);
+  }
+};
+
+// Joint refinement of centre, half sizes, yaw and shape against points and box edges (method "refined").
+struct RefinementOptions {
+  int max_views = 30;              // views whose box edges are used, spread over the viewing directions
+  double edge_sigma_px = 1.5;      // standard deviation of a box edge, px, plus
+  double edge_sigma_share = 0.03;  // this share of the box size
+  double point_sigma_px =
+      3.0;  // standard deviation of a point's distance to the surface, px in a typical view
+  double point_weight = 10.0;   // the points together weigh at most as much as so many views
+  double contact_sigma = 0.05;  // standard deviation of the gap to the support, share of the object's height
+  int max_iterations = 30;      // Levenberg-Marquardt steps
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("max_views", max_views, 1, 1000);
+    visit("edge_sigma_px", edge_sigma_px, 0.01, 100.0);
+    visit("edge_sigma_share", edge_sigma_share, 0.0, 1.0);
+    visit("point_sigma_px", point_sigma_px, 0.01, 100.0);
+    visit("point_weight", point_weight, 0.0, 10000.0);
+    visit("contact_sigma", contact_sigma, 1e-4, 10.0);
+    visit("max_iterations", max_iterations, 1, 1000);
+  }
+};
+
+// One object, one landmark (section "Data Association", end).
+struct MergingOptions {
+  double alpha = 0.001;              // significance level of the two-sample t-test
+  int min_samples = 4;               // centroids each of the two needs for the test
+  double overlap = 0.3;              // shared volume over the smaller volume: same label
+  double overlap_other_label = 0.5;  // the same for different labels
+  int max_seen_together = 3;         // frames with a box for each of them above which the two stay apart
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("alpha", alpha, 1e-9, 0.5);
+    visit("min_samples", min_samples, 2, 1000);
+    visit("overlap", overlap, 0.0, 1.0);
+    visit("overlap_other_label", overlap_other_label, 0.0, 1.0);
+    visit("max_seen_together", max_seen_together, 0, 10000);
+  }
+};
+
+// Up direction and support plane (gravity.h).
+struct GravityOptions {
+  double max_angle_deg = 65.0;  // up lies within this angle of the cameras' mean up direction
+  double inlier_share = 0.015;  // points nearer to the plane than this share of the median depth support it
+  int ransac_iterations = 800;  // seeded
+  int min_points = 30;          // fewer map points: no answer
+  double min_support = 0.15;    // share of the points that must lie on the plane
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("max_angle_deg", max_angle_deg, 1.0, 90.0);
+    visit("inlier_share", inlier_share, 1e-4, 0.5);
+    visit("ransac_iterations", ransac_iterations, 10, 100000);
+    visit("min_points", min_points, 3, 100000);
+    visit("min_support", min_support, 0.0, 1.0);
+  }
+};
+
+struct ObjectOptions {
+  std::string method = "refined";  // paper: steps of the paper; refined: plus the joint refinement
+  int min_observations = 10;       // boxes an object needs to be shown
+  int min_points = 8;              // map points an object needs to be shown
+  int forget_after = 300;  // frames without a box after which an object that was never good is deleted
+  DetectionFilterOptions detections;
+  AssociationOptions association;
+  OutlierOptions outliers;
+  YawOptions yaw;
+  SizeShapeOptions size_shape;
+  RefinementOptions refinement;
+  MergingOptions merging;
+  GravityOptions gravity;
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("method", method, {"paper", "refined"});
+    visit("min_observations", min_observations, 1, 10000);
+    visit("min_points", min_points, 0, 10000);
+    visit("forget_after", forget_after, 1, 1000000);
+    visit("detections", detections);
+    visit("association", association);
+    visit("outliers", outliers);
+    visit("yaw", yaw);
+    visit("size_shape", size_shape);
+    visit("refinement", refinement);
+    visit("merging", merging);
+    visit("gravity", gravity);
+  }
+};
+
+}  // namespace sqslam

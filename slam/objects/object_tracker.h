@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "slam/objects/object_options.h"
+#include "slam/objects/object_types.h"
+
+namespace sqslam {
+
+// The objects' share of the tracking thread: decides which landmark each box of a frame belongs to, makes new
+// landmarks, and measures what one frame can tell (centroid, yaw, points that leave the box).
+//
+//   auto observations = tracker.Track(frame, *mapper_view);
+//
+// Landmark ids are 0, 1, 2, ... in the order of their first sighting. Not thread-safe; deterministic for a
+// seed.
+class ObjectTracker {
+ public:
+  ObjectTracker(const ObjectOptions& options, std::uint64_t seed);
+  ~ObjectTracker();
+  ObjectTracker(ObjectTracker&&) noexcept;
+  ObjectTracker& operator=(ObjectTracker&&) noexcept;
+
+  // One observation for each box that was associated. `view` may lag behind; frame_index must grow.
+  std::vector<ObjectObservation> Track(const ObjectFrame& frame, const ObjectMapView& view);
+
+  // The map frame was changed: p_new = T_new_old * p_old.
+  void Transform(const Rigid3d& T_new_old);
+  void Transform(const Sim3d& S_new_old);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace sqslam

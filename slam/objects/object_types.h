@@ -1,0 +1,97 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "slam/geometry/camera.h"
+#include "slam/geometry/detection.h"
+#include "slam/geometry/rigid3.h"
+#include "slam/geometry/superquadric.h"
+
+namespace sqslam {
+
+// A feature of the current frame that is matched to a map point.
+struct TrackedPoint {
+  std::int64_t point_id = 0;
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  // as the detector saw it: distorted, px
+  Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
+};
+
+// All that the object pipeline needs of one tracked frame.
+struct ObjectFrame {
+  std::int64_t frame_index = 0;
+  double timestamp = 0.0;  // seconds
+  Rigid3d T_map_camera;
+  Camera camera;
+  std::vector<Detection> detections;
+  std::vector<TrackedPoint> points;
+  cv::Mat gray;  // 8UC1, distorted as recorded; empty: no lines
+};
+
+// Line segment in the image, undistorted px.
+struct LineSegment {
+  Eigen::Vector2d a = Eigen::Vector2d::Zero();
+  Eigen::Vector2d b = Eigen::Vector2d::Zero();
+
+  double Length() const { return (b - a).norm(); }
+};
+
+// An angle about the map's z axis, modulo 90 degrees, and how far to trust it.
+struct YawEstimate {
+  double yaw = 0.0;      // radians, in [-pi/4, pi/4)
+  double quality = 0.0;  // > 0, a weight
+};
+
+// One box in one frame that was associated with a landmark: what the tracking thread tells the mapping
+// thread.
+struct ObjectObservation {
+  int object_id = 0;
+  std::int64_t frame_index = 0;
+  int detection_index = 0;  // into ObjectFrame::detections
+  Detection detection;
+  std::array<bool, 4>
+      edge_free{};  // left, top, right, bottom: neither cut off by the image nor hidden by another box
+  Rigid3d T_map_camera;
+  std::vector<std::int64_t> point_ids;            // in the box, after the depth gate
+  std::vector<std::int64_t> reprojected_outside;  // points of the object that fall outside the box
+  std::optional<Eigen::Vector3d> centroid;  // of point_ids, map frame; empty where there are too few points
+  std::optional<YawEstimate> yaw;           // from the lines of this frame
+  std::vector<LineSegment> lines;           // within the box; empty in most frames
+};
+
+// One landmark as the mapping thread knows it.
+struct ObjectLandmarkView {
+  int id = 0;
+  std::string label;
+  int observations = 0;
+  std::vector<std::pair<std::int64_t, Eigen::Vector3d>> points;  // inliers: id and position in the map frame
+  Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
+  Eigen::Vector3d half_extents = Eigen::Vector3d::Zero();  // of the superquadric, object frame
+  double yaw = 0.0;                                        // radians
+  bool estimated = false;  // centroid, extents and superquadric mean something
+  PosedSuperquadric superquadric;
+};
+
+// What the mapping thread tells the tracking thread. Immutable once published.
+struct ObjectMapView {
+  std::int64_t version = 0;  // grows with every change
+  bool upright = false;      // the map's z axis points up
+  std::vector<ObjectLandmarkView> landmarks;
+  std::vector<std::pair<int, int>> merges;  // old id -> surviving id, all that ever happened, in order
+  std::vector<int> deleted;                 // all that ever happened, in order
+};
+
+// Position of a map point. Follows fusions (the id is updated); nullopt where the point was culled.
+using PointLookup = std::function<std::optional<Eigen::Vector3d>(std::int64_t& point_id)>;
+
+// Newest estimate of the pose of a past frame (T_map_camera); nullopt: keep what was known.
+using PoseLookup = std::function<std::optional<Rigid3d>(std::int64_t frame_index)>;
+
+}  // namespace sqslam
