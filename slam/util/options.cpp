@@ -1,0 +1,329 @@
+#include "slam/util/options.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <numeric>
+#include <optional>
+#include <sstream>
+#include <type_traits>
+
+#include "slam/util/error.h"
+
+namespace sqslam {
+namespace {
+
+template <typename Number>
+std::optional<Number> ParseNumber(std::string_view text) {
+  if (text.starts_with('+')) {
+    text.remove_prefix(1);
+  }
+  Number number{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size()) {
+    return std::nullopt;
+  }
+  return number;
+}
+
+std::string FormatNumber(double number) { return fmt::format("{}", number); }
+
+// "a number from 0 to 1", "a whole number of at least 3", ...
+std::string DescribeRange(const OptionField& field, const std::string& noun) {
+  const bool has_min = std::isfinite(field.min);
+  const bool has_max = std::isfinite(field.max);
+  if (has_min && has_max) {
+    return fmt::format("{} from {} to {}", noun, FormatNumber(field.min), FormatNumber(field.max));
+  }
+  if (has_min) {
+    return fmt::format("{} of at least {}", noun, FormatNumber(field.min));
+  }
+  return has_max ? fmt::format("{} of at most {}", noun, FormatNumber(field.max)) : noun;
+}
+
+std::string DescribeExpectation(const OptionField& field) {
+  struct Describe {
+    const OptionField& field;
+    std::string operator()(const int*) const { return DescribeRange(field, "a whole number"); }
+    std::string operator()(const std::int64_t*) const { return DescribeRange(field, "a whole number"); }
+    std::string operator()(const std::uint64_t*) const {
+      return DescribeRange(field, "a whole number without sign");
+    }
+    std::string operator()(const double*) const { return DescribeRange(field, "a number"); }
+    std::string operator()(const std::span<double>& values) const {
+      return fmt::format("a list [..] of {} values, each {}", values.size(), DescribeRange(field, "a number"));
+    }
+    std::string operator()(const bool*) const { return "true or false"; }
+    std::string operator()(const std::string*) const {
+      return field.allowed.empty() ? "one line of text"
+                                   : fmt::format("one of {}", fmt::join(field.allowed, ", "));
+    }
+    std::string operator()(const std::vector<std::string>*) const { return "a list [..] of words"; }
+  };
+  return std::visit(Describe{field}, field.value);
+}
+
+std::string NodeText(const YAML::Node& node) {
+  if (node.IsScalar()) {
+    return node.Scalar();
+  }
+  YAML::Emitter emitter;
+  emitter << YAML::Flow << node;
+  return emitter.c_str();
+}
+
+// Assigns from YAML; false where the node is of the wrong kind.
+struct AssignFromNode {
+  const YAML::Node& node;
+
+  template <typename Number>
+    requires std::is_arithmetic_v<Number>
+  bool operator()(Number* value) const {
+    const auto number = node.IsScalar() ? ParseNumber<Number>(node.Scalar()) : std::nullopt;
+    if (number) {
+      *value = *number;
+    }
+    return number.has_value();
+  }
+  bool operator()(bool* value) const { return node.IsScalar() && YAML::convert<bool>::decode(node, *value); }
+  bool operator()(std::string* value) const {
+    if (node.IsMap()) {
+      return false;
+    }
+    *value = NodeText(node);  // a list stays readable as text: gravity: [0, 0, 1]
+    return true;
+  }
+  bool operator()(std::span<double> values) const {
+    if (!node.IsSequence() || node.size() != values.size()) {
+      return false;
+    }
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const auto number = node[i].IsScalar() ? ParseNumber<double>(node[i].Scalar()) : std::nullopt;
+      if (!number) {
+        return false;
+      }
+      values[i] = *number;
+    }
+    return true;
+  }
+  bool operator()(std::vector<std::string>* values) const {
+    if (!node.IsSequence()) {
+      return false;
+    }
+    values->clear();
+    for (const YAML::Node& item : node) {
+      if (!item.IsScalar()) {
+        return false;
+      }
+      values->push_back(item.Scalar());
+    }
+    return true;
+  }
+};
+
+bool InRange(const OptionField& field, double value) { return value >= field.min && value <= field.max; }
+
+// Whether the value as it stands is allowed. NaN never is.
+bool IsAllowed(const OptionField& field) {
+  struct Check {
+    const OptionField& field;
+    bool operator()(const int* value) const { return InRange(field, *value); }
+    bool operator()(const std::int64_t* value) const { return InRange(field, static_cast<double>(*value)); }
+    bool operator()(const std::uint64_t* value) const { return InRange(field, static_cast<double>(*value)); }
+    bool operator()(const double* value) const { return InRange(field, *value); }
+    bool operator()(const std::span<double>& values) const {
+      return std::all_of(values.begin(), values.end(), [&](double value) { return InRange(field, value); });
+    }
+    bool operator()(const bool*) const { return true; }
+    bool operator()(const std::string* value) const {
+      return field.allowed.empty() || std::find(field.allowed.begin(), field.allowed.end(), *value) != field.allowed.end();
+    }
+    bool operator()(const std::vector<std::string>*) const { return true; }
+  };
+  return std::visit(Check{field}, field.value);
+}
+
+std::string YamlString(const std::string& text) {
+  YAML::Emitter emitter;
+  emitter << text;
+  return emitter.c_str();
+}
+
+std::string FormatValue(const OptionField& field) {
+  struct Format {
+    std::string operator()(const double* value) const { return FormatNumber(*value); }
+    std::string operator()(const bool* value) const { return *value ? "true" : "false"; }
+    std::string operator()(const std::span<double>& values) const {
+      return fmt::format("[{}]", fmt::join(values.begin(), values.end(), ", "));
+    }
+    std::string operator()(const std::string* value) const { return YamlString(*value); }
+    std::string operator()(const std::vector<std::string>* values) const {
+      std::vector<std::string> quoted;
+      std::transform(values->begin(), values->end(), std::back_inserter(quoted), YamlString);
+      return fmt::format("[{}]", fmt::join(quoted, ", "));
+    }
+    std::string operator()(const int* value) const { return fmt::format("{}", *value); }
+    std::string operator()(const std::int64_t* value) const { return fmt::format("{}", *value); }
+    std::string operator()(const std::uint64_t* value) const { return fmt::format("{}", *value); }
+  };
+  return std::visit(Format{}, field.value);
+}
+
+[[noreturn]] void ThrowUnknown(const std::string& where, const std::string& key,
+                               const std::vector<OptionField>& fields) {
+  std::vector<std::string> keys;
+  std::transform(fields.begin(), fields.end(), std::back_inserter(keys), [](const auto& field) { return field.key; });
+  // A name given without its group is nearer than any misspelling.
+  const auto tail = std::find_if(keys.begin(), keys.end(), [&](const auto& k) { return k.ends_with("." + key); });
+  const std::string nearest = tail != keys.end() ? *tail : NearestWord(key, keys);
+  throw UsageError(fmt::format("{}: unknown option '{}'{}", where, key,
+                               nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest)));
+}
+
+void Assign(const YAML::Node& node, const OptionField& field, const std::string& where) {
+  if (!std::visit(AssignFromNode{node}, field.value) || !IsAllowed(field)) {
+    throw UsageError(fmt::format("{}: {} is {}, expected {}", where, field.key,
+                                 node.IsNull() ? "empty" : "'" + NodeText(node) + "'", DescribeExpectation(field)));
+  }
+}
+
+const OptionField* Find(const std::vector<OptionField>& fields, const std::string& key) {
+  const auto it = std::find_if(fields.begin(), fields.end(), [&](const auto& field) { return field.key == key; });
+  return it == fields.end() ? nullptr : &*it;
+}
+
+bool IsGroup(const std::vector<OptionField>& fields, const std::string& key) {
+  return std::any_of(fields.begin(), fields.end(), [&](const auto& field) { return field.key.starts_with(key + "."); });
+}
+
+void AssignGroup(const YAML::Node& group, const std::string& prefix, const std::string& source,
+                 const std::vector<OptionField>& fields) {
+  for (const auto& entry : group) {
+    const std::string key = prefix + NodeText(entry.first);
+    const std::string where = fmt::format("{}:{}", source, entry.first.Mark().line + 1);
+    if (const OptionField* field = Find(fields, key)) {
+      Assign(entry.second, *field, where);
+    } else if (!IsGroup(fields, key)) {
+      ThrowUnknown(where, key, fields);
+    } else if (entry.second.IsMap()) {
+      AssignGroup(entry.second, key + ".", source, fields);
+    } else if (!entry.second.IsNull()) {  // a group whose entries are all commented out is fine
+      throw UsageError(fmt::format("{}: {} is '{}', expected a group of options", where, key, NodeText(entry.second)));
+    }
+  }
+}
+
+std::size_t EditDistance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t substituted = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, substituted});
+    }
+  }
+  return row.back();
+}
+
+}  // namespace
+
+std::string NearestWord(std::string_view word, const std::vector<std::string>& candidates) {
+  std::string nearest;
+  std::size_t best = std::max<std::size_t>(2, word.size() / 2) + 1;  // farther than that is no misspelling
+  for (const std::string& candidate : candidates) {
+    const std::size_t distance = EditDistance(word, candidate);
+    if (distance < best) {
+      best = distance;
+      nearest = candidate;
+    }
+  }
+  return nearest;
+}
+
+void LoadOptionFields(const std::filesystem::path& path, const std::vector<OptionField>& fields) {
+  std::ifstream file(path);
+  std::ostringstream text;
+  if (!file || !(text << file.rdbuf())) {
+    throw UsageError(fmt::format("{}: cannot be read, expected a YAML file of options", path.string()));
+  }
+  ParseOptionFields(text.str(), path.string(), fields);
+}
+
+void ParseOptionFields(const std::string& yaml, const std::string& source, const std::vector<OptionField>& fields) {
+  YAML::Node root;
+  try {
+    root = YAML::Load(yaml);
+  } catch (const YAML::ParserException& e) {
+    throw UsageError(fmt::format("{}:{}: no valid YAML: {}", source, e.mark.line + 1, e.msg));
+  }
+  if (root.IsNull()) {
+    return;
+  }
+  if (!root.IsMap()) {
+    throw UsageError(fmt::format("{}:1: expected lines 'name: value'", source));
+  }
+  AssignGroup(root, "", source, fields);
+}
+
+void SetOptionField(const std::string& assignment, const std::vector<OptionField>& fields) {
+  const std::size_t equals = assignment.find('=');
+  const std::string where = "--set " + assignment;
+  if (equals == std::string::npos || equals == 0) {
+    throw UsageError(where + ": expected key=value");
+  }
+  const std::string key = assignment.substr(0, equals);
+  const OptionField* field = Find(fields, key);
+  if (field == nullptr && IsGroup(fields, key)) {
+    throw UsageError(fmt::format("{}: '{}' is a group of options, expected one of its values", where, key));
+  }
+  if (field == nullptr) {
+    ThrowUnknown(where, key, fields);
+  }
+  YAML::Node node;
+  try {
+    node = YAML::Load(assignment.substr(equals + 1));
+  } catch (const YAML::ParserException& e) {
+    throw UsageError(fmt::format("{}: no valid YAML value: {}", where, e.msg));
+  }
+  Assign(node, *field, where);
+}
+
+void CheckOptionFields(const std::vector<OptionField>& fields) {
+  for (const OptionField& field : fields) {
+    if (!IsAllowed(field)) {
+      throw UsageError(
+          fmt::format("option {} is {}, expected {}", field.key, FormatValue(field), DescribeExpectation(field)));
+    }
+  }
+}
+
+std::string DumpOptionFields(const std::vector<OptionField>& fields) {
+  std::string text;
+  std::vector<std::string> open;  // groups whose header has been written
+  for (const OptionField& field : fields) {
+    std::vector<std::string> parts;
+    std::istringstream stream(field.key);
+    for (std::string part; std::getline(stream, part, '.');) {
+      parts.push_back(part);
+    }
+    const std::size_t depth = parts.size() - 1;
+    const auto shared = std::mismatch(open.begin(), open.end(), parts.begin(), parts.begin() + depth).first;
+    open.erase(shared, open.end());
+    while (open.size() < depth) {
+      text += fmt::format("{:{}}{}:\n", "", 2 * open.size(), parts[open.size()]);
+      open.push_back(parts[open.size()]);
+    }
+    text += fmt::format("{:{}}{}: {}\n", "", 2 * depth, parts.back(), FormatValue(field));
+  }
+  return text;
+}
+
+}  // namespace sqslam

@@ -1,0 +1,139 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <initializer_list>
+#include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace sqslam {
+
+// One value of an options struct, found by visiting it: its dotted name, where it lives and what it may be.
+struct OptionField {
+  using Value = std::variant<int*, std::int64_t*, std::uint64_t*, double*, std::span<double>, bool*, std::string*,
+                             std::vector<std::string>*>;
+
+  std::string key;  // e.g. "tracking.features"
+  Value value;
+  double min = -std::numeric_limits<double>::infinity();  // numbers only, both ends allowed
+  double max = std::numeric_limits<double>::infinity();
+  std::vector<std::string> allowed;  // strings only; empty: any text
+};
+
+// The visitor that options structs are written for (see the example further down).
+class OptionCollector {
+ public:
+  OptionCollector(std::vector<OptionField>& fields, std::string prefix)
+      : fields_(fields), prefix_(std::move(prefix)) {}
+
+  void operator()(std::string_view name, int& value, int min, int max) { Add(name, &value, min, max); }
+  void operator()(std::string_view name, std::int64_t& value, std::int64_t min, std::int64_t max) {
+    Add(name, &value, static_cast<double>(min), static_cast<double>(max));
+  }
+  void operator()(std::string_view name, std::uint64_t& value, std::uint64_t min, std::uint64_t max) {
+    Add(name, &value, static_cast<double>(min), static_cast<double>(max));
+  }
+  void operator()(std::string_view name, std::uint64_t& value) { Add(name, &value); }  // a seed: any number
+  void operator()(std::string_view name, double& value, double min, double max) { Add(name, &value, min, max); }
+  template <std::size_t N>
+  void operator()(std::string_view name, std::array<double, N>& value, double min, double max) {
+    Add(name, std::span<double>(value), min, max);
+  }
+  void operator()(std::string_view name, bool& value) { Add(name, &value); }
+  void operator()(std::string_view name, std::string& value, std::initializer_list<const char*> allowed = {}) {
+    Add(name, &value);
+    fields_.back().allowed.assign(allowed.begin(), allowed.end());
+  }
+  void operator()(std::string_view name, std::vector<std::string>& value) { Add(name, &value); }
+
+  template <typename Nested>
+    requires requires(Nested& nested, OptionCollector& visitor) { nested.VisitFields(visitor); }
+  void operator()(std::string_view name, Nested& nested) {
+    nested.VisitFields(OptionCollector(fields_, prefix_ + std::string(name) + "."));
+  }
+
+ private:
+  void Add(std::string_view name, OptionField::Value value,
+           double min = -std::numeric_limits<double>::infinity(),
+           double max = std::numeric_limits<double>::infinity()) {
+    fields_.push_back({prefix_ + std::string(name), std::move(value), min, max, {}});
+  }
+
+  std::vector<OptionField>& fields_;
+  std::string prefix_;
+};
+
+// Every value of an options struct, nested ones included, in the order of declaration. The fields point into
+// `options`, which must outlive them.
+template <typename Options>
+std::vector<OptionField> OptionFields(Options& options) {
+  std::vector<OptionField> fields;
+  options.VisitFields(OptionCollector(fields, ""));
+  return fields;
+}
+
+// The work, without templates. `source` names the origin in messages: a file, or "--set".
+void LoadOptionFields(const std::filesystem::path& path, const std::vector<OptionField>& fields);
+void ParseOptionFields(const std::string& yaml, const std::string& source, const std::vector<OptionField>& fields);
+void SetOptionField(const std::string& assignment, const std::vector<OptionField>& fields);
+void CheckOptionFields(const std::vector<OptionField>& fields);
+std::string DumpOptionFields(const std::vector<OptionField>& fields);
+
+// Options are plain structs that declare names and ranges once, in VisitFields:
+//
+//   struct EifOptions {
+//     int trees = 40;          // number of isolation trees
+//     double threshold = 0.6;  // anomaly score above which a point is removed, in [0, 1]
+//     template <typename Visitor>
+//     void VisitFields(Visitor&& visit) {
+//       visit("trees", trees, 1, 1000);
+//       visit("threshold", threshold, 0.0, 1.0);
+//     }
+//   };
+//   EifOptions options;
+//   LoadOptions("my.yaml", options);
+//   SetOption("threshold=0.5", options);
+//
+// All throw UsageError that names file and line (or the --set), the key, what was expected, and for an unknown key
+// the nearest valid one. Where they throw, `options` may have been changed in part.
+template <typename Options>
+void LoadOptions(const std::filesystem::path& path, Options& options) {
+  LoadOptionFields(path, OptionFields(options));
+}
+
+// The same from YAML text.
+template <typename Options>
+void ParseOptions(const std::string& yaml, const std::string& source, Options& options) {
+  ParseOptionFields(yaml, source, OptionFields(options));
+}
+
+// Overrides one value: assignment is "a.b=value", with the value as in YAML.
+template <typename Options>
+void SetOption(const std::string& assignment, Options& options) {
+  SetOptionField(assignment, OptionFields(options));
+}
+
+// Checks ranges and allowed words of a struct that was filled by code.
+template <typename Options>
+void CheckOptions(const Options& options) {
+  Options copy = options;
+  CheckOptionFields(OptionFields(copy));
+}
+
+// YAML text that LoadOptions reads back to the same values.
+template <typename Options>
+std::string DumpOptions(const Options& options) {
+  Options copy = options;
+  return DumpOptionFields(OptionFields(copy));
+}
+
+// The word of `candidates` with the fewest edits to `word` (Levenshtein); empty where there is none near.
+std::string NearestWord(std::string_view word, const std::vector<std::string>& candidates);
+
+}  // namespace sqslam
