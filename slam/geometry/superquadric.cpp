@@ -1,0 +1,149 @@
+#include "slam/geometry/superquadric.h"
+
+#include <algorithm>
+#include <array>
+#include <boost/math/quadrature/gauss.hpp>
+#include <boost/math/special_functions/beta.hpp>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+namespace sqslam {
+namespace {
+
+// sign(base) |base|^exponent. cos(pi/2) is 6e-17 in floating point, and its power 0.1 would be 0.024 instead of 0:
+// what is rounding of an exact zero must be zero before it is raised.
+double SignedPower(double base, double exponent) {
+  constexpr double kZero = 4.0 * std::numeric_limits<double>::epsilon();
+  const double magnitude = std::abs(base);
+  return magnitude < kZero ? 0.0 : std::copysign(std::pow(magnitude, exponent), base);
+}
+
+// (|a|^(2/e) + |b|^(2/e))^(e/2) with the larger value taken out, so that no power can overflow.
+double PairNorm(double a, double b, double e) {
+  const double larger = std::max(std::abs(a), std::abs(b));
+  if (larger == 0.0) {
+    return 0.0;
+  }
+  const double ratio = std::min(std::abs(a), std::abs(b)) / larger;
+  return larger * std::pow(1.0 + std::pow(ratio, 2.0 / e), 0.5 * e);
+}
+
+// A node of the quadrature along the quarter superellipse c^(2/e) + s^(2/e) = 1.
+struct CurveNode {
+  double c, s;    // point
+  double dc, ds;  // derivative, times the weight of the node
+};
+
+// The quarter curve as (cos t, sin t) / PairNorm(cos t, sin t): unlike Eq. 1 its derivatives are bounded for every
+// exponent. The substitution t = pi/4 v^3 (from either axis) flattens what is left, the kink on the axes for e -> 2.
+std::vector<CurveNode> QuarterCurve(double e) {
+  using Gauss = boost::math::quadrature::gauss<double, 30>;
+  std::vector<CurveNode> nodes;
+  const auto add_node = [&](double v, double weight) {
+    const double t = 0.25 * std::numbers::pi * v * v * v;
+    const double dt = 0.75 * std::numbers::pi * v * v * weight;
+    const double cosine = std::cos(t);
+    const double tangent = std::tan(t);
+    const double power = std::pow(tangent, 2.0 / e);  // in [0, 1]
+    const double norm = cosine * std::pow(1.0 + power, 0.5 * e);
+    // d(norm)/dt over norm: (tan^(2/e - 1) - tan) / (1 + tan^(2/e)), the gradient of the norm along the circle.
+    const double log_slope = (std::pow(tangent, 2.0 / e - 1.0) - tangent) / (1.0 + power);
+    const double c = cosine / norm;
+    const double s = cosine * tangent / norm;
+    const double dc = (-s - c * log_slope) * dt;
+    const double ds = (c - s * log_slope) * dt;
+    nodes.push_back({c, s, dc, ds});
+    nodes.push_back({s, c, ds, dc});  // the other half is the mirror image
+  };
+  for (std::size_t i = 0; i < Gauss::abscissa().size(); ++i) {
+    const double x = Gauss::abscissa()[i];
+    const double weight = 0.5 * Gauss::weights()[i];
+    add_node(0.5 * (1.0 + x), weight);
+    if (x != 0.0) {
+      add_node(0.5 * (1.0 - x), weight);
+    }
+  }
+  return nodes;
+}
+
+}  // namespace
+
+Eigen::Vector3d Superquadric::PointAt(double eta, double omega) const {
+  const double ring = SignedPower(std::cos(eta), e1);
+  return half_size.cwiseProduct(Eigen::Vector3d(ring * SignedPower(std::cos(omega), e2),
+                                                ring * SignedPower(std::sin(omega), e2),
+                                                SignedPower(std::sin(eta), e1)));
+}
+
+Eigen::Vector3d Superquadric::NormalAt(double eta, double omega) const {
+  const double ring = SignedPower(std::cos(eta), 2.0 - e1);
+  const Eigen::Vector3d dual(ring * SignedPower(std::cos(omega), 2.0 - e2),
+                             ring * SignedPower(std::sin(omega), 2.0 - e2),
+                             SignedPower(std::sin(eta), 2.0 - e1));
+  return dual.cwiseQuotient(half_size / half_size.maxCoeff()).normalized();
+}
+
+double Superquadric::RadialScale(const Eigen::Vector3d& p_object) const {
+  const Eigen::Vector3d unit = p_object.cwiseQuotient(half_size);
+  return PairNorm(PairNorm(unit.x(), unit.y(), e2), unit.z(), e1);
+}
+
+double Superquadric::F(const Eigen::Vector3d& p_object) const {
+  return std::min(std::pow(RadialScale(p_object), 2.0 / e1), std::numeric_limits<double>::max());
+}
+
+double Superquadric::RadialDistance(const Eigen::Vector3d& p_object) const {
+  const double largest = p_object.cwiseAbs().maxCoeff();
+  if (largest < std::numeric_limits<double>::min()) {
+    return -half_size.minCoeff();
+  }
+  // The distance from the centre to the surface depends on the direction only: taken at unit length, it is exact
+  // however near p is to the centre.
+  const Eigen::Vector3d direction = p_object / largest;
+  return p_object.stableNorm() - direction.norm() / RadialScale(direction);
+}
+
+double Superquadric::Volume() const {
+  using boost::math::beta;
+  return 2.0 * half_size.prod() * e1 * e2 * beta(0.5 * e1 + 1.0, e1) * beta(0.5 * e2, 0.5 * e2);
+}
+
+double Superquadric::SurfaceArea() const {
+  const auto [ax, ay, az] = std::array{half_size.x(), half_size.y(), half_size.z()};
+  const std::vector<CurveNode> profile = QuarterCurve(e1);
+  const std::vector<CurveNode> section = QuarterCurve(e2);
+  double octant = 0.0;
+  for (const CurveNode& p : profile) {
+    for (const CurveNode& q : section) {
+      // Cross product of the tangents of (ax p.c q.c, ay p.c q.s, az p.s).
+      const Eigen::Vector3d cross(-ay * az * p.ds * q.ds, ax * az * p.ds * q.dc,
+                                  ax * ay * p.dc * (q.c * q.ds - q.s * q.dc));
+      octant += p.c * cross.norm();
+    }
+  }
+  return 8.0 * octant;
+}
+
+SuperquadricParameters ToParameters(const PosedSuperquadric& superquadric) {
+  const Eigen::Matrix3d R = superquadric.T_map_object.RotationMatrix();
+  const double roll = std::atan2(R(2, 1), R(2, 2));
+  const double pitch = std::asin(std::clamp(-R(2, 0), -1.0, 1.0));
+  const double yaw = std::atan2(R(1, 0), R(0, 0));
+  SuperquadricParameters parameters;
+  parameters << superquadric.shape.half_size, superquadric.shape.e1, superquadric.shape.e2, roll, pitch, yaw,
+      superquadric.T_map_object.translation;
+  return parameters;
+}
+
+PosedSuperquadric FromParameters(const SuperquadricParameters& parameters) {
+  using Eigen::AngleAxisd;
+  using Eigen::Vector3d;
+  const Eigen::Quaterniond rotation = AngleAxisd(parameters[7], Vector3d::UnitZ()) *
+                                      AngleAxisd(parameters[6], Vector3d::UnitY()) *
+                                      AngleAxisd(parameters[5], Vector3d::UnitX());
+  return {{parameters.head<3>(), parameters[3], parameters[4]}, {rotation, parameters.tail<3>()}};
+}
+
+}  // namespace sqslam
