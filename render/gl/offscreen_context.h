@@ -1,0 +1,43 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+
+namespace sqslam {
+
+// What draws without a display.
+enum class RenderBackend {
+  kAuto,    // OSMesa, or EGL where OSMesa cannot make a context
+  kOsmesa,  // Mesa in memory
+  kEgl,     // EGL without a surface
+};
+
+// "auto", "osmesa" or "egl"; throws UsageError on anything else.
+RenderBackend ParseRenderBackend(std::string_view name);
+std::string_view RenderBackendName(RenderBackend backend);
+
+// An OpenGL 3.3 core context that needs neither a display nor a window. It belongs to the thread that last
+// called MakeCurrent(); VTK draws into framebuffers of its own, so the context has no size.
+//
+// Programs that use it must carry render/gl/loader_overrides.cpp; linking sqslam_render does that.
+class OffscreenContext {
+ public:
+  // Makes the context and makes it current. Throws std::runtime_error that says which back end failed and
+  // why.
+  explicit OffscreenContext(RenderBackend backend);
+  ~OffscreenContext();
+  OffscreenContext(OffscreenContext&&) noexcept;
+  OffscreenContext& operator=(OffscreenContext&&) noexcept;
+
+  void MakeCurrent();
+  RenderBackend Backend() const;    // never kAuto
+  std::string Description() const;  // "OSMesa, Mesa 22.3.6, llvmpipe (...)"; makes the context current
+
+  struct Impl;
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace sqslam

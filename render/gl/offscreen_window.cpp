@@ -1,0 +1,71 @@
+#include "render/gl/offscreen_window.h"
+
+#include <vtkCallbackCommand.h>
+#include <vtkGenericOpenGLRenderWindow.h>
+#include <vtkNew.h>
+#include <vtkRenderer.h>
+#include <vtkUnsignedCharArray.h>
+
+#include <opencv2/imgproc.hpp>
+
+namespace sqslam {
+namespace {
+
+// VTK asks whether its context is current; only the owner of the context can know.
+void SayCurrent(vtkObject*, unsigned long, void*, void* call_data) { *static_cast<bool*>(call_data) = true; }
+
+}  // namespace
+
+struct OffscreenWindow::Impl {
+  explicit Impl(const Options& options) : context(options.backend), alpha(options.alpha) {
+    vtkNew<vtkCallbackCommand> say_current;
+    say_current->SetCallback(SayCurrent);
+    window->AddObserver(vtkCommand::WindowIsCurrentEvent, say_current);
+    window->SetOffScreenRendering(1);
+    window->SetFrameBlitModeToNoBlit();
+    window->SetSize(options.width, options.height);
+    window->SetMultiSamples(options.multisamples);
+    window->SetAlphaBitPlanes(alpha ? 1 : 0);
+    window->SetReadyForRendering(true);
+    window->InitializeFromCurrentContext();
+  }
+  ~Impl() {
+    context.MakeCurrent();
+    window->Finalize();
+  }
+
+  OffscreenContext context;
+  vtkNew<vtkGenericOpenGLRenderWindow> window;
+  vtkNew<vtkUnsignedCharArray> pixels;
+  bool alpha;
+};
+
+OffscreenWindow::OffscreenWindow(const Options& options) : impl_(std::make_unique<Impl>(options)) {}
+OffscreenWindow::~OffscreenWindow() = default;
+OffscreenWindow::OffscreenWindow(OffscreenWindow&&) noexcept = default;
+
+void OffscreenWindow::AddRenderer(vtkRenderer* renderer) { impl_->window->AddRenderer(renderer); }
+void OffscreenWindow::SetSize(int width, int height) { impl_->window->SetSize(width, height); }
+OffscreenContext& OffscreenWindow::Context() { return impl_->context; }
+
+cv::Mat OffscreenWindow::Render() {
+  impl_->context.MakeCurrent();
+  impl_->window->Render();
+  const int* size = impl_->window->GetSize();
+  const int width = size[0];
+  const int height = size[1];
+  cv::Mat image;
+  if (impl_->alpha) {
+    impl_->window->GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, impl_->pixels, 0);
+    const cv::Mat raw(height, width, CV_8UC4, impl_->pixels->GetPointer(0));
+    cv::cvtColor(raw, image, cv::COLOR_RGBA2BGRA);
+  } else {
+    impl_->window->GetPixelData(0, 0, width - 1, height - 1, 0, impl_->pixels, 0);
+    const cv::Mat raw(height, width, CV_8UC3, impl_->pixels->GetPointer(0));
+    cv::cvtColor(raw, image, cv::COLOR_RGB2BGR);
+  }
+  cv::flip(image, image, 0);
+  return image;
+}
+
+}  // namespace sqslam

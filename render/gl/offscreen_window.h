@@ -1,0 +1,40 @@
+#pragma once
+
+#include <memory>
+#include <opencv2/core.hpp>
+
+#include "render/gl/offscreen_context.h"
+
+class vtkRenderer;
+
+namespace sqslam {
+
+// A VTK render window over an OffscreenContext. For the sources of render/ only.
+class OffscreenWindow {
+ public:
+  struct Options {
+    int width = 640;       // pixels
+    int height = 480;      // pixels
+    int multisamples = 0;  // 0 or 1: none
+    bool alpha = false;    // keep an alpha channel, for transparent backgrounds
+    RenderBackend backend = RenderBackend::kAuto;
+  };
+
+  explicit OffscreenWindow(const Options& options);
+  ~OffscreenWindow();
+  OffscreenWindow(OffscreenWindow&&) noexcept;
+
+  void AddRenderer(vtkRenderer* renderer);
+  void SetSize(int width, int height);
+
+  // Draws and reads back: 8UC3 (BGR), or 8UC4 (BGRA, not premultiplied) with alpha; top row first.
+  cv::Mat Render();
+
+  OffscreenContext& Context();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace sqslam
