@@ -1,0 +1,86 @@
+#include "slam/estimation/pose_optimization.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include "slam/geometry/lie.h"
+
+namespace sqslam {
+namespace {
+
+constexpr int kRounds = 4;
+constexpr int kIterations = 6;
+constexpr double kMinDepth = 1e-6;
+
+struct NormalEquations {
+  Matrix6d hessian = Matrix6d::Zero();
+  Vector6d gradient = Vector6d::Zero();
+};
+
+// Squared error in units of the variance; infinite behind the camera.
+double SquaredError(const Camera& camera, const Rigid3d& T_camera_map, const PointObservation& o) {
+  const Eigen::Vector3d p_camera = T_camera_map * o.p_map;
+  if (p_camera.z() < kMinDepth) {
+    return std::numeric_limits<double>::infinity();
+  }
+  return (camera.Project(p_camera) - o.pixel).squaredNorm() / o.variance;
+}
+
+void Accumulate(const Camera& camera, const Rigid3d& T_camera_map, const PointObservation& o, bool robust,
+                NormalEquations& equations) {
+  const Eigen::Vector3d p = T_camera_map * o.p_map;
+  if (p.z() < kMinDepth) {
+    return;
+  }
+  const double inverse_z = 1.0 / p.z();
+  const Eigen::Vector2d residual = camera.Project(p) - o.pixel;
+  Eigen::Matrix<double, 2, 3> d_pixel;
+  d_pixel << camera.fx * inverse_z, 0.0, -camera.fx * p.x() * inverse_z * inverse_z,  //
+      0.0, camera.fy * inverse_z, -camera.fy * p.y() * inverse_z * inverse_z;
+  Eigen::Matrix<double, 2, 6> jacobian;
+  jacobian.leftCols<3>() = -d_pixel * Skew(p - T_camera_map.translation);
+  jacobian.rightCols<3>() = d_pixel;
+  const double squared = residual.squaredNorm() / o.variance;
+  const double weight =
+      (robust && squared > kChi2TwoDof ? std::sqrt(kChi2TwoDof / squared) : 1.0) / o.variance;
+  equations.hessian.noalias() += weight * jacobian.transpose() * jacobian;
+  equations.gradient.noalias() += weight * jacobian.transpose() * residual;
+}
+
+}  // namespace
+
+int OptimizePose(const Camera& camera, std::vector<PointObservation>& observations, Rigid3d& T_camera_map) {
+  constexpr double kConverged = 1e-7;
+  int inliers = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    const bool robust = round < kRounds - 1;
+    for (int iteration = 0; iteration < kIterations; ++iteration) {
+      NormalEquations equations;
+      for (const PointObservation& o : observations) {
+        if (o.inlier) {
+          Accumulate(camera, T_camera_map, o, robust, equations);
+        }
+      }
+      equations.hessian.diagonal() *= 1.0 + 1e-6;
+      const Vector6d step = equations.hessian.ldlt().solve(-equations.gradient);
+      if (!step.allFinite()) {
+        return 0;
+      }
+      T_camera_map = Perturb(T_camera_map, step);
+      if (step.squaredNorm() < kConverged * kConverged) {
+        break;
+      }
+    }
+    inliers = 0;
+    for (PointObservation& o : observations) {
+      o.inlier = SquaredError(camera, T_camera_map, o) <= kChi2TwoDof;
+      inliers += o.inlier ? 1 : 0;
+    }
+    if (inliers < 10) {
+      break;
+    }
+  }
+  return inliers;
+}
+
+}  // namespace sqslam

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "slam/geometry/camera.h"
+#include "slam/geometry/rigid3.h"
+
+namespace sqslam {
+
+// A map point seen at a pixel.
+struct PointObservation {
+  Eigen::Vector3d p_map;
+  Eigen::Vector2d pixel;  // undistorted
+  double variance = 1.0;  // of the pixel, px^2
+  bool inlier = true;     // in and out
+};
+
+// 95 % quantile of chi-squared with two degrees of freedom: the squared reprojection error, in units of the pixel
+// variance, above which an observation is an outlier.
+inline constexpr double kChi2TwoDof = 5.991;
+
+// Refines T_camera_map so that the reprojection error of the observations becomes least (Huber, Gauss-Newton with
+// analytic Jacobians, points fixed), and marks outliers; four rounds, each from the inliers of the last.
+// Returns the number of inliers.
+int OptimizePose(const Camera& camera, std::vector<PointObservation>& observations, Rigid3d& T_camera_map);
+
+}  // namespace sqslam

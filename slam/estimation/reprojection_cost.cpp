@@ -1,0 +1,81 @@
+#include "slam/estimation/reprojection_cost.h"
+
+#include <algorithm>
+
+namespace sqslam {
+
+PoseBlock ToBlock(const Rigid3d& T_camera_map) {
+  const auto& q = T_camera_map.rotation;
+  const auto& t = T_camera_map.translation;
+  return {q.x(), q.y(), q.z(), q.w(), t.x(), t.y(), t.z()};
+}
+
+Rigid3d FromBlock(const double* block) {
+  return {Eigen::Quaterniond(block[3], block[0], block[1], block[2]).normalized(),
+          Eigen::Vector3d(block[4], block[5], block[6])};
+}
+
+bool PoseManifold::Plus(const double* x, const double* delta, double* x_plus_delta) const {
+  const PoseBlock moved = ToBlock(Perturb(FromBlock(x), Eigen::Map<const Vector6d>(delta)));
+  std::copy(moved.begin(), moved.end(), x_plus_delta);
+  return true;
+}
+
+bool PoseManifold::PlusJacobian(const double*, double* jacobian) const {
+  Eigen::Map<Eigen::Matrix<double, 7, 6, Eigen::RowMajor>> J(jacobian);
+  J.setZero();
+  J.topRows<6>().setIdentity();
+  return true;
+}
+
+bool PoseManifold::Minus(const double* y, const double* x, double* y_minus_x) const {
+  const Rigid3d to = FromBlock(y);
+  const Rigid3d from = FromBlock(x);
+  const Eigen::AngleAxisd rotation(to.rotation * from.rotation.conjugate());
+  Eigen::Map<Vector6d> difference(y_minus_x);
+  difference.head<3>() = rotation.angle() * rotation.axis();
+  difference.tail<3>() = to.translation - from.translation;
+  return true;
+}
+
+bool PoseManifold::MinusJacobian(const double*, double* jacobian) const {
+  Eigen::Map<Eigen::Matrix<double, 6, 7, Eigen::RowMajor>> J(jacobian);
+  J.setZero();
+  J.leftCols<6>().setIdentity();
+  return true;
+}
+
+bool ReprojectionCost::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
+  constexpr double kMinDepth = 1e-6;
+  const double* pose = parameters[0];
+  const Eigen::Matrix3d R = Eigen::Quaterniond(pose[3], pose[0], pose[1], pose[2]).toRotationMatrix();
+  const Eigen::Vector3d rotated = R * Eigen::Map<const Eigen::Vector3d>(parameters[1]);
+  const Eigen::Vector3d p = rotated + Eigen::Map<const Eigen::Vector3d>(pose + 4);
+  if (p.z() < kMinDepth) {
+    return false;  // the step that led here is rejected
+  }
+  const double inverse_z = 1.0 / p.z();
+  const double x = p.x() * inverse_z;
+  const double y = p.y() * inverse_z;
+  residuals[0] = weight_ * (fx_ * x + cx_ - pixel_.x());
+  residuals[1] = weight_ * (fy_ * y + cy_ - pixel_.y());
+  if (jacobians == nullptr) {
+    return true;
+  }
+  Eigen::Matrix<double, 2, 3> d_pixel;
+  d_pixel << fx_ * inverse_z, 0.0, -fx_ * x * inverse_z, 0.0, fy_ * inverse_z, -fy_ * y * inverse_z;
+  d_pixel *= weight_;
+  if (jacobians[0] != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, 2, 7, Eigen::RowMajor>> J(jacobians[0]);
+    J.leftCols<3>().noalias() = -d_pixel * Skew(rotated);
+    J.middleCols<3>(3) = d_pixel;
+    J.col(6).setZero();
+  }
+  if (jacobians[1] != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> J(jacobians[1]);
+    J.noalias() = d_pixel * R;
+  }
+  return true;
+}
+
+}  // namespace sqslam

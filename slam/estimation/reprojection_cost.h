@@ -1,0 +1,48 @@
+#pragma once
+
+#include <ceres/manifold.h>
+#include <ceres/sized_cost_function.h>
+
+#include <array>
+
+#include "slam/geometry/camera.h"
+#include "slam/geometry/lie.h"
+
+namespace sqslam {
+
+// A pose T_camera_map as a Ceres parameter block: quaternion x y z w, then translation.
+using PoseBlock = std::array<double, 7>;
+
+PoseBlock ToBlock(const Rigid3d& T_camera_map);
+Rigid3d FromBlock(const double* block);
+
+// Left perturbation of a PoseBlock, see Perturb(). The cost functions below write their Jacobian with respect to the
+// six tangent coordinates into the first six columns and zero into the seventh; PlusJacobian is the matching
+// selection [I6; 0], so that their product is exact and cheap. A PoseBlock may therefore only be used with cost
+// functions of this convention.
+class PoseManifold final : public ceres::Manifold {
+ public:
+  int AmbientSize() const override { return 7; }
+  int TangentSize() const override { return 6; }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
+  bool PlusJacobian(const double* x, double* jacobian) const override;
+  bool Minus(const double* y, const double* x, double* y_minus_x) const override;
+  bool MinusJacobian(const double* x, double* jacobian) const override;
+};
+
+// Reprojection error e(T_c, p) of a map point in units of the pixel's standard deviation; parameters: pose, point.
+class ReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3> {
+ public:
+  ReprojectionCost(const Camera& camera, const Eigen::Vector2d& pixel, double standard_deviation)
+      : fx_(camera.fx), fy_(camera.fy), cx_(camera.cx), cy_(camera.cy), pixel_(pixel),
+        weight_(1.0 / standard_deviation) {}
+
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
+
+ private:
+  double fx_, fy_, cx_, cy_;
+  Eigen::Vector2d pixel_;
+  double weight_;
+};
+
+}  // namespace sqslam

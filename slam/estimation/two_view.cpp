@@ -1,0 +1,210 @@
+#include "slam/estimation/two_view.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/core/eigen.hpp>
+
+#include "slam/estimation/triangulation.h"
+
+namespace sqslam {
+namespace {
+
+constexpr double kVariance = 1.0;          // px^2, of a matched corner
+constexpr double kChi2OneDof = 3.841;      // 95 %
+constexpr double kChi2TwoDofLocal = 5.991;
+constexpr double kRansacConfidence = 0.999;
+
+Eigen::Matrix3d Intrinsics(const Camera& camera) {
+  Eigen::Matrix3d K;
+  K << camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0;
+  return K;
+}
+
+double HomographyError(const Eigen::Matrix3d& H21, const Eigen::Vector2d& p1, const Eigen::Vector2d& p2) {
+  return ((H21 * p1.homogeneous()).hnormalized() - p2).squaredNorm() / kVariance;
+}
+
+double EpipolarError(const Eigen::Matrix3d& F21, const Eigen::Vector2d& p1, const Eigen::Vector2d& p2) {
+  const Eigen::Vector3d line = F21 * p1.homogeneous();
+  const double d = line.dot(p2.homogeneous());
+  return d * d / line.head<2>().squaredNorm() / kVariance;
+}
+
+// Sum over both directions of (threshold - error) for errors below the limit; same threshold for both models, so that
+// the sums can be compared.
+template <typename Error>
+double Score(const std::vector<TwoViewMatch>& matches, double limit, Error&& error, std::vector<bool>& inliers) {
+  double score = 0.0;
+  inliers.assign(matches.size(), false);
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    const auto [forward, backward] = error(matches[i]);
+    inliers[i] = forward <= limit && backward <= limit;
+    score += forward <= limit ? kChi2TwoDofLocal - forward : 0.0;
+    score += backward <= limit ? kChi2TwoDofLocal - backward : 0.0;
+  }
+  return score;
+}
+
+struct Candidate {
+  Rigid3d T_camera2_camera1;
+  std::vector<std::optional<Eigen::Vector3d>> points;
+  int good = 0;
+  double parallax = 0.0;
+};
+
+// Triangulates the inliers; a point is good in front of both cameras with a small reprojection error.
+Candidate Reconstruct(const Camera& camera, const std::vector<TwoViewMatch>& matches,
+                      const std::vector<bool>& inliers, const Rigid3d& T_camera2_camera1) {
+  constexpr double kMaxSquaredError = 4.0 * kVariance;
+  Candidate candidate{T_camera2_camera1, {}, 0, 0.0};
+  candidate.points.resize(matches.size());
+  const Eigen::Vector3d center2 = T_camera2_camera1.Inverse().translation;
+  std::vector<double> angles;
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    if (!inliers[i]) {
+      continue;
+    }
+    const Eigen::Vector3d p = Triangulate({}, camera.Unproject(matches[i].pixel1), T_camera2_camera1,
+                                          camera.Unproject(matches[i].pixel2));
+    const Eigen::Vector3d p2 = T_camera2_camera1 * p;
+    if (!p.allFinite() || p.z() <= 0.0 || p2.z() <= 0.0 ||
+        (camera.Project(p) - matches[i].pixel1).squaredNorm() > kMaxSquaredError ||
+        (camera.Project(p2) - matches[i].pixel2).squaredNorm() > kMaxSquaredError) {
+      continue;
+    }
+    ++candidate.good;
+    const double cosine = std::clamp(CosParallax(p, Eigen::Vector3d::Zero(), center2), -1.0, 1.0);
+    angles.push_back(std::acos(cosine) * 180.0 / std::numbers::pi);
+    if (cosine < 0.99998) {
+      candidate.points[i] = p;
+    }
+  }
+  if (!angles.empty()) {
+    const auto middle = angles.begin() + static_cast<std::ptrdiff_t>(angles.size() / 2);
+    std::nth_element(angles.begin(), middle, angles.end());
+    candidate.parallax = *middle;
+  }
+  return candidate;
+}
+
+std::vector<Rigid3d> MotionsFromHomography(const cv::Mat& H, const Eigen::Matrix3d& K) {
+  cv::Mat K_cv;
+  cv::eigen2cv(K, K_cv);
+  std::vector<cv::Mat> rotations;
+  std::vector<cv::Mat> translations;
+  std::vector<cv::Mat> normals;
+  cv::decomposeHomographyMat(H, K_cv, rotations, translations, normals);
+  std::vector<Rigid3d> motions;
+  for (std::size_t i = 0; i < rotations.size(); ++i) {
+    Eigen::Matrix3d R;
+    Eigen::Vector3d t;
+    cv::cv2eigen(rotations[i], R);
+    cv::cv2eigen(translations[i], t);
+    if (t.norm() > 1e-9) {
+      motions.push_back({Eigen::Quaterniond(R).normalized(), t.normalized()});
+    }
+  }
+  return motions;
+}
+
+std::vector<Rigid3d> MotionsFromEssential(const Eigen::Matrix3d& E) {
+  cv::Mat E_cv;
+  cv::eigen2cv(E, E_cv);
+  cv::Mat R1;
+  cv::Mat R2;
+  cv::Mat t_cv;
+  cv::decomposeEssentialMat(E_cv, R1, R2, t_cv);
+  Eigen::Vector3d t;
+  cv::cv2eigen(t_cv, t);
+  std::vector<Rigid3d> motions;
+  for (const cv::Mat& R_cv : {R1, R2}) {
+    Eigen::Matrix3d R;
+    cv::cv2eigen(R_cv, R);
+    motions.push_back({Eigen::Quaterniond(R).normalized(), t.normalized()});
+    motions.push_back({Eigen::Quaterniond(R).normalized(), -t.normalized()});
+  }
+  return motions;
+}
+
+TwoViewReport ChooseMotion(const Camera& camera, const std::vector<TwoViewMatch>& matches,
+                           const std::vector<bool>& inliers, const std::vector<Rigid3d>& motions,
+                           bool from_homography, const TwoViewOptions& options) {
+  std::vector<Candidate> candidates;
+  for (const Rigid3d& motion : motions) {
+    candidates.push_back(Reconstruct(camera, matches, inliers, motion));
+  }
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.good > b.good; });
+  if (candidates.empty() || candidates.front().good == 0) {
+    return {std::nullopt, "the motion has no translation (pure rotation or static camera)", 0.0};
+  }
+  const Candidate& best = candidates.front();
+  const auto num_inliers = std::count(inliers.begin(), inliers.end(), true);
+  TwoViewReport report;
+  report.parallax = best.parallax;
+  if (best.parallax < options.min_parallax) {
+    report.refusal = "too little parallax (the camera must translate, not only rotate)";
+  } else if (best.good < options.min_points || best.good < 0.8 * static_cast<double>(num_inliers)) {
+    report.refusal = "too few points could be triangulated";
+  } else if (candidates.size() > 1 && candidates[1].good > options.max_second_best * best.good) {
+    report.refusal = "the motion is ambiguous (a plane seen from afar)";
+  } else {
+    report.geometry = TwoViewGeometry{best.T_camera2_camera1, best.points, from_homography, best.parallax};
+  }
+  return report;
+}
+
+}  // namespace
+
+TwoViewReport EstimateTwoView(const Camera& camera, const std::vector<TwoViewMatch>& matches,
+                              const TwoViewOptions& options) {
+  constexpr std::size_t kFewest = 20;
+  if (matches.size() < kFewest) {
+    return {std::nullopt, "too few matches between two frames (too little texture)", 0.0};
+  }
+  std::vector<cv::Point2d> points1;
+  std::vector<cv::Point2d> points2;
+  for (const TwoViewMatch& match : matches) {
+    points1.emplace_back(match.pixel1.x(), match.pixel1.y());
+    points2.emplace_back(match.pixel2.x(), match.pixel2.y());
+  }
+  const Eigen::Matrix3d K = Intrinsics(camera);
+  cv::Mat K_cv;
+  cv::eigen2cv(K, K_cv);
+  const cv::Mat H_cv = cv::findHomography(points1, points2, cv::RANSAC, std::sqrt(kChi2TwoDofLocal * kVariance));
+  const cv::Mat E_cv = cv::findEssentialMat(points1, points2, K_cv, cv::RANSAC, kRansacConfidence,
+                                            std::sqrt(kChi2OneDof * kVariance));
+  std::vector<bool> inliers_H;
+  std::vector<bool> inliers_F;
+  double score_H = 0.0;
+  double score_F = 0.0;
+  Eigen::Matrix3d E = Eigen::Matrix3d::Zero();
+  if (!H_cv.empty()) {
+    Eigen::Matrix3d H;
+    cv::cv2eigen(H_cv, H);
+    const Eigen::Matrix3d H_inverse = H.inverse();
+    score_H = Score(matches, kChi2TwoDofLocal, [&](const TwoViewMatch& m) {
+      return std::pair(HomographyError(H, m.pixel1, m.pixel2), HomographyError(H_inverse, m.pixel2, m.pixel1));
+    }, inliers_H);
+  }
+  if (E_cv.rows >= 3) {
+    cv::cv2eigen(E_cv.rowRange(0, 3), E);
+    const Eigen::Matrix3d F = K.inverse().transpose() * E * K.inverse();
+    score_F = Score(matches, kChi2OneDof, [&](const TwoViewMatch& m) {
+      return std::pair(EpipolarError(F, m.pixel1, m.pixel2),
+                       EpipolarError(F.transpose(), m.pixel2, m.pixel1));
+    }, inliers_F);
+  }
+  if (score_H + score_F <= 0.0) {
+    return {std::nullopt, "no motion explains the matches between two frames", 0.0};
+  }
+  if (score_H / (score_H + score_F) > options.homography_share) {
+    return ChooseMotion(camera, matches, inliers_H, MotionsFromHomography(H_cv, K), true, options);
+  }
+  return ChooseMotion(camera, matches, inliers_F, MotionsFromEssential(E), false, options);
+}
+
+}  // namespace sqslam

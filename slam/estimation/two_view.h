@@ -1,0 +1,52 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "slam/geometry/camera.h"
+#include "slam/geometry/rigid3.h"
+
+namespace sqslam {
+
+struct TwoViewOptions {
+  double min_parallax = 1.0;          // degrees, median over the triangulated points
+  int min_points = 50;                // triangulated points
+  double homography_share = 0.45;     // the homography is chosen where score_H / (score_H + score_F) is above this
+  double max_second_best = 0.75;      // a solution is ambiguous if another one has more than this share of its points
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("min_parallax", min_parallax, 0.1, 20.0);
+    visit("min_points", min_points, 20, 1000);
+    visit("homography_share", homography_share, 0.0, 1.0);
+    visit("max_second_best", max_second_best, 0.1, 1.0);
+  }
+};
+
+struct TwoViewMatch {
+  Eigen::Vector2d pixel1;  // undistorted
+  Eigen::Vector2d pixel2;
+};
+
+struct TwoViewGeometry {
+  Rigid3d T_camera2_camera1;                           // translation of unit length
+  std::vector<std::optional<Eigen::Vector3d>> points;  // per match, in the frame of camera 1
+  bool from_homography = false;
+  double parallax = 0.0;  // degrees, median
+};
+
+struct TwoViewReport {
+  std::optional<TwoViewGeometry> geometry;
+  std::string refusal;      // where geometry is empty: why, for people
+  double parallax = 0.0;    // degrees, median, of the best solution even if refused
+};
+
+// Relative pose and structure of two views. A homography (planar scenes, small parallax) and a fundamental matrix are
+// estimated side by side and scored by their symmetric transfer errors; the pose comes from the better one. Refused
+// where parallax is too small or where a second solution explains the matches nearly as well.
+TwoViewReport EstimateTwoView(const Camera& camera, const std::vector<TwoViewMatch>& matches,
+                              const TwoViewOptions& options);
+
+}  // namespace sqslam

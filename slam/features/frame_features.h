@@ -1,0 +1,72 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace sqslam {
+
+using Descriptor = std::array<std::uint8_t, 32>;
+
+struct Keypoint {
+  Eigen::Vector2d pixel;      // undistorted, pixels of the full image
+  Eigen::Vector2d raw_pixel;  // as the lens shows it
+  float angle = 0.0F;         // orientation of the patch, degrees in [0, 360)
+  int octave = 0;             // pyramid level, 0 = full resolution
+};
+
+// Keypoints by image cell, for look-ups around a pixel.
+class KeypointGrid {
+ public:
+  KeypointGrid() = default;
+  KeypointGrid(const std::vector<Keypoint>& keypoints, int width, int height);
+
+  // Calls visit(index) for the keypoints of the cells that the square around `pixel` touches.
+  template <typename Visit>
+  void ForEachNear(const Eigen::Vector2d& pixel, double radius, Visit&& visit) const {
+    const int x0 = CellOf(pixel.x() - radius, columns_);
+    const int x1 = CellOf(pixel.x() + radius, columns_);
+    const int y0 = CellOf(pixel.y() - radius, rows_);
+    const int y1 = CellOf(pixel.y() + radius, rows_);
+    for (int y = y0; y <= y1; ++y) {
+      for (int x = x0; x <= x1; ++x) {
+        const std::size_t cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_) +
+                                 static_cast<std::size_t>(x);
+        for (int i = starts_[cell]; i < starts_[cell + 1]; ++i) {
+          visit(indices_[static_cast<std::size_t>(i)]);
+        }
+      }
+    }
+  }
+
+ private:
+  static constexpr int kCellSize = 16;  // pixels
+
+  static int CellOf(double coordinate, int cells) {
+    const int cell = static_cast<int>(coordinate) / kCellSize;
+    return cell < 0 ? 0 : (cell >= cells ? cells - 1 : cell);
+  }
+
+  int columns_ = 0;
+  int rows_ = 0;
+  std::vector<int> starts_;   // first entry of each cell in indices_, plus the end
+  std::vector<int> indices_;  // keypoint indices sorted by cell
+};
+
+// All that later stages keep of an image. Immutable once extracted; shared between threads.
+struct FrameFeatures {
+  std::vector<Keypoint> keypoints;
+  std::vector<Descriptor> descriptors;              // one per keypoint
+  std::vector<std::array<std::uint8_t, 3>> colors;  // RGB, one per keypoint
+  KeypointGrid grid;
+  cv::Mat thumbnail;  // 32F, small and blurred, zero mean: finds similar keyframes after a loss
+
+  std::size_t Size() const { return keypoints.size(); }
+};
+
+using FrameFeaturesPtr = std::shared_ptr<const FrameFeatures>;
+
+}  // namespace sqslam

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "slam/features/frame_features.h"
+
+namespace sqslam {
+
+// Number of differing bits, 0 to 256.
+int HammingDistance(const Descriptor& a, const Descriptor& b);
+
+inline constexpr int kStrictDistance = 50;  // bits: two views of the same point, nothing else known
+inline constexpr int kLooseDistance = 100;  // bits: where geometry already restricts the candidates
+
+// A map point as predicted in an image.
+struct PredictedPoint {
+  int tag = 0;  // the caller's own index, returned with the match
+  Eigen::Vector2d pixel;
+  double radius = 0.0;  // search radius in pixels
+  int min_octave = 0;
+  int max_octave = 0;
+  const Descriptor* descriptor = nullptr;
+  float angle = -1.0F;  // degrees; negative: unknown, no rotation check
+};
+
+struct PredictionMatch {
+  int tag = 0;
+  int keypoint = 0;
+};
+
+// Best keypoint for each prediction, each keypoint used once (the nearer descriptor wins). `taken[i]` excludes
+// keypoint i from the search. A match needs a distance of at most `max_distance` and, among candidates of the same
+// octave, best < ratio * second. Where angles are known, matches off the dominant rotation are dropped.
+std::vector<PredictionMatch> MatchPredictions(std::span<const PredictedPoint> predictions,
+                                              const FrameFeatures& features, const std::vector<bool>& taken,
+                                              int max_distance, double ratio);
+
+// Pairs (index in a, index in b) by mutual search over all descriptors with ratio test and rotation check;
+// `use_a`, `use_b` restrict the search (empty: all).
+std::vector<std::pair<int, int>> MatchAll(const FrameFeatures& a, const FrameFeatures& b,
+                                          const std::vector<bool>& use_a, const std::vector<bool>& use_b,
+                                          int max_distance, double ratio);
+
+// Indices of pairs whose rotation (angle_a - angle_b, degrees) lies in one of the three fullest of 30 bins.
+std::vector<int> ConsistentRotations(const std::vector<std::pair<float, float>>& angles);
+
+}  // namespace sqslam

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <opencv2/features2d.hpp>
+#include <vector>
+
+#include "slam/features/frame_features.h"
+#include "slam/geometry/camera.h"
+
+namespace sqslam {
+
+struct OrbOptions {
+  int num_features = 1000;      // keypoints per image
+  double scale_factor = 1.2;    // ratio of the sizes of two pyramid levels
+  int levels = 8;               // pyramid levels
+  int fast_threshold = 20;      // grey levels, tried first in each cell
+  int min_fast_threshold = 7;   // grey levels, tried where a cell would stay empty
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("num_features", num_features, 100, 10000);
+    visit("scale_factor", scale_factor, 1.05, 2.0);
+    visit("levels", levels, 1, 12);
+    visit("fast_threshold", fast_threshold, 2, 100);
+    visit("min_fast_threshold", min_fast_threshold, 1, 100);
+  }
+};
+
+// Sizes and uncertainties of the pyramid levels.
+class ScaleLevels {
+ public:
+  explicit ScaleLevels(const OrbOptions& options);
+  int Count() const { return static_cast<int>(scales_.size()); }
+  double Factor() const { return factor_; }
+  double Scale(int octave) const { return scales_[static_cast<std::size_t>(octave)]; }
+  // Variance of a keypoint's position in full-resolution pixels^2, relative to level 0.
+  double Variance(int octave) const { return Scale(octave) * Scale(octave); }
+
+  // Level at which a point is expected to be seen at `distance`, if level 0 would see it at most at `max_distance`.
+  int PredictOctave(double distance, double max_distance) const;
+
+ private:
+  double factor_;
+  double log_factor_;
+  std::vector<double> scales_;
+};
+
+// ORB features spread evenly over the image and over the scales: FAST with a threshold that adapts to each cell, the
+// strongest corner of each quadtree leaf, orientation by intensity centroid, rBRIEF from OpenCV.
+class OrbExtractor {
+ public:
+  explicit OrbExtractor(const OrbOptions& options);
+  FrameFeatures Extract(const cv::Mat& gray, const cv::Mat& bgr, const Camera& camera);
+
+ private:
+  std::vector<cv::KeyPoint> DetectLevel(const cv::Mat& image, int octave) const;
+
+  OrbOptions options_;
+  std::vector<int> features_per_level_;
+  cv::Ptr<cv::ORB> describer_;
+};
+
+}  // namespace sqslam

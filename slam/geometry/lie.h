@@ -1,0 +1,35 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "slam/geometry/rigid3.h"
+
+namespace sqslam {
+
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+inline Eigen::Matrix3d Skew(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
+  return m;
+}
+
+// Unit quaternion of a rotation vector (radians).
+inline Eigen::Quaterniond ExpRotation(const Eigen::Vector3d& w) {
+  const double angle = w.norm();
+  if (angle < 1e-12) {
+    return Eigen::Quaterniond(1.0, 0.5 * w.x(), 0.5 * w.y(), 0.5 * w.z()).normalized();
+  }
+  return Eigen::Quaterniond(Eigen::AngleAxisd(angle, w / angle));
+}
+
+// Perturbs a pose T_camera_map on the left: rotation by delta[0..2], then translation by delta[3..5]; in the camera
+// frame, p' = Exp(w) R p + t + dt.
+inline Rigid3d Perturb(const Rigid3d& T_camera_map, const Vector6d& delta) {
+  return {(ExpRotation(delta.head<3>()) * T_camera_map.rotation).normalized(),
+          T_camera_map.translation + delta.tail<3>()};
+}
+
+}  // namespace sqslam

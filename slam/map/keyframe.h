@@ -1,0 +1,29 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "slam/features/frame_features.h"
+#include "slam/geometry/rigid3.h"
+#include "slam/map/ids.h"
+
+namespace sqslam {
+
+struct Keyframe {
+  KeyframeId id = kNoKeyframe;
+  std::int64_t frame_index = 0;
+  double timestamp = 0.0;  // seconds
+  Rigid3d T_camera_map;
+  FrameFeaturesPtr features;
+  std::vector<PointId> points;              // one per keypoint, kNoPoint where none
+  std::map<KeyframeId, int> covisibility;   // shared map points, for keyframes that share enough
+  KeyframeId parent = kNoKeyframe;          // the most covisible older keyframe
+
+  Eigen::Vector3d Center() const { return T_camera_map.Inverse().translation; }
+
+  // The `count` most covisible keyframes, best first.
+  std::vector<KeyframeId> BestCovisible(int count) const;
+};
+
+}  // namespace sqslam

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <set>
+#include <vector>
+
+#include "slam/map/map.h"
+#include "slam/mapping/mapping_options.h"
+
+namespace sqslam {
+
+// Removes young points that tracking hardly finds or that too few keyframes see; `young` loses those that are gone
+// or have passed. Returns the number removed.
+int CullPoints(Map& map, std::set<PointId>& young, KeyframeId newest, const CullingOptions& options);
+
+// Removes keyframes near `center` whose points others see as well. Returns the number removed.
+int CullKeyframes(Map& map, KeyframeId center, const CullingOptions& options);
+
+}  // namespace sqslam

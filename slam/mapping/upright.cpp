@@ -1,0 +1,100 @@
+#include "slam/mapping/upright.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <vector>
+
+#include "slam/util/error.h"
+
+namespace sqslam {
+namespace {
+
+std::optional<Eigen::Vector3d> ParseGravity(const std::string& text) {
+  if (text == "auto") {
+    return std::nullopt;
+  }
+  if (text == "level-start") {
+    return -Eigen::Vector3d::UnitY();
+  }
+  Eigen::Vector3d gravity;
+  char end = 0;
+  if (std::sscanf(text.c_str(), " [ %lf , %lf , %lf %c", &gravity.x(), &gravity.y(), &gravity.z(), &end) != 4 ||
+      end != ']' || !gravity.allFinite() || gravity.norm() < 1e-9) {
+    throw UsageError(fmt::format("gravity: expected auto, level-start or [x, y, z], not '{}'", text));
+  }
+  return -gravity.normalized();
+}
+
+std::vector<Eigen::Vector3d> ReliablePoints(const Map& map) {
+  std::vector<Eigen::Vector3d> points;
+  for (const MapPoint& point : map.Points()) {
+    if (point.alive && point.observations.size() >= 3) {
+      points.push_back(point.p_map);
+    }
+  }
+  return points;
+}
+
+std::vector<std::vector<Eigen::Vector3d>> ObjectPoints(std::span<const ObjectLandmarkView> objects) {
+  std::vector<std::vector<Eigen::Vector3d>> sets;
+  for (const ObjectLandmarkView& object : objects) {
+    auto& set = sets.emplace_back();
+    for (const auto& [id, p_map] : object.points) {
+      set.push_back(p_map);
+    }
+  }
+  return sets;
+}
+
+}  // namespace
+
+UprightEstimator::UprightEstimator(const std::string& gravity, const GravityOptions& options, std::uint64_t seed)
+    : given_up_(ParseGravity(gravity)), options_(options), seed_(seed) {}
+
+std::optional<Rigid3d> UprightEstimator::Update(const Map& map, std::span<const ObjectLandmarkView> objects) {
+  if (!given_up_) {
+    return UpdateFromMap(map, objects);
+  }
+  support_height_ = EstimateSupportHeight(ReliablePoints(map), ObjectPoints(objects), options_);
+  if (known_) {
+    return std::nullopt;
+  }
+  known_ = true;
+  return UprightTransform(*given_up_);
+}
+
+std::optional<Rigid3d> UprightEstimator::UpdateFromMap(const Map& map, std::span<const ObjectLandmarkView> objects) {
+  constexpr KeyframeId kEager = 12;   // keyframes during which every one is used,
+  constexpr KeyframeId kPeriod = 5;   // and later one in so many
+  constexpr double kSmallestTurn = 0.2 * std::numbers::pi / 180.0;
+  constexpr double kLosesTo = 0.8;    // a later estimate must be nearly as sure as the best before it
+  const KeyframeId newest = map.NewestKeyframe();
+  if (known_ && newest > kEager && newest % kPeriod != 0) {
+    return std::nullopt;
+  }
+  std::vector<Rigid3d> poses;
+  for (const auto& [id, keyframe] : map.Keyframes()) {
+    poses.push_back(keyframe.T_camera_map.Inverse());
+  }
+  const auto plane = EstimateSupportPlane(ReliablePoints(map), poses, ObjectPoints(objects), options_, seed_);
+  if (!plane || plane->confidence < kLosesTo * confidence_) {
+    return std::nullopt;
+  }
+  confidence_ = std::max(confidence_, plane->confidence);
+  support_height_ = plane->height;
+  const double turn = std::acos(std::clamp(plane->up.z(), -1.0, 1.0));
+  if (known_ && turn < kSmallestTurn) {
+    return std::nullopt;
+  }
+  // The first turn fixes the heading; later ones are as small as they can be, so that headings stay.
+  const Rigid3d T_new_old =
+      known_ ? Rigid3d{Eigen::Quaterniond::FromTwoVectors(plane->up, Eigen::Vector3d::UnitZ()), {0.0, 0.0, 0.0}}
+             : UprightTransform(plane->up);
+  known_ = true;
+  return T_new_old;
+}
+
+}  // namespace sqslam

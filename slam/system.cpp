@@ -1,0 +1,174 @@
+#include "slam/system.h"
+
+#include <condition_variable>
+#include <deque>
+#include <exception>
+#include <mutex>
+#include <thread>
+
+#include "slam/mapping/mapper.h"
+#include "slam/tracking/tracker.h"
+
+namespace sqslam {
+namespace {
+
+// Reports on their way from tracking to mapping. Unbounded: a report is small but for keyframes, and the tracker
+// makes no keyframe while some are waiting.
+class ReportQueue {
+ public:
+  void Push(TrackingReport report) {
+    {
+      const std::lock_guard lock(mutex_);
+      keyframes_ += report.keyframe ? 1 : 0;
+      reports_.push_back(std::move(report));
+    }
+    changed_.notify_one();
+  }
+
+  // Waits; returns nullopt once closed and empty.
+  std::optional<TrackingReport> Pop() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return closed_ || !reports_.empty(); });
+    if (reports_.empty()) {
+      return std::nullopt;
+    }
+    TrackingReport report = std::move(reports_.front());
+    reports_.pop_front();
+    keyframes_ -= report.keyframe ? 1 : 0;
+    return report;
+  }
+
+  void Close() {
+    {
+      const std::lock_guard lock(mutex_);
+      closed_ = true;
+    }
+    changed_.notify_one();
+  }
+
+  int WaitingKeyframes() const {
+    const std::lock_guard lock(mutex_);
+    return keyframes_;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<TrackingReport> reports_;
+  int keyframes_ = 0;
+  bool closed_ = false;
+};
+
+// The newest value that one thread publishes and another reads.
+class ViewSlot {
+ public:
+  void Set(TrackingViewPtr view) {
+    const std::lock_guard lock(mutex_);
+    view_ = std::move(view);
+  }
+  TrackingViewPtr Get() const {
+    const std::lock_guard lock(mutex_);
+    return view_;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  TrackingViewPtr view_;
+};
+
+}  // namespace
+
+struct System::Impl {
+  Impl(const Camera& camera, const SystemOptions& system_options, SnapshotCallback on_snapshot)
+      : options(system_options),
+        tracker(camera, options.tracking, options.objects, static_cast<std::uint64_t>(options.seed), times),
+        mapper(camera, options,
+               {[this](TrackingViewPtr new_view) { view.Set(std::move(new_view)); }, std::move(on_snapshot),
+                [this] { return !options.deterministic && queue.WaitingKeyframes() > 0; }},
+               times) {
+    if (!options.deterministic) {
+      mapping_thread = std::thread([this] { MapInBackground(); });
+    }
+  }
+
+  ~Impl() { StopMapping(); }
+
+  void MapInBackground() {
+    try {
+      while (std::optional<TrackingReport> report = queue.Pop()) {
+        mapper.Process(std::move(*report));
+      }
+    } catch (...) {
+      const std::lock_guard lock(failure_mutex);
+      failure = std::current_exception();
+    }
+  }
+
+  void StopMapping() {
+    queue.Close();
+    if (mapping_thread.joinable()) {
+      mapping_thread.join();
+    }
+  }
+
+  void RethrowMappingFailure() {
+    const std::lock_guard lock(failure_mutex);
+    if (failure) {
+      std::rethrow_exception(std::exchange(failure, nullptr));
+    }
+  }
+
+  SystemOptions options;
+  StageTimes times;
+  ReportQueue queue;
+  ViewSlot view;
+  Tracker tracker;
+  Mapper mapper;
+  int frames = 0;
+  std::mutex failure_mutex;
+  std::exception_ptr failure;
+  std::thread mapping_thread;
+};
+
+System::System(const Camera& camera, const SystemOptions& options, SnapshotCallback on_snapshot)
+    : impl_(std::make_unique<Impl>(camera, options, std::move(on_snapshot))) {}
+
+System::~System() = default;
+
+TrackingState System::Process(const Frame& frame) {
+  Impl& s = *impl_;
+  s.RethrowMappingFailure();
+  ++s.frames;
+  TrackingReport report = s.tracker.Track(frame, s.view.Get(), s.queue.WaitingKeyframes());
+  if (s.options.deterministic) {
+    s.mapper.Process(std::move(report));
+  } else {
+    s.queue.Push(std::move(report));
+  }
+  return !s.tracker.Initialized() ? TrackingState::kNotInitialized
+         : s.tracker.Lost()       ? TrackingState::kLost
+                                  : TrackingState::kTracking;
+}
+
+RunResult System::Finish() {
+  Impl& s = *impl_;
+  s.StopMapping();
+  s.RethrowMappingFailure();
+  RunResult result;
+  result.map = s.mapper.Finish();
+  result.frames = s.frames;
+  result.resets = s.tracker.Resets();
+  result.losses = s.tracker.Losses();
+  result.recoveries = s.tracker.Recoveries();
+  if (result.map) {
+    result.trajectory = s.mapper.FrameTrajectory();
+    result.keyframes = s.mapper.KeyframeTrajectory();
+  } else {
+    result.no_map_reason = s.tracker.NoMapReason();
+  }
+  result.tracked = static_cast<int>(result.trajectory.size());
+  result.timing_ms = s.times.Summaries();
+  return result;
+}
+
+}  // namespace sqslam

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "slam/mapping/mapping_options.h"
+#include "slam/objects/object_options.h"
+#include "slam/tracking/tracking_options.h"
+
+namespace sqslam {
+
+struct SystemOptions {
+  bool deterministic = false;  // tracking and mapping in turn: bit-identical results from run to run
+  std::int64_t seed = 1;       // of every random source
+  // Where up is: auto (from the map itself), level-start (the first camera was held level), or the direction of
+  // gravity in the first camera's frame (x right, y down, z forward) as [x, y, z].
+  std::string gravity = "auto";
+  TrackingOptions tracking;
+  MappingOptions mapping;
+  ObjectOptions objects;
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("deterministic", deterministic);
+    visit("seed", seed, std::int64_t{0}, std::int64_t{1} << 62);
+    visit("gravity", gravity);
+    visit("tracking", tracking);
+    visit("mapping", mapping);
+    visit("objects", objects);
+  }
+};
+
+}  // namespace sqslam

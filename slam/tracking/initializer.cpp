@@ -1,0 +1,139 @@
+#include "slam/tracking/initializer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "slam/estimation/bundle_adjustment.h"
+#include "slam/features/matching.h"
+
+namespace sqslam {
+namespace {
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Makes the median depth in the first keyframe 1.
+void NormalizeScale(Map& map) {
+  const Keyframe& first = map.Keyframes().begin()->second;
+  std::vector<double> depths;
+  for (const MapPoint& point : map.Points()) {
+    if (point.alive) {
+      depths.push_back((first.T_camera_map * point.p_map).z());
+    }
+  }
+  const double scale = 1.0 / Median(std::move(depths));
+  for (const auto& [id, keyframe] : map.Keyframes()) {
+    map.At(id).T_camera_map.translation *= scale;
+  }
+  for (const MapPoint& point : map.Points()) {
+    map.Point(point.id).p_map *= scale;
+    map.UpdateNormalAndRange(point.id);
+  }
+}
+
+}  // namespace
+
+void Initializer::Restart(std::int64_t frame_index, double timestamp, const FrameFeaturesPtr& features) {
+  start_.reset();
+  if (static_cast<int>(features->Size()) < options_.min_features) {
+    refusal_ = fmt::format("too little texture ({} features, at least {} needed)", features->Size(),
+                           options_.min_features);
+    return;
+  }
+  start_ = Start{frame_index, timestamp, features, {}};
+  for (const Keypoint& keypoint : features->keypoints) {
+    start_->expected.push_back(keypoint.pixel);
+  }
+}
+
+std::vector<std::pair<int, int>> Initializer::MatchToStart(const FrameFeatures& features) {
+  std::vector<PredictedPoint> predictions;
+  for (std::size_t i = 0; i < start_->features->Size(); ++i) {
+    const Keypoint& keypoint = start_->features->keypoints[i];
+    predictions.push_back({static_cast<int>(i), start_->expected[i], options_.search_radius,
+                           std::max(0, keypoint.octave - 1), keypoint.octave + 1, &start_->features->descriptors[i],
+                           keypoint.angle});
+  }
+  std::vector<std::pair<int, int>> matches;
+  for (const PredictionMatch& match : MatchPredictions(predictions, features, {}, kStrictDistance, 0.9)) {
+    matches.emplace_back(match.tag, match.keypoint);
+    start_->expected[static_cast<std::size_t>(match.tag)] =
+        features.keypoints[static_cast<std::size_t>(match.keypoint)].pixel;
+  }
+  return matches;
+}
+
+std::unique_ptr<Map> Initializer::Add(std::int64_t frame_index, double timestamp,
+                                      const FrameFeaturesPtr& features) {
+  if (!start_ || frame_index - start_->frame_index > options_.max_frames) {
+    Restart(frame_index, timestamp, features);
+    return nullptr;
+  }
+  const std::vector<std::pair<int, int>> matches = MatchToStart(*features);
+  if (static_cast<int>(matches.size()) < options_.min_matches) {
+    refusal_ = "too few matches between frames (too little texture, too much blur or too fast a motion)";
+    Restart(frame_index, timestamp, features);
+    return nullptr;
+  }
+  std::vector<TwoViewMatch> pairs;
+  std::vector<double> flow;
+  for (const auto& [i, j] : matches) {
+    pairs.push_back({start_->features->keypoints[static_cast<std::size_t>(i)].pixel,
+                     features->keypoints[static_cast<std::size_t>(j)].pixel});
+    flow.push_back((pairs.back().pixel1 - pairs.back().pixel2).norm());
+  }
+  const double median_flow = Median(flow);
+  largest_flow_ = std::max(largest_flow_, median_flow);
+  if (median_flow < options_.min_flow) {
+    refusal_ = "the camera hardly moves (it must translate)";
+    return nullptr;
+  }
+  TwoViewReport report = EstimateTwoView(camera_, pairs, options_.two_view);
+  if (!report.geometry) {
+    refusal_ = report.refusal;
+    return nullptr;
+  }
+  std::unique_ptr<Map> map = Build(*report.geometry, matches, frame_index, timestamp, features);
+  if (map) {
+    start_.reset();
+  }
+  return map;
+}
+
+std::unique_ptr<Map> Initializer::Build(const TwoViewGeometry& geometry,
+                                        const std::vector<std::pair<int, int>>& matches, std::int64_t frame_index,
+                                        double timestamp, const FrameFeaturesPtr& features) const {
+  constexpr int kBundleIterations = 20;
+  auto map = std::make_unique<Map>(levels_);
+  const KeyframeId first = map->AddKeyframe(start_->frame_index, start_->timestamp, {}, start_->features);
+  const KeyframeId second = map->AddKeyframe(frame_index, timestamp, geometry.T_camera2_camera1, features);
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    if (geometry.points[i]) {
+      const PointId point = map->AddPoint(*geometry.points[i], first);
+      map->AddObservation(point, first, matches[i].first);
+      map->AddObservation(point, second, matches[i].second);
+    }
+  }
+  GlobalBundleAdjustment(*map, camera_, kBundleIterations, {});
+  if (map->NumPoints() < options_.two_view.min_points) {
+    return nullptr;
+  }
+  for (const MapPoint& point : map->Points()) {
+    map->UpdateAppearance(point.id);
+  }
+  NormalizeScale(*map);
+  map->UpdateCovisibility(first);
+  map->UpdateCovisibility(second);
+  return map;
+}
+
+std::string Initializer::Reason() const {
+  return fmt::format("{}; largest median image motion between two tried frames {:.1f} px",
+                     refusal_.empty() ? "too few frames" : refusal_, largest_flow_);
+}
+
+}  // namespace sqslam

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "slam/map/map.h"
+#include "slam/tracking/tracking_options.h"
+
+namespace sqslam {
+
+// Starts a map from two frames: waits until the camera has translated enough, estimates the two-view geometry,
+// triangulates, refines by bundle adjustment and sets the median depth to 1.
+class Initializer {
+ public:
+  Initializer(const Camera& camera, const InitializationOptions& options, const ScaleLevels& levels)
+      : camera_(camera), options_(options), levels_(levels) {}
+
+  // Feeds one frame; returns a map of two keyframes when it is time.
+  std::unique_ptr<Map> Add(std::int64_t frame_index, double timestamp, const FrameFeaturesPtr& features);
+
+  // For people: why there is no map yet.
+  std::string Reason() const;
+
+ private:
+  struct Start {
+    std::int64_t frame_index = 0;
+    double timestamp = 0.0;
+    FrameFeaturesPtr features;
+    std::vector<Eigen::Vector2d> expected;  // where each feature was seen last, px
+  };
+
+  void Restart(std::int64_t frame_index, double timestamp, const FrameFeaturesPtr& features);
+  std::vector<std::pair<int, int>> MatchToStart(const FrameFeatures& features);
+  std::unique_ptr<Map> Build(const TwoViewGeometry& geometry, const std::vector<std::pair<int, int>>& matches,
+                             std::int64_t frame_index, double timestamp, const FrameFeaturesPtr& features) const;
+
+  Camera camera_;
+  InitializationOptions options_;
+  ScaleLevels levels_;
+  std::optional<Start> start_;
+  std::string refusal_;
+  double largest_flow_ = 0.0;  // px, median over the matches
+};
+
+}  // namespace sqslam

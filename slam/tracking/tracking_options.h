@@ -1,0 +1,67 @@
+#pragma once
+
+#include "slam/estimation/two_view.h"
+#include "slam/features/orb_extractor.h"
+
+namespace sqslam {
+
+struct InitializationOptions {
+  int min_features = 100;      // features a frame needs to start from
+  int min_matches = 100;       // matches between the two frames
+  double search_radius = 100;  // px, around a feature's place in the first frame
+  int max_frames = 60;         // frames after which a new first frame is taken
+  double min_flow = 5.0;       // px, median motion of the matches below which the frames are not tried
+  TwoViewOptions two_view;
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("min_features", min_features, 20, 10000);
+    visit("min_matches", min_matches, 20, 10000);
+    visit("search_radius", search_radius, 5.0, 1000.0);
+    visit("max_frames", max_frames, 2, 10000);
+    visit("min_flow", min_flow, 0.0, 100.0);
+    visit("two_view", two_view);
+  }
+};
+
+struct KeyframeOptions {
+  int max_interval = 30;       // frames after which a keyframe is made in any case
+  int min_interval = 2;        // frames between two keyframes
+  double tracked_share = 0.9;  // a keyframe is made when fewer of the reference keyframe's points are tracked
+  int max_pending = 2;         // keyframes that may wait for the mapping thread
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("max_interval", max_interval, 1, 1000);
+    visit("min_interval", min_interval, 1, 1000);
+    visit("tracked_share", tracked_share, 0.0, 1.0);
+    visit("max_pending", max_pending, 1, 100);
+  }
+};
+
+struct TrackingOptions {
+  OrbOptions features;
+  InitializationOptions initialization;
+  KeyframeOptions keyframes;
+  double motion_radius = 15.0;     // px at level 0, search around the place that the motion model predicts
+  int min_inliers = 25;            // map points a tracked frame needs
+  int min_recovery_inliers = 50;   // map points a frame needs to end a loss
+  int max_local_keyframes = 40;    // keyframes whose points are searched in each frame
+  int reset_keyframes = 5;         // a map with fewer keyframes is given up when tracking is lost ...
+  int reset_frames = 30;           // ... for so many frames
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("features", features);
+    visit("initialization", initialization);
+    visit("keyframes", keyframes);
+    visit("motion_radius", motion_radius, 1.0, 200.0);
+    visit("min_inliers", min_inliers, 10, 1000);
+    visit("min_recovery_inliers", min_recovery_inliers, 10, 1000);
+    visit("max_local_keyframes", max_local_keyframes, 2, 1000);
+    visit("reset_keyframes", reset_keyframes, 0, 1000);
+    visit("reset_frames", reset_frames, 1, 10000);
+  }
+};
+
+}  // namespace sqslam
