@@ -1,17 +1,299 @@
 #include "slam/objects/gravity.h"
 
-namespace sqslam {
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <random>
 
-std::optional<SupportPlane> EstimateSupportPlane(std::span<const Eigen::Vector3d>, std::span<const Rigid3d>,
-                                                 std::span<const std::vector<Eigen::Vector3d>>,
-                                                 const GravityOptions&, std::uint64_t) {
-  return std::nullopt;
+namespace sqslam {
+namespace {
+
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+constexpr double kRollSigma = 15.0 * kRadPerDeg;  // people hold a camera level to about this angle
+
+struct Plane {
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+  double height = 0.0;
+
+  double Distance(const Eigen::Vector3d& p) const { return normal.dot(p) - height; }
+};
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
 }
 
-std::optional<double> EstimateSupportHeight(std::span<const Eigen::Vector3d>,
-                                            std::span<const std::vector<Eigen::Vector3d>>,
-                                            const GravityOptions&) {
-  return std::nullopt;
+// All that a candidate plane is judged by.
+struct Scene {
+  std::span<const Eigen::Vector3d> points;
+  std::vector<double> weights;  // of the points, sum 1; those around objects count more
+  std::vector<Eigen::Vector3d> camera_centres;
+  std::vector<Eigen::Vector3d> camera_rights;
+  Eigen::Vector3d mean_up = Eigen::Vector3d::Zero();
+  std::vector<Eigen::Vector3d> object_centres;
+  double tolerance = 0.0;  // map units
+};
+
+double MedianDepth(std::span<const Eigen::Vector3d> points, std::span<const Rigid3d> poses) {
+  const Rigid3d T_camera_map = poses[poses.size() / 2].Inverse();
+  std::vector<double> depths;
+  for (const Eigen::Vector3d& p : points) {
+    const double depth = (T_camera_map * p).z();
+    if (depth > 0.0) {
+      depths.push_back(depth);
+    }
+  }
+  return depths.empty() ? 0.0 : Median(std::move(depths));
+}
+
+Eigen::Vector3d MedianPoint(const std::vector<Eigen::Vector3d>& points) {
+  Eigen::Vector3d median;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const Eigen::Vector3d& p : points) {
+      values.push_back(p[axis]);
+    }
+    median[axis] = Median(std::move(values));
+  }
+  return median;
+}
+
+// Points around an object (within three times its radius) count three times: the plane sought is the one that the
+// objects stand on, not the largest one of the room.
+std::vector<double> PointWeights(std::span<const Eigen::Vector3d> points,
+                                 std::span<const std::vector<Eigen::Vector3d>> object_points) {
+  constexpr double kReach = 3.0;
+  constexpr double kGain = 3.0;
+  std::vector<double> weights(points.size(), 1.0);
+  for (const std::vector<Eigen::Vector3d>& object : object_points) {
+    if (object.size() < 4) {
+      continue;
+    }
+    const Eigen::Vector3d centre = MedianPoint(object);
+    std::vector<double> radii;
+    for (const Eigen::Vector3d& p : object) {
+      radii.push_back((p - centre).norm());
+    }
+    const double reach = kReach * Median(std::move(radii));
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if ((points[i] - centre).norm() < reach) {
+        weights[i] = kGain;
+      }
+    }
+  }
+  const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
+  for (double& weight : weights) {
+    weight /= sum;
+  }
+  return weights;
+}
+
+Scene MakeScene(std::span<const Eigen::Vector3d> points, std::span<const Rigid3d> poses,
+                std::span<const std::vector<Eigen::Vector3d>> object_points, const GravityOptions& options) {
+  Scene scene;
+  scene.points = points;
+  scene.weights = PointWeights(points, object_points);
+  for (const Rigid3d& pose : poses) {
+    scene.camera_centres.push_back(pose.translation);
+    scene.camera_rights.push_back(pose.rotation * Eigen::Vector3d::UnitX());
+    scene.mean_up -= pose.rotation * Eigen::Vector3d::UnitY();
+  }
+  scene.mean_up.normalize();
+  for (const std::vector<Eigen::Vector3d>& object : object_points) {
+    if (object.size() >= 4) {
+      scene.object_centres.push_back(MedianPoint(object));
+    }
+  }
+  scene.tolerance = options.inlier_share * MedianDepth(points, poses);
+  return scene;
+}
+
+// How level the cameras are held if `up` is up: 1 for no roll at all.
+double Levelness(const Scene& scene, const Eigen::Vector3d& up) {
+  double sum = 0.0;
+  for (const Eigen::Vector3d& right : scene.camera_rights) {
+    const double roll = std::asin(std::clamp(right.dot(up), -1.0, 1.0));
+    sum += roll * roll;
+  }
+  const double mean = sum / static_cast<double>(scene.camera_rights.size());
+  return std::exp(-0.5 * mean / (kRollSigma * kRollSigma));
+}
+
+// Cameras above the plane (this excludes walls, whose normal that leans to the cameras' up points away from them),
+// and most objects not below it.
+bool IsPlausible(const Scene& scene, const Plane& plane, const GravityOptions& options) {
+  if (plane.normal.dot(scene.mean_up) < std::cos(options.max_angle_deg * kRadPerDeg)) {
+    return false;
+  }
+  const auto above = [&](const Eigen::Vector3d& c) { return plane.Distance(c) > 2.0 * scene.tolerance; };
+  const auto cameras = std::count_if(scene.camera_centres.begin(), scene.camera_centres.end(), above);
+  if (static_cast<double>(cameras) < 0.9 * static_cast<double>(scene.camera_centres.size())) {
+    return false;
+  }
+  const auto below = [&](const Eigen::Vector3d& c) { return plane.Distance(c) < -scene.tolerance; };
+  const auto objects_below = std::count_if(scene.object_centres.begin(), scene.object_centres.end(), below);
+  return 2 * objects_below <= static_cast<std::ptrdiff_t>(scene.object_centres.size());
+}
+
+double Support(const Scene& scene, const Plane& plane) {
+  double support = 0.0;
+  for (std::size_t i = 0; i < scene.points.size(); ++i) {
+    // Falls off with the distance, so that of two planes with the same inliers the tighter one wins.
+    const double ratio = plane.Distance(scene.points[i]) / scene.tolerance;
+    support += scene.weights[i] * std::max(0.0, 1.0 - ratio * ratio);
+  }
+  return support;
+}
+
+std::optional<Plane> PlaneThrough(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
+                                  const Eigen::Vector3d& up) {
+  const Eigen::Vector3d normal = (b - a).cross(c - a);
+  if (normal.norm() < 1e-12) {
+    return std::nullopt;
+  }
+  Plane plane;
+  plane.normal = normal.normalized() * (normal.dot(up) < 0.0 ? -1.0 : 1.0);
+  plane.height = plane.normal.dot(a);
+  return plane;
+}
+
+std::optional<Plane> BestPlane(const Scene& scene, const GravityOptions& options, std::uint64_t seed) {
+  std::mt19937_64 generator(seed);
+  std::uniform_int_distribution<std::size_t> pick(0, scene.points.size() - 1);
+  std::optional<Plane> best;
+  double best_score = 0.0;
+  for (int i = 0; i < options.ransac_iterations; ++i) {
+    const auto plane = PlaneThrough(scene.points[pick(generator)], scene.points[pick(generator)],
+                                    scene.points[pick(generator)], scene.mean_up);
+    if (!plane || !IsPlausible(scene, *plane, options)) {
+      continue;
+    }
+    const double score = Support(scene, *plane) * Levelness(scene, plane->normal);
+    if (score > best_score) {
+      best_score = score;
+      best = plane;
+    }
+  }
+  return best;
+}
+
+struct Fit {
+  Plane plane;
+  Eigen::Vector3d spread = Eigen::Vector3d::Zero();  // standard deviations, ascending
+  int inliers = 0;
+};
+
+// Least-squares plane through the points near `plane`, Tukey-weighted.
+std::optional<Fit> FitPlane(const Scene& scene, const Plane& plane) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  double sum = 0.0;
+  std::vector<double> weights(scene.points.size(), 0.0);
+  int inliers = 0;
+  for (std::size_t i = 0; i < scene.points.size(); ++i) {
+    const double ratio = plane.Distance(scene.points[i]) / scene.tolerance;
+    if (std::abs(ratio) < 1.0) {
+      weights[i] = scene.weights[i] * (1.0 - ratio * ratio) * (1.0 - ratio * ratio);
+      mean += weights[i] * scene.points[i];
+      sum += weights[i];
+      ++inliers;
+    }
+  }
+  if (inliers < 3 || sum <= 0.0) {
+    return std::nullopt;
+  }
+  mean /= sum;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < scene.points.size(); ++i) {
+    const Eigen::Vector3d d = scene.points[i] - mean;
+    covariance += weights[i] / sum * d * d.transpose();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
+  Fit fit;
+  fit.plane.normal = solver.eigenvectors().col(0);
+  fit.plane.normal *= fit.plane.normal.dot(plane.normal) < 0.0 ? -1.0 : 1.0;
+  fit.plane.height = fit.plane.normal.dot(mean);
+  fit.spread = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  fit.inliers = inliers;
+  return fit;
+}
+
+}  // namespace
+
+std::optional<SupportPlane> EstimateSupportPlane(std::span<const Eigen::Vector3d> points,
+                                                 std::span<const Rigid3d> poses,
+                                                 std::span<const std::vector<Eigen::Vector3d>> object_points,
+                                                 const GravityOptions& options, std::uint64_t seed) {
+  constexpr int kRefinements = 5;
+  if (static_cast<int>(points.size()) < options.min_points || poses.empty()) {
+    return std::nullopt;
+  }
+  const Scene scene = MakeScene(points, poses, object_points, options);
+  if (scene.tolerance <= 0.0) {
+    return std::nullopt;
+  }
+  const std::optional<Plane> start = BestPlane(scene, options, seed);
+  std::optional<Fit> fit = start ? FitPlane(scene, *start) : std::nullopt;
+  for (int i = 0; fit && i < kRefinements; ++i) {
+    fit = FitPlane(scene, fit->plane);
+  }
+  if (!fit || !IsPlausible(scene, fit->plane, options)) {
+    return std::nullopt;
+  }
+  // A line of points, or a band of points as thick as it is wide, fixes no plane.
+  const double flatness = fit->spread[1] / std::max(scene.tolerance, 1e-12);
+  const double support = Support(scene, fit->plane);
+  if (support < options.min_support || 3 * fit->inliers < options.min_points || flatness < 3.0) {
+    return std::nullopt;
+  }
+  SupportPlane result;
+  result.up = fit->plane.normal;
+  result.height = fit->plane.height;
+  result.inliers = fit->inliers;
+  result.confidence = std::min(1.0, support / 0.35) * std::min(1.0, flatness / 6.0) *
+                      Levelness(scene, fit->plane.normal) * std::min(1.0, fit->inliers / 60.0);
+  return result;
+}
+
+std::optional<double> EstimateSupportHeight(std::span<const Eigen::Vector3d> points,
+                                            std::span<const std::vector<Eigen::Vector3d>> object_points,
+                                            const GravityOptions& options) {
+  if (static_cast<int>(points.size()) < options.min_points) {
+    return std::nullopt;
+  }
+  const std::vector<double> weights = PointWeights(points, object_points);
+  std::vector<std::pair<double, double>> levels;  // height, weight
+  std::vector<double> radii;
+  const Eigen::Vector3d centre = MedianPoint({points.begin(), points.end()});
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    levels.emplace_back(points[i].z(), weights[i]);
+    radii.push_back((points[i] - centre).norm());
+  }
+  std::sort(levels.begin(), levels.end());
+  std::vector<double> object_levels;
+  for (const std::vector<Eigen::Vector3d>& object : object_points) {
+    if (object.size() >= 4) {
+      object_levels.push_back(MedianPoint(object).z());
+    }
+  }
+  const double highest = object_levels.empty() ? levels.back().first : Median(std::move(object_levels));
+  const double window = 2.0 * options.inlier_share * Median(std::move(radii));
+  double best = 0.0;
+  double height = 0.0;
+  double sum = 0.0;
+  for (std::size_t first = 0, last = 0; first < levels.size() && levels[first].first <= highest; ++first) {
+    for (; last < levels.size() && levels[last].first <= levels[first].first + window; ++last) {
+      sum += levels[last].second;
+    }
+    if (sum > best) {
+      best = sum;
+      height = levels[(first + last) / 2].first;
+    }
+    sum -= levels[first].second;
+  }
+  return best >= options.min_support ? std::optional<double>(height) : std::nullopt;
 }
 
 Rigid3d UprightTransform(const Eigen::Vector3d& up) {

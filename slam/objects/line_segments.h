@@ -1,0 +1,21 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "slam/geometry/box2.h"
+#include "slam/geometry/camera.h"
+#include "slam/objects/object_options.h"
+#include "slam/objects/object_types.h"
+
+namespace sqslam {
+
+// Line segments of the whole image by EDLines (Akinlar and Topal 2011). `gray`: 8UC1 as recorded. The segments'
+// ends are undistorted px.
+std::vector<LineSegment> ExtractLines(const cv::Mat& gray, const Camera& camera, const YawOptions& options);
+
+// Those with both ends in the box (undistorted px) grown by options.box_margin.
+std::vector<LineSegment> LinesInBox(const std::vector<LineSegment>& lines, const Box2d& box,
+                                    const YawOptions& options);
+
+}  // namespace sqslam

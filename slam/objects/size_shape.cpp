@@ -1,0 +1,157 @@
+#include "slam/objects/size_shape.h"
+
+#include <ceres/ceres.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "slam/objects/superquadric_jet.h"
+
+namespace sqslam {
+namespace {
+
+struct ShapeCost {
+  Eigen::Vector3d half;
+  Eigen::Vector3d p;
+  double factor;  // sqrt(alpha) / mean half size
+
+  template <typename T>
+  bool operator()(const T* exponents, T* residual) const {
+    const T h[3] = {T(half[0]), T(half[1]), T(half[2])};
+    const T q[3] = {T(p[0]), T(p[1]), T(p[2])};
+    residual[0] = factor * jet::RadialDistance(h, exponents[0], exponents[1], q);
+    return true;
+  }
+};
+
+struct PriorCost {
+  double prior;
+  double factor;
+
+  template <typename T>
+  bool operator()(const T* exponents, T* residual) const {
+    residual[0] = factor * (exponents[0] - prior);
+    residual[1] = factor * (exponents[1] - prior);
+    return true;
+  }
+};
+
+double HuberCost(double residual, double width) {
+  const double r = std::abs(residual);
+  return r <= width ? r * r : 2.0 * width * r - width * width;
+}
+
+// Mean robust cost at fixed exponents; the same function as the refinement minimises.
+double CostAt(const std::vector<ShapeCost>& costs, double e1, double e2, const SizeShapeOptions& options) {
+  const double exponents[2] = {e1, e2};
+  double sum = 0.0;
+  for (const ShapeCost& cost : costs) {
+    double residual = 0.0;
+    cost(exponents, &residual);
+    sum += HuberCost(residual, options.huber);
+  }
+  const double d1 = e1 - options.prior_exponent;
+  const double d2 = e2 - options.prior_exponent;
+  return sum / static_cast<double>(costs.size()) + options.regularisation * options.huber * options.huber *
+                                                       (d1 * d1 + d2 * d2);
+}
+
+ShapeFit BestOfGrid(const std::vector<ShapeCost>& costs, const SizeShapeOptions& options) {
+  ShapeFit best;
+  best.cost = std::numeric_limits<double>::infinity();
+  const int steps = static_cast<int>((kMaxShapeExponent - kMinShapeExponent) / options.grid_step + 1e-6);
+  for (int i = 0; i <= steps; ++i) {
+    for (int j = 0; j <= steps; ++j) {
+      const double e1 = kMinShapeExponent + i * options.grid_step;
+      const double e2 = kMinShapeExponent + j * options.grid_step;
+      const double cost = CostAt(costs, e1, e2, options);
+      if (cost < best.cost) {
+        best = {e1, e2, cost};
+      }
+    }
+  }
+  return best;
+}
+
+double Quantile(std::vector<double> values, double q) {
+  const auto index = static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1) + 0.5);
+  std::nth_element(values.begin(), values.begin() + index, values.end());
+  return values[static_cast<std::size_t>(index)];
+}
+
+}  // namespace
+
+Extents EstimateExtents(std::span<const Eigen::Vector3d> p_object, const SizeShapeOptions& options) {
+  const double q = options.size_method == "percentile" ? options.percentile : 0.0;
+  Extents extents;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    values.reserve(p_object.size());
+    for (const Eigen::Vector3d& p : p_object) {
+      values.push_back(p[axis]);
+    }
+    const double low = Quantile(values, q);
+    const double high = Quantile(std::move(values), 1.0 - q);
+    extents.centre[axis] = 0.5 * (low + high);
+    extents.half_size[axis] = 0.5 * (high - low);
+  }
+  const double thinnest = std::max(1e-9, options.thinnest_share * extents.half_size.maxCoeff());
+  extents.half_size = extents.half_size.cwiseMax(thinnest);
+  return extents;
+}
+
+std::vector<double> ShapeWeights(std::span<const Eigen::Vector3d> p_object) {
+  double nearest = std::numeric_limits<double>::infinity();
+  double farthest = 0.0;
+  for (const Eigen::Vector3d& p : p_object) {
+    nearest = std::min(nearest, p.norm());
+    farthest = std::max(farthest, p.norm());
+  }
+  std::vector<double> weights;
+  weights.reserve(p_object.size());
+  for (const Eigen::Vector3d& p : p_object) {
+    weights.push_back(farthest > nearest ? (p.norm() - nearest) / (farthest - nearest) : 1.0);
+  }
+  return weights;
+}
+
+ShapeFit FitShape(std::span<const Eigen::Vector3d> p_object, const Eigen::Vector3d& half_size,
+                  const SizeShapeOptions& options) {
+  if (p_object.empty()) {
+    return {options.prior_exponent, options.prior_exponent, 0.0};
+  }
+  const std::vector<double> alpha = ShapeWeights(p_object);
+  std::vector<ShapeCost> costs;
+  costs.reserve(p_object.size());
+  for (std::size_t i = 0; i < p_object.size(); ++i) {
+    costs.push_back({half_size, p_object[i], std::sqrt(alpha[i]) / half_size.mean()});
+  }
+  const ShapeFit start = BestOfGrid(costs, options);
+
+  double exponents[2] = {start.e1, start.e2};
+  ceres::Problem problem;
+  for (const ShapeCost& cost : costs) {
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<ShapeCost, 1, 2>(new ShapeCost(cost)),
+                             new ceres::HuberLoss(options.huber), exponents);
+  }
+  const double factor =
+      options.huber * std::sqrt(options.regularisation * static_cast<double>(p_object.size()));
+  problem.AddResidualBlock(
+      new ceres::AutoDiffCostFunction<PriorCost, 2, 2>(new PriorCost{options.prior_exponent, factor}), nullptr,
+      exponents);
+  for (int i = 0; i < 2; ++i) {
+    problem.SetParameterLowerBound(exponents, i, kMinShapeExponent);
+    problem.SetParameterUpperBound(exponents, i, kMaxShapeExponent);
+  }
+  ceres::Solver::Options solver;
+  solver.linear_solver_type = ceres::DENSE_QR;
+  solver.max_num_iterations = options.max_iterations;
+  solver.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver, &problem, &summary);
+  const ShapeFit refined{exponents[0], exponents[1], CostAt(costs, exponents[0], exponents[1], options)};
+  return refined.cost <= start.cost ? refined : start;
+}
+
+}  // namespace sqslam
