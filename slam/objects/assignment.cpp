@@ -6,7 +6,8 @@
 namespace sqslam {
 namespace {
 
-// Adds one row to the matching along the shortest augmenting path. All indices are 1-based; column 0 is a stand-in.
+// Adds one row to the matching along the shortest augmenting path. All indices are 1-based; column 0 is a
+// stand-in.
 void AddRow(const Eigen::MatrixXd& cost, int row, std::vector<double>& u, std::vector<double>& v,
             std::vector<int>& row_of_column) {
   const int columns = static_cast<int>(cost.cols());

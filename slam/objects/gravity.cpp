@@ -61,8 +61,8 @@ Eigen::Vector3d MedianPoint(const std::vector<Eigen::Vector3d>& points) {
   return median;
 }
 
-// Points around an object (within three times its radius) count three times: the plane sought is the one that the
-// objects stand on, not the largest one of the room.
+// Points around an object (within three times its radius) count three times: the plane sought is the one that
+// the objects stand on, not the largest one of the room.
 std::vector<double> PointWeights(std::span<const Eigen::Vector3d> points,
                                  std::span<const std::vector<Eigen::Vector3d>> object_points) {
   constexpr double kReach = 3.0;
@@ -122,8 +122,8 @@ double Levelness(const Scene& scene, const Eigen::Vector3d& up) {
   return std::exp(-0.5 * mean / (kRollSigma * kRollSigma));
 }
 
-// Cameras above the plane (this excludes walls, whose normal that leans to the cameras' up points away from them),
-// and most objects not below it.
+// Cameras above the plane (this excludes walls, whose normal that leans to the cameras' up points away from
+// them), and most objects not below it.
 bool IsPlausible(const Scene& scene, const Plane& plane, const GravityOptions& options) {
   if (plane.normal.dot(scene.mean_up) < std::cos(options.max_angle_deg * kRadPerDeg)) {
     return false;
@@ -148,8 +148,8 @@ double Support(const Scene& scene, const Plane& plane) {
   return support;
 }
 
-std::optional<Plane> PlaneThrough(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
-                                  const Eigen::Vector3d& up) {
+std::optional<Plane> PlaneThrough(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                                  const Eigen::Vector3d& c, const Eigen::Vector3d& up) {
   const Eigen::Vector3d normal = (b - a).cross(c - a);
   if (normal.norm() < 1e-12) {
     return std::nullopt;

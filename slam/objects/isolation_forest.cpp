@@ -17,8 +17,8 @@ double MeanIsolationDepth(int n) {
   return 2.0 * harmonic - 2.0 * (n - 1) / n;
 }
 
-IsolationForest::IsolationForest(std::span<const Eigen::Vector3d> points, const IsolationForestOptions& options,
-                                 std::uint64_t seed) {
+IsolationForest::IsolationForest(std::span<const Eigen::Vector3d> points,
+                                 const IsolationForestOptions& options, std::uint64_t seed) {
   const int n = static_cast<int>(points.size());
   // Half of a large cloud, two thirds of a small one: trees that all see all points are too much alike.
   const int sample_size = std::min(options.max_samples, n > 100 ? n / 2 : 2 * n / 3);

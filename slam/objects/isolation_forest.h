@@ -9,12 +9,14 @@
 
 namespace sqslam {
 
-// c(n) = 2 H(n-1) - 2 (n-1)/n: mean depth of an unsuccessful search in a binary tree of n points; 0 for n < 2.
+// c(n) = 2 H(n-1) - 2 (n-1)/n: mean depth of an unsuccessful search in a binary tree of n points; 0 for n
+// < 2.
 double MeanIsolationDepth(int n);
 
 // Extended Isolation Forest (Hariri et al. 2019; section "Extended Isolation Forest"): branches are planes
-// x . n <= p with an isotropic normal n ~ N(0, I) and an intercept p uniform over the branch's data. The score of a
-// point is s = 2^(-E(h) / c(sample size)) in (0, 1): about 0.5 for an ordinary point, towards 1 for an isolated one.
+// x . n <= p with an isotropic normal n ~ N(0, I) and an intercept p uniform over the branch's data. The
+// score of a point is s = 2^(-E(h) / c(sample size)) in (0, 1): about 0.5 for an ordinary point, towards 1
+// for an isolated one.
 class IsolationForest {
  public:
   IsolationForest(std::span<const Eigen::Vector3d> points, const IsolationForestOptions& options,

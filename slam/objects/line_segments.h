@@ -10,8 +10,8 @@
 
 namespace sqslam {
 
-// Line segments of the whole image by EDLines (Akinlar and Topal 2011). `gray`: 8UC1 as recorded. The segments'
-// ends are undistorted px.
+// Line segments of the whole image by EDLines (Akinlar and Topal 2011). `gray`: 8UC1 as recorded. The
+// segments' ends are undistorted px.
 std::vector<LineSegment> ExtractLines(const cv::Mat& gray, const Camera& camera, const YawOptions& options);
 
 // Those with both ends in the box (undistorted px) grown by options.box_margin.

@@ -1,24 +1,240 @@
 #include "slam/objects/object_mapper.h"
 
+#include <algorithm>
+#include <map>
+
+#include "slam/objects/landmark.h"
+#include "slam/objects/landmark_estimation.h"
+#include "slam/objects/merging.h"
+
 namespace sqslam {
 
 struct ObjectMapper::Impl {
   ObjectOptions options;
+  std::uint64_t seed = 0;
+  std::map<int, Landmark> landmarks;  // by id
+  std::map<int, int> merged_into;     // old id -> surviving id (may have been merged on)
+  std::vector<std::pair<int, int>> merges;
+  std::vector<int> deleted;
+  bool upright = false;
+  std::optional<double> support_height;
+  std::int64_t newest_frame = 0;
+  std::int64_t version = 0;
   std::shared_ptr<const ObjectMapView> view = std::make_shared<ObjectMapView>();
+
+  int Surviving(int id) const;
+  void RenewPoses(Landmark& landmark, const PoseLookup& poses) const;
+  void Update(const PointLookup& points, const Camera& camera, const PoseLookup& poses, bool all);
+  bool MergeOnePair();
+  void DeleteForgotten();
+  bool IsShown(const Landmark& landmark) const;
+  void Transform(const Sim3d& S_new_old);
+  void Publish();
 };
 
-ObjectMapper::ObjectMapper(const ObjectOptions& options, std::uint64_t) : impl_(new Impl{options}) {}
+int ObjectMapper::Impl::Surviving(int id) const {
+  for (auto it = merged_into.find(id); it != merged_into.end(); it = merged_into.find(id)) {
+    id = it->second;
+  }
+  return id;
+}
+
+void ObjectMapper::Impl::RenewPoses(Landmark& landmark, const PoseLookup& poses) const {
+  if (!poses) {
+    return;
+  }
+  for (BoxView& box : landmark.views) {
+    box.T_map_camera = poses(box.frame_index).value_or(box.T_map_camera);
+  }
+  for (auto& [frame, lines] : landmark.lines) {
+    lines.T_map_camera = poses(frame).value_or(lines.T_map_camera);
+  }
+}
+
+void ObjectMapper::Impl::Update(const PointLookup& points, const Camera& camera, const PoseLookup& poses,
+                                bool all) {
+  EstimationContext context{&options, &points, camera, upright, support_height, seed};
+  const auto estimate_due = [&] {
+    for (auto& [id, landmark] : landmarks) {
+      // Young landmarks change with every box, old ones hardly.
+      const int due = landmark.estimated_at + std::max(1, landmark.estimated_at / 6);
+      if (all || landmark.estimated_at == 0 || static_cast<int>(landmark.views.size()) >= due) {
+        RenewPoses(landmark, poses);
+        EstimateLandmark(landmark, context);
+      }
+    }
+  };
+  estimate_due();
+  bool merged = false;
+  while (MergeOnePair()) {
+    merged = true;
+  }
+  if (merged) {
+    all = false;
+    estimate_due();
+  }
+  DeleteForgotten();
+  Publish();
+}
+
+bool ObjectMapper::Impl::MergeOnePair() {
+  for (auto a = landmarks.begin(); a != landmarks.end(); ++a) {
+    for (auto b = std::next(a); b != landmarks.end(); ++b) {
+      if (AreSameObject(a->second, b->second, options.merging)) {
+        merges.emplace_back(b->first, a->first);
+        merged_into[b->first] = a->first;
+        a->second.Absorb(std::move(b->second));
+        // Where the pair was equally wrong about its extent, its points decide at the next estimation; until
+        // then it must not swallow others.
+        a->second.estimated = false;
+        landmarks.erase(b);
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+void ObjectMapper::Impl::DeleteForgotten() {
+  for (auto it = landmarks.begin(); it != landmarks.end();) {
+    const Landmark& landmark = it->second;
+    const std::int64_t age = newest_frame - landmark.views.back().frame_index;
+    if (age > options.forget_after && !IsShown(landmark)) {
+      deleted.push_back(it->first);
+      it = landmarks.erase(it);
+    } else {
+      ++it;
+    }
+  }
+}
+
+bool ObjectMapper::Impl::IsShown(const Landmark& landmark) const {
+  return landmark.estimated && static_cast<int>(landmark.views.size()) >= options.min_observations &&
+         static_cast<int>(landmark.points.size()) >= options.min_points &&
+         landmark.box_agreement >= options.min_box_agreement;
+}
+
+void ObjectMapper::Impl::Transform(const Sim3d& S_new_old) {
+  for (auto& [id, landmark] : landmarks) {
+    landmark.Transform(S_new_old);
+  }
+  if (support_height) {
+    // Only meaningful for motions that keep z up; others come with a new SetUpright().
+    *support_height = S_new_old.scale * *support_height + S_new_old.translation.z();
+  }
+  Publish();
+}
+
+void ObjectMapper::Impl::Publish() {
+  auto next = std::make_shared<ObjectMapView>();
+  next->version = ++version;
+  next->upright = upright;
+  for (const auto& [id, landmark] : landmarks) {
+    ObjectLandmarkView out;
+    out.id = id;
+    out.label = landmark.labels.Best();
+    out.observations = static_cast<int>(landmark.views.size());
+    out.points = landmark.points;
+    out.estimated = landmark.estimated;
+    out.superquadric = landmark.superquadric;
+    out.centroid = landmark.superquadric.T_map_object.translation;
+    out.half_extents = landmark.superquadric.shape.half_size;
+    const Eigen::Vector3d x = landmark.superquadric.T_map_object.rotation * Eigen::Vector3d::UnitX();
+    out.yaw = std::atan2(x.y(), x.x());
+    next->landmarks.push_back(std::move(out));
+  }
+  next->merges = merges;
+  next->deleted = deleted;
+  view = std::move(next);
+}
+
+ObjectMapper::ObjectMapper(const ObjectOptions& options, std::uint64_t seed) : impl_(new Impl) {
+  impl_->options = options;
+  impl_->seed = seed;
+}
 ObjectMapper::~ObjectMapper() = default;
 ObjectMapper::ObjectMapper(ObjectMapper&&) noexcept = default;
 ObjectMapper& ObjectMapper::operator=(ObjectMapper&&) noexcept = default;
-void ObjectMapper::AddObservations(std::span<const ObjectObservation>) {}
-void ObjectMapper::SetUpright(bool, std::optional<double>) {}
-void ObjectMapper::Update(const PointLookup&, const Camera&, const PoseLookup&) {}
-void ObjectMapper::UpdateAll(const PointLookup&, const Camera&, const PoseLookup&) {}
-void ObjectMapper::Transform(const Rigid3d&) {}
-void ObjectMapper::Transform(const Sim3d&) {}
-std::vector<SnapshotObject> ObjectMapper::Objects() const { return {}; }
+
+void ObjectMapper::AddObservations(std::span<const ObjectObservation> observations) {
+  for (const ObjectObservation& observation : observations) {
+    const int id = impl_->Surviving(observation.object_id);
+    const auto& deleted = impl_->deleted;
+    impl_->newest_frame = std::max(impl_->newest_frame, observation.frame_index);
+    // The tracking thread may lag behind: what it still tells of a deleted landmark is dropped.
+    if (std::find(deleted.begin(), deleted.end(), id) == deleted.end()) {
+      Landmark& landmark = impl_->landmarks[id];
+      landmark.id = id;
+      landmark.Add(observation);
+    }
+  }
+}
+
+void ObjectMapper::SetUpright(bool upright, std::optional<double> support_height) {
+  if (upright != impl_->upright) {
+    for (auto& [id, landmark] : impl_->landmarks) {
+      landmark.estimated_at = 0;
+    }
+  }
+  impl_->upright = upright;
+  impl_->support_height = support_height;
+}
+
+void ObjectMapper::Update(const PointLookup& points, const Camera& camera, const PoseLookup& poses) {
+  impl_->Update(points, camera, poses, false);
+}
+
+void ObjectMapper::UpdateAll(const PointLookup& points, const Camera& camera, const PoseLookup& poses) {
+  impl_->Update(points, camera, poses, true);
+}
+
+void ObjectMapper::Transform(const Rigid3d& T_new_old) {
+  impl_->Transform({1.0, T_new_old.rotation, T_new_old.translation});
+}
+
+void ObjectMapper::Transform(const Sim3d& S_new_old) { impl_->Transform(S_new_old); }
+
+std::vector<SnapshotObject> ObjectMapper::Objects() const {
+  std::vector<SnapshotObject> objects;
+  for (const auto& [id, landmark] : impl_->landmarks) {
+    if (!impl_->IsShown(landmark)) {
+      continue;
+    }
+    SnapshotObject object;
+    object.id = id;
+    object.label = landmark.labels.Best();
+    object.score = landmark.labels.BestScore();
+    object.observations = static_cast<int>(landmark.views.size());
+    object.points = static_cast<int>(landmark.points.size());
+    object.superquadric = landmark.superquadric;
+    const Eigen::Vector3d x = landmark.superquadric.T_map_object.rotation * Eigen::Vector3d::UnitX();
+    object.yaw = std::atan2(x.y(), x.x());
+    objects.push_back(std::move(object));
+  }
+  return objects;
+}
+
 std::shared_ptr<const ObjectMapView> ObjectMapper::View() const { return impl_->view; }
-std::unordered_map<std::int64_t, int> ObjectMapper::PointObjects() const { return {}; }
+
+std::unordered_map<std::int64_t, int> ObjectMapper::PointObjects() const {
+  std::unordered_map<std::int64_t, int> owners;
+  std::unordered_map<std::int64_t, double> distances;
+  for (const auto& [id, landmark] : impl_->landmarks) {
+    if (!impl_->IsShown(landmark)) {
+      continue;
+    }
+    const Rigid3d T_object_map = landmark.superquadric.T_map_object.Inverse();
+    for (const auto& [point, p] : landmark.points) {
+      // A point in the boxes of two objects belongs to the one whose surface it is nearer to.
+      const double distance = std::abs(landmark.superquadric.shape.RadialDistance(T_object_map * p));
+      const auto [it, is_new] = distances.emplace(point, distance);
+      if (is_new || distance < it->second) {
+        it->second = distance;
+        owners[point] = id;
+      }
+    }
+  }
+  return owners;
+}
 
 }  // namespace sqslam

@@ -1,14 +1,15 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace sqslam {
 
 // Which boxes of the detector are looked at.
 struct DetectionFilterOptions {
-  std::string ignored_labels =
-      "person,dining_table,sink,bed,bench,oven,refrigerator";  // comma separated: furniture that holds other
-                                                               // things
+  // Furniture that holds other things, and what moves by itself.
+  std::vector<std::string> ignored_labels = {"person", "dining_table", "sink",        "bed",
+                                             "bench",  "oven",         "refrigerator"};
   double min_score = 0.25;        // detector score below which a box is not looked at, in [0, 1]
   double max_box_share = 0.4;     // boxes that cover more of the image are dropped, share of the image area
   double min_box_share = 0.0005;  // boxes that cover less of the image are dropped, share of the image area
@@ -209,9 +210,10 @@ struct GravityOptions {
 };
 
 struct ObjectOptions {
-  std::string method = "refined";  // paper: steps of the paper; refined: plus the joint refinement
-  int min_observations = 10;       // boxes an object needs to be shown
-  int min_points = 8;              // map points an object needs to be shown
+  std::string method = "refined";   // paper: steps of the paper; refined: plus the joint refinement
+  int min_observations = 10;        // boxes an object needs to be shown
+  int min_points = 8;               // map points an object needs to be shown
+  double min_box_agreement = 0.35;  // mean IoU of projected object and boxes that an object needs to be shown
   int forget_after = 300;  // frames without a box after which an object that was never good is deleted
   DetectionFilterOptions detections;
   AssociationOptions association;
@@ -227,6 +229,7 @@ struct ObjectOptions {
     visit("method", method, {"paper", "refined"});
     visit("min_observations", min_observations, 1, 10000);
     visit("min_points", min_points, 0, 10000);
+    visit("min_box_agreement", min_box_agreement, 0.0, 1.0);
     visit("forget_after", forget_after, 1, 1000000);
     visit("detections", detections);
     visit("association", association);

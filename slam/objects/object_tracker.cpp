@@ -1,17 +1,325 @@
 #include "slam/objects/object_tracker.h"
 
+#include <algorithm>
+#include <map>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "slam/objects/association.h"
+#include "slam/objects/detection_filter.h"
+#include "slam/objects/landmark.h"
+#include "slam/objects/landmark_geometry.h"
+#include "slam/objects/line_segments.h"
+#include "slam/objects/t_test.h"
+#include "slam/objects/yaw.h"
+
 namespace sqslam {
+namespace {
+
+// A landmark as the tracking thread remembers it between frames.
+struct SeenLandmark {
+  LabelVotes labels;
+  Box2d last_box;
+  Box2d box_velocity;  // per frame
+  std::int64_t last_frame = -1;
+  int observations = 0;
+  std::unordered_set<std::int64_t> point_ids;
+  PointStatistics centroids;
+  const ObjectLandmarkView* view = nullptr;  // of the mapping thread, where it knows the landmark
+};
+
+Box2d Predict(const SeenLandmark& track, std::int64_t frame_index) {
+  const auto frames = static_cast<double>(frame_index - track.last_frame);
+  const Box2d& b = track.last_box;
+  const Box2d& v = track.box_velocity;
+  return {b.x + frames * v.x, b.y + frames * v.y, std::max(1.0, b.width + frames * v.width),
+          std::max(1.0, b.height + frames * v.height)};
+}
+
+void UpdateBox(SeenLandmark& track, const Box2d& box, std::int64_t frame_index) {
+  const std::int64_t frames = frame_index - track.last_frame;
+  constexpr std::int64_t kMaxGap = 3;
+  if (track.last_frame >= 0 && frames <= kMaxGap && frames > 0) {
+    // Half the measured motion: boxes of a detector jitter, and a full step would amplify that.
+    const double f = 0.5 / static_cast<double>(frames);
+    track.box_velocity = {f * (box.Center().x() - track.last_box.Center().x()),
+                          f * (box.Center().y() - track.last_box.Center().y()), 0.0, 0.0};
+  } else {
+    track.box_velocity = {};
+  }
+  track.last_box = box;
+  track.last_frame = frame_index;
+}
+
+}  // namespace
 
 struct ObjectTracker::Impl {
   ObjectOptions options;
+  int next_id = 0;
+  std::map<int, SeenLandmark> tracks;  // by landmark id
+  std::int64_t view_version = -1;
+  ObjectMapView view;  // the copy that tracks point into
+  std::size_t merges_seen = 0;
+  std::size_t deleted_seen = 0;
+
+  void TakeView(const ObjectMapView& newest);
+  std::vector<MeasuredBox> Measure(const ObjectFrame& frame, const std::vector<BoxCandidate>& boxes) const;
+  std::vector<KnownLandmark> Known(const ObjectFrame& frame) const;
+  std::vector<int> AssignIds(const ObjectFrame& frame, const std::vector<BoxCandidate>& boxes,
+                             const std::vector<MeasuredBox>& measured);
+  bool MayStart(const ObjectFrame& frame, const BoxCandidate& box, const std::vector<BoxCandidate>& boxes,
+                const std::vector<int>& ids) const;
+  void Remember(int id, const ObjectFrame& frame, const BoxCandidate& box, const MeasuredBox& measured);
+  ObjectObservation Observe(int id, const ObjectFrame& frame, const BoxCandidate& box,
+                            const MeasuredBox& measured) const;
+  std::vector<std::int64_t> PointsOutside(const SeenLandmark& track, const ObjectFrame& frame,
+                                          const Box2d& box) const;
+  void Transform(const Sim3d& S_new_old);
 };
 
-ObjectTracker::ObjectTracker(const ObjectOptions& options, std::uint64_t) : impl_(new Impl{options}) {}
+// Follows merges and deletions, and points the tracks at what the mapping thread knows.
+void ObjectTracker::Impl::TakeView(const ObjectMapView& newest) {
+  if (newest.version == view_version) {
+    return;
+  }
+  view = newest;
+  view_version = newest.version;
+  for (; merges_seen < view.merges.size(); ++merges_seen) {
+    const auto [from, to] = view.merges[merges_seen];
+    const auto it = tracks.find(from);
+    if (it == tracks.end()) {
+      continue;
+    }
+    SeenLandmark old = std::move(it->second);
+    tracks.erase(it);
+    SeenLandmark& track = tracks[to];
+    track.labels.Merge(old.labels);
+    track.centroids.Merge(old.centroids);
+    track.observations += old.observations;
+    track.point_ids.merge(old.point_ids);
+    if (old.last_frame > track.last_frame) {
+      track.last_frame = old.last_frame;
+      track.last_box = old.last_box;
+      track.box_velocity = old.box_velocity;
+    }
+  }
+  for (; deleted_seen < view.deleted.size(); ++deleted_seen) {
+    tracks.erase(view.deleted[deleted_seen]);
+  }
+  for (auto& [id, track] : tracks) {
+    track.view = nullptr;
+  }
+  for (const ObjectLandmarkView& landmark : view.landmarks) {
+    const auto it = tracks.find(landmark.id);
+    if (it != tracks.end()) {
+      it->second.view = &landmark;
+      if (landmark.estimated) {
+        // What passed the outlier removal, plus what was seen since; the rest is background.
+        it->second.point_ids.clear();
+        for (const auto& [point, p] : landmark.points) {
+          it->second.point_ids.insert(point);
+        }
+      }
+    }
+  }
+}
+
+std::vector<MeasuredBox> ObjectTracker::Impl::Measure(const ObjectFrame& frame,
+                                                      const std::vector<BoxCandidate>& boxes) const {
+  std::vector<MeasuredBox> measured;
+  for (const BoxCandidate& box : boxes) {
+    MeasuredBox m{frame.detections[box.detection_index], {}, box.centroid};
+    for (const int point : box.points) {
+      m.point_ids.push_back(frame.points[point].point_id);
+    }
+    measured.push_back(std::move(m));
+  }
+  return measured;
+}
+
+std::vector<KnownLandmark> ObjectTracker::Impl::Known(const ObjectFrame& frame) const {
+  std::vector<KnownLandmark> known;
+  for (const auto& [id, track] : tracks) {
+    KnownLandmark landmark;
+    landmark.label = track.labels.Best();
+    landmark.frames_since_seen = frame.frame_index - track.last_frame;
+    if (landmark.frames_since_seen <= options.association.inter_frame_gap) {
+      landmark.predicted_box = Predict(track, frame.frame_index);
+    }
+    if (track.view && track.view->estimated) {
+      const auto box = ProjectToBox(track.view->superquadric, frame.T_map_camera, frame.camera);
+      if (box) {
+        const Box2d clipped = ClipToImage(*box, frame.camera);
+        if (clipped.Area() > 0.0) {
+          landmark.projected_box = clipped;
+        }
+      }
+      landmark.centre = track.view->centroid;
+      landmark.radius = track.view->half_extents.maxCoeff();
+    }
+    landmark.point_ids = &track.point_ids;
+    landmark.centroids = &track.centroids;
+    known.push_back(landmark);
+  }
+  return known;
+}
+
+// A new landmark needs points, and must not be a second box around something that has one already.
+bool ObjectTracker::Impl::MayStart(const ObjectFrame& frame, const BoxCandidate& box,
+                                   const std::vector<BoxCandidate>& boxes,
+                                   const std::vector<int>& ids) const {
+  const Box2d& b = frame.detections[box.detection_index].box;
+  const double share = b.Area() / (static_cast<double>(frame.camera.width) * frame.camera.height);
+  if (static_cast<int>(box.points.size()) < options.association.min_points ||
+      (box.AnyEdgeCut() && share < options.detections.max_cut_share)) {
+    return false;
+  }
+  constexpr double kSameThing = 0.5;
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    if (ids[i] >= 0 && IoU(frame.detections[boxes[i].detection_index].box, b) > kSameThing) {
+      return false;
+    }
+  }
+  return true;
+}
+
+std::vector<int> ObjectTracker::Impl::AssignIds(const ObjectFrame& frame,
+                                                const std::vector<BoxCandidate>& boxes,
+                                                const std::vector<MeasuredBox>& measured) {
+  const std::vector<KnownLandmark> known = Known(frame);
+  std::vector<int> ids_of_known;
+  for (const auto& [id, track] : tracks) {
+    ids_of_known.push_back(id);
+  }
+  std::vector<int> ids = Associate(measured, known, options.association);
+  for (int& id : ids) {
+    id = id >= 0 ? ids_of_known[id] : -1;
+  }
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    if (ids[i] < 0 && MayStart(frame, boxes[i], boxes, ids)) {
+      ids[i] = next_id++;
+    }
+  }
+  return ids;
+}
+
+void ObjectTracker::Impl::Remember(int id, const ObjectFrame& frame, const BoxCandidate& box,
+                                   const MeasuredBox& measured) {
+  constexpr std::size_t kMaxPoints = 3000;
+  SeenLandmark& track = tracks[id];
+  track.labels.Add(measured.detection.label, measured.detection.score);
+  UpdateBox(track, measured.detection.box, frame.frame_index);
+  ++track.observations;
+  if (track.point_ids.size() < kMaxPoints) {
+    track.point_ids.insert(measured.point_ids.begin(), measured.point_ids.end());
+  }
+  // The centroid of a part says nothing about the whole.
+  if (box.centroid && !box.AnyEdgeCut()) {
+    track.centroids.Add(*box.centroid);
+  }
+}
+
+std::vector<std::int64_t> ObjectTracker::Impl::PointsOutside(const SeenLandmark& track,
+                                                             const ObjectFrame& frame,
+                                                             const Box2d& box) const {
+  std::vector<std::int64_t> outside;
+  if (!track.view) {
+    return outside;
+  }
+  const Rigid3d T_camera_map = frame.T_map_camera.Inverse();
+  const double margin = options.outliers.box_margin * std::max(box.width, box.height);
+  for (const auto& [point, p_map] : track.view->points) {
+    const Eigen::Vector3d p = T_camera_map * p_map;
+    if (p.z() <= 0.0) {
+      continue;
+    }
+    const Eigen::Vector2d pixel = frame.camera.ProjectDistorted(p);
+    const bool in_image = pixel.x() >= 0.0 && pixel.y() >= 0.0 && pixel.x() < frame.camera.width &&
+                          pixel.y() < frame.camera.height;
+    if (in_image && !box.Contains(pixel, margin)) {
+      outside.push_back(point);
+    }
+  }
+  return outside;
+}
+
+ObjectObservation ObjectTracker::Impl::Observe(int id, const ObjectFrame& frame, const BoxCandidate& box,
+                                               const MeasuredBox& measured) const {
+  ObjectObservation observation;
+  observation.object_id = id;
+  observation.frame_index = frame.frame_index;
+  observation.detection_index = box.detection_index;
+  observation.detection = measured.detection;
+  observation.T_map_camera = frame.T_map_camera;
+  observation.point_ids = measured.point_ids;
+  for (int edge = 0; edge < 4; ++edge) {
+    observation.edge_free[edge] = !box.edge_cut[edge] && !box.edge_hidden[edge];
+  }
+  if (!box.AnyEdgeCut()) {
+    observation.centroid = box.centroid;
+  }
+  observation.reprojected_outside = PointsOutside(tracks.at(id), frame, measured.detection.box);
+  return observation;
+}
+
+void ObjectTracker::Impl::Transform(const Sim3d& S_new_old) {
+  const Eigen::Matrix3d R = S_new_old.rotation.toRotationMatrix();
+  for (auto& [id, track] : tracks) {
+    track.centroids.mean = S_new_old * track.centroids.mean;
+    track.centroids.squares = S_new_old.scale * S_new_old.scale * (R.cwiseAbs2() * track.centroids.squares);
+  }
+  for (ObjectLandmarkView& landmark : view.landmarks) {
+    Rigid3d& T = landmark.superquadric.T_map_object;
+    T = {(S_new_old.rotation * T.rotation).normalized(), S_new_old * T.translation};
+    landmark.superquadric.shape.half_size *= S_new_old.scale;
+    landmark.half_extents *= S_new_old.scale;
+    landmark.centroid = S_new_old * landmark.centroid;
+    for (auto& [point, p] : landmark.points) {
+      p = S_new_old * p;
+    }
+  }
+}
+
+ObjectTracker::ObjectTracker(const ObjectOptions& options, std::uint64_t) : impl_(new Impl) {
+  impl_->options = options;
+}
 ObjectTracker::~ObjectTracker() = default;
 ObjectTracker::ObjectTracker(ObjectTracker&&) noexcept = default;
 ObjectTracker& ObjectTracker::operator=(ObjectTracker&&) noexcept = default;
-std::vector<ObjectObservation> ObjectTracker::Track(const ObjectFrame&, const ObjectMapView&) { return {}; }
-void ObjectTracker::Transform(const Rigid3d&) {}
-void ObjectTracker::Transform(const Sim3d&) {}
+
+std::vector<ObjectObservation> ObjectTracker::Track(const ObjectFrame& frame, const ObjectMapView& view) {
+  Impl& impl = *impl_;
+  impl.TakeView(view);
+  const std::vector<BoxCandidate> boxes =
+      SelectBoxes(frame, impl.options.detections, impl.options.outliers.depth_iqr);
+  const std::vector<MeasuredBox> measured = impl.Measure(frame, boxes);
+  const std::vector<int> ids = impl.AssignIds(frame, boxes, measured);
+  const YawOptions& yaw = impl.options.yaw;
+  const bool with_lines =
+      yaw.line_interval > 0 && frame.frame_index % yaw.line_interval == 0 && !boxes.empty();
+  const std::vector<LineSegment> lines =
+      with_lines ? ExtractLines(frame.gray, frame.camera, yaw) : std::vector<LineSegment>();
+  std::vector<ObjectObservation> observations;
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    if (ids[i] < 0) {
+      continue;
+    }
+    impl.Remember(ids[i], frame, boxes[i], measured[i]);
+    ObjectObservation observation = impl.Observe(ids[i], frame, boxes[i], measured[i]);
+    observation.lines = LinesInBox(lines, UndistortBox(measured[i].detection.box, frame.camera), yaw);
+    if (view.upright && !observation.lines.empty()) {
+      const LineView line_view{frame.T_map_camera, observation.lines};
+      observation.yaw = YawFromLines({&line_view, 1}, frame.camera, yaw);
+    }
+    observations.push_back(std::move(observation));
+  }
+  return observations;
+}
+
+void ObjectTracker::Transform(const Rigid3d& T_new_old) {
+  impl_->Transform({1.0, T_new_old.rotation, T_new_old.translation});
+}
+
+void ObjectTracker::Transform(const Sim3d& S_new_old) { impl_->Transform(S_new_old); }
 
 }  // namespace sqslam

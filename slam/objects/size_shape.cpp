@@ -53,8 +53,8 @@ double CostAt(const std::vector<ShapeCost>& costs, double e1, double e2, const S
   }
   const double d1 = e1 - options.prior_exponent;
   const double d2 = e2 - options.prior_exponent;
-  return sum / static_cast<double>(costs.size()) + options.regularisation * options.huber * options.huber *
-                                                       (d1 * d1 + d2 * d2);
+  return sum / static_cast<double>(costs.size()) +
+         options.regularisation * options.huber * options.huber * (d1 * d1 + d2 * d2);
 }
 
 ShapeFit BestOfGrid(const std::vector<ShapeCost>& costs, const SizeShapeOptions& options) {
@@ -138,8 +138,8 @@ ShapeFit FitShape(std::span<const Eigen::Vector3d> p_object, const Eigen::Vector
   const double factor =
       options.huber * std::sqrt(options.regularisation * static_cast<double>(p_object.size()));
   problem.AddResidualBlock(
-      new ceres::AutoDiffCostFunction<PriorCost, 2, 2>(new PriorCost{options.prior_exponent, factor}), nullptr,
-      exponents);
+      new ceres::AutoDiffCostFunction<PriorCost, 2, 2>(new PriorCost{options.prior_exponent, factor}),
+      nullptr, exponents);
   for (int i = 0; i < 2; ++i) {
     problem.SetParameterLowerBound(exponents, i, kMinShapeExponent);
     problem.SetParameterUpperBound(exponents, i, kMaxShapeExponent);

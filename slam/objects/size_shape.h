@@ -14,8 +14,8 @@ struct Extents {
   Eigen::Vector3d half_size = Eigen::Vector3d::Zero();  // > 0 where there are two different points
 };
 
-// Half sizes as half the difference of the largest and the smallest coordinate on each axis (section "Size And
-// Shape"), or of two percentiles. Needs at least one point.
+// Half sizes as half the difference of the largest and the smallest coordinate on each axis (section "Size
+// And Shape"), or of two percentiles. Needs at least one point.
 Extents EstimateExtents(std::span<const Eigen::Vector3d> p_object, const SizeShapeOptions& options);
 
 // Weights alpha of section "Size And Shape": 0 for the point nearest to the centre, 1 for the farthest.
@@ -27,8 +27,8 @@ struct ShapeFit {
   double cost = 0.0;  // alpha-weighted robust mean of the squared radial distance over the mean half size
 };
 
-// Shape exponents for given half sizes: the best of a grid over [0.1, 1.9]^2, refined by Levenberg-Marquardt on the
-// radial distance with weights alpha and a Huber loss.
+// Shape exponents for given half sizes: the best of a grid over [0.1, 1.9]^2, refined by Levenberg-Marquardt
+// on the radial distance with weights alpha and a Huber loss.
 ShapeFit FitShape(std::span<const Eigen::Vector3d> p_object, const Eigen::Vector3d& half_size,
                   const SizeShapeOptions& options);
 

@@ -1,7 +1,7 @@
 #pragma once
 
-// Superquadric formulas for Ceres' automatic derivatives. The value agrees with slam/geometry/superquadric.h; the
-// absolute values are smoothed by a millionth of the size, so that derivatives exist on the axes.
+// Superquadric formulas for Ceres' automatic derivatives. The value agrees with slam/geometry/superquadric.h;
+// the absolute values are smoothed by a millionth of the size, so that derivatives exist on the axes.
 
 #include <Eigen/Core>
 #include <cmath>
@@ -41,8 +41,8 @@ T RadialDistance(const T* half, const T& e1, const T& e2, const T* p) {
   return norm * (T(1.0) - T(1.0) / RadialScale(half, e1, e2, p));
 }
 
-// Support function h(n) = max over the surface of n . p: the dual norm of F^(e1/2), a superquadric norm again with
-// exponents 2 - e and the half sizes as factors. n need not be of unit length (h is homogeneous).
+// Support function h(n) = max over the surface of n . p: the dual norm of F^(e1/2), a superquadric norm again
+// with exponents 2 - e and the half sizes as factors. n need not be of unit length (h is homogeneous).
 template <typename T>
 T SupportFunction(const T* half, const T& e1, const T& e2, const T* n) {
   const T horizontal = PNorm(T(n[0] * half[0]), T(n[1] * half[1]), T(2.0 / (2.0 - e2)));

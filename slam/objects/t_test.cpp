@@ -51,10 +51,11 @@ bool AreSamePopulation(const PointStatistics& a, const PointStatistics& b, doubl
   if (a.count < 1 || b.count < 1 || degrees < 1) {
     return false;
   }
-  const Eigen::Vector3d pooled =
-      (((a.count - 1) * a.Variance() + (b.count - 1) * b.Variance()) / degrees).cwiseSqrt().cwiseMax(min_sigma);
-  const Eigen::Vector3d t = (a.mean - b.mean).cwiseAbs().cwiseQuotient(pooled) /
-                            std::sqrt(1.0 / a.count + 1.0 / b.count);
+  const Eigen::Vector3d pooled = (((a.count - 1) * a.Variance() + (b.count - 1) * b.Variance()) / degrees)
+                                     .cwiseSqrt()
+                                     .cwiseMax(min_sigma);
+  const Eigen::Vector3d t =
+      (a.mean - b.mean).cwiseAbs().cwiseQuotient(pooled) / std::sqrt(1.0 / a.count + 1.0 / b.count);
   return t.maxCoeff() <= CriticalT(alpha, degrees);
 }
 

@@ -72,8 +72,8 @@ struct Match {
   double offset = 0.0;
 };
 
-// Lines that agree with the horizontal axes at this yaw; those nearer to the vertical axis are left out, as they
-// say nothing about yaw.
+// Lines that agree with the horizontal axes at this yaw; those nearer to the vertical axis are left out, as
+// they say nothing about yaw.
 std::vector<Match> MatchLines(const std::vector<NormalisedLine>& lines, double yaw, double max_sine,
                               double& score) {
   std::vector<Match> matches;

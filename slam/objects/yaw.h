@@ -13,7 +13,8 @@
 
 namespace sqslam {
 
-// Wraps an angle into [-pi/4, pi/4): a superquadric turned by 90 degrees with a_x and a_y swapped is the same.
+// Wraps an angle into [-pi/4, pi/4): a superquadric turned by 90 degrees with a_x and a_y swapped is the
+// same.
 double WrapQuarter(double yaw);
 
 // The lines of one object in one view.
@@ -22,21 +23,21 @@ struct LineView {
   std::vector<LineSegment> lines;  // undistorted px
 };
 
-// Yaw from line segments (section "Pose Estimation"): the axes of the object are parallel to its edges. 18 start
-// angles over 90 degrees, the one with the best matches (angle between projected axis and line below
+// Yaw from line segments (section "Pose Estimation"): the axes of the object are parallel to its edges. 18
+// start angles over 90 degrees, the one with the best matches (angle between projected axis and line below
 // options.match_angle_deg) is refined by Levenberg-Marquardt over the accumulated angle error. The axes are
-// projected at each line's midpoint, i.e. compared with the direction to the axis' vanishing point, so that lines
-// away from the object's centre are compared without a perspective error. One view is the paper's estimate, many
-// views give the joint one. Empty where the lines match no horizontal axis.
+// projected at each line's midpoint, i.e. compared with the direction to the axis' vanishing point, so that
+// lines away from the object's centre are compared without a perspective error. One view is the paper's
+// estimate, many views give the joint one. Empty where the lines match no horizontal axis.
 std::optional<YawEstimate> YawFromLines(std::span<const LineView> views, const Camera& camera,
                                         const YawOptions& options);
 
-// Yaw from the principal axis of the points' horizontal projection, for objects without straight edges. Empty where
-// the cloud is round (variance ratio below options.pca_min_ratio) or small.
+// Yaw from the principal axis of the points' horizontal projection, for objects without straight edges. Empty
+// where the cloud is round (variance ratio below options.pca_min_ratio) or small.
 std::optional<YawEstimate> YawFromPoints(std::span<const Eigen::Vector3d> points, const YawOptions& options);
 
-// Weighted running mean of angles modulo 90 degrees, taken on the circle of 4 * yaw: the mean of 44 and -44 degrees
-// is 45, not 0.
+// Weighted running mean of angles modulo 90 degrees, taken on the circle of 4 * yaw: the mean of 44 and -44
+// degrees is 45, not 0.
 class YawMean {
  public:
   void Add(const YawEstimate& estimate);

@@ -1,0 +1,164 @@
+#include "slam/objects/detection_filter.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sqslam {
+namespace {
+
+std::array<bool, 4> CutEdges(const Box2d& box, const Camera& camera, double margin) {
+  return {box.x <= margin, box.y <= margin, box.x + box.width >= camera.width - 1.0 - margin,
+          box.y + box.height >= camera.height - 1.0 - margin};
+}
+
+bool IsUsable(const Detection& detection, const Camera& camera, const DetectionFilterOptions& options) {
+  const auto& ignored = options.ignored_labels;
+  if (detection.score < options.min_score ||
+      std::find(ignored.begin(), ignored.end(), detection.label) != ignored.end()) {
+    return false;
+  }
+  const double share = detection.box.Area() / (static_cast<double>(camera.width) * camera.height);
+  return share >= options.min_box_share && share <= options.max_box_share;
+}
+
+// Indices of the usable detections without doubles, in the order of the detections.
+std::vector<int> UsableDetections(const ObjectFrame& frame, const DetectionFilterOptions& options) {
+  std::vector<int> by_score;
+  for (int i = 0; i < static_cast<int>(frame.detections.size()); ++i) {
+    if (IsUsable(frame.detections[i], frame.camera, options)) {
+      by_score.push_back(i);
+    }
+  }
+  std::stable_sort(by_score.begin(), by_score.end(),
+                   [&](int a, int b) { return frame.detections[a].score > frame.detections[b].score; });
+  std::vector<int> kept;
+  for (const int i : by_score) {
+    const bool is_double = std::any_of(kept.begin(), kept.end(), [&](int j) {
+      return IoU(frame.detections[i].box, frame.detections[j].box) > options.duplicate_iou;
+    });
+    if (!is_double) {
+      kept.push_back(i);
+    }
+  }
+  std::sort(kept.begin(), kept.end());
+  return kept;
+}
+
+void GatherPoints(const ObjectFrame& frame, const Rigid3d& T_camera_map, double depth_iqr,
+                  BoxCandidate& candidate) {
+  const Box2d& box = frame.detections[candidate.detection_index].box;
+  std::vector<int> inside;
+  std::vector<double> depths;
+  for (int i = 0; i < static_cast<int>(frame.points.size()); ++i) {
+    if (box.Contains(frame.points[i].pixel)) {
+      const double depth = (T_camera_map * frame.points[i].p_map).z();
+      if (depth > 0.0) {
+        inside.push_back(i);
+        depths.push_back(depth);
+      }
+    }
+  }
+  const std::vector<bool> keep = GateDepths(depths, depth_iqr);
+  std::vector<double> kept_depths;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < inside.size(); ++i) {
+    if (keep[i]) {
+      candidate.points.push_back(inside[i]);
+      kept_depths.push_back(depths[i]);
+      sum += frame.points[inside[i]].p_map;
+    }
+  }
+  if (kept_depths.empty()) {
+    return;
+  }
+  if (kept_depths.size() >= 3) {
+    candidate.centroid = sum / static_cast<double>(kept_depths.size());
+  }
+  const auto middle = kept_depths.begin() + static_cast<std::ptrdiff_t>(kept_depths.size() / 2);
+  std::nth_element(kept_depths.begin(), middle, kept_depths.end());
+  candidate.median_depth = *middle;
+}
+
+// Share of the edge (0 left, 1 top, 2 right, 3 bottom) of `box` that runs through `other`.
+double CoveredShare(const Box2d& box, int edge, const Box2d& other) {
+  const bool vertical = edge % 2 == 0;
+  const double at = edge == 0   ? box.x
+                    : edge == 1 ? box.y
+                    : edge == 2 ? box.x + box.width
+                                : box.y + box.height;
+  const double other_begin = vertical ? other.x : other.y;
+  const double other_end = other_begin + (vertical ? other.width : other.height);
+  const double slack = 2.0;  // px; an edge that touches the other box was probably made by it
+  if (at < other_begin - slack || at > other_end + slack) {
+    return 0.0;
+  }
+  const double begin = vertical ? box.y : box.x;
+  const double length = vertical ? box.height : box.width;
+  const double cross_begin = vertical ? other.y : other.x;
+  const double cross_end = cross_begin + (vertical ? other.height : other.width);
+  const double overlap = std::min(begin + length, cross_end) - std::max(begin, cross_begin);
+  return length > 0.0 ? std::max(0.0, overlap) / length : 0.0;
+}
+
+void MarkHiddenEdges(const ObjectFrame& frame, std::vector<BoxCandidate>& candidates) {
+  constexpr double kHidden = 0.25;
+  for (BoxCandidate& candidate : candidates) {
+    const Box2d& box = frame.detections[candidate.detection_index].box;
+    for (const BoxCandidate& other : candidates) {
+      if (&other == &candidate) {
+        continue;
+      }
+      const Box2d& other_box = frame.detections[other.detection_index].box;
+      // Things on one support are the nearer the lower they end in the image; depths decide where that is
+      // unclear.
+      const bool depths_known = candidate.median_depth > 0.0 && other.median_depth > 0.0;
+      const bool nearer = depths_known ? other.median_depth < candidate.median_depth
+                                       : other_box.y + other_box.height > box.y + box.height;
+      for (int edge = 0; nearer && edge < 4; ++edge) {
+        candidate.edge_hidden[edge] =
+            candidate.edge_hidden[edge] || CoveredShare(box, edge, other_box) > kHidden;
+      }
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<bool> GateDepths(const std::vector<double>& depths, double iqr_factor) {
+  std::vector<bool> keep(depths.size(), true);
+  if (depths.size() < 4) {
+    return keep;
+  }
+  std::vector<double> sorted = depths;
+  std::sort(sorted.begin(), sorted.end());
+  const auto quantile = [&](double q) {
+    const double position = q * static_cast<double>(sorted.size() - 1);
+    const auto low = static_cast<std::size_t>(position);
+    const std::size_t high = std::min(low + 1, sorted.size() - 1);
+    return sorted[low] + (position - static_cast<double>(low)) * (sorted[high] - sorted[low]);
+  };
+  const double q1 = quantile(0.25);
+  const double q3 = quantile(0.75);
+  const double reach = iqr_factor * (q3 - q1);
+  for (std::size_t i = 0; i < depths.size(); ++i) {
+    keep[i] = depths[i] >= q1 - reach && depths[i] <= q3 + reach;
+  }
+  return keep;
+}
+
+std::vector<BoxCandidate> SelectBoxes(const ObjectFrame& frame, const DetectionFilterOptions& options,
+                                      double depth_iqr) {
+  const Rigid3d T_camera_map = frame.T_map_camera.Inverse();
+  std::vector<BoxCandidate> candidates;
+  for (const int index : UsableDetections(frame, options)) {
+    BoxCandidate candidate;
+    candidate.detection_index = index;
+    candidate.edge_cut = CutEdges(frame.detections[index].box, frame.camera, options.border_margin);
+    GatherPoints(frame, T_camera_map, depth_iqr, candidate);
+    candidates.push_back(std::move(candidate));
+  }
+  MarkHiddenEdges(frame, candidates);
+  return candidates;
+}
+
+}  // namespace sqslam

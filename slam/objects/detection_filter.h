@@ -1,0 +1,34 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "slam/objects/object_options.h"
+#include "slam/objects/object_types.h"
+
+namespace sqslam {
+
+// A box worth looking at, with the map points that lie in it.
+struct BoxCandidate {
+  int detection_index = 0;                  // into ObjectFrame::detections
+  std::vector<int> points;                  // into ObjectFrame::points; in the box and through the depth gate
+  std::array<bool, 4> edge_cut{};           // left, top, right, bottom: at the image border
+  std::array<bool, 4> edge_hidden{};        // behind another box
+  double median_depth = 0.0;                // of `points`, map units; 0 where there are none
+  std::optional<Eigen::Vector3d> centroid;  // of `points`, map frame; empty for fewer than three points
+
+  bool AnyEdgeCut() const { return edge_cut[0] || edge_cut[1] || edge_cut[2] || edge_cut[3]; }
+};
+
+// Drops ignored labels, weak, tiny and huge boxes and doubles, gathers each box's points behind the depth
+// gate, and marks edges that are cut off by the image or hidden by a nearer box.
+std::vector<BoxCandidate> SelectBoxes(const ObjectFrame& frame, const DetectionFilterOptions& options,
+                                      double depth_iqr);
+
+// Depth gate (box plot): which of the depths lie within `iqr_factor` interquartile ranges of the quartiles.
+// Keeps everything for fewer than four depths.
+std::vector<bool> GateDepths(const std::vector<double>& depths, double iqr_factor);
+
+}  // namespace sqslam

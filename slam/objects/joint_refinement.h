@@ -1,0 +1,49 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "slam/geometry/box2.h"
+#include "slam/geometry/camera.h"
+#include "slam/geometry/superquadric.h"
+#include "slam/objects/object_options.h"
+#include "slam/objects/object_types.h"
+
+namespace sqslam {
+
+// One view of an object for the refinement.
+struct SilhouetteView {
+  Rigid3d T_map_camera;
+  Box2d box;  // undistorted px
+  std::array<bool, 4>
+      edge_exact{};  // left, top, right, bottom: the silhouette ends there; otherwise it may go on
+};
+
+struct RefinementInput {
+  std::vector<SilhouetteView> views;
+  std::vector<Eigen::Vector3d> points;   // inliers, map frame
+  std::optional<YawEstimate> yaw;        // from lines
+  std::optional<double> support_height;  // z of the plane that the object may stand on
+  Camera camera;
+  double prior_exponent = 0.5;
+};
+
+struct RefinementResult {
+  PosedSuperquadric superquadric;
+  double cost = 0.0;  // robust, comparable between starts on the same input
+};
+
+// Centre, half sizes, yaw and shape at once (9 parameters; roll and pitch stay zero), by Levenberg-Marquardt.
+//
+// Each box edge spans a plane through the camera centre that touches the object. With the edge's outward
+// normal n (camera frame, scaled so that n . p is the offset in the image times depth) the condition is n . c
+// + h(R^T n) = 0, where c is the object's centre and h the support function of the superquadric: exact,
+// smooth, and no silhouette has to be traced. Points give the radial distance of Eq. 10, the support gives
+// contact: lowest point = height.
+RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementInput& input,
+                               const RefinementOptions& options);
+
+}  // namespace sqslam

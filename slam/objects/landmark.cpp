@@ -1,0 +1,114 @@
+#include "slam/objects/landmark.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sqslam {
+namespace {
+
+constexpr std::size_t kMaxLineViews = 60;
+
+}  // namespace
+
+void LabelVotes::Add(const std::string& label, double score) {
+  Tally& tally = tallies_[label];
+  tally.sum += score;
+  ++tally.count;
+  if (best_.empty() || tally.sum > tallies_[best_].sum) {
+    best_ = label;
+  }
+}
+
+void LabelVotes::Merge(const LabelVotes& other) {
+  for (const auto& [label, theirs] : other.tallies_) {
+    Tally& tally = tallies_[label];
+    tally.sum += theirs.sum;
+    tally.count += theirs.count;
+  }
+  for (const auto& [label, tally] : tallies_) {
+    if (best_.empty() || tally.sum > tallies_[best_].sum) {
+      best_ = label;
+    }
+  }
+}
+
+const std::string& LabelVotes::Best() const { return best_; }
+
+double LabelVotes::BestScore() const {
+  const auto it = tallies_.find(best_);
+  return it == tallies_.end() ? 0.0 : it->second.sum / it->second.count;
+}
+
+void Landmark::Add(const ObjectObservation& observation) {
+  labels.Add(observation.detection.label, observation.detection.score);
+  views.push_back(
+      {observation.frame_index, observation.T_map_camera, observation.detection.box, observation.edge_free});
+  for (const std::int64_t point : observation.point_ids) {
+    ++votes[point].inside;
+  }
+  for (const std::int64_t point : observation.reprojected_outside) {
+    ++votes[point].outside;
+  }
+  if (observation.centroid) {
+    centroids.Add(*observation.centroid);
+  }
+  if (observation.yaw) {
+    yaw.Add(*observation.yaw);
+  }
+  if (!observation.lines.empty()) {
+    if (lines.size() >= kMaxLineViews) {
+      // Thin out evenly: every second one goes.
+      for (std::size_t i = 0; 2 * i < lines.size(); ++i) {
+        lines[i] = lines[2 * i];
+      }
+      lines.resize((lines.size() + 1) / 2);
+    }
+    lines.emplace_back(observation.frame_index, LineView{observation.T_map_camera, observation.lines});
+  }
+}
+
+void Landmark::Absorb(Landmark&& other) {
+  labels.Merge(other.labels);
+  views.insert(views.end(), other.views.begin(), other.views.end());
+  std::stable_sort(views.begin(), views.end(),
+                   [](const BoxView& a, const BoxView& b) { return a.frame_index < b.frame_index; });
+  for (const auto& [point, theirs] : other.votes) {
+    PointVotes& mine = votes[point];
+    mine.inside += theirs.inside;
+    mine.outside += theirs.outside;
+  }
+  centroids.Merge(other.centroids);
+  yaw.Merge(other.yaw);
+  lines.insert(lines.end(), other.lines.begin(), other.lines.end());
+  estimated_at = 0;
+}
+
+void Landmark::Transform(const Sim3d& S_new_old) {
+  const Eigen::Matrix3d R = S_new_old.rotation.toRotationMatrix();
+  const auto move = [&](Rigid3d& T) {
+    T = {(S_new_old.rotation * T.rotation).normalized(), S_new_old * T.translation};
+  };
+  for (BoxView& view : views) {
+    move(view.T_map_camera);
+  }
+  for (auto& [frame, view] : lines) {
+    move(view.T_map_camera);
+  }
+  for (auto& [id, p] : points) {
+    p = S_new_old * p;
+  }
+  centroids.mean = S_new_old * centroids.mean;
+  centroids.squares = S_new_old.scale * S_new_old.scale * (R.cwiseAbs2() * centroids.squares);
+  move(superquadric.T_map_object);
+  superquadric.shape.half_size *= S_new_old.scale;
+  const Eigen::Vector3d up = R.col(2);
+  if (up.z() > 0.9999) {
+    yaw.Rotate(std::atan2(R(1, 0), R(0, 0)));
+  } else {
+    yaw = YawMean();  // angles about another axis mean nothing now
+    // The object was boxed along axes that are no longer upright; estimate it anew.
+    estimated_at = 0;
+  }
+}
+
+}  // namespace sqslam

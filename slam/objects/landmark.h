@@ -1,0 +1,76 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "slam/geometry/detection.h"
+#include "slam/geometry/rigid3.h"
+#include "slam/geometry/superquadric.h"
+#include "slam/objects/object_types.h"
+#include "slam/objects/t_test.h"
+#include "slam/objects/yaw.h"
+
+namespace sqslam {
+
+// Labels that the detector gave one thing, with the sum of their scores: the thing carries the one with the
+// most.
+class LabelVotes {
+ public:
+  void Add(const std::string& label, double score);
+  void Merge(const LabelVotes& other);
+  const std::string& Best() const;  // empty where nothing was added
+  double BestScore() const;         // mean score of the observations that carry the best label
+
+ private:
+  struct Tally {
+    double sum = 0.0;
+    int count = 0;
+  };
+  std::map<std::string, Tally> tallies_;
+  std::string best_;
+};
+
+// One box of a landmark.
+struct BoxView {
+  std::int64_t frame_index = 0;
+  Rigid3d T_map_camera;
+  Box2d box;  // distorted px
+  std::array<bool, 4> edge_free{};
+};
+
+// An object as the mapping thread keeps it. Plain data; the steps that work on it are in
+// landmark_estimation.h and merging.h.
+struct Landmark {
+  // How often a map point was seen in the object's box, and how often it fell outside.
+  struct PointVotes {
+    int inside = 0;
+    int outside = 0;
+  };
+
+  int id = 0;
+  LabelVotes labels;
+  std::vector<BoxView> views;  // by frame
+  std::map<std::int64_t, PointVotes> votes;
+  PointStatistics centroids;
+  YawMean yaw;                                           // of single frames (the paper's running mean)
+  std::vector<std::pair<std::int64_t, LineView>> lines;  // frame index and lines
+
+  // Results of the last estimation.
+  bool estimated = false;
+  int estimated_at = 0;                                          // number of views at that time
+  std::vector<std::pair<std::int64_t, Eigen::Vector3d>> points;  // inliers
+  PosedSuperquadric superquadric;
+  double box_agreement = 0.0;  // mean IoU of the projected superquadric and the boxes, in [0, 1]
+
+  void Add(const ObjectObservation& observation);
+  void Absorb(Landmark&& other);  // the two are one object; estimated anew at the next update
+  void Transform(const Sim3d& S_new_old);
+};
+
+}  // namespace sqslam

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "slam/geometry/camera.h"
+#include "slam/objects/landmark.h"
+#include "slam/objects/object_options.h"
+
+namespace sqslam {
+
+struct EstimationContext {
+  const ObjectOptions* options = nullptr;
+  const PointLookup* points = nullptr;
+  Camera camera;
+  bool upright = false;
+  std::optional<double> support_height;
+  std::uint64_t seed = 0;
+};
+
+// All steps from observations to a superquadric: current point positions, outlier removal, yaw, size, shape,
+// and with method "refined" the joint refinement. Leaves landmark.estimated false where there are too few
+// points.
+void EstimateLandmark(Landmark& landmark, const EstimationContext& context);
+
+// Views spread over the camera positions, at most `count`, in the order of their frames (farthest-point
+// sampling).
+std::vector<BoxView> SpreadViews(const std::vector<BoxView>& views, int count);
+
+}  // namespace sqslam

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "slam/geometry/box2.h"
+#include "slam/geometry/camera.h"
+#include "slam/geometry/superquadric.h"
+
+namespace sqslam {
+
+// Box of the superquadric's silhouette, undistorted px, not clipped to the image; exact up to the distortion.
+// Empty where part of the object is behind the camera.
+std::optional<Box2d> ProjectToBox(const PosedSuperquadric& superquadric, const Rigid3d& T_map_camera,
+                                  const Camera& camera);
+
+Box2d ClipToImage(const Box2d& box, const Camera& camera);
+
+// The box around the undistorted edge midpoints of a box in distorted px.
+Box2d UndistortBox(const Box2d& box, const Camera& camera);
+
+// Volume that two superquadrics share over the volume of the smaller one, in [0, 1], by a regular grid of
+// `samples`^3 points inside the smaller one.
+double OverlapOfSmaller(const PosedSuperquadric& a, const PosedSuperquadric& b, int samples = 16);
+
+}  // namespace sqslam

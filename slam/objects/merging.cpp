@@ -1,0 +1,49 @@
+#include "slam/objects/merging.h"
+
+#include <algorithm>
+
+#include "slam/objects/landmark_geometry.h"
+
+namespace sqslam {
+
+int FramesSeenApart(const Landmark& a, const Landmark& b) {
+  constexpr double kOneThing = 0.4;
+  int count = 0;
+  auto i = a.views.begin();
+  auto j = b.views.begin();
+  while (i != a.views.end() && j != b.views.end()) {
+    if (i->frame_index < j->frame_index) {
+      ++i;
+    } else if (j->frame_index < i->frame_index) {
+      ++j;
+    } else {
+      count += IoU(i->box, j->box) < kOneThing ? 1 : 0;
+      ++i;
+      ++j;
+    }
+  }
+  return count;
+}
+
+bool AreSameObject(const Landmark& a, const Landmark& b, const MergingOptions& options) {
+  const bool same_label = a.labels.Best() == b.labels.Best();
+  const double size_a = a.estimated ? a.superquadric.shape.half_size.maxCoeff() : 0.0;
+  const double size_b = b.estimated ? b.superquadric.shape.half_size.maxCoeff() : 0.0;
+  bool same = false;
+  if (same_label && a.centroids.count >= options.min_samples && b.centroids.count >= options.min_samples) {
+    // The spread of centroids is at least a tenth of the object; else long histories would never agree.
+    const double min_sigma = 0.1 * std::min(size_a, size_b);
+    same = AreSamePopulation(a.centroids, b.centroids, options.alpha, min_sigma);
+  }
+  if (!same && a.estimated && b.estimated) {
+    const double needed = same_label ? options.overlap : options.overlap_other_label;
+    same = OverlapOfSmaller(a.superquadric, b.superquadric) > needed;
+  }
+  // The costly question last.
+  const int limit =
+      std::max(options.max_seen_together,
+               static_cast<int>(0.1 * static_cast<double>(std::min(a.views.size(), b.views.size()))));
+  return same && FramesSeenApart(a, b) <= limit;
+}
+
+}  // namespace sqslam

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "slam/objects/landmark.h"
+#include "slam/objects/object_options.h"
+
+namespace sqslam {
+
+// Whether two landmarks are one object: never boxed apart in the same frames, and either the two-sample
+// t-test on their centroid histories accepts (same label), or their superquadrics share enough volume.
+bool AreSameObject(const Landmark& a, const Landmark& b, const MergingOptions& options);
+
+// Frames in which both have a box and the boxes are clearly two (IoU below 0.4).
+int FramesSeenApart(const Landmark& a, const Landmark& b);
+
+}  // namespace sqslam
