@@ -28,12 +28,14 @@ class ReportQueue {
   // Waits; returns nullopt once closed and empty.
   std::optional<TrackingReport> Pop() {
     std::unique_lock lock(mutex_);
+    keyframe_in_work_ = false;
     changed_.wait(lock, [&] { return closed_ || !reports_.empty(); });
     if (reports_.empty()) {
       return std::nullopt;
     }
     TrackingReport report = std::move(reports_.front());
     reports_.pop_front();
+    keyframe_in_work_ = report.keyframe || report.initial_map;
     keyframes_ -= report.keyframe ? 1 : 0;
     return report;
   }
@@ -46,9 +48,16 @@ class ReportQueue {
     changed_.notify_one();
   }
 
+  // Keyframes that were pushed and not popped yet.
   int WaitingKeyframes() const {
     const std::lock_guard lock(mutex_);
     return keyframes_;
+  }
+
+  // The same and the one in work, if any.
+  int PendingKeyframes() const {
+    const std::lock_guard lock(mutex_);
+    return keyframes_ + (keyframe_in_work_ ? 1 : 0);
   }
 
  private:
@@ -56,6 +65,7 @@ class ReportQueue {
   std::condition_variable changed_;
   std::deque<TrackingReport> reports_;
   int keyframes_ = 0;
+  bool keyframe_in_work_ = false;
   bool closed_ = false;
 };
 
@@ -139,7 +149,7 @@ TrackingState System::Process(const Frame& frame) {
   Impl& s = *impl_;
   s.RethrowMappingFailure();
   ++s.frames;
-  TrackingReport report = s.tracker.Track(frame, s.view.Get(), s.queue.WaitingKeyframes());
+  TrackingReport report = s.tracker.Track(frame, s.view.Get(), s.queue.PendingKeyframes());
   if (s.options.deterministic) {
     s.mapper.Process(std::move(report));
   } else {

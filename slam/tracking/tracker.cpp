@@ -284,15 +284,16 @@ bool Tracker::NeedsKeyframe(int pending_keyframes) const {
   if (interval < options_.keyframes.min_interval || pending_keyframes > options_.keyframes.max_pending) {
     return false;
   }
-  if (interval >= options_.keyframes.max_interval) {
-    return true;
-  }
   const bool young = view_->keyframes.size() <= 2;
   const std::vector<PointId>& points = view_->keyframes.at(current_.anchor.reference).points;
   const auto reference_points = std::count_if(points.begin(), points.end(), [&](PointId id) {
     return id != kNoPoint && (young || view_->Point(id).well_observed);
   });
-  return current_inliers_ < options_.keyframes.tracked_share * static_cast<double>(reference_points);
+  const double tracked_share = current_inliers_ / std::max(1.0, static_cast<double>(reference_points));
+  if (pending_keyframes > 0) {
+    return tracked_share < options_.keyframes.urgent_share;
+  }
+  return interval >= options_.keyframes.max_interval || tracked_share < options_.keyframes.tracked_share;
 }
 
 void Tracker::TrackObjects(const Frame& frame, TrackingReport& report) {

@@ -28,13 +28,15 @@ struct KeyframeOptions {
   int max_interval = 30;       // frames after which a keyframe is made in any case
   int min_interval = 2;        // frames between two keyframes
   double tracked_share = 0.9;  // a keyframe is made when fewer of the reference keyframe's points are tracked
-  int max_pending = 2;         // keyframes that may wait for the mapping thread
+  double urgent_share = 0.5;   // while the mapping thread is busy, only when fewer than these are tracked
+  int max_pending = 2;         // keyframes that the mapping thread may be behind by
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
     visit("max_interval", max_interval, 1, 1000);
     visit("min_interval", min_interval, 1, 1000);
     visit("tracked_share", tracked_share, 0.0, 1.0);
+    visit("urgent_share", urgent_share, 0.0, 1.0);
     visit("max_pending", max_pending, 1, 100);
   }
 };
