@@ -138,14 +138,31 @@ bool IsPlausible(const Scene& scene, const Plane& plane, const GravityOptions& o
   return 2 * objects_below <= static_cast<std::ptrdiff_t>(scene.object_centres.size());
 }
 
-double Support(const Scene& scene, const Plane& plane) {
+double Support(const Scene& scene, const Plane& plane, double tolerance) {
   double support = 0.0;
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
     // Falls off with the distance, so that of two planes with the same inliers the tighter one wins.
-    const double ratio = plane.Distance(scene.points[i]) / scene.tolerance;
+    const double ratio = plane.Distance(scene.points[i]) / tolerance;
     support += scene.weights[i] * std::max(0.0, 1.0 - ratio * ratio);
   }
   return support;
+}
+
+// Share of the points that lie a little below the plane. A support is opaque: what is below it is hidden,
+// except for the floor, which is far below. A slanted plane through the tops of objects has much below it.
+double JustBelow(const Scene& scene, const Plane& plane) {
+  double below = 0.0;
+  for (std::size_t i = 0; i < scene.points.size(); ++i) {
+    const double distance = plane.Distance(scene.points[i]);
+    below += distance < -2.0 * scene.tolerance && distance > -20.0 * scene.tolerance ? scene.weights[i] : 0.0;
+  }
+  return below;
+}
+
+double Score(const Scene& scene, const Plane& plane) {
+  constexpr double kBelowWeight = 0.5;
+  return (Support(scene, plane, scene.tolerance) - kBelowWeight * JustBelow(scene, plane)) *
+         Levelness(scene, plane.normal);
 }
 
 std::optional<Plane> PlaneThrough(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
@@ -171,7 +188,7 @@ std::optional<Plane> BestPlane(const Scene& scene, const GravityOptions& options
     if (!plane || !IsPlausible(scene, *plane, options)) {
       continue;
     }
-    const double score = Support(scene, *plane) * Levelness(scene, plane->normal);
+    const double score = Score(scene, *plane);
     if (score > best_score) {
       best_score = score;
       best = plane;
@@ -187,13 +204,13 @@ struct Fit {
 };
 
 // Least-squares plane through the points near `plane`, Tukey-weighted.
-std::optional<Fit> FitPlane(const Scene& scene, const Plane& plane) {
+std::optional<Fit> FitPlane(const Scene& scene, const Plane& plane, double tolerance) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   double sum = 0.0;
   std::vector<double> weights(scene.points.size(), 0.0);
   int inliers = 0;
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
-    const double ratio = plane.Distance(scene.points[i]) / scene.tolerance;
+    const double ratio = plane.Distance(scene.points[i]) / tolerance;
     if (std::abs(ratio) < 1.0) {
       weights[i] = scene.weights[i] * (1.0 - ratio * ratio) * (1.0 - ratio * ratio);
       mean += weights[i] * scene.points[i];
@@ -220,6 +237,38 @@ std::optional<Fit> FitPlane(const Scene& scene, const Plane& plane) {
   return fit;
 }
 
+// The height at or below `highest` in whose window most weight lies, less what lies shortly below (see
+// JustBelow).
+std::optional<double> BestLevel(const std::vector<std::pair<double, double>>& levels, double window,
+                                double highest) {
+  constexpr double kMinShare = 0.04;
+  std::vector<double> sums(levels.size() + 1, 0.0);
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    sums[i + 1] = sums[i] + levels[i].second;
+  }
+  const auto share_below = [&](double height) {
+    const auto it = std::lower_bound(levels.begin(), levels.end(), std::make_pair(height, 0.0));
+    return sums[static_cast<std::size_t>(it - levels.begin())];
+  };
+  double best = 0.0;
+  std::optional<double> height;
+  for (const auto& [begin, weight] : levels) {
+    if (begin > highest) {
+      break;
+    }
+    const double inside = share_below(begin + window) - share_below(begin);
+    const double below = share_below(begin - 0.5 * window) - share_below(begin - 10.0 * window);
+    if (inside >= kMinShare && inside - 0.5 * below > best) {
+      best = inside - 0.5 * below;
+      const double middle = share_below(begin) + 0.5 * inside;
+      const auto it = std::lower_bound(sums.begin(), sums.end(), middle);
+      const auto index = static_cast<std::size_t>(it - sums.begin());
+      height = levels[std::min(index, levels.size() - 1)].first;
+    }
+  }
+  return height;
+}
+
 }  // namespace
 
 std::optional<SupportPlane> EstimateSupportPlane(std::span<const Eigen::Vector3d> points,
@@ -235,16 +284,16 @@ std::optional<SupportPlane> EstimateSupportPlane(std::span<const Eigen::Vector3d
     return std::nullopt;
   }
   const std::optional<Plane> start = BestPlane(scene, options, seed);
-  std::optional<Fit> fit = start ? FitPlane(scene, *start) : std::nullopt;
+  std::optional<Fit> fit = start ? FitPlane(scene, *start, 2.0 * scene.tolerance) : std::nullopt;
   for (int i = 0; fit && i < kRefinements; ++i) {
-    fit = FitPlane(scene, fit->plane);
+    fit = FitPlane(scene, fit->plane, 2.0 * scene.tolerance);
   }
   if (!fit || !IsPlausible(scene, fit->plane, options)) {
     return std::nullopt;
   }
   // A line of points, or a band of points as thick as it is wide, fixes no plane.
   const double flatness = fit->spread[1] / std::max(scene.tolerance, 1e-12);
-  const double support = Support(scene, fit->plane);
+  const double support = Support(scene, fit->plane, 2.0 * scene.tolerance);
   if (support < options.min_support || 3 * fit->inliers < options.min_points || flatness < 3.0) {
     return std::nullopt;
   }
@@ -280,20 +329,7 @@ std::optional<double> EstimateSupportHeight(std::span<const Eigen::Vector3d> poi
   }
   const double highest = object_levels.empty() ? levels.back().first : Median(std::move(object_levels));
   const double window = 2.0 * options.inlier_share * Median(std::move(radii));
-  double best = 0.0;
-  double height = 0.0;
-  double sum = 0.0;
-  for (std::size_t first = 0, last = 0; first < levels.size() && levels[first].first <= highest; ++first) {
-    for (; last < levels.size() && levels[last].first <= levels[first].first + window; ++last) {
-      sum += levels[last].second;
-    }
-    if (sum > best) {
-      best = sum;
-      height = levels[(first + last) / 2].first;
-    }
-    sum -= levels[first].second;
-  }
-  return best >= options.min_support ? std::optional<double>(height) : std::nullopt;
+  return BestLevel(levels, window, highest);
 }
 
 Rigid3d UprightTransform(const Eigen::Vector3d& up) {

@@ -193,11 +193,11 @@ struct MergingOptions {
 
 // Up direction and support plane (gravity.h).
 struct GravityOptions {
-  double max_angle_deg = 65.0;  // up lies within this angle of the cameras' mean up direction
-  double inlier_share = 0.015;  // points nearer to the plane than this share of the median depth support it
-  int ransac_iterations = 800;  // seeded
-  int min_points = 30;          // fewer map points: no answer
-  double min_support = 0.15;    // share of the points that must lie on the plane
+  double max_angle_deg = 65.0;   // up lies within this angle of the cameras' mean up direction
+  double inlier_share = 0.006;   // points nearer to the plane than this share of the median depth support it
+  int ransac_iterations = 4000;  // seeded
+  int min_points = 30;           // fewer map points: no answer
+  double min_support = 0.08;     // share of the points that must lie on the plane
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
