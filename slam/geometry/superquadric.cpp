@@ -12,8 +12,8 @@
 namespace sqslam {
 namespace {
 
-// sign(base) |base|^exponent. cos(pi/2) is 6e-17 in floating point, and its power 0.1 would be 0.024 instead of 0:
-// what is rounding of an exact zero must be zero before it is raised.
+// sign(base) |base|^exponent. cos(pi/2) is 6e-17 in floating point, and its power 0.1 would be 0.024 instead
+// of 0: what is rounding of an exact zero must be zero before it is raised.
 double SignedPower(double base, double exponent) {
   constexpr double kZero = 4.0 * std::numeric_limits<double>::epsilon();
   const double magnitude = std::abs(base);
@@ -36,8 +36,9 @@ struct CurveNode {
   double dc, ds;  // derivative, times the weight of the node
 };
 
-// The quarter curve as (cos t, sin t) / PairNorm(cos t, sin t): unlike Eq. 1 its derivatives are bounded for every
-// exponent. The substitution t = pi/4 v^3 (from either axis) flattens what is left, the kink on the axes for e -> 2.
+// The quarter curve as (cos t, sin t) / PairNorm(cos t, sin t): unlike Eq. 1 its derivatives are bounded for
+// every exponent. The substitution t = pi/4 v^3 (from either axis) flattens what is left, the kink on the
+// axes for e -> 2.
 std::vector<CurveNode> QuarterCurve(double e) {
   using Gauss = boost::math::quadrature::gauss<double, 30>;
   std::vector<CurveNode> nodes;
@@ -48,7 +49,8 @@ std::vector<CurveNode> QuarterCurve(double e) {
     const double tangent = std::tan(t);
     const double power = std::pow(tangent, 2.0 / e);  // in [0, 1]
     const double norm = cosine * std::pow(1.0 + power, 0.5 * e);
-    // d(norm)/dt over norm: (tan^(2/e - 1) - tan) / (1 + tan^(2/e)), the gradient of the norm along the circle.
+    // d(norm)/dt over norm: (tan^(2/e - 1) - tan) / (1 + tan^(2/e)), the gradient of the norm along the
+    // circle.
     const double log_slope = (std::pow(tangent, 2.0 / e - 1.0) - tangent) / (1.0 + power);
     const double c = cosine / norm;
     const double s = cosine * tangent / norm;
@@ -99,8 +101,8 @@ double Superquadric::RadialDistance(const Eigen::Vector3d& p_object) const {
   if (largest < std::numeric_limits<double>::min()) {
     return -half_size.minCoeff();
   }
-  // The distance from the centre to the surface depends on the direction only: taken at unit length, it is exact
-  // however near p is to the centre.
+  // The distance from the centre to the surface depends on the direction only: taken at unit length, it is
+  // exact however near p is to the centre.
   const Eigen::Vector3d direction = p_object / largest;
   return p_object.stableNorm() - direction.norm() / RadialScale(direction);
 }

@@ -9,8 +9,8 @@ namespace sqslam {
 inline constexpr double kMinShapeExponent = 0.1;
 inline constexpr double kMaxShapeExponent = 1.9;
 
-// Size and shape of a superquadric (superellipsoid) in its own frame, Eq. 1 of the paper. z is the axis of e1:
-// e1 shapes the vertical profile, e2 the horizontal cross-section.
+// Size and shape of a superquadric (superellipsoid) in its own frame, Eq. 1 of the paper. z is the axis of
+// e1: e1 shapes the vertical profile, e2 the horizontal cross-section.
 struct Superquadric {
   Eigen::Vector3d half_size = Eigen::Vector3d::Ones();  // a_x, a_y, a_z, in map units, > 0
   double e1 = 1.0;                                      // in [0.1, 1.9]
@@ -22,12 +22,12 @@ struct Superquadric {
   // Outward unit normal at the same parameters: the dual superquadric with exponents 2 - e.
   Eigen::Vector3d NormalAt(double eta, double omega) const;
 
-  // Inside-outside function (Eq. 2): < 1 inside, 1 on the surface, > 1 outside. Saturates at the largest double
-  // where it would overflow (far points, small exponents).
+  // Inside-outside function (Eq. 2): < 1 inside, 1 on the surface, > 1 outside. Saturates at the largest
+  // double where it would overflow (far points, small exponents).
   double F(const Eigen::Vector3d& p_object) const;
 
-  // F^(e1/2): like F, but a norm of p (for e <= 2): homogeneous of degree 1, obeying the triangle inequality, and
-  // free of overflow for small exponents. Safe on the axes and at the origin (0 there).
+  // F^(e1/2): like F, but a norm of p (for e <= 2): homogeneous of degree 1, obeying the triangle inequality,
+  // and free of overflow for small exponents. Safe on the axes and at the origin (0 there).
   double RadialScale(const Eigen::Vector3d& p_object) const;
 
   // Radial distance to the surface with sign, |p| (1 - F^(-e1/2)): negative inside, positive outside.
@@ -45,8 +45,9 @@ struct PosedSuperquadric {
   Rigid3d T_map_object;
 };
 
-// The paper's Lambda (Eq. 3): (a_x, a_y, a_z, e1, e2, roll, pitch, yaw, t_x, t_y, t_z), map units and radians,
-// with R_map_object = R_z(yaw) R_y(pitch) R_x(roll); roll and yaw in (-pi, pi], pitch in [-pi/2, pi/2].
+// The paper's Lambda (Eq. 3): (a_x, a_y, a_z, e1, e2, roll, pitch, yaw, t_x, t_y, t_z), map units and
+// radians, with R_map_object = R_z(yaw) R_y(pitch) R_x(roll); roll and yaw in (-pi, pi], pitch in [-pi/2,
+// pi/2].
 using SuperquadricParameters = Eigen::Matrix<double, 11, 1>;
 SuperquadricParameters ToParameters(const PosedSuperquadric& superquadric);
 PosedSuperquadric FromParameters(const SuperquadricParameters& parameters);

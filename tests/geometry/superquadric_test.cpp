@@ -189,8 +189,8 @@ TEST(Superquadric, ElevenParametersRoundTrip) {
   SuperquadricParameters parameters;
   parameters << 0.3, 0.7, 1.1, 0.4, 1.6, 0.2, -0.5, 2.5, 4.0, -5.0, 6.0;
   EXPECT_TRUE(ToParameters(FromParameters(parameters)).isApprox(parameters, 1e-12));
-  const PosedSuperquadric upright = FromParameters((SuperquadricParameters() << 1, 1, 1, 1, 1, 0, 0, kPi / 2, 0, 0,
-                                                    0).finished());
+  const PosedSuperquadric upright =
+      FromParameters((SuperquadricParameters() << 1, 1, 1, 1, 1, 0, 0, kPi / 2, 0, 0, 0).finished());
   EXPECT_NEAR((upright.T_map_object * Vector3d(1, 0, 0) - Vector3d(0, 1, 0)).norm(), 0.0, 1e-12);
 }
 

@@ -1,0 +1,55 @@
+#include "slam/geometry/similarity_alignment.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <cmath>
+
+namespace sqslam {
+namespace {
+
+// Two directions of spread are needed to fix a rotation. Below this ratio of the second to the first standard
+// deviation the points are a line up to the noise of any trajectory.
+constexpr double kMinSpreadRatio = 1e-4;
+
+bool SpansAPlane(const Eigen::Matrix3Xd& points) {
+  const Eigen::Vector3d mean = points.rowwise().mean();
+  const Eigen::Matrix3Xd centered = points.colwise() - mean;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(centered * centered.transpose(),
+                                                              Eigen::EigenvaluesOnly);
+  const Eigen::Vector3d variance = solver.eigenvalues();  // ascending
+  // Written so that NaN fails; the second condition is about points so close together that only rounding is
+  // left.
+  return variance[1] > kMinSpreadRatio * kMinSpreadRatio * variance[2] &&
+         variance[2] > 1e-24 * (1.0 + points.squaredNorm());
+}
+
+Eigen::Matrix3Xd AsColumns(const std::vector<Eigen::Vector3d>& points) {
+  Eigen::Matrix3Xd columns(3, static_cast<Eigen::Index>(points.size()));
+  for (Eigen::Index i = 0; i < columns.cols(); ++i) {
+    columns.col(i) = points[static_cast<std::size_t>(i)];
+  }
+  return columns;
+}
+
+}  // namespace
+
+std::optional<Sim3d> AlignSimilarity(const std::vector<Eigen::Vector3d>& source,
+                                     const std::vector<Eigen::Vector3d>& target) {
+  if (source.size() != target.size() || source.size() < 3) {
+    return std::nullopt;
+  }
+  const Eigen::Matrix3Xd from = AsColumns(source);
+  const Eigen::Matrix3Xd to = AsColumns(target);
+  if (!SpansAPlane(from) || !SpansAPlane(to)) {
+    return std::nullopt;
+  }
+  const Eigen::Matrix4d transform = Eigen::umeyama(from, to, true);
+  const double scale = std::cbrt(transform.topLeftCorner<3, 3>().determinant());
+  if (!std::isfinite(scale) || scale <= 0.0) {
+    return std::nullopt;
+  }
+  const Eigen::Matrix3d rotation = transform.topLeftCorner<3, 3>() / scale;
+  return Sim3d{scale, Eigen::Quaterniond(rotation).normalized(), transform.topRightCorner<3, 1>()};
+}
+
+}  // namespace sqslam

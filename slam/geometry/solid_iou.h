@@ -1,0 +1,41 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "slam/geometry/rigid3.h"
+#include "slam/geometry/superquadric.h"
+
+namespace sqslam {
+
+enum class SolidKind { kSuperquadric, kCuboid, kCylinder, kEllipsoid };
+
+// A convex solid placed in the map, symmetric about its own three planes: a superquadric, or a primitive of a
+// ground truth with sharp edges. The axis of a cylinder is its z; its cross-section is an ellipse.
+struct Solid {
+  SolidKind kind = SolidKind::kCuboid;
+  Eigen::Vector3d half_size = Eigen::Vector3d::Ones();  // map units, > 0
+  double e1 = 1.0;                                      // of superquadrics only
+  double e2 = 1.0;
+  Rigid3d T_map_object;
+
+  static Solid FromSuperquadric(const PosedSuperquadric& superquadric);
+
+  // Norm of a point of the object frame whose unit ball is the solid: < 1 inside, 1 on the surface, > 1
+  // outside.
+  double RadialScale(const Eigen::Vector3d& p_object) const;
+  bool Contains(const Eigen::Vector3d& p_map) const;
+  double Volume() const;                    // closed form
+  Eigen::AlignedBox3d BoundingBox() const;  // in the map frame; tight for cuboids, enclosing for the others
+};
+
+// The same solid after p_to = S_to_map * p_map.
+Solid Transform(const Sim3d& S_to_map, const Solid& solid);
+
+// 3D intersection over union in [0, 1]: the intersection by an octree that both inside-outside functions
+// prune exactly, sampled quasi-randomly in its mixed leaves, refined until two successive depths agree to 0.2
+// % of the result (0.002 % absolute near 0); the union from the closed-form volumes. Deterministic. 0 where a
+// size is not positive and finite.
+double IoU(const Solid& a, const Solid& b);
+
+}  // namespace sqslam

@@ -1,0 +1,104 @@
+#include "slam/geometry/similarity_alignment.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace sqslam {
+namespace {
+
+using Eigen::Vector3d;
+
+const Sim3d kTruth{
+    0.37, Eigen::Quaterniond(Eigen::AngleAxisd(2.0, Vector3d(1, 2, -1).normalized())), {4, -5, 6}};
+
+std::vector<Vector3d> RandomPoints(int count) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  std::vector<Vector3d> points;
+  for (int i = 0; i < count; ++i) {
+    points.emplace_back(normal(random), normal(random), normal(random));
+  }
+  return points;
+}
+
+std::vector<Vector3d> Mapped(const Sim3d& S, const std::vector<Vector3d>& points) {
+  std::vector<Vector3d> mapped;
+  for (const Vector3d& p : points) {
+    mapped.push_back(S * p);
+  }
+  return mapped;
+}
+
+TEST(AlignSimilarity, RecoversTheSimilarity) {
+  for (const int count : {3, 4, 100}) {
+    const auto source = RandomPoints(count);
+    const auto S = AlignSimilarity(source, Mapped(kTruth, source));
+    ASSERT_TRUE(S.has_value());
+    EXPECT_NEAR(S->scale, kTruth.scale, 1e-9);
+    EXPECT_NEAR(S->rotation.angularDistance(kTruth.rotation), 0.0, 1e-7);
+    EXPECT_NEAR((S->translation - kTruth.translation).norm(), 0.0, 1e-8);
+  }
+}
+
+TEST(AlignSimilarity, ADisturbedResultStillHasTheLeastSquaredError) {
+  const auto source = RandomPoints(30);
+  auto target = Mapped(kTruth, source);
+  const auto noise = RandomPoints(30);
+  for (std::size_t i = 0; i < target.size(); ++i) {
+    target[i] += 0.02 * noise[(i + 7) % noise.size()];
+  }
+  const auto cost = [&](const Sim3d& S) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < source.size(); ++i) {
+      sum += (S * source[i] - target[i]).squaredNorm();
+    }
+    return sum;
+  };
+  const auto best = AlignSimilarity(source, target);
+  ASSERT_TRUE(best.has_value());
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double step : {-1e-3, 1e-3}) {
+      Sim3d moved = *best;
+      moved.translation[axis] += step;
+      EXPECT_GT(cost(moved), cost(*best));
+      Sim3d turned = *best;
+      turned.rotation = turned.rotation * Eigen::Quaterniond(Eigen::AngleAxisd(step, Vector3d::Unit(axis)));
+      EXPECT_GT(cost(turned), cost(*best));
+      Sim3d scaled = *best;
+      scaled.scale *= 1.0 + step;
+      EXPECT_GT(cost(scaled), cost(*best));
+    }
+  }
+}
+
+TEST(AlignSimilarity, AMirroredTargetGivesARotationNotAReflection) {
+  const auto source = RandomPoints(20);
+  auto target = source;
+  for (Vector3d& p : target) {
+    p.x() = -p.x();
+  }
+  const auto S = AlignSimilarity(source, target);
+  if (S.has_value()) {  // there may be none; if there is one it is proper
+    EXPECT_NEAR(S->rotation.toRotationMatrix().determinant(), 1.0, 1e-9);
+    EXPECT_GT(S->scale, 0.0);
+  }
+}
+
+TEST(AlignSimilarity, DegenerateInputHasNoAnswer) {
+  const std::vector<Vector3d> line = {{0, 0, 0}, {1, 1, 1}, {2, 2, 2}, {5, 5, 5}};
+  const std::vector<Vector3d> point(4, Vector3d(1, 2, 3));
+  const auto good = RandomPoints(4);
+  EXPECT_FALSE(AlignSimilarity({}, {}).has_value());
+  EXPECT_FALSE(AlignSimilarity({good[0], good[1]}, {good[0], good[1]}).has_value());
+  EXPECT_FALSE(AlignSimilarity(line, good).has_value());
+  EXPECT_FALSE(AlignSimilarity(good, line).has_value());
+  EXPECT_FALSE(AlignSimilarity(point, good).has_value());
+  EXPECT_FALSE(AlignSimilarity(good, RandomPoints(5)).has_value());
+  auto broken = good;
+  broken[1].x() = std::nan("");
+  EXPECT_FALSE(AlignSimilarity(broken, good).has_value());
+}
+
+}  // namespace
+}  // namespace sqslam
