@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <unordered_map>
+#include <memory>
+#include <set>
 
 #include "slam/estimation/pose_optimization.h"
 #include "slam/estimation/reprojection_cost.h"
@@ -27,24 +28,30 @@ class Interrupter final : public ceres::IterationCallback {
   bool interrupted_ = false;
 };
 
-// One bundle adjustment: which keyframes move, which hold, and the parameter blocks.
+// One bundle adjustment: which keyframes move, which hold, and the parameter blocks. The blocks lie in vectors, in the
+// order of ids, because Ceres orders them by address: only so are two runs bit-identical.
 class Adjustment {
  public:
   Adjustment(Map& map, const Camera& camera, const std::vector<KeyframeId>& free, const std::vector<KeyframeId>& fixed)
       : map_(map), camera_(camera), num_free_(free.size()) {
+    std::set<PointId> points;
     for (const KeyframeId id : free) {
-      poses_.emplace(id, ToBlock(map.At(id).T_camera_map));
-    }
-    for (const KeyframeId id : fixed) {
-      poses_.emplace(id, ToBlock(map.At(id).T_camera_map));
-      fixed_.insert(id);
-    }
-    for (const KeyframeId id : free) {
+      poses_[id] = {};
       for (const PointId point : map.At(id).points) {
         if (point != kNoPoint) {
-          points_.emplace(point, map.Point(point).p_map);
+          points.insert(point);
         }
       }
+    }
+    for (const KeyframeId id : fixed) {
+      poses_[id].fixed = true;
+    }
+    for (auto& [id, pose] : poses_) {
+      pose.index = pose_blocks_.size();
+      pose_blocks_.push_back(ToBlock(map.At(id).T_camera_map));
+    }
+    for (const PointId id : points) {
+      points_.push_back({id, map.Point(id).p_map});
     }
   }
 
@@ -56,34 +63,10 @@ class Adjustment {
     ceres::HuberLoss huber(std::sqrt(kChi2TwoDof));
     PoseManifold manifold;
     ceres::Problem problem(problem_options);
-    auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-    for (auto& [id, block] : poses_) {
-      problem.AddParameterBlock(block.data(), 7, &manifold);
-      ordering->AddElementToGroup(block.data(), 1);
-      if (fixed_.contains(id)) {
-        problem.SetParameterBlockConstant(block.data());
-      }
-    }
-    for (auto& [id, p_map] : points_) {
-      problem.AddParameterBlock(p_map.data(), 3);
-      ordering->AddElementToGroup(p_map.data(), 0);
-    }
-    observations_ = 0;
-    for (auto& [id, p_map] : points_) {
-      for (const Observation& o : map_.Point(id).observations) {
-        if (const auto pose = poses_.find(o.keyframe); pose != poses_.end()) {
-          const Keypoint& keypoint =
-              map_.At(o.keyframe).features->keypoints[static_cast<std::size_t>(o.keypoint)];
-          problem.AddResidualBlock(
-              new ReprojectionCost(camera_, keypoint.pixel, map_.Levels().Scale(keypoint.octave)),
-              robust ? &huber : nullptr, pose->second.data(), p_map.data());
-          ++observations_;
-        }
-      }
-    }
     ceres::Solver::Options options;
+    options.linear_solver_ordering = AddParameterBlocks(problem, manifold);
+    AddResiduals(problem, robust ? &huber : nullptr);
     options.linear_solver_type = num_free_ < 40 ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
-    options.linear_solver_ordering = ordering;
     options.max_num_iterations = iterations;
     options.num_threads = threads;
     options.function_tolerance = 1e-5;
@@ -95,65 +78,106 @@ class Adjustment {
     return !interrupter.Interrupted();
   }
 
-  // Writes poses and points back, then removes observations that don't fit.
+  // Writes poses and points back, then removes observations that don't fit; returns their number.
   int Apply() {
-    for (const auto& [id, block] : poses_) {
-      if (!fixed_.contains(id)) {
-        map_.At(id).T_camera_map = FromBlock(block.data());
+    for (const auto& [id, pose] : poses_) {
+      if (!pose.fixed) {
+        map_.At(id).T_camera_map = FromBlock(pose_blocks_[pose.index].data());
       }
     }
-    for (const auto& [id, p_map] : points_) {
-      map_.Point(id).p_map = p_map;
+    for (const PointBlock& point : points_) {
+      map_.Point(point.id).p_map = point.p_map;
     }
     return RemoveOutliers();
   }
 
   void FinishPoints() {
-    for (const auto& [id, p_map] : points_) {
-      map_.UpdateNormalAndRange(id);
+    for (const PointBlock& point : points_) {
+      map_.UpdateNormalAndRange(point.id);
     }
   }
 
   BundleAdjustmentReport Report() const {
     BundleAdjustmentReport report;
     report.keyframes = static_cast<int>(num_free_);
-    report.fixed_keyframes = static_cast<int>(fixed_.size());
+    report.fixed_keyframes = static_cast<int>(poses_.size() - num_free_);
     report.points = static_cast<int>(points_.size());
     report.observations = observations_;
     return report;
   }
 
  private:
-  int RemoveOutliers() {
-    std::vector<std::pair<PointId, KeyframeId>> outliers;
-    for (const auto& [id, p_map] : points_) {
-      for (const Observation& o : map_.Point(id).observations) {
+  struct PoseEntry {
+    std::size_t index = 0;  // into pose_blocks_
+    bool fixed = false;
+  };
+  struct PointBlock {
+    PointId id = kNoPoint;
+    Eigen::Vector3d p_map;
+  };
+
+  std::shared_ptr<ceres::ParameterBlockOrdering> AddParameterBlocks(ceres::Problem& problem, PoseManifold& manifold) {
+    auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+    for (const auto& [id, pose] : poses_) {
+      double* block = pose_blocks_[pose.index].data();
+      problem.AddParameterBlock(block, 7, &manifold);
+      ordering->AddElementToGroup(block, 1);
+      if (pose.fixed) {
+        problem.SetParameterBlockConstant(block);
+      }
+    }
+    for (PointBlock& point : points_) {
+      problem.AddParameterBlock(point.p_map.data(), 3);
+      ordering->AddElementToGroup(point.p_map.data(), 0);
+    }
+    return ordering;
+  }
+
+  void AddResiduals(ceres::Problem& problem, ceres::LossFunction* loss) {
+    observations_ = 0;
+    for (PointBlock& point : points_) {
+      for (const Observation& o : map_.Point(point.id).observations) {
         const auto pose = poses_.find(o.keyframe);
         if (pose == poses_.end()) {
           continue;
         }
+        const Keypoint& keypoint = map_.At(o.keyframe).features->keypoints[static_cast<std::size_t>(o.keypoint)];
+        problem.AddResidualBlock(new ReprojectionCost(camera_, keypoint.pixel, map_.Levels().Scale(keypoint.octave)),
+                                 loss, pose_blocks_[pose->second.index].data(), point.p_map.data());
+        ++observations_;
+      }
+    }
+  }
+
+  int RemoveOutliers() {
+    std::vector<std::pair<PointId, KeyframeId>> outliers;
+    for (const PointBlock& point : points_) {
+      for (const Observation& o : map_.Point(point.id).observations) {
+        if (!poses_.contains(o.keyframe)) {
+          continue;
+        }
         const Keyframe& keyframe = map_.At(o.keyframe);
         const Keypoint& keypoint = keyframe.features->keypoints[static_cast<std::size_t>(o.keypoint)];
-        const Eigen::Vector3d p_camera = keyframe.T_camera_map * p_map;
+        const Eigen::Vector3d p_camera = keyframe.T_camera_map * point.p_map;
         if (p_camera.z() <= 0.0 || (camera_.Project(p_camera) - keypoint.pixel).squaredNorm() >
                                        kChi2TwoDof * map_.Levels().Variance(keypoint.octave)) {
-          outliers.emplace_back(id, o.keyframe);
+          outliers.emplace_back(point.id, o.keyframe);
         }
       }
     }
     for (const auto& [point, keyframe] : outliers) {
       map_.RemoveObservation(point, keyframe);
     }
-    std::erase_if(points_, [&](const auto& entry) { return !map_.IsAlive(entry.first); });
+    std::erase_if(points_, [&](const PointBlock& point) { return !map_.IsAlive(point.id); });
     return static_cast<int>(outliers.size());
   }
 
   Map& map_;
   const Camera& camera_;
   std::size_t num_free_;
-  std::map<KeyframeId, PoseBlock> poses_;  // ordered, and addresses stay valid
-  std::set<KeyframeId> fixed_;
-  std::map<PointId, Eigen::Vector3d> points_;
+  std::map<KeyframeId, PoseEntry> poses_;
+  std::vector<PoseBlock> pose_blocks_;
+  std::vector<PointBlock> points_;  // by id
   int observations_ = 0;
 };
 

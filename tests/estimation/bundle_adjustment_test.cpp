@@ -1,0 +1,146 @@
+#include "slam/estimation/bundle_adjustment.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "slam/estimation/reprojection_cost.h"
+#include "tests/support/synthetic_map.h"
+
+namespace sqslam {
+namespace {
+
+using testing::CountBrokenReferences;
+using testing::MakeSyntheticMap;
+using testing::SyntheticMap;
+
+// Central differences over the manifold's own Plus: the Jacobians that the solver sees.
+TEST(ReprojectionCost, JacobiansAgreeWithNumericOnes) {
+  const SyntheticMap world = MakeSyntheticMap({.keyframes = 3, .points = 5});
+  const PoseManifold manifold;
+  constexpr double kStep = 1e-6;
+  for (const Eigen::Vector3d& p : world.points) {
+    const ReprojectionCost cost(world.camera, {300.0, 200.0}, 1.44);
+    const PoseBlock pose = ToBlock(world.T_camera_map[2]);
+    const auto evaluate = [&](const double* pose_block, const Eigen::Vector3d& point) {
+      const double* parameters[] = {pose_block, point.data()};
+      Eigen::Vector2d residual;
+      EXPECT_TRUE(cost.Evaluate(parameters, residual.data(), nullptr));
+      return residual;
+    };
+    Eigen::Matrix<double, 2, 7, Eigen::RowMajor> J_pose;
+    Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J_point;
+    double* jacobians[] = {J_pose.data(), J_point.data()};
+    const double* parameters[] = {pose.data(), p.data()};
+    Eigen::Vector2d residual;
+    ASSERT_TRUE(cost.Evaluate(parameters, residual.data(), jacobians));
+    Eigen::Matrix<double, 7, 6, Eigen::RowMajor> plus;
+    manifold.PlusJacobian(pose.data(), plus.data());
+    const Eigen::Matrix<double, 2, 6> tangent = J_pose * plus;
+    for (int i = 0; i < 6; ++i) {
+      Vector6d delta = Vector6d::Zero();
+      PoseBlock forward;
+      PoseBlock backward;
+      delta[i] = kStep;
+      manifold.Plus(pose.data(), delta.data(), forward.data());
+      delta[i] = -kStep;
+      manifold.Plus(pose.data(), delta.data(), backward.data());
+      const Eigen::Vector2d numeric = (evaluate(forward.data(), p) - evaluate(backward.data(), p)) / (2.0 * kStep);
+      EXPECT_LT((numeric - tangent.col(i)).norm(), 1e-4 * (1.0 + numeric.norm()));
+    }
+    for (int i = 0; i < 3; ++i) {
+      const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(i);
+      const Eigen::Vector2d numeric =
+          (evaluate(pose.data(), p + step) - evaluate(pose.data(), p - step)) / (2.0 * kStep);
+      EXPECT_LT((numeric - J_point.col(i)).norm(), 1e-4 * (1.0 + numeric.norm()));
+    }
+  }
+}
+
+TEST(PoseManifold, MinusUndoesPlus) {
+  const SyntheticMap world = MakeSyntheticMap({.keyframes = 2, .points = 2});
+  const PoseManifold manifold;
+  const PoseBlock x = ToBlock(world.T_camera_map[1]);
+  Vector6d delta;
+  delta << 0.1, -0.2, 0.05, 1.0, 2.0, -0.3;
+  PoseBlock y;
+  manifold.Plus(x.data(), delta.data(), y.data());
+  Vector6d found;
+  manifold.Minus(y.data(), x.data(), found.data());
+  EXPECT_TRUE(found.isApprox(delta, 1e-9));
+}
+
+void Disturb(SyntheticMap& world, double amount) {
+  std::mt19937 random(9);
+  std::normal_distribution<double> noise(0.0, amount);
+  for (KeyframeId id = 2; id < static_cast<KeyframeId>(world.T_camera_map.size()); ++id) {
+    Vector6d delta;
+    for (int i = 0; i < 6; ++i) {
+      delta[i] = noise(random);
+    }
+    world.map.At(id).T_camera_map = Perturb(world.map.At(id).T_camera_map, delta);
+  }
+  for (const MapPoint& point : world.map.Points()) {
+    world.map.Point(point.id).p_map += Eigen::Vector3d(noise(random), noise(random), noise(random));
+  }
+}
+
+TEST(LocalBundleAdjustment, RestoresPosesAndPoints) {
+  SyntheticMap world = MakeSyntheticMap({});
+  Disturb(world, 0.005);
+  BundleAdjustmentOptions options;
+  options.iterations = 20;
+  const BundleAdjustmentReport report = LocalBundleAdjustment(world.map, world.camera, 5, options, {});
+  EXPECT_EQ(report.keyframes + report.fixed_keyframes, 6);
+  EXPECT_FALSE(report.interrupted);
+  for (const auto& [id, keyframe] : world.map.Keyframes()) {
+    EXPECT_LT((keyframe.T_camera_map.translation - world.T_camera_map[static_cast<std::size_t>(id)].translation).norm(),
+              1e-4);
+  }
+  for (const MapPoint& point : world.map.Points()) {
+    EXPECT_LT((point.p_map - world.points[static_cast<std::size_t>(point.id)]).norm(), 1e-3);
+  }
+}
+
+TEST(LocalBundleAdjustment, RemovesWrongObservations) {
+  SyntheticMap world = MakeSyntheticMap({});
+  // Two points trade places in one keyframe.
+  Map& map = world.map;
+  map.RemoveObservation(10, 4);
+  map.RemoveObservation(20, 4);
+  map.AddObservation(10, 4, 20);
+  map.AddObservation(20, 4, 10);
+  LocalBundleAdjustment(map, world.camera, 5, {}, {});
+  EXPECT_EQ(map.At(4).points[10], kNoPoint);
+  EXPECT_EQ(map.At(4).points[20], kNoPoint);
+  EXPECT_TRUE(map.IsAlive(10));
+  EXPECT_EQ(CountBrokenReferences(map), 0);
+}
+
+TEST(LocalBundleAdjustment, StopsWhenInterrupted) {
+  SyntheticMap world = MakeSyntheticMap({});
+  Disturb(world, 0.01);
+  EXPECT_TRUE(LocalBundleAdjustment(world.map, world.camera, 5, {}, [] { return true; }).interrupted);
+}
+
+TEST(GlobalBundleAdjustment, ReducesTheErrorOfANoisyMapAndHoldsTheFirstKeyframe) {
+  SyntheticMap world = MakeSyntheticMap({.pixel_noise = 0.5});
+  Disturb(world, 0.01);
+  GlobalBundleAdjustment(world.map, world.camera, 30, {});
+  EXPECT_TRUE(world.map.At(0).T_camera_map.Matrix().isApprox(world.T_camera_map[0].Matrix()));
+  double squared = 0.0;
+  int count = 0;
+  for (const MapPoint& point : world.map.Points()) {
+    for (const Observation& o : point.observations) {
+      const Keyframe& keyframe = world.map.At(o.keyframe);
+      squared += (world.camera.Project(keyframe.T_camera_map * point.p_map) -
+                  keyframe.features->keypoints[static_cast<std::size_t>(o.keypoint)].pixel)
+                     .squaredNorm();
+      ++count;
+    }
+  }
+  EXPECT_LT(std::sqrt(squared / count), 0.75);  // noise of 0.5 px in x and y
+}
+
+}  // namespace
+}  // namespace sqslam

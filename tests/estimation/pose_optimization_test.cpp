@@ -1,0 +1,70 @@
+#include "slam/estimation/pose_optimization.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "slam/estimation/triangulation.h"
+#include "slam/geometry/lie.h"
+#include "tests/support/synthetic_map.h"
+
+namespace sqslam {
+namespace {
+
+using testing::MakeSyntheticMap;
+using testing::SyntheticMap;
+
+std::vector<PointObservation> ObservationsOf(const SyntheticMap& world, std::size_t keyframe) {
+  std::vector<PointObservation> observations;
+  for (const Eigen::Vector3d& p : world.points) {
+    observations.push_back({p, world.camera.Project(world.T_camera_map[keyframe] * p), 1.0, true});
+  }
+  return observations;
+}
+
+TEST(OptimizePose, FindsThePoseAndTheOutliers) {
+  const SyntheticMap world = MakeSyntheticMap({});
+  std::vector<PointObservation> observations = ObservationsOf(world, 2);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> pixel(0.0, 480.0);
+  const std::size_t outliers = observations.size() / 4;
+  for (std::size_t i = 0; i < outliers; ++i) {
+    observations[i].pixel = {pixel(random), pixel(random)};
+  }
+  Vector6d delta;
+  delta << 0.03, -0.02, 0.04, 0.1, -0.05, 0.08;
+  Rigid3d pose = Perturb(world.T_camera_map[2], delta);
+  const int inliers = OptimizePose(world.camera, observations, pose);
+  EXPECT_NEAR(inliers, static_cast<int>(observations.size() - outliers), 3);
+  EXPECT_LT((pose.translation - world.T_camera_map[2].translation).norm(), 1e-6);
+  EXPECT_LT(pose.rotation.angularDistance(world.T_camera_map[2].rotation), 1e-6);
+  for (std::size_t i = outliers; i < observations.size(); ++i) {
+    EXPECT_TRUE(observations[i].inlier);
+  }
+}
+
+TEST(OptimizePose, ReportsNoInliersWhereNothingFits) {
+  const SyntheticMap world = MakeSyntheticMap({});
+  std::vector<PointObservation> observations = ObservationsOf(world, 0);
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> pixel(0.0, 480.0);
+  for (PointObservation& o : observations) {
+    o.pixel = {pixel(random), pixel(random)};
+  }
+  Rigid3d pose = world.T_camera_map[0];
+  EXPECT_LT(OptimizePose(world.camera, observations, pose), 20);
+}
+
+TEST(Triangulate, IsExactWithoutNoise) {
+  const SyntheticMap world = MakeSyntheticMap({});
+  for (const Eigen::Vector3d& p : world.points) {
+    const Eigen::Vector3d c1 = world.T_camera_map[0] * p;
+    const Eigen::Vector3d c2 = world.T_camera_map[5] * p;
+    const Eigen::Vector3d found =
+        Triangulate(world.T_camera_map[0], c1 / c1.z(), world.T_camera_map[5], c2 / c2.z());
+    EXPECT_LT((found - p).norm(), 1e-8);
+  }
+}
+
+}  // namespace
+}  // namespace sqslam

@@ -1,0 +1,93 @@
+#include "slam/estimation/two_view.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace sqslam {
+namespace {
+
+class TwoViewTest : public ::testing::Test {
+ protected:
+  std::vector<TwoViewMatch> Project(const std::vector<Eigen::Vector3d>& points, const Rigid3d& T_2_1) {
+    std::vector<TwoViewMatch> matches;
+    for (const Eigen::Vector3d& p : points) {
+      const auto noisy = [&](const Eigen::Vector3d& p_camera) -> Eigen::Vector2d {
+        return camera_.Project(p_camera) + 0.3 * Eigen::Vector2d(noise_(random_), noise_(random_));
+      };
+      matches.push_back({noisy(p), noisy(T_2_1 * p)});
+    }
+    return matches;
+  }
+
+  std::vector<Eigen::Vector3d> Cloud() {
+    std::vector<Eigen::Vector3d> points;
+    for (int i = 0; i < 300; ++i) {
+      points.emplace_back(uniform_(random_), uniform_(random_), 3.0 + uniform_(random_));
+    }
+    return points;
+  }
+
+  std::vector<Eigen::Vector3d> Plane() {
+    std::vector<Eigen::Vector3d> points;
+    for (int i = 0; i < 300; ++i) {
+      const double x = uniform_(random_);
+      const double y = uniform_(random_);
+      points.emplace_back(x, y, 3.0 + 0.5 * x + 0.4 * y);
+    }
+    return points;
+  }
+
+  void ExpectMotion(const TwoViewReport& report, const Rigid3d& T_2_1) {
+    ASSERT_TRUE(report.geometry.has_value()) << report.refusal;
+    const Rigid3d& found = report.geometry->T_camera2_camera1;
+    EXPECT_LT(found.rotation.angularDistance(T_2_1.rotation), 0.02);
+    EXPECT_GT(found.translation.normalized().dot(T_2_1.translation.normalized()), 0.99);
+  }
+
+  Camera camera_{640, 480, 500.0, 500.0, 320.0, 240.0, {}, 30.0};
+  std::mt19937 random_{4};
+  std::uniform_real_distribution<double> uniform_{-1.0, 1.0};
+  std::normal_distribution<double> noise_{0.0, 1.0};
+  Rigid3d T_2_1_{Eigen::Quaterniond(Eigen::AngleAxisd(0.08, Eigen::Vector3d::UnitY())), {-0.4, 0.05, 0.1}};
+};
+
+TEST_F(TwoViewTest, TakesTheFundamentalMatrixForADeepScene) {
+  const TwoViewReport report = EstimateTwoView(camera_, Project(Cloud(), T_2_1_), {});
+  ExpectMotion(report, T_2_1_);
+  EXPECT_FALSE(report.geometry->from_homography);
+}
+
+TEST_F(TwoViewTest, TakesTheHomographyForAPlaneAndIsRightWhereItDecides) {
+  const TwoViewReport report = EstimateTwoView(camera_, Project(Plane(), T_2_1_), {});
+  if (report.geometry) {
+    EXPECT_TRUE(report.geometry->from_homography);
+    ExpectMotion(report, T_2_1_);
+  } else {
+    EXPECT_NE(report.refusal.find("ambiguous"), std::string::npos) << report.refusal;
+  }
+}
+
+TEST_F(TwoViewTest, SurvivesWrongMatches) {
+  std::vector<TwoViewMatch> matches = Project(Cloud(), T_2_1_);
+  for (std::size_t i = 0; i < matches.size() / 5; ++i) {
+    matches[i].pixel2 += Eigen::Vector2d(80.0 * uniform_(random_), 80.0 * uniform_(random_));
+  }
+  ExpectMotion(EstimateTwoView(camera_, matches, {}), T_2_1_);
+}
+
+TEST_F(TwoViewTest, RefusesAPureRotation) {
+  const Rigid3d rotation{Eigen::Quaterniond(Eigen::AngleAxisd(0.15, Eigen::Vector3d::UnitY())), {0.0, 0.0, 0.0}};
+  const TwoViewReport report = EstimateTwoView(camera_, Project(Cloud(), rotation), {});
+  EXPECT_FALSE(report.geometry.has_value());
+  EXPECT_FALSE(report.refusal.empty());
+}
+
+TEST_F(TwoViewTest, RefusesTooFewMatches) {
+  std::vector<TwoViewMatch> matches = Project(Cloud(), T_2_1_);
+  matches.resize(12);
+  EXPECT_FALSE(EstimateTwoView(camera_, matches, {}).geometry.has_value());
+}
+
+}  // namespace
+}  // namespace sqslam

@@ -1,0 +1,88 @@
+#include "slam/features/orb_extractor.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <set>
+
+#include "tests/support/textured_world.h"
+
+namespace sqslam {
+namespace {
+
+using testing::TexturedWorld;
+
+FrameFeatures ExtractFirstImage(const OrbOptions& options = {}) {
+  const TexturedWorld world;
+  const Frame frame = world.Render(0, {});
+  return OrbExtractor(options).Extract(frame.gray, frame.bgr, world.GetCamera());
+}
+
+TEST(OrbExtractor, SpreadsFeaturesOverImageAndScales) {
+  const FrameFeatures features = ExtractFirstImage();
+  EXPECT_GE(features.Size(), 700U);
+  EXPECT_LE(features.Size(), 1200U);
+  std::array<int, 16> per_cell{};
+  std::array<int, 8> per_octave{};
+  for (const Keypoint& keypoint : features.keypoints) {
+    ++per_cell[static_cast<std::size_t>(keypoint.pixel.x() / 80.0) +
+               4 * static_cast<std::size_t>(keypoint.pixel.y() / 60.0)];
+    ++per_octave[static_cast<std::size_t>(keypoint.octave)];
+  }
+  EXPECT_GE(*std::min_element(per_cell.begin(), per_cell.end()), 15);
+  EXPECT_GE(per_octave[0], per_octave[4]);
+  EXPECT_GE(per_octave[4], 10);
+}
+
+TEST(OrbExtractor, RepeatsItself) {
+  const FrameFeatures first = ExtractFirstImage();
+  const FrameFeatures second = ExtractFirstImage();
+  ASSERT_EQ(first.Size(), second.Size());
+  EXPECT_EQ(first.descriptors, second.descriptors);
+}
+
+TEST(OrbExtractor, FindsNothingOnAFlatImage) {
+  const cv::Mat gray(240, 320, CV_8UC1, cv::Scalar(128));
+  const cv::Mat bgr(240, 320, CV_8UC3, cv::Scalar::all(128));
+  const FrameFeatures features = OrbExtractor({}).Extract(gray, bgr, TexturedWorld().GetCamera());
+  EXPECT_EQ(features.Size(), 0U);
+}
+
+TEST(OrbExtractor, UndistortsKeypointsAndKeepsTheRawPixel) {
+  const TexturedWorld world;
+  Camera camera = world.GetCamera();
+  camera.distortion = {0.1, -0.05, 0.0, 0.0, 0.0};
+  const Frame frame = world.Render(0, {});
+  const FrameFeatures features = OrbExtractor({}).Extract(frame.gray, frame.bgr, camera);
+  for (const Keypoint& keypoint : features.keypoints) {
+    const Eigen::Vector2d raw = camera.ProjectDistorted(camera.Unproject(keypoint.pixel));
+    EXPECT_LT((raw - keypoint.raw_pixel).norm(), 1e-4);
+  }
+}
+
+TEST(KeypointGrid, VisitsAllKeypointsWithinTheRadius) {
+  const FrameFeatures features = ExtractFirstImage();
+  for (const Eigen::Vector2d pixel : {Eigen::Vector2d(0.0, 0.0), Eigen::Vector2d(160.0, 120.0),
+                                      Eigen::Vector2d(319.0, 10.0), Eigen::Vector2d(-20.0, 260.0)}) {
+    constexpr double kRadius = 25.0;
+    std::set<int> visited;
+    features.grid.ForEachNear(pixel, kRadius, [&](int i) { visited.insert(i); });
+    for (std::size_t i = 0; i < features.Size(); ++i) {
+      if ((features.keypoints[i].pixel - pixel).norm() <= kRadius) {
+        EXPECT_TRUE(visited.contains(static_cast<int>(i)));
+      }
+    }
+    EXPECT_LT(visited.size(), features.Size() / 2);
+  }
+}
+
+TEST(ScaleLevels, PredictTheOctaveOfAPatchByItsDistance) {
+  const ScaleLevels levels{OrbOptions{}};
+  EXPECT_EQ(levels.PredictOctave(10.0, 10.0), 0);
+  EXPECT_EQ(levels.PredictOctave(10.0 / levels.Scale(3) * 1.001, 10.0), 3);
+  EXPECT_EQ(levels.PredictOctave(0.001, 10.0), levels.Count() - 1);
+}
+
+}  // namespace
+}  // namespace sqslam

@@ -1,0 +1,108 @@
+#include "slam/map/map.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "slam/map/tracking_view.h"
+#include "tests/support/synthetic_map.h"
+
+namespace sqslam {
+namespace {
+
+using testing::CountBrokenReferences;
+using testing::MakeSyntheticMap;
+using testing::SyntheticMap;
+
+TEST(Map, KeepsReferencesMutualUnderRandomEdits) {
+  SyntheticMap world = MakeSyntheticMap({});
+  Map& map = world.map;
+  std::mt19937 random(5);
+  for (int step = 0; step < 200; ++step) {
+    const auto a = static_cast<PointId>(random() % map.Points().size());
+    const auto b = static_cast<PointId>(random() % map.Points().size());
+    switch (random() % 3) {
+      case 0:
+        map.Fuse(a, b);
+        break;
+      case 1:
+        map.RemovePoint(a);
+        break;
+      default:
+        map.RemoveObservation(a, static_cast<KeyframeId>(random() % 6));
+    }
+  }
+  map.RemoveKeyframe(3);
+  for (const auto& [id, keyframe] : map.Keyframes()) {
+    map.UpdateCovisibility(id);
+  }
+  EXPECT_EQ(CountBrokenReferences(map), 0);
+  int alive = 0;
+  for (const MapPoint& point : map.Points()) {
+    alive += point.alive ? 1 : 0;
+    EXPECT_TRUE(!point.alive || point.observations.size() >= 2);
+  }
+  EXPECT_EQ(map.NumPoints(), alive);
+}
+
+TEST(Map, ResolvesChainsOfFusions) {
+  SyntheticMap world = MakeSyntheticMap({});
+  world.map.Fuse(1, 2);
+  world.map.Fuse(2, 3);
+  EXPECT_EQ(world.map.Resolve(1), 3);
+  EXPECT_EQ(world.map.Point(3).observations.size(), 6U);
+  world.map.RemovePoint(3);
+  EXPECT_EQ(world.map.Resolve(1), kNoPoint);
+}
+
+TEST(Map, ARemovedKeyframeMovesWithItsParent) {
+  SyntheticMap world = MakeSyntheticMap({});
+  Map& map = world.map;
+  const Rigid3d before = map.PoseOf(4);
+  map.RemoveKeyframe(4);
+  EXPECT_FALSE(map.HasKeyframe(4));
+  EXPECT_TRUE(map.PoseOf(4).Matrix().isApprox(before.Matrix(), 1e-12));
+  map.RemoveKeyframe(map.Removed().at(4).parent);
+  EXPECT_TRUE(map.PoseOf(4).Matrix().isApprox(before.Matrix(), 1e-12));
+}
+
+TEST(Map, TransformKeepsEveryProjection) {
+  SyntheticMap world = MakeSyntheticMap({});
+  const Rigid3d T_new_old{Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1.0, 2.0, 3.0).normalized())),
+                          {0.1, -2.0, 0.5}};
+  const Rigid3d culled = world.map.PoseOf(2);
+  world.map.RemoveKeyframe(2);
+  world.map.Transform(T_new_old);
+  for (const auto& [id, keyframe] : world.map.Keyframes()) {
+    for (const MapPoint& point : world.map.Points()) {
+      const Eigen::Vector3d expected =
+          world.T_camera_map[static_cast<std::size_t>(id)] * world.points[static_cast<std::size_t>(point.id)];
+      EXPECT_TRUE((keyframe.T_camera_map * point.p_map).isApprox(expected, 1e-9));
+    }
+  }
+  EXPECT_TRUE((world.map.PoseOf(2) * (T_new_old * world.points[0])).isApprox(culled * world.points[0], 1e-9));
+}
+
+TEST(Map, CovisibilityCountsSharedPoints) {
+  SyntheticMap world = MakeSyntheticMap({});
+  EXPECT_EQ(world.map.At(0).covisibility.at(5), 300);
+  world.map.RemovePoint(0);
+  world.map.UpdateCovisibility(0);
+  EXPECT_EQ(world.map.At(0).covisibility.at(5), 299);
+  EXPECT_EQ(world.map.At(5).covisibility.at(0), 299);
+}
+
+TEST(TrackingView, IsACopyThatLaterEditsDoNotReach) {
+  SyntheticMap world = MakeSyntheticMap({});
+  world.map.RemoveKeyframe(3);
+  const TrackingView view = MakeTrackingView(world.map);
+  world.map.Fuse(0, 1);
+  world.map.Point(1).p_map.setZero();
+  EXPECT_TRUE(view.Point(0).alive);
+  EXPECT_TRUE(view.Point(1).p_map.isApprox(world.points[1]));
+  EXPECT_EQ(view.keyframes.size(), 5U);
+  EXPECT_TRUE(view.PoseOf(3).Matrix().isApprox(world.T_camera_map[3].Matrix(), 1e-9));
+}
+
+}  // namespace
+}  // namespace sqslam

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <vector>
+
+#include "slam/geometry/camera.h"
+#include "slam/geometry/rigid3.h"
+#include "slam/io/frame.h"
+
+namespace sqslam::testing {
+
+// A small world that is rendered with exact geometry by plain OpenCV: textured upright panels at several depths in
+// front of a textured wall. Map frame as the first camera: x right, y down, z forward.
+class TexturedWorld {
+ public:
+  TexturedWorld();
+  const Camera& GetCamera() const { return camera_; }
+  Frame Render(std::int64_t index, const Rigid3d& T_map_camera) const;
+
+ private:
+  struct Panel {
+    Eigen::Vector3d corner;   // top left
+    Eigen::Vector3d right;    // along the texture's u, whole width
+    Eigen::Vector3d down;     // along v, whole height
+    cv::Mat texture;
+  };
+  Camera camera_;
+  std::vector<Panel> panels_;  // far to near
+};
+
+// Sideways and forward motion with a little rotation, `count` poses, 1 cm to 2 cm apart at depths of 1 to 4.
+std::vector<Rigid3d> HandHeldPath(int count);
+
+// Root mean square distance of the camera centres after the best similarity transform.
+double AlignedError(const std::vector<Eigen::Vector3d>& estimate, const std::vector<Eigen::Vector3d>& truth);
+
+}  // namespace sqslam::testing

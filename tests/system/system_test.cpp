@@ -1,0 +1,132 @@
+#include "slam/system.h"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/imgproc.hpp>
+#include <set>
+
+#include "tests/support/textured_world.h"
+
+namespace sqslam {
+namespace {
+
+using testing::AlignedError;
+using testing::HandHeldPath;
+using testing::TexturedWorld;
+
+SystemOptions TestOptions(bool deterministic) {
+  SystemOptions options;
+  options.deterministic = deterministic;
+  options.tracking.features.num_features = 600;
+  return options;
+}
+
+struct SystemRun {
+  RunResult result;
+  std::vector<MapSnapshotPtr> snapshots;
+};
+
+// `blank` frames are replaced by flat images.
+SystemRun RunPath(const std::vector<Rigid3d>& path, const SystemOptions& options, const std::set<int>& blank = {}) {
+  const TexturedWorld world;
+  SystemRun run;
+  System system(world.GetCamera(), options, [&](MapSnapshotPtr snapshot) { run.snapshots.push_back(snapshot); });
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    Frame frame = world.Render(static_cast<std::int64_t>(i), path[i]);
+    if (blank.contains(static_cast<int>(i))) {
+      frame.gray.setTo(90);
+      frame.bgr.setTo(cv::Scalar::all(90));
+    }
+    system.Process(frame);
+  }
+  run.result = system.Finish();
+  return run;
+}
+
+double TrajectoryError(const SystemRun& run, const std::vector<Rigid3d>& path) {
+  std::vector<Eigen::Vector3d> estimate;
+  std::vector<Eigen::Vector3d> truth;
+  for (const TimedPose& pose : run.result.trajectory) {
+    estimate.push_back(pose.T_map_camera.translation);
+    truth.push_back(path[static_cast<std::size_t>(std::lround(pose.timestamp * 30.0))].translation);
+  }
+  return AlignedError(estimate, truth);
+}
+
+TEST(System, MapsATexturedWorld) {
+  const std::vector<Rigid3d> path = HandHeldPath(120);
+  const SystemRun run = RunPath(path, TestOptions(false));
+  ASSERT_NE(run.result.map, nullptr) << run.result.no_map_reason;
+  EXPECT_EQ(run.result.frames, 120);
+  EXPECT_GE(run.result.tracked, 100);
+  EXPECT_EQ(run.result.losses, 0);
+  EXPECT_LT(TrajectoryError(run, path), 0.02);
+  EXPECT_GE(run.result.keyframes.size(), 3U);
+}
+
+TEST(System, IsBitIdenticalInDeterministicMode) {
+  const std::vector<Rigid3d> path = HandHeldPath(80);
+  const SystemRun first = RunPath(path, TestOptions(true));
+  const SystemRun second = RunPath(path, TestOptions(true));
+  ASSERT_NE(first.result.map, nullptr) << first.result.no_map_reason;
+  ASSERT_EQ(first.result.trajectory.size(), second.result.trajectory.size());
+  for (std::size_t i = 0; i < first.result.trajectory.size(); ++i) {
+    EXPECT_EQ(first.result.trajectory[i].T_map_camera.Matrix(), second.result.trajectory[i].T_map_camera.Matrix());
+  }
+  ASSERT_EQ(first.result.map->points.size(), second.result.map->points.size());
+  for (std::size_t i = 0; i < first.result.map->points.size(); ++i) {
+    EXPECT_EQ(first.result.map->points[i].p_map, second.result.map->points[i].p_map);
+  }
+}
+
+TEST(System, PublishesSnapshotsThatGrowAndStay) {
+  const SystemRun run = RunPath(HandHeldPath(80), TestOptions(true));
+  ASSERT_GE(run.snapshots.size(), 3U);
+  for (std::size_t i = 0; i < run.snapshots.size(); ++i) {
+    EXPECT_EQ(run.snapshots[i]->sequence_number, static_cast<std::int64_t>(i));
+    EXPECT_FALSE(run.snapshots[i]->points.empty());
+  }
+  EXPECT_EQ(run.snapshots.front()->keyframes.size(), 2U);
+  EXPECT_EQ(run.snapshots.back(), run.result.map);
+}
+
+TEST(System, RecoversAfterAShortLoss) {
+  const std::vector<Rigid3d> path = HandHeldPath(110);
+  const SystemRun run = RunPath(path, TestOptions(true), {60, 61, 62, 63});
+  ASSERT_NE(run.result.map, nullptr);
+  EXPECT_EQ(run.result.losses, 1);
+  EXPECT_EQ(run.result.recoveries, 1);
+  EXPECT_EQ(run.result.resets, 0);
+  EXPECT_LT(TrajectoryError(run, path), 0.02);
+  EXPECT_NEAR(run.result.trajectory.back().timestamp, 109.0 / 30.0, 1e-6);
+}
+
+TEST(System, SaysWhyAStaticCameraGivesNoMap) {
+  const SystemRun run = RunPath(std::vector<Rigid3d>(40), TestOptions(true));
+  EXPECT_EQ(run.result.map, nullptr);
+  EXPECT_NE(run.result.no_map_reason.find("hardly moves"), std::string::npos) << run.result.no_map_reason;
+}
+
+TEST(System, BuildsNoMapFromAPureRotation) {
+  std::vector<Rigid3d> path;
+  for (int i = 0; i < 60; ++i) {
+    path.push_back({Eigen::Quaterniond(Eigen::AngleAxisd(0.01 * i, Eigen::Vector3d::UnitY())), {0.0, 0.0, 0.0}});
+  }
+  const SystemRun run = RunPath(path, TestOptions(true));
+  EXPECT_EQ(run.result.map, nullptr);
+  EXPECT_NE(run.result.no_map_reason.find("translat"), std::string::npos) << run.result.no_map_reason;
+}
+
+TEST(System, TurnsTheMapUprightAsConfigured) {
+  SystemOptions options = TestOptions(true);
+  options.gravity = "level-start";
+  const SystemRun run = RunPath(HandHeldPath(60), options);
+  ASSERT_NE(run.result.map, nullptr);
+  EXPECT_TRUE(run.result.map->gravity_known);
+  // The first camera was level: its y axis (down) is -z of the map.
+  const Eigen::Vector3d down = run.result.trajectory.front().T_map_camera.rotation * Eigen::Vector3d::UnitY();
+  EXPECT_LT((down + Eigen::Vector3d::UnitZ()).norm(), 0.05);
+}
+
+}  // namespace
+}  // namespace sqslam
