@@ -1,6 +1,7 @@
 #include "slam/estimation/two_view.h"
 
 #include <Eigen/LU>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -159,11 +160,44 @@ TwoViewReport ChooseMotion(const Camera& camera, const std::vector<TwoViewMatch>
 
 }  // namespace
 
+double FlowWithoutRotation(const Camera& camera, const std::vector<TwoViewMatch>& matches) {
+  constexpr int kRounds = 5;  // of iterative reweighting: matches far off the rotation lose their say
+  std::vector<Eigen::Vector3d> rays1;
+  std::vector<Eigen::Vector3d> rays2;
+  for (const TwoViewMatch& match : matches) {
+    rays1.push_back(camera.Unproject(match.pixel1).normalized());
+    rays2.push_back(camera.Unproject(match.pixel2).normalized());
+  }
+  std::vector<double> residuals(matches.size(), 1.0);
+  double median = 0.0;
+  for (int round = 0; round < kRounds; ++round) {
+    Eigen::Matrix3d correlation = Eigen::Matrix3d::Zero();
+    for (std::size_t i = 0; i < matches.size(); ++i) {
+      correlation += rays2[i] * rays1[i].transpose() / std::max(1.0, residuals[i]);
+    }
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correlation, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Eigen::Vector3d signs = Eigen::Vector3d::Ones();
+    signs.z() = (svd.matrixU() * svd.matrixV().transpose()).determinant();
+    const Eigen::Matrix3d R = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+    for (std::size_t i = 0; i < matches.size(); ++i) {
+      residuals[i] = (camera.Project(R * rays1[i]) - matches[i].pixel2).norm();
+    }
+    std::vector<double> sorted = residuals;
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    median = *middle;
+  }
+  return median;
+}
+
 TwoViewReport EstimateTwoView(const Camera& camera, const std::vector<TwoViewMatch>& matches,
                               const TwoViewOptions& options) {
   constexpr std::size_t kFewest = 20;
   if (matches.size() < kFewest) {
     return {std::nullopt, "too few matches between two frames (too little texture)", 0.0};
+  }
+  if (FlowWithoutRotation(camera, matches) < options.min_translation_flow) {
+    return {std::nullopt, "the camera only turns (it must translate)", 0.0};
   }
   std::vector<cv::Point2d> points1;
   std::vector<cv::Point2d> points2;

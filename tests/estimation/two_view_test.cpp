@@ -83,6 +83,12 @@ TEST_F(TwoViewTest, RefusesAPureRotation) {
   EXPECT_FALSE(report.refusal.empty());
 }
 
+TEST_F(TwoViewTest, FlowWithoutRotationSeesTranslationOnly) {
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.15, Eigen::Vector3d(0.2, 1.0, 0.1).normalized()));
+  EXPECT_LT(FlowWithoutRotation(camera_, Project(Cloud(), {turn, {0.0, 0.0, 0.0}})), 0.7);
+  EXPECT_GT(FlowWithoutRotation(camera_, Project(Cloud(), {turn, {0.2, 0.0, 0.0}})), 3.0);
+}
+
 TEST_F(TwoViewTest, RefusesTooFewMatches) {
   std::vector<TwoViewMatch> matches = Project(Cloud(), T_2_1_);
   matches.resize(12);
