@@ -15,8 +15,9 @@ struct RecordingInfo {
   std::string config;  // the whole configuration as YAML
 };
 
-// Writes map.sqmap: one SQLite database (WAL), one row per snapshot, each snapshot complete (zlib-compressed), so
-// that any can be read alone. Each Add is one transaction: a kill at any moment leaves a readable file.
+// Writes map.sqmap: one SQLite database (WAL), one row per snapshot, each snapshot complete
+// (zlib-compressed), so that any can be read alone. Each Add is one transaction: a kill at any moment leaves
+// a readable file.
 class RecordingWriter {
  public:
   // Throws InputError where the file cannot be made or exists already.
@@ -25,7 +26,7 @@ class RecordingWriter {
   RecordingWriter(RecordingWriter&&) noexcept;
 
   void Add(const MapSnapshot& snapshot);  // throws InputError on a full disk; what was added before stays
-  void Close();  // folds the WAL into the one file; also done by the destructor
+  void Close();                           // folds the WAL into the one file; also done by the destructor
 
  private:
   struct Impl;

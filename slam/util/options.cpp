@@ -56,7 +56,8 @@ std::string DescribeExpectation(const OptionField& field) {
     }
     std::string operator()(const double*) const { return DescribeRange(field, "a number"); }
     std::string operator()(const std::span<double>& values) const {
-      return fmt::format("a list [..] of {} values, each {}", values.size(), DescribeRange(field, "a number"));
+      return fmt::format("a list [..] of {} values, each {}", values.size(),
+                         DescribeRange(field, "a number"));
     }
     std::string operator()(const bool*) const { return "true or false"; }
     std::string operator()(const std::string*) const {
@@ -82,7 +83,7 @@ struct AssignFromNode {
   const YAML::Node& node;
 
   template <typename Number>
-    requires std::is_arithmetic_v<Number>
+  requires std::is_arithmetic_v<Number>
   bool operator()(Number* value) const {
     const auto number = node.IsScalar() ? ParseNumber<Number>(node.Scalar()) : std::nullopt;
     if (number) {
@@ -141,7 +142,8 @@ bool IsAllowed(const OptionField& field) {
     }
     bool operator()(const bool*) const { return true; }
     bool operator()(const std::string* value) const {
-      return field.allowed.empty() || std::find(field.allowed.begin(), field.allowed.end(), *value) != field.allowed.end();
+      return field.allowed.empty() ||
+             std::find(field.allowed.begin(), field.allowed.end(), *value) != field.allowed.end();
     }
     bool operator()(const std::vector<std::string>*) const { return true; }
   };
@@ -177,9 +179,11 @@ std::string FormatValue(const OptionField& field) {
 [[noreturn]] void ThrowUnknown(const std::string& where, const std::string& key,
                                const std::vector<OptionField>& fields) {
   std::vector<std::string> keys;
-  std::transform(fields.begin(), fields.end(), std::back_inserter(keys), [](const auto& field) { return field.key; });
+  std::transform(fields.begin(), fields.end(), std::back_inserter(keys),
+                 [](const auto& field) { return field.key; });
   // A name given without its group is nearer than any misspelling.
-  const auto tail = std::find_if(keys.begin(), keys.end(), [&](const auto& k) { return k.ends_with("." + key); });
+  const auto tail =
+      std::find_if(keys.begin(), keys.end(), [&](const auto& k) { return k.ends_with("." + key); });
   const std::string nearest = tail != keys.end() ? *tail : NearestWord(key, keys);
   throw UsageError(fmt::format("{}: unknown option '{}'{}", where, key,
                                nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest)));
@@ -188,17 +192,20 @@ std::string FormatValue(const OptionField& field) {
 void Assign(const YAML::Node& node, const OptionField& field, const std::string& where) {
   if (!std::visit(AssignFromNode{node}, field.value) || !IsAllowed(field)) {
     throw UsageError(fmt::format("{}: {} is {}, expected {}", where, field.key,
-                                 node.IsNull() ? "empty" : "'" + NodeText(node) + "'", DescribeExpectation(field)));
+                                 node.IsNull() ? "empty" : "'" + NodeText(node) + "'",
+                                 DescribeExpectation(field)));
   }
 }
 
 const OptionField* Find(const std::vector<OptionField>& fields, const std::string& key) {
-  const auto it = std::find_if(fields.begin(), fields.end(), [&](const auto& field) { return field.key == key; });
+  const auto it =
+      std::find_if(fields.begin(), fields.end(), [&](const auto& field) { return field.key == key; });
   return it == fields.end() ? nullptr : &*it;
 }
 
 bool IsGroup(const std::vector<OptionField>& fields, const std::string& key) {
-  return std::any_of(fields.begin(), fields.end(), [&](const auto& field) { return field.key.starts_with(key + "."); });
+  return std::any_of(fields.begin(), fields.end(),
+                     [&](const auto& field) { return field.key.starts_with(key + "."); });
 }
 
 void AssignGroup(const YAML::Node& group, const std::string& prefix, const std::string& source,
@@ -213,7 +220,8 @@ void AssignGroup(const YAML::Node& group, const std::string& prefix, const std::
     } else if (entry.second.IsMap()) {
       AssignGroup(entry.second, key + ".", source, fields);
     } else if (!entry.second.IsNull()) {  // a group whose entries are all commented out is fine
-      throw UsageError(fmt::format("{}: {} is '{}', expected a group of options", where, key, NodeText(entry.second)));
+      throw UsageError(
+          fmt::format("{}: {} is '{}', expected a group of options", where, key, NodeText(entry.second)));
     }
   }
 }
@@ -257,7 +265,8 @@ void LoadOptionFields(const std::filesystem::path& path, const std::vector<Optio
   ParseOptionFields(text.str(), path.string(), fields);
 }
 
-void ParseOptionFields(const std::string& yaml, const std::string& source, const std::vector<OptionField>& fields) {
+void ParseOptionFields(const std::string& yaml, const std::string& source,
+                       const std::vector<OptionField>& fields) {
   YAML::Node root;
   try {
     root = YAML::Load(yaml);
@@ -299,8 +308,8 @@ void SetOptionField(const std::string& assignment, const std::vector<OptionField
 void CheckOptionFields(const std::vector<OptionField>& fields) {
   for (const OptionField& field : fields) {
     if (!IsAllowed(field)) {
-      throw UsageError(
-          fmt::format("option {} is {}, expected {}", field.key, FormatValue(field), DescribeExpectation(field)));
+      throw UsageError(fmt::format("option {} is {}, expected {}", field.key, FormatValue(field),
+                                   DescribeExpectation(field)));
     }
   }
 }

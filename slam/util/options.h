@@ -16,8 +16,8 @@ namespace sqslam {
 
 // One value of an options struct, found by visiting it: its dotted name, where it lives and what it may be.
 struct OptionField {
-  using Value = std::variant<int*, std::int64_t*, std::uint64_t*, double*, std::span<double>, bool*, std::string*,
-                             std::vector<std::string>*>;
+  using Value = std::variant<int*, std::int64_t*, std::uint64_t*, double*, std::span<double>, bool*,
+                             std::string*, std::vector<std::string>*>;
 
   std::string key;  // e.g. "tracking.features"
   Value value;
@@ -40,20 +40,23 @@ class OptionCollector {
     Add(name, &value, static_cast<double>(min), static_cast<double>(max));
   }
   void operator()(std::string_view name, std::uint64_t& value) { Add(name, &value); }  // a seed: any number
-  void operator()(std::string_view name, double& value, double min, double max) { Add(name, &value, min, max); }
+  void operator()(std::string_view name, double& value, double min, double max) {
+    Add(name, &value, min, max);
+  }
   template <std::size_t N>
   void operator()(std::string_view name, std::array<double, N>& value, double min, double max) {
     Add(name, std::span<double>(value), min, max);
   }
   void operator()(std::string_view name, bool& value) { Add(name, &value); }
-  void operator()(std::string_view name, std::string& value, std::initializer_list<const char*> allowed = {}) {
+  void operator()(std::string_view name, std::string& value,
+                  std::initializer_list<const char*> allowed = {}) {
     Add(name, &value);
     fields_.back().allowed.assign(allowed.begin(), allowed.end());
   }
   void operator()(std::string_view name, std::vector<std::string>& value) { Add(name, &value); }
 
   template <typename Nested>
-    requires requires(Nested& nested, OptionCollector& visitor) { nested.VisitFields(visitor); }
+  requires requires(Nested& nested, OptionCollector& visitor) { nested.VisitFields(visitor); }
   void operator()(std::string_view name, Nested& nested) {
     nested.VisitFields(OptionCollector(fields_, prefix_ + std::string(name) + "."));
   }
@@ -80,7 +83,8 @@ std::vector<OptionField> OptionFields(Options& options) {
 
 // The work, without templates. `source` names the origin in messages: a file, or "--set".
 void LoadOptionFields(const std::filesystem::path& path, const std::vector<OptionField>& fields);
-void ParseOptionFields(const std::string& yaml, const std::string& source, const std::vector<OptionField>& fields);
+void ParseOptionFields(const std::string& yaml, const std::string& source,
+                       const std::vector<OptionField>& fields);
 void SetOptionField(const std::string& assignment, const std::vector<OptionField>& fields);
 void CheckOptionFields(const std::vector<OptionField>& fields);
 std::string DumpOptionFields(const std::vector<OptionField>& fields);
@@ -100,8 +104,8 @@ std::string DumpOptionFields(const std::vector<OptionField>& fields);
 //   LoadOptions("my.yaml", options);
 //   SetOption("threshold=0.5", options);
 //
-// All throw UsageError that names file and line (or the --set), the key, what was expected, and for an unknown key
-// the nearest valid one. Where they throw, `options` may have been changed in part.
+// All throw UsageError that names file and line (or the --set), the key, what was expected, and for an
+// unknown key the nearest valid one. Where they throw, `options` may have been changed in part.
 template <typename Options>
 void LoadOptions(const std::filesystem::path& path, Options& options) {
   LoadOptionFields(path, OptionFields(options));

@@ -70,7 +70,8 @@ TEST(Options, UnknownKeyNamesFileLineAndNearestName) {
 
 TEST(Options, NameWithoutItsGroupIsCompleted) {
   OuterOptions options;
-  EXPECT_THAT(MessageOf([&] { SetOption("features=3", options); }), HasSubstr("did you mean 'tracking.features'?"));
+  EXPECT_THAT(MessageOf([&] { SetOption("features=3", options); }),
+              HasSubstr("did you mean 'tracking.features'?"));
 }
 
 TEST(Options, ValueOutOfRangeNamesLineAndRange) {
@@ -82,8 +83,10 @@ TEST(Options, ValueOutOfRangeNamesLineAndRange) {
 TEST(Options, ValuesOfTheWrongKindAreRefused) {
   OuterOptions options;
   EXPECT_THAT(MessageOf([&] { SetOption("tracking.features=12.5", options); }), HasSubstr("a whole number"));
-  EXPECT_THAT(MessageOf([&] { SetOption("tracking.ratio=.nan", options); }), HasSubstr("a number from 0 to 1"));
-  EXPECT_THAT(MessageOf([&] { SetOption("tracking.ratio=nan", options); }), HasSubstr("a number from 0 to 1"));
+  EXPECT_THAT(MessageOf([&] { SetOption("tracking.ratio=.nan", options); }),
+              HasSubstr("a number from 0 to 1"));
+  EXPECT_THAT(MessageOf([&] { SetOption("tracking.ratio=nan", options); }),
+              HasSubstr("a number from 0 to 1"));
   EXPECT_THAT(MessageOf([&] { SetOption("tracking.enabled=maybe", options); }), HasSubstr("true or false"));
   EXPECT_THAT(MessageOf([&] { SetOption("kind=iuo", options); }), HasSubstr("one of full, iou"));
   EXPECT_THAT(MessageOf([&] { SetOption("up=[0, 1]", options); }), HasSubstr("3 values"));
@@ -95,13 +98,15 @@ TEST(Options, ValuesOfTheWrongKindAreRefused) {
 
 TEST(Options, BrokenYamlNamesTheLine) {
   OuterOptions options;
-  EXPECT_THAT(MessageOf([&] { ParseOptions("seed: 1\nkind: [full\n", "a.yaml", options); }), HasSubstr("a.yaml:"));
+  EXPECT_THAT(MessageOf([&] { ParseOptions("seed: 1\nkind: [full\n", "a.yaml", options); }),
+              HasSubstr("a.yaml:"));
   EXPECT_THAT(MessageOf([&] { ParseOptions("just words", "a.yaml", options); }), HasSubstr("name: value"));
 }
 
 TEST(Options, MissingFileIsAUsageError) {
   OuterOptions options;
-  EXPECT_THAT(MessageOf([&] { LoadOptions("/nonexistent/a.yaml", options); }), HasSubstr("/nonexistent/a.yaml"));
+  EXPECT_THAT(MessageOf([&] { LoadOptions("/nonexistent/a.yaml", options); }),
+              HasSubstr("/nonexistent/a.yaml"));
 }
 
 TEST(Options, ListGivenForATextStaysText) {

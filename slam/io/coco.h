@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+
+namespace sqslam {
+
+// The 80 classes of COCO in the order of detectors' class numbers (0-based), blanks written as underscores.
+inline constexpr std::array<std::string_view, 80> kCocoNames = {
+    "person",        "bicycle",      "car",
+    "motorcycle",    "airplane",     "bus",
+    "train",         "truck",        "boat",
+    "traffic_light", "fire_hydrant", "stop_sign",
+    "parking_meter", "bench",        "bird",
+    "cat",           "dog",          "horse",
+    "sheep",         "cow",          "elephant",
+    "bear",          "zebra",        "giraffe",
+    "backpack",      "umbrella",     "handbag",
+    "tie",           "suitcase",     "frisbee",
+    "skis",          "snowboard",    "sports_ball",
+    "kite",          "baseball_bat", "baseball_glove",
+    "skateboard",    "surfboard",    "tennis_racket",
+    "bottle",        "wine_glass",   "cup",
+    "fork",          "knife",        "spoon",
+    "bowl",          "banana",       "apple",
+    "sandwich",      "orange",       "broccoli",
+    "carrot",        "hot_dog",      "pizza",
+    "donut",         "cake",         "chair",
+    "couch",         "potted_plant", "bed",
+    "dining_table",  "toilet",       "tv",
+    "laptop",        "mouse",        "remote",
+    "keyboard",      "cell_phone",   "microwave",
+    "oven",          "toaster",      "sink",
+    "refrigerator",  "book",         "clock",
+    "vase",          "scissors",     "teddy_bear",
+    "hair_drier",    "toothbrush"};
+
+// Things of desks and rooms that detectors beyond COCO (and our synthetic scenes) name.
+inline constexpr std::array<std::string_view, 16> kMoreNames = {
+    "ball",    "box", "can",    "cereal_box", "cylinder", "globe", "jar", "lamp",
+    "monitor", "mug", "pillow", "plate",      "speaker",  "table", "tin", "toy"};
+
+// Whether the label is in one of the two lists. Others work all the same; a reader warns, since it may be a
+// slip.
+bool IsKnownLabel(std::string_view label);
+
+// Blanks to underscores.
+std::string NormalizedLabel(std::string_view label);
+
+}  // namespace sqslam

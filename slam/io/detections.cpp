@@ -1,0 +1,204 @@
+#include "slam/io/detections.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <charconv>
+#include <optional>
+#include <set>
+
+#include "slam/io/coco.h"
+#include "slam/io/text_lines.h"
+#include "slam/util/error.h"
+
+namespace sqslam {
+namespace fs = std::filesystem;
+
+bool IsKnownLabel(std::string_view label) {
+  return std::find(kCocoNames.begin(), kCocoNames.end(), label) != kCocoNames.end() ||
+         std::find(kMoreNames.begin(), kMoreNames.end(), label) != kMoreNames.end();
+}
+
+std::string NormalizedLabel(std::string_view label) {
+  std::string normalized(label);
+  std::replace(normalized.begin(), normalized.end(), ' ', '_');
+  return normalized;
+}
+
+namespace {
+
+// Something that is warned of once, with the number of times it happened.
+class CountedWarning {
+ public:
+  void Add(const fs::path& path, const TextLine& line) {
+    if (count_++ == 0) {
+      first_ = fmt::format("{}:{}", path.string(), line.number);
+    }
+  }
+  void Log(std::string_view what) const {
+    if (count_ > 0) {
+      spdlog::warn("{}: {} (lines like this: {})", first_, what, count_);
+    }
+  }
+
+ private:
+  int count_ = 0;
+  std::string first_;
+};
+
+class DetectionReader {
+ public:
+  DetectionReader(const Camera& camera, const std::vector<double>& timestamps)
+      : camera_(camera), timestamps_(timestamps), frames_(timestamps.size()) {
+    // A tenth of a frame: room for rounded timestamps, but never for the neighbour.
+    if (timestamps.size() > 1) {
+      tolerance_ = std::max(tolerance_, 0.1 * (timestamps.back() - timestamps.front()) /
+                                            static_cast<double>(timestamps.size() - 1));
+    }
+  }
+
+  void ReadBoxesFile(const fs::path& path) {
+    constexpr const char* kExpected = "'timestamp label score x y w h [object_id [visible_fraction]]'";
+    for (const TextLine& line : ReadTextLines(path, "a boxes.txt")) {
+      if (line.words.size() < 7 || line.words.size() > 9) {
+        ThrowBadLine(path, line, kExpected);
+      }
+      const double timestamp = NumberAt(path, line, 0, kExpected);
+      Detection detection;
+      detection.label = line.words[1];
+      detection.score = NumberAt(path, line, 2, kExpected);
+      detection.box = BoxAt(path, line, 3, kExpected);
+      for (std::size_t i = 7; i < line.words.size(); ++i) {
+        NumberAt(path, line, i, kExpected);
+      }
+      Add(path, line, timestamp, std::move(detection));
+    }
+  }
+
+  void ReadFrameFile(const fs::path& path, double timestamp) {
+    constexpr const char* kExpected = "'class x y w h score' with a COCO class number from 0 to 79";
+    for (const TextLine& line : ReadTextLines(path, "a file with the boxes of one frame")) {
+      const double number = NumberAt(path, line, 0, kExpected);
+      if (line.words.size() != 6 || number < 0.0 || number != static_cast<int>(number)) {
+        ThrowBadLine(path, line, kExpected);
+      }
+      const auto index = static_cast<std::size_t>(number);
+      Detection detection;
+      detection.label =
+          index < kCocoNames.size() ? std::string(kCocoNames[index]) : fmt::format("class_{}", index);
+      detection.box = BoxAt(path, line, 1, kExpected);
+      detection.score = NumberAt(path, line, 5, kExpected);
+      Add(path, line, timestamp, std::move(detection));
+    }
+  }
+
+  std::vector<std::vector<Detection>> Finish() {
+    no_frame_.Log("box at a time at which there is no frame, left out");
+    outside_.Log("box outside the image, left out");
+    clipped_.Log("box reaches more than two pixels out of the image, clipped");
+    return std::move(frames_);
+  }
+
+ private:
+  static Box2d BoxAt(const fs::path& path, const TextLine& line, std::size_t first, const char* expected) {
+    const Box2d box{NumberAt(path, line, first, expected), NumberAt(path, line, first + 1, expected),
+                    NumberAt(path, line, first + 2, expected), NumberAt(path, line, first + 3, expected)};
+    if (box.width <= 0.0 || box.height <= 0.0) {
+      ThrowBadLine(path, line, "a box with w and h above 0");
+    }
+    return box;
+  }
+
+  std::optional<std::size_t> FrameAt(double timestamp) const {
+    const auto after = std::lower_bound(timestamps_.begin(), timestamps_.end(), timestamp - tolerance_);
+    if (after == timestamps_.end() || *after > timestamp + tolerance_) {
+      return std::nullopt;
+    }
+    return static_cast<std::size_t>(after - timestamps_.begin());
+  }
+
+  void Add(const fs::path& path, const TextLine& line, double timestamp, Detection detection) {
+    if (detection.score < 0.0 || detection.score > 1.0) {
+      ThrowBadLine(path, line, "a score from 0 to 1");
+    }
+    const std::optional<std::size_t> frame = FrameAt(timestamp);
+    if (!frame) {
+      no_frame_.Add(path, line);
+      return;
+    }
+    if (!IsKnownLabel(detection.label) && warned_labels_.insert(detection.label).second) {
+      spdlog::warn("{}:{}: label '{}' is not known, used as it is", path.string(), line.number,
+                   detection.label);
+    }
+    if (Clip(path, line, detection.box)) {
+      frames_[*frame].push_back(std::move(detection));
+    }
+  }
+
+  // False where nothing of the box is left.
+  bool Clip(const fs::path& path, const TextLine& line, Box2d& box) {
+    constexpr double kSlack = 2.0;  // pixels that detectors round over the border; not worth a warning
+    const double left = std::max(box.x, 0.0);
+    const double top = std::max(box.y, 0.0);
+    const double right = std::min(box.x + box.width, static_cast<double>(camera_.width));
+    const double bottom = std::min(box.y + box.height, static_cast<double>(camera_.height));
+    if (right - left < 1.0 || bottom - top < 1.0) {
+      outside_.Add(path, line);
+      return false;
+    }
+    if (box.x < -kSlack || box.y < -kSlack || box.x + box.width > camera_.width + kSlack ||
+        box.y + box.height > camera_.height + kSlack) {
+      clipped_.Add(path, line);
+    }
+    box = {left, top, right - left, bottom - top};
+    return true;
+  }
+
+  const Camera& camera_;
+  const std::vector<double>& timestamps_;
+  double tolerance_ = 1e-3;  // seconds
+  std::vector<std::vector<Detection>> frames_;
+  std::set<std::string> warned_labels_;
+  CountedWarning no_frame_;
+  CountedWarning outside_;
+  CountedWarning clipped_;
+};
+
+double TimestampOfName(const fs::path& path) {
+  const std::string name = path.stem().string();
+  double timestamp = 0.0;
+  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), timestamp);
+  if (error != std::errc() || end != name.data() + name.size()) {
+    throw InputError(fmt::format("{}: expected a file named TIMESTAMP.txt", path.string()));
+  }
+  return timestamp;
+}
+
+}  // namespace
+
+std::vector<std::vector<Detection>> ReadDetections(const fs::path& path, const Camera& camera,
+                                                   const std::vector<double>& frame_timestamps) {
+  DetectionReader reader(camera, frame_timestamps);
+  if (!fs::is_directory(path)) {
+    reader.ReadBoxesFile(path);
+    return reader.Finish();
+  }
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(path)) {
+    if (entry.path().extension() == ".txt") {
+      files.push_back(entry.path());
+    }
+  }
+  if (files.empty()) {
+    throw InputError(
+        fmt::format("{}: no TIMESTAMP.txt in it, expected one for each frame with boxes", path.string()));
+  }
+  std::sort(files.begin(), files.end());  // warnings come in the same order on every machine
+  for (const fs::path& file : files) {
+    reader.ReadFrameFile(file, TimestampOfName(file));
+  }
+  return reader.Finish();
+}
+
+}  // namespace sqslam

@@ -1,0 +1,162 @@
+#include "slam/io/frame_source.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <condition_variable>
+#include <deque>
+#include <fstream>
+#include <iterator>
+#include <mutex>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
+#include <string>
+#include <thread>
+
+namespace sqslam {
+namespace {
+
+// A JPEG that was cut off decodes to a half-grey image without any error, so look for its end marker.
+bool IsCutOffJpeg(const std::vector<unsigned char>& bytes) {
+  constexpr std::array<unsigned char, 2> kStart = {0xFF, 0xD8};
+  constexpr std::array<unsigned char, 2> kEnd = {0xFF, 0xD9};
+  constexpr std::ptrdiff_t kTail = 4096;  // some writers append bytes
+  if (bytes.size() < 4 || !std::equal(kStart.begin(), kStart.end(), bytes.begin())) {
+    return false;
+  }
+  const auto begin = bytes.end() - std::min<std::ptrdiff_t>(kTail, std::ssize(bytes));
+  return std::search(begin, bytes.end(), kEnd.begin(), kEnd.end()) == bytes.end();
+}
+
+struct Decoded {
+  cv::Mat bgr;
+  std::string problem;  // empty where the image is fine
+};
+
+Decoded DecodeFile(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) {
+    return {{}, "cannot be opened"};
+  }
+  const std::vector<unsigned char> bytes{std::istreambuf_iterator<char>(file), {}};
+  if (bytes.empty() || IsCutOffJpeg(bytes)) {
+    return {{}, bytes.empty() ? "is empty" : "is cut off"};
+  }
+  try {
+    Decoded decoded{cv::imdecode(bytes, cv::IMREAD_COLOR), ""};
+    decoded.problem = decoded.bgr.empty() ? "is no readable image" : "";
+    return decoded;
+  } catch (const cv::Exception&) {
+    return {{}, "is no readable image"};
+  }
+}
+
+}  // namespace
+
+std::int64_t FrameRange::SizeIn(const Sequence& sequence) const {
+  const auto total = static_cast<std::int64_t>(sequence.frames.size());
+  return start >= total ? 0 : std::min(count, (total - start + stride - 1) / stride);
+}
+
+struct FrameSource::Impl {
+  Impl(const Sequence& sequence_in, const FrameRange& range_in, int decoded_ahead)
+      : sequence(sequence_in),
+        range(range_in),
+        capacity(static_cast<std::size_t>(std::max(1, decoded_ahead))) {
+    if (!sequence.video_path.empty()) {
+      video.open(sequence.video_path.string());
+    }
+    thread = std::jthread([this](const std::stop_token& stop) { Run(stop); });
+  }
+
+  Decoded DecodeVideo(std::int64_t index) {
+    Decoded decoded;
+    // Seeking in videos is inexact with many codecs; reading on is exact and, with strides of a few, as fast.
+    while (video_position < index && video.grab()) {
+      ++video_position;
+    }
+    if (video_position != index || !video.read(decoded.bgr)) {
+      decoded.problem = "cannot be decoded";
+    }
+    ++video_position;
+    return decoded;
+  }
+
+  std::optional<Frame> Decode(std::int64_t index) {
+    const SequenceFrame& listed = sequence.frames[static_cast<std::size_t>(index)];
+    Decoded decoded = sequence.video_path.empty() ? DecodeFile(listed.image_path) : DecodeVideo(index);
+    const cv::Size expected(sequence.camera.width, sequence.camera.height);
+    if (decoded.problem.empty() && decoded.bgr.size() != expected) {
+      decoded.problem = fmt::format("is {}x{}, expected the camera's {}x{}", decoded.bgr.cols,
+                                    decoded.bgr.rows, expected.width, expected.height);
+    }
+    if (!decoded.problem.empty()) {
+      ++skipped;
+      const std::filesystem::path& file =
+          sequence.video_path.empty() ? listed.image_path : sequence.video_path;
+      spdlog::warn("frame {} skipped: {} {}", index, file.string(), decoded.problem);
+      return std::nullopt;
+    }
+    Frame frame;
+    frame.index = index;
+    frame.timestamp = listed.timestamp;
+    frame.image_path = listed.image_path.string();
+    frame.bgr = std::move(decoded.bgr);
+    cv::cvtColor(frame.bgr, frame.gray, cv::COLOR_BGR2GRAY);
+    frame.detections = listed.detections;
+    return frame;
+  }
+
+  void Run(const std::stop_token& stop) {
+    const std::int64_t size = range.SizeIn(sequence);
+    for (std::int64_t i = 0; i < size && !stop.stop_requested(); ++i) {
+      if (std::optional<Frame> frame = Decode(range.start + i * range.stride)) {
+        std::unique_lock lock(mutex);
+        if (!changed.wait(lock, stop, [&] { return queue.size() < capacity; })) {
+          break;
+        }
+        queue.push_back(std::move(*frame));
+        changed.notify_all();
+      }
+    }
+    const std::lock_guard lock(mutex);
+    finished = true;
+    changed.notify_all();
+  }
+
+  std::optional<Frame> Next() {
+    std::unique_lock lock(mutex);
+    changed.wait(lock, [&] { return finished || !queue.empty(); });
+    if (queue.empty()) {
+      return std::nullopt;
+    }
+    Frame frame = std::move(queue.front());
+    queue.pop_front();
+    changed.notify_all();
+    return frame;
+  }
+
+  const Sequence sequence;  // a copy: the source may outlive the caller's
+  const FrameRange range;
+  const std::size_t capacity;
+  cv::VideoCapture video;           // decoding thread only
+  std::int64_t video_position = 0;  // decoding thread only
+  std::atomic<int> skipped = 0;
+  std::mutex mutex;
+  std::condition_variable_any changed;
+  std::deque<Frame> queue;  // guarded by mutex
+  bool finished = false;    // guarded by mutex
+  std::jthread thread;      // last: joined before the rest goes
+};
+
+FrameSource::FrameSource(const Sequence& sequence, const FrameRange& range, int decoded_ahead)
+    : impl_(std::make_unique<Impl>(sequence, range, decoded_ahead)) {}
+FrameSource::~FrameSource() = default;
+std::optional<Frame> FrameSource::Next() { return impl_->Next(); }
+int FrameSource::Skipped() const { return impl_->skipped; }
+
+}  // namespace sqslam

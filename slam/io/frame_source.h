@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+
+#include "slam/io/frame.h"
+#include "slam/io/sequence.h"
+
+namespace sqslam {
+
+// Which frames of a sequence to play: start, start + stride, ... at most `count` of them.
+struct FrameRange {
+  std::int64_t start = 0;
+  std::int64_t count = std::numeric_limits<std::int64_t>::max();
+  std::int64_t stride = 1;
+
+  std::int64_t SizeIn(const Sequence& sequence) const;  // frames that will be played
+};
+
+// Decodes the frames of a sequence ahead of their use, on a thread of its own (joined by the destructor), and
+// hands them out in order. An image that is missing, unreadable or of another size than the camera's is
+// skipped with a warning that names it.
+//
+//   FrameSource source(sequence, {.start = 0, .count = 100});
+//   while (std::optional<Frame> frame = source.Next()) { ... }
+class FrameSource {
+ public:
+  explicit FrameSource(const Sequence& sequence, const FrameRange& range = {}, int decoded_ahead = 6);
+  ~FrameSource();
+  FrameSource(const FrameSource&) = delete;
+  FrameSource& operator=(const FrameSource&) = delete;
+
+  std::optional<Frame> Next();  // empty at the end
+  int Skipped() const;          // frames that could not be used until now
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace sqslam

@@ -1,0 +1,203 @@
+#include "slam/io/result_files.h"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "slam/io/atomic_file.h"
+#include "slam/io/text_lines.h"
+#include "slam/util/error.h"
+
+namespace sqslam {
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;  // keeps the order of the contract
+namespace {
+
+static_assert(std::endian::native == std::endian::little,
+              "binary files are written in the machine's byte order");
+
+template <typename Value>
+void Append(std::string& bytes, const Value& value) {
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
+}
+
+template <typename Vector>
+Json ToJson(const Vector& vector) {
+  return {vector.x(), vector.y(), vector.z()};
+}
+
+Json ToJson(const SnapshotObject& object) {
+  const Superquadric& shape = object.superquadric.shape;
+  const Rigid3d& pose = object.superquadric.T_map_object;
+  const Eigen::Matrix4d matrix = pose.Matrix();
+  Json rows = Json::array();
+  for (int i = 0; i < 4; ++i) {
+    rows.push_back({matrix(i, 0), matrix(i, 1), matrix(i, 2), matrix(i, 3)});
+  }
+  return {{"id", object.id},
+          {"label", object.label},
+          {"score", object.score},
+          {"observations", object.observations},
+          {"center", ToJson(pose.translation)},
+          {"yaw", object.yaw},
+          {"T_map_object", rows},
+          {"half_size", ToJson(shape.half_size)},
+          {"shape", {shape.e1, shape.e2}},
+          {"points", object.points}};
+}
+
+Rigid3d PoseFromJson(const Json& json) {
+  std::vector<double> v;
+  for (const Json& item : json) {
+    if (item.is_array()) {
+      for (const double number : item) {
+        v.push_back(number);
+      }
+    } else {
+      v.push_back(item);
+    }
+  }
+  if (v.size() != 16) {
+    throw InputError("T_map_object has not 16 numbers");
+  }
+  Eigen::Matrix3d rotation;
+  rotation << v[0], v[1], v[2], v[4], v[5], v[6], v[8], v[9], v[10];
+  if (!(rotation.transpose() * rotation).isIdentity(1e-3) || rotation.determinant() < 0.0) {
+    throw InputError("T_map_object holds no rotation");
+  }
+  return {Eigen::Quaterniond(rotation).normalized(), {v[3], v[7], v[11]}};
+}
+
+SnapshotObject ObjectFromJson(const Json& json) {
+  SnapshotObject object;
+  object.id = json.at("id");
+  object.label = json.at("label");
+  object.score = json.value("score", 0.0);
+  object.observations = json.value("observations", 0);
+  object.points = json.value("points", 0);
+  object.yaw = json.value("yaw", 0.0);
+  object.superquadric.T_map_object = PoseFromJson(json.at("T_map_object"));
+  Superquadric& shape = object.superquadric.shape;
+  for (int i = 0; i < 3; ++i) {
+    shape.half_size[i] = json.at("half_size").at(static_cast<std::size_t>(i));
+  }
+  shape.e1 = json.at("shape").at(0);
+  shape.e2 = json.at("shape").at(1);
+  if (!(shape.half_size.minCoeff() > 0.0) || !shape.half_size.allFinite()) {
+    throw InputError("half_size is not above 0");
+  }
+  return object;
+}
+
+Json ParseJson(const fs::path& path, const std::string& expected) {
+  try {
+    return Json::parse(ReadFile(path, expected));
+  } catch (const nlohmann::json::parse_error& e) {
+    throw InputError(
+        fmt::format("{}: no valid JSON at byte {}, expected {}", path.string(), e.byte, expected));
+  }
+}
+
+}  // namespace
+
+void WritePoints(const fs::path& path, const std::vector<SnapshotPoint>& points) {
+  std::string bytes = fmt::format(
+      "ply\nformat binary_little_endian 1.0\ncomment map frame, z up; object_id -1: no object\n"
+      "element vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
+      "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty int object_id\nend_header\n",
+      points.size());
+  for (const SnapshotPoint& point : points) {
+    for (int i = 0; i < 3; ++i) {
+      Append(bytes, point.p_map[i]);
+    }
+    Append(bytes, point.rgb);
+    Append(bytes, point.object_id);
+  }
+  WriteFileAtomically(path, bytes);
+}
+
+void WriteObjects(const fs::path& path, const std::vector<SnapshotObject>& objects) {
+  Json list = Json::array();
+  for (const SnapshotObject& object : objects) {
+    list.push_back(ToJson(object));
+  }
+  const Json root = {{"format", "sqslam-objects"}, {"version", 1}, {"objects", list}};
+  WriteFileAtomically(path, root.dump(1) + "\n");
+}
+
+std::vector<SnapshotObject> ReadObjects(const fs::path& path) {
+  const Json root = ParseJson(path, "an objects.json");
+  if (!root.is_object() || root.value("format", "") != "sqslam-objects" || !root.contains("objects")) {
+    throw InputError(
+        fmt::format("{}: expected \"format\": \"sqslam-objects\" and \"objects\"", path.string()));
+  }
+  if (root.value("version", 0) != 1) {
+    throw InputError(fmt::format("{}: version {}, expected 1", path.string(), root.value("version", 0)));
+  }
+  std::vector<SnapshotObject> objects;
+  for (const Json& json : root.at("objects")) {
+    try {
+      objects.push_back(ObjectFromJson(json));
+    } catch (const std::exception& e) {
+      throw InputError(
+          fmt::format("{}: object number {} (from 0): {}", path.string(), objects.size(), e.what()));
+    }
+  }
+  return objects;
+}
+
+void WriteStats(const fs::path& path, const RunStats& stats) {
+  Json timing = Json::object();
+  for (const auto& [stage, summary] : stats.timing_ms) {
+    timing[stage] = {{"mean", summary.mean},
+                     {"median", summary.median},
+                     {"p95", summary.p95},
+                     {"max", summary.max},
+                     {"count", summary.count}};
+  }
+  const Json root = {{"frames", stats.frames},
+                     {"skipped", stats.skipped},
+                     {"tracked", stats.tracked},
+                     {"keyframes", stats.keyframes},
+                     {"points", stats.points},
+                     {"objects", stats.objects},
+                     {"resets", stats.resets},
+                     {"losses", stats.losses},
+                     {"recoveries", stats.recoveries},
+                     {"interrupted", stats.interrupted},
+                     {"wall_seconds", stats.wall_seconds},
+                     {"peak_memory_mib", stats.peak_memory_mib},
+                     {"timing_ms", timing}};
+  WriteFileAtomically(path, root.dump(1) + "\n");
+}
+
+RunStats ReadStats(const fs::path& path) {
+  const Json root = ParseJson(path, "a stats.json");
+  try {
+    RunStats stats;
+    stats.frames = root.at("frames");
+    stats.skipped = root.value("skipped", 0);
+    stats.tracked = root.at("tracked");
+    stats.keyframes = root.at("keyframes");
+    stats.points = root.at("points");
+    stats.objects = root.at("objects");
+    stats.resets = root.at("resets");
+    stats.losses = root.at("losses");
+    stats.recoveries = root.value("recoveries", 0);
+    stats.interrupted = root.value("interrupted", false);
+    stats.wall_seconds = root.at("wall_seconds");
+    stats.peak_memory_mib = root.at("peak_memory_mib");
+    for (const auto& [stage, json] : root.at("timing_ms").items()) {
+      stats.timing_ms[stage] = {json.at("mean"), json.at("median"), json.at("p95"), json.at("max"),
+                                json.at("count")};
+    }
+    return stats;
+  } catch (const nlohmann::json::exception& e) {
+    throw InputError(fmt::format("{}: {}", path.string(), e.what()));
+  }
+}
+
+}  // namespace sqslam

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "slam/map/snapshot.h"
+#include "slam/util/stage_times.h"
+
+namespace sqslam {
+
+// points.ply: binary little-endian PLY with x y z red green blue object_id (-1 for none).
+void WritePoints(const std::filesystem::path& path, const std::vector<SnapshotPoint>& points);
+
+// objects.json: {"format": "sqslam-objects", "version": 1, "objects": [...]}, angles in radians, T_map_object
+// as four rows. Reading takes the matrix as rows or as 16 numbers, and throws InputError that names the
+// object at fault.
+void WriteObjects(const std::filesystem::path& path, const std::vector<SnapshotObject>& objects);
+std::vector<SnapshotObject> ReadObjects(const std::filesystem::path& path);
+
+// What stats.json holds.
+struct RunStats {
+  int frames = 0;   // read and handed to the tracker
+  int skipped = 0;  // frames that could not be read
+  int tracked = 0;
+  int keyframes = 0;
+  int points = 0;
+  int objects = 0;
+  int resets = 0;
+  int losses = 0;
+  int recoveries = 0;
+  bool interrupted = false;   // ended by Ctrl-C
+  double wall_seconds = 0.0;  // from the first frame to the last optimisation
+  double peak_memory_mib = 0.0;
+  std::map<std::string, StageTimes::Summary> timing_ms;
+};
+
+void WriteStats(const std::filesystem::path& path, const RunStats& stats);
+RunStats ReadStats(const std::filesystem::path& path);
+
+}  // namespace sqslam

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sqslam {
+
+// One line of a text file that carries data: not blank, no comment.
+struct TextLine {
+  int number = 0;  // 1-based
+  std::string text;
+  std::vector<std::string> words;  // separated by blanks or tabs
+};
+
+// All data lines; '#' starts a comment at the start of a line, ends of line may be CRLF. Throws InputError
+// where the file cannot be read.
+std::vector<TextLine> ReadTextLines(const std::filesystem::path& path, std::string_view expected);
+
+// Throws InputError "FILE:LINE: 'TEXT', expected EXPECTED".
+[[noreturn]] void ThrowBadLine(const std::filesystem::path& path, const TextLine& line,
+                               std::string_view expected);
+
+// The finite number in words[index]; throws as ThrowBadLine where there is none.
+double NumberAt(const std::filesystem::path& path, const TextLine& line, std::size_t index,
+                std::string_view expected);
+
+// The whole file as a string; throws InputError "FILE: cannot be read (reason), expected EXPECTED".
+std::string ReadFile(const std::filesystem::path& path, std::string_view expected);
+
+}  // namespace sqslam

@@ -1,0 +1,50 @@
+#include "slam/io/trajectory.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <iterator>
+
+#include "slam/io/atomic_file.h"
+#include "slam/io/text_lines.h"
+
+namespace sqslam {
+
+Trajectory ReadTrajectory(const std::filesystem::path& path) {
+  constexpr const char* kExpected = "'timestamp tx ty tz qx qy qz qw'";
+  Trajectory trajectory;
+  for (const TextLine& line : ReadTextLines(path, "a trajectory in TUM format")) {
+    if (line.words.size() != 8) {
+      ThrowBadLine(path, line, kExpected);
+    }
+    std::array<double, 8> v{};
+    for (std::size_t i = 0; i < v.size(); ++i) {
+      v[i] = NumberAt(path, line, i, kExpected);
+    }
+    const Eigen::Quaterniond rotation(v[7], v[4], v[5], v[6]);
+    if (std::abs(rotation.norm() - 1.0) > 0.01) {
+      ThrowBadLine(path, line, "a quaternion qx qy qz qw of length 1");
+    }
+    if (!trajectory.empty() && v[0] <= trajectory.back().timestamp) {
+      ThrowBadLine(
+          path, line,
+          fmt::format("a timestamp after {:.6f}, that of the line before", trajectory.back().timestamp));
+    }
+    trajectory.push_back({v[0], {rotation.normalized(), {v[1], v[2], v[3]}}});
+  }
+  return trajectory;
+}
+
+void WriteTrajectory(const std::filesystem::path& path, const Trajectory& trajectory) {
+  std::string text = "# timestamp tx ty tz qx qy qz qw (T_map_camera)\n";
+  for (const TimedPose& pose : trajectory) {
+    const Eigen::Vector3d& t = pose.T_map_camera.translation;
+    const Eigen::Quaterniond& q = pose.T_map_camera.rotation;
+    fmt::format_to(std::back_inserter(text), "{:.6f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n",
+                   pose.timestamp, t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+  }
+  WriteFileAtomically(path, text);
+}
+
+}  // namespace sqslam

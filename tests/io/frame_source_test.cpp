@@ -1,0 +1,89 @@
+#include "slam/io/frame_source.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+#include <opencv2/imgcodecs.hpp>
+
+#include "tests/io/captured_log.h"
+#include "tests/io/temporary_folder.h"
+
+namespace sqslam {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+class FrameSourceTest : public ::testing::Test {
+ protected:
+  FrameSourceTest() {
+    sequence_.camera = {64, 48, 50.0, 50.0, 32.0, 24.0, {}, 30.0};
+    for (int i = 0; i < 8; ++i) {
+      const auto path = folder_.Path() / (std::to_string(i) + ".png");
+      cv::imwrite(path.string(), cv::Mat(48, 64, CV_8UC3, cv::Scalar(10 * i, 0, 0)));
+      sequence_.frames.push_back({0.1 * i, path, {}});
+    }
+  }
+
+  std::vector<int> Play(FrameSource& source) const {
+    std::vector<int> indices;
+    while (const std::optional<Frame> frame = source.Next()) {
+      EXPECT_EQ(frame->bgr.at<cv::Vec3b>(0, 0)[0], 10 * frame->index);
+      EXPECT_EQ(frame->gray.size(), cv::Size(64, 48));
+      indices.push_back(static_cast<int>(frame->index));
+    }
+    return indices;
+  }
+
+  TemporaryFolder folder_;
+  Sequence sequence_;
+};
+
+TEST_F(FrameSourceTest, PlaysAllFramesInOrder) {
+  FrameSource source(sequence_, {}, 2);
+  EXPECT_THAT(Play(source), ElementsAre(0, 1, 2, 3, 4, 5, 6, 7));
+  EXPECT_FALSE(source.Next().has_value());
+}
+
+TEST_F(FrameSourceTest, StartCountAndStrideChooseFrames) {
+  const FrameRange range{.start = 1, .count = 3, .stride = 2};
+  FrameSource source(sequence_, range);
+  EXPECT_THAT(Play(source), ElementsAre(1, 3, 5));
+  EXPECT_EQ(range.SizeIn(sequence_), 3);
+  EXPECT_EQ((FrameRange{.start = 6, .stride = 2}.SizeIn(sequence_)), 1);
+  EXPECT_EQ((FrameRange{.start = 9}.SizeIn(sequence_)), 0);
+}
+
+TEST_F(FrameSourceTest, UnusableImagesAreSkippedAndNamed) {
+  const CapturedLog log;
+  std::filesystem::remove(sequence_.frames[1].image_path);
+  folder_.Write("2.png", "this is no image");
+  cv::imwrite(sequence_.frames[3].image_path.string(), cv::Mat(24, 32, CV_8UC3, cv::Scalar()));
+  folder_.Write("4.png", "");
+  cv::Mat noise(48, 64, CV_8UC3);
+  cv::randu(noise, 0, 255);
+  std::vector<unsigned char> jpeg;
+  cv::imencode(".jpg", noise, jpeg);
+  folder_.Write("5.png", std::string(jpeg.begin(), jpeg.begin() + std::ssize(jpeg) / 2));
+  std::vector<unsigned char> png;
+  cv::imencode(".png", noise, png);
+  folder_.Write("6.png", std::string(png.begin(), png.begin() + std::ssize(png) / 2));
+  FrameSource source(sequence_);
+  EXPECT_THAT(Play(source), ElementsAre(0, 7));
+  EXPECT_EQ(source.Skipped(), 6);
+  EXPECT_THAT(log.Text(),
+              HasSubstr("frame 1 skipped: " + sequence_.frames[1].image_path.string() + " cannot be opened"));
+  EXPECT_THAT(log.Text(), HasSubstr("frame 2 skipped"));
+  EXPECT_THAT(log.Text(), HasSubstr("is 32x24, expected the camera's 64x48"));
+  EXPECT_THAT(log.Text(), HasSubstr("5.png is cut off"));
+}
+
+TEST_F(FrameSourceTest, CanBeLeftBeforeTheEnd) {
+  FrameSource source(sequence_, {}, 1);
+  EXPECT_TRUE(source.Next().has_value());
+}  // the test ends, which it would not if the thread were not joined
+
+}  // namespace
+}  // namespace sqslam

@@ -1,0 +1,158 @@
+#include "slam/io/result_files.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <cstring>
+
+#include "slam/io/atomic_file.h"
+#include "slam/io/text_lines.h"
+#include "tests/io/temporary_folder.h"
+
+namespace sqslam {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+std::vector<std::string> Names(const fs::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    names.push_back(entry.path().filename().string());
+  }
+  return names;
+}
+
+TEST(AtomicFile, ReplacesAFileAndLeavesNothingElse) {
+  const TemporaryFolder folder;
+  WriteFileAtomically(folder.Path() / "a.txt", "old");
+  WriteFileAtomically(folder.Path() / "a.txt", "new");
+  EXPECT_EQ(ReadFile(folder.Path() / "a.txt", ""), "new");
+  EXPECT_THAT(Names(folder.Path()), ::testing::ElementsAre("a.txt"));
+}
+
+TEST(AtomicFile, AFullDiskIsReportedAndLeavesTheOldFile) {
+  const TemporaryFolder folder;
+  WriteFileAtomically(folder.Path() / "a.txt", "old");
+  rlimit old_limit{};
+  getrlimit(RLIMIT_FSIZE, &old_limit);
+  const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit limit{1000, old_limit.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &limit);
+  const std::string message =
+      InputErrorOf([&] { WriteFileAtomically(folder.Path() / "a.txt", std::string(5000, 'x')); });
+  setrlimit(RLIMIT_FSIZE, &old_limit);
+  std::signal(SIGXFSZ, old_handler);
+  EXPECT_THAT(message, HasSubstr("a.txt: cannot be written (File too large)"));
+  EXPECT_EQ(ReadFile(folder.Path() / "a.txt", ""), "old");
+  EXPECT_THAT(Names(folder.Path()), ::testing::ElementsAre("a.txt"));
+}
+
+TEST(AtomicFile, APathThatIsNotCommittedLeavesNothing) {
+  const TemporaryFolder folder;
+  {
+    const AtomicPath path(folder.Path() / "map.png");
+    EXPECT_EQ(path.Path().extension(), ".png");
+    WriteFileAtomically(path.Path(), "half");
+  }
+  EXPECT_TRUE(fs::is_empty(folder.Path()));
+}
+
+TEST(ResultFolder, IsMadeButNeverOverwritten) {
+  const TemporaryFolder folder;
+  CreateResultFolder(folder.Path() / "a" / "b");
+  EXPECT_TRUE(fs::is_directory(folder.Path() / "a" / "b"));
+  EXPECT_NO_THROW(CreateResultFolder(folder.Path() / "a" / "b"));  // empty: nothing to lose
+  EXPECT_THROW(CreateResultFolder(folder.Path() / "a"), UsageError);
+  folder.Write("file", "x");
+  EXPECT_THROW(CreateResultFolder(folder.Path() / "file"), UsageError);
+  EXPECT_THROW(CreateResultFolder(folder.Path() / "file" / "below"), InputError);
+  EXPECT_EQ(FreeResultFolder(folder.Path(), "a").filename(), "a-2");
+  EXPECT_EQ(FreeResultFolder(folder.Path(), "new").filename(), "new");
+}
+
+SnapshotObject Chair() {
+  SnapshotObject object;
+  object.id = 7;
+  object.label = "chair";
+  object.score = 0.625;
+  object.observations = 42;
+  object.points = 130;
+  object.yaw = 0.5;
+  object.superquadric.shape = {{0.1, 0.2, 0.3}, 0.4, 1.3};
+  object.superquadric.T_map_object = {Eigen::Quaterniond(Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ())),
+                                      {1.0, -2.0, 0.5}};
+  return object;
+}
+
+TEST(ObjectsJson, ReadsWhatItWrote) {
+  const TemporaryFolder folder;
+  WriteObjects(folder.Path() / "objects.json", {Chair(), Chair()});
+  const std::vector<SnapshotObject> read = ReadObjects(folder.Path() / "objects.json");
+  ASSERT_EQ(read.size(), 2u);
+  EXPECT_EQ(read[1].id, 7);
+  EXPECT_EQ(read[1].label, "chair");
+  EXPECT_EQ(read[1].score, 0.625);
+  EXPECT_EQ(read[1].observations, 42);
+  EXPECT_EQ(read[1].points, 130);
+  EXPECT_EQ(read[1].yaw, 0.5);
+  EXPECT_EQ(read[1].superquadric.shape.half_size, Eigen::Vector3d(0.1, 0.2, 0.3));
+  EXPECT_EQ(read[1].superquadric.shape.e1, 0.4);
+  EXPECT_EQ(read[1].superquadric.shape.e2, 1.3);
+  EXPECT_TRUE(
+      read[1].superquadric.T_map_object.Matrix().isApprox(Chair().superquadric.T_map_object.Matrix(), 1e-12));
+}
+
+TEST(ObjectsJson, BrokenFilesNameTheObject) {
+  const TemporaryFolder folder;
+  const auto message = [&](const std::string& text) {
+    const fs::path path = folder.Write("o.json", text);
+    return InputErrorOf([&] { ReadObjects(path); });
+  };
+  EXPECT_THAT(message("{"), HasSubstr("o.json: no valid JSON"));
+  EXPECT_THAT(message("[]"), HasSubstr("sqslam-objects"));
+  EXPECT_THAT(message(R"({"format": "sqslam-objects", "version": 9, "objects": []})"),
+              HasSubstr("version 9"));
+  EXPECT_THAT(message(R"({"format": "sqslam-objects", "version": 1, "objects": [{"id": 1}]})"),
+              HasSubstr("object number 0"));
+}
+
+TEST(PointsPly, HoldsTheContractsColumns) {
+  const TemporaryFolder folder;
+  WritePoints(folder.Path() / "p.ply",
+              {{{1.0F, 2.0F, 3.0F}, {10, 20, 30}, -1}, {{4.0F, 5.0F, 6.0F}, {1, 2, 3}, 9}});
+  const std::string bytes = ReadFile(folder.Path() / "p.ply", "");
+  EXPECT_THAT(bytes, HasSubstr("element vertex 2\n"));
+  const std::size_t data = bytes.find("end_header\n") + 11;
+  constexpr std::size_t kRow = 3 * 4 + 3 + 4;
+  ASSERT_EQ(bytes.size(), data + 2 * kRow);
+  float z = 0.0F;
+  std::memcpy(&z, bytes.data() + data + kRow + 8, sizeof(z));
+  EXPECT_EQ(z, 6.0F);
+  std::int32_t object_id = 0;
+  std::memcpy(&object_id, bytes.data() + data + 15, sizeof(object_id));
+  EXPECT_EQ(object_id, -1);
+}
+
+TEST(StatsJson, ReadsWhatItWrote) {
+  const TemporaryFolder folder;
+  RunStats stats;
+  stats.frames = 10;
+  stats.tracked = 9;
+  stats.peak_memory_mib = 12.5;
+  stats.interrupted = true;
+  stats.timing_ms["tracking.features"] = {1.0, 2.0, 3.0, 4.0, 5};
+  WriteStats(folder.Path() / "stats.json", stats);
+  const RunStats read = ReadStats(folder.Path() / "stats.json");
+  EXPECT_EQ(read.frames, 10);
+  EXPECT_EQ(read.tracked, 9);
+  EXPECT_EQ(read.peak_memory_mib, 12.5);
+  EXPECT_TRUE(read.interrupted);
+  EXPECT_EQ(read.timing_ms.at("tracking.features").p95, 3.0);
+  EXPECT_EQ(read.timing_ms.at("tracking.features").count, 5);
+}
+
+}  // namespace
+}  // namespace sqslam

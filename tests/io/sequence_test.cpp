@@ -1,0 +1,204 @@
+#include "slam/io/sequence.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "slam/io/camera_yaml.h"
+#include "slam/io/detections.h"
+#include "slam/io/trajectory.h"
+#include "tests/io/captured_log.h"
+#include "tests/io/temporary_folder.h"
+
+namespace sqslam {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr const char* kCamera = "width: 64\nheight: 48\nfx: 50\nfy: 51\ncx: 32\ncy: 24\n";
+
+TEST(CameraYaml, ReadsWhatItWrote) {
+  const TemporaryFolder folder;
+  Camera camera{640, 480, 522.119, 521.5, 315.819, 244.899, {-0.00355, -0.04611, 0.001, 0.0, 0.25}, 29.97};
+  WriteCamera(folder.Path() / "camera.yaml", camera);
+  const Camera read = ReadCamera(folder.Path() / "camera.yaml");
+  EXPECT_EQ(read.width, camera.width);
+  EXPECT_EQ(read.height, camera.height);
+  EXPECT_EQ(read.fx, camera.fx);
+  EXPECT_EQ(read.fy, camera.fy);
+  EXPECT_EQ(read.cx, camera.cx);
+  EXPECT_EQ(read.cy, camera.cy);
+  EXPECT_EQ(read.distortion, camera.distortion);
+  EXPECT_EQ(read.fps, camera.fps);
+}
+
+TEST(CameraYaml, BrokenFocalLengthsNameFileAndLine) {
+  const TemporaryFolder folder;
+  for (const char* focal : {"0", ".nan", "nan", "-500", ".inf", "many", "[1]"}) {
+    const auto path = folder.Write(
+        "camera.yaml", std::string("width: 64\nheight: 48\nfx: ") + focal + "\nfy: 50\ncx: 32\ncy: 24\n");
+    EXPECT_THAT(InputErrorOf([&] { ReadCamera(path); }),
+                AllOf(HasSubstr("camera.yaml:3: fx is "), HasSubstr("expected a number")))
+        << focal;
+  }
+}
+
+TEST(CameraYaml, MissingEntriesAndBrokenYamlAreReported) {
+  const TemporaryFolder folder;
+  EXPECT_THAT(InputErrorOf([&] { ReadCamera(folder.Write("a.yaml", "width: 64\n")); }),
+              HasSubstr("height is missing"));
+  EXPECT_THAT(InputErrorOf([&] { ReadCamera(folder.Write("b.yaml", "fx: [1\n")); }), HasSubstr("b.yaml:"));
+  EXPECT_THAT(InputErrorOf([&] { ReadCamera(folder.Write("c.yaml", "")); }), HasSubstr("c.yaml:1"));
+  EXPECT_THAT(InputErrorOf([&] { ReadCamera(folder.Path() / "none.yaml"); }), HasSubstr("No such file"));
+  EXPECT_THAT(InputErrorOf([&] {
+                ReadCamera(folder.Write("d.yaml", std::string(kCamera) + "distortion: [1, 2, x]\n"));
+              }),
+              HasSubstr("d.yaml:7: distortion[2] is x"));
+}
+
+TEST(Sequence, ListsFramesOfATumFolderWithItsBoxes) {
+  const TemporaryFolder folder;
+  folder.Write("camera.yaml", kCamera);
+  folder.Write("rgb.txt", "# comment\r\n\r\n0.0 rgb/a b.png\r\n0.5\trgb/c.png\r\n");
+  folder.Write("boxes.txt", "0.5 cup 0.9 1 2 10 12 7 0.5\n0.0 book 1 3 4 5 6\n");
+  const Sequence sequence = OpenSequence({.path = folder.Path()});
+  ASSERT_EQ(sequence.frames.size(), 2u);
+  EXPECT_EQ(sequence.frames[0].image_path.filename(), "a b.png");
+  EXPECT_EQ(sequence.frames[1].timestamp, 0.5);
+  ASSERT_EQ(sequence.frames[1].detections.size(), 1u);
+  EXPECT_EQ(sequence.frames[1].detections[0].label, "cup");
+  EXPECT_EQ(sequence.frames[1].detections[0].box.height, 12.0);
+  EXPECT_TRUE(sequence.has_detections);
+}
+
+TEST(Sequence, BrokenLinesNameFileAndLine) {
+  const TemporaryFolder folder;
+  folder.Write("camera.yaml", kCamera);
+  const auto message = [&](const std::string& text) {
+    folder.Write("rgb.txt", text);
+    return InputErrorOf([&] { OpenSequence({.path = folder.Path()}); });
+  };
+  EXPECT_THAT(message("0.0 a.png\noops\n"), HasSubstr("rgb.txt:2: 'oops', expected 'timestamp path'"));
+  EXPECT_THAT(message("0.0 a.png\nnan b.png\n"), HasSubstr("rgb.txt:2:"));
+  EXPECT_THAT(message("0.2 a.png\n0.1 b.png\n"),
+              HasSubstr("rgb.txt:2: '0.1 b.png', expected a timestamp after 0.2"));
+  EXPECT_THAT(message("0.2 a.png\n0.2 b.png\n"), HasSubstr("rgb.txt:2:"));
+  EXPECT_THAT(message("# nothing\n"), HasSubstr("lists no image"));
+}
+
+TEST(Sequence, ImageFolderTakesItsTimesFromTheFrameRate) {
+  const TemporaryFolder folder;
+  folder.Write("b.png", "x");
+  folder.Write("a.JPG", "x");
+  folder.Write("notes.md", "x");
+  const TemporaryFolder elsewhere;
+  const auto camera = elsewhere.Write("c.yaml", std::string(kCamera) + "fps: 10\n");
+  const Sequence sequence = OpenSequence({.path = folder.Path(), .camera_file = camera});
+  ASSERT_EQ(sequence.frames.size(), 2u);
+  EXPECT_EQ(sequence.frames[0].image_path.filename(), "a.JPG");
+  EXPECT_DOUBLE_EQ(sequence.frames[1].timestamp, 0.1);
+  EXPECT_FALSE(sequence.has_detections);
+  EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = folder.Path()}); }), HasSubstr("--camera"));
+}
+
+TEST(Sequence, WhatIsNotASequenceIsReported) {
+  const TemporaryFolder folder;
+  folder.Write("camera.yaml", kCamera);
+  EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = folder.Path()}); }), HasSubstr("no image in it"));
+  EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = folder.Path() / "none"}); }),
+              HasSubstr("does not exist"));
+  EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = folder.Write("film.mp4", "no film")}); }),
+              HasSubstr("cannot be read as a video"));
+}
+
+class DetectionsTest : public ::testing::Test {
+ protected:
+  std::vector<std::vector<Detection>> Read(const std::string& text) {
+    return ReadDetections(folder_.Write("boxes.txt", text), camera_, {0.0, 0.033333, 0.066667});
+  }
+  TemporaryFolder folder_;
+  Camera camera_{64, 48, 50.0, 50.0, 32.0, 24.0, {}, 30.0};
+};
+
+TEST_F(DetectionsTest, BoxesAreClippedToTheImageAndThoseOutsideDropped) {
+  const CapturedLog log;
+  const auto frames = Read("0.0 cup 0.5 -10 -5 20 20\n0.0 cup 0.5 100 0 10 10\n0.0 cup 0.5 -30 0 10 10\n");
+  ASSERT_EQ(frames[0].size(), 1u);
+  const Box2d& box = frames[0][0].box;
+  EXPECT_EQ(box.x, 0.0);
+  EXPECT_EQ(box.y, 0.0);
+  EXPECT_EQ(box.width, 10.0);
+  EXPECT_EQ(box.height, 15.0);
+  EXPECT_THAT(log.Text(), HasSubstr("boxes.txt:2: box outside the image, left out (lines like this: 2)"));
+  EXPECT_THAT(log.Text(), HasSubstr("boxes.txt:1: box reaches"));
+}
+
+TEST_F(DetectionsTest, BoxesOfMissingFramesAreLeftOutWithAWarning) {
+  const CapturedLog log;
+  const auto frames = Read("0.0333 cup 0.5 1 1 10 10\n0.05 cup 0.5 1 1 10 10\n9 cup 0.5 1 1 10 10\n");
+  EXPECT_EQ(frames[0].size() + frames[2].size(), 0u);
+  EXPECT_EQ(frames[1].size(), 1u);
+  EXPECT_THAT(log.Text(), HasSubstr("boxes.txt:2: box at a time at which there is no frame"));
+}
+
+TEST_F(DetectionsTest, UnknownLabelIsKeptAndWarnedOfOnce) {
+  const CapturedLog log;
+  const auto frames = Read("0 flurb 0.5 1 1 10 10\n0 flurb 0.5 2 1 10 10\n0 cereal_box 0.5 2 1 10 10\n");
+  EXPECT_EQ(frames[0].size(), 3u);
+  EXPECT_THAT(log.Text(), HasSubstr("boxes.txt:1: label 'flurb' is not known"));
+  EXPECT_EQ(log.Text().find("flurb"), log.Text().rfind("flurb"));
+  EXPECT_EQ(log.Text().find("cereal_box"), std::string::npos);
+}
+
+TEST_F(DetectionsTest, BrokenLinesNameFileAndLine) {
+  for (const char* line :
+       {"0 cup 0.5 1 1 10", "0 cup 0.5 1 1 10 x", "0 cup 1.5 1 1 10 10", "0 cup 0.5 1 1 0 10",
+        "nan cup 0.5 1 1 10 10", "0 cup 0.5 1 1 10 10 1 1 1", "0 cup 0.5 1 1 inf 10"}) {
+    EXPECT_THAT(InputErrorOf([&] { Read(std::string("0 cup 1 1 1 9 9\n") + line + "\n"); }),
+                HasSubstr("boxes.txt:2:"))
+        << line;
+  }
+}
+
+TEST_F(DetectionsTest, FolderOfFilesNamesClassesOfCoco) {
+  const CapturedLog log;
+  folder_.Write("boxes/0.033333.txt", "41 1 2 10 12 0.75\n93 1 2 10 12 0.5\n");
+  folder_.Write("boxes/5.0.txt", "41 1 2 10 12 0.75\n");
+  const auto frames = ReadDetections(folder_.Path() / "boxes", camera_, {0.0, 0.033333});
+  ASSERT_EQ(frames[1].size(), 2u);
+  EXPECT_EQ(frames[1][0].label, "cup");
+  EXPECT_EQ(frames[1][0].score, 0.75);
+  EXPECT_EQ(frames[1][1].label, "class_93");
+  EXPECT_THAT(log.Text(), HasSubstr("'class_93' is not known"));
+  EXPECT_THAT(log.Text(), HasSubstr("5.0.txt:1: box at a time"));
+  folder_.Write("boxes/0.0.txt", "cup 1 2 10 12 0.75\n");
+  EXPECT_THAT(InputErrorOf([&] { ReadDetections(folder_.Path() / "boxes", camera_, {0.0}); }),
+              HasSubstr("0.0.txt:1:"));
+}
+
+TEST(TrajectoryFile, ReadsWhatItWrote) {
+  const TemporaryFolder folder;
+  const Eigen::Quaterniond rotation(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()));
+  const Trajectory trajectory = {{1305031102.175304, {rotation, {1.5, -2.25, 0.125}}}, {1305031103.0, {}}};
+  WriteTrajectory(folder.Path() / "t.txt", trajectory);
+  const Trajectory read = ReadTrajectory(folder.Path() / "t.txt");
+  ASSERT_EQ(read.size(), 2u);
+  EXPECT_NEAR(read[0].timestamp, trajectory[0].timestamp, 1e-6);
+  EXPECT_TRUE(read[0].T_map_camera.translation.isApprox(trajectory[0].T_map_camera.translation, 1e-8));
+  EXPECT_LT(read[0].T_map_camera.rotation.angularDistance(rotation), 1e-7);
+}
+
+TEST(TrajectoryFile, BrokenLinesNameFileAndLine) {
+  const TemporaryFolder folder;
+  const auto message = [&](const std::string& second) {
+    const auto path = folder.Write("t.txt", "1 0 0 0 0 0 0 1\n" + second + "\n");
+    return InputErrorOf([&] { ReadTrajectory(path); });
+  };
+  EXPECT_THAT(message("2 0 0 0 0 0 0"), HasSubstr("t.txt:2:"));
+  EXPECT_THAT(message("2 0 0 nan 0 0 0 1"), HasSubstr("t.txt:2:"));
+  EXPECT_THAT(message("2 0 0 0 0 0 0 2"), HasSubstr("length 1"));
+  EXPECT_THAT(message("0.5 0 0 0 0 0 0 1"), HasSubstr("a timestamp after 1.000000"));
+}
+
+}  // namespace
+}  // namespace sqslam
