@@ -302,7 +302,7 @@ std::optional<SupportPlane> EstimateSupportPlane(std::span<const Eigen::Vector3d
   result.height = fit->plane.height;
   result.inliers = fit->inliers;
   result.confidence = std::min(1.0, support / 0.35) * std::min(1.0, flatness / 6.0) *
-                      Levelness(scene, fit->plane.normal) * std::min(1.0, fit->inliers / 60.0);
+                      Levelness(scene, fit->plane.normal) * std::min(1.0, fit->inliers / 120.0);
   return result;
 }
 

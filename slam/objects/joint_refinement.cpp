@@ -90,6 +90,21 @@ struct SurfaceCost {
   }
 };
 
+// A place on the line of sight in front of a point: outside the object.
+struct FreeSpaceCost {
+  Eigen::Vector3d p_map;
+  double factor;  // 1 / sigma, in map units
+
+  template <typename T>
+  bool operator()(const T* parameters, T* residual) const {
+    SurfaceCost{p_map, factor}(parameters, residual);
+    if (residual[0] > 0.0) {
+      residual[0] = T(0.0);
+    }
+    return true;
+  }
+};
+
 struct ContactCost {
   double height;
   double factor;
@@ -105,7 +120,9 @@ struct ContactCost {
 // Weak knowledge: proportions are moderate, exponents lie near the prior, yaw agrees with the lines (modulo
 // 90 degrees).
 struct PriorCost {
-  double exponent;
+  double e1;
+  double e2;
+  double exponent_factor;
   double yaw;
   double yaw_factor;
 
@@ -113,10 +130,9 @@ struct PriorCost {
   bool operator()(const T* parameters, T* residual) const {
     using std::sin;
     constexpr double kLogRatioSigma = 1.5;
-    constexpr double kExponentSigma = 0.5;
     residual[0] = (parameters[kLogHalf] - parameters[kLogHalf + 1]) / kLogRatioSigma;
-    residual[1] = (parameters[kExponents] - exponent) / kExponentSigma;
-    residual[2] = (parameters[kExponents + 1] - exponent) / kExponentSigma;
+    residual[1] = exponent_factor * (parameters[kExponents] - e1);
+    residual[2] = exponent_factor * (parameters[kExponents + 1] - e2);
     residual[3] = yaw_factor * sin(4.0 * (parameters[kYaw] - yaw)) / 4.0;
     return true;
   }
@@ -189,27 +205,41 @@ void AddPoints(const PosedSuperquadric& start, const RefinementInput& input, con
   }
   const double sigma =
       options.point_sigma_px * UnitsPerPixel(start, input) + 0.02 * start.shape.half_size.mean();
-  const double weight = std::min(1.0, 4.0 * options.point_weight / static_cast<double>(input.points.size()));
-  for (const Eigen::Vector3d& p : input.points) {
+  constexpr std::size_t kMaxPoints = 150;
+  const double weight = std::min(
+      1.0, 4.0 * options.point_weight / static_cast<double>(std::min(input.points.size(), kMaxPoints)));
+  const double step = 0.5 * start.shape.half_size.mean();
+  const std::size_t stride = (input.points.size() + kMaxPoints - 1) / kMaxPoints;
+  for (std::size_t i = 0; i < input.points.size(); i += stride) {
+    const Eigen::Vector3d& p = input.points[i];
     problem.AddResidualBlock(
         new ceres::AutoDiffCostFunction<SurfaceCost, 1, kParameterCount>(new SurfaceCost{p, 1.0 / sigma}),
         new ceres::ScaledLoss(new ceres::CauchyLoss(1.5), weight, ceres::TAKE_OWNERSHIP), parameters);
+    if (i / stride % 2 == 0 && i < input.point_cameras.size()) {
+      const Eigen::Vector3d to_camera = (input.point_cameras[i] - p).normalized();
+      problem.AddResidualBlock(
+          new ceres::AutoDiffCostFunction<FreeSpaceCost, 1, kParameterCount>(
+              new FreeSpaceCost{p + step * to_camera, 1.0 / sigma}),
+          new ceres::ScaledLoss(new ceres::CauchyLoss(1.5), 2.0 * weight, ceres::TAKE_OWNERSHIP), parameters);
+    }
   }
 }
 
 void AddContactAndPrior(const PosedSuperquadric& start, const RefinementInput& input,
                         const RefinementOptions& options, ceres::Problem& problem, double* parameters) {
   if (input.support_height) {
-    const double height = 2.0 * start.shape.half_size.z();
-    const double sigma = options.contact_sigma * std::max(height, 0.3 * start.shape.half_size.maxCoeff());
-    // Redescending: things that stand on other things, or hang on a wall, are left alone.
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<ContactCost, 1, kParameterCount>(
-                                 new ContactCost{*input.support_height, 3.0 / sigma}),
-                             new ceres::TukeyLoss(12.0), parameters);
+    const double height = std::max(2.0 * start.shape.half_size.z(), 0.5 * start.shape.half_size.maxCoeff());
+    // Redescending, gone for a gap of 0.6 heights: things that stand on other things, or hang on a wall, are
+    // left alone.
+    problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<ContactCost, 1, kParameterCount>(
+            new ContactCost{*input.support_height, 1.0 / (options.contact_sigma * height)}),
+        new ceres::ScaledLoss(new ceres::TukeyLoss(0.6 / options.contact_sigma), 10.0, ceres::TAKE_OWNERSHIP),
+        parameters);
   }
   constexpr double kYawSigma = 5.0 * std::numbers::pi / 180.0;
-  const PriorCost prior{input.prior_exponent, input.yaw ? input.yaw->yaw : 0.0,
-                        input.yaw ? input.yaw->quality / kYawSigma : 0.0};
+  const PriorCost prior{options.prior_e1, options.prior_e2, 1.0 / options.prior_e_sigma,
+                        input.yaw ? input.yaw->yaw : 0.0, input.yaw ? input.yaw->quality / kYawSigma : 0.0};
   problem.AddResidualBlock(
       new ceres::AutoDiffCostFunction<PriorCost, 4, kParameterCount>(new PriorCost(prior)), nullptr,
       parameters);

@@ -24,11 +24,11 @@ struct SilhouetteView {
 
 struct RefinementInput {
   std::vector<SilhouetteView> views;
-  std::vector<Eigen::Vector3d> points;   // inliers, map frame
-  std::optional<YawEstimate> yaw;        // from lines
-  std::optional<double> support_height;  // z of the plane that the object may stand on
+  std::vector<Eigen::Vector3d> points;         // inliers, map frame
+  std::vector<Eigen::Vector3d> point_cameras;  // for each point the mean place of the cameras that saw it
+  std::optional<YawEstimate> yaw;              // from lines
+  std::optional<double> support_height;        // z of the plane that the object may stand on
   Camera camera;
-  double prior_exponent = 0.5;
 };
 
 struct RefinementResult {

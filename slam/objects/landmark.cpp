@@ -44,7 +44,9 @@ void Landmark::Add(const ObjectObservation& observation) {
   views.push_back(
       {observation.frame_index, observation.T_map_camera, observation.detection.box, observation.edge_free});
   for (const std::int64_t point : observation.point_ids) {
-    ++votes[point].inside;
+    PointVotes& vote = votes[point];
+    ++vote.inside;
+    vote.camera_sum += observation.T_map_camera.translation;
   }
   for (const std::int64_t point : observation.reprojected_outside) {
     ++votes[point].outside;
@@ -76,6 +78,7 @@ void Landmark::Absorb(Landmark&& other) {
     PointVotes& mine = votes[point];
     mine.inside += theirs.inside;
     mine.outside += theirs.outside;
+    mine.camera_sum += theirs.camera_sum;
   }
   centroids.Merge(other.centroids);
   yaw.Merge(other.yaw);
@@ -94,7 +97,11 @@ void Landmark::Transform(const Sim3d& S_new_old) {
   for (auto& [frame, view] : lines) {
     move(view.T_map_camera);
   }
-  for (auto& [id, p] : points) {
+  for (auto& [point, vote] : votes) {
+    vote.camera_sum =
+        S_new_old.scale * (S_new_old.rotation * vote.camera_sum) + vote.inside * S_new_old.translation;
+  }
+  for (auto& [point, p] : points) {
     p = S_new_old * p;
   }
   centroids.mean = S_new_old * centroids.mean;
@@ -108,6 +115,7 @@ void Landmark::Transform(const Sim3d& S_new_old) {
     yaw = YawMean();  // angles about another axis mean nothing now
     // The object was boxed along axes that are no longer upright; estimate it anew.
     estimated_at = 0;
+    refined = false;
   }
 }
 

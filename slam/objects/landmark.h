@@ -51,6 +51,8 @@ struct Landmark {
   struct PointVotes {
     int inside = 0;
     int outside = 0;
+    Eigen::Vector3d camera_sum =
+        Eigen::Vector3d::Zero();  // camera centres of the `inside` sightings, map frame
   };
 
   int id = 0;
@@ -63,6 +65,7 @@ struct Landmark {
 
   // Results of the last estimation.
   bool estimated = false;
+  bool refined = false;                                          // by the joint refinement
   int estimated_at = 0;                                          // number of views at that time
   std::vector<std::pair<std::int64_t, Eigen::Vector3d>> points;  // inliers
   PosedSuperquadric superquadric;

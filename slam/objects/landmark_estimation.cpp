@@ -44,6 +44,7 @@ NamedPoints ResolvePoints(Landmark& landmark, const PointLookup& lookup, const O
     if (const std::optional<Eigen::Vector3d> p = lookup(id)) {
       votes[id].inside += vote.inside;
       votes[id].outside += vote.outside;
+      votes[id].camera_sum += vote.camera_sum;
       positions[id] = *p;
     }
   }
@@ -106,6 +107,20 @@ NamedPoints WithoutSupport(const NamedPoints& points, double support_height) {
   return 2 * count >= points.size() && count >= 6 ? Keep(points, above) : points;
 }
 
+// Points within a smaller object belong to that one: a cup before a screen lies in the screen's box as well.
+NamedPoints WithoutSmallerObjects(const NamedPoints& points, const std::vector<PosedSuperquadric>& others) {
+  constexpr double kGrown = 1.1;
+  std::vector<bool> keep(points.size(), true);
+  for (const PosedSuperquadric& other : others) {
+    const Rigid3d T_other_map = other.T_map_object.Inverse();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      keep[i] = keep[i] && other.shape.RadialScale(T_other_map * points[i].second) > kGrown;
+    }
+  }
+  const auto kept = static_cast<std::size_t>(std::count(keep.begin(), keep.end(), true));
+  return 4 * kept >= points.size() ? Keep(points, keep) : points;
+}
+
 NamedPoints RemoveOutliers(Landmark& landmark, const std::vector<BoxView>& views,
                            const EstimationContext& context) {
   const ObjectOptions& options = *context.options;
@@ -113,6 +128,9 @@ NamedPoints RemoveOutliers(Landmark& landmark, const std::vector<BoxView>& views
   points = Keep(points, InsideBoxes(points, views, context));
   if (options.method == "refined" && context.upright && context.support_height) {
     points = WithoutSupport(points, *context.support_height);
+  }
+  if (options.method == "refined") {
+    points = WithoutSmallerObjects(points, context.smaller_objects);
   }
   const std::uint64_t seed = context.seed + static_cast<std::uint64_t>(landmark.id) * 7919u;
   return Keep(points, KeepInliers(Positions(points), options.outliers.isolation_forest, seed));
@@ -137,7 +155,7 @@ std::optional<YawEstimate> PaperYaw(const Landmark& landmark, const std::vector<
 
 // Size and shape at a given yaw (section "Size And Shape").
 PosedSuperquadric BoxAtYaw(const std::vector<Eigen::Vector3d>& points, double yaw,
-                           const SizeShapeOptions& options) {
+                           const SizeShapeOptions& options, bool with_shape = true) {
   const Eigen::Quaterniond R_map_object(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()));
   std::vector<Eigen::Vector3d> turned;
   turned.reserve(points.size());
@@ -148,7 +166,7 @@ PosedSuperquadric BoxAtYaw(const std::vector<Eigen::Vector3d>& points, double ya
   for (Eigen::Vector3d& p : turned) {
     p -= extents.centre;
   }
-  const ShapeFit fit = FitShape(turned, extents.half_size, options);
+  const ShapeFit fit = with_shape ? FitShape(turned, extents.half_size, options) : ShapeFit();
   PosedSuperquadric result;
   result.shape = {extents.half_size, fit.e1, fit.e2};
   result.T_map_object = {R_map_object, R_map_object * extents.centre};
@@ -165,37 +183,59 @@ double BoxAgreement(const PosedSuperquadric& superquadric, const std::vector<Box
   return views.empty() ? 0.0 : sum / static_cast<double>(views.size());
 }
 
-PosedSuperquadric Refine(const PosedSuperquadric& paper, const std::vector<BoxView>& views,
+// Where the refinement begins: box-like, cylinder-like and ball-like at the yaw of the lines and of the
+// cloud, and the last result. A box can't turn into a ball by small steps that each fit better.
+std::vector<PosedSuperquadric> RefinementStarts(const Landmark& landmark,
+                                                const std::vector<Eigen::Vector3d>& points,
+                                                const std::optional<YawEstimate>& line_yaw,
+                                                const ObjectOptions& options) {
+  std::vector<double> yaws;
+  if (line_yaw) {
+    yaws.push_back(line_yaw->yaw);
+  }
+  const auto pca = YawFromPoints(points, options.yaw);
+  if (pca && (!line_yaw || std::abs(WrapQuarter(pca->yaw - line_yaw->yaw)) > 0.1)) {
+    yaws.push_back(pca->yaw);
+  }
+  if (yaws.empty()) {
+    yaws = {0.0, std::numbers::pi / 4.0};
+  }
+  std::vector<PosedSuperquadric> starts;
+  if (landmark.refined) {
+    starts.push_back(landmark.superquadric);
+    yaws.resize(1);
+  }
+  for (const double yaw : yaws) {
+    PosedSuperquadric start = BoxAtYaw(points, yaw, options.size_shape, false);
+    const double thin = 0.1 * start.shape.half_size.maxCoeff();  // flat starts can't grow
+    start.shape.half_size = start.shape.half_size.cwiseMax(thin);
+    for (const auto& [e1, e2] : {std::pair(0.25, 0.25), std::pair(0.25, 1.0), std::pair(1.0, 1.0)}) {
+      start.shape.e1 = e1;
+      start.shape.e2 = e2;
+      starts.push_back(start);
+    }
+  }
+  return starts;
+}
+
+PosedSuperquadric Refine(const Landmark& landmark, const std::vector<BoxView>& views,
                          const std::vector<Eigen::Vector3d>& points,
                          const std::optional<YawEstimate>& line_yaw, const EstimationContext& context) {
   const ObjectOptions& options = *context.options;
   RefinementInput input;
   input.points = points;
+  for (const auto& [id, p] : landmark.points) {
+    const Landmark::PointVotes& vote = landmark.votes.at(id);
+    input.point_cameras.push_back(vote.camera_sum / std::max(1, vote.inside));
+  }
   input.yaw = line_yaw;
   input.camera = context.camera;
   input.support_height = context.support_height;
-  input.prior_exponent = options.size_shape.prior_exponent;
   for (const BoxView& view : views) {
     input.views.push_back({view.T_map_camera, UndistortBox(view.box, context.camera), view.edge_free});
   }
-  std::vector<double> yaws;
-  if (line_yaw) {
-    yaws.push_back(line_yaw->yaw);
-  }
-  if (const auto pca = YawFromPoints(points, options.yaw)) {
-    yaws.push_back(pca->yaw);
-  }
-  if (yaws.empty()) {
-    yaws = {0.0, std::numbers::pi / 6.0, -std::numbers::pi / 6.0};
-  }
-  RefinementResult best{paper, std::numeric_limits<double>::infinity()};
-  for (const double yaw : yaws) {
-    PosedSuperquadric start = BoxAtYaw(points, yaw, options.size_shape);
-    start.shape.e1 = std::clamp(start.shape.e1, 0.3, 1.0);
-    start.shape.e2 = std::clamp(start.shape.e2, 0.3, 1.0);
-    const double thin =
-        0.1 * start.shape.half_size.maxCoeff();  // a flat start can't grow where points are one-sided
-    start.shape.half_size = start.shape.half_size.cwiseMax(thin);
+  RefinementResult best{landmark.superquadric, std::numeric_limits<double>::infinity()};
+  for (const PosedSuperquadric& start : RefinementStarts(landmark, points, line_yaw, options)) {
     const RefinementResult result = RefineJointly(start, input, options.refinement);
     if (result.cost < best.cost) {
       best = result;
@@ -244,18 +284,23 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
   const std::vector<Eigen::Vector3d> points = Positions(landmark.points);
   const std::optional<YawEstimate> yaw =
       context.upright ? PaperYaw(landmark, points, context) : std::optional<YawEstimate>();
-  landmark.superquadric = BoxAtYaw(points, yaw ? yaw->yaw : 0.0, options.size_shape);
-  landmark.box_agreement = BoxAgreement(landmark.superquadric, views, context.camera);
+  const double paper_yaw = yaw ? yaw->yaw : 0.0;
   if (options.method == "refined" && context.upright && views.size() >= 5) {
     const PosedSuperquadric refined =
-        Refine(landmark.superquadric, views, points, YawFromAllLines(landmark, context), context);
+        Refine(landmark, views, points, YawFromAllLines(landmark, context), context);
+    // A refinement that runs away explains the boxes worse than the cloud alone.
+    const PosedSuperquadric cloud = BoxAtYaw(points, paper_yaw, options.size_shape, false);
     const double agreement = BoxAgreement(refined, views, context.camera);
-    // A refinement that runs away explains the boxes worse than what it began with.
-    if (agreement > 0.9 * landmark.box_agreement) {
+    if (agreement > 0.9 * BoxAgreement(cloud, views, context.camera)) {
       landmark.superquadric = refined;
       landmark.box_agreement = agreement;
+      landmark.refined = true;
+      return;
     }
   }
+  landmark.superquadric = BoxAtYaw(points, paper_yaw, options.size_shape);
+  landmark.box_agreement = BoxAgreement(landmark.superquadric, views, context.camera);
+  landmark.refined = false;
 }
 
 }  // namespace sqslam

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "slam/geometry/camera.h"
 #include "slam/objects/landmark.h"
@@ -15,6 +16,7 @@ struct EstimationContext {
   Camera camera;
   bool upright = false;
   std::optional<double> support_height;
+  std::vector<PosedSuperquadric> smaller_objects;  // other landmarks, well known and smaller than this one
   std::uint64_t seed = 0;
 };
 

@@ -25,6 +25,7 @@ struct ObjectMapper::Impl {
   int Surviving(int id) const;
   void RenewPoses(Landmark& landmark, const PoseLookup& poses) const;
   void Update(const PointLookup& points, const Camera& camera, const PoseLookup& poses, bool all);
+  std::vector<PosedSuperquadric> SmallerThan(const Landmark& landmark) const;
   bool MergeOnePair();
   void DeleteForgotten();
   bool IsShown(const Landmark& landmark) const;
@@ -53,13 +54,14 @@ void ObjectMapper::Impl::RenewPoses(Landmark& landmark, const PoseLookup& poses)
 
 void ObjectMapper::Impl::Update(const PointLookup& points, const Camera& camera, const PoseLookup& poses,
                                 bool all) {
-  EstimationContext context{&options, &points, camera, upright, support_height, seed};
+  EstimationContext context{&options, &points, camera, upright, support_height, {}, seed};
   const auto estimate_due = [&] {
     for (auto& [id, landmark] : landmarks) {
       // Young landmarks change with every box, old ones hardly.
       const int due = landmark.estimated_at + std::max(1, landmark.estimated_at / 6);
       if (all || landmark.estimated_at == 0 || static_cast<int>(landmark.views.size()) >= due) {
         RenewPoses(landmark, poses);
+        context.smaller_objects = SmallerThan(landmark);
         EstimateLandmark(landmark, context);
       }
     }
@@ -77,6 +79,20 @@ void ObjectMapper::Impl::Update(const PointLookup& points, const Camera& camera,
   Publish();
 }
 
+std::vector<PosedSuperquadric> ObjectMapper::Impl::SmallerThan(const Landmark& landmark) const {
+  std::vector<PosedSuperquadric> smaller;
+  if (!landmark.estimated) {
+    return smaller;
+  }
+  const double volume = landmark.superquadric.shape.Volume();
+  for (const auto& [id, other] : landmarks) {
+    if (id != landmark.id && IsShown(other) && other.superquadric.shape.Volume() < 0.7 * volume) {
+      smaller.push_back(other.superquadric);
+    }
+  }
+  return smaller;
+}
+
 bool ObjectMapper::Impl::MergeOnePair() {
   for (auto a = landmarks.begin(); a != landmarks.end(); ++a) {
     for (auto b = std::next(a); b != landmarks.end(); ++b) {
@@ -87,6 +103,7 @@ bool ObjectMapper::Impl::MergeOnePair() {
         // Where the pair was equally wrong about its extent, its points decide at the next estimation; until
         // then it must not swallow others.
         a->second.estimated = false;
+        a->second.refined = false;
         landmarks.erase(b);
         return true;
       }

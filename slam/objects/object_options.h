@@ -159,6 +159,9 @@ struct RefinementOptions {
       3.0;  // standard deviation of a point's distance to the surface, px in a typical view
   double point_weight = 10.0;   // the points together weigh at most as much as so many views
   double contact_sigma = 0.05;  // standard deviation of the gap to the support, share of the object's height
+  double prior_e1 = 0.3;        // things that stand on a support mostly have flat tops, in [0.1, 1.9]
+  double prior_e2 = 0.5;        // in [0.1, 1.9]
+  double prior_e_sigma = 0.2;   // standard deviation of both exponents about them
   int max_iterations = 30;      // Levenberg-Marquardt steps
 
   template <typename Visitor>
@@ -169,6 +172,9 @@ struct RefinementOptions {
     visit("point_sigma_px", point_sigma_px, 0.01, 100.0);
     visit("point_weight", point_weight, 0.0, 10000.0);
     visit("contact_sigma", contact_sigma, 1e-4, 10.0);
+    visit("prior_e1", prior_e1, 0.1, 1.9);
+    visit("prior_e2", prior_e2, 0.1, 1.9);
+    visit("prior_e_sigma", prior_e_sigma, 0.01, 100.0);
     visit("max_iterations", max_iterations, 1, 1000);
   }
 };
@@ -212,7 +218,7 @@ struct GravityOptions {
 struct ObjectOptions {
   std::string method = "refined";   // paper: steps of the paper; refined: plus the joint refinement
   int min_observations = 10;        // boxes an object needs to be shown
-  int min_points = 8;               // map points an object needs to be shown
+  int min_points = 4;               // map points an object needs to be shown
   double min_box_agreement = 0.35;  // mean IoU of projected object and boxes that an object needs to be shown
   int forget_after = 300;  // frames without a box after which an object that was never good is deleted
   DetectionFilterOptions detections;
