@@ -1,5 +1,6 @@
 #include "slam/system.h"
 
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <exception>
@@ -29,6 +30,7 @@ class ReportQueue {
   std::optional<TrackingReport> Pop() {
     std::unique_lock lock(mutex_);
     keyframe_in_work_ = false;
+    idle_.notify_all();
     changed_.wait(lock, [&] { return closed_ || !reports_.empty(); });
     if (reports_.empty()) {
       return std::nullopt;
@@ -38,6 +40,12 @@ class ReportQueue {
     keyframe_in_work_ = report.keyframe || report.initial_map;
     keyframes_ -= report.keyframe ? 1 : 0;
     return report;
+  }
+
+  // Until no keyframe is pending, but no longer than `deadline`.
+  void WaitForKeyframes(std::chrono::steady_clock::time_point deadline) {
+    std::unique_lock lock(mutex_);
+    idle_.wait_until(lock, deadline, [&] { return keyframes_ == 0 && !keyframe_in_work_; });
   }
 
   void Close() {
@@ -63,6 +71,7 @@ class ReportQueue {
  private:
   mutable std::mutex mutex_;
   std::condition_variable changed_;
+  std::condition_variable idle_;
   std::deque<TrackingReport> reports_;
   int keyframes_ = 0;
   bool keyframe_in_work_ = false;
@@ -91,6 +100,7 @@ class ViewSlot {
 struct System::Impl {
   Impl(const Camera& camera, const SystemOptions& system_options, SnapshotCallback on_snapshot)
       : options(system_options),
+        frame_interval(static_cast<std::int64_t>(1e6 / camera.fps)),
         tracker(camera, options.tracking, options.objects, static_cast<std::uint64_t>(options.seed), times),
         mapper(camera, options,
                {[this](TrackingViewPtr new_view) { view.Set(std::move(new_view)); }, std::move(on_snapshot),
@@ -129,6 +139,7 @@ struct System::Impl {
   }
 
   SystemOptions options;
+  std::chrono::microseconds frame_interval;
   StageTimes times;
   ReportQueue queue;
   ViewSlot view;
@@ -149,11 +160,18 @@ TrackingState System::Process(const Frame& frame) {
   Impl& s = *impl_;
   s.RethrowMappingFailure();
   ++s.frames;
+  const auto started = std::chrono::steady_clock::now();
   TrackingReport report = s.tracker.Track(frame, s.view.Get(), s.queue.PendingKeyframes());
   if (s.options.deterministic) {
     s.mapper.Process(std::move(report));
   } else {
+    const bool postponed = report.keyframe_postponed;
     s.queue.Push(std::move(report));
+    if (postponed) {
+      // Files can be read much faster than a camera delivers. Where that would starve the map of keyframes, frames are
+      // taken at the camera's rate; a live camera never waits here.
+      s.queue.WaitForKeyframes(started + s.frame_interval);
+    }
   }
   return !s.tracker.Initialized() ? TrackingState::kNotInitialized
          : s.tracker.Lost()       ? TrackingState::kLost

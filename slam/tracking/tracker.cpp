@@ -40,10 +40,11 @@ TrackingReport Tracker::Track(const Frame& frame, const TrackingViewPtr& view, i
   if (!view_) {
     Initialize(report);
   } else if (EstimatePose(report)) {
-    const bool keyframe = NeedsKeyframe(pending_keyframes);
+    const KeyframeDecision decision = DecideKeyframe(pending_keyframes);
     TrackObjects(frame, report);
     report.pose = current_.anchor;
-    if (keyframe) {
+    report.keyframe_postponed = decision == KeyframeDecision::kPostponed;
+    if (decision == KeyframeDecision::kYes) {
       report.keyframe = KeyframeCandidate{current_.features, current_.points};
       last_keyframe_index_ = current_.index;
     }
@@ -279,10 +280,11 @@ void Tracker::AfterLoss(TrackingReport& report) {
   }
 }
 
-bool Tracker::NeedsKeyframe(int pending_keyframes) const {
+Tracker::KeyframeDecision Tracker::DecideKeyframe(int pending_keyframes) const {
+  const KeyframeOptions& options = options_.keyframes;
   const std::int64_t interval = current_.index - last_keyframe_index_;
-  if (interval < options_.keyframes.min_interval || pending_keyframes > options_.keyframes.max_pending) {
-    return false;
+  if (interval < options.min_interval) {
+    return KeyframeDecision::kNo;
   }
   const bool young = view_->keyframes.size() <= 2;
   const std::vector<PointId>& points = view_->keyframes.at(current_.anchor.reference).points;
@@ -290,10 +292,11 @@ bool Tracker::NeedsKeyframe(int pending_keyframes) const {
     return id != kNoPoint && (young || view_->Point(id).well_observed);
   });
   const double tracked_share = current_inliers_ / std::max(1.0, static_cast<double>(reference_points));
-  if (pending_keyframes > 0) {
-    return tracked_share < options_.keyframes.urgent_share;
+  if (interval < options.max_interval && tracked_share >= options.tracked_share) {
+    return KeyframeDecision::kNo;
   }
-  return interval >= options_.keyframes.max_interval || tracked_share < options_.keyframes.tracked_share;
+  const bool urgent = tracked_share < options.urgent_share && pending_keyframes <= options.max_pending;
+  return pending_keyframes == 0 || urgent ? KeyframeDecision::kYes : KeyframeDecision::kPostponed;
 }
 
 void Tracker::TrackObjects(const Frame& frame, TrackingReport& report) {

@@ -34,6 +34,8 @@ class Tracker {
   std::string NoMapReason() const { return initializer_.Reason(); }
 
  private:
+  enum class KeyframeDecision { kNo, kPostponed, kYes };
+
   struct TrackedFrame {
     std::int64_t index = 0;
     double timestamp = 0.0;
@@ -53,7 +55,7 @@ class Tracker {
   bool RecoverFrom(const ViewKeyframe& keyframe);
   int OptimizeCurrentPose();
   void AfterLoss(TrackingReport& report);
-  bool NeedsKeyframe(int pending_keyframes) const;
+  KeyframeDecision DecideKeyframe(int pending_keyframes) const;
   void TrackObjects(const Frame& frame, TrackingReport& report);
 
   Camera camera_;

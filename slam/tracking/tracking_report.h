@@ -33,6 +33,7 @@ struct TrackingReport {
   std::vector<PointId> visible;             // map points predicted to be in the image
   std::vector<PointId> found;               // of these, the ones that were matched
   std::optional<KeyframeCandidate> keyframe;
+  bool keyframe_postponed = false;  // one was due, but the mapping thread is busy
   std::vector<SnapshotDetection> detections;
   std::vector<ObjectObservation> objects;
   Rigid3d T_map_origin;  // of the view in which `objects` are expressed
