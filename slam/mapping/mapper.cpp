@@ -36,7 +36,7 @@ void Mapper::Process(TrackingReport report) {
   PublishView();
   OptimizeLocally(newest);
   CullKeyframes(*map_, newest, options_.mapping.culling);
-  KeepUpright();
+  KeepUpright(false);
   MapObjects();
   PublishView();
   outputs_.publish_snapshot(MakeSnapshot());
@@ -119,9 +119,9 @@ void Mapper::OptimizeLocally(KeyframeId keyframe) {
   }
 }
 
-void Mapper::KeepUpright() {
+void Mapper::KeepUpright(bool last) {
   const auto view = objects_.View();
-  const std::optional<Rigid3d> T_new_old = upright_.Update(*map_, view->landmarks);
+  const std::optional<Rigid3d> T_new_old = upright_.Update(*map_, view->landmarks, last);
   if (T_new_old) {
     map_->Transform(*T_new_old);
     objects_.Transform(*T_new_old);
@@ -143,7 +143,7 @@ MapSnapshotPtr Mapper::Finish() {
   if (options_.mapping.final_iterations > 0 && map_->Keyframes().size() > 2) {
     GlobalBundleAdjustment(*map_, camera_, options_.mapping.final_iterations, options_.mapping.bundle_adjustment);
   }
-  KeepUpright();
+  KeepUpright(true);
   objects_.SetUpright(upright_.Known(), upright_.SupportHeight());
   objects_.UpdateAll(LookupPoints(), camera_, LookupPoses());
   MapSnapshotPtr last = MakeSnapshot();

@@ -49,7 +49,7 @@ class Mapper {
   void AddKeyframe(const TrackingReport& report);
   void OptimizeLocally(KeyframeId keyframe);
   void MapObjects();
-  void KeepUpright();
+  void KeepUpright(bool last);
   void PublishView();
   MapSnapshotPtr MakeSnapshot() const;
   PointLookup LookupPoints();

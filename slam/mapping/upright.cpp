@@ -54,9 +54,9 @@ std::vector<std::vector<Eigen::Vector3d>> ObjectPoints(std::span<const ObjectLan
 UprightEstimator::UprightEstimator(const std::string& gravity, const GravityOptions& options, std::uint64_t seed)
     : given_up_(ParseGravity(gravity)), options_(options), seed_(seed) {}
 
-std::optional<Rigid3d> UprightEstimator::Update(const Map& map, std::span<const ObjectLandmarkView> objects) {
+std::optional<Rigid3d> UprightEstimator::Update(const Map& map, std::span<const ObjectLandmarkView> objects, bool last) {
   if (!given_up_) {
-    return UpdateFromMap(map, objects);
+    return UpdateFromMap(map, objects, last);
   }
   support_height_ = EstimateSupportHeight(ReliablePoints(map), ObjectPoints(objects), options_);
   if (known_) {
@@ -66,13 +66,14 @@ std::optional<Rigid3d> UprightEstimator::Update(const Map& map, std::span<const 
   return UprightTransform(*given_up_);
 }
 
-std::optional<Rigid3d> UprightEstimator::UpdateFromMap(const Map& map, std::span<const ObjectLandmarkView> objects) {
+std::optional<Rigid3d> UprightEstimator::UpdateFromMap(const Map& map, std::span<const ObjectLandmarkView> objects,
+                                                      bool last) {
   constexpr KeyframeId kEager = 12;   // keyframes during which every one is used,
   constexpr KeyframeId kPeriod = 5;   // and later one in so many
   constexpr double kSmallestTurn = 0.2 * std::numbers::pi / 180.0;
-  constexpr double kLosesTo = 0.8;    // a later estimate must be nearly as sure as the best before it
+  constexpr double kLosesTo = 0.8;    // a later estimate must have nearly the evidence of the best before it
   const KeyframeId newest = map.NewestKeyframe();
-  if (known_ && newest > kEager && newest % kPeriod != 0) {
+  if (!last && known_ && newest > kEager && newest % kPeriod != 0) {
     return std::nullopt;
   }
   std::vector<Rigid3d> poses;
@@ -80,10 +81,15 @@ std::optional<Rigid3d> UprightEstimator::UpdateFromMap(const Map& map, std::span
     poses.push_back(keyframe.T_camera_map.Inverse());
   }
   const auto plane = EstimateSupportPlane(ReliablePoints(map), poses, ObjectPoints(objects), options_, seed_);
-  if (!plane || plane->confidence < kLosesTo * confidence_) {
+  if (!plane) {
     return std::nullopt;
   }
-  confidence_ = std::max(confidence_, plane->confidence);
+  // Few points on a small plane are soon all inliers: confidence alone would let an early estimate stand for ever.
+  const double evidence = plane->confidence * std::sqrt(static_cast<double>(plane->inliers));
+  if (evidence < kLosesTo * evidence_) {
+    return std::nullopt;
+  }
+  evidence_ = std::max(evidence_, evidence);
   support_height_ = plane->height;
   const double turn = std::acos(std::clamp(plane->up.z(), -1.0, 1.0));
   if (known_ && turn < kSmallestTurn) {
