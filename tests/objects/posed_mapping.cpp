@@ -1,12 +1,13 @@
 #include "posed_mapping.h"
 
+#include <yaml-cpp/yaml.h>
+
 #include <Eigen/Dense>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/features2d.hpp>
 #include <sstream>
-#include <yaml-cpp/yaml.h>
 
 namespace sqslam::testing {
 namespace {
@@ -77,7 +78,8 @@ void LoadObjects(const std::filesystem::path& path, PosedSequence& sequence) {
 
 }  // namespace
 
-std::optional<PosedSequence> LoadPosedSequence(const std::filesystem::path& folder, const std::string& boxes) {
+std::optional<PosedSequence> LoadPosedSequence(const std::filesystem::path& folder,
+                                               const std::string& boxes) {
   if (!std::filesystem::exists(folder / "rgb.txt")) {
     return std::nullopt;
   }
@@ -96,7 +98,9 @@ std::optional<PosedSequence> LoadPosedSequence(const std::filesystem::path& fold
   std::map<long, std::vector<Detection>> detections;
   for (const auto& row : ReadTable(folder / boxes)) {
     detections[Key(std::stod(row[0]))].push_back(
-        {row[1], std::stod(row[2]), {std::stod(row[3]), std::stod(row[4]), std::stod(row[5]), std::stod(row[6])}});
+        {row[1],
+         std::stod(row[2]),
+         {std::stod(row[3]), std::stod(row[4]), std::stod(row[5]), std::stod(row[6])}});
   }
   std::map<long, Rigid3d> poses;
   for (const auto& row : ReadTable(folder / "groundtruth.txt")) {
@@ -242,7 +246,8 @@ void PosedMapping::Triangulate(View& view, View& other, int frame_index) {
       if (distance_px > 1.5) {
         continue;
       }
-      const int distance = Hamming(view.descriptors, static_cast<int>(i), other.descriptors, static_cast<int>(j));
+      const int distance =
+          Hamming(view.descriptors, static_cast<int>(i), other.descriptors, static_cast<int>(j));
       if (distance < best) {
         second = best;
         best = distance;

@@ -39,8 +39,8 @@ struct PosedSequence {
 // Empty where the folder is missing. `boxes`: name of the box file.
 std::optional<PosedSequence> LoadPosedSequence(const std::filesystem::path& folder, const std::string& boxes);
 
-// A map of ORB points triangulated with known poses: the points that a SLAM system would give the objects, with
-// their noise and their wrong matches, before there is a SLAM system.
+// A map of ORB points triangulated with known poses: the points that a SLAM system would give the objects,
+// with their noise and their wrong matches, before there is a SLAM system.
 class PosedMapping {
  public:
   explicit PosedMapping(const Camera& camera) : camera_(camera) {}

@@ -14,6 +14,9 @@ inline double SolidIoU(const PosedSuperquadric& a, const PosedSuperquadric& b, i
   };
   const Eigen::Vector3d ca = a.T_map_object.translation;
   const Eigen::Vector3d cb = b.T_map_object.translation;
+  if ((((ca - cb).cwiseAbs() - bounds(a) - bounds(b)).array() > 0.0).any()) {
+    return 0.0;
+  }
   const Eigen::Vector3d low = (ca - bounds(a)).cwiseMin(cb - bounds(b));
   const Eigen::Vector3d high = (ca + bounds(a)).cwiseMax(cb + bounds(b));
   const Rigid3d T_a = a.T_map_object.Inverse();

@@ -1,0 +1,120 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "slam/objects/detection_filter.h"
+#include "slam/objects/isolation_forest.h"
+
+namespace sqslam {
+namespace {
+
+TEST(IsolationForest, NormalisationIsTheClosedForm) {
+  EXPECT_EQ(MeanIsolationDepth(0), 0.0);
+  EXPECT_EQ(MeanIsolationDepth(1), 0.0);
+  EXPECT_DOUBLE_EQ(MeanIsolationDepth(2), 1.0);
+  EXPECT_NEAR(MeanIsolationDepth(3), 2.0 * 1.5 - 4.0 / 3.0, 1e-15);
+  // 2 H(n - 1) - 2 (n - 1) / n with H(m) ~ ln m + gamma + 1 / (2 m).
+  EXPECT_NEAR(MeanIsolationDepth(256), 2.0 * (std::log(255.0) + 0.5772156649 + 1.0 / 510.0) - 510.0 / 256.0,
+              1e-5);
+}
+
+std::vector<Eigen::Vector3d> Cloud(int count, unsigned seed) {
+  std::mt19937 generator(seed);
+  std::normal_distribution<double> gaussian(0.0, 0.05);
+  std::vector<Eigen::Vector3d> points(count);
+  for (Eigen::Vector3d& p : points) {
+    p = {gaussian(generator), gaussian(generator), gaussian(generator)};
+  }
+  return points;
+}
+
+TEST(IsolationForest, RemovesPlantedOutliersAndKeepsTheCloud) {
+  std::vector<Eigen::Vector3d> points = Cloud(200, 1);
+  const std::vector<Eigen::Vector3d> planted = {{0.6, 0, 0}, {0, -0.7, 0.1}, {0.4, 0.4, 0.4}, {0, 0, 0.8}};
+  points.insert(points.end(), planted.begin(), planted.end());
+  const std::vector<bool> keep = KeepInliers(points, IsolationForestOptions(), 7);
+  EXPECT_EQ(std::count(keep.end() - 4, keep.end(), true), 0);
+  EXPECT_GE(std::count(keep.begin(), keep.end() - 4, true), 190);
+}
+
+TEST(IsolationForest, ScoresGrowWithTheDistance) {
+  const std::vector<Eigen::Vector3d> points = Cloud(300, 2);
+  const IsolationForest forest(points, IsolationForestOptions(), 3);
+  const double middle = forest.Score(Eigen::Vector3d::Zero());
+  const double rim = forest.Score({0.15, 0, 0});
+  const double far = forest.Score({1.0, 0, 0});
+  EXPECT_LT(middle, 0.5);
+  EXPECT_LT(middle, rim);
+  EXPECT_LT(rim, far);
+  EXPECT_LT(far, 1.0);
+}
+
+TEST(IsolationForest, IsTheSameForTheSameSeed) {
+  const std::vector<Eigen::Vector3d> points = Cloud(100, 2);
+  const IsolationForest a(points, IsolationForestOptions(), 3);
+  const IsolationForest b(points, IsolationForestOptions(), 3);
+  const IsolationForest c(points, IsolationForestOptions(), 4);
+  EXPECT_EQ(a.Score(points[0]), b.Score(points[0]));
+  EXPECT_NE(a.Score(points[0]), c.Score(points[0]));
+}
+
+TEST(IsolationForest, LeavesSmallAndDegenerateCloudsAlone) {
+  const std::vector<Eigen::Vector3d> few = Cloud(10, 1);
+  const std::vector<bool> all(10, true);
+  EXPECT_EQ(KeepInliers(few, IsolationForestOptions(), 1), all);
+  const std::vector<Eigen::Vector3d> same(50, Eigen::Vector3d::Ones());
+  EXPECT_EQ(std::count_if(same.begin(), same.end(), [](const auto&) { return true; }), 50);
+  const std::vector<bool> keep = KeepInliers(same, IsolationForestOptions(), 1);
+  EXPECT_EQ(std::count(keep.begin(), keep.end(), true), 50);
+}
+
+TEST(DepthGate, DropsTheBackground) {
+  const std::vector<double> depths = {1.0, 1.02, 1.05, 0.98, 1.01, 1.03, 3.0};
+  const std::vector<bool> keep = GateDepths(depths, 1.5);
+  EXPECT_EQ(std::count(keep.begin(), keep.end(), true), 6);
+  EXPECT_FALSE(keep.back());
+  EXPECT_EQ(GateDepths({1.0, 9.0, 2.0}, 1.5), std::vector<bool>(3, true));
+}
+
+ObjectFrame FrameWith(const std::vector<Detection>& detections) {
+  ObjectFrame frame;
+  frame.camera = {640, 480, 500, 500, 320, 240, {}, 30};
+  frame.detections = detections;
+  return frame;
+}
+
+TEST(SelectBoxes, DropsFurnitureDoublesAndHugeBoxes) {
+  const ObjectFrame frame = FrameWith({{"cup", 0.6, {100, 100, 40, 40}},
+                                       {"bowl", 0.8, {102, 101, 40, 40}},
+                                       {"dining_table", 0.9, {50, 200, 300, 100}},
+                                       {"tv", 0.9, {5, 5, 600, 400}},
+                                       {"book", 0.1, {300, 300, 50, 50}},
+                                       {"book", 0.5, {400, 300, 50, 50}}});
+  const std::vector<BoxCandidate> boxes = SelectBoxes(frame, DetectionFilterOptions(), 1.5);
+  ASSERT_EQ(boxes.size(), 2u);
+  EXPECT_EQ(boxes[0].detection_index, 1);
+  EXPECT_EQ(boxes[1].detection_index, 5);
+}
+
+TEST(SelectBoxes, MarksEdgesThatTheImageOrAnotherObjectCuts) {
+  ObjectFrame frame = FrameWith({{"tv", 0.9, {0, 100, 200, 200}}, {"cup", 0.9, {120, 220, 110, 130}}});
+  for (int i = 0; i < 5; ++i) {
+    const double x = 20.0 + 20.0 * i;
+    frame.points.push_back({i, {x, 150}, {0.01 * i, 0, 2.0}});
+    frame.points.push_back({10 + i, {190.0 + i, 320}, {0.01 * i, 0, 1.0}});
+  }
+  const std::vector<BoxCandidate> boxes = SelectBoxes(frame, DetectionFilterOptions(), 1.5);
+  ASSERT_EQ(boxes.size(), 2u);
+  EXPECT_EQ(boxes[0].edge_cut, (std::array<bool, 4>{true, false, false, false}));
+  // The cup is nearer and stands before the screen's lower right corner.
+  EXPECT_EQ(boxes[0].edge_hidden, (std::array<bool, 4>{false, false, true, true}));
+  EXPECT_EQ(boxes[1].edge_hidden, (std::array<bool, 4>{false, false, false, false}));
+  EXPECT_EQ(boxes[0].points.size(), 5u);
+  ASSERT_TRUE(boxes[1].centroid.has_value());
+  EXPECT_NEAR(boxes[1].centroid->z(), 1.0, 1e-12);
+}
+
+}  // namespace
+}  // namespace sqslam

@@ -1,0 +1,124 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "slam/objects/joint_refinement.h"
+#include "slam/objects/landmark_geometry.h"
+#include "solid_overlap.h"
+#include "synthetic_desk.h"
+
+namespace sqslam {
+namespace {
+
+using testing::SolidIoU;
+using testing::SyntheticDesk;
+
+TEST(ProjectToBox, EnclosesTheProjectedSurfaceTightly) {
+  const SyntheticDesk desk(1);
+  const Rigid3d T_camera_map = desk.Pose(20).Inverse();
+  for (const SyntheticDesk::Object& object : desk.Objects()) {
+    const auto box = ProjectToBox(object.superquadric, desk.Pose(20), desk.Camera());
+    ASSERT_TRUE(box);
+    Eigen::Vector2d low(1e9, 1e9);
+    Eigen::Vector2d high(-1e9, -1e9);
+    for (int i = 0; i < 160; ++i) {
+      for (int j = 0; j < 320; ++j) {
+        const Eigen::Vector3d p =
+            object.superquadric.shape.PointAt(-M_PI / 2 + M_PI * i / 159, -M_PI + 2 * M_PI * j / 319);
+        const Eigen::Vector2d pixel =
+            desk.Camera().Project(T_camera_map * (object.superquadric.T_map_object * p));
+        low = low.cwiseMin(pixel);
+        high = high.cwiseMax(pixel);
+      }
+    }
+    EXPECT_NEAR(box->x, low.x(), 0.7);
+    EXPECT_NEAR(box->y, low.y(), 0.7);
+    EXPECT_NEAR(box->x + box->width, high.x(), 0.7);
+    EXPECT_NEAR(box->y + box->height, high.y(), 0.7);
+  }
+}
+
+TEST(ProjectToBox, RefusesWhatIsBehindTheCamera) {
+  PosedSuperquadric s;
+  s.T_map_object.translation = {0, 0, -3};
+  EXPECT_FALSE(ProjectToBox(s, Rigid3d(), SyntheticDesk(1).Camera()));
+  s.T_map_object.translation = {0, 0, 0.5};  // the camera is inside
+  EXPECT_FALSE(ProjectToBox(s, Rigid3d(), SyntheticDesk(1).Camera()));
+}
+
+TEST(OverlapOfSmaller, IsOneInsideAndZeroApart) {
+  PosedSuperquadric large;
+  large.shape = {{1, 1, 1}, 1.0, 1.0};
+  PosedSuperquadric small;
+  small.shape = {{0.2, 0.2, 0.2}, 0.1, 0.1};
+  EXPECT_DOUBLE_EQ(OverlapOfSmaller(large, small), 1.0);
+  EXPECT_DOUBLE_EQ(OverlapOfSmaller(small, large), 1.0);
+  small.T_map_object.translation = {3, 0, 0};
+  EXPECT_DOUBLE_EQ(OverlapOfSmaller(large, small), 0.0);
+}
+
+RefinementInput InputOf(const SyntheticDesk& desk, const PosedSuperquadric& truth) {
+  RefinementInput input;
+  input.camera = desk.Camera();
+  input.support_height = 0.0;
+  for (int frame = 0; frame < SyntheticDesk::kFrames; frame += 6) {
+    const auto box = ProjectToBox(truth, desk.Pose(frame), desk.Camera());
+    input.views.push_back({desk.Pose(frame), *box, {true, true, true, true}});
+  }
+  return input;
+}
+
+TEST(RefineJointly, GetsTheSizeOfABoxFromItsSilhouettesAlone) {
+  const SyntheticDesk desk(1);
+  const PosedSuperquadric truth = desk.Objects()[5].superquadric;
+  PosedSuperquadric start = truth;
+  start.shape.half_size = {0.06, 0.06, 0.05};
+  start.shape.e1 = start.shape.e2 = 0.4;
+  start.T_map_object.translation += Eigen::Vector3d(0.02, -0.03, 0.01);
+  RefinementInput input = InputOf(desk, truth);
+  input.yaw = YawEstimate{35.0 * M_PI / 180.0, 1.0};
+  const RefinementResult result = RefineJointly(start, input, RefinementOptions());
+  EXPECT_GT(SolidIoU(result.superquadric, truth), 0.85);
+}
+
+TEST(RefineJointly, FreeSpaceKeepsTheObjectBehindItsPoints) {
+  const SyntheticDesk desk(1);
+  const PosedSuperquadric truth = desk.Objects()[0].superquadric;
+  RefinementInput input = InputOf(desk, truth);
+  for (SilhouetteView& view : input.views) {
+    view.edge_exact = {};  // nothing but the points tells where it ends
+  }
+  const Eigen::Vector3d half = truth.shape.half_size;
+  for (int i = 0; i < 100; ++i) {
+    const Eigen::Vector3d p(half.x() * (-0.9 + 0.2 * (i % 10)), -half.y(),
+                            half.z() * (-0.9 + 0.2 * (i / 10)));
+    input.points.push_back(truth.T_map_object * p);
+    input.point_cameras.push_back(desk.Pose(0).translation);
+  }
+  PosedSuperquadric start = truth;
+  const RefinementResult behind = RefineJointly(start, input, RefinementOptions());
+  // Mirrored at the points: as good a fit to them, but in front.
+  start.T_map_object.translation = truth.T_map_object * Eigen::Vector3d(0.0, -2.0 * half.y(), 0.0);
+  const RefinementResult front = RefineJointly(start, input, RefinementOptions());
+  EXPECT_LT(behind.cost, 0.7 * front.cost);
+}
+
+TEST(RefineJointly, ContactPullsToTheSupportButNotFromFarAbove) {
+  const SyntheticDesk desk(1);
+  PosedSuperquadric truth = desk.Objects()[3].superquadric;
+  const auto bottom = [](const PosedSuperquadric& s) {
+    return s.T_map_object.translation.z() - s.shape.half_size.z();
+  };
+  PosedSuperquadric start = truth;
+  start.shape.half_size.z() *= 0.8;  // its lowest part was never seen
+  EXPECT_NEAR(bottom(RefineJointly(start, InputOf(desk, truth), RefinementOptions()).superquadric), 0.0,
+              0.005);
+  truth = desk.Objects()[5].superquadric;
+  truth.T_map_object.translation.z() += 0.3;  // on a shelf
+  EXPECT_NEAR(bottom(RefineJointly(truth, InputOf(desk, truth), RefinementOptions()).superquadric), 0.3,
+              0.01);
+}
+
+}  // namespace
+}  // namespace sqslam

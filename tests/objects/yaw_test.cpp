@@ -1,0 +1,135 @@
+#include "slam/objects/yaw.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <opencv2/imgproc.hpp>
+#include <random>
+
+#include "slam/objects/line_segments.h"
+
+namespace sqslam {
+namespace {
+
+constexpr double kDeg = std::numbers::pi / 180.0;
+const Camera kCamera{640, 480, 525, 525, 320, 240, {}, 30};
+
+// A camera 1.2 away that looks down on the origin.
+Rigid3d LookAtOrigin(double azimuth, double elevation) {
+  const Eigen::Vector3d centre =
+      1.2 * Eigen::Vector3d(std::cos(azimuth) * std::cos(elevation), std::sin(azimuth) * std::cos(elevation),
+                            std::sin(elevation));
+  Eigen::Matrix3d R;
+  R.col(2) = -centre.normalized();
+  R.col(0) = R.col(2).cross(Eigen::Vector3d::UnitZ()).normalized();
+  R.col(1) = R.col(2).cross(R.col(0));
+  return {Eigen::Quaterniond(R), centre};
+}
+
+// The twelve edges of a box in the image, with noise on the ends.
+std::vector<LineSegment> BoxEdges(const Rigid3d& T_map_camera, double yaw, double noise_px,
+                                  std::mt19937& generator) {
+  std::normal_distribution<double> noise(0.0, noise_px);
+  const Eigen::Vector3d half(0.2, 0.12, 0.1);
+  const Eigen::AngleAxisd R(yaw, Eigen::Vector3d::UnitZ());
+  const auto pixel = [&](int corner) -> Eigen::Vector2d {
+    const Eigen::Vector3d sign((corner & 1) * 2 - 1, (corner & 2) - 1, (corner & 4) / 2 - 1);
+    const double dx = noise(generator);
+    const double dy = noise(generator);
+    return kCamera.Project(T_map_camera.Inverse() * (R * sign.cwiseProduct(half))) + Eigen::Vector2d(dx, dy);
+  };
+  std::vector<LineSegment> lines;
+  for (int corner = 0; corner < 8; ++corner) {
+    for (const int bit : {1, 2, 4}) {
+      if (!(corner & bit)) {
+        lines.push_back({pixel(corner), pixel(corner | bit)});
+      }
+    }
+  }
+  return lines;
+}
+
+double QuarterError(double a, double b) { return std::abs(WrapQuarter(a - b)); }
+
+TEST(YawFromLines, FindsTheYawOfABoxFromItsEdges) {
+  std::mt19937 generator(1);
+  for (const double yaw_deg : {-44.0, -30.0, -7.0, 0.0, 12.5, 33.0, 44.5}) {
+    const Rigid3d T = LookAtOrigin(-1.3, 0.6);
+    const LineView view{T, BoxEdges(T, yaw_deg * kDeg, 0.5, generator)};
+    const auto estimate = YawFromLines({&view, 1}, kCamera, YawOptions());
+    ASSERT_TRUE(estimate) << yaw_deg;
+    EXPECT_LT(QuarterError(estimate->yaw, yaw_deg * kDeg), 1.0 * kDeg) << yaw_deg;
+    EXPECT_GE(estimate->yaw, -std::numbers::pi / 4.0);
+    EXPECT_LT(estimate->yaw, std::numbers::pi / 4.0);
+  }
+}
+
+TEST(YawFromLines, ManyViewsOutvoteClutter) {
+  std::mt19937 generator(2);
+  std::uniform_real_distribution<double> uniform(150.0, 450.0);
+  std::vector<LineView> views;
+  for (int i = 0; i < 8; ++i) {
+    const Rigid3d T = LookAtOrigin(-2.0 + 0.2 * i, 0.6);
+    views.push_back({T, BoxEdges(T, 0.3, 1.0, generator)});
+    for (int j = 0; j < 8; ++j) {
+      views.back().lines.push_back({{uniform(generator), uniform(generator)}, {uniform(generator), 300.0}});
+    }
+  }
+  const auto estimate = YawFromLines(views, kCamera, YawOptions());
+  ASSERT_TRUE(estimate);
+  EXPECT_LT(QuarterError(estimate->yaw, 0.3), 1.0 * kDeg);
+}
+
+TEST(YawFromLines, SaysNothingWithoutLines) {
+  const LineView view{LookAtOrigin(0.0, 0.5), {}};
+  EXPECT_FALSE(YawFromLines({&view, 1}, kCamera, YawOptions()));
+}
+
+TEST(YawFromPoints, FollowsTheLongAxisAndRefusesARoundCloud) {
+  std::mt19937 generator(3);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  std::vector<Eigen::Vector3d> bar;
+  std::vector<Eigen::Vector3d> round;
+  const Eigen::AngleAxisd R(0.4, Eigen::Vector3d::UnitZ());
+  for (int i = 0; i < 4000; ++i) {
+    const double x = uniform(generator);
+    const double y = uniform(generator);
+    bar.push_back(R * Eigen::Vector3d(0.3 * x, 0.1 * y, uniform(generator)));
+    round.push_back({x, y, 0.0});
+  }
+  const auto estimate = YawFromPoints(bar, YawOptions());
+  ASSERT_TRUE(estimate);
+  EXPECT_LT(QuarterError(estimate->yaw, 0.4), 1.0 * kDeg);
+  EXPECT_FALSE(YawFromPoints(round, YawOptions()));
+}
+
+TEST(YawMean, AveragesAcrossTheWrap) {
+  YawMean mean;
+  mean.Add({44.0 * kDeg, 1.0});
+  mean.Add({-44.0 * kDeg, 1.0});
+  EXPECT_LT(QuarterError(mean.Mean(), 45.0 * kDeg), 1e-9);
+  mean.Add({40.0 * kDeg, 2.0});
+  EXPECT_LT(QuarterError(mean.Mean(), 42.5 * kDeg), 0.1 * kDeg);
+  mean.Rotate(10.0 * kDeg);
+  EXPECT_LT(QuarterError(mean.Mean(), 52.5 * kDeg), 0.1 * kDeg);
+  EXPECT_GT(mean.Concentration(), 0.9);
+}
+
+TEST(ExtractLines, FindsTheSidesOfADrawnRectangle) {
+  cv::Mat image(480, 640, CV_8UC1, cv::Scalar(40));
+  cv::rectangle(image, {200, 150}, {420, 300}, cv::Scalar(200), cv::FILLED);
+  const std::vector<LineSegment> lines = ExtractLines(image, kCamera, YawOptions());
+  const std::vector<LineSegment> inside = LinesInBox(lines, {200, 150, 220, 150}, YawOptions());
+  double total = 0.0;
+  for (const LineSegment& line : inside) {
+    total += line.Length();
+  }
+  EXPECT_GE(inside.size(), 4u);
+  EXPECT_NEAR(total, 2 * (220 + 150), 80);
+  EXPECT_TRUE(LinesInBox(lines, {10, 10, 50, 50}, YawOptions()).empty());
+  EXPECT_TRUE(ExtractLines(cv::Mat(), kCamera, YawOptions()).empty());
+}
+
+}  // namespace
+}  // namespace sqslam
