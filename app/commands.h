@@ -4,9 +4,9 @@
 
 namespace sqslam::app {
 
-// Each registers one subcommand with its options and --help text (with examples). The subcommand's callback does the
-// work and throws InputError, UsageError, NoMapError (slam/util/error.h), which main() turns into one line and an
-// exit code; a callback that ends with another exit code stores it in `exit_code`.
+// Each registers one subcommand with its options and --help text (with examples). The subcommand's callback
+// does the work and throws InputError, UsageError, NoMapError (slam/util/error.h), which main() turns into
+// one line and an exit code; a callback that ends with another exit code stores it in `exit_code`.
 void AddRunCommand(CLI::App& app, int& exit_code);
 void AddDemoCommand(CLI::App& app, int& exit_code);
 void AddEvalCommand(CLI::App& app, int& exit_code);

@@ -15,21 +15,26 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 #include <string>
+#include <string_view>
 #include <thread>
 
 namespace sqslam {
 namespace {
 
-// A JPEG that was cut off decodes to a half-grey image without any error, so look for its end marker.
-bool IsCutOffJpeg(const std::vector<unsigned char>& bytes) {
-  constexpr std::array<unsigned char, 2> kStart = {0xFF, 0xD8};
-  constexpr std::array<unsigned char, 2> kEnd = {0xFF, 0xD9};
-  constexpr std::ptrdiff_t kTail = 4096;  // some writers append bytes
-  if (bytes.size() < 4 || !std::equal(kStart.begin(), kStart.end(), bytes.begin())) {
-    return false;
-  }
-  const auto begin = bytes.end() - std::min<std::ptrdiff_t>(kTail, std::ssize(bytes));
-  return std::search(begin, bytes.end(), kEnd.begin(), kEnd.end()) == bytes.end();
+// A file that was cut off can decode to a half-grey image without any error, so look for the format's end
+// marker.
+bool IsCutOff(const std::vector<unsigned char>& bytes) {
+  struct Format {
+    std::string_view start;
+    std::string_view end;
+  };
+  constexpr std::array<Format, 2> kFormats = {{{"\xFF\xD8", "\xFF\xD9"}, {"\x89PNG", "IEND"}}};
+  constexpr std::size_t kTail = 4096;  // some writers append bytes
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  return std::any_of(kFormats.begin(), kFormats.end(), [&](const Format& format) {
+    return text.starts_with(format.start) &&
+           text.substr(text.size() - std::min(kTail, text.size())).find(format.end) == std::string_view::npos;
+  });
 }
 
 struct Decoded {
@@ -43,7 +48,7 @@ Decoded DecodeFile(const std::filesystem::path& path) {
     return {{}, "cannot be opened"};
   }
   const std::vector<unsigned char> bytes{std::istreambuf_iterator<char>(file), {}};
-  if (bytes.empty() || IsCutOffJpeg(bytes)) {
+  if (bytes.empty() || IsCutOff(bytes)) {
     return {{}, bytes.empty() ? "is empty" : "is cut off"};
   }
   try {
@@ -68,7 +73,7 @@ struct FrameSource::Impl {
         range(range_in),
         capacity(static_cast<std::size_t>(std::max(1, decoded_ahead))) {
     if (!sequence.video_path.empty()) {
-      video.open(sequence.video_path.string());
+      video.open(sequence.video_path.string(), cv::CAP_FFMPEG);
     }
     thread = std::jthread([this](const std::stop_token& stop) { Run(stop); });
   }

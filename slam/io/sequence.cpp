@@ -97,7 +97,7 @@ std::vector<SequenceFrame> ListImages(const fs::path& folder, double fps) {
 }
 
 std::vector<SequenceFrame> ListVideo(const fs::path& path) {
-  cv::VideoCapture video(path.string());
+  cv::VideoCapture video(path.string(), cv::CAP_FFMPEG);
   const double count = video.isOpened() ? video.get(cv::CAP_PROP_FRAME_COUNT) : 0.0;
   const double fps = video.isOpened() ? video.get(cv::CAP_PROP_FPS) : 0.0;
   if (!(count >= 1.0) || !(fps > 0.0)) {

@@ -1,0 +1,69 @@
+#include <fmt/format.h>
+
+#include <memory>
+#include <numbers>
+#include <string>
+
+#include "app/commands.h"
+#include "app/map_file.h"
+#include "slam/io/recording.h"
+
+namespace sqslam::app {
+namespace {
+
+void PrintObjects(const MapSnapshot& snapshot) {
+  if (snapshot.objects.empty()) {
+    return;
+  }
+  fmt::print("{:>4} {:<16} {:>5} {:>5} {:>6}  {:<24} {:<22} {:>5} {:>5} {:>7}\n", "id", "label", "score",
+             "seen", "points", "center", "half size", "e1", "e2", "yaw");
+  for (const SnapshotObject& object : snapshot.objects) {
+    const Superquadric& shape = object.superquadric.shape;
+    const Eigen::Vector3d& center = object.superquadric.T_map_object.translation;
+    fmt::print(
+        "{:>4} {:<16} {:>5.2f} {:>5} {:>6}  {:<24} {:<22} {:>5.2f} {:>5.2f} {:>5.0f}\u00b0\n", object.id,
+        object.label, object.score, object.observations, object.points,
+        fmt::format("{:.3f} {:.3f} {:.3f}", center.x(), center.y(), center.z()),
+        fmt::format("{:.3f} {:.3f} {:.3f}", shape.half_size.x(), shape.half_size.y(), shape.half_size.z()),
+        shape.e1, shape.e2, object.yaw * 180.0 / std::numbers::pi);
+  }
+}
+
+void PrintInfo(const std::filesystem::path& path, bool config) {
+  const RecordingReader reader(path);
+  if (config) {
+    fmt::print("{}", reader.Info().config);
+    return;
+  }
+  fmt::print("map        {}\nsequence   {}\nwritten by sqslam {}\nsnapshots  {}\n", path.string(),
+             reader.Info().sequence_path, reader.Info().program_version, reader.Size());
+  if (reader.Size() == 0) {
+    return;
+  }
+  const MapSnapshotPtr last = reader.Last();
+  fmt::print("frames     {} to {}, the last at {:.3f} s\nkeyframes  {}\npoints     {}\n",
+             reader.FrameIndex(0), last->frame_index, last->timestamp, last->keyframes.size(),
+             last->points.size());
+  fmt::print("camera     {}x{}, fx {:.1f}, fy {:.1f}\nup         {}\nobjects    {}\n", last->camera.width,
+             last->camera.height, last->camera.fx, last->camera.fy,
+             last->gravity_known ? "known" : "not known", last->objects.size());
+  PrintObjects(*last);
+}
+
+}  // namespace
+
+void AddInfoCommand(CLI::App& app, int&) {
+  struct Arguments {
+    std::string map;
+    bool config = false;
+  };
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* info = app.add_subcommand("info", "Say what is in a map");
+  info->footer(
+      "\nExamples:\n  sqslam info out/kitchen/map.sqmap\n  sqslam info out/kitchen --config > again.yaml\n");
+  info->add_option("MAP", arguments->map, "map.sqmap, or the result folder that holds it")->required();
+  info->add_flag("--config", arguments->config, "Print the options the map was made with, as YAML");
+  info->callback([arguments] { PrintInfo(MapFile(arguments->map), arguments->config); });
+}
+
+}  // namespace sqslam::app

@@ -1,0 +1,38 @@
+#include "app/progress.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+
+namespace sqslam::app {
+
+Progress::Progress(std::int64_t total, bool quiet)
+    : total_(std::max<std::int64_t>(total, 1)), quiet_(quiet), terminal_(::isatty(STDERR_FILENO) == 1) {}
+
+void Progress::Update(std::int64_t done, const std::string& state) {
+  const auto interval = terminal_ ? std::chrono::milliseconds(200) : std::chrono::milliseconds(5000);
+  const Clock::time_point now = Clock::now();
+  if (quiet_ || now - last_ < interval) {
+    return;
+  }
+  last_ = now;
+  const double seconds = std::chrono::duration<double>(now - start_).count();
+  const double rate = static_cast<double>(done) / seconds;
+  const auto left = static_cast<std::int64_t>(static_cast<double>(total_ - done) / std::max(rate, 1e-3));
+  const std::string line = fmt::format("{:3}%  frame {}/{}  {:.1f} fps  {}:{:02} left  {}",
+                                       100 * done / total_, done, total_, rate, left / 60, left % 60, state);
+  fmt::print(stderr, "{}{}{}", terminal_ ? "\r" : "", line, terminal_ ? "\033[K" : "\n");
+  std::fflush(stderr);
+  line_open_ = terminal_;
+}
+
+void Progress::Finish() {
+  if (line_open_) {
+    fmt::print(stderr, "\r\033[K");
+    line_open_ = false;
+  }
+}
+
+}  // namespace sqslam::app

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+namespace sqslam::app {
+
+// One line on stderr that says how far a run is: rewritten in place on a terminal, a new line every few
+// seconds in a log file, nothing where quiet.
+class Progress {
+ public:
+  Progress(std::int64_t total, bool quiet);
+
+  void Update(std::int64_t done, const std::string& state);
+  void Finish();  // leaves the terminal's cursor on a line of its own
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  std::int64_t total_;
+  bool quiet_;
+  bool terminal_;
+  bool line_open_ = false;
+  Clock::time_point start_ = Clock::now();
+  Clock::time_point last_ = start_;
+};
+
+}  // namespace sqslam::app

@@ -1,0 +1,174 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cctype>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/commands.h"
+#include "app/run_pipeline.h"
+#include "slam/io/atomic_file.h"
+#include "slam/util/error.h"
+#include "slam/util/options.h"
+
+namespace sqslam::app {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* kExamples = R"(
+Examples:
+  sqslam run data/kitchen                        a folder with rgb.txt, camera.yaml and boxes.txt
+  sqslam run data/kitchen --output out/k1 --frames 300 --deterministic
+  sqslam run photos/ --camera phone.yaml --detections boxes/
+  sqslam run film.mp4 --camera phone.yaml --set tracking.features.count=1500
+  sqslam run --dump-config > my.yaml             every option with its default
+)";
+
+// What the command line says, before it makes sense.
+struct RunArguments {
+  std::string input;
+  std::string format = "auto";
+  std::string camera;
+  std::string config;
+  std::vector<std::string> set;
+  std::string detections;
+  std::string output;
+  std::int64_t start = 0;
+  std::int64_t frames = std::numeric_limits<std::int64_t>::max();
+  std::int64_t stride = 1;
+  bool deterministic = false;
+  std::int64_t seed = -1;
+  bool realtime = false;
+  std::string representation = "superquadric";
+  std::string association;
+  std::string video;
+  bool no_render = false;
+  bool quiet = false;
+  bool dump_config = false;
+};
+
+SequenceFormat ParseFormat(const std::string& name) {
+  static const std::map<std::string, SequenceFormat> kFormats = {{"auto", SequenceFormat::kAuto},
+                                                                 {"tum", SequenceFormat::kTum},
+                                                                 {"images", SequenceFormat::kImages},
+                                                                 {"video", SequenceFormat::kVideo}};
+  const auto it = kFormats.find(name);
+  if (it == kFormats.end()) {
+    throw UsageError(
+        fmt::format("--format {}: not read by this version, expected auto, tum, images or video", name));
+  }
+  return it->second;
+}
+
+SystemOptions MakeOptions(const RunArguments& arguments) {
+  SystemOptions options;
+  if (!arguments.config.empty()) {
+    LoadOptions(arguments.config, options);
+  }
+  for (const std::string& assignment : arguments.set) {
+    SetOption(assignment, options);
+  }
+  options.deterministic = options.deterministic || arguments.deterministic;
+  options.seed = arguments.seed >= 0 ? arguments.seed : options.seed;
+  if (!arguments.association.empty()) {
+    options.objects.association.method = arguments.association;
+  }
+  CheckOptions(options);
+  return options;
+}
+
+// The name of the sequence, for the default result folder: that of the folder even for "." or
+// "data/kitchen/".
+std::string NameOf(const fs::path& input) {
+  const fs::path path = fs::absolute(input).lexically_normal();
+  const std::string name =
+      path.has_filename() ? path.stem().string() : path.parent_path().filename().string();
+  return name.empty() ? "run" : name;
+}
+
+RunRequest MakeRequest(const RunArguments& arguments) {
+  const bool is_number =
+      !arguments.input.empty() && std::all_of(arguments.input.begin(), arguments.input.end(),
+                                              [](unsigned char c) { return std::isdigit(c) != 0; });
+  if (is_number && !fs::exists(arguments.input)) {
+    throw UsageError(fmt::format(
+        "{}: live cameras are not read by this version, expected a folder or a video", arguments.input));
+  }
+  RunRequest request;
+  request.sequence = {arguments.input, ParseFormat(arguments.format), arguments.camera, arguments.detections};
+  request.range = {arguments.start, arguments.frames, arguments.stride};
+  request.output = arguments.output.empty() ? FreeResultFolder("out", NameOf(arguments.input))
+                                            : fs::path(arguments.output);
+  request.options = MakeOptions(arguments);
+  request.representation = arguments.representation;
+  request.video = arguments.video;
+  request.realtime = arguments.realtime;
+  request.render = !arguments.no_render;
+  request.quiet = arguments.quiet;
+  return request;
+}
+
+void Print(const RunSummary& summary) {
+  const RunStats& stats = summary.stats;
+  fmt::print("{} of {} frames tracked, {} keyframes, {} points, {} objects in {:.1f} s\nresult: {}\n",
+             stats.tracked, stats.frames, stats.keyframes, stats.points, stats.objects, stats.wall_seconds,
+             summary.output.string());
+}
+
+void Run(const RunArguments& arguments, int& exit_code) {
+  if (arguments.dump_config) {
+    fmt::print("{}", DumpOptions(MakeOptions(arguments)));
+    return;
+  }
+  if (arguments.input.empty()) {
+    throw UsageError("run: INPUT is missing, expected a sequence folder, an image folder or a video");
+  }
+  const RunSummary summary = RunPipeline(MakeRequest(arguments));
+  if (!arguments.quiet) {
+    Print(summary);
+  }
+  if (summary.interrupted) {
+    fmt::print(stderr, "sqslam: interrupted; what had been mapped is in {}\n", summary.output.string());
+    exit_code = 130;
+  }
+}
+
+}  // namespace
+
+void AddRunCommand(CLI::App& app, int& exit_code) {
+  const auto arguments = std::make_shared<RunArguments>();
+  RunArguments& a = *arguments;
+  CLI::App* run = app.add_subcommand("run", "Map an image sequence: objects, points, trajectory, pictures");
+  run->footer(kExamples);
+  run->add_option("INPUT", a.input,
+                  "Sequence folder (rgb.txt, camera.yaml, boxes.txt), image folder or video");
+  run->add_option("--format", a.format, "How INPUT is laid out")
+      ->check(CLI::IsMember({"auto", "tum", "icl-nuim", "scenes-v2", "7-scenes", "images", "video"}))
+      ->capture_default_str();
+  run->add_option("--camera", a.camera, "Calibration; default: camera.yaml in the sequence folder");
+  run->add_option("--config", a.config, "Options of the pipeline (YAML, see configs/default.yaml)");
+  run->add_option("--set", a.set, "Override one option, key=value; may be repeated")->expected(1)->take_all();
+  run->add_option("--detections", a.detections, "boxes.txt, or a folder with one TIMESTAMP.txt a frame");
+  run->add_option("--output", a.output, "Result folder; default: out/NAME, out/NAME-2, ...");
+  run->add_option("--start", a.start, "First frame")->check(CLI::NonNegativeNumber);
+  run->add_option("--frames", a.frames, "Number of frames at most; default: all")->check(CLI::PositiveNumber);
+  run->add_option("--stride", a.stride, "Take every n-th frame")->check(CLI::PositiveNumber);
+  run->add_flag("--deterministic", a.deterministic, "Track and map in turn: the same result from run to run");
+  run->add_option("--seed", a.seed, "Seed of every random source")->check(CLI::NonNegativeNumber);
+  run->add_flag("--realtime", a.realtime, "Play at the sequence's own speed and drop frames that come late");
+  run->add_option("--representation", a.representation, "How objects are drawn and written")
+      ->check(CLI::IsMember({"superquadric", "quadric", "cuboid"}))
+      ->capture_default_str();
+  run->add_option("--association", a.association, "Which tests associate boxes with objects")
+      ->check(CLI::IsMember({"full", "iou", "iou+points", "iou+ttest"}));
+  run->add_option("--video", a.video, "Also make a video of the map's growth (.mp4)");
+  run->add_flag("--no-render", a.no_render, "No pictures and no report");
+  run->add_flag("--quiet", a.quiet, "No progress and no summary; warnings and errors stay");
+  run->add_flag("--dump-config", a.dump_config, "Print all options as they would be used, and end");
+  run->callback([arguments, &exit_code] { Run(*arguments, exit_code); });
+}
+
+}  // namespace sqslam::app

@@ -1,0 +1,238 @@
+#include "app/run_pipeline.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+#include "app/interrupt.h"
+#include "app/progress.h"
+#include "slam/io/atomic_file.h"
+#include "slam/io/recording.h"
+#include "slam/io/trajectory.h"
+#include "slam/system.h"
+#include "slam/util/error.h"
+#include "slam/util/options.h"
+
+namespace sqslam::app {
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+namespace {
+
+double SecondsSince(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+double PeakMemoryMib() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024.0;
+}
+
+// The same map with its objects as ellipsoids or cuboids of the same half sizes.
+MapSnapshotPtr Represent(MapSnapshotPtr snapshot, const std::string& representation) {
+  if (!snapshot || representation == "superquadric") {
+    return snapshot;
+  }
+  MapSnapshot copy = *snapshot;
+  for (SnapshotObject& object : copy.objects) {
+    Superquadric& shape = object.superquadric.shape;
+    shape.e1 = shape.e2 = representation == "quadric" ? 1.0 : kMinShapeExponent;
+  }
+  return std::make_shared<const MapSnapshot>(std::move(copy));
+}
+
+// Takes snapshots from the mapping thread. A disk that fills up must not end that thread: the failure is kept
+// for the main thread, which then stops the run and saves the rest.
+class Recorder {
+ public:
+  Recorder(const fs::path& path, const RecordingInfo& info, std::string representation)
+      : writer_(path, info), representation_(std::move(representation)) {}
+
+  void Add(const MapSnapshotPtr& snapshot) {
+    if (failed_) {
+      return;
+    }
+    try {
+      writer_.Add(*Represent(snapshot, representation_));
+    } catch (const InputError& e) {
+      const std::lock_guard lock(mutex_);
+      failure_ = e.what();
+      failed_ = true;
+    }
+    keyframes_ = static_cast<int>(snapshot->keyframes.size());
+    objects_ = static_cast<int>(snapshot->objects.size());
+  }
+
+  void Close() {
+    if (!failed_) {
+      writer_.Close();
+      return;
+    }
+    const std::lock_guard lock(mutex_);
+    throw InputError(failure_);
+  }
+
+  bool Failed() const { return failed_; }
+  std::string State() const { return fmt::format("{} keyframes, {} objects", keyframes_, objects_); }
+
+ private:
+  RecordingWriter writer_;
+  std::string representation_;
+  std::atomic<bool> failed_ = false;
+  std::atomic<int> keyframes_ = 0;
+  std::atomic<int> objects_ = 0;
+  std::mutex mutex_;
+  std::string failure_;  // guarded by mutex_
+};
+
+// Tells which frames to drop where a run has to keep up with the clock.
+class Pace {
+ public:
+  Pace(bool realtime, double frame_seconds) : realtime_(realtime), frame_seconds_(frame_seconds) {}
+
+  // Waits for the frame's time; false where it is more than a frame too late.
+  bool Admit(double timestamp) {
+    if (!realtime_) {
+      return true;
+    }
+    if (!first_timestamp_) {
+      first_timestamp_ = timestamp;
+      start_ = Clock::now();
+    }
+    const double early = (timestamp - *first_timestamp_) - SecondsSince(start_);
+    if (early > 0.0) {
+      std::this_thread::sleep_for(std::chrono::duration<double>(early));
+    }
+    return early > -frame_seconds_;
+  }
+
+ private:
+  bool realtime_;
+  double frame_seconds_;
+  std::optional<double> first_timestamp_;
+  Clock::time_point start_;
+};
+
+// Runs every step even if one fails, so that a full disk costs no more than it must; the first failure is
+// thrown at the end.
+void RunAll(const std::vector<std::function<void()>>& steps) {
+  std::optional<std::string> failure;
+  for (const auto& step : steps) {
+    try {
+      step();
+    } catch (const InputError& e) {
+      failure = failure.value_or(e.what());
+    }
+  }
+  if (failure) {
+    throw InputError(*failure);
+  }
+}
+
+RunStats MakeStats(const RunResult& result, const FrameSource& source, double wall_seconds,
+                   bool interrupted) {
+  RunStats stats;
+  stats.frames = result.frames;
+  stats.skipped = source.Skipped();
+  stats.tracked = result.tracked;
+  stats.keyframes = static_cast<int>(result.keyframes.size());
+  if (result.map) {
+    stats.points = static_cast<int>(result.map->points.size());
+    stats.objects = static_cast<int>(result.map->objects.size());
+  }
+  stats.resets = result.resets;
+  stats.losses = result.losses;
+  stats.recoveries = result.recoveries;
+  stats.interrupted = interrupted;
+  stats.wall_seconds = wall_seconds;
+  stats.peak_memory_mib = PeakMemoryMib();
+  stats.timing_ms = result.timing_ms;
+  return stats;
+}
+
+void CheckRequest(const RunRequest& request, const Sequence& sequence) {
+  if (request.range.SizeIn(sequence) <= 0) {
+    throw UsageError(
+        fmt::format("--start {} --frames {}: nothing left, expected a part of the sequence's {} frames",
+                    request.range.start, request.range.count, sequence.frames.size()));
+  }
+  if (!sequence.has_detections) {
+    spdlog::warn("{}: no boxes.txt and no --detections, so the map will hold no objects",
+                 sequence.path.string());
+  }
+}
+
+// Plays the frames into the system until they end, Ctrl-C, or a failed recorder.
+void Play(const RunRequest& request, const Sequence& sequence, const Recorder& recorder,
+          const InterruptGuard& interrupt, FrameSource& source, System& system) {
+  const std::int64_t total = request.range.SizeIn(sequence);
+  Progress progress(total, request.quiet);
+  Pace pace(request.realtime, 1.0 / sequence.camera.fps);
+  while (!interrupt.Interrupted() && !recorder.Failed()) {
+    const std::optional<Frame> frame = source.Next();
+    if (!frame) {
+      break;
+    }
+    if (!pace.Admit(frame->timestamp)) {
+      continue;
+    }
+    const TrackingState state = system.Process(*frame);
+    const std::string text = state == TrackingState::kTracking ? recorder.State()
+                             : state == TrackingState::kLost   ? "lost"
+                                                               : "waiting for motion";
+    progress.Update((frame->index - request.range.start) / request.range.stride + 1, text);
+  }
+  progress.Finish();
+}
+
+}  // namespace
+
+RunSummary RunPipeline(const RunRequest& request) {
+  CheckOptions(request.options);
+  const Sequence sequence = OpenSequence(request.sequence);
+  CheckRequest(request, sequence);
+  CreateResultFolder(request.output);
+
+  const Clock::time_point start = Clock::now();
+  const InterruptGuard interrupt;
+  Recorder recorder(request.output / "map.sqmap",
+                    {sequence.path.string(), SQSLAM_VERSION, DumpOptions(request.options)},
+                    request.representation);
+  FrameSource source(sequence, request.range);
+  System system(sequence.camera, request.options,
+                [&recorder](const MapSnapshotPtr& snapshot) { recorder.Add(snapshot); });
+  Play(request, sequence, recorder, interrupt, source, system);
+  RunResult result = system.Finish();
+  result.map = Represent(result.map, request.representation);
+
+  RunSummary summary{request.output, MakeStats(result, source, SecondsSince(start), interrupt.Interrupted()),
+                     interrupt.Interrupted()};
+  const auto write_stats = [&] { WriteStats(request.output / "stats.json", summary.stats); };
+  if (!result.map) {
+    RunAll({[&] { recorder.Close(); }, write_stats});
+    if (summary.stats.frames == 0 && !summary.interrupted) {
+      throw InputError(fmt::format(
+          "{}: none of the {} images could be used, expected readable images of {}x{}",
+          sequence.path.string(), source.Skipped(), sequence.camera.width, sequence.camera.height));
+    }
+    if (summary.interrupted) {
+      return summary;
+    }
+    throw NoMapError(fmt::format("{}: no map: {}", sequence.path.string(), result.no_map_reason));
+  }
+  RunAll({[&] { WriteTrajectory(request.output / "trajectory.txt", result.trajectory); },
+          [&] { WriteTrajectory(request.output / "keyframes.txt", result.keyframes); },
+          [&] { WritePoints(request.output / "points.ply", result.map->points); },
+          [&] { WriteObjects(request.output / "objects.json", result.map->objects); }, write_stats,
+          [&] { recorder.Close(); }});
+  return summary;
+}
+
+}  // namespace sqslam::app
