@@ -42,7 +42,7 @@ int ParseAndRun(int argc, char** argv) {
   int exit_code = 0;
   CLI::App app("Object SLAM from one camera: a map of superquadrics, with pictures", "sqslam");
   app.footer(kExamples);
-  app.set_version_flag("--version", sqslam::app::VersionText());
+  app.set_version_flag("--version", [] { return sqslam::app::VersionText(); });
   app.require_subcommand(1);
   app.get_formatter()->column_width(36);
 #ifdef SQSLAM_WITH_DEMO
