@@ -141,7 +141,7 @@ TEST_F(BadInput, SingleBadFramesAreSkippedAndTheRestIsMapped) {
   EXPECT_THAT(run.err, HasSubstr("frame 40 skipped: " + sequence.Image(40).string() + " cannot be opened"));
   EXPECT_THAT(run.err,
               HasSubstr("frame 45 skipped: " + sequence.Image(45).string() + " is no readable image"));
-  EXPECT_THAT(run.err, HasSubstr("0050.jpg is 32x24, expected the camera's 640x480"));
+  EXPECT_THAT(run.err, HasSubstr("0050.jpg is 32x24, expected the camera's 320x240"));
   const RunStats stats = ReadStats(Output() / "stats.json");
   EXPECT_EQ(stats.skipped, 3);
   EXPECT_EQ(stats.frames, kPathFrames - 3);
