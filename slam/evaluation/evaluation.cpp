@@ -1,0 +1,107 @@
+#include "slam/evaluation/evaluation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "slam/io/result_files.h"
+#include "slam/util/error.h"
+
+namespace sqslam {
+namespace {
+
+void Summarize(Evaluation& evaluation) {
+  int matched = 0;
+  for (const GroundTruthObject& object : evaluation.truth) {
+    evaluation.scored += object.scored ? 1 : 0;
+  }
+  for (const ObjectMatch& match : evaluation.objects.matches) {
+    ++matched;
+    evaluation.mean_iou += match.iou;
+    evaluation.mean_iou_ellipsoid += match.iou_ellipsoid;
+    if (evaluation.truth[static_cast<std::size_t>(match.truth)].scored) {
+      ++evaluation.scored_matched;
+      evaluation.mean_iou_scored += match.iou;
+      evaluation.mean_iou_scored_ellipsoid += match.iou_ellipsoid;
+    }
+  }
+  evaluation.mean_iou /= std::max(1, matched);
+  evaluation.mean_iou_ellipsoid /= std::max(1, matched);
+  evaluation.mean_iou_scored /= std::max(1, evaluation.scored_matched);
+  evaluation.mean_iou_scored_ellipsoid /= std::max(1, evaluation.scored_matched);
+}
+
+std::vector<CoverageCount> CountCoverage(const Evaluation& evaluation) {
+  std::vector<CoverageCount> coverage;
+  for (const int min_detections : {20, 60}) {
+    CoverageCount count{min_detections, 0, 0};
+    const auto qualifies = [&](int truth) {
+      return evaluation.truth[static_cast<std::size_t>(truth)].detections >= min_detections;
+    };
+    for (const ObjectMatch& match : evaluation.objects.matches) {
+      count.mapped += qualifies(match.truth) ? 1 : 0;
+    }
+    count.total = count.mapped + static_cast<int>(std::count_if(evaluation.objects.missed.begin(),
+                                                                evaluation.objects.missed.end(), qualifies));
+    coverage.push_back(count);
+  }
+  return coverage;
+}
+
+std::string TimeSpan(const Trajectory& trajectory) {
+  return trajectory.empty() ? "no poses"
+                            : fmt::format("{} poses from {:.3f} s to {:.3f} s", trajectory.size(),
+                                          trajectory.front().timestamp, trajectory.back().timestamp);
+}
+
+}  // namespace
+
+Evaluation Evaluate(const Trajectory& estimated, const std::vector<SnapshotObject>& mapped,
+                    const GroundTruth& truth, const EvaluationOptions& options, const std::string& where) {
+  const auto error = ComputeTrajectoryError(estimated, truth.trajectory, options.max_time_difference);
+  if (!error) {
+    throw InputError(
+        fmt::format("{}: cannot be aligned ({}; ground truth: {}), expected at least three poses at the same "
+                    "times that do not lie "
+                    "on one line",
+                    where, TimeSpan(estimated), TimeSpan(truth.trajectory)));
+  }
+  Evaluation evaluation;
+  evaluation.frames = truth.frames;
+  evaluation.tracked = static_cast<int>(estimated.size());
+  evaluation.tracked_share = truth.frames > 0 ? static_cast<double>(evaluation.tracked) / truth.frames : 0.0;
+  evaluation.trajectory = *error;
+  evaluation.mapped = mapped;
+  const Sim3d S_map_world = error->S_world_map.Inverse();
+  for (const TimedPose& pose : truth.trajectory) {
+    evaluation.truth_positions_map.push_back(S_map_world * pose.T_map_camera.translation);
+  }
+  if (truth.has_objects) {
+    evaluation.has_objects = true;
+    evaluation.has_detection_counts = truth.has_detection_counts;
+    evaluation.has_scored = truth.has_scored;
+    evaluation.truth = truth.objects;
+    evaluation.objects = MatchObjects(mapped, truth.objects, error->S_world_map, options.matching);
+    Summarize(evaluation);
+    if (truth.has_detection_counts) {
+      evaluation.coverage = CountCoverage(evaluation);
+    }
+  }
+  return evaluation;
+}
+
+Evaluation EvaluateResult(const std::filesystem::path& result, const std::filesystem::path& sequence,
+                          const EvaluationOptions& options) {
+  if (!std::filesystem::is_directory(result)) {
+    throw InputError(fmt::format("{}: no such folder; expected the result folder of a run", result.string()));
+  }
+  const std::filesystem::path trajectory = result / "trajectory.txt";
+  const Trajectory estimated = ReadTrajectory(trajectory);
+  const std::vector<SnapshotObject> mapped = ReadObjects(result / "objects.json");
+  Evaluation evaluation =
+      Evaluate(estimated, mapped, ReadGroundTruth(sequence), options, trajectory.string());
+  evaluation.sequence = sequence.string();
+  return evaluation;
+}
+
+}  // namespace sqslam

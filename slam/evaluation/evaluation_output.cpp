@@ -1,0 +1,202 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "slam/evaluation/evaluation.h"
+#include "slam/io/atomic_file.h"
+
+namespace sqslam {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+
+const GroundTruthObject& TruthOf(const Evaluation& evaluation, int index) {
+  return evaluation.truth[static_cast<std::size_t>(index)];
+}
+
+const SnapshotObject& MappedOf(const Evaluation& evaluation, int index) {
+  return evaluation.mapped[static_cast<std::size_t>(index)];
+}
+
+std::string NameOf(const GroundTruthObject& object) {
+  return object.name.empty() ? object.label : object.name;
+}
+
+ordered_json Numbers(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+ordered_json TrajectoryJson(const Evaluation& evaluation) {
+  const TrajectoryError& error = evaluation.trajectory;
+  const Eigen::Quaterniond& q = error.S_world_map.rotation;
+  return {{"ate_rmse", error.rmse},
+          {"ate_mean", error.mean},
+          {"ate_median", error.median},
+          {"ate_max", error.max},
+          {"pairs", error.pairs},
+          {"path_length", error.path_length},
+          {"ate_share_of_path", error.path_length > 0.0 ? error.rmse / error.path_length : 0.0},
+          {"S_world_map",
+           {{"scale", error.S_world_map.scale},
+            {"rotation", {q.x(), q.y(), q.z(), q.w()}},
+            {"translation", Numbers(error.S_world_map.translation)}}}};
+}
+
+ordered_json ObjectsJson(const Evaluation& evaluation) {
+  ordered_json matched = ordered_json::array();
+  for (const ObjectMatch& match : evaluation.objects.matches) {
+    const GroundTruthObject& truth = TruthOf(evaluation, match.truth);
+    const SnapshotObject& mapped = MappedOf(evaluation, match.mapped);
+    ordered_json entry = {{"ground_truth", truth.id},     {"name", NameOf(truth)},
+                          {"label", truth.label},         {"detections", truth.detections},
+                          {"scored", truth.scored},       {"object", mapped.id},
+                          {"object_label", mapped.label}, {"label_agrees", match.label_agrees}};
+    entry.update({{"iou", match.iou},
+                  {"iou_ellipsoid", match.iou_ellipsoid},
+                  {"center_error", match.center_error},
+                  {"size_error", match.size_error},
+                  {"tilt_error", match.tilt_error},
+                  {"yaw_error", match.yaw_error}});
+    matched.push_back(std::move(entry));
+  }
+  ordered_json missed = ordered_json::array();
+  for (const int index : evaluation.objects.missed) {
+    const GroundTruthObject& truth = TruthOf(evaluation, index);
+    missed.push_back({{"ground_truth", truth.id},
+                      {"name", NameOf(truth)},
+                      {"label", truth.label},
+                      {"detections", truth.detections},
+                      {"scored", truth.scored}});
+  }
+  ordered_json extra = ordered_json::array();
+  for (const int index : evaluation.objects.extra) {
+    extra.push_back(
+        {{"object", MappedOf(evaluation, index).id}, {"label", MappedOf(evaluation, index).label}});
+  }
+  ordered_json doubles = ordered_json::array();
+  for (const ObjectDouble& twice : evaluation.objects.doubles) {
+    doubles.push_back({{"object", MappedOf(evaluation, twice.mapped).id},
+                       {"ground_truth", TruthOf(evaluation, twice.truth).id}});
+  }
+  return {{"matched", matched}, {"missed", missed}, {"extra", extra}, {"doubles", doubles}};
+}
+
+ordered_json SummaryJson(const Evaluation& evaluation) {
+  const ObjectMatching& objects = evaluation.objects;
+  const auto agreeing = std::count_if(objects.matches.begin(), objects.matches.end(),
+                                      [](const ObjectMatch& match) { return match.label_agrees; });
+  ordered_json summary = {{"ground_truth", evaluation.truth.size()},
+                          {"mapped", evaluation.mapped.size()},
+                          {"matched", objects.matches.size()},
+                          {"missed", objects.missed.size()},
+                          {"extra", objects.extra.size()},
+                          {"doubles", objects.doubles.size()},
+                          {"labels_agree", agreeing},
+                          {"mean_iou", evaluation.mean_iou},
+                          {"mean_iou_ellipsoid", evaluation.mean_iou_ellipsoid}};
+  if (evaluation.has_scored) {
+    summary["scored"] = evaluation.scored;
+    summary["scored_matched"] = evaluation.scored_matched;
+    summary["mean_iou_scored"] = evaluation.mean_iou_scored;
+    summary["mean_iou_scored_ellipsoid"] = evaluation.mean_iou_scored_ellipsoid;
+  }
+  summary["coverage"] = ordered_json::array();
+  for (const CoverageCount& count : evaluation.coverage) {
+    summary["coverage"].push_back(
+        {{"min_detections", count.min_detections}, {"mapped", count.mapped}, {"total", count.total}});
+  }
+  return summary;
+}
+
+// At most 500 of the positions, evenly taken: enough for a plot.
+ordered_json PositionsJson(const std::vector<Eigen::Vector3d>& positions) {
+  const std::size_t step = std::max<std::size_t>(1, (positions.size() + 499) / 500);
+  ordered_json list = ordered_json::array();
+  for (std::size_t i = 0; i < positions.size(); i += step) {
+    list.push_back(Numbers(positions[i]));
+  }
+  return list;
+}
+
+void FormatObjectTable(const Evaluation& evaluation, std::back_insert_iterator<std::string> out) {
+  fmt::format_to(out, "\n  {:<22} {:<16} {:>6} {:>6} {:>8} {:>9} {:>9} {:>6} {:>6}\n", "ground truth",
+                 "mapped as", "boxes", "IoU", "ellips.", "centre m", "size m", "tilt°", "yaw°");
+  for (const ObjectMatch& match : evaluation.objects.matches) {
+    const GroundTruthObject& truth = TruthOf(evaluation, match.truth);
+    const SnapshotObject& mapped = MappedOf(evaluation, match.mapped);
+    fmt::format_to(out, "  {:<22} {:<16} {:>6} {:>6.3f} {:>8.3f} {:>9.4f} {:>9.4f} {:>6.1f} {:>6.1f}{}\n",
+                   fmt::format("{} {}", truth.id, NameOf(truth)),
+                   fmt::format("{} {}", mapped.id, mapped.label), truth.detections, match.iou,
+                   match.iou_ellipsoid, match.center_error, match.size_error, match.tilt_error * kDegrees,
+                   match.yaw_error * kDegrees, evaluation.has_scored && truth.scored ? "  scored" : "");
+  }
+  for (const int index : evaluation.objects.missed) {
+    const GroundTruthObject& truth = TruthOf(evaluation, index);
+    fmt::format_to(out, "  {:<22} {:<16} {:>6}{}\n", fmt::format("{} {}", truth.id, NameOf(truth)), "missed",
+                   truth.detections, evaluation.has_scored && truth.scored ? "  scored" : "");
+  }
+  for (const ObjectDouble& twice : evaluation.objects.doubles) {
+    fmt::format_to(out, "  {:<22} {} {}\n", fmt::format("{} again", TruthOf(evaluation, twice.truth).id),
+                   MappedOf(evaluation, twice.mapped).id, MappedOf(evaluation, twice.mapped).label);
+  }
+  for (const int index : evaluation.objects.extra) {
+    fmt::format_to(out, "  {:<22} {} {}\n", "(extra)", MappedOf(evaluation, index).id,
+                   MappedOf(evaluation, index).label);
+  }
+}
+
+}  // namespace
+
+std::string FormatEvaluation(const Evaluation& evaluation) {
+  std::string text;
+  const auto out = std::back_inserter(text);
+  const TrajectoryError& error = evaluation.trajectory;
+  fmt::format_to(out, "frames tracked     {} of {} ({:.1f} %)\n", evaluation.tracked, evaluation.frames,
+                 100.0 * evaluation.tracked_share);
+  fmt::format_to(out, "ATE RMSE           {:.4f} m (median {:.4f}, max {:.4f}; {} poses, Sim(3) alignment)\n",
+                 error.rmse, error.median, error.max, error.pairs);
+  fmt::format_to(out, "path length        {:.2f} m; ATE is {:.2f} % of it\n", error.path_length,
+                 error.path_length > 0.0 ? 100.0 * error.rmse / error.path_length : 0.0);
+  if (!evaluation.has_objects) {
+    fmt::format_to(out, "objects            {} mapped; the sequence has no objects_gt.json\n",
+                   evaluation.mapped.size());
+    return text;
+  }
+  const ObjectMatching& objects = evaluation.objects;
+  fmt::format_to(out, "objects            {} matched, {} missed, {} extra, {} doubles\n",
+                 objects.matches.size(), objects.missed.size(), objects.extra.size(), objects.doubles.size());
+  for (const CoverageCount& count : evaluation.coverage) {
+    fmt::format_to(out, "  with {} or more detections mapped: {} of {}\n", count.min_detections, count.mapped,
+                   count.total);
+  }
+  fmt::format_to(out, "mean 3D IoU        {:.3f} over {} matched (as ellipsoids {:.3f})\n",
+                 evaluation.mean_iou, objects.matches.size(), evaluation.mean_iou_ellipsoid);
+  if (evaluation.has_scored) {
+    fmt::format_to(out, "  scored objects   {:.3f} over {} of {} (as ellipsoids {:.3f})\n",
+                   evaluation.mean_iou_scored, evaluation.scored_matched, evaluation.scored,
+                   evaluation.mean_iou_scored_ellipsoid);
+  }
+  FormatObjectTable(evaluation, out);
+  return text;
+}
+
+void WriteEvaluation(const std::filesystem::path& path, const Evaluation& evaluation) {
+  ordered_json document = {{"format", "sqslam-eval"},
+                           {"version", 1},
+                           {"ground_truth", evaluation.sequence},
+                           {"frames", evaluation.frames},
+                           {"tracked", evaluation.tracked},
+                           {"tracked_share", evaluation.tracked_share},
+                           {"trajectory", TrajectoryJson(evaluation)}};
+  if (evaluation.has_objects) {
+    document["summary"] = SummaryJson(evaluation);
+    document["objects"] = ObjectsJson(evaluation);
+  }
+  document["ground_truth_positions_map"] = PositionsJson(evaluation.truth_positions_map);
+  WriteFileAtomically(path, document.dump(1) + "\n");
+}
+
+}  // namespace sqslam

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "slam/geometry/solid_iou.h"
+#include "slam/io/trajectory.h"
+
+namespace sqslam {
+
+struct GroundTruthObject {
+  int id = 0;
+  std::string name;  // empty where the file has none
+  std::string label;
+  Solid solid;         // in the world frame of the ground truth, metres
+  int detections = 0;  // boxes of it that the detector gave; 0 where nothing tells
+  bool scored = true;  // known well enough for its 3D IoU to mean something
+};
+
+// What is known to be true of a sequence. Only evaluation reads it; mapping never does.
+struct GroundTruth {
+  Trajectory trajectory;  // T_world_camera
+  int frames = 0;         // entries of rgb.txt
+  bool has_objects = false;
+  bool has_detection_counts = false;
+  bool has_scored = false;  // the file says which objects are scored; otherwise all are
+  std::vector<GroundTruthObject> objects;
+};
+
+// Reads groundtruth.txt, rgb.txt, and where they are there objects_gt.json and the object ids of boxes.txt.
+// Throws InputError that names file and line or object.
+GroundTruth ReadGroundTruth(const std::filesystem::path& sequence);
+
+// objects_gt.json: a list, or an object whose key `objects` holds it; T_world_object as 16 numbers or four
+// rows, and where it is missing built from center and yaw. The solid is the primitive's; a `shape` other than
+// the one that the primitive's name stands for (cuboid 0.1, 0.1; cylinder 0.1, 1; ellipsoid 1, 1) makes it
+// that superquadric, because then the shape says more than the name.
+std::vector<GroundTruthObject> ReadGroundTruthObjects(const std::filesystem::path& path);
+
+}  // namespace sqslam

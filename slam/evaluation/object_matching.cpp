@@ -1,0 +1,128 @@
+#include "slam/evaluation/object_matching.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "slam/objects/assignment.h"
+
+namespace sqslam {
+namespace {
+
+// The mapped half sizes in the order of the ground truth's axes: a box turned by 90 degrees with x and y
+// swapped is the same box.
+Eigen::Vector3d PairedHalfSize(const Solid& mapped, const Solid& truth) {
+  const Eigen::Matrix3d alignment = (truth.T_map_object.rotation.conjugate() * mapped.T_map_object.rotation)
+                                        .toRotationMatrix()
+                                        .cwiseAbs();  // rows: true axes, columns: mapped axes
+  std::array<int, 3> order = {0, 1, 2};
+  std::array<int, 3> best = order;
+  double best_score = -1.0;
+  do {
+    const double score = alignment(0, order[0]) + alignment(1, order[1]) + alignment(2, order[2]);
+    if (score > best_score) {
+      best_score = score;
+      best = order;
+    }
+  } while (std::next_permutation(order.begin(), order.end()));
+  return {mapped.half_size[best[0]], mapped.half_size[best[1]], mapped.half_size[best[2]]};
+}
+
+bool HasRoundSection(const Solid& solid) {
+  const bool elliptic = solid.kind == SolidKind::kCylinder || solid.kind == SolidKind::kEllipsoid ||
+                        (solid.kind == SolidKind::kSuperquadric && std::abs(solid.e2 - 1.0) < 0.2);
+  return elliptic && std::abs(solid.half_size.x() - solid.half_size.y()) < 0.1 * solid.half_size.x();
+}
+
+std::string WithoutBlanks(std::string label) {
+  std::replace(label.begin(), label.end(), ' ', '_');
+  return label;
+}
+
+ObjectMatch Measure(const Solid& mapped, const Solid& truth) {
+  ObjectMatch match;
+  match.iou = IoU(mapped, truth);
+  Solid ellipsoid = mapped;
+  ellipsoid.kind = SolidKind::kEllipsoid;
+  match.iou_ellipsoid = IoU(ellipsoid, truth);
+  match.center_error = (mapped.T_map_object.translation - truth.T_map_object.translation).norm();
+  match.size_error = 2.0 * (PairedHalfSize(mapped, truth) - truth.half_size).cwiseAbs().mean();
+  const Eigen::Matrix3d relative =
+      (truth.T_map_object.rotation.conjugate() * mapped.T_map_object.rotation).toRotationMatrix();
+  match.tilt_error = std::acos(std::clamp(std::abs(relative(2, 2)), 0.0, 1.0));
+  if (!HasRoundSection(truth)) {
+    constexpr double kQuarter = 0.5 * std::numbers::pi;
+    match.yaw_error = std::abs(std::remainder(std::atan2(relative(1, 0), relative(0, 0)), kQuarter));
+  }
+  return match;
+}
+
+// How well a mapped object stands for a true one: above 0 where it counts as the same object.
+double Affinity(const Solid& mapped, const Solid& truth, const MatchingOptions& options) {
+  const double half_diagonal = truth.half_size.norm();
+  const double distance = (mapped.T_map_object.translation - truth.T_map_object.translation).norm();
+  const double size_ratio = mapped.half_size.norm() / half_diagonal;
+  const double nearness = 1.0 - distance / (options.max_center_distance * half_diagonal);
+  const bool near =
+      nearness > 0.0 && size_ratio <= options.max_size_ratio && size_ratio >= 1.0 / options.max_size_ratio;
+  const double iou = IoU(mapped, truth);
+  return near || iou >= options.min_iou ? iou + std::max(0.0, nearness) : 0.0;
+}
+
+}  // namespace
+
+ObjectMatching MatchObjects(const std::vector<SnapshotObject>& mapped,
+                            const std::vector<GroundTruthObject>& truth, const Sim3d& S_world_map,
+                            const MatchingOptions& options) {
+  const int rows = static_cast<int>(truth.size());
+  const int columns = static_cast<int>(mapped.size());
+  std::vector<Solid> solids;
+  for (const SnapshotObject& object : mapped) {
+    solids.push_back(Transform(S_world_map, Solid::FromSuperquadric(object.superquadric)));
+  }
+  Eigen::MatrixXd affinity = Eigen::MatrixXd::Zero(rows, columns);
+  for (int i = 0; i < rows; ++i) {
+    for (int j = 0; j < columns; ++j) {
+      affinity(i, j) =
+          Affinity(solids[static_cast<std::size_t>(j)], truth[static_cast<std::size_t>(i)].solid, options);
+    }
+  }
+  const std::vector<int> assigned = AssignOptimally(affinity);
+
+  ObjectMatching result;
+  std::vector<bool> used(mapped.size(), false);
+  for (int i = 0; i < rows; ++i) {
+    const int j = assigned[static_cast<std::size_t>(i)];
+    if (j < 0) {
+      result.missed.push_back(i);
+      continue;
+    }
+    const auto& object = truth[static_cast<std::size_t>(i)];
+    used[static_cast<std::size_t>(j)] = true;
+    ObjectMatch match = Measure(solids[static_cast<std::size_t>(j)], object.solid);
+    match.truth = i;
+    match.mapped = j;
+    match.label_agrees =
+        WithoutBlanks(mapped[static_cast<std::size_t>(j)].label) == WithoutBlanks(object.label);
+    result.matches.push_back(match);
+  }
+  for (int j = 0; j < columns; ++j) {
+    if (used[static_cast<std::size_t>(j)]) {
+      continue;
+    }
+    // The assignment is optimal, so whatever it touches is matched: a spare object on a free one would have
+    // got it.
+    Eigen::Index nearest = -1;
+    const double best = rows > 0 ? affinity.col(j).maxCoeff(&nearest) : 0.0;
+    if (best > 0.0) {
+      result.doubles.push_back({j, static_cast<int>(nearest)});
+    } else {
+      result.extra.push_back(j);
+    }
+  }
+  return result;
+}
+
+}  // namespace sqslam

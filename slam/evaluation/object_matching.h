@@ -1,0 +1,65 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "slam/evaluation/ground_truth.h"
+#include "slam/geometry/rigid3.h"
+#include "slam/map/snapshot.h"
+
+namespace sqslam {
+
+// When a mapped object counts as a ground-truth object. Two ways, because overlap alone would refuse a
+// magazine 4 mm thick that is mapped 4 mm too high, and position alone would refuse a big object that is seen
+// from one side:
+//  - 3D IoU of at least min_iou; or
+//  - centre distance of at most max_center_distance times half the ground truth's space diagonal, and space
+//  diagonals
+//    within a factor of max_size_ratio of each other (a blob the size of the table stands for no cup on it).
+// Labels play no part: detectors call a plastic box "cell phone".
+struct MatchingOptions {
+  double min_iou = 0.1;              // 3D IoU that alone makes a match
+  double max_center_distance = 0.5;  // centre distance over half the space diagonal of the ground truth
+  double max_size_ratio = 3.0;       // of the space diagonals, either way
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("min_iou", min_iou, 0.0, 1.0);
+    visit("max_center_distance", max_center_distance, 0.0, 10.0);
+    visit("max_size_ratio", max_size_ratio, 1.0, 100.0);
+  }
+};
+
+// A mapped object and the ground-truth object it stands for (indices into the given lists); lengths in the
+// unit of the ground truth.
+struct ObjectMatch {
+  int mapped = 0;
+  int truth = 0;
+  double iou = 0.0;            // 3D
+  double iou_ellipsoid = 0.0;  // the same with e1 = e2 = 1
+  double center_error = 0.0;
+  double size_error = 0.0;  // mean over the axes of |full size - true full size|, axes paired by direction
+  double tilt_error = 0.0;  // angle between the z axes, radians
+  double yaw_error = 0.0;   // about the true z, modulo a quarter turn, radians; 0 for round cross-sections
+  bool label_agrees = false;
+};
+
+// A mapped object that also lies on a ground-truth object which a better one is matched to.
+struct ObjectDouble {
+  int mapped = 0;
+  int truth = 0;
+};
+
+struct ObjectMatching {
+  std::vector<ObjectMatch> matches;  // in the order of the ground truth
+  std::vector<ObjectDouble> doubles;
+  std::vector<int> missed;  // ground truth without a mapped object
+  std::vector<int> extra;   // mapped objects that are neither matched nor doubles
+};
+
+// Optimal one-to-one assignment by 3D IoU plus nearness (1 at the same centre, 0 at max_center_distance).
+ObjectMatching MatchObjects(const std::vector<SnapshotObject>& mapped,
+                            const std::vector<GroundTruthObject>& truth, const Sim3d& S_world_map,
+                            const MatchingOptions& options);
+
+}  // namespace sqslam

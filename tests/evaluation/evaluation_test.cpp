@@ -1,0 +1,135 @@
+#include "slam/evaluation/evaluation.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "slam/io/result_files.h"
+#include "slam/util/error.h"
+
+namespace sqslam {
+namespace {
+
+namespace fs = std::filesystem;
+using Eigen::Vector3d;
+using testing::HasSubstr;
+
+Trajectory Path(int count) {
+  Trajectory trajectory;
+  for (int i = 0; i < count; ++i) {
+    const double t = 0.1 * i;
+    trajectory.push_back({t, {Eigen::Quaterniond::Identity(), {std::cos(t), std::sin(2 * t), 0.3 * t}}});
+  }
+  return trajectory;
+}
+
+GroundTruth TwoBoxes() {
+  GroundTruth truth;
+  truth.trajectory = Path(20);
+  truth.frames = 20;
+  truth.has_objects = truth.has_detection_counts = truth.has_scored = true;
+  truth.objects = {{1, "left", "box", {SolidKind::kCuboid, {0.1, 0.1, 0.1}, 0.1, 0.1, {}}, 70, true},
+                   {2, "right", "box", {SolidKind::kCuboid, {0.1, 0.1, 0.1}, 0.1, 0.1, {}}, 25, false}};
+  truth.objects[1].solid.T_map_object.translation = {1, 0, 0};
+  return truth;
+}
+
+SnapshotObject Box(int id, const Vector3d& center) {
+  SnapshotObject object;
+  object.id = id;
+  object.label = "box";
+  object.superquadric = {{{0.1, 0.1, 0.1}, 0.1, 0.1}, {Eigen::Quaterniond::Identity(), center}};
+  return object;
+}
+
+TEST(Evaluate, CountsTrackingCoverageAndScores) {
+  Trajectory estimated = Path(15);
+  const Evaluation evaluation = Evaluate(estimated, {Box(3, {0, 0, 0})}, TwoBoxes(), {});
+  EXPECT_EQ(evaluation.tracked, 15);
+  EXPECT_NEAR(evaluation.tracked_share, 0.75, 1e-12);
+  EXPECT_NEAR(evaluation.trajectory.rmse, 0.0, 1e-9);
+  EXPECT_GT(evaluation.mean_iou, 0.95);
+  EXPECT_GT(evaluation.mean_iou, evaluation.mean_iou_ellipsoid);
+  EXPECT_EQ(evaluation.scored, 1);
+  EXPECT_EQ(evaluation.scored_matched, 1);
+  ASSERT_EQ(evaluation.coverage.size(), 2u);
+  EXPECT_EQ(evaluation.coverage[0].mapped, 1);  // 20 or more
+  EXPECT_EQ(evaluation.coverage[0].total, 2);
+  EXPECT_EQ(evaluation.coverage[1].mapped, 1);  // 60 or more
+  EXPECT_EQ(evaluation.coverage[1].total, 1);
+  const std::string table = FormatEvaluation(evaluation);
+  EXPECT_THAT(table, HasSubstr("15 of 20 (75.0 %)"));
+  EXPECT_THAT(table, HasSubstr("with 60 or more detections mapped: 1 of 1"));
+  EXPECT_THAT(table, HasSubstr("2 right"));
+}
+
+TEST(Evaluate, ATrajectoryThatSharesNoTimesIsRefusedInWords) {
+  Trajectory later = Path(15);
+  for (TimedPose& pose : later) {
+    pose.timestamp += 1000;
+  }
+  try {
+    Evaluate(later, {}, TwoBoxes(), {}, "out/trajectory.txt");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("out/trajectory.txt"));
+    EXPECT_THAT(error.what(), HasSubstr("1000.000"));
+  }
+}
+
+TEST(Evaluate, EvalJsonHoldsWhatTheTableShows) {
+  const fs::path path = fs::path(testing::TempDir()) / "eval.json";
+  const Evaluation evaluation =
+      Evaluate(Path(20), {Box(3, {0, 0, 0}), Box(4, {0.02, 0, 0}), Box(5, {9, 9, 9})}, TwoBoxes(), {});
+  WriteEvaluation(path, evaluation);
+  std::ifstream file(path);
+  const auto json = nlohmann::json::parse(file);
+  EXPECT_EQ(json["summary"]["matched"], 1);
+  EXPECT_EQ(json["summary"]["doubles"], 1);
+  EXPECT_EQ(json["summary"]["extra"], 1);
+  EXPECT_EQ(json["summary"]["missed"], 1);
+  EXPECT_EQ(json["objects"]["matched"][0]["object"], 3);
+  EXPECT_EQ(json["objects"]["doubles"][0]["ground_truth"], 1);
+  EXPECT_EQ(json["ground_truth_positions_map"].size(), 20u);
+  EXPECT_NEAR(json["trajectory"]["S_world_map"]["scale"].get<double>(), 1.0, 1e-9);
+}
+
+// The truth of the desk handed in as if it were a map, in a frame and scale of its own.
+TEST(Evaluate, TheGroundTruthOfTheDeskScoresNearlyPerfectly) {
+  const fs::path sequence = fs::path(SQSLAM_SOURCE_DIR) / "../shared/data/blender_desk_a";
+  if (!fs::exists(sequence)) {
+    GTEST_SKIP() << "no sequence at " << sequence;
+  }
+  const GroundTruth truth = ReadGroundTruth(sequence);
+  const Sim3d S{3.0, Eigen::Quaterniond(Eigen::AngleAxisd(0.5, Vector3d::UnitZ())), {1, 2, 3}};
+  Trajectory trajectory = truth.trajectory;
+  for (TimedPose& pose : trajectory) {
+    pose.T_map_camera.translation = S * pose.T_map_camera.translation;
+  }
+  std::vector<SnapshotObject> mapped;
+  for (const GroundTruthObject& object : truth.objects) {
+    const Solid solid = Transform(S, object.solid);
+    SnapshotObject copy = Box(object.id, solid.T_map_object.translation);
+    copy.superquadric = {{solid.half_size, solid.e1, solid.e2}, solid.T_map_object};
+    mapped.push_back(copy);
+  }
+  const fs::path result = fs::path(testing::TempDir()) / "desk_truth";
+  fs::create_directories(result);
+  WriteTrajectory(result / "trajectory.txt", trajectory);
+  WriteObjects(result / "objects.json", mapped);
+  const Evaluation evaluation = EvaluateResult(result, sequence);
+  EXPECT_EQ(evaluation.objects.matches.size(), truth.objects.size());
+  for (const ObjectMatch& match : evaluation.objects.matches) {
+    EXPECT_EQ(match.mapped, match.truth);
+    EXPECT_GT(match.iou, 0.9);
+  }
+  EXPECT_GT(evaluation.mean_iou, evaluation.mean_iou_ellipsoid + 0.2);
+  EXPECT_LT(evaluation.trajectory.rmse, 1e-6);
+}
+
+}  // namespace
+}  // namespace sqslam
