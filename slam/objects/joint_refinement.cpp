@@ -231,11 +231,11 @@ void AddContactAndPrior(const PosedSuperquadric& start, const RefinementInput& i
     const double height = std::max(2.0 * start.shape.half_size.z(), 0.5 * start.shape.half_size.maxCoeff());
     // Redescending, gone for a gap of 0.6 heights: things that stand on other things, or hang on a wall, are
     // left alone.
-    problem.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<ContactCost, 1, kParameterCount>(
-            new ContactCost{*input.support_height, 1.0 / (options.contact_sigma * height)}),
-        new ceres::ScaledLoss(new ceres::TukeyLoss(0.6 / options.contact_sigma), 10.0, ceres::TAKE_OWNERSHIP),
-        parameters);
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<ContactCost, 1, kParameterCount>(new ContactCost{
+                                 *input.support_height, 1.0 / (options.contact_sigma * height)}),
+                             new ceres::ScaledLoss(new ceres::TukeyLoss(0.6 / options.contact_sigma),
+                                                   options.contact_weight, ceres::TAKE_OWNERSHIP),
+                             parameters);
   }
   constexpr double kYawSigma = 5.0 * std::numbers::pi / 180.0;
   const PriorCost prior{options.prior_e1, options.prior_e2, 1.0 / options.prior_e_sigma,

@@ -157,12 +157,13 @@ struct RefinementOptions {
   double edge_sigma_share = 0.03;  // this share of the box size
   double point_sigma_px =
       3.0;  // standard deviation of a point's distance to the surface, px in a typical view
-  double point_weight = 10.0;   // the points together weigh at most as much as so many views
-  double contact_sigma = 0.05;  // standard deviation of the gap to the support, share of the object's height
-  double prior_e1 = 0.3;        // things that stand on a support mostly have flat tops, in [0.1, 1.9]
-  double prior_e2 = 0.5;        // in [0.1, 1.9]
-  double prior_e_sigma = 0.2;   // standard deviation of both exponents about them
-  int max_iterations = 30;      // Levenberg-Marquardt steps
+  double point_weight = 10.0;    // the points together weigh at most as much as so many views
+  double contact_sigma = 0.05;   // standard deviation of the gap to the support, share of the object's height
+  double contact_weight = 10.0;  // of contact against one box edge
+  double prior_e1 = 0.3;         // things that stand on a support mostly have flat tops, in [0.1, 1.9]
+  double prior_e2 = 0.5;         // in [0.1, 1.9]
+  double prior_e_sigma = 0.2;    // standard deviation of both exponents about them
+  int max_iterations = 30;       // Levenberg-Marquardt steps
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
@@ -175,6 +176,7 @@ struct RefinementOptions {
     visit("prior_e1", prior_e1, 0.1, 1.9);
     visit("prior_e2", prior_e2, 0.1, 1.9);
     visit("prior_e_sigma", prior_e_sigma, 0.01, 100.0);
+    visit("contact_weight", contact_weight, 0.0, 1000.0);
     visit("max_iterations", max_iterations, 1, 1000);
   }
 };
@@ -183,8 +185,8 @@ struct RefinementOptions {
 struct MergingOptions {
   double alpha = 0.001;              // significance level of the two-sample t-test
   int min_samples = 4;               // centroids each of the two needs for the test
-  double overlap = 0.3;              // shared volume over the smaller volume: same label
-  double overlap_other_label = 0.5;  // the same for different labels
+  double overlap = 0.5;              // shared volume over the smaller volume: same label
+  double overlap_other_label = 0.6;  // the same for different labels
   int max_seen_together = 3;         // frames with a box for each of them above which the two stay apart
 
   template <typename Visitor>
