@@ -97,6 +97,9 @@ RunRequest MakeRequest(const RunArguments& arguments) {
     throw UsageError(fmt::format(
         "{}: live cameras are not read by this version, expected a folder or a video", arguments.input));
   }
+  if (!arguments.video.empty()) {
+    throw UsageError("--video: not made by this version of run, expected no --video");
+  }
   RunRequest request;
   request.sequence = {arguments.input, ParseFormat(arguments.format), arguments.camera, arguments.detections};
   request.range = {arguments.start, arguments.frames, arguments.stride};
