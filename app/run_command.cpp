@@ -23,7 +23,7 @@ Examples:
   sqslam run data/kitchen                        a folder with rgb.txt, camera.yaml and boxes.txt
   sqslam run data/kitchen --output out/k1 --frames 300 --deterministic
   sqslam run photos/ --camera phone.yaml --detections boxes/
-  sqslam run film.mp4 --camera phone.yaml --set tracking.features.count=1500
+  sqslam run film.mp4 --camera phone.yaml --set tracking.features.num_features=1500
   sqslam run --dump-config > my.yaml             every option with its default
 )";
 
