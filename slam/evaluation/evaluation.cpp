@@ -66,10 +66,16 @@ Evaluation Evaluate(const Trajectory& estimated, const std::vector<SnapshotObjec
                     "on one line",
                     where, TimeSpan(estimated), TimeSpan(truth.trajectory)));
   }
+  if (static_cast<int>(estimated.size()) > truth.frames) {
+    throw InputError(
+        fmt::format("{}: {} poses, but the ground truth's rgb.txt lists {} frames; expected the sequence "
+                    "that was mapped",
+                    where, estimated.size(), truth.frames));
+  }
   Evaluation evaluation;
   evaluation.frames = truth.frames;
   evaluation.tracked = static_cast<int>(estimated.size());
-  evaluation.tracked_share = truth.frames > 0 ? static_cast<double>(evaluation.tracked) / truth.frames : 0.0;
+  evaluation.tracked_share = static_cast<double>(evaluation.tracked) / truth.frames;
   evaluation.trajectory = *error;
   evaluation.mapped = mapped;
   const Sim3d S_map_world = error->S_world_map.Inverse();

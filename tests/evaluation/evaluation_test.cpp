@@ -81,6 +81,12 @@ TEST(Evaluate, ATrajectoryThatSharesNoTimesIsRefusedInWords) {
   }
 }
 
+TEST(Evaluate, TheGroundTruthOfAShorterSequenceIsRefused) {
+  GroundTruth truth = TwoBoxes();
+  truth.frames = 12;
+  EXPECT_THROW(Evaluate(Path(15), {}, truth, {}), InputError);
+}
+
 TEST(Evaluate, EvalJsonHoldsWhatTheTableShows) {
   const fs::path path = fs::path(testing::TempDir()) / "eval.json";
   const Evaluation evaluation =
