@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -287,13 +288,20 @@ ObjectTracker::~ObjectTracker() = default;
 ObjectTracker::ObjectTracker(ObjectTracker&&) noexcept = default;
 ObjectTracker& ObjectTracker::operator=(ObjectTracker&&) noexcept = default;
 
-std::vector<ObjectObservation> ObjectTracker::Track(const ObjectFrame& frame, const ObjectMapView& view) {
+std::vector<ObjectObservation> ObjectTracker::Track(const ObjectFrame& frame, const ObjectMapView& view,
+                                                    StageTimes* times) {
   Impl& impl = *impl_;
   impl.TakeView(view);
   const std::vector<BoxCandidate> boxes =
       SelectBoxes(frame, impl.options.detections, impl.options.outliers.depth_iqr);
   const std::vector<MeasuredBox> measured = impl.Measure(frame, boxes);
-  const std::vector<int> ids = impl.AssignIds(frame, boxes, measured);
+  const std::vector<int> ids = [&] {
+    std::optional<StageTimes::Scope> timer;
+    if (times != nullptr) {
+      timer.emplace(*times, "tracking.association");
+    }
+    return impl.AssignIds(frame, boxes, measured);
+  }();
   const YawOptions& yaw = impl.options.yaw;
   const bool with_lines =
       yaw.line_interval > 0 && frame.frame_index % yaw.line_interval == 0 && !boxes.empty();

@@ -6,6 +6,7 @@
 
 #include "slam/objects/object_options.h"
 #include "slam/objects/object_types.h"
+#include "slam/util/stage_times.h"
 
 namespace sqslam {
 
@@ -23,8 +24,10 @@ class ObjectTracker {
   ObjectTracker(ObjectTracker&&) noexcept;
   ObjectTracker& operator=(ObjectTracker&&) noexcept;
 
-  // One observation for each box that was associated. `view` may lag behind; frame_index must grow.
-  std::vector<ObjectObservation> Track(const ObjectFrame& frame, const ObjectMapView& view);
+  // One observation for each box that was associated. `view` may lag behind; frame_index must grow. `times`, where
+  // given, takes the duration of the stage tracking.association.
+  std::vector<ObjectObservation> Track(const ObjectFrame& frame, const ObjectMapView& view,
+                                       StageTimes* times = nullptr);
 
   // The map frame was changed: p_new = T_new_old * p_old.
   void Transform(const Rigid3d& T_new_old);

@@ -314,7 +314,7 @@ void Tracker::TrackObjects(const Frame& frame, TrackingReport& report) {
           {current_.points[i], current_.features->keypoints[i].raw_pixel, view_->Point(current_.points[i]).p_map});
     }
   }
-  report.objects = object_tracker_.Track(object_frame, *view_->objects);
+  report.objects = object_tracker_.Track(object_frame, *view_->objects, &times_);
   report.T_map_origin = view_->T_map_origin;
   for (const ObjectObservation& o : report.objects) {
     report.detections[static_cast<std::size_t>(o.detection_index)].object_id = o.object_id;
