@@ -1,0 +1,48 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "slam/geometry/rigid3.h"
+#include "slam/map/snapshot.h"
+
+namespace sqslam {
+
+// A virtual camera in the map frame.
+struct ViewCamera {
+  Eigen::Vector3d position = Eigen::Vector3d(0.0, -5.0, 3.0);
+  Eigen::Vector3d focal_point = Eigen::Vector3d::Zero();
+  Eigen::Vector3d view_up = Eigen::Vector3d::UnitZ();
+  double view_angle = 30.0;  // vertical, degrees
+
+  double Distance() const { return (position - focal_point).norm(); }
+};
+
+// Turns the camera around its focal point about view_up, counter-clockwise seen from above (degrees).
+ViewCamera Azimuth(const ViewCamera& camera, double degrees);
+
+// Raises the camera above the horizon of view_up, kept 1 degree short of the poles (degrees).
+ViewCamera Elevation(const ViewCamera& camera, double degrees);
+
+// Moves the camera to 1/factor of its distance.
+ViewCamera Zoom(const ViewCamera& camera, double factor);
+
+// One full turn in `frames` steps that starts at `first` and closes smoothly.
+std::vector<ViewCamera> OrbitPath(const ViewCamera& first, int frames);
+
+// A slow swing from one side of `middle` to the other (`sweep` degrees in all), at rest at both ends.
+std::vector<ViewCamera> SwingPath(const ViewCamera& middle, int frames, double sweep = 40.0);
+
+// Through the eyes of a posed camera (map frame), with its vertical field of view.
+ViewCamera FirstPerson(const Rigid3d& T_map_camera, const Camera& camera, double scene_depth);
+
+// Behind and above a posed camera, looking where it looks; `distance` in map units.
+ViewCamera Behind(const Rigid3d& T_map_camera, const Eigen::Vector3d& up, double distance);
+
+// Gaussian smoothing over neighbouring frames; `radius` is the standard deviation in frames.
+std::vector<ViewCamera> Smooth(const std::vector<ViewCamera>& path, double radius);
+
+// `count` poses at equal steps of keyframe number along the keyframes, between them interpolated.
+std::vector<Rigid3d> AlongKeyframes(const MapSnapshot& map, int count);
+
+}  // namespace sqslam

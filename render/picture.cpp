@@ -1,0 +1,149 @@
+#include "render/picture.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+
+#include "render/gl/offscreen_window.h"
+#include "render/picture_overlay.h"
+#include "render/scene.h"
+#include "render/scene_framing.h"
+#include "slam/util/error.h"
+
+namespace sqslam {
+namespace {
+
+constexpr int kMaxSide = 8192;  // pixels
+
+double SizeOf(const PictureOptions& options) { return std::min(options.height / 720.0, options.width / 960.0); }
+
+bool Supersampled(const PictureOptions& options) {
+  // FXAA knows no alpha, so that pictures without a background are always supersampled or not smoothed at all.
+  return options.style.anti_aliasing == "ssaa" ||
+         (options.transparent && options.style.anti_aliasing == "fxaa");
+}
+
+const PictureOptions& Checked(const PictureOptions& options) {
+  CheckStyle(options.style);
+  if (options.width < 16 || options.height < 16 || options.width > kMaxSide || options.height > kMaxSide) {
+    throw UsageError(fmt::format("resolution {},{}: expected sides from 16 to {} pixels", options.width,
+                                 options.height, kMaxSide));
+  }
+  return options;
+}
+
+// Colours multiplied by alpha to straight colours.
+void Unmultiply(cv::Mat& bgra) {
+  bgra.forEach<cv::Vec4b>([](cv::Vec4b& pixel, const int*) {
+    if (pixel[3] > 0 && pixel[3] < 255) {
+      for (int c = 0; c < 3; ++c) {
+        pixel[c] = cv::saturate_cast<std::uint8_t>(255.0 * pixel[c] / pixel[3]);
+      }
+    }
+  });
+}
+
+}  // namespace
+
+ViewCamera CameraOverrides::ApplyTo(ViewCamera camera) const {
+  camera.position = position.value_or(camera.position);
+  camera.focal_point = focal_point.value_or(camera.focal_point);
+  camera.view_up = view_up.value_or(camera.view_up);
+  camera.view_angle = view_angle.value_or(camera.view_angle);
+  return Zoom(Elevation(Azimuth(camera, azimuth), elevation), zoom);
+}
+
+struct PictureRenderer::Impl {
+  explicit Impl(const PictureOptions& wanted)
+      : options(Checked(wanted)),
+        samples(Supersampled(options) ? 2 : 1),
+        window({.width = samples * options.width,
+                .height = samples * options.height,
+                .alpha = options.transparent,
+                .backend = options.backend}),
+        scene(options.style, samples * SizeOf(options)) {
+    scene.SetTransparent(options.transparent);
+    scene.SetSmoothEdges(!options.transparent && options.style.anti_aliasing == "fxaa");
+    window.AddRenderer(scene.Renderer());
+  }
+
+  cv::Mat Render(const ViewCamera& view) {
+    window.Context().MakeCurrent();
+    scene.LookFrom(view);
+    cv::Mat image = window.Render();
+    if (samples > 1) {
+      cv::resize(image, image, cv::Size(options.width, options.height), 0.0, 0.0, cv::INTER_AREA);
+    }
+    if (options.transparent) {
+      Unmultiply(image);
+    }
+    DrawOverlay(image, view);
+    return image;
+  }
+
+  void DrawOverlay(cv::Mat& image, const ViewCamera& view) const {
+    const SceneStyle& style = options.style;
+    const double scale = SizeOf(options);
+    if (style.objects.labels && style.objects.show) {
+      DrawLabels(image, map, view, style, text, scale);
+    }
+    if (style.text.legend && style.objects.show) {
+      DrawLegend(image, map, colors, style, text, scale);
+    }
+    if (style.text.scale) {
+      DrawAxes(image, view, grid_cell, style, text, scale);
+    }
+  }
+
+  PictureOptions options;
+  int samples;             // rendered pixels for one of the picture, along each side
+  OffscreenWindow window;  // before the scene: it holds the context that the scene needs to the end
+  Scene scene;
+  TextPainter text;
+  MapSnapshot map;  // objects only, for the overlay
+  SceneFocus focus;
+  ViewCamera camera;
+  LabelColors colors;
+  double grid_cell = 1.0;
+};
+
+PictureRenderer::PictureRenderer(const PictureOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+PictureRenderer::~PictureRenderer() = default;
+PictureRenderer::PictureRenderer(PictureRenderer&&) noexcept = default;
+
+void PictureRenderer::SetMap(const MapSnapshot& map) {
+  Impl& s = *impl_;
+  std::vector<std::string> labels;
+  for (const SnapshotObject& object : map.objects) {
+    labels.push_back(object.label);
+  }
+  s.colors = LabelColors(labels);
+  s.focus = FindFocus(map);
+  s.grid_cell = RoundLength(0.4 * s.focus.radius);
+  const CameraOverrides& overrides = s.options.camera;
+  const double aspect = static_cast<double>(s.options.width) / s.options.height;
+  s.camera = overrides.ApplyTo(FrameScene(map, s.focus, aspect, overrides.view_angle.value_or(30.0)));
+  SetMapKeepingFrame(map);
+}
+
+void PictureRenderer::SetMapKeepingFrame(const MapSnapshot& map) {
+  Impl& s = *impl_;
+  s.window.Context().MakeCurrent();
+  s.scene.Show(map, s.focus, s.colors);
+  s.map.objects = map.objects;
+}
+
+ViewCamera PictureRenderer::DefaultCamera() const { return impl_->camera; }
+double PictureRenderer::SceneRadius() const { return impl_->focus.radius; }
+Eigen::Vector3d PictureRenderer::Up() const { return impl_->focus.up; }
+const LabelColors& PictureRenderer::Colors() const { return impl_->colors; }
+cv::Mat PictureRenderer::Render(const ViewCamera& camera) { return impl_->Render(camera); }
+
+cv::Mat RenderPicture(const MapSnapshot& map, const PictureOptions& options) {
+  PictureRenderer renderer(options);
+  renderer.SetMap(map);
+  return renderer.Render();
+}
+
+}  // namespace sqslam

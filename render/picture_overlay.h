@@ -1,0 +1,31 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+
+#include "render/camera_path.h"
+#include "render/picture_text.h"
+#include "render/style.h"
+#include "slam/map/snapshot.h"
+
+namespace sqslam {
+
+// Where a point of the map is seen, in pixels (top-left origin); depth <= 0 behind the camera.
+struct SeenPoint {
+  cv::Point2d pixel;
+  double depth = 0.0;
+};
+SeenPoint Project(const ViewCamera& camera, cv::Size image, const Eigen::Vector3d& p_map);
+
+// Classes of the map with colour and count, in the top-right corner. `scale`: pixels for one of the style's.
+void DrawLegend(cv::Mat& image, const MapSnapshot& map, const LabelColors& colors, const SceneStyle& style,
+                const TextPainter& text, double scale);
+
+// The map's axes as the camera sees them, and what a cell of the grid measures, in the bottom-left corner.
+void DrawAxes(cv::Mat& image, const ViewCamera& camera, double grid_cell, const SceneStyle& style,
+              const TextPainter& text, double scale);
+
+// Names above the objects.
+void DrawLabels(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera, const SceneStyle& style,
+                const TextPainter& text, double scale);
+
+}  // namespace sqslam

@@ -1,0 +1,118 @@
+#include "render/style.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <cstdint>
+#include <filesystem>
+#include <set>
+
+#include "slam/util/data_path.h"
+#include "slam/util/error.h"
+#include "slam/util/options.h"
+
+namespace sqslam {
+namespace fs = std::filesystem;
+namespace {
+
+// Okabe and Ito, "Color Universal Design", without black (kept for text) and with yellow last (pale on white).
+constexpr std::array<const char*, 7> kPalette = {"#0072b2", "#e69f00", "#009e73", "#cc79a7",
+                                                 "#56b4e9", "#d55e00", "#f0e442"};
+
+std::string StyleNames(const fs::path& folder) {
+  std::set<std::string> names;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    if (entry.path().extension() == ".yaml") {
+      names.insert(entry.path().stem().string());
+    }
+  }
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+// FNV-1a: the same on every machine, unlike std::hash.
+std::uint32_t StableHash(const std::string& text) {
+  std::uint32_t hash = 2166136261u;
+  for (const char c : text) {
+    hash = (hash ^ static_cast<unsigned char>(c)) * 16777619u;
+  }
+  return hash;
+}
+
+int PreferredSlot(const std::string& label) {
+  return static_cast<int>((StableHash(label) >> 4) % kPalette.size());
+}
+
+}  // namespace
+
+Eigen::Vector3d ParseColor(std::string_view text) {
+  unsigned value = 0;
+  const bool shaped = text.size() == 7 && text[0] == '#';
+  if (shaped) {
+    const auto [end, error] = std::from_chars(text.data() + 1, text.data() + 7, value, 16);
+    if (error == std::errc() && end == text.data() + 7) {
+      return Eigen::Vector3d((value >> 16) & 255u, (value >> 8) & 255u, value & 255u) / 255.0;
+    }
+  }
+  throw UsageError(fmt::format("colour \"{}\": expected #rrggbb, such as #0072b2", text));
+}
+
+void CheckStyle(const SceneStyle& style) {
+  CheckOptions(style);
+  for (const std::string& color : {style.background, style.cameras.color, style.cameras.current_color,
+                                   style.grid.color, style.text.color}) {
+    ParseColor(color);
+  }
+}
+
+SceneStyle LoadStyle(const std::string& name_or_file) {
+  SceneStyle style;
+  fs::path path = name_or_file;
+  if (path.extension() != ".yaml") {
+    const fs::path folder = DataPath("configs/styles");
+    path = folder / (name_or_file + ".yaml");
+    if (!fs::exists(path)) {
+      throw UsageError(fmt::format("style \"{}\": not known, expected one of {}, or a .yaml file",
+                                   name_or_file, StyleNames(folder)));
+    }
+  }
+  LoadOptions(path, style);
+  CheckStyle(style);
+  return style;
+}
+
+LabelColors::LabelColors(std::span<const std::string> labels) {
+  std::set<int> taken;
+  const std::set<std::string> sorted(labels.begin(), labels.end());
+  const int colors = static_cast<int>(kPalette.size());
+  for (const std::string& label : sorted) {
+    const int preferred = PreferredSlot(label);
+    const int level = static_cast<int>(taken.size()) / colors;
+    int slot = level * colors + preferred;
+    for (int step = 0; taken.contains(slot); ++step) {
+      slot = level * colors + (preferred + step) % colors;
+    }
+    taken.insert(slot);
+    slots_[label] = slot;
+  }
+}
+
+Eigen::Vector3d LabelColors::operator()(const std::string& label) const {
+  const auto found = slots_.find(label);
+  const int slot = found == slots_.end() ? PreferredSlot(label) : found->second;
+  const int colors = static_cast<int>(kPalette.size());
+  const Eigen::Vector3d base = ParseColor(kPalette[static_cast<std::size_t>(slot % colors)]);
+  switch ((slot / colors) % 3) {  // further classes: darker, then lighter
+    case 1:
+      return 0.62 * base;
+    case 2:
+      return 0.5 * base + Eigen::Vector3d::Constant(0.5);
+    default:
+      return base;
+  }
+}
+
+}  // namespace sqslam
