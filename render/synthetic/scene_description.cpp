@@ -1,0 +1,151 @@
+#include "render/synthetic/scene_description.h"
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <numbers>
+
+#include "slam/util/error.h"
+
+namespace sqslam {
+namespace {
+
+constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
+
+Eigen::Vector3d ReadVector(const YAML::Node& node, const std::string& what) {
+  if (!node || !node.IsSequence() || node.size() != 3) {
+    throw InputError(fmt::format("'{}': expected three numbers [x, y, z]", what));
+  }
+  return {node[0].as<double>(), node[1].as<double>(), node[2].as<double>()};
+}
+
+TextureDescription ReadTexture(const YAML::Node& node) {
+  if (!node || !node["pattern"]) {
+    throw InputError("'texture': expected a map with at least 'pattern'");
+  }
+  TextureDescription texture;
+  texture.pattern = node["pattern"].as<std::string>();
+  texture.title = node["title"].as<std::string>("");
+  texture.seed = node["seed"].as<std::uint64_t>(0);
+  for (const YAML::Node& color : node["colors"]) {
+    const Eigen::Vector3d rgb = ReadVector(color, "colors");
+    texture.colors.push_back({static_cast<std::uint8_t>(rgb.x()), static_cast<std::uint8_t>(rgb.y()),
+                              static_cast<std::uint8_t>(rgb.z())});
+  }
+  if (texture.colors.empty()) {
+    texture.colors.push_back({200, 200, 200});
+  }
+  return texture;
+}
+
+// An object stands on `base` (the height of its lowest point) or, where that is missing, has a full 'center'.
+SceneBody ReadBody(const YAML::Node& node) {
+  SceneBody body;
+  body.id = node["id"].as<std::int32_t>(0);
+  body.label = node["label"].as<std::string>("");
+  if (body.id > 0 && body.label.empty()) {
+    throw InputError(fmt::format("object {}: expected a 'label'", body.id));
+  }
+  Superquadric& shape = body.superquadric.shape;
+  shape.half_size = ReadVector(node["half_size"], "half_size");
+  const auto exponents = node["shape"].as<std::vector<double>>(std::vector{0.1, 0.1});
+  if (exponents.size() != 2 || shape.half_size.minCoeff() <= 0.0) {
+    throw InputError("expected 'shape: [e1, e2]' and a 'half_size' of positive numbers");
+  }
+  shape.e1 = exponents[0];
+  shape.e2 = exponents[1];
+  Eigen::Vector3d center = ReadVector(node["center"], "center");
+  if (node["base"]) {
+    center.z() = node["base"].as<double>() + shape.half_size.z();
+  }
+  body.yaw = node["yaw"].as<double>(0.0) * kRadiansPerDegree;
+  body.superquadric.T_map_object = {Eigen::Quaterniond(Eigen::AngleAxisd(body.yaw, Eigen::Vector3d::UnitZ())),
+                                    center};
+  body.texture = ReadTexture(node["texture"]);
+  return body;
+}
+
+ScenePanel ReadPanel(const YAML::Node& node) {
+  return {ReadVector(node["corner"], "corner"), ReadVector(node["u"], "u"), ReadVector(node["v"], "v"),
+          node["shading_step"].as<double>(0.05), ReadTexture(node["texture"])};
+}
+
+SceneLight ReadLight(const YAML::Node& node) {
+  return {ReadVector(node["center"], "center"), ReadVector(node["half_u"], "half_u"),
+          ReadVector(node["half_v"], "half_v"), ReadVector(node["rgb"], "rgb")};
+}
+
+Camera ReadCamera(const YAML::Node& node) {
+  Camera camera;
+  camera.width = node["width"].as<int>(640);
+  camera.height = node["height"].as<int>(480);
+  camera.fx = node["fx"].as<double>(525.0);
+  camera.fy = node["fy"].as<double>(camera.fx);
+  camera.cx = node["cx"].as<double>(0.5 * (camera.width - 1));
+  camera.cy = node["cy"].as<double>(0.5 * (camera.height - 1));
+  camera.fps = node["fps"].as<double>(30.0);
+  if (camera.width < 16 || camera.height < 16 || camera.fx <= 0.0 || camera.fy <= 0.0 || camera.fps <= 0.0) {
+    throw InputError("'camera': expected width and height of 16 at least, and positive fx, fy and fps");
+  }
+  return camera;
+}
+
+template <typename Reader>
+auto ReadList(const YAML::Node& node, const char* name, const Reader& reader) {
+  std::vector<decltype(reader(node))> list;
+  for (const YAML::Node& entry : node[name]) {
+    try {
+      list.push_back(reader(entry));
+    } catch (const InputError& error) {
+      throw InputError(fmt::format("{}, line {}: {}", name, entry.Mark().line + 1, error.what()));
+    }
+  }
+  return list;
+}
+
+SceneDescription ReadNode(const YAML::Node& root) {
+  SceneDescription scene;
+  scene.name = root["name"].as<std::string>("scene");
+  scene.frames = root["frames"].as<int>(240);
+  scene.camera = ReadCamera(root["camera"]);
+  scene.bodies = ReadList(root, "furniture", ReadBody);
+  for (SceneBody& body : scene.bodies) {
+    body.id = 0;
+  }
+  const std::vector<SceneBody> objects = ReadList(root, "objects", ReadBody);
+  scene.bodies.insert(scene.bodies.end(), objects.begin(), objects.end());
+  scene.panels = ReadList(root, "panels", ReadPanel);
+  scene.lights = ReadList(root, "lights", ReadLight);
+  scene.waypoints = ReadList(root["motion"], "waypoints", [](const YAML::Node& node) {
+    return SceneWaypoint{ReadVector(node["position"], "position"), ReadVector(node["look_at"], "look_at")};
+  });
+  if (scene.waypoints.size() < 2) {
+    throw InputError("'motion: waypoints': expected two at least");
+  }
+  scene.tremor_position = root["motion"]["tremor_position"].as<double>(scene.tremor_position);
+  scene.tremor_angle = root["motion"]["tremor_angle"].as<double>(0.25) * kRadiansPerDegree;
+  if (root["ambient"]) {
+    scene.ambient = ReadVector(root["ambient"], "ambient");
+  }
+  return scene;
+}
+
+}  // namespace
+
+SceneDescription ReadScene(const std::filesystem::path& path) {
+  try {
+    const YAML::Node root = YAML::LoadFile(path.string());
+    if (!root.IsMap() || !root["motion"] || !root["camera"]) {
+      throw InputError("expected a scene description with at least 'camera' and 'motion'");
+    }
+    return ReadNode(root);
+  } catch (const YAML::BadFile&) {
+    throw InputError(fmt::format("{}: cannot be read; expected a scene description (YAML)", path.string()));
+  } catch (const YAML::Exception& error) {
+    throw InputError(fmt::format("{}:{}: {}", path.string(), error.mark.line + 1, error.msg));
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", path.string(), error.what()));
+  }
+}
+
+}  // namespace sqslam

@@ -1,0 +1,169 @@
+#include "render/synthetic/synthetic_sequence.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <iterator>
+#include <opencv2/imgcodecs.hpp>
+
+#include "render/synthetic/camera_motion.h"
+#include "render/synthetic/exact_boxes.h"
+#include "render/synthetic/scene_renderer.h"
+#include "render/tessellation.h"
+#include "slam/util/error.h"
+
+namespace sqslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string FileText(const fs::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+// Two bodies beside each other and a third hidden behind the first; the principal point is off the middle.
+SceneDescription SmallScene() {
+  SceneDescription scene;
+  scene.frames = 3;
+  scene.camera = {.width = 160, .height = 120, .fx = 140.0, .fy = 150.0, .cx = 71.0, .cy = 66.5};
+  const auto add = [&](std::int32_t id, const Superquadric& shape, const Eigen::Vector3d& center,
+                       double yaw) {
+    SceneBody body;
+    body.id = id;
+    body.label = id == 2 ? "sports ball" : "box";
+    body.superquadric = {shape,
+                         {Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ())), center}};
+    body.yaw = yaw;
+    body.texture = {"ceramic", {{200, 60, 40}, {240, 230, 210}}, "", static_cast<std::uint64_t>(id)};
+    scene.bodies.push_back(body);
+  };
+  add(1, {{0.2, 0.12, 0.3}, 0.1, 0.1}, {-0.35, 0.0, 0.0}, 0.4);
+  add(2, {{0.2, 0.2, 0.2}, 1.0, 1.0}, {0.35, 0.1, 0.05}, 0.0);
+  add(3, {{0.05, 0.05, 0.05}, 0.5, 1.0}, {-0.45, 0.6, 0.0}, 0.0);
+  scene.lights.push_back({{0, -1, 3}, {0, 0.5, 0}, {0.5, 0, 0}, {3, 3, 3}});
+  scene.waypoints = {{{-0.1, -2.0, 0.3}, {0, 0, 0}}, {{0.1, -2.0, 0.35}, {0.05, 0, 0}}};
+  return scene;
+}
+
+Box2d ProjectedBox(const SceneBody& body, const Camera& camera, const Rigid3d& T_world_camera) {
+  Eigen::Array2d low = Eigen::Array2d::Constant(1e9);
+  Eigen::Array2d high = -low;
+  for (const Eigen::Vector3f& vertex : Tessellate(body.superquadric.shape).vertices) {
+    const Eigen::Vector3d p_world = body.superquadric.T_map_object * vertex.cast<double>();
+    const Eigen::Vector2d pixel = camera.Project(T_world_camera.Inverse() * p_world);
+    low = low.min(pixel.array());
+    high = high.max(pixel.array());
+  }
+  return {low.x(), low.y(), high.x() - low.x(), high.y() - low.y()};
+}
+
+TEST(SyntheticSceneTest, BoxesOfVisibleBodiesMatchTheirProjections) {
+  const SceneDescription scene = SmallScene();
+  SceneRenderer renderer(scene, 2, RenderBackend::kAuto);
+  for (const Rigid3d& pose : HandHeldMotion(scene, scene.frames, 1)) {
+    const auto boxes = FindExactBoxes(scene, pose, renderer.RenderIds(pose), 2);
+    ASSERT_EQ(boxes.size(), 2U);  // the third is hidden
+    for (const ExactBox& exact : boxes) {
+      const Box2d expected =
+          ProjectedBox(scene.bodies[static_cast<std::size_t>(exact.object_id) - 1], scene.camera, pose);
+      const Box2d& box = exact.detection.box;
+      EXPECT_NEAR(box.x, expected.x, 0.6);
+      EXPECT_NEAR(box.y, expected.y, 0.6);
+      EXPECT_NEAR(box.x + box.width, expected.x + expected.width, 0.6);
+      EXPECT_NEAR(box.y + box.height, expected.y + expected.height, 0.6);
+      EXPECT_NEAR(exact.visible_fraction, 1.0, 0.02);
+    }
+  }
+}
+
+TEST(SyntheticSceneTest, VisibleFractionCountsWhatTheImageBorderCuts) {
+  SceneDescription scene = SmallScene();
+  scene.bodies.resize(2);
+  const SceneBody& ball = scene.bodies[1];
+  const Eigen::Vector3d center = ball.superquadric.T_map_object.translation;
+  Rigid3d pose = LookAt(center - Eigen::Vector3d(0, 2, 0), center);
+  scene.camera.cx = -0.5;  // the optical axis meets the left border: half of the ball is outside
+  SceneRenderer renderer(scene, 2, RenderBackend::kAuto);
+  const auto boxes = FindExactBoxes(scene, pose, renderer.RenderIds(pose), 2);
+  ASSERT_EQ(boxes.size(), 1U);
+  EXPECT_EQ(boxes[0].object_id, 2);
+  EXPECT_NEAR(boxes[0].visible_fraction, 0.5, 0.02);
+}
+
+TEST(HandHeldMotionTest, StartsAndEndsAtTheWaypointsAndMovesSmoothly) {
+  SceneDescription scene = SmallScene();
+  scene.tremor_position = 0.0;
+  scene.tremor_angle = 0.0;
+  const auto poses = HandHeldMotion(scene, 50, 1);
+  EXPECT_LT((poses.front().translation - scene.waypoints.front().position).norm(), 1e-9);
+  EXPECT_LT((poses.back().translation - scene.waypoints.back().position).norm(), 1e-9);
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    EXPECT_LT((poses[i].translation - poses[i - 1].translation).norm(), 0.01);
+  }
+}
+
+class SyntheticSequenceTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("sqslam_synth_test_" + std::to_string(getpid()));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  fs::path folder_;
+};
+
+TEST_F(SyntheticSequenceTest, IsTheSameByteForByteForTheSameSeed) {
+  const SceneDescription scene = SmallScene();
+  WriteSyntheticSequence(scene, folder_ / "a", {.seed = 5});
+  WriteSyntheticSequence(scene, folder_ / "b", {.seed = 5});
+  WriteSyntheticSequence(scene, folder_ / "c", {.seed = 6});
+  int files = 0;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder_ / "a")) {
+    if (entry.is_regular_file()) {
+      ++files;
+      const fs::path name = fs::relative(entry.path(), folder_ / "a");
+      EXPECT_EQ(FileText(entry.path()), FileText(folder_ / "b" / name)) << name;
+    }
+  }
+  EXPECT_EQ(files, 9);  // three pictures and six texts
+  EXPECT_NE(FileText(folder_ / "a/groundtruth.txt"), FileText(folder_ / "c/groundtruth.txt"));
+}
+
+TEST_F(SyntheticSequenceTest, WritesWhatItsReadersExpect) {
+  const SynthesisSummary summary = WriteSyntheticSequence(SmallScene(), folder_ / "a", {.frames = 2});
+  EXPECT_EQ(summary.frames, 2);
+  EXPECT_EQ(summary.objects, 2);
+  EXPECT_EQ(cv::imread((folder_ / "a/rgb/000001.jpg").string()).size(), cv::Size(160, 120));
+  EXPECT_NE(FileText(folder_ / "a/boxes.txt").find(" sports_ball 1.000 "), std::string::npos);
+  EXPECT_NE(FileText(folder_ / "a/objects_gt.json").find("\"primitive\":\"cuboid\""), std::string::npos);
+  EXPECT_NE(FileText(folder_ / "a/camera.yaml").find("cx: 71"), std::string::npos);
+}
+
+TEST_F(SyntheticSequenceTest, NeverOverwritesAFolder) {
+  fs::create_directories(folder_ / "a");
+  std::ofstream(folder_ / "a/mine.txt") << "keep";
+  EXPECT_THROW(WriteSyntheticSequence(SmallScene(), folder_ / "a", {}), InputError);
+  EXPECT_EQ(FileText(folder_ / "a/mine.txt"), "keep");
+}
+
+TEST(ReadSceneTest, ReadsTheBundledDesk) {
+  const SceneDescription scene = ReadScene(fs::path(SQSLAM_SOURCE_DIR) / "assets/scenes/desk.yaml");
+  EXPECT_EQ(scene.camera.width, 640);
+  EXPECT_GE(std::count_if(scene.bodies.begin(), scene.bodies.end(), [](const auto& b) { return b.id > 0; }),
+            10);
+}
+
+TEST(ReadSceneTest, SaysWhichFileCannotBeRead) {
+  try {
+    ReadScene("/nowhere/scene.yaml");
+    FAIL() << "no error";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("/nowhere/scene.yaml"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace sqslam
