@@ -13,6 +13,7 @@
 
 #include "app/interrupt.h"
 #include "app/progress.h"
+#include "app/run_pictures.h"
 #include "slam/io/atomic_file.h"
 #include "slam/io/recording.h"
 #include "slam/io/trajectory.h"
@@ -227,11 +228,18 @@ RunSummary RunPipeline(const RunRequest& request) {
     }
     throw NoMapError(fmt::format("{}: no map: {}", sequence.path.string(), result.no_map_reason));
   }
+  const auto draw = [&] {
+    if (request.render) {
+      StageTimes times;
+      DrawRun(*result.map, request.output, times);
+      summary.stats.timing_ms.merge(times.Summaries());
+    }
+  };
   RunAll({[&] { WriteTrajectory(request.output / "trajectory.txt", result.trajectory); },
           [&] { WriteTrajectory(request.output / "keyframes.txt", result.keyframes); },
           [&] { WritePoints(request.output / "points.ply", result.map->points); },
-          [&] { WriteObjects(request.output / "objects.json", result.map->objects); }, write_stats,
-          [&] { recorder.Close(); }});
+          [&] { WriteObjects(request.output / "objects.json", result.map->objects); },
+          [&] { recorder.Close(); }, draw, write_stats});
   return summary;
 }
 

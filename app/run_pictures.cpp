@@ -1,0 +1,47 @@
+#include "app/run_pictures.h"
+
+#include <fmt/format.h>
+
+#include <opencv2/imgcodecs.hpp>
+#include <string>
+
+#include "render/picture.h"
+#include "slam/io/atomic_file.h"
+#include "slam/util/error.h"
+
+namespace sqslam::app {
+namespace {
+
+struct View {
+  const char* file;
+  double azimuth;    // degrees from the three-quarter view
+  double elevation;  // degrees from the three-quarter view
+};
+
+void WritePicture(const std::filesystem::path& path, const cv::Mat& picture) {
+  AtomicPath file(path);
+  if (!cv::imwrite(file.Path().string(), picture)) {
+    throw InputError(fmt::format("{}: the picture cannot be written, expected free space and a writable folder",
+                                 path.string()));
+  }
+  file.Commit();
+}
+
+}  // namespace
+
+void DrawRun(const MapSnapshot& map, const std::filesystem::path& result, StageTimes& times) {
+  const PictureOptions options;
+  PictureRenderer renderer(options);
+  renderer.SetMap(map);
+  std::filesystem::create_directories(result / "figures");
+  for (const View& view : {View{"map.png", 0.0, 0.0}, View{"figures/above.png", 0.0, 60.0},
+                           View{"figures/left.png", -50.0, 0.0}, View{"figures/right.png", 50.0, 0.0}}) {
+    const StageTimes::Scope timer(times, "render");
+    CameraOverrides turn;
+    turn.azimuth = view.azimuth;
+    turn.elevation = view.elevation;
+    WritePicture(result / view.file, renderer.Render(turn.ApplyTo(renderer.DefaultCamera())));
+  }
+}
+
+}  // namespace sqslam::app

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <filesystem>
+
+#include "slam/map/snapshot.h"
+#include "slam/util/stage_times.h"
+
+namespace sqslam::app {
+
+// Draws a finished run into its result folder: map.png (three-quarter view) and figures/ (from above and from both
+// sides). `times` takes the duration of each as stage render. Throws InputError where a file cannot be written.
+void DrawRun(const MapSnapshot& map, const std::filesystem::path& result, StageTimes& times);
+
+}  // namespace sqslam::app
