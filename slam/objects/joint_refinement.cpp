@@ -185,6 +185,30 @@ void AddEdges(const SilhouetteView& view, const Camera& camera, const Refinement
   }
 }
 
+// Where the object is for sure: the mean of its points, or of the start where there are none.
+Eigen::Vector3d SurePlace(const PosedSuperquadric& start, const RefinementInput& input) {
+  if (input.points.empty()) {
+    return start.T_map_object.translation;
+  }
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : input.points) {
+    sum += p;
+  }
+  return sum / static_cast<double>(input.points.size());
+}
+
+// The largest half diagonal that a box shows, in map units at the object's place. What lies along the viewing rays of
+// an object seen from one side only is not observed and would grow without bound from update to update.
+double LargestShown(const PosedSuperquadric& start, const RefinementInput& input) {
+  const Eigen::Vector3d place = SurePlace(start, input);
+  double largest = 0.0;
+  for (const SilhouetteView& view : input.views) {
+    const double depth = (view.T_map_camera.Inverse() * place).z();
+    largest = std::max(largest, 0.5 * std::hypot(view.box.width, view.box.height) * depth / input.camera.fx);
+  }
+  return largest;
+}
+
 // Map units per pixel at the object, in the middle view.
 double UnitsPerPixel(const PosedSuperquadric& start, const RefinementInput& input) {
   std::vector<double> depths;
@@ -260,11 +284,12 @@ RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementI
     problem.SetParameterLowerBound(parameters.data(), i, kMinShapeExponent);
     problem.SetParameterUpperBound(parameters.data(), i, kMaxShapeExponent);
   }
-  const double largest = std::log(start.shape.half_size.maxCoeff());
+  const double shown = LargestShown(start, input);
+  const double largest = std::log(shown > 0.0 ? options.max_stretch * shown : 4.5 * start.shape.half_size.maxCoeff());
   for (int i = kLogHalf; i < kLogHalf + 3; ++i) {
-    problem.SetParameterLowerBound(parameters.data(), i, largest - 5.0);
-    problem.SetParameterUpperBound(parameters.data(), i, largest + 1.5);
-    parameters[i] = std::max(parameters[i], largest - 4.5);
+    problem.SetParameterLowerBound(parameters.data(), i, largest - 6.5);
+    problem.SetParameterUpperBound(parameters.data(), i, largest);
+    parameters[i] = std::clamp(parameters[i], largest - 6.0, largest - 0.01);
   }
   ceres::Solver::Options solver;
   solver.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;

@@ -163,6 +163,7 @@ struct RefinementOptions {
   double prior_e1 = 0.3;         // things that stand on a support mostly have flat tops, in [0.1, 1.9]
   double prior_e2 = 0.5;         // in [0.1, 1.9]
   double prior_e_sigma = 0.2;    // standard deviation of both exponents about them
+  double max_stretch = 1.5;      // half sizes at most so many times the largest half diagonal of a box
   int max_iterations = 30;       // Levenberg-Marquardt steps
 
   template <typename Visitor>
@@ -177,6 +178,7 @@ struct RefinementOptions {
     visit("prior_e2", prior_e2, 0.1, 1.9);
     visit("prior_e_sigma", prior_e_sigma, 0.01, 100.0);
     visit("contact_weight", contact_weight, 0.0, 1000.0);
+    visit("max_stretch", max_stretch, 0.5, 100.0);
     visit("max_iterations", max_iterations, 1, 1000);
   }
 };
