@@ -29,6 +29,10 @@ ViewAxes AxesOf(const ViewCamera& camera) {
   return {right, back.cross(right), back};
 }
 
+constexpr double kLeastText = 9.0;  // pixels; smaller letters cannot be read
+
+double TextSize(const SceneStyle& style, double scale) { return std::max(style.text.size * scale, kLeastText); }
+
 int Pixels(double value) { return static_cast<int>(std::lround(value)); }
 
 }  // namespace
@@ -52,7 +56,7 @@ void DrawLegend(cv::Mat& image, const MapSnapshot& map, const LabelColors& color
   if (counts.empty()) {
     return;
   }
-  const double size = style.text.size * scale;
+  const double size = TextSize(style, scale);
   const int line = Pixels(1.55 * size);
   int widest = 0;
   int widest_count = 0;
@@ -83,7 +87,7 @@ void DrawLegend(cv::Mat& image, const MapSnapshot& map, const LabelColors& color
 
 void DrawAxes(cv::Mat& image, const ViewCamera& camera, double grid_cell, const SceneStyle& style,
               const TextPainter& text, double scale) {
-  const double size = style.text.size * scale;
+  const double size = TextSize(style, scale);
   const double length = 2.2 * size;
   const cv::Point2d origin(1.6 * size + length, image.rows - 1.6 * size - 0.9 * length);
   const ViewAxes view = AxesOf(camera);
@@ -96,19 +100,19 @@ void DrawAxes(cv::Mat& image, const ViewCamera& camera, double grid_cell, const 
     const auto at = static_cast<std::size_t>(axis);
     const cv::Point2d direction(view.right[axis], -view.up[axis]);
     DrawLine(image, origin, origin + length * direction, 0.13 * size, colors[at]);
-    text.Draw(image, names[at], origin + (length + 0.7 * size) * direction, 0.85 * size, colors[at],
+    text.Draw(image, names[at], origin + (length + 0.7 * size) * direction, std::max(0.85 * size, kLeastText), colors[at],
               TextPainter::Align::kCenter);
   }
   if (style.grid.show) {
     const Eigen::Vector3d ink = 0.75 * ParseColor(style.text.color) + 0.25 * ParseColor(style.background);
     text.Draw(image, fmt::format("grid {:.4g} map unit{}", grid_cell, grid_cell == 1.0 ? "" : "s"),
-              {Pixels(2.0 * length + 3.0 * size), Pixels(image.rows - 1.6 * size)}, 0.85 * size, ink);
+              {Pixels(2.0 * length + 3.0 * size), Pixels(image.rows - 1.6 * size)}, std::max(0.85 * size, kLeastText), ink);
   }
 }
 
 void DrawLabels(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera, const SceneStyle& style,
                 const TextPainter& text, double scale) {
-  const double size = 0.9 * style.text.size * scale;
+  const double size = std::max(0.9 * style.text.size * scale, kLeastText);
   for (const SnapshotObject& object : map.objects) {
     const double height = SupportExtent(object.superquadric, camera.view_up.normalized());
     const Eigen::Vector3d top =

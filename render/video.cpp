@@ -1,0 +1,146 @@
+#include "render/video.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "render/camera_path.h"
+#include "render/video_alignment.h"
+#include "render/video_layout.h"
+#include "slam/util/error.h"
+
+namespace sqslam {
+namespace {
+
+struct FrameRange {
+  int first;
+  int end;
+};
+
+FrameRange RangeOf(const VideoOptions& options, int total) {
+  const FrameRange range{options.first, options.end < 0 ? total : std::min(options.end, total)};
+  if (range.first < 0 || range.first >= range.end) {
+    throw UsageError(fmt::format("frames {}:{}: nothing to write, expected a part of the {} frames there are",
+                                 options.first, options.end < 0 ? std::string() : std::to_string(options.end),
+                                 total));
+  }
+  return range;
+}
+
+// Views along the given poses; where a pose is missing (tracking lost), the one before stays.
+std::vector<ViewCamera> PathAlong(const std::vector<Rigid3d>& poses, CameraPath path, const Camera& camera,
+                                  const PictureRenderer& renderer) {
+  std::vector<ViewCamera> views;
+  for (const Rigid3d& pose : poses) {
+    views.push_back(path == CameraPath::kFirstPerson
+                        ? FirstPerson(pose, camera, renderer.SceneRadius())
+                        : Behind(pose, renderer.Up(), 0.6 * renderer.SceneRadius()));
+  }
+  return path == CameraPath::kFollow ? Smooth(views, 4.0) : views;
+}
+
+std::vector<ViewCamera> PathOfMap(const MapSnapshot& map, const VideoOptions& options, int frames,
+                                  const PictureRenderer& renderer) {
+  switch (options.path) {
+    case CameraPath::kStill:
+      return std::vector<ViewCamera>(static_cast<std::size_t>(frames), renderer.DefaultCamera());
+    case CameraPath::kOrbit:
+      return OrbitPath(renderer.DefaultCamera(), frames);
+    default:
+      if (map.keyframes.empty()) {
+        throw UsageError("this map has no keyframes to move along, expected --camera-path still or orbit");
+      }
+      return PathAlong(AlongKeyframes(map, frames), options.path, map.camera, renderer);
+  }
+}
+
+// Poses of the camera at each snapshot, in the frame of the last one.
+std::vector<ViewCamera> PathOfGrowth(const RecordingReader& recording, const MapSnapshot& last,
+                                     const VideoOptions& options, const PictureRenderer& renderer) {
+  const int frames = recording.Size();
+  if (options.path == CameraPath::kStill) {
+    return std::vector<ViewCamera>(static_cast<std::size_t>(frames), renderer.DefaultCamera());
+  }
+  if (options.path == CameraPath::kOrbit) {
+    return SwingPath(renderer.DefaultCamera(), frames);
+  }
+  std::vector<Rigid3d> poses;
+  for (int i = 0; i < frames; ++i) {
+    const MapSnapshotPtr map = recording.Read(i);
+    const Sim3d s = AlignByKeyframes(*map, last);
+    if (map->T_map_camera) {
+      poses.push_back({s.rotation * map->T_map_camera->rotation, s * map->T_map_camera->translation});
+    } else {
+      poses.push_back(poses.empty() ? Rigid3d{} : poses.back());
+    }
+  }
+  return PathAlong(poses, options.path, last.camera, renderer);
+}
+
+void CheckOpaque(const VideoOptions& options, const std::filesystem::path& output) {
+  if (options.picture.transparent && !IsFrameTemplate(output.string())) {
+    throw UsageError(fmt::format("{}: a video has no transparency, expected a name with {{frame:04}} that ends in "
+                                 ".png with --no-background",
+                                 output.string()));
+  }
+}
+
+}  // namespace
+
+int WriteOrbit(const MapSnapshot& map, const VideoOptions& options, const std::filesystem::path& output,
+               const VideoProgress& progress) {
+  CheckOpaque(options, output);
+  const int total = std::max(1, static_cast<int>(std::lround(options.seconds * options.fps)));
+  const FrameRange range = RangeOf(options, total);
+  FrameWriter writer(output, {options.picture.width, options.picture.height}, options.fps);
+  PictureRenderer renderer(options.picture);
+  renderer.SetMap(map);
+  const std::vector<ViewCamera> views = PathOfMap(map, options, total, renderer);
+  for (int i = range.first; i < range.end; ++i) {
+    writer.Add(renderer.Render(views[static_cast<std::size_t>(i)]), i);
+    if (progress && !progress(i - range.first + 1, range.end - range.first)) {
+      return i - range.first + 1;
+    }
+  }
+  writer.Close();
+  return range.end - range.first;
+}
+
+int WriteGrowthVideo(const RecordingReader& recording, const VideoOptions& options,
+                     const std::filesystem::path& output, const VideoProgress& progress) {
+  if (options.picture.transparent) {
+    throw UsageError("a video of growth has a background, expected no --no-background");
+  }
+  if (recording.Size() == 0) {
+    throw InputError("the recording holds no snapshot, expected at least one");
+  }
+  const FrameRange range = RangeOf(options, recording.Size());
+  const cv::Size size(options.picture.width, options.picture.height);
+  FrameWriter writer(output, size, options.fps);
+  const MapSnapshotPtr last = recording.Last();
+  const GrowthLayout layout = LayOut(size, options.show_image, last->camera);
+  PictureOptions view = options.picture;
+  view.width = layout.view.width;
+  view.height = layout.view.height;
+  PictureRenderer renderer(view);
+  renderer.SetMap(*last);
+  const GrowthPage page(layout, view.style, renderer.Colors());
+  const std::vector<ViewCamera> views = PathOfGrowth(recording, *last, options, renderer);
+  const double start = recording.Read(0)->timestamp;
+  for (int i = range.first; i < range.end; ++i) {
+    const MapSnapshotPtr read = recording.Read(i);
+    const MapSnapshot map = Transformed(AlignByKeyframes(*read, *last), *read);
+    renderer.SetMapKeepingFrame(map);
+    const double whole = std::max(last->timestamp - start, 1e-9);
+    const GrowthMoment moment{(map.timestamp - start) / whole, map.timestamp - start};
+    writer.Add(page.Compose(renderer.Render(views[static_cast<std::size_t>(i)]), map, moment), i);
+    if (progress && !progress(i - range.first + 1, range.end - range.first)) {
+      return i - range.first + 1;
+    }
+  }
+  writer.Close();
+  return range.end - range.first;
+}
+
+}  // namespace sqslam

@@ -1,0 +1,172 @@
+#include <fmt/format.h>
+
+#include <charconv>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+#include <optional>
+#include <regex>
+#include <thread>
+
+#include "render/video.h"
+#include "slam/io/atomic_file.h"
+#include "slam/util/error.h"
+
+namespace sqslam {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::size_t kQueue = 4;  // frames that wait for the encoder
+
+// A {frame} or {frame:04} field.
+std::optional<std::smatch> FrameField(const std::string& name, std::smatch& match) {
+  static const std::regex field(R"(\{frame(?::(\d+))?\})");
+  return std::regex_search(name, match, field) ? std::optional(match) : std::nullopt;
+}
+
+void WritePng(const fs::path& path, const cv::Mat& image) {
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".png", image, bytes, {cv::IMWRITE_PNG_COMPRESSION, 3});
+  WriteFileAtomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+}  // namespace
+
+bool IsFrameTemplate(const std::string& name) {
+  std::smatch match;
+  return FrameField(name, match).has_value();
+}
+
+std::string FrameName(const std::string& name, int number) {
+  std::smatch match;
+  if (!FrameField(name, match)) {
+    return name;
+  }
+  const std::string digits = match[1].str();
+  const int width = digits.empty() ? 0 : std::min(20, std::stoi(digits.substr(0, 3)));
+  return match.prefix().str() + fmt::format("{:0{}}", number, width) + match.suffix().str();
+}
+
+struct FrameWriter::Impl {
+  struct Job {
+    cv::Mat frame;
+    int number;
+  };
+
+  Impl(const fs::path& wanted, cv::Size wanted_size, double wanted_fps)
+      : output(wanted), size(wanted_size), fps(wanted_fps), numbered(IsFrameTemplate(wanted.string())) {
+    if (numbered) {
+      if (output.extension() != ".png") {
+        throw UsageError(fmt::format("{}: expected a numbered name that ends in .png", output.string()));
+      }
+    } else if (output.extension() == ".mp4") {
+      OpenVideo();
+    } else {
+      throw UsageError(fmt::format("{}: expected FILE.mp4, or a name with {{frame:04}} that ends in .png",
+                                   output.string()));
+    }
+    const fs::path folder = output.parent_path();
+    std::error_code error;
+    if (!folder.empty() && numbered) {
+      fs::create_directories(folder, error);
+    }
+    encoder = std::thread([this] { Encode(); });
+  }
+
+  ~Impl() { Stop(); }
+
+  void OpenVideo() {
+    if (size.width % 2 != 0 || size.height % 2 != 0) {
+      throw UsageError(fmt::format("resolution {},{}: the sides of a video must be even", size.width, size.height));
+    }
+    file.emplace(output);
+    for (const char* codec : {"avc1", "mp4v"}) {
+      const int code = cv::VideoWriter::fourcc(codec[0], codec[1], codec[2], codec[3]);
+      if (video.open(file->Path().string(), cv::CAP_FFMPEG, code, fps, size)) {
+        return;
+      }
+    }
+    throw InputError(fmt::format("{}: cannot be written as a video, expected a folder that can be written to and an "
+                                 "OpenCV with FFmpeg",
+                                 output.string()));
+  }
+
+  void Encode() {
+    for (;;) {
+      std::unique_lock lock(mutex);
+      changed.wait(lock, [this] { return !jobs.empty() || stopping; });
+      if (jobs.empty()) {
+        return;
+      }
+      const Job job = std::move(jobs.front());
+      jobs.pop_front();
+      changed.notify_all();
+      lock.unlock();
+      try {
+        numbered ? WritePng(FrameName(output.string(), job.number), job.frame) : video.write(job.frame);
+      } catch (...) {
+        const std::lock_guard guard(mutex);
+        failure = failure ? failure : std::current_exception();
+      }
+    }
+  }
+
+  void Stop() {
+    {
+      const std::lock_guard lock(mutex);
+      stopping = true;
+    }
+    changed.notify_all();
+    if (encoder.joinable()) {
+      encoder.join();
+    }
+  }
+
+  void ThrowFailure() {
+    const std::lock_guard lock(mutex);
+    if (failure) {
+      std::rethrow_exception(failure);
+    }
+  }
+
+  fs::path output;
+  cv::Size size;
+  double fps;
+  bool numbered;
+  std::optional<AtomicPath> file;
+  cv::VideoWriter video;
+  std::mutex mutex;  // guards what follows, but for the thread
+  std::condition_variable changed;
+  std::deque<Job> jobs;
+  bool stopping = false;
+  std::exception_ptr failure;
+  std::thread encoder;
+};
+
+FrameWriter::FrameWriter(const fs::path& output, cv::Size size, double fps)
+    : impl_(std::make_unique<Impl>(output, size, fps)) {}
+FrameWriter::~FrameWriter() = default;
+FrameWriter::FrameWriter(FrameWriter&&) noexcept = default;
+
+void FrameWriter::Add(const cv::Mat& frame, int number) {
+  Impl& s = *impl_;
+  s.ThrowFailure();
+  std::unique_lock lock(s.mutex);
+  s.changed.wait(lock, [&s] { return s.jobs.size() < kQueue; });
+  s.jobs.push_back({frame.clone(), number});
+  s.changed.notify_all();
+}
+
+void FrameWriter::Close() {
+  Impl& s = *impl_;
+  s.Stop();
+  s.ThrowFailure();
+  if (s.file) {
+    s.video.release();
+    s.file->Commit();
+  }
+}
+
+}  // namespace sqslam

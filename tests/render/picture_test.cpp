@@ -1,0 +1,157 @@
+#include "render/picture.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/quality/qualityssim.hpp>
+
+#include "hand_made_map.h"
+#include "slam/util/error.h"
+#include "slam/util/options.h"
+
+namespace sqslam {
+namespace {
+
+constexpr double kThreshold = 0.04;  // 1 - SSIM, as `sqslam render --reference-threshold`
+
+PictureOptions SmallPicture() {
+  unsetenv("DISPLAY");
+  PictureOptions options;
+  options.width = 320;
+  options.height = 240;
+  options.backend = RenderBackend::kOsmesa;
+  return options;
+}
+
+double OneMinusSsim(const cv::Mat& a, const cv::Mat& b) {
+  const cv::Scalar similarity = cv::quality::QualitySSIM::compute(a, b, cv::noArray());
+  double sum = 0.0;
+  for (int c = 0; c < a.channels(); ++c) {
+    sum += similarity[c];
+  }
+  return 1.0 - sum / a.channels();
+}
+
+bool SameBytes(const cv::Mat& a, const cv::Mat& b) {
+  return a.size() == b.size() && a.type() == b.type() && cv::norm(a, b, cv::NORM_INF) == 0.0;
+}
+
+// SQSLAM_UPDATE_BASELINES=1 writes the picture as the new baseline (scripts/update-baselines.sh).
+void ExpectBaseline(const cv::Mat& image, const std::string& name) {
+  const std::string path = std::string(SQSLAM_SOURCE_DIR) + "/tests/baselines/" + name + ".png";
+  if (std::getenv("SQSLAM_UPDATE_BASELINES") != nullptr) {
+    cv::imwrite(path, image);
+  }
+  const cv::Mat baseline = cv::imread(path, cv::IMREAD_UNCHANGED);
+  ASSERT_FALSE(baseline.empty()) << path << ": missing; look at the picture, then scripts/update-baselines.sh";
+  ASSERT_EQ(image.size(), baseline.size());
+  ASSERT_EQ(image.type(), baseline.type());
+  const double difference = OneMinusSsim(image, baseline);
+  if (difference > kThreshold) {
+    const auto written = std::filesystem::temp_directory_path() / ("sqslam-" + name + ".png");
+    cv::imwrite(written.string(), image);
+    ADD_FAILURE() << "1 - SSIM is " << difference << ", at most " << kThreshold << " expected; see " << written;
+  }
+}
+
+TEST(PictureTest, LooksLikeItsBaseline) {
+  ExpectBaseline(RenderPicture(HandMadeMap(), SmallPicture()), "map_paper");
+}
+
+TEST(PictureTest, TranslucentDarkAndLabelledLooksLikeItsBaseline) {
+  PictureOptions options = SmallPicture();
+  options.style = LoadStyle(std::string(SQSLAM_SOURCE_DIR) + "/configs/styles/dark.yaml");
+  options.style.objects.opacity = 0.4;
+  options.style.objects.labels = true;
+  ExpectBaseline(RenderPicture(HandMadeMap(), options), "map_dark");
+}
+
+TEST(PictureTest, BaselineTellsAChangedObjectFromTheSame) {
+  MapSnapshot changed = HandMadeMap();
+  changed.objects[0].superquadric.shape.half_size *= 1.3;
+  EXPECT_GT(OneMinusSsim(RenderPicture(changed, SmallPicture()), RenderPicture(HandMadeMap(), SmallPicture())),
+            kThreshold);
+}
+
+TEST(PictureTest, WithoutBackgroundCornersAreTransparentAndObjectsAreNot) {
+  PictureOptions options = SmallPicture();
+  options.transparent = true;
+  options.style.objects.opacity = 1.0;
+  options.style.text.legend = false;
+  const cv::Mat image = RenderPicture(HandMadeMap(), options);
+  ASSERT_EQ(image.type(), CV_8UC4);
+  for (const cv::Point corner : {cv::Point(0, 0), cv::Point(319, 0)}) {
+    EXPECT_EQ(image.at<cv::Vec4b>(corner)[3], 0);
+  }
+  cv::Mat alpha;
+  cv::extractChannel(image, alpha, 3);
+  EXPECT_GT(cv::countNonZero(alpha == 255), 1500);
+}
+
+TEST(PictureTest, TransparentPictureOverWhiteIsTheOpaqueOne) {
+  PictureOptions options = SmallPicture();
+  options.style.text.legend = false;  // its panel is drawn on opaque pictures only
+  const cv::Mat opaque = RenderPicture(HandMadeMap(), options);
+  options.transparent = true;
+  const cv::Mat image = RenderPicture(HandMadeMap(), options);
+  double worst = 0.0;
+  for (int y = 0; y < image.rows; ++y) {
+    for (int x = 0; x < image.cols; ++x) {
+      const cv::Vec4b& p = image.at<cv::Vec4b>(y, x);
+      for (int c = 0; c < 3; ++c) {
+        const double over_white = p[c] * (p[3] / 255.0) + 255.0 - p[3];
+        worst = std::max(worst, std::abs(over_white - opaque.at<cv::Vec3b>(y, x)[c]));
+      }
+    }
+  }
+  EXPECT_LE(worst, 6.0);
+}
+
+TEST(PictureTest, SameMapGivesTheSameBytes) {
+  EXPECT_TRUE(SameBytes(RenderPicture(HandMadeMap(), SmallPicture()), RenderPicture(HandMadeMap(), SmallPicture())));
+}
+
+TEST(PictureTest, FramesAfterOtherFramesAreTheSameBytes) {
+  PictureRenderer renderer(SmallPicture());
+  MapSnapshot smaller = HandMadeMap();
+  smaller.objects.pop_back();
+  renderer.SetMap(HandMadeMap());
+  const cv::Mat first = renderer.Render();
+  renderer.SetMapKeepingFrame(smaller);
+  renderer.Render(Azimuth(renderer.DefaultCamera(), 120.0));
+  renderer.SetMapKeepingFrame(HandMadeMap());
+  EXPECT_TRUE(SameBytes(renderer.Render(), first));
+}
+
+TEST(PictureTest, TranslucentObjectsBlendWhateverTheirOrderInTheMap) {
+  PictureOptions options = SmallPicture();
+  options.style.objects.opacity = 0.4;
+  MapSnapshot map = HandMadeMap();
+  for (SnapshotObject& object : map.objects) {  // in a row behind one another
+    object.superquadric.T_map_object.translation.head<2>() = Eigen::Vector2d(0.0, 0.45 * object.id);
+  }
+  MapSnapshot reversed = map;
+  std::reverse(reversed.objects.begin(), reversed.objects.end());
+  for (const double azimuth : {0.0, 90.0, 180.0, 270.0}) {
+    options.camera.azimuth = azimuth;
+    EXPECT_TRUE(SameBytes(RenderPicture(map, options), RenderPicture(reversed, options))) << azimuth;
+  }
+}
+
+TEST(PictureTest, SizesAndStylesWithoutSenseAreRefused) {
+  PictureOptions options = SmallPicture();
+  options.width = 0;
+  EXPECT_THROW(RenderPicture(HandMadeMap(), options), UsageError);
+  options = SmallPicture();
+  options.style.background = "white";
+  EXPECT_THROW(RenderPicture(HandMadeMap(), options), UsageError);
+  EXPECT_THROW(LoadStyle("no-such-style"), std::exception);
+}
+
+TEST(PictureTest, EmptyMapIsDrawn) { EXPECT_FALSE(RenderPicture(MapSnapshot(), SmallPicture()).empty()); }
+
+}  // namespace
+}  // namespace sqslam

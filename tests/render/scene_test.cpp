@@ -1,0 +1,123 @@
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "hand_made_map.h"
+#include "render/camera_path.h"
+#include "render/picture_overlay.h"
+#include "render/scene_framing.h"
+#include "render/scene_order.h"
+#include "render/video_alignment.h"
+
+namespace sqslam {
+namespace {
+
+TEST(FramingTest, StrayPointsChangeNothing) {
+  const MapSnapshot map = HandMadeMap();
+  MapSnapshot with_stray = map;
+  with_stray.points.push_back({Eigen::Vector3f(900.0F, -300.0F, 50.0F), {0, 0, 0}, -1});
+  const ViewCamera a = FrameScene(map, FindFocus(map), 1.5);
+  const ViewCamera b = FrameScene(with_stray, FindFocus(with_stray), 1.5);
+  EXPECT_LT((a.position - b.position).norm(), 0.02 * a.Distance());
+  EXPECT_LT((a.focal_point - b.focal_point).norm(), 0.02 * a.Distance());
+}
+
+TEST(FramingTest, StrayPointsChangeLittleWithoutObjects) {
+  MapSnapshot map = HandMadeMap();
+  map.objects.clear();
+  const double before = FindFocus(map).radius;
+  map.points.push_back({Eigen::Vector3f(900.0F, -300.0F, 50.0F), {0, 0, 0}, -1});
+  EXPECT_NEAR(FindFocus(map).radius, before, 0.05 * before);
+}
+
+TEST(FramingTest, EveryObjectIsInsideThePicture) {
+  const MapSnapshot map = HandMadeMap();
+  for (const double aspect : {0.5, 1.0, 16.0 / 9.0, 3.0}) {
+    const ViewCamera camera = FrameScene(map, FindFocus(map), aspect);
+    const cv::Size size(static_cast<int>(1000 * aspect), 1000);
+    for (const SnapshotObject& object : map.objects) {
+      for (int i = 0; i < 64; ++i) {
+        const double angle = 2.0 * std::numbers::pi * i / 64;
+        const PosedSuperquadric& solid = object.superquadric;
+        const SeenPoint seen = Project(camera, size, solid.T_map_object * solid.shape.PointAt(0.0, angle));
+        EXPECT_GT(seen.depth, 0.0);
+        EXPECT_TRUE(cv::Rect(cv::Point(), size).contains(seen.pixel));
+      }
+    }
+  }
+}
+
+TEST(FramingTest, LooksDownFromTheSideOfTheCameras) {
+  const MapSnapshot map = HandMadeMap();
+  const ViewCamera camera = FrameScene(map, FindFocus(map), 1.5);
+  EXPECT_GT(camera.position.z(), camera.focal_point.z());
+  EXPECT_LT(camera.position.y(), camera.focal_point.y());  // the keyframes stand at negative y
+}
+
+TEST(DrawOrderTest, TheNearerOfTwoIsDrawnLastFromBothSides) {
+  std::vector<PosedSuperquadric> solids(2);
+  solids[0].T_map_object.translation = {0.0, 0.0, 0.0};
+  solids[1].T_map_object.translation = {5.0, 0.0, 0.0};
+  EXPECT_EQ(BackToFront(solids, {20.0, 0.0, 0.0}), (std::vector<int>{0, 1}));
+  EXPECT_EQ(BackToFront(solids, {-20.0, 0.0, 0.0}), (std::vector<int>{1, 0}));
+}
+
+TEST(DrawOrderTest, ACupOnTheFarEndOfATableIsDrawnAfterTheTable) {
+  std::vector<PosedSuperquadric> solids(2);
+  solids[0].shape = {{0.1, 0.1, 0.1}, 0.3, 1.0};
+  solids[0].T_map_object.translation = {0.0, 1.8, 0.2};
+  solids[1].shape = {{1.0, 2.0, 0.1}, 0.1, 0.1};
+  const Eigen::Vector3d eye(0.0, -4.0, 2.0);  // nearer to the table's centre than to the cup
+  EXPECT_EQ(BackToFront(solids, eye), (std::vector<int>{1, 0}));
+}
+
+TEST(DrawOrderTest, SupportExtentIsTheFarthestSurfacePoint) {
+  PosedSuperquadric solid;
+  solid.shape = {{0.3, 0.7, 0.5}, 0.4, 1.3};
+  solid.T_map_object.rotation = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized());
+  const Eigen::Vector3d n = Eigen::Vector3d(0.3, -0.5, 0.8).normalized();
+  double farthest = 0.0;
+  for (int i = 0; i <= 400; ++i) {
+    for (int k = 0; k <= 800; ++k) {
+      const Eigen::Vector3d p =
+          solid.shape.PointAt(std::numbers::pi * (i / 400.0 - 0.5), std::numbers::pi * (k / 400.0 - 1.0));
+      farthest = std::max(farthest, n.dot(solid.T_map_object * p));
+    }
+  }
+  EXPECT_NEAR(SupportExtent(solid, n), farthest, 1e-3);
+}
+
+TEST(CameraPathTest, OrbitKeepsItsDistanceAndCloses) {
+  const std::vector<ViewCamera> path = OrbitPath(ViewCamera(), 36);
+  ASSERT_EQ(path.size(), 36U);
+  for (const ViewCamera& view : path) {
+    EXPECT_NEAR(view.Distance(), ViewCamera().Distance(), 1e-9);
+  }
+  EXPECT_LT((Azimuth(path.back(), 10.0).position - path.front().position).norm(), 1e-9);
+}
+
+TEST(CameraPathTest, FirstPersonSeesWhatTheCameraSaw) {
+  const MapSnapshot map = HandMadeMap();
+  const Rigid3d& pose = map.keyframes[3].T_map_camera;
+  const ViewCamera view = FirstPerson(pose, map.camera, 1.0);
+  const Eigen::Vector3d p(0.1, 0.2, 0.1);
+  const Eigen::Vector2d expected = map.camera.Project(pose.Inverse() * p);
+  const SeenPoint seen = Project(view, {map.camera.width, map.camera.height}, p);
+  EXPECT_NEAR(seen.pixel.x - 0.5, expected.x(), 1e-6);  // a pixel's centre lies at a half here
+  EXPECT_NEAR(seen.pixel.y - 0.5, expected.y(), 1e-6);
+}
+
+TEST(AlignmentTest, UndoesATurnAndAChangeOfScale) {
+  const MapSnapshot last = HandMadeMap();
+  Sim3d moved;
+  moved.scale = 0.7;
+  moved.rotation = Eigen::AngleAxisd(0.9, Eigen::Vector3d(1, -2, 0.5).normalized());
+  moved.translation = {3.0, -1.0, 0.5};
+  const MapSnapshot early = Transformed(moved, last);
+  const MapSnapshot back = Transformed(AlignByKeyframes(early, last), early);
+  EXPECT_LT((back.points[77].p_map - last.points[77].p_map).norm(), 1e-5F);
+  EXPECT_NEAR(back.objects[0].superquadric.shape.half_size.x(), 0.3, 1e-6);
+}
+
+}  // namespace
+}  // namespace sqslam
