@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "app/report.h"
 #include "slam/evaluation/evaluation.h"
 #include "slam/util/options.h"
 
@@ -40,6 +41,9 @@ void Evaluate(const EvalArguments& arguments) {
   if (!arguments.quiet) {
     fmt::print("{}\nwritten: {}\n", FormatEvaluation(evaluation), file.string());
   }
+  if (std::filesystem::exists(std::filesystem::path(arguments.result) / "report.html")) {
+    WriteReport({arguments.result, "", "", {}});  // the run's page, now with what the evaluation found
+  }
 }
 
 }  // namespace
@@ -49,7 +53,9 @@ void AddEvalCommand(CLI::App& app, int& /*exit_code*/) {
   CLI::App* eval =
       app.add_subcommand("eval", "Hold a result against ground truth: trajectory error, 3D IoU, counts");
   eval->footer(kExamples);
-  eval->add_option("RESULT", arguments->result, "Result folder of sqslam run; eval.json is written into it")
+  eval->add_option(
+          "RESULT", arguments->result,
+          "Result folder of sqslam run; eval.json is written into it, its report.html brought up to date")
       ->required();
   eval->add_option("--ground-truth", arguments->ground_truth,
                    "Sequence folder with groundtruth.txt, rgb.txt and objects_gt.json if there is one")

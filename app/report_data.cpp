@@ -1,0 +1,61 @@
+#include "app/report_data.h"
+
+#include <fmt/format.h>
+
+#include <array>
+
+#include "slam/io/text_lines.h"
+#include "slam/util/error.h"
+
+namespace sqslam::app {
+namespace {
+
+ReportEvaluation ReadEvaluation(const std::filesystem::path& path) {
+  try {
+    ReportEvaluation evaluation;
+    evaluation.json = nlohmann::json::parse(ReadFile(path, "an eval.json"));
+    evaluation.scale = evaluation.json.at("trajectory").at("S_world_map").at("scale").get<double>();
+    for (const auto& position : evaluation.json.at("ground_truth_positions_map")) {
+      const auto p = position.get<std::array<double, 3>>();
+      evaluation.truth_positions_map.emplace_back(p[0], p[1], p[2]);
+    }
+    evaluation.has_objects = evaluation.json.contains("objects");
+    return evaluation;
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(
+        fmt::format("{}: expected an eval.json as sqslam eval writes it ({})", path.string(), error.what()));
+  }
+}
+
+}  // namespace
+
+ReportData ReadReportData(const std::filesystem::path& folder) {
+  if (!std::filesystem::is_directory(folder)) {
+    throw InputError(fmt::format("{}: no such folder; expected the result folder of a run", folder.string()));
+  }
+  const auto has = [&](const char* name) { return std::filesystem::exists(folder / name); };
+  ReportData data;
+  data.folder = folder;
+  if (has("trajectory.txt")) {
+    data.trajectory = ReadTrajectory(folder / "trajectory.txt");
+  }
+  if (has("objects.json")) {
+    data.objects = ReadObjects(folder / "objects.json");
+  }
+  if (has("stats.json")) {
+    data.stats = ReadStats(folder / "stats.json");
+  }
+  if (has("eval.json")) {
+    data.evaluation = ReadEvaluation(folder / "eval.json");
+  }
+  for (const SnapshotObject& object : data.objects) {
+    data.label_index[object.label] = 0;
+  }
+  std::size_t index = 0;
+  for (auto& [label, position] : data.label_index) {
+    position = index++;
+  }
+  return data;
+}
+
+}  // namespace sqslam::app
