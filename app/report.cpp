@@ -67,7 +67,7 @@ void AppendFiguresOfRun(Output out, const ReportData& data) {
 }
 
 void AppendObjectRow(Output out, const ReportData& data, const SnapshotObject& object) {
-  const std::string_view color = LabelColor(data.label_index.at(object.label));
+  const std::string& color = data.colors.at(object.label);
   const Superquadric& shape = object.superquadric.shape;
   const double factor = 2.0 * data.Scale() * (data.evaluation ? 100.0 : 1.0);  // centimetres where metric
   const int digits = data.evaluation ? 1 : 3;
@@ -83,14 +83,14 @@ void AppendObjectRow(Output out, const ReportData& data, const SnapshotObject& o
 
 void AppendMatchRow(Output out, const ReportData& data, const json& match) {
   const auto label = match.at("object_label").get<std::string>();
-  const auto color = data.label_index.find(label);
+  const auto color = data.colors.find(label);
   const double iou = match.at("iou").get<double>();
   const double degrees = 180.0 / std::numbers::pi;
   fmt::format_to(out, "<tr><td class=\"l\">{} {}</td><td>{}</td>", match.at("ground_truth").get<int>(),
                  EscapeHtml(match.at("name").get<std::string>()), match.at("detections").get<int>());
   fmt::format_to(out, "<td class=\"l\"><span class=\"dot\" style=\"background:{}\"></span>{} {}</td>",
-                 color != data.label_index.end() ? LabelColor(color->second) : "#9aa3ad",
-                 match.at("object").get<int>(), EscapeHtml(label));
+                 color != data.colors.end() ? color->second : "#9aa3ad", match.at("object").get<int>(),
+                 EscapeHtml(label));
   fmt::format_to(
       out,
       "<td class=\"bars\"><span class=\"bar\"><i style=\"width:{:.0f}%\"></i></span></td><td>{:.3f}</td>",

@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "render/style.h"
 #include "slam/io/text_lines.h"
 #include "slam/util/error.h"
 
@@ -48,12 +49,14 @@ ReportData ReadReportData(const std::filesystem::path& folder) {
   if (has("eval.json")) {
     data.evaluation = ReadEvaluation(folder / "eval.json");
   }
+  std::vector<std::string> labels;
   for (const SnapshotObject& object : data.objects) {
-    data.label_index[object.label] = 0;
+    labels.push_back(object.label);
   }
-  std::size_t index = 0;
-  for (auto& [label, position] : data.label_index) {
-    position = index++;
+  const LabelColors colors(labels);
+  for (const std::string& label : labels) {
+    const Eigen::Vector3i rgb = (255.0 * colors(label)).array().round().cast<int>();
+    data.colors[label] = fmt::format("#{:02x}{:02x}{:02x}", rgb.x(), rgb.y(), rgb.z());
   }
   return data;
 }

@@ -29,7 +29,7 @@ struct ReportData {
   std::vector<SnapshotObject> objects;
   std::optional<RunStats> stats;
   std::optional<ReportEvaluation> evaluation;
-  std::map<std::string, std::size_t> label_index;  // position in the sorted list of labels
+  std::map<std::string, std::string> colors;  // "#rrggbb" of each label, as in the pictures of the map
 
   double Scale() const { return evaluation ? evaluation->scale : 1.0; }
   std::string_view Unit() const { return evaluation ? "m" : "map units"; }

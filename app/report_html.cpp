@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <array>
-
 #include "slam/io/text_lines.h"
 
 namespace sqslam::app {
@@ -127,13 +125,6 @@ std::string HtmlPage(const std::string& title, const std::string& body) {
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<title>{}</title>\n<style>{}</style>\n</head>\n<body>\n{}</body>\n</html>\n",
       EscapeHtml(title), kStyle, body);
-}
-
-std::string_view LabelColor(std::size_t index) {
-  static constexpr std::array<std::string_view, 12> kColors = {"#2f7fb8", "#e07b39", "#3c9d6b", "#c4504a",
-                                                               "#7d64b5", "#b98a2e", "#3aa6a6", "#c2649a",
-                                                               "#6b7d2f", "#4a5fa8", "#a0603c", "#5f7480"};
-  return kColors[index % kColors.size()];
 }
 
 }  // namespace sqslam::app

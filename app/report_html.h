@@ -17,7 +17,4 @@ std::string DataUri(const std::filesystem::path& file, std::string_view mime_typ
 // The whole page around its body, with the style sheet.
 std::string HtmlPage(const std::string& title, const std::string& body);
 
-// One of the colours that stand for labels: the same for the same position in the sorted list of labels.
-std::string_view LabelColor(std::size_t index);
-
 }  // namespace sqslam::app

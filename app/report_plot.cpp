@@ -103,7 +103,7 @@ void AppendObjects(Output out, const View& view, const ReportData& data) {
            b->superquadric.shape.half_size.head<2>().prod();
   });
   for (const SnapshotObject* object : by_size) {  // small ones on top
-    const std::string_view color = LabelColor(data.label_index.at(object->label));
+    const std::string& color = data.colors.at(object->label);
     AppendPath(out, view, Footprint(object->superquadric), true,
                fmt::format("fill=\"{0}\" fill-opacity=\"0.22\" stroke=\"{0}\" stroke-width=\"1.6\"", color));
     names.push_back({view(object->superquadric.T_map_object.translation.head<2>()),

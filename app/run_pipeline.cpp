@@ -13,6 +13,7 @@
 
 #include "app/interrupt.h"
 #include "app/progress.h"
+#include "app/report.h"
 #include "app/run_pictures.h"
 #include "slam/io/atomic_file.h"
 #include "slam/io/recording.h"
@@ -235,11 +236,16 @@ RunSummary RunPipeline(const RunRequest& request) {
       summary.stats.timing_ms.merge(times.Summaries());
     }
   };
+  const auto report = [&] {
+    if (request.render) {
+      WriteReport({request.output, "", sequence.path.string(), request.video});
+    }
+  };
   RunAll({[&] { WriteTrajectory(request.output / "trajectory.txt", result.trajectory); },
           [&] { WriteTrajectory(request.output / "keyframes.txt", result.keyframes); },
           [&] { WritePoints(request.output / "points.ply", result.map->points); },
           [&] { WriteObjects(request.output / "objects.json", result.map->objects); },
-          [&] { recorder.Close(); }, draw, write_stats});
+          [&] { recorder.Close(); }, draw, write_stats, report});
   return summary;
 }
 
