@@ -2,11 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 
 #include "render/picture.h"
+#include "render/video.h"
 #include "slam/io/atomic_file.h"
+#include "slam/io/recording.h"
 #include "slam/util/error.h"
 
 namespace sqslam::app {
@@ -21,8 +25,8 @@ struct View {
 void WritePicture(const std::filesystem::path& path, const cv::Mat& picture) {
   AtomicPath file(path);
   if (!cv::imwrite(file.Path().string(), picture)) {
-    throw InputError(fmt::format("{}: the picture cannot be written, expected free space and a writable folder",
-                                 path.string()));
+    throw InputError(fmt::format(
+        "{}: the picture cannot be written, expected free space and a writable folder", path.string()));
   }
   file.Commit();
 }
@@ -42,6 +46,13 @@ void DrawRun(const MapSnapshot& map, const std::filesystem::path& result, StageT
     turn.elevation = view.elevation;
     WritePicture(result / view.file, renderer.Render(turn.ApplyTo(renderer.DefaultCamera())));
   }
+}
+
+void DrawGrowth(const std::filesystem::path& recording, const std::filesystem::path& video) {
+  const RecordingReader reader(recording);
+  VideoOptions options;
+  options.fps = std::clamp(std::round(reader.Size() / 20.0), 5.0, 30.0);
+  WriteGrowthVideo(reader, options, video);
 }
 
 }  // namespace sqslam::app

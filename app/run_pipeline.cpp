@@ -236,6 +236,11 @@ RunSummary RunPipeline(const RunRequest& request) {
       summary.stats.timing_ms.merge(times.Summaries());
     }
   };
+  const auto film = [&] {
+    if (!request.video.empty()) {
+      DrawGrowth(request.output / "map.sqmap", request.video);
+    }
+  };
   const auto report = [&] {
     if (request.render) {
       WriteReport({request.output, "", sequence.path.string(), request.video});
@@ -245,7 +250,7 @@ RunSummary RunPipeline(const RunRequest& request) {
           [&] { WriteTrajectory(request.output / "keyframes.txt", result.keyframes); },
           [&] { WritePoints(request.output / "points.ply", result.map->points); },
           [&] { WriteObjects(request.output / "objects.json", result.map->objects); },
-          [&] { recorder.Close(); }, draw, write_stats, report});
+          [&] { recorder.Close(); }, draw, film, write_stats, report});
   return summary;
 }
 
