@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kExamples = R"(
-Renders the bundled desk into OUTPUT/sequence, maps it into OUTPUT/result, holds the map against the exact
+Renders the bundled desk into OUTPUT/desk, maps it into OUTPUT/result, holds the map against the exact
 ground truth and writes the page OUTPUT/result/report.html. Needs no input and no display.
 
 Examples:
@@ -99,7 +99,7 @@ void Demo(const DemoArguments& arguments, int& exit_code) {
   const fs::path output =
       arguments.output.empty() ? FreeResultFolder("out", "demo") : fs::path(arguments.output);
   CreateResultFolder(output);
-  const fs::path sequence = output / "sequence";
+  const fs::path sequence = output / "desk";
   const fs::path result = output / "result";
   Steps steps(arguments.quiet);
   RenderSequence(arguments, sequence, steps);
@@ -111,7 +111,7 @@ void Demo(const DemoArguments& arguments, int& exit_code) {
   steps.Begin("Holding the map against the ground truth");
   const Evaluation evaluation = EvaluateResult(result, sequence);
   WriteEvaluation(result / "eval.json", evaluation);
-  WriteReport({result, "A desk, mapped", "", {}});
+  WriteReport({result, "", "", {}});
   steps.End(fmt::format("mean 3D IoU {:.3f}", evaluation.mean_iou));
   if (!arguments.quiet) {
     fmt::print("\n{}", FormatEvaluation(evaluation));

@@ -252,6 +252,12 @@ void AppendGallery(Output out, const fs::path& folder) {
   fmt::format_to(out, "</div></section>\n");
 }
 
+// The last part of a path, also of "kitchen/" and ".".
+std::string FolderName(const fs::path& path) {
+  const fs::path normal = fs::absolute(path).lexically_normal();
+  return normal.has_filename() ? normal.filename().string() : normal.parent_path().filename().string();
+}
+
 // What the run says it mapped.
 std::string RecordedSequence(const fs::path& result) {
   return fs::exists(result / "map.sqmap") ? RecordingReader(result / "map.sqmap").Info().sequence_path : "";
@@ -261,10 +267,9 @@ std::string RecordedSequence(const fs::path& result) {
 
 void WriteReport(const ReportInputs& inputs) {
   const ReportData data = ReadReportData(inputs.result);
-  const std::string title = inputs.title.empty()
-                                ? fs::absolute(inputs.result / "").parent_path().filename().string()
-                                : inputs.title;
   const std::string sequence = inputs.sequence.empty() ? RecordedSequence(inputs.result) : inputs.sequence;
+  const std::string title =
+      inputs.title.empty() ? FolderName(sequence.empty() ? inputs.result : fs::path(sequence)) : inputs.title;
   std::string body;
   const Output out = std::back_inserter(body);
   fmt::format_to(out, "<header><div class=\"eyebrow\">Object map</div>\n<h1>{}</h1>\n{}</header>\n",

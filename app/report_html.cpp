@@ -34,7 +34,7 @@ figure { margin: 0 0 26px; }
 figure img, figure video { display: block; width: 100%; height: auto; border: 1px solid var(--line); border-radius: 3px; }
 figcaption { margin-top: 8px; }
 svg.plot { display: block; width: 100%; height: auto; border: 1px solid var(--line); border-radius: 3px; }
-.gallery { display: grid; grid-template-columns: repeat(auto-fit, minmax(320px, 1fr)); gap: 22px; }
+.gallery { display: grid; grid-template-columns: repeat(auto-fit, minmax(290px, 1fr)); gap: 20px; }
 .scroll { overflow-x: auto; }
 table { width: 100%; border-collapse: collapse; font: 13.5px/1.35 var(--plain); font-variant-numeric: lining-nums tabular-nums; }
 th { text-align: right; font-weight: 600; color: var(--soft); font-size: 12px; padding: 0 10px 8px;

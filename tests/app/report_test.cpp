@@ -1,0 +1,156 @@
+#include "app/report.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include "app/report_html.h"
+#include "slam/evaluation/evaluation.h"
+#include "slam/io/result_files.h"
+#include "slam/io/trajectory.h"
+#include "slam/util/error.h"
+#include "tests/app/run_program.h"
+#include "tests/io/temporary_folder.h"
+
+namespace sqslam::app {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+namespace fs = std::filesystem;
+
+Trajectory Arc() {
+  Trajectory trajectory;
+  for (int i = 0; i < 10; ++i) {
+    trajectory.push_back({0.1 * i, {Eigen::Quaterniond::Identity(), {0.1 * i, 0.02 * i * i, 0.5}}});
+  }
+  return trajectory;
+}
+
+SnapshotObject Mug() {
+  SnapshotObject mug;
+  mug.id = 7;
+  mug.label = "<mug> & \"spoon\"";
+  mug.superquadric = {{{0.04, 0.04, 0.05}, 0.1, 1.0}, {Eigen::Quaterniond::Identity(), {0.3, 0.2, 0.1}}};
+  return mug;
+}
+
+// A result folder as a run leaves it.
+void WriteResult(const fs::path& folder) {
+  WriteTrajectory(folder / "trajectory.txt", Arc());
+  WriteObjects(folder / "objects.json", {Mug()});
+  RunStats stats;
+  stats.frames = 10;
+  stats.tracked = 9;
+  stats.wall_seconds = 2.0;
+  stats.timing_ms["tracking"] = {12.5, 11.0, 20.0, 33.0, 10};
+  WriteStats(folder / "stats.json", stats);
+  cv::imwrite((folder / "map.png").string(), cv::Mat(4, 4, CV_8UC3, cv::Scalar(1, 2, 3)));
+  fs::create_directories(folder / "figures");
+  cv::imwrite((folder / "figures" / "from_above.png").string(), cv::Mat(4, 4, CV_8UC3, cv::Scalar(9, 9, 9)));
+}
+
+TEST(Report, IsOneFileThatRefersToNothingElse) {
+  const TemporaryFolder folder;
+  WriteResult(folder.Path());
+  WriteReport({folder.Path(), "A mug & more", "data/<kitchen>", {}});
+  const std::string page = sqslam::testing::Slurp(folder.Path() / "report.html");
+  EXPECT_THAT(page, HasSubstr("<h1>A mug &amp; more</h1>"));
+  EXPECT_THAT(page, HasSubstr("data/&lt;kitchen&gt;"));
+  EXPECT_THAT(page, HasSubstr("&lt;mug&gt; &amp; &quot;spoon&quot;"));
+  EXPECT_THAT(page, Not(HasSubstr("<mug>")));
+  EXPECT_THAT(page, HasSubstr("90.0"));   // % tracked
+  EXPECT_THAT(page, HasSubstr("12.50"));  // ms
+  EXPECT_THAT(page, HasSubstr("from above"));
+  EXPECT_THAT(page, Not(HasSubstr("<script")));
+  EXPECT_THAT(page, Not(HasSubstr("<link")));
+  for (std::size_t at = page.find("src=\""); at != std::string::npos; at = page.find("src=\"", at + 1)) {
+    EXPECT_EQ(page.compare(at, 10, "src=\"data:"), 0) << page.substr(at, 40);
+  }
+  EXPECT_THAT(page, HasSubstr("map units"));
+  EXPECT_THAT(page, Not(HasSubstr("Against the ground truth")));
+}
+
+TEST(Report, ShowsTheEvaluationInMetricUnitsWhereThereIsOne) {
+  const TemporaryFolder folder;
+  WriteResult(folder.Path());
+  GroundTruth truth;
+  truth.trajectory = Arc();
+  for (TimedPose& pose : truth.trajectory) {
+    pose.T_map_camera.translation *= 2.0;  // a map unit is two metres
+  }
+  truth.frames = 10;
+  truth.has_objects = true;
+  truth.objects = {{1, "white_mug", "cup", {SolidKind::kCylinder, {0.08, 0.08, 0.1}, 0.1, 1.0, {}}, 0, true},
+                   {2, "teapot", "teapot", {SolidKind::kEllipsoid, {0.1, 0.1, 0.1}, 1, 1, {}}, 0, true}};
+  truth.objects[0].solid.T_map_object.translation = {0.6, 0.4, 0.2};
+  truth.objects[1].solid.T_map_object.translation = {9, 9, 9};
+  WriteEvaluation(folder.Path() / "eval.json", Evaluate(Arc(), {Mug()}, truth, {}));
+  WriteReport({folder.Path(), "", "", {}});
+  const std::string page = sqslam::testing::Slurp(folder.Path() / "report.html");
+  EXPECT_THAT(page, HasSubstr("Against the ground truth"));
+  EXPECT_THAT(page, HasSubstr("16.0 × 16.0 × 20.0"));  // cm
+  EXPECT_THAT(page, HasSubstr("1 white_mug"));
+  EXPECT_THAT(page, HasSubstr("2 teapot</td><td>0</td><td class=\"l\" colspan=\"7\">missed"));
+}
+
+TEST(Report, MissingFilesLeaveTheirSectionsOutAndBrokenOnesAreNamed) {
+  const TemporaryFolder folder;
+  WriteReport({folder.Path(), "", "", {}});
+  EXPECT_THAT(sqslam::testing::Slurp(folder.Path() / "report.html"), Not(HasSubstr("<h2>")));
+  std::ofstream(folder.Path() / "eval.json") << "{\"trajectory\": 3}";
+  try {
+    WriteReport({folder.Path(), "", "", {}});
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("eval.json"));
+  }
+  EXPECT_THROW(WriteReport({folder.Path() / "nowhere", "", "", {}}), InputError);
+}
+
+TEST(Report, Base64IsThatOfTheStandard) {  // the examples of RFC 4648
+  EXPECT_EQ(Base64(""), "");
+  EXPECT_EQ(Base64("f"), "Zg==");
+  EXPECT_EQ(Base64("fo"), "Zm8=");
+  EXPECT_EQ(Base64("foo"), "Zm9v");
+  EXPECT_EQ(Base64("foobar"), "Zm9vYmFy");
+  EXPECT_EQ(Base64("\xff\xfe\xfd"), "//79");
+}
+
+TEST(EvalCommand, WritesEvalJsonAndSaysWhatIsWrong) {
+  using sqslam::testing::RunProgram;
+  const TemporaryFolder folder;
+  const fs::path result = folder.Path() / "result";
+  const fs::path sequence = folder.Path() / "sequence";
+  fs::create_directories(result);
+  fs::create_directories(sequence);
+  WriteResult(result);
+  WriteTrajectory(sequence / "groundtruth.txt", Arc());
+  const std::string command = "eval " + result.string() + " --ground-truth " + sequence.string();
+
+  const auto missing = RunProgram(command);
+  EXPECT_EQ(missing.exit_code, 3);
+  EXPECT_THAT(missing.err, HasSubstr("rgb.txt"));
+  EXPECT_FALSE(fs::exists(result / "eval.json"));
+
+  std::ofstream rgb(sequence / "rgb.txt");
+  for (int i = 0; i < 10; ++i) {
+    rgb << 0.1 * i << " rgb/" << i << ".png\n";
+  }
+  rgb.close();
+  const auto good = RunProgram(command);
+  EXPECT_EQ(good.exit_code, 0) << good.err;
+  EXPECT_THAT(good.out, HasSubstr("10 of 10 (100.0 %)"));
+  EXPECT_TRUE(fs::exists(result / "eval.json"));
+
+  EXPECT_EQ(RunProgram("eval " + result.string()).exit_code, 2);
+  EXPECT_EQ(RunProgram(command + " --set matching.min_iuo=0.2").exit_code, 2);
+  std::ofstream(sequence / "objects_gt.json") << "[{\"id\": 1}]";
+  const auto broken = RunProgram(command);
+  EXPECT_EQ(broken.exit_code, 3);
+  EXPECT_THAT(broken.err, HasSubstr("objects_gt.json: object 1"));
+}
+
+}  // namespace
+}  // namespace sqslam::app
