@@ -209,8 +209,10 @@ TwoViewReport EstimateTwoView(const Camera& camera, const std::vector<TwoViewMat
   cv::Mat K_cv;
   cv::eigen2cv(K, K_cv);
   const cv::Mat H_cv = cv::findHomography(points1, points2, cv::RANSAC, std::sqrt(kChi2TwoDofLocal * kVariance));
-  const cv::Mat E_cv = cv::findEssentialMat(points1, points2, K_cv, cv::RANSAC, kRansacConfidence,
-                                            std::sqrt(kChi2OneDof * kVariance));
+  // MAGSAC++ polishes its models; plain RANSAC leaves a translation so rough that bundle adjustment of two views with
+  // little parallax does not find back.
+  const cv::Mat E_cv =
+      cv::findEssentialMat(points1, points2, K_cv, cv::USAC_MAGSAC, kRansacConfidence, std::sqrt(kVariance));
   std::vector<bool> inliers_H;
   std::vector<bool> inliers_F;
   double score_H = 0.0;

@@ -11,7 +11,7 @@
 namespace sqslam {
 
 struct TwoViewOptions {
-  double min_parallax = 1.0;          // degrees, median over the triangulated points
+  double min_parallax = 1.5;          // degrees, median over the triangulated points
   double min_translation_flow = 1.5;  // px, median motion that remains when the best pure rotation is taken out
   int min_points = 50;                // triangulated points
   double homography_share = 0.45;     // the homography is chosen where score_H / (score_H + score_F) is above this
