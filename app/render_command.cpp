@@ -147,14 +147,15 @@ int CompareWithReference(const Arguments& a, const cv::Mat& image) {
     throw InputError(fmt::format("{}: cannot be read as a picture, expected the reference", a.reference));
   }
   if (image.size() != reference.size() || image.type() != reference.type()) {
-    fmt::print(stderr, "sqslam: {}: {}x{} with {} channels, expected {}x{} with {} as the picture has\n", a.reference,
-               reference.cols, reference.rows, reference.channels(), image.cols, image.rows, image.channels());
+    fmt::print(stderr, "sqslam: {}: {}x{} with {} channels, expected {}x{} with {} as the picture has\n",
+               a.reference, reference.cols, reference.rows, reference.channels(), image.cols, image.rows,
+               image.channels());
     return 5;
   }
   const double difference = Difference(image, reference);
   const bool same = difference <= a.threshold;
-  fmt::print(same ? stdout : stderr, "{}differs from {} by {:.4f}, {} {}\n", same ? "" : "sqslam: ", a.reference,
-             difference, same ? "within" : "more than", a.threshold);
+  fmt::print(same ? stdout : stderr, "{}differs from {} by {:.4f}, {} {}\n",
+             same ? "" : "sqslam: ", a.reference, difference, same ? "within" : "more than", a.threshold);
   return same ? 0 : 5;
 }
 
@@ -203,17 +204,19 @@ int Render(const Arguments& a) {
     throw UsageError("nothing to do, expected --output FILE, --reference FILE or both");
   }
   if (!frames && !a.output.empty() && extension != ".png") {
-    throw UsageError(fmt::format("--output {}: expected FILE.png, a name with {{frame:04}} that ends in .png, or "
-                                 "FILE.mp4",
-                                 a.output));
+    throw UsageError(
+        fmt::format("--output {}: expected FILE.png, a name with {{frame:04}} that ends in .png, or "
+                    "FILE.mp4",
+                    a.output));
   }
   if (frames && !a.reference.empty()) {
     throw UsageError("--reference: compares one picture, expected --output FILE.png or none");
   }
   if (!frames && (a.growth || !a.frames.empty() || (!a.path.empty() && a.path != "still"))) {
-    throw UsageError(fmt::format("--output {}: one picture, expected FILE.mp4 or a name with {{frame:04}} for "
-                                 "--growth, --frames and --camera-path",
-                                 a.output));
+    throw UsageError(
+        fmt::format("--output {}: one picture, expected FILE.mp4 or a name with {{frame:04}} for "
+                    "--growth, --frames and --camera-path",
+                    a.output));
   }
   const PictureOptions options = MakePictureOptions(a);
   const RecordingReader reader(MapFile(a.map));
@@ -242,13 +245,17 @@ void AddCameraOptions(CLI::App& command, Arguments& a) {
   const char* group = "Camera";
   command.add_option("--camera-position", a.position, "X,Y,Z in the map")->group(group);
   command.add_option("--camera-focal-point", a.focal_point, "X,Y,Z in the map")->group(group);
-  command.add_option("--camera-view-up", a.view_up, "X,Y,Z, the direction that is up in the picture")->group(group);
+  command.add_option("--camera-view-up", a.view_up, "X,Y,Z, the direction that is up in the picture")
+      ->group(group);
   command.add_option("--camera-view-angle", a.view_angle, "Vertical, degrees")
       ->check(CLI::Range(1.0, 170.0))
       ->group(group);
-  command.add_option("--camera-azimuth-angle", a.azimuth, "Turn around the focal point, degrees")->group(group);
+  command.add_option("--camera-azimuth-angle", a.azimuth, "Turn around the focal point, degrees")
+      ->group(group);
   command.add_option("--camera-elevation-angle", a.elevation, "Raise, degrees")->group(group);
-  command.add_option("--camera-zoom-factor", a.zoom, "Above 1: nearer")->check(CLI::Range(0.01, 100.0))->group(group);
+  command.add_option("--camera-zoom-factor", a.zoom, "Above 1: nearer")
+      ->check(CLI::Range(0.01, 100.0))
+      ->group(group);
   command
       .add_option("--camera-path", a.path,
                   "For videos: still, orbit (default; with --growth a slow swing), follow, first-person")
@@ -263,21 +270,25 @@ void AddRenderCommand(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("render", "Draw a map: a picture, numbered pictures or a video");
   command->footer(kFooter);
   command->add_option("MAP", a->map, "map.sqmap, or the result folder that holds it")->required();
-  command->add_option("--output", a->output, "FILE.png, FILE.mp4, or numbered pictures by a name with {frame:04}");
+  command->add_option("--output", a->output,
+                      "FILE.png, FILE.mp4, or numbered pictures by a name with {frame:04}");
   command->add_option("--resolution", a->resolution, "WIDTH,HEIGHT in pixels")->capture_default_str();
   command->add_flag("--no-background", a->no_background, "Transparent instead of the style's background");
   command->add_option("--rendering-backend", a->backend, "auto, osmesa or egl")
       ->check(CLI::IsMember({"auto", "osmesa", "egl"}))
       ->capture_default_str();
-  command->add_option("--style", a->style, "A style's name (paper, dark) or FILE.yaml")->capture_default_str();
+  command->add_option("--style", a->style, "A style's name (paper, dark) or FILE.yaml")
+      ->capture_default_str();
   command->add_option("--set", a->settings, "KEY=VALUE of the style, repeatable")->expected(1)->take_all();
-  command->add_flag("--growth", a->growth, "Play the run instead of the final map, the input image beside it");
+  command->add_flag("--growth", a->growth,
+                    "Play the run instead of the final map, the input image beside it");
   command->add_option("--frames", a->frames, "A:B, only these frames of the output, the end excluded");
   command->add_option("--fps", a->fps, "Frames a second of a video")->check(CLI::Range(1.0, 240.0));
   command->add_option("--seconds", a->seconds, "Length of a video of the final map")
       ->check(CLI::Range(0.01, 3600.0))
       ->capture_default_str();
-  command->add_option("--reference", a->reference, "Compare the picture with this one; exit code 5 if it differs");
+  command->add_option("--reference", a->reference,
+                      "Compare the picture with this one; exit code 5 if it differs");
   command->add_option("--reference-threshold", a->threshold, "Largest 1 - SSIM that still passes")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();

@@ -7,11 +7,13 @@
 
 namespace sqslam::app {
 
-// Draws a finished run into its result folder: map.png (three-quarter view) and figures/ (from above and from both
-// sides). `times` takes the duration of each as stage render. Throws InputError where a file cannot be written.
+// Draws a finished run into its result folder: map.png (three-quarter view) and figures/ (from above and from
+// both sides). `times` takes the duration of each as stage render. Throws InputError where a file cannot be
+// written.
 void DrawRun(const MapSnapshot& map, const std::filesystem::path& result, StageTimes& times);
 
-// The growth of a recorded map as a video of about twenty seconds at most (render/video.h). Throws as WriteGrowthVideo.
+// The growth of a recorded map as a video of about twenty seconds at most (render/video.h). Throws as
+// WriteGrowthVideo.
 void DrawGrowth(const std::filesystem::path& recording, const std::filesystem::path& video);
 
 }  // namespace sqslam::app

@@ -16,10 +16,13 @@ namespace {
 
 constexpr int kMaxSide = 8192;  // pixels
 
-double SizeOf(const PictureOptions& options) { return std::min(options.height / 720.0, options.width / 960.0); }
+double SizeOf(const PictureOptions& options) {
+  return std::min(options.height / 720.0, options.width / 960.0);
+}
 
 bool Supersampled(const PictureOptions& options) {
-  // FXAA knows no alpha, so that pictures without a background are always supersampled or not smoothed at all.
+  // FXAA knows no alpha, so that pictures without a background are always supersampled or not smoothed at
+  // all.
   return options.style.anti_aliasing == "ssaa" ||
          (options.transparent && options.style.anti_aliasing == "fxaa");
 }

@@ -31,7 +31,9 @@ ViewAxes AxesOf(const ViewCamera& camera) {
 
 constexpr double kLeastText = 9.0;  // pixels; smaller letters cannot be read
 
-double TextSize(const SceneStyle& style, double scale) { return std::max(style.text.size * scale, kLeastText); }
+double TextSize(const SceneStyle& style, double scale) {
+  return std::max(style.text.size * scale, kLeastText);
+}
 
 int Pixels(double value) { return static_cast<int>(std::lround(value)); }
 
@@ -79,8 +81,8 @@ void DrawLegend(cv::Mat& image, const MapSnapshot& map, const LabelColors& color
   for (const auto& [label, count] : counts) {
     DrawPanel(image, {left, y - swatch / 2, swatch, swatch}, 0.2 * size, colors(label));
     text.Draw(image, Readable(label), {left + swatch + gap, y}, size, ink);
-    text.Draw(image, std::to_string(count), {left + width, y}, size, 0.6 * ink + 0.4 * ParseColor(style.background),
-              TextPainter::Align::kRight);
+    text.Draw(image, std::to_string(count), {left + width, y}, size,
+              0.6 * ink + 0.4 * ParseColor(style.background), TextPainter::Align::kRight);
     y += line;
   }
 }
@@ -100,13 +102,14 @@ void DrawAxes(cv::Mat& image, const ViewCamera& camera, double grid_cell, const 
     const auto at = static_cast<std::size_t>(axis);
     const cv::Point2d direction(view.right[axis], -view.up[axis]);
     DrawLine(image, origin, origin + length * direction, 0.13 * size, colors[at]);
-    text.Draw(image, names[at], origin + (length + 0.7 * size) * direction, std::max(0.85 * size, kLeastText), colors[at],
-              TextPainter::Align::kCenter);
+    text.Draw(image, names[at], origin + (length + 0.7 * size) * direction, std::max(0.85 * size, kLeastText),
+              colors[at], TextPainter::Align::kCenter);
   }
   if (style.grid.show) {
     const Eigen::Vector3d ink = 0.75 * ParseColor(style.text.color) + 0.25 * ParseColor(style.background);
     text.Draw(image, fmt::format("grid {:.4g} map unit{}", grid_cell, grid_cell == 1.0 ? "" : "s"),
-              {Pixels(2.0 * length + 3.0 * size), Pixels(image.rows - 1.6 * size)}, std::max(0.85 * size, kLeastText), ink);
+              {Pixels(2.0 * length + 3.0 * size), Pixels(image.rows - 1.6 * size)},
+              std::max(0.85 * size, kLeastText), ink);
   }
 }
 
@@ -119,8 +122,9 @@ void DrawLabels(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera
         object.superquadric.T_map_object.translation + height * camera.view_up.normalized();
     const SeenPoint seen = Project(camera, image.size(), top);
     if (seen.depth > 0.0) {
-      text.DrawOver(image, Readable(object.label), {Pixels(seen.pixel.x), Pixels(seen.pixel.y - 0.8 * size)}, size,
-                    ParseColor(style.text.color), ParseColor(style.background), TextPainter::Align::kCenter);
+      text.DrawOver(image, Readable(object.label), {Pixels(seen.pixel.x), Pixels(seen.pixel.y - 0.8 * size)},
+                    size, ParseColor(style.text.color), ParseColor(style.background),
+                    TextPainter::Align::kCenter);
     }
   }
 }

@@ -19,7 +19,8 @@ namespace {
 constexpr int kShift = 4;  // fractional bits of OpenCV's drawing coordinates
 
 cv::Point Fixed(cv::Point2d p) {
-  return {static_cast<int>(std::lround(p.x * (1 << kShift))), static_cast<int>(std::lround(p.y * (1 << kShift)))};
+  return {static_cast<int>(std::lround(p.x * (1 << kShift))),
+          static_cast<int>(std::lround(p.y * (1 << kShift)))};
 }
 
 // A coverage mask over the part of the image around a shape, and where that part lies.
@@ -29,8 +30,10 @@ struct Patch {
 };
 
 Patch PatchAround(const cv::Mat& image, cv::Point2d low, cv::Point2d high, double margin) {
-  const cv::Point from(static_cast<int>(std::floor(low.x - margin)), static_cast<int>(std::floor(low.y - margin)));
-  const cv::Point to(static_cast<int>(std::ceil(high.x + margin)), static_cast<int>(std::ceil(high.y + margin)));
+  const cv::Point from(static_cast<int>(std::floor(low.x - margin)),
+                       static_cast<int>(std::floor(low.y - margin)));
+  const cv::Point to(static_cast<int>(std::ceil(high.x + margin)),
+                     static_cast<int>(std::ceil(high.y + margin)));
   const cv::Rect area = cv::Rect(from, to + cv::Point(1, 1)) & cv::Rect(0, 0, image.cols, image.rows);
   return {cv::Mat::zeros(std::max(area.height, 0), std::max(area.width, 0), CV_8UC1), area.tl()};
 }
@@ -75,7 +78,8 @@ void DrawLine(cv::Mat& image, cv::Point2d from, cv::Point2d to, double width, co
   }
 }
 
-void DrawPanel(cv::Mat& image, const cv::Rect& area, double radius, const Eigen::Vector3d& color, double opacity) {
+void DrawPanel(cv::Mat& image, const cv::Rect& area, double radius, const Eigen::Vector3d& color,
+               double opacity) {
   if (area.width < 1 || area.height < 1) {
     return;
   }
@@ -86,13 +90,15 @@ void DrawPanel(cv::Mat& image, const cv::Rect& area, double radius, const Eigen:
       const double dx = std::max({r - (x + 0.5), x + 0.5 - (area.width - r), 0.0});
       const double dy = std::max({r - (y + 0.5), y + 0.5 - (area.height - r), 0.0});
       const double inside = std::clamp(r - std::hypot(dx, dy) + 0.5, 0.0, 1.0);
-      coverage.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(std::lround(255.0 * (r > 0.0 ? inside : 1.0)));
+      coverage.at<std::uint8_t>(y, x) =
+          static_cast<std::uint8_t>(std::lround(255.0 * (r > 0.0 ? inside : 1.0)));
     }
   }
   Blend(image, coverage, area.tl(), color, opacity);
 }
 
-void DrawFrame(cv::Mat& image, const cv::Rect& area, double width, const Eigen::Vector3d& color, double opacity) {
+void DrawFrame(cv::Mat& image, const cv::Rect& area, double width, const Eigen::Vector3d& color,
+               double opacity) {
   Patch patch = PatchAround(image, area.tl(), area.br(), width + 2.0);
   if (!patch.coverage.empty()) {
     cv::rectangle(patch.coverage, cv::Rect(area.tl() - patch.origin, area.size()), cv::Scalar(255),
@@ -118,8 +124,8 @@ struct TextPainter::Impl {
 
   cv::Mat Rasterize(const std::string& text, int pixels, bool bold) {
     const vtkNew<vtkTextProperty> property;
-    const std::string file = std::string("/usr/share/fonts/truetype/dejavu/DejaVuSans") + (bold ? "-Bold" : "") +
-                             ".ttf";
+    const std::string file =
+        std::string("/usr/share/fonts/truetype/dejavu/DejaVuSans") + (bold ? "-Bold" : "") + ".ttf";
     if (std::filesystem::exists(file)) {
       property->SetFontFamily(VTK_FONT_FILE);
       property->SetFontFile(file.c_str());

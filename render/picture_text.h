@@ -7,8 +7,8 @@
 
 namespace sqslam {
 
-// Lays a colour (red, green, blue in [0, 1]) over the image where `coverage` (8UC1) says, its top-left corner at
-// `origin`; what falls outside is cut off. The image is 8UC3 or 8UC4 with straight alpha.
+// Lays a colour (red, green, blue in [0, 1]) over the image where `coverage` (8UC1) says, its top-left corner
+// at `origin`; what falls outside is cut off. The image is 8UC3 or 8UC4 with straight alpha.
 void Blend(cv::Mat& image, const cv::Mat& coverage, cv::Point origin, const Eigen::Vector3d& color,
            double opacity = 1.0);
 
@@ -32,8 +32,8 @@ class TextPainter {
   int Width(const std::string& text, double size, bool bold = false) const;
 
   // `anchor` is on the middle of the line: its left end, centre or right end.
-  void Draw(cv::Mat& image, const std::string& text, cv::Point anchor, double size, const Eigen::Vector3d& color,
-            Align align = Align::kLeft, bool bold = false) const;
+  void Draw(cv::Mat& image, const std::string& text, cv::Point anchor, double size,
+            const Eigen::Vector3d& color, Align align = Align::kLeft, bool bold = false) const;
 
   // The same with a soft edge in another colour, for text over a scene.
   void DrawOver(cv::Mat& image, const std::string& text, cv::Point anchor, double size,

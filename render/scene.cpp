@@ -18,9 +18,9 @@
 namespace sqslam {
 namespace {
 
-// Draws translucent props one after the other as they stand in the list, plainly blended. VTK's own ways are an
-// approximation (weighted blending) or four times slower (depth peeling); with convex surfaces in order neither is
-// needed.
+// Draws translucent props one after the other as they stand in the list, plainly blended. VTK's own ways are
+// an approximation (weighted blending) or four times slower (depth peeling); with convex surfaces in order
+// neither is needed.
 class OrderedRenderer : public vtkOpenGLRenderer {
  public:
   static OrderedRenderer* New() {
@@ -129,8 +129,8 @@ struct Scene::Impl {
     renderer->SetBackgroundAlpha(transparent ? 0.0 : 1.0);
   }
 
-  // Puts the solids behind everything else in the list of props, farthest first. The list is changed directly:
-  // the renderer's own removal would throw the buffers on the graphics device away.
+  // Puts the solids behind everything else in the list of props, farthest first. The list is changed
+  // directly: the renderer's own removal would throw the buffers on the graphics device away.
   void OrderSolids(const Eigen::Vector3d& eye) {
     vtkPropCollection* props = renderer->GetViewProps();
     for (std::size_t i = 0; i < solids.size(); ++i) {
@@ -157,7 +157,8 @@ struct Scene::Impl {
   std::vector<PosedSuperquadric> shapes;  // of the solids
 };
 
-Scene::Scene(const SceneStyle& style, double pixel_scale) : impl_(std::make_unique<Impl>(style, pixel_scale)) {}
+Scene::Scene(const SceneStyle& style, double pixel_scale)
+    : impl_(std::make_unique<Impl>(style, pixel_scale)) {}
 Scene::~Scene() = default;
 
 vtkRenderer* Scene::Renderer() const { return impl_->renderer; }

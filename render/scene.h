@@ -12,8 +12,8 @@ class vtkRenderer;
 
 namespace sqslam {
 
-// A map as VTK props in one renderer: grid, points, trajectory, frusta, superquadrics. For any window, off-screen
-// or on the desktop; text is not part of it. Uses the OpenGL context that is current.
+// A map as VTK props in one renderer: grid, points, trajectory, frusta, superquadrics. For any window,
+// off-screen or on the desktop; text is not part of it. Uses the OpenGL context that is current.
 class Scene {
  public:
   // pixel_scale: pixels of the window for one pixel of the style's sizes.
@@ -24,8 +24,8 @@ class Scene {
 
   vtkRenderer* Renderer() const;
 
-  // Shows the snapshot. `focus` gives the scale of the frusta and the place of the grid; keep the same one over
-  // the frames of a video.
+  // Shows the snapshot. `focus` gives the scale of the frusta and the place of the grid; keep the same one
+  // over the frames of a video.
   void Show(const MapSnapshot& map, const SceneFocus& focus, const LabelColors& colors);
 
   // Places the camera and puts translucent surfaces in order for it. To be called before each frame.

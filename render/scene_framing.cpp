@@ -179,7 +179,8 @@ ViewCamera FrameScene(const MapSnapshot& map, const SceneFocus& focus, double as
     side += (keyframe.T_map_camera.translation - focus.center).normalized();
   }
   side -= side.dot(focus.up) * focus.up;
-  const double agreement = map.keyframes.empty() ? 0.0 : side.norm() / static_cast<double>(map.keyframes.size());
+  const double agreement =
+      map.keyframes.empty() ? 0.0 : side.norm() / static_cast<double>(map.keyframes.size());
   if (agreement < 0.05) {  // cameras all around: any side is as good
     side = focus.up.cross(Eigen::Vector3d::UnitX());
     side = side.norm() > 0.1 ? Eigen::Vector3d(-side) : focus.up.unitOrthogonal();

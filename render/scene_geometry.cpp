@@ -91,7 +91,8 @@ void AddFrustum(MeshBuilder& builder, const Rigid3d& pose, const Camera& camera,
   for (std::size_t i = 0; i < 4; ++i) {
     builder.Line(corners[i], corners[(i + 1) % 4]);
   }
-  const vtkIdType top = builder.Add(pose * Eigen::Vector3d(0.0, -1.45 * y, z), color);  // says which way is up
+  const vtkIdType top =
+      builder.Add(pose * Eigen::Vector3d(0.0, -1.45 * y, z), color);  // says which way is up
   builder.Line(corners[0], top);
   builder.Line(top, corners[1]);
 }
@@ -177,7 +178,8 @@ vtkSmartPointer<vtkPolyData> KeyframeFrusta(const MapSnapshot& map, double heigh
 vtkSmartPointer<vtkPolyData> CurrentFrustum(const MapSnapshot& map, double height, const SceneStyle& style) {
   MeshBuilder builder;
   if (map.T_map_camera) {
-    AddFrustum(builder, *map.T_map_camera, map.camera, height, ToRgba(ParseColor(style.cameras.current_color)));
+    AddFrustum(builder, *map.T_map_camera, map.camera, height,
+               ToRgba(ParseColor(style.cameras.current_color)));
   }
   return builder.Finish();
 }

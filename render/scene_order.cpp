@@ -16,9 +16,9 @@ int DrawOrder(const PosedSuperquadric& a, const PosedSuperquadric& b, const Eige
   const Eigen::Vector3d& center_b = b.T_map_object.translation;
   const Eigen::Matrix3d axes_a = a.T_map_object.RotationMatrix();
   const Eigen::Matrix3d axes_b = b.T_map_object.RotationMatrix();
-  const std::array<Eigen::Vector3d, 7> directions = {
-      center_b - center_a, axes_a.col(0), axes_a.col(1), axes_a.col(2), axes_b.col(0), axes_b.col(1),
-      axes_b.col(2)};
+  const std::array<Eigen::Vector3d, 7> directions = {center_b - center_a, axes_a.col(0), axes_a.col(1),
+                                                     axes_a.col(2),       axes_b.col(0), axes_b.col(1),
+                                                     axes_b.col(2)};
   double best_gap = -std::numeric_limits<double>::infinity();
   double eye_side = 0.0;
   for (Eigen::Vector3d n : directions) {
@@ -64,7 +64,8 @@ double SupportExtent(const PosedSuperquadric& solid, const Eigen::Vector3d& n) {
   return dual(dual(m.x(), m.y(), shape.e2), m.z(), shape.e1);
 }
 
-std::vector<int> BackToFront(const std::vector<PosedSuperquadric>& solids, const Eigen::Vector3d& camera_position) {
+std::vector<int> BackToFront(const std::vector<PosedSuperquadric>& solids,
+                             const Eigen::Vector3d& camera_position) {
   const std::size_t count = solids.size();
   std::vector<int> ranked(count);
   std::iota(ranked.begin(), ranked.end(), 0);

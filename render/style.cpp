@@ -18,7 +18,8 @@ namespace sqslam {
 namespace fs = std::filesystem;
 namespace {
 
-// Okabe and Ito, "Color Universal Design", without black (kept for text) and with yellow last (pale on white).
+// Okabe and Ito, "Color Universal Design", without black (kept for text) and with yellow last (pale on
+// white).
 constexpr std::array<const char*, 7> kPalette = {"#0072b2", "#e69f00", "#009e73", "#cc79a7",
                                                  "#56b4e9", "#d55e00", "#f0e442"};
 

@@ -9,8 +9,8 @@
 
 namespace sqslam {
 
-// How a map is drawn. Colours are "#rrggbb"; sizes and widths are pixels of a picture 720 pixels high and grow
-// with it; lengths are relative to what the picture frames.
+// How a map is drawn. Colours are "#rrggbb"; sizes and widths are pixels of a picture 720 pixels high and
+// grow with it; lengths are relative to what the picture frames.
 struct SceneStyle {
   struct Objects {
     bool show = true;
@@ -41,14 +41,14 @@ struct SceneStyle {
     }
   };
   struct Cameras {
-    bool trajectory = true;             // line through the keyframes
-    bool keyframes = true;              // their frusta
-    bool current = true;                // the camera of the snapshot
-    std::string color = "#5b6b7a";      // of trajectory and keyframes
+    bool trajectory = true;         // line through the keyframes
+    bool keyframes = true;          // their frusta
+    bool current = true;            // the camera of the snapshot
+    std::string color = "#5b6b7a";  // of trajectory and keyframes
     std::string current_color = "#d1495b";
-    double width = 1.6;                 // of the trajectory, pixels
-    double keyframe_width = 1.0;        // of the frusta, pixels
-    double size = 0.035;                // half the height of a frustum, of the radius that the picture frames
+    double width = 1.6;           // of the trajectory, pixels
+    double keyframe_width = 1.0;  // of the frusta, pixels
+    double size = 0.035;          // half the height of a frustum, of the radius that the picture frames
     template <typename Visitor>
     void VisitFields(Visitor&& visit) {
       visit("trajectory", trajectory);
@@ -77,9 +77,9 @@ struct SceneStyle {
     }
   };
   struct Text {
-    bool legend = true;     // classes, colours and counts
-    bool scale = true;      // axes and what a cell of the grid measures
-    double size = 15.0;     // height of the letters, pixels
+    bool legend = true;  // classes, colours and counts
+    bool scale = true;   // axes and what a cell of the grid measures
+    double size = 15.0;  // height of the letters, pixels
     std::string color = "#222222";
     template <typename Visitor>
     void VisitFields(Visitor&& visit) {
@@ -120,9 +120,9 @@ void CheckStyle(const SceneStyle& style);
 // "#rrggbb" to red, green, blue in [0, 1]. Throws UsageError on anything else.
 Eigen::Vector3d ParseColor(std::string_view text);
 
-// Colours of classes that people with any colour vision tell apart (Okabe and Ito), at further lightness levels
-// where there are more classes than colours. A label keeps its colour from map to map unless two labels of one
-// map want the same.
+// Colours of classes that people with any colour vision tell apart (Okabe and Ito), at further lightness
+// levels where there are more classes than colours. A label keeps its colour from map to map unless two
+// labels of one map want the same.
 class LabelColors {
  public:
   LabelColors() = default;

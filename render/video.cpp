@@ -80,9 +80,10 @@ std::vector<ViewCamera> PathOfGrowth(const RecordingReader& recording, const Map
 
 void CheckOpaque(const VideoOptions& options, const std::filesystem::path& output) {
   if (options.picture.transparent && !IsFrameTemplate(output.string())) {
-    throw UsageError(fmt::format("{}: a video has no transparency, expected a name with {{frame:04}} that ends in "
-                                 ".png with --no-background",
-                                 output.string()));
+    throw UsageError(
+        fmt::format("{}: a video has no transparency, expected a name with {{frame:04}} that ends in "
+                    ".png with --no-background",
+                    output.string()));
   }
 }
 

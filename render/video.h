@@ -11,9 +11,10 @@
 
 namespace sqslam {
 
-// Takes the frames of a video (FILE.mp4: H.264 where OpenCV can, else MPEG-4) or of a numbered sequence of pictures
-// (a name with {frame} or {frame:04}); encodes on a thread of its own. A video appears whole at Close() or not at
-// all. Throws UsageError on a name that is neither, InputError that says why a file cannot be written.
+// Takes the frames of a video (FILE.mp4: H.264 where OpenCV can, else MPEG-4) or of a numbered sequence of
+// pictures (a name with {frame} or {frame:04}); encodes on a thread of its own. A video appears whole at
+// Close() or not at all. Throws UsageError on a name that is neither, InputError that says why a file cannot
+// be written.
 class FrameWriter {
  public:
   FrameWriter(const std::filesystem::path& output, cv::Size size, double fps);
@@ -53,7 +54,8 @@ int WriteOrbit(const MapSnapshot& map, const VideoOptions& options, const std::f
                const VideoProgress& progress = {});
 
 // The map as it grew, a frame for each snapshot: beside it the input image with the detector's boxes in the
-// colours of their classes, below it a time line and counts. Framed once, for the final map. Returns frames written.
+// colours of their classes, below it a time line and counts. Framed once, for the final map. Returns frames
+// written.
 int WriteGrowthVideo(const RecordingReader& recording, const VideoOptions& options,
                      const std::filesystem::path& output, const VideoProgress& progress = {});
 

@@ -88,7 +88,8 @@ void GrowthPage::DrawImage(cv::Mat& page, const MapSnapshot& map) const {
     std::replace(shown.begin(), shown.end(), '_', ' ');
     const int width = text_.Width(shown, size) + static_cast<int>(0.8 * size);
     const int height = static_cast<int>(1.5 * size);
-    const cv::Rect tag(std::clamp(area.x, 0, std::max(0, part.cols - width)), std::max(0, area.y - height), width, height);
+    const cv::Rect tag(std::clamp(area.x, 0, std::max(0, part.cols - width)), std::max(0, area.y - height),
+                       width, height);
     DrawPanel(part, tag, 0.2 * size, color, 0.9);
     const bool light = color.dot(Eigen::Vector3d(0.2126, 0.7152, 0.0722)) > 0.5;
     text_.Draw(part, shown, {tag.x + tag.width / 2, tag.y + tag.height / 2}, size,
@@ -108,8 +109,9 @@ void GrowthPage::DrawTimeline(cv::Mat& page, const MapSnapshot& map, const Growt
   DrawPanel(page, {track.x, track.y, done, thick}, 0.5 * thick, ParseColor(style_.cameras.current_color));
   const int y = area.y + 2 * thick + static_cast<int>(1.1 * size);
   const std::string when = fmt::format("{:.1f} s   frame {}", moment.seconds, map.frame_index);
-  const std::string counts = fmt::format("{} keyframes   {} points   {} object{}", map.keyframes.size(),
-                                         map.points.size(), map.objects.size(), map.objects.size() == 1 ? "" : "s");
+  const std::string counts =
+      fmt::format("{} keyframes   {} points   {} object{}", map.keyframes.size(), map.points.size(),
+                  map.objects.size(), map.objects.size() == 1 ? "" : "s");
   text_.Draw(page, when, {area.x, y}, size, ink);
   text_.Draw(page, counts, {area.br().x, y}, size, ink, TextPainter::Align::kRight);
 }

@@ -11,8 +11,8 @@ namespace sqslam {
 // Where the parts of a frame of a growth video lie, in pixels. All sides are even.
 struct GrowthLayout {
   cv::Size frame;
-  cv::Rect image;     // the input image; empty where it is not shown
-  cv::Rect view;      // the map
+  cv::Rect image;  // the input image; empty where it is not shown
+  cv::Rect view;   // the map
   cv::Rect timeline;
   double scale = 1.0;  // pixels for one of the style's
 };

@@ -79,7 +79,8 @@ struct FrameWriter::Impl {
 
   void OpenVideo() {
     if (size.width % 2 != 0 || size.height % 2 != 0) {
-      throw UsageError(fmt::format("resolution {},{}: the sides of a video must be even", size.width, size.height));
+      throw UsageError(
+          fmt::format("resolution {},{}: the sides of a video must be even", size.width, size.height));
     }
     file.emplace(output);
     for (const char* codec : {"avc1", "mp4v"}) {
@@ -88,9 +89,10 @@ struct FrameWriter::Impl {
         return;
       }
     }
-    throw InputError(fmt::format("{}: cannot be written as a video, expected a folder that can be written to and an "
-                                 "OpenCV with FFmpeg",
-                                 output.string()));
+    throw InputError(
+        fmt::format("{}: cannot be written as a video, expected a folder that can be written to and an "
+                    "OpenCV with FFmpeg",
+                    output.string()));
   }
 
   void Encode() {

@@ -13,8 +13,8 @@
 namespace sqslam {
 namespace {
 
-// Reports on their way from tracking to mapping. Unbounded: a report is small but for keyframes, and the tracker
-// makes no keyframe while some are waiting.
+// Reports on their way from tracking to mapping. Unbounded: a report is small but for keyframes, and the
+// tracker makes no keyframe while some are waiting.
 class ReportQueue {
  public:
   void Push(TrackingReport report) {
@@ -168,8 +168,8 @@ TrackingState System::Process(const Frame& frame) {
     const bool postponed = report.keyframe_postponed;
     s.queue.Push(std::move(report));
     if (postponed) {
-      // Files can be read much faster than a camera delivers. Where that would starve the map of keyframes, frames are
-      // taken at the camera's rate; a live camera never waits here.
+      // Files can be read much faster than a camera delivers. Where that would starve the map of keyframes,
+      // frames are taken at the camera's rate; a live camera never waits here.
       s.queue.WaitForKeyframes(started + s.frame_interval);
     }
   }

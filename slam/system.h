@@ -26,7 +26,7 @@ struct RunResult {
   int recoveries = 0;
   Trajectory trajectory;  // every tracked frame
   Trajectory keyframes;
-  MapSnapshotPtr map;  // the last snapshot; null where no map could be built
+  MapSnapshotPtr map;         // the last snapshot; null where no map could be built
   std::string no_map_reason;  // where map is null: one line that says why (static camera, no texture, ...)
   std::map<std::string, StageTimes::Summary> timing_ms;
 };
@@ -37,8 +37,8 @@ struct RunResult {
 //   while (auto frame = source.Next()) system.Process(*frame);
 //   RunResult result = system.Finish();
 //
-// Process() tracks on the caller's thread; mapping runs on a thread of its own, or in turn with tracking where
-// options.deterministic is set. on_snapshot is called from the mapping thread, one call at a time.
+// Process() tracks on the caller's thread; mapping runs on a thread of its own, or in turn with tracking
+// where options.deterministic is set. on_snapshot is called from the mapping thread, one call at a time.
 class System {
  public:
   using SnapshotCallback = std::function<void(MapSnapshotPtr)>;

@@ -12,8 +12,8 @@ namespace sqslam {
 struct SystemOptions {
   bool deterministic = false;  // tracking and mapping in turn: bit-identical results from run to run
   std::int64_t seed = 1;       // of every random source
-  // Where up is: auto (from the map itself), level-start (the first camera was held level), or the direction of
-  // gravity in the first camera's frame (x right, y down, z forward) as [x, y, z].
+  // Where up is: auto (from the map itself), level-start (the first camera was held level), or the direction
+  // of gravity in the first camera's frame (x right, y down, z forward) as [x, y, z].
   std::string gravity = "auto";
   TrackingOptions tracking;
   MappingOptions mapping;

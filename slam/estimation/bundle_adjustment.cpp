@@ -28,11 +28,12 @@ class Interrupter final : public ceres::IterationCallback {
   bool interrupted_ = false;
 };
 
-// One bundle adjustment: which keyframes move, which hold, and the parameter blocks. The blocks lie in vectors, in the
-// order of ids, because Ceres orders them by address: only so are two runs bit-identical.
+// One bundle adjustment: which keyframes move, which hold, and the parameter blocks. The blocks lie in
+// vectors, in the order of ids, because Ceres orders them by address: only so are two runs bit-identical.
 class Adjustment {
  public:
-  Adjustment(Map& map, const Camera& camera, const std::vector<KeyframeId>& free, const std::vector<KeyframeId>& fixed)
+  Adjustment(Map& map, const Camera& camera, const std::vector<KeyframeId>& free,
+             const std::vector<KeyframeId>& fixed)
       : map_(map), camera_(camera), num_free_(free.size()) {
     std::set<PointId> points;
     for (const KeyframeId id : free) {
@@ -116,7 +117,8 @@ class Adjustment {
     Eigen::Vector3d p_map;
   };
 
-  std::shared_ptr<ceres::ParameterBlockOrdering> AddParameterBlocks(ceres::Problem& problem, PoseManifold& manifold) {
+  std::shared_ptr<ceres::ParameterBlockOrdering> AddParameterBlocks(ceres::Problem& problem,
+                                                                    PoseManifold& manifold) {
     auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
     for (const auto& [id, pose] : poses_) {
       double* block = pose_blocks_[pose.index].data();
@@ -141,9 +143,11 @@ class Adjustment {
         if (pose == poses_.end()) {
           continue;
         }
-        const Keypoint& keypoint = map_.At(o.keyframe).features->keypoints[static_cast<std::size_t>(o.keypoint)];
-        problem.AddResidualBlock(new ReprojectionCost(camera_, keypoint.pixel, map_.Levels().Scale(keypoint.octave)),
-                                 loss, pose_blocks_[pose->second.index].data(), point.p_map.data());
+        const Keypoint& keypoint =
+            map_.At(o.keyframe).features->keypoints[static_cast<std::size_t>(o.keypoint)];
+        problem.AddResidualBlock(
+            new ReprojectionCost(camera_, keypoint.pixel, map_.Levels().Scale(keypoint.octave)), loss,
+            pose_blocks_[pose->second.index].data(), point.p_map.data());
         ++observations_;
       }
     }

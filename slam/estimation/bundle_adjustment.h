@@ -36,8 +36,9 @@ struct BundleAdjustmentReport {
   bool interrupted = false;
 };
 
-// Minimises the reprojection error over a keyframe, its most covisible neighbours and all points they see; keyframes
-// that see these points from outside stay fixed. Outliers leave the map. `interrupt` is asked after each iteration.
+// Minimises the reprojection error over a keyframe, its most covisible neighbours and all points they see;
+// keyframes that see these points from outside stay fixed. Outliers leave the map. `interrupt` is asked after
+// each iteration.
 BundleAdjustmentReport LocalBundleAdjustment(Map& map, const Camera& camera, KeyframeId center,
                                              const BundleAdjustmentOptions& options,
                                              const std::function<bool()>& interrupt);

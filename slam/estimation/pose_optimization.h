@@ -16,12 +16,12 @@ struct PointObservation {
   bool inlier = true;     // in and out
 };
 
-// 95 % quantile of chi-squared with two degrees of freedom: the squared reprojection error, in units of the pixel
-// variance, above which an observation is an outlier.
+// 95 % quantile of chi-squared with two degrees of freedom: the squared reprojection error, in units of the
+// pixel variance, above which an observation is an outlier.
 inline constexpr double kChi2TwoDof = 5.991;
 
-// Refines T_camera_map so that the reprojection error of the observations becomes least (Huber, Gauss-Newton with
-// analytic Jacobians, points fixed), and marks outliers; four rounds, each from the inliers of the last.
+// Refines T_camera_map so that the reprojection error of the observations becomes least (Huber, Gauss-Newton
+// with analytic Jacobians, points fixed), and marks outliers; four rounds, each from the inliers of the last.
 // Returns the number of inliers.
 int OptimizePose(const Camera& camera, std::vector<PointObservation>& observations, Rigid3d& T_camera_map);
 

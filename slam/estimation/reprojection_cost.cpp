@@ -45,7 +45,8 @@ bool PoseManifold::MinusJacobian(const double*, double* jacobian) const {
   return true;
 }
 
-bool ReprojectionCost::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
+bool ReprojectionCost::Evaluate(double const* const* parameters, double* residuals,
+                                double** jacobians) const {
   constexpr double kMinDepth = 1e-6;
   const double* pose = parameters[0];
   const Eigen::Matrix3d R = Eigen::Quaterniond(pose[3], pose[0], pose[1], pose[2]).toRotationMatrix();

@@ -16,10 +16,10 @@ using PoseBlock = std::array<double, 7>;
 PoseBlock ToBlock(const Rigid3d& T_camera_map);
 Rigid3d FromBlock(const double* block);
 
-// Left perturbation of a PoseBlock, see Perturb(). The cost functions below write their Jacobian with respect to the
-// six tangent coordinates into the first six columns and zero into the seventh; PlusJacobian is the matching
-// selection [I6; 0], so that their product is exact and cheap. A PoseBlock may therefore only be used with cost
-// functions of this convention.
+// Left perturbation of a PoseBlock, see Perturb(). The cost functions below write their Jacobian with respect
+// to the six tangent coordinates into the first six columns and zero into the seventh; PlusJacobian is the
+// matching selection [I6; 0], so that their product is exact and cheap. A PoseBlock may therefore only be
+// used with cost functions of this convention.
 class PoseManifold final : public ceres::Manifold {
  public:
   int AmbientSize() const override { return 7; }
@@ -30,11 +30,16 @@ class PoseManifold final : public ceres::Manifold {
   bool MinusJacobian(const double* x, double* jacobian) const override;
 };
 
-// Reprojection error e(T_c, p) of a map point in units of the pixel's standard deviation; parameters: pose, point.
+// Reprojection error e(T_c, p) of a map point in units of the pixel's standard deviation; parameters: pose,
+// point.
 class ReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3> {
  public:
   ReprojectionCost(const Camera& camera, const Eigen::Vector2d& pixel, double standard_deviation)
-      : fx_(camera.fx), fy_(camera.fy), cx_(camera.cx), cy_(camera.cy), pixel_(pixel),
+      : fx_(camera.fx),
+        fy_(camera.fy),
+        cx_(camera.cx),
+        cy_(camera.cy),
+        pixel_(pixel),
         weight_(1.0 / standard_deviation) {}
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;

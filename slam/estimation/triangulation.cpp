@@ -4,8 +4,8 @@
 
 namespace sqslam {
 
-Eigen::Vector3d Triangulate(const Rigid3d& T_camera1_map, const Eigen::Vector3d& ray1, const Rigid3d& T_camera2_map,
-                            const Eigen::Vector3d& ray2) {
+Eigen::Vector3d Triangulate(const Rigid3d& T_camera1_map, const Eigen::Vector3d& ray1,
+                            const Rigid3d& T_camera2_map, const Eigen::Vector3d& ray2) {
   const Eigen::Matrix<double, 3, 4> P1 = T_camera1_map.Matrix().topRows<3>();
   const Eigen::Matrix<double, 3, 4> P2 = T_camera2_map.Matrix().topRows<3>();
   Eigen::Matrix4d A;
@@ -18,7 +18,8 @@ Eigen::Vector3d Triangulate(const Rigid3d& T_camera1_map, const Eigen::Vector3d&
   return h.head<3>() / h.w();
 }
 
-double CosParallax(const Eigen::Vector3d& p_map, const Eigen::Vector3d& center1, const Eigen::Vector3d& center2) {
+double CosParallax(const Eigen::Vector3d& p_map, const Eigen::Vector3d& center1,
+                   const Eigen::Vector3d& center2) {
   return (center1 - p_map).normalized().dot((center2 - p_map).normalized());
 }
 

@@ -13,8 +13,8 @@
 namespace sqslam {
 namespace {
 
-constexpr double kVariance = 1.0;          // px^2, of a matched corner
-constexpr double kChi2OneDof = 3.841;      // 95 %
+constexpr double kVariance = 1.0;      // px^2, of a matched corner
+constexpr double kChi2OneDof = 3.841;  // 95 %
 constexpr double kChi2TwoDofLocal = 5.991;
 constexpr double kRansacConfidence = 0.999;
 
@@ -34,10 +34,11 @@ double EpipolarError(const Eigen::Matrix3d& F21, const Eigen::Vector2d& p1, cons
   return d * d / line.head<2>().squaredNorm() / kVariance;
 }
 
-// Sum over both directions of (threshold - error) for errors below the limit; same threshold for both models, so that
-// the sums can be compared.
+// Sum over both directions of (threshold - error) for errors below the limit; same threshold for both models,
+// so that the sums can be compared.
 template <typename Error>
-double Score(const std::vector<TwoViewMatch>& matches, double limit, Error&& error, std::vector<bool>& inliers) {
+double Score(const std::vector<TwoViewMatch>& matches, double limit, Error&& error,
+             std::vector<bool>& inliers) {
   double score = 0.0;
   inliers.assign(matches.size(), false);
   for (std::size_t i = 0; i < matches.size(); ++i) {
@@ -208,9 +209,10 @@ TwoViewReport EstimateTwoView(const Camera& camera, const std::vector<TwoViewMat
   const Eigen::Matrix3d K = Intrinsics(camera);
   cv::Mat K_cv;
   cv::eigen2cv(K, K_cv);
-  const cv::Mat H_cv = cv::findHomography(points1, points2, cv::RANSAC, std::sqrt(kChi2TwoDofLocal * kVariance));
-  // MAGSAC++ polishes its models; plain RANSAC leaves a translation so rough that bundle adjustment of two views with
-  // little parallax does not find back.
+  const cv::Mat H_cv =
+      cv::findHomography(points1, points2, cv::RANSAC, std::sqrt(kChi2TwoDofLocal * kVariance));
+  // MAGSAC++ polishes its models; plain RANSAC leaves a translation so rough that bundle adjustment of two
+  // views with little parallax does not find back.
   const cv::Mat E_cv =
       cv::findEssentialMat(points1, points2, K_cv, cv::USAC_MAGSAC, kRansacConfidence, std::sqrt(kVariance));
   std::vector<bool> inliers_H;
@@ -222,17 +224,24 @@ TwoViewReport EstimateTwoView(const Camera& camera, const std::vector<TwoViewMat
     Eigen::Matrix3d H;
     cv::cv2eigen(H_cv, H);
     const Eigen::Matrix3d H_inverse = H.inverse();
-    score_H = Score(matches, kChi2TwoDofLocal, [&](const TwoViewMatch& m) {
-      return std::pair(HomographyError(H, m.pixel1, m.pixel2), HomographyError(H_inverse, m.pixel2, m.pixel1));
-    }, inliers_H);
+    score_H = Score(
+        matches, kChi2TwoDofLocal,
+        [&](const TwoViewMatch& m) {
+          return std::pair(HomographyError(H, m.pixel1, m.pixel2),
+                           HomographyError(H_inverse, m.pixel2, m.pixel1));
+        },
+        inliers_H);
   }
   if (E_cv.rows >= 3) {
     cv::cv2eigen(E_cv.rowRange(0, 3), E);
     const Eigen::Matrix3d F = K.inverse().transpose() * E * K.inverse();
-    score_F = Score(matches, kChi2OneDof, [&](const TwoViewMatch& m) {
-      return std::pair(EpipolarError(F, m.pixel1, m.pixel2),
-                       EpipolarError(F.transpose(), m.pixel2, m.pixel1));
-    }, inliers_F);
+    score_F = Score(
+        matches, kChi2OneDof,
+        [&](const TwoViewMatch& m) {
+          return std::pair(EpipolarError(F, m.pixel1, m.pixel2),
+                           EpipolarError(F.transpose(), m.pixel2, m.pixel1));
+        },
+        inliers_F);
   }
   if (score_H + score_F <= 0.0) {
     return {std::nullopt, "no motion explains the matches between two frames", 0.0};

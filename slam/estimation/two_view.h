@@ -11,11 +11,14 @@
 namespace sqslam {
 
 struct TwoViewOptions {
-  double min_parallax = 1.5;          // degrees, median over the triangulated points
-  double min_translation_flow = 1.5;  // px, median motion that remains when the best pure rotation is taken out
-  int min_points = 50;                // triangulated points
-  double homography_share = 0.45;     // the homography is chosen where score_H / (score_H + score_F) is above this
-  double max_second_best = 0.75;      // a solution is ambiguous if another one has more than this share of its points
+  double min_parallax = 1.5;  // degrees, median over the triangulated points
+  double min_translation_flow =
+      1.5;              // px, median motion that remains when the best pure rotation is taken out
+  int min_points = 50;  // triangulated points
+  double homography_share =
+      0.45;  // the homography is chosen where score_H / (score_H + score_F) is above this
+  double max_second_best =
+      0.75;  // a solution is ambiguous if another one has more than this share of its points
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
@@ -41,17 +44,18 @@ struct TwoViewGeometry {
 
 struct TwoViewReport {
   std::optional<TwoViewGeometry> geometry;
-  std::string refusal;      // where geometry is empty: why, for people
-  double parallax = 0.0;    // degrees, median, of the best solution even if refused
+  std::string refusal;    // where geometry is empty: why, for people
+  double parallax = 0.0;  // degrees, median, of the best solution even if refused
 };
 
-// Median distance in pixels between the second pixels and the first ones turned by the rotation that explains most:
-// near the noise for a camera that only turns, whatever the scene.
+// Median distance in pixels between the second pixels and the first ones turned by the rotation that explains
+// most: near the noise for a camera that only turns, whatever the scene.
 double FlowWithoutRotation(const Camera& camera, const std::vector<TwoViewMatch>& matches);
 
-// Relative pose and structure of two views. A homography (planar scenes, small parallax) and a fundamental matrix are
-// estimated side by side and scored by their symmetric transfer errors; the pose comes from the better one. Refused
-// where parallax is too small or where a second solution explains the matches nearly as well.
+// Relative pose and structure of two views. A homography (planar scenes, small parallax) and a fundamental
+// matrix are estimated side by side and scored by their symmetric transfer errors; the pose comes from the
+// better one. Refused where parallax is too small or where a second solution explains the matches nearly as
+// well.
 TwoViewReport EstimateTwoView(const Camera& camera, const std::vector<TwoViewMatch>& matches,
                               const TwoViewOptions& options);
 

@@ -41,13 +41,14 @@ std::vector<cv::KeyPoint> SpreadCorners(const std::vector<cv::KeyPoint>& corners
   if (static_cast<int>(corners.size()) <= count) {
     return corners;
   }
-  // The leaf with the most corners is split first; ties go to the older leaf, so that the result is repeatable.
+  // The leaf with the most corners is split first; ties go to the older leaf, so that the result is
+  // repeatable.
   const auto later = [](const std::pair<std::size_t, int>& a, const std::pair<std::size_t, int>& b) {
     return a.first != b.first ? a.first < b.first : a.second > b.second;
   };
   std::vector<Leaf> leaves;
-  std::priority_queue<std::pair<std::size_t, int>, std::vector<std::pair<std::size_t, int>>, decltype(later)> open(
-      later);
+  std::priority_queue<std::pair<std::size_t, int>, std::vector<std::pair<std::size_t, int>>, decltype(later)>
+      open(later);
   int filled = 0;
   const auto add = [&](Leaf leaf) {
     if (leaf.corners.empty()) {
@@ -60,7 +61,8 @@ std::vector<cv::KeyPoint> SpreadCorners(const std::vector<cv::KeyPoint>& corners
       open.emplace(size, static_cast<int>(leaves.size()) - 1);
     }
   };
-  const int columns = std::max(1, static_cast<int>(std::lround(static_cast<double>(area.width) / area.height)));
+  const int columns =
+      std::max(1, static_cast<int>(std::lround(static_cast<double>(area.width) / area.height)));
   const float column_width = static_cast<float>(area.width) / static_cast<float>(columns);
   std::vector<Leaf> roots(static_cast<std::size_t>(columns));
   for (int i = 0; i < columns; ++i) {
@@ -68,7 +70,8 @@ std::vector<cv::KeyPoint> SpreadCorners(const std::vector<cv::KeyPoint>& corners
                                                static_cast<float>(area.height)};
   }
   for (int i = 0; i < static_cast<int>(corners.size()); ++i) {
-    const int column = std::min(columns - 1, static_cast<int>(corners[static_cast<std::size_t>(i)].pt.x / column_width));
+    const int column =
+        std::min(columns - 1, static_cast<int>(corners[static_cast<std::size_t>(i)].pt.x / column_width));
     roots[static_cast<std::size_t>(column)].corners.push_back(i);
   }
   for (Leaf& root : roots) {

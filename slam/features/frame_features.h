@@ -33,8 +33,8 @@ class KeypointGrid {
     const int y1 = CellOf(pixel.y() + radius, rows_);
     for (int y = y0; y <= y1; ++y) {
       for (int x = x0; x <= x1; ++x) {
-        const std::size_t cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_) +
-                                 static_cast<std::size_t>(x);
+        const std::size_t cell =
+            static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(x);
         for (int i = starts_[cell]; i < starts_[cell + 1]; ++i) {
           visit(indices_[static_cast<std::size_t>(i)]);
         }

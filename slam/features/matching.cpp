@@ -69,7 +69,8 @@ std::vector<PredictionMatch> MatchPredictions(std::span<const PredictedPoint> pr
       const int distance = HammingDistance(*prediction.descriptor, features.descriptors[i]);
       if (distance < best) {
         second = best;
-        second_octave = best_keypoint >= 0 ? features.keypoints[static_cast<std::size_t>(best_keypoint)].octave : -1;
+        second_octave =
+            best_keypoint >= 0 ? features.keypoints[static_cast<std::size_t>(best_keypoint)].octave : -1;
         best = distance;
         best_keypoint = index;
       } else if (distance < second) {

@@ -30,9 +30,10 @@ struct PredictionMatch {
   int keypoint = 0;
 };
 
-// Best keypoint for each prediction, each keypoint used once (the nearer descriptor wins). `taken[i]` excludes
-// keypoint i from the search. A match needs a distance of at most `max_distance` and, among candidates of the same
-// octave, best < ratio * second. Where angles are known, matches off the dominant rotation are dropped.
+// Best keypoint for each prediction, each keypoint used once (the nearer descriptor wins). `taken[i]`
+// excludes keypoint i from the search. A match needs a distance of at most `max_distance` and, among
+// candidates of the same octave, best < ratio * second. Where angles are known, matches off the dominant
+// rotation are dropped.
 std::vector<PredictionMatch> MatchPredictions(std::span<const PredictedPoint> predictions,
                                               const FrameFeatures& features, const std::vector<bool>& taken,
                                               int max_distance, double ratio);

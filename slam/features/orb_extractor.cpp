@@ -62,8 +62,8 @@ int ScaleLevels::PredictOctave(double distance, double max_distance) const {
 
 OrbExtractor::OrbExtractor(const OrbOptions& options)
     : options_(options),
-      describer_(cv::ORB::create(options.num_features, static_cast<float>(options.scale_factor), options.levels,
-                                 kPatchRadius + 1)) {
+      describer_(cv::ORB::create(options.num_features, static_cast<float>(options.scale_factor),
+                                 options.levels, kPatchRadius + 1)) {
   // Features in proportion to a level's side length.
   const double inverse = 1.0 / options.scale_factor;
   double share = (1.0 - inverse) / (1.0 - std::pow(inverse, options.levels));
@@ -89,7 +89,8 @@ std::vector<cv::KeyPoint> OrbExtractor::DetectLevel(const cv::Mat& image, int oc
       const int x1 = inner.x + inner.width * (column + 1) / columns;
       const int y0 = inner.y + inner.height * row / rows;
       const int y1 = inner.y + inner.height * (row + 1) / rows;
-      const cv::Rect cell(x0 - kFastRadius, y0 - kFastRadius, x1 - x0 + 2 * kFastRadius, y1 - y0 + 2 * kFastRadius);
+      const cv::Rect cell(x0 - kFastRadius, y0 - kFastRadius, x1 - x0 + 2 * kFastRadius,
+                          y1 - y0 + 2 * kFastRadius);
       cv::FAST(image(cell), cell_corners, options_.fast_threshold, true);
       if (cell_corners.empty()) {
         cv::FAST(image(cell), cell_corners, options_.min_fast_threshold, true);
@@ -118,7 +119,8 @@ FrameFeatures OrbExtractor::Extract(const cv::Mat& gray, const cv::Mat& bgr, con
     if (octave > 0) {
       scale *= options_.scale_factor;
       cv::Mat next;
-      cv::resize(level, next, {cvRound(gray.cols / scale), cvRound(gray.rows / scale)}, 0, 0, cv::INTER_LINEAR);
+      cv::resize(level, next, {cvRound(gray.cols / scale), cvRound(gray.rows / scale)}, 0, 0,
+                 cv::INTER_LINEAR);
       level = next;
     }
     for (cv::KeyPoint& corner : DetectLevel(level, octave)) {

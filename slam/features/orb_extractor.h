@@ -9,11 +9,11 @@
 namespace sqslam {
 
 struct OrbOptions {
-  int num_features = 1000;      // keypoints per image
-  double scale_factor = 1.2;    // ratio of the sizes of two pyramid levels
-  int levels = 8;               // pyramid levels
-  int fast_threshold = 20;      // grey levels, tried first in each cell
-  int min_fast_threshold = 7;   // grey levels, tried where a cell would stay empty
+  int num_features = 1000;     // keypoints per image
+  double scale_factor = 1.2;   // ratio of the sizes of two pyramid levels
+  int levels = 8;              // pyramid levels
+  int fast_threshold = 20;     // grey levels, tried first in each cell
+  int min_fast_threshold = 7;  // grey levels, tried where a cell would stay empty
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
@@ -35,7 +35,8 @@ class ScaleLevels {
   // Variance of a keypoint's position in full-resolution pixels^2, relative to level 0.
   double Variance(int octave) const { return Scale(octave) * Scale(octave); }
 
-  // Level at which a point is expected to be seen at `distance`, if level 0 would see it at most at `max_distance`.
+  // Level at which a point is expected to be seen at `distance`, if level 0 would see it at most at
+  // `max_distance`.
   int PredictOctave(double distance, double max_distance) const;
 
  private:
@@ -44,8 +45,8 @@ class ScaleLevels {
   std::vector<double> scales_;
 };
 
-// ORB features spread evenly over the image and over the scales: FAST with a threshold that adapts to each cell, the
-// strongest corner of each quadtree leaf, orientation by intensity centroid, rBRIEF from OpenCV.
+// ORB features spread evenly over the image and over the scales: FAST with a threshold that adapts to each
+// cell, the strongest corner of each quadtree leaf, orientation by intensity centroid, rBRIEF from OpenCV.
 class OrbExtractor {
  public:
   explicit OrbExtractor(const OrbOptions& options);

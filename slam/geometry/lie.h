@@ -25,8 +25,8 @@ inline Eigen::Quaterniond ExpRotation(const Eigen::Vector3d& w) {
   return Eigen::Quaterniond(Eigen::AngleAxisd(angle, w / angle));
 }
 
-// Perturbs a pose T_camera_map on the left: rotation by delta[0..2], then translation by delta[3..5]; in the camera
-// frame, p' = Exp(w) R p + t + dt.
+// Perturbs a pose T_camera_map on the left: rotation by delta[0..2], then translation by delta[3..5]; in the
+// camera frame, p' = Exp(w) R p + t + dt.
 inline Rigid3d Perturb(const Rigid3d& T_camera_map, const Vector6d& delta) {
   return {(ExpRotation(delta.head<3>()) * T_camera_map.rotation).normalized(),
           T_camera_map.translation + delta.tail<3>()};

@@ -16,9 +16,9 @@ struct Keyframe {
   double timestamp = 0.0;  // seconds
   Rigid3d T_camera_map;
   FrameFeaturesPtr features;
-  std::vector<PointId> points;              // one per keypoint, kNoPoint where none
-  std::map<KeyframeId, int> covisibility;   // shared map points, for keyframes that share enough
-  KeyframeId parent = kNoKeyframe;          // the most covisible older keyframe
+  std::vector<PointId> points;             // one per keypoint, kNoPoint where none
+  std::map<KeyframeId, int> covisibility;  // shared map points, for keyframes that share enough
+  KeyframeId parent = kNoKeyframe;         // the most covisible older keyframe
 
   Eigen::Vector3d Center() const { return T_camera_map.Inverse().translation; }
 

@@ -109,7 +109,8 @@ void Map::Fuse(PointId dropped, PointId kept) {
   Point(dropped).replaced_by = kept;
   for (const Observation& o : moved) {
     const auto& seen = Point(kept).observations;
-    if (std::none_of(seen.begin(), seen.end(), [&](const Observation& s) { return s.keyframe == o.keyframe; })) {
+    if (std::none_of(seen.begin(), seen.end(),
+                     [&](const Observation& s) { return s.keyframe == o.keyframe; })) {
       AddObservation(kept, o.keyframe, o.keypoint);
     }
   }

@@ -43,8 +43,8 @@ struct SnapshotDetection {
   std::int32_t object_id = -1;  // the object it was associated with, or -1
 };
 
-// An immutable picture of the map at one moment, in the map frame (z up once gravity is known). A value: consumers
-// (recorder, renderer, report) hold it as long as they like, and nothing in it ever changes.
+// An immutable picture of the map at one moment, in the map frame (z up once gravity is known). A value:
+// consumers (recorder, renderer, report) hold it as long as they like, and nothing in it ever changes.
 struct MapSnapshot {
   std::int64_t sequence_number = 0;  // 0, 1, 2, ... in the order of publication
   std::int64_t frame_index = 0;      // the newest frame that the snapshot knows of

@@ -14,8 +14,8 @@ TrackingView MakeTrackingView(const Map& map) {
   }
   view.points.reserve(map.Points().size());
   for (const MapPoint& point : map.Points()) {
-    view.points.push_back({point.p_map, point.normal, point.min_distance, point.max_distance, point.descriptor,
-                           point.alive, point.observations.size() >= 3, point.replaced_by});
+    view.points.push_back({point.p_map, point.normal, point.min_distance, point.max_distance,
+                           point.descriptor, point.alive, point.observations.size() >= 3, point.replaced_by});
   }
   return view;
 }

@@ -5,7 +5,6 @@
 
 #include "slam/map/map.h"
 
-
 namespace sqslam {
 
 struct ObjectMapView;  // slam/objects/object_types.h
@@ -30,8 +29,8 @@ struct ViewKeyframe {
   std::vector<KeyframeId> covisible;  // best first
 };
 
-// An immutable copy of the map for the tracking thread, published by the mapping thread after each of its steps, so
-// that neither ever waits for the other.
+// An immutable copy of the map for the tracking thread, published by the mapping thread after each of its
+// steps, so that neither ever waits for the other.
 struct TrackingView {
   std::int64_t map_number = 0;  // counts maps: a new one begins after a reset
   std::map<KeyframeId, ViewKeyframe> keyframes;
@@ -42,7 +41,8 @@ struct TrackingView {
   std::shared_ptr<const ObjectMapView> objects;
 
   PointId Resolve(PointId id) const {
-    while (id >= 0 && id < static_cast<PointId>(points.size()) && !points[static_cast<std::size_t>(id)].alive) {
+    while (id >= 0 && id < static_cast<PointId>(points.size()) &&
+           !points[static_cast<std::size_t>(id)].alive) {
       id = points[static_cast<std::size_t>(id)].replaced_by;
     }
     return id;

@@ -11,8 +11,9 @@ int CullPoints(Map& map, std::set<PointId>& young, KeyframeId newest, const Cull
   for (auto it = young.begin(); it != young.end();) {
     const MapPoint& point = map.Point(*it);
     const KeyframeId age = newest - point.first_keyframe;
-    const bool poor = point.FoundRatio() < options.min_found_ratio ||
-                      (age >= kTrial && static_cast<int>(point.observations.size()) < options.min_observations);
+    const bool poor =
+        point.FoundRatio() < options.min_found_ratio ||
+        (age >= kTrial && static_cast<int>(point.observations.size()) < options.min_observations);
     if (point.alive && poor) {
       map.RemovePoint(*it);
       ++removed;

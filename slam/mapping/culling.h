@@ -8,8 +8,8 @@
 
 namespace sqslam {
 
-// Removes young points that tracking hardly finds or that too few keyframes see; `young` loses those that are gone
-// or have passed. Returns the number removed.
+// Removes young points that tracking hardly finds or that too few keyframes see; `young` loses those that are
+// gone or have passed. Returns the number removed.
 int CullPoints(Map& map, std::set<PointId>& young, KeyframeId newest, const CullingOptions& options);
 
 // Removes keyframes near `center` whose points others see as well. Returns the number removed.

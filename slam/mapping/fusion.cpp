@@ -67,7 +67,8 @@ int FindKeypoint(const Map& map, const Camera& camera, const Keyframe& keyframe,
   return best_keypoint;
 }
 
-int FuseInto(Map& map, const Camera& camera, const std::set<PointId>& points, KeyframeId keyframe, double radius) {
+int FuseInto(Map& map, const Camera& camera, const std::set<PointId>& points, KeyframeId keyframe,
+             double radius) {
   int fused = 0;
   for (const PointId id : points) {
     if (!map.IsAlive(id) || Observes(map.Point(id), keyframe)) {

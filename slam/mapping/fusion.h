@@ -6,8 +6,8 @@
 
 namespace sqslam {
 
-// Looks for the keyframe's points in its neighbours and the other way round: points that are the same are fused,
-// missing observations added. Returns the number of fusions.
+// Looks for the keyframe's points in its neighbours and the other way round: points that are the same are
+// fused, missing observations added. Returns the number of fusions.
 int FuseWithNeighbours(Map& map, const Camera& camera, KeyframeId keyframe, const FusionOptions& options);
 
 }  // namespace sqslam

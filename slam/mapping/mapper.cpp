@@ -47,7 +47,8 @@ void Mapper::StartMap(TrackingReport& report) {
   map_number_ = report.map_number;
   young_points_.clear();
   frames_.clear();
-  upright_ = UprightEstimator(options_.gravity, options_.objects.gravity, static_cast<std::uint64_t>(options_.seed));
+  upright_ =
+      UprightEstimator(options_.gravity, options_.objects.gravity, static_cast<std::uint64_t>(options_.seed));
   objects_ = ObjectMapper(options_.objects, static_cast<std::uint64_t>(options_.seed));
   T_map_origin_ = {};
   const Keyframe& first = map_->Keyframes().begin()->second;
@@ -115,7 +116,8 @@ void Mapper::AddKeyframe(const TrackingReport& report) {
 void Mapper::OptimizeLocally(KeyframeId keyframe) {
   const StageTimes::Scope timer(times_, "mapping.bundle_adjustment");
   if (map_->Keyframes().size() > 2) {
-    LocalBundleAdjustment(*map_, camera_, keyframe, options_.mapping.bundle_adjustment, outputs_.keyframe_waiting);
+    LocalBundleAdjustment(*map_, camera_, keyframe, options_.mapping.bundle_adjustment,
+                          outputs_.keyframe_waiting);
   }
 }
 
@@ -141,7 +143,8 @@ MapSnapshotPtr Mapper::Finish() {
   }
   const StageTimes::Scope timer(times_, "mapping.final");
   if (options_.mapping.final_iterations > 0 && map_->Keyframes().size() > 2) {
-    GlobalBundleAdjustment(*map_, camera_, options_.mapping.final_iterations, options_.mapping.bundle_adjustment);
+    GlobalBundleAdjustment(*map_, camera_, options_.mapping.final_iterations,
+                           options_.mapping.bundle_adjustment);
   }
   KeepUpright(true);
   objects_.SetUpright(upright_.Known(), upright_.SupportHeight());
@@ -217,7 +220,8 @@ MapSnapshotPtr Mapper::MakeSnapshot() const {
   for (const MapPoint& point : map_->Points()) {
     if (point.alive) {
       const auto it = object_of.find(point.id);
-      snapshot->points.push_back({point.p_map.cast<float>(), point.rgb, it != object_of.end() ? it->second : -1});
+      snapshot->points.push_back(
+          {point.p_map.cast<float>(), point.rgb, it != object_of.end() ? it->second : -1});
     }
   }
   snapshot->objects = objects_.Objects();

@@ -18,8 +18,8 @@
 
 namespace sqslam {
 
-// The mapping thread's pipeline and the only owner of the live map. Takes the tracking thread's reports in order and
-// publishes immutable copies: TrackingView for tracking, MapSnapshot for everyone else.
+// The mapping thread's pipeline and the only owner of the live map. Takes the tracking thread's reports in
+// order and publishes immutable copies: TrackingView for tracking, MapSnapshot for everyone else.
 class Mapper {
  public:
   struct Outputs {

@@ -5,10 +5,10 @@
 namespace sqslam {
 
 struct NewPointOptions {
-  int neighbours = 15;             // covisible keyframes that are searched
-  double min_baseline = 0.01;      // distance to the neighbour, in units of its median depth
+  int neighbours = 15;               // covisible keyframes that are searched
+  double min_baseline = 0.01;        // distance to the neighbour, in units of its median depth
   double max_parallax_cos = 0.9998;  // cosine of the angle between two rays above which no point is made
-  double ratio_factor = 1.5;       // slack of the scale consistency test, in pyramid factors
+  double ratio_factor = 1.5;         // slack of the scale consistency test, in pyramid factors
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
@@ -20,10 +20,11 @@ struct NewPointOptions {
 };
 
 struct CullingOptions {
-  double min_found_ratio = 0.25;    // young points found in fewer of the frames that should see them are removed
-  int min_observations = 3;         // keyframes that must see a point two keyframes after it was made
-  double redundant_share = 0.9;     // a keyframe is redundant when so many of its points ...
-  int redundant_observations = 3;   // ... are seen by so many others at the same or a finer scale
+  double min_found_ratio =
+      0.25;                      // young points found in fewer of the frames that should see them are removed
+  int min_observations = 3;      // keyframes that must see a point two keyframes after it was made
+  double redundant_share = 0.9;  // a keyframe is redundant when so many of its points ...
+  int redundant_observations = 3;  // ... are seen by so many others at the same or a finer scale
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
@@ -35,9 +36,9 @@ struct CullingOptions {
 };
 
 struct FusionOptions {
-  int neighbours = 15;         // covisible keyframes
-  int second_neighbours = 5;   // of each of them
-  double radius = 3.0;         // px at level 0
+  int neighbours = 15;        // covisible keyframes
+  int second_neighbours = 5;  // of each of them
+  double radius = 3.0;        // px at level 0
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {

@@ -31,7 +31,8 @@ double MedianDepth(const Map& map, const Keyframe& keyframe) {
 }
 
 // F with pixel2^T F pixel1 = 0.
-Eigen::Matrix3d FundamentalMatrix(const Camera& camera, const Keyframe& keyframe1, const Keyframe& keyframe2) {
+Eigen::Matrix3d FundamentalMatrix(const Camera& camera, const Keyframe& keyframe1,
+                                  const Keyframe& keyframe2) {
   const Rigid3d T_2_1 = keyframe2.T_camera_map * keyframe1.T_camera_map.Inverse();
   Eigen::Matrix3d K;
   K << camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0;
@@ -51,7 +52,8 @@ std::vector<int> FreeKeypoints(const Keyframe& keyframe) {
 
 // Pairs of free keypoints of two keyframes whose descriptors agree on the epipolar line.
 std::vector<std::pair<int, int>> MatchAlongEpipolarLines(const Map& map, const Camera& camera,
-                                                         const Keyframe& keyframe1, const Keyframe& keyframe2) {
+                                                         const Keyframe& keyframe1,
+                                                         const Keyframe& keyframe2) {
   constexpr double kEpipoleRadius = 10.0;  // px at level 0: near the epipole the depth is not observable
   const Eigen::Matrix3d F = FundamentalMatrix(camera, keyframe1, keyframe2);
   const Eigen::Vector3d epipole_camera = keyframe2.T_camera_map * keyframe1.Center();
@@ -87,7 +89,8 @@ std::vector<std::pair<int, int>> MatchAlongEpipolarLines(const Map& map, const C
     if (best_j >= 0) {
       taken[static_cast<std::size_t>(best_j)] = true;
       matches.emplace_back(i, best_j);
-      angles.emplace_back(keypoint1.angle, keyframe2.features->keypoints[static_cast<std::size_t>(best_j)].angle);
+      angles.emplace_back(keypoint1.angle,
+                          keyframe2.features->keypoints[static_cast<std::size_t>(best_j)].angle);
     }
   }
   std::vector<std::pair<int, int>> kept;
@@ -107,7 +110,8 @@ bool Reprojects(const Map& map, const Camera& camera, const Keyframe& keyframe, 
 bool IsGoodPoint(const Map& map, const Camera& camera, const Keyframe& keyframe1, const Keypoint& keypoint1,
                  const Keyframe& keyframe2, const Keypoint& keypoint2, const Eigen::Vector3d& p_map,
                  const NewPointOptions& options) {
-  if (!p_map.allFinite() || CosParallax(p_map, keyframe1.Center(), keyframe2.Center()) > options.max_parallax_cos ||
+  if (!p_map.allFinite() ||
+      CosParallax(p_map, keyframe1.Center(), keyframe2.Center()) > options.max_parallax_cos ||
       !Reprojects(map, camera, keyframe1, keypoint1, p_map) ||
       !Reprojects(map, camera, keyframe2, keypoint2, p_map)) {
     return false;
@@ -121,7 +125,8 @@ bool IsGoodPoint(const Map& map, const Camera& camera, const Keyframe& keyframe1
 
 }  // namespace
 
-std::vector<PointId> CreateNewPoints(Map& map, const Camera& camera, KeyframeId id, const NewPointOptions& options) {
+std::vector<PointId> CreateNewPoints(Map& map, const Camera& camera, KeyframeId id,
+                                     const NewPointOptions& options) {
   std::vector<PointId> created;
   for (const KeyframeId neighbour_id : map.At(id).BestCovisible(options.neighbours)) {
     const Keyframe& keyframe = map.At(id);
@@ -133,9 +138,8 @@ std::vector<PointId> CreateNewPoints(Map& map, const Camera& camera, KeyframeId 
     for (const auto& [i, j] : MatchAlongEpipolarLines(map, camera, keyframe, neighbour)) {
       const Keypoint& keypoint1 = keyframe.features->keypoints[static_cast<std::size_t>(i)];
       const Keypoint& keypoint2 = neighbour.features->keypoints[static_cast<std::size_t>(j)];
-      const Eigen::Vector3d p_map =
-          Triangulate(keyframe.T_camera_map, camera.Unproject(keypoint1.pixel), neighbour.T_camera_map,
-                      camera.Unproject(keypoint2.pixel));
+      const Eigen::Vector3d p_map = Triangulate(keyframe.T_camera_map, camera.Unproject(keypoint1.pixel),
+                                                neighbour.T_camera_map, camera.Unproject(keypoint2.pixel));
       if (!IsGoodPoint(map, camera, keyframe, keypoint1, neighbour, keypoint2, p_map, options)) {
         continue;
       }

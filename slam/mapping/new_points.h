@@ -8,8 +8,8 @@
 
 namespace sqslam {
 
-// Triangulates new map points between a keyframe and its most covisible neighbours: features without a map point,
-// matched by descriptor along the epipolar line. Returns the new points.
+// Triangulates new map points between a keyframe and its most covisible neighbours: features without a map
+// point, matched by descriptor along the epipolar line. Returns the new points.
 std::vector<PointId> CreateNewPoints(Map& map, const Camera& camera, KeyframeId keyframe,
                                      const NewPointOptions& options);
 

@@ -21,7 +21,8 @@ std::optional<Eigen::Vector3d> ParseGravity(const std::string& text) {
   }
   Eigen::Vector3d gravity;
   char end = 0;
-  if (std::sscanf(text.c_str(), " [ %lf , %lf , %lf %c", &gravity.x(), &gravity.y(), &gravity.z(), &end) != 4 ||
+  if (std::sscanf(text.c_str(), " [ %lf , %lf , %lf %c", &gravity.x(), &gravity.y(), &gravity.z(), &end) !=
+          4 ||
       end != ']' || !gravity.allFinite() || gravity.norm() < 1e-9) {
     throw UsageError(fmt::format("gravity: expected auto, level-start or [x, y, z], not '{}'", text));
   }
@@ -51,10 +52,12 @@ std::vector<std::vector<Eigen::Vector3d>> ObjectPoints(std::span<const ObjectLan
 
 }  // namespace
 
-UprightEstimator::UprightEstimator(const std::string& gravity, const GravityOptions& options, std::uint64_t seed)
+UprightEstimator::UprightEstimator(const std::string& gravity, const GravityOptions& options,
+                                   std::uint64_t seed)
     : given_up_(ParseGravity(gravity)), options_(options), seed_(seed) {}
 
-std::optional<Rigid3d> UprightEstimator::Update(const Map& map, std::span<const ObjectLandmarkView> objects, bool last) {
+std::optional<Rigid3d> UprightEstimator::Update(const Map& map, std::span<const ObjectLandmarkView> objects,
+                                                bool last) {
   if (!given_up_) {
     return UpdateFromMap(map, objects, last);
   }
@@ -66,12 +69,13 @@ std::optional<Rigid3d> UprightEstimator::Update(const Map& map, std::span<const 
   return UprightTransform(*given_up_);
 }
 
-std::optional<Rigid3d> UprightEstimator::UpdateFromMap(const Map& map, std::span<const ObjectLandmarkView> objects,
-                                                      bool last) {
-  constexpr KeyframeId kEager = 12;   // keyframes during which every one is used,
-  constexpr KeyframeId kPeriod = 5;   // and later one in so many
+std::optional<Rigid3d> UprightEstimator::UpdateFromMap(const Map& map,
+                                                       std::span<const ObjectLandmarkView> objects,
+                                                       bool last) {
+  constexpr KeyframeId kEager = 12;  // keyframes during which every one is used,
+  constexpr KeyframeId kPeriod = 5;  // and later one in so many
   constexpr double kSmallestTurn = 0.2 * std::numbers::pi / 180.0;
-  constexpr double kLosesTo = 0.8;    // a later estimate must have nearly the evidence of the best before it
+  constexpr double kLosesTo = 0.8;  // a later estimate must have nearly the evidence of the best before it
   const KeyframeId newest = map.NewestKeyframe();
   if (!last && known_ && newest > kEager && newest % kPeriod != 0) {
     return std::nullopt;
@@ -84,7 +88,8 @@ std::optional<Rigid3d> UprightEstimator::UpdateFromMap(const Map& map, std::span
   if (!plane) {
     return std::nullopt;
   }
-  // Few points on a small plane are soon all inliers: confidence alone would let an early estimate stand for ever.
+  // Few points on a small plane are soon all inliers: confidence alone would let an early estimate stand for
+  // ever.
   const double evidence = plane->confidence * std::sqrt(static_cast<double>(plane->inliers));
   if (evidence < kLosesTo * evidence_) {
     return std::nullopt;
@@ -97,8 +102,9 @@ std::optional<Rigid3d> UprightEstimator::UpdateFromMap(const Map& map, std::span
   }
   // The first turn fixes the heading; later ones are as small as they can be, so that headings stay.
   const Rigid3d T_new_old =
-      known_ ? Rigid3d{Eigen::Quaterniond::FromTwoVectors(plane->up, Eigen::Vector3d::UnitZ()), {0.0, 0.0, 0.0}}
-             : UprightTransform(plane->up);
+      known_
+          ? Rigid3d{Eigen::Quaterniond::FromTwoVectors(plane->up, Eigen::Vector3d::UnitZ()), {0.0, 0.0, 0.0}}
+          : UprightTransform(plane->up);
   known_ = true;
   return T_new_old;
 }

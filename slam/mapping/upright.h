@@ -17,14 +17,16 @@ class UprightEstimator {
   // `gravity`: auto | level-start | [x, y, z] (direction of gravity in the first camera). Throws UsageError.
   UprightEstimator(const std::string& gravity, const GravityOptions& options, std::uint64_t seed);
 
-  // After a keyframe: the turn T_new_old that the map needs, if any; `last`: no keyframe will follow. The map frame begins as the first camera's frame.
+  // After a keyframe: the turn T_new_old that the map needs, if any; `last`: no keyframe will follow. The map
+  // frame begins as the first camera's frame.
   std::optional<Rigid3d> Update(const Map& map, std::span<const ObjectLandmarkView> objects, bool last);
 
   bool Known() const { return known_; }
   std::optional<double> SupportHeight() const { return support_height_; }
 
  private:
-  std::optional<Rigid3d> UpdateFromMap(const Map& map, std::span<const ObjectLandmarkView> objects, bool last);
+  std::optional<Rigid3d> UpdateFromMap(const Map& map, std::span<const ObjectLandmarkView> objects,
+                                       bool last);
 
   std::optional<Eigen::Vector3d> given_up_;  // in the first camera's frame; empty: from the map
   GravityOptions options_;

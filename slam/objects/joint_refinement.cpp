@@ -197,8 +197,9 @@ Eigen::Vector3d SurePlace(const PosedSuperquadric& start, const RefinementInput&
   return sum / static_cast<double>(input.points.size());
 }
 
-// The largest half diagonal that a box shows, in map units at the object's place. What lies along the viewing rays of
-// an object seen from one side only is not observed and would grow without bound from update to update.
+// The largest half diagonal that a box shows, in map units at the object's place. What lies along the viewing
+// rays of an object seen from one side only is not observed and would grow without bound from update to
+// update.
 double LargestShown(const PosedSuperquadric& start, const RefinementInput& input) {
   const Eigen::Vector3d place = SurePlace(start, input);
   double largest = 0.0;
@@ -285,7 +286,8 @@ RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementI
     problem.SetParameterUpperBound(parameters.data(), i, kMaxShapeExponent);
   }
   const double shown = LargestShown(start, input);
-  const double largest = std::log(shown > 0.0 ? options.max_stretch * shown : 4.5 * start.shape.half_size.maxCoeff());
+  const double largest =
+      std::log(shown > 0.0 ? options.max_stretch * shown : 4.5 * start.shape.half_size.maxCoeff());
   for (int i = kLogHalf; i < kLogHalf + 3; ++i) {
     problem.SetParameterLowerBound(parameters.data(), i, largest - 6.5);
     problem.SetParameterUpperBound(parameters.data(), i, largest);

@@ -1,6 +1,7 @@
 #include "slam/objects/object_tracker.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <optional>
 #include <unordered_map>
@@ -74,7 +75,7 @@ struct ObjectTracker::Impl {
   ObjectObservation Observe(int id, const ObjectFrame& frame, const BoxCandidate& box,
                             const MeasuredBox& measured) const;
   std::vector<std::int64_t> PointsOutside(const SeenLandmark& track, const ObjectFrame& frame,
-                                          const Box2d& box) const;
+                                          const Box2d& box, const std::array<bool, 4>& edge_free) const;
   void Transform(const Sim3d& S_new_old);
 };
 
@@ -221,8 +222,8 @@ void ObjectTracker::Impl::Remember(int id, const ObjectFrame& frame, const BoxCa
 }
 
 std::vector<std::int64_t> ObjectTracker::Impl::PointsOutside(const SeenLandmark& track,
-                                                             const ObjectFrame& frame,
-                                                             const Box2d& box) const {
+                                                             const ObjectFrame& frame, const Box2d& box,
+                                                             const std::array<bool, 4>& edge_free) const {
   std::vector<std::int64_t> outside;
   if (!track.view) {
     return outside;
@@ -237,7 +238,12 @@ std::vector<std::int64_t> ObjectTracker::Impl::PointsOutside(const SeenLandmark&
     const Eigen::Vector2d pixel = frame.camera.ProjectDistorted(p);
     const bool in_image = pixel.x() >= 0.0 && pixel.y() >= 0.0 && pixel.x() < frame.camera.width &&
                           pixel.y() < frame.camera.height;
-    if (in_image && !box.Contains(pixel, margin)) {
+    // Beyond an edge that something else hides the object may well go on.
+    const bool beyond = (edge_free[0] && pixel.x() < box.x - margin) ||
+                        (edge_free[1] && pixel.y() < box.y - margin) ||
+                        (edge_free[2] && pixel.x() > box.x + box.width + margin) ||
+                        (edge_free[3] && pixel.y() > box.y + box.height + margin);
+    if (in_image && beyond) {
       outside.push_back(point);
     }
   }
@@ -259,7 +265,8 @@ ObjectObservation ObjectTracker::Impl::Observe(int id, const ObjectFrame& frame,
   if (!box.AnyEdgeCut()) {
     observation.centroid = box.centroid;
   }
-  observation.reprojected_outside = PointsOutside(tracks.at(id), frame, measured.detection.box);
+  observation.reprojected_outside =
+      PointsOutside(tracks.at(id), frame, measured.detection.box, observation.edge_free);
   return observation;
 }
 

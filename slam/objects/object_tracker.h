@@ -24,8 +24,8 @@ class ObjectTracker {
   ObjectTracker(ObjectTracker&&) noexcept;
   ObjectTracker& operator=(ObjectTracker&&) noexcept;
 
-  // One observation for each box that was associated. `view` may lag behind; frame_index must grow. `times`, where
-  // given, takes the duration of the stage tracking.association.
+  // One observation for each box that was associated. `view` may lag behind; frame_index must grow. `times`,
+  // where given, takes the duration of the stage tracking.association.
   std::vector<ObjectObservation> Track(const ObjectFrame& frame, const ObjectMapView& view,
                                        StageTimes* times = nullptr);
 

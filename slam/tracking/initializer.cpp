@@ -55,8 +55,8 @@ std::vector<std::pair<int, int>> Initializer::MatchToStart(const FrameFeatures& 
   for (std::size_t i = 0; i < start_->features->Size(); ++i) {
     const Keypoint& keypoint = start_->features->keypoints[i];
     predictions.push_back({static_cast<int>(i), start_->expected[i], options_.search_radius,
-                           std::max(0, keypoint.octave - 1), keypoint.octave + 1, &start_->features->descriptors[i],
-                           keypoint.angle});
+                           std::max(0, keypoint.octave - 1), keypoint.octave + 1,
+                           &start_->features->descriptors[i], keypoint.angle});
   }
   std::vector<std::pair<int, int>> matches;
   for (const PredictionMatch& match : MatchPredictions(predictions, features, {}, kStrictDistance, 0.9)) {
@@ -105,8 +105,9 @@ std::unique_ptr<Map> Initializer::Add(std::int64_t frame_index, double timestamp
 }
 
 std::unique_ptr<Map> Initializer::Build(const TwoViewGeometry& geometry,
-                                        const std::vector<std::pair<int, int>>& matches, std::int64_t frame_index,
-                                        double timestamp, const FrameFeaturesPtr& features) const {
+                                        const std::vector<std::pair<int, int>>& matches,
+                                        std::int64_t frame_index, double timestamp,
+                                        const FrameFeaturesPtr& features) const {
   constexpr int kBundleIterations = 20;
   auto map = std::make_unique<Map>(levels_);
   const KeyframeId first = map->AddKeyframe(start_->frame_index, start_->timestamp, {}, start_->features);

@@ -9,8 +9,8 @@
 
 namespace sqslam {
 
-// Starts a map from two frames: waits until the camera has translated enough, estimates the two-view geometry,
-// triangulates, refines by bundle adjustment and sets the median depth to 1.
+// Starts a map from two frames: waits until the camera has translated enough, estimates the two-view
+// geometry, triangulates, refines by bundle adjustment and sets the median depth to 1.
 class Initializer {
  public:
   Initializer(const Camera& camera, const InitializationOptions& options, const ScaleLevels& levels)
@@ -33,7 +33,8 @@ class Initializer {
   void Restart(std::int64_t frame_index, double timestamp, const FrameFeaturesPtr& features);
   std::vector<std::pair<int, int>> MatchToStart(const FrameFeatures& features);
   std::unique_ptr<Map> Build(const TwoViewGeometry& geometry, const std::vector<std::pair<int, int>>& matches,
-                             std::int64_t frame_index, double timestamp, const FrameFeaturesPtr& features) const;
+                             std::int64_t frame_index, double timestamp,
+                             const FrameFeaturesPtr& features) const;
 
   Camera camera_;
   InitializationOptions options_;

@@ -12,8 +12,8 @@ struct LocalMap {
   std::vector<PointId> points;         // of the local keyframes, each once, alive
 };
 
-// `points`: what the frame is known to see (kNoPoint allowed). The search begins at the last reference keyframe and
-// spreads over two steps of covisibility.
+// `points`: what the frame is known to see (kNoPoint allowed). The search begins at the last reference
+// keyframe and spreads over two steps of covisibility.
 LocalMap FindLocalMap(const TrackingView& view, const std::vector<PointId>& points, KeyframeId last_reference,
                       int max_keyframes);
 

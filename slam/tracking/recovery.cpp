@@ -1,7 +1,7 @@
 // Tracker's way back after a short loss: keyframes that look like the image, descriptors, P3P.
 
-#include <algorithm>
 #include <Eigen/LU>
+#include <algorithm>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 
@@ -55,7 +55,8 @@ bool Tracker::RecoverFrom(const ViewKeyframe& keyframe) {
   constexpr int kRansacIterations = 300;
   constexpr float kRansacError = 4.0F;  // px
   std::vector<bool> use(keyframe.points.size());
-  std::transform(keyframe.points.begin(), keyframe.points.end(), use.begin(), [](PointId p) { return p != kNoPoint; });
+  std::transform(keyframe.points.begin(), keyframe.points.end(), use.begin(),
+                 [](PointId p) { return p != kNoPoint; });
   const auto matches = MatchAll(*keyframe.features, *current_.features, use, {}, kStrictDistance, 0.75);
   if (static_cast<int>(matches.size()) < kMinMatches) {
     return false;
@@ -72,8 +73,8 @@ bool Tracker::RecoverFrom(const ViewKeyframe& keyframe) {
   cv::Mat rotation_vector;
   cv::Mat translation;
   std::vector<int> inliers;
-  if (!cv::solvePnPRansac(points, pixels, K, cv::noArray(), rotation_vector, translation, false, kRansacIterations,
-                          kRansacError, 0.99, inliers, cv::SOLVEPNP_AP3P) ||
+  if (!cv::solvePnPRansac(points, pixels, K, cv::noArray(), rotation_vector, translation, false,
+                          kRansacIterations, kRansacError, 0.99, inliers, cv::SOLVEPNP_AP3P) ||
       static_cast<int>(inliers.size()) < kMinInliers) {
     return false;
   }

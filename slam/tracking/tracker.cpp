@@ -32,7 +32,8 @@ TrackingReport Tracker::Track(const Frame& frame, const TrackingViewPtr& view, i
   current_.timestamp = frame.timestamp;
   {
     const StageTimes::Scope features_timer(times_, "tracking.features");
-    current_.features = std::make_shared<const FrameFeatures>(extractor_.Extract(frame.gray, frame.bgr, camera_));
+    current_.features =
+        std::make_shared<const FrameFeatures>(extractor_.Extract(frame.gray, frame.bgr, camera_));
   }
   current_.points.assign(current_.features->Size(), kNoPoint);
 
@@ -139,13 +140,14 @@ bool Tracker::TrackMotion() {
       const Keypoint& keypoint = last_->features->keypoints[i];
       predictions.push_back({static_cast<int>(i), camera_.Project(p_camera),
                              widening * options_.motion_radius * levels_.Scale(keypoint.octave),
-                             std::max(0, keypoint.octave - 1), keypoint.octave + 1, &last_->features->descriptors[i],
-                             keypoint.angle});
+                             std::max(0, keypoint.octave - 1), keypoint.octave + 1,
+                             &last_->features->descriptors[i], keypoint.angle});
     }
     std::fill(current_.points.begin(), current_.points.end(), kNoPoint);
     const auto matches = MatchPredictions(predictions, *current_.features, {}, kLooseDistance, 0.9);
     for (const PredictionMatch& match : matches) {
-      current_.points[static_cast<std::size_t>(match.keypoint)] = last_->points[static_cast<std::size_t>(match.tag)];
+      current_.points[static_cast<std::size_t>(match.keypoint)] =
+          last_->points[static_cast<std::size_t>(match.tag)];
     }
     if (static_cast<int>(matches.size()) >= kFewMatches) {
       Rigid3d predicted = current_.T_camera_map;
@@ -166,9 +168,11 @@ bool Tracker::TrackReferenceKeyframe() {
     return false;
   }
   const auto it = view_->keyframes.find(last_->anchor.reference);
-  const ViewKeyframe& keyframe = it != view_->keyframes.end() ? it->second : view_->keyframes.rbegin()->second;
+  const ViewKeyframe& keyframe =
+      it != view_->keyframes.end() ? it->second : view_->keyframes.rbegin()->second;
   std::vector<bool> use(keyframe.points.size());
-  std::transform(keyframe.points.begin(), keyframe.points.end(), use.begin(), [](PointId p) { return p != kNoPoint; });
+  std::transform(keyframe.points.begin(), keyframe.points.end(), use.begin(),
+                 [](PointId p) { return p != kNoPoint; });
   const auto matches = MatchAll(*keyframe.features, *current_.features, use, {}, kStrictDistance, 0.7);
   std::fill(current_.points.begin(), current_.points.end(), kNoPoint);
   for (const auto& [i, j] : matches) {
@@ -181,7 +185,8 @@ bool Tracker::TrackReferenceKeyframe() {
   return OptimizeCurrentPose() >= kMinInliers;
 }
 
-// Searches the points of all keyframes that see the same part of the scene, and refines the pose with all of them.
+// Searches the points of all keyframes that see the same part of the scene, and refines the pose with all of
+// them.
 bool Tracker::TrackLocalMap(double radius_factor, int min_inliers, TrackingReport& report) {
   constexpr double kMinViewCosine = 0.5;
   constexpr double kFrontalCosine = 0.998;
@@ -270,7 +275,8 @@ void Tracker::AfterLoss(TrackingReport& report) {
   velocity_.reset();
   report.visible.clear();
   report.found.clear();
-  if (static_cast<int>(view_->keyframes.size()) < options_.reset_keyframes && lost_frames_ >= options_.reset_frames) {
+  if (static_cast<int>(view_->keyframes.size()) < options_.reset_keyframes &&
+      lost_frames_ >= options_.reset_frames) {
     ++resets_;
     ++map_number_;
     view_.reset();
@@ -310,8 +316,8 @@ void Tracker::TrackObjects(const Frame& frame, TrackingReport& report) {
   object_frame.gray = frame.gray;
   for (std::size_t i = 0; i < current_.points.size(); ++i) {
     if (view_->Has(current_.points[i])) {
-      object_frame.points.push_back(
-          {current_.points[i], current_.features->keypoints[i].raw_pixel, view_->Point(current_.points[i]).p_map});
+      object_frame.points.push_back({current_.points[i], current_.features->keypoints[i].raw_pixel,
+                                     view_->Point(current_.points[i]).p_map});
     }
   }
   report.objects = object_tracker_.Track(object_frame, *view_->objects, &times_);

@@ -15,12 +15,12 @@
 
 namespace sqslam {
 
-// The tracking thread's pipeline: pose of each frame against an immutable view of the map, and the objects' share of
-// the front end. Holds no reference to the live map.
+// The tracking thread's pipeline: pose of each frame against an immutable view of the map, and the objects'
+// share of the front end. Holds no reference to the live map.
 class Tracker {
  public:
-  Tracker(const Camera& camera, const TrackingOptions& options, const ObjectOptions& objects, std::uint64_t seed,
-          StageTimes& times);
+  Tracker(const Camera& camera, const TrackingOptions& options, const ObjectOptions& objects,
+          std::uint64_t seed, StageTimes& times);
 
   // Tracks one frame. `view`: the newest that the mapping thread has published (null before the first).
   // `pending_keyframes`: keyframes posted that the mapping thread has not taken in yet.

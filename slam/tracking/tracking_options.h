@@ -45,12 +45,12 @@ struct TrackingOptions {
   OrbOptions features;
   InitializationOptions initialization;
   KeyframeOptions keyframes;
-  double motion_radius = 15.0;     // px at level 0, search around the place that the motion model predicts
-  int min_inliers = 25;            // map points a tracked frame needs
-  int min_recovery_inliers = 50;   // map points a frame needs to end a loss
-  int max_local_keyframes = 40;    // keyframes whose points are searched in each frame
-  int reset_keyframes = 5;         // a map with fewer keyframes is given up when tracking is lost ...
-  int reset_frames = 30;           // ... for so many frames
+  double motion_radius = 15.0;    // px at level 0, search around the place that the motion model predicts
+  int min_inliers = 25;           // map points a tracked frame needs
+  int min_recovery_inliers = 50;  // map points a frame needs to end a loss
+  int max_local_keyframes = 40;   // keyframes whose points are searched in each frame
+  int reset_keyframes = 5;        // a map with fewer keyframes is given up when tracking is lost ...
+  int reset_frames = 30;          // ... for so many frames
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {

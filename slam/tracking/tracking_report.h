@@ -28,10 +28,10 @@ struct TrackingReport {
   std::int64_t frame_index = 0;
   double timestamp = 0.0;
   std::string image_path;
-  std::unique_ptr<Map> initial_map;         // set once, when a map begins
-  std::optional<AnchoredPose> pose;         // empty while lost
-  std::vector<PointId> visible;             // map points predicted to be in the image
-  std::vector<PointId> found;               // of these, the ones that were matched
+  std::unique_ptr<Map> initial_map;  // set once, when a map begins
+  std::optional<AnchoredPose> pose;  // empty while lost
+  std::vector<PointId> visible;      // map points predicted to be in the image
+  std::vector<PointId> found;        // of these, the ones that were matched
   std::optional<KeyframeCandidate> keyframe;
   bool keyframe_postponed = false;  // one was due, but the mapping thread is busy
   std::vector<SnapshotDetection> detections;

@@ -25,8 +25,8 @@ std::map<std::string, StageTimes::Summary> StageTimes::Summaries() const {
       return sorted[static_cast<std::size_t>(q * static_cast<double>(sorted.size() - 1) + 0.5)];
     };
     const double sum = std::accumulate(sorted.begin(), sorted.end(), 0.0);
-    summaries[stage] = {sum / static_cast<double>(sorted.size()), quantile(0.5), quantile(0.95), sorted.back(),
-                        static_cast<int>(sorted.size())};
+    summaries[stage] = {sum / static_cast<double>(sorted.size()), quantile(0.5), quantile(0.95),
+                        sorted.back(), static_cast<int>(sorted.size())};
   }
   return summaries;
 }

@@ -24,9 +24,7 @@ class StageTimes {
   class Scope {
    public:
     Scope(StageTimes& times, std::string_view stage) : times_(times), stage_(stage) {}
-    ~Scope() {
-      times_.Add(stage_, std::chrono::duration<double, std::milli>(Clock::now() - start_).count());
-    }
+    ~Scope() { times_.Add(stage_, std::chrono::duration<double, std::milli>(Clock::now() - start_).count()); }
     Scope(const Scope&) = delete;
     Scope& operator=(const Scope&) = delete;
 

@@ -29,7 +29,8 @@ MapSnapshot LargeMap() {
     map.points.push_back({p.cast<float>(), {90, 110, 130}, i % 4 == 0 ? i % 30 : -1});
   }
   for (int i = 0; i < 100; ++i) {
-    map.keyframes.push_back({i, i, 0.1 * i, {{}, {4.0 * std::cos(0.03 * i), -4.0 * std::sin(0.03 * i), 1.5}}});
+    map.keyframes.push_back(
+        {i, i, 0.1 * i, {{}, {4.0 * std::cos(0.03 * i), -4.0 * std::sin(0.03 * i), 1.5}}});
   }
   return map;
 }

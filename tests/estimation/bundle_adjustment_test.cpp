@@ -45,7 +45,8 @@ TEST(ReprojectionCost, JacobiansAgreeWithNumericOnes) {
       manifold.Plus(pose.data(), delta.data(), forward.data());
       delta[i] = -kStep;
       manifold.Plus(pose.data(), delta.data(), backward.data());
-      const Eigen::Vector2d numeric = (evaluate(forward.data(), p) - evaluate(backward.data(), p)) / (2.0 * kStep);
+      const Eigen::Vector2d numeric =
+          (evaluate(forward.data(), p) - evaluate(backward.data(), p)) / (2.0 * kStep);
       EXPECT_LT((numeric - tangent.col(i)).norm(), 1e-4 * (1.0 + numeric.norm()));
     }
     for (int i = 0; i < 3; ++i) {
@@ -94,8 +95,10 @@ TEST(LocalBundleAdjustment, RestoresPosesAndPoints) {
   EXPECT_EQ(report.keyframes + report.fixed_keyframes, 6);
   EXPECT_FALSE(report.interrupted);
   for (const auto& [id, keyframe] : world.map.Keyframes()) {
-    EXPECT_LT((keyframe.T_camera_map.translation - world.T_camera_map[static_cast<std::size_t>(id)].translation).norm(),
-              1e-4);
+    EXPECT_LT(
+        (keyframe.T_camera_map.translation - world.T_camera_map[static_cast<std::size_t>(id)].translation)
+            .norm(),
+        1e-4);
   }
   for (const MapPoint& point : world.map.Points()) {
     EXPECT_LT((point.p_map - world.points[static_cast<std::size_t>(point.id)]).norm(), 1e-3);

@@ -77,7 +77,8 @@ TEST_F(TwoViewTest, SurvivesWrongMatches) {
 }
 
 TEST_F(TwoViewTest, RefusesAPureRotation) {
-  const Rigid3d rotation{Eigen::Quaterniond(Eigen::AngleAxisd(0.15, Eigen::Vector3d::UnitY())), {0.0, 0.0, 0.0}};
+  const Rigid3d rotation{Eigen::Quaterniond(Eigen::AngleAxisd(0.15, Eigen::Vector3d::UnitY())),
+                         {0.0, 0.0, 0.0}};
   const TwoViewReport report = EstimateTwoView(camera_, Project(Cloud(), rotation), {});
   EXPECT_FALSE(report.geometry.has_value());
   EXPECT_FALSE(report.refusal.empty());

@@ -68,8 +68,9 @@ TEST(Map, ARemovedKeyframeMovesWithItsParent) {
 
 TEST(Map, TransformKeepsEveryProjection) {
   SyntheticMap world = MakeSyntheticMap({});
-  const Rigid3d T_new_old{Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1.0, 2.0, 3.0).normalized())),
-                          {0.1, -2.0, 0.5}};
+  const Rigid3d T_new_old{
+      Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1.0, 2.0, 3.0).normalized())),
+      {0.1, -2.0, 0.5}};
   const Rigid3d culled = world.map.PoseOf(2);
   world.map.RemoveKeyframe(2);
   world.map.Transform(T_new_old);

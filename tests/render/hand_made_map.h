@@ -28,9 +28,10 @@ inline MapSnapshot HandMadeMap() {
     const double angle = 2.399963 * i;
     const double radius = 0.045 * std::sqrt(i);
     const auto level = static_cast<std::uint8_t>(40 + i % 200);
-    map.points.push_back({Eigen::Vector3d(radius * std::cos(angle), radius * std::sin(angle), 0.0).cast<float>(),
-                          {level, 120, 90},
-                          i % 9 == 0 ? 0 : -1});
+    map.points.push_back(
+        {Eigen::Vector3d(radius * std::cos(angle), radius * std::sin(angle), 0.0).cast<float>(),
+         {level, 120, 90},
+         i % 9 == 0 ? 0 : -1});
   }
   for (int i = 0; i < 8; ++i) {
     const double angle = -2.2 + 0.18 * i;

@@ -46,14 +46,16 @@ void ExpectBaseline(const cv::Mat& image, const std::string& name) {
     cv::imwrite(path, image);
   }
   const cv::Mat baseline = cv::imread(path, cv::IMREAD_UNCHANGED);
-  ASSERT_FALSE(baseline.empty()) << path << ": missing; look at the picture, then scripts/update-baselines.sh";
+  ASSERT_FALSE(baseline.empty()) << path
+                                 << ": missing; look at the picture, then scripts/update-baselines.sh";
   ASSERT_EQ(image.size(), baseline.size());
   ASSERT_EQ(image.type(), baseline.type());
   const double difference = OneMinusSsim(image, baseline);
   if (difference > kThreshold) {
     const auto written = std::filesystem::temp_directory_path() / ("sqslam-" + name + ".png");
     cv::imwrite(written.string(), image);
-    ADD_FAILURE() << "1 - SSIM is " << difference << ", at most " << kThreshold << " expected; see " << written;
+    ADD_FAILURE() << "1 - SSIM is " << difference << ", at most " << kThreshold << " expected; see "
+                  << written;
   }
 }
 
@@ -72,8 +74,9 @@ TEST(PictureTest, TranslucentDarkAndLabelledLooksLikeItsBaseline) {
 TEST(PictureTest, BaselineTellsAChangedObjectFromTheSame) {
   MapSnapshot changed = HandMadeMap();
   changed.objects[0].superquadric.shape.half_size *= 1.3;
-  EXPECT_GT(OneMinusSsim(RenderPicture(changed, SmallPicture()), RenderPicture(HandMadeMap(), SmallPicture())),
-            kThreshold);
+  EXPECT_GT(
+      OneMinusSsim(RenderPicture(changed, SmallPicture()), RenderPicture(HandMadeMap(), SmallPicture())),
+      kThreshold);
 }
 
 TEST(PictureTest, WithoutBackgroundCornersAreTransparentAndObjectsAreNot) {
@@ -111,7 +114,8 @@ TEST(PictureTest, TransparentPictureOverWhiteIsTheOpaqueOne) {
 }
 
 TEST(PictureTest, SameMapGivesTheSameBytes) {
-  EXPECT_TRUE(SameBytes(RenderPicture(HandMadeMap(), SmallPicture()), RenderPicture(HandMadeMap(), SmallPicture())));
+  EXPECT_TRUE(
+      SameBytes(RenderPicture(HandMadeMap(), SmallPicture()), RenderPicture(HandMadeMap(), SmallPicture())));
 }
 
 TEST(PictureTest, FramesAfterOtherFramesAreTheSameBytes) {

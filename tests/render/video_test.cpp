@@ -64,7 +64,8 @@ TEST_F(VideoTest, GrowthHasAFrameForEachSnapshot) {
     image_center = frame.at<cv::Vec3b>(30, 90);
   }
   EXPECT_EQ(frames, 3);
-  EXPECT_LT(cv::norm(image_center, cv::Vec3b(200, 120, 60), cv::NORM_INF), 40.0);  // the input image stands left
+  EXPECT_LT(cv::norm(image_center, cv::Vec3b(200, 120, 60), cv::NORM_INF),
+            40.0);  // the input image stands left
 }
 
 TEST_F(VideoTest, NumberedPicturesTakeARangeOfTheFrames) {

@@ -5,7 +5,8 @@
 namespace sqslam::testing {
 
 SyntheticMap MakeSyntheticMap(const SyntheticMapOptions& options) {
-  SyntheticMap world{{640, 480, 500.0, 500.0, 320.0, 240.0, {}, 30.0}, {}, {}, Map(ScaleLevels(OrbOptions{}))};
+  SyntheticMap world{
+      {640, 480, 500.0, 500.0, 320.0, 240.0, {}, 30.0}, {}, {}, Map(ScaleLevels(OrbOptions{}))};
   std::mt19937_64 random(options.seed);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
   std::normal_distribution<double> noise(0.0, 1.0);
@@ -19,8 +20,9 @@ SyntheticMap MakeSyntheticMap(const SyntheticMapOptions& options) {
   }
   for (int k = 0; k < options.keyframes; ++k) {
     const double angle = 0.12 * k;
-    const Rigid3d T_map_camera{Eigen::Quaterniond(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY())),
-                               Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()) * Eigen::Vector3d(0.0, 0.0, -4.0)};
+    const Rigid3d T_map_camera{
+        Eigen::Quaterniond(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY())),
+        Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()) * Eigen::Vector3d(0.0, 0.0, -4.0)};
     world.T_camera_map.push_back(T_map_camera.Inverse());
     FrameFeatures features;
     for (const Eigen::Vector3d& p : world.points) {

@@ -15,8 +15,9 @@ struct SyntheticMapOptions {
   std::uint64_t seed = 7;
 };
 
-// Exact poses and points, keyframes on an arc that look at a cloud around the origin, every point seen by every
-// keyframe; one keypoint per point, in the same order in each keyframe; descriptors random but equal for a point.
+// Exact poses and points, keyframes on an arc that look at a cloud around the origin, every point seen by
+// every keyframe; one keypoint per point, in the same order in each keyframe; descriptors random but equal
+// for a point.
 struct SyntheticMap {
   Camera camera;
   std::vector<Rigid3d> T_camera_map;
@@ -26,7 +27,8 @@ struct SyntheticMap {
 
 SyntheticMap MakeSyntheticMap(const SyntheticMapOptions& options);
 
-// Largest of: references from points to keyframes that are not returned, and the other way round. 0 in a sound map.
+// Largest of: references from points to keyframes that are not returned, and the other way round. 0 in a
+// sound map.
 int CountBrokenReferences(const Map& map);
 
 }  // namespace sqslam::testing

@@ -16,7 +16,8 @@ cv::Mat MakeTexture(int width, int height, std::uint64_t seed) {
   const int count = width * height / 600;
   for (int i = 0; i < count; ++i) {
     const int size = static_cast<int>(4.0 * std::exp(random.uniform(0.0, 2.3)));
-    const cv::Rect rect(random.uniform(0, width), random.uniform(0, height), size, random.uniform(4, size + 5));
+    const cv::Rect rect(random.uniform(0, width), random.uniform(0, height), size,
+                        random.uniform(4, size + 5));
     const cv::Scalar color(random.uniform(0, 255), random.uniform(0, 255), random.uniform(0, 255));
     cv::rectangle(texture, rect, color, cv::FILLED);
   }
@@ -45,10 +46,11 @@ Frame TexturedWorld::Render(std::int64_t index, const Rigid3d& T_map_camera) con
   frame.bgr = cv::Mat(camera_.height, camera_.width, CV_8UC3, cv::Scalar::all(90));
   const Rigid3d T_camera_map = T_map_camera.Inverse();
   for (const Panel& panel : panels_) {
-    std::vector<cv::Point2f> from{{0.0F, 0.0F},
-                                  {static_cast<float>(panel.texture.cols), 0.0F},
-                                  {static_cast<float>(panel.texture.cols), static_cast<float>(panel.texture.rows)},
-                                  {0.0F, static_cast<float>(panel.texture.rows)}};
+    std::vector<cv::Point2f> from{
+        {0.0F, 0.0F},
+        {static_cast<float>(panel.texture.cols), 0.0F},
+        {static_cast<float>(panel.texture.cols), static_cast<float>(panel.texture.rows)},
+        {0.0F, static_cast<float>(panel.texture.rows)}};
     std::vector<cv::Point2f> to;
     for (const Eigen::Vector3d& corner : {panel.corner, Eigen::Vector3d(panel.corner + panel.right),
                                           Eigen::Vector3d(panel.corner + panel.right + panel.down),

@@ -8,8 +8,8 @@
 
 namespace sqslam::testing {
 
-// A small world that is rendered with exact geometry by plain OpenCV: textured upright panels at several depths in
-// front of a textured wall. Map frame as the first camera: x right, y down, z forward.
+// A small world that is rendered with exact geometry by plain OpenCV: textured upright panels at several
+// depths in front of a textured wall. Map frame as the first camera: x right, y down, z forward.
 class TexturedWorld {
  public:
   TexturedWorld();
@@ -18,9 +18,9 @@ class TexturedWorld {
 
  private:
   struct Panel {
-    Eigen::Vector3d corner;   // top left
-    Eigen::Vector3d right;    // along the texture's u, whole width
-    Eigen::Vector3d down;     // along v, whole height
+    Eigen::Vector3d corner;  // top left
+    Eigen::Vector3d right;   // along the texture's u, whole width
+    Eigen::Vector3d down;    // along v, whole height
     cv::Mat texture;
   };
   Camera camera_;

@@ -27,10 +27,12 @@ struct SystemRun {
 };
 
 // `blank` frames are replaced by flat images.
-SystemRun RunPath(const std::vector<Rigid3d>& path, const SystemOptions& options, const std::set<int>& blank = {}) {
+SystemRun RunPath(const std::vector<Rigid3d>& path, const SystemOptions& options,
+                  const std::set<int>& blank = {}) {
   const TexturedWorld world;
   SystemRun run;
-  System system(world.GetCamera(), options, [&](MapSnapshotPtr snapshot) { run.snapshots.push_back(snapshot); });
+  System system(world.GetCamera(), options,
+                [&](MapSnapshotPtr snapshot) { run.snapshots.push_back(snapshot); });
   for (std::size_t i = 0; i < path.size(); ++i) {
     Frame frame = world.Render(static_cast<std::int64_t>(i), path[i]);
     if (blank.contains(static_cast<int>(i))) {
@@ -71,7 +73,8 @@ TEST(System, IsBitIdenticalInDeterministicMode) {
   ASSERT_NE(first.result.map, nullptr) << first.result.no_map_reason;
   ASSERT_EQ(first.result.trajectory.size(), second.result.trajectory.size());
   for (std::size_t i = 0; i < first.result.trajectory.size(); ++i) {
-    EXPECT_EQ(first.result.trajectory[i].T_map_camera.Matrix(), second.result.trajectory[i].T_map_camera.Matrix());
+    EXPECT_EQ(first.result.trajectory[i].T_map_camera.Matrix(),
+              second.result.trajectory[i].T_map_camera.Matrix());
   }
   ASSERT_EQ(first.result.map->points.size(), second.result.map->points.size());
   for (std::size_t i = 0; i < first.result.map->points.size(); ++i) {
@@ -110,7 +113,8 @@ TEST(System, SaysWhyAStaticCameraGivesNoMap) {
 TEST(System, BuildsNoMapFromAPureRotation) {
   std::vector<Rigid3d> path;
   for (int i = 0; i < 60; ++i) {
-    path.push_back({Eigen::Quaterniond(Eigen::AngleAxisd(0.01 * i, Eigen::Vector3d::UnitY())), {0.0, 0.0, 0.0}});
+    path.push_back(
+        {Eigen::Quaterniond(Eigen::AngleAxisd(0.01 * i, Eigen::Vector3d::UnitY())), {0.0, 0.0, 0.0}});
   }
   const SystemRun run = RunPath(path, TestOptions(true));
   EXPECT_EQ(run.result.map, nullptr);

@@ -8,7 +8,8 @@ namespace sqslam {
 namespace {
 
 TEST(DataPath, FindsFilesOfTheSourceTreeFromAPresetsBinFolder) {
-  const std::filesystem::path expected = std::filesystem::path(SQSLAM_SOURCE_DIR) / "configs" / "default.yaml";
+  const std::filesystem::path expected =
+      std::filesystem::path(SQSLAM_SOURCE_DIR) / "configs" / "default.yaml";
   EXPECT_TRUE(std::filesystem::equivalent(DataPath("configs/default.yaml"), expected));
 }
 
