@@ -51,7 +51,7 @@ void DrawRun(const MapSnapshot& map, const std::filesystem::path& result, StageT
 void DrawGrowth(const std::filesystem::path& recording, const std::filesystem::path& video) {
   const RecordingReader reader(recording);
   VideoOptions options;
-  options.fps = std::clamp(std::round(reader.Size() / 20.0), 5.0, 30.0);
+  options.fps = 15.0;  // half a camera's rate: new maps come a few times a second
   WriteGrowthVideo(reader, options, video);
 }
 

@@ -55,25 +55,49 @@ std::vector<ViewCamera> PathOfMap(const MapSnapshot& map, const VideoOptions& op
   }
 }
 
-// Poses of the camera at each snapshot, in the frame of the last one.
-std::vector<ViewCamera> PathOfGrowth(const RecordingReader& recording, const MapSnapshot& last,
-                                     const VideoOptions& options, const PictureRenderer& renderer) {
-  const int frames = recording.Size();
+// Which snapshot each frame of a growth video shows: the newest of its moment, so that the video keeps the run's time.
+std::vector<int> SnapshotOfFrame(const RecordingReader& recording, const VideoOptions& options) {
+  std::vector<double> times;
+  for (int i = 0; i < recording.Size(); ++i) {
+    times.push_back(recording.Read(i)->timestamp);
+  }
+  const double whole = times.back() - times.front();
+  const int total =
+      std::max(recording.Size(), static_cast<int>(std::lround(std::min(whole, options.seconds) * options.fps)));
+  std::vector<int> snapshots;
+  for (int frame = 0; frame < total; ++frame) {
+    const double share = total > 1 ? static_cast<double>(frame) / (total - 1) : 1.0;
+    const double moment = times.front() + share * whole;
+    const auto next = std::upper_bound(times.begin(), times.end(), moment + 1e-9);
+    snapshots.push_back(std::max(0, static_cast<int>(next - times.begin()) - 1));
+  }
+  snapshots.back() = recording.Size() - 1;
+  return snapshots;
+}
+
+// The view of each frame, in the map frame of the last snapshot.
+std::vector<ViewCamera> PathOfGrowth(const RecordingReader& recording, const std::vector<int>& snapshots,
+                                     const MapSnapshot& last, const VideoOptions& options,
+                                     const PictureRenderer& renderer) {
   if (options.path == CameraPath::kStill) {
-    return std::vector<ViewCamera>(static_cast<std::size_t>(frames), renderer.DefaultCamera());
+    return std::vector<ViewCamera>(snapshots.size(), renderer.DefaultCamera());
   }
   if (options.path == CameraPath::kOrbit) {
-    return SwingPath(renderer.DefaultCamera(), frames);
+    return SwingPath(renderer.DefaultCamera(), static_cast<int>(snapshots.size()));
   }
-  std::vector<Rigid3d> poses;
-  for (int i = 0; i < frames; ++i) {
+  std::vector<Rigid3d> of_snapshots;
+  for (int i = 0; i < recording.Size(); ++i) {
     const MapSnapshotPtr map = recording.Read(i);
     const Sim3d s = AlignByKeyframes(*map, last);
     if (map->T_map_camera) {
-      poses.push_back({s.rotation * map->T_map_camera->rotation, s * map->T_map_camera->translation});
+      of_snapshots.push_back({s.rotation * map->T_map_camera->rotation, s * map->T_map_camera->translation});
     } else {
-      poses.push_back(poses.empty() ? Rigid3d{} : poses.back());
+      of_snapshots.push_back(of_snapshots.empty() ? Rigid3d{} : of_snapshots.back());
     }
+  }
+  std::vector<Rigid3d> poses;
+  for (const int snapshot : snapshots) {
+    poses.push_back(of_snapshots[static_cast<std::size_t>(snapshot)]);
   }
   return PathAlong(poses, options.path, last.camera, renderer);
 }
@@ -116,7 +140,8 @@ int WriteGrowthVideo(const RecordingReader& recording, const VideoOptions& optio
   if (recording.Size() == 0) {
     throw InputError("the recording holds no snapshot, expected at least one");
   }
-  const FrameRange range = RangeOf(options, recording.Size());
+  const std::vector<int> snapshots = SnapshotOfFrame(recording, options);
+  const FrameRange range = RangeOf(options, static_cast<int>(snapshots.size()));
   const cv::Size size(options.picture.width, options.picture.height);
   FrameWriter writer(output, size, options.fps);
   const MapSnapshotPtr last = recording.Last();
@@ -127,13 +152,19 @@ int WriteGrowthVideo(const RecordingReader& recording, const VideoOptions& optio
   PictureRenderer renderer(view);
   renderer.SetMap(*last);
   const GrowthPage page(layout, view.style, renderer.Colors());
-  const std::vector<ViewCamera> views = PathOfGrowth(recording, *last, options, renderer);
+  const std::vector<ViewCamera> views = PathOfGrowth(recording, snapshots, *last, options, renderer);
   const double start = recording.Read(0)->timestamp;
+  const double whole = std::max(last->timestamp - start, 1e-9);
+  int shown = -1;
+  MapSnapshot map;
   for (int i = range.first; i < range.end; ++i) {
-    const MapSnapshotPtr read = recording.Read(i);
-    const MapSnapshot map = Transformed(AlignByKeyframes(*read, *last), *read);
-    renderer.SetMapKeepingFrame(map);
-    const double whole = std::max(last->timestamp - start, 1e-9);
+    const int snapshot = snapshots[static_cast<std::size_t>(i)];
+    if (snapshot != shown) {
+      const MapSnapshotPtr read = recording.Read(snapshot);
+      map = Transformed(AlignByKeyframes(*read, *last), *read);
+      renderer.SetMapKeepingFrame(map);
+      shown = snapshot;
+    }
     const GrowthMoment moment{(map.timestamp - start) / whole, map.timestamp - start};
     writer.Add(page.Compose(renderer.Render(views[static_cast<std::size_t>(i)]), map, moment), i);
     if (progress && !progress(i - range.first + 1, range.end - range.first)) {

@@ -40,7 +40,7 @@ struct VideoOptions {
   PictureOptions picture;  // width and height: of the whole frame
   CameraPath path = CameraPath::kOrbit;
   double fps = 30.0;
-  double seconds = 10.0;   // of a video of one map; a video of growth has one frame for each snapshot
+  double seconds = 10.0;   // of a video of one map; a video of growth is as long as the run, but no longer than this
   int first = 0;           // frames to write: [first, end)
   int end = -1;            // -1: to the last
   bool show_image = true;  // growth: the input image with its boxes beside the map
@@ -53,7 +53,7 @@ using VideoProgress = std::function<bool(int done, int total)>;
 int WriteOrbit(const MapSnapshot& map, const VideoOptions& options, const std::filesystem::path& output,
                const VideoProgress& progress = {});
 
-// The map as it grew, a frame for each snapshot: beside it the input image with the detector's boxes in the
+// The map as it grew, in the run's time (each frame shows the newest snapshot of its moment): beside it the input image with the detector's boxes in the
 // colours of their classes, below it a time line and counts. Framed once, for the final map. Returns frames
 // written.
 int WriteGrowthVideo(const RecordingReader& recording, const VideoOptions& options,

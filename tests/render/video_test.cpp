@@ -50,9 +50,10 @@ class VideoTest : public testing::Test {
   VideoOptions options_;
 };
 
-TEST_F(VideoTest, GrowthHasAFrameForEachSnapshot) {
+TEST_F(VideoTest, GrowthLastsAsLongAsTheRun) {
   const fs::path output = folder_ / "growth.mp4";
-  EXPECT_EQ(WriteGrowthVideo(RecordingReader(folder_ / "map.sqmap"), options_, output), 3);
+  options_.fps = 8.0;  // the run of one second
+  EXPECT_EQ(WriteGrowthVideo(RecordingReader(folder_ / "map.sqmap"), options_, output), 8);
   cv::VideoCapture video(output.string());
   ASSERT_TRUE(video.isOpened());
   cv::Mat frame;
@@ -63,9 +64,15 @@ TEST_F(VideoTest, GrowthHasAFrameForEachSnapshot) {
     EXPECT_EQ(frame.size(), cv::Size(480, 200));
     image_center = frame.at<cv::Vec3b>(30, 90);
   }
-  EXPECT_EQ(frames, 3);
+  EXPECT_EQ(frames, 8);
   EXPECT_LT(cv::norm(image_center, cv::Vec3b(200, 120, 60), cv::NORM_INF),
             40.0);  // the input image stands left
+}
+
+TEST_F(VideoTest, GrowthHasAFrameForEachSnapshotOfAShortRun) {
+  options_.fps = 1.0;
+  const fs::path output = folder_ / "g" / "{frame:03}.png";
+  EXPECT_EQ(WriteGrowthVideo(RecordingReader(folder_ / "map.sqmap"), options_, output), 3);
 }
 
 TEST_F(VideoTest, NumberedPicturesTakeARangeOfTheFrames) {
