@@ -55,15 +55,16 @@ std::vector<ViewCamera> PathOfMap(const MapSnapshot& map, const VideoOptions& op
   }
 }
 
-// Which snapshot each frame of a growth video shows: the newest of its moment, so that the video keeps the run's time.
+// Which snapshot each frame of a growth video shows: the newest of its moment, so that the video keeps the
+// run's time.
 std::vector<int> SnapshotOfFrame(const RecordingReader& recording, const VideoOptions& options) {
   std::vector<double> times;
   for (int i = 0; i < recording.Size(); ++i) {
     times.push_back(recording.Read(i)->timestamp);
   }
   const double whole = times.back() - times.front();
-  const int total =
-      std::max(recording.Size(), static_cast<int>(std::lround(std::min(whole, options.seconds) * options.fps)));
+  const int total = std::max(recording.Size(),
+                             static_cast<int>(std::lround(std::min(whole, options.seconds) * options.fps)));
   std::vector<int> snapshots;
   for (int frame = 0; frame < total; ++frame) {
     const double share = total > 1 ? static_cast<double>(frame) / (total - 1) : 1.0;

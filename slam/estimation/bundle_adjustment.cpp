@@ -140,7 +140,8 @@ class Adjustment {
     for (PointBlock& point : points_) {
       for (const Observation& o : map_.Point(point.id).observations) {
         const auto pose = poses_.find(o.keyframe);
-        if (pose == poses_.end()) {
+        if (pose == poses_.end() || !IsInFront(pose->second.index, point.p_map)) {
+          // Behind the camera there is no reprojection; RemoveOutliers() takes the observation away.
           continue;
         }
         const Keypoint& keypoint =
@@ -151,6 +152,11 @@ class Adjustment {
         ++observations_;
       }
     }
+  }
+
+  bool IsInFront(std::size_t pose_index, const Eigen::Vector3d& p_map) const {
+    constexpr double kMinDepth = 1e-5;
+    return (FromBlock(pose_blocks_[pose_index].data()) * p_map).z() > kMinDepth;
   }
 
   int RemoveOutliers() {

@@ -86,14 +86,17 @@ struct IsolationForestOptions {
 struct OutlierOptions {
   double depth_iqr = 1.5;  // depth gate in a frame: distance from the quartiles in units of their distance
   double min_inside_share = 0.8;  // share of the sightings in which a point must lie in the object's box
-  double box_margin = 0.05;       // boxes are grown by this share of their size for that vote
-  int min_votes = 2;              // frames in which a point must have been seen in the object's box
+  std::string reprojection = "observed";  // points that vote: all (the paper), or only those observed in the
+                                          // frame, because a hidden point says nothing
+  double box_margin = 0.05;  // boxes are grown by this share of their size for that vote
+  int min_votes = 2;         // frames in which a point must have been seen in the object's box
   IsolationForestOptions isolation_forest;
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
     visit("depth_iqr", depth_iqr, 0.0, 100.0);
     visit("min_inside_share", min_inside_share, 0.0, 1.0);
+    visit("reprojection", reprojection, {"all", "observed"});
     visit("box_margin", box_margin, 0.0, 1.0);
     visit("min_votes", min_votes, 1, 1000);
     visit("isolation_forest", isolation_forest);

@@ -230,7 +230,15 @@ std::vector<std::int64_t> ObjectTracker::Impl::PointsOutside(const SeenLandmark&
   }
   const Rigid3d T_camera_map = frame.T_map_camera.Inverse();
   const double margin = options.outliers.box_margin * std::max(box.width, box.height);
+  const bool only_observed = options.outliers.reprojection == "observed";
+  std::unordered_set<std::int64_t> observed;
+  for (const TrackedPoint& point : frame.points) {
+    observed.insert(point.point_id);
+  }
   for (const auto& [point, p_map] : track.view->points) {
+    if (only_observed && !observed.contains(point)) {
+      continue;
+    }
     const Eigen::Vector3d p = T_camera_map * p_map;
     if (p.z() <= 0.0) {
       continue;
