@@ -277,10 +277,14 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
   const std::vector<BoxView> views = SpreadViews(landmark.views, options.refinement.max_views);
   landmark.points = RemoveOutliers(landmark, views, context);
   landmark.estimated_at = static_cast<int>(landmark.views.size());
-  landmark.estimated = landmark.points.size() >= kMinPoints;
-  if (!landmark.estimated) {
+  if (landmark.points.size() < kMinPoints) {
+    // What the boxes of many views have told stays true when its few points are lost.
+    landmark.estimated = landmark.estimated && landmark.refined;
+    landmark.box_agreement =
+        landmark.estimated ? BoxAgreement(landmark.superquadric, views, context.camera) : 0.0;
     return;
   }
+  landmark.estimated = true;
   const std::vector<Eigen::Vector3d> points = Positions(landmark.points);
   const std::optional<YawEstimate> yaw =
       context.upright ? PaperYaw(landmark, points, context) : std::optional<YawEstimate>();

@@ -127,8 +127,9 @@ void ObjectMapper::Impl::DeleteForgotten() {
 
 bool ObjectMapper::Impl::IsShown(const Landmark& landmark) const {
   return landmark.estimated && static_cast<int>(landmark.views.size()) >= options.min_observations &&
-         static_cast<int>(landmark.points.size()) >= options.min_points &&
-         landmark.box_agreement >= options.min_box_agreement;
+         landmark.box_agreement >= (static_cast<int>(landmark.points.size()) >= options.min_points
+                                        ? options.min_box_agreement
+                                        : options.pointless_box_agreement);
 }
 
 void ObjectMapper::Impl::Transform(const Sim3d& S_new_old) {

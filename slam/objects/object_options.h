@@ -88,8 +88,8 @@ struct OutlierOptions {
   double min_inside_share = 0.8;  // share of the sightings in which a point must lie in the object's box
   std::string reprojection = "observed";  // points that vote: all (the paper), or only those observed in the
                                           // frame, because a hidden point says nothing
-  double box_margin = 0.05;  // boxes are grown by this share of their size for that vote
-  int min_votes = 2;         // frames in which a point must have been seen in the object's box
+  double box_margin = 0.05;               // boxes are grown by this share of their size for that vote
+  int min_votes = 2;                      // frames in which a point must have been seen in the object's box
   IsolationForestOptions isolation_forest;
 
   template <typename Visitor>
@@ -227,6 +227,7 @@ struct ObjectOptions {
   int min_observations = 10;        // boxes an object needs to be shown
   int min_points = 4;               // map points an object needs to be shown
   double min_box_agreement = 0.35;  // mean IoU of projected object and boxes that an object needs to be shown
+  double pointless_box_agreement = 0.6;  // the same for an object with fewer than min_points
   int forget_after = 300;  // frames without a box after which an object that was never good is deleted
   DetectionFilterOptions detections;
   AssociationOptions association;
@@ -243,6 +244,7 @@ struct ObjectOptions {
     visit("min_observations", min_observations, 1, 10000);
     visit("min_points", min_points, 0, 10000);
     visit("min_box_agreement", min_box_agreement, 0.0, 1.0);
+    visit("pointless_box_agreement", pointless_box_agreement, 0.0, 1.0);
     visit("forget_after", forget_after, 1, 1000000);
     visit("detections", detections);
     visit("association", association);
