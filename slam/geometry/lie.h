@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cmath>
 
 #include "slam/geometry/rigid3.h"
 
@@ -23,6 +24,16 @@ inline Eigen::Quaterniond ExpRotation(const Eigen::Vector3d& w) {
     return Eigen::Quaterniond(1.0, 0.5 * w.x(), 0.5 * w.y(), 0.5 * w.z()).normalized();
   }
   return Eigen::Quaterniond(Eigen::AngleAxisd(angle, w / angle));
+}
+
+// Rotation vector of a unit quaternion (radians, length at most pi).
+inline Eigen::Vector3d LogRotation(const Eigen::Quaterniond& q) {
+  const double sign = q.w() < 0.0 ? -1.0 : 1.0;
+  const double sine = q.vec().norm();  // of half the angle
+  if (sine < 1e-12) {
+    return 2.0 * sign * q.vec();
+  }
+  return 2.0 * std::atan2(sine, sign * q.w()) / sine * sign * q.vec();
 }
 
 // Perturbs a pose T_camera_map on the left: rotation by delta[0..2], then translation by delta[3..5]; in the

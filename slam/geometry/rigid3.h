@@ -42,6 +42,26 @@ struct Sim3d {
     return scale * (rotation * p_b) + translation;
   }
 
+  // S_a_c = S_a_b * S_b_c
+  Sim3d operator*(const Sim3d& S_b_c) const {
+    return {scale * S_b_c.scale, (rotation * S_b_c.rotation).normalized(),
+            scale * (rotation * S_b_c.translation) + translation};
+  }
+
+  // The similarity that maps as the rigid motion does.
+  static Sim3d FromRigid(const Rigid3d& T_a_b) { return {1.0, T_a_b.rotation, T_a_b.translation}; }
+
+  // For a camera frame a: the pose from which points of frame b are seen in the same pixels, with frame b's
+  // unit of length; the scale moves out of the rotation and the translation is divided by it.
+  Rigid3d RigidPose() const { return {rotation, translation / scale}; }
+
+  Eigen::Matrix4d Matrix() const {
+    Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+    matrix.topLeftCorner<3, 3>() = scale * rotation.toRotationMatrix();
+    matrix.topRightCorner<3, 1>() = translation;
+    return matrix;
+  }
+
   Sim3d Inverse() const {
     const Eigen::Quaterniond inverse = rotation.conjugate();
     return {1.0 / scale, inverse, -(inverse * translation) / scale};
