@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include "slam/estimation/reprojection_jacobian.h"
 #include "slam/geometry/lie.h"
 
 namespace sqslam {
@@ -32,14 +33,8 @@ void Accumulate(const Camera& camera, const Rigid3d& T_camera_map, const PointOb
   if (p.z() < kMinDepth) {
     return;
   }
-  const double inverse_z = 1.0 / p.z();
   const Eigen::Vector2d residual = camera.Project(p) - o.pixel;
-  Eigen::Matrix<double, 2, 3> d_pixel;
-  d_pixel << camera.fx * inverse_z, 0.0, -camera.fx * p.x() * inverse_z * inverse_z,  //
-      0.0, camera.fy * inverse_z, -camera.fy * p.y() * inverse_z * inverse_z;
-  Eigen::Matrix<double, 2, 6> jacobian;
-  jacobian.leftCols<3>() = -d_pixel * Skew(p - T_camera_map.translation);
-  jacobian.rightCols<3>() = d_pixel;
+  const Eigen::Matrix<double, 2, 6> jacobian = PoseJacobian(camera, T_camera_map, p);
   const double squared = residual.squaredNorm() / o.variance;
   const double weight =
       (robust && squared > kChi2TwoDof ? std::sqrt(kChi2TwoDof / squared) : 1.0) / o.variance;

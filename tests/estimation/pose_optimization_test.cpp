@@ -4,6 +4,7 @@
 
 #include <random>
 
+#include "slam/estimation/reprojection_jacobian.h"
 #include "slam/estimation/triangulation.h"
 #include "slam/geometry/lie.h"
 #include "tests/support/synthetic_map.h"
@@ -20,6 +21,24 @@ std::vector<PointObservation> ObservationsOf(const SyntheticMap& world, std::siz
     observations.push_back({p, world.camera.Project(world.T_camera_map[keyframe] * p), 1.0, true});
   }
   return observations;
+}
+
+// Central differences over Perturb(), the step that OptimizePose makes.
+TEST(PoseJacobian, AgreesWithNumericOne) {
+  const SyntheticMap world = MakeSyntheticMap({.keyframes = 4, .points = 20});
+  constexpr double kStep = 1e-6;
+  for (const Rigid3d& pose : world.T_camera_map) {
+    for (const Eigen::Vector3d& p : world.points) {
+      const Eigen::Matrix<double, 2, 6> J = PoseJacobian(world.camera, pose, pose * p);
+      for (int i = 0; i < 6; ++i) {
+        const Vector6d step = kStep * Vector6d::Unit(i);
+        const Eigen::Vector2d numeric =
+            (world.camera.Project(Perturb(pose, step) * p) - world.camera.Project(Perturb(pose, -step) * p)) /
+            (2.0 * kStep);
+        EXPECT_LT((numeric - J.col(i)).norm(), 1e-6 * (1.0 + numeric.norm()));
+      }
+    }
+  }
 }
 
 TEST(OptimizePose, FindsThePoseAndTheOutliers) {

@@ -1,0 +1,93 @@
+#pragma once
+
+#include <ceres/manifold.h>
+#include <ceres/sized_cost_function.h>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "slam/geometry/rigid3.h"
+
+namespace sqslam {
+
+struct PoseGraphOptions {
+  int iterations = 20;
+  double huber = 0.0;      // residual norm, of weight 1, from which an edge pulls only linearly; 0: never
+  bool fix_scale = false;  // nodes keep their scale; for maps whose scale is known
+  int threads = 1;         // of the solver
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("iterations", iterations, 1, 1000);
+    visit("huber", huber, 0.0, 1000.0);
+    visit("fix_scale", fix_scale);
+    visit("threads", threads, 1, 64);
+  }
+};
+
+struct PoseGraphNode {
+  std::int64_t id = -1;
+  Sim3d S_camera_map;
+  bool fixed = false;
+};
+
+// A measured relative pose of two nodes: S_j_i = S_j_map * S_i_map^-1.
+struct PoseGraphEdge {
+  std::int64_t i = -1;  // ids of nodes
+  std::int64_t j = -1;
+  Sim3d S_j_i;
+  double weight = 1.0;  // of the squared residual
+};
+
+struct PoseGraphReport {
+  double initial_cost = 0.0;  // half the weighted sum of squared residuals
+  double final_cost = 0.0;
+  int iterations = 0;
+  bool usable = false;  // false: the solver failed and the nodes are as they were
+};
+
+// Moves the nodes so that the weighted sum of |Log(S_j_i * S_i_map * S_j_map^-1)|^2 over the edges becomes
+// least (essential graph over Sim(3): Strasdat, Montiel, Davison, "Scale Drift-Aware Large Scale Monocular
+// SLAM", RSS 2010). At least one node should be fixed, or position, direction and scale of the whole are left
+// to chance. Results do not depend on memory addresses: with one thread two runs agree to the last bit.
+// Throws std::invalid_argument where an id is given twice or an edge names an unknown one.
+PoseGraphReport OptimizePoseGraph(std::vector<PoseGraphNode>& nodes, const std::vector<PoseGraphEdge>& edges,
+                                  const PoseGraphOptions& options);
+
+// A similarity as a Ceres parameter block: quaternion x y z w, translation, logarithm of the scale.
+using Sim3Block = std::array<double, 8>;
+
+Sim3Block ToBlock(const Sim3d& S_camera_map);
+Sim3d Sim3FromBlock(const double* block);
+
+// Left perturbation S' = Exp(delta) S of a Sim3Block, delta as in sim3_lie.h, without its last coordinate
+// where the scale is fixed. The convention of PoseManifold holds here too: cost functions write their
+// Jacobian with respect to the seven tangent coordinates into the first seven columns and zero into the
+// eighth.
+class Sim3Manifold final : public ceres::Manifold {
+ public:
+  explicit Sim3Manifold(bool fix_scale) : tangent_size_(fix_scale ? 6 : 7) {}
+  int AmbientSize() const override { return 8; }
+  int TangentSize() const override { return tangent_size_; }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
+  bool PlusJacobian(const double* x, double* jacobian) const override;
+  bool Minus(const double* y, const double* x, double* y_minus_x) const override;
+  bool MinusJacobian(const double* x, double* jacobian) const override;
+
+ private:
+  int tangent_size_;
+};
+
+// sqrt(weight) * Log(S_j_i * S_i_map * S_j_map^-1); parameters: node i, node j.
+class RelativeSim3Cost final : public ceres::SizedCostFunction<7, 8, 8> {
+ public:
+  RelativeSim3Cost(const Sim3d& S_j_i, double weight);
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
+
+ private:
+  Sim3d S_j_i_;
+  double root_weight_;
+};
+
+}  // namespace sqslam

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "slam/geometry/camera.h"
+#include "slam/geometry/lie.h"
+
+namespace sqslam {
+
+// Derivative of the pixel of a point in the camera frame with respect to the point (z > 0).
+inline Eigen::Matrix<double, 2, 3> ProjectionJacobian(const Camera& camera, const Eigen::Vector3d& p_camera) {
+  const double inverse_z = 1.0 / p_camera.z();
+  Eigen::Matrix<double, 2, 3> J;
+  J << camera.fx * inverse_z, 0.0, -camera.fx * p_camera.x() * inverse_z * inverse_z,  //
+      0.0, camera.fy * inverse_z, -camera.fy * p_camera.y() * inverse_z * inverse_z;
+  return J;
+}
+
+// Derivative of the pixel of a map point with respect to the tangent of Perturb() at the pose;
+// p_camera = T_camera_map * p_map.
+inline Eigen::Matrix<double, 2, 6> PoseJacobian(const Camera& camera, const Rigid3d& T_camera_map,
+                                                const Eigen::Vector3d& p_camera) {
+  const Eigen::Matrix<double, 2, 3> d_pixel = ProjectionJacobian(camera, p_camera);
+  Eigen::Matrix<double, 2, 6> J;
+  J.leftCols<3>() = -d_pixel * Skew(p_camera - T_camera_map.translation);
+  J.rightCols<3>() = d_pixel;
+  return J;
+}
+
+}  // namespace sqslam

@@ -1,0 +1,262 @@
+#include "slam/estimation/sim3_estimation.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "slam/estimation/pose_optimization.h"
+#include "slam/estimation/reprojection_jacobian.h"
+#include "slam/geometry/sim3_lie.h"
+#include "slam/geometry/similarity_alignment.h"
+
+namespace sqslam {
+namespace {
+
+constexpr double kMinDepth = 1e-6;
+constexpr std::size_t kSampleSize = 3;
+
+// Squared error in units of the variance; infinite behind the camera.
+double SquaredError(const Camera& camera, const Eigen::Vector3d& p_camera, const Eigen::Vector2d& pixel,
+                    double variance) {
+  return p_camera.z() < kMinDepth ? std::numeric_limits<double>::infinity()
+                                  : (camera.Project(p_camera) - pixel).squaredNorm() / variance;
+}
+
+struct MatchErrors {
+  double image1 = 0.0;
+  double image2 = 0.0;
+  bool Fits() const { return image1 <= kChi2TwoDof99 && image2 <= kChi2TwoDof99; }
+};
+
+MatchErrors ErrorsOf(const Camera& camera, const Sim3d& S_1_2, const Sim3d& S_2_1, const Sim3Match& match) {
+  return {SquaredError(camera, S_1_2 * match.p_camera2, match.pixel1, match.variance1),
+          SquaredError(camera, S_2_1 * match.p_camera1, match.pixel2, match.variance2)};
+}
+
+struct Hypothesis {
+  Sim3Estimate estimate;
+  double cost = std::numeric_limits<double>::infinity();  // squared errors, those of outliers truncated
+};
+
+Hypothesis Judge(const Camera& camera, const std::vector<Sim3Match>& matches, const Sim3d& S_1_2) {
+  const Sim3d S_2_1 = S_1_2.Inverse();
+  Hypothesis judged{{S_1_2, std::vector<bool>(matches.size()), 0}, 0.0};
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    const MatchErrors errors = ErrorsOf(camera, S_1_2, S_2_1, matches[i]);
+    judged.estimate.inliers[i] = errors.Fits();
+    judged.estimate.num_inliers += errors.Fits() ? 1 : 0;
+    judged.cost += errors.Fits() ? errors.image1 + errors.image2 : 2.0 * kChi2TwoDof99;
+  }
+  return judged;
+}
+
+std::optional<Sim3d> AlignInliers(const std::vector<Sim3Match>& matches, const std::vector<bool>& inliers) {
+  std::vector<Eigen::Vector3d> source;
+  std::vector<Eigen::Vector3d> target;
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    if (inliers[i]) {
+      source.push_back(matches[i].p_camera2);
+      target.push_back(matches[i].p_camera1);
+    }
+  }
+  return AlignSimilarity(source, target);
+}
+
+// Estimates again from the inliers for as long as that makes the hypothesis better.
+void Polish(const Camera& camera, const std::vector<Sim3Match>& matches, Hypothesis& best) {
+  constexpr int kRounds = 5;
+  for (int round = 0; round < kRounds; ++round) {
+    const std::optional<Sim3d> S = AlignInliers(matches, best.estimate.inliers);
+    if (!S) {
+      return;
+    }
+    Hypothesis next = Judge(camera, matches, *S);
+    if (next.cost >= best.cost) {
+      return;
+    }
+    best = std::move(next);
+  }
+}
+
+// Draws after which a triple of inliers was among them with the confidence asked for.
+double DrawsNeeded(int inliers, std::size_t matches, double confidence) {
+  const double share = static_cast<double>(inliers) / static_cast<double>(matches);
+  const double triple = share * share * share;
+  return triple >= 1.0   ? 1.0
+         : triple <= 0.0 ? std::numeric_limits<double>::infinity()
+                         : std::log(1.0 - confidence) / std::log1p(-triple);
+}
+
+std::vector<bool> DrawTriple(std::size_t count, std::mt19937_64& random) {
+  std::uniform_int_distribution<std::size_t> index(0, count - 1);
+  std::vector<bool> drawn(count);
+  for (std::size_t left = kSampleSize; left > 0;) {
+    const std::size_t i = index(random);
+    left -= drawn[i] ? 0 : 1;
+    drawn[i] = true;
+  }
+  return drawn;
+}
+
+using ImageRows = Eigen::Matrix<double, 2, 7>;
+
+struct NormalEquations {
+  Matrix7d hessian = Matrix7d::Zero();
+  Vector7d gradient = Vector7d::Zero();
+
+  void Add(const ImageRows& jacobian, const Eigen::Vector2d& residual, double weight) {
+    hessian.noalias() += weight * jacobian.transpose() * jacobian;
+    gradient.noalias() += weight * jacobian.transpose() * residual;
+  }
+};
+
+// Huber's loss of a squared error and the weight that it gives to the residual.
+double Loss(double squared, bool robust) {
+  return robust && squared > kChi2TwoDof99 ? 2.0 * std::sqrt(kChi2TwoDof99 * squared) - kChi2TwoDof99
+                                           : squared;
+}
+double Weight(double squared, bool robust) {
+  return robust && squared > kChi2TwoDof99 ? std::sqrt(kChi2TwoDof99 / squared) : 1.0;
+}
+
+// Infinite where a point that counts is behind a camera.
+double Cost(const Camera& camera, const std::vector<Sim3Match>& matches, const std::vector<bool>& use,
+            const Sim3d& S_1_2, bool robust) {
+  const Sim3d S_2_1 = S_1_2.Inverse();
+  double cost = 0.0;
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    if (use[i]) {
+      const MatchErrors errors = ErrorsOf(camera, S_1_2, S_2_1, matches[i]);
+      cost += Loss(errors.image1, robust) + Loss(errors.image2, robust);
+    }
+  }
+  return cost;
+}
+
+NormalEquations Linearize(const Camera& camera, const std::vector<Sim3Match>& matches,
+                          const std::vector<bool>& use, const Sim3d& S_1_2, bool robust) {
+  NormalEquations equations;
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    if (use[i]) {
+      const Sim3Match& match = matches[i];
+      const Sim3Linearization at = LinearizeSim3(camera, S_1_2, match);
+      const Eigen::Vector2d e1 = at.residual.head<2>();
+      const Eigen::Vector2d e2 = at.residual.tail<2>();
+      equations.Add(at.jacobian.topRows<2>(), e1,
+                    Weight(e1.squaredNorm() / match.variance1, robust) / match.variance1);
+      equations.Add(at.jacobian.bottomRows<2>(), e2,
+                    Weight(e2.squaredNorm() / match.variance2, robust) / match.variance2);
+    }
+  }
+  return equations;
+}
+
+// Levenberg-Marquardt. Returns false where the normal equations have no solution.
+bool Minimize(const Camera& camera, const std::vector<Sim3Match>& matches, const std::vector<bool>& use,
+              bool robust, Sim3d& S_1_2) {
+  constexpr int kIterations = 20;
+  constexpr double kConverged = 1e-9;  // relative fall of the cost
+  double damping = 1e-6;
+  double cost = Cost(camera, matches, use, S_1_2, robust);
+  NormalEquations equations = Linearize(camera, matches, use, S_1_2, robust);
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    Matrix7d damped = equations.hessian;
+    damped.diagonal() *= 1.0 + damping;
+    const Eigen::LDLT<Matrix7d> solver(damped);
+    const Vector7d step = solver.solve(-equations.gradient);
+    if (!solver.isPositive() || !step.allFinite()) {
+      return false;
+    }
+    const Sim3d moved = ExpSim3(step) * S_1_2;
+    const double moved_cost = Cost(camera, matches, use, moved, robust);
+    if (!(moved_cost <= cost)) {
+      damping *= 10.0;
+      continue;
+    }
+    const bool converged = cost - moved_cost <= kConverged * cost;
+    S_1_2 = moved;
+    cost = moved_cost;
+    if (converged) {
+      break;
+    }
+    damping = std::max(1e-9, 0.1 * damping);
+    equations = Linearize(camera, matches, use, S_1_2, robust);
+  }
+  return true;
+}
+
+}  // namespace
+
+std::optional<Sim3Estimate> EstimateSim3(const Camera& camera, const std::vector<Sim3Match>& matches,
+                                         const Sim3Options& options) {
+  if (matches.size() < kSampleSize || static_cast<int>(matches.size()) < options.min_inliers) {
+    return std::nullopt;
+  }
+  std::mt19937_64 random(options.seed);
+  Hypothesis best;
+  double needed = options.ransac_iterations;
+  for (int i = 0; i < options.ransac_iterations && i < needed; ++i) {
+    const std::optional<Sim3d> S = AlignInliers(matches, DrawTriple(matches.size(), random));
+    if (!S) {
+      continue;  // three points on a line
+    }
+    Hypothesis candidate = Judge(camera, matches, *S);
+    if (candidate.cost < best.cost) {
+      best = std::move(candidate);
+      Polish(camera, matches, best);
+      needed = DrawsNeeded(best.estimate.num_inliers, matches.size(), options.confidence);
+    }
+  }
+  if (best.estimate.num_inliers < std::max(options.min_inliers, 3)) {
+    return std::nullopt;
+  }
+  return best.estimate;
+}
+
+int RefineSim3(const Camera& camera, const std::vector<Sim3Match>& matches, Sim3d& S_camera1_camera2,
+               std::vector<bool>& inliers) {
+  constexpr int kRounds = 3;
+  inliers.resize(matches.size(), inliers.empty());
+  int count = 0;
+  Sim3d S = S_camera1_camera2;
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<bool> use = inliers;
+    const Sim3d S_inverse = S.Inverse();
+    for (std::size_t i = 0; i < matches.size(); ++i) {
+      const MatchErrors errors = ErrorsOf(camera, S, S_inverse, matches[i]);
+      use[i] = use[i] && std::isfinite(errors.image1 + errors.image2);
+    }
+    // Fewer than three points do not determine a similarity.
+    if (std::count(use.begin(), use.end(), true) < 3 || !Minimize(camera, matches, use, round == 0, S)) {
+      return 0;
+    }
+    Hypothesis judged = Judge(camera, matches, S);
+    inliers = std::move(judged.estimate.inliers);
+    count = judged.estimate.num_inliers;
+  }
+  S_camera1_camera2 = S;
+  return count;
+}
+
+Sim3Linearization LinearizeSim3(const Camera& camera, const Sim3d& S_camera1_camera2,
+                                const Sim3Match& match) {
+  const Sim3d S_2_1 = S_camera1_camera2.Inverse();
+  const Eigen::Vector3d p1 = S_camera1_camera2 * match.p_camera2;
+  const Eigen::Vector3d p2 = S_2_1 * match.p_camera1;
+  // Of Exp(x) p with respect to x: [-Skew(p), I, p].
+  const auto moved = [](const Eigen::Vector3d& p) {
+    Eigen::Matrix<double, 3, 7> J;
+    J << -Skew(p), Eigen::Matrix3d::Identity(), p;
+    return J;
+  };
+  Sim3Linearization at;
+  at.residual << camera.Project(p1) - match.pixel1, camera.Project(p2) - match.pixel2;
+  at.jacobian.topRows<2>() = ProjectionJacobian(camera, p1) * moved(p1);
+  at.jacobian.bottomRows<2>() = -ProjectionJacobian(camera, p2) *
+                                (S_2_1.scale * S_2_1.rotation.toRotationMatrix()) * moved(match.p_camera1);
+  return at;
+}
+
+}  // namespace sqslam
