@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "slam/recognition/word_tree.h"
+
+namespace sqslam {
+
+struct WordWeight {
+  WordId word = 0;
+  float weight = 0.0F;
+  friend bool operator==(const WordWeight&, const WordWeight&) = default;
+};
+
+// An image as the words it shows: rising word ids, positive weights that add up to 1 (empty for an image
+// without features).
+struct BagOfWords {
+  std::vector<WordWeight> words;
+  friend bool operator==(const BagOfWords&, const BagOfWords&) = default;
+};
+
+// 1 - |v - w|_1 / 2 (Galvez-Lopez & Tardos 2012, eq. 2): 1 for the same words in the same shares, 0 where no
+// word is shared.
+double Similarity(const BagOfWords& v, const BagOfWords& w);
+
+}  // namespace sqslam

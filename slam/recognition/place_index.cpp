@@ -1,0 +1,122 @@
+#include "slam/recognition/place_index.h"
+
+#include <algorithm>
+
+namespace sqslam {
+
+void PlaceIndex::Add(KeyframeId id, const BagOfWords& bow) {
+  Remove(id);
+  int slot = static_cast<int>(keyframes_.size());
+  if (free_slots_.empty()) {
+    keyframes_.emplace_back();
+  } else {
+    slot = free_slots_.back();
+    free_slots_.pop_back();
+  }
+  Slot& keyframe = keyframes_[static_cast<std::size_t>(slot)];
+  keyframe.id = id;
+  for (const WordWeight& entry : bow.words) {
+    keyframe.words.push_back(entry.word);
+    postings_[entry.word].push_back({slot, entry.weight});
+  }
+  slots_[id] = slot;
+}
+
+void PlaceIndex::Remove(KeyframeId id) {
+  const auto found = slots_.find(id);
+  if (found == slots_.end()) {
+    return;
+  }
+  const int slot = found->second;
+  Slot& keyframe = keyframes_[static_cast<std::size_t>(slot)];
+  for (const WordId word : keyframe.words) {
+    const auto list = postings_.find(word);
+    std::erase_if(list->second, [slot](const Posting& posting) { return posting.slot == slot; });
+    if (list->second.empty()) {
+      postings_.erase(list);
+    }
+  }
+  keyframe = {};
+  free_slots_.push_back(slot);
+  slots_.erase(found);
+}
+
+std::vector<PlaceCandidate> PlaceIndex::SimilarKeyframes(const PlaceQuery& query) const {
+  struct Shared {
+    int words = 0;
+    double score = 0.0;
+  };
+  std::vector<Shared> shared(keyframes_.size());
+  for (const WordWeight& entry : query.bow->words) {
+    const auto list = postings_.find(entry.word);
+    if (list == postings_.end()) {
+      continue;
+    }
+    for (const Posting& posting : list->second) {
+      Shared& with = shared[static_cast<std::size_t>(posting.slot)];
+      ++with.words;
+      with.score += static_cast<double>(std::min(entry.weight, posting.weight));
+    }
+  }
+  int most = 0;
+  for (std::size_t slot = 0; slot < shared.size(); ++slot) {
+    if (shared[slot].words > 0 && query.exclude && query.exclude(keyframes_[slot].id)) {
+      shared[slot].words = 0;
+    }
+    most = std::max(most, shared[slot].words);
+  }
+  std::vector<PlaceCandidate> similar;
+  for (std::size_t slot = 0; slot < shared.size(); ++slot) {
+    if (shared[slot].words > 0 && shared[slot].words >= query.min_shared_words * most &&
+        shared[slot].score >= query.min_score) {
+      similar.push_back({keyframes_[slot].id, shared[slot].score, shared[slot].score});
+    }
+  }
+  std::sort(similar.begin(), similar.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
+  return similar;
+}
+
+std::vector<PlaceCandidate> PlaceIndex::Query(const PlaceQuery& query) const {
+  const std::vector<PlaceCandidate> similar = SimilarKeyframes(query);
+  const auto find = [&](KeyframeId id) {
+    const auto at =
+        std::lower_bound(similar.begin(), similar.end(), id,
+                         [](const PlaceCandidate& c, KeyframeId wanted) { return c.id < wanted; });
+    return at != similar.end() && at->id == id ? &*at : nullptr;
+  };
+  std::vector<PlaceCandidate> groups;  // each with its best keyframe
+  double best_group = 0.0;
+  for (const PlaceCandidate& seed : similar) {
+    PlaceCandidate best = seed;
+    double total = seed.score;
+    for (const KeyframeId neighbor : query.covisible ? query.covisible(seed.id) : std::vector<KeyframeId>{}) {
+      const PlaceCandidate* member = neighbor == seed.id ? nullptr : find(neighbor);
+      if (member != nullptr) {
+        total += member->score;
+        if (member->score > best.score || (member->score == best.score && member->id < best.id)) {
+          best = *member;
+        }
+      }
+    }
+    best.group_score = total;
+    best_group = std::max(best_group, total);
+    groups.push_back(best);
+  }
+  std::erase_if(groups, [&](const auto& g) { return g.group_score < query.min_group_score * best_group; });
+  // A keyframe that is the best of several groups is one candidate, with the best of these groups.
+  std::sort(groups.begin(), groups.end(), [](const auto& a, const auto& b) {
+    return a.id != b.id ? a.id < b.id : a.group_score > b.group_score;
+  });
+  groups.erase(
+      std::unique(groups.begin(), groups.end(), [](const auto& a, const auto& b) { return a.id == b.id; }),
+      groups.end());
+  std::sort(groups.begin(), groups.end(), [](const auto& a, const auto& b) {
+    return a.score != b.score ? a.score > b.score : a.id < b.id;
+  });
+  if (static_cast<int>(groups.size()) > query.max_candidates) {
+    groups.resize(static_cast<std::size_t>(std::max(0, query.max_candidates)));
+  }
+  return groups;
+}
+
+}  // namespace sqslam

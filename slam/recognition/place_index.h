@@ -1,0 +1,65 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <unordered_map>
+#include <vector>
+
+#include "slam/map/ids.h"
+#include "slam/recognition/bag_of_words.h"
+
+namespace sqslam {
+
+// What is looked for. The functions are called a few times per query, from the calling thread.
+struct PlaceQuery {
+  const BagOfWords* bow = nullptr;
+  std::function<bool(KeyframeId)> exclude;                       // not to be found; empty: none
+  std::function<std::vector<KeyframeId>(KeyframeId)> covisible;  // empty: every keyframe is its own group
+  double min_score = 0.0;                                        // of a candidate, in [0, 1]
+  double min_shared_words = 0.8;                                 // share of the most words shared
+  double min_group_score = 0.75;                                 // share of the best group's score
+  int max_candidates = 10;
+};
+
+struct PlaceCandidate {
+  KeyframeId id = kNoKeyframe;
+  double score = 0.0;        // Similarity to the query
+  double group_score = 0.0;  // added up over it and its covisible keyframes
+  friend bool operator==(const PlaceCandidate&, const PlaceCandidate&) = default;
+};
+
+// Which keyframes show which words, to find those that look like an image without visiting all of them. A
+// value: copies are independent. Not guarded against changes while another thread reads.
+class PlaceIndex {
+ public:
+  // An id that is there already is replaced.
+  void Add(KeyframeId id, const BagOfWords& bow);
+  void Remove(KeyframeId id);  // nothing where it is not there
+  bool Contains(KeyframeId id) const { return slots_.contains(id); }
+  std::size_t Size() const { return slots_.size(); }
+
+  // Places that may be the one in the query, the likeliest first (DBoW2; ORB-SLAM, Mur-Artal et al. 2015,
+  // III-D and VI-A): of the keyframes that share at least `min_shared_words` of the most shared words, scores
+  // are added up over each and its covisible ones, groups near the best are kept, and of each its best
+  // keyframe is returned. Ties are broken by id: the same calls give the same answer.
+  std::vector<PlaceCandidate> Query(const PlaceQuery& query) const;
+
+ private:
+  struct Posting {
+    int slot = 0;
+    float weight = 0.0F;
+  };
+  struct Slot {
+    KeyframeId id = kNoKeyframe;
+    std::vector<WordId> words;
+  };
+
+  std::vector<PlaceCandidate> SimilarKeyframes(const PlaceQuery& query) const;  // by rising id
+
+  std::unordered_map<WordId, std::vector<Posting>> postings_;
+  std::vector<Slot> keyframes_;
+  std::vector<int> free_slots_;
+  std::map<KeyframeId, int> slots_;
+};
+
+}  // namespace sqslam

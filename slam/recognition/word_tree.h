@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "slam/recognition/descriptor_bits.h"
+
+namespace sqslam {
+
+using WordId = std::uint32_t;
+using NodeId = std::uint32_t;
+
+struct VocabularyOptions {
+  int branching = 10;      // children of a node
+  int depth = 5;           // levels below the root: at most branching^depth words
+  int iterations = 12;     // rounds of each clustering, fewer where nothing moves any more
+  std::uint64_t seed = 1;  // of the choice of first cluster centres
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("branching", branching, 2, 255);
+    visit("depth", depth, 1, 8);
+    visit("iterations", iterations, 1, 1000);
+    visit("seed", seed);
+  }
+};
+
+// Hears the share of the work that is done, in [0, 1].
+using TrainingProgress = std::function<void(double)>;
+
+// A tree of binary descriptors: every node stands for a cluster, its children for the clusters within, and
+// the leaves are the words of a vocabulary (Nister & Stewenius, CVPR 2006). Nodes are numbered breadth first,
+// so that siblings lie side by side; words are the leaves in the same order.
+class WordTree {
+ public:
+  WordTree() : WordTree({0}, {DescriptorBits{}}) {}  // the root alone: one word
+
+  // child_counts[i] children and cluster centre centers[i] of node i, breadth first (the root's centre is not
+  // used). Throws std::invalid_argument that says what is wrong where the counts make no tree.
+  WordTree(std::vector<std::uint8_t> child_counts, std::vector<DescriptorBits> centers);
+
+  // Hierarchical k-medians under the Hamming distance, each clustering seeded by k-means++ (Galvez-Lopez &
+  // Tardos, T-RO 2012). Same result for the same descriptors, order and options, on any machine.
+  static WordTree Train(std::vector<DescriptorBits> descriptors, const VocabularyOptions& options,
+                        const TrainingProgress& progress = {});
+
+  struct Place {
+    WordId word = 0;
+    NodeId node = 0;  // on the way to the word, at the level asked for
+  };
+  // Follows the nearest centre down to a leaf. `level` 0 is the root; where the leaf comes first, it is the
+  // node as well.
+  Place Descend(const DescriptorBits& descriptor, int level = 0) const;
+
+  std::size_t Nodes() const { return child_counts_.size(); }
+  std::size_t Words() const { return words_; }
+  int Depth() const { return depth_; }  // levels below the root
+  const std::vector<std::uint8_t>& ChildCounts() const { return child_counts_; }
+  const std::vector<DescriptorBits>& Centers() const { return centers_; }
+
+ private:
+  std::vector<std::uint8_t> child_counts_;
+  std::vector<DescriptorBits> centers_;
+  std::vector<NodeId> first_children_;
+  std::vector<WordId> word_of_node_;  // leaves only
+  std::size_t words_ = 0;
+  int depth_ = 0;
+};
+
+}  // namespace sqslam
