@@ -1,9 +1,6 @@
 #pragma once
 
 #include <functional>
-#include <set>
-#include <utility>
-#include <vector>
 
 #include "slam/geometry/camera.h"
 #include "slam/map/map.h"

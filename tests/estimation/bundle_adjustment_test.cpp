@@ -4,6 +4,7 @@
 
 #include <random>
 
+#include "slam/estimation/bundle_problem.h"
 #include "slam/estimation/reprojection_cost.h"
 #include "tests/support/synthetic_map.h"
 
@@ -143,6 +144,86 @@ TEST(GlobalBundleAdjustment, ReducesTheErrorOfANoisyMapAndHoldsTheFirstKeyframe)
     }
   }
   EXPECT_LT(std::sqrt(squared / count), 0.75);  // noise of 0.5 px in x and y
+}
+
+TEST(SolveBundle, LeavesTheMapAloneUntilApplied) {
+  SyntheticMap world = MakeSyntheticMap({});
+  Disturb(world, 0.005);
+  BundleProblem problem = ExtractBundleProblem(world.map, world.camera);
+  EXPECT_EQ(problem.poses.size(), 6U);
+  EXPECT_EQ(problem.observations.size(), 6U * 300U);
+  const Eigen::Matrix4d before = world.map.At(4).T_camera_map.Matrix();
+  EXPECT_TRUE(SolveBundle(problem, {20, 20, 1}, {}));
+  EXPECT_EQ(world.map.At(4).T_camera_map.Matrix(), before);
+  ApplyBundle(problem, world.map);
+  EXPECT_EQ(world.map.At(4).T_camera_map.Matrix(), problem.poses[4].T_camera_map.Matrix());
+  EXPECT_EQ(world.map.Point(7).p_map, problem.points[7].p_map);
+}
+
+TEST(SolveBundle, AsksToStopAfterEachIterationAndKeepsWhatWasReached) {
+  SyntheticMap world = MakeSyntheticMap({});
+  Disturb(world, 0.01);
+  BundleProblem problem = ExtractBundleProblem(world.map, world.camera);
+  const Eigen::Matrix4d before = problem.poses[4].T_camera_map.Matrix();
+  int asked = 0;
+  EXPECT_FALSE(SolveBundle(problem, {20, 20, 1}, [&] { return ++asked == 3; }));
+  EXPECT_EQ(asked, 3);
+  EXPECT_NE(problem.poses[4].T_camera_map.Matrix(), before);
+}
+
+TEST(SolveBundle, RepeatsToTheLastBit) {
+  SyntheticMap world = MakeSyntheticMap({.pixel_noise = 0.5});
+  Disturb(world, 0.01);
+  BundleProblem first = ExtractBundleProblem(world.map, world.camera);
+  BundleProblem second = first;
+  SolveBundle(first, {}, {});
+  SolveBundle(second, {}, {});
+  for (std::size_t i = 0; i < first.poses.size(); ++i) {
+    EXPECT_EQ(first.poses[i].T_camera_map.Matrix(), second.poses[i].T_camera_map.Matrix());
+  }
+  for (std::size_t i = 0; i < first.points.size(); ++i) {
+    EXPECT_EQ(first.points[i].p_map, second.points[i].p_map);
+  }
+}
+
+TEST(SolveBundle, APointSeenElsewhereOutlivesItsOutliers) {
+  SyntheticMap world = MakeSyntheticMap({});
+  // Keyframes 4 and 5 look at the wrong place for points 10 and 20; 0 to 3 are not part of the problem.
+  for (const KeyframeId id : {4, 5}) {
+    world.map.RemoveObservation(10, id);
+    world.map.RemoveObservation(20, id);
+    world.map.AddObservation(10, id, 20);
+    world.map.AddObservation(20, id, 10);
+  }
+  for (const KeyframeId id : {0, 1, 2}) {
+    world.map.RemoveObservation(20, id);  // seen elsewhere once only
+  }
+  BundleProblem problem = ExtractBundleProblem(world.map, world.camera, {5}, {4});
+  EXPECT_EQ(problem.points[10].seen_elsewhere, 4);
+  EXPECT_EQ(problem.points[20].seen_elsewhere, 1);
+  for (BundleObservation& o : problem.observations) {
+    o.sigma = o.point == 10 || o.point == 20 ? 1e-3 : 1.0;  // nothing fits these two
+  }
+  SolveBundle(problem, {1, 1, 1}, {});
+  EXPECT_TRUE(problem.points[10].alive);
+  EXPECT_FALSE(problem.points[20].alive);
+}
+
+TEST(ApplyBundle, BearsAMapThatMovedOn) {
+  SyntheticMap world = MakeSyntheticMap({});
+  Disturb(world, 0.005);
+  BundleProblem problem = ExtractBundleProblem(world.map, world.camera);
+  SolveBundle(problem, {20, 20, 1}, {});
+  problem.observations[0].inlier = false;          // point 0 in keyframe 0
+  problem.observations[3 * 6 + 1].inlier = false;  // point 3 in keyframe 1
+  world.map.RemoveKeyframe(3);
+  world.map.RemovePoint(0);
+  world.map.Fuse(5, 6);
+  EXPECT_EQ(ApplyBundle(problem, world.map), 2);
+  EXPECT_EQ(CountBrokenReferences(world.map), 0);
+  EXPECT_FALSE(world.map.IsAlive(0));
+  EXPECT_EQ(world.map.At(1).points[3], kNoPoint);
+  EXPECT_EQ(world.map.At(4).T_camera_map.Matrix(), problem.poses[4].T_camera_map.Matrix());
 }
 
 }  // namespace

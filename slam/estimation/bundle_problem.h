@@ -1,0 +1,70 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <vector>
+
+#include "slam/geometry/camera.h"
+#include "slam/geometry/rigid3.h"
+#include "slam/map/map.h"
+
+namespace sqslam {
+
+struct BundlePose {
+  KeyframeId id = kNoKeyframe;
+  bool fixed = false;
+  Rigid3d T_camera_map;
+};
+
+struct BundlePoint {
+  PointId id = kNoPoint;
+  Eigen::Vector3d p_map;
+  int seen_elsewhere = 0;  // observations by keyframes outside of the problem
+  bool alive = true;       // false once fewer than two observations are left, those elsewhere included
+};
+
+struct BundleObservation {
+  std::size_t pose = 0;  // index into BundleProblem::poses
+  std::size_t point = 0;
+  Eigen::Vector2d pixel;  // undistorted
+  double sigma = 1.0;     // standard deviation of the pixel, px
+  bool inlier = true;
+};
+
+// A bundle adjustment as a value: what it needs of a map, copied, so that it can be solved on another thread
+// while the map moves on. Poses and points are in the order of their ids, observations in the order of their
+// points.
+struct BundleProblem {
+  Camera camera;
+  std::vector<BundlePose> poses;
+  std::vector<BundlePoint> points;
+  std::vector<BundleObservation> observations;
+};
+
+struct BundleSolverOptions {
+  int iterations = 5;        // of the first, robust round (Huber)
+  int final_iterations = 6;  // after outliers were marked
+  int threads = 1;
+};
+
+// The keyframes `free` (to be moved) and `fixed`, every point that a free one sees, and all observations of
+// these points in these keyframes.
+BundleProblem ExtractBundleProblem(const Map& map, const Camera& camera, const std::vector<KeyframeId>& free,
+                                   const std::vector<KeyframeId>& fixed);
+
+// The same of the whole map, the oldest keyframe fixed.
+BundleProblem ExtractBundleProblem(const Map& map, const Camera& camera);
+
+// Moves free poses and points so that the reprojection error becomes least, and marks observations that don't
+// fit (95 % quantile). `stop` is asked after each iteration; where it says true, the problem keeps what has
+// been reached and the result is false. Touches nothing but the problem. With one thread, runs agree to the
+// last bit.
+bool SolveBundle(BundleProblem& problem, const BundleSolverOptions& options,
+                 const std::function<bool()>& stop);
+
+// Writes a solved problem into the map: poses and points that are still there, then removes the observations
+// that don't fit. Keyframes and points that are new since the problem was extracted stay where they are; the
+// map frame must be the one of then. Returns the number of observations that don't fit.
+int ApplyBundle(const BundleProblem& problem, Map& map);
+
+}  // namespace sqslam
