@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -52,32 +53,15 @@ Hypothesis Judge(const Camera& camera, const std::vector<Sim3Match>& matches, co
   return judged;
 }
 
-std::optional<Sim3d> AlignInliers(const std::vector<Sim3Match>& matches, const std::vector<bool>& inliers) {
+std::optional<Sim3d> AlignTriple(const std::vector<Sim3Match>& matches,
+                                 const std::array<std::size_t, kSampleSize>& triple) {
   std::vector<Eigen::Vector3d> source;
   std::vector<Eigen::Vector3d> target;
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (inliers[i]) {
-      source.push_back(matches[i].p_camera2);
-      target.push_back(matches[i].p_camera1);
-    }
+  for (const std::size_t i : triple) {
+    source.push_back(matches[i].p_camera2);
+    target.push_back(matches[i].p_camera1);
   }
   return AlignSimilarity(source, target);
-}
-
-// Estimates again from the inliers for as long as that makes the hypothesis better.
-void Polish(const Camera& camera, const std::vector<Sim3Match>& matches, Hypothesis& best) {
-  constexpr int kRounds = 5;
-  for (int round = 0; round < kRounds; ++round) {
-    const std::optional<Sim3d> S = AlignInliers(matches, best.estimate.inliers);
-    if (!S) {
-      return;
-    }
-    Hypothesis next = Judge(camera, matches, *S);
-    if (next.cost >= best.cost) {
-      return;
-    }
-    best = std::move(next);
-  }
 }
 
 // Draws after which a triple of inliers was among them with the confidence asked for.
@@ -89,13 +73,14 @@ double DrawsNeeded(int inliers, std::size_t matches, double confidence) {
                          : std::log(1.0 - confidence) / std::log1p(-triple);
 }
 
-std::vector<bool> DrawTriple(std::size_t count, std::mt19937_64& random) {
+// Three different indices below `count`.
+std::array<std::size_t, kSampleSize> DrawTriple(std::size_t count, std::mt19937_64& random) {
   std::uniform_int_distribution<std::size_t> index(0, count - 1);
-  std::vector<bool> drawn(count);
-  for (std::size_t left = kSampleSize; left > 0;) {
-    const std::size_t i = index(random);
-    left -= drawn[i] ? 0 : 1;
-    drawn[i] = true;
+  std::array<std::size_t, kSampleSize> drawn{};
+  for (std::size_t i = 0; i < kSampleSize;) {
+    drawn[i] = index(random);
+    const auto end = drawn.begin() + static_cast<std::ptrdiff_t>(i);
+    i += std::find(drawn.begin(), end, drawn[i]) == end ? 1 : 0;
   }
   return drawn;
 }
@@ -187,6 +172,30 @@ bool Minimize(const Camera& camera, const std::vector<Sim3Match>& matches, const
   return true;
 }
 
+// Local optimisation of a hypothesis (Chum, Matas, Kittler, "Locally Optimized RANSAC", 2003): refines it by
+// the reprojection errors of the matches that fit loosely, for as long as that makes it better.
+void Polish(const Camera& camera, const std::vector<Sim3Match>& matches, Hypothesis& best) {
+  constexpr int kRounds = 5;
+  constexpr double kLoose = 4.0;  // squared errors up to so many times the bound take part
+  for (int round = 0; round < kRounds; ++round) {
+    Sim3d S = best.estimate.S_camera1_camera2;
+    const Sim3d S_inverse = S.Inverse();
+    std::vector<bool> use(matches.size());
+    for (std::size_t i = 0; i < matches.size(); ++i) {
+      const MatchErrors errors = ErrorsOf(camera, S, S_inverse, matches[i]);
+      use[i] = std::max(errors.image1, errors.image2) <= kLoose * kChi2TwoDof99;
+    }
+    if (std::count(use.begin(), use.end(), true) < 3 || !Minimize(camera, matches, use, true, S)) {
+      return;
+    }
+    Hypothesis next = Judge(camera, matches, S);
+    if (next.cost >= best.cost) {
+      return;
+    }
+    best = std::move(next);
+  }
+}
+
 }  // namespace
 
 std::optional<Sim3Estimate> EstimateSim3(const Camera& camera, const std::vector<Sim3Match>& matches,
@@ -198,7 +207,7 @@ std::optional<Sim3Estimate> EstimateSim3(const Camera& camera, const std::vector
   Hypothesis best;
   double needed = options.ransac_iterations;
   for (int i = 0; i < options.ransac_iterations && i < needed; ++i) {
-    const std::optional<Sim3d> S = AlignInliers(matches, DrawTriple(matches.size(), random));
+    const std::optional<Sim3d> S = AlignTriple(matches, DrawTriple(matches.size(), random));
     if (!S) {
       continue;  // three points on a line
     }

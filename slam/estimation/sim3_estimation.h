@@ -43,10 +43,10 @@ struct Sim3Estimate {
 };
 
 // Similarity between two cameras from matched map points: RANSAC over triples in closed form (Umeyama 1991),
-// each better solution estimated again from its inliers. A match is an inlier where each point, moved into
-// the other camera, is in front of it and reprojects within the 99 % quantile of the pixel noise (as in
-// Mur-Artal and Tardos, ORB-SLAM2, 2017). The same seed gives the same result. Empty where fewer than
-// min_inliers agree.
+// each better solution refined by the reprojection errors of what fits it loosely (Chum et al. 2003). A match
+// is an inlier where each point, moved into the other camera, is in front of it and reprojects within the 99
+// % quantile of the pixel noise (as in Mur-Artal and Tardos, ORB-SLAM2, 2017). The same seed gives the same
+// result. Empty where fewer than min_inliers agree.
 std::optional<Sim3Estimate> EstimateSim3(const Camera& camera, const std::vector<Sim3Match>& matches,
                                          const Sim3Options& options);
 

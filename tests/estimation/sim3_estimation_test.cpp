@@ -73,8 +73,17 @@ TEST(EstimateSim3, BearsNoiseInPixelsAndDepths) {
       MakePair({.matches = 200, .outlier_share = 0.5, .pixel_noise = 0.7, .depth_noise = 0.005});
   const std::optional<Sim3Estimate> found = EstimateSim3(kCamera, matches, {});
   ASSERT_TRUE(found.has_value());
-  EXPECT_GT(found->num_inliers, 75);  // of 100
-  EXPECT_LT(Distance(found->S_camera1_camera2, kTruth), 0.03);
+  EXPECT_GT(found->num_inliers, 90);  // of 100
+  EXPECT_LT(Distance(found->S_camera1_camera2, kTruth), 0.015);
+}
+
+TEST(EstimateSim3, BearsDepthsThatAreOffByMoreThanTheirPixels) {
+  // At the truth itself only about a third of the good matches fit, so triples alone are seldom near enough.
+  const auto matches =
+      MakePair({.matches = 200, .outlier_share = 0.5, .pixel_noise = 0.7, .depth_noise = 0.02});
+  const std::optional<Sim3Estimate> found = EstimateSim3(kCamera, matches, {});
+  ASSERT_TRUE(found.has_value());
+  EXPECT_LT(Distance(found->S_camera1_camera2, kTruth), 0.06);
 }
 
 TEST(EstimateSim3, TheSameSeedGivesTheSameBits) {
@@ -151,14 +160,14 @@ TEST(RefineSim3, ConvergesFromADisturbedStartAndFindsTheOutliers) {
   }
 }
 
-TEST(RefineSim3, BringsAnEstimateNearerToTheTruth) {
+TEST(RefineSim3, BearsNoiseInPixelsAndDepths) {
   const auto matches =
       MakePair({.matches = 200, .outlier_share = 0.3, .pixel_noise = 0.7, .depth_noise = 0.005});
-  Sim3Estimate found = EstimateSim3(kCamera, matches, {}).value();
-  const double before = Distance(found.S_camera1_camera2, kTruth);
-  const int inliers = found.num_inliers;
-  EXPECT_GE(RefineSim3(kCamera, matches, found.S_camera1_camera2, found.inliers), inliers);
-  EXPECT_LT(Distance(found.S_camera1_camera2, kTruth), before);
+  Sim3d S = Disturbed(kTruth);
+  const double before = Distance(S, kTruth);
+  std::vector<bool> inliers;
+  EXPECT_GT(RefineSim3(kCamera, matches, S, inliers), 125);  // of 140
+  EXPECT_LT(Distance(S, kTruth), before / 15.0);
 }
 
 TEST(RefineSim3, LeavesTheSimilarityWhereTheProblemIsNotDetermined) {
