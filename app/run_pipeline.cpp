@@ -151,7 +151,10 @@ RunStats MakeStats(const RunResult& result, const FrameSource& source, double wa
   }
   stats.resets = result.resets;
   stats.losses = result.losses;
-  stats.recoveries = result.recoveries;
+  stats.relocalizations = result.relocalizations;
+  stats.loops = result.loops;
+  stats.merges = result.merges;
+  stats.submaps = static_cast<int>(result.others.size());
   stats.interrupted = interrupted;
   stats.wall_seconds = wall_seconds;
   stats.peak_memory_mib = PeakMemoryMib();

@@ -81,18 +81,18 @@ class ReportQueue {
 // The newest value that one thread publishes and another reads.
 class ViewSlot {
  public:
-  void Set(TrackingViewPtr view) {
+  void Set(AtlasViewPtr view) {
     const std::lock_guard lock(mutex_);
     view_ = std::move(view);
   }
-  TrackingViewPtr Get() const {
+  AtlasViewPtr Get() const {
     const std::lock_guard lock(mutex_);
     return view_;
   }
 
  private:
   mutable std::mutex mutex_;
-  TrackingViewPtr view_;
+  AtlasViewPtr view_;
 };
 
 }  // namespace
@@ -101,9 +101,10 @@ struct System::Impl {
   Impl(const Camera& camera, const SystemOptions& system_options, SnapshotCallback on_snapshot)
       : options(system_options),
         frame_interval(static_cast<std::int64_t>(1e6 / camera.fps)),
-        tracker(camera, options.tracking, options.objects, static_cast<std::uint64_t>(options.seed), times),
+        tracker(camera, options.tracking, options.objects, static_cast<std::uint64_t>(options.seed), ids,
+                times),
         mapper(camera, options,
-               {[this](TrackingViewPtr new_view) { view.Set(std::move(new_view)); }, std::move(on_snapshot),
+               {[this](AtlasViewPtr new_view) { view.Set(std::move(new_view)); }, std::move(on_snapshot),
                 [this] { return !options.deterministic && queue.WaitingKeyframes() > 0; }},
                times) {
     if (!options.deterministic) {
@@ -141,6 +142,7 @@ struct System::Impl {
   SystemOptions options;
   std::chrono::microseconds frame_interval;
   StageTimes times;
+  std::shared_ptr<IdSource> ids = std::make_shared<IdSource>();
   ReportQueue queue;
   ViewSlot view;
   Tracker tracker;
@@ -183,18 +185,24 @@ RunResult System::Finish() {
   s.StopMapping();
   s.RethrowMappingFailure();
   RunResult result;
-  result.map = s.mapper.Finish();
   result.frames = s.frames;
-  result.resets = s.tracker.Resets();
-  result.losses = s.tracker.Losses();
-  result.recoveries = s.tracker.Recoveries();
-  if (result.map) {
-    result.trajectory = s.mapper.FrameTrajectory();
-    result.keyframes = s.mapper.KeyframeTrajectory();
-  } else {
+  result.others = s.mapper.Finish();
+  if (result.others.empty()) {
     result.no_map_reason = s.tracker.NoMapReason();
+  } else {
+    FinishedMap& main = result.others.front();
+    result.map = std::move(main.snapshot);
+    result.trajectory = std::move(main.trajectory);
+    result.keyframes = std::move(main.keyframes);
+    result.others.erase(result.others.begin());
   }
   result.tracked = static_cast<int>(result.trajectory.size());
+  result.losses = s.tracker.Losses();
+  result.relocalizations = s.tracker.Relocalizations();
+  const Mapper::Counts counts = s.mapper.GetCounts();
+  result.loops = counts.loops;
+  result.merges = counts.merges;
+  result.resets = counts.resets;
   result.timing_ms = s.times.Summaries();
   return result;
 }

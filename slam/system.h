@@ -10,6 +10,7 @@
 #include "slam/io/frame.h"
 #include "slam/io/trajectory.h"
 #include "slam/map/snapshot.h"
+#include "slam/mapping/finished_map.h"
 #include "slam/system_options.h"
 #include "slam/util/stage_times.h"
 
@@ -21,12 +22,15 @@ enum class TrackingState { kNotInitialized, kTracking, kLost };
 struct RunResult {
   int frames = 0;
   int tracked = 0;
-  int resets = 0;  // maps given up because they never grew
-  int losses = 0;  // times that tracking was lost
-  int recoveries = 0;
-  Trajectory trajectory;  // every tracked frame
+  int losses = 0;           // times that tracking was lost
+  int relocalizations = 0;  // times that it was found again in a known place
+  int loops = 0;            // closed
+  int merges = 0;           // of submaps
+  int resets = 0;           // submaps given up because they never grew
+  Trajectory trajectory;    // every tracked frame of the map
   Trajectory keyframes;
-  MapSnapshotPtr map;         // the last snapshot; null where no map could be built
+  MapSnapshotPtr map;               // the last snapshot; null where no map could be built
+  std::vector<FinishedMap> others;  // submaps that could not be merged with it, each in a frame of its own
   std::string no_map_reason;  // where map is null: one line that says why (static camera, no texture, ...)
   std::map<std::string, StageTimes::Summary> timing_ms;
 };

@@ -166,7 +166,10 @@ void WriteStats(const fs::path& path, const RunStats& stats) {
                      {"objects", stats.objects},
                      {"resets", stats.resets},
                      {"losses", stats.losses},
-                     {"recoveries", stats.recoveries},
+                     {"relocalisations", stats.relocalizations},
+                     {"loops", stats.loops},
+                     {"merges", stats.merges},
+                     {"submaps", stats.submaps},
                      {"interrupted", stats.interrupted},
                      {"wall_seconds", stats.wall_seconds},
                      {"peak_memory_mib", stats.peak_memory_mib},
@@ -186,7 +189,10 @@ RunStats ReadStats(const fs::path& path) {
     stats.objects = root.at("objects");
     stats.resets = root.at("resets");
     stats.losses = root.at("losses");
-    stats.recoveries = root.value("recoveries", 0);
+    stats.relocalizations = root.value("relocalisations", 0);
+    stats.loops = root.value("loops", 0);
+    stats.merges = root.value("merges", 0);
+    stats.submaps = root.value("submaps", 0);
     stats.interrupted = root.value("interrupted", false);
     stats.wall_seconds = root.at("wall_seconds");
     stats.peak_memory_mib = root.at("peak_memory_mib");

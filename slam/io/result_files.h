@@ -27,9 +27,12 @@ struct RunStats {
   int keyframes = 0;
   int points = 0;
   int objects = 0;
-  int resets = 0;
-  int losses = 0;
-  int recoveries = 0;
+  int losses = 0;           // times that tracking was lost
+  int relocalizations = 0;  // times that it was found again in a known place
+  int loops = 0;            // closed
+  int merges = 0;           // of submaps
+  int resets = 0;           // submaps given up because they never grew
+  int submaps = 0;          // that could not be merged with the map
   bool interrupted = false;   // ended by Ctrl-C
   double wall_seconds = 0.0;  // from the first frame to the last optimisation
   double peak_memory_mib = 0.0;

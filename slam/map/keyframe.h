@@ -5,8 +5,7 @@
 #include <vector>
 
 #include "slam/features/frame_features.h"
-#include "slam/geometry/rigid3.h"
-#include "slam/map/ids.h"
+#include "slam/map/scaled_pose.h"
 
 namespace sqslam {
 
@@ -15,11 +14,13 @@ struct Keyframe {
   std::int64_t frame_index = 0;
   double timestamp = 0.0;  // seconds
   Rigid3d T_camera_map;
+  double scale = 1.0;  // see ScaledPose
   FrameFeaturesPtr features;
   std::vector<PointId> points;             // one per keypoint, kNoPoint where none
   std::map<KeyframeId, int> covisibility;  // shared map points, for keyframes that share enough
   KeyframeId parent = kNoKeyframe;         // the most covisible older keyframe
 
+  ScaledPose Pose() const { return {T_camera_map, scale}; }
   Eigen::Vector3d Center() const { return T_camera_map.Inverse().translation; }
 
   // The `count` most covisible keyframes, best first.

@@ -47,23 +47,31 @@ std::vector<KeyframeId> Keyframe::BestCovisible(int count) const {
   return best;
 }
 
+Map::Map(const ScaleLevels& levels, std::shared_ptr<IdSource> ids)
+    : levels_(levels), ids_(ids ? std::move(ids) : std::make_shared<IdSource>()) {}
+
 KeyframeId Map::AddKeyframe(std::int64_t frame_index, double timestamp, const Rigid3d& T_camera_map,
                             FrameFeaturesPtr features) {
-  const KeyframeId id = next_keyframe_++;
-  Keyframe keyframe{id, frame_index, timestamp, T_camera_map, std::move(features), {}, {}, kNoKeyframe};
-  keyframe.points.assign(keyframe.features->Size(), kNoPoint);
+  Keyframe keyframe;
+  keyframe.id = ids_->next_keyframe++;
+  keyframe.frame_index = frame_index;
+  keyframe.timestamp = timestamp;
+  keyframe.T_camera_map = T_camera_map;
+  keyframe.points.assign(features->Size(), kNoPoint);
+  keyframe.features = std::move(features);
+  const KeyframeId id = keyframe.id;
   keyframes_.emplace(id, std::move(keyframe));
   return id;
 }
 
 PointId Map::AddPoint(const Eigen::Vector3d& p_map, KeyframeId first_keyframe) {
   MapPoint point;
-  point.id = static_cast<PointId>(points_.size());
+  point.id = ids_->next_point++;
   point.p_map = p_map;
   point.first_keyframe = first_keyframe;
-  points_.push_back(std::move(point));
-  ++alive_points_;
-  return points_.back().id;
+  const PointId id = point.id;
+  points_.Add(id, std::move(point));
+  return id;
 }
 
 void Map::AddObservation(PointId point, KeyframeId keyframe, int keypoint) {
@@ -72,6 +80,9 @@ void Map::AddObservation(PointId point, KeyframeId keyframe, int keypoint) {
 }
 
 void Map::RemoveObservation(PointId point, KeyframeId keyframe) {
+  if (!IsAlive(point)) {
+    return;
+  }
   auto& observations = Point(point).observations;
   const auto it = std::find_if(observations.begin(), observations.end(),
                                [&](const Observation& o) { return o.keyframe == keyframe; });
@@ -86,28 +97,25 @@ void Map::RemoveObservation(PointId point, KeyframeId keyframe) {
 }
 
 void Map::RemovePoint(PointId id) {
-  MapPoint& point = Point(id);
-  if (!point.alive) {
+  if (!IsAlive(id)) {
     return;
   }
-  for (const Observation& o : point.observations) {
+  for (const Observation& o : Point(id).observations) {
     At(o.keyframe).points[static_cast<std::size_t>(o.keypoint)] = kNoPoint;
   }
-  point.observations.clear();
-  point.alive = false;
-  --alive_points_;
+  points_.Remove(id);
 }
 
 void Map::Fuse(PointId dropped, PointId kept) {
   if (dropped == kept || !IsAlive(dropped) || !IsAlive(kept)) {
     return;
   }
-  const std::vector<Observation> moved = Point(dropped).observations;
+  const std::vector<Observation> moved = std::move(Point(dropped).observations);
   Point(kept).visible += Point(dropped).visible;
   Point(kept).found += Point(dropped).found;
-  RemovePoint(dropped);
-  Point(dropped).replaced_by = kept;
+  points_.Remove(dropped, kept);
   for (const Observation& o : moved) {
+    At(o.keyframe).points[static_cast<std::size_t>(o.keypoint)] = kNoPoint;
     const auto& seen = Point(kept).observations;
     if (std::none_of(seen.begin(), seen.end(),
                      [&](const Observation& s) { return s.keyframe == o.keyframe; })) {
@@ -126,7 +134,9 @@ void Map::RemoveKeyframe(KeyframeId id) {
                                                              : keyframes_.begin()->first)
                           : best.front();
   }
-  removed_[id] = {parent, keyframe.T_camera_map * At(parent).T_camera_map.Inverse()};
+  const Keyframe& anchor = At(parent);
+  removed_[id] = {{parent, keyframe.T_camera_map * anchor.T_camera_map.Inverse(), anchor.scale},
+                  keyframe.scale};
   const std::vector<PointId> points = keyframe.points;
   for (const PointId point : points) {
     if (point != kNoPoint) {
@@ -145,10 +155,10 @@ void Map::RemoveKeyframe(KeyframeId id) {
 }
 
 void Map::UpdateAppearance(PointId id) {
-  MapPoint& point = Point(id);
-  if (!point.alive || point.observations.empty()) {
+  if (!IsAlive(id) || Point(id).observations.empty()) {
     return;
   }
+  MapPoint& point = Point(id);
   std::vector<const Descriptor*> descriptors;
   for (const Observation& o : point.observations) {
     descriptors.push_back(&At(o.keyframe).features->descriptors[static_cast<std::size_t>(o.keypoint)]);
@@ -162,10 +172,10 @@ void Map::UpdateAppearance(PointId id) {
 void Map::UpdateNormalAndRange(PointId id) {
   // A point may be matched one and a half pyramid levels nearer or farther than the pyramid covers.
   constexpr double kSlack = 1.25;
-  MapPoint& point = Point(id);
-  if (!point.alive || point.observations.empty()) {
+  if (!IsAlive(id) || Point(id).observations.empty()) {
     return;
   }
+  MapPoint& point = Point(id);
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
   for (const Observation& o : point.observations) {
     normal += (point.p_map - At(o.keyframe).Center()).normalized();
@@ -219,30 +229,35 @@ void Map::UpdateCovisibility(KeyframeId id) {
   }
 }
 
-void Map::Transform(const Rigid3d& T_new_old) {
-  const Rigid3d T_old_new = T_new_old.Inverse();
+void Map::Transform(const Sim3d& S_new_old) {
   for (auto& [id, keyframe] : keyframes_) {
-    keyframe.T_camera_map = keyframe.T_camera_map * T_old_new;
+    keyframe.T_camera_map = MoveCamera(keyframe.T_camera_map, S_new_old);
+    keyframe.scale *= S_new_old.scale;
   }
-  for (MapPoint& point : points_) {
-    point.p_map = T_new_old * point.p_map;
-    point.normal = T_new_old.rotation * point.normal;
+  for (const MapPoint& const_point : points_) {
+    MapPoint& point = Point(const_point.id);
+    point.p_map = S_new_old * point.p_map;
+    point.normal = S_new_old.rotation * point.normal;
+    point.min_distance *= S_new_old.scale;
+    point.max_distance *= S_new_old.scale;
   }
 }
 
-PointId Map::Resolve(PointId id) const {
-  while (id != kNoPoint && !Point(id).alive) {
-    id = Point(id).replaced_by;
-  }
-  return id;
+void Map::Absorb(Map&& other) {
+  keyframes_.merge(other.keyframes_);
+  removed_.merge(other.removed_);
+  points_.Absorb(std::move(other.points_));
 }
 
-Rigid3d Map::PoseOf(KeyframeId id) const {
+ScaledPose Map::PoseOf(KeyframeId id) const {
   if (const auto it = keyframes_.find(id); it != keyframes_.end()) {
-    return it->second.T_camera_map;
+    return it->second.Pose();
   }
   const RemovedKeyframe& removed = removed_.at(id);
-  return removed.T_camera_parent * PoseOf(removed.parent);
+  const ScaledPose parent = PoseOf(removed.pose.reference);
+  ScaledPose pose = sqslam::Resolve(removed.pose, parent);
+  pose.scale = removed.scale * parent.scale / removed.pose.scale;
+  return pose;
 }
 
 }  // namespace sqslam

@@ -1,22 +1,23 @@
 #pragma once
 
 #include <map>
-#include <optional>
+#include <memory>
 #include <vector>
 
 #include "slam/features/orb_extractor.h"
-#include "slam/geometry/rigid3.h"
 #include "slam/map/keyframe.h"
 #include "slam/map/map_point.h"
+#include "slam/map/point_table.h"
 
 namespace sqslam {
 
 // Keyframes and map points with their mutual references kept consistent. Owned by one thread; others see
 // TrackingView and MapSnapshot. Ids are never reused. Iteration is in the order of ids, so that runs can be
-// repeated.
+// repeated. Memory follows what is alive: a removed point leaves eight bytes.
 class Map {
  public:
-  explicit Map(const ScaleLevels& levels) : levels_(levels) {}
+  // `ids`: shared with the other submaps of a run; null: a source of its own.
+  explicit Map(const ScaleLevels& levels, std::shared_ptr<IdSource> ids = nullptr);
 
   KeyframeId AddKeyframe(std::int64_t frame_index, double timestamp, const Rigid3d& T_camera_map,
                          FrameFeaturesPtr features);
@@ -35,41 +36,48 @@ class Map {
       PointId point);  // normal and distance range only: after the point or a camera moved
   void UpdateCovisibility(KeyframeId keyframe);
 
-  // Moves the whole map: p_new = T_new_old * p_old.
-  void Transform(const Rigid3d& T_new_old);
+  // Moves the whole map: p_new = S_new_old * p_old.
+  void Transform(const Sim3d& S_new_old);
+  void Transform(const Rigid3d& T_new_old) {
+    Transform(Sim3d{1.0, T_new_old.rotation, T_new_old.translation});
+  }
+
+  // Takes over all that another map of the same IdSource holds, which must be in this map's frame already.
+  void Absorb(Map&& other);
 
   bool HasKeyframe(KeyframeId id) const { return keyframes_.contains(id); }
   Keyframe& At(KeyframeId id) { return keyframes_.at(id); }
   const Keyframe& At(KeyframeId id) const { return keyframes_.at(id); }
-  MapPoint& Point(PointId id) { return points_[static_cast<std::size_t>(id)]; }
-  const MapPoint& Point(PointId id) const { return points_[static_cast<std::size_t>(id)]; }
-  bool IsAlive(PointId id) const { return id >= 0 && Point(id).alive; }
+  MapPoint& Point(PointId id) { return points_.At(id); }  // must be alive
+  const MapPoint& Point(PointId id) const { return points_.At(id); }
+  bool IsAlive(PointId id) const { return points_.IsAlive(id); }
 
   // Follows fusions; kNoPoint where the point is gone.
-  PointId Resolve(PointId id) const;
+  PointId Resolve(PointId id) const { return points_.Resolve(id); }
 
   // Pose of a keyframe, also of a removed one.
-  Rigid3d PoseOf(KeyframeId id) const;
+  ScaledPose PoseOf(KeyframeId id) const;
+  bool Knows(KeyframeId id) const { return keyframes_.contains(id) || removed_.contains(id); }
 
   const std::map<KeyframeId, Keyframe>& Keyframes() const { return keyframes_; }
-  const std::vector<MapPoint>& Points() const { return points_; }  // the dead ones included
-  int NumPoints() const { return alive_points_; }
+  const PointTable<MapPoint>& Points() const { return points_; }
+  int NumPoints() const { return points_.Size(); }
   const ScaleLevels& Levels() const { return levels_; }
+  KeyframeId OldestKeyframe() const { return keyframes_.empty() ? kNoKeyframe : keyframes_.begin()->first; }
   KeyframeId NewestKeyframe() const { return keyframes_.empty() ? kNoKeyframe : keyframes_.rbegin()->first; }
 
   struct RemovedKeyframe {
-    KeyframeId parent = kNoKeyframe;
-    Rigid3d T_camera_parent;
+    AnchoredPose pose;  // relative to its parent
+    double scale = 1.0;
   };
   const std::map<KeyframeId, RemovedKeyframe>& Removed() const { return removed_; }
 
  private:
   ScaleLevels levels_;
+  std::shared_ptr<IdSource> ids_;
   std::map<KeyframeId, Keyframe> keyframes_;
   std::map<KeyframeId, RemovedKeyframe> removed_;
-  std::vector<MapPoint> points_;
-  int alive_points_ = 0;
-  KeyframeId next_keyframe_ = 0;
+  PointTable<MapPoint> points_;
 };
 
 }  // namespace sqslam

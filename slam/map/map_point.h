@@ -26,8 +26,6 @@ struct MapPoint {
   KeyframeId first_keyframe = kNoKeyframe;
   int visible = 1;  // frames in which it was predicted to be in the image
   int found = 1;    // frames in which it was matched
-  bool alive = true;
-  PointId replaced_by = kNoPoint;  // set when it was fused into another point
 
   double FoundRatio() const { return static_cast<double>(found) / visible; }
 };

@@ -11,52 +11,58 @@ struct ObjectMapView;  // slam/objects/object_types.h
 
 // What the tracking thread needs of a map point.
 struct ViewPoint {
-  Eigen::Vector3d p_map;
-  Eigen::Vector3d normal;
+  Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
   double min_distance = 0.0;
   double max_distance = 0.0;
-  Descriptor descriptor;
-  bool alive = false;
+  Descriptor descriptor{};
   bool well_observed = false;  // by three keyframes or more
-  PointId replaced_by = kNoPoint;
 };
 
 struct ViewKeyframe {
   KeyframeId id = kNoKeyframe;
-  Rigid3d T_camera_map;
+  ScaledPose pose;
   FrameFeaturesPtr features;
   std::vector<PointId> points;
   std::vector<KeyframeId> covisible;  // best first
 };
 
-// An immutable copy of the map for the tracking thread, published by the mapping thread after each of its
+// An immutable copy of one submap for the tracking thread, published by the mapping thread after each of its
 // steps, so that neither ever waits for the other.
 struct TrackingView {
-  std::int64_t map_number = 0;  // counts maps: a new one begins after a reset
+  std::int64_t submap = 0;
   std::map<KeyframeId, ViewKeyframe> keyframes;
-  std::map<KeyframeId, Rigid3d> removed_poses;  // T_camera_map of culled keyframes
-  std::vector<ViewPoint> points;                // index = PointId
-  Rigid3d T_map_origin;                         // from the frame in which the map began to the present one
+  std::map<KeyframeId, ScaledPose> removed_poses;  // of culled keyframes
+  PointTable<ViewPoint> points;
   bool gravity_known = false;
   std::shared_ptr<const ObjectMapView> objects;
 
-  PointId Resolve(PointId id) const {
-    while (id >= 0 && id < static_cast<PointId>(points.size()) &&
-           !points[static_cast<std::size_t>(id)].alive) {
-      id = points[static_cast<std::size_t>(id)].replaced_by;
-    }
-    return id;
-  }
-  bool Has(PointId id) const { return id >= 0 && id < static_cast<PointId>(points.size()); }
-  const ViewPoint& Point(PointId id) const { return points[static_cast<std::size_t>(id)]; }
-  Rigid3d PoseOf(KeyframeId id) const {
+  PointId Resolve(PointId id) const { return points.Resolve(id); }
+  bool Has(PointId id) const { return points.IsAlive(id); }
+  const ViewPoint& Point(PointId id) const { return points.At(id); }
+  bool Knows(KeyframeId id) const { return keyframes.contains(id) || removed_poses.contains(id); }
+  ScaledPose PoseOf(KeyframeId id) const {
     const auto it = keyframes.find(id);
-    return it != keyframes.end() ? it->second.T_camera_map : removed_poses.at(id);
+    return it != keyframes.end() ? it->second.pose : removed_poses.at(id);
   }
 };
 
 using TrackingViewPtr = std::shared_ptr<const TrackingView>;
 
 TrackingView MakeTrackingView(const Map& map);
+
+// All submaps of a run. A submap begins where tracking is lost and not found again; it is dormant while
+// another one is tracked, and ends when it is merged into an older one.
+struct AtlasView {
+  // What became of a submap: the one that holds its content now, and how its frame moved.
+  struct Origin {
+    std::int64_t submap = 0;
+    Sim3d S_map_origin;  // from the frame in which it began to the present frame of `submap`
+  };
+  std::map<std::int64_t, TrackingViewPtr> submaps;
+  std::map<std::int64_t, Origin> origins;  // by number, of every submap that ever began
+};
+
+using AtlasViewPtr = std::shared_ptr<const AtlasView>;
 
 }  // namespace sqslam

@@ -9,16 +9,20 @@ int CullPoints(Map& map, std::set<PointId>& young, KeyframeId newest, const Cull
   constexpr KeyframeId kPassed = 3;  // keyframes after which it is no longer young
   int removed = 0;
   for (auto it = young.begin(); it != young.end();) {
+    if (!map.IsAlive(*it)) {
+      it = young.erase(it);
+      continue;
+    }
     const MapPoint& point = map.Point(*it);
     const KeyframeId age = newest - point.first_keyframe;
     const bool poor =
         point.FoundRatio() < options.min_found_ratio ||
         (age >= kTrial && static_cast<int>(point.observations.size()) < options.min_observations);
-    if (point.alive && poor) {
+    if (poor) {
       map.RemovePoint(*it);
       ++removed;
     }
-    it = !point.alive || age >= kPassed ? young.erase(it) : std::next(it);
+    it = poor || age >= kPassed ? young.erase(it) : std::next(it);
   }
   return removed;
 }
@@ -49,10 +53,11 @@ bool IsRedundant(const Map& map, const Keyframe& keyframe, const CullingOptions&
 }  // namespace
 
 int CullKeyframes(Map& map, KeyframeId center, const CullingOptions& options) {
-  constexpr KeyframeId kFirstTwo = 2;  // they hold the scale of a young map
+  const KeyframeId second =
+      std::next(map.Keyframes().begin())->first;  // the first two hold a young map's scale
   int removed = 0;
   for (const KeyframeId id : map.At(center).BestCovisible(static_cast<int>(map.Keyframes().size()))) {
-    if (id >= kFirstTwo && id != center && IsRedundant(map, map.At(id), options)) {
+    if (id > second && id != center && IsRedundant(map, map.At(id), options)) {
       map.RemoveKeyframe(id);
       ++removed;
     }

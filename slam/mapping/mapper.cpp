@@ -1,6 +1,7 @@
 #include "slam/mapping/mapper.h"
 
 #include <algorithm>
+#include <set>
 
 #include "slam/estimation/bundle_adjustment.h"
 #include "slam/mapping/culling.h"
@@ -14,55 +15,48 @@ Mapper::Mapper(const Camera& camera, const SystemOptions& options, Outputs outpu
       options_(options),
       outputs_(std::move(outputs)),
       times_(times),
-      upright_(options.gravity, options.objects.gravity, static_cast<std::uint64_t>(options.seed)),
-      objects_(options.objects, static_cast<std::uint64_t>(options.seed)) {}
+      pose_tracker_(camera, options.tracking) {}
 
 void Mapper::Process(TrackingReport report) {
-  if (report.initial_map) {
-    StartMap(report);
+  const bool is_new = report.initial_map != nullptr;
+  if (is_new) {
+    BeginSubmap(report);
   }
-  if (!map_ || report.map_number != map_number_) {
-    return;  // of a map that was given up
+  active_ = Activate(report);
+  if (active_ == nullptr) {
+    return;  // nothing has been mapped yet
   }
   RecordFrame(report);
-  if (!report.keyframe && !report.initial_map) {
+  if (!report.keyframe && !is_new) {
     return;
   }
   const StageTimes::Scope timer(times_, "mapping");
-  if (report.keyframe) {
-    AddKeyframe(report);
+  const KeyframeId newest = is_new ? active_->Map().NewestKeyframe() : AddKeyframe(report);
+  PublishView();
+  if (is_new) {
+    outputs_.publish_snapshot(MakeSnapshot());  // two keyframes are better than none if the run ends here
   }
-  const KeyframeId newest = map_->NewestKeyframe();
-  PublishView();
   OptimizeLocally(newest);
-  CullKeyframes(*map_, newest, options_.mapping.culling);
+  CullKeyframes(active_->Map(), newest, options_.mapping.culling);
   KeepUpright(false);
-  MapObjects();
+  {
+    const StageTimes::Scope objects_timer(times_, "mapping.objects");
+    active_->MapObjects(camera_, false);
+  }
   PublishView();
+  TrackBacklog();
   outputs_.publish_snapshot(MakeSnapshot());
 }
 
-void Mapper::StartMap(TrackingReport& report) {
-  map_ = std::move(report.initial_map);
-  map_number_ = report.map_number;
-  young_points_.clear();
-  frames_.clear();
-  upright_ =
-      UprightEstimator(options_.gravity, options_.objects.gravity, static_cast<std::uint64_t>(options_.seed));
-  objects_ = ObjectMapper(options_.objects, static_cast<std::uint64_t>(options_.seed));
-  T_map_origin_ = {};
-  const Keyframe& first = map_->Keyframes().begin()->second;
-  frames_[first.frame_index] = {first.timestamp, {first.id, {}}};
-  frame_index_ = report.frame_index;
-  timestamp_ = report.timestamp;
-  // A snapshot follows at once: a map of two keyframes is better than none if the run ends here.
-  report.initial_map = nullptr;
-  const Keyframe& second = map_->Keyframes().rbegin()->second;
-  frames_[second.frame_index] = {second.timestamp, {second.id, {}}};
-  image_path_ = report.image_path;
-  detections_ = report.detections;
-  PublishView();
-  outputs_.publish_snapshot(MakeSnapshot());
+void Mapper::BeginSubmap(TrackingReport& report) {
+  submaps_.emplace(report.submap, Submap(report.submap, std::move(report.initial_map), options_));
+  atlas_.origins[report.submap] = {report.submap, {}};
+}
+
+// The submap that the report is about, which may have been merged into another one meanwhile.
+Submap* Mapper::Activate(const TrackingReport& report) {
+  const auto origin = atlas_.origins.find(report.submap);
+  return origin != atlas_.origins.end() ? &submaps_.at(origin->second.submap) : active_;
 }
 
 void Mapper::RecordFrame(TrackingReport& report) {
@@ -70,136 +64,143 @@ void Mapper::RecordFrame(TrackingReport& report) {
   timestamp_ = report.timestamp;
   image_path_ = std::move(report.image_path);
   detections_ = std::move(report.detections);
-  if (report.pose) {
-    frames_[report.frame_index] = {report.timestamp, *report.pose};
+  if (!report.pose) {
+    return;
   }
-  for (const PointId point : report.visible) {
-    ++map_->Point(point).visible;
-  }
-  for (const PointId point : report.found) {
-    ++map_->Point(point).found;
-  }
-  // The map may have been turned since the frame was tracked.
-  const Rigid3d T_new_old = T_map_origin_ * report.T_map_origin.Inverse();
-  for (ObjectObservation& o : report.objects) {
-    o.T_map_camera = T_new_old * o.T_map_camera;
-    if (o.centroid) {
-      o.centroid = T_new_old * *o.centroid;
+  active_->RecordFrame(report.frame_index, report.timestamp, *report.pose);
+  Map& map = active_->Map();
+  for (PointId point : report.seen.visible) {
+    if ((point = map.Resolve(point)) != kNoPoint) {
+      ++map.Point(point).visible;
     }
   }
-  objects_.AddObservations(report.objects);
+  for (PointId point : report.seen.found) {
+    if ((point = map.Resolve(point)) != kNoPoint) {
+      ++map.Point(point).found;
+    }
+  }
+  // The map may have been moved since the frame was tracked.
+  const Sim3d S_new_old = atlas_.origins.at(report.submap).S_map_origin * report.S_map_origin.Inverse();
+  for (ObjectObservation& o : report.objects) {
+    o.T_map_camera = {(S_new_old.rotation * o.T_map_camera.rotation).normalized(),
+                      S_new_old * o.T_map_camera.translation};
+    if (o.centroid) {
+      o.centroid = S_new_old * *o.centroid;
+    }
+  }
+  active_->Objects().AddObservations(report.objects);
+  if (report.backlog) {
+    backlog_ = std::move(report.backlog);
+  }
 }
 
-void Mapper::AddKeyframe(const TrackingReport& report) {
-  const Rigid3d T_camera_map = report.pose->T_camera_reference * map_->PoseOf(report.pose->reference);
+KeyframeId Mapper::AddKeyframe(const TrackingReport& report) {
+  Map& map = active_->Map();
+  const ScaledPose pose = Resolve(*report.pose, map.PoseOf(report.pose->reference));
   const KeyframeId id =
-      map_->AddKeyframe(report.frame_index, report.timestamp, T_camera_map, report.keyframe->features);
+      map.AddKeyframe(report.frame_index, report.timestamp, pose.T_camera_map, report.keyframe->features);
   std::set<PointId> used;
   for (std::size_t i = 0; i < report.keyframe->points.size(); ++i) {
-    const PointId point = map_->Resolve(report.keyframe->points[i]);
+    const PointId point = map.Resolve(report.keyframe->points[i]);
     if (point != kNoPoint && used.insert(point).second) {
-      map_->AddObservation(point, id, static_cast<int>(i));
-      map_->UpdateAppearance(point);
+      map.AddObservation(point, id, static_cast<int>(i));
+      map.UpdateAppearance(point);
     }
   }
-  map_->UpdateCovisibility(id);
-  frames_[report.frame_index].pose = {id, {}};
+  map.UpdateCovisibility(id);
+  active_->RecordFrame(report.frame_index, report.timestamp, {id, {}, map.At(id).scale});
   {
     const StageTimes::Scope timer(times_, "mapping.new_points");
-    CullPoints(*map_, young_points_, id, options_.mapping.culling);
-    const std::vector<PointId> created = CreateNewPoints(*map_, camera_, id, options_.mapping.new_points);
-    young_points_.insert(created.begin(), created.end());
-    FuseWithNeighbours(*map_, camera_, id, options_.mapping.fusion);
+    CullPoints(map, active_->YoungPoints(), id, options_.mapping.culling);
+    const std::vector<PointId> created = CreateNewPoints(map, camera_, id, options_.mapping.new_points);
+    active_->YoungPoints().insert(created.begin(), created.end());
+    FuseWithNeighbours(map, camera_, id, options_.mapping.fusion);
   }
+  return id;
 }
 
 void Mapper::OptimizeLocally(KeyframeId keyframe) {
   const StageTimes::Scope timer(times_, "mapping.bundle_adjustment");
-  if (map_->Keyframes().size() > 2) {
-    LocalBundleAdjustment(*map_, camera_, keyframe, options_.mapping.bundle_adjustment,
+  if (active_->Map().Keyframes().size() > 2) {
+    LocalBundleAdjustment(active_->Map(), camera_, keyframe, options_.mapping.bundle_adjustment,
                           outputs_.keyframe_waiting);
   }
 }
 
 void Mapper::KeepUpright(bool last) {
-  const auto view = objects_.View();
-  const std::optional<Rigid3d> T_new_old = upright_.Update(*map_, view->landmarks, last);
-  if (T_new_old) {
-    map_->Transform(*T_new_old);
-    objects_.Transform(*T_new_old);
-    T_map_origin_ = *T_new_old * T_map_origin_;
+  if (const std::optional<Rigid3d> T_new_old = active_->KeepUpright(last)) {
+    const Sim3d S_new_old{1.0, T_new_old->rotation, T_new_old->translation};
+    for (auto& [number, origin] : atlas_.origins) {
+      if (origin.submap == active_->Number()) {
+        origin.S_map_origin = S_new_old * origin.S_map_origin;
+      }
+    }
   }
 }
 
-void Mapper::MapObjects() {
-  const StageTimes::Scope timer(times_, "mapping.objects");
-  objects_.SetUpright(upright_.Known(), upright_.SupportHeight());
-  objects_.Update(LookupPoints(), camera_, LookupPoses());
+// The frames before the map was there, as soon as it is solid enough to find them.
+void Mapper::TrackBacklog() {
+  constexpr std::size_t kSolid = 4;  // keyframes
+  if (!backlog_ || active_->Map().Keyframes().size() < kSolid) {
+    return;
+  }
+  const StageTimes::Scope timer(times_, "mapping.backlog");
+  const TrackingViewPtr view = active_->MakeView();
+  if (view->Knows(backlog_->next.anchor.reference)) {
+    for (const TrackedFrame& frame :
+         TrackBackward(pose_tracker_, *view, *backlog_, options_.tracking.min_inliers)) {
+      if (!IsAnywhere(frame.index)) {
+        active_->RecordFrame(frame.index, frame.timestamp, frame.anchor);
+      }
+    }
+  }
+  backlog_.reset();
 }
 
-MapSnapshotPtr Mapper::Finish() {
-  if (!map_) {
-    return nullptr;
-  }
-  const StageTimes::Scope timer(times_, "mapping.final");
-  if (options_.mapping.final_iterations > 0 && map_->Keyframes().size() > 2) {
-    GlobalBundleAdjustment(*map_, camera_, options_.mapping.final_iterations,
+bool Mapper::IsAnywhere(std::int64_t frame_index) const {
+  return std::any_of(submaps_.begin(), submaps_.end(),
+                     [&](const auto& entry) { return entry.second.HasFrame(frame_index); });
+}
+
+void Mapper::FinishSubmap(Submap& submap) {
+  active_ = &submap;
+  if (options_.mapping.final_iterations > 0 && submap.Map().Keyframes().size() > 2) {
+    GlobalBundleAdjustment(submap.Map(), camera_, options_.mapping.final_iterations,
                            options_.mapping.bundle_adjustment);
   }
   KeepUpright(true);
-  objects_.SetUpright(upright_.Known(), upright_.SupportHeight());
-  objects_.UpdateAll(LookupPoints(), camera_, LookupPoses());
-  MapSnapshotPtr last = MakeSnapshot();
-  outputs_.publish_snapshot(last);
-  return last;
+  submap.MapObjects(camera_, true);
 }
 
-PointLookup Mapper::LookupPoints() {
-  return [this](std::int64_t& id) -> std::optional<Eigen::Vector3d> {
-    id = map_->Resolve(id);
-    if (id == kNoPoint) {
-      return std::nullopt;
-    }
-    return map_->Point(id).p_map;
-  };
-}
-
-PoseLookup Mapper::LookupPoses() const {
-  return [this](std::int64_t frame_index) -> std::optional<Rigid3d> {
-    const auto it = frames_.find(frame_index);
-    return it != frames_.end() ? std::optional(FramePose(it->second)) : std::nullopt;
-  };
-}
-
-Rigid3d Mapper::FramePose(const FrameRecord& record) const {
-  return (record.pose.T_camera_reference * map_->PoseOf(record.pose.reference)).Inverse();
-}
-
-Trajectory Mapper::FrameTrajectory() const {
-  Trajectory trajectory;
-  for (const auto& [index, record] : frames_) {
-    trajectory.push_back({record.timestamp, FramePose(record)});
+std::vector<FinishedMap> Mapper::Finish() {
+  if (submaps_.empty()) {
+    return {};
   }
-  return trajectory;
-}
-
-Trajectory Mapper::KeyframeTrajectory() const {
-  Trajectory trajectory;
-  if (map_) {
-    for (const auto& [id, keyframe] : map_->Keyframes()) {
-      trajectory.push_back({keyframe.timestamp, keyframe.T_camera_map.Inverse()});
-    }
+  const StageTimes::Scope timer(times_, "mapping.final");
+  TrackBacklog();
+  std::vector<Submap*> ranked;
+  for (auto& [number, submap] : submaps_) {
+    ranked.push_back(&submap);
   }
-  return trajectory;
+  std::stable_sort(ranked.begin(), ranked.end(),
+                   [](const Submap* a, const Submap* b) { return a->NumFrames() > b->NumFrames(); });
+  std::vector<FinishedMap> finished;
+  for (Submap* submap : ranked) {
+    const auto keyframes = static_cast<int>(submap->Map().Keyframes().size());
+    if (!finished.empty() && keyframes < options_.mapping.min_submap_keyframes) {
+      ++counts_.resets;
+      continue;
+    }
+    FinishSubmap(*submap);
+    finished.push_back({MakeSnapshot(), submap->FrameTrajectory(), submap->KeyframeTrajectory()});
+  }
+  outputs_.publish_snapshot(finished.front().snapshot);
+  return finished;
 }
 
 void Mapper::PublishView() {
-  TrackingView view = MakeTrackingView(*map_);
-  view.map_number = map_number_;
-  view.T_map_origin = T_map_origin_;
-  view.gravity_known = upright_.Known();
-  view.objects = objects_.View();
-  outputs_.publish_view(std::make_shared<const TrackingView>(std::move(view)));
+  atlas_.submaps[active_->Number()] = active_->MakeView();
+  outputs_.publish_atlas(std::make_shared<const AtlasView>(atlas_));
 }
 
 MapSnapshotPtr Mapper::MakeSnapshot() const {
@@ -209,25 +210,9 @@ MapSnapshotPtr Mapper::MakeSnapshot() const {
   snapshot->timestamp = timestamp_;
   snapshot->image_path = image_path_;
   snapshot->camera = camera_;
-  if (const auto it = frames_.find(frame_index_); it != frames_.end()) {
-    snapshot->T_map_camera = FramePose(it->second);
-  }
-  for (const auto& [id, keyframe] : map_->Keyframes()) {
-    snapshot->keyframes.push_back(
-        {id, keyframe.frame_index, keyframe.timestamp, keyframe.T_camera_map.Inverse()});
-  }
-  const auto object_of = objects_.PointObjects();
-  for (const MapPoint& point : map_->Points()) {
-    if (point.alive) {
-      const auto it = object_of.find(point.id);
-      snapshot->points.push_back(
-          {point.p_map.cast<float>(), point.rgb, it != object_of.end() ? it->second : -1});
-    }
-  }
-  snapshot->objects = objects_.Objects();
+  snapshot->T_map_camera = active_->FramePose(frame_index_);
   snapshot->detections = detections_;
-  snapshot->gravity_known = upright_.Known();
-  snapshot->support_height = upright_.SupportHeight();
+  active_->FillSnapshot(*snapshot);
   return snapshot;
 }
 

@@ -3,71 +3,66 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <set>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "slam/geometry/camera.h"
-#include "slam/io/trajectory.h"
-#include "slam/map/tracking_view.h"
-#include "slam/mapping/upright.h"
-#include "slam/objects/object_mapper.h"
-#include "slam/system_options.h"
-#include "slam/tracking/tracking_report.h"
+#include "slam/mapping/finished_map.h"
+#include "slam/mapping/submap.h"
 #include "slam/util/stage_times.h"
 
 namespace sqslam {
 
 // The mapping thread's pipeline and the only owner of the live map. Takes the tracking thread's reports in
-// order and publishes immutable copies: TrackingView for tracking, MapSnapshot for everyone else.
+// order and publishes immutable copies: AtlasView for tracking, MapSnapshot for everyone else.
 class Mapper {
  public:
   struct Outputs {
-    std::function<void(TrackingViewPtr)> publish_view;
+    std::function<void(AtlasViewPtr)> publish_atlas;
     std::function<void(MapSnapshotPtr)> publish_snapshot;
     std::function<bool()> keyframe_waiting;  // a waiting keyframe interrupts the bundle adjustment
+  };
+
+  struct Counts {
+    int loops = 0;   // closed
+    int merges = 0;  // of submaps
+    int resets = 0;  // submaps given up because they never grew
   };
 
   Mapper(const Camera& camera, const SystemOptions& options, Outputs outputs, StageTimes& times);
 
   void Process(TrackingReport report);
 
-  // Last optimisation, last snapshot (null where there is no map).
-  MapSnapshotPtr Finish();
+  // Last optimisation, last snapshot. The submaps that are left, the one with the most frames first; those
+  // that never grew are dropped. Call once.
+  std::vector<FinishedMap> Finish();
 
-  Trajectory FrameTrajectory() const;
-  Trajectory KeyframeTrajectory() const;
+  Counts GetCounts() const { return counts_; }
 
  private:
-  struct FrameRecord {
-    double timestamp = 0.0;
-    AnchoredPose pose;
-  };
-
-  void StartMap(TrackingReport& report);
+  void BeginSubmap(TrackingReport& report);
+  Submap* Activate(const TrackingReport& report);
   void RecordFrame(TrackingReport& report);
-  void AddKeyframe(const TrackingReport& report);
+  KeyframeId AddKeyframe(const TrackingReport& report);
   void OptimizeLocally(KeyframeId keyframe);
-  void MapObjects();
   void KeepUpright(bool last);
+  void TrackBacklog();
   void PublishView();
   MapSnapshotPtr MakeSnapshot() const;
-  PointLookup LookupPoints();
-  PoseLookup LookupPoses() const;
-  Rigid3d FramePose(const FrameRecord& record) const;  // T_map_camera
+  void FinishSubmap(Submap& submap);
+  bool IsAnywhere(std::int64_t frame_index) const;
 
   Camera camera_;
   SystemOptions options_;
   Outputs outputs_;
   StageTimes& times_;
+  PoseTracker pose_tracker_;
 
-  std::int64_t map_number_ = 0;
-  std::unique_ptr<Map> map_;
-  std::set<PointId> young_points_;
-  std::map<std::int64_t, FrameRecord> frames_;  // by frame index
-  UprightEstimator upright_;
-  ObjectMapper objects_;
-  Rigid3d T_map_origin_;
+  std::map<std::int64_t, Submap> submaps_;  // by number
+  Submap* active_ = nullptr;                // the one that is tracked in
+  AtlasView atlas_;                         // as last published
+  std::optional<Backlog> backlog_;          // of the active submap
+  Counts counts_;
 
   // Of the newest frame, for the snapshot.
   std::int64_t frame_index_ = 0;

@@ -53,7 +53,8 @@ struct MappingOptions {
   FusionOptions fusion;
   CullingOptions culling;
   BundleAdjustmentOptions bundle_adjustment;
-  int final_iterations = 10;  // of the bundle adjustment over the whole map at the end of a run; 0: none
+  int final_iterations = 10;     // of the bundle adjustment over the whole map at the end of a run; 0: none
+  int min_submap_keyframes = 5;  // a submap with fewer is dropped at the end, unless there is no other
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
@@ -62,6 +63,7 @@ struct MappingOptions {
     visit("culling", culling);
     visit("bundle_adjustment", bundle_adjustment);
     visit("final_iterations", final_iterations, 0, 1000);
+    visit("min_submap_keyframes", min_submap_keyframes, 2, 1000);
   }
 };
 

@@ -32,7 +32,7 @@ std::optional<Eigen::Vector3d> ParseGravity(const std::string& text) {
 std::vector<Eigen::Vector3d> ReliablePoints(const Map& map) {
   std::vector<Eigen::Vector3d> points;
   for (const MapPoint& point : map.Points()) {
-    if (point.alive && point.observations.size() >= 3) {
+    if (point.observations.size() >= 3) {
       points.push_back(point.p_map);
     }
   }
@@ -76,7 +76,7 @@ std::optional<Rigid3d> UprightEstimator::UpdateFromMap(const Map& map,
   constexpr KeyframeId kPeriod = 5;  // and later one in so many
   constexpr double kSmallestTurn = 0.2 * std::numbers::pi / 180.0;
   constexpr double kLosesTo = 0.8;  // a later estimate must have nearly the evidence of the best before it
-  const KeyframeId newest = map.NewestKeyframe();
+  const KeyframeId newest = map.NewestKeyframe() - map.OldestKeyframe();
   if (!last && known_ && newest > kEager && newest % kPeriod != 0) {
     return std::nullopt;
   }

@@ -212,6 +212,19 @@ void ObjectMapper::Transform(const Rigid3d& T_new_old) {
 
 void ObjectMapper::Transform(const Sim3d& S_new_old) { impl_->Transform(S_new_old); }
 
+void ObjectMapper::Absorb(ObjectMapper&& other) {
+  Impl& theirs = *other.impl_;
+  for (auto& [id, landmark] : theirs.landmarks) {
+    landmark.estimated_at = 0;
+  }
+  impl_->landmarks.merge(theirs.landmarks);
+  impl_->merged_into.merge(theirs.merged_into);
+  impl_->merges.insert(impl_->merges.end(), theirs.merges.begin(), theirs.merges.end());
+  impl_->deleted.insert(impl_->deleted.end(), theirs.deleted.begin(), theirs.deleted.end());
+  impl_->newest_frame = std::max(impl_->newest_frame, theirs.newest_frame);
+  impl_->Publish();
+}
+
 std::vector<SnapshotObject> ObjectMapper::Objects() const {
   std::vector<SnapshotObject> objects;
   for (const auto& [id, landmark] : impl_->landmarks) {

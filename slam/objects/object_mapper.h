@@ -43,6 +43,10 @@ class ObjectMapper {
   void Transform(const Rigid3d& T_new_old);
   void Transform(const Sim3d& S_new_old);
 
+  // Takes over the landmarks of another submap, which must be in this map's frame already. Those that are the
+  // same object are merged at the next update.
+  void Absorb(ObjectMapper&& other);
+
   std::vector<SnapshotObject> Objects() const;  // those good enough to show, by id
   std::shared_ptr<const ObjectMapView> View() const;
   std::unordered_map<std::int64_t, int> PointObjects() const;  // map point id -> id of a shown object

@@ -112,15 +112,19 @@ void ObjectTracker::Impl::TakeView(const ObjectMapView& newest) {
     track.view = nullptr;
   }
   for (const ObjectLandmarkView& landmark : view.landmarks) {
-    const auto it = tracks.find(landmark.id);
-    if (it != tracks.end()) {
-      it->second.view = &landmark;
-      if (landmark.estimated) {
-        // What passed the outlier removal, plus what was seen since; the rest is background.
-        it->second.point_ids.clear();
-        for (const auto& [point, p] : landmark.points) {
-          it->second.point_ids.insert(point);
-        }
+    const auto [it, is_new] = tracks.try_emplace(landmark.id);
+    SeenLandmark& track = it->second;
+    if (is_new) {
+      // From a submap that was merged into this one.
+      track.labels.Add(landmark.label, 1.0);
+      track.observations = landmark.observations;
+    }
+    track.view = &landmark;
+    if (landmark.estimated) {
+      // What passed the outlier removal, plus what was seen since; the rest is background.
+      track.point_ids.clear();
+      for (const auto& [point, p] : landmark.points) {
+        track.point_ids.insert(point);
       }
     }
   }
@@ -338,6 +342,10 @@ std::vector<ObjectObservation> ObjectTracker::Track(const ObjectFrame& frame, co
   }
   return observations;
 }
+
+void ObjectTracker::StartIdsAt(int id) { impl_->next_id = std::max(impl_->next_id, id); }
+
+int ObjectTracker::NextId() const { return impl_->next_id; }
 
 void ObjectTracker::Transform(const Rigid3d& T_new_old) {
   impl_->Transform({1.0, T_new_old.rotation, T_new_old.translation});

@@ -15,8 +15,8 @@ namespace sqslam {
 //
 //   auto observations = tracker.Track(frame, *mapper_view);
 //
-// Landmark ids are 0, 1, 2, ... in the order of their first sighting. Not thread-safe; deterministic for a
-// seed.
+// Landmark ids are 0, 1, 2, ... in the order of their first sighting, across all submaps. Not thread-safe;
+// deterministic for a seed.
 class ObjectTracker {
  public:
   ObjectTracker(const ObjectOptions& options, std::uint64_t seed);
@@ -28,6 +28,10 @@ class ObjectTracker {
   // where given, takes the duration of the stage tracking.association.
   std::vector<ObjectObservation> Track(const ObjectFrame& frame, const ObjectMapView& view,
                                        StageTimes* times = nullptr);
+
+  // Ids for new landmarks begin no lower than this: other submaps have used the ones below.
+  void StartIdsAt(int id);
+  int NextId() const;
 
   // The map frame was changed: p_new = T_new_old * p_old.
   void Transform(const Rigid3d& T_new_old);

@@ -21,9 +21,7 @@ void NormalizeScale(Map& map) {
   const Keyframe& first = map.Keyframes().begin()->second;
   std::vector<double> depths;
   for (const MapPoint& point : map.Points()) {
-    if (point.alive) {
-      depths.push_back((first.T_camera_map * point.p_map).z());
-    }
+    depths.push_back((first.T_camera_map * point.p_map).z());
   }
   const double scale = 1.0 / Median(std::move(depths));
   for (const auto& [id, keyframe] : map.Keyframes()) {
@@ -109,7 +107,7 @@ std::unique_ptr<Map> Initializer::Build(const TwoViewGeometry& geometry,
                                         std::int64_t frame_index, double timestamp,
                                         const FrameFeaturesPtr& features) const {
   constexpr int kBundleIterations = 20;
-  auto map = std::make_unique<Map>(levels_);
+  auto map = std::make_unique<Map>(levels_, ids_);
   const KeyframeId first = map->AddKeyframe(start_->frame_index, start_->timestamp, {}, start_->features);
   const KeyframeId second = map->AddKeyframe(frame_index, timestamp, geometry.T_camera2_camera1, features);
   for (std::size_t i = 0; i < matches.size(); ++i) {

@@ -13,11 +13,15 @@ namespace sqslam {
 // geometry, triangulates, refines by bundle adjustment and sets the median depth to 1.
 class Initializer {
  public:
-  Initializer(const Camera& camera, const InitializationOptions& options, const ScaleLevels& levels)
-      : camera_(camera), options_(options), levels_(levels) {}
+  Initializer(const Camera& camera, const InitializationOptions& options, const ScaleLevels& levels,
+              std::shared_ptr<IdSource> ids = nullptr)
+      : camera_(camera), options_(options), levels_(levels), ids_(std::move(ids)) {}
 
   // Feeds one frame; returns a map of two keyframes when it is time.
   std::unique_ptr<Map> Add(std::int64_t frame_index, double timestamp, const FrameFeaturesPtr& features);
+
+  // Forgets the first frame: the frames to come have nothing to do with those before.
+  void Reset() { start_.reset(); }
 
   // For people: why there is no map yet.
   std::string Reason() const;
@@ -39,6 +43,7 @@ class Initializer {
   Camera camera_;
   InitializationOptions options_;
   ScaleLevels levels_;
+  std::shared_ptr<IdSource> ids_;
   std::optional<Start> start_;
   std::string refusal_;
   double largest_flow_ = 0.0;  // px, median over the matches

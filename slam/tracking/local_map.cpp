@@ -15,7 +15,7 @@ KeyframeId ExistingKeyframe(const TrackingView& view, KeyframeId id) {
 
 LocalMap FindLocalMap(const TrackingView& view, const std::vector<PointId>& points, KeyframeId last_reference,
                       int max_keyframes) {
-  std::vector<bool> seen(view.points.size(), false);
+  std::vector<bool> seen(static_cast<std::size_t>(view.points.IdBound()), false);
   for (const PointId point : points) {
     if (view.Has(point)) {
       seen[static_cast<std::size_t>(point)] = true;
@@ -42,10 +42,10 @@ LocalMap FindLocalMap(const TrackingView& view, const std::vector<PointId>& poin
   if (static_cast<int>(ranked.size()) > max_keyframes) {
     ranked.resize(static_cast<std::size_t>(max_keyframes));
   }
-  std::vector<bool> added(view.points.size(), false);
+  std::vector<bool> added(static_cast<std::size_t>(view.points.IdBound()), false);
   for (const auto& [shared, id] : ranked) {
     for (const PointId point : view.keyframes.at(id).points) {
-      if (point != kNoPoint && !added[static_cast<std::size_t>(point)] && view.Point(point).alive) {
+      if (point != kNoPoint && !added[static_cast<std::size_t>(point)]) {
         added[static_cast<std::size_t>(point)] = true;
         local.points.push_back(point);
       }

@@ -2,31 +2,22 @@
 
 #include <algorithm>
 
-#include "slam/features/matching.h"
-
 namespace sqslam {
 
 Tracker::Tracker(const Camera& camera, const TrackingOptions& options, const ObjectOptions& objects,
-                 std::uint64_t seed, StageTimes& times)
+                 std::uint64_t seed, std::shared_ptr<IdSource> ids, StageTimes& times)
     : camera_(camera),
       options_(options),
-      levels_(options.features),
       extractor_(options.features),
-      initializer_(camera, options.initialization, levels_),
+      pose_tracker_(camera, options),
+      initializer_(camera, options.initialization, pose_tracker_.Levels(), std::move(ids)),
       object_options_(objects),
       seed_(seed),
-      object_tracker_(objects, seed),
       times_(times) {}
 
-TrackingReport Tracker::Track(const Frame& frame, const TrackingViewPtr& view, int pending_keyframes) {
+TrackingReport Tracker::Track(const Frame& frame, const AtlasViewPtr& atlas, int pending_keyframes) {
   const StageTimes::Scope timer(times_, "tracking");
-  TrackingReport report;
-  report.frame_index = frame.index;
-  report.timestamp = frame.timestamp;
-  report.image_path = frame.image_path;
-  for (const Detection& detection : frame.detections) {
-    report.detections.push_back({detection, -1});
-  }
+  TrackingReport report = StartReport(frame);
   current_ = {};
   current_.index = frame.index;
   current_.timestamp = frame.timestamp;
@@ -35,254 +26,185 @@ TrackingReport Tracker::Track(const Frame& frame, const TrackingViewPtr& view, i
     current_.features =
         std::make_shared<const FrameFeatures>(extractor_.Extract(frame.gray, frame.bgr, camera_));
   }
-  current_.points.assign(current_.features->Size(), kNoPoint);
+  current_.ForgetPoints();
 
-  AdoptView(view);
-  if (!view_) {
-    Initialize(report);
-  } else if (EstimatePose(report)) {
-    const KeyframeDecision decision = DecideKeyframe(pending_keyframes);
-    TrackObjects(frame, report);
-    report.pose = current_.anchor;
-    report.keyframe_postponed = decision == KeyframeDecision::kPostponed;
-    if (decision == KeyframeDecision::kYes) {
-      report.keyframe = KeyframeCandidate{current_.features, current_.points};
-      last_keyframe_index_ = current_.index;
-    }
-    last_ = current_;
+  AdoptAtlas(atlas);
+  if (view_ && (Lost() ? Relocalize(report) : TrackFrame(report))) {
+    FinishTracked(frame, pending_keyframes, report);
   } else {
-    AfterLoss(report);
+    Initialize(report);
   }
-  report.map_number = map_number_;
+  report.submap = submap_;
+  report.S_map_origin = S_map_origin_;
   return report;
 }
 
-void Tracker::Initialize(TrackingReport& report) {
-  const StageTimes::Scope timer(times_, "tracking.initialization");
-  std::unique_ptr<Map> map = initializer_.Add(current_.index, current_.timestamp, current_.features);
-  if (!map) {
-    return;
+TrackingReport Tracker::StartReport(const Frame& frame) const {
+  TrackingReport report;
+  report.frame_index = frame.index;
+  report.timestamp = frame.timestamp;
+  report.image_path = frame.image_path;
+  for (const Detection& detection : frame.detections) {
+    report.detections.push_back({detection, -1});
   }
-  TrackingView view = MakeTrackingView(*map);
-  view.map_number = map_number_;
-  view.objects = std::make_shared<const ObjectMapView>();
-  view_ = std::make_shared<const TrackingView>(std::move(view));
-  const Keyframe& newest = map->At(map->NewestKeyframe());
-  current_.points = newest.points;
-  current_.T_camera_map = newest.T_camera_map;
-  current_.anchor = {newest.id, {}};
-  last_keyframe_index_ = current_.index;
-  last_ = current_;
-  velocity_.reset();
-  report.pose = current_.anchor;
-  report.initial_map = std::move(map);
+  return report;
 }
 
-// Takes the newest view of the map and moves the last pose along with its reference keyframe.
-void Tracker::AdoptView(const TrackingViewPtr& view) {
-  if (!view || !view_ || view->map_number != map_number_ || view == view_) {
+// Takes the newest view of the submap, follows it where it was merged into another one, and moves the last
+// pose along with its reference keyframe.
+void Tracker::AdoptAtlas(const AtlasViewPtr& atlas) {
+  if (!atlas || atlas == atlas_) {
     return;
   }
-  const Rigid3d T_new_old = view->T_map_origin * view_->T_map_origin.Inverse();
-  if (!T_new_old.rotation.isApprox(Eigen::Quaterniond::Identity(), 1e-12)) {
-    object_tracker_.Transform(T_new_old);
+  atlas_ = atlas;
+  const auto origin = atlas->origins.find(submap_);
+  if (origin == atlas->origins.end()) {
+    return;  // the mapping thread has not taken in the submap's beginning yet
   }
-  view_ = view;
-  if (last_) {
-    last_->T_camera_map = last_->anchor.T_camera_reference * view_->PoseOf(last_->anchor.reference);
-    for (PointId& point : last_->points) {
-      point = view_->Resolve(point);
+  const auto& [submap, S_map_origin] = origin->second;
+  const TrackingViewPtr& view = atlas->submaps.at(submap);
+  if (view == view_) {
+    return;
+  }
+  const Sim3d S_new_old = S_map_origin * S_map_origin_.Inverse();
+  if (submap != submap_) {
+    SwitchSubmap(submap, view, atlas->origins.at(submap).S_map_origin);
+  } else {
+    if (S_new_old.scale != 1.0 || !S_new_old.rotation.isApprox(Eigen::Quaterniond::Identity(), 1e-12)) {
+      Objects().Transform(S_new_old);
     }
+    view_ = view;
+    S_map_origin_ = S_map_origin;
+  }
+  MoveLastFrame();
+}
+
+void Tracker::MoveLastFrame() {
+  if (!last_) {
+    return;
+  }
+  const ScaledPose reference = view_->PoseOf(last_->anchor.reference);
+  const double growth = reference.scale / last_->anchor.scale;
+  last_->T_camera_map = Resolve(last_->anchor, reference).T_camera_map;
+  last_->anchor = {last_->anchor.reference, last_->T_camera_map * reference.T_camera_map.Inverse(),
+                   reference.scale};
+  if (velocity_) {
+    velocity_->translation *= growth;
+  }
+  for (PointId& point : last_->points) {
+    point = view_->Resolve(point);
   }
 }
 
-bool Tracker::EstimatePose(TrackingReport& report) {
-  const StageTimes::Scope timer(times_, "tracking.pose");
-  const bool was_lost = Lost();
-  const bool tracked = was_lost ? Recover(report)
-                                : (TrackMotion() || TrackReferenceKeyframe()) &&
-                                      TrackLocalMap(1.0, options_.min_inliers, report);
-  if (!tracked) {
-    return false;
+void Tracker::SwitchSubmap(std::int64_t submap, const TrackingViewPtr& view, const Sim3d& S_map_origin) {
+  int next_id = 0;
+  for (const auto& [number, objects] : object_trackers_) {
+    next_id = std::max(next_id, objects.NextId());
   }
-  const bool consecutive = last_ && !was_lost && last_->index + 1 == current_.index;
+  const auto [objects, is_new] = object_trackers_.try_emplace(submap, object_options_, seed_);
+  objects->second.StartIdsAt(next_id);
+  submap_ = submap;
+  view_ = view;
+  S_map_origin_ = S_map_origin;
+}
+
+bool Tracker::TrackFrame(TrackingReport& report) {
+  const StageTimes::Scope timer(times_, "tracking.pose");
+  const bool tracked = last_ &&
+                       (pose_tracker_.TrackMotion(*view_, *last_, velocity_.value_or(Rigid3d{}), current_) ||
+                        pose_tracker_.TrackReferenceKeyframe(*view_, *last_, current_)) &&
+                       pose_tracker_.TrackLocalMap(*view_, 1.0, options_.min_inliers, current_, report.seen);
   velocity_.reset();
-  if (consecutive) {
+  if (tracked && last_->index + 1 == current_.index) {
     velocity_ = current_.T_camera_map * last_->T_camera_map.Inverse();
   }
-  if (was_lost) {
-    ++recoveries_;
-    lost_frames_ = 0;
-  }
-  return true;
+  return tracked;
 }
 
-// Motion model: the last frame's map points, projected with constant velocity.
-bool Tracker::TrackMotion() {
-  constexpr int kFewMatches = 20;
-  constexpr int kMinInliers = 10;
-  if (!last_) {
-    return false;
-  }
-  current_.T_camera_map = (velocity_ ? *velocity_ : Rigid3d{}) * last_->T_camera_map;
-  for (const double widening : {1.0, 2.0, 4.0}) {
-    std::vector<PredictedPoint> predictions;
-    for (std::size_t i = 0; i < last_->points.size(); ++i) {
-      const PointId id = last_->points[i];
-      if (!view_->Has(id)) {
-        continue;
+// Looks for the place in all submaps.
+bool Tracker::Relocalize(TrackingReport& report) {
+  const StageTimes::Scope timer(times_, "tracking.relocalization");
+  constexpr double kWideSearch = 3.0;
+  for (const auto& [submap, id] : relocalizer_.Candidates(atlas_, submap_, view_, last_, current_)) {
+    const TrackingViewPtr& view = submap == submap_ ? view_ : atlas_->submaps.at(submap);
+    if (pose_tracker_.LocateFrom(*view, view->keyframes.at(id), current_) &&
+        pose_tracker_.TrackLocalMap(*view, kWideSearch, options_.min_inliers, current_, report.seen) &&
+        pose_tracker_.TrackLocalMap(*view, 1.0, options_.min_recovery_inliers, current_, report.seen)) {
+      if (submap != submap_) {
+        SwitchSubmap(submap, view, atlas_->origins.at(submap).S_map_origin);
       }
-      const ViewPoint& point = view_->Point(id);
-      const Eigen::Vector3d p_camera = current_.T_camera_map * point.p_map;
-      if (p_camera.z() <= 0.0) {
-        continue;
-      }
-      const Keypoint& keypoint = last_->features->keypoints[i];
-      predictions.push_back({static_cast<int>(i), camera_.Project(p_camera),
-                             widening * options_.motion_radius * levels_.Scale(keypoint.octave),
-                             std::max(0, keypoint.octave - 1), keypoint.octave + 1,
-                             &last_->features->descriptors[i], keypoint.angle});
-    }
-    std::fill(current_.points.begin(), current_.points.end(), kNoPoint);
-    const auto matches = MatchPredictions(predictions, *current_.features, {}, kLooseDistance, 0.9);
-    for (const PredictionMatch& match : matches) {
-      current_.points[static_cast<std::size_t>(match.keypoint)] =
-          last_->points[static_cast<std::size_t>(match.tag)];
-    }
-    if (static_cast<int>(matches.size()) >= kFewMatches) {
-      Rigid3d predicted = current_.T_camera_map;
-      if (OptimizeCurrentPose() >= kMinInliers) {
-        return true;
-      }
-      current_.T_camera_map = predicted;
+      ++relocalizations_;
+      lost_frames_ = 0;
+      ShareBacklog(report);
+      initializer_.Reset();
+      return true;
     }
   }
   return false;
 }
 
-// Where the motion model fails: descriptors of the reference keyframe, with no assumption on the motion.
-bool Tracker::TrackReferenceKeyframe() {
-  constexpr int kMinMatches = 15;
-  constexpr int kMinInliers = 10;
-  if (!last_) {
-    return false;
+void Tracker::FinishTracked(const Frame& frame, int pending_keyframes, TrackingReport& report) {
+  const KeyframeDecision decision = DecideKeyframe(pending_keyframes);
+  TrackObjects(frame, report);
+  report.pose = current_.anchor;
+  report.keyframe_postponed = decision == KeyframeDecision::kPostponed;
+  if (decision == KeyframeDecision::kYes) {
+    report.keyframe = KeyframeCandidate{current_.features, current_.points};
+    last_keyframe_index_ = current_.index;
   }
-  const auto it = view_->keyframes.find(last_->anchor.reference);
-  const ViewKeyframe& keyframe =
-      it != view_->keyframes.end() ? it->second : view_->keyframes.rbegin()->second;
-  std::vector<bool> use(keyframe.points.size());
-  std::transform(keyframe.points.begin(), keyframe.points.end(), use.begin(),
-                 [](PointId p) { return p != kNoPoint; });
-  const auto matches = MatchAll(*keyframe.features, *current_.features, use, {}, kStrictDistance, 0.7);
-  std::fill(current_.points.begin(), current_.points.end(), kNoPoint);
-  for (const auto& [i, j] : matches) {
-    current_.points[static_cast<std::size_t>(j)] = keyframe.points[static_cast<std::size_t>(i)];
-  }
-  if (static_cast<int>(matches.size()) < kMinMatches) {
-    return false;
-  }
-  current_.T_camera_map = last_->T_camera_map;
-  return OptimizeCurrentPose() >= kMinInliers;
+  last_ = current_;
+  untracked_.clear();
 }
 
-// Searches the points of all keyframes that see the same part of the scene, and refines the pose with all of
-// them.
-bool Tracker::TrackLocalMap(double radius_factor, int min_inliers, TrackingReport& report) {
-  constexpr double kMinViewCosine = 0.5;
-  constexpr double kFrontalCosine = 0.998;
-  const KeyframeId start = current_.anchor.reference != kNoKeyframe ? current_.anchor.reference
-                           : last_                                  ? last_->anchor.reference
-                                                                    : view_->keyframes.rbegin()->first;
-  const LocalMap local = FindLocalMap(*view_, current_.points, start, options_.max_local_keyframes);
-  std::vector<bool> matched(view_->points.size(), false);
-  std::vector<bool> taken(current_.points.size(), false);
-  for (std::size_t i = 0; i < current_.points.size(); ++i) {
-    if (view_->Has(current_.points[i])) {
-      matched[static_cast<std::size_t>(current_.points[i])] = true;
-      taken[i] = true;
-    }
+// Without a map, or where tracking has been lost for long: tries to begin a submap.
+void Tracker::Initialize(TrackingReport& report) {
+  report.seen = {};
+  current_.ForgetPoints();
+  if (view_) {
+    losses_ += lost_frames_ == 0 ? 1 : 0;
+    ++lost_frames_;
+    velocity_.reset();
   }
-  const Eigen::Vector3d center = current_.T_camera_map.Inverse().translation;
-  std::vector<PredictedPoint> predictions;
-  for (const PointId id : local.points) {
-    const ViewPoint& point = view_->Point(id);
-    const Eigen::Vector3d p_camera = current_.T_camera_map * point.p_map;
-    if (p_camera.z() <= 0.0) {
-      continue;
-    }
-    const Eigen::Vector2d pixel = camera_.Project(p_camera);
-    const Eigen::Vector3d ray = point.p_map - center;
-    const double distance = ray.norm();
-    const double cosine = ray.dot(point.normal) / distance;
-    if (pixel.x() < 0.0 || pixel.y() < 0.0 || pixel.x() >= camera_.width || pixel.y() >= camera_.height ||
-        distance < point.min_distance || distance > point.max_distance || cosine < kMinViewCosine) {
-      continue;
-    }
-    report.visible.push_back(id);
-    if (matched[static_cast<std::size_t>(id)]) {
-      continue;
-    }
-    const int octave = levels_.PredictOctave(distance, point.max_distance);
-    const double radius = radius_factor * (cosine > kFrontalCosine ? 2.5 : 4.0) * levels_.Scale(octave);
-    predictions.push_back(
-        {static_cast<int>(id), pixel, radius, std::max(0, octave - 1), octave, &point.descriptor, -1.0F});
+  std::unique_ptr<Map> map;
+  if (!view_ || lost_frames_ > options_.submap_after) {
+    const StageTimes::Scope timer(times_, "tracking.initialization");
+    map = initializer_.Add(current_.index, current_.timestamp, current_.features);
   }
-  for (const PredictionMatch& match :
-       MatchPredictions(predictions, *current_.features, taken, kLooseDistance, 0.8)) {
-    current_.points[static_cast<std::size_t>(match.keypoint)] = match.tag;
+  if (!map) {
+    RememberUntracked();
+    return;
   }
-  current_inliers_ = OptimizeCurrentPose();
-  if (current_inliers_ < min_inliers) {
-    return false;
-  }
-  for (const PointId point : current_.points) {
-    if (point != kNoPoint) {
-      report.found.push_back(point);
-    }
-  }
-  const Rigid3d& T_reference_map = view_->PoseOf(local.reference);
-  current_.anchor = {local.reference, current_.T_camera_map * T_reference_map.Inverse()};
-  return true;
-}
-
-// Refines the pose from all matches and forgets the matches that don't fit; returns how many do.
-int Tracker::OptimizeCurrentPose() {
-  std::vector<PointObservation> observations;
-  std::vector<std::size_t> keypoints;
-  for (std::size_t i = 0; i < current_.points.size(); ++i) {
-    if (!view_->Has(current_.points[i])) {
-      current_.points[i] = kNoPoint;
-      continue;
-    }
-    const Keypoint& keypoint = current_.features->keypoints[i];
-    observations.push_back(
-        {view_->Point(current_.points[i]).p_map, keypoint.pixel, levels_.Variance(keypoint.octave), true});
-    keypoints.push_back(i);
-  }
-  const int inliers = OptimizePose(camera_, observations, current_.T_camera_map);
-  for (std::size_t i = 0; i < observations.size(); ++i) {
-    if (!observations[i].inlier) {
-      current_.points[keypoints[i]] = kNoPoint;
-    }
-  }
-  return inliers;
-}
-
-// A young map that tracking can't get back to is given up; an older one is kept for recovery.
-void Tracker::AfterLoss(TrackingReport& report) {
-  losses_ += lost_frames_ == 0 ? 1 : 0;
-  ++lost_frames_;
+  TrackingView view = MakeTrackingView(*map);
+  view.submap = submaps_begun_;
+  view.objects = std::make_shared<const ObjectMapView>();
+  SwitchSubmap(submaps_begun_++, std::make_shared<const TrackingView>(std::move(view)), {});
+  const Keyframe& newest = map->At(map->NewestKeyframe());
+  current_.points = newest.points;
+  current_.T_camera_map = newest.T_camera_map;
+  current_.anchor = {newest.id, {}, newest.scale};
+  last_keyframe_index_ = current_.index;
+  lost_frames_ = 0;
   velocity_.reset();
-  report.visible.clear();
-  report.found.clear();
-  if (static_cast<int>(view_->keyframes.size()) < options_.reset_keyframes &&
-      lost_frames_ >= options_.reset_frames) {
-    ++resets_;
-    ++map_number_;
-    view_.reset();
-    last_.reset();
-    lost_frames_ = 0;
-    object_tracker_ = ObjectTracker(object_options_, seed_);
+  last_ = current_;
+  ShareBacklog(report);
+  report.pose = current_.anchor;
+  report.initial_map = std::move(map);
+}
+
+void Tracker::RememberUntracked() {
+  if (options_.max_backlog == 0) {
+    return;
+  }
+  if (static_cast<int>(untracked_.size()) == options_.max_backlog) {
+    untracked_.erase(untracked_.begin());
+  }
+  untracked_.push_back(current_);
+}
+
+void Tracker::ShareBacklog(TrackingReport& report) {
+  if (!untracked_.empty()) {
+    report.backlog = Backlog{current_, std::move(untracked_)};
+    untracked_ = {};
   }
 }
 
@@ -297,7 +219,7 @@ Tracker::KeyframeDecision Tracker::DecideKeyframe(int pending_keyframes) const {
   const auto reference_points = std::count_if(points.begin(), points.end(), [&](PointId id) {
     return id != kNoPoint && (young || view_->Point(id).well_observed);
   });
-  const double tracked_share = current_inliers_ / std::max(1.0, static_cast<double>(reference_points));
+  const double tracked_share = current_.inliers / std::max(1.0, static_cast<double>(reference_points));
   if (interval < options.max_interval && tracked_share >= options.tracked_share) {
     return KeyframeDecision::kNo;
   }
@@ -320,8 +242,7 @@ void Tracker::TrackObjects(const Frame& frame, TrackingReport& report) {
                                      view_->Point(current_.points[i]).p_map});
     }
   }
-  report.objects = object_tracker_.Track(object_frame, *view_->objects, &times_);
-  report.T_map_origin = view_->T_map_origin;
+  report.objects = Objects().Track(object_frame, *view_->objects, &times_);
   for (const ObjectObservation& o : report.objects) {
     report.detections[static_cast<std::size_t>(o.detection_index)].object_id = o.object_id;
   }

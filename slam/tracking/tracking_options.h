@@ -49,8 +49,8 @@ struct TrackingOptions {
   int min_inliers = 25;           // map points a tracked frame needs
   int min_recovery_inliers = 50;  // map points a frame needs to end a loss
   int max_local_keyframes = 40;   // keyframes whose points are searched in each frame
-  int reset_keyframes = 5;        // a map with fewer keyframes is given up when tracking is lost ...
-  int reset_frames = 30;          // ... for so many frames
+  int submap_after = 15;          // lost frames after which a new submap may begin
+  int max_backlog = 150;          // frames without a pose that are kept to be tracked backward
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
@@ -61,8 +61,8 @@ struct TrackingOptions {
     visit("min_inliers", min_inliers, 10, 1000);
     visit("min_recovery_inliers", min_recovery_inliers, 10, 1000);
     visit("max_local_keyframes", max_local_keyframes, 2, 1000);
-    visit("reset_keyframes", reset_keyframes, 0, 1000);
-    visit("reset_frames", reset_frames, 1, 10000);
+    visit("submap_after", submap_after, 1, 10000);
+    visit("max_backlog", max_backlog, 0, 10000);
   }
 };
 

@@ -55,7 +55,7 @@ int CountBrokenReferences(const Map& map) {
     for (const Observation& o : point.observations) {
       const bool returned = map.HasKeyframe(o.keyframe) &&
                             map.At(o.keyframe).points[static_cast<std::size_t>(o.keypoint)] == point.id;
-      broken += point.alive && returned ? 0 : 1;
+      broken += returned ? 0 : 1;
     }
   }
   for (const auto& [id, keyframe] : map.Keyframes()) {

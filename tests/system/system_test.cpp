@@ -60,7 +60,7 @@ TEST(System, MapsATexturedWorld) {
   const SystemRun run = RunPath(path, TestOptions(false));
   ASSERT_NE(run.result.map, nullptr) << run.result.no_map_reason;
   EXPECT_EQ(run.result.frames, 120);
-  EXPECT_GE(run.result.tracked, 100);
+  EXPECT_EQ(run.result.tracked, 120);  // those before the map began are tracked backward
   EXPECT_EQ(run.result.losses, 0);
   EXPECT_LT(TrajectoryError(run, path), 0.02);
   EXPECT_GE(run.result.keyframes.size(), 3U);
@@ -98,10 +98,40 @@ TEST(System, RecoversAfterAShortLoss) {
   const SystemRun run = RunPath(path, TestOptions(true), {60, 61, 62, 63});
   ASSERT_NE(run.result.map, nullptr);
   EXPECT_EQ(run.result.losses, 1);
-  EXPECT_EQ(run.result.recoveries, 1);
+  EXPECT_EQ(run.result.relocalizations, 1);
   EXPECT_EQ(run.result.resets, 0);
   EXPECT_LT(TrajectoryError(run, path), 0.02);
   EXPECT_NEAR(run.result.trajectory.back().timestamp, 109.0 / 30.0, 1e-6);
+}
+
+// What a mirror shows is another place with a geometry of its own.
+Frame Mirrored(Frame frame) {
+  cv::flip(frame.gray, frame.gray, 1);
+  cv::flip(frame.bgr, frame.bgr, 1);
+  return frame;
+}
+
+TEST(System, BeginsASubmapInAPlaceItDoesNotKnowAndFindsBack) {
+  const TexturedWorld world;
+  const std::vector<Rigid3d> path = HandHeldPath(170);
+  System system(world.GetCamera(), TestOptions(true), [](const MapSnapshotPtr&) {});
+  TrackingState state = TrackingState::kNotInitialized;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const Frame frame = world.Render(static_cast<std::int64_t>(i), path[i]);
+    const bool elsewhere = i >= 60 && i < 130;
+    state = system.Process(elsewhere ? Mirrored(frame) : frame);
+  }
+  EXPECT_EQ(state, TrackingState::kTracking);
+  const RunResult result = system.Finish();
+  ASSERT_NE(result.map, nullptr);
+  EXPECT_EQ(result.losses, 2);
+  EXPECT_EQ(result.relocalizations, 1);
+  ASSERT_EQ(result.others.size(), 1U);
+  // Nothing is thrown away: all frames are in one of the two maps.
+  EXPECT_GE(result.trajectory.size(), 98U);
+  EXPECT_GE(result.others[0].trajectory.size(), 68U);
+  EXPECT_NEAR(result.trajectory.back().timestamp, 169.0 / 30.0, 1e-6);
+  EXPECT_NEAR(result.others[0].trajectory.front().timestamp, 60.0 / 30.0, 0.1);
 }
 
 TEST(System, SaysWhyAStaticCameraGivesNoMap) {

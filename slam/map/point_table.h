@@ -1,0 +1,130 @@
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "slam/map/ids.h"
+
+namespace sqslam {
+
+// Values by PointId: constant-time access, iteration in the order of ids, and memory that follows the values
+// that are alive. What a removed id was replaced by stays known. A reference stays valid until the next
+// Add().
+template <typename Value>
+class PointTable {
+ public:
+  void Add(PointId id, Value value) {
+    if (id >= static_cast<PointId>(entries_.size())) {
+      entries_.resize(static_cast<std::size_t>(id) + 1, kGone);
+    }
+    if (free_.empty()) {
+      Entry(id) = static_cast<std::int64_t>(values_.size());
+      values_.push_back(std::move(value));
+    } else {
+      Entry(id) = free_.back();
+      values_[static_cast<std::size_t>(free_.back())] = std::move(value);
+      free_.pop_back();
+    }
+  }
+
+  void Remove(PointId id, PointId replaced_by = kNoPoint) {
+    const std::int64_t slot = Entry(id);
+    values_[static_cast<std::size_t>(slot)] = Value{};
+    free_.push_back(slot);
+    Entry(id) = replaced_by == kNoPoint ? kGone : kFirstReplaced - replaced_by;
+  }
+
+  // Takes all values and replacements of another table; no id may be alive in both.
+  void Absorb(PointTable&& other) {
+    if (other.entries_.size() > entries_.size()) {
+      entries_.resize(other.entries_.size(), kGone);
+    }
+    for (std::size_t i = 0; i < other.entries_.size(); ++i) {
+      const std::int64_t entry = other.entries_[i];
+      if (entry >= 0) {
+        Add(static_cast<PointId>(i), std::move(other.values_[static_cast<std::size_t>(entry)]));
+      } else if (entry <= kFirstReplaced && entries_[i] == kGone) {
+        entries_[i] = entry;
+      }
+    }
+    other = {};
+  }
+
+  bool IsAlive(PointId id) const {
+    return id >= 0 && id < static_cast<PointId>(entries_.size()) &&
+           entries_[static_cast<std::size_t>(id)] >= 0;
+  }
+  Value& At(PointId id) { return values_[static_cast<std::size_t>(Entry(id))]; }
+  const Value& At(PointId id) const {
+    return values_[static_cast<std::size_t>(entries_[static_cast<std::size_t>(id)])];
+  }
+
+  // Follows replacements; kNoPoint where the value is gone.
+  PointId Resolve(PointId id) const {
+    while (id >= 0 && id < static_cast<PointId>(entries_.size())) {
+      const std::int64_t entry = entries_[static_cast<std::size_t>(id)];
+      if (entry >= 0) {
+        return id;
+      }
+      id = entry == kGone ? kNoPoint : kFirstReplaced - entry;
+    }
+    return kNoPoint;
+  }
+
+  int Size() const { return static_cast<int>(values_.size() - free_.size()); }  // of what is alive
+  int Slots() const { return static_cast<int>(values_.size()); }             // values that memory is held for
+  PointId IdBound() const { return static_cast<PointId>(entries_.size()); }  // every id is below
+
+  // The same ids and replacements with other values.
+  template <typename Other, typename Convert>
+  PointTable<Other> Map(Convert&& convert) const {
+    PointTable<Other> result;
+    result.entries_ = entries_;
+    result.free_ = free_;
+    result.values_.reserve(values_.size());
+    for (const Value& value : values_) {
+      result.values_.push_back(convert(value));
+    }
+    return result;
+  }
+
+  // Iterates over the values that are alive, in the order of ids.
+  class Iterator {
+   public:
+    Iterator(const PointTable* table, PointId id) : table_(table), id_(id) { Skip(); }
+    const Value& operator*() const { return table_->At(id_); }
+    Iterator& operator++() {
+      ++id_;
+      Skip();
+      return *this;
+    }
+    bool operator!=(const Iterator& other) const { return id_ != other.id_; }
+
+   private:
+    void Skip() {
+      while (id_ < table_->IdBound() && !table_->IsAlive(id_)) {
+        ++id_;
+      }
+    }
+    const PointTable* table_;
+    PointId id_;
+  };
+  Iterator begin() const { return {this, 0}; }
+  Iterator end() const { return {this, IdBound()}; }
+
+ private:
+  template <typename Other>
+  friend class PointTable;
+
+  static constexpr std::int64_t kGone = -1;
+  static constexpr std::int64_t kFirstReplaced = -2;  // -2 - id: replaced by id
+
+  std::int64_t& Entry(PointId id) { return entries_[static_cast<std::size_t>(id)]; }
+
+  std::vector<std::int64_t> entries_;  // by id: index into values_, or kGone, or a replacement
+  std::vector<Value> values_;
+  std::vector<std::int64_t> free_;  // unused indices of values_
+};
+
+}  // namespace sqslam

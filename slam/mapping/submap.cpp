@@ -1,0 +1,108 @@
+#include "slam/mapping/submap.h"
+
+namespace sqslam {
+
+Submap::Submap(std::int64_t number, std::unique_ptr<sqslam::Map> map, const SystemOptions& options)
+    : number_(number),
+      map_(std::move(map)),
+      upright_(options.gravity, options.objects.gravity, static_cast<std::uint64_t>(options.seed)),
+      objects_(options.objects, static_cast<std::uint64_t>(options.seed)) {
+  for (const auto& [id, keyframe] : map_->Keyframes()) {
+    RecordFrame(keyframe.frame_index, keyframe.timestamp, {id, {}, keyframe.scale});
+  }
+}
+
+void Submap::RecordFrame(std::int64_t index, double timestamp, const AnchoredPose& pose) {
+  frames_[index] = {timestamp, pose};
+}
+
+Rigid3d Submap::PoseOf(const FrameRecord& record) const {
+  return Resolve(record.pose, map_->PoseOf(record.pose.reference)).T_camera_map.Inverse();
+}
+
+std::optional<Rigid3d> Submap::FramePose(std::int64_t index) const {
+  const auto it = frames_.find(index);
+  return it != frames_.end() ? std::optional(PoseOf(it->second)) : std::nullopt;
+}
+
+std::optional<Rigid3d> Submap::KeepUpright(bool last) {
+  const std::optional<Rigid3d> T_new_old = upright_.Update(*map_, objects_.View()->landmarks, last);
+  if (T_new_old) {
+    Transform({1.0, T_new_old->rotation, T_new_old->translation});
+  }
+  return T_new_old;
+}
+
+void Submap::MapObjects(const Camera& camera, bool all) {
+  objects_.SetUpright(upright_.Known(), upright_.SupportHeight());
+  if (all) {
+    objects_.UpdateAll(LookupPoints(), camera, LookupPoses());
+  } else {
+    objects_.Update(LookupPoints(), camera, LookupPoses());
+  }
+}
+
+void Submap::Transform(const Sim3d& S_new_old) {
+  map_->Transform(S_new_old);
+  objects_.Transform(S_new_old);
+}
+
+void Submap::Absorb(Submap&& other) {
+  map_->Absorb(std::move(*other.map_));
+  young_points_.merge(other.young_points_);
+  frames_.merge(other.frames_);
+  objects_.Absorb(std::move(other.objects_));
+}
+
+PointLookup Submap::LookupPoints() const {
+  return [this](std::int64_t& id) -> std::optional<Eigen::Vector3d> {
+    id = map_->Resolve(id);
+    return id == kNoPoint ? std::nullopt : std::optional(map_->Point(id).p_map);
+  };
+}
+
+PoseLookup Submap::LookupPoses() const {
+  return [this](std::int64_t frame_index) { return FramePose(frame_index); };
+}
+
+TrackingViewPtr Submap::MakeView() const {
+  TrackingView view = MakeTrackingView(*map_);
+  view.submap = number_;
+  view.gravity_known = upright_.Known();
+  view.objects = objects_.View();
+  return std::make_shared<const TrackingView>(std::move(view));
+}
+
+void Submap::FillSnapshot(MapSnapshot& snapshot) const {
+  for (const auto& [id, keyframe] : map_->Keyframes()) {
+    snapshot.keyframes.push_back(
+        {id, keyframe.frame_index, keyframe.timestamp, keyframe.T_camera_map.Inverse()});
+  }
+  const auto object_of = objects_.PointObjects();
+  for (const MapPoint& point : map_->Points()) {
+    const auto it = object_of.find(point.id);
+    snapshot.points.push_back(
+        {point.p_map.cast<float>(), point.rgb, it != object_of.end() ? it->second : -1});
+  }
+  snapshot.objects = objects_.Objects();
+  snapshot.gravity_known = upright_.Known();
+  snapshot.support_height = upright_.SupportHeight();
+}
+
+Trajectory Submap::FrameTrajectory() const {
+  Trajectory trajectory;
+  for (const auto& [index, record] : frames_) {
+    trajectory.push_back({record.timestamp, PoseOf(record)});
+  }
+  return trajectory;
+}
+
+Trajectory Submap::KeyframeTrajectory() const {
+  Trajectory trajectory;
+  for (const auto& [id, keyframe] : map_->Keyframes()) {
+    trajectory.push_back({keyframe.timestamp, keyframe.T_camera_map.Inverse()});
+  }
+  return trajectory;
+}
+
+}  // namespace sqslam

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+
+#include "slam/io/trajectory.h"
+#include "slam/map/snapshot.h"
+#include "slam/map/tracking_view.h"
+#include "slam/mapping/upright.h"
+#include "slam/objects/object_mapper.h"
+#include "slam/system_options.h"
+#include "slam/tracking/tracking_report.h"
+
+namespace sqslam {
+
+// One connected map with all that belongs to it. Its frame begins as the first camera's.
+class Submap {
+ public:
+  Submap(std::int64_t number, std::unique_ptr<Map> map, const SystemOptions& options);
+
+  std::int64_t Number() const { return number_; }
+  sqslam::Map& Map() { return *map_; }
+  const sqslam::Map& Map() const { return *map_; }
+  std::set<PointId>& YoungPoints() { return young_points_; }
+  ObjectMapper& Objects() { return objects_; }
+
+  // Frames by their anchors, see AnchoredPose.
+  void RecordFrame(std::int64_t index, double timestamp, const AnchoredPose& pose);
+  bool HasFrame(std::int64_t index) const { return frames_.contains(index); }
+  int NumFrames() const { return static_cast<int>(frames_.size()); }
+  std::optional<Rigid3d> FramePose(std::int64_t index) const;  // T_map_camera
+
+  // Turns the map upright where that is known better now. Returns how the frame was moved.
+  std::optional<Rigid3d> KeepUpright(bool last);
+
+  // Estimates the objects that were seen since, or all of them.
+  void MapObjects(const Camera& camera, bool all);
+
+  // Moves everything: p_new = S_new_old * p_old.
+  void Transform(const Sim3d& S_new_old);
+
+  // Takes over what another submap holds, which must be in this one's frame already.
+  void Absorb(Submap&& other);
+
+  TrackingViewPtr MakeView() const;
+  void FillSnapshot(MapSnapshot& snapshot) const;  // keyframes, points, objects, upright
+  Trajectory FrameTrajectory() const;
+  Trajectory KeyframeTrajectory() const;
+
+ private:
+  struct FrameRecord {
+    double timestamp = 0.0;
+    AnchoredPose pose;
+  };
+  Rigid3d PoseOf(const FrameRecord& record) const;  // T_map_camera
+  PointLookup LookupPoints() const;
+  PoseLookup LookupPoses() const;
+
+  std::int64_t number_;
+  std::unique_ptr<sqslam::Map> map_;
+  std::set<PointId> young_points_;              // not yet proven, see CullPoints()
+  std::map<std::int64_t, FrameRecord> frames_;  // by frame index
+  UprightEstimator upright_;
+  ObjectMapper objects_;
+};
+
+}  // namespace sqslam

@@ -1,0 +1,210 @@
+#include "slam/tracking/pose_tracker.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/core/eigen.hpp>
+
+#include "slam/estimation/pose_optimization.h"
+#include "slam/features/matching.h"
+#include "slam/tracking/local_map.h"
+
+namespace sqslam {
+namespace {
+
+constexpr int kMinInliers = 10;
+
+// Pairs (keypoint of the keyframe that has a map point, keypoint of the frame).
+std::vector<std::pair<int, int>> MatchDescriptors(const ViewKeyframe& keyframe, const TrackedFrame& frame,
+                                                  double ratio) {
+  std::vector<bool> use(keyframe.points.size());
+  std::transform(keyframe.points.begin(), keyframe.points.end(), use.begin(),
+                 [](PointId p) { return p != kNoPoint; });
+  return MatchAll(*keyframe.features, *frame.features, use, {}, kStrictDistance, ratio);
+}
+
+// Pose from points and pixels with outliers, in closed form on samples of three.
+std::optional<Rigid3d> LocateByP3P(const Camera& camera, const std::vector<cv::Point3d>& points,
+                                   const std::vector<cv::Point2d>& pixels, std::vector<int>& inliers) {
+  constexpr int kIterations = 300;
+  constexpr float kMaxError = 4.0F;  // px
+  constexpr double kConfidence = 0.99;
+  const cv::Matx33d K(camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0);
+  cv::Mat rotation_vector;
+  cv::Mat translation;
+  if (!cv::solvePnPRansac(points, pixels, K, cv::noArray(), rotation_vector, translation, false, kIterations,
+                          kMaxError, kConfidence, inliers, cv::SOLVEPNP_AP3P)) {
+    return std::nullopt;
+  }
+  cv::Mat rotation;
+  cv::Rodrigues(rotation_vector, rotation);
+  Eigen::Matrix3d R;
+  Eigen::Vector3d t;
+  cv::cv2eigen(rotation, R);
+  cv::cv2eigen(translation, t);
+  return Rigid3d{Eigen::Quaterniond(R).normalized(), t};
+}
+
+}  // namespace
+
+PoseTracker::PoseTracker(const Camera& camera, const TrackingOptions& options)
+    : camera_(camera), options_(options), levels_(options.features) {}
+
+bool PoseTracker::TrackMotion(const TrackingView& view, const TrackedFrame& last, const Rigid3d& T_frame_last,
+                              TrackedFrame& frame) const {
+  constexpr int kFewMatches = 20;
+  const Rigid3d predicted = T_frame_last * last.T_camera_map;
+  for (const double widening : {1.0, 2.0, 4.0}) {
+    frame.T_camera_map = predicted;
+    std::vector<PredictedPoint> predictions;
+    for (std::size_t i = 0; i < last.points.size(); ++i) {
+      if (!view.Has(last.points[i])) {
+        continue;
+      }
+      const Eigen::Vector3d p_camera = predicted * view.Point(last.points[i]).p_map;
+      if (p_camera.z() <= 0.0) {
+        continue;
+      }
+      const Keypoint& keypoint = last.features->keypoints[i];
+      predictions.push_back({static_cast<int>(i), camera_.Project(p_camera),
+                             widening * options_.motion_radius * levels_.Scale(keypoint.octave),
+                             std::max(0, keypoint.octave - 1), keypoint.octave + 1,
+                             &last.features->descriptors[i], keypoint.angle});
+    }
+    frame.ForgetPoints();
+    const auto matches = MatchPredictions(predictions, *frame.features, {}, kLooseDistance, 0.9);
+    for (const PredictionMatch& match : matches) {
+      frame.points[static_cast<std::size_t>(match.keypoint)] =
+          last.points[static_cast<std::size_t>(match.tag)];
+    }
+    if (static_cast<int>(matches.size()) >= kFewMatches && Optimize(view, kMinInliers, frame)) {
+      frame.anchor.reference = last.anchor.reference;
+      return true;
+    }
+  }
+  return false;
+}
+
+bool PoseTracker::TrackReferenceKeyframe(const TrackingView& view, const TrackedFrame& last,
+                                         TrackedFrame& frame) const {
+  constexpr int kMinMatches = 15;
+  const auto it = view.keyframes.find(last.anchor.reference);
+  const ViewKeyframe& keyframe = it != view.keyframes.end() ? it->second : view.keyframes.rbegin()->second;
+  const auto matches = MatchDescriptors(keyframe, frame, 0.7);
+  frame.ForgetPoints();
+  for (const auto& [i, j] : matches) {
+    frame.points[static_cast<std::size_t>(j)] = keyframe.points[static_cast<std::size_t>(i)];
+  }
+  frame.T_camera_map = last.T_camera_map;
+  frame.anchor.reference = keyframe.id;
+  return static_cast<int>(matches.size()) >= kMinMatches && Optimize(view, kMinInliers, frame);
+}
+
+bool PoseTracker::TrackLocalMap(const TrackingView& view, double radius_factor, int min_inliers,
+                                TrackedFrame& frame, SeenPoints& seen) const {
+  constexpr double kMinViewCosine = 0.5;
+  constexpr double kFrontalCosine = 0.998;
+  seen = {};
+  const LocalMap local =
+      FindLocalMap(view, frame.points, frame.anchor.reference, options_.max_local_keyframes);
+  std::vector<bool> matched(static_cast<std::size_t>(view.points.IdBound()), false);
+  std::vector<bool> taken(frame.points.size(), false);
+  for (std::size_t i = 0; i < frame.points.size(); ++i) {
+    if (view.Has(frame.points[i])) {
+      matched[static_cast<std::size_t>(frame.points[i])] = true;
+      taken[i] = true;
+    }
+  }
+  const Eigen::Vector3d center = frame.T_camera_map.Inverse().translation;
+  std::vector<PredictedPoint> predictions;
+  for (const PointId id : local.points) {
+    const ViewPoint& point = view.Point(id);
+    const Eigen::Vector3d p_camera = frame.T_camera_map * point.p_map;
+    if (p_camera.z() <= 0.0) {
+      continue;
+    }
+    const Eigen::Vector2d pixel = camera_.Project(p_camera);
+    const Eigen::Vector3d ray = point.p_map - center;
+    const double distance = ray.norm();
+    const double cosine = ray.dot(point.normal) / distance;
+    if (pixel.x() < 0.0 || pixel.y() < 0.0 || pixel.x() >= camera_.width || pixel.y() >= camera_.height ||
+        distance < point.min_distance || distance > point.max_distance || cosine < kMinViewCosine) {
+      continue;
+    }
+    seen.visible.push_back(id);
+    if (matched[static_cast<std::size_t>(id)]) {
+      continue;
+    }
+    const int octave = levels_.PredictOctave(distance, point.max_distance);
+    const double radius = radius_factor * (cosine > kFrontalCosine ? 2.5 : 4.0) * levels_.Scale(octave);
+    predictions.push_back(
+        {static_cast<int>(id), pixel, radius, std::max(0, octave - 1), octave, &point.descriptor, -1.0F});
+  }
+  for (const PredictionMatch& match :
+       MatchPredictions(predictions, *frame.features, taken, kLooseDistance, 0.8)) {
+    frame.points[static_cast<std::size_t>(match.keypoint)] = match.tag;
+  }
+  if (!Optimize(view, min_inliers, frame)) {
+    return false;
+  }
+  std::copy_if(frame.points.begin(), frame.points.end(), std::back_inserter(seen.found),
+               [](PointId point) { return point != kNoPoint; });
+  const ScaledPose reference = view.PoseOf(local.reference);
+  frame.anchor = {local.reference, frame.T_camera_map * reference.T_camera_map.Inverse(), reference.scale};
+  return true;
+}
+
+bool PoseTracker::LocateFrom(const TrackingView& view, const ViewKeyframe& keyframe,
+                             TrackedFrame& frame) const {
+  constexpr int kMinMatches = 15;
+  const auto matches = MatchDescriptors(keyframe, frame, 0.75);
+  if (static_cast<int>(matches.size()) < kMinMatches) {
+    return false;
+  }
+  std::vector<cv::Point3d> points;
+  std::vector<cv::Point2d> pixels;
+  for (const auto& [i, j] : matches) {
+    const Eigen::Vector3d& p = view.Point(keyframe.points[static_cast<std::size_t>(i)]).p_map;
+    const Eigen::Vector2d& pixel = frame.features->keypoints[static_cast<std::size_t>(j)].pixel;
+    points.emplace_back(p.x(), p.y(), p.z());
+    pixels.emplace_back(pixel.x(), pixel.y());
+  }
+  std::vector<int> inliers;
+  const std::optional<Rigid3d> T_camera_map = LocateByP3P(camera_, points, pixels, inliers);
+  if (!T_camera_map || static_cast<int>(inliers.size()) < kMinInliers) {
+    return false;
+  }
+  frame.T_camera_map = *T_camera_map;
+  frame.ForgetPoints();
+  for (const int inlier : inliers) {
+    const auto& [i, j] = matches[static_cast<std::size_t>(inlier)];
+    frame.points[static_cast<std::size_t>(j)] = keyframe.points[static_cast<std::size_t>(i)];
+  }
+  frame.anchor = {keyframe.id, {}, keyframe.pose.scale};
+  return Optimize(view, kMinInliers, frame);
+}
+
+// Refines the pose from all matches and forgets the matches that don't fit.
+bool PoseTracker::Optimize(const TrackingView& view, int min_inliers, TrackedFrame& frame) const {
+  std::vector<PointObservation> observations;
+  std::vector<std::size_t> keypoints;
+  for (std::size_t i = 0; i < frame.points.size(); ++i) {
+    if (!view.Has(frame.points[i])) {
+      frame.points[i] = kNoPoint;
+      continue;
+    }
+    const Keypoint& keypoint = frame.features->keypoints[i];
+    observations.push_back(
+        {view.Point(frame.points[i]).p_map, keypoint.pixel, levels_.Variance(keypoint.octave), true});
+    keypoints.push_back(i);
+  }
+  frame.inliers = OptimizePose(camera_, observations, frame.T_camera_map);
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    if (!observations[i].inlier) {
+      frame.points[keypoints[i]] = kNoPoint;
+    }
+  }
+  return frame.inliers >= min_inliers;
+}
+
+}  // namespace sqslam
