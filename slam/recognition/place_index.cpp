@@ -8,18 +8,19 @@ void PlaceIndex::Add(KeyframeId id, const BagOfWords& bow) {
   Remove(id);
   int slot = static_cast<int>(keyframes_.size());
   if (free_slots_.empty()) {
-    keyframes_.emplace_back();
+    keyframes_.push_back(id);
   } else {
     slot = free_slots_.back();
     free_slots_.pop_back();
-  }
-  Slot& keyframe = keyframes_[static_cast<std::size_t>(slot)];
-  keyframe.id = id;
-  for (const WordWeight& entry : bow.words) {
-    keyframe.words.push_back(entry.word);
-    postings_[entry.word].push_back({slot, entry.weight});
+    keyframes_[static_cast<std::size_t>(slot)] = id;
   }
   slots_[id] = slot;
+  const auto before = static_cast<std::ptrdiff_t>(postings_.size());
+  for (const WordWeight& entry : bow.words) {
+    postings_.push_back({entry.word, slot, entry.weight});
+  }
+  std::inplace_merge(postings_.begin(), postings_.begin() + before, postings_.end(),
+                     [](const Posting& a, const Posting& b) { return a.word < b.word; });
 }
 
 void PlaceIndex::Remove(KeyframeId id) {
@@ -28,15 +29,8 @@ void PlaceIndex::Remove(KeyframeId id) {
     return;
   }
   const int slot = found->second;
-  Slot& keyframe = keyframes_[static_cast<std::size_t>(slot)];
-  for (const WordId word : keyframe.words) {
-    const auto list = postings_.find(word);
-    std::erase_if(list->second, [slot](const Posting& posting) { return posting.slot == slot; });
-    if (list->second.empty()) {
-      postings_.erase(list);
-    }
-  }
-  keyframe = {};
+  std::erase_if(postings_, [slot](const Posting& posting) { return posting.slot == slot; });
+  keyframes_[static_cast<std::size_t>(slot)] = kNoKeyframe;
   free_slots_.push_back(slot);
   slots_.erase(found);
 }
@@ -47,20 +41,19 @@ std::vector<PlaceCandidate> PlaceIndex::SimilarKeyframes(const PlaceQuery& query
     double score = 0.0;
   };
   std::vector<Shared> shared(keyframes_.size());
+  auto posting = postings_.begin();
   for (const WordWeight& entry : query.bow->words) {
-    const auto list = postings_.find(entry.word);
-    if (list == postings_.end()) {
-      continue;
-    }
-    for (const Posting& posting : list->second) {
-      Shared& with = shared[static_cast<std::size_t>(posting.slot)];
+    posting = std::lower_bound(posting, postings_.end(), entry.word,
+                               [](const Posting& p, WordId word) { return p.word < word; });
+    for (; posting != postings_.end() && posting->word == entry.word; ++posting) {
+      Shared& with = shared[static_cast<std::size_t>(posting->slot)];
       ++with.words;
-      with.score += static_cast<double>(std::min(entry.weight, posting.weight));
+      with.score += static_cast<double>(std::min(entry.weight, posting->weight));
     }
   }
   int most = 0;
   for (std::size_t slot = 0; slot < shared.size(); ++slot) {
-    if (shared[slot].words > 0 && query.exclude && query.exclude(keyframes_[slot].id)) {
+    if (shared[slot].words > 0 && query.exclude && query.exclude(keyframes_[slot])) {
       shared[slot].words = 0;
     }
     most = std::max(most, shared[slot].words);
@@ -69,7 +62,7 @@ std::vector<PlaceCandidate> PlaceIndex::SimilarKeyframes(const PlaceQuery& query
   for (std::size_t slot = 0; slot < shared.size(); ++slot) {
     if (shared[slot].words > 0 && shared[slot].words >= query.min_shared_words * most &&
         shared[slot].score >= query.min_score) {
-      similar.push_back({keyframes_[slot].id, shared[slot].score, shared[slot].score});
+      similar.push_back({keyframes_[slot], shared[slot].score, shared[slot].score});
     }
   }
   std::sort(similar.begin(), similar.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
