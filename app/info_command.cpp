@@ -7,6 +7,7 @@
 #include "app/commands.h"
 #include "app/map_file.h"
 #include "slam/io/recording.h"
+#include "slam/recognition/vocabulary.h"
 
 namespace sqslam::app {
 namespace {
@@ -29,7 +30,20 @@ void PrintObjects(const MapSnapshot& snapshot) {
   }
 }
 
+void PrintVocabulary(const std::filesystem::path& path) {
+  const Vocabulary vocabulary = Vocabulary::Load(path);
+  fmt::print(
+      "vocabulary {}\nwords      {}\nnodes      {}\nlevels     {}\nlearned    from {} features of {} "
+      "images\n",
+      path.string(), vocabulary.Words(), vocabulary.Nodes(), vocabulary.Depth(),
+      vocabulary.TrainedDescriptors(), vocabulary.TrainedImages());
+}
+
 void PrintInfo(const std::filesystem::path& path, bool config) {
+  if (Vocabulary::IsVocabularyFile(path)) {
+    PrintVocabulary(path);
+    return;
+  }
   const RecordingReader reader(path);
   if (config) {
     fmt::print("{}", reader.Info().config);
@@ -58,10 +72,12 @@ void AddInfoCommand(CLI::App& app, int&) {
     bool config = false;
   };
   const auto arguments = std::make_shared<Arguments>();
-  CLI::App* info = app.add_subcommand("info", "Say what is in a map");
+  CLI::App* info = app.add_subcommand("info", "Say what is in a map or a vocabulary");
   info->footer(
-      "\nExamples:\n  sqslam info out/kitchen/map.sqmap\n  sqslam info out/kitchen --config > again.yaml\n");
-  info->add_option("MAP", arguments->map, "map.sqmap, or the result folder that holds it")->required();
+      "\nExamples:\n  sqslam info out/kitchen/map.sqmap\n  sqslam info out/kitchen --config > again.yaml\n"
+      "  sqslam info assets/vocabulary.bin\n");
+  info->add_option("MAP", arguments->map, "map.sqmap, the result folder that holds it, or a vocabulary")
+      ->required();
   info->add_flag("--config", arguments->config, "Print the options the map was made with, as YAML");
   info->callback([arguments] { PrintInfo(MapFile(arguments->map), arguments->config); });
 }

@@ -61,6 +61,7 @@ int ParseAndRun(int argc, char** argv) {
 #ifdef SQSLAM_WITH_SYNTH
   sqslam::app::AddSynthCommand(app, exit_code);
 #endif
+  sqslam::app::AddVocabularyCommand(app, exit_code);
   sqslam::app::AddExportCommand(app, exit_code);
   sqslam::app::AddInfoCommand(app, exit_code);
   try {

@@ -8,8 +8,11 @@
 
 namespace sqslam::app {
 
-Progress::Progress(std::int64_t total, bool quiet)
-    : total_(std::max<std::int64_t>(total, 1)), quiet_(quiet), terminal_(::isatty(STDERR_FILENO) == 1) {}
+Progress::Progress(std::int64_t total, bool quiet, std::string unit)
+    : total_(std::max<std::int64_t>(total, 1)),
+      quiet_(quiet),
+      unit_(std::move(unit)),
+      terminal_(::isatty(STDERR_FILENO) == 1) {}
 
 void Progress::Update(std::int64_t done, const std::string& state) {
   const auto interval = terminal_ ? std::chrono::milliseconds(200) : std::chrono::milliseconds(5000);
@@ -21,8 +24,9 @@ void Progress::Update(std::int64_t done, const std::string& state) {
   const double seconds = std::chrono::duration<double>(now - start_).count();
   const double rate = static_cast<double>(done) / seconds;
   const auto left = static_cast<std::int64_t>(static_cast<double>(total_ - done) / std::max(rate, 1e-3));
-  const std::string line = fmt::format("{:3}%  frame {}/{}  {:.1f} fps  {}:{:02} left  {}",
-                                       100 * done / total_, done, total_, rate, left / 60, left % 60, state);
+  const std::string line =
+      fmt::format("{:3}%  {} {}/{}  {:.1f} {}  {}:{:02} left  {}", 100 * done / total_, unit_, done, total_,
+                  rate, unit_ == "frame" ? "fps" : unit_ + "s/s", left / 60, left % 60, state);
   fmt::print(stderr, "{}{}{}", terminal_ ? "\r" : "", line, terminal_ ? "\033[K" : "\n");
   std::fflush(stderr);
   line_open_ = terminal_;

@@ -10,7 +10,8 @@ namespace sqslam::app {
 // seconds in a log file, nothing where quiet.
 class Progress {
  public:
-  Progress(std::int64_t total, bool quiet);
+  // `unit` is what is counted, in the singular.
+  Progress(std::int64_t total, bool quiet, std::string unit = "frame");
 
   void Update(std::int64_t done, const std::string& state);
   void Finish();  // leaves the terminal's cursor on a line of its own
@@ -20,6 +21,7 @@ class Progress {
 
   std::int64_t total_;
   bool quiet_;
+  std::string unit_;
   bool terminal_;
   bool line_open_ = false;
   Clock::time_point start_ = Clock::now();
