@@ -6,6 +6,7 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
+#include "slam/features/corner_refinement.h"
 #include "slam/features/corner_spread.h"
 
 namespace sqslam {
@@ -32,6 +33,13 @@ float PatchAngle(const cv::Mat& image, const cv::Point2f& center) {
     m01 += v * row_sum;
   }
   return cv::fastAtan2(static_cast<float>(m01), static_cast<float>(m10));
+}
+
+// A place on a pyramid level in pixels of the full image. Pixel centres lie at whole numbers, so that the
+// image begins half a pixel before the first one: this half pixel is larger on a coarser level.
+Eigen::Vector2d InFullImage(const cv::Point2f& place, const cv::Size& level, const cv::Size& full) {
+  return {(place.x + 0.5) * full.width / level.width - 0.5,
+          (place.y + 0.5) * full.height / level.height - 0.5};
 }
 
 cv::Mat MakeThumbnail(const cv::Mat& gray) {
@@ -112,7 +120,8 @@ std::vector<cv::KeyPoint> OrbExtractor::DetectLevel(const cv::Mat& image, int oc
 }
 
 FrameFeatures OrbExtractor::Extract(const cv::Mat& gray, const cv::Mat& bgr, const Camera& camera) {
-  std::vector<cv::KeyPoint> corners;
+  std::vector<cv::KeyPoint> corners;    // at whole pixels of their levels, as the descriptor wants them
+  std::vector<Eigen::Vector2d> places;  // refined
   cv::Mat level = gray;
   double scale = 1.0;
   for (int octave = 0; octave < options_.levels; ++octave) {
@@ -124,6 +133,7 @@ FrameFeatures OrbExtractor::Extract(const cv::Mat& gray, const cv::Mat& bgr, con
       level = next;
     }
     for (cv::KeyPoint& corner : DetectLevel(level, octave)) {
+      places.push_back(InFullImage(corner.pt + RefineCorner(level, corner.pt), level.size(), gray.size()));
       corner.pt *= static_cast<float>(scale);
       corner.size *= static_cast<float>(scale);
       corners.push_back(corner);
@@ -138,8 +148,7 @@ FrameFeatures OrbExtractor::Extract(const cv::Mat& gray, const cv::Mat& bgr, con
   features.colors.resize(corners.size());
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const cv::KeyPoint& corner = corners[i];
-    const Eigen::Vector2d raw(corner.pt.x, corner.pt.y);
-    features.keypoints.push_back({camera.Undistort(raw), raw, corner.angle, corner.octave});
+    features.keypoints.push_back({camera.Undistort(places[i]), places[i], corner.angle, corner.octave});
     std::memcpy(features.descriptors[i].data(), descriptors.ptr(static_cast<int>(i)), sizeof(Descriptor));
     const auto& color = bgr.at<cv::Vec3b>(cvRound(corner.pt.y), cvRound(corner.pt.x));
     features.colors[i] = {color[2], color[1], color[0]};

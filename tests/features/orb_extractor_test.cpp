@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <opencv2/core.hpp>
 #include <set>
 
 #include "tests/support/textured_world.h"
@@ -47,6 +48,35 @@ TEST(OrbExtractor, FindsNothingOnAFlatImage) {
   const cv::Mat bgr(240, 320, CV_8UC3, cv::Scalar::all(128));
   const FrameFeatures features = OrbExtractor({}).Extract(gray, bgr, TexturedWorld().GetCamera());
   EXPECT_EQ(features.Size(), 0U);
+}
+
+// A level's pixels must be carried to the full image about the right centre: any shift would show twice.
+TEST(OrbExtractor, FindsTheSamePlacesInAMirroredImage) {
+  const TexturedWorld world;
+  const Frame frame = world.Render(0, {});
+  cv::Mat gray;
+  cv::Mat bgr;
+  cv::flip(frame.gray, gray, -1);  // both axes
+  cv::flip(frame.bgr, bgr, -1);
+  const FrameFeatures features = ExtractFirstImage();
+  const FrameFeatures mirrored = OrbExtractor({}).Extract(gray, bgr, world.GetCamera());
+  const ScaleLevels levels{OrbOptions{}};
+  for (int octave = 0; octave < 6; ++octave) {
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    int pairs = 0;
+    for (const Keypoint& keypoint : features.keypoints) {
+      const Eigen::Vector2d image(gray.cols - 1.0 - keypoint.pixel.x(), gray.rows - 1.0 - keypoint.pixel.y());
+      for (const Keypoint& other : mirrored.keypoints) {
+        if (keypoint.octave == octave && other.octave == octave &&
+            (other.pixel - image).norm() < 2.0 * levels.Scale(octave)) {
+          sum += other.pixel - image;
+          ++pairs;
+        }
+      }
+    }
+    ASSERT_GE(pairs, 20) << octave;
+    EXPECT_LT((sum / pairs).norm(), 0.12 * levels.Scale(octave)) << octave;
+  }
 }
 
 TEST(OrbExtractor, UndistortsKeypointsAndKeepsTheRawPixel) {
