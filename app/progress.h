@@ -7,7 +7,7 @@
 namespace sqslam::app {
 
 // One line on stderr that says how far a run is: rewritten in place on a terminal, a new line every few
-// seconds in a log file, nothing where quiet.
+// seconds in a log file, nothing where quiet. A total of 0 is endless (a live camera).
 class Progress {
  public:
   // `unit` is what is counted, in the singular.
@@ -18,6 +18,8 @@ class Progress {
 
  private:
   using Clock = std::chrono::steady_clock;
+
+  void Print(const std::string& line);
 
   std::int64_t total_;
   bool quiet_;

@@ -5,6 +5,7 @@
 #include <cctype>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,9 @@ Examples:
   sqslam run data/kitchen                        a folder with rgb.txt, camera.yaml and boxes.txt
   sqslam run data/kitchen --output out/k1 --frames 300 --deterministic
   sqslam run photos/ --camera phone.yaml --detections boxes/
+  sqslam run living_room_traj2_frei_png          ICL-NUIM, RGB-D Scenes v2 and 7-Scenes as downloaded
+  sqslam run rgbd_dataset_freiburg1_xyz --camera tum-freiburg1
+  sqslam run 0 --camera webcam.yaml              a live camera, until Ctrl-C
   sqslam run film.mp4 --camera phone.yaml --set tracking.features.num_features=1500
   sqslam run --dump-config > my.yaml             every option with its default
 )";
@@ -51,16 +55,12 @@ struct RunArguments {
 };
 
 SequenceFormat ParseFormat(const std::string& name) {
-  static const std::map<std::string, SequenceFormat> kFormats = {{"auto", SequenceFormat::kAuto},
-                                                                 {"tum", SequenceFormat::kTum},
-                                                                 {"images", SequenceFormat::kImages},
-                                                                 {"video", SequenceFormat::kVideo}};
-  const auto it = kFormats.find(name);
-  if (it == kFormats.end()) {
-    throw UsageError(
-        fmt::format("--format {}: not read by this version, expected auto, tum, images or video", name));
-  }
-  return it->second;
+  static const std::map<std::string, SequenceFormat> kFormats = {
+      {"auto", SequenceFormat::kAuto},        {"tum", SequenceFormat::kTum},
+      {"icl-nuim", SequenceFormat::kIclNuim}, {"scenes-v2", SequenceFormat::kScenesV2},
+      {"7-scenes", SequenceFormat::k7Scenes}, {"images", SequenceFormat::kImages},
+      {"video", SequenceFormat::kVideo}};
+  return kFormats.at(name);  // the command line has checked the name
 }
 
 SystemOptions MakeOptions(const RunArguments& arguments) {
@@ -89,22 +89,27 @@ std::string NameOf(const fs::path& input) {
   return name.empty() ? "run" : name;
 }
 
-RunRequest MakeRequest(const RunArguments& arguments) {
+// A camera index: a small number that is no file or folder.
+std::optional<int> LiveCameraOf(const std::string& input) {
+  constexpr std::size_t kMaxDigits = 3;
   const bool is_number =
-      !arguments.input.empty() && std::all_of(arguments.input.begin(), arguments.input.end(),
-                                              [](unsigned char c) { return std::isdigit(c) != 0; });
-  if (is_number && !fs::exists(arguments.input)) {
-    throw UsageError(fmt::format(
-        "{}: live cameras are not read by this version, expected a folder or a video", arguments.input));
-  }
+      input.size() <= kMaxDigits &&
+      std::all_of(input.begin(), input.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
+  return is_number && !fs::exists(input) ? std::optional(std::stoi(input)) : std::nullopt;
+}
+
+RunRequest MakeRequest(const RunArguments& arguments) {
   if (!arguments.video.empty()) {
     throw UsageError("--video: not made by this version of run, expected no --video");
   }
   RunRequest request;
   request.sequence = {arguments.input, ParseFormat(arguments.format), arguments.camera, arguments.detections};
+  request.live_camera = LiveCameraOf(arguments.input);
   request.range = {arguments.start, arguments.frames, arguments.stride};
-  request.output = arguments.output.empty() ? FreeResultFolder("out", NameOf(arguments.input))
-                                            : fs::path(arguments.output);
+  request.output = arguments.output.empty()
+                       ? FreeResultFolder("out", request.live_camera ? "camera" + arguments.input
+                                                                     : NameOf(arguments.input))
+                       : fs::path(arguments.output);
   request.options = MakeOptions(arguments);
   request.representation = arguments.representation;
   request.video = arguments.video;
@@ -116,9 +121,10 @@ RunRequest MakeRequest(const RunArguments& arguments) {
 
 void Print(const RunSummary& summary) {
   const RunStats& stats = summary.stats;
-  fmt::print("{} of {} frames tracked, {} keyframes, {} points, {} objects in {:.1f} s\nresult: {}\n",
-             stats.tracked, stats.frames, stats.keyframes, stats.points, stats.objects, stats.wall_seconds,
-             summary.output.string());
+  const std::string dropped = stats.dropped > 0 ? fmt::format(" ({} more dropped)", stats.dropped) : "";
+  fmt::print("{} of {} frames tracked{}, {} keyframes, {} points, {} objects in {:.1f} s\nresult: {}\n",
+             stats.tracked, stats.frames, dropped, stats.keyframes, stats.points, stats.objects,
+             stats.wall_seconds, summary.output.string());
 }
 
 void Run(const RunArguments& arguments, int& exit_code) {
@@ -127,7 +133,8 @@ void Run(const RunArguments& arguments, int& exit_code) {
     return;
   }
   if (arguments.input.empty()) {
-    throw UsageError("run: INPUT is missing, expected a sequence folder, an image folder or a video");
+    throw UsageError(
+        "run: INPUT is missing, expected a sequence folder, an image folder, a video or a camera index");
   }
   const RunSummary summary = RunPipeline(MakeRequest(arguments));
   if (!arguments.quiet) {
@@ -146,12 +153,17 @@ void AddRunCommand(CLI::App& app, int& exit_code) {
   RunArguments& a = *arguments;
   CLI::App* run = app.add_subcommand("run", "Map an image sequence: objects, points, trajectory, pictures");
   run->footer(kExamples);
-  run->add_option("INPUT", a.input,
-                  "Sequence folder (rgb.txt, camera.yaml, boxes.txt), image folder or video");
-  run->add_option("--format", a.format, "How INPUT is laid out")
+  run->add_option(
+      "INPUT", a.input,
+      "Sequence folder (rgb.txt, camera.yaml, boxes.txt), dataset folder, image folder, video, or the "
+      "index of a live camera");
+  run->add_option("--format", a.format, "How INPUT is laid out; auto tells by the names in it")
       ->check(CLI::IsMember({"auto", "tum", "icl-nuim", "scenes-v2", "7-scenes", "images", "video"}))
       ->capture_default_str();
-  run->add_option("--camera", a.camera, "Calibration; default: camera.yaml in the sequence folder");
+  run->add_option(
+      "--camera", a.camera,
+      "Calibration: FILE.yaml, or a preset of configs/cameras such as tum-freiburg1; default: camera.yaml in "
+      "the sequence folder, else the dataset's preset");
   run->add_option("--config", a.config, "Options of the pipeline (YAML, see configs/default.yaml)");
   run->add_option("--set", a.set, "Override one option, key=value; may be repeated")->expected(1)->take_all();
   run->add_option("--detections", a.detections, "boxes.txt, or a folder with one TIMESTAMP.txt a frame");
@@ -161,7 +173,8 @@ void AddRunCommand(CLI::App& app, int& exit_code) {
   run->add_option("--stride", a.stride, "Take every n-th frame")->check(CLI::PositiveNumber);
   run->add_flag("--deterministic", a.deterministic, "Track and map in turn: the same result from run to run");
   run->add_option("--seed", a.seed, "Seed of every random source")->check(CLI::NonNegativeNumber);
-  run->add_flag("--realtime", a.realtime, "Play at the sequence's own speed and drop frames that come late");
+  run->add_flag("--realtime", a.realtime,
+                "Play at the sequence's own speed and drop what comes too fast, as a live camera does");
   run->add_option("--representation", a.representation, "How objects are drawn and written")
       ->check(CLI::IsMember({"superquadric", "quadric", "cuboid"}))
       ->capture_default_str();

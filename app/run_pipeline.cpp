@@ -1,6 +1,7 @@
 #include "app/run_pipeline.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
 
@@ -9,13 +10,15 @@
 #include <functional>
 #include <mutex>
 #include <optional>
-#include <thread>
 
 #include "app/interrupt.h"
+#include "app/pace.h"
 #include "app/progress.h"
 #include "app/report.h"
 #include "app/run_pictures.h"
 #include "slam/io/atomic_file.h"
+#include "slam/io/camera_presets.h"
+#include "slam/io/camera_yaml.h"
 #include "slam/io/recording.h"
 #include "slam/io/trajectory.h"
 #include "slam/system.h"
@@ -94,34 +97,6 @@ class Recorder {
   std::string failure_;  // guarded by mutex_
 };
 
-// Tells which frames to drop where a run has to keep up with the clock.
-class Pace {
- public:
-  Pace(bool realtime, double frame_seconds) : realtime_(realtime), frame_seconds_(frame_seconds) {}
-
-  // Waits for the frame's time; false where it is more than a frame too late.
-  bool Admit(double timestamp) {
-    if (!realtime_) {
-      return true;
-    }
-    if (!first_timestamp_) {
-      first_timestamp_ = timestamp;
-      start_ = Clock::now();
-    }
-    const double early = (timestamp - *first_timestamp_) - SecondsSince(start_);
-    if (early > 0.0) {
-      std::this_thread::sleep_for(std::chrono::duration<double>(early));
-    }
-    return early > -frame_seconds_;
-  }
-
- private:
-  bool realtime_;
-  double frame_seconds_;
-  std::optional<double> first_timestamp_;
-  Clock::time_point start_;
-};
-
 // Runs every step even if one fails, so that a full disk costs no more than it must; the first failure is
 // thrown at the end.
 void RunAll(const std::vector<std::function<void()>>& steps) {
@@ -138,11 +113,12 @@ void RunAll(const std::vector<std::function<void()>>& steps) {
   }
 }
 
-RunStats MakeStats(const RunResult& result, const FrameSource& source, double wall_seconds,
+RunStats MakeStats(const RunResult& result, const FrameStream& source, int dropped, double wall_seconds,
                    bool interrupted) {
   RunStats stats;
   stats.frames = result.frames;
   stats.skipped = source.Skipped();
+  stats.dropped = dropped;
   stats.tracked = result.tracked;
   stats.keyframes = static_cast<int>(result.keyframes.size());
   if (result.map) {
@@ -162,7 +138,33 @@ RunStats MakeStats(const RunResult& result, const FrameSource& source, double wa
   return stats;
 }
 
+// A live camera as a sequence whose frames nobody knows yet.
+Sequence LiveSequence(const RunRequest& request) {
+  if (request.sequence.camera.empty()) {
+    throw UsageError(
+        fmt::format("{}: a live camera needs its calibration, expected --camera FILE.yaml or one of {}",
+                    *request.live_camera, fmt::join(CameraPresetNames(), ", ")));
+  }
+  if (!request.sequence.detections.empty()) {
+    throw UsageError("--detections: boxes of a recording, expected none with a live camera");
+  }
+  Sequence sequence;
+  sequence.path = fmt::format("camera {}", *request.live_camera);
+  sequence.camera = ReadCamera(CameraFile(request.sequence.camera));
+  return sequence;
+}
+
 void CheckRequest(const RunRequest& request, const Sequence& sequence) {
+  const bool real_clock = request.realtime || request.live_camera;
+  if (real_clock && request.options.deterministic) {
+    throw UsageError(
+        "--deterministic: which frames are dropped differs from run to run, expected no --realtime and no "
+        "live "
+        "camera");
+  }
+  if (request.live_camera) {
+    return;
+  }
   if (request.range.SizeIn(sequence) <= 0) {
     throw UsageError(
         fmt::format("--start {} --frames {}: nothing left, expected a part of the sequence's {} frames",
@@ -174,18 +176,35 @@ void CheckRequest(const RunRequest& request, const Sequence& sequence) {
   }
 }
 
-// Plays the frames into the system until they end, Ctrl-C, or a failed recorder.
-void Play(const RunRequest& request, const Sequence& sequence, const Recorder& recorder,
-          const InterruptGuard& interrupt, FrameSource& source, System& system) {
-  const std::int64_t total = request.range.SizeIn(sequence);
-  Progress progress(total, request.quiet);
-  Pace pace(request.realtime, 1.0 / sequence.camera.fps);
+std::unique_ptr<FrameStream> OpenStream(const RunRequest& request, const Sequence& sequence) {
+  if (request.live_camera) {
+    return std::make_unique<LiveSource>(request.open_camera(*request.live_camera, sequence.camera),
+                                        sequence.camera, sequence.path.string(), request.range);
+  }
+  return std::make_unique<FrameSource>(sequence, request.range);
+}
+
+// When the frame that is played after this one was taken; empty for the last.
+std::optional<double> NextTimestamp(const RunRequest& request, const Sequence& sequence, const Frame& frame) {
+  const std::int64_t next = frame.index + request.range.stride;
+  const std::int64_t end = request.range.start + request.range.SizeIn(sequence) * request.range.stride;
+  const bool there = next < std::min(end, static_cast<std::int64_t>(sequence.frames.size()));
+  return there ? std::optional(sequence.frames[static_cast<std::size_t>(next)].timestamp) : std::nullopt;
+}
+
+// Plays the frames into the system until they end, Ctrl-C, or a failed recorder. Returns how many were
+// dropped.
+int Play(const RunRequest& request, const Sequence& sequence, const Recorder& recorder,
+         const InterruptGuard& interrupt, FrameStream& source, System& system) {
+  Progress progress(request.live_camera ? 0 : request.range.SizeIn(sequence), request.quiet);
+  Pace pace(SteadyPaceClock([&] { return interrupt.Interrupted(); }));
+  const bool paced = request.realtime && !request.live_camera;  // a live camera keeps its own time
   while (!interrupt.Interrupted() && !recorder.Failed()) {
     const std::optional<Frame> frame = source.Next();
     if (!frame) {
       break;
     }
-    if (!pace.Admit(frame->timestamp)) {
+    if (paced && !pace.Admit(frame->timestamp, NextTimestamp(request, sequence, *frame))) {
       continue;
     }
     const TrackingState state = system.Process(*frame);
@@ -195,14 +214,16 @@ void Play(const RunRequest& request, const Sequence& sequence, const Recorder& r
     progress.Update((frame->index - request.range.start) / request.range.stride + 1, text);
   }
   progress.Finish();
+  return pace.Dropped() + source.Dropped();
 }
 
 }  // namespace
 
 RunSummary RunPipeline(const RunRequest& request) {
   CheckOptions(request.options);
-  const Sequence sequence = OpenSequence(request.sequence);
+  const Sequence sequence = request.live_camera ? LiveSequence(request) : OpenSequence(request.sequence);
   CheckRequest(request, sequence);
+  const std::unique_ptr<FrameStream> source = OpenStream(request, sequence);
   CreateResultFolder(request.output);
 
   const Clock::time_point start = Clock::now();
@@ -210,14 +231,14 @@ RunSummary RunPipeline(const RunRequest& request) {
   Recorder recorder(request.output / "map.sqmap",
                     {sequence.path.string(), SQSLAM_VERSION, DumpOptions(request.options)},
                     request.representation);
-  FrameSource source(sequence, request.range);
   System system(sequence.camera, request.options,
                 [&recorder](const MapSnapshotPtr& snapshot) { recorder.Add(snapshot); });
-  Play(request, sequence, recorder, interrupt, source, system);
+  const int dropped = Play(request, sequence, recorder, interrupt, *source, system);
   RunResult result = system.Finish();
   result.map = Represent(result.map, request.representation);
 
-  RunSummary summary{request.output, MakeStats(result, source, SecondsSince(start), interrupt.Interrupted()),
+  RunSummary summary{request.output,
+                     MakeStats(result, *source, dropped, SecondsSince(start), interrupt.Interrupted()),
                      interrupt.Interrupted()};
   const auto write_stats = [&] { WriteStats(request.output / "stats.json", summary.stats); };
   if (!result.map) {
@@ -225,7 +246,7 @@ RunSummary RunPipeline(const RunRequest& request) {
     if (summary.stats.frames == 0 && !summary.interrupted) {
       throw InputError(fmt::format(
           "{}: none of the {} images could be used, expected readable images of {}x{}",
-          sequence.path.string(), source.Skipped(), sequence.camera.width, sequence.camera.height));
+          sequence.path.string(), source->Skipped(), sequence.camera.width, sequence.camera.height));
     }
     if (summary.interrupted) {
       return summary;

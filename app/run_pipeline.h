@@ -1,17 +1,25 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
 #include <string>
 
 #include "slam/io/frame_source.h"
+#include "slam/io/live_source.h"
 #include "slam/io/result_files.h"
 #include "slam/io/sequence.h"
 #include "slam/system_options.h"
 
 namespace sqslam::app {
 
+using CameraOpener = std::function<std::unique_ptr<FrameGrabber>(int index, const Camera& camera)>;
+
 struct RunRequest {
-  SequenceRequest sequence;
+  SequenceRequest sequence;        // of a live camera only its calibration counts
+  std::optional<int> live_camera;  // index of a camera of this machine, instead of a sequence
+  CameraOpener open_camera = OpenCamera;
   FrameRange range;
   std::filesystem::path output;  // folder that is made; must not exist or be empty
   SystemOptions options;
@@ -28,9 +36,10 @@ struct RunSummary {
   bool interrupted = false;  // by Ctrl-C; what had been mapped is saved all the same
 };
 
-// The main job: sequence -> FrameSource -> System -> result folder, as the contract lists its files. Throws
-// InputError (sequence, disk full), UsageError (options, output folder) and NoMapError (with stats.json and
-// map.sqmap written); whatever could be written before stays.
+// The main job: sequence or camera -> FrameStream -> System -> result folder, as the contract lists its
+// files. A live camera plays until it ends, Ctrl-C or range.count frames. Throws InputError (sequence, disk
+// full), UsageError (options, output folder) and NoMapError (with stats.json and map.sqmap written); whatever
+// could be written before stays.
 RunSummary RunPipeline(const RunRequest& request);
 
 }  // namespace sqslam::app

@@ -1,6 +1,7 @@
 #include "slam/geometry/camera.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace sqslam {
 namespace {
@@ -31,10 +32,20 @@ Eigen::Vector2d Camera::Undistort(const Eigen::Vector2d& pixel) const {
     return pixel;
   }
   constexpr int kIterations = 20;
+  constexpr double kFoldedError = 1e-12;  // squared, focal lengths; less is rounding
   const Eigen::Vector2d target((pixel.x() - cx) / fx, (pixel.y() - cy) / fy);
   Eigen::Vector2d n = target;
+  double last_error = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kIterations; ++i) {
-    n += target - Distort(distortion, n);
+    const Eigen::Vector2d step = target - Distort(distortion, n);
+    // Beyond the radius at which the lens model folds over (strong negative k1 alone, far from the centre) no
+    // ray has this pixel and the steps run away: what comes out is finite, but means nothing.
+    const double error = step.squaredNorm();
+    if (error > last_error && error > kFoldedError) {
+      break;
+    }
+    last_error = error;
+    n += step;
   }
   return {fx * n.x() + cx, fy * n.y() + cy};
 }

@@ -85,7 +85,8 @@ struct FrameSource::Impl {
       ++video_position;
     }
     if (video_position != index || !video.read(decoded.bgr)) {
-      decoded.problem = "cannot be decoded";
+      video_ended = true;
+      return decoded;
     }
     ++video_position;
     return decoded;
@@ -94,6 +95,9 @@ struct FrameSource::Impl {
   std::optional<Frame> Decode(std::int64_t index) {
     const SequenceFrame& listed = sequence.frames[static_cast<std::size_t>(index)];
     Decoded decoded = sequence.video_path.empty() ? DecodeFile(listed.image_path) : DecodeVideo(index);
+    if (video_ended) {
+      return std::nullopt;
+    }
     const cv::Size expected(sequence.camera.width, sequence.camera.height);
     if (decoded.problem.empty() && decoded.bgr.size() != expected) {
       decoded.problem = fmt::format("is {}x{}, expected the camera's {}x{}", decoded.bgr.cols,
@@ -127,6 +131,12 @@ struct FrameSource::Impl {
         queue.push_back(std::move(*frame));
         changed.notify_all();
       }
+      if (video_ended) {
+        spdlog::warn("{}: ends after {} of its {} frames; it may be damaged or cut off",
+                     sequence.video_path.string(), video_position, sequence.frames.size());
+        skipped += static_cast<int>(size - i);
+        break;
+      }
     }
     const std::lock_guard lock(mutex);
     finished = true;
@@ -149,7 +159,8 @@ struct FrameSource::Impl {
   const FrameRange range;
   const std::size_t capacity;
   cv::VideoCapture video;           // decoding thread only
-  std::int64_t video_position = 0;  // decoding thread only
+  std::int64_t video_position = 0;  // decoding thread only; frames read so far
+  bool video_ended = false;         // decoding thread only
   std::atomic<int> skipped = 0;
   std::mutex mutex;
   std::condition_variable_any changed;

@@ -19,21 +19,34 @@ struct FrameRange {
   std::int64_t SizeIn(const Sequence& sequence) const;  // frames that will be played
 };
 
+// Where frames come from, one after the other.
+class FrameStream {
+ public:
+  FrameStream() = default;
+  virtual ~FrameStream() = default;
+  FrameStream(const FrameStream&) = delete;
+  FrameStream& operator=(const FrameStream&) = delete;
+
+  virtual std::optional<Frame> Next() = 0;  // empty at the end
+  virtual int Skipped() const = 0;          // frames that could not be used until now
+  virtual int Dropped() const = 0;          // frames that came while nobody could take them
+};
+
 // Decodes the frames of a sequence ahead of their use, on a thread of its own (joined by the destructor), and
 // hands them out in order. An image that is missing, unreadable or of another size than the camera's is
-// skipped with a warning that names it.
+// skipped with a warning that names it; a video that ends before it should is warned of once, and its missing
+// frames count as skipped.
 //
 //   FrameSource source(sequence, {.start = 0, .count = 100});
 //   while (std::optional<Frame> frame = source.Next()) { ... }
-class FrameSource {
+class FrameSource : public FrameStream {
  public:
   explicit FrameSource(const Sequence& sequence, const FrameRange& range = {}, int decoded_ahead = 6);
-  ~FrameSource();
-  FrameSource(const FrameSource&) = delete;
-  FrameSource& operator=(const FrameSource&) = delete;
+  ~FrameSource() override;
 
-  std::optional<Frame> Next();  // empty at the end
-  int Skipped() const;          // frames that could not be used until now
+  std::optional<Frame> Next() override;
+  int Skipped() const override;
+  int Dropped() const override { return 0; }  // a recording waits
 
  private:
   struct Impl;

@@ -160,6 +160,7 @@ void WriteStats(const fs::path& path, const RunStats& stats) {
   }
   const Json root = {{"frames", stats.frames},
                      {"skipped", stats.skipped},
+                     {"dropped", stats.dropped},
                      {"tracked", stats.tracked},
                      {"keyframes", stats.keyframes},
                      {"points", stats.points},
@@ -183,6 +184,7 @@ RunStats ReadStats(const fs::path& path) {
     RunStats stats;
     stats.frames = root.at("frames");
     stats.skipped = root.value("skipped", 0);
+    stats.dropped = root.value("dropped", 0);
     stats.tracked = root.at("tracked");
     stats.keyframes = root.at("keyframes");
     stats.points = root.at("points");

@@ -23,6 +23,7 @@ std::vector<SnapshotObject> ReadObjects(const std::filesystem::path& path);
 struct RunStats {
   int frames = 0;   // read and handed to the tracker
   int skipped = 0;  // frames that could not be read
+  int dropped = 0;  // frames that came too fast (--realtime, live cameras)
   int tracked = 0;
   int keyframes = 0;
   int points = 0;

@@ -1,13 +1,17 @@
 #include "slam/io/sequence.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <opencv2/videoio.hpp>
-#include <set>
 
+#include "slam/io/camera_presets.h"
 #include "slam/io/camera_yaml.h"
+#include "slam/io/dataset_layouts.h"
 #include "slam/io/detections.h"
+#include "slam/io/image_files.h"
 #include "slam/io/text_lines.h"
 #include "slam/util/error.h"
 
@@ -15,41 +19,25 @@ namespace sqslam {
 namespace fs = std::filesystem;
 namespace {
 
-std::string LowerExtension(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return std::tolower(c); });
-  return extension;
-}
-
-bool IsImage(const fs::path& path) {
-  static const std::set<std::string> kExtensions = {".png", ".jpg", ".jpeg", ".bmp",
-                                                    ".ppm", ".tif", ".tiff", ".webp"};
-  return kExtensions.contains(LowerExtension(path));
-}
-
-SequenceFormat DetectFormat(const fs::path& path) {
-  if (!fs::exists(path)) {
-    throw InputError(fmt::format("{}: does not exist, expected a sequence folder, an image folder or a video",
-                                 path.string()));
-  }
-  if (!fs::is_directory(path)) {
-    return SequenceFormat::kVideo;
-  }
-  return fs::exists(path / "rgb.txt") ? SequenceFormat::kTum : SequenceFormat::kImages;
-}
-
-Camera CameraOf(const SequenceRequest& request) {
-  if (!request.camera_file.empty()) {
-    return ReadCamera(request.camera_file);
+// The calibration that was asked for, the sequence's own, or that of the dataset it comes from.
+Camera CameraOf(const SequenceRequest& request, SequenceFormat format) {
+  if (!request.camera.empty()) {
+    return ReadCamera(CameraFile(request.camera));
   }
   const fs::path folder = fs::is_directory(request.path) ? request.path : request.path.parent_path();
-  if (!fs::exists(folder / "camera.yaml")) {
-    throw InputError(
-        fmt::format("{}: does not exist, expected the camera's calibration there or by --camera FILE.yaml",
-                    (folder / "camera.yaml").string()));
+  if (fs::exists(folder / "camera.yaml")) {
+    return ReadCamera(folder / "camera.yaml");
   }
-  return ReadCamera(folder / "camera.yaml");
+  const std::string preset = PresetOf(format, request.path);
+  if (preset.empty()) {
+    throw InputError(fmt::format(
+        "{}: does not exist, expected the camera's calibration there, by --camera FILE.yaml or --camera "
+        "PRESET ({})",
+        (folder / "camera.yaml").string(), fmt::join(CameraPresetNames(), ", ")));
+  }
+  spdlog::info("{}: {} layout without camera.yaml, taken with --camera {}", request.path.string(),
+               FormatName(format), preset);
+  return ReadCamera(CameraFile(preset));
 }
 
 std::vector<SequenceFrame> ListTum(const fs::path& folder) {
@@ -77,32 +65,47 @@ std::vector<SequenceFrame> ListTum(const fs::path& folder) {
   return frames;
 }
 
-std::vector<SequenceFrame> ListImages(const fs::path& folder, double fps) {
-  std::vector<fs::path> images;
+// A folder below that holds images, for those who name the folder above; empty where there is none.
+std::string HintBelow(const fs::path& folder) {
+  std::vector<fs::path> below;
   for (const auto& entry : fs::directory_iterator(folder)) {
-    if (entry.is_regular_file() && IsImage(entry.path())) {
-      images.push_back(entry.path());
+    if (entry.is_directory() &&
+        (DetectFormat(entry.path()) != SequenceFormat::kImages || !ListColorImages(entry.path()).empty())) {
+      below.push_back(entry.path());
     }
   }
-  if (images.empty()) {
-    throw InputError(fmt::format("{}: no rgb.txt and no image in it, expected at least one (.png, .jpg, ...)",
-                                 folder.string()));
-  }
-  std::sort(images.begin(), images.end());
+  std::sort(below.begin(), below.end());
+  return below.empty() ? "" : fmt::format("; did you mean {}?", below.front().string());
+}
+
+std::vector<SequenceFrame> ListImages(const fs::path& folder, double fps) {
   std::vector<SequenceFrame> frames;
-  for (const fs::path& image : images) {
+  for (const fs::path& image : ListColorImages(folder)) {
     frames.push_back({static_cast<double>(frames.size()) / fps, image, {}});
+  }
+  if (frames.empty()) {
+    throw InputError(
+        fmt::format("{}: no rgb.txt and no image in it, expected at least one (.png, .jpg, ...){}",
+                    folder.string(), HintBelow(folder)));
   }
   return frames;
 }
 
-std::vector<SequenceFrame> ListVideo(const fs::path& path) {
+std::vector<SequenceFrame> ListVideo(const fs::path& path, const Camera& camera) {
   cv::VideoCapture video(path.string(), cv::CAP_FFMPEG);
   const double count = video.isOpened() ? video.get(cv::CAP_PROP_FRAME_COUNT) : 0.0;
   const double fps = video.isOpened() ? video.get(cv::CAP_PROP_FPS) : 0.0;
   if (!(count >= 1.0) || !(fps > 0.0)) {
-    throw InputError(fmt::format("{}: cannot be read as a video, expected a video file or a sequence folder",
-                                 path.string()));
+    throw InputError(
+        fmt::format("{}: cannot be read as a video (damaged, cut off, or none), expected a video file or a "
+                    "sequence folder",
+                    path.string()));
+  }
+  const auto width = static_cast<int>(video.get(cv::CAP_PROP_FRAME_WIDTH));
+  const auto height = static_cast<int>(video.get(cv::CAP_PROP_FRAME_HEIGHT));
+  if (width != camera.width || height != camera.height) {
+    throw InputError(fmt::format("{}: is {}x{}, expected the camera's {}x{}", path.string(), width, height,
+                                 camera.width, camera.height));
   }
   std::vector<SequenceFrame> frames(static_cast<std::size_t>(count));
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -140,12 +143,14 @@ Sequence OpenSequence(const SequenceRequest& request) {
   const SequenceFormat detected = DetectFormat(request.path);
   const SequenceFormat format = request.format == SequenceFormat::kAuto ? detected : request.format;
   if ((format == SequenceFormat::kVideo) == fs::is_directory(request.path)) {
-    throw InputError(fmt::format("{}: expected a {} for this --format", request.path.string(),
-                                 format == SequenceFormat::kVideo ? "video file" : "folder"));
+    throw InputError(fmt::format("{}: expected a {} for --format {}", request.path.string(),
+                                 format == SequenceFormat::kVideo ? "video file" : "folder",
+                                 FormatName(format)));
   }
   Sequence sequence;
   sequence.path = fs::absolute(request.path).lexically_normal();
-  sequence.camera = CameraOf(request);
+  sequence.format = format;
+  sequence.camera = CameraOf(request, format);
   switch (format) {
     case SequenceFormat::kTum:
       sequence.frames = ListTum(sequence.path);
@@ -153,9 +158,12 @@ Sequence OpenSequence(const SequenceRequest& request) {
     case SequenceFormat::kImages:
       sequence.frames = ListImages(sequence.path, sequence.camera.fps);
       break;
-    default:
-      sequence.frames = ListVideo(sequence.path);
+    case SequenceFormat::kVideo:
+      sequence.frames = ListVideo(sequence.path, sequence.camera);
       sequence.video_path = sequence.path;
+      break;
+    default:
+      sequence.frames = ListNumbered(format, sequence.path, sequence.camera.fps);
   }
   AttachDetections(request, sequence);
   return sequence;

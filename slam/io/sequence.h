@@ -16,29 +16,33 @@ struct SequenceFrame {
   std::vector<Detection> detections;
 };
 
+enum class SequenceFormat { kAuto, kTum, kIclNuim, kScenesV2, k7Scenes, kImages, kVideo };
+
 // An image sequence that has been listed but not decoded.
 struct Sequence {
   std::filesystem::path path;
   std::filesystem::path video_path;  // empty where the frames are files
+  SequenceFormat format = SequenceFormat::kImages;
   Camera camera;
   std::vector<SequenceFrame> frames;
   bool has_detections = false;
 };
 
-enum class SequenceFormat { kAuto, kTum, kImages, kVideo };
-
 struct SequenceRequest {
   std::filesystem::path path;
-  SequenceFormat format = SequenceFormat::kAuto;
-  std::filesystem::path camera_file;  // empty: camera.yaml of the sequence folder
+  SequenceFormat format = SequenceFormat::kAuto;  // kAuto: by the names in the folder (DetectFormat)
+  std::string
+      camera;  // calibration file or preset; empty: camera.yaml of the folder, or the dataset's preset
   std::filesystem::path
       detections;  // boxes.txt or folder; empty: boxes.txt of the sequence folder if it is there
 };
 
-// Lists the frames of a folder with rgb.txt, of a folder of images (sorted by name, timestamps from the
-// camera's fps), or of a video file. Ground truth is never looked at. Throws InputError that names file, line
-// and what was expected: broken lines, timestamps that do not rise, a broken or missing camera, no frame at
-// all. Images are not opened here (FrameSource skips those that cannot be used).
+// Lists the frames of a folder with rgb.txt, of one of the dataset layouts (dataset_layouts.h), of a folder
+// of images (names in numeric order, timestamps from the camera's fps; depth images are left out), or of a
+// video file (timestamps from the video's rate). Ground truth is never looked at. Throws InputError that
+// names file, line and what was expected: broken lines, timestamps that do not rise, a broken or missing
+// camera, a video of another size, no frame at all; UsageError for an unknown camera preset. Images are not
+// opened here (FrameSource skips those that cannot be used).
 Sequence OpenSequence(const SequenceRequest& request);
 
 }  // namespace sqslam

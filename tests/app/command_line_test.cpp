@@ -30,8 +30,9 @@ TEST(CommandLine, VersionNamesLibrariesAndBackEnds) {
 TEST(CommandLine, WrongUsageIsOneLineAndCodeTwo) {
   for (const std::string arguments :
        {"", "fly", "run", "run x --stride 0", "run x --frames none", "run x --no-such-option",
-        "run x --format 7-scenes", "run x --set tracking.min_inlier=30", "run x --set seed",
-        "run x --config /nonexistent.yaml", "run 0", "info", "export x --output x.dwg",
+        "run x --format kitti", "run x --set tracking.min_inlier=30", "run x --set seed",
+        "run x --config /nonexistent.yaml", "run 0", "run 0 --camera kinect-v2",
+        "run 0 --camera kinect-v1 --deterministic", "info", "export x --output x.dwg",
         "export x --output x.glb"}) {
     const ProgramRun run = RunProgram(arguments);
     EXPECT_EQ(run.exit_code, 2) << arguments << ": " << run.err;
@@ -51,6 +52,16 @@ TEST(CommandLine, MissingInputIsCodeThree) {
     EXPECT_EQ(run.exit_code, 3) << run.err;
     EXPECT_THAT(run.ErrorLines(), ElementsAre(HasSubstr("/nonexistent")));
   }
+}
+
+TEST(CommandLine, ALiveCameraThatIsNotThereIsCodeThree) {
+  const ProgramRun run = RunProgram("run 987 --camera kinect-v1");
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_THAT(run.ErrorLines(), ElementsAre(HasSubstr("camera 987: cannot be opened")));
+}
+
+TEST(CommandLine, AnUnknownCameraPresetIsAnsweredWithTheNearest) {
+  EXPECT_THAT(RunProgram("run 0 --camera kinect-v2").err, HasSubstr("did you mean kinect-v1?"));
 }
 
 TEST(CommandLine, DumpedConfigCanBeReadBackWithChanges) {

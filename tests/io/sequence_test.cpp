@@ -93,7 +93,7 @@ TEST(Sequence, ImageFolderTakesItsTimesFromTheFrameRate) {
   folder.Write("notes.md", "x");
   const TemporaryFolder elsewhere;
   const auto camera = elsewhere.Write("c.yaml", std::string(kCamera) + "fps: 10\n");
-  const Sequence sequence = OpenSequence({.path = folder.Path(), .camera_file = camera});
+  const Sequence sequence = OpenSequence({.path = folder.Path(), .camera = camera.string()});
   ASSERT_EQ(sequence.frames.size(), 2u);
   EXPECT_EQ(sequence.frames[0].image_path.filename(), "a.JPG");
   EXPECT_DOUBLE_EQ(sequence.frames[1].timestamp, 0.1);

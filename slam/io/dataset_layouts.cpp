@@ -1,0 +1,168 @@
+#include "slam/io/dataset_layouts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <regex>
+
+#include "slam/io/image_files.h"
+#include "slam/io/text_lines.h"
+#include "slam/util/error.h"
+
+namespace sqslam {
+namespace fs = std::filesystem;
+namespace {
+
+struct NumberedLayout {
+  SequenceFormat format;
+  const char* pattern;  // of the image names
+  const char* example;
+};
+constexpr std::array<NumberedLayout, 3> kLayouts = {{
+    {SequenceFormat::kIclNuim, R"(scene_\d+_\d+\.png)", "rgb/0.png or scene_00_0000.png"},
+    {SequenceFormat::kScenesV2, R"(\d+-color\.(png|jpg))", "00000-color.png"},
+    {SequenceFormat::k7Scenes, R"(frame-\d+\.color\.(png|jpg))", "frame-000000.color.png"},
+}};
+
+bool IsWholeNumber(const std::string& word) {
+  return !word.empty() && word.find_first_not_of("0123456789") == std::string::npos;
+}
+
+// "number path number path", with the colour image first or second. TUM's files of that name hold seconds.
+bool HasNumberedAssociations(const fs::path& folder) {
+  if (!fs::exists(folder / "associations.txt")) {
+    return false;
+  }
+  const auto lines = ReadTextLines(folder / "associations.txt", "lines 'number path number path'");
+  return !lines.empty() && IsWholeNumber(lines.front().words.front());
+}
+
+bool HasFreiburgPoses(const fs::path& folder) {
+  return std::any_of(fs::directory_iterator(folder), fs::directory_iterator(), [](const auto& entry) {
+    return entry.path().filename().string().ends_with(".gt.freiburg");
+  });
+}
+
+// The images of associations.txt with their numbers.
+std::vector<SequenceFrame> ListAssociations(const fs::path& folder, double fps) {
+  const fs::path list = folder / "associations.txt";
+  constexpr const char* kExpected = "'number depth/FILE number rgb/FILE'";
+  std::vector<SequenceFrame> frames;
+  for (const TextLine& line : ReadTextLines(list, kExpected)) {
+    if (line.words.size() < 4) {
+      ThrowBadLine(list, line, kExpected);
+    }
+    const bool color_first = line.words[1].starts_with("rgb/") || line.words[3].starts_with("depth/");
+    const std::size_t number = color_first ? 0 : 2;
+    if (!IsWholeNumber(line.words[number])) {
+      ThrowBadLine(list, line, kExpected);
+    }
+    frames.push_back({NumberAt(list, line, number, kExpected) / fps, folder / line.words[number + 1], {}});
+  }
+  return frames;
+}
+
+std::vector<fs::path> ImagesLike(const fs::path& folder, const char* pattern) {
+  const std::regex regex(pattern, std::regex::icase);
+  std::vector<fs::path> images = ListColorImages(folder);
+  std::erase_if(images,
+                [&](const fs::path& image) { return !std::regex_match(image.filename().string(), regex); });
+  return images;
+}
+
+const NumberedLayout& LayoutOf(SequenceFormat format) {
+  return *std::find_if(kLayouts.begin(), kLayouts.end(),
+                       [&](const NumberedLayout& layout) { return layout.format == format; });
+}
+
+std::vector<SequenceFrame> ListByName(const NumberedLayout& layout, const fs::path& folder, double fps) {
+  const bool icl_as_tum = layout.format == SequenceFormat::kIclNuim && fs::is_directory(folder / "rgb");
+  const std::vector<fs::path> images =
+      icl_as_tum ? ImagesLike(folder / "rgb", R"(\d+\.(png|jpg))") : ImagesLike(folder, layout.pattern);
+  std::vector<SequenceFrame> frames;
+  for (const fs::path& image : images) {
+    const auto number = LastNumber(image.filename().string());
+    if (!number) {
+      throw InputError(fmt::format("{}: its number is too large, expected a frame number", image.string()));
+    }
+    frames.push_back({static_cast<double>(*number) / fps, image, {}});
+  }
+  return frames;
+}
+
+}  // namespace
+
+SequenceFormat DetectFormat(const fs::path& path) {
+  if (!fs::exists(path)) {
+    throw InputError(fmt::format("{}: does not exist, expected a sequence folder, an image folder or a video",
+                                 path.string()));
+  }
+  if (!fs::is_directory(path)) {
+    return SequenceFormat::kVideo;
+  }
+  if (fs::exists(path / "rgb.txt")) {
+    return SequenceFormat::kTum;
+  }
+  if (fs::is_directory(path / "rgb") && (HasNumberedAssociations(path) || HasFreiburgPoses(path))) {
+    return SequenceFormat::kIclNuim;
+  }
+  for (const NumberedLayout& layout : kLayouts) {
+    if (!ImagesLike(path, layout.pattern).empty()) {
+      return layout.format;
+    }
+  }
+  return SequenceFormat::kImages;
+}
+
+std::string FormatName(SequenceFormat format) {
+  switch (format) {
+    case SequenceFormat::kAuto:
+      return "auto";
+    case SequenceFormat::kTum:
+      return "tum";
+    case SequenceFormat::kIclNuim:
+      return "icl-nuim";
+    case SequenceFormat::kScenesV2:
+      return "scenes-v2";
+    case SequenceFormat::k7Scenes:
+      return "7-scenes";
+    case SequenceFormat::kImages:
+      return "images";
+    case SequenceFormat::kVideo:
+      return "video";
+  }
+  return "";
+}
+
+std::string PresetOf(SequenceFormat format, const fs::path& folder) {
+  if (format == SequenceFormat::kTum) {
+    std::smatch match;
+    const std::string name = fs::absolute(folder / "").lexically_normal().parent_path().filename().string();
+    return std::regex_search(name, match, std::regex("freiburg[123]")) ? "tum-" + match.str() : "";
+  }
+  const bool known = std::any_of(kLayouts.begin(), kLayouts.end(),
+                                 [&](const NumberedLayout& layout) { return layout.format == format; });
+  return known ? FormatName(format) : "";
+}
+
+std::vector<SequenceFrame> ListNumbered(SequenceFormat format, const fs::path& folder, double fps) {
+  const NumberedLayout& layout = LayoutOf(format);
+  const bool listed = format == SequenceFormat::kIclNuim && fs::exists(folder / "associations.txt");
+  std::vector<SequenceFrame> frames =
+      listed ? ListAssociations(folder, fps) : ListByName(layout, folder, fps);
+  if (frames.empty()) {
+    throw InputError(fmt::format("{}: no image of the {} layout in it, expected names like {}",
+                                 folder.string(), FormatName(format), layout.example));
+  }
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    if (frames[i].timestamp <= frames[i - 1].timestamp) {
+      throw InputError(fmt::format("{}: its number does not follow that of {}, expected rising frame numbers",
+                                   frames[i].image_path.string(),
+                                   frames[i - 1].image_path.filename().string()));
+    }
+  }
+  return frames;
+}
+
+}  // namespace sqslam

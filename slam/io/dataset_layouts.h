@@ -1,0 +1,33 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "slam/io/sequence.h"
+
+namespace sqslam {
+
+// How a path is laid out, by the names in it. Throws InputError where it does not exist.
+//
+//   tum        rgb.txt
+//   icl-nuim   rgb/0.png, rgb/1.png, ... with associations.txt (frame numbers) or *.gt.freiburg, or the
+//              renderer's own scene_00_0000.png (Handa et al., ICRA 2014)
+//   scenes-v2  00000-color.png, ... (RGB-D Scenes v2, Lai et al., ICRA 2014: imgs/scene_NN)
+//   7-scenes   frame-000000.color.png, ... (Shotton et al., CVPR 2013: SCENE/seq-NN)
+//   images     any other folder;  video: any file
+SequenceFormat DetectFormat(const std::filesystem::path& path);
+
+// The name of the layout as --format takes it.
+std::string FormatName(SequenceFormat format);
+
+// The preset that fits a dataset's camera; empty where there is none. TUM folders are told apart by the
+// dataset's folder names (..._freiburg1_...).
+std::string PresetOf(SequenceFormat format, const std::filesystem::path& folder);
+
+// The frames of one of the three numbered layouts: times are frame numbers over fps, so that a missing image
+// leaves a gap. Throws InputError where there is none or where two have one number.
+std::vector<SequenceFrame> ListNumbered(SequenceFormat format, const std::filesystem::path& folder,
+                                        double fps);
+
+}  // namespace sqslam

@@ -1,0 +1,89 @@
+#include "slam/io/image_files.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <string>
+
+namespace sqslam {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* kDigits = "0123456789";
+
+bool IsDigit(char c) { return c >= '0' && c <= '9'; }
+
+std::string Lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+  return text;
+}
+
+// Takes the digits at the start of `text` away; returns them without leading zeros.
+std::string_view TakeNumber(std::string_view& text) {
+  const std::size_t length = std::min(text.find_first_not_of(kDigits), text.size());
+  std::string_view digits = text.substr(0, length);
+  text.remove_prefix(length);
+  digits.remove_prefix(std::min(digits.find_first_not_of('0'), digits.size()));
+  return digits;
+}
+
+}  // namespace
+
+bool IsImage(const fs::path& path) {
+  constexpr std::array<std::string_view, 9> kExtensions = {".png", ".jpg", ".jpeg", ".bmp", ".pgm",
+                                                           ".ppm", ".tif", ".tiff", ".webp"};
+  const std::string extension = Lower(path.extension().string());
+  return std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
+}
+
+bool IsDepthImage(const fs::path& path) {
+  const std::string stem = Lower(path.stem().string());
+  return stem.ends_with("-depth") || stem.ends_with(".depth") || stem.ends_with("_depth");
+}
+
+bool NumericLess(std::string_view a, std::string_view b) {
+  std::string_view left = a;
+  std::string_view right = b;
+  while (!left.empty() && !right.empty()) {
+    if (IsDigit(left[0]) && IsDigit(right[0])) {
+      const std::string_view m = TakeNumber(left);
+      const std::string_view n = TakeNumber(right);
+      if (m != n) {
+        return m.size() != n.size() ? m.size() < n.size() : m < n;
+      }
+    } else if (left[0] != right[0]) {
+      return static_cast<unsigned char>(left[0]) < static_cast<unsigned char>(right[0]);
+    } else {
+      left.remove_prefix(1);
+      right.remove_prefix(1);
+    }
+  }
+  return left.empty() != right.empty() ? left.empty() : a < b;
+}
+
+std::optional<std::int64_t> LastNumber(std::string_view name) {
+  const std::size_t last = name.find_last_of(kDigits);
+  if (last == std::string_view::npos) {
+    return std::nullopt;
+  }
+  const std::size_t before = name.find_last_not_of(kDigits, last);
+  const std::size_t first = before == std::string_view::npos ? 0 : before + 1;
+  std::int64_t number = 0;
+  const auto [end, error] = std::from_chars(name.data() + first, name.data() + last + 1, number);
+  return error == std::errc() ? std::optional(number) : std::nullopt;
+}
+
+std::vector<fs::path> ListColorImages(const fs::path& folder) {
+  std::vector<fs::path> images;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.is_regular_file() && IsImage(entry.path()) && !IsDepthImage(entry.path())) {
+      images.push_back(entry.path());
+    }
+  }
+  std::sort(images.begin(), images.end(), [](const fs::path& a, const fs::path& b) {
+    return NumericLess(a.filename().string(), b.filename().string());
+  });
+  return images;
+}
+
+}  // namespace sqslam

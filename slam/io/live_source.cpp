@@ -1,0 +1,160 @@
+#include "slam/io/live_source.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
+#include <thread>
+#include <utility>
+
+#include "slam/util/error.h"
+
+namespace sqslam {
+namespace {
+
+constexpr int kMaxFailures = 3;  // images in a row that do not come before the camera counts as gone
+
+class OpenCvCamera : public FrameGrabber {
+ public:
+  OpenCvCamera(int index, const Camera& camera) {
+    if (!video_.open(index)) {
+      throw InputError(fmt::format(
+          "camera {}: cannot be opened, expected a camera that is plugged in, readable and in no other use",
+          index));
+    }
+    video_.set(cv::CAP_PROP_FRAME_WIDTH, camera.width);
+    video_.set(cv::CAP_PROP_FRAME_HEIGHT, camera.height);
+    video_.set(cv::CAP_PROP_FPS, camera.fps);
+  }
+  bool Grab(cv::Mat& bgr) override { return video_.read(bgr); }
+
+ private:
+  cv::VideoCapture video_;
+};
+
+}  // namespace
+
+std::unique_ptr<FrameGrabber> OpenCamera(int index, const Camera& camera) {
+  return std::make_unique<OpenCvCamera>(index, camera);
+}
+
+std::function<double()> LiveClock() {
+  using Seconds = std::chrono::duration<double>;
+  const auto steady_start = std::chrono::steady_clock::now();
+  const double start = Seconds(std::chrono::system_clock::now().time_since_epoch()).count();
+  return [=] { return start + Seconds(std::chrono::steady_clock::now() - steady_start).count(); };
+}
+
+struct LiveSource::Impl {
+  Impl(std::unique_ptr<FrameGrabber> grabber_in, const Camera& camera_in, std::string name_in,
+       const FrameRange& range_in, std::function<double()> now_in)
+      : grabber(std::move(grabber_in)),
+        camera(camera_in),
+        name(std::move(name_in)),
+        range(range_in),
+        now(std::move(now_in)) {
+    cv::Mat first;
+    if (!grabber->Grab(first)) {
+      throw InputError(fmt::format("{}: gives no image, expected a working camera", name));
+    }
+    if (first.size() != cv::Size(camera.width, camera.height) || first.type() != CV_8UC3) {
+      throw InputError(fmt::format(
+          "{}: gives images of {}x{} with {} channels, expected the calibration's {}x{} in colour", name,
+          first.cols, first.rows, first.channels(), camera.width, camera.height));
+    }
+    Publish(first);
+    thread = std::jthread([this](const std::stop_token& stop) { Run(stop); });
+  }
+
+  // The grabber may reuse its buffer, so the frame gets a copy.
+  void Publish(const cv::Mat& bgr) {
+    const std::int64_t index = grabbed++;
+    last_timestamp = std::max(now(), last_timestamp + kMinStep);
+    if (index < range.start || (index - range.start) % range.stride != 0) {
+      return;
+    }
+    Frame frame;
+    frame.index = index;
+    frame.timestamp = last_timestamp;
+    frame.bgr = bgr.clone();
+    cv::cvtColor(frame.bgr, frame.gray, cv::COLOR_BGR2GRAY);
+    const std::lock_guard lock(mutex);
+    dropped += newest.has_value() ? 1 : 0;
+    newest = std::move(frame);
+    changed.notify_all();
+  }
+
+  void Run(const std::stop_token& stop) {
+    int failures = 0;
+    while (!stop.stop_requested() && failures < kMaxFailures) {
+      cv::Mat bgr;
+      if (grabber->Grab(bgr) && bgr.size() == cv::Size(camera.width, camera.height) &&
+          bgr.type() == CV_8UC3) {
+        failures = 0;
+        Publish(bgr);
+        continue;
+      }
+      ++failures;
+      ++grabbed;
+      const std::lock_guard lock(mutex);
+      ++skipped;
+    }
+    if (failures == kMaxFailures) {
+      spdlog::warn("{}: gives no more images after {}", name, grabbed - failures);
+    }
+    const std::lock_guard lock(mutex);
+    finished = true;
+    changed.notify_all();
+  }
+
+  std::optional<Frame> Next() {
+    std::unique_lock lock(mutex);
+    if (given >= range.count) {
+      return std::nullopt;
+    }
+    changed.wait(lock, [&] { return finished || newest; });
+    given += newest ? 1 : 0;
+    return std::exchange(newest, std::nullopt);
+  }
+
+  static constexpr double kMinStep = 1e-6;  // seconds; timestamps rise even where the clock does not
+
+  const std::unique_ptr<FrameGrabber> grabber;
+  const Camera camera;
+  const std::string name;
+  const FrameRange range;
+  const std::function<double()> now;
+  std::int64_t grabbed = 0;     // grabbing thread only
+  double last_timestamp = 0.0;  // grabbing thread only
+  std::int64_t given = 0;       // caller's thread only
+  mutable std::mutex mutex;
+  std::condition_variable changed;
+  std::optional<Frame> newest;  // guarded by mutex
+  bool finished = false;        // guarded by mutex
+  int skipped = 0;              // guarded by mutex
+  int dropped = 0;              // guarded by mutex
+  std::jthread thread;          // last: joined before the rest goes
+};
+
+LiveSource::LiveSource(std::unique_ptr<FrameGrabber> grabber, const Camera& camera, std::string name,
+                       const FrameRange& range, std::function<double()> now)
+    : impl_(std::make_unique<Impl>(std::move(grabber), camera, std::move(name), range, std::move(now))) {}
+LiveSource::~LiveSource() = default;
+std::optional<Frame> LiveSource::Next() { return impl_->Next(); }
+
+int LiveSource::Skipped() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->skipped;
+}
+
+int LiveSource::Dropped() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->dropped;
+}
+
+}  // namespace sqslam

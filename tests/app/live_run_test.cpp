@@ -1,0 +1,68 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "app/run_pipeline.h"
+#include "slam/io/recording.h"
+#include "slam/util/error.h"
+#include "tests/io/captured_log.h"
+#include "tests/io/temporary_folder.h"
+
+namespace sqslam::app {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr int kImages = 20;
+
+// A camera that shows a grey wall a few times and is then unplugged.
+class GreyWall : public FrameGrabber {
+ public:
+  bool Grab(cv::Mat& bgr) override {
+    bgr = cv::Mat(480, 640, CV_8UC3, cv::Scalar::all(128));
+    return given_++ < kImages;
+  }
+
+ private:
+  int given_ = 0;
+};
+
+RunRequest LiveRequest(const TemporaryFolder& folder) {
+  RunRequest request;
+  request.live_camera = 0;
+  request.sequence.camera = "kinect-v1";
+  request.open_camera = [](int, const Camera&) { return std::make_unique<GreyWall>(); };
+  request.output = folder.Path() / "result";
+  request.render = false;
+  request.quiet = true;
+  return request;
+}
+
+TEST(LiveRun, EveryImageIsHandedOnOrCountedAsDropped) {
+  const TemporaryFolder folder;
+  const CapturedLog log;
+  const RunRequest request = LiveRequest(folder);
+  EXPECT_THROW(RunPipeline(request), NoMapError);  // a wall makes no map
+  const RunStats stats = ReadStats(request.output / "stats.json");
+  EXPECT_GE(stats.frames, 1);
+  EXPECT_EQ(stats.frames + stats.dropped, kImages);
+  EXPECT_EQ(RecordingReader(request.output / "map.sqmap").Info().sequence_path, "camera 0");
+  EXPECT_THAT(log.Text(), HasSubstr("camera 0: gives no more images after 20"));
+}
+
+TEST(LiveRun, WhatMakesNoSenseWithALiveCameraIsRefused) {
+  const TemporaryFolder folder;
+  const auto refused = [&](const auto& change) {
+    RunRequest request = LiveRequest(folder);
+    change(request);
+    EXPECT_THROW(RunPipeline(request), UsageError);
+    EXPECT_FALSE(std::filesystem::exists(request.output));
+  };
+  refused([](RunRequest& request) { request.sequence.camera = ""; });
+  refused([](RunRequest& request) { request.sequence.detections = "boxes.txt"; });
+  refused([](RunRequest& request) { request.options.deterministic = true; });
+}
+
+}  // namespace
+}  // namespace sqslam::app

@@ -1,0 +1,147 @@
+#include "slam/io/live_source.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <future>
+#include <thread>
+
+#include "tests/io/captured_log.h"
+#include "tests/io/temporary_folder.h"
+
+namespace sqslam {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+const Camera kCamera{64, 48, 50.0, 50.0, 32.0, 24.0, {}, 30.0};
+
+// Gives `count` images whose grey value is their index, then none. With a gate it waits there before image
+// `gate_at` and tells that it has come so far.
+class FakeGrabber : public FrameGrabber {
+ public:
+  explicit FakeGrabber(int count, cv::Size size = {64, 48}) : count_(count), size_(size) {}
+
+  void WaitAt(int index, std::promise<void>& arrived, std::shared_future<void> gate) {
+    gate_at_ = index;
+    arrived_ = &arrived;
+    gate_ = std::move(gate);
+  }
+  void FailAt(int index) { fail_at_ = index; }
+
+  bool Grab(cv::Mat& bgr) override {
+    if (next_ == gate_at_) {
+      arrived_->set_value();
+      gate_.wait();
+    }
+    const int index = next_++;
+    if (index >= count_ || index == fail_at_) {
+      return false;
+    }
+    buffer_.create(size_, CV_8UC3);
+    buffer_.setTo(cv::Scalar::all(index));  // one buffer for all, as drivers do
+    bgr = buffer_;
+    return true;
+  }
+
+ private:
+  int count_;
+  cv::Size size_;
+  int next_ = 0;
+  int gate_at_ = -1;
+  int fail_at_ = -1;
+  std::promise<void>* arrived_ = nullptr;
+  std::shared_future<void> gate_;
+  cv::Mat buffer_;
+};
+
+std::vector<int> Indices(LiveSource& source) {
+  std::vector<int> indices;
+  while (const std::optional<Frame> frame = source.Next()) {
+    EXPECT_EQ(frame->bgr.at<cv::Vec3b>(0, 0)[0], frame->index);
+    EXPECT_EQ(frame->gray.size(), cv::Size(64, 48));
+    indices.push_back(static_cast<int>(frame->index));
+  }
+  return indices;
+}
+
+TEST(LiveSource, WhoIsSlowGetsTheNewestImageAndTheRestCountsAsDropped) {
+  const CapturedLog log;
+  std::promise<void> arrived;
+  std::promise<void> open;
+  auto grabber = std::make_unique<FakeGrabber>(8);
+  grabber->WaitAt(5, arrived, open.get_future().share());
+  LiveSource source(std::move(grabber), kCamera, "camera 0");
+  arrived.get_future().wait();  // images 0 to 4 have come
+  const std::optional<Frame> frame = source.Next();
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(frame->index, 4);
+  EXPECT_EQ(source.Dropped(), 4);
+  open.set_value();
+  const std::vector<int> rest = Indices(source);
+  ASSERT_FALSE(rest.empty());
+  EXPECT_EQ(rest.back(), 7);  // the last one is not lost
+  EXPECT_EQ(1 + static_cast<int>(rest.size()) + source.Dropped(), 8);
+  EXPECT_THAT(log.Text(), HasSubstr("camera 0: gives no more images after 8"));
+}
+
+TEST(LiveSource, TimesComeFromTheClockAndRise) {
+  const CapturedLog log;
+  std::promise<void> arrived;
+  std::promise<void> open;
+  auto grabber = std::make_unique<FakeGrabber>(2);
+  grabber->WaitAt(1, arrived, open.get_future().share());
+  LiveSource source(std::move(grabber), kCamera, "camera 0", {}, [] { return 12.5; });  // a clock that stands
+  EXPECT_EQ(source.Next()->timestamp, 12.5);
+  open.set_value();
+  EXPECT_GT(source.Next()->timestamp, 12.5);
+}
+
+TEST(LiveSource, StartStrideAndCountChooseImages) {
+  const CapturedLog log;
+  std::promise<void> arrived;
+  std::promise<void> open;
+  auto grabber = std::make_unique<FakeGrabber>(100);
+  grabber->WaitAt(7, arrived, open.get_future().share());
+  LiveSource source(std::move(grabber), kCamera, "camera 0", {.start = 3, .count = 1, .stride = 2});
+  arrived.get_future().wait();
+  EXPECT_EQ(source.Next()->index, 5);  // of 3 and 5
+  EXPECT_EQ(source.Dropped(), 1);
+  EXPECT_FALSE(source.Next().has_value());
+  open.set_value();
+}
+
+TEST(LiveSource, AnImageThatDoesNotComeIsSkipped) {
+  const CapturedLog log;
+  std::promise<void> arrived;
+  std::promise<void> open;
+  auto grabber = std::make_unique<FakeGrabber>(4);
+  grabber->FailAt(1);
+  grabber->WaitAt(3, arrived, open.get_future().share());
+  LiveSource source(std::move(grabber), kCamera, "camera 0");
+  arrived.get_future().wait();
+  EXPECT_EQ(source.Next()->index, 2);
+  EXPECT_EQ(source.Skipped(), 1);
+  open.set_value();
+  EXPECT_THAT(Indices(source), ElementsAre(3));
+}
+
+TEST(LiveSource, ImagesOfAnotherSizeThanTheCalibrationsAreRefused) {
+  EXPECT_THAT(InputErrorOf([] {
+                LiveSource(std::make_unique<FakeGrabber>(1, cv::Size(32, 24)), kCamera, "camera 0");
+              }),
+              HasSubstr("camera 0: gives images of 32x24 with 3 channels, expected the calibration's 64x48"));
+  EXPECT_THAT(InputErrorOf([] { LiveSource(std::make_unique<FakeGrabber>(0), kCamera, "camera 0"); }),
+              HasSubstr("camera 0: gives no image"));
+}
+
+TEST(LiveSource, ACameraThatIsNotThereIsReported) {
+  constexpr int kNoSuchCamera = 987;
+  EXPECT_THAT(InputErrorOf([] { OpenCamera(kNoSuchCamera, kCamera); }),
+              HasSubstr("camera 987: cannot be opened"));
+}
+
+}  // namespace
+}  // namespace sqslam
