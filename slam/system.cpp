@@ -9,6 +9,7 @@
 
 #include "slam/mapping/mapper.h"
 #include "slam/tracking/tracker.h"
+#include "slam/util/data_path.h"
 
 namespace sqslam {
 namespace {
@@ -78,6 +79,14 @@ class ReportQueue {
   bool closed_ = false;
 };
 
+std::shared_ptr<const Vocabulary> LoadVocabulary(const std::string& name) {
+  if (name == "none") {
+    return nullptr;
+  }
+  return std::make_shared<const Vocabulary>(
+      Vocabulary::Load(name == "auto" ? DataPath("assets/vocabulary.bin") : std::filesystem::path(name)));
+}
+
 // The newest value that one thread publishes and another reads.
 class ViewSlot {
  public:
@@ -101,9 +110,10 @@ struct System::Impl {
   Impl(const Camera& camera, const SystemOptions& system_options, SnapshotCallback on_snapshot)
       : options(system_options),
         frame_interval(static_cast<std::int64_t>(1e6 / camera.fps)),
+        vocabulary(LoadVocabulary(options.vocabulary)),
         tracker(camera, options.tracking, options.objects, static_cast<std::uint64_t>(options.seed), ids,
-                times),
-        mapper(camera, options,
+                vocabulary, times),
+        mapper(camera, options, vocabulary,
                {[this](AtlasViewPtr new_view) { view.Set(std::move(new_view)); }, std::move(on_snapshot),
                 [this] { return !options.deterministic && queue.WaitingKeyframes() > 0; }},
                times) {
@@ -142,6 +152,7 @@ struct System::Impl {
   SystemOptions options;
   std::chrono::microseconds frame_interval;
   StageTimes times;
+  std::shared_ptr<const Vocabulary> vocabulary;  // null: places are not recognised
   std::shared_ptr<IdSource> ids = std::make_shared<IdSource>();
   ReportQueue queue;
   ViewSlot view;

@@ -15,6 +15,9 @@ struct SystemOptions {
   // Where up is: auto (from the map itself), level-start (the first camera was held level), or the direction
   // of gravity in the first camera's frame (x right, y down, z forward) as [x, y, z].
   std::string gravity = "auto";
+  // Visual words by which places are recognised: auto (the vocabulary that comes with the program), none, or
+  // a file made by `sqslam vocabulary`.
+  std::string vocabulary = "auto";
   TrackingOptions tracking;
   MappingOptions mapping;
   ObjectOptions objects;
@@ -24,6 +27,7 @@ struct SystemOptions {
     visit("deterministic", deterministic);
     visit("seed", seed, std::int64_t{0}, std::int64_t{1} << 62);
     visit("gravity", gravity);
+    visit("vocabulary", vocabulary);
     visit("tracking", tracking);
     visit("mapping", mapping);
     visit("objects", objects);

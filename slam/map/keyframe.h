@@ -1,13 +1,17 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "slam/features/frame_features.h"
 #include "slam/map/scaled_pose.h"
+#include "slam/recognition/bag_of_words.h"
 
 namespace sqslam {
+
+using BagOfWordsPtr = std::shared_ptr<const BagOfWords>;
 
 struct Keyframe {
   KeyframeId id = kNoKeyframe;
@@ -16,6 +20,7 @@ struct Keyframe {
   Rigid3d T_camera_map;
   double scale = 1.0;  // see ScaledPose
   FrameFeaturesPtr features;
+  BagOfWordsPtr words;                     // null where places are not recognised
   std::vector<PointId> points;             // one per keypoint, kNoPoint where none
   std::map<KeyframeId, int> covisibility;  // shared map points, for keyframes that share enough
   KeyframeId parent = kNoKeyframe;         // the most covisible older keyframe

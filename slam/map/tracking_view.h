@@ -23,6 +23,7 @@ struct ViewKeyframe {
   KeyframeId id = kNoKeyframe;
   ScaledPose pose;
   FrameFeaturesPtr features;
+  BagOfWordsPtr words;
   std::vector<PointId> points;
   std::vector<KeyframeId> covisible;  // best first
 };

@@ -52,17 +52,17 @@ bool IsRedundant(const Map& map, const Keyframe& keyframe, const CullingOptions&
 
 }  // namespace
 
-int CullKeyframes(Map& map, KeyframeId center, const CullingOptions& options) {
+std::vector<KeyframeId> CullKeyframes(Map& map, KeyframeId center, const CullingOptions& options) {
   const KeyframeId second =
       std::next(map.Keyframes().begin())->first;  // the first two hold a young map's scale
-  int removed = 0;
+  std::vector<KeyframeId> culled;
   for (const KeyframeId id : map.At(center).BestCovisible(static_cast<int>(map.Keyframes().size()))) {
     if (id > second && id != center && IsRedundant(map, map.At(id), options)) {
       map.RemoveKeyframe(id);
-      ++removed;
+      culled.push_back(id);
     }
   }
-  return removed;
+  return culled;
 }
 
 }  // namespace sqslam

@@ -12,7 +12,7 @@ namespace sqslam {
 // gone or have passed. Returns the number removed.
 int CullPoints(Map& map, std::set<PointId>& young, KeyframeId newest, const CullingOptions& options);
 
-// Removes keyframes near `center` whose points others see as well. Returns the number removed.
-int CullKeyframes(Map& map, KeyframeId center, const CullingOptions& options);
+// Removes keyframes near `center` whose points others see as well. Returns the ones removed.
+std::vector<KeyframeId> CullKeyframes(Map& map, KeyframeId center, const CullingOptions& options);
 
 }  // namespace sqslam

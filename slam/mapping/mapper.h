@@ -7,7 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "slam/mapping/background_adjustment.h"
 #include "slam/mapping/finished_map.h"
+#include "slam/mapping/loop_correction.h"
+#include "slam/mapping/place_recognizer.h"
 #include "slam/mapping/submap.h"
 #include "slam/util/stage_times.h"
 
@@ -29,7 +32,9 @@ class Mapper {
     int resets = 0;  // submaps given up because they never grew
   };
 
-  Mapper(const Camera& camera, const SystemOptions& options, Outputs outputs, StageTimes& times);
+  // `vocabulary`: null leaves loops open and submaps apart.
+  Mapper(const Camera& camera, const SystemOptions& options, std::shared_ptr<const Vocabulary> vocabulary,
+         Outputs outputs, StageTimes& times);
 
   void Process(TrackingReport report);
 
@@ -45,7 +50,13 @@ class Mapper {
   void RecordFrame(TrackingReport& report);
   KeyframeId AddKeyframe(const TrackingReport& report);
   void OptimizeLocally(KeyframeId keyframe);
+  void CullRedundant(KeyframeId keyframe);
+  bool RecognizePlace(KeyframeId keyframe);
+  void MergeSubmaps(const KnownPlace& place, Submap& known);
+  void AdjustInBackground();
+  bool TakeAdjustment();
   void KeepUpright(bool last);
+  void MoveOrigins(std::int64_t submap, const Sim3d& S_new_old, std::int64_t new_submap);
   void TrackBacklog();
   void PublishView();
   MapSnapshotPtr MakeSnapshot() const;
@@ -62,6 +73,10 @@ class Mapper {
   Submap* active_ = nullptr;                // the one that is tracked in
   AtlasView atlas_;                         // as last published
   std::optional<Backlog> backlog_;          // of the active submap
+  PlaceRecognizer places_;
+  LoopEdges loop_edges_;
+  KeyframeId last_loop_ = kNoKeyframe;  // keyframe at which the last loop was closed
+  BackgroundAdjustment adjustment_;
   Counts counts_;
 
   // Of the newest frame, for the snapshot.

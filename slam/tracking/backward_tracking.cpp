@@ -21,7 +21,7 @@ std::vector<TrackedFrame> TrackBackward(const PoseTracker& tracker, const Tracki
     SeenPoints seen;
     const bool found = (tracker.TrackMotion(view, last, velocity.value_or(Rigid3d{}), current) ||
                         tracker.TrackReferenceKeyframe(view, last, current)) &&
-                       tracker.TrackLocalMap(view, 1.0, min_inliers, current, seen);
+                       tracker.TrackLocalMap(view, {.min_inliers = min_inliers}, current, seen);
     if (!found) {
       velocity.reset();
       if (++failures == kGiveUpAfter) {

@@ -100,13 +100,16 @@ bool PoseTracker::TrackReferenceKeyframe(const TrackingView& view, const Tracked
   return static_cast<int>(matches.size()) >= kMinMatches && Optimize(view, kMinInliers, frame);
 }
 
-bool PoseTracker::TrackLocalMap(const TrackingView& view, double radius_factor, int min_inliers,
-                                TrackedFrame& frame, SeenPoints& seen) const {
+bool PoseTracker::TrackLocalMap(const TrackingView& view, const LocalSearch& search, TrackedFrame& frame,
+                                SeenPoints& seen) const {
   constexpr double kMinViewCosine = 0.5;
   constexpr double kFrontalCosine = 0.998;
   seen = {};
   const LocalMap local =
       FindLocalMap(view, frame.points, frame.anchor.reference, options_.max_local_keyframes);
+  if (search.anew) {
+    frame.ForgetPoints();
+  }
   std::vector<bool> matched(static_cast<std::size_t>(view.points.IdBound()), false);
   std::vector<bool> taken(frame.points.size(), false);
   for (std::size_t i = 0; i < frame.points.size(); ++i) {
@@ -136,15 +139,16 @@ bool PoseTracker::TrackLocalMap(const TrackingView& view, double radius_factor, 
       continue;
     }
     const int octave = levels_.PredictOctave(distance, point.max_distance);
-    const double radius = radius_factor * (cosine > kFrontalCosine ? 2.5 : 4.0) * levels_.Scale(octave);
+    const double radius =
+        search.radius_factor * (cosine > kFrontalCosine ? 2.5 : 4.0) * levels_.Scale(octave);
     predictions.push_back(
         {static_cast<int>(id), pixel, radius, std::max(0, octave - 1), octave, &point.descriptor, -1.0F});
   }
   for (const PredictionMatch& match :
-       MatchPredictions(predictions, *frame.features, taken, kLooseDistance, 0.8)) {
+       MatchPredictions(predictions, *frame.features, taken, search.max_distance, 0.8)) {
     frame.points[static_cast<std::size_t>(match.keypoint)] = match.tag;
   }
-  if (!Optimize(view, min_inliers, frame)) {
+  if (!Optimize(view, search.min_inliers, frame)) {
     return false;
   }
   std::copy_if(frame.points.begin(), frame.points.end(), std::back_inserter(seen.found),
@@ -182,6 +186,16 @@ bool PoseTracker::LocateFrom(const TrackingView& view, const ViewKeyframe& keyfr
   }
   frame.anchor = {keyframe.id, {}, keyframe.pose.scale};
   return Optimize(view, kMinInliers, frame);
+}
+
+bool PoseTracker::Relocate(const TrackingView& view, const ViewKeyframe& keyframe,
+                           TrackedFrame& frame) const {
+  constexpr double kWide = 3.0;
+  const LocalSearch wide{kWide, kStrictDistance, false, options_.min_inliers};
+  const LocalSearch anew{1.0, kStrictDistance, true, options_.min_recovery_inliers};
+  SeenPoints seen;
+  return LocateFrom(view, keyframe, frame) && TrackLocalMap(view, wide, frame, seen) &&
+         TrackLocalMap(view, anew, frame, seen);
 }
 
 // Refines the pose from all matches and forgets the matches that don't fit.

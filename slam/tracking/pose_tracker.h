@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "slam/features/matching.h"
 #include "slam/geometry/camera.h"
 #include "slam/map/tracking_view.h"
 #include "slam/tracking/tracking_options.h"
@@ -29,6 +30,14 @@ struct SeenPoints {
   std::vector<PointId> found;
 };
 
+// How points are looked for around the places where the pose predicts them.
+struct LocalSearch {
+  double radius_factor = 1.0;         // widens the search
+  int max_distance = kLooseDistance;  // bits
+  bool anew = false;                  // matches made before are forgotten: only the pose is kept
+  int min_inliers = 0;
+};
+
 // The steps by which the pose of one frame is found against an immutable view of the map. No state between
 // frames: tracking forward, tracking backward and relocalisation are made of the same steps. Each returns
 // whether it succeeded; `frame` is then the better for it.
@@ -45,17 +54,19 @@ class PoseTracker {
   bool TrackReferenceKeyframe(const TrackingView& view, const TrackedFrame& last, TrackedFrame& frame) const;
 
   // Searches the points of all keyframes that see the same part of the scene, refines the pose with all of
-  // them, and anchors the frame. `radius_factor` widens the search. frame.anchor.reference says where to
-  // begin.
-  bool TrackLocalMap(const TrackingView& view, double radius_factor, int min_inliers, TrackedFrame& frame,
+  // them, and anchors the frame. frame.anchor.reference says where to begin.
+  bool TrackLocalMap(const TrackingView& view, const LocalSearch& search, TrackedFrame& frame,
                      SeenPoints& seen) const;
 
-  // No pose is known: descriptors of a keyframe, P3P in RANSAC, refinement.
-  bool LocateFrom(const TrackingView& view, const ViewKeyframe& keyframe, TrackedFrame& frame) const;
+  // No pose is known: descriptors of a keyframe, P3P in RANSAC, then searches of the local map that trust
+  // descriptors only where they agree well. A wrong pose finds many map points by chance where descriptors
+  // may differ more, and stays wrong.
+  bool Relocate(const TrackingView& view, const ViewKeyframe& keyframe, TrackedFrame& frame) const;
 
   const ScaleLevels& Levels() const { return levels_; }
 
  private:
+  bool LocateFrom(const TrackingView& view, const ViewKeyframe& keyframe, TrackedFrame& frame) const;
   bool Optimize(const TrackingView& view, int min_inliers, TrackedFrame& frame) const;
 
   Camera camera_;

@@ -1,41 +1,57 @@
 #include "slam/tracking/relocalizer.h"
 
-#include <algorithm>
-#include <opencv2/core.hpp>
-
 namespace sqslam {
 
-std::vector<Relocalizer::Place> Relocalizer::Candidates(const AtlasViewPtr& atlas, std::int64_t submap,
-                                                        const TrackingViewPtr& view,
-                                                        const std::optional<TrackedFrame>& last,
-                                                        const TrackedFrame& frame) const {
-  constexpr std::size_t kCount = 4;
+void Relocalizer::Follow(const AtlasViewPtr& atlas, const TrackingViewPtr& view) {
   std::map<std::int64_t, TrackingViewPtr> views;
   if (atlas) {
     views = atlas->submaps;
   }
-  views[submap] = view;
-  struct Ranked {
-    double distance;
-    Place place;
-  };
-  std::vector<Ranked> ranked;
-  for (const auto& [number, submap_view] : views) {
+  views[view->submap] = view;
+  if (views == views_) {
+    return;
+  }
+  views_ = std::move(views);
+  for (auto it = submap_of_.begin(); it != submap_of_.end();) {
+    const auto submap = views_.find(it->second);
+    if (submap != views_.end() && submap->second->keyframes.contains(it->first)) {
+      ++it;
+    } else {
+      index_.Remove(it->first);
+      it = submap_of_.erase(it);
+    }
+  }
+  for (const auto& [submap, submap_view] : views_) {
     for (const auto& [id, keyframe] : submap_view->keyframes) {
-      ranked.push_back(
-          {cv::norm(frame.features->thumbnail, keyframe.features->thumbnail, cv::NORM_L2SQR), {number, id}});
+      if (keyframe.words && submap_of_.emplace(id, submap).second) {
+        index_.Add(id, *keyframe.words);
+      }
     }
   }
-  std::stable_sort(ranked.begin(), ranked.end(),
-                   [](const Ranked& a, const Ranked& b) { return a.distance < b.distance; });
+}
+
+std::vector<Relocalizer::Place> Relocalizer::Candidates(const AtlasViewPtr& atlas,
+                                                        const TrackingViewPtr& view,
+                                                        const std::optional<TrackedFrame>& last,
+                                                        const TrackedFrame& frame) {
+  constexpr int kCandidates = 5;
   std::vector<Place> places;
-  if (last && view->keyframes.contains(last->anchor.reference)) {
-    places.push_back({submap, last->anchor.reference});
+  const KeyframeId last_reference = last ? last->anchor.reference : kNoKeyframe;
+  if (view->keyframes.contains(last_reference)) {
+    places.push_back({view, last_reference});
   }
-  for (const Ranked& r : ranked) {
-    if (places.size() < kCount) {
-      places.push_back(r.place);
-    }
+  if (!vocabulary_) {
+    return places;
+  }
+  Follow(atlas, view);
+  const BagOfWords words = vocabulary_->Transform(frame.features->descriptors);
+  PlaceQuery query;
+  query.bow = &words;
+  query.max_candidates = kCandidates;
+  query.exclude = [&](KeyframeId id) { return id == last_reference; };
+  query.covisible = [&](KeyframeId id) { return views_.at(submap_of_.at(id))->keyframes.at(id).covisible; };
+  for (const PlaceCandidate& candidate : index_.Query(query)) {
+    places.push_back({views_.at(submap_of_.at(candidate.id)), candidate.id});
   }
   return places;
 }

@@ -5,12 +5,14 @@
 namespace sqslam {
 
 Tracker::Tracker(const Camera& camera, const TrackingOptions& options, const ObjectOptions& objects,
-                 std::uint64_t seed, std::shared_ptr<IdSource> ids, StageTimes& times)
+                 std::uint64_t seed, std::shared_ptr<IdSource> ids,
+                 std::shared_ptr<const Vocabulary> vocabulary, StageTimes& times)
     : camera_(camera),
       options_(options),
       extractor_(options.features),
       pose_tracker_(camera, options),
       initializer_(camera, options.initialization, pose_tracker_.Levels(), std::move(ids)),
+      relocalizer_(std::move(vocabulary)),
       object_options_(objects),
       seed_(seed),
       times_(times) {}
@@ -110,10 +112,11 @@ void Tracker::SwitchSubmap(std::int64_t submap, const TrackingViewPtr& view, con
 
 bool Tracker::TrackFrame(TrackingReport& report) {
   const StageTimes::Scope timer(times_, "tracking.pose");
-  const bool tracked = last_ &&
-                       (pose_tracker_.TrackMotion(*view_, *last_, velocity_.value_or(Rigid3d{}), current_) ||
-                        pose_tracker_.TrackReferenceKeyframe(*view_, *last_, current_)) &&
-                       pose_tracker_.TrackLocalMap(*view_, 1.0, options_.min_inliers, current_, report.seen);
+  const bool tracked =
+      last_ &&
+      (pose_tracker_.TrackMotion(*view_, *last_, velocity_.value_or(Rigid3d{}), current_) ||
+       pose_tracker_.TrackReferenceKeyframe(*view_, *last_, current_)) &&
+      pose_tracker_.TrackLocalMap(*view_, {.min_inliers = options_.min_inliers}, current_, report.seen);
   velocity_.reset();
   if (tracked && last_->index + 1 == current_.index) {
     velocity_ = current_.T_camera_map * last_->T_camera_map.Inverse();
@@ -124,23 +127,29 @@ bool Tracker::TrackFrame(TrackingReport& report) {
 // Looks for the place in all submaps.
 bool Tracker::Relocalize(TrackingReport& report) {
   const StageTimes::Scope timer(times_, "tracking.relocalization");
-  constexpr double kWideSearch = 3.0;
-  for (const auto& [submap, id] : relocalizer_.Candidates(atlas_, submap_, view_, last_, current_)) {
-    const TrackingViewPtr& view = submap == submap_ ? view_ : atlas_->submaps.at(submap);
-    if (pose_tracker_.LocateFrom(*view, view->keyframes.at(id), current_) &&
-        pose_tracker_.TrackLocalMap(*view, kWideSearch, options_.min_inliers, current_, report.seen) &&
-        pose_tracker_.TrackLocalMap(*view, 1.0, options_.min_recovery_inliers, current_, report.seen)) {
-      if (submap != submap_) {
-        SwitchSubmap(submap, view, atlas_->origins.at(submap).S_map_origin);
-      }
-      ++relocalizations_;
-      lost_frames_ = 0;
-      ShareBacklog(report);
-      initializer_.Reset();
-      return true;
+  std::optional<TrackedFrame> best;
+  TrackingViewPtr best_view;
+  for (const auto& [view, id] : relocalizer_.Candidates(atlas_, view_, last_, current_)) {
+    TrackedFrame frame = current_;
+    if (pose_tracker_.Relocate(*view, view->keyframes.at(id), frame) &&
+        (!best || frame.inliers > best->inliers)) {
+      best = frame;
+      best_view = view;
     }
   }
-  return false;
+  if (!best || !pose_tracker_.TrackLocalMap(*best_view, {.min_inliers = options_.min_recovery_inliers}, *best,
+                                            report.seen)) {
+    return false;
+  }
+  current_ = *best;
+  if (best_view->submap != submap_) {
+    SwitchSubmap(best_view->submap, best_view, atlas_->origins.at(best_view->submap).S_map_origin);
+  }
+  ++relocalizations_;
+  lost_frames_ = 0;
+  ShareBacklog(report);
+  initializer_.Reset();
+  return true;
 }
 
 void Tracker::FinishTracked(const Frame& frame, int pending_keyframes, TrackingReport& report) {

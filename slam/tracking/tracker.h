@@ -21,9 +21,10 @@ namespace sqslam {
 // share of the front end. Holds no reference to the live map.
 class Tracker {
  public:
-  // `ids`: shared with the mapping thread.
+  // `ids`: shared with the mapping thread. `vocabulary`: null leaves only the way back to the last keyframe.
   Tracker(const Camera& camera, const TrackingOptions& options, const ObjectOptions& objects,
-          std::uint64_t seed, std::shared_ptr<IdSource> ids, StageTimes& times);
+          std::uint64_t seed, std::shared_ptr<IdSource> ids, std::shared_ptr<const Vocabulary> vocabulary,
+          StageTimes& times);
 
   // Tracks one frame. `atlas`: the newest that the mapping thread has published (null before the first).
   // `pending_keyframes`: keyframes posted that the mapping thread has not taken in yet.

@@ -1,0 +1,76 @@
+#include "slam/mapping/background_adjustment.h"
+
+#include <chrono>
+#include <map>
+#include <utility>
+
+namespace sqslam {
+
+void BackgroundAdjustment::Start(Job job, const BundleSolverOptions& options) {
+  Stop();
+  stop_ = false;
+  const auto solve = [this, options](Job started) -> std::optional<Job> {
+    const bool solved = SolveBundle(started.problem, options, [this] { return stop_.load(); });
+    return solved ? std::optional(std::move(started)) : std::nullopt;
+  };
+  running_ = std::async(in_background_ ? std::launch::async : std::launch::deferred, solve, std::move(job));
+  if (!in_background_) {
+    running_.wait();
+  }
+}
+
+std::optional<BackgroundAdjustment::Job> BackgroundAdjustment::TakeFinished() {
+  if (!running_.valid() || running_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
+    return std::nullopt;
+  }
+  return running_.get();
+}
+
+void BackgroundAdjustment::Stop() {
+  if (running_.valid()) {
+    stop_ = true;
+    running_.get();
+  }
+}
+
+void ApplyAdjustment(BundleProblem problem, const Sim3d& S_now_then, Map& map) {
+  for (BundlePose& pose : problem.poses) {
+    pose.T_camera_map = MoveCamera(pose.T_camera_map, S_now_then);
+  }
+  for (BundlePoint& point : problem.points) {
+    point.p_map = S_now_then * point.p_map;
+  }
+  std::map<KeyframeId, Rigid3d> before;
+  for (const auto& [id, keyframe] : map.Keyframes()) {
+    before[id] = keyframe.T_camera_map;
+  }
+  std::map<KeyframeId, Rigid3d> after;
+  for (const BundlePose& pose : problem.poses) {
+    after[pose.id] = pose.T_camera_map;
+  }
+  // Parents are older than their children, so that one pass in the order of ids carries all along.
+  for (const auto& [id, T_camera_map] : before) {
+    const KeyframeId parent = map.At(id).parent;
+    if (!after.contains(id) && after.contains(parent) && before.contains(parent)) {
+      after[id] = T_camera_map * before.at(parent).Inverse() * after.at(parent);
+      map.At(id).T_camera_map = after[id];
+    }
+  }
+  std::map<PointId, bool> adjusted;
+  for (const BundlePoint& point : problem.points) {
+    adjusted[point.id] = true;
+  }
+  for (const MapPoint& const_point : map.Points()) {
+    const KeyframeId carrier = const_point.observations.front().keyframe;
+    if (!adjusted.contains(const_point.id) && after.contains(carrier)) {
+      MapPoint& point = map.Point(const_point.id);
+      point.p_map = after.at(carrier).Inverse() * (before.at(carrier) * point.p_map);
+    }
+  }
+  ApplyBundle(problem, map);
+  for (const MapPoint& point : map.Points()) {
+    map.UpdateNormalAndRange(point.id);
+  }
+}
+
+}  // namespace sqslam

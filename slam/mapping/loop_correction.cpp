@@ -1,0 +1,202 @@
+#include "slam/mapping/loop_correction.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "slam/mapping/projection_search.h"
+
+namespace sqslam {
+namespace {
+
+using Similarities = std::map<KeyframeId, Sim3d>;  // S_camera_map by keyframe
+
+std::vector<KeyframeId> Group(const Map& map, KeyframeId current) {
+  std::vector<KeyframeId> group{current};
+  for (const auto& [id, weight] : map.At(current).covisibility) {
+    group.push_back(id);
+  }
+  std::sort(group.begin(), group.end());
+  return group;
+}
+
+Similarities CurrentSimilarities(const Map& map) {
+  Similarities similarities;
+  for (const auto& [id, keyframe] : map.Keyframes()) {
+    similarities[id] = Sim3d::FromRigid(keyframe.T_camera_map);
+  }
+  return similarities;
+}
+
+// The keyframe with which each point moves.
+using Carriers = std::map<PointId, KeyframeId>;
+
+// Writes the new poses, and moves each point along with its carrier.
+void MoveMap(Map& map, const Similarities& before, const Similarities& after, const Carriers& carriers) {
+  for (const auto& [id, carrier] : carriers) {
+    MapPoint& point = map.Point(id);
+    point.p_map = after.at(carrier).Inverse() * (before.at(carrier) * point.p_map);
+  }
+  for (const auto& [id, S_camera_map] : after) {
+    map.At(id).T_camera_map = S_camera_map.RigidPose();
+    map.At(id).scale /= S_camera_map.scale;
+  }
+  for (const MapPoint& point : map.Points()) {
+    map.UpdateNormalAndRange(point.id);
+  }
+}
+
+// Each point that a keyframe of the group sees, with the oldest that does. Points in `known` keep the carrier
+// that they have there.
+Carriers FindCarriers(const Map& map, const Similarities& group, const Carriers& known) {
+  Carriers carriers;
+  for (const MapPoint& point : map.Points()) {
+    if (const auto it = known.find(point.id); it != known.end()) {
+      carriers[point.id] = it->second;
+      continue;
+    }
+    KeyframeId first = kNoKeyframe;
+    for (const Observation& o : point.observations) {
+      if (group.contains(o.keyframe) && (first == kNoKeyframe || o.keyframe < first)) {
+        first = o.keyframe;
+      }
+    }
+    if (first != kNoKeyframe) {
+      carriers[point.id] = first;
+    }
+  }
+  return carriers;
+}
+
+void AddEdge(const Similarities& measured, KeyframeId i, KeyframeId j,
+             std::set<std::pair<KeyframeId, KeyframeId>>& seen, std::vector<PoseGraphEdge>& edges) {
+  if (measured.contains(i) && measured.contains(j) && seen.insert(std::minmax(i, j)).second) {
+    edges.push_back({i, j, measured.at(j) * measured.at(i).Inverse(), 1.0});
+  }
+}
+
+// Loop edges first and from the corrected poses, all others from the poses before.
+std::vector<PoseGraphEdge> EssentialGraph(const Map& map, const Similarities& before,
+                                          const Similarities& corrected, const LoopEdges& new_links,
+                                          const LoopEdges& loop_edges, const LoopOptions& options) {
+  std::set<std::pair<KeyframeId, KeyframeId>> seen;
+  std::vector<PoseGraphEdge> edges;
+  for (const auto& [i, j] : new_links) {
+    AddEdge(corrected, i, j, seen, edges);
+  }
+  for (const auto& [id, keyframe] : map.Keyframes()) {
+    AddEdge(before, id, keyframe.parent, seen, edges);
+    for (const auto& [other, weight] : keyframe.covisibility) {
+      if (weight >= options.strong_covisibility) {
+        AddEdge(before, id, other, seen, edges);
+      }
+    }
+  }
+  for (const auto& [i, j] : loop_edges) {
+    AddEdge(before, i, j, seen, edges);
+  }
+  return edges;
+}
+
+// Ties between the two sides of the loop that are there since their points were fused.
+LoopEdges NewLinks(const Map& map, const Similarities& group,
+                   const std::map<KeyframeId, std::map<KeyframeId, int>>& covisibility_before,
+                   const KnownPlace& place) {
+  LoopEdges links{std::minmax(place.current, place.known)};
+  for (const auto& [id, S] : group) {
+    for (const auto& [other, weight] : map.At(id).covisibility) {
+      if (!group.contains(other) && !covisibility_before.at(id).contains(other)) {
+        links.insert(std::minmax(id, other));
+      }
+    }
+  }
+  return links;
+}
+
+}  // namespace
+
+Sim3d SimilarityOfMaps(const Map& current_map, const Map& known_map, const KnownPlace& place) {
+  const Sim3d S_known_map = Sim3d::FromRigid(known_map.At(place.known).T_camera_map);
+  const Sim3d S_current_map = Sim3d::FromRigid(current_map.At(place.current).T_camera_map);
+  return S_known_map.Inverse() * place.S_current_known.Inverse() * S_current_map;
+}
+
+void FusePlace(Map& map, const Camera& camera, const KnownPlace& place, const LoopOptions& options) {
+  const std::vector<KeyframeId> group = Group(map, place.current);
+  for (const auto& [point, keypoint] : place.confirmed) {
+    if (!map.IsAlive(point)) {
+      continue;
+    }
+    const PointId present = map.At(place.current).points[static_cast<std::size_t>(keypoint)];
+    const auto& seen = map.Point(point).observations;
+    if (present != kNoPoint) {
+      map.Fuse(present, point);
+    } else if (std::none_of(seen.begin(), seen.end(),
+                            [&](const Observation& o) { return o.keyframe == place.current; })) {
+      map.AddObservation(point, place.current, keypoint);
+    }
+  }
+  ProjectionSearch search;
+  search.radius = options.search_radius / 2.0;
+  std::set<PointId> known;
+  for (const PointId point : place.known_points) {
+    if (map.IsAlive(point)) {
+      known.insert(point);
+    }
+  }
+  for (const KeyframeId id : group) {
+    FuseInto(map, camera, known, id, search);
+  }
+  for (const PointId point : known) {
+    if (map.IsAlive(point)) {
+      map.UpdateAppearance(point);
+    }
+  }
+  for (const KeyframeId id : group) {
+    map.UpdateCovisibility(id);
+  }
+}
+
+void CorrectLoop(Map& map, const Camera& camera, const KnownPlace& place, const LoopOptions& options,
+                 LoopEdges& edges) {
+  for (const KeyframeId id : Group(map, place.current)) {
+    map.UpdateCovisibility(id);
+  }
+  const Similarities before = CurrentSimilarities(map);
+  std::map<KeyframeId, std::map<KeyframeId, int>> covisibility_before;
+  Similarities group;
+  // Where the known place says that the current camera is; its neighbours keep their poses relative to it.
+  const Sim3d S_current_map = place.S_current_known * before.at(place.known);
+  for (const KeyframeId id : Group(map, place.current)) {
+    group[id] = before.at(id) * before.at(place.current).Inverse() * S_current_map;
+    covisibility_before[id] = map.At(id).covisibility;
+  }
+  const Carriers moved = FindCarriers(map, group, {});
+  MoveMap(map, before, group, moved);
+  FusePlace(map, camera, place, options);
+
+  Similarities corrected = before;
+  for (const auto& [id, S] : group) {
+    corrected[id] = S;
+  }
+  const LoopEdges new_links = NewLinks(map, group, covisibility_before, place);
+  std::vector<PoseGraphNode> nodes;
+  for (const auto& [id, S_camera_map] : corrected) {
+    nodes.push_back({id, S_camera_map, id == place.known});
+  }
+  edges.insert(std::minmax(place.current, place.known));
+  OptimizePoseGraph(nodes, EssentialGraph(map, before, corrected, new_links, edges, options),
+                    options.pose_graph);
+  // The group has been moved once already: what is left to do starts from there.
+  Similarities from;
+  Similarities to;
+  for (const PoseGraphNode& node : nodes) {
+    from[node.id] = Sim3d::FromRigid(map.At(node.id).T_camera_map);
+    const double written = group.contains(node.id) ? group.at(node.id).scale : 1.0;
+    to[node.id] = node.S_camera_map;
+    to[node.id].scale /= written;
+    to[node.id].translation /= written;
+  }
+  MoveMap(map, from, to, FindCarriers(map, from, moved));
+}
+
+}  // namespace sqslam

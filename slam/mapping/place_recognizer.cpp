@@ -1,0 +1,145 @@
+#include "slam/mapping/place_recognizer.h"
+
+#include <algorithm>
+#include <set>
+
+#include "slam/features/matching.h"
+#include "slam/mapping/projection_search.h"
+
+namespace sqslam {
+namespace {
+
+constexpr int kNeighbours = 10;  // of the known keyframe, whose points are looked for too
+
+std::vector<bool> HasPoint(const Keyframe& keyframe) {
+  std::vector<bool> has(keyframe.points.size());
+  std::transform(keyframe.points.begin(), keyframe.points.end(), has.begin(),
+                 [](PointId p) { return p != kNoPoint; });
+  return has;
+}
+
+// Pairs of map points that look the same in the two keyframes.
+std::vector<Sim3Match> MatchPoints(const Map& map, const Keyframe& current, const Map& known_map,
+                                   const Keyframe& known) {
+  constexpr double kRatio = 0.75;
+  std::vector<Sim3Match> matches;
+  for (const auto& [i, j] : MatchAll(*current.features, *known.features, HasPoint(current), HasPoint(known),
+                                     kStrictDistance, kRatio)) {
+    const auto a = static_cast<std::size_t>(i);
+    const auto b = static_cast<std::size_t>(j);
+    if (current.points[a] == known.points[b]) {
+      continue;  // one point already
+    }
+    const Keypoint& keypoint1 = current.features->keypoints[a];
+    const Keypoint& keypoint2 = known.features->keypoints[b];
+    matches.push_back({current.T_camera_map * map.Point(current.points[a]).p_map,
+                       known.T_camera_map * known_map.Point(known.points[b]).p_map, keypoint1.pixel,
+                       keypoint2.pixel, map.Levels().Variance(keypoint1.octave),
+                       map.Levels().Variance(keypoint2.octave)});
+  }
+  return matches;
+}
+
+}  // namespace
+
+void PlaceRecognizer::Add(Keyframe& keyframe) {
+  if (vocabulary_) {
+    keyframe.words =
+        std::make_shared<const BagOfWords>(vocabulary_->Transform(keyframe.features->descriptors));
+    index_.Add(keyframe.id, *keyframe.words);
+  }
+}
+
+std::vector<PlaceRecognizer::Candidate> PlaceRecognizer::FindCandidates(const std::vector<const Map*>& maps,
+                                                                        const Keyframe& current) const {
+  const auto map_of = [&](KeyframeId id) {
+    const auto it =
+        std::find_if(maps.begin(), maps.end(), [&](const Map* map) { return map->HasKeyframe(id); });
+    return it != maps.end() ? *it : nullptr;
+  };
+  PlaceQuery query;
+  query.bow = current.words.get();
+  query.max_candidates = options_.max_candidates;
+  query.exclude = [&](KeyframeId id) {
+    return id == current.id || current.covisibility.contains(id) || map_of(id) == nullptr;
+  };
+  query.covisible = [&](KeyframeId id) {
+    const Map* map = map_of(id);
+    return map != nullptr ? map->At(id).BestCovisible(kNeighbours) : std::vector<KeyframeId>{};
+  };
+  // The same place should look no less alike than a neighbour from which the map does know it.
+  query.min_score = 1.0;
+  for (const auto& [id, weight] : current.covisibility) {
+    const BagOfWordsPtr& words = maps.front()->At(id).words;
+    query.min_score = std::min(query.min_score, words ? Similarity(*current.words, *words) : 0.0);
+  }
+  query.min_score = current.covisibility.empty() ? 0.0 : query.min_score;
+  std::vector<Candidate> candidates;
+  for (const PlaceCandidate& candidate : index_.Query(query)) {
+    candidates.push_back({map_of(candidate.id), candidate.id});
+  }
+  return candidates;
+}
+
+std::optional<KnownPlace> PlaceRecognizer::Recognize(const std::vector<const Map*>& maps,
+                                                     KeyframeId current) const {
+  const Keyframe& keyframe = maps.front()->At(current);
+  if (!keyframe.words) {
+    return std::nullopt;
+  }
+  for (const Candidate& candidate : FindCandidates(maps, keyframe)) {
+    if (auto place = Verify(*maps.front(), keyframe, candidate)) {
+      return place;
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<KnownPlace> PlaceRecognizer::Verify(const Map& map, const Keyframe& current,
+                                                  const Candidate& candidate) const {
+  const Map& known_map = *candidate.map;
+  const Keyframe& known = known_map.At(candidate.id);
+  const std::vector<Sim3Match> matches = MatchPoints(map, current, known_map, known);
+  if (static_cast<int>(matches.size()) < options_.min_matches) {
+    return std::nullopt;
+  }
+  std::optional<Sim3Estimate> estimate = EstimateSim3(camera_, matches, options_.similarity);
+  if (!estimate) {
+    return std::nullopt;
+  }
+  KnownPlace place{current.id, known.id, estimate->S_camera1_camera2, {}, {}};
+  if (RefineSim3(camera_, matches, place.S_current_known, estimate->inliers) <
+      options_.similarity.min_inliers) {
+    return std::nullopt;
+  }
+  std::set<PointId> points = PointsOf(known_map, known.id);
+  for (const KeyframeId neighbour : known.BestCovisible(kNeighbours)) {
+    points.merge(PointsOf(known_map, neighbour));
+  }
+  place.known_points.assign(points.begin(), points.end());
+  Confirm(current, known_map, options_.search_radius, place);
+  return static_cast<int>(place.confirmed.size()) >= options_.min_confirmed ? std::optional(place)
+                                                                            : std::nullopt;
+}
+
+// Looks for the points of the known place in the current keyframe, whose pose in the known map the similarity
+// tells.
+void PlaceRecognizer::Confirm(const Keyframe& current, const Map& known_map, double radius,
+                              KnownPlace& place) const {
+  const Keyframe& known = known_map.At(place.known);
+  const Rigid3d T_current_known_map =
+      (place.S_current_known * Sim3d::FromRigid(known.T_camera_map)).RigidPose();
+  ProjectionSearch search;
+  search.radius = radius;
+  std::vector<bool> taken(current.points.size(), false);
+  for (const PointId id : place.known_points) {
+    const int keypoint = FindKeypoint(known_map.Levels(), camera_, T_current_known_map, *current.features,
+                                      known_map.Point(id), search);
+    if (keypoint >= 0 && !taken[static_cast<std::size_t>(keypoint)]) {
+      taken[static_cast<std::size_t>(keypoint)] = true;
+      place.confirmed.emplace_back(id, keypoint);
+    }
+  }
+}
+
+}  // namespace sqslam
