@@ -49,7 +49,6 @@ std::vector<Relocalizer::Place> Relocalizer::Candidates(const AtlasViewPtr& atla
   query.bow = &words;
   query.max_candidates = kCandidates;
   query.exclude = [&](KeyframeId id) { return id == last_reference; };
-  query.covisible = [&](KeyframeId id) { return views_.at(submap_of_.at(id))->keyframes.at(id).covisible; };
   for (const PlaceCandidate& candidate : index_.Query(query)) {
     places.push_back({views_.at(submap_of_.at(candidate.id)), candidate.id});
   }

@@ -11,6 +11,7 @@ Tracker::Tracker(const Camera& camera, const TrackingOptions& options, const Obj
       options_(options),
       extractor_(options.features),
       pose_tracker_(camera, options),
+      shutter_(camera, options.rolling_shutter),
       initializer_(camera, options.initialization, pose_tracker_.Levels(), std::move(ids)),
       relocalizer_(std::move(vocabulary)),
       object_options_(objects),
@@ -112,16 +113,50 @@ void Tracker::SwitchSubmap(std::int64_t submap, const TrackingViewPtr& view, con
 
 bool Tracker::TrackFrame(TrackingReport& report) {
   const StageTimes::Scope timer(times_, "tracking.pose");
-  const bool tracked =
-      last_ &&
-      (pose_tracker_.TrackMotion(*view_, *last_, velocity_.value_or(Rigid3d{}), current_) ||
-       pose_tracker_.TrackReferenceKeyframe(*view_, *last_, current_)) &&
-      pose_tracker_.TrackLocalMap(*view_, {.min_inliers = options_.min_inliers}, current_, report.seen);
+  bool tracked =
+      last_ && (pose_tracker_.TrackMotion(*view_, *last_, velocity_.value_or(Rigid3d{}), current_) ||
+                pose_tracker_.TrackReferenceKeyframe(*view_, *last_, current_));
+  if (tracked) {
+    if (const auto motion = Motion(); motion && shutter_.Readout() != 0.0) {
+      current_.features = shutter_.Correct(current_.features, *motion, ShutterObservations());
+    }
+    tracked = pose_tracker_.TrackLocalMap(*view_, {.min_inliers = options_.min_inliers}, current_, report.seen);
+  }
+  if (tracked) {
+    if (const auto motion = Motion()) {
+      shutter_.Learn(*current_.features, *motion, ShutterObservations());
+    }
+  }
   velocity_.reset();
   if (tracked && last_->index + 1 == current_.index) {
     velocity_ = current_.T_camera_map * last_->T_camera_map.Inverse();
   }
   return tracked;
+}
+
+// Of the camera since the last frame, if that is not long ago.
+std::optional<CameraMotion> Tracker::Motion() const {
+  constexpr double kMaxInterval = 0.2;  // s
+  const double interval = current_.timestamp - last_->timestamp;
+  if (interval <= 0.0 || interval > kMaxInterval) {
+    return std::nullopt;
+  }
+  return CameraMotion::Between(last_->T_camera_map, current_.T_camera_map, interval);
+}
+
+std::vector<ShutterObservation> Tracker::ShutterObservations() const {
+  std::vector<ShutterObservation> observations;
+  for (std::size_t i = 0; i < current_.points.size(); ++i) {
+    if (!view_->Has(current_.points[i])) {
+      continue;
+    }
+    const Eigen::Vector3d p_camera = current_.T_camera_map * view_->Point(current_.points[i]).p_map;
+    if (p_camera.z() > 0.0) {
+      const double variance = pose_tracker_.Levels().Variance(current_.features->keypoints[i].octave);
+      observations.push_back({static_cast<int>(i), p_camera, variance});
+    }
+  }
+  return observations;
 }
 
 // Looks for the place in all submaps.

@@ -12,6 +12,7 @@
 #include "slam/tracking/initializer.h"
 #include "slam/tracking/pose_tracker.h"
 #include "slam/tracking/relocalizer.h"
+#include "slam/tracking/rolling_shutter.h"
 #include "slam/tracking/tracking_report.h"
 #include "slam/util/stage_times.h"
 
@@ -43,6 +44,8 @@ class Tracker {
   void AdoptAtlas(const AtlasViewPtr& atlas);
   void MoveLastFrame();
   bool TrackFrame(TrackingReport& report);
+  std::optional<CameraMotion> Motion() const;
+  std::vector<ShutterObservation> ShutterObservations() const;
   bool Relocalize(TrackingReport& report);
   void Initialize(TrackingReport& report);
   void RememberUntracked();
@@ -57,6 +60,7 @@ class Tracker {
   TrackingOptions options_;
   OrbExtractor extractor_;
   PoseTracker pose_tracker_;
+  RollingShutter shutter_;
   Initializer initializer_;
   Relocalizer relocalizer_;
   ObjectOptions object_options_;
