@@ -75,7 +75,7 @@ void Mapper::RecordFrame(TrackingReport& report) {
   if (!report.pose) {
     return;
   }
-  active_->RecordFrame(report.frame_index, report.timestamp, *report.pose);
+  active_->RecordFrame(report.frame_index, report.timestamp, *report.pose, report.matches);
   Map& map = active_->Map();
   for (PointId point : report.seen.visible) {
     if ((point = map.Resolve(point)) != kNoPoint) {
@@ -117,7 +117,7 @@ KeyframeId Mapper::AddKeyframe(const TrackingReport& report) {
   }
   map.UpdateCovisibility(id);
   places_.Add(map.At(id));
-  active_->RecordFrame(report.frame_index, report.timestamp, {id, {}, map.At(id).scale});
+  active_->RecordFrame(report.frame_index, report.timestamp, {id, {}, map.At(id).scale}, report.matches);
   {
     const StageTimes::Scope timer(times_, "mapping.new_points");
     CullPoints(map, active_->YoungPoints(), id, options_.mapping.culling);
@@ -246,7 +246,8 @@ void Mapper::TrackBacklog() {
     for (const TrackedFrame& frame :
          TrackBackward(pose_tracker_, *view, *backlog_, options_.tracking.min_inliers)) {
       if (!IsAnywhere(frame.index)) {
-        active_->RecordFrame(frame.index, frame.timestamp, frame.anchor);
+        active_->RecordFrame(frame.index, frame.timestamp, frame.anchor,
+                             MatchesOf(frame, pose_tracker_.Levels()));
       }
     }
   }
@@ -264,6 +265,7 @@ void Mapper::FinishSubmap(Submap& submap) {
     GlobalBundleAdjustment(submap.Map(), camera_, options_.mapping.final_iterations,
                            options_.mapping.bundle_adjustment);
   }
+  submap.RefineFrames(camera_, options_.tracking.min_inliers);
   KeepUpright(true);
   submap.MapObjects(camera_, true);
 }

@@ -12,8 +12,22 @@ Submap::Submap(std::int64_t number, std::unique_ptr<sqslam::Map> map, const Syst
   }
 }
 
-void Submap::RecordFrame(std::int64_t index, double timestamp, const AnchoredPose& pose) {
-  frames_[index] = {timestamp, pose};
+void Submap::RecordFrame(std::int64_t index, double timestamp, const AnchoredPose& pose,
+                         std::vector<FrameMatch> matches) {
+  frames_[index] = {timestamp, pose, std::move(matches)};
+}
+
+void Submap::RefineFrames(const Camera& camera, int min_inliers) {
+  for (auto& [index, record] : frames_) {
+    const KeyframeId reference = record.pose.reference;
+    if (map_->HasKeyframe(reference) && map_->At(reference).frame_index == index) {
+      continue;  // bundle adjustment has moved it already
+    }
+    const ScaledPose anchor = map_->PoseOf(reference);
+    const Rigid3d T_camera_map =
+        RefineFrame(*map_, camera, record.matches, min_inliers, Resolve(record.pose, anchor).T_camera_map);
+    record.pose = {reference, T_camera_map * anchor.T_camera_map.Inverse(), anchor.scale};
+  }
 }
 
 Rigid3d Submap::PoseOf(const FrameRecord& record) const {

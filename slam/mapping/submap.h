@@ -28,7 +28,12 @@ class Submap {
   ObjectMapper& Objects() { return objects_; }
 
   // Frames by their anchors, see AnchoredPose.
-  void RecordFrame(std::int64_t index, double timestamp, const AnchoredPose& pose);
+  void RecordFrame(std::int64_t index, double timestamp, const AnchoredPose& pose,
+                   std::vector<FrameMatch> matches = {});
+
+  // Finds the frames between the keyframes again in the map as it is now.
+  void RefineFrames(const Camera& camera, int min_inliers);
+
   bool HasFrame(std::int64_t index) const { return frames_.contains(index); }
   int NumFrames() const { return static_cast<int>(frames_.size()); }
   std::optional<Rigid3d> FramePose(std::int64_t index) const;  // T_map_camera
@@ -54,6 +59,7 @@ class Submap {
   struct FrameRecord {
     double timestamp = 0.0;
     AnchoredPose pose;
+    std::vector<FrameMatch> matches;
   };
   Rigid3d PoseOf(const FrameRecord& record) const;  // T_map_camera
   PointLookup LookupPoints() const;

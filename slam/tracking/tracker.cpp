@@ -191,6 +191,7 @@ void Tracker::FinishTracked(const Frame& frame, int pending_keyframes, TrackingR
   const KeyframeDecision decision = DecideKeyframe(pending_keyframes);
   TrackObjects(frame, report);
   report.pose = current_.anchor;
+  report.matches = MatchesOf(current_, pose_tracker_.Levels());
   report.keyframe_postponed = decision == KeyframeDecision::kPostponed;
   if (decision == KeyframeDecision::kYes) {
     report.keyframe = KeyframeCandidate{current_.features, current_.points};

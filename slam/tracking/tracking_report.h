@@ -9,6 +9,7 @@
 #include "slam/map/snapshot.h"
 #include "slam/objects/object_types.h"
 #include "slam/tracking/backward_tracking.h"
+#include "slam/tracking/frame_refinement.h"
 
 namespace sqslam {
 
@@ -26,6 +27,7 @@ struct TrackingReport {
   std::string image_path;
   std::unique_ptr<Map> initial_map;  // set once, when a submap begins
   std::optional<AnchoredPose> pose;  // empty while lost
+  std::vector<FrameMatch> matches;   // by which it was found
   SeenPoints seen;
   std::optional<KeyframeCandidate> keyframe;
   bool keyframe_postponed = false;  // one was due, but the mapping thread is busy
