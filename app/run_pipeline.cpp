@@ -11,7 +11,9 @@
 #include <mutex>
 #include <optional>
 
+#include "app/attempt_all.h"
 #include "app/interrupt.h"
+#include "app/map_files.h"
 #include "app/pace.h"
 #include "app/progress.h"
 #include "app/report.h"
@@ -97,22 +99,6 @@ class Recorder {
   std::string failure_;  // guarded by mutex_
 };
 
-// Runs every step even if one fails, so that a full disk costs no more than it must; the first failure is
-// thrown at the end.
-void RunAll(const std::vector<std::function<void()>>& steps) {
-  std::optional<std::string> failure;
-  for (const auto& step : steps) {
-    try {
-      step();
-    } catch (const InputError& e) {
-      failure = failure.value_or(e.what());
-    }
-  }
-  if (failure) {
-    throw InputError(*failure);
-  }
-}
-
 RunStats MakeStats(const RunResult& result, const FrameStream& source, int dropped, double wall_seconds,
                    bool interrupted) {
   RunStats stats;
@@ -120,10 +106,10 @@ RunStats MakeStats(const RunResult& result, const FrameStream& source, int dropp
   stats.skipped = source.Skipped();
   stats.dropped = dropped;
   stats.tracked = result.tracked;
-  stats.keyframes = static_cast<int>(result.keyframes.size());
-  if (result.map) {
-    stats.points = static_cast<int>(result.map->points.size());
-    stats.objects = static_cast<int>(result.map->objects.size());
+  stats.keyframes = static_cast<int>(result.map.keyframes.size());
+  if (result.map.snapshot) {
+    stats.points = static_cast<int>(result.map.snapshot->points.size());
+    stats.objects = static_cast<int>(result.map.snapshot->objects.size());
   }
   stats.resets = result.resets;
   stats.losses = result.losses;
@@ -217,6 +203,31 @@ int Play(const RunRequest& request, const Sequence& sequence, const Recorder& re
   return pace.Dropped() + source.Dropped();
 }
 
+// All files of a run that has a map.
+void SaveRun(const RunRequest& request, const Sequence& sequence, const RunResult& result, Recorder& recorder,
+             RunSummary& summary) {
+  const auto draw = [&] {
+    if (request.render) {
+      StageTimes times;
+      DrawRun(*result.map.snapshot, request.output, times);
+      summary.stats.timing_ms.merge(times.Summaries());
+    }
+  };
+  const auto film = [&] {
+    if (!request.video.empty()) {
+      DrawGrowth(request.output / "map.sqmap", request.video);
+    }
+  };
+  const auto report = [&] {
+    if (request.render) {
+      WriteReport({request.output, "", sequence.path.string(), request.video});
+    }
+  };
+  AttemptAll({[&] { WriteMapFiles(request.output, result.map); },
+              [&] { WriteSubmaps(request.output, result.others); }, [&] { recorder.Close(); }, draw, film,
+              [&] { WriteStats(request.output / "stats.json", summary.stats); }, report});
+}
+
 }  // namespace
 
 RunSummary RunPipeline(const RunRequest& request) {
@@ -235,14 +246,14 @@ RunSummary RunPipeline(const RunRequest& request) {
                 [&recorder](const MapSnapshotPtr& snapshot) { recorder.Add(snapshot); });
   const int dropped = Play(request, sequence, recorder, interrupt, *source, system);
   RunResult result = system.Finish();
-  result.map = Represent(result.map, request.representation);
+  result.map.snapshot = Represent(result.map.snapshot, request.representation);
 
   RunSummary summary{request.output,
                      MakeStats(result, *source, dropped, SecondsSince(start), interrupt.Interrupted()),
                      interrupt.Interrupted()};
-  const auto write_stats = [&] { WriteStats(request.output / "stats.json", summary.stats); };
-  if (!result.map) {
-    RunAll({[&] { recorder.Close(); }, write_stats});
+  if (!result.map.snapshot) {
+    AttemptAll(
+        {[&] { recorder.Close(); }, [&] { WriteStats(request.output / "stats.json", summary.stats); }});
     if (summary.stats.frames == 0 && !summary.interrupted) {
       throw InputError(fmt::format(
           "{}: none of the {} images could be used, expected readable images of {}x{}",
@@ -253,28 +264,7 @@ RunSummary RunPipeline(const RunRequest& request) {
     }
     throw NoMapError(fmt::format("{}: no map: {}", sequence.path.string(), result.no_map_reason));
   }
-  const auto draw = [&] {
-    if (request.render) {
-      StageTimes times;
-      DrawRun(*result.map, request.output, times);
-      summary.stats.timing_ms.merge(times.Summaries());
-    }
-  };
-  const auto film = [&] {
-    if (!request.video.empty()) {
-      DrawGrowth(request.output / "map.sqmap", request.video);
-    }
-  };
-  const auto report = [&] {
-    if (request.render) {
-      WriteReport({request.output, "", sequence.path.string(), request.video});
-    }
-  };
-  RunAll({[&] { WriteTrajectory(request.output / "trajectory.txt", result.trajectory); },
-          [&] { WriteTrajectory(request.output / "keyframes.txt", result.keyframes); },
-          [&] { WritePoints(request.output / "points.ply", result.map->points); },
-          [&] { WriteObjects(request.output / "objects.json", result.map->objects); },
-          [&] { recorder.Close(); }, draw, film, write_stats, report});
+  SaveRun(request, sequence, result, recorder, summary);
   return summary;
 }
 

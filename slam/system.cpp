@@ -201,13 +201,10 @@ RunResult System::Finish() {
   if (result.others.empty()) {
     result.no_map_reason = s.tracker.NoMapReason();
   } else {
-    FinishedMap& main = result.others.front();
-    result.map = std::move(main.snapshot);
-    result.trajectory = std::move(main.trajectory);
-    result.keyframes = std::move(main.keyframes);
+    result.map = std::move(result.others.front());
     result.others.erase(result.others.begin());
   }
-  result.tracked = static_cast<int>(result.trajectory.size());
+  result.tracked = static_cast<int>(result.map.trajectory.size());
   result.losses = s.tracker.Losses();
   result.relocalizations = s.tracker.Relocalizations();
   const Mapper::Counts counts = s.mapper.GetCounts();

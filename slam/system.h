@@ -27,9 +27,7 @@ struct RunResult {
   int loops = 0;            // closed
   int merges = 0;           // of submaps
   int resets = 0;           // submaps given up because they never grew
-  Trajectory trajectory;    // every tracked frame of the map
-  Trajectory keyframes;
-  MapSnapshotPtr map;               // the last snapshot; null where no map could be built
+  FinishedMap map;          // the one with the most frames; its snapshot is null where no map could be built
   std::vector<FinishedMap> others;  // submaps that could not be merged with it, each in a frame of its own
   std::string no_map_reason;  // where map is null: one line that says why (static camera, no texture, ...)
   std::map<std::string, StageTimes::Summary> timing_ms;

@@ -7,7 +7,11 @@ TrackingView MakeTrackingView(const Map& map) {
   constexpr std::size_t kWellObserved = 3;
   TrackingView view;
   for (const auto& [id, keyframe] : map.Keyframes()) {
-    view.keyframes[id] = {id, keyframe.Pose(), keyframe.features, keyframe.words, keyframe.points,
+    view.keyframes[id] = {id,
+                          keyframe.Pose(),
+                          keyframe.features,
+                          keyframe.words,
+                          keyframe.points,
                           keyframe.BestCovisible(kNeighbours)};
   }
   for (const auto& [id, removed] : map.Removed()) {

@@ -192,7 +192,7 @@ bool PoseTracker::Relocate(const TrackingView& view, const ViewKeyframe& keyfram
                            TrackedFrame& frame) const {
   constexpr double kWide = 3.0;
   const LocalSearch wide{kWide, kStrictDistance, false, options_.min_inliers};
-  const LocalSearch anew{1.0, kStrictDistance, true, options_.min_recovery_inliers};
+  const LocalSearch anew{1.0, kStrictDistance, true, options_.min_recovery_inliers / 2};
   SeenPoints seen;
   return LocateFrom(view, keyframe, frame) && TrackLocalMap(view, wide, frame, seen) &&
          TrackLocalMap(view, anew, frame, seen);

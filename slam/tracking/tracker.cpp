@@ -120,7 +120,8 @@ bool Tracker::TrackFrame(TrackingReport& report) {
     if (const auto motion = Motion(); motion && shutter_.Readout() != 0.0) {
       current_.features = shutter_.Correct(current_.features, *motion, ShutterObservations());
     }
-    tracked = pose_tracker_.TrackLocalMap(*view_, {.min_inliers = options_.min_inliers}, current_, report.seen);
+    tracked =
+        pose_tracker_.TrackLocalMap(*view_, {.min_inliers = options_.min_inliers}, current_, report.seen);
   }
   if (tracked) {
     if (const auto motion = Motion()) {

@@ -48,7 +48,7 @@ SystemRun RunPath(const std::vector<Rigid3d>& path, const SystemOptions& options
 double TrajectoryError(const SystemRun& run, const std::vector<Rigid3d>& path) {
   std::vector<Eigen::Vector3d> estimate;
   std::vector<Eigen::Vector3d> truth;
-  for (const TimedPose& pose : run.result.trajectory) {
+  for (const TimedPose& pose : run.result.map.trajectory) {
     estimate.push_back(pose.T_map_camera.translation);
     truth.push_back(path[static_cast<std::size_t>(std::lround(pose.timestamp * 30.0))].translation);
   }
@@ -58,27 +58,27 @@ double TrajectoryError(const SystemRun& run, const std::vector<Rigid3d>& path) {
 TEST(System, MapsATexturedWorld) {
   const std::vector<Rigid3d> path = HandHeldPath(120);
   const SystemRun run = RunPath(path, TestOptions(false));
-  ASSERT_NE(run.result.map, nullptr) << run.result.no_map_reason;
+  ASSERT_NE(run.result.map.snapshot, nullptr) << run.result.no_map_reason;
   EXPECT_EQ(run.result.frames, 120);
   EXPECT_EQ(run.result.tracked, 120);  // those before the map began are tracked backward
   EXPECT_EQ(run.result.losses, 0);
   EXPECT_LT(TrajectoryError(run, path), 0.02);
-  EXPECT_GE(run.result.keyframes.size(), 3U);
+  EXPECT_GE(run.result.map.keyframes.size(), 3U);
 }
 
 TEST(System, IsBitIdenticalInDeterministicMode) {
   const std::vector<Rigid3d> path = HandHeldPath(80);
   const SystemRun first = RunPath(path, TestOptions(true));
   const SystemRun second = RunPath(path, TestOptions(true));
-  ASSERT_NE(first.result.map, nullptr) << first.result.no_map_reason;
-  ASSERT_EQ(first.result.trajectory.size(), second.result.trajectory.size());
-  for (std::size_t i = 0; i < first.result.trajectory.size(); ++i) {
-    EXPECT_EQ(first.result.trajectory[i].T_map_camera.Matrix(),
-              second.result.trajectory[i].T_map_camera.Matrix());
+  ASSERT_NE(first.result.map.snapshot, nullptr) << first.result.no_map_reason;
+  ASSERT_EQ(first.result.map.trajectory.size(), second.result.map.trajectory.size());
+  for (std::size_t i = 0; i < first.result.map.trajectory.size(); ++i) {
+    EXPECT_EQ(first.result.map.trajectory[i].T_map_camera.Matrix(),
+              second.result.map.trajectory[i].T_map_camera.Matrix());
   }
-  ASSERT_EQ(first.result.map->points.size(), second.result.map->points.size());
-  for (std::size_t i = 0; i < first.result.map->points.size(); ++i) {
-    EXPECT_EQ(first.result.map->points[i].p_map, second.result.map->points[i].p_map);
+  ASSERT_EQ(first.result.map.snapshot->points.size(), second.result.map.snapshot->points.size());
+  for (std::size_t i = 0; i < first.result.map.snapshot->points.size(); ++i) {
+    EXPECT_EQ(first.result.map.snapshot->points[i].p_map, second.result.map.snapshot->points[i].p_map);
   }
 }
 
@@ -90,18 +90,18 @@ TEST(System, PublishesSnapshotsThatGrowAndStay) {
     EXPECT_FALSE(run.snapshots[i]->points.empty());
   }
   EXPECT_EQ(run.snapshots.front()->keyframes.size(), 2U);
-  EXPECT_EQ(run.snapshots.back(), run.result.map);
+  EXPECT_EQ(run.snapshots.back(), run.result.map.snapshot);
 }
 
 TEST(System, RecoversAfterAShortLoss) {
   const std::vector<Rigid3d> path = HandHeldPath(110);
   const SystemRun run = RunPath(path, TestOptions(true), {60, 61, 62, 63});
-  ASSERT_NE(run.result.map, nullptr);
+  ASSERT_NE(run.result.map.snapshot, nullptr);
   EXPECT_EQ(run.result.losses, 1);
   EXPECT_EQ(run.result.relocalizations, 1);
   EXPECT_EQ(run.result.resets, 0);
   EXPECT_LT(TrajectoryError(run, path), 0.02);
-  EXPECT_NEAR(run.result.trajectory.back().timestamp, 109.0 / 30.0, 1e-6);
+  EXPECT_NEAR(run.result.map.trajectory.back().timestamp, 109.0 / 30.0, 1e-6);
 }
 
 // What a mirror shows is another place with a geometry of its own.
@@ -113,7 +113,10 @@ Frame Mirrored(Frame frame) {
 
 TEST(System, BeginsASubmapInAPlaceItDoesNotKnowAndFindsBack) {
   const TexturedWorld world;
-  const std::vector<Rigid3d> path = HandHeldPath(170);
+  std::vector<Rigid3d> path = HandHeldPath(130);
+  for (int i = 40; i > 0; --i) {
+    path.push_back(path[static_cast<std::size_t>(i)]);
+  }
   System system(world.GetCamera(), TestOptions(true), [](const MapSnapshotPtr&) {});
   TrackingState state = TrackingState::kNotInitialized;
   for (std::size_t i = 0; i < path.size(); ++i) {
@@ -123,20 +126,20 @@ TEST(System, BeginsASubmapInAPlaceItDoesNotKnowAndFindsBack) {
   }
   EXPECT_EQ(state, TrackingState::kTracking);
   const RunResult result = system.Finish();
-  ASSERT_NE(result.map, nullptr);
+  ASSERT_NE(result.map.snapshot, nullptr);
   EXPECT_EQ(result.losses, 2);
   EXPECT_EQ(result.relocalizations, 1);
   ASSERT_EQ(result.others.size(), 1U);
   // Nothing is thrown away: all frames are in one of the two maps.
-  EXPECT_GE(result.trajectory.size(), 98U);
+  EXPECT_GE(result.map.trajectory.size(), 98U);
   EXPECT_GE(result.others[0].trajectory.size(), 68U);
-  EXPECT_NEAR(result.trajectory.back().timestamp, 169.0 / 30.0, 1e-6);
+  EXPECT_NEAR(result.map.trajectory.back().timestamp, 169.0 / 30.0, 1e-6);
   EXPECT_NEAR(result.others[0].trajectory.front().timestamp, 60.0 / 30.0, 0.1);
 }
 
 TEST(System, SaysWhyAStaticCameraGivesNoMap) {
   const SystemRun run = RunPath(std::vector<Rigid3d>(40), TestOptions(true));
-  EXPECT_EQ(run.result.map, nullptr);
+  EXPECT_EQ(run.result.map.snapshot, nullptr);
   EXPECT_NE(run.result.no_map_reason.find("hardly moves"), std::string::npos) << run.result.no_map_reason;
 }
 
@@ -147,7 +150,7 @@ TEST(System, BuildsNoMapFromAPureRotation) {
         {Eigen::Quaterniond(Eigen::AngleAxisd(0.01 * i, Eigen::Vector3d::UnitY())), {0.0, 0.0, 0.0}});
   }
   const SystemRun run = RunPath(path, TestOptions(true));
-  EXPECT_EQ(run.result.map, nullptr);
+  EXPECT_EQ(run.result.map.snapshot, nullptr);
   EXPECT_NE(run.result.no_map_reason.find("translat"), std::string::npos) << run.result.no_map_reason;
 }
 
@@ -155,10 +158,11 @@ TEST(System, TurnsTheMapUprightAsConfigured) {
   SystemOptions options = TestOptions(true);
   options.gravity = "level-start";
   const SystemRun run = RunPath(HandHeldPath(60), options);
-  ASSERT_NE(run.result.map, nullptr);
-  EXPECT_TRUE(run.result.map->gravity_known);
+  ASSERT_NE(run.result.map.snapshot, nullptr);
+  EXPECT_TRUE(run.result.map.snapshot->gravity_known);
   // The first camera was level: its y axis (down) is -z of the map.
-  const Eigen::Vector3d down = run.result.trajectory.front().T_map_camera.rotation * Eigen::Vector3d::UnitY();
+  const Eigen::Vector3d down =
+      run.result.map.trajectory.front().T_map_camera.rotation * Eigen::Vector3d::UnitY();
   EXPECT_LT((down + Eigen::Vector3d::UnitZ()).norm(), 0.05);
 }
 

@@ -1,0 +1,12 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+namespace sqslam::app {
+
+// Runs every step even if one fails with an InputError, so that a full disk costs no more than it must; the
+// first failure is thrown at the end.
+void AttemptAll(const std::vector<std::function<void()>>& steps);
+
+}  // namespace sqslam::app

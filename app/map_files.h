@@ -1,0 +1,18 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "slam/mapping/finished_map.h"
+
+namespace sqslam::app {
+
+// trajectory.txt, keyframes.txt, points.ply and objects.json. Throws InputError where one cannot be written,
+// after the others have been.
+void WriteMapFiles(const std::filesystem::path& folder, const FinishedMap& map);
+
+// Maps that could not be tied to the main one: the same files in submaps/1, submaps/2, ... of the result
+// folder, each in a frame and scale of its own.
+void WriteSubmaps(const std::filesystem::path& folder, const std::vector<FinishedMap>& submaps);
+
+}  // namespace sqslam::app
