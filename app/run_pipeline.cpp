@@ -252,8 +252,10 @@ RunSummary RunPipeline(const RunRequest& request) {
                      MakeStats(result, *source, dropped, SecondsSince(start), interrupt.Interrupted()),
                      interrupt.Interrupted()};
   if (!result.map.snapshot) {
-    AttemptAll(
-        {[&] { recorder.Close(); }, [&] { WriteStats(request.output / "stats.json", summary.stats); }});
+    const fs::path recording = request.output / "map.sqmap";
+    AttemptAll({[&] { recorder.Close(); },
+                [&] { fs::remove(recording); },  // nothing is in it, and nobody should take it for a map
+                [&] { WriteStats(request.output / "stats.json", summary.stats); }});
     if (summary.stats.frames == 0 && !summary.interrupted) {
       throw InputError(fmt::format(
           "{}: none of the {} images could be used, expected readable images of {}x{}",

@@ -111,26 +111,6 @@ TEST_F(BadInput, ImagesOfWhichNoneFitsAreRefused) {
   EXPECT_THAT(run.ErrorLines(), ElementsAre(HasSubstr("none of the 2 images could be used")));
 }
 
-TEST_F(BadInput, AStaticCameraMakesNoMap) {
-  const WrittenSequence sequence = TinySequence();
-  sequence.List(std::vector<int>(40, 0));
-  const ProgramRun run = Run(sequence);
-  EXPECT_EQ(run.exit_code, 4);
-  EXPECT_THAT(run.ErrorLines(), ElementsAre(HasSubstr("no map: ")));
-  EXPECT_EQ(ReadStats(Output() / "stats.json").frames, 40);
-}
-
-TEST_F(BadInput, APureRotationMakesNoMap) {
-  std::vector<Rigid3d> path;
-  for (int i = 0; i < 40; ++i) {
-    path.push_back({Eigen::Quaterniond(Eigen::AngleAxisd(0.006 * i, Eigen::Vector3d::UnitY())), {}});
-    path.back().translation.setZero();
-  }
-  const ProgramRun run = Run(WrittenSequence(path));
-  EXPECT_EQ(run.exit_code, 4) << run.out << run.err;
-  EXPECT_THAT(run.ErrorLines(), ElementsAre(HasSubstr("no map: ")));
-}
-
 TEST_F(BadInput, SingleBadFramesAreSkippedAndTheRestIsMapped) {
   const WrittenSequence sequence(HandHeldPath(kPathFrames));
   fs::remove(sequence.Image(40));

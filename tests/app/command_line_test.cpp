@@ -1,6 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sstream>
+#include <tuple>
+
 #include "slam/io/recording.h"
 #include "slam/io/result_files.h"
 #include "tests/app/run_program.h"
@@ -96,6 +99,23 @@ TEST_F(MapCommands, InfoTellsWhatIsInAMapOrInItsFolder) {
   EXPECT_THAT(run.out, AllOf(HasSubstr("/data/kitchen"), HasSubstr("teapot"), HasSubstr("snapshots  1")));
   EXPECT_THAT(RunProgram("info " + folder_.Path().string()).out, HasSubstr("teapot"));
   EXPECT_EQ(RunProgram("info --config " + map_.string()).out, "seed: 3\n");
+}
+
+TEST_F(MapCommands, InfoTellsHowTheMapGrew) {
+  const ProgramRun run = RunProgram("info --history " + map_.string());
+  EXPECT_EQ(run.exit_code, 0);
+  std::istringstream lines(run.out);
+  std::string header;
+  std::getline(lines, header);
+  int frame = 0;
+  double time = 0.0;
+  int keyframes = 0;
+  int points = 0;
+  int objects = 0;
+  std::string tracking;
+  lines >> frame >> time >> keyframes >> points >> objects >> tracking;
+  EXPECT_THAT(header, HasSubstr("keyframes"));
+  EXPECT_EQ(std::tuple(frame, keyframes, points, objects, tracking), std::tuple(42, 1, 1, 1, "no"));
 }
 
 TEST_F(MapCommands, ExportWritesByExtension) {

@@ -9,16 +9,28 @@
 #include "tests/support/textured_world.h"
 
 namespace sqslam::testing {
+namespace {
 
-WrittenSequence::WrittenSequence(const std::vector<Rigid3d>& T_map_camera) {
-  const TexturedWorld world;
-  WriteCamera(Path() / "camera.yaml", world.GetCamera());
-  std::filesystem::create_directory(Path() / "rgb");
+std::vector<cv::Mat> Render(const TexturedWorld& world, const std::vector<Rigid3d>& T_map_camera) {
+  std::vector<cv::Mat> images;
   for (std::size_t i = 0; i < T_map_camera.size(); ++i) {
-    cv::imwrite(Image(static_cast<int>(i)).string(),
-                world.Render(static_cast<std::int64_t>(i), T_map_camera[i]).bgr);
+    images.push_back(world.Render(static_cast<std::int64_t>(i), T_map_camera[i]).bgr);
   }
-  std::vector<int> all(T_map_camera.size());
+  return images;
+}
+
+}  // namespace
+
+WrittenSequence::WrittenSequence(const std::vector<Rigid3d>& T_map_camera)
+    : WrittenSequence(TexturedWorld().GetCamera(), Render(TexturedWorld(), T_map_camera)) {}
+
+WrittenSequence::WrittenSequence(const Camera& camera, const std::vector<cv::Mat>& images) {
+  WriteCamera(Path() / "camera.yaml", camera);
+  std::filesystem::create_directory(Path() / "rgb");
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    cv::imwrite(Image(static_cast<int>(i)).string(), images[i]);
+  }
+  std::vector<int> all(images.size());
   std::iota(all.begin(), all.end(), 0);
   List(all);
 }

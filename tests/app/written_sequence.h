@@ -1,19 +1,21 @@
 #pragma once
 
-#include <filesystem>
+#include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
+#include "slam/geometry/camera.h"
 #include "slam/geometry/rigid3.h"
 #include "tests/io/temporary_folder.h"
 
 namespace sqslam::testing {
 
-// A small rendered sequence folder: images of the textured world along a path, camera.yaml, rgb.txt, no
-// boxes.
+// A small sequence folder: images, camera.yaml, rgb.txt, no boxes.
 class WrittenSequence {
  public:
+  // Renders the textured world along a path.
   explicit WrittenSequence(const std::vector<Rigid3d>& T_map_camera);
+  WrittenSequence(const Camera& camera, const std::vector<cv::Mat>& images);
 
   const std::filesystem::path& Path() const { return folder_.Path(); }
   std::filesystem::path Image(int index) const;
