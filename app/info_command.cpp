@@ -39,7 +39,19 @@ void PrintVocabulary(const std::filesystem::path& path) {
       vocabulary.TrainedDescriptors(), vocabulary.TrainedImages());
 }
 
-void PrintInfo(const std::filesystem::path& path, bool config) {
+// How the map grew: one line for each snapshot of the recording.
+void PrintHistory(const RecordingReader& reader) {
+  fmt::print("{:>8} {:>10} {:>9} {:>9} {:>7} {:>8}\n", "frame", "time", "keyframes", "points", "objects",
+             "tracking");
+  for (int i = 0; i < reader.Size(); ++i) {
+    const MapSnapshotPtr snapshot = reader.Read(i);
+    fmt::print("{:>8} {:>10.3f} {:>9} {:>9} {:>7} {:>8}\n", snapshot->frame_index, snapshot->timestamp,
+               snapshot->keyframes.size(), snapshot->points.size(), snapshot->objects.size(),
+               snapshot->T_map_camera ? "yes" : "no");
+  }
+}
+
+void PrintInfo(const std::filesystem::path& path, bool config, bool history) {
   if (Vocabulary::IsVocabularyFile(path)) {
     PrintVocabulary(path);
     return;
@@ -47,6 +59,10 @@ void PrintInfo(const std::filesystem::path& path, bool config) {
   const RecordingReader reader(path);
   if (config) {
     fmt::print("{}", reader.Info().config);
+    return;
+  }
+  if (history) {
+    PrintHistory(reader);
     return;
   }
   fmt::print("map        {}\nsequence   {}\nwritten by sqslam {}\nsnapshots  {}\n", path.string(),
@@ -70,16 +86,19 @@ void AddInfoCommand(CLI::App& app, int&) {
   struct Arguments {
     std::string map;
     bool config = false;
+    bool history = false;
   };
   const auto arguments = std::make_shared<Arguments>();
   CLI::App* info = app.add_subcommand("info", "Say what is in a map or a vocabulary");
   info->footer(
       "\nExamples:\n  sqslam info out/kitchen/map.sqmap\n  sqslam info out/kitchen --config > again.yaml\n"
-      "  sqslam info assets/vocabulary.bin\n");
+      "  sqslam info out/kitchen --history\n  sqslam info assets/vocabulary.bin\n");
   info->add_option("MAP", arguments->map, "map.sqmap, the result folder that holds it, or a vocabulary")
       ->required();
   info->add_flag("--config", arguments->config, "Print the options the map was made with, as YAML");
-  info->callback([arguments] { PrintInfo(MapFile(arguments->map), arguments->config); });
+  info->add_flag("--history", arguments->history, "Print a line for each snapshot: how the map grew")
+      ->excludes("--config");
+  info->callback([arguments] { PrintInfo(MapFile(arguments->map), arguments->config, arguments->history); });
 }
 
 }  // namespace sqslam::app
