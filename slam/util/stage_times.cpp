@@ -1,32 +1,49 @@
 #include "slam/util/stage_times.h"
 
 #include <algorithm>
-#include <numeric>
 
 namespace sqslam {
 
+void StageTimes::Samples::Add(double milliseconds) {
+  constexpr std::size_t kMostKept = 16384;  // of each stage, nine minutes of a stage that runs each frame
+  sum += milliseconds;
+  max = std::max(max, milliseconds);
+  if (count++ % every != 0) {
+    return;
+  }
+  kept.push_back(milliseconds);
+  if (kept.size() == kMostKept) {
+    for (std::size_t i = 0; 2 * i < kept.size(); ++i) {
+      kept[i] = kept[2 * i];
+    }
+    kept.resize(kept.size() / 2);
+    every *= 2;
+  }
+}
+
+StageTimes::Summary StageTimes::Samples::Summarize() const {
+  std::vector<double> sorted = kept;
+  std::sort(sorted.begin(), sorted.end());
+  const auto quantile = [&](double q) {
+    return sorted[static_cast<std::size_t>(q * static_cast<double>(sorted.size() - 1) + 0.5)];
+  };
+  return {sum / count, quantile(0.5), quantile(0.95), max, count};
+}
+
 void StageTimes::Add(std::string_view stage, double milliseconds) {
   const std::lock_guard lock(mutex_);
-  const auto it = samples_.find(stage);
-  if (it != samples_.end()) {
-    it->second.push_back(milliseconds);
-  } else {
-    samples_.emplace(std::string(stage), std::vector<double>{milliseconds});
+  auto it = stages_.find(stage);
+  if (it == stages_.end()) {
+    it = stages_.emplace(std::string(stage), Samples()).first;
   }
+  it->second.Add(milliseconds);
 }
 
 std::map<std::string, StageTimes::Summary> StageTimes::Summaries() const {
   const std::lock_guard lock(mutex_);
   std::map<std::string, Summary> summaries;
-  for (const auto& [stage, samples] : samples_) {
-    std::vector<double> sorted = samples;
-    std::sort(sorted.begin(), sorted.end());
-    const auto quantile = [&](double q) {
-      return sorted[static_cast<std::size_t>(q * static_cast<double>(sorted.size() - 1) + 0.5)];
-    };
-    const double sum = std::accumulate(sorted.begin(), sorted.end(), 0.0);
-    summaries[stage] = {sum / static_cast<double>(sorted.size()), quantile(0.5), quantile(0.95),
-                        sorted.back(), static_cast<int>(sorted.size())};
+  for (const auto& [stage, samples] : stages_) {
+    summaries[stage] = samples.Summarize();
   }
   return summaries;
 }

@@ -9,7 +9,9 @@
 
 namespace sqslam {
 
-// Durations of named stages ("tracking", "mapping.bundle_adjustment", ...), collected from any thread.
+// Durations of named stages ("tracking", "mapping.bundle_adjustment", ...), collected from any thread. Of a
+// stage that runs very often, median and p95 come from an even share of its durations, so that memory stays
+// small however long a run lasts.
 class StageTimes {
  public:
   struct Summary {
@@ -39,8 +41,19 @@ class StageTimes {
   std::map<std::string, Summary> Summaries() const;
 
  private:
+  struct Samples {
+    double sum = 0.0;
+    double max = 0.0;
+    int count = 0;
+    int every = 1;             // one duration in so many is kept
+    std::vector<double> kept;  // in the order in which they came
+
+    void Add(double milliseconds);
+    Summary Summarize() const;
+  };
+
   mutable std::mutex mutex_;
-  std::map<std::string, std::vector<double>, std::less<>> samples_;
+  std::map<std::string, Samples, std::less<>> stages_;
 };
 
 }  // namespace sqslam
