@@ -21,6 +21,7 @@ Mapper::Mapper(const Camera& camera, const SystemOptions& options,
       adjustment_(!options.deterministic) {}
 
 void Mapper::Process(TrackingReport report) {
+  constexpr int kMatchedFrames = 1500;  // whose matches are kept for the end: 20 to 30 MiB
   const bool is_new = report.initial_map != nullptr;
   if (is_new) {
     BeginSubmap(report);
@@ -43,6 +44,7 @@ void Mapper::Process(TrackingReport report) {
   CullRedundant(newest);
   const bool moved_everywhere = TakeAdjustment() | RecognizePlace(newest);
   KeepUpright(false);
+  active_->RefineFrames(camera_, options_.tracking.min_inliers, kMatchedFrames);
   {
     const StageTimes::Scope objects_timer(times_, "mapping.objects");
     active_->MapObjects(camera_, moved_everywhere);

@@ -1,5 +1,8 @@
 #include "slam/mapping/submap.h"
 
+#include <iterator>
+#include <utility>
+
 namespace sqslam {
 
 Submap::Submap(std::int64_t number, std::unique_ptr<sqslam::Map> map, const SystemOptions& options)
@@ -17,17 +20,24 @@ void Submap::RecordFrame(std::int64_t index, double timestamp, const AnchoredPos
   frames_[index] = {timestamp, pose, std::move(matches)};
 }
 
-void Submap::RefineFrames(const Camera& camera, int min_inliers) {
-  for (auto& [index, record] : frames_) {
+void Submap::RefineFrames(const Camera& camera, int min_inliers, int keep) {
+  if (NumFrames() <= keep) {
+    return;
+  }
+  const auto end = std::prev(frames_.end(), keep);
+  for (auto it = keep > 0 ? frames_.lower_bound(refined_below_) : frames_.begin(); it != end; ++it) {
+    auto& [index, record] = *it;
+    const std::vector<FrameMatch> matches = std::exchange(record.matches, {});
     const KeyframeId reference = record.pose.reference;
-    if (map_->HasKeyframe(reference) && map_->At(reference).frame_index == index) {
-      continue;  // bundle adjustment has moved it already
+    if (matches.empty() || (map_->HasKeyframe(reference) && map_->At(reference).frame_index == index)) {
+      continue;  // refined before, or moved by bundle adjustment already
     }
     const ScaledPose anchor = map_->PoseOf(reference);
     const Rigid3d T_camera_map =
-        RefineFrame(*map_, camera, record.matches, min_inliers, Resolve(record.pose, anchor).T_camera_map);
+        RefineFrame(*map_, camera, matches, min_inliers, Resolve(record.pose, anchor).T_camera_map);
     record.pose = {reference, T_camera_map * anchor.T_camera_map.Inverse(), anchor.scale};
   }
+  refined_below_ = end == frames_.end() ? std::prev(end)->first + 1 : end->first;
 }
 
 Rigid3d Submap::PoseOf(const FrameRecord& record) const {

@@ -31,8 +31,9 @@ class Submap {
   void RecordFrame(std::int64_t index, double timestamp, const AnchoredPose& pose,
                    std::vector<FrameMatch> matches = {});
 
-  // Finds the frames between the keyframes again in the map as it is now.
-  void RefineFrames(const Camera& camera, int min_inliers);
+  // Finds the frames between the keyframes again in the map as it is now, all but the `keep` newest, and
+  // forgets by what they were found: from then on they follow their keyframes.
+  void RefineFrames(const Camera& camera, int min_inliers, int keep = 0);
 
   bool HasFrame(std::int64_t index) const { return frames_.contains(index); }
   int NumFrames() const { return static_cast<int>(frames_.size()); }
@@ -69,6 +70,7 @@ class Submap {
   std::unique_ptr<sqslam::Map> map_;
   std::set<PointId> young_points_;              // not yet proven, see CullPoints()
   std::map<std::int64_t, FrameRecord> frames_;  // by frame index
+  std::int64_t refined_below_ = 0;              // frames below this index need not be refined again
   UprightEstimator upright_;
   ObjectMapper objects_;
 };
