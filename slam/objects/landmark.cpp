@@ -7,6 +7,7 @@ namespace sqslam {
 namespace {
 
 constexpr std::size_t kMaxLineViews = 60;
+constexpr std::size_t kMaxBoxViews = 2000;
 
 }  // namespace
 
@@ -40,9 +41,13 @@ double LabelVotes::BestScore() const {
 }
 
 void Landmark::Add(const ObjectObservation& observation) {
+  ++observations;
   labels.Add(observation.detection.label, observation.detection.score);
-  views.push_back(
-      {observation.frame_index, observation.T_map_camera, observation.detection.box, observation.edge_free});
+  if (KeepsViewOf(observation.frame_index)) {
+    views.push_back({observation.frame_index, observation.T_map_camera, observation.detection.box,
+                     observation.edge_free});
+    ThinViews();
+  }
   for (const std::int64_t point : observation.point_ids) {
     PointVotes& vote = votes[point];
     ++vote.inside;
@@ -69,11 +74,28 @@ void Landmark::Add(const ObjectObservation& observation) {
   }
 }
 
+// Half of all frames, a quarter, ...: the same ones for every landmark, so that it stays known which were
+// seen in one image; and none in step with a stride.
+bool Landmark::KeepsViewOf(std::int64_t frame_index) const {
+  const std::uint64_t scattered = static_cast<std::uint64_t>(frame_index) * 0x9E3779B97F4A7C15ULL;
+  return halvings_ == 0 || scattered >> (64 - halvings_) == 0;
+}
+
+void Landmark::ThinViews() {
+  while (views.size() > kMaxBoxViews) {
+    ++halvings_;
+    std::erase_if(views, [this](const BoxView& view) { return !KeepsViewOf(view.frame_index); });
+  }
+}
+
 void Landmark::Absorb(Landmark&& other) {
+  observations += other.observations;
   labels.Merge(other.labels);
   views.insert(views.end(), other.views.begin(), other.views.end());
   std::stable_sort(views.begin(), views.end(),
                    [](const BoxView& a, const BoxView& b) { return a.frame_index < b.frame_index; });
+  halvings_ = std::max(halvings_, other.halvings_);
+  ThinViews();
   for (const auto& [point, theirs] : other.votes) {
     PointVotes& mine = votes[point];
     mine.inside += theirs.inside;

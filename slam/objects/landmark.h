@@ -57,7 +57,8 @@ struct Landmark {
 
   int id = 0;
   LabelVotes labels;
-  std::vector<BoxView> views;  // by frame
+  int observations = 0;        // boxes, also of the frames that are no longer among the views
+  std::vector<BoxView> views;  // by frame; of an object that is seen very long, from an even share of them
   std::map<std::int64_t, PointVotes> votes;
   PointStatistics centroids;
   YawMean yaw;                                           // of single frames (the paper's running mean)
@@ -66,7 +67,7 @@ struct Landmark {
   // Results of the last estimation.
   bool estimated = false;
   bool refined = false;                                          // by the joint refinement
-  int estimated_at = 0;                                          // number of views at that time
+  int estimated_at = 0;                                          // number of observations at that time
   std::vector<std::pair<std::int64_t, Eigen::Vector3d>> points;  // inliers
   PosedSuperquadric superquadric;
   double box_agreement = 0.0;  // mean IoU of the projected superquadric and the boxes, in [0, 1]
@@ -74,6 +75,12 @@ struct Landmark {
   void Add(const ObjectObservation& observation);
   void Absorb(Landmark&& other);  // the two are one object; estimated anew at the next update
   void Transform(const Sim3d& S_new_old);
+
+ private:
+  bool KeepsViewOf(std::int64_t frame_index) const;
+  void ThinViews();
+
+  int halvings_ = 0;  // times that half of all frames was given up
 };
 
 }  // namespace sqslam

@@ -276,7 +276,7 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
   const ObjectOptions& options = *context.options;
   const std::vector<BoxView> views = SpreadViews(landmark.views, options.refinement.max_views);
   landmark.points = RemoveOutliers(landmark, views, context);
-  landmark.estimated_at = static_cast<int>(landmark.views.size());
+  landmark.estimated_at = landmark.observations;
   if (landmark.points.size() < kMinPoints) {
     // What the boxes of many views have told stays true when its few points are lost.
     landmark.estimated = landmark.estimated && landmark.refined;

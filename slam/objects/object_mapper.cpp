@@ -59,7 +59,7 @@ void ObjectMapper::Impl::Update(const PointLookup& points, const Camera& camera,
     for (auto& [id, landmark] : landmarks) {
       // Young landmarks change with every box, old ones hardly.
       const int due = landmark.estimated_at + std::max(1, landmark.estimated_at / 6);
-      if (all || landmark.estimated_at == 0 || static_cast<int>(landmark.views.size()) >= due) {
+      if (all || landmark.estimated_at == 0 || landmark.observations >= due) {
         RenewPoses(landmark, poses);
         context.smaller_objects = SmallerThan(landmark);
         EstimateLandmark(landmark, context);
@@ -126,7 +126,7 @@ void ObjectMapper::Impl::DeleteForgotten() {
 }
 
 bool ObjectMapper::Impl::IsShown(const Landmark& landmark) const {
-  return landmark.estimated && static_cast<int>(landmark.views.size()) >= options.min_observations &&
+  return landmark.estimated && landmark.observations >= options.min_observations &&
          landmark.box_agreement >= (static_cast<int>(landmark.points.size()) >= options.min_points
                                         ? options.min_box_agreement
                                         : options.pointless_box_agreement);
@@ -151,7 +151,7 @@ void ObjectMapper::Impl::Publish() {
     ObjectLandmarkView out;
     out.id = id;
     out.label = landmark.labels.Best();
-    out.observations = static_cast<int>(landmark.views.size());
+    out.observations = landmark.observations;
     out.points = landmark.points;
     out.estimated = landmark.estimated;
     out.superquadric = landmark.superquadric;
@@ -235,7 +235,7 @@ std::vector<SnapshotObject> ObjectMapper::Objects() const {
     object.id = id;
     object.label = landmark.labels.Best();
     object.score = landmark.labels.BestScore();
-    object.observations = static_cast<int>(landmark.views.size());
+    object.observations = landmark.observations;
     object.points = static_cast<int>(landmark.points.size());
     object.superquadric = landmark.superquadric;
     const Eigen::Vector3d x = landmark.superquadric.T_map_object.rotation * Eigen::Vector3d::UnitX();

@@ -1,0 +1,62 @@
+#include "slam/objects/landmark.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "slam/objects/merging.h"
+
+namespace sqslam {
+namespace {
+
+constexpr int kHours = 200000;  // frames
+
+Landmark SeenAt(double x, int frames, int stride = 1) {
+  Landmark landmark;
+  for (int i = 0; i < frames; ++i) {
+    ObjectObservation observation;
+    observation.frame_index = 1 + i * stride;
+    observation.detection.label = "cup";
+    observation.detection.score = 0.5;
+    observation.detection.box = {x, 100.0, 40.0, 50.0};
+    landmark.Add(observation);
+  }
+  return landmark;
+}
+
+TEST(Landmark, KeepsEveryViewOfAShortRun) {
+  const Landmark landmark = SeenAt(100.0, 1500);
+  EXPECT_EQ(landmark.views.size(), 1500U);
+  EXPECT_EQ(landmark.observations, 1500);
+}
+
+TEST(Landmark, KeepsAnEvenShareOfViewsOfALongRun) {
+  for (const int stride : {1, 2, 64}) {
+    const Landmark landmark = SeenAt(100.0, kHours, stride);
+    EXPECT_EQ(landmark.observations, kHours);
+    EXPECT_LE(landmark.views.size(), 2000U) << stride;
+    EXPECT_GE(landmark.views.size(), 500U) << stride;
+    const auto first_half =
+        std::count_if(landmark.views.begin(), landmark.views.end(),
+                      [&](const BoxView& v) { return v.frame_index < std::int64_t{stride} * kHours / 2; });
+    EXPECT_NEAR(static_cast<double>(first_half) / static_cast<double>(landmark.views.size()), 0.5, 0.05);
+  }
+}
+
+// Two things that stand side by side in every image must never be taken for one.
+TEST(Landmark, ThoseSeenTogetherAreKnownToBeTwoHoweverLongTheRun) {
+  const Landmark old_one = SeenAt(100.0, kHours);
+  const Landmark young_one = SeenAt(300.0, 5000);
+  EXPECT_GE(FramesSeenApart(old_one, young_one), 10);
+  EXPECT_EQ(FramesSeenApart(old_one, SeenAt(300.0, kHours)), static_cast<int>(old_one.views.size()));
+}
+
+TEST(Landmark, AbsorbingCountsAllObservations) {
+  Landmark landmark = SeenAt(100.0, 1500);
+  landmark.Absorb(SeenAt(100.0, kHours));
+  EXPECT_EQ(landmark.observations, kHours + 1500);
+  EXPECT_LE(landmark.views.size(), 2000U);
+}
+
+}  // namespace
+}  // namespace sqslam
