@@ -1,0 +1,313 @@
+#!/usr/bin/python3
+"""Measures the SLAM core: accuracy, robustness, speed and memory over several runs of several sequences.
+
+Needs the sequence folders redkitchen, tsukuba and blender_desk_a below DATA; those that are not there are left
+out. The harder variants of them are made below WORK from links and lists, and so is a walk of many laps around
+the bundled synthetic desk. Prints one table in Markdown: medians, with the lowest and highest value behind.
+
+    scripts/measure-slam.py ../data out/measure
+    scripts/measure-slam.py ../data out/measure --only redkitchen gap --runs 3 -- --deterministic
+"""
+import argparse
+import json
+import shutil
+import sqlite3
+import statistics
+import struct
+import subprocess
+import sys
+import time
+import zlib
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+GAP = range(400, 461)  # frames of redkitchen that are black in "gap"
+FPS = 30.0
+SAMPLE_INTERVAL = 1.0  # s, between two looks at a run's memory
+
+
+# --- Sequences -----------------------------------------------------------------------------------------------
+
+
+def read_rows(path):
+    """Lists of words of a text file's lines, comments left out."""
+    if not path.exists():
+        return []
+    lines = path.read_text().splitlines()
+    return [line.split() for line in lines if line.strip() and not line.startswith("#")]
+
+
+def by_frame(rows, images):
+    """Rows of a file with timestamps, grouped by the frame that has the same time: index -> list of rows."""
+    frame_of = {round(float(row[0]) * 1000): i for i, row in enumerate(images)}
+    groups = {}
+    for row in rows:
+        frame = frame_of.get(round(float(row[0]) * 1000))
+        if frame is not None:
+            groups.setdefault(frame, []).append(row)
+    return groups
+
+
+def black_png(width, height):
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    pixels = zlib.compress(bytes((3 * width + 1) * height))
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", pixels) + chunk(b"IEND", b"")
+
+
+def write_variant(source, target, order, black=()):
+    """A sequence folder that shows the frames `order` of another one, 30 a second; those in `black` as black."""
+    images = read_rows(source / "rgb.txt")
+    poses = by_frame(read_rows(source / "groundtruth.txt"), images)
+    boxes = by_frame(read_rows(source / "boxes.txt"), images)
+    target.mkdir(parents=True, exist_ok=True)
+    shutil.copy(source / "camera.yaml", target)
+    if black:
+        (target / "black.png").write_bytes(black_png(640, 480))
+    rgb, truth, detections = [], [], []
+    for i, frame in enumerate(order):
+        stamp = f"{i / FPS:.6f}"
+        is_black = frame in black
+        rgb.append(f"{stamp} {'black.png' if is_black else source.resolve() / images[frame][1]}\n")
+        truth += [" ".join([stamp] + row[1:]) + "\n" for row in poses.get(frame, [])]
+        detections += [] if is_black else [" ".join([stamp] + row[1:]) + "\n" for row in boxes.get(frame, [])]
+    (target / "rgb.txt").write_text("".join(rgb))
+    (target / "groundtruth.txt").write_text("".join(truth))
+    (target / "boxes.txt").write_text("".join(detections))
+    return target
+
+
+def there_and_back(count, laps):
+    """Frame numbers of a walk along a path of `count` frames, every other time from its end."""
+    order = list(range(count))
+    for lap in range(1, laps):
+        order += range(count - 2, -1, -1) if lap % 2 else range(1, count)
+    return order
+
+
+def make_sequences(arguments):
+    """Name -> folder. What is there from an earlier call is used again."""
+    data, work = arguments.data, arguments.work / "sequences"
+    folders = {name: data / name for name in ("redkitchen", "tsukuba", "blender_desk_a")}
+    if folders["redkitchen"].exists():
+        count = len(read_rows(folders["redkitchen"] / "rgb.txt"))
+        forth = list(range(count))
+        folders["twice"] = write_variant(folders["redkitchen"], work / "twice", forth + forth[::-1])
+        folders["gap"] = write_variant(folders["redkitchen"], work / "gap", forth, GAP)
+    if "laps" in arguments.only:
+        desk = work / "desk"
+        if not (desk / "rgb.txt").exists():
+            scene = ROOT / "assets/scenes/desk.yaml"
+            subprocess.run([arguments.sqslam, "synth", scene, "--output", desk, "--noise", "--quiet"], check=True)
+        count = len(read_rows(desk / "rgb.txt"))
+        folders["laps"] = write_variant(desk, work / "laps", there_and_back(count, arguments.laps))
+    return {name: folder for name, folder in folders.items() if folder.exists() and name in arguments.only}
+
+
+# --- Runs ----------------------------------------------------------------------------------------------------
+
+
+def resident_mib(pid):
+    try:
+        for line in Path(f"/proc/{pid}/status").read_text().splitlines():
+            if line.startswith("VmRSS:"):
+                return int(line.split()[1]) / 1024
+    except (FileNotFoundError, ProcessLookupError):
+        pass
+    return None
+
+
+def newest_frame(recording):
+    """Frame of the newest snapshot of a run that may still go on."""
+    try:
+        database = sqlite3.connect(f"file:{recording}?mode=ro", uri=True)
+        try:
+            return database.execute("SELECT max(frame_index) FROM snapshots").fetchone()[0]
+        finally:
+            database.close()
+    except sqlite3.Error:
+        return None
+
+
+def run(arguments, sequence, output):
+    """Runs once; returns memory over time as (frame, MiB), or None where the run failed."""
+    shutil.rmtree(output, ignore_errors=True)
+    output.parent.mkdir(parents=True, exist_ok=True)
+    command = [arguments.sqslam, "run", sequence, "--output", output, "--no-render", "--quiet"]
+    process = subprocess.Popen(command + arguments.options, stderr=subprocess.DEVNULL)
+    memory = []
+    while process.poll() is None:
+        frame, resident = newest_frame(output / "map.sqmap"), resident_mib(process.pid)
+        if frame is not None and resident is not None:
+            memory.append((frame, resident))
+        time.sleep(SAMPLE_INTERVAL)
+    return memory if process.returncode == 0 else None
+
+
+def history(arguments, output):
+    """Snapshots of a run as (frame, keyframes, points)."""
+    command = [arguments.sqslam, "info", "--history", output]
+    lines = subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()[1:]
+    return [(int(words[0]), int(words[2]), int(words[3])) for words in map(str.split, lines)]
+
+
+def measure(arguments, name, sequence, output):
+    """All figures of one run, by column; None where the run made no map."""
+    memory = run(arguments, sequence, output)
+    if memory is None:
+        return None
+    subprocess.run([arguments.sqslam, "eval", output, "--ground-truth", sequence, "--quiet"], check=True)
+    stats = json.loads((output / "stats.json").read_text())
+    trajectory = json.loads((output / "eval.json").read_text())["trajectory"]
+    timing = stats["timing_ms"]
+    tracking = timing["tracking"]
+    objects = timing.get("tracking.objects", {"mean": 0.0, "count": 0})
+    without_objects = tracking["mean"] - objects["mean"] * objects["count"] / tracking["count"]
+    figures = {
+        "tracked %": 100.0 * stats["tracked"] / stats["frames"],
+        "ATE mm": 1000.0 * trajectory["ate_rmse"],
+        "ATE % of path": 100.0 * trajectory["ate_share_of_path"],
+        "keyframes": stats["keyframes"],
+        "points": stats["points"],
+        "losses": stats["losses"],
+        "reloc.": stats["relocalisations"],
+        "loops": stats["loops"],
+        "merges": stats["merges"],
+        "submaps": stats["submaps"],
+        "tracking ms": tracking["mean"],
+        "without objects": without_objects,
+        "p95": tracking["p95"],
+        "BA ms": timing.get("mapping.bundle_adjustment", {"mean": 0.0})["mean"],
+        "peak MiB": stats["peak_memory_mib"],
+    }
+    figures["note"] = notes(arguments, name, output, memory)
+    return figures
+
+
+def notes(arguments, name, output, memory):
+    """What only some sequences are asked, by name."""
+    snapshots = history(arguments, output)
+    if name == "twice":
+        half = snapshots[-1][0] / 2
+        first = [points for frame, _, points in snapshots if frame <= half][-1]
+        return {"points grown in the second half, %": 100.0 * (snapshots[-1][2] / first - 1.0)}
+    if name == "gap":
+        # The first keyframe after it: frames that are found later, going backward, become no keyframes.
+        return {"frames until tracking is back": min(f for f, _, _ in snapshots if f > GAP[-1]) - GAP[-1]}
+    if name == "laps":
+        write_laps(arguments, output, snapshots, memory)
+        lap = snapshots[-1][0] / arguments.laps
+
+        def middle(rows, column, ended):  # of the lap that ended so many laps before the end
+            inside = [row[column] for row in rows if arguments.laps - 1 <= row[0] / lap + ended <= arguments.laps]
+            return statistics.median(inside)
+
+        return {
+            "points, last lap against the one before, %": 100.0 * (
+                middle(snapshots, 2, 0) / middle(snapshots, 2, 1) - 1.0
+            ),
+            "MiB, last lap less the one before": middle(memory, 1, 0) - middle(memory, 1, 1),
+        }
+    return {}
+
+
+def write_laps(arguments, output, snapshots, memory):
+    """growth.txt and memory.txt beside the result, and a picture of both where gnuplot is there."""
+    growth, resident = output / "growth.txt", output / "memory.txt"
+    growth.write_text("# frame keyframes points\n" + "".join("%d %d %d\n" % s for s in snapshots))
+    resident.write_text("# frame MiB\n" + "".join("%d %.1f\n" % m for m in memory))
+    if not shutil.which("gnuplot"):
+        return
+    lap = snapshots[-1][0] / arguments.laps
+    script = f"""
+set terminal pngcairo size 1000,900 font 'DejaVu Sans,11'
+set output '{output / "memory.png"}'
+set multiplot layout 3,1
+set grid
+set lmargin 8
+set key off
+set xtics {lap}
+set format x ''
+set yrange [0:*]
+set title 'resident memory, MiB'
+plot '{resident}' with lines lw 2
+set title 'map points'
+plot '{growth}' using 1:3 with lines lw 2
+set title 'keyframes'
+set format x '%.0f'
+set xlabel 'frame (one tic a lap)'
+plot '{growth}' using 1:2 with lines lw 2
+"""
+    subprocess.run(["gnuplot"], input=script, text=True, check=True)
+
+
+# --- Table ---------------------------------------------------------------------------------------------------
+
+
+def spread(values):
+    """Median, and lowest to highest where they differ."""
+
+    def number(value):
+        if float(value).is_integer() or abs(value) >= 100:
+            return f"{value:.0f}"
+        return f"{value:.3g}"
+
+    low, high = number(min(values)), number(max(values))
+    return number(statistics.median(values)) + (f" ({low} to {high})" if low != high else "")
+
+
+def print_row(name, results):
+    done = [figures for figures in results if figures is not None]
+    if not done:
+        print(f"| {name} | no map in {len(results)} runs |")
+        return
+    columns = [column for column in done[0] if column != "note"]
+    extra = [f"{key}: {spread([f['note'][key] for f in done])}" for key in done[0]["note"]]
+    failed = [f"no map in {len(results) - len(done)} of {len(results)} runs"] if len(done) < len(results) else []
+    cells = [spread([figures[column] for figures in done]) for column in columns]
+    print("| " + " | ".join([name] + cells + ["; ".join(extra + failed)]) + " |", flush=True)
+
+
+def print_header(columns):
+    print("| " + " | ".join(["sequence"] + columns + ["notes"]) + " |")
+    print("|" + " --- |" * (len(columns) + 2), flush=True)
+
+
+def parse_arguments():
+    names = ["redkitchen", "twice", "gap", "tsukuba", "blender_desk_a", "laps"]
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("data", type=Path, help="folder that holds the sequence folders")
+    parser.add_argument("work", type=Path, help="folder for variants and results")
+    parser.add_argument("--sqslam", type=Path, default=ROOT / "build/release/bin/sqslam", help="the program")
+    parser.add_argument("--runs", type=int, default=5, help="of each sequence (default: %(default)s)")
+    parser.add_argument("--laps", type=int, default=10, help="around the desk (default: %(default)s)")
+    parser.add_argument("--only", nargs="+", choices=names, default=names, help="sequences (default: all)")
+    parser.add_argument("options", nargs="*", help="options of sqslam run, after --")
+    return parser.parse_args()
+
+
+def main():
+    arguments = parse_arguments()
+    sequences = make_sequences(arguments)
+    if not sequences:
+        sys.exit(f"measure-slam: {arguments.data}: holds none of the sequences asked for")
+    headed = False
+    for name in arguments.only:
+        if name not in sequences:
+            print(f"measure-slam: {name} is not there, left out", file=sys.stderr)
+            continue
+        results = []
+        for i in range(arguments.runs):
+            output = arguments.work / "runs" / f"{name}-{i + 1}"
+            results.append(measure(arguments, name, sequences[name], output))
+            figures = results[-1]
+            if figures and not headed:
+                print_header([column for column in figures if column != "note"])
+                headed = True
+        print_row(name, results)
+
+
+if __name__ == "__main__":
+    main()
