@@ -115,6 +115,7 @@ RunStats MakeStats(const RunResult& result, const FrameStream& source, int dropp
   stats.losses = result.losses;
   stats.relocalizations = result.relocalizations;
   stats.loops = result.loops;
+  stats.returns = result.returns;
   stats.merges = result.merges;
   stats.submaps = static_cast<int>(result.others.size());
   stats.interrupted = interrupted;

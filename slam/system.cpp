@@ -209,6 +209,7 @@ RunResult System::Finish() {
   result.relocalizations = s.tracker.Relocalizations();
   const Mapper::Counts counts = s.mapper.GetCounts();
   result.loops = counts.loops;
+  result.returns = counts.returns;
   result.merges = counts.merges;
   result.resets = counts.resets;
   result.timing_ms = s.times.Summaries();

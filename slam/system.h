@@ -25,6 +25,7 @@ struct RunResult {
   int losses = 0;           // times that tracking was lost
   int relocalizations = 0;  // times that it was found again in a known place
   int loops = 0;            // closed
+  int returns = 0;          // to places that tracking tied to the map without a loop to close
   int merges = 0;           // of submaps
   int resets = 0;           // submaps given up because they never grew
   FinishedMap map;          // the one with the most frames; its snapshot is null where no map could be built

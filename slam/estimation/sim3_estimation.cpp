@@ -17,6 +17,9 @@ namespace {
 
 constexpr double kMinDepth = 1e-6;
 constexpr std::size_t kSampleSize = 3;
+// Standard deviation of the logarithm of a map point's distance. Two cameras in the same place see the same
+// pixels whatever the scale: then only the distances tell it.
+constexpr double kDistanceSigma = 0.1;
 
 // Squared error in units of the variance; infinite behind the camera.
 double SquaredError(const Camera& camera, const Eigen::Vector3d& p_camera, const Eigen::Vector2d& pixel,
@@ -34,6 +37,12 @@ struct MatchErrors {
 MatchErrors ErrorsOf(const Camera& camera, const Sim3d& S_1_2, const Sim3d& S_2_1, const Sim3Match& match) {
   return {SquaredError(camera, S_1_2 * match.p_camera2, match.pixel1, match.variance1),
           SquaredError(camera, S_2_1 * match.p_camera1, match.pixel2, match.variance2)};
+}
+
+// Of the distances at which the two maps put the match from camera 1, in standard deviations.
+double DistanceError(const Sim3d& S_1_2, const Sim3Match& match) {
+  return 0.5 * std::log((S_1_2 * match.p_camera2).squaredNorm() / match.p_camera1.squaredNorm()) /
+         kDistanceSigma;
 }
 
 struct Hypothesis {
@@ -85,6 +94,15 @@ std::array<std::size_t, kSampleSize> DrawTriple(std::size_t count, std::mt19937_
   return drawn;
 }
 
+// Huber's loss of a squared error and the weight that it gives to the residual.
+double Loss(double squared, bool robust) {
+  return robust && squared > kChi2TwoDof99 ? 2.0 * std::sqrt(kChi2TwoDof99 * squared) - kChi2TwoDof99
+                                           : squared;
+}
+double Weight(double squared, bool robust) {
+  return robust && squared > kChi2TwoDof99 ? std::sqrt(kChi2TwoDof99 / squared) : 1.0;
+}
+
 using ImageRows = Eigen::Matrix<double, 2, 7>;
 
 struct NormalEquations {
@@ -95,16 +113,17 @@ struct NormalEquations {
     hessian.noalias() += weight * jacobian.transpose() * jacobian;
     gradient.noalias() += weight * jacobian.transpose() * residual;
   }
-};
 
-// Huber's loss of a squared error and the weight that it gives to the residual.
-double Loss(double squared, bool robust) {
-  return robust && squared > kChi2TwoDof99 ? 2.0 * std::sqrt(kChi2TwoDof99 * squared) - kChi2TwoDof99
-                                           : squared;
-}
-double Weight(double squared, bool robust) {
-  return robust && squared > kChi2TwoDof99 ? std::sqrt(kChi2TwoDof99 / squared) : 1.0;
-}
+  // log |p| for p' = Exp(x) p changes by [0, p / |p|^2, 1] x.
+  void AddDistance(const Eigen::Vector3d& p, double error) {
+    Vector7d jacobian;
+    jacobian << Eigen::Vector3d::Zero(), p / p.squaredNorm(), 1.0;
+    jacobian /= kDistanceSigma;
+    const double weight = Weight(error * error, true);
+    hessian.noalias() += weight * jacobian * jacobian.transpose();
+    gradient += weight * error * jacobian;
+  }
+};
 
 // Infinite where a point that counts is behind a camera.
 double Cost(const Camera& camera, const std::vector<Sim3Match>& matches, const std::vector<bool>& use,
@@ -114,7 +133,8 @@ double Cost(const Camera& camera, const std::vector<Sim3Match>& matches, const s
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (use[i]) {
       const MatchErrors errors = ErrorsOf(camera, S_1_2, S_2_1, matches[i]);
-      cost += Loss(errors.image1, robust) + Loss(errors.image2, robust);
+      const double distance = DistanceError(S_1_2, matches[i]);
+      cost += Loss(errors.image1, robust) + Loss(errors.image2, robust) + Loss(distance * distance, true);
     }
   }
   return cost;
@@ -133,6 +153,7 @@ NormalEquations Linearize(const Camera& camera, const std::vector<Sim3Match>& ma
                     Weight(e1.squaredNorm() / match.variance1, robust) / match.variance1);
       equations.Add(at.jacobian.bottomRows<2>(), e2,
                     Weight(e2.squaredNorm() / match.variance2, robust) / match.variance2);
+      equations.AddDistance(S_1_2 * match.p_camera2, DistanceError(S_1_2, match));
     }
   }
   return equations;

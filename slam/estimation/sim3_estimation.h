@@ -50,11 +50,12 @@ struct Sim3Estimate {
 std::optional<Sim3Estimate> EstimateSim3(const Camera& camera, const std::vector<Sim3Match>& matches,
                                          const Sim3Options& options);
 
-// Refines S_camera1_camera2 by the reprojection errors of the inliers in both images over all seven degrees
-// of freedom (Levenberg-Marquardt, analytic Jacobians, the points fixed in the frames of their own cameras):
-// a robust round (Huber), then two without the outliers. `inliers`, one per match, says which matches to
-// begin with and is judged anew among all matches after each round; empty stands for all. Returns the number
-// of inliers; 0 where the problem is not determined, and then the similarity is as it was.
+// Refines S_camera1_camera2 by the reprojection errors of the inliers in both images, and loosely by the
+// distances of the points, over all seven degrees of freedom (Levenberg-Marquardt, analytic Jacobians, the
+// points fixed in the frames of their own cameras): a robust round (Huber), then two without the outliers.
+// `inliers`, one per match, says which matches to begin with and is judged anew among all matches after each
+// round; empty stands for all. Returns the number of inliers; 0 where the problem is not determined, and then
+// the similarity is as it was.
 int RefineSim3(const Camera& camera, const std::vector<Sim3Match>& matches, Sim3d& S_camera1_camera2,
                std::vector<bool>& inliers);
 

@@ -63,8 +63,8 @@ ScaleLevels::ScaleLevels(const OrbOptions& options)
   }
 }
 
-int ScaleLevels::PredictOctave(double distance, double max_distance) const {
-  const int octave = static_cast<int>(std::ceil(std::log(max_distance / distance) / log_factor_));
+int ScaleLevels::PredictOctave(double distance, double level_zero_distance) const {
+  const int octave = static_cast<int>(std::lround(std::log(level_zero_distance / distance) / log_factor_));
   return std::clamp(octave, 0, Count() - 1);
 }
 

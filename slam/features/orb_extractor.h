@@ -36,8 +36,8 @@ class ScaleLevels {
   double Variance(int octave) const { return Scale(octave) * Scale(octave); }
 
   // Level at which a point is expected to be seen at `distance`, if level 0 would see it at most at
-  // `max_distance`.
-  int PredictOctave(double distance, double max_distance) const;
+  // `level_zero_distance`.
+  int PredictOctave(double distance, double level_zero_distance) const;
 
  private:
   double factor_;

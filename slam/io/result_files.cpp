@@ -169,6 +169,7 @@ void WriteStats(const fs::path& path, const RunStats& stats) {
                      {"losses", stats.losses},
                      {"relocalisations", stats.relocalizations},
                      {"loops", stats.loops},
+                     {"returns", stats.returns},
                      {"merges", stats.merges},
                      {"submaps", stats.submaps},
                      {"interrupted", stats.interrupted},
@@ -193,6 +194,7 @@ RunStats ReadStats(const fs::path& path) {
     stats.losses = root.at("losses");
     stats.relocalizations = root.value("relocalisations", 0);
     stats.loops = root.value("loops", 0);
+    stats.returns = root.value("returns", 0);
     stats.merges = root.value("merges", 0);
     stats.submaps = root.value("submaps", 0);
     stats.interrupted = root.value("interrupted", false);

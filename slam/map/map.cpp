@@ -186,6 +186,7 @@ void Map::UpdateNormalAndRange(PointId id) {
   const double distance = (point.p_map - keyframe.Center()).norm();
   const int octave = keyframe.features->keypoints[static_cast<std::size_t>(first.keypoint)].octave;
   const double at_level_zero = distance * levels_.Scale(octave);
+  point.level_zero_distance = at_level_zero;
   point.max_distance = kSlack * at_level_zero;
   point.min_distance = at_level_zero / levels_.Scale(levels_.Count() - 1) / kSlack;
 }
@@ -240,6 +241,7 @@ void Map::Transform(const Sim3d& S_new_old) {
     point.normal = S_new_old.rotation * point.normal;
     point.min_distance *= S_new_old.scale;
     point.max_distance *= S_new_old.scale;
+    point.level_zero_distance *= S_new_old.scale;
   }
 }
 

@@ -15,6 +15,7 @@ struct ViewPoint {
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
   double min_distance = 0.0;
   double max_distance = 0.0;
+  double level_zero_distance = 0.0;
   Descriptor descriptor{};
   bool well_observed = false;  // by three keyframes or more
 };

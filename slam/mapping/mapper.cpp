@@ -127,7 +127,22 @@ KeyframeId Mapper::AddKeyframe(const TrackingReport& report) {
     active_->YoungPoints().insert(created.begin(), created.end());
     FuseWithNeighbours(map, camera_, id, options_.mapping.fusion);
   }
+  CountReturn(id);
   return id;
+}
+
+// The camera has come back where a keyframe sees the same as an old one, but not the same as those between.
+void Mapper::CountReturn(KeyframeId id) {
+  constexpr int kBetween = 3;  // keyframes
+  const Map& map = active_->Map();
+  const auto& covisible = map.At(id).covisibility;
+  int between = 0;
+  for (const auto& [other, keyframe] : map.Keyframes()) {
+    between +=
+        !covisible.empty() && other > covisible.begin()->first && other < id && !covisible.contains(other);
+  }
+  counts_.returns += between >= kBetween && !returned_ ? 1 : 0;
+  returned_ = between >= kBetween;
 }
 
 void Mapper::OptimizeLocally(KeyframeId keyframe) {
@@ -246,7 +261,7 @@ void Mapper::TrackBacklog() {
   const TrackingViewPtr view = active_->MakeView();
   if (view->Knows(backlog_->next.anchor.reference)) {
     for (const TrackedFrame& frame :
-         TrackBackward(pose_tracker_, *view, *backlog_, options_.tracking.min_inliers)) {
+         TrackBackward(pose_tracker_, *view, *backlog_, options_.tracking.min_recovery_inliers)) {
       if (!IsAnywhere(frame.index)) {
         active_->RecordFrame(frame.index, frame.timestamp, frame.anchor,
                              MatchesOf(frame, pose_tracker_.Levels()));

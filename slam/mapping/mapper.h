@@ -27,9 +27,10 @@ class Mapper {
   };
 
   struct Counts {
-    int loops = 0;   // closed
-    int merges = 0;  // of submaps
-    int resets = 0;  // submaps given up because they never grew
+    int loops = 0;    // closed
+    int returns = 0;  // to places that tracking tied to the map without a loop to close
+    int merges = 0;   // of submaps
+    int resets = 0;   // submaps given up because they never grew
   };
 
   // `vocabulary`: null leaves loops open and submaps apart.
@@ -49,6 +50,7 @@ class Mapper {
   Submap* Activate(const TrackingReport& report);
   void RecordFrame(TrackingReport& report);
   KeyframeId AddKeyframe(const TrackingReport& report);
+  void CountReturn(KeyframeId keyframe);
   void OptimizeLocally(KeyframeId keyframe);
   void CullRedundant(KeyframeId keyframe);
   bool RecognizePlace(KeyframeId keyframe);
@@ -78,6 +80,7 @@ class Mapper {
   KeyframeId last_loop_ = kNoKeyframe;  // keyframe at which the last loop was closed
   BackgroundAdjustment adjustment_;
   Counts counts_;
+  bool returned_ = false;  // the newest keyframe sees what an old one saw
 
   // Of the newest frame, for the snapshot.
   std::int64_t frame_index_ = 0;

@@ -29,7 +29,7 @@ int FindKeypoint(const ScaleLevels& levels, const Camera& camera, const Rigid3d&
       ray.dot(point.normal) < kMinViewCosine * distance) {
     return -1;
   }
-  const int octave = levels.PredictOctave(distance, point.max_distance);
+  const int octave = levels.PredictOctave(distance, point.level_zero_distance);
   const double radius = search.radius * levels.Scale(octave);
   int best = search.max_distance + 1;
   int best_keypoint = -1;
@@ -37,7 +37,7 @@ int FindKeypoint(const ScaleLevels& levels, const Camera& camera, const Rigid3d&
     const auto i = static_cast<std::size_t>(index);
     const Keypoint& keypoint = features.keypoints[i];
     const double squared = (keypoint.pixel - pixel).squaredNorm();
-    if (keypoint.octave < octave - 1 || keypoint.octave > octave || squared > radius * radius ||
+    if (std::abs(keypoint.octave - octave) > 1 || squared > radius * radius ||
         squared > search.max_squared_error * levels.Variance(keypoint.octave)) {
       return;
     }

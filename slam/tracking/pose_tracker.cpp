@@ -138,11 +138,11 @@ bool PoseTracker::TrackLocalMap(const TrackingView& view, const LocalSearch& sea
     if (matched[static_cast<std::size_t>(id)]) {
       continue;
     }
-    const int octave = levels_.PredictOctave(distance, point.max_distance);
+    const int octave = levels_.PredictOctave(distance, point.level_zero_distance);
     const double radius =
         search.radius_factor * (cosine > kFrontalCosine ? 2.5 : 4.0) * levels_.Scale(octave);
     predictions.push_back(
-        {static_cast<int>(id), pixel, radius, std::max(0, octave - 1), octave, &point.descriptor, -1.0F});
+        {static_cast<int>(id), pixel, radius, std::max(0, octave - 1), octave + 1, &point.descriptor, -1.0F});
   }
   for (const PredictionMatch& match :
        MatchPredictions(predictions, *frame.features, taken, search.max_distance, 0.8)) {

@@ -49,7 +49,7 @@ struct TrackingOptions {
   RollingShutterOptions rolling_shutter;
   double motion_radius = 15.0;    // px at level 0, search around the place that the motion model predicts
   int min_inliers = 25;           // map points a tracked frame needs
-  int min_recovery_inliers = 50;  // map points a frame needs to end a loss
+  int min_recovery_inliers = 50;  // map points a frame needs to end a loss, or to be tracked backward
   int max_local_keyframes = 40;   // keyframes whose points are searched in each frame
   int submap_after = 15;          // lost frames after which a new submap may begin
   int max_backlog = 150;          // frames without a pose that are kept to be tracked backward

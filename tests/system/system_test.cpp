@@ -137,6 +137,47 @@ TEST(System, BeginsASubmapInAPlaceItDoesNotKnowAndFindsBack) {
   EXPECT_NEAR(result.others[0].trajectory.front().timestamp, 60.0 / 30.0, 0.1);
 }
 
+// The second map begins where the first has never looked, and comes to where it has.
+TEST(System, MergesSubmapsThatMeet) {
+  const TexturedWorld world;
+  std::vector<Rigid3d> path = HandHeldPath(60);
+  constexpr int kBlank = 6;
+  path.insert(path.end(), kBlank, path.back());
+  constexpr int kPan = 130;
+  for (int i = 0; i < kPan; ++i) {
+    const double way = std::min(1.0, static_cast<double>(i) / (kPan - 20));
+    path.push_back({Eigen::Quaterniond(Eigen::AngleAxisd(-1.0 * (1.0 - way), Eigen::Vector3d::UnitY())),
+                    {-2.2 * (1.0 - way), 0.05 * std::sin(0.1 * i), 0.3 * way}});
+  }
+  std::set<int> blank;
+  for (int i = 60; i < 60 + kBlank; ++i) {
+    blank.insert(i);
+  }
+  const SystemRun run = RunPath(path, TestOptions(true), blank);
+  ASSERT_NE(run.result.map.snapshot, nullptr);
+  EXPECT_EQ(run.result.losses, 1);
+  EXPECT_EQ(run.result.merges + run.result.relocalizations, 1);
+  EXPECT_EQ(run.result.merges, 1);
+  EXPECT_TRUE(run.result.others.empty());
+  EXPECT_GE(run.result.tracked, 60 + kPan - 20);
+  EXPECT_LT(TrajectoryError(run, path), 0.08);  // of 2.7: half of the way shows nothing but one wall
+}
+
+TEST(System, CountsTheReturnToAKnownPlace) {
+  std::vector<Rigid3d> path;
+  constexpr int kOut = 90;
+  for (int i = 0; i < 2 * kOut; ++i) {
+    const double way = static_cast<double>(i < kOut ? i : 2 * kOut - 1 - i) / kOut;
+    path.push_back({Eigen::Quaterniond(Eigen::AngleAxisd(0.5 * way, Eigen::Vector3d::UnitY())),
+                    {-0.8 + 2.4 * way, 0.03 * std::sin(0.1 * i), 0.0}});
+  }
+  const SystemRun run = RunPath(path, TestOptions(true));
+  ASSERT_NE(run.result.map.snapshot, nullptr);
+  EXPECT_EQ(run.result.returns + run.result.loops, 1);
+  const std::vector<Rigid3d> way_out(path.begin(), path.begin() + kOut);
+  EXPECT_EQ(RunPath(way_out, TestOptions(true)).result.returns, 0);
+}
+
 TEST(System, SaysWhyAStaticCameraGivesNoMap) {
   const SystemRun run = RunPath(std::vector<Rigid3d>(40), TestOptions(true));
   EXPECT_EQ(run.result.map.snapshot, nullptr);

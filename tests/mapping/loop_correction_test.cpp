@@ -1,0 +1,86 @@
+#include "slam/mapping/loop_correction.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/ring_map.h"
+#include "tests/support/synthetic_map.h"
+
+namespace sqslam {
+namespace {
+
+using testing::CenterError;
+using testing::CountBrokenReferences;
+using testing::MakeRingMap;
+using testing::RingMap;
+using testing::RingMapOptions;
+
+// Keyframe 24 stands exactly where keyframe 0 stood; keyframe 27 is the last.
+constexpr KeyframeId kCurrent = 27;
+constexpr KeyframeId kKnown = 3;
+
+// What a perfect recogniser would say: the two cameras are in the same place, and the unit of length has
+// changed by the drift.
+KnownPlace PerfectPlace(const RingMap& ring, const RingMapOptions& options) {
+  KnownPlace place;
+  place.current = kCurrent;
+  place.known = kKnown;
+  place.S_current_known.scale = std::exp(options.scale_drift * 15.0 * (kCurrent - kKnown));
+  const Keyframe& current = ring.map.At(kCurrent);
+  const Keyframe& known = ring.map.At(kKnown);
+  for (std::size_t i = 0; i < known.points.size(); ++i) {
+    place.known_points.push_back(known.points[i]);
+    place.confirmed.emplace_back(known.points[i], static_cast<int>(i));
+  }
+  EXPECT_EQ(current.points.size(), known.points.size());
+  return place;
+}
+
+TEST(CorrectLoop, TakesTheDriftOutOfTheRing) {
+  const RingMapOptions options;
+  RingMap ring = MakeRingMap(options);
+  const double before = CenterError(ring);
+  const int points_before = ring.map.NumPoints();
+  LoopEdges edges;
+  CorrectLoop(ring.map, ring.camera, PerfectPlace(ring, options), {}, edges);
+  EXPECT_LT(CenterError(ring), before / 5.0);
+  EXPECT_LT(ring.map.NumPoints(), points_before);
+  EXPECT_EQ(CountBrokenReferences(ring.map), 0);
+  EXPECT_EQ(edges, (LoopEdges{{kKnown, kCurrent}}));
+  EXPECT_TRUE(ring.map.At(kCurrent).covisibility.contains(kKnown));
+}
+
+TEST(CorrectLoop, KeepsTrackOfTheScaleOfEachKeyframe) {
+  const RingMapOptions options;
+  RingMap ring = MakeRingMap(options);
+  LoopEdges edges;
+  CorrectLoop(ring.map, ring.camera, PerfectPlace(ring, options), {}, edges);
+  // The unit of length had grown along the way; a frame anchored to the last keyframe must shrink
+  // accordingly.
+  EXPECT_NEAR(ring.map.At(kKnown).scale, 1.0, 1e-9);
+  EXPECT_NEAR(ring.map.At(kCurrent).scale, std::exp(-options.scale_drift * 15.0 * (kCurrent - kKnown)), 0.01);
+  EXPECT_LT(ring.map.At(20).scale, ring.map.At(10).scale);
+}
+
+TEST(CorrectLoop, ChangesNothingWhereThereIsNoDrift) {
+  const RingMapOptions options{.scale_drift = 0.0, .rotation_drift = 0.0};
+  RingMap ring = MakeRingMap(options);
+  ASSERT_LT(CenterError(ring), 1e-9);
+  LoopEdges edges;
+  CorrectLoop(ring.map, ring.camera, PerfectPlace(ring, options), {}, edges);
+  EXPECT_LT(CenterError(ring), 1e-6);
+}
+
+TEST(SimilarityOfMaps, BringsTheCurrentCameraToTheKnownOne) {
+  const RingMapOptions options;
+  const RingMap ring = MakeRingMap(options);
+  const KnownPlace place = PerfectPlace(ring, options);
+  const Sim3d S = SimilarityOfMaps(ring.map, ring.map, place);
+  EXPECT_TRUE((S * ring.map.At(kCurrent).Center()).isApprox(ring.map.At(kKnown).Center(), 1e-9));
+  const PointId current_point = ring.map.At(kCurrent).points[5];
+  const PointId known_point = ring.map.At(kKnown).points[5];
+  ASSERT_NE(current_point, known_point);
+  EXPECT_LT((S * ring.map.Point(current_point).p_map - ring.map.Point(known_point).p_map).norm(), 0.1);
+}
+
+}  // namespace
+}  // namespace sqslam
