@@ -5,12 +5,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 
+#include "slam/io/image_files.h"
 #include "slam/io/text_lines.h"
 #include "slam/util/error.h"
 
@@ -21,22 +21,8 @@ namespace {
 constexpr int kViewWidth = 640;  // pixels
 constexpr int kViewHeight = 480;
 
-std::string Lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-  return text;
-}
-
-bool IsImageFile(const fs::path& path) {
-  constexpr std::array kExtensions = {".png", ".jpg", ".jpeg", ".bmp", ".pgm",
-                                      ".ppm", ".tif", ".tiff", ".webp"};
-  const std::string extension = Lower(path.extension().string());
-  return std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
-}
-
-bool IsDepthImage(const fs::path& path) {
-  const std::string stem = Lower(path.stem().string());
-  return stem.ends_with("depth") || Lower(path.parent_path().filename().string()) == "depth";
-}
+// By its own name, or by that of the folder that a dataset keeps its depth images in.
+bool IsDepth(const fs::path& path) { return IsDepthImage(path) || path.parent_path().filename() == "depth"; }
 
 std::vector<fs::path> ListSequence(const fs::path& folder) {
   constexpr const char* kExpected = "'timestamp path'";
@@ -54,7 +40,7 @@ std::vector<fs::path> ListSequence(const fs::path& folder) {
 std::vector<fs::path> ListFolder(const fs::path& folder) {
   std::vector<fs::path> images;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
-    if (entry.is_regular_file() && IsImageFile(entry.path()) && !IsDepthImage(entry.path())) {
+    if (entry.is_regular_file() && IsImage(entry.path()) && !IsDepth(entry.path())) {
       images.push_back(entry.path());
     }
   }
@@ -90,7 +76,7 @@ TrainingSource ListTrainingImages(const fs::path& path) {
     if (source.images.empty()) {
       throw InputError(fmt::format("{}: holds no image, expected {}", path.string(), kExpected));
     }
-  } else if (IsImageFile(path)) {
+  } else if (IsImage(path)) {
     source.images = {path};
   } else {
     cv::VideoCapture video(path.string());
