@@ -16,6 +16,7 @@ struct Camera {
   double cy = 0.0;
   std::array<double, 5> distortion{};
   double fps = 30.0;
+  double readout_ms = 0.0;  // from the first to the last row (below 0: the last comes first); 0: unknown
 
   bool HasDistortion() const;
 

@@ -14,7 +14,8 @@
 namespace sqslam {
 namespace {
 
-constexpr int kMaxImageSide = 16384;  // pixels
+constexpr int kMaxImageSide = 16384;   // pixels
+constexpr double kMaxReadout = 100.0;  // ms
 
 class CameraReader {
  public:
@@ -93,14 +94,19 @@ Camera ReadCamera(const std::filesystem::path& path) {
   if (const YAML::Node node = reader.Optional("fps"); node) {
     camera.fps = reader.Checked(node, "fps", 0.01, 10000.0);
   }
+  if (const YAML::Node node = reader.Optional("readout_ms"); node) {
+    camera.readout_ms = reader.Checked(node, "readout_ms", -kMaxReadout, kMaxReadout);
+  }
   return camera;
 }
 
 void WriteCamera(const std::filesystem::path& path, const Camera& camera) {
+  const std::string readout =
+      camera.readout_ms != 0.0 ? fmt::format("readout_ms: {}\n", camera.readout_ms) : "";
   WriteFileAtomically(path, fmt::format("width: {}\nheight: {}\nfx: {}\nfy: {}\ncx: {}\ncy: {}\n"
-                                        "distortion: [{}]  # k1 k2 p1 p2 k3\nfps: {}\n",
+                                        "distortion: [{}]  # k1 k2 p1 p2 k3\nfps: {}\n{}",
                                         camera.width, camera.height, camera.fx, camera.fy, camera.cx,
-                                        camera.cy, fmt::join(camera.distortion, ", "), camera.fps));
+                                        camera.cy, fmt::join(camera.distortion, ", "), camera.fps, readout));
 }
 
 }  // namespace sqslam

@@ -6,10 +6,10 @@
 
 namespace sqslam {
 
-// Reads `width height fx fy cx cy distortion: [k1, k2, p1, p2, k3] fps`; distortion and fps may be missing
-// (none, 30). Throws InputError that names file and line for a missing entry, a focal length that
-// is NaN, zero or negative, a size that is no positive whole number, or a principal point far outside the
-// image.
+// Reads `width height fx fy cx cy distortion: [k1, k2, p1, p2, k3] fps readout_ms`; distortion, fps and
+// readout_ms may be missing (none, 30, unknown). Throws InputError that names file and line for a missing
+// entry, a focal length that is NaN, zero or negative, a size that is no positive whole number, a principal
+// point far outside the image, or a readout time of more than 100 ms.
 Camera ReadCamera(const std::filesystem::path& path);
 
 void WriteCamera(const std::filesystem::path& path, const Camera& camera);

@@ -19,7 +19,8 @@ constexpr const char* kCamera = "width: 64\nheight: 48\nfx: 50\nfy: 51\ncx: 32\n
 
 TEST(CameraYaml, ReadsWhatItWrote) {
   const TemporaryFolder folder;
-  Camera camera{640, 480, 522.119, 521.5, 315.819, 244.899, {-0.00355, -0.04611, 0.001, 0.0, 0.25}, 29.97};
+  Camera camera{640,   480, 522.119, 521.5, 315.819, 244.899, {-0.00355, -0.04611, 0.001, 0.0, 0.25},
+                29.97, 26.5};
   WriteCamera(folder.Path() / "camera.yaml", camera);
   const Camera read = ReadCamera(folder.Path() / "camera.yaml");
   EXPECT_EQ(read.width, camera.width);
@@ -30,6 +31,16 @@ TEST(CameraYaml, ReadsWhatItWrote) {
   EXPECT_EQ(read.cy, camera.cy);
   EXPECT_EQ(read.distortion, camera.distortion);
   EXPECT_EQ(read.fps, camera.fps);
+  EXPECT_EQ(read.readout_ms, camera.readout_ms);
+}
+
+TEST(CameraYaml, TheReadoutTimeMayBeUnknownButNotLong) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(ReadCamera(folder.Write("a.yaml", kCamera)).readout_ms, 0.0);
+  EXPECT_EQ(ReadCamera(folder.Write("b.yaml", std::string(kCamera) + "readout_ms: -20\n")).readout_ms, -20.0);
+  EXPECT_THAT(
+      InputErrorOf([&] { ReadCamera(folder.Write("c.yaml", std::string(kCamera) + "readout_ms: 2700\n")); }),
+      HasSubstr("c.yaml:7: readout_ms is 2700, expected a number from -100 to 100"));
 }
 
 TEST(CameraYaml, BrokenFocalLengthsNameFileAndLine) {
