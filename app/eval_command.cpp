@@ -16,6 +16,7 @@ constexpr const char* kExamples = R"(
 Examples:
   sqslam eval out/kitchen --ground-truth data/kitchen
   sqslam eval out/desk --ground-truth data/desk --set matching.min_iou=0.25
+  sqslam eval out/fire --ground-truth fire/seq-01
 
 The trajectory is aligned to the ground truth by a similarity (scale, rotation, translation); the objects go
 with it. A mapped object stands for a ground-truth object where they overlap (3D IoU of matching.min_iou or
@@ -57,8 +58,10 @@ void AddEvalCommand(CLI::App& app, int& /*exit_code*/) {
           "RESULT", arguments->result,
           "Result folder of sqslam run; eval.json is written into it, its report.html brought up to date")
       ->required();
-  eval->add_option("--ground-truth", arguments->ground_truth,
-                   "Sequence folder with groundtruth.txt, rgb.txt and objects_gt.json if there is one")
+  eval->add_option(
+          "--ground-truth", arguments->ground_truth,
+          "Sequence folder with poses: groundtruth.txt, or those of 7-Scenes, RGB-D Scenes v2 or ICL-NUIM; "
+          "objects_gt.json if there is one")
       ->required();
   eval->add_option("--set", arguments->set, "Override one option, key=value; may be repeated")
       ->expected(1)

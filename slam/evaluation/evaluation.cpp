@@ -68,7 +68,7 @@ Evaluation Evaluate(const Trajectory& estimated, const std::vector<SnapshotObjec
   }
   if (static_cast<int>(estimated.size()) > truth.frames) {
     throw InputError(
-        fmt::format("{}: {} poses, but the ground truth's rgb.txt lists {} frames; expected the sequence "
+        fmt::format("{}: {} poses, but the sequence of the ground truth has {} frames; expected the sequence "
                     "that was mapped",
                     where, estimated.size(), truth.frames));
   }

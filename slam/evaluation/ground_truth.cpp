@@ -8,6 +8,9 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "slam/evaluation/ground_truth_poses.h"
+#include "slam/io/dataset_layouts.h"
+#include "slam/io/sequence.h"
 #include "slam/io/text_lines.h"
 #include "slam/util/error.h"
 
@@ -146,10 +149,18 @@ GroundTruth ReadGroundTruth(const std::filesystem::path& sequence) {
   GroundTruth truth;
   if (!std::filesystem::is_directory(sequence)) {
     throw InputError(
-        fmt::format("{}: no such folder; expected a sequence with groundtruth.txt", sequence.string()));
+        fmt::format("{}: no such folder; expected a sequence with ground truth", sequence.string()));
   }
-  truth.trajectory = ReadTrajectory(sequence / "groundtruth.txt");
-  truth.frames = static_cast<int>(ReadTextLines(sequence / "rgb.txt", "lines 'timestamp path'").size());
+  if (DetectFormat(sequence) == SequenceFormat::kTum) {  // needs no calibration
+    truth.trajectory = ReadTrajectory(sequence / "groundtruth.txt");
+    truth.frames = static_cast<int>(ReadTextLines(sequence / "rgb.txt", "lines 'timestamp path'").size());
+  } else {
+    SequenceRequest request;
+    request.path = sequence;
+    const Sequence opened = OpenSequence(request);
+    truth.trajectory = ReadGroundTruthPoses(opened);
+    truth.frames = static_cast<int>(opened.frames.size());
+  }
   const std::filesystem::path objects = sequence / "objects_gt.json";
   if (!std::filesystem::exists(objects)) {
     return truth;

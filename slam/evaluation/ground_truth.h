@@ -21,15 +21,16 @@ struct GroundTruthObject {
 // What is known to be true of a sequence. Only evaluation reads it; mapping never does.
 struct GroundTruth {
   Trajectory trajectory;  // T_world_camera
-  int frames = 0;         // entries of rgb.txt
+  int frames = 0;         // of the sequence
   bool has_objects = false;
   bool has_detection_counts = false;
   bool has_scored = false;  // the file says which objects are scored; otherwise all are
   std::vector<GroundTruthObject> objects;
 };
 
-// Reads groundtruth.txt, rgb.txt, and where they are there objects_gt.json and the object ids of boxes.txt.
-// Throws InputError that names file and line or object.
+// Reads the poses of a sequence folder (groundtruth.txt, or a dataset's own: ground_truth_poses.h), counts
+// its frames, and reads objects_gt.json and the object ids of boxes.txt where they are there. Throws
+// InputError that names file and line or object.
 GroundTruth ReadGroundTruth(const std::filesystem::path& sequence);
 
 // objects_gt.json: a list, or an object whose key `objects` holds it; T_world_object as 16 numbers or four
