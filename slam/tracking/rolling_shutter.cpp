@@ -76,7 +76,9 @@ Eigen::Vector2d CameraMotion::InImage(const Camera& camera, const Eigen::Vector3
 }
 
 RollingShutter::RollingShutter(const Camera& camera, const RollingShutterOptions& options)
-    : camera_(camera), options_(options) {}
+    : camera_(camera),
+      options_(options),
+      known_readout_(1e-3 * (options.readout_ms != 0.0 ? options.readout_ms : camera.readout_ms)) {}
 
 double RollingShutter::RowDelay(const Keypoint& keypoint) const {
   return (keypoint.raw_pixel.y() + 0.5) / camera_.height - 0.5;
@@ -85,7 +87,7 @@ double RollingShutter::RowDelay(const Keypoint& keypoint) const {
 double RollingShutter::Readout() const {
   constexpr double kTrusted = 1.0e-3;  // s, standard deviation
   const bool learnt = options_.estimate && information_ > 1.0 / (kTrusted * kTrusted);
-  const double readout = learnt ? evidence_ / information_ : 1e-3 * options_.readout_ms;
+  const double readout = learnt ? evidence_ / information_ : known_readout_;
   return std::abs(readout) >= 1e-3 * options_.min_readout_ms ? readout : 0.0;
 }
 

@@ -11,8 +11,10 @@
 namespace sqslam {
 
 struct RollingShutterOptions {
-  bool estimate = true;     // learn the readout time from the images; off: trust the value below
-  double readout_ms = 0.0;  // time from the first to the last row, 0: all at once; known, or to begin with
+  bool estimate = true;  // learn the readout time from the images; off: trust the known one
+  // Time from the first to the last row, known or to begin with. 0: the camera's, and where that is unknown,
+  // all rows at once.
+  double readout_ms = 0.0;
   double min_readout_ms = 5.0;  // a shorter time is taken for no rolling shutter at all
 
   template <typename Visitor>
@@ -71,8 +73,9 @@ class RollingShutter {
 
   Camera camera_;
   RollingShutterOptions options_;
-  double information_ = 0.0;  // 1/s^2
-  double evidence_ = 0.0;     // information times readout time
+  double known_readout_ = 0.0;  // s
+  double information_ = 0.0;    // 1/s^2
+  double evidence_ = 0.0;       // information times readout time
 };
 
 }  // namespace sqslam

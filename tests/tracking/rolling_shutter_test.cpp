@@ -137,5 +137,21 @@ TEST(RollingShutter, KeepsAKnownReadoutTimeWhereItShallNotLearn) {
   EXPECT_DOUBLE_EQ(shutter.Readout(), 0.020);
 }
 
+TEST(RollingShutter, BeginsWithTheCamerasReadoutTimeUnlessTheOptionSaysAnother) {
+  Camera camera = TestCamera();
+  camera.readout_ms = 25.0;
+  EXPECT_DOUBLE_EQ(RollingShutter(camera, {}).Readout(), 0.025);
+  EXPECT_DOUBLE_EQ(RollingShutter(camera, {.readout_ms = 18.0}).Readout(), 0.018);
+}
+
+TEST(RollingShutter, LearnsWhereTheCameraFileIsWrong) {
+  SwingingCamera world(0.0, 0.5);
+  Camera camera = TestCamera();
+  camera.readout_ms = 25.0;
+  RollingShutter shutter(camera, {});
+  LearnFrames(world, 60, shutter);
+  EXPECT_EQ(shutter.Readout(), 0.0);
+}
+
 }  // namespace
 }  // namespace sqslam
