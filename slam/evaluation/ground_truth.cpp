@@ -10,6 +10,7 @@
 
 #include "slam/evaluation/ground_truth_poses.h"
 #include "slam/io/dataset_layouts.h"
+#include "slam/io/image_files.h"
 #include "slam/io/sequence.h"
 #include "slam/io/text_lines.h"
 #include "slam/util/error.h"
@@ -151,9 +152,14 @@ GroundTruth ReadGroundTruth(const std::filesystem::path& sequence) {
     throw InputError(
         fmt::format("{}: no such folder; expected a sequence with ground truth", sequence.string()));
   }
-  if (DetectFormat(sequence) == SequenceFormat::kTum) {  // needs no calibration
+  // The times of groundtruth.txt are its own; those of a dataset's poses follow from the camera's fps.
+  const SequenceFormat format = DetectFormat(sequence);
+  if (format == SequenceFormat::kTum) {
     truth.trajectory = ReadTrajectory(sequence / "groundtruth.txt");
     truth.frames = static_cast<int>(ReadTextLines(sequence / "rgb.txt", "lines 'timestamp path'").size());
+  } else if (format == SequenceFormat::kImages) {
+    truth.trajectory = ReadTrajectory(sequence / "groundtruth.txt");
+    truth.frames = static_cast<int>(ListColorImages(sequence).size());
   } else {
     SequenceRequest request;
     request.path = sequence;

@@ -122,7 +122,6 @@ TEST(GroundTruthPoses, AFileOfOnesOwnGoesBeforeTheDatasets) {
 
 TEST(GroundTruthPoses, PlainImagesHaveThoseOfTheirGroundtruthFile) {
   const TemporaryFolder folder;
-  folder.Write("camera.yaml", kCamera);
   folder.Write("a.png", "");
   EXPECT_THAT(InputErrorOf([&] { ReadGroundTruth(folder.Path()); }), HasSubstr("groundtruth.txt"));
   folder.Write("groundtruth.txt", "0.0 1 2 3 0 0 0 1\n");
