@@ -1,8 +1,9 @@
 #pragma once
 
-#include <opencv2/features2d.hpp>
+#include <opencv2/core.hpp>
 #include <vector>
 
+#include "slam/features/corner_detection.h"
 #include "slam/features/frame_features.h"
 #include "slam/geometry/camera.h"
 
@@ -46,18 +47,23 @@ class ScaleLevels {
 };
 
 // ORB features spread evenly over the image and over the scales: FAST with a threshold that adapts to each
-// cell, the strongest corner of each quadtree leaf, orientation by intensity centroid, rBRIEF from OpenCV.
+// cell, the strongest corner of each quadtree leaf, orientation by intensity centroid, steered BRIEF. Keeps
+// its buffers between images, so that one extractor serves one thread.
 class OrbExtractor {
  public:
   explicit OrbExtractor(const OrbOptions& options);
   FrameFeatures Extract(const cv::Mat& gray, const cv::Mat& bgr, const Camera& camera);
 
  private:
-  std::vector<cv::KeyPoint> DetectLevel(const cv::Mat& image, int octave) const;
+  std::vector<cv::KeyPoint> DetectLevel(std::size_t octave);
+  void ExtractLevel(std::size_t octave, double scale, const cv::Mat& bgr, const Camera& camera,
+                    FrameFeatures& features);
 
   OrbOptions options_;
   std::vector<int> features_per_level_;
-  cv::Ptr<cv::ORB> describer_;
+  std::vector<cv::Mat> levels_;
+  std::vector<cv::Mat> blurred_;
+  CornerDetector detector_;
 };
 
 }  // namespace sqslam
