@@ -8,7 +8,7 @@ namespace sqslam {
 // pixels where its score is greatest. FAST itself knows whole pixels only, and on a coarse pyramid level half
 // a pixel is several pixels of the image. The score is that of FAST-9/16 (Rosten and Drummond 2006): the
 // greatest threshold at which the pixel is a corner. Parabolas are laid through the sums of rows and columns
-// of its 3x3 neighbourhood, the middle one counted twice. `image` is 8 bit; `corner` is at least four pixels
+// of its 3x3 neighbourhood, the middle one counted twice. `image` is 8 bit; `corner` is at least five pixels
 // from its edges.
 cv::Point2f RefineCorner(const cv::Mat& image, const cv::Point& corner);
 

@@ -51,8 +51,8 @@ TEST(RefineCorner, NeverGoesFar) {
   cv::Mat noise(kSize, kSize, CV_8UC1);
   cv::RNG random(1);
   random.fill(noise, cv::RNG::UNIFORM, 0, 256);
-  for (int y = 4; y < kSize - 4; ++y) {
-    for (int x = 4; x < kSize - 4; ++x) {
+  for (int y = 5; y < kSize - 5; ++y) {
+    for (int x = 5; x < kSize - 5; ++x) {
       const cv::Point2f offset = RefineCorner(noise, {x, y});
       EXPECT_LE(std::abs(offset.x), kMaxCornerOffset);
       EXPECT_LE(std::abs(offset.y), kMaxCornerOffset);
