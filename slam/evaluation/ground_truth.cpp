@@ -160,6 +160,10 @@ GroundTruth ReadGroundTruth(const std::filesystem::path& sequence) {
   } else if (format == SequenceFormat::kImages) {
     truth.trajectory = ReadTrajectory(sequence / "groundtruth.txt");
     truth.frames = static_cast<int>(ListColorImages(sequence).size());
+    if (truth.frames == 0) {
+      throw InputError(fmt::format("{}: neither rgb.txt nor images; expected the sequence that was mapped",
+                                   sequence.string()));
+    }
   } else {
     SequenceRequest request;
     request.path = sequence;

@@ -48,7 +48,7 @@ TEST(PlaceRecognition, TheSamePlaceFromElsewhereRanksAboveOtherPlaces) {
     ASSERT_FALSE(candidates.empty());
     EXPECT_EQ(candidates[0].id, place);
     if (candidates.size() > 1) {
-      EXPECT_GT(candidates[0].score, 1.15 * candidates[1].score) << "place " << place;
+      EXPECT_GT(candidates[0].score, 1.1 * candidates[1].score) << "place " << place;
     }
   }
 }
