@@ -25,6 +25,8 @@ void Summarize(Evaluation& evaluation) {
       evaluation.mean_iou_scored_ellipsoid += match.iou_ellipsoid;
     }
   }
+  evaluation.mean_iou_all = evaluation.mean_iou / std::max<double>(1, evaluation.truth.size());
+  evaluation.mean_iou_scored_all = evaluation.mean_iou_scored / std::max(1, evaluation.scored);
   evaluation.mean_iou /= std::max(1, matched);
   evaluation.mean_iou_ellipsoid /= std::max(1, matched);
   evaluation.mean_iou_scored /= std::max(1, evaluation.scored_matched);
@@ -46,6 +48,36 @@ std::vector<CoverageCount> CountCoverage(const Evaluation& evaluation) {
     coverage.push_back(count);
   }
   return coverage;
+}
+
+std::vector<ExtraLandmark> DescribeExtra(const Evaluation& evaluation) {
+  std::vector<ExtraLandmark> described;
+  for (const int index : evaluation.objects.extra) {
+    const Solid solid =
+        Transform(evaluation.trajectory.S_world_map,
+                  Solid::FromSuperquadric(evaluation.mapped[static_cast<std::size_t>(index)].superquadric));
+    ExtraLandmark extra;
+    extra.mapped = index;
+    extra.center_world = solid.T_map_object.translation;
+    extra.half_size = solid.half_size;
+    for (std::size_t i = 0; i < evaluation.truth.size(); ++i) {
+      const double distance =
+          (evaluation.truth[i].solid.T_map_object.translation - extra.center_world).norm();
+      if (extra.nearest < 0 || distance < extra.distance) {
+        extra.nearest = static_cast<int>(i);
+        extra.distance = distance;
+      }
+    }
+    if (extra.nearest >= 0) {
+      const Solid& nearest = evaluation.truth[static_cast<std::size_t>(extra.nearest)].solid;
+      const double volume = solid.Volume();
+      extra.iou = IoU(solid, nearest);
+      const double common = extra.iou * (volume + nearest.Volume()) / (1.0 + extra.iou);
+      extra.inside = volume > 0.0 ? std::min(1.0, common / volume) : 0.0;
+    }
+    described.push_back(extra);
+  }
+  return described;
 }
 
 std::string TimeSpan(const Trajectory& trajectory) {
@@ -89,6 +121,7 @@ Evaluation Evaluate(const Trajectory& estimated, const std::vector<SnapshotObjec
     evaluation.truth = truth.objects;
     evaluation.objects = MatchObjects(mapped, truth.objects, error->S_world_map, options.matching);
     Summarize(evaluation);
+    evaluation.extra = DescribeExtra(evaluation);
     if (truth.has_detection_counts) {
       evaluation.coverage = CountCoverage(evaluation);
     }

@@ -30,6 +30,18 @@ struct CoverageCount {
   int total = 0;
 };
 
+// A mapped object that is no ground-truth object, with what helps to tell what it is: where it lies and which
+// ground-truth object is the nearest. World frame of the ground truth, metres.
+struct ExtraLandmark {
+  int mapped = 0;
+  Eigen::Vector3d center_world = Eigen::Vector3d::Zero();
+  Eigen::Vector3d half_size = Eigen::Vector3d::Zero();
+  int nearest = -1;       // ground-truth object with the nearest centre; -1 where there is none at all
+  double distance = 0.0;  // between the two centres
+  double iou = 0.0;       // 3D IoU with it
+  double inside = 0.0;    // share of the landmark's volume that lies in it
+};
+
 // A run held against the ground truth of its sequence. The index fields of `objects` point into mapped and
 // truth.
 struct Evaluation {
@@ -44,12 +56,15 @@ struct Evaluation {
   std::vector<SnapshotObject> mapped;  // in the map frame
   std::vector<GroundTruthObject> truth;
   ObjectMatching objects;
-  double mean_iou = 0.0;  // over the matched objects
+  std::vector<ExtraLandmark> extra;  // in the order of objects.extra
+  double mean_iou = 0.0;             // over the matched objects
   double mean_iou_ellipsoid = 0.0;
-  int scored = 0;  // ground-truth objects whose IoU counts, and how many of them are matched
+  double mean_iou_all = 0.0;  // over all ground-truth objects, a missed one counting 0
+  int scored = 0;             // ground-truth objects whose IoU counts, and how many of them are matched
   int scored_matched = 0;
   double mean_iou_scored = 0.0;  // over the matched ones of them
   double mean_iou_scored_ellipsoid = 0.0;
+  double mean_iou_scored_all = 0.0;     // over all scored ones, a missed one counting 0
   std::vector<CoverageCount> coverage;  // for 20 and for 60 detections, where counts are known
 
   // The ground-truth camera positions in the map frame, for drawing beside the estimated ones.
@@ -68,7 +83,8 @@ Evaluation EvaluateResult(const std::filesystem::path& result, const std::filesy
 // Tables for the terminal.
 std::string FormatEvaluation(const Evaluation& evaluation);
 
-// eval.json; angles in radians, lengths in the ground truth's unit.
+// eval.json as text; angles in radians, lengths in the ground truth's unit.
+std::string EvaluationJson(const Evaluation& evaluation);
 void WriteEvaluation(const std::filesystem::path& path, const Evaluation& evaluation);
 
 }  // namespace sqslam

@@ -59,7 +59,9 @@ ordered_json ObjectsJson(const Evaluation& evaluation) {
                   {"center_error", match.center_error},
                   {"size_error", match.size_error},
                   {"tilt_error", match.tilt_error},
-                  {"yaw_error", match.yaw_error}});
+                  {"yaw_error", match.yaw_error},
+                  {"thin", IsThin(truth.solid)},
+                  {"footprint_iou", match.footprint_iou}});
     matched.push_back(std::move(entry));
   }
   ordered_json missed = ordered_json::array();
@@ -72,9 +74,22 @@ ordered_json ObjectsJson(const Evaluation& evaluation) {
                       {"scored", truth.scored}});
   }
   ordered_json extra = ordered_json::array();
-  for (const int index : evaluation.objects.extra) {
-    extra.push_back(
-        {{"object", MappedOf(evaluation, index).id}, {"label", MappedOf(evaluation, index).label}});
+  for (const ExtraLandmark& landmark : evaluation.extra) {
+    const SnapshotObject& mapped = MappedOf(evaluation, landmark.mapped);
+    ordered_json entry = {{"object", mapped.id},
+                          {"label", mapped.label},
+                          {"observations", mapped.observations},
+                          {"center_world", Numbers(landmark.center_world)},
+                          {"half_size", Numbers(landmark.half_size)}};
+    if (landmark.nearest >= 0) {
+      const GroundTruthObject& nearest = TruthOf(evaluation, landmark.nearest);
+      entry["nearest"] = {{"ground_truth", nearest.id},
+                          {"name", NameOf(nearest)},
+                          {"distance", landmark.distance},
+                          {"iou", landmark.iou},
+                          {"inside", landmark.inside}};
+    }
+    extra.push_back(std::move(entry));
   }
   ordered_json doubles = ordered_json::array();
   for (const ObjectDouble& twice : evaluation.objects.doubles) {
@@ -96,12 +111,14 @@ ordered_json SummaryJson(const Evaluation& evaluation) {
                           {"doubles", objects.doubles.size()},
                           {"labels_agree", agreeing},
                           {"mean_iou", evaluation.mean_iou},
-                          {"mean_iou_ellipsoid", evaluation.mean_iou_ellipsoid}};
+                          {"mean_iou_ellipsoid", evaluation.mean_iou_ellipsoid},
+                          {"mean_iou_all", evaluation.mean_iou_all}};
   if (evaluation.has_scored) {
     summary["scored"] = evaluation.scored;
     summary["scored_matched"] = evaluation.scored_matched;
     summary["mean_iou_scored"] = evaluation.mean_iou_scored;
     summary["mean_iou_scored_ellipsoid"] = evaluation.mean_iou_scored_ellipsoid;
+    summary["mean_iou_scored_all"] = evaluation.mean_iou_scored_all;
   }
   summary["coverage"] = ordered_json::array();
   for (const CoverageCount& count : evaluation.coverage) {
@@ -127,11 +144,13 @@ void FormatObjectTable(const Evaluation& evaluation, std::back_insert_iterator<s
   for (const ObjectMatch& match : evaluation.objects.matches) {
     const GroundTruthObject& truth = TruthOf(evaluation, match.truth);
     const SnapshotObject& mapped = MappedOf(evaluation, match.mapped);
-    fmt::format_to(out, "  {:<22} {:<16} {:>6} {:>6.3f} {:>8.3f} {:>9.4f} {:>9.4f} {:>6.1f} {:>6.1f}{}\n",
+    fmt::format_to(out, "  {:<22} {:<16} {:>6} {:>6.3f} {:>8.3f} {:>9.4f} {:>9.4f} {:>6.1f} {:>6.1f}{}{}\n",
                    fmt::format("{} {}", truth.id, NameOf(truth)),
                    fmt::format("{} {}", mapped.id, mapped.label), truth.detections, match.iou,
                    match.iou_ellipsoid, match.center_error, match.size_error, match.tilt_error * kDegrees,
-                   match.yaw_error * kDegrees, evaluation.has_scored && truth.scored ? "  scored" : "");
+                   match.yaw_error * kDegrees,
+                   IsThin(truth.solid) ? fmt::format("  footprint {:.3f}", match.footprint_iou) : "",
+                   evaluation.has_scored && truth.scored ? "  scored" : "");
   }
   for (const int index : evaluation.objects.missed) {
     const GroundTruthObject& truth = TruthOf(evaluation, index);
@@ -142,9 +161,27 @@ void FormatObjectTable(const Evaluation& evaluation, std::back_insert_iterator<s
     fmt::format_to(out, "  {:<22} {} {}\n", fmt::format("{} again", TruthOf(evaluation, twice.truth).id),
                    MappedOf(evaluation, twice.mapped).id, MappedOf(evaluation, twice.mapped).label);
   }
-  for (const int index : evaluation.objects.extra) {
-    fmt::format_to(out, "  {:<22} {} {}\n", "(extra)", MappedOf(evaluation, index).id,
-                   MappedOf(evaluation, index).label);
+}
+
+void FormatExtra(const Evaluation& evaluation, std::back_insert_iterator<std::string> out) {
+  if (evaluation.extra.empty()) {
+    return;
+  }
+  fmt::format_to(out, "\n  {:<22} {:>6} {:>23} {:>20}  {}\n", "no ground truth", "seen",
+                 "centre in the world m", "half sizes m", "nearest ground truth");
+  for (const ExtraLandmark& extra : evaluation.extra) {
+    const SnapshotObject& mapped = MappedOf(evaluation, extra.mapped);
+    const Eigen::Vector3d& c = extra.center_world;
+    const Eigen::Vector3d& h = extra.half_size;
+    fmt::format_to(out, "  {:<22} {:>6} {:>23} {:>20}", fmt::format("{} {}", mapped.id, mapped.label),
+                   mapped.observations, fmt::format("{:.2f} {:.2f} {:.2f}", c.x(), c.y(), c.z()),
+                   fmt::format("{:.3f} {:.3f} {:.3f}", h.x(), h.y(), h.z()));
+    if (extra.nearest >= 0) {
+      const GroundTruthObject& nearest = TruthOf(evaluation, extra.nearest);
+      fmt::format_to(out, "  {} {}, {:.2f} m away, IoU {:.3f}, {:.0f} % inside", nearest.id, NameOf(nearest),
+                     extra.distance, extra.iou, 100.0 * extra.inside);
+    }
+    fmt::format_to(out, "\n");
   }
 }
 
@@ -172,18 +209,23 @@ std::string FormatEvaluation(const Evaluation& evaluation) {
     fmt::format_to(out, "  with {} or more detections mapped: {} of {}\n", count.min_detections, count.mapped,
                    count.total);
   }
-  fmt::format_to(out, "mean 3D IoU        {:.3f} over {} matched (as ellipsoids {:.3f})\n",
-                 evaluation.mean_iou, objects.matches.size(), evaluation.mean_iou_ellipsoid);
+  fmt::format_to(
+      out,
+      "mean 3D IoU        {:.3f} over {} matched (as ellipsoids {:.3f}; missed ones as 0: {:.3f} of {})\n",
+      evaluation.mean_iou, objects.matches.size(), evaluation.mean_iou_ellipsoid, evaluation.mean_iou_all,
+      evaluation.truth.size());
   if (evaluation.has_scored) {
-    fmt::format_to(out, "  scored objects   {:.3f} over {} of {} (as ellipsoids {:.3f})\n",
-                   evaluation.mean_iou_scored, evaluation.scored_matched, evaluation.scored,
-                   evaluation.mean_iou_scored_ellipsoid);
+    fmt::format_to(
+        out, "  scored objects   {:.3f} over {} of {} (as ellipsoids {:.3f}; missed ones as 0: {:.3f})\n",
+        evaluation.mean_iou_scored, evaluation.scored_matched, evaluation.scored,
+        evaluation.mean_iou_scored_ellipsoid, evaluation.mean_iou_scored_all);
   }
   FormatObjectTable(evaluation, out);
+  FormatExtra(evaluation, out);
   return text;
 }
 
-void WriteEvaluation(const std::filesystem::path& path, const Evaluation& evaluation) {
+std::string EvaluationJson(const Evaluation& evaluation) {
   ordered_json document = {{"format", "sqslam-eval"},
                            {"version", 1},
                            {"ground_truth", evaluation.sequence},
@@ -196,7 +238,11 @@ void WriteEvaluation(const std::filesystem::path& path, const Evaluation& evalua
     document["objects"] = ObjectsJson(evaluation);
   }
   document["ground_truth_positions_map"] = PositionsJson(evaluation.truth_positions_map);
-  WriteFileAtomically(path, document.dump(1) + "\n");
+  return document.dump(1) + "\n";
+}
+
+void WriteEvaluation(const std::filesystem::path& path, const Evaluation& evaluation) {
+  WriteFileAtomically(path, EvaluationJson(evaluation));
 }
 
 }  // namespace sqslam

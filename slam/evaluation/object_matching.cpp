@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "slam/evaluation/footprint.h"
 #include "slam/objects/assignment.h"
 
 namespace sqslam {
@@ -56,6 +57,7 @@ ObjectMatch Measure(const Solid& mapped, const Solid& truth) {
     constexpr double kQuarter = 0.5 * std::numbers::pi;
     match.yaw_error = std::abs(std::remainder(std::atan2(relative(1, 0), relative(0, 0)), kQuarter));
   }
+  match.footprint_iou = FootprintIoU(mapped, truth, truth.T_map_object.rotation * Eigen::Vector3d::UnitZ());
   return match;
 }
 
@@ -72,6 +74,13 @@ double Affinity(const Solid& mapped, const Solid& truth, const MatchingOptions& 
 }
 
 }  // namespace
+
+bool IsThin(const Solid& solid) {
+  constexpr double kThinHalfSize = 0.015;  // metres
+  constexpr double kThinShare = 0.05;
+  const double thinnest = solid.half_size.minCoeff();
+  return thinnest < kThinHalfSize || thinnest < kThinShare * solid.half_size.maxCoeff();
+}
 
 ObjectMatching MatchObjects(const std::vector<SnapshotObject>& mapped,
                             const std::vector<GroundTruthObject>& truth, const Sim3d& S_world_map,

@@ -38,11 +38,16 @@ struct ObjectMatch {
   double iou = 0.0;            // 3D
   double iou_ellipsoid = 0.0;  // the same with e1 = e2 = 1
   double center_error = 0.0;
-  double size_error = 0.0;  // mean over the axes of |full size - true full size|, axes paired by direction
-  double tilt_error = 0.0;  // angle between the z axes, radians
-  double yaw_error = 0.0;   // about the true z, modulo a quarter turn, radians; 0 for round cross-sections
+  double size_error = 0.0;     // mean over the axes of |full size - true full size|, axes paired by direction
+  double tilt_error = 0.0;     // angle between the z axes, radians
+  double yaw_error = 0.0;      // about the true z, modulo a quarter turn, radians; 0 for round cross-sections
+  double footprint_iou = 0.0;  // of the outlines seen along the true z (footprint.h)
   bool label_agrees = false;
 };
+
+// Too thin for its 3D IoU to say much, so that the footprint is worth a look: the smallest half size is less
+// than 15 mm or 5 % of the largest.
+bool IsThin(const Solid& solid);
 
 // A mapped object that also lies on a ground-truth object which a better one is matched to.
 struct ObjectDouble {

@@ -1,0 +1,290 @@
+#include "slam/evaluation/table.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+namespace sqslam {
+namespace {
+
+bool IsNumber(const Cell& cell) { return cell.decimals >= 0; }
+
+bool HasRange(const Cell& cell) { return IsNumber(cell) && cell.spread.count > 1; }
+
+std::string Fixed(double value, int decimals) {
+  const std::string text = fmt::format("{:.{}f}", value, decimals);
+  const bool is_zero = text.find_first_not_of("-0.") == std::string::npos;
+  return is_zero && text.starts_with('-') ? text.substr(1) : text;  // no "-0.00"
+}
+
+// The ends of the range as they would be printed; both empty where they say no more than the median.
+struct Range {
+  std::string lowest;
+  std::string highest;
+};
+
+Range RangeOf(const Cell& cell) {
+  const std::string median = Fixed(cell.spread.median, cell.decimals);
+  Range range{Fixed(cell.spread.lowest, cell.decimals), Fixed(cell.spread.highest, cell.decimals)};
+  return range.lowest == median && range.highest == median ? Range{} : range;
+}
+
+// Characters, not bytes, of UTF-8.
+std::size_t Width(std::string_view text) {
+  return static_cast<std::size_t>(std::count_if(
+      text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
+}
+
+// Columns of numbers stand to the right, others to the left.
+std::vector<bool> RightAligned(const Table& table) {
+  std::vector<bool> right(table.columns.size(), false);
+  for (const auto& row : table.rows) {
+    for (std::size_t i = 0; i < right.size(); ++i) {
+      right[i] = right[i] || IsNumber(row[i]);
+    }
+  }
+  return right;
+}
+
+std::string Heading(const Table& table) {
+  return table.name.empty() ? table.title : fmt::format("{}: {}", table.name, table.title);
+}
+
+std::string LatexCell(const Cell& cell) {
+  if (!IsNumber(cell)) {
+    return EscapeLatex(cell.text);
+  }
+  if (cell.spread.count == 0) {
+    return "--";
+  }
+  const Range range = RangeOf(cell);
+  const std::string median = Fixed(cell.spread.median, cell.decimals);
+  return range.lowest.empty()
+             ? fmt::format("${}$", median)
+             : fmt::format("${}$ {{\\scriptsize (${}$ to ${}$)}}", median, range.lowest, range.highest);
+}
+
+std::string Significant(double value) { return fmt::format("{:.6g}", value); }
+
+std::string Replaced(std::string_view text, std::string_view (*replacement)(char)) {
+  std::string escaped;
+  for (const char c : text) {
+    const std::string_view other = replacement(c);
+    escaped += other.empty() ? std::string_view(&c, 1) : other;
+  }
+  return escaped;
+}
+
+}  // namespace
+
+Spread SpreadOf(std::vector<double> values) {
+  if (values.empty()) {
+    return {};
+  }
+  std::sort(values.begin(), values.end());
+  const std::size_t middle = values.size() / 2;
+  const double median = values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
+  return {static_cast<int>(values.size()), median, values.front(), values.back()};
+}
+
+Cell Cell::Words(std::string text) { return {std::move(text), {}, -1}; }
+Cell Cell::Number(double value, int decimals) { return {"", {1, value, value, value}, decimals}; }
+Cell Cell::Of(const Spread& spread, int decimals) { return {"", spread, decimals}; }
+
+std::string FormatCell(const Cell& cell) {
+  if (!IsNumber(cell)) {
+    return cell.text;
+  }
+  if (cell.spread.count == 0) {
+    return "-";
+  }
+  const Range range = RangeOf(cell);
+  const std::string median = Fixed(cell.spread.median, cell.decimals);
+  return range.lowest.empty() ? median : fmt::format("{} ({} to {})", median, range.lowest, range.highest);
+}
+
+std::string ToText(const Table& table) {
+  const std::vector<bool> right = RightAligned(table);
+  std::vector<std::vector<std::string>> lines = {table.columns};
+  for (const auto& row : table.rows) {
+    lines.emplace_back();
+    std::transform(row.begin(), row.end(), std::back_inserter(lines.back()), FormatCell);
+  }
+  std::vector<std::size_t> widths(table.columns.size(), 0);
+  for (const auto& line : lines) {
+    for (std::size_t i = 0; i < line.size(); ++i) {
+      widths[i] = std::max(widths[i], Width(line[i]));
+    }
+  }
+  std::string text = Heading(table) + "\n";
+  for (const auto& line : lines) {
+    std::string row;
+    for (std::size_t i = 0; i < line.size(); ++i) {
+      const std::string padding(widths[i] - Width(line[i]), ' ');
+      row += fmt::format("  {}{}{}", right[i] ? padding : "", line[i], right[i] ? "" : padding);
+    }
+    text += row.substr(0, row.find_last_not_of(' ') + 1) + "\n";
+  }
+  for (const std::string& note : table.notes) {
+    text += "  " + note + "\n";
+  }
+  return text;
+}
+
+std::string ToMarkdown(const Table& table) {
+  const std::vector<bool> right = RightAligned(table);
+  std::string text = fmt::format("## {}\n\n", EscapeMarkdown(Heading(table)));
+  const auto add_row = [&text](const std::vector<std::string>& cells) {
+    text += fmt::format("| {} |\n", fmt::join(cells, " | "));
+  };
+  std::vector<std::string> cells;
+  std::transform(table.columns.begin(), table.columns.end(), std::back_inserter(cells), EscapeMarkdown);
+  add_row(cells);
+  cells.clear();
+  std::transform(right.begin(), right.end(), std::back_inserter(cells),
+                 [](bool is_right) { return is_right ? "---:" : "---"; });
+  add_row(cells);
+  for (const auto& row : table.rows) {
+    cells.clear();
+    std::transform(row.begin(), row.end(), std::back_inserter(cells),
+                   [](const Cell& cell) { return EscapeMarkdown(FormatCell(cell)); });
+    add_row(cells);
+  }
+  for (const std::string& note : table.notes) {
+    text += fmt::format("\n{}\n", EscapeMarkdown(note));
+  }
+  return text;
+}
+
+std::string ToLatex(const Table& table) {
+  const std::vector<bool> right = RightAligned(table);
+  std::string alignment;
+  for (const bool is_right : right) {
+    alignment += is_right ? 'r' : 'l';
+  }
+  std::string text = fmt::format(
+      "% needs \\usepackage{{booktabs}}\n\\begin{{table}}\n  \\centering\n  \\caption{{{}}}\n  "
+      "\\begin{{tabular}}{{{}}}\n    \\toprule\n",
+      EscapeLatex(table.title), alignment);
+  std::vector<std::string> cells;
+  std::transform(table.columns.begin(), table.columns.end(), std::back_inserter(cells), EscapeLatex);
+  text += fmt::format("    {} \\\\ \\midrule\n", fmt::join(cells, " & "));
+  for (const auto& row : table.rows) {
+    cells.clear();
+    std::transform(row.begin(), row.end(), std::back_inserter(cells), LatexCell);
+    text += fmt::format("    {} \\\\\n", fmt::join(cells, " & "));
+  }
+  text += "    \\bottomrule\n  \\end{tabular}\n";
+  for (const std::string& note : table.notes) {
+    text += fmt::format("  \\par\\footnotesize {}\n", EscapeLatex(note));
+  }
+  return text + "\\end{table}\n";
+}
+
+std::string ToCsv(const Table& table) {
+  std::vector<bool> wide(table.columns.size(), false);
+  for (const auto& row : table.rows) {
+    for (std::size_t i = 0; i < wide.size(); ++i) {
+      wide[i] = wide[i] || HasRange(row[i]);
+    }
+  }
+  std::string text;
+  const auto add_line = [&text](std::vector<std::string> cells) {
+    std::transform(cells.begin(), cells.end(), cells.begin(), EscapeCsv);
+    text += fmt::format("{}\n", fmt::join(cells, ","));
+  };
+  std::vector<std::string> line;
+  for (std::size_t i = 0; i < wide.size(); ++i) {
+    line.push_back(table.columns[i]);
+    if (wide[i]) {
+      line.push_back(table.columns[i] + " lowest");
+      line.push_back(table.columns[i] + " highest");
+    }
+  }
+  add_line(line);
+  for (const auto& row : table.rows) {
+    line.clear();
+    for (std::size_t i = 0; i < wide.size(); ++i) {
+      const Spread& spread = row[i].spread;
+      const bool empty = !IsNumber(row[i]) || spread.count == 0;
+      line.push_back(IsNumber(row[i]) ? (empty ? "" : Significant(spread.median)) : row[i].text);
+      if (wide[i]) {
+        line.push_back(empty ? "" : Significant(spread.lowest));
+        line.push_back(empty ? "" : Significant(spread.highest));
+      }
+    }
+    add_line(line);
+  }
+  return text;
+}
+
+std::string EscapeMarkdown(std::string_view text) {
+  return Replaced(text, [](char c) -> std::string_view {
+    switch (c) {
+      case '|':
+        return "\\|";
+      case '*':
+        return "\\*";
+      case '_':
+        return "\\_";
+      case '`':
+        return "\\`";
+      case '<':
+        return "\\<";
+      case '[':
+        return "\\[";
+      case '\\':
+        return "\\\\";
+      case '\n':
+        return " ";
+      default:
+        return {};
+    }
+  });
+}
+
+std::string EscapeLatex(std::string_view text) {
+  return Replaced(text, [](char c) -> std::string_view {
+    switch (c) {
+      case '&':
+        return "\\&";
+      case '%':
+        return "\\%";
+      case '$':
+        return "\\$";
+      case '#':
+        return "\\#";
+      case '_':
+        return "\\_";
+      case '{':
+        return "\\{";
+      case '}':
+        return "\\}";
+      case '~':
+        return "\\textasciitilde{}";
+      case '^':
+        return "\\textasciicircum{}";
+      case '\\':
+        return "\\textbackslash{}";
+      case '<':
+        return "\\textless{}";
+      case '>':
+        return "\\textgreater{}";
+      case '\n':
+        return " ";
+      default:
+        return {};
+    }
+  });
+}
+
+std::string EscapeCsv(std::string_view text) {
+  if (text.find_first_of(",\"\r\n") == std::string_view::npos) {
+    return std::string(text);
+  }
+  return fmt::format("\"{}\"",
+                     Replaced(text, [](char c) -> std::string_view { return c == '"' ? "\"\"" : ""; }));
+}
+
+}  // namespace sqslam

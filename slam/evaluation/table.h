@@ -1,0 +1,55 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sqslam {
+
+// Median and range of some measurements.
+struct Spread {
+  int count = 0;  // measurements; 0: there are none, and the rest means nothing
+  double median = 0.0;
+  double lowest = 0.0;
+  double highest = 0.0;
+};
+
+// The median of an even number of values is the mean of the middle two.
+Spread SpreadOf(std::vector<double> values);
+
+// One cell: words, or a measured number with its spread.
+struct Cell {
+  std::string text;
+  Spread spread;
+  int decimals = -1;  // of the number; below 0: the cell is words
+
+  static Cell Words(std::string text);
+  static Cell Number(double value, int decimals);  // one measurement
+  static Cell Of(const Spread& spread, int decimals);
+};
+
+// A table that can be written in several formats. Rows are as long as `columns`.
+struct Table {
+  std::string name;   // "Table I", empty where there is none
+  std::string title;  // what it shows
+  std::vector<std::string> columns;
+  std::vector<std::vector<Cell>> rows;
+  std::vector<std::string> notes;  // one sentence each, under the table
+};
+
+// "0.62", "0.62 (0.60 to 0.65)" where several measurements differ, "-" where there are none.
+std::string FormatCell(const Cell& cell);
+
+std::string ToText(const Table& table);      // for the terminal, columns aligned
+std::string ToMarkdown(const Table& table);  // heading, table, notes
+std::string ToLatex(const Table& table);     // a table environment that needs booktabs
+// One header line; a column that holds any number with a spread becomes three: NAME, NAME lowest, NAME
+// highest. RFC 4180: quotes where needed. Numbers with six significant digits, empty where there are none.
+std::string ToCsv(const Table& table);
+
+// Characters that mean something to the format are written so that they show as themselves.
+std::string EscapeMarkdown(std::string_view text);
+std::string EscapeLatex(std::string_view text);
+std::string EscapeCsv(std::string_view text);
+
+}  // namespace sqslam

@@ -1,0 +1,79 @@
+#include "slam/evaluation/footprint.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+
+namespace sqslam {
+namespace {
+
+using Eigen::Vector3d;
+
+const Vector3d kUp = Vector3d::UnitZ();
+
+Solid Make(SolidKind kind, const Vector3d& half_size, const Vector3d& center = Vector3d::Zero(),
+           double yaw = 0.0) {
+  return {kind, half_size, 1.0, 1.0, {Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Vector3d::UnitZ())), center}};
+}
+
+TEST(FootprintIoU, IgnoresHowHighAndHowThickThingsAre) {
+  const Solid magazine = Make(SolidKind::kCuboid, {0.15, 0.1, 0.002});
+  const Solid above = Make(SolidKind::kCuboid, {0.15, 0.1, 0.01}, {0, 0, 0.05});
+  EXPECT_NEAR(FootprintIoU(magazine, above, kUp), 1.0, 1e-9);
+  EXPECT_EQ(IoU(magazine, above), 0.0);
+}
+
+TEST(FootprintIoU, OfShiftedAndOfApartRectanglesIsThatOfTheirAreas) {
+  const Solid a = Make(SolidKind::kCuboid, {1, 2, 1});
+  EXPECT_NEAR(FootprintIoU(a, Make(SolidKind::kCuboid, {1, 2, 1}, {1, 0, 0}), kUp), 1.0 / 3.0, 1e-9);
+  EXPECT_NEAR(FootprintIoU(a, Make(SolidKind::kCuboid, {2, 1, 1}), kUp), 4.0 / 12.0, 1e-9);
+  EXPECT_EQ(FootprintIoU(a, Make(SolidKind::kCuboid, {1, 2, 1}, {3, 0, 0}), kUp), 0.0);
+}
+
+TEST(FootprintIoU, OfASquareTurnedByAnEighthIsTheRegularOctagons) {
+  const Solid a = Make(SolidKind::kCuboid, {1, 1, 1});
+  const Solid b = Make(SolidKind::kCuboid, {1, 1, 1}, {0, 0, 0}, std::numbers::pi / 4);
+  const double octagon = 8.0 * (std::sqrt(2.0) - 1.0);
+  EXPECT_NEAR(FootprintIoU(a, b, kUp), octagon / (8.0 - octagon), 1e-9);
+}
+
+TEST(FootprintIoU, OfRoundThingsInTheirSquareIsPiOverFour) {
+  const Solid square = Make(SolidKind::kCuboid, {0.5, 0.5, 0.1});
+  for (const SolidKind kind : {SolidKind::kCylinder, SolidKind::kEllipsoid, SolidKind::kSuperquadric}) {
+    EXPECT_NEAR(FootprintIoU(Make(kind, {0.5, 0.5, 0.3}), square, kUp), std::numbers::pi / 4, 1e-4);
+  }
+}
+
+TEST(FootprintIoU, LooksAlongTheGivenDirection) {
+  const Solid standing = Make(SolidKind::kCuboid, {1, 0.1, 1});
+  const Solid lower = Make(SolidKind::kCuboid, {1, 0.1, 1}, {0, 0, 1});
+  EXPECT_NEAR(FootprintIoU(standing, lower, Vector3d::UnitY()), 1.0 / 3.0, 1e-9);
+}
+
+// The farthest of many surface points, against the closed form.
+TEST(SupportPoint, IsTheFarthestPointOfTheSurface) {
+  for (const double e1 : {0.1, 0.6, 1.0, 1.7}) {
+    for (const double e2 : {0.1, 1.0, 1.9}) {
+      const Superquadric shape{{0.3, 0.2, 0.5}, e1, e2};
+      const Solid solid = Solid::FromSuperquadric({shape, {}});
+      const Vector3d direction(0.4, -0.7, 0.3);
+      const Vector3d support = SupportPoint(solid, direction);
+      EXPECT_NEAR(shape.RadialScale(support), 1.0, 1e-9) << e1 << " " << e2;
+      double farthest = -1.0;
+      for (int i = 0; i <= 400; ++i) {
+        for (int j = 0; j < 800; ++j) {
+          const double latitude = std::numbers::pi * (i / 400.0 - 0.5);
+          farthest = std::max(
+              farthest, direction.dot(shape.PointAt(latitude, 2 * std::numbers::pi * j / 800.0 - 3.14)));
+        }
+      }
+      EXPECT_LE(farthest, direction.dot(support) + 1e-9) << e1 << " " << e2;
+      EXPECT_NEAR(farthest, direction.dot(support), 0.02 * farthest) << e1 << " " << e2;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace sqslam

@@ -1,0 +1,82 @@
+#include "slam/evaluation/table.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace sqslam {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(SpreadOf, TheMedianOfAnOddCountIsTheMiddleValue) {
+  const Spread spread = SpreadOf({5.0, 1.0, 3.0});
+  EXPECT_EQ(spread.count, 3);
+  EXPECT_DOUBLE_EQ(spread.median, 3.0);
+  EXPECT_DOUBLE_EQ(spread.lowest, 1.0);
+  EXPECT_DOUBLE_EQ(spread.highest, 5.0);
+}
+
+TEST(SpreadOf, TheMedianOfAnEvenCountIsTheMeanOfTheMiddleTwo) {
+  EXPECT_DOUBLE_EQ(SpreadOf({10.0, 1.0, 2.0, 4.0}).median, 3.0);
+}
+
+TEST(SpreadOf, OfNothingSaysSo) {
+  EXPECT_EQ(SpreadOf({}).count, 0);
+  EXPECT_EQ(FormatCell(Cell::Of(SpreadOf({}), 2)), "-");
+}
+
+TEST(FormatCell, ShowsTheRangeOnlyWhereItSaysMore) {
+  EXPECT_EQ(FormatCell(Cell::Of(SpreadOf({0.60, 0.62, 0.65}), 2)), "0.62 (0.60 to 0.65)");
+  EXPECT_EQ(FormatCell(Cell::Of(SpreadOf({0.621, 0.622, 0.623}), 2)), "0.62");
+  EXPECT_EQ(FormatCell(Cell::Number(0.5, 3)), "0.500");
+  EXPECT_EQ(FormatCell(Cell::Number(-0.0001, 2)), "0.00");
+}
+
+TEST(Escapes, LeaveSpecialCharactersReadable) {
+  EXPECT_EQ(EscapeMarkdown("a|b_c*d`e\\f"), "a\\|b\\_c\\*d\\`e\\\\f");
+  EXPECT_EQ(EscapeLatex("50 % & $x_1^2$ {#} ~\\"),
+            "50 \\% \\& \\$x\\_1\\textasciicircum{}2\\$ \\{\\#\\} \\textasciitilde{}\\textbackslash{}");
+  EXPECT_EQ(EscapeCsv("plain"), "plain");
+  EXPECT_EQ(EscapeCsv("a,\"b\""), "\"a,\"\"b\"\"\"");
+}
+
+Table Example() {
+  return {"Table I",
+          "IoU by class",
+          {"class", "iou_a", "n"},
+          {{Cell::Words("tea_pot"), Cell::Of(SpreadOf({0.5, 0.25, 0.75}), 2), Cell::Number(3, 0)},
+           {Cell::Words("cup"), Cell::Of({}, 2), Cell::Number(12, 0)}},
+          {"A note."}};
+}
+
+TEST(Tables, MarkdownAlignsNumbersToTheRight) {
+  EXPECT_EQ(ToMarkdown(Example()),
+            "## Table I: IoU by class\n\n| class | iou\\_a | n |\n| --- | ---: | ---: |\n"
+            "| tea\\_pot | 0.50 (0.25 to 0.75) | 3 |\n| cup | - | 12 |\n\nA note.\n");
+}
+
+TEST(Tables, LatexIsABooktabsTable) {
+  const std::string latex = ToLatex(Example());
+  EXPECT_THAT(latex,
+              HasSubstr("\\begin{tabular}{lrr}\n    \\toprule\n    class & iou\\_a & n \\\\ \\midrule\n"));
+  EXPECT_THAT(latex, HasSubstr("tea\\_pot & $0.50$ {\\scriptsize ($0.25$ to $0.75$)} & $3$ \\\\\n"));
+  EXPECT_THAT(latex, HasSubstr("cup & -- & $12$ \\\\\n    \\bottomrule\n"));
+  EXPECT_THAT(latex, HasSubstr("\\caption{IoU by class}"));
+}
+
+TEST(Tables, CsvGivesASpreadThreeColumns) {
+  EXPECT_EQ(ToCsv(Example()),
+            "class,iou_a,iou_a lowest,iou_a highest,n\ntea_pot,0.5,0.25,0.75,3\ncup,,,,12\n");
+}
+
+TEST(Tables, TextAlignsByCharactersNotBytes) {
+  Table table{"",
+              "T",
+              {"a", "b"},
+              {{Cell::Words("°°"), Cell::Words("x")}, {Cell::Words("abc"), Cell::Words("y")}},
+              {}};
+  EXPECT_EQ(ToText(table), "T\n  a    b\n  °°   x\n  abc  y\n");
+}
+
+}  // namespace
+}  // namespace sqslam
