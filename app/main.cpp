@@ -52,6 +52,9 @@ int ParseAndRun(int argc, char** argv) {
 #ifdef SQSLAM_WITH_EVAL
   sqslam::app::AddEvalCommand(app, exit_code);
 #endif
+#ifdef SQSLAM_WITH_EXPERIMENT
+  sqslam::app::AddExperimentCommand(app, exit_code);
+#endif
 #ifdef SQSLAM_WITH_RENDER
   sqslam::app::AddRenderCommand(app, exit_code);
 #endif

@@ -16,7 +16,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 TEST(CommandLine, HelpOfEveryCommandShowsExamples) {
-  for (const std::string command : {"", "run", "info", "export", "vocabulary"}) {
+  for (const std::string command : {"", "run", "eval", "experiment", "info", "export", "vocabulary"}) {
     const ProgramRun run = RunProgram(command + " --help");
     EXPECT_EQ(run.exit_code, 0);
     EXPECT_THAT(run.out, HasSubstr("Examples:")) << command;
@@ -36,7 +36,8 @@ TEST(CommandLine, WrongUsageIsOneLineAndCodeTwo) {
         "run x --format kitti", "run x --set tracking.min_inlier=30", "run x --set seed",
         "run x --config /nonexistent.yaml", "run 0", "run 0 --camera kinect-v2",
         "run 0 --camera kinect-v1 --deterministic", "info", "export x --output x.dwg",
-        "export x --output x.glb"}) {
+        "export x --output x.glb", "experiment", "experiment /nonexistent.yaml",
+        "eval x --ground-truth y --output x.doc"}) {
     const ProgramRun run = RunProgram(arguments);
     EXPECT_EQ(run.exit_code, 2) << arguments << ": " << run.err;
     EXPECT_EQ(run.ErrorLines().size(), 1u) << run.err;

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace sqslam::app {
+
+// One input of an experiment: a sequence on disk, or a scene that is rendered first.
+struct ExperimentSequence {
+  std::string name;
+  std::filesystem::path path;   // sequence folder, as for `sqslam run`; empty where there is a scene
+  std::filesystem::path scene;  // scene description, as for `sqslam synth`
+  std::string format;           // as for `sqslam run`; empty: its default
+  std::string camera;
+  std::filesystem::path detections;
+  bool evaluate = true;  // against the ground truth of the folder; false: only times and counts
+  std::int64_t start = 0;
+  std::int64_t frames = 0;  // 0: all
+  std::int64_t stride = 1;
+  std::vector<std::string> set;  // options for this sequence, key=value
+};
+
+// Options under a name, for what is no axis of its own.
+struct ExperimentVariant {
+  std::string name;  // empty: the defaults
+  std::vector<std::string> set;
+};
+
+inline constexpr int kAllObjects = -1;
+
+// Every combination of these is one cell of the experiment.
+struct ExperimentGrid {
+  std::vector<std::string> sequences;  // names
+  std::vector<std::string> representations;
+  std::vector<std::string> associations;
+  std::vector<std::string> methods;
+  std::vector<std::string> variants;  // names
+  std::vector<int> max_objects;       // boxes of so many objects only; kAllObjects: no limit
+  int repetitions = 1;
+};
+
+struct ExperimentConfig {
+  std::filesystem::path folder;   // of the file: where paths in it are looked for as well
+  std::filesystem::path output;   // empty: out/NAME of the file
+  std::filesystem::path options;  // pipeline options, as for `sqslam run --config`
+  bool deterministic = false;
+  std::int64_t seed = 1;             // of the first repetition, one more for each further
+  int jobs = 1;                      // runs at a time; above 1 the measured times suffer
+  std::vector<std::string> objects;  // names or labels that get rows of their own in Table I
+  std::vector<ExperimentSequence> sequences;
+  std::vector<ExperimentVariant> variants;  // the first is the unnamed one
+  std::vector<ExperimentGrid> grids;
+};
+
+// Reads and checks a whole configuration, options of the pipeline included. Throws UsageError that names file
+// and line, for an unknown key or word also the nearest valid one.
+ExperimentConfig ReadExperiment(const std::filesystem::path& path);
+ExperimentConfig ParseExperiment(const std::string& yaml, const std::string& source);
+
+// A path of the configuration: relative to the current folder, else to the file's, else one that comes with
+// the program; unchanged where it is nowhere.
+std::filesystem::path ResolvePath(const ExperimentConfig& config, const std::filesystem::path& path);
+
+}  // namespace sqslam::app
