@@ -52,15 +52,26 @@ DualNorm DualNormOf(double x, double y, double e) {
   return {norm, share(x), share(y)};
 }
 
+// Most support points of an edgy solid are the same corner but for rounding, and an edge between two of those
+// has no direction that means anything.
+constexpr double kShortestEdge = 1e-6;  // share of the solid's largest half size
+
 Polygon Outline(const Solid& solid, const Vector3d& u, const Vector3d& v) {
   Polygon polygon;
   polygon.reserve(kOutlinePoints);
+  const double shortest = kShortestEdge * solid.half_size.maxCoeff();
   const Eigen::Quaterniond object_from_map = solid.T_map_object.rotation.conjugate();
   for (int i = 0; i < kOutlinePoints; ++i) {
     const double angle = 2.0 * std::numbers::pi * i / kOutlinePoints;
     const Vector3d direction = std::cos(angle) * u + std::sin(angle) * v;
     const Vector3d p = solid.T_map_object * SupportPoint(solid, object_from_map * direction);
-    polygon.emplace_back(u.dot(p), v.dot(p));
+    const Vector2d corner(u.dot(p), v.dot(p));
+    if (polygon.empty() || (corner - polygon.back()).norm() > shortest) {
+      polygon.push_back(corner);
+    }
+  }
+  while (polygon.size() > 1 && (polygon.front() - polygon.back()).norm() <= shortest) {
+    polygon.pop_back();
   }
   return polygon;
 }
@@ -125,11 +136,7 @@ double FootprintIoU(const Solid& a, const Solid& b, const Vector3d& up) {
   const Polygon outline_b = Outline(b, u, v);
   Polygon common = outline_a;
   for (std::size_t i = 0; i < outline_b.size() && !common.empty(); ++i) {
-    const Vector2d& from = outline_b[i];
-    const Vector2d& to = outline_b[(i + 1) % outline_b.size()];
-    if (from != to) {
-      common = Clip(common, from, to);
-    }
+    common = Clip(common, outline_b[i], outline_b[(i + 1) % outline_b.size()]);
   }
   const double intersection = common.size() < 3 ? 0.0 : Area(common);
   const double together = Area(outline_a) + Area(outline_b) - intersection;

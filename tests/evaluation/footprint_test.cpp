@@ -46,6 +46,23 @@ TEST(FootprintIoU, OfRoundThingsInTheirSquareIsPiOverFour) {
   }
 }
 
+// Rounding makes corners of turned boxes differ in their last digits.
+TEST(FootprintIoU, IsTheSameHoweverTheWorldIsTurned) {
+  Solid a = Make(SolidKind::kCuboid, {0.15, 0.1, 0.002}, {0.3, -2.0, 1.7}, 0.3);
+  Solid b = Solid::FromSuperquadric({{{0.14, 0.11, 0.02}, 0.1, 0.1}, a.T_map_object});
+  b.T_map_object.translation += Vector3d(0.02, 0.01, 0.01);
+  const double expected = FootprintIoU(a, b, kUp);
+  EXPECT_GT(expected, 0.6);
+  for (int i = 1; i <= 200; ++i) {
+    const Eigen::Quaterniond turn =
+        Eigen::AngleAxisd(0.1 * i, Vector3d(1, std::sin(i), std::cos(2 * i)).normalized()) *
+        Eigen::Quaterniond::Identity();
+    const Sim3d S{2.0, turn, {5, 6, 7}};
+    EXPECT_NEAR(FootprintIoU(Transform(S, a), Transform(S, b), turn * kUp), expected, 1e-4) << i;
+    EXPECT_NEAR(FootprintIoU(Transform(S, b), Transform(S, a), turn * kUp), expected, 1e-4) << i;
+  }
+}
+
 TEST(FootprintIoU, LooksAlongTheGivenDirection) {
   const Solid standing = Make(SolidKind::kCuboid, {1, 0.1, 1});
   const Solid lower = Make(SolidKind::kCuboid, {1, 0.1, 1}, {0, 0, 1});
