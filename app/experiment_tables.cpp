@@ -177,9 +177,12 @@ void AddIouNotes(const Pointers& results, Table& table) {
     repetitions.insert(result->cell.repetition);
     has_scored = has_scored || result->has_scored;
   }
-  table.notes.push_back(fmt::format("Median over up to {} runs (lowest to highest); association {}.",
-                                    repetitions.size(),
-                                    results.empty() ? "-" : results.front()->cell.association));
+  table.notes.push_back(
+      fmt::format("{}; association {}.",
+                  repetitions.size() > 1
+                      ? fmt::format("Median over up to {} runs (lowest to highest)", repetitions.size())
+                      : "One run each",
+                  results.empty() ? "-" : results.front()->cell.association));
   if (has_scored) {
     table.notes.emplace_back("Where the ground truth says which objects are scored, only those count.");
   }
