@@ -21,15 +21,23 @@ struct Box2d {
   }
 };
 
-// Intersection over union in [0, 1]; 0 for empty boxes.
-inline double IoU(const Box2d& a, const Box2d& b) {
+// Area of the intersection.
+inline double SharedArea(const Box2d& a, const Box2d& b) {
   const double w = std::min(a.x + a.width, b.x + b.width) - std::max(a.x, b.x);
   const double h = std::min(a.y + a.height, b.y + b.height) - std::max(a.y, b.y);
-  if (w <= 0.0 || h <= 0.0) {
-    return 0.0;
-  }
-  const double intersection = w * h;
-  return intersection / (a.Area() + b.Area() - intersection);
+  return w <= 0.0 || h <= 0.0 ? 0.0 : w * h;
+}
+
+// Intersection over union in [0, 1]; 0 for empty boxes.
+inline double IoU(const Box2d& a, const Box2d& b) {
+  const double shared = SharedArea(a, b);
+  return shared > 0.0 ? shared / (a.Area() + b.Area() - shared) : 0.0;
+}
+
+// Intersection over the smaller area in [0, 1]; 0 for empty boxes.
+inline double ShareOfSmaller(const Box2d& a, const Box2d& b) {
+  const double shared = SharedArea(a, b);
+  return shared > 0.0 ? shared / std::min(a.Area(), b.Area()) : 0.0;
 }
 
 }  // namespace sqslam

@@ -58,7 +58,7 @@ std::optional<Rigid3d> Submap::KeepUpright(bool last) {
 }
 
 void Submap::MapObjects(const Camera& camera, bool all) {
-  objects_.SetUpright(upright_.Known(), upright_.SupportHeight());
+  objects_.SetUpright(upright_.Known(), upright_.FindSurfaces(*map_));
   if (all) {
     objects_.UpdateAll(LookupPoints(), camera, LookupPoses());
   } else {

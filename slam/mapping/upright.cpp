@@ -109,4 +109,8 @@ std::optional<Rigid3d> UprightEstimator::UpdateFromMap(const Map& map,
   return T_new_old;
 }
 
+SupportSurfaces UprightEstimator::FindSurfaces(const Map& map) const {
+  return known_ ? SupportSurfaces::Find(ReliablePoints(map), options_) : SupportSurfaces();
+}
+
 }  // namespace sqslam

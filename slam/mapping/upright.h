@@ -8,6 +8,7 @@
 #include "slam/map/map.h"
 #include "slam/objects/gravity.h"
 #include "slam/objects/object_types.h"
+#include "slam/objects/support.h"
 
 namespace sqslam {
 
@@ -20,6 +21,9 @@ class UprightEstimator {
   // After a keyframe: the turn T_new_old that the map needs, if any; `last`: no keyframe will follow. The map
   // frame begins as the first camera's frame.
   std::optional<Rigid3d> Update(const Map& map, std::span<const ObjectLandmarkView> objects, bool last);
+
+  // What things may stand on; none before it is known what is up.
+  SupportSurfaces FindSurfaces(const Map& map) const;
 
   bool Known() const { return known_; }
   std::optional<double> SupportHeight() const { return support_height_; }

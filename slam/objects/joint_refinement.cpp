@@ -108,11 +108,15 @@ struct FreeSpaceCost {
 struct ContactCost {
   double height;
   double factor;
+  bool exact;  // false: the object may float above
 
   template <typename T>
   bool operator()(const T* parameters, T* residual) const {
     using std::exp;
     residual[0] = factor * (parameters[kCentre + 2] - exp(parameters[kLogHalf + 2]) - height);
+    if (!exact && residual[0] > 0.0) {
+      residual[0] = T(0.0);
+    }
     return true;
   }
 };
@@ -252,15 +256,13 @@ void AddPoints(const PosedSuperquadric& start, const RefinementInput& input, con
 
 void AddContactAndPrior(const PosedSuperquadric& start, const RefinementInput& input,
                         const RefinementOptions& options, ceres::Problem& problem, double* parameters) {
-  if (input.support_height) {
+  const std::optional<double>& floor = input.support_height ? input.support_height : input.lowest;
+  if (floor) {
     const double height = std::max(2.0 * start.shape.half_size.z(), 0.5 * start.shape.half_size.maxCoeff());
-    // Redescending, gone for a gap of 0.6 heights: things that stand on other things, or hang on a wall, are
-    // left alone.
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<ContactCost, 1, kParameterCount>(new ContactCost{
-                                 *input.support_height, 1.0 / (options.contact_sigma * height)}),
-                             new ceres::ScaledLoss(new ceres::TukeyLoss(0.6 / options.contact_sigma),
-                                                   options.contact_weight, ceres::TAKE_OWNERSHIP),
-                             parameters);
+    problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<ContactCost, 1, kParameterCount>(new ContactCost{
+            *floor, 1.0 / (options.contact_sigma * height), input.support_height.has_value()}),
+        new ceres::ScaledLoss(nullptr, options.contact_weight, ceres::TAKE_OWNERSHIP), parameters);
   }
   constexpr double kYawSigma = 5.0 * std::numbers::pi / 180.0;
   const PriorCost prior{options.prior_e1, options.prior_e2, 1.0 / options.prior_e_sigma,

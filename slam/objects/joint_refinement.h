@@ -27,7 +27,8 @@ struct RefinementInput {
   std::vector<Eigen::Vector3d> points;         // inliers, map frame
   std::vector<Eigen::Vector3d> point_cameras;  // for each point the mean place of the cameras that saw it
   std::optional<YawEstimate> yaw;              // from lines
-  std::optional<double> support_height;        // z of the plane that the object may stand on
+  std::optional<double> support_height;        // z of the surface that it stands on; empty: none
+  std::optional<double> lowest;                // z below which nothing of it can be: a surface under it
   Camera camera;
 };
 

@@ -130,6 +130,11 @@ void Landmark::Transform(const Sim3d& S_new_old) {
   centroids.squares = S_new_old.scale * S_new_old.scale * (R.cwiseAbs2() * centroids.squares);
   move(superquadric.T_map_object);
   superquadric.shape.half_size *= S_new_old.scale;
+  move(visible.T_map_object);
+  visible.shape.half_size *= S_new_old.scale;
+  if (support) {
+    *support = S_new_old.scale * *support + S_new_old.translation.z();
+  }
   const Eigen::Vector3d up = R.col(2);
   if (up.z() > 0.9999) {
     yaw.Rotate(std::atan2(R(1, 0), R(0, 0)));

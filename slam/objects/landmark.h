@@ -70,7 +70,9 @@ struct Landmark {
   int estimated_at = 0;                                          // number of observations at that time
   std::vector<std::pair<std::int64_t, Eigen::Vector3d>> points;  // inliers
   PosedSuperquadric superquadric;
-  double box_agreement = 0.0;  // mean IoU of the projected superquadric and the boxes, in [0, 1]
+  PosedSuperquadric visible;      // the part of it that views show: differs where its lower part is hidden
+  std::optional<double> support;  // height of the surface that it was found to stand on
+  double box_agreement = 0.0;     // mean IoU of the projected superquadric and the boxes, in [0, 1]
 
   void Add(const ObjectObservation& observation);
   void Absorb(Landmark&& other);  // the two are one object; estimated anew at the next update

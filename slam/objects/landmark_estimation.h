@@ -7,6 +7,7 @@
 #include "slam/geometry/camera.h"
 #include "slam/objects/landmark.h"
 #include "slam/objects/object_options.h"
+#include "slam/objects/support.h"
 
 namespace sqslam {
 
@@ -15,7 +16,10 @@ struct EstimationContext {
   const PointLookup* points = nullptr;
   Camera camera;
   bool upright = false;
-  std::optional<double> support_height;
+  const SupportSurfaces* supports = nullptr;
+  std::optional<double>
+      hidden_support;     // what a larger object stands on that may hide the lower part of this
+  bool thorough = false;  // refine from all starts, not only on from the last result
   std::vector<PosedSuperquadric> smaller_objects;  // other landmarks, well known and smaller than this one
   std::uint64_t seed = 0;
 };

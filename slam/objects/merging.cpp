@@ -6,8 +6,9 @@
 
 namespace sqslam {
 
-int FramesSeenApart(const Landmark& a, const Landmark& b) {
-  constexpr double kOneThing = 0.4;
+int FramesSeenApart(const Landmark& a, const Landmark& b, bool parts_are_one) {
+  constexpr double kOneThing = 0.4;  // IoU
+  constexpr double kPart = 0.6;      // of the smaller box
   int count = 0;
   auto i = a.views.begin();
   auto j = b.views.begin();
@@ -17,7 +18,9 @@ int FramesSeenApart(const Landmark& a, const Landmark& b) {
     } else if (j->frame_index < i->frame_index) {
       ++j;
     } else {
-      count += IoU(i->box, j->box) < kOneThing ? 1 : 0;
+      const bool one =
+          IoU(i->box, j->box) >= kOneThing || (parts_are_one && ShareOfSmaller(i->box, j->box) >= kPart);
+      count += one ? 0 : 1;
       ++i;
       ++j;
     }
@@ -26,10 +29,12 @@ int FramesSeenApart(const Landmark& a, const Landmark& b) {
 }
 
 bool AreSameObject(const Landmark& a, const Landmark& b, const MergingOptions& options) {
+  constexpr double kPart = 0.75;  // of the smaller volume
   const bool same_label = a.labels.Best() == b.labels.Best();
   const double size_a = a.estimated ? a.superquadric.shape.half_size.maxCoeff() : 0.0;
   const double size_b = b.estimated ? b.superquadric.shape.half_size.maxCoeff() : 0.0;
   bool same = false;
+  bool is_part = false;
   if (same_label && a.centroids.count >= options.min_samples && b.centroids.count >= options.min_samples) {
     // The spread of centroids is at least a tenth of the object; else long histories would never agree.
     const double min_sigma = 0.1 * std::min(size_a, size_b);
@@ -37,13 +42,15 @@ bool AreSameObject(const Landmark& a, const Landmark& b, const MergingOptions& o
   }
   if (!same && a.estimated && b.estimated) {
     const double needed = same_label ? options.overlap : options.overlap_other_label;
-    same = OverlapOfSmaller(a.superquadric, b.superquadric) > needed;
+    const double shared = OverlapOfSmaller(a.superquadric, b.superquadric);
+    same = shared > needed;
+    is_part = same_label && shared > kPart;
   }
   // The costly question last.
   const int limit =
       std::max(options.max_seen_together,
                static_cast<int>(0.1 * static_cast<double>(std::min(a.views.size(), b.views.size()))));
-  return same && FramesSeenApart(a, b) <= limit;
+  return same && FramesSeenApart(a, b, is_part) <= limit;
 }
 
 }  // namespace sqslam

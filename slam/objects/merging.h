@@ -12,7 +12,8 @@ namespace sqslam {
 // t-test on their centroid histories accepts (same label), or their superquadrics share enough volume.
 bool AreSameObject(const Landmark& a, const Landmark& b, const MergingOptions& options);
 
-// Frames in which both have a box and the boxes are clearly two (IoU below 0.4).
-int FramesSeenApart(const Landmark& a, const Landmark& b);
+// Frames in which both have a box and the boxes are clearly two: IoU below 0.4 and, with `parts_are_one`, not
+// one within the other, as the back of a chair in the chair.
+int FramesSeenApart(const Landmark& a, const Landmark& b, bool parts_are_one = false);
 
 }  // namespace sqslam

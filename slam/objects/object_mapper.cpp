@@ -6,6 +6,7 @@
 #include "slam/objects/landmark.h"
 #include "slam/objects/landmark_estimation.h"
 #include "slam/objects/merging.h"
+#include "slam/objects/occlusion.h"
 
 namespace sqslam {
 
@@ -17,7 +18,7 @@ struct ObjectMapper::Impl {
   std::vector<std::pair<int, int>> merges;
   std::vector<int> deleted;
   bool upright = false;
-  std::optional<double> support_height;
+  SupportSurfaces supports;
   std::int64_t newest_frame = 0;
   std::int64_t version = 0;
   std::shared_ptr<const ObjectMapView> view = std::make_shared<ObjectMapView>();
@@ -26,6 +27,8 @@ struct ObjectMapper::Impl {
   void RenewPoses(Landmark& landmark, const PoseLookup& poses) const;
   void Update(const PointLookup& points, const Camera& camera, const PoseLookup& poses, bool all);
   std::vector<PosedSuperquadric> SmallerThan(const Landmark& landmark) const;
+  std::vector<int> LargestFirst() const;
+  std::optional<double> HiddenSupport(const Landmark& landmark) const;
   bool MergeOnePair();
   void DeleteForgotten();
   bool IsShown(const Landmark& landmark) const;
@@ -54,14 +57,16 @@ void ObjectMapper::Impl::RenewPoses(Landmark& landmark, const PoseLookup& poses)
 
 void ObjectMapper::Impl::Update(const PointLookup& points, const Camera& camera, const PoseLookup& poses,
                                 bool all) {
-  EstimationContext context{&options, &points, camera, upright, support_height, {}, seed};
+  EstimationContext context{&options, &points, camera, upright, &supports, {}, all, {}, seed};
   const auto estimate_due = [&] {
-    for (auto& [id, landmark] : landmarks) {
+    for (const int id : LargestFirst()) {
+      Landmark& landmark = landmarks.at(id);
       // Young landmarks change with every box, old ones hardly.
       const int due = landmark.estimated_at + std::max(1, landmark.estimated_at / 6);
       if (all || landmark.estimated_at == 0 || landmark.observations >= due) {
         RenewPoses(landmark, poses);
         context.smaller_objects = SmallerThan(landmark);
+        context.hidden_support = HiddenSupport(landmark);
         EstimateLandmark(landmark, context);
       }
     }
@@ -91,6 +96,41 @@ std::vector<PosedSuperquadric> ObjectMapper::Impl::SmallerThan(const Landmark& l
     }
   }
   return smaller;
+}
+
+// The small ones profit from what was just learnt of the large ones: what hides them, what they stand on.
+std::vector<int> ObjectMapper::Impl::LargestFirst() const {
+  std::vector<std::pair<double, int>> by_volume;
+  for (const auto& [id, landmark] : landmarks) {
+    by_volume.emplace_back(landmark.estimated ? -landmark.superquadric.shape.Volume() : 0.0, id);
+  }
+  std::sort(by_volume.begin(), by_volume.end());
+  std::vector<int> ids;
+  for (const auto& [volume, id] : by_volume) {
+    ids.push_back(id);
+  }
+  return ids;
+}
+
+// What the nearest object stands on that may hide the lower part of this one.
+std::optional<double> ObjectMapper::Impl::HiddenSupport(const Landmark& landmark) const {
+  constexpr double kNear = 0.5;  // gap between the two, share of the larger one's size
+  std::optional<double> support;
+  double nearest = kNear;
+  for (const auto& [id, other] : landmarks) {
+    if (!landmark.estimated || id == landmark.id || !IsShown(other) || !other.support ||
+        !MayHide(other.superquadric, landmark.visible)) {
+      continue;
+    }
+    Eigen::Vector3d p = other.superquadric.T_map_object.Inverse() * landmark.visible.T_map_object.translation;
+    p.z() = 0.0;
+    const double gap = other.superquadric.shape.RadialDistance(p) / other.superquadric.shape.half_size.norm();
+    if (gap < nearest) {
+      nearest = gap;
+      support = other.support;
+    }
+  }
+  return support;
 }
 
 bool ObjectMapper::Impl::MergeOnePair() {
@@ -136,10 +176,7 @@ void ObjectMapper::Impl::Transform(const Sim3d& S_new_old) {
   for (auto& [id, landmark] : landmarks) {
     landmark.Transform(S_new_old);
   }
-  if (support_height) {
-    // Only meaningful for motions that keep z up; others come with a new SetUpright().
-    *support_height = S_new_old.scale * *support_height + S_new_old.translation.z();
-  }
+  supports.Transform(S_new_old);  // other motions than those about z come with a new SetUpright()
   Publish();
 }
 
@@ -154,7 +191,9 @@ void ObjectMapper::Impl::Publish() {
     out.observations = landmark.observations;
     out.points = landmark.points;
     out.estimated = landmark.estimated;
+    out.shown = IsShown(landmark);
     out.superquadric = landmark.superquadric;
+    out.support = landmark.support;
     out.centroid = landmark.superquadric.T_map_object.translation;
     out.half_extents = landmark.superquadric.shape.half_size;
     const Eigen::Vector3d x = landmark.superquadric.T_map_object.rotation * Eigen::Vector3d::UnitX();
@@ -188,14 +227,14 @@ void ObjectMapper::AddObservations(std::span<const ObjectObservation> observatio
   }
 }
 
-void ObjectMapper::SetUpright(bool upright, std::optional<double> support_height) {
+void ObjectMapper::SetUpright(bool upright, SupportSurfaces supports) {
   if (upright != impl_->upright) {
     for (auto& [id, landmark] : impl_->landmarks) {
       landmark.estimated_at = 0;
     }
   }
   impl_->upright = upright;
-  impl_->support_height = support_height;
+  impl_->supports = std::move(supports);
 }
 
 void ObjectMapper::Update(const PointLookup& points, const Camera& camera, const PoseLookup& poses) {

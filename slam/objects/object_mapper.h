@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <span>
 #include <unordered_map>
 #include <vector>
@@ -10,6 +9,7 @@
 #include "slam/map/snapshot.h"
 #include "slam/objects/object_options.h"
 #include "slam/objects/object_types.h"
+#include "slam/objects/support.h"
 
 namespace sqslam {
 
@@ -28,9 +28,9 @@ class ObjectMapper {
 
   void AddObservations(std::span<const ObjectObservation> observations);
 
-  // Whether the map's z axis points up, and the height of the main support plane (map units) where it is
-  // known. Until then no yaw is estimated.
-  void SetUpright(bool upright, std::optional<double> support_height);
+  // Whether the map's z axis points up, and then the surfaces that things may stand on. Until then no yaw is
+  // estimated.
+  void SetUpright(bool upright, SupportSurfaces supports);
 
   // Re-estimates the landmarks that were seen since the last call, merges and deletes. `poses`, where given,
   // renews the camera poses of past observations first.

@@ -7,11 +7,10 @@ namespace sqslam {
 
 // Which boxes of the detector are looked at.
 struct DetectionFilterOptions {
-  // Furniture that holds other things, and what moves by itself.
-  std::vector<std::string> ignored_labels = {"person", "dining_table", "sink",        "bed",
-                                             "bench",  "oven",         "refrigerator"};
+  // What moves by itself, and parts of a kitchen that have no end of their own.
+  std::vector<std::string> ignored_labels = {"person", "sink", "oven", "refrigerator"};
   double min_score = 0.25;        // detector score below which a box is not looked at, in [0, 1]
-  double max_box_share = 0.4;     // boxes that cover more of the image are dropped, share of the image area
+  double max_box_share = 0.9;     // boxes that cover more of the image are dropped, share of the image area
   double min_box_share = 0.0005;  // boxes that cover less of the image are dropped, share of the image area
   double duplicate_iou = 0.7;     // of two boxes that overlap more, the one with the lower score is dropped
   double border_margin = 4.0;     // a box edge nearer to the image border counts as cut off, px
@@ -163,6 +162,7 @@ struct RefinementOptions {
   double point_weight = 10.0;    // the points together weigh at most as much as so many views
   double contact_sigma = 0.05;   // standard deviation of the gap to the support, share of the object's height
   double contact_weight = 10.0;  // of contact against one box edge
+  double floating_cost = 8.0;    // half the chi square that standing on nothing must save
   double prior_e1 = 0.3;         // things that stand on a support mostly have flat tops, in [0.1, 1.9]
   double prior_e2 = 0.5;         // in [0.1, 1.9]
   double prior_e_sigma = 0.2;    // standard deviation of both exponents about them
@@ -181,6 +181,7 @@ struct RefinementOptions {
     visit("prior_e2", prior_e2, 0.1, 1.9);
     visit("prior_e_sigma", prior_e_sigma, 0.01, 100.0);
     visit("contact_weight", contact_weight, 0.0, 1000.0);
+    visit("floating_cost", floating_cost, 0.0, 1e6);
     visit("max_stretch", max_stretch, 0.5, 100.0);
     visit("max_iterations", max_iterations, 1, 1000);
   }

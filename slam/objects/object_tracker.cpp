@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <optional>
 #include <unordered_map>
@@ -12,6 +13,7 @@
 #include "slam/objects/landmark.h"
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/line_segments.h"
+#include "slam/objects/occlusion.h"
 #include "slam/objects/t_test.h"
 #include "slam/objects/yaw.h"
 
@@ -67,6 +69,8 @@ struct ObjectTracker::Impl {
   void TakeView(const ObjectMapView& newest);
   std::vector<MeasuredBox> Measure(const ObjectFrame& frame, const std::vector<BoxCandidate>& boxes) const;
   std::vector<KnownLandmark> Known(const ObjectFrame& frame) const;
+  void MarkHiddenEdges(const ObjectFrame& frame, const std::vector<int>& ids,
+                       std::vector<BoxCandidate>& boxes) const;
   std::vector<int> AssignIds(const ObjectFrame& frame, const std::vector<BoxCandidate>& boxes,
                              const std::vector<MeasuredBox>& measured);
   bool MayStart(const ObjectFrame& frame, const BoxCandidate& box, const std::vector<BoxCandidate>& boxes,
@@ -209,6 +213,35 @@ std::vector<int> ObjectTracker::Impl::AssignIds(const ObjectFrame& frame,
   return ids;
 }
 
+// Edges behind landmarks that are known to stand before the object, whether the detector sees them now or
+// not.
+void ObjectTracker::Impl::MarkHiddenEdges(const ObjectFrame& frame, const std::vector<int>& ids,
+                                          std::vector<BoxCandidate>& boxes) const {
+  const Rigid3d T_camera_map = frame.T_map_camera.Inverse();
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const auto own = tracks.find(ids[i]);
+    if (own == tracks.end() || !own->second.view || !own->second.view->estimated) {
+      continue;
+    }
+    const ObjectLandmarkView& object = *own->second.view;
+    const double depth = (T_camera_map * object.centroid).z();
+    const Box2d box = UndistortBox(frame.detections[boxes[i].detection_index].box, frame.camera);
+    for (const auto& [id, track] : tracks) {
+      if (id == ids[i] || !track.view || !track.view->shown || depth <= 0.0) {
+        continue;
+      }
+      if (!MayHide(track.view->superquadric, object.superquadric)) {
+        continue;
+      }
+      const PosedSuperquadric& other = track.view->superquadric;
+      const std::array<bool, 4> hidden = EdgesHiddenBy(box, depth, frame.T_map_camera, frame.camera, other);
+      for (std::size_t edge = 0; edge < 4; ++edge) {
+        boxes[i].edge_hidden[edge] = boxes[i].edge_hidden[edge] || hidden[edge];
+      }
+    }
+  }
+}
+
 void ObjectTracker::Impl::Remember(int id, const ObjectFrame& frame, const BoxCandidate& box,
                                    const MeasuredBox& measured) {
   constexpr std::size_t kMaxPoints = 3000;
@@ -311,7 +344,7 @@ std::vector<ObjectObservation> ObjectTracker::Track(const ObjectFrame& frame, co
                                                     StageTimes* times) {
   Impl& impl = *impl_;
   impl.TakeView(view);
-  const std::vector<BoxCandidate> boxes =
+  std::vector<BoxCandidate> boxes =
       SelectBoxes(frame, impl.options.detections, impl.options.outliers.depth_iqr);
   const std::vector<MeasuredBox> measured = impl.Measure(frame, boxes);
   const std::vector<int> ids = [&] {
@@ -321,6 +354,7 @@ std::vector<ObjectObservation> ObjectTracker::Track(const ObjectFrame& frame, co
     }
     return impl.AssignIds(frame, boxes, measured);
   }();
+  impl.MarkHiddenEdges(frame, ids, boxes);
   const YawOptions& yaw = impl.options.yaw;
   const bool with_lines =
       yaw.line_interval > 0 && frame.frame_index % yaw.line_interval == 0 && !boxes.empty();

@@ -76,7 +76,9 @@ struct ObjectLandmarkView {
   Eigen::Vector3d half_extents = Eigen::Vector3d::Zero();  // of the superquadric, object frame
   double yaw = 0.0;                                        // radians
   bool estimated = false;  // centroid, extents and superquadric mean something
+  bool shown = false;      // good enough to be part of the object map
   PosedSuperquadric superquadric;
+  std::optional<double> support;  // height of the surface that it was found to stand on
 };
 
 // What the mapping thread tells the tracking thread. Immutable once published.

@@ -154,4 +154,23 @@ ShapeFit FitShape(std::span<const Eigen::Vector3d> p_object, const Eigen::Vector
   return refined.cost <= start.cost ? refined : start;
 }
 
+PosedSuperquadric SuperquadricAtYaw(std::span<const Eigen::Vector3d> p_map, double yaw,
+                                    const SizeShapeOptions& options, bool with_shape) {
+  const Eigen::Quaterniond R_map_object(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()));
+  std::vector<Eigen::Vector3d> turned;
+  turned.reserve(p_map.size());
+  for (const Eigen::Vector3d& p : p_map) {
+    turned.push_back(R_map_object.conjugate() * p);
+  }
+  const Extents extents = EstimateExtents(turned, options);
+  for (Eigen::Vector3d& p : turned) {
+    p -= extents.centre;
+  }
+  const ShapeFit fit = with_shape ? FitShape(turned, extents.half_size, options) : ShapeFit();
+  PosedSuperquadric result;
+  result.shape = {extents.half_size, fit.e1, fit.e2};
+  result.T_map_object = {R_map_object, R_map_object * extents.centre};
+  return result;
+}
+
 }  // namespace sqslam

@@ -32,4 +32,9 @@ struct ShapeFit {
 ShapeFit FitShape(std::span<const Eigen::Vector3d> p_object, const Eigen::Vector3d& half_size,
                   const SizeShapeOptions& options);
 
+// The posed superquadric of points in the map frame at a given yaw: half sizes from their extent, and the
+// shape fitted where `with_shape` (otherwise an ellipsoid).
+PosedSuperquadric SuperquadricAtYaw(std::span<const Eigen::Vector3d> p_map, double yaw,
+                                    const SizeShapeOptions& options, bool with_shape = true);
+
 }  // namespace sqslam

@@ -51,6 +51,32 @@ TEST(Landmark, ThoseSeenTogetherAreKnownToBeTwoHoweverLongTheRun) {
   EXPECT_EQ(FramesSeenApart(old_one, SeenAt(300.0, kHours)), static_cast<int>(old_one.views.size()));
 }
 
+ObjectObservation ObservationOf(const std::string& label, const Box2d& box, std::int64_t frame_index) {
+  ObjectObservation observation;
+  observation.frame_index = frame_index;
+  observation.detection = {label, 0.5, box};
+  return observation;
+}
+
+TEST(Landmark, APartSeenWithItsWholeIsNotApart) {
+  Landmark chair;
+  Landmark back;
+  for (int frame = 0; frame < 8; ++frame) {
+    chair.Add(ObservationOf("chair", {100, 100, 100, 300}, frame));
+    back.Add(ObservationOf("chair", {105, 100, 90, 100}, frame));
+  }
+  EXPECT_EQ(FramesSeenApart(chair, back), 8);
+  EXPECT_EQ(FramesSeenApart(chair, back, true), 0);
+  // And they are one where their volumes share nearly all of the smaller.
+  chair.estimated = back.estimated = true;
+  chair.superquadric.shape = {{0.2, 0.2, 0.4}, 0.2, 0.2};
+  back.superquadric.shape = {{0.15, 0.05, 0.15}, 0.2, 0.2};
+  back.superquadric.T_map_object.translation.z() = 0.2;
+  EXPECT_TRUE(AreSameObject(chair, back, MergingOptions()));
+  back.superquadric.T_map_object.translation.z() = 0.4;  // half outside
+  EXPECT_FALSE(AreSameObject(chair, back, MergingOptions()));
+}
+
 TEST(Landmark, AbsorbingCountsAllObservations) {
   Landmark landmark = SeenAt(100.0, 1500);
   landmark.Absorb(SeenAt(100.0, kHours));

@@ -32,7 +32,8 @@ DeskMap MapDesk(const SyntheticDesk& desk, const ObjectOptions& options, const S
     const auto p = desk.Position(id);
     return p && moved ? S_map_world * *p : p;
   };
-  mapper.SetUpright(true, moved ? (S_map_world * Eigen::Vector3d::Zero()).z() : 0.0);
+  mapper.SetUpright(true,
+                    SupportSurfaces::Everywhere(moved ? (S_map_world * Eigen::Vector3d::Zero()).z() : 0.0));
   for (int i = 0; i < SyntheticDesk::kFrames; i += 2) {
     if (i == transform_at) {
       moved = true;
@@ -119,7 +120,7 @@ TEST(ObjectPipeline, FollowsFusedPointsAndForgetsCulledOnes) {
   const SyntheticDesk desk(1);
   ObjectTracker tracker(ObjectOptions(), 1);
   ObjectMapper mapper(ObjectOptions(), 1);
-  mapper.SetUpright(true, 0.0);
+  mapper.SetUpright(true, SupportSurfaces::Everywhere(0.0));
   for (int i = 0; i < 30; ++i) {
     mapper.AddObservations(tracker.Track(desk.Frame(i), *mapper.View()));
   }
@@ -158,7 +159,7 @@ TEST(ObjectPipeline, MapsTheRenderedDesk) {
   testing::PosedMapping mapping(sequence->camera);
   ObjectTracker tracker(ObjectOptions(), 1);
   ObjectMapper mapper(ObjectOptions(), 1);
-  mapper.SetUpright(true, 0.74);
+  mapper.SetUpright(true, SupportSurfaces::Everywhere(0.74));
   const PointLookup lookup = [&](std::int64_t& id) { return mapping.Position(id); };
   for (int i = 0; i < 100; ++i) {
     const auto& entry = sequence->entries[i];

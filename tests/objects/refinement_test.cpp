@@ -5,6 +5,7 @@
 
 #include "slam/objects/joint_refinement.h"
 #include "slam/objects/landmark_geometry.h"
+#include "slam/objects/landmark_refinement.h"
 #include "solid_overlap.h"
 #include "synthetic_desk.h"
 
@@ -61,7 +62,6 @@ TEST(OverlapOfSmaller, IsOneInsideAndZeroApart) {
 RefinementInput InputOf(const SyntheticDesk& desk, const PosedSuperquadric& truth) {
   RefinementInput input;
   input.camera = desk.Camera();
-  input.support_height = 0.0;
   for (int frame = 0; frame < SyntheticDesk::kFrames; frame += 6) {
     const auto box = ProjectToBox(truth, desk.Pose(frame), desk.Camera());
     input.views.push_back({desk.Pose(frame), *box, {true, true, true, true}});
@@ -78,6 +78,7 @@ TEST(RefineJointly, GetsTheSizeOfABoxFromItsSilhouettesAlone) {
   start.T_map_object.translation += Eigen::Vector3d(0.02, -0.03, 0.01);
   RefinementInput input = InputOf(desk, truth);
   input.yaw = YawEstimate{35.0 * M_PI / 180.0, 1.0};
+  input.support_height = 0.0;
   const RefinementResult result = RefineJointly(start, input, RefinementOptions());
   EXPECT_GT(SolidIoU(result.superquadric, truth), 0.85);
 }
@@ -86,6 +87,7 @@ TEST(RefineJointly, FreeSpaceKeepsTheObjectBehindItsPoints) {
   const SyntheticDesk desk(1);
   const PosedSuperquadric truth = desk.Objects()[0].superquadric;
   RefinementInput input = InputOf(desk, truth);
+  input.support_height = 0.0;
   for (SilhouetteView& view : input.views) {
     view.edge_exact = {};  // nothing but the points tells where it ends
   }
@@ -104,20 +106,60 @@ TEST(RefineJointly, FreeSpaceKeepsTheObjectBehindItsPoints) {
   EXPECT_LT(behind.cost, 0.7 * front.cost);
 }
 
-TEST(RefineJointly, ContactPullsToTheSupportButNotFromFarAbove) {
+double Bottom(const PosedSuperquadric& s) { return s.T_map_object.translation.z() - s.shape.half_size.z(); }
+
+TEST(RefineStanding, PullsToTheSupportButNotFromFarAbove) {
   const SyntheticDesk desk(1);
+  const std::vector<double> supports = {0.0};
   PosedSuperquadric truth = desk.Objects()[3].superquadric;
-  const auto bottom = [](const PosedSuperquadric& s) {
-    return s.T_map_object.translation.z() - s.shape.half_size.z();
-  };
   PosedSuperquadric start = truth;
   start.shape.half_size.z() *= 0.8;  // its lowest part was never seen
-  EXPECT_NEAR(bottom(RefineJointly(start, InputOf(desk, truth), RefinementOptions()).superquadric), 0.0,
-              0.005);
+  const StandingFit standing =
+      RefineStanding({&start, 1}, InputOf(desk, truth), supports, RefinementOptions());
+  EXPECT_EQ(standing.support, 0.0);
+  EXPECT_NEAR(Bottom(standing.superquadric), 0.0, 0.005);
   truth = desk.Objects()[5].superquadric;
   truth.T_map_object.translation.z() += 0.3;  // on a shelf
-  EXPECT_NEAR(bottom(RefineJointly(truth, InputOf(desk, truth), RefinementOptions()).superquadric), 0.3,
-              0.01);
+  const StandingFit floating =
+      RefineStanding({&truth, 1}, InputOf(desk, truth), supports, RefinementOptions());
+  EXPECT_EQ(floating.support, std::nullopt);
+  EXPECT_NEAR(Bottom(floating.superquadric), 0.3, 0.01);
+}
+
+TEST(RefineStanding, AHiddenLowerPartReachesDownToTheSupport) {
+  const SyntheticDesk desk(1);
+  const PosedSuperquadric truth = desk.Objects()[5].superquadric;
+  PosedSuperquadric upper = StretchedTo(truth, truth.T_map_object.translation.z());
+  EXPECT_NEAR(Bottom(upper), truth.T_map_object.translation.z(), 1e-12);
+  RefinementInput input = InputOf(desk, truth);
+  for (SilhouetteView& view : input.views) {
+    view.edge_exact[3] = false;
+  }
+  const std::vector<double> supports = {0.0};
+  const StandingFit fit = RefineStanding({&upper, 1}, input, supports, RefinementOptions());
+  EXPECT_EQ(fit.support, 0.0);
+  EXPECT_GT(SolidIoU(fit.superquadric, truth), 0.7);
+}
+
+TEST(RefineJointly, NothingReachesThroughTheSurfaceUnderIt) {
+  const SyntheticDesk desk(1);
+  PosedSuperquadric truth = desk.Objects()[3].superquadric;
+  const double lowest = truth.T_map_object.translation.z();  // as if its lower half were in the table
+  RefinementInput input = InputOf(desk, truth);
+  EXPECT_LT(Bottom(RefineJointly(truth, input, RefinementOptions()).superquadric), lowest - 0.02);
+  input.lowest = lowest;
+  EXPECT_GT(Bottom(RefineJointly(truth, input, RefinementOptions()).superquadric), lowest - 0.01);
+}
+
+TEST(IsBottomSeen, AsksForAThirdOfTheViews) {
+  std::vector<BoxView> views(9);
+  for (BoxView& view : views) {
+    view.edge_free = {true, true, true, false};
+  }
+  views[0].edge_free[3] = views[1].edge_free[3] = true;
+  EXPECT_FALSE(IsBottomSeen(views));
+  views[2].edge_free[3] = true;
+  EXPECT_TRUE(IsBottomSeen(views));
 }
 
 }  // namespace

@@ -1,0 +1,160 @@
+#include "slam/objects/landmark_outliers.h"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <optional>
+
+#include "slam/objects/isolation_forest.h"
+
+namespace sqslam {
+namespace {
+
+NamedPoints Keep(const NamedPoints& points, const std::vector<bool>& keep) {
+  NamedPoints kept;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (keep[i]) {
+      kept.push_back(points[i]);
+    }
+  }
+  return kept;
+}
+
+// Looks every voted point up; votes of fused points are added, culled points are forgotten.
+NamedPoints ResolvePoints(Landmark& landmark, const PointLookup& lookup, const OutlierOptions& options) {
+  std::map<std::int64_t, Landmark::PointVotes> votes;
+  std::map<std::int64_t, Eigen::Vector3d> positions;
+  for (const auto& [old_id, vote] : landmark.votes) {
+    std::int64_t id = old_id;
+    if (const std::optional<Eigen::Vector3d> p = lookup(id)) {
+      votes[id].inside += vote.inside;
+      votes[id].outside += vote.outside;
+      votes[id].camera_sum += vote.camera_sum;
+      positions[id] = *p;
+    }
+  }
+  landmark.votes = std::move(votes);
+  const int min_votes = landmark.views.size() >= 5 ? options.min_votes : 1;
+  NamedPoints points;
+  for (const auto& [id, vote] : landmark.votes) {
+    const double share = static_cast<double>(vote.inside) / std::max(1, vote.inside + vote.outside);
+    if (vote.inside >= min_votes && share >= options.min_inside_share) {
+      points.emplace_back(id, positions[id]);
+    }
+  }
+  return points;
+}
+
+// Reprojection with a vote (section "Reprojection"): a point of the object lies in the object's boxes of all
+// views. A single miss may be the detector's, so a share of the views decides.
+std::vector<bool> InsideBoxes(const NamedPoints& points, const std::vector<BoxView>& views,
+                              const EstimationContext& context) {
+  const OutlierOptions& options = context.options->outliers;
+  std::vector<int> inside(points.size(), 0);
+  std::vector<int> seen(points.size(), 0);
+  for (const BoxView& view : views) {
+    const Rigid3d T_camera_map = view.T_map_camera.Inverse();
+    const double margin = 1.0 + options.box_margin * std::max(view.box.width, view.box.height);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Eigen::Vector3d p = T_camera_map * points[i].second;
+      if (p.z() <= 0.0) {
+        continue;
+      }
+      const Eigen::Vector2d pixel = context.camera.ProjectDistorted(p);
+      if (pixel.x() < 0.0 || pixel.y() < 0.0 || pixel.x() >= context.camera.width ||
+          pixel.y() >= context.camera.height) {
+        continue;
+      }
+      ++seen[i];
+      inside[i] += view.box.Contains(pixel, margin) ? 1 : 0;
+    }
+  }
+  std::vector<bool> keep(points.size(), true);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    keep[i] = inside[i] >= options.min_inside_share * seen[i];
+  }
+  return keep;
+}
+
+// Points of a surface lie in every box that looks down on an object that stands there. They are dropped where
+// enough of the object rises above it.
+NamedPoints WithoutSurface(const NamedPoints& points, double height) {
+  double top = -std::numeric_limits<double>::infinity();
+  for (const auto& [id, p] : points) {
+    top = std::max(top, p.z());
+  }
+  const double tolerance = 0.06 * std::max(0.0, top - height);
+  std::vector<bool> above;
+  for (const auto& [id, p] : points) {
+    above.push_back(p.z() > height + tolerance);
+  }
+  const auto count = static_cast<std::size_t>(std::count(above.begin(), above.end(), true));
+  return 2 * count >= points.size() && count >= 6 ? Keep(points, above) : points;
+}
+
+// Points within a smaller object belong to that one: a cup before a screen lies in the screen's box as well.
+NamedPoints WithoutSmallerObjects(const NamedPoints& points, const std::vector<PosedSuperquadric>& others) {
+  constexpr double kGrown = 1.1;
+  std::vector<bool> keep(points.size(), true);
+  for (const PosedSuperquadric& other : others) {
+    const Rigid3d T_other_map = other.T_map_object.Inverse();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      keep[i] = keep[i] && other.shape.RadialScale(T_other_map * points[i].second) > kGrown;
+    }
+  }
+  const auto kept = static_cast<std::size_t>(std::count(keep.begin(), keep.end(), true));
+  return 4 * kept >= points.size() ? Keep(points, keep) : points;
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector3d> Positions(const NamedPoints& points) {
+  std::vector<Eigen::Vector3d> positions;
+  positions.reserve(points.size());
+  for (const auto& [id, p] : points) {
+    positions.push_back(p);
+  }
+  return positions;
+}
+
+std::vector<double> PossibleSupports(const NamedPoints& points, const SupportSurfaces& surfaces) {
+  constexpr double kBelow = 0.35;  // share of points that may lie below a surface: noise
+  constexpr double kReach = 1.5;
+  if (points.empty()) {
+    return {};
+  }
+  std::vector<double> heights;
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();
+  for (const auto& [id, p] : points) {
+    heights.push_back(p.z());
+    centre += p.head<2>() / static_cast<double>(points.size());
+  }
+  std::vector<double> radii;
+  for (const auto& [id, p] : points) {
+    radii.push_back((p.head<2>() - centre).norm());
+  }
+  const auto low =
+      heights.begin() + static_cast<std::ptrdiff_t>(kBelow * static_cast<double>(heights.size()));
+  std::nth_element(heights.begin(), low, heights.end());
+  const auto wide = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
+  std::nth_element(radii.begin(), wide, radii.end());
+  return surfaces.Under(centre, 2.0 * kReach * *wide + 8.0 * surfaces.Tolerance(),
+                        *low + 3.0 * surfaces.Tolerance());
+}
+
+NamedPoints RemoveOutliers(Landmark& landmark, const std::vector<BoxView>& views,
+                           const EstimationContext& context) {
+  const ObjectOptions& options = *context.options;
+  NamedPoints points = ResolvePoints(landmark, *context.points, options.outliers);
+  points = Keep(points, InsideBoxes(points, views, context));
+  if (options.method == "refined") {
+    for (const double height : PossibleSupports(points, *context.supports)) {
+      points = WithoutSurface(points, height);
+    }
+    points = WithoutSmallerObjects(points, context.smaller_objects);
+  }
+  const std::uint64_t seed = context.seed + static_cast<std::uint64_t>(landmark.id) * 7919u;
+  return Keep(points, KeepInliers(Positions(points), options.outliers.isolation_forest, seed));
+}
+
+}  // namespace sqslam

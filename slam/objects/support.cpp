@@ -1,0 +1,149 @@
+#include "slam/objects/support.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace sqslam {
+namespace {
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Half the extent of the middle of the cloud: far stray points don't count.
+double TypicalRadius(std::span<const Eigen::Vector3d> points) {
+  Eigen::Vector3d median;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const Eigen::Vector3d& p : points) {
+      values.push_back(p[axis]);
+    }
+    median[axis] = Median(std::move(values));
+  }
+  std::vector<double> radii;
+  for (const Eigen::Vector3d& p : points) {
+    radii.push_back((p - median).norm());
+  }
+  return Median(std::move(radii));
+}
+
+// Number of sorted heights in [begin, end).
+int CountBetween(const std::vector<double>& heights, double begin, double end) {
+  const auto first = std::lower_bound(heights.begin(), heights.end(), begin);
+  return static_cast<int>(std::lower_bound(first, heights.end(), end) - first);
+}
+
+struct Peak {
+  double height = 0.0;
+  double contrast = 0.0;  // points in the layer less those in layers beside it
+};
+
+// Layers of thickness `layer` that hold more points than the layers a little above and below.
+std::vector<Peak> Peaks(const std::vector<double>& heights, double layer, double min_points) {
+  std::vector<Peak> peaks;
+  for (const double begin : heights) {
+    const int inside = CountBetween(heights, begin, begin + layer);
+    const double beside = 0.5 * (CountBetween(heights, begin - 2.0 * layer, begin - layer) +
+                                 CountBetween(heights, begin + 2.0 * layer, begin + 3.0 * layer));
+    const double contrast = inside - 1.5 * beside;
+    if (contrast >= min_points) {
+      const auto first = std::lower_bound(heights.begin(), heights.end(), begin);
+      peaks.push_back({*(first + inside / 2), contrast});
+    }
+  }
+  std::stable_sort(peaks.begin(), peaks.end(),
+                   [](const Peak& a, const Peak& b) { return a.contrast > b.contrast; });
+  return peaks;
+}
+
+// The widest angle at `place` without a point, radians.
+double WidestGap(const std::vector<Eigen::Vector2d>& points, const Eigen::Vector2d& place) {
+  std::vector<double> angles;
+  for (const Eigen::Vector2d& p : points) {
+    angles.push_back(std::atan2(p.y() - place.y(), p.x() - place.x()));
+  }
+  std::sort(angles.begin(), angles.end());
+  double widest = angles.front() + 2.0 * std::numbers::pi - angles.back();
+  for (std::size_t i = 1; i < angles.size(); ++i) {
+    widest = std::max(widest, angles[i] - angles[i - 1]);
+  }
+  return widest;
+}
+
+}  // namespace
+
+SupportSurfaces SupportSurfaces::Everywhere(double height) {
+  SupportSurfaces result;
+  result.surfaces_.push_back({height, {}});
+  return result;
+}
+
+SupportSurfaces SupportSurfaces::Find(std::span<const Eigen::Vector3d> points,
+                                      const GravityOptions& options) {
+  constexpr double kMinShare = 0.01;
+  constexpr std::size_t kMostSurfaces = 6;
+  SupportSurfaces result;
+  if (static_cast<int>(points.size()) < options.min_points) {
+    return result;
+  }
+  result.tolerance_ = options.inlier_share * TypicalRadius(points);
+  const double layer = 2.0 * result.tolerance_;
+  std::vector<double> heights;
+  for (const Eigen::Vector3d& p : points) {
+    heights.push_back(p.z());
+  }
+  std::sort(heights.begin(), heights.end());
+  const double min_points = std::max(12.0, kMinShare * static_cast<double>(points.size()));
+  for (const Peak& peak : Peaks(heights, layer, min_points)) {
+    const bool is_new = std::none_of(
+        result.surfaces_.begin(), result.surfaces_.end(),
+        [&](const SupportSurface& other) { return std::abs(other.height - peak.height) < 2.0 * layer; });
+    if (is_new && result.surfaces_.size() < kMostSurfaces) {
+      result.surfaces_.push_back({peak.height, {}});
+    }
+  }
+  std::sort(result.surfaces_.begin(), result.surfaces_.end(),
+            [](const SupportSurface& a, const SupportSurface& b) { return a.height > b.height; });
+  for (const Eigen::Vector3d& p : points) {
+    for (SupportSurface& surface : result.surfaces_) {
+      if (std::abs(p.z() - surface.height) < layer) {
+        surface.points.push_back(p.head<2>());
+      }
+    }
+  }
+  return result;
+}
+
+std::vector<double> SupportSurfaces::Under(const Eigen::Vector2d& place, double radius,
+                                           double highest) const {
+  constexpr int kNear = 4;                                // points
+  constexpr double kSurrounded = 0.9 * std::numbers::pi;  // widest angle without points
+  std::vector<double> heights;
+  for (const SupportSurface& surface : surfaces_) {
+    if (surface.height > highest) {
+      continue;
+    }
+    const auto near = std::count_if(surface.points.begin(), surface.points.end(),
+                                    [&](const Eigen::Vector2d& p) { return (p - place).norm() < radius; });
+    if (surface.points.empty() || near >= kNear || WidestGap(surface.points, place) < kSurrounded) {
+      heights.push_back(surface.height);
+    }
+  }
+  return heights;
+}
+
+void SupportSurfaces::Transform(const Sim3d& S_new_old) {
+  const Eigen::Matrix2d R = S_new_old.rotation.toRotationMatrix().topLeftCorner<2, 2>();
+  tolerance_ *= S_new_old.scale;
+  for (SupportSurface& surface : surfaces_) {
+    surface.height = S_new_old.scale * surface.height + S_new_old.translation.z();
+    for (Eigen::Vector2d& p : surface.points) {
+      p = S_new_old.scale * (R * p) + S_new_old.translation.head<2>();
+    }
+  }
+}
+
+}  // namespace sqslam

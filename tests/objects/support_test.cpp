@@ -1,0 +1,67 @@
+#include "slam/objects/support.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace sqslam {
+namespace {
+
+using ::testing::DoubleNear;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+// A desk (z = 0.7, x and y within 1 of the origin) on a floor (z = 0, within 3), and a wall at y = 3.
+std::vector<Eigen::Vector3d> Room(int seed = 1) {
+  std::mt19937 generator(static_cast<unsigned>(seed));
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  std::normal_distribution<double> noise(0.0, 0.003);
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < 400; ++i) {
+    points.emplace_back(unit(generator), unit(generator), 0.7 + noise(generator));
+  }
+  while (points.size() < 700) {
+    const Eigen::Vector3d p(3.0 * unit(generator), 3.0 * unit(generator), noise(generator));
+    if (p.head<2>().cwiseAbs().maxCoeff() > 1.2) {  // the desk hides what is below it
+      points.push_back(p);
+    }
+  }
+  for (int i = 0; i < 300; ++i) {
+    points.emplace_back(3.0 * unit(generator), 3.0, 1.0 + unit(generator));
+  }
+  return points;
+}
+
+TEST(SupportSurfaces, AreTheDeskAndTheFloorAndNotTheWall) {
+  const SupportSurfaces surfaces = SupportSurfaces::Find(Room(), GravityOptions());
+  ASSERT_EQ(surfaces.All().size(), 2u);
+  EXPECT_NEAR(surfaces.All()[0].height, 0.7, 0.01);
+  EXPECT_NEAR(surfaces.All()[1].height, 0.0, 0.01);
+}
+
+TEST(SupportSurfaces, AreFoundUnderWhatStandsThere) {
+  const SupportSurfaces surfaces = SupportSurfaces::Find(Room(), GravityOptions());
+  EXPECT_THAT(surfaces.Under({0.3, 0.2}, 0.3, 0.8),
+              ElementsAre(DoubleNear(0.7, 0.01), DoubleNear(0.0, 0.01)));
+  EXPECT_THAT(surfaces.Under({2.0, 2.0}, 0.3, 0.8), ElementsAre(DoubleNear(0.0, 0.01)));
+  EXPECT_THAT(surfaces.Under({0.3, 0.2}, 0.3, 0.5), ElementsAre(DoubleNear(0.0, 0.01)));  // the desk is above
+  EXPECT_THAT(surfaces.Under({2.0, 9.0}, 0.3, 0.8), IsEmpty());                           // behind the wall
+  EXPECT_THAT(SupportSurfaces::Everywhere(0.4).Under({9.0, 9.0}, 0.1, 1.0), ElementsAre(0.4));
+}
+
+TEST(SupportSurfaces, MoveWithTheMap) {
+  SupportSurfaces surfaces = SupportSurfaces::Find(Room(), GravityOptions());
+  const Sim3d move{
+      2.0, Eigen::Quaterniond(Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitZ())), {3.0, 4.0, 5.0}};
+  surfaces.Transform(move);
+  const Eigen::Vector3d place = move * Eigen::Vector3d(2.0, 2.0, 0.0);
+  EXPECT_THAT(surfaces.Under(place.head<2>(), 0.6, 7.0), ElementsAre(DoubleNear(5.0, 0.02)));
+}
+
+TEST(SupportSurfaces, NeedPoints) {
+  EXPECT_THAT(SupportSurfaces::Find({}, GravityOptions()).All(), IsEmpty());
+}
+
+}  // namespace
+}  // namespace sqslam
