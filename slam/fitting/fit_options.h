@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+
+namespace sqslam {
+
+struct FitOptions {
+  bool upright = false;        // keep the object's z axis on the cloud's z axis: only yaw is free
+  double outlier_share = 0.1;  // expected share of points that do not belong to the object
+  double noise_floor = 2e-3;   // smallest noise that is believed, as a share of the cloud's radius
+  // How much of log(area) each point adds to the cost: what holds the sides that nobody saw. 1 would be the
+  // likelihood of points that lie evenly on the whole surface; half-seen objects come out too small with it.
+  double search_area_weight = 0.3;  // while the shape is searched
+  double area_weight = 0.1;         // in the end
+  int rotations = 24;               // start orientations, spread over all that differ for a box
+  int search_points = 160;          // points that the search over starts uses
+  int finalists = 6;                // candidates that are refined with all points
+  int max_points = 4000;            // larger clouds are thinned to so many points, spread evenly
+  std::uint64_t seed = 0;           // of every random choice
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("upright", upright);
+    visit("outlier_share", outlier_share, 0.0, 0.8);
+    visit("noise_floor", noise_floor, 1e-6, 0.1);
+    visit("search_area_weight", search_area_weight, 0.0, 1.0);
+    visit("area_weight", area_weight, 0.0, 1.0);
+    visit("rotations", rotations, 1, 500);
+    visit("search_points", search_points, 30, 5000);
+    visit("finalists", finalists, 1, 100);
+    visit("max_points", max_points, 100, 1000000);
+    visit("seed", seed);
+  }
+};
+
+// For a cloud with several objects.
+struct MultiFitOptions {
+  FitOptions fit;
+  bool remove_plane = false;      // take the largest plane (a table, the floor) away first
+  double plane_distance = 0.01;   // of the plane's points from it, as a share of the cloud's radius
+  int clusters = 1;               // objects: 1 takes the cloud as one, 0 finds out how many there are
+  double cluster_distance = 2.5;  // gap that separates two objects, in typical distances between neighbours
+  int min_cluster_points = 50;    // smaller heaps are no objects
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("fit", fit);
+    visit("remove_plane", remove_plane);
+    visit("plane_distance", plane_distance, 1e-5, 0.5);
+    visit("clusters", clusters, 0, 1000);
+    visit("cluster_distance", cluster_distance, 0.1, 100.0);
+    visit("min_cluster_points", min_cluster_points, 11, 1000000);
+  }
+};
+
+}  // namespace sqslam

@@ -1,0 +1,82 @@
+#include "slam/fitting/surface_distance.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace sqslam {
+namespace {
+
+using Eigen::Vector3d;
+
+Superquadric WithChange(const Superquadric& shape, int parameter, double change) {
+  Superquadric result = shape;
+  if (parameter < 3) {
+    result.half_size[parameter] *= std::exp(change);
+  } else {
+    (parameter == 3 ? result.e1 : result.e2) += change;
+  }
+  return result;
+}
+
+TEST(SurfaceDistance, DerivativesAgreeWithDifferences) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> coordinate(-1.5, 1.5);
+  for (const double e1 : {0.15, 0.5, 1.0, 1.5, 1.85}) {
+    for (const double e2 : {0.15, 0.5, 1.0, 1.5, 1.85}) {
+      const Superquadric shape{{0.4, 0.8, 1.1}, e1, e2};
+      for (int i = 0; i < 20; ++i) {
+        const Vector3d p = shape.half_size.cwiseProduct(
+            Vector3d(coordinate(random), coordinate(random), coordinate(random)));
+        SurfaceDistance::Derivatives derivatives;
+        const SurfaceDistance distance(shape);
+        distance(p, &derivatives);
+        constexpr double kStep = 1e-6;
+        const auto expect = [&](double expected, double analytic) {
+          EXPECT_NEAR(expected, analytic, 2e-4 * (1.0 + std::abs(expected)))
+              << "e1 " << e1 << " e2 " << e2 << " p " << p.transpose();
+        };
+        for (int k = 0; k < 3; ++k) {
+          const Vector3d step = kStep * Vector3d::Unit(k);
+          expect((distance(p + step) - distance(p - step)) / (2 * kStep), derivatives.by_point[k]);
+        }
+        for (int k = 0; k < 5; ++k) {
+          const SurfaceDistance more(WithChange(shape, k, kStep));
+          const SurfaceDistance less(WithChange(shape, k, -kStep));
+          const double difference = (more(p) - less(p)) / (2 * kStep);
+          expect(difference, k < 3    ? derivatives.by_log_half_size[k]
+                             : k == 3 ? derivatives.by_e1
+                                      : derivatives.by_e2);
+        }
+      }
+    }
+  }
+}
+
+TEST(SurfaceDistance, IsTheEuclideanDistanceNearTheSurface) {
+  for (const double e1 : {0.1, 0.6, 1.0, 1.9}) {
+    for (const double e2 : {0.1, 1.0, 1.6}) {
+      const Superquadric shape{{0.3, 0.9, 1.2}, e1, e2};
+      const SurfaceDistance distance(shape);
+      for (const double eta : {-1.2, -0.7, 0.1, 0.8}) {
+        for (const double omega : {-2.5, -0.6, 0.7, 2.2}) {
+          const Vector3d p = shape.PointAt(eta, omega);
+          const Vector3d n = shape.NormalAt(eta, omega);
+          EXPECT_NEAR(distance(p), 0.0, 1e-6);
+          EXPECT_NEAR(distance(p + 1e-4 * n), 1e-4, 3e-6) << e1 << " " << e2 << " " << eta << " " << omega;
+          EXPECT_NEAR(distance(p - 1e-4 * n), -1e-4, 3e-6);
+        }
+      }
+    }
+  }
+}
+
+TEST(SurfaceDistance, PointsBeyondTheRimOfAFlatBoxAreFar) {
+  const SurfaceDistance distance({{1.0, 1.0, 0.1}, 0.1, 0.1});
+  EXPECT_GT(distance({2.0, 0.0, 0.21}), 0.5);
+  EXPECT_NEAR(distance({0.2, 0.1, 0.11}), 0.01, 1e-3);
+}
+
+}  // namespace
+}  // namespace sqslam
