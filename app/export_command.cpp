@@ -1,13 +1,11 @@
 #include <fmt/format.h>
 
-#include <iterator>
 #include <memory>
-#include <numbers>
 #include <string>
 
 #include "app/commands.h"
 #include "app/map_file.h"
-#include "slam/io/atomic_file.h"
+#include "app/object_mesh.h"
 #include "slam/io/recording.h"
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
@@ -16,38 +14,6 @@
 namespace sqslam::app {
 namespace fs = std::filesystem;
 namespace {
-
-// Wavefront OBJ: one named group of quads for each superquadric (Eq. 1 on a regular grid), with normals.
-void WriteObj(const fs::path& path, const MapSnapshot& map) {
-  constexpr int kRows = 32;     // steps of eta from pole to pole
-  constexpr int kColumns = 64;  // steps of omega around
-  std::string text = "# superquadrics, map frame, z up\n";
-  auto out = std::back_inserter(text);
-  int base = 1;  // OBJ counts from one, over the whole file
-  for (const SnapshotObject& object : map.objects) {
-    const Rigid3d& pose = object.superquadric.T_map_object;
-    fmt::format_to(out, "o {}_{}\n", object.label, object.id);
-    for (int row = 0; row <= kRows; ++row) {
-      const double eta = std::numbers::pi * (static_cast<double>(row) / kRows - 0.5);
-      for (int column = 0; column < kColumns; ++column) {
-        const double omega = std::numbers::pi * (2.0 * column / kColumns - 1.0);
-        const Eigen::Vector3d p = pose * object.superquadric.shape.PointAt(eta, omega);
-        const Eigen::Vector3d n = pose.rotation * object.superquadric.shape.NormalAt(eta, omega);
-        fmt::format_to(out, "v {:.6g} {:.6g} {:.6g}\nvn {:.4f} {:.4f} {:.4f}\n", p.x(), p.y(), p.z(), n.x(),
-                       n.y(), n.z());
-      }
-    }
-    for (int row = 0; row < kRows; ++row) {
-      for (int column = 0; column < kColumns; ++column) {
-        const int a = base + row * kColumns + column;
-        const int b = base + row * kColumns + (column + 1) % kColumns;
-        fmt::format_to(out, "f {0}//{0} {1}//{1} {2}//{2} {3}//{3}\n", a, b, b + kColumns, a + kColumns);
-      }
-    }
-    base += (kRows + 1) * kColumns;
-  }
-  WriteFileAtomically(path, text);
-}
 
 Trajectory KeyframePoses(const MapSnapshot& map) {
   Trajectory trajectory;
@@ -76,7 +42,7 @@ void Export(const fs::path& map_path, const fs::path& output) {
   if (extension == ".ply") {
     WritePoints(output, map->points);
   } else if (extension == ".obj") {
-    WriteObj(output, *map);
+    WriteObjectMeshes(output, map->objects);
   } else if (extension == ".json") {
     WriteObjects(output, map->objects);
   } else {

@@ -17,6 +17,7 @@ Examples:
   sqslam run data/kitchen          map a sequence; the result is in out/kitchen
   sqslam info out/kitchen          what is in the map
   sqslam export out/kitchen --output kitchen.obj
+  sqslam fit cloud.ply             the superquadric of a point cloud
   sqslam COMMAND --help            options of a command, with examples
 
 Exit codes: 0 done, 1 internal error, 2 wrong usage, 3 input that cannot be used, 4 no map could be built,
@@ -65,6 +66,7 @@ int ParseAndRun(int argc, char** argv) {
   sqslam::app::AddSynthCommand(app, exit_code);
 #endif
   sqslam::app::AddVocabularyCommand(app, exit_code);
+  sqslam::app::AddFitCommand(app, exit_code);
   sqslam::app::AddExportCommand(app, exit_code);
   sqslam::app::AddInfoCommand(app, exit_code);
   try {

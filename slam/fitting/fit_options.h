@@ -11,7 +11,7 @@ struct FitOptions {
   // How much of log(area) each point adds to the cost: what holds the sides that nobody saw. 1 would be the
   // likelihood of points that lie evenly on the whole surface; half-seen objects come out too small with it.
   double search_area_weight = 0.3;  // while the shape is searched
-  double area_weight = 0.1;         // in the end
+  double area_weight = 0.2;         // in the end
   int rotations = 24;               // start orientations, spread over all that differ for a box
   int search_points = 160;          // points that the search over starts uses
   int finalists = 6;                // candidates that are refined with all points

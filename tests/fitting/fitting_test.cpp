@@ -32,15 +32,6 @@ std::vector<Vector3d> Moved(const Sim3d& S, const std::vector<Vector3d>& cloud) 
   return moved;
 }
 
-// Largest difference of any parameter, lengths relative to the object's size.
-double Difference(const PosedSuperquadric& a, const PosedSuperquadric& b) {
-  const double size = a.shape.half_size.mean();
-  return std::max({(a.shape.half_size - b.shape.half_size).norm() / size, std::abs(a.shape.e1 - b.shape.e1),
-                   std::abs(a.shape.e2 - b.shape.e2),
-                   (a.T_map_object.translation - b.T_map_object.translation).norm() / size,
-                   (a.T_map_object.RotationMatrix() - b.T_map_object.RotationMatrix()).norm()});
-}
-
 TEST(FitSuperquadric, RecoversHalfSeenShapesAmongNoiseAndOutliers) {
   std::mt19937_64 random(5);
   std::vector<double> overlaps;
@@ -71,7 +62,7 @@ TEST(FitSuperquadric, IsExactForAWholeCleanSurface) {
 TEST(FitSuperquadric, CommutesWithSimilaritiesAndPermutations) {
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> log_scale(-4.0, 4.0);
-  for (int i = 0; i < 12; ++i) {
+  for (int i = 0; i < 6; ++i) {
     const double e1 = std::array{0.1, 0.7, 1.0, 1.6}[i % 4];
     const double e2 = std::array{0.1, 1.0, 1.8}[i % 3];
     const PosedSuperquadric truth = RandomlyPosed(e1, e2, 3.0, random);
@@ -82,11 +73,8 @@ TEST(FitSuperquadric, CommutesWithSimilaritiesAndPermutations) {
     std::vector<Vector3d> moved = Moved(S, cloud);
     std::shuffle(moved.begin(), moved.end(), random);
     const SuperquadricFit fit_of_moved = FitSuperquadric(moved, {});
-    PosedSuperquadric moved_fit = fit.superquadric;
-    moved_fit.shape.half_size *= scale;
-    moved_fit.T_map_object.rotation = S.rotation * moved_fit.T_map_object.rotation;
-    moved_fit.T_map_object.translation = S * moved_fit.T_map_object.translation;
-    EXPECT_LT(Difference(fit_of_moved.superquadric, moved_fit), 1e-6) << e1 << " " << e2;
+    EXPECT_LT(testing::Difference(fit_of_moved.superquadric, testing::Transformed(S, fit.superquadric)), 1e-6)
+        << e1 << " " << e2;
     EXPECT_NEAR(fit_of_moved.rms, scale * fit.rms, 1e-6 * scale * fit.rms);
   }
 }

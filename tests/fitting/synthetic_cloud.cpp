@@ -109,4 +109,20 @@ std::vector<Vector3d> SampleCloud(const PosedSuperquadric& superquadric, const C
   return cloud;
 }
 
+PosedSuperquadric Transformed(const Sim3d& S, const PosedSuperquadric& superquadric) {
+  PosedSuperquadric result = superquadric;
+  result.shape.half_size *= S.scale;
+  result.T_map_object = {S.rotation * superquadric.T_map_object.rotation,
+                         S * superquadric.T_map_object.translation};
+  return result;
+}
+
+double Difference(const PosedSuperquadric& a, const PosedSuperquadric& b) {
+  const double size = a.shape.half_size.mean();
+  return std::max({(a.shape.half_size - b.shape.half_size).norm() / size, std::abs(a.shape.e1 - b.shape.e1),
+                   std::abs(a.shape.e2 - b.shape.e2),
+                   (a.T_map_object.translation - b.T_map_object.translation).norm() / size,
+                   (a.T_map_object.RotationMatrix() - b.T_map_object.RotationMatrix()).norm()});
+}
+
 }  // namespace sqslam::testing

@@ -25,4 +25,9 @@ PosedSuperquadric RandomlyPosed(double e1, double e2, double ratio, std::mt19937
 
 Eigen::Quaterniond RandomRotation(std::mt19937_64& random);
 
+PosedSuperquadric Transformed(const Sim3d& S, const PosedSuperquadric& superquadric);
+
+// Largest difference of any parameter, lengths relative to the mean half size of `a`.
+double Difference(const PosedSuperquadric& a, const PosedSuperquadric& b);
+
 }  // namespace sqslam::testing
