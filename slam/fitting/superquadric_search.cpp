@@ -185,6 +185,28 @@ void RefineWithNoise(SearchResult& candidate, const Points& points, const Likeli
   candidate.cost = likelihood.Cost(candidate.superquadric, candidate.model);
 }
 
+// The one of the eight descriptions of the same solid (half turns about its axes, x and y swapped) with
+// a_x >= a_y that is turned least. Starts that meet in one optimum reach it in different descriptions, and
+// rounding decides which of them is best.
+PosedSuperquadric UniqueDescription(PosedSuperquadric superquadric) {
+  Vector3d& half = superquadric.shape.half_size;
+  Quaterniond& rotation = superquadric.T_map_object.rotation;
+  if (half.x() < half.y()) {
+    std::swap(half.x(), half.y());
+    rotation = rotation * Quaterniond(Eigen::AngleAxisd(0.5 * kPi, Vector3d::UnitZ()));
+  }
+  Quaterniond least = rotation;
+  for (const Vector3d& axis :
+       {Vector3d(Vector3d::UnitX()), Vector3d(Vector3d::UnitY()), Vector3d(Vector3d::UnitZ())}) {
+    const Quaterniond turned = rotation * Quaterniond(Eigen::AngleAxisd(kPi, axis));
+    if (std::abs(turned.w()) > std::abs(least.w())) {
+      least = turned;
+    }
+  }
+  rotation = least.normalized();
+  return superquadric;
+}
+
 }  // namespace
 
 std::vector<Quaterniond> SpreadRotations(int count, bool upright, std::uint64_t seed) {
@@ -288,6 +310,7 @@ SearchResult SearchSuperquadric(const Points& points, const FitOptions& options)
   fit.max_iterations = 50;
   fit.parameter_tolerance = 1e-10;
   RefineWithNoise(best, points, Likelihood(points, options.noise_floor, options.area_weight), 2, fit);
+  best.superquadric = UniqueDescription(best.superquadric);
   return best;
 }
 

@@ -88,8 +88,9 @@ int main(int argc, char** argv) {
     PrintRow(name, values);
   }
   fmt::print(
-      "parameters of the moved and shuffled cloud against the moved fit: median {:.1e}, worst {:.1e}\n",
-      Quantile(deviations, 0.5), Quantile(deviations, 1.0));
+      "parameters of the moved and shuffled cloud against the moved fit: median {:.1e}, "
+      "99 % {:.1e}, worst {:.1e}\n",
+      Quantile(deviations, 0.5), Quantile(deviations, 0.99), Quantile(deviations, 1.0));
   fmt::print("time of a fit of {} points: median {:.0f} ms, longest {:.0f} ms\n", points,
              Quantile(milliseconds, 0.5), Quantile(milliseconds, 1.0));
   return 0;
