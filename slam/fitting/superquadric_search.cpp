@@ -309,7 +309,7 @@ SearchResult SearchSuperquadric(const Points& points, const FitOptions& options)
   }
   fit.max_iterations = 50;
   fit.parameter_tolerance = 1e-10;
-  RefineWithNoise(best, points, Likelihood(points, options.noise_floor, options.area_weight), 6, fit);
+  RefineWithNoise(best, points, Likelihood(points, options.noise_floor, options.area_weight), 10, fit);
   best.superquadric = UniqueDescription(best.superquadric);
   return best;
 }

@@ -8,7 +8,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kSmoothing = 1e-4;  // of the half size
+constexpr double kSmoothing = 3e-3;  // of the half size
 constexpr double kFarWeight = 4.0;   // of the term that grows with the cube of f - 1
 
 // log of (exp(a)^p + exp(b)^p)^(1/p), and the shares of both terms.
