@@ -168,6 +168,7 @@ struct RefinementOptions {
   double prior_e_sigma = 0.2;    // standard deviation of both exponents about them
   double max_stretch = 1.5;      // half sizes at most so many times the largest half diagonal of a box
   int max_iterations = 30;       // Levenberg-Marquardt steps
+  double cost_tolerance = 0.02;  // a step that saves less ends it; the cost is half a chi square
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
@@ -184,6 +185,7 @@ struct RefinementOptions {
     visit("floating_cost", floating_cost, 0.0, 1e6);
     visit("max_stretch", max_stretch, 0.5, 100.0);
     visit("max_iterations", max_iterations, 1, 1000);
+    visit("cost_tolerance", cost_tolerance, 1e-9, 100.0);
   }
 };
 

@@ -1,0 +1,259 @@
+#include "slam/objects/refinement_problem.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sqslam {
+namespace {
+
+using Gradient = RefinementProblem::Parameters;
+
+constexpr int kPriors = 4;
+constexpr int kBounds = 3;
+constexpr double kMiddleExponent = 0.5 * (kMinShapeExponent + kMaxShapeExponent);
+constexpr double kExponentReach = 0.5 * (kMaxShapeExponent - kMinShapeExponent);
+
+struct NormValue {
+  double value = 0.0;
+  double dx = 0.0;
+  double dy = 0.0;
+  double dp = 0.0;
+};
+
+// (|x|^p + |y|^p)^(1/p) with its derivatives; with the larger one in front it can't overflow.
+NormValue PNorm(double x, double y, double p) {
+  constexpr double kTiny = 1e-9;
+  const double a = std::max(std::abs(x), kTiny);
+  const double b = std::max(std::abs(y), kTiny);
+  const double large = std::max(a, b);
+  const double log_ratio = std::log(std::min(a, b) / large);
+  const double t = std::exp(p * log_ratio);
+  const double growth = std::log1p(t) / p;  // log(value / large)
+  NormValue norm;
+  norm.value = large * std::exp(growth);
+  const double weight_small = t / (1.0 + t);
+  const double weight_large = 1.0 / (1.0 + t);
+  const double weight_a = a >= b ? weight_large : weight_small;
+  const double weight_b = a >= b ? weight_small : weight_large;
+  norm.dx = std::copysign(norm.value / a * weight_a, x);
+  norm.dy = std::copysign(norm.value / b * weight_b, y);
+  norm.dp = norm.value / p * (weight_large * -growth + weight_small * (log_ratio - growth));
+  return norm;
+}
+
+// The parameters with what all residuals share.
+struct State {
+  explicit State(const double* x)
+      : centre(x[0], x[1], x[2]),
+        half(std::exp(x[3]), std::exp(x[4]), std::exp(x[5])),
+        cos_yaw(std::cos(x[RefinementProblem::kYaw])),
+        sin_yaw(std::sin(x[RefinementProblem::kYaw])) {
+    for (int i = 0; i < 2; ++i) {
+      const double u = x[RefinementProblem::kExponents + i];
+      exponent[i] = kMiddleExponent + kExponentReach * std::sin(u);
+      exponent_slope[i] = kExponentReach * std::cos(u);
+    }
+  }
+
+  Eigen::Vector3d ToObject(const Eigen::Vector3d& v) const {
+    return {cos_yaw * v.x() + sin_yaw * v.y(), -sin_yaw * v.x() + cos_yaw * v.y(), v.z()};
+  }
+  Eigen::Vector3d ToMap(const Eigen::Vector3d& v) const {
+    return {cos_yaw * v.x() - sin_yaw * v.y(), sin_yaw * v.x() + cos_yaw * v.y(), v.z()};
+  }
+
+  Eigen::Vector3d centre;
+  Eigen::Vector3d half;
+  double cos_yaw;
+  double sin_yaw;
+  double exponent[2];        // e1, e2
+  double exponent_slope[2];  // by the parameter
+};
+
+struct Residual {
+  double value = 0.0;
+  Gradient gradient = Gradient::Zero();
+
+  void Scale(double factor) {
+    value *= factor;
+    gradient *= factor;
+  }
+
+  // Signed square root of weight * Cauchy's loss of this width.
+  void MakeRobust(double width, double weight) {
+    const double square = value * value / (width * width);
+    if (square < 1e-12) {
+      Scale(std::sqrt(weight));
+      return;
+    }
+    const double robust = std::copysign(std::sqrt(weight * std::log1p(square)) * width, value);
+    gradient *= weight * value / (robust * (1.0 + square));
+    value = robust;
+  }
+};
+
+Residual EdgeResidual(const State& state, const RefinementProblem::Edge& edge) {
+  const Eigen::Vector3d offset = state.centre - edge.camera_centre;
+  const double depth = edge.forward_map.dot(offset);
+  Residual residual;
+  if (depth < 1e-6) {
+    residual.value = 1e3;  // behind the camera: no step leads here
+    return residual;
+  }
+  const Eigen::Vector3d n = state.ToObject(edge.normal_map);
+  const Eigen::Vector3d u = n.cwiseProduct(state.half);
+  const double p1 = 2.0 / (2.0 - state.exponent[0]);
+  const double p2 = 2.0 / (2.0 - state.exponent[1]);
+  const NormValue horizontal = PNorm(u.x(), u.y(), p2);
+  const NormValue support = PNorm(horizontal.value, u.z(), p1);
+  const Eigen::Vector3d du(support.dx * horizontal.dx, support.dx * horizontal.dy, support.dy);
+  const double scale = edge.factor / depth;
+  residual.value = scale * (edge.normal_map.dot(offset) + support.value);
+  if (!edge.exact && residual.value > 0.0) {
+    residual.value = 0.0;
+    return residual;
+  }
+  Gradient& g = residual.gradient;
+  g.head<3>() = scale * edge.normal_map - residual.value / depth * edge.forward_map;
+  g.segment<3>(RefinementProblem::kLogHalf) = scale * du.cwiseProduct(u);
+  g[RefinementProblem::kYaw] = scale * (du.x() * state.half.x() * n.y() - du.y() * state.half.y() * n.x());
+  g[RefinementProblem::kExponents] = scale * support.dp * 0.5 * p1 * p1 * state.exponent_slope[0];
+  g[RefinementProblem::kExponents + 1] =
+      scale * support.dx * horizontal.dp * 0.5 * p2 * p2 * state.exponent_slope[1];
+  return residual;
+}
+
+Residual PointResidual(const State& state, const RefinementProblem::Point& point) {
+  const Eigen::Vector3d q = state.ToObject(point.p_map - state.centre);
+  const double norm = std::max(q.norm(), 1e-9);
+  const Eigen::Vector3d u = q.cwiseQuotient(state.half);
+  const double p1 = 2.0 / state.exponent[0];
+  const double p2 = 2.0 / state.exponent[1];
+  const NormValue horizontal = PNorm(u.x(), u.y(), p2);
+  const NormValue scale = PNorm(horizontal.value, u.z(), p1);
+  Residual residual;
+  residual.value = norm * (1.0 - 1.0 / scale.value);
+  if (!point.on_surface && residual.value > 0.0) {
+    residual.value = 0.0;
+    return residual;
+  }
+  const double by_scale = norm / (scale.value * scale.value);
+  const Eigen::Vector3d du(scale.dx * horizontal.dx, scale.dx * horizontal.dy, scale.dy);
+  const Eigen::Vector3d dq = (1.0 - 1.0 / scale.value) / norm * q + by_scale * du.cwiseQuotient(state.half);
+  Gradient& g = residual.gradient;
+  g.head<3>() = -state.ToMap(dq);
+  g.segment<3>(RefinementProblem::kLogHalf) = -by_scale * du.cwiseProduct(u);
+  g[RefinementProblem::kYaw] = dq.x() * q.y() - dq.y() * q.x();
+  g[RefinementProblem::kExponents] = by_scale * scale.dp * -0.5 * p1 * p1 * state.exponent_slope[0];
+  g[RefinementProblem::kExponents + 1] =
+      by_scale * scale.dx * horizontal.dp * -0.5 * p2 * p2 * state.exponent_slope[1];
+  residual.Scale(point.factor);
+  return residual;
+}
+
+Residual ContactResidual(const State& state, const RefinementProblem::Contact& contact) {
+  Residual residual;
+  residual.value = contact.factor * (state.centre.z() - state.half.z() - contact.height);
+  if (!contact.exact && residual.value > 0.0) {
+    residual.value = 0.0;
+    return residual;
+  }
+  residual.gradient[2] = contact.factor;
+  residual.gradient[RefinementProblem::kLogHalf + 2] = -contact.factor * state.half.z();
+  return residual;
+}
+
+Residual PriorResidual(const State& state, const double* x, const RefinementProblem::Prior& prior,
+                       int index) {
+  constexpr double kLogRatioSigma = 1.5;
+  constexpr int kLogHalf = RefinementProblem::kLogHalf;
+  Residual residual;
+  if (index == 0) {
+    residual.value = (x[kLogHalf] - x[kLogHalf + 1]) / kLogRatioSigma;
+    residual.gradient[kLogHalf] = 1.0 / kLogRatioSigma;
+    residual.gradient[kLogHalf + 1] = -1.0 / kLogRatioSigma;
+  } else if (index < 3) {
+    const double expected = index == 1 ? prior.e1 : prior.e2;
+    residual.value = prior.exponent_factor * (state.exponent[index - 1] - expected);
+    residual.gradient[RefinementProblem::kExponents + index - 1] =
+        prior.exponent_factor * state.exponent_slope[index - 1];
+  } else {
+    const double quarter = 4.0 * (x[RefinementProblem::kYaw] - prior.yaw);
+    residual.value = prior.yaw_factor * std::sin(quarter) / 4.0;
+    residual.gradient[RefinementProblem::kYaw] = prior.yaw_factor * std::cos(quarter);
+  }
+  return residual;
+}
+
+}  // namespace
+
+RefinementProblem::Parameters RefinementProblem::Pack(const PosedSuperquadric& superquadric) {
+  constexpr double kInside = 0.999;  // on the very bound the sine has no slope
+  Parameters x;
+  x.head<3>() = superquadric.T_map_object.translation;
+  x.segment<3>(kLogHalf) = superquadric.shape.half_size.array().log().matrix();
+  const Eigen::Vector3d x_axis = superquadric.T_map_object.rotation * Eigen::Vector3d::UnitX();
+  x[kYaw] = std::atan2(x_axis.y(), x_axis.x());
+  const double exponents[2] = {superquadric.shape.e1, superquadric.shape.e2};
+  for (int i = 0; i < 2; ++i) {
+    x[kExponents + i] =
+        std::asin(std::clamp((exponents[i] - kMiddleExponent) / kExponentReach, -kInside, kInside));
+  }
+  return x;
+}
+
+PosedSuperquadric RefinementProblem::Unpack(const Parameters& parameters) {
+  const State state(parameters.data());
+  PosedSuperquadric superquadric;
+  superquadric.shape = {state.half, state.exponent[0], state.exponent[1]};
+  superquadric.T_map_object.translation = state.centre;
+  superquadric.T_map_object.rotation = Eigen::AngleAxisd(parameters[kYaw], Eigen::Vector3d::UnitZ());
+  return superquadric;
+}
+
+int RefinementProblem::NumResiduals() const {
+  return static_cast<int>(edges.size() + points.size()) + (contact ? 1 : 0) + kPriors + kBounds;
+}
+
+bool RefinementProblem::operator()(const double* parameters, double* residuals, double* jacobian) const {
+  constexpr double kEdgeWidth = 2.0;
+  constexpr double kPointWidth = 1.5;
+  constexpr double kBoundSigma = 0.05;  // of the log of a half size beyond its bound
+  const State state(parameters);
+  const int rows = NumResiduals();
+  int row = 0;
+  const auto put = [&](const Residual& residual) {
+    residuals[row] = residual.value;
+    for (int i = 0; jacobian != nullptr && i < NUM_PARAMETERS; ++i) {
+      jacobian[i * rows + row] = residual.gradient[i];
+    }
+    ++row;
+  };
+  for (const Edge& edge : edges) {
+    Residual residual = EdgeResidual(state, edge);
+    residual.MakeRobust(kEdgeWidth, 1.0);
+    put(residual);
+  }
+  for (const Point& point : points) {
+    Residual residual = PointResidual(state, point);
+    residual.MakeRobust(kPointWidth, point.weight);
+    put(residual);
+  }
+  if (contact) {
+    put(ContactResidual(state, *contact));
+  }
+  for (int i = 0; i < kPriors; ++i) {
+    put(PriorResidual(state, parameters, prior, i));
+  }
+  for (int i = kLogHalf; i < kLogHalf + kBounds; ++i) {
+    Residual residual;
+    const double beyond =
+        std::max(0.0, parameters[i] - max_log_half) + std::min(0.0, parameters[i] - min_log_half);
+    residual.value = beyond / kBoundSigma;
+    residual.gradient[i] = beyond != 0.0 ? 1.0 / kBoundSigma : 0.0;
+    put(residual);
+  }
+  return true;
+}
+
+}  // namespace sqslam

@@ -1,0 +1,95 @@
+#include "slam/objects/refinement_problem.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace sqslam {
+namespace {
+
+// A bit of everything: exact and one-sided edges, points on the surface and outside, contact.
+RefinementProblem MakeProblem(bool exact_contact) {
+  RefinementProblem problem;
+  std::mt19937 generator(7);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  const auto random = [&] { return Eigen::Vector3d(unit(generator), unit(generator), unit(generator)); };
+  for (int i = 0; i < 24; ++i) {
+    const Eigen::Vector3d camera = 4.0 * random().normalized();
+    problem.edges.push_back({random(), camera, -camera.normalized(), 100.0, i % 3 != 0});
+    problem.points.push_back({0.5 * random(), 40.0, 0.7, i % 2 == 0});
+  }
+  problem.contact = RefinementProblem::Contact{-0.28, 20.0, exact_contact};
+  problem.prior = {0.3, 0.5, 5.0, 0.2, 4.0};
+  problem.max_log_half = std::log(0.35);  // one half size is beyond
+  problem.min_log_half = problem.max_log_half - 6.0;
+  return problem;
+}
+
+PosedSuperquadric MakeSuperquadric(double e1, double e2) {
+  PosedSuperquadric s;
+  s.shape = {{0.3, 0.2, 0.4}, e1, e2};
+  s.T_map_object = {Eigen::Quaterniond(Eigen::AngleAxisd(0.6, Eigen::Vector3d::UnitZ())), {0.05, -0.04, 0.1}};
+  return s;
+}
+
+TEST(RefinementProblem, JacobianAgreesWithTheNumericOne) {
+  for (const bool exact_contact : {true, false}) {
+    for (const auto& [e1, e2] :
+         {std::pair(0.3, 0.4), std::pair(1.0, 1.0), std::pair(1.6, 0.2), std::pair(0.15, 1.8)}) {
+      const RefinementProblem problem = MakeProblem(exact_contact);
+      const int rows = problem.NumResiduals();
+      const RefinementProblem::Parameters x = RefinementProblem::Pack(MakeSuperquadric(e1, e2));
+      Eigen::VectorXd residuals(rows);
+      Eigen::MatrixXd jacobian(rows, 9);
+      ASSERT_TRUE(problem(x.data(), residuals.data(), jacobian.data()));
+      for (int i = 0; i < 9; ++i) {
+        constexpr double kStep = 1e-6;
+        RefinementProblem::Parameters low = x;
+        RefinementProblem::Parameters high = x;
+        low[i] -= kStep;
+        high[i] += kStep;
+        Eigen::VectorXd below(rows);
+        Eigen::VectorXd above(rows);
+        problem(low.data(), below.data(), nullptr);
+        problem(high.data(), above.data(), nullptr);
+        const Eigen::VectorXd numeric = (above - below) / (2.0 * kStep);
+        for (int row = 0; row < rows; ++row) {
+          EXPECT_NEAR(jacobian(row, i), numeric[row], 1e-4 * (1.0 + std::abs(numeric[row])))
+              << "residual " << row << " parameter " << i << " e " << e1 << " " << e2;
+        }
+      }
+    }
+  }
+}
+
+TEST(RefinementProblem, PackingIsUndoneByUnpacking) {
+  const PosedSuperquadric s = MakeSuperquadric(0.4, 1.3);
+  const PosedSuperquadric same = RefinementProblem::Unpack(RefinementProblem::Pack(s));
+  EXPECT_LT((same.shape.half_size - s.shape.half_size).norm(), 1e-12);
+  EXPECT_NEAR(same.shape.e1, s.shape.e1, 1e-12);
+  EXPECT_NEAR(same.shape.e2, s.shape.e2, 1e-12);
+  EXPECT_LT((same.T_map_object.translation - s.T_map_object.translation).norm(), 1e-12);
+  EXPECT_LT(same.T_map_object.rotation.angularDistance(s.T_map_object.rotation), 1e-12);
+}
+
+TEST(RefinementProblem, OneSidedResidualsAreZeroOnTheirFreeSide) {
+  RefinementProblem problem;
+  problem.max_log_half = 1.0;
+  problem.min_log_half = -9.0;
+  problem.edges.push_back({{1, 0, 0}, {0, -4, 0}, {0, 1, 0}, 100.0, false});  // through the middle
+  problem.points.push_back({{0, 0, 2}, 40.0, 1.0, false});                    // far outside
+  problem.contact = RefinementProblem::Contact{-5.0, 20.0, false};
+  const RefinementProblem::Parameters x = RefinementProblem::Pack(MakeSuperquadric(0.5, 0.5));
+  Eigen::VectorXd residuals(problem.NumResiduals());
+  problem(x.data(), residuals.data(), nullptr);
+  EXPECT_EQ(residuals.head<3>(), Eigen::Vector3d::Zero());
+  problem.edges[0].exact = true;
+  problem.points[0].on_surface = true;
+  problem.contact->exact = true;
+  problem(x.data(), residuals.data(), nullptr);
+  EXPECT_GT(residuals.head<3>().cwiseAbs().minCoeff(), 1.0);
+}
+
+}  // namespace
+}  // namespace sqslam
