@@ -10,7 +10,8 @@ namespace sqslam {
 namespace {
 
 BundleAdjustmentReport Run(Map& map, BundleProblem problem, const BundleSolverOptions& options,
-                           const std::function<bool()>& interrupt) {
+                           const std::function<bool()>& interrupt, const JointObjects& objects) {
+  AddObjects(objects.terms, objects.options, map, problem);
   BundleAdjustmentReport report;
   for (const BundlePose& pose : problem.poses) {
     ++(pose.fixed ? report.fixed_keyframes : report.keyframes);
@@ -19,6 +20,11 @@ BundleAdjustmentReport Run(Map& map, BundleProblem problem, const BundleSolverOp
   report.observations = static_cast<int>(problem.observations.size());
   report.interrupted = !SolveBundle(problem, options, interrupt);
   report.outliers = ApplyBundle(problem, map);
+  for (const BundleObject& object : problem.objects) {
+    if (object.improved) {
+      report.objects.emplace_back(object.id, object.superquadric);
+    }
+  }
   return report;
 }
 
@@ -26,7 +32,8 @@ BundleAdjustmentReport Run(Map& map, BundleProblem problem, const BundleSolverOp
 
 BundleAdjustmentReport LocalBundleAdjustment(Map& map, const Camera& camera, KeyframeId center,
                                              const BundleAdjustmentOptions& options,
-                                             const std::function<bool()>& interrupt) {
+                                             const std::function<bool()>& interrupt,
+                                             const JointObjects& objects) {
   std::vector<KeyframeId> free = map.At(center).BestCovisible(options.max_keyframes - 1);
   free.push_back(center);
   std::set<KeyframeId> inside(free.begin(), free.end());
@@ -60,12 +67,13 @@ BundleAdjustmentReport LocalBundleAdjustment(Map& map, const Camera& camera, Key
     free.erase(free.begin());
   }
   return Run(map, ExtractBundleProblem(map, camera, free, fixed),
-             {options.iterations, options.final_iterations, options.threads}, interrupt);
+             {options.iterations, options.final_iterations, options.threads}, interrupt, objects);
 }
 
 BundleAdjustmentReport GlobalBundleAdjustment(Map& map, const Camera& camera, int iterations,
-                                              const BundleAdjustmentOptions& options) {
-  return Run(map, ExtractBundleProblem(map, camera), {iterations, iterations, options.threads}, {});
+                                              const BundleAdjustmentOptions& options,
+                                              const JointObjects& objects) {
+  return Run(map, ExtractBundleProblem(map, camera), {iterations, iterations, options.threads}, {}, objects);
 }
 
 }  // namespace sqslam

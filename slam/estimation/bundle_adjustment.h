@@ -1,7 +1,11 @@
 #pragma once
 
 #include <functional>
+#include <span>
+#include <utility>
+#include <vector>
 
+#include "slam/estimation/bundle_objects.h"
 #include "slam/geometry/camera.h"
 #include "slam/map/map.h"
 
@@ -31,17 +35,27 @@ struct BundleAdjustmentReport {
   int observations = 0;
   int outliers = 0;  // observations removed from the map
   bool interrupted = false;
+  std::vector<std::pair<int, PosedSuperquadric>> objects;  // id and superquadric of those that fit better now
+};
+
+// Objects that take part in a bundle adjustment.
+struct JointObjects {
+  std::span<const ObjectTerm> terms;
+  JointObjectOptions options;
 };
 
 // Minimises the reprojection error over a keyframe, its most covisible neighbours and all points they see;
 // keyframes that see these points from outside stay fixed. Outliers leave the map. `interrupt` is asked after
-// each iteration.
+// each iteration. Where there are objects, their shape errors are minimised with it; the map doesn't hold
+// them, so the report does.
 BundleAdjustmentReport LocalBundleAdjustment(Map& map, const Camera& camera, KeyframeId center,
                                              const BundleAdjustmentOptions& options,
-                                             const std::function<bool()>& interrupt);
+                                             const std::function<bool()>& interrupt,
+                                             const JointObjects& objects = {});
 
 // The same over the whole map, the oldest keyframe fixed.
 BundleAdjustmentReport GlobalBundleAdjustment(Map& map, const Camera& camera, int iterations,
-                                              const BundleAdjustmentOptions& options);
+                                              const BundleAdjustmentOptions& options,
+                                              const JointObjects& objects = {});
 
 }  // namespace sqslam

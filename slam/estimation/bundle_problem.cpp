@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 
+#include "slam/estimation/object_blocks.h"
 #include "slam/estimation/pose_optimization.h"
 #include "slam/estimation/reprojection_cost.h"
 
@@ -30,7 +31,7 @@ class Interrupter final : public ceres::IterationCallback {
 // address: only so are two runs bit-identical.
 class BundleSolver {
  public:
-  explicit BundleSolver(BundleProblem& bundle) : bundle_(bundle) {
+  explicit BundleSolver(BundleProblem& bundle) : bundle_(bundle), objects_(bundle) {
     for (const BundlePose& pose : bundle.poses) {
       pose_blocks_.push_back(ToBlock(pose.T_camera_map));
     }
@@ -47,6 +48,8 @@ class BundleSolver {
     ceres::Solver::Options options;
     options.linear_solver_ordering = AddParameterBlocks(problem, manifold);
     AddResiduals(problem, robust ? &huber : nullptr);
+    objects_.AddTo(problem, *options.linear_solver_ordering);
+    options.max_num_line_search_step_size_iterations = 0;  // the exponents' bounds are kept by clamping steps
     const auto free = std::count_if(bundle_.poses.begin(), bundle_.poses.end(),
                                     [](const BundlePose& pose) { return !pose.fixed; });
     options.linear_solver_type = free < 40 ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
@@ -63,9 +66,12 @@ class BundleSolver {
         bundle_.poses[i].T_camera_map = FromBlock(pose_blocks_[i].data());
       }
     }
+    objects_.Read();
     MarkOutliers();
     return !interrupter.Interrupted();
   }
+
+  void JudgeObjects() { objects_.Judge(); }
 
  private:
   std::shared_ptr<ceres::ParameterBlockOrdering> AddParameterBlocks(ceres::Problem& problem,
@@ -126,6 +132,7 @@ class BundleSolver {
 
   BundleProblem& bundle_;
   std::vector<PoseBlock> pose_blocks_;
+  ObjectBlocks objects_;
 };
 
 }  // namespace
@@ -184,8 +191,10 @@ BundleProblem ExtractBundleProblem(const Map& map, const Camera& camera) {
 bool SolveBundle(BundleProblem& problem, const BundleSolverOptions& options,
                  const std::function<bool()>& stop) {
   BundleSolver solver(problem);
-  return solver.Round(options.iterations, true, options.threads, stop) &&
-         solver.Round(options.final_iterations, false, options.threads, stop);
+  const bool finished = solver.Round(options.iterations, true, options.threads, stop) &&
+                        solver.Round(options.final_iterations, false, options.threads, stop);
+  solver.JudgeObjects();
+  return finished;
 }
 
 int ApplyBundle(const BundleProblem& problem, Map& map) {

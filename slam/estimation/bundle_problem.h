@@ -4,6 +4,7 @@
 #include <functional>
 #include <vector>
 
+#include "slam/estimation/bundle_objects.h"
 #include "slam/geometry/camera.h"
 #include "slam/geometry/rigid3.h"
 #include "slam/map/map.h"
@@ -39,6 +40,7 @@ struct BundleProblem {
   std::vector<BundlePose> poses;
   std::vector<BundlePoint> points;
   std::vector<BundleObservation> observations;
+  std::vector<BundleObject> objects = {};  // none: reprojection errors alone
 };
 
 struct BundleSolverOptions {
@@ -55,10 +57,10 @@ BundleProblem ExtractBundleProblem(const Map& map, const Camera& camera, const s
 // The same of the whole map, the oldest keyframe fixed.
 BundleProblem ExtractBundleProblem(const Map& map, const Camera& camera);
 
-// Moves free poses and points so that the reprojection error becomes least, and marks observations that don't
-// fit (95 % quantile). `stop` is asked after each iteration; where it says true, the problem keeps what has
-// been reached and the result is false. Touches nothing but the problem. With one thread, runs agree to the
-// last bit.
+// Moves free poses, points and objects so that the sum of reprojection and shape errors becomes least, and
+// marks observations that don't fit (95 % quantile). `stop` is asked after each iteration; where it says
+// true, the problem keeps what has been reached and the result is false. Touches nothing but the problem.
+// With one thread, runs agree to the last bit.
 bool SolveBundle(BundleProblem& problem, const BundleSolverOptions& options,
                  const std::function<bool()>& stop);
 

@@ -148,8 +148,13 @@ void Mapper::CountReturn(KeyframeId id) {
 void Mapper::OptimizeLocally(KeyframeId keyframe) {
   const StageTimes::Scope timer(times_, "mapping.bundle_adjustment");
   if (active_->Map().Keyframes().size() > 2) {
-    LocalBundleAdjustment(active_->Map(), camera_, keyframe, options_.mapping.bundle_adjustment,
-                          outputs_.keyframe_waiting);
+    const JointObjectOptions& joint = options_.mapping.joint_objects;
+    const std::vector<ObjectTerm> terms =
+        joint.Local() ? active_->ObjectTerms(joint) : std::vector<ObjectTerm>();
+    const BundleAdjustmentReport report =
+        LocalBundleAdjustment(active_->Map(), camera_, keyframe, options_.mapping.bundle_adjustment,
+                              outputs_.keyframe_waiting, {terms, joint});
+    active_->CorrectObjects(report.objects, camera_);
   }
 }
 
@@ -285,6 +290,14 @@ void Mapper::FinishSubmap(Submap& submap) {
   submap.RefineFrames(camera_, options_.tracking.min_inliers);
   KeepUpright(true);
   submap.MapObjects(camera_, true);
+  const JointObjectOptions& joint = options_.mapping.joint_objects;
+  if (joint.Final() && options_.mapping.final_iterations > 0 && submap.Map().Keyframes().size() > 2) {
+    const std::vector<ObjectTerm> terms = submap.ObjectTerms(joint);
+    const BundleAdjustmentReport report =
+        GlobalBundleAdjustment(submap.Map(), camera_, options_.mapping.final_iterations,
+                               options_.mapping.bundle_adjustment, {terms, joint});
+    submap.CorrectObjects(report.objects, camera_);
+  }
 }
 
 std::vector<FinishedMap> Mapper::Finish() {

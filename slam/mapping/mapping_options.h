@@ -54,6 +54,7 @@ struct MappingOptions {
   FusionOptions fusion;
   CullingOptions culling;
   BundleAdjustmentOptions bundle_adjustment;
+  JointObjectOptions joint_objects;
   LoopOptions loops;
   int final_iterations = 10;     // of the bundle adjustment over the whole map at the end of a run; 0: none
   int min_submap_keyframes = 5;  // a submap with fewer is dropped at the end, unless there is no other
@@ -64,6 +65,7 @@ struct MappingOptions {
     visit("fusion", fusion);
     visit("culling", culling);
     visit("bundle_adjustment", bundle_adjustment);
+    visit("joint_objects", joint_objects);
     visit("loops", loops);
     visit("final_iterations", final_iterations, 0, 1000);
     visit("min_submap_keyframes", min_submap_keyframes, 2, 1000);

@@ -1,7 +1,10 @@
 #include "slam/mapping/submap.h"
 
 #include <iterator>
+#include <unordered_map>
 #include <utility>
+
+#include "slam/objects/size_shape.h"
 
 namespace sqslam {
 
@@ -63,6 +66,36 @@ void Submap::MapObjects(const Camera& camera, bool all) {
     objects_.UpdateAll(LookupPoints(), camera, LookupPoses());
   } else {
     objects_.Update(LookupPoints(), camera, LookupPoses());
+  }
+}
+
+std::vector<ObjectTerm> Submap::ObjectTerms(const JointObjectOptions& options) const {
+  std::vector<ObjectTerm> terms;
+  const std::unordered_map<std::int64_t, int> owners = objects_.PointObjects();
+  for (const ObjectLandmarkView& object : objects_.View()->landmarks) {
+    if (!object.shown || object.observations < options.min_observations) {
+      continue;
+    }
+    ObjectTerm term{object.id, object.superquadric, {}, {}};
+    const Rigid3d T_object_map = object.superquadric.T_map_object.Inverse();
+    std::vector<Eigen::Vector3d> p_object;
+    for (const auto& [id, p_map] : object.points) {
+      const auto owner = owners.find(id);
+      if (owner != owners.end() && owner->second == object.id && map_->IsAlive(id)) {
+        term.points.push_back(id);
+        p_object.push_back(T_object_map * map_->Point(id).p_map);
+      }
+    }
+    term.weights = ShapeWeights(p_object);
+    terms.push_back(std::move(term));
+  }
+  return terms;
+}
+
+void Submap::CorrectObjects(const std::vector<std::pair<int, PosedSuperquadric>>& corrections,
+                            const Camera& camera) {
+  for (const auto& [id, superquadric] : corrections) {
+    objects_.Correct(id, superquadric, camera);
   }
 }
 

@@ -5,7 +5,10 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <utility>
+#include <vector>
 
+#include "slam/estimation/bundle_objects.h"
 #include "slam/io/trajectory.h"
 #include "slam/map/snapshot.h"
 #include "slam/map/tracking_view.h"
@@ -44,6 +47,12 @@ class Submap {
 
   // Estimates the objects that were seen since, or all of them.
   void MapObjects(const Camera& camera, bool all);
+
+  // The objects that are known well enough to take part in bundle adjustment, by id; and what it made of
+  // them.
+  std::vector<ObjectTerm> ObjectTerms(const JointObjectOptions& options) const;
+  void CorrectObjects(const std::vector<std::pair<int, PosedSuperquadric>>& corrections,
+                      const Camera& camera);
 
   // Moves everything: p_new = S_new_old * p_old.
   void Transform(const Sim3d& S_new_old);

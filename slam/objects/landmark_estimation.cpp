@@ -20,16 +20,6 @@ std::optional<YawEstimate> PaperYaw(const Landmark& landmark, const std::vector<
   return YawFromPoints(points, context.options->yaw);
 }
 
-double BoxAgreement(const PosedSuperquadric& superquadric, const std::vector<BoxView>& views,
-                    const Camera& camera) {
-  double sum = 0.0;
-  for (const BoxView& view : views) {
-    const std::optional<Box2d> box = ProjectToBox(superquadric, view.T_map_camera, camera);
-    sum += box ? IoU(ClipToImage(*box, camera), UndistortBox(view.box, camera)) : 0.0;
-  }
-  return views.empty() ? 0.0 : sum / static_cast<double>(views.size());
-}
-
 // What stands behind a table is seen down to the table only, but stands on the same floor.
 void CompleteHiddenPart(Landmark& landmark, const std::vector<BoxView>& views,
                         const EstimationContext& context) {
@@ -42,6 +32,16 @@ void CompleteHiddenPart(Landmark& landmark, const std::vector<BoxView>& views,
 }
 
 }  // namespace
+
+double BoxAgreement(const PosedSuperquadric& superquadric, const std::vector<BoxView>& views,
+                    const Camera& camera) {
+  double sum = 0.0;
+  for (const BoxView& view : views) {
+    const std::optional<Box2d> box = ProjectToBox(superquadric, view.T_map_camera, camera);
+    sum += box ? IoU(ClipToImage(*box, camera), UndistortBox(view.box, camera)) : 0.0;
+  }
+  return views.empty() ? 0.0 : sum / static_cast<double>(views.size());
+}
 
 std::vector<BoxView> SpreadViews(const std::vector<BoxView>& views, int count) {
   const std::size_t limit = static_cast<std::size_t>(count);

@@ -29,6 +29,10 @@ struct EstimationContext {
 // points.
 void EstimateLandmark(Landmark& landmark, const EstimationContext& context);
 
+// Mean IoU of the superquadric's projections and the boxes of the views, in [0, 1].
+double BoxAgreement(const PosedSuperquadric& superquadric, const std::vector<BoxView>& views,
+                    const Camera& camera);
+
 // Views spread over the camera positions, at most `count`, in the order of their frames (farthest-point
 // sampling).
 std::vector<BoxView> SpreadViews(const std::vector<BoxView>& views, int count);

@@ -245,6 +245,30 @@ void ObjectMapper::UpdateAll(const PointLookup& points, const Camera& camera, co
   impl_->Update(points, camera, poses, true);
 }
 
+bool ObjectMapper::Correct(int id, const PosedSuperquadric& superquadric, const Camera& camera) {
+  constexpr double kMayLose = 0.01;  // of the mean IoU with the boxes: what noise in the points makes of it
+  const auto it = impl_->landmarks.find(id);
+  if (it == impl_->landmarks.end() || !it->second.estimated) {
+    return false;
+  }
+  Landmark& landmark = it->second;
+  // What was completed below what boxes show can't be held against them.
+  if (landmark.visible.shape.half_size != landmark.superquadric.shape.half_size) {
+    return false;
+  }
+  const std::vector<BoxView> views = SpreadViews(landmark.views, impl_->options.refinement.max_views);
+  const double before = BoxAgreement(landmark.superquadric, views, camera);
+  const double agreement = BoxAgreement(superquadric, views, camera);
+  if (agreement < before - kMayLose) {
+    return false;
+  }
+  landmark.superquadric = superquadric;
+  landmark.visible = superquadric;
+  landmark.box_agreement = agreement;
+  impl_->Publish();
+  return true;
+}
+
 void ObjectMapper::Transform(const Rigid3d& T_new_old) {
   impl_->Transform({1.0, T_new_old.rotation, T_new_old.translation});
 }

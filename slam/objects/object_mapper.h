@@ -39,6 +39,10 @@ class ObjectMapper {
   // Re-estimates every landmark (end of the run, or after the map has changed everywhere).
   void UpdateAll(const PointLookup& points, const Camera& camera, const PoseLookup& poses = {});
 
+  // Takes over a superquadric that was estimated elsewhere, unless the boxes of the landmark speak against it
+  // or the landmark is gone. It stays until the landmark is estimated again. Returns whether it was taken.
+  bool Correct(int id, const PosedSuperquadric& superquadric, const Camera& camera);
+
   // The map frame was changed: p_new = T_new_old * p_old.
   void Transform(const Rigid3d& T_new_old);
   void Transform(const Sim3d& S_new_old);
