@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "slam/geometry/lie.h"
 #include "tests/support/synthetic_map.h"
 
@@ -69,6 +71,78 @@ TEST_F(SubmapFrames, FollowTheirKeyframesFromThenOn) {
   submap_->RefineFrames(camera_, kMinInliers);
   EXPECT_NEAR(Error(kOlder), 0.5, 1e-5);  // what it matched is forgotten
   EXPECT_LT(Error(kNewer), 1e-5);         // is found among the points, which have stayed
+}
+
+// Twelve boxes around the first points of the synthetic map.
+class SubmapObjects : public ::testing::Test {
+ protected:
+  static constexpr std::size_t kPoints = 60;
+
+  SubmapObjects() {
+    SyntheticMap world = MakeSyntheticMap({});
+    camera_ = world.camera;
+    std::vector<ObjectObservation> observations;
+    for (int i = 0; i < 12; ++i) {
+      const Rigid3d& T_camera_map =
+          world.T_camera_map[static_cast<std::size_t>(i) % world.T_camera_map.size()];
+      ObjectObservation o;
+      o.object_id = 3;
+      o.frame_index = 1000 + i;
+      o.T_map_camera = T_camera_map.Inverse();
+      o.edge_free = {true, true, true, true};
+      Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9);
+      Eigen::Vector2d high = -low;
+      for (std::size_t k = 0; k < kPoints; ++k) {
+        const Eigen::Vector2d pixel = camera_.Project(T_camera_map * world.points[k]);
+        low = low.cwiseMin(pixel);
+        high = high.cwiseMax(pixel);
+        o.point_ids.push_back(static_cast<std::int64_t>(k));
+      }
+      const Eigen::Vector2d size = high - low;
+      o.detection = {"box", 0.9, {low.x(), low.y(), size.x(), size.y()}};
+      observations.push_back(o);
+    }
+    submap_ = std::make_unique<Submap>(0, std::make_unique<Map>(std::move(world.map)), SystemOptions{});
+    submap_->Objects().AddObservations(observations);
+    submap_->MapObjects(camera_, true);
+  }
+
+  Camera camera_;
+  std::unique_ptr<Submap> submap_;
+};
+
+TEST_F(SubmapObjects, TakePartInBundleAdjustmentOnceTheyAreSeenOftenEnough) {
+  EXPECT_TRUE(submap_->ObjectTerms({.min_observations = 13}).empty());
+  const std::vector<ObjectTerm> terms = submap_->ObjectTerms({.min_observations = 12});
+  ASSERT_EQ(terms.size(), 1U);
+  EXPECT_EQ(terms[0].id, 3);
+  EXPECT_GT(terms[0].points.size(), kPoints / 2);
+  ASSERT_EQ(terms[0].weights.size(), terms[0].points.size());
+  EXPECT_EQ(*std::max_element(terms[0].weights.begin(), terms[0].weights.end()), 1.0);
+  EXPECT_EQ(*std::min_element(terms[0].weights.begin(), terms[0].weights.end()), 0.0);
+}
+
+TEST_F(SubmapObjects, LosePointsThatAreGone) {
+  const std::vector<ObjectTerm> before = submap_->ObjectTerms({});
+  ASSERT_EQ(before.size(), 1U);
+  const PointId gone = before[0].points[0];
+  submap_->Map().RemovePoint(gone);
+  const std::vector<ObjectTerm> after = submap_->ObjectTerms({});
+  EXPECT_EQ(after[0].points.size(), before[0].points.size() - 1);
+  EXPECT_NE(after[0].points[0], gone);
+}
+
+TEST_F(SubmapObjects, AreCorrectedUnlessTheirBoxesSpeakAgainstIt) {
+  const PosedSuperquadric before = submap_->ObjectTerms({}).at(0).superquadric;
+  PosedSuperquadric corrected = before;
+  corrected.shape.half_size *= 1.005;
+  submap_->CorrectObjects({{3, corrected}, {99, corrected}}, camera_);  // 99: long gone
+  EXPECT_EQ(submap_->ObjectTerms({}).at(0).superquadric.shape.half_size, corrected.shape.half_size);
+  PosedSuperquadric absurd = before;
+  absurd.shape.half_size *= 0.5;
+  submap_->CorrectObjects({{3, absurd}}, camera_);
+  EXPECT_EQ(submap_->ObjectTerms({}).at(0).superquadric.shape.half_size, corrected.shape.half_size);
+  EXPECT_EQ(submap_->Objects().Objects().at(0).superquadric.shape.half_size, corrected.shape.half_size);
 }
 
 }  // namespace
