@@ -29,6 +29,17 @@ Json ToJson(const Vector& vector) {
   return {vector.x(), vector.y(), vector.z()};
 }
 
+Json ToJson(const ObjectFit& fit) {
+  const Eigen::Matrix<double, 9, 1> sigma = fit.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  return {{"box_agreement", fit.box_agreement},
+          {"point_rms", fit.point_rms},
+          {"sigma",
+           {{"center", {sigma[0], sigma[1], sigma[2]}},
+            {"half_size", {sigma[3], sigma[4], sigma[5]}},
+            {"yaw", sigma[6]},
+            {"shape", {sigma[7], sigma[8]}}}}};
+}
+
 Json ToJson(const SnapshotObject& object) {
   const Superquadric& shape = object.superquadric.shape;
   const Rigid3d& pose = object.superquadric.T_map_object;
@@ -46,7 +57,8 @@ Json ToJson(const SnapshotObject& object) {
           {"T_map_object", rows},
           {"half_size", ToJson(shape.half_size)},
           {"shape", {shape.e1, shape.e2}},
-          {"points", object.points}};
+          {"points", object.points},
+          {"fit", ToJson(object.fit)}};
 }
 
 Rigid3d PoseFromJson(const Json& json) {
@@ -83,6 +95,10 @@ SnapshotObject ObjectFromJson(const Json& json) {
   Superquadric& shape = object.superquadric.shape;
   for (int i = 0; i < 3; ++i) {
     shape.half_size[i] = json.at("half_size").at(static_cast<std::size_t>(i));
+  }
+  if (json.contains("fit")) {
+    object.fit.box_agreement = json.at("fit").value("box_agreement", 0.0);
+    object.fit.point_rms = json.at("fit").value("point_rms", 0.0);
   }
   shape.e1 = json.at("shape").at(0);
   shape.e2 = json.at("shape").at(1);

@@ -144,6 +144,13 @@ void Visit(Archive& archive, Like<Archive, SnapshotObject> object) {
   archive(shape.e1);
   archive(shape.e2);
   Visit(archive, object.superquadric.T_map_object);
+  archive(object.fit.box_agreement);
+  archive(object.fit.point_rms);
+  for (int i = 0; i < 9; ++i) {
+    for (int j = 0; j < 9; ++j) {
+      archive(object.fit.covariance(i, j));
+    }
+  }
 }
 
 template <typename Archive>

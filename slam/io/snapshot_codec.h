@@ -7,7 +7,7 @@
 
 namespace sqslam {
 
-inline constexpr int kSnapshotFormatVersion = 1;
+inline constexpr int kSnapshotFormatVersion = 2;
 
 // A snapshot as bytes: little-endian, points as float32 and by columns (which packs better), then zlib.
 std::string EncodeSnapshot(const MapSnapshot& snapshot);

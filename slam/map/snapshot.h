@@ -28,6 +28,15 @@ struct SnapshotPoint {
   std::int32_t object_id = -1;  // -1: belongs to no object
 };
 
+// How well the data fix an object.
+struct ObjectFit {
+  double box_agreement = 0.0;  // mean IoU of the projected object and the detector's boxes, in [0, 1]
+  double point_rms = 0.0;      // radial distance of the object's points to its surface, map units
+  // Covariance of centre (map frame), half sizes, yaw, e1 and e2, in this order: the inverse curvature of the
+  // cost, if box edges and points err independently. Zero where the object was not refined.
+  Eigen::Matrix<double, 9, 9> covariance = Eigen::Matrix<double, 9, 9>::Zero();
+};
+
 struct SnapshotObject {
   std::int32_t id = 0;
   std::string label;
@@ -36,6 +45,7 @@ struct SnapshotObject {
   int points = 0;        // map points of the object after outlier removal
   double yaw = 0.0;      // radians, about the map's z axis
   PosedSuperquadric superquadric;
+  ObjectFit fit;
 };
 
 struct SnapshotDetection {

@@ -132,7 +132,7 @@ RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementI
   solver.options.max_num_iterations = options.max_iterations;
   solver.options.function_tolerance = options.cost_tolerance;
   const auto summary = solver.Solve(problem, &parameters);
-  return {RefinementProblem::Unpack(parameters), summary.final_cost};
+  return {RefinementProblem::Unpack(parameters), summary.final_cost, problem.Covariance(parameters)};
 }
 
 }  // namespace sqslam

@@ -34,7 +34,8 @@ struct RefinementInput {
 
 struct RefinementResult {
   PosedSuperquadric superquadric;
-  double cost = 0.0;  // robust, comparable between starts on the same input
+  double cost = 0.0;                       // robust, comparable between starts on the same input
+  Eigen::Matrix<double, 9, 9> covariance;  // of centre, half sizes, yaw, e1, e2
 };
 
 // Centre, half sizes, yaw and shape at once (9 parameters; roll and pitch stay zero), by Levenberg-Marquardt.

@@ -130,6 +130,10 @@ void Landmark::Transform(const Sim3d& S_new_old) {
   centroids.squares = S_new_old.scale * S_new_old.scale * (R.cwiseAbs2() * centroids.squares);
   move(superquadric.T_map_object);
   superquadric.shape.half_size *= S_new_old.scale;
+  Eigen::Matrix<double, 9, 9> moved = Eigen::Matrix<double, 9, 9>::Identity();
+  moved.topLeftCorner<3, 3>() = S_new_old.scale * R;
+  moved.block<3, 3>(3, 3) *= S_new_old.scale;
+  covariance = moved * covariance * moved.transpose();
   move(visible.T_map_object);
   visible.shape.half_size *= S_new_old.scale;
   if (support) {

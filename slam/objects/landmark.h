@@ -72,7 +72,9 @@ struct Landmark {
   PosedSuperquadric superquadric;
   PosedSuperquadric visible;      // the part of it that views show: differs where its lower part is hidden
   std::optional<double> support;  // height of the surface that it was found to stand on
-  double box_agreement = 0.0;     // mean IoU of the projected superquadric and the boxes, in [0, 1]
+  Eigen::Matrix<double, 9, 9> covariance =
+      Eigen::Matrix<double, 9, 9>::Zero();  // of the refinement: ObjectFit
+  double box_agreement = 0.0;               // mean IoU of the projected superquadric and the boxes, in [0, 1]
 
   void Add(const ObjectObservation& observation);
   void Absorb(Landmark&& other);  // the two are one object; estimated anew at the next update

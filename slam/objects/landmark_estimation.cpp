@@ -97,6 +97,7 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
       landmark.visible = refined.superquadric;
       landmark.superquadric = refined.superquadric;
       landmark.support = refined.support;
+      landmark.covariance = refined.covariance;
       CompleteHiddenPart(landmark, views, context);
       landmark.box_agreement = agreement;
       landmark.refined = true;
@@ -105,6 +106,7 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
   }
   landmark.superquadric = SuperquadricAtYaw(points, paper_yaw, options.size_shape);
   landmark.visible = landmark.superquadric;
+  landmark.covariance.setZero();
   landmark.box_agreement = BoxAgreement(landmark.superquadric, views, context.camera);
   landmark.refined = false;
 }

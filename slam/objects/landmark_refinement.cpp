@@ -113,7 +113,7 @@ StandingFit RefineStanding(std::span<const PosedSuperquadric> starts, Refinement
           RefineJointly(support ? StretchedTo(start, *support) : start, input, options);
       const double cost = result.cost + (support ? 0.0 : options.floating_cost);
       if (cost < best.cost) {
-        best = {result.superquadric, support, cost};
+        best = {result.superquadric, support, cost, result.covariance};
       }
     }
   }
@@ -140,7 +140,7 @@ StandingFit RefineLandmark(const Landmark& landmark, const std::vector<BoxView>&
     input.lowest = *std::max_element(supports.begin(), supports.end());
   }
   const RefinementResult result = RefineJointly(landmark.visible, input, options.refinement);
-  return {result.superquadric, support, result.cost};
+  return {result.superquadric, support, result.cost, result.covariance};
 }
 
 }  // namespace sqslam

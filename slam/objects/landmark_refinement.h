@@ -14,6 +14,7 @@ struct StandingFit {
   PosedSuperquadric superquadric;
   std::optional<double> support;  // height of the surface that it stands on; empty: on none of them
   double cost = 0.0;              // robust, half the sum of squares
+  Eigen::Matrix<double, 9, 9> covariance = Eigen::Matrix<double, 9, 9>::Zero();  // see ObjectFit
 };
 
 // The joint refinement from several starts under several assumptions: that the object stands on one of

@@ -1,6 +1,7 @@
 #include "slam/objects/object_mapper.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "slam/objects/landmark.h"
@@ -9,6 +10,21 @@
 #include "slam/objects/occlusion.h"
 
 namespace sqslam {
+
+namespace {
+
+// Of the radial distances (Eq. 10), map units.
+double PointRms(const Landmark& landmark) {
+  const Rigid3d T_object_map = landmark.superquadric.T_map_object.Inverse();
+  double sum = 0.0;
+  for (const auto& [id, p] : landmark.points) {
+    const double distance = landmark.superquadric.shape.RadialDistance(T_object_map * p);
+    sum += distance * distance;
+  }
+  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, landmark.points.size())));
+}
+
+}  // namespace
 
 struct ObjectMapper::Impl {
   ObjectOptions options;
@@ -301,6 +317,7 @@ std::vector<SnapshotObject> ObjectMapper::Objects() const {
     object.observations = landmark.observations;
     object.points = static_cast<int>(landmark.points.size());
     object.superquadric = landmark.superquadric;
+    object.fit = {landmark.box_agreement, PointRms(landmark), landmark.covariance};
     const Eigen::Vector3d x = landmark.superquadric.T_map_object.rotation * Eigen::Vector3d::UnitX();
     object.yaw = std::atan2(x.y(), x.x());
     objects.push_back(std::move(object));

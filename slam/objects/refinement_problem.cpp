@@ -211,6 +211,25 @@ PosedSuperquadric RefinementProblem::Unpack(const Parameters& parameters) {
   return superquadric;
 }
 
+Eigen::Matrix<double, 9, 9> RefinementProblem::Covariance(const Parameters& parameters) const {
+  constexpr double kWeakest = 1e-6;  // of the information, where the data say nothing
+  Eigen::VectorXd residuals(NumResiduals());
+  Eigen::MatrixXd jacobian(NumResiduals(), static_cast<int>(NUM_PARAMETERS));
+  (*this)(parameters.data(), residuals.data(), jacobian.data());
+  // From the parameters to sizes and exponents: d half = half d log(half), d e = slope d u.
+  const State state(parameters.data());
+  Parameters slope = Parameters::Ones();
+  slope.segment<3>(kLogHalf) = state.half;
+  slope[kExponents] = state.exponent_slope[0];
+  slope[kExponents + 1] = state.exponent_slope[1];
+  Eigen::Matrix<double, 9, 9> information = jacobian.transpose() * jacobian;
+  information.diagonal() = information.diagonal().cwiseMax(kWeakest);
+  information.diagonal() *= 1.0 + 1e-9;
+  const Eigen::Matrix<double, 9, 9> covariance =
+      information.ldlt().solve(Eigen::Matrix<double, 9, 9>::Identity());
+  return slope.asDiagonal() * covariance * slope.asDiagonal();
+}
+
 int RefinementProblem::NumResiduals() const {
   return static_cast<int>(edges.size() + points.size()) + (contact ? 1 : 0) + kPriors + kBounds;
 }

@@ -64,6 +64,10 @@ class RefinementProblem {
   static Parameters Pack(const PosedSuperquadric& superquadric);
   static PosedSuperquadric Unpack(const Parameters& parameters);
 
+  // Covariance of centre, half sizes, yaw, e1 and e2 at these parameters: the inverse of J^T J. Directions
+  // that nothing fixes get a large finite variance.
+  Eigen::Matrix<double, 9, 9> Covariance(const Parameters& parameters) const;
+
   int NumResiduals() const;
 
   // `jacobian`: column-major, NumResiduals() x 9; may be null.

@@ -30,6 +30,8 @@ MapSnapshot MakeSnapshot(int number, int points = 100) {
   }
   SnapshotObject object{4, "cup", 0.5, 6, 7, 0.25, {}};
   object.superquadric.shape = {{0.1, 0.2, 0.3}, 0.4, 0.5};
+  object.fit = {0.7, 0.02, Eigen::Matrix<double, 9, 9>::Identity()};
+  object.fit.covariance(3, 8) = 0.5;
   snapshot.objects = {object};
   snapshot.detections = {{{"cup", 0.75, {1.0, 2.0, 3.0, 4.0}}, 4}};
   snapshot.gravity_known = true;
@@ -63,6 +65,9 @@ TEST(SnapshotCodec, EveryFieldComesBack) {
   EXPECT_EQ(read.objects[0].yaw, 0.25);
   EXPECT_EQ(read.objects[0].superquadric.shape.half_size, Eigen::Vector3d(0.1, 0.2, 0.3));
   EXPECT_EQ(read.objects[0].superquadric.shape.e2, 0.5);
+  EXPECT_EQ(read.objects[0].fit.box_agreement, 0.7);
+  EXPECT_EQ(read.objects[0].fit.point_rms, 0.02);
+  EXPECT_EQ(read.objects[0].fit.covariance, snapshot.objects[0].fit.covariance);
   ASSERT_EQ(read.detections.size(), 1u);
   EXPECT_EQ(read.detections[0].detection.box.height, 4.0);
   EXPECT_EQ(read.detections[0].object_id, 4);

@@ -73,6 +73,34 @@ TEST(RefinementProblem, PackingIsUndoneByUnpacking) {
   EXPECT_LT(same.T_map_object.rotation.angularDistance(s.T_map_object.rotation), 1e-12);
 }
 
+TEST(RefinementProblem, CovarianceIsThatOfTheMeasurements) {
+  // A box on the floor whose height above it is measured once: half of it is as uncertain as half the height.
+  RefinementProblem problem;
+  problem.max_log_half = 1.0;
+  problem.min_log_half = -9.0;
+  problem.prior = {0.5, 0.5, 5.0, 0.6, 4.0};
+  const PosedSuperquadric box = MakeSuperquadric(0.5, 0.5);
+  const double bottom = box.T_map_object.translation.z() - box.shape.half_size.z();
+  problem.contact = RefinementProblem::Contact{bottom, 1.0 / 0.02, true};
+  // Level cameras far away on all sides: planes that touch top and bottom.
+  for (int i = 0; i < 8; ++i) {
+    const double angle = 0.8 * i;
+    const Eigen::Vector3d towards(std::cos(angle), std::sin(angle), 0.0);
+    const Eigen::Vector3d camera = box.T_map_object.translation - 1000.0 * towards;
+    for (const double up : {1.0, -1.0}) {
+      const Eigen::Vector3d normal(0.0, 0.0, up);
+      problem.edges.push_back({normal - up * up * box.shape.half_size.z() / 1000.0 * towards, camera, towards,
+                               1000.0 / 0.01, true});
+    }
+  }
+  const auto covariance = problem.Covariance(RefinementProblem::Pack(box));
+  EXPECT_NEAR(std::sqrt(covariance(7, 7)), 0.2, 0.02);  // exponents: as before
+  EXPECT_NEAR(std::sqrt(covariance(6, 6)), 0.25, 0.02);
+  EXPECT_LT(std::sqrt(covariance(5, 5)), 0.02);
+  EXPECT_LT(std::sqrt(covariance(2, 2)), 0.02);
+  EXPECT_TRUE(covariance.isApprox(covariance.transpose(), 1e-9));
+}
+
 TEST(RefinementProblem, OneSidedResidualsAreZeroOnTheirFreeSide) {
   RefinementProblem problem;
   problem.max_log_half = 1.0;
