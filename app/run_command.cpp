@@ -179,7 +179,7 @@ void AddRunCommand(CLI::App& app, int& exit_code) {
       ->check(CLI::IsMember({"superquadric", "quadric", "cuboid"}))
       ->capture_default_str();
   run->add_option("--association", a.association, "Which tests associate boxes with objects")
-      ->check(CLI::IsMember({"full", "iou", "iou+points", "iou+ttest"}));
+      ->check(CLI::IsMember({"full", "iou", "iou+points", "iou+ttest", "nonparametric", "ensemble"}));
   run->add_option("--video", a.video, "Also make a video of the map's growth (.mp4)");
   run->add_flag("--no-render", a.no_render, "No pictures and no report");
   run->add_flag("--quiet", a.quiet, "No progress and no summary; warnings and errors stay");

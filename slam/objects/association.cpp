@@ -4,79 +4,116 @@
 #include <cmath>
 
 #include "slam/objects/assignment.h"
+#include "slam/objects/rank_sum.h"
 
 namespace sqslam {
 namespace {
-
-bool UsesPoints(const AssociationOptions& options) {
-  return options.method == "full" || options.method == "iou+points";
-}
-
-bool UsesTTest(const AssociationOptions& options) {
-  return options.method == "full" || options.method == "iou+ttest";
-}
 
 double BoxIoU(const std::optional<Box2d>& landmark, const Box2d& box) {
   return landmark ? IoU(*landmark, box) : 0.0;
 }
 
 // Gain of an inter-frame association; 0: impossible.
-double InterFrameGain(const MeasuredBox& box, const KnownLandmark& landmark,
+double InterFrameGain(const MeasuredBox& box, const KnownLandmark& landmark, const AssociationParts& parts,
                       const AssociationOptions& options) {
-  if (landmark.frames_since_seen > options.inter_frame_gap) {
+  const bool same_label = box.detection.label == landmark.label;
+  if (landmark.frames_since_seen > options.inter_frame_gap || !parts.predicted_box ||
+      (!same_label && !parts.other_labels)) {
     return 0.0;
   }
+  constexpr double kLeastOverlap = 0.2;  // below, not even all points in common would do
   const double iou = std::max(BoxIoU(landmark.predicted_box, box.detection.box),
-                              BoxIoU(landmark.projected_box, box.detection.box));
-  const double shared = UsesPoints(options) ? SharedPoints(box, landmark, options) : 0.0;
-  if (box.detection.label != landmark.label) {
+                              parts.projection ? BoxIoU(landmark.projected_box, box.detection.box) : 0.0);
+  if (iou <= kLeastOverlap) {
+    return 0.0;
+  }
+  const double shared = parts.points ? SharedPoints(box, landmark, options) : 0.0;
+  if (!same_label) {
     // A detector that changes its mind about a thing still sees it at the same place.
     const bool same_place = iou >= options.other_label_iou;
     const bool same_points = shared >= options.other_label_shared && iou >= options.min_iou;
     return same_place || same_points ? 0.5 * (iou + shared) : 0.0;
   }
-  const bool by_iou = iou >= options.accept_iou || (iou >= options.min_iou && !UsesPoints(options));
+  const bool by_iou = iou >= options.accept_iou || (iou >= options.min_iou && !parts.points);
   const bool by_both = iou >= options.min_iou && (shared >= options.min_shared || box.point_ids.size() <= 6);
-  const bool by_points = shared >= 2.0 * options.min_shared && iou > 0.2;
+  const bool by_points = shared >= 2.0 * options.min_shared;
   return by_iou || by_both || by_points ? iou + shared : 0.0;
 }
 
 bool PassesTTest(const MeasuredBox& box, const KnownLandmark& landmark, const AssociationOptions& options) {
-  if (!UsesTTest(options) || !box.centroid || !landmark.centroids ||
-      landmark.centroids->count < options.min_t_samples) {
+  if (!box.centroid || !landmark.centroids || landmark.centroids->count < options.min_t_samples) {
     return false;
   }
   // Centroids of one-sided clouds move with the viewpoint: the spread is at least a tenth of the object.
   const double min_sigma = 0.1 * landmark.radius;
-  return IsSampleOf(*landmark.centroids, *box.centroid, options.alpha, min_sigma, OneSampleTest::kOfSingle);
+  return IsSampleOf(*landmark.centroids, *box.centroid, options.alpha, min_sigma, OneSampleTest::kOfSingle,
+                    MeanTestOf(options));
+}
+
+bool PassesRankSum(const MeasuredBox& box, const KnownLandmark& landmark, const AssociationOptions& options) {
+  const auto enough = static_cast<std::size_t>(options.min_points);
+  return landmark.cloud != nullptr && landmark.cloud->size() >= enough && box.positions.size() >= enough &&
+         AreSameCloud(box.positions, *landmark.cloud, options.alpha, options.rank_sum_points);
+}
+
+// In (0, 1]: which of several landmarks that pass a test the centroid is nearest to.
+double Nearness(const MeasuredBox& box, const KnownLandmark& landmark) {
+  if (!box.centroid || !landmark.centroids || landmark.centroids->count == 0) {
+    return 0.5;
+  }
+  const double distance = (*box.centroid - landmark.centroids->mean).norm();
+  const double spread = std::max(landmark.radius, std::sqrt(landmark.centroids->Variance().sum()));
+  return spread > 0.0 ? spread / (spread + distance) : 0.5;
+}
+
+bool IsNear(const MeasuredBox& box, const KnownLandmark& landmark, const AssociationOptions& options) {
+  return !box.centroid || !landmark.centre || landmark.radius <= 0.0 ||
+         (*box.centroid - *landmark.centre).norm() <= (1.0 + options.max_centroid_distance) * landmark.radius;
 }
 
 // Gain of an association across a gap; 0: impossible.
-double GeometricGain(const MeasuredBox& box, const KnownLandmark& landmark,
+double GeometricGain(const MeasuredBox& box, const KnownLandmark& landmark, const AssociationParts& parts,
                      const AssociationOptions& options) {
-  if (options.method == "iou") {
+  const bool same_label = box.detection.label == landmark.label;
+  if ((!same_label && !parts.other_labels) || (parts.projection && !IsNear(box, landmark, options))) {
     return 0.0;
   }
-  const double iou = BoxIoU(landmark.projected_box, box.detection.box);
-  const double shared = UsesPoints(options) ? SharedPoints(box, landmark, options) : 0.0;
-  const bool near =
-      !box.centroid || !landmark.centre || landmark.radius <= 0.0 ||
-      (*box.centroid - *landmark.centre).norm() <= (1.0 + options.max_centroid_distance) * landmark.radius;
-  if (!near) {
-    return 0.0;
-  }
-  if (box.detection.label != landmark.label) {
+  const double iou = parts.projection ? BoxIoU(landmark.projected_box, box.detection.box) : 0.0;
+  const double shared = parts.points ? SharedPoints(box, landmark, options) : 0.0;
+  if (!same_label) {
     const bool same = iou >= options.other_label_iou || (shared >= options.other_label_shared && iou >= 0.3);
     return same ? 0.5 * (iou + shared) : 0.0;
   }
-  const bool by_points = shared >= options.min_shared && (!landmark.projected_box || iou > 0.1);
-  const bool by_test =
-      PassesTTest(box, landmark, options) && (!landmark.projected_box || iou >= options.projected_iou);
+  const bool projected = parts.projection && landmark.projected_box.has_value();
+  const bool by_points = shared >= options.min_shared && (!projected || iou > 0.1);
   const bool by_place = iou >= options.projected_iou_alone;
-  return by_points || by_test || by_place ? 0.1 + iou + shared : 0.0;
+  const bool same = by_points || by_place || (parts.rank_sum && PassesRankSum(box, landmark, options)) ||
+                    (parts.one_sample && (!projected || iou >= options.projected_iou) &&
+                     PassesTTest(box, landmark, options));
+  return same ? 0.1 * Nearness(box, landmark) + iou + shared : 0.0;
 }
 
 }  // namespace
+
+AssociationParts PartsOf(const AssociationOptions& options) {
+  const std::string& method = options.method;
+  AssociationParts parts;
+  const bool full = method == "full";
+  const bool ensemble = method == "ensemble";
+  parts.predicted_box = method != "nonparametric";
+  parts.projection = full;
+  parts.other_labels = full;
+  parts.points = full || method == "iou+points";
+  parts.one_sample = full || ensemble || method == "iou+ttest";
+  parts.rank_sum = ensemble || method == "nonparametric";
+  parts.merge_by_test = parts.one_sample;
+  parts.merge_by_volume = full;
+  return parts;
+}
+
+MeanTest MeanTestOf(const AssociationOptions& options) {
+  return options.t_test == "hotelling" ? MeanTest::kHotelling : MeanTest::kPerAxis;
+}
 
 double SharedPoints(const MeasuredBox& box, const KnownLandmark& landmark,
                     const AssociationOptions& options) {
@@ -92,12 +129,13 @@ double SharedPoints(const MeasuredBox& box, const KnownLandmark& landmark,
 
 std::vector<int> Associate(const std::vector<MeasuredBox>& boxes, const std::vector<KnownLandmark>& landmarks,
                            const AssociationOptions& options) {
+  const AssociationParts parts = PartsOf(options);
   const auto rows = static_cast<Eigen::Index>(boxes.size());
   const auto columns = static_cast<Eigen::Index>(landmarks.size());
   Eigen::MatrixXd gain(rows, columns);
   for (Eigen::Index i = 0; i < rows; ++i) {
     for (Eigen::Index j = 0; j < columns; ++j) {
-      gain(i, j) = InterFrameGain(boxes[i], landmarks[j], options);
+      gain(i, j) = InterFrameGain(boxes[i], landmarks[j], parts, options);
     }
   }
   std::vector<int> result = AssignOptimally(gain);
@@ -109,7 +147,7 @@ std::vector<int> Associate(const std::vector<MeasuredBox>& boxes, const std::vec
   }
   for (Eigen::Index i = 0; i < rows; ++i) {
     for (Eigen::Index j = 0; j < columns; ++j) {
-      gain(i, j) = result[i] < 0 && !taken[j] ? GeometricGain(boxes[i], landmarks[j], options) : 0.0;
+      gain(i, j) = result[i] < 0 && !taken[j] ? GeometricGain(boxes[i], landmarks[j], parts, options) : 0.0;
     }
   }
   const std::vector<int> geometric = AssignOptimally(gain);

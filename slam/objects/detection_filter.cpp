@@ -129,7 +129,7 @@ void MarkHiddenEdges(const ObjectFrame& frame, std::vector<BoxCandidate>& candid
 
 std::vector<bool> GateDepths(const std::vector<double>& depths, double iqr_factor) {
   std::vector<bool> keep(depths.size(), true);
-  if (depths.size() < 4) {
+  if (depths.size() < 4 || iqr_factor <= 0.0) {
     return keep;
   }
   std::vector<double> sorted = depths;

@@ -28,7 +28,7 @@ std::vector<BoxCandidate> SelectBoxes(const ObjectFrame& frame, const DetectionF
                                       double depth_iqr);
 
 // Depth gate (box plot): which of the depths lie within `iqr_factor` interquartile ranges of the quartiles.
-// Keeps everything for fewer than four depths.
+// Keeps everything for fewer than four depths and for a factor of 0.
 std::vector<bool> GateDepths(const std::vector<double>& depths, double iqr_factor);
 
 }  // namespace sqslam

@@ -88,7 +88,7 @@ double IsolationForest::Score(const Eigen::Vector3d& p) const {
 std::vector<bool> KeepInliers(std::span<const Eigen::Vector3d> points, const IsolationForestOptions& options,
                               std::uint64_t seed) {
   std::vector<bool> keep(points.size(), true);
-  if (static_cast<int>(points.size()) < options.min_points) {
+  if (!options.enabled || static_cast<int>(points.size()) < options.min_points) {
     return keep;
   }
   const IsolationForest forest(points, options, seed);

@@ -42,7 +42,8 @@ class IsolationForest {
   double normalisation_ = 0.0;
 };
 
-// For each point whether it is kept: all of them where there are fewer than options.min_points.
+// For each point whether it is kept: all of them where there are fewer than options.min_points, or where the
+// forest is not enabled.
 std::vector<bool> KeepInliers(std::span<const Eigen::Vector3d> points, const IsolationForestOptions& options,
                               std::uint64_t seed);
 

@@ -126,8 +126,7 @@ void Landmark::Transform(const Sim3d& S_new_old) {
   for (auto& [point, p] : points) {
     p = S_new_old * p;
   }
-  centroids.mean = S_new_old * centroids.mean;
-  centroids.squares = S_new_old.scale * S_new_old.scale * (R.cwiseAbs2() * centroids.squares);
+  centroids.Transform(S_new_old);
   move(superquadric.T_map_object);
   superquadric.shape.half_size *= S_new_old.scale;
   Eigen::Matrix<double, 9, 9> moved = Eigen::Matrix<double, 9, 9>::Identity();

@@ -146,7 +146,9 @@ NamedPoints RemoveOutliers(Landmark& landmark, const std::vector<BoxView>& views
                            const EstimationContext& context) {
   const ObjectOptions& options = *context.options;
   NamedPoints points = ResolvePoints(landmark, *context.points, options.outliers);
-  points = Keep(points, InsideBoxes(points, views, context));
+  if (options.outliers.reprojection != "none") {
+    points = Keep(points, InsideBoxes(points, views, context));
+  }
   if (options.method == "refined") {
     for (const double height : PossibleSupports(points, *context.supports)) {
       points = WithoutSurface(points, height);

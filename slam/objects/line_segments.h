@@ -10,9 +10,11 @@
 
 namespace sqslam {
 
-// Line segments of the whole image by EDLines (Akinlar and Topal 2011). `gray`: 8UC1 as recorded. The
-// segments' ends are undistorted px.
-std::vector<LineSegment> ExtractLines(const cv::Mat& gray, const Camera& camera, const YawOptions& options);
+// Line segments by EDLines (Akinlar and Topal 2011) in and around the boxes (distorted px); the image
+// elsewhere isn't looked at. `gray`: 8UC1 as recorded. The segments' ends are undistorted px. A line that
+// leaves a box is followed far enough for LinesInBox() to see that.
+std::vector<LineSegment> ExtractLines(const cv::Mat& gray, const Camera& camera,
+                                      const std::vector<Box2d>& boxes, const YawOptions& options);
 
 // Those with both ends in the box (undistorted px) grown by options.box_margin.
 std::vector<LineSegment> LinesInBox(const std::vector<LineSegment>& lines, const Box2d& box,

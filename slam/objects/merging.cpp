@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "slam/objects/association.h"
 #include "slam/objects/landmark_geometry.h"
 
 namespace sqslam {
@@ -28,28 +29,31 @@ int FramesSeenApart(const Landmark& a, const Landmark& b, bool parts_are_one) {
   return count;
 }
 
-bool AreSameObject(const Landmark& a, const Landmark& b, const MergingOptions& options) {
+bool AreSameObject(const Landmark& a, const Landmark& b, const AssociationOptions& association,
+                   const MergingOptions& options) {
   constexpr double kPart = 0.75;  // of the smaller volume
+  const AssociationParts parts = PartsOf(association);
   const bool same_label = a.labels.Best() == b.labels.Best();
   const double size_a = a.estimated ? a.superquadric.shape.half_size.maxCoeff() : 0.0;
   const double size_b = b.estimated ? b.superquadric.shape.half_size.maxCoeff() : 0.0;
   bool same = false;
   bool is_part = false;
-  if (same_label && a.centroids.count >= options.min_samples && b.centroids.count >= options.min_samples) {
+  if (parts.merge_by_test && same_label && a.centroids.count >= options.min_samples &&
+      b.centroids.count >= options.min_samples) {
     // The spread of centroids is at least a tenth of the object; else long histories would never agree.
     const double min_sigma = 0.1 * std::min(size_a, size_b);
-    same = AreSamePopulation(a.centroids, b.centroids, options.alpha, min_sigma);
+    same = AreSamePopulation(a.centroids, b.centroids, options.alpha, min_sigma, MeanTestOf(association));
   }
-  if (!same && a.estimated && b.estimated) {
+  if (!same && parts.merge_by_volume && a.estimated && b.estimated) {
     const double needed = same_label ? options.overlap : options.overlap_other_label;
     const double shared = OverlapOfSmaller(a.superquadric, b.superquadric);
     same = shared > needed;
     is_part = same_label && shared > kPart;
   }
   // The costly question last.
-  const int limit =
-      std::max(options.max_seen_together,
-               static_cast<int>(0.1 * static_cast<double>(std::min(a.views.size(), b.views.size()))));
+  const int limit = std::max(options.max_seen_together,
+                             static_cast<int>(options.max_seen_together_share *
+                                              static_cast<double>(std::min(a.views.size(), b.views.size()))));
   return same && FramesSeenApart(a, b, is_part) <= limit;
 }
 

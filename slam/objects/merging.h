@@ -9,8 +9,10 @@
 namespace sqslam {
 
 // Whether two landmarks are one object: never boxed apart in the same frames, and either the two-sample
-// t-test on their centroid histories accepts (same label), or their superquadrics share enough volume.
-bool AreSameObject(const Landmark& a, const Landmark& b, const MergingOptions& options);
+// t-test on their centroid histories accepts (same label), or their superquadrics share enough volume. Which
+// of the two count depends on the association method (see AssociationParts).
+bool AreSameObject(const Landmark& a, const Landmark& b, const AssociationOptions& association,
+                   const MergingOptions& options);
 
 // Frames in which both have a box and the boxes are clearly two: IoU below 0.4 and, with `parts_are_one`, not
 // one within the other, as the back of a chair in the chair.

@@ -30,16 +30,18 @@ struct DetectionFilterOptions {
 
 // Which landmark a box belongs to (section "Data Association").
 struct AssociationOptions {
-  std::string method = "full";  // full | iou | iou+points | iou+ttest
-  double min_iou = 0.5;         // candidate by overlap with the predicted box, in [0, 1]
-  double accept_iou = 0.7;      // overlap that is accepted without shared points, in [0, 1]
-  double min_shared = 0.33;     // share of the observation's points that must be the landmark's, in [0, 1]
-  int min_shared_points = 3;    // and at least so many points
-  int inter_frame_gap = 3;      // frames since the last sighting that still count as consecutive
+  std::string method = "full";      // full | iou | iou+points | iou+ttest | nonparametric | ensemble
+  std::string t_test = "per-axis";  // per-axis (the paper) | hotelling: one- and two-sample tests
+  double min_iou = 0.5;             // candidate by overlap with the predicted box, in [0, 1]
+  double accept_iou = 0.7;          // overlap that is accepted without shared points, in [0, 1]
+  double min_shared = 0.33;   // share of the observation's points that must be the landmark's, in [0, 1]
+  int min_shared_points = 3;  // and at least so many points
+  int inter_frame_gap = 3;    // frames since the last sighting that still count as consecutive
   double other_label_shared =
       0.5;                       // share of points with which a box of another label is still the landmark's
   double other_label_iou = 0.7;  // overlap with which a box of another label is still the landmark's
-  double alpha = 0.01;           // significance level of the one-sample t-test
+  double alpha = 0.01;           // significance level of the one-sample t-test and the rank-sum test
+  int rank_sum_points = 60;      // points of either cloud that the rank-sum test compares at most
   int min_t_samples = 6;         // centroids a landmark needs for the t-test
   double projected_iou = 0.3;    // overlap of box and projected landmark that the t-test asks for as well
   double projected_iou_alone = 0.5;     // overlap of box and projected landmark that is enough by itself
@@ -48,7 +50,8 @@ struct AssociationOptions {
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
-    visit("method", method, {"full", "iou", "iou+points", "iou+ttest"});
+    visit("method", method, {"full", "iou", "iou+points", "iou+ttest", "nonparametric", "ensemble"});
+    visit("t_test", t_test, {"per-axis", "hotelling"});
     visit("min_iou", min_iou, 0.0, 1.0);
     visit("accept_iou", accept_iou, 0.0, 1.0);
     visit("min_shared", min_shared, 0.0, 1.0);
@@ -57,6 +60,7 @@ struct AssociationOptions {
     visit("other_label_shared", other_label_shared, 0.0, 1.0);
     visit("other_label_iou", other_label_iou, 0.0, 1.0);
     visit("alpha", alpha, 1e-9, 0.5);
+    visit("rank_sum_points", rank_sum_points, 4, 10000);
     visit("min_t_samples", min_t_samples, 2, 1000);
     visit("projected_iou", projected_iou, 0.0, 1.0);
     visit("projected_iou_alone", projected_iou_alone, 0.0, 1.0);
@@ -67,6 +71,7 @@ struct AssociationOptions {
 
 // Extended Isolation Forest (section "Extended Isolation Forest").
 struct IsolationForestOptions {
+  bool enabled = true;
   int trees = 40;           // number of isolation trees
   int max_samples = 256;    // points a tree is grown from at most (fewer where the cloud is smaller)
   double threshold = 0.65;  // anomaly score above which a point is removed, in [0, 1]
@@ -74,6 +79,7 @@ struct IsolationForestOptions {
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
+    visit("enabled", enabled);
     visit("trees", trees, 1, 1000);
     visit("max_samples", max_samples, 4, 10000);
     visit("threshold", threshold, 0.0, 1.0);
@@ -83,19 +89,21 @@ struct IsolationForestOptions {
 
 // Removal of points that don't belong to the object (section "Outlier Removal").
 struct OutlierOptions {
-  double depth_iqr = 1.5;  // depth gate in a frame: distance from the quartiles in units of their distance
+  // Depth gate in a frame: distance from the quartiles in units of their distance; 0: no gate.
+  double depth_iqr = 1.5;
   double min_inside_share = 0.8;  // share of the sightings in which a point must lie in the object's box
-  std::string reprojection = "observed";  // points that vote: all (the paper), or only those observed in the
-                                          // frame, because a hidden point says nothing
-  double box_margin = 0.05;               // boxes are grown by this share of their size for that vote
-  int min_votes = 2;                      // frames in which a point must have been seen in the object's box
+  // Points that vote in that: all (the paper), only those observed in the frame, because a hidden point says
+  // nothing, or none: no reprojection test.
+  std::string reprojection = "observed";
+  double box_margin = 0.05;  // boxes are grown by this share of their size for that vote
+  int min_votes = 2;         // frames in which a point must have been seen in the object's box
   IsolationForestOptions isolation_forest;
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
     visit("depth_iqr", depth_iqr, 0.0, 100.0);
     visit("min_inside_share", min_inside_share, 0.0, 1.0);
-    visit("reprojection", reprojection, {"all", "observed"});
+    visit("reprojection", reprojection, {"all", "observed", "none"});
     visit("box_margin", box_margin, 0.0, 1.0);
     visit("min_votes", min_votes, 1, 1000);
     visit("isolation_forest", isolation_forest);
@@ -104,7 +112,8 @@ struct OutlierOptions {
 
 // Yaw from line segments and from the point cloud (section "Pose Estimation").
 struct YawOptions {
-  int line_interval = 5;            // line segments are extracted in every n-th frame; 0: never
+  int line_interval = 5;            // an object's lines are extracted in every n-th frame; 0: never
+  double max_box_share = 0.3;       // not from boxes that cover more of the image, share of the image area
   double min_line_length = 15.0;    // px
   double box_margin = 10.0;         // boxes are grown by so much for the search of lines, px
   int samples = 18;                 // start angles, evenly over 90 degrees
@@ -117,6 +126,7 @@ struct YawOptions {
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
     visit("line_interval", line_interval, 0, 1000);
+    visit("max_box_share", max_box_share, 0.0, 1.0);
     visit("min_line_length", min_line_length, 1.0, 1000.0);
     visit("box_margin", box_margin, 0.0, 100.0);
     visit("samples", samples, 2, 360);
@@ -193,9 +203,10 @@ struct RefinementOptions {
 struct MergingOptions {
   double alpha = 0.001;              // significance level of the two-sample t-test
   int min_samples = 4;               // centroids each of the two needs for the test
-  double overlap = 0.5;              // shared volume over the smaller volume: same label
+  double overlap = 0.4;              // shared volume over the smaller volume: same label
   double overlap_other_label = 0.6;  // the same for different labels
-  int max_seen_together = 3;         // frames with a box for each of them above which the two stay apart
+  int max_seen_together = 3;         // frames with a box for each of them above which the two stay apart,
+  double max_seen_together_share = 0.05;  // or, if that is more, this share of the views of the rarer one
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
@@ -203,6 +214,7 @@ struct MergingOptions {
     visit("min_samples", min_samples, 2, 1000);
     visit("overlap", overlap, 0.0, 1.0);
     visit("overlap_other_label", overlap_other_label, 0.0, 1.0);
+    visit("max_seen_together_share", max_seen_together_share, 0.0, 1.0);
     visit("max_seen_together", max_seen_together, 0, 10000);
   }
 };

@@ -2,69 +2,43 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <map>
 #include <optional>
-#include <unordered_map>
-#include <unordered_set>
 
 #include "slam/objects/association.h"
 #include "slam/objects/detection_filter.h"
-#include "slam/objects/landmark.h"
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/line_segments.h"
 #include "slam/objects/occlusion.h"
-#include "slam/objects/t_test.h"
+#include "slam/objects/seen_landmark.h"
+#include "slam/objects/visibility.h"
 #include "slam/objects/yaw.h"
 
 namespace sqslam {
 namespace {
 
-// A landmark as the tracking thread remembers it between frames.
-struct SeenLandmark {
-  LabelVotes labels;
-  Box2d last_box;
-  Box2d box_velocity;  // per frame
-  std::int64_t last_frame = -1;
-  int observations = 0;
-  std::unordered_set<std::int64_t> point_ids;
-  PointStatistics centroids;
-  const ObjectLandmarkView* view = nullptr;  // of the mapping thread, where it knows the landmark
-};
-
-Box2d Predict(const SeenLandmark& track, std::int64_t frame_index) {
-  const auto frames = static_cast<double>(frame_index - track.last_frame);
-  const Box2d& b = track.last_box;
-  const Box2d& v = track.box_velocity;
-  return {b.x + frames * v.x, b.y + frames * v.y, std::max(1.0, b.width + frames * v.width),
-          std::max(1.0, b.height + frames * v.height)};
-}
-
-void UpdateBox(SeenLandmark& track, const Box2d& box, std::int64_t frame_index) {
-  const std::int64_t frames = frame_index - track.last_frame;
-  constexpr std::int64_t kMaxGap = 3;
-  if (track.last_frame >= 0 && frames <= kMaxGap && frames > 0) {
-    // Half the measured motion: boxes of a detector jitter, and a full step would amplify that.
-    const double f = 0.5 / static_cast<double>(frames);
-    track.box_velocity = {f * (box.Center().x() - track.last_box.Center().x()),
-                          f * (box.Center().y() - track.last_box.Center().y()), 0.0, 0.0};
-  } else {
-    track.box_velocity = {};
+std::vector<std::int64_t> SortedIds(const std::vector<TrackedPoint>& points) {
+  std::vector<std::int64_t> ids;
+  ids.reserve(points.size());
+  for (const TrackedPoint& point : points) {
+    ids.push_back(point.point_id);
   }
-  track.last_box = box;
-  track.last_frame = frame_index;
+  std::sort(ids.begin(), ids.end());
+  return ids;
 }
 
 }  // namespace
 
 struct ObjectTracker::Impl {
   ObjectOptions options;
+  AssociationParts parts;
   int next_id = 0;
   std::map<int, SeenLandmark> tracks;  // by landmark id
   std::int64_t view_version = -1;
   ObjectMapView view;  // the copy that tracks point into
   std::size_t merges_seen = 0;
   std::size_t deleted_seen = 0;
+  std::vector<std::int64_t> observed;  // ids of the current frame's points, sorted
 
   void TakeView(const ObjectMapView& newest);
   std::vector<MeasuredBox> Measure(const ObjectFrame& frame, const std::vector<BoxCandidate>& boxes) const;
@@ -80,6 +54,9 @@ struct ObjectTracker::Impl {
                             const MeasuredBox& measured) const;
   std::vector<std::int64_t> PointsOutside(const SeenLandmark& track, const ObjectFrame& frame,
                                           const Box2d& box, const std::array<bool, 4>& edge_free) const;
+  std::vector<LineSegment> Lines(const ObjectFrame& frame, const std::vector<BoxCandidate>& boxes,
+                                 const std::vector<int>& ids) const;
+  bool IsLinesTurn(const ObjectFrame& frame, const Box2d& box, int id) const;
   void Transform(const Sim3d& S_new_old);
 };
 
@@ -98,16 +75,7 @@ void ObjectTracker::Impl::TakeView(const ObjectMapView& newest) {
     }
     SeenLandmark old = std::move(it->second);
     tracks.erase(it);
-    SeenLandmark& track = tracks[to];
-    track.labels.Merge(old.labels);
-    track.centroids.Merge(old.centroids);
-    track.observations += old.observations;
-    track.point_ids.merge(old.point_ids);
-    if (old.last_frame > track.last_frame) {
-      track.last_frame = old.last_frame;
-      track.last_box = old.last_box;
-      track.box_velocity = old.box_velocity;
-    }
+    tracks[to].Absorb(std::move(old));
   }
   for (; deleted_seen < view.deleted.size(); ++deleted_seen) {
     tracks.erase(view.deleted[deleted_seen]);
@@ -127,8 +95,12 @@ void ObjectTracker::Impl::TakeView(const ObjectMapView& newest) {
     if (landmark.estimated) {
       // What passed the outlier removal, plus what was seen since; the rest is background.
       track.point_ids.clear();
+      track.cloud.clear();
       for (const auto& [point, p] : landmark.points) {
         track.point_ids.insert(point);
+        if (parts.rank_sum) {
+          track.cloud.push_back(p);
+        }
       }
     }
   }
@@ -138,9 +110,12 @@ std::vector<MeasuredBox> ObjectTracker::Impl::Measure(const ObjectFrame& frame,
                                                       const std::vector<BoxCandidate>& boxes) const {
   std::vector<MeasuredBox> measured;
   for (const BoxCandidate& box : boxes) {
-    MeasuredBox m{frame.detections[box.detection_index], {}, box.centroid};
+    MeasuredBox m{frame.detections[box.detection_index], {}, box.centroid, {}};
     for (const int point : box.points) {
       m.point_ids.push_back(frame.points[point].point_id);
+      if (parts.rank_sum) {
+        m.positions.push_back(frame.points[point].p_map);
+      }
     }
     measured.push_back(std::move(m));
   }
@@ -154,10 +129,13 @@ std::vector<KnownLandmark> ObjectTracker::Impl::Known(const ObjectFrame& frame) 
     landmark.label = track.labels.Best();
     landmark.frames_since_seen = frame.frame_index - track.last_frame;
     if (landmark.frames_since_seen <= options.association.inter_frame_gap) {
-      landmark.predicted_box = Predict(track, frame.frame_index);
+      landmark.predicted_box = track.PredictedBox(frame.frame_index);
     }
     if (track.view && track.view->estimated) {
-      const auto box = ProjectToBox(track.view->superquadric, frame.T_map_camera, frame.camera);
+      const std::optional<Box2d> box =
+          parts.projection && MayBeInView(track.view->superquadric, frame.T_map_camera, frame.camera)
+              ? ProjectToBox(track.view->superquadric, frame.T_map_camera, frame.camera)
+              : std::nullopt;
       if (box) {
         const Box2d clipped = ClipToImage(*box, frame.camera);
         if (clipped.Area() > 0.0) {
@@ -169,6 +147,7 @@ std::vector<KnownLandmark> ObjectTracker::Impl::Known(const ObjectFrame& frame) 
     }
     landmark.point_ids = &track.point_ids;
     landmark.centroids = &track.centroids;
+    landmark.cloud = &track.cloud;
     known.push_back(landmark);
   }
   return known;
@@ -247,10 +226,13 @@ void ObjectTracker::Impl::Remember(int id, const ObjectFrame& frame, const BoxCa
   constexpr std::size_t kMaxPoints = 3000;
   SeenLandmark& track = tracks[id];
   track.labels.Add(measured.detection.label, measured.detection.score);
-  UpdateBox(track, measured.detection.box, frame.frame_index);
+  track.SeeBox(measured.detection.box, frame.frame_index);
   ++track.observations;
   if (track.point_ids.size() < kMaxPoints) {
     track.point_ids.insert(measured.point_ids.begin(), measured.point_ids.end());
+  }
+  if (track.cloud.size() < kMaxPoints) {
+    track.cloud.insert(track.cloud.end(), measured.positions.begin(), measured.positions.end());
   }
   // The centroid of a part says nothing about the whole.
   if (box.centroid && !box.AnyEdgeCut()) {
@@ -262,18 +244,14 @@ std::vector<std::int64_t> ObjectTracker::Impl::PointsOutside(const SeenLandmark&
                                                              const ObjectFrame& frame, const Box2d& box,
                                                              const std::array<bool, 4>& edge_free) const {
   std::vector<std::int64_t> outside;
-  if (!track.view) {
+  if (!track.view || options.outliers.reprojection == "none") {
     return outside;
   }
   const Rigid3d T_camera_map = frame.T_map_camera.Inverse();
   const double margin = options.outliers.box_margin * std::max(box.width, box.height);
   const bool only_observed = options.outliers.reprojection == "observed";
-  std::unordered_set<std::int64_t> observed;
-  for (const TrackedPoint& point : frame.points) {
-    observed.insert(point.point_id);
-  }
   for (const auto& [point, p_map] : track.view->points) {
-    if (only_observed && !observed.contains(point)) {
+    if (only_observed && !std::binary_search(observed.begin(), observed.end(), point)) {
       continue;
     }
     const Eigen::Vector3d p = T_camera_map * p_map;
@@ -315,11 +293,33 @@ ObjectObservation ObjectTracker::Impl::Observe(int id, const ObjectFrame& frame,
   return observation;
 }
 
+// Lines cost time: each object's are looked for in every n-th frame, in turn. The lines in the box of a table
+// are those of the things on it.
+bool ObjectTracker::Impl::IsLinesTurn(const ObjectFrame& frame, const Box2d& box, int id) const {
+  const double share = box.Area() / (static_cast<double>(frame.camera.width) * frame.camera.height);
+  return id >= 0 && options.yaw.line_interval > 0 &&
+         (frame.frame_index + id) % options.yaw.line_interval == 0 && share <= options.yaw.max_box_share;
+}
+
+std::vector<LineSegment> ObjectTracker::Impl::Lines(const ObjectFrame& frame,
+                                                    const std::vector<BoxCandidate>& boxes,
+                                                    const std::vector<int>& ids) const {
+  std::vector<Box2d> regions;
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const Box2d& box = frame.detections[boxes[i].detection_index].box;
+    if (IsLinesTurn(frame, box, ids[i])) {
+      regions.push_back(box);
+    }
+  }
+  return ExtractLines(frame.gray, frame.camera, regions, options.yaw);
+}
+
 void ObjectTracker::Impl::Transform(const Sim3d& S_new_old) {
-  const Eigen::Matrix3d R = S_new_old.rotation.toRotationMatrix();
   for (auto& [id, track] : tracks) {
-    track.centroids.mean = S_new_old * track.centroids.mean;
-    track.centroids.squares = S_new_old.scale * S_new_old.scale * (R.cwiseAbs2() * track.centroids.squares);
+    track.centroids.Transform(S_new_old);
+    for (Eigen::Vector3d& p : track.cloud) {
+      p = S_new_old * p;
+    }
   }
   for (ObjectLandmarkView& landmark : view.landmarks) {
     Rigid3d& T = landmark.superquadric.T_map_object;
@@ -335,6 +335,7 @@ void ObjectTracker::Impl::Transform(const Sim3d& S_new_old) {
 
 ObjectTracker::ObjectTracker(const ObjectOptions& options, std::uint64_t) : impl_(new Impl) {
   impl_->options = options;
+  impl_->parts = PartsOf(options.association);
 }
 ObjectTracker::~ObjectTracker() = default;
 ObjectTracker::ObjectTracker(ObjectTracker&&) noexcept = default;
@@ -356,10 +357,8 @@ std::vector<ObjectObservation> ObjectTracker::Track(const ObjectFrame& frame, co
   }();
   impl.MarkHiddenEdges(frame, ids, boxes);
   const YawOptions& yaw = impl.options.yaw;
-  const bool with_lines =
-      yaw.line_interval > 0 && frame.frame_index % yaw.line_interval == 0 && !boxes.empty();
-  const std::vector<LineSegment> lines =
-      with_lines ? ExtractLines(frame.gray, frame.camera, yaw) : std::vector<LineSegment>();
+  const std::vector<LineSegment> lines = impl.Lines(frame, boxes, ids);
+  impl.observed = SortedIds(frame.points);
   std::vector<ObjectObservation> observations;
   for (std::size_t i = 0; i < boxes.size(); ++i) {
     if (ids[i] < 0) {
@@ -367,7 +366,9 @@ std::vector<ObjectObservation> ObjectTracker::Track(const ObjectFrame& frame, co
     }
     impl.Remember(ids[i], frame, boxes[i], measured[i]);
     ObjectObservation observation = impl.Observe(ids[i], frame, boxes[i], measured[i]);
-    observation.lines = LinesInBox(lines, UndistortBox(measured[i].detection.box, frame.camera), yaw);
+    if (impl.IsLinesTurn(frame, measured[i].detection.box, ids[i])) {
+      observation.lines = LinesInBox(lines, UndistortBox(measured[i].detection.box, frame.camera), yaw);
+    }
     if (view.upright && !observation.lines.empty()) {
       const LineView line_view{frame.T_map_camera, observation.lines};
       observation.yaw = YawFromLines({&line_view, 1}, frame.camera, yaw);

@@ -2,34 +2,54 @@
 
 #include <Eigen/Core>
 
+#include "slam/geometry/rigid3.h"
+
 namespace sqslam {
 
-// Running mean and variance of points, per axis (Welford).
+// Running mean and scatter of points (Welford). The full scatter, because a variance per axis can't be
+// carried into another frame.
 struct PointStatistics {
   int count = 0;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  Eigen::Vector3d squares = Eigen::Vector3d::Zero();  // sums of squared differences from the mean
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();  // sum of d d^T, d: difference from the mean
 
   void Add(const Eigen::Vector3d& p);
   void Merge(const PointStatistics& other);
-  Eigen::Vector3d Variance() const;  // unbiased; zero for fewer than two points
+  // As if every point had been p_new = S_new_old * p_old.
+  void Transform(const Sim3d& S_new_old);
+  Eigen::Matrix3d Covariance() const;  // unbiased; zero for fewer than two points
+  Eigen::Vector3d Variance() const;    // its diagonal
 };
+
+// How three coordinates are tested at once.
+//  kPerAxis: the paper's; a t-test on each axis at level alpha, accepted where all three accept. True
+//    hypotheses are rejected with 1 - (1 - alpha)^3 where the axes are independent, and the answer depends on
+//    how the axes lie.
+//  kHotelling: Hotelling's T^2 on the vector, with F quantiles (Hotelling 1931; Johnson and Wichern, Applied
+//    Multivariate Statistical Analysis, chapters 5 and 6). Rejects true hypotheses with alpha in any frame.
+enum class MeanTest { kPerAxis, kHotelling };
 
 // Critical value of |t|: t_{alpha/2, degrees}. Throws std::domain_error for degrees <= 0 or alpha outside (0,
 // 1).
 double CriticalT(double alpha, double degrees);
 
-// One-sample t-test of section "Non inter-frame Association", all three axes: true where `p` is accepted as a
-// further sample of the population. The paper's statistic compares a single centroid with the mean of n, so
-// it rejects nearly everything once n is large (the critical value stays, sqrt(n) grows). `single` tests
-// against the spread of single samples instead, sigma * sqrt(1 + 1/n). `min_sigma` keeps tiny spreads from
-// rejecting all.
+// Critical value of Hotelling's T^2 in three dimensions for a covariance with `degrees` degrees of freedom
+// (one sample: n - 1; two samples: n1 + n2 - 2): 3 degrees / (degrees - 2) F_{alpha; 3, degrees - 2}. Throws
+// std::domain_error for degrees <= 2 or alpha outside (0, 1).
+double CriticalHotelling(double alpha, double degrees);
+
+// One-sample test of section "Non inter-frame Association": true where `p` is accepted as a further sample of
+// the population; false where the population is too small to tell (n < 2, Hotelling n < 4). The paper's
+// statistic compares a single centroid with the mean of n, so it rejects nearly everything once n is large
+// (the critical value stays, sqrt(n) grows). `kOfSingle` tests against the spread of single samples instead,
+// sigma * sqrt(1 + 1/n). `min_sigma` (map units, in every direction) keeps tiny spreads from rejecting all.
 enum class OneSampleTest { kOfMean, kOfSingle };
 bool IsSampleOf(const PointStatistics& population, const Eigen::Vector3d& p, double alpha, double min_sigma,
-                OneSampleTest test = OneSampleTest::kOfMean);
+                OneSampleTest scale = OneSampleTest::kOfMean, MeanTest test = MeanTest::kPerAxis);
 
-// Two-sample t-test with pooled variance, all three axes: true where both are accepted as samples of one
-// object.
-bool AreSamePopulation(const PointStatistics& a, const PointStatistics& b, double alpha, double min_sigma);
+// Two-sample test with pooled (co)variance: true where both are accepted as samples of one object; false
+// where they are too small to tell (fewer than three points together, Hotelling five).
+bool AreSamePopulation(const PointStatistics& a, const PointStatistics& b, double alpha, double min_sigma,
+                       MeanTest test = MeanTest::kPerAxis);
 
 }  // namespace sqslam

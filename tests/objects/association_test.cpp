@@ -84,7 +84,7 @@ TEST(TTest, MergedStatisticsEqualThoseOfAllSamples) {
   first.Merge(second);
   EXPECT_EQ(first.count, all.count);
   EXPECT_TRUE(first.mean.isApprox(all.mean));
-  EXPECT_TRUE(first.Variance().isApprox(all.Variance()));
+  EXPECT_TRUE(first.scatter.isApprox(all.scatter));
 }
 
 TEST(TTest, AcceptsItsOwnAndRejectsWhatIsFar) {
@@ -115,8 +115,8 @@ TEST(Associate, TellsCupsInARowApartByTheirPoints) {
                                             SeenAt("cup", {124, 100, 40, 40}, &third)};
   // The camera moved on by the cups' distance: overlap alone would take each for the next.
   const std::vector<MeasuredBox> boxes = {
-      {{"cup", 0.9, {112, 100, 40, 40}}, {1, 2, 3, 4, 5, 6, 7}, {}},
-      {{"cup", 0.9, {124, 100, 40, 40}}, {11, 12, 13, 14, 15, 16, 17}, {}}};
+      {{"cup", 0.9, {112, 100, 40, 40}}, {1, 2, 3, 4, 5, 6, 7}, {}, {}},
+      {{"cup", 0.9, {124, 100, 40, 40}}, {11, 12, 13, 14, 15, 16, 17}, {}, {}}};
   AssociationOptions options;
   EXPECT_EQ(Associate(boxes, known, options), (std::vector<int>{0, 1}));
   options.method = "iou";
@@ -126,8 +126,8 @@ TEST(Associate, TellsCupsInARowApartByTheirPoints) {
 TEST(Associate, SurvivesAWrongLabelAtTheSamePlace) {
   const std::unordered_set<std::int64_t> points = {1, 2, 3, 4, 5};
   const std::vector<KnownLandmark> known = {SeenAt("cup", {100, 100, 40, 40}, &points)};
-  const MeasuredBox same{{"bowl", 0.5, {101, 100, 40, 40}}, {1, 2, 3, 4, 5}, {}};
-  const MeasuredBox other{{"bowl", 0.5, {125, 100, 40, 40}}, {21, 22, 23, 24, 25}, {}};
+  const MeasuredBox same{{"bowl", 0.5, {101, 100, 40, 40}}, {1, 2, 3, 4, 5}, {}, {}};
+  const MeasuredBox other{{"bowl", 0.5, {125, 100, 40, 40}}, {21, 22, 23, 24, 25}, {}, {}};
   EXPECT_EQ(Associate({same}, known, AssociationOptions()), std::vector<int>{0});
   EXPECT_EQ(Associate({other}, known, AssociationOptions()), std::vector<int>{-1});
 }
@@ -141,7 +141,7 @@ TEST(Associate, FindsAnObjectAgainAfterAGapByTheTTest) {
   landmark.projected_box = Box2d{100, 100, 40, 40};
   landmark.centre = Eigen::Vector3d(0, 0, 1);
   landmark.radius = 0.05;
-  const MeasuredBox back{{"cup", 0.9, {110, 108, 40, 40}}, {91, 92}, Eigen::Vector3d(0.01, 0.0, 1.01)};
+  const MeasuredBox back{{"cup", 0.9, {110, 108, 40, 40}}, {91, 92}, Eigen::Vector3d(0.01, 0.0, 1.01), {}};
   MeasuredBox elsewhere = back;
   elsewhere.centroid = Eigen::Vector3d(0.3, 0.0, 1.0);
   AssociationOptions options;
@@ -151,6 +151,94 @@ TEST(Associate, FindsAnObjectAgainAfterAGapByTheTTest) {
   EXPECT_EQ(Associate({back}, {landmark}, options), std::vector<int>{-1});
   options.method = "iou+ttest";
   EXPECT_EQ(Associate({back}, {landmark}, options), std::vector<int>{0});
+  options.t_test = "hotelling";
+  EXPECT_EQ(Associate({back}, {landmark}, options), std::vector<int>{0});
+  EXPECT_EQ(Associate({elsewhere}, {landmark}, options), std::vector<int>{-1});
+}
+
+TEST(Associate, OfTwoThatPassTheTestTakesTheNearer) {
+  const PointStatistics left = Sample({0, 0, 1}, 0.03, 12, 5);
+  const PointStatistics right = Sample({0.06, 0, 1}, 0.03, 12, 6);
+  std::vector<KnownLandmark> known(2);
+  known[0].centroids = &left;
+  known[1].centroids = &right;
+  for (KnownLandmark& landmark : known) {
+    landmark.label = "cup";
+    landmark.frames_since_seen = 200;
+  }
+  AssociationOptions options;
+  options.method = "iou+ttest";
+  const MeasuredBox near_right{
+      {"cup", 0.9, {0, 0, 40, 40}}, {}, right.mean + Eigen::Vector3d(-0.01, 0, 0), {}};
+  EXPECT_EQ(Associate({near_right}, known, options), std::vector<int>{1});
+  std::swap(known[0], known[1]);
+  EXPECT_EQ(Associate({near_right}, known, options), std::vector<int>{0});
+}
+
+std::vector<Eigen::Vector3d> CloudAt(const Eigen::Vector3d& centre, int count, unsigned seed) {
+  std::mt19937 generator(seed);
+  std::uniform_real_distribution<double> uniform(-0.05, 0.05);
+  std::vector<Eigen::Vector3d> cloud(count, centre);
+  for (Eigen::Vector3d& p : cloud) {
+    for (double& value : p.reshaped()) {
+      value += uniform(generator);
+    }
+  }
+  return cloud;
+}
+
+// The parts of every method, one situation each.
+TEST(Associate, EachMethodUsesItsOwnTestsAndNoOther) {
+  const std::unordered_set<std::int64_t> points = {1, 2, 3, 4, 5, 6, 7, 8};
+  const PointStatistics centroids = Sample({0, 0, 1}, 0.01, 12, 5);
+  const std::vector<Eigen::Vector3d> cloud = CloudAt({0, 0, 1}, 100, 1);
+  KnownLandmark next_frame;  // overlap only
+  next_frame.label = "cup";
+  next_frame.frames_since_seen = 1;
+  next_frame.predicted_box = Box2d{100, 100, 40, 40};
+  KnownLandmark gap = next_frame;
+  gap.frames_since_seen = 200;
+  gap.predicted_box.reset();
+  const MeasuredBox by_box{{"cup", 0.9, {102, 100, 40, 40}}, {}, {}, {}};
+  MeasuredBox by_points = by_box;
+  by_points.point_ids = {1, 2, 3, 4, 5, 6, 7, 8};
+  KnownLandmark with_points = gap;
+  with_points.point_ids = &points;
+  MeasuredBox by_centroid = by_box;
+  by_centroid.centroid = Eigen::Vector3d(0.005, 0, 1);
+  KnownLandmark with_centroids = gap;
+  with_centroids.centroids = &centroids;
+  MeasuredBox by_cloud = by_box;
+  by_cloud.positions = CloudAt({0, 0, 1}, 30, 2);
+  KnownLandmark with_cloud = gap;
+  with_cloud.cloud = &cloud;
+  KnownLandmark projected = gap;
+  projected.projected_box = Box2d{100, 100, 40, 40};
+  const auto finds = [](const std::string& method, const MeasuredBox& box, const KnownLandmark& landmark) {
+    AssociationOptions options;
+    options.method = method;
+    return Associate({box}, {landmark}, options) == std::vector<int>{0};
+  };
+  struct Expected {
+    std::string method;
+    bool box, points, centroid, cloud, projection;
+  };
+  const std::vector<Expected> table = {{"full", true, true, true, false, true},
+                                       {"iou", true, false, false, false, false},
+                                       {"iou+points", true, true, false, false, false},
+                                       {"iou+ttest", true, false, true, false, false},
+                                       {"nonparametric", false, false, false, true, false},
+                                       {"ensemble", true, false, true, true, false}};
+  for (const Expected& row : table) {
+    EXPECT_EQ(finds(row.method, by_box, next_frame), row.box) << row.method;
+    EXPECT_EQ(finds(row.method, by_points, with_points), row.points) << row.method;
+    EXPECT_EQ(finds(row.method, by_centroid, with_centroids), row.centroid) << row.method;
+    EXPECT_EQ(finds(row.method, by_cloud, with_cloud), row.cloud) << row.method;
+    EXPECT_EQ(finds(row.method, by_box, projected), row.projection) << row.method;
+  }
+  MeasuredBox elsewhere = by_cloud;
+  elsewhere.positions = CloudAt({0, 0.06, 1}, 30, 3);
+  EXPECT_FALSE(finds("nonparametric", elsewhere, with_cloud));
 }
 
 }  // namespace

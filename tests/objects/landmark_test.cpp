@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "slam/objects/merging.h"
 
@@ -72,9 +73,9 @@ TEST(Landmark, APartSeenWithItsWholeIsNotApart) {
   chair.superquadric.shape = {{0.2, 0.2, 0.4}, 0.2, 0.2};
   back.superquadric.shape = {{0.15, 0.05, 0.15}, 0.2, 0.2};
   back.superquadric.T_map_object.translation.z() = 0.2;
-  EXPECT_TRUE(AreSameObject(chair, back, MergingOptions()));
+  EXPECT_TRUE(AreSameObject(chair, back, AssociationOptions(), MergingOptions()));
   back.superquadric.T_map_object.translation.z() = 0.4;  // half outside
-  EXPECT_FALSE(AreSameObject(chair, back, MergingOptions()));
+  EXPECT_FALSE(AreSameObject(chair, back, AssociationOptions(), MergingOptions()));
 }
 
 TEST(Landmark, AbsorbingCountsAllObservations) {
@@ -82,6 +83,61 @@ TEST(Landmark, AbsorbingCountsAllObservations) {
   landmark.Absorb(SeenAt(100.0, kHours));
   EXPECT_EQ(landmark.observations, kHours + 1500);
   EXPECT_LE(landmark.views.size(), 2000U);
+}
+
+TEST(LabelVotes, ScoresDecideNotCounts) {
+  LabelVotes votes;
+  votes.Add("cup", 0.9);
+  votes.Add("bowl", 0.3);
+  votes.Add("bowl", 0.3);
+  EXPECT_EQ(votes.Best(), "cup");
+  EXPECT_DOUBLE_EQ(votes.BestScore(), 0.9);
+  LabelVotes other;
+  other.Add("bowl", 0.5);
+  votes.Merge(other);
+  EXPECT_EQ(votes.Best(), "bowl");
+  EXPECT_NEAR(votes.BestScore(), 1.1 / 3.0, 1e-12);
+  EXPECT_EQ(LabelVotes().Best(), "");
+}
+
+Landmark WithCentroids(const Eigen::Vector3d& centre, int first_frame) {
+  Landmark landmark;
+  for (int i = 0; i < 8; ++i) {
+    ObjectObservation observation;
+    observation.frame_index = first_frame + i;
+    observation.detection = {"cup", 0.5, {100.0, 100.0, 40.0, 50.0}};
+    observation.centroid =
+        centre + 0.01 * Eigen::Vector3d(std::sin(3.0 * i), std::cos(5.0 * i), std::sin(7.0 * i));
+    landmark.Add(observation);
+  }
+  landmark.estimated = true;
+  landmark.superquadric.shape.half_size.setConstant(0.05);
+  landmark.superquadric.T_map_object.translation = centre;
+  return landmark;
+}
+
+TEST(Merging, FollowsTheAssociationMethod) {
+  const Landmark a = WithCentroids({0, 0, 0}, 0);
+  const Landmark same = WithCentroids({0.002, 0, 0}, 100);
+  // One inside the other, but with centroids that differ: only the volumes tell.
+  Landmark inside = WithCentroids({0.04, 0.04, 0.04}, 100);
+  inside.superquadric = a.superquadric;
+  const auto merges = [&](const std::string& method, const Landmark& b) {
+    AssociationOptions association;
+    association.method = method;
+    return AreSameObject(a, b, association, MergingOptions());
+  };
+  for (const std::string method : {"iou", "iou+points", "nonparametric"}) {
+    EXPECT_FALSE(merges(method, same)) << method;
+    EXPECT_FALSE(merges(method, inside)) << method;
+  }
+  for (const std::string method : {"iou+ttest", "ensemble"}) {
+    EXPECT_TRUE(merges(method, same)) << method;
+    EXPECT_FALSE(merges(method, inside)) << method;
+  }
+  EXPECT_TRUE(merges("full", same));
+  EXPECT_TRUE(merges("full", inside));
+  EXPECT_FALSE(merges("full", WithCentroids({0.3, 0, 0}, 100)));
 }
 
 }  // namespace

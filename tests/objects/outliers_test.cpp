@@ -60,12 +60,44 @@ TEST(IsolationForest, IsTheSameForTheSameSeed) {
   EXPECT_NE(a.Score(points[0]), c.Score(points[0]));
 }
 
+// In a cloud stretched along a diagonal, planes at random angles see what axis-parallel ones can't: a point
+// in the empty corner of the cloud's bounding box stands out.
+TEST(IsolationForest, PlanesLieAtAllAngles) {
+  std::vector<Eigen::Vector3d> points = Cloud(300, 5);
+  for (Eigen::Vector3d& p : points) {
+    p = Eigen::Vector3d(p.x() + 0.1 * p.y(), p.x() - 0.1 * p.y(), 0.1 * p.z());
+  }
+  const IsolationForest forest(points, IsolationForestOptions(), 3);
+  EXPECT_GT(forest.Score({0.05, -0.05, 0.0}), forest.Score({0.05, 0.05, 0.0}) + 0.05);
+  // And nothing depends on how the cloud lies, on average over trees.
+  IsolationForestOptions many;
+  many.trees = 1000;
+  const Eigen::Matrix3d R = Eigen::AngleAxisd(0.6, Eigen::Vector3d(1, 2, -1).normalized()).toRotationMatrix();
+  std::vector<Eigen::Vector3d> turned = points;
+  for (Eigen::Vector3d& p : turned) {
+    p = R * p;
+  }
+  const IsolationForest straight_forest(points, many, 4);
+  const IsolationForest turned_forest(turned, many, 4);
+  for (const Eigen::Vector3d& p : {Eigen::Vector3d(0.05, 0.05, 0.0), Eigen::Vector3d(0.05, -0.05, 0.0)}) {
+    EXPECT_NEAR(straight_forest.Score(p), turned_forest.Score(R * p), 0.02);
+  }
+}
+
+TEST(IsolationForest, CanBeSwitchedOff) {
+  std::vector<Eigen::Vector3d> points = Cloud(200, 1);
+  points.emplace_back(5.0, 0.0, 0.0);
+  IsolationForestOptions options;
+  EXPECT_FALSE(KeepInliers(points, options, 7).back());
+  options.enabled = false;
+  EXPECT_TRUE(KeepInliers(points, options, 7).back());
+}
+
 TEST(IsolationForest, LeavesSmallAndDegenerateCloudsAlone) {
   const std::vector<Eigen::Vector3d> few = Cloud(10, 1);
   const std::vector<bool> all(10, true);
   EXPECT_EQ(KeepInliers(few, IsolationForestOptions(), 1), all);
   const std::vector<Eigen::Vector3d> same(50, Eigen::Vector3d::Ones());
-  EXPECT_EQ(std::count_if(same.begin(), same.end(), [](const auto&) { return true; }), 50);
   const std::vector<bool> keep = KeepInliers(same, IsolationForestOptions(), 1);
   EXPECT_EQ(std::count(keep.begin(), keep.end(), true), 50);
 }
@@ -76,6 +108,10 @@ TEST(DepthGate, DropsTheBackground) {
   EXPECT_EQ(std::count(keep.begin(), keep.end(), true), 6);
   EXPECT_FALSE(keep.back());
   EXPECT_EQ(GateDepths({1.0, 9.0, 2.0}, 1.5), std::vector<bool>(3, true));
+}
+
+TEST(DepthGate, CanBeSwitchedOff) {
+  EXPECT_EQ(GateDepths({1.0, 1.02, 1.05, 0.98, 1.01, 1.03, 3.0}, 0.0), std::vector<bool>(7, true));
 }
 
 ObjectFrame FrameWith(const std::vector<Detection>& detections) {
@@ -114,6 +150,21 @@ TEST(SelectBoxes, MarksEdgesThatTheImageOrAnotherObjectCuts) {
   EXPECT_EQ(boxes[0].points.size(), 5u);
   ASSERT_TRUE(boxes[1].centroid.has_value());
   EXPECT_NEAR(boxes[1].centroid->z(), 1.0, 1e-12);
+}
+
+// A table's box holds the boxes of what stands on it and may be nearer by its median depth.
+TEST(SelectBoxes, ATableHidesNothingThatStandsOnIt) {
+  ObjectFrame frame =
+      FrameWith({{"cup", 0.9, {200, 200, 50, 50}}, {"dining_table", 0.9, {100, 150, 400, 300}}});
+  for (int i = 0; i < 5; ++i) {
+    frame.points.push_back({i, {205.0 + 5.0 * i, 220}, {0.01 * i, 0, 2.0}});
+    frame.points.push_back({10 + i, {150.0 + 5.0 * i, 420}, {0.01 * i, 0, 1.0}});
+    frame.points.push_back({20 + i, {250.0 + 5.0 * i, 420}, {0.01 * i, 0, 1.0}});
+  }
+  const std::vector<BoxCandidate> boxes = SelectBoxes(frame, DetectionFilterOptions(), 1.5);
+  ASSERT_EQ(boxes.size(), 2u);
+  ASSERT_LT(boxes[1].median_depth, boxes[0].median_depth);
+  EXPECT_EQ(boxes[0].edge_hidden, (std::array<bool, 4>{false, false, false, false}));
 }
 
 }  // namespace

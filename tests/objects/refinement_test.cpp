@@ -5,6 +5,7 @@
 
 #include "slam/objects/joint_refinement.h"
 #include "slam/objects/landmark_geometry.h"
+#include "slam/objects/visibility.h"
 #include "slam/objects/landmark_refinement.h"
 #include "solid_overlap.h"
 #include "synthetic_desk.h"
@@ -46,6 +47,25 @@ TEST(ProjectToBox, RefusesWhatIsBehindTheCamera) {
   EXPECT_FALSE(ProjectToBox(s, Rigid3d(), SyntheticDesk(1).Camera()));
   s.T_map_object.translation = {0, 0, 0.5};  // the camera is inside
   EXPECT_FALSE(ProjectToBox(s, Rigid3d(), SyntheticDesk(1).Camera()));
+}
+
+TEST(MayBeInView, NeverDeniesWhatIsSeenAndMostlyWhatIsNot) {
+  const Camera camera = SyntheticDesk(1).Camera();
+  PosedSuperquadric s;
+  s.shape = {{0.1, 0.2, 0.05}, 0.3, 0.7};
+  int seen = 0;
+  int denied = 0;
+  for (int i = 0; i < 4000; ++i) {
+    s.T_map_object.translation = {-2.0 + 0.2 * (i % 20), -2.0 + 0.2 * (i / 20 % 20), 0.3 + 0.25 * (i / 400)};
+    const auto box = ProjectToBox(s, Rigid3d(), camera);
+    const bool in_image = box && ClipToImage(*box, camera).Area() > 0.0;
+    const bool maybe = MayBeInView(s, Rigid3d(), camera);
+    EXPECT_TRUE(maybe || !in_image);
+    seen += in_image ? 1 : 0;
+    denied += maybe ? 0 : 1;
+  }
+  EXPECT_GT(seen, 400);
+  EXPECT_GT(denied, (4000 - seen) / 2);
 }
 
 TEST(OverlapOfSmaller, IsOneInsideAndZeroApart) {

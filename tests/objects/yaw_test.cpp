@@ -119,7 +119,7 @@ TEST(YawMean, AveragesAcrossTheWrap) {
 TEST(ExtractLines, FindsTheSidesOfADrawnRectangle) {
   cv::Mat image(480, 640, CV_8UC1, cv::Scalar(40));
   cv::rectangle(image, {200, 150}, {420, 300}, cv::Scalar(200), cv::FILLED);
-  const std::vector<LineSegment> lines = ExtractLines(image, kCamera, YawOptions());
+  const std::vector<LineSegment> lines = ExtractLines(image, kCamera, {{0, 0, 640, 480}}, YawOptions());
   const std::vector<LineSegment> inside = LinesInBox(lines, {200, 150, 220, 150}, YawOptions());
   double total = 0.0;
   for (const LineSegment& line : inside) {
@@ -128,7 +128,21 @@ TEST(ExtractLines, FindsTheSidesOfADrawnRectangle) {
   EXPECT_GE(inside.size(), 4u);
   EXPECT_NEAR(total, 2 * (220 + 150), 80);
   EXPECT_TRUE(LinesInBox(lines, {10, 10, 50, 50}, YawOptions()).empty());
-  EXPECT_TRUE(ExtractLines(cv::Mat(), kCamera, YawOptions()).empty());
+  EXPECT_TRUE(ExtractLines(cv::Mat(), kCamera, {{0, 0, 640, 480}}, YawOptions()).empty());
+}
+
+TEST(ExtractLines, LooksInTheBoxesOnlyAndSeesThatALineLeavesThem) {
+  cv::Mat image(480, 640, CV_8UC1, cv::Scalar(40));
+  cv::rectangle(image, {200, 150}, {420, 300}, cv::Scalar(200), cv::FILLED);
+  const YawOptions options;
+  const Box2d around{180, 130, 260, 190};
+  const std::vector<LineSegment> lines = ExtractLines(image, kCamera, {around, {40, 30, 60, 60}}, options);
+  EXPECT_GE(LinesInBox(lines, {200, 150, 220, 150}, options).size(), 4u);
+  // Only the corner: its two sides go on beyond the box and its margin.
+  const Box2d corner{190, 140, 60, 60};
+  EXPECT_TRUE(LinesInBox(ExtractLines(image, kCamera, {corner}, options), corner, options).empty());
+  EXPECT_TRUE(ExtractLines(image, kCamera, {{460, 330, 100, 100}}, options).empty());
+  EXPECT_TRUE(ExtractLines(image, kCamera, {{-300, 20, 50, 50}}, options).empty());
 }
 
 }  // namespace
