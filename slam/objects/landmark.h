@@ -66,8 +66,9 @@ struct Landmark {
 
   // Results of the last estimation.
   bool estimated = false;
-  bool refined = false;                                          // by the joint refinement
-  int estimated_at = 0;                                          // number of observations at that time
+  bool refined = false;  // by the joint refinement
+  int thorough_at = 0;   // observations at the last refinement from scratch
+  int estimated_at = 0;  // number of observations at that time
   std::vector<std::pair<std::int64_t, Eigen::Vector3d>> points;  // inliers
   PosedSuperquadric superquadric;
   PosedSuperquadric visible;      // the part of it that views show: differs where its lower part is hidden

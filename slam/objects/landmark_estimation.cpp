@@ -70,7 +70,6 @@ std::vector<BoxView> SpreadViews(const std::vector<BoxView>& views, int count) {
 
 void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
   constexpr std::size_t kMinPoints = 4;
-  constexpr int kYoung = 30;  // observations
   const ObjectOptions& options = *context.options;
   const std::vector<BoxView> views = SpreadViews(landmark.views, options.refinement.max_views);
   landmark.points = RemoveOutliers(landmark, views, context);
@@ -88,7 +87,9 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
   const double paper_yaw = yaw ? yaw->yaw : 0.0;
   landmark.support.reset();
   if (options.method == "refined" && context.upright && views.size() >= 5) {
-    const bool thorough = context.thorough || landmark.observations < kYoung;
+    // From scratch as often as the evidence doubles: small steps don't leave a wrong start behind.
+    const bool thorough = context.thorough || landmark.observations >= 2 * landmark.thorough_at;
+    landmark.thorough_at = thorough ? landmark.observations : landmark.thorough_at;
     const StandingFit refined = RefineLandmark(landmark, views, thorough, context);
     // A refinement that runs away explains the boxes worse than the cloud alone.
     const PosedSuperquadric cloud = SuperquadricAtYaw(points, paper_yaw, options.size_shape, false);

@@ -38,6 +38,14 @@ double SilhouetteExtreme(const PosedSuperquadric& superquadric, const Rigid3d& T
   return 0.5 * (inside + outside);
 }
 
+// Whether the boxes along the map's axes around the two are apart.
+bool AreFarApart(const PosedSuperquadric& a, const PosedSuperquadric& b) {
+  const Eigen::Vector3d reach_a = a.T_map_object.RotationMatrix().cwiseAbs() * a.shape.half_size;
+  const Eigen::Vector3d reach_b = b.T_map_object.RotationMatrix().cwiseAbs() * b.shape.half_size;
+  const Eigen::Vector3d distance = (a.T_map_object.translation - b.T_map_object.translation).cwiseAbs();
+  return ((distance - reach_a - reach_b).array() > 0.0).any();
+}
+
 }  // namespace
 
 std::optional<Box2d> ProjectToBox(const PosedSuperquadric& superquadric, const Rigid3d& T_map_camera,
@@ -80,8 +88,7 @@ double OverlapOfSmaller(const PosedSuperquadric& a, const PosedSuperquadric& b, 
   const bool a_smaller = a.shape.Volume() <= b.shape.Volume();
   const PosedSuperquadric& small = a_smaller ? a : b;
   const PosedSuperquadric& large = a_smaller ? b : a;
-  const double distance = (a.T_map_object.translation - b.T_map_object.translation).norm();
-  if (distance > a.shape.half_size.norm() + b.shape.half_size.norm()) {
+  if (AreFarApart(a, b)) {
     return 0.0;
   }
   const Rigid3d T_large_small = large.T_map_object.Inverse() * small.T_map_object;
