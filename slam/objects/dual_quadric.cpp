@@ -1,0 +1,349 @@
+#include "slam/objects/dual_quadric.h"
+
+#include <ceres/ceres.h>
+#include <ceres/rotation.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "slam/objects/dual_conic.h"
+#include "slam/objects/landmark_geometry.h"
+
+namespace sqslam {
+namespace {
+
+using conic::Bounds;
+
+Bounds NormalisedBounds(const Box2d& box, const Camera& camera) {
+  return {(box.x - camera.cx) / camera.fx, (box.y - camera.cy) / camera.fy,
+          (box.x + box.width - camera.cx) / camera.fx, (box.y + box.height - camera.cy) / camera.fy};
+}
+
+// What an edge of a detected box tells.
+enum class EdgeKind {
+  kFree,    // the object ends there
+  kCut,     // the image ends there
+  kHidden,  // nothing
+};
+
+// A view in the frame in which the quadric is estimated: about the object's place, and of its size.
+struct ConditionedView {
+  Eigen::Matrix3d R_camera_map;
+  Eigen::Vector3d t_camera_map;
+  Bounds box;
+  std::array<EdgeKind, 4> kinds;
+  std::array<double, 4> factors;  // 1 / sigma of each edge, in normalised coordinates
+};
+
+// Layout of the parameter block.
+enum Parameter { kCentre = 0, kTurn = 3, kLogHalf = 6, kParameterCount = 9 };
+
+// One box edge against the same edge of the visible part's box.
+struct BoxEdgeCost {
+  const ConditionedView* view;
+  Eigen::Matrix3d R_map_start;  // the ellipsoid's axes, before they are turned by the rotation vector
+  Bounds image;
+  int edge;
+
+  template <typename T>
+  bool operator()(const T* parameters, T* residual) const {
+    using std::exp;
+    const T back[3] = {-parameters[kTurn], -parameters[kTurn + 1], -parameters[kTurn + 2]};
+    std::array<std::array<T, 3>, 3> axes;
+    std::array<T, 3> centre;
+    for (int i = 0; i < 3; ++i) {
+      const auto& row = view->R_camera_map.row(i);
+      const T in_map[3] = {T(row[0]), T(row[1]), T(row[2])};
+      T turned[3];
+      ceres::AngleAxisRotatePoint(back, in_map, turned);
+      centre[i] = T(view->t_camera_map[i]);
+      for (int k = 0; k < 3; ++k) {
+        centre[i] += row[k] * parameters[kCentre + k];
+        axes[i][k] =
+            exp(parameters[kLogHalf + k]) *
+            (R_map_start(0, k) * turned[0] + R_map_start(1, k) * turned[1] + R_map_start(2, k) * turned[2]);
+      }
+    }
+    std::array<T, 4> bounds;
+    if (!(centre[2] > 0.0) || !conic::VisibleBounds(conic::DualConic(axes, centre), image, bounds)) {
+      return false;
+    }
+    residual[0] = view->factors[edge] * (bounds[edge] - view->box[edge]);
+    return true;
+  }
+};
+
+bool IsBeforeCamera(const PosedSuperquadric& ellipsoid, const ConditionedView& view) {
+  const Eigen::Vector3d centre = view.R_camera_map * ellipsoid.T_map_object.translation + view.t_camera_map;
+  const Eigen::Vector3d forward =
+      ellipsoid.T_map_object.RotationMatrix().transpose() * view.R_camera_map.row(2).transpose();
+  return centre.z() > ellipsoid.shape.half_size.cwiseProduct(forward).norm();
+}
+
+std::array<EdgeKind, 4> KindsOf(const BoxView& view, const Camera& camera, double margin) {
+  const Box2d& box = view.box;
+  const std::array<bool, 4> at_border = {
+      box.x<margin, box.y<margin, box.x + box.width> camera.width - margin, box.y + box.height> camera
+          .height -
+      margin};
+  std::array<EdgeKind, 4> kinds;
+  for (std::size_t edge = 0; edge < 4; ++edge) {
+    kinds[edge] = view.edge_free[edge] ? EdgeKind::kFree
+                  : at_border[edge]    ? EdgeKind::kCut
+                                       : EdgeKind::kHidden;
+  }
+  return kinds;
+}
+
+// Where the rays through the box centres meet best. Empty where they are all but parallel.
+std::optional<Eigen::Vector3d> PlaceOf(std::span<const BoxView> views, const Camera& camera) {
+  constexpr double kLeastSpread = 1e-6;  // sin^2 of the angle between the rays
+  Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  for (const BoxView& view : views) {
+    const Eigen::Vector2d pixel = UndistortBox(view.box, camera).Center();
+    const Eigen::Vector3d ray = (view.T_map_camera.rotation * camera.Unproject(pixel)).normalized();
+    const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - ray * ray.transpose();
+    A += across;
+    b += across * view.T_map_camera.translation;
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(A);
+  if (eigen.eigenvalues()[0] < kLeastSpread * static_cast<double>(views.size())) {
+    return std::nullopt;
+  }
+  return A.ldlt().solve(b);
+}
+
+// A frame about the object's place in which its size is about 1, p_map = S * p: what the estimation needs to
+// be well conditioned. Empty where the place is not known, or is behind a camera.
+std::optional<Sim3d> ConditionedFrame(std::span<const BoxView> views, const Camera& camera) {
+  const std::optional<Eigen::Vector3d> place = PlaceOf(views, camera);
+  if (!place) {
+    return std::nullopt;
+  }
+  std::vector<double> sizes;
+  for (const BoxView& view : views) {
+    const double depth = (view.T_map_camera.Inverse() * *place).z();
+    if (depth <= 0.0) {
+      return std::nullopt;
+    }
+    const Box2d box = UndistortBox(view.box, camera);
+    sizes.push_back(0.5 * depth * std::hypot(box.width / camera.fx, box.height / camera.fy));
+  }
+  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  return *middle > 0.0 ? std::optional(Sim3d{*middle, Eigen::Quaterniond::Identity(), *place}) : std::nullopt;
+}
+
+std::vector<ConditionedView> ConditionedViews(std::span<const BoxView> views, const Camera& camera,
+                                              const Sim3d& S_map_frame, const ObjectOptions& options) {
+  std::vector<ConditionedView> conditioned;
+  for (const BoxView& view : views) {
+    const Box2d box = UndistortBox(view.box, camera);
+    const Rigid3d T_camera_map = view.T_map_camera.Inverse();
+    ConditionedView out;
+    out.R_camera_map = T_camera_map.RotationMatrix();
+    out.t_camera_map = (T_camera_map * S_map_frame.translation) / S_map_frame.scale;
+    out.box = NormalisedBounds(box, camera);
+    out.kinds = KindsOf(view, camera, options.detections.border_margin);
+    for (std::size_t edge = 0; edge < 4; ++edge) {
+      const bool vertical = edge % 2 == 1;
+      const double sigma = options.refinement.edge_sigma_px +
+                           options.refinement.edge_sigma_share * (vertical ? box.height : box.width);
+      out.factors[edge] = (vertical ? camera.fy : camera.fx) / sigma;
+    }
+    conditioned.push_back(out);
+  }
+  return conditioned;
+}
+
+// Step 1: linear least squares over all free edges; entries off the diagonal count twice, so that the norm of
+// the unknowns is that of the matrix, whatever way the axes point. Empty where the planes leave more than one
+// quadric open.
+std::optional<Eigen::Matrix4d> LinearDualQuadric(const std::vector<ConditionedView>& views) {
+  constexpr int kUnknowns = 10;  // of a symmetric 4x4 matrix
+  constexpr double kLeastRank = 1e-4;
+  std::vector<Eigen::Matrix<double, kUnknowns, 1>> rows;
+  for (const ConditionedView& view : views) {
+    for (int edge = 0; edge < 4; ++edge) {
+      if (view.kinds[edge] != EdgeKind::kFree) {
+        continue;
+      }
+      Eigen::Vector3d line = Eigen::Vector3d::Unit(edge % 2);
+      line.z() = -view.box[edge];
+      Eigen::Vector4d plane;
+      plane << view.R_camera_map.transpose() * line, line.dot(view.t_camera_map);
+      plane /= plane.head<3>().norm();
+      Eigen::Matrix<double, kUnknowns, 1> row;
+      int column = 0;
+      for (int i = 0; i < 4; ++i) {
+        for (int j = i; j < 4; ++j) {
+          row[column++] = (i == j ? 1.0 : std::numbers::sqrt2) * plane[i] * plane[j];
+        }
+      }
+      rows.push_back(row);
+    }
+  }
+  if (rows.size() < kUnknowns - 1) {
+    return std::nullopt;
+  }
+  Eigen::MatrixXd A(rows.size(), kUnknowns);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    A.row(static_cast<Eigen::Index>(i)) = rows[i].transpose();
+  }
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(A, Eigen::ComputeFullV);
+  if (svd.singularValues()[kUnknowns - 2] < kLeastRank * svd.singularValues()[0]) {
+    return std::nullopt;
+  }
+  const Eigen::VectorXd q = svd.matrixV().col(kUnknowns - 1);
+  Eigen::Matrix4d quadric;
+  int column = 0;
+  for (int i = 0; i < 4; ++i) {
+    for (int j = i; j < 4; ++j) {
+      quadric(i, j) = quadric(j, i) = q[column++] / (i == j ? 1.0 : std::numbers::sqrt2);
+    }
+  }
+  return quadric;
+}
+
+// Step 2: the boxes of the visible parts. Empty where the result is no bounded ellipsoid before the cameras.
+std::optional<PosedSuperquadric> RefineByBoxes(const PosedSuperquadric& start,
+                                               const std::vector<ConditionedView>& views, const Bounds& image,
+                                               const RefinementOptions& options) {
+  constexpr double kLargest = 20.0;   // half axis, in half diagonals of the boxes
+  constexpr double kThinnest = 1e-3;  // half axis, in half diagonals of the boxes
+  std::array<double, kParameterCount> parameters{};
+  for (int i = 0; i < 3; ++i) {
+    parameters[kCentre + i] = start.T_map_object.translation[i];
+    parameters[kLogHalf + i] = std::log(std::clamp(start.shape.half_size[i], 2.0 * kThinnest, kLargest));
+  }
+  const Eigen::Matrix3d R_map_start = start.T_map_object.RotationMatrix();
+  ceres::Problem problem;
+  for (const ConditionedView& view : views) {
+    for (int edge = 0; edge < 4; ++edge) {
+      if (view.kinds[edge] != EdgeKind::kHidden) {
+        problem.AddResidualBlock(new ceres::AutoDiffCostFunction<BoxEdgeCost, 1, kParameterCount>(
+                                     new BoxEdgeCost{&view, R_map_start, image, edge}),
+                                 new ceres::CauchyLoss(2.0), parameters.data());
+      }
+    }
+  }
+  for (int i = kLogHalf; i < kLogHalf + 3; ++i) {
+    problem.SetParameterLowerBound(parameters.data(), i, std::log(kThinnest));
+  }
+  ceres::Solver::Options solver;
+  solver.linear_solver_type = ceres::DENSE_QR;
+  solver.max_num_iterations = 3 * options.max_iterations;
+  solver.function_tolerance = 1e-8;
+  solver.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver, &problem, &summary);
+
+  PosedSuperquadric result;
+  result.shape = {Eigen::Map<const Eigen::Vector3d>(parameters.data() + kLogHalf).array().exp().matrix(), 1.0,
+                  1.0};
+  const Eigen::Vector3d turn = Eigen::Map<const Eigen::Vector3d>(parameters.data() + kTurn);
+  const Eigen::AngleAxisd turned(turn.norm(),
+                                 turn.norm() > 0.0 ? turn.normalized() : Eigen::Vector3d::UnitX());
+  result.T_map_object.rotation = Eigen::Quaterniond(turned) * Eigen::Quaterniond(R_map_start);
+  result.T_map_object.translation = Eigen::Map<const Eigen::Vector3d>(parameters.data() + kCentre);
+  const bool bounded = summary.IsSolutionUsable() && result.shape.half_size.maxCoeff() < kLargest &&
+                       std::all_of(views.begin(), views.end(),
+                                   [&](const ConditionedView& view) { return IsBeforeCamera(result, view); });
+  return bounded ? std::optional(result) : std::nullopt;
+}
+
+}  // namespace
+
+Eigen::Matrix4d DualQuadricOf(const PosedSuperquadric& ellipsoid) {
+  Eigen::Vector4d diagonal;
+  diagonal << ellipsoid.shape.half_size.cwiseAbs2(), -1.0;
+  const Eigen::Matrix4d Z = ellipsoid.T_map_object.Matrix();
+  return Z * diagonal.asDiagonal() * Z.transpose();
+}
+
+std::optional<PosedSuperquadric> EllipsoidOf(const Eigen::Matrix4d& dual_quadric) {
+  const double last = dual_quadric(3, 3);
+  if (std::abs(last) <= 1e-12 * dual_quadric.cwiseAbs().maxCoeff()) {
+    return std::nullopt;
+  }
+  const Eigen::Matrix4d Q = dual_quadric / -last;
+  const Eigen::Vector3d centre = -Q.topRightCorner<3, 1>();
+  const Eigen::Matrix3d squares = Q.topLeftCorner<3, 3>() + centre * centre.transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(squares);
+  if (!squares.allFinite() || eigen.info() != Eigen::Success || !(eigen.eigenvalues()[0] > 0.0)) {
+    return std::nullopt;
+  }
+  const Eigen::Matrix3d axes = eigen.eigenvectors();
+  Eigen::Index z = 0;
+  axes.row(2).cwiseAbs().maxCoeff(&z);
+  const Eigen::Index first = (z + 1) % 3;
+  const Eigen::Index second = (z + 2) % 3;
+  const Eigen::Index x = std::abs(axes(0, first)) >= std::abs(axes(0, second)) ? first : second;
+  const Eigen::Index y = 3 - x - z;
+  Eigen::Matrix3d R;
+  R.col(0) = std::copysign(1.0, axes(0, x)) * axes.col(x);
+  R.col(2) = std::copysign(1.0, axes(2, z)) * axes.col(z);
+  R.col(1) = R.col(2).cross(R.col(0));
+  PosedSuperquadric ellipsoid;
+  ellipsoid.shape.half_size =
+      Eigen::Vector3d(eigen.eigenvalues()[x], eigen.eigenvalues()[y], eigen.eigenvalues()[z]).cwiseSqrt();
+  ellipsoid.T_map_object = {Eigen::Quaterniond(R), centre};
+  return ellipsoid;
+}
+
+std::optional<Box2d> BoxOfVisiblePart(const PosedSuperquadric& ellipsoid, const Rigid3d& T_map_camera,
+                                      const Camera& camera, const Box2d& image) {
+  const Rigid3d T_camera_object = T_map_camera.Inverse() * ellipsoid.T_map_object;
+  const Eigen::Matrix3d scaled = T_camera_object.RotationMatrix() * ellipsoid.shape.half_size.asDiagonal();
+  std::array<std::array<double, 3>, 3> axes;
+  for (int i = 0; i < 3; ++i) {
+    axes[i] = {scaled(i, 0), scaled(i, 1), scaled(i, 2)};
+  }
+  const Eigen::Vector3d& c = T_camera_object.translation;
+  std::array<double, 4> bounds;
+  if (c.z() <= 0.0 || !conic::VisibleBounds(conic::DualConic<double>(axes, {c.x(), c.y(), c.z()}),
+                                            NormalisedBounds(image, camera), bounds)) {
+    return std::nullopt;
+  }
+  return Box2d{camera.fx * bounds[conic::kLeft] + camera.cx, camera.fy * bounds[conic::kTop] + camera.cy,
+               camera.fx * (bounds[conic::kRight] - bounds[conic::kLeft]),
+               camera.fy * (bounds[conic::kBottom] - bounds[conic::kTop])};
+}
+
+std::optional<PosedSuperquadric> EstimateDualQuadric(std::span<const BoxView> views, const Camera& camera,
+                                                     const ObjectOptions& options) {
+  constexpr std::size_t kLeastViews = 3;
+  if (views.size() < kLeastViews) {
+    return std::nullopt;
+  }
+  const std::optional<Sim3d> S_map_frame = ConditionedFrame(views, camera);
+  if (!S_map_frame) {
+    return std::nullopt;
+  }
+  const std::vector<ConditionedView> conditioned = ConditionedViews(views, camera, *S_map_frame, options);
+  const std::optional<Eigen::Matrix4d> linear = LinearDualQuadric(conditioned);
+  const std::optional<PosedSuperquadric> start = linear ? EllipsoidOf(*linear) : std::nullopt;
+  if (!start || !std::all_of(conditioned.begin(), conditioned.end(),
+                             [&](const ConditionedView& view) { return IsBeforeCamera(*start, view); })) {
+    return std::nullopt;
+  }
+  const Box2d whole_image{0.0, 0.0, static_cast<double>(camera.width), static_cast<double>(camera.height)};
+  const Bounds image = NormalisedBounds(UndistortBox(whole_image, camera), camera);
+  std::optional<PosedSuperquadric> refined = RefineByBoxes(*start, conditioned, image, options.refinement);
+  if (refined) {
+    refined = EllipsoidOf(DualQuadricOf(*refined));
+  }
+  if (refined) {
+    refined->shape.half_size *= S_map_frame->scale;
+    refined->T_map_object.translation = *S_map_frame * refined->T_map_object.translation;
+  }
+  return refined;
+}
+
+}  // namespace sqslam
