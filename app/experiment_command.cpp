@@ -30,7 +30,7 @@ settings or inputs have changed. Each run is a process of its own; its output is
     - path: data/kitchen            # a folder, as for sqslam run; or scene: FILE.yaml, rendered first
       name: kitchen                 # also: detections, frames, start, stride, format, camera, set, and
                                     # evaluate: false where there is no ground truth
-  representations: [superquadric, quadric, cuboid]
+  representations: [superquadric, ellipsoid, quadric, cuboid]
   associations: all                 # or a list of words; so for methods (refined, paper)
   max_objects: [0, 4, 8, 12, all]   # boxes of the so many objects with the most boxes only
   repetitions: 5

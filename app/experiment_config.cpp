@@ -32,8 +32,6 @@ Words AllowedWords(const std::string& option) {
   return {};
 }
 
-Words Representations() { return {"superquadric", "quadric", "cuboid"}; }
-
 void CheckWord(const std::string& where, const std::string& key, const std::string& word,
                const Words& allowed) {
   if (std::find(allowed.begin(), allowed.end(), word) == allowed.end()) {
@@ -143,7 +141,7 @@ ExperimentSequence ReadSequence(YamlGroup& group, const Words& taken) {
 
 // The axes of a grid; those that are missing stay as in `grid`.
 void ReadAxes(YamlGroup& group, const ExperimentConfig& config, bool with_names, ExperimentGrid& grid) {
-  ReadWords(group, "representations", Representations(), grid.representations);
+  ReadWords(group, "representations", AllowedWords("objects.representation"), grid.representations);
   ReadWords(group, "associations", AllowedWords("objects.association.method"), grid.associations);
   ReadWords(group, "methods", AllowedWords("objects.method"), grid.methods);
   ReadLimits(group, grid.max_objects);
@@ -201,7 +199,7 @@ ExperimentConfig ParseExperiment(const std::string& yaml, const std::string& sou
   const SystemOptions defaults;
   ExperimentGrid grid;
   grid.sequences = NamesOf(config.sequences);
-  grid.representations = {Representations().front()};
+  grid.representations = {defaults.objects.representation};
   grid.associations = {defaults.objects.association.method};
   grid.methods = {defaults.objects.method};
   grid.variants = NamesOf(config.variants);

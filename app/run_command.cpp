@@ -46,7 +46,7 @@ struct RunArguments {
   bool deterministic = false;
   std::int64_t seed = -1;
   bool realtime = false;
-  std::string representation = "superquadric";
+  std::string representation;
   std::string association;
   std::string video;
   bool no_render = false;
@@ -73,6 +73,9 @@ SystemOptions MakeOptions(const RunArguments& arguments) {
   }
   options.deterministic = options.deterministic || arguments.deterministic;
   options.seed = arguments.seed >= 0 ? arguments.seed : options.seed;
+  if (!arguments.representation.empty()) {
+    options.objects.representation = arguments.representation;
+  }
   if (!arguments.association.empty()) {
     options.objects.association.method = arguments.association;
   }
@@ -111,7 +114,6 @@ RunRequest MakeRequest(const RunArguments& arguments) {
                                                                      : NameOf(arguments.input))
                        : fs::path(arguments.output);
   request.options = MakeOptions(arguments);
-  request.representation = arguments.representation;
   request.video = arguments.video;
   request.realtime = arguments.realtime;
   request.render = !arguments.no_render;
@@ -175,9 +177,11 @@ void AddRunCommand(CLI::App& app, int& exit_code) {
   run->add_option("--seed", a.seed, "Seed of every random source")->check(CLI::NonNegativeNumber);
   run->add_flag("--realtime", a.realtime,
                 "Play at the sequence's own speed and drop what comes too fast, as a live camera does");
-  run->add_option("--representation", a.representation, "How objects are drawn and written")
-      ->check(CLI::IsMember({"superquadric", "quadric", "cuboid"}))
-      ->capture_default_str();
+  run->add_option(
+         "--representation", a.representation,
+         "What objects are shown and written as: superquadric (default); ellipsoid, cuboid: at the same "
+         "place and of the same size; quadric: the dual quadric of the boxes alone, as in QuadricSLAM")
+      ->check(CLI::IsMember({"superquadric", "ellipsoid", "quadric", "cuboid"}));
   run->add_option("--association", a.association, "Which tests associate boxes with objects")
       ->check(CLI::IsMember({"full", "iou", "iou+points", "iou+ttest", "nonparametric", "ensemble"}));
   run->add_option("--video", a.video, "Also make a video of the map's growth (.mp4)");

@@ -42,32 +42,18 @@ double PeakMemoryMib() {
   return static_cast<double>(usage.ru_maxrss) / 1024.0;
 }
 
-// The same map with its objects as ellipsoids or cuboids of the same half sizes.
-MapSnapshotPtr Represent(MapSnapshotPtr snapshot, const std::string& representation) {
-  if (!snapshot || representation == "superquadric") {
-    return snapshot;
-  }
-  MapSnapshot copy = *snapshot;
-  for (SnapshotObject& object : copy.objects) {
-    Superquadric& shape = object.superquadric.shape;
-    shape.e1 = shape.e2 = representation == "quadric" ? 1.0 : kMinShapeExponent;
-  }
-  return std::make_shared<const MapSnapshot>(std::move(copy));
-}
-
 // Takes snapshots from the mapping thread. A disk that fills up must not end that thread: the failure is kept
 // for the main thread, which then stops the run and saves the rest.
 class Recorder {
  public:
-  Recorder(const fs::path& path, const RecordingInfo& info, std::string representation)
-      : writer_(path, info), representation_(std::move(representation)) {}
+  Recorder(const fs::path& path, const RecordingInfo& info) : writer_(path, info) {}
 
   void Add(const MapSnapshotPtr& snapshot) {
     if (failed_) {
       return;
     }
     try {
-      writer_.Add(*Represent(snapshot, representation_));
+      writer_.Add(*snapshot);
     } catch (const InputError& e) {
       const std::lock_guard lock(mutex_);
       failure_ = e.what();
@@ -91,7 +77,6 @@ class Recorder {
 
  private:
   RecordingWriter writer_;
-  std::string representation_;
   std::atomic<bool> failed_ = false;
   std::atomic<int> keyframes_ = 0;
   std::atomic<int> objects_ = 0;
@@ -123,6 +108,17 @@ RunStats MakeStats(const RunResult& result, const FrameStream& source, int dropp
   stats.peak_memory_mib = PeakMemoryMib();
   stats.timing_ms = result.timing_ms;
   return stats;
+}
+
+void WarnOfLeftOut(const RunResult& result) {
+  int left_out = result.map.left_out;
+  for (const FinishedMap& map : result.others) {
+    left_out += map.left_out;
+  }
+  if (left_out > 0) {
+    spdlog::warn("objects without a quadric, left out: {} (their boxes fit no ellipsoid, or too many)",
+                 left_out);
+  }
 }
 
 // A live camera as a sequence whose frames nobody knows yet.
@@ -241,13 +237,12 @@ RunSummary RunPipeline(const RunRequest& request) {
   const Clock::time_point start = Clock::now();
   const InterruptGuard interrupt;
   Recorder recorder(request.output / "map.sqmap",
-                    {sequence.path.string(), SQSLAM_VERSION, DumpOptions(request.options)},
-                    request.representation);
+                    {sequence.path.string(), SQSLAM_VERSION, DumpOptions(request.options)});
   System system(sequence.camera, request.options,
                 [&recorder](const MapSnapshotPtr& snapshot) { recorder.Add(snapshot); });
   const int dropped = Play(request, sequence, recorder, interrupt, *source, system);
   RunResult result = system.Finish();
-  result.map.snapshot = Represent(result.map.snapshot, request.representation);
+  WarnOfLeftOut(result);
 
   RunSummary summary{request.output,
                      MakeStats(result, *source, dropped, SecondsSince(start), interrupt.Interrupted()),

@@ -23,7 +23,6 @@ struct RunRequest {
   FrameRange range;
   std::filesystem::path output;  // folder that is made; must not exist or be empty
   SystemOptions options;
-  std::string representation = "superquadric";  // superquadric | quadric | cuboid: exponents free, 1, or 0.1
   std::filesystem::path video;                  // growth of the map as a video; empty: none
   bool realtime = false;                        // play at the sequence's own speed and drop late frames
   bool render = true;                           // map.png, figures/ and report.html

@@ -10,6 +10,7 @@ struct FinishedMap {
   MapSnapshotPtr snapshot;
   Trajectory trajectory;  // every tracked frame
   Trajectory keyframes;
+  int left_out = 0;  // objects that the chosen representation can't show, see ObjectMapper::Objects()
 };
 
 }  // namespace sqslam

@@ -321,7 +321,8 @@ std::vector<FinishedMap> Mapper::Finish() {
       continue;
     }
     FinishSubmap(*submap);
-    finished.push_back({MakeSnapshot(), submap->FrameTrajectory(), submap->KeyframeTrajectory()});
+    finished.push_back({MakeSnapshot(), submap->FrameTrajectory(), submap->KeyframeTrajectory(),
+                        submap->Objects().LeftOut()});
   }
   outputs_.publish_snapshot(finished.front().snapshot);
   return finished;

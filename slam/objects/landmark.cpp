@@ -138,6 +138,10 @@ void Landmark::Transform(const Sim3d& S_new_old) {
   if (support) {
     *support = S_new_old.scale * *support + S_new_old.translation.z();
   }
+  if (quadric) {
+    move(quadric->T_map_object);
+    quadric->shape.half_size *= S_new_old.scale;
+  }
   const Eigen::Vector3d up = R.col(2);
   if (up.z() > 0.9999) {
     yaw.Rotate(std::atan2(R(1, 0), R(0, 0)));

@@ -73,6 +73,7 @@ struct Landmark {
   PosedSuperquadric superquadric;
   PosedSuperquadric visible;      // the part of it that views show: differs where its lower part is hidden
   std::optional<double> support;  // height of the surface that it was found to stand on
+  std::optional<PosedSuperquadric> quadric;  // of the boxes alone; only for the representation of that name
   Eigen::Matrix<double, 9, 9> covariance =
       Eigen::Matrix<double, 9, 9>::Zero();  // of the refinement: ObjectFit
   double box_agreement = 0.0;               // mean IoU of the projected superquadric and the boxes, in [0, 1]

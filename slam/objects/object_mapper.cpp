@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "slam/objects/dual_quadric.h"
 #include "slam/objects/landmark.h"
 #include "slam/objects/landmark_estimation.h"
 #include "slam/objects/merging.h"
@@ -14,11 +15,11 @@ namespace sqslam {
 namespace {
 
 // Of the radial distances (Eq. 10), map units.
-double PointRms(const Landmark& landmark) {
-  const Rigid3d T_object_map = landmark.superquadric.T_map_object.Inverse();
+double PointRms(const Landmark& landmark, const PosedSuperquadric& solid) {
+  const Rigid3d T_object_map = solid.T_map_object.Inverse();
   double sum = 0.0;
   for (const auto& [id, p] : landmark.points) {
-    const double distance = landmark.superquadric.shape.RadialDistance(T_object_map * p);
+    const double distance = solid.shape.RadialDistance(T_object_map * p);
     sum += distance * distance;
   }
   return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, landmark.points.size())));
@@ -35,6 +36,7 @@ struct ObjectMapper::Impl {
   std::vector<int> deleted;
   bool upright = false;
   SupportSurfaces supports;
+  std::optional<Camera> camera;  // of the last update
   std::int64_t newest_frame = 0;
   std::int64_t version = 0;
   std::shared_ptr<const ObjectMapView> view = std::make_shared<ObjectMapView>();
@@ -48,6 +50,8 @@ struct ObjectMapper::Impl {
   bool MergeOnePair();
   void DeleteForgotten();
   bool IsShown(const Landmark& landmark) const;
+  std::optional<PosedSuperquadric> Represented(const Landmark& landmark) const;
+  ObjectFit FitOf(const Landmark& landmark, const PosedSuperquadric& solid) const;
   void Transform(const Sim3d& S_new_old);
   void Publish();
 };
@@ -73,6 +77,7 @@ void ObjectMapper::Impl::RenewPoses(Landmark& landmark, const PoseLookup& poses)
 
 void ObjectMapper::Impl::Update(const PointLookup& points, const Camera& camera, const PoseLookup& poses,
                                 bool all) {
+  this->camera = camera;
   EstimationContext context{&options, &points, camera, upright, &supports, {}, all, {}, seed};
   const auto estimate_due = [&] {
     for (const int id : LargestFirst()) {
@@ -84,6 +89,10 @@ void ObjectMapper::Impl::Update(const PointLookup& points, const Camera& camera,
         context.smaller_objects = SmallerThan(landmark);
         context.hidden_support = HiddenSupport(landmark);
         EstimateLandmark(landmark, context);
+        if (options.representation == "quadric") {
+          landmark.quadric =
+              EstimateDualQuadric(SpreadViews(landmark.views, options.refinement.max_views), camera, options);
+        }
       }
     }
   };
@@ -186,6 +195,31 @@ bool ObjectMapper::Impl::IsShown(const Landmark& landmark) const {
          landmark.box_agreement >= (static_cast<int>(landmark.points.size()) >= options.min_points
                                         ? options.min_box_agreement
                                         : options.pointless_box_agreement);
+}
+
+// As the chosen representation has it; empty for what is not shown.
+std::optional<PosedSuperquadric> ObjectMapper::Impl::Represented(const Landmark& landmark) const {
+  if (!IsShown(landmark)) {
+    return std::nullopt;
+  }
+  if (options.representation == "quadric") {
+    return landmark.quadric;
+  }
+  PosedSuperquadric solid = landmark.superquadric;
+  if (options.representation != "superquadric") {
+    solid.shape.e1 = solid.shape.e2 = options.representation == "ellipsoid" ? 1.0 : kMinShapeExponent;
+  }
+  return solid;
+}
+
+// Other representations than the refined superquadric have no covariance: zero.
+ObjectFit ObjectMapper::Impl::FitOf(const Landmark& landmark, const PosedSuperquadric& solid) const {
+  const double rms = PointRms(landmark, solid);
+  if (options.representation == "superquadric" || !camera) {
+    return {landmark.box_agreement, rms, landmark.covariance};
+  }
+  const std::vector<BoxView> views = SpreadViews(landmark.views, options.refinement.max_views);
+  return {BoxAgreement(solid, views, *camera), rms, Eigen::Matrix<double, 9, 9>::Zero()};
 }
 
 void ObjectMapper::Impl::Transform(const Sim3d& S_new_old) {
@@ -307,7 +341,8 @@ void ObjectMapper::Absorb(ObjectMapper&& other) {
 std::vector<SnapshotObject> ObjectMapper::Objects() const {
   std::vector<SnapshotObject> objects;
   for (const auto& [id, landmark] : impl_->landmarks) {
-    if (!impl_->IsShown(landmark)) {
+    const std::optional<PosedSuperquadric> solid = impl_->Represented(landmark);
+    if (!solid) {
       continue;
     }
     SnapshotObject object;
@@ -316,13 +351,20 @@ std::vector<SnapshotObject> ObjectMapper::Objects() const {
     object.score = landmark.labels.BestScore();
     object.observations = landmark.observations;
     object.points = static_cast<int>(landmark.points.size());
-    object.superquadric = landmark.superquadric;
-    object.fit = {landmark.box_agreement, PointRms(landmark), landmark.covariance};
-    const Eigen::Vector3d x = landmark.superquadric.T_map_object.rotation * Eigen::Vector3d::UnitX();
+    object.superquadric = *solid;
+    object.fit = impl_->FitOf(landmark, *solid);
+    const Eigen::Vector3d x = solid->T_map_object.rotation * Eigen::Vector3d::UnitX();
     object.yaw = std::atan2(x.y(), x.x());
     objects.push_back(std::move(object));
   }
   return objects;
+}
+
+int ObjectMapper::LeftOut() const {
+  return static_cast<int>(
+      std::count_if(impl_->landmarks.begin(), impl_->landmarks.end(), [&](const auto& landmark) {
+        return impl_->IsShown(landmark.second) && !impl_->Represented(landmark.second);
+      }));
 }
 
 std::shared_ptr<const ObjectMapView> ObjectMapper::View() const { return impl_->view; }
@@ -331,7 +373,7 @@ std::unordered_map<std::int64_t, int> ObjectMapper::PointObjects() const {
   std::unordered_map<std::int64_t, int> owners;
   std::unordered_map<std::int64_t, double> distances;
   for (const auto& [id, landmark] : impl_->landmarks) {
-    if (!impl_->IsShown(landmark)) {
+    if (!impl_->Represented(landmark)) {
       continue;
     }
     const Rigid3d T_object_map = landmark.superquadric.T_map_object.Inverse();

@@ -51,7 +51,10 @@ class ObjectMapper {
   // same object are merged at the next update.
   void Absorb(ObjectMapper&& other);
 
-  std::vector<SnapshotObject> Objects() const;  // those good enough to show, by id
+  // Those good enough to show, by id, in the chosen representation. Objects that it can't represent (boxes
+  // that determine no quadric) are left out, and counted by LeftOut().
+  std::vector<SnapshotObject> Objects() const;
+  int LeftOut() const;
   std::shared_ptr<const ObjectMapView> View() const;
   std::unordered_map<std::int64_t, int> PointObjects() const;  // map point id -> id of a shown object
 

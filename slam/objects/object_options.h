@@ -238,7 +238,11 @@ struct GravityOptions {
 };
 
 struct ObjectOptions {
-  std::string method = "refined";   // paper: steps of the paper; refined: plus the joint refinement
+  std::string method = "refined";  // paper: steps of the paper; refined: plus the joint refinement
+  // What objects are shown, written and scored as; no other step depends on it. superquadric; ellipsoid and
+  // cuboid: at the superquadric's place and of its size, exponents 1 and 0.1; quadric: the dual quadric of
+  // the boxes alone.
+  std::string representation = "superquadric";
   int min_observations = 10;        // boxes an object needs to be shown
   int min_points = 4;               // map points an object needs to be shown
   double min_box_agreement = 0.35;  // mean IoU of projected object and boxes that an object needs to be shown
@@ -256,6 +260,7 @@ struct ObjectOptions {
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
     visit("method", method, {"paper", "refined"});
+    visit("representation", representation, {"superquadric", "ellipsoid", "quadric", "cuboid"});
     visit("min_observations", min_observations, 1, 10000);
     visit("min_points", min_points, 0, 10000);
     visit("min_box_agreement", min_box_agreement, 0.0, 1.0);
