@@ -116,7 +116,7 @@ void WarnOfLeftOut(const RunResult& result) {
     left_out += map.left_out;
   }
   if (left_out > 0) {
-    spdlog::warn("objects without a quadric, left out: {} (their boxes fit no ellipsoid, or too many)",
+    spdlog::warn("{} objects are left out: their boxes do not determine a quadric that is an ellipsoid",
                  left_out);
   }
 }

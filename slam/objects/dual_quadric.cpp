@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 #include "slam/objects/dual_conic.h"
@@ -162,13 +161,14 @@ std::vector<ConditionedView> ConditionedViews(std::span<const BoxView> views, co
   return conditioned;
 }
 
-// Step 1: linear least squares over all free edges; entries off the diagonal count twice, so that the norm of
-// the unknowns is that of the matrix, whatever way the axes point. Empty where the planes leave more than one
-// quadric open.
+// Step 1: linear least squares over all free edges. The scale of Q* is fixed by its last entry, -1 for every
+// ellipsoid; then a row is the difference of the squared distances of the edge's plane and of the tangent
+// plane from the origin. (With the norm fixed instead, a little noise drives the solution to hyperboloids.)
+// Empty where the planes leave more than one quadric open.
 std::optional<Eigen::Matrix4d> LinearDualQuadric(const std::vector<ConditionedView>& views) {
-  constexpr int kUnknowns = 10;  // of a symmetric 4x4 matrix
+  constexpr int kUnknowns = 9;  // of a symmetric 4x4 matrix, but for the last entry
   constexpr double kLeastRank = 1e-4;
-  std::vector<Eigen::Matrix<double, kUnknowns, 1>> rows;
+  std::vector<Eigen::Vector4d> planes;
   for (const ConditionedView& view : views) {
     for (int edge = 0; edge < 4; ++edge) {
       if (view.kinds[edge] != EdgeKind::kFree) {
@@ -178,36 +178,37 @@ std::optional<Eigen::Matrix4d> LinearDualQuadric(const std::vector<ConditionedVi
       line.z() = -view.box[edge];
       Eigen::Vector4d plane;
       plane << view.R_camera_map.transpose() * line, line.dot(view.t_camera_map);
-      plane /= plane.head<3>().norm();
-      Eigen::Matrix<double, kUnknowns, 1> row;
-      int column = 0;
-      for (int i = 0; i < 4; ++i) {
-        for (int j = i; j < 4; ++j) {
-          row[column++] = (i == j ? 1.0 : std::numbers::sqrt2) * plane[i] * plane[j];
-        }
+      planes.push_back(plane / plane.head<3>().norm());
+    }
+  }
+  if (planes.size() < kUnknowns) {
+    return std::nullopt;
+  }
+  Eigen::MatrixXd A(planes.size(), kUnknowns);
+  Eigen::VectorXd b(planes.size());
+  for (Eigen::Index row = 0; row < A.rows(); ++row) {
+    const Eigen::Vector4d& plane = planes[static_cast<std::size_t>(row)];
+    Eigen::Index column = 0;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = i; j < 4; ++j) {
+        A(row, column++) = (i == j ? 1.0 : 2.0) * plane[i] * plane[j];
       }
-      rows.push_back(row);
     }
+    b[row] = plane[3] * plane[3];
   }
-  if (rows.size() < kUnknowns - 1) {
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(A, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  if (svd.singularValues()[kUnknowns - 1] < kLeastRank * svd.singularValues()[0]) {
     return std::nullopt;
   }
-  Eigen::MatrixXd A(rows.size(), kUnknowns);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    A.row(static_cast<Eigen::Index>(i)) = rows[i].transpose();
-  }
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(A, Eigen::ComputeFullV);
-  if (svd.singularValues()[kUnknowns - 2] < kLeastRank * svd.singularValues()[0]) {
-    return std::nullopt;
-  }
-  const Eigen::VectorXd q = svd.matrixV().col(kUnknowns - 1);
-  Eigen::Matrix4d quadric;
-  int column = 0;
-  for (int i = 0; i < 4; ++i) {
+  const Eigen::VectorXd q = svd.solve(b);
+  Eigen::Matrix4d quadric = Eigen::Matrix4d::Zero();
+  Eigen::Index column = 0;
+  for (int i = 0; i < 3; ++i) {
     for (int j = i; j < 4; ++j) {
-      quadric(i, j) = quadric(j, i) = q[column++] / (i == j ? 1.0 : std::numbers::sqrt2);
+      quadric(i, j) = quadric(j, i) = q[column++];
     }
   }
+  quadric(3, 3) = -1.0;
   return quadric;
 }
 
@@ -216,7 +217,7 @@ std::optional<PosedSuperquadric> RefineByBoxes(const PosedSuperquadric& start,
                                                const std::vector<ConditionedView>& views, const Bounds& image,
                                                const RefinementOptions& options) {
   constexpr double kLargest = 20.0;   // half axis, in half diagonals of the boxes
-  constexpr double kThinnest = 1e-3;  // half axis, in half diagonals of the boxes
+  constexpr double kThinnest = 1e-3;  // the same; what ends there is a disc
   std::array<double, kParameterCount> parameters{};
   for (int i = 0; i < 3; ++i) {
     parameters[kCentre + i] = start.T_map_object.translation[i];
@@ -253,6 +254,7 @@ std::optional<PosedSuperquadric> RefineByBoxes(const PosedSuperquadric& start,
   result.T_map_object.rotation = Eigen::Quaterniond(turned) * Eigen::Quaterniond(R_map_start);
   result.T_map_object.translation = Eigen::Map<const Eigen::Vector3d>(parameters.data() + kCentre);
   const bool bounded = summary.IsSolutionUsable() && result.shape.half_size.maxCoeff() < kLargest &&
+                       result.shape.half_size.minCoeff() > 1.01 * kThinnest &&
                        std::all_of(views.begin(), views.end(),
                                    [&](const ConditionedView& view) { return IsBeforeCamera(result, view); });
   return bounded ? std::optional(result) : std::nullopt;
