@@ -23,10 +23,10 @@ struct RunRequest {
   FrameRange range;
   std::filesystem::path output;  // folder that is made; must not exist or be empty
   SystemOptions options;
-  std::filesystem::path video;                  // growth of the map as a video; empty: none
-  bool realtime = false;                        // play at the sequence's own speed and drop late frames
-  bool render = true;                           // map.png, figures/ and report.html
-  bool quiet = false;                           // no progress on stderr
+  std::filesystem::path video;  // growth of the map as a video; empty: none
+  bool realtime = false;        // play at the sequence's own speed and drop late frames
+  bool render = true;           // map.png, figures/ and report.html
+  bool quiet = false;           // no progress on stderr
 };
 
 struct RunSummary {
