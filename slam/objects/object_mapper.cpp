@@ -36,7 +36,7 @@ struct ObjectMapper::Impl {
   std::vector<int> deleted;
   bool upright = false;
   SupportSurfaces supports;
-  std::optional<Camera> camera;  // of the last update
+  std::optional<Camera> last_camera;  // of the last update
   std::int64_t newest_frame = 0;
   std::int64_t version = 0;
   std::shared_ptr<const ObjectMapView> view = std::make_shared<ObjectMapView>();
@@ -77,7 +77,7 @@ void ObjectMapper::Impl::RenewPoses(Landmark& landmark, const PoseLookup& poses)
 
 void ObjectMapper::Impl::Update(const PointLookup& points, const Camera& camera, const PoseLookup& poses,
                                 bool all) {
-  this->camera = camera;
+  last_camera = camera;
   EstimationContext context{&options, &points, camera, upright, &supports, {}, all, {}, seed};
   const auto estimate_due = [&] {
     for (const int id : LargestFirst()) {
@@ -215,11 +215,11 @@ std::optional<PosedSuperquadric> ObjectMapper::Impl::Represented(const Landmark&
 // Other representations than the refined superquadric have no covariance: zero.
 ObjectFit ObjectMapper::Impl::FitOf(const Landmark& landmark, const PosedSuperquadric& solid) const {
   const double rms = PointRms(landmark, solid);
-  if (options.representation == "superquadric" || !camera) {
+  if (options.representation == "superquadric" || !last_camera) {
     return {landmark.box_agreement, rms, landmark.covariance};
   }
   const std::vector<BoxView> views = SpreadViews(landmark.views, options.refinement.max_views);
-  return {BoxAgreement(solid, views, *camera), rms, Eigen::Matrix<double, 9, 9>::Zero()};
+  return {BoxAgreement(solid, views, *last_camera), rms, Eigen::Matrix<double, 9, 9>::Zero()};
 }
 
 void ObjectMapper::Impl::Transform(const Sim3d& S_new_old) {
