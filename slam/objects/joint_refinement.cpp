@@ -114,6 +114,40 @@ void SetBounds(const PosedSuperquadric& start, const RefinementInput& input, con
   problem.min_log_half = problem.max_log_half - kLogRange;
 }
 
+// TinySolver evaluates each step twice: for its cost, and once it is accepted for the derivatives as well,
+// which cost little more. Here the second call is answered from the first.
+class RememberingProblem {
+ public:
+  using Scalar = double;
+  enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = RefinementProblem::NUM_PARAMETERS };
+
+  explicit RememberingProblem(const RefinementProblem& problem)
+      : problem_(problem),
+        residuals_(problem.NumResiduals()),
+        jacobian_(problem.NumResiduals(), static_cast<int>(NUM_PARAMETERS)) {}
+
+  int NumResiduals() const { return problem_.NumResiduals(); }
+
+  bool operator()(const double* parameters, double* residuals, double* jacobian) const {
+    const Eigen::Map<const RefinementProblem::Parameters> x(parameters);
+    if (!known_ || *known_ != x) {
+      problem_(parameters, residuals_.data(), jacobian_.data());
+      known_ = x;
+    }
+    std::copy_n(residuals_.data(), residuals_.size(), residuals);
+    if (jacobian != nullptr) {
+      std::copy_n(jacobian_.data(), jacobian_.size(), jacobian);
+    }
+    return true;
+  }
+
+ private:
+  const RefinementProblem& problem_;
+  mutable std::optional<RefinementProblem::Parameters> known_;
+  mutable Eigen::VectorXd residuals_;
+  mutable Eigen::Matrix<double, Eigen::Dynamic, NUM_PARAMETERS> jacobian_;
+};
+
 }  // namespace
 
 RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementInput& input,
@@ -128,10 +162,11 @@ RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementI
   RefinementProblem::Parameters parameters = RefinementProblem::Pack(start);
   auto log_half = parameters.segment<3>(RefinementProblem::kLogHalf);
   log_half = log_half.cwiseMax(problem.min_log_half + 0.5).cwiseMin(problem.max_log_half - 0.01);
-  ceres::TinySolver<RefinementProblem> solver;
+  const RememberingProblem remembering(problem);
+  ceres::TinySolver<RememberingProblem> solver;
   solver.options.max_num_iterations = options.max_iterations;
   solver.options.function_tolerance = options.cost_tolerance;
-  const auto summary = solver.Solve(problem, &parameters);
+  const auto summary = solver.Solve(remembering, &parameters);
   return {RefinementProblem::Unpack(parameters), summary.final_cost, problem.Covariance(parameters)};
 }
 

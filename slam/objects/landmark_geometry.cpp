@@ -8,34 +8,61 @@
 namespace sqslam {
 namespace {
 
-// Smallest and largest u with the plane through the camera centre n = (s, 0, -u) (axis 0) or (0, s, -u) (axis
-// 1) touching the solid: solves n . c = h(n) by bisection; the silhouette's extreme is where the plane turns
-// tangent.
-double SilhouetteExtreme(const PosedSuperquadric& superquadric, const Rigid3d& T_camera_object, int axis,
-                         double sign) {
-  const Superquadric& shape = superquadric.shape;
-  const Eigen::Vector3d centre = T_camera_object.translation;
-  const Eigen::Matrix3d R_object_camera = T_camera_object.RotationMatrix().transpose();
-  const auto beyond = [&](double u) {
-    // Signed reach of the solid beyond the plane x = u z: max over the solid of sign * (x - u z).
-    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-    normal[axis] = sign;
-    normal[2] = -sign * u;
-    const Eigen::Vector3d n = R_object_camera * normal;
-    return normal.dot(centre) + jet::SupportFunction(shape.half_size.data(), shape.e1, shape.e2, n.data());
-  };
-  const double middle = centre[axis] / centre.z();
-  double inside = middle;
-  double outside = middle + sign * 0.1;
-  for (int i = 0; i < 20 && beyond(outside) > 0.0; ++i) {
-    inside = outside;
-    outside = middle + (outside - middle) * 2.0;
+struct NormGradient {
+  double value = 0.0;
+  double dx = 0.0;
+  double dy = 0.0;
+};
+
+// (|x|^p + |y|^p)^(1/p) and its slope.
+NormGradient PNorm(double x, double y, double p) {
+  const double a = std::abs(x);
+  const double b = std::abs(y);
+  const double large = std::max(a, b);
+  if (large == 0.0) {
+    return {};
   }
-  for (int i = 0; i < 24; ++i) {
-    const double half = 0.5 * (inside + outside);
-    (beyond(half) > 0.0 ? inside : outside) = half;
+  const double ratio = std::min(a, b) / large;
+  const double power = std::pow(ratio, p - 1.0);  // p > 1: the norm of a support function
+  const double sum = 1.0 + power * ratio;
+  const double growth = std::pow(sum, 1.0 / p);
+  const double by_large = growth / sum;
+  const double by_small = by_large * power;
+  return {large * growth, std::copysign(a >= b ? by_large : by_small, x),
+          std::copysign(a >= b ? by_small : by_large, y)};
+}
+
+// The point of the surface that lies farthest along n (object frame): the gradient of the support function
+// (see jet::SupportFunction).
+Eigen::Vector3d SupportPoint(const Superquadric& shape, const Eigen::Vector3d& n) {
+  const Eigen::Vector3d u = n.cwiseProduct(shape.half_size);
+  const NormGradient horizontal = PNorm(u.x(), u.y(), 2.0 / (2.0 - shape.e2));
+  const NormGradient whole = PNorm(horizontal.value, u.z(), 2.0 / (2.0 - shape.e1));
+  return shape.half_size.cwiseProduct(
+      Eigen::Vector3d(whole.dx * horizontal.dx, whole.dx * horizontal.dy, whole.dy));
+}
+
+// Smallest or largest u = x / z (axis 0) or y / z (axis 1) of the solid, which lies before the camera. The
+// reach beyond the plane x = u z, max over the solid of sign * (x - u z), is convex in u, and its slope is
+// the depth of the point that reaches farthest: Newton's step goes to that point's own u. It comes from the
+// inside and never passes the extreme.
+double SilhouetteExtreme(const PosedSuperquadric& superquadric, const Rigid3d& T_camera_object,
+                         const Eigen::Matrix3d& R_camera_object, int axis, double sign) {
+  constexpr int kMaxSteps = 30;
+  constexpr double kPrecise = 1e-8;  // of the tangent of the viewing angle
+  const Eigen::Vector3d& centre = T_camera_object.translation;
+  double u = centre[axis] / centre.z();
+  for (int i = 0; i < kMaxSteps; ++i) {
+    const Eigen::Vector3d n = sign * (R_camera_object.row(axis) - u * R_camera_object.row(2)).transpose();
+    const Eigen::Vector3d p = centre + R_camera_object * SupportPoint(superquadric.shape, n);
+    const double next = p[axis] / p.z();
+    const double step = sign * (next - u);
+    u = next;
+    if (step < kPrecise) {
+      break;
+    }
   }
-  return 0.5 * (inside + outside);
+  return u;
 }
 
 // Whether the boxes along the map's axes around the two are apart.
@@ -57,10 +84,14 @@ std::optional<Box2d> ProjectToBox(const PosedSuperquadric& superquadric, const R
   if (T_camera_object.translation.z() - reach <= 1e-6) {
     return std::nullopt;
   }
-  const double left = camera.fx * SilhouetteExtreme(superquadric, T_camera_object, 0, -1.0) + camera.cx;
-  const double right = camera.fx * SilhouetteExtreme(superquadric, T_camera_object, 0, 1.0) + camera.cx;
-  const double top = camera.fy * SilhouetteExtreme(superquadric, T_camera_object, 1, -1.0) + camera.cy;
-  const double bottom = camera.fy * SilhouetteExtreme(superquadric, T_camera_object, 1, 1.0) + camera.cy;
+  const Eigen::Matrix3d R = T_camera_object.RotationMatrix();
+  const auto extreme = [&](int axis, double sign) {
+    return SilhouetteExtreme(superquadric, T_camera_object, R, axis, sign);
+  };
+  const double left = camera.fx * extreme(0, -1.0) + camera.cx;
+  const double right = camera.fx * extreme(0, 1.0) + camera.cx;
+  const double top = camera.fy * extreme(1, -1.0) + camera.cy;
+  const double bottom = camera.fy * extreme(1, 1.0) + camera.cy;
   return Box2d{left, top, right - left, bottom - top};
 }
 

@@ -7,13 +7,13 @@
 
 namespace sqslam {
 
-int FramesSeenApart(const Landmark& a, const Landmark& b, bool parts_are_one) {
+int FramesSeenApart(const Landmark& a, const Landmark& b, bool parts_are_one, int enough) {
   constexpr double kOneThing = 0.4;  // IoU
   constexpr double kPart = 0.6;      // of the smaller box
   int count = 0;
   auto i = a.views.begin();
   auto j = b.views.begin();
-  while (i != a.views.end() && j != b.views.end()) {
+  while (i != a.views.end() && j != b.views.end() && count < enough) {
     if (i->frame_index < j->frame_index) {
       ++i;
     } else if (j->frame_index < i->frame_index) {
@@ -34,6 +34,13 @@ bool AreSameObject(const Landmark& a, const Landmark& b, const AssociationOption
   constexpr double kPart = 0.75;  // of the smaller volume
   const AssociationParts parts = PartsOf(association);
   const bool same_label = a.labels.Best() == b.labels.Best();
+  const int limit = std::max(options.max_seen_together,
+                             static_cast<int>(options.max_seen_together_share *
+                                              static_cast<double>(std::min(a.views.size(), b.views.size()))));
+  // Neighbours are soon seen apart: that spares nearly all pairs the shared volume.
+  if (FramesSeenApart(a, b, same_label, limit + 1) > limit) {
+    return false;
+  }
   const double size_a = a.estimated ? a.superquadric.shape.half_size.maxCoeff() : 0.0;
   const double size_b = b.estimated ? b.superquadric.shape.half_size.maxCoeff() : 0.0;
   bool same = false;
@@ -50,11 +57,7 @@ bool AreSameObject(const Landmark& a, const Landmark& b, const AssociationOption
     same = shared > needed;
     is_part = same_label && shared > kPart;
   }
-  // The costly question last.
-  const int limit = std::max(options.max_seen_together,
-                             static_cast<int>(options.max_seen_together_share *
-                                              static_cast<double>(std::min(a.views.size(), b.views.size()))));
-  return same && FramesSeenApart(a, b, is_part) <= limit;
+  return same && FramesSeenApart(a, b, is_part, limit + 1) <= limit;
 }
 
 }  // namespace sqslam

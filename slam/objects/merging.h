@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -15,7 +16,8 @@ bool AreSameObject(const Landmark& a, const Landmark& b, const AssociationOption
                    const MergingOptions& options);
 
 // Frames in which both have a box and the boxes are clearly two: IoU below 0.4 and, with `parts_are_one`, not
-// one within the other, as the back of a chair in the chair.
-int FramesSeenApart(const Landmark& a, const Landmark& b, bool parts_are_one = false);
+// one within the other, as the back of a chair in the chair. Counts no further than to `enough`.
+int FramesSeenApart(const Landmark& a, const Landmark& b, bool parts_are_one = false,
+                    int enough = std::numeric_limits<int>::max());
 
 }  // namespace sqslam

@@ -27,7 +27,11 @@ bool IsBlocked(const Eigen::Vector2d& pixel, double depth, const Rigid3d& T_othe
 bool MayHide(const PosedSuperquadric& other, const PosedSuperquadric& object) {
   constexpr double kMuchLarger = 8.0;  // volumes
   constexpr double kBelow = 0.05;      // share of the larger one's size
-  if (other.shape.Volume() < kMuchLarger * object.shape.Volume()) {
+  // Every superquadric fills between 1/6 (the octahedron) and all of the box around it: that decides mostly.
+  const double other_box = other.shape.half_size.prod();
+  const double object_box = object.shape.half_size.prod();
+  if (other_box < kMuchLarger / 6.0 * object_box ||
+      other.shape.Volume() < kMuchLarger * object.shape.Volume()) {
     return false;
   }
   const double top = other.T_map_object.translation.z() + other.shape.half_size.z();

@@ -28,7 +28,7 @@ NormValue PNorm(double x, double y, double p) {
   const double large = std::max(a, b);
   const double log_ratio = std::log(std::min(a, b) / large);
   const double t = std::exp(p * log_ratio);
-  const double growth = std::log1p(t) / p;  // log(value / large)
+  const double growth = std::log(1.0 + t) / p;  // log(value / large)
   NormValue norm;
   norm.value = large * std::exp(growth);
   const double weight_small = t / (1.0 + t);
@@ -82,11 +82,11 @@ struct Residual {
   // Signed square root of weight * Cauchy's loss of this width.
   void MakeRobust(double width, double weight) {
     const double square = value * value / (width * width);
-    if (square < 1e-12) {
+    if (square < 1e-9) {
       Scale(std::sqrt(weight));
       return;
     }
-    const double robust = std::copysign(std::sqrt(weight * std::log1p(square)) * width, value);
+    const double robust = std::copysign(std::sqrt(weight * std::log(1.0 + square)) * width, value);
     gradient *= weight * value / (robust * (1.0 + square));
     value = robust;
   }
@@ -127,6 +127,9 @@ Residual PointResidual(const State& state, const RefinementProblem::Point& point
   const Eigen::Vector3d q = state.ToObject(point.p_map - state.centre);
   const double norm = std::max(q.norm(), 1e-9);
   const Eigen::Vector3d u = q.cwiseQuotient(state.half);
+  if (!point.on_surface && u.cwiseAbs().maxCoeff() > 1.0) {
+    return {};  // out of the box around the solid, as most are
+  }
   const double p1 = 2.0 / state.exponent[0];
   const double p2 = 2.0 / state.exponent[1];
   const NormValue horizontal = PNorm(u.x(), u.y(), p2);
