@@ -123,15 +123,26 @@ double OverlapOfSmaller(const PosedSuperquadric& a, const PosedSuperquadric& b, 
     return 0.0;
   }
   const Rigid3d T_large_small = large.T_map_object.Inverse() * small.T_map_object;
+  const auto in_large = [&](const Eigen::Vector3d& p) {
+    const Eigen::Vector3d unit = (T_large_small * p).cwiseQuotient(large.shape.half_size).cwiseAbs();
+    // Between the octahedron and the box only the powers tell.
+    return unit.maxCoeff() <= 1.0 && (unit.sum() <= 1.0 || large.shape.RadialScale(T_large_small * p) <= 1.0);
+  };
+  // The grid has the symmetry of the solid: an eighth of it tells which points are inside.
+  const int half = std::max(1, samples / 2);
   int inside_small = 0;
   int inside_both = 0;
-  for (int i = 0; i < samples * samples * samples; ++i) {
-    const Eigen::Vector3d cell(i % samples, (i / samples) % samples, i / (samples * samples));
-    const Eigen::Vector3d unit = (cell.array() + 0.5) * (2.0 / samples) - 1.0;
-    const Eigen::Vector3d p = unit.cwiseProduct(small.shape.half_size);
-    if (small.shape.RadialScale(p) <= 1.0) {
+  for (int i = 0; i < half * half * half; ++i) {
+    const Eigen::Vector3d cell(i % half, (i / half) % half, i / (half * half));
+    const Eigen::Vector3d p = ((cell.array() + 0.5) / half).matrix().cwiseProduct(small.shape.half_size);
+    if (small.shape.RadialScale(p) > 1.0) {
+      continue;
+    }
+    for (int octant = 0; octant < 8; ++octant) {
+      const Eigen::Vector3d signs((octant & 1) != 0 ? -1.0 : 1.0, (octant & 2) != 0 ? -1.0 : 1.0,
+                                  (octant & 4) != 0 ? -1.0 : 1.0);
       ++inside_small;
-      inside_both += large.shape.RadialScale(T_large_small * p) <= 1.0 ? 1 : 0;
+      inside_both += in_large(signs.cwiseProduct(p)) ? 1 : 0;
     }
   }
   return inside_small > 0 ? static_cast<double>(inside_both) / inside_small : 0.0;

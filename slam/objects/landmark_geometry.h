@@ -20,7 +20,7 @@ Box2d ClipToImage(const Box2d& box, const Camera& camera);
 Box2d UndistortBox(const Box2d& box, const Camera& camera);
 
 // Volume that two superquadrics share over the volume of the smaller one, in [0, 1], by a regular grid of
-// `samples`^3 points inside the smaller one.
+// `samples`^3 points (an even number an axis) in the box around the smaller one.
 double OverlapOfSmaller(const PosedSuperquadric& a, const PosedSuperquadric& b, int samples = 16);
 
 }  // namespace sqslam

@@ -23,23 +23,35 @@ NamedPoints Keep(const NamedPoints& points, const std::vector<bool>& keep) {
 // Looks every voted point up; votes of fused points are added, culled points are forgotten.
 NamedPoints ResolvePoints(Landmark& landmark, const PointLookup& lookup, const OutlierOptions& options) {
   std::map<std::int64_t, Landmark::PointVotes> votes;
-  std::map<std::int64_t, Eigen::Vector3d> positions;
+  std::vector<std::pair<std::int64_t, Eigen::Vector3d>> positions;
   for (const auto& [old_id, vote] : landmark.votes) {
     std::int64_t id = old_id;
     if (const std::optional<Eigen::Vector3d> p = lookup(id)) {
-      votes[id].inside += vote.inside;
-      votes[id].outside += vote.outside;
-      votes[id].camera_sum += vote.camera_sum;
-      positions[id] = *p;
+      // Nearly all keep their ids, and so their order.
+      const auto [it, is_new] = [&] {
+        const std::size_t size = votes.size();
+        const auto place = votes.try_emplace(votes.end(), id);
+        return std::pair(place, votes.size() > size);
+      }();
+      it->second.inside += vote.inside;
+      it->second.outside += vote.outside;
+      it->second.camera_sum += vote.camera_sum;
+      if (is_new) {
+        positions.emplace_back(id, *p);
+      }
     }
   }
   landmark.votes = std::move(votes);
   const int min_votes = landmark.views.size() >= 5 ? options.min_votes : 1;
+  std::sort(positions.begin(), positions.end(),
+            [](const auto& a, const auto& b) { return a.first < b.first; });
   NamedPoints points;
+  auto position = positions.begin();
   for (const auto& [id, vote] : landmark.votes) {
+    const Eigen::Vector3d p = (position++)->second;
     const double share = static_cast<double>(vote.inside) / std::max(1, vote.inside + vote.outside);
     if (vote.inside >= min_votes && share >= options.min_inside_share) {
-      points.emplace_back(id, positions[id]);
+      points.emplace_back(id, p);
     }
   }
   return points;

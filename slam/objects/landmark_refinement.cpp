@@ -97,24 +97,96 @@ RefinementInput InputOf(const Landmark& landmark, const std::vector<BoxView>& vi
 
 }  // namespace
 
-StandingFit RefineStanding(std::span<const PosedSuperquadric> starts, RefinementInput input,
-                           std::span<const double> supports, const RefinementOptions& options) {
-  StandingFit best;
-  best.cost = std::numeric_limits<double>::infinity();
+namespace {
+
+struct Candidate {
+  PosedSuperquadric start;
+  std::optional<double> support;
+  double cost = 0.0;
+};
+
+// Every `stride`-th view and point of the input.
+RefinementInput Thinned(const RefinementInput& input, std::size_t stride) {
+  RefinementInput thinned = input;
+  thinned.views.clear();
+  for (std::size_t i = 0; i < input.views.size(); i += stride) {
+    thinned.views.push_back(input.views[i]);
+  }
+  thinned.points.clear();
+  thinned.point_cameras.clear();
+  for (std::size_t i = 0; i < input.points.size(); i += stride) {
+    thinned.points.push_back(input.points[i]);
+    if (i < input.point_cameras.size()) {
+      thinned.point_cameras.push_back(input.point_cameras[i]);
+    }
+  }
+  return thinned;
+}
+
+// The starts under all assumptions.
+std::vector<Candidate> AllCandidates(std::span<const PosedSuperquadric> starts,
+                                     std::span<const double> supports) {
   std::vector<std::optional<double>> assumptions(supports.begin(), supports.end());
   assumptions.push_back(std::nullopt);
+  std::vector<Candidate> candidates;
   for (const std::optional<double>& support : assumptions) {
-    input.support_height = support;
-    if (!support && !supports.empty()) {
-      input.lowest = *std::max_element(supports.begin(), supports.end());
-    }
     for (const PosedSuperquadric& start : starts) {
-      const RefinementResult result =
-          RefineJointly(support ? StretchedTo(start, *support) : start, input, options);
-      const double cost = result.cost + (support ? 0.0 : options.floating_cost);
-      if (cost < best.cost) {
-        best = {result.superquadric, support, cost, result.covariance};
-      }
+      candidates.push_back({support ? StretchedTo(start, *support) : start, support, 0.0});
+    }
+  }
+  return candidates;
+}
+
+void Assume(const std::optional<double>& support, std::span<const double> supports, RefinementInput& input) {
+  input.support_height = support;
+  input.lowest.reset();
+  if (!support && !supports.empty()) {
+    input.lowest = *std::max_element(supports.begin(), supports.end());
+  }
+}
+
+// Keeps the candidates that lead to the lowest costs within a few steps on a part of the data. What they lead
+// to is forgotten: a full refinement that starts there ends in worse places than one from the start itself.
+void KeepPromising(const RefinementInput& input, std::span<const double> supports,
+                   const RefinementOptions& options, std::vector<Candidate>& candidates) {
+  constexpr std::size_t kKept = 2;
+  constexpr std::size_t kViews = 10;
+  constexpr int kSteps = 8;
+  const std::size_t stride = std::max<std::size_t>(1, input.views.size() / kViews);
+  RefinementInput part = Thinned(input, stride);
+  // What stands against the boxes weighs as much less as there are fewer of them.
+  const double share = 1.0 / static_cast<double>(stride);
+  RefinementOptions quick = options;
+  quick.max_iterations = std::min(kSteps, options.max_iterations);
+  quick.point_weight *= share;
+  quick.contact_weight *= share;
+  for (Candidate& candidate : candidates) {
+    Assume(candidate.support, supports, part);
+    candidate.cost = RefineJointly(candidate.start, part, quick).cost +
+                     (candidate.support ? 0.0 : share * options.floating_cost);
+  }
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; });
+  candidates.resize(std::min(candidates.size(), kKept));
+}
+
+}  // namespace
+
+StandingFit RefineStanding(std::span<const PosedSuperquadric> starts, RefinementInput input,
+                           std::span<const double> supports, const RefinementOptions& options,
+                           bool only_promising) {
+  std::vector<Candidate> candidates = AllCandidates(starts, supports);
+  if (only_promising) {
+    KeepPromising(input, supports, options, candidates);
+  }
+  StandingFit best;
+  best.cost = std::numeric_limits<double>::infinity();
+  for (const Candidate& candidate : candidates) {
+    Assume(candidate.support, supports, input);
+    const RefinementResult result = RefineJointly(candidate.start, input, options);
+    const double cost = result.cost + (candidate.support ? 0.0 : options.floating_cost);
+    if (cost < best.cost) {
+      best = {result.superquadric, candidate.support, cost, result.covariance};
     }
   }
   return best;
@@ -128,7 +200,7 @@ StandingFit RefineLandmark(const Landmark& landmark, const std::vector<BoxView>&
   const std::vector<double> supports = PossibleSupports(landmark.points, *context.supports);
   if (thorough || !landmark.refined) {
     const auto starts = RefinementStarts(landmark, input.points, input.yaw, options);
-    return RefineStanding(starts, std::move(input), supports, options.refinement);
+    return RefineStanding(starts, std::move(input), supports, options.refinement, !context.thorough);
   }
   if (landmark.support && !supports.empty()) {
     input.support_height = *std::min_element(supports.begin(), supports.end(), [&](double a, double b) {

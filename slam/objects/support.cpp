@@ -1,6 +1,7 @@
 #include "slam/objects/support.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -30,11 +31,22 @@ double TypicalRadius(std::span<const Eigen::Vector3d> points) {
   return Median(std::move(radii));
 }
 
-// Number of sorted heights in [begin, end).
-int CountBetween(const std::vector<double>& heights, double begin, double end) {
-  const auto first = std::lower_bound(heights.begin(), heights.end(), begin);
-  return static_cast<int>(std::lower_bound(first, heights.end(), end) - first);
-}
+// Answers how many of the sorted heights are below a limit that only rises.
+class RisingCount {
+ public:
+  explicit RisingCount(const std::vector<double>& heights) : heights_(&heights) {}
+
+  int Below(double limit) {
+    while (count_ < heights_->size() && (*heights_)[count_] < limit) {
+      ++count_;
+    }
+    return static_cast<int>(count_);
+  }
+
+ private:
+  const std::vector<double>* heights_;
+  std::size_t count_ = 0;
+};
 
 struct Peak {
   double height = 0.0;
@@ -44,14 +56,17 @@ struct Peak {
 // Layers of thickness `layer` that hold more points than the layers a little above and below.
 std::vector<Peak> Peaks(const std::vector<double>& heights, double layer, double min_points) {
   std::vector<Peak> peaks;
+  std::array<RisingCount, 6> counts{RisingCount(heights), RisingCount(heights), RisingCount(heights),
+                                    RisingCount(heights), RisingCount(heights), RisingCount(heights)};
   for (const double begin : heights) {
-    const int inside = CountBetween(heights, begin, begin + layer);
-    const double beside = 0.5 * (CountBetween(heights, begin - 2.0 * layer, begin - layer) +
-                                 CountBetween(heights, begin + 2.0 * layer, begin + 3.0 * layer));
+    const int first = counts[2].Below(begin);
+    const int inside = counts[3].Below(begin + layer) - first;
+    const int below = counts[1].Below(begin - layer) - counts[0].Below(begin - 2.0 * layer);
+    const int above = counts[5].Below(begin + 3.0 * layer) - counts[4].Below(begin + 2.0 * layer);
+    const double beside = 0.5 * (below + above);
     const double contrast = inside - 1.5 * beside;
     if (contrast >= min_points) {
-      const auto first = std::lower_bound(heights.begin(), heights.end(), begin);
-      peaks.push_back({*(first + inside / 2), contrast});
+      peaks.push_back({heights[static_cast<std::size_t>(first + inside / 2)], contrast});
     }
   }
   std::stable_sort(peaks.begin(), peaks.end(),

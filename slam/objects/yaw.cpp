@@ -1,6 +1,6 @@
 #include "slam/objects/yaw.h"
 
-#include <ceres/ceres.h>
+#include <ceres/tiny_solver.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -12,45 +12,22 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// A line in normalised image coordinates of a level camera: all that the residual needs.
+// A line in normalised image coordinates, as far as the yaw is concerned: the image of the map direction (cos
+// yaw, sin yaw, 0) at the line's midpoint is `image` * (cos yaw, sin yaw), not normalised.
 struct NormalisedLine {
-  Eigen::Matrix3d R_camera_map = Eigen::Matrix3d::Identity();
-  Eigen::Vector2d midpoint = Eigen::Vector2d::Zero();
-  Eigen::Vector2d direction = Eigen::Vector2d::Zero();  // unit
-  double length = 0.0;                                  // px
+  Eigen::Matrix2d image = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d normal = Eigen::Vector2d::Zero();  // unit
+  double sine_to_vertical = 0.0;
+  double length = 0.0;  // px
 };
 
-// Sine of the angle between the line and the image of the map direction (cos yaw, sin yaw, 0).
-template <typename T>
-T SineToAxis(const NormalisedLine& line, const T& yaw) {
-  using std::cos;
-  using std::sin;
-  using std::sqrt;
-  const Eigen::Matrix3d& R = line.R_camera_map;
-  const T c = cos(yaw);
-  const T s = sin(yaw);
-  const T z = R(2, 0) * c + R(2, 1) * s;
-  const T x = R(0, 0) * c + R(0, 1) * s - z * line.midpoint.x();
-  const T y = R(1, 0) * c + R(1, 1) * s - z * line.midpoint.y();
-  return (x * line.direction.y() - y * line.direction.x()) / sqrt(x * x + y * y + 1e-12);
+// Sine of the angle between the line and the image of the map direction (axis.x, axis.y, 0).
+double SineToAxis(const NormalisedLine& line, const Eigen::Vector2d& axis) {
+  const Eigen::Vector2d d = line.image * axis;
+  return d.dot(line.normal) / std::sqrt(d.squaredNorm() + 1e-12);
 }
 
-double SineToVertical(const NormalisedLine& line) {
-  const Eigen::Vector3d axis = line.R_camera_map.col(2);
-  const Eigen::Vector2d d = axis.head<2>() - axis.z() * line.midpoint;
-  return (d.x() * line.direction.y() - d.y() * line.direction.x()) / std::max(d.norm(), 1e-12);
-}
-
-struct AxisCost {
-  const NormalisedLine* line;
-  double offset;  // 0: the x axis, pi/2: the y axis
-
-  template <typename T>
-  bool operator()(const T* yaw, T* residual) const {
-    residual[0] = SineToAxis(*line, T(yaw[0] + offset));
-    return true;
-  }
-};
+Eigen::Vector2d AxisAt(double yaw) { return {std::cos(yaw), std::sin(yaw)}; }
 
 std::vector<NormalisedLine> Normalise(std::span<const LineView> views, const Camera& camera) {
   std::vector<NormalisedLine> lines;
@@ -59,9 +36,15 @@ std::vector<NormalisedLine> Normalise(std::span<const LineView> views, const Cam
     for (const LineSegment& segment : view.lines) {
       const Eigen::Vector2d a = camera.Unproject(segment.a).head<2>();
       const Eigen::Vector2d b = camera.Unproject(segment.b).head<2>();
-      if ((b - a).norm() > 1e-9) {
-        lines.push_back({R_camera_map, 0.5 * (a + b), (b - a).normalized(), segment.Length()});
+      if ((b - a).norm() <= 1e-9) {
+        continue;
       }
+      const Eigen::Matrix<double, 2, 3> image =
+          R_camera_map.topRows<2>() - 0.5 * (a + b) * R_camera_map.row(2);
+      const Eigen::Vector2d direction = (b - a).normalized();
+      const Eigen::Vector2d normal(direction.y(), -direction.x());
+      const double to_vertical = image.col(2).dot(normal) / std::max(image.col(2).norm(), 1e-12);
+      lines.push_back({image.leftCols<2>(), normal, to_vertical, segment.Length()});
     }
   }
   return lines;
@@ -69,43 +52,69 @@ std::vector<NormalisedLine> Normalise(std::span<const LineView> views, const Cam
 
 struct Match {
   int line = 0;
-  double offset = 0.0;
+  double offset = 0.0;  // of the axis from the yaw: 0 the x axis, pi/2 the y axis
 };
 
 // Lines that agree with the horizontal axes at this yaw; those nearer to the vertical axis are left out, as
 // they say nothing about yaw.
-std::vector<Match> MatchLines(const std::vector<NormalisedLine>& lines, double yaw, double max_sine,
-                              double& score) {
-  std::vector<Match> matches;
+void MatchLines(const std::vector<NormalisedLine>& lines, double yaw, double max_sine,
+                std::vector<Match>& matches, double& score) {
+  const Eigen::Vector2d x_axis = AxisAt(yaw);
+  const Eigen::Vector2d y_axis(-x_axis.y(), x_axis.x());
+  matches.clear();
   score = 0.0;
   for (int i = 0; i < static_cast<int>(lines.size()); ++i) {
-    const double x = std::abs(SineToAxis(lines[i], yaw));
-    const double y = std::abs(SineToAxis(lines[i], yaw + kPi / 2.0));
+    const double x = std::abs(SineToAxis(lines[i], x_axis));
+    const double y = std::abs(SineToAxis(lines[i], y_axis));
     const double best = std::min(x, y);
-    if (best < max_sine && best <= std::abs(SineToVertical(lines[i]))) {
+    if (best < max_sine && best <= std::abs(lines[i].sine_to_vertical)) {
       matches.push_back({i, x <= y ? 0.0 : kPi / 2.0});
       score += lines[i].length * (1.0 - 0.5 * best / max_sine);
     }
   }
-  return matches;
 }
 
-double RefineYaw(const std::vector<NormalisedLine>& lines, const std::vector<Match>& matches, double start) {
-  double yaw = start;
-  ceres::Problem problem;
-  for (const Match& match : matches) {
-    problem.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<AxisCost, 1, 1>(new AxisCost{&lines[match.line], match.offset}),
-        new ceres::ScaledLoss(new ceres::CauchyLoss(0.03), lines[match.line].length, ceres::TAKE_OWNERSHIP),
-        &yaw);
+// Residuals of the matched lines for ceres::TinySolver: half the sum of squares is the sum of Cauchy losses
+// of their sines, weighted by the lines' lengths.
+struct YawProblem {
+  using Scalar = double;
+  enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = 1 };
+
+  const std::vector<NormalisedLine>* lines;
+  const std::vector<Match>* matches;
+
+  int NumResiduals() const { return static_cast<int>(matches->size()); }
+
+  bool operator()(const double* yaw, double* residuals, double* jacobian) const {
+    constexpr double kWidth = 0.03;
+    for (const Match& match : *matches) {
+      const NormalisedLine& line = (*lines)[match.line];
+      const Eigen::Vector2d axis = AxisAt(*yaw + match.offset);
+      const Eigen::Vector2d d = line.image * axis;
+      const Eigen::Vector2d slope = line.image * Eigen::Vector2d(-axis.y(), axis.x());
+      const double norm = std::sqrt(d.squaredNorm() + 1e-12);
+      const double sine = d.dot(line.normal) / norm;
+      const double square = sine * sine / (kWidth * kWidth);
+      const double root = std::sqrt(line.length);
+      // The signed root of the loss, log(1 + square), which is the sine itself about zero.
+      const bool tiny = square < 1e-9;
+      const double robust = tiny ? sine : std::copysign(kWidth * std::sqrt(std::log(1.0 + square)), sine);
+      *residuals++ = root * robust;
+      if (jacobian != nullptr) {
+        const double by_yaw = slope.dot(line.normal) / norm - sine * d.dot(slope) / (norm * norm);
+        *jacobian++ = root * by_yaw * (tiny ? 1.0 : sine / (robust * (1.0 + square)));
+      }
+    }
+    return true;
   }
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::DENSE_QR;
-  options.max_num_iterations = 10;
-  options.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
-  return yaw;
+};
+
+double RefineYaw(const std::vector<NormalisedLine>& lines, const std::vector<Match>& matches, double start) {
+  Eigen::Matrix<double, 1, 1> yaw(start);
+  ceres::TinySolver<YawProblem> solver;
+  solver.options.max_num_iterations = 10;
+  solver.Solve(YawProblem{&lines, &matches}, &yaw);
+  return yaw[0];
 }
 
 }  // namespace
@@ -129,14 +138,15 @@ std::optional<YawEstimate> YawFromLines(std::span<const LineView> views, const C
   double best_score = 0.0;
   double best_yaw = 0.0;
   std::vector<Match> best_matches;
+  std::vector<Match> matches;
   for (int i = 0; i < options.samples; ++i) {
     const double yaw = -kPi / 4.0 + (i + 0.5) * (kPi / 2.0) / options.samples;
     double score = 0.0;
-    std::vector<Match> matches = MatchLines(lines, yaw, max_sine, score);
+    MatchLines(lines, yaw, max_sine, matches, score);
     if (score > best_score) {
       best_score = score;
       best_yaw = yaw;
-      best_matches = std::move(matches);
+      std::swap(best_matches, matches);
     }
   }
   if (static_cast<int>(best_matches.size()) < std::max(1, options.min_lines - 1)) {
