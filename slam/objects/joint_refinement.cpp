@@ -151,7 +151,7 @@ class RememberingProblem {
 }  // namespace
 
 RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementInput& input,
-                               const RefinementOptions& options) {
+                               const RefinementOptions& options, bool with_covariance) {
   RefinementProblem problem;
   for (const SilhouetteView& view : input.views) {
     AddEdges(view, input.camera, options, problem);
@@ -167,7 +167,12 @@ RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementI
   solver.options.max_num_iterations = options.max_iterations;
   solver.options.function_tolerance = options.cost_tolerance;
   const auto summary = solver.Solve(remembering, &parameters);
-  return {RefinementProblem::Unpack(parameters), summary.final_cost, problem.Covariance(parameters)};
+  RefinementResult result{RefinementProblem::Unpack(parameters), summary.final_cost,
+                          Eigen::Matrix<double, 9, 9>::Zero()};
+  if (with_covariance) {
+    result.covariance = problem.Covariance(parameters);
+  }
+  return result;
 }
 
 }  // namespace sqslam

@@ -44,8 +44,8 @@ struct RefinementResult {
 // normal n (camera frame, scaled so that n . p is the offset in the image times depth) the condition is n . c
 // + h(R^T n) = 0, where c is the object's centre and h the support function of the superquadric: exact,
 // smooth, and no silhouette has to be traced. Points give the radial distance of Eq. 10, the support gives
-// contact: lowest point = height.
+// contact: lowest point = height. Without `with_covariance` that of the result is zero.
 RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementInput& input,
-                               const RefinementOptions& options);
+                               const RefinementOptions& options, bool with_covariance = true);
 
 }  // namespace sqslam

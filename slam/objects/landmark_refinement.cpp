@@ -162,7 +162,7 @@ void KeepPromising(const RefinementInput& input, std::span<const double> support
   quick.contact_weight *= share;
   for (Candidate& candidate : candidates) {
     Assume(candidate.support, supports, part);
-    candidate.cost = RefineJointly(candidate.start, part, quick).cost +
+    candidate.cost = RefineJointly(candidate.start, part, quick, false).cost +
                      (candidate.support ? 0.0 : share * options.floating_cost);
   }
   std::stable_sort(candidates.begin(), candidates.end(),
