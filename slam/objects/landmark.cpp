@@ -40,6 +40,12 @@ double LabelVotes::BestScore() const {
   return it == tallies_.end() ? 0.0 : it->second.sum / it->second.count;
 }
 
+bool BoxView::IsBeyondFreeEdge(const Eigen::Vector2d& pixel, double margin) const {
+  return (edge_free[0] && pixel.x() < box.x - margin) || (edge_free[1] && pixel.y() < box.y - margin) ||
+         (edge_free[2] && pixel.x() > box.x + box.width + margin) ||
+         (edge_free[3] && pixel.y() > box.y + box.height + margin);
+}
+
 void Landmark::Add(const ObjectObservation& observation) {
   ++observations;
   labels.Add(observation.detection.label, observation.detection.score);

@@ -41,7 +41,10 @@ struct BoxView {
   std::int64_t frame_index = 0;
   Rigid3d T_map_camera;
   Box2d box;  // distorted px
-  std::array<bool, 4> edge_free{};
+  std::array<bool, 4> edge_free{};  // left, top, right, bottom: neither cut off by the image nor hidden
+
+  // Whether the pixel is farther than `margin` (px) outside of an edge where the object ends for sure.
+  bool IsBeyondFreeEdge(const Eigen::Vector2d& pixel, double margin) const;
 };
 
 // An object as the mapping thread keeps it. Plain data; the steps that work on it are in

@@ -1,11 +1,13 @@
 #include "slam/objects/landmark_estimation.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/landmark_outliers.h"
 #include "slam/objects/landmark_refinement.h"
+#include "slam/objects/occlusion.h"
 #include "slam/objects/size_shape.h"
 
 namespace sqslam {
@@ -28,6 +30,26 @@ void CompleteHiddenPart(Landmark& landmark, const std::vector<BoxView>& views,
   if (context.hidden_support && *context.hidden_support < bottom && !IsBottomSeen(views)) {
     landmark.superquadric = StretchedTo(seen, *context.hidden_support);
     landmark.support = context.hidden_support;
+  }
+}
+
+// Edges of boxes behind what is known by now to stand before the object: when the box was seen it may not have
+// been mapped yet.
+void MarkHiddenEdges(const Landmark& landmark, const EstimationContext& context,
+                     std::vector<BoxView>& views) {
+  for (BoxView& view : views) {
+    const double depth =
+        (view.T_map_camera.Inverse() * landmark.visible.T_map_object.translation).z();
+    if (depth <= 0.0) {
+      continue;
+    }
+    const Box2d box = UndistortBox(view.box, context.camera);
+    for (const PosedSuperquadric& other : context.hiders) {
+      const std::array<bool, 4> hidden = EdgesHiddenBy(box, depth, view.T_map_camera, context.camera, other);
+      for (std::size_t edge = 0; edge < 4; ++edge) {
+        view.edge_free[edge] = view.edge_free[edge] && !hidden[edge];
+      }
+    }
   }
 }
 
@@ -71,7 +93,10 @@ std::vector<BoxView> SpreadViews(const std::vector<BoxView>& views, int count) {
 void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
   constexpr std::size_t kMinPoints = 4;
   const ObjectOptions& options = *context.options;
-  const std::vector<BoxView> views = SpreadViews(landmark.views, options.refinement.max_views);
+  std::vector<BoxView> views = SpreadViews(landmark.views, options.refinement.max_views);
+  if (landmark.estimated) {
+    MarkHiddenEdges(landmark, context, views);
+  }
   landmark.points = RemoveOutliers(landmark, views, context);
   landmark.estimated_at = landmark.observations;
   if (landmark.points.size() < kMinPoints) {

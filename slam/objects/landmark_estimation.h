@@ -21,6 +21,7 @@ struct EstimationContext {
       hidden_support;     // what a larger object stands on that may hide the lower part of this
   bool thorough = false;  // refine from all starts, not only on from the last result
   std::vector<PosedSuperquadric> smaller_objects;  // other landmarks, well known and smaller than this one
+  std::vector<PosedSuperquadric> hiders;           // larger landmarks that may stand before it: MayHide()
   std::uint64_t seed = 0;
 };
 

@@ -77,8 +77,11 @@ std::vector<bool> InsideBoxes(const NamedPoints& points, const std::vector<BoxVi
           pixel.y() >= context.camera.height) {
         continue;
       }
-      ++seen[i];
-      inside[i] += view.box.Contains(pixel, margin) ? 1 : 0;
+      // Beyond an edge that something else hides the object may well go on.
+      const bool in_box = view.box.Contains(pixel, margin);
+      const bool unknown = !in_box && !view.IsBeyondFreeEdge(pixel, margin);
+      seen[i] += unknown ? 0 : 1;
+      inside[i] += in_box ? 1 : 0;
     }
   }
   std::vector<bool> keep(points.size(), true);

@@ -45,6 +45,7 @@ struct ObjectMapper::Impl {
   void RenewPoses(Landmark& landmark, const PoseLookup& poses) const;
   void Update(const PointLookup& points, const Camera& camera, const PoseLookup& poses, bool all);
   std::vector<PosedSuperquadric> SmallerThan(const Landmark& landmark) const;
+  std::vector<PosedSuperquadric> HidersOf(const Landmark& landmark) const;
   std::vector<int> LargestFirst() const;
   std::optional<double> HiddenSupport(const Landmark& landmark) const;
   bool MergeOnePair();
@@ -78,7 +79,14 @@ void ObjectMapper::Impl::RenewPoses(Landmark& landmark, const PoseLookup& poses)
 void ObjectMapper::Impl::Update(const PointLookup& points, const Camera& camera, const PoseLookup& poses,
                                 bool all) {
   last_camera = camera;
-  EstimationContext context{&options, &points, camera, upright, &supports, {}, all, {}, seed};
+  EstimationContext context;
+  context.options = &options;
+  context.points = &points;
+  context.camera = camera;
+  context.upright = upright;
+  context.supports = &supports;
+  context.thorough = all;
+  context.seed = seed;
   const auto estimate_due = [&] {
     for (const int id : LargestFirst()) {
       Landmark& landmark = landmarks.at(id);
@@ -87,6 +95,7 @@ void ObjectMapper::Impl::Update(const PointLookup& points, const Camera& camera,
       if (all || landmark.estimated_at == 0 || landmark.observations >= due) {
         RenewPoses(landmark, poses);
         context.smaller_objects = SmallerThan(landmark);
+        context.hiders = HidersOf(landmark);
         context.hidden_support = HiddenSupport(landmark);
         EstimateLandmark(landmark, context);
         if (options.representation == "quadric") {
@@ -121,6 +130,17 @@ std::vector<PosedSuperquadric> ObjectMapper::Impl::SmallerThan(const Landmark& l
     }
   }
   return smaller;
+}
+
+std::vector<PosedSuperquadric> ObjectMapper::Impl::HidersOf(const Landmark& landmark) const {
+  std::vector<PosedSuperquadric> hiders;
+  for (const auto& [id, other] : landmarks) {
+    if (landmark.estimated && id != landmark.id && IsShown(other) &&
+        MayHide(other.superquadric, landmark.visible)) {
+      hiders.push_back(other.superquadric);
+    }
+  }
+  return hiders;
 }
 
 // The small ones profit from what was just learnt of the large ones: what hides them, what they stand on.
