@@ -70,10 +70,8 @@ std::vector<ExtraLandmark> DescribeExtra(const Evaluation& evaluation) {
     }
     if (extra.nearest >= 0) {
       const Solid& nearest = evaluation.truth[static_cast<std::size_t>(extra.nearest)].solid;
-      const double volume = solid.Volume();
       extra.iou = IoU(solid, nearest);
-      const double common = extra.iou * (volume + nearest.Volume()) / (1.0 + extra.iou);
-      extra.inside = volume > 0.0 ? std::min(1.0, common / volume) : 0.0;
+      extra.inside = ShareInside(solid, nearest, extra.iou);
     }
     described.push_back(extra);
   }

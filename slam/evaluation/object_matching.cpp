@@ -61,19 +61,30 @@ ObjectMatch Measure(const Solid& mapped, const Solid& truth) {
   return match;
 }
 
+bool HaveSameLabel(const SnapshotObject& mapped, const GroundTruthObject& truth) {
+  return WithoutBlanks(mapped.label) == WithoutBlanks(truth.label);
+}
+
 // How well a mapped object stands for a true one: above 0 where it counts as the same object.
-double Affinity(const Solid& mapped, const Solid& truth, const MatchingOptions& options) {
+double Affinity(const Solid& mapped, const Solid& truth, bool same_label, const MatchingOptions& options) {
   const double half_diagonal = truth.half_size.norm();
   const double distance = (mapped.T_map_object.translation - truth.T_map_object.translation).norm();
   const double size_ratio = mapped.half_size.norm() / half_diagonal;
   const double nearness = 1.0 - distance / (options.max_center_distance * half_diagonal);
-  const bool near =
-      nearness > 0.0 && size_ratio <= options.max_size_ratio && size_ratio >= 1.0 / options.max_size_ratio;
+  const bool size_fits = size_ratio <= options.max_size_ratio && size_ratio >= 1.0 / options.max_size_ratio;
   const double iou = IoU(mapped, truth);
-  return near || iou >= options.min_iou ? iou + std::max(0.0, nearness) : 0.0;
+  const bool is_near = size_fits && nearness > 0.0;
+  const bool is_part = size_fits && same_label && ShareInside(mapped, truth, iou) >= options.min_part_inside;
+  return is_near || is_part || iou >= options.min_iou ? iou + std::max(0.0, nearness) : 0.0;
 }
 
 }  // namespace
+
+double ShareInside(const Solid& mapped, const Solid& truth, double iou) {
+  const double volume = mapped.Volume();
+  const double common = iou / (1.0 + iou) * (volume + truth.Volume());
+  return volume > 0.0 ? std::min(1.0, common / volume) : 0.0;
+}
 
 bool IsThin(const Solid& solid) {
   constexpr double kThinHalfSize = 0.015;  // metres
@@ -94,8 +105,9 @@ ObjectMatching MatchObjects(const std::vector<SnapshotObject>& mapped,
   Eigen::MatrixXd affinity = Eigen::MatrixXd::Zero(rows, columns);
   for (int i = 0; i < rows; ++i) {
     for (int j = 0; j < columns; ++j) {
-      affinity(i, j) =
-          Affinity(solids[static_cast<std::size_t>(j)], truth[static_cast<std::size_t>(i)].solid, options);
+      affinity(i, j) = Affinity(
+          solids[static_cast<std::size_t>(j)], truth[static_cast<std::size_t>(i)].solid,
+          HaveSameLabel(mapped[static_cast<std::size_t>(j)], truth[static_cast<std::size_t>(i)]), options);
     }
   }
   const std::vector<int> assigned = AssignOptimally(affinity);
@@ -113,8 +125,7 @@ ObjectMatching MatchObjects(const std::vector<SnapshotObject>& mapped,
     ObjectMatch match = Measure(solids[static_cast<std::size_t>(j)], object.solid);
     match.truth = i;
     match.mapped = j;
-    match.label_agrees =
-        WithoutBlanks(mapped[static_cast<std::size_t>(j)].label) == WithoutBlanks(object.label);
+    match.label_agrees = HaveSameLabel(mapped[static_cast<std::size_t>(j)], object);
     result.matches.push_back(match);
   }
   for (int j = 0; j < columns; ++j) {

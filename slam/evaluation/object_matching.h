@@ -9,24 +9,28 @@
 
 namespace sqslam {
 
-// When a mapped object counts as a ground-truth object. Two ways, because overlap alone would refuse a
-// magazine 4 mm thick that is mapped 4 mm too high, and position alone would refuse a big object that is seen
-// from one side:
+// When a mapped object counts as a ground-truth object. Three ways, because overlap alone would refuse a
+// magazine 4 mm thick that is mapped 4 mm too high, position alone would refuse a big object that is seen
+// from one side, and both would refuse the back of a chair whose seat is hidden by a table:
 //  - 3D IoU of at least min_iou; or
 //  - centre distance of at most max_center_distance times half the ground truth's space diagonal, and space
-//  diagonals
-//    within a factor of max_size_ratio of each other (a blob the size of the table stands for no cup on it).
-// Labels play no part: detectors call a plastic box "cell phone".
+//    diagonals within a factor of max_size_ratio of each other (a blob the size of the table stands for no
+//    cup on it); or
+//  - the same label, at least min_part_inside of the mapped volume within the ground truth, and such
+//    diagonals.
+// Otherwise labels play no part: detectors call a plastic box "cell phone".
 struct MatchingOptions {
   double min_iou = 0.1;              // 3D IoU that alone makes a match
   double max_center_distance = 0.5;  // centre distance over half the space diagonal of the ground truth
   double max_size_ratio = 3.0;       // of the space diagonals, either way
+  double min_part_inside = 0.75;     // share of the mapped volume that makes it a visible part of the truth
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
     visit("min_iou", min_iou, 0.0, 1.0);
     visit("max_center_distance", max_center_distance, 0.0, 10.0);
     visit("max_size_ratio", max_size_ratio, 1.0, 100.0);
+    visit("min_part_inside", min_part_inside, 0.0, 1.0);
   }
 };
 
@@ -48,6 +52,9 @@ struct ObjectMatch {
 // Too thin for its 3D IoU to say much, so that the footprint is worth a look: the smallest half size is less
 // than 15 mm or 5 % of the largest.
 bool IsThin(const Solid& solid);
+
+// Share of the mapped volume that lies within the truth, of two solids with this 3D IoU.
+double ShareInside(const Solid& mapped, const Solid& truth, double iou);
 
 // A mapped object that also lies on a ground-truth object which a better one is matched to.
 struct ObjectDouble {

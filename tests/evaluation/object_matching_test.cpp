@@ -109,6 +109,20 @@ TEST(MatchObjects, AThinThingMayMatchByPositionButABlobOfAnotherSizeMayNot) {
               ElementsAre(0));
 }
 
+TEST(MatchObjects, TheBackOfAChairIsTheChairButNoCupOnItsSeatIs) {
+  const std::vector truth = {Truth(1, {0, 0, 0}, {0.25, 0.25, 0.4})};
+  std::vector mapped = {Mapped(1, {0, 0.2, 0.25}, {0.2, 0.04, 0.12})};
+  ObjectMatching matching = MatchObjects(mapped, truth, {}, {});
+  ASSERT_EQ(matching.matches.size(), 1u);
+  EXPECT_LT(matching.matches[0].iou, 0.1);
+  mapped[0].label = "cup";  // another thing there
+  EXPECT_THAT(MatchObjects(mapped, truth, {}, {}).extra, ElementsAre(0));
+  mapped = {Mapped(1, {0, 0.29, 0.25}, {0.2, 0.04, 0.12})};  // mostly outside
+  EXPECT_THAT(MatchObjects(mapped, truth, {}, {}).extra, ElementsAre(0));
+  mapped = {Mapped(1, {0, 0.2, 0.25}, {0.04, 0.04, 0.04})};  // too small
+  EXPECT_THAT(MatchObjects(mapped, truth, {}, {}).extra, ElementsAre(0));
+}
+
 TEST(MatchObjects, LabelsDoNotDecideButAreCompared) {
   auto truth = Truth(1, {0, 0, 0}, {0.1, 0.1, 0.1});
   truth.label = "cereal box";
