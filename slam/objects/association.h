@@ -36,14 +36,16 @@ struct KnownLandmark {
 
 // What the association methods are made of.
 //
-// | method        | in the next frames           | after a gap                            | merging | |
-// ------------- | ---------------------------- | -------------------------------------- | ---------------- |
-// | full          | box, projection, points      | projection, points, one-sample t-test  | t-test, volume |
-// | iou           | box                          | nothing: the object begins anew        | none | |
-// iou+points    | box, points                  | points                                 | none             |
-// | iou+ttest     | box                          | one-sample t-test                      | t-test | |
-// nonparametric | rank-sum test                | rank-sum test                          | none             |
-// | ensemble      | box                          | rank-sum test, else one-sample t-test  | t-test |
+// clang-format off
+// | method        | in the next frames      | after a gap                           | merging        |
+// | ------------- | ----------------------- | ------------------------------------- | -------------- |
+// | full          | box, projection, points | projection, points, one-sample t-test | t-test, volume |
+// | iou           | box                     | nothing: the object begins anew       | none           |
+// | iou+points    | box, points             | points                                | none           |
+// | iou+ttest     | box                     | one-sample t-test                     | t-test         |
+// | nonparametric | rank-sum test           | rank-sum test                         | none           |
+// | ensemble      | box                     | rank-sum test, else one-sample t-test | t-test         |
+// clang-format on
 //
 // "box" is the overlap with the box predicted from the last frames, "projection" that with the outline of the
 // landmark's superquadric, "points" the share of map points in common, "t-test" the two-sample test and

@@ -69,6 +69,19 @@ double UnitsPerPixel(const PosedSuperquadric& start, const RefinementInput& inpu
   return std::max(depths[depths.size() / 2], 1e-6) / input.camera.fx;
 }
 
+// Standard deviation of a point's distance to the surface that comes from its depth, map units: the less the
+// cameras moved, the worse a point is known along the lines of sight. The distance is measured along the
+// radius, so a surface seen under a grazing angle is told all the same.
+double RadialSigma(const Eigen::Vector3d& p, const PointCameras& cameras, const PosedSuperquadric& start,
+                   const Camera& camera, double pixel_sigma) {
+  constexpr double kLeastSpread = 0.01;  // of the distance: bundle adjustment holds the depths together
+  const Eigen::Vector3d line = p - cameras.mean;
+  const Eigen::Vector3d radius = p - start.T_map_object.translation;
+  const double along = std::abs(line.normalized().dot(radius.normalized()));
+  const double spread = std::max(kLeastSpread * line.norm(), cameras.spread);
+  return along * pixel_sigma * line.squaredNorm() / (camera.fx * spread);
+}
+
 void AddPoints(const PosedSuperquadric& start, const RefinementInput& input, const RefinementOptions& options,
                RefinementProblem& problem) {
   constexpr std::size_t kMaxPoints = 150;
@@ -83,10 +96,15 @@ void AddPoints(const PosedSuperquadric& start, const RefinementInput& input, con
   const std::size_t stride = (input.points.size() + kMaxPoints - 1) / kMaxPoints;
   for (std::size_t i = 0; i < input.points.size(); i += stride) {
     const Eigen::Vector3d& p = input.points[i];
-    problem.points.push_back({p, 1.0 / sigma, weight, true});
-    if (i / stride % 2 == 0 && i < input.point_cameras.size()) {
+    if (i >= input.point_cameras.size()) {
+      problem.points.push_back({p, 1.0 / sigma, weight, true});
+      continue;
+    }
+    const double radial = RadialSigma(p, input.point_cameras[i], start, input.camera, options.depth_sigma_px);
+    problem.points.push_back({p, 1.0 / std::hypot(sigma, radial), weight, true});
+    if (i / stride % 2 == 0) {
       // On the line of sight before the point: outside.
-      const Eigen::Vector3d to_camera = (input.point_cameras[i] - p).normalized();
+      const Eigen::Vector3d to_camera = (input.point_cameras[i].mean - p).normalized();
       problem.points.push_back({p + step * to_camera, 1.0 / sigma, 2.0 * weight, false});
     }
   }
@@ -103,6 +121,10 @@ void AddContactAndPrior(const PosedSuperquadric& start, const RefinementInput& i
   }
   problem.prior = {options.prior_e1, options.prior_e2, 1.0 / options.prior_e_sigma,
                    input.yaw ? input.yaw->yaw : 0.0, input.yaw ? input.yaw->quality / kYawSigma : 0.0};
+  if (input.is_flat) {
+    problem.prior.flat_log_ratio = std::log(options.flat_ratio);
+    problem.prior.flat_factor = 1.0 / options.flat_sigma;
+  }
 }
 
 void SetBounds(const PosedSuperquadric& start, const RefinementInput& input, const RefinementOptions& options,

@@ -22,14 +22,21 @@ struct SilhouetteView {
       edge_exact{};  // left, top, right, bottom: the silhouette ends there; otherwise it may go on
 };
 
+// Whence a point was seen.
+struct PointCameras {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();  // of the camera centres, map frame
+  double spread = 0.0;                             // root mean square distance from that, map units
+};
+
 struct RefinementInput {
   std::vector<SilhouetteView> views;
-  std::vector<Eigen::Vector3d> points;         // inliers, map frame
-  std::vector<Eigen::Vector3d> point_cameras;  // for each point the mean place of the cameras that saw it
-  std::optional<YawEstimate> yaw;              // from lines
-  std::optional<double> support_height;        // z of the surface that it stands on; empty: none
-  std::optional<double> lowest;                // z below which nothing of it can be: a surface under it
+  std::vector<Eigen::Vector3d> points;      // inliers, map frame
+  std::vector<PointCameras> point_cameras;  // for each point those that saw it; may be empty
+  std::optional<YawEstimate> yaw;           // from lines
+  std::optional<double> support_height;     // z of the surface that it stands on; empty: none
+  std::optional<double> lowest;             // z below which nothing of it can be: a surface under it
   Camera camera;
+  bool is_flat = false;  // of a kind that is much thinner than wide: see RefinementOptions::flat_labels
 };
 
 struct RefinementResult {

@@ -40,6 +40,33 @@ double LabelVotes::BestScore() const {
   return it == tallies_.end() ? 0.0 : it->second.sum / it->second.count;
 }
 
+void Landmark::PointVotes::SeeInside(const Eigen::Vector3d& camera_centre) {
+  ++inside;
+  camera_sum += camera_centre;
+  camera_square_sum += camera_centre.squaredNorm();
+}
+
+void Landmark::PointVotes::Merge(const PointVotes& other) {
+  inside += other.inside;
+  outside += other.outside;
+  camera_sum += other.camera_sum;
+  camera_square_sum += other.camera_square_sum;
+}
+
+void Landmark::PointVotes::Transform(const Sim3d& S_new_old) {
+  const Eigen::Vector3d turned = S_new_old.scale * (S_new_old.rotation * camera_sum);
+  const Eigen::Vector3d& t = S_new_old.translation;
+  camera_square_sum =
+      S_new_old.scale * S_new_old.scale * camera_square_sum + 2.0 * t.dot(turned) + inside * t.squaredNorm();
+  camera_sum = turned + inside * t;
+}
+
+Eigen::Vector3d Landmark::PointVotes::MeanCamera() const { return camera_sum / std::max(1, inside); }
+
+double Landmark::PointVotes::CameraSpread() const {
+  return std::sqrt(std::max(0.0, camera_square_sum / std::max(1, inside) - MeanCamera().squaredNorm()));
+}
+
 bool BoxView::IsBeyondFreeEdge(const Eigen::Vector2d& pixel, double margin) const {
   return (edge_free[0] && pixel.x() < box.x - margin) || (edge_free[1] && pixel.y() < box.y - margin) ||
          (edge_free[2] && pixel.x() > box.x + box.width + margin) ||
@@ -55,9 +82,7 @@ void Landmark::Add(const ObjectObservation& observation) {
     ThinViews();
   }
   for (const std::int64_t point : observation.point_ids) {
-    PointVotes& vote = votes[point];
-    ++vote.inside;
-    vote.camera_sum += observation.T_map_camera.translation;
+    votes[point].SeeInside(observation.T_map_camera.translation);
   }
   for (const std::int64_t point : observation.reprojected_outside) {
     ++votes[point].outside;
@@ -103,10 +128,7 @@ void Landmark::Absorb(Landmark&& other) {
   halvings_ = std::max(halvings_, other.halvings_);
   ThinViews();
   for (const auto& [point, theirs] : other.votes) {
-    PointVotes& mine = votes[point];
-    mine.inside += theirs.inside;
-    mine.outside += theirs.outside;
-    mine.camera_sum += theirs.camera_sum;
+    votes[point].Merge(theirs);
   }
   centroids.Merge(other.centroids);
   yaw.Merge(other.yaw);
@@ -126,8 +148,7 @@ void Landmark::Transform(const Sim3d& S_new_old) {
     move(view.T_map_camera);
   }
   for (auto& [point, vote] : votes) {
-    vote.camera_sum =
-        S_new_old.scale * (S_new_old.rotation * vote.camera_sum) + vote.inside * S_new_old.translation;
+    vote.Transform(S_new_old);
   }
   for (auto& [point, p] : points) {
     p = S_new_old * p;

@@ -40,7 +40,7 @@ class LabelVotes {
 struct BoxView {
   std::int64_t frame_index = 0;
   Rigid3d T_map_camera;
-  Box2d box;  // distorted px
+  Box2d box;                        // distorted px
   std::array<bool, 4> edge_free{};  // left, top, right, bottom: neither cut off by the image nor hidden
 
   // Whether the pixel is farther than `margin` (px) outside of an edge where the object ends for sure.
@@ -55,7 +55,14 @@ struct Landmark {
     int inside = 0;
     int outside = 0;
     Eigen::Vector3d camera_sum =
-        Eigen::Vector3d::Zero();  // camera centres of the `inside` sightings, map frame
+        Eigen::Vector3d::Zero();     // camera centres of the `inside` sightings, map frame
+    double camera_square_sum = 0.0;  // their squared norms
+
+    void SeeInside(const Eigen::Vector3d& camera_centre);
+    void Merge(const PointVotes& other);
+    void Transform(const Sim3d& S_new_old);
+    Eigen::Vector3d MeanCamera() const;  // of the `inside` sightings; zero where there are none
+    double CameraSpread() const;         // root mean square distance of the cameras from that
   };
 
   int id = 0;

@@ -33,13 +33,12 @@ void CompleteHiddenPart(Landmark& landmark, const std::vector<BoxView>& views,
   }
 }
 
-// Edges of boxes behind what is known by now to stand before the object: when the box was seen it may not have
-// been mapped yet.
+// Edges of boxes behind what is known by now to stand before the object: when the box was seen it may not
+// have been mapped yet.
 void MarkHiddenEdges(const Landmark& landmark, const EstimationContext& context,
                      std::vector<BoxView>& views) {
   for (BoxView& view : views) {
-    const double depth =
-        (view.T_map_camera.Inverse() * landmark.visible.T_map_object.translation).z();
+    const double depth = (view.T_map_camera.Inverse() * landmark.visible.T_map_object.translation).z();
     if (depth <= 0.0) {
       continue;
     }

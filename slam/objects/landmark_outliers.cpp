@@ -33,9 +33,7 @@ NamedPoints ResolvePoints(Landmark& landmark, const PointLookup& lookup, const O
         const auto place = votes.try_emplace(votes.end(), id);
         return std::pair(place, votes.size() > size);
       }();
-      it->second.inside += vote.inside;
-      it->second.outside += vote.outside;
-      it->second.camera_sum += vote.camera_sum;
+      it->second.Merge(vote);
       if (is_new) {
         positions.emplace_back(id, *p);
       }

@@ -23,8 +23,12 @@ std::optional<YawEstimate> YawFromAllLines(const Landmark& landmark, const Estim
   return YawFromLines(views, context.camera, context.options->yaw);
 }
 
+bool IsFlat(const Landmark& landmark, const RefinementOptions& options) {
+  return std::ranges::find(options.flat_labels, landmark.labels.Best()) != options.flat_labels.end();
+}
+
 // Box-like, cylinder-like and ball-like at the yaw of the lines and of the cloud, and the last result. A box
-// can't turn into a ball by small steps that each fit better.
+// can't turn into a ball by small steps that each fit better. A screen that stands is thin along either axis.
 std::vector<PosedSuperquadric> RefinementStarts(const Landmark& landmark,
                                                 const std::vector<Eigen::Vector3d>& points,
                                                 const std::optional<YawEstimate>& line_yaw,
@@ -52,6 +56,14 @@ std::vector<PosedSuperquadric> RefinementStarts(const Landmark& landmark,
       start.shape.e1 = e1;
       start.shape.e2 = e2;
       starts.push_back(start);
+    }
+    if (IsFlat(landmark, options.refinement)) {
+      for (int axis = 0; axis < 2; ++axis) {
+        PosedSuperquadric upright = start;
+        upright.shape.e1 = upright.shape.e2 = 0.25;
+        upright.shape.half_size[axis] = thin;
+        starts.push_back(upright);
+      }
     }
   }
   return starts;
@@ -83,9 +95,10 @@ RefinementInput InputOf(const Landmark& landmark, const std::vector<BoxView>& vi
   for (const auto& [id, p] : landmark.points) {
     const Landmark::PointVotes& vote = landmark.votes.at(id);
     input.points.push_back(p);
-    input.point_cameras.push_back(vote.camera_sum / std::max(1, vote.inside));
+    input.point_cameras.push_back({vote.MeanCamera(), vote.CameraSpread()});
   }
   input.camera = context.camera;
+  input.is_flat = IsFlat(landmark, context.options->refinement);
   const bool bottom_seen = IsBottomSeen(views);
   for (const BoxView& view : views) {
     std::array<bool, 4> exact = view.edge_free;

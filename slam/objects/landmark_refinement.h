@@ -21,7 +21,7 @@ struct StandingFit {
 // `supports` (heights), or on none of them, which must then fit the boxes and points better by
 // options.floating_cost. Starts are stretched down to the assumed support: the lower part of a chair behind a
 // table is never seen. `only_promising`: a short look at a part of the data picks the starts and assumptions
-// that are followed to the end, in a fourth of the time.
+// that are followed to the end, in about a third of the time.
 StandingFit RefineStanding(std::span<const PosedSuperquadric> starts, RefinementInput input,
                            std::span<const double> supports, const RefinementOptions& options,
                            bool only_promising = false);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "slam/objects/association.h"
+#include "slam/objects/landmark_estimation.h"
 #include "slam/objects/landmark_geometry.h"
 
 namespace sqslam {
@@ -29,8 +30,40 @@ int FramesSeenApart(const Landmark& a, const Landmark& b, bool parts_are_one, in
   return count;
 }
 
+namespace {
+
+// Two thin things across each other share hardly any volume, but two of a kind don't stand so.
+bool AreConcentric(const Landmark& a, const Landmark& b, const MergingOptions& options) {
+  const double distance =
+      (a.superquadric.T_map_object.translation - b.superquadric.T_map_object.translation).norm();
+  return distance < options.concentric * std::min(a.superquadric.shape.half_size.maxCoeff(),
+                                                  b.superquadric.shape.half_size.maxCoeff());
+}
+
+// Whether nearly all boxes of `part` lie within the projection of `whole`, and the two not one behind the
+// other. A detector often boxes the picture on a screen instead of the screen; seen from one side, what such
+// boxes give has hardly any volume in common with the screen.
+bool ShowsPartOf(const Landmark& part, const Landmark& whole, double shared, const Camera& camera) {
+  constexpr double kInside = 0.8;  // of a box
+  constexpr double kViews = 0.8;
+  constexpr double kShared = 0.05;  // of the smaller volume
+  constexpr int kMaxViews = 10;
+  if (shared < kShared || 2 * part.observations > whole.observations) {
+    return false;
+  }
+  const std::vector<BoxView> views = SpreadViews(part.views, kMaxViews);
+  const auto inside = std::count_if(views.begin(), views.end(), [&](const BoxView& view) {
+    const auto box = ProjectToBox(whole.superquadric, view.T_map_camera, camera);
+    const Box2d own = UndistortBox(view.box, camera);
+    return box && own.Area() <= box->Area() && ShareOfSmaller(own, *box) >= kInside;
+  });
+  return static_cast<double>(inside) >= kViews * static_cast<double>(views.size());
+}
+
+}  // namespace
+
 bool AreSameObject(const Landmark& a, const Landmark& b, const AssociationOptions& association,
-                   const MergingOptions& options) {
+                   const MergingOptions& options, const Camera& camera) {
   constexpr double kPart = 0.75;  // of the smaller volume
   const AssociationParts parts = PartsOf(association);
   const bool same_label = a.labels.Best() == b.labels.Best();
@@ -55,7 +88,9 @@ bool AreSameObject(const Landmark& a, const Landmark& b, const AssociationOption
     const double needed = same_label ? options.overlap : options.overlap_other_label;
     const double shared = OverlapOfSmaller(a.superquadric, b.superquadric);
     same = shared > needed;
-    is_part = same_label && shared > kPart;
+    is_part = same_label &&
+              (shared > kPart || ShowsPartOf(a, b, shared, camera) || ShowsPartOf(b, a, shared, camera));
+    same = same || is_part || (same_label && AreConcentric(a, b, options));
   }
   return same && FramesSeenApart(a, b, is_part, limit + 1) <= limit;
 }

@@ -4,16 +4,18 @@
 #include <utility>
 #include <vector>
 
+#include "slam/geometry/camera.h"
 #include "slam/objects/landmark.h"
 #include "slam/objects/object_options.h"
 
 namespace sqslam {
 
 // Whether two landmarks are one object: never boxed apart in the same frames, and either the two-sample
-// t-test on their centroid histories accepts (same label), or their superquadrics share enough volume. Which
-// of the two count depends on the association method (see AssociationParts).
+// t-test on their centroid histories accepts (same label), or their superquadrics share enough volume, or the
+// boxes of the rarer one show parts of the other (same label). Which of them count depends on the association
+// method (see AssociationParts).
 bool AreSameObject(const Landmark& a, const Landmark& b, const AssociationOptions& association,
-                   const MergingOptions& options);
+                   const MergingOptions& options, const Camera& camera);
 
 // Frames in which both have a box and the boxes are clearly two: IoU below 0.4 and, with `parts_are_one`, not
 // one within the other, as the back of a chair in the chair. Counts no further than to `enough`.

@@ -181,7 +181,7 @@ std::optional<double> ObjectMapper::Impl::HiddenSupport(const Landmark& landmark
 bool ObjectMapper::Impl::MergeOnePair() {
   for (auto a = landmarks.begin(); a != landmarks.end(); ++a) {
     for (auto b = std::next(a); b != landmarks.end(); ++b) {
-      if (AreSameObject(a->second, b->second, options.association, options.merging)) {
+      if (AreSameObject(a->second, b->second, options.association, options.merging, *last_camera)) {
         merges.emplace_back(b->first, a->first);
         merged_into[b->first] = a->first;
         a->second.Absorb(std::move(b->second));

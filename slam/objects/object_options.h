@@ -167,8 +167,11 @@ struct RefinementOptions {
   int max_views = 30;              // views whose box edges are used, spread over the viewing directions
   double edge_sigma_px = 1.5;      // standard deviation of a box edge, px, plus
   double edge_sigma_share = 0.03;  // this share of the box size
-  double point_sigma_px =
-      3.0;  // standard deviation of a point's distance to the surface, px in a typical view
+  // Standard deviation of a point's distance to the surface, px in a typical view, and of its image, px,
+  // which is what its depth is uncertain from the more the less the cameras that saw it moved; 0: depth as
+  // good.
+  double point_sigma_px = 1.5;
+  double depth_sigma_px = 3.0;
   double point_weight = 10.0;    // the points together weigh at most as much as so many views
   double contact_sigma = 0.05;   // standard deviation of the gap to the support, share of the object's height
   double contact_weight = 10.0;  // of contact against one box edge
@@ -176,7 +179,12 @@ struct RefinementOptions {
   double prior_e1 = 0.3;         // things that stand on a support mostly have flat tops, in [0.1, 1.9]
   double prior_e2 = 0.5;         // in [0.1, 1.9]
   double prior_e_sigma = 0.2;    // standard deviation of both exponents about them
-  double max_stretch = 1.5;      // half sizes at most so many times the largest half diagonal of a box
+  // Kinds of things whose shortest half size is at most `flat_ratio` of the longest, `flat_sigma` being the
+  // standard deviation of the log of that: the back of a screen is hardly ever seen, and no box shows it.
+  std::vector<std::string> flat_labels = {"tv"};
+  double flat_ratio = 0.1;
+  double flat_sigma = 0.3;
+  double max_stretch = 1.0;      // half sizes at most so many times the largest half diagonal of a box
   int max_iterations = 30;       // Levenberg-Marquardt steps
   double cost_tolerance = 0.02;  // a step that saves less ends it; the cost is half a chi square
 
@@ -186,6 +194,7 @@ struct RefinementOptions {
     visit("edge_sigma_px", edge_sigma_px, 0.01, 100.0);
     visit("edge_sigma_share", edge_sigma_share, 0.0, 1.0);
     visit("point_sigma_px", point_sigma_px, 0.01, 100.0);
+    visit("depth_sigma_px", depth_sigma_px, 0.0, 100.0);
     visit("point_weight", point_weight, 0.0, 10000.0);
     visit("contact_sigma", contact_sigma, 1e-4, 10.0);
     visit("prior_e1", prior_e1, 0.1, 1.9);
@@ -193,6 +202,9 @@ struct RefinementOptions {
     visit("prior_e_sigma", prior_e_sigma, 0.01, 100.0);
     visit("contact_weight", contact_weight, 0.0, 1000.0);
     visit("floating_cost", floating_cost, 0.0, 1e6);
+    visit("flat_labels", flat_labels);
+    visit("flat_ratio", flat_ratio, 0.001, 1.0);
+    visit("flat_sigma", flat_sigma, 0.01, 100.0);
     visit("max_stretch", max_stretch, 0.5, 100.0);
     visit("max_iterations", max_iterations, 1, 1000);
     visit("cost_tolerance", cost_tolerance, 1e-9, 100.0);
@@ -205,6 +217,7 @@ struct MergingOptions {
   int min_samples = 4;               // centroids each of the two needs for the test
   double overlap = 0.4;              // shared volume over the smaller volume: same label
   double overlap_other_label = 0.6;  // the same for different labels
+  double concentric = 0.15;          // centre distance over the smaller one's largest half size: same label
   int max_seen_together = 3;         // frames with a box for each of them above which the two stay apart,
   double max_seen_together_share = 0.05;  // or, if that is more, this share of the views of the rarer one
 
@@ -214,6 +227,7 @@ struct MergingOptions {
     visit("min_samples", min_samples, 2, 1000);
     visit("overlap", overlap, 0.0, 1.0);
     visit("overlap_other_label", overlap_other_label, 0.0, 1.0);
+    visit("concentric", concentric, 0.0, 1.0);
     visit("max_seen_together_share", max_seen_together_share, 0.0, 1.0);
     visit("max_seen_together", max_seen_together, 0, 10000);
   }

@@ -8,7 +8,7 @@ namespace {
 
 using Gradient = RefinementProblem::Parameters;
 
-constexpr int kPriors = 4;
+constexpr int kPriors = 5;
 constexpr int kBounds = 3;
 constexpr double kMiddleExponent = 0.5 * (kMinShapeExponent + kMaxShapeExponent);
 constexpr double kExponentReach = 0.5 * (kMaxShapeExponent - kMinShapeExponent);
@@ -166,6 +166,20 @@ Residual ContactResidual(const State& state, const RefinementProblem::Contact& c
   return residual;
 }
 
+// The shortest half size is at most a given share of the longest.
+Residual FlatResidual(const double* x, const RefinementProblem::Prior& prior) {
+  constexpr int kLogHalf = RefinementProblem::kLogHalf;
+  const auto [thin, wide] = std::minmax_element(x + kLogHalf, x + kLogHalf + 3);
+  Residual residual;
+  const double beyond = *thin - *wide - prior.flat_log_ratio;
+  if (beyond > 0.0) {
+    residual.value = prior.flat_factor * beyond;
+    residual.gradient[static_cast<int>(thin - x)] += prior.flat_factor;
+    residual.gradient[static_cast<int>(wide - x)] -= prior.flat_factor;
+  }
+  return residual;
+}
+
 Residual PriorResidual(const State& state, const double* x, const RefinementProblem::Prior& prior,
                        int index) {
   constexpr double kLogRatioSigma = 1.5;
@@ -180,10 +194,12 @@ Residual PriorResidual(const State& state, const double* x, const RefinementProb
     residual.value = prior.exponent_factor * (state.exponent[index - 1] - expected);
     residual.gradient[RefinementProblem::kExponents + index - 1] =
         prior.exponent_factor * state.exponent_slope[index - 1];
-  } else {
+  } else if (index == 3) {
     const double quarter = 4.0 * (x[RefinementProblem::kYaw] - prior.yaw);
     residual.value = prior.yaw_factor * std::sin(quarter) / 4.0;
     residual.gradient[RefinementProblem::kYaw] = prior.yaw_factor * std::cos(quarter);
+  } else {
+    residual = FlatResidual(x, prior);
   }
   return residual;
 }

@@ -52,6 +52,8 @@ class RefinementProblem {
     double exponent_factor;
     double yaw;
     double yaw_factor;
+    double flat_log_ratio = 0.0;  // log of the shortest over the longest half size, at most
+    double flat_factor = 0.0;     // 1 / standard deviation of that; 0: nothing is known
   };
 
   std::vector<Edge> edges;

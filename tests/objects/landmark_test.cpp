@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "slam/objects/landmark_geometry.h"
 #include "slam/objects/merging.h"
 
 namespace sqslam {
@@ -73,9 +74,100 @@ TEST(Landmark, APartSeenWithItsWholeIsNotApart) {
   chair.superquadric.shape = {{0.2, 0.2, 0.4}, 0.2, 0.2};
   back.superquadric.shape = {{0.15, 0.05, 0.15}, 0.2, 0.2};
   back.superquadric.T_map_object.translation.z() = 0.2;
-  EXPECT_TRUE(AreSameObject(chair, back, AssociationOptions(), MergingOptions()));
+  EXPECT_TRUE(AreSameObject(chair, back, AssociationOptions(), MergingOptions(), Camera()));
   back.superquadric.T_map_object.translation.z() = 0.4;  // half outside
-  EXPECT_FALSE(AreSameObject(chair, back, AssociationOptions(), MergingOptions()));
+  EXPECT_FALSE(AreSameObject(chair, back, AssociationOptions(), MergingOptions(), Camera()));
+}
+
+TEST(PointVotes, TellWhereTheCamerasWere) {
+  const std::vector<Eigen::Vector3d> cameras = {{1, 0, 0}, {3, 0, 0}, {1, 2, 0}, {3, 2, 0}};
+  Landmark::PointVotes votes;
+  Landmark::PointVotes others;
+  EXPECT_EQ(votes.CameraSpread(), 0.0);
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    (i < 3 ? votes : others).SeeInside(cameras[i]);
+  }
+  votes.Merge(others);
+  EXPECT_EQ(votes.inside, 4);
+  EXPECT_TRUE(votes.MeanCamera().isApprox(Eigen::Vector3d(2, 1, 0)));
+  EXPECT_NEAR(votes.CameraSpread(), std::sqrt(2.0), 1e-12);
+  const Sim3d S{1.7,
+                Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized())),
+                {5.0, -4.0, 2.0}};
+  votes.Transform(S);
+  EXPECT_TRUE(votes.MeanCamera().isApprox(S * Eigen::Vector3d(2, 1, 0)));
+  EXPECT_NEAR(votes.CameraSpread(), 1.7 * std::sqrt(2.0), 1e-9);
+}
+
+TEST(BoxView, OnlyEdgesWhereTheObjectEndsExclude) {
+  BoxView view;
+  view.box = {100.0, 100.0, 50.0, 40.0};
+  view.edge_free = {true, true, true, false};
+  EXPECT_FALSE(view.IsBeyondFreeEdge({120.0, 120.0}, 2.0));
+  EXPECT_FALSE(view.IsBeyondFreeEdge({120.0, 180.0}, 2.0));  // below: hidden there
+  EXPECT_FALSE(view.IsBeyondFreeEdge({99.0, 120.0}, 2.0));
+  EXPECT_TRUE(view.IsBeyondFreeEdge({97.0, 180.0}, 2.0));
+  EXPECT_TRUE(view.IsBeyondFreeEdge({120.0, 97.0}, 2.0));
+  EXPECT_TRUE(view.IsBeyondFreeEdge({153.0, 120.0}, 2.0));
+}
+
+TEST(Landmark, TwoOfAKindAcrossEachOtherAreOne) {
+  Landmark a = SeenAt(100.0, 10);
+  Landmark b = SeenAt(100.0, 10);
+  a.superquadric.shape = b.superquadric.shape = {{0.3, 0.02, 0.2}, 0.1, 0.1};
+  b.superquadric.T_map_object = {Eigen::Quaterniond(Eigen::AngleAxisd(1.3, Eigen::Vector3d::UnitZ())),
+                                 {0.03, 0.0, 0.0}};
+  a.estimated = b.estimated = true;
+  const auto same = [&] { return AreSameObject(a, b, AssociationOptions(), MergingOptions(), Camera()); };
+  EXPECT_TRUE(same());
+  b.superquadric.T_map_object.translation.x() = 0.06;
+  EXPECT_FALSE(same());
+  b.superquadric.T_map_object.translation.x() = 0.03;
+  b.labels = LabelVotes();
+  b.labels.Add("bowl", 0.9);
+  EXPECT_FALSE(same());
+}
+
+// A screen and what boxes of the picture on it gave: thin, and mostly behind the screen's surface.
+TEST(Landmark, APictureOnAScreenIsTheScreen) {
+  Camera camera;
+  camera.width = 640;
+  camera.height = 480;
+  camera.fx = camera.fy = 500.0;
+  camera.cx = 320.0;
+  camera.cy = 240.0;
+  Landmark screen;
+  screen.superquadric.shape = {{0.4, 0.02, 0.25}, 0.1, 0.1};
+  Landmark picture;
+  picture.superquadric.shape = {{0.2, 0.02, 0.15}, 0.1, 0.1};
+  picture.superquadric.T_map_object.translation = {0.1, 0.035, 0.0};
+  screen.estimated = picture.estimated = true;
+  const auto see = [&](Landmark& landmark, int first, int count) {
+    for (int frame = first; frame < first + count; ++frame) {
+      ObjectObservation observation;
+      observation.frame_index = frame;
+      observation.T_map_camera.rotation = Eigen::AngleAxisd(-M_PI / 2.0, Eigen::Vector3d::UnitX());
+      observation.T_map_camera.translation = {0.02 * (frame - first), -2.0, 0.0};
+      const auto box = ProjectToBox(landmark.superquadric, observation.T_map_camera, camera);
+      observation.detection = {"tv", 0.5, *box};
+      landmark.Add(observation);
+    }
+  };
+  see(screen, 0, 20);
+  see(picture, 50, 8);
+  const auto same = [&] {
+    return AreSameObject(screen, picture, AssociationOptions(), MergingOptions(), camera);
+  };
+  ASSERT_LT(OverlapOfSmaller(screen.superquadric, picture.superquadric), MergingOptions().overlap);
+  EXPECT_TRUE(same());
+  // On another screen behind it.
+  picture.superquadric.T_map_object.translation.y() = 0.2;
+  EXPECT_FALSE(same());
+  // Of the same size, not a part of the screen.
+  picture.superquadric.T_map_object.translation.y() = 0.035;
+  EXPECT_TRUE(same());
+  see(picture, 80, 8);
+  EXPECT_FALSE(same());
 }
 
 TEST(Landmark, AbsorbingCountsAllObservations) {
@@ -125,7 +217,7 @@ TEST(Merging, FollowsTheAssociationMethod) {
   const auto merges = [&](const std::string& method, const Landmark& b) {
     AssociationOptions association;
     association.method = method;
-    return AreSameObject(a, b, association, MergingOptions());
+    return AreSameObject(a, b, association, MergingOptions(), Camera());
   };
   for (const std::string method : {"iou", "iou+points", "nonparametric"}) {
     EXPECT_FALSE(merges(method, same)) << method;

@@ -20,7 +20,7 @@ RefinementProblem MakeProblem(bool exact_contact) {
     problem.points.push_back({0.5 * random(), 40.0, 0.7, i % 2 == 0});
   }
   problem.contact = RefinementProblem::Contact{-0.28, 20.0, exact_contact};
-  problem.prior = {0.3, 0.5, 5.0, 0.2, 4.0};
+  problem.prior = {0.3, 0.5, 5.0, 0.2, 4.0, std::log(0.2), 3.0};
   problem.max_log_half = std::log(0.35);  // one half size is beyond
   problem.min_log_half = problem.max_log_half - 6.0;
   return problem;
@@ -99,6 +99,28 @@ TEST(RefinementProblem, CovarianceIsThatOfTheMeasurements) {
   EXPECT_LT(std::sqrt(covariance(5, 5)), 0.02);
   EXPECT_LT(std::sqrt(covariance(2, 2)), 0.02);
   EXPECT_TRUE(covariance.isApprox(covariance.transpose(), 1e-9));
+}
+
+TEST(RefinementProblem, FlatThingsMayBeThinnerThanTheirRatioNotThicker) {
+  RefinementProblem problem;
+  problem.max_log_half = 1.0;
+  problem.min_log_half = -9.0;
+  PosedSuperquadric screen = MakeSuperquadric(0.3, 0.3);
+  screen.shape.half_size = {0.3, 0.04, 0.2};
+  const auto cost = [&] {
+    Eigen::VectorXd residuals(problem.NumResiduals());
+    problem(RefinementProblem::Pack(screen).data(), residuals.data(), nullptr);
+    return 0.5 * residuals.squaredNorm();
+  };
+  const double unaware = cost();
+  problem.prior.flat_log_ratio = std::log(0.1);
+  problem.prior.flat_factor = 2.0;
+  EXPECT_NEAR(cost() - unaware, 2.0 * std::pow(std::log(0.04 / 0.3) - std::log(0.1), 2), 1e-12);
+  screen.shape.half_size.y() = 0.02;
+  problem.prior.flat_factor = 0.0;
+  const double thin = cost();
+  problem.prior.flat_factor = 2.0;
+  EXPECT_DOUBLE_EQ(cost(), thin);
 }
 
 TEST(RefinementProblem, OneSidedResidualsAreZeroOnTheirFreeSide) {

@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <limits>
+#include <random>
 
 #include "slam/objects/joint_refinement.h"
 #include "slam/objects/landmark_geometry.h"
-#include "slam/objects/visibility.h"
 #include "slam/objects/landmark_refinement.h"
+#include "slam/objects/visibility.h"
 #include "solid_overlap.h"
 #include "synthetic_desk.h"
 
@@ -38,6 +39,40 @@ TEST(ProjectToBox, EnclosesTheProjectedSurfaceTightly) {
     EXPECT_NEAR(box->y, low.y(), 0.7);
     EXPECT_NEAR(box->x + box->width, high.x(), 0.7);
     EXPECT_NEAR(box->y + box->height, high.y(), 0.7);
+  }
+}
+
+// Samples of the surface reach the box from within; the finer, the nearer.
+TEST(ProjectToBox, HoldsForAllShapesFromAllSides) {
+  const Camera camera = SyntheticDesk(1).Camera();
+  std::mt19937 generator(3);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  for (int trial = 0; trial < 60; ++trial) {
+    PosedSuperquadric s;
+    s.shape = {{0.2 + 0.15 * unit(generator), 0.2 + 0.19 * unit(generator), 0.2 + 0.1 * unit(generator)},
+               1.0 + 0.9 * unit(generator),
+               1.0 + 0.9 * unit(generator)};
+    const Eigen::Vector3d axis(unit(generator), unit(generator), unit(generator));
+    s.T_map_object = {Eigen::Quaterniond(Eigen::AngleAxisd(3.0 * unit(generator), axis.normalized())),
+                      {0.5 * unit(generator), 0.5 * unit(generator), 2.0}};
+    const auto box = ProjectToBox(s, Rigid3d(), camera);
+    ASSERT_TRUE(box);
+    Eigen::Vector2d low(1e9, 1e9);
+    Eigen::Vector2d high(-1e9, -1e9);
+    for (int i = 0; i <= 150; ++i) {
+      for (int j = 0; j < 300; ++j) {
+        const Eigen::Vector3d p = s.shape.PointAt(-M_PI / 2 + M_PI * i / 150, -M_PI + 2 * M_PI * j / 300);
+        const Eigen::Vector2d pixel = camera.Project(s.T_map_object * p);
+        low = low.cwiseMin(pixel);
+        high = high.cwiseMax(pixel);
+      }
+    }
+    const double gap = 0.02 * std::max(box->width, box->height);
+    for (const double beyond : {low.x() - box->x, low.y() - box->y, box->x + box->width - high.x(),
+                                box->y + box->height - high.y()}) {
+      EXPECT_GT(beyond, -0.01) << trial << " e " << s.shape.e1 << " " << s.shape.e2;
+      EXPECT_LT(beyond, gap) << trial << " e " << s.shape.e1 << " " << s.shape.e2;
+    }
   }
 }
 
@@ -116,7 +151,7 @@ TEST(RefineJointly, FreeSpaceKeepsTheObjectBehindItsPoints) {
     const Eigen::Vector3d p(half.x() * (-0.9 + 0.2 * (i % 10)), -half.y(),
                             half.z() * (-0.9 + 0.2 * (i / 10)));
     input.points.push_back(truth.T_map_object * p);
-    input.point_cameras.push_back(desk.Pose(0).translation);
+    input.point_cameras.push_back({desk.Pose(0).translation, 0.5});
   }
   PosedSuperquadric start = truth;
   const RefinementResult behind = RefineJointly(start, input, RefinementOptions());
@@ -124,6 +159,55 @@ TEST(RefineJointly, FreeSpaceKeepsTheObjectBehindItsPoints) {
   start.T_map_object.translation = truth.T_map_object * Eigen::Vector3d(0.0, -2.0 * half.y(), 0.0);
   const RefinementResult front = RefineJointly(start, input, RefinementOptions());
   EXPECT_LT(behind.cost, 0.7 * front.cost);
+}
+
+// Points on the front of a box as a camera that hardly moved gives them: all too near.
+RefinementInput WithFrontTooNear(const SyntheticDesk& desk, const PosedSuperquadric& truth, double spread) {
+  RefinementInput input = InputOf(desk, truth);
+  input.support_height = 0.0;
+  input.yaw = YawEstimate{35.0 * M_PI / 180.0, 1.0};
+  const Eigen::Vector3d half = truth.shape.half_size;
+  const Eigen::Vector3d outward = truth.T_map_object.rotation * Eigen::Vector3d(0.0, -1.0, 0.0);
+  const Eigen::Vector3d centre = truth.T_map_object.translation;
+  for (int i = 0; i < 100; ++i) {
+    const Eigen::Vector3d p(half.x() * (-0.9 + 0.2 * (i % 10)), -half.y(),
+                            half.z() * (-0.9 + 0.2 * (i / 10)));
+    input.points.push_back(truth.T_map_object * p + 0.5 * half.y() * outward);
+    input.point_cameras.push_back({centre + 0.8 * outward, spread});
+  }
+  return input;
+}
+
+TEST(RefineJointly, PointsSeenByACameraThatHardlyMovedDontOutweighTheBoxes) {
+  const SyntheticDesk desk(1);
+  const PosedSuperquadric truth = desk.Objects()[5].superquadric;
+  RefinementOptions options;
+  const auto overlap = [&](double spread) {
+    return SolidIoU(RefineJointly(truth, WithFrontTooNear(desk, truth, spread), options).superquadric, truth);
+  };
+  const double hardly_moved = overlap(0.0);
+  EXPECT_GT(hardly_moved, overlap(1.0) + 0.03);
+  options.depth_sigma_px = 0.0;
+  EXPECT_GT(hardly_moved, overlap(0.0) + 0.03);
+}
+
+TEST(RefineJointly, AScreenSeenFromTheFrontIsThin) {
+  const SyntheticDesk desk(1);
+  PosedSuperquadric truth = desk.Objects()[5].superquadric;
+  truth.shape.half_size = {0.2, 0.015, 0.12};
+  truth.T_map_object.translation.z() = 0.12;
+  RefinementInput input = InputOf(desk, truth);
+  input.yaw = YawEstimate{35.0 * M_PI / 180.0, 1.0};
+  for (SilhouetteView& view : input.views) {
+    view.edge_exact = {false, true, false, true};  // nothing tells how wide or thick it is
+  }
+  PosedSuperquadric start = truth;
+  start.shape.half_size.y() = 0.06;
+  const double thick = RefineJointly(start, input, RefinementOptions()).superquadric.shape.half_size.y();
+  input.is_flat = true;
+  const double thin = RefineJointly(start, input, RefinementOptions()).superquadric.shape.half_size.y();
+  EXPECT_LT(thin, 0.03);
+  EXPECT_GT(thick, 1.5 * thin);
 }
 
 double Bottom(const PosedSuperquadric& s) { return s.T_map_object.translation.z() - s.shape.half_size.z(); }
@@ -144,6 +228,29 @@ TEST(RefineStanding, PullsToTheSupportButNotFromFarAbove) {
       RefineStanding({&truth, 1}, InputOf(desk, truth), supports, RefinementOptions());
   EXPECT_EQ(floating.support, std::nullopt);
   EXPECT_NEAR(Bottom(floating.superquadric), 0.3, 0.01);
+}
+
+TEST(RefineStanding, PromisingStartsLeadNearToWhereAllStartsLead) {
+  const SyntheticDesk desk(1);
+  const std::vector<double> supports = {0.0, -0.2};
+  for (const std::size_t index : {0U, 3U, 5U}) {
+    const PosedSuperquadric truth = desk.Objects()[index].superquadric;
+    RefinementInput input = InputOf(desk, truth);
+    std::vector<PosedSuperquadric> starts;
+    for (const double yaw : {0.0, 0.6}) {
+      for (const auto& [e1, e2] : {std::pair(0.25, 0.25), std::pair(0.25, 1.0), std::pair(1.0, 1.0)}) {
+        PosedSuperquadric start = truth;
+        start.shape = {0.7 * truth.shape.half_size, e1, e2};
+        start.T_map_object.rotation = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ());
+        starts.push_back(start);
+      }
+    }
+    const StandingFit all = RefineStanding(starts, input, supports, RefinementOptions());
+    const StandingFit promising = RefineStanding(starts, input, supports, RefinementOptions(), true);
+    EXPECT_EQ(promising.support, all.support) << index;
+    EXPECT_GT(SolidIoU(promising.superquadric, all.superquadric), 0.8) << index;
+    EXPECT_LE(all.cost, promising.cost) << index;
+  }
 }
 
 TEST(RefineStanding, AHiddenLowerPartReachesDownToTheSupport) {
