@@ -130,7 +130,7 @@ std::vector<Eigen::Vector3d> Positions(const NamedPoints& points) {
   return positions;
 }
 
-std::vector<double> PossibleSupports(const NamedPoints& points, const SupportSurfaces& surfaces) {
+SupportHeights PossibleSupports(const NamedPoints& points, const SupportSurfaces& surfaces) {
   constexpr double kBelow = 0.35;  // share of points that may lie below a surface: noise
   constexpr double kReach = 1.5;
   if (points.empty()) {
@@ -151,8 +151,16 @@ std::vector<double> PossibleSupports(const NamedPoints& points, const SupportSur
   std::nth_element(heights.begin(), low, heights.end());
   const auto wide = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
   std::nth_element(radii.begin(), wide, radii.end());
-  return surfaces.Under(centre, 2.0 * kReach * *wide + 8.0 * surfaces.Tolerance(),
-                        *low + 3.0 * surfaces.Tolerance());
+  const double highest = *low + 3.0 * surfaces.Tolerance();
+  SupportHeights supports;
+  supports.near = surfaces.Under(centre, 2.0 * kReach * *wide + 8.0 * surfaces.Tolerance(), highest);
+  for (const SupportSurface& surface : surfaces.All()) {
+    if (surface.height <= highest &&
+        std::ranges::find(supports.near, surface.height) == supports.near.end()) {
+      supports.far.push_back(surface.height);
+    }
+  }
+  return supports;
 }
 
 NamedPoints RemoveOutliers(Landmark& landmark, const std::vector<BoxView>& views,
@@ -163,7 +171,7 @@ NamedPoints RemoveOutliers(Landmark& landmark, const std::vector<BoxView>& views
     points = Keep(points, InsideBoxes(points, views, context));
   }
   if (options.method == "refined") {
-    for (const double height : PossibleSupports(points, *context.supports)) {
+    for (const double height : PossibleSupports(points, *context.supports).near) {
       points = WithoutSurface(points, height);
     }
     points = WithoutSmallerObjects(points, context.smaller_objects);

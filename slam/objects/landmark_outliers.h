@@ -7,6 +7,7 @@
 
 #include "slam/objects/landmark.h"
 #include "slam/objects/landmark_estimation.h"
+#include "slam/objects/standing_fit.h"
 
 namespace sqslam {
 
@@ -22,6 +23,6 @@ NamedPoints RemoveOutliers(Landmark& landmark, const std::vector<BoxView>& views
                            const EstimationContext& context);
 
 // Heights of the surfaces that something with these points may stand on, from high to low.
-std::vector<double> PossibleSupports(const NamedPoints& points, const SupportSurfaces& surfaces);
+SupportHeights PossibleSupports(const NamedPoints& points, const SupportSurfaces& surfaces);
 
 }  // namespace sqslam

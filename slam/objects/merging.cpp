@@ -8,9 +8,11 @@
 
 namespace sqslam {
 
-int FramesSeenApart(const Landmark& a, const Landmark& b, bool parts_are_one, int enough) {
-  constexpr double kOneThing = 0.4;  // IoU
-  constexpr double kPart = 0.6;      // of the smaller box
+namespace {
+
+// Frames in which both have a box and the two boxes are as asked for; counts no further than to `enough`.
+template <typename Predicate>
+int CountFrames(const Landmark& a, const Landmark& b, int enough, Predicate&& are_as_asked) {
   int count = 0;
   auto i = a.views.begin();
   auto j = b.views.begin();
@@ -20,17 +22,13 @@ int FramesSeenApart(const Landmark& a, const Landmark& b, bool parts_are_one, in
     } else if (j->frame_index < i->frame_index) {
       ++j;
     } else {
-      const bool one =
-          IoU(i->box, j->box) >= kOneThing || (parts_are_one && ShareOfSmaller(i->box, j->box) >= kPart);
-      count += one ? 0 : 1;
+      count += are_as_asked(i->box, j->box) ? 1 : 0;
       ++i;
       ++j;
     }
   }
   return count;
 }
-
-namespace {
 
 // Two thin things across each other share hardly any volume, but two of a kind don't stand so.
 bool AreConcentric(const Landmark& a, const Landmark& b, const MergingOptions& options) {
@@ -41,14 +39,17 @@ bool AreConcentric(const Landmark& a, const Landmark& b, const MergingOptions& o
 }
 
 // Whether nearly all boxes of `part` lie within the projection of `whole`, and the two not one behind the
-// other. A detector often boxes the picture on a screen instead of the screen; seen from one side, what such
-// boxes give has hardly any volume in common with the screen.
-bool ShowsPartOf(const Landmark& part, const Landmark& whole, double shared, const Camera& camera) {
+// other. A detector often boxes the picture on a screen instead of the screen, not besides; seen from one
+// side, what such boxes give has hardly any volume in common with the screen.
+bool ShowsPartOf(const Landmark& part, const Landmark& whole, double shared, const MergingOptions& options,
+                 const Camera& camera) {
   constexpr double kInside = 0.8;  // of a box
   constexpr double kViews = 0.8;
   constexpr double kShared = 0.05;  // of the smaller volume
   constexpr int kMaxViews = 10;
-  if (shared < kShared || 2 * part.observations > whole.observations) {
+  if (shared < kShared || 2 * part.observations > whole.observations ||
+      CountFrames(part, whole, options.max_seen_together + 1, [](auto&&...) { return true; }) >
+          options.max_seen_together) {
     return false;
   }
   const std::vector<BoxView> views = SpreadViews(part.views, kMaxViews);
@@ -61,6 +62,14 @@ bool ShowsPartOf(const Landmark& part, const Landmark& whole, double shared, con
 }
 
 }  // namespace
+
+int FramesSeenApart(const Landmark& a, const Landmark& b, bool parts_are_one, int enough) {
+  constexpr double kOneThing = 0.4;  // IoU
+  constexpr double kPart = 0.6;      // of the smaller box
+  return CountFrames(a, b, enough, [&](const Box2d& box_a, const Box2d& box_b) {
+    return IoU(box_a, box_b) < kOneThing && !(parts_are_one && ShareOfSmaller(box_a, box_b) >= kPart);
+  });
+}
 
 bool AreSameObject(const Landmark& a, const Landmark& b, const AssociationOptions& association,
                    const MergingOptions& options, const Camera& camera) {
@@ -88,8 +97,8 @@ bool AreSameObject(const Landmark& a, const Landmark& b, const AssociationOption
     const double needed = same_label ? options.overlap : options.overlap_other_label;
     const double shared = OverlapOfSmaller(a.superquadric, b.superquadric);
     same = shared > needed;
-    is_part = same_label &&
-              (shared > kPart || ShowsPartOf(a, b, shared, camera) || ShowsPartOf(b, a, shared, camera));
+    is_part = same_label && (shared > kPart || ShowsPartOf(a, b, shared, options, camera) ||
+                             ShowsPartOf(b, a, shared, options, camera));
     same = same || is_part || (same_label && AreConcentric(a, b, options));
   }
   return same && FramesSeenApart(a, b, is_part, limit + 1) <= limit;

@@ -178,7 +178,7 @@ struct RefinementOptions {
   double floating_cost = 8.0;    // half the chi square that standing on nothing must save
   double prior_e1 = 0.3;         // things that stand on a support mostly have flat tops, in [0.1, 1.9]
   double prior_e2 = 0.5;         // in [0.1, 1.9]
-  double prior_e_sigma = 0.2;    // standard deviation of both exponents about them
+  double prior_e_sigma = 0.3;    // standard deviation of both exponents about them
   // Kinds of things whose shortest half size is at most `flat_ratio` of the longest, `flat_sigma` being the
   // standard deviation of the log of that: the back of a screen is hardly ever seen, and no box shows it.
   std::vector<std::string> flat_labels = {"tv"};

@@ -11,7 +11,7 @@ bool IsBlocked(const Eigen::Vector2d& pixel, double depth, const Rigid3d& T_othe
                const Camera& camera, const Superquadric& other) {
   constexpr int kSteps = 16;
   constexpr double kNearest = 0.1;  // shares of the depth
-  constexpr double kFarthest = 0.97;
+  constexpr double kFarthest = 0.92;
   const Eigen::Vector3d ray((pixel.x() - camera.cx) / camera.fx, (pixel.y() - camera.cy) / camera.fy, 1.0);
   for (int i = 0; i <= kSteps; ++i) {
     const double share = kNearest + (kFarthest - kNearest) * i / kSteps;
@@ -26,7 +26,6 @@ bool IsBlocked(const Eigen::Vector2d& pixel, double depth, const Rigid3d& T_othe
 
 bool MayHide(const PosedSuperquadric& other, const PosedSuperquadric& object) {
   constexpr double kMuchLarger = 8.0;  // volumes
-  constexpr double kBelow = 0.05;      // share of the larger one's size
   // Every superquadric fills between 1/6 (the octahedron) and all of the box around it: that decides mostly.
   const double other_box = other.shape.half_size.prod();
   const double object_box = object.shape.half_size.prod();
@@ -34,11 +33,10 @@ bool MayHide(const PosedSuperquadric& other, const PosedSuperquadric& object) {
       other.shape.Volume() < kMuchLarger * object.shape.Volume()) {
     return false;
   }
-  const double top = other.T_map_object.translation.z() + other.shape.half_size.z();
   const double bottom = object.T_map_object.translation.z() - object.shape.half_size.z();
   Eigen::Vector3d p_other = other.T_map_object.Inverse() * object.T_map_object.translation;
   p_other.z() = 0.0;
-  return other.shape.RadialScale(p_other) > 1.0 || bottom < top - kBelow * other.shape.half_size.norm();
+  return other.shape.RadialScale(p_other) > 1.0 || bottom < other.T_map_object.translation.z();
 }
 
 std::array<bool, 4> EdgesHiddenBy(const Box2d& box, double depth, const Rigid3d& T_map_camera,

@@ -10,7 +10,7 @@
 namespace sqslam {
 
 // Whether `other` can be what ends the view of `object`: much larger, so that its place is known better than
-// their sizes differ, and not what the object lies on: that is beside it, or reaches below its top.
+// their sizes differ, and not what the object lies on: that is beside it, or reaches below its middle.
 bool MayHide(const PosedSuperquadric& other, const PosedSuperquadric& object);
 
 // Which edges of a box (undistorted px: left, top, right, bottom) around something at `depth` (map units

@@ -163,6 +163,11 @@ TEST(Landmark, APictureOnAScreenIsTheScreen) {
   // On another screen behind it.
   picture.superquadric.T_map_object.translation.y() = 0.2;
   EXPECT_FALSE(same());
+  // Boxed beside the screen again and again: something that stands before it.
+  picture.superquadric.T_map_object.translation.y() = 0.035;
+  Landmark sticker = picture;
+  see(sticker, 10, 5);
+  EXPECT_FALSE(AreSameObject(screen, sticker, AssociationOptions(), MergingOptions(), camera));
   // Of the same size, not a part of the screen.
   picture.superquadric.T_map_object.translation.y() = 0.035;
   EXPECT_TRUE(same());
