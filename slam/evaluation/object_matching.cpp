@@ -67,6 +67,7 @@ bool HaveSameLabel(const SnapshotObject& mapped, const GroundTruthObject& truth)
 
 // How well a mapped object stands for a true one: above 0 where it counts as the same object.
 double Affinity(const Solid& mapped, const Solid& truth, bool same_label, const MatchingOptions& options) {
+  constexpr double kSameLabel = 0.5;
   const double half_diagonal = truth.half_size.norm();
   const double distance = (mapped.T_map_object.translation - truth.T_map_object.translation).norm();
   const double size_ratio = mapped.half_size.norm() / half_diagonal;
@@ -75,7 +76,8 @@ double Affinity(const Solid& mapped, const Solid& truth, bool same_label, const 
   const double iou = IoU(mapped, truth);
   const bool is_near = size_fits && nearness > 0.0;
   const bool is_part = size_fits && same_label && ShareInside(mapped, truth, iou) >= options.min_part_inside;
-  return is_near || is_part || iou >= options.min_iou ? iou + std::max(0.0, nearness) : 0.0;
+  const double label = same_label ? kSameLabel : 0.0;
+  return is_near || is_part || iou >= options.min_iou ? iou + std::max(0.0, nearness) + label : 0.0;
 }
 
 }  // namespace

@@ -22,12 +22,14 @@ std::optional<YawEstimate> PaperYaw(const Landmark& landmark, const std::vector<
   return YawFromPoints(points, context.options->yaw);
 }
 
-// What stands behind a table is seen down to the table only, but stands on the same floor.
+// What stands behind a table is seen down to the table only, but stands on the same floor; unless it stands
+// on something that is seen.
 void CompleteHiddenPart(Landmark& landmark, const std::vector<BoxView>& views,
                         const EstimationContext& context) {
   const PosedSuperquadric& seen = landmark.visible;
   const double bottom = seen.T_map_object.translation.z() - seen.shape.half_size.z();
-  if (context.hidden_support && *context.hidden_support < bottom && !IsBottomSeen(views)) {
+  if (!landmark.support && context.hidden_support && *context.hidden_support < bottom &&
+      !IsBottomSeen(views)) {
     landmark.superquadric = StretchedTo(seen, *context.hidden_support);
     landmark.support = context.hidden_support;
   }

@@ -30,12 +30,28 @@ int CountFrames(const Landmark& a, const Landmark& b, int enough, Predicate&& ar
   return count;
 }
 
+bool AreRarelySeenTogether(const Landmark& a, const Landmark& b, const MergingOptions& options) {
+  const int limit = options.max_seen_together;
+  return CountFrames(a, b, limit + 1, [](auto&&...) { return true; }) <= limit;
+}
+
+// A detector boxes many a thing twice for a while, a chair and its back; what it boxes twice nearly always is
+// two: stacked books.
+bool AreMostlySeenTogether(const Landmark& a, const Landmark& b) {
+  constexpr double kMostly = 0.6;
+  constexpr double kFew = 5.0;
+  const double more = static_cast<double>(std::max(a.views.size(), b.views.size()));
+  const int enough = static_cast<int>(std::max(kFew, kMostly * more)) + 1;
+  return CountFrames(a, b, enough, [](auto&&...) { return true; }) >= enough;
+}
+
 // Two thin things across each other share hardly any volume, but two of a kind don't stand so.
 bool AreConcentric(const Landmark& a, const Landmark& b, const MergingOptions& options) {
   const double distance =
       (a.superquadric.T_map_object.translation - b.superquadric.T_map_object.translation).norm();
   return distance < options.concentric * std::min(a.superquadric.shape.half_size.maxCoeff(),
-                                                  b.superquadric.shape.half_size.maxCoeff());
+                                                  b.superquadric.shape.half_size.maxCoeff()) &&
+         AreRarelySeenTogether(a, b, options);
 }
 
 // Whether nearly all boxes of `part` lie within the projection of `whole`, and the two not one behind the
@@ -48,8 +64,7 @@ bool ShowsPartOf(const Landmark& part, const Landmark& whole, double shared, con
   constexpr double kShared = 0.05;  // of the smaller volume
   constexpr int kMaxViews = 10;
   if (shared < kShared || 2 * part.observations > whole.observations ||
-      CountFrames(part, whole, options.max_seen_together + 1, [](auto&&...) { return true; }) >
-          options.max_seen_together) {
+      !AreRarelySeenTogether(part, whole, options)) {
     return false;
   }
   const std::vector<BoxView> views = SpreadViews(part.views, kMaxViews);
@@ -80,7 +95,7 @@ bool AreSameObject(const Landmark& a, const Landmark& b, const AssociationOption
                              static_cast<int>(options.max_seen_together_share *
                                               static_cast<double>(std::min(a.views.size(), b.views.size()))));
   // Neighbours are soon seen apart: that spares nearly all pairs the shared volume.
-  if (FramesSeenApart(a, b, same_label, limit + 1) > limit) {
+  if (FramesSeenApart(a, b, same_label, limit + 1) > limit || AreMostlySeenTogether(a, b)) {
     return false;
   }
   const double size_a = a.estimated ? a.superquadric.shape.half_size.maxCoeff() : 0.0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "slam/objects/dual_quadric.h"
 #include "slam/objects/landmark.h"
@@ -47,6 +48,8 @@ struct ObjectMapper::Impl {
   std::vector<PosedSuperquadric> SmallerThan(const Landmark& landmark) const;
   std::vector<PosedSuperquadric> HidersOf(const Landmark& landmark) const;
   std::vector<int> LargestFirst() const;
+  std::set<int> Due(bool all) const;
+  std::set<int> NotEstimated() const;
   std::optional<double> HiddenSupport(const Landmark& landmark) const;
   bool MergeOnePair();
   void DeleteForgotten();
@@ -87,12 +90,10 @@ void ObjectMapper::Impl::Update(const PointLookup& points, const Camera& camera,
   context.supports = &supports;
   context.thorough = all;
   context.seed = seed;
-  const auto estimate_due = [&] {
+  const auto estimate = [&](const std::set<int>& due) {
     for (const int id : LargestFirst()) {
       Landmark& landmark = landmarks.at(id);
-      // Young landmarks change with every box, old ones hardly.
-      const int due = landmark.estimated_at + std::max(1, landmark.estimated_at / 6);
-      if (all || landmark.estimated_at == 0 || landmark.observations >= due) {
+      if (due.contains(id)) {
         RenewPoses(landmark, poses);
         context.smaller_objects = SmallerThan(landmark);
         context.hiders = HidersOf(landmark);
@@ -105,17 +106,50 @@ void ObjectMapper::Impl::Update(const PointLookup& points, const Camera& camera,
       }
     }
   };
-  estimate_due();
+  estimate(Due(all));
   bool merged = false;
   while (MergeOnePair()) {
     merged = true;
   }
   if (merged) {
-    all = false;
-    estimate_due();
+    estimate(NotEstimated());
   }
   DeleteForgotten();
   Publish();
+}
+
+std::set<int> ObjectMapper::Impl::NotEstimated() const {
+  std::set<int> ids;
+  for (const auto& [id, landmark] : landmarks) {
+    if (!landmark.estimated) {
+      ids.insert(id);
+    }
+  }
+  return ids;
+}
+
+// The landmarks whose estimate is the most outdated, as many as a keyframe has time for.
+std::set<int> ObjectMapper::Impl::Due(bool all) const {
+  constexpr double kOutdated = 1.0 / 6.0;  // share of new boxes
+  std::vector<std::pair<double, int>> outdated;
+  for (const auto& [id, landmark] : landmarks) {
+    // Young landmarks change with every box, old ones hardly.
+    const double share = static_cast<double>(landmark.observations - landmark.estimated_at) /
+                         std::max(0.1, static_cast<double>(landmark.estimated_at));
+    if (all || share >= kOutdated) {
+      outdated.emplace_back(-share, id);
+    }
+  }
+  std::sort(outdated.begin(), outdated.end());
+  const auto most = static_cast<std::size_t>(options.max_estimates);
+  if (!all && most > 0 && outdated.size() > most) {
+    outdated.resize(most);
+  }
+  std::set<int> ids;
+  for (const auto& [share, id] : outdated) {
+    ids.insert(id);
+  }
+  return ids;
 }
 
 std::vector<PosedSuperquadric> ObjectMapper::Impl::SmallerThan(const Landmark& landmark) const {

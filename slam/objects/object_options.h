@@ -262,6 +262,7 @@ struct ObjectOptions {
   double min_box_agreement = 0.35;  // mean IoU of projected object and boxes that an object needs to be shown
   double pointless_box_agreement = 0.6;  // the same for an object with fewer than min_points
   int forget_after = 300;  // frames without a box after which an object that was never good is deleted
+  int max_estimates = 3;   // objects that are estimated anew at a keyframe, the most outdated; 0: no limit
   DetectionFilterOptions detections;
   AssociationOptions association;
   OutlierOptions outliers;
@@ -280,6 +281,7 @@ struct ObjectOptions {
     visit("min_box_agreement", min_box_agreement, 0.0, 1.0);
     visit("pointless_box_agreement", pointless_box_agreement, 0.0, 1.0);
     visit("forget_after", forget_after, 1, 1000000);
+    visit("max_estimates", max_estimates, 0, 10000);
     visit("detections", detections);
     visit("association", association);
     visit("outliers", outliers);

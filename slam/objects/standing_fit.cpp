@@ -8,6 +8,8 @@
 namespace sqslam {
 namespace {
 
+constexpr std::size_t kBottomEdge = 3;
+
 // What the object stands on.
 struct Assumption {
   std::optional<double> support;  // on a surface of this height
@@ -16,10 +18,17 @@ struct Assumption {
 };
 
 std::vector<Assumption> Assumptions(const SupportHeights& supports, const RefinementOptions& options,
-                                    SearchEffort effort) {
+                                    SearchEffort effort, bool bottom_is_seen) {
+  // What stands on a lower surface reaches past those above it. Where no box shows its lower end, nothing
+  // else speaks against that.
+  const double past = bottom_is_seen ? 0.25 : 1.0;  // of the floating cost
+  const auto cost_of = [&](double height, double least) {
+    const auto above = std::ranges::count_if(supports.near, [&](double other) { return other > height; });
+    return past * options.floating_cost * std::max(least, static_cast<double>(above));
+  };
   std::vector<Assumption> assumptions;
   for (const double height : supports.near) {
-    assumptions.push_back({height, {}, 0.0});
+    assumptions.push_back({height, {}, cost_of(height, 0.0)});
   }
   Assumption floating{{}, {}, options.floating_cost};
   if (!supports.near.empty()) {
@@ -28,7 +37,7 @@ std::vector<Assumption> Assumptions(const SupportHeights& supports, const Refine
   assumptions.push_back(floating);
   if (effort == SearchEffort::kThorough) {
     for (const double height : supports.far) {
-      assumptions.push_back({height, {}, 0.5 * options.floating_cost});
+      assumptions.push_back({height, {}, cost_of(height, 2.0)});
     }
   }
   return assumptions;
@@ -154,7 +163,10 @@ StandingFit RefineStanding(std::span<const PosedSuperquadric> starts, Refinement
                            SearchEffort effort) {
   constexpr int kMostRounds = 4;
   constexpr double kEnough = 0.5;  // half a chi square
-  std::vector<Candidate> candidates = AllCandidates(starts, Assumptions(supports, options, effort));
+  const bool bottom_is_seen = std::ranges::any_of(
+      input.views, [](const SilhouetteView& view) { return view.edge_exact[kBottomEdge]; });
+  std::vector<Candidate> candidates =
+      AllCandidates(starts, Assumptions(supports, options, effort, bottom_is_seen));
   if (effort == SearchEffort::kPromising) {
     KeepPromising(input, options, candidates);
   }

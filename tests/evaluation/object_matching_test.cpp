@@ -123,6 +123,15 @@ TEST(MatchObjects, TheBackOfAChairIsTheChairButNoCupOnItsSeatIs) {
   EXPECT_THAT(MatchObjects(mapped, truth, {}, {}).extra, ElementsAre(0));
 }
 
+TEST(MatchObjects, OfTwoTheOneOfTheSameLabelIsTaken) {
+  const std::vector truth = {Truth(1, {0, 0, 0}, {0.25, 0.25, 0.4})};
+  std::vector mapped = {Mapped(1, {0.25, 0, 0}, {0.5, 0.5, 0.4}),
+                        Mapped(2, {0, 0.2, 0.25}, {0.2, 0.04, 0.12})};
+  EXPECT_EQ(MatchObjects(mapped, truth, {}, {}).matches[0].mapped, 0);
+  mapped[0].label = "dining_table";
+  EXPECT_EQ(MatchObjects(mapped, truth, {}, {}).matches[0].mapped, 1);
+}
+
 TEST(MatchObjects, LabelsDoNotDecideButAreCompared) {
   auto truth = Truth(1, {0, 0, 0}, {0.1, 0.1, 0.1});
   truth.label = "cereal box";

@@ -67,6 +67,10 @@ TEST(Landmark, APartSeenWithItsWholeIsNotApart) {
     chair.Add(ObservationOf("chair", {100, 100, 100, 300}, frame));
     back.Add(ObservationOf("chair", {105, 100, 90, 100}, frame));
   }
+  for (int frame = 8; frame < 16; ++frame) {
+    chair.Add(ObservationOf("chair", {100, 100, 100, 300}, frame));
+    back.Add(ObservationOf("chair", {105, 100, 90, 100}, 100 + frame));
+  }
   EXPECT_EQ(FramesSeenApart(chair, back), 8);
   EXPECT_EQ(FramesSeenApart(chair, back, true), 0);
   // And they are one where their volumes share nearly all of the smaller.
@@ -76,6 +80,13 @@ TEST(Landmark, APartSeenWithItsWholeIsNotApart) {
   back.superquadric.T_map_object.translation.z() = 0.2;
   EXPECT_TRUE(AreSameObject(chair, back, AssociationOptions(), MergingOptions(), Camera()));
   back.superquadric.T_map_object.translation.z() = 0.4;  // half outside
+  EXPECT_FALSE(AreSameObject(chair, back, AssociationOptions(), MergingOptions(), Camera()));
+  // One nearly always boxed with the other is another thing, however much the two have in common.
+  back.superquadric.T_map_object.translation.z() = 0.2;
+  for (int frame = 0; frame < 20; ++frame) {
+    chair.Add(ObservationOf("chair", {100, 100, 100, 300}, 200 + frame));
+    back.Add(ObservationOf("chair", {105, 100, 90, 100}, 200 + frame));
+  }
   EXPECT_FALSE(AreSameObject(chair, back, AssociationOptions(), MergingOptions(), Camera()));
 }
 
@@ -113,7 +124,10 @@ TEST(BoxView, OnlyEdgesWhereTheObjectEndsExclude) {
 
 TEST(Landmark, TwoOfAKindAcrossEachOtherAreOne) {
   Landmark a = SeenAt(100.0, 10);
-  Landmark b = SeenAt(100.0, 10);
+  Landmark b;
+  for (int frame = 50; frame < 60; ++frame) {
+    b.Add(ObservationOf("cup", {100, 100, 40, 50}, frame));
+  }
   a.superquadric.shape = b.superquadric.shape = {{0.3, 0.02, 0.2}, 0.1, 0.1};
   b.superquadric.T_map_object = {Eigen::Quaterniond(Eigen::AngleAxisd(1.3, Eigen::Vector3d::UnitZ())),
                                  {0.03, 0.0, 0.0}};
