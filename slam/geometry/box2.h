@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
+#include <cstddef>
 
 namespace sqslam {
 
@@ -20,6 +22,18 @@ struct Box2d {
            pixel.y() <= y + height + margin;
   }
 };
+
+// Where there is one value for each edge: its index.
+enum BoxEdge : std::size_t { kLeftEdge, kTopEdge, kRightEdge, kBottomEdge };
+
+// Whether the pixel lies farther than `margin` (px) outside of one of those edges that count.
+inline bool IsBeyondEdge(const Box2d& box, const std::array<bool, 4>& counts, const Eigen::Vector2d& pixel,
+                         double margin) {
+  return (counts[kLeftEdge] && pixel.x() < box.x - margin) ||
+         (counts[kTopEdge] && pixel.y() < box.y - margin) ||
+         (counts[kRightEdge] && pixel.x() > box.x + box.width + margin) ||
+         (counts[kBottomEdge] && pixel.y() > box.y + box.height + margin);
+}
 
 // Area of the intersection.
 inline double SharedArea(const Box2d& a, const Box2d& b) {

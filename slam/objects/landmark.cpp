@@ -67,12 +67,6 @@ double Landmark::PointVotes::CameraSpread() const {
   return std::sqrt(std::max(0.0, camera_square_sum / std::max(1, inside) - MeanCamera().squaredNorm()));
 }
 
-bool BoxView::IsBeyondFreeEdge(const Eigen::Vector2d& pixel, double margin) const {
-  return (edge_free[0] && pixel.x() < box.x - margin) || (edge_free[1] && pixel.y() < box.y - margin) ||
-         (edge_free[2] && pixel.x() > box.x + box.width + margin) ||
-         (edge_free[3] && pixel.y() > box.y + box.height + margin);
-}
-
 void Landmark::Add(const ObjectObservation& observation) {
   ++observations;
   labels.Add(observation.detection.label, observation.detection.score);

@@ -42,9 +42,6 @@ struct BoxView {
   Rigid3d T_map_camera;
   Box2d box;                        // distorted px
   std::array<bool, 4> edge_free{};  // left, top, right, bottom: neither cut off by the image nor hidden
-
-  // Whether the pixel is farther than `margin` (px) outside of an edge where the object ends for sure.
-  bool IsBeyondFreeEdge(const Eigen::Vector2d& pixel, double margin) const;
 };
 
 // An object as the mapping thread keeps it. Plain data; the steps that work on it are in

@@ -27,11 +27,11 @@ std::optional<YawEstimate> PaperYaw(const Landmark& landmark, const std::vector<
 void CompleteHiddenPart(Landmark& landmark, const std::vector<BoxView>& views,
                         const EstimationContext& context) {
   const PosedSuperquadric& seen = landmark.visible;
+  const std::optional<double>& support = context.surroundings.hidden_support;
   const double bottom = seen.T_map_object.translation.z() - seen.shape.half_size.z();
-  if (!landmark.support && context.hidden_support && *context.hidden_support < bottom &&
-      !IsBottomSeen(views)) {
-    landmark.superquadric = StretchedTo(seen, *context.hidden_support);
-    landmark.support = context.hidden_support;
+  if (!landmark.support && support && *support < bottom && !IsBottomSeen(views)) {
+    landmark.superquadric = StretchedTo(seen, *support);
+    landmark.support = support;
   }
 }
 
@@ -45,7 +45,7 @@ void MarkHiddenEdges(const Landmark& landmark, const EstimationContext& context,
       continue;
     }
     const Box2d box = UndistortBox(view.box, context.camera);
-    for (const PosedSuperquadric& other : context.hiders) {
+    for (const PosedSuperquadric& other : context.surroundings.hiders) {
       const std::array<bool, 4> hidden = EdgesHiddenBy(box, depth, view.T_map_camera, context.camera, other);
       for (std::size_t edge = 0; edge < 4; ++edge) {
         view.edge_free[edge] = view.edge_free[edge] && !hidden[edge];

@@ -1,13 +1,13 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "slam/geometry/camera.h"
 #include "slam/objects/landmark.h"
 #include "slam/objects/object_options.h"
 #include "slam/objects/support.h"
+#include "slam/objects/surroundings.h"
 
 namespace sqslam {
 
@@ -17,11 +17,8 @@ struct EstimationContext {
   Camera camera;
   bool upright = false;
   const SupportSurfaces* supports = nullptr;
-  std::optional<double>
-      hidden_support;     // what a larger object stands on that may hide the lower part of this
-  bool thorough = false;  // refine from all starts, not only on from the last result
-  std::vector<PosedSuperquadric> smaller_objects;  // other landmarks, well known and smaller than this one
-  std::vector<PosedSuperquadric> hiders;           // larger landmarks that may stand before it: MayHide()
+  Surroundings surroundings;  // of the landmark that is being estimated
+  bool thorough = false;      // refine from all starts, not only on from the last result
   std::uint64_t seed = 0;
 };
 

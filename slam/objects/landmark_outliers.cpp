@@ -77,7 +77,7 @@ std::vector<bool> InsideBoxes(const NamedPoints& points, const std::vector<BoxVi
       }
       // Beyond an edge that something else hides the object may well go on.
       const bool in_box = view.box.Contains(pixel, margin);
-      const bool unknown = !in_box && !view.IsBeyondFreeEdge(pixel, margin);
+      const bool unknown = !in_box && !IsBeyondEdge(view.box, view.edge_free, pixel, margin);
       seen[i] += unknown ? 0 : 1;
       inside[i] += in_box ? 1 : 0;
     }
@@ -174,7 +174,7 @@ NamedPoints RemoveOutliers(Landmark& landmark, const std::vector<BoxView>& views
     for (const double height : PossibleSupports(points, *context.supports).near) {
       points = WithoutSurface(points, height);
     }
-    points = WithoutSmallerObjects(points, context.smaller_objects);
+    points = WithoutSmallerObjects(points, context.surroundings.smaller);
   }
   const std::uint64_t seed = context.seed + static_cast<std::uint64_t>(landmark.id) * 7919u;
   return Keep(points, KeepInliers(Positions(points), options.outliers.isolation_forest, seed));

@@ -13,8 +13,6 @@
 namespace sqslam {
 namespace {
 
-constexpr std::size_t kBottomEdge = 3;
-
 std::optional<YawEstimate> YawFromAllLines(const Landmark& landmark, const EstimationContext& context) {
   std::vector<LineView> views;
   for (const auto& [frame, view] : landmark.lines) {

@@ -6,10 +6,10 @@
 #include <set>
 
 #include "slam/objects/dual_quadric.h"
+#include "slam/objects/estimation_order.h"
 #include "slam/objects/landmark.h"
 #include "slam/objects/landmark_estimation.h"
 #include "slam/objects/merging.h"
-#include "slam/objects/occlusion.h"
 
 namespace sqslam {
 
@@ -45,13 +45,11 @@ struct ObjectMapper::Impl {
   int Surviving(int id) const;
   void RenewPoses(Landmark& landmark, const PoseLookup& poses) const;
   void Update(const PointLookup& points, const Camera& camera, const PoseLookup& poses, bool all);
-  std::vector<PosedSuperquadric> SmallerThan(const Landmark& landmark) const;
-  std::vector<PosedSuperquadric> HidersOf(const Landmark& landmark) const;
-  std::vector<int> LargestFirst() const;
-  std::set<int> Due(bool all) const;
-  std::set<int> NotEstimated() const;
-  std::optional<double> HiddenSupport(const Landmark& landmark) const;
-  bool MergeOnePair();
+  void Estimate(const std::vector<int>& ids, const PoseLookup& poses, EstimationContext& context);
+  std::vector<int> Ids() const;
+  std::vector<const Landmark*> Shown() const;
+  std::vector<int> MergeAllPairs();
+  std::optional<std::pair<int, int>> MergeOnePair();
   void DeleteForgotten();
   bool IsShown(const Landmark& landmark) const;
   std::optional<PosedSuperquadric> Represented(const Landmark& landmark) const;
@@ -90,129 +88,56 @@ void ObjectMapper::Impl::Update(const PointLookup& points, const Camera& camera,
   context.supports = &supports;
   context.thorough = all;
   context.seed = seed;
-  const auto estimate = [&](const std::set<int>& due) {
-    for (const int id : LargestFirst()) {
-      Landmark& landmark = landmarks.at(id);
-      if (due.contains(id)) {
-        RenewPoses(landmark, poses);
-        context.smaller_objects = SmallerThan(landmark);
-        context.hiders = HidersOf(landmark);
-        context.hidden_support = HiddenSupport(landmark);
-        EstimateLandmark(landmark, context);
-        if (options.representation == "quadric") {
-          landmark.quadric =
-              EstimateDualQuadric(SpreadViews(landmark.views, options.refinement.max_views), camera, options);
-        }
-      }
-    }
-  };
-  estimate(Due(all));
-  bool merged = false;
-  while (MergeOnePair()) {
-    merged = true;
-  }
-  if (merged) {
-    estimate(NotEstimated());
-  }
+  Estimate(all ? Ids() : MostOutdated(landmarks, options.max_estimates), poses, context);
+  Estimate(MergeAllPairs(), poses, context);
   DeleteForgotten();
   Publish();
 }
 
-std::set<int> ObjectMapper::Impl::NotEstimated() const {
-  std::set<int> ids;
-  for (const auto& [id, landmark] : landmarks) {
-    if (!landmark.estimated) {
-      ids.insert(id);
+void ObjectMapper::Impl::Estimate(const std::vector<int>& ids, const PoseLookup& poses,
+                                  EstimationContext& context) {
+  for (const int id : LargestFirst(landmarks, ids)) {
+    Landmark& landmark = landmarks.at(id);
+    RenewPoses(landmark, poses);
+    context.surroundings = SurroundingsOf(landmark, Shown());
+    EstimateLandmark(landmark, context);
+    if (options.representation == "quadric") {
+      landmark.quadric = EstimateDualQuadric(SpreadViews(landmark.views, options.refinement.max_views),
+                                             context.camera, options);
     }
   }
-  return ids;
 }
 
-// The landmarks whose estimate is the most outdated, as many as a keyframe has time for.
-std::set<int> ObjectMapper::Impl::Due(bool all) const {
-  constexpr double kOutdated = 1.0 / 6.0;  // share of new boxes
-  std::vector<std::pair<double, int>> outdated;
-  for (const auto& [id, landmark] : landmarks) {
-    // Young landmarks change with every box, old ones hardly.
-    const double share = static_cast<double>(landmark.observations - landmark.estimated_at) /
-                         std::max(0.1, static_cast<double>(landmark.estimated_at));
-    if (all || share >= kOutdated) {
-      outdated.emplace_back(-share, id);
-    }
-  }
-  std::sort(outdated.begin(), outdated.end());
-  const auto most = static_cast<std::size_t>(options.max_estimates);
-  if (!all && most > 0 && outdated.size() > most) {
-    outdated.resize(most);
-  }
-  std::set<int> ids;
-  for (const auto& [share, id] : outdated) {
-    ids.insert(id);
-  }
-  return ids;
-}
-
-std::vector<PosedSuperquadric> ObjectMapper::Impl::SmallerThan(const Landmark& landmark) const {
-  std::vector<PosedSuperquadric> smaller;
-  if (!landmark.estimated) {
-    return smaller;
-  }
-  const double volume = landmark.superquadric.shape.Volume();
-  for (const auto& [id, other] : landmarks) {
-    if (id != landmark.id && IsShown(other) && other.superquadric.shape.Volume() < 0.7 * volume) {
-      smaller.push_back(other.superquadric);
-    }
-  }
-  return smaller;
-}
-
-std::vector<PosedSuperquadric> ObjectMapper::Impl::HidersOf(const Landmark& landmark) const {
-  std::vector<PosedSuperquadric> hiders;
-  for (const auto& [id, other] : landmarks) {
-    if (landmark.estimated && id != landmark.id && IsShown(other) &&
-        MayHide(other.superquadric, landmark.visible)) {
-      hiders.push_back(other.superquadric);
-    }
-  }
-  return hiders;
-}
-
-// The small ones profit from what was just learnt of the large ones: what hides them, what they stand on.
-std::vector<int> ObjectMapper::Impl::LargestFirst() const {
-  std::vector<std::pair<double, int>> by_volume;
-  for (const auto& [id, landmark] : landmarks) {
-    by_volume.emplace_back(landmark.estimated ? -landmark.superquadric.shape.Volume() : 0.0, id);
-  }
-  std::sort(by_volume.begin(), by_volume.end());
+std::vector<int> ObjectMapper::Impl::Ids() const {
   std::vector<int> ids;
-  for (const auto& [volume, id] : by_volume) {
+  for (const auto& [id, landmark] : landmarks) {
     ids.push_back(id);
   }
   return ids;
 }
 
-// What the nearest object stands on that may hide the lower part of this one.
-std::optional<double> ObjectMapper::Impl::HiddenSupport(const Landmark& landmark) const {
-  constexpr double kNear = 0.5;  // gap between the two, share of the larger one's size
-  std::optional<double> support;
-  double nearest = kNear;
-  for (const auto& [id, other] : landmarks) {
-    if (!landmark.estimated || id == landmark.id || !IsShown(other) || !other.support ||
-        !MayHide(other.superquadric, landmark.visible)) {
-      continue;
-    }
-    Eigen::Vector3d p = other.superquadric.T_map_object.Inverse() * landmark.visible.T_map_object.translation;
-    p.z() = 0.0;
-    const double gap = other.superquadric.shape.RadialDistance(p) / other.superquadric.shape.half_size.norm();
-    if (gap < nearest) {
-      nearest = gap;
-      support = other.support;
+std::vector<const Landmark*> ObjectMapper::Impl::Shown() const {
+  std::vector<const Landmark*> shown;
+  for (const auto& [id, landmark] : landmarks) {
+    if (IsShown(landmark)) {
+      shown.push_back(&landmark);
     }
   }
-  return support;
+  return shown;
 }
 
-bool ObjectMapper::Impl::MergeOnePair() {
+// Returns the survivors, which are to be estimated.
+std::vector<int> ObjectMapper::Impl::MergeAllPairs() {
+  std::set<int> survivors;
+  while (const std::optional<std::pair<int, int>> pair = MergeOnePair()) {
+    survivors.erase(pair->first);
+    survivors.insert(pair->second);
+  }
+  return {survivors.begin(), survivors.end()};
+}
+
+// Returns the ids of the one that is gone and of the one that it is part of now.
+std::optional<std::pair<int, int>> ObjectMapper::Impl::MergeOnePair() {
   for (auto a = landmarks.begin(); a != landmarks.end(); ++a) {
     for (auto b = std::next(a); b != landmarks.end(); ++b) {
       if (AreSameObject(a->second, b->second, options.association, options.merging, *last_camera)) {
@@ -224,11 +149,11 @@ bool ObjectMapper::Impl::MergeOnePair() {
         a->second.estimated = false;
         a->second.refined = false;
         landmarks.erase(b);
-        return true;
+        return merges.back();
       }
     }
   }
-  return false;
+  return std::nullopt;
 }
 
 void ObjectMapper::Impl::DeleteForgotten() {

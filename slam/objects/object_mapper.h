@@ -32,8 +32,9 @@ class ObjectMapper {
   // estimated.
   void SetUpright(bool upright, SupportSurfaces supports);
 
-  // Re-estimates the landmarks that were seen since the last call, merges and deletes. `poses`, where given,
-  // renews the camera poses of past observations first.
+  // Re-estimates the landmarks with the largest share of new boxes, at most options.max_estimates; merges,
+  // and re-estimates what was merged; deletes. `poses`, where given, renews the camera poses of past
+  // observations first.
   void Update(const PointLookup& points, const Camera& camera, const PoseLookup& poses = {});
 
   // Re-estimates every landmark (end of the run, or after the map has changed everywhere).

@@ -167,10 +167,10 @@ struct RefinementOptions {
   int max_views = 30;              // views whose box edges are used, spread over the viewing directions
   double edge_sigma_px = 1.5;      // standard deviation of a box edge, px, plus
   double edge_sigma_share = 0.03;  // this share of the box size
-  // Standard deviation of a point's distance to the surface, px in a typical view, and of its image, px,
-  // which is what its depth is uncertain from the more the less the cameras that saw it moved; 0: depth as
-  // good.
-  double point_sigma_px = 1.5;
+  double point_sigma_px =
+      1.5;  // standard deviation of a point's distance to the surface, px in a typical view
+  // Standard deviation of a point's image, px: the less the cameras moved that saw it, the less its depth
+  // counts; 0: as much as the rest.
   double depth_sigma_px = 3.0;
   double point_weight = 10.0;    // the points together weigh at most as much as so many views
   double contact_sigma = 0.05;   // standard deviation of the gap to the support, share of the object's height
@@ -179,11 +179,10 @@ struct RefinementOptions {
   double prior_e1 = 0.3;         // things that stand on a support mostly have flat tops, in [0.1, 1.9]
   double prior_e2 = 0.5;         // in [0.1, 1.9]
   double prior_e_sigma = 0.3;    // standard deviation of both exponents about them
-  // Kinds of things whose shortest half size is at most `flat_ratio` of the longest, `flat_sigma` being the
-  // standard deviation of the log of that: the back of a screen is hardly ever seen, and no box shows it.
+  // Kinds of things that are known to be thin: the back of a screen is hardly ever seen, and no box shows it.
   std::vector<std::string> flat_labels = {"tv"};
-  double flat_ratio = 0.1;
-  double flat_sigma = 0.3;
+  double flat_ratio = 0.1;       // their shortest half size is at most this share of the longest, in (0, 1]
+  double flat_sigma = 0.3;       // standard deviation of the natural logarithm of that share beyond it
   double max_stretch = 1.0;      // half sizes at most so many times the largest half diagonal of a box
   int max_iterations = 30;       // Levenberg-Marquardt steps
   double cost_tolerance = 0.02;  // a step that saves less ends it; the cost is half a chi square

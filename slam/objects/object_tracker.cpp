@@ -262,11 +262,7 @@ std::vector<std::int64_t> ObjectTracker::Impl::PointsOutside(const SeenLandmark&
     const bool in_image = pixel.x() >= 0.0 && pixel.y() >= 0.0 && pixel.x() < frame.camera.width &&
                           pixel.y() < frame.camera.height;
     // Beyond an edge that something else hides the object may well go on.
-    const bool beyond = (edge_free[0] && pixel.x() < box.x - margin) ||
-                        (edge_free[1] && pixel.y() < box.y - margin) ||
-                        (edge_free[2] && pixel.x() > box.x + box.width + margin) ||
-                        (edge_free[3] && pixel.y() > box.y + box.height + margin);
-    if (in_image && beyond) {
+    if (in_image && IsBeyondEdge(box, edge_free, pixel, margin)) {
       outside.push_back(point);
     }
   }

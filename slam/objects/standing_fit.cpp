@@ -8,8 +8,6 @@
 namespace sqslam {
 namespace {
 
-constexpr std::size_t kBottomEdge = 3;
-
 // What the object stands on.
 struct Assumption {
   std::optional<double> support;  // on a surface of this height

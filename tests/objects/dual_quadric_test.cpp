@@ -10,19 +10,12 @@
 
 #include "slam/geometry/solid_iou.h"
 #include "slam/objects/landmark_geometry.h"
+#include "test_camera.h"
 
 namespace sqslam {
 namespace {
 
-Camera TestCamera() {
-  Camera camera;
-  camera.width = 640;
-  camera.height = 480;
-  camera.fx = camera.fy = 500.0;
-  camera.cx = 319.5;
-  camera.cy = 239.5;
-  return camera;
-}
+using testing::TestCamera;
 
 PosedSuperquadric LeaningEllipsoid() {
   PosedSuperquadric ellipsoid;

@@ -7,6 +7,7 @@
 
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/merging.h"
+#include "test_camera.h"
 
 namespace sqslam {
 namespace {
@@ -110,18 +111,6 @@ TEST(PointVotes, TellWhereTheCamerasWere) {
   EXPECT_NEAR(votes.CameraSpread(), 1.7 * std::sqrt(2.0), 1e-9);
 }
 
-TEST(BoxView, OnlyEdgesWhereTheObjectEndsExclude) {
-  BoxView view;
-  view.box = {100.0, 100.0, 50.0, 40.0};
-  view.edge_free = {true, true, true, false};
-  EXPECT_FALSE(view.IsBeyondFreeEdge({120.0, 120.0}, 2.0));
-  EXPECT_FALSE(view.IsBeyondFreeEdge({120.0, 180.0}, 2.0));  // below: hidden there
-  EXPECT_FALSE(view.IsBeyondFreeEdge({99.0, 120.0}, 2.0));
-  EXPECT_TRUE(view.IsBeyondFreeEdge({97.0, 180.0}, 2.0));
-  EXPECT_TRUE(view.IsBeyondFreeEdge({120.0, 97.0}, 2.0));
-  EXPECT_TRUE(view.IsBeyondFreeEdge({153.0, 120.0}, 2.0));
-}
-
 TEST(Landmark, TwoOfAKindAcrossEachOtherAreOne) {
   Landmark a = SeenAt(100.0, 10);
   Landmark b;
@@ -144,12 +133,7 @@ TEST(Landmark, TwoOfAKindAcrossEachOtherAreOne) {
 
 // A screen and what boxes of the picture on it gave: thin, and mostly behind the screen's surface.
 TEST(Landmark, APictureOnAScreenIsTheScreen) {
-  Camera camera;
-  camera.width = 640;
-  camera.height = 480;
-  camera.fx = camera.fy = 500.0;
-  camera.cx = 320.0;
-  camera.cy = 240.0;
+  const Camera camera = testing::TestCamera();
   Landmark screen;
   screen.superquadric.shape = {{0.4, 0.02, 0.25}, 0.1, 0.1};
   Landmark picture;

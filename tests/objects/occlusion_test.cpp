@@ -4,11 +4,13 @@
 #include <gtest/gtest.h>
 
 #include "slam/objects/landmark_geometry.h"
+#include "test_camera.h"
 
 namespace sqslam {
 namespace {
 
 using ::testing::ElementsAre;
+using testing::TestCamera;
 
 constexpr double kTableTop = 0.7;
 
@@ -20,16 +22,6 @@ PosedSuperquadric Box(const Eigen::Vector3d& centre, const Eigen::Vector3d& half
 }
 
 PosedSuperquadric Table() { return Box({0.0, 2.0, 0.35}, {0.8, 0.5, 0.35}); }
-
-Camera TestCamera() {
-  Camera camera;
-  camera.width = 640;
-  camera.height = 480;
-  camera.fx = camera.fy = 500.0;
-  camera.cx = 320.0;
-  camera.cy = 240.0;
-  return camera;
-}
 
 // At 1.3 above the floor, looking along y and 20 degrees down.
 Rigid3d Pose() {
@@ -57,6 +49,16 @@ TEST(EdgesHiddenBy, NothingIsHiddenBesideOrBeforeIt) {
               ElementsAre(false, false, false, false));
   EXPECT_THAT(HiddenByTheTable(Box({0.0, 1.2, 0.5}, {0.1, 0.05, 0.15})),
               ElementsAre(false, false, false, false));
+}
+
+TEST(EdgesHiddenBy, ATableTakenTooHighHidesNothingAtItsRim) {
+  // A cup that stands 2 cm deep in the table, a hand's breadth before the far rim.
+  const PosedSuperquadric cup = Box({0.1, 2.42, kTableTop + 0.03}, {0.04, 0.04, 0.05});
+  EXPECT_THAT(HiddenByTheTable(cup), ElementsAre(false, false, false, false));
+}
+
+TEST(MayHide, IsNotTheTableForWhatSinksIntoItsTop) {
+  EXPECT_FALSE(MayHide(Table(), Box({0.1, 2.2, kTableTop - 0.05}, {0.04, 0.04, 0.05})));
 }
 
 TEST(MayHide, IsTheTableForTheChairButNotForTheCupOnIt) {

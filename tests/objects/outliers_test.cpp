@@ -6,6 +6,8 @@
 
 #include "slam/objects/detection_filter.h"
 #include "slam/objects/isolation_forest.h"
+#include "slam/objects/landmark_outliers.h"
+#include "test_camera.h"
 
 namespace sqslam {
 namespace {
@@ -119,6 +121,36 @@ ObjectFrame FrameWith(const std::vector<Detection>& detections) {
   frame.camera = {640, 480, 500, 500, 320, 240, {}, 30};
   frame.detections = detections;
   return frame;
+}
+
+// Points of a chair below the edge of a table that hides it in most views.
+TEST(RemoveOutliers, KeepsWhatLiesBeyondAnEdgeBehindSomethingElse) {
+  ObjectOptions options;
+  options.outliers.isolation_forest.enabled = false;
+  const SupportSurfaces surfaces;
+  const PointLookup lookup = [](std::int64_t& id) -> std::optional<Eigen::Vector3d> {
+    return Eigen::Vector3d(0.0, 0.05 * static_cast<double>(id), 2.0);
+  };
+  EstimationContext context;
+  context.options = &options;
+  context.points = &lookup;
+  context.camera = testing::TestCamera();
+  context.supports = &surfaces;
+  const auto count_kept = [&](bool lower_edge_is_free) {
+    Landmark landmark;
+    for (std::int64_t id = 0; id < 10; ++id) {
+      landmark.votes[id].inside = 5;
+    }
+    for (int i = 0; i < 10; ++i) {
+      BoxView view;
+      view.box = {300.0, 220.0, 40.0, i < 2 ? 200.0 : 60.0};
+      view.edge_free = {true, true, true, i < 2 || lower_edge_is_free};
+      landmark.views.push_back(view);
+    }
+    return RemoveOutliers(landmark, landmark.views, context).size();
+  };
+  EXPECT_EQ(count_kept(false), 10u);
+  EXPECT_LT(count_kept(true), 6u);
 }
 
 TEST(SelectBoxes, DropsIgnoredLabelsDoublesAndHugeBoxes) {

@@ -151,6 +151,31 @@ TEST(ObjectPipeline, ForgetsWhatWasSeenOnceOnly) {
   EXPECT_GE(tracker.NextId(), next_id);
 }
 
+TEST(ObjectPipeline, EstimatesNoMoreObjectsAtAKeyframeThanAllowed) {
+  const SyntheticDesk desk(1);
+  const PointLookup lookup = [&](std::int64_t& id) { return desk.Position(id); };
+  const auto estimated_after = [&](int max_estimates, int updates) {
+    ObjectOptions options;
+    options.max_estimates = max_estimates;
+    ObjectTracker tracker(options, 1);
+    ObjectMapper mapper(options, 1);
+    mapper.SetUpright(true, SupportSurfaces::Everywhere(0.0));
+    for (int i = 0; i < 20; ++i) {
+      mapper.AddObservations(tracker.Track(desk.Frame(i), *mapper.View()));
+    }
+    for (int i = 0; i < updates; ++i) {
+      mapper.Update(lookup, desk.Camera());
+    }
+    const auto& landmarks = mapper.View()->landmarks;
+    return std::count_if(landmarks.begin(), landmarks.end(), [](const auto& l) { return l.estimated; });
+  };
+  const auto all = estimated_after(0, 1);
+  EXPECT_GT(all, 4);
+  EXPECT_EQ(estimated_after(2, 1), 2);
+  EXPECT_EQ(estimated_after(2, 2), 4);
+  EXPECT_EQ(estimated_after(2, 10), all);
+}
+
 TEST(ObjectTracker, TellsOfPointsOutsideAsItsOptionSays) {
   const SyntheticDesk desk(1, 0.12);
   const auto outside_points = [&](const std::string& reprojection) {

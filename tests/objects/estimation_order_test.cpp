@@ -1,0 +1,61 @@
+#include "slam/objects/estimation_order.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace sqslam {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+Landmark With(int observations, int estimated_at, double half_size = 0.0) {
+  Landmark landmark;
+  landmark.observations = observations;
+  landmark.estimated_at = estimated_at;
+  landmark.estimated = half_size > 0.0;
+  landmark.superquadric.shape.half_size.setConstant(half_size);
+  return landmark;
+}
+
+TEST(MostOutdated, ThoseNeverEstimatedThenThoseWithTheLargestShareOfNewBoxes) {
+  const std::map<int, Landmark> landmarks = {{1, With(110, 100)},  // hardly changed
+                                             {2, With(150, 100)},
+                                             {3, With(20, 10)},
+                                             {4, With(3, 0)},
+                                             {5, With(8, 0)}};
+  EXPECT_THAT(MostOutdated(landmarks, 0), ElementsAre(5, 4, 3, 2));
+  EXPECT_THAT(MostOutdated(landmarks, 2), ElementsAre(5, 4));
+  EXPECT_THAT(MostOutdated({}, 3), IsEmpty());
+}
+
+TEST(MostOutdated, NoLandmarkWaitsForEver) {
+  std::map<int, Landmark> landmarks;
+  for (int id = 0; id < 12; ++id) {
+    landmarks[id] = With(0, 0);
+  }
+  std::map<int, int> last;
+  for (int round = 0; round < 200; ++round) {
+    for (auto& [id, landmark] : landmarks) {
+      landmark.observations += id < 6 ? 15 : 5;
+    }
+    for (const int id : MostOutdated(landmarks, 3)) {
+      landmarks[id].estimated_at = landmarks[id].observations;
+      last[id] = round;
+    }
+  }
+  for (const auto& [id, round] : last) {
+    EXPECT_GT(round, 150) << id;
+  }
+  EXPECT_EQ(last.size(), landmarks.size());
+}
+
+TEST(LargestFirst, OrdersByVolumeAndPutsThoseWithoutEstimateLast) {
+  const std::map<int, Landmark> landmarks = {
+      {1, With(9, 9, 0.1)}, {2, With(9, 0)}, {3, With(9, 9, 0.5)}, {4, With(9, 9, 0.2)}};
+  EXPECT_THAT(LargestFirst(landmarks, {1, 2, 3, 4}), ElementsAre(3, 4, 1, 2));
+  EXPECT_THAT(LargestFirst(landmarks, {1, 4}), ElementsAre(4, 1));
+}
+
+}  // namespace
+}  // namespace sqslam

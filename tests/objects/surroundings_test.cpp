@@ -1,0 +1,53 @@
+#include "slam/objects/surroundings.h"
+
+#include <gtest/gtest.h>
+
+namespace sqslam {
+namespace {
+
+Landmark Box(int id, const Eigen::Vector3d& centre, const Eigen::Vector3d& half_size) {
+  Landmark landmark;
+  landmark.id = id;
+  landmark.estimated = true;
+  landmark.superquadric.shape = {half_size, 0.1, 0.1};
+  landmark.superquadric.T_map_object.translation = centre;
+  landmark.visible = landmark.superquadric;
+  return landmark;
+}
+
+TEST(Surroundings, TellWhatLiesInItAndWhatMayHideIt) {
+  Landmark table = Box(1, {0.0, 2.0, 0.35}, {0.8, 0.5, 0.35});
+  table.support = 0.0;
+  const Landmark cup = Box(2, {0.0, 2.0, 0.75}, {0.04, 0.04, 0.05});
+  const Landmark chair = Box(3, {0.1, 2.8, 0.75}, {0.2, 0.05, 0.15});
+  const std::vector<const Landmark*> shown = {&table, &cup, &chair};
+
+  const Surroundings of_table = SurroundingsOf(table, shown);
+  EXPECT_EQ(of_table.smaller.size(), 2u);
+  EXPECT_TRUE(of_table.hiders.empty());
+  EXPECT_EQ(of_table.hidden_support, std::nullopt);
+
+  const Surroundings of_cup = SurroundingsOf(cup, shown);
+  EXPECT_TRUE(of_cup.smaller.empty());
+  EXPECT_EQ(of_cup.hidden_support, std::nullopt);  // on the table, not behind it
+
+  const Surroundings of_chair = SurroundingsOf(chair, shown);
+  ASSERT_EQ(of_chair.hiders.size(), 1u);
+  EXPECT_EQ(of_chair.hiders[0].shape.half_size, table.superquadric.shape.half_size);
+  EXPECT_EQ(of_chair.smaller.size(), 1u);
+  EXPECT_EQ(of_chair.hidden_support, 0.0);
+}
+
+TEST(Surroundings, OfFarHidersGiveNoSupportAndNothingIsKnownWithoutAnEstimate) {
+  Landmark table = Box(1, {0.0, 2.0, 0.35}, {0.8, 0.5, 0.35});
+  table.support = 0.0;
+  const std::vector<const Landmark*> shown = {&table};
+  Landmark chair = Box(3, {0.1, 6.0, 0.75}, {0.2, 0.05, 0.15});
+  EXPECT_EQ(SurroundingsOf(chair, shown).hiders.size(), 1u);
+  EXPECT_EQ(SurroundingsOf(chair, shown).hidden_support, std::nullopt);
+  chair.estimated = false;
+  EXPECT_TRUE(SurroundingsOf(chair, shown).hiders.empty());
+}
+
+}  // namespace
+}  // namespace sqslam
