@@ -7,6 +7,7 @@ preset=${1:-release}
 launcher=()
 if command -v ccache >/dev/null; then
   launcher=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
+  export CCACHE_SLOPPINESS=pch_defines,time_macros  # what ccache asks for where headers are precompiled
 fi
 cmake --preset "$preset" "${launcher[@]}" --log-level=WARNING
 # Some sources take a gigabyte to compile: no more of them at once than the memory holds.
