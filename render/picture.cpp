@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <opencv2/imgproc.hpp>
 
 #include "render/gl/offscreen_window.h"
 #include "render/picture_overlay.h"
@@ -20,11 +19,13 @@ double SizeOf(const PictureOptions& options) {
   return std::min(options.height / 720.0, options.width / 960.0);
 }
 
-bool Supersampled(const PictureOptions& options) {
-  // FXAA knows no alpha, so that pictures without a background are always supersampled or not smoothed at
-  // all.
-  return options.style.anti_aliasing == "ssaa" ||
-         (options.transparent && options.style.anti_aliasing == "fxaa");
+// FXAA knows no alpha, so that pictures without a background are always supersampled or not smoothed at all.
+// Very large pictures have pixels enough, and four times as many would not fit into memory.
+int SamplesOf(const PictureOptions& options) {
+  const bool large = static_cast<double>(options.width) * options.height > 16e6;
+  const bool smooth =
+      options.style.anti_aliasing == "ssaa" || (options.transparent && options.style.anti_aliasing == "fxaa");
+  return smooth && !large ? 2 : 1;
 }
 
 const PictureOptions& Checked(const PictureOptions& options) {
@@ -60,24 +61,21 @@ ViewCamera CameraOverrides::ApplyTo(ViewCamera camera) const {
 struct PictureRenderer::Impl {
   explicit Impl(const PictureOptions& wanted)
       : options(Checked(wanted)),
-        samples(Supersampled(options) ? 2 : 1),
-        window({.width = samples * options.width,
-                .height = samples * options.height,
+        window({.width = options.width,
+                .height = options.height,
                 .alpha = options.transparent,
                 .backend = options.backend}),
-        scene(options.style, samples * SizeOf(options)) {
-    scene.SetTransparent(options.transparent);
-    scene.SetSmoothEdges(!options.transparent && options.style.anti_aliasing == "fxaa");
+        scene(options.style, {.pixel_scale = SizeOf(options),
+                              .samples = SamplesOf(options),
+                              .fxaa = !options.transparent && options.style.anti_aliasing == "fxaa",
+                              .transparent = options.transparent}) {
     window.AddRenderer(scene.Renderer());
   }
 
   cv::Mat Render(const ViewCamera& view) {
     window.Context().MakeCurrent();
-    scene.LookFrom(view);
+    scene.LookFrom(view, options.height);
     cv::Mat image = window.Render();
-    if (samples > 1) {
-      cv::resize(image, image, cv::Size(options.width, options.height), 0.0, 0.0, cv::INTER_AREA);
-    }
     if (options.transparent) {
       Unmultiply(image);
     }
@@ -88,19 +86,19 @@ struct PictureRenderer::Impl {
   void DrawOverlay(cv::Mat& image, const ViewCamera& view) const {
     const SceneStyle& style = options.style;
     const double scale = SizeOf(options);
-    if (style.objects.labels && style.objects.show) {
-      DrawLabels(image, map, view, style, text, scale);
-    }
+    std::vector<cv::Rect> taken;
     if (style.text.legend && style.objects.show) {
-      DrawLegend(image, map, colors, style, text, scale);
+      taken.push_back(DrawLegend(image, map, colors, style, text, scale));
     }
     if (style.text.scale) {
-      DrawAxes(image, view, grid_cell, style, text, scale);
+      taken.push_back(DrawAxes(image, view, grid_cell, style, text, scale));
+    }
+    if (style.objects.labels && style.objects.show) {
+      DrawLabels(image, map, view, style, text, scale, taken);
     }
   }
 
   PictureOptions options;
-  int samples;             // rendered pixels for one of the picture, along each side
   OffscreenWindow window;  // before the scene: it holds the context that the scene needs to the end
   Scene scene;
   TextPainter text;
@@ -126,7 +124,7 @@ void PictureRenderer::SetMap(const MapSnapshot& map) {
   s.grid_cell = RoundLength(0.4 * s.focus.radius);
   const CameraOverrides& overrides = s.options.camera;
   const double aspect = static_cast<double>(s.options.width) / s.options.height;
-  s.camera = overrides.ApplyTo(FrameScene(map, s.focus, aspect, overrides.view_angle.value_or(30.0)));
+  s.camera = overrides.ApplyTo(FrameScene(s.focus, aspect, overrides.view_angle.value_or(30.0)));
   SetMapKeepingFrame(map);
 }
 

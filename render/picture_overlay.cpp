@@ -2,13 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
 
-#include "render/scene_order.h"
+#include "render/label_layout.h"
 
 namespace sqslam {
 namespace {
@@ -49,14 +50,14 @@ SeenPoint Project(const ViewCamera& camera, cv::Size image, const Eigen::Vector3
           depth};
 }
 
-void DrawLegend(cv::Mat& image, const MapSnapshot& map, const LabelColors& colors, const SceneStyle& style,
-                const TextPainter& text, double scale) {
+cv::Rect DrawLegend(cv::Mat& image, const MapSnapshot& map, const LabelColors& colors,
+                    const SceneStyle& style, const TextPainter& text, double scale) {
   std::map<std::string, int> counts;
   for (const SnapshotObject& object : map.objects) {
     ++counts[object.label];
   }
   if (counts.empty()) {
-    return;
+    return {};
   }
   const double size = TextSize(style, scale);
   const int line = Pixels(1.55 * size);
@@ -85,10 +86,11 @@ void DrawLegend(cv::Mat& image, const MapSnapshot& map, const LabelColors& color
               0.6 * ink + 0.4 * ParseColor(style.background), TextPainter::Align::kRight);
     y += line;
   }
+  return panel;
 }
 
-void DrawAxes(cv::Mat& image, const ViewCamera& camera, double grid_cell, const SceneStyle& style,
-              const TextPainter& text, double scale) {
+cv::Rect DrawAxes(cv::Mat& image, const ViewCamera& camera, double grid_cell, const SceneStyle& style,
+                  const TextPainter& text, double scale) {
   const double size = TextSize(style, scale);
   const double length = 2.2 * size;
   const cv::Point2d origin(1.6 * size + length, image.rows - 1.6 * size - 0.9 * length);
@@ -105,27 +107,71 @@ void DrawAxes(cv::Mat& image, const ViewCamera& camera, double grid_cell, const 
     text.Draw(image, names[at], origin + (length + 0.7 * size) * direction, std::max(0.85 * size, kLeastText),
               colors[at], TextPainter::Align::kCenter);
   }
+  int right = Pixels(origin.x + length + size);
   if (style.grid.show) {
     const Eigen::Vector3d ink = 0.75 * ParseColor(style.text.color) + 0.25 * ParseColor(style.background);
-    text.Draw(image, fmt::format("grid {:.4g} map unit{}", grid_cell, grid_cell == 1.0 ? "" : "s"),
-              {Pixels(2.0 * length + 3.0 * size), Pixels(image.rows - 1.6 * size)},
-              std::max(0.85 * size, kLeastText), ink);
+    const std::string cell = fmt::format("grid {:.4g} map unit{}", grid_cell, grid_cell == 1.0 ? "" : "s");
+    const double small = std::max(0.85 * size, kLeastText);
+    const int left = Pixels(2.0 * length + 3.0 * size);
+    text.Draw(image, cell, {left, Pixels(image.rows - 1.6 * size)}, small, ink);
+    right = std::max(right, left + text.Width(cell, small));
   }
+  const int top = Pixels(origin.y - length - size);
+  return {0, top, right, image.rows - top};
+}
+
+// Where an object's surface is seen, from points spread over it; empty where it reaches behind the camera.
+cv::Rect SeenBounds(const PosedSuperquadric& solid, const ViewCamera& camera, cv::Size picture) {
+  Eigen::AlignedBox2d bounds;
+  constexpr int kSteps = 12;
+  for (int i = 0; i <= kSteps; ++i) {
+    for (int k = 0; k < 2 * kSteps; ++k) {
+      const Eigen::Vector3d p =
+          solid.shape.PointAt(std::numbers::pi * (static_cast<double>(i) / kSteps - 0.5),
+                              std::numbers::pi * (static_cast<double>(k) / kSteps - 1.0));
+      const SeenPoint seen = Project(camera, picture, solid.T_map_object * p);
+      if (seen.depth <= 0.0) {
+        return {};
+      }
+      bounds.extend(Eigen::Vector2d(seen.pixel.x, seen.pixel.y));
+    }
+  }
+  const cv::Rect whole(cv::Point(Pixels(bounds.min().x()), Pixels(bounds.min().y())),
+                       cv::Point(Pixels(bounds.max().x()) + 1, Pixels(bounds.max().y()) + 1));
+  return whole & cv::Rect({0, 0}, picture);
 }
 
 void DrawLabels(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera, const SceneStyle& style,
-                const TextPainter& text, double scale) {
+                const TextPainter& text, double scale, std::span<const cv::Rect> taken) {
   const double size = std::max(0.9 * style.text.size * scale, kLeastText);
+  const Eigen::Vector3d ink = ParseColor(style.text.color);
+  std::vector<LabelRequest> requests;
+  std::vector<std::string> names;
   for (const SnapshotObject& object : map.objects) {
-    const double height = SupportExtent(object.superquadric, camera.view_up.normalized());
-    const Eigen::Vector3d top =
-        object.superquadric.T_map_object.translation + height * camera.view_up.normalized();
-    const SeenPoint seen = Project(camera, image.size(), top);
-    if (seen.depth > 0.0) {
-      text.DrawOver(image, Readable(object.label), {Pixels(seen.pixel.x), Pixels(seen.pixel.y - 0.8 * size)},
-                    size, ParseColor(style.text.color), ParseColor(style.background),
-                    TextPainter::Align::kCenter);
+    const cv::Rect bounds = SeenBounds(object.superquadric, camera, image.size());
+    if (!bounds.empty()) {
+      names.push_back(Readable(object.label));
+      requests.push_back({bounds,
+                          {text.Width(names.back(), size) + Pixels(0.4 * size), Pixels(1.2 * size)},
+                          (object.superquadric.T_map_object.translation - camera.position).norm()});
     }
+  }
+  const std::vector<LabelPlace> places = PlaceLabels(requests, image.size(), taken);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const cv::Rect& area = places[i].area;
+    if (area.empty()) {
+      continue;
+    }
+    const cv::Point2d middle(area.x + 0.5 * area.width, area.y + 0.5 * area.height);
+    if (places[i].leader) {
+      const cv::Rect& bounds = requests[i].bounds;
+      const bool above = area.y < bounds.y;
+      DrawLine(image, {middle.x, above ? static_cast<double>(area.br().y) : static_cast<double>(area.y)},
+               {bounds.x + 0.5 * bounds.width, bounds.y + (above ? 0.15 : 0.85) * bounds.height}, 0.07 * size,
+               ink, 0.7);
+    }
+    text.DrawOver(image, names[i], {Pixels(middle.x), Pixels(middle.y)}, size, ink,
+                  ParseColor(style.background), TextPainter::Align::kCenter);
   }
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <opencv2/core.hpp>
+#include <span>
 
 #include "render/camera_path.h"
 #include "render/picture_text.h"
@@ -17,15 +18,17 @@ struct SeenPoint {
 SeenPoint Project(const ViewCamera& camera, cv::Size image, const Eigen::Vector3d& p_map);
 
 // Classes of the map with colour and count, in the top-right corner. `scale`: pixels for one of the style's.
-void DrawLegend(cv::Mat& image, const MapSnapshot& map, const LabelColors& colors, const SceneStyle& style,
-                const TextPainter& text, double scale);
+// Returns the area that it covers.
+cv::Rect DrawLegend(cv::Mat& image, const MapSnapshot& map, const LabelColors& colors,
+                    const SceneStyle& style, const TextPainter& text, double scale);
 
 // The map's axes as the camera sees them, and what a cell of the grid measures, in the bottom-left corner.
-void DrawAxes(cv::Mat& image, const ViewCamera& camera, double grid_cell, const SceneStyle& style,
-              const TextPainter& text, double scale);
+// Returns the area that they cover.
+cv::Rect DrawAxes(cv::Mat& image, const ViewCamera& camera, double grid_cell, const SceneStyle& style,
+                  const TextPainter& text, double scale);
 
-// Names above the objects.
+// Names beside the objects, none over another or over `taken`.
 void DrawLabels(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera, const SceneStyle& style,
-                const TextPainter& text, double scale);
+                const TextPainter& text, double scale, std::span<const cv::Rect> taken);
 
 }  // namespace sqslam

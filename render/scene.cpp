@@ -3,35 +3,26 @@
 #include <vtkActor.h>
 #include <vtkCamera.h>
 #include <vtkLight.h>
-#include <vtkMatrix4x4.h>
 #include <vtkNew.h>
 #include <vtkOpenGLRenderer.h>
+#include <vtkPBRLUTTexture.h>
+#include <vtkPBRPrefilterTexture.h>
 #include <vtkPolyDataMapper.h>
-#include <vtkPropCollection.h>
 #include <vtkProperty.h>
+#include <vtkTexture.h>
 
 #include <algorithm>
+#include <vector>
 
+#include "render/gl/picture_pass.h"
+#include "render/ground_shadow.h"
+#include "render/point_actors.h"
 #include "render/scene_geometry.h"
-#include "render/scene_order.h"
+#include "render/solid_actors.h"
+#include "render/studio_light.h"
 
 namespace sqslam {
 namespace {
-
-// Draws translucent props one after the other as they stand in the list, plainly blended. VTK's own ways are
-// an approximation (weighted blending) or four times slower (depth peeling); with convex surfaces in order
-// neither is needed.
-class OrderedRenderer : public vtkOpenGLRenderer {
- public:
-  static OrderedRenderer* New() {
-    auto* renderer = new OrderedRenderer;
-    renderer->InitializeObjectBase();
-    return renderer;
-  }
-  void DeviceRenderTranslucentPolygonalGeometry(vtkFrameBufferObjectBase*) override {
-    this->UpdateTranslucentPolygonalGeometry();
-  }
-};
 
 vtkSmartPointer<vtkActor> MakeActor(double width) {
   const vtkNew<vtkPolyDataMapper> mapper;
@@ -48,155 +39,172 @@ void SetGeometry(vtkActor* actor, vtkPolyData* geometry, bool show) {
   actor->SetVisibility(show && geometry->GetNumberOfPoints() > 0);
 }
 
-// One superquadric: its far side and its near side, so that both blend in the right order.
-struct SolidActors {
-  vtkSmartPointer<vtkActor> back = vtkSmartPointer<vtkActor>::New();
-  vtkSmartPointer<vtkActor> front = vtkSmartPointer<vtkActor>::New();
-
-  SolidActors() {
-    for (const auto& actor : {back, front}) {
-      const vtkNew<vtkPolyDataMapper> mapper;
-      mapper->ScalarVisibilityOff();
-      actor->SetMapper(mapper);
-      actor->SetUserMatrix(vtkNew<vtkMatrix4x4>());
-    }
-    back->GetProperty()->FrontfaceCullingOn();
-    front->GetProperty()->BackfaceCullingOn();
-  }
-
-  void Set(const PosedSuperquadric& solid, const Eigen::Vector3d& color, const SceneStyle::Objects& style) {
-    const auto mesh = SuperquadricMesh(solid.shape, style.segments);
-    const Eigen::Matrix4d pose = solid.T_map_object.Matrix();
-    for (const auto& actor : {back, front}) {
-      vtkPolyDataMapper::SafeDownCast(actor->GetMapper())->SetInputData(mesh);
-      for (int row = 0; row < 4; ++row) {
-        for (int column = 0; column < 4; ++column) {
-          actor->GetUserMatrix()->SetElement(row, column, pose(row, column));
-        }
-      }
-      vtkProperty* property = actor->GetProperty();
-      property->SetColor(color.x(), color.y(), color.z());
-      property->SetAmbient(0.36);
-      property->SetDiffuse(0.68);
-      property->SetSpecular(style.gloss);
-      property->SetSpecularPower(25.0);
-      property->SetOpacity(style.opacity);
-    }
-    back->SetVisibility(style.show && style.opacity < 1.0);
-    front->SetVisibility(style.show && style.opacity > 0.0);
-  }
-};
-
-void AddLight(vtkRenderer* renderer, double x, double y, double z, double intensity) {
-  const vtkNew<vtkLight> light;
-  light->SetLightTypeToCameraLight();  // moves with the camera: position in its frame, y up, z towards it
-  light->SetPosition(x, y, z);
-  light->SetFocalPoint(0.0, 0.0, 0.0);
-  light->SetIntensity(intensity);
-  renderer->AddLight(light);
+// The tables that VTK makes for reflections; its own sizes take a software renderer many seconds, and a room
+// without sharp edges needs no more than these.
+void KeepReflectionsSmall(vtkOpenGLRenderer* renderer) {
+  renderer->GetEnvMapLookupTable()->SetLUTSize(32);
+  renderer->GetEnvMapLookupTable()->SetLUTSamples(32);
+  renderer->GetEnvMapPrefiltered()->SetPrefilterLevels(3);
+  renderer->GetEnvMapPrefiltered()->SetPrefilterMaxSamples(16);
 }
 
 }  // namespace
 
 struct Scene::Impl {
-  Impl(const SceneStyle& wanted, double pixel_scale)
+  Impl(const SceneStyle& wanted, const Quality& wanted_quality)
       : style(wanted),
-        grid(MakeActor(style.grid.width * pixel_scale)),
-        points(MakeActor(style.points.size * pixel_scale)),
-        object_points(MakeActor(style.points.object_size * pixel_scale)),
-        trajectory(MakeActor(style.cameras.width * pixel_scale)),
-        frusta(MakeActor(style.cameras.keyframe_width * pixel_scale)),
-        current(MakeActor(2.0 * style.cameras.keyframe_width * pixel_scale)) {
+        quality(wanted_quality),
+        grid(MakeActor(style.grid.width * Scale())),
+        shadow(MakeActor(1.0)),
+        points(style.points.size * Scale()),
+        object_points(style.points.object_size * Scale()),
+        trajectory(MakeActor(style.cameras.width * Scale())),
+        frusta(MakeActor(style.cameras.keyframe_width * Scale())),
+        current(MakeActor(2.0 * style.cameras.keyframe_width * Scale())),
+        solids(style.objects) {
     renderer->AutomaticLightCreationOff();
-    renderer->TwoSidedLightingOn();
-    AddLight(renderer, -0.5, 1.0, 0.7, 0.6);
-    AddLight(renderer, 0.3, 0.1, 1.0, 0.5);
-    for (const auto& actor : {points, object_points, trajectory, frusta, current, grid}) {
+    renderer->AddLight(lamp);
+    lamp->SetLightTypeToSceneLight();
+    lamp->SetIntensity(0.6);
+    KeepReflectionsSmall(renderer);
+    renderer->UseImageBasedLightingOn();
+    for (const auto& actor : {grid, shadow}) {
+      actor->ForceTranslucentOn();
       renderer->AddActor(actor);
     }
-    grid->ForceTranslucentOn();
-    for (const auto& actor : {points, object_points, trajectory, frusta, current}) {
+    for (const auto& actor : {trajectory, frusta, current}) {
       actor->ForceOpaqueOn();
+      renderer->AddActor(actor);
     }
-    points->GetProperty()->RenderPointsAsSpheresOn();
-    object_points->GetProperty()->RenderPointsAsSpheresOn();
-    SetBackground(false);
+    renderer->SetPass(pass);
   }
 
-  void SetBackground(bool transparent) {
-    const Eigen::Vector3d color = transparent ? Eigen::Vector3d::Zero() : ParseColor(style.background);
-    renderer->SetBackground(color.data());
-    renderer->SetBackgroundAlpha(transparent ? 0.0 : 1.0);
-  }
-
-  // Puts the solids behind everything else in the list of props, farthest first. The list is changed
-  // directly: the renderer's own removal would throw the buffers on the graphics device away.
-  void OrderSolids(const Eigen::Vector3d& eye) {
-    vtkPropCollection* props = renderer->GetViewProps();
-    for (std::size_t i = 0; i < solids.size(); ++i) {
-      props->RemoveItem(solids[i].back);
-      props->RemoveItem(solids[i].front);
-    }
-    for (const int index : BackToFront(shapes, eye)) {
-      props->AddItem(solids[static_cast<std::size_t>(index)].back);
-      props->AddItem(solids[static_cast<std::size_t>(index)].front);
-    }
-    renderer->Modified();
-  }
+  double Scale() const { return quality.pixel_scale * quality.samples; }
+  void LightFrom(const SceneFocus& focus);
+  void ShowShadow(const MapSnapshot& map);
+  PictureEffects Effects() const;
 
   SceneStyle style;
+  Quality quality;
   SceneFocus focus;
-  vtkNew<OrderedRenderer> renderer;
+  vtkNew<vtkOpenGLRenderer> renderer;
+  vtkNew<PicturePass> pass;
+  vtkNew<vtkLight> lamp;
+  Studio studio;
+  bool lit = false;
   vtkSmartPointer<vtkActor> grid;
-  vtkSmartPointer<vtkActor> points;
-  vtkSmartPointer<vtkActor> object_points;
+  vtkSmartPointer<vtkActor> shadow;
+  PointActors points;
+  PointActors object_points;
   vtkSmartPointer<vtkActor> trajectory;
   vtkSmartPointer<vtkActor> frusta;
   vtkSmartPointer<vtkActor> current;
-  std::vector<SolidActors> solids;
-  std::vector<PosedSuperquadric> shapes;  // of the solids
+  SolidActors solids;
 };
 
-Scene::Scene(const SceneStyle& style, double pixel_scale)
-    : impl_(std::make_unique<Impl>(style, pixel_scale)) {}
+void Scene::Impl::LightFrom(const SceneFocus& from) {
+  if (lit && studio.up == from.up && studio.front == from.front) {
+    return;
+  }
+  lit = true;
+  studio = {from.up, from.front};
+  const Eigen::Vector3d right = studio.Right();
+  renderer->SetEnvironmentUp(studio.up.data());
+  renderer->SetEnvironmentRight(right.data());
+  renderer->SetEnvironmentTexture(StudioRoom(studio));
+  const Eigen::Vector3d towards = studio.Lamp();
+  lamp->SetPosition(towards.data());
+  lamp->SetFocalPoint(0.0, 0.0, 0.0);
+}
+
+void Scene::Impl::ShowShadow(const MapSnapshot& map) {
+  shadow->SetVisibility(false);
+  if (style.light.shadow <= 0.0 || !style.objects.show) {
+    return;
+  }
+  std::vector<PosedSuperquadric> casting;
+  for (const SnapshotObject& object : map.objects) {
+    const Eigen::Vector3d offset = object.superquadric.T_map_object.translation - focus.center;
+    if (offset.norm() < 3.0 * focus.radius) {  // one stray object would cost all others their sharpness
+      casting.push_back(object.superquadric);
+    }
+  }
+  ShadowLight light;
+  light.towards = studio.Lamp();
+  const GroundShadow cast = CastGroundShadow(casting, focus.up, focus.ground_height, light);
+  if (!cast.darkness.empty()) {
+    SetGeometry(shadow, ShadowQuad(cast), true);
+    shadow->SetTexture(ShadowTexture(cast, style.light.shadow));
+  }
+}
+
+PictureEffects Scene::Impl::Effects() const {
+  PictureEffects effects;
+  effects.samples = quality.samples;
+  effects.fxaa = quality.fxaa;
+  effects.occlusion = style.light.ambient_occlusion;
+  effects.occlusion_radius = style.light.occlusion_radius * focus.radius;
+  effects.outline = style.light.outline;
+  effects.outline_width = style.light.outline_width * quality.pixel_scale;
+  effects.outline_color = ParseColor(style.light.outline_color);
+  effects.eye_dome = style.light.eye_dome;
+  if (quality.transparent) {
+    effects.background.setZero();
+  } else {
+    effects.background << ParseColor(style.background), 1.0;
+  }
+  effects.has_ground = style.light.shadow > 0.0;
+  effects.ground_plane << focus.up, -focus.ground_height;
+  return effects;
+}
+
+Scene::Scene(const SceneStyle& style, const Quality& quality)
+    : impl_(std::make_unique<Impl>(style, quality)) {}
 Scene::~Scene() = default;
 
 vtkRenderer* Scene::Renderer() const { return impl_->renderer; }
-void Scene::SetTransparent(bool transparent) { impl_->SetBackground(transparent); }
-void Scene::SetSmoothEdges(bool fxaa) { impl_->renderer->SetUseFXAA(fxaa); }
 
 void Scene::Show(const MapSnapshot& map, const SceneFocus& focus, const LabelColors& colors) {
   Impl& s = *impl_;
   s.focus = focus;
   const SceneStyle& style = s.style;
   SetGeometry(s.grid, GroundGrid(focus, style), style.grid.show);
-  SetGeometry(s.points, PointCloud(map, false, style), style.points.show);
-  SetGeometry(s.object_points, PointCloud(map, true, style), style.points.show);
+  s.points.Show(PointCloud(map, false, style));
+  s.object_points.Show(PointCloud(map, true, style));
   const double frustum = 2.0 * style.cameras.size * std::min(focus.radius, focus.view_depth);
   SetGeometry(s.trajectory, TrajectoryLine(map, style), style.cameras.trajectory);
   SetGeometry(s.frusta, KeyframeFrusta(map, frustum, style), style.cameras.keyframes);
   SetGeometry(s.current, CurrentFrustum(map, 1.6 * frustum, style), style.cameras.current);
-  while (s.solids.size() > map.objects.size()) {
-    s.renderer->RemoveActor(s.solids.back().back);
-    s.renderer->RemoveActor(s.solids.back().front);
-    s.solids.pop_back();
-  }
-  while (s.solids.size() < map.objects.size()) {
-    SolidActors& solid = s.solids.emplace_back();
-    s.renderer->AddActor(solid.back);
-    s.renderer->AddActor(solid.front);
-  }
-  s.shapes.clear();
-  for (std::size_t i = 0; i < s.solids.size(); ++i) {
-    const SnapshotObject& object = map.objects[i];
-    s.solids[i].Set(object.superquadric, colors(object.label), style.objects);
-    s.shapes.push_back(object.superquadric);
-  }
+  s.LightFrom(focus);
+  s.ShowShadow(map);
+  s.solids.Show(map.objects, colors);
+  s.pass->SetEffects(s.Effects());
 }
 
-void Scene::LookFrom(const ViewCamera& view) {
+void Scene::LookFrom(const ViewCamera& view, int height) {
   Impl& s = *impl_;
-  s.OrderSolids(view.position);
+  PictureLayers layers;
+  const auto add = [](const vtkSmartPointer<vtkActor>& actor, std::vector<vtkProp*>& layer) {
+    if (actor->GetVisibility() != 0) {
+      layer.push_back(actor);
+    }
+  };
+  const double samples = height * s.quality.samples;
+  if (s.style.points.show) {
+    for (const PointActors* points : {&s.points, &s.object_points}) {
+      for (vtkActor* actor : points->Arrange(view, samples)) {
+        layers.opaque.push_back(actor);
+      }
+    }
+  }
+  for (const auto& actor : {s.trajectory, s.frusta, s.current}) {
+    add(actor, layers.opaque);
+  }
+  for (const auto& actor : {s.shadow, s.grid}) {
+    add(actor, layers.ground);
+  }
+  layers.solids = s.solids.Arrange(view, samples);
+  s.pass->SetLayers(std::move(layers));
   vtkCamera* camera = s.renderer->GetActiveCamera();
   camera->SetPosition(view.position.data());
   camera->SetFocalPoint(view.focal_point.data());

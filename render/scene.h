@@ -16,24 +16,27 @@ namespace sqslam {
 // off-screen or on the desktop; text is not part of it. Uses the OpenGL context that is current.
 class Scene {
  public:
-  // pixel_scale: pixels of the window for one pixel of the style's sizes.
-  Scene(const SceneStyle& style, double pixel_scale);
+  // How the renderer's own pixels relate to the picture.
+  struct Quality {
+    double pixel_scale = 1.0;  // pixels of the window for one pixel of the style's sizes
+    int samples = 2;           // drawn along each side of a pixel
+    bool fxaa = false;         // smooth edges afterwards
+    bool transparent = false;  // no background: colours are then multiplied by alpha
+  };
+  Scene(const SceneStyle& style, const Quality& quality);
   ~Scene();
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
 
   vtkRenderer* Renderer() const;
 
-  // Shows the snapshot. `focus` gives the scale of the frusta and the place of the grid; keep the same one
-  // over the frames of a video.
+  // Shows the snapshot. `focus` gives the scale of the frusta, the place of the grid and where light comes
+  // from; keep the same one over the frames of a video.
   void Show(const MapSnapshot& map, const SceneFocus& focus, const LabelColors& colors);
 
-  // Places the camera and puts translucent surfaces in order for it. To be called before each frame.
-  void LookFrom(const ViewCamera& camera);
-
-  // A transparent picture: colours are then multiplied by alpha.
-  void SetTransparent(bool transparent);
-  void SetSmoothEdges(bool fxaa);
+  // Places the camera, puts translucent surfaces in order for it and chooses their detail for a window of
+  // this height (pixels). To be called before each frame.
+  void LookFrom(const ViewCamera& camera, int height);
 
  private:
   struct Impl;

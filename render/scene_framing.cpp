@@ -112,6 +112,22 @@ Eigen::Vector3d UpDirection(const MapSnapshot& map) {
   return up.norm() > 1e-6 ? up.normalized() : Eigen::Vector3d::UnitZ();
 }
 
+// Level, from the centre to the side of the cameras.
+Eigen::Vector3d FrontDirection(const MapSnapshot& map, const SceneFocus& focus) {
+  Eigen::Vector3d side = Eigen::Vector3d::Zero();
+  for (const SnapshotKeyframe& keyframe : map.keyframes) {
+    side += (keyframe.T_map_camera.translation - focus.center).normalized();
+  }
+  side -= side.dot(focus.up) * focus.up;
+  const double agreement =
+      map.keyframes.empty() ? 0.0 : side.norm() / static_cast<double>(map.keyframes.size());
+  if (agreement < 0.05) {  // cameras all around: any side is as good
+    side = focus.up.cross(Eigen::Vector3d::UnitX());
+    side = side.norm() > 0.1 ? Eigen::Vector3d(-side) : focus.up.unitOrthogonal();
+  }
+  return side.normalized();
+}
+
 }  // namespace
 
 SceneFocus FindFocus(const MapSnapshot& map) {
@@ -119,6 +135,7 @@ SceneFocus FindFocus(const MapSnapshot& map) {
   focus.up = UpDirection(map);
   focus.outline = Outline(map);
   if (focus.outline.empty()) {
+    focus.front = FrontDirection(map, focus);
     return focus;
   }
   Eigen::Vector3d low = focus.outline.front();
@@ -136,6 +153,7 @@ SceneFocus FindFocus(const MapSnapshot& map) {
   for (const SnapshotKeyframe& keyframe : map.keyframes) {
     depths.push_back((keyframe.T_map_camera.translation - focus.center).norm());
   }
+  focus.front = FrontDirection(map, focus);
   focus.view_depth = depths.empty() ? 2.0 * focus.radius : Percentile(depths, 0.5);
   return focus;
 }
@@ -173,23 +191,12 @@ ViewCamera FitOutline(const ViewCamera& camera, const std::vector<Eigen::Vector3
   return fitted;
 }
 
-ViewCamera FrameScene(const MapSnapshot& map, const SceneFocus& focus, double aspect, double view_angle) {
-  Eigen::Vector3d side = Eigen::Vector3d::Zero();
-  for (const SnapshotKeyframe& keyframe : map.keyframes) {
-    side += (keyframe.T_map_camera.translation - focus.center).normalized();
-  }
-  side -= side.dot(focus.up) * focus.up;
-  const double agreement =
-      map.keyframes.empty() ? 0.0 : side.norm() / static_cast<double>(map.keyframes.size());
-  if (agreement < 0.05) {  // cameras all around: any side is as good
-    side = focus.up.cross(Eigen::Vector3d::UnitX());
-    side = side.norm() > 0.1 ? Eigen::Vector3d(-side) : focus.up.unitOrthogonal();
-  }
+ViewCamera FrameScene(const SceneFocus& focus, double aspect, double view_angle) {
   ViewCamera camera;
   camera.focal_point = focus.center;
   camera.view_up = focus.up;
   camera.view_angle = view_angle;
-  camera.position = focus.center + 3.0 * focus.radius * side.normalized();
+  camera.position = focus.center + 3.0 * focus.radius * focus.front;
   camera = Elevation(Azimuth(camera, 25.0), 32.0);
   return FitOutline(camera, focus.outline.empty() ? std::vector{focus.center} : focus.outline, aspect);
 }

@@ -13,17 +13,17 @@ struct SceneFocus {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   double radius = 1.0;  // map units
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
-  double ground_height = 0.0;            // along up: where to draw the grid
-  double view_depth = 1.0;               // median distance from the keyframes to the centre
-  std::vector<Eigen::Vector3d> outline;  // points that must be inside the picture
+  Eigen::Vector3d front = -Eigen::Vector3d::UnitY();  // level, towards where the cameras stood
+  double ground_height = 0.0;                         // along up: where to draw the grid
+  double view_depth = 1.0;                            // median distance from the keyframes to the centre
+  std::vector<Eigen::Vector3d> outline;               // points that must be inside the picture
 };
 
 SceneFocus FindFocus(const MapSnapshot& map);
 
 // A three-quarter view from the side of the cameras that holds the outline; aspect is width / height,
 // view_angle is vertical, in degrees.
-ViewCamera FrameScene(const MapSnapshot& map, const SceneFocus& focus, double aspect,
-                      double view_angle = 30.0);
+ViewCamera FrameScene(const SceneFocus& focus, double aspect, double view_angle = 30.0);
 
 // Moves the camera along its line of sight, and sideways, until the outline fills the picture. `margin` is
 // the part of the picture left free at each side.

@@ -2,6 +2,7 @@
 
 #include <vtkCellArray.h>
 #include <vtkFloatArray.h>
+#include <vtkImageData.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkUnsignedCharArray.h>
@@ -215,6 +216,48 @@ vtkSmartPointer<vtkPolyData> GroundGrid(const SceneFocus& focus, const SceneStyl
     }
   }
   return builder.Finish();
+}
+
+vtkSmartPointer<vtkPolyData> ShadowQuad(const GroundShadow& shadow) {
+  const auto points = vtkSmartPointer<vtkPoints>::New();
+  const auto coordinates = vtkSmartPointer<vtkFloatArray>::New();
+  coordinates->SetNumberOfComponents(2);
+  const auto corner = [&](double across, double down) {
+    const Eigen::Vector3d p = shadow.corner + across * shadow.across + down * shadow.down;
+    coordinates->InsertNextTuple2(across, down);
+    return points->InsertNextPoint(p.data());
+  };
+  const std::array<vtkIdType, 4> corners = {corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)};
+  const auto quad = vtkSmartPointer<vtkCellArray>::New();
+  quad->InsertNextCell(4, corners.data());
+  const auto mesh = vtkSmartPointer<vtkPolyData>::New();
+  mesh->SetPoints(points);
+  mesh->SetPolys(quad);
+  mesh->GetPointData()->SetTCoords(coordinates);
+  return mesh;
+}
+
+vtkSmartPointer<vtkTexture> ShadowTexture(const GroundShadow& shadow, double strength) {
+  const auto values = vtkSmartPointer<vtkUnsignedCharArray>::New();
+  values->SetNumberOfComponents(4);
+  values->SetNumberOfTuples(static_cast<vtkIdType>(shadow.darkness.total()));
+  for (int y = 0; y < shadow.darkness.rows; ++y) {
+    for (int x = 0; x < shadow.darkness.cols; ++x) {
+      const auto alpha =
+          static_cast<unsigned char>(std::lround(strength * shadow.darkness.at<std::uint8_t>(y, x)));
+      const std::array<unsigned char, 4> black = {0, 0, 0, alpha};
+      values->SetTypedTuple(static_cast<vtkIdType>(y) * shadow.darkness.cols + x, black.data());
+    }
+  }
+  const auto image = vtkSmartPointer<vtkImageData>::New();
+  image->SetDimensions(shadow.darkness.cols, shadow.darkness.rows, 1);
+  image->GetPointData()->SetScalars(values);
+  const auto texture = vtkSmartPointer<vtkTexture>::New();
+  texture->SetInputData(image);
+  texture->SetColorModeToDirectScalars();
+  texture->InterpolateOn();
+  texture->EdgeClampOn();
+  return texture;
 }
 
 }  // namespace sqslam

@@ -2,10 +2,12 @@
 
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
+#include <vtkTexture.h>
 
 #include <Eigen/Core>
 #include <vector>
 
+#include "render/ground_shadow.h"
 #include "render/scene_framing.h"
 #include "render/style.h"
 #include "slam/map/snapshot.h"
@@ -31,5 +33,9 @@ vtkSmartPointer<vtkPolyData> CurrentFrustum(const MapSnapshot& map, double heigh
 // A grid at the ground around the centre of the focus that fades outwards; cells of GridCell().
 vtkSmartPointer<vtkPolyData> GroundGrid(const SceneFocus& focus, const SceneStyle& style);
 double GridCell(const SceneFocus& focus);  // map units
+
+// Where a shadow lies, and what darkens the ground there by at most `strength`.
+vtkSmartPointer<vtkPolyData> ShadowQuad(const GroundShadow& shadow);
+vtkSmartPointer<vtkTexture> ShadowTexture(const GroundShadow& shadow, double strength);
 
 }  // namespace sqslam

@@ -7,16 +7,33 @@
 
 namespace sqslam {
 
-// The order in which to draw translucent superquadrics so that nearer ones cover farther ones: indices,
-// farthest first. Two convex solids that a plane separates can always be ordered: the one on the camera's
-// side of the plane is drawn later. The plane is sought among the directions of centres and axes; solids that
-// overlap are split where they overlap least. The order depends on the solids alone, not on how they are
-// numbered.
-std::vector<int> BackToFront(const std::vector<PosedSuperquadric>& solids,
-                             const Eigen::Vector3d& camera_position);
+// The order in which to draw translucent superquadrics so that nearer ones cover farther ones. Two convex
+// solids that a plane separates can always be ordered: the one on the camera's side of the plane is drawn
+// later. Solids that reach into one another have no order and are to be drawn together. The order depends on
+// the solids alone, not on how they are numbered.
+class SolidOrder {
+ public:
+  SolidOrder() = default;
 
-// Largest n . (p - centre) over the solid, n a unit vector in the map frame (support function; the dual of
-// the norm of Eq. 2).
-double SupportExtent(const PosedSuperquadric& solid, const Eigen::Vector3d& n);
+  // Finds the planes, which hold for every view.
+  explicit SolidOrder(std::vector<PosedSuperquadric> solids);
+
+  // Farthest first; each entry is what is drawn at one go: the index of a single solid, or the indices of
+  // solids that reach into one another.
+  std::vector<std::vector<int>> BackToFront(const Eigen::Vector3d& camera_position) const;
+
+ private:
+  // A plane with the solids of entry `a` behind it and those of entry `b` in front.
+  struct Plane {
+    int a = 0;
+    int b = 0;
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+    double offset = 0.0;  // normal . p
+  };
+
+  std::vector<PosedSuperquadric> solids_;
+  std::vector<std::vector<int>> entries_;
+  std::vector<Plane> planes_;
+};
 
 }  // namespace sqslam

@@ -64,7 +64,7 @@ Eigen::Vector3d ParseColor(std::string_view text) {
 void CheckStyle(const SceneStyle& style) {
   CheckOptions(style);
   for (const std::string& color : {style.background, style.cameras.color, style.cameras.current_color,
-                                   style.grid.color, style.text.color}) {
+                                   style.grid.color, style.light.outline_color, style.text.color}) {
     ParseColor(color);
   }
 }

@@ -14,17 +14,19 @@ namespace sqslam {
 struct SceneStyle {
   struct Objects {
     bool show = true;
-    double opacity = 0.85;  // of the surfaces, 1 draws them solid
-    bool labels = false;    // names beside the objects
-    double gloss = 0.15;    // strength of the highlight, in [0, 1]
-    int segments = 64;      // steps of longitude of a superquadric, a multiple of 4
+    double opacity = 0.85;   // of the surfaces, 1 draws them solid
+    bool labels = false;     // names beside the objects
+    double roughness = 0.5;  // of the surfaces: 0 a mirror, 1 chalk
+    double metallic = 0.0;   // 0 paint, 1 metal
+    int segments = 128;      // at most so many steps of longitude for a superquadric; small ones get fewer
     template <typename Visitor>
     void VisitFields(Visitor&& visit) {
       visit("show", show);
       visit("opacity", opacity, 0.0, 1.0);
       visit("labels", labels);
-      visit("gloss", gloss, 0.0, 1.0);
-      visit("segments", segments, 8, 512);
+      visit("roughness", roughness, 0.0, 1.0);
+      visit("metallic", metallic, 0.0, 1.0);
+      visit("segments", segments, 16, 512);
     }
   };
   struct Points {
@@ -76,6 +78,25 @@ struct SceneStyle {
       visit("radius", radius, 0.1, 20.0);
     }
   };
+  struct Light {
+    double shadow = 0.32;            // darkness of the solids' shadow on the ground, 0: none
+    double ambient_occlusion = 0.7;  // how dark corners and gaps are, 0: not at all
+    double occlusion_radius = 0.12;  // its reach, of the radius that the picture frames
+    double outline = 0.35;           // strength of the line around each solid, 0: none
+    double outline_width = 1.2;      // pixels
+    std::string outline_color = "#101418";
+    double eye_dome = 0.5;  // how much points stand out against points behind them, 0: not at all
+    template <typename Visitor>
+    void VisitFields(Visitor&& visit) {
+      visit("shadow", shadow, 0.0, 1.0);
+      visit("ambient_occlusion", ambient_occlusion, 0.0, 1.0);
+      visit("occlusion_radius", occlusion_radius, 0.001, 2.0);
+      visit("outline", outline, 0.0, 1.0);
+      visit("outline_width", outline_width, 0.1, 50.0);
+      visit("outline_color", outline_color);
+      visit("eye_dome", eye_dome, 0.0, 1.0);
+    }
+  };
   struct Text {
     bool legend = true;  // classes, colours and counts
     bool scale = true;   // axes and what a cell of the grid measures
@@ -96,6 +117,7 @@ struct SceneStyle {
   Points points;
   Cameras cameras;
   Grid grid;
+  Light light;
   Text text;
 
   template <typename Visitor>
@@ -106,6 +128,7 @@ struct SceneStyle {
     visit("points", points);
     visit("cameras", cameras);
     visit("grid", grid);
+    visit("light", light);
     visit("text", text);
   }
 };

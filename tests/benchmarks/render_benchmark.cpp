@@ -8,41 +8,49 @@
 namespace sqslam {
 namespace {
 
-// 30 superquadrics and 100,000 points in a room.
-MapSnapshot LargeMap() {
+// Superquadrics on a square grid and points around them in a room.
+MapSnapshot LargeMap(int objects, int points) {
   MapSnapshot map;
   map.gravity_known = true;
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
-  for (int i = 0; i < 30; ++i) {
+  const int columns = static_cast<int>(std::ceil(std::sqrt(objects)));
+  const double room = columns;
+  for (int i = 0; i < objects; ++i) {
     SnapshotObject object;
     object.id = i;
     object.label = "class_" + std::to_string(i % 9);
     object.superquadric.shape.half_size = {0.1 + 0.2 * uniform(random), 0.1 + 0.2 * uniform(random), 0.2};
     object.superquadric.shape.e1 = 0.1 + 1.4 * uniform(random);
     object.superquadric.shape.e2 = 0.1 + 1.4 * uniform(random);
-    object.superquadric.T_map_object.translation = {i % 6 - 2.5, i / 6 - 2.0, 0.2};
+    object.superquadric.T_map_object.translation = {i % columns - 0.5 * (room - 1),
+                                                    i / columns - 0.5 * (room - 1), 0.2};
     map.objects.push_back(object);
   }
-  for (int i = 0; i < 100000; ++i) {
-    const Eigen::Vector3d p(6.0 * uniform(random) - 3.0, 6.0 * uniform(random) - 3.0, 0.5 * uniform(random));
-    map.points.push_back({p.cast<float>(), {90, 110, 130}, i % 4 == 0 ? i % 30 : -1});
+  for (int i = 0; i < points; ++i) {
+    const Eigen::Vector3d p(room * (uniform(random) - 0.5), room * (uniform(random) - 0.5),
+                            0.5 * uniform(random));
+    map.points.push_back({p.cast<float>(), {90, 110, 130}, i % 4 == 0 ? i % objects : -1});
   }
   for (int i = 0; i < 100; ++i) {
     map.keyframes.push_back(
-        {i, i, 0.1 * i, {{}, {4.0 * std::cos(0.03 * i), -4.0 * std::sin(0.03 * i), 1.5}}});
+        {i, i, 0.1 * i, {{}, {0.7 * room * std::cos(0.03 * i), -0.7 * room * std::sin(0.03 * i), 1.5}}});
   }
   return map;
 }
 
+// Plain surfaces, without what is done to the finished picture.
+void Plain(SceneStyle& style) {
+  style.light.ambient_occlusion = 0.0;
+  style.light.outline = 0.0;
+  style.light.eye_dome = 0.0;
+  style.light.shadow = 0.0;
+}
+
 // One frame of 1280x720 with the camera moving, everything already on the device.
-void BM_Frame(benchmark::State& state, const char* anti_aliasing, double opacity) {
-  PictureOptions options;
-  options.backend = RenderBackend::kOsmesa;
-  options.style.anti_aliasing = anti_aliasing;
-  options.style.objects.opacity = opacity;
+void DrawFrames(benchmark::State& state, const PictureOptions& options, const MapSnapshot& map) {
   PictureRenderer renderer(options);
-  renderer.SetMap(LargeMap());
+  renderer.SetMap(map);
   renderer.Render();
   double angle = 0.0;
   for (auto _ : state) {
@@ -50,26 +58,97 @@ void BM_Frame(benchmark::State& state, const char* anti_aliasing, double opacity
     benchmark::DoNotOptimize(renderer.Render(Azimuth(renderer.DefaultCamera(), angle)));
   }
 }
-BENCHMARK_CAPTURE(BM_Frame, opaque, "none", 1.0)->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK_CAPTURE(BM_Frame, opaque_fxaa, "fxaa", 1.0)->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK_CAPTURE(BM_Frame, opaque_ssaa, "ssaa", 1.0)->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK_CAPTURE(BM_Frame, translucent, "none", 0.5)->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK_CAPTURE(BM_Frame, translucent_fxaa, "fxaa", 0.5)->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK_CAPTURE(BM_Frame, translucent_ssaa, "ssaa", 0.5)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+void BM_Plain(benchmark::State& state, const char* anti_aliasing, double opacity) {
+  PictureOptions options;
+  options.backend = RenderBackend::kOsmesa;
+  options.style.anti_aliasing = anti_aliasing;
+  options.style.objects.opacity = opacity;
+  Plain(options.style);
+  DrawFrames(state, options, LargeMap(30, 100000));
+}
+BENCHMARK_CAPTURE(BM_Plain, opaque, "none", 1.0)
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
+BENCHMARK_CAPTURE(BM_Plain, translucent, "none", 0.5)
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
+BENCHMARK_CAPTURE(BM_Plain, opaque_ssaa, "ssaa", 1.0)
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
+BENCHMARK_CAPTURE(BM_Plain, translucent_ssaa, "ssaa", 0.5)
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
+
+// The default style: ambient occlusion, outlines, eye-dome lighting, shadow.
+void BM_Paper(benchmark::State& state, const char* anti_aliasing) {
+  PictureOptions options;
+  options.backend = RenderBackend::kOsmesa;
+  options.style.anti_aliasing = anti_aliasing;
+  DrawFrames(state, options, LargeMap(30, 100000));
+}
+BENCHMARK_CAPTURE(BM_Paper, no_anti_aliasing, "none")
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
+BENCHMARK_CAPTURE(BM_Paper, fxaa, "fxaa")
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
+BENCHMARK_CAPTURE(BM_Paper, ssaa, "ssaa")
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
+
+// 500 superquadrics and a million points.
+void BM_Huge(benchmark::State& state, const char* anti_aliasing, double opacity) {
+  PictureOptions options;
+  options.backend = RenderBackend::kOsmesa;
+  options.style.anti_aliasing = anti_aliasing;
+  options.style.objects.opacity = opacity;
+  DrawFrames(state, options, LargeMap(500, 1000000));
+}
+BENCHMARK_CAPTURE(BM_Huge, opaque, "none", 1.0)
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
+BENCHMARK_CAPTURE(BM_Huge, translucent, "none", 0.85)
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
+BENCHMARK_CAPTURE(BM_Huge, translucent_ssaa, "ssaa", 0.85)
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
+
+// From nothing to the first frame of a small map.
+void BM_FirstFrame(benchmark::State& state) {
+  PictureOptions options;
+  options.backend = RenderBackend::kOsmesa;
+  const MapSnapshot map = LargeMap(30, 100000);
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(RenderPicture(map, options));
+  }
+}
+BENCHMARK(BM_FirstFrame)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->UseRealTime();
 
 // A new map on the device and a frame of it, as for each frame of a growth video.
 void BM_NewMapAndFrame(benchmark::State& state) {
   PictureOptions options;
   options.backend = RenderBackend::kOsmesa;
   PictureRenderer renderer(options);
-  const MapSnapshot map = LargeMap();
+  const MapSnapshot map = LargeMap(30, 100000);
   renderer.SetMap(map);
   for (auto _ : state) {
     renderer.SetMapKeepingFrame(map);
     benchmark::DoNotOptimize(renderer.Render());
   }
 }
-BENCHMARK(BM_NewMapAndFrame)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(BM_NewMapAndFrame)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->UseRealTime();
 
 }  // namespace
 }  // namespace sqslam

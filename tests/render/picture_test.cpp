@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <opencv2/quality/qualityssim.hpp>
 
 #include "hand_made_map.h"
@@ -53,9 +54,13 @@ void ExpectBaseline(const cv::Mat& image, const std::string& name) {
   const double difference = OneMinusSsim(image, baseline);
   if (difference > kThreshold) {
     const auto written = std::filesystem::temp_directory_path() / ("sqslam-" + name + ".png");
-    cv::imwrite(written.string(), image);
-    ADD_FAILURE() << "1 - SSIM is " << difference << ", at most " << kThreshold << " expected; see "
-                  << written;
+    cv::Mat apart;
+    cv::absdiff(image, baseline, apart);
+    cv::Mat side_by_side;
+    cv::hconcat(std::vector<cv::Mat>{image, baseline, apart}, side_by_side);
+    cv::imwrite(written.string(), side_by_side);
+    ADD_FAILURE() << "1 - SSIM is " << difference << ", at most " << kThreshold
+                  << " expected; picture, baseline and difference side by side: " << written;
   }
 }
 
@@ -69,6 +74,19 @@ TEST(PictureTest, TranslucentDarkAndLabelledLooksLikeItsBaseline) {
   options.style.objects.opacity = 0.4;
   options.style.objects.labels = true;
   ExpectBaseline(RenderPicture(HandMadeMap(), options), "map_dark");
+}
+
+TEST(PictureTest, BlueprintLooksLikeItsBaseline) {
+  PictureOptions options = SmallPicture();
+  options.style = LoadStyle(std::string(SQSLAM_SOURCE_DIR) + "/configs/styles/blueprint.yaml");
+  ExpectBaseline(RenderPicture(HandMadeMap(), options), "map_blueprint");
+}
+
+TEST(PictureTest, MinimalWithoutBackgroundLooksLikeItsBaseline) {
+  PictureOptions options = SmallPicture();
+  options.style = LoadStyle(std::string(SQSLAM_SOURCE_DIR) + "/configs/styles/minimal.yaml");
+  options.transparent = true;
+  ExpectBaseline(RenderPicture(HandMadeMap(), options), "map_minimal");
 }
 
 TEST(PictureTest, BaselineTellsAChangedObjectFromTheSame) {
@@ -116,6 +134,45 @@ TEST(PictureTest, TransparentPictureOverWhiteIsTheOpaqueOne) {
 TEST(PictureTest, SameMapGivesTheSameBytes) {
   EXPECT_TRUE(
       SameBytes(RenderPicture(HandMadeMap(), SmallPicture()), RenderPicture(HandMadeMap(), SmallPicture())));
+}
+
+TEST(PictureTest, BothBackEndsGiveTheSameBytes) {
+  PictureOptions egl = SmallPicture();
+  egl.backend = RenderBackend::kEgl;
+  EXPECT_TRUE(SameBytes(RenderPicture(HandMadeMap(), SmallPicture()), RenderPicture(HandMadeMap(), egl)));
+}
+
+// The mean lightness of a part of the picture.
+double Lightness(const cv::Mat& image, const cv::Rect& part) {
+  const cv::Scalar mean = cv::mean(image(part));
+  return (mean[0] + mean[1] + mean[2]) / 3.0;
+}
+
+TEST(PictureTest, EachEffectChangesWhatItIsMeantTo) {
+  PictureOptions plain = SmallPicture();
+  plain.style.light = {.shadow = 0.0, .ambient_occlusion = 0.0, .outline = 0.0, .eye_dome = 0.0};
+  plain.style.points.show = false;
+  const cv::Mat without = RenderPicture(HandMadeMap(), plain);
+  const cv::Rect cup(178, 68, 48, 82);
+  PictureOptions shadow = plain;
+  shadow.style.light.shadow = 0.5;
+  EXPECT_LT(Lightness(RenderPicture(HandMadeMap(), shadow), cup), Lightness(without, cup) - 1.0);
+  PictureOptions outline = plain;
+  outline.style.light.outline = 1.0;
+  cv::Mat changed;
+  cv::absdiff(RenderPicture(HandMadeMap(), outline), without, changed);
+  cv::cvtColor(changed, changed, cv::COLOR_BGR2GRAY);
+  const double share = cv::countNonZero(changed > 30) / static_cast<double>(changed.total());
+  EXPECT_GT(share, 0.004);  // lines, not areas
+  EXPECT_LT(share, 0.03);
+  PictureOptions occlusion = shadow;
+  occlusion.style.light.ambient_occlusion = 1.0;
+  const cv::Rect foot(186, 128, 30, 10);  // of the cup, where it meets the ground
+  const cv::Rect top(186, 75, 30, 8);
+  const cv::Mat occluded = RenderPicture(HandMadeMap(), occlusion);
+  const cv::Mat open = RenderPicture(HandMadeMap(), shadow);
+  EXPECT_LT(Lightness(occluded, foot), Lightness(open, foot) - 3.0);
+  EXPECT_NEAR(Lightness(occluded, top), Lightness(open, top), 1.0);
 }
 
 TEST(PictureTest, FramesAfterOtherFramesAreTheSameBytes) {

@@ -16,8 +16,8 @@ TEST(FramingTest, StrayPointsChangeNothing) {
   const MapSnapshot map = HandMadeMap();
   MapSnapshot with_stray = map;
   with_stray.points.push_back({Eigen::Vector3f(900.0F, -300.0F, 50.0F), {0, 0, 0}, -1});
-  const ViewCamera a = FrameScene(map, FindFocus(map), 1.5);
-  const ViewCamera b = FrameScene(with_stray, FindFocus(with_stray), 1.5);
+  const ViewCamera a = FrameScene(FindFocus(map), 1.5);
+  const ViewCamera b = FrameScene(FindFocus(with_stray), 1.5);
   EXPECT_LT((a.position - b.position).norm(), 0.02 * a.Distance());
   EXPECT_LT((a.focal_point - b.focal_point).norm(), 0.02 * a.Distance());
 }
@@ -33,7 +33,7 @@ TEST(FramingTest, StrayPointsChangeLittleWithoutObjects) {
 TEST(FramingTest, EveryObjectIsInsideThePicture) {
   const MapSnapshot map = HandMadeMap();
   for (const double aspect : {0.5, 1.0, 16.0 / 9.0, 3.0}) {
-    const ViewCamera camera = FrameScene(map, FindFocus(map), aspect);
+    const ViewCamera camera = FrameScene(FindFocus(map), aspect);
     const cv::Size size(static_cast<int>(1000 * aspect), 1000);
     for (const SnapshotObject& object : map.objects) {
       for (int i = 0; i < 64; ++i) {
@@ -49,42 +49,38 @@ TEST(FramingTest, EveryObjectIsInsideThePicture) {
 
 TEST(FramingTest, LooksDownFromTheSideOfTheCameras) {
   const MapSnapshot map = HandMadeMap();
-  const ViewCamera camera = FrameScene(map, FindFocus(map), 1.5);
+  const ViewCamera camera = FrameScene(FindFocus(map), 1.5);
   EXPECT_GT(camera.position.z(), camera.focal_point.z());
   EXPECT_LT(camera.position.y(), camera.focal_point.y());  // the keyframes stand at negative y
 }
 
-TEST(DrawOrderTest, TheNearerOfTwoIsDrawnLastFromBothSides) {
+using Order = std::vector<std::vector<int>>;
+
+TEST(SolidOrderTest, TheNearerOfTwoIsDrawnLastFromBothSides) {
   std::vector<PosedSuperquadric> solids(2);
   solids[0].T_map_object.translation = {0.0, 0.0, 0.0};
   solids[1].T_map_object.translation = {5.0, 0.0, 0.0};
-  EXPECT_EQ(BackToFront(solids, {20.0, 0.0, 0.0}), (std::vector<int>{0, 1}));
-  EXPECT_EQ(BackToFront(solids, {-20.0, 0.0, 0.0}), (std::vector<int>{1, 0}));
+  const SolidOrder order(solids);
+  EXPECT_EQ(order.BackToFront({20.0, 0.0, 0.0}), (Order{{0}, {1}}));
+  EXPECT_EQ(order.BackToFront({-20.0, 0.0, 0.0}), (Order{{1}, {0}}));
 }
 
-TEST(DrawOrderTest, ACupOnTheFarEndOfATableIsDrawnAfterTheTable) {
+TEST(SolidOrderTest, ACupOnTheFarEndOfATableIsDrawnAfterTheTable) {
   std::vector<PosedSuperquadric> solids(2);
   solids[0].shape = {{0.1, 0.1, 0.1}, 0.3, 1.0};
   solids[0].T_map_object.translation = {0.0, 1.8, 0.2};
   solids[1].shape = {{1.0, 2.0, 0.1}, 0.1, 0.1};
   const Eigen::Vector3d eye(0.0, -4.0, 2.0);  // nearer to the table's centre than to the cup
-  EXPECT_EQ(BackToFront(solids, eye), (std::vector<int>{1, 0}));
+  EXPECT_EQ(SolidOrder(solids).BackToFront(eye), (Order{{1}, {0}}));
 }
 
-TEST(DrawOrderTest, SupportExtentIsTheFarthestSurfacePoint) {
-  PosedSuperquadric solid;
-  solid.shape = {{0.3, 0.7, 0.5}, 0.4, 1.3};
-  solid.T_map_object.rotation = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized());
-  const Eigen::Vector3d n = Eigen::Vector3d(0.3, -0.5, 0.8).normalized();
-  double farthest = 0.0;
-  for (int i = 0; i <= 400; ++i) {
-    for (int k = 0; k <= 800; ++k) {
-      const Eigen::Vector3d p =
-          solid.shape.PointAt(std::numbers::pi * (i / 400.0 - 0.5), std::numbers::pi * (k / 400.0 - 1.0));
-      farthest = std::max(farthest, n.dot(solid.T_map_object * p));
-    }
+TEST(SolidOrderTest, SolidsThatReachIntoOneAnotherAreDrawnTogether) {
+  std::vector<PosedSuperquadric> solids(4);
+  for (int i = 0; i < 4; ++i) {
+    solids[static_cast<std::size_t>(i)].shape.half_size.setConstant(1.0);
+    solids[static_cast<std::size_t>(i)].T_map_object.translation = {i < 2 ? 1.2 * i : 4.0 * i, 0.0, 0.0};
   }
-  EXPECT_NEAR(SupportExtent(solid, n), farthest, 1e-3);
+  EXPECT_EQ(SolidOrder(solids).BackToFront({50.0, 0.0, 0.0}), (Order{{0, 1}, {2}, {3}}));
 }
 
 TEST(CameraPathTest, OrbitKeepsItsDistanceAndCloses) {

@@ -1,0 +1,383 @@
+#include "render/gl/picture_pass.h"
+
+#include <fmt/format.h>
+#include <vtkActor.h>
+#include <vtkCamera.h>
+#include <vtkDataObject.h>
+#include <vtkLightsPass.h>
+#include <vtkMatrix3x3.h>
+#include <vtkMatrix4x4.h>
+#include <vtkNew.h>
+#include <vtkObjectFactory.h>
+#include <vtkOpenGLCamera.h>
+#include <vtkOpenGLFXAAFilter.h>
+#include <vtkOpenGLFramebufferObject.h>
+#include <vtkOpenGLQuadHelper.h>
+#include <vtkOpenGLRenderUtilities.h>
+#include <vtkOpenGLRenderWindow.h>
+#include <vtkOpenGLRenderer.h>
+#include <vtkOpenGLShaderCache.h>
+#include <vtkOpenGLState.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkRenderState.h>
+#include <vtkShaderProgram.h>
+#include <vtkShaderProperty.h>
+#include <vtkTextureObject.h>
+#include <vtkUniforms.h>
+#include <vtk_glew.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "render/gl/picture_shaders.h"
+
+namespace sqslam {
+namespace {
+
+constexpr int kOcclusionStep = 2;  // pixels of the picture for one of ambient occlusion
+
+std::array<float, 4> Floats(const Eigen::Vector4d& v) {
+  const Eigen::Vector4f f = v.cast<float>();
+  return {f[0], f[1], f[2], f[3]};
+}
+
+// A texture to draw into, of the size last asked for.
+struct Target {
+  void Ensure(vtkOpenGLRenderWindow* window, int wanted_width, int wanted_height, int format) {
+    if (texture && width == wanted_width && height == wanted_height) {
+      return;
+    }
+    width = wanted_width;
+    height = wanted_height;
+    texture = vtkSmartPointer<vtkTextureObject>::New();
+    texture->SetContext(window);
+    texture->SetMinificationFilter(vtkTextureObject::Nearest);
+    texture->SetMagnificationFilter(vtkTextureObject::Nearest);
+    texture->SetWrapS(vtkTextureObject::ClampToEdge);
+    texture->SetWrapT(vtkTextureObject::ClampToEdge);
+    if (format == GL_DEPTH_COMPONENT) {
+      texture->AllocateDepth(static_cast<unsigned>(width), static_cast<unsigned>(height),
+                             vtkTextureObject::Float32);
+      return;
+    }
+    const int components = format == GL_RG16F ? 2 : 4;
+    const bool bytes = format == GL_RGBA8;
+    texture->SetInternalFormat(static_cast<unsigned>(format));
+    texture->SetFormat(components == 2 ? GL_RG : GL_RGBA);
+    texture->SetDataType(bytes ? GL_UNSIGNED_BYTE : GL_FLOAT);
+    texture->Allocate2D(static_cast<unsigned>(width), static_cast<unsigned>(height), components,
+                        bytes ? VTK_UNSIGNED_CHAR : VTK_FLOAT);
+  }
+
+  int width = 0;
+  int height = 0;
+  vtkSmartPointer<vtkTextureObject> texture;
+};
+
+// A fragment program over the whole target, made anew where its text changes.
+struct ScreenProgram {
+  std::unique_ptr<vtkOpenGLQuadHelper> quad;
+  std::string text;
+
+  vtkShaderProgram* Ready(vtkOpenGLRenderWindow* window, const std::string& declarations,
+                          const std::string& code) {
+    if (!quad || text != declarations + code) {
+      text = declarations + code;
+      std::string source = vtkOpenGLRenderUtilities::GetFullScreenQuadFragmentShaderTemplate();
+      vtkShaderProgram::Substitute(source, "//VTK::FSQ::Decl", declarations);
+      vtkShaderProgram::Substitute(source, "//VTK::FSQ::Impl", code);
+      quad = std::make_unique<vtkOpenGLQuadHelper>(
+          window, vtkOpenGLRenderUtilities::GetFullScreenQuadVertexShader().c_str(), source.c_str(), "");
+    } else {
+      window->GetShaderCache()->ReadyShaderProgram(quad->Program);
+    }
+    return quad->Program;
+  }
+};
+
+// Draws into all of the buffer from here on.
+void Use(vtkOpenGLFramebufferObject* buffer, unsigned draw_buffers, vtkOpenGLState* state, int width,
+         int height) {
+  buffer->ActivateDrawBuffers(draw_buffers);
+  buffer->StartNonOrtho(width, height);
+  state->vtkglViewport(0, 0, width, height);
+  state->vtkglScissor(0, 0, width, height);
+}
+
+// What the screen-space programs need to know of the camera.
+struct Lens {
+  std::array<float, 4> terms{};  // P00, P11, P02, P12 of the projection
+  std::array<float, 2> depth_range{};
+  std::array<float, 4> ground{};  // the ground plane seen from the camera
+
+  Lens(vtkRenderer* renderer, const Eigen::Vector4d& ground_map) {
+    auto* camera = vtkOpenGLCamera::SafeDownCast(renderer->GetActiveCamera());
+    vtkMatrix4x4* to_view = nullptr;
+    vtkMatrix3x3* normals = nullptr;
+    vtkMatrix4x4* projection = nullptr;
+    vtkMatrix4x4* whole = nullptr;
+    camera->GetKeyMatrices(renderer, to_view, normals, projection, whole);
+    // VTK keeps them transposed, as OpenGL reads them.
+    const auto element = [&](int row, int column) {
+      return static_cast<float>(projection->GetElement(column, row));
+    };
+    terms = {element(0, 0), element(1, 1), element(0, 2), element(1, 2)};
+    depth_range = {static_cast<float>(camera->GetClippingRange()[0]),
+                   static_cast<float>(camera->GetClippingRange()[1])};
+    Eigen::Matrix4d T_view_map;
+    for (int row = 0; row < 4; ++row) {
+      for (int column = 0; column < 4; ++column) {
+        T_view_map(row, column) = to_view->GetElement(column, row);
+      }
+    }
+    ground = Floats(T_view_map.inverse().transpose() * ground_map);
+  }
+};
+
+}  // namespace
+
+struct PicturePass::Impl {
+  // Whether the finish looks at what lies beneath the colours.
+  bool NeedsSurfaces() const {
+    return effects.occlusion > 0.0 || effects.outline > 0.0 || effects.eye_dome > 0.0;
+  }
+  void DrawScene(vtkRenderer* renderer, int width, int height);
+  void DrawOcclusion(vtkOpenGLRenderWindow* window, const Lens& lens, int width, int height);
+  std::string FinishSwitches() const;
+  void DrawFinish(vtkOpenGLRenderWindow* window, const Lens& lens);
+
+  PictureEffects effects;
+  PictureLayers layers;
+  vtkNew<vtkLightsPass> lights;
+  vtkNew<vtkOpenGLFXAAFilter> fxaa;
+  vtkSmartPointer<vtkOpenGLFramebufferObject> scene;
+  vtkSmartPointer<vtkOpenGLFramebufferObject> occlusion_buffer;
+  Target color;
+  Target surfaces;
+  Target depth;
+  Target occlusion;
+  Target smooth_occlusion;
+  ScreenProgram occlusion_program;
+  ScreenProgram smoothing_program;
+  ScreenProgram finish_program;
+};
+
+vtkStandardNewMacro(PicturePass);
+PicturePass::PicturePass() : impl_(std::make_unique<Impl>()) {}
+PicturePass::~PicturePass() = default;
+
+void PicturePass::SetEffects(const PictureEffects& effects) { impl_->effects = effects; }
+void PicturePass::SetLayers(PictureLayers layers) { impl_->layers = std::move(layers); }
+
+void PicturePass::MarkSolid(vtkActor* actor, int number) {
+  auto* shader = actor->GetShaderProperty();
+  shader->ClearAllShaderReplacements();
+  shader->AddFragmentShaderReplacement("//VTK::Light::Impl", false, shaders::kSurfaceOutput, false);
+  shader->GetFragmentCustomUniforms()->SetUniformf("solidNumber", static_cast<float>(number));
+}
+
+void PicturePass::MarkSolids(vtkActor* actor, const char* number_array) {
+  auto* shader = actor->GetShaderProperty();
+  shader->ClearAllShaderReplacements();
+  shader->AddVertexShaderReplacement("//VTK::Normal::Dec", true, shaders::kNumberVertexDeclaration, false);
+  shader->AddVertexShaderReplacement("//VTK::Normal::Impl", true, shaders::kNumberVertex, false);
+  shader->AddFragmentShaderReplacement("//VTK::Normal::Dec", true, shaders::kNumberFragmentDeclaration,
+                                       false);
+  shader->AddFragmentShaderReplacement("//VTK::Light::Impl", false, shaders::kSurfaceOutput, false);
+  vtkPolyDataMapper::SafeDownCast(actor->GetMapper())
+      ->MapDataArrayToVertexAttribute("solidNumberMC", number_array, vtkDataObject::FIELD_ASSOCIATION_POINTS);
+}
+
+void PicturePass::Impl::DrawScene(vtkRenderer* renderer, int width, int height) {
+  auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
+  color.Ensure(window, width, height, GL_RGBA8);
+  depth.Ensure(window, width, height, GL_DEPTH_COMPONENT);
+  if (!scene) {
+    scene = vtkSmartPointer<vtkOpenGLFramebufferObject>::New();
+    scene->SetContext(window);
+  }
+  scene->Bind();
+  scene->AddColorAttachment(0, color.texture);
+  if (NeedsSurfaces()) {
+    surfaces.Ensure(window, width, height, GL_RGBA32F);
+    scene->AddColorAttachment(1, surfaces.texture);
+  } else {
+    scene->RemoveColorAttachment(1);
+  }
+  scene->AddDepthAttachment(depth.texture);
+  vtkOpenGLState* state = window->GetState();
+  Use(scene, NeedsSurfaces() ? 2 : 1, state, width, height);
+  state->vtkglDepthMask(GL_TRUE);
+  state->vtkglColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  state->vtkglEnable(GL_DEPTH_TEST);
+  state->vtkglEnable(GL_BLEND);
+  const std::array<float, 4> background = Floats(effects.background);
+  const std::array<float, 4> nothing{};
+  const float farthest = 1.0F;
+  glClearBufferfv(GL_COLOR, 0, background.data());
+  if (NeedsSurfaces()) {
+    glClearBufferfv(GL_COLOR, 1, nothing.data());
+  }
+  glClearBufferfv(GL_DEPTH, 0, &farthest);
+
+  constexpr std::array<GLenum, 2> kColorOnly = {GL_COLOR_ATTACHMENT0, GL_NONE};
+  constexpr std::array<GLenum, 2> kBoth = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+  glDrawBuffers(2, kColorOnly.data());
+  for (vtkProp* prop : layers.opaque) {
+    prop->RenderOpaqueGeometry(renderer);
+  }
+  for (vtkProp* prop : layers.ground) {
+    prop->RenderTranslucentPolygonalGeometry(renderer);
+  }
+  if (NeedsSurfaces()) {
+    glDrawBuffers(2, kBoth.data());
+  }
+  glDisablei(GL_BLEND, 1);  // the last solid drawn at a pixel is the nearest: it alone is handed on
+  for (vtkActor* solid : layers.solids) {
+    solid->HasTranslucentPolygonalGeometry() ? solid->RenderTranslucentPolygonalGeometry(renderer)
+                                             : solid->RenderOpaqueGeometry(renderer);
+  }
+  scene->ActivateDrawBuffers(1);
+}
+
+void PicturePass::Impl::DrawOcclusion(vtkOpenGLRenderWindow* window, const Lens& lens, int width,
+                                      int height) {
+  occlusion.Ensure(window, width, height, GL_RG16F);
+  smooth_occlusion.Ensure(window, width, height, GL_RG16F);
+  if (!occlusion_buffer) {
+    occlusion_buffer = vtkSmartPointer<vtkOpenGLFramebufferObject>::New();
+    occlusion_buffer->SetContext(window);
+  }
+  occlusion_buffer->Bind();
+  occlusion_buffer->AddColorAttachment(0, occlusion.texture);
+  Use(occlusion_buffer, 1, window->GetState(), width, height);
+  vtkShaderProgram* program = occlusion_program.Ready(
+      window, std::string(shaders::kOcclusionDeclarations) + shaders::kLens, shaders::kOcclusion);
+  const auto radius = static_cast<float>(effects.occlusion_radius);
+  surfaces.texture->Activate();
+  program->SetUniformi("surfaces", surfaces.texture->GetTextureUnit());
+  const std::array<int, 2> target = {width, height};
+  program->SetUniform2i("target", target.data());
+  program->SetUniformi("surfacesPerPixel", effects.samples * kOcclusionStep);
+  program->SetUniformf("radius", radius);
+  program->SetUniform4f("lens", lens.terms.data());
+  program->SetUniform4f("ground", lens.ground.data());
+  program->SetUniformi("hasGround", effects.has_ground ? 1 : 0);
+  occlusion_program.quad->Render();
+  surfaces.texture->Deactivate();
+
+  occlusion_buffer->AddColorAttachment(0, smooth_occlusion.texture);
+  program = smoothing_program.Ready(window, shaders::kSmoothingDeclarations, shaders::kSmoothing);
+  occlusion.texture->Activate();
+  program->SetUniformi("occlusion", occlusion.texture->GetTextureUnit());
+  program->SetUniformf("radius", radius);
+  smoothing_program.quad->Render();
+  occlusion.texture->Deactivate();
+}
+
+std::string PicturePass::Impl::FinishSwitches() const {
+  return fmt::format("#define SAMPLES {}\n#define OCCLUSION {}\n#define OUTLINE {}\n#define EYE_DOME {}\n",
+                     effects.samples, effects.occlusion > 0.0 ? 1 : 0, effects.outline > 0.0 ? 1 : 0,
+                     effects.eye_dome > 0.0 ? 1 : 0);
+}
+
+void PicturePass::Impl::DrawFinish(vtkOpenGLRenderWindow* window, const Lens& lens) {
+  vtkShaderProgram* program =
+      finish_program.Ready(window, FinishSwitches() + shaders::kFinishDeclarations, shaders::kFinish);
+  vtkTextureObject* open = effects.occlusion > 0.0 ? smooth_occlusion.texture : color.texture;
+  const std::array<vtkTextureObject*, 4> textures = {color.texture, surfaces.texture, depth.texture,
+                                                     smooth_occlusion.texture};
+  for (vtkTextureObject* texture : textures) {
+    if (texture != nullptr) {
+      texture->Activate();
+    }
+  }
+  program->SetUniformi("colors", color.texture->GetTextureUnit());
+  if (NeedsSurfaces()) {
+    program->SetUniformi("surfaces", surfaces.texture->GetTextureUnit());
+  }
+  program->SetUniformi("depths", depth.texture->GetTextureUnit());
+  program->SetUniformi("occlusion", open->GetTextureUnit());
+  program->SetUniformi("occlusionStep", effects.samples * kOcclusionStep);
+  program->SetUniformf("occlusionStrength", static_cast<float>(effects.occlusion));
+  program->SetUniformf("radius", static_cast<float>(std::max(effects.occlusion_radius, 1e-9)));
+  program->SetUniformf("outline", static_cast<float>(effects.outline));
+  program->SetUniformf("outlineWidth", static_cast<float>(effects.outline_width));
+  program->SetUniform3f("outlineColor", effects.outline_color.data());
+  program->SetUniformf("eyeDome", static_cast<float>(effects.eye_dome));
+  program->SetUniform2f("depthRange", lens.depth_range.data());
+  finish_program.quad->Render();
+  for (vtkTextureObject* texture : textures) {
+    if (texture != nullptr) {
+      texture->Deactivate();
+    }
+  }
+}
+
+void PicturePass::Render(const vtkRenderState* state) {
+  this->NumberOfRenderedProps = 0;
+  Impl& s = *impl_;
+  vtkRenderer* renderer = state->GetRenderer();
+  auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
+  vtkOpenGLState* gl = window->GetState();
+  int width = 0;
+  int height = 0;
+  int left = 0;
+  int bottom = 0;
+  renderer->GetTiledSizeAndOrigin(&width, &height, &left, &bottom);
+  const Lens lens(renderer, s.effects.ground_plane);
+  s.lights->Render(state);
+
+  gl->PushFramebufferBindings();
+  {
+    const vtkOpenGLState::ScopedglViewport viewport(gl);
+    const vtkOpenGLState::ScopedglScissor scissor(gl);
+    const vtkOpenGLState::ScopedglEnableDisable scissor_test(gl, GL_SCISSOR_TEST);
+    const vtkOpenGLState::ScopedglEnableDisable depth_test(gl, GL_DEPTH_TEST);
+    s.DrawScene(renderer, width * s.effects.samples, height * s.effects.samples);
+    gl->vtkglDisable(GL_BLEND);
+    gl->vtkglDisable(GL_DEPTH_TEST);
+    if (s.effects.occlusion > 0.0) {
+      s.DrawOcclusion(window, lens, (width + kOcclusionStep - 1) / kOcclusionStep,
+                      (height + kOcclusionStep - 1) / kOcclusionStep);
+    }
+  }
+  gl->PopFramebufferBindings();
+
+  const vtkOpenGLState::ScopedglViewport viewport(gl);
+  const vtkOpenGLState::ScopedglScissor scissor(gl);
+  const vtkOpenGLState::ScopedglEnableDisable depth_test(gl, GL_DEPTH_TEST);
+  gl->vtkglDisable(GL_DEPTH_TEST);
+  gl->vtkglViewport(left, bottom, width, height);
+  gl->vtkglScissor(left, bottom, width, height);
+  s.DrawFinish(window, lens);
+  gl->vtkglEnable(GL_BLEND);
+  if (s.effects.fxaa) {
+    s.fxaa->Execute(vtkOpenGLRenderer::SafeDownCast(renderer));
+  }
+}
+
+void PicturePass::ReleaseGraphicsResources(vtkWindow* window) {
+  Impl& s = *impl_;
+  s.lights->ReleaseGraphicsResources(window);
+  s.fxaa->ReleaseGraphicsResources();
+  for (ScreenProgram* program : {&s.occlusion_program, &s.smoothing_program, &s.finish_program}) {
+    program->quad.reset();
+  }
+  for (Target* target : {&s.color, &s.surfaces, &s.depth, &s.occlusion, &s.smooth_occlusion}) {
+    if (target->texture) {
+      target->texture->ReleaseGraphicsResources(window);
+      target->texture = nullptr;
+    }
+  }
+  for (auto* buffer : {&s.scene, &s.occlusion_buffer}) {
+    if (*buffer) {
+      (*buffer)->ReleaseGraphicsResources(window);
+      *buffer = nullptr;
+    }
+  }
+}
+
+}  // namespace sqslam

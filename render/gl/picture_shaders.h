@@ -1,0 +1,245 @@
+#pragma once
+
+// The fragment programs of PicturePass, without their declarations of the output. "//VTK::FSQ" marks are
+// VTK's full-screen template, `texCoord` is its coordinate in [0, 1].
+namespace sqslam::shaders {
+
+// What the solids' fragments hand on besides their colour: the normal seen from the camera, a number that
+// tells the solids apart, and the distance along the line of sight (w of the clip coordinates).
+inline constexpr const char* kSurfaceOutput = R"(//VTK::Light::Impl
+  gl_FragData[1] = vec4(normalVCVSOutput.xy, floor(solidNumber + 0.5), 1.0 / gl_FragCoord.w);
+)";
+
+// The number as a property of the vertices.
+inline constexpr const char* kNumberVertexDeclaration = R"(in float solidNumberMC;
+out float solidNumber;
+//VTK::Normal::Dec)";
+inline constexpr const char* kNumberVertex = R"(solidNumber = solidNumberMC;
+//VTK::Normal::Impl)";
+inline constexpr const char* kNumberFragmentDeclaration = R"(in float solidNumber;
+//VTK::Normal::Dec)";
+
+// Shared by the programs below: from a distance and a place in the picture to a point seen from the camera.
+// `lens` is (P00, P11, P02, P12) of the projection.
+inline constexpr const char* kLens = R"(
+uniform vec4 lens;
+vec3 pointAt(vec2 at, float depth) {
+  vec2 device = 2.0 * at - 1.0;
+  return vec3(depth * (device.x + lens.z) / lens.x, depth * (device.y + lens.w) / lens.y, -depth);
+}
+)";
+
+// Ambient occlusion after McGuire, Osman, Bukowski and Hennessy, "The Alchemy screen-space ambient obscurance
+// algorithm" (2011), Eq. 10, on a spiral of samples that turns from pixel to pixel in a 4 x 4 pattern.
+inline constexpr const char* kOcclusionDeclarations = R"(
+uniform sampler2D surfaces;
+uniform ivec2 target;
+uniform int surfacesPerPixel;
+uniform float radius;
+uniform vec4 ground;
+uniform int hasGround;
+)";
+inline constexpr const char* kOcclusion = R"(
+  ivec2 size = textureSize(surfaces, 0);
+  ivec2 pixel = ivec2(texCoord * vec2(target));
+  vec4 surface = texelFetch(surfaces, min(pixel * surfacesPerPixel, size - 1), 0);
+  float open = 1.0;
+  int solid = surface.w > 0.0 ? 1 : 0;
+  for (int once = 0; once < solid; ++once) {  // left at once where there is none
+    vec3 p = pointAt((vec2(pixel * surfacesPerPixel) + 0.5) / vec2(size), surface.w);
+    vec3 n = vec3(surface.xy, sqrt(max(0.0, 1.0 - dot(surface.xy, surface.xy))));
+    ivec2 cell = pixel & 3;
+    float turn = 0.3926991 * float((cell.x * 5 + cell.y * 7 + cell.x * cell.y * 3) & 15);
+    vec2 reach = min(0.5 * radius * lens.xy / surface.w, vec2(0.25));
+    float sum = 0.0;
+    bool above = hasGround != 0 && dot(ground.xyz, p) + ground.w > 0.0;
+    const int kSamples = 11;
+    for (int i = 0; i < kSamples; ++i) {
+      float share = (float(i) + 0.5) / float(kSamples);
+      float angle = turn + 2.3999632 * float(i);
+      vec2 at = (vec2(pixel) + 0.5) * float(surfacesPerPixel) / vec2(size) +
+                share * reach * vec2(cos(angle), sin(angle));
+      vec4 other = texelFetch(surfaces, clamp(ivec2(at * vec2(size)), ivec2(0), size - 1), 0);
+      float depth = other.w;
+      if (above) {
+        vec3 ray = pointAt(at, 1.0);
+        float facing = dot(ground.xyz, ray);
+        float hit = facing != 0.0 ? -ground.w / facing : 0.0;
+        depth = hit > 0.0 && (depth <= 0.0 || hit < depth) ? hit : depth;
+      }
+      if (depth > 0.0) {
+        vec3 v = pointAt(at, depth) - p;
+        float squared = dot(v, v);
+        float fade = max(0.0, 1.0 - squared / (radius * radius));
+        sum += fade * max(0.0, dot(v, n) - 0.02 * radius) / (sqrt(squared) + 0.02 * radius);
+      }
+    }
+    open = max(0.0, 1.0 - 2.6 * sum / float(kSamples));
+  }
+  gl_FragData[0] = vec4(open, surface.w, 0.0, 1.0);
+)";
+
+// The mean over the 4 x 4 pattern, of neighbours at about the same distance.
+inline constexpr const char* kSmoothingDeclarations = R"(
+uniform sampler2D occlusion;
+uniform float radius;
+)";
+inline constexpr const char* kSmoothing = R"(
+  ivec2 size = textureSize(occlusion, 0);
+  ivec2 at = ivec2(texCoord * vec2(size));
+  vec2 middle = texelFetch(occlusion, at, 0).xy;
+  float sum = 0.0;
+  float weights = 0.0;
+  int solid = middle.y > 0.0 ? 1 : 0;
+  for (int once = 0; once < solid; ++once) {
+    for (int y = -2; y < 2; ++y) {
+      for (int x = -2; x < 2; ++x) {
+        vec2 other = texelFetch(occlusion, clamp(at + ivec2(x, y), ivec2(0), size - 1), 0).xy;
+        float weight = other.y > 0.0 && abs(other.y - middle.y) < 0.5 * radius ? 1.0 : 0.0;
+        sum += weight * other.x;
+        weights += weight;
+      }
+    }
+  }
+  gl_FragData[0] = vec4(weights > 0.0 ? sum / weights : 1.0, middle.y, 0.0, 1.0);
+)";
+
+// One pixel of the picture from its samples. SAMPLES, OCCLUSION, OUTLINE and EYE_DOME are defined before;
+// what only some pixels need stands in loops that the others leave at once, because a software renderer runs
+// through both sides of every branch.
+inline constexpr const char* kFinishDeclarations = R"(
+uniform sampler2D colors;
+uniform sampler2D surfaces;
+uniform sampler2D depths;
+uniform sampler2D occlusion;
+uniform int occlusionStep;
+uniform float occlusionStrength;
+uniform float radius;
+uniform float outline;
+uniform float outlineWidth;
+uniform vec3 outlineColor;
+uniform float eyeDome;
+uniform vec2 depthRange;
+
+float distanceAt(ivec2 at) {
+  float device = 2.0 * texelFetch(depths, at, 0).x - 1.0;
+  return 2.0 * depthRange.x * depthRange.y /
+         (depthRange.y + depthRange.x - device * (depthRange.y - depthRange.x));
+}
+
+// 0 within an even surface, at least 1 where another begins.
+float changeBetween(vec4 a, vec4 b) {
+  return abs(a.z - b.z) + max(abs(a.x - b.x), abs(a.y - b.y));
+}
+
+// 1 where another solid, or none, begins at `other` and this one is the nearer; less at a crease.
+float edgeTowards(vec4 surface, ivec2 other) {
+  vec4 beside = texelFetch(surfaces, other, 0);
+  float depth = beside.w > 0.0 ? beside.w : distanceAt(other);
+  vec2 turn = abs(beside.xy - surface.xy);
+  return beside.z != surface.z ? (depth > surface.w ? 1.0 : 0.0)
+                               : 0.45 * smoothstep(0.45, 0.8, max(turn.x, turn.y));
+}
+
+float openness(vec2 at, float depth) {
+  ivec2 size = textureSize(occlusion, 0);
+  ivec2 base = ivec2(floor(at - 0.5));
+  vec2 part = at - 0.5 - vec2(base);
+  float sum = 0.0;
+  float weights = 0.0;
+  for (int y = 0; y < 2; ++y) {
+    for (int x = 0; x < 2; ++x) {
+      vec2 o = texelFetch(occlusion, clamp(base + ivec2(x, y), ivec2(0), size - 1), 0).xy;
+      float weight = (x == 0 ? 1.0 - part.x : part.x) * (y == 0 ? 1.0 - part.y : part.y);
+      weight *= o.y > 0.0 ? 1.0 / (0.02 + abs(o.y - depth) / radius) : 0.0;
+      sum += weight * o.x;
+      weights += weight;
+    }
+  }
+  return weights > 0.0 ? sum / weights : 1.0;
+}
+)";
+inline constexpr const char* kFinish = R"(
+  ivec2 size = textureSize(colors, 0);
+  ivec2 corner = ivec2(texCoord * vec2(size / SAMPLES)) * SAMPLES;
+  vec4 sum = vec4(0.0);
+#if OCCLUSION || OUTLINE || EYE_DOME
+  ivec2 last = size - 1;
+  int reach = max(1, int(0.5 * outlineWidth * float(SAMPLES) + 0.5));
+  vec4 first = texelFetch(surfaces, corner, 0);
+  float solids = 0.0;
+  float depth = 0.0;
+  float change = 0.0;
+  vec3 onSolids = vec3(0.0);
+  for (int y = 0; y < SAMPLES; ++y) {
+    for (int x = 0; x < SAMPLES; ++x) {
+      vec4 surface = texelFetch(surfaces, corner + ivec2(x, y), 0);
+      vec4 color = texelFetch(colors, corner + ivec2(x, y), 0);
+      float solid = surface.w > 0.0 ? 1.0 : 0.0;
+      sum += color;
+      solids += solid;
+      onSolids += solid * color.rgb;
+      depth += surface.w;
+      change = max(change, changeBetween(first, surface));
+    }
+  }
+  sum /= float(SAMPLES * SAMPLES);
+#if OCCLUSION
+  int covered = solids > 0.0 ? 1 : 0;
+  for (int once = 0; once < covered; ++once) {
+    float open = openness((vec2(corner) + 0.5 * float(SAMPLES)) / float(occlusionStep), depth / solids);
+    sum.rgb -= occlusionStrength * (1.0 - open) / float(SAMPLES * SAMPLES) * onSolids;
+  }
+#endif
+#if OUTLINE
+  change = max(change, changeBetween(first, texelFetch(surfaces, min(corner + ivec2(reach + SAMPLES - 1, 0), last), 0)));
+  change = max(change, changeBetween(first, texelFetch(surfaces, min(corner + ivec2(0, reach + SAMPLES - 1), last), 0)));
+  change = max(change, changeBetween(first, texelFetch(surfaces, max(corner - ivec2(reach, 0), ivec2(0)), 0)));
+  change = max(change, changeBetween(first, texelFetch(surfaces, max(corner - ivec2(0, reach), ivec2(0)), 0)));
+  int edges = solids > 0.0 && change > 0.4 ? SAMPLES : 0;
+  float edge = 0.0;
+  for (int y = 0; y < edges; ++y) {
+    for (int x = 0; x < SAMPLES; ++x) {
+      ivec2 at = corner + ivec2(x, y);
+      vec4 surface = texelFetch(surfaces, at, 0);
+      float here = edgeTowards(surface, ivec2(max(at.x - reach, 0), at.y));
+      here = max(here, edgeTowards(surface, ivec2(min(at.x + reach, last.x), at.y)));
+      here = max(here, edgeTowards(surface, ivec2(at.x, max(at.y - reach, 0))));
+      here = max(here, edgeTowards(surface, ivec2(at.x, min(at.y + reach, last.y))));
+      edge += surface.w > 0.0 ? here : 0.0;
+    }
+  }
+  edge *= outline / float(SAMPLES * SAMPLES);
+  sum = vec4(mix(sum.rgb, outlineColor, edge), mix(sum.a, 1.0, edge));
+#endif
+#if EYE_DOME
+  int points = solids == 0.0 && texelFetch(depths, corner, 0).x < 1.0 ? SAMPLES : 0;
+  vec3 onPoints = vec3(0.0);
+  for (int y = 0; y < points; ++y) {
+    for (int x = 0; x < SAMPLES; ++x) {
+      ivec2 at = corner + ivec2(x, y);
+      onPoints += texelFetch(depths, at, 0).x < 1.0 ? texelFetch(colors, at, 0).rgb : vec3(0.0);
+    }
+  }
+  for (int once = 0; once < min(points, 1); ++once) {
+    float here = distanceAt(corner);
+    float nearest = min(min(distanceAt(ivec2(max(corner.x - SAMPLES, 0), corner.y)),
+                            distanceAt(ivec2(min(corner.x + SAMPLES, last.x), corner.y))),
+                        min(distanceAt(ivec2(corner.x, max(corner.y - SAMPLES, 0))),
+                            distanceAt(ivec2(corner.x, min(corner.y + SAMPLES, last.y)))));
+    float dark = eyeDome * (1.0 - exp2(-25.0 * max(0.0, here / nearest - 1.0)));
+    sum.rgb -= dark / float(SAMPLES * SAMPLES) * onPoints;
+  }
+#endif
+#else
+  for (int y = 0; y < SAMPLES; ++y) {
+    for (int x = 0; x < SAMPLES; ++x) {
+      sum += texelFetch(colors, corner + ivec2(x, y), 0);
+    }
+  }
+  sum /= float(SAMPLES * SAMPLES);
+#endif
+  gl_FragData[0] = sum;
+)";
+
+}  // namespace sqslam::shaders
