@@ -11,6 +11,12 @@ constexpr double kDegree = std::numbers::pi / 180.0;
 
 }  // namespace
 
+ViewAxes AxesOf(const ViewCamera& camera) {
+  const Eigen::Vector3d back = (camera.position - camera.focal_point).normalized();
+  const Eigen::Vector3d right = camera.view_up.cross(back).normalized();
+  return {right, back.cross(right), back};
+}
+
 ViewCamera Azimuth(const ViewCamera& camera, double degrees) {
   const Eigen::AngleAxisd turn(degrees * kDegree, camera.view_up.normalized());
   ViewCamera turned = camera;

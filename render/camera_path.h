@@ -18,6 +18,12 @@ struct ViewCamera {
   double Distance() const { return (position - focal_point).norm(); }
 };
 
+// The camera's axes in the map frame, unit length; `back` is against the line of sight.
+struct ViewAxes {
+  Eigen::Vector3d right, up, back;
+};
+ViewAxes AxesOf(const ViewCamera& camera);
+
 // Turns the camera around its focal point about view_up, counter-clockwise seen from above (degrees).
 ViewCamera Azimuth(const ViewCamera& camera, double degrees);
 

@@ -20,16 +20,6 @@ std::string Readable(std::string label) {
   return label;
 }
 
-struct ViewAxes {
-  Eigen::Vector3d right, up, back;
-};
-
-ViewAxes AxesOf(const ViewCamera& camera) {
-  const Eigen::Vector3d back = (camera.position - camera.focal_point).normalized();
-  const Eigen::Vector3d right = camera.view_up.cross(back).normalized();
-  return {right, back.cross(right), back};
-}
-
 constexpr double kLeastText = 9.0;  // pixels; smaller letters cannot be read
 
 double TextSize(const SceneStyle& style, double scale) {

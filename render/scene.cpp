@@ -5,8 +5,6 @@
 #include <vtkLight.h>
 #include <vtkNew.h>
 #include <vtkOpenGLRenderer.h>
-#include <vtkPBRLUTTexture.h>
-#include <vtkPBRPrefilterTexture.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
 #include <vtkTexture.h>
@@ -39,15 +37,6 @@ void SetGeometry(vtkActor* actor, vtkPolyData* geometry, bool show) {
   actor->SetVisibility(show && geometry->GetNumberOfPoints() > 0);
 }
 
-// The tables that VTK makes for reflections; its own sizes take a software renderer many seconds, and a room
-// without sharp edges needs no more than these.
-void KeepReflectionsSmall(vtkOpenGLRenderer* renderer) {
-  renderer->GetEnvMapLookupTable()->SetLUTSize(32);
-  renderer->GetEnvMapLookupTable()->SetLUTSamples(32);
-  renderer->GetEnvMapPrefiltered()->SetPrefilterLevels(3);
-  renderer->GetEnvMapPrefiltered()->SetPrefilterMaxSamples(16);
-}
-
 }  // namespace
 
 struct Scene::Impl {
@@ -63,11 +52,7 @@ struct Scene::Impl {
         current(MakeActor(2.0 * style.cameras.keyframe_width * Scale())),
         solids(style.objects) {
     renderer->AutomaticLightCreationOff();
-    renderer->AddLight(lamp);
-    lamp->SetLightTypeToSceneLight();
-    lamp->SetIntensity(0.6);
-    KeepReflectionsSmall(renderer);
-    renderer->UseImageBasedLightingOn();
+    renderer->AddLight(vtkNew<vtkLight>());  // not used: solids have light of their own, all else has none
     for (const auto& actor : {grid, shadow}) {
       actor->ForceTranslucentOn();
       renderer->AddActor(actor);
@@ -80,7 +65,6 @@ struct Scene::Impl {
   }
 
   double Scale() const { return quality.pixel_scale * quality.samples; }
-  void LightFrom(const SceneFocus& focus);
   void ShowShadow(const MapSnapshot& map);
   PictureEffects Effects() const;
 
@@ -89,9 +73,7 @@ struct Scene::Impl {
   SceneFocus focus;
   vtkNew<vtkOpenGLRenderer> renderer;
   vtkNew<PicturePass> pass;
-  vtkNew<vtkLight> lamp;
   Studio studio;
-  bool lit = false;
   vtkSmartPointer<vtkActor> grid;
   vtkSmartPointer<vtkActor> shadow;
   PointActors points;
@@ -101,21 +83,6 @@ struct Scene::Impl {
   vtkSmartPointer<vtkActor> current;
   SolidActors solids;
 };
-
-void Scene::Impl::LightFrom(const SceneFocus& from) {
-  if (lit && studio.up == from.up && studio.front == from.front) {
-    return;
-  }
-  lit = true;
-  studio = {from.up, from.front};
-  const Eigen::Vector3d right = studio.Right();
-  renderer->SetEnvironmentUp(studio.up.data());
-  renderer->SetEnvironmentRight(right.data());
-  renderer->SetEnvironmentTexture(StudioRoom(studio));
-  const Eigen::Vector3d towards = studio.Lamp();
-  lamp->SetPosition(towards.data());
-  lamp->SetFocalPoint(0.0, 0.0, 0.0);
-}
 
 void Scene::Impl::ShowShadow(const MapSnapshot& map) {
   shadow->SetVisibility(false);
@@ -175,7 +142,7 @@ void Scene::Show(const MapSnapshot& map, const SceneFocus& focus, const LabelCol
   SetGeometry(s.trajectory, TrajectoryLine(map, style), style.cameras.trajectory);
   SetGeometry(s.frusta, KeyframeFrusta(map, frustum, style), style.cameras.keyframes);
   SetGeometry(s.current, CurrentFrustum(map, 1.6 * frustum, style), style.cameras.current);
-  s.LightFrom(focus);
+  s.studio = {focus.up, focus.front};
   s.ShowShadow(map);
   s.solids.Show(map.objects, colors);
   s.pass->SetEffects(s.Effects());
@@ -203,7 +170,7 @@ void Scene::LookFrom(const ViewCamera& view, int height) {
   for (const auto& actor : {s.shadow, s.grid}) {
     add(actor, layers.ground);
   }
-  layers.solids = s.solids.Arrange(view, samples);
+  layers.solids = s.solids.Arrange(view, samples, s.studio);
   s.pass->SetLayers(std::move(layers));
   vtkCamera* camera = s.renderer->GetActiveCamera();
   camera->SetPosition(view.position.data());

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "render/gl/picture_pass.h"
+#include "render/gl/solid_shader.h"
 #include "render/scene_geometry.h"
 
 namespace sqslam {
@@ -23,9 +23,6 @@ vtkSmartPointer<vtkActor> MakeActor(const SceneStyle::Objects& style) {
   actor->SetMapper(mapper);
   actor->SetUserMatrix(vtkNew<vtkMatrix4x4>());
   vtkProperty* property = actor->GetProperty();
-  property->SetInterpolationToPBR();
-  property->SetMetallic(style.metallic);
-  property->SetRoughness(style.roughness);
   property->SetOpacity(style.opacity);
   return actor;
 }
@@ -49,8 +46,14 @@ void SolidActors::Show(const std::vector<SnapshotObject>& objects, const LabelCo
       solid.front = MakeActor(style_);
       for (vtkActor* actor : {solid.back.Get(), solid.front.Get()}) {
         MapperOf(actor)->ScalarVisibilityOff();
-        PicturePass::MarkSolid(actor, static_cast<int>(i) + 1);
       }
+      SolidShading shading;
+      shading.number = static_cast<int>(i) + 1;
+      shading.roughness = style_.roughness;
+      shading.metallic = style_.metallic;
+      SetSolidShader(solid.front, shading);
+      shading.far_side = true;
+      SetSolidShader(solid.back, shading);
       solid.back->GetProperty()->FrontfaceCullingOn();
       solid.front->GetProperty()->BackfaceCullingOn();
     }
@@ -58,8 +61,7 @@ void SolidActors::Show(const std::vector<SnapshotObject>& objects, const LabelCo
       solid.segments = 0;
     }
     solid.posed = objects[i].superquadric;
-    // Light is added up in linear colours; the renderer turns only its result back.
-    solid.color = colors(objects[i].label).array().pow(2.2);
+    solid.color = colors(objects[i].label);
     posed.push_back(solid.posed);
     const Eigen::Matrix4d pose = solid.posed.T_map_object.Matrix();
     for (vtkActor* actor : {solid.back.Get(), solid.front.Get()}) {
@@ -117,11 +119,28 @@ SolidActors::Group& SolidActors::GroupOf(const std::vector<int>& members) {
   group.surface = MakeGroupedSurface(parts, std::min(kGroupSegments, std::max(style_.segments, 16)));
   group.actor = MakeActor(style_);
   MapperOf(group.actor)->SetInputData(group.surface.mesh);
-  PicturePass::MarkSolids(group.actor, kSolidNumberArray);
+  SolidShading shading;
+  shading.number_array = kSolidNumberArray;
+  shading.roughness = style_.roughness;
+  shading.metallic = style_.metallic;
+  SetSolidShader(group.actor, shading);
   return group;
 }
 
-std::vector<vtkActor*> SolidActors::Arrange(const ViewCamera& camera, double pixels) {
+std::vector<vtkActor*> SolidActors::Arrange(const ViewCamera& camera, double pixels, const Studio& studio) {
+  std::vector<vtkActor*> actors = InOrder(camera, pixels);
+  const ViewAxes axes = AxesOf(camera);
+  const auto in_view = [&axes](const Eigen::Vector3d& d) {
+    return Eigen::Vector3d(d.dot(axes.right), d.dot(axes.up), d.dot(axes.back));
+  };
+  const StudioInView seen = {in_view(studio.up), in_view(studio.Lamp()), in_view(studio.Window())};
+  for (vtkActor* actor : actors) {
+    SetStudio(actor, seen);
+  }
+  return actors;
+}
+
+std::vector<vtkActor*> SolidActors::InOrder(const ViewCamera& camera, double pixels) {
   std::vector<vtkActor*> actors;
   if (!style_.show || style_.opacity <= 0.0) {
     return actors;

@@ -10,6 +10,7 @@
 #include "render/camera_path.h"
 #include "render/grouped_surface.h"
 #include "render/scene_order.h"
+#include "render/studio_light.h"
 #include "render/style.h"
 #include "slam/map/snapshot.h"
 
@@ -25,7 +26,7 @@ class SolidActors {
 
   // What to draw for this view, farthest first. `pixels` is the height of the picture in samples: the grid of
   // a solid is as fine as its size in the picture asks for.
-  std::vector<vtkActor*> Arrange(const ViewCamera& camera, double pixels);
+  std::vector<vtkActor*> Arrange(const ViewCamera& camera, double pixels, const Studio& studio);
 
  private:
   // One superquadric: its far side and its near side, so that both blend in the right order.
@@ -42,6 +43,7 @@ class SolidActors {
     GroupedSurface surface;
   };
 
+  std::vector<vtkActor*> InOrder(const ViewCamera& camera, double pixels);
   int SegmentsFor(const PosedSuperquadric& solid, const ViewCamera& camera, double pixels) const;
   void SetDetail(Solid& solid, int segments);
   Group& GroupOf(const std::vector<int>& members);

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <vtkActor.h>
 #include <vtkCamera.h>
-#include <vtkDataObject.h>
 #include <vtkLightsPass.h>
 #include <vtkMatrix3x3.h>
 #include <vtkMatrix4x4.h>
@@ -18,12 +17,9 @@
 #include <vtkOpenGLRenderer.h>
 #include <vtkOpenGLShaderCache.h>
 #include <vtkOpenGLState.h>
-#include <vtkPolyDataMapper.h>
 #include <vtkRenderState.h>
 #include <vtkShaderProgram.h>
-#include <vtkShaderProperty.h>
 #include <vtkTextureObject.h>
-#include <vtkUniforms.h>
 #include <vtk_glew.h>
 
 #include <Eigen/LU>
@@ -53,8 +49,9 @@ struct Target {
     height = wanted_height;
     texture = vtkSmartPointer<vtkTextureObject>::New();
     texture->SetContext(window);
-    texture->SetMinificationFilter(vtkTextureObject::Nearest);
-    texture->SetMagnificationFilter(vtkTextureObject::Nearest);
+    const auto filter = format == GL_RGBA8 ? vtkTextureObject::Linear : vtkTextureObject::Nearest;
+    texture->SetMinificationFilter(filter);
+    texture->SetMagnificationFilter(filter);
     texture->SetWrapS(vtkTextureObject::ClampToEdge);
     texture->SetWrapT(vtkTextureObject::ClampToEdge);
     if (format == GL_DEPTH_COMPONENT) {
@@ -171,25 +168,6 @@ PicturePass::~PicturePass() = default;
 void PicturePass::SetEffects(const PictureEffects& effects) { impl_->effects = effects; }
 void PicturePass::SetLayers(PictureLayers layers) { impl_->layers = std::move(layers); }
 
-void PicturePass::MarkSolid(vtkActor* actor, int number) {
-  auto* shader = actor->GetShaderProperty();
-  shader->ClearAllShaderReplacements();
-  shader->AddFragmentShaderReplacement("//VTK::Light::Impl", false, shaders::kSurfaceOutput, false);
-  shader->GetFragmentCustomUniforms()->SetUniformf("solidNumber", static_cast<float>(number));
-}
-
-void PicturePass::MarkSolids(vtkActor* actor, const char* number_array) {
-  auto* shader = actor->GetShaderProperty();
-  shader->ClearAllShaderReplacements();
-  shader->AddVertexShaderReplacement("//VTK::Normal::Dec", true, shaders::kNumberVertexDeclaration, false);
-  shader->AddVertexShaderReplacement("//VTK::Normal::Impl", true, shaders::kNumberVertex, false);
-  shader->AddFragmentShaderReplacement("//VTK::Normal::Dec", true, shaders::kNumberFragmentDeclaration,
-                                       false);
-  shader->AddFragmentShaderReplacement("//VTK::Light::Impl", false, shaders::kSurfaceOutput, false);
-  vtkPolyDataMapper::SafeDownCast(actor->GetMapper())
-      ->MapDataArrayToVertexAttribute("solidNumberMC", number_array, vtkDataObject::FIELD_ASSOCIATION_POINTS);
-}
-
 void PicturePass::Impl::DrawScene(vtkRenderer* renderer, int width, int height) {
   auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
   color.Ensure(window, width, height, GL_RGBA8);
@@ -260,6 +238,7 @@ void PicturePass::Impl::DrawOcclusion(vtkOpenGLRenderWindow* window, const Lens&
   program->SetUniformi("surfaces", surfaces.texture->GetTextureUnit());
   const std::array<int, 2> target = {width, height};
   program->SetUniform2i("target", target.data());
+  program->SetUniformi("taps", effects.occlusion > 0.0 ? 11 : 0);
   program->SetUniformi("surfacesPerPixel", effects.samples * kOcclusionStep);
   program->SetUniformf("radius", radius);
   program->SetUniform4f("lens", lens.terms.data());
@@ -286,7 +265,7 @@ std::string PicturePass::Impl::FinishSwitches() const {
 void PicturePass::Impl::DrawFinish(vtkOpenGLRenderWindow* window, const Lens& lens) {
   vtkShaderProgram* program =
       finish_program.Ready(window, FinishSwitches() + shaders::kFinishDeclarations, shaders::kFinish);
-  vtkTextureObject* open = effects.occlusion > 0.0 ? smooth_occlusion.texture : color.texture;
+  vtkTextureObject* open = NeedsSurfaces() ? smooth_occlusion.texture : color.texture;
   const std::array<vtkTextureObject*, 4> textures = {color.texture, surfaces.texture, depth.texture,
                                                      smooth_occlusion.texture};
   for (vtkTextureObject* texture : textures) {
@@ -339,7 +318,7 @@ void PicturePass::Render(const vtkRenderState* state) {
     s.DrawScene(renderer, width * s.effects.samples, height * s.effects.samples);
     gl->vtkglDisable(GL_BLEND);
     gl->vtkglDisable(GL_DEPTH_TEST);
-    if (s.effects.occlusion > 0.0) {
+    if (s.NeedsSurfaces()) {
       s.DrawOcclusion(window, lens, (width + kOcclusionStep - 1) / kOcclusionStep,
                       (height + kOcclusionStep - 1) / kOcclusionStep);
     }

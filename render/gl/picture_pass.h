@@ -14,7 +14,7 @@ namespace sqslam {
 
 // What PicturePass does to a drawn scene. Widths in pixels of the picture.
 struct PictureEffects {
-  int samples = 2;                // along each side of a pixel, 1 to 4
+  int samples = 2;                // along each side of a pixel, 1 or 2
   bool fxaa = false;              // smooth edges of the picture afterwards
   double occlusion = 0.0;         // strength of ambient occlusion on solids, [0, 1]
   double occlusion_radius = 0.1;  // reach of ambient occlusion, map units
@@ -31,7 +31,7 @@ struct PictureEffects {
 struct PictureLayers {
   std::vector<vtkProp*> opaque;   // points and lines
   std::vector<vtkProp*> ground;   // blended over them: shadow and grid
-  std::vector<vtkActor*> solids;  // farthest first where they are translucent; prepared by MarkSolid()
+  std::vector<vtkActor*> solids;  // farthest first where they are translucent; shaded by SetSolidShader()
 };
 
 // Draws a scene in layers and finishes the picture in screen space: ambient occlusion, outlines, eye-dome
@@ -45,12 +45,6 @@ class PicturePass : public vtkRenderPass {
 
   void SetEffects(const PictureEffects& effects);
   void SetLayers(PictureLayers layers);
-
-  // Lets the actor's shader write normal, depth and `number` (1, 2, ...; what outlines tell apart).
-  static void MarkSolid(vtkActor* actor, int number);
-
-  // The same for an actor whose vertices carry their numbers in a data array.
-  static void MarkSolids(vtkActor* actor, const char* number_array);
 
   void Render(const vtkRenderState* state) override;
   void ReleaseGraphicsResources(vtkWindow* window) override;

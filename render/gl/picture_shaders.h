@@ -4,9 +4,33 @@
 // VTK's full-screen template, `texCoord` is its coordinate in [0, 1].
 namespace sqslam::shaders {
 
+// Light on solids, in place of VTK's: diffuse by the room's irradiance, reflection by Schlick's Fresnel term
+// in the approximation of Karis, "Physically based shading on mobile" (2014). Far sides, seen through near
+// ones, go without reflection. `roomUp`, `roomLamp` and `roomWindow` are directions seen from the camera;
+// VTK declares them, as it does with all uniforms of an actor's own.
+inline constexpr const char* kLight = R"(
+  vec3 albedo = diffuseColor * diffuseColor;
+  vec3 faced = vec3(dot(normalVCVSOutput, roomUp), dot(normalVCVSOutput, roomLamp), dot(normalVCVSOutput, roomWindow));
+  vec3 lit = (1.0 - metallic) * albedo * studioIrradiance(faced);
+#ifndef FAR_SIDE
+  int near = gl_FrontFacing ? 1 : 0;
+  for (int once = 0; once < near; ++once) {
+  vec3 toEye = normalize(-vertexVC.xyz);
+  float facing = clamp(dot(normalVCVSOutput, toEye), 0.0, 1.0);
+  vec3 mirrored = 2.0 * facing * normalVCVSOutput - toEye;
+  vec4 r = roughness * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
+  float a = min(r.x * r.x, exp2(-9.28 * facing)) * r.x + r.y;
+  vec3 reflected = mix(vec3(0.04), albedo, metallic) * (r.z - 1.04 * a) + vec3(r.w + 1.04 * a);
+  lit += reflected * studioReflection(vec3(dot(mirrored, roomUp), dot(mirrored, roomLamp), dot(mirrored, roomWindow)),
+                                      roughness);
+  }
+#endif
+  gl_FragData[0] = vec4(sqrt(clamp(lit, 0.0, 1.0)), opacity);
+)";
+
 // What the solids' fragments hand on besides their colour: the normal seen from the camera, a number that
 // tells the solids apart, and the distance along the line of sight (w of the clip coordinates).
-inline constexpr const char* kSurfaceOutput = R"(//VTK::Light::Impl
+inline constexpr const char* kSurfaceOutput = R"(
   gl_FragData[1] = vec4(normalVCVSOutput.xy, floor(solidNumber + 0.5), 1.0 / gl_FragCoord.w);
 )";
 
@@ -34,6 +58,7 @@ vec3 pointAt(vec2 at, float depth) {
 inline constexpr const char* kOcclusionDeclarations = R"(
 uniform sampler2D surfaces;
 uniform ivec2 target;
+uniform int taps;
 uniform int surfacesPerPixel;
 uniform float radius;
 uniform vec4 ground;
@@ -53,9 +78,8 @@ inline constexpr const char* kOcclusion = R"(
     vec2 reach = min(0.5 * radius * lens.xy / surface.w, vec2(0.25));
     float sum = 0.0;
     bool above = hasGround != 0 && dot(ground.xyz, p) + ground.w > 0.0;
-    const int kSamples = 11;
-    for (int i = 0; i < kSamples; ++i) {
-      float share = (float(i) + 0.5) / float(kSamples);
+    for (int i = 0; i < taps; ++i) {
+      float share = (float(i) + 0.5) / float(taps);
       float angle = turn + 2.3999632 * float(i);
       vec2 at = (vec2(pixel) + 0.5) * float(surfacesPerPixel) / vec2(size) +
                 share * reach * vec2(cos(angle), sin(angle));
@@ -74,19 +98,20 @@ inline constexpr const char* kOcclusion = R"(
         sum += fade * max(0.0, dot(v, n) - 0.02 * radius) / (sqrt(squared) + 0.02 * radius);
       }
     }
-    open = max(0.0, 1.0 - 2.6 * sum / float(kSamples));
+    open = max(0.0, 1.0 - 2.6 * sum / float(max(taps, 1)));
   }
   gl_FragData[0] = vec4(open, surface.w, 0.0, 1.0);
 )";
 
-// The mean over the 4 x 4 pattern, of neighbours at about the same distance.
+// The mean over the 4 x 4 pattern, of neighbours at about the same distance. The second channel is the distance;
+// where there is no solid, -1 says that one is near.
 inline constexpr const char* kSmoothingDeclarations = R"(
 uniform sampler2D occlusion;
 uniform float radius;
 )";
 inline constexpr const char* kSmoothing = R"(
-  ivec2 size = textureSize(occlusion, 0);
-  ivec2 at = ivec2(texCoord * vec2(size));
+  ivec2 last = textureSize(occlusion, 0) - 1;
+  ivec2 at = ivec2(texCoord * vec2(last + 1));
   vec2 middle = texelFetch(occlusion, at, 0).xy;
   float sum = 0.0;
   float weights = 0.0;
@@ -94,14 +119,19 @@ inline constexpr const char* kSmoothing = R"(
   for (int once = 0; once < solid; ++once) {
     for (int y = -2; y < 2; ++y) {
       for (int x = -2; x < 2; ++x) {
-        vec2 other = texelFetch(occlusion, clamp(at + ivec2(x, y), ivec2(0), size - 1), 0).xy;
+        vec2 other = texelFetch(occlusion, clamp(at + ivec2(x, y), ivec2(0), last), 0).xy;
         float weight = other.y > 0.0 && abs(other.y - middle.y) < 0.5 * radius ? 1.0 : 0.0;
         sum += weight * other.x;
         weights += weight;
       }
     }
   }
-  gl_FragData[0] = vec4(weights > 0.0 ? sum / weights : 1.0, middle.y, 0.0, 1.0);
+  float beside = texelFetch(occlusion, ivec2(min(at.x + 1, last.x), at.y), 0).y;
+  beside = max(beside, texelFetch(occlusion, ivec2(max(at.x - 1, 0), at.y), 0).y);
+  beside = max(beside, texelFetch(occlusion, ivec2(at.x, min(at.y + 1, last.y)), 0).y);
+  beside = max(beside, texelFetch(occlusion, ivec2(at.x, max(at.y - 1, 0)), 0).y);
+  gl_FragData[0] = vec4(weights > 0.0 ? sum / weights : 1.0,
+                        middle.y > 0.0 ? middle.y : (beside > 0.0 ? -1.0 : 0.0), 0.0, 1.0);
 )";
 
 // One pixel of the picture from its samples. SAMPLES, OCCLUSION, OUTLINE and EYE_DOME are defined before;
@@ -160,84 +190,78 @@ float openness(vec2 at, float depth) {
 }
 )";
 inline constexpr const char* kFinish = R"(
-  ivec2 size = textureSize(colors, 0);
-  ivec2 corner = ivec2(texCoord * vec2(size / SAMPLES)) * SAMPLES;
-  vec4 sum = vec4(0.0);
+  // The filter of the texture takes the mean of the 2 x 2 samples of a pixel.
+  vec4 sum = texture(colors, texCoord);
 #if OCCLUSION || OUTLINE || EYE_DOME
+  ivec2 size = textureSize(colors, 0);
   ivec2 last = size - 1;
-  int reach = max(1, int(0.5 * outlineWidth * float(SAMPLES) + 0.5));
-  vec4 first = texelFetch(surfaces, corner, 0);
+  ivec2 pixel = ivec2(texCoord * vec2(size / SAMPLES));
+  ivec2 corner = pixel * SAMPLES;
+  const float kShare = 1.0 / float(SAMPLES * SAMPLES);
   float solids = 0.0;
-  float depth = 0.0;
-  float change = 0.0;
-  vec3 onSolids = vec3(0.0);
-  for (int y = 0; y < SAMPLES; ++y) {
-    for (int x = 0; x < SAMPLES; ++x) {
-      vec4 surface = texelFetch(surfaces, corner + ivec2(x, y), 0);
-      vec4 color = texelFetch(colors, corner + ivec2(x, y), 0);
-      float solid = surface.w > 0.0 ? 1.0 : 0.0;
-      sum += color;
-      solids += solid;
-      onSolids += solid * color.rgb;
-      depth += surface.w;
-      change = max(change, changeBetween(first, surface));
+  int near = texelFetch(occlusion, corner / occlusionStep, 0).y != 0.0 ? 1 : 0;
+  for (int once = 0; once < near; ++once) {
+    int reach = max(1, int(0.5 * outlineWidth * float(SAMPLES) + 0.5));
+    vec4 first = texelFetch(surfaces, corner, 0);
+    float depth = 0.0;
+    float change = 0.0;
+    vec3 onSolids = vec3(0.0);
+    for (int y = 0; y < SAMPLES; ++y) {
+      for (int x = 0; x < SAMPLES; ++x) {
+        vec4 surface = texelFetch(surfaces, corner + ivec2(x, y), 0);
+        float solid = surface.w > 0.0 ? 1.0 : 0.0;
+        solids += solid;
+        onSolids += solid * texelFetch(colors, corner + ivec2(x, y), 0).rgb;
+        depth += surface.w;
+        change = max(change, changeBetween(first, surface));
+      }
     }
-  }
-  sum /= float(SAMPLES * SAMPLES);
 #if OCCLUSION
-  int covered = solids > 0.0 ? 1 : 0;
-  for (int once = 0; once < covered; ++once) {
-    float open = openness((vec2(corner) + 0.5 * float(SAMPLES)) / float(occlusionStep), depth / solids);
-    sum.rgb -= occlusionStrength * (1.0 - open) / float(SAMPLES * SAMPLES) * onSolids;
-  }
+    float open = openness((vec2(corner) + 0.5 * float(SAMPLES)) / float(occlusionStep), depth / max(solids, 1.0));
+    sum.rgb -= occlusionStrength * (1.0 - open) * kShare * onSolids;
 #endif
 #if OUTLINE
-  change = max(change, changeBetween(first, texelFetch(surfaces, min(corner + ivec2(reach + SAMPLES - 1, 0), last), 0)));
-  change = max(change, changeBetween(first, texelFetch(surfaces, min(corner + ivec2(0, reach + SAMPLES - 1), last), 0)));
-  change = max(change, changeBetween(first, texelFetch(surfaces, max(corner - ivec2(reach, 0), ivec2(0)), 0)));
-  change = max(change, changeBetween(first, texelFetch(surfaces, max(corner - ivec2(0, reach), ivec2(0)), 0)));
-  int edges = solids > 0.0 && change > 0.4 ? SAMPLES : 0;
-  float edge = 0.0;
-  for (int y = 0; y < edges; ++y) {
-    for (int x = 0; x < SAMPLES; ++x) {
-      ivec2 at = corner + ivec2(x, y);
-      vec4 surface = texelFetch(surfaces, at, 0);
-      float here = edgeTowards(surface, ivec2(max(at.x - reach, 0), at.y));
-      here = max(here, edgeTowards(surface, ivec2(min(at.x + reach, last.x), at.y)));
-      here = max(here, edgeTowards(surface, ivec2(at.x, max(at.y - reach, 0))));
-      here = max(here, edgeTowards(surface, ivec2(at.x, min(at.y + reach, last.y))));
-      edge += surface.w > 0.0 ? here : 0.0;
+    ivec2 beyond = min(corner + reach + SAMPLES - 1, last);
+    ivec2 before = max(corner - reach, ivec2(0));
+    change = max(change, changeBetween(first, texelFetch(surfaces, ivec2(beyond.x, corner.y), 0)));
+    change = max(change, changeBetween(first, texelFetch(surfaces, ivec2(corner.x, beyond.y), 0)));
+    change = max(change, changeBetween(first, texelFetch(surfaces, ivec2(before.x, corner.y), 0)));
+    change = max(change, changeBetween(first, texelFetch(surfaces, ivec2(corner.x, before.y), 0)));
+    int edges = solids > 0.0 && change > 0.4 ? SAMPLES : 0;
+    float edge = 0.0;
+    for (int y = 0; y < edges; ++y) {
+      for (int x = 0; x < SAMPLES; ++x) {
+        ivec2 at = corner + ivec2(x, y);
+        vec4 surface = texelFetch(surfaces, at, 0);
+        float here = edgeTowards(surface, ivec2(max(at.x - reach, 0), at.y));
+        here = max(here, edgeTowards(surface, ivec2(min(at.x + reach, last.x), at.y)));
+        here = max(here, edgeTowards(surface, ivec2(at.x, max(at.y - reach, 0))));
+        here = max(here, edgeTowards(surface, ivec2(at.x, min(at.y + reach, last.y))));
+        edge += surface.w > 0.0 ? here : 0.0;
+      }
     }
-  }
-  edge *= outline / float(SAMPLES * SAMPLES);
-  sum = vec4(mix(sum.rgb, outlineColor, edge), mix(sum.a, 1.0, edge));
+    edge *= outline * kShare;
+    sum = vec4(mix(sum.rgb, outlineColor, edge), mix(sum.a, 1.0, edge));
 #endif
-#if EYE_DOME
-  int points = solids == 0.0 && texelFetch(depths, corner, 0).x < 1.0 ? SAMPLES : 0;
-  vec3 onPoints = vec3(0.0);
-  for (int y = 0; y < points; ++y) {
-    for (int x = 0; x < SAMPLES; ++x) {
-      ivec2 at = corner + ivec2(x, y);
-      onPoints += texelFetch(depths, at, 0).x < 1.0 ? texelFetch(colors, at, 0).rgb : vec3(0.0);
-    }
   }
-  for (int once = 0; once < min(points, 1); ++once) {
+#if EYE_DOME
+  int points = solids == 0.0 && texelFetch(depths, corner, 0).x < 1.0 ? 1 : 0;
+  for (int once = 0; once < points; ++once) {
+    vec3 onPoints = vec3(0.0);
+    for (int y = 0; y < SAMPLES; ++y) {
+      for (int x = 0; x < SAMPLES; ++x) {
+        ivec2 at = corner + ivec2(x, y);
+        onPoints += texelFetch(depths, at, 0).x < 1.0 ? texelFetch(colors, at, 0).rgb : vec3(0.0);
+      }
+    }
     float here = distanceAt(corner);
     float nearest = min(min(distanceAt(ivec2(max(corner.x - SAMPLES, 0), corner.y)),
                             distanceAt(ivec2(min(corner.x + SAMPLES, last.x), corner.y))),
                         min(distanceAt(ivec2(corner.x, max(corner.y - SAMPLES, 0))),
                             distanceAt(ivec2(corner.x, min(corner.y + SAMPLES, last.y)))));
-    float dark = eyeDome * (1.0 - exp2(-25.0 * max(0.0, here / nearest - 1.0)));
-    sum.rgb -= dark / float(SAMPLES * SAMPLES) * onPoints;
+    sum.rgb -= eyeDome * (1.0 - exp2(-25.0 * max(0.0, here / nearest - 1.0))) * kShare * onPoints;
   }
 #endif
-#else
-  for (int y = 0; y < SAMPLES; ++y) {
-    for (int x = 0; x < SAMPLES; ++x) {
-      sum += texelFetch(colors, corner + ivec2(x, y), 0);
-    }
-  }
-  sum /= float(SAMPLES * SAMPLES);
 #endif
   gl_FragData[0] = sum;
 )";
