@@ -15,7 +15,7 @@
 namespace sqslam {
 namespace {
 
-constexpr int kGroupSegments = 96;  // of solids that are sorted by triangles: the seams show its steps
+constexpr int kGroupSegments = 48;  // of solids that are sorted by triangles: the seams show its steps
 
 vtkSmartPointer<vtkActor> MakeActor(const SceneStyle::Objects& style) {
   const vtkNew<vtkPolyDataMapper> mapper;
