@@ -5,6 +5,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <opencv2/core/utils/logger.hpp>
+#include <string>
 
 #include "app/commands.h"
 #include "app/version.h"
@@ -75,9 +76,12 @@ int ParseAndRun(int argc, char** argv) {
     if (e.get_exit_code() == 0) {
       return app.exit(e);  // --help, --version
     }
-    const auto used = app.get_subcommands();
-    fmt::print(stderr, "sqslam: {} (see sqslam {}--help)\n", e.what(),
-               used.empty() ? "" : used.front()->get_name() + " ");
+    std::string used;  // the command, and its own where it has some
+    for (auto commands = app.get_subcommands(); !commands.empty();
+         commands = commands.front()->get_subcommands()) {
+      used += commands.front()->get_name() + " ";
+    }
+    fmt::print(stderr, "sqslam: {} (see sqslam {}--help)\n", e.what(), used);
     return 2;
   }
   return exit_code;

@@ -119,7 +119,7 @@ void PictureRenderer::SetMap(const MapSnapshot& map) {
   for (const SnapshotObject& object : map.objects) {
     labels.push_back(object.label);
   }
-  s.colors = LabelColors(labels);
+  s.colors = LabelColors(labels, s.options.label_colors);
   s.focus = FindFocus(map);
   s.grid_cell = RoundLength(0.4 * s.focus.radius);
   const CameraOverrides& overrides = s.options.camera;

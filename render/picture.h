@@ -1,9 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <string>
 
 #include "render/camera_path.h"
 #include "render/gl/offscreen_context.h"
@@ -33,6 +35,7 @@ struct PictureOptions {
   RenderBackend backend = RenderBackend::kAuto;
   CameraOverrides camera;
   SceneStyle style;
+  std::map<std::string, Eigen::Vector3d> label_colors;  // fixed colours of labels (red, green, blue in [0, 1])
 };
 
 // Draws pictures of maps on one off-screen context: for many frames, or many views of one map. Belongs to the

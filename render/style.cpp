@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <set>
+#include <utility>
 
 #include "slam/util/data_path.h"
 #include "slam/util/error.h"
@@ -85,7 +86,8 @@ SceneStyle LoadStyle(const std::string& name_or_file) {
   return style;
 }
 
-LabelColors::LabelColors(std::span<const std::string> labels) {
+LabelColors::LabelColors(std::span<const std::string> labels, std::map<std::string, Eigen::Vector3d> fixed)
+    : fixed_(std::move(fixed)) {
   std::set<int> taken;
   const std::set<std::string> sorted(labels.begin(), labels.end());
   const int colors = static_cast<int>(kPalette.size());
@@ -102,6 +104,9 @@ LabelColors::LabelColors(std::span<const std::string> labels) {
 }
 
 Eigen::Vector3d LabelColors::operator()(const std::string& label) const {
+  if (const auto own = fixed_.find(label); own != fixed_.end()) {
+    return own->second;
+  }
   const auto found = slots_.find(label);
   const int slot = found == slots_.end() ? PreferredSlot(label) : found->second;
   const int colors = static_cast<int>(kPalette.size());

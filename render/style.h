@@ -149,12 +149,15 @@ Eigen::Vector3d ParseColor(std::string_view text);
 class LabelColors {
  public:
   LabelColors() = default;
-  explicit LabelColors(std::span<const std::string> labels);
+  // `fixed` goes before the palette: one map's colours for others.
+  explicit LabelColors(std::span<const std::string> labels,
+                       std::map<std::string, Eigen::Vector3d> fixed = {});
 
   Eigen::Vector3d operator()(const std::string& label) const;  // red, green, blue in [0, 1]
 
  private:
   std::map<std::string, int> slots_;
+  std::map<std::string, Eigen::Vector3d> fixed_;
 };
 
 }  // namespace sqslam

@@ -1,0 +1,190 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <set>
+
+#include "app/figure_common.h"
+#include "render/figure/panel_figures.h"
+#include "render/figure/panels.h"
+#include "render/figure/write_figure.h"
+#include "slam/fitting/fixed_shape_fit.h"
+#include "slam/fitting/surface_distance.h"
+#include "slam/util/error.h"
+
+namespace sqslam::app {
+namespace {
+
+constexpr const char* kFooter = R"(
+Each object over its map points as a superquadric, a quadric (ellipsoid, both exponents 1) and a cuboid (both
+exponents 0.1), seen from the same place. Without --object: up to four objects with the most points, of
+different classes.
+
+--sizes same gives all three the place and size of the map's object, as --representation does in a run; it shows
+what the exponents alone are worth. --sizes fitted moves and scales quadric and cuboid, in the object's
+orientation, until their surfaces are as near as possible to the object's points (robust least squares of the
+distances; sides that no point shows keep the object's), so that each shape is at its best. --values writes the
+root mean square distance of the points to each surface below it, in map units and as a share of the object's
+mean half size.
+
+Examples:
+  sqslam figure compare out/desk --output compare.pdf
+  sqslam figure compare out/desk --object 2 --object 10 --sizes fitted --values --output compare.png
+  sqslam figure compare out/desk --object 1 --camera-azimuth-angle 40 --set objects.opacity=0.9 --output box.png
+)";
+
+struct Arguments : FigureArguments {
+  std::string result;
+  std::vector<int> objects;
+  std::vector<std::string> kinds;
+  std::string sizes = "same";
+  bool values = false;
+};
+
+struct Kind {
+  const char* name;
+  const char* shown;
+  const char* color;
+};
+constexpr Kind kKinds[] = {{"superquadric", "Superquadric", "#009e73"},
+                           {"quadric", "Quadric", "#0072b2"},
+                           {"cuboid", "Cuboid", "#e69f00"}};
+
+std::vector<Eigen::Vector3d> PointsOf(const MapSnapshot& map, int id) {
+  std::vector<Eigen::Vector3d> points;
+  for (const SnapshotPoint& point : map.points) {
+    if (point.object_id == id) {
+      points.push_back(point.p_map.cast<double>());
+    }
+  }
+  return points;
+}
+
+// The best known object of each of up to four classes, in the order of their ids.
+std::vector<int> Chosen(const MapSnapshot& map) {
+  std::vector<const SnapshotObject*> ranked;
+  for (const SnapshotObject& object : map.objects) {
+    ranked.push_back(&object);
+  }
+  std::stable_sort(ranked.begin(), ranked.end(),
+                   [](const auto* a, const auto* b) { return a->points > b->points; });
+  std::set<std::string> labels;
+  std::vector<int> ids;
+  for (const SnapshotObject* object : ranked) {
+    if (ids.size() < 4 && labels.insert(object->label).second) {
+      ids.push_back(object->id);
+    }
+  }
+  std::sort(ids.begin(), ids.end());
+  return ids;
+}
+
+const SnapshotObject& ObjectById(const MapSnapshot& map, int id, const std::string& result) {
+  std::vector<std::string> known;
+  for (const SnapshotObject& object : map.objects) {
+    if (object.id == id) {
+      return object;
+    }
+    known.push_back(fmt::format("{} {}", object.id, object.label));
+  }
+  throw InputError(
+      fmt::format("{}: has no object {}, expected one of {}", result, id, fmt::join(known, ", ")));
+}
+
+PosedSuperquadric As(const Kind& kind, const PosedSuperquadric& object,
+                     const std::vector<Eigen::Vector3d>& points, bool fitted) {
+  PosedSuperquadric solid = object;
+  if (kind.name == std::string("superquadric")) {
+    return solid;
+  }
+  const double exponent = kind.name == std::string("quadric") ? 1.0 : kMinShapeExponent;
+  solid.shape.e1 = exponent;
+  solid.shape.e2 = exponent;
+  return fitted ? FitPlaceAndSize(points, solid) : solid;
+}
+
+std::string Note(const PosedSuperquadric& solid, const std::vector<Eigen::Vector3d>& points,
+                 double mean_half_size) {
+  if (points.empty()) {
+    return "no points";
+  }
+  const SurfaceDistance distance(solid.shape);
+  const Rigid3d T_object_map = solid.T_map_object.Inverse();
+  double squares = 0.0;
+  for (const Eigen::Vector3d& p : points) {
+    squares += std::pow(distance(T_object_map * p), 2);
+  }
+  const double rms = std::sqrt(squares / static_cast<double>(points.size()));
+  return fmt::format("rms {:.2g} ({:.0f} %)", rms, 100.0 * rms / mean_half_size);
+}
+
+CompareFigure::Object Compared(const MapSnapshot& map, const SnapshotObject& object,
+                               const std::vector<Kind>& kinds, const Arguments& a) {
+  const std::vector<Eigen::Vector3d> points = PointsOf(map, object.id);
+  CompareFigure::Object compared;
+  compared.name = ReadableLabel(object.label);
+  compared.map = map;
+  std::erase_if(compared.map.points,
+                [&](const SnapshotPoint& point) { return point.object_id != object.id; });
+  for (const Kind& kind : kinds) {
+    compared.solids.push_back(As(kind, object.superquadric, points, a.sizes == "fitted"));
+    if (a.values) {
+      compared.notes.push_back(
+          Note(compared.solids.back(), points, object.superquadric.shape.half_size.mean()));
+    }
+  }
+  return compared;
+}
+
+void Draw(const Arguments& a) {
+  const FigureOptions options = MakeFigureOptions(a, [](SceneStyle& style) {
+    style.objects.opacity = 0.6;  // points inside shine through
+    style.cameras.trajectory = false;
+    style.cameras.keyframes = false;
+    style.cameras.current = false;
+    style.points.object_size = 8.0;
+    style.grid.show = false;
+  });
+  const MapSnapshotPtr map = LastMap(a.result).map;
+  if (map->objects.empty()) {
+    throw InputError(fmt::format("{}: holds no object, expected a map with objects", a.result));
+  }
+  std::vector<Kind> kinds;
+  CompareFigure figure;
+  for (const Kind& kind : kKinds) {
+    if (a.kinds.empty() || std::find(a.kinds.begin(), a.kinds.end(), kind.name) != a.kinds.end()) {
+      kinds.push_back(kind);
+      figure.kinds.push_back({kind.shown, ParseColor(kind.color)});
+    }
+  }
+  for (const int id : a.objects.empty() ? Chosen(*map) : a.objects) {
+    figure.objects.push_back(Compared(*map, ObjectById(*map, id, a.result), kinds, a));
+  }
+  FigureCounter counter(a.quiet);
+  WriteFigure(DrawComparison(figure, options, std::ref(counter)), a.output);
+}
+
+}  // namespace
+
+void AddCompareFigure(CLI::App& figure) {
+  const auto a = std::make_shared<Arguments>();
+  CLI::App* command = AddFigure(figure, "compare", "Objects as superquadric, quadric and cuboid", kFooter,
+                                FigureKind::kPanels, *a);
+  command->add_option("RESULT", a->result, "Result folder of sqslam run, or its map.sqmap")->required();
+  command->add_option("--object", a->objects, "Id of an object (sqslam info RESULT), repeatable")
+      ->expected(1)
+      ->take_all();
+  command->add_option("--as", a->kinds, "Only superquadric, quadric or cuboid, repeatable")
+      ->check(CLI::IsMember({"superquadric", "quadric", "cuboid"}))
+      ->expected(1)
+      ->take_all();
+  command->add_option("--sizes", a->sizes, "same or fitted: size and place of quadric and cuboid")
+      ->check(CLI::IsMember({"same", "fitted"}))
+      ->capture_default_str();
+  command->add_flag("--values", a->values, "Distance of the points below each solid");
+  AddViewOptions(*command, *a);
+  command->callback([a] { Draw(*a); });
+}
+
+}  // namespace sqslam::app

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace sqslam {
+
+// A figure as a value: what stands where on one page. Lengths are points (1/72 inch), the origin is the
+// top-left corner, y points down; colours are red, green, blue in [0, 1]. The same page becomes a PNG, an SVG
+// or a PDF (write_figure.h).
+struct FigureRect {
+  double x = 0.0;
+  double y = 0.0;
+  double width = 0.0;
+  double height = 0.0;
+
+  double Right() const { return x + width; }
+  double Bottom() const { return y + height; }
+  Eigen::Vector2d Center() const { return {x + 0.5 * width, y + 0.5 * height}; }
+  bool Contains(const FigureRect& other) const {
+    constexpr double kSlack = 1e-6;
+    return other.x >= x - kSlack && other.y >= y - kSlack && other.Right() <= Right() + kSlack &&
+           other.Bottom() <= Bottom() + kSlack;
+  }
+};
+
+struct FigureStroke {
+  Eigen::Vector3d color = Eigen::Vector3d::Zero();
+  double width = 0.75;
+  std::vector<double> dash;  // lengths of dash, gap, dash, ...; empty: solid
+};
+
+struct FigurePath {
+  std::vector<Eigen::Vector2d> points;
+  bool closed = false;
+  std::optional<Eigen::Vector3d> fill;
+  double fill_opacity = 1.0;
+  std::optional<FigureStroke> stroke;
+};
+
+enum class TextAlign { kLeft, kCenter, kRight };
+
+// One line of text in DejaVu Sans. The anchor lies at half the height of the capitals.
+struct FigureText {
+  std::string text;  // UTF-8
+  Eigen::Vector2d anchor = Eigen::Vector2d::Zero();
+  double size = 8.0;  // of the font's em square
+  Eigen::Vector3d color = Eigen::Vector3d::Zero();
+  TextAlign align = TextAlign::kLeft;
+  bool bold = false;
+  double angle = 0.0;                   // degrees, counter-clockwise about the anchor
+  std::optional<Eigen::Vector3d> halo;  // a soft edge, for text over a picture
+};
+
+// 8UC3 (BGR) or 8UC4 (BGRA, straight alpha), stretched over the area.
+struct FigureImage {
+  cv::Mat image;
+  FigureRect area;
+};
+
+using FigureElement = std::variant<FigurePath, FigureText, FigureImage>;
+
+struct FigurePage {
+  double width = 0.0;
+  double height = 0.0;
+  double dpi = 300.0;                         // of the PNG, and of the pictures in it
+  std::optional<Eigen::Vector3d> background;  // none: transparent
+  std::string title;                          // for the file's own description; not drawn
+  std::vector<FigureElement> elements;        // in drawing order
+
+  void Line(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const FigureStroke& stroke);
+  void Polyline(std::vector<Eigen::Vector2d> points, const FigureStroke& stroke);
+  void Rect(const FigureRect& rect, const std::optional<Eigen::Vector3d>& fill,
+            const std::optional<FigureStroke>& stroke = std::nullopt);
+  void Text(FigureText text) { elements.emplace_back(std::move(text)); }
+  void Image(const cv::Mat& image, const FigureRect& area) {
+    elements.emplace_back(FigureImage{image, area});
+  }
+};
+
+// Width of a line of text as it is drawn, points.
+double TextWidth(const std::string& text, double size, bool bold = false);
+
+// The text cut at its end, with an ellipsis, until it is no wider than `width`.
+std::string FittingText(const std::string& text, double size, double width, bool bold = false);
+
+// The rectangle moved and resized to whole pixels of the page's PNG, so that a picture of this size is not
+// resampled.
+FigureRect OnPixels(const FigureRect& rect, double dpi);
+
+}  // namespace sqslam

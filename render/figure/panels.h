@@ -1,0 +1,27 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <string>
+
+#include "render/figure/figure_options.h"
+#include "render/figure/page.h"
+#include "render/picture.h"
+
+namespace sqslam {
+
+FigureText PlainText(std::string text, const Eigen::Vector2d& anchor, double size,
+                     const Eigen::Vector3d& color, TextAlign align = TextAlign::kLeft, bool bold = false);
+
+// "potted_plant" as people write it.
+std::string ReadableLabel(std::string label);
+
+// How a picture of `width` x `height` points is drawn for a page: at its density, without texts of its own,
+// labels in the given colours.
+PictureOptions PanelOptions(const FigureOptions& options, double dpi, double width, double height,
+                            const std::map<std::string, Eigen::Vector3d>& colors);
+
+// The picture at its own number of pixels, its top-left corner on the pixel next to the area's.
+void PlacePanel(FigurePage& page, const cv::Mat& picture, const FigureRect& area);
+
+}  // namespace sqslam
