@@ -1,5 +1,8 @@
+#include <fmt/format.h>
+
 #include "app/commands.h"
 #include "app/figure_common.h"
+#include "slam/util/error.h"
 
 namespace sqslam::app {
 namespace {
@@ -7,6 +10,7 @@ namespace {
 constexpr const char* kFooter = R"(
 Each figure is written as a PNG that carries its density, or as SVG or PDF with lines and texts as such; the
 same input gives the same bytes. Colours suit all kinds of colour vision, dashes and hatches grey prints.
+Without a size a figure is as wide as a column (89 mm) or, with much in it, a page of two columns (182 mm).
 
 Examples:
   sqslam figure shapes --output shapes.pdf
@@ -23,13 +27,25 @@ Examples:
 void AddFigureCommand(CLI::App& app, int& /*exit_code*/) {
   CLI::App* figure = app.add_subcommand("figure", "Draw a figure for a paper: shapes, maps, charts");
   figure->footer(kFooter);
-  figure->require_subcommand(1);
+  figure->allow_extras();  // so that an unknown figure is named below, not refused as a stray argument
   AddShapesFigure(*figure);
   AddCompareFigure(*figure);
   AddMapsFigure(*figure);
   AddTrajectoryFigure(*figure);
   AddTimingFigure(*figure);
   AddIouFigure(*figure);
+  figure->callback([figure] {
+    std::vector<std::string> names;
+    for (const CLI::App* known : figure->get_subcommands({})) {
+      names.push_back(known->get_name());
+    }
+    const std::vector<std::string> unknown = figure->remaining();
+    if (!unknown.empty() || figure->get_subcommands().empty()) {
+      throw UsageError(fmt::format("figure{}{}: expected one of {} (see sqslam figure --help)",
+                                   unknown.empty() ? "" : " ", unknown.empty() ? "" : unknown.front(),
+                                   fmt::join(names, ", ")));
+    }
+  });
 }
 
 }  // namespace sqslam::app

@@ -74,7 +74,8 @@ std::vector<std::string> NamesOf(const std::vector<std::string>& results,
 // "0.1,0.5,1" to numbers; throws UsageError that names the option.
 std::vector<double> ParseNumberList(const std::string& option, const std::string& text);
 
-// One function a figure, in a file of its own: figure_NAME.cpp.
+// One function a figure, in a file of its own: figure_NAME.cpp. A further figure gets its file, its line
+// here, in figure_command.cpp and in CMakeLists.txt.
 void AddShapesFigure(CLI::App& figure);
 void AddCompareFigure(CLI::App& figure);
 void AddMapsFigure(CLI::App& figure);

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
-#include <set>
 
 #include "app/figure_common.h"
 #include "render/figure/panel_figures.h"
@@ -18,15 +18,15 @@ namespace {
 
 constexpr const char* kFooter = R"(
 Each object over its map points as a superquadric, a quadric (ellipsoid, both exponents 1) and a cuboid (both
-exponents 0.1), seen from the same place. Without --object: up to four objects with the most points, of
-different classes.
+exponents 0.1), seen from the same place. Without --object: the object with the most points and up to three of
+other classes whose exponents differ most.
 
 --sizes same gives all three the place and size of the map's object, as --representation does in a run; it shows
-what the exponents alone are worth. --sizes fitted moves and scales quadric and cuboid, in the object's
-orientation, until their surfaces are as near as possible to the object's points (robust least squares of the
+what the exponents alone are worth. --sizes fitted moves and scales each of the three, in the object's
+orientation, until its surface is as near as possible to the object's points (robust least squares of the
 distances; sides that no point shows keep the object's), so that each shape is at its best. --values writes the
-root mean square distance of the points to each surface below it, in map units and as a share of the object's
-mean half size.
+median distance of the points to each surface below it, in map units and as a share of the object's mean half
+size.
 
 Examples:
   sqslam figure compare out/desk --output compare.pdf
@@ -61,20 +61,42 @@ std::vector<Eigen::Vector3d> PointsOf(const MapSnapshot& map, int id) {
   return points;
 }
 
-// The best known object of each of up to four classes, in the order of their ids.
+// Up to four objects of different classes and exponents: that with the most points, then always the one whose
+// exponents are farthest from all taken before, among those with a fair number of points.
 std::vector<int> Chosen(const MapSnapshot& map) {
+  const auto exponents = [](const SnapshotObject& object) {
+    return Eigen::Vector2d(object.superquadric.shape.e1, object.superquadric.shape.e2);
+  };
   std::vector<const SnapshotObject*> ranked;
   for (const SnapshotObject& object : map.objects) {
     ranked.push_back(&object);
   }
   std::stable_sort(ranked.begin(), ranked.end(),
                    [](const auto* a, const auto* b) { return a->points > b->points; });
-  std::set<std::string> labels;
-  std::vector<int> ids;
-  for (const SnapshotObject* object : ranked) {
-    if (ids.size() < 4 && labels.insert(object->label).second) {
-      ids.push_back(object->id);
+  constexpr int kFairPoints = 15;
+  std::vector<const SnapshotObject*> taken = {ranked.front()};
+  while (taken.size() < 4) {
+    const SnapshotObject* next = nullptr;
+    double farthest = -1.0;
+    for (const SnapshotObject* object : ranked) {
+      double distance = std::numeric_limits<double>::infinity();
+      for (const SnapshotObject* other : taken) {
+        const double apart = (exponents(*object) - exponents(*other)).norm();
+        distance = std::min(distance, other->label == object->label ? -1.0 : apart);
+      }
+      if (object->points >= kFairPoints && distance > farthest) {
+        next = object;
+        farthest = distance;
+      }
     }
+    if (next == nullptr) {
+      break;
+    }
+    taken.push_back(next);
+  }
+  std::vector<int> ids;
+  for (const SnapshotObject* object : taken) {
+    ids.push_back(object->id);
   }
   std::sort(ids.begin(), ids.end());
   return ids;
@@ -95,12 +117,11 @@ const SnapshotObject& ObjectById(const MapSnapshot& map, int id, const std::stri
 PosedSuperquadric As(const Kind& kind, const PosedSuperquadric& object,
                      const std::vector<Eigen::Vector3d>& points, bool fitted) {
   PosedSuperquadric solid = object;
-  if (kind.name == std::string("superquadric")) {
-    return solid;
+  if (kind.name != std::string("superquadric")) {
+    const double exponent = kind.name == std::string("quadric") ? 1.0 : kMinShapeExponent;
+    solid.shape.e1 = exponent;
+    solid.shape.e2 = exponent;
   }
-  const double exponent = kind.name == std::string("quadric") ? 1.0 : kMinShapeExponent;
-  solid.shape.e1 = exponent;
-  solid.shape.e2 = exponent;
   return fitted ? FitPlaceAndSize(points, solid) : solid;
 }
 
@@ -111,22 +132,29 @@ std::string Note(const PosedSuperquadric& solid, const std::vector<Eigen::Vector
   }
   const SurfaceDistance distance(solid.shape);
   const Rigid3d T_object_map = solid.T_map_object.Inverse();
-  double squares = 0.0;
+  std::vector<double> distances;
   for (const Eigen::Vector3d& p : points) {
-    squares += std::pow(distance(T_object_map * p), 2);
+    distances.push_back(std::abs(distance(T_object_map * p)));
   }
-  const double rms = std::sqrt(squares / static_cast<double>(points.size()));
-  return fmt::format("rms {:.2g} ({:.0f} %)", rms, 100.0 * rms / mean_half_size);
+  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  std::nth_element(distances.begin(), middle, distances.end());
+  return fmt::format("median {:.2g} ({:.0f} %)", *middle, 100.0 * *middle / mean_half_size);
 }
 
 CompareFigure::Object Compared(const MapSnapshot& map, const SnapshotObject& object,
-                               const std::vector<Kind>& kinds, const Arguments& a) {
+                               const std::vector<Kind>& kinds, const Eigen::Vector3d& ink,
+                               const Arguments& a) {
   const std::vector<Eigen::Vector3d> points = PointsOf(map, object.id);
   CompareFigure::Object compared;
   compared.name = ReadableLabel(object.label);
   compared.map = map;
   std::erase_if(compared.map.points,
                 [&](const SnapshotPoint& point) { return point.object_id != object.id; });
+  for (SnapshotPoint& point : compared.map.points) {  // dots of their own colours get lost on the solids
+    for (int c = 0; c < 3; ++c) {
+      point.rgb[static_cast<std::size_t>(c)] = static_cast<std::uint8_t>(std::lround(255.0 * ink[c]));
+    }
+  }
   for (const Kind& kind : kinds) {
     compared.solids.push_back(As(kind, object.superquadric, points, a.sizes == "fitted"));
     if (a.values) {
@@ -143,7 +171,7 @@ void Draw(const Arguments& a) {
     style.cameras.trajectory = false;
     style.cameras.keyframes = false;
     style.cameras.current = false;
-    style.points.object_size = 8.0;
+    style.points.object_size = 10.0;
     style.grid.show = false;
   });
   const MapSnapshotPtr map = LastMap(a.result).map;
@@ -159,7 +187,8 @@ void Draw(const Arguments& a) {
     }
   }
   for (const int id : a.objects.empty() ? Chosen(*map) : a.objects) {
-    figure.objects.push_back(Compared(*map, ObjectById(*map, id, a.result), kinds, a));
+    figure.objects.push_back(
+        Compared(*map, ObjectById(*map, id, a.result), kinds, ParseColor(options.style.text.color), a));
   }
   FigureCounter counter(a.quiet);
   WriteFigure(DrawComparison(figure, options, std::ref(counter)), a.output);
@@ -179,7 +208,7 @@ void AddCompareFigure(CLI::App& figure) {
       ->check(CLI::IsMember({"superquadric", "quadric", "cuboid"}))
       ->expected(1)
       ->take_all();
-  command->add_option("--sizes", a->sizes, "same or fitted: size and place of quadric and cuboid")
+  command->add_option("--sizes", a->sizes, "same as the map's object, or fitted to its points")
       ->check(CLI::IsMember({"same", "fitted"}))
       ->capture_default_str();
   command->add_flag("--values", a->values, "Distance of the points below each solid");

@@ -122,7 +122,7 @@ ChartAxis RoundAxis(double low, double high, int ticks, bool whole_steps) {
   const double rough = (high - low) / std::max(ticks, 1);
   const double power = std::pow(10.0, std::floor(std::log10(rough)));
   const double lead = rough / power;
-  ChartAxis axis{low, high, (lead > 5.0 ? 10.0 : lead > 2.0 ? 5.0 : lead > 1.0 ? 2.0 : 1.0) * power};
+  ChartAxis axis{low, high, (lead > 7.0 ? 10.0 : lead > 3.2 ? 5.0 : lead > 1.5 ? 2.0 : 1.0) * power};
   if (whole_steps) {
     axis.low = axis.step * std::floor(low / axis.step + 1e-9);
     axis.high = axis.step * std::ceil(high / axis.step - 1e-9);

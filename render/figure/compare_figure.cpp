@@ -56,7 +56,7 @@ struct CompareLayout {
   bool flat = false;  // a single object
   int columns = 0;
   int rows = 0;
-  double left = 0.0;    // of the names of kinds
+  double left = 0.0;    // of the names of kinds, or of the object
   double top = 0.0;     // of the names of objects, or of kinds
   double note = 0.0;    // below each picture
   double cell = 0.0;    // width of a picture with the gap at its right
@@ -71,7 +71,7 @@ CompareLayout LayOut(const CompareFigure& figure, const FigureTheme& theme, doub
   const int kinds = static_cast<int>(figure.kinds.size());
   layout.columns = layout.flat ? kinds : objects;
   layout.rows = layout.flat ? 1 : kinds;
-  layout.left = layout.flat ? 0.0 : 1.8 * theme.font;
+  layout.left = 1.8 * theme.font;
   layout.top = 1.8 * theme.font;
   const bool notes = std::any_of(figure.objects.begin(), figure.objects.end(),
                                  [](const auto& object) { return !object.notes.empty(); });
@@ -93,26 +93,28 @@ FigureRect CellOf(const CompareLayout& layout, const FigureRect& area, int objec
           layout.height};
 }
 
+// Columns are named above, rows at the left.
 void DrawNames(FigureSheet& sheet, const CompareLayout& layout, const CompareFigure& figure) {
   const FigureTheme& theme = sheet.theme;
-  for (int kind = 0; kind < static_cast<int>(figure.kinds.size()); ++kind) {
-    const FigureRect cell = CellOf(layout, sheet.area, 0, kind);
-    const std::string& name = figure.kinds[static_cast<std::size_t>(kind)].name;
-    FigureText text = PlainText(name, {cell.Center().x(), sheet.area.y + 0.6 * theme.font}, theme.font,
-                                theme.ink, TextAlign::kCenter);
-    if (!layout.flat) {
-      text.anchor = {sheet.area.x + 0.6 * theme.font, cell.Center().y()};
-      text.angle = 90.0;
-      text.text = FittingText(name, theme.font, cell.height);
-    }
-    sheet.page.Text(text);
-  }
-  for (int object = 0; !layout.flat && object < static_cast<int>(figure.objects.size()); ++object) {
-    const FigureRect cell = CellOf(layout, sheet.area, object, 0);
-    const std::string& name = figure.objects[static_cast<std::size_t>(object)].name;
+  const auto above = [&](const std::string& name, const FigureRect& cell) {
     sheet.page.Text(PlainText(FittingText(name, theme.font, cell.width),
                               {cell.Center().x(), sheet.area.y + 0.6 * theme.font}, theme.font, theme.ink,
                               TextAlign::kCenter));
+  };
+  const auto beside = [&](const std::string& name, const FigureRect& cell) {
+    FigureText text = PlainText(FittingText(name, theme.font, cell.height),
+                                {sheet.area.x + 0.6 * theme.font, cell.Center().y()}, theme.font, theme.ink,
+                                TextAlign::kCenter);
+    text.angle = 90.0;
+    sheet.page.Text(text);
+  };
+  for (std::size_t k = 0; k < figure.kinds.size(); ++k) {
+    const FigureRect cell = CellOf(layout, sheet.area, 0, static_cast<int>(k));
+    layout.flat ? above(figure.kinds[k].name, cell) : beside(figure.kinds[k].name, cell);
+  }
+  for (std::size_t i = 0; i < figure.objects.size(); ++i) {
+    const FigureRect cell = CellOf(layout, sheet.area, static_cast<int>(i), 0);
+    layout.flat ? beside(figure.objects[i].name, cell) : above(figure.objects[i].name, cell);
   }
 }
 

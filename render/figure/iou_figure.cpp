@@ -103,12 +103,15 @@ void DrawValue(FigurePage& page, const PlotArea& plot, double left, double width
   DrawBar(page, {left, top, width, plot.Y(0.0) - top}, look, theme.background);
   const std::string text = fmt::format("{:.2f}", *value);
   const double size = 0.8 * theme.small;
+  FigureText number = PlainText(text, {middle, top - 0.65 * size}, size, theme.ink, TextAlign::kCenter);
+  number.halo = theme.background;  // grid lines pass behind it
   if (TextWidth(text, size) < width + 1.0) {
-    page.Text(PlainText(text, {middle, top - 0.65 * size}, size, theme.ink, TextAlign::kCenter));
+    page.Text(number);
   } else if (width > 0.75 * size) {
-    FigureText turned = PlainText(text, {middle, top - 2.0}, size, theme.ink);
-    turned.angle = 90.0;
-    page.Text(turned);
+    number.anchor.y() = top - 2.0;
+    number.align = TextAlign::kLeft;
+    number.angle = 90.0;
+    page.Text(number);
   }
 }
 

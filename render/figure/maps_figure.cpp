@@ -100,6 +100,7 @@ void DrawImage(FigurePage& page, const MapsFigure::Panel& panel, const FigureRec
   fitted.x = area.Center().x() - 0.5 * fitted.width;
   fitted.y = area.Center().y() - 0.5 * fitted.height;
   page.Image(panel.image, fitted);
+  const double stroke = std::min(1.1, 0.0065 * area.width);
   for (const MapsFigure::Box& box : panel.boxes) {
     const double left = std::clamp(box.box.x, 0.0, double(panel.image.cols));
     const double top = std::clamp(box.box.y, 0.0, double(panel.image.rows));
@@ -107,13 +108,14 @@ void DrawImage(FigurePage& page, const MapsFigure::Panel& panel, const FigureRec
     const double bottom = std::clamp(box.box.y + box.box.height, 0.0, double(panel.image.rows));
     const FigureRect outline{fitted.x + scale * left, fitted.y + scale * top, scale * (right - left),
                              scale * (bottom - top)};
-    page.Rect(outline, std::nullopt, FigureStroke{{0.0, 0.0, 0.0}, 1.7, {}});  // visible on any image
-    page.Rect(outline, std::nullopt, FigureStroke{colors.at(box.label), 1.1, {}});
+    page.Rect(outline, std::nullopt,
+              FigureStroke{{0.0, 0.0, 0.0}, 1.6 * stroke, {}});  // visible on any image
+    page.Rect(outline, std::nullopt, FigureStroke{colors.at(box.label), stroke, {}});
   }
 }
 
-// Names above the objects, the nearest first; a name that would cover another moves up, one that finds no
-// room is left out.
+// Names above the objects, the nearest first; a name that would cover another moves up a line, one that finds
+// no room there is left out: farther up it would seem to belong to something else.
 void DrawObjectNames(FigurePage& page, const MapSnapshot& map, const ViewCamera& camera, cv::Size pixels,
                      const FigureRect& area, const FigureTheme& theme) {
   struct Name {
@@ -141,10 +143,10 @@ void DrawObjectNames(FigurePage& page, const MapSnapshot& map, const ViewCamera&
     const double width = TextWidth(name.text, size);
     FigureRect box{name.anchor.x() - 0.5 * width, name.anchor.y() - 0.55 * size, width, 1.1 * size};
     const auto covers = [&box](const FigureRect& other) {
-      return box.x < other.Right() && other.x < box.Right() && box.y < other.Bottom() &&
+      return box.x < other.Right() + 2.0 && other.x < box.Right() + 2.0 && box.y < other.Bottom() &&
              other.y < box.Bottom();
     };
-    for (int step = 0; step < 3 && std::any_of(taken.begin(), taken.end(), covers); ++step) {
+    if (std::any_of(taken.begin(), taken.end(), covers)) {
       box.y -= 1.1 * size;
     }
     if (area.Contains(box) && std::none_of(taken.begin(), taken.end(), covers)) {

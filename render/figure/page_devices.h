@@ -12,7 +12,7 @@ namespace sqslam {
 inline constexpr double kBaselineBelowAnchor = 0.3645;
 
 // Width of a text's halo on each side, of the text's size.
-inline constexpr double kHaloWidth = 0.16;
+inline constexpr double kHaloWidth = 0.12;
 
 // 8UC3, or 8UC4 (straight alpha) where the page has no background.
 cv::Mat PageToPixels(const FigurePage& page);

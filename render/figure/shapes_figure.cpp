@@ -46,18 +46,29 @@ struct ShapesGrid {
   double cell = 0.0;
 };
 
-// Room for the exponents: a line of names and one of values above, the same at the left.
+std::string ExponentText(double e) { return fmt::format("{:.3g}", e); }
+
+// Room for the exponents: a line of names and one of values above, a column of each at the left.
 double HeadRoom(const FigureTheme& theme) { return 2.6 * theme.font; }
+
+double SideRoom(const ShapesFigure& figure, const FigureTheme& theme) {
+  double widest = 0.0;
+  for (const double e : figure.e1) {
+    widest = std::max(widest, TextWidth(ExponentText(e), theme.font));
+  }
+  return widest + 2.3 * theme.font;
+}
 
 ShapesGrid PlaceGrid(const FigureSheet& sheet, const ShapesFigure& figure) {
   const double head = HeadRoom(sheet.theme);
+  const double side = SideRoom(figure, sheet.theme);
   const auto columns = static_cast<double>(figure.e2.size());
   const auto rows = static_cast<double>(figure.e1.size());
   ShapesGrid grid;
-  grid.cell = std::min((sheet.area.width - head) / columns, (sheet.area.height - head) / rows);
-  const double width = head + columns * grid.cell;
+  grid.cell = std::min((sheet.area.width - side) / columns, (sheet.area.height - head) / rows);
+  const double width = side + columns * grid.cell;
   const double height = head + rows * grid.cell;
-  grid.area = {sheet.area.x + 0.5 * (sheet.area.width - width) + head,
+  grid.area = {sheet.area.x + 0.5 * (sheet.area.width - width) + side,
                sheet.area.y + 0.5 * (sheet.area.height - height) + head, columns * grid.cell,
                rows * grid.cell};
   return grid;
@@ -70,16 +81,16 @@ void DrawExponents(FigureSheet& sheet, const ShapesGrid& grid, const ShapesFigur
   FigurePage& page = sheet.page;
   page.Text(PlainText("ε₂", {grid.area.Center().x(), grid.area.y - names}, 1.1 * theme.font, theme.ink,
                       TextAlign::kCenter));
-  page.Text(PlainText("ε₁", {grid.area.x - names, grid.area.Center().y()}, 1.1 * theme.font, theme.ink,
-                      TextAlign::kCenter));
+  page.Text(PlainText("ε₁", {grid.area.x - SideRoom(figure, theme), grid.area.Center().y()}, 1.1 * theme.font,
+                      theme.ink));
   for (std::size_t i = 0; i < figure.e2.size(); ++i) {
-    page.Text(PlainText(fmt::format("{:.3g}", figure.e2[i]),
+    page.Text(PlainText(ExponentText(figure.e2[i]),
                         {grid.area.x + (static_cast<double>(i) + 0.5) * grid.cell, grid.area.y - values},
                         theme.font, theme.ink, TextAlign::kCenter));
   }
   for (std::size_t i = 0; i < figure.e1.size(); ++i) {
     page.Text(
-        PlainText(fmt::format("{:.3g}", figure.e1[i]),
+        PlainText(ExponentText(figure.e1[i]),
                   {grid.area.x - 0.3 * theme.font, grid.area.y + (static_cast<double>(i) + 0.5) * grid.cell},
                   theme.font, theme.ink, TextAlign::kRight));
   }
@@ -101,9 +112,9 @@ FigurePage DrawShapes(const ShapesFigure& figure, const FigureOptions& options,
   }
   FigureSheet sheet =
       MakeSheet(options, kColumnWidth, "Superquadrics of different exponents", [&](double width) {
-        const double head = HeadRoom(FigureTheme(options));
-        return head +
-               (width - head) / static_cast<double>(figure.e2.size()) * static_cast<double>(figure.e1.size());
+        const FigureTheme theme(options);
+        return HeadRoom(theme) + (width - SideRoom(figure, theme)) / static_cast<double>(figure.e2.size()) *
+                                     static_cast<double>(figure.e1.size());
       });
   const ShapesGrid grid = PlaceGrid(sheet, figure);
   PictureRenderer renderer(

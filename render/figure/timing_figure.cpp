@@ -110,8 +110,8 @@ void DrawGroup(FigurePage& page, const TimingFigure& figure, const Group& group,
   const double largest = LargestTime(figure, group);
   const double numbers = TextWidth("888.8", theme.small) + 6.0;  // right of the longest bar
   plot.x = RoundAxis(0.0, largest * area.width / std::max(area.width - numbers, 0.2 * area.width),
-                     std::clamp(static_cast<int>(area.width / 45.0), 2, 8), false);
-  DrawXAxis(page, plot, "time [ms]", theme);
+                     std::clamp(static_cast<int>(area.width / 26.0), 2, 10), false);
+  DrawXAxis(page, plot, "time per call [ms]", theme);
   page.Line({area.x, area.y}, {area.x, area.Bottom()}, theme.Axis());
   const auto series = static_cast<double>(figure.series.size());
   for (std::size_t i = 0; i < group.stages.size(); ++i) {

@@ -142,12 +142,10 @@ PlotArea EqualAxes(const FigureRect& area, const Bounds& bounds) {
   const Eigen::Vector2d half = 0.5 * Eigen::Vector2d(area.width, area.height) / scale;
   PlotArea plot;
   plot.area = area;
-  const int ticks = std::clamp(static_cast<int>(std::min(area.width, area.height) / 30.0), 2, 8);
-  plot.x = RoundAxis(middle.x() - half.x(), middle.x() + half.x(), ticks, false);
-  plot.y = RoundAxis(middle.y() - half.y(), middle.y() + half.y(), ticks, false);
-  const double step = std::max(plot.x.step, plot.y.step);  // square cells
-  plot.x.step = step;
-  plot.y.step = step;
+  constexpr double kTickSpacing = 28.0;  // points, about; the same for both axes: square cells
+  const double step = RoundAxis(0.0, kTickSpacing / scale, 1, false).step;
+  plot.x = {middle.x() - half.x(), middle.x() + half.x(), step};
+  plot.y = {middle.y() - half.y(), middle.y() + half.y(), step};
   return plot;
 }
 
@@ -155,8 +153,9 @@ void DrawHeights(FigurePage& page, const FigureRect& area, const TrajectoryFigur
                  const Bounds& bounds, const FigureTheme& theme) {
   PlotArea plot;
   plot.area = area;
-  plot.x = RoundAxis(0.0, bounds.last_time - bounds.first_time, std::max(2, int(area.width / 50.0)), false);
-  plot.y = RoundAxis(bounds.low.z(), bounds.high.z(), std::max(2, int(area.height / 20.0)), false);
+  const double duration = bounds.last_time - bounds.first_time;
+  plot.x = RoundAxis(-0.02 * duration, 1.02 * duration, std::max(2, int(area.width / 35.0)), false);
+  plot.y = RoundAxis(bounds.low.z(), bounds.high.z(), std::max(2, int(area.height / 14.0)), false);
   DrawXAxis(page, plot, "time [s]", theme);
   DrawYAxis(page, plot, "z [" + figure.unit + "]", theme);
   const double start = bounds.first_time;

@@ -58,7 +58,7 @@ std::string EncodeFigure(const FigurePage& page, const std::filesystem::path& pa
     return PageToPdf(page);
   }
   std::vector<std::uint8_t> png;
-  cv::imencode(".png", PageToPixels(page), png);
+  cv::imencode(".png", PageToPixels(page), png, {cv::IMWRITE_PNG_COMPRESSION, 9});
   return WithDensity(png, page.dpi);
 }
 

@@ -1,0 +1,160 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/imgcodecs.hpp>
+
+#include "run_program.h"
+#include "slam/io/recording.h"
+#include "slam/io/result_files.h"
+#include "slam/io/trajectory.h"
+#include "tests/render/hand_made_map.h"
+
+namespace sqslam {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using testing::ProgramRun;
+using testing::RunProgram;
+using testing::Slurp;
+
+// A result folder of a made-up run, and the sequence that it mapped.
+class FigureCommandTest : public ::testing::Test {
+ protected:
+  FigureCommandTest() : result_(folder_.Path() / "run"), sequence_(folder_.Path() / "sequence") {
+    std::filesystem::create_directories(result_);
+    std::filesystem::create_directories(sequence_);
+    MapSnapshot map = HandMadeMap();
+    map.image_path = (sequence_ / "frame.png").string();
+    cv::imwrite(map.image_path, cv::Mat(240, 320, CV_8UC3, cv::Scalar(90, 120, 150)));
+    map.detections = {{{"book", 0.9, {50.0, 60.0, 80.0, 40.0}}, 0}};
+    RecordingWriter writer(result_ / "map.sqmap", {sequence_.string(), "test", ""});
+    writer.Add(map);
+    writer.Close();
+    WriteStatsAndPaths();
+    WriteEval(result_, true);
+  }
+
+  void WriteStatsAndPaths() {
+    RunStats stats;
+    stats.timing_ms["tracking"] = {12.25, 11.0, 20.0, 30.0, 100};
+    stats.timing_ms["mapping.objects"] = {34.5, 33.0, 60.0, 80.0, 10};
+    stats.timing_ms["mapping.final"] = {900.0, 900.0, 900.0, 900.0, 1};
+    WriteStats(result_ / "stats.json", stats);
+    Trajectory estimated;
+    std::string truth;
+    for (int i = 0; i < 50; ++i) {
+      const Eigen::Vector3d p(std::cos(0.1 * i), 0.5 * std::sin(0.1 * i), 0.1 * std::sin(0.3 * i));
+      TimedPose pose;
+      pose.timestamp = 0.1 * i;
+      pose.T_map_camera.translation = p + Eigen::Vector3d(0.0, 0.0, i % 2 == 0 ? 0.01 : -0.01);
+      estimated.push_back(pose);
+      truth += std::to_string(0.1 * i) + " " + std::to_string(2.0 * p.x()) + " " +
+               std::to_string(2.0 * p.y()) + " " + std::to_string(2.0 * p.z()) + " 0 0 0 1\n";
+    }
+    WriteTrajectory(result_ / "trajectory.txt", estimated);
+    folder_.Write("sequence/groundtruth.txt", truth);
+    folder_.Write("sequence/rgb.txt", "0.0 frame.png\n");
+    folder_.Write("sequence/camera.yaml",
+                  "width: 320\nheight: 240\nfx: 300\nfy: 300\ncx: 160\ncy: 120\nfps: 10\n");
+  }
+
+  void WriteEval(const std::filesystem::path& result, bool found) {
+    const std::string entry = R"({"ground_truth": 7, "name": "red_cup", "label": "cup", "scored": true,)"
+                              R"( "iou": 0.625, "iou_ellipsoid": 0.375})";
+    folder_.Write(result.filename().string() + "/eval.json",
+                  R"({"ground_truth": "desk", "objects": {"matched": [)" + (found ? entry : "") +
+                      R"(], "missed": [)" + (found ? "" : entry) + "]}}");
+  }
+
+  // Draws into an SVG and returns it.
+  std::string Svg(const std::string& arguments) {
+    const auto file = folder_.Path() / "figure.svg";
+    std::filesystem::remove(file);
+    const ProgramRun run = RunProgram("figure " + arguments + " --output " + file.string());
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return Slurp(file);
+  }
+
+  TemporaryFolder folder_;
+  std::filesystem::path result_;
+  std::filesystem::path sequence_;
+};
+
+TEST_F(FigureCommandTest, EveryFigureIsDrawnFromAResultFolder) {
+  const std::string result = result_.string();
+  EXPECT_THAT(Svg("shapes --e1 0.25 --e2 0.75,1"), AllOf(HasSubstr(">0.25<"), HasSubstr(">0.75<")));
+  EXPECT_THAT(Svg("compare " + result), AllOf(HasSubstr(">book<"), HasSubstr(">Cuboid<")));
+  EXPECT_THAT(Svg("maps " + result + " --boxes --name Desk --title 'A title'"),
+              AllOf(HasSubstr(">Desk<"), HasSubstr(">sports ball<"), HasSubstr(">A title<")));
+  EXPECT_THAT(Svg("timing " + result),
+              AllOf(HasSubstr(">objects<"), HasSubstr(">34.5<"), Not(HasSubstr(">final<"))));
+  EXPECT_THAT(Svg("timing " + result + " --stage mapping.final"), HasSubstr(">final<"));
+  EXPECT_THAT(Svg("iou " + result + " --ellipsoids"), AllOf(HasSubstr(">red cup<"), HasSubstr(">0.62<")));
+}
+
+TEST_F(FigureCommandTest, TrajectorySaysTheErrorInTheLegend) {
+  const std::string svg =
+      Svg("trajectory " + result_.string() + " --heights --ground-truth " + sequence_.string());
+  EXPECT_THAT(svg, AllOf(HasSubstr(">ground truth<"), HasSubstr(">run (ATE 2 cm)<"), HasSubstr("z [m]")))
+      << "10 mm off in a map of half the size";
+  EXPECT_THAT(Svg("trajectory " + result_.string()), HasSubstr("x [map units]"));
+}
+
+TEST_F(FigureCommandTest, ResultsStandSideBySide) {
+  WriteEval(folder_.Path() / "other", false);
+  EXPECT_THAT(
+      Svg("iou " + result_.string() + " " + (folder_.Path() / "other").string() + " --name A --name B"),
+      AllOf(HasSubstr(">A<"), HasSubstr(">B<"), HasSubstr(">not found<"), HasSubstr(">0.00<")));
+}
+
+TEST_F(FigureCommandTest, UnknownObjectsAreAnsweredWithThoseThereAre) {
+  const ProgramRun run = RunProgram("figure compare " + result_.string() + " --object 9 --output /tmp/x.png");
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.err, AllOf(HasSubstr("no object 9"), HasSubstr("0 book, 1 cup, 2 sports_ball")));
+}
+
+TEST_F(FigureCommandTest, WrongInputIsSaidInOneLine) {
+  struct Case {
+    std::string arguments;
+    int exit_code;
+    std::string message;
+  };
+  const std::string out = " --output " + (folder_.Path() / "x.png").string();
+  const std::string result = result_.string();
+  const std::vector<Case> cases = {
+      {"maps " + (folder_.Path() / "missing").string() + out, 3, "missing"},
+      {"timing " + (folder_.Path() / "missing").string() + out, 3, "missing"},
+      {"iou " + sequence_.string() + out, 3, "sqslam eval RESULT"},
+      {"iou " + (result_ / "stats.json").string() + out, 3, "expected an eval.json"},
+      {"trajectory " + result + " --ground-truth " + result + out, 3, "expected"},
+      {"timing " + result + " --stage nothing" + out, 3, "mapping.final, mapping.objects, tracking"},
+      {"maps " + result + " --name A --name B" + out, 2, "one for each result"},
+      {"maps " + result + " --output " + (folder_.Path() / "x.jpg").string(), 2, ".png, .svg or .pdf"},
+      {"maps " + result + " --resolution 12" + out, 2, "WIDTH,HEIGHT"},
+      {"maps " + result + " --set objects.opacty=1" + out, 2, "objects.opacity"},
+      {"shapes --e1 0" + out, 2, "0.05 to 2"},
+      {"shape" + out, 2, "shapes, compare, maps"},
+      {"", 2, "shapes, compare, maps"},
+  };
+  for (const Case& c : cases) {
+    const ProgramRun run = RunProgram("figure " + c.arguments);
+    EXPECT_EQ(run.exit_code, c.exit_code) << c.arguments << "\n" << run.err;
+    EXPECT_THAT(run.err, HasSubstr(c.message)) << c.arguments;
+    EXPECT_EQ(run.ErrorLines().size(), 1u) << run.err;
+    EXPECT_FALSE(std::filesystem::exists(folder_.Path() / "x.png"));
+  }
+}
+
+TEST_F(FigureCommandTest, HelpShowsExamples) {
+  for (const char* name : {"", "shapes", "compare", "maps", "trajectory", "timing", "iou"}) {
+    const ProgramRun run = RunProgram(std::string("figure ") + name + " --help");
+    EXPECT_EQ(run.exit_code, 0);
+    EXPECT_THAT(run.out, HasSubstr("Examples:"));
+  }
+}
+
+}  // namespace
+}  // namespace sqslam

@@ -1,0 +1,64 @@
+#include "slam/fitting/fixed_shape_fit.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace sqslam {
+namespace {
+
+PosedSuperquadric Solid(double e) {
+  PosedSuperquadric solid;
+  solid.shape = {{0.3, 0.2, 0.15}, e, e};
+  solid.T_map_object = {Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ())),
+                        {1.0, -2.0, 0.5}};
+  return solid;
+}
+
+std::vector<Eigen::Vector3d> SurfacePoints(const PosedSuperquadric& solid, double first_eta) {
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < 12; ++i) {
+    for (int j = 0; j < 24; ++j) {
+      const double eta = first_eta + (1.5 - first_eta) * i / 11.0;
+      points.push_back(solid.T_map_object * solid.shape.PointAt(eta, -3.0 + 0.25 * j));
+    }
+  }
+  return points;
+}
+
+TEST(FixedShapeFitTest, FindsPlaceAndSizeOfItsOwnShape) {
+  for (const double e : {0.1, 0.5, 1.0, 1.5}) {
+    const PosedSuperquadric truth = Solid(e);
+    PosedSuperquadric start = truth;
+    start.shape.half_size = start.shape.half_size.cwiseProduct(Eigen::Vector3d(1.15, 0.85, 1.1));
+    start.T_map_object.translation += Eigen::Vector3d(0.02, -0.02, 0.01);
+    const PosedSuperquadric fitted = FitPlaceAndSize(SurfacePoints(truth, -1.5), start);
+    EXPECT_LT((fitted.shape.half_size - truth.shape.half_size).cwiseAbs().maxCoeff(), 3e-3) << e;
+    EXPECT_LT((fitted.T_map_object.translation - truth.T_map_object.translation).norm(), 3e-3) << e;
+    EXPECT_EQ(fitted.shape.e1, e);
+    EXPECT_LT(fitted.T_map_object.rotation.angularDistance(truth.T_map_object.rotation), 1e-12);
+  }
+}
+
+TEST(FixedShapeFitTest, AnEllipsoidGrowsToReachTheSidesOfABox) {
+  PosedSuperquadric start = Solid(0.1);
+  const std::vector<Eigen::Vector3d> points = SurfacePoints(start, -1.5);
+  start.shape.e1 = start.shape.e2 = 1.0;
+  const PosedSuperquadric fitted = FitPlaceAndSize(points, start);
+  EXPECT_GT(fitted.shape.Volume(), 1.15 * start.shape.Volume());
+}
+
+TEST(FixedShapeFitTest, SidesThatNoPointShowsStayWhereTheyWere) {
+  const PosedSuperquadric truth = Solid(0.2);
+  const PosedSuperquadric fitted = FitPlaceAndSize(SurfacePoints(truth, 0.6), truth);  // the top only
+  EXPECT_NEAR(fitted.shape.half_size.z(), 0.15, 0.03);
+  EXPECT_NEAR(fitted.T_map_object.translation.z(), 0.5, 0.03);
+}
+
+TEST(FixedShapeFitTest, WithoutPointsTheStartStays) {
+  const PosedSuperquadric start = Solid(0.7);
+  EXPECT_EQ(FitPlaceAndSize({}, start).shape.half_size, start.shape.half_size);
+}
+
+}  // namespace
+}  // namespace sqslam
