@@ -97,14 +97,14 @@ FigureRect CellOf(const CompareLayout& layout, const FigureRect& area, int objec
 void DrawNames(FigureSheet& sheet, const CompareLayout& layout, const CompareFigure& figure) {
   const FigureTheme& theme = sheet.theme;
   const auto above = [&](const std::string& name, const FigureRect& cell) {
-    sheet.page.Text(PlainText(FittingText(name, theme.font, cell.width),
-                              {cell.Center().x(), sheet.area.y + 0.6 * theme.font}, theme.font, theme.ink,
-                              TextAlign::kCenter));
+    const Eigen::Vector2d anchor(cell.Center().x(), sheet.area.y + 0.6 * theme.font);
+    sheet.page.Text(
+        NarrowText(PlainText(name, anchor, theme.font, theme.ink, TextAlign::kCenter), cell.width));
   };
   const auto beside = [&](const std::string& name, const FigureRect& cell) {
-    FigureText text = PlainText(FittingText(name, theme.font, cell.height),
-                                {sheet.area.x + 0.6 * theme.font, cell.Center().y()}, theme.font, theme.ink,
-                                TextAlign::kCenter);
+    const Eigen::Vector2d anchor(sheet.area.x + 0.6 * theme.font, cell.Center().y());
+    FigureText text =
+        NarrowText(PlainText(name, anchor, theme.font, theme.ink, TextAlign::kCenter), cell.height);
     text.angle = 90.0;
     sheet.page.Text(text);
   };
@@ -142,6 +142,9 @@ FigurePage DrawComparison(const CompareFigure& figure, const FigureOptions& opti
       PanelOptions(options, sheet.page.dpi, layout.cell - layout.gap, layout.height, colors));
   const double aspect = (layout.cell - layout.gap) / layout.height;
   const int kinds = static_cast<int>(figure.kinds.size());
+  if (progress) {
+    progress(0, static_cast<int>(figure.objects.size()) * kinds);
+  }
   for (int i = 0; i < static_cast<int>(figure.objects.size()); ++i) {
     const CompareFigure::Object& object = figure.objects[static_cast<std::size_t>(i)];
     const ViewCamera eye = options.camera.ApplyTo(EyeOn(object, figure.kinds.front(), aspect));
@@ -152,9 +155,10 @@ FigurePage DrawComparison(const CompareFigure& figure, const FigureOptions& opti
       const FigureRect cell = CellOf(layout, sheet.area, i, k);
       PlacePanel(sheet.page, renderer.Render(eye), cell);
       if (!object.notes.empty()) {
-        sheet.page.Text(PlainText(FittingText(object.notes.at(at), sheet.theme.small, cell.width),
-                                  {cell.Center().x(), cell.Bottom() + 0.8 * sheet.theme.small},
-                                  sheet.theme.small, sheet.theme.muted, TextAlign::kCenter));
+        const Eigen::Vector2d anchor(cell.Center().x(), cell.Bottom() + 0.8 * sheet.theme.small);
+        sheet.page.Text(NarrowText(
+            PlainText(object.notes.at(at), anchor, sheet.theme.small, sheet.theme.muted, TextAlign::kCenter),
+            cell.width));
       }
       if (progress) {
         progress(i * kinds + k + 1, static_cast<int>(figure.objects.size()) * kinds);

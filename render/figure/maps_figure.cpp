@@ -177,11 +177,18 @@ FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options, cons
   });
   const auto colors = CommonColors(figure);
   MapsLayout layout = LayOut(figure, sheet.theme, sheet.area.width);
-  layout.map += (sheet.area.height - layout.Height()) / layout.rows;  // where the height was asked for
+  // Where the height was asked for: what is spare is the maps', what is missing is taken from both.
+  const double spare = (sheet.area.height - layout.Height()) / layout.rows;
+  const double shared = spare > 0.0 ? 0.0 : layout.image / (layout.image + layout.map);
+  layout.image += shared * spare;
+  layout.map += (1.0 - shared) * spare;
   if (layout.map < 10.0) {
     throw UsageError("the figure is too low for its maps, expected a larger height or more columns");
   }
   PictureRenderer renderer(PanelOptions(options, sheet.page.dpi, layout.width, layout.map, colors));
+  if (progress) {
+    progress(0, static_cast<int>(figure.panels.size()));
+  }
   for (std::size_t i = 0; i < figure.panels.size(); ++i) {
     const MapsFigure::Panel& panel = figure.panels[i];
     const int column = static_cast<int>(i) % layout.columns;
@@ -199,9 +206,10 @@ FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options, cons
     if (figure.labels) {
       DrawObjectNames(sheet.page, panel.map, renderer.DefaultCamera(), picture.size(), area, sheet.theme);
     }
-    sheet.page.Text(PlainText(FittingText(Caption(figure, i), sheet.theme.font, layout.width),
-                              {area.Center().x(), area.Bottom() + 0.9 * sheet.theme.font}, sheet.theme.font,
-                              sheet.theme.ink, TextAlign::kCenter));
+    const Eigen::Vector2d anchor(area.Center().x(), area.Bottom() + 0.9 * sheet.theme.font);
+    sheet.page.Text(NarrowText(
+        PlainText(Caption(figure, i), anchor, sheet.theme.font, sheet.theme.ink, TextAlign::kCenter),
+        layout.width));
     if (progress) {
       progress(static_cast<int>(i) + 1, static_cast<int>(figure.panels.size()));
     }

@@ -14,7 +14,7 @@ namespace sqslam {
 // Figures made of pictures of maps, with texts beside and over them as texts. Throw UsageError where the size
 // leaves no room, std::runtime_error without OpenGL.
 
-// Told after each picture.
+// Told at the start and after each picture.
 using FigureProgress = std::function<void(int done, int total)>;
 
 // Superquadrics of equal half sizes on a grid of their exponents: rows e1, columns e2.

@@ -1,7 +1,11 @@
 #include "render/figure/panels.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+
+#include "slam/util/error.h"
 
 namespace sqslam {
 
@@ -17,6 +21,14 @@ FigureText PlainText(std::string text, const Eigen::Vector2d& anchor, double siz
   return plain;
 }
 
+FigureText NarrowText(FigureText text, double width) {
+  constexpr double kLeastShare = 0.6;  // of the letters' size
+  const double wide = TextWidth(text.text, text.size, text.bold);
+  text.size *= wide > width ? std::max(kLeastShare, width / wide) : 1.0;
+  text.text = FittingText(text.text, text.size, width, text.bold);
+  return text;
+}
+
 std::string ReadableLabel(std::string label) {
   std::replace(label.begin(), label.end(), '_', ' ');
   return label;
@@ -24,6 +36,13 @@ std::string ReadableLabel(std::string label) {
 
 PictureOptions PanelOptions(const FigureOptions& options, double dpi, double width, double height,
                             const std::map<std::string, Eigen::Vector3d>& colors) {
+  constexpr double kMaxSide = 8192.0;  // pixels
+  if (std::max(width, height) * dpi / 72.0 > kMaxSide) {
+    throw UsageError(
+        fmt::format("a picture of {:.0f}x{:.0f} pixels in the figure: expected at most {:.0f} a "
+                    "side, by fewer dots per inch or a smaller size",
+                    width * dpi / 72.0, height * dpi / 72.0, kMaxSide));
+  }
   PictureOptions picture;
   picture.camera = options.camera;
   picture.width = std::max(16, static_cast<int>(std::lround(width * dpi / 72.0)));

@@ -13,6 +13,10 @@ namespace sqslam {
 FigureText PlainText(std::string text, const Eigen::Vector2d& anchor, double size,
                      const Eigen::Vector3d& color, TextAlign align = TextAlign::kLeft, bool bold = false);
 
+// A line that is no wider than `width`: in smaller letters where needed, and cut where these would be too
+// small.
+FigureText NarrowText(FigureText text, double width);
+
 // "potted_plant" as people write it.
 std::string ReadableLabel(std::string label);
 

@@ -121,6 +121,9 @@ FigurePage DrawShapes(const ShapesFigure& figure, const FigureOptions& options,
       PanelOptions(options, sheet.page.dpi, grid.cell, grid.cell, {{kLabel, figure.color}}));
   const ViewCamera eye = EyeOn(figure, 1.0);
   int done = 0;
+  if (progress) {
+    progress(0, static_cast<int>(figure.e1.size() * figure.e2.size()));
+  }
   for (std::size_t row = 0; row < figure.e1.size(); ++row) {
     for (std::size_t column = 0; column < figure.e2.size(); ++column) {
       renderer.SetMap(OneShape(figure.e1[row], figure.e2[column]));

@@ -8,7 +8,7 @@ namespace sqslam {
 namespace {
 
 constexpr double kNoise = 0.05;  // of the mean half size
-constexpr double kPull = 0.2;    // of each half size
+constexpr double kPull = 0.1;    // of each half size
 
 // Distance of one point over the noise, by the centre (in the frame of `start`) and the logarithms of the
 // half sizes.
@@ -38,25 +38,21 @@ class PointCost : public ceres::SizedCostFunction<1, 3, 3> {
   double noise_;
 };
 
-// (x - start) / sigma, each axis by itself.
-class PullCost : public ceres::SizedCostFunction<3, 3> {
- public:
-  PullCost(const Eigen::Vector3d& start, const Eigen::Vector3d& sigma) : start_(start), sigma_(sigma) {}
+// How far the six sides (centre minus and plus half size) lie from where they were, over kPull of the half
+// size. The sides and not centre and size are held: else a shape seen from above would shrink towards what is
+// seen.
+struct SidesCost {
+  Eigen::Vector3d start;  // half sizes
 
-  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
-    const Eigen::Map<const Eigen::Vector3d> x(parameters[0]);
-    Eigen::Map<Eigen::Vector3d> residual(residuals);
-    residual = (x - start_).cwiseQuotient(sigma_);
-    if (jacobians != nullptr && jacobians[0] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> jacobian(jacobians[0]);
-      jacobian = sigma_.cwiseInverse().asDiagonal();
+  template <typename T>
+  bool operator()(const T* centre, const T* log_size, T* residuals) const {
+    for (int i = 0; i < 3; ++i) {
+      const T half = exp(log_size[i]);
+      residuals[2 * i] = (centre[i] - half + start[i]) / (kPull * start[i]);
+      residuals[2 * i + 1] = (centre[i] + half - start[i]) / (kPull * start[i]);
     }
     return true;
   }
-
- private:
-  Eigen::Vector3d start_;
-  Eigen::Vector3d sigma_;
 };
 
 }  // namespace
@@ -65,9 +61,8 @@ PosedSuperquadric FitPlaceAndSize(std::span<const Eigen::Vector3d> p_map, const 
   if (p_map.empty()) {
     return start;
   }
-  const Eigen::Vector3d first_size = start.shape.half_size.array().log();
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-  Eigen::Vector3d log_size = first_size;
+  Eigen::Vector3d log_size = start.shape.half_size.array().log();
   ceres::Problem problem;
   const Rigid3d T_object_map = start.T_map_object.Inverse();
   for (const Eigen::Vector3d& p : p_map) {
@@ -75,10 +70,9 @@ PosedSuperquadric FitPlaceAndSize(std::span<const Eigen::Vector3d> p_map, const 
         new PointCost(T_object_map * p, start.shape, kNoise * start.shape.half_size.mean()),
         new ceres::HuberLoss(1.0), centre.data(), log_size.data());
   }
-  problem.AddResidualBlock(new PullCost(Eigen::Vector3d::Zero(), kPull * start.shape.half_size), nullptr,
-                           centre.data());
-  problem.AddResidualBlock(new PullCost(first_size, Eigen::Vector3d::Constant(kPull)), nullptr,
-                           log_size.data());
+  problem.AddResidualBlock(
+      new ceres::AutoDiffCostFunction<SidesCost, 6, 3, 3>(new SidesCost{start.shape.half_size}), nullptr,
+      centre.data(), log_size.data());
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
   options.logging_type = ceres::SILENT;

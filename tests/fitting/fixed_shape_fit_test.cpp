@@ -51,8 +51,21 @@ TEST(FixedShapeFitTest, AnEllipsoidGrowsToReachTheSidesOfABox) {
 TEST(FixedShapeFitTest, SidesThatNoPointShowsStayWhereTheyWere) {
   const PosedSuperquadric truth = Solid(0.2);
   const PosedSuperquadric fitted = FitPlaceAndSize(SurfacePoints(truth, 0.6), truth);  // the top only
-  EXPECT_NEAR(fitted.shape.half_size.z(), 0.15, 0.03);
-  EXPECT_NEAR(fitted.T_map_object.translation.z(), 0.5, 0.03);
+  EXPECT_NEAR(fitted.shape.half_size.z(), 0.15, 0.015);
+  EXPECT_NEAR(fitted.T_map_object.translation.z(), 0.5, 0.015);
+}
+
+TEST(FixedShapeFitTest, ABallSeenFromAboveWithNoiseKeepsItsLowerHalf) {
+  PosedSuperquadric ball;
+  ball.shape = {{0.2, 0.2, 0.2}, 1.0, 1.0};
+  std::vector<Eigen::Vector3d> points = SurfacePoints(ball, 0.2);
+  for (std::size_t i = 0; i < points.size(); ++i) {  // flatter than the ball, as if depth were too small
+    points[i].z() *= i % 2 == 0 ? 0.95 : 0.85;
+  }
+  points.resize(40);
+  const PosedSuperquadric fitted = FitPlaceAndSize(points, ball);
+  const double lower = fitted.T_map_object.translation.z() - fitted.shape.half_size.z();
+  EXPECT_NEAR(lower, -0.2, 0.02);
 }
 
 TEST(FixedShapeFitTest, WithoutPointsTheStartStays) {
