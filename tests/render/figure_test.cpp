@@ -228,6 +228,18 @@ TEST(FigureTest, AClassHasOneColourInAllMapsAndTheLegendShowsAll) {
                                                                 Contains("(a) desk"), Contains("(b) table")));
 }
 
+TEST(FigureTest, MapsWithoutImagesGetAnEmptyPlaceOnlyBesideOthers) {
+  MapsFigure figure = TwoMaps();
+  figure.panels[1].image.release();
+  const FigurePage one = DrawMaps(figure, {});
+  EXPECT_THAT(SvgTexts(EncodeFigure(one, "figure.svg")), Contains("no image"));
+  figure.panels[0].image.release();
+  figure.panels[0].boxes.clear();
+  const FigurePage none = DrawMaps(figure, {});
+  EXPECT_THAT(SvgTexts(EncodeFigure(none, "figure.svg")), Not(Contains("no image")));
+  EXPECT_LT(none.height, 0.7 * one.height);
+}
+
 TEST(FigureTest, PathsHaveOneScaleForBothAxes) {
   TrajectoryFigure figure;
   figure.paths = {{"square", {{{0.0, {0, 0, 0}}, {1.0, {3, 0, 0}}, {2.0, {3, 1, 0}}}}}};
