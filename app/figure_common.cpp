@@ -45,8 +45,8 @@ CLI::App* AddFigure(CLI::App& figure, const std::string& name, const std::string
         ->check(CLI::IsMember({"auto", "osmesa", "egl"}))
         ->capture_default_str()
         ->group(page);
-    command->add_flag("--quiet", a.quiet, "No progress")->group(page);
   }
+  command->add_flag("--quiet", a.quiet, "No progress")->group(page);
   return command;
 }
 

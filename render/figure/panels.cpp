@@ -24,7 +24,7 @@ FigureText PlainText(std::string text, const Eigen::Vector2d& anchor, double siz
 FigureText NarrowText(FigureText text, double width) {
   constexpr double kLeastShare = 0.6;  // of the letters' size
   const double wide = TextWidth(text.text, text.size, text.bold);
-  text.size *= wide > width ? std::max(kLeastShare, width / wide) : 1.0;
+  text.size *= wide > width ? std::max(kLeastShare, 0.99 * width / wide) : 1.0;
   text.text = FittingText(text.text, text.size, width, text.bold);
   return text;
 }

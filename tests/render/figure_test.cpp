@@ -11,6 +11,7 @@
 #include "baseline.h"
 #include "figure_samples.h"
 #include "render/figure/chart.h"
+#include "render/figure/panels.h"
 #include "render/figure/write_figure.h"
 #include "slam/util/error.h"
 
@@ -303,6 +304,18 @@ TEST(FigureTest, LongTextsAreCutBetweenLetters) {
   EXPECT_LE(TextWidth(cut, 8.0), 30.0);
   EXPECT_TRUE(cut.ends_with("…"));
   EXPECT_TRUE(text.starts_with(cut.substr(0, cut.size() - std::strlen("…"))));
+}
+
+TEST(FigureTest, NamesGetSmallerBeforeTheyAreCut) {
+  FigureText name;
+  name.text = "Superquadric";
+  name.size = 8.0;
+  const double width = TextWidth(name.text, name.size);
+  EXPECT_EQ(NarrowText(name, width + 1.0).size, 8.0);
+  const FigureText smaller = NarrowText(name, 0.8 * width);
+  EXPECT_EQ(smaller.text, name.text);
+  EXPECT_LE(TextWidth(smaller.text, smaller.size), 0.8 * width);
+  EXPECT_TRUE(NarrowText(name, 0.3 * width).text.ends_with("…"));
 }
 
 TEST(FigureTest, SizesWithoutSenseAreRefused) {
