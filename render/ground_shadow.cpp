@@ -114,7 +114,9 @@ GroundShadow CastGroundShadow(std::span<const PosedSuperquadric> solids, const E
     }
     cv::scaleAdd(cv::Mat_<float>(dark), sample.weight, sum, sum);
   }
-  sum.convertTo(shadow.darkness, CV_8U);
+  // The faintest part, which reaches far, would only make the paper look grey.
+  constexpr double kUnseen = 16.0;
+  sum.convertTo(shadow.darkness, CV_8U, 255.0 / (255.0 - kUnseen), -255.0 * kUnseen / (255.0 - kUnseen));
   const Eigen::Vector2d low = bounds.min();
   shadow.corner = low.x() * plane.x + low.y() * plane.y + height * up;
   shadow.across = size.width * pixel * plane.x;

@@ -48,7 +48,7 @@ ViewCamera EyeOn(const CompareFigure::Object& object, const CompareFigure::Kind&
       outline.push_back(p);
     }
   }
-  return FitOutline(FrameScene(map, FindFocus(map), aspect), outline, aspect, 0.06);
+  return FitOutline(FrameScene(FindFocus(map), aspect), outline, aspect, 0.06);
 }
 
 // Objects stand side by side and their kinds below one another; a single object's kinds stand side by side.

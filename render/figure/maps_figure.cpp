@@ -4,12 +4,12 @@
 #include <cmath>
 #include <set>
 
+#include "render/convex_solids.h"
 #include "render/figure/chart.h"
 #include "render/figure/panel_figures.h"
 #include "render/figure/panels.h"
 #include "render/picture.h"
 #include "render/picture_overlay.h"
-#include "render/scene_order.h"
 #include "slam/util/error.h"
 
 namespace sqslam {

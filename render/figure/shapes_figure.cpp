@@ -117,8 +117,10 @@ FigurePage DrawShapes(const ShapesFigure& figure, const FigureOptions& options,
                                      static_cast<double>(figure.e1.size());
       });
   const ShapesGrid grid = PlaceGrid(sheet, figure);
-  PictureRenderer renderer(
-      PanelOptions(options, sheet.page.dpi, grid.cell, grid.cell, {{kLabel, figure.color}}));
+  PictureOptions panel =
+      PanelOptions(options, sheet.page.dpi, grid.cell, grid.cell, {{kLabel, figure.color}});
+  panel.style.light.shadow = 0.0;  // it would end at the edge of the panel
+  PictureRenderer renderer(panel);
   const ViewCamera eye = EyeOn(figure, 1.0);
   int done = 0;
   if (progress) {
