@@ -2,11 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <iterator>
 #include <numbers>
+#include <set>
 #include <string>
 
+#include "render/style.h"
 #include "slam/io/atomic_file.h"
 #include "slam/util/error.h"
 
@@ -49,12 +53,41 @@ std::vector<std::array<int, 4>> Quads(int base) {
   return quads;
 }
 
-std::string ObjText(const std::vector<SnapshotObject>& objects) {
-  std::string text = "# superquadrics, map frame, z up\n";
+LabelColors ColorsOf(const std::vector<SnapshotObject>& objects) {
+  std::vector<std::string> labels;
+  for (const SnapshotObject& object : objects) {
+    labels.push_back(object.label);
+  }
+  return LabelColors(labels);
+}
+
+// Names in .obj and .mtl files end at a blank.
+std::string MaterialName(std::string label) {
+  std::replace(label.begin(), label.end(), ' ', '_');
+  return label;
+}
+
+std::string MtlText(const std::vector<SnapshotObject>& objects) {
+  const LabelColors colors = ColorsOf(objects);
+  std::string text = "# colours of the classes\n";
+  std::set<std::string> written;
+  for (const SnapshotObject& object : objects) {
+    if (written.insert(object.label).second) {
+      const Eigen::Vector3d c = colors(object.label);
+      text +=
+          fmt::format("\nnewmtl {}\nKa 0 0 0\nKd {:.4f} {:.4f} {:.4f}\nKs 0.1 0.1 0.1\nNs 30\nd 1\nillum 2\n",
+                      MaterialName(object.label), c.x(), c.y(), c.z());
+    }
+  }
+  return text;
+}
+
+std::string ObjText(const std::vector<SnapshotObject>& objects, const std::string& mtl_file) {
+  std::string text = fmt::format("# superquadrics, map frame, z up\nmtllib {}\n", mtl_file);
   auto out = std::back_inserter(text);
   int base = 1;  // OBJ counts from one, over the whole file
   for (const SnapshotObject& object : objects) {
-    fmt::format_to(out, "o {}_{}\n", object.label, object.id);
+    fmt::format_to(out, "o {0}_{1}\nusemtl {0}\n", MaterialName(object.label), object.id);
     for (const auto& [p, n] : Vertices(object.superquadric)) {
       fmt::format_to(out, "v {:.6g} {:.6g} {:.6g}\nvn {:.4f} {:.4f} {:.4f}\n", p.x(), p.y(), p.z(), n.x(),
                      n.y(), n.z());
@@ -71,13 +104,16 @@ std::string PlyText(const std::vector<SnapshotObject>& objects) {
   std::string text = fmt::format(
       "ply\nformat ascii 1.0\ncomment superquadrics, map frame, z up\nelement vertex {}\nproperty float x\n"
       "property float y\nproperty float z\nproperty float nx\nproperty float ny\nproperty float nz\n"
+      "property uchar red\nproperty uchar green\nproperty uchar blue\n"
       "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
       objects.size() * kVertices, objects.size() * kFaces);
   auto out = std::back_inserter(text);
+  const LabelColors colors = ColorsOf(objects);
   for (const SnapshotObject& object : objects) {
+    const Eigen::Vector3i c = (255.0 * colors(object.label)).array().round().cast<int>();
     for (const auto& [p, n] : Vertices(object.superquadric)) {
-      fmt::format_to(out, "{:.7g} {:.7g} {:.7g} {:.4f} {:.4f} {:.4f}\n", p.x(), p.y(), p.z(), n.x(), n.y(),
-                     n.z());
+      fmt::format_to(out, "{:.7g} {:.7g} {:.7g} {:.4f} {:.4f} {:.4f} {} {} {}\n", p.x(), p.y(), p.z(), n.x(),
+                     n.y(), n.z(), c.x(), c.y(), c.z());
     }
   }
   for (std::size_t i = 0; i < objects.size(); ++i) {
@@ -95,7 +131,13 @@ void WriteObjectMeshes(const std::filesystem::path& path, const std::vector<Snap
   if (extension != ".obj" && extension != ".ply") {
     throw UsageError(fmt::format("{}: unknown extension of a mesh, expected .obj or .ply", path.string()));
   }
-  WriteFileAtomically(path, extension == ".obj" ? ObjText(objects) : PlyText(objects));
+  if (extension == ".ply") {
+    WriteFileAtomically(path, PlyText(objects));
+    return;
+  }
+  const std::filesystem::path colors = std::filesystem::path(path).replace_extension(".mtl");
+  WriteFileAtomically(colors, MtlText(objects));  // first: the .obj refers to it
+  WriteFileAtomically(path, ObjText(objects, colors.filename().string()));
 }
 
 }  // namespace sqslam::app

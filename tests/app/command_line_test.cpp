@@ -36,7 +36,7 @@ TEST(CommandLine, WrongUsageIsOneLineAndCodeTwo) {
         "run x --format kitti", "run x --set tracking.min_inlier=30", "run x --set seed",
         "run x --config /nonexistent.yaml", "run 0", "run 0 --camera kinect-v2",
         "run 0 --camera kinect-v1 --deterministic", "info", "export x --output x.dwg",
-        "export x --output x.glb", "experiment", "experiment /nonexistent.yaml",
+        "export x --output x.gltf", "experiment", "experiment /nonexistent.yaml",
         "eval x --ground-truth y --output x.doc"}) {
     const ProgramRun run = RunProgram(arguments);
     EXPECT_EQ(run.exit_code, 2) << arguments << ": " << run.err;

@@ -1,0 +1,250 @@
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <vtkFloatArray.h>
+#include <vtkGLTFDocumentLoader.h>
+#include <vtkMassProperties.h>
+#include <vtkMatrix4x4.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+#include <vtkTransform.h>
+#include <vtkTransformPolyDataFilter.h>
+#include <vtkTriangleFilter.h>
+
+#include <cstring>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "render/scene_order.h"
+#include "render/style.h"
+#include "run_program.h"
+#include "slam/io/recording.h"
+#include "slam/io/trajectory.h"
+#include "tests/render/hand_made_map.h"
+
+namespace sqslam {
+namespace {
+namespace fs = std::filesystem;
+using nlohmann::json;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::RunProgram;
+using testing::Slurp;
+
+// What another program sees of a node: its geometry in the world of the file.
+struct SeenNode {
+  vtkSmartPointer<vtkPolyData> geometry;
+  std::array<double, 16> matrix{};
+  int camera = -1;
+};
+
+class ExportTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    map_ = HandMadeMap();
+    map_.objects[1].superquadric.T_map_object.rotation =
+        Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ()));
+    map_.objects[1].observations = 17;
+    Write(map_);
+  }
+
+  void Write(const MapSnapshot& map) {
+    fs::remove(folder_.Path() / "map.sqmap");
+    RecordingWriter writer(folder_.Path() / "map.sqmap", {});
+    writer.Add(map);
+    writer.Close();
+  }
+
+  std::string Export(const std::string& name, const std::string& more = "") {
+    const fs::path output = folder_.Path() / name;
+    const auto run =
+        RunProgram("export " + folder_.Path().string() + " --output " + output.string() + " " + more);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return output.string();
+  }
+
+  static std::map<std::string, SeenNode> ReadGlb(const std::string& file) {
+    const vtkNew<vtkGLTFDocumentLoader> loader;
+    EXPECT_TRUE(loader->LoadModelMetaDataFromFile(file));
+    std::vector<char> buffer;
+    EXPECT_TRUE(loader->LoadFileBuffer(file, buffer));
+    EXPECT_TRUE(loader->LoadModelData(buffer));
+    EXPECT_TRUE(loader->BuildModelVTKGeometry());
+    const auto model = loader->GetInternalModel();
+    std::map<std::string, SeenNode> nodes;
+    loader->BuildGlobalTransforms();
+    for (const auto& node : model->Nodes) {
+      SeenNode& seen = nodes[node.Name];
+      std::memcpy(seen.matrix.data(), node.GlobalTransform->GetData(), sizeof(seen.matrix));
+      seen.camera = node.Camera;
+      if (node.Mesh >= 0) {
+        const vtkNew<vtkTransform> transform;
+        transform->SetMatrix(node.GlobalTransform);
+        const vtkNew<vtkTransformPolyDataFilter> filter;
+        filter->SetTransform(transform);
+        filter->SetInputData(model->Meshes[static_cast<std::size_t>(node.Mesh)].Primitives.front().Geometry);
+        filter->Update();
+        seen.geometry = filter->GetOutput();
+      }
+    }
+    return nodes;
+  }
+
+  TemporaryFolder folder_;
+  MapSnapshot map_;
+};
+
+// glTF is y up: (x, y, z) of the map is (x, z, -y) there.
+Eigen::Vector3d InFile(const Eigen::Vector3d& p_map) { return {p_map.x(), p_map.z(), -p_map.y()}; }
+
+TEST_F(ExportTest, GlbHoldsEachObjectByNameWhereItIsAndAsLargeAsItIs) {
+  const auto nodes = ReadGlb(Export("map.glb"));
+  for (const SnapshotObject& object : map_.objects) {
+    const auto node = nodes.find(fmt::format("{} {}", object.id, object.label));
+    ASSERT_NE(node, nodes.end()) << object.label;
+    const PosedSuperquadric& solid = object.superquadric;
+    double bounds[6];
+    node->second.geometry->GetBounds(bounds);
+    for (int axis = 0; axis < 3; ++axis) {
+      const Eigen::Vector3d n = Eigen::Vector3d::Unit(axis == 1 ? 2 : axis == 2 ? 1 : 0);
+      const double extent = SupportExtent(solid, n);
+      const double center = InFile(solid.T_map_object.translation)[axis];
+      EXPECT_NEAR(bounds[2 * axis], center - extent, 0.01 * extent) << object.label << " axis " << axis;
+      EXPECT_NEAR(bounds[2 * axis + 1], center + extent, 0.01 * extent) << object.label << " axis " << axis;
+    }
+    const vtkNew<vtkMassProperties> mass;
+    mass->SetInputData(node->second.geometry);
+    EXPECT_NEAR(mass->GetVolume() / solid.shape.Volume(), 1.0, 0.01) << object.label;
+  }
+}
+
+TEST_F(ExportTest, GlbHoldsPointsPathAndCameras) {
+  Trajectory trajectory;
+  for (int i = 0; i < 5; ++i) {
+    trajectory.push_back({0.1 * i, {Eigen::Quaterniond::Identity(), {0.5 * i, 1.0, 2.0}}});
+  }
+  WriteTrajectory(folder_.Path() / "trajectory.txt", trajectory);
+  const auto nodes = ReadGlb(Export("map.glb"));
+  const auto& points = nodes.at("points").geometry;
+  ASSERT_EQ(points->GetNumberOfPoints(), 400);
+  const Eigen::Vector3d expected = InFile(map_.points[123].p_map.cast<double>());
+  EXPECT_LT((Eigen::Map<const Eigen::Vector3d>(points->GetPoint(123)) - expected).norm(), 1e-6);
+  const auto& path = nodes.at("trajectory").geometry;
+  ASSERT_EQ(path->GetNumberOfPoints(), 5);
+  EXPECT_NEAR(path->GetPoint(4)[0], 2.0, 1e-6);
+  EXPECT_NEAR(path->GetPoint(4)[2], -1.0, 1e-6);
+  const SeenNode& camera = nodes.at("keyframe 3");
+  EXPECT_EQ(camera.camera, 0);
+  // It looks along its -z: the third column of the matrix points away from the middle of the desk.
+  const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> matrix(camera.matrix.data());
+  const Rigid3d& pose = map_.keyframes[3].T_map_camera;
+  EXPECT_LT((matrix.block<3, 1>(0, 2) + InFile(pose.rotation * Eigen::Vector3d::UnitZ())).norm(), 1e-6);
+  EXPECT_LT((matrix.block<3, 1>(0, 1) + InFile(pose.rotation * Eigen::Vector3d::UnitY())).norm(), 1e-6);
+  EXPECT_LT((matrix.block<3, 1>(0, 3) - InFile(pose.translation)).norm(), 1e-6);
+}
+
+// The JSON of a .glb, after its header has been checked.
+json JsonOf(const std::string& bytes) {
+  std::array<std::uint32_t, 5> words{};
+  std::memcpy(words.data(), bytes.data(), sizeof(words));
+  EXPECT_THAT(words, ElementsAre(0x46546C67u, 2u, bytes.size(), words[3], 0x4E4F534Au));
+  EXPECT_EQ(words[3] % 4, 0u);
+  return json::parse(bytes.substr(20, words[3]));
+}
+
+TEST_F(ExportTest, GlbKeepsTheRulesOfTheSpecification) {
+  const std::string bytes = Slurp(Export("map.glb"));
+  const json gltf = JsonOf(bytes);
+  std::uint32_t json_length = 0;
+  std::memcpy(&json_length, bytes.data() + 12, 4);
+  const std::size_t binary = 20 + json_length + 8;
+  ASSERT_EQ(gltf["buffers"].size(), 1u);
+  const std::size_t length = gltf["buffers"][0]["byteLength"];
+  EXPECT_LE(binary + length, bytes.size());
+  EXPECT_LT(bytes.size() - binary - length, 4u);
+  const std::map<int, int> sizes = {{5123, 2}, {5125, 4}, {5126, 4}};
+  const std::map<std::string, int> components = {{"SCALAR", 1}, {"VEC3", 3}, {"VEC4", 4}};
+  for (const json& accessor : gltf["accessors"]) {
+    const json& view = gltf["bufferViews"][accessor["bufferView"].get<std::size_t>()];
+    const std::size_t offset = view["byteOffset"];
+    const std::size_t element =
+        static_cast<std::size_t>(sizes.at(accessor["componentType"]) * components.at(accessor["type"]));
+    EXPECT_EQ(offset % 4, 0u);
+    EXPECT_EQ(accessor["count"].get<std::size_t>() * element, view["byteLength"].get<std::size_t>());
+    EXPECT_LE(offset + view["byteLength"].get<std::size_t>(), length);
+    EXPECT_TRUE(view["target"] == 34963 || element % 4 == 0);  // vertices at multiples of four
+  }
+  for (const json& mesh : gltf["meshes"]) {
+    const json& position =
+        gltf["accessors"][mesh["primitives"][0]["attributes"]["POSITION"].get<std::size_t>()];
+    const json& view = gltf["bufferViews"][position["bufferView"].get<std::size_t>()];
+    std::vector<Eigen::Vector3f> values(position["count"].get<std::size_t>());
+    std::memcpy(values.data(), bytes.data() + binary + view["byteOffset"].get<std::size_t>(),
+                values.size() * 12);
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto less = [axis](const auto& a, const auto& b) { return a[axis] < b[axis]; };
+      EXPECT_EQ((*std::min_element(values.begin(), values.end(), less))[axis],
+                position["min"][static_cast<std::size_t>(axis)].get<float>());
+      EXPECT_EQ((*std::max_element(values.begin(), values.end(), less))[axis],
+                position["max"][static_cast<std::size_t>(axis)].get<float>());
+    }
+  }
+}
+
+TEST_F(ExportTest, GlbTellsWhatAnObjectIs) {
+  const json gltf = JsonOf(Slurp(Export("map.glb")));
+  const auto cup = std::find_if(gltf["nodes"].begin(), gltf["nodes"].end(),
+                                [](const json& node) { return node["name"] == "1 cup"; });
+  ASSERT_NE(cup, gltf["nodes"].end());
+  const json& extras = (*cup)["extras"];
+  EXPECT_EQ(extras["label"], "cup");
+  EXPECT_EQ(extras["id"], 1);
+  EXPECT_EQ(extras["observations"], 17);
+  EXPECT_EQ(extras["half_size"], json({0.12, 0.12, 0.2}));
+  EXPECT_EQ(extras["e1"], 0.2);
+  EXPECT_EQ(extras["e2"], 1.0);
+  const json& mesh = gltf["meshes"][(*cup)["mesh"].get<std::size_t>()];
+  const json& material = gltf["materials"][mesh["primitives"][0]["material"].get<std::size_t>()];
+  EXPECT_EQ(material["name"], "cup");
+  const std::vector<std::string> labels = {"book", "cup", "sports_ball"};
+  const double green = LabelColors(labels)("cup").y();
+  EXPECT_NEAR(material["pbrMetallicRoughness"]["baseColorFactor"][1].get<double>(),
+              std::pow((green + 0.055) / 1.055, 2.4), 1e-6);
+}
+
+TEST_F(ExportTest, GlbOfAMapWithoutObjectsPointsAndKeyframesIsValid) {
+  map_.objects.clear();
+  map_.points.clear();
+  map_.keyframes.clear();
+  Write(map_);
+  const json gltf = JsonOf(Slurp(Export("map.glb")));
+  EXPECT_EQ(gltf["nodes"].size(), 1u);
+  for (const char* list : {"meshes", "accessors", "bufferViews", "buffers", "materials", "cameras"}) {
+    EXPECT_FALSE(gltf.contains(list)) << list;  // glTF knows no empty list
+  }
+}
+
+TEST_F(ExportTest, ObjNamesObjectsAndItsColoursLieBesideIt) {
+  const std::string obj = Slurp(Export("desk.obj"));
+  EXPECT_THAT(obj, HasSubstr("mtllib desk.mtl\n"));
+  EXPECT_THAT(obj, HasSubstr("o cup_1\nusemtl cup\n"));
+  const std::string mtl = Slurp(folder_.Path() / "desk.mtl");
+  for (const SnapshotObject& object : map_.objects) {
+    EXPECT_THAT(mtl, HasSubstr("newmtl " + object.label + "\n"));
+  }
+}
+
+TEST_F(ExportTest, PlyHoldsPointsOrMeshes) {
+  EXPECT_THAT(Slurp(Export("points.ply")).substr(0, 200), HasSubstr("element vertex 400\n"));
+  const std::string meshes = Slurp(Export("meshes.ply", "--meshes")).substr(0, 500);
+  EXPECT_THAT(meshes, HasSubstr("property uchar red\n"));
+  EXPECT_THAT(meshes, HasSubstr("element face 6144\n"));
+  const auto run = RunProgram("export " + folder_.Path().string() + " --output x.obj --meshes");
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, HasSubstr(".ply"));
+}
+
+}  // namespace
+}  // namespace sqslam
