@@ -1,0 +1,249 @@
+#include "slam/geometry/silhouette.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+namespace sqslam {
+namespace {
+
+constexpr int kFirstPoints = 16;  // points of the contour before it is refined
+constexpr int kMaxDepth = 40;     // bisections between two of them
+constexpr int kMaxPoints = 4000;
+
+double SignedPower(double base, double exponent) {
+  return base == 0.0 ? 0.0 : std::copysign(std::pow(std::abs(base), exponent), base);
+}
+
+// (|a|^(2/e) + |b|^(2/e))^(e/2) and its gradient by |a| and |b|, safe for small exponents and on the axes.
+struct PairNorm {
+  double value = 0.0;
+  double by_a = 0.0;
+  double by_b = 0.0;
+
+  PairNorm(double a, double b, double e) {
+    const double larger = std::max(std::abs(a), std::abs(b));
+    if (larger == 0.0) {
+      return;
+    }
+    const double x = std::abs(a) / larger;
+    const double y = std::abs(b) / larger;
+    const double norm = std::pow(std::pow(x, 2.0 / e) + std::pow(y, 2.0 / e), 0.5 * e);
+    value = larger * norm;
+    by_a = SignedPower(a / value, 2.0 / e - 1.0);
+    by_b = SignedPower(b / value, 2.0 / e - 1.0);
+  }
+};
+
+// The norm whose unit sphere is the superquadric with exponents e1, e2 and half sizes 1, with its gradient.
+struct Gauge {
+  double value;
+  Eigen::Vector3d gradient;
+
+  Gauge(const Eigen::Vector3d& p, double e1, double e2) {
+    const PairNorm ring(p.x(), p.y(), e2);
+    const PairNorm whole(ring.value, p.z(), e1);
+    value = whole.value;
+    gradient = {whole.by_a * ring.by_a, whole.by_a * ring.by_b, whole.by_b};
+  }
+};
+
+// A point of the contour as seen by the camera.
+struct ContourPoint {
+  double angle;         // in the plane of the dual
+  Eigen::Vector3d ray;  // to the point, camera frame
+  Eigen::Vector3d
+      tangent;  // plane through the camera's centre: the tangent's line in the image, camera frame
+};
+
+class Contour {
+ public:
+  Contour(const PosedSuperquadric& solid, const Rigid3d& T_map_camera)
+      : shape_(solid.shape),
+        T_camera_object_(T_map_camera.Inverse() * solid.T_map_object),
+        eye_((solid.T_map_object.Inverse() * T_map_camera.translation).cwiseQuotient(shape_.half_size)) {
+    const Gauge at_eye(eye_, shape_.e1, shape_.e2);
+    outside_ = at_eye.value > 1.0 + 1e-9;
+    inside_ = at_eye.gradient / at_eye.value;
+    u_ = eye_.normalized().unitOrthogonal();
+    v_ = eye_.normalized().cross(u_);
+  }
+
+  bool Outside() const { return outside_; }
+
+  ContourPoint At(double angle) const {
+    const Eigen::Vector3d direction = std::cos(angle) * u_ + std::sin(angle) * v_;
+    const Eigen::Vector3d normal = inside_ + Reach(direction) * direction;
+    const Eigen::Vector3d point = Gauge(normal, 2.0 - shape_.e1, 2.0 - shape_.e2).gradient;
+    return {angle, T_camera_object_ * Eigen::Vector3d(shape_.half_size.cwiseProduct(point)),
+            (T_camera_object_.rotation * normal.cwiseQuotient(shape_.half_size)).normalized()};
+  }
+
+ private:
+  // Where the ray from the inner point leaves the dual: Newton's steps from outside, which a convex function
+  // never lets overshoot.
+  double Reach(const Eigen::Vector3d& direction) const {
+    double t = 1.0;
+    const auto gauge = [&] { return Gauge(inside_ + t * direction, 2.0 - shape_.e1, 2.0 - shape_.e2); };
+    while (gauge().value <= 1.0) {
+      t *= 2.0;
+    }
+    for (int i = 0; i < 100; ++i) {
+      const Gauge g = gauge();
+      const double step = (g.value - 1.0) / g.gradient.dot(direction);
+      t -= step;
+      if (!(step > 1e-15 * t)) {
+        break;
+      }
+    }
+    return t;
+  }
+
+  Superquadric shape_;
+  Rigid3d T_camera_object_;
+  Eigen::Vector3d eye_;  // object frame, half sizes 1
+  bool outside_ = false;
+  Eigen::Vector3d inside_;  // of the dual, on the plane of the contour's normals
+  Eigen::Vector3d u_, v_;   // of that plane
+};
+
+// Largest distance, in pixels, that the curve between two contour points may keep from their chord: that of
+// the corner of their tangents. Empty where they make none.
+std::optional<double> Deviation(const ContourPoint& a, const ContourPoint& b, const Camera& camera) {
+  constexpr double kNear = 1e-9;
+  if (a.ray.z() < kNear * a.ray.norm() || b.ray.z() < kNear * b.ray.norm()) {
+    return std::nullopt;
+  }
+  const Eigen::Vector2d from = camera.Project(a.ray);
+  const Eigen::Vector2d chord = camera.Project(b.ray) - from;
+  const double length = chord.norm();
+  if (length < 1e-9) {
+    return 0.0;
+  }
+  const Eigen::Vector3d corner = a.tangent.cross(b.tangent);
+  if (corner.norm() < 1e-12 && a.tangent.dot(b.tangent) > 0.0) {
+    return 0.0;  // the same tangent: a straight piece
+  }
+  if (std::abs(corner.z()) < kNear * corner.norm()) {
+    return std::nullopt;
+  }
+  const Eigen::Vector2d side = camera.Project(corner) - from;
+  const double along = side.dot(chord) / (length * length);
+  if (along < -1e-3 || along > 1.0 + 1e-3) {
+    return std::nullopt;
+  }
+  return std::abs(side.x() * chord.y() - side.y() * chord.x()) / length;
+}
+
+// Planes through the camera's centre that bound what is shown, their normals inwards.
+using ViewPlanes = std::array<Eigen::Vector3d, 5>;
+
+// Whether one of the planes hides all of the curve between two points: both, and the corner of their
+// tangents.
+bool Hidden(const ContourPoint& a, const ContourPoint& b, const ViewPlanes& planes) {
+  Eigen::Vector3d corner = a.tangent.cross(b.tangent);
+  corner *= corner.dot(a.ray.normalized() + b.ray.normalized()) < 0.0 ? -1.0 : 1.0;
+  return std::any_of(planes.begin(), planes.end(), [&](const Eigen::Vector3d& plane) {
+    return plane.dot(a.ray) < 0.0 && plane.dot(b.ray) < 0.0 && plane.dot(corner) <= 0.0;
+  });
+}
+
+void Refine(const Contour& contour, const ContourPoint& a, const ContourPoint& b, const Camera& camera,
+            const ViewPlanes& planes, double tolerance, int depth, std::vector<Eigen::Vector3d>& rays) {
+  const std::optional<double> deviation = Deviation(a, b, camera);
+  if ((deviation && *deviation <= tolerance) || Hidden(a, b, planes) || depth >= kMaxDepth ||
+      rays.size() >= kMaxPoints) {
+    rays.push_back(b.ray);
+    return;
+  }
+  const ContourPoint middle = contour.At(0.5 * (a.angle + b.angle));
+  Refine(contour, a, middle, camera, planes, tolerance, depth + 1, rays);
+  Refine(contour, middle, b, camera, planes, tolerance, depth + 1, rays);
+}
+
+// The cone of rays on that side of a plane through the camera's centre where plane . ray >= 0.
+std::vector<Eigen::Vector3d> Clip(const std::vector<Eigen::Vector3d>& cone, const Eigen::Vector3d& plane) {
+  std::vector<Eigen::Vector3d> kept;
+  for (std::size_t i = 0; i < cone.size(); ++i) {
+    const Eigen::Vector3d& from = cone[i];
+    const Eigen::Vector3d& to = cone[(i + 1) % cone.size()];
+    const double at_from = plane.dot(from);
+    const double at_to = plane.dot(to);
+    if (at_from >= 0.0) {
+      kept.push_back(from);
+    }
+    if ((at_from >= 0.0) != (at_to >= 0.0)) {
+      kept.push_back(from + at_from / (at_from - at_to) * (to - from));
+    }
+  }
+  return kept;
+}
+
+// Left, top, right and bottom of what the image shows, in undistorted pixels, with a margin around.
+std::array<double, 4> ImageBounds(const Camera& camera, double margin) {
+  std::array<double, 4> bounds = {-0.5, -0.5, camera.width - 0.5, camera.height - 0.5};
+  if (camera.HasDistortion()) {
+    constexpr int kSteps = 8;
+    for (int i = 0; i <= kSteps; ++i) {
+      const double x = -0.5 + static_cast<double>(camera.width) * i / kSteps;
+      const double y = -0.5 + static_cast<double>(camera.height) * i / kSteps;
+      bounds[0] = std::min(bounds[0], camera.Undistort({-0.5, y}).x());
+      bounds[1] = std::min(bounds[1], camera.Undistort({x, -0.5}).y());
+      bounds[2] = std::max(bounds[2], camera.Undistort({camera.width - 0.5, y}).x());
+      bounds[3] = std::max(bounds[3], camera.Undistort({x, camera.height - 0.5}).y());
+    }
+  }
+  return {bounds[0] - margin, bounds[1] - margin, bounds[2] + margin, bounds[3] + margin};
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector2d> Silhouette(const PosedSuperquadric& solid, const Camera& camera,
+                                        const Rigid3d& T_map_camera, double tolerance, double margin) {
+  const Contour contour(solid, T_map_camera);
+  if (!contour.Outside()) {
+    return {};
+  }
+  const auto [left, top, right, bottom] = ImageBounds(camera, margin);
+  const ViewPlanes planes = {Eigen::Vector3d::UnitZ(),
+                             {camera.fx, 0.0, camera.cx - left},
+                             {-camera.fx, 0.0, right - camera.cx},
+                             {0.0, camera.fy, camera.cy - top},
+                             {0.0, -camera.fy, bottom - camera.cy}};
+  std::vector<Eigen::Vector3d> cone;
+  ContourPoint last = contour.At(0.0);
+  for (int i = 1; i <= kFirstPoints; ++i) {
+    const ContourPoint next = contour.At(2.0 * std::numbers::pi * i / kFirstPoints);
+    Refine(contour, last, next, camera, planes, tolerance, 0, cone);
+    last = next;
+  }
+  for (const Eigen::Vector3d& plane : planes) {
+    cone = Clip(cone, plane);
+  }
+  std::vector<Eigen::Vector2d> outline;
+  for (const Eigen::Vector3d& ray : cone) {
+    if (ray.z() > 0.0) {
+      outline.push_back(camera.Project(ray));
+    }
+  }
+  return outline.size() >= 3 ? outline : std::vector<Eigen::Vector2d>();
+}
+
+std::vector<Eigen::Vector2d> DistortedOutline(const std::vector<Eigen::Vector2d>& outline,
+                                              const Camera& camera, double step) {
+  std::vector<Eigen::Vector2d> distorted;
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const Eigen::Vector2d& from = outline[i];
+    const Eigen::Vector2d& to = outline[(i + 1) % outline.size()];
+    const int pieces = std::max(1, static_cast<int>(std::ceil((to - from).norm() / step)));
+    for (int k = 0; k < pieces; ++k) {
+      const double t = static_cast<double>(k) / pieces;
+      distorted.push_back(camera.ProjectDistorted(camera.Unproject((1.0 - t) * from + t * to)));
+    }
+  }
+  return distorted;
+}
+
+}  // namespace sqslam
