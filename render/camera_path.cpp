@@ -63,6 +63,20 @@ std::vector<ViewCamera> SwingPath(const ViewCamera& middle, int frames, double s
   return path;
 }
 
+ViewCamera ThroughCamera(const Rigid3d& T_map_camera, const Camera& camera) {
+  ViewCamera view = FirstPerson(T_map_camera, camera, 1.0);
+  view.pinhole = camera;
+  return view;
+}
+
+Rigid3d PoseOf(const ViewCamera& view) {
+  Eigen::Matrix3d axes;
+  axes.col(2) = (view.focal_point - view.position).normalized();
+  axes.col(0) = axes.col(2).cross(view.view_up).normalized();
+  axes.col(1) = axes.col(2).cross(axes.col(0));
+  return {Eigen::Quaterniond(axes).normalized(), view.position};
+}
+
 ViewCamera FirstPerson(const Rigid3d& T_map_camera, const Camera& camera, double scene_depth) {
   ViewCamera view;
   view.position = T_map_camera.translation;
@@ -87,7 +101,7 @@ std::vector<ViewCamera> Smooth(const std::vector<ViewCamera>& path, double radiu
   const int size = static_cast<int>(path.size());
   const int reach = static_cast<int>(std::ceil(3.0 * radius));
   for (int i = 0; i < size; ++i) {
-    ViewCamera sum{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), 0.0};
+    ViewCamera sum{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), 0.0, {}};
     double weights = 0.0;
     for (int k = std::max(0, i - reach); k <= std::min(size - 1, i + reach); ++k) {
       const double weight = radius > 0.0 ? std::exp(-0.5 * (k - i) * (k - i) / (radius * radius)) : 1.0;
@@ -98,8 +112,11 @@ std::vector<ViewCamera> Smooth(const std::vector<ViewCamera>& path, double radiu
       sum.view_angle += weight * other.view_angle;
       weights += weight;
     }
-    smooth[static_cast<std::size_t>(i)] = {sum.position / weights, sum.focal_point / weights,
-                                           sum.view_up.normalized(), sum.view_angle / weights};
+    smooth[static_cast<std::size_t>(i)] = {sum.position / weights,
+                                           sum.focal_point / weights,
+                                           sum.view_up.normalized(),
+                                           sum.view_angle / weights,
+                                           {}};
   }
   return smooth;
 }

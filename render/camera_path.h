@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "slam/geometry/rigid3.h"
@@ -14,6 +15,9 @@ struct ViewCamera {
   Eigen::Vector3d focal_point = Eigen::Vector3d::Zero();
   Eigen::Vector3d view_up = Eigen::Vector3d::UnitZ();
   double view_angle = 30.0;  // vertical, degrees
+  // A real camera at this place, its y axis opposite to view_up: the picture, of any size, is then just what
+  // that camera sees (without distortion), and view_angle has no say.
+  std::optional<Camera> pinhole;
 
   double Distance() const { return (position - focal_point).norm(); }
 };
@@ -38,6 +42,10 @@ std::vector<ViewCamera> OrbitPath(const ViewCamera& first, int frames);
 
 // A slow swing from one side of `middle` to the other (`sweep` degrees in all), at rest at both ends.
 std::vector<ViewCamera> SwingPath(const ViewCamera& middle, int frames, double sweep = 40.0);
+
+// Exactly what a posed camera sees (map frame), principal point included, and the pose of such a view.
+ViewCamera ThroughCamera(const Rigid3d& T_map_camera, const Camera& camera);
+Rigid3d PoseOf(const ViewCamera& view);
 
 // Through the eyes of a posed camera (map frame), with its vertical field of view.
 ViewCamera FirstPerson(const Rigid3d& T_map_camera, const Camera& camera, double scene_depth);

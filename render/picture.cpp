@@ -8,6 +8,7 @@
 #include "render/picture_overlay.h"
 #include "render/scene.h"
 #include "render/scene_framing.h"
+#include "render/view_presets.h"
 #include "slam/util/error.h"
 
 namespace sqslam {
@@ -124,7 +125,9 @@ void PictureRenderer::SetMap(const MapSnapshot& map) {
   s.grid_cell = RoundLength(0.4 * s.focus.radius);
   const CameraOverrides& overrides = s.options.camera;
   const double aspect = static_cast<double>(s.options.width) / s.options.height;
-  s.camera = overrides.ApplyTo(FrameScene(s.focus, aspect, overrides.view_angle.value_or(30.0)));
+  const double angle = overrides.view_angle.value_or(30.0);
+  s.camera = overrides.ApplyTo(overrides.view.empty() ? FrameScene(s.focus, aspect, angle)
+                                                      : PresetView(overrides.view, s.focus, aspect, angle));
   SetMapKeepingFrame(map);
 }
 

@@ -16,6 +16,7 @@ namespace sqslam {
 
 // What of the automatic view is overridden; names and meaning as in f3d.
 struct CameraOverrides {
+  std::string view;  // one of render/view_presets.h instead of the automatic view; empty: that
   std::optional<Eigen::Vector3d> position;     // map frame
   std::optional<Eigen::Vector3d> focal_point;  // map frame
   std::optional<Eigen::Vector3d> view_up;

@@ -34,6 +34,13 @@ SeenPoint Project(const ViewCamera& camera, cv::Size image, const Eigen::Vector3
   const ViewAxes axes = AxesOf(camera);
   const Eigen::Vector3d d = p_map - camera.position;
   const double depth = -d.dot(axes.back);
+  if (camera.pinhole) {  // pixels of any size, counted from the corner of the picture
+    const Eigen::Vector2d pixel =
+        camera.pinhole->Project({d.dot(axes.right), -d.dot(axes.up), depth}) + Eigen::Vector2d::Constant(0.5);
+    return {
+        {pixel.x() * image.width / camera.pinhole->width, pixel.y() * image.height / camera.pinhole->height},
+        depth};
+  }
   const double focal = 0.5 * image.height / std::tan(0.5 * camera.view_angle * std::numbers::pi / 180.0);
   return {{0.5 * image.width + focal * d.dot(axes.right) / depth,
            0.5 * image.height - focal * d.dot(axes.up) / depth},

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <mutex>
 #include <opencv2/imgproc.hpp>
 #include <tuple>
 
@@ -123,6 +124,9 @@ struct TextPainter::Impl {
   }
 
   cv::Mat Rasterize(const std::string& text, int pixels, bool bold) {
+    // VTK's fonts are one for all threads; pictures and pages of a video are drawn on different ones.
+    static std::mutex fonts;
+    const std::lock_guard lock(fonts);
     const vtkNew<vtkTextProperty> property;
     const std::string file =
         std::string("/usr/share/fonts/truetype/dejavu/DejaVuSans") + (bold ? "-Bold" : "") + ".ttf";

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "render/gl/camera_setup.h"
 #include "render/gl/picture_pass.h"
 #include "render/ground_shadow.h"
 #include "render/point_actors.h"
@@ -181,6 +182,10 @@ void Scene::LookFrom(const ViewCamera& view, int height) {
   // buffer its precision.
   const double reach = (view.position - s.focus.center).norm() + s.focus.radius;
   camera->SetClippingRange(0.01 * reach, 12.0 * reach);
+  camera->UseExplicitProjectionTransformMatrixOff();
+  if (view.pinhole) {
+    SetPinholeCamera(*view.pinhole, PoseOf(view), 0.01 * reach, 12.0 * reach, camera);
+  }
 }
 
 }  // namespace sqslam

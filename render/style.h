@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "render/overlay_style.h"
+
 namespace sqslam {
 
 // How a map is drawn. Colours are "#rrggbb"; sizes and widths are pixels of a picture 720 pixels high and
@@ -119,6 +121,7 @@ struct SceneStyle {
   Grid grid;
   Light light;
   Text text;
+  OverlayStyle overlay;  // of maps over photographs
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
@@ -130,6 +133,7 @@ struct SceneStyle {
     visit("grid", grid);
     visit("light", light);
     visit("text", text);
+    visit("overlay", overlay);
   }
 };
 

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "render/camera_path.h"
+#include "render/page_composer.h"
 #include "render/video_alignment.h"
 #include "render/video_layout.h"
 #include "slam/util/error.h"
@@ -25,7 +27,13 @@ FrameRange RangeOf(const VideoOptions& options, int total) {
                                  options.first, options.end < 0 ? std::string() : std::to_string(options.end),
                                  total));
   }
-  return range;
+  const auto [first, end] = FramesOf(options.shard, range.first, range.end);
+  if (first >= end) {
+    throw UsageError(fmt::format("--shard {}/{}: nothing to write, expected at most {} pieces for {} frames",
+                                 options.shard.index, options.shard.count, range.end - range.first,
+                                 range.end - range.first));
+  }
+  return {first, end};
 }
 
 // Views along the given poses; where a pose is missing (tracking lost), the one before stays.
@@ -42,6 +50,9 @@ std::vector<ViewCamera> PathAlong(const std::vector<Rigid3d>& poses, CameraPath 
 
 std::vector<ViewCamera> PathOfMap(const MapSnapshot& map, const VideoOptions& options, int frames,
                                   const PictureRenderer& renderer) {
+  if (options.path_file) {
+    return ViewsAlong(*options.path_file, map, options.picture, options.frame_poses, frames, options.fps);
+  }
   switch (options.path) {
     case CameraPath::kStill:
       return std::vector<ViewCamera>(static_cast<std::size_t>(frames), renderer.DefaultCamera());
@@ -79,7 +90,11 @@ std::vector<int> SnapshotOfFrame(const RecordingReader& recording, const VideoOp
 // The view of each frame, in the map frame of the last snapshot.
 std::vector<ViewCamera> PathOfGrowth(const RecordingReader& recording, const std::vector<int>& snapshots,
                                      const MapSnapshot& last, const VideoOptions& options,
-                                     const PictureRenderer& renderer) {
+                                     const PictureOptions& picture, const PictureRenderer& renderer) {
+  if (options.path_file) {
+    return ViewsAlong(*options.path_file, last, picture, options.frame_poses,
+                      static_cast<int>(snapshots.size()), options.fps);
+  }
   if (options.path == CameraPath::kStill) {
     return std::vector<ViewCamera>(snapshots.size(), renderer.DefaultCamera());
   }
@@ -112,25 +127,35 @@ void CheckOpaque(const VideoOptions& options, const std::filesystem::path& outpu
   }
 }
 
+GrowthTimes TimesOf(const RecordingReader& recording, const MapSnapshot& last) {
+  GrowthTimes times{recording.Read(0)->timestamp, last.timestamp, {}};
+  for (const SnapshotKeyframe& keyframe : last.keyframes) {
+    times.keyframes.push_back(keyframe.timestamp);
+  }
+  return times;
+}
+
 }  // namespace
 
 int WriteOrbit(const MapSnapshot& map, const VideoOptions& options, const std::filesystem::path& output,
                const VideoProgress& progress) {
   CheckOpaque(options, output);
-  const int total = std::max(1, static_cast<int>(std::lround(options.seconds * options.fps)));
+  const double seconds =
+      options.path_file ? options.path_file->Length().value_or(options.seconds) : options.seconds;
+  const int total = std::max(1, static_cast<int>(std::lround(seconds * options.fps)));
   const FrameRange range = RangeOf(options, total);
   FrameWriter writer(output, {options.picture.width, options.picture.height}, options.fps);
   PictureRenderer renderer(options.picture);
   renderer.SetMap(map);
   const std::vector<ViewCamera> views = PathOfMap(map, options, total, renderer);
-  for (int i = range.first; i < range.end; ++i) {
+  int done = 0;
+  for (bool go_on = true; go_on && range.first + done < range.end;) {
+    const int i = range.first + done++;
     writer.Add(renderer.Render(views[static_cast<std::size_t>(i)]), i);
-    if (progress && !progress(i - range.first + 1, range.end - range.first)) {
-      return i - range.first + 1;
-    }
+    go_on = !progress || progress(done, range.end - range.first);
   }
   writer.Close();
-  return range.end - range.first;
+  return done;
 }
 
 int WriteGrowthVideo(const RecordingReader& recording, const VideoOptions& options,
@@ -152,28 +177,26 @@ int WriteGrowthVideo(const RecordingReader& recording, const VideoOptions& optio
   view.height = layout.view.height;
   PictureRenderer renderer(view);
   renderer.SetMap(*last);
-  const GrowthPage page(layout, view.style, renderer.Colors());
-  const std::vector<ViewCamera> views = PathOfGrowth(recording, snapshots, *last, options, renderer);
-  const double start = recording.Read(0)->timestamp;
-  const double whole = std::max(last->timestamp - start, 1e-9);
+  const std::vector<ViewCamera> views = PathOfGrowth(recording, snapshots, *last, options, view, renderer);
+  PageComposer composer(GrowthPage(layout, view.style, renderer.Colors(), TimesOf(recording, *last)), writer);
   int shown = -1;
-  MapSnapshot map;
-  for (int i = range.first; i < range.end; ++i) {
+  int done = 0;
+  MapSnapshotPtr map;
+  for (bool go_on = true; go_on && range.first + done < range.end;) {
+    const int i = range.first + done++;
     const int snapshot = snapshots[static_cast<std::size_t>(i)];
     if (snapshot != shown) {
       const MapSnapshotPtr read = recording.Read(snapshot);
-      map = Transformed(AlignByKeyframes(*read, *last), *read);
-      renderer.SetMapKeepingFrame(map);
+      map = std::make_shared<const MapSnapshot>(Transformed(AlignByKeyframes(*read, *last), *read));
+      renderer.SetMapKeepingFrame(*map);
       shown = snapshot;
     }
-    const GrowthMoment moment{(map.timestamp - start) / whole, map.timestamp - start};
-    writer.Add(page.Compose(renderer.Render(views[static_cast<std::size_t>(i)]), map, moment), i);
-    if (progress && !progress(i - range.first + 1, range.end - range.first)) {
-      return i - range.first + 1;
-    }
+    composer.Add(renderer.Render(views[static_cast<std::size_t>(i)]), map, i);
+    go_on = !progress || progress(done, range.end - range.first);
   }
+  composer.Finish();
   writer.Close();
-  return range.end - range.first;
+  return done;
 }
 
 }  // namespace sqslam

@@ -7,6 +7,9 @@
 #include <map>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
+
+#include "render/outlines.h"
 
 namespace sqslam {
 namespace {
@@ -40,31 +43,52 @@ GrowthLayout LayOut(cv::Size frame, bool show_image, const Camera& camera) {
   return layout;
 }
 
-GrowthPage::GrowthPage(const GrowthLayout& layout, const SceneStyle& style, const LabelColors& colors)
-    : layout_(layout), style_(style), colors_(colors) {}
+GrowthPage::GrowthPage(const GrowthLayout& layout, const SceneStyle& style, const LabelColors& colors,
+                       GrowthTimes times)
+    : layout_(layout), style_(style), colors_(colors), times_(std::move(times)) {}
 
-cv::Mat GrowthPage::Compose(const cv::Mat& view, const MapSnapshot& map, const GrowthMoment& moment) const {
+cv::Mat GrowthPage::Compose(const cv::Mat& view, const MapSnapshotPtr& map) {
   cv::Mat page(layout_.frame, CV_8UC3, ToBgr(ParseColor(style_.background)));
   view.copyTo(page(layout_.view));
   if (!layout_.image.empty()) {
-    DrawImage(page, map);
+    if (shown_ != map) {
+      image_ = DrawImage(*map);
+      shown_ = map;
+    }
+    image_.copyTo(page(layout_.image));
   }
-  DrawTimeline(page, map, moment);
+  DrawTimeline(page, *map);
   return page;
 }
 
-void GrowthPage::DrawImage(cv::Mat& page, const MapSnapshot& map) const {
+cv::Mat GrowthPage::DrawImage(const MapSnapshot& map) const {
   const Eigen::Vector3d ink = ParseColor(style_.text.color);
   const Eigen::Vector3d paper = ParseColor(style_.background);
   const cv::Mat image = map.image_path.empty() ? cv::Mat() : cv::imread(map.image_path, cv::IMREAD_COLOR);
-  cv::Mat part = page(layout_.image);
+  cv::Mat part(layout_.image.size(), CV_8UC3);
   if (image.empty()) {
     part.setTo(ToBgr(0.92 * paper + 0.08 * ink));
     text_.Draw(part, "image not found", {part.cols / 2, part.rows / 2}, style_.text.size * layout_.scale,
                0.5 * ink + 0.5 * paper, TextPainter::Align::kCenter);
-    return;
+    return part;
   }
   cv::resize(image, part, part.size(), 0.0, 0.0, image.cols > part.cols ? cv::INTER_AREA : cv::INTER_LINEAR);
+  DrawObjects(part, image, map);
+  DrawBoxes(part, image, map);
+  return part;
+}
+
+// The outlines where the lens shows the objects.
+void GrowthPage::DrawObjects(cv::Mat& part, const cv::Mat& image, const MapSnapshot& map) const {
+  if (!map.T_map_camera || image.cols != map.camera.width || image.rows != map.camera.height) {
+    return;
+  }
+  const ImagePlacement place = PlaceImage(map.camera, {cv::Point(), part.size()});
+  std::vector<ObjectOutline> outlines = OutlinesOf(map.objects, place.camera, *map.T_map_camera);
+  DrawOutlines(part, outlines, colors_, style_.overlay, 0.8 * layout_.scale);
+}
+
+void GrowthPage::DrawBoxes(cv::Mat& part, const cv::Mat& image, const MapSnapshot& map) const {
   std::map<int, std::string> labels;
   for (const SnapshotObject& object : map.objects) {
     labels[object.id] = object.label;
@@ -80,35 +104,40 @@ void GrowthPage::DrawImage(cv::Mat& page, const MapSnapshot& map) const {
     const Box2d& box = seen.detection.box;
     const cv::Rect area(cv::Point(cvRound(box.x * sx), cvRound(box.y * sy)),
                         cv::Point(cvRound((box.x + box.width) * sx), cvRound((box.y + box.height) * sy)));
-    DrawFrame(part, area, (mapped ? 2.4 : 1.0) * layout_.scale, color, mapped ? 1.0 : 0.7);
-    if (!mapped) {  // not yet, or no longer, part of the map: a thin box without a name
-      continue;
+    DrawFrame(part, area, layout_.scale, color, mapped ? 1.0 : 0.7);
+    if (mapped) {  // not yet, or no longer, part of the map: a box without a name
+      const cv::Size tag = TagSize(seen.detection.label, text_, size);
+      DrawTag(part, seen.detection.label,
+              {std::clamp(area.x, 0, std::max(0, part.cols - tag.width)), std::max(0, area.y - tag.height)},
+              color, text_, size);
     }
-    std::string shown = seen.detection.label;
-    std::replace(shown.begin(), shown.end(), '_', ' ');
-    const int width = text_.Width(shown, size) + static_cast<int>(0.8 * size);
-    const int height = static_cast<int>(1.5 * size);
-    const cv::Rect tag(std::clamp(area.x, 0, std::max(0, part.cols - width)), std::max(0, area.y - height),
-                       width, height);
-    DrawPanel(part, tag, 0.2 * size, color, 0.9);
-    const bool light = color.dot(Eigen::Vector3d(0.2126, 0.7152, 0.0722)) > 0.5;
-    text_.Draw(part, shown, {tag.x + tag.width / 2, tag.y + tag.height / 2}, size,
-               Eigen::Vector3d::Constant(light ? 0.05 : 1.0), TextPainter::Align::kCenter);
   }
 }
 
-void GrowthPage::DrawTimeline(cv::Mat& page, const MapSnapshot& map, const GrowthMoment& moment) const {
+void GrowthPage::DrawTimeline(cv::Mat& page, const MapSnapshot& map) const {
   const Eigen::Vector3d ink = ParseColor(style_.text.color);
   const Eigen::Vector3d paper = ParseColor(style_.background);
+  const Eigen::Vector3d played = ParseColor(style_.cameras.current_color);
   const double size = 0.9 * style_.text.size * layout_.scale;
   const cv::Rect& area = layout_.timeline;
   const int thick = std::max(2, static_cast<int>(std::lround(4.0 * layout_.scale)));
   const cv::Rect track(area.x, area.y + thick, area.width, thick);
+  const auto at = [&](double timestamp) {
+    const double share = (timestamp - times_.start) / std::max(times_.end - times_.start, 1e-9);
+    return static_cast<int>(std::lround(track.width * std::clamp(share, 0.0, 1.0)));
+  };
+  const int done = at(map.timestamp);
   DrawPanel(page, track, 0.5 * thick, 0.85 * paper + 0.15 * ink);
-  const int done = static_cast<int>(std::lround(track.width * std::clamp(moment.progress, 0.0, 1.0)));
-  DrawPanel(page, {track.x, track.y, done, thick}, 0.5 * thick, ParseColor(style_.cameras.current_color));
+  DrawPanel(page, {track.x, track.y, done, thick}, 0.5 * thick, played);
+  const int tick = std::max(1, static_cast<int>(std::lround(1.5 * layout_.scale)));
+  for (const double timestamp : times_.keyframes) {
+    const int x = at(timestamp);
+    const cv::Rect mark(track.x + std::min(x, track.width - tick), track.y - thick, tick, thick);
+    DrawPanel(page, mark, 0.0,
+              timestamp <= map.timestamp ? played : Eigen::Vector3d(0.7 * paper + 0.3 * ink));
+  }
   const int y = area.y + 2 * thick + static_cast<int>(1.1 * size);
-  const std::string when = fmt::format("{:.1f} s   frame {}", moment.seconds, map.frame_index);
+  const std::string when = fmt::format("{:.1f} s   frame {}", map.timestamp - times_.start, map.frame_index);
   const std::string counts =
       fmt::format("{} keyframes   {} points   {} object{}", map.keyframes.size(), map.points.size(),
                   map.objects.size(), map.objects.size() == 1 ? "" : "s");

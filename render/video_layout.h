@@ -1,6 +1,7 @@
 #pragma once
 
 #include <opencv2/core.hpp>
+#include <vector>
 
 #include "render/picture_text.h"
 #include "render/style.h"
@@ -18,26 +19,35 @@ struct GrowthLayout {
 };
 GrowthLayout LayOut(cv::Size frame, bool show_image, const Camera& camera);
 
-struct GrowthMoment {
-  double progress = 0.0;  // in [0, 1]
-  double seconds = 0.0;   // since the first snapshot
+// What the time line shows, in seconds of the run.
+struct GrowthTimes {
+  double start = 0.0;             // of the first snapshot
+  double end = 0.0;               // of the last
+  std::vector<double> keyframes;  // of the finished map
 };
 
-// Puts a frame together: the view of the map, the input image with its boxes, time line and counts.
+// Puts a frame together: the view of the map, the input image with its boxes and the outlines of the objects,
+// time line and counts. Belongs to one thread; keeps what stays the same from frame to frame.
 class GrowthPage {
  public:
-  GrowthPage(const GrowthLayout& layout, const SceneStyle& style, const LabelColors& colors);
+  GrowthPage(const GrowthLayout& layout, const SceneStyle& style, const LabelColors& colors,
+             GrowthTimes times);
 
-  cv::Mat Compose(const cv::Mat& view, const MapSnapshot& map, const GrowthMoment& moment) const;
+  cv::Mat Compose(const cv::Mat& view, const MapSnapshotPtr& map);
 
  private:
-  void DrawImage(cv::Mat& page, const MapSnapshot& map) const;
-  void DrawTimeline(cv::Mat& page, const MapSnapshot& map, const GrowthMoment& moment) const;
+  cv::Mat DrawImage(const MapSnapshot& map) const;
+  void DrawObjects(cv::Mat& part, const cv::Mat& image, const MapSnapshot& map) const;
+  void DrawBoxes(cv::Mat& part, const cv::Mat& image, const MapSnapshot& map) const;
+  void DrawTimeline(cv::Mat& page, const MapSnapshot& map) const;
 
   GrowthLayout layout_;
   SceneStyle style_;
   LabelColors colors_;
+  GrowthTimes times_;
   TextPainter text_;
+  MapSnapshotPtr shown_;  // the map whose image was drawn last
+  cv::Mat image_;
 };
 
 }  // namespace sqslam

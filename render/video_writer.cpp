@@ -126,6 +126,23 @@ struct FrameWriter::Impl {
     }
   }
 
+  // OpenCV tells nobody of frames that could not be written (a full disk): whether all are there is seen from
+  // the file itself.
+  void CheckVideo() const {
+    std::error_code error;
+    const auto bytes = fs::exists(file->Path(), error) ? fs::file_size(file->Path(), error) : 0;
+    int frames = 0;
+    if (cv::VideoCapture back; bytes > 0 && back.open(file->Path().string(), cv::CAP_FFMPEG)) {
+      cv::Mat first;
+      frames = back.read(first) ? static_cast<int>(back.get(cv::CAP_PROP_FRAME_COUNT)) : 0;
+    }
+    if (frames != added) {
+      throw InputError(
+          fmt::format("{}: only {} of {} frames could be written ({} bytes), expected free space",
+                      output.string(), frames, added, bytes));
+    }
+  }
+
   void ThrowFailure() {
     const std::lock_guard lock(mutex);
     if (failure) {
@@ -137,6 +154,7 @@ struct FrameWriter::Impl {
   cv::Size size;
   double fps;
   bool numbered;
+  int added = 0;
   std::optional<AtomicPath> file;
   cv::VideoWriter video;
   std::mutex mutex;  // guards what follows, but for the thread
@@ -158,6 +176,7 @@ void FrameWriter::Add(const cv::Mat& frame, int number) {
   std::unique_lock lock(s.mutex);
   s.changed.wait(lock, [&s] { return s.jobs.size() < kQueue; });
   s.jobs.push_back({frame.clone(), number});
+  ++s.added;
   s.changed.notify_all();
 }
 
@@ -165,8 +184,9 @@ void FrameWriter::Close() {
   Impl& s = *impl_;
   s.Stop();
   s.ThrowFailure();
-  if (s.file) {
+  if (s.file && s.added > 0) {
     s.video.release();
+    s.CheckVideo();
     s.file->Commit();
   }
 }
