@@ -28,6 +28,7 @@ Examples:
   sqslam run rgbd_dataset_freiburg1_xyz --camera tum-freiburg1
   sqslam run 0 --camera webcam.yaml              a live camera, until Ctrl-C
   sqslam run film.mp4 --camera phone.yaml --set tracking.features.num_features=1500
+  sqslam run data/kitchen --video kitchen.mp4
   sqslam run --dump-config > my.yaml             every option with its default
 )";
 
@@ -101,9 +102,21 @@ std::optional<int> LiveCameraOf(const std::string& input) {
   return is_number && !fs::exists(input) ? std::optional(std::stoi(input)) : std::nullopt;
 }
 
+// Before the run rather than after it.
+void CheckVideoName(const fs::path& video) {
+  if (video.extension() != ".mp4") {
+    throw UsageError(fmt::format("--video {}: expected FILE.mp4", video.string()));
+  }
+  const fs::path folder = video.has_parent_path() ? video.parent_path() : fs::path(".");
+  if (!fs::is_directory(folder)) {
+    throw UsageError(
+        fmt::format("--video {}: there is no folder {}, expected one", video.string(), folder.string()));
+  }
+}
+
 RunRequest MakeRequest(const RunArguments& arguments) {
   if (!arguments.video.empty()) {
-    throw UsageError("--video: not made by this version of run, expected no --video");
+    CheckVideoName(arguments.video);
   }
   RunRequest request;
   request.sequence = {arguments.input, ParseFormat(arguments.format), arguments.camera, arguments.detections};
@@ -184,7 +197,8 @@ void AddRunCommand(CLI::App& app, int& exit_code) {
       ->check(CLI::IsMember({"superquadric", "ellipsoid", "quadric", "cuboid"}));
   run->add_option("--association", a.association, "Which tests associate boxes with objects")
       ->check(CLI::IsMember({"full", "iou", "iou+points", "iou+ttest", "nonparametric", "ensemble"}));
-  run->add_option("--video", a.video, "Also make a video of the map's growth (.mp4)");
+  run->add_option("--video", a.video,
+                  "FILE.mp4: afterwards, make a video of the map's growth, as `sqslam render --growth` does");
   run->add_flag("--no-render", a.no_render, "No pictures and no report");
   run->add_flag("--quiet", a.quiet, "No progress and no summary; warnings and errors stay");
   run->add_flag("--dump-config", a.dump_config, "Print all options as they would be used, and end");

@@ -8,7 +8,6 @@
 #include <string>
 
 #include "render/picture.h"
-#include "render/video.h"
 #include "slam/io/atomic_file.h"
 #include "slam/io/recording.h"
 #include "slam/util/error.h"
@@ -48,11 +47,13 @@ void DrawRun(const MapSnapshot& map, const std::filesystem::path& result, StageT
   }
 }
 
-void DrawGrowth(const std::filesystem::path& recording, const std::filesystem::path& video) {
+void DrawGrowth(const std::filesystem::path& recording, const std::filesystem::path& video,
+                const VideoProgress& progress) {
   const RecordingReader reader(recording);
   VideoOptions options;
   options.fps = 15.0;  // half a camera's rate: new maps come a few times a second
-  WriteGrowthVideo(reader, options, video);
+  options.seconds = 20.0;
+  WriteGrowthVideo(reader, options, video, progress);
 }
 
 }  // namespace sqslam::app

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "render/video.h"
 #include "slam/map/snapshot.h"
 #include "slam/util/stage_times.h"
 
@@ -12,8 +13,9 @@ namespace sqslam::app {
 // written.
 void DrawRun(const MapSnapshot& map, const std::filesystem::path& result, StageTimes& times);
 
-// The growth of a recorded map as a video of about twenty seconds at most (render/video.h). Throws as
-// WriteGrowthVideo.
-void DrawGrowth(const std::filesystem::path& recording, const std::filesystem::path& video);
+// The growth of a recorded map as a video of twenty seconds at most (render/video.h). `progress` may end it
+// early. Throws as WriteGrowthVideo.
+void DrawGrowth(const std::filesystem::path& recording, const std::filesystem::path& video,
+                const VideoProgress& progress = {});
 
 }  // namespace sqslam::app

@@ -200,9 +200,33 @@ int Play(const RunRequest& request, const Sequence& sequence, const Recorder& re
   return pace.Dropped() + source.Dropped();
 }
 
+// Makes the video of a run that was not interrupted; Ctrl-C ends it where it is.
+void Film(const RunRequest& request, const InterruptGuard& interrupt, RunSummary& summary) {
+  if (request.video.empty()) {
+    return;
+  }
+  if (summary.interrupted) {
+    spdlog::warn("no video of an interrupted run; sqslam render {} --growth --output {} makes it",
+                 request.output.string(), request.video.string());
+    return;
+  }
+  std::optional<Progress> progress;
+  DrawGrowth(request.output / "map.sqmap", request.video, [&](int done, int total) {
+    if (!progress) {
+      progress.emplace(total, request.quiet);
+    }
+    progress->Update(done, "of the video");
+    return !interrupt.Interrupted();
+  });
+  if (progress) {
+    progress->Finish();
+  }
+  summary.interrupted = interrupt.Interrupted();
+}
+
 // All files of a run that has a map.
-void SaveRun(const RunRequest& request, const Sequence& sequence, const RunResult& result, Recorder& recorder,
-             RunSummary& summary) {
+void SaveRun(const RunRequest& request, const Sequence& sequence, const RunResult& result,
+             const InterruptGuard& interrupt, Recorder& recorder, RunSummary& summary) {
   const auto draw = [&] {
     if (request.render) {
       StageTimes times;
@@ -210,14 +234,11 @@ void SaveRun(const RunRequest& request, const Sequence& sequence, const RunResul
       summary.stats.timing_ms.merge(times.Summaries());
     }
   };
-  const auto film = [&] {
-    if (!request.video.empty()) {
-      DrawGrowth(request.output / "map.sqmap", request.video);
-    }
-  };
+  const auto film = [&] { Film(request, interrupt, summary); };
   const auto report = [&] {
     if (request.render) {
-      WriteReport({request.output, "", sequence.path.string(), request.video});
+      const bool filmed = fs::exists(request.video);
+      WriteReport({request.output, "", sequence.path.string(), filmed ? request.video : fs::path()});
     }
   };
   AttemptAll({[&] { WriteMapFiles(request.output, result.map); },
@@ -262,7 +283,7 @@ RunSummary RunPipeline(const RunRequest& request) {
     }
     throw NoMapError(fmt::format("{}: no map: {}", sequence.path.string(), result.no_map_reason));
   }
-  SaveRun(request, sequence, result, recorder, summary);
+  SaveRun(request, sequence, result, interrupt, recorder, summary);
   return summary;
 }
 

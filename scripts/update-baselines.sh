@@ -1,10 +1,11 @@
-#!/bin/sh
+#!/bin/bash
 # Draws the baseline pictures of the tests anew, into tests/baselines. Look at every one of them before committing.
 set -eu
 cd "$(dirname "$0")/.."
 preset=${1:-release}
-cmake --build --preset "$preset" --target render_picture_test render_figure_test
-for program in render_picture_test render_figure_test; do
+programs=(render_picture_test render_figure_test render_overlay_test)
+cmake --build --preset "$preset" --target "${programs[@]}"
+for program in "${programs[@]}"; do
   SQSLAM_UPDATE_BASELINES=1 "build/$preset/bin/$program" --gtest_filter='*Baseline*'
 done
 git status --short tests/baselines

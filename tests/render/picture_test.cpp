@@ -4,13 +4,11 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <filesystem>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <opencv2/quality/qualityssim.hpp>
 
 #include "baseline.h"
 #include "hand_made_map.h"
+#include "picture_baseline.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
 

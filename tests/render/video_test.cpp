@@ -1,7 +1,9 @@
 #include "render/video.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
@@ -12,6 +14,8 @@
 namespace sqslam {
 namespace {
 namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 // A recording of three snapshots, the map growing object by object, in a folder that goes with the test.
 class VideoTest : public testing::Test {
@@ -82,11 +86,142 @@ TEST_F(VideoTest, NumberedPicturesTakeARangeOfTheFrames) {
   EXPECT_EQ(cv::imread((folder_ / "f" / "002.png").string()).size(), cv::Size(480, 200));
 }
 
-TEST_F(VideoTest, OrbitStoppedHalfwayLeavesNoFile) {
+int FramesIn(const fs::path& path) {
+  cv::VideoCapture video(path.string());
+  cv::Mat frame;
+  int frames = 0;
+  while (video.read(frame)) {
+    ++frames;
+  }
+  return frames;
+}
+
+TEST_F(VideoTest, StoppedHalfwayAVideoPlaysUntilThere) {
   const int before = FilesLeft();
   options_.seconds = 0.2;
-  WriteOrbit(HandMadeMap(), options_, folder_ / "orbit.mp4", [](int done, int) { return done < 2; });
-  EXPECT_EQ(FilesLeft(), before);
+  const auto stop_at_two = [](int done, int) { return done < 2; };
+  EXPECT_EQ(WriteOrbit(HandMadeMap(), options_, folder_ / "orbit.mp4", stop_at_two), 2);
+  EXPECT_EQ(FramesIn(folder_ / "orbit.mp4"), 2);
+  const RecordingReader recording(folder_ / "map.sqmap");
+  EXPECT_EQ(WriteGrowthVideo(recording, options_, folder_ / "growth.mp4", stop_at_two), 2);
+  EXPECT_EQ(FramesIn(folder_ / "growth.mp4"), 2);
+  EXPECT_EQ(FilesLeft(), before + 2);  // nothing temporary
+}
+
+TEST_F(VideoTest, GrowthShowsOutlinesOnTheImageAndKeyframesOnTheTimeLine) {
+  WriteGrowthVideo(RecordingReader(folder_ / "map.sqmap"), options_, folder_ / "{frame}.png");
+  const cv::Mat page = cv::imread((folder_ / "2.png").string());
+  // Left lies the image of one colour: what differs from it was drawn.
+  cv::Mat same;
+  cv::inRange(page(cv::Rect(20, 30, 140, 100)), cv::Scalar(195, 115, 55), cv::Scalar(205, 125, 65), same);
+  EXPECT_GT(same.total() - static_cast<std::size_t>(cv::countNonZero(same)), 1500u);  // boxes alone: less
+  // Above the time line: marks of keyframes at 0, 1/3, 2/3 and, with those after the recording's end, 1 s.
+  cv::Mat ink;
+  cv::inRange(page(cv::Rect(0, 188, 480, 1)), cv::Scalar::all(0), cv::Scalar(250, 250, 250), ink);
+  std::vector<int> marks;
+  for (int x = 1; x < ink.cols; ++x) {
+    if (ink.at<std::uint8_t>(0, x) > 0 && ink.at<std::uint8_t>(0, x - 1) == 0) {
+      marks.push_back(x);
+    }
+  }
+  ASSERT_EQ(marks.size(), 4u);
+  EXPECT_NEAR(marks[1] - marks[0], (marks[3] - marks[0]) / 3.0, 1.5);
+}
+
+class ShardTest : public VideoTest {
+ protected:
+  void SetUp() override {
+    VideoTest::SetUp();
+    options_.seconds = 1.0;
+    options_.fps = 11.0;  // three pieces of 3, 4 and 4 frames
+    for (int i = 1; i <= 3; ++i) {
+      options_.shard = {i, 3};
+      parts_.push_back(PartName(folder_ / "orbit.mp4", options_.shard).string());
+      WriteOrbit(HandMadeMap(), options_, parts_.back());
+    }
+  }
+
+  std::string ErrorOf(const std::vector<std::string>& pieces) {
+    try {
+      JoinVideo(pieces, folder_ / "joined.mp4", 30.0);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "(no InputError)";
+  }
+
+  std::vector<std::string> parts_;
+};
+
+TEST_F(ShardTest, JoinedInAnyOrderPiecesAreTheWholeVideo) {
+  EXPECT_EQ(fs::path(parts_[1]).filename(), "orbit.part-2-of-3.mp4");
+  EXPECT_EQ(JoinVideo({parts_[2], parts_[0], parts_[1]}, folder_ / "joined.mp4", 30.0), 11);
+  options_.shard = {};
+  WriteOrbit(HandMadeMap(), options_, folder_ / "whole.mp4");
+  cv::VideoCapture joined((folder_ / "joined.mp4").string());
+  cv::VideoCapture whole((folder_ / "whole.mp4").string());
+  EXPECT_NEAR(joined.get(cv::CAP_PROP_FPS), 11.0, 1e-6);
+  std::vector<cv::Mat> frames;
+  for (cv::Mat frame; whole.read(frame);) {
+    frames.push_back(frame.clone());
+  }
+  ASSERT_EQ(frames.size(), 11u);
+  for (std::size_t i = 0; i < frames.size(); ++i) {  // each looks most like the one in its place
+    cv::Mat frame;
+    ASSERT_TRUE(joined.read(frame)) << i;
+    const auto nearest =
+        std::min_element(frames.begin(), frames.end(), [&](const cv::Mat& a, const cv::Mat& b) {
+          return cv::norm(a, frame, cv::NORM_L1) < cv::norm(b, frame, cv::NORM_L1);
+        });
+    EXPECT_EQ(nearest - frames.begin(), static_cast<std::ptrdiff_t>(i));
+  }
+  cv::Mat b;
+  EXPECT_FALSE(joined.read(b));
+}
+
+TEST_F(ShardTest, JoinSaysWhatIsWrongWithThePieces) {
+  EXPECT_THAT(ErrorOf({parts_[0], parts_[2]}), HasSubstr("missing piece 2 of 3"));
+  EXPECT_THAT(ErrorOf({parts_[0], parts_[0], parts_[1]}), HasSubstr("given twice"));
+  EXPECT_THAT(ErrorOf({parts_[0], (folder_ / "other.part-2-of-3.mp4").string()}), HasSubstr("another video"));
+  EXPECT_THAT(ErrorOf({(folder_ / "orbit.mp4").string()}), HasSubstr("part-I-of-N"));
+  options_.shard = {2, 3};
+  WriteOrbit(HandMadeMap(), options_, parts_[1], [](int done, int) { return done < 2; });
+  EXPECT_THAT(ErrorOf(parts_),
+              AllOf(HasSubstr("part-2-of-3"), HasSubstr("2 frames"), HasSubstr("interrupted")));
+  options_.picture.width = 400;
+  WriteOrbit(HandMadeMap(), options_, parts_[1]);
+  EXPECT_THAT(ErrorOf(parts_), AllOf(HasSubstr("part-2-of-3"), HasSubstr("400x200"), HasSubstr("480x200")));
+  EXPECT_FALSE(fs::exists(folder_ / "joined.mp4"));
+}
+
+TEST_F(VideoTest, NumberedPicturesBecomeAVideoUnlessOneIsMissing) {
+  options_.seconds = 0.4;
+  const std::string name = (folder_ / "f" / "{frame:03}.png").string();
+  for (int i = 1; i <= 2; ++i) {  // two shards share the numbers
+    options_.shard = {i, 2};
+    EXPECT_EQ(WriteOrbit(HandMadeMap(), options_, PartName(name, options_.shard)), 6);
+  }
+  EXPECT_EQ(JoinVideo({name}, folder_ / "joined.mp4", 12.0), 12);
+  EXPECT_EQ(FramesIn(folder_ / "joined.mp4"), 12);
+  fs::remove(folder_ / "f" / "004.png");
+  EXPECT_THROW(JoinVideo({name}, folder_ / "again.mp4", 12.0), InputError);
+  EXPECT_FALSE(fs::exists(folder_ / "again.mp4"));
+}
+
+TEST(ShardNumbersTest, CoverAllFramesOnce) {
+  for (const int total : {1, 7, 100}) {
+    int next = 5;
+    for (int i = 1; i <= 9; ++i) {
+      const auto [first, end] = FramesOf({i, 9}, 5, 5 + total);
+      EXPECT_EQ(first, next);
+      next = end;
+    }
+    EXPECT_EQ(next, 5 + total);
+  }
+  EXPECT_EQ(ParseShard("2/8").count, 8);
+  for (const char* text : {"", "2", "0/8", "9/8", "1/0", "a/b", "1/2x", "-1/2"}) {
+    EXPECT_THROW(ParseShard(text), UsageError) << text;
+  }
 }
 
 TEST_F(VideoTest, OutputThatCannotBeWrittenIsSaid) {

@@ -1,0 +1,181 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+#include <thread>
+
+#include "run_program.h"
+#include "slam/io/recording.h"
+#include "tests/render/hand_made_map.h"
+
+namespace sqslam {
+namespace {
+namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using testing::ProgramRun;
+using testing::RunProgram;
+using testing::Slurp;
+
+// A map of three snapshots whose images are there.
+class RenderCommandTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const std::string image = (folder_.Path() / "image.png").string();
+    cv::imwrite(image, cv::Mat(240, 320, CV_8UC3, cv::Scalar(200, 120, 60)));
+    RecordingWriter writer(folder_.Path() / "map.sqmap", {});
+    for (int i = 0; i < 3; ++i) {
+      MapSnapshot map = HandMadeMap();
+      map.sequence_number = i;
+      map.frame_index = 30 * i;
+      map.timestamp = i;
+      map.image_path = image;
+      writer.Add(map);
+    }
+    writer.Close();
+  }
+
+  std::string Out(const std::string& name) const { return (folder_.Path() / name).string(); }
+
+  ProgramRun Render(const std::string& arguments, const std::string& before = "") const {
+    return RunProgram("render " + folder_.Path().string() +
+                          " --resolution 320,240 --rendering-backend osmesa --quiet " + arguments,
+                      before);
+  }
+
+  int FilesLeft() const {
+    return static_cast<int>(std::distance(fs::directory_iterator(folder_.Path()), fs::directory_iterator()));
+  }
+
+  // Starts a render that would take hours, presses Ctrl-C once its file is begun, and returns the exit code.
+  int Interrupt(const std::string& output, const std::string& growth,
+                const std::function<bool()>& begun) const {
+    const std::string err = Out("err.txt");
+    const pid_t child = ::fork();
+    if (child == 0) {
+      if (::freopen(err.c_str(), "w", stderr) != nullptr) {
+        ::execl(SQSLAM_PROGRAM, "sqslam", "render", folder_.Path().c_str(), "--output", output.c_str(),
+                "--resolution", "320,240", "--seconds", "36000", "--fps", "60", "--quiet",
+                growth.empty() ? nullptr : growth.c_str(), nullptr);
+      }
+      ::_exit(99);
+    }
+    int status = 0;
+    for (int i = 0; i < 6000 && !begun() && ::waitpid(child, &status, WNOHANG) == 0; ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    ::kill(child, SIGINT);
+    ::waitpid(child, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
+  }
+
+  TemporaryFolder folder_;
+};
+
+int FramesIn(const std::string& path) {
+  cv::VideoCapture video(path);
+  cv::Mat frame;
+  int frames = 0;
+  while (video.read(frame)) {
+    ++frames;
+  }
+  return frames;
+}
+
+TEST_F(RenderCommandTest, CtrlCLeavesAVideoThatPlays) {
+  const std::string output = Out("orbit.mp4");
+  const auto begun = [&] {  // the file has no name yet
+    for (const auto& entry : fs::directory_iterator(folder_.Path())) {
+      if (entry.path().extension() == ".mp4" && fs::file_size(entry.path()) > 0) {
+        return true;
+      }
+    }
+    return false;
+  };
+  EXPECT_EQ(Interrupt(output, "", begun), 130);
+  const int frames = FramesIn(output);
+  EXPECT_GE(frames, 1);
+  EXPECT_THAT(Slurp(Out("err.txt")),
+              HasSubstr("interrupted; " + std::to_string(frames) + " of 2160000 frames"));
+}
+
+TEST_F(RenderCommandTest, CtrlCLeavesTheNumberedPicturesThatAreDone) {
+  // Growth of three seconds at most: interrupted after its second picture of 120.
+  EXPECT_EQ(Interrupt(Out("{frame:03}.png"), "--growth", [&] { return fs::exists(Out("001.png")); }), 130);
+  int pictures = 0;
+  for (const auto& entry : fs::directory_iterator(folder_.Path())) {
+    EXPECT_EQ(entry.path().filename().string().find(".tmp"), std::string::npos);
+    pictures += entry.path().extension() == ".png" && entry.path().stem() != "image" ? 1 : 0;
+  }
+  EXPECT_GE(pictures, 2);
+  EXPECT_LT(pictures, 120);
+  EXPECT_THAT(Slurp(Out("err.txt")),
+              HasSubstr("interrupted; " + std::to_string(pictures) + " of 120 frames"));
+}
+
+TEST_F(RenderCommandTest, FullDiskIsSaidAndLeavesNoVideo) {
+  const int before = FilesLeft();
+  const ProgramRun run =
+      Render("--output " + Out("a.mp4") + " --seconds 3 --fps 10", "ulimit -f 8");  // 4 or 8 KiB
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.err, AllOf(HasSubstr("a.mp4"), HasSubstr("30 frames"), HasSubstr("free space")));
+  EXPECT_EQ(FilesLeft(), before);
+}
+
+TEST_F(RenderCommandTest, PiecesAreMadeAndJoined) {
+  for (const char* shard : {"1/2", "2/2"}) {
+    const ProgramRun run = Render("--output " + Out("g.mp4") + " --growth --fps 5 --shard " + shard);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+  }
+  const std::string join = "render --join " + Out("g.part-2-of-2.mp4") + " ";
+  const ProgramRun joined =
+      RunProgram(join + Out("g.part-1-of-2.mp4") + " --output " + Out("g.mp4") + " --quiet");
+  EXPECT_EQ(joined.exit_code, 0) << joined.err;
+  EXPECT_EQ(FramesIn(Out("g.mp4")), 10);
+  const ProgramRun lacking = RunProgram(join + " --output " + Out("h.mp4"));
+  EXPECT_EQ(lacking.exit_code, 3);
+  EXPECT_THAT(lacking.err, HasSubstr("missing piece 1 of 2"));
+}
+
+TEST_F(RenderCommandTest, CameraFrameHasTheSizeOfTheImageAndDrawsOverIt) {
+  const auto run = [&](const std::string& arguments) {
+    return RunProgram("render " + folder_.Path().string() + " --output " + Out("p.png") + " --quiet " +
+                      arguments);
+  };
+  EXPECT_EQ(run("--camera-frame 30").exit_code, 0);
+  EXPECT_EQ(cv::imread(Out("p.png")).size(), cv::Size(320, 240));
+  const ProgramRun overlay = run("--camera-frame 60 --overlay");
+  EXPECT_EQ(overlay.exit_code, 0) << overlay.err;
+  EXPECT_EQ(cv::imread(Out("p.png")).at<cv::Vec3b>(0, 0), cv::Vec3b(200, 120, 60));
+  const ProgramRun unknown = run("--camera-frame 31");
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.err,
+              AllOf(HasSubstr("frame 31"), HasSubstr("from 0 to 70"), HasSubstr("nearest is 30")));
+  fs::remove(Out("image.png"));
+  const ProgramRun gone = run("--camera-frame 60 --overlay");
+  EXPECT_EQ(gone.exit_code, 3);
+  EXPECT_THAT(gone.err, HasSubstr("frame 60"));
+}
+
+TEST_F(RenderCommandTest, CombinationsThatMakeNoSenseAreWrongUsage) {
+  for (const std::string arguments :
+       {"--output a.mp4 --camera-path spiral", "--output a.mp4 --camera-path none.yaml",
+        "--output a.mp4 --shard 3/2", "--output a.mp4 --camera-frame 30", "--output a.png --overlay",
+        "--output a.png --shard 1/2", "--output a.png --camera-frame 30 --view top",
+        "--output a.png --view under", "--join b.part-1-of-1.mp4 --output c.mp4"}) {
+    const ProgramRun run = Render(arguments);
+    EXPECT_EQ(run.exit_code, 2) << arguments << ": " << run.err;
+    EXPECT_EQ(run.ErrorLines().size(), 1u) << run.err;
+  }
+  EXPECT_EQ(RunProgram("render --output a.png").exit_code, 2);
+  EXPECT_EQ(RunProgram("run x --video a.avi").exit_code, 2);
+  EXPECT_EQ(RunProgram("run x --video /nonexistent/a.mp4").exit_code, 2);
+}
+
+}  // namespace
+}  // namespace sqslam

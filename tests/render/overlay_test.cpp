@@ -1,0 +1,163 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <opencv2/imgproc.hpp>
+
+#include "hand_made_map.h"
+#include "picture_baseline.h"
+#include "render/outlines.h"
+#include "render/photo_overlay.h"
+#include "render/picture.h"
+#include "render/picture_overlay.h"
+#include "slam/util/error.h"
+
+namespace sqslam {
+namespace {
+
+// A camera whose principal point is far from the middle.
+Camera Lens() { return {.width = 320, .height = 240, .fx = 300.0, .fy = 290.0, .cx = 120.0, .cy = 151.0}; }
+
+PictureOptions BareObjects(int width, int height) {
+  unsetenv("DISPLAY");
+  PictureOptions options;
+  options.width = width;
+  options.height = height;
+  options.backend = RenderBackend::kOsmesa;
+  SceneStyle& style = options.style;
+  style.anti_aliasing = "none";
+  style.objects.opacity = 1.0;
+  style.objects.segments = 512;
+  style.points.show = style.grid.show = style.text.legend = style.text.scale = false;
+  style.cameras.trajectory = style.cameras.keyframes = style.cameras.current = false;
+  return options;
+}
+
+// Pixels that are not background.
+cv::Mat MaskOf(const cv::Mat& picture) {
+  cv::Mat background;
+  cv::inRange(picture, cv::Scalar::all(255), cv::Scalar::all(255), background);
+  return 255 - background;
+}
+
+std::vector<cv::Point2f> Polygon(const ObjectOutline& outline) {
+  return {outline.polygon.begin(), outline.polygon.end()};
+}
+
+TEST(OutlineTest, IsTheEdgeOfTheRenderedMeshToAPixel) {
+  const MapSnapshot whole = HandMadeMap();
+  PictureRenderer renderer(BareObjects(640, 480));
+  for (const SnapshotObject& object : whole.objects) {
+    MapSnapshot map = whole;
+    map.objects = {object};
+    renderer.SetMap(map);
+    for (const std::size_t k : {0, 4}) {
+      const Rigid3d& pose = map.keyframes[k].T_map_camera;
+      const ImagePlacement place = PlaceImage(Lens(), {0, 0, 640, 480});
+      const cv::Mat mask = MaskOf(renderer.Render(ThroughCamera(pose, place.camera)));
+      const auto outlines = OutlinesOf(map.objects, place.camera, pose);
+      ASSERT_EQ(outlines.size(), 1u);
+      const std::vector<cv::Point2f> polygon = Polygon(outlines.front());
+      double worst = 0.0;
+      for (int y = 0; y < mask.rows; ++y) {
+        for (int x = 0; x < mask.cols; ++x) {
+          const double inside =
+              cv::pointPolygonTest(polygon, cv::Point2f(static_cast<float>(x), static_cast<float>(y)), true);
+          const bool drawn = mask.at<std::uint8_t>(y, x) > 0;
+          worst = std::max(worst, drawn ? -inside : inside);
+        }
+      }
+      EXPECT_GT(cv::countNonZero(mask), 1000);
+      EXPECT_LT(worst, 1.0) << object.label << ", keyframe " << k;
+    }
+  }
+}
+
+TEST(ViewCameraTest, WithAPinholeProjectsAsTheCameraDoes) {
+  const Rigid3d pose = HandMadeMap().keyframes[2].T_map_camera;
+  const Camera lens = Lens();
+  const ViewCamera view = ThroughCamera(pose, lens);
+  const Rigid3d again = PoseOf(view);
+  EXPECT_LT((again.translation - pose.translation).norm(), 1e-9);
+  EXPECT_LT(again.rotation.angularDistance(pose.rotation), 1e-7);
+  const Eigen::Vector3d p(0.2, 0.1, 0.3);
+  const Eigen::Vector2d expected = lens.Project(pose.Inverse() * p);
+  const SeenPoint seen = Project(view, {640, 480}, p);  // twice the size
+  EXPECT_NEAR(seen.pixel.x, 2.0 * (expected.x() + 0.5), 1e-6);
+  EXPECT_NEAR(seen.pixel.y, 2.0 * (expected.y() + 0.5), 1e-6);
+}
+
+TEST(PlaceImageTest, KeepsTheAspectAndStandsInTheMiddle) {
+  const ImagePlacement place = PlaceImage(Lens(), {10, 0, 700, 240});
+  EXPECT_EQ(place.area, cv::Rect2d(200.0, 0.0, 320.0, 240.0));
+  EXPECT_NEAR(place.camera.cx, 320.0, 1e-9);
+  EXPECT_NEAR(place.camera.cy, 151.0, 1e-9);
+}
+
+TEST(OutlineTest, BehindANearerObjectIsFaint) {
+  MapSnapshot map = HandMadeMap();
+  map.objects.resize(2);
+  map.objects[0].superquadric = {{{0.5, 0.5, 0.5}, 0.1, 0.1}, {{}, {0.0, 0.0, 4.0}}};
+  map.objects[1].superquadric = {{{0.3, 0.6, 0.1}, 0.1, 0.1}, {{}, {0.4, 0.0, 2.5}}};
+  auto outlines = OutlinesOf(map.objects, Lens(), {});
+  ASSERT_EQ(outlines.size(), 2u);
+  EXPECT_EQ(outlines[0].object->label, "cup");  // nearest first
+  cv::Mat image(240, 320, CV_8UC3, cv::Scalar::all(255));
+  OverlayStyle style;
+  style.fill = 0.0;
+  style.hidden = 0.0;
+  DrawOutlines(image, outlines, LabelColors(std::vector<std::string>{"book", "cup"}), style, 1.0);
+  EXPECT_LT(outlines[0].visible, outlines[0].inside + 1.0);
+  EXPECT_GT(outlines[0].visible, outlines[0].inside - 1.0);
+  EXPECT_LT(outlines[1].visible, 0.9 * outlines[1].inside);
+  // The right edge of the far box lies behind the near one, its left edge does not.
+  const auto [left, right] = std::minmax_element(outlines[1].polygon.begin(), outlines[1].polygon.end(),
+                                                 [](const auto& a, const auto& b) { return a.x < b.x; });
+  const auto drawn = [&](double x) {
+    const int at = cvRound(x);
+    cv::Mat gray;
+    cv::cvtColor(image(cv::Rect(at - 2, 150, 5, 3)), gray, cv::COLOR_BGR2GRAY);
+    double darkest = 0.0;
+    cv::minMaxLoc(gray, &darkest);
+    return darkest < 200.0;
+  };
+  EXPECT_TRUE(drawn(left->x));
+  EXPECT_FALSE(drawn(right->x));
+}
+
+// A photograph with something to see: the map's own picture, dimmed.
+cv::Mat Photo(const MapSnapshot& map) {
+  PictureRenderer renderer(BareObjects(320, 240));
+  renderer.SetMap(map);
+  return 0.5 * renderer.Render(ThroughCamera(map.keyframes[3].T_map_camera, map.camera));
+}
+
+TEST(PhotoOverlayTest, LooksLikeItsBaseline) {
+  const MapSnapshot map = HandMadeMap();
+  PictureOptions options = BareObjects(480, 360);
+  options.style = SceneStyle();
+  options.style.overlay.points = true;
+  ExpectBaseline(RenderOverPhoto(map, Photo(map), map.keyframes[3].T_map_camera, options), "overlay");
+}
+
+TEST(PhotoOverlayTest, TakesTheDistortionOff) {
+  MapSnapshot map = HandMadeMap();
+  map.camera.distortion = {-0.35, 0.1, 0.0, 0.0, 0.0};
+  // A dot where the lens shows a point of the map comes to lie where the outlines' camera projects it.
+  const Eigen::Vector3d p_camera(0.45, -0.3, 1.0);
+  const Eigen::Vector2d shown = map.camera.ProjectDistorted(p_camera);
+  cv::Mat photo(240, 320, CV_8UC3, cv::Scalar::all(0));
+  cv::circle(photo, {cvRound(shown.x()), cvRound(shown.y())}, 3, cv::Scalar::all(255), cv::FILLED);
+  const cv::Mat straight = Undistorted(photo, map.camera);
+  const Eigen::Vector2d expected = map.camera.Project(p_camera);
+  EXPECT_GT((expected - shown).norm(), 5.0);
+  EXPECT_GT(straight.at<cv::Vec3b>(cvRound(expected.y()), cvRound(expected.x()))[0], 200);
+}
+
+TEST(PhotoOverlayTest, RefusesAPhotographOfAnotherSize) {
+  const MapSnapshot map = HandMadeMap();
+  EXPECT_THROW(RenderOverPhoto(map, cv::Mat(100, 100, CV_8UC3), {}, BareObjects(320, 240)), InputError);
+}
+
+}  // namespace
+}  // namespace sqslam
