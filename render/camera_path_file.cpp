@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "render/scene_framing.h"
 #include "render/view_presets.h"
@@ -184,23 +185,52 @@ class Reader {
   double fps_;
 };
 
-// Position, focal point, up and view angle as one vector, for the splines.
-using ViewVector = Eigen::Matrix<double, 10, 1>;
+// Focal point, direction and logarithm of the distance from there, up and view angle as one vector, for the
+// splines: between two views of one thing the camera goes around it, not through it.
+using ViewVector = Eigen::Matrix<double, 11, 1>;
 
 ViewVector ToVector(const ViewCamera& view) {
+  const Eigen::Vector3d offset = view.position - view.focal_point;
+  const double distance = std::max(offset.norm(), 1e-9);
   ViewVector v;
-  v << view.position, view.focal_point, view.view_up.normalized(), view.view_angle;
+  v << view.focal_point, offset / distance, std::log(distance), view.view_up.normalized(), view.view_angle;
   return v;
 }
 
 ViewCamera ToView(const ViewVector& v) {
-  return {v.segment<3>(0), v.segment<3>(3), v.segment<3>(6).normalized(), v[9], {}};
+  const Eigen::Vector3d focal_point = v.segment<3>(0);
+  return {focal_point + std::exp(v[6]) * v.segment<3>(3).normalized(),
+          focal_point,
+          v.segment<3>(7).normalized(),
+          v[10],
+          {}};
 }
 
 struct Knot {
   double time;
   ViewVector value;
 };
+
+// Appends the knots between two keys whose directions are far apart, so that none is more than this angle
+// from the next: the spline then stays near the sphere.
+void AppendBetween(const Knot& from, const Knot& to, std::vector<Knot>& knots) {
+  constexpr double kMaxTurn = std::numbers::pi / 4.0;
+  const Eigen::Vector3d a = from.value.segment<3>(3);
+  const Eigen::Vector3d b = to.value.segment<3>(3);
+  Eigen::Vector3d axis = a.cross(b);
+  const double angle = std::atan2(axis.norm(), a.dot(b));
+  if (axis.norm() < 1e-3) {  // straight across: around the vertical, if that leads there
+    const Eigen::Vector3d up = from.value.segment<3>(7);
+    axis = std::abs(up.dot(a)) < 0.9 ? Eigen::Vector3d(up - up.dot(a) * a) : a.unitOrthogonal();
+  }
+  const int pieces = static_cast<int>(std::ceil(angle / kMaxTurn));
+  for (int i = 1; i < pieces; ++i) {
+    const double t = static_cast<double>(i) / pieces;
+    Knot knot{(1.0 - t) * from.time + t * to.time, (1.0 - t) * from.value + t * to.value};
+    knot.value.segment<3>(3) = Eigen::AngleAxisd(t * angle, axis.normalized()) * a;
+    knots.push_back(knot);
+  }
+}
 
 // The slope at knot i: that of the parabola through it and its neighbours.
 ViewVector Slope(const Knot& before, const Knot& at, const Knot& after) {
@@ -342,9 +372,17 @@ std::vector<ViewCamera> ViewsAlong(const CameraPathFile& file, const MapSnapshot
   const double length = file.Length().value_or(video);
   const double gaps = static_cast<double>(file.keys.size()) - (file.loop ? 0.0 : 1.0);
   std::vector<Knot> knots;
-  for (const CameraKey& key : file.keys) {
-    const double even = gaps > 0.0 ? length * static_cast<double>(knots.size()) / gaps : 0.0;
-    knots.push_back({key.time.value_or(even), ToVector(resolve(key))});
+  for (std::size_t i = 0; i < file.keys.size(); ++i) {
+    const CameraKey& key = file.keys[i];
+    const double even = gaps > 0.0 ? length * static_cast<double>(i) / gaps : 0.0;
+    const Knot knot{key.time.value_or(even), ToVector(resolve(key))};
+    if (i > 0) {
+      AppendBetween(Knot(knots.back()), knot, knots);
+    }
+    knots.push_back(knot);
+  }
+  if (file.loop) {
+    AppendBetween(Knot(knots.back()), {knots.front().time + length, knots.front().value}, knots);
   }
   const double first = knots.front().time;
   const Spline spline(std::move(knots), file.smooth, file.loop ? length : 0.0);

@@ -53,9 +53,9 @@ CameraPathFile ReadCameraPath(const std::filesystem::path& path, double fps);
 // tracked.
 using FramePoses = std::function<Rigid3d(std::int64_t frame)>;
 
-// The views of a video of `frames` frames: positions, focal points, directions up and view angles run along
-// cubic splines through the keys (Catmull-Rom, with tangents that take the times between keys into account,
-// so that no key is felt as a jolt). Times of a file without a length are stretched over the video. Throws
+// The views of a video of `frames` frames: focal points, directions and distances from there, up and view
+// angles run along cubic splines through the keys (Catmull-Rom, with tangents that take the times between
+// keys into account, so that no key is felt as a jolt). Keys without times are spread over the video. Throws
 // UsageError that names file, line and key.
 std::vector<ViewCamera> ViewsAlong(const CameraPathFile& file, const MapSnapshot& map,
                                    const PictureOptions& options, const FramePoses& frame_poses, int frames,

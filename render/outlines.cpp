@@ -172,16 +172,17 @@ void DrawOutlineLabels(cv::Mat& image, const std::vector<ObjectOutline>& outline
     const auto above = [](const cv::Point2d& a, const cv::Point2d& b) { return a.y < b.y; };
     const auto [top, bottom] = std::minmax_element(outline.polygon.begin(), outline.polygon.end(), above);
     const cv::Size tag = TagSize(outline.object->label, text, size);
-    const auto rect = [&](const cv::Point2d& at, double lift) {
+    const auto rect = [&](const cv::Point2d& at, double lift, double aside = 0.0) {
       return cv::Rect(
-          std::clamp(cvRound(at.x - 0.5 * tag.width), 0, std::max(0, frame.width - tag.width)),
+          std::clamp(cvRound(at.x + (aside - 0.5) * tag.width), 0, std::max(0, frame.width - tag.width)),
           std::clamp(cvRound(at.y - lift * tag.height), 0, std::max(0, frame.height - tag.height)), tag.width,
           tag.height);
     };
     cv::Rect best;
     int least = std::numeric_limits<int>::max();
-    for (const cv::Rect& place : {rect(*top, 1.3), rect(*top, 2.4), rect(*bottom, -0.3), rect(*top, -0.3),
-                                  rect(0.5 * (*top + *bottom), 0.5), rect(*top, 3.5), rect(*bottom, -1.4)}) {
+    for (const cv::Rect& place :
+         {rect(*top, 1.3), rect(*top, 1.1, 0.6), rect(*top, 1.1, -0.6), rect(*top, 2.4), rect(*bottom, -0.3),
+          rect(*top, -0.3), rect(0.5 * (*top + *bottom), 0.5), rect(*top, 3.5), rect(*bottom, -1.4)}) {
       int overlap = 0;
       for (const cv::Rect& other : taken) {
         overlap += (place & other).area();

@@ -142,7 +142,9 @@ int WriteOrbit(const MapSnapshot& map, const VideoOptions& options, const std::f
   CheckOpaque(options, output);
   const double seconds =
       options.path_file ? options.path_file->Length().value_or(options.seconds) : options.seconds;
-  const int total = std::max(1, static_cast<int>(std::lround(seconds * options.fps)));
+  // A path from a file ends with its last key, unless it goes around.
+  const int last = options.path_file && !options.path_file->loop ? 1 : 0;
+  const int total = last + std::max(1, static_cast<int>(std::lround(seconds * options.fps)));
   const FrameRange range = RangeOf(options, total);
   FrameWriter writer(output, {options.picture.width, options.picture.height}, options.fps);
   PictureRenderer renderer(options.picture);
