@@ -179,7 +179,7 @@ Names of views are meant from where the cameras stood on average: that is the fr
 somebody who stands there, top looks straight down with the front below. --overlay is set by overlay.width,
 overlay.fill, overlay.hidden, overlay.labels and overlay.points.
 
-Ctrl-C ends a video with the last frame that was drawn. --join encodes anew.
+Ctrl-C ends a video with the last frame that was drawn. --join puts pieces together as they are.
 
 Examples:
   sqslam render out/kitchen --output kitchen.png

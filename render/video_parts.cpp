@@ -12,6 +12,8 @@
 #include <regex>
 
 #include "render/video.h"
+#include "render/video_encoder.h"
+#include "slam/io/atomic_file.h"
 #include "slam/util/error.h"
 
 namespace sqslam {
@@ -77,7 +79,6 @@ std::vector<Part> SortedParts(const std::vector<std::string>& pieces) {
 }
 
 struct Opened {
-  cv::VideoCapture video;
   cv::Size size;
   double fps = 0.0;
   int frames = 0;
@@ -85,14 +86,15 @@ struct Opened {
 
 Opened Open(const fs::path& path) {
   Opened opened;
-  if (!fs::exists(path) || !opened.video.open(path.string(), cv::CAP_FFMPEG)) {
+  cv::VideoCapture video;
+  if (!fs::exists(path) || !video.open(path.string(), cv::CAP_FFMPEG)) {
     throw InputError(
         fmt::format("{}: cannot be read as a video, expected a piece that was finished", path.string()));
   }
-  opened.size = {static_cast<int>(opened.video.get(cv::CAP_PROP_FRAME_WIDTH)),
-                 static_cast<int>(opened.video.get(cv::CAP_PROP_FRAME_HEIGHT))};
-  opened.fps = opened.video.get(cv::CAP_PROP_FPS);
-  opened.frames = static_cast<int>(opened.video.get(cv::CAP_PROP_FRAME_COUNT));
+  opened.size = {static_cast<int>(video.get(cv::CAP_PROP_FRAME_WIDTH)),
+                 static_cast<int>(video.get(cv::CAP_PROP_FRAME_HEIGHT))};
+  opened.fps = video.get(cv::CAP_PROP_FPS);
+  opened.frames = static_cast<int>(video.get(cv::CAP_PROP_FRAME_COUNT));
   return opened;
 }
 
@@ -133,29 +135,16 @@ std::vector<Opened> Checked(const std::vector<Part>& parts) {
 int JoinParts(const std::vector<std::string>& pieces, const fs::path& output,
               const std::function<bool(int, int)>& progress) {
   const std::vector<Part> parts = SortedParts(pieces);
-  std::vector<Opened> opened = Checked(parts);
-  int total = 0;
-  for (const Opened& part : opened) {
-    total += part.frames;
+  const std::vector<Opened> opened = Checked(parts);
+  std::vector<fs::path> paths;
+  std::vector<int> frames;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    paths.push_back(parts[i].path);
+    frames.push_back(opened[i].frames);
   }
-  FrameWriter writer(output, opened.front().size, opened.front().fps);
-  int done = 0;
-  for (std::size_t i = 0; i < opened.size(); ++i) {
-    cv::Mat frame;
-    for (int k = 0; k < opened[i].frames; ++k) {
-      if (!opened[i].video.read(frame)) {
-        throw InputError(fmt::format("{}: frame {} cannot be read, expected {} frames",
-                                     parts[i].path.string(), k, opened[i].frames));
-      }
-      writer.Add(frame, done++);
-      if (progress && !progress(done, total)) {
-        writer.Close();
-        return done;
-      }
-    }
-    opened[i].video.release();
-  }
-  writer.Close();
+  AtomicPath file(output);
+  const int done = CopyVideos(paths, frames, file.Path(), progress);
+  file.Commit();
   return done;
 }
 

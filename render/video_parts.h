@@ -24,7 +24,7 @@ std::filesystem::path PartName(const std::filesystem::path& output, const Shard&
 
 // Puts videos made by shards, or numbered pictures, together in order: `pieces` are FILE.part-I-of-N.mp4 in
 // any order, or pictures with numbers in their names, or one name with {frame:04}. `fps` is that of pictures;
-// videos keep theirs. The frames are encoded anew, since OpenCV writes no streams that it has not encoded.
+// videos keep theirs, and are put together as they are, without encoding them anew.
 // Returns frames written. Throws InputError that names what is missing (parts, numbers), double, of another
 // size or rate, of another video, or cut short.
 int JoinVideo(const std::vector<std::string>& pieces, const std::filesystem::path& output, double fps,

@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "render/video.h"
+#include "render/video_encoder.h"
 #include "slam/io/atomic_file.h"
 #include "slam/util/error.h"
 
@@ -83,19 +84,42 @@ struct FrameWriter::Impl {
           fmt::format("resolution {},{}: the sides of a video must be even", size.width, size.height));
     }
     file.emplace(output);
-    for (const char* codec : {"avc1", "mp4v"}) {
-      const int code = cv::VideoWriter::fourcc(codec[0], codec[1], codec[2], codec[3]);
-      if (video.open(file->Path().string(), cv::CAP_FFMPEG, code, fps, size)) {
-        return;
-      }
+    try {
+      video.emplace(file->Path(), size, fps);
+    } catch (const InputError& error) {
+      throw InputError(Named(error.what()));
     }
-    throw InputError(
-        fmt::format("{}: cannot be written as a video, expected a folder that can be written to and an "
-                    "OpenCV with FFmpeg",
-                    output.string()));
+  }
+
+  // Messages name the file that the user asked for, not the temporary one.
+  std::string Named(std::string message) const {
+    const std::string temporary = file->Path().string();
+    const std::size_t at = message.find(temporary);
+    return at == std::string::npos ? message : message.replace(at, temporary.size(), output.string());
+  }
+
+  void WriteFrame(const Job& job) {
+    if (numbered) {
+      WritePng(FrameName(output.string(), job.number), job.frame);
+      return;
+    }
+    try {
+      video->Add(job.frame);
+    } catch (const InputError& error) {
+      throw InputError(Named(error.what()));
+    }
+  }
+
+  void FinishVideo() {
+    try {
+      video->Finish();
+    } catch (const InputError& error) {
+      throw InputError(Named(error.what()));
+    }
   }
 
   void Encode() {
+    bool failed = false;  // what comes after is dropped: Add() and Close() tell
     for (;;) {
       std::unique_lock lock(mutex);
       changed.wait(lock, [this] { return !jobs.empty() || stopping; });
@@ -107,8 +131,11 @@ struct FrameWriter::Impl {
       changed.notify_all();
       lock.unlock();
       try {
-        numbered ? WritePng(FrameName(output.string(), job.number), job.frame) : video.write(job.frame);
+        if (!failed) {
+          WriteFrame(job);
+        }
       } catch (...) {
+        failed = true;
         const std::lock_guard guard(mutex);
         failure = failure ? failure : std::current_exception();
       }
@@ -126,8 +153,8 @@ struct FrameWriter::Impl {
     }
   }
 
-  // OpenCV tells nobody of frames that could not be written (a full disk): whether all are there is seen from
-  // the file itself.
+  // Disks and network folders may lose what they have taken: whether all is there is seen from the file
+  // itself.
   void CheckVideo() const {
     std::error_code error;
     const auto bytes = fs::exists(file->Path(), error) ? fs::file_size(file->Path(), error) : 0;
@@ -156,7 +183,7 @@ struct FrameWriter::Impl {
   bool numbered;
   int added = 0;
   std::optional<AtomicPath> file;
-  cv::VideoWriter video;
+  std::optional<VideoEncoder> video;
   std::mutex mutex;  // guards what follows, but for the thread
   std::condition_variable changed;
   std::deque<Job> jobs;
@@ -185,7 +212,7 @@ void FrameWriter::Close() {
   s.Stop();
   s.ThrowFailure();
   if (s.file && s.added > 0) {
-    s.video.release();
+    s.FinishVideo();
     s.CheckVideo();
     s.file->Commit();
   }
