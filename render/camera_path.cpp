@@ -9,6 +9,14 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
+ViewCamera TurnedAbout(const Eigen::Vector3d& up, const ViewCamera& camera, double degrees) {
+  const Eigen::AngleAxisd turn(degrees * kDegree, up.normalized());
+  ViewCamera turned = camera;
+  turned.position = camera.focal_point + turn * (camera.position - camera.focal_point);
+  turned.view_up = turn * camera.view_up;
+  return turned;
+}
+
 }  // namespace
 
 ViewAxes AxesOf(const ViewCamera& camera) {
@@ -46,19 +54,20 @@ ViewCamera Zoom(const ViewCamera& camera, double factor) {
   return nearer;
 }
 
-std::vector<ViewCamera> OrbitPath(const ViewCamera& first, int frames) {
+std::vector<ViewCamera> OrbitPath(const ViewCamera& first, int frames, const Eigen::Vector3d& up) {
   std::vector<ViewCamera> path;
   for (int i = 0; i < frames; ++i) {
-    path.push_back(Azimuth(first, 360.0 * i / frames));
+    path.push_back(TurnedAbout(up, first, 360.0 * i / frames));
   }
   return path;
 }
 
-std::vector<ViewCamera> SwingPath(const ViewCamera& middle, int frames, double sweep) {
+std::vector<ViewCamera> SwingPath(const ViewCamera& middle, int frames, const Eigen::Vector3d& up,
+                                  double sweep) {
   std::vector<ViewCamera> path;
   for (int i = 0; i < frames; ++i) {
     const double phase = frames > 1 ? static_cast<double>(i) / (frames - 1) : 1.0;
-    path.push_back(Azimuth(middle, -0.5 * sweep * std::cos(std::numbers::pi * phase)));
+    path.push_back(TurnedAbout(up, middle, -0.5 * sweep * std::cos(std::numbers::pi * phase)));
   }
   return path;
 }

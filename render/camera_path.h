@@ -37,11 +37,14 @@ ViewCamera Elevation(const ViewCamera& camera, double degrees);
 // Moves the camera to 1/factor of its distance.
 ViewCamera Zoom(const ViewCamera& camera, double factor);
 
-// One full turn in `frames` steps that starts at `first` and closes smoothly.
-std::vector<ViewCamera> OrbitPath(const ViewCamera& first, int frames);
+// One full turn about `up` in `frames` steps that starts at `first` and closes smoothly. (A view from above
+// has its own view_up: that turns with it.)
+std::vector<ViewCamera> OrbitPath(const ViewCamera& first, int frames, const Eigen::Vector3d& up);
 
-// A slow swing from one side of `middle` to the other (`sweep` degrees in all), at rest at both ends.
-std::vector<ViewCamera> SwingPath(const ViewCamera& middle, int frames, double sweep = 40.0);
+// A slow swing about `up` from one side of `middle` to the other (`sweep` degrees in all), at rest at both
+// ends.
+std::vector<ViewCamera> SwingPath(const ViewCamera& middle, int frames, const Eigen::Vector3d& up,
+                                  double sweep = 40.0);
 
 // Exactly what a posed camera sees (map frame), principal point included, and the pose of such a view.
 ViewCamera ThroughCamera(const Rigid3d& T_map_camera, const Camera& camera);

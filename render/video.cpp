@@ -48,6 +48,11 @@ std::vector<ViewCamera> PathAlong(const std::vector<Rigid3d>& poses, CameraPath 
   return path == CameraPath::kFollow ? Smooth(views, 4.0) : views;
 }
 
+// What turntables turn about.
+Eigen::Vector3d UpOf(const VideoOptions& options, const PictureRenderer& renderer) {
+  return options.picture.camera.view_up.value_or(renderer.Up());
+}
+
 std::vector<ViewCamera> PathOfMap(const MapSnapshot& map, const VideoOptions& options, int frames,
                                   const PictureRenderer& renderer) {
   if (options.path_file) {
@@ -57,7 +62,7 @@ std::vector<ViewCamera> PathOfMap(const MapSnapshot& map, const VideoOptions& op
     case CameraPath::kStill:
       return std::vector<ViewCamera>(static_cast<std::size_t>(frames), renderer.DefaultCamera());
     case CameraPath::kOrbit:
-      return OrbitPath(renderer.DefaultCamera(), frames);
+      return OrbitPath(renderer.DefaultCamera(), frames, UpOf(options, renderer));
     default:
       if (map.keyframes.empty()) {
         throw UsageError("this map has no keyframes to move along, expected --camera-path still or orbit");
@@ -99,7 +104,7 @@ std::vector<ViewCamera> PathOfGrowth(const RecordingReader& recording, const std
     return std::vector<ViewCamera>(snapshots.size(), renderer.DefaultCamera());
   }
   if (options.path == CameraPath::kOrbit) {
-    return SwingPath(renderer.DefaultCamera(), static_cast<int>(snapshots.size()));
+    return SwingPath(renderer.DefaultCamera(), static_cast<int>(snapshots.size()), UpOf(options, renderer));
   }
   std::vector<Rigid3d> of_snapshots;
   for (int i = 0; i < recording.Size(); ++i) {

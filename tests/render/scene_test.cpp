@@ -84,12 +84,24 @@ TEST(SolidOrderTest, SolidsThatReachIntoOneAnotherAreDrawnTogether) {
 }
 
 TEST(CameraPathTest, OrbitKeepsItsDistanceAndCloses) {
-  const std::vector<ViewCamera> path = OrbitPath(ViewCamera(), 36);
+  const std::vector<ViewCamera> path = OrbitPath(ViewCamera(), 36, Eigen::Vector3d::UnitZ());
   ASSERT_EQ(path.size(), 36U);
   for (const ViewCamera& view : path) {
     EXPECT_NEAR(view.Distance(), ViewCamera().Distance(), 1e-9);
   }
   EXPECT_LT((Azimuth(path.back(), 10.0).position - path.front().position).norm(), 1e-9);
+}
+
+TEST(CameraPathTest, OrbitOfAViewFromAboveStaysAbove) {
+  ViewCamera above;
+  above.position = {0.0, 0.0, 5.0};
+  above.view_up = Eigen::Vector3d::UnitY();
+  for (const ViewCamera& view : OrbitPath(above, 8, Eigen::Vector3d::UnitZ())) {
+    EXPECT_LT((view.position - above.position).norm(), 1e-9);
+    EXPECT_NEAR(view.view_up.z(), 0.0, 1e-9);
+  }
+  EXPECT_LT((OrbitPath(above, 8, Eigen::Vector3d::UnitZ())[2].view_up + Eigen::Vector3d::UnitX()).norm(),
+            1e-9);
 }
 
 TEST(CameraPathTest, FirstPersonSeesWhatTheCameraSaw) {
