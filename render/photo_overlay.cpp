@@ -82,20 +82,21 @@ cv::Mat RenderOverPhoto(const MapSnapshot& map, const cv::Mat& photo, const Rigi
   cv::resize(Undistorted(photo, map.camera), part, part.size(), 0.0, 0.0,
              part.cols < photo.cols ? cv::INTER_AREA : cv::INTER_CUBIC);
 
+  // What follows is cut off at the edges of the photograph.
+  const Camera seen = PlaceImage(camera, {cv::Point(), part.size()}).camera;
   std::vector<std::string> labels;
   for (const SnapshotObject& object : map.objects) {
     labels.push_back(object.label);
   }
   const LabelColors colors(labels);
   const double scale = std::min(options.height / 720.0, options.width / 960.0);
-  std::vector<ObjectOutline> outlines = OutlinesOf(map.objects, place.camera, T_map_camera);
+  std::vector<ObjectOutline> outlines = OutlinesOf(map.objects, seen, T_map_camera);
   if (style.overlay.points) {
-    DrawPoints(picture, map, place.camera, T_map_camera, colors,
-               std::max(1.5, style.overlay.point_size * scale));
+    DrawPoints(part, map, seen, T_map_camera, colors, std::max(1.5, style.overlay.point_size * scale));
   }
-  DrawOutlines(picture, outlines, colors, style.overlay, scale);
+  DrawOutlines(part, outlines, colors, style.overlay, scale);
   if (style.overlay.labels) {
-    DrawOutlineLabels(picture, outlines, colors, TextPainter(), std::max(9.0, style.text.size * scale));
+    DrawOutlineLabels(part, outlines, colors, TextPainter(), std::max(9.0, style.text.size * scale));
   }
   return picture;
 }

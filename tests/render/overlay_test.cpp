@@ -140,6 +140,18 @@ TEST(PhotoOverlayTest, LooksLikeItsBaseline) {
   ExpectBaseline(RenderOverPhoto(map, Photo(map), map.keyframes[3].T_map_camera, options), "overlay");
 }
 
+TEST(PhotoOverlayTest, DrawsNothingBesideThePhotograph) {
+  MapSnapshot map = HandMadeMap();
+  map.objects[0].superquadric.shape.half_size *= 8.0;  // reaches out of the image
+  map.objects[0].superquadric.T_map_object.translation.z() = 0.8;
+  PictureOptions options = BareObjects(640, 240);
+  options.style.overlay.points = true;
+  const cv::Mat picture = RenderOverPhoto(map, Photo(HandMadeMap()), map.keyframes[3].T_map_camera, options);
+  EXPECT_EQ(cv::countNonZero(MaskOf(picture(cv::Rect(0, 0, 160, 240)))), 0);
+  EXPECT_EQ(cv::countNonZero(MaskOf(picture(cv::Rect(480, 0, 160, 240)))), 0);
+  EXPECT_GT(cv::countNonZero(MaskOf(picture(cv::Rect(160, 0, 320, 240)))), 70000);
+}
+
 TEST(PhotoOverlayTest, TakesTheDistortionOff) {
   MapSnapshot map = HandMadeMap();
   map.camera.distortion = {-0.35, 0.1, 0.0, 0.0, 0.0};
