@@ -28,6 +28,7 @@ PictureOptions BareObjects(int width, int height) {
   style.anti_aliasing = "none";
   style.objects.opacity = 1.0;
   style.objects.segments = 512;
+  style.light.shadow = style.light.outline = style.light.ambient_occlusion = 0.0;
   style.points.show = style.grid.show = style.text.legend = style.text.scale = false;
   style.cameras.trajectory = style.cameras.keyframes = style.cameras.current = false;
   return options;
