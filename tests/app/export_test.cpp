@@ -16,7 +16,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "render/scene_order.h"
+#include "render/convex_solids.h"
 #include "render/style.h"
 #include "run_program.h"
 #include "slam/io/recording.h"

@@ -5,7 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "hand_made_map.h"
-#include "picture_baseline.h"
+#include "baseline.h"
 #include "render/outlines.h"
 #include "render/photo_overlay.h"
 #include "render/picture.h"

@@ -8,7 +8,6 @@
 
 #include "baseline.h"
 #include "hand_made_map.h"
-#include "picture_baseline.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
 
