@@ -173,7 +173,8 @@ int Render(const RenderArguments& a) {
 constexpr const char* kFooter = R"(
 The view frames the objects and what is around them; the --camera options change it, angles in degrees.
 Styles lie in configs/styles; --set changes one value of a style (objects.opacity=0.5, objects.labels=true,
-points.size=3, cameras.keyframes=false, grid.show=false, text.legend=false, anti_aliasing=fxaa, ...).
+points.size=3, cameras.keyframes=false, grid.show=false, text.legend=false, anti_aliasing=fxaa,
+video_anti_aliasing=ssaa, ...).
 
 Names of views are meant from where the cameras stood on average: that is the front, right is to the right of
 somebody who stands there, top looks straight down with the front below. --overlay is set by overlay.width,

@@ -24,6 +24,7 @@ vtkSmartPointer<vtkActor> MakeActor(const SceneStyle::Objects& style) {
   actor->SetUserMatrix(vtkNew<vtkMatrix4x4>());
   vtkProperty* property = actor->GetProperty();
   property->SetOpacity(style.opacity);
+  actor->ForceOpaqueOn();  // blended all the same, but writes depth, which the picture's effects need
   return actor;
 }
 

@@ -114,7 +114,8 @@ struct SceneStyle {
   };
 
   std::string background = "#ffffff";
-  std::string anti_aliasing = "ssaa";  // ssaa: four samples a pixel; fxaa: smoothed edges, faster; none
+  std::string anti_aliasing = "ssaa";        // ssaa: four samples a pixel; fxaa: smoothed edges, faster; none
+  std::string video_anti_aliasing = "fxaa";  // the same for videos, where the coding hides the difference
   Objects objects;
   Points points;
   Cameras cameras;
@@ -127,6 +128,7 @@ struct SceneStyle {
   void VisitFields(Visitor&& visit) {
     visit("background", background);
     visit("anti_aliasing", anti_aliasing, {"ssaa", "fxaa", "none"});
+    visit("video_anti_aliasing", video_anti_aliasing, {"ssaa", "fxaa", "none"});
     visit("objects", objects);
     visit("points", points);
     visit("cameras", cameras);

@@ -132,6 +132,14 @@ void CheckOpaque(const VideoOptions& options, const std::filesystem::path& outpu
   }
 }
 
+// Pictures of a video file are smoothed as the style says for videos.
+PictureOptions PicturesFor(const std::filesystem::path& output, PictureOptions picture) {
+  if (!IsFrameTemplate(output.string())) {
+    picture.style.anti_aliasing = picture.style.video_anti_aliasing;
+  }
+  return picture;
+}
+
 GrowthTimes TimesOf(const RecordingReader& recording, const MapSnapshot& last) {
   GrowthTimes times{recording.Read(0)->timestamp, last.timestamp, {}};
   for (const SnapshotKeyframe& keyframe : last.keyframes) {
@@ -152,7 +160,7 @@ int WriteOrbit(const MapSnapshot& map, const VideoOptions& options, const std::f
   const int total = last + std::max(1, static_cast<int>(std::lround(seconds * options.fps)));
   const FrameRange range = RangeOf(options, total);
   FrameWriter writer(output, {options.picture.width, options.picture.height}, options.fps);
-  PictureRenderer renderer(options.picture);
+  PictureRenderer renderer(PicturesFor(output, options.picture));
   renderer.SetMap(map);
   const std::vector<ViewCamera> views = PathOfMap(map, options, total, renderer);
   int done = 0;
@@ -179,7 +187,7 @@ int WriteGrowthVideo(const RecordingReader& recording, const VideoOptions& optio
   FrameWriter writer(output, size, options.fps);
   const MapSnapshotPtr last = recording.Last();
   const GrowthLayout layout = LayOut(size, options.show_image, last->camera);
-  PictureOptions view = options.picture;
+  PictureOptions view = PicturesFor(output, options.picture);
   view.width = layout.view.width;
   view.height = layout.view.height;
   PictureRenderer renderer(view);

@@ -41,7 +41,8 @@ std::array<float, 4> Floats(const Eigen::Vector4d& v) {
 
 // A texture to draw into, of the size last asked for.
 struct Target {
-  void Ensure(vtkOpenGLRenderWindow* window, int wanted_width, int wanted_height, int format) {
+  void Ensure(vtkOpenGLRenderWindow* window, int wanted_width, int wanted_height, int format,
+              bool smooth = false) {
     if (texture && width == wanted_width && height == wanted_height) {
       return;
     }
@@ -49,7 +50,7 @@ struct Target {
     height = wanted_height;
     texture = vtkSmartPointer<vtkTextureObject>::New();
     texture->SetContext(window);
-    const auto filter = format == GL_RGBA8 ? vtkTextureObject::Linear : vtkTextureObject::Nearest;
+    const auto filter = smooth ? vtkTextureObject::Linear : vtkTextureObject::Nearest;
     texture->SetMinificationFilter(filter);
     texture->SetMagnificationFilter(filter);
     texture->SetWrapS(vtkTextureObject::ClampToEdge);
@@ -170,7 +171,7 @@ void PicturePass::SetLayers(PictureLayers layers) { impl_->layers = std::move(la
 
 void PicturePass::Impl::DrawScene(vtkRenderer* renderer, int width, int height) {
   auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
-  color.Ensure(window, width, height, GL_RGBA8);
+  color.Ensure(window, width, height, GL_RGBA8, true);
   depth.Ensure(window, width, height, GL_DEPTH_COMPONENT);
   if (!scene) {
     scene = vtkSmartPointer<vtkOpenGLFramebufferObject>::New();
@@ -179,7 +180,7 @@ void PicturePass::Impl::DrawScene(vtkRenderer* renderer, int width, int height) 
   scene->Bind();
   scene->AddColorAttachment(0, color.texture);
   if (NeedsSurfaces()) {
-    surfaces.Ensure(window, width, height, GL_RGBA32F);
+    surfaces.Ensure(window, width, height, GL_RGBA8);
     scene->AddColorAttachment(1, surfaces.texture);
   } else {
     scene->RemoveColorAttachment(1);
@@ -214,8 +215,7 @@ void PicturePass::Impl::DrawScene(vtkRenderer* renderer, int width, int height) 
   }
   glDisablei(GL_BLEND, 1);  // the last solid drawn at a pixel is the nearest: it alone is handed on
   for (vtkActor* solid : layers.solids) {
-    solid->HasTranslucentPolygonalGeometry() ? solid->RenderTranslucentPolygonalGeometry(renderer)
-                                             : solid->RenderOpaqueGeometry(renderer);
+    solid->RenderOpaqueGeometry(renderer);
   }
   scene->ActivateDrawBuffers(1);
 }
@@ -235,7 +235,10 @@ void PicturePass::Impl::DrawOcclusion(vtkOpenGLRenderWindow* window, const Lens&
       window, std::string(shaders::kOcclusionDeclarations) + shaders::kLens, shaders::kOcclusion);
   const auto radius = static_cast<float>(effects.occlusion_radius);
   surfaces.texture->Activate();
+  depth.texture->Activate();
   program->SetUniformi("surfaces", surfaces.texture->GetTextureUnit());
+  program->SetUniformi("depths", depth.texture->GetTextureUnit());
+  program->SetUniform2f("depthRange", lens.depth_range.data());
   const std::array<int, 2> target = {width, height};
   program->SetUniform2i("target", target.data());
   program->SetUniformi("taps", effects.occlusion > 0.0 ? 11 : 0);
@@ -245,6 +248,7 @@ void PicturePass::Impl::DrawOcclusion(vtkOpenGLRenderWindow* window, const Lens&
   program->SetUniform4f("ground", lens.ground.data());
   program->SetUniformi("hasGround", effects.has_ground ? 1 : 0);
   occlusion_program.quad->Render();
+  depth.texture->Deactivate();
   surfaces.texture->Deactivate();
 
   occlusion_buffer->AddColorAttachment(0, smooth_occlusion.texture);
@@ -263,8 +267,8 @@ std::string PicturePass::Impl::FinishSwitches() const {
 }
 
 void PicturePass::Impl::DrawFinish(vtkOpenGLRenderWindow* window, const Lens& lens) {
-  vtkShaderProgram* program =
-      finish_program.Ready(window, FinishSwitches() + shaders::kFinishDeclarations, shaders::kFinish);
+  vtkShaderProgram* program = finish_program.Ready(
+      window, FinishSwitches() + shaders::kLens + shaders::kFinishDeclarations, shaders::kFinish);
   vtkTextureObject* open = NeedsSurfaces() ? smooth_occlusion.texture : color.texture;
   const std::array<vtkTextureObject*, 4> textures = {color.texture, surfaces.texture, depth.texture,
                                                      smooth_occlusion.texture};

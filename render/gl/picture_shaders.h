@@ -28,10 +28,11 @@ inline constexpr const char* kLight = R"(
   gl_FragData[0] = vec4(sqrt(clamp(lit, 0.0, 1.0)), opacity);
 )";
 
-// What the solids' fragments hand on besides their colour: the normal seen from the camera, a number that
-// tells the solids apart, and the distance along the line of sight (w of the clip coordinates).
+// What the solids' fragments hand on besides colour and depth: the normal seen from the camera and a number
+// that tells the solids apart, both from 0 to 1 in eight bits. Nothing else is there: a wider target costs a
+// software renderer more than all effects together.
 inline constexpr const char* kSurfaceOutput = R"(
-  gl_FragData[1] = vec4(normalVCVSOutput.xy, floor(solidNumber + 0.5), 1.0 / gl_FragCoord.w);
+  gl_FragData[1] = vec4(0.5 * normalVCVSOutput.xy + 0.5, (mod(floor(solidNumber - 0.5), 250.0) + 2.0) / 255.0, 1.0);
 )";
 
 // The number as a property of the vertices.
@@ -43,10 +44,18 @@ inline constexpr const char* kNumberVertex = R"(solidNumber = solidNumberMC;
 inline constexpr const char* kNumberFragmentDeclaration = R"(in float solidNumber;
 //VTK::Normal::Dec)";
 
-// Shared by the programs below: from a distance and a place in the picture to a point seen from the camera.
-// `lens` is (P00, P11, P02, P12) of the projection.
+// Shared by the programs below: the distance along the line of sight, and from a distance and a place in the
+// picture to a point seen from the camera. `lens` is (P00, P11, P02, P12) of the projection.
 inline constexpr const char* kLens = R"(
 uniform vec4 lens;
+uniform vec2 depthRange;
+uniform sampler2D surfaces;
+uniform sampler2D depths;
+float distanceAt(ivec2 at) {
+  float device = 2.0 * texelFetch(depths, at, 0).x - 1.0;
+  return 2.0 * depthRange.x * depthRange.y /
+         (depthRange.y + depthRange.x - device * (depthRange.y - depthRange.x));
+}
 vec3 pointAt(vec2 at, float depth) {
   vec2 device = 2.0 * at - 1.0;
   return vec3(depth * (device.x + lens.z) / lens.x, depth * (device.y + lens.w) / lens.y, -depth);
@@ -56,7 +65,6 @@ vec3 pointAt(vec2 at, float depth) {
 // Ambient occlusion after McGuire, Osman, Bukowski and Hennessy, "The Alchemy screen-space ambient obscurance
 // algorithm" (2011), Eq. 10, on a spiral of samples that turns from pixel to pixel in a 4 x 4 pattern.
 inline constexpr const char* kOcclusionDeclarations = R"(
-uniform sampler2D surfaces;
 uniform ivec2 target;
 uniform int taps;
 uniform int surfacesPerPixel;
@@ -65,46 +73,48 @@ uniform vec4 ground;
 uniform int hasGround;
 )";
 inline constexpr const char* kOcclusion = R"(
-  ivec2 size = textureSize(surfaces, 0);
+  ivec2 last = textureSize(surfaces, 0) - 1;
+  vec2 size = vec2(last + 1);
   ivec2 pixel = ivec2(texCoord * vec2(target));
-  vec4 surface = texelFetch(surfaces, min(pixel * surfacesPerPixel, size - 1), 0);
+  ivec2 here = min(pixel * surfacesPerPixel, last);
+  vec4 surface = texelFetch(surfaces, here, 0);
   float open = 1.0;
-  int solid = surface.w > 0.0 ? 1 : 0;
+  float distance = 0.0;
+  int solid = surface.z > 0.0 ? 1 : 0;
   for (int once = 0; once < solid; ++once) {  // left at once where there is none
-    vec3 p = pointAt((vec2(pixel * surfacesPerPixel) + 0.5) / vec2(size), surface.w);
-    vec3 n = vec3(surface.xy, sqrt(max(0.0, 1.0 - dot(surface.xy, surface.xy))));
+    distance = distanceAt(here);
+    vec3 p = pointAt((vec2(here) + 0.5) / size, distance);
+    vec2 across = 2.0 * surface.xy - 1.0;
+    vec3 n = vec3(across, sqrt(max(0.0, 1.0 - dot(across, across))));
     ivec2 cell = pixel & 3;
     float turn = 0.3926991 * float((cell.x * 5 + cell.y * 7 + cell.x * cell.y * 3) & 15);
-    vec2 reach = min(0.5 * radius * lens.xy / surface.w, vec2(0.25));
+    vec2 reach = min(0.5 * radius * lens.xy / distance, vec2(0.25));
     float sum = 0.0;
     bool above = hasGround != 0 && dot(ground.xyz, p) + ground.w > 0.0;
     for (int i = 0; i < taps; ++i) {
       float share = (float(i) + 0.5) / float(taps);
       float angle = turn + 2.3999632 * float(i);
-      vec2 at = (vec2(pixel) + 0.5) * float(surfacesPerPixel) / vec2(size) +
-                share * reach * vec2(cos(angle), sin(angle));
-      vec4 other = texelFetch(surfaces, clamp(ivec2(at * vec2(size)), ivec2(0), size - 1), 0);
-      float depth = other.w;
+      vec2 at = (vec2(here) + 0.5) / size + share * reach * vec2(cos(angle), sin(angle));
+      ivec2 there = clamp(ivec2(at * size), ivec2(0), last);
+      float depth = texelFetch(surfaces, there, 0).z > 0.0 ? distanceAt(there) : 0.0;
       if (above) {
         vec3 ray = pointAt(at, 1.0);
         float facing = dot(ground.xyz, ray);
         float hit = facing != 0.0 ? -ground.w / facing : 0.0;
         depth = hit > 0.0 && (depth <= 0.0 || hit < depth) ? hit : depth;
       }
-      if (depth > 0.0) {
-        vec3 v = pointAt(at, depth) - p;
-        float squared = dot(v, v);
-        float fade = max(0.0, 1.0 - squared / (radius * radius));
-        sum += fade * max(0.0, dot(v, n) - 0.02 * radius) / (sqrt(squared) + 0.02 * radius);
-      }
+      vec3 v = pointAt(at, depth) - p;
+      float squared = dot(v, v);
+      float fade = depth > 0.0 ? max(0.0, 1.0 - squared / (radius * radius)) : 0.0;
+      sum += fade * max(0.0, dot(v, n) - 0.02 * radius) / (sqrt(squared) + 0.02 * radius);
     }
     open = max(0.0, 1.0 - 2.6 * sum / float(max(taps, 1)));
   }
-  gl_FragData[0] = vec4(open, surface.w, 0.0, 1.0);
+  gl_FragData[0] = vec4(open, distance, 0.0, 1.0);
 )";
 
-// The mean over the 4 x 4 pattern, of neighbours at about the same distance. The second channel is the distance;
-// where there is no solid, -1 says that one is near.
+// The mean over the 4 x 4 pattern, of neighbours at about the same distance. The second channel is the
+// distance; where there is no solid, -1 says that one is near.
 inline constexpr const char* kSmoothingDeclarations = R"(
 uniform sampler2D occlusion;
 uniform float radius;
@@ -139,8 +149,6 @@ inline constexpr const char* kSmoothing = R"(
 // through both sides of every branch.
 inline constexpr const char* kFinishDeclarations = R"(
 uniform sampler2D colors;
-uniform sampler2D surfaces;
-uniform sampler2D depths;
 uniform sampler2D occlusion;
 uniform int occlusionStep;
 uniform float occlusionStrength;
@@ -149,25 +157,17 @@ uniform float outline;
 uniform float outlineWidth;
 uniform vec3 outlineColor;
 uniform float eyeDome;
-uniform vec2 depthRange;
 
-float distanceAt(ivec2 at) {
-  float device = 2.0 * texelFetch(depths, at, 0).x - 1.0;
-  return 2.0 * depthRange.x * depthRange.y /
-         (depthRange.y + depthRange.x - device * (depthRange.y - depthRange.x));
-}
-
-// 0 within an even surface, at least 1 where another begins.
+// 0 within an even surface, more than 0.4 where it may end or bend.
 float changeBetween(vec4 a, vec4 b) {
-  return abs(a.z - b.z) + max(abs(a.x - b.x), abs(a.y - b.y));
+  return (a.z != b.z ? 1.0 : 0.0) + 2.0 * max(abs(a.x - b.x), abs(a.y - b.y));
 }
 
 // 1 where another solid, or none, begins at `other` and this one is the nearer; less at a crease.
-float edgeTowards(vec4 surface, ivec2 other) {
+float edgeTowards(vec4 surface, float distance, ivec2 other) {
   vec4 beside = texelFetch(surfaces, other, 0);
-  float depth = beside.w > 0.0 ? beside.w : distanceAt(other);
-  vec2 turn = abs(beside.xy - surface.xy);
-  return beside.z != surface.z ? (depth > surface.w ? 1.0 : 0.0)
+  vec2 turn = 2.0 * abs(beside.xy - surface.xy);
+  return beside.z != surface.z ? (distanceAt(other) > distance ? 1.0 : 0.0)
                                : 0.45 * smoothstep(0.45, 0.8, max(turn.x, turn.y));
 }
 
@@ -203,21 +203,19 @@ inline constexpr const char* kFinish = R"(
   for (int once = 0; once < near; ++once) {
     int reach = max(1, int(0.5 * outlineWidth * float(SAMPLES) + 0.5));
     vec4 first = texelFetch(surfaces, corner, 0);
-    float depth = 0.0;
     float change = 0.0;
     vec3 onSolids = vec3(0.0);
     for (int y = 0; y < SAMPLES; ++y) {
       for (int x = 0; x < SAMPLES; ++x) {
         vec4 surface = texelFetch(surfaces, corner + ivec2(x, y), 0);
-        float solid = surface.w > 0.0 ? 1.0 : 0.0;
+        float solid = surface.z > 0.0 ? 1.0 : 0.0;
         solids += solid;
         onSolids += solid * texelFetch(colors, corner + ivec2(x, y), 0).rgb;
-        depth += surface.w;
         change = max(change, changeBetween(first, surface));
       }
     }
 #if OCCLUSION
-    float open = openness((vec2(corner) + 0.5 * float(SAMPLES)) / float(occlusionStep), depth / max(solids, 1.0));
+    float open = openness((vec2(corner) + 0.5 * float(SAMPLES)) / float(occlusionStep), distanceAt(corner));
     sum.rgb -= occlusionStrength * (1.0 - open) * kShare * onSolids;
 #endif
 #if OUTLINE
@@ -233,11 +231,12 @@ inline constexpr const char* kFinish = R"(
       for (int x = 0; x < SAMPLES; ++x) {
         ivec2 at = corner + ivec2(x, y);
         vec4 surface = texelFetch(surfaces, at, 0);
-        float here = edgeTowards(surface, ivec2(max(at.x - reach, 0), at.y));
-        here = max(here, edgeTowards(surface, ivec2(min(at.x + reach, last.x), at.y)));
-        here = max(here, edgeTowards(surface, ivec2(at.x, max(at.y - reach, 0))));
-        here = max(here, edgeTowards(surface, ivec2(at.x, min(at.y + reach, last.y))));
-        edge += surface.w > 0.0 ? here : 0.0;
+        float far = distanceAt(at);
+        float here = edgeTowards(surface, far, ivec2(max(at.x - reach, 0), at.y));
+        here = max(here, edgeTowards(surface, far, ivec2(min(at.x + reach, last.x), at.y)));
+        here = max(here, edgeTowards(surface, far, ivec2(at.x, max(at.y - reach, 0))));
+        here = max(here, edgeTowards(surface, far, ivec2(at.x, min(at.y + reach, last.y))));
+        edge += surface.z > 0.0 ? here : 0.0;
       }
     }
     edge *= outline * kShare;

@@ -54,6 +54,7 @@ cv::Mat Draw(vtkActor* actor, bool peel) {
     renderer->SetMaximumNumberOfPeels(20);
     renderer->SetOcclusionRatio(0.0);
   } else {
+    actor->ForceOpaqueOn();  // as PicturePass wants its solids: blended, but with depth
     pass->SetEffects({.samples = 1});
     pass->SetLayers({.opaque = {}, .ground = {}, .solids = {actor}});
     renderer->SetPass(pass);
