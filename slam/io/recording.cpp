@@ -166,6 +166,7 @@ struct RecordingReader::Impl {
   fs::path path;
   Database db;
   RecordingInfo info;
+  int version = kSnapshotFormatVersion;
   std::vector<std::int64_t> frame_indices;
 
   std::string Meta(std::string_view key) const {
@@ -189,10 +190,14 @@ RecordingReader::RecordingReader(const fs::path& path) : impl_(std::make_unique<
   } catch (const InputError&) {
     version.clear();  // some other file
   }
-  if (version != std::to_string(kSnapshotFormatVersion)) {
-    throw InputError(fmt::format("{}: {}, expected a map.sqmap of version {}", path.string(),
+  impl_->version = kOldestSnapshotFormatVersion;
+  while (impl_->version <= kSnapshotFormatVersion && version != std::to_string(impl_->version)) {
+    ++impl_->version;
+  }
+  if (impl_->version > kSnapshotFormatVersion) {
+    throw InputError(fmt::format("{}: {}, expected a map.sqmap of version {} to {}", path.string(),
                                  version.empty() ? "no recording of a map" : "version " + version,
-                                 kSnapshotFormatVersion));
+                                 kOldestSnapshotFormatVersion, kSnapshotFormatVersion));
   }
   impl_->info = {impl_->Meta("sequence_path"), impl_->Meta("program_version"), impl_->Meta("config")};
   Statement select(impl_->db.get(), path, "SELECT frame_index FROM snapshots ORDER BY id");
@@ -219,7 +224,7 @@ MapSnapshotPtr RecordingReader::Read(int index) const {
         fmt::format("{}: no snapshot {}, expected 0 to {}", impl_->path.string(), index, Size() - 1));
   }
   try {
-    return std::make_shared<const MapSnapshot>(DecodeSnapshot(select.Bytes(0)));
+    return std::make_shared<const MapSnapshot>(DecodeSnapshot(select.Bytes(0), impl_->version));
   } catch (const InputError& e) {
     throw InputError(fmt::format("{}: snapshot {}: {}", impl_->path.string(), index, e.what()));
   }

@@ -13,6 +13,7 @@ namespace {
 // The same Visit functions below describe the layout once, for writing and for reading.
 class Writer {
  public:
+  static constexpr int Version() { return kSnapshotFormatVersion; }
   template <typename Value>
   requires std::is_arithmetic_v<Value>
   void operator()(const Value& value) { bytes_.append(reinterpret_cast<const char*>(&value), sizeof(value)); }
@@ -38,7 +39,9 @@ class Writer {
 
 class Reader {
  public:
-  explicit Reader(std::string_view bytes) : bytes_(bytes) {}
+  Reader(std::string_view bytes, int version) : version_(version), bytes_(bytes) {}
+  int Version() const { return version_; }
+  bool AtEnd() const { return bytes_.empty(); }
 
   template <typename Value>
   requires std::is_arithmetic_v<Value>
@@ -78,6 +81,7 @@ class Reader {
     return taken;
   }
 
+  int version_;
   std::string_view bytes_;
 };
 
@@ -128,6 +132,15 @@ void VisitPoints(Archive& archive, Like<Archive, std::vector<SnapshotPoint>> poi
   }
   for (auto& point : points) {
     archive(point.object_id);
+  }
+  if (archive.Version() < 3) {
+    return;
+  }
+  for (auto& point : points) {
+    archive(point.anomaly);
+  }
+  for (auto& point : points) {
+    archive(point.rejected_by);
   }
 }
 
@@ -217,7 +230,7 @@ std::string EncodeSnapshot(const MapSnapshot& snapshot) {
   return bytes;
 }
 
-MapSnapshot DecodeSnapshot(std::string_view bytes) {
+MapSnapshot DecodeSnapshot(std::string_view bytes, int version) {
   std::uint64_t raw_size = 0;
   constexpr std::uint64_t kMaxRatio = 1100;  // zlib cannot pack tighter: more is a broken size
   if (bytes.size() < sizeof(raw_size)) {
@@ -236,8 +249,11 @@ MapSnapshot DecodeSnapshot(std::string_view bytes) {
     throw InputError("a snapshot is broken");
   }
   MapSnapshot snapshot;
-  Reader reader(raw);
+  Reader reader(raw, version);
   Visit(reader, snapshot);
+  if (!reader.AtEnd()) {
+    throw InputError("a snapshot has another layout than its version");
+  }
   return snapshot;
 }
 

@@ -7,12 +7,14 @@
 
 namespace sqslam {
 
-inline constexpr int kSnapshotFormatVersion = 2;
+inline constexpr int kSnapshotFormatVersion = 3;
+inline constexpr int kOldestSnapshotFormatVersion = 2;  // can be read: no anomaly, no rejected_by
 
 // A snapshot as bytes: little-endian, points as float32 and by columns (which packs better), then zlib.
 std::string EncodeSnapshot(const MapSnapshot& snapshot);
 
-// Throws InputError where the bytes are no snapshot of this version.
-MapSnapshot DecodeSnapshot(std::string_view bytes);
+// Throws InputError where the bytes are no snapshot of the version. Fields that it did not have yet are left
+// at their defaults.
+MapSnapshot DecodeSnapshot(std::string_view bytes, int version = kSnapshotFormatVersion);
 
 }  // namespace sqslam

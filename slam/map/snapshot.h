@@ -26,6 +26,10 @@ struct SnapshotPoint {
   Eigen::Vector3f p_map = Eigen::Vector3f::Zero();
   std::array<std::uint8_t, 3> rgb{};
   std::int32_t object_id = -1;  // -1: belongs to no object
+  // Isolation score of the point at the last estimate of the object that it belongs to, otherwise of the one
+  // that rejected it, in [0, 1] to 1/256; 0 where it got none.
+  float anomaly = 0.0F;
+  std::int32_t rejected_by = -1;  // object whose outlier removal took the point away; -1: none
 };
 
 // How well the data fix an object.

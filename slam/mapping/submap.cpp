@@ -1,5 +1,6 @@
 #include "slam/mapping/submap.h"
 
+#include <cmath>
 #include <iterator>
 #include <unordered_map>
 #include <utility>
@@ -135,11 +136,14 @@ void Submap::FillSnapshot(MapSnapshot& snapshot) const {
     snapshot.keyframes.push_back(
         {id, keyframe.frame_index, keyframe.timestamp, keyframe.T_camera_map.Inverse()});
   }
-  const auto object_of = objects_.PointObjects();
+  const auto evidence = objects_.Evidence();
   for (const MapPoint& point : map_->Points()) {
-    const auto it = object_of.find(point.id);
+    const auto it = evidence.find(point.id);
+    const PointEvidence known = it != evidence.end() ? it->second : PointEvidence();
+    // To 1/256: finer steps tell nothing, and their digits do not pack.
+    const auto anomaly = static_cast<float>(std::round(256.0 * known.anomaly) / 256.0);
     snapshot.points.push_back(
-        {point.p_map.cast<float>(), point.rgb, it != object_of.end() ? it->second : -1});
+        {point.p_map.cast<float>(), point.rgb, known.object_id, anomaly, known.rejected_by});
   }
   snapshot.objects = objects_.Objects();
   snapshot.gravity_known = upright_.Known();

@@ -85,15 +85,26 @@ double IsolationForest::Score(const Eigen::Vector3d& p) const {
   return std::exp2(-sum / static_cast<double>(roots_.size()) / normalisation_);
 }
 
-std::vector<bool> KeepInliers(std::span<const Eigen::Vector3d> points, const IsolationForestOptions& options,
-                              std::uint64_t seed) {
-  std::vector<bool> keep(points.size(), true);
+std::vector<double> AnomalyScores(std::span<const Eigen::Vector3d> points,
+                                  const IsolationForestOptions& options, std::uint64_t seed) {
+  std::vector<double> scores;
   if (!options.enabled || static_cast<int>(points.size()) < options.min_points) {
-    return keep;
+    return scores;
   }
   const IsolationForest forest(points, options, seed);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    keep[i] = forest.Score(points[i]) <= options.threshold;
+  scores.reserve(points.size());
+  for (const Eigen::Vector3d& p : points) {
+    scores.push_back(forest.Score(p));
+  }
+  return scores;
+}
+
+std::vector<bool> KeepInliers(std::span<const Eigen::Vector3d> points, const IsolationForestOptions& options,
+                              std::uint64_t seed) {
+  const std::vector<double> scores = AnomalyScores(points, options, seed);
+  std::vector<bool> keep(points.size(), true);
+  for (std::size_t i = 0; i < scores.size(); ++i) {
+    keep[i] = scores[i] <= options.threshold;
   }
   return keep;
 }

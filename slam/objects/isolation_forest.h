@@ -42,8 +42,13 @@ class IsolationForest {
   double normalisation_ = 0.0;
 };
 
-// For each point whether it is kept: all of them where there are fewer than options.min_points, or where the
-// forest is not enabled.
+// Score of each point in the forest of them all; empty where there are fewer than options.min_points, or
+// where the forest is not enabled.
+std::vector<double> AnomalyScores(std::span<const Eigen::Vector3d> points,
+                                  const IsolationForestOptions& options, std::uint64_t seed);
+
+// For each point whether it is kept: those with a score up to options.threshold, all of them where there are
+// no scores.
 std::vector<bool> KeepInliers(std::span<const Eigen::Vector3d> points, const IsolationForestOptions& options,
                               std::uint64_t seed);
 

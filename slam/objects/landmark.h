@@ -44,6 +44,14 @@ struct BoxView {
   std::array<bool, 4> edge_free{};  // left, top, right, bottom: neither cut off by the image nor hidden
 };
 
+// What outlier removal said of a map point that was seen in a landmark's boxes.
+struct PointVerdict {
+  std::int64_t point = 0;
+  int sightings = 0;     // in the landmark's boxes
+  double anomaly = 0.0;  // score in the isolation forest, in (0, 1); 0 where the point did not get so far
+  bool kept = false;
+};
+
 // An object as the mapping thread keeps it. Plain data; the steps that work on it are in
 // landmark_estimation.h and merging.h.
 struct Landmark {
@@ -77,6 +85,7 @@ struct Landmark {
   int thorough_at = 0;   // observations at the last refinement from scratch
   int estimated_at = 0;  // number of observations at that time
   std::vector<std::pair<std::int64_t, Eigen::Vector3d>> points;  // inliers
+  std::vector<PointVerdict> verdicts;                            // of all points with a vote, by id
   PosedSuperquadric superquadric;
   PosedSuperquadric visible;      // the part of it that views show: differs where its lower part is hidden
   std::optional<double> support;  // height of the surface that it was found to stand on

@@ -119,6 +119,26 @@ NamedPoints WithoutSmallerObjects(const NamedPoints& points, const std::vector<P
   return 4 * kept >= points.size() ? Keep(points, keep) : points;
 }
 
+// One of every point that was seen in a box. `judged`: the points that the forest has scored, both in the
+// order of ids.
+std::vector<PointVerdict> Verdicts(const Landmark& landmark, const NamedPoints& judged,
+                                   const std::vector<double>& scores, double threshold) {
+  std::vector<PointVerdict> verdicts;
+  std::size_t next = 0;
+  for (const auto& [id, vote] : landmark.votes) {
+    PointVerdict verdict{id, vote.inside, 0.0, false};
+    if (next < judged.size() && judged[next].first == id) {
+      verdict.anomaly = scores.empty() ? 0.0 : scores[next];
+      verdict.kept = verdict.anomaly <= threshold;
+      ++next;
+    }
+    if (verdict.sightings > 0) {
+      verdicts.push_back(verdict);
+    }
+  }
+  return verdicts;
+}
+
 }  // namespace
 
 std::vector<Eigen::Vector3d> Positions(const NamedPoints& points) {
@@ -177,7 +197,14 @@ NamedPoints RemoveOutliers(Landmark& landmark, const std::vector<BoxView>& views
     points = WithoutSmallerObjects(points, context.surroundings.smaller);
   }
   const std::uint64_t seed = context.seed + static_cast<std::uint64_t>(landmark.id) * 7919u;
-  return Keep(points, KeepInliers(Positions(points), options.outliers.isolation_forest, seed));
+  const IsolationForestOptions& forest = options.outliers.isolation_forest;
+  const std::vector<double> scores = AnomalyScores(Positions(points), forest, seed);
+  landmark.verdicts = Verdicts(landmark, points, scores, forest.threshold);
+  std::vector<bool> keep(points.size(), true);
+  for (std::size_t i = 0; i < scores.size(); ++i) {
+    keep[i] = scores[i] <= forest.threshold;
+  }
+  return Keep(points, keep);
 }
 
 }  // namespace sqslam

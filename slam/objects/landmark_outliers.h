@@ -18,7 +18,7 @@ std::vector<Eigen::Vector3d> Positions(const NamedPoints& points);
 // The points of the landmark that passed the paper's two tests (section "Outlier Removal"): by votes and
 // reprojection into `views`, and by the isolation forest. With method "refined" also without those of smaller
 // objects and of the surfaces that it may stand on. Renews landmark.votes: fused points are added, culled
-// ones forgotten.
+// ones forgotten; and landmark.verdicts.
 NamedPoints RemoveOutliers(Landmark& landmark, const std::vector<BoxView>& views,
                            const EstimationContext& context);
 

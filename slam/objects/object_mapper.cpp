@@ -369,4 +369,28 @@ std::unordered_map<std::int64_t, int> ObjectMapper::PointObjects() const {
   return owners;
 }
 
+std::unordered_map<std::int64_t, PointEvidence> ObjectMapper::Evidence() const {
+  std::unordered_map<std::int64_t, PointEvidence> evidence;
+  for (const auto& [point, id] : PointObjects()) {
+    evidence[point].object_id = id;
+  }
+  std::unordered_map<std::int64_t, int> sightings;  // in the boxes of the object that rejected the point
+  for (const auto& [id, landmark] : impl_->landmarks) {
+    if (!impl_->Represented(landmark)) {
+      continue;
+    }
+    for (const PointVerdict& verdict : landmark.verdicts) {
+      PointEvidence& of_point = evidence[verdict.point];
+      if (verdict.kept) {
+        of_point.anomaly = of_point.object_id == id ? verdict.anomaly : of_point.anomaly;
+      } else if (verdict.sightings > sightings[verdict.point]) {
+        sightings[verdict.point] = verdict.sightings;
+        of_point.rejected_by = id;
+        of_point.anomaly = of_point.object_id < 0 ? verdict.anomaly : of_point.anomaly;
+      }
+    }
+  }
+  return evidence;
+}
+
 }  // namespace sqslam

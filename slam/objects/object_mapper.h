@@ -58,6 +58,8 @@ class ObjectMapper {
   int LeftOut() const;
   std::shared_ptr<const ObjectMapView> View() const;
   std::unordered_map<std::int64_t, int> PointObjects() const;  // map point id -> id of a shown object
+  // By map point id; points that were never in the box of a shown object are left out.
+  std::unordered_map<std::int64_t, PointEvidence> Evidence() const;
 
  private:
   struct Impl;

@@ -81,6 +81,13 @@ struct ObjectLandmarkView {
   std::optional<double> support;  // height of the surface that it was found to stand on
 };
 
+// What outlier removal made of a map point, over all objects that are shown.
+struct PointEvidence {
+  int object_id = -1;    // whose point it is; -1: nobody's
+  int rejected_by = -1;  // whose outlier removal took it away (of several: in whose boxes it was seen most)
+  double anomaly = 0.0;  // isolation score by the object whose it is, else by that which rejected it; 0: none
+};
+
 // What the mapping thread tells the tracking thread. Immutable once published.
 struct ObjectMapView {
   std::int64_t version = 0;  // grows with every change

@@ -124,6 +124,28 @@ double WrapQuarter(double yaw) {
   return wrapped >= kPi / 4.0 ? wrapped - kPi / 2.0 : wrapped;
 }
 
+double AngleToDirection(const LineSegment& line, const Rigid3d& T_map_camera, const Camera& camera,
+                        const Eigen::Vector3d& direction_map) {
+  const Eigen::Vector2d a = camera.Unproject(line.a).head<2>();
+  const Eigen::Vector2d b = camera.Unproject(line.b).head<2>();
+  const Eigen::Vector3d d = T_map_camera.RotationMatrix().transpose() * direction_map;
+  const Eigen::Vector2d image = d.head<2>() - d.z() * 0.5 * (a + b);
+  const double norms = (b - a).norm() * image.norm();
+  return norms > 1e-12 ? std::acos(std::min(1.0, std::abs((b - a).dot(image)) / norms)) : kPi / 2.0;
+}
+
+AxisOfLine NearestAxis(const LineSegment& line, const Rigid3d& T_map_camera, const Camera& camera,
+                       const Eigen::Matrix3d& R_map_object) {
+  AxisOfLine nearest{0, kPi};
+  for (int axis = 0; axis < 3; ++axis) {
+    const double angle = AngleToDirection(line, T_map_camera, camera, R_map_object.col(axis));
+    if (angle < nearest.angle) {
+      nearest = {axis, angle};
+    }
+  }
+  return nearest;
+}
+
 std::optional<YawEstimate> YawFromLines(std::span<const LineView> views, const Camera& camera,
                                         const YawOptions& options) {
   const std::vector<NormalisedLine> lines = Normalise(views, camera);

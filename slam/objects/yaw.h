@@ -23,6 +23,19 @@ struct LineView {
   std::vector<LineSegment> lines;  // undistorted px
 };
 
+// Angle between a line and the image that a direction of the map has at the line's midpoint (where that image
+// points to the direction's vanishing point), radians in [0, pi/2]; pi/2 for a line without length.
+double AngleToDirection(const LineSegment& line, const Rigid3d& T_map_camera, const Camera& camera,
+                        const Eigen::Vector3d& direction_map);
+
+// The axis of an object that a line is the most parallel to.
+struct AxisOfLine {
+  int axis = 0;        // 0, 1, 2: x, y, z
+  double angle = 0.0;  // AngleToDirection() of the line and the axis, radians
+};
+AxisOfLine NearestAxis(const LineSegment& line, const Rigid3d& T_map_camera, const Camera& camera,
+                       const Eigen::Matrix3d& R_map_object);
+
 // Yaw from line segments (section "Pose Estimation"): the axes of the object are parallel to its edges. 18
 // start angles over 90 degrees, the one with the best matches (angle between projected axis and line below
 // options.match_angle_deg) is refined by Levenberg-Marquardt over the accumulated angle error. The axes are

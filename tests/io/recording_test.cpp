@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sqlite3.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -27,6 +28,8 @@ MapSnapshot MakeSnapshot(int number, int points = 100) {
   snapshot.keyframes = {{3, 30, 1.0, *snapshot.T_map_camera}};
   for (int i = 0; i < points; ++i) {
     snapshot.points.push_back({{0.1F * i, 0.2F, -0.3F}, {static_cast<std::uint8_t>(i), 2, 3}, i % 5 - 1});
+    snapshot.points.back().anomaly = 0.0078125F * static_cast<float>(i % 128);
+    snapshot.points.back().rejected_by = i % 7 - 1;
   }
   SnapshotObject object{4, "cup", 0.5, 6, 7, 0.25, {}};
   object.superquadric.shape = {{0.1, 0.2, 0.3}, 0.4, 0.5};
@@ -58,6 +61,9 @@ TEST(SnapshotCodec, EveryFieldComesBack) {
   EXPECT_EQ(read.points[42].p_map, snapshot.points[42].p_map);
   EXPECT_EQ(read.points[42].rgb, snapshot.points[42].rgb);
   EXPECT_EQ(read.points[42].object_id, snapshot.points[42].object_id);
+  EXPECT_EQ(read.points[42].anomaly, 0.328125F);
+  EXPECT_EQ(read.points[42].rejected_by, -1);
+  EXPECT_EQ(read.points[45].rejected_by, 2);
   ASSERT_EQ(read.objects.size(), 1u);
   EXPECT_EQ(read.objects[0].label, "cup");
   EXPECT_EQ(read.objects[0].observations, 6);
@@ -74,6 +80,43 @@ TEST(SnapshotCodec, EveryFieldComesBack) {
   EXPECT_TRUE(read.gravity_known);
   EXPECT_EQ(read.support_height, 0.75);
   EXPECT_FALSE(DecodeSnapshot(EncodeSnapshot(MapSnapshot{})).T_map_camera.has_value());
+}
+
+// As the program wrote it when points had neither anomaly nor rejected_by: a cup with two points, one its
+// own.
+std::string SnapshotOfVersion2() {
+  constexpr std::string_view kHex =
+      "400400000000000078016366800039280da11ed8b30219897a0579e90d4c0c0c0f18a1b20ef50e60560094662881f019"
+      "f2a0b4259406abc24bc08cc4a1e8833d440246333840f81c601ae826206800a901610720db0e481d00d20e5c1a224672"
+      "362c40e1ff4000b206c46606e2e4d202200907982e8059868b7e007514dc0834064c1f9af02877340406690880f2004a"
+      "d6788137df313008388072132334efbcb00700232521df";
+  std::string bytes;
+  for (std::size_t i = 0; i < kHex.size(); i += 2) {
+    bytes += static_cast<char>(std::stoi(std::string(kHex.substr(i, 2)), nullptr, 16));
+  }
+  return bytes;
+}
+
+void ExpectSnapshotOfVersion2(const MapSnapshot& snapshot) {
+  EXPECT_EQ(snapshot.frame_index, 30);
+  ASSERT_EQ(snapshot.points.size(), 2u);
+  EXPECT_EQ(snapshot.points[0].p_map, Eigen::Vector3f(1.0F, 2.0F, -3.0F));
+  EXPECT_EQ(snapshot.points[0].object_id, 4);
+  EXPECT_EQ(snapshot.points[1].object_id, -1);
+  for (const SnapshotPoint& point : snapshot.points) {
+    EXPECT_EQ(point.anomaly, 0.0F);
+    EXPECT_EQ(point.rejected_by, -1);
+  }
+  ASSERT_EQ(snapshot.objects.size(), 1u);
+  EXPECT_EQ(snapshot.objects[0].superquadric.shape.e2, 0.5);
+  ASSERT_EQ(snapshot.detections.size(), 1u) << "what comes after the points is read from its place";
+  EXPECT_EQ(snapshot.detections[0].detection.box.height, 4.0);
+  EXPECT_EQ(snapshot.support_height, 0.75);
+}
+
+TEST(SnapshotCodec, Version2IsReadWithDefaults) {
+  ExpectSnapshotOfVersion2(DecodeSnapshot(SnapshotOfVersion2(), 2));
+  EXPECT_THROW(DecodeSnapshot(SnapshotOfVersion2()), InputError);
 }
 
 TEST(SnapshotCodec, BrokenBytesAreRefused) {
@@ -106,6 +149,34 @@ TEST(Recording, AnySnapshotCanBeReadAlone) {
   EXPECT_EQ(reader.Last()->sequence_number, 19);
   EXPECT_THROW(reader.Read(20), InputError);
   EXPECT_THROW(RecordingWriter(path, {}), InputError);
+}
+
+// Gives a recording of one snapshot another version, and the snapshot other bytes where there are some.
+void Rewrite(const std::filesystem::path& path, const std::string& version, const std::string& data) {
+  sqlite3* db = nullptr;
+  ASSERT_EQ(sqlite3_open(path.c_str(), &db), SQLITE_OK);
+  EXPECT_EQ(sqlite3_exec(db, ("UPDATE meta SET value='" + version + "' WHERE key='version'").c_str(), nullptr,
+                         nullptr, nullptr),
+            SQLITE_OK);
+  sqlite3_stmt* update = nullptr;
+  sqlite3_prepare_v2(db, "UPDATE snapshots SET data=?", -1, &update, nullptr);
+  sqlite3_bind_blob(update, 1, data.data(), static_cast<int>(data.size()), SQLITE_STATIC);
+  EXPECT_EQ(data.empty() ? SQLITE_DONE : sqlite3_step(update), SQLITE_DONE);
+  sqlite3_finalize(update);
+  sqlite3_close(db);
+}
+
+TEST(Recording, OfVersion2IsReadableAndOfUnknownOnesRefused) {
+  const TemporaryFolder folder;
+  const auto path = folder.Path() / "map.sqmap";
+  RecordingWriter(path, {"s", "v", "c"}).Add(MakeSnapshot(0));
+  Rewrite(path, "2", SnapshotOfVersion2());
+  ExpectSnapshotOfVersion2(*RecordingReader(path).Last());
+  for (const char* version : {"1", "4", "two"}) {
+    Rewrite(path, version, "");
+    EXPECT_THAT(InputErrorOf([&] { RecordingReader reader(path); }),
+                HasSubstr(std::string("version ") + version + ", expected a map.sqmap of version 2 to 3"));
+  }
 }
 
 TEST(Recording, IsReadableAfterTheWriterWasKilled) {

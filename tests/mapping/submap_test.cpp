@@ -73,7 +73,8 @@ TEST_F(SubmapFrames, FollowTheirKeyframesFromThenOn) {
   EXPECT_LT(Error(kNewer), 1e-5);         // is found among the points, which have stayed
 }
 
-// Twelve boxes around the first points of the synthetic map.
+// Twelve boxes around the first points of the synthetic map. One more point, far off them, was seen in them
+// too, and one that no box holds.
 class SubmapObjects : public ::testing::Test {
  protected:
   static constexpr std::size_t kPoints = 60;
@@ -81,6 +82,13 @@ class SubmapObjects : public ::testing::Test {
   SubmapObjects() {
     SyntheticMap world = MakeSyntheticMap({});
     camera_ = world.camera;
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (std::size_t k = 0; k < kPoints; ++k) {
+      middle += world.points[k] / static_cast<double>(kPoints);
+    }
+    const Rigid3d T_map_camera = world.T_camera_map[0].Inverse();
+    far_off_ = AddPoint(world, T_map_camera.translation + 4.0 * (middle - T_map_camera.translation));
+    beside_ = AddPoint(world, middle + T_map_camera.rotation * Eigen::Vector3d(5.0, 0.0, 0.0));
     std::vector<ObjectObservation> observations;
     for (int i = 0; i < 12; ++i) {
       const Rigid3d& T_camera_map =
@@ -98,6 +106,8 @@ class SubmapObjects : public ::testing::Test {
         high = high.cwiseMax(pixel);
         o.point_ids.push_back(static_cast<std::int64_t>(k));
       }
+      o.point_ids.push_back(far_off_);
+      o.point_ids.push_back(beside_);
       const Eigen::Vector2d size = high - low;
       o.detection = {"box", 0.9, {low.x(), low.y(), size.x(), size.y()}};
       observations.push_back(o);
@@ -107,9 +117,39 @@ class SubmapObjects : public ::testing::Test {
     submap_->MapObjects(camera_, true);
   }
 
+  static PointId AddPoint(SyntheticMap& world, const Eigen::Vector3d& p_map) {
+    return world.map.AddPoint(p_map, 0);
+  }
+
   Camera camera_;
+  PointId far_off_ = kNoPoint;
+  PointId beside_ = kNoPoint;
   std::unique_ptr<Submap> submap_;
 };
+
+TEST_F(SubmapObjects, SnapshotsSayWhatOutlierRemovalTookAway) {
+  MapSnapshot snapshot;
+  submap_->FillSnapshot(snapshot);
+  const auto at = [&](PointId id) {
+    const Eigen::Vector3f p = submap_->Map().Point(id).p_map.cast<float>();
+    const auto it = std::find_if(snapshot.points.begin(), snapshot.points.end(),
+                                 [&](const SnapshotPoint& point) { return point.p_map == p; });
+    return it != snapshot.points.end() ? *it : SnapshotPoint();
+  };
+  EXPECT_EQ(at(far_off_).object_id, -1);
+  EXPECT_EQ(at(far_off_).rejected_by, 3);
+  EXPECT_EQ(at(beside_).rejected_by, 3);
+  EXPECT_EQ(at(beside_).anomaly, 0.0F) << "its boxes had removed it before";
+  int kept = 0;
+  for (const SnapshotPoint& point : snapshot.points) {
+    EXPECT_FALSE(point.object_id == 3 && point.rejected_by == 3);
+    kept += point.object_id == 3 ? 1 : 0;
+    EXPECT_TRUE(point.object_id != 3 || (point.anomaly > 0.0F && point.anomaly < 0.66F)) << point.anomaly;
+    EXPECT_EQ(std::round(256.0F * point.anomaly), 256.0F * point.anomaly);
+  }
+  EXPECT_EQ(kept, submap_->Objects().Objects().at(0).points);
+  EXPECT_EQ(snapshot.points.back().object_id, -1);
+}
 
 TEST_F(SubmapObjects, TakePartInBundleAdjustmentOnceTheyAreSeenOftenEnough) {
   EXPECT_TRUE(submap_->ObjectTerms({.min_observations = 13}).empty());

@@ -153,6 +153,54 @@ TEST(RemoveOutliers, KeepsWhatLiesBeyondAnEdgeBehindSomethingElse) {
   EXPECT_LT(count_kept(true), 6u);
 }
 
+// A dense cloud, a point far off it that all boxes hold, one beside the boxes and one that was seen but once.
+TEST(RemoveOutliers, SaysWhatItMadeOfEveryPoint) {
+  constexpr std::int64_t kFarOff = 200;
+  constexpr std::int64_t kBeside = 201;
+  constexpr std::int64_t kSeenOnce = 202;
+  std::vector<Eigen::Vector3d> points = Cloud(203, 1);
+  points[kFarOff] = {0.0, 0.0, 1.5};
+  points[kBeside] = {0.8, 0.0, 0.0};
+  const PointLookup lookup = [&](std::int64_t& id) -> std::optional<Eigen::Vector3d> {
+    return Eigen::Vector3d(points[static_cast<std::size_t>(id)] + Eigen::Vector3d(0.0, 0.0, 3.0));
+  };
+  ObjectOptions options;
+  options.method = "paper";
+  const SupportSurfaces surfaces;
+  EstimationContext context;
+  context.options = &options;
+  context.points = &lookup;
+  context.camera = testing::TestCamera();
+  context.supports = &surfaces;
+  Landmark landmark;
+  for (std::int64_t id = 0; id < 203; ++id) {
+    landmark.votes[id].inside = id == kSeenOnce ? 1 : 8;
+  }
+  BoxView view;
+  view.box = {270.0, 190.0, 100.0, 100.0};
+  view.edge_free = {true, true, true, true};
+  landmark.views.assign(8, view);
+  const NamedPoints kept = RemoveOutliers(landmark, landmark.views, context);
+  ASSERT_EQ(landmark.verdicts.size(), 203u);
+  NamedPoints said;
+  for (const PointVerdict& verdict : landmark.verdicts) {
+    if (verdict.kept) {
+      std::int64_t id = verdict.point;
+      said.emplace_back(id, *lookup(id));
+      EXPECT_GT(verdict.anomaly, 0.2);
+      EXPECT_LE(verdict.anomaly, options.outliers.isolation_forest.threshold);
+    }
+  }
+  EXPECT_EQ(said, kept);
+  EXPECT_FALSE(landmark.verdicts[kFarOff].kept);
+  EXPECT_GT(landmark.verdicts[kFarOff].anomaly, options.outliers.isolation_forest.threshold);
+  EXPECT_EQ(landmark.verdicts[kFarOff].sightings, 8);
+  for (const std::int64_t id : {kBeside, kSeenOnce}) {
+    EXPECT_FALSE(landmark.verdicts[static_cast<std::size_t>(id)].kept);
+    EXPECT_EQ(landmark.verdicts[static_cast<std::size_t>(id)].anomaly, 0.0) << "the forest never saw it";
+  }
+}
+
 TEST(SelectBoxes, DropsIgnoredLabelsDoublesAndHugeBoxes) {
   const ObjectFrame frame = FrameWith({{"cup", 0.6, {100, 100, 40, 40}},
                                        {"bowl", 0.8, {102, 101, 40, 40}},

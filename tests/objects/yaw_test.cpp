@@ -52,6 +52,28 @@ std::vector<LineSegment> BoxEdges(const Rigid3d& T_map_camera, double yaw, doubl
 
 double QuarterError(double a, double b) { return std::abs(WrapQuarter(a - b)); }
 
+TEST(NearestAxis, IsThatWhoseEdgeTheLineIs) {
+  std::mt19937 generator(1);
+  const double yaw = 25.0 * kDeg;
+  const Rigid3d T = LookAtOrigin(-1.3, 0.6);
+  const std::vector<LineSegment> edges = BoxEdges(T, yaw, 0.0, generator);
+  const Eigen::Matrix3d R = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  std::array<int, 3> count{};
+  for (const LineSegment& edge : edges) {
+    const AxisOfLine nearest = NearestAxis(edge, T, kCamera, R);
+    EXPECT_LT(nearest.angle, 1e-6) << "an edge and its axis meet in the vanishing point";
+    ++count[static_cast<std::size_t>(nearest.axis)];
+  }
+  EXPECT_EQ(count, (std::array<int, 3>{4, 4, 4}));
+  EXPECT_EQ(NearestAxis(edges[0], T, kCamera, R).axis, 0) << "BoxEdges() begins with one along x";
+  // Seen from straight above, turning the axes turns their images.
+  const Rigid3d above{Eigen::Quaterniond(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX())),
+                      {0.0, 0.0, 2.0}};
+  const LineSegment level{{100.0, 240.0}, {500.0, 240.0}};
+  EXPECT_NEAR(AngleToDirection(level, above, kCamera, R.col(0)), yaw, 1e-9);
+  EXPECT_NEAR(AngleToDirection(level, above, kCamera, R.col(1)), 90.0 * kDeg - yaw, 1e-9);
+}
+
 TEST(YawFromLines, FindsTheYawOfABoxFromItsEdges) {
   std::mt19937 generator(1);
   for (const double yaw_deg : {-44.0, -30.0, -7.0, 0.0, 12.5, 33.0, 44.5}) {
