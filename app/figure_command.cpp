@@ -19,6 +19,8 @@ Examples:
   sqslam figure trajectory out/desk --ground-truth data/desk --output path.svg
   sqslam figure timing out/desk out/kitchen --output timing.pdf --width-mm 88
   sqslam figure iou out/sq out/quadric --output iou.pdf --width-mm 180 --title "3D IoU"
+  sqslam figure outliers out/desk --object 2 --object 7 --output outliers.pdf
+  sqslam figure yaw out/desk --object 2 --output yaw.pdf
   sqslam figure NAME --help        options of a figure, with examples
 )";
 
@@ -34,6 +36,8 @@ void AddFigureCommand(CLI::App& app, int& /*exit_code*/) {
   AddTrajectoryFigure(*figure);
   AddTimingFigure(*figure);
   AddIouFigure(*figure);
+  AddOutliersFigure(*figure);
+  AddYawFigure(*figure);
   figure->callback([figure] {
     std::vector<std::string> names;
     for (const CLI::App* known : figure->get_subcommands({})) {

@@ -82,5 +82,7 @@ void AddMapsFigure(CLI::App& figure);
 void AddTrajectoryFigure(CLI::App& figure);
 void AddTimingFigure(CLI::App& figure);
 void AddIouFigure(CLI::App& figure);
+void AddOutliersFigure(CLI::App& figure);
+void AddYawFigure(CLI::App& figure);
 
 }  // namespace sqslam::app

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "app/figure_common.h"
+#include "app/object_views.h"
 #include "render/figure/panel_figures.h"
 #include "render/figure/panels.h"
 #include "render/figure/write_figure.h"
@@ -100,18 +101,6 @@ std::vector<int> Chosen(const MapSnapshot& map) {
   }
   std::sort(ids.begin(), ids.end());
   return ids;
-}
-
-const SnapshotObject& ObjectById(const MapSnapshot& map, int id, const std::string& result) {
-  std::vector<std::string> known;
-  for (const SnapshotObject& object : map.objects) {
-    if (object.id == id) {
-      return object;
-    }
-    known.push_back(fmt::format("{} {}", object.id, object.label));
-  }
-  throw InputError(
-      fmt::format("{}: has no object {}, expected one of {}", result, id, fmt::join(known, ", ")));
 }
 
 PosedSuperquadric As(const Kind& kind, const PosedSuperquadric& object,

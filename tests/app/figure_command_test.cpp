@@ -30,6 +30,12 @@ class FigureCommandTest : public ::testing::Test {
     map.image_path = (sequence_ / "frame.png").string();
     cv::imwrite(map.image_path, cv::Mat(240, 320, CV_8UC3, cv::Scalar(90, 120, 150)));
     map.detections = {{{"book", 0.9, {50.0, 60.0, 80.0, 40.0}}, 0}};
+    map.frame_index = map.keyframes.back().frame_index;
+    for (std::size_t i = 0; i < map.points.size(); ++i) {
+      SnapshotPoint& point = map.points[i];
+      point.anomaly = point.object_id == 0 ? 0.4F : i % 50 == 1 ? 0.7F : 0.0F;
+      point.rejected_by = point.object_id == 0 ? -1 : i % 50 == 1 || i % 50 == 2 ? 0 : -1;
+    }
     RecordingWriter writer(result_ / "map.sqmap", {sequence_.string(), "test", ""});
     writer.Add(map);
     writer.Close();
@@ -89,6 +95,11 @@ TEST_F(FigureCommandTest, EveryFigureIsDrawnFromAResultFolder) {
   EXPECT_THAT(Svg("compare " + result), AllOf(HasSubstr(">book<"), HasSubstr(">Cuboid<")));
   EXPECT_THAT(Svg("maps " + result + " --boxes --name Desk --title 'A title'"),
               AllOf(HasSubstr(">Desk<"), HasSubstr(">sports ball<"), HasSubstr(">A title<")));
+  EXPECT_THAT(Svg("outliers " + result + " --object 0"),
+              AllOf(HasSubstr(">book<"), HasSubstr(" isolated, "), HasSubstr(">removed above 0.65<")));
+  EXPECT_THAT(Svg("outliers " + result + " --no-images"), Not(HasSubstr(">no image<")));
+  EXPECT_THAT(Svg("yaw " + result + " --object 0 --frame 70"),
+              AllOf(HasSubstr(">book<"), HasSubstr(">no line tells the yaw<")));
   EXPECT_THAT(Svg("timing " + result),
               AllOf(HasSubstr(">objects<"), HasSubstr(">34.5<"), Not(HasSubstr(">final<"))));
   EXPECT_THAT(Svg("timing " + result + " --stage mapping.final"), HasSubstr(">final<"));
@@ -116,6 +127,14 @@ TEST_F(FigureCommandTest, UnknownObjectsAreAnsweredWithThoseThereAre) {
   EXPECT_THAT(run.err, AllOf(HasSubstr("no object 9"), HasSubstr("0 book, 1 cup, 2 sports_ball")));
 }
 
+TEST_F(FigureCommandTest, MapsWithoutEvidenceAreRefused) {
+  const auto file = folder_.Path() / "old.sqmap";
+  RecordingWriter(file, {}).Add(HandMadeMap());
+  const ProgramRun run = RunProgram("figure outliers " + file.string() + " --output /tmp/x.png");
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.err, HasSubstr("does not say what outlier removal did"));
+}
+
 TEST_F(FigureCommandTest, WrongInputIsSaidInOneLine) {
   struct Case {
     std::string arguments;
@@ -135,6 +154,14 @@ TEST_F(FigureCommandTest, WrongInputIsSaidInOneLine) {
       {"maps " + result + " --output " + (folder_.Path() / "x.jpg").string(), 2, ".png, .svg or .pdf"},
       {"maps " + result + " --resolution 12" + out, 2, "WIDTH,HEIGHT"},
       {"maps " + result + " --set objects.opacty=1" + out, 2, "objects.opacity"},
+      {"outliers " + (folder_.Path() / "missing").string() + out, 3, "missing"},
+      {"outliers " + result + " --object 9" + out, 3, "0 book, 1 cup, 2 sports_ball"},
+      {"outliers " + result + " --object 0 --frame 3" + out, 3, "keyframe 3, expected one of 70"},
+      {"outliers " + result + " --no-images --frame 70" + out, 2, "--no-images"},
+      {"yaw " + result + " --object 9" + out, 3, "0 book, 1 cup, 2 sports_ball"},
+      {"yaw " + result + " --object 1" + out, 3, "cup): no keyframe with its image"},
+      {"yaw " + result + " --object 0 --frame 3" + out, 3, "keyframe 3, expected one of 70"},
+      {"yaw " + result + " --frame 70" + out, 2, "--frame without --object"},
       {"shapes --e1 0" + out, 2, "0.05 to 2"},
       {"shape" + out, 2, "shapes, compare, maps"},
       {"", 2, "shapes, compare, maps"},
@@ -149,7 +176,8 @@ TEST_F(FigureCommandTest, WrongInputIsSaidInOneLine) {
 }
 
 TEST_F(FigureCommandTest, HelpShowsExamples) {
-  for (const char* name : {"", "shapes", "compare", "maps", "trajectory", "timing", "iou"}) {
+  for (const char* name :
+       {"", "shapes", "compare", "maps", "trajectory", "timing", "iou", "outliers", "yaw"}) {
     const ProgramRun run = RunProgram(std::string("figure ") + name + " --help");
     EXPECT_EQ(run.exit_code, 0);
     EXPECT_THAT(run.out, HasSubstr("Examples:"));

@@ -11,6 +11,8 @@
 #include "baseline.h"
 #include "figure_samples.h"
 #include "render/figure/chart.h"
+#include "render/figure/color_ramp.h"
+#include "render/figure/image_crop.h"
 #include "render/figure/panels.h"
 #include "render/figure/write_figure.h"
 #include "slam/util/error.h"
@@ -125,6 +127,95 @@ TEST(FigureTest, IouLooksLikeItsBaseline) {
   options.title = "Objects";
   options.style = LoadStyle(std::string(SQSLAM_SOURCE_DIR) + "/configs/styles/dark.yaml");
   ExpectBaseline(Pixels(DrawIou(TwoScored(), options)), "figure_iou", kFigureThreshold);
+}
+
+TEST(FigureTest, OutliersLookLikeTheirBaseline) {
+  FigureOptions options = SmallFigure();
+  options.style.objects.opacity = 0.35;
+  options.style.cameras.keyframes = options.style.cameras.trajectory = false;
+  options.style.grid.show = false;
+  options.style.light.shadow = 0.0;
+  ExpectBaseline(Pixels(DrawOutliers(TwoJudged(), options)), "figure_outliers", kFigureThreshold);
+}
+
+TEST(FigureTest, YawLooksLikeItsBaseline) {
+  FigureOptions options = SmallFigure();
+  options.height_px = 210;
+  ExpectBaseline(Pixels(DrawYaw(OneTurned(), options)), "figure_yaw", kFigureThreshold);
+}
+
+TEST(FigureTest, OutliersAreCountedByTheirFate) {
+  OutliersFigure figure = TwoJudged();
+  const std::vector<std::string> texts =
+      SvgTexts(EncodeFigure(DrawOutliers(figure, SmallFigure()), "figure.svg"));
+  EXPECT_THAT(texts, AllOf(Contains("kept (48)"), Contains("isolated, removed (2)"),
+                           Contains("removed without score (4)"), Contains("no image"),
+                           Contains("anomaly score"), Contains("removed above 0.6")));
+  EXPECT_THAT(texts, Contains("24 kept, 1 isolated, 2 without score"));
+  figure.objects[0].points[24].p_map.z() += 40.0;
+  EXPECT_THAT(SvgTexts(EncodeFigure(DrawOutliers(figure, SmallFigure()), "figure.svg")),
+              Contains("24 kept, 1 isolated, 2 without score; 1 not in view"));
+}
+
+TEST(FigureTest, TheScoresOfAllObjectsShareOneRamp) {
+  EXPECT_EQ(Viridis(-1.0), Viridis(0.0));
+  EXPECT_EQ(Viridis(2.0), Viridis(1.0));
+  const auto lightness = [](const Eigen::Vector3d& c) {
+    return 0.2126 * c.x() + 0.7152 * c.y() + 0.0722 * c.z();
+  };
+  for (double value = 0.05; value <= 1.0; value += 0.05) {
+    EXPECT_GT(lightness(Viridis(value)), lightness(Viridis(value - 0.05))) << value;
+  }
+  // The score of the cup's isolated point has the same colour as the book's.
+  const FigurePage page = DrawOutliers(TwoJudged(), {});
+  std::vector<Eigen::Vector3d> crosses;
+  for (const FigureElement& element : page.elements) {
+    const auto* path = std::get_if<FigurePath>(&element);
+    if (path != nullptr && path->points.size() == 2 && path->stroke && lightness(path->stroke->color) > 0.5 &&
+        path->stroke->width < 1.5 && path->stroke->color.x() < 0.999) {
+      crosses.push_back(path->stroke->color);
+    }
+  }
+  EXPECT_GE(std::count(crosses.begin(), crosses.end(), crosses.at(0)), 4) << "two strokes each";
+}
+
+TEST(FigureTest, YawIsToldInNumbersAndAxesHaveLetters) {
+  YawFigure figure = OneTurned();
+  EXPECT_THAT(SvgTexts(EncodeFigure(DrawYaw(figure, {}), "figure.svg")),
+              AllOf(Contains("mean angle 30.0°, 3 lines"), Contains("mean angle 0.2°, yaw 30.0°"),
+                    Contains("x"), Contains("y"), Contains("z"), Contains("along x")));
+  figure.objects[0].yaw_lines = 0;
+  EXPECT_THAT(SvgTexts(EncodeFigure(DrawYaw(figure, {}), "figure.svg")), Contains("no line tells the yaw"));
+}
+
+TEST(FigureTest, WhatLiesOnAnImageStaysThereWhenItIsCutAndTurned) {
+  cv::Mat image(60, 100, CV_8UC3, cv::Scalar(0, 0, 0));
+  const Eigen::Vector2d mark(30.0, 20.0);
+  image.at<cv::Vec3b>(20, 30) = {255, 255, 255};
+  for (int turns = 0; turns < 4; ++turns) {
+    const ImageCrop crop(image, {20.0, 10.0, 24.0, 20.0}, turns, {100.0, 200.0, 40.0, 30.0});
+    EXPECT_TRUE((FigureRect{100.0, 200.0, 40.0, 30.0}.Contains(crop.Area())));
+    FigurePage page;
+    crop.Draw(page);
+    const FigureImage& drawn = std::get<FigureImage>(page.elements.at(0));
+    std::vector<cv::Point> bright;
+    cv::Mat gray;
+    cv::extractChannel(drawn.image, gray, 0);
+    cv::findNonZero(gray, bright);
+    ASSERT_EQ(bright.size(), 1u);
+    const Eigen::Vector2d shown(drawn.area.x + (bright[0].x + 0.5) * drawn.area.width / drawn.image.cols,
+                                drawn.area.y + (bright[0].y + 0.5) * drawn.area.height / drawn.image.rows);
+    EXPECT_LT((crop.ToPage(mark) - shown).norm(), 1e-9) << turns << " turns";
+  }
+  const ImageCrop crop(image, {20.0, 10.0, 24.0, 20.0}, 0, {0.0, 0.0, 24.0, 20.0});
+  Eigen::Vector2d from(-100.0, 15.0);
+  Eigen::Vector2d to(30.0, 15.0);
+  ASSERT_TRUE(crop.Clip(from, to));
+  EXPECT_TRUE(crop.Contains(from));
+  EXPECT_NEAR(from.x(), 19.5, 1.0);
+  EXPECT_EQ(to.x(), 30.0);
+  from = {-100.0, 90.0};
+  EXPECT_FALSE(crop.Clip(from, to = {200.0, 90.0}));
 }
 
 TEST(FigureTest, BaselineTellsAChangedBarFromTheSame) {
@@ -333,6 +424,8 @@ TEST(FigureTest, SizesWithoutSenseAreRefused) {
   EXPECT_THROW(DrawShapes(shapes, SmallFigure()), UsageError);
   EXPECT_THROW(CheckFigurePath("figure.jpg"), UsageError);
   EXPECT_THROW(DrawMaps({}, SmallFigure()), UsageError);
+  EXPECT_THROW(DrawOutliers({}, SmallFigure()), UsageError);
+  EXPECT_THROW(DrawYaw({}, SmallFigure()), UsageError);
 }
 
 }  // namespace
