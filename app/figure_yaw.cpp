@@ -25,11 +25,11 @@ namespace {
 
 constexpr const char* kFooter = R"(
 Line segments that the yaw estimator's detector (EDLines) finds in an object's box, and the axes of the object's
-frame along the edges of the box around its superquadric, from the corner nearest to the camera: (a) along the
-map's axes (the quarter turn nearest to the object's, as yaw counts modulo 90 degrees), (b) as estimated. A line is matched to
-the axis that it is nearest to in (b), below objects.yaw.match_angle_deg. The mean is over the lines matched to
-x or y, the same ones in (a) and (b): each line's angle to the image of its axis at the line's midpoint. Lines
-along z say nothing about yaw. The image is freed from distortion and turned upright by quarter turns.
+frame along the edges of the box around its superquadric, from a corner that is near to the camera: (a) along the
+map's axes (the quarter turn nearest to the object's, as yaw counts modulo 90 degrees), (b) as estimated. A line
+is matched to the axis that it is nearest to in (b), below objects.yaw.match_angle_deg. The mean is over the lines
+matched to x or y, the same ones in (a) and (b): each line's angle to the image of its axis at the line's midpoint.
+Lines along z say nothing about yaw. The image is freed from distortion and turned upright by quarter turns.
 
 Keyframes whose pose the finished map knows serve; by default, of those with the largest boxes, that with the most
 matched lines. Without --object: the object with the most matched lines, if there is one turned from the map's axes.
@@ -97,16 +97,6 @@ cv::Mat Undistorted(const cv::Mat& image, const Camera& camera) {
   return result;
 }
 
-// The corner of the box around the solid that is nearest to the camera, as signs of the object's axes.
-Eigen::Vector3d NearestCorner(const PosedSuperquadric& solid, const Rigid3d& T_map_camera) {
-  const Eigen::Vector3d eye = solid.T_map_object.Inverse() * T_map_camera.translation;
-  Eigen::Vector3d signs;
-  for (int axis = 0; axis < 3; ++axis) {
-    signs[axis] = eye[axis] >= 0.0 ? 1.0 : -1.0;
-  }
-  return signs;
-}
-
 // The axes along the box's edges that meet in the corner; empty where part of them is behind the camera.
 std::optional<YawFigure::View> AxesAt(const PosedSuperquadric& solid, const Eigen::Vector3d& corner_signs,
                                       const Rigid3d& T_map_camera, const Camera& camera) {
@@ -127,8 +117,47 @@ std::optional<YawFigure::View> AxesAt(const PosedSuperquadric& solid, const Eige
   return view;
 }
 
+// What may be shown around an object's box: axes that reach farther end at the edge.
+Box2d Around(const Box2d& box, const Camera& camera) {
+  constexpr double kReach = 0.4;
+  return ClipToImage({box.x - kReach * box.width, box.y - kReach * box.height,
+                      (1.0 + 2.0 * kReach) * box.width, (1.0 + 2.0 * kReach) * box.height},
+                     camera);
+}
+
+// Axes of the object before and after, at the corner that is nearest to the camera among those that show most
+// of them. False where part of the object is behind the camera.
+bool PlaceAxes(const PosedSuperquadric& start, const PosedSuperquadric& solid, const ObjectView& view,
+               const Box2d& visible, const Camera& camera, YawFigure::Object& object) {
+  const Eigen::Vector3d eye = solid.T_map_object.Inverse() * view.T_map_camera.translation;
+  std::pair<int, double> best(-1, 0.0);  // ends that are shown, less distance
+  for (int i = 0; i < 8; ++i) {
+    const Eigen::Vector3d signs(i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0 : -1.0);
+    const auto before = AxesAt(start, signs, view.T_map_camera, camera);
+    const auto after = AxesAt(solid, signs, view.T_map_camera, camera);
+    if (!before || !after) {
+      return false;
+    }
+    int shown = 0;
+    for (const YawFigure::View& axes : {*before, *after}) {
+      shown += visible.Contains(axes.corner) ? 3 : 0;
+      for (const Eigen::Vector2d& end : axes.ends) {
+        shown += visible.Contains(end) ? 1 : 0;
+      }
+    }
+    const std::pair<int, double> rank(shown, -(signs.cwiseProduct(solid.shape.half_size) - eye).norm());
+    if (rank > best) {
+      best = rank;
+      object.before = *before;
+      object.after = *after;
+    }
+  }
+  return true;
+}
+
 // What the figure shows of the view: the box and the axes, with a margin.
-Box2d RegionOf(const Box2d& box, const YawFigure::Object& object, const Camera& camera) {
+Box2d RegionOf(const Box2d& box, const Box2d& visible, const YawFigure::Object& object,
+               const Camera& camera) {
   constexpr double kMargin = 0.1;
   Eigen::Vector2d low(box.x, box.y);
   Eigen::Vector2d high(box.x + box.width, box.y + box.height);
@@ -138,45 +167,21 @@ Box2d RegionOf(const Box2d& box, const YawFigure::Object& object, const Camera& 
       high = high.cwiseMax(p);
     }
   }
-  // Axes that reach far beyond the box, of an object that the image cuts, may end at the edge.
-  const Eigen::Vector2d reach = 0.4 * Eigen::Vector2d(box.width, box.height);
-  low = low.cwiseMax(Eigen::Vector2d(box.x, box.y) - reach);
-  high = high.cwiseMin(Eigen::Vector2d(box.x + box.width, box.y + box.height) + reach);
+  low = low.cwiseMax(Eigen::Vector2d(visible.x, visible.y));
+  high = high.cwiseMin(Eigen::Vector2d(visible.x + visible.width, visible.y + visible.height));
   const double margin = kMargin * std::max(box.width, box.height);
   return ClipToImage({low.x() - margin, low.y() - margin, high.x() - low.x() + 2.0 * margin,
                       high.y() - low.y() + 2.0 * margin},
                      camera);
 }
 
-// Lines against axes in one view; empty where the object reaches behind the camera.
-std::optional<YawFigure::Object> Measure(const Context& context, const SnapshotObject& object,
-                                         const ObjectView& view) {
+// Lines by the axis that they run along after, and their mean angles to those that tell the yaw.
+void MatchLines(const Context& context, const ObjectView& view, const std::vector<LineSegment>& lines,
+                const PosedSuperquadric& start, const PosedSuperquadric& solid, YawFigure::Object& shown) {
   const Camera& camera = context.map->camera;
-  const double yaw = WrapQuarter(object.yaw);
-  const PosedSuperquadric& solid = object.superquadric;
-  PosedSuperquadric start = solid;
-  start.T_map_object.rotation =
-      Eigen::AngleAxisd(-yaw, Eigen::Vector3d::UnitZ()) * solid.T_map_object.rotation;
-  const Eigen::Vector3d corner = NearestCorner(solid, view.T_map_camera);
-  const auto before = AxesAt(start, corner, view.T_map_camera, camera);
-  const auto after = AxesAt(solid, corner, view.T_map_camera, camera);
-  if (!before || !after) {
-    return std::nullopt;
-  }
-  YawFigure::Object shown;
-  shown.name = ReadableLabel(object.label);
-  shown.before = *before;
-  shown.after = *after;
-  shown.yaw = yaw / kDegree;
-  shown.quarter_turns = UprightTurns(view, *context.map);
-  const cv::Mat image = ReadImage(view, camera);
-  cv::Mat gray;
-  cv::cvtColor(image, gray, cv::COLOR_BGR2GRAY);
-  const Box2d box = UndistortBox(view.box, camera);
   const Eigen::Matrix3d R_start = start.T_map_object.RotationMatrix();
   const Eigen::Matrix3d R_end = solid.T_map_object.RotationMatrix();
-  for (const LineSegment& line :
-       LinesInBox(ExtractLines(gray, camera, {view.box}, context.options), box, context.options)) {
+  for (const LineSegment& line : lines) {
     const AxisOfLine nearest = NearestAxis(line, view.T_map_camera, camera, R_end);
     const int axis = nearest.angle < context.options.match_angle_deg * kDegree ? nearest.axis : -1;
     shown.before.lines.push_back({line.a, line.b, axis});
@@ -190,8 +195,34 @@ std::optional<YawFigure::Object> Measure(const Context& context, const SnapshotO
   shown.after.lines = shown.before.lines;
   shown.before.mean_angle /= std::max(1, shown.yaw_lines);
   shown.after.mean_angle /= std::max(1, shown.yaw_lines);
+}
+
+// Lines against axes in one view; empty where the object reaches behind the camera.
+std::optional<YawFigure::Object> Measure(const Context& context, const SnapshotObject& object,
+                                         const ObjectView& view) {
+  const Camera& camera = context.map->camera;
+  const double yaw = WrapQuarter(object.yaw);
+  const PosedSuperquadric& solid = object.superquadric;
+  PosedSuperquadric start = solid;
+  start.T_map_object.rotation =
+      Eigen::AngleAxisd(-yaw, Eigen::Vector3d::UnitZ()) * solid.T_map_object.rotation;
+  const Box2d box = UndistortBox(view.box, camera);
+  const Box2d visible = Around(box, camera);
+  YawFigure::Object shown;
+  if (!PlaceAxes(start, solid, view, visible, camera, shown)) {
+    return std::nullopt;
+  }
+  shown.name = ReadableLabel(object.label);
+  shown.yaw = yaw / kDegree;
+  shown.quarter_turns = UprightTurns(view, *context.map);
+  const cv::Mat image = ReadImage(view, camera);
+  cv::Mat gray;
+  cv::cvtColor(image, gray, cv::COLOR_BGR2GRAY);
+  MatchLines(context, view,
+             LinesInBox(ExtractLines(gray, camera, {view.box}, context.options), box, context.options), start,
+             solid, shown);
   shown.image = Undistorted(image, camera);
-  shown.region = RegionOf(box, shown, camera);
+  shown.region = RegionOf(box, visible, shown, camera);
   return shown;
 }
 
@@ -209,13 +240,16 @@ std::optional<YawFigure::Object> BestMeasured(const Context& context, const Snap
 
 // Of all objects the one with the most matched lines, with preference for those that are turned.
 YawFigure::Object Clearest(const Context& context, const std::map<int, std::vector<ObjectView>>& views,
-                           const std::string& result) {
+                           const std::string& result, bool quiet) {
   constexpr double kTurned = 3.0;  // degrees
   std::optional<YawFigure::Object> best;
   const auto rank = [](const YawFigure::Object& object) {
     return std::pair(std::abs(object.yaw) >= kTurned && object.yaw_lines > 2, object.yaw_lines);
   };
+  FigureCounter counter(quiet);
+  int looked_at = 0;
   for (const SnapshotObject& object : context.map->objects) {
+    counter(looked_at++, static_cast<int>(context.map->objects.size()));
     const auto it = views.find(object.id);
     if (it == views.end()) {
       continue;
@@ -258,7 +292,7 @@ void Draw(const Arguments& a) {
     figure.objects.push_back(std::move(*measured));
   }
   if (a.objects.empty()) {
-    figure.objects.push_back(Clearest(context, views, a.result));
+    figure.objects.push_back(Clearest(context, views, a.result, a.quiet));
   }
   WriteFigure(DrawYaw(figure, options), a.output);
 }

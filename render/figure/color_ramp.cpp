@@ -20,12 +20,19 @@ Eigen::Vector3d Viridis(double value) {
 
 double ColorBarHeight(const FigureTheme& theme) { return 2.7 * theme.small; }
 
-void DrawColorBar(FigurePage& page, const ColorBar& bar, const FigureRect& area, const FigureTheme& theme) {
+void DrawColorBar(FigurePage& page, const ColorBar& bar, const FigureRect& area,
+                  const FigureTheme& page_theme) {
   constexpr int kSteps = 96;
+  constexpr double kLeastLength = 0.35;  // of the area's width
+  FigureTheme theme = page_theme;
+  const double texts =
+      TextWidth(bar.meaning, theme.small) + TextWidth(bar.limit_meaning, theme.small) + 1.3 * theme.small;
+  theme.small *=
+      std::min(1.0, (1.0 - kLeastLength) * area.width / texts);  // narrow pages get smaller letters
   const double gap = 0.6 * theme.small;
-  const double length = std::min(22.0 * theme.small, 0.4 * area.width);
-  const double left_room = std::min(TextWidth(bar.meaning, theme.small), 0.3 * area.width);
-  const double right_room = std::min(TextWidth(bar.limit_meaning, theme.small), 0.3 * area.width);
+  const double left_room = TextWidth(bar.meaning, theme.small);
+  const double right_room = TextWidth(bar.limit_meaning, theme.small);
+  const double length = std::min(22.0 * theme.small, area.width - left_room - right_room - 2.0 * gap);
   const double left = area.x + 0.5 * (area.width - left_room - length - right_room - 2.0 * gap);
   const FigureRect strip{left + left_room + gap, area.y + 0.4 * theme.small, length, 0.9 * theme.small};
   // Each step reaches under the next one: no seams.
@@ -36,15 +43,13 @@ void DrawColorBar(FigurePage& page, const ColorBar& bar, const FigureRect& area,
   }
   const PlotArea plot{strip, bar.axis, {}};
   DrawXAxis(page, plot, "", theme, false);
-  page.Text(NarrowText(
-      PlainText(bar.meaning, {strip.x - gap, strip.Center().y()}, theme.small, theme.ink, TextAlign::kRight),
-      left_room + 0.1));
+  page.Text(
+      PlainText(bar.meaning, {strip.x - gap, strip.Center().y()}, theme.small, theme.ink, TextAlign::kRight));
   if (bar.limit > bar.axis.low && bar.limit < bar.axis.high) {
     const double x = plot.X(bar.limit);
     page.Line({x, strip.y - 0.25 * theme.small}, {x, strip.Bottom()}, {theme.ink, 1.0, {}});
-    page.Text(NarrowText(
-        PlainText(bar.limit_meaning, {strip.Right() + gap, strip.Center().y()}, theme.small, theme.ink),
-        right_room + 0.1));
+    page.Text(
+        PlainText(bar.limit_meaning, {strip.Right() + gap, strip.Center().y()}, theme.small, theme.ink));
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "run_program.h"
 #include "slam/io/recording.h"
@@ -28,8 +29,8 @@ class FigureCommandTest : public ::testing::Test {
     std::filesystem::create_directories(sequence_);
     MapSnapshot map = HandMadeMap();
     map.image_path = (sequence_ / "frame.png").string();
-    cv::imwrite(map.image_path, cv::Mat(240, 320, CV_8UC3, cv::Scalar(90, 120, 150)));
-    map.detections = {{{"book", 0.9, {50.0, 60.0, 80.0, 40.0}}, 0}};
+    TurnTheBook(map);
+    map.detections = {{{"book", 0.9, DrawTheBook(map)}, 0}};
     map.frame_index = map.keyframes.back().frame_index;
     for (std::size_t i = 0; i < map.points.size(); ++i) {
       SnapshotPoint& point = map.points[i];
@@ -41,6 +42,28 @@ class FigureCommandTest : public ::testing::Test {
     writer.Close();
     WriteStatsAndPaths();
     WriteEval(result_, true);
+  }
+
+  static void TurnTheBook(MapSnapshot& map) {
+    map.objects[0].yaw = 0.5;
+    map.objects[0].superquadric.T_map_object.rotation = Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ());
+  }
+
+  // The top of the book as an image; returns the box around it.
+  static Box2d DrawTheBook(const MapSnapshot& map) {
+    const PosedSuperquadric& book = map.objects[0].superquadric;
+    std::vector<cv::Point> corners;
+    for (const Eigen::Vector3d& sign : {Eigen::Vector3d(-1, -1, 1), {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}}) {
+      const Eigen::Vector2d pixel = map.camera.Project(
+          map.T_map_camera->Inverse() * (book.T_map_object * sign.cwiseProduct(book.shape.half_size)));
+      corners.emplace_back(static_cast<int>(std::lround(pixel.x())),
+                           static_cast<int>(std::lround(pixel.y())));
+    }
+    cv::Mat image(240, 320, CV_8UC3, cv::Scalar(200, 210, 220));
+    cv::fillConvexPoly(image, corners, cv::Scalar(40, 60, 50));
+    cv::imwrite(map.image_path, image);
+    const cv::Rect box = cv::boundingRect(corners);
+    return {double(box.x), double(box.y), double(box.width), double(box.height)};
   }
 
   void WriteStatsAndPaths() {
@@ -98,12 +121,30 @@ TEST_F(FigureCommandTest, EveryFigureIsDrawnFromAResultFolder) {
   EXPECT_THAT(Svg("outliers " + result + " --object 0"),
               AllOf(HasSubstr(">book<"), HasSubstr(" isolated, "), HasSubstr(">removed above 0.65<")));
   EXPECT_THAT(Svg("outliers " + result + " --no-images"), Not(HasSubstr(">no image<")));
-  EXPECT_THAT(Svg("yaw " + result + " --object 0 --frame 70"),
-              AllOf(HasSubstr(">book<"), HasSubstr(">no line tells the yaw<")));
   EXPECT_THAT(Svg("timing " + result),
               AllOf(HasSubstr(">objects<"), HasSubstr(">34.5<"), Not(HasSubstr(">final<"))));
   EXPECT_THAT(Svg("timing " + result + " --stage mapping.final"), HasSubstr(">final<"));
   EXPECT_THAT(Svg("iou " + result + " --ellipsoids"), AllOf(HasSubstr(">red cup<"), HasSubstr(">0.62<")));
+}
+
+// The number after the n-th "mean angle " of an SVG.
+double MeanAngle(const std::string& svg, int n) {
+  const std::string words = ">mean angle ";
+  std::size_t at = 0;
+  for (int i = 0; i < n; ++i) {
+    at = svg.find(words, at) + words.size();
+  }
+  return at < svg.size() ? std::stod(svg.substr(at)) : -1.0;
+}
+
+TEST_F(FigureCommandTest, YawBringsTheAxesToTheLines) {
+  for (const char* choice : {"", " --object 0", " --object 0 --frame 70"}) {
+    const std::string svg = Svg("yaw " + result_.string() + choice);
+    EXPECT_THAT(svg, AllOf(HasSubstr(">book<"), HasSubstr(" lines<"), HasSubstr("yaw 28.6°<")));
+    EXPECT_GT(MeanAngle(svg, 1), 15.0);
+    EXPECT_LT(MeanAngle(svg, 2), 2.0);
+    EXPECT_GE(MeanAngle(svg, 2), 0.0);
+  }
 }
 
 TEST_F(FigureCommandTest, TrajectorySaysTheErrorInTheLegend) {
