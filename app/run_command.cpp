@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,6 +10,7 @@
 
 #include "app/commands.h"
 #include "app/run_pipeline.h"
+#include "app/sequence_arguments.h"
 #include "slam/io/atomic_file.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
@@ -54,15 +54,6 @@ struct RunArguments {
   bool quiet = false;
   bool dump_config = false;
 };
-
-SequenceFormat ParseFormat(const std::string& name) {
-  static const std::map<std::string, SequenceFormat> kFormats = {
-      {"auto", SequenceFormat::kAuto},        {"tum", SequenceFormat::kTum},
-      {"icl-nuim", SequenceFormat::kIclNuim}, {"scenes-v2", SequenceFormat::kScenesV2},
-      {"7-scenes", SequenceFormat::k7Scenes}, {"images", SequenceFormat::kImages},
-      {"video", SequenceFormat::kVideo}};
-  return kFormats.at(name);  // the command line has checked the name
-}
 
 SystemOptions MakeOptions(const RunArguments& arguments) {
   SystemOptions options;
@@ -119,7 +110,7 @@ RunRequest MakeRequest(const RunArguments& arguments) {
     CheckVideoName(arguments.video);
   }
   RunRequest request;
-  request.sequence = {arguments.input, ParseFormat(arguments.format), arguments.camera, arguments.detections};
+  request.sequence = {arguments.input, ParseSequenceFormat(arguments.format), arguments.camera, arguments.detections};
   request.live_camera = LiveCameraOf(arguments.input);
   request.range = {arguments.start, arguments.frames, arguments.stride};
   request.output = arguments.output.empty()

@@ -1,0 +1,31 @@
+#include "app/sequence_arguments.h"
+
+#include <map>
+
+namespace sqslam::app {
+
+SequenceFormat ParseSequenceFormat(const std::string& name) {
+  static const std::map<std::string, SequenceFormat> kFormats = {
+      {"auto", SequenceFormat::kAuto},        {"tum", SequenceFormat::kTum},
+      {"icl-nuim", SequenceFormat::kIclNuim}, {"scenes-v2", SequenceFormat::kScenesV2},
+      {"7-scenes", SequenceFormat::k7Scenes}, {"images", SequenceFormat::kImages},
+      {"video", SequenceFormat::kVideo}};
+  return kFormats.at(name);  // the command line has checked the name
+}
+
+void SequenceArguments::AddTo(CLI::App& command) {
+  command.add_option("INPUT", input, "A sequence folder, a folder of images, or a video")->required();
+  command.add_option("--format", format, "How INPUT is laid out")
+      ->check(CLI::IsMember({"auto", "tum", "icl-nuim", "scenes-v2", "7-scenes", "images", "video"}))
+      ->capture_default_str();
+  command.add_option("--camera", camera, "Calibration FILE.yaml, or the name of one in configs/cameras");
+  command.add_option("--start", start, "First frame")->check(CLI::NonNegativeNumber)->capture_default_str();
+  command.add_option("--frames", frames, "At most this many frames")->check(CLI::PositiveNumber);
+  command.add_option("--stride", stride, "Take every N-th frame")->check(CLI::PositiveNumber);
+}
+
+SequenceRequest SequenceArguments::Request() const {
+  return {input, ParseSequenceFormat(format), camera, {}};
+}
+
+}  // namespace sqslam::app

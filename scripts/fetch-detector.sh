@@ -1,0 +1,48 @@
+#!/bin/bash
+# Obtains a network for `sqslam detect` with nothing but the npm registry: the TensorFlow.js weights of
+# CenterNet-MobileNetV3 in the package @vladmandic/human (MIT), converted to ONNX. Everything is checked by
+# sha256 and put into assets/detectors, which is not part of the repository.
+# Usage: scripts/fetch-detector.sh [FOLDER]
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+folder=${1:-assets/detectors}
+target=$folder/centernet_mbv3.onnx
+package=@vladmandic/human@3.3.6
+archive_sha=425e9c51dbbca0c8934362b170cb0d54c2529c11c654b3c03092b16e9d6ad3f7
+network_sha=73a0407d54ef0092125e97e99671a2570ff36c3589a10288d1e4e5d3981fc0dd
+
+check() {  # FILE SHA256
+  if [ "$(sha256sum "$1" | cut -d' ' -f1)" != "$2" ]; then
+    echo "fetch-detector: $1 is not the file that was expected (sha256 $2)" >&2
+    exit 3
+  fi
+}
+
+mkdir -p "$folder"
+if [ -f "$target" ]; then
+  check "$target" "$network_sha"
+  echo "$target is there already"
+  exit 0
+fi
+
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+archive=$work/human.tgz
+if command -v npm >/dev/null; then
+  (cd "$work" && npm pack --silent "$package" >/dev/null)
+  mv "$work"/vladmandic-human-*.tgz "$archive"
+elif command -v curl >/dev/null; then
+  curl -fsSL -o "$archive" https://registry.npmjs.org/@vladmandic/human/-/human-3.3.6.tgz
+else
+  echo "fetch-detector: needs npm or curl" >&2
+  exit 3
+fi
+check "$archive" "$archive_sha"
+tar -xzf "$archive" -C "$work" package/models/centernet.json package/models/centernet.bin
+python3 scripts/tfjs2onnx.py "$work/package/models/centernet.json" "$work/network.onnx" \
+  --input tower_0/images --shape 1,3,480,640 --upsample 2 \
+  --output tower_0/keypoints=heatmap --output tower_0/wh=ltrb >/dev/null
+check "$work/network.onnx" "$network_sha"
+mv "$work/network.onnx" "$target"
+echo "$target: try  sqslam detect INPUT --detector centernet --output boxes.txt"

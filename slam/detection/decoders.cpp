@@ -1,0 +1,135 @@
+#include "slam/detection/decoders.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "slam/util/error.h"
+
+namespace sqslam {
+namespace {
+
+std::string ShapeOf(const cv::Mat& blob) {
+  std::vector<int> sizes(blob.size.p, blob.size.p + blob.dims);
+  return fmt::format("{}", fmt::join(sizes, "x"));
+}
+
+void CheckShape(const cv::Mat& blob, std::initializer_list<int> expected, const char* decoder) {
+  const bool fits = blob.type() == CV_32F && blob.dims == static_cast<int>(expected.size()) &&
+                    std::equal(expected.begin(), expected.end(), blob.size.p);
+  if (!fits) {
+    throw InputError(
+        fmt::format("the network's output is {}, expected {} for the decoder '{}' (other decoder, "
+                    "other input size, or another number of classes?)",
+                    ShapeOf(blob), fmt::join(expected, "x"), decoder));
+  }
+}
+
+// The index and value of the largest of `count` numbers that lie `step` apart.
+std::pair<int, float> Largest(const float* values, int count, std::ptrdiff_t step) {
+  int best = 0;
+  for (int i = 1; i < count; ++i) {
+    best = values[i * step] > values[best * step] ? i : best;
+  }
+  return {best, values[best * step]};
+}
+
+ScoredBox Centered(double x, double y, double width, double height, int class_number, double score) {
+  return {{x - 0.5 * width, y - 0.5 * height, width, height}, class_number, score};
+}
+
+}  // namespace
+
+std::vector<ScoredBox> DecodeYolox(const cv::Mat& output, cv::Size input, int classes, double threshold) {
+  constexpr std::array<int, 3> kStrides = {8, 16, 32};
+  int cells = 0;
+  for (const int stride : kStrides) {
+    cells += (input.width / stride) * (input.height / stride);
+  }
+  CheckShape(output, {1, cells, 5 + classes}, "yolox");
+  std::vector<ScoredBox> boxes;
+  const auto* cell = output.ptr<float>();
+  for (const int stride : kStrides) {
+    for (int y = 0; y < input.height / stride; ++y) {
+      for (int x = 0; x < input.width / stride; ++x, cell += 5 + classes) {
+        if (cell[4] < threshold) {  // a class score is at most 1
+          continue;
+        }
+        const auto [number, class_score] = Largest(cell + 5, classes, 1);
+        const double score = static_cast<double>(cell[4]) * class_score;
+        if (score >= threshold) {
+          boxes.push_back(Centered((cell[0] + x) * stride, (cell[1] + y) * stride, std::exp(cell[2]) * stride,
+                                   std::exp(cell[3]) * stride, number, std::min(score, 1.0)));
+        }
+      }
+    }
+  }
+  return boxes;
+}
+
+std::vector<ScoredBox> DecodeCenterNet(const cv::Mat& heatmap, const cv::Mat& sides, cv::Size input,
+                                       int classes, double threshold, int count) {
+  constexpr int kStride = 4;
+  const int rows = input.height / kStride;
+  const int columns = input.width / kStride;
+  CheckShape(heatmap, {1, classes, rows, columns}, "centernet");
+  CheckShape(sides, {1, 4, rows, columns}, "centernet");
+  const std::ptrdiff_t plane = static_cast<std::ptrdiff_t>(rows) * columns;
+  const auto* scores = heatmap.ptr<float>();
+  const auto* distances = sides.ptr<float>();
+  std::vector<ScoredBox> boxes;
+  for (int c = 0; c < classes; ++c) {
+    const float* of_class = scores + c * plane;
+    for (int y = 0; y < rows; ++y) {
+      for (int x = 0; x < columns; ++x) {
+        const float score = of_class[y * columns + x];
+        if (score < threshold) {
+          continue;
+        }
+        bool peak = true;
+        for (int v = std::max(0, y - 1); v <= std::min(rows - 1, y + 1); ++v) {
+          for (int u = std::max(0, x - 1); u <= std::min(columns - 1, x + 1); ++u) {
+            peak &= of_class[v * columns + u] <= score;
+          }
+        }
+        if (peak) {
+          const float* at = distances + y * columns + x;
+          const double left = kStride * x - at[0];
+          const double top = kStride * y - at[plane];
+          boxes.push_back({{left, top, kStride * x + at[2 * plane] - left, kStride * y + at[3 * plane] - top},
+                           c,
+                           std::min(1.0, static_cast<double>(score))});
+        }
+      }
+    }
+  }
+  std::stable_sort(boxes.begin(), boxes.end(),
+                   [](const ScoredBox& a, const ScoredBox& b) { return a.score > b.score; });
+  boxes.resize(std::min(boxes.size(), static_cast<std::size_t>(count)));
+  return boxes;
+}
+
+std::vector<ScoredBox> DecodeYoloV8(const cv::Mat& output, int classes, double threshold) {
+  const int boxes_there = output.dims == 3 ? output.size[2] : 0;
+  CheckShape(output, {1, 4 + classes, boxes_there}, "yolov8");
+  const auto* values = output.ptr<float>();
+  const auto at = [&](int row, int i) {
+    return static_cast<double>(values[static_cast<std::ptrdiff_t>(row) * boxes_there + i]);
+  };
+  std::vector<ScoredBox> boxes;
+  for (int i = 0; i < boxes_there; ++i) {
+    const auto [number, score] =
+        Largest(values + static_cast<std::ptrdiff_t>(4) * boxes_there + i, classes, boxes_there);
+    if (score >= threshold) {
+      boxes.push_back(Centered(at(0, i), at(1, i), at(2, i), at(3, i), number,
+                               std::min(1.0, static_cast<double>(score))));
+    }
+  }
+  return boxes;
+}
+
+}  // namespace sqslam

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "slam/detection/scored_box.h"
+
+namespace sqslam {
+
+// Boxes of at least `threshold` from a network's output, in pixels of its input, with doubles. All throw
+// InputError that says which shape was expected where the output has another one.
+
+// YOLOX (Ge et al., 2021): `output` 1 x N x (5 + classes) with centre, logarithm of the size, objectness and
+// class scores for each cell of the grids of stride 8, 16 and 32, row by row. A score is objectness times
+// class.
+std::vector<ScoredBox> DecodeYolox(const cv::Mat& output, cv::Size input, int classes, double threshold);
+
+// CenterNet (Zhou et al., 2019) with sides: `heatmap` 1 x classes x H/4 x W/4 of scores, of which the peaks
+// of 3 x 3 cells count, and `sides` 1 x 4 x H/4 x W/4, distances to the left, top, right and bottom edge. At
+// most `count` peaks, strongest first.
+std::vector<ScoredBox> DecodeCenterNet(const cv::Mat& heatmap, const cv::Mat& sides, cv::Size input,
+                                       int classes, double threshold, int count);
+
+// YOLOv8 and its kin: `output` 1 x (4 + classes) x N with centre, size and class scores.
+std::vector<ScoredBox> DecodeYoloV8(const cv::Mat& output, int classes, double threshold);
+
+}  // namespace sqslam

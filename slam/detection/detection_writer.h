@@ -1,0 +1,38 @@
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "slam/geometry/detection.h"
+
+namespace sqslam {
+
+// boxes.txt, frame by frame. Until Finish() the lines stand in FILE.part, which says after each frame that it
+// is complete: a job that was stopped goes on from there.
+class DetectionWriter {
+ public:
+  // `settings`: what the boxes were made with, one line. A part file of other settings is begun anew. Throws
+  // InputError where the file cannot be written.
+  DetectionWriter(std::filesystem::path path, std::string settings);
+
+  // Whether the frame of this time was done by an earlier job.
+  bool IsDone(double timestamp) const;
+  int FramesDone() const { return static_cast<int>(done_.size()); }
+
+  // Throws InputError on a full disk; what was added before stays.
+  void Add(double timestamp, const std::vector<Detection>& detections);
+
+  // Gives the file its name, whole.
+  void Finish();
+
+ private:
+  std::filesystem::path path_;
+  std::filesystem::path part_;
+  std::string settings_;
+  std::vector<std::string> done_;  // times as written, rising
+  std::ofstream out_;
+};
+
+}  // namespace sqslam

@@ -1,0 +1,71 @@
+#include "slam/detection/network_options.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <set>
+
+#include "slam/util/data_path.h"
+#include "slam/util/error.h"
+#include "slam/util/options.h"
+
+namespace sqslam {
+namespace fs = std::filesystem;
+namespace {
+
+std::string NamesIn(const fs::path& folder) {
+  std::set<std::string> names;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    if (entry.path().extension() == ".yaml") {
+      names.insert(entry.path().stem().string());
+    }
+  }
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+fs::path FindWeights(const fs::path& yaml, const std::string& file) {
+  std::vector<fs::path> places = {yaml.parent_path() / file};
+  try {
+    places.push_back(DataPath("assets") / "detectors" / file);
+  } catch (const InputError&) {  // no assets: the place beside the YAML file is left
+  }
+  std::vector<std::string> names;
+  for (const fs::path& place : places) {
+    if (fs::is_regular_file(place)) {
+      return fs::absolute(place);
+    }
+    names.push_back(place.string());
+  }
+  throw InputError(fmt::format(
+      "{}: its weights '{}' are missing, expected one of {}; scripts/fetch-detector.sh obtains a network",
+      yaml.string(), file, fmt::join(names, ", ")));
+}
+
+}  // namespace
+
+NetworkOptions LoadNetwork(const std::string& name_or_file) {
+  fs::path path = name_or_file;
+  if (path.extension() != ".yaml") {
+    const fs::path folder = DataPath("configs/detectors");
+    path = folder / (name_or_file + ".yaml");
+    if (!fs::exists(path)) {
+      throw UsageError(fmt::format("detector '{}': not known, expected one of {}, or a .yaml file",
+                                   name_or_file, NamesIn(folder)));
+    }
+  }
+  NetworkOptions options;
+  LoadOptions(path, options);
+  CheckOptions(options);
+  if (options.file.empty()) {
+    throw UsageError(fmt::format("{}: no 'file', expected the name of an .onnx file", path.string()));
+  }
+  if (options.width % 32 != 0 || options.height % 32 != 0) {
+    throw UsageError(fmt::format("{}: input of {}x{}, expected multiples of 32", path.string(), options.width,
+                                 options.height));
+  }
+  options.file = FindWeights(path, options.file).string();
+  return options;
+}
+
+}  // namespace sqslam

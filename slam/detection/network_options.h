@@ -1,0 +1,49 @@
+#pragma once
+
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+namespace sqslam {
+
+// What a detector's ONNX file wants and gives: the YAML file beside its weights.
+struct NetworkOptions {
+  std::string file;               // weights (.onnx): absolute, beside the YAML file, or in assets/detectors
+  std::string decoder = "yolox";  // how boxes are read from the output: yolox, centernet, yolov8
+  int width = 640;                // input, pixels; a multiple of 32
+  int height = 480;
+  std::string color = "bgr";         // order of the input's channels: bgr or rgb
+  double scale = 1.0;                // factor on pixel values from 0 to 255
+  std::vector<std::string> outputs;  // names, in the order that the decoder expects; none: the file's own
+  std::vector<std::string> classes;  // names in the order of class numbers; none: the 80 of COCO
+  double threshold = 0.25;           // least score of a box, [0, 1]
+  double suppression_iou = 0.5;      // of two boxes of one class that overlap more, the weaker goes
+  double min_area = 16.0;            // smaller boxes are left out, pixels^2 of the image
+  int max_boxes = 100;               // in one image, strongest first
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("file", file);
+    visit("decoder", decoder, {"yolox", "centernet", "yolov8"});
+    visit("width", width, 32, 4096);
+    visit("height", height, 32, 4096);
+    visit("color", color, {"bgr", "rgb"});
+    visit("scale", scale, 1e-6, 1000.0);
+    visit("outputs", outputs);
+    visit("classes", classes);
+    visit("threshold", threshold, 0.0, 1.0);
+    visit("suppression_iou", suppression_iou, 0.0, 1.0);
+    visit("min_area", min_area, 0.0, 1e9);
+    visit("max_boxes", max_boxes, 1, 10000);
+  }
+
+  cv::Size InputSize() const { return {width, height}; }
+};
+
+// A network by the name of its file in configs/detectors, or from a YAML file. `file` is then an absolute
+// path that exists. Throws UsageError for unknown names and bad values, InputError where the weights are
+// missing: it says where they were looked for and what fetches them.
+NetworkOptions LoadNetwork(const std::string& name_or_file);
+
+}  // namespace sqslam
