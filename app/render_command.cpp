@@ -38,6 +38,30 @@ double Difference(const cv::Mat& image, const cv::Mat& reference) {
   return 1.0 - sum / image.channels();
 }
 
+void WritePicture(const fs::path& path, const cv::Mat& image) {
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".png", image, bytes);
+  WriteFileAtomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+// Picture, reference and difference side by side, in NAME-difference.png beside the picture, or in the
+// working folder where none is written.
+fs::path WriteDifference(const RenderArguments& a, const cv::Mat& image, const cv::Mat& reference) {
+  cv::Mat apart;
+  cv::absdiff(image, reference, apart);
+  if (apart.channels() == 4) {  // opaque, or nothing of it would be seen
+    apart.forEach<cv::Vec4b>([](cv::Vec4b& pixel, const int*) { pixel[3] = 255; });
+  }
+  cv::Mat side_by_side;
+  cv::hconcat(std::vector<cv::Mat>{image, reference, apart}, side_by_side);
+  const fs::path output = a.output;
+  const fs::path path = a.output.empty()
+                            ? fs::path(fs::path(a.reference).stem().string() + "-difference.png")
+                            : output.parent_path() / (output.stem().string() + "-difference.png");
+  WritePicture(path, side_by_side);
+  return path;
+}
+
 int CompareWithReference(const RenderArguments& a, const cv::Mat& image) {
   const cv::Mat reference = cv::imread(a.reference, cv::IMREAD_UNCHANGED);
   if (reference.empty()) {
@@ -51,9 +75,14 @@ int CompareWithReference(const RenderArguments& a, const cv::Mat& image) {
   }
   const double difference = Difference(image, reference);
   const bool same = difference <= a.threshold;
-  fmt::print(same ? stdout : stderr, "{}differs from {} by {:.4f}, {} {}\n",
-             same ? "" : "sqslam: ", a.reference, difference, same ? "within" : "more than", a.threshold);
-  return same ? 0 : 5;
+  if (same) {
+    fmt::print("differs from {} by {:.4f}, within {}\n", a.reference, difference, a.threshold);
+    return 0;
+  }
+  fmt::print(stderr,
+             "sqslam: differs from {} by {:.4f}, more than {}; picture, reference and difference: {}\n",
+             a.reference, difference, a.threshold, WriteDifference(a, image, reference).string());
+  return 5;
 }
 
 // What the input camera saw at one frame: the map from there, or over the photograph.
@@ -86,9 +115,7 @@ int RenderStill(const RenderArguments& a, const PictureOptions& options, const R
   const cv::Mat image =
       a.camera_frame ? RenderCameraFrame(a, options, reader) : RenderPicture(*reader.Last(), options);
   if (!a.output.empty()) {
-    std::vector<std::uint8_t> bytes;
-    cv::imencode(".png", image, bytes);
-    WriteFileAtomically(a.output, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    WritePicture(a.output, image);
   }
   return a.reference.empty() ? 0 : CompareWithReference(a, image);
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "render/gl/offscreen_window.h"
 #include "render/picture_overlay.h"
@@ -73,10 +74,36 @@ struct PictureRenderer::Impl {
     window.AddRenderer(scene.Renderer());
   }
 
+  cv::Mat RenderSharp(const ViewCamera& view) {
+    scene.LookFrom(view, options.height);
+    return window.Render();
+  }
+
+  // Depth of field: the mean of what is seen from points spread over the lens, all looking at the focal
+  // point.
+  cv::Mat RenderThroughLens(const ViewCamera& view) {
+    const SceneStyle::Lens& lens = options.style.lens;
+    const ViewAxes axes = AxesOf(view);
+    constexpr double kGoldenAngle = 2.399963229728653;
+    cv::Mat sum;
+    for (int i = 0; i < lens.samples; ++i) {
+      const double radius = lens.aperture * view.Distance() * std::sqrt((i + 0.5) / lens.samples);
+      const double angle = kGoldenAngle * i;
+      ViewCamera moved = view;
+      moved.position += radius * (std::cos(angle) * axes.right + std::sin(angle) * axes.up);
+      cv::Mat image;
+      RenderSharp(moved).convertTo(image, CV_32F, 1.0 / lens.samples);
+      sum = sum.empty() ? image : cv::Mat(sum + image);
+    }
+    sum.convertTo(sum, CV_8U);
+    return sum;
+  }
+
   cv::Mat Render(const ViewCamera& view) {
     window.Context().MakeCurrent();
-    scene.LookFrom(view, options.height);
-    cv::Mat image = window.Render();
+    // The input camera's own picture has its own sharpness.
+    const bool blurred = options.style.lens.aperture > 0.0 && !view.pinhole;
+    cv::Mat image = blurred ? RenderThroughLens(view) : RenderSharp(view);
     if (options.transparent) {
       Unmultiply(image);
     }

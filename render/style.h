@@ -99,6 +99,15 @@ struct SceneStyle {
       visit("eye_dome", eye_dome, 0.0, 1.0);
     }
   };
+  struct Lens {
+    double aperture = 0.0;  // radius, of the distance to the focal point; 0: everything is sharp
+    int samples = 32;       // pictures that are averaged for one with depth of field
+    template <typename Visitor>
+    void VisitFields(Visitor&& visit) {
+      visit("aperture", aperture, 0.0, 0.5);
+      visit("samples", samples, 2, 1024);
+    }
+  };
   struct Text {
     bool legend = true;  // classes, colours and counts
     bool scale = true;   // axes and what a cell of the grid measures
@@ -121,6 +130,7 @@ struct SceneStyle {
   Cameras cameras;
   Grid grid;
   Light light;
+  Lens lens;
   Text text;
   OverlayStyle overlay;  // of maps over photographs
 
@@ -134,6 +144,7 @@ struct SceneStyle {
     visit("cameras", cameras);
     visit("grid", grid);
     visit("light", light);
+    visit("lens", lens);
     visit("text", text);
     visit("overlay", overlay);
   }

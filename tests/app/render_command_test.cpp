@@ -177,5 +177,16 @@ TEST_F(RenderCommandTest, CombinationsThatMakeNoSenseAreWrongUsage) {
   EXPECT_EQ(RunProgram("run x --video /nonexistent/a.mp4").exit_code, 2);
 }
 
+TEST_F(RenderCommandTest, AReferenceIsMetOrTheDifferenceIsLeftBesideThePicture) {
+  ASSERT_EQ(Render("--output " + Out("a.png")).exit_code, 0);
+  EXPECT_EQ(Render("--output " + Out("b.png") + " --reference " + Out("a.png")).exit_code, 0);
+  EXPECT_FALSE(fs::exists(Out("b-difference.png")));
+  const ProgramRun other = Render("--style dark --output " + Out("b.png") + " --reference " + Out("a.png"));
+  EXPECT_EQ(other.exit_code, 5);
+  EXPECT_THAT(other.err, HasSubstr("b-difference.png"));
+  const cv::Mat difference = cv::imread(Out("b-difference.png"));
+  EXPECT_EQ(difference.size(), cv::Size(3 * 320, 240));
+}
+
 }  // namespace
 }  // namespace sqslam

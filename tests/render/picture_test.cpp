@@ -138,6 +138,29 @@ TEST(PictureTest, EachEffectChangesWhatItIsMeantTo) {
   EXPECT_NEAR(Lightness(occluded, top), Lightness(open, top), 1.0);
 }
 
+TEST(PictureTest, ALensKeepsItsFocalPointSharpAndBlursWhatIsFar) {
+  PictureOptions sharp = SmallPicture();
+  sharp.style.text.legend = false;
+  sharp.style.text.scale = false;
+  sharp.camera.focal_point = Eigen::Vector3d(0.3, -0.2, 0.2);  // the cup
+  PictureOptions blurred = sharp;
+  blurred.style.lens.aperture = 0.06;
+  blurred.style.lens.samples = 16;
+  const cv::Mat before = RenderPicture(HandMadeMap(), sharp);
+  const cv::Mat after = RenderPicture(HandMadeMap(), blurred);
+  const auto edges = [](const cv::Mat& image, const cv::Rect& part) {
+    cv::Mat gray;
+    cv::Mat second;
+    cv::cvtColor(image(part), gray, cv::COLOR_BGR2GRAY);
+    cv::Laplacian(gray, second, CV_32F);
+    return cv::norm(second, cv::NORM_L1);
+  };
+  const cv::Rect middle(140, 80, 40, 80);  // what the camera looks at
+  const cv::Rect front(0, 200, 320, 40);   // cameras and grid near the viewer
+  EXPECT_GT(edges(after, middle), 0.6 * edges(before, middle));
+  EXPECT_LT(edges(after, front), 0.5 * edges(before, front));
+}
+
 TEST(PictureTest, FramesAfterOtherFramesAreTheSameBytes) {
   PictureRenderer renderer(SmallPicture());
   MapSnapshot smaller = HandMadeMap();
