@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "render/gl/offscreen_window.h"
 #include "render/picture_overlay.h"
@@ -85,12 +86,28 @@ struct PictureRenderer::Impl {
     const SceneStyle::Lens& lens = options.style.lens;
     const ViewAxes axes = AxesOf(view);
     constexpr double kGoldenAngle = 2.399963229728653;
+    const double distance = view.Distance();
+    const double focal =
+        0.5 * options.height / std::tan(0.5 * view.view_angle * std::numbers::pi / 180.0);  // pixels
+    Camera pinhole;
+    pinhole.width = options.width;
+    pinhole.height = options.height;
+    pinhole.fx = pinhole.fy = focal;
+    pinhole.cx = 0.5 * (options.width - 1);
+    pinhole.cy = 0.5 * (options.height - 1);
     cv::Mat sum;
     for (int i = 0; i < lens.samples; ++i) {
-      const double radius = lens.aperture * view.Distance() * std::sqrt((i + 0.5) / lens.samples);
+      const double radius = lens.aperture * distance * std::sqrt((i + 0.5) / lens.samples);
       const double angle = kGoldenAngle * i;
+      const Eigen::Vector2d offset = radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));  // right, up
+      const Eigen::Vector3d shift = offset.x() * axes.right + offset.y() * axes.up;
       ViewCamera moved = view;
-      moved.position += radius * (std::cos(angle) * axes.right + std::sin(angle) * axes.up);
+      moved.position += shift;
+      moved.focal_point += shift;
+      // The picture is moved back, so that the plane of the focal point stays where it is.
+      moved.pinhole = pinhole;
+      moved.pinhole->cx += focal * offset.x() / distance;
+      moved.pinhole->cy -= focal * offset.y() / distance;
       cv::Mat image;
       RenderSharp(moved).convertTo(image, CV_32F, 1.0 / lens.samples);
       sum = sum.empty() ? image : cv::Mat(sum + image);
