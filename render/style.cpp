@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <charconv>
 #include <cstdint>
-#include <filesystem>
 #include <set>
 #include <utility>
 
@@ -16,24 +14,12 @@
 #include "slam/util/options.h"
 
 namespace sqslam {
-namespace fs = std::filesystem;
 namespace {
 
 // Okabe and Ito, "Color Universal Design", without black (kept for text) and with yellow last (pale on
 // white).
 constexpr std::array<const char*, 7> kPalette = {"#0072b2", "#e69f00", "#009e73", "#cc79a7",
                                                  "#56b4e9", "#d55e00", "#f0e442"};
-
-std::string StyleNames(const fs::path& folder) {
-  std::set<std::string> names;
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder, error)) {
-    if (entry.path().extension() == ".yaml") {
-      names.insert(entry.path().stem().string());
-    }
-  }
-  return fmt::format("{}", fmt::join(names, ", "));
-}
 
 // FNV-1a: the same on every machine, unlike std::hash.
 std::uint32_t StableHash(const std::string& text) {
@@ -72,16 +58,7 @@ void CheckStyle(const SceneStyle& style) {
 
 SceneStyle LoadStyle(const std::string& name_or_file) {
   SceneStyle style;
-  fs::path path = name_or_file;
-  if (path.extension() != ".yaml") {
-    const fs::path folder = DataPath("configs/styles");
-    path = folder / (name_or_file + ".yaml");
-    if (!fs::exists(path)) {
-      throw UsageError(fmt::format("style \"{}\": not known, expected one of {}, or a .yaml file",
-                                   name_or_file, StyleNames(folder)));
-    }
-  }
-  LoadOptions(path, style);
+  LoadOptions(ConfigFile("configs/styles", "style", name_or_file), style);
   CheckStyle(style);
   return style;
 }

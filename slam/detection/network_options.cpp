@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <set>
-
 #include "slam/util/data_path.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
@@ -12,17 +10,6 @@
 namespace sqslam {
 namespace fs = std::filesystem;
 namespace {
-
-std::string NamesIn(const fs::path& folder) {
-  std::set<std::string> names;
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder, error)) {
-    if (entry.path().extension() == ".yaml") {
-      names.insert(entry.path().stem().string());
-    }
-  }
-  return fmt::format("{}", fmt::join(names, ", "));
-}
 
 fs::path FindWeights(const fs::path& yaml, const std::string& file) {
   std::vector<fs::path> places = {yaml.parent_path() / file};
@@ -45,15 +32,7 @@ fs::path FindWeights(const fs::path& yaml, const std::string& file) {
 }  // namespace
 
 NetworkOptions LoadNetwork(const std::string& name_or_file) {
-  fs::path path = name_or_file;
-  if (path.extension() != ".yaml") {
-    const fs::path folder = DataPath("configs/detectors");
-    path = folder / (name_or_file + ".yaml");
-    if (!fs::exists(path)) {
-      throw UsageError(fmt::format("detector '{}': not known, expected one of {}, or a .yaml file",
-                                   name_or_file, NamesIn(folder)));
-    }
-  }
+  const fs::path path = ConfigFile("configs/detectors", "detector", name_or_file);
   NetworkOptions options;
   LoadOptions(path, options);
   CheckOptions(options);

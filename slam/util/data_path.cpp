@@ -1,10 +1,13 @@
 #include "slam/util/data_path.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <system_error>
 
 #include "slam/util/error.h"
+#include "slam/util/options.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -21,6 +24,31 @@ fs::path DataPath(const fs::path& name) {
   throw InputError(
       fmt::format("{}: not found beside {}, expected below ../share/sqslam (cmake --install puts it there)",
                   name.string(), bin.string()));
+}
+
+std::vector<std::string> ConfigNames(const fs::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(DataPath(folder))) {
+    if (entry.path().extension() == ".yaml") {
+      names.push_back(entry.path().stem().string());
+    }
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+fs::path ConfigFile(const fs::path& folder, const std::string& what, const std::string& name_or_file) {
+  if (fs::path(name_or_file).extension() == ".yaml") {
+    return name_or_file;
+  }
+  const std::vector<std::string> names = ConfigNames(folder);
+  if (std::find(names.begin(), names.end(), name_or_file) == names.end()) {
+    const std::string nearest = NearestWord(name_or_file, names);
+    throw UsageError(fmt::format(
+        "{} '{}': not known{}, expected a FILE.yaml or one of {}", what, name_or_file,
+        nearest.empty() ? "" : fmt::format(" (did you mean {}?)", nearest), fmt::join(names, ", ")));
+  }
+  return DataPath(folder / (name_or_file + ".yaml"));
 }
 
 }  // namespace sqslam

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 namespace sqslam {
 
@@ -8,5 +10,13 @@ namespace sqslam {
 // below PREFIX/share/sqslam of an installed program, or in the source tree of one that runs from
 // build/PRESET/bin. Throws InputError where it is in neither.
 std::filesystem::path DataPath(const std::filesystem::path& name);
+
+// Names of the NAME.yaml in such a folder ("configs/styles"), sorted.
+std::vector<std::string> ConfigNames(const std::filesystem::path& folder);
+
+// The file that NAME or FILE.yaml means: one that ends in .yaml as it is, otherwise folder/NAME.yaml. Throws
+// UsageError for an unknown name, with those there are and the nearest; `what` says what it names ("style").
+std::filesystem::path ConfigFile(const std::filesystem::path& folder, const std::string& what,
+                                 const std::string& name_or_file);
 
 }  // namespace sqslam

@@ -1,5 +1,6 @@
 #include "slam/util/data_path.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "slam/util/error.h"
@@ -14,6 +15,21 @@ TEST(DataPath, FindsFilesOfTheSourceTreeFromAPresetsBinFolder) {
 }
 
 TEST(DataPath, WhatIsNowhereIsReported) { EXPECT_THROW(DataPath("assets/no-such-file"), InputError); }
+
+TEST(ConfigFileTest, NamesAndFilesAreFoundAndOthersRefusedWithTheNearest) {
+  EXPECT_TRUE(
+      std::filesystem::equivalent(ConfigFile("configs/styles", "style", "dark"),
+                                  std::filesystem::path(SQSLAM_SOURCE_DIR) / "configs/styles/dark.yaml"));
+  EXPECT_EQ(ConfigFile("configs/styles", "style", "my/own.yaml"), "my/own.yaml");
+  try {
+    ConfigFile("configs/styles", "style", "papre");
+    FAIL();
+  } catch (const UsageError& e) {
+    EXPECT_THAT(e.what(),
+                ::testing::AllOf(::testing::HasSubstr("style 'papre'"), ::testing::HasSubstr("mean paper?"),
+                                 ::testing::HasSubstr("blueprint, dark")));
+  }
+}
 
 }  // namespace
 }  // namespace sqslam
