@@ -1,14 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <zlib.h>
 
-#include <boost/property_tree/ptree.hpp>
-#include <boost/property_tree/xml_parser.hpp>
 #include <cmath>
-#include <cstring>
-#include <sstream>
 
 #include "baseline.h"
+#include "figure_reading.h"
 #include "figure_samples.h"
 #include "render/figure/chart.h"
 #include "render/figure/color_ramp.h"
@@ -27,71 +23,6 @@ using ::testing::Not;
 
 // A chart is mostly empty: half a bar more changes little of its mean similarity.
 constexpr double kFigureThreshold = 0.01;
-
-cv::Mat Pixels(const FigurePage& page) {
-  const std::string png = EncodeFigure(page, "figure.png");
-  return cv::imdecode(cv::Mat(1, static_cast<int>(png.size()), CV_8UC1, const_cast<char*>(png.data())),
-                      cv::IMREAD_UNCHANGED);
-}
-
-void CollectTexts(const boost::property_tree::ptree& node, std::vector<std::string>& texts) {
-  for (const auto& [name, child] : node) {
-    if (name == "text") {
-      texts.push_back(child.data());
-    }
-    CollectTexts(child, texts);
-  }
-}
-
-// Texts of an SVG; throws where it is no XML.
-std::vector<std::string> SvgTexts(const std::string& svg) {
-  std::istringstream stream(svg);
-  boost::property_tree::ptree tree;
-  boost::property_tree::read_xml(stream, tree);
-  std::vector<std::string> texts;
-  CollectTexts(tree, texts);
-  return texts;
-}
-
-// Everything that stands compressed between "stream" and "endstream", unpacked.
-std::string PdfStreams(const std::string& pdf) {
-  std::string all;
-  const std::string_view begin = "stream\n";
-  for (std::size_t at = pdf.find(begin); at != std::string::npos; at = pdf.find(begin, at + 1)) {
-    const std::size_t from = at + begin.size();
-    std::string unpacked(8u << 20u, '\0');
-    uLongf size = unpacked.size();
-    if (uncompress(reinterpret_cast<Bytef*>(unpacked.data()), &size,
-                   reinterpret_cast<const Bytef*>(pdf.data() + from), pdf.size() - from) == Z_OK) {
-      all.append(unpacked, 0, size);
-    }
-  }
-  return all;
-}
-
-// Letters that a PDF shows from fonts with one byte a letter, in drawing order.
-std::string PdfLetters(const std::string& streams) {
-  std::string letters;
-  bool inside = false;
-  for (std::size_t i = 0; i < streams.size(); ++i) {
-    if (inside && streams[i] == '\\') {
-      letters += streams[++i];
-    } else if (streams[i] == '(' || streams[i] == ')') {
-      inside = streams[i] == '(';
-    } else if (inside) {
-      letters += streams[i];
-    }
-  }
-  return letters;
-}
-
-std::uint32_t BigEndian(const std::string& bytes, std::size_t at) {
-  std::uint32_t value = 0;
-  for (std::size_t i = at; i < at + 4; ++i) {
-    value = (value << 8u) | static_cast<unsigned char>(bytes[i]);
-  }
-  return value;
-}
 
 TEST(FigureTest, ShapesLookLikeTheirBaseline) {
   FigureOptions options = SmallFigure();
@@ -226,68 +157,6 @@ TEST(FigureTest, BaselineTellsAChangedBarFromTheSame) {
       kFigureThreshold);
 }
 
-TEST(FigureTest, SizesAreThoseAskedFor) {
-  FigureOptions options = SmallFigure();
-  EXPECT_EQ(Pixels(DrawIou(TwoScored(), options)).size(), cv::Size(360, 270));
-  options = {};
-  options.width_mm = 101.6;
-  options.height_mm = 50.8;
-  options.dpi = 150.0;
-  EXPECT_EQ(Pixels(DrawIou(TwoScored(), options)).size(), cv::Size(600, 300));
-  options.dpi.reset();
-  EXPECT_EQ(Pixels(DrawIou(TwoScored(), options)).size(), cv::Size(1200, 600)) << "300 dpi unless told";
-}
-
-TEST(FigureTest, PngCarriesItsDensity) {
-  FigureOptions options;
-  options.dpi = 254.0;  // 10000 pixels a metre
-  const std::string png = EncodeFigure(DrawIou(TwoScored(), options), "figure.png");
-  const std::size_t at = png.find("pHYs");
-  ASSERT_NE(at, std::string::npos);
-  EXPECT_LT(at, png.find("IDAT"));
-  EXPECT_EQ(BigEndian(png, at - 4), 9u);
-  EXPECT_EQ(BigEndian(png, at + 4), 10000u);
-  EXPECT_EQ(BigEndian(png, at + 8), 10000u);
-  EXPECT_EQ(png[at + 12], 1);
-  EXPECT_EQ(BigEndian(png, at + 13), crc32(0, reinterpret_cast<const Bytef*>(png.data() + at), 13));
-}
-
-TEST(FigureTest, SvgIsXmlThatHoldsTheTexts) {
-  FigureOptions options = SmallFigure();
-  options.title = "IoU < 1 & \"more\"";
-  const std::string svg = EncodeFigure(DrawIou(TwoScored(), options), "figure.svg");
-  EXPECT_THAT(SvgTexts(svg), AllOf(Contains("book"), Contains("sports ball"), Contains("mean of 3"),
-                                   Contains("0.75"), Contains("0.71"), Contains("superquadrics"),
-                                   Contains("not found"), Contains("IoU < 1 & \"more\"")));
-  EXPECT_THAT(svg, Not(HasSubstr("<image"))) << "a chart is lines and texts only";
-  const std::string shapes = EncodeFigure(DrawShapes(FewShapes(), SmallFigure()), "figure.svg");
-  EXPECT_THAT(SvgTexts(shapes), AllOf(Contains("ε₁"), Contains("ε₂"), Contains("0.1"), Contains("2")));
-  EXPECT_THAT(shapes, HasSubstr("data:image/png;base64,iVBOR"));
-}
-
-TEST(FigureTest, PdfHoldsTheTextsInEmbeddedFonts) {
-  const std::string pdf = EncodeFigure(DrawIou(TwoScored(), SmallFigure()), "figure.pdf");
-  EXPECT_TRUE(pdf.starts_with("%PDF-"));
-  EXPECT_THAT(pdf.substr(pdf.size() - 8), HasSubstr("%%EOF"));
-  EXPECT_THAT(pdf,
-              AllOf(HasSubstr("DejaVuSans"), HasSubstr("/FontFile2"), Not(HasSubstr("/Subtype /Image"))));
-  EXPECT_THAT(PdfLetters(PdfStreams(pdf)),
-              AllOf(HasSubstr("sports ball"), HasSubstr("mean of 3"), HasSubstr("3D IoU")));
-  const std::string shapes = EncodeFigure(DrawShapes(FewShapes(), SmallFigure()), "figure.pdf");
-  EXPECT_THAT(shapes, HasSubstr("/Subtype /Image"));
-  EXPECT_THAT(PdfStreams(shapes), AllOf(HasSubstr("<03b5>"), HasSubstr("<2081>")))
-      << "epsilon, subscript one";
-}
-
-TEST(FigureTest, SameFigureGivesTheSameBytes) {
-  for (const char* name : {"figure.png", "figure.svg", "figure.pdf"}) {
-    EXPECT_EQ(EncodeFigure(DrawMaps(TwoMaps(), SmallFigure()), name),
-              EncodeFigure(DrawMaps(TwoMaps(), SmallFigure()), name));
-  }
-  EXPECT_THAT(EncodeFigure(DrawIou(TwoScored(), SmallFigure()), "figure.pdf"),
-              Not(HasSubstr("CreationDate")));
-}
-
 TEST(FigureTest, WithoutBackgroundCornersAreTransparentAndBarsAreNot) {
   FigureOptions options = SmallFigure();
   options.transparent = true;
@@ -407,25 +276,6 @@ TEST(FigureTest, NamesGetSmallerBeforeTheyAreCut) {
   EXPECT_EQ(smaller.text, name.text);
   EXPECT_LE(TextWidth(smaller.text, smaller.size), 0.8 * width);
   EXPECT_TRUE(NarrowText(name, 0.3 * width).text.ends_with("…"));
-}
-
-TEST(FigureTest, SizesWithoutSenseAreRefused) {
-  FigureOptions options = SmallFigure();
-  options.width_mm = 80.0;
-  EXPECT_THROW(DrawIou(TwoScored(), options), UsageError) << "pixels and millimetres";
-  options = SmallFigure();
-  options.height_px = 16;
-  EXPECT_THROW(DrawTiming(TwoTimings(), options), UsageError) << "no room";
-  options = SmallFigure();
-  options.font_size = 0.0;
-  EXPECT_THROW(DrawShapes(FewShapes(), options), UsageError);
-  ShapesFigure shapes = FewShapes();
-  shapes.e1 = {2.5};
-  EXPECT_THROW(DrawShapes(shapes, SmallFigure()), UsageError);
-  EXPECT_THROW(CheckFigurePath("figure.jpg"), UsageError);
-  EXPECT_THROW(DrawMaps({}, SmallFigure()), UsageError);
-  EXPECT_THROW(DrawOutliers({}, SmallFigure()), UsageError);
-  EXPECT_THROW(DrawYaw({}, SmallFigure()), UsageError);
 }
 
 }  // namespace
