@@ -2,21 +2,22 @@
 #include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/commands.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
 #include "app/sequence_arguments.h"
-#include "slam/detection/detection_check.h"
-#include "slam/detection/detection_writer.h"
 #include "slam/detection/detector.h"
+#include "slam/io/detection_writer.h"
+#include "slam/io/detections.h"
 #include "slam/io/frame_source.h"
 #include "slam/util/error.h"
-#include "slam/util/options.h"
 
 namespace sqslam::app {
 namespace {
@@ -41,33 +42,76 @@ struct Arguments {
   bool quiet = false;
 };
 
+// The first few of many.
+template <typename Item>
+void List(const char* what, const std::vector<Item>& items) {
+  constexpr std::size_t kShown = 8;
+  if (!items.empty()) {
+    const std::vector<Item> first(
+        items.begin(), items.begin() + static_cast<std::ptrdiff_t>(std::min(kShown, items.size())));
+    fmt::print("{}: {} ({}{})\n", what, items.size(), fmt::join(first, ", "),
+               items.size() > kShown ? ", ..." : "");
+  }
+}
+
+// The sequence and the part of it that is asked for, which is not empty.
+std::pair<Sequence, FrameRange> OpenPart(const SequenceArguments& a) {
+  Sequence sequence = OpenSequence(a.Request());
+  const FrameRange range = a.Range();
+  if (range.SizeIn(sequence) <= 0) {
+    throw UsageError(fmt::format("--start {}: nothing left, expected a part of the sequence's {} frames",
+                                 range.start, sequence.frames.size()));
+  }
+  return {std::move(sequence), range};
+}
+
 // Says what is odd; 3 where a run would leave boxes out or cut them.
 int Check(const Arguments& a) {
-  const Sequence sequence = OpenSequence(a.sequence.Request());
+  const auto [sequence, range] = OpenPart(a.sequence);
   std::vector<double> timestamps;
   for (const SequenceFrame& frame : sequence.frames) {
     timestamps.push_back(frame.timestamp);
   }
-  const DetectionReport report = CheckDetections(a.check, sequence.camera, timestamps);
-  fmt::print("{}: {} boxes in {} of {} frames\n", a.check, report.boxes, report.frames_with_boxes,
-             timestamps.size());
+  const auto [frames, report] = CheckDetections(a.check, sequence.camera, timestamps);
+  std::vector<double> without;
+  for (std::int64_t i = 0; i < range.SizeIn(sequence); ++i) {
+    const auto frame = static_cast<std::size_t>(range.start + i * range.stride);
+    if (frames[frame].empty()) {
+      without.push_back(timestamps[frame]);
+    }
+  }
+  const std::int64_t size = range.SizeIn(sequence);
+  fmt::print("{}: {} boxes; {} of {} frames have some\n", a.check, report.boxes,
+             size - static_cast<std::int64_t>(without.size()), size);
   for (const auto& [label, count] : report.labels) {
     fmt::print("  {:<16} {:>6}{}\n", label, count,
                report.unknown_labels.contains(label) ? "   not a label of COCO or of the program" : "");
   }
-  const auto list = [](const char* what, const auto& items) {
-    constexpr std::size_t kShown = 8;
-    if (!items.empty()) {
-      const std::vector first(items.begin(),
-                              items.begin() + static_cast<std::ptrdiff_t>(std::min(kShown, items.size())));
-      fmt::print("{}: {} ({}{})\n", what, items.size(), fmt::join(first, ", "),
-                 items.size() > kShown ? ", ..." : "");
-    }
-  };
-  list("frames without a box, by time", report.frames_without);
-  list("lines whose time is no frame's", report.no_frame);
-  list("lines whose box reaches out of the image", report.outside);
+  List("frames without a box, by time", without);
+  List("boxes whose time is no frame's", report.no_frame);
+  List("boxes outside the image", report.outside);
+  List("boxes that reach out of the image", report.clipped);
   return report.HasErrors() ? 3 : 0;
+}
+
+// All frames that have not been done before. False after Ctrl-C.
+bool DetectAll(const Arguments& a, const Sequence& sequence, const FrameRange& range, Detector& detector,
+               DetectionWriter& writer) {
+  const InterruptGuard interrupt;
+  Progress progress(range.SizeIn(sequence), a.quiet);
+  FrameSource source(sequence, range);
+  int done = 0;
+  while (const std::optional<Frame> frame = interrupt.Interrupted() ? std::nullopt : source.Next()) {
+    if (!writer.IsDone(frame->timestamp)) {
+      writer.Add(frame->timestamp, detector.Detect(frame->bgr));
+    }
+    progress.Update(++done, fmt::format("{} boxes", writer.Boxes()));
+  }
+  progress.Finish();
+  if (source.Skipped() > 0) {
+    spdlog::warn("{}: {} frames could not be read", sequence.path.string(), source.Skipped());
+  }
+  return !interrupt.Interrupted();
 }
 
 int Detect(const Arguments& a) {
@@ -77,49 +121,22 @@ int Detect(const Arguments& a) {
   if (a.output.empty()) {
     throw UsageError("nothing to do: expected --output FILE, or --check FILE");
   }
-  NetworkOptions network = LoadNetwork(a.detector);
-  for (const std::string& assignment : a.set) {
-    SetOption(assignment, network);
-  }
-  CheckOptions(network);
-  const Sequence sequence = OpenSequence(a.sequence.Request());
-  const FrameRange range = a.sequence.Range();
-  if (range.SizeIn(sequence) <= 0) {
-    throw UsageError(fmt::format("--start {}: nothing left, expected a part of the sequence's {} frames",
-                                 range.start, sequence.frames.size()));
-  }
+  const NetworkOptions network = LoadNetwork(a.detector, a.set);
+  const auto [sequence, range] = OpenPart(a.sequence);
   Detector detector(network);
   DetectionWriter writer(a.output,
-                         fmt::format("boxes of {} by {} ({}x{}, {}), score from {}, suppression {}",
-                                     sequence.path.string(), network.file, network.width, network.height,
-                                     network.color, network.threshold, network.suppression_iou));
-  const InterruptGuard interrupt;
-  const int before = writer.FramesDone();
-  if (before > 0 && !a.quiet) {
-    fmt::print(stderr, "{} frames are done already, going on\n", before);
+                         fmt::format("boxes of {}, {}", sequence.path.string(), Fingerprint(network)));
+  if (writer.Frames() > 0 && !a.quiet) {
+    fmt::print(stderr, "{} frames are done already, going on\n", writer.Frames());
   }
-  Progress progress(range.SizeIn(sequence), a.quiet);
-  FrameSource source(sequence, range);
-  int done = 0;
-  std::size_t boxes = 0;
-  while (const std::optional<Frame> frame = interrupt.Interrupted() ? std::nullopt : source.Next()) {
-    if (!writer.IsDone(frame->timestamp)) {
-      const std::vector<Detection> found = detector.Detect(frame->bgr);
-      boxes += found.size();
-      writer.Add(frame->timestamp, found);
-    }
-    progress.Update(++done, fmt::format("{} boxes", boxes));
-  }
-  progress.Finish();
-  if (interrupt.Interrupted()) {
+  if (!DetectAll(a, sequence, range, detector, writer)) {
     fmt::print(stderr, "sqslam: stopped after {} frames; the same command goes on from there\n",
-               writer.FramesDone());
+               writer.Frames());
     return 130;
   }
   writer.Finish();
   if (!a.quiet) {
-    fmt::print("{}: {} boxes in {} frames{}\n", a.output, boxes, done - before,
-               source.Skipped() > 0 ? fmt::format(", {} frames could not be read", source.Skipped()) : "");
+    fmt::print("{}: {} boxes in {} frames\n", a.output, writer.Boxes(), writer.Frames());
   }
   return 0;
 }

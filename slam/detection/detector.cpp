@@ -86,8 +86,9 @@ struct Detector::Impl {
   std::vector<ScoredBox> Decode(const std::vector<cv::Mat>& blobs) const {
     const int count = static_cast<int>(classes.size());
     if (options.decoder == "centernet") {
+      // Doubles of other classes and sizes are taken out later: more peaks than boxes are wanted.
       return DecodeCenterNet(blobs[0], blobs[1], options.InputSize(), count, options.threshold,
-                             options.max_boxes);
+                             4 * options.max_boxes);
     }
     if (options.decoder == "yolov8") {
       return DecodeYoloV8(blobs[0], count, options.threshold);

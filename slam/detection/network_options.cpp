@@ -2,6 +2,11 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
 
 #include "slam/util/data_path.h"
 #include "slam/util/error.h"
@@ -31,10 +36,13 @@ fs::path FindWeights(const fs::path& yaml, const std::string& file) {
 
 }  // namespace
 
-NetworkOptions LoadNetwork(const std::string& name_or_file) {
+NetworkOptions LoadNetwork(const std::string& name_or_file, const std::vector<std::string>& settings) {
   const fs::path path = ConfigFile("configs/detectors", "detector", name_or_file);
   NetworkOptions options;
   LoadOptions(path, options);
+  for (const std::string& setting : settings) {
+    SetOption(setting, options);
+  }
   CheckOptions(options);
   if (options.file.empty()) {
     throw UsageError(fmt::format("{}: no 'file', expected the name of an .onnx file", path.string()));
@@ -45,6 +53,15 @@ NetworkOptions LoadNetwork(const std::string& name_or_file) {
   }
   options.file = FindWeights(path, options.file).string();
   return options;
+}
+
+std::string Fingerprint(const NetworkOptions& options) {
+  std::ifstream in(options.file, std::ios::binary);
+  const std::string weights((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  const auto* bytes = reinterpret_cast<const Bytef*>(weights.data());
+  std::string line = DumpOptions(options);
+  std::replace(line.begin(), line.end(), '\n', ' ');
+  return fmt::format("{}weights: {:08x}", line, crc32_z(0, bytes, weights.size()));
 }
 
 }  // namespace sqslam

@@ -19,7 +19,7 @@ struct NetworkOptions {
   std::vector<std::string> classes;  // names in the order of class numbers; none: the 80 of COCO
   double threshold = 0.25;           // least score of a box, [0, 1]
   double suppression_iou = 0.5;      // of two boxes of one class that overlap more, the weaker goes
-  double min_area = 16.0;            // smaller boxes are left out, pixels^2 of the image
+  double min_area = 16.0;            // smaller boxes are left out, pixels^2 of the image; at least 1
   int max_boxes = 100;               // in one image, strongest first
 
   template <typename Visitor>
@@ -34,16 +34,19 @@ struct NetworkOptions {
     visit("classes", classes);
     visit("threshold", threshold, 0.0, 1.0);
     visit("suppression_iou", suppression_iou, 0.0, 1.0);
-    visit("min_area", min_area, 0.0, 1e9);
+    visit("min_area", min_area, 1.0, 1e9);
     visit("max_boxes", max_boxes, 1, 10000);
   }
 
   cv::Size InputSize() const { return {width, height}; }
 };
 
-// A network by the name of its file in configs/detectors, or from a YAML file. `file` is then an absolute
-// path that exists. Throws UsageError for unknown names and bad values, InputError where the weights are
-// missing: it says where they were looked for and what fetches them.
-NetworkOptions LoadNetwork(const std::string& name_or_file);
+// A network by the name of its file in configs/detectors, or from a YAML file, with `settings` (key=value)
+// over it. `file` is then an absolute path that exists. Throws UsageError for unknown names and bad values,
+// InputError where the weights are missing: it says where they were looked for and what fetches them.
+NetworkOptions LoadNetwork(const std::string& name_or_file, const std::vector<std::string>& settings = {});
+
+// All that boxes depend on in one line: every option, and a checksum of the weights.
+std::string Fingerprint(const NetworkOptions& options);
 
 }  // namespace sqslam

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <charconv>
 #include <optional>
-#include <set>
 
 #include "slam/io/coco.h"
 #include "slam/io/text_lines.h"
@@ -28,24 +27,16 @@ std::string NormalizedLabel(std::string_view label) {
 
 namespace {
 
-// Something that is warned of once, with the number of times it happened.
-class CountedWarning {
- public:
-  void Add(const fs::path& path, const TextLine& line) {
-    if (count_++ == 0) {
-      first_ = fmt::format("{}:{}", path.string(), line.number);
-    }
-  }
-  void Log(std::string_view what) const {
-    if (count_ > 0) {
-      spdlog::warn("{}: {} (lines like this: {})", first_, what, count_);
-    }
-  }
+std::string PlaceOf(const fs::path& path, const TextLine& line) {
+  return fmt::format("{}:{}", path.string(), line.number);
+}
 
- private:
-  int count_ = 0;
-  std::string first_;
-};
+// Once for a kind of thing, with the number of times it happened.
+void WarnOf(const std::vector<std::string>& places, std::string_view what) {
+  if (!places.empty()) {
+    spdlog::warn("{}: {} (lines like this: {})", places.front(), what, places.size());
+  }
+}
 
 class DetectionReader {
  public:
@@ -93,12 +84,7 @@ class DetectionReader {
     }
   }
 
-  std::vector<std::vector<Detection>> Finish() {
-    no_frame_.Log("box at a time at which there is no frame, left out");
-    outside_.Log("box outside the image, left out");
-    clipped_.Log("box reaches more than two pixels out of the image, clipped");
-    return std::move(frames_);
-  }
+  CheckedDetections Finish() { return {std::move(frames_), std::move(report_)}; }
 
  private:
   static Box2d BoxAt(const fs::path& path, const TextLine& line, std::size_t first, const char* expected) {
@@ -122,14 +108,15 @@ class DetectionReader {
     if (detection.score < 0.0 || detection.score > 1.0) {
       ThrowBadLine(path, line, "a score from 0 to 1");
     }
+    ++report_.boxes;
+    ++report_.labels[detection.label];
+    if (!IsKnownLabel(detection.label)) {
+      report_.unknown_labels[detection.label].push_back(PlaceOf(path, line));
+    }
     const std::optional<std::size_t> frame = FrameAt(timestamp);
     if (!frame) {
-      no_frame_.Add(path, line);
+      report_.no_frame.push_back(PlaceOf(path, line));
       return;
-    }
-    if (!IsKnownLabel(detection.label) && warned_labels_.insert(detection.label).second) {
-      spdlog::warn("{}:{}: label '{}' is not known, used as it is", path.string(), line.number,
-                   detection.label);
     }
     if (Clip(path, line, detection.box)) {
       frames_[*frame].push_back(std::move(detection));
@@ -144,12 +131,12 @@ class DetectionReader {
     const double right = std::min(box.x + box.width, static_cast<double>(camera_.width));
     const double bottom = std::min(box.y + box.height, static_cast<double>(camera_.height));
     if (right - left < 1.0 || bottom - top < 1.0) {
-      outside_.Add(path, line);
+      report_.outside.push_back(PlaceOf(path, line));
       return false;
     }
     if (box.x < -kSlack || box.y < -kSlack || box.x + box.width > camera_.width + kSlack ||
         box.y + box.height > camera_.height + kSlack) {
-      clipped_.Add(path, line);
+      report_.clipped.push_back(PlaceOf(path, line));
     }
     box = {left, top, right - left, bottom - top};
     return true;
@@ -159,10 +146,7 @@ class DetectionReader {
   const std::vector<double>& timestamps_;
   double tolerance_ = 1e-3;  // seconds
   std::vector<std::vector<Detection>> frames_;
-  std::set<std::string> warned_labels_;
-  CountedWarning no_frame_;
-  CountedWarning outside_;
-  CountedWarning clipped_;
+  DetectionReport report_;
 };
 
 double TimestampOfName(const fs::path& path) {
@@ -177,8 +161,8 @@ double TimestampOfName(const fs::path& path) {
 
 }  // namespace
 
-std::vector<std::vector<Detection>> ReadDetections(const fs::path& path, const Camera& camera,
-                                                   const std::vector<double>& frame_timestamps) {
+CheckedDetections CheckDetections(const fs::path& path, const Camera& camera,
+                                  const std::vector<double>& frame_timestamps) {
   DetectionReader reader(camera, frame_timestamps);
   if (!fs::is_directory(path)) {
     reader.ReadBoxesFile(path);
@@ -199,6 +183,18 @@ std::vector<std::vector<Detection>> ReadDetections(const fs::path& path, const C
     reader.ReadFrameFile(file, TimestampOfName(file));
   }
   return reader.Finish();
+}
+
+std::vector<std::vector<Detection>> ReadDetections(const fs::path& path, const Camera& camera,
+                                                   const std::vector<double>& frame_timestamps) {
+  CheckedDetections checked = CheckDetections(path, camera, frame_timestamps);
+  for (const auto& [label, places] : checked.report.unknown_labels) {
+    WarnOf(places, fmt::format("label '{}' is not known, used as it is", label));
+  }
+  WarnOf(checked.report.no_frame, "box at a time at which there is no frame, left out");
+  WarnOf(checked.report.outside, "box outside the image, left out");
+  WarnOf(checked.report.clipped, "box reaches more than two pixels out of the image, clipped");
+  return std::move(checked.frames);
 }
 
 }  // namespace sqslam

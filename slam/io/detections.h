@@ -1,6 +1,8 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
+#include <string>
 #include <vector>
 
 #include "slam/geometry/camera.h"
@@ -18,5 +20,27 @@ namespace sqslam {
 // InputError that names file and line for a broken line.
 std::vector<std::vector<Detection>> ReadDetections(const std::filesystem::path& path, const Camera& camera,
                                                    const std::vector<double>& frame_timestamps);
+
+// What is odd about the boxes of a sequence. Places are FILE:LINE.
+struct DetectionReport {
+  int boxes = 0;                                                   // in the file, those left out included
+  std::map<std::string, int> labels;                               // and how often they occur
+  std::map<std::string, std::vector<std::string>> unknown_labels;  // those of no list
+  std::vector<std::string> no_frame;  // at a time at which there is no frame: left out
+  std::vector<std::string> outside;   // of the image, wholly: left out
+  std::vector<std::string> clipped;   // those that reach more than two pixels out of the image
+
+  // Boxes that a run leaves out or cuts.
+  bool HasErrors() const { return !no_frame.empty() || !outside.empty() || !clipped.empty(); }
+};
+
+struct CheckedDetections {
+  std::vector<std::vector<Detection>> frames;  // as ReadDetections gives them
+  DetectionReport report;
+};
+
+// ReadDetections with a report instead of warnings.
+CheckedDetections CheckDetections(const std::filesystem::path& path, const Camera& camera,
+                                  const std::vector<double>& frame_timestamps);
 
 }  // namespace sqslam

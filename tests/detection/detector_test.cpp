@@ -8,46 +8,17 @@
 #include <opencv2/imgproc.hpp>
 
 #include "slam/util/error.h"
+#include "tests/detection/hand_made_network.h"
 
 namespace sqslam {
 namespace {
 namespace fs = std::filesystem;
 
-// An ONNX file by hand: field = number, wire type 2, length, bytes.
-std::string Varint(std::uint64_t value) {
-  std::string bytes;
-  for (; value > 127; value >>= 7) {
-    bytes += static_cast<char>((value & 127) | 128);
-  }
-  return bytes + static_cast<char>(value);
-}
-std::string Number(int field, std::uint64_t value) { return Varint(field << 3) + Varint(value); }
-std::string Bytes(int field, const std::string& bytes) {
-  return Varint(field << 3 | 2) + Varint(bytes.size()) + bytes;
-}
-std::string ValueInfo(const std::string& name, const std::vector<int>& sizes) {
-  std::string shape;
-  for (const int size : sizes) {
-    shape += Bytes(1, Number(1, static_cast<std::uint64_t>(size)));
-  }
-  return Bytes(1, name) + Bytes(2, Bytes(1, Number(1, 1) + Bytes(2, shape)));
-}
-
-// A network whose output `output` is its input, of 3 planes, under another name: to the decoder 'centernet' a
-// heatmap of three classes it is not, which is what the tests below are about.
-std::string PassThrough() {
-  const std::string node = Bytes(1, "images") + Bytes(2, "output") + Bytes(3, "relu") + Bytes(4, "Relu");
-  const std::string graph = Bytes(1, node) + Bytes(2, "graph") +
-                            Bytes(11, ValueInfo("images", {1, 3, 32, 64})) +
-                            Bytes(12, ValueInfo("output", {1, 3, 32, 64}));
-  return Number(1, 6) + Bytes(7, graph) + Bytes(8, Bytes(1, "") + Number(2, 11));
-}
-
 class DetectorTest : public testing::Test {
  protected:
   void SetUp() override {
     file_ = fs::temp_directory_path() / ("sqslam-network-" + std::to_string(::getpid()) + ".onnx");
-    std::ofstream(file_, std::ios::binary) << PassThrough();
+    std::ofstream(file_, std::ios::binary) << HandMadeNetwork::PassThrough();
     options_.file = file_.string();
     options_.width = 64;
     options_.height = 32;
@@ -87,6 +58,49 @@ TEST_F(DetectorTest, AnOutputOfAnotherShapeIsRefusedBeforeTheFirstImage) {
   EXPECT_NE(refusal.find("1x42x85"), std::string::npos) << refusal;
 }
 
+// From an image twice as large as the input to a box in its pixels, with the name of its class.
+TEST_F(DetectorTest, ABlockOfColourIsABoxOfItsClassInTheImagesPixels) {
+  std::ofstream(file_, std::ios::binary) << HandMadeNetwork::ChannelsAsClasses();
+  options_.decoder = "centernet";
+  options_.outputs = {"heatmap", "ltrb"};
+  options_.classes = {"blue thing", "green_thing", "red_thing"};
+  options_.scale = 1.0 / 255.0;
+  options_.threshold = 0.5;
+  cv::Mat image(64, 128, CV_8UC3, cv::Scalar::all(0));
+  cv::Mat(image, cv::Rect(40, 24, 8, 8)).setTo(cv::Scalar(230, 0, 0));  // cell (5, 3) of the input
+  const std::vector<Detection> found = Detector(options_).Detect(image);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].label, "blue_thing");
+  EXPECT_NEAR(found[0].score, 230.0 / 255.0, 1e-3);
+  EXPECT_NEAR(found[0].box.x, 2 * (4 * 5 - 8), 1e-3);
+  EXPECT_NEAR(found[0].box.y, 2 * (4 * 3 - 8), 1e-3);
+  EXPECT_NEAR(found[0].box.width, 32.0, 1e-3);
+  EXPECT_NEAR(found[0].box.height, 32.0, 1e-3);
+
+  options_.color = "rgb";
+  EXPECT_EQ(Detector(options_).Detect(image).at(0).label, "red_thing");
+  options_.min_area = 32.0 * 32.0 + 1.0;
+  EXPECT_TRUE(Detector(options_).Detect(image).empty());
+  options_.classes = {"one", "two"};
+  EXPECT_NE(Refusal().find("1x3x8x16"), std::string::npos) << Refusal();
+}
+
+TEST_F(DetectorTest, TheFingerprintTellsOptionsAndWeightsApart) {
+  const std::string first = Fingerprint(options_);
+  EXPECT_EQ(first.find('\n'), std::string::npos);
+  options_.max_boxes = 7;
+  EXPECT_NE(Fingerprint(options_), first);
+  options_.max_boxes = NetworkOptions().max_boxes;
+  EXPECT_EQ(Fingerprint(options_), first);
+  std::ofstream(file_, std::ios::binary) << HandMadeNetwork::ChannelsAsClasses();
+  EXPECT_NE(Fingerprint(options_), first);
+}
+
+TEST(LoadNetworkTest, SettingsAreCheckedLikeTheFile) {
+  EXPECT_THROW(LoadNetwork("yolox-nano", {"width=330"}), UsageError);
+  EXPECT_THROW(LoadNetwork("yolox-nano", {"file=missing.onnx"}), InputError);
+}
+
 TEST(LoadNetworkTest, UnknownNamesAndMissingWeightsSayWhatThereIs) {
   try {
     LoadNetwork("no-such-detector");
@@ -103,16 +117,16 @@ TEST(LoadNetworkTest, UnknownNamesAndMissingWeightsSayWhatThereIs) {
   fs::remove(yaml);
 }
 
-// The real network, where it has been put.
-TEST(DetectorWeightsTest, YoloxFindsNothingInAWhiteWallAndIsRepeatable) {
+// The real network, where it has been put: colours, order of the outputs and classes are those it was trained
+// with.
+TEST(DetectorWeightsTest, YoloxFindsNothingInAWhiteWall) {
   NetworkOptions options;
   try {
     options = LoadNetwork("yolox-nano");
   } catch (const InputError& e) {
     GTEST_SKIP() << e.what();
   }
-  Detector detector(options);
-  EXPECT_TRUE(detector.Detect(cv::Mat(480, 640, CV_8UC3, cv::Scalar::all(255))).empty());
+  EXPECT_TRUE(Detector(options).Detect(cv::Mat(480, 640, CV_8UC3, cv::Scalar::all(255))).empty());
 }
 
 }  // namespace

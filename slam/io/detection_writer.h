@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <unordered_set>
 #include <vector>
 
 #include "slam/geometry/detection.h"
@@ -19,7 +20,8 @@ class DetectionWriter {
 
   // Whether the frame of this time was done by an earlier job.
   bool IsDone(double timestamp) const;
-  int FramesDone() const { return static_cast<int>(done_.size()); }
+  int Frames() const { return static_cast<int>(done_.size()); }  // done, by earlier jobs and this one
+  int Boxes() const { return boxes_; }                           // in them
 
   // Throws InputError on a full disk; what was added before stays.
   void Add(double timestamp, const std::vector<Detection>& detections);
@@ -31,7 +33,8 @@ class DetectionWriter {
   std::filesystem::path path_;
   std::filesystem::path part_;
   std::string settings_;
-  std::vector<std::string> done_;  // times as written, rising
+  std::unordered_set<std::string> done_;  // times as written
+  int boxes_ = 0;
   std::ofstream out_;
 };
 

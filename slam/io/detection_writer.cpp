@@ -1,10 +1,10 @@
-#include "slam/detection/detection_writer.h"
+#include "slam/io/detection_writer.h"
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <string_view>
 #include <utility>
 
 #include "slam/io/atomic_file.h"
@@ -14,7 +14,9 @@ namespace sqslam {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char* kEnd = "# end ";
+constexpr std::string_view kEnd = "# end ";
+
+bool IsEnd(const std::string& line) { return line.starts_with(kEnd); }
 
 std::string TimeText(double timestamp) { return fmt::format("{:.6f}", timestamp); }
 
@@ -22,30 +24,38 @@ std::string Header(const std::string& settings) {
   return fmt::format("# {}\n# timestamp label score x y w h\n", settings);
 }
 
-// What is complete in a part file: all up to the last end of a frame.
-std::string CompletePart(const fs::path& part, const std::string& header) {
+// The lines of the frames that a part file holds whole. What comes after the last whole line that ends a
+// frame was cut off; that frame is done again.
+std::vector<std::string> WholeFrames(const fs::path& part, const std::string& header) {
   std::ifstream in(part, std::ios::binary);
   const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  if (text.compare(0, header.size(), header) != 0) {
-    return header;
+  if (!text.starts_with(header)) {
+    return {};
   }
-  const std::size_t last = text.rfind(kEnd);
-  const std::size_t end = last == std::string::npos ? std::string::npos : text.find('\n', last);
-  if (last == std::string::npos) {
-    return header;
+  std::vector<std::string> lines;
+  std::size_t whole = 0;  // lines up to the end of a frame
+  std::size_t start = header.size();
+  for (std::size_t end = text.find('\n', start); end != std::string::npos; end = text.find('\n', start)) {
+    lines.push_back(text.substr(start, end - start));
+    start = end + 1;
+    whole = IsEnd(lines.back()) ? lines.size() : whole;
   }
-  // A last line without its end may be cut off within the number: that frame is done again.
-  return end == std::string::npos ? text.substr(0, last) : text.substr(0, end + 1);
+  lines.resize(whole);
+  return lines;
 }
 
 }  // namespace
 
 DetectionWriter::DetectionWriter(fs::path path, std::string settings)
     : path_(std::move(path)), part_(path_.string() + ".part"), settings_(std::move(settings)) {
-  const std::string before = CompletePart(part_, Header(settings_));
-  for (std::size_t at = before.find(kEnd); at != std::string::npos; at = before.find(kEnd, at + 1)) {
-    const std::size_t start = at + std::strlen(kEnd);
-    done_.push_back(before.substr(start, before.find('\n', start) - start));
+  std::string before = Header(settings_);
+  for (const std::string& line : WholeFrames(part_, before)) {
+    before += line + '\n';
+    if (IsEnd(line)) {
+      done_.insert(line.substr(kEnd.size()));
+    } else {
+      ++boxes_;
+    }
   }
   WriteFileAtomically(part_, before);
   out_.open(part_, std::ios::binary | std::ios::app);
@@ -54,9 +64,7 @@ DetectionWriter::DetectionWriter(fs::path path, std::string settings)
   }
 }
 
-bool DetectionWriter::IsDone(double timestamp) const {
-  return std::find(done_.begin(), done_.end(), TimeText(timestamp)) != done_.end();
-}
+bool DetectionWriter::IsDone(double timestamp) const { return done_.contains(TimeText(timestamp)); }
 
 void DetectionWriter::Add(double timestamp, const std::vector<Detection>& detections) {
   const std::string time = TimeText(timestamp);
@@ -68,7 +76,8 @@ void DetectionWriter::Add(double timestamp, const std::vector<Detection>& detect
   if (!out_) {
     throw InputError(fmt::format("{}: cannot be written ({})", part_.string(), std::strerror(errno)));
   }
-  done_.push_back(time);
+  done_.insert(time);
+  boxes_ += static_cast<int>(detections.size());
 }
 
 void DetectionWriter::Finish() {
@@ -76,7 +85,7 @@ void DetectionWriter::Finish() {
   std::ifstream in(part_, std::ios::binary);
   std::string text;
   for (std::string line; std::getline(in, line);) {
-    if (line.rfind(kEnd, 0) != 0) {
+    if (!IsEnd(line)) {
       text += line + '\n';
     }
   }

@@ -1,0 +1,126 @@
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/app/run_program.h"
+#include "tests/app/written_sequence.h"
+#include "tests/detection/hand_made_network.h"
+
+namespace sqslam::testing {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+// Images of 128x64 with a coloured block each, and a network that takes colours for classes.
+class DetectCommand : public ::testing::Test {
+ protected:
+  DetectCommand() {
+    folder_.Write("network.onnx", HandMadeNetwork::ChannelsAsClasses());
+    network_ = folder_
+                   .Write("network.yaml",
+                          "file: network.onnx\ndecoder: centernet\nwidth: 64\nheight: 32\nscale: 0.00392157\n"
+                          "outputs: [heatmap, ltrb]\nclasses: [cup, book, apple]\nthreshold: 0.5\n")
+                   .string();
+    sequence_.List({0, 1, 2});
+  }
+
+  static std::vector<cv::Mat> Images() {
+    std::vector<cv::Mat> images;
+    for (const cv::Scalar& color : {cv::Scalar(230, 0, 0), cv::Scalar(0, 230, 0), cv::Scalar(0, 0, 230)}) {
+      images.emplace_back(64, 128, CV_8UC3, cv::Scalar::all(0));
+      cv::Mat(images.back(), cv::Rect(40, 24, 8, 8)).setTo(color);
+    }
+    return images;
+  }
+
+  static Camera SmallCamera() {
+    Camera camera;
+    camera.width = 128;
+    camera.height = 64;
+    camera.fx = camera.fy = 100.0;
+    camera.cx = 64.0;
+    camera.cy = 32.0;
+    return camera;
+  }
+
+  ProgramRun Detect(const std::string& arguments) const {
+    return RunProgram("detect " + sequence_.Path().string() + " --detector " + network_ + " --output " +
+                      Boxes() + " " + arguments);
+  }
+  std::string Boxes() const { return (folder_.Path() / "boxes.txt").string(); }
+
+  TemporaryFolder folder_;
+  WrittenSequence sequence_{SmallCamera(), Images()};
+  std::string network_;
+};
+
+TEST_F(DetectCommand, WritesABoxALine) {
+  const ProgramRun run = Detect("");
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("3 boxes in 3 frames"));
+  EXPECT_THAT(Slurp(Boxes()),
+              AllOf(HasSubstr("0.000000 cup 0."), HasSubstr(" book 0."), HasSubstr(" apple 0."),
+                    HasSubstr(" 24.0 8.0 32.0 32.0\n"), Not(HasSubstr("# end"))));
+}
+
+TEST_F(DetectCommand, GoesOnWhereItWasStopped) {
+  ASSERT_EQ(Detect("").exit_code, 0);
+  const std::string whole = Slurp(Boxes());
+  const std::size_t first_box = whole.find("0.000000");
+  const std::string first_line = whole.substr(first_box, whole.find('\n', first_box) + 1 - first_box);
+  folder_.Write("boxes.txt.part", whole.substr(0, first_box) + first_line + "# end 0.000000\n0.0333");
+  const ProgramRun run = Detect("");
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_THAT(run.err, HasSubstr("1 frames are done already"));
+  EXPECT_THAT(run.out, HasSubstr("3 boxes in 3 frames"));
+  EXPECT_EQ(Slurp(Boxes()), whole);
+  // Boxes that were made with another threshold are not those that are asked for now.
+  folder_.Write("boxes.txt.part", whole.substr(0, first_box) + first_line + "# end 0.000000\n");
+  EXPECT_THAT(Detect("--set threshold=0.95").out, HasSubstr("0 boxes in 3 frames"));
+}
+
+TEST_F(DetectCommand, CtrlCKeepsWhatIsDone) {
+  std::vector<int> images(50'000, 0);  // much more than a second's work
+  sequence_.List(images);
+  const int status = std::system(
+      fmt::format("timeout --preserve-status -s INT 2 {} detect {} --detector {} --output {} "
+                  "--quiet 2>{}/err",
+                  SQSLAM_PROGRAM, sequence_.Path().string(), network_, Boxes(), folder_.Path().string())
+          .c_str());
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+  EXPECT_THAT(Slurp(folder_.Path() / "err"), HasSubstr("the same command goes on from there"));
+  EXPECT_FALSE(std::filesystem::exists(Boxes()));
+  EXPECT_THAT(Slurp(Boxes() + ".part"), HasSubstr("# end 0.033333\n"));
+}
+
+TEST_F(DetectCommand, SettingsOfTheNetworkAreRefusedByName) {
+  EXPECT_EQ(Detect("--set width=33").exit_code, 2);
+  EXPECT_EQ(Detect("--set treshold=0.4").exit_code, 2);
+  for (const auto& [setting, expected] :
+       {std::pair("classes=[a,b]", "1x3x8x16"), std::pair("outputs=[boxes,ltrb]", "[heatmap, ltrb]"),
+        std::pair("file=missing.onnx", "missing.onnx")}) {
+    const ProgramRun run = Detect(fmt::format("--set '{}'", setting));
+    EXPECT_EQ(run.exit_code, 3) << setting;
+    ASSERT_EQ(run.ErrorLines().size(), 1U) << run.err;
+    EXPECT_THAT(run.ErrorLines()[0], HasSubstr(expected));
+  }
+}
+
+TEST_F(DetectCommand, CheckLooksAtThePartThatIsAskedFor) {
+  ASSERT_EQ(Detect("").exit_code, 0);
+  const auto check = [&](const std::string& arguments) {
+    return RunProgram("detect " + sequence_.Path().string() + " --check " + Boxes() + " " + arguments);
+  };
+  EXPECT_EQ(check("").exit_code, 0);
+  EXPECT_THAT(check("").out, HasSubstr("3 boxes; 3 of 3 frames have some"));
+  folder_.Write("boxes.txt", "0.0 cup 0.9 1 2 30 20\n0.0 gizmo 0.9 100 2 60 20\n9.0 cup 0.9 1 2 30 20\n");
+  const ProgramRun odd = check("--start 1");
+  EXPECT_EQ(odd.exit_code, 3);
+  EXPECT_THAT(odd.out, AllOf(HasSubstr("0 of 2 frames have some"), HasSubstr("gizmo"),
+                             HasSubstr("boxes.txt:2"), HasSubstr("boxes.txt:3")));
+}
+
+}  // namespace
+}  // namespace sqslam::testing
