@@ -65,6 +65,10 @@ void RunArguments::AddTo(CLI::App& command) {
       ->expected(1)
       ->take_all();
   command.add_option("--detections", detections, "boxes.txt, or a folder with one TIMESTAMP.txt a frame");
+  command.add_option("--detector", detector,
+                     "Network that finds the boxes while mapping: a name of configs/detectors, FILE.yaml, or "
+                     "none; default: boxes of the sequence, else the first of yolox-nano and centernet whose "
+                     "weights are there");
   command.add_option("--output", output, "Result folder; default: out/NAME, out/NAME-2, ...");
   command.add_option("--start", start, "First frame")->check(CLI::NonNegativeNumber);
   command.add_option("--frames", frames, "Number of frames at most; default: all")
@@ -101,6 +105,9 @@ SystemOptions RunArguments::Options() const {
   }
   options.deterministic = options.deterministic || deterministic;
   options.seed = seed >= 0 ? seed : options.seed;
+  if (!detector.empty()) {
+    options.detection.network = detector;
+  }
   if (!representation.empty()) {
     options.objects.representation = representation;
   }
@@ -114,6 +121,10 @@ SystemOptions RunArguments::Options() const {
 RunRequest RunArguments::Request() const {
   if (!video.empty()) {
     CheckVideoName(video);
+  }
+  if (!detections.empty() && !detector.empty() && detector != "none") {
+    throw UsageError(
+        "--detections and --detector: boxes come from a file or from a network, expected one of them");
   }
   RunRequest request;
   request.sequence = {input, ParseSequenceFormat(format), camera, detections};

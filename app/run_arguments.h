@@ -18,6 +18,7 @@ struct RunArguments {
   std::string config;
   std::vector<std::string> set;
   std::string detections;
+  std::string detector;
   std::string output;
   std::int64_t start = 0;
   std::int64_t frames = std::numeric_limits<std::int64_t>::max();

@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "app/attempt_all.h"
+#include "app/detection_feed.h"
 #include "app/interrupt.h"
 #include "app/map_files.h"
 #include "app/pace.h"
@@ -153,10 +154,6 @@ void CheckRequest(const RunRequest& request, const Sequence& sequence) {
         fmt::format("--start {} --frames {}: nothing left, expected a part of the sequence's {} frames",
                     request.range.start, request.range.count, sequence.frames.size()));
   }
-  if (!sequence.has_detections) {
-    spdlog::warn("{}: no boxes.txt and no --detections, so the map will hold no objects",
-                 sequence.path.string());
-  }
 }
 
 std::unique_ptr<FrameStream> OpenStream(const RunRequest& request, const Sequence& sequence) {
@@ -175,10 +172,28 @@ std::optional<double> NextTimestamp(const RunRequest& request, const Sequence& s
   return there ? std::optional(sequence.frames[static_cast<std::size_t>(next)].timestamp) : std::nullopt;
 }
 
+// What finds the boxes, where they do not come with the sequence.
+std::unique_ptr<DetectionFeed> MakeFeed(const RunRequest& request, const Sequence& sequence,
+                                        const std::optional<NetworkOptions>& network,
+                                        std::optional<Detector> detector) {
+  if (!detector) {
+    return nullptr;
+  }
+  if (!request.quiet) {
+    fmt::print(stderr, "boxes by {}\n", fs::path(network->file).filename().string());
+  }
+  const bool real_clock = request.realtime || request.live_camera;
+  return std::make_unique<DetectionFeed>(
+      std::move(*detector),
+      DetectionFeed::Options{request.options.detection, request.options.deterministic,
+                             real_clock ? 0.0 : 1.0 / sequence.camera.fps, request.output / "boxes.txt",
+                             fmt::format("boxes of {}, {}", sequence.path.string(), Fingerprint(*network))});
+}
+
 // Plays the frames into the system until they end, Ctrl-C, or a failed recorder. Returns how many were
 // dropped.
 int Play(const RunRequest& request, const Sequence& sequence, const Recorder& recorder,
-         const InterruptGuard& interrupt, FrameStream& source, System& system) {
+         const InterruptGuard& interrupt, FrameStream& source, DetectionFeed* feed, System& system) {
   Progress progress(request.live_camera ? 0 : request.range.SizeIn(sequence), request.quiet);
   Pace pace(SteadyPaceClock([&] { return interrupt.Interrupted(); }));
   const bool paced = request.realtime && !request.live_camera;  // a live camera keeps its own time
@@ -190,7 +205,7 @@ int Play(const RunRequest& request, const Sequence& sequence, const Recorder& re
     if (paced && !pace.Admit(frame->timestamp, NextTimestamp(request, sequence, *frame))) {
       continue;
     }
-    const TrackingState state = system.Process(*frame);
+    const TrackingState state = feed != nullptr ? feed->Process(*frame, system) : system.Process(*frame);
     const std::string text = state == TrackingState::kTracking ? recorder.State()
                              : state == TrackingState::kLost   ? "lost"
                                                                : "waiting for motion";
@@ -252,8 +267,14 @@ RunSummary RunPipeline(const RunRequest& request) {
   CheckOptions(request.options);
   const Sequence sequence = request.live_camera ? LiveSequence(request) : OpenSequence(request.sequence);
   CheckRequest(request, sequence);
+  const std::optional<NetworkOptions> network = ChooseNetwork(request.options.detection, sequence);
   const std::unique_ptr<FrameStream> source = OpenStream(request, sequence);
+  std::optional<Detector> detector;
+  if (network) {
+    detector.emplace(*network);  // before the folder: a network that cannot be used leaves nothing behind
+  }
   CreateResultFolder(request.output);
+  const std::unique_ptr<DetectionFeed> feed = MakeFeed(request, sequence, network, std::move(detector));
 
   const Clock::time_point start = Clock::now();
   const InterruptGuard interrupt;
@@ -261,13 +282,19 @@ RunSummary RunPipeline(const RunRequest& request) {
                     {sequence.path.string(), SQSLAM_VERSION, DumpOptions(request.options)});
   System system(sequence.camera, request.options,
                 [&recorder](const MapSnapshotPtr& snapshot) { recorder.Add(snapshot); });
-  const int dropped = Play(request, sequence, recorder, interrupt, *source, system);
+  const int dropped = Play(request, sequence, recorder, interrupt, *source, feed.get(), system);
+  if (feed) {
+    feed->Finish(system);
+  }
   RunResult result = system.Finish();
   WarnOfLeftOut(result);
 
   RunSummary summary{request.output,
                      MakeStats(result, *source, dropped, SecondsSince(start), interrupt.Interrupted()),
                      interrupt.Interrupted()};
+  if (feed) {
+    summary.stats.timing_ms.merge(feed->Times());
+  }
   if (!result.map.snapshot) {
     const fs::path recording = request.output / "map.sqmap";
     AttemptAll({[&] { recorder.Close(); },

@@ -6,6 +6,7 @@
 #include <exception>
 #include <mutex>
 #include <thread>
+#include <variant>
 
 #include "slam/mapping/mapper.h"
 #include "slam/tracking/tracker.h"
@@ -14,33 +15,45 @@
 namespace sqslam {
 namespace {
 
+using MappingTask = std::variant<TrackingReport, SeenObjects>;
+
+bool HasKeyframe(const MappingTask& task) {
+  const auto* report = std::get_if<TrackingReport>(&task);
+  return report != nullptr && report->keyframe.has_value();
+}
+
+bool BeginsMap(const MappingTask& task) {
+  const auto* report = std::get_if<TrackingReport>(&task);
+  return report != nullptr && report->initial_map != nullptr;
+}
+
 // Reports on their way from tracking to mapping. Unbounded: a report is small but for keyframes, and the
 // tracker makes no keyframe while some are waiting.
 class ReportQueue {
  public:
-  void Push(TrackingReport report) {
+  void Push(MappingTask task) {
     {
       const std::lock_guard lock(mutex_);
-      keyframes_ += report.keyframe ? 1 : 0;
-      reports_.push_back(std::move(report));
+      keyframes_ += HasKeyframe(task) ? 1 : 0;
+      tasks_.push_back(std::move(task));
     }
     changed_.notify_one();
   }
 
   // Waits; returns nullopt once closed and empty.
-  std::optional<TrackingReport> Pop() {
+  std::optional<MappingTask> Pop() {
     std::unique_lock lock(mutex_);
     keyframe_in_work_ = false;
     idle_.notify_all();
-    changed_.wait(lock, [&] { return closed_ || !reports_.empty(); });
-    if (reports_.empty()) {
+    changed_.wait(lock, [&] { return closed_ || !tasks_.empty(); });
+    if (tasks_.empty()) {
       return std::nullopt;
     }
-    TrackingReport report = std::move(reports_.front());
-    reports_.pop_front();
-    keyframe_in_work_ = report.keyframe || report.initial_map;
-    keyframes_ -= report.keyframe ? 1 : 0;
-    return report;
+    MappingTask task = std::move(tasks_.front());
+    tasks_.pop_front();
+    keyframe_in_work_ = HasKeyframe(task) || BeginsMap(task);
+    keyframes_ -= HasKeyframe(task) ? 1 : 0;
+    return task;
   }
 
   // Until no keyframe is pending, but no longer than `deadline`.
@@ -73,7 +86,7 @@ class ReportQueue {
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::condition_variable idle_;
-  std::deque<TrackingReport> reports_;
+  std::deque<MappingTask> tasks_;
   int keyframes_ = 0;
   bool keyframe_in_work_ = false;
   bool closed_ = false;
@@ -126,13 +139,17 @@ struct System::Impl {
 
   void MapInBackground() {
     try {
-      while (std::optional<TrackingReport> report = queue.Pop()) {
-        mapper.Process(std::move(*report));
+      while (std::optional<MappingTask> task = queue.Pop()) {
+        Map(std::move(*task));
       }
     } catch (...) {
       const std::lock_guard lock(failure_mutex);
       failure = std::current_exception();
     }
+  }
+
+  void Map(MappingTask task) {
+    std::visit([this](auto&& report) { mapper.Process(std::move(report)); }, std::move(task));
   }
 
   void StopMapping() {
@@ -176,7 +193,7 @@ TrackingState System::Process(const Frame& frame) {
   const auto started = std::chrono::steady_clock::now();
   TrackingReport report = s.tracker.Track(frame, s.view.Get(), s.queue.PendingKeyframes());
   if (s.options.deterministic) {
-    s.mapper.Process(std::move(report));
+    s.Map(std::move(report));
   } else {
     const bool postponed = report.keyframe_postponed;
     s.queue.Push(std::move(report));
@@ -189,6 +206,20 @@ TrackingState System::Process(const Frame& frame) {
   return !s.tracker.Initialized() ? TrackingState::kNotInitialized
          : s.tracker.Lost()       ? TrackingState::kLost
                                   : TrackingState::kTracking;
+}
+
+void System::AddDetections(std::int64_t frame_index, const std::vector<Detection>& detections) {
+  Impl& s = *impl_;
+  s.RethrowMappingFailure();
+  std::optional<SeenObjects> seen = s.tracker.AddDetections(frame_index, detections);
+  if (!seen) {
+    return;
+  }
+  if (s.options.deterministic) {
+    s.Map(std::move(*seen));
+  } else {
+    s.queue.Push(std::move(*seen));
+  }
 }
 
 RunResult System::Finish() {

@@ -5,8 +5,10 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "slam/geometry/camera.h"
+#include "slam/geometry/detection.h"
 #include "slam/io/frame.h"
 #include "slam/io/trajectory.h"
 #include "slam/map/snapshot.h"
@@ -52,6 +54,11 @@ class System {
   System& operator=(const System&) = delete;
 
   TrackingState Process(const Frame& frame);
+
+  // The boxes of a frame that was processed with detections_follow, from the thread that calls Process(),
+  // frames in order. Those of a frame that was left out are not waited for.
+  void AddDetections(std::int64_t frame_index, const std::vector<Detection>& detections);
+
   RunResult Finish();  // ends mapping, publishes the final snapshot; call once
 
  private:

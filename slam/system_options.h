@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 
+#include "slam/detection/detection_options.h"
 #include "slam/mapping/mapping_options.h"
 #include "slam/objects/object_options.h"
 #include "slam/tracking/tracking_options.h"
@@ -18,6 +19,7 @@ struct SystemOptions {
   // Visual words by which places are recognised: auto (the vocabulary that comes with the program), none, or
   // a file made by `sqslam vocabulary`.
   std::string vocabulary = "auto";
+  DetectionOptions detection;
   TrackingOptions tracking;
   MappingOptions mapping;
   ObjectOptions objects;
@@ -28,6 +30,7 @@ struct SystemOptions {
     visit("seed", seed, std::int64_t{0}, std::int64_t{1} << 62);
     visit("gravity", gravity);
     visit("vocabulary", vocabulary);
+    visit("detection", detection);
     visit("tracking", tracking);
     visit("mapping", mapping);
     visit("objects", objects);

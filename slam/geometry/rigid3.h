@@ -48,6 +48,11 @@ struct Sim3d {
             scale * (rotation * S_b_c.translation) + translation};
   }
 
+  bool operator==(const Sim3d& other) const {
+    return scale == other.scale && rotation.coeffs() == other.rotation.coeffs() &&
+           translation == other.translation;
+  }
+
   // The similarity that maps as the rigid motion does.
   static Sim3d FromRigid(const Rigid3d& T_a_b) { return {1.0, T_a_b.rotation, T_a_b.translation}; }
 

@@ -17,6 +17,7 @@ struct Frame {
   cv::Mat bgr;             // 8UC3, as recorded (distorted)
   cv::Mat gray;            // 8UC1
   std::vector<Detection> detections;
+  bool detections_follow = false;  // a detector is at work on them: see System::AddDetections
 };
 
 }  // namespace sqslam

@@ -61,9 +61,11 @@ struct SnapshotDetection {
 // consumers (recorder, renderer, report) hold it as long as they like, and nothing in it ever changes.
 struct MapSnapshot {
   std::int64_t sequence_number = 0;  // 0, 1, 2, ... in the order of publication
-  std::int64_t frame_index = 0;      // the newest frame that the snapshot knows of
-  double timestamp = 0.0;            // seconds, of that frame
-  std::string image_path;            // image of that frame; empty where there is none (camera)
+  // The newest frame whose boxes are known: where a detector is at work in the process, some frames before
+  // the newest one that was tracked.
+  std::int64_t frame_index = 0;
+  double timestamp = 0.0;  // seconds, of that frame
+  std::string image_path;  // image of that frame; empty where there is none (camera)
   Camera camera;
   std::optional<Rigid3d> T_map_camera;  // empty while tracking is lost
   std::vector<SnapshotKeyframe> keyframes;

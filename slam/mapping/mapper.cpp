@@ -54,6 +54,12 @@ void Mapper::Process(TrackingReport report) {
   outputs_.publish_snapshot(MakeSnapshot());
 }
 
+void Mapper::Process(SeenObjects objects) {
+  if (active_ != nullptr) {
+    RecordObjects(std::move(objects));
+  }
+}
+
 void Mapper::BeginSubmap(TrackingReport& report) {
   submaps_.emplace(report.submap, Submap(report.submap, std::move(report.initial_map), options_));
   atlas_.origins[report.submap] = {report.submap, {}};
@@ -70,11 +76,15 @@ Submap* Mapper::Activate(const TrackingReport& report) {
 }
 
 void Mapper::RecordFrame(TrackingReport& report) {
-  frame_index_ = report.frame_index;
-  timestamp_ = report.timestamp;
-  image_path_ = std::move(report.image_path);
-  detections_ = std::move(report.detections);
+  if (!objects_seen_ && !report.objects) {
+    shown_.frame_index = report.frame_index;
+    shown_.timestamp = report.timestamp;
+    shown_.image_path = report.image_path;
+  }
   if (!report.pose) {
+    if (report.objects) {
+      RecordObjects(std::move(*report.objects));
+    }
     return;
   }
   active_->RecordFrame(report.frame_index, report.timestamp, *report.pose, report.matches);
@@ -89,19 +99,36 @@ void Mapper::RecordFrame(TrackingReport& report) {
       ++map.Point(point).found;
     }
   }
-  // The map may have been moved since the frame was tracked.
-  const Sim3d S_new_old = atlas_.origins.at(report.submap).S_map_origin * report.S_map_origin.Inverse();
-  for (ObjectObservation& o : report.objects) {
+  if (report.objects) {
+    RecordObjects(std::move(*report.objects));
+  }
+  if (report.backlog) {
+    backlog_ = std::move(report.backlog);
+  }
+}
+
+void Mapper::RecordObjects(SeenObjects objects) {
+  const auto origin = atlas_.origins.find(objects.submap);
+  if (origin == atlas_.origins.end()) {
+    objects.observations.clear();
+  } else {
+    AddObservations(origin->second, objects);
+  }
+  shown_ = std::move(objects);
+  objects_seen_ = true;
+}
+
+// The map may have been moved since the frame was tracked.
+void Mapper::AddObservations(const AtlasView::Origin& origin, SeenObjects& objects) {
+  const Sim3d S_new_old = origin.S_map_origin * objects.S_map_origin.Inverse();
+  for (ObjectObservation& o : objects.observations) {
     o.T_map_camera = {(S_new_old.rotation * o.T_map_camera.rotation).normalized(),
                       S_new_old * o.T_map_camera.translation};
     if (o.centroid) {
       o.centroid = S_new_old * *o.centroid;
     }
   }
-  active_->Objects().AddObservations(report.objects);
-  if (report.backlog) {
-    backlog_ = std::move(report.backlog);
-  }
+  submaps_.at(origin.submap).Objects().AddObservations(objects.observations);
 }
 
 KeyframeId Mapper::AddKeyframe(const TrackingReport& report) {
@@ -336,12 +363,12 @@ void Mapper::PublishView() {
 MapSnapshotPtr Mapper::MakeSnapshot() const {
   auto snapshot = std::make_shared<MapSnapshot>();
   snapshot->sequence_number = snapshots_++;
-  snapshot->frame_index = frame_index_;
-  snapshot->timestamp = timestamp_;
-  snapshot->image_path = image_path_;
+  snapshot->frame_index = shown_.frame_index;
+  snapshot->timestamp = shown_.timestamp;
+  snapshot->image_path = shown_.image_path;
   snapshot->camera = camera_;
-  snapshot->T_map_camera = active_->FramePose(frame_index_);
-  snapshot->detections = detections_;
+  snapshot->T_map_camera = active_->FramePose(shown_.frame_index);
+  snapshot->detections = shown_.detections;
   active_->FillSnapshot(*snapshot);
   return snapshot;
 }

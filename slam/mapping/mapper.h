@@ -39,6 +39,9 @@ class Mapper {
 
   void Process(TrackingReport report);
 
+  // Of a frame whose report came before.
+  void Process(SeenObjects objects);
+
   // Last optimisation, last snapshot. The submaps that are left, the one with the most frames first; those
   // that never grew are dropped. Call once.
   std::vector<FinishedMap> Finish();
@@ -49,6 +52,8 @@ class Mapper {
   void BeginSubmap(TrackingReport& report);
   Submap* Activate(const TrackingReport& report);
   void RecordFrame(TrackingReport& report);
+  void RecordObjects(SeenObjects objects);
+  void AddObservations(const AtlasView::Origin& origin, SeenObjects& objects);
   KeyframeId AddKeyframe(const TrackingReport& report);
   void CountReturn(KeyframeId keyframe);
   void OptimizeLocally(KeyframeId keyframe);
@@ -82,11 +87,8 @@ class Mapper {
   Counts counts_;
   bool returned_ = false;  // the newest keyframe sees what an old one saw
 
-  // Of the newest frame, for the snapshot.
-  std::int64_t frame_index_ = 0;
-  double timestamp_ = 0.0;
-  std::string image_path_;
-  std::vector<SnapshotDetection> detections_;
+  SeenObjects shown_;          // of the newest frame whose boxes are known, for the snapshot
+  bool objects_seen_ = false;  // of any frame until now
   mutable std::int64_t snapshots_ = 0;
 };
 

@@ -32,11 +32,13 @@ TrackingReport Tracker::Track(const Frame& frame, const AtlasViewPtr& atlas, int
   current_.ForgetPoints();
 
   AdoptAtlas(atlas);
-  if (view_ && (Lost() ? Relocalize(report) : TrackFrame(report))) {
-    FinishTracked(frame, pending_keyframes, report);
+  const bool tracked = view_ && (Lost() ? Relocalize(report) : TrackFrame(report));
+  if (tracked) {
+    FinishTracked(pending_keyframes, report);
   } else {
     Initialize(report);
   }
+  SeeObjects(frame, tracked, report);
   report.submap = submap_;
   report.S_map_origin = S_map_origin_;
   return report;
@@ -47,9 +49,6 @@ TrackingReport Tracker::StartReport(const Frame& frame) const {
   report.frame_index = frame.index;
   report.timestamp = frame.timestamp;
   report.image_path = frame.image_path;
-  for (const Detection& detection : frame.detections) {
-    report.detections.push_back({detection, -1});
-  }
   return report;
 }
 
@@ -188,9 +187,8 @@ bool Tracker::Relocalize(TrackingReport& report) {
   return true;
 }
 
-void Tracker::FinishTracked(const Frame& frame, int pending_keyframes, TrackingReport& report) {
+void Tracker::FinishTracked(int pending_keyframes, TrackingReport& report) {
   const KeyframeDecision decision = DecideKeyframe(pending_keyframes);
-  TrackObjects(frame, report);
   report.pose = current_.anchor;
   report.matches = MatchesOf(current_, pose_tracker_.Levels());
   report.keyframe_postponed = decision == KeyframeDecision::kPostponed;
@@ -273,25 +271,92 @@ Tracker::KeyframeDecision Tracker::DecideKeyframe(int pending_keyframes) const {
   return pending_keyframes == 0 || urgent ? KeyframeDecision::kYes : KeyframeDecision::kPostponed;
 }
 
-void Tracker::TrackObjects(const Frame& frame, TrackingReport& report) {
-  const StageTimes::Scope timer(times_, "tracking.objects");
-  ObjectFrame object_frame;
-  object_frame.frame_index = frame.index;
-  object_frame.timestamp = frame.timestamp;
-  object_frame.T_map_camera = current_.T_camera_map.Inverse();
-  object_frame.camera = camera_;
-  object_frame.detections = frame.detections;
-  object_frame.gray = frame.gray;
+SeenObjects Tracker::MakeSeenObjects(const Frame& frame) const {
+  return {submap_, S_map_origin_, frame.index, frame.timestamp, frame.image_path, {}, {}};
+}
+
+ObjectFrame Tracker::MakeObjectFrame(const Frame& frame) const {
+  ObjectFrame objects;
+  objects.frame_index = frame.index;
+  objects.timestamp = frame.timestamp;
+  objects.T_map_camera = current_.T_camera_map.Inverse();
+  objects.camera = camera_;
+  objects.gray = frame.gray;
   for (std::size_t i = 0; i < current_.points.size(); ++i) {
     if (view_->Has(current_.points[i])) {
-      object_frame.points.push_back({current_.points[i], current_.features->keypoints[i].raw_pixel,
-                                     view_->Point(current_.points[i]).p_map});
+      objects.points.push_back({current_.points[i], current_.features->keypoints[i].raw_pixel,
+                                view_->Point(current_.points[i]).p_map});
     }
   }
-  report.objects = Objects().Track(object_frame, *view_->objects, &times_);
-  for (const ObjectObservation& o : report.objects) {
-    report.detections[static_cast<std::size_t>(o.detection_index)].object_id = o.object_id;
+  return objects;
+}
+
+// With the boxes of the frame where they are known; otherwise the frame waits for them.
+void Tracker::SeeObjects(const Frame& frame, bool tracked, TrackingReport& report) {
+  constexpr std::size_t kMaxWaiting = 300;  // frames; about 100 MB
+  WaitingFrame waiting{MakeSeenObjects(frame), std::nullopt};
+  if (tracked) {
+    waiting.objects = MakeObjectFrame(frame);
   }
+  if (waiting_.size() == kMaxWaiting) {
+    waiting_.pop_front();
+  }
+  waiting_.push_back(std::move(waiting));
+  if (!frame.detections_follow) {
+    report.objects = AddDetections(frame.index, frame.detections);
+  }
+}
+
+std::optional<SeenObjects> Tracker::AddDetections(std::int64_t frame_index,
+                                                  const std::vector<Detection>& detections) {
+  while (!waiting_.empty() && waiting_.front().seen.frame_index < frame_index) {
+    waiting_.pop_front();
+  }
+  if (waiting_.empty() || waiting_.front().seen.frame_index != frame_index) {
+    return std::nullopt;
+  }
+  WaitingFrame waiting = std::move(waiting_.front());
+  waiting_.pop_front();
+  SeenObjects& seen = waiting.seen;
+  for (const Detection& detection : detections) {
+    seen.detections.push_back({detection, -1});
+  }
+  if (waiting.objects && FollowMap(waiting)) {
+    const StageTimes::Scope timer(times_, "tracking.objects");
+    const TrackingView& view = seen.submap == submap_ ? *view_ : *atlas_->submaps.at(seen.submap);
+    waiting.objects->detections = detections;
+    seen.observations = object_trackers_.at(seen.submap).Track(*waiting.objects, *view.objects, &times_);
+    for (const ObjectObservation& o : seen.observations) {
+      seen.detections[static_cast<std::size_t>(o.detection_index)].object_id = o.object_id;
+    }
+  }
+  return std::move(seen);
+}
+
+// Brings a frame that has waited into the map as it is now: the map may have been moved since, or merged into
+// an older one. False where its objects are not tracked any more.
+bool Tracker::FollowMap(WaitingFrame& waiting) const {
+  SeenObjects& seen = waiting.seen;
+  if (!atlas_ || !atlas_->origins.contains(seen.submap)) {
+    return seen.submap == submap_;  // it has just begun
+  }
+  const auto& [submap, S_map_origin] = atlas_->origins.at(seen.submap);
+  if (!object_trackers_.contains(submap)) {
+    return false;
+  }
+  if (submap == seen.submap && S_map_origin == seen.S_map_origin) {
+    return true;
+  }
+  const Sim3d S_new_old = S_map_origin * seen.S_map_origin.Inverse();
+  ObjectFrame& frame = *waiting.objects;
+  frame.T_map_camera = {(S_new_old.rotation * frame.T_map_camera.rotation).normalized(),
+                        S_new_old * frame.T_map_camera.translation};
+  for (TrackedPoint& point : frame.points) {
+    point.p_map = S_new_old * point.p_map;
+  }
+  seen.submap = submap;
+  seen.S_map_origin = atlas_->origins.at(submap).S_map_origin;
+  return true;
 }
 
 }  // namespace sqslam

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
@@ -31,6 +32,11 @@ class Tracker {
   // `pending_keyframes`: keyframes posted that the mapping thread has not taken in yet.
   TrackingReport Track(const Frame& frame, const AtlasViewPtr& atlas, int pending_keyframes);
 
+  // The boxes of a frame that was tracked with detections_follow, frames in order. Empty where that frame is
+  // not waiting any more.
+  std::optional<SeenObjects> AddDetections(std::int64_t frame_index,
+                                           const std::vector<Detection>& detections);
+
   bool Initialized() const { return view_ != nullptr; }
   bool Lost() const { return lost_frames_ > 0; }
   int Losses() const { return losses_; }
@@ -39,6 +45,12 @@ class Tracker {
 
  private:
   enum class KeyframeDecision { kNo, kPostponed, kYes };
+
+  // A frame whose boxes have not come yet.
+  struct WaitingFrame {
+    SeenObjects seen;
+    std::optional<ObjectFrame> objects;  // empty where it was not tracked
+  };
 
   TrackingReport StartReport(const Frame& frame) const;
   void AdoptAtlas(const AtlasViewPtr& atlas);
@@ -49,10 +61,13 @@ class Tracker {
   bool Relocalize(TrackingReport& report);
   void Initialize(TrackingReport& report);
   void RememberUntracked();
-  void FinishTracked(const Frame& frame, int pending_keyframes, TrackingReport& report);
+  void FinishTracked(int pending_keyframes, TrackingReport& report);
   void ShareBacklog(TrackingReport& report);
   KeyframeDecision DecideKeyframe(int pending_keyframes) const;
-  void TrackObjects(const Frame& frame, TrackingReport& report);
+  void SeeObjects(const Frame& frame, bool tracked, TrackingReport& report);
+  ObjectFrame MakeObjectFrame(const Frame& frame) const;
+  SeenObjects MakeSeenObjects(const Frame& frame) const;
+  bool FollowMap(WaitingFrame& waiting) const;
   void SwitchSubmap(std::int64_t submap, const TrackingViewPtr& view, const Sim3d& S_map_origin);
   ObjectTracker& Objects() { return object_trackers_.at(submap_); }
 
@@ -78,6 +93,7 @@ class Tracker {
   std::optional<TrackedFrame> last_;
   std::optional<Rigid3d> velocity_;      // T_current_last of the last two frames
   std::vector<TrackedFrame> untracked_;  // since the last tracked frame
+  std::deque<WaitingFrame> waiting_;     // the oldest first
   std::int64_t last_keyframe_index_ = 0;
   int lost_frames_ = 0;  // since tracking was lost; 0: not lost
   int losses_ = 0;

@@ -18,6 +18,17 @@ struct KeyframeCandidate {
   std::vector<PointId> points;  // one per keypoint
 };
 
+// The boxes of one frame, and what they show. Boxes of a detector in the process come some frames late.
+struct SeenObjects {
+  std::int64_t submap = 0;  // in which the frame was tracked
+  Sim3d S_map_origin;       // of the frame of the map that the observations are given in
+  std::int64_t frame_index = 0;
+  double timestamp = 0.0;
+  std::string image_path;
+  std::vector<SnapshotDetection> detections;
+  std::vector<ObjectObservation> observations;  // none while lost
+};
+
 // What the tracking thread tells the mapping thread after each frame.
 struct TrackingReport {
   std::int64_t submap = 0;  // in which this frame was tracked
@@ -30,10 +41,9 @@ struct TrackingReport {
   std::vector<FrameMatch> matches;   // by which it was found
   SeenPoints seen;
   std::optional<KeyframeCandidate> keyframe;
-  bool keyframe_postponed = false;  // one was due, but the mapping thread is busy
-  std::optional<Backlog> backlog;   // set when tracking begins or was found again
-  std::vector<SnapshotDetection> detections;
-  std::vector<ObjectObservation> objects;
+  bool keyframe_postponed = false;     // one was due, but the mapping thread is busy
+  std::optional<Backlog> backlog;      // set when tracking begins or was found again
+  std::optional<SeenObjects> objects;  // empty while a detector is at work on the frame
 };
 
 }  // namespace sqslam

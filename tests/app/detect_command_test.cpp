@@ -2,14 +2,19 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <filesystem>
+
 #include "tests/app/run_program.h"
 #include "tests/app/written_sequence.h"
 #include "tests/detection/hand_made_network.h"
+#include "tests/support/textured_world.h"
 
 namespace sqslam::testing {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -120,6 +125,41 @@ TEST_F(DetectCommand, CheckLooksAtThePartThatIsAskedFor) {
   EXPECT_EQ(odd.exit_code, 3);
   EXPECT_THAT(odd.out, AllOf(HasSubstr("0 of 2 frames have some"), HasSubstr("gizmo"),
                              HasSubstr("boxes.txt:2"), HasSubstr("boxes.txt:3")));
+}
+
+// A run that finds its boxes itself, in a world whose colours the network takes for things.
+TEST_F(DetectCommand, ARunCanFindItsBoxesItself) {
+  const WrittenSequence world(HandHeldPath(60));
+  const auto run = [&](const std::string& output, const std::string& arguments) {
+    return RunProgram(fmt::format("run {} --detector {} --no-render --output {} {}", world.Path().string(),
+                                  network_, (folder_.Path() / output).string(), arguments));
+  };
+  const ProgramRun first = run("first", "--deterministic");
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  EXPECT_THAT(first.err, HasSubstr("boxes by network.onnx"));
+  EXPECT_THAT(Slurp(folder_.Path() / "first/stats.json"), HasSubstr("\"detection\""));
+  ASSERT_EQ(run("second", "--deterministic").exit_code, 0);
+  for (const char* file : {"boxes.txt", "objects.json", "trajectory.txt"}) {
+    EXPECT_EQ(Slurp(folder_.Path() / "first" / file), Slurp(folder_.Path() / "second" / file)) << file;
+  }
+  const std::string boxes = Slurp(folder_.Path() / "first/boxes.txt");
+  EXPECT_GT(std::count(boxes.begin(), boxes.end(), '\n'), 60);
+  EXPECT_EQ(run("third", "").exit_code, 0);
+  EXPECT_GT(std::filesystem::file_size(folder_.Path() / "third/boxes.txt"), 1000U);
+}
+
+TEST_F(DetectCommand, ARunWhoseNetworkCannotBeUsedLeavesNothingBehind) {
+  folder_.Write("network.onnx", "not a network");
+  const std::filesystem::path output = folder_.Path() / "result";
+  const ProgramRun run = RunProgram(
+      fmt::format("run {} --detector {} --output {}", sequence_.Path().string(), network_, output.string()));
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.ErrorLines(), ElementsAre(HasSubstr("network.onnx")));
+  EXPECT_FALSE(std::filesystem::exists(output));
+  EXPECT_EQ(
+      RunProgram(fmt::format("run {} --detector {} --detections x.txt", sequence_.Path().string(), network_))
+          .exit_code,
+      2);
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <vector>
 
 #include "slam/geometry/camera.h"
@@ -15,6 +17,12 @@ class TexturedWorld {
   TexturedWorld();
   const Camera& GetCamera() const { return camera_; }
   Frame Render(std::int64_t index, const Rigid3d& T_map_camera) const;
+
+  // The four corners of one of its panels, from far to near.
+  std::array<Eigen::Vector3d, 4> PanelCorners(std::size_t panel) const {
+    const Panel& p = panels_.at(panel);
+    return {p.corner, p.corner + p.right, p.corner + p.right + p.down, p.corner + p.down};
+  }
 
  private:
   struct Panel {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <opencv2/imgproc.hpp>
 #include <set>
 
@@ -193,6 +194,88 @@ TEST(System, BuildsNoMapFromAPureRotation) {
   const SystemRun run = RunPath(path, TestOptions(true));
   EXPECT_EQ(run.result.map.snapshot, nullptr);
   EXPECT_NE(run.result.no_map_reason.find("translat"), std::string::npos) << run.result.no_map_reason;
+}
+
+// The box around a panel of the world, as a detector would see it.
+std::vector<Detection> BoxOfPanel(const Camera& camera, const Rigid3d& T_map_camera) {
+  Eigen::AlignedBox2d box;
+  for (const Eigen::Vector3d& corner : TexturedWorld().PanelCorners(3)) {
+    box.extend(camera.ProjectDistorted(T_map_camera.Inverse() * corner));
+  }
+  box = box.intersection(
+      Eigen::AlignedBox2d(Eigen::Vector2d(0, 0), Eigen::Vector2d(camera.width, camera.height)));
+  return {{"book", 0.9, {box.min().x(), box.min().y(), box.sizes().x(), box.sizes().y()}}};
+}
+
+// Maps the path with the panel's boxes, which come `delay` frames after their images.
+SystemRun RunWithBoxes(const std::vector<Rigid3d>& path, const SystemOptions& options, std::size_t delay) {
+  const TexturedWorld world;
+  SystemRun run;
+  System system(world.GetCamera(), options,
+                [&](MapSnapshotPtr snapshot) { run.snapshots.push_back(snapshot); });
+  const auto boxes = [&](std::size_t i) { return BoxOfPanel(world.GetCamera(), path[i]); };
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    Frame frame = world.Render(static_cast<std::int64_t>(i), path[i]);
+    if (delay == 0) {
+      frame.detections = boxes(i);
+    }
+    frame.detections_follow = delay > 0;
+    system.Process(frame);
+    if (delay > 0 && i >= delay) {
+      system.AddDetections(static_cast<std::int64_t>(i - delay), boxes(i - delay));
+    }
+  }
+  for (std::size_t i = delay > 0 ? path.size() - delay : path.size(); i < path.size(); ++i) {
+    system.AddDetections(static_cast<std::int64_t>(i), boxes(i));
+  }
+  run.result = system.Finish();
+  return run;
+}
+
+TEST(System, BoxesThatComeLateJoinTheirFrames) {
+  const std::vector<Rigid3d> path = HandHeldPath(100);
+  const SystemRun at_once = RunWithBoxes(path, TestOptions(true), 0);
+  const SystemRun late = RunWithBoxes(path, TestOptions(true), 7);
+  ASSERT_NE(at_once.result.map.snapshot, nullptr);
+  ASSERT_NE(late.result.map.snapshot, nullptr);
+  ASSERT_EQ(at_once.result.map.snapshot->objects.size(), 1U);
+  ASSERT_EQ(late.result.map.snapshot->objects.size(), 1U);
+  const SnapshotObject& expected = at_once.result.map.snapshot->objects[0];
+  const SnapshotObject& object = late.result.map.snapshot->objects[0];
+  EXPECT_NEAR(object.observations, expected.observations, 3);
+  const double size = expected.superquadric.shape.half_size.norm();
+  EXPECT_LT(
+      (object.superquadric.T_map_object.translation - expected.superquadric.T_map_object.translation).norm(),
+      0.1 * size);
+  EXPECT_NEAR(object.superquadric.shape.half_size.norm(), size, 0.1 * size);
+  EXPECT_EQ(late.result.map.trajectory.size(), at_once.result.map.trajectory.size());
+}
+
+// A snapshot shows the newest image whose boxes are known.
+TEST(System, SnapshotsShowBoxesWithTheirOwnImage) {
+  const std::vector<Rigid3d> path = HandHeldPath(60);
+  for (const MapSnapshotPtr& snapshot : RunWithBoxes(path, TestOptions(true), 5).snapshots) {
+    if (!snapshot->detections.empty()) {
+      const auto index = static_cast<std::size_t>(snapshot->frame_index);
+      EXPECT_EQ(snapshot->detections[0].detection.box.x, BoxOfPanel(snapshot->camera, path[index])[0].box.x);
+    }
+  }
+}
+
+TEST(System, BoxesOfFramesThatAreNotWaitingAreLeftOut) {
+  const TexturedWorld world;
+  const std::vector<Rigid3d> path = HandHeldPath(3);
+  System system(world.GetCamera(), TestOptions(true), [](const MapSnapshotPtr&) {});
+  system.AddDetections(0, {});
+  for (int i = 0; i < 3; ++i) {
+    Frame frame = world.Render(i, path[static_cast<std::size_t>(i)]);
+    frame.detections_follow = true;
+    system.Process(frame);
+  }
+  system.AddDetections(2, {});
+  system.AddDetections(1, {});
+  system.AddDetections(77, {});
+  EXPECT_EQ(system.Finish().frames, 3);
 }
 
 TEST(System, TurnsTheMapUprightAsConfigured) {

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "slam/detection/detection_options.h"
+#include "slam/detection/detector.h"
+#include "slam/io/frame.h"
+#include "slam/util/stage_times.h"
+
+namespace sqslam {
+
+// The boxes of one frame, found or carried there from its neighbours.
+struct FrameBoxes {
+  std::int64_t frame_index = 0;
+  double timestamp = 0.0;
+  std::vector<Detection> detections;
+  bool seen = false;  // by the network itself
+};
+
+// A detector on a thread of its own. It looks at the newest frame whenever it is free; the frames between two
+// that it has seen get theirs by BoxesBetween.
+//
+//   BackgroundDetector detector(Detector(network), options, deterministic);
+//   for each frame { detector.Add(frame); for (const FrameBoxes& boxes : detector.Take()) ... }
+//   for (const FrameBoxes& boxes : detector.Finish()) ...
+class BackgroundDetector {
+ public:
+  // `deterministic`: Add waits for the boxes of every frame that the network is due to see.
+  BackgroundDetector(Detector detector, const DetectionOptions& options, bool deterministic);
+  ~BackgroundDetector();  // drops what has not been looked at
+
+  // Copies nothing: the frame's images must not change any more. All throw what the network threw.
+  void Add(const Frame& frame);
+  std::vector<FrameBoxes> Take();    // of frames that are ready, in the order of Add, each once
+  std::vector<FrameBoxes> Finish();  // of all others, the last of which the network sees in any case
+
+  // Until the network is free, but no longer than `deadline`.
+  void WaitUntilFree(std::chrono::steady_clock::time_point deadline);
+
+  // Stages `detection` (the network on one image) and `detection.following` (all frames between two).
+  std::map<std::string, StageTimes::Summary> Times() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace sqslam

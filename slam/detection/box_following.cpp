@@ -1,0 +1,223 @@
+#include "slam/detection/box_following.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/video/tracking.hpp>
+#include <optional>
+#include <utility>
+
+namespace sqslam {
+namespace {
+
+constexpr int kMinCorners = 4;   // that agree, to carry a box
+constexpr int kMaxCorners = 24;  // in a box
+constexpr int kLevels = 3;       // of the pyramid, beside the image itself
+const cv::Size kWindow(13, 13);  // pixels
+
+using Pyramid = std::vector<cv::Mat>;
+
+Pyramid MakePyramid(const cv::Mat& image) {
+  Pyramid pyramid;
+  cv::buildOpticalFlowPyramid(image, pyramid, kWindow, kLevels);
+  return pyramid;
+}
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+cv::Rect Inside(const Box2d& box, cv::Size size) {
+  const cv::Rect rect(cv::Point(static_cast<int>(std::lround(box.x)), static_cast<int>(std::lround(box.y))),
+                      cv::Point(static_cast<int>(std::lround(box.x + box.width)),
+                                static_cast<int>(std::lround(box.y + box.height))));
+  return rect & cv::Rect({}, size);
+}
+
+std::vector<cv::Point2f> CornersIn(const cv::Mat& image, const Box2d& box) {
+  constexpr double kQuality = 0.02;
+  const cv::Rect rect = Inside(box, image.size());
+  std::vector<cv::Point2f> corners;
+  if (rect.width > kWindow.width && rect.height > kWindow.height) {
+    const double distance = std::max(3.0, std::sqrt(rect.area() / static_cast<double>(kMaxCorners)) / 2.0);
+    cv::goodFeaturesToTrack(image(rect), corners, kMaxCorners, kQuality, distance);
+  }
+  for (cv::Point2f& corner : corners) {
+    corner += cv::Point2f(rect.tl());
+  }
+  return corners;
+}
+
+// Where the corners are in the next image; empty where the way back does not end at the corner.
+std::vector<std::optional<cv::Point2f>> FollowCorners(const Pyramid& from, const Pyramid& to,
+                                                      const std::vector<cv::Point2f>& corners) {
+  constexpr float kMaxReturnError = 0.7F;  // px
+  std::vector<std::optional<cv::Point2f>> followed(corners.size());
+  if (corners.empty()) {
+    return followed;
+  }
+  std::vector<cv::Point2f> there;
+  std::vector<cv::Point2f> back = corners;
+  std::vector<unsigned char> found;
+  std::vector<unsigned char> found_back;
+  std::vector<float> error;
+  cv::calcOpticalFlowPyrLK(from, to, corners, there, found, error, kWindow, kLevels);
+  cv::calcOpticalFlowPyrLK(to, from, there, back, found_back, error, kWindow, kLevels,
+                           {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 30, 0.01},
+                           cv::OPTFLOW_USE_INITIAL_FLOW);
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    if (found[i] != 0 && found_back[i] != 0 && cv::norm(back[i] - corners[i]) < kMaxReturnError) {
+      followed[i] = there[i];
+    }
+  }
+  return followed;
+}
+
+// The box after the motion of the corners in it: growth and shift, each the median.
+std::optional<Box2d> Moved(const Box2d& box,
+                           const std::vector<std::pair<cv::Point2f, cv::Point2f>>& corners) {
+  constexpr double kMinDistance = 4.0;  // px, between corners that tell the growth
+  constexpr double kMaxGrowth = 1.25;   // from one image to the next
+  if (corners.size() < kMinCorners) {
+    return std::nullopt;
+  }
+  std::vector<double> growths;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const double before = cv::norm(corners[i].first - corners[j].first);
+      if (before > kMinDistance) {
+        growths.push_back(cv::norm(corners[i].second - corners[j].second) / before);
+      }
+    }
+  }
+  const double growth = growths.empty() ? 1.0 : Median(growths);
+  if (growth > kMaxGrowth || growth < 1.0 / kMaxGrowth) {
+    return std::nullopt;
+  }
+  std::vector<double> x;
+  std::vector<double> y;
+  for (const auto& [from, to] : corners) {
+    x.push_back(to.x - growth * from.x);
+    y.push_back(to.y - growth * from.y);
+  }
+  return Box2d{growth * box.x + Median(x), growth * box.y + Median(y), growth * box.width,
+               growth * box.height};
+}
+
+// The boxes in the next image; empty where they are lost.
+std::vector<std::optional<Box2d>> FollowBoxes(const cv::Mat& image, const Pyramid& from, const Pyramid& to,
+                                              const std::vector<std::optional<Box2d>>& boxes) {
+  std::vector<cv::Point2f> corners;
+  std::vector<std::size_t> box_of;
+  for (std::size_t b = 0; b < boxes.size(); ++b) {
+    if (boxes[b]) {
+      const std::vector<cv::Point2f> inside = CornersIn(image, *boxes[b]);
+      corners.insert(corners.end(), inside.begin(), inside.end());
+      box_of.resize(corners.size(), b);
+    }
+  }
+  const std::vector<std::optional<cv::Point2f>> followed = FollowCorners(from, to, corners);
+  std::vector<std::vector<std::pair<cv::Point2f, cv::Point2f>>> moves(boxes.size());
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    if (followed[i]) {
+      moves[box_of[i]].emplace_back(corners[i], *followed[i]);
+    }
+  }
+  std::vector<std::optional<Box2d>> moved(boxes.size());
+  for (std::size_t b = 0; b < boxes.size(); ++b) {
+    if (boxes[b]) {
+      moved[b] = Moved(*boxes[b], moves[b]);
+    }
+  }
+  return moved;
+}
+
+struct Arrival {
+  std::size_t first;
+  std::size_t last;
+  double iou;
+};
+
+// Pairs of a box where it ended and a box of its class there, the best first, each box once.
+std::vector<Arrival> Arrivals(const std::vector<Box2d>& ends, const std::vector<Detection>& first,
+                              const std::vector<Detection>& last) {
+  constexpr double kSameThing = 0.5;  // IoU
+  std::vector<Arrival> candidates;
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    for (std::size_t j = 0; j < last.size(); ++j) {
+      const double iou = IoU(ends[i], last[j].box);
+      if (first[i].label == last[j].label && iou >= kSameThing) {
+        candidates.push_back({i, j, iou});
+      }
+    }
+  }
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Arrival& a, const Arrival& b) { return a.iou > b.iou; });
+  std::vector<Arrival> chosen;
+  for (const Arrival& c : candidates) {
+    if (std::none_of(chosen.begin(), chosen.end(),
+                     [&](const Arrival& other) { return other.first == c.first || other.last == c.last; })) {
+      chosen.push_back(c);
+    }
+  }
+  std::sort(chosen.begin(), chosen.end(),
+            [](const Arrival& a, const Arrival& b) { return a.first < b.first; });
+  return chosen;
+}
+
+Box2d Clipped(const Box2d& box, cv::Size size) {
+  const double left = std::max(box.x, 0.0);
+  const double top = std::max(box.y, 0.0);
+  return {left, top, std::min(box.x + box.width, static_cast<double>(size.width)) - left,
+          std::min(box.y + box.height, static_cast<double>(size.height)) - top};
+}
+
+}  // namespace
+
+std::vector<std::vector<Detection>> BoxesBetween(const std::vector<cv::Mat>& images,
+                                                 const std::vector<Detection>& first,
+                                                 const std::vector<Detection>& last) {
+  if (images.size() < 3) {
+    return {};
+  }
+  const std::size_t steps = images.size() - 1;
+  std::vector<std::vector<std::optional<Box2d>>> ways(1);  // by image, then by box
+  for (const Detection& detection : first) {
+    ways[0].push_back(detection.box);
+  }
+  Pyramid from = MakePyramid(images[0]);
+  for (std::size_t i = 0; i < steps; ++i) {
+    Pyramid to = MakePyramid(images[i + 1]);
+    ways.push_back(FollowBoxes(images[i], from, to, ways[i]));
+    from = std::move(to);
+  }
+  std::vector<Box2d> ends;
+  for (std::size_t b = 0; b < first.size(); ++b) {
+    ends.push_back(ways[steps][b].value_or(first[b].box));
+  }
+  std::vector<std::vector<Detection>> between(steps - 1);
+  for (const Arrival& arrival : Arrivals(ends, first, last)) {
+    const Detection& start = first[arrival.first];
+    const Detection& end = last[arrival.last];
+    const bool carried = ways[steps][arrival.first].has_value();
+    for (std::size_t i = 1; i < steps; ++i) {
+      const double t = static_cast<double>(i) / static_cast<double>(steps);
+      // What the carried box misses the last one by has grown on the way.
+      const Box2d moved = carried ? *ways[i][arrival.first] : start.box;
+      const Box2d& target = end.box;
+      const Box2d& reached = ends[arrival.first];
+      const Box2d box = {moved.x + t * (target.x - reached.x), moved.y + t * (target.y - reached.y),
+                         moved.width + t * (target.width - reached.width),
+                         moved.height + t * (target.height - reached.height)};
+      const Box2d clipped = Clipped(box, images[0].size());
+      if (clipped.width >= 1.0 && clipped.height >= 1.0) {
+        between[i - 1].push_back({start.label, start.score + t * (end.score - start.score), clipped});
+      }
+    }
+  }
+  return between;
+}
+
+}  // namespace sqslam
