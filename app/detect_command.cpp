@@ -43,7 +43,9 @@ struct Arguments {
 
 // Says what is odd; 3 where a run would leave boxes out or cut them.
 int Check(const Arguments& a) {
-  const Sequence sequence = OpenSequence(a.sequence.Request());
+  SequenceRequest request = a.sequence.Request();
+  request.resize.clear();
+  const Sequence sequence = OpenSequence(request);
   std::vector<double> timestamps;
   for (const SequenceFrame& frame : sequence.frames) {
     timestamps.push_back(frame.timestamp);
@@ -68,6 +70,17 @@ int Check(const Arguments& a) {
   list("lines whose time is no frame's", report.no_frame);
   list("lines whose box reaches out of the image", report.outside);
   return report.HasErrors() ? 3 : 0;
+}
+
+// Boxes of resized images in pixels of the images as they lie in the files.
+std::vector<Detection> InFiles(std::vector<Detection> detections, const Sequence& sequence) {
+  const double x = static_cast<double>(sequence.image_width) / sequence.camera.width;
+  const double y = static_cast<double>(sequence.image_height) / sequence.camera.height;
+  for (Detection& detection : detections) {
+    Box2d& box = detection.box;
+    box = {box.x * x, box.y * y, box.width * x, box.height * y};
+  }
+  return detections;
 }
 
 int Detect(const Arguments& a) {
@@ -104,7 +117,7 @@ int Detect(const Arguments& a) {
   std::size_t boxes = 0;
   while (const std::optional<Frame> frame = interrupt.Interrupted() ? std::nullopt : source.Next()) {
     if (!writer.IsDone(frame->timestamp)) {
-      const std::vector<Detection> found = detector.Detect(frame->bgr);
+      const std::vector<Detection> found = InFiles(detector.Detect(frame->bgr), sequence);
       boxes += found.size();
       writer.Add(frame->timestamp, found);
     }

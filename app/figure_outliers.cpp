@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <opencv2/imgcodecs.hpp>
 
 #include "app/figure_common.h"
 #include "app/map_file.h"
@@ -10,6 +9,7 @@
 #include "render/figure/evidence_figures.h"
 #include "render/figure/panels.h"
 #include "render/figure/write_figure.h"
+#include "slam/io/image_resize.h"
 #include "slam/util/error.h"
 
 namespace sqslam::app {
@@ -130,7 +130,7 @@ const ObjectView& BestView(const std::vector<ObjectView>& views, const std::vect
 }
 
 void AddImage(const ObjectView& view, const MapSnapshot& map, Figure::Object& object) {
-  object.image = cv::imread(view.image_path, cv::IMREAD_COLOR);
+  object.image = ReadImageInSize(view.image_path, {map.camera.width, map.camera.height});
   if (object.image.cols != map.camera.width || object.image.rows != map.camera.height) {
     throw InputError(fmt::format("{}: {}x{} pixels, expected an image of {}x{}", view.image_path,
                                  object.image.cols, object.image.rows, map.camera.width, map.camera.height));

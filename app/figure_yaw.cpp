@@ -5,7 +5,6 @@
 #include <memory>
 #include <numbers>
 #include <opencv2/calib3d.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <tuple>
 
@@ -15,6 +14,7 @@
 #include "render/figure/evidence_figures.h"
 #include "render/figure/panels.h"
 #include "render/figure/write_figure.h"
+#include "slam/io/image_resize.h"
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/line_segments.h"
 #include "slam/objects/yaw.h"
@@ -79,7 +79,7 @@ std::vector<ObjectView> LargestViews(std::vector<ObjectView> views, const Contex
 }
 
 cv::Mat ReadImage(const ObjectView& view, const Camera& camera) {
-  cv::Mat image = cv::imread(view.image_path, cv::IMREAD_COLOR);
+  cv::Mat image = ReadImageInSize(view.image_path, {camera.width, camera.height});
   if (image.cols != camera.width || image.rows != camera.height) {
     throw InputError(fmt::format("{}: {}x{} pixels, expected an image of {}x{}", view.image_path, image.cols,
                                  image.rows, camera.width, camera.height));

@@ -58,8 +58,13 @@ void RunArguments::AddTo(CLI::App& command) {
       ->capture_default_str();
   command.add_option(
       "--camera", camera,
-      "Calibration: FILE.yaml, or a preset of configs/cameras such as tum-freiburg1; default: camera.yaml in "
-      "the sequence folder, else the dataset's preset");
+      "Calibration: FILE.yaml; a preset of configs/cameras such as tum-freiburg1; or auto: guess the focal "
+      "length and refine it on the images; default: camera.yaml in the sequence folder, else the dataset's "
+      "preset");
+  command.add_option(
+      "--resize", resize,
+      "Make the images smaller first: WIDTH, WIDTH,HEIGHT or a factor such as 0.5; calibration "
+      "and boxes are those of the images as they are");
   command.add_option("--config", config, "Options of the pipeline (YAML, see configs/default.yaml)");
   command.add_option("--set", set, "Override one option, key=value; may be repeated")
       ->expected(1)
@@ -116,7 +121,7 @@ RunRequest RunArguments::Request() const {
     CheckVideoName(video);
   }
   RunRequest request;
-  request.sequence = {input, ParseSequenceFormat(format), camera, detections};
+  request.sequence = {input, ParseSequenceFormat(format), camera, detections, resize};
   request.live_camera = LiveCameraOf(input);
   request.range = {start, frames, stride};
   request.output = output.empty()

@@ -15,6 +15,7 @@ struct RunArguments {
   std::string input;
   std::string format = "auto";
   std::string camera;
+  std::string resize;
   std::string config;
   std::vector<std::string> set;
   std::string detections;
