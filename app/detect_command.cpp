@@ -55,8 +55,8 @@ void List(const char* what, const std::vector<Item>& items) {
 }
 
 // The sequence and the part of it that is asked for, which is not empty.
-std::pair<Sequence, FrameRange> OpenPart(const SequenceArguments& a) {
-  Sequence sequence = OpenSequence(a.Request());
+std::pair<Sequence, FrameRange> OpenPart(const SequenceArguments& a, const SequenceRequest& request) {
+  Sequence sequence = OpenSequence(request);
   const FrameRange range = a.Range();
   if (range.SizeIn(sequence) <= 0) {
     throw UsageError(fmt::format("--start {}: nothing left, expected a part of the sequence's {} frames",
@@ -67,7 +67,9 @@ std::pair<Sequence, FrameRange> OpenPart(const SequenceArguments& a) {
 
 // Says what is odd; 3 where a run would leave boxes out or cut them.
 int Check(const Arguments& a) {
-  const auto [sequence, range] = OpenPart(a.sequence);
+  SequenceRequest request = a.sequence.Request();
+  request.resize.clear();  // boxes in files are in pixels of the images in files
+  const auto [sequence, range] = OpenPart(a.sequence, request);
   std::vector<double> timestamps;
   for (const SequenceFrame& frame : sequence.frames) {
     timestamps.push_back(frame.timestamp);
@@ -122,10 +124,11 @@ int Detect(const Arguments& a) {
     throw UsageError("nothing to do: expected --output FILE, or --check FILE");
   }
   const NetworkOptions network = LoadNetwork(a.detector, a.set);
-  const auto [sequence, range] = OpenPart(a.sequence);
+  const auto [sequence, range] = OpenPart(a.sequence, a.sequence.Request());
   Detector detector(network);
   DetectionWriter writer(a.output,
-                         fmt::format("boxes of {}, {}", sequence.path.string(), Fingerprint(network)));
+                         fmt::format("boxes of {}, {}", sequence.path.string(), Fingerprint(network)),
+                         FilePixels(sequence));
   if (writer.Frames() > 0 && !a.quiet) {
     fmt::print(stderr, "{} frames are done already, going on\n", writer.Frames());
   }

@@ -37,7 +37,7 @@ std::optional<NetworkOptions> ChooseNetwork(const DetectionOptions& options, con
 DetectionFeed::DetectionFeed(Detector detector, Options options)
     : options_(std::move(options)),
       detector_(std::move(detector), options_.detection, options_.deterministic),
-      writer_(options_.boxes, options_.settings) {}
+      writer_(options_.boxes, options_.settings, options_.file_pixels) {}
 
 TrackingState DetectionFeed::Process(Frame frame, System& system) {
   const Clock::time_point started = Clock::now();

@@ -26,9 +26,10 @@ class DetectionFeed {
     bool deterministic = false;
     // A recording is read no faster than the camera took it while the network is at work, so that most
     // objects are seen. 0: whoever delivers the frames keeps the time.
-    double frame_interval = 0.0;  // s
-    std::filesystem::path boxes;  // boxes.txt to write
-    std::string settings;         // what the boxes are made with, its first line
+    double frame_interval = 0.0;            // s
+    std::filesystem::path boxes;            // boxes.txt to write
+    std::string settings;                   // what the boxes are made with, its first line
+    Eigen::Vector2d file_pixels{1.0, 1.0};  // see FilePixels()
   };
 
   DetectionFeed(Detector detector, Options options);

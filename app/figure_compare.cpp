@@ -18,7 +18,7 @@ namespace sqslam::app {
 namespace {
 
 constexpr const char* kFooter = R"(
-Each object over its map points as a superquadric, a quadric (ellipsoid, both exponents 1) and a cuboid (both
+Each object over its map points as a superquadric, an ellipsoid (a quadric: both exponents 1) and a cuboid (both
 exponents 0.1), seen from the same place. Without --object: the object with the most points and up to three of
 other classes whose exponents differ most.
 
@@ -49,7 +49,7 @@ struct Kind {
   const char* color;
 };
 constexpr Kind kKinds[] = {{"superquadric", "Superquadric", "#009e73"},
-                           {"quadric", "Quadric", "#0072b2"},
+                           {"ellipsoid", "Ellipsoid", "#0072b2"},
                            {"cuboid", "Cuboid", "#e69f00"}};
 
 std::vector<Eigen::Vector3d> PointsOf(const MapSnapshot& map, int id) {
@@ -107,7 +107,7 @@ PosedSuperquadric As(const Kind& kind, const PosedSuperquadric& object,
                      const std::vector<Eigen::Vector3d>& points, bool fitted) {
   PosedSuperquadric solid = object;
   if (kind.name != std::string("superquadric")) {
-    const double exponent = kind.name == std::string("quadric") ? 1.0 : kMinShapeExponent;
+    const double exponent = kind.name == std::string("ellipsoid") ? 1.0 : kMinShapeExponent;
     solid.shape.e1 = exponent;
     solid.shape.e2 = exponent;
   }
@@ -187,14 +187,14 @@ void Draw(const Arguments& a) {
 
 void AddCompareFigure(CLI::App& figure) {
   const auto a = std::make_shared<Arguments>();
-  CLI::App* command = AddFigure(figure, "compare", "Objects as superquadric, quadric and cuboid", kFooter,
+  CLI::App* command = AddFigure(figure, "compare", "Objects as superquadric, ellipsoid and cuboid", kFooter,
                                 FigureKind::kPanels, *a);
   command->add_option("RESULT", a->result, "Result folder of sqslam run, or its map.sqmap")->required();
   command->add_option("--object", a->objects, "Id of an object (sqslam info RESULT), repeatable")
       ->expected(1)
       ->take_all();
-  command->add_option("--as", a->kinds, "Only superquadric, quadric or cuboid, repeatable")
-      ->check(CLI::IsMember({"superquadric", "quadric", "cuboid"}))
+  command->add_option("--as", a->kinds, "Only superquadric, ellipsoid or cuboid, repeatable")
+      ->check(CLI::IsMember({"superquadric", "ellipsoid", "cuboid"}))
       ->expected(1)
       ->take_all();
   command->add_option("--sizes", a->sizes, "same as the map's object, or fitted to its points")

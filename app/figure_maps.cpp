@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cstdlib>
 #include <memory>
-#include <opencv2/imgcodecs.hpp>
 
 #include "app/figure_common.h"
 #include "app/map_file.h"
 #include "render/figure/panel_figures.h"
 #include "render/figure/write_figure.h"
+#include "slam/io/image_resize.h"
 #include "slam/io/recording.h"
 #include "slam/util/error.h"
 
@@ -99,7 +99,7 @@ MapsFigure::Panel ReadPanel(const Arguments& a, const std::string& result, const
   panel.map = *reader.Last();
   const MapSnapshotPtr moment = a.no_images ? nullptr : Representative(reader, frame);
   if (moment) {
-    panel.image = cv::imread(moment->image_path, cv::IMREAD_COLOR);
+    panel.image = ReadImageInSize(moment->image_path, {moment->camera.width, moment->camera.height});
     if (a.boxes && !panel.image.empty()) {
       panel.boxes = BoxesOf(*moment, panel.map);
     }

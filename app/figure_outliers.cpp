@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <opencv2/imgcodecs.hpp>
 
 #include "app/figure_common.h"
 #include "app/map_file.h"
@@ -10,6 +9,7 @@
 #include "render/figure/evidence_figures.h"
 #include "render/figure/panels.h"
 #include "render/figure/write_figure.h"
+#include "slam/io/image_resize.h"
 #include "slam/util/error.h"
 
 namespace sqslam::app {
@@ -19,7 +19,7 @@ constexpr const char* kFooter = R"(
 Each object's map points at the end of the run: discs were kept; crosses were removed by the extended isolation
 forest, their score above objects.outliers.isolation_forest.threshold; rings were removed before it, without a
 score: seen in too few of the object's boxes, projected outside of them, on the surface below or within a smaller
-object. Colour is the anomaly score; grey discs have none (clouds too small for the forest). A point that several
+object, or another object's now. Colour is the anomaly score; grey discs have none (clouds too small for the forest). A point that several
 objects took away counts for the one in whose boxes it was seen most.
 
 Above each, a keyframe with the detector's box and the same points: by default that in which most removed points
@@ -130,7 +130,7 @@ const ObjectView& BestView(const std::vector<ObjectView>& views, const std::vect
 }
 
 void AddImage(const ObjectView& view, const MapSnapshot& map, Figure::Object& object) {
-  object.image = cv::imread(view.image_path, cv::IMREAD_COLOR);
+  object.image = ReadImageInSize(view.image_path, {map.camera.width, map.camera.height});
   if (object.image.cols != map.camera.width || object.image.rows != map.camera.height) {
     throw InputError(fmt::format("{}: {}x{} pixels, expected an image of {}x{}", view.image_path,
                                  object.image.cols, object.image.rows, map.camera.width, map.camera.height));

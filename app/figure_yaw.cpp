@@ -5,7 +5,6 @@
 #include <memory>
 #include <numbers>
 #include <opencv2/calib3d.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <tuple>
 
@@ -15,6 +14,8 @@
 #include "render/figure/evidence_figures.h"
 #include "render/figure/panels.h"
 #include "render/figure/write_figure.h"
+#include "render/photo_overlay.h"
+#include "slam/io/image_resize.h"
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/line_segments.h"
 #include "slam/objects/yaw.h"
@@ -79,22 +80,12 @@ std::vector<ObjectView> LargestViews(std::vector<ObjectView> views, const Contex
 }
 
 cv::Mat ReadImage(const ObjectView& view, const Camera& camera) {
-  cv::Mat image = cv::imread(view.image_path, cv::IMREAD_COLOR);
+  cv::Mat image = ReadImageInSize(view.image_path, {camera.width, camera.height});
   if (image.cols != camera.width || image.rows != camera.height) {
     throw InputError(fmt::format("{}: {}x{} pixels, expected an image of {}x{}", view.image_path, image.cols,
                                  image.rows, camera.width, camera.height));
   }
   return image;
-}
-
-cv::Mat Undistorted(const cv::Mat& image, const Camera& camera) {
-  if (!camera.HasDistortion()) {
-    return image;
-  }
-  const cv::Matx33d K(camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0);
-  cv::Mat result;
-  cv::undistort(image, result, K, std::vector<double>(camera.distortion.begin(), camera.distortion.end()));
-  return result;
 }
 
 // The axes along the box's edges that meet in the corner; empty where part of them is behind the camera.

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <opencv2/imgcodecs.hpp>
 
 #include "render/video_alignment.h"
 #include "slam/io/frame_source.h"
+#include "slam/io/image_resize.h"
 #include "slam/io/trajectory.h"
 #include "slam/util/error.h"
 
@@ -21,8 +21,12 @@ constexpr double kSameTime = 1e-4;  // seconds; files have six digits
 }  // namespace
 
 InputFrames::InputFrames(const RecordingReader& recording, const fs::path& map_file) {
+  camera_ = recording.Last()->camera;
   try {
-    sequence_ = OpenSequence({.path = recording.Info().sequence_path, .camera = {}, .detections = {}});
+    SequenceRequest request;
+    request.path = recording.Info().sequence_path;
+    request.known_camera = camera_;
+    sequence_ = OpenSequence(request);
   } catch (const InputError& error) {
     why_no_sequence_ = error.what();
   } catch (const UsageError& error) {
@@ -96,7 +100,7 @@ Rigid3d InputFrames::PoseOf(std::int64_t frame) const {
 cv::Mat InputFrames::ImageOf(std::int64_t frame) const {
   for (const auto& [index, path] : images_) {
     if (index == frame && !path.empty()) {
-      if (cv::Mat image = cv::imread(path, cv::IMREAD_COLOR); !image.empty()) {
+      if (cv::Mat image = ReadImageInSize(path, {camera_.width, camera_.height}); !image.empty()) {
         return image;
       }
     }

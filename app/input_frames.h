@@ -22,7 +22,7 @@ class InputFrames {
   // T_map_camera. Throws UsageError that tells which frames were tracked.
   Rigid3d PoseOf(std::int64_t frame) const;
 
-  // 8UC3, as recorded. Throws InputError where it cannot be found or read.
+  // 8UC3, as it was mapped (a resized one in that size). Throws InputError where it cannot be found or read.
   cv::Mat ImageOf(std::int64_t frame) const;
 
  private:
@@ -34,6 +34,7 @@ class InputFrames {
   void TakeTrajectory(const std::filesystem::path& map_file);
   void TakeRecording(const RecordingReader& recording);
 
+  Camera camera_;
   std::optional<Sequence> sequence_;
   std::vector<TrackedFrame> tracked_;                         // sorted by index
   std::vector<std::pair<std::int64_t, std::string>> images_;  // of snapshots

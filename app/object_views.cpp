@@ -15,20 +15,22 @@ namespace sqslam::app {
 
 std::map<int, std::vector<ObjectView>> ObjectViews(const RecordingReader& reader, const MapSnapshot& last,
                                                    bool all) {
-  constexpr int kMostRead = 300;
+  constexpr std::size_t kMostRead = 300;
   std::map<std::int64_t, Rigid3d> poses;
   for (const SnapshotKeyframe& keyframe : last.keyframes) {
     poses[keyframe.frame_index] = keyframe.T_map_camera;
   }
-  std::map<int, std::vector<ObjectView>> views;
+  std::vector<int> of_keyframes;  // numbers of snapshots
   std::set<std::int64_t> seen;
-  const int step = all ? 1 : std::max(1, reader.Size() / kMostRead);
-  for (int i = 0; i < reader.Size(); i += step) {
-    const auto pose = poses.find(reader.FrameIndex(i));
-    if (pose == poses.end() || !seen.insert(pose->first).second) {
-      continue;
+  for (int i = 0; i < reader.Size(); ++i) {
+    if (poses.contains(reader.FrameIndex(i)) && seen.insert(reader.FrameIndex(i)).second) {
+      of_keyframes.push_back(i);
     }
-    const MapSnapshotPtr moment = reader.Read(i);
+  }
+  std::map<int, std::vector<ObjectView>> views;
+  const std::size_t step = all ? 1 : std::max<std::size_t>(1, of_keyframes.size() / kMostRead);
+  for (std::size_t i = 0; i < of_keyframes.size(); i += step) {
+    const MapSnapshotPtr moment = reader.Read(of_keyframes[i]);
     std::error_code error;
     if (moment->image_path.empty() || !std::filesystem::is_regular_file(moment->image_path, error)) {
       continue;
@@ -36,7 +38,7 @@ std::map<int, std::vector<ObjectView>> ObjectViews(const RecordingReader& reader
     for (const SnapshotDetection& seen_box : moment->detections) {
       if (seen_box.object_id >= 0) {
         views[seen_box.object_id].push_back(
-            {pose->first, moment->image_path, pose->second, seen_box.detection.box});
+            {moment->frame_index, moment->image_path, poses.at(moment->frame_index), seen_box.detection.box});
       }
     }
   }

@@ -53,13 +53,20 @@ void RunArguments::AddTo(CLI::App& command) {
       "INPUT", input,
       "Sequence folder (rgb.txt, camera.yaml, boxes.txt), dataset folder, image folder, video, or the "
       "index of a live camera");
+  command.add_option("--camera-index", camera_index, "A live camera of this machine, instead of INPUT")
+      ->check(CLI::NonNegativeNumber);
   command.add_option("--format", format, "How INPUT is laid out; auto tells by the names in it")
       ->check(CLI::IsMember({"auto", "tum", "icl-nuim", "scenes-v2", "7-scenes", "images", "video"}))
       ->capture_default_str();
   command.add_option(
       "--camera", camera,
-      "Calibration: FILE.yaml, or a preset of configs/cameras such as tum-freiburg1; default: camera.yaml in "
-      "the sequence folder, else the dataset's preset");
+      "Calibration: FILE.yaml; a preset of configs/cameras such as tum-freiburg1; or auto: guess the focal "
+      "length and refine it on the images; default: camera.yaml in the sequence folder, else the dataset's "
+      "preset");
+  command.add_option(
+      "--resize", resize,
+      "Make the images smaller first: WIDTH, WIDTH,HEIGHT or a factor such as 0.5; calibration "
+      "and boxes are those of the images as they are");
   command.add_option("--config", config, "Options of the pipeline (YAML, see configs/default.yaml)");
   command.add_option("--set", set, "Override one option, key=value; may be repeated")
       ->expected(1)
@@ -127,12 +134,17 @@ RunRequest RunArguments::Request() const {
         "--detections and --detector: boxes come from a file or from a network, expected one of them");
   }
   RunRequest request;
-  request.sequence = {input, ParseSequenceFormat(format), camera, detections};
-  request.live_camera = LiveCameraOf(input);
+  request.sequence = {input, ParseSequenceFormat(format), camera, detections, resize};
+  if (camera_index >= 0 && !input.empty()) {
+    throw UsageError("INPUT and --camera-index: expected one of them");
+  }
+  request.live_camera = camera_index >= 0 ? std::optional(camera_index) : LiveCameraOf(input);
   request.range = {start, frames, stride};
-  request.output = output.empty()
-                       ? FreeResultFolder("out", request.live_camera ? "camera" + input : NameOf(input))
-                       : fs::path(output);
+  request.output =
+      output.empty()
+          ? FreeResultFolder(
+                "out", request.live_camera ? fmt::format("camera{}", *request.live_camera) : NameOf(input))
+          : fs::path(output);
   request.options = Options();
   request.video = video;
   request.realtime = realtime;

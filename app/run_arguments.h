@@ -13,8 +13,10 @@ namespace sqslam::app {
 // What the command line of a run says, before it makes sense.
 struct RunArguments {
   std::string input;
+  int camera_index = -1;  // -1: none
   std::string format = "auto";
   std::string camera;
+  std::string resize;
   std::string config;
   std::vector<std::string> set;
   std::string detections;

@@ -18,7 +18,7 @@ Examples:
   sqslam run photos/ --camera phone.yaml --detections boxes/
   sqslam run living_room_traj2_frei_png          ICL-NUIM, RGB-D Scenes v2 and 7-Scenes as downloaded
   sqslam run rgbd_dataset_freiburg1_xyz --camera tum-freiburg1
-  sqslam run 0 --camera webcam.yaml              a live camera, until Ctrl-C
+  sqslam run --camera-index 0 --camera webcam.yaml   a live camera, until Ctrl-C
   sqslam run film.mp4 --camera phone.yaml --set tracking.features.num_features=1500
   sqslam run data/kitchen --video kitchen.mp4
   sqslam run --dump-config > my.yaml             every option with its default
@@ -37,7 +37,7 @@ void Run(const RunArguments& arguments, int& exit_code) {
     fmt::print("{}", DumpOptions(arguments.Options()));
     return;
   }
-  if (arguments.input.empty()) {
+  if (arguments.input.empty() && arguments.camera_index < 0) {
     throw UsageError(
         "run: INPUT is missing, expected a sequence folder, an image folder, a video or a camera index");
   }

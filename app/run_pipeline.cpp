@@ -1,7 +1,6 @@
 #include "app/run_pipeline.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
 
@@ -12,6 +11,7 @@
 #include <optional>
 
 #include "app/attempt_all.h"
+#include "app/auto_camera.h"
 #include "app/detection_feed.h"
 #include "app/interrupt.h"
 #include "app/map_files.h"
@@ -20,6 +20,7 @@
 #include "app/report.h"
 #include "app/run_pictures.h"
 #include "slam/io/atomic_file.h"
+#include "slam/io/camera_guess.h"
 #include "slam/io/camera_presets.h"
 #include "slam/io/camera_yaml.h"
 #include "slam/io/recording.h"
@@ -124,17 +125,20 @@ void WarnOfLeftOut(const RunResult& result) {
 
 // A live camera as a sequence whose frames nobody knows yet.
 Sequence LiveSequence(const RunRequest& request) {
-  if (request.sequence.camera.empty()) {
-    throw UsageError(
-        fmt::format("{}: a live camera needs its calibration, expected --camera FILE.yaml or one of {}",
-                    *request.live_camera, fmt::join(CameraPresetNames(), ", ")));
-  }
   if (!request.sequence.detections.empty()) {
     throw UsageError("--detections: boxes of a recording, expected none with a live camera");
   }
   Sequence sequence;
   sequence.path = fmt::format("camera {}", *request.live_camera);
-  sequence.camera = ReadCamera(CameraFile(request.sequence.camera));
+  if (request.sequence.camera.empty() || request.sequence.camera == kAutoCamera) {
+    constexpr int kWidth = 640;  // what every camera can give
+    constexpr int kHeight = 480;
+    const CameraGuess guess = GuessCamera(kWidth, kHeight, Camera().fps);
+    sequence.camera = guess.camera;
+    sequence.guessed_by = guess.source;
+  } else {
+    sequence.camera = ReadCamera(CameraFile(request.sequence.camera));
+  }
   return sequence;
 }
 
@@ -187,7 +191,8 @@ std::unique_ptr<DetectionFeed> MakeFeed(const RunRequest& request, const Sequenc
       std::move(*detector),
       DetectionFeed::Options{request.options.detection, request.options.deterministic,
                              real_clock ? 0.0 : 1.0 / sequence.camera.fps, request.output / "boxes.txt",
-                             fmt::format("boxes of {}, {}", sequence.path.string(), Fingerprint(*network))});
+                             fmt::format("boxes of {}, {}", sequence.path.string(), Fingerprint(*network)),
+                             FilePixels(sequence)});
 }
 
 // Plays the frames into the system until they end, Ctrl-C, or a failed recorder. Returns how many were
@@ -278,15 +283,32 @@ RunSummary RunPipeline(const RunRequest& request) {
 
   const Clock::time_point start = Clock::now();
   const InterruptGuard interrupt;
+  AutoCamera camera{sequence.camera, sequence.guessed_by, sequence.camera};
+  SystemOptions options = request.options;
+  if (!sequence.guessed_by.empty()) {
+    if (!request.live_camera) {
+      camera = EstimateCamera(sequence, request.range, options, request.quiet,
+                              [&] { return interrupt.Interrupted(); });
+    }
+    // The whole run knows more than its beginning. The radial coefficient stays: keypoints are undistorted by
+    // it.
+    options.mapping.camera.what = "focal";
+  }
   Recorder recorder(request.output / "map.sqmap",
                     {sequence.path.string(), SQSLAM_VERSION, DumpOptions(request.options)});
-  System system(sequence.camera, request.options,
+  System system(camera.camera, options,
                 [&recorder](const MapSnapshotPtr& snapshot) { recorder.Add(snapshot); });
   const int dropped = Play(request, sequence, recorder, interrupt, *source, feed.get(), system);
   if (feed) {
     feed->Finish(system);
   }
   RunResult result = system.Finish();
+  if (result.map.learnt_camera) {
+    camera.Take(*result.map.learnt_camera);
+  }
+  if (!sequence.guessed_by.empty()) {
+    spdlog::log(camera.learnt ? spdlog::level::info : spdlog::level::warn, camera.Text());
+  }
   WarnOfLeftOut(result);
 
   RunSummary summary{request.output,
@@ -310,7 +332,9 @@ RunSummary RunPipeline(const RunRequest& request) {
     }
     throw NoMapError(fmt::format("{}: no map: {}", sequence.path.string(), result.no_map_reason));
   }
-  SaveRun(request, sequence, result, interrupt, recorder, summary);
+  const AutoCamera* const automatic = sequence.guessed_by.empty() ? nullptr : &camera;
+  AttemptAll({[&] { WriteUsedCamera(request.output, camera.camera, automatic); },
+              [&] { SaveRun(request, sequence, result, interrupt, recorder, summary); }});
   return summary;
 }
 

@@ -18,14 +18,19 @@ void SequenceArguments::AddTo(CLI::App& command) {
   command.add_option("--format", format, "How INPUT is laid out")
       ->check(CLI::IsMember({"auto", "tum", "icl-nuim", "scenes-v2", "7-scenes", "images", "video"}))
       ->capture_default_str();
-  command.add_option("--camera", camera, "Calibration FILE.yaml, or the name of one in configs/cameras");
+  command.add_option("--camera", camera,
+                     "Calibration FILE.yaml, the name of one in configs/cameras, or auto");
+  command.add_option(
+      "--resize", resize,
+      "Make the images smaller first: WIDTH, WIDTH,HEIGHT or a factor; boxes stay those of the "
+      "images as they are");
   command.add_option("--start", start, "First frame")->check(CLI::NonNegativeNumber)->capture_default_str();
   command.add_option("--frames", frames, "At most this many frames")->check(CLI::PositiveNumber);
   command.add_option("--stride", stride, "Take every N-th frame")->check(CLI::PositiveNumber);
 }
 
 SequenceRequest SequenceArguments::Request() const {
-  return {input, ParseSequenceFormat(format), camera, {}};
+  return {input, ParseSequenceFormat(format), camera, {}, resize};
 }
 
 }  // namespace sqslam::app

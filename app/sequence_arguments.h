@@ -15,6 +15,7 @@ struct SequenceArguments {
   std::string input;
   std::string format = "auto";
   std::string camera;
+  std::string resize;
   std::int64_t start = 0;
   std::int64_t frames = std::numeric_limits<std::int64_t>::max();
   std::int64_t stride = 1;

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
 #include "render/outlines.h"
+#include "slam/io/image_resize.h"
 
 namespace sqslam {
 namespace {
@@ -64,7 +64,9 @@ cv::Mat GrowthPage::Compose(const cv::Mat& view, const MapSnapshotPtr& map) {
 cv::Mat GrowthPage::DrawImage(const MapSnapshot& map) const {
   const Eigen::Vector3d ink = ParseColor(style_.text.color);
   const Eigen::Vector3d paper = ParseColor(style_.background);
-  const cv::Mat image = map.image_path.empty() ? cv::Mat() : cv::imread(map.image_path, cv::IMREAD_COLOR);
+  const cv::Mat image = map.image_path.empty()
+                            ? cv::Mat()
+                            : ReadImageInSize(map.image_path, {map.camera.width, map.camera.height});
   cv::Mat part(layout_.image.size(), CV_8UC3);
   if (image.empty()) {
     part.setTo(ToBgr(0.92 * paper + 0.08 * ink));

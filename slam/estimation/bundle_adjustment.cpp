@@ -76,4 +76,17 @@ BundleAdjustmentReport GlobalBundleAdjustment(Map& map, const Camera& camera, in
   return Run(map, ExtractBundleProblem(map, camera), {iterations, iterations, options.threads}, {}, objects);
 }
 
+LearntCamera LearnCamera(Map& map, const Camera& camera, const CameraLearningOptions& options, int threads) {
+  BundleProblem problem = ExtractBundleProblem(map, camera);
+  problem.learnt = BundleCamera{.distortion = options.what == "focal+radial"};
+  SolveBundle(problem, {options.iterations, options.iterations, threads}, {});
+  LearntCamera learnt{camera, problem.camera.fx, FocalDeviation(problem, options.iterations, {}), false};
+  learnt.trusted = learnt.focal_deviation <= options.max_deviation * learnt.focal;
+  if (learnt.trusted) {
+    ApplyBundle(problem, map);
+    learnt.camera = problem.camera;
+  }
+  return learnt;
+}
+
 }  // namespace sqslam

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -57,5 +58,33 @@ BundleAdjustmentReport LocalBundleAdjustment(Map& map, const Camera& camera, Key
 BundleAdjustmentReport GlobalBundleAdjustment(Map& map, const Camera& camera, int iterations,
                                               const BundleAdjustmentOptions& options,
                                               const JointObjects& objects = {});
+
+// How the camera itself is learnt from a map.
+struct CameraLearningOptions {
+  std::string what =
+      "none";           // none | focal | focal+radial: the focal length, and the first radial coefficient
+  int iterations = 30;  // of each round
+  double max_deviation = 0.02;  // standard deviation above which nothing counts as learnt, focal lengths
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("what", what, {"none", "focal", "focal+radial"});
+    visit("iterations", iterations, 1, 1000);
+    visit("max_deviation", max_deviation, 0.0, 1.0);
+  }
+};
+
+// What came out of it.
+struct LearntCamera {
+  Camera camera;                 // as it was where nothing could be learnt
+  double focal = 0.0;            // px, the value found whether it is trusted or not
+  double focal_deviation = 0.0;  // px
+  bool trusted = false;
+};
+
+// A bundle adjustment over the whole map in which the focal length is free. Where it is found well enough the
+// map is that of the camera found, which differs in its radial coefficient from what keypoints were
+// undistorted by: a map that is to be kept learns the focal length alone.
+LearntCamera LearnCamera(Map& map, const Camera& camera, const CameraLearningOptions& options, int threads);
 
 }  // namespace sqslam

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 
 #include "slam/estimation/object_blocks.h"
@@ -31,7 +32,10 @@ class Interrupter final : public ceres::IterationCallback {
 // address: only so are two runs bit-identical.
 class BundleSolver {
  public:
-  explicit BundleSolver(BundleProblem& bundle) : bundle_(bundle), objects_(bundle) {
+  // `held_focal`: the logarithm of the focal length, in units of the problem's, at which it is held; none:
+  // free.
+  explicit BundleSolver(BundleProblem& bundle, std::optional<double> held_focal = std::nullopt)
+      : bundle_(bundle), objects_(bundle), held_focal_(held_focal) {
     for (const BundlePose& pose : bundle.poses) {
       pose_blocks_.push_back(ToBlock(pose.T_camera_map));
     }
@@ -47,6 +51,9 @@ class BundleSolver {
     ceres::Problem problem(problem_options);
     ceres::Solver::Options options;
     options.linear_solver_ordering = AddParameterBlocks(problem, manifold);
+    if (bundle_.learnt) {
+      AddCamera(problem, *options.linear_solver_ordering);
+    }
     AddResiduals(problem, robust ? &huber : nullptr);
     objects_.AddTo(problem, *options.linear_solver_ordering);
     options.max_num_line_search_step_size_iterations = 0;  // the exponents' bounds are kept by clamping steps
@@ -55,7 +62,7 @@ class BundleSolver {
     options.linear_solver_type = free < 40 ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
     options.max_num_iterations = iterations;
     options.num_threads = threads;
-    options.function_tolerance = 1e-5;
+    options.function_tolerance = bundle_.learnt ? 1e-7 : 1e-5;  // the focal length is the last to settle
     options.logging_type = ceres::SILENT;
     Interrupter interrupter(stop);
     options.callbacks.push_back(&interrupter);
@@ -67,9 +74,17 @@ class BundleSolver {
       }
     }
     objects_.Read();
-    MarkOutliers();
+    if (bundle_.learnt) {
+      TakeCamera();
+    }
+    cost_ = summary.final_cost;
+    if (!held_focal_) {
+      MarkOutliers();
+    }
     return !interrupter.Interrupted();
   }
+
+  double Cost() const { return cost_; }  // half the sum of squares of the last round, priors included
 
   void JudgeObjects() { objects_.Judge(); }
 
@@ -94,13 +109,66 @@ class BundleSolver {
     return ordering;
   }
 
+  void AddCamera(ceres::Problem& problem, ceres::ParameterBlockOrdering& ordering) {
+    const BundleCamera& learnt = *bundle_.learnt;
+    camera_block_ = {held_focal_.value_or(0.0), 0.0};
+    problem.AddParameterBlock(camera_block_.data(), 2);
+    ordering.AddElementToGroup(camera_block_.data(), 1);
+    std::vector<int> held;
+    if (held_focal_) {
+      held.push_back(0);
+    }
+    if (!learnt.distortion) {
+      held.push_back(1);
+    }
+    if (held.size() == camera_block_.size()) {
+      problem.SetParameterBlockConstant(camera_block_.data());
+    } else if (!held.empty()) {
+      camera_manifold_.emplace(2, held);
+      problem.SetManifold(camera_block_.data(), &*camera_manifold_);
+    }
+    // What was known before is known of the camera that the first round began with.
+    problem.AddResidualBlock(new CameraPriorCost({-focal_change_, -bundle_.camera.distortion[0]},
+                                                 {learnt.focal_prior, learnt.radial_prior}),
+                             nullptr, camera_block_.data());
+  }
+
+  // The camera as it was found, and the observations undistorted as it would have them.
+  void TakeCamera() {
+    const auto [log_focal, radial] = camera_block_;
+    Camera& camera = bundle_.camera;
+    const double scale = std::exp(log_focal);
+    focal_change_ += log_focal;
+    camera.fx *= scale;
+    camera.fy *= scale;
+    double power = scale * scale;  // the same distortion in pixels
+    for (const std::size_t i : {0, 1, 4}) {
+      camera.distortion[i] *= power;
+      power *= scale * scale;
+    }
+    camera.distortion[2] *= scale;
+    camera.distortion[3] *= scale;
+    camera.distortion[0] += radial;
+    Camera added = camera;
+    added.distortion = {radial};
+    for (BundleObservation& o : bundle_.observations) {
+      o.pixel = added.Undistort(o.pixel);
+    }
+  }
+
   void AddResiduals(ceres::Problem& problem, ceres::LossFunction* loss) {
     for (const BundleObservation& o : bundle_.observations) {
       BundlePoint& point = bundle_.points[o.point];
       // Behind the camera there is no reprojection; MarkOutliers() takes the observation away.
       if (o.inlier && point.alive && IsInFront(o.pose, point.p_map)) {
-        problem.AddResidualBlock(new ReprojectionCost(bundle_.camera, o.pixel, o.sigma), loss,
-                                 pose_blocks_[o.pose].data(), point.p_map.data());
+        double* const pose = pose_blocks_[o.pose].data();
+        if (bundle_.learnt) {
+          problem.AddResidualBlock(new CameraReprojectionCost(bundle_.camera, o.pixel, o.sigma), loss, pose,
+                                   point.p_map.data(), camera_block_.data());
+        } else {
+          problem.AddResidualBlock(new ReprojectionCost(bundle_.camera, o.pixel, o.sigma), loss, pose,
+                                   point.p_map.data());
+        }
       }
     }
   }
@@ -133,6 +201,11 @@ class BundleSolver {
   BundleProblem& bundle_;
   std::vector<PoseBlock> pose_blocks_;
   ObjectBlocks objects_;
+  std::optional<double> held_focal_;
+  CameraBlock camera_block_{};
+  std::optional<ceres::SubsetManifold> camera_manifold_;
+  double focal_change_ = 0.0;  // of the logarithm, in the rounds before
+  double cost_ = 0.0;
 };
 
 }  // namespace
@@ -195,6 +268,26 @@ bool SolveBundle(BundleProblem& problem, const BundleSolverOptions& options,
                         solver.Round(options.final_iterations, false, options.threads, stop);
   solver.JudgeObjects();
   return finished;
+}
+
+double FocalDeviation(const BundleProblem& solved, int iterations, const std::function<bool()>& stop) {
+  constexpr double kStep = 0.02;  // of the logarithm: far beyond what the solver leaves undone
+  const auto cost_at = [&](double step) {
+    BundleProblem problem = solved;
+    BundleSolver solver(problem, step);
+    const bool finished = solver.Round(iterations, false, 1, stop);
+    return finished ? solver.Cost() : 0.0;
+  };
+  const double at = cost_at(0.0);
+  const double rise = 0.5 * (cost_at(kStep) + cost_at(-kStep)) - at;
+  const auto used = std::count_if(solved.observations.begin(), solved.observations.end(),
+                                  [&](const auto& o) { return o.inlier && solved.points[o.point].alive; });
+  if (at <= 0.0 || rise <= 0.0 || used == 0) {
+    return std::numeric_limits<double>::infinity();
+  }
+  // The errors' own size stands in for the pixels' standard deviation, which is only known up to a factor.
+  const double variance = at / static_cast<double>(used);  // half the sum over two coordinates each
+  return solved.camera.fx * kStep * std::sqrt(variance / (2.0 * rise));
 }
 
 int ApplyBundle(const BundleProblem& problem, Map& map) {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "slam/estimation/bundle_objects.h"
@@ -32,15 +33,23 @@ struct BundleObservation {
   bool inlier = true;
 };
 
+// What is learnt of the camera itself, from observations that were undistorted as it was thought to be.
+struct BundleCamera {
+  bool distortion = false;     // the first radial coefficient too
+  double focal_prior = 0.3;    // standard deviation of the focal length's logarithm before anything was seen
+  double radial_prior = 0.15;  // of the radial coefficient, about none
+};
+
 // A bundle adjustment as a value: what it needs of a map, copied, so that it can be solved on another thread
 // while the map moves on. Poses and points are in the order of their ids, observations in the order of their
 // points.
 struct BundleProblem {
-  Camera camera;
+  Camera camera;  // refined by SolveBundle() where `learnt` is set
   std::vector<BundlePose> poses;
   std::vector<BundlePoint> points;
   std::vector<BundleObservation> observations;
-  std::vector<BundleObject> objects = {};  // none: reprojection errors alone
+  std::vector<BundleObject> objects = {};   // none: reprojection errors alone
+  std::optional<BundleCamera> learnt = {};  // none: the camera is as it is
 };
 
 struct BundleSolverOptions {
@@ -63,6 +72,11 @@ BundleProblem ExtractBundleProblem(const Map& map, const Camera& camera);
 // With one thread, runs agree to the last bit.
 bool SolveBundle(BundleProblem& problem, const BundleSolverOptions& options,
                  const std::function<bool()>& stop);
+
+// Standard deviation of the focal length of a solved problem with `learnt`, px: from how much the errors grow
+// when everything else gives way to another focal length, in units of what they are. Ends early (infinity)
+// where `stop` says true.
+double FocalDeviation(const BundleProblem& solved, int iterations, const std::function<bool()>& stop);
 
 // Writes a solved problem into the map: poses and points that are still there, then removes the observations
 // that don't fit. Keyframes and points that are new since the problem was extracted stay where they are; the

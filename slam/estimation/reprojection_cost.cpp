@@ -1,6 +1,7 @@
 #include "slam/estimation/reprojection_cost.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace sqslam {
 
@@ -75,6 +76,61 @@ bool ReprojectionCost::Evaluate(double const* const* parameters, double* residua
   if (jacobians[1] != nullptr) {
     Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> J(jacobians[1]);
     J.noalias() = d_pixel * R;
+  }
+  return true;
+}
+
+bool CameraReprojectionCost::Evaluate(double const* const* parameters, double* residuals,
+                                      double** jacobians) const {
+  constexpr double kMinDepth = 1e-6;
+  const double* pose = parameters[0];
+  const Eigen::Matrix3d R = Eigen::Quaterniond(pose[3], pose[0], pose[1], pose[2]).toRotationMatrix();
+  const Eigen::Vector3d rotated = R * Eigen::Map<const Eigen::Vector3d>(parameters[1]);
+  const Eigen::Vector3d p = rotated + Eigen::Map<const Eigen::Vector3d>(pose + 4);
+  if (p.z() < kMinDepth) {
+    return false;  // the step that led here is rejected
+  }
+  const double inverse_z = 1.0 / p.z();
+  const Eigen::Vector2d n = p.head<2>() * inverse_z;
+  const Eigen::Vector2d focal = weight_ * std::exp(parameters[2][0]) * focal_;
+  const double radial = parameters[2][1];
+  const double r2 = n.squaredNorm();
+  const Eigen::Vector2d from_center = focal.cwiseProduct((1.0 + radial * r2) * n);
+  Eigen::Map<Eigen::Vector2d> error(residuals);
+  error = from_center + weight_ * (center_ - pixel_);
+  if (jacobians == nullptr) {
+    return true;
+  }
+  Eigen::Matrix<double, 2, 3> d_n;
+  d_n << inverse_z, 0.0, -n.x() * inverse_z, 0.0, inverse_z, -n.y() * inverse_z;
+  const Eigen::Matrix2d d_lens =
+      (1.0 + radial * r2) * Eigen::Matrix2d::Identity() + 2.0 * radial * n * n.transpose();
+  const Eigen::Matrix<double, 2, 3> d_pixel = focal.asDiagonal() * d_lens * d_n;
+  if (jacobians[0] != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, 2, 7, Eigen::RowMajor>> J(jacobians[0]);
+    J.leftCols<3>().noalias() = -d_pixel * Skew(rotated);
+    J.middleCols<3>(3) = d_pixel;
+    J.col(6).setZero();
+  }
+  if (jacobians[1] != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> J(jacobians[1]);
+    J.noalias() = d_pixel * R;
+  }
+  if (jacobians[2] != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, 2, 2, Eigen::RowMajor>> J(jacobians[2]);
+    J.col(0) = from_center;
+    J.col(1) = focal.cwiseProduct(r2 * n);
+  }
+  return true;
+}
+
+bool CameraPriorCost::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
+  for (std::size_t i = 0; i < mean_.size(); ++i) {
+    residuals[i] = (parameters[0][i] - mean_[i]) / deviation_[i];
+  }
+  if (jacobians != nullptr && jacobians[0] != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, 2, 2, Eigen::RowMajor>> J(jacobians[0]);
+    J << 1.0 / deviation_[0], 0.0, 0.0, 1.0 / deviation_[1];
   }
   return true;
 }

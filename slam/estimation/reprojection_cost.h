@@ -50,4 +50,38 @@ class ReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3> {
   double weight_;
 };
 
+// What is learnt of a camera, as a parameter block: logarithm of the focal length in units of the one known,
+// and what is added to the first radial coefficient.
+using CameraBlock = std::array<double, 2>;
+
+// The same error with the camera as a further parameter; the pixel is undistorted as the camera is known.
+class CameraReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3, 2> {
+ public:
+  CameraReprojectionCost(const Camera& camera, const Eigen::Vector2d& pixel, double standard_deviation)
+      : focal_(camera.fx, camera.fy),
+        center_(camera.cx, camera.cy),
+        pixel_(pixel),
+        weight_(1.0 / standard_deviation) {}
+
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
+
+ private:
+  Eigen::Vector2d focal_;
+  Eigen::Vector2d center_;
+  Eigen::Vector2d pixel_;
+  double weight_;
+};
+
+// Keeps a CameraBlock near what was known before: (block - mean) / deviation.
+class CameraPriorCost final : public ceres::SizedCostFunction<2, 2> {
+ public:
+  CameraPriorCost(const CameraBlock& mean, const CameraBlock& deviation)
+      : mean_(mean), deviation_(deviation) {}
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
+
+ private:
+  CameraBlock mean_;
+  CameraBlock deviation_;
+};
+
 }  // namespace sqslam

@@ -1,6 +1,7 @@
 #include "slam/geometry/camera.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace sqslam {
@@ -48,6 +49,44 @@ Eigen::Vector2d Camera::Undistort(const Eigen::Vector2d& pixel) const {
     n += step;
   }
   return {fx * n.x() + cx, fy * n.y() + cy};
+}
+
+Camera ResizedCamera(const Camera& camera, int width, int height) {
+  Camera resized = camera;
+  const double x = static_cast<double>(width) / camera.width;
+  const double y = static_cast<double>(height) / camera.height;
+  resized.width = width;
+  resized.height = height;
+  resized.fx *= x;
+  resized.fy *= y;
+  resized.cx = (camera.cx + 0.5) * x - 0.5;  // the image begins half a pixel before its first centre
+  resized.cy = (camera.cy + 0.5) * y - 0.5;
+  return resized;
+}
+
+Camera TurnedCamera(const Camera& camera, int quarter_turns) {
+  Camera turned = camera;
+  for (int i = 0; i < ((quarter_turns % 4) + 4) % 4; ++i) {  // (x, y) -> (height - 1 - y, x)
+    const Camera before = turned;
+    turned.width = before.height;
+    turned.height = before.width;
+    turned.fx = before.fy;
+    turned.fy = before.fx;
+    turned.cx = before.height - 1.0 - before.cy;
+    turned.cy = before.cx;
+    turned.distortion[2] = before.distortion[3];
+    turned.distortion[3] = -before.distortion[2];
+  }
+  if (quarter_turns % 2 != 0) {
+    turned.readout_ms = 0.0;
+  } else if (quarter_turns % 4 != 0) {
+    turned.readout_ms = -camera.readout_ms;
+  }
+  return turned;
+}
+
+double HorizontalFieldOfView(const Camera& camera) {
+  return std::atan((camera.cx + 0.5) / camera.fx) + std::atan((camera.width - 0.5 - camera.cx) / camera.fx);
 }
 
 }  // namespace sqslam

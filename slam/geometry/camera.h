@@ -37,4 +37,15 @@ struct Camera {
   }
 };
 
+// The camera of the same images brought to another size.
+Camera ResizedCamera(const Camera& camera, int width, int height);
+
+// The camera of the same images turned clockwise by so many quarters. Turned by one or three, rows become
+// columns, and the readout time says nothing about them.
+Camera TurnedCamera(const Camera& camera, int quarter_turns);
+
+// Angle between the rays of the left and the right border through the principal point's row, without
+// distortion; radians.
+double HorizontalFieldOfView(const Camera& camera);
+
 }  // namespace sqslam

@@ -5,6 +5,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <cmath>
+#include <sstream>
 #include <string>
 
 #include "slam/io/atomic_file.h"
@@ -100,12 +101,17 @@ Camera ReadCamera(const std::filesystem::path& path) {
   return camera;
 }
 
-void WriteCamera(const std::filesystem::path& path, const Camera& camera) {
+void WriteCamera(const std::filesystem::path& path, const Camera& camera, const std::string& comment) {
+  std::string above;
+  std::istringstream lines(comment);
+  for (std::string line; std::getline(lines, line);) {
+    above += "# " + line + "\n";
+  }
   const std::string readout =
       camera.readout_ms != 0.0 ? fmt::format("readout_ms: {}\n", camera.readout_ms) : "";
-  WriteFileAtomically(path, fmt::format("width: {}\nheight: {}\nfx: {}\nfy: {}\ncx: {}\ncy: {}\n"
+  WriteFileAtomically(path, fmt::format("{}width: {}\nheight: {}\nfx: {}\nfy: {}\ncx: {}\ncy: {}\n"
                                         "distortion: [{}]  # k1 k2 p1 p2 k3\nfps: {}\n{}",
-                                        camera.width, camera.height, camera.fx, camera.fy, camera.cx,
+                                        above, camera.width, camera.height, camera.fx, camera.fy, camera.cx,
                                         camera.cy, fmt::join(camera.distortion, ", "), camera.fps, readout));
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "slam/geometry/camera.h"
 
@@ -12,6 +13,7 @@ namespace sqslam {
 // point far outside the image, or a readout time of more than 100 ms.
 Camera ReadCamera(const std::filesystem::path& path);
 
-void WriteCamera(const std::filesystem::path& path, const Camera& camera);
+// `comment`: lines that stand above, each behind a #.
+void WriteCamera(const std::filesystem::path& path, const Camera& camera, const std::string& comment = "");
 
 }  // namespace sqslam

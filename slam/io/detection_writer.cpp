@@ -46,8 +46,11 @@ std::vector<std::string> WholeFrames(const fs::path& part, const std::string& he
 
 }  // namespace
 
-DetectionWriter::DetectionWriter(fs::path path, std::string settings)
-    : path_(std::move(path)), part_(path_.string() + ".part"), settings_(std::move(settings)) {
+DetectionWriter::DetectionWriter(fs::path path, std::string settings, const Eigen::Vector2d& file_pixels)
+    : path_(std::move(path)),
+      part_(path_.string() + ".part"),
+      settings_(std::move(settings)),
+      file_pixels_(file_pixels) {
   std::string before = Header(settings_);
   for (const std::string& line : WholeFrames(part_, before)) {
     before += line + '\n';
@@ -69,8 +72,9 @@ bool DetectionWriter::IsDone(double timestamp) const { return done_.contains(Tim
 void DetectionWriter::Add(double timestamp, const std::vector<Detection>& detections) {
   const std::string time = TimeText(timestamp);
   for (const Detection& d : detections) {
-    out_ << fmt::format("{} {} {:.3f} {:.1f} {:.1f} {:.1f} {:.1f}\n", time, d.label, d.score, d.box.x,
-                        d.box.y, d.box.width, d.box.height);
+    out_ << fmt::format("{} {} {:.3f} {:.1f} {:.1f} {:.1f} {:.1f}\n", time, d.label, d.score,
+                        d.box.x * file_pixels_.x(), d.box.y * file_pixels_.y(),
+                        d.box.width * file_pixels_.x(), d.box.height * file_pixels_.y());
   }
   out_ << kEnd << time << '\n' << std::flush;
   if (!out_) {

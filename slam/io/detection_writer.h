@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -14,9 +15,10 @@ namespace sqslam {
 // is complete: a job that was stopped goes on from there.
 class DetectionWriter {
  public:
-  // `settings`: what the boxes were made with, one line. A part file of other settings is begun anew. Throws
-  // InputError where the file cannot be written.
-  DetectionWriter(std::filesystem::path path, std::string settings);
+  // `file_pixels`: by what boxes are multiplied, see FilePixels(). `settings`: what they were made with, one
+  // line. A part file of other settings is begun anew. Throws InputError where the file cannot be written.
+  DetectionWriter(std::filesystem::path path, std::string settings,
+                  const Eigen::Vector2d& file_pixels = {1.0, 1.0});
 
   // Whether the frame of this time was done by an earlier job.
   bool IsDone(double timestamp) const;
@@ -33,6 +35,7 @@ class DetectionWriter {
   std::filesystem::path path_;
   std::filesystem::path part_;
   std::string settings_;
+  Eigen::Vector2d file_pixels_;
   std::unordered_set<std::string> done_;  // times as written
   int boxes_ = 0;
   std::ofstream out_;

@@ -18,6 +18,8 @@
 #include <string_view>
 #include <thread>
 
+#include "slam/io/image_resize.h"
+
 namespace sqslam {
 namespace {
 
@@ -73,7 +75,8 @@ struct FrameSource::Impl {
         range(range_in),
         capacity(static_cast<std::size_t>(std::max(1, decoded_ahead))) {
     if (!sequence.video_path.empty()) {
-      video.open(sequence.video_path.string(), cv::CAP_FFMPEG);
+      // Turned here, because not every version of the reader knows every way to say so.
+      video.open(sequence.video_path.string(), cv::CAP_FFMPEG, {cv::CAP_PROP_ORIENTATION_AUTO, 0});
     }
     thread = std::jthread([this](const std::stop_token& stop) { Run(stop); });
   }
@@ -89,6 +92,13 @@ struct FrameSource::Impl {
       return decoded;
     }
     ++video_position;
+    if (sequence.quarter_turns > 0) {
+      constexpr std::array<int, 3> kTurns = {cv::ROTATE_90_CLOCKWISE, cv::ROTATE_180,
+                                             cv::ROTATE_90_COUNTERCLOCKWISE};
+      cv::Mat turned;
+      cv::rotate(decoded.bgr, turned, kTurns[static_cast<std::size_t>(sequence.quarter_turns - 1)]);
+      decoded.bgr = turned;
+    }
     return decoded;
   }
 
@@ -98,8 +108,8 @@ struct FrameSource::Impl {
     if (video_ended) {
       return std::nullopt;
     }
-    const cv::Size expected(sequence.camera.width, sequence.camera.height);
-    if (decoded.problem.empty() && decoded.bgr.size() != expected) {
+    const cv::Size expected(sequence.image_width, sequence.image_height);
+    if (decoded.problem.empty() && expected.width > 0 && decoded.bgr.size() != expected) {
       decoded.problem = fmt::format("is {}x{}, expected the camera's {}x{}", decoded.bgr.cols,
                                     decoded.bgr.rows, expected.width, expected.height);
     }
@@ -114,7 +124,7 @@ struct FrameSource::Impl {
     frame.index = index;
     frame.timestamp = listed.timestamp;
     frame.image_path = listed.image_path.string();
-    frame.bgr = std::move(decoded.bgr);
+    frame.bgr = Resized(decoded.bgr, {sequence.camera.width, sequence.camera.height});
     cv::cvtColor(frame.bgr, frame.gray, cv::COLOR_BGR2GRAY);
     frame.detections = listed.detections;
     return frame;

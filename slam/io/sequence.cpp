@@ -5,35 +5,51 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <opencv2/videoio.hpp>
 
+#include "slam/io/camera_guess.h"
 #include "slam/io/camera_presets.h"
 #include "slam/io/camera_yaml.h"
 #include "slam/io/dataset_layouts.h"
 #include "slam/io/detections.h"
 #include "slam/io/image_files.h"
+#include "slam/io/image_resize.h"
 #include "slam/io/text_lines.h"
+#include "slam/io/video_index.h"
 #include "slam/util/error.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
 namespace {
 
+fs::path CameraBeside(const SequenceRequest& request) {
+  const fs::path folder = fs::is_directory(request.path) ? request.path : request.path.parent_path();
+  return folder / "camera.yaml";
+}
+
+// Pictures of one's own, without a calibration beside them. A dataset has one: there a guess would only hide
+// that it is missing.
+bool IsToBeGuessed(const SequenceRequest& request, SequenceFormat format) {
+  const bool own = format == SequenceFormat::kVideo || format == SequenceFormat::kImages;
+  return !request.known_camera && (request.camera == kAutoCamera ||
+                                   (request.camera.empty() && own && !fs::exists(CameraBeside(request))));
+}
+
 // The calibration that was asked for, the sequence's own, or that of the dataset it comes from.
 Camera CameraOf(const SequenceRequest& request, SequenceFormat format) {
   if (!request.camera.empty()) {
     return ReadCamera(CameraFile(request.camera));
   }
-  const fs::path folder = fs::is_directory(request.path) ? request.path : request.path.parent_path();
-  if (fs::exists(folder / "camera.yaml")) {
-    return ReadCamera(folder / "camera.yaml");
+  const fs::path beside = CameraBeside(request);
+  if (fs::exists(beside)) {
+    return ReadCamera(beside);
   }
   const std::string preset = PresetOf(format, request.path);
   if (preset.empty()) {
-    throw InputError(fmt::format(
-        "{}: does not exist, expected the camera's calibration there, by --camera FILE.yaml or --camera "
-        "PRESET ({})",
-        (folder / "camera.yaml").string(), fmt::join(CameraPresetNames(), ", ")));
+    throw InputError(
+        fmt::format("{}: does not exist, expected the camera's calibration there, by --camera FILE.yaml "
+                    "(sqslam calibrate "
+                    "makes one), --camera PRESET ({}), or --camera auto to have it guessed and refined",
+                    beside.string(), fmt::join(CameraPresetNames(), ", ")));
   }
   spdlog::info("{}: {} layout without camera.yaml, taken with --camera {}", request.path.string(),
                FormatName(format), preset);
@@ -91,27 +107,104 @@ std::vector<SequenceFrame> ListImages(const fs::path& folder, double fps) {
   return frames;
 }
 
-std::vector<SequenceFrame> ListVideo(const fs::path& path, const Camera& camera) {
-  cv::VideoCapture video(path.string(), cv::CAP_FFMPEG);
-  const double count = video.isOpened() ? video.get(cv::CAP_PROP_FRAME_COUNT) : 0.0;
-  const double fps = video.isOpened() ? video.get(cv::CAP_PROP_FPS) : 0.0;
-  if (!(count >= 1.0) || !(fps > 0.0)) {
-    throw InputError(
-        fmt::format("{}: cannot be read as a video (damaged, cut off, or none), expected a video file or a "
-                    "sequence folder",
-                    path.string()));
-  }
-  const auto width = static_cast<int>(video.get(cv::CAP_PROP_FRAME_WIDTH));
-  const auto height = static_cast<int>(video.get(cv::CAP_PROP_FRAME_HEIGHT));
-  if (width != camera.width || height != camera.height) {
-    throw InputError(fmt::format("{}: is {}x{}, expected the camera's {}x{}", path.string(), width, height,
-                                 camera.width, camera.height));
-  }
-  std::vector<SequenceFrame> frames(static_cast<std::size_t>(count));
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    frames[i].timestamp = static_cast<double>(i) / fps;
+std::vector<SequenceFrame> VideoFrames(const VideoIndex& video) {
+  std::vector<SequenceFrame> frames;
+  for (const double timestamp : video.timestamps) {
+    frames.push_back({timestamp, {}, {}});
   }
   return frames;
+}
+
+// The calibration of a video's pictures as they are shown. One that was made for the pictures as they are
+// stored, before a phone's rotation flag turned them, is turned with them.
+Camera VideoCamera(Camera camera, const VideoIndex& video, const fs::path& path) {
+  const bool upright = video.quarter_turns % 2 == 0;
+  const int width = upright ? video.width : video.height;
+  const int height = upright ? video.height : video.width;
+  if (width != camera.width || height != camera.height) {
+    if (video.width != camera.width || video.height != camera.height) {
+      throw InputError(fmt::format("{}: is {}x{}, expected the camera's {}x{}", path.string(), width, height,
+                                   camera.width, camera.height));
+    }
+    spdlog::info("{}: is shown turned by {} degrees, and so is its calibration", path.string(),
+                 90 * video.quarter_turns);
+    camera = TurnedCamera(camera, video.quarter_turns);
+  }
+  camera.fps = video.fps;
+  return camera;
+}
+
+// The first image that can be read tells the size.
+CameraGuess GuessFromImages(const std::vector<SequenceFrame>& frames, double fps) {
+  constexpr std::size_t kTried = 20;
+  for (std::size_t i = 0; i < std::min(kTried, frames.size()); ++i) {
+    if (const auto guess = GuessCamera(frames[i].image_path, fps)) {
+      return *guess;
+    }
+  }
+  throw InputError(fmt::format("{}: cannot be read, expected an image to take the camera's size from",
+                               frames.front().image_path.string()));
+}
+
+std::vector<SequenceFrame> ListFrames(SequenceFormat format, const fs::path& path, double fps) {
+  switch (format) {
+    case SequenceFormat::kTum:
+      return ListTum(path);
+    case SequenceFormat::kImages:
+      return ListImages(path, fps);
+    default:
+      return ListNumbered(format, path, fps);
+  }
+}
+
+// Frames and camera, both as they lie in the files.
+void ListSequence(const SequenceRequest& request, Sequence& sequence) {
+  const bool guess = IsToBeGuessed(request, sequence.format);
+  const Camera camera = request.known_camera ? *request.known_camera
+                        : guess              ? Camera()
+                                             : CameraOf(request, sequence.format);
+  sequence.camera = camera;
+  if (sequence.format != SequenceFormat::kVideo) {
+    sequence.frames = ListFrames(sequence.format, sequence.path, camera.fps);
+    if (guess) {
+      const CameraGuess guessed = GuessFromImages(sequence.frames, camera.fps);
+      sequence.camera = guessed.camera;
+      sequence.guessed_by = guessed.source;
+    }
+    return;
+  }
+  const VideoIndex video = IndexVideo(sequence.path);
+  sequence.frames = VideoFrames(video);
+  sequence.video_path = sequence.path;
+  sequence.quarter_turns = video.quarter_turns;
+  if (guess) {
+    const bool upright = video.quarter_turns % 2 == 0;
+    const CameraGuess guessed =
+        GuessCamera(upright ? video.width : video.height, upright ? video.height : video.width, video.fps);
+    sequence.camera = guessed.camera;
+    sequence.guessed_by = guessed.source;
+  } else if (!request.known_camera) {
+    sequence.camera = VideoCamera(camera, video, sequence.path);
+  }
+}
+
+// From here on, camera and boxes are those of the images as they are handed out.
+void ResizeSequence(const ImageResize& resize, Sequence& sequence) {
+  sequence.image_width = sequence.camera.width;
+  sequence.image_height = sequence.camera.height;
+  const cv::Size size = resize.Of({sequence.camera.width, sequence.camera.height});
+  const double x = static_cast<double>(size.width) / sequence.camera.width;
+  const double y = static_cast<double>(size.height) / sequence.camera.height;
+  if (!resize.Changes()) {
+    return;
+  }
+  sequence.camera = ResizedCamera(sequence.camera, size.width, size.height);
+  for (SequenceFrame& frame : sequence.frames) {
+    for (Detection& detection : frame.detections) {
+      Box2d& box = detection.box;
+      box = {box.x * x, box.y * y, box.width * x, box.height * y};
+    }
+  }
 }
 
 void AttachDetections(const SequenceRequest& request, Sequence& sequence) {
@@ -150,23 +243,21 @@ Sequence OpenSequence(const SequenceRequest& request) {
   Sequence sequence;
   sequence.path = fs::absolute(request.path).lexically_normal();
   sequence.format = format;
-  sequence.camera = CameraOf(request, format);
-  switch (format) {
-    case SequenceFormat::kTum:
-      sequence.frames = ListTum(sequence.path);
-      break;
-    case SequenceFormat::kImages:
-      sequence.frames = ListImages(sequence.path, sequence.camera.fps);
-      break;
-    case SequenceFormat::kVideo:
-      sequence.frames = ListVideo(sequence.path, sequence.camera);
-      sequence.video_path = sequence.path;
-      break;
-    default:
-      sequence.frames = ListNumbered(format, sequence.path, sequence.camera.fps);
+  const ImageResize resize = ParseImageResize(request.resize);
+  ListSequence(request, sequence);
+  if (!request.known_camera) {
+    AttachDetections(request, sequence);
+    ResizeSequence(resize, sequence);
   }
-  AttachDetections(request, sequence);
   return sequence;
+}
+
+Eigen::Vector2d FilePixels(const Sequence& sequence) {
+  if (sequence.image_width == 0) {
+    return {1.0, 1.0};
+  }
+  return {static_cast<double>(sequence.image_width) / sequence.camera.width,
+          static_cast<double>(sequence.image_height) / sequence.camera.height};
 }
 
 }  // namespace sqslam

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,7 +25,11 @@ struct Sequence {
   std::filesystem::path path;
   std::filesystem::path video_path;  // empty where the frames are files
   SequenceFormat format = SequenceFormat::kImages;
-  Camera camera;
+  Camera camera;           // of the frames as they are handed out
+  std::string guessed_by;  // what --camera auto took the focal length from; empty: a calibration
+  int quarter_turns = 0;   // clockwise, by which a video's pictures are turned
+  int image_width = 0;     // px of the turned pictures before they are resized to the camera's; 0: any
+  int image_height = 0;
   std::vector<SequenceFrame> frames;
   bool has_detections = false;
 };
@@ -31,18 +37,31 @@ struct Sequence {
 struct SequenceRequest {
   std::filesystem::path path;
   SequenceFormat format = SequenceFormat::kAuto;  // kAuto: by the names in the folder (DetectFormat)
-  std::string
-      camera;  // calibration file or preset; empty: camera.yaml of the folder, or the dataset's preset
+  // Calibration file or preset; "auto": a guess (GuessCamera); empty: camera.yaml of the folder, or the
+  // dataset's preset; without either a guess for a video or a folder of images.
+  std::string camera;
   std::filesystem::path
-      detections;  // boxes.txt or folder; empty: boxes.txt of the sequence folder if it is there
+      detections;           // boxes.txt or folder; empty: boxes.txt of the sequence folder if it is there
+  std::string resize = {};  // WIDTH, WIDTH,HEIGHT or a factor (ParseImageResize); empty: as the images are
+  // That of the frames as they were once handed out, instead of `camera` and `resize`: the images are brought
+  // to its size, whatever they have, and boxes are left out.
+  std::optional<Camera> known_camera = {};
 };
+
+// What --camera takes for a camera that nobody has calibrated.
+inline constexpr const char* kAutoCamera = "auto";
 
 // Lists the frames of a folder with rgb.txt, of one of the dataset layouts (dataset_layouts.h), of a folder
 // of images (names in numeric order, timestamps from the camera's fps; depth images are left out), or of a
-// video file (timestamps from the video's rate). Ground truth is never looked at. Throws InputError that
-// names file, line and what was expected: broken lines, timestamps that do not rise, a broken or missing
-// camera, a video of another size, no frame at all; UsageError for an unknown camera preset. Images are not
-// opened here (FrameSource skips those that cannot be used).
+// video file (timestamps of the container; a calibration of the pictures as they are stored is turned with
+// them). Calibration and boxes are those of the images as they lie in the files; `resize` scales both. Ground
+// truth is never looked at. Throws InputError that names file, line and what was expected: broken lines,
+// timestamps that do not rise, a broken or missing camera, a video of another size, no frame at all;
+// UsageError for an unknown camera preset. Images are not opened here (FrameSource skips those that cannot be
+// used), but for a guessed camera, which needs the first.
 Sequence OpenSequence(const SequenceRequest& request);
+
+// Pixels of the images as they lie in the files for one of the frames that come of them, x and y.
+Eigen::Vector2d FilePixels(const Sequence& sequence);
 
 }  // namespace sqslam

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <optional>
+
+#include "slam/estimation/bundle_adjustment.h"
 #include "slam/io/trajectory.h"
 #include "slam/map/snapshot.h"
 
@@ -10,6 +13,9 @@ struct FinishedMap {
   MapSnapshotPtr snapshot;
   Trajectory trajectory;  // every tracked frame
   Trajectory keyframes;
+  // What the map says of its camera; empty where nothing was to be learnt (mapping.camera.what), or it was
+  // learnt from another map of the same run.
+  std::optional<LearntCamera> learnt_camera;
   int left_out = 0;  // objects that the chosen representation can't show, see ObjectMapper::Objects()
 };
 

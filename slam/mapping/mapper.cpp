@@ -314,6 +314,7 @@ void Mapper::FinishSubmap(Submap& submap) {
     GlobalBundleAdjustment(submap.Map(), camera_, options_.mapping.final_iterations,
                            options_.mapping.bundle_adjustment);
   }
+  LearnFrom(submap);
   submap.RefineFrames(camera_, options_.tracking.min_inliers);
   KeepUpright(true);
   submap.MapObjects(camera_, true);
@@ -325,6 +326,16 @@ void Mapper::FinishSubmap(Submap& submap) {
                                options_.mapping.bundle_adjustment, {terms, joint});
     submap.CorrectObjects(report.objects, camera_);
   }
+}
+
+// The first submap is the one with the most frames: its camera is that of the others.
+void Mapper::LearnFrom(Submap& submap) {
+  const CameraLearningOptions& options = options_.mapping.camera;
+  if (options.what == "none" || learnt_camera_ || submap.Map().Keyframes().size() <= 2) {
+    return;
+  }
+  learnt_camera_ = LearnCamera(submap.Map(), camera_, options, options_.mapping.bundle_adjustment.threads);
+  camera_ = learnt_camera_->camera;
 }
 
 std::vector<FinishedMap> Mapper::Finish() {
@@ -349,7 +360,7 @@ std::vector<FinishedMap> Mapper::Finish() {
     }
     FinishSubmap(*submap);
     finished.push_back({MakeSnapshot(), submap->FrameTrajectory(), submap->KeyframeTrajectory(),
-                        submap->Objects().LeftOut()});
+                        finished.empty() ? learnt_camera_ : std::nullopt, submap->Objects().LeftOut()});
   }
   outputs_.publish_snapshot(finished.front().snapshot);
   return finished;

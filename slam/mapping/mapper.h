@@ -68,9 +68,11 @@ class Mapper {
   void PublishView();
   MapSnapshotPtr MakeSnapshot() const;
   void FinishSubmap(Submap& submap);
+  void LearnFrom(Submap& submap);
   bool IsAnywhere(std::int64_t frame_index) const;
 
   Camera camera_;
+  std::optional<LearntCamera> learnt_camera_;
   SystemOptions options_;
   Outputs outputs_;
   StageTimes& times_;

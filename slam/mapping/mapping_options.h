@@ -56,6 +56,7 @@ struct MappingOptions {
   BundleAdjustmentOptions bundle_adjustment;
   JointObjectOptions joint_objects;
   LoopOptions loops;
+  CameraLearningOptions camera;  // at the end of a run
   int final_iterations = 10;     // of the bundle adjustment over the whole map at the end of a run; 0: none
   int min_submap_keyframes = 5;  // a submap with fewer is dropped at the end, unless there is no other
 
@@ -67,6 +68,7 @@ struct MappingOptions {
     visit("bundle_adjustment", bundle_adjustment);
     visit("joint_objects", joint_objects);
     visit("loops", loops);
+    visit("camera", camera);
     visit("final_iterations", final_iterations, 0, 1000);
     visit("min_submap_keyframes", min_submap_keyframes, 2, 1000);
   }

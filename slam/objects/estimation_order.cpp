@@ -19,16 +19,19 @@ std::vector<int> IdsInOrder(std::vector<std::pair<double, int>> keyed) {
 
 std::vector<int> MostOutdated(const std::map<int, Landmark>& landmarks, int most) {
   constexpr double kOutdated = 1.0 / 6.0;
-  constexpr double kNever = 0.1;  // boxes: those never estimated come first, the more boxes the sooner
+  std::vector<std::pair<double, int>> never;  // the more boxes the sooner
   std::vector<std::pair<double, int>> outdated;
   for (const auto& [id, landmark] : landmarks) {
-    const double share = static_cast<double>(landmark.observations - landmark.estimated_at) /
-                         std::max(kNever, static_cast<double>(landmark.estimated_at));
-    if (share >= kOutdated) {
-      outdated.emplace_back(-share, id);
+    const double since = landmark.observations - landmark.estimated_at;
+    if (landmark.estimated_at == 0) {
+      never.emplace_back(-since, id);
+    } else if (since >= kOutdated * landmark.estimated_at) {
+      outdated.emplace_back(-since / landmark.estimated_at, id);
     }
   }
-  std::vector<int> ids = IdsInOrder(std::move(outdated));
+  std::vector<int> ids = IdsInOrder(std::move(never));
+  const std::vector<int> others = IdsInOrder(std::move(outdated));
+  ids.insert(ids.end(), others.begin(), others.end());
   if (most > 0 && ids.size() > static_cast<std::size_t>(most)) {
     ids.resize(static_cast<std::size_t>(most));
   }

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <opencv2/imgcodecs.hpp>
+
 #include "slam/io/camera_yaml.h"
 #include "slam/io/detections.h"
 #include "slam/io/trajectory.h"
@@ -109,7 +111,19 @@ TEST(Sequence, ImageFolderTakesItsTimesFromTheFrameRate) {
   EXPECT_EQ(sequence.frames[0].image_path.filename(), "a.JPG");
   EXPECT_DOUBLE_EQ(sequence.frames[1].timestamp, 0.1);
   EXPECT_FALSE(sequence.has_detections);
-  EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = folder.Path()}); }), HasSubstr("--camera"));
+}
+
+TEST(Sequence, AMissingCalibrationIsGuessedForPicturesOfOnesOwnOnly) {
+  const TemporaryFolder folder;
+  folder.Write("a.png", "x");
+  EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = folder.Path()}); }),
+              HasSubstr("a.png: cannot be read"));
+  cv::imwrite((folder.Path() / "a.png").string(), cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(7)));
+  const Sequence guessed = OpenSequence({.path = folder.Path()});
+  EXPECT_EQ(guessed.camera.width, 64);
+  EXPECT_FALSE(guessed.guessed_by.empty());
+  folder.Write("rgb.txt", "0.0 a.png\n");
+  EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = folder.Path()}); }), HasSubstr("--camera auto"));
 }
 
 TEST(Sequence, WhatIsNotASequenceIsReported) {

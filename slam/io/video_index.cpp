@@ -1,0 +1,130 @@
+#include "slam/io/video_index.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "slam/util/error.h"
+
+extern "C" {
+#include <libavformat/avformat.h>
+#include <libavutil/display.h>
+}
+
+namespace sqslam {
+namespace {
+
+constexpr double kMinStep = 1e-3;  // seconds; containers round times, and two frames must not share one
+
+struct Free {
+  void operator()(AVFormatContext* format) const { avformat_close_input(&format); }
+  void operator()(AVPacket* packet) const { av_packet_free(&packet); }
+};
+
+std::string Reason(int error) {
+  std::array<char, AV_ERROR_MAX_STRING_SIZE> text{};
+  av_strerror(error, text.data(), text.size());
+  return text.data();
+}
+
+void Check(int result, const std::filesystem::path& path) {
+  if (result < 0) {
+    throw InputError(
+        fmt::format("{}: cannot be read as a video (damaged, cut off, or none: {}), expected a video file or "
+                    "a sequence folder",
+                    path.string(), Reason(result)));
+  }
+}
+
+int QuarterTurnsOf(const AVStream& stream) {
+  const std::uint8_t* matrix = av_stream_get_side_data(&stream, AV_PKT_DATA_DISPLAYMATRIX, nullptr);
+  if (matrix == nullptr) {
+    return 0;
+  }
+  const double counter_clockwise = av_display_rotation_get(reinterpret_cast<const std::int32_t*>(matrix));
+  if (!std::isfinite(counter_clockwise)) {
+    return 0;
+  }
+  return ((static_cast<int>(std::lround(-counter_clockwise / 90.0)) % 4) + 4) % 4;
+}
+
+// Presentation times in the stream's units, in the order shown; empty entries where the container has none.
+struct Packets {
+  std::vector<std::int64_t> times;
+  std::size_t without_time = 0;
+};
+
+Packets ReadPackets(AVFormatContext& format, const AVStream& stream) {
+  const std::unique_ptr<AVPacket, Free> packet(av_packet_alloc());
+  Packets packets;
+  bool last_corrupt = false;  // a packet that was cut off shows half a picture
+  while (av_read_frame(&format, packet.get()) >= 0) {
+    if (packet->stream_index == stream.index && (packet->flags & AV_PKT_FLAG_DISCARD) == 0) {
+      last_corrupt = (packet->flags & AV_PKT_FLAG_CORRUPT) != 0;
+      const std::int64_t time = packet->pts != AV_NOPTS_VALUE ? packet->pts : packet->dts;
+      packets.without_time += time == AV_NOPTS_VALUE ? 1 : 0;
+      packets.times.push_back(time);
+    }
+    av_packet_unref(packet.get());
+  }
+  if (last_corrupt) {
+    packets.times.pop_back();
+  }
+  return packets;
+}
+
+std::vector<double> Timestamps(Packets packets, double unit, double fps) {
+  std::vector<double> timestamps;
+  std::sort(packets.times.begin(), packets.times.end());
+  for (std::size_t i = 0; i < packets.times.size(); ++i) {
+    const double time = packets.without_time > 0
+                            ? static_cast<double>(i) / fps
+                            : unit * static_cast<double>(packets.times[i] - packets.times.front());
+    timestamps.push_back(i == 0 ? time : std::max(time, timestamps.back() + kMinStep));
+  }
+  return timestamps;
+}
+
+}  // namespace
+
+VideoIndex IndexVideo(const std::filesystem::path& path) {
+  av_log_set_level(AV_LOG_QUIET);  // what goes wrong is thrown
+  AVFormatContext* opened = nullptr;
+  Check(avformat_open_input(&opened, path.c_str(), nullptr, nullptr), path);
+  const std::unique_ptr<AVFormatContext, Free> format(opened);
+  Check(avformat_find_stream_info(opened, nullptr), path);
+  const int found = av_find_best_stream(opened, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0);
+  Check(found, path);
+  const AVStream& stream = *opened->streams[found];
+  VideoIndex index;
+  index.width = stream.codecpar->width;
+  index.height = stream.codecpar->height;
+  index.quarter_turns = QuarterTurnsOf(stream);
+  const AVRational rate = stream.avg_frame_rate.num > 0 ? stream.avg_frame_rate : stream.r_frame_rate;
+  index.fps = rate.num > 0 && rate.den > 0 ? av_q2d(rate) : 30.0;
+  const auto promised = static_cast<std::size_t>(std::max<std::int64_t>(0, stream.nb_frames));
+  index.timestamps = Timestamps(ReadPackets(*opened, stream), av_q2d(stream.time_base), index.fps);
+  const std::size_t count = index.timestamps.size();
+  if (count == 0 || index.width <= 0 || index.height <= 0) {
+    throw InputError(fmt::format(
+        "{}: cannot be read as a video (damaged, cut off, or none: it holds no frame), expected a "
+        "video file or a sequence folder",
+        path.string()));
+  }
+  if (count > 1) {
+    index.fps = static_cast<double>(count - 1) / index.timestamps.back();
+  }
+  if (count < promised) {
+    spdlog::warn("{}: ends after {} of its {} frames; it may be damaged or cut off", path.string(), count,
+                 promised);
+  }
+  return index;
+}
+
+}  // namespace sqslam

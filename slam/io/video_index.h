@@ -1,0 +1,23 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+namespace sqslam {
+
+// What a video file says of its frames, found without decoding any.
+struct VideoIndex {
+  int width = 0;  // pixels as stored, before the turn
+  int height = 0;
+  int quarter_turns = 0;  // clockwise, 0 to 3, until the picture stands upright (a phone's rotation flag)
+  double fps = 0.0;       // mean rate
+  std::vector<double> timestamps;  // seconds from the first frame, in the order shown, rising
+};
+
+// Reads the packets of the first video stream. Timestamps are the container's own, so that a variable frame
+// rate (phones, screen recordings) keeps its times; where a container has none (bare H.264), frames are
+// evenly spaced. Warns where the file ends before the frames that it promises. Throws InputError that says
+// why nothing can be read: no video, a format FFmpeg does not know, cut off before its index (an MP4's moov).
+VideoIndex IndexVideo(const std::filesystem::path& path);
+
+}  // namespace sqslam
