@@ -23,7 +23,8 @@ constexpr double kSameTime = 1e-4;  // seconds; files have six digits
 InputFrames::InputFrames(const RecordingReader& recording, const fs::path& map_file) {
   camera_ = recording.Last()->camera;
   try {
-    sequence_ = OpenSequence({.path = recording.Info().sequence_path, .known_camera = camera_});
+    sequence_ = OpenSequence(
+        {.path = recording.Info().sequence_path, .camera = {}, .detections = {}, .known_camera = camera_});
   } catch (const InputError& error) {
     why_no_sequence_ = error.what();
   } catch (const UsageError& error) {

@@ -115,7 +115,8 @@ void DrawHistogram(FigurePage& page, const CalibrationFigure& figure, const Figu
   }
   plot.y = RoundAxis(0.0, *std::max_element(counts.begin(), counts.end()), 4, true);
   const double left = YAxisWidth(plot.y, theme, true);
-  plot.area = {panel.x + left, panel.y, panel.width - left, panel.height};
+  plot.area = {panel.x + left, panel.y,
+               panel.width - left - 0.5 * TextWidth(plot.x.TickText(plot.x.high), theme.small), panel.height};
   DrawXAxis(page, plot, "error [px]", theme);
   DrawYAxis(page, plot, "corners", theme);
   const double width = plot.area.width / kBins;

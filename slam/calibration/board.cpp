@@ -36,17 +36,29 @@ void AddMarker(const cv::Ptr<cv::aruco::Dictionary>& dictionary, int id, const c
   dictionary->drawMarker(id, cells, bits, 1);
   areas.push_back({area, true});
   const double side = area.width / cells;
-  for (int y = 0; y < cells; ++y) {
-    for (int x = 0; x < cells; ++x) {
-      const int begin = x;
-      while (x < cells && bits.at<std::uint8_t>(y, x) > 0) {
-        ++x;
-      }
-      if (x > begin) {
-        areas.push_back({{area.x + begin * side, area.y + y * side, (x - begin) * side, side}, false});
+  // Rows and columns both, so that no seam shows between cells that touch.
+  const auto add_runs = [&](bool across) {
+    for (int line = 0; line < cells; ++line) {
+      const auto is_white = [&](int i) {
+        return i < cells && (across ? bits.at<std::uint8_t>(line, i) : bits.at<std::uint8_t>(i, line)) > 0;
+      };
+      for (int i = 0; i < cells; ++i) {
+        const int begin = i;
+        while (is_white(i)) {
+          ++i;
+        }
+        if (i > begin) {
+          const double along = side * begin;
+          const double length = side * (i - begin);
+          areas.push_back({across ? cv::Rect2d(area.x + along, area.y + side * line, length, side)
+                                  : cv::Rect2d(area.x + side * line, area.y + along, side, length),
+                           false});
+        }
       }
     }
-  }
+  };
+  add_runs(true);
+  add_runs(false);
 }
 
 }  // namespace

@@ -30,9 +30,10 @@ double Spacing(const std::vector<cv::Point2f>& corners) {
   return *std::min_element(nearest.begin(), nearest.end());
 }
 
-void Refine(const cv::Mat& gray, std::vector<cv::Point2f>& corners) {
+// `room`: around a corner to the next thing that is none of its edges, in squares.
+void Refine(const cv::Mat& gray, double room, std::vector<cv::Point2f>& corners) {
   constexpr int kMaxWindow = 11;  // px, half
-  const int window = std::clamp(static_cast<int>(0.35 * Spacing(corners)), 2, kMaxWindow);
+  const int window = std::clamp(static_cast<int>(room * Spacing(corners)), 2, kMaxWindow);
   cv::cornerSubPix(gray, corners, {window, window}, {-1, -1},
                    {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 50, 1e-3});
 }
@@ -56,6 +57,7 @@ bool FindChessboard(const cv::Mat& gray, const CalibrationBoard& board, BoardVie
     corner = {static_cast<float>((corner.x + 0.5) / scale - 0.5),
               static_cast<float>((corner.y + 0.5) / scale - 0.5)};
   }
+  Refine(gray, 0.35, view.corners);
   view.ids.resize(view.corners.size());
   std::iota(view.ids.begin(), view.ids.end(), 0);
   return true;
@@ -70,7 +72,36 @@ bool FindCharuco(const cv::Mat& gray, const CalibrationBoard& board, BoardView& 
     return false;
   }
   cv::aruco::interpolateCornersCharuco(markers, marker_ids, gray, charuco, view.corners, view.ids);
+  if (view.corners.size() > 1) {
+    constexpr double kShare = 0.8;  // of the way to the nearest marker
+    Refine(gray, kShare * 0.5 * (1.0 - board.marker_mm / board.square_mm), view.corners);
+  }
   return true;
+}
+
+// Takes away corners that lie nowhere near where the others have them: but for the lens, the board is flat.
+void DropStrays(const CalibrationBoard& board, BoardView& view) {
+  constexpr double kSlack = 0.15;  // squares; lenses bend a board by less
+  const std::vector<cv::Point3f> all = BoardCorners(board);
+  std::vector<cv::Point2f> flat;
+  for (const int id : view.ids) {
+    const cv::Point3f& corner = all[static_cast<std::size_t>(id)];
+    flat.emplace_back(corner.x, corner.y);
+  }
+  cv::Mat good;
+  if (flat.size() < 4 ||
+      cv::findHomography(view.corners, flat, cv::RANSAC, kSlack * board.square_mm, good).empty()) {
+    view = {};
+    return;
+  }
+  BoardView kept;
+  for (int i = 0; i < good.rows; ++i) {
+    if (good.at<std::uint8_t>(i) != 0) {
+      kept.ids.push_back(view.ids[static_cast<std::size_t>(i)]);
+      kept.corners.push_back(view.corners[static_cast<std::size_t>(i)]);
+    }
+  }
+  view = kept;
 }
 
 // Corners on one line tell no pose.
@@ -111,11 +142,13 @@ std::optional<BoardView> FindBoard(const cv::Mat& gray, const CalibrationBoard& 
   BoardView view;
   const bool found = board.kind == CalibrationBoard::Kind::kChessboard ? FindChessboard(gray, board, view)
                                                                        : FindCharuco(gray, board, view);
+  if (found) {
+    DropStrays(board, view);
+  }
   if (!found || static_cast<int>(view.corners.size()) < std::min(kMinCorners, board.InnerCorners()) ||
       !SpansAnArea(view.corners)) {
     return std::nullopt;
   }
-  Refine(gray, view.corners);
   view.sharpness = Sharpness(gray, view.corners);
   return view;
 }

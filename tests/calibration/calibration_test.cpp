@@ -19,7 +19,7 @@ using ::testing::HasSubstr;
 const Camera kCamera{640, 480, 520.0, 523.0, 311.0, 246.0, {-0.21, 0.06, 0.001, -0.0015, 0.0}};
 
 CalibrationBoard Chessboard() { return {CalibrationBoard::Kind::kChessboard, 10, 7, 25.0}; }
-CalibrationBoard Charuco() { return {CalibrationBoard::Kind::kCharuco, 9, 6, 30.0, 22.0, "4X4_50"}; }
+CalibrationBoard Charuco() { return {CalibrationBoard::Kind::kCharuco, 9, 6, 30.0, 18.0, "4X4_50"}; }
 
 std::vector<BoardView> Views(const CalibrationBoard& board, int count,
                              const std::function<Rigid3d(int)>& pose) {
@@ -37,7 +37,9 @@ std::vector<BoardView> Views(const CalibrationBoard& board, int count,
 }
 
 std::vector<BoardView> Views(const CalibrationBoard& board, int count) {
-  return Views(board, count, [&](int i) { return BoardPose(board, kCamera, i); });
+  // A ChArUco board need not be seen whole.
+  const double reach = board.kind == CalibrationBoard::Kind::kCharuco ? 1.5 : 1.0;
+  return Views(board, count, [&](int i) { return BoardPose(board, kCamera, i, reach); });
 }
 
 // How far off the two lenses show the same ray, at most, px.

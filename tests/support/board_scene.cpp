@@ -60,7 +60,7 @@ cv::Mat BoardScene::Render(const Rigid3d& T_camera_board) const {
   return bgr;
 }
 
-Rigid3d BoardPose(const CalibrationBoard& board, const Camera& camera, int index) {
+Rigid3d BoardPose(const CalibrationBoard& board, const Camera& camera, int index, double reach) {
   const double width = board.columns * board.square_mm;
   const double height = board.rows * board.square_mm;
   const double turn = 2.39996 * index;  // the golden angle spreads them
@@ -68,10 +68,14 @@ Rigid3d BoardPose(const CalibrationBoard& board, const Camera& camera, int index
   const Eigen::Quaterniond rotation(
       Eigen::AngleAxisd(lean, Eigen::Vector3d(std::cos(turn), std::sin(turn), 0.0)) *
       Eigen::AngleAxisd(0.3 * std::sin(1.7 * index), Eigen::Vector3d::UnitZ()));
-  // As wide as about half of the image, its middle off the image's.
+  // About half as wide as the image, in its corners and in its middle by turns. A lens with barrel distortion
+  // shows a little more than the pinhole camera.
   const double distance = (1.8 + 0.25 * std::sin(0.9 * index)) * camera.fx * width / camera.width;
-  const double off_x = 0.24 * std::cos(1.3 * index) * camera.width / camera.fx * distance;
-  const double off_y = 0.25 * std::sin(2.1 * index) * camera.height / camera.fy * distance;
+  const double visible_width = camera.width / camera.fx * distance;
+  const double visible_height = camera.height / camera.fy * distance;
+  const int place = index % 5;
+  const double off_x = place == 4 ? 0.0 : (place % 2 == 0 ? -0.5 : 0.5) * reach * (visible_width - width);
+  const double off_y = place == 4 ? 0.0 : (place < 2 ? -0.5 : 0.5) * reach * (visible_height - height);
   const Eigen::Vector3d middle(0.5 * width, 0.5 * height, 0.0);
   return {rotation, Eigen::Vector3d(off_x, off_y, distance) - rotation * middle};
 }

@@ -26,6 +26,7 @@ class BoardScene {
 };
 
 // Poses all over the image and tilted to all sides, the same for the same index.
-Rigid3d BoardPose(const CalibrationBoard& board, const Camera& camera, int index);
+// With a reach above 1 the board sticks out of the image where it lies in its corners.
+Rigid3d BoardPose(const CalibrationBoard& board, const Camera& camera, int index, double reach = 1.0);
 
 }  // namespace sqslam::testing

@@ -61,7 +61,9 @@ class Film {
     }
     Check(avio_open(&format->pb, path.c_str(), AVIO_FLAG_WRITE) >= 0);
     AVDictionary* movie = nullptr;
-    av_dict_set(&movie, "movflags", options.index_first ? "+faststart" : "", 0);
+    if (options.index_first) {
+      av_dict_set(&movie, "movflags", "+faststart", 0);
+    }
     const int begun = avformat_write_header(format, &movie);
     av_dict_free(&movie);
     Check(begun >= 0);
@@ -93,6 +95,7 @@ class Film {
   void Encode(AVFrame* frame) {
     Check(avcodec_send_frame(codec_.get(), frame) >= 0);
     while (avcodec_receive_packet(codec_.get(), packet_.get()) >= 0) {
+      packet_->duration = 3000;  // of the last picture; the others end where the next begins
       av_packet_rescale_ts(packet_.get(), codec_->time_base, stream_->time_base);
       packet_->stream_index = stream_->index;
       Check(av_interleaved_write_frame(format_.get(), packet_.get()) >= 0);
