@@ -75,18 +75,24 @@ AutoCamera EstimateCamera(const Sequence& sequence, const FrameRange& range, con
   spdlog::warn("--camera auto: focal length {}, guessed from {}; sqslam calibrate gives a better one",
                InWords(sequence.camera), sequence.guessed_by);
   const SystemOptions learning = LearningOptions(options);
-  const std::int64_t available = range.SizeIn(sequence);
+  std::int64_t available = range.SizeIn(sequence);
   FrameRange part = range;
   part.count = std::min(kFirstFrames, available);
   Progress progress(0, quiet);
   std::int64_t frames = 0;
   double focal = sequence.camera.fx;
   for (int pass = 1; pass <= kPasses && !stop(); ++pass) {
-    const auto learnt = MapOnce(sequence, part, result.camera, learning, stop, [&](std::int64_t) {
+    std::int64_t played = 0;
+    const auto learnt = MapOnce(sequence, part, result.camera, learning, stop, [&](std::int64_t done) {
+      played = done;
       progress.Update(++frames, fmt::format("to learn the focal length, now {:.1f} px", result.camera.fx));
     });
     if (stop()) {
       break;
+    }
+    if (played < part.count) {  // the file ends early, and need not say so each time
+      available = played;
+      part.count = played;
     }
     if (!learnt || !learnt->trusted) {
       if (part.count == available) {

@@ -29,6 +29,7 @@ file of your own (input size, colours, decoder, classes, threshold); scripts/fet
 
 Examples:
   sqslam detect film.mp4 --camera phone.yaml --output boxes.txt
+  sqslam detect film.mp4 --camera auto --resize 960 --output boxes.txt
   sqslam detect data/kitchen --detector yolox-nano --set threshold=0.4 --output boxes.txt
   sqslam detect --check boxes.txt data/kitchen      what is missing, unknown or outside
 )";

@@ -51,6 +51,9 @@ int ParseAndRun(int argc, char** argv) {
   sqslam::app::AddDemoCommand(app, exit_code);
 #endif
   sqslam::app::AddRunCommand(app, exit_code);
+#ifdef SQSLAM_WITH_CALIBRATE
+  sqslam::app::AddCalibrateCommand(app, exit_code);
+#endif
 #ifdef SQSLAM_WITH_DETECT
   sqslam::app::AddDetectCommand(app, exit_code);
 #endif

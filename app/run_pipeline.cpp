@@ -184,7 +184,7 @@ std::unique_ptr<DetectionFeed> MakeFeed(const RunRequest& request, const Sequenc
     return nullptr;
   }
   if (!request.quiet) {
-    fmt::print(stderr, "boxes by {}\n", fs::path(network->file).filename().string());
+    spdlog::info("boxes by {}", fs::path(network->file).filename().string());
   }
   const bool real_clock = request.realtime || request.live_camera;
   return std::make_unique<DetectionFeed>(

@@ -280,13 +280,14 @@ double FocalDeviation(const BundleProblem& solved, int iterations, const std::fu
   };
   const double at = cost_at(0.0);
   const double rise = 0.5 * (cost_at(kStep) + cost_at(-kStep)) - at;
-  const auto used = std::count_if(solved.observations.begin(), solved.observations.end(),
-                                  [&](const auto& o) { return o.inlier && solved.points[o.point].alive; });
-  if (at <= 0.0 || rise <= 0.0 || used == 0) {
+  // The errors' own size stands in for the pixels' standard deviation, which is only known up to a factor. A
+  // point is seen a little off its place in the same way in most of its images: all its errors count as one.
+  const auto alive = std::count_if(solved.points.begin(), solved.points.end(),
+                                   [](const BundlePoint& point) { return point.alive; });
+  if (at <= 0.0 || rise <= 0.0 || alive == 0) {
     return std::numeric_limits<double>::infinity();
   }
-  // The errors' own size stands in for the pixels' standard deviation, which is only known up to a factor.
-  const double variance = at / static_cast<double>(used);  // half the sum over two coordinates each
+  const double variance = at / static_cast<double>(alive);  // half the sum over two coordinates each
   return solved.camera.fx * kStep * std::sqrt(variance / (2.0 * rise));
 }
 

@@ -76,7 +76,8 @@ struct FrameSource::Impl {
         capacity(static_cast<std::size_t>(std::max(1, decoded_ahead))) {
     if (!sequence.video_path.empty()) {
       // Turned here, because not every version of the reader knows every way to say so.
-      video.open(sequence.video_path.string(), cv::CAP_FFMPEG, {cv::CAP_PROP_ORIENTATION_AUTO, 0});
+      video.open(sequence.video_path.string(), cv::CAP_FFMPEG);
+      video.set(cv::CAP_PROP_ORIENTATION_AUTO, 0);
     }
     thread = std::jthread([this](const std::stop_token& stop) { Run(stop); });
   }
@@ -108,8 +109,10 @@ struct FrameSource::Impl {
     if (video_ended) {
       return std::nullopt;
     }
-    const cv::Size expected(sequence.image_width, sequence.image_height);
-    if (decoded.problem.empty() && expected.width > 0 && decoded.bgr.size() != expected) {
+    const cv::Size size(sequence.camera.width, sequence.camera.height);
+    const cv::Size expected =
+        sequence.image_width > 0 ? cv::Size(sequence.image_width, sequence.image_height) : size;
+    if (decoded.problem.empty() && !sequence.any_image_size && decoded.bgr.size() != expected) {
       decoded.problem = fmt::format("is {}x{}, expected the camera's {}x{}", decoded.bgr.cols,
                                     decoded.bgr.rows, expected.width, expected.height);
     }
@@ -124,7 +127,7 @@ struct FrameSource::Impl {
     frame.index = index;
     frame.timestamp = listed.timestamp;
     frame.image_path = listed.image_path.string();
-    frame.bgr = Resized(decoded.bgr, {sequence.camera.width, sequence.camera.height});
+    frame.bgr = Resized(decoded.bgr, size);
     cv::cvtColor(frame.bgr, frame.gray, cv::COLOR_BGR2GRAY);
     frame.detections = listed.detections;
     return frame;

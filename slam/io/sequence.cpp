@@ -245,6 +245,7 @@ Sequence OpenSequence(const SequenceRequest& request) {
   sequence.format = format;
   const ImageResize resize = ParseImageResize(request.resize);
   ListSequence(request, sequence);
+  sequence.any_image_size = request.known_camera.has_value();
   if (!request.known_camera) {
     AttachDetections(request, sequence);
     ResizeSequence(resize, sequence);

@@ -28,8 +28,9 @@ struct Sequence {
   Camera camera;           // of the frames as they are handed out
   std::string guessed_by;  // what --camera auto took the focal length from; empty: a calibration
   int quarter_turns = 0;   // clockwise, by which a video's pictures are turned
-  int image_width = 0;     // px of the turned pictures before they are resized to the camera's; 0: any
+  int image_width = 0;  // px of the turned pictures before they are resized to the camera's; 0: the camera's
   int image_height = 0;
+  bool any_image_size = false;  // all are resized, whatever they have
   std::vector<SequenceFrame> frames;
   bool has_detections = false;
 };

@@ -36,7 +36,7 @@ std::string Reason(int error) {
 void Check(int result, const std::filesystem::path& path) {
   if (result < 0) {
     throw InputError(
-        fmt::format("{}: cannot be read as a video (damaged, cut off, or none: {}), expected a video file or "
+        fmt::format("{}: cannot be read as a video (damaged, cut off, or none): {}; expected a video file or "
                     "a sequence folder",
                     path.string(), Reason(result)));
   }
@@ -58,6 +58,7 @@ int QuarterTurnsOf(const AVStream& stream) {
 struct Packets {
   std::vector<std::int64_t> times;
   std::size_t without_time = 0;
+  std::size_t read = 0;  // with those that the container says not to show
 };
 
 Packets ReadPackets(AVFormatContext& format, const AVStream& stream) {
@@ -65,6 +66,7 @@ Packets ReadPackets(AVFormatContext& format, const AVStream& stream) {
   Packets packets;
   bool last_corrupt = false;  // a packet that was cut off shows half a picture
   while (av_read_frame(&format, packet.get()) >= 0) {
+    packets.read += packet->stream_index == stream.index ? 1 : 0;
     if (packet->stream_index == stream.index && (packet->flags & AV_PKT_FLAG_DISCARD) == 0) {
       last_corrupt = (packet->flags & AV_PKT_FLAG_CORRUPT) != 0;
       const std::int64_t time = packet->pts != AV_NOPTS_VALUE ? packet->pts : packet->dts;
@@ -75,6 +77,7 @@ Packets ReadPackets(AVFormatContext& format, const AVStream& stream) {
   }
   if (last_corrupt) {
     packets.times.pop_back();
+    --packets.read;
   }
   return packets;
 }
@@ -109,18 +112,19 @@ VideoIndex IndexVideo(const std::filesystem::path& path) {
   const AVRational rate = stream.avg_frame_rate.num > 0 ? stream.avg_frame_rate : stream.r_frame_rate;
   index.fps = rate.num > 0 && rate.den > 0 ? av_q2d(rate) : 30.0;
   const auto promised = static_cast<std::size_t>(std::max<std::int64_t>(0, stream.nb_frames));
-  index.timestamps = Timestamps(ReadPackets(*opened, stream), av_q2d(stream.time_base), index.fps);
+  const Packets packets = ReadPackets(*opened, stream);
+  index.timestamps = Timestamps(packets, av_q2d(stream.time_base), index.fps);
   const std::size_t count = index.timestamps.size();
   if (count == 0 || index.width <= 0 || index.height <= 0) {
     throw InputError(fmt::format(
-        "{}: cannot be read as a video (damaged, cut off, or none: it holds no frame), expected a "
+        "{}: cannot be read as a video (damaged, cut off, or none): it holds no frame; expected a "
         "video file or a sequence folder",
         path.string()));
   }
   if (count > 1) {
-    index.fps = static_cast<double>(count - 1) / index.timestamps.back();
+    index.fps = std::round(1e4 * static_cast<double>(count - 1) / index.timestamps.back()) / 1e4;
   }
-  if (count < promised) {
+  if (packets.read < promised) {
     spdlog::warn("{}: ends after {} of its {} frames; it may be damaged or cut off", path.string(), count,
                  promised);
   }

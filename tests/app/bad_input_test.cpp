@@ -27,8 +27,9 @@ class BadInput : public ::testing::Test {
  protected:
   ProgramRun Run(const WrittenSequence& sequence, const std::string& options = "",
                  const std::string& before = "") {
-    return RunProgram("run " + sequence.Path().string() + " --no-render --deterministic --output " +
-                          Output().string() + " " + options,
+    return RunProgram("run " + sequence.Path().string() +
+                          " --no-render --deterministic --detector none --output " + Output().string() + " " +
+                          options,
                       before);
   }
   void ExpectRefused(const WrittenSequence& sequence, int exit_code, const std::string& message,
@@ -154,7 +155,7 @@ TEST_F(BadInput, CtrlCSavesWhatHasBeenMapped) {
   const pid_t child = ::fork();
   if (child == 0) {
     ::execl(SQSLAM_PROGRAM, SQSLAM_PROGRAM, "run", sequence.Path().c_str(), "--output", Output().c_str(),
-            "--no-render", "--quiet", nullptr);
+            "--no-render", "--quiet", "--detector", "none", nullptr);
     ::_exit(127);
   }
   const auto recorded = [&] {

@@ -68,8 +68,9 @@ class NoMap : public ::testing::Test {
  protected:
   void ExpectNoMap(const WrittenSequence& sequence, const Matcher<const std::string&>& reason) {
     const fs::path output = folder_.Path() / "result";
-    const ProgramRun run = RunProgram("run " + sequence.Path().string() +
-                                      " --no-render --deterministic --output " + output.string());
+    const ProgramRun run =
+        RunProgram("run " + sequence.Path().string() +
+                   " --no-render --deterministic --detector none --output " + output.string());
     EXPECT_EQ(run.exit_code, 4) << run.out << run.err;
     EXPECT_THAT(run.ErrorLines(), ElementsAre(AllOf(HasSubstr("no map: "), reason)));
     ASSERT_TRUE(fs::exists(output / "stats.json"));

@@ -20,12 +20,12 @@ struct ProgramRun {
   std::string out;
   std::string err;
 
-  // Lines on stderr that are no warnings: what a user reads as the error.
+  // Lines on stderr that are neither warnings nor news: what a user reads as the error.
   std::vector<std::string> ErrorLines() const {
     std::vector<std::string> lines;
     std::istringstream stream(err);
     for (std::string line; std::getline(stream, line);) {
-      if (!line.starts_with("sqslam: warning:") && line.find("fps") == std::string::npos) {
+      if (!line.starts_with("sqslam: warning:") && !line.starts_with("sqslam: info:") && line.find("fps") == std::string::npos) {
         lines.push_back(line);
       }
     }

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+namespace sqslam {
+
+// A flat board with corners at known places.
+struct CalibrationBoard {
+  enum class Kind { kChessboard, kCharuco };
+
+  Kind kind = Kind::kChessboard;
+  int columns = 10;  // squares, not inner corners
+  int rows = 7;
+  double square_mm = 25.0;
+  double marker_mm = 18.0;            // ChArUco: side of a marker
+  std::string dictionary = "4X4_50";  // ChArUco: OpenCV's name without DICT_
+
+  int InnerCorners() const { return (columns - 1) * (rows - 1); }
+};
+
+// Throws UsageError that says what was expected: sizes, a marker in its square, a dictionary of OpenCV that
+// has enough markers.
+void CheckBoard(const CalibrationBoard& board);
+
+// "10 x 7 squares of 25 mm, chessboard".
+std::string BoardText(const CalibrationBoard& board);
+
+// Inner corners in the board's own frame, mm, z = 0, in the order of their numbers.
+std::vector<cv::Point3f> BoardCorners(const CalibrationBoard& board);
+
+// A part of a printed board, mm from its top-left corner; later ones lie over earlier ones.
+struct BoardArea {
+  cv::Rect2d area;
+  bool black = true;
+};
+std::vector<BoardArea> BoardAreas(const CalibrationBoard& board);
+
+}  // namespace sqslam

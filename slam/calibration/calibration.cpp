@@ -1,0 +1,301 @@
+#include "slam/calibration/calibration.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "slam/calibration/view_selection.h"
+#include "slam/util/error.h"
+
+namespace sqslam {
+namespace {
+
+constexpr int kMinViews = 3;
+
+// Corners of the views, and what came out of the last calibration.
+class Solver {
+ public:
+  Solver(const std::vector<BoardView>& views, const CalibrationBoard& board, cv::Size image)
+      : views_(views), image_(image) {
+    const std::vector<cv::Point3f> corners = BoardCorners(board);
+    for (const BoardView& view : views) {
+      std::vector<cv::Point3f>& points = points_.emplace_back();
+      for (const int id : view.ids) {
+        points.push_back(corners[static_cast<std::size_t>(id)]);
+      }
+    }
+  }
+
+  void Solve(int flags) {
+    std::vector<std::vector<cv::Point2f>> pixels;
+    for (const BoardView& view : views_) {
+      pixels.push_back(view.corners);
+    }
+    K_ = cv::Mat();
+    distortion_ = cv::Mat();
+    try {
+      rms_ = cv::calibrateCamera(points_, pixels, image_, K_, distortion_, rotations_, translations_,
+                                 deviations_, cv::noArray(), view_rms_, flags,
+                                 {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 100, 1e-9});
+    } catch (const cv::Exception&) {
+      rms_ = std::numeric_limits<double>::infinity();
+    }
+    if (!std::isfinite(rms_) || !cv::checkRange(K_) || K_.at<double>(0, 0) <= 0.0) {
+      throw InputError(fmt::format(
+          "{} views of the board do not make a camera, expected boards that lean differently and fill "
+          "the image",
+          views_.size()));
+    }
+  }
+
+  // Found minus modelled.
+  std::vector<cv::Point2f> Errors(std::size_t view) const {
+    std::vector<cv::Point2f> modelled;
+    cv::projectPoints(points_[view], rotations_[view], translations_[view], K_, distortion_, modelled);
+    std::vector<cv::Point2f> errors;
+    for (std::size_t i = 0; i < modelled.size(); ++i) {
+      errors.push_back(views_[view].corners[i] - modelled[i]);
+    }
+    return errors;
+  }
+
+  // Returns the names of the views that were taken away.
+  std::vector<std::string> DropViews(double max_error) {
+    constexpr double kAlwaysFine = 0.3;  // px
+    std::vector<double> sorted;
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+      sorted.push_back(ViewRms(i));
+    }
+    std::sort(sorted.begin(), sorted.end());
+    const double limit = std::max(kAlwaysFine, max_error * sorted[sorted.size() / 2]);
+    std::vector<std::string> dropped;
+    for (std::size_t i = views_.size(); i-- > 0;) {
+      if (ViewRms(i) > limit) {
+        dropped.push_back(fmt::format("{} ({:.2f} px)", views_[i].name, ViewRms(i)));
+        views_.erase(views_.begin() + static_cast<std::ptrdiff_t>(i));
+        points_.erase(points_.begin() + static_cast<std::ptrdiff_t>(i));
+      }
+    }
+    return dropped;
+  }
+
+  // Returns how many corners were taken away; needs poses of all views, so before DropViews().
+  int DropCorners(double max_error) {
+    constexpr double kAlwaysFine = 0.5;  // px
+    constexpr double kMadToSigma = 1.4826;
+    constexpr std::size_t kMinCorners = 6;
+    std::vector<double> lengths;
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+      for (const cv::Point2f& error : Errors(i)) {
+        lengths.push_back(std::max(std::abs(error.x), std::abs(error.y)));
+      }
+    }
+    std::nth_element(lengths.begin(), lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2),
+                     lengths.end());
+    const double limit = std::max(kAlwaysFine, max_error * kMadToSigma * lengths[lengths.size() / 2]);
+    int dropped = 0;
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+      const std::vector<cv::Point2f> errors = Errors(i);
+      for (std::size_t k = errors.size(); k-- > 0 && views_[i].corners.size() > kMinCorners;) {
+        if (cv::norm(errors[k]) > limit) {
+          const auto at = static_cast<std::ptrdiff_t>(k);
+          views_[i].corners.erase(views_[i].corners.begin() + at);
+          views_[i].ids.erase(views_[i].ids.begin() + at);
+          points_[i].erase(points_[i].begin() + at);
+          ++dropped;
+        }
+      }
+    }
+    return dropped;
+  }
+
+  double Distortion(int i) const { return distortion_.at<double>(i); }
+  double Deviation(int i) const { return deviations_.at<double>(i); }
+  std::size_t Size() const { return views_.size(); }
+
+  // Whether rays farther out always show farther out, up to the image's corners.
+  bool Folds() const {
+    const double x = std::max(K_.at<double>(0, 2), image_.width - K_.at<double>(0, 2)) / K_.at<double>(0, 0);
+    const double y = std::max(K_.at<double>(1, 2), image_.height - K_.at<double>(1, 2)) / K_.at<double>(1, 1);
+    const double reach = 1.05 * std::hypot(x, y);
+    double last = 0.0;
+    constexpr int kSteps = 200;
+    for (int i = 1; i <= kSteps && last < reach; ++i) {
+      const double r = 1.5 * reach * i / kSteps;
+      const double r2 = r * r;
+      const double shown = r * (1.0 + r2 * (Distortion(0) + r2 * (Distortion(1) + r2 * Distortion(4))));
+      if (shown <= last) {
+        return true;
+      }
+      last = shown;
+    }
+    return last < reach;
+  }
+
+  Calibration Result() const {
+    Calibration result;
+    result.camera = {image_.width,
+                     image_.height,
+                     K_.at<double>(0, 0),
+                     K_.at<double>(1, 1),
+                     K_.at<double>(0, 2),
+                     K_.at<double>(1, 2),
+                     {}};
+    for (int i = 0; i < 5; ++i) {
+      result.camera.distortion[static_cast<std::size_t>(i)] = Distortion(i);
+      result.distortion_deviation[static_cast<std::size_t>(i)] = Deviation(4 + i);
+    }
+    for (int i = 0; i < 4; ++i) {
+      result.intrinsic_deviation[static_cast<std::size_t>(i)] = Deviation(i);
+    }
+    result.rms = rms_;
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+      result.views.push_back(ViewOf(i));
+    }
+    return result;
+  }
+
+ private:
+  double ViewRms(std::size_t view) const { return view_rms_.at<double>(static_cast<int>(view)); }
+
+  CalibratedView ViewOf(std::size_t i) const {
+    CalibratedView view;
+    view.name = views_[i].name;
+    const std::vector<cv::Point2f> errors = Errors(i);
+    double sum = 0.0;
+    for (std::size_t k = 0; k < errors.size(); ++k) {
+      view.pixels.emplace_back(views_[i].corners[k].x, views_[i].corners[k].y);
+      view.errors.emplace_back(errors[k].x, errors[k].y);
+      sum += view.errors.back().squaredNorm();
+    }
+    view.rms = std::sqrt(sum / static_cast<double>(errors.size()));
+    cv::Mat R;
+    cv::Rodrigues(rotations_[i], R);
+    view.normal = {R.at<double>(0, 2), R.at<double>(1, 2), R.at<double>(2, 2)};
+    if (view.normal.z() > 0.0) {
+      view.normal = -view.normal;
+    }
+    return view;
+  }
+
+  std::vector<BoardView> views_;
+  std::vector<std::vector<cv::Point3f>> points_;
+  cv::Size image_;
+  cv::Mat K_, distortion_, deviations_, view_rms_;
+  std::vector<cv::Mat> rotations_, translations_;
+  double rms_ = 0.0;
+};
+
+double CoveredShare(const Calibration& calibration) {
+  std::vector<cv::Point2f> all;
+  for (const CalibratedView& view : calibration.views) {
+    for (const Eigen::Vector2d& pixel : view.pixels) {
+      all.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
+    }
+  }
+  std::vector<cv::Point2f> hull;
+  cv::convexHull(all, hull);
+  return cv::contourArea(hull) / (static_cast<double>(calibration.camera.width) * calibration.camera.height);
+}
+
+double LargestAngle(const std::vector<CalibratedView>& views) {
+  double largest = 0.0;
+  for (const CalibratedView& a : views) {
+    for (const CalibratedView& b : views) {
+      largest = std::max(largest, std::acos(std::clamp(a.normal.dot(b.normal), -1.0, 1.0)));
+    }
+  }
+  return largest;
+}
+
+}  // namespace
+
+Calibration Calibrate(const std::vector<BoardView>& views, const CalibrationBoard& board, cv::Size image,
+                      const CalibrationOptions& options) {
+  constexpr int kRounds = 6;
+  constexpr double kSignificant = 3.0;  // standard deviations
+  std::vector<BoardView> chosen;
+  for (const int index : SelectViews(views, board, image, options.max_views)) {
+    chosen.push_back(views[static_cast<std::size_t>(index)]);
+  }
+  if (static_cast<int>(chosen.size()) < kMinViews) {
+    throw InputError(fmt::format("{} different views of the board, expected at least {}: move and tilt it",
+                                 chosen.size(), kMinViews));
+  }
+  Solver solver(chosen, board, image);
+  std::vector<std::string> dropped_views;
+  int dropped_corners = 0;
+  int flags = 0;
+  solver.Solve(cv::CALIB_FIX_K3);
+  for (int round = 0; round < kRounds; ++round) {
+    const int corners = solver.DropCorners(options.max_corner_error);
+    const std::vector<std::string> dropped = solver.DropViews(options.max_view_error);
+    dropped_corners += corners;
+    dropped_views.insert(dropped_views.end(), dropped.begin(), dropped.end());
+    if (static_cast<int>(solver.Size()) < kMinViews) {
+      throw InputError(
+          fmt::format("only {} views of the board agree with one another, expected at least {}: a flat "
+                      "board, a fixed focus, "
+                      "no zoom",
+                      solver.Size(), kMinViews));
+    }
+    if (corners == 0 && dropped.empty() && round > 0) {
+      break;
+    }
+    solver.Solve(flags);
+  }
+  if (std::abs(solver.Distortion(4)) < kSignificant * solver.Deviation(8) || solver.Folds()) {
+    flags |= cv::CALIB_FIX_K3;
+    solver.Solve(flags);
+  }
+  Calibration result = solver.Result();
+  result.dropped_views = dropped_views;
+  result.dropped_corners = dropped_corners;
+  result.covered = CoveredShare(result);
+  result.tilt = LargestAngle(result.views);
+  return result;
+}
+
+std::vector<std::string> Weaknesses(const Calibration& c) {
+  constexpr double kDegrees = 180.0 / std::numbers::pi;
+  constexpr double kCovered = 0.7;
+  constexpr double kTilt = 30.0;  // degrees
+  constexpr std::size_t kViews = 10;
+  constexpr double kDeviation = 0.005;  // of the focal length
+  constexpr double kRms = 1.0;          // px
+  std::vector<std::string> weaknesses;
+  if (c.covered < kCovered) {
+    weaknesses.push_back(
+        fmt::format("the boards cover {:.0f} % of the image, expected {:.0f} %: towards its borders the "
+                    "distortion is a guess",
+                    100.0 * c.covered, 100.0 * kCovered));
+  }
+  if (c.tilt * kDegrees < kTilt) {
+    weaknesses.push_back(
+        fmt::format("the boards are nearly parallel ({:.0f} degrees at most between two of them, expected "
+                    "{:.0f}): the focal "
+                    "length is poorly determined, tilt the board",
+                    c.tilt * kDegrees, kTilt));
+  }
+  if (c.views.size() < kViews) {
+    weaknesses.push_back(fmt::format("only {} views, expected at least {}", c.views.size(), kViews));
+  }
+  if (c.intrinsic_deviation[0] > kDeviation * c.camera.fx) {
+    weaknesses.push_back(fmt::format("the standard deviation of fx is {:.1f} px, {:.1f} % of it",
+                                     c.intrinsic_deviation[0],
+                                     100.0 * c.intrinsic_deviation[0] / c.camera.fx));
+  }
+  if (c.rms > kRms) {
+    weaknesses.push_back(fmt::format(
+        "the RMS error is {:.2f} px, expected less than {:.0f}: a blurred video or a board that is not flat",
+        c.rms, kRms));
+  }
+  return weaknesses;
+}
+
+}  // namespace sqslam
