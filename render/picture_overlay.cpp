@@ -147,7 +147,7 @@ void DrawLabels(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera
   for (const SnapshotObject& object : map.objects) {
     const cv::Rect bounds = SeenBounds(object.superquadric, camera, image.size());
     if (!bounds.empty()) {
-      names.push_back(Readable(object.label));
+      names.push_back(Readable(ShownName(object)));
       requests.push_back({bounds,
                           {text.Width(names.back(), size) + Pixels(0.4 * size), Pixels(1.2 * size)},
                           (object.superquadric.T_map_object.translation - camera.position).norm()});
