@@ -172,4 +172,21 @@ void DrawLabels(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera
   }
 }
 
+double PictureScale(cv::Size picture) { return std::min(picture.height / 720.0, picture.width / 960.0); }
+
+void DrawTexts(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera,
+               const PictureCaptions& captions, const SceneStyle& style, const TextPainter& text) {
+  const double scale = PictureScale(image.size());
+  std::vector<cv::Rect> taken;
+  if (style.text.legend && style.objects.show) {
+    taken.push_back(DrawLegend(image, map, captions.colors, style, text, scale));
+  }
+  if (style.text.scale) {
+    taken.push_back(DrawAxes(image, camera, captions.grid_cell, style, text, scale));
+  }
+  if (style.objects.labels && style.objects.show) {
+    DrawLabels(image, map, camera, style, text, scale, taken);
+  }
+}
+
 }  // namespace sqslam

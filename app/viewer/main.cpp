@@ -1,0 +1,240 @@
+#include <fmt/format.h>
+#include <imgui.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdlib>
+#include <fstream>
+#include <memory>
+#include <opencv2/core/utils/logger.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <optional>
+
+#include "app/viewer/desktop_window.h"
+#include "app/viewer/gl_texture.h"
+#include "app/viewer/script_player.h"
+#include "app/viewer/viewer.h"
+#include "slam/util/error.h"
+
+namespace sqslam::viewer {
+namespace {
+
+constexpr const char* kExamples = R"(
+Examples:
+  sqslam-viewer out/kitchen                the result folder of a run
+  sqslam-viewer out/kitchen/map.sqmap
+  sqslam-viewer                            an empty window; drop a result folder on it
+  sqslam-viewer out/kitchen --play-events open.txt
+
+H shows keys and mouse. Exit codes: 0 done, 1 internal error, 2 wrong usage, 3 no display, or input that cannot
+be used.
+)";
+
+struct Arguments {
+  std::string map;
+  std::string resolution = "1280,720";
+  std::string play;
+  std::string record;
+};
+
+// Writes down the events of each frame.
+class Recorder {
+ public:
+  explicit Recorder(const std::string& path) {
+    if (!path.empty()) {
+      file_.open(path);
+      if (!file_) {
+        throw InputError(
+            fmt::format("{}: cannot be written, expected a place for the script of events", path));
+      }
+    }
+  }
+  void Add(const std::vector<InputEvent>& events) {
+    if (!file_.is_open()) {
+      return;
+    }
+    for (const InputEvent& event : events) {
+      if (event.kind != InputEvent::Kind::kKeyDown || !FormatEvent(event).ends_with(' ')) {
+        Flush();
+        file_ << FormatEvent(event) << '\n';
+      }
+    }
+    ++frames_;
+  }
+
+ private:
+  void Flush() {
+    if (frames_ > 0) {
+      file_ << "frames " << frames_ << '\n';
+      frames_ = 0;
+    }
+  }
+
+  std::ofstream file_;
+  int frames_ = 0;
+};
+
+cv::Size ParseSize(const std::string& text) {
+  int width = 0;
+  int height = 0;
+  char rest = '\0';
+  if (std::sscanf(text.c_str(), "%d,%d%c", &width, &height, &rest) != 2 || width < 320 || height < 200 ||
+      width > 8192 || height > 8192) {
+    throw UsageError(fmt::format("--resolution {}: expected WIDTH,HEIGHT from 320,200 to 8192,8192", text));
+  }
+  return {width, height};
+}
+
+// The loop of the program: events, a frame, and rest while nothing changes.
+class Loop {
+ public:
+  explicit Loop(const Arguments& arguments)
+      : window_("sqslam", ParseSize(arguments.resolution)),
+        viewer_(window_.Size(), window_.ContentScale()),
+        recorder_(arguments.record) {
+    if (!arguments.play.empty()) {
+      player_.emplace(ReadScript(arguments.play), arguments.play,
+                      [this](const std::string& file) { WriteWindow(file); });
+    }
+    if (!arguments.map.empty()) {
+      viewer_.Open(arguments.map);
+    }
+  }
+
+  void Run() {
+    auto last = Clock::now();
+    while (!viewer_.WantsToClose()) {
+      const double rest = player_ || viewer_.Busy() ? 0.0 : 0.25;
+      std::vector<InputEvent> events = window_.Events(rest);
+      const double seconds = std::chrono::duration<double>(Clock::now() - last).count();
+      last = Clock::now();
+      Play(events, seconds);
+      recorder_.Add(events);
+      for (const InputEvent& event : events) {
+        viewer_.Handle(event);
+      }
+      Draw(player_ ? 1.0 / 60.0 : seconds);
+    }
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void Play(std::vector<InputEvent>& events, double seconds) {
+    if (!player_) {
+      return;
+    }
+    // Nobody's mouse disturbs a script; only what it asked of the window itself comes back.
+    std::erase_if(events, [](const InputEvent& event) { return event.kind != InputEvent::Kind::kResize; });
+    for (InputEvent& event : player_->Next(viewer_, seconds)) {
+      if (event.kind == InputEvent::Kind::kResize) {
+        window_.Resize({static_cast<int>(event.x), static_cast<int>(event.y)});
+      }
+      events.push_back(std::move(event));
+    }
+    if (player_->Done() && !viewer_.WantsToClose()) {
+      events.push_back({.kind = InputEvent::Kind::kClose});
+    }
+  }
+
+  void Draw(double seconds) {
+    viewer_.Frame(seconds);
+    size_ = window_.Size();
+    if (size_.area() > 0) {
+      window_.ShowCursor(ImGui::GetMouseCursor());
+      picture_ready_ = true;
+      if (!player_ || !player_->Done()) {
+        window_.Show();
+      }
+    }
+    if (const auto text = viewer_.TakeClipboard()) {
+      window_.SetClipboard(*text);
+    }
+    const std::string& title = viewer_.State().document.title;
+    if (title != title_) {
+      title_ = title;
+      window_.SetTitle(title.empty() ? "sqslam" : title + " - sqslam");
+    }
+  }
+
+  void WriteWindow(const std::string& file) {
+    viewer_.Frame(0.0);  // the buffer that was shown is gone
+    if (!cv::imwrite(file, ReadFramebuffer(window_.Size()))) {
+      throw InputError(fmt::format("{}: the picture cannot be written", file));
+    }
+  }
+
+  DesktopWindow window_;
+  Viewer viewer_;
+  Recorder recorder_;
+  std::optional<ScriptPlayer> player_;
+  cv::Size size_;
+  bool picture_ready_ = false;
+  std::string title_;
+};
+
+void SetUpLogging() {
+  auto logger = spdlog::stderr_color_mt("sqslam-viewer");
+  logger->set_pattern("sqslam-viewer: %^%l%$: %v");
+  spdlog::set_default_logger(logger);
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
+}
+
+int Fail(int exit_code, const std::string& message) {
+  fmt::print(stderr, "sqslam-viewer: {}\n", message);
+  return exit_code;
+}
+
+// Without a display there is another way to the same picture.
+void CheckDisplay(const std::string& map) {
+  const auto set = [](const char* name) {
+    const char* value = std::getenv(name);
+    return value != nullptr && *value != '\0';
+  };
+  if (!set("DISPLAY")) {
+    throw InputError(fmt::format("no display; `sqslam render {} --output map.png` draws without one",
+                                 map.empty() ? "RESULT" : map));
+  }
+}
+
+int ParseAndRun(int argc, char** argv) {
+  CLI::App app("Shows maps of sqslam and how they came about", "sqslam-viewer");
+  app.footer(kExamples);
+  Arguments arguments;
+  app.add_option("MAP", arguments.map, "map.sqmap, or the result folder that holds it");
+  app.add_option("--resolution", arguments.resolution, "WIDTH,HEIGHT of the window")->capture_default_str();
+  app.add_option("--play-events", arguments.play, "FILE: play a script of events, then close");
+  app.add_option("--record-events", arguments.record, "FILE: write down all events as such a script");
+  app.get_formatter()->column_width(36);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    if (e.get_exit_code() == 0) {
+      return app.exit(e);
+    }
+    return Fail(2, fmt::format("{} (see sqslam-viewer --help)", e.what()));
+  }
+  CheckDisplay(arguments.map);
+  Loop(arguments).Run();
+  return 0;
+}
+
+}  // namespace
+}  // namespace sqslam::viewer
+
+int main(int argc, char** argv) {
+  using sqslam::viewer::Fail;
+  sqslam::viewer::SetUpLogging();
+  try {
+    return sqslam::viewer::ParseAndRun(argc, argv);
+  } catch (const sqslam::UsageError& e) {
+    return Fail(2, e.what());
+  } catch (const sqslam::InputError& e) {
+    return Fail(3, e.what());
+  } catch (const std::exception& e) {
+    return Fail(1, fmt::format("internal error: {}", e.what()));
+  }
+}

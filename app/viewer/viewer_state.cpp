@@ -1,0 +1,44 @@
+#include "app/viewer/viewer_state.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "render/view_presets.h"
+#include "slam/util/error.h"
+
+namespace sqslam::viewer {
+
+const SnapshotObject* ViewerState::Object(std::optional<int> id) const {
+  const MapSnapshot* map = Map();
+  if (map == nullptr || !id) {
+    return nullptr;
+  }
+  const auto found = std::find_if(map->objects.begin(), map->objects.end(),
+                                  [&](const SnapshotObject& object) { return object.id == *id; });
+  return found == map->objects.end() ? nullptr : &*found;
+}
+
+std::string ObjectName(const SnapshotObject& object) {
+  std::string label = object.label;
+  std::replace(label.begin(), label.end(), '_', ' ');
+  return fmt::format("{} {}", label, object.id);
+}
+
+ViewCamera NamedView(const ViewerState& state, const std::string& name) {
+  const cv::Size size = state.scene_size;
+  const double aspect = size.height > 0 ? static_cast<double>(size.width) / size.height : 16.0 / 9.0;
+  return name.empty() ? FrameScene(state.focus, aspect) : PresetView(name, state.focus, aspect);
+}
+
+void UseStyle(ViewerState& state, const std::string& name) {
+  try {
+    state.view.style = LoadStyle(name);
+    state.view.style_name = name;
+    ++state.view.style_version;
+  } catch (const UsageError& error) {
+    state.Complain(error.what());
+  }
+}
+
+}  // namespace sqslam::viewer

@@ -1,0 +1,156 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/viewer/replay.h"
+#include "app/viewer/shown_frame.h"
+#include "app/viewer/timeline.h"
+#include "render/camera_path.h"
+#include "render/scene_framing.h"
+#include "render/style.h"
+
+// What the window shows, as one value that all panels share: no OpenGL, no ImGui. Panels read it, change what
+// is the user's to change (camera, style, selection, playback) and ask for the rest by requests, which the
+// viewer carries out after the frame.
+namespace sqslam::viewer {
+
+// What is open.
+struct Document {
+  enum class Kind { kNone, kRecording, kRun };
+  Kind kind = Kind::kNone;
+  std::filesystem::path file;  // map.sqmap
+  std::string title;           // for people: the folder's name
+  RecordingInfo info;
+  std::optional<RunStats> stats;
+  MapSnapshotPtr last;  // the finished map; of a run the newest
+  Timeline timeline;
+  double progress = 0.0;  // share of the recording that the plots know, [0, 1]
+  bool loading = false;   // nothing can be shown yet
+};
+
+// A run that goes on behind the window.
+struct RunStatus {
+  bool active = false;
+  bool paused = false;
+  bool ending = false;              // told to end; what is mapped is being saved
+  std::string state;                // "tracking", "lost", ...
+  std::int64_t frames = 0;          // done
+  std::int64_t total = 0;           // 0: endless
+  double max_rate = 0.0;            // frames a second at most; 0: as fast as it goes
+  std::vector<double> frame_times;  // seconds of the newest frames on the timeline
+  std::vector<float> tracking_ms;   // how long tracking each of them took
+};
+
+// How the camera moves by itself.
+enum class CameraMode {
+  kFree,         // as the user puts it
+  kFollow,       // behind the input camera
+  kFirstPerson,  // through the input camera
+};
+
+struct View {
+  ViewCamera camera;
+  CameraMode mode = CameraMode::kFree;
+  std::string preset;      // name of the view (render/view_presets.h) that the camera still is, or empty
+  std::string style_name;  // of configs/styles
+  SceneStyle style;
+  int style_version = 0;  // counted up by whoever changes the style
+};
+
+// A distance between two picked points of the map.
+struct Measurement {
+  bool active = false;                  // clicks pick points
+  std::vector<Eigen::Vector3d> points;  // at most two, map frame
+};
+
+struct Notice {
+  std::string text;
+  bool error = false;
+  double seconds_left = 6.0;
+};
+
+enum class Theme { kDark, kLight };
+
+// What the viewer does for a panel.
+struct OpenRequest {
+  std::filesystem::path path;
+};
+struct ScreenshotRequest {
+  std::filesystem::path file;  // empty: a free name in the working folder
+  int width = 0;               // 0: as the view on the screen
+  int height = 0;
+  bool transparent = false;
+};
+struct CopyTextRequest {
+  std::string text;
+  std::string notice;
+};
+struct RunRequestChange {  // of the run behind the window
+  enum class What { kPause, kContinue, kStep, kEnd } what = What::kPause;
+};
+struct QuitRequest {};
+
+// What was asked for since the last frame; of most things only the newest counts.
+struct Requests {
+  std::optional<OpenRequest> open;
+  std::vector<ScreenshotRequest> screenshots;
+  std::optional<CopyTextRequest> copy;
+  std::optional<RunRequestChange> run;
+  std::optional<QuitRequest> quit;
+
+  bool Empty() const { return !open && screenshots.empty() && !copy && !run && !quit; }
+};
+
+struct ViewerState {
+  Document document;
+  RunStatus run;
+  ShownFramePtr shown;  // null: nothing yet
+  SceneFocus focus;     // of the document's frame
+  LabelColors colors;
+
+  Playback playback;
+  View view;
+  std::optional<int> selected;  // id of an object
+  std::optional<int> hovered;   // the object under the mouse, in whichever panel
+  std::optional<int> pointed;   // where panels say so; hovered in the next frame
+  Measurement measurement;
+
+  Theme theme = Theme::kDark;
+  double ui_scale = 1.0;  // pixels for one of the layout's
+  bool show_help = false;
+  bool show_image = true;
+  bool show_screenshot = false;  // the dialog
+  cv::Size scene_size;           // of the scene on the screen, pixels
+  bool moving = false;           // the view is being moved: draw fast
+  double seconds = 1.0 / 60.0;   // since the last frame of the window
+  std::vector<Notice> notices;
+  Requests requests;
+
+  const MapSnapshot* Map() const { return shown && shown->map ? shown->map.get() : nullptr; }
+  const SnapshotObject* Object(std::optional<int> id) const;
+
+  void Say(std::string text) { notices.push_back({std::move(text), false, 5.0}); }
+  void Complain(std::string text) { notices.push_back({std::move(text), true, 12.0}); }
+  void Ask(OpenRequest request) { requests.open = std::move(request); }
+  void Ask(ScreenshotRequest request) { requests.screenshots.push_back(std::move(request)); }
+  void Ask(CopyTextRequest request) { requests.copy = std::move(request); }
+  void Ask(RunRequestChange request) { requests.run = request; }
+  void Ask(QuitRequest request) { requests.quit = request; }
+};
+
+// "potted_plant" as people write it, with its number: "potted plant 3".
+std::string ObjectName(const SnapshotObject& object);
+
+// The named view of the present map, or the automatic one for an empty name.
+ViewCamera NamedView(const ViewerState& state, const std::string& name);
+
+// Loads a style by its name; says so where that fails.
+void UseStyle(ViewerState& state, const std::string& name);
+
+}  // namespace sqslam::viewer
