@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "app/map_edits.h"
 #include "render/view_presets.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
@@ -210,8 +211,8 @@ bool MakesFrames(const RenderArguments& a) {
 void CheckRenderArguments(const RenderArguments& a) {
   const bool frames = MakesFrames(a);
   if (!a.join.empty()) {
-    if (fs::path(a.output).extension() != ".mp4" || !a.map.empty()) {
-      throw UsageError("--join: expected pieces and --output FILE.mp4, and no MAP");
+    if (fs::path(a.output).extension() != ".mp4" || !a.map.empty() || !a.edits.empty()) {
+      throw UsageError("--join: expected pieces and --output FILE.mp4, and no MAP or --edits");
     }
     return;
   }
@@ -275,6 +276,7 @@ void AddRenderOptions(CLI::App& command, RenderArguments& a) {
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   command.add_flag("--quiet", a.quiet, "No progress");
+  AddEditsOption(command, a.edits);
   AddCameraOptions(command, a);
   AddVideoOptions(command, a);
 }

@@ -14,6 +14,7 @@ namespace sqslam::app {
 // What the command line of `sqslam render` says.
 struct RenderArguments {
   std::string map;
+  std::string edits;
   std::string output;
   std::string resolution;  // empty: 1280,720, or the size of the camera's images with --camera-frame
   bool no_background = false;

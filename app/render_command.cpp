@@ -12,6 +12,7 @@
 #include "app/commands.h"
 #include "app/input_frames.h"
 #include "app/interrupt.h"
+#include "app/map_edits.h"
 #include "app/map_file.h"
 #include "app/progress.h"
 #include "app/render_arguments.h"
@@ -185,7 +186,7 @@ int Render(const RenderArguments& a) {
     return Join(a);
   }
   PictureOptions options = MakePictureOptions(a);
-  const RecordingReader reader(MapFile(a.map));
+  const RecordingReader reader = OpenEdited(MapFile(a.map), a.edits, viewer::HiddenObjects::kLeaveOut);
   if (reader.Size() == 0) {
     throw InputError(fmt::format("{}: holds no snapshot, expected a map", a.map));
   }
@@ -214,6 +215,7 @@ Examples:
   sqslam render out/kitchen --output figure.png --no-background --resolution 2400,1600 --set objects.labels=true
   sqslam render out/kitchen --output above.png --camera-elevation-angle 40 --camera-zoom-factor 1.3
   sqslam render out/kitchen --output plan.png --view top
+  sqslam render out/kitchen --output tidy.png --edits auto --set objects.labels=true
   sqslam render out/kitchen --output seen.png --camera-frame 240 --overlay
   sqslam render out/kitchen --output turn.mp4 --camera-path turntable
   sqslam render out/kitchen --output tour.mp4 --camera-path configs/camera_paths/tour.yaml
