@@ -175,14 +175,26 @@ std::optional<double> NextTimestamp(const RunRequest& request, const Sequence& s
   return there ? std::optional(sequence.frames[static_cast<std::size_t>(next)].timestamp) : std::nullopt;
 }
 
-// Plays the frames into the system until they end, Ctrl-C, or a failed recorder. Returns how many were
-// dropped.
-int Play(const RunRequest& request, const Sequence& sequence, const Recorder& recorder,
-         const InterruptGuard& interrupt, FrameStream& source, System& system) {
+struct Played {
+  int dropped = 0;       // frames that came too fast
+  bool stopped = false;  // by the watch
+};
+
+// Plays the frames into the system until they end, Ctrl-C, the watch says so, or a failed recorder.
+Played Play(const RunRequest& request, const Sequence& sequence, const Recorder& recorder,
+            const InterruptGuard& interrupt, FrameStream& source, System& system) {
   Progress progress(request.live_camera ? 0 : request.range.SizeIn(sequence), request.quiet);
   Pace pace(SteadyPaceClock([&] { return interrupt.Interrupted(); }));
   const bool paced = request.realtime && !request.live_camera;  // a live camera keeps its own time
+  Played played;
+  if (request.watch.started) {
+    request.watch.started(request.live_camera ? 0 : request.range.SizeIn(sequence));
+  }
   while (!interrupt.Interrupted() && !recorder.Failed()) {
+    if (request.watch.go_on && !request.watch.go_on()) {
+      played.stopped = true;
+      break;
+    }
     const std::optional<Frame> frame = source.Next();
     if (!frame) {
       break;
@@ -191,13 +203,17 @@ int Play(const RunRequest& request, const Sequence& sequence, const Recorder& re
       continue;
     }
     const TrackingState state = system.Process(*frame);
+    if (request.watch.tracked) {
+      request.watch.tracked(*frame, state, system);
+    }
     const std::string text = state == TrackingState::kTracking ? recorder.State()
                              : state == TrackingState::kLost   ? "lost"
                                                                : "waiting for motion";
     progress.Update((frame->index - request.range.start) / request.range.stride + 1, text);
   }
   progress.Finish();
-  return pace.Dropped() + source.Dropped();
+  played.dropped = pace.Dropped() + source.Dropped();
+  return played;
 }
 
 // Makes the video of a run that was not interrupted; Ctrl-C ends it where it is.
@@ -230,7 +246,11 @@ void SaveRun(const RunRequest& request, const Sequence& sequence, const RunResul
   const auto draw = [&] {
     if (request.render) {
       StageTimes times;
-      DrawRun(*result.map.snapshot, request.output, times);
+      if (request.watch.draw) {
+        request.watch.draw(*result.map.snapshot, request.output, times);
+      } else {
+        DrawRun(*result.map.snapshot, request.output, times);
+      }
       summary.stats.timing_ms.merge(times.Summaries());
     }
   };
@@ -259,15 +279,20 @@ RunSummary RunPipeline(const RunRequest& request) {
   const InterruptGuard interrupt;
   Recorder recorder(request.output / "map.sqmap",
                     {sequence.path.string(), SQSLAM_VERSION, DumpOptions(request.options)});
-  System system(sequence.camera, request.options,
-                [&recorder](const MapSnapshotPtr& snapshot) { recorder.Add(snapshot); });
-  const int dropped = Play(request, sequence, recorder, interrupt, *source, system);
+  System system(sequence.camera, request.options, [&](const MapSnapshotPtr& snapshot) {
+    recorder.Add(snapshot);
+    if (request.watch.mapped) {
+      request.watch.mapped(snapshot);
+    }
+  });
+  const Played played = Play(request, sequence, recorder, interrupt, *source, system);
   RunResult result = system.Finish();
   WarnOfLeftOut(result);
 
+  const bool interrupted = played.stopped || interrupt.Interrupted();
   RunSummary summary{request.output,
-                     MakeStats(result, *source, dropped, SecondsSince(start), interrupt.Interrupted()),
-                     interrupt.Interrupted()};
+                     MakeStats(result, *source, played.dropped, SecondsSince(start), interrupted),
+                     interrupted};
   if (!result.map.snapshot) {
     const fs::path recording = request.output / "map.sqmap";
     AttemptAll({[&] { recorder.Close(); },

@@ -193,6 +193,8 @@ TrackingState System::Process(const Frame& frame) {
                                   : TrackingState::kTracking;
 }
 
+FrameView System::Newest() const { return impl_->tracker.Newest(); }
+
 RunResult System::Finish() {
   Impl& s = *impl_;
   s.StopMapping();

@@ -12,6 +12,7 @@
 #include "slam/map/snapshot.h"
 #include "slam/mapping/finished_map.h"
 #include "slam/system_options.h"
+#include "slam/tracking/frame_view.h"
 #include "slam/util/stage_times.h"
 
 namespace sqslam {
@@ -52,7 +53,8 @@ class System {
   System& operator=(const System&) = delete;
 
   TrackingState Process(const Frame& frame);
-  RunResult Finish();  // ends mapping, publishes the final snapshot; call once
+  FrameView Newest() const;  // of the frame processed last; for the thread that calls Process()
+  RunResult Finish();        // ends mapping, publishes the final snapshot; call once
 
  private:
   struct Impl;

@@ -2,6 +2,7 @@
 #include <imgui.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
 #include <chrono>
@@ -11,12 +12,15 @@
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
+#include <thread>
 
+#include "app/run_arguments.h"
 #include "app/viewer/desktop_window.h"
 #include "app/viewer/gl_texture.h"
 #include "app/viewer/script_player.h"
 #include "app/viewer/viewer.h"
 #include "slam/util/error.h"
+#include "slam/util/options.h"
 
 namespace sqslam::viewer {
 namespace {
@@ -26,10 +30,11 @@ Examples:
   sqslam-viewer out/kitchen                the result folder of a run
   sqslam-viewer out/kitchen/map.sqmap
   sqslam-viewer                            an empty window; drop a result folder on it
+  sqslam-viewer run data/kitchen --output out/kitchen   maps while you watch; options as of `sqslam run`
   sqslam-viewer out/kitchen --play-events open.txt
 
 H shows keys and mouse. Exit codes: 0 done, 1 internal error, 2 wrong usage, 3 no display, or input that cannot
-be used.
+be used; of a run those of `sqslam run`.
 )";
 
 struct Arguments {
@@ -90,24 +95,32 @@ cv::Size ParseSize(const std::string& text) {
 // The loop of the program: events, a frame, and rest while nothing changes.
 class Loop {
  public:
-  explicit Loop(const Arguments& arguments)
-      : window_("sqslam", ParseSize(arguments.resolution)),
+  // `run`: to be watched, not started yet; or null.
+  Loop(const Arguments& arguments, std::unique_ptr<LiveRun> run, const app::RunRequest& request)
+      : live_(run != nullptr),
+        window_("sqslam", ParseSize(arguments.resolution)),
         viewer_(window_.Size(), window_.ContentScale()),
         recorder_(arguments.record) {
     if (!arguments.play.empty()) {
       player_.emplace(ReadScript(arguments.play), arguments.play,
                       [this](const std::string& file) { WriteWindow(file); });
     }
-    if (!arguments.map.empty()) {
+    if (run) {
+      viewer_.Watch(std::move(run), request);
+    } else if (!arguments.map.empty()) {
       viewer_.Open(arguments.map);
     }
   }
 
-  void Run() {
+  // Returns the program's exit code.
+  int Run() {
     auto last = Clock::now();
     while (!viewer_.WantsToClose()) {
-      const double rest = player_ || viewer_.Busy() ? 0.0 : 0.25;
-      std::vector<InputEvent> events = window_.Events(rest);
+      std::vector<InputEvent> events = window_.Events(Rest(last));
+      if (viewer_.State().run.active) {
+        std::this_thread::sleep_until(last +
+                                      std::chrono::milliseconds(33));  // a mouse that moves wakes it often
+      }
       const double seconds = std::chrono::duration<double>(Clock::now() - last).count();
       last = Clock::now();
       Play(events, seconds);
@@ -115,12 +128,23 @@ class Loop {
       for (const InputEvent& event : events) {
         viewer_.Handle(event);
       }
-      Draw(player_ ? 1.0 / 60.0 : seconds);
+      Draw(player_ && !live_ ? 1.0 / 60.0 : seconds);
     }
+    return viewer_.ExitCode();
   }
 
  private:
   using Clock = std::chrono::steady_clock;
+
+  // How long nothing has to be drawn, in seconds. While a run goes on the window leaves the processor to it:
+  // it is drawn so often that motion is seen, and no more.
+  double Rest(Clock::time_point last) const {
+    constexpr double kRunInterval = 1.0 / 15.0;
+    if (viewer_.State().run.active) {
+      return std::max(0.0, kRunInterval - std::chrono::duration<double>(Clock::now() - last).count());
+    }
+    return player_ || viewer_.Busy() ? 0.0 : 0.25;
+  }
 
   void Play(std::vector<InputEvent>& events, double seconds) {
     if (!player_) {
@@ -166,6 +190,7 @@ class Loop {
     }
   }
 
+  bool live_;  // a run was watched
   DesktopWindow window_;
   Viewer viewer_;
   Recorder recorder_;
@@ -189,37 +214,64 @@ int Fail(int exit_code, const std::string& message) {
 }
 
 // Without a display there is another way to the same picture.
-void CheckDisplay(const std::string& map) {
+void CheckDisplay(const std::string& instead) {
   const auto set = [](const char* name) {
     const char* value = std::getenv(name);
     return value != nullptr && *value != '\0';
   };
   if (!set("DISPLAY")) {
-    throw InputError(fmt::format("no display; `sqslam render {} --output map.png` draws without one",
-                                 map.empty() ? "RESULT" : map));
+    throw InputError(fmt::format("no display; `{}` does without one", instead));
   }
 }
 
+// The run gets its threads before the window's thread steps back behind them; the drivers' threads of a
+// software OpenGL come later and step back as well.
+int WatchRun(const Arguments& arguments, const app::RunArguments& run_arguments) {
+  if (run_arguments.dump_config) {
+    fmt::print("{}", DumpOptions(run_arguments.Options()));
+    return 0;
+  }
+  if (run_arguments.input.empty()) {
+    throw UsageError(
+        "run: INPUT is missing, expected a sequence folder, an image folder, a video or a camera index");
+  }
+  CheckDisplay(fmt::format("sqslam run {}", run_arguments.input));
+  const app::RunRequest request = run_arguments.Request();
+  auto run = std::make_unique<LiveRun>(request);
+  run->Start();
+  constexpr int kNiceness = 5;
+  setpriority(PRIO_PROCESS, 0, kNiceness);
+  return Loop(arguments, std::move(run), request).Run();
+}
+
 int ParseAndRun(int argc, char** argv) {
-  CLI::App app("Shows maps of sqslam and how they came about", "sqslam-viewer");
-  app.footer(kExamples);
+  CLI::App cli("Shows maps of sqslam and how they came about", "sqslam-viewer");
+  cli.footer(kExamples);
   Arguments arguments;
-  app.add_option("MAP", arguments.map, "map.sqmap, or the result folder that holds it");
-  app.add_option("--resolution", arguments.resolution, "WIDTH,HEIGHT of the window")->capture_default_str();
-  app.add_option("--play-events", arguments.play, "FILE: play a script of events, then close");
-  app.add_option("--record-events", arguments.record, "FILE: write down all events as such a script");
-  app.get_formatter()->column_width(36);
+  cli.add_option("MAP", arguments.map, "map.sqmap, or the result folder that holds it");
+  cli.add_option("--resolution", arguments.resolution, "WIDTH,HEIGHT of the window")->capture_default_str();
+  cli.add_option("--play-events", arguments.play, "FILE: play a script of events, then close");
+  cli.add_option("--record-events", arguments.record, "FILE: write down all events as such a script");
+  cli.get_formatter()->column_width(36);
+  app::RunArguments run_arguments;
+  CLI::App* run =
+      cli.add_subcommand("run", "Map an image sequence in the window; INPUT and options as of `sqslam run`");
+  run->fallthrough();
+  run_arguments.AddTo(*run);
   try {
-    app.parse(argc, argv);
+    cli.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) {
-      return app.exit(e);
+      return cli.exit(e);
     }
     return Fail(2, fmt::format("{} (see sqslam-viewer --help)", e.what()));
   }
-  CheckDisplay(arguments.map);
-  Loop(arguments).Run();
-  return 0;
+  if (run->parsed()) {
+    return WatchRun(arguments, run_arguments);
+  }
+  CheckDisplay(
+      fmt::format("sqslam render {} --output map.png", arguments.map.empty() ? "RESULT" : arguments.map));
+  return Loop(arguments, nullptr, {}).Run();
 }
 
 }  // namespace

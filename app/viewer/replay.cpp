@@ -17,29 +17,6 @@ namespace sqslam::viewer {
 namespace fs = std::filesystem;
 namespace {
 
-SnapshotSummary Summarize(const MapSnapshot& map) {
-  SnapshotSummary summary;
-  summary.frame_index = map.frame_index;
-  summary.timestamp = map.timestamp;
-  summary.points = static_cast<int>(map.points.size());
-  summary.objects = static_cast<int>(map.objects.size());
-  summary.keyframes = static_cast<int>(map.keyframes.size());
-  summary.boxes = static_cast<int>(map.detections.size());
-  summary.tracked = map.T_map_camera.has_value();
-  if (map.T_map_camera) {
-    const Rigid3d T_camera_map = map.T_map_camera->Inverse();
-    for (const SnapshotPoint& point : map.points) {
-      const Eigen::Vector3d p = T_camera_map * point.p_map.cast<double>();
-      const Eigen::Vector2d pixel = p.z() > 0.0 ? map.camera.Project(p) : Eigen::Vector2d(-1.0, -1.0);
-      summary.seen_points += pixel.x() >= 0.0 && pixel.y() >= 0.0 && pixel.x() < map.camera.width &&
-                                     pixel.y() < map.camera.height
-                                 ? 1
-                                 : 0;
-    }
-  }
-  return summary;
-}
-
 // What can be read without asking the thread that draws.
 class Reader {
  public:
@@ -66,14 +43,11 @@ class Reader {
     frames_ = std::make_unique<RunFrames>(recording_, file_);
     Timeline timeline;
     timeline.moments = frames_->Moments(recording_, *last_);
-    for (const SnapshotKeyframe& keyframe : last_->keyframes) {
-      timeline.keyframes.push_back(keyframe.timestamp);
-    }
     return timeline;
   }
 
   int Size() const { return recording_.Size(); }
-  SnapshotSummary SummaryOf(int snapshot) { return Summarize(*recording_.Read(snapshot)); }
+  MapSnapshotPtr Snapshot(int index) const { return recording_.Read(index); }
 
   ShownFramePtr Read(const Moment& moment) {
     const MapSnapshotPtr aligned = Aligned(moment.snapshot);
@@ -146,8 +120,7 @@ struct Replay::Impl {
 
   // Frames that are asked for go first.
   void Serve(Reader& reader, Timeline timeline) {
-    for (;;) {
-      const int summed = static_cast<int>(timeline.summaries.size());
+    for (int summed = 0;;) {
       std::optional<Moment> wanted;
       {
         std::unique_lock lock(mutex);
@@ -166,10 +139,11 @@ struct Replay::Impl {
         Publish([&] { news.frame = std::move(frame); });
         continue;
       }
-      timeline.summaries.push_back(reader.SummaryOf(summed));
-      const bool tell = (summed + 1) % 16 == 0 || summed + 1 == reader.Size();
+      timeline.series.Add(*reader.Snapshot(summed));
+      ++summed;
+      const bool tell = summed % 16 == 0 || summed == reader.Size();
       Publish([&] {
-        news.progress = (summed + 1.0) / reader.Size();
+        news.progress = static_cast<double>(summed) / reader.Size();
         if (tell) {
           news.timeline = timeline;
         }

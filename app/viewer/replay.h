@@ -36,7 +36,7 @@ class Replay {
   // What is new since the last call.
   struct News {
     std::optional<OpenedRecording> opened;
-    std::optional<Timeline> timeline;  // its summaries grow until `progress` is 1
+    std::optional<Timeline> timeline;  // its series grow until `progress` is 1
     ShownFramePtr frame;
     double progress = 0.0;  // share of the snapshots that have been looked at
     std::string error;      // one line; nothing more comes after it

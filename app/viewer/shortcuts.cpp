@@ -8,14 +8,8 @@
 namespace sqslam::viewer {
 namespace {
 
-void GoTo(ViewerState& state, const std::string& preset) {
-  state.view.mode = CameraMode::kFree;
-  state.view.camera = NamedView(state, preset);
-  state.view.preset = preset;
-}
-
 Shortcut ViewKey(int code, const char* keys, const char* what, const char* preset) {
-  return {keys, what, code, false, false, [preset](ViewerState& state) { GoTo(state, preset); }};
+  return {keys, what, code, false, false, [preset](ViewerState& state) { LookFrom(state, preset); }};
 }
 
 void PlayOrPause(ViewerState& state) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "slam/map/snapshot.h"
+#include "slam/tracking/frame_view.h"
 
 namespace sqslam::viewer {
 
@@ -20,6 +21,7 @@ struct ShownFrame {
   cv::Mat image;                              // 8UC3 as recorded; empty where there is none
   std::string no_image;                       // why, where it is empty
   std::vector<SnapshotDetection> detections;  // boxes of the frame, pixels of the image
+  std::vector<FrameView::Feature> features;   // of a run that goes on; empty for recordings, which keep none
 };
 
 using ShownFramePtr = std::shared_ptr<const ShownFrame>;

@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "app/viewer/model/run_series.h"
+
 namespace sqslam::viewer {
 
 // A frame of the run that can be shown, with the state of the map that was the newest then.
@@ -12,23 +14,10 @@ struct Moment {
   int snapshot = 0;        // of the recording
 };
 
-// What one snapshot of the recording says about its time, for the plots.
-struct SnapshotSummary {
-  std::int64_t frame_index = 0;
-  double timestamp = 0.0;  // seconds
-  int points = 0;
-  int objects = 0;
-  int keyframes = 0;
-  int seen_points = 0;   // map points inside the image of the snapshot's frame
-  int boxes = 0;         // detections of the frame
-  bool tracked = false;  // the frame has a pose
-};
-
 // The time axis of a run: its frames in order, and marks on it.
 struct Timeline {
-  std::vector<Moment> moments;             // by rising time
-  std::vector<SnapshotSummary> summaries;  // by rising time; may end early while a recording is being read
-  std::vector<double> keyframes;           // times of the keyframes of the finished map, seconds
+  std::vector<Moment> moments;  // by rising time
+  RunSeries series;             // of its snapshots; may end early while a recording is being read
 
   bool Empty() const { return moments.empty(); }
   int Last() const { return static_cast<int>(moments.size()) - 1; }

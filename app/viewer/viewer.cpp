@@ -6,8 +6,10 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
+#include "app/viewer/camera_control.h"
 #include "app/viewer/layout.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/replay.h"
@@ -81,7 +83,13 @@ struct Viewer::Impl {
   }
 
   void Open(const fs::path& path);
+  void Read(const fs::path& path);
+  void Watch(std::unique_ptr<LiveRun> new_run, const app::RunRequest& request);
   void TakeNews();
+  void TakeRunNews();
+  void FinishRun(const LiveRun::News& news);
+  void Control(RunRequestChange::What what);
+  void Frame(const MapSnapshotPtr& map);
   void TakeOpened(const OpenedRecording& opened);
   void RequestFrame();
   void MoveCamera();
@@ -111,9 +119,13 @@ struct Viewer::Impl {
   ViewerState state;
   Panels panels;
   LayoutSettings layout;
+  std::unique_ptr<LiveRun> run;
+  double max_rate = 0.0;  // that the run was told last
+  int exit_code = 0;
   std::unique_ptr<Replay> replay;
   std::optional<Moment> requested;  // the last frame that was asked of the replay
-  bool fresh = false;               // the camera has not been put before this map yet
+  bool finished_run = false;        // the recording that is read is that of the run that was watched
+  MapSnapshotPtr framed;            // the map before which the camera stands by itself
   bool closing = false;
   std::optional<std::string> clipboard;
   std::optional<Theme> applied_theme;
@@ -121,20 +133,125 @@ struct Viewer::Impl {
 };
 
 void Viewer::Impl::Open(const fs::path& path) {
-  replay.reset();
-  requested.reset();
-  state.document = {};
-  state.document.kind = Document::Kind::kRecording;
-  state.document.loading = true;
-  state.document.file = path;
-  state.document.title = fs::absolute(path).lexically_normal().filename().string();
+  if (run) {
+    state.Complain("A run goes on; end it before something else is opened.");
+    return;
+  }
   state.shown = nullptr;
   state.playback = {};
   state.selected.reset();
   state.measurement = {};
   state.run = {};
-  fresh = true;
+  state.view.preset = "";
+  state.document = {};
+  Read(path);
+}
+
+// Begins to read a recording; what is on the screen stays until it is there.
+void Viewer::Impl::Read(const fs::path& path) {
+  requested.reset();
+  state.document.kind = Document::Kind::kRecording;
+  state.document.loading = true;
+  state.document.file = path;
+  state.document.title = fs::absolute(path).lexically_normal().filename().string();
   replay = std::make_unique<Replay>(path);
+}
+
+void Viewer::Impl::Watch(std::unique_ptr<LiveRun> new_run, const app::RunRequest& request) {
+  run = std::move(new_run);
+  state.document = {};
+  state.document.kind = Document::Kind::kRun;
+  state.document.file = request.output / "map.sqmap";
+  state.document.title = request.output.filename().string();
+  state.run.active = true;
+  state.run.state = "starting";
+}
+
+// Framing, scale and colours of a growing map: taken anew only when it has become another one, so that
+// nothing trembles.
+void Viewer::Impl::Frame(const MapSnapshotPtr& map) {
+  Document& document = state.document;
+  document.last = map;
+  const auto labels = [](const MapSnapshot& of) {
+    std::set<std::string> names;
+    for (const SnapshotObject& object : of.objects) {
+      names.insert(object.label);
+    }
+    return names;
+  };
+  if (document.frame) {
+    const SceneFocus focus = FindFocus(*map);
+    const double growth = focus.radius / state.focus.radius;
+    const bool same = growth > 0.85 && growth < 1.18 &&
+                      (focus.center - state.focus.center).norm() < 0.15 * focus.radius &&
+                      focus.up.dot(state.focus.up) > 0.99 && labels(*map) == labels(*document.frame);
+    if (same) {
+      return;
+    }
+  }
+  document.frame = map;
+}
+
+void Viewer::Impl::Control(RunRequestChange::What what) {
+  if (!run) {
+    return;
+  }
+  switch (what) {
+    case RunRequestChange::What::kPause:
+      return run->Pause();
+    case RunRequestChange::What::kContinue:
+      return run->Continue();
+    case RunRequestChange::What::kStep:
+      return run->Step();
+    case RunRequestChange::What::kEnd:
+      return run->End();
+  }
+}
+
+void Viewer::Impl::TakeRunNews() {
+  if (!run) {
+    return;
+  }
+  run->DrawPending();
+  if (max_rate != state.run.max_rate) {
+    max_rate = state.run.max_rate;
+    run->SetMaxRate(max_rate);
+  }
+  LiveRun::News news = run->Poll();
+  RunStatus& status = state.run;
+  status.paused = news.paused;
+  status.ending = news.ending;
+  status.state = news.state.empty() ? status.state : news.state;
+  status.frames = news.frames;
+  status.total = news.total;
+  Timeline& timeline = state.document.timeline;
+  timeline.moments.insert(timeline.moments.end(), news.moments.begin(), news.moments.end());
+  if (news.map) {
+    timeline.series = run->Series();
+    Frame(news.map);
+  }
+  if (news.frame) {
+    state.shown = std::move(news.frame);
+  }
+  if (news.finished) {
+    FinishRun(news);
+  }
+}
+
+void Viewer::Impl::FinishRun(const LiveRun::News& news) {
+  exit_code = news.exit_code;
+  state.run = {};
+  run.reset();
+  if (!news.error.empty()) {
+    state.Complain(news.error);
+  }
+  if (news.result.empty()) {
+    state.document = {};
+    return;
+  }
+  state.Say("The map is saved in " + news.result.string());
+  finished_run = true;
+  Read(news.result);
 }
 
 void Viewer::Impl::TakeOpened(const OpenedRecording& opened) {
@@ -145,7 +262,8 @@ void Viewer::Impl::TakeOpened(const OpenedRecording& opened) {
       opened.file.filename() == "map.sqmap" ? folder.filename().string() : opened.file.filename().string();
   document.info = opened.info;
   document.stats = opened.stats;
-  document.last = opened.last;
+  document.last = document.frame = opened.last;
+  document.timeline = {};
   document.loading = false;
   auto shown = std::make_shared<ShownFrame>();
   shown->frame_index = opened.last->frame_index;
@@ -180,7 +298,6 @@ void Viewer::Impl::TakeNews() {
     if (state.document.loading) {
       replay.reset();
       state.document = {};
-      fresh = false;
     }
   }
 }
@@ -204,11 +321,19 @@ void Viewer::Impl::MoveCamera() {
   if (map == nullptr) {
     return;
   }
-  if (fresh && state.scene_size.area() > 0 && state.document.last) {
-    state.focus = FindFocus(*state.document.last);
-    state.view.camera = NamedView(state, state.view.preset);
-    state.view.mode = CameraMode::kFree;
-    fresh = false;
+  if (framed != state.document.frame && state.scene_size.area() > 0) {
+    const bool first = framed == nullptr || state.document.kind == Document::Kind::kRecording;
+    framed = state.document.frame;
+    state.focus = FindFocus(*framed);
+    if (first && !(finished_run && !state.view.automatic)) {
+      LookFrom(state, state.view.preset);
+    }
+    finished_run = false;
+  }
+  if (state.view.automatic && state.view.mode == CameraMode::kFree && state.run.active) {
+    // A growing map is followed smoothly.
+    state.view.camera =
+        Between(state.view.camera, NamedView(state, state.view.preset), std::min(1.0, 4.0 * state.seconds));
   }
   if (state.view.mode == CameraMode::kFree || !map->T_map_camera) {
     return;
@@ -305,7 +430,9 @@ void Viewer::Impl::DrawLines(const Layout& parts) {
 }
 
 void Viewer::Impl::DrawWelcome(const Layout& parts) {
-  const char* text = state.document.loading ? "Loading ..." : "Drop a result folder or a map.sqmap here";
+  const char* text = state.run.active         ? "The map begins when the camera has moved sideways"
+                     : state.document.loading ? "Loading ..."
+                                              : "Drop a result folder or a map.sqmap here";
   const ImVec2 size = ImGui::CalcTextSize(text);
   const ImVec2 middle(static_cast<float>(parts.scene.x + 0.5 * parts.scene.width) - 0.5F * size.x,
                       static_cast<float>(parts.scene.y + 0.5 * parts.scene.height) - 0.5F * size.y);
@@ -338,13 +465,23 @@ void Viewer::Impl::CarryOut() {
     clipboard = requests.copy->text;
     state.Say(requests.copy->notice);
   }
-  closing = closing || requests.quit;
+  if (requests.run) {
+    Control(requests.run->what);
+  }
+  if (requests.quit) {
+    closing = true;
+    Control(RunRequestChange::What::kEnd);
+  }
 }
 
 Viewer::Viewer(cv::Size window, double ui_scale) : impl_(std::make_unique<Impl>(window, ui_scale)) {}
 Viewer::~Viewer() = default;
 
 void Viewer::Open(const fs::path& path) { impl_->Open(path); }
+
+void Viewer::Watch(std::unique_ptr<LiveRun> run, const app::RunRequest& request) {
+  impl_->Watch(std::move(run), request);
+}
 
 void Viewer::Handle(const InputEvent& event) {
   Impl& s = *impl_;
@@ -372,6 +509,7 @@ void Viewer::Frame(double seconds) {
   Impl& s = *impl_;
   s.state.seconds = seconds;
   s.CarryOut();
+  s.TakeRunNews();
   s.TakeNews();
   s.RequestFrame();
   if (s.window.width < 1 || s.window.height < 1) {
@@ -408,10 +546,11 @@ bool Viewer::Idle() const {
   const bool settled = std::none_of(s.panels.begin(), s.panels.end(), [&](const PanelPtr& panel) {
     return panel->Where() == Place::kScene && panel->Busy();
   });
-  return (!s.replay || s.replay->Idle()) && settled && s.state.requests.Empty() && !s.fresh;
+  return (!s.replay || s.replay->Idle()) && !s.run && settled && s.state.requests.Empty();
 }
 
-bool Viewer::WantsToClose() const { return impl_->closing; }
+bool Viewer::WantsToClose() const { return impl_->closing && !impl_->run; }
+int Viewer::ExitCode() const { return impl_->exit_code; }
 std::optional<std::string> Viewer::TakeClipboard() { return std::exchange(impl_->clipboard, std::nullopt); }
 const ViewerState& Viewer::State() const { return impl_->state; }
 ViewerState& Viewer::State() { return impl_->state; }

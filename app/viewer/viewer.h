@@ -7,6 +7,7 @@
 #include <string>
 
 #include "app/viewer/input_events.h"
+#include "app/viewer/live_run.h"
 #include "app/viewer/viewer_state.h"
 
 namespace sqslam::viewer {
@@ -22,6 +23,12 @@ class Viewer {
 
   // A recording, or the result folder that holds one. What is wrong with it is shown in the window.
   void Open(const std::filesystem::path& path);
+
+  // Shows a run while it goes on, and its result afterwards. Closing ends it and saves.
+  void Watch(std::unique_ptr<LiveRun> run, const app::RunRequest& request);
+
+  // Of the program: that of the run, as `sqslam run` would end; 0 without one.
+  int ExitCode() const;
 
   void Handle(const InputEvent& event);
 

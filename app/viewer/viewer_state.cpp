@@ -31,6 +31,13 @@ ViewCamera NamedView(const ViewerState& state, const std::string& name) {
   return name.empty() ? FrameScene(state.focus, aspect) : PresetView(name, state.focus, aspect);
 }
 
+void LookFrom(ViewerState& state, const std::string& preset) {
+  state.view.mode = CameraMode::kFree;
+  state.view.camera = NamedView(state, preset);
+  state.view.preset = preset;
+  state.view.automatic = true;
+}
+
 void UseStyle(ViewerState& state, const std::string& name) {
   try {
     state.view.style = LoadStyle(name);

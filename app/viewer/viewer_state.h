@@ -28,7 +28,8 @@ struct Document {
   std::string title;           // for people: the folder's name
   RecordingInfo info;
   std::optional<RunStats> stats;
-  MapSnapshotPtr last;  // the finished map; of a run the newest
+  MapSnapshotPtr last;   // the finished map; of a run the newest
+  MapSnapshotPtr frame;  // the map from which framing, scale and colours come
   Timeline timeline;
   double progress = 0.0;  // share of the recording that the plots know, [0, 1]
   bool loading = false;   // nothing can be shown yet
@@ -38,13 +39,11 @@ struct Document {
 struct RunStatus {
   bool active = false;
   bool paused = false;
-  bool ending = false;              // told to end; what is mapped is being saved
-  std::string state;                // "tracking", "lost", ...
-  std::int64_t frames = 0;          // done
-  std::int64_t total = 0;           // 0: endless
-  double max_rate = 0.0;            // frames a second at most; 0: as fast as it goes
-  std::vector<double> frame_times;  // seconds of the newest frames on the timeline
-  std::vector<float> tracking_ms;   // how long tracking each of them took
+  bool ending = false;      // told to end; what is mapped is being saved
+  std::string state;        // "tracking", "lost", ...
+  std::int64_t frames = 0;  // done
+  std::int64_t total = 0;   // 0: endless
+  double max_rate = 0.0;    // frames a second at most; 0: as fast as it goes
 };
 
 // How the camera moves by itself.
@@ -57,6 +56,7 @@ enum class CameraMode {
 struct View {
   ViewCamera camera;
   CameraMode mode = CameraMode::kFree;
+  bool automatic = true;   // the camera frames the map by itself until somebody moves it
   std::string preset;      // name of the view (render/view_presets.h) that the camera still is, or empty
   std::string style_name;  // of configs/styles
   SceneStyle style;
@@ -125,10 +125,8 @@ struct ViewerState {
   double ui_scale = 1.0;  // pixels for one of the layout's
   bool show_help = false;
   bool show_image = true;
-  bool show_screenshot = false;  // the dialog
-  cv::Size scene_size;           // of the scene on the screen, pixels
-  bool moving = false;           // the view is being moved: draw fast
-  double seconds = 1.0 / 60.0;   // since the last frame of the window
+  cv::Size scene_size;          // of the scene on the screen, pixels
+  double seconds = 1.0 / 60.0;  // since the last frame of the window
   std::vector<Notice> notices;
   Requests requests;
 
@@ -149,6 +147,9 @@ std::string ObjectName(const SnapshotObject& object);
 
 // The named view of the present map, or the automatic one for an empty name.
 ViewCamera NamedView(const ViewerState& state, const std::string& name);
+
+// Puts the camera there; it follows a growing map until somebody moves it.
+void LookFrom(ViewerState& state, const std::string& preset);
 
 // Loads a style by its name; says so where that fails.
 void UseStyle(ViewerState& state, const std::string& name);

@@ -9,6 +9,7 @@
 #include "slam/io/frame.h"
 #include "slam/map/tracking_view.h"
 #include "slam/objects/object_tracker.h"
+#include "slam/tracking/frame_view.h"
 #include "slam/tracking/initializer.h"
 #include "slam/tracking/pose_tracker.h"
 #include "slam/tracking/relocalizer.h"
@@ -30,6 +31,9 @@ class Tracker {
   // Tracks one frame. `atlas`: the newest that the mapping thread has published (null before the first).
   // `pending_keyframes`: keyframes posted that the mapping thread has not taken in yet.
   TrackingReport Track(const Frame& frame, const AtlasViewPtr& atlas, int pending_keyframes);
+
+  // Of the frame that was tracked last.
+  FrameView Newest() const;
 
   bool Initialized() const { return view_ != nullptr; }
   bool Lost() const { return lost_frames_ > 0; }

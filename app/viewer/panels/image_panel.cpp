@@ -41,10 +41,10 @@ double AreaOf(const std::vector<cv::Point2d>& polygon) {
 
 ImageMarks MarksOf(const ShownFrame& shown) {
   ImageMarks marks;
-  const MapSnapshot& map = *shown.map;
-  if (!map.T_map_camera) {
+  if (!shown.map || !shown.map->T_map_camera) {
     return marks;
   }
+  const MapSnapshot& map = *shown.map;
   for (ObjectOutline& outline : OutlinesOf(map.objects, map.camera, *map.T_map_camera)) {
     const double area = AreaOf(outline.polygon);
     marks.outlines.push_back({outline.object->id, outline.object->label, std::move(outline.polygon), area});
@@ -121,8 +121,7 @@ class ImagePanel : public Panel {
     if (!shown_->image.empty()) {
       return shown_->image.size();
     }
-    const Camera& camera = shown_->map->camera;
-    return {camera.width, camera.height};
+    return shown_->map ? cv::Size(shown_->map->camera.width, shown_->map->camera.height) : cv::Size();
   }
 
   void DrawSwitches(const ViewerState& state) {
@@ -130,7 +129,9 @@ class ImagePanel : public Panel {
     ImGui::SameLine();
     Toggle("Outlines", &outlines_, "The map's objects as this camera sees them");
     ImGui::SameLine();
-    Toggle("Points", &points_, "Map points in the image, coloured by their object");
+    Toggle("Points", &points_,
+           "Map points in the image, coloured by their object; of a run that goes on the features that are "
+           "tracked");
     ImGui::SameLine();
     const std::string text = "frame " + std::to_string(state.shown->frame_index);
     const float right = ImGui::GetContentRegionAvail().x - ImGui::CalcTextSize(text.c_str()).x;
@@ -182,6 +183,10 @@ class ImagePanel : public Panel {
   }
 
   void DrawDots(const ViewerState& state, ImDrawList* list, float scale) const {
+    if (!shown_->features.empty()) {
+      DrawFeatures(list, scale);
+      return;
+    }
     for (const ImageMarks::Dot& dot : marks_.dots) {
       const SnapshotObject* object = dot.object_id < 0 ? nullptr : state.Object(dot.object_id);
       const ImVec2 p = At(dot.pixel.x(), dot.pixel.y());
@@ -189,6 +194,16 @@ class ImagePanel : public Panel {
       list->AddRectFilled(
           ImVec2(p.x - r, p.y - r), ImVec2(p.x + r, p.y + r),
           object != nullptr ? Packed(state.colors(object->label)) : IM_COL32(255, 255, 255, 150));
+    }
+  }
+
+  // What tracking found in the image: features on map points, and those that are none.
+  void DrawFeatures(ImDrawList* list, float scale) const {
+    for (const FrameView::Feature& feature : shown_->features) {
+      const ImVec2 p = At(feature.pixel.x(), feature.pixel.y());
+      const float r = (feature.tracked ? 1.6F : 1.0F) * scale;
+      list->AddRectFilled(ImVec2(p.x - r, p.y - r), ImVec2(p.x + r, p.y + r),
+                          feature.tracked ? IM_COL32(60, 220, 150, 230) : IM_COL32(255, 255, 255, 110));
     }
   }
 

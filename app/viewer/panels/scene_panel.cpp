@@ -58,8 +58,8 @@ class ScenePanel : public Panel {
       scene_.SetStyle(state.view.style);
       Stir();
     }
-    if (frame_map_ != state.document.last) {
-      frame_map_ = state.document.last;
+    if (frame_map_ != state.document.frame) {
+      frame_map_ = state.document.frame;
       scene_.SetFrame(frame_map_ ? *frame_map_ : MapSnapshot());
       state.focus = scene_.Focus();
       state.colors = scene_.Colors();
@@ -78,6 +78,7 @@ class ScenePanel : public Panel {
   void Move(ViewerState& state, const ViewCamera& camera) {
     state.view.camera = camera;
     state.view.preset = "";
+    state.view.automatic = false;
     state.view.mode = CameraMode::kFree;
   }
 
@@ -163,7 +164,7 @@ class ScenePanel : public Panel {
     const bool dirty = std::exchange(stirred_, false) || changed;
     still_ = dirty ? 0.0 : still_ + state.seconds;
     constexpr double kRest = 0.15;  // seconds after which the fine picture is drawn
-    settled_ = still_ >= kRest && !state.moving;
+    settled_ = still_ >= kRest;
     drawn_ = camera;
     size_ = state.scene_size;
     const unsigned texture = scene_.Draw(camera, size_, settled_ ? Detail::kFine : Detail::kDraft);

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,20 +20,19 @@ std::string Clock(double seconds) {
   return fmt::format("{}:{:04.1f}", whole / 60, std::max(0.0, seconds) - 60.0 * (whole / 60));
 }
 
-// One curve over the time axis.
+// A curve over the time axis.
 struct Curve {
-  std::string name;
+  const Series* series = nullptr;
   ImU32 color = 0;
-  std::vector<double> times;  // seconds
-  std::vector<double> values;
 
-  double Max() const { return values.empty() ? 0.0 : *std::max_element(values.begin(), values.end()); }
-  // The newest value at a time; below 0: none.
-  double At(double time) const {
-    const auto after = std::upper_bound(times.begin(), times.end(), time + 1e-9);
-    return after == times.begin() ? -1.0 : values[static_cast<std::size_t>(after - times.begin()) - 1];
+  std::string Name() const {
+    return series->unit.empty() ? series->name : fmt::format("{}, {}", series->name, series->unit);
   }
 };
+
+std::string ValueText(const Series& series, double value) {
+  return fmt::format("{:.{}f}", value, series.unit.empty() || value >= 100.0 ? 0 : 1);
+}
 
 class TimelinePanel : public Panel {
  public:
@@ -169,26 +169,16 @@ class TimelinePanel : public Panel {
     ImGui::TextDisabled("%s", run.ending ? "saving the map ..." : run.paused ? "paused" : run.state.c_str());
   }
 
+  // What older recordings do not hold has no curve.
   static std::vector<Curve> CurvesOf(const ViewerState& state) {
     const Palette& palette = PaletteOf(state.theme);
-    const auto of_summaries = [&](const char* name, ImU32 color, int SnapshotSummary::*field) {
-      Curve curve{name, color, {}, {}};
-      for (const SnapshotSummary& summary : state.document.timeline.summaries) {
-        curve.times.push_back(summary.timestamp);
-        curve.values.push_back(summary.*field);
-      }
-      return curve;
-    };
-    std::vector<Curve> curves = {
-        of_summaries("points in view", palette.plot_a, &SnapshotSummary::seen_points),
-        of_summaries("objects", palette.plot_b, &SnapshotSummary::objects)};
-    if (!state.run.tracking_ms.empty()) {
-      Curve timing{"tracking, ms", palette.plot_c, state.run.frame_times, {}};
-      timing.values.assign(state.run.tracking_ms.begin(), state.run.tracking_ms.end());
-      curves.push_back(std::move(timing));
-    } else {
-      curves.push_back(of_summaries("points", palette.plot_c, &SnapshotSummary::points));
-    }
+    const RunSeries& series = state.document.timeline.series;
+    std::vector<Curve> curves;
+    const Series& tracked = series.Named("tracked points");
+    curves.push_back({tracked.HasValues() ? &tracked : &series.Named("map points"), palette.plot_a});
+    curves.push_back({&series.Named("objects"), palette.plot_b});
+    const Series& timing = series.Named("tracking");
+    curves.push_back({timing.HasValues() ? &timing : &series.Named("keyframes"), palette.plot_c});
     return curves;
   }
 
@@ -200,7 +190,7 @@ class TimelinePanel : public Panel {
       return;
     }
     const ImVec2 corner = ImGui::GetCursorScreenPos();
-    const float left = corner.x + 9.5F * em;  // the names of the curves stand there
+    const float left = corner.x + 11.0F * em;  // the names of the curves stand there
     const float right = corner.x + place.x - 0.5F * em;
     const double begin = timeline.Begin();
     const double length = std::max(timeline.End() - begin, 1e-6);
@@ -225,19 +215,39 @@ class TimelinePanel : public Panel {
       DrawCurve(state, curves[i], ImVec2(left, top + 2.0F), ImVec2(right, top + height - 2.0F), x_of, now,
                 corner.x);
     }
+    DrawMarks(state, corner.x, ImVec2(left, corner.y), ImVec2(right, corner.y + place.y), axis, x_of);
     const Palette& palette = PaletteOf(state.theme);
-    for (const double time : timeline.keyframes) {
-      const float x = x_of(time);
-      list->AddLine(ImVec2(x, corner.y + place.y - axis + 2.0F), ImVec2(x, corner.y + place.y - 2.0F),
-                    palette.dim_text, 1.0F);
-    }
-    list->AddText(ImVec2(corner.x, corner.y + place.y - axis - 0.12F * em), palette.dim_text, "keyframes");
     const float x = std::floor(x_of(now)) + 0.5F;
     list->AddLine(ImVec2(x, corner.y), ImVec2(x, corner.y + place.y), palette.accent, 2.0F);
     list->AddTriangleFilled(ImVec2(x - 5.0F, corner.y), ImVec2(x + 5.0F, corner.y),
                             ImVec2(x, corner.y + 7.0F), palette.accent);
     if (hovered && !state.run.active) {
-      DrawPointer(state, curves, begin + (ImGui::GetIO().MousePos.x - left) / (right - left) * length);
+      const double per_pixel = length / std::max(right - left, 1.0F);
+      DrawPointer(state, curves, begin + (ImGui::GetIO().MousePos.x - left) * per_pixel, 5.0 * per_pixel);
+    }
+  }
+
+  // Keyframes as ticks; what else happened as a line through all curves, with its name under the mouse.
+  static void DrawMarks(const ViewerState& state, float names, ImVec2 low, ImVec2 high, float axis,
+                        const std::function<float(double)>& x_of) {
+    ImDrawList* list = ImGui::GetWindowDrawList();
+    const Palette& palette = PaletteOf(state.theme);
+    const float em = ImGui::GetFontSize();
+    list->AddText(ImVec2(names, high.y - axis - 0.12F * em), palette.dim_text, "keyframes");
+    for (const RunMark& mark : state.document.timeline.series.Marks()) {
+      const float x = x_of(mark.timestamp);
+      if (x < low.x || x > high.x) {
+        continue;
+      }
+      if (mark.kind == RunMark::Kind::kKeyframe) {
+        list->AddLine(ImVec2(x, high.y - axis + 2.0F), ImVec2(x, high.y - 2.0F), palette.dim_text, 1.0F);
+        continue;
+      }
+      const bool bad = mark.kind == RunMark::Kind::kLost;
+      const ImU32 color = bad ? palette.bad : palette.good;
+      list->AddLine(ImVec2(x, low.y), ImVec2(x, high.y), color, 1.5F);
+      list->AddRectFilled(ImVec2(x - 3.5F, high.y - axis), ImVec2(x + 3.5F, high.y - axis + 7.0F), color,
+                          1.5F);
     }
   }
 
@@ -247,37 +257,60 @@ class TimelinePanel : public Panel {
     const Palette& palette = PaletteOf(state.theme);
     const float em = ImGui::GetFontSize();
     list->AddRectFilled(low, high, ImGui::GetColorU32(ImGuiCol_FrameBg, 0.55F), 3.0F);
-    const double value = curve.At(now);
     const float y = 0.5F * (low.y + high.y) - 0.5F * em;
     list->AddRectFilled(ImVec2(names, y + 0.2F * em), ImVec2(names + 3.0F, y + 0.9F * em), curve.color);
-    list->AddText(ImVec2(names + 8.0F, y), palette.dim_text, curve.name.c_str());
-    if (value >= 0.0) {
-      const std::string text = fmt::format("{:.0f}", value);
+    list->AddText(ImVec2(names + 8.0F, y), palette.dim_text, curve.Name().c_str());
+    if (const auto value = ValueAt(state, *curve.series, now)) {
+      const std::string text = ValueText(*curve.series, *value);
       list->AddText(ImVec2(low.x - 0.6F * em - ImGui::CalcTextSize(text.c_str()).x, y), palette.text,
                     text.c_str());
     }
-    const double top = std::max(curve.Max() * 1.08, 1.0);
+    const double top = std::max(curve.series->Range().second * 1.08, 1.0);
     std::vector<ImVec2> points;
-    for (std::size_t i = 0; i < curve.times.size() && i < curve.values.size(); ++i) {
-      const float x = x_of(curve.times[i]);
-      const float at = high.y - 1.0F - static_cast<float>(curve.values[i] / top) * (high.y - low.y - 2.0F);
-      if (!points.empty()) {
-        points.emplace_back(x, points.back().y);  // a value holds until the next
+    const auto stroke = [&] {
+      list->AddPolyline(points.data(), static_cast<int>(points.size()), curve.color, 0, 1.5F);
+      points.clear();
+    };
+    for (std::size_t i = 0; i < curve.series->time.size(); ++i) {
+      if (!curve.series->value[i]) {
+        stroke();
+        continue;
       }
-      points.emplace_back(x, at);
+      const float x = x_of(curve.series->time[i]);
+      const float at =
+          high.y - 1.5F - static_cast<float>(*curve.series->value[i] / top) * (high.y - low.y - 3.0F);
+      if (points.size() >= 2 && points.back().y == at && points[points.size() - 2].y == at) {
+        points.back().x = x;  // a longer level piece, not one more: their ends would thicken it
+      } else {
+        points.emplace_back(x, at);
+      }
     }
-    list->AddPolyline(points.data(), static_cast<int>(points.size()), curve.color, 0, 1.5F);
+    stroke();
   }
 
-  static void DrawPointer(const ViewerState& state, const std::vector<Curve>& curves, double time) {
+  static std::optional<double> ValueAt(const ViewerState& state, const Series& series, double time) {
+    const Timeline& timeline = state.document.timeline;
+    const int at = timeline.At(time);
+    return at < 0
+               ? std::nullopt
+               : series.At(static_cast<double>(timeline.moments[static_cast<std::size_t>(at)].frame_index));
+  }
+
+  static void DrawPointer(const ViewerState& state, const std::vector<Curve>& curves, double time,
+                          double reach) {
     const Timeline& timeline = state.document.timeline;
     const int at = timeline.At(time);
     ImGui::BeginTooltip();
     ImGui::Text("%s   frame %lld", Clock(time - timeline.Begin()).c_str(),
                 static_cast<long long>(timeline.moments[static_cast<std::size_t>(at)].frame_index));
     for (const Curve& curve : curves) {
-      if (const double value = curve.At(time); value >= 0.0) {
-        ImGui::TextDisabled("%s  %.0f", curve.name.c_str(), value);
+      if (const auto value = ValueAt(state, *curve.series, time)) {
+        ImGui::TextDisabled("%s  %s", curve.Name().c_str(), ValueText(*curve.series, *value).c_str());
+      }
+    }
+    for (const RunMark& mark : timeline.series.Marks()) {
+      if (mark.kind != RunMark::Kind::kKeyframe && std::abs(mark.timestamp - time) <= reach) {
+        ImGui::TextUnformatted(std::string(MarkName(mark.kind)).c_str());
       }
     }
     ImGui::EndTooltip();

@@ -39,9 +39,7 @@ class ViewPanel : public Panel {
         ImGui::PushStyleColor(ImGuiCol_Button, ImGui::GetStyleColorVec4(ImGuiCol_Header));
       }
       if (ImGui::Button(name.c_str(), ImVec2(width, 0.0F))) {
-        state.view.mode = CameraMode::kFree;
-        state.view.camera = NamedView(state, name);
-        state.view.preset = name;
+        LookFrom(state, name);
       }
       if (is) {
         ImGui::PopStyleColor();
@@ -69,9 +67,7 @@ class ViewPanel : public Panel {
     }
     ImGui::SameLine();
     if (ImGui::Button("all of the map")) {
-      state.view.mode = CameraMode::kFree;
-      state.view.camera = NamedView(state, "");
-      state.view.preset = "";
+      LookFrom(state, "");
     }
     Tip("Frames the objects and what is around them (0)");
   }
