@@ -16,6 +16,7 @@
 
 #include "app/run_arguments.h"
 #include "app/viewer/desktop_window.h"
+#include "app/viewer/edit_actions.h"
 #include "app/viewer/gl_texture.h"
 #include "app/viewer/script_player.h"
 #include "app/viewer/viewer.h"
@@ -105,6 +106,7 @@ class Loop {
       player_.emplace(ReadScript(arguments.play), arguments.play,
                       [this](const std::string& file) { WriteWindow(file); });
     }
+    Remember();
     if (run) {
       viewer_.Watch(std::move(run), request);
     } else if (!arguments.map.empty()) {
@@ -146,6 +148,26 @@ class Loop {
     return player_ || viewer_.Busy() ? 0.0 : 0.25;
   }
 
+  // Settings and what the window was like; scripts begin with the defaults, and leave no trace.
+  void Remember() {
+    if (player_) {
+      return;
+    }
+    ViewerState& state = viewer_.State();
+    state.editing.settings_file = SettingsFile();
+    state.editing.memory_file = MemoryFile();
+    const auto settings = LoadSettings(state.editing.settings_file);
+    const auto memory = LoadMemory(state.editing.memory_file);
+    state.editing.settings = settings.values;
+    state.editing.memory = memory.values;
+    for (const auto* warnings : {&settings.warnings, &memory.warnings}) {
+      for (const std::string& warning : *warnings) {
+        state.Complain(warning);
+      }
+    }
+    ApplySettings(state);
+  }
+
   void Play(std::vector<InputEvent>& events, double seconds) {
     if (!player_) {
       return;
@@ -159,6 +181,7 @@ class Loop {
       events.push_back(std::move(event));
     }
     if (player_->Done() && !viewer_.WantsToClose()) {
+      viewer_.State().editing.discard = true;  // nobody is there to ask
       events.push_back({.kind = InputEvent::Kind::kClose});
     }
   }

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "app/viewer/edit_actions.h"
 #include "app/viewer/keys.h"
 #include "app/viewer/theme_switch.h"
 
@@ -55,6 +56,9 @@ void Follow(ViewerState& state, CameraMode mode) {
 void Escape(ViewerState& state) {
   if (state.show_help) {
     state.show_help = false;
+  } else if (state.editing.annotation.active) {
+    state.editing.annotation.selected.reset();
+    state.editing.annotation.chosen.clear();
   } else if (state.measurement.active) {
     state.measurement = {};
   } else {
@@ -95,6 +99,10 @@ std::vector<Shortcut> MakeShortcuts() {
        [](ViewerState& s) { s.show_image = !s.show_image; }},
       {"T", "dark or light", 'T', false, false, SwitchTheme},
       {"H", "this help", 'H', false, false, [](ViewerState& s) { s.show_help = !s.show_help; }},
+      {"Delete", "delete what is selected", key::kDelete, false, false, DeleteSelected},
+      {"Ctrl Z", "undo", 'Z', false, true, Undo},
+      {"Ctrl Y", "redo", 'Y', false, true, Redo},
+      {"Ctrl S", "save edits and annotation", 'S', false, true, SaveAll},
       {"Escape", "unselect, close", key::kEscape, false, false, Escape},
       {"Ctrl Q", "quit", 'Q', false, true, [](ViewerState& s) { s.Ask(QuitRequest{}); }},
   };

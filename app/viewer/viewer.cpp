@@ -10,6 +10,8 @@
 #include <utility>
 
 #include "app/viewer/camera_control.h"
+#include "app/viewer/edit_menu.h"
+#include "app/viewer/editing_session.h"
 #include "app/viewer/layout.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/replay.h"
@@ -123,6 +125,7 @@ struct Viewer::Impl {
   double max_rate = 0.0;  // that the run was told last
   int exit_code = 0;
   std::unique_ptr<Replay> replay;
+  EditingSession editing;
   std::optional<Moment> requested;  // the last frame that was asked of the replay
   bool finished_run = false;        // the recording that is read is that of the run that was watched
   MapSnapshotPtr framed;            // the map before which the camera stands by itself
@@ -361,6 +364,7 @@ void Viewer::Impl::DrawMenu(double& height) {
     ImGui::PopFont();
     ImGui::Separator();
     if (ImGui::BeginMenu("File")) {
+      DrawRecentFiles(state);
       if (ImGui::MenuItem("Save picture", "F12", false, state.Map() != nullptr)) {
         state.Ask(ScreenshotRequest{});
       }
@@ -369,6 +373,7 @@ void Viewer::Impl::DrawMenu(double& height) {
       }
       ImGui::EndMenu();
     }
+    DrawEditMenu(state);
     if (ImGui::BeginMenu("Window")) {
       ImGui::MenuItem("Image", "I", &state.show_image);
       if (ImGui::MenuItem("Light", "T", state.theme == Theme::kLight)) {
@@ -380,8 +385,9 @@ void Viewer::Impl::DrawMenu(double& height) {
       ImGui::MenuItem("Keys and mouse", "H", &state.show_help);
       ImGui::EndMenu();
     }
-    const std::string title =
-        state.document.loading ? state.document.title + ": loading" : state.document.title;
+    const std::string title = state.document.loading              ? state.document.title + ": loading"
+                              : state.editing.document.Modified() ? state.document.title + " \u2022 not saved"
+                                                                  : state.document.title;
     const float width = ImGui::CalcTextSize(title.c_str()).x;
     ImGui::SetCursorPosX(ImGui::GetWindowWidth() - width - 1.2F * ImGui::GetFontSize());
     ImGui::TextDisabled("%s", title.c_str());
@@ -458,7 +464,7 @@ void Viewer::Impl::DrawPanels() {
 
 void Viewer::Impl::CarryOut() {
   const Requests requests = std::exchange(state.requests, {});
-  if (requests.open) {
+  if (requests.open && !Postpone(state, {.quit = false, .open = requests.open->path})) {
     Open(requests.open->path);
   }
   if (requests.copy) {
@@ -468,7 +474,7 @@ void Viewer::Impl::CarryOut() {
   if (requests.run) {
     Control(requests.run->what);
   }
-  if (requests.quit) {
+  if (requests.quit && !Postpone(state, {.quit = true, .open = {}})) {
     closing = true;
     Control(RunRequestChange::What::kEnd);
   }
@@ -511,6 +517,7 @@ void Viewer::Frame(double seconds) {
   s.CarryOut();
   s.TakeRunNews();
   s.TakeNews();
+  s.editing.Update(s.state);
   s.RequestFrame();
   if (s.window.width < 1 || s.window.height < 1) {
     return;  // minimised
@@ -546,7 +553,8 @@ bool Viewer::Idle() const {
   const bool settled = std::none_of(s.panels.begin(), s.panels.end(), [&](const PanelPtr& panel) {
     return panel->Where() == Place::kScene && panel->Busy();
   });
-  return (!s.replay || s.replay->Idle()) && !s.run && settled && s.state.requests.Empty();
+  return (!s.replay || s.replay->Idle()) && !s.run && settled && !s.editing.Busy() &&
+         s.state.requests.Empty();
 }
 
 bool Viewer::WantsToClose() const { return impl_->closing && !impl_->run; }

@@ -20,6 +20,9 @@ const SnapshotObject* ViewerState::Object(std::optional<int> id) const {
 }
 
 std::string ObjectName(const SnapshotObject& object) {
+  if (!object.name.empty()) {
+    return object.name;
+  }
   std::string label = object.label;
   std::replace(label.begin(), label.end(), '_', ' ');
   return fmt::format("{} {}", label, object.id);

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "app/viewer/editing.h"
 #include "app/viewer/replay.h"
 #include "app/viewer/shown_frame.h"
 #include "app/viewer/timeline.h"
@@ -120,6 +121,7 @@ struct ViewerState {
   std::optional<int> hovered;   // the object under the mouse, in whichever panel
   std::optional<int> pointed;   // where panels say so; hovered in the next frame
   Measurement measurement;
+  Editing editing;
 
   Theme theme = Theme::kDark;
   double ui_scale = 1.0;  // pixels for one of the layout's
@@ -142,7 +144,7 @@ struct ViewerState {
   void Ask(QuitRequest request) { requests.quit = request; }
 };
 
-// "potted_plant" as people write it, with its number: "potted plant 3".
+// The name that somebody gave it, or its label as people write it, with its number: "potted plant 3".
 std::string ObjectName(const SnapshotObject& object);
 
 // The named view of the present map, or the automatic one for an empty name.

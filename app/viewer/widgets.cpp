@@ -73,6 +73,10 @@ bool IconButton(const char* id, Icon icon, const char* tip, bool on) {
 
 void Heading(const char* text) {
   ImGui::Dummy(ImVec2(0.0F, 0.25F * ImGui::GetFontSize()));
+  Bold(text);
+}
+
+void Bold(const char* text) {
   ImGui::PushFont(ImGui::GetIO().Fonts->Fonts[std::min(1, ImGui::GetIO().Fonts->Fonts.Size - 1)]);
   ImGui::TextUnformatted(text);
   ImGui::PopFont();

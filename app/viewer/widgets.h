@@ -15,8 +15,9 @@ enum class Icon { kPlay, kPause, kBackward, kStepBack, kStepForward, kFirst, kLa
 // A square button with a drawn sign; `tip` is shown under the mouse. True when pressed.
 bool IconButton(const char* id, Icon icon, const char* tip, bool on = false);
 
-// A heading over a group of fields.
+// A heading over a group of fields, and its letters alone.
 void Heading(const char* text);
+void Bold(const char* text);
 
 // "name  value" in two columns of a panel.
 void Row(const char* name, const std::string& value);

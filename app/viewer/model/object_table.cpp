@@ -9,6 +9,7 @@
 #include <cmath>
 #include <numbers>
 #include <sstream>
+#include <string_view>
 
 #include "slam/util/options.h"
 
@@ -38,6 +39,24 @@ std::optional<double> ParseNumber(const std::string& text) {
   double number = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   return error == std::errc() && end == text.data() + text.size() ? std::optional(number) : std::nullopt;
+}
+
+constexpr std::string_view kSigns = "<>=!";
+
+// "e1 > 0.5 cup" as "e1>0.5 cup".
+std::string WithoutBlanksAroundSigns(const std::string& text) {
+  std::string tight;
+  for (const char c : text) {
+    const bool sign = kSigns.find(c) != std::string_view::npos;
+    while (sign && !tight.empty() && tight.back() == ' ') {
+      tight.pop_back();
+    }
+    const bool after_sign = !tight.empty() && kSigns.find(tight.back()) != std::string_view::npos;
+    if (c != ' ' || !after_sign) {
+      tight += c;
+    }
+  }
+  return tight;
 }
 
 template <typename Value>
@@ -183,9 +202,9 @@ void SortRows(std::vector<ObjectRow>& rows, ObjectColumn column, bool ascending)
 }
 
 RowFilter::RowFilter(const std::string& text) {
-  std::istringstream stream(text);
+  std::istringstream stream(WithoutBlanksAroundSigns(text));
   for (std::string part; stream >> part;) {
-    const std::size_t at = part.find_first_of("<>=!");
+    const std::size_t at = part.find_first_of(kSigns);
     if (at == std::string::npos) {
       terms_.push_back({std::nullopt, "", Lower(part), std::nullopt});
     } else {
@@ -196,7 +215,7 @@ RowFilter::RowFilter(const std::string& text) {
 
 void RowFilter::AddComparison(const std::string& part, std::size_t at) {
   const std::string key = Lower(part.substr(0, at));
-  const std::size_t value = part.find_first_not_of("<>=!", at);
+  const std::size_t value = part.find_first_not_of(kSigns, at);
   Term term;
   term.comparison = part.substr(at, value == std::string::npos ? value : value - at);
   term.word = value == std::string::npos ? "" : Lower(part.substr(value));
@@ -204,7 +223,7 @@ void RowFilter::AddComparison(const std::string& part, std::size_t at) {
   std::vector<std::string> keys;
   for (const ColumnInfo& info : ObjectColumns()) {
     keys.push_back(info.key);
-    if (info.key == key) {
+    if (info.key == key || Lower(info.title) == key) {
       term.column = info.column;
     }
   }

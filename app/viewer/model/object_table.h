@@ -70,8 +70,8 @@ std::string CellText(const ObjectRow& row, ObjectColumn column);
 void SortRows(std::vector<ObjectRow>& rows, ObjectColumn column, bool ascending);
 
 // Which rows a search shows. Words must all occur in id, name or label, without regard to case; comparisons
-// (observations>100, e1<=0.3, label=cup, yaw>-45) name a column by its key, yaw in degrees. An empty text
-// shows all.
+// (observations>100, seen > 100, e1<=0.3, label=cup, yaw>-45) name a column by its key or title, yaw in
+// degrees; blanks around the sign are fine. An empty text shows all.
 class RowFilter {
  public:
   RowFilter() = default;

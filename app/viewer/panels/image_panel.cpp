@@ -7,6 +7,7 @@
 
 #include "app/viewer/gl_texture.h"
 #include "app/viewer/panels/panels.h"
+#include "app/viewer/panels/scene_marks.h"
 #include "app/viewer/widgets.h"
 #include "render/outlines.h"
 
@@ -112,6 +113,7 @@ class ImagePanel : public Panel {
     list->PushClipRect(origin_, end, true);
     DrawImage(state, end);
     DrawMarks(state);
+    DrawImageMarks(state, [this](double x, double y) { return At(x, y); });
     list->PopClipRect();
     HandleMouse(state);
   }

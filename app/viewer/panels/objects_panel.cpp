@@ -1,80 +1,208 @@
 #include <fmt/format.h>
 #include <imgui.h>
+#include <imgui_stdlib.h>
 
-#include <numbers>
+#include <algorithm>
+#include <array>
+#include <string>
+#include <vector>
 
+#include "app/viewer/edit_actions.h"
+#include "app/viewer/model/object_table.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/widgets.h"
 
 namespace sqslam::viewer {
 namespace {
 
+// The table of objects with its filter, and what can be done to the selected one.
 class ObjectsPanel : public Panel {
  public:
   Place Where() const override { return Place::kSide; }
   std::string Title() const override { return "Objects"; }
 
   void Draw(ViewerState& state) override {
-    const MapSnapshot* map = state.Map();
-    if (map == nullptr || map->objects.empty()) {
-      ImGui::TextDisabled(map == nullptr ? "No map is open." : "The map holds no objects yet.");
+    if (state.Map() == nullptr) {
+      ImGui::TextDisabled("No map is open.");
       return;
     }
+    MakeRows(state);
+    DrawFilter(state);
     const SnapshotObject* selected = state.Object(state.selected);
-    const float details = selected != nullptr ? 13.0F * ImGui::GetTextLineHeightWithSpacing() : 0.0F;
-    DrawList(
-        state, *map,
-        std::max(6.0F * ImGui::GetTextLineHeightWithSpacing(), ImGui::GetContentRegionAvail().y - details));
+    const float bar = selected != nullptr ? ImGui::GetFrameHeightWithSpacing() : 0.0F;
+    DrawTable(state, std::max(ImGui::GetContentRegionAvail().y - bar, 3.0F * ImGui::GetFrameHeight()));
     if (selected != nullptr) {
-      DrawDetails(*selected);
+      DrawActions(state, selected->id);
     }
   }
 
  private:
-  static void DrawList(ViewerState& state, const MapSnapshot& map, float height) {
-    if (!ImGui::BeginTable("objects", 3, ImGuiTableFlags_ScrollY | ImGuiTableFlags_RowBg,
-                           ImVec2(0.0F, height))) {
+  // Rows of the map as edited, with what is hidden.
+  void MakeRows(const ViewerState& state) {
+    const ShownFramePtr& raw = state.editing.raw;
+    const ObjectEdits& edits = state.editing.document.Current().edits;
+    if (!raw || !raw->map || (raw->map == map_ && edits == edits_ && sorted_by_ == order_)) {
       return;
     }
-    ImGui::TableSetupScrollFreeze(0, 1);
-    ImGui::TableSetupColumn("object", ImGuiTableColumnFlags_WidthStretch);
-    ImGui::TableSetupColumn("seen", ImGuiTableColumnFlags_WidthFixed, 3.4F * ImGui::GetFontSize());
-    ImGui::TableSetupColumn("points", ImGuiTableColumnFlags_WidthFixed, 3.4F * ImGui::GetFontSize());
-    ImGui::TableHeadersRow();
-    for (const SnapshotObject& object : map.objects) {
-      ImGui::TableNextRow();
-      ImGui::TableNextColumn();
-      ImGui::PushID(object.id);
-      Swatch(state.colors(object.label));
-      const bool selected = state.selected == object.id;
-      if (ImGui::Selectable(ObjectName(object).c_str(), selected, ImGuiSelectableFlags_SpanAllColumns)) {
-        state.selected = selected ? std::nullopt : std::optional(object.id);
+    map_ = raw->map;
+    edits_ = edits;
+    sorted_by_ = order_;
+    rows_ = ObjectRows(*Apply(edits, *map_, HiddenObjects::kKeep), edits);
+    SortRows(rows_, order_.column, order_.ascending);
+  }
+
+  void DrawFilter(const ViewerState& state) {
+    const auto shown = std::count_if(rows_.begin(), rows_.end(),
+                                     [this](const ObjectRow& row) { return filter_.Shows(row); });
+    const std::string count = static_cast<std::size_t>(shown) == rows_.size()
+                                  ? fmt::format("{}", rows_.size())
+                                  : fmt::format("{} of {}", shown, rows_.size());
+    const float width = ImGui::CalcTextSize("00 of 00").x + ImGui::GetFontSize();
+    ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x - width);
+    if (ImGui::InputTextWithHint("##filter", "Filter: cup, seen > 50, e1 < 0.3", &text_)) {
+      filter_ = RowFilter(text_);
+    }
+    Tip("Words of name, label or number; comparisons with observations, points, score, ax, ay, az, e1, e2, "
+        "yaw, "
+        "residual, agreement");
+    ImGui::SameLine();
+    ImGui::TextDisabled("%s", count.c_str());
+    if (!filter_.Problem().empty()) {
+      ImGui::PushStyleColor(ImGuiCol_Text, PaletteOf(state.theme).bad);
+      ImGui::TextWrapped("%s", filter_.Problem().c_str());
+      ImGui::PopStyleColor();
+    }
+  }
+
+  void DrawTable(ViewerState& state, float height) {
+    constexpr std::array<ObjectColumn, 11> kShown = {
+        ObjectColumn::kName,  ObjectColumn::kObservations, ObjectColumn::kPoints,   ObjectColumn::kScore,
+        ObjectColumn::kE1,    ObjectColumn::kE2,           ObjectColumn::kSizeX,    ObjectColumn::kSizeY,
+        ObjectColumn::kSizeZ, ObjectColumn::kResidual,     ObjectColumn::kAgreement};
+    const ImGuiTableFlags flags = ImGuiTableFlags_ScrollX | ImGuiTableFlags_ScrollY | ImGuiTableFlags_RowBg |
+                                  ImGuiTableFlags_Sortable | ImGuiTableFlags_Resizable |
+                                  ImGuiTableFlags_Hideable | ImGuiTableFlags_NoSavedSettings;
+    if (!ImGui::BeginTable("objects", static_cast<int>(kShown.size()), flags, ImVec2(0.0F, height))) {
+      return;
+    }
+    const float em = ImGui::GetFontSize();
+    ImGui::TableSetupScrollFreeze(1, 1);
+    for (const ColumnInfo& info : ObjectColumns()) {
+      if (std::find(kShown.begin(), kShown.end(), info.column) == kShown.end()) {
+        continue;
       }
-      if (ImGui::IsItemHovered()) {
-        state.pointed = object.id;
+      const bool name = info.column == ObjectColumn::kName;
+      const bool counts = info.column == ObjectColumn::kObservations || info.column == ObjectColumn::kPoints;
+      ImGui::TableSetupColumn(info.title.c_str(),
+                              ImGuiTableColumnFlags_WidthFixed |
+                                  (counts ? ImGuiTableColumnFlags_PreferSortDescending : 0) |
+                                  (name ? ImGuiTableColumnFlags_NoHide : 0),
+                              name                    ? 9.2F * em
+                              : info.title.size() > 5 ? 4.9F * em
+                                                      : 3.6F * em,
+                              static_cast<ImGuiID>(info.column));
+    }
+    TakeOrder();
+    DrawHeader();
+    for (const ObjectRow& row : rows_) {
+      if (filter_.Shows(row)) {
+        DrawRow(state, row);
       }
-      ImGui::TableNextColumn();
-      ImGui::Text("%d", object.observations);
-      ImGui::TableNextColumn();
-      ImGui::Text("%d", object.points);
-      ImGui::PopID();
     }
     ImGui::EndTable();
   }
 
-  static void DrawDetails(const SnapshotObject& object) {
-    const Superquadric& shape = object.superquadric.shape;
-    const Eigen::Vector3d& at = object.superquadric.T_map_object.translation;
-    Heading(ObjectName(object).c_str());
-    Row("centre", fmt::format("{:.3f}  {:.3f}  {:.3f}", at.x(), at.y(), at.z()));
-    Row("half sizes",
-        fmt::format("{:.3f}  {:.3f}  {:.3f}", shape.half_size.x(), shape.half_size.y(), shape.half_size.z()));
-    Row("exponents", fmt::format("{:.2f}  {:.2f}", shape.e1, shape.e2));
-    Row("yaw", fmt::format("{:.1f}\u00b0", object.yaw * 180.0 / std::numbers::pi));
-    Row("detector score", fmt::format("{:.2f}", object.score));
-    Row("agrees with boxes", fmt::format("{:.0f} %", 100.0 * object.fit.box_agreement));
-    Row("points off surface", fmt::format("{:.4f}", object.fit.point_rms));
+  static void DrawActions(ViewerState& state, int id) {
+    if (ImGui::Button("Hide")) {
+      HideObject(state, id, true);
+    }
+    Tip("Leaves it out of pictures, not of files; a click on its row shows it again");
+    ImGui::SameLine();
+    if (ImGui::Button("Delete")) {
+      DeleteObject(state, id);
+    }
+    Tip("Takes it out of the edited map (Delete). The recording stays as it is");
   }
+
+  void TakeOrder() {
+    ImGuiTableSortSpecs* specs = ImGui::TableGetSortSpecs();
+    if (specs != nullptr && specs->SpecsDirty && specs->SpecsCount > 0) {
+      order_ = {static_cast<ObjectColumn>(specs->Specs[0].ColumnUserID),
+                specs->Specs[0].SortDirection == ImGuiSortDirection_Ascending};
+      specs->SpecsDirty = false;
+    }
+  }
+
+  static void DrawHeader() {
+    ImGui::TableNextRow(ImGuiTableRowFlags_Headers);
+    int column = 0;
+    for (const ColumnInfo& info : ObjectColumns()) {
+      if (info.column == ObjectColumn::kId || info.column == ObjectColumn::kLabel ||
+          info.column == ObjectColumn::kYaw) {
+        continue;
+      }
+      ImGui::TableSetColumnIndex(column++);
+      ImGui::TableHeader(info.title.c_str());
+      Tip(info.help.c_str());
+    }
+  }
+
+  static void DrawRow(ViewerState& state, const ObjectRow& row) {
+    ImGui::TableNextRow();
+    ImGui::PushID(row.id);
+    if (row.hidden) {
+      ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
+    }
+    ImGui::TableNextColumn();
+    Swatch(row.hidden ? Eigen::Vector3d(0.5, 0.5, 0.5) : state.colors(row.label));
+    const bool selected = state.selected == row.id;
+    std::string name = row.name;
+    if (name == row.label) {
+      std::replace(name.begin(), name.end(), '_', ' ');
+      name += fmt::format(" {}", row.id);
+    }
+    if (ImGui::Selectable((name + (row.hidden ? " (hidden)" : "")).c_str(), selected,
+                          ImGuiSelectableFlags_SpanAllColumns)) {
+      if (row.hidden) {
+        HideObject(state, row.id, false);
+        state.selected = row.id;
+      } else {
+        state.selected = selected ? std::nullopt : std::optional(row.id);
+      }
+    }
+    if (ImGui::IsItemHovered()) {
+      state.pointed = row.id;
+      if (row.hidden) {
+        ImGui::SetTooltip("Hidden; a click shows it again");
+      }
+    }
+    for (const ColumnInfo& info : ObjectColumns()) {
+      if (info.is_number && info.column != ObjectColumn::kId && info.column != ObjectColumn::kYaw) {
+        ImGui::TableNextColumn();
+        const std::string cell = CellText(row, info.column);
+        const float room = ImGui::GetContentRegionAvail().x - ImGui::CalcTextSize(cell.c_str()).x;
+        ImGui::SetCursorPosX(ImGui::GetCursorPosX() + std::max(0.0F, room - 0.3F * ImGui::GetFontSize()));
+        ImGui::TextUnformatted(cell.c_str());
+      }
+    }
+    if (row.hidden) {
+      ImGui::PopStyleColor();
+    }
+    ImGui::PopID();
+  }
+
+  struct Order {
+    ObjectColumn column = ObjectColumn::kName;
+    bool ascending = true;
+    bool operator==(const Order&) const = default;
+  };
+
+  std::string text_;
+  RowFilter filter_;
+  Order order_, sorted_by_;
+  MapSnapshotPtr map_;
+  ObjectEdits edits_;
+  std::vector<ObjectRow> rows_;
 };
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "app/viewer/gl_texture.h"
 #include "app/viewer/keys.h"
 #include "app/viewer/panels/panels.h"
+#include "app/viewer/panels/scene_marks.h"
 #include "app/viewer/picking.h"
 #include "app/viewer/widgets.h"
 #include "render/interactive_scene.h"
@@ -43,7 +44,9 @@ class ScenePanel : public Panel {
                                ImGuiButtonFlags_MouseButtonMiddle);
     hovered_ = ImGui::IsItemHovered();
     if (state.Map() != nullptr) {
-      HandleMouse(state);
+      if (!AnnotateWithMouse(state, origin_, hovered_)) {
+        HandleMouse(state);
+      }
       HandleKeys(state);
     }
     DrawScene(state);
@@ -193,6 +196,7 @@ class ScenePanel : public Panel {
     DrawOutline(state, state.Object(state.selected), palette.accent, 3.0F * scale);
     DrawName(state, state.Object(state.hovered ? state.hovered : state.selected));
     DrawMeasurement(state);
+    DrawSceneMarks(state, origin_);
     list->PopClipRect();
   }
 

@@ -91,6 +91,8 @@ TEST(ObjectTable, FiltersByWords) {
 TEST(ObjectTable, FiltersByComparisons) {
   EXPECT_THAT(Shown("observations>50"), ElementsAre(0));
   EXPECT_THAT(Shown("observations<=20 e2>=1"), ElementsAre(1, 2));
+  EXPECT_THAT(Shown("seen > 50"), ElementsAre(0)) << "as the header names it, and with blanks";
+  EXPECT_THAT(Shown("sports  e1 >= 0.5 ball"), ElementsAre(2));
   EXPECT_THAT(Shown("label=cup"), ElementsAre(1));
   EXPECT_THAT(Shown("label!=cup az<0.15"), ElementsAre(0));
   EXPECT_THAT(Shown("yaw<-50"), ElementsAre(0)) << "degrees";
