@@ -16,9 +16,12 @@ struct Range {
 };
 
 // Of all lines, with room above and below; a constant is in the middle.
-Range RangeOf(const std::vector<PlotLine>& lines) {
+Range RangeOf(const Plot& plot) {
+  if (plot.range) {
+    return {plot.range->first, plot.range->second};
+  }
   Range range{1e300, -1e300};
-  for (const PlotLine& line : lines) {
+  for (const PlotLine& line : plot.lines) {
     for (const double value : line.values) {
       range.low = std::min(range.low, value);
       range.high = std::max(range.high, value);
@@ -28,7 +31,8 @@ Range RangeOf(const std::vector<PlotLine>& lines) {
     return {};
   }
   const double room = std::max(0.08 * (range.high - range.low), 0.02 * std::abs(range.high) + 1e-9);
-  return {range.low - room, range.high + room};
+  const double low = range.low - room;
+  return {range.low >= 0.0 && low < 0.0 ? 0.0 : low, range.high + room};
 }
 
 // Title on the left, names of the lines in their colours on the right.
@@ -83,12 +87,10 @@ std::optional<std::size_t> DrawPlot(const ViewerState& state, const char* id, co
   const bool clicked = ImGui::IsItemActivated();
   const bool hovered = ImGui::IsItemHovered();
   const float em = ImGui::GetFontSize();
-  const Range range = RangeOf(plot.lines);
+  const Range range = RangeOf(plot);
   const std::string top = Number(plot.format, range.high);
   const std::string bottom = Number(plot.format, range.low);
-  const float left = corner.x +
-                     std::max(ImGui::CalcTextSize(top.c_str()).x, ImGui::CalcTextSize(bottom.c_str()).x) +
-                     0.5F * em;
+  const float left = corner.x + 3.4F * em;  // the same in all plots of a panel
   const float right = corner.x + width;
   const double span = std::max(plot.x.back() - plot.x.front(), 1e-9);
   const auto x_of = [&](double x) {
@@ -113,7 +115,11 @@ std::optional<std::size_t> DrawPlot(const ViewerState& state, const char* id, co
   for (const PlotLine& line : plot.lines) {
     std::vector<ImVec2> points;
     for (std::size_t i = 0; i < plot.x.size(); ++i) {
-      points.emplace_back(x_of(plot.x[i]), y_of(line.values[i]));
+      const ImVec2 point(x_of(plot.x[i]), y_of(line.values[i]));
+      // Points that fall together would make the line's joints thick.
+      if (points.empty() || std::hypot(point.x - points.back().x, point.y - points.back().y) > 1.0F) {
+        points.push_back(point);
+      }
     }
     if (points.size() == 1) {
       list->AddCircleFilled(points.front(), 2.5F, line.color);

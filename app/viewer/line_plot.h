@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/viewer/viewer_state.h"
@@ -21,8 +22,9 @@ struct Plot {
   std::vector<double> x;  // rising
   std::vector<PlotLine> lines;
   std::string x_name;
-  const char* format = "{:.3g}";  // of values, as fmt
-  std::optional<double> now;      // x of what is shown now, marked
+  const char* format = "{:.3g}";                   // of values, as fmt
+  std::optional<double> now;                       // x of what is shown now, marked
+  std::optional<std::pair<double, double>> range;  // of values; otherwise what the lines need
 };
 
 // A small chart across the panel; the value under the mouse is told. Index of the x that was clicked.

@@ -2,13 +2,21 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace sqslam::viewer {
 namespace {
 
-// yaw plus as many half turns as bring it nearest to `reference`.
-double NearestYaw(double yaw, double reference) {
-  return yaw + std::numbers::pi * std::round((reference - yaw) / std::numbers::pi);
+constexpr double kQuarter = 0.5 * std::numbers::pi;
+
+// The same solids by so many quarter turns less, x and y named accordingly.
+void TurnBack(std::vector<ObjectSample>& samples, long quarters) {
+  for (ObjectSample& sample : samples) {
+    sample.yaw -= static_cast<double>(quarters) * kQuarter;
+    if (quarters % 2 != 0) {
+      std::swap(sample.half_size.x(), sample.half_size.y());
+    }
+  }
 }
 
 }  // namespace
@@ -23,7 +31,10 @@ void ObjectHistories::Add(int snapshot, const MapSnapshot& map) {
     sample.frame_index = map.frame_index;
     sample.observations = object.observations;
     sample.points = object.points;
-    sample.yaw = history.samples.empty() ? object.yaw : NearestYaw(object.yaw, history.samples.back().yaw);
+    sample.yaw = object.yaw;
+    if (!history.samples.empty()) {
+      TurnBack(history.samples, std::lround((history.samples.back().yaw - object.yaw) / kQuarter));
+    }
     sample.half_size = shape.half_size;
     sample.e1 = shape.e1;
     sample.e2 = shape.e2;

@@ -18,10 +18,10 @@ struct ObjectSample {
   std::int64_t frame_index = 0;
   int observations = 0;  // until then
   int points = 0;
-  // Radians, without jumps: of the yaws that describe the same solid (half turns apart) the one nearest to
-  // the sample before.
+  // Radians, without jumps: a solid turned by a quarter with its x and y axes swapped is the same, and of
+  // these descriptions samples have the one nearest to the sample after; the newest has the map's own.
   double yaw = 0.0;
-  Eigen::Vector3d half_size = Eigen::Vector3d::Zero();  // map units of that snapshot
+  Eigen::Vector3d half_size = Eigen::Vector3d::Zero();  // map units of that snapshot, axes as yaw has them
   double e1 = 0.0;
   double e2 = 0.0;
   double residual = 0.0;  // rms distance of its points, map units

@@ -43,8 +43,9 @@ class AnnotationPanel : public Panel {
   static void DrawAdding(ViewerState& state) {
     AnnotationTool& tool = state.editing.annotation;
     Heading("New solid");
+    ImGui::AlignTextToFramePadding();
     ImGui::TextDisabled("label");
-    ImGui::SameLine(4.5F * ImGui::GetFontSize());
+    ImGui::SameLine(4.0F * ImGui::GetFontSize());
     ImGui::SetNextItemWidth(-1.0F);
     ImGui::InputText("##label", &tool.label);
     const float spacing = ImGui::GetStyle().ItemSpacing.x;
@@ -88,7 +89,7 @@ class AnnotationPanel : public Panel {
       return;
     }
     const float line = ImGui::GetTextLineHeightWithSpacing();
-    const float rows = std::clamp(static_cast<float>(annotation.solids.size()), 2.0F, 6.0F);
+    const float rows = std::clamp(static_cast<float>(annotation.solids.size()), 1.0F, 6.0F);
     ImGui::BeginChild("solids", ImVec2(0.0F, (rows + 0.3F) * line));
     for (const AnnotatedSolid& solid : annotation.solids) {
       ImGui::PushID(solid.id);

@@ -43,7 +43,8 @@ void DrawNumbers(const SnapshotObject& object) {
       fmt::format("{:.3f}  {:.3f}  {:.3f}", shape.half_size.x(), shape.half_size.y(), shape.half_size.z()));
   Row("e1", with(fmt::format("{:.2f}", shape.e1), sigma(7)));
   Row("e2", with(fmt::format("{:.2f}", shape.e2), sigma(8)));
-  Row("yaw", with(fmt::format("{:.1f}\u00b0", object.yaw * kDegrees + 0.0), sigma(6), kDegrees));
+  Row("yaw", with(fmt::format("{:.1f}\u00b0", object.yaw * kDegrees + 0.0), sigma(6), kDegrees) +
+                 (sure ? "\u00b0" : ""));
   Row("seen", fmt::format("in {} frames, {} points", object.observations, object.points));
   Row("detector score", fmt::format("{:.2f}", object.score));
   Row("IoU with boxes", object.fit.box_agreement > 0.0 ? fmt::format("{:.2f}", object.fit.box_agreement)
@@ -210,11 +211,13 @@ void InspectorPanel::DrawHistory(ViewerState& state, const SnapshotObject& objec
              {},
              {{"ax", palette.plot_a, {}}, {"ay", palette.plot_b, {}}, {"az", palette.plot_c, {}}},
              by_frame_ ? "frame" : "observations",
-             "{:.3g}",
+             "{:.2g}",
+             {},
              {}};
-  Plot shapes{"exponents",  {},       {{"e1", palette.plot_a, {}}, {"e2", palette.plot_b, {}}},
-              sizes.x_name, "{:.2f}", {}};
-  Plot yaw{"yaw, degrees", {}, {{"yaw", palette.plot_a, {}}}, sizes.x_name, "{:.0f}", {}};
+  Plot shapes{"exponents",        {},       {{"e1", palette.plot_a, {}}, {"e2", palette.plot_b, {}}},
+              sizes.x_name,       "{:.1f}", {},
+              std::pair(0.0, 2.0)};
+  Plot yaw{"yaw, degrees", {}, {{"yaw", palette.plot_a, {}}}, sizes.x_name, "{:.0f}", {}, {}};
   for (const ObjectSample& sample : samples) {
     sizes.x.push_back(by_frame_ ? static_cast<double>(sample.frame_index) : sample.observations);
     for (int axis = 0; axis < 3; ++axis) {

@@ -64,12 +64,27 @@ TEST_F(RecordingPass, HistoriesBeginWhereObjectsDo) {
   EXPECT_EQ(cup.samples[3].half_size, Eigen::Vector3d(0.12, 0.12, 0.2));
 }
 
+TEST(ObjectHistoriesOfBoxes, AQuarterTurnWithSwappedAxesIsNoJump) {
+  MapSnapshot map = HandMadeMap();
+  ObjectHistories histories;
+  map.objects[0].yaw = 0.7;  // 0.3 by 0.2
+  histories.Add(0, map);
+  map.objects[0].yaw = 0.8 - 0.5 * std::numbers::pi;
+  map.objects[0].superquadric.shape.half_size = {0.21, 0.31, 0.1};
+  histories.Add(1, map);
+  const std::vector<ObjectSample>& samples = histories.All().at(0).samples;
+  EXPECT_NEAR(samples[1].yaw, 0.8 - 0.5 * std::numbers::pi, 1e-12) << "the newest is as the map says";
+  EXPECT_EQ(samples[1].half_size, Eigen::Vector3d(0.21, 0.31, 0.1));
+  EXPECT_NEAR(samples[0].yaw, 0.7 - 0.5 * std::numbers::pi, 1e-12);
+  EXPECT_EQ(samples[0].half_size, Eigen::Vector3d(0.2, 0.3, 0.1));
+}
+
 TEST_F(RecordingPass, YawHasNoJumpsOfHalfTurns) {
   const RecordingReader reader(path_);
   const ObjectHistories histories = ReadObjectHistories(reader);
   const std::vector<ObjectSample>& book = histories.All().at(0).samples;
   for (std::size_t i = 0; i < book.size(); ++i) {
-    EXPECT_NEAR(book[i].yaw, 0.1 * static_cast<double>(i), 1e-9);
+    EXPECT_NEAR(book[i].yaw, 0.1 * static_cast<double>(i) - std::numbers::pi, 1e-9);
   }
   EXPECT_NEAR(histories.All().at(2).samples.back().yaw, 1.75, 1e-12) << "also beyond a quarter turn";
 }
