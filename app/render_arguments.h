@@ -28,6 +28,7 @@ struct RenderArguments {
   double elevation = 0.0;
   double zoom = 1.0;
   std::optional<std::int64_t> camera_frame;
+  std::optional<std::int64_t> at_frame;
   bool overlay = false;
   std::string path;
   bool growth = false;

@@ -44,10 +44,13 @@ void GlTexture::Upload(const cv::Mat& image) {
   glBindTexture(GL_TEXTURE_2D, static_cast<GLuint>(bound));
 }
 
-cv::Mat ReadFramebuffer(cv::Size size) {
-  cv::Mat image(size, CV_8UC3);
+cv::Mat ReadFramebuffer(cv::Size size) { return ReadFramebuffer(size, {cv::Point(), size}); }
+
+cv::Mat ReadFramebuffer(cv::Size size, const cv::Rect& part) {
+  cv::Mat image(part.size(), CV_8UC3);
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
-  glReadPixels(0, 0, size.width, size.height, GL_BGR, GL_UNSIGNED_BYTE, image.data);
+  glReadPixels(part.x, size.height - part.y - part.height, part.width, part.height, GL_BGR, GL_UNSIGNED_BYTE,
+               image.data);
   glPixelStorei(GL_PACK_ALIGNMENT, 4);
   cv::flip(image, image, 0);
   return image;

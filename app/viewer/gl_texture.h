@@ -21,7 +21,8 @@ class GlTexture {
   cv::Size size_;
 };
 
-// The pixels of the framebuffer that is current: 8UC3 BGR, top row first.
+// The pixels of the framebuffer that is current, of that size, or a part of them: 8UC3 BGR, top row first.
 cv::Mat ReadFramebuffer(cv::Size size);
+cv::Mat ReadFramebuffer(cv::Size size, const cv::Rect& part);
 
 }  // namespace sqslam::viewer

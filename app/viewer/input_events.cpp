@@ -153,13 +153,16 @@ void AppendLine(const std::string& text, const std::string& source, int line,
   } else if (word == "picture") {
     action.kind = ScriptLine::Kind::kPicture;
     action.text = words.Rest();
+  } else if (word == "command") {
+    action.kind = ScriptLine::Kind::kCommand;
+    action.text = words.Rest();
   } else if (word == "expect") {
     action.kind = ScriptLine::Kind::kExpect;
     action.text = words.Rest();
   } else {
     words.Fail(
         "move, press, release, wheel, key, keydown, keyup, text, resize, focus, drop, close, frames, wait, "
-        "picture or expect");
+        "picture, command or expect");
   }
   script.push_back(std::move(action));
 }

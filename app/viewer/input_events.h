@@ -37,6 +37,7 @@ struct ScriptLine {
     kFrames,   // let `count` frames of the window pass
     kWait,     // until `text`: "idle" nothing is loading or moving, "map" a map is there, "end" the run ended
     kPicture,  // write the whole window to the file `text`
+    kCommand,  // write the command of the picture on the screen to the file `text`
     kExpect,   // `text`: "KEY VALUE" that must be true now, or the program fails
   };
   Kind kind = Kind::kEvent;

@@ -7,8 +7,8 @@ namespace sqslam::viewer {
 // How the window is split; the user moves the lines between the parts. Lengths at scale 1.
 struct LayoutSettings {
   double side = 380.0;    // width of the column on the right
-  double bottom = 150.0;  // height of the timeline
-  double top = 300.0;     // height of the image above the tabs
+  double bottom = 146.0;  // height of the timeline
+  double top = 272.0;     // height of the image above the tabs
 };
 
 // The parts, pixels of the window; empty where they don't fit.

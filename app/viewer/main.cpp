@@ -17,6 +17,7 @@
 #include "app/run_arguments.h"
 #include "app/viewer/desktop_window.h"
 #include "app/viewer/edit_actions.h"
+#include "app/viewer/frame_timing.h"
 #include "app/viewer/gl_texture.h"
 #include "app/viewer/script_player.h"
 #include "app/viewer/viewer.h"
@@ -43,6 +44,7 @@ struct Arguments {
   std::string resolution = "1280,720";
   std::string play;
   std::string record;
+  bool timing = false;
 };
 
 // Writes down the events of each frame.
@@ -99,6 +101,7 @@ class Loop {
   // `run`: to be watched, not started yet; or null.
   Loop(const Arguments& arguments, std::unique_ptr<LiveRun> run, const app::RunRequest& request)
       : live_(run != nullptr),
+        timed_(arguments.timing),
         window_("sqslam", ParseSize(arguments.resolution)),
         viewer_(window_.Size(), window_.ContentScale()),
         recorder_(arguments.record) {
@@ -131,6 +134,9 @@ class Loop {
         viewer_.Handle(event);
       }
       Draw(player_ && !live_ ? 1.0 / 60.0 : seconds);
+    }
+    if (timed_) {
+      fmt::print("{}", timing_.Text());
     }
     return viewer_.ExitCode();
   }
@@ -187,15 +193,15 @@ class Loop {
   }
 
   void Draw(double seconds) {
+    const Clock::time_point start = Clock::now();
     viewer_.Frame(seconds);
-    size_ = window_.Size();
-    if (size_.area() > 0) {
+    if (window_.Size().area() > 0) {
       window_.ShowCursor(ImGui::GetMouseCursor());
-      picture_ready_ = true;
       if (!player_ || !player_->Done()) {
         window_.Show();
       }
     }
+    timing_.Add(viewer_.State(), std::chrono::duration<double>(Clock::now() - start).count());
     if (const auto text = viewer_.TakeClipboard()) {
       window_.SetClipboard(*text);
     }
@@ -213,13 +219,13 @@ class Loop {
     }
   }
 
-  bool live_;  // a run was watched
+  bool live_;   // a run was watched
+  bool timed_;  // --timing
+  FrameTiming timing_;
   DesktopWindow window_;
   Viewer viewer_;
   Recorder recorder_;
   std::optional<ScriptPlayer> player_;
-  cv::Size size_;
-  bool picture_ready_ = false;
   std::string title_;
 };
 
@@ -274,6 +280,7 @@ int ParseAndRun(int argc, char** argv) {
   cli.add_option("MAP", arguments.map, "map.sqmap, or the result folder that holds it");
   cli.add_option("--resolution", arguments.resolution, "WIDTH,HEIGHT of the window")->capture_default_str();
   cli.add_option("--play-events", arguments.play, "FILE: play a script of events, then close");
+  cli.add_flag("--timing", arguments.timing, "At the end, print how fast the window was");
   cli.add_option("--record-events", arguments.record, "FILE: write down all events as such a script");
   cli.get_formatter()->column_width(36);
   app::RunArguments run_arguments;

@@ -4,6 +4,8 @@
 
 #include <utility>
 
+#include "app/viewer/render_command_line.h"
+#include "slam/io/atomic_file.h"
 #include "slam/util/error.h"
 
 namespace sqslam::viewer {
@@ -84,12 +86,16 @@ std::vector<InputEvent> ScriptPlayer::Next(const Viewer& viewer, double seconds)
         waited_ = 0.0;
         break;
       case ScriptLine::Kind::kPicture:
+      case ScriptLine::Kind::kCommand:
       case ScriptLine::Kind::kExpect:
         if (!events.empty()) {
           return events;  // they come to pass first
         }
         if (line.kind == ScriptLine::Kind::kPicture) {
           picture_(line.text);
+        } else if (line.kind == ScriptLine::Kind::kCommand) {
+          const ViewerState& state = viewer.State();
+          WriteFileAtomically(line.text, RenderCommandLine(state, state.scene_size, false, "map.png") + "\n");
         } else {
           Expect(line, viewer);
         }

@@ -94,7 +94,20 @@ std::vector<Shortcut> MakeShortcuts() {
        [](ViewerState& s) {
          s.measurement = {!s.measurement.active, {}};
        }},
-      {"F12", "save a picture", key::kF12, false, false, [](ViewerState& s) { s.Ask(ScreenshotRequest{}); }},
+      {"F12", "save a picture", key::kF12, false, false, [](ViewerState& s) { s.Ask(s.screenshot); }},
+      {"R", "film the screen, stop", 'R', false, false,
+       [](ViewerState& s) { s.Ask(FilmRequest{!s.filming}); }},
+      {"K", "key frame of a camera path", 'K', false, false,
+       [](ViewerState& s) {
+         s.camera_keys.Add(s.view.camera);
+         s.Say("Key frame " + std::to_string(s.camera_keys.keys.size()) + " of the camera path is set.");
+       }},
+      {"Ctrl Shift C", "copy the command of the picture", 'C', true, true,
+       [](ViewerState& s) {
+         if (s.Map() != nullptr && !s.run.active) {
+           CopyCommand(s);
+         }
+       }},
       {"I", "show or hide the image", 'I', false, false,
        [](ViewerState& s) { s.show_image = !s.show_image; }},
       {"T", "dark or light", 'T', false, false, SwitchTheme},

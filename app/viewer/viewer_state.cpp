@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "app/viewer/render_command_line.h"
 #include "render/view_presets.h"
 #include "slam/util/error.h"
 
@@ -39,6 +40,13 @@ void LookFrom(ViewerState& state, const std::string& preset) {
   state.view.camera = NamedView(state, preset);
   state.view.preset = preset;
   state.view.automatic = true;
+}
+
+void CopyCommand(ViewerState& state) {
+  const ScreenshotRequest& wanted = state.screenshot;
+  const cv::Size size = wanted.width > 0 ? cv::Size(wanted.width, wanted.height) : state.scene_size;
+  state.Ask(CopyTextRequest{RenderCommandLine(state, size, wanted.transparent, "map.png"),
+                            "The command that draws this picture is on the clipboard."});
 }
 
 void UseStyle(ViewerState& state, const std::string& name) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "app/viewer/camera_keys.h"
 #include "app/viewer/editing.h"
 #include "app/viewer/replay.h"
 #include "app/viewer/shown_frame.h"
@@ -92,6 +93,14 @@ struct CopyTextRequest {
   std::string text;
   std::string notice;
 };
+struct FilmRequest {
+  bool on = false;  // film what is on the screen, or end that
+};
+struct SaveTextRequest {
+  std::string name;  // of the file, in the working folder, without number and extension
+  std::string extension;
+  std::string text;
+};
 struct RunRequestChange {  // of the run behind the window
   enum class What { kPause, kContinue, kStep, kEnd } what = What::kPause;
 };
@@ -103,9 +112,11 @@ struct Requests {
   std::vector<ScreenshotRequest> screenshots;
   std::optional<CopyTextRequest> copy;
   std::optional<RunRequestChange> run;
+  std::optional<FilmRequest> film;
+  std::optional<SaveTextRequest> save;
   std::optional<QuitRequest> quit;
 
-  bool Empty() const { return !open && screenshots.empty() && !copy && !run && !quit; }
+  bool Empty() const { return !open && screenshots.empty() && !copy && !run && !film && !save && !quit; }
 };
 
 struct ViewerState {
@@ -122,12 +133,16 @@ struct ViewerState {
   std::optional<int> pointed;   // where panels say so; hovered in the next frame
   Measurement measurement;
   Editing editing;
+  CameraKeys camera_keys;
+  bool filming = false;          // what is on the screen goes into a video
+  ScreenshotRequest screenshot;  // what F12 asks for: size and background that were chosen last
 
   Theme theme = Theme::kDark;
   double ui_scale = 1.0;  // pixels for one of the layout's
   bool show_help = false;
   bool show_image = true;
   cv::Size scene_size;          // of the scene on the screen, pixels
+  cv::Point scene_corner;       // its top-left corner in the window
   double seconds = 1.0 / 60.0;  // since the last frame of the window
   std::vector<Notice> notices;
   Requests requests;
@@ -141,6 +156,8 @@ struct ViewerState {
   void Ask(ScreenshotRequest request) { requests.screenshots.push_back(std::move(request)); }
   void Ask(CopyTextRequest request) { requests.copy = std::move(request); }
   void Ask(RunRequestChange request) { requests.run = request; }
+  void Ask(FilmRequest request) { requests.film = request; }
+  void Ask(SaveTextRequest request) { requests.save = std::move(request); }
   void Ask(QuitRequest request) { requests.quit = request; }
 };
 
@@ -152,6 +169,9 @@ ViewCamera NamedView(const ViewerState& state, const std::string& name);
 
 // Puts the camera there; it follows a growing map until somebody moves it.
 void LookFrom(ViewerState& state, const std::string& preset);
+
+// Asks for the command of the present picture on the clipboard.
+void CopyCommand(ViewerState& state);
 
 // Loads a style by its name; says so where that fails.
 void UseStyle(ViewerState& state, const std::string& name);

@@ -10,6 +10,7 @@ Panels AllPanels() {
   panels.push_back(MakeInspectorPanel());
   panels.push_back(MakeViewPanel());
   panels.push_back(MakeAnnotationPanel());
+  panels.push_back(MakePicturePanel());
   panels.push_back(MakeTimelinePanel());
   panels.push_back(MakeHelpPanel());
   panels.push_back(MakeSettingsPanel());

@@ -11,6 +11,7 @@ PanelPtr MakeObjectsPanel();
 PanelPtr MakeInspectorPanel();
 PanelPtr MakeViewPanel();
 PanelPtr MakeAnnotationPanel();
+PanelPtr MakePicturePanel();
 PanelPtr MakeHelpPanel();
 PanelPtr MakeNoticesPanel();
 PanelPtr MakeSettingsPanel();

@@ -35,6 +35,7 @@ class ScenePanel : public Panel {
     const ImVec2 available = ImGui::GetContentRegionAvail();
     origin_ = ImGui::GetCursorScreenPos();
     state.scene_size = {static_cast<int>(available.x), static_cast<int>(available.y)};
+    state.scene_corner = {static_cast<int>(origin_.x), static_cast<int>(origin_.y)};
     if (state.scene_size.width < 1 || state.scene_size.height < 1) {
       return;  // minimised
     }
