@@ -24,7 +24,7 @@ Layout LayOut(cv::Size window, double menu_height, const LayoutSettings& setting
   const double body = std::max(0.0, body_bottom - menu_height);
   layout.scene = {0.0, menu_height, std::max(0.0, width - side - gap), body};
   const double left = width - side;
-  const double top = has_top ? std::min(settings.top * scale, 0.6 * body) : 0.0;
+  const double top = has_top ? std::min(settings.top * scale, 0.5 * body) : 0.0;
   layout.top = {left, menu_height, side, top};
   const double tabs = menu_height + (has_top ? top + gap : 0.0);
   layout.side = {left, tabs, side, std::max(0.0, body_bottom - tabs)};

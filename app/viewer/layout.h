@@ -6,7 +6,7 @@ namespace sqslam::viewer {
 
 // How the window is split; the user moves the lines between the parts. Lengths at scale 1.
 struct LayoutSettings {
-  double side = 380.0;    // width of the column on the right
+  double side = 420.0;    // width of the column on the right
   double bottom = 146.0;  // height of the timeline
   double top = 272.0;     // height of the image above the tabs
 };

@@ -84,6 +84,9 @@ std::string RenderCommandLine(const ViewerState& state, cv::Size size, bool tran
   if (state.shown && state.document.last && state.shown->frame_index != state.document.last->frame_index) {
     add("--at-frame", std::to_string(state.shown->frame_index));
   }
+  if (!state.editing.document.Current().edits.Empty()) {
+    add("--edits", std::filesystem::absolute(state.editing.document.EditsFile()).string());
+  }
   add("--style", view.style_name);
   for (const std::string& change : StyleChanges(view.style, LoadStyle(view.style_name))) {
     add("--set", change);

@@ -80,15 +80,21 @@ void Viewer::Impl::DrawMenu(double& height) {
 
 void Viewer::Impl::DrawSide(const Layout& parts) {
   DrawPart("##side", parts.side, true, [&] {
-    if (ImGui::BeginTabBar("tabs")) {
+    const ImVec2 padding = ImGui::GetStyle().FramePadding;
+    ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(0.75F * padding.x, padding.y));
+    const bool open = ImGui::BeginTabBar("tabs");
+    if (open) {
       ForEach(Place::kSide, [&](Panel& panel) {
         if (ImGui::BeginTabItem(panel.Title().c_str())) {
+          ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, padding);
           panel.Draw(state);
+          ImGui::PopStyleVar();
           ImGui::EndTabItem();
         }
       });
       ImGui::EndTabBar();
     }
+    ImGui::PopStyleVar();
   });
 }
 
@@ -124,7 +130,7 @@ void Viewer::Impl::DrawWelcome(const Layout& parts) {
   const ImVec2 size = ImGui::CalcTextSize(text);
   const ImVec2 middle(static_cast<float>(parts.scene.x + 0.5 * parts.scene.width) - 0.5F * size.x,
                       static_cast<float>(parts.scene.y + 0.5 * parts.scene.height) - 0.5F * size.y);
-  ImGui::GetForegroundDrawList()->AddText(middle, PaletteOf(state.theme).dim_text, text);
+  ImGui::GetWindowDrawList()->AddText(middle, PaletteOf(state.theme).dim_text, text);
 }
 
 void Viewer::Impl::DrawPanels() {
@@ -132,10 +138,12 @@ void Viewer::Impl::DrawPanels() {
   DrawMenu(menu);
   const Layout parts =
       LayOut(window, menu, layout, Wanted(Place::kBottom), Wanted(Place::kTop), state.ui_scale);
-  DrawPart("##scene", parts.scene, false, [&] { ForEach(Place::kScene, [&](Panel& p) { p.Draw(state); }); });
-  if (state.Map() == nullptr) {
-    DrawWelcome(parts);
-  }
+  DrawPart("##scene", parts.scene, false, [&] {
+    ForEach(Place::kScene, [&](Panel& p) { p.Draw(state); });
+    if (state.Map() == nullptr) {
+      DrawWelcome(parts);
+    }
+  });
   DrawPart("##top", parts.top, true, [&] { ForEach(Place::kTop, [&](Panel& p) { p.Draw(state); }); });
   DrawSide(parts);
   DrawPart("##bottom", parts.bottom, true,

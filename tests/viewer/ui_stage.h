@@ -21,7 +21,8 @@ namespace sqslam::viewer {
 
 // A recording of a map that grows object by object, without images.
 inline std::filesystem::path WriteGrowingMap(const std::filesystem::path& folder) {
-  const std::filesystem::path file = folder / "map.sqmap";
+  std::filesystem::create_directories(folder / "desk");
+  const std::filesystem::path file = folder / "desk" / "map.sqmap";
   RecordingWriter writer(file, {"", "test", ""});
   const MapSnapshot whole = HandMadeMap();
   for (int i = 0; i < 4; ++i) {

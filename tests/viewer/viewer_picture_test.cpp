@@ -128,7 +128,7 @@ TEST_F(ViewerWindow, AnErrorIsShownAndTheProgramGoesOn) {
 
 TEST_F(ViewerWindow, ADroppedFolderIsOpened) {
   WriteGrowingMap(folder_.Path());
-  stage_.Handle({.kind = InputEvent::Kind::kDrop, .text = folder_.Path().string()});
+  stage_.Handle({.kind = InputEvent::Kind::kDrop, .text = (folder_.Path() / "desk").string()});
   stage_.Settle();
   ASSERT_NE(stage_.State().Map(), nullptr);
   EXPECT_EQ(stage_.State().Map()->objects.size(), 3U);

@@ -55,7 +55,7 @@ TEST_F(ViewerScript, OpensScrubsPicksResizesAndCloses) {
       "resize 0 0\nframes 5\nresize 900 560\nframes 3\nwait idle\n"
       "picture window.png\n"
       "close\n",
-      "map.sqmap");
+      "desk");
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(run.err, "");
   EXPECT_EQ(cv::imread((folder_.Path() / "window.png").string()).size(), cv::Size(900, 560));
@@ -63,7 +63,7 @@ TEST_F(ViewerScript, OpensScrubsPicksResizesAndCloses) {
 
 TEST_F(ViewerScript, WhatIsNotAsExpectedEndsItWithTheLine) {
   WriteGrowingMap(folder_.Path());
-  const ProgramRun run = Play("wait idle\nexpect objects 4\n", "map.sqmap");
+  const ProgramRun run = Play("wait idle\nexpect objects 4\n", "desk");
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_THAT(run.err, HasSubstr("script.txt:2: objects is 3, expected 4"));
 }
@@ -75,7 +75,7 @@ TEST_F(ViewerScript, TheCopiedCommandDrawsTheSamePicture) {
       "wait idle\nmove 300 250\npress left\nmove 380 230\nrelease left\n"
       "key Left\nkey Left\nwait idle\n"
       "key F12\nframes 2\ncommand command.txt\nclose\n",
-      "map.sqmap");
+      "desk");
   ASSERT_EQ(run.exit_code, 0) << run.err;
   std::string command = Slurp(folder_.Path() / "command.txt");
   EXPECT_THAT(command, HasSubstr("--at-frame="));
@@ -100,12 +100,12 @@ TEST_F(ViewerScript, TheCopiedCommandDrawsTheSamePicture) {
 
 TEST_F(ViewerScript, WhatWasRecordedPlaysAgain) {
   WriteGrowingMap(folder_.Path());
-  const ProgramRun first = Play("wait idle\nkey 3\nframes 4\nclose\n", "map.sqmap --record-events log.txt");
+  const ProgramRun first = Play("wait idle\nkey 3\nframes 4\nclose\n", "desk --record-events log.txt");
   ASSERT_EQ(first.exit_code, 0) << first.err;
   const std::string log = Slurp(folder_.Path() / "log.txt");
   EXPECT_THAT(log, HasSubstr("keydown 3\n"));
   const std::string before_close = log.substr(0, log.find("close"));
-  const ProgramRun again = Play("wait idle\n" + before_close + "expect preset right\nclose\n", "map.sqmap");
+  const ProgramRun again = Play("wait idle\n" + before_close + "expect preset right\nclose\n", "desk");
   EXPECT_EQ(again.exit_code, 0) << again.err;
 }
 
@@ -119,9 +119,9 @@ std::vector<Rigid3d> Sideways(int frames) {
 }
 
 TEST_F(ViewerScript, ClosingWhileMappingEndsTheRunAndSavesIt) {
-  const sqslam::testing::WrittenSequence sequence(Sideways(60));
+  const sqslam::testing::WrittenSequence sequence(Sideways(120));
   const ProgramRun run = Play("wait map\nframes 2\nkey Space\nframes 5\nclose\n",
-                              "run " + sequence.Path().string() + " --output result");
+                              "run " + sequence.Path().string() + " --realtime --output result");
   EXPECT_EQ(run.exit_code, 0) << run.err;
   for (const char* name : {"map.sqmap", "points.ply", "stats.json", "map.png"}) {
     EXPECT_TRUE(std::filesystem::exists(folder_.Path() / "result" / name)) << name;

@@ -1,5 +1,9 @@
 #include <imgui.h>
 
+#include <algorithm>
+#include <string>
+#include <vector>
+
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/shortcuts.h"
 #include "app/viewer/widgets.h"
@@ -21,6 +25,7 @@ class HelpPanel : public Panel {
     ImGui::PushStyleColor(ImGuiCol_WindowBg, ImGui::GetStyleColorVec4(ImGuiCol_PopupBg));
     ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(1.6F * em, 1.2F * em));
     ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 1.0F);
+    ImGui::PushStyleVar(ImGuiStyleVar_CellPadding, ImVec2(0.4F * em, 0.14F * em));
     if (ImGui::Begin("Keys and mouse", nullptr,
                      ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
                          ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav)) {
@@ -31,7 +36,7 @@ class HelpPanel : public Panel {
       }
     }
     ImGui::End();
-    ImGui::PopStyleVar(2);
+    ImGui::PopStyleVar(3);
     ImGui::PopStyleColor();
   }
 
@@ -71,18 +76,27 @@ class HelpPanel : public Panel {
       Line("W A S D  Q E", "fly; faster with Shift");
       ImGui::EndTable();
     }
-    Heading("Everywhere");
-    if (BeginLines("everywhere")) {
-      Line("drop a file", "open a result folder or map.sqmap");
-      ImGui::EndTable();
-    }
+    // The keys fill both columns evenly.
+    constexpr std::size_t kBesideMouse = 10;
+    const std::vector<Shortcut>& all = Shortcuts();
+    const std::size_t split = all.size() - std::min(kBesideMouse, all.size());
+    Heading("Work and files");
+    Keys("more keys", all, split, all.size());
     ImGui::TableNextColumn();
-    Heading("Keys");
-    if (BeginLines("keys")) {
-      for (const Shortcut& shortcut : Shortcuts()) {
-        Line(shortcut.keys.c_str(), shortcut.what.c_str());
-      }
-      ImGui::EndTable();
+    Heading("Time, view, pictures");
+    Keys("keys", all, 0, split);
+    ImGui::EndTable();
+  }
+
+  static void Keys(const char* id, const std::vector<Shortcut>& all, std::size_t first, std::size_t end) {
+    if (!BeginLines(id)) {
+      return;
+    }
+    for (std::size_t i = first; i < end; ++i) {
+      Line(all[i].keys.c_str(), all[i].what.c_str());
+    }
+    if (end == all.size()) {
+      Line("drop a file", "open a result folder or map.sqmap");
     }
     ImGui::EndTable();
   }

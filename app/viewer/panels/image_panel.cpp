@@ -155,7 +155,7 @@ class ImagePanel : public Panel {
       list->AddRectFilled(origin_, end, ImGui::GetColorU32(ImGuiCol_FrameBg));
       const char* text = "no image";
       const ImVec2 size = ImGui::CalcTextSize(text);
-      list->AddText(ImVec2(0.5F * (origin_.x + end.x - size.x), 0.5F * (origin_.y + end.y - size.y)),
+      list->AddText(ImVec2(0.5F * (origin_.x + end.x - size.x), end.y - 1.6F * size.y),
                     PaletteOf(state.theme).dim_text, text);
     }
   }
