@@ -36,6 +36,14 @@ std::string StateValue(const ViewerState& state, const std::string& key) {
       {"style", [&] { return state.view.style_name; }},
       {"preset", [&] { return state.view.preset.empty() ? std::string("none") : state.view.preset; }},
       {"help", [&] { return std::string(state.show_help ? "yes" : "no"); }},
+      {"unsaved", [&] { return std::string(state.editing.document.Modified() ? "yes" : "no"); }},
+      {"undo",
+       [&] {
+         const std::string name = state.editing.document.History().UndoName();
+         return name.empty() ? std::string("none") : name;
+       }},
+      {"solids", [&] { return std::to_string(state.editing.document.Current().annotation.solids.size()); }},
+      {"chosen", [&] { return std::to_string(state.editing.annotation.chosen.size()); }},
       {"error", errors},
   };
   std::string known;

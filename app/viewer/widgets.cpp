@@ -76,6 +76,13 @@ void Heading(const char* text) {
   Bold(text);
 }
 
+bool Section(const char* name) {
+  ImGui::PushStyleColor(ImGuiCol_Header, ImGui::GetStyleColorVec4(ImGuiCol_FrameBg));
+  const bool open = ImGui::CollapsingHeader(name, ImGuiTreeNodeFlags_DefaultOpen);
+  ImGui::PopStyleColor();
+  return open;
+}
+
 void Bold(const char* text) {
   ImGui::PushFont(ImGui::GetIO().Fonts->Fonts[std::min(1, ImGui::GetIO().Fonts->Fonts.Size - 1)]);
   ImGui::TextUnformatted(text);

@@ -19,6 +19,9 @@ bool IconButton(const char* id, Icon icon, const char* tip, bool on = false);
 void Heading(const char* text);
 void Bold(const char* text);
 
+// A section that can be folded, in the colour of fields: the accent is for what is selected. True while open.
+bool Section(const char* name);
+
 // "name  value" in two columns of a panel.
 void Row(const char* name, const std::string& value);
 

@@ -67,6 +67,12 @@ class AnnotationPanel : public Panel {
       }
       Tip("A solid in place of the object of the map that is selected");
     }
+    bool objects = state.view.style.objects.show;
+    if (ImGui::Checkbox("objects of the map", &objects)) {
+      state.view.style.objects.show = objects;
+      ++state.view.style_version;
+    }
+    Tip("They may hide the points; a layer of the view");
     Toggle("Lasso", &tool.lasso,
            "A drag in the scene chooses the points inside; Shift adds, Ctrl takes away");
     ImGui::SameLine();
@@ -206,7 +212,7 @@ class AnnotationPanel : public Panel {
 
   static void DrawFiles(ViewerState& state) {
     AnnotationTool& tool = state.editing.annotation;
-    if (!ImGui::CollapsingHeader("File and points", ImGuiTreeNodeFlags_DefaultOpen)) {
+    if (!Section("File and points")) {
       return;
     }
     ImGui::SetNextItemWidth(-1.0F);

@@ -19,14 +19,6 @@ namespace {
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
-// A section that can be folded, in the colour of fields: the accent is for what is selected.
-bool Section(const char* name) {
-  ImGui::PushStyleColor(ImGuiCol_Header, ImGui::GetStyleColorVec4(ImGuiCol_FrameBg));
-  const bool open = ImGui::CollapsingHeader(name, ImGuiTreeNodeFlags_DefaultOpen);
-  ImGui::PopStyleColor();
-  return open;
-}
-
 void DrawNumbers(const SnapshotObject& object) {
   if (!Section("Numbers")) {
     return;
