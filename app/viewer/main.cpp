@@ -16,9 +16,9 @@
 
 #include "app/run_arguments.h"
 #include "app/viewer/desktop_window.h"
-#include "app/viewer/edit_actions.h"
 #include "app/viewer/frame_timing.h"
 #include "app/viewer/gl_texture.h"
+#include "app/viewer/kept_settings.h"
 #include "app/viewer/script_player.h"
 #include "app/viewer/viewer.h"
 #include "slam/util/error.h"
@@ -41,7 +41,7 @@ be used; of a run those of `sqslam run`.
 
 struct Arguments {
   std::string map;
-  std::string resolution = "1280,720";
+  std::string resolution;  // empty: as it was last
   std::string play;
   std::string record;
   bool timing = false;
@@ -102,14 +102,16 @@ class Loop {
   Loop(const Arguments& arguments, std::unique_ptr<LiveRun> run, const app::RunRequest& request)
       : live_(run != nullptr),
         timed_(arguments.timing),
-        window_("sqslam", ParseSize(arguments.resolution)),
-        viewer_(window_.Size(), window_.ContentScale()),
+        kept_(arguments.play.empty()),
+        window_("sqslam",
+                arguments.resolution.empty() ? kept_.WindowSize() : ParseSize(arguments.resolution)),
+        viewer_(window_.Size(), kept_.TextScale() * window_.ContentScale()),
         recorder_(arguments.record) {
     if (!arguments.play.empty()) {
       player_.emplace(ReadScript(arguments.play), arguments.play,
                       [this](const std::string& file) { WriteWindow(file); });
     }
-    Remember();
+    kept_.Give(viewer_.State());
     if (run) {
       viewer_.Watch(std::move(run), request);
     } else if (!arguments.map.empty()) {
@@ -135,6 +137,10 @@ class Loop {
       }
       Draw(player_ && !live_ ? 1.0 / 60.0 : seconds);
     }
+    const double scale = window_.ContentScale();
+    const cv::Size size = window_.Size();
+    kept_.Take(viewer_.State(),
+               {static_cast<int>(size.width / scale), static_cast<int>(size.height / scale)});
     if (timed_) {
       fmt::print("{}", timing_.Text());
     }
@@ -152,26 +158,6 @@ class Loop {
       return std::max(0.0, kRunInterval - std::chrono::duration<double>(Clock::now() - last).count());
     }
     return player_ || viewer_.Busy() ? 0.0 : 0.25;
-  }
-
-  // Settings and what the window was like; scripts begin with the defaults, and leave no trace.
-  void Remember() {
-    if (player_) {
-      return;
-    }
-    ViewerState& state = viewer_.State();
-    state.editing.settings_file = SettingsFile();
-    state.editing.memory_file = MemoryFile();
-    const auto settings = LoadSettings(state.editing.settings_file);
-    const auto memory = LoadMemory(state.editing.memory_file);
-    state.editing.settings = settings.values;
-    state.editing.memory = memory.values;
-    for (const auto* warnings : {&settings.warnings, &memory.warnings}) {
-      for (const std::string& warning : *warnings) {
-        state.Complain(warning);
-      }
-    }
-    ApplySettings(state);
   }
 
   void Play(std::vector<InputEvent>& events, double seconds) {
@@ -222,6 +208,7 @@ class Loop {
   bool live_;   // a run was watched
   bool timed_;  // --timing
   FrameTiming timing_;
+  KeptSettings kept_;
   DesktopWindow window_;
   Viewer viewer_;
   Recorder recorder_;
@@ -278,7 +265,7 @@ int ParseAndRun(int argc, char** argv) {
   cli.footer(kExamples);
   Arguments arguments;
   cli.add_option("MAP", arguments.map, "map.sqmap, or the result folder that holds it");
-  cli.add_option("--resolution", arguments.resolution, "WIDTH,HEIGHT of the window")->capture_default_str();
+  cli.add_option("--resolution", arguments.resolution, "WIDTH,HEIGHT of the window [as it was last]");
   cli.add_option("--play-events", arguments.play, "FILE: play a script of events, then close");
   cli.add_flag("--timing", arguments.timing, "At the end, print how fast the window was");
   cli.add_option("--record-events", arguments.record, "FILE: write down all events as such a script");

@@ -82,7 +82,7 @@ struct Viewer::Impl {
   cv::Size window;
   ViewerState state;
   Panels panels;
-  LayoutSettings layout;
+  LayoutSettings& layout = state.layout;
   std::unique_ptr<LiveRun> run;
   double max_rate = 0.0;  // that the run was told last
   int exit_code = 0;

@@ -85,7 +85,12 @@ void Viewer::Impl::DrawSide(const Layout& parts) {
     const bool open = ImGui::BeginTabBar("tabs");
     if (open) {
       ForEach(Place::kSide, [&](Panel& panel) {
-        if (ImGui::BeginTabItem(panel.Title().c_str())) {
+        const std::string title = panel.Title();
+        const bool to_front = state.to_front == title;
+        if (ImGui::BeginTabItem(title.c_str(), nullptr, to_front ? ImGuiTabItemFlags_SetSelected : 0)) {
+          if (to_front) {
+            state.to_front.clear();
+          }
           ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, padding);
           panel.Draw(state);
           ImGui::PopStyleVar();

@@ -45,8 +45,14 @@ void LookFrom(ViewerState& state, const std::string& preset) {
 void CopyCommand(ViewerState& state) {
   const ScreenshotRequest& wanted = state.screenshot;
   const cv::Size size = wanted.width > 0 ? cv::Size(wanted.width, wanted.height) : state.scene_size;
-  state.Ask(CopyTextRequest{RenderCommandLine(state, size, wanted.transparent, "map.png"),
-                            "The command that draws this picture is on the clipboard."});
+  std::string notice = "The command that draws this picture is on the clipboard.";
+  if (state.editing.document.EditsModified()) {
+    notice += " It shows the edits once they are saved (Ctrl S).";
+  }
+  if (state.editing.representation != Representation::kSuperquadric) {
+    notice += " It draws superquadrics.";
+  }
+  state.Ask(CopyTextRequest{RenderCommandLine(state, size, wanted.transparent, "map.png"), notice});
 }
 
 void UseStyle(ViewerState& state, const std::string& name) {

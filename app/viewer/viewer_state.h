@@ -10,6 +10,7 @@
 
 #include "app/viewer/camera_keys.h"
 #include "app/viewer/editing.h"
+#include "app/viewer/layout.h"
 #include "app/viewer/replay.h"
 #include "app/viewer/shown_frame.h"
 #include "app/viewer/timeline.h"
@@ -145,6 +146,8 @@ struct ViewerState {
   cv::Point scene_corner;       // its top-left corner in the window
   double seconds = 1.0 / 60.0;  // since the last frame of the window
   std::vector<Notice> notices;
+  LayoutSettings layout;
+  std::string to_front;  // title of a tab that is to be shown; empty: none
   Requests requests;
 
   const MapSnapshot* Map() const { return shown && shown->map ? shown->map.get() : nullptr; }

@@ -100,12 +100,17 @@ ImU32 Packed(const Eigen::Vector3d& color, float alpha) {
   return ImGui::ColorConvertFloat4ToU32(ImVec4(c.x(), c.y(), c.z(), alpha));
 }
 
-void Swatch(const Eigen::Vector3d& color) {
+void Swatch(const Eigen::Vector3d& color, bool hollow) {
   const float size = 0.75F * ImGui::GetFontSize();
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const float y = at.y + 0.5F * (ImGui::GetTextLineHeight() - size);
-  ImGui::GetWindowDrawList()->AddRectFilled(ImVec2(at.x, y), ImVec2(at.x + size, y + size), Packed(color),
-                                            3.0F);
+  ImDrawList* list = ImGui::GetWindowDrawList();
+  if (hollow) {
+    list->AddRect(ImVec2(at.x + 1.0F, y + 1.0F), ImVec2(at.x + size - 1.0F, y + size - 1.0F), Packed(color),
+                  3.0F, 0, 1.5F);
+  } else {
+    list->AddRectFilled(ImVec2(at.x, y), ImVec2(at.x + size, y + size), Packed(color), 3.0F);
+  }
   ImGui::Dummy(ImVec2(size, ImGui::GetTextLineHeight()));
   ImGui::SameLine();
 }

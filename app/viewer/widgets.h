@@ -25,8 +25,8 @@ bool Section(const char* name);
 // "name  value" in two columns of a panel.
 void Row(const char* name, const std::string& value);
 
-// A square of a class's colour, on the line of the text that follows.
-void Swatch(const Eigen::Vector3d& color);
+// A square of a class's colour, on the line of the text that follows; hollow for what is not shown.
+void Swatch(const Eigen::Vector3d& color, bool hollow = false);
 ImU32 Packed(const Eigen::Vector3d& color, float alpha = 1.0F);
 
 // Text under the mouse, wrapped; after the item that it explains.

@@ -8,21 +8,17 @@ namespace sqslam::viewer {
 
 // What the viewer's user chose: kept in $XDG_CONFIG_HOME/sqslam/viewer.yaml.
 struct ViewerSettings {
-  std::string theme = "dark";   // of the window
-  std::string style = "paper";  // of the scene: a style's name or FILE.yaml
-  double font_size = 16.0;      // height of the letters, pixels at 96 dpi
-  double fly_speed = 0.5;       // scene radii a second
-  bool show_image = true;       // the input image beside the map
-  bool confirm_delete = false;  // ask before an object is deleted (undo brings it back either way)
+  std::string theme = "dark";  // of the window
+  std::string style = "dark";  // of the scene: a style's name or FILE.yaml
+  double font_size = 15.0;     // height of the letters, pixels at 96 dpi
+  bool show_image = true;      // the input image beside the map
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
     visit("theme", theme, {"dark", "light"});
     visit("style", style);
     visit("font_size", font_size, 8.0, 48.0);
-    visit("fly_speed", fly_speed, 0.01, 10.0);
     visit("show_image", show_image);
-    visit("confirm_delete", confirm_delete);
   }
 };
 
@@ -30,18 +26,20 @@ struct ViewerSettings {
 struct ViewerMemory {
   static constexpr std::size_t kMostRecent = 12;
 
-  int window_width = 1440;  // pixels
-  int window_height = 900;  // pixels
-  bool maximized = false;
-  std::string layout;                     // of the panels, as the window's library writes it
+  int window_width = 1440;  // pixels at 96 dpi, as all lengths here
+  int window_height = 900;
+  double side = 380.0;                    // width of the column on the right
+  double bottom = 150.0;                  // height of the time axis
+  double top = 300.0;                     // height of the image
   std::vector<std::string> recent_files;  // absolute, newest first
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
     visit("window_width", window_width, 320, 16384);
     visit("window_height", window_height, 240, 16384);
-    visit("maximized", maximized);
-    visit("layout", layout);
+    visit("side", side, 50.0, 5000.0);
+    visit("bottom", bottom, 20.0, 5000.0);
+    visit("top", top, 20.0, 5000.0);
     visit("recent_files", recent_files);
   }
 

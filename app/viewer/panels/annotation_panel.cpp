@@ -205,7 +205,7 @@ class AnnotationPanel : public Panel {
     }
     ImGui::Checkbox("fits reach the ground", &tool.standing);
     Tip("The lower part of things is seldom seen: fits end at the ground, and its points are left out");
-    ImGui::SameLine();
+    ImGui::SameLine(0.0F, 1.4F * ImGui::GetFontSize());
     ImGui::Checkbox("round", &tool.round);
     Tip("Cylinders get a circular cross-section");
   }

@@ -154,18 +154,21 @@ class ObjectsPanel : public Panel {
       ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
     }
     ImGui::TableNextColumn();
-    Swatch(row.hidden ? Eigen::Vector3d(0.5, 0.5, 0.5) : state.colors(row.label));
+    Swatch(state.colors(row.label), row.hidden);
     const bool selected = state.selected == row.id;
     std::string name = row.name;
     if (name == row.label) {
       std::replace(name.begin(), name.end(), '_', ' ');
       name += fmt::format(" {}", row.id);
     }
-    if (ImGui::Selectable((name + (row.hidden ? " (hidden)" : "")).c_str(), selected,
-                          ImGuiSelectableFlags_SpanAllColumns)) {
+    if (ImGui::Selectable(name.c_str(), selected,
+                          ImGuiSelectableFlags_SpanAllColumns | ImGuiSelectableFlags_AllowDoubleClick)) {
       if (row.hidden) {
         HideObject(state, row.id, false);
         state.selected = row.id;
+      } else if (ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left)) {
+        state.selected = row.id;
+        state.to_front = "Inspector";
       } else {
         state.selected = selected ? std::nullopt : std::optional(row.id);
       }

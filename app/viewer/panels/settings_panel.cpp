@@ -39,6 +39,9 @@ class SettingsPanel : public Panel {
 
   void Draw(ViewerState& state) override {
     ViewerSettings& settings = state.editing.settings;
+    settings.theme = state.theme == Theme::kLight ? "light" : "dark";  // keys and menus change them too
+    settings.style = state.view.style_name;
+    settings.show_image = state.show_image;
     if (BeginDialog("Settings", 26.0F)) {
       Heading("Settings");
       bool changed = Choice("theme", settings.theme, {"dark", "light"});
@@ -58,7 +61,7 @@ class SettingsPanel : public Panel {
       ImGui::Dummy(ImVec2(0.0F, 0.4F * ImGui::GetFontSize()));
       ImGui::PushTextWrapPos(0.0F);
       ImGui::TextDisabled("%s", state.editing.settings_file.empty()
-                                    ? "Not kept: there is no home folder."
+                                    ? "Not kept after this session."
                                     : ("Kept in " + state.editing.settings_file.string()).c_str());
       ImGui::PopTextWrapPos();
       ImGui::Dummy(ImVec2(0.0F, 0.3F * ImGui::GetFontSize()));

@@ -60,25 +60,25 @@ TEST_F(ViewerSettingsTest, EverythingComesBack) {
   settings.theme = "light";
   settings.style = "blueprint";
   settings.font_size = 21.5;
-  settings.confirm_delete = true;
+  settings.show_image = false;
   SaveSettings(file_, settings);
   const auto loaded = LoadSettings(file_);
   EXPECT_TRUE(loaded.warnings.empty());
   EXPECT_EQ(loaded.values.theme, "light");
   EXPECT_EQ(loaded.values.style, "blueprint");
   EXPECT_EQ(loaded.values.font_size, 21.5);
-  EXPECT_TRUE(loaded.values.confirm_delete);
+  EXPECT_FALSE(loaded.values.show_image);
 
   ViewerMemory memory;
   memory.window_width = 1234;
-  memory.layout = "[Window][Objects]\nPos=10,20\n\n[Docking: \"a\"]\tx=#1\n";
+  memory.side = 412.5;
   memory.Remember("/data/a b, [c]/map.sqmap");
   memory.Remember("/data/\u00e4/map.sqmap");
   SaveMemory(file_, memory);
   const auto state = LoadMemory(file_);
   EXPECT_TRUE(state.warnings.empty()) << state.warnings.front();
   EXPECT_EQ(state.values.window_width, 1234);
-  EXPECT_EQ(state.values.layout, memory.layout);
+  EXPECT_EQ(state.values.side, 412.5);
   EXPECT_THAT(state.values.recent_files, ElementsAre("/data/\u00e4/map.sqmap", "/data/a b, [c]/map.sqmap"));
 }
 
@@ -93,7 +93,7 @@ TEST_F(ViewerSettingsTest, OneWrongValueCostsNoOther) {
   folder_.Write("sqslam/viewer.yaml", "theme: pink\n\nfont_size: 300\nstyle: minimal\n");
   const auto loaded = LoadSettings(file_);
   EXPECT_EQ(loaded.values.theme, "dark");
-  EXPECT_EQ(loaded.values.font_size, 16.0);
+  EXPECT_EQ(loaded.values.font_size, 15.0);
   EXPECT_EQ(loaded.values.style, "minimal");
   EXPECT_THAT(loaded.warnings,
               ElementsAre(HasSubstr("viewer.yaml:1: theme is 'pink', expected one of dark, light"),
