@@ -14,10 +14,13 @@ namespace sqslam::app {
 // Where a camera nobody has calibrated stands.
 struct AutoCamera {
   Camera guess;
-  std::string guessed_by;        // in words
+  std::string guessed_by;        // in words; empty where the camera is known
   Camera camera;                 // the best known
   double focal_deviation = 0.0;  // px; 0 where nothing was learnt
   bool learnt = false;           // whether the images said what it is
+
+  // Whether nobody knew it before the run.
+  bool IsGuessed() const { return !guessed_by.empty(); }
 
   // What the images say of it, better than what was known.
   void Take(const LearntCamera& learnt_camera);

@@ -40,7 +40,8 @@ class FileActions {
   posix_spawn_file_actions_t actions_{};
 };
 
-pid_t Spawn(const std::vector<std::string>& arguments, const std::filesystem::path& log) {
+pid_t Spawn(const std::vector<std::string>& arguments, const std::filesystem::path& log,
+            const std::filesystem::path& program) {
   std::vector<std::string> words = {"sqslam"};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
@@ -50,7 +51,7 @@ pid_t Spawn(const std::vector<std::string>& arguments, const std::filesystem::pa
   argv.push_back(nullptr);
   const FileActions actions(log);
   pid_t pid = 0;
-  const int error = posix_spawn(&pid, "/proc/self/exe", actions.Get(), nullptr, argv.data(), environ);
+  const int error = posix_spawn(&pid, program.c_str(), actions.Get(), nullptr, argv.data(), environ);
   if (error != 0) {
     throw InputError(fmt::format("{}: a run cannot be started with its output there ({})", log.string(),
                                  std::strerror(error)));
@@ -88,9 +89,9 @@ std::string LastLine(const std::filesystem::path& log) {
 }  // namespace
 
 ChildResult RunChild(const std::vector<std::string>& arguments, const std::filesystem::path& log,
-                     const std::function<bool()>& stop) {
+                     const std::function<bool()>& stop, const std::filesystem::path& program) {
   ChildResult result;
-  const int status = WaitFor(Spawn(arguments, log), stop, result.stopped);
+  const int status = WaitFor(Spawn(arguments, log, program), stop, result.stopped);
   if (WIFSIGNALED(status)) {
     result.exit_code = 128 + WTERMSIG(status);
     result.message = fmt::format("ended by signal {} ({})", WTERMSIG(status), strsignal(WTERMSIG(status)));

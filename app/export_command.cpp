@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "app/map_edits.h"
 #include "app/map_file.h"
 #include "app/map_glb.h"
 #include "app/object_mesh.h"
@@ -31,6 +32,7 @@ Trajectory KeyframePoses(const MapSnapshot& map) {
 struct Arguments {
   std::string map;
   std::string output;
+  std::string edits;
   bool meshes = false;
 };
 
@@ -57,7 +59,7 @@ void Export(const Arguments& a) {
   const fs::path output = a.output;
   const std::string extension = output.extension().string();
   CheckArguments(a, extension);
-  const RecordingReader reader(map_path);
+  const RecordingReader reader = OpenEdited(map_path, a.edits, viewer::HiddenObjects::kKeep);
   if (reader.Size() == 0) {
     throw InputError(fmt::format("{}: holds no snapshot, expected a map", map_path.string()));
   }
@@ -84,13 +86,14 @@ By extension:
   .ply   points (x y z red green blue object_id); with --meshes the superquadrics as one mesh with colours
   .json  objects with all their parameters
   .txt   keyframe poses (TUM)
-All but .glb are in the map frame, z up.
+All but .glb are in the map frame, z up. With --edits hidden objects are written too, deleted ones are not.
 
 Examples:
   sqslam export out/kitchen --output kitchen.glb
   sqslam export out/kitchen/map.sqmap --output kitchen.obj
   sqslam export out/kitchen --output points.ply
   sqslam export out/kitchen --output objects.ply --meshes
+  sqslam export out/kitchen --output objects.json --edits auto
 )";
 
 }  // namespace
@@ -105,6 +108,7 @@ void AddExportCommand(CLI::App& app, int&) {
                    "FILE.glb, .obj, .ply, .json or .txt; an existing one is replaced")
       ->required();
   command->add_flag("--meshes", arguments->meshes, "In a .ply: the superquadrics as meshes, not the points");
+  AddEditsOption(*command, arguments->edits);
   command->callback([arguments] { Export(*arguments); });
 }
 

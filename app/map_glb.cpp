@@ -49,7 +49,7 @@ class MapWriter {
   void AddObjects() {
     Json nodes = Json::array();
     for (const SnapshotObject& object : map_.objects) {
-      const std::string name = fmt::format("{} {}", object.id, object.label);
+      const std::string name = fmt::format("{} {}", object.id, ShownName(object));
       Json node = {{"name", name}, {"mesh", AddMesh(name, object)}, {"extras", Extras(object)}};
       SetPose(node, object.superquadric.T_map_object);
       nodes.push_back(file_.AddNode(std::move(node)));

@@ -87,7 +87,8 @@ std::string ObjText(const std::vector<SnapshotObject>& objects, const std::strin
   auto out = std::back_inserter(text);
   int base = 1;  // OBJ counts from one, over the whole file
   for (const SnapshotObject& object : objects) {
-    fmt::format_to(out, "o {0}_{1}\nusemtl {0}\n", MaterialName(object.label), object.id);
+    fmt::format_to(out, "o {}_{}\nusemtl {}\n", MaterialName(ShownName(object)), object.id,
+                   MaterialName(object.label));
     for (const auto& [p, n] : Vertices(object.superquadric)) {
       fmt::format_to(out, "v {:.6g} {:.6g} {:.6g}\nvn {:.4f} {:.4f} {:.4f}\n", p.x(), p.y(), p.z(), n.x(),
                      n.y(), n.z());

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "app/map_edits.h"
 #include "render/view_presets.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
@@ -210,8 +211,8 @@ bool MakesFrames(const RenderArguments& a) {
 void CheckRenderArguments(const RenderArguments& a) {
   const bool frames = MakesFrames(a);
   if (!a.join.empty()) {
-    if (fs::path(a.output).extension() != ".mp4" || !a.map.empty()) {
-      throw UsageError("--join: expected pieces and --output FILE.mp4, and no MAP");
+    if (fs::path(a.output).extension() != ".mp4" || !a.map.empty() || !a.edits.empty()) {
+      throw UsageError("--join: expected pieces and --output FILE.mp4, and no MAP or --edits");
     }
     return;
   }
@@ -249,6 +250,9 @@ void CheckRenderArguments(const RenderArguments& a) {
     throw UsageError(
         "--camera-frame: the view of a real camera, expected no --view and no other --camera option");
   }
+  if (a.at_frame && (frames || a.camera_frame)) {
+    throw UsageError("--at-frame: makes one picture, expected --output FILE.png and no --camera-frame");
+  }
   if (a.overlay && !a.camera_frame) {
     throw UsageError("--overlay: expected --camera-frame N, the frame to draw over");
   }
@@ -263,6 +267,11 @@ void AddRenderOptions(CLI::App& command, RenderArguments& a) {
                      "FILE.png, FILE.mp4, or numbered pictures by a name with {frame:04}");
   command.add_option("--resolution", a.resolution,
                      "WIDTH,HEIGHT in pixels [1280,720; with --camera-frame the size of the images]");
+  command
+      .add_option("--at-frame", a.at_frame,
+                  "N: the map as it was at frame N of the run instead of the finished one, whose framing and "
+                  "colours it keeps")
+      ->check(CLI::NonNegativeNumber);
   command.add_flag("--no-background", a.no_background, "Transparent instead of the style's background");
   command.add_option("--rendering-backend", a.backend, "auto, osmesa or egl")
       ->check(CLI::IsMember({"auto", "osmesa", "egl"}))
@@ -275,6 +284,7 @@ void AddRenderOptions(CLI::App& command, RenderArguments& a) {
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   command.add_flag("--quiet", a.quiet, "No progress");
+  AddEditsOption(command, a.edits);
   AddCameraOptions(command, a);
   AddVideoOptions(command, a);
 }

@@ -14,6 +14,7 @@ namespace sqslam::app {
 // What the command line of `sqslam render` says.
 struct RenderArguments {
   std::string map;
+  std::string edits;
   std::string output;
   std::string resolution;  // empty: 1280,720, or the size of the camera's images with --camera-frame
   bool no_background = false;
@@ -27,6 +28,7 @@ struct RenderArguments {
   double elevation = 0.0;
   double zoom = 1.0;
   std::optional<std::int64_t> camera_frame;
+  std::optional<std::int64_t> at_frame;
   bool overlay = false;
   std::string path;
   bool growth = false;

@@ -12,11 +12,13 @@
 #include "app/commands.h"
 #include "app/input_frames.h"
 #include "app/interrupt.h"
+#include "app/map_edits.h"
 #include "app/map_file.h"
 #include "app/progress.h"
 #include "app/render_arguments.h"
 #include "render/outlines.h"
 #include "render/photo_overlay.h"
+#include "render/video_alignment.h"
 #include "slam/io/atomic_file.h"
 #include "slam/io/recording.h"
 #include "slam/util/error.h"
@@ -111,9 +113,37 @@ cv::Mat RenderCameraFrame(const RenderArguments& a, PictureOptions options, cons
   return renderer.Render(ThroughCamera(pose, place.camera));
 }
 
+// A state of the map on its way, in the frame of the finished one and with its framing and colours.
+cv::Mat RenderAtFrame(const RenderArguments& a, const PictureOptions& options,
+                      const RecordingReader& reader) {
+  int snapshot = -1;
+  while (snapshot + 1 < reader.Size() && reader.FrameIndex(snapshot + 1) <= *a.at_frame) {
+    ++snapshot;
+  }
+  if (snapshot < 0) {
+    throw UsageError(fmt::format("--at-frame {}: there was no map yet, expected {} or more", *a.at_frame,
+                                 reader.FrameIndex(0)));
+  }
+  const MapSnapshotPtr last = reader.Last();
+  const MapSnapshotPtr read = reader.Read(snapshot);
+  MapSnapshot map = Transformed(AlignByKeyframes(*read, *last), *read);
+  if (map.frame_index != *a.at_frame) {
+    try {
+      map.T_map_camera = InputFrames(reader, MapFile(a.map)).PoseOf(*a.at_frame);
+    } catch (const UsageError&) {  // it was lost there
+      map.T_map_camera.reset();
+    }
+  }
+  PictureRenderer renderer(options);
+  renderer.SetMap(*last);
+  renderer.SetMapKeepingFrame(map);
+  return renderer.Render();
+}
+
 int RenderStill(const RenderArguments& a, const PictureOptions& options, const RecordingReader& reader) {
-  const cv::Mat image =
-      a.camera_frame ? RenderCameraFrame(a, options, reader) : RenderPicture(*reader.Last(), options);
+  const cv::Mat image = a.camera_frame ? RenderCameraFrame(a, options, reader)
+                        : a.at_frame   ? RenderAtFrame(a, options, reader)
+                                       : RenderPicture(*reader.Last(), options);
   if (!a.output.empty()) {
     WritePicture(a.output, image);
   }
@@ -185,7 +215,7 @@ int Render(const RenderArguments& a) {
     return Join(a);
   }
   PictureOptions options = MakePictureOptions(a);
-  const RecordingReader reader(MapFile(a.map));
+  const RecordingReader reader = OpenEdited(MapFile(a.map), a.edits, viewer::HiddenObjects::kLeaveOut);
   if (reader.Size() == 0) {
     throw InputError(fmt::format("{}: holds no snapshot, expected a map", a.map));
   }
@@ -214,6 +244,8 @@ Examples:
   sqslam render out/kitchen --output figure.png --no-background --resolution 2400,1600 --set objects.labels=true
   sqslam render out/kitchen --output above.png --camera-elevation-angle 40 --camera-zoom-factor 1.3
   sqslam render out/kitchen --output plan.png --view top
+  sqslam render out/kitchen --output tidy.png --edits auto --set objects.labels=true
+  sqslam render out/kitchen --output early.png --at-frame 120
   sqslam render out/kitchen --output seen.png --camera-frame 240 --overlay
   sqslam render out/kitchen --output turn.mp4 --camera-path turntable
   sqslam render out/kitchen --output tour.mp4 --camera-path configs/camera_paths/tour.yaml

@@ -32,8 +32,10 @@ void WritePicture(const std::filesystem::path& path, const cv::Mat& picture) {
 
 }  // namespace
 
-void DrawRun(const MapSnapshot& map, const std::filesystem::path& result, StageTimes& times) {
-  const PictureOptions options;
+void DrawRun(const MapSnapshot& map, const std::filesystem::path& result, StageTimes& times,
+             RenderBackend backend) {
+  PictureOptions options;
+  options.backend = backend;
   PictureRenderer renderer(options);
   renderer.SetMap(map);
   std::filesystem::create_directories(result / "figures");

@@ -4,10 +4,8 @@
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
 
-#include <atomic>
 #include <chrono>
 #include <functional>
-#include <mutex>
 #include <optional>
 
 #include "app/attempt_all.h"
@@ -19,6 +17,7 @@
 #include "app/progress.h"
 #include "app/report.h"
 #include "app/run_pictures.h"
+#include "app/run_recorder.h"
 #include "slam/io/atomic_file.h"
 #include "slam/io/camera_guess.h"
 #include "slam/io/camera_presets.h"
@@ -43,48 +42,6 @@ double PeakMemoryMib() {
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<double>(usage.ru_maxrss) / 1024.0;
 }
-
-// Takes snapshots from the mapping thread. A disk that fills up must not end that thread: the failure is kept
-// for the main thread, which then stops the run and saves the rest.
-class Recorder {
- public:
-  Recorder(const fs::path& path, const RecordingInfo& info) : writer_(path, info) {}
-
-  void Add(const MapSnapshotPtr& snapshot) {
-    if (failed_) {
-      return;
-    }
-    try {
-      writer_.Add(*snapshot);
-    } catch (const InputError& e) {
-      const std::lock_guard lock(mutex_);
-      failure_ = e.what();
-      failed_ = true;
-    }
-    keyframes_ = static_cast<int>(snapshot->keyframes.size());
-    objects_ = static_cast<int>(snapshot->objects.size());
-  }
-
-  void Close() {
-    if (!failed_) {
-      writer_.Close();
-      return;
-    }
-    const std::lock_guard lock(mutex_);
-    throw InputError(failure_);
-  }
-
-  bool Failed() const { return failed_; }
-  std::string State() const { return fmt::format("{} keyframes, {} objects", keyframes_, objects_); }
-
- private:
-  RecordingWriter writer_;
-  std::atomic<bool> failed_ = false;
-  std::atomic<int> keyframes_ = 0;
-  std::atomic<int> objects_ = 0;
-  std::mutex mutex_;
-  std::string failure_;  // guarded by mutex_
-};
 
 RunStats MakeStats(const RunResult& result, const FrameStream& source, int dropped, double wall_seconds,
                    bool interrupted) {
@@ -195,14 +152,26 @@ std::unique_ptr<DetectionFeed> MakeFeed(const RunRequest& request, const Sequenc
                              FilePixels(sequence)});
 }
 
-// Plays the frames into the system until they end, Ctrl-C, or a failed recorder. Returns how many were
-// dropped.
-int Play(const RunRequest& request, const Sequence& sequence, const Recorder& recorder,
-         const InterruptGuard& interrupt, FrameStream& source, DetectionFeed* feed, System& system) {
+struct Played {
+  int dropped = 0;       // frames that came too fast
+  bool stopped = false;  // by the watch
+};
+
+// Plays the frames into the system until they end, Ctrl-C, the watch says so, or a failed recorder.
+Played Play(const RunRequest& request, const Sequence& sequence, const Recorder& recorder,
+            const InterruptGuard& interrupt, FrameStream& source, DetectionFeed* feed, System& system) {
   Progress progress(request.live_camera ? 0 : request.range.SizeIn(sequence), request.quiet);
   Pace pace(SteadyPaceClock([&] { return interrupt.Interrupted(); }));
   const bool paced = request.realtime && !request.live_camera;  // a live camera keeps its own time
+  Played played;
+  if (request.watch.started) {
+    request.watch.started(request.live_camera ? 0 : request.range.SizeIn(sequence));
+  }
   while (!interrupt.Interrupted() && !recorder.Failed()) {
+    if (request.watch.go_on && !request.watch.go_on()) {
+      played.stopped = true;
+      break;
+    }
     const std::optional<Frame> frame = source.Next();
     if (!frame) {
       break;
@@ -211,13 +180,17 @@ int Play(const RunRequest& request, const Sequence& sequence, const Recorder& re
       continue;
     }
     const TrackingState state = feed != nullptr ? feed->Process(*frame, system) : system.Process(*frame);
+    if (request.watch.tracked) {
+      request.watch.tracked(*frame, state, system);
+    }
     const std::string text = state == TrackingState::kTracking ? recorder.State()
                              : state == TrackingState::kLost   ? "lost"
                                                                : "waiting for motion";
     progress.Update((frame->index - request.range.start) / request.range.stride + 1, text);
   }
   progress.Finish();
-  return pace.Dropped() + source.Dropped();
+  played.dropped = pace.Dropped() + source.Dropped();
+  return played;
 }
 
 // Makes the video of a run that was not interrupted; Ctrl-C ends it where it is.
@@ -250,7 +223,11 @@ void SaveRun(const RunRequest& request, const Sequence& sequence, const RunResul
   const auto draw = [&] {
     if (request.render) {
       StageTimes times;
-      DrawRun(*result.map.snapshot, request.output, times);
+      if (request.watch.draw) {
+        request.watch.draw(*result.map.snapshot, request.output, times);
+      } else {
+        DrawRun(*result.map.snapshot, request.output, times);
+      }
       summary.stats.timing_ms.merge(times.Summaries());
     }
   };
@@ -264,6 +241,41 @@ void SaveRun(const RunRequest& request, const Sequence& sequence, const RunResul
   AttemptAll({[&] { WriteMapFiles(request.output, result.map); },
               [&] { WriteSubmaps(request.output, result.others); }, [&] { recorder.Close(); }, draw, film,
               [&] { WriteStats(request.output / "stats.json", summary.stats); }, report});
+}
+
+void SaveRunWithoutMap(const RunRequest& request, Recorder& recorder, const RunSummary& summary) {
+  const fs::path recording = request.output / "map.sqmap";
+  AttemptAll({[&] { recorder.Close(); },
+              [&] { fs::remove(recording); },  // nothing is in it, and nobody should take it for a map
+              [&] { WriteStats(request.output / "stats.json", summary.stats); }});
+}
+
+[[noreturn]] void RefuseMap(const Sequence& sequence, const FrameStream& source, const RunResult& result) {
+  if (result.frames == 0) {
+    throw InputError(fmt::format("{}: none of the {} images could be used, expected readable images of {}x{}",
+                                 sequence.path.string(), source.Skipped(), sequence.camera.width,
+                                 sequence.camera.height));
+  }
+  throw NoMapError(fmt::format("{}: no map: {}", sequence.path.string(), result.no_map_reason));
+}
+
+// The sequence's camera or, where nobody has calibrated it, what the beginning of the sequence says of it.
+AutoCamera LearnCamera(const RunRequest& request, const Sequence& sequence, const InterruptGuard& interrupt) {
+  if (sequence.guessed_by.empty() || request.live_camera) {
+    return {sequence.camera, sequence.guessed_by, sequence.camera};
+  }
+  return EstimateCamera(sequence, request.range, request.options, request.quiet,
+                        [&] { return interrupt.Interrupted(); });
+}
+
+// The whole run knows more than its beginning.
+void TakeLearntCamera(const RunResult& result, AutoCamera& camera) {
+  if (result.map.learnt_camera) {
+    camera.Take(*result.map.learnt_camera);
+  }
+  if (camera.IsGuessed()) {
+    spdlog::log(camera.learnt ? spdlog::level::info : spdlog::level::warn, camera.Text());
+  }
 }
 
 }  // namespace
@@ -283,56 +295,42 @@ RunSummary RunPipeline(const RunRequest& request) {
 
   const Clock::time_point start = Clock::now();
   const InterruptGuard interrupt;
-  AutoCamera camera{sequence.camera, sequence.guessed_by, sequence.camera};
+  AutoCamera camera = LearnCamera(request, sequence, interrupt);
   SystemOptions options = request.options;
-  if (!sequence.guessed_by.empty()) {
-    if (!request.live_camera) {
-      camera = EstimateCamera(sequence, request.range, options, request.quiet,
-                              [&] { return interrupt.Interrupted(); });
-    }
-    // The whole run knows more than its beginning. The radial coefficient stays: keypoints are undistorted by
-    // it.
-    options.mapping.camera.what = "focal";
+  if (camera.IsGuessed()) {
+    options.mapping.camera.what = "focal";  // keypoints are undistorted by the radial coefficient: it stays
   }
   Recorder recorder(request.output / "map.sqmap",
                     {sequence.path.string(), SQSLAM_VERSION, DumpOptions(request.options)});
-  System system(camera.camera, options,
-                [&recorder](const MapSnapshotPtr& snapshot) { recorder.Add(snapshot); });
-  const int dropped = Play(request, sequence, recorder, interrupt, *source, feed.get(), system);
+  System system(camera.camera, options, [&](const MapSnapshotPtr& snapshot) {
+    recorder.Add(snapshot);
+    if (request.watch.mapped) {
+      request.watch.mapped(snapshot);
+    }
+  });
+  const Played played = Play(request, sequence, recorder, interrupt, *source, feed.get(), system);
   if (feed) {
     feed->Finish(system);
   }
   RunResult result = system.Finish();
-  if (result.map.learnt_camera) {
-    camera.Take(*result.map.learnt_camera);
-  }
-  if (!sequence.guessed_by.empty()) {
-    spdlog::log(camera.learnt ? spdlog::level::info : spdlog::level::warn, camera.Text());
-  }
+  TakeLearntCamera(result, camera);
   WarnOfLeftOut(result);
 
+  const bool interrupted = played.stopped || interrupt.Interrupted();
   RunSummary summary{request.output,
-                     MakeStats(result, *source, dropped, SecondsSince(start), interrupt.Interrupted()),
-                     interrupt.Interrupted()};
+                     MakeStats(result, *source, played.dropped, SecondsSince(start), interrupted),
+                     interrupted};
   if (feed) {
     summary.stats.timing_ms.merge(feed->Times());
   }
   if (!result.map.snapshot) {
-    const fs::path recording = request.output / "map.sqmap";
-    AttemptAll({[&] { recorder.Close(); },
-                [&] { fs::remove(recording); },  // nothing is in it, and nobody should take it for a map
-                [&] { WriteStats(request.output / "stats.json", summary.stats); }});
-    if (summary.stats.frames == 0 && !summary.interrupted) {
-      throw InputError(fmt::format(
-          "{}: none of the {} images could be used, expected readable images of {}x{}",
-          sequence.path.string(), source->Skipped(), sequence.camera.width, sequence.camera.height));
+    SaveRunWithoutMap(request, recorder, summary);
+    if (!summary.interrupted) {
+      RefuseMap(sequence, *source, result);
     }
-    if (summary.interrupted) {
-      return summary;
-    }
-    throw NoMapError(fmt::format("{}: no map: {}", sequence.path.string(), result.no_map_reason));
+    return summary;
   }
-  const AutoCamera* const automatic = sequence.guessed_by.empty() ? nullptr : &camera;
+  const AutoCamera* const automatic = camera.IsGuessed() ? &camera : nullptr;
   AttemptAll({[&] { WriteUsedCamera(request.output, camera.camera, automatic); },
               [&] { SaveRun(request, sequence, result, interrupt, recorder, summary); }});
   return summary;

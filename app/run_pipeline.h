@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "app/run_watch.h"
 #include "slam/io/frame_source.h"
 #include "slam/io/live_source.h"
 #include "slam/io/result_files.h"
@@ -27,12 +28,13 @@ struct RunRequest {
   bool realtime = false;        // play at the sequence's own speed and drop late frames
   bool render = true;           // map.png, figures/ and report.html
   bool quiet = false;           // no progress on stderr
+  RunWatch watch;
 };
 
 struct RunSummary {
   std::filesystem::path output;
   RunStats stats;
-  bool interrupted = false;  // by Ctrl-C; what had been mapped is saved all the same
+  bool interrupted = false;  // by Ctrl-C or the watch; what had been mapped is saved all the same
 };
 
 // The main job: sequence or camera -> FrameStream -> System -> result folder, as the contract lists its

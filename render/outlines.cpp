@@ -171,7 +171,7 @@ void DrawOutlineLabels(cv::Mat& image, const std::vector<ObjectOutline>& outline
     }
     const auto above = [](const cv::Point2d& a, const cv::Point2d& b) { return a.y < b.y; };
     const auto [top, bottom] = std::minmax_element(outline.polygon.begin(), outline.polygon.end(), above);
-    const cv::Size tag = TagSize(outline.object->label, text, size);
+    const cv::Size tag = TagSize(ShownName(*outline.object), text, size);
     const auto rect = [&](const cv::Point2d& at, double lift, double aside = 0.0) {
       return cv::Rect(
           std::clamp(cvRound(at.x + (aside - 0.5) * tag.width), 0, std::max(0, frame.width - tag.width)),
@@ -193,7 +193,7 @@ void DrawOutlineLabels(cv::Mat& image, const std::vector<ObjectOutline>& outline
       }
     }
     taken.push_back(best);
-    DrawTag(image, outline.object->label, best.tl(), colors(outline.object->label), text, size);
+    DrawTag(image, ShownName(*outline.object), best.tl(), colors(outline.object->label), text, size);
   }
 }
 

@@ -18,10 +18,6 @@ namespace {
 
 constexpr int kMaxSide = 8192;  // pixels
 
-double SizeOf(const PictureOptions& options) {
-  return std::min(options.height / 720.0, options.width / 960.0);
-}
-
 // FXAA knows no alpha, so that pictures without a background are always supersampled or not smoothed at all.
 // Very large pictures have pixels enough, and four times as many would not fit into memory.
 int SamplesOf(const PictureOptions& options) {
@@ -68,7 +64,7 @@ struct PictureRenderer::Impl {
                 .height = options.height,
                 .alpha = options.transparent,
                 .backend = options.backend}),
-        scene(options.style, {.pixel_scale = SizeOf(options),
+        scene(options.style, {.pixel_scale = PictureScale({options.width, options.height}),
                               .samples = SamplesOf(options),
                               .fxaa = !options.transparent && options.style.anti_aliasing == "fxaa",
                               .transparent = options.transparent}) {
@@ -124,23 +120,8 @@ struct PictureRenderer::Impl {
     if (options.transparent) {
       Unmultiply(image);
     }
-    DrawOverlay(image, view);
+    DrawTexts(image, map, view, {colors, grid_cell}, options.style, text);
     return image;
-  }
-
-  void DrawOverlay(cv::Mat& image, const ViewCamera& view) const {
-    const SceneStyle& style = options.style;
-    const double scale = SizeOf(options);
-    std::vector<cv::Rect> taken;
-    if (style.text.legend && style.objects.show) {
-      taken.push_back(DrawLegend(image, map, colors, style, text, scale));
-    }
-    if (style.text.scale) {
-      taken.push_back(DrawAxes(image, view, grid_cell, style, text, scale));
-    }
-    if (style.objects.labels && style.objects.show) {
-      DrawLabels(image, map, view, style, text, scale, taken);
-    }
   }
 
   PictureOptions options;

@@ -36,7 +36,8 @@ struct PictureOptions {
   RenderBackend backend = RenderBackend::kAuto;
   CameraOverrides camera;
   SceneStyle style;
-  std::map<std::string, Eigen::Vector3d> label_colors;  // fixed colours of labels (red, green, blue in [0, 1])
+  std::map<std::string, Eigen::Vector3d>
+      label_colors;  // fixed colours of labels (red, green, blue in [0, 1])
 };
 
 // Draws pictures of maps on one off-screen context: for many frames, or many views of one map. Belongs to the

@@ -147,7 +147,7 @@ void DrawLabels(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera
   for (const SnapshotObject& object : map.objects) {
     const cv::Rect bounds = SeenBounds(object.superquadric, camera, image.size());
     if (!bounds.empty()) {
-      names.push_back(Readable(object.label));
+      names.push_back(Readable(ShownName(object)));
       requests.push_back({bounds,
                           {text.Width(names.back(), size) + Pixels(0.4 * size), Pixels(1.2 * size)},
                           (object.superquadric.T_map_object.translation - camera.position).norm()});
@@ -169,6 +169,23 @@ void DrawLabels(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera
     }
     text.DrawOver(image, names[i], {Pixels(middle.x), Pixels(middle.y)}, size, ink,
                   ParseColor(style.background), TextPainter::Align::kCenter);
+  }
+}
+
+double PictureScale(cv::Size picture) { return std::min(picture.height / 720.0, picture.width / 960.0); }
+
+void DrawTexts(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera,
+               const PictureCaptions& captions, const SceneStyle& style, const TextPainter& text) {
+  const double scale = PictureScale(image.size());
+  std::vector<cv::Rect> taken;
+  if (style.text.legend && style.objects.show) {
+    taken.push_back(DrawLegend(image, map, captions.colors, style, text, scale));
+  }
+  if (style.text.scale) {
+    taken.push_back(DrawAxes(image, camera, captions.grid_cell, style, text, scale));
+  }
+  if (style.objects.labels && style.objects.show) {
+    DrawLabels(image, map, camera, style, text, scale, taken);
   }
 }
 

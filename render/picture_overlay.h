@@ -17,6 +17,20 @@ struct SeenPoint {
 };
 SeenPoint Project(const ViewCamera& camera, cv::Size image, const Eigen::Vector3d& p_map);
 
+// Pixels of a picture of this size for one of the style's.
+double PictureScale(cv::Size picture);
+
+// What the texts of a picture say besides what is in the map.
+struct PictureCaptions {
+  LabelColors colors;
+  double grid_cell = 1.0;  // map units
+};
+
+// Legend, axes and names over a picture of the map (8UC3, or 8UC4 with straight alpha), as the style asks for
+// them.
+void DrawTexts(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera,
+               const PictureCaptions& captions, const SceneStyle& style, const TextPainter& text);
+
 // Classes of the map with colour and count, in the top-right corner. `scale`: pixels for one of the style's.
 // Returns the area that it covers.
 cv::Rect DrawLegend(cv::Mat& image, const MapSnapshot& map, const LabelColors& colors,

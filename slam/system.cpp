@@ -192,10 +192,12 @@ TrackingState System::Process(const Frame& frame) {
   ++s.frames;
   const auto started = std::chrono::steady_clock::now();
   TrackingReport report = s.tracker.Track(frame, s.view.Get(), s.queue.PendingKeyframes());
-  if (s.options.deterministic) {
+  if (s.options.deterministic) {  // what is recorded must not depend on the clock
     s.Map(std::move(report));
   } else {
     const bool postponed = report.keyframe_postponed;
+    report.tracking_ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - started).count();
     s.queue.Push(std::move(report));
     if (postponed) {
       // Files can be read much faster than a camera delivers. Where that would starve the map of keyframes,
@@ -221,6 +223,8 @@ void System::AddDetections(std::int64_t frame_index, const std::vector<Detection
     s.queue.Push(std::move(*seen));
   }
 }
+
+FrameView System::Newest() const { return impl_->tracker.Newest(); }
 
 RunResult System::Finish() {
   Impl& s = *impl_;

@@ -14,6 +14,7 @@
 #include "slam/map/snapshot.h"
 #include "slam/mapping/finished_map.h"
 #include "slam/system_options.h"
+#include "slam/tracking/frame_view.h"
 #include "slam/util/stage_times.h"
 
 namespace sqslam {
@@ -59,7 +60,8 @@ class System {
   // frames in order. Those of a frame that was left out are not waited for.
   void AddDetections(std::int64_t frame_index, const std::vector<Detection>& detections);
 
-  RunResult Finish();  // ends mapping, publishes the final snapshot; call once
+  FrameView Newest() const;  // of the frame processed last; for the thread that calls Process()
+  RunResult Finish();        // ends mapping, publishes the final snapshot; call once
 
  private:
   struct Impl;

@@ -2,12 +2,13 @@
 
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
-#include <GL/osmesa.h>
+#include <GL/gl.h>
 #include <fmt/format.h>
 
 #include <array>
 #include <stdexcept>
 
+#include "render/gl/osmesa_context.h"
 #include "slam/util/error.h"
 
 namespace sqslam {
@@ -27,75 +28,15 @@ std::string_view RenderBackendName(RenderBackend backend) {
       return "osmesa";
     case RenderBackend::kEgl:
       return "egl";
+    case RenderBackend::kCurrent:
+      return "current";
     case RenderBackend::kAuto:
       break;
   }
   return "auto";
 }
 
-struct OffscreenContext::Impl {
-  virtual ~Impl() = default;
-  virtual void MakeCurrent() = 0;
-  virtual RenderBackend Backend() const = 0;
-};
-
 namespace {
-
-// OSMesa and EGL do not know of each other but share one dispatch table, so whoever takes over makes the
-// other let go first. Only then: letting go clears the table even for a context that the newcomer believes to
-// be current.
-void ReleaseOsmesa() {
-  if (OSMesaGetCurrentContext() != nullptr) {
-    OSMesaMakeCurrent(nullptr, nullptr, GL_UNSIGNED_BYTE, 0, 0);
-  }
-}
-
-void ReleaseEgl() {
-  if (eglGetCurrentContext() != EGL_NO_CONTEXT) {
-    eglMakeCurrent(eglGetCurrentDisplay(), EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
-  }
-}
-
-class OsmesaContext : public OffscreenContext::Impl {
- public:
-  OsmesaContext() {
-    static constexpr std::array<int, 15> kAttributes = {OSMESA_FORMAT,
-                                                        OSMESA_RGBA,
-                                                        OSMESA_DEPTH_BITS,
-                                                        24,
-                                                        OSMESA_STENCIL_BITS,
-                                                        8,
-                                                        OSMESA_PROFILE,
-                                                        OSMESA_CORE_PROFILE,
-                                                        OSMESA_CONTEXT_MAJOR_VERSION,
-                                                        3,
-                                                        OSMESA_CONTEXT_MINOR_VERSION,
-                                                        3,
-                                                        0,
-                                                        0,
-                                                        0};
-    context_ = OSMesaCreateContextAttribs(kAttributes.data(), nullptr);
-    if (context_ == nullptr) {
-      throw std::runtime_error("OSMesa cannot make an OpenGL 3.3 core context");
-    }
-    MakeCurrent();
-  }
-  ~OsmesaContext() override { OSMesaDestroyContext(context_); }
-
-  void MakeCurrent() override {
-    ReleaseEgl();
-    // OSMesa wants a buffer to call its own although nothing is ever drawn into it.
-    if (OSMesaMakeCurrent(context_, buffer_.data(), GL_UNSIGNED_BYTE, kSide, kSide) != GL_TRUE) {
-      throw std::runtime_error("OSMesa cannot make its context current");
-    }
-  }
-  RenderBackend Backend() const override { return RenderBackend::kOsmesa; }
-
- private:
-  static constexpr int kSide = 16;
-  std::array<unsigned char, kSide * kSide * 4> buffer_{};
-  OSMesaContext context_ = nullptr;
-};
 
 class EglContext : public OffscreenContext::Impl {
  public:
@@ -129,15 +70,14 @@ class EglContext : public OffscreenContext::Impl {
   }
   ~EglContext() override {
     if (eglGetCurrentContext() == context_) {
-      ReleaseEgl();
+      ReleaseEglContext();
     }
     eglDestroyContext(display_, context_);  // the display is shared by the process: not terminated here
   }
 
   void MakeCurrent() override {
-    if (OSMesaGetCurrentContext() != nullptr) {
-      ReleaseOsmesa();
-      ReleaseEgl();  // so that the call below sets the dispatch table anew
+    if (ReleaseOsmesaContext()) {
+      ReleaseEglContext();  // so that the call below sets the dispatch table anew
     }
     if (eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_) != EGL_TRUE) {
       throw std::runtime_error("EGL cannot make its context current");
@@ -150,17 +90,26 @@ class EglContext : public OffscreenContext::Impl {
   ::EGLContext context_ = EGL_NO_CONTEXT;
 };
 
+// Whatever the program has made current on this thread: the context of its window.
+class CurrentContext : public OffscreenContext::Impl {
+ public:
+  void MakeCurrent() override {}
+  RenderBackend Backend() const override { return RenderBackend::kCurrent; }
+};
+
 std::unique_ptr<OffscreenContext::Impl> MakeContext(RenderBackend backend) {
   switch (backend) {
     case RenderBackend::kOsmesa:
-      return std::make_unique<OsmesaContext>();
+      return MakeOsmesaContext();
     case RenderBackend::kEgl:
       return std::make_unique<EglContext>();
+    case RenderBackend::kCurrent:
+      return std::make_unique<CurrentContext>();
     case RenderBackend::kAuto:
       break;
   }
   try {
-    return std::make_unique<OsmesaContext>();
+    return MakeOsmesaContext();
   } catch (const std::runtime_error& osmesa_error) {
     try {
       return std::make_unique<EglContext>();
@@ -172,6 +121,12 @@ std::unique_ptr<OffscreenContext::Impl> MakeContext(RenderBackend backend) {
 }
 
 }  // namespace
+
+void ReleaseEglContext() {
+  if (eglGetCurrentContext() != EGL_NO_CONTEXT) {
+    eglMakeCurrent(eglGetCurrentDisplay(), EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+  }
+}
 
 OffscreenContext::OffscreenContext(RenderBackend backend) : impl_(MakeContext(backend)) {}
 OffscreenContext::~OffscreenContext() = default;

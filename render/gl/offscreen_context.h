@@ -8,9 +8,10 @@ namespace sqslam {
 
 // What draws without a display.
 enum class RenderBackend {
-  kAuto,    // OSMesa, or EGL where OSMesa cannot make a context
-  kOsmesa,  // Mesa in memory
-  kEgl,     // EGL without a surface
+  kAuto,     // OSMesa, or EGL where OSMesa cannot make a context
+  kOsmesa,   // Mesa in memory
+  kEgl,      // EGL without a surface
+  kCurrent,  // the context that is current where the renderer is made, such as that of a window
 };
 
 // "auto", "osmesa" or "egl"; throws UsageError on anything else.
@@ -20,7 +21,8 @@ std::string_view RenderBackendName(RenderBackend backend);
 // An OpenGL 3.3 core context that needs neither a display nor a window. It belongs to the thread that last
 // called MakeCurrent(); VTK draws into framebuffers of its own, so the context has no size.
 //
-// Programs that use it must carry render/gl/loader_overrides.cpp; linking sqslam_render does that.
+// Programs that use it must carry render/gl/loader_overrides.cpp; linking sqslam_render does that. Programs
+// with a window link sqslam_render_window and use kCurrent.
 class OffscreenContext {
  public:
   // Makes the context and makes it current. Throws std::runtime_error that says which back end failed and

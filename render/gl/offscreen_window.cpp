@@ -3,7 +3,9 @@
 #include <vtkCallbackCommand.h>
 #include <vtkGenericOpenGLRenderWindow.h>
 #include <vtkNew.h>
+#include <vtkOpenGLFramebufferObject.h>
 #include <vtkRenderer.h>
+#include <vtkTextureObject.h>
 #include <vtkUnsignedCharArray.h>
 
 #include <opencv2/imgproc.hpp>
@@ -47,6 +49,12 @@ OffscreenWindow::OffscreenWindow(OffscreenWindow&&) noexcept = default;
 void OffscreenWindow::AddRenderer(vtkRenderer* renderer) { impl_->window->AddRenderer(renderer); }
 void OffscreenWindow::SetSize(int width, int height) { impl_->window->SetSize(width, height); }
 OffscreenContext& OffscreenWindow::Context() { return impl_->context; }
+
+unsigned OffscreenWindow::Draw() {
+  impl_->context.MakeCurrent();
+  impl_->window->Render();
+  return impl_->window->GetDisplayFramebuffer()->GetColorAttachmentAsTextureObject(0)->GetHandle();
+}
 
 cv::Mat OffscreenWindow::Render() {
   impl_->context.MakeCurrent();

@@ -30,6 +30,10 @@ class OffscreenWindow {
   // Draws and reads back: 8UC3 (BGR), or 8UC4 (BGRA, not premultiplied) with alpha; top row first.
   cv::Mat Render();
 
+  // Draws and leaves the picture where it is: the name of an OpenGL texture of the window's size, bottom row
+  // first, that lives until the next call or change of size.
+  unsigned Draw();
+
   OffscreenContext& Context();
 
  private:

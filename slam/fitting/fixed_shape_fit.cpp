@@ -2,6 +2,8 @@
 
 #include <ceres/ceres.h>
 
+#include <cmath>
+
 #include "slam/fitting/surface_distance.h"
 
 namespace sqslam {
@@ -10,9 +12,9 @@ namespace {
 constexpr double kNoise = 0.05;  // of the mean half size
 constexpr double kPull = 0.1;    // of each half size
 
-// Distance of one point over the noise, by the centre (in the frame of `start`) and the logarithms of the
-// half sizes.
-class PointCost : public ceres::SizedCostFunction<1, 3, 3> {
+// Distance of one point over the noise, by the centre (in the frame of `start`), the logarithms of the half
+// sizes and the turn about the z axis.
+class PointCost : public ceres::SizedCostFunction<1, 3, 3, 1> {
  public:
   PointCost(const Eigen::Vector3d& p, const Superquadric& shape, double noise)
       : p_(p), shape_(shape), noise_(noise) {}
@@ -21,13 +23,19 @@ class PointCost : public ceres::SizedCostFunction<1, 3, 3> {
     Superquadric shape = shape_;
     shape.half_size = Eigen::Map<const Eigen::Vector3d>(parameters[1]).array().exp();
     SurfaceDistance::Derivatives by;
-    const Eigen::Vector3d p = p_ - Eigen::Map<const Eigen::Vector3d>(parameters[0]);
+    const Eigen::Matrix3d R_start_object =
+        Eigen::AngleAxisd(parameters[2][0], Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    const Eigen::Vector3d p =
+        R_start_object.transpose() * (p_ - Eigen::Map<const Eigen::Vector3d>(parameters[0]));
     residuals[0] = SurfaceDistance(shape)(p, &by) / noise_;
     if (jacobians != nullptr && jacobians[0] != nullptr) {
-      Eigen::Vector3d::Map(jacobians[0]) = -by.by_point / noise_;
+      Eigen::Vector3d::Map(jacobians[0]) = -(R_start_object * by.by_point) / noise_;
     }
     if (jacobians != nullptr && jacobians[1] != nullptr) {
       Eigen::Vector3d::Map(jacobians[1]) = by.by_log_half_size / noise_;
+    }
+    if (jacobians != nullptr && jacobians[2] != nullptr) {
+      jacobians[2][0] = (by.by_point.x() * p.y() - by.by_point.y() * p.x()) / noise_;
     }
     return true;
   }
@@ -55,24 +63,58 @@ struct SidesCost {
   }
 };
 
+// Keeps the first two of three parameters equal.
+class EqualFirstTwo : public ceres::Manifold {
+ public:
+  int AmbientSize() const override { return 3; }
+  int TangentSize() const override { return 2; }
+  bool Plus(const double* x, const double* delta, double* sum) const override {
+    sum[0] = x[0] + delta[0];
+    sum[1] = x[1] + delta[0];
+    sum[2] = x[2] + delta[1];
+    return true;
+  }
+  bool PlusJacobian(const double*, double* jacobian) const override {
+    Eigen::Map<Eigen::Matrix<double, 3, 2, Eigen::RowMajor>>(jacobian) << 1, 0, 1, 0, 0, 1;
+    return true;
+  }
+  bool Minus(const double* y, const double* x, double* difference) const override {
+    difference[0] = 0.5 * (y[0] - x[0] + y[1] - x[1]);
+    difference[1] = y[2] - x[2];
+    return true;
+  }
+  bool MinusJacobian(const double*, double* jacobian) const override {
+    Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>>(jacobian) << 0.5, 0.5, 0, 0, 0, 1;
+    return true;
+  }
+};
+
 }  // namespace
 
-PosedSuperquadric FitPlaceAndSize(std::span<const Eigen::Vector3d> p_map, const PosedSuperquadric& start) {
+PosedSuperquadric FitPlaceAndSize(std::span<const Eigen::Vector3d> p_map, const PosedSuperquadric& start,
+                                  const FixedShapeFreedom& freedom) {
   if (p_map.empty()) {
     return start;
   }
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   Eigen::Vector3d log_size = start.shape.half_size.array().log();
+  double yaw = 0.0;
   ceres::Problem problem;
   const Rigid3d T_object_map = start.T_map_object.Inverse();
   for (const Eigen::Vector3d& p : p_map) {
     problem.AddResidualBlock(
         new PointCost(T_object_map * p, start.shape, kNoise * start.shape.half_size.mean()),
-        new ceres::HuberLoss(1.0), centre.data(), log_size.data());
+        new ceres::HuberLoss(1.0), centre.data(), log_size.data(), &yaw);
   }
   problem.AddResidualBlock(
       new ceres::AutoDiffCostFunction<SidesCost, 6, 3, 3>(new SidesCost{start.shape.half_size}), nullptr,
       centre.data(), log_size.data());
+  if (!freedom.yaw) {
+    problem.SetParameterBlockConstant(&yaw);
+  }
+  if (freedom.round) {
+    problem.SetManifold(log_size.data(), new EqualFirstTwo);
+  }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
   options.logging_type = ceres::SILENT;
@@ -82,7 +124,21 @@ PosedSuperquadric FitPlaceAndSize(std::span<const Eigen::Vector3d> p_map, const 
   PosedSuperquadric fitted = start;
   fitted.shape.half_size = log_size.array().exp();
   fitted.T_map_object.translation = start.T_map_object * centre;
+  fitted.T_map_object.rotation =
+      (start.T_map_object.rotation * Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ())).normalized();
   return fitted;
+}
+
+double MeanPointCost(std::span<const Eigen::Vector3d> p_map, const PosedSuperquadric& superquadric,
+                     double size) {
+  const SurfaceDistance distance(superquadric.shape);
+  const Rigid3d T_object_map = superquadric.T_map_object.Inverse();
+  double sum = 0.0;
+  for (const Eigen::Vector3d& p : p_map) {
+    const double d = std::abs(distance(T_object_map * p)) / (kNoise * size);
+    sum += d <= 1.0 ? d * d : 2.0 * d - 1.0;
+  }
+  return p_map.empty() ? 0.0 : sum / static_cast<double>(p_map.size());
 }
 
 }  // namespace sqslam

@@ -168,6 +168,7 @@ struct RecordingReader::Impl {
   RecordingInfo info;
   int version = kSnapshotFormatVersion;
   std::vector<std::int64_t> frame_indices;
+  Edit edit;
 
   std::string Meta(std::string_view key) const {
     Statement select(db.get(), path, "SELECT value FROM meta WHERE key = ?");
@@ -176,11 +177,12 @@ struct RecordingReader::Impl {
   }
 };
 
-RecordingReader::RecordingReader(const fs::path& path) : impl_(std::make_unique<Impl>()) {
+RecordingReader::RecordingReader(const fs::path& path, Edit edit) : impl_(std::make_unique<Impl>()) {
   if (!fs::is_regular_file(path)) {
     throw InputError(fmt::format("{}: does not exist or is no file, expected a map.sqmap", path.string()));
   }
   impl_->path = path;
+  impl_->edit = std::move(edit);
   impl_->db = Open(path, SQLITE_OPEN_READONLY | SQLITE_OPEN_FULLMUTEX);
   std::string version;
   try {
@@ -224,7 +226,8 @@ MapSnapshotPtr RecordingReader::Read(int index) const {
         fmt::format("{}: no snapshot {}, expected 0 to {}", impl_->path.string(), index, Size() - 1));
   }
   try {
-    return std::make_shared<const MapSnapshot>(DecodeSnapshot(select.Bytes(0), impl_->version));
+    auto snapshot = std::make_shared<const MapSnapshot>(DecodeSnapshot(select.Bytes(0), impl_->version));
+    return impl_->edit ? impl_->edit(std::move(snapshot)) : snapshot;
   } catch (const InputError& e) {
     throw InputError(fmt::format("{}: snapshot {}: {}", impl_->path.string(), index, e.what()));
   }

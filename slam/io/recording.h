@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -35,8 +36,11 @@ class RecordingWriter {
 
 class RecordingReader {
  public:
+  // Changes what is read, such as edits of the map do: whoever reads sees only the changed snapshots.
+  using Edit = std::function<MapSnapshotPtr(MapSnapshotPtr)>;
+
   // Throws InputError where the file is missing or is no recording.
-  explicit RecordingReader(const std::filesystem::path& path);
+  explicit RecordingReader(const std::filesystem::path& path, Edit edit = {});
   ~RecordingReader();
   RecordingReader(RecordingReader&&) noexcept;
 

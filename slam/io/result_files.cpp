@@ -48,17 +48,21 @@ Json ToJson(const SnapshotObject& object) {
   for (int i = 0; i < 4; ++i) {
     rows.push_back({matrix(i, 0), matrix(i, 1), matrix(i, 2), matrix(i, 3)});
   }
-  return {{"id", object.id},
-          {"label", object.label},
-          {"score", object.score},
-          {"observations", object.observations},
-          {"center", ToJson(pose.translation)},
-          {"yaw", object.yaw},
-          {"T_map_object", rows},
-          {"half_size", ToJson(shape.half_size)},
-          {"shape", {shape.e1, shape.e2}},
-          {"points", object.points},
-          {"fit", ToJson(object.fit)}};
+  Json json = {{"id", object.id},
+               {"label", object.label},
+               {"score", object.score},
+               {"observations", object.observations},
+               {"center", ToJson(pose.translation)},
+               {"yaw", object.yaw},
+               {"T_map_object", rows},
+               {"half_size", ToJson(shape.half_size)},
+               {"shape", {shape.e1, shape.e2}},
+               {"points", object.points},
+               {"fit", ToJson(object.fit)}};
+  if (!object.name.empty()) {
+    json["name"] = object.name;
+  }
+  return json;
 }
 
 Rigid3d PoseFromJson(const Json& json) {
@@ -87,6 +91,7 @@ SnapshotObject ObjectFromJson(const Json& json) {
   SnapshotObject object;
   object.id = json.at("id");
   object.label = json.at("label");
+  object.name = json.value("name", "");
   object.score = json.value("score", 0.0);
   object.observations = json.value("observations", 0);
   object.points = json.value("points", 0);

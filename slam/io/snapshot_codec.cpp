@@ -185,6 +185,15 @@ void Visit(Archive& archive, Like<Archive, SnapshotKeyframe> keyframe) {
   Visit(archive, keyframe.T_map_camera);
 }
 
+template <typename Archive>
+void Visit(Archive& archive, Like<Archive, SnapshotProgress> progress) {
+  archive(progress.tracked_points);
+  archive(progress.tracking_ms);
+  archive(progress.mapping_ms);
+  archive(progress.loops);
+  archive(progress.merges);
+}
+
 template <typename Archive, typename Items>
 void VisitAll(Archive& archive, Items& items) {
   archive.Size(items);
@@ -210,6 +219,9 @@ void Visit(Archive& archive, Like<Archive, MapSnapshot> snapshot) {
   archive(snapshot.gravity_known);
   if (archive.Present(snapshot.support_height)) {
     archive(*snapshot.support_height);
+  }
+  if (archive.Version() >= 4 && archive.Present(snapshot.progress)) {
+    Visit(archive, *snapshot.progress);
   }
 }
 

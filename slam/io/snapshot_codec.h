@@ -7,8 +7,9 @@
 
 namespace sqslam {
 
-inline constexpr int kSnapshotFormatVersion = 3;
-inline constexpr int kOldestSnapshotFormatVersion = 2;  // can be read: no anomaly, no rejected_by
+inline constexpr int kSnapshotFormatVersion = 4;
+inline constexpr int kOldestSnapshotFormatVersion =
+    2;  // can be read: 2 has no anomaly, no rejected_by; 3 no progress
 
 // A snapshot as bytes: little-endian, points as float32 and by columns (which packs better), then zlib.
 std::string EncodeSnapshot(const MapSnapshot& snapshot);

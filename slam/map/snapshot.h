@@ -50,11 +50,27 @@ struct SnapshotObject {
   double yaw = 0.0;      // radians, about the map's z axis
   PosedSuperquadric superquadric;
   ObjectFit fit;
+  std::string
+      name;  // what somebody called it; empty: nobody did. Not recorded: it comes from edits of the map
 };
+
+// What an object is called: its name, or its label.
+inline const std::string& ShownName(const SnapshotObject& object) {
+  return object.name.empty() ? object.label : object.name;
+}
 
 struct SnapshotDetection {
   Detection detection;
   std::int32_t object_id = -1;  // the object it was associated with, or -1
+};
+
+// How the run stood when a snapshot was made.
+struct SnapshotProgress {
+  int tracked_points = 0;    // map points found in the frame; 0 while tracking is lost
+  double tracking_ms = 0.0;  // mean per frame since the snapshot before; 0: not measured (deterministic runs)
+  double mapping_ms = 0.0;   // of the mapping step that made the snapshot; 0: not measured
+  int loops = 0;             // closed until then
+  int merges = 0;            // of submaps, until then
 };
 
 // An immutable picture of the map at one moment, in the map frame (z up once gravity is known). A value:
@@ -73,7 +89,8 @@ struct MapSnapshot {
   std::vector<SnapshotObject> objects;
   std::vector<SnapshotDetection> detections;  // boxes of the frame
   bool gravity_known = false;
-  std::optional<double> support_height;  // z of the main support plane (desk or floor), map units
+  std::optional<double> support_height;      // z of the main support plane (desk or floor), map units
+  std::optional<SnapshotProgress> progress;  // empty in recordings of older programs
 };
 
 using MapSnapshotPtr = std::shared_ptr<const MapSnapshot>;

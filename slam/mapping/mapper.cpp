@@ -35,6 +35,9 @@ void Mapper::Process(TrackingReport report) {
     return;
   }
   const StageTimes::Scope timer(times_, "mapping");
+  if (!options_.deterministic) {
+    step_start_ = std::chrono::steady_clock::now();
+  }
   const KeyframeId newest = is_new ? active_->Map().NewestKeyframe() : AddKeyframe(report);
   PublishView();
   if (is_new) {
@@ -52,6 +55,7 @@ void Mapper::Process(TrackingReport report) {
   PublishView();
   TrackBacklog();
   outputs_.publish_snapshot(MakeSnapshot());
+  step_start_.reset();
 }
 
 void Mapper::Process(SeenObjects objects) {
@@ -81,6 +85,9 @@ void Mapper::RecordFrame(TrackingReport& report) {
     shown_.timestamp = report.timestamp;
     shown_.image_path = report.image_path;
   }
+  tracked_points_ = report.pose ? static_cast<int>(report.matches.size()) : 0;
+  tracking_ms_ += report.tracking_ms;
+  ++tracking_count_;
   if (!report.pose) {
     if (report.objects) {
       RecordObjects(std::move(*report.objects));
@@ -371,7 +378,21 @@ void Mapper::PublishView() {
   outputs_.publish_atlas(std::make_shared<const AtlasView>(atlas_));
 }
 
-MapSnapshotPtr Mapper::MakeSnapshot() const {
+SnapshotProgress Mapper::TakeProgress() {
+  using Milliseconds = std::chrono::duration<double, std::milli>;
+  SnapshotProgress progress;
+  progress.tracked_points = tracked_points_;
+  progress.tracking_ms = tracking_ms_ / std::max(tracking_count_, 1);
+  progress.mapping_ms =
+      step_start_ ? Milliseconds(std::chrono::steady_clock::now() - *step_start_).count() : 0.0;
+  progress.loops = counts_.loops;
+  progress.merges = counts_.merges;
+  tracking_ms_ = 0.0;
+  tracking_count_ = 0;
+  return progress;
+}
+
+MapSnapshotPtr Mapper::MakeSnapshot() {
   auto snapshot = std::make_shared<MapSnapshot>();
   snapshot->sequence_number = snapshots_++;
   snapshot->frame_index = shown_.frame_index;
@@ -380,6 +401,7 @@ MapSnapshotPtr Mapper::MakeSnapshot() const {
   snapshot->camera = camera_;
   snapshot->T_map_camera = active_->FramePose(shown_.frame_index);
   snapshot->detections = shown_.detections;
+  snapshot->progress = TakeProgress();
   active_->FillSnapshot(*snapshot);
   return snapshot;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <map>
 #include <memory>
@@ -66,7 +67,8 @@ class Mapper {
   void MoveOrigins(std::int64_t submap, const Sim3d& S_new_old, std::int64_t new_submap);
   void TrackBacklog();
   void PublishView();
-  MapSnapshotPtr MakeSnapshot() const;
+  MapSnapshotPtr MakeSnapshot();
+  SnapshotProgress TakeProgress();
   void FinishSubmap(Submap& submap);
   void LearnFrom(Submap& submap);
   bool IsAnywhere(std::int64_t frame_index) const;
@@ -91,7 +93,12 @@ class Mapper {
 
   SeenObjects shown_;          // of the newest frame whose boxes are known, for the snapshot
   bool objects_seen_ = false;  // of any frame until now
-  mutable std::int64_t snapshots_ = 0;
+  int tracked_points_ = 0;
+  // Of the frames since the last snapshot.
+  double tracking_ms_ = 0.0;
+  int tracking_count_ = 0;
+  std::optional<std::chrono::steady_clock::time_point> step_start_;  // of the mapping step that is at work
+  std::int64_t snapshots_ = 0;
 };
 
 }  // namespace sqslam

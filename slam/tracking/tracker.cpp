@@ -44,6 +44,21 @@ TrackingReport Tracker::Track(const Frame& frame, const AtlasViewPtr& atlas, int
   return report;
 }
 
+FrameView Tracker::Newest() const {
+  FrameView view;
+  view.frame_index = current_.index;
+  if (view_ && !Lost()) {
+    view.T_map_camera = current_.T_camera_map.Inverse();
+  }
+  const std::size_t count = current_.features ? current_.features->Size() : 0;
+  view.features.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    view.features.push_back(
+        {current_.features->keypoints[i].raw_pixel.cast<float>(), current_.points[i] != kNoPoint});
+  }
+  return view;
+}
+
 TrackingReport Tracker::StartReport(const Frame& frame) const {
   TrackingReport report;
   report.frame_index = frame.index;

@@ -10,6 +10,7 @@
 #include "slam/io/frame.h"
 #include "slam/map/tracking_view.h"
 #include "slam/objects/object_tracker.h"
+#include "slam/tracking/frame_view.h"
 #include "slam/tracking/initializer.h"
 #include "slam/tracking/pose_tracker.h"
 #include "slam/tracking/relocalizer.h"
@@ -36,6 +37,9 @@ class Tracker {
   // not waiting any more.
   std::optional<SeenObjects> AddDetections(std::int64_t frame_index,
                                            const std::vector<Detection>& detections);
+
+  // Of the frame that was tracked last.
+  FrameView Newest() const;
 
   bool Initialized() const { return view_ != nullptr; }
   bool Lost() const { return lost_frames_ > 0; }

@@ -36,6 +36,7 @@ struct TrackingReport {
   std::int64_t frame_index = 0;
   double timestamp = 0.0;
   std::string image_path;
+  double tracking_ms = 0.0;          // that the frame took; 0: not measured
   std::unique_ptr<Map> initial_map;  // set once, when a submap begins
   std::optional<AnchoredPose> pose;  // empty while lost
   std::vector<FrameMatch> matches;   // by which it was found

@@ -165,9 +165,9 @@ std::string FormatValue(const OptionField& field) {
     }
     std::string operator()(const std::string* value) const { return YamlString(*value); }
     std::string operator()(const std::vector<std::string>* values) const {
-      std::vector<std::string> quoted;
-      std::transform(values->begin(), values->end(), std::back_inserter(quoted), YamlString);
-      return fmt::format("[{}]", fmt::join(quoted, ", "));
+      YAML::Emitter emitter;  // what must be quoted in a list need not be outside of one
+      emitter << YAML::Flow << *values;
+      return emitter.c_str();
     }
     std::string operator()(const int* value) const { return fmt::format("{}", *value); }
     std::string operator()(const std::int64_t* value) const { return fmt::format("{}", *value); }

@@ -68,6 +68,41 @@ TEST(FixedShapeFitTest, ABallSeenFromAboveWithNoiseKeepsItsLowerHalf) {
   EXPECT_NEAR(lower, -0.2, 0.02);
 }
 
+TEST(FixedShapeFitTest, TheYawIsFoundWhereItIsFree) {
+  const PosedSuperquadric truth = Solid(0.2);
+  PosedSuperquadric start = truth;
+  start.T_map_object.rotation =
+      start.T_map_object.rotation * Eigen::AngleAxisd(-0.15, Eigen::Vector3d::UnitZ());
+  start.T_map_object.translation += Eigen::Vector3d(0.01, 0.01, 0.0);
+  const std::vector<Eigen::Vector3d> points = SurfacePoints(truth, -1.5);
+  const auto turn = [&](const PosedSuperquadric& fitted) {
+    return fitted.T_map_object.rotation.angularDistance(truth.T_map_object.rotation);
+  };
+  const PosedSuperquadric turned = FitPlaceAndSize(points, start, {.yaw = true});
+  EXPECT_LT(turn(turned), 5e-3);
+  EXPECT_LT((turned.T_map_object.translation - truth.T_map_object.translation).norm(), 5e-3);
+  const PosedSuperquadric held = FitPlaceAndSize(points, start);
+  EXPECT_NEAR(turn(held), 0.15, 1e-9);
+  EXPECT_LT(10.0 * MeanPointCost(points, turned, 0.2), MeanPointCost(points, held, 0.2));
+}
+
+TEST(FixedShapeFitTest, ARoundShapeStaysRound) {
+  PosedSuperquadric can;
+  can.shape = {{0.2, 0.2, 0.3}, 0.1, 1.0};
+  std::vector<Eigen::Vector3d> points;
+  for (const Eigen::Vector3d& p : SurfacePoints(can, -1.5)) {
+    if (p.y() < 0.0) {  // one half is seen
+      points.push_back(p);
+    }
+  }
+  PosedSuperquadric start = can;
+  start.shape.half_size = {0.17, 0.17, 0.33};
+  const PosedSuperquadric fitted = FitPlaceAndSize(points, start, {.round = true});
+  EXPECT_EQ(fitted.shape.half_size.x(), fitted.shape.half_size.y());
+  EXPECT_NEAR(fitted.shape.half_size.x(), 0.2, 0.01);
+  EXPECT_NEAR(fitted.shape.half_size.z(), 0.3, 0.01);
+}
+
 TEST(FixedShapeFitTest, WithoutPointsTheStartStays) {
   const PosedSuperquadric start = Solid(0.7);
   EXPECT_EQ(FitPlaceAndSize({}, start).shape.half_size, start.shape.half_size);

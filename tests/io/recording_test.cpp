@@ -6,8 +6,10 @@
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <zlib.h>
 
 #include <csignal>
+#include <cstring>
 
 #include "slam/io/snapshot_codec.h"
 #include "tests/io/temporary_folder.h"
@@ -39,6 +41,7 @@ MapSnapshot MakeSnapshot(int number, int points = 100) {
   snapshot.detections = {{{"cup", 0.75, {1.0, 2.0, 3.0, 4.0}}, 4}};
   snapshot.gravity_known = true;
   snapshot.support_height = 0.75;
+  snapshot.progress = SnapshotProgress{250, 7.5, 80.25, 2, 1};
   return snapshot;
 }
 
@@ -79,6 +82,12 @@ TEST(SnapshotCodec, EveryFieldComesBack) {
   EXPECT_EQ(read.detections[0].object_id, 4);
   EXPECT_TRUE(read.gravity_known);
   EXPECT_EQ(read.support_height, 0.75);
+  ASSERT_TRUE(read.progress.has_value());
+  EXPECT_EQ(read.progress->tracked_points, 250);
+  EXPECT_EQ(read.progress->tracking_ms, 7.5);
+  EXPECT_EQ(read.progress->mapping_ms, 80.25);
+  EXPECT_EQ(read.progress->loops, 2);
+  EXPECT_EQ(read.progress->merges, 1);
   EXPECT_FALSE(DecodeSnapshot(EncodeSnapshot(MapSnapshot{})).T_map_camera.has_value());
 }
 
@@ -119,6 +128,35 @@ TEST(SnapshotCodec, Version2IsReadWithDefaults) {
   EXPECT_THROW(DecodeSnapshot(SnapshotOfVersion2()), InputError);
 }
 
+// As the program wrote it when snapshots said nothing of the run's progress: the same without its last byte,
+// which says that there is none.
+TEST(SnapshotCodec, Version3IsReadWithoutProgress) {
+  MapSnapshot snapshot = MakeSnapshot(1);
+  snapshot.progress.reset();
+  const std::string bytes = EncodeSnapshot(snapshot);
+  std::uint64_t size = 0;
+  std::memcpy(&size, bytes.data(), sizeof(size));
+  std::string raw(size, '\0');
+  uLongf raw_size = size;
+  ASSERT_EQ(
+      uncompress(reinterpret_cast<Bytef*>(raw.data()), &raw_size,
+                 reinterpret_cast<const Bytef*>(bytes.data()) + sizeof(size), bytes.size() - sizeof(size)),
+      Z_OK);
+  --size;
+  std::string packed(compressBound(size), '\0');
+  uLongf packed_size = packed.size();
+  ASSERT_EQ(compress(reinterpret_cast<Bytef*>(packed.data()), &packed_size,
+                     reinterpret_cast<const Bytef*>(raw.data()), size),
+            Z_OK);
+  std::string old(reinterpret_cast<const char*>(&size), sizeof(size));
+  old.append(packed, 0, packed_size);
+  const MapSnapshot read = DecodeSnapshot(old, 3);
+  EXPECT_EQ(read.points.at(42).anomaly, 0.328125F);
+  EXPECT_EQ(read.support_height, 0.75);
+  EXPECT_FALSE(read.progress.has_value());
+  EXPECT_THROW(DecodeSnapshot(old), InputError);
+}
+
 TEST(SnapshotCodec, BrokenBytesAreRefused) {
   const std::string bytes = EncodeSnapshot(MakeSnapshot(1));
   EXPECT_THROW(DecodeSnapshot(bytes.substr(0, 4)), InputError);
@@ -151,6 +189,20 @@ TEST(Recording, AnySnapshotCanBeReadAlone) {
   EXPECT_THROW(RecordingWriter(path, {}), InputError);
 }
 
+TEST(Recording, WhatIsReadCanBeEditedOnTheWay) {
+  const TemporaryFolder folder;
+  const auto path = folder.Path() / "map.sqmap";
+  RecordingWriter(path, {"s", "v", "c"}).Add(MakeSnapshot(0));
+  const RecordingReader edited(path, [](MapSnapshotPtr snapshot) {
+    auto changed = std::make_shared<MapSnapshot>(*snapshot);
+    changed->objects.front().label = "mug";
+    return changed;
+  });
+  EXPECT_EQ(edited.Read(0)->objects.front().label, "mug");
+  EXPECT_EQ(edited.Last()->objects.front().label, "mug");
+  EXPECT_EQ(RecordingReader(path).Last()->objects.front().label, "cup");
+}
+
 // Gives a recording of one snapshot another version, and the snapshot other bytes where there are some.
 void Rewrite(const std::filesystem::path& path, const std::string& version, const std::string& data) {
   sqlite3* db = nullptr;
@@ -172,10 +224,10 @@ TEST(Recording, OfVersion2IsReadableAndOfUnknownOnesRefused) {
   RecordingWriter(path, {"s", "v", "c"}).Add(MakeSnapshot(0));
   Rewrite(path, "2", SnapshotOfVersion2());
   ExpectSnapshotOfVersion2(*RecordingReader(path).Last());
-  for (const char* version : {"1", "4", "two"}) {
+  for (const char* version : {"1", "5", "two"}) {
     Rewrite(path, version, "");
     EXPECT_THAT(InputErrorOf([&] { RecordingReader reader(path); }),
-                HasSubstr(std::string("version ") + version + ", expected a map.sqmap of version 2 to 3"));
+                HasSubstr(std::string("version ") + version + ", expected a map.sqmap of version 2 to 4"));
   }
 }
 

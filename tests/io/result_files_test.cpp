@@ -105,6 +105,16 @@ TEST(ObjectsJson, ReadsWhatItWrote) {
       read[1].superquadric.T_map_object.Matrix().isApprox(Chair().superquadric.T_map_object.Matrix(), 1e-12));
 }
 
+TEST(ObjectsJson, ANameIsWrittenWhereThereIsOne) {
+  const TemporaryFolder folder;
+  SnapshotObject named = Chair();
+  named.name = "Ada's chair";
+  WriteObjects(folder.Path() / "objects.json", {Chair(), named});
+  const std::vector<SnapshotObject> read = ReadObjects(folder.Path() / "objects.json");
+  EXPECT_EQ(read[0].name, "");
+  EXPECT_EQ(read[1].name, "Ada's chair");
+}
+
 TEST(ObjectsJson, BrokenFilesNameTheObject) {
   const TemporaryFolder folder;
   const auto message = [&](const std::string& text) {

@@ -1,0 +1,309 @@
+#include <fmt/format.h>
+#include <imgui.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdlib>
+#include <fstream>
+#include <memory>
+#include <opencv2/core/utils/logger.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <optional>
+#include <thread>
+
+#include "app/run_arguments.h"
+#include "app/viewer/desktop_window.h"
+#include "app/viewer/frame_timing.h"
+#include "app/viewer/gl_texture.h"
+#include "app/viewer/kept_settings.h"
+#include "app/viewer/script_player.h"
+#include "app/viewer/viewer.h"
+#include "slam/util/error.h"
+#include "slam/util/options.h"
+
+namespace sqslam::viewer {
+namespace {
+
+constexpr const char* kExamples = R"(
+Examples:
+  sqslam-viewer out/kitchen                the result folder of a run
+  sqslam-viewer out/kitchen/map.sqmap
+  sqslam-viewer                            an empty window; drop a result folder on it
+  sqslam-viewer run data/kitchen --output out/kitchen   maps while you watch; options as of `sqslam run`
+  sqslam-viewer out/kitchen --play-events open.txt
+
+H shows keys and mouse. Exit codes: 0 done, 1 internal error, 2 wrong usage, 3 no display, or input that cannot
+be used; of a run those of `sqslam run`.
+)";
+
+struct Arguments {
+  std::string map;
+  std::string resolution;  // empty: as it was last
+  std::string play;
+  std::string record;
+  bool timing = false;
+};
+
+// Writes down the events of each frame.
+class Recorder {
+ public:
+  explicit Recorder(const std::string& path) {
+    if (!path.empty()) {
+      file_.open(path);
+      if (!file_) {
+        throw InputError(
+            fmt::format("{}: cannot be written, expected a place for the script of events", path));
+      }
+    }
+  }
+  void Add(const std::vector<InputEvent>& events) {
+    if (!file_.is_open()) {
+      return;
+    }
+    for (const InputEvent& event : events) {
+      if (event.kind != InputEvent::Kind::kKeyDown || !FormatEvent(event).ends_with(' ')) {
+        Flush();
+        file_ << FormatEvent(event) << '\n';
+      }
+    }
+    ++frames_;
+  }
+
+ private:
+  void Flush() {
+    if (frames_ > 0) {
+      file_ << "frames " << frames_ << '\n';
+      frames_ = 0;
+    }
+  }
+
+  std::ofstream file_;
+  int frames_ = 0;
+};
+
+cv::Size ParseSize(const std::string& text) {
+  int width = 0;
+  int height = 0;
+  char rest = '\0';
+  if (std::sscanf(text.c_str(), "%d,%d%c", &width, &height, &rest) != 2 || width < 320 || height < 200 ||
+      width > 8192 || height > 8192) {
+    throw UsageError(fmt::format("--resolution {}: expected WIDTH,HEIGHT from 320,200 to 8192,8192", text));
+  }
+  return {width, height};
+}
+
+// The loop of the program: events, a frame, and rest while nothing changes.
+class Loop {
+ public:
+  // `run`: to be watched, not started yet; or null.
+  Loop(const Arguments& arguments, std::unique_ptr<LiveRun> run, const app::RunRequest& request)
+      : live_(run != nullptr),
+        timed_(arguments.timing),
+        kept_(arguments.play.empty()),
+        window_("sqslam",
+                arguments.resolution.empty() ? kept_.WindowSize() : ParseSize(arguments.resolution)),
+        viewer_(window_.Size(), kept_.TextScale() * window_.ContentScale()),
+        recorder_(arguments.record) {
+    if (!arguments.play.empty()) {
+      player_.emplace(ReadScript(arguments.play), arguments.play,
+                      [this](const std::string& file) { WriteWindow(file); });
+    }
+    kept_.Give(viewer_.State());
+    if (run) {
+      viewer_.Watch(std::move(run), request);
+    } else if (!arguments.map.empty()) {
+      viewer_.Open(arguments.map);
+    }
+  }
+
+  // Returns the program's exit code.
+  int Run() {
+    auto last = Clock::now();
+    while (!viewer_.WantsToClose()) {
+      std::vector<InputEvent> events = window_.Events(Rest(last));
+      if (viewer_.State().run.active) {
+        std::this_thread::sleep_until(last +
+                                      std::chrono::milliseconds(33));  // a mouse that moves wakes it often
+      }
+      const double seconds = std::chrono::duration<double>(Clock::now() - last).count();
+      last = Clock::now();
+      Play(events, seconds);
+      recorder_.Add(events);
+      for (const InputEvent& event : events) {
+        viewer_.Handle(event);
+      }
+      Draw(player_ && !live_ ? 1.0 / 60.0 : seconds);
+    }
+    const double scale = window_.ContentScale();
+    const cv::Size size = window_.Size();
+    kept_.Take(viewer_.State(),
+               {static_cast<int>(size.width / scale), static_cast<int>(size.height / scale)});
+    if (timed_) {
+      fmt::print("{}", timing_.Text());
+    }
+    return viewer_.ExitCode();
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  // How long nothing has to be drawn, in seconds. While a run goes on the window leaves the processor to it:
+  // it is drawn so often that motion is seen, and no more.
+  double Rest(Clock::time_point last) const {
+    constexpr double kRunInterval = 1.0 / 15.0;
+    if (viewer_.State().run.active) {
+      return std::max(0.0, kRunInterval - std::chrono::duration<double>(Clock::now() - last).count());
+    }
+    return player_ || viewer_.Busy() ? 0.0 : 0.25;
+  }
+
+  void Play(std::vector<InputEvent>& events, double seconds) {
+    if (!player_) {
+      return;
+    }
+    // Nobody's mouse disturbs a script; only what it asked of the window itself comes back.
+    std::erase_if(events, [](const InputEvent& event) { return event.kind != InputEvent::Kind::kResize; });
+    for (InputEvent& event : player_->Next(viewer_, seconds)) {
+      if (event.kind == InputEvent::Kind::kResize) {
+        window_.Resize({static_cast<int>(event.x), static_cast<int>(event.y)});
+      }
+      events.push_back(std::move(event));
+    }
+    if (player_->Done() && !viewer_.WantsToClose()) {
+      viewer_.State().editing.discard = true;  // nobody is there to ask
+      events.push_back({.kind = InputEvent::Kind::kClose});
+    }
+  }
+
+  void Draw(double seconds) {
+    const Clock::time_point start = Clock::now();
+    viewer_.Frame(seconds);
+    if (window_.Size().area() > 0) {
+      window_.ShowCursor(ImGui::GetMouseCursor());
+      if (!player_ || !player_->Done()) {
+        window_.Show();
+      }
+    }
+    timing_.Add(viewer_.State(), std::chrono::duration<double>(Clock::now() - start).count());
+    if (const auto text = viewer_.TakeClipboard()) {
+      window_.SetClipboard(*text);
+    }
+    const std::string& title = viewer_.State().document.title;
+    if (title != title_) {
+      title_ = title;
+      window_.SetTitle(title.empty() ? "sqslam" : title + " - sqslam");
+    }
+  }
+
+  void WriteWindow(const std::string& file) {
+    viewer_.Frame(0.0);  // the buffer that was shown is gone
+    if (!cv::imwrite(file, ReadFramebuffer(window_.Size()))) {
+      throw InputError(fmt::format("{}: the picture cannot be written", file));
+    }
+  }
+
+  bool live_;   // a run was watched
+  bool timed_;  // --timing
+  FrameTiming timing_;
+  KeptSettings kept_;
+  DesktopWindow window_;
+  Viewer viewer_;
+  Recorder recorder_;
+  std::optional<ScriptPlayer> player_;
+  std::string title_;
+};
+
+void SetUpLogging() {
+  auto logger = spdlog::stderr_color_mt("sqslam-viewer");
+  logger->set_pattern("sqslam-viewer: %^%l%$: %v");
+  spdlog::set_default_logger(logger);
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
+}
+
+int Fail(int exit_code, const std::string& message) {
+  fmt::print(stderr, "sqslam-viewer: {}\n", message);
+  return exit_code;
+}
+
+// Without a display there is another way to the same picture.
+void CheckDisplay(const std::string& instead) {
+  const auto set = [](const char* name) {
+    const char* value = std::getenv(name);
+    return value != nullptr && *value != '\0';
+  };
+  if (!set("DISPLAY")) {
+    throw InputError(fmt::format("no display; `{}` does without one", instead));
+  }
+}
+
+// The run gets its threads before the window's thread steps back behind them; the drivers' threads of a
+// software OpenGL come later and step back as well.
+int WatchRun(const Arguments& arguments, const app::RunArguments& run_arguments) {
+  if (run_arguments.dump_config) {
+    fmt::print("{}", DumpOptions(run_arguments.Options()));
+    return 0;
+  }
+  if (run_arguments.input.empty()) {
+    throw UsageError(
+        "run: INPUT is missing, expected a sequence folder, an image folder, a video or a camera index");
+  }
+  CheckDisplay(fmt::format("sqslam run {}", run_arguments.input));
+  const app::RunRequest request = run_arguments.Request();
+  auto run = std::make_unique<LiveRun>(request);
+  run->Start();
+  constexpr int kNiceness = 5;
+  setpriority(PRIO_PROCESS, 0, kNiceness);
+  return Loop(arguments, std::move(run), request).Run();
+}
+
+int ParseAndRun(int argc, char** argv) {
+  CLI::App cli("Shows maps of sqslam and how they came about", "sqslam-viewer");
+  cli.footer(kExamples);
+  Arguments arguments;
+  cli.add_option("MAP", arguments.map, "map.sqmap, or the result folder that holds it");
+  cli.add_option("--resolution", arguments.resolution, "WIDTH,HEIGHT of the window [as it was last]");
+  cli.add_option("--play-events", arguments.play, "FILE: play a script of events, then close");
+  cli.add_flag("--timing", arguments.timing, "At the end, print how fast the window was");
+  cli.add_option("--record-events", arguments.record, "FILE: write down all events as such a script");
+  cli.get_formatter()->column_width(36);
+  app::RunArguments run_arguments;
+  CLI::App* run =
+      cli.add_subcommand("run", "Map an image sequence in the window; INPUT and options as of `sqslam run`");
+  run->fallthrough();
+  run_arguments.AddTo(*run);
+  try {
+    cli.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    if (e.get_exit_code() == 0) {
+      return cli.exit(e);
+    }
+    return Fail(2, fmt::format("{} (see sqslam-viewer --help)", e.what()));
+  }
+  if (run->parsed()) {
+    return WatchRun(arguments, run_arguments);
+  }
+  CheckDisplay(
+      fmt::format("sqslam render {} --output map.png", arguments.map.empty() ? "RESULT" : arguments.map));
+  return Loop(arguments, nullptr, {}).Run();
+}
+
+}  // namespace
+}  // namespace sqslam::viewer
+
+int main(int argc, char** argv) {
+  using sqslam::viewer::Fail;
+  sqslam::viewer::SetUpLogging();
+  try {
+    return sqslam::viewer::ParseAndRun(argc, argv);
+  } catch (const sqslam::UsageError& e) {
+    return Fail(2, e.what());
+  } catch (const sqslam::InputError& e) {
+    return Fail(3, e.what());
+  } catch (const std::exception& e) {
+    return Fail(1, fmt::format("internal error: {}", e.what()));
+  }
+}

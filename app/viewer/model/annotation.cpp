@@ -1,0 +1,246 @@
+#include "app/viewer/model/annotation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "slam/util/error.h"
+
+namespace sqslam::viewer {
+namespace {
+
+constexpr double kYawReach = 1.35;  // of the turn's handle from the centre, in half sizes
+
+struct NamedKind {
+  SolidKind kind;
+  std::string_view name;
+};
+constexpr std::array<NamedKind, 4> kKinds = {{{SolidKind::kCuboid, "cuboid"},
+                                              {SolidKind::kCylinder, "cylinder"},
+                                              {SolidKind::kEllipsoid, "ellipsoid"},
+                                              {SolidKind::kSuperquadric, "superquadric"}}};
+
+bool Same(const Solid& a, const Solid& b) {
+  return a.kind == b.kind && a.half_size == b.half_size && a.e1 == b.e1 && a.e2 == b.e2 &&
+         a.T_map_object.rotation.coeffs() == b.T_map_object.rotation.coeffs() &&
+         a.T_map_object.translation == b.T_map_object.translation;
+}
+
+// Where a line of sight meets a plane; empty where it runs along it or away from it.
+std::optional<Eigen::Vector3d> MeetPlane(const ViewRay& ray, const Eigen::Vector3d& normal,
+                                         const Eigen::Vector3d& point) {
+  constexpr double kGrazing = 0.02;  // sine of the least angle
+  const double along = normal.dot(ray.direction.normalized());
+  if (std::abs(along) < kGrazing) {
+    return std::nullopt;
+  }
+  const double t = normal.dot(point - ray.origin) / along;
+  return t > 0.0 ? std::optional(Eigen::Vector3d(ray.origin + t * ray.direction.normalized())) : std::nullopt;
+}
+
+// Where along the line (through `point`, unit `axis`) the line of sight comes nearest; empty where it runs
+// along it.
+std::optional<double> NearestAlong(const ViewRay& ray, const Eigen::Vector3d& point,
+                                   const Eigen::Vector3d& axis) {
+  const Eigen::Vector3d direction = ray.direction.normalized();
+  const double cosine = direction.dot(axis);
+  const double sine_square = 1.0 - cosine * cosine;
+  if (sine_square < 1e-4) {
+    return std::nullopt;
+  }
+  const Eigen::Vector3d between = ray.origin - point;
+  return (axis.dot(between) - cosine * direction.dot(between)) / sine_square;
+}
+
+Solid DragCenter(const Solid& start, const ViewRay& from, const ViewRay& to) {
+  constexpr double kEdgeOn = 0.12;  // sine of the angle at which a horizontal plane is seen edge-on
+  const Eigen::Vector3d center = start.T_map_object.translation;
+  Solid moved = start;
+  if (std::abs(from.direction.normalized().z()) < kEdgeOn) {
+    Eigen::Vector3d normal = from.direction;
+    normal.z() = 0.0;
+    normal.normalize();
+    const auto a = MeetPlane(from, normal, center);
+    const auto b = MeetPlane(to, normal, center);
+    moved.T_map_object.translation += a && b ? Eigen::Vector3d(*b - *a) : Eigen::Vector3d::Zero();
+    return moved;
+  }
+  const auto a = MeetPlane(from, Eigen::Vector3d::UnitZ(), center);
+  const auto b = MeetPlane(to, Eigen::Vector3d::UnitZ(), center);
+  moved.T_map_object.translation += a && b ? Eigen::Vector3d(*b - *a) : Eigen::Vector3d::Zero();
+  return moved;
+}
+
+Solid DragSide(const Solid& start, const SolidHandle& handle, const ViewRay& from, const ViewRay& to) {
+  constexpr double kLeast = 0.02;  // of the half size
+  const Eigen::Vector3d axis = start.T_map_object.RotationMatrix().col(handle.axis);
+  const Eigen::Vector3d side = HandlePosition(start, handle);
+  const std::optional<double> a = NearestAlong(from, side, axis);
+  const std::optional<double> b = NearestAlong(to, side, axis);
+  Solid changed = start;
+  if (!a || !b) {
+    return changed;
+  }
+  const double half = start.half_size[handle.axis];
+  const double new_half = std::max(kLeast * half, half + 0.5 * handle.sign * (*b - *a));
+  changed.half_size[handle.axis] = new_half;
+  changed.T_map_object.translation += handle.sign * (new_half - half) * axis;
+  return changed;
+}
+
+Solid DragYaw(const Solid& start, const ViewRay& from, const ViewRay& to) {
+  const Eigen::Vector3d center = start.T_map_object.translation;
+  const auto a = MeetPlane(from, Eigen::Vector3d::UnitZ(), center);
+  const auto b = MeetPlane(to, Eigen::Vector3d::UnitZ(), center);
+  Solid turned = start;
+  if (a && b) {
+    const Eigen::Vector3d u = *a - center;
+    const Eigen::Vector3d v = *b - center;
+    SetYaw(turned, YawOf(start) + std::atan2(v.y(), v.x()) - std::atan2(u.y(), u.x()));
+  }
+  return turned;
+}
+
+}  // namespace
+
+bool AnnotatedSolid::operator==(const AnnotatedSolid& other) const {
+  return id == other.id && label == other.label && name == other.name && more == other.more &&
+         Same(solid, other.solid);
+}
+
+int Annotation::Add(AnnotatedSolid solid) {
+  CheckSolid(solid.solid);
+  solid.id = 1;
+  for (const AnnotatedSolid& other : solids) {
+    solid.id = std::max(solid.id, other.id + 1);
+  }
+  solids.push_back(std::move(solid));
+  return solids.back().id;
+}
+
+void Annotation::Remove(int id) {
+  std::erase_if(solids, [id](const AnnotatedSolid& solid) { return solid.id == id; });
+}
+
+const AnnotatedSolid* Annotation::Find(int id) const {
+  const auto found = std::find_if(solids.begin(), solids.end(),
+                                  [id](const AnnotatedSolid& solid) { return solid.id == id; });
+  return found == solids.end() ? nullptr : &*found;
+}
+
+void Annotation::Replace(const AnnotatedSolid& solid) {
+  CheckSolid(solid.solid);
+  const auto found = std::find_if(solids.begin(), solids.end(),
+                                  [&](const AnnotatedSolid& other) { return other.id == solid.id; });
+  if (found == solids.end()) {
+    throw UsageError(fmt::format("solid {}: there is none, expected one of the annotation", solid.id));
+  }
+  *found = solid;
+}
+
+void CheckSolid(const Solid& solid) {
+  const Eigen::Vector3d& half = solid.half_size;
+  if (!half.allFinite() || half.minCoeff() <= 0.0) {
+    throw UsageError(
+        fmt::format("half sizes {} {} {}: expected three numbers above 0", half.x(), half.y(), half.z()));
+  }
+  for (const double e : {solid.e1, solid.e2}) {
+    if (!(e >= kMinShapeExponent && e <= kMaxShapeExponent)) {
+      throw UsageError(fmt::format("exponent {}: expected a number from {} to {}", e, kMinShapeExponent,
+                                   kMaxShapeExponent));
+    }
+  }
+  if (!solid.T_map_object.translation.allFinite() || !solid.T_map_object.rotation.coeffs().allFinite()) {
+    throw UsageError("centre or yaw is no number, expected finite ones");
+  }
+}
+
+std::string_view KindName(SolidKind kind) {
+  return std::find_if(kKinds.begin(), kKinds.end(), [kind](const auto& named) { return named.kind == kind; })
+      ->name;
+}
+
+std::optional<SolidKind> KindNamed(std::string_view name) {
+  const auto found =
+      std::find_if(kKinds.begin(), kKinds.end(), [name](const auto& named) { return named.name == name; });
+  return found == kKinds.end() ? std::nullopt : std::optional(found->kind);
+}
+
+void SetKind(Solid& solid, SolidKind kind) {
+  solid.kind = kind;
+  if (kind != SolidKind::kSuperquadric) {
+    solid.e1 = kind == SolidKind::kEllipsoid ? 1.0 : kMinShapeExponent;
+    solid.e2 = kind == SolidKind::kCuboid ? kMinShapeExponent : 1.0;
+  }
+}
+
+Solid UprightSolid(SolidKind kind, const Eigen::Vector3d& center, double yaw,
+                   const Eigen::Vector3d& half_size) {
+  Solid solid;
+  SetKind(solid, kind);
+  solid.half_size = half_size;
+  solid.T_map_object.translation = center;
+  SetYaw(solid, yaw);
+  return solid;
+}
+
+PosedSuperquadric AsSuperquadric(const Solid& solid) {
+  return {{solid.half_size, solid.e1, solid.e2}, solid.T_map_object};
+}
+
+double YawOf(const Solid& solid) { return ToParameters(AsSuperquadric(solid))[7]; }
+
+void SetYaw(Solid& solid, double yaw) {
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(yaw - YawOf(solid), Eigen::Vector3d::UnitZ()));
+  solid.T_map_object.rotation = (turn * solid.T_map_object.rotation).normalized();
+}
+
+double BottomOf(const Solid& solid) { return solid.BoundingBox().min().z(); }
+
+void SnapToGround(Solid& solid, double ground, GroundSnap how) {
+  const double bottom = BottomOf(solid);
+  const double top = solid.BoundingBox().max().z();
+  if (how == GroundSnap::kExtend && top > ground + 1e-3 * (top - bottom)) {
+    solid.half_size.z() = 0.5 * (top - ground);
+    solid.T_map_object.translation.z() = 0.5 * (top + ground);
+    return;
+  }
+  solid.T_map_object.translation.z() += ground - bottom;
+}
+
+std::array<SolidHandle, 8> SolidHandles() {
+  using Kind = SolidHandle::Kind;
+  return {{{Kind::kCenter},
+           {Kind::kSide, 0, 1},
+           {Kind::kSide, 0, -1},
+           {Kind::kSide, 1, 1},
+           {Kind::kSide, 1, -1},
+           {Kind::kSide, 2, 1},
+           {Kind::kSide, 2, -1},
+           {Kind::kYaw}}};
+}
+
+Eigen::Vector3d HandlePosition(const Solid& solid, const SolidHandle& handle) {
+  Eigen::Vector3d p_object = Eigen::Vector3d::Zero();
+  if (handle.kind == SolidHandle::Kind::kSide) {
+    p_object[handle.axis] = handle.sign * solid.half_size[handle.axis];
+  } else if (handle.kind == SolidHandle::Kind::kYaw) {
+    p_object.x() = solid.half_size.x() + (kYawReach - 1.0) * solid.half_size.head<2>().maxCoeff();
+  }
+  return solid.T_map_object * p_object;
+}
+
+Solid DragHandle(const Solid& start, const SolidHandle& handle, const ViewRay& from, const ViewRay& to) {
+  switch (handle.kind) {
+    case SolidHandle::Kind::kCenter:
+      return DragCenter(start, from, to);
+    case SolidHandle::Kind::kSide:
+      return DragSide(start, handle, from, to);
+    case SolidHandle::Kind::kYaw:
+      return DragYaw(start, from, to);
+  }
+  return start;
+}
+
+}  // namespace sqslam::viewer

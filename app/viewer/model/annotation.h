@@ -1,0 +1,92 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "slam/geometry/solid_iou.h"
+
+namespace sqslam::viewer {
+
+// One solid of a ground truth that is being made. The frame is that of the annotation (world or map), z up.
+struct AnnotatedSolid {
+  int id = 0;
+  std::string label;
+  std::string name;  // empty: none
+  Solid solid;       // exponents of primitives are those that their names stand for (SetKind)
+  std::string more;  // a JSON object with what else the file said of it ("scored", ...), or empty
+
+  bool operator==(const AnnotatedSolid& other) const;
+};
+
+// A ground truth of objects. A value; undo keeps copies of it (ViewerDocument).
+struct Annotation {
+  std::vector<AnnotatedSolid> solids;
+  std::string more;  // a JSON object with what else the file said ("up_world"), or empty
+
+  bool operator==(const Annotation&) const = default;
+
+  // Adds a copy under the next free id, from 1, and returns that.
+  int Add(AnnotatedSolid solid);
+  void Remove(int id);
+  const AnnotatedSolid* Find(int id) const;  // null where there is none
+  // Replaces the one with its id. Throws UsageError where there is none, and on sizes or exponents that are
+  // none (CheckSolid).
+  void Replace(const AnnotatedSolid& solid);
+};
+
+// Throws UsageError that names the value: half sizes above 0, exponents in [0.1, 1.9], all finite.
+void CheckSolid(const Solid& solid);
+
+std::string_view KindName(SolidKind kind);  // "cuboid", ...
+std::optional<SolidKind> KindNamed(std::string_view name);
+
+// A solid of a kind with the exponents that its name stands for in objects_gt.json: cuboid 0.1, 0.1; cylinder
+// 0.1, 1; ellipsoid 1, 1; those of superquadrics stay as they are.
+void SetKind(Solid& solid, SolidKind kind);
+Solid UprightSolid(SolidKind kind, const Eigen::Vector3d& center, double yaw,
+                   const Eigen::Vector3d& half_size);
+// A solid as a superquadric, edges of primitives rounded to exponents of 0.1.
+PosedSuperquadric AsSuperquadric(const Solid& solid);
+
+// Radians about z, in (-pi, pi]. Setting it keeps a lean that the solid may have.
+double YawOf(const Solid& solid);
+void SetYaw(Solid& solid, double yaw);
+
+double BottomOf(const Solid& solid);  // least z, exact for upright solids
+
+enum class GroundSnap {
+  kMove,   // the solid keeps its size
+  kExtend  // its top stays where it is, as where points show no lower part; moves where the ground is above
+};
+// Puts the bottom of an upright solid at z = ground.
+void SnapToGround(Solid& solid, double ground, GroundSnap how);
+
+// What can be dragged: the middle (over the ground), the six sides, and the turn, whose handle lies beyond
+// the +x side.
+struct SolidHandle {
+  enum class Kind { kCenter, kSide, kYaw };
+  Kind kind = Kind::kCenter;
+  int axis = 0;  // of sides: 0 to 2
+  int sign = 1;  // of sides: +1 or -1
+
+  bool operator==(const SolidHandle&) const = default;
+};
+std::array<SolidHandle, 8> SolidHandles();
+Eigen::Vector3d HandlePosition(const Solid& solid, const SolidHandle& handle);
+
+// A line of sight.
+struct ViewRay {
+  Eigen::Vector3d origin;
+  Eigen::Vector3d direction;  // of any length > 0
+};
+
+// `start` as it is after a handle was dragged from one line of sight to another. The middle moves in its
+// horizontal plane, or, where that is seen edge-on, up and down; sides move along their axis while the
+// opposite side stays, to 2 % of the size at the least.
+Solid DragHandle(const Solid& start, const SolidHandle& handle, const ViewRay& from, const ViewRay& to);
+
+}  // namespace sqslam::viewer

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "app/viewer/model/annotation.h"
+#include "app/viewer/model/edit_history.h"
+#include "app/viewer/model/object_edits.h"
+#include "slam/geometry/rigid3.h"
+
+namespace sqslam::viewer {
+
+// What the user of the viewer changes: edits of the map's objects, and a ground truth. One history for both,
+// so that undo takes back whatever came last.
+struct DocumentState {
+  ObjectEdits edits;
+  Annotation annotation;
+
+  bool operator==(const DocumentState&) const = default;
+};
+
+class ViewerDocument {
+ public:
+  const DocumentState& Current() const { return history_.Current(); }
+  const EditHistory<DocumentState>& History() const { return history_; }
+
+  // Changes a copy of the state and takes it as a step (EditHistory::Push). What `change` throws leaves the
+  // document as it was.
+  template <typename Change>
+  void Do(const std::string& what, Change change, const std::string& group = "") {
+    DocumentState next = Current();
+    change(next);
+    history_.Push(std::move(next), what, group);
+  }
+  void EndGroup() { history_.Seal(); }
+  void Undo() { history_.Undo(); }
+  void Redo() { history_.Redo(); }
+
+  // Starts anew: edits beside the recording, where there are some, and no annotation. Throws InputError on a
+  // broken file; the document is then empty, and SaveEdits would replace that file.
+  void OpenRecording(const std::filesystem::path& recording);
+
+  // Reads a ground truth as a step that can be undone; it is saved to that file from then on.
+  void OpenAnnotation(const std::filesystem::path& file, const Sim3d& S_file_annotation = {});
+
+  bool EditsModified() const { return !(Current().edits == saved_.edits); }
+  bool AnnotationModified() const { return !(Current().annotation == saved_.annotation); }
+  bool Modified() const { return EditsModified() || AnnotationModified(); }
+
+  // Throw InputError where the file cannot be written. Edits go beside the recording; where nothing is edited
+  // (any more), a file of edits is removed.
+  void SaveEdits();
+  void SaveAnnotation(const std::filesystem::path& file, const Sim3d& S_file_annotation = {});
+
+  const std::filesystem::path& EditsFile() const { return edits_file_; }
+  const std::filesystem::path& AnnotationFile() const { return annotation_file_; }  // empty until known
+
+ private:
+  EditHistory<DocumentState> history_;
+  DocumentState saved_;
+  std::filesystem::path edits_file_;
+  std::filesystem::path annotation_file_;
+};
+
+}  // namespace sqslam::viewer

@@ -1,0 +1,111 @@
+#include "app/viewer/model/viewer_settings.h"
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+#include "slam/io/atomic_file.h"
+#include "slam/util/error.h"
+#include "slam/util/options.h"
+
+namespace sqslam::viewer {
+namespace fs = std::filesystem;
+namespace {
+
+// Relative paths in these variables are to be ignored (XDG Base Directory Specification).
+fs::path BaseFolder(const char* variable, const char* below_home) {
+  const char* value = std::getenv(variable);
+  if (value != nullptr && fs::path(value).is_absolute()) {
+    return value;
+  }
+  const char* home = std::getenv("HOME");
+  return home != nullptr && *home != '\0' ? fs::path(home) / below_home : fs::path();
+}
+
+fs::path FileBelow(const fs::path& base) { return base.empty() ? base : base / "sqslam" / "viewer.yaml"; }
+
+template <typename Values>
+Loaded<Values> Load(const fs::path& file) {
+  Loaded<Values> loaded;
+  std::error_code error;
+  if (file.empty() || !fs::exists(file, error)) {
+    return loaded;
+  }
+  std::ostringstream text;
+  YAML::Node root;
+  try {
+    text << std::ifstream(file).rdbuf();
+    root = YAML::Load(text.str());
+  } catch (const YAML::Exception& e) {
+    loaded.warnings.push_back(fmt::format("{}:{}: no valid YAML; the defaults are used", file.string(),
+                                          std::max(0, e.mark.line) + 1));
+    return loaded;
+  }
+  if (!root.IsMap()) {
+    if (!root.IsNull()) {
+      loaded.warnings.push_back(
+          fmt::format("{}: expected lines 'name: value'; the defaults are used", file.string()));
+    }
+    return loaded;
+  }
+  // Value by value, so that one that is wrong costs no other.
+  for (const OptionField& field : OptionFields(loaded.values)) {
+    const YAML::Node node = root[field.key];
+    if (!node) {
+      continue;
+    }
+    Values changed = loaded.values;
+    try {
+      YAML::Emitter emitter;
+      emitter << YAML::BeginMap << YAML::Key << field.key << YAML::Value << node << YAML::EndMap;
+      const std::string lines_before(static_cast<std::size_t>(std::max(0, node.Mark().line)), '\n');
+      ParseOptions(lines_before + emitter.c_str(), file.string(), changed);
+      loaded.values = changed;
+    } catch (const UsageError& e) {
+      loaded.warnings.push_back(fmt::format("{}; the default is used", e.what()));
+    }
+  }
+  return loaded;
+}
+
+template <typename Values>
+void Save(const fs::path& file, const Values& values) {
+  if (file.empty()) {
+    return;
+  }
+  std::error_code error;
+  fs::create_directories(file.parent_path(), error);  // if it fails, writing says why
+  WriteFileAtomically(file, DumpOptions(values));
+}
+
+}  // namespace
+
+void ViewerMemory::Remember(const fs::path& file) {
+  const std::string name = fs::absolute(file).lexically_normal().string();
+  std::erase(recent_files, name);
+  recent_files.insert(recent_files.begin(), name);
+  if (recent_files.size() > kMostRecent) {
+    recent_files.resize(kMostRecent);
+  }
+}
+
+void ViewerMemory::ForgetMissing() {
+  std::erase_if(recent_files, [](const std::string& file) {
+    std::error_code error;
+    return !fs::exists(file, error);
+  });
+}
+
+fs::path SettingsFile() { return FileBelow(BaseFolder("XDG_CONFIG_HOME", ".config")); }
+fs::path MemoryFile() { return FileBelow(BaseFolder("XDG_STATE_HOME", ".local/state")); }
+
+Loaded<ViewerSettings> LoadSettings(const fs::path& file) { return Load<ViewerSettings>(file); }
+Loaded<ViewerMemory> LoadMemory(const fs::path& file) { return Load<ViewerMemory>(file); }
+void SaveSettings(const fs::path& file, const ViewerSettings& settings) { Save(file, settings); }
+void SaveMemory(const fs::path& file, const ViewerMemory& memory) { Save(file, memory); }
+
+}  // namespace sqslam::viewer

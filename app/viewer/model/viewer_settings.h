@@ -1,0 +1,72 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace sqslam::viewer {
+
+// What the viewer's user chose: kept in $XDG_CONFIG_HOME/sqslam/viewer.yaml.
+struct ViewerSettings {
+  std::string theme = "dark";  // of the window
+  std::string style = "dark";  // of the scene: a style's name or FILE.yaml
+  double font_size = 15.0;     // height of the letters, pixels at 96 dpi
+  bool show_image = true;      // the input image beside the map
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("theme", theme, {"dark", "light"});
+    visit("style", style);
+    visit("font_size", font_size, 8.0, 48.0);
+    visit("show_image", show_image);
+  }
+};
+
+// What the viewer remembers by itself: kept in $XDG_STATE_HOME/sqslam/viewer.yaml.
+struct ViewerMemory {
+  static constexpr std::size_t kMostRecent = 12;
+
+  int window_width = 1440;  // pixels at 96 dpi, as all lengths here
+  int window_height = 900;
+  double side = 380.0;                    // width of the column on the right
+  double bottom = 150.0;                  // height of the time axis
+  double top = 300.0;                     // height of the image
+  std::vector<std::string> recent_files;  // absolute, newest first
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("window_width", window_width, 320, 16384);
+    visit("window_height", window_height, 240, 16384);
+    visit("side", side, 50.0, 5000.0);
+    visit("bottom", bottom, 20.0, 5000.0);
+    visit("top", top, 20.0, 5000.0);
+    visit("recent_files", recent_files);
+  }
+
+  // To the top of the list, once.
+  void Remember(const std::filesystem::path& file);
+  void ForgetMissing();  // drops files that are not there any more
+};
+
+// What was read, and one line for each value that could not be used (the default stands for it then).
+template <typename Values>
+struct Loaded {
+  Values values;
+  std::vector<std::string> warnings;
+};
+
+// $XDG_CONFIG_HOME or ~/.config, and $XDG_STATE_HOME or ~/.local/state, each with /sqslam/viewer.yaml. Empty
+// where there is no home either: then nothing is kept.
+std::filesystem::path SettingsFile();
+std::filesystem::path MemoryFile();
+
+// A missing file or an empty path gives the defaults; keys of other versions are passed over. Never throws.
+Loaded<ViewerSettings> LoadSettings(const std::filesystem::path& file);
+Loaded<ViewerMemory> LoadMemory(const std::filesystem::path& file);
+
+// Make the folder where it is missing; an empty path does nothing. Throw InputError where the file cannot be
+// written.
+void SaveSettings(const std::filesystem::path& file, const ViewerSettings& settings);
+void SaveMemory(const std::filesystem::path& file, const ViewerMemory& memory);
+
+}  // namespace sqslam::viewer

@@ -1,0 +1,315 @@
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "app/viewer/camera_control.h"
+#include "app/viewer/gl_texture.h"
+#include "app/viewer/keys.h"
+#include "app/viewer/panels/panels.h"
+#include "app/viewer/panels/scene_marks.h"
+#include "app/viewer/picking.h"
+#include "app/viewer/widgets.h"
+#include "render/interactive_scene.h"
+#include "slam/geometry/silhouette.h"
+
+namespace sqslam::viewer {
+namespace {
+
+ImTextureID TextureId(unsigned name) {
+  return reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(name));  // NOLINT: ImGui's convention
+}
+
+Eigen::Vector2d ToEigen(ImVec2 v) { return {v.x, v.y}; }
+
+class ScenePanel : public Panel {
+ public:
+  Place Where() const override { return Place::kScene; }
+  std::string Title() const override { return "Map"; }
+  bool Busy() const override { return !settled_; }
+
+  void Draw(ViewerState& state) override {
+    const ImVec2 available = ImGui::GetContentRegionAvail();
+    origin_ = ImGui::GetCursorScreenPos();
+    state.scene_size = {static_cast<int>(available.x), static_cast<int>(available.y)};
+    state.scene_corner = {static_cast<int>(origin_.x), static_cast<int>(origin_.y)};
+    if (state.scene_size.width < 1 || state.scene_size.height < 1) {
+      return;  // minimised
+    }
+    Synchronize(state);
+    ImGui::InvisibleButton("scene", available,
+                           ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight |
+                               ImGuiButtonFlags_MouseButtonMiddle);
+    hovered_ = ImGui::IsItemHovered();
+    if (state.Map() != nullptr) {
+      if (!AnnotateWithMouse(state, origin_, hovered_)) {
+        HandleMouse(state);
+      }
+      HandleKeys(state);
+    }
+    DrawScene(state);
+    DrawMarks(state);
+  }
+
+ private:
+  // Brings what is drawn up to what the state says.
+  void Synchronize(ViewerState& state) {
+    if (style_version_ != state.view.style_version) {
+      style_version_ = state.view.style_version;
+      scene_.SetStyle(state.view.style);
+      Stir();
+    }
+    if (frame_map_ != state.document.frame) {
+      frame_map_ = state.document.frame;
+      scene_.SetFrame(frame_map_ ? *frame_map_ : MapSnapshot());
+      state.focus = scene_.Focus();
+      state.colors = scene_.Colors();
+      Stir();
+    }
+    const MapSnapshotPtr map = state.shown ? state.shown->map : nullptr;
+    if (map_ != map) {
+      map_ = map;
+      scene_.Show(map);
+      Stir();
+    }
+  }
+
+  void Stir() { stirred_ = true; }
+
+  void Move(ViewerState& state, const ViewCamera& camera) {
+    state.view.camera = camera;
+    state.view.preset = "";
+    state.view.automatic = false;
+    state.view.mode = CameraMode::kFree;
+  }
+
+  void HandleMouse(ViewerState& state) {
+    const ImGuiIO& io = ImGui::GetIO();
+    const cv::Size window = state.scene_size;
+    const Eigen::Vector2d mouse = ToEigen(io.MousePos) - ToEigen(origin_);
+    const Eigen::Vector2d moved = ToEigen(io.MouseDelta);
+    if (hovered_ && io.MouseWheel != 0.0F) {
+      Move(state, ZoomTo(state.view.camera, std::pow(1.15, io.MouseWheel), mouse, window));
+    }
+    const auto dragged = [&](ImGuiMouseButton button) {
+      return ImGui::IsItemActive() && ImGui::IsMouseDragging(button, 3.0F) && moved.norm() > 0.0;
+    };
+    if (dragged(ImGuiMouseButton_Middle) || (dragged(ImGuiMouseButton_Left) && io.KeyShift)) {
+      Move(state, Pan(state.view.camera, moved, window));
+    } else if (dragged(ImGuiMouseButton_Left)) {
+      Move(state, Orbit(state.view.camera, moved, window, state.focus.up));
+    } else if (dragged(ImGuiMouseButton_Right)) {
+      Move(state, LookAround(state.view.camera, moved, window, state.focus.up));
+    }
+    const Ray ray = RayOf(state.view.camera, mouse, window);
+    if (hovered_ && !ImGui::IsAnyMouseDown()) {
+      state.pointed = PickObject(ray, state.Map()->objects);
+    }
+    const ImVec2 drag = io.MouseClickedPos[0];
+    const bool still = std::hypot(io.MousePos.x - drag.x, io.MousePos.y - drag.y) < 3.0F;
+    if (hovered_ && ImGui::IsMouseReleased(ImGuiMouseButton_Left) && still) {
+      Click(state, mouse, ray);
+    }
+    if (hovered_ && ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left)) {
+      LookAt(state, mouse);
+    }
+  }
+
+  void Click(ViewerState& state, const Eigen::Vector2d& mouse, const Ray& ray) {
+    if (!state.measurement.active) {
+      state.selected = PickObject(ray, state.Map()->objects);
+      return;
+    }
+    if (const auto point = PickPoint(state.view.camera, mouse, state.scene_size, *state.Map())) {
+      auto& points = state.measurement.points;
+      if (points.size() >= 2) {
+        points.clear();
+      }
+      points.push_back(*point);
+    }
+  }
+
+  // What lies there comes to the middle.
+  void LookAt(ViewerState& state, const Eigen::Vector2d& mouse) {
+    if (const auto point = PickPoint(state.view.camera, mouse, state.scene_size, *state.Map())) {
+      ViewCamera camera = state.view.camera;
+      camera.position += *point - camera.focal_point;
+      camera.focal_point = *point;
+      camera.pinhole.reset();
+      Move(state, camera);
+    }
+  }
+
+  void HandleKeys(ViewerState& state) {
+    const ImGuiIO& io = ImGui::GetIO();
+    if (io.WantTextInput || io.KeyCtrl || io.KeyAlt) {
+      return;
+    }
+    const auto axis = [&](int plus, int minus) {
+      return (ImGui::IsKeyDown(plus) ? 1.0 : 0.0) - (ImGui::IsKeyDown(minus) ? 1.0 : 0.0);
+    };
+    const Eigen::Vector3d way(axis('D', 'A'), axis('E', 'Q'), axis('W', 'S'));
+    if (way.norm() > 0.0) {
+      const double speed = (io.KeyShift ? 1.6 : 0.5) * state.focus.radius;  // map units a second
+      Move(state, Fly(state.view.camera, std::min(state.seconds, 0.1) * speed * way));
+    }
+  }
+
+  void DrawScene(ViewerState& state) {
+    using Detail = InteractiveScene::Detail;
+    const ViewCamera& camera = state.view.camera;
+    const bool changed = !drawn_ || drawn_->position != camera.position ||
+                         drawn_->focal_point != camera.focal_point || drawn_->view_up != camera.view_up ||
+                         drawn_->pinhole.has_value() != camera.pinhole.has_value() ||
+                         size_ != state.scene_size;
+    const bool dirty = std::exchange(stirred_, false) || changed;
+    still_ = dirty ? 0.0 : still_ + state.seconds;
+    constexpr double kRest = 0.15;  // seconds after which the fine picture is drawn
+    settled_ = still_ >= kRest;
+    drawn_ = camera;
+    size_ = state.scene_size;
+    const unsigned texture = scene_.Draw(camera, size_, settled_ ? Detail::kFine : Detail::kDraft);
+    ImDrawList* list = ImGui::GetWindowDrawList();
+    const ImVec2 end(origin_.x + static_cast<float>(size_.width),
+                     origin_.y + static_cast<float>(size_.height));
+    list->AddImage(TextureId(texture), origin_, end, ImVec2(0.0F, 1.0F), ImVec2(1.0F, 0.0F));
+    if (dirty) {
+      texts_.Upload(state.Map() != nullptr ? scene_.Texts(camera, size_) : cv::Mat());
+    }
+    if (texts_.Name() != 0) {
+      list->AddImage(TextureId(texts_.Name()), origin_, end);
+    }
+  }
+
+  void DrawMarks(ViewerState& state) {
+    ImDrawList* list = ImGui::GetWindowDrawList();
+    const ImVec2 end(origin_.x + static_cast<float>(size_.width),
+                     origin_.y + static_cast<float>(size_.height));
+    list->PushClipRect(origin_, end, true);
+    const Palette& palette = PaletteOf(state.theme);
+    const auto scale = static_cast<float>(state.ui_scale);
+    if (state.hovered != state.selected) {
+      DrawOutline(state, state.Object(state.hovered), palette.text, 1.2F * scale);
+    }
+    DrawOutline(state, state.Object(state.selected), palette.accent, 3.0F * scale);
+    DrawName(state, state.Object(state.hovered ? state.hovered : state.selected));
+    DrawMeasurement(state);
+    DrawSceneMarks(state, origin_);
+    list->PopClipRect();
+  }
+
+  std::vector<ImVec2> OutlineOf(const ViewerState& state, const SnapshotObject& object) const {
+    const Camera pinhole = PinholeOf(state.view.camera, size_);
+    std::vector<ImVec2> polygon;
+    for (const Eigen::Vector2d& p :
+         Silhouette(object.superquadric, pinhole, PoseOf(state.view.camera), 0.1, 64.0)) {
+      polygon.emplace_back(origin_.x + static_cast<float>(p.x() + 0.5),
+                           origin_.y + static_cast<float>(p.y() + 0.5));
+    }
+    return polygon;
+  }
+
+  void DrawOutline(const ViewerState& state, const SnapshotObject* object, ImU32 color, float width) const {
+    if (object == nullptr) {
+      return;
+    }
+    const std::vector<ImVec2> polygon = OutlineOf(state, *object);
+    ImDrawList* list = ImGui::GetWindowDrawList();
+    const int count = static_cast<int>(polygon.size());
+    list->AddPolyline(polygon.data(), count, IM_COL32(0, 0, 0, 110), ImDrawFlags_Closed, width + 2.0F);
+    list->AddPolyline(polygon.data(), count, color, ImDrawFlags_Closed, width);
+  }
+
+  // A tag above the object.
+  void DrawName(const ViewerState& state, const SnapshotObject* object) const {
+    if (object == nullptr) {
+      return;
+    }
+    const std::vector<ImVec2> polygon = OutlineOf(state, *object);
+    if (polygon.empty()) {
+      return;
+    }
+    ImVec2 top = polygon.front();
+    float left = top.x;
+    float right = top.x;
+    for (const ImVec2& p : polygon) {
+      top.y = std::min(top.y, p.y);
+      left = std::min(left, p.x);
+      right = std::max(right, p.x);
+    }
+    Tag(state, ObjectName(*object), ImVec2(0.5F * (left + right), top.y), state.colors(object->label));
+  }
+
+  // Text on a card whose bottom is above `at`.
+  void Tag(const ViewerState& state, const std::string& text, ImVec2 at, const Eigen::Vector3d& color) const {
+    const Palette& palette = PaletteOf(state.theme);
+    ImDrawList* list = ImGui::GetWindowDrawList();
+    const float em = ImGui::GetFontSize();
+    const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+    const float width = size.x + 1.7F * em;
+    const float height = size.y + 0.5F * em;
+    const float x =
+        std::clamp(at.x - 0.5F * width, origin_.x + 4.0F,
+                   std::max(origin_.x + 4.0F, origin_.x + static_cast<float>(size_.width) - width - 4.0F));
+    const float y = std::max(at.y - height - 0.5F * em, origin_.y + 4.0F);
+    list->AddRectFilled(ImVec2(x, y), ImVec2(x + width, y + height), palette.surface, 5.0F);
+    list->AddRectFilled(ImVec2(x + 0.45F * em, y + 0.5F * height - 0.3F * em),
+                        ImVec2(x + 1.05F * em, y + 0.5F * height + 0.3F * em), Packed(color), 3.0F);
+    list->AddText(ImVec2(x + 1.3F * em, y + 0.25F * em), palette.text, text.c_str());
+  }
+
+  void DrawMeasurement(const ViewerState& state) const {
+    if (!state.measurement.active) {
+      return;
+    }
+    const Camera pinhole = PinholeOf(state.view.camera, size_);
+    const Rigid3d T_view_map = PoseOf(state.view.camera).Inverse();
+    const Palette& palette = PaletteOf(state.theme);
+    ImDrawList* list = ImGui::GetWindowDrawList();
+    std::vector<ImVec2> seen;
+    for (const Eigen::Vector3d& point : state.measurement.points) {
+      const Eigen::Vector3d p = T_view_map * point;
+      if (p.z() <= 0.0) {
+        return;
+      }
+      const Eigen::Vector2d pixel = pinhole.Project(p);
+      seen.emplace_back(origin_.x + static_cast<float>(pixel.x() + 0.5),
+                        origin_.y + static_cast<float>(pixel.y() + 0.5));
+    }
+    if (seen.size() == 2) {
+      list->AddLine(seen[0], seen[1], IM_COL32(0, 0, 0, 140), 4.0F);
+      list->AddLine(seen[0], seen[1], palette.accent, 2.0F);
+      const double length = (state.measurement.points[0] - state.measurement.points[1]).norm();
+      char text[64];
+      std::snprintf(text, sizeof text, "%.4g map units", length);
+      Tag(state, text, ImVec2(0.5F * (seen[0].x + seen[1].x), 0.5F * (seen[0].y + seen[1].y)),
+          {0.337, 0.706, 0.914});
+    }
+    for (const ImVec2& p : seen) {
+      list->AddCircleFilled(p, 5.0F, IM_COL32(0, 0, 0, 160));
+      list->AddCircleFilled(p, 3.5F, palette.accent);
+    }
+  }
+
+  InteractiveScene scene_;
+  GlTexture texts_;
+  int style_version_ = -1;
+  MapSnapshotPtr frame_map_;
+  MapSnapshotPtr map_;
+  std::optional<ViewCamera> drawn_;
+  cv::Size size_;
+  ImVec2 origin_;
+  bool stirred_ = true;
+  double still_ = 0.0;  // seconds since something moved
+  bool settled_ = false;
+  bool hovered_ = false;
+};
+
+}  // namespace
+
+PanelPtr MakeScenePanel() { return std::make_unique<ScenePanel>(); }
+
+}  // namespace sqslam::viewer

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "app/viewer/camera_control.h"
+#include "slam/map/snapshot.h"
+
+// What of a map lies under the mouse.
+namespace sqslam::viewer {
+
+// Distance along the ray (map units) at which it enters the solid; empty where it passes by. 0 from inside.
+std::optional<double> Meet(const Ray& ray, const PosedSuperquadric& solid);
+
+// Id of the nearest object that the ray meets.
+std::optional<int> PickObject(const Ray& ray, const std::vector<SnapshotObject>& objects);
+
+// A point to measure from: on the surface of the nearest object, or the map point that is seen within
+// `reach` pixels of the mouse and is the nearest to the eye there.
+std::optional<Eigen::Vector3d> PickPoint(const ViewCamera& camera, const Eigen::Vector2d& pixel,
+                                         cv::Size window, const MapSnapshot& map, double reach = 6.0);
+
+}  // namespace sqslam::viewer

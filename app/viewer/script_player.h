@@ -1,0 +1,41 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/viewer/input_events.h"
+#include "app/viewer/viewer.h"
+
+namespace sqslam::viewer {
+
+// Plays a script of events frame by frame.
+class ScriptPlayer {
+ public:
+  // `picture` writes the window as it was drawn last to a file.
+  ScriptPlayer(std::vector<ScriptLine> script, std::string source,
+               std::function<void(const std::string& file)> picture);
+
+  // The events that come before the next frame. Empty while it waits. Throws InputError where what the script
+  // expects is not so, or a wait takes longer than a minute.
+  std::vector<InputEvent> Next(const Viewer& viewer, double seconds);
+  bool Done() const { return at_ >= script_.size() && frames_left_ == 0; }
+
+ private:
+  bool Waits(const ScriptLine& line, const Viewer& viewer) const;
+  void Expect(const ScriptLine& line, const Viewer& viewer) const;
+
+  std::vector<ScriptLine> script_;
+  std::string source_;
+  std::function<void(const std::string&)> picture_;
+  std::size_t at_ = 0;
+  int frames_left_ = 0;
+  double waited_ = 0.0;  // seconds
+};
+
+// The value of a key of `expect`: title, selected, hovered, frame, objects, playing, style, preset, error,
+// ... Throws InputError for an unknown key.
+std::string StateValue(const ViewerState& state, const std::string& key);
+
+}  // namespace sqslam::viewer

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/viewer/editing_session.h"
+#include "app/viewer/layout.h"
+#include "app/viewer/live_run.h"
+#include "app/viewer/panels/panels.h"
+#include "app/viewer/replay.h"
+#include "app/viewer/theme.h"
+#include "app/viewer/theme_switch.h"
+#include "app/viewer/video_recorder.h"
+#include "app/viewer/viewer.h"
+
+// For the sources of Viewer only: viewer.cpp (events and frames), viewer_document.cpp (what is open),
+// viewer_parts.cpp (menu, panels), viewer_requests.cpp (what panels ask for).
+namespace sqslam::viewer {
+
+// ImGui's context with its drawing, from construction to destruction.
+class UserInterface {
+ public:
+  UserInterface();
+  ~UserInterface();
+  UserInterface(const UserInterface&) = delete;
+  UserInterface& operator=(const UserInterface&) = delete;
+};
+
+struct Viewer::Impl {
+  explicit Impl(cv::Size size, double scale) : window(size) {
+    state.ui_scale = scale;
+    LoadFonts(scale);
+    UseStyle(state, SceneStyleOf(state.theme));
+    panels = AllPanels();
+    ImGui::GetIO().DisplaySize = ImVec2(static_cast<float>(size.width), static_cast<float>(size.height));
+  }
+
+  void Open(const std::filesystem::path& path);
+  void Read(const std::filesystem::path& path);
+  void Watch(std::unique_ptr<LiveRun> new_run, const app::RunRequest& request);
+  void TakeNews();
+  void TakeRunNews();
+  void FinishRun(const LiveRun::News& news);
+  void Control(RunRequestChange::What what);
+  void Frame(const MapSnapshotPtr& map);
+  void TakeOpened(const OpenedRecording& opened);
+  void RequestFrame();
+  void MoveCamera();
+  void RunShortcuts();
+  void DrawPanels();
+  void DrawMenu(double& height);
+  void DrawSide(const Layout& layout);
+  void DrawLines(const Layout& layout);
+  void DrawWelcome(const Layout& layout);
+  void CarryOut();
+  void Save(const ScreenshotRequest& wanted);
+  void SaveText(const SaveTextRequest& wanted);
+  void Film(bool on);
+  void FilmFrame();
+  std::string Stem() const;  // of the names of files
+  bool Wanted(Place place) const {
+    return std::any_of(panels.begin(), panels.end(), [&](const PanelPtr& panel) {
+      return panel->Where() == place && panel->Wanted(state);
+    });
+  }
+  template <typename Draw>
+  void ForEach(Place place, Draw&& draw) {
+    for (const PanelPtr& panel : panels) {
+      if (panel->Where() == place && panel->Wanted(state)) {
+        draw(*panel);
+      }
+    }
+  }
+
+  UserInterface ui;  // before all that draws
+  cv::Size window;
+  ViewerState state;
+  Panels panels;
+  LayoutSettings& layout = state.layout;
+  std::unique_ptr<LiveRun> run;
+  double max_rate = 0.0;  // that the run was told last
+  int exit_code = 0;
+  std::unique_ptr<VideoRecorder> film;
+  std::unique_ptr<Replay> replay;
+  EditingSession editing;
+  std::optional<Moment> requested;  // the last frame that was asked of the replay
+  bool finished_run = false;        // the recording that is read is that of the run that was watched
+  MapSnapshotPtr framed;            // the map before which the camera stands by itself
+  bool closing = false;
+  std::optional<std::string> clipboard;
+  std::optional<Theme> applied_theme;
+  std::vector<InputEvent> keys;  // pressed since the last frame
+};
+
+}  // namespace sqslam::viewer

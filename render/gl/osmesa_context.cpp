@@ -1,0 +1,64 @@
+#include "render/gl/osmesa_context.h"
+
+#include <GL/osmesa.h>
+
+#include <array>
+#include <stdexcept>
+
+namespace sqslam {
+namespace {
+
+class OsmesaContext : public OffscreenContext::Impl {
+ public:
+  OsmesaContext() {
+    static constexpr std::array<int, 15> kAttributes = {OSMESA_FORMAT,
+                                                        OSMESA_RGBA,
+                                                        OSMESA_DEPTH_BITS,
+                                                        24,
+                                                        OSMESA_STENCIL_BITS,
+                                                        8,
+                                                        OSMESA_PROFILE,
+                                                        OSMESA_CORE_PROFILE,
+                                                        OSMESA_CONTEXT_MAJOR_VERSION,
+                                                        3,
+                                                        OSMESA_CONTEXT_MINOR_VERSION,
+                                                        3,
+                                                        0,
+                                                        0,
+                                                        0};
+    context_ = OSMesaCreateContextAttribs(kAttributes.data(), nullptr);
+    if (context_ == nullptr) {
+      throw std::runtime_error("OSMesa cannot make an OpenGL 3.3 core context");
+    }
+    MakeCurrent();
+  }
+  ~OsmesaContext() override { OSMesaDestroyContext(context_); }
+
+  void MakeCurrent() override {
+    ReleaseEglContext();
+    // OSMesa wants a buffer to call its own although nothing is ever drawn into it.
+    if (OSMesaMakeCurrent(context_, buffer_.data(), GL_UNSIGNED_BYTE, kSide, kSide) != GL_TRUE) {
+      throw std::runtime_error("OSMesa cannot make its context current");
+    }
+  }
+  RenderBackend Backend() const override { return RenderBackend::kOsmesa; }
+
+ private:
+  static constexpr int kSide = 16;
+  std::array<unsigned char, kSide * kSide * 4> buffer_{};
+  OSMesaContext context_ = nullptr;
+};
+
+}  // namespace
+
+std::unique_ptr<OffscreenContext::Impl> MakeOsmesaContext() { return std::make_unique<OsmesaContext>(); }
+
+bool ReleaseOsmesaContext() {
+  if (OSMesaGetCurrentContext() == nullptr) {
+    return false;
+  }
+  OSMesaMakeCurrent(nullptr, nullptr, GL_UNSIGNED_BYTE, 0, 0);
+  return true;
+}
+
+}  // namespace sqslam

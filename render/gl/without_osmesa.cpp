@@ -1,0 +1,15 @@
+// For programs with a window, which must not link OSMesa: its OpenGL would take the place of the display's.
+
+#include <stdexcept>
+
+#include "render/gl/osmesa_context.h"
+
+namespace sqslam {
+
+std::unique_ptr<OffscreenContext::Impl> MakeOsmesaContext() {
+  throw std::runtime_error("this program has no OSMesa");
+}
+
+bool ReleaseOsmesaContext() { return false; }
+
+}  // namespace sqslam

@@ -1,0 +1,163 @@
+// Panels of editing in the whole window, drawn without one.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "app/viewer/annotation_tool.h"
+#include "app/viewer/camera_control.h"
+#include "app/viewer/edit_actions.h"
+#include "app/viewer/keys.h"
+#include "app/viewer/theme_switch.h"
+#include "tests/render/baseline.h"
+#include "tests/viewer/ui_stage.h"
+
+namespace sqslam::viewer {
+namespace {
+
+using ::testing::ElementsAre;
+
+class EditingWindow : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::filesystem::create_directory(result_);
+    stage_.viewer->Open(WriteGrowingMap(result_));
+    stage_.Settle();
+    ASSERT_NE(stage_.State().Map(), nullptr);
+    state().editing.annotation.file = "objects_gt.json";  // not the temporary folder's
+    state().show_image = false;                           // the recording has none
+    stage_.MoveTo(5.0, 700.0);
+    state().notices.clear();
+    stage_.Settle();
+  }
+  ViewerState& state() { return stage_.viewer->State(); }
+  void Show(const std::string& title) {
+    state().to_front = title;
+    stage_.Frames(3);
+    stage_.Settle();
+  }
+  void Control(int code) {
+    stage_.Handle({.kind = InputEvent::Kind::kKeyDown, .code = key::kLeftControl});
+    stage_.Key(code);
+    stage_.Handle({.kind = InputEvent::Kind::kKeyUp, .code = key::kLeftControl});
+    stage_.Frames(2);
+  }
+  std::vector<int> Ids() {
+    std::vector<int> ids;
+    for (const SnapshotObject& object : state().Map()->objects) {
+      ids.push_back(object.id);
+    }
+    return ids;
+  }
+
+  TemporaryFolder folder_;
+  std::filesystem::path result_ = folder_.Path() / "desk";
+  UiStage stage_{{1100, 760}};
+};
+
+TEST_F(EditingWindow, TheTableLooksLikeItsBaseline) {
+  RenameObject(state(), 1, "Ada's mug");
+  HideObject(state(), 2, true);
+  state().selected = 0;
+  stage_.Settle();
+  ExpectBaseline(stage_.Picture(), "viewer_table");
+}
+
+TEST_F(EditingWindow, TheInspectorLooksLikeItsBaseline) {
+  state().selected = 0;
+  state().editing.point_colors = PointColors::kResidual;
+  Show("Inspector");
+  ExpectBaseline(stage_.Picture(), "viewer_inspector");
+}
+
+TEST_F(EditingWindow, AnnotatingLooksLikeItsBaseline) {
+  Show("Annotate");
+  AddSolidOf(state(), state().Map()->objects[1]);
+  AddSolid(state(), SolidKind::kCuboid);
+  state().notices.clear();
+  stage_.Settle();
+  ExpectBaseline(stage_.Picture(), "viewer_annotation");
+}
+
+TEST_F(EditingWindow, TheSettingsLookLikeTheirBaseline) {
+  SwitchTheme(state());
+  state().editing.show_settings = true;
+  stage_.Settle();
+  ExpectBaseline(stage_.Picture(), "viewer_settings");
+}
+
+TEST_F(EditingWindow, DeleteUndoAndRedoByKeys) {
+  state().selected = 1;
+  stage_.Key(key::kDelete);
+  stage_.Frames(2);
+  EXPECT_THAT(Ids(), ElementsAre(0, 2));
+  Control('Z');
+  EXPECT_THAT(Ids(), ElementsAre(0, 1, 2));
+  Control('Y');
+  EXPECT_THAT(Ids(), ElementsAre(0, 2));
+  Control('S');
+  EXPECT_TRUE(std::filesystem::exists(result_ / "map.sqmap.edits.json"));
+  EXPECT_FALSE(state().editing.document.Modified());
+}
+
+TEST_F(EditingWindow, EveryFrameOfTheReplayIsEdited) {
+  DeleteObject(state(), 0);
+  stage_.Key(key::kLeft);  // to the state before
+  stage_.Settle();
+  EXPECT_LT(state().shown->frame_index, 70);
+  EXPECT_THAT(Ids(), ElementsAre(1));
+}
+
+TEST_F(EditingWindow, ClosingWithUnsavedEditsAsksFirst) {
+  DeleteObject(state(), 0);
+  stage_.Handle({.kind = InputEvent::Kind::kClose});
+  stage_.Frames(3);
+  EXPECT_FALSE(stage_.viewer->WantsToClose());
+  EXPECT_TRUE(state().editing.postponed.has_value());
+  stage_.Key(key::kEscape);
+  stage_.Frames(2);
+  EXPECT_FALSE(state().editing.postponed.has_value()) << "cancelled";
+  SaveAll(state());
+  stage_.Handle({.kind = InputEvent::Kind::kClose});
+  stage_.Frames(3);
+  EXPECT_TRUE(stage_.viewer->WantsToClose());
+}
+
+TEST_F(EditingWindow, AHandleIsDraggedInTheScene) {
+  Show("Annotate");
+  AddSolid(state(), SolidKind::kCuboid);
+  stage_.Frames(2);
+  const Solid start = SelectedSolid(state())->solid;
+  const Eigen::Vector3d eye = state().view.camera.position;
+  const Eigen::Vector3d at = HandlePosition(start, {SolidHandle::Kind::kSide, 2, 1});
+  const Camera camera = PinholeOf(state().view.camera, state().scene_size);
+  constexpr double kMenu = 25.0;
+  const Eigen::Vector2d pixel =
+      camera.Project(PoseOf(state().view.camera).Inverse() * at) + Eigen::Vector2d(0.5, 0.5 + kMenu);
+  stage_.Drag(pixel.x(), pixel.y(), pixel.x(), pixel.y() - 30.0);
+  EXPECT_GT(SelectedSolid(state())->solid.half_size.z(), 1.1 * start.half_size.z());
+  EXPECT_NEAR(BottomOf(SelectedSolid(state())->solid), BottomOf(start), 1e-9);
+  EXPECT_EQ(state().view.camera.position, eye) << "the view stays";
+  Control('Z');
+  EXPECT_EQ(SelectedSolid(state())->solid.half_size, start.half_size);
+}
+
+TEST_F(EditingWindow, ALassoInTheSceneChoosesPoints) {
+  Show("Annotate");
+  state().editing.annotation.lasso = true;
+  const Eigen::Vector3d eye = state().view.camera.position;
+  stage_.MoveTo(60.0, 60.0);
+  stage_.Handle({.kind = InputEvent::Kind::kPress, .code = 0});
+  const cv::Size size = state().scene_size;
+  for (const auto& [x, y] : {std::pair(size.width - 60.0, 60.0),
+                             {size.width - 60.0, size.height - 20.0},
+                             {60.0, size.height - 20.0}}) {
+    stage_.Handle({.kind = InputEvent::Kind::kMove, .x = x, .y = y});
+    stage_.Frames(2);
+  }
+  stage_.Handle({.kind = InputEvent::Kind::kRelease, .code = 0});
+  stage_.Frames(2);
+  EXPECT_GT(state().editing.annotation.chosen.size(), 50U);
+  EXPECT_EQ(state().view.camera.position, eye);
+}
+
+}  // namespace
+}  // namespace sqslam::viewer

@@ -1,0 +1,241 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "app/viewer/camera_control.h"
+#include "app/viewer/camera_keys.h"
+#include "app/viewer/input_events.h"
+#include "app/viewer/keys.h"
+#include "app/viewer/layout.h"
+#include "app/viewer/picking.h"
+#include "app/viewer/render_command_line.h"
+#include "app/viewer/shortcuts.h"
+#include "app/viewer/timeline.h"
+#include "render/camera_path_file.h"
+#include "slam/util/error.h"
+#include "tests/io/temporary_folder.h"
+#include "tests/render/hand_made_map.h"
+
+namespace sqslam::viewer {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+Timeline TenSeconds() {
+  Timeline timeline;
+  for (int i = 0; i <= 100; ++i) {
+    timeline.moments.push_back({i, 5.0 + 0.1 * i, i / 10});
+  }
+  return timeline;
+}
+
+TEST(TimelineTest, FindsTheNewestMomentAtATime) {
+  const Timeline timeline = TenSeconds();
+  EXPECT_EQ(timeline.At(0.0), 0);
+  EXPECT_EQ(timeline.At(5.0), 0);
+  EXPECT_EQ(timeline.At(6.05), 10);
+  EXPECT_EQ(timeline.At(99.0), 100);
+  EXPECT_EQ(timeline.OfSnapshot(3), 30);
+  EXPECT_EQ(Timeline().At(1.0), -1);
+}
+
+TEST(PlaybackTest, PlaysForwardAndBackwardAndStopsAtTheEnds) {
+  const Timeline timeline = TenSeconds();
+  Playback playback;
+  playback.time = timeline.End();
+  playback.Toggle(timeline);
+  EXPECT_EQ(playback.time, 5.0);  // begins again
+  playback.speed = 2.0;
+  playback.Advance(1.0, timeline);
+  EXPECT_DOUBLE_EQ(playback.time, 7.0);
+  playback.speed = -1.0;
+  playback.Advance(1.5, timeline);
+  EXPECT_DOUBLE_EQ(playback.time, 5.5);
+  EXPECT_TRUE(playback.playing);
+  playback.Advance(9.0, timeline);
+  EXPECT_DOUBLE_EQ(playback.time, 5.0);
+  EXPECT_FALSE(playback.playing);
+}
+
+TEST(PlaybackTest, StepsByFramesAndByStatesOfTheMap) {
+  const Timeline timeline = TenSeconds();
+  Playback playback;
+  playback.time = 6.0;
+  playback.Step(1, timeline);
+  EXPECT_EQ(timeline.At(playback.time), 11);
+  playback.StepSnapshot(1, timeline);
+  EXPECT_EQ(timeline.At(playback.time), 20);
+  playback.StepSnapshot(-1, timeline);
+  EXPECT_EQ(timeline.At(playback.time), 10);
+  playback.Step(-99, timeline);
+  EXPECT_EQ(timeline.At(playback.time), 0);
+}
+
+const cv::Size kWindow(800, 600);
+
+Eigen::Vector2d Seen(const ViewCamera& camera, const Eigen::Vector3d& p) {
+  return PinholeOf(camera, kWindow).Project(PoseOf(camera).Inverse() * p) + Eigen::Vector2d(0.5, 0.5);
+}
+
+TEST(CameraControlTest, OrbitKeepsTheFocalPointAndTheDistance) {
+  const ViewCamera before;
+  const ViewCamera after = Orbit(before, {100.0, -40.0}, kWindow, Eigen::Vector3d::UnitZ());
+  EXPECT_EQ(after.focal_point, before.focal_point);
+  EXPECT_NEAR(after.Distance(), before.Distance(), 1e-9);
+  EXPECT_GT((after.position - before.position).norm(), 0.5);
+  const ViewCamera pole = Orbit(before, {0.0, 5000.0}, kWindow, Eigen::Vector3d::UnitZ());
+  EXPECT_GT((pole.position.head<2>() - pole.focal_point.head<2>()).norm(), 1e-3);
+  EXPECT_GT(pole.position.z(), 0.0);
+}
+
+TEST(CameraControlTest, PanMovesWhatIsAtTheFocalPointWithTheMouse) {
+  const ViewCamera before;
+  const ViewCamera after = Pan(before, {30.0, 20.0}, kWindow);
+  EXPECT_LT((Seen(after, before.focal_point) - Eigen::Vector2d(430.0, 320.0)).norm(), 1e-6);
+}
+
+TEST(CameraControlTest, ZoomKeepsWhatIsUnderTheMouse) {
+  const ViewCamera before;
+  const Eigen::Vector2d mouse(250.0, 410.0);
+  const Ray ray = RayOf(before, mouse, kWindow);
+  const double depth = before.Distance() / ray.direction.dot(-AxesOf(before).back);
+  const Eigen::Vector3d under = ray.origin + depth * ray.direction;
+  const ViewCamera after = ZoomTo(before, 2.0, mouse, kWindow);
+  EXPECT_LT((Seen(after, under) - mouse).norm(), 1e-6);
+  EXPECT_NEAR(after.Distance(), 0.5 * before.Distance(), 1e-9);
+}
+
+TEST(CameraControlTest, TheRayOfAPixelGoesThroughWhatIsSeenThere) {
+  ViewCamera camera;
+  const Eigen::Vector3d p(0.4, -0.3, 0.7);
+  const Ray ray = RayOf(camera, Seen(camera, p), kWindow);
+  EXPECT_LT((ray.origin + (p - ray.origin).norm() * ray.direction - p).norm(), 1e-9);
+}
+
+TEST(PickingTest, MeetsASolidWhereItsSurfaceIs) {
+  for (const double e1 : {0.1, 1.0, 1.9}) {
+    PosedSuperquadric solid{{{0.3, 0.2, 0.5}, e1, 0.6}, {}};
+    solid.T_map_object.translation = {1.0, 2.0, 3.0};
+    const Eigen::Vector3d eye(4.0, -1.0, 5.0);
+    const Eigen::Vector3d to = solid.T_map_object * Eigen::Vector3d(0.1, 0.05, 0.1);
+    const Ray ray{eye, (to - eye).normalized()};
+    const auto distance = Meet(ray, solid);
+    ASSERT_TRUE(distance);
+    const Eigen::Vector3d hit = solid.T_map_object.Inverse() * (eye + *distance * ray.direction);
+    EXPECT_NEAR(solid.shape.RadialScale(hit), 1.0, 1e-6);
+    EXPECT_LT(*distance, (to - eye).norm());
+    EXPECT_FALSE(Meet({eye, -ray.direction}, solid));  // behind
+    EXPECT_FALSE(Meet({eye + Eigen::Vector3d(0.0, 0.0, 2.0), ray.direction}, solid));
+  }
+}
+
+TEST(PickingTest, TakesTheNearestOfTwoObjectsInARow) {
+  MapSnapshot map = HandMadeMap();
+  const Eigen::Vector3d a = map.objects[0].superquadric.T_map_object.translation;
+  const Eigen::Vector3d b = map.objects[2].superquadric.T_map_object.translation;
+  const Eigen::Vector3d way = (b - a).normalized();
+  EXPECT_EQ(PickObject({a - 3.0 * way, way}, map.objects), 0);
+  EXPECT_EQ(PickObject({b + 3.0 * way, -way}, map.objects), 2);
+  EXPECT_EQ(PickObject({a + Eigen::Vector3d(0.0, 0.0, 3.0), way}, map.objects), std::nullopt);
+}
+
+TEST(LayoutTest, PartsFillTheWindowAndDoNotOverlap) {
+  const Layout layout = LayOut({1280, 720}, 25.0, {}, true, true, 1.0);
+  EXPECT_DOUBLE_EQ(layout.scene.width + layout.side_line.width + layout.side.width, 1280.0);
+  EXPECT_DOUBLE_EQ(25.0 + layout.scene.height + layout.bottom_line.height + layout.bottom.height, 720.0);
+  EXPECT_EQ((layout.scene & layout.side).area(), 0.0);
+  EXPECT_EQ((layout.top & layout.side).area(), 0.0);
+  EXPECT_GT(LayOut({1280, 720}, 25.0, {}, false, true, 1.0).scene.height, layout.scene.height);
+}
+
+TEST(LayoutTest, SmallAndEmptyWindowsHaveNoNegativeParts) {
+  for (const cv::Size size : {cv::Size(0, 0), cv::Size(40, 30), cv::Size(300, 10)}) {
+    const Layout layout = LayOut(size, 25.0, {}, true, true, 2.0);
+    for (const cv::Rect2d& part : {layout.scene, layout.top, layout.side, layout.bottom}) {
+      EXPECT_GE(part.width, 0.0);
+      EXPECT_GE(part.height, 0.0);
+    }
+  }
+}
+
+TEST(InputEventsTest, WhatIsWrittenDownReadsBackTheSame) {
+  using Kind = InputEvent::Kind;
+  for (const InputEvent& event :
+       {InputEvent{.kind = Kind::kMove, .x = 12.5, .y = -3.0}, InputEvent{.kind = Kind::kPress, .code = 2},
+        InputEvent{.kind = Kind::kWheel, .x = 0.0, .y = -1.0},
+        InputEvent{.kind = Kind::kKeyDown, .code = key::kF12}, InputEvent{.kind = Kind::kKeyUp, .code = 'W'},
+        InputEvent{.kind = Kind::kText, .text = "\u00e9 a"},
+        InputEvent{.kind = Kind::kResize, .x = 0.0, .y = 0.0},
+        InputEvent{.kind = Kind::kDrop, .text = "/a b/c"}, InputEvent{.kind = Kind::kFocus, .code = 1},
+        InputEvent{.kind = Kind::kClose}}) {
+    const std::vector<ScriptLine> script = ParseScript(FormatEvent(event), "test");
+    ASSERT_EQ(script.size(), 1U);
+    EXPECT_EQ(script.front().event, event) << FormatEvent(event);
+  }
+}
+
+TEST(InputEventsTest, ABrokenLineIsNamed) {
+  const auto message = [](const std::string& text) {
+    try {
+      ParseScript(text, "a.txt");
+    } catch (const UsageError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_THAT(message("# nothing\nmove 1"), HasSubstr("a.txt:2: expected two numbers"));
+  EXPECT_THAT(message("key Foo"), HasSubstr("expected a key"));
+  EXPECT_THAT(message("jump"), HasSubstr("expected move, press"));
+  EXPECT_THAT(message("wait long"), HasSubstr("expected idle, map or end"));
+}
+
+TEST(ShortcutsTest, NoTwoShortcutsShareAKey) {
+  const std::vector<Shortcut>& all = Shortcuts();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    EXPECT_FALSE(all[i].what.empty());
+    for (std::size_t j = i + 1; j < all.size(); ++j) {
+      EXPECT_FALSE(all[i].code == all[j].code && all[i].shift == all[j].shift &&
+                   all[i].control == all[j].control)
+          << all[i].keys << " and " << all[j].keys;
+    }
+  }
+}
+
+TEST(RenderCommandLineTest, SaysOnlyWhatDiffersFromTheStyle) {
+  ViewerState state;
+  UseStyle(state, "dark");
+  state.view.style.objects.opacity = 0.5;
+  state.view.style.grid.show = false;
+  EXPECT_THAT(StyleChanges(state.view.style, LoadStyle("dark")),
+              ElementsAre("objects.opacity=0.5", "grid.show=false"));
+  state.document.file = "/data/a map/map.sqmap";
+  state.view.camera.position = {-1.5, 2.0, 0.25};
+  const std::string line = RenderCommandLine(state, {640, 360}, true, "out.png");
+  EXPECT_THAT(line, HasSubstr("sqslam render '/data/a map/map.sqmap' --output=out.png --resolution=640,360"));
+  EXPECT_THAT(line, HasSubstr("--no-background --style=dark --set=objects.opacity=0.5 --set=grid.show=false "
+                              "--camera-position=-1.5,2,0.25"));
+}
+
+TEST(CameraKeysTest, WhatIsSavedPlaysThroughTheSameViews) {
+  CameraKeys keys;
+  keys.interval = 1.5;
+  ViewCamera camera;
+  for (int i = 0; i < 3; ++i) {
+    keys.Add(camera);
+    camera = Orbit(camera, {120.0, 10.0}, kWindow, Eigen::Vector3d::UnitZ());
+  }
+  keys.Remove(1);
+  ASSERT_EQ(keys.keys.size(), 2U);
+  EXPECT_DOUBLE_EQ(keys.keys[1].time, 1.5);
+  const TemporaryFolder folder;
+  const auto file = folder.Write("path.yaml", keys.Yaml());
+  const CameraPathFile path = ReadCameraPath(file, 10.0);
+  const std::vector<ViewCamera> views = ViewsAlong(path, HandMadeMap(), {}, {}, 16, 10.0);
+  EXPECT_LT((views.front().position - keys.keys[0].camera.position).norm(), 1e-5);
+  EXPECT_LT((views.back().position - keys.keys[1].camera.position).norm(), 1e-5);
+}
+
+}  // namespace
+}  // namespace sqslam::viewer

@@ -1,0 +1,152 @@
+// The whole window, drawn without one.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "app/viewer/camera_control.h"
+#include "app/viewer/keys.h"
+#include "app/viewer/screenshot.h"
+#include "tests/render/baseline.h"
+#include "tests/viewer/ui_stage.h"
+
+namespace sqslam::viewer {
+namespace {
+
+using ::testing::HasSubstr;
+
+// Where a point of the map is seen in the window. The scene begins below the menu, at the left edge.
+Eigen::Vector2d InWindow(const UiStage& stage, const Eigen::Vector3d& p_map) {
+  const ViewerState& state = stage.State();
+  const Camera camera = PinholeOf(state.view.camera, state.scene_size);
+  constexpr double kMenu = 25.0;
+  return camera.Project(PoseOf(state.view.camera).Inverse() * p_map) + Eigen::Vector2d(0.5, 0.5 + kMenu);
+}
+
+class ViewerWindow : public ::testing::Test {
+ protected:
+  void Open() {
+    stage_.viewer->Open(WriteGrowingMap(folder_.Path()));
+    stage_.Settle();
+    ASSERT_NE(stage_.State().Map(), nullptr);
+  }
+  Eigen::Vector3d CenterOf(int id) const {
+    return stage_.State().Object(id)->superquadric.T_map_object.translation;
+  }
+
+  TemporaryFolder folder_;
+  UiStage stage_;
+};
+
+TEST_F(ViewerWindow, LooksLikeItsBaseline) {
+  Open();
+  ExpectBaseline(stage_.Picture(), "viewer_dark");
+}
+
+TEST_F(ViewerWindow, LightWithASelectedObjectLooksLikeItsBaseline) {
+  Open();
+  stage_.Key('T');
+  const Eigen::Vector2d cup = InWindow(stage_, CenterOf(1));
+  stage_.Click(cup.x(), cup.y());
+  stage_.MoveTo(5.0, 5.0);
+  stage_.Settle();
+  EXPECT_EQ(stage_.State().selected, 1);
+  ExpectBaseline(stage_.Picture(), "viewer_light_selected");
+}
+
+TEST_F(ViewerWindow, HelpLooksLikeItsBaseline) {
+  stage_.Key('H');
+  stage_.Settle();
+  ExpectBaseline(stage_.Picture(), "viewer_help");
+}
+
+TEST_F(ViewerWindow, AClickBesideAllObjectsUnselects) {
+  Open();
+  const Eigen::Vector2d book = InWindow(stage_, CenterOf(0));
+  stage_.Click(book.x(), book.y());
+  EXPECT_EQ(stage_.State().selected, 0);
+  stage_.Click(20.0, 60.0);
+  EXPECT_EQ(stage_.State().selected, std::nullopt);
+}
+
+TEST_F(ViewerWindow, DraggingTurnsTheViewAndSelectsNothing) {
+  Open();
+  const Eigen::Vector3d before = stage_.State().view.camera.position;
+  const Eigen::Vector2d book = InWindow(stage_, CenterOf(0));
+  stage_.Drag(book.x(), book.y(), book.x() + 80.0, book.y());
+  EXPECT_GT((stage_.State().view.camera.position - before).norm(), 0.1);
+  EXPECT_EQ(stage_.State().selected, std::nullopt);
+}
+
+TEST_F(ViewerWindow, HomeAndEndShowTheFirstAndTheFinishedMap) {
+  Open();
+  stage_.Key(key::kHome);
+  stage_.Settle();
+  EXPECT_EQ(stage_.State().shown->frame_index, 10);
+  EXPECT_TRUE(stage_.State().Map()->objects.empty());
+  stage_.Key(key::kEnd);
+  stage_.Settle();
+  EXPECT_EQ(stage_.State().Map()->objects.size(), 3U);
+}
+
+TEST_F(ViewerWindow, PlayingGoesToTheEndAndStops) {
+  Open();
+  stage_.Key(key::kSpace);  // at the end it begins again
+  stage_.Frames(3);
+  EXPECT_TRUE(stage_.State().playback.playing);
+  stage_.Frames(60 * 3);
+  EXPECT_FALSE(stage_.State().playback.playing);
+  stage_.Settle();
+  EXPECT_EQ(stage_.State().shown->frame_index, 70);
+}
+
+TEST_F(ViewerWindow, ScrubbingOnTheTimelineShowsThatState) {
+  Open();
+  stage_.Click(560.0, 560.0);
+  stage_.Settle();
+  EXPECT_GT(stage_.State().shown->frame_index, 10);
+  EXPECT_LT(stage_.State().shown->frame_index, 70);
+}
+
+TEST_F(ViewerWindow, WithoutSizeNothingIsDrawnAndAllComesBack) {
+  Open();
+  const cv::Mat before = stage_.Picture();
+  stage_.Handle({.kind = InputEvent::Kind::kResize, .x = 0.0, .y = 0.0});
+  stage_.Frames(5);
+  stage_.Handle({.kind = InputEvent::Kind::kResize, .x = 960.0, .y = 600.0});
+  stage_.Settle();
+  EXPECT_LT(OneMinusSsim(stage_.Picture(), before), 1e-6);
+}
+
+TEST_F(ViewerWindow, AnErrorIsShownAndTheProgramGoesOn) {
+  stage_.viewer->Open(folder_.Path() / "nothing.sqmap");
+  stage_.Frames(5);
+  stage_.Settle();
+  ASSERT_FALSE(stage_.State().notices.empty());
+  EXPECT_TRUE(stage_.State().notices.front().error);
+  EXPECT_THAT(stage_.State().notices.front().text, HasSubstr("nothing.sqmap"));
+  Open();
+}
+
+TEST_F(ViewerWindow, ADroppedFolderIsOpened) {
+  WriteGrowingMap(folder_.Path());
+  stage_.Handle({.kind = InputEvent::Kind::kDrop, .text = (folder_.Path() / "desk").string()});
+  stage_.Settle();
+  ASSERT_NE(stage_.State().Map(), nullptr);
+  EXPECT_EQ(stage_.State().Map()->objects.size(), 3U);
+}
+
+TEST_F(ViewerWindow, AScreenshotIsAsLargeAsAskedForAndLooksLikeTheScene) {
+  Open();
+  const std::filesystem::path file = folder_.Path() / "shot.png";
+  const cv::Size size = stage_.State().scene_size;
+  WriteScreenshot(stage_.State(), size, false, file);
+  const cv::Mat shot = cv::imread(file.string());
+  const cv::Mat scene = stage_.Picture()(cv::Rect(cv::Point(0, 25), size));
+  EXPECT_LT(OneMinusSsim(shot, scene), 0.02);
+  WriteScreenshot(stage_.State(), {1600, 900}, true, file);
+  const cv::Mat large = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
+  EXPECT_EQ(large.size(), cv::Size(1600, 900));
+  EXPECT_EQ(large.channels(), 4);
+}
+
+}  // namespace
+}  // namespace sqslam::viewer

@@ -1,0 +1,164 @@
+// The program itself under Xvfb, moved by scripts of events.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/app/run_program.h"
+#include "tests/app/written_sequence.h"
+#include "tests/render/baseline.h"
+#include "tests/viewer/ui_stage.h"
+
+namespace sqslam::viewer {
+namespace {
+
+using ::sqslam::testing::ProgramRun;
+using ::sqslam::testing::RunProgram;
+using ::sqslam::testing::Slurp;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+// Runs the viewer in a folder, on a display of its own unless `display` is false.
+ProgramRun RunViewer(const TemporaryFolder& folder, const std::string& arguments, bool display = true) {
+  const std::string out = (folder.Path() / "out").string();
+  const std::string err = (folder.Path() / "err").string();
+  const std::string prefix = display ? "xvfb-run -a -s '-screen 0 1280x1024x24' " : "env -u DISPLAY ";
+  const std::string command = "cd " + folder.Path().string() + " && " + prefix + SQSLAM_VIEWER + " " +
+                              arguments + " >" + out + " 2>" + err;
+  const int status = std::system(command.c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), Slurp(out), Slurp(err)};
+}
+
+class ViewerScript : public ::testing::Test {
+ protected:
+  ProgramRun Play(const std::string& script, const std::string& arguments) {
+    folder_.Write("script.txt", script);
+    return RunViewer(folder_, arguments + " --resolution 960,600 --play-events script.txt");
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(ViewerScript, OpensScrubsPicksResizesAndCloses) {
+  WriteGrowingMap(folder_.Path());
+  const ProgramRun run = Play(
+      "wait idle\n"
+      "expect objects 3\n"
+      "expect frame 70\n"
+      "move 560 560\npress left\nrelease left\nwait idle\n"
+      "expect frame not 70\n"
+      "key End\nwait idle\n"
+      "expect frame 70\n"
+      "key 7\nwait idle\n"
+      "expect preset top\n"
+      "key 0\nkey T\nwait idle\n"
+      "expect style paper\n"
+      "resize 0 0\nframes 5\nresize 900 560\nframes 3\nwait idle\n"
+      "picture window.png\n"
+      "close\n",
+      "desk");
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run.err, "");
+  EXPECT_EQ(cv::imread((folder_.Path() / "window.png").string()).size(), cv::Size(900, 560));
+}
+
+TEST_F(ViewerScript, WhatIsNotAsExpectedEndsItWithTheLine) {
+  WriteGrowingMap(folder_.Path());
+  const ProgramRun run = Play("wait idle\nexpect objects 4\n", "desk");
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.err, HasSubstr("script.txt:2: objects is 3, expected 4"));
+}
+
+// The command that the viewer offers draws what the viewer's own picture shows.
+TEST_F(ViewerScript, TheCopiedCommandDrawsTheSamePicture) {
+  WriteGrowingMap(folder_.Path());
+  const ProgramRun run = Play(
+      "wait idle\nmove 300 250\npress left\nmove 380 230\nrelease left\n"
+      "key Left\nkey Left\nwait idle\n"
+      "key F12\nframes 2\ncommand command.txt\nclose\n",
+      "desk");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  std::string command = Slurp(folder_.Path() / "command.txt");
+  EXPECT_THAT(command, HasSubstr("--at-frame="));
+  ASSERT_TRUE(command.starts_with("sqslam "));
+  const std::string output = (folder_.Path() / "headless.png").string();
+  command = command.substr(7, command.find('\n') - 7);
+  const std::size_t name = command.find("--output=map.png");
+  ASSERT_NE(name, std::string::npos);
+  command.replace(name, 16, "--output=" + output);
+  const ProgramRun headless = RunProgram(command);
+  ASSERT_EQ(headless.exit_code, 0) << headless.err;
+  cv::Mat shot;
+  for (const auto& entry : std::filesystem::directory_iterator(folder_.Path())) {
+    if (entry.path().filename().string().ends_with("-1.png")) {
+      shot = cv::imread(entry.path().string());
+    }
+  }
+  const cv::Mat drawn = cv::imread(output);
+  ASSERT_EQ(shot.size(), drawn.size());
+  EXPECT_LT(OneMinusSsim(shot, drawn), 0.01);
+}
+
+TEST_F(ViewerScript, WhatWasRecordedPlaysAgain) {
+  WriteGrowingMap(folder_.Path());
+  const ProgramRun first = Play("wait idle\nkey 3\nframes 4\nclose\n", "desk --record-events log.txt");
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  const std::string log = Slurp(folder_.Path() / "log.txt");
+  EXPECT_THAT(log, HasSubstr("keydown 3\n"));
+  const std::string before_close = log.substr(0, log.find("close"));
+  const ProgramRun again = Play("wait idle\n" + before_close + "expect preset right\nclose\n", "desk");
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+}
+
+// A camera that moves sideways past a textured world.
+std::vector<Rigid3d> Sideways(int frames) {
+  std::vector<Rigid3d> poses;
+  for (int i = 0; i < frames; ++i) {
+    poses.push_back({Eigen::Quaterniond::Identity(), {0.03 * i, 0.004 * i, 0.0}});
+  }
+  return poses;
+}
+
+TEST_F(ViewerScript, ClosingWhileMappingEndsTheRunAndSavesIt) {
+  const sqslam::testing::WrittenSequence sequence(Sideways(120));
+  const ProgramRun run = Play("wait map\nframes 2\nkey Space\nframes 5\nclose\n",
+                              "run " + sequence.Path().string() + " --realtime --output result");
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  for (const char* name : {"map.sqmap", "points.ply", "stats.json", "map.png"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder_.Path() / "result" / name)) << name;
+  }
+  EXPECT_THAT(Slurp(folder_.Path() / "result" / "stats.json"), HasSubstr("\"interrupted\": true"));
+}
+
+TEST_F(ViewerScript, ARunThatEndsIsShownAsARecording) {
+  const sqslam::testing::WrittenSequence sequence(Sideways(40));
+  const ProgramRun run =
+      Play("wait map\nwait end\nwait idle\nexpect running no\nexpect image yes\nexpect error none\nclose\n",
+           "run " + sequence.Path().string() + " --output result");
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(Slurp(folder_.Path() / "result" / "stats.json"), HasSubstr("\"interrupted\": false"));
+}
+
+TEST_F(ViewerScript, WithoutADisplayOneLineSaysWhatToDoInstead) {
+  const ProgramRun run = RunViewer(folder_, "some/map.sqmap", false);
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.err, HasSubstr("`sqslam render some/map.sqmap --output map.png`"));
+  EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1);
+}
+
+TEST_F(ViewerScript, WrongUsageIsRefusedBeforeAWindowOpens) {
+  EXPECT_EQ(RunViewer(folder_, "--resolution 1,1 map.sqmap").exit_code, 2);
+  EXPECT_EQ(RunViewer(folder_, "run --nothing").exit_code, 2);
+  EXPECT_EQ(RunViewer(folder_, "run").exit_code, 2);
+}
+
+// OSMesa would take the OpenGL of the window away (render/CMakeLists.txt).
+TEST(ViewerProgram, DoesNotLinkOsmesa) {
+  const TemporaryFolder folder;
+  const std::string list = (folder.Path() / "list").string();
+  ASSERT_EQ(std::system((std::string("ldd ") + SQSLAM_VIEWER + " >" + list).c_str()), 0);
+  EXPECT_THAT(Slurp(list), HasSubstr("libglfw"));
+  EXPECT_THAT(Slurp(list), Not(HasSubstr("OSMesa")));
+}
+
+}  // namespace
+}  // namespace sqslam::viewer
