@@ -1,5 +1,6 @@
 #include "render/interactive_scene.h"
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <utility>
@@ -35,7 +36,7 @@ Scene::Quality QualityOf(const SceneStyle& style, Detail detail, cv::Size size) 
 
 SceneStyle StyleFor(SceneStyle style, Detail detail) {
   if (detail == Detail::kDraft) {
-    style.light.ambient_occlusion = 0.0;
+    style.light.ambient_occlusion = style.light.outline = style.light.eye_dome = 0.0;
     style.objects.segments = std::min(style.objects.segments, 64);
   }
   return style;

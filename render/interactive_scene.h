@@ -15,7 +15,7 @@ namespace sqslam {
 class InteractiveScene {
  public:
   enum class Detail {
-    kDraft,  // one sample a pixel and no ambient occlusion: while something moves
+    kDraft,  // one sample a pixel and no effects on the finished picture: while something moves
     kFine,   // as the style says
   };
 

@@ -1,5 +1,5 @@
 #!/bin/bash
-# Draws README's pictures of the viewer under Xvfb, into assets/pictures. Look at them before committing.
+# Draws README's picture of the viewer under Xvfb, into assets/pictures. Look at it before committing.
 # usage: scripts/viewer-pictures.sh [RESULT] [PRESET]; without RESULT the demo's map, made anew
 set -eu
 cd "$(dirname "$0")/.."
@@ -25,17 +25,10 @@ frames 3
 move 640 640
 wait idle
 picture $work/viewer.png
-key T
-key Home
-wait idle
-key End
-wait idle
-frames 3
-picture $work/viewer-light.png
 close
 EOF
 xvfb-run -a -s "-screen 0 1600x1000x24" \
   "$bin/sqslam-viewer" "$result" --resolution 1440,900 --play-events "$work/events.txt"
 mkdir -p assets/pictures
-mv "$work"/viewer*.png assets/pictures/
-ls -l assets/pictures/viewer*.png
+mv "$work/viewer.png" assets/pictures/
+ls -l assets/pictures/viewer.png

@@ -123,7 +123,7 @@ void AddSolid(ViewerState& state, SolidKind kind) {
       solid.solid = fit.solid;
       state.Say(fmt::format("fitted to {} points, rms {:.3g} map units", fit.points, fit.rms));
     } else {
-      const double size = 0.08 * state.focus.radius;
+      const double size = 0.12 * state.focus.radius;
       solid.solid = UprightSolid(kind, PlaceInView(state), 0.0, Eigen::Vector3d(size, size, size));
       if (tool.ground && tool.standing) {
         SnapToGround(solid.solid, *tool.ground, GroundSnap::kMove);

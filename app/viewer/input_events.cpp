@@ -226,9 +226,9 @@ std::string FormatEvent(const InputEvent& event) {
     case Kind::kWheel:
       return fmt::format("wheel {} {}", event.x, event.y);
     case Kind::kKeyDown:
-      return "keydown " + KeyName(event.code);
+      return fmt::format("keydown {}", KeyName(event.code));
     case Kind::kKeyUp:
-      return "keyup " + KeyName(event.code);
+      return fmt::format("keyup {}", KeyName(event.code));
     case Kind::kText:
       return "text " + event.text;
     case Kind::kResize:

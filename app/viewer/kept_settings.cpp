@@ -31,7 +31,10 @@ void KeptSettings::Give(ViewerState& state) const {
   state.editing.memory_file = MemoryFile();
   state.editing.settings = settings_;
   state.editing.memory = memory_;
-  state.layout = {memory_.side, memory_.bottom, memory_.top};
+  const auto kept = [](double value, double& length) { length = value > 0.0 ? value : length; };
+  kept(memory_.side, state.layout.side);
+  kept(memory_.bottom, state.layout.bottom);
+  kept(memory_.top, state.layout.top);
   ApplySettings(state);
   for (const std::string& warning : warnings_) {
     state.Complain(warning);

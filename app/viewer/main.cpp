@@ -132,6 +132,10 @@ class Loop {
       last = Clock::now();
       Play(events, seconds);
       recorder_.Add(events);
+      if (events.empty() && viewer_.OnlyReads() && (!player_ || player_->Waiting())) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        continue;
+      }
       for (const InputEvent& event : events) {
         viewer_.Handle(event);
       }

@@ -97,7 +97,7 @@ std::string RenderCommandLine(const ViewerState& state, cv::Size size, bool tran
   add("--camera-view-angle", fmt::format("{:.7g}", view.camera.view_angle));
   std::string line;
   for (const std::string& word : words) {
-    line += (line.empty() ? "" : " ") + Quoted(word);
+    line.append(line.empty() ? "" : " ").append(Quoted(word));
   }
   return line;
 }

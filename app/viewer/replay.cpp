@@ -193,6 +193,12 @@ Replay::News Replay::Poll() {
   return news;
 }
 
+bool Replay::HasNews() const {
+  const std::lock_guard lock(impl_->mutex);
+  const News& news = impl_->news;
+  return news.opened || news.timeline || news.frame || !news.error.empty();
+}
+
 bool Replay::Idle() const {
   const std::lock_guard lock(impl_->mutex);
   const News& news = impl_->news;

@@ -43,6 +43,8 @@ class Replay {
   };
   News Poll();
 
+  bool HasNews() const;
+
   // Whether nothing is being read or waits to be.
   bool Idle() const;
 

@@ -20,6 +20,7 @@ class ScriptPlayer {
   // The events that come before the next frame. Empty while it waits. Throws InputError where what the script
   // expects is not so, or a wait takes longer than a minute.
   std::vector<InputEvent> Next(const Viewer& viewer, double seconds);
+  bool Waiting() const { return waited_ > 0.0; }
   bool Done() const { return at_ >= script_.size() && frames_left_ == 0; }
 
  private:

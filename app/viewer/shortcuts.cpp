@@ -1,5 +1,7 @@
 #include "app/viewer/shortcuts.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "app/viewer/edit_actions.h"
@@ -100,7 +102,7 @@ std::vector<Shortcut> MakeShortcuts() {
       {"K", "key frame of a camera path", 'K', false, false,
        [](ViewerState& s) {
          s.camera_keys.Add(s.view.camera);
-         s.Say("Key frame " + std::to_string(s.camera_keys.keys.size()) + " of the camera path is set.");
+         s.Say(fmt::format("Key frame {} of the camera path is set.", s.camera_keys.keys.size()));
        }},
       {"Ctrl Shift C", "copy the command of the picture", 'C', true, true,
        [](ViewerState& s) {

@@ -81,7 +81,7 @@ void Viewer::Frame(double seconds) {
   s.TakeRunNews();
   s.TakeNews();
   s.editing.Update(s.state);
-  s.RequestFrame();
+  s.RequestFrame(seconds);
   if (s.window.width < 1 || s.window.height < 1) {
     return;  // minimised
   }
@@ -95,6 +95,7 @@ void Viewer::Frame(double seconds) {
   s.RunShortcuts();
   s.MoveCamera();
   s.DrawPanels();
+  s.RequestFrame(0.0);  // what was asked for in this frame is read while it is drawn
   s.state.hovered = std::exchange(s.state.pointed, std::nullopt);
   ImGui::Render();
   glBindFramebuffer(GL_FRAMEBUFFER, static_cast<GLuint>(framebuffer));
@@ -120,6 +121,15 @@ bool Viewer::Idle() const {
   });
   return (!s.replay || s.replay->Idle()) && !s.run && settled && !s.editing.Busy() &&
          s.state.requests.Empty();
+}
+
+bool Viewer::OnlyReads() const {
+  const Impl& s = *impl_;
+  const bool still = std::none_of(s.panels.begin(), s.panels.end(), [&](const PanelPtr& panel) {
+    return panel->Wanted(s.state) && panel->Busy();
+  });
+  return s.replay && !s.replay->Idle() && !s.replay->HasNews() && still && !s.run && !s.film &&
+         !s.state.playback.playing && s.state.requests.Empty();
 }
 
 bool Viewer::WantsToClose() const { return impl_->closing && !impl_->run; }

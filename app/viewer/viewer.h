@@ -42,6 +42,10 @@ class Viewer {
   // Whether nothing is being read, moving or still to be drawn finer.
   bool Idle() const;
 
+  // Whether a frame is being read and nothing else happens until it is there: drawing would only take time
+  // from that.
+  bool OnlyReads() const;
+
   bool WantsToClose() const;
 
   // Text that a panel put on the clipboard since the last call.

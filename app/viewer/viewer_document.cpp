@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <set>
 
 #include "app/viewer/camera_control.h"
@@ -124,7 +126,7 @@ void Viewer::Impl::FinishRun(const LiveRun::News& news) {
     state.document = {};
     return;
   }
-  state.Say("The map is saved in " + news.result.string());
+  state.Say(fmt::format("The map is saved in {}", news.result.string()));
   finished_run = true;
   Read(news.result);
 }
@@ -177,12 +179,13 @@ void Viewer::Impl::TakeNews() {
   }
 }
 
-void Viewer::Impl::RequestFrame() {
+// Moves on by so many seconds and asks for the frame there.
+void Viewer::Impl::RequestFrame(double seconds) {
   const Timeline& timeline = state.document.timeline;
   if (!replay || timeline.Empty()) {
     return;
   }
-  state.playback.Advance(state.seconds, timeline);
+  state.playback.Advance(seconds, timeline);
   const Moment& moment = timeline.moments[static_cast<std::size_t>(timeline.At(state.playback.time))];
   if (!requested || requested->frame_index != moment.frame_index) {
     requested = moment;
@@ -207,8 +210,12 @@ void Viewer::Impl::MoveCamera() {
   }
   if (state.view.automatic && state.view.mode == CameraMode::kFree && state.run.active) {
     // A growing map is followed smoothly.
-    state.view.camera =
-        Between(state.view.camera, NamedView(state, state.view.preset), std::min(1.0, 4.0 * state.seconds));
+    const ViewCamera target = NamedView(state, state.view.preset);
+    const double away = (state.view.camera.position - target.position).norm() / target.Distance();
+    if (away > 1e-9) {
+      state.view.camera =
+          away < 0.01 ? target : Between(state.view.camera, target, std::min(1.0, 4.0 * state.seconds));
+    }
   }
   if (state.view.mode == CameraMode::kFree || !map->T_map_camera) {
     return;

@@ -50,7 +50,7 @@ struct Viewer::Impl {
   void Control(RunRequestChange::What what);
   void Frame(const MapSnapshotPtr& map);
   void TakeOpened(const OpenedRecording& opened);
-  void RequestFrame();
+  void RequestFrame(double seconds);
   void MoveCamera();
   void RunShortcuts();
   void DrawPanels();

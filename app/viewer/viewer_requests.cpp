@@ -34,7 +34,7 @@ void Viewer::Impl::Film(bool on) {
     } else if (!on && film) {
       const std::unique_ptr<VideoRecorder> ended = std::move(film);
       ended->Finish();
-      state.Say("The video is in " + ended->File().string());
+      state.Say(fmt::format("The video is in {}", ended->File().string()));
     }
   } catch (const std::exception& error) {
     film.reset();
@@ -61,7 +61,7 @@ void Viewer::Impl::SaveText(const SaveTextRequest& wanted) {
   try {
     const fs::path file = FreeName(fs::current_path(), wanted.name, wanted.extension);
     WriteFileAtomically(file, wanted.text);
-    state.Say("Saved as " + file.string());
+    state.Say(fmt::format("Saved as {}", file.string()));
   } catch (const std::exception& error) {
     state.Complain(error.what());
   }

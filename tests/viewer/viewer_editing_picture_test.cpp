@@ -18,8 +18,9 @@ using ::testing::ElementsAre;
 class EditingWindow : public ::testing::Test {
  protected:
   void SetUp() override {
-    std::filesystem::create_directory(result_);
-    stage_.viewer->Open(WriteGrowingMap(result_));
+    const std::filesystem::path map = WriteGrowingMap(folder_.Path());
+    edits_ = EditsFileOf(map);
+    stage_.viewer->Open(map);
     stage_.Settle();
     ASSERT_NE(stage_.State().Map(), nullptr);
     state().editing.annotation.file = "objects_gt.json";  // not the temporary folder's
@@ -49,7 +50,7 @@ class EditingWindow : public ::testing::Test {
   }
 
   TemporaryFolder folder_;
-  std::filesystem::path result_ = folder_.Path() / "desk";
+  std::filesystem::path edits_;
   UiStage stage_{{1100, 760}};
 };
 
@@ -94,7 +95,7 @@ TEST_F(EditingWindow, DeleteUndoAndRedoByKeys) {
   Control('Y');
   EXPECT_THAT(Ids(), ElementsAre(0, 2));
   Control('S');
-  EXPECT_TRUE(std::filesystem::exists(result_ / "map.sqmap.edits.json"));
+  EXPECT_TRUE(std::filesystem::exists(edits_));
   EXPECT_FALSE(state().editing.document.Modified());
 }
 

@@ -28,18 +28,18 @@ struct ViewerMemory {
 
   int window_width = 1440;  // pixels at 96 dpi, as all lengths here
   int window_height = 900;
-  double side = 380.0;                    // width of the column on the right
-  double bottom = 150.0;                  // height of the time axis
-  double top = 300.0;                     // height of the image
+  double side = 0.0;    // width of the column on the right; 0: as the window makes it, as below
+  double bottom = 0.0;  // height of the time axis
+  double top = 0.0;     // height of the image
   std::vector<std::string> recent_files;  // absolute, newest first
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
     visit("window_width", window_width, 320, 16384);
     visit("window_height", window_height, 240, 16384);
-    visit("side", side, 50.0, 5000.0);
-    visit("bottom", bottom, 20.0, 5000.0);
-    visit("top", top, 20.0, 5000.0);
+    visit("side", side, 0.0, 5000.0);
+    visit("bottom", bottom, 0.0, 5000.0);
+    visit("top", top, 0.0, 5000.0);
     visit("recent_files", recent_files);
   }
 

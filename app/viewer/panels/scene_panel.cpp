@@ -1,8 +1,10 @@
+#include <GL/gl.h>
 #include <imgui.h>
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -21,6 +23,13 @@ namespace {
 
 ImTextureID TextureId(unsigned name) {
   return reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(name));  // NOLINT: ImGui's convention
+}
+
+// OpenGL on the processor, as of Mesa without a graphics card.
+bool IsSoftware() {
+  const auto* name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));  // NOLINT: OpenGL's characters
+  const std::string_view renderer = name != nullptr ? name : "";
+  return renderer.find("llvmpipe") != renderer.npos || renderer.find("softpipe") != renderer.npos;
 }
 
 Eigen::Vector2d ToEigen(ImVec2 v) { return {v.x, v.y}; }
@@ -57,9 +66,12 @@ class ScenePanel : public Panel {
  private:
   // Brings what is drawn up to what the state says.
   void Synchronize(ViewerState& state) {
-    if (style_version_ != state.view.style_version) {
+    if (style_version_ != state.view.style_version || live_ != state.run.active) {
       style_version_ = state.view.style_version;
-      scene_.SetStyle(state.view.style);
+      live_ = state.run.active;
+      SceneStyle style = state.view.style;
+      style.cameras.current = style.cameras.current && !live_;  // DrawCamera() does that
+      scene_.SetStyle(style);
       Stir();
     }
     if (frame_map_ != state.document.frame) {
@@ -70,7 +82,10 @@ class ScenePanel : public Panel {
       Stir();
     }
     const MapSnapshotPtr map = state.shown ? state.shown->map : nullptr;
-    if (map_ != map) {
+    // Of a run that goes on the map is drawn anew only where it is another one: the camera moves all the
+    // time.
+    const bool same_state = live_ && map_ && map && map_->sequence_number == map->sequence_number;
+    if (map_ != map && !same_state) {
       map_ = map;
       scene_.Show(map);
       Stir();
@@ -167,8 +182,9 @@ class ScenePanel : public Panel {
                          size_ != state.scene_size;
     const bool dirty = std::exchange(stirred_, false) || changed;
     still_ = dirty ? 0.0 : still_ + state.seconds;
-    constexpr double kRest = 0.15;  // seconds after which the fine picture is drawn
-    settled_ = still_ >= kRest;
+    constexpr double kRest = 0.15;                 // seconds after which the fine picture is drawn
+    const bool busy = live_ && !state.run.paused;  // the processor is the run's
+    settled_ = !software_ || (still_ >= kRest && !busy);
     drawn_ = camera;
     size_ = state.scene_size;
     const unsigned texture = scene_.Draw(camera, size_, settled_ ? Detail::kFine : Detail::kDraft);
@@ -177,10 +193,41 @@ class ScenePanel : public Panel {
                      origin_.y + static_cast<float>(size_.height));
     list->AddImage(TextureId(texture), origin_, end, ImVec2(0.0F, 1.0F), ImVec2(1.0F, 0.0F));
     if (dirty) {
-      texts_.Upload(state.Map() != nullptr ? scene_.Texts(camera, size_) : cv::Mat());
+      TakeTexts(state.Map() != nullptr ? scene_.Texts(camera, size_) : cv::Mat());
     }
-    if (texts_.Name() != 0) {
-      list->AddImage(TextureId(texts_.Name()), origin_, end);
+    DrawTexts();
+  }
+
+  // Most of that image is empty, and blending costs time: only cells that hold something are drawn.
+  void DrawTexts() const {
+    if (texts_.Name() == 0) {
+      return;
+    }
+    const cv::Size size = texts_.Size();
+    const auto corner = [&](cv::Point p) {
+      return ImVec2(origin_.x + static_cast<float>(p.x), origin_.y + static_cast<float>(p.y));
+    };
+    const auto share = [&](cv::Point p) {
+      return ImVec2(static_cast<float>(p.x) / static_cast<float>(size.width),
+                    static_cast<float>(p.y) / static_cast<float>(size.height));
+    };
+    for (const cv::Rect& cell : text_cells_) {
+      ImGui::GetWindowDrawList()->AddImage(TextureId(texts_.Name()), corner(cell.tl()), corner(cell.br()),
+                                           share(cell.tl()), share(cell.br()));
+    }
+  }
+
+  void TakeTexts(const cv::Mat& image) {
+    texts_.Upload(image);
+    text_cells_.clear();
+    constexpr int kSide = 64;  // pixels
+    for (int y = 0; y < image.rows; y += kSide) {
+      for (int x = 0; x < image.cols; x += kSide) {
+        const cv::Rect cell = cv::Rect(x, y, kSide, kSide) & cv::Rect(cv::Point(), image.size());
+        if (cv::norm(image(cell), cv::NORM_INF) > 0.0) {
+          text_cells_.push_back(cell);
+        }
+      }
     }
   }
 
@@ -195,6 +242,9 @@ class ScenePanel : public Panel {
       DrawOutline(state, state.Object(state.hovered), palette.text, 1.2F * scale);
     }
     DrawOutline(state, state.Object(state.selected), palette.accent, 3.0F * scale);
+    if (live_ && state.view.style.cameras.current) {
+      DrawCamera(state);
+    }
     DrawName(state, state.Object(state.hovered ? state.hovered : state.selected));
     DrawMeasurement(state);
     DrawSceneMarks(state, origin_);
@@ -261,6 +311,40 @@ class ScenePanel : public Panel {
     list->AddText(ImVec2(x + 1.3F * em, y + 0.25F * em), palette.text, text.c_str());
   }
 
+  // The frustum of the input camera where it is now.
+  void DrawCamera(const ViewerState& state) const {
+    const MapSnapshot* map = state.Map();
+    if (map == nullptr || !map->T_map_camera || map->camera.fx <= 0.0) {
+      return;
+    }
+    const Camera& lens = map->camera;
+    const double height =
+        3.2 * state.view.style.cameras.size * std::min(state.focus.radius, state.focus.view_depth);
+    const double depth = height * lens.fy / lens.height;
+    std::vector<ImVec2> corners;
+    const Camera pinhole = PinholeOf(state.view.camera, size_);
+    const Rigid3d T_view_map = PoseOf(state.view.camera).Inverse();
+    for (const Eigen::Vector2d& pixel :
+         {Eigen::Vector2d(lens.cx, lens.cy), Eigen::Vector2d(0.0, 0.0), Eigen::Vector2d(lens.width, 0.0),
+          Eigen::Vector2d(lens.width, lens.height), Eigen::Vector2d(0.0, lens.height)}) {
+      const double along = corners.empty() ? 0.0 : depth;  // the first is the eye
+      const Eigen::Vector3d p = T_view_map * (*map->T_map_camera * (along * lens.Unproject(pixel)));
+      if (p.z() <= 1e-6) {
+        return;
+      }
+      const Eigen::Vector2d seen = pinhole.Project(p);
+      corners.emplace_back(origin_.x + static_cast<float>(seen.x() + 0.5),
+                           origin_.y + static_cast<float>(seen.y() + 0.5));
+    }
+    ImDrawList* list = ImGui::GetWindowDrawList();
+    const ImU32 color = Packed(ParseColor(state.view.style.cameras.current_color));
+    const float width = 2.0F * static_cast<float>(state.ui_scale);
+    for (std::size_t i = 1; i < corners.size(); ++i) {
+      list->AddLine(corners[0], corners[i], color, width);
+      list->AddLine(corners[i], corners[i % 4 + 1], color, width);
+    }
+  }
+
   void DrawMeasurement(const ViewerState& state) const {
     if (!state.measurement.active) {
       return;
@@ -296,7 +380,9 @@ class ScenePanel : public Panel {
 
   InteractiveScene scene_;
   GlTexture texts_;
+  std::vector<cv::Rect> text_cells_;  // of it, where there is something
   int style_version_ = -1;
+  bool live_ = false;  // a run goes on
   MapSnapshotPtr frame_map_;
   MapSnapshotPtr map_;
   std::optional<ViewCamera> drawn_;
@@ -305,6 +391,7 @@ class ScenePanel : public Panel {
   bool stirred_ = true;
   double still_ = 0.0;  // seconds since something moved
   bool settled_ = false;
+  bool software_ = IsSoftware();  // fine pictures take too long while something moves
   bool hovered_ = false;
 };
 
