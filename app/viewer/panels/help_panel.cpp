@@ -102,7 +102,7 @@ class HelpPanel : public Panel {
   }
 };
 
-// Messages in the lower right corner of the scene, the newest below.
+// Messages in the upper left corner of the scene, where nothing else is; the newest on top.
 class NoticesPanel : public Panel {
  public:
   Place Where() const override { return Place::kOver; }
@@ -113,10 +113,11 @@ class NoticesPanel : public Panel {
   void Draw(ViewerState& state) override {
     const Palette& palette = PaletteOf(state.theme);
     const float em = ImGui::GetFontSize();
-    float bottom = ImGui::GetIO().DisplaySize.y - 2.0F * em;
+    const float left = static_cast<float>(state.scene_corner.x) + 0.8F * em;
+    float top = static_cast<float>(state.scene_corner.y) + 0.8F * em;
     int number = 0;
     for (auto it = state.notices.rbegin(); it != state.notices.rend(); ++it, ++number) {
-      ImGui::SetNextWindowPos(ImVec2(2.0F * em, bottom), ImGuiCond_Always, ImVec2(0.0F, 1.0F));
+      ImGui::SetNextWindowPos(ImVec2(left, top));
       ImGui::SetNextWindowSizeConstraints(ImVec2(0.0F, 0.0F), ImVec2(40.0F * em, 30.0F * em));
       ImGui::PushStyleColor(ImGuiCol_WindowBg, ImGui::GetStyleColorVec4(ImGuiCol_PopupBg));
       ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 1.0F);
@@ -133,7 +134,7 @@ class NoticesPanel : public Panel {
         if (ImGui::IsWindowHovered() && ImGui::IsMouseClicked(ImGuiMouseButton_Left)) {
           it->seconds_left = 0.0;
         }
-        bottom -= ImGui::GetWindowSize().y + 0.4F * em;
+        top += ImGui::GetWindowSize().y + 0.4F * em;
       }
       ImGui::End();
       ImGui::PopStyleVar();
