@@ -65,7 +65,9 @@ std::string AutoCamera::Text() const {
                        guessed_by);
   }
   return fmt::format(
-      "camera: focal length {}, standard deviation {:.1f} px{}; the guess from {} was {:.1f} px",
+      "camera: focal length {}, standard deviation {:.1f} px by the points' scatter alone, rather one "
+      "percent in "
+      "all{}; the guess from {} was {:.1f} px",
       InWords(camera), focal_deviation, radial, guessed_by, guess.fx);
 }
 
