@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "app/figure_common.h"
+#include "app/input_frames.h"
 #include "app/map_file.h"
 #include "render/figure/panel_figures.h"
 #include "render/figure/write_figure.h"
@@ -19,8 +20,8 @@ namespace {
 constexpr const char* kFooter = R"(
 Above each map stands an input image of its run: the frame in which most boxes belonged to objects, or that
 nearest to --frame. --boxes draws these boxes. A class has one colour in all maps and boxes; one legend below
-serves all. Results without images (videos, cameras, images that have gone) get an empty place, or only their
-map where none has any.
+serves all. Results without images (live cameras, images and videos that have gone) get an empty place, or only
+their map where none has any.
 
 Examples:
   sqslam figure maps out/kitchen out/desk --output maps.pdf
@@ -45,7 +46,8 @@ bool HasImage(const MapSnapshot& map) {
 }
 
 // The snapshot whose image is shown; null where no image is left.
-MapSnapshotPtr Representative(const RecordingReader& reader, std::optional<std::int64_t> frame) {
+MapSnapshotPtr Representative(const RecordingReader& reader, std::optional<std::int64_t> frame,
+                              bool in_video) {
   constexpr int kMostRead = 120;  // snapshots looked at, evenly over the run
   const int step = frame ? 1 : std::max(1, reader.Size() / kMostRead);
   MapSnapshotPtr best;
@@ -58,13 +60,13 @@ MapSnapshotPtr Representative(const RecordingReader& reader, std::optional<std::
       }
     }
     const MapSnapshotPtr map = reader.Read(nearest);
-    return HasImage(*map) ? map : nullptr;
+    return in_video || HasImage(*map) ? map : nullptr;
   }
   for (int i = reader.Size() - 1; i >= 0; i -= step) {
     const MapSnapshotPtr map = reader.Read(i);
     const auto value = std::count_if(map->detections.begin(), map->detections.end(),
                                      [](const SnapshotDetection& box) { return box.object_id >= 0; });
-    if (value > best_value && HasImage(*map)) {
+    if (value > best_value && (in_video || HasImage(*map))) {
       best = map;
       best_value = value;
     }
@@ -97,9 +99,12 @@ MapsFigure::Panel ReadPanel(const Arguments& a, const std::string& result, const
   MapsFigure::Panel panel;
   panel.name = name;
   panel.map = *reader.Last();
-  const MapSnapshotPtr moment = a.no_images ? nullptr : Representative(reader, frame);
+  const InputFrames frames(reader, MapFile(result));
+  const MapSnapshotPtr moment = a.no_images ? nullptr : Representative(reader, frame, frames.HasVideo());
   if (moment) {
-    panel.image = ReadImageInSize(moment->image_path, {moment->camera.width, moment->camera.height});
+    panel.image = HasImage(*moment)
+                      ? ReadImageInSize(moment->image_path, {moment->camera.width, moment->camera.height})
+                      : frames.ImageOf(moment->frame_index);
     if (a.boxes && !panel.image.empty()) {
       panel.boxes = BoxesOf(*moment, panel.map);
     }

@@ -1,0 +1,70 @@
+#include "slam/io/camera_guess.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <opencv2/imgcodecs.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/io/temporary_folder.h"
+
+namespace sqslam {
+namespace {
+
+std::string Little(std::uint32_t value, int bytes) {
+  std::string text;
+  for (int i = 0; i < bytes; ++i) {
+    text += static_cast<char>((value >> (8 * i)) & 0xFF);
+  }
+  return text;
+}
+
+std::string Entry(std::uint32_t tag, std::uint32_t type, std::uint32_t value) {
+  return Little(tag, 2) + Little(type, 2) + Little(1, 4) + Little(value, 4);
+}
+
+// A photograph whose EXIF holds the focal length for 35 mm film and nothing else.
+std::filesystem::path WritePhotograph(const TemporaryFolder& folder, const cv::Size& size,
+                                      std::uint32_t focal_mm) {
+  constexpr std::uint32_t kShort = 3;
+  constexpr std::uint32_t kLong = 4;
+  const std::string first = Little(1, 2) + Entry(0x8769, kLong, 26) + Little(0, 4);  // where the next one is
+  const std::string exif = Little(1, 2) + Entry(0xA405, kShort, focal_mm) + Little(0, 4);
+  const std::string tiff = std::string("II*\0", 4) + Little(8, 4) + first + exif;
+  const std::string body = std::string("Exif\0\0", 6) + tiff;
+  const std::size_t length = body.size() + 2;
+  std::vector<unsigned char> jpeg;
+  cv::imencode(".jpg", cv::Mat(size, CV_8UC3, cv::Scalar::all(99)), jpeg);
+  std::string bytes(jpeg.begin(), jpeg.end());
+  bytes.insert(
+      2, std::string("\xFF\xE1") + static_cast<char>(length >> 8) + static_cast<char>(length & 0xFF) + body);
+  return folder.Write("photo.jpg", bytes);
+}
+
+TEST(CameraGuess, TakesTheFocalLengthOfAPhotographByItsDiagonal) {
+  const TemporaryFolder folder;
+  const auto guess = GuessCamera(WritePhotograph(folder, {400, 300}, 26), 30.0);
+  ASSERT_TRUE(guess);
+  EXPECT_EQ(guess->camera.width, 400);
+  EXPECT_EQ(guess->camera.height, 300);
+  EXPECT_NEAR(guess->camera.fx, 26.0 / std::hypot(36.0, 24.0) * 500.0, 0.01);
+  EXPECT_EQ(guess->camera.fx, guess->camera.fy);
+  EXPECT_NE(guess->source.find("26 mm"), std::string::npos) << guess->source;
+}
+
+TEST(CameraGuess, IsSixtyDegreesAlongTheLongerSideOtherwise) {
+  const TemporaryFolder folder;
+  const std::filesystem::path image = folder.Path() / "a.png";
+  cv::imwrite(image.string(), cv::Mat(400, 300, CV_8UC3, cv::Scalar::all(9)));
+  const auto guess = GuessCamera(image, 25.0);
+  ASSERT_TRUE(guess);
+  EXPECT_NEAR(guess->camera.fx, 200.0 / std::tan(30.0 * std::numbers::pi / 180.0), 1e-9);
+  EXPECT_EQ(guess->camera.cx, 149.5);
+  EXPECT_EQ(guess->camera.fps, 25.0);
+  EXPECT_FALSE(GuessCamera(folder.Path() / "none.png", 25.0));
+}
+
+}  // namespace
+}  // namespace sqslam
