@@ -92,7 +92,8 @@ AutoCamera EstimateCamera(const Sequence& sequence, const FrameRange& range, con
     if (stop()) {
       break;
     }
-    if (played < part.count) {  // the file ends early, and need not say so each time
+    if (played < part.count &&
+        !sequence.video_path.empty()) {  // the file ends early, and need not say so each time
       available = played;
       part.count = played;
     }

@@ -70,6 +70,7 @@ void PrintBoard(const Arguments& a) {
 }
 
 struct Search {
+  bool interrupted = false;  // by Ctrl-C
   std::vector<BoardView> views;
   int frames = 0;  // that were searched
   cv::Mat last;    // image, 8UC1
@@ -102,9 +103,7 @@ Search FindBoards(const Arguments& a, const Sequence& sequence) {
     progress.Update(search.frames, fmt::format("{} boards", search.views.size()));
   }
   progress.Finish();
-  if (interrupt.Interrupted()) {
-    throw InputError("interrupted before the boards were found");
-  }
+  search.interrupted = interrupt.Interrupted();
   return search;
 }
 
@@ -167,7 +166,7 @@ void Report(const Arguments& a, const Calibration& c, const std::string& text) {
   }
 }
 
-void Run(Arguments a) {
+int Run(Arguments a) {
   static const std::map<std::string, CalibrationBoard::Kind> kKinds = {
       {"chessboard", CalibrationBoard::Kind::kChessboard}, {"charuco", CalibrationBoard::Kind::kCharuco}};
   a.board.kind = kKinds.at(a.kind);  // the command line has checked the name
@@ -179,7 +178,7 @@ void Run(Arguments a) {
   if (!a.print_board.empty()) {
     CheckFigurePath(a.print_board);
     PrintBoard(a);
-    return;
+    return 0;
   }
   if (a.sequence.input.empty() || a.output.empty()) {
     throw UsageError("calibrate: expected INPUT --output camera.yaml, or --print-board board.pdf");
@@ -193,6 +192,10 @@ void Run(Arguments a) {
   request.camera = kAutoCamera;
   const Sequence sequence = OpenSequence(request);
   const Search search = FindBoards(a, sequence);
+  if (search.interrupted) {
+    fmt::print(stderr, "sqslam: interrupted before all images were searched; nothing was written\n");
+    return 130;
+  }
   constexpr std::size_t kLeast = 3;
   if (search.views.size() < kLeast) {
     throw InputError(fmt::format("{}: a {} was found in {} of {} frames, expected at least {}{}",
@@ -205,11 +208,12 @@ void Run(Arguments a) {
   WriteCamera(output, c.camera, text);
   WriteFigure(DrawCalibration(FigureOf(c), {}), a.figure);
   Report(a, c, text);
+  return 0;
 }
 
 }  // namespace
 
-void AddCalibrateCommand(CLI::App& app, int&) {
+void AddCalibrateCommand(CLI::App& app, int& exit_code) {
   const auto a = std::make_shared<Arguments>();
   CLI::App* command =
       app.add_subcommand("calibrate", "Find out a camera's focal length and distortion from a board");
@@ -235,7 +239,7 @@ void AddCalibrateCommand(CLI::App& app, int&) {
       ->expected(1)
       ->take_all();
   command->add_flag("--quiet", a->quiet, "No progress and no summary");
-  command->callback([a] { Run(*a); });
+  command->callback([a, &exit_code] { exit_code = Run(*a); });
 }
 
 }  // namespace sqslam::app

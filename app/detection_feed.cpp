@@ -45,7 +45,7 @@ TrackingState DetectionFeed::Process(Frame frame, System& system) {
   frame.detections_follow = true;
   detector_.Add(frame);
   const TrackingState state = system.Process(frame);
-  Deliver(detector_.Take(), system);
+  Deliver(TakeBoxes(false), system);
   if (options_.frame_interval > 0.0 && !options_.deterministic) {
     detector_.WaitUntilFree(started + std::chrono::duration_cast<Clock::duration>(
                                           std::chrono::duration<double>(options_.frame_interval)));
@@ -54,14 +54,46 @@ TrackingState DetectionFeed::Process(Frame frame, System& system) {
 }
 
 void DetectionFeed::Finish(System& system) {
-  Deliver(detector_.Finish(), system);
-  writer_.Finish();
+  if (Failed()) {
+    return;
+  }
+  Deliver(TakeBoxes(true), system);
+  if (!Failed()) {
+    try {
+      writer_.Finish();
+    } catch (const InputError& e) {
+      failure_ = e.what();
+    }
+  }
+}
+
+void DetectionFeed::ThrowFailure() const {
+  if (Failed()) {
+    throw InputError(failure_);
+  }
+}
+
+std::vector<FrameBoxes> DetectionFeed::TakeBoxes(bool all) {
+  try {
+    return all ? detector_.Finish() : detector_.Take();
+  } catch (const InputError& e) {
+    failure_ = e.what();
+  } catch (const cv::Exception& e) {
+    failure_ = fmt::format("the detector fails: {}", e.err);
+  }
+  return {};
 }
 
 void DetectionFeed::Deliver(const std::vector<FrameBoxes>& frames, System& system) {
   for (const FrameBoxes& frame : frames) {
     system.AddDetections(frame.frame_index, frame.detections);
-    writer_.Add(frame.timestamp, frame.detections);
+    try {
+      if (!Failed()) {
+        writer_.Add(frame.timestamp, frame.detections);
+      }
+    } catch (const InputError& e) {
+      failure_ = e.what();
+    }
   }
 }
 

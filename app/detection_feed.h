@@ -39,14 +39,21 @@ class DetectionFeed {
   // Waits for the boxes of the last frames, and gives the file its name.
   void Finish(System& system);
 
+  // The network or the disk failed: nothing more will come. What was mapped is to be saved first; then
+  // ThrowFailure throws InputError where there was one.
+  bool Failed() const { return !failure_.empty(); }
+  void ThrowFailure() const;
+
   std::map<std::string, StageTimes::Summary> Times() const { return detector_.Times(); }
 
  private:
+  std::vector<FrameBoxes> TakeBoxes(bool all);
   void Deliver(const std::vector<FrameBoxes>& frames, System& system);
 
   Options options_;
   BackgroundDetector detector_;
   DetectionWriter writer_;
+  std::string failure_;
 };
 
 }  // namespace sqslam::app

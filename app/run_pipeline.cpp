@@ -146,10 +146,12 @@ std::unique_ptr<DetectionFeed> MakeFeed(const RunRequest& request, const Sequenc
   const bool real_clock = request.realtime || request.live_camera;
   return std::make_unique<DetectionFeed>(
       std::move(*detector),
-      DetectionFeed::Options{request.options.detection, request.options.deterministic,
-                             real_clock ? 0.0 : 1.0 / sequence.camera.fps, request.output / "boxes.txt",
-                             fmt::format("boxes of {}, {}", sequence.path.string(), Fingerprint(*network)),
-                             FilePixels(sequence)});
+      DetectionFeed::Options{
+          request.options.detection, request.options.deterministic,
+          real_clock ? 0.0 : static_cast<double>(request.range.stride) / sequence.camera.fps,
+          request.output / "boxes.txt",
+          fmt::format("boxes of {}, {}", sequence.path.string(), Fingerprint(*network)),
+          FilePixels(sequence)});
 }
 
 struct Played {
@@ -167,7 +169,7 @@ Played Play(const RunRequest& request, const Sequence& sequence, const Recorder&
   if (request.watch.started) {
     request.watch.started(request.live_camera ? 0 : request.range.SizeIn(sequence));
   }
-  while (!interrupt.Interrupted() && !recorder.Failed()) {
+  while (!interrupt.Interrupted() && !recorder.Failed() && !(feed != nullptr && feed->Failed())) {
     if (request.watch.go_on && !request.watch.go_on()) {
       played.stopped = true;
       break;
@@ -215,6 +217,7 @@ void Film(const RunRequest& request, const InterruptGuard& interrupt, RunSummary
     progress->Finish();
   }
   summary.interrupted = interrupt.Interrupted();
+  summary.filmed = true;
 }
 
 // All files of a run that has a map.
@@ -234,7 +237,7 @@ void SaveRun(const RunRequest& request, const Sequence& sequence, const RunResul
   const auto film = [&] { Film(request, interrupt, summary); };
   const auto report = [&] {
     if (request.render) {
-      const bool filmed = fs::exists(request.video);
+      const bool filmed = summary.filmed;
       WriteReport({request.output, "", sequence.path.string(), filmed ? request.video : fs::path()});
     }
   };
@@ -264,8 +267,9 @@ AutoCamera LearnCamera(const RunRequest& request, const Sequence& sequence, cons
   if (sequence.guessed_by.empty() || request.live_camera) {
     return {sequence.camera, sequence.guessed_by, sequence.camera};
   }
-  return EstimateCamera(sequence, request.range, request.options, request.quiet,
-                        [&] { return interrupt.Interrupted(); });
+  return EstimateCamera(sequence, request.range, request.options, request.quiet, [&] {
+    return interrupt.Interrupted() || (request.watch.stopped && request.watch.stopped());
+  });
 }
 
 // The whole run knows more than its beginning.
@@ -297,11 +301,11 @@ RunSummary RunPipeline(const RunRequest& request) {
   const InterruptGuard interrupt;
   AutoCamera camera = LearnCamera(request, sequence, interrupt);
   SystemOptions options = request.options;
-  if (camera.IsGuessed()) {
+  if (camera.IsGuessed() && options.mapping.camera.what == "none") {
     options.mapping.camera.what = "focal";  // keypoints are undistorted by the radial coefficient: it stays
   }
   Recorder recorder(request.output / "map.sqmap",
-                    {sequence.path.string(), SQSLAM_VERSION, DumpOptions(request.options)});
+                    {sequence.path.string(), SQSLAM_VERSION, DumpOptions(options)});
   System system(camera.camera, options, [&](const MapSnapshotPtr& snapshot) {
     recorder.Add(snapshot);
     if (request.watch.mapped) {
@@ -325,6 +329,9 @@ RunSummary RunPipeline(const RunRequest& request) {
   }
   if (!result.map.snapshot) {
     SaveRunWithoutMap(request, recorder, summary);
+    if (feed) {
+      feed->ThrowFailure();
+    }
     if (!summary.interrupted) {
       RefuseMap(sequence, *source, result);
     }
@@ -332,7 +339,12 @@ RunSummary RunPipeline(const RunRequest& request) {
   }
   const AutoCamera* const automatic = camera.IsGuessed() ? &camera : nullptr;
   AttemptAll({[&] { WriteUsedCamera(request.output, camera.camera, automatic); },
-              [&] { SaveRun(request, sequence, result, interrupt, recorder, summary); }});
+              [&] { SaveRun(request, sequence, result, interrupt, recorder, summary); },
+              [&] {
+                if (feed) {
+                  feed->ThrowFailure();
+                }
+              }});
   return summary;
 }
 

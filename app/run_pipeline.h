@@ -35,6 +35,7 @@ struct RunSummary {
   std::filesystem::path output;
   RunStats stats;
   bool interrupted = false;  // by Ctrl-C or the watch; what had been mapped is saved all the same
+  bool filmed = false;       // the video of the growth was made
 };
 
 // The main job: sequence or camera -> FrameStream -> System -> result folder, as the contract lists its

@@ -15,6 +15,8 @@ namespace sqslam::app {
 // threads of the run and must be quick.
 struct RunWatch {
   std::function<void(std::int64_t frames)> started;  // frames that will be played, 0: endless
+  std::function<bool()>
+      stopped;                  // never waits: whether go_on would say false, asked while a camera is learnt
   std::function<bool()> go_on;  // before each frame; may wait; false ends the run as Ctrl-C does
   std::function<void(const Frame&, TrackingState, const System&)>
       tracked;                                        // after each frame, tracking thread

@@ -15,6 +15,9 @@ class EditingSession {
   // Once a frame, after what is new was put into the state and before panels are drawn.
   void Update(ViewerState& state);
 
+  // The next document is another one even where it lies in the same file: it is read anew.
+  void Forget() { file_.clear(); }
+
   // Whether a history is still being read.
   bool Busy() const { return reader_ && !reader_->Done(); }
 

@@ -37,6 +37,10 @@ struct LiveRun::Impl {
     request.quiet = true;
     video = std::exchange(request.video, {});
     request.watch.started = [this](std::int64_t frames) { Tell([&] { news.total = frames; }); };
+    request.watch.stopped = [this] {
+      const std::lock_guard lock(mutex);
+      return ended;
+    };
     request.watch.go_on = [this] { return GoOn(); };
     request.watch.tracked = [this](const Frame& frame, TrackingState state, const System& system) {
       TakeFrame(frame, state, system);
@@ -133,6 +137,8 @@ struct LiveRun::Impl {
       const app::RunSummary summary = app::RunPipeline(request);
       result = fs::exists(summary.output / "map.sqmap") ? summary.output : fs::path();
       Film(summary);
+      const std::lock_guard lock(mutex);
+      exit_code = summary.interrupted && !ended ? 130 : 0;  // by Ctrl-C, not by the window
     } catch (const UsageError& e) {
       exit_code = 2;
       error = e.what();

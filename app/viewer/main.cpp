@@ -244,6 +244,16 @@ void CheckDisplay(const std::string& instead) {
   }
 }
 
+// Throws where the window could not do what is said.
+void CheckArguments(const Arguments& arguments) {
+  if (!arguments.resolution.empty()) {
+    ParseSize(arguments.resolution);
+  }
+  if (!arguments.play.empty()) {
+    ReadScript(arguments.play);
+  }
+}
+
 // The run gets its threads before the window's thread steps back behind them; the drivers' threads of a
 // software OpenGL come later and step back as well.
 int WatchRun(const Arguments& arguments, const app::RunArguments& run_arguments) {
@@ -251,11 +261,14 @@ int WatchRun(const Arguments& arguments, const app::RunArguments& run_arguments)
     fmt::print("{}", DumpOptions(run_arguments.Options()));
     return 0;
   }
-  if (run_arguments.input.empty()) {
+  if (run_arguments.input.empty() && run_arguments.camera_index < 0) {
     throw UsageError(
         "run: INPUT is missing, expected a sequence folder, an image folder, a video or a camera index");
   }
-  CheckDisplay(fmt::format("sqslam run {}", run_arguments.input));
+  CheckDisplay(run_arguments.input.empty()
+                   ? fmt::format("sqslam run --camera-index {}", run_arguments.camera_index)
+                   : fmt::format("sqslam run {}", run_arguments.input));
+  CheckArguments(arguments);  // before the run begins
   const app::RunRequest request = run_arguments.Request();
   auto run = std::make_unique<LiveRun>(request);
   run->Start();

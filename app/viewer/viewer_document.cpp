@@ -21,6 +21,7 @@ void Viewer::Impl::Open(const fs::path& path) {
   state.run = {};
   state.view.preset = "";
   state.document = {};
+  editing.Forget();
   Read(path);
 }
 
@@ -123,6 +124,8 @@ void Viewer::Impl::FinishRun(const LiveRun::News& news) {
     state.Complain(news.error);
   }
   if (news.result.empty()) {
+    state.shown = nullptr;
+    state.selected.reset();
     state.document = {};
     return;
   }
@@ -174,6 +177,8 @@ void Viewer::Impl::TakeNews() {
     state.Complain(news.error);
     if (state.document.loading) {
       replay.reset();
+      state.shown = nullptr;
+      state.selected.reset();
       state.document = {};
     }
   }
@@ -196,7 +201,7 @@ void Viewer::Impl::RequestFrame(double seconds) {
 // Where the camera goes by itself.
 void Viewer::Impl::MoveCamera() {
   const MapSnapshot* map = state.Map();
-  if (map == nullptr) {
+  if (map == nullptr || !state.document.frame) {
     return;
   }
   if (framed != state.document.frame && state.scene_size.area() > 0) {

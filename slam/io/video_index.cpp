@@ -76,6 +76,7 @@ Packets ReadPackets(AVFormatContext& format, const AVStream& stream) {
     av_packet_unref(packet.get());
   }
   if (last_corrupt) {
+    packets.without_time -= packets.times.back() == AV_NOPTS_VALUE ? 1 : 0;
     packets.times.pop_back();
     --packets.read;
   }

@@ -34,7 +34,7 @@ TEST(CommandLine, WrongUsageIsOneLineAndCodeTwo) {
   for (const std::string arguments :
        {"", "fly", "run", "run x --stride 0", "run x --frames none", "run x --no-such-option",
         "run x --format kitti", "run x --set tracking.min_inlier=30", "run x --set seed",
-        "run x --config /nonexistent.yaml", "run 0", "run 0 --camera kinect-v2",
+        "run x --config /nonexistent.yaml", "run 0 --camera-index 1", "run 0 --camera kinect-v2",
         "run 0 --camera kinect-v1 --deterministic", "info", "export x --output x.dwg",
         "export x --output x.gltf", "experiment", "experiment /nonexistent.yaml",
         "eval x --ground-truth y --output x.doc"}) {

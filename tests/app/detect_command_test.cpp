@@ -90,7 +90,7 @@ TEST_F(DetectCommand, CtrlCKeepsWhatIsDone) {
   std::vector<int> images(50'000, 0);  // much more than a second's work
   sequence_.List(images);
   const int status = std::system(
-      fmt::format("timeout --preserve-status -s INT 2 {} detect {} --detector {} --output {} "
+      fmt::format("timeout --foreground --preserve-status -s INT 2 {} detect {} --detector {} --output {} "
                   "--quiet 2>{}/err",
                   SQSLAM_PROGRAM, sequence_.Path().string(), network_, Boxes(), folder_.Path().string())
           .c_str());

@@ -144,10 +144,11 @@ TEST_F(FilmTest, WithoutItsIndexItIsRefused) {
 TEST_F(FilmTest, ACameraNobodyHasCalibratedIsGuessedFromTheFilm) {
   std::filesystem::remove(folder_.Path() / "camera.yaml");
   WriteFilm(Path(), EvenTimes(3), Picture);
-  EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = Path()}); }), HasSubstr("--camera auto"));
-  const Sequence sequence = OpenSequence({.path = Path(), .camera = "auto"});
-  EXPECT_NEAR(HorizontalFieldOfView(sequence.camera), 60.0 * 3.14159265 / 180.0, 1e-3);
-  EXPECT_THAT(sequence.guessed_by, HasSubstr("60 degrees"));
+  for (const char* camera : {"", "auto"}) {
+    const Sequence sequence = OpenSequence({.path = Path(), .camera = camera});
+    EXPECT_NEAR(HorizontalFieldOfView(sequence.camera), 60.0 * 3.14159265 / 180.0, 1e-3);
+    EXPECT_THAT(sequence.guessed_by, HasSubstr("60 degrees"));
+  }
 }
 
 }  // namespace

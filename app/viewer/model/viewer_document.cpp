@@ -3,17 +3,36 @@
 #include <fmt/format.h>
 
 #include <system_error>
+#include <utility>
 
 #include "app/viewer/model/annotation_file.h"
 #include "slam/util/error.h"
 
 namespace sqslam::viewer {
+namespace {
+
+// What somebody made and nobody has read is not lost: it lies beside, as FILE.bak.
+void KeepUnread(const std::filesystem::path& file) {
+  std::error_code error;
+  if (std::filesystem::exists(file)) {
+    std::filesystem::copy_file(file, file.string() + ".bak",
+                               std::filesystem::copy_options::overwrite_existing, error);
+    if (error) {
+      throw InputError(fmt::format("{}: cannot be copied to {}.bak ({}), expected a writable folder",
+                                   file.string(), file.filename().string(), error.message()));
+    }
+  }
+}
+
+}  // namespace
 
 void ViewerDocument::OpenRecording(const std::filesystem::path& recording) {
   *this = ViewerDocument();
   edits_file_ = EditsFileOf(recording);
   if (std::filesystem::exists(edits_file_)) {
+    edits_unread_ = true;
     saved_.edits = ReadObjectEdits(edits_file_);
+    edits_unread_ = false;
     history_ = EditHistory<DocumentState>(saved_);
   }
 }
@@ -26,6 +45,9 @@ void ViewerDocument::OpenAnnotation(const std::filesystem::path& file, const Sim
 }
 
 void ViewerDocument::SaveEdits() {
+  if (std::exchange(edits_unread_, false)) {
+    KeepUnread(edits_file_);
+  }
   if (Current().edits.Empty()) {
     std::error_code error;
     std::filesystem::remove(edits_file_, error);
@@ -40,6 +62,9 @@ void ViewerDocument::SaveEdits() {
 }
 
 void ViewerDocument::SaveAnnotation(const std::filesystem::path& file, const Sim3d& S_file_annotation) {
+  if (file != annotation_file_) {
+    KeepUnread(file);
+  }
   WriteAnnotation(file, Current().annotation, S_file_annotation);
   annotation_file_ = file;
   saved_.annotation = Current().annotation;

@@ -38,7 +38,7 @@ class ViewerDocument {
   void Redo() { history_.Redo(); }
 
   // Starts anew: edits beside the recording, where there are some, and no annotation. Throws InputError on a
-  // broken file; the document is then empty, and SaveEdits would replace that file.
+  // broken file; the document is then empty, and SaveEdits keeps that file as FILE.bak.
   void OpenRecording(const std::filesystem::path& recording);
 
   // Reads a ground truth as a step that can be undone; it is saved to that file from then on.
@@ -49,7 +49,8 @@ class ViewerDocument {
   bool Modified() const { return EditsModified() || AnnotationModified(); }
 
   // Throw InputError where the file cannot be written. Edits go beside the recording; where nothing is edited
-  // (any more), a file of edits is removed.
+  // (any more), a file of edits is removed. An annotation that is there and was not opened is kept as
+  // FILE.bak.
   void SaveEdits();
   void SaveAnnotation(const std::filesystem::path& file, const Sim3d& S_file_annotation = {});
 
@@ -60,6 +61,7 @@ class ViewerDocument {
   EditHistory<DocumentState> history_;
   DocumentState saved_;
   std::filesystem::path edits_file_;
+  bool edits_unread_ = false;  // there are some, but they could not be read
   std::filesystem::path annotation_file_;
 };
 

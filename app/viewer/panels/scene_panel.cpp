@@ -84,9 +84,15 @@ class ScenePanel : public Panel {
     const MapSnapshotPtr map = state.shown ? state.shown->map : nullptr;
     // Of a run that goes on the map is drawn anew only where it is another one: the camera moves all the
     // time.
-    const bool same_state = live_ && map_ && map && map_->sequence_number == map->sequence_number;
+    const Editing& editing = state.editing;
+    const bool same_edits =
+        edits_ == editing.document.Current().edits && representation_ == editing.representation;
+    const bool same_state =
+        live_ && map_ && map && same_edits && map_->sequence_number == map->sequence_number;
     if (map_ != map && !same_state) {
       map_ = map;
+      edits_ = editing.document.Current().edits;
+      representation_ = editing.representation;
       scene_.Show(map);
       Stir();
     }
@@ -385,6 +391,8 @@ class ScenePanel : public Panel {
   bool live_ = false;  // a run goes on
   MapSnapshotPtr frame_map_;
   MapSnapshotPtr map_;
+  ObjectEdits edits_;  // with which it was made
+  Representation representation_ = Representation::kSuperquadric;
   std::optional<ViewCamera> drawn_;
   cv::Size size_;
   ImVec2 origin_;
