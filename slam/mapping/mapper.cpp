@@ -198,95 +198,9 @@ void Mapper::CullRedundant(KeyframeId keyframe) {
   }
 }
 
-// Closes a loop or merges two submaps, where the keyframe shows a place that is known already. Returns
-// whether it did.
-bool Mapper::RecognizePlace(KeyframeId keyframe) {
-  const LoopOptions& options = options_.mapping.loops;
-  if (!options.close || (last_loop_ != kNoKeyframe && keyframe - last_loop_ < options.rest)) {
-    return false;
-  }
-  const StageTimes::Scope timer(times_, "mapping.loops");
-  std::vector<const Map*> maps{&active_->Map()};
-  for (const auto& [number, submap] : submaps_) {
-    if (&submap != active_) {
-      maps.push_back(&submap.Map());
-    }
-  }
-  const std::optional<KnownPlace> place = places_.Recognize(maps, keyframe);
-  if (!place) {
-    return false;
-  }
-  adjustment_.Stop();
-  last_loop_ = keyframe;
-  const auto known = std::find_if(submaps_.begin(), submaps_.end(), [&](const auto& entry) {
-    return entry.second.Map().HasKeyframe(place->known);
-  });
-  if (&known->second == active_) {
-    CorrectLoop(active_->Map(), camera_, *place, options, loop_edges_);
-    ++counts_.loops;
-  } else {
-    MergeSubmaps(*place, known->second);
-    ++counts_.merges;
-  }
-  AdjustInBackground();
-  return true;
-}
-
-// The younger submap becomes a part of the older one.
-void Mapper::MergeSubmaps(const KnownPlace& place, Submap& known) {
-  const Sim3d S_known_active = SimilarityOfMaps(active_->Map(), known.Map(), place);
-  const bool keep_known = known.Number() < active_->Number();
-  Submap& kept = keep_known ? known : *active_;
-  Submap& dropped = keep_known ? *active_ : known;
-  const Sim3d S_kept_dropped = keep_known ? S_known_active : S_known_active.Inverse();
-  const std::int64_t number = dropped.Number();
-  dropped.Transform(S_kept_dropped);
-  kept.Absorb(std::move(dropped));
-  MoveOrigins(number, S_kept_dropped, kept.Number());
-  submaps_.erase(number);
-  atlas_.submaps.erase(number);
-  active_ = &kept;
-  loop_edges_.insert(std::minmax(place.current, place.known));
-  FusePlace(active_->Map(), camera_, place, options_.mapping.loops);
-  OptimizeLocally(place.current);
-}
-
-// The whole map, on a copy, while mapping goes on.
-void Mapper::AdjustInBackground() {
-  const int iterations = options_.mapping.loops.bundle_iterations;
-  if (iterations > 0) {
-    adjustment_.Start({active_->Number(), atlas_.origins.at(active_->Number()).S_map_origin,
-                       ExtractBundleProblem(active_->Map(), camera_)},
-                      {iterations, iterations, 1});
-  }
-}
-
-// Takes the result of the bundle adjustment in the background. Returns whether the active map was changed.
-bool Mapper::TakeAdjustment() {
-  std::optional<BackgroundAdjustment::Job> job = adjustment_.TakeFinished();
-  if (!job) {
-    return false;
-  }
-  const StageTimes::Scope timer(times_, "mapping.take_adjustment");
-  const Sim3d S_now_then = atlas_.origins.at(job->submap).S_map_origin * job->S_map_origin.Inverse();
-  Submap& submap = submaps_.at(job->submap);
-  ApplyAdjustment(std::move(job->problem), S_now_then, submap.Map());
-  atlas_.submaps[job->submap] = submap.MakeView();
-  return job->submap == active_->Number();
-}
-
 void Mapper::KeepUpright(bool last) {
   if (const std::optional<Rigid3d> T_new_old = active_->KeepUpright(last)) {
     MoveOrigins(active_->Number(), Sim3d::FromRigid(*T_new_old), active_->Number());
-  }
-}
-
-// What lay in `submap` was moved by S_new_old and lies in `new_submap` now.
-void Mapper::MoveOrigins(std::int64_t submap, const Sim3d& S_new_old, std::int64_t new_submap) {
-  for (auto& [number, origin] : atlas_.origins) {
-    if (origin.submap == submap) {
-      origin = {new_submap, S_new_old * origin.S_map_origin};
-    }
   }
 }
 
