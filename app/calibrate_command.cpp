@@ -4,7 +4,6 @@
 
 #include <map>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,6 +15,7 @@
 #include "render/figure/calibration_figure.h"
 #include "render/figure/write_figure.h"
 #include "slam/calibration/calibration.h"
+#include "slam/geometry/angles.h"
 #include "slam/io/atomic_file.h"
 #include "slam/io/camera_yaml.h"
 #include "slam/io/frame_source.h"
@@ -121,7 +121,6 @@ std::string Hint(const Arguments& a, const Search& search) {
 }
 
 std::string Text(const Calibration& c, const Search& search, const CalibrationBoard& board) {
-  constexpr double kDegrees = 180.0 / std::numbers::pi;
   const Camera& k = c.camera;
   const auto& s = c.intrinsic_deviation;
   const auto& d = c.distortion_deviation;
@@ -131,8 +130,8 @@ std::string Text(const Calibration& c, const Search& search, const CalibrationBo
   text +=
       fmt::format("fx {:.2f} +- {:.2f}  fy {:.2f} +- {:.2f}  cx {:.2f} +- {:.2f}  cy {:.2f} +- {:.2f} px\n",
                   k.fx, s[0], k.fy, s[1], k.cx, s[2], k.cy, s[3]);
-  text += fmt::format("field of view {:.1f} x {:.1f} degrees\n", kDegrees * HorizontalFieldOfView(k),
-                      kDegrees * vertical);
+  text += fmt::format("field of view {:.1f} x {:.1f} degrees\n", kDegreesPerRadian * HorizontalFieldOfView(k),
+                      kDegreesPerRadian * vertical);
   constexpr std::array<const char*, 5> kNames = {"k1", "k2", "p1", "p2", "k3"};
   for (std::size_t i = 0; i < kNames.size(); ++i) {
     text += d[i] > 0.0

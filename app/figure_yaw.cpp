@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numbers>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 #include <tuple>
@@ -15,6 +14,7 @@
 #include "render/figure/panels.h"
 #include "render/figure/write_figure.h"
 #include "render/photo_overlay.h"
+#include "slam/geometry/angles.h"
 #include "slam/io/image_resize.h"
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/line_segments.h"
@@ -40,8 +40,6 @@ Examples:
   sqslam figure yaw out/desk --object 2 --object 7 --output yaw.png --dpi 600
   sqslam figure yaw out/desk --object 2 --frame 120 --output yaw.svg --width-mm 120
 )";
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 struct Arguments : FigureArguments {
   std::string result;
@@ -174,13 +172,13 @@ void MatchLines(const Context& context, const ObjectView& view, const std::vecto
   const Eigen::Matrix3d R_end = solid.T_map_object.RotationMatrix();
   for (const LineSegment& line : lines) {
     const AxisOfLine nearest = NearestAxis(line, view.T_map_camera, camera, R_end);
-    const int axis = nearest.angle < context.options.match_angle_deg * kDegree ? nearest.axis : -1;
+    const int axis = nearest.angle < context.options.match_angle_deg * kRadiansPerDegree ? nearest.axis : -1;
     shown.before.lines.push_back({line.a, line.b, axis});
     if (axis == 0 || axis == 1) {
       ++shown.yaw_lines;
-      shown.after.mean_angle += nearest.angle / kDegree;
+      shown.after.mean_angle += nearest.angle / kRadiansPerDegree;
       shown.before.mean_angle +=
-          AngleToDirection(line, view.T_map_camera, camera, R_start.col(axis)) / kDegree;
+          AngleToDirection(line, view.T_map_camera, camera, R_start.col(axis)) / kRadiansPerDegree;
     }
   }
   shown.after.lines = shown.before.lines;
@@ -204,7 +202,7 @@ std::optional<YawFigure::Object> Measure(const Context& context, const SnapshotO
     return std::nullopt;
   }
   shown.name = ReadableLabel(object.label);
-  shown.yaw = yaw / kDegree;
+  shown.yaw = yaw / kRadiansPerDegree;
   shown.quarter_turns = UprightTurns(view, *context.map);
   const cv::Mat image = ReadImage(view, camera);
   cv::Mat gray;

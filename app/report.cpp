@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <numbers>
 #include <optional>
 #include <vector>
 
 #include "app/report_data.h"
 #include "app/report_html.h"
+#include "slam/geometry/angles.h"
 #include "slam/io/atomic_file.h"
 #include "slam/io/recording.h"
 
@@ -85,7 +85,6 @@ void AppendMatchRow(Output out, const ReportData& data, const json& match) {
   const auto label = match.at("object_label").get<std::string>();
   const auto color = data.colors.find(label);
   const double iou = match.at("iou").get<double>();
-  const double degrees = 180.0 / std::numbers::pi;
   fmt::format_to(out, "<tr><td class=\"l\">{} {}</td><td>{}</td>", match.at("ground_truth").get<int>(),
                  EscapeHtml(match.at("name").get<std::string>()), match.at("detections").get<int>());
   fmt::format_to(out, "<td class=\"l\"><span class=\"dot\" style=\"background:{}\"></span>{} {}</td>",
@@ -97,7 +96,8 @@ void AppendMatchRow(Output out, const ReportData& data, const json& match) {
       100.0 * iou, iou);
   fmt::format_to(out, "<td>{:.3f}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:.1f}</td></tr>\n",
                  match.at("iou_ellipsoid").get<double>(), 100.0 * match.at("center_error").get<double>(),
-                 100.0 * match.at("size_error").get<double>(), degrees * match.at("yaw_error").get<double>());
+                 100.0 * match.at("size_error").get<double>(),
+                 kDegreesPerRadian * match.at("yaw_error").get<double>());
 }
 
 // "3 chair, 7 cup", or "none".

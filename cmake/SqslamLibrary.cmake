@@ -2,6 +2,11 @@
 # half the time of a full build went into reading them.
 option(SQSLAM_PRECOMPILE_HEADERS "Compile common headers once" ON)
 
+# Sources of one folder share most of their headers and templates: compiled a few at a time, a full build takes half
+# as long. Names within anonymous namespaces must differ between the files of a library. Turn it off to work on a
+# few files.
+option(SQSLAM_UNITY_BUILD "Compile the sources of a library in groups" ON)
+
 # sqslam_precompiled(<name> HEADER LIBRARIES...): what REUSE_FROM takes the compiled header of.
 function(sqslam_precompiled name header)
   if(SQSLAM_PRECOMPILE_HEADERS)
@@ -28,6 +33,10 @@ function(sqslam_library name)
   target_include_directories(sqslam_${name} PUBLIC ${PROJECT_SOURCE_DIR})
   target_link_libraries(sqslam_${name} PUBLIC ${ARG_DEPENDS})
   target_compile_options(sqslam_${name} PRIVATE -Wall -Wextra -Wshadow -Wnon-virtual-dtor)
+  list(LENGTH ARG_SOURCES count)
+  if(SQSLAM_UNITY_BUILD AND count GREATER 1)
+    set_target_properties(sqslam_${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
+  endif()
   sqslam_reuse_precompiled(sqslam_${name} sqslam_common_headers)
 endfunction()
 

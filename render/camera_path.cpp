@@ -4,13 +4,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "slam/geometry/angles.h"
+
 namespace sqslam {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
-
 ViewCamera TurnedAbout(const Eigen::Vector3d& up, const ViewCamera& camera, double degrees) {
-  const Eigen::AngleAxisd turn(degrees * kDegree, up.normalized());
+  const Eigen::AngleAxisd turn(degrees * kRadiansPerDegree, up.normalized());
   ViewCamera turned = camera;
   turned.position = camera.focal_point + turn * (camera.position - camera.focal_point);
   turned.view_up = turn * camera.view_up;
@@ -26,7 +26,7 @@ ViewAxes AxesOf(const ViewCamera& camera) {
 }
 
 ViewCamera Azimuth(const ViewCamera& camera, double degrees) {
-  const Eigen::AngleAxisd turn(degrees * kDegree, camera.view_up.normalized());
+  const Eigen::AngleAxisd turn(degrees * kRadiansPerDegree, camera.view_up.normalized());
   ViewCamera turned = camera;
   turned.position = camera.focal_point + turn * (camera.position - camera.focal_point);
   return turned;
@@ -41,7 +41,8 @@ ViewCamera Elevation(const ViewCamera& camera, double degrees) {
     level = up.unitOrthogonal();  // straight above: any heading is as good
   }
   const double now = std::atan2(height, (offset - height * up).norm());
-  const double angle = std::clamp(now + degrees * kDegree, -89.0 * kDegree, 89.0 * kDegree);
+  const double angle =
+      std::clamp(now + degrees * kRadiansPerDegree, -89.0 * kRadiansPerDegree, 89.0 * kRadiansPerDegree);
   ViewCamera raised = camera;
   raised.position =
       camera.focal_point + offset.norm() * (std::cos(angle) * level.normalized() + std::sin(angle) * up);
@@ -91,7 +92,8 @@ ViewCamera FirstPerson(const Rigid3d& T_map_camera, const Camera& camera, double
   view.position = T_map_camera.translation;
   view.focal_point = T_map_camera * Eigen::Vector3d(0.0, 0.0, scene_depth);
   view.view_up = T_map_camera.rotation * -Eigen::Vector3d::UnitY();
-  view.view_angle = camera.fy > 0.0 ? 2.0 * std::atan(0.5 * camera.height / camera.fy) / kDegree : 45.0;
+  view.view_angle =
+      camera.fy > 0.0 ? 2.0 * std::atan(0.5 * camera.height / camera.fy) / kRadiansPerDegree : 45.0;
   return view;
 }
 

@@ -6,8 +6,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <map>
-#include <numbers>
 
+#include "slam/geometry/angles.h"
 #include "slam/util/error.h"
 
 namespace sqslam {
@@ -37,10 +37,10 @@ ViewCamera PresetView(const std::string& name, const SceneFocus& focus, double a
   if (found == Directions().end()) {
     throw UsageError(fmt::format("view {}: unknown, expected {}", name, fmt::join(ViewPresetNames(), ", ")));
   }
-  constexpr double kDegree = std::numbers::pi / 180.0;
   const Eigen::Vector3d up = focus.up.normalized();
-  const Eigen::Vector3d level = Eigen::AngleAxisd(found->second.azimuth * kDegree, up) * focus.front;
-  const double elevation = found->second.elevation * kDegree;
+  const Eigen::Vector3d level =
+      Eigen::AngleAxisd(found->second.azimuth * kRadiansPerDegree, up) * focus.front;
+  const double elevation = found->second.elevation * kRadiansPerDegree;
   ViewCamera camera;
   camera.focal_point = focus.center;
   camera.position =

@@ -4,6 +4,7 @@
 
 #include <condition_variable>
 #include <deque>
+#include <future>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -50,11 +51,14 @@ class Reader {
   MapSnapshotPtr Snapshot(int index) const { return recording_.Read(index); }
 
   ShownFramePtr Read(const Moment& moment) {
+    // Both take about as long.
+    std::future<cv::Mat> image =
+        std::async(std::launch::async, [&] { return frames_->ImageOf(moment.frame_index); });
     const MapSnapshotPtr aligned = Aligned(moment.snapshot);
     auto shown = std::make_shared<ShownFrame>();
     shown->frame_index = moment.frame_index;
     shown->timestamp = moment.timestamp;
-    shown->image = frames_->ImageOf(moment.frame_index);
+    shown->image = image.get();
     if (shown->image.empty()) {
       shown->no_image =
           frames_->WhyNoImages().empty() ? "This image cannot be read." : frames_->WhyNoImages();
@@ -118,8 +122,15 @@ struct Replay::Impl {
     Publish([&] { busy = false; });
   }
 
-  // Frames that are asked for go first.
+  // Frames that are asked for go first. Where the file is damaged, the rest of it is still shown.
   void Serve(Reader& reader, Timeline timeline) {
+    const auto try_to = [&](auto&& read) {
+      try {
+        read();
+      } catch (const InputError& e) {
+        Publish([&] { news.error = e.what(); });
+      }
+    };
     for (int summed = 0;;) {
       std::optional<Moment> wanted;
       {
@@ -135,11 +146,13 @@ struct Replay::Impl {
         busy = true;
       }
       if (wanted) {
-        ShownFramePtr frame = reader.Read(*wanted);
-        Publish([&] { news.frame = std::move(frame); });
+        try_to([&] {
+          ShownFramePtr frame = reader.Read(*wanted);
+          Publish([&] { news.frame = std::move(frame); });
+        });
         continue;
       }
-      timeline.series.Add(*reader.Snapshot(summed));
+      try_to([&] { timeline.series.Add(*reader.Snapshot(summed)); });
       ++summed;
       const bool tell = summed % 16 == 0 || summed == reader.Size();
       Publish([&] {

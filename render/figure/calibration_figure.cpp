@@ -14,7 +14,7 @@
 namespace sqslam {
 namespace {
 
-constexpr double kGap = 14.0;  // points between panels
+constexpr double kCalibrationGap = 14.0;  // points between panels
 constexpr int kCells = 8;      // of the coverage, along the longer side
 
 // A round number near the value, from below: 1, 2 or 5 times a power of ten.
@@ -144,12 +144,12 @@ FigurePage DrawCalibration(const CalibrationFigure& figure, const FigureOptions&
   const double aspect = static_cast<double>(figure.height) / figure.width;
   FigureSheet sheet = MakeSheet(options, kTextWidth, "Errors of a calibration", [&](double width) {
     const FigureTheme theme(options);
-    return (width - 2.0 * kGap) / 3.0 * aspect + 2.0 * theme.small + XAxisHeight(theme, true);
+    return (width - 2.0 * kCalibrationGap) / 3.0 * aspect + 2.0 * theme.small + XAxisHeight(theme, true);
   });
   const FigureTheme& theme = sheet.theme;
   const double above = 2.0 * theme.small;
   const double below = XAxisHeight(theme, true);
-  FigureRect panel{sheet.area.x, sheet.area.y + above, (sheet.area.width - 2.0 * kGap) / 3.0, 0.0};
+  FigureRect panel{sheet.area.x, sheet.area.y + above, (sheet.area.width - 2.0 * kCalibrationGap) / 3.0, 0.0};
   panel.height = std::min(panel.width * aspect, sheet.area.height - above - below);
   if (panel.height < 30.0) {
     throw UsageError("the figure is too small for its panels, expected a larger size");
@@ -158,9 +158,9 @@ FigurePage DrawCalibration(const CalibrationFigure& figure, const FigureOptions&
   image.width = panel.height / aspect;
   image.x += 0.5 * (panel.width - image.width);
   DrawErrors(sheet.page, figure, image, theme);
-  image.x += panel.width + kGap;
+  image.x += panel.width + kCalibrationGap;
   DrawCoverage(sheet.page, figure, image, theme);
-  panel.x += 2.0 * (panel.width + kGap);
+  panel.x += 2.0 * (panel.width + kCalibrationGap);
   DrawHistogram(sheet.page, figure, panel, theme);
   return std::move(sheet.page);
 }

@@ -12,7 +12,7 @@
 namespace sqslam {
 namespace {
 
-constexpr double kGap = 6.0;
+constexpr double kIouGap = 6.0;
 constexpr double kSlant = 40.0;  // degrees, of names that do not fit side by side
 
 void Check(const IouFigure& figure) {
@@ -156,7 +156,7 @@ FigurePage DrawIou(const IouFigure& figure, const FigureOptions& options) {
   FigureSheet sheet =
       MakeSheet(options, many ? kTextWidth : kColumnWidth, "3D IoU of objects", [&](double width) {
         const FigureTheme theme(options);
-        return LegendHeight(LegendOf(figure, theme), width, theme) + kGap + 120.0 +
+        return LegendHeight(LegendOf(figure, theme), width, theme) + kIouGap + 120.0 +
                MeasureNames(figure, slot_width(width), theme).height;
       });
   const FigureTheme& theme = sheet.theme;
@@ -164,8 +164,8 @@ FigurePage DrawIou(const IouFigure& figure, const FigureOptions& options) {
   const std::vector<LegendEntry> entries = LegendOf(figure, theme);
   const double legend = LegendHeight(entries, area.width, theme);
   const Names names = MeasureNames(figure, slot_width(area.width), theme);
-  FigureRect plot_area{area.x, area.y + legend + kGap, area.width,
-                       area.height - legend - kGap - names.height};
+  FigureRect plot_area{area.x, area.y + legend + kIouGap, area.width,
+                       area.height - legend - kIouGap - names.height};
   const double left = std::max(YAxisWidth(UnitPlot(plot_area).y, theme, true) + 2.0,
                                names.left - 0.5 * slot_width(area.width));
   plot_area.x += left;

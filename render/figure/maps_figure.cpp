@@ -15,7 +15,7 @@
 namespace sqslam {
 namespace {
 
-constexpr double kGap = 5.0;  // points between panels
+constexpr double kMapsGap = 5.0;  // points between panels
 
 // Classes of all maps, and of the boxes, with the colour that each has in every panel.
 std::map<std::string, Eigen::Vector3d> CommonColors(const MapsFigure& figure) {
@@ -59,8 +59,8 @@ struct MapsLayout {
   double name = 0.0;    // height of the name
   double legend = 0.0;  // height of the legend
 
-  double Block() const { return image + (image > 0.0 ? kGap : 0.0) + map + name; }
-  double Height() const { return rows * Block() + (rows - 1) * kGap + legend; }
+  double Block() const { return image + (image > 0.0 ? kMapsGap : 0.0) + map + name; }
+  double Height() const { return rows * Block() + (rows - 1) * kMapsGap + legend; }
 };
 
 // Width over height of the images.
@@ -78,7 +78,7 @@ MapsLayout LayOut(const MapsFigure& figure, const FigureTheme& theme, double wid
   const int count = static_cast<int>(figure.panels.size());
   layout.columns = std::clamp(figure.columns > 0 ? figure.columns : std::min(count, 5), 1, count);
   layout.rows = (count + layout.columns - 1) / layout.columns;
-  layout.width = (width - kGap * (layout.columns - 1)) / layout.columns;
+  layout.width = (width - kMapsGap * (layout.columns - 1)) / layout.columns;
   const double aspect = ImageAspect(figure);
   layout.image = aspect > 0.0 ? layout.width / aspect : 0.0;
   layout.map = layout.width / (aspect > 0.0 ? aspect : 4.0 / 3.0);
@@ -193,11 +193,11 @@ FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options, cons
     const MapsFigure::Panel& panel = figure.panels[i];
     const int column = static_cast<int>(i) % layout.columns;
     const int row = static_cast<int>(i) / layout.columns;
-    FigureRect area{sheet.area.x + column * (layout.width + kGap),
-                    sheet.area.y + row * (layout.Block() + kGap), layout.width, layout.image};
+    FigureRect area{sheet.area.x + column * (layout.width + kMapsGap),
+                    sheet.area.y + row * (layout.Block() + kMapsGap), layout.width, layout.image};
     if (layout.image > 0.0) {
       DrawImage(sheet.page, panel, area, colors, sheet.theme);
-      area.y += layout.image + kGap;
+      area.y += layout.image + kMapsGap;
     }
     area.height = layout.map;
     renderer.SetMap(panel.map);

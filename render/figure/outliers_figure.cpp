@@ -19,7 +19,7 @@ namespace {
 using Fate = OutliersFigure::Fate;
 using Point = OutliersFigure::Point;
 
-constexpr double kGap = 5.0;    // points between panels
+constexpr double kOutliersGap = 5.0;    // points between panels
 constexpr double kReach = 2.2;  // half diagonals of the object: how far from it points are framed
 
 int Count(const OutliersFigure::Object& object, Fate fate) {
@@ -117,7 +117,7 @@ struct OutliersLayout {
   double legend = 0.0;
   double bar = 0.0;
 
-  double Height() const { return image + (image > 0.0 ? kGap : 0.0) + solid + texts + legend + bar; }
+  double Height() const { return image + (image > 0.0 ? kOutliersGap : 0.0) + solid + texts + legend + bar; }
 };
 
 // Totals over all objects, in the order of the fates.
@@ -136,7 +136,7 @@ std::vector<std::pair<Fate, std::string>> LegendTexts(const OutliersFigure& figu
 OutliersLayout LayOut(const OutliersFigure& figure, const FigureTheme& theme, double width) {
   OutliersLayout layout;
   const auto count = static_cast<double>(figure.objects.size());
-  layout.width = (width - kGap * (count - 1.0)) / count;
+  layout.width = (width - kOutliersGap * (count - 1.0)) / count;
   const bool images = std::any_of(figure.objects.begin(), figure.objects.end(),
                                   [](const auto& o) { return !o.image.empty(); });
   layout.image = images ? 0.75 * layout.width : 0.0;
@@ -312,10 +312,10 @@ FigurePage DrawOutliers(const OutliersFigure& figure, const FigureOptions& optio
       progress(i, count);
     }
     const OutliersFigure::Object& object = figure.objects[static_cast<std::size_t>(i)];
-    FigureRect panel{sheet.area.x + i * (layout.width + kGap), sheet.area.y, layout.width, layout.image};
+    FigureRect panel{sheet.area.x + i * (layout.width + kOutliersGap), sheet.area.y, layout.width, layout.image};
     if (layout.image > 0.0) {
       DrawImagePanel(sheet.page, object, panel, marks, sheet.theme);
-      panel.y += layout.image + kGap;
+      panel.y += layout.image + kOutliersGap;
     }
     panel.height = layout.solid;
     renderer.SetMap(object.map);

@@ -11,7 +11,7 @@
 namespace sqslam {
 namespace {
 
-constexpr double kGap = 6.0;
+constexpr double kTimingGap = 6.0;
 
 struct Group {
   std::string name;
@@ -133,7 +133,7 @@ void DrawGroup(FigurePage& page, const TimingFigure& figure, const Group& group,
 double AroundBars(const TimingFigure& figure, const std::vector<Group>& groups, const FigureTheme& theme,
                   double width) {
   return LegendHeight(LegendOf(figure, theme), width, theme) +
-         static_cast<double>(groups.size()) * (kGap + XAxisHeight(theme, true));
+         static_cast<double>(groups.size()) * (kTimingGap + XAxisHeight(theme, true));
 }
 
 }  // namespace
@@ -164,11 +164,11 @@ FigurePage DrawTiming(const TimingFigure& figure, const FigureOptions& options) 
     throw UsageError("the figure is too small for its bars, expected a larger size or fewer stages");
   }
   DrawLegend(sheet.page, LegendOf(figure, theme), {area.x, area.y, area.width, legend}, theme);
-  double y = area.y + legend + kGap;
+  double y = area.y + legend + kTimingGap;
   for (const Group& group : groups) {
     const double height = static_cast<double>(group.stages.size()) * rows.row;
     DrawGroup(sheet.page, figure, group, {area.x + names, y, area.width - names - 4.0, height}, rows, theme);
-    y += height + XAxisHeight(theme, true) + kGap;
+    y += height + XAxisHeight(theme, true) + kTimingGap;
   }
   return std::move(sheet.page);
 }

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kTruthWidth = 2.6;  // points; the estimates are drawn over it
 constexpr double kPathWidth = 1.1;
-constexpr double kGap = 5.0;
+constexpr double kTrajectoryGap = 5.0;
 
 struct Bounds {
   Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
@@ -124,11 +124,11 @@ struct TrajectoryLayout {
   FigureRect legend;
 };
 
-double HeightsBlock(const FigureTheme& theme) { return 60.0 + XAxisHeight(theme, true) + kGap; }
+double HeightsBlock(const FigureTheme& theme) { return 60.0 + XAxisHeight(theme, true) + kTrajectoryGap; }
 
 // What stands above and below the plot of x and y, in points.
 double AroundPlot(const TrajectoryFigure& figure, const FigureTheme& theme, double width) {
-  return LegendHeight(LegendOf(figure, theme), width, theme) + kGap + XAxisHeight(theme, true) +
+  return LegendHeight(LegendOf(figure, theme), width, theme) + kTrajectoryGap + XAxisHeight(theme, true) +
          (figure.heights ? HeightsBlock(theme) : 0.0);
 }
 
@@ -185,7 +185,7 @@ FigurePage DrawTrajectories(const TrajectoryFigure& figure, const FigureOptions&
   const double legend = LegendHeight(entries, area.width, theme);
   DrawLegend(sheet.page, entries, {area.x, area.y, area.width, legend}, theme);
   // The room for the numbers depends on the axis, and that on the room: the widest number decides.
-  FigureRect above{area.x, area.y + legend + kGap, area.width - 6.0, plot_height};
+  FigureRect above{area.x, area.y + legend + kTrajectoryGap, area.width - 6.0, plot_height};
   const double left = LeftRoom(EqualAxes(above, bounds).y, theme);
   above.x += left;
   above.width -= left;
@@ -196,7 +196,7 @@ FigurePage DrawTrajectories(const TrajectoryFigure& figure, const FigureOptions&
       sheet.page, plot, figure, theme, [](const TrajectoryFigure::Pose& pose) { return pose.position.x(); },
       [](const TrajectoryFigure::Pose& pose) { return pose.position.y(); });
   if (figure.heights) {
-    const double top = above.Bottom() + XAxisHeight(theme, true) + 1.6 * kGap;
+    const double top = above.Bottom() + XAxisHeight(theme, true) + 1.6 * kTrajectoryGap;
     DrawHeights(sheet.page, {above.x, top, above.width, area.Bottom() - XAxisHeight(theme, true) - top},
                 figure, bounds, theme);
   }

@@ -3,14 +3,11 @@
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
-#include <numbers>
-
+#include "slam/geometry/angles.h"
 #include "slam/util/error.h"
 
 namespace sqslam {
 namespace {
-
-constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
 
 Eigen::Vector3d ReadVector(const YAML::Node& node, const std::string& what) {
   if (!node || !node.IsSequence() || node.size() != 3) {

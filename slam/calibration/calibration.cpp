@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "slam/calibration/view_selection.h"
+#include "slam/geometry/angles.h"
 #include "slam/util/error.h"
 
 namespace sqslam {
@@ -262,7 +262,6 @@ Calibration Calibrate(const std::vector<BoardView>& views, const CalibrationBoar
 }
 
 std::vector<std::string> Weaknesses(const Calibration& c) {
-  constexpr double kDegrees = 180.0 / std::numbers::pi;
   constexpr double kCovered = 0.7;
   constexpr double kTilt = 30.0;  // degrees
   constexpr std::size_t kViews = 10;
@@ -275,12 +274,12 @@ std::vector<std::string> Weaknesses(const Calibration& c) {
                     "distortion is a guess",
                     100.0 * c.covered, 100.0 * kCovered));
   }
-  if (c.tilt * kDegrees < kTilt) {
+  if (c.tilt * kDegreesPerRadian < kTilt) {
     weaknesses.push_back(
         fmt::format("the boards are nearly parallel ({:.0f} degrees at most between two of them, expected "
                     "{:.0f}): the focal "
                     "length is poorly determined, tilt the board",
-                    c.tilt * kDegrees, kTilt));
+                    c.tilt * kDegreesPerRadian, kTilt));
   }
   if (c.views.size() < kViews) {
     weaknesses.push_back(fmt::format("only {} views, expected at least {}", c.views.size(), kViews));

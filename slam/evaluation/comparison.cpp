@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <functional>
-#include <numbers>
 #include <optional>
 #include <set>
 
+#include "slam/geometry/angles.h"
 #include "slam/util/error.h"
 
 namespace sqslam {
@@ -15,15 +15,13 @@ namespace {
 
 using Results = std::vector<NamedEvaluation>;
 
-constexpr double kDegrees = 180.0 / std::numbers::pi;
-
 const Evaluation& First(const Results& results) { return results.front().evaluation; }
 
-std::string NameOf(const GroundTruthObject& object) {
+std::string NumberedName(const GroundTruthObject& object) {
   return fmt::format("{} {}", object.id, object.name.empty() ? object.label : object.name);
 }
 
-std::string NameOf(const SnapshotObject& object) { return fmt::format("{} {}", object.id, object.label); }
+std::string NumberedName(const SnapshotObject& object) { return fmt::format("{} {}", object.id, object.label); }
 
 const ObjectMatch* MatchOf(const Evaluation& evaluation, std::size_t truth) {
   const auto& matches = evaluation.objects.matches;
@@ -102,7 +100,7 @@ Table ObjectTable(const Results& results, const std::string& title, int decimals
       continue;
     }
     const bool marked = First(results).has_scored && truth[i].scored;
-    std::vector<Cell> row = {Cell::Words(NameOf(truth[i]) + (marked ? " (scored)" : ""))};
+    std::vector<Cell> row = {Cell::Words(NumberedName(truth[i]) + (marked ? " (scored)" : ""))};
     for (std::size_t j = 0; j < results.size(); ++j) {
       const ObjectMatch* match = MatchOf(results[j].evaluation, i);
       row.push_back(match != nullptr ? Cell::Number(measure(*match), decimals) : Cell::Words("missed"));
@@ -145,10 +143,10 @@ Table ExtraTable(const Results& results) {
       const bool near = extra.nearest >= 0;
       const Spread none;
       table.rows.push_back(
-          {Cell::Words(result.name), Cell::Words(NameOf(mapped)), Cell::Number(mapped.observations, 0),
+          {Cell::Words(result.name), Cell::Words(NumberedName(mapped)), Cell::Number(mapped.observations, 0),
            Cell::Words(fmt::format("{:.2f} {:.2f} {:.2f}", c.x(), c.y(), c.z())),
            Cell::Words(fmt::format("{:.3f} {:.3f} {:.3f}", h.x(), h.y(), h.z())),
-           Cell::Words(near ? NameOf(evaluation.truth[static_cast<std::size_t>(extra.nearest)]) : "-"),
+           Cell::Words(near ? NumberedName(evaluation.truth[static_cast<std::size_t>(extra.nearest)]) : "-"),
            near ? Cell::Number(extra.distance, 2) : Cell::Of(none, 2),
            near ? Cell::Number(extra.iou, 3) : Cell::Of(none, 3),
            near ? Cell::Number(100.0 * extra.inside, 0) : Cell::Of(none, 0)});
@@ -203,7 +201,7 @@ std::vector<Table> CompareEvaluations(const std::vector<NamedEvaluation>& result
   }
   add("Centre error, m", 4, all, [](const auto& match) { return match.center_error; });
   add("Size error, m", 4, all, [](const auto& match) { return match.size_error; });
-  add("Yaw error, degrees", 1, all, [](const auto& match) { return match.yaw_error * kDegrees; });
+  add("Yaw error, degrees", 1, all, [](const auto& match) { return match.yaw_error * kDegreesPerRadian; });
   if (Table extra = ExtraTable(results); !extra.rows.empty()) {
     tables.push_back(std::move(extra));
   }

@@ -1,16 +1,14 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "slam/evaluation/comparison.h"
+#include "slam/geometry/angles.h"
 #include "slam/io/atomic_file.h"
 #include "slam/util/error.h"
 
 namespace sqslam {
 namespace {
-
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 // The columns of ListObjects: what it is, then what was measured.
 struct ObjectRow {
@@ -51,8 +49,8 @@ std::vector<Cell> ToCells(const std::string& result, const ObjectRow& row) {
   cells.push_back(Measured(is_thin, match.footprint_iou, 3));
   cells.push_back(Measured(is_match, match.center_error, 4));
   cells.push_back(Measured(is_match, match.size_error, 4));
-  cells.push_back(Measured(is_match, match.tilt_error * kDegrees, 1));
-  cells.push_back(Measured(is_match, match.yaw_error * kDegrees, 1));
+  cells.push_back(Measured(is_match, match.tilt_error * kDegreesPerRadian, 1));
+  cells.push_back(Measured(is_match, match.yaw_error * kDegreesPerRadian, 1));
   for (int axis = 0; axis < 3; ++axis) {
     cells.push_back(Measured(row.extra != nullptr, extra.center_world[axis], 3));
   }

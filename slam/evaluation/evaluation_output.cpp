@@ -3,17 +3,15 @@
 #include <algorithm>
 #include <iterator>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "slam/evaluation/evaluation.h"
+#include "slam/geometry/angles.h"
 #include "slam/io/atomic_file.h"
 
 namespace sqslam {
 namespace {
 
 using nlohmann::ordered_json;
-
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 const GroundTruthObject& TruthOf(const Evaluation& evaluation, int index) {
   return evaluation.truth[static_cast<std::size_t>(index)];
@@ -147,8 +145,8 @@ void FormatObjectTable(const Evaluation& evaluation, std::back_insert_iterator<s
     fmt::format_to(out, "  {:<22} {:<16} {:>6} {:>6.3f} {:>8.3f} {:>9.4f} {:>9.4f} {:>6.1f} {:>6.1f}{}{}\n",
                    fmt::format("{} {}", truth.id, NameOf(truth)),
                    fmt::format("{} {}", mapped.id, mapped.label), truth.detections, match.iou,
-                   match.iou_ellipsoid, match.center_error, match.size_error, match.tilt_error * kDegrees,
-                   match.yaw_error * kDegrees,
+                   match.iou_ellipsoid, match.center_error, match.size_error,
+                   match.tilt_error * kDegreesPerRadian, match.yaw_error * kDegreesPerRadian,
                    IsThin(truth.solid) ? fmt::format("  footprint {:.3f}", match.footprint_iou) : "",
                    evaluation.has_scored && truth.scored ? "  scored" : "");
   }

@@ -42,7 +42,7 @@ std::string WithoutBlanks(std::string label) {
   return label;
 }
 
-ObjectMatch Measure(const Solid& mapped, const Solid& truth) {
+ObjectMatch MatchBetween(const Solid& mapped, const Solid& truth) {
   ObjectMatch match;
   match.iou = IoU(mapped, truth);
   Solid ellipsoid = mapped;
@@ -124,7 +124,7 @@ ObjectMatching MatchObjects(const std::vector<SnapshotObject>& mapped,
     }
     const auto& object = truth[static_cast<std::size_t>(i)];
     used[static_cast<std::size_t>(j)] = true;
-    ObjectMatch match = Measure(solids[static_cast<std::size_t>(j)], object.solid);
+    ObjectMatch match = MatchBetween(solids[static_cast<std::size_t>(j)], object.solid);
     match.truth = i;
     match.mapped = j;
     match.label_agrees = HaveSameLabel(mapped[static_cast<std::size_t>(j)], object);

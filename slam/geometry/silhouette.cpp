@@ -13,17 +13,17 @@ constexpr int kFirstPoints = 16;  // points of the contour before it is refined
 constexpr int kMaxDepth = 40;     // bisections between two of them
 constexpr int kMaxPoints = 4000;
 
-double SignedPower(double base, double exponent) {
+double PowerWithSign(double base, double exponent) {
   return base == 0.0 ? 0.0 : std::copysign(std::pow(std::abs(base), exponent), base);
 }
 
 // (|a|^(2/e) + |b|^(2/e))^(e/2) and its gradient by |a| and |b|, safe for small exponents and on the axes.
-struct PairNorm {
+struct PairNormGradient {
   double value = 0.0;
   double by_a = 0.0;
   double by_b = 0.0;
 
-  PairNorm(double a, double b, double e) {
+  PairNormGradient(double a, double b, double e) {
     const double larger = std::max(std::abs(a), std::abs(b));
     if (larger == 0.0) {
       return;
@@ -32,8 +32,8 @@ struct PairNorm {
     const double y = std::abs(b) / larger;
     const double norm = std::pow(std::pow(x, 2.0 / e) + std::pow(y, 2.0 / e), 0.5 * e);
     value = larger * norm;
-    by_a = SignedPower(a / value, 2.0 / e - 1.0);
-    by_b = SignedPower(b / value, 2.0 / e - 1.0);
+    by_a = PowerWithSign(a / value, 2.0 / e - 1.0);
+    by_b = PowerWithSign(b / value, 2.0 / e - 1.0);
   }
 };
 
@@ -43,8 +43,8 @@ struct Gauge {
   Eigen::Vector3d gradient;
 
   Gauge(const Eigen::Vector3d& p, double e1, double e2) {
-    const PairNorm ring(p.x(), p.y(), e2);
-    const PairNorm whole(ring.value, p.z(), e1);
+    const PairNormGradient ring(p.x(), p.y(), e2);
+    const PairNormGradient whole(ring.value, p.z(), e1);
     value = whole.value;
     gradient = {whole.by_a * ring.by_a, whole.by_a * ring.by_b, whole.by_b};
   }

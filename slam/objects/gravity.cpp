@@ -3,15 +3,15 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 #include <random>
+
+#include "slam/geometry/angles.h"
 
 namespace sqslam {
 namespace {
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
-constexpr double kRollSigma = 15.0 * kRadPerDeg;  // people hold a camera level to about this angle
+constexpr double kRollSigma = 15.0 * kRadiansPerDegree;  // people hold a camera level to about this angle
 
 struct Plane {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
@@ -125,7 +125,7 @@ double Levelness(const Scene& scene, const Eigen::Vector3d& up) {
 // Cameras above the plane (this excludes walls, whose normal that leans to the cameras' up points away from
 // them), and most objects not below it.
 bool IsPlausible(const Scene& scene, const Plane& plane, const GravityOptions& options) {
-  if (plane.normal.dot(scene.mean_up) < std::cos(options.max_angle_deg * kRadPerDeg)) {
+  if (plane.normal.dot(scene.mean_up) < std::cos(options.max_angle_deg * kRadiansPerDegree)) {
     return false;
   }
   const auto above = [&](const Eigen::Vector3d& c) { return plane.Distance(c) > 2.0 * scene.tolerance; };

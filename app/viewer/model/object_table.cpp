@@ -7,16 +7,14 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
-#include <numbers>
 #include <sstream>
 #include <string_view>
 
+#include "slam/geometry/angles.h"
 #include "slam/util/options.h"
 
 namespace sqslam::viewer {
 namespace {
-
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 std::string Lower(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
@@ -123,7 +121,7 @@ std::optional<double> ObjectRow::Number(ObjectColumn column) const {
     case ObjectColumn::kE2:
       return e2;
     case ObjectColumn::kYaw:
-      return yaw * kDegrees;
+      return yaw * kDegreesPerRadian;
     case ObjectColumn::kResidual:
       return residual;
     case ObjectColumn::kAgreement:

@@ -4,17 +4,16 @@
 
 #include <algorithm>
 #include <array>
-#include <numbers>
 #include <string>
 
 #include "app/viewer/annotation_tool.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/widgets.h"
+#include "slam/geometry/angles.h"
 
 namespace sqslam::viewer {
 namespace {
 
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr std::array<SolidKind, 4> kKinds = {SolidKind::kCuboid, SolidKind::kCylinder, SolidKind::kEllipsoid,
                                              SolidKind::kSuperquadric};
 
@@ -166,9 +165,9 @@ class AnnotationPanel : public Panel {
     const auto speed = static_cast<float>(0.002 * state.focus.radius);
     field(Drag3("centre", solid.solid.T_map_object.translation, speed, 0.0F, 0.0F));
     field(Drag3("half sizes", solid.solid.half_size, 0.5F * speed, 1e-4F, 1e6F));
-    double yaw = YawOf(solid.solid) * kDegrees;
+    double yaw = YawOf(solid.solid) * kDegreesPerRadian;
     if (Drag("yaw", yaw, 0.3F, 0.0F, 0.0F, "%.1f\u00b0")) {
-      SetYaw(solid.solid, yaw / kDegrees);
+      SetYaw(solid.solid, yaw / kDegreesPerRadian);
       changed = true;
     }
     finished |= ImGui::IsItemDeactivatedAfterEdit();

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -13,11 +12,10 @@
 #include "app/viewer/line_plot.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/widgets.h"
+#include "slam/geometry/angles.h"
 
 namespace sqslam::viewer {
 namespace {
-
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 void DrawNumbers(const SnapshotObject& object) {
   if (!Section("Numbers")) {
@@ -35,8 +33,9 @@ void DrawNumbers(const SnapshotObject& object) {
       fmt::format("{:.3f}  {:.3f}  {:.3f}", shape.half_size.x(), shape.half_size.y(), shape.half_size.z()));
   Row("e1", with(fmt::format("{:.2f}", shape.e1), sigma(7)));
   Row("e2", with(fmt::format("{:.2f}", shape.e2), sigma(8)));
-  Row("yaw", with(fmt::format("{:.1f}\u00b0", object.yaw * kDegrees + 0.0), sigma(6), kDegrees) +
-                 (sure ? "\u00b0" : ""));
+  Row("yaw",
+      with(fmt::format("{:.1f}\u00b0", object.yaw * kDegreesPerRadian + 0.0), sigma(6), kDegreesPerRadian) +
+          (sure ? "\u00b0" : ""));
   Row("seen", fmt::format("in {} frames, {} points", object.observations, object.points));
   Row("detector score", fmt::format("{:.2f}", object.score));
   Row("IoU with boxes", object.fit.box_agreement > 0.0 ? fmt::format("{:.2f}", object.fit.box_agreement)
@@ -217,7 +216,7 @@ void InspectorPanel::DrawHistory(ViewerState& state, const SnapshotObject& objec
     }
     shapes.lines[0].values.push_back(sample.e1);
     shapes.lines[1].values.push_back(sample.e2);
-    yaw.lines[0].values.push_back(sample.yaw * kDegrees);
+    yaw.lines[0].values.push_back(sample.yaw * kDegreesPerRadian);
     if (state.shown && sample.frame_index <= state.shown->frame_index) {
       sizes.now = sizes.x.back();
     }
