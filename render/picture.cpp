@@ -77,7 +77,7 @@ struct PictureRenderer::Impl {
             .grid_cell = grid_cell,
             .clip = MakeClipPlane(options.style.clip, focus, view),
             .covisibility = options.style.covisibility.show && !map.covisibility.empty(),
-            .true_path = !options.layers.true_path.empty()};
+            .true_path = options.style.ground_truth.show && !options.layers.true_path.empty()};
   }
 
   cv::Mat RenderSharp(const ViewCamera& view) {

@@ -193,7 +193,8 @@ void Scene::Show(const MapSnapshot& map, const SceneFocus& focus, const LabelCol
 
 void Scene::SetLayers(const SceneLayers& layers) {
   Impl& s = *impl_;
-  SetGeometry(s.true_path, PathLines(layers.true_path, ParseColor(s.style.ground_truth.color)), true);
+  SetGeometry(s.true_path, PathLines(layers.true_path, ParseColor(s.style.ground_truth.color)),
+              s.style.ground_truth.show);
   if (s.shown_cloud != layers.dense_cloud) {
     s.shown_cloud = layers.dense_cloud;
     s.dense_cloud.Show(DensePoints(s.shown_cloud ? *s.shown_cloud : ColoredPoints(), s.style));

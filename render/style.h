@@ -83,10 +83,12 @@ struct SceneStyle {
   };
   // The true path of the camera, where a picture is given one.
   struct GroundTruth {
+    bool show = true;
     std::string color = "#c2185b";
     double width = 2.0;  // pixels
     template <typename Visitor>
     void VisitFields(Visitor&& visit) {
+      visit("show", show);
       visit("color", color);
       visit("width", width, 0.1, 50.0);
     }
