@@ -285,6 +285,7 @@ void AddRenderOptions(CLI::App& command, RenderArguments& a) {
       ->capture_default_str();
   command.add_flag("--quiet", a.quiet, "No progress");
   AddEditsOption(command, a.edits);
+  AddLayerOptions(command, a.layers);
   AddCameraOptions(command, a);
   AddVideoOptions(command, a);
 }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "app/map_layers.h"
 #include "render/video.h"
 
 namespace sqslam::app {
@@ -21,6 +22,7 @@ struct RenderArguments {
   std::string backend = "auto";
   std::string style = "paper";
   std::vector<std::string> settings;
+  LayerArguments layers;
   std::string view;
   std::string position, focal_point, view_up;
   std::optional<double> view_angle;

@@ -224,6 +224,7 @@ int Render(const RenderArguments& a) {
     options.width = camera.width;
     options.height = camera.height;
   }
+  options.layers = ReadLayers(a.layers, *reader.Last(), reader.Info().sequence_path);
   return MakesFrames(a) ? RenderFrames(a, options, reader) : RenderStill(a, options, reader);
 }
 
@@ -231,7 +232,10 @@ constexpr const char* kFooter = R"(
 The view frames the objects and what is around them; the --camera options change it, angles in degrees.
 Styles lie in configs/styles; --set changes one value of a style (objects.opacity=0.5, objects.labels=true,
 points.size=3, cameras.keyframes=false, grid.show=false, text.legend=false, anti_aliasing=fxaa,
-video_anti_aliasing=ssaa, ...).
+video_anti_aliasing=ssaa, ...). covisibility.show=true draws lines between keyframes that share
+covisibility.min_points map points or more. clip.axis=x, y, z or view cuts away what is above a plane along that
+axis (view: nearer to the camera), of points, objects and dense cloud; clip.offset moves it from the middle of
+what the picture frames (1: by its radius), clip.flip=true cuts the other side.
 
 Names of views are meant from where the cameras stood on average: that is the front, right is to the right of
 somebody who stands there, top looks straight down with the front below. --overlay is set by overlay.width,
@@ -247,6 +251,9 @@ Examples:
   sqslam render out/kitchen --output tidy.png --edits auto --set objects.labels=true
   sqslam render out/kitchen --output early.png --at-frame 120
   sqslam render out/kitchen --output seen.png --camera-frame 240 --overlay
+  sqslam render out/kitchen --output paths.png --view top --ground-truth auto --set covisibility.show=true
+  sqslam render out/kitchen --output dense.png --dense-cloud room.ply --dense-cloud-frame world
+  sqslam render out/kitchen --output section.png --set clip.axis=z --set clip.offset=0.1
   sqslam render out/kitchen --output turn.mp4 --camera-path turntable
   sqslam render out/kitchen --output tour.mp4 --camera-path configs/camera_paths/tour.yaml
   sqslam render out/kitchen --output growth.mp4 --growth --resolution 1280,480

@@ -55,6 +55,7 @@ struct Canvas {
   OffscreenWindow window;  // before the scene, which needs its context to the end
   Scene scene;
   bool map_is_new = true;
+  bool layers_are_new = true;
   std::optional<ViewCamera> drawn;  // the view that the texture shows
   unsigned texture = 0;
 };
@@ -72,6 +73,7 @@ struct InteractiveScene::Impl {
   }
 
   SceneStyle style;
+  SceneLayers layers;
   SceneFocus focus;
   LabelColors colors;
   MapSnapshotPtr map = std::make_shared<const MapSnapshot>();
@@ -106,6 +108,28 @@ void InteractiveScene::Show(MapSnapshotPtr map) {
   impl_->Outdate();
 }
 
+void InteractiveScene::SetLayers(const SceneLayers& layers) {
+  impl_->layers = layers;
+  for (std::optional<Canvas>& canvas : impl_->canvases) {
+    if (canvas) {
+      canvas->layers_are_new = true;
+    }
+  }
+}
+
+void InteractiveScene::SetClip(const SceneStyle::Clip& clip) {
+  if (impl_->style.clip == clip) {
+    return;
+  }
+  impl_->style.clip = clip;
+  for (std::optional<Canvas>& canvas : impl_->canvases) {
+    if (canvas) {
+      canvas->scene.SetClip(clip);
+      canvas->drawn.reset();
+    }
+  }
+}
+
 const SceneFocus& InteractiveScene::Focus() const { return impl_->focus; }
 const LabelColors& InteractiveScene::Colors() const { return impl_->colors; }
 
@@ -125,6 +149,10 @@ unsigned InteractiveScene::Draw(const ViewCamera& camera, cv::Size size, Detail 
     canvas->map_is_new = false;
     canvas->drawn.reset();
   }
+  if (std::exchange(canvas->layers_are_new, false)) {
+    canvas->scene.SetLayers(s.layers);
+    canvas->drawn.reset();
+  }
   if (!canvas->drawn || !SameView(*canvas->drawn, camera)) {
     canvas->scene.LookFrom(camera, size.height);
     canvas->texture = canvas->window.Draw();
@@ -135,7 +163,13 @@ unsigned InteractiveScene::Draw(const ViewCamera& camera, cv::Size size, Detail 
 
 cv::Mat InteractiveScene::Texts(const ViewCamera& camera, cv::Size size) const {
   cv::Mat image(size, CV_8UC4, cv::Scalar::all(0));
-  DrawTexts(image, *impl_->map, camera, {impl_->colors, GridCell(impl_->focus)}, impl_->style, impl_->text);
+  const Impl& s = *impl_;
+  const PictureCaptions captions = {.colors = s.colors,
+                                    .grid_cell = GridCell(s.focus),
+                                    .clip = MakeClipPlane(s.style.clip, s.focus, camera),
+                                    .covisibility = s.style.covisibility.show && !s.map->covisibility.empty(),
+                                    .true_path = s.style.ground_truth.show && !s.layers.true_path.empty()};
+  DrawTexts(image, *s.map, camera, captions, s.style, s.text);
   return image;
 }
 

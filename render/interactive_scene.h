@@ -5,6 +5,7 @@
 
 #include "render/camera_path.h"
 #include "render/scene_framing.h"
+#include "render/scene_layers.h"
 #include "render/style.h"
 #include "slam/map/snapshot.h"
 
@@ -31,6 +32,12 @@ class InteractiveScene {
 
   // What is drawn; null: nothing.
   void Show(MapSnapshotPtr map);
+
+  // What is drawn with the map, in its frame.
+  void SetLayers(const SceneLayers& layers);
+
+  // Cuts as this says, not as the style does; unlike a new style at no cost.
+  void SetClip(const SceneStyle::Clip& clip);
 
   const SceneFocus& Focus() const;
   const LabelColors& Colors() const;

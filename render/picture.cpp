@@ -69,6 +69,15 @@ struct PictureRenderer::Impl {
                               .fxaa = !options.transparent && options.style.anti_aliasing == "fxaa",
                               .transparent = options.transparent}) {
     window.AddRenderer(scene.Renderer());
+    scene.SetLayers(options.layers);
+  }
+
+  PictureCaptions Captions(const ViewCamera& view) const {
+    return {.colors = colors,
+            .grid_cell = grid_cell,
+            .clip = MakeClipPlane(options.style.clip, focus, view),
+            .covisibility = options.style.covisibility.show && !map.covisibility.empty(),
+            .true_path = options.style.ground_truth.show && !options.layers.true_path.empty()};
   }
 
   cv::Mat RenderSharp(const ViewCamera& view) {
@@ -120,7 +129,7 @@ struct PictureRenderer::Impl {
     if (options.transparent) {
       Unmultiply(image);
     }
-    DrawTexts(image, map, view, {colors, grid_cell}, options.style, text);
+    DrawTexts(image, map, view, Captions(view), options.style, text);
     return image;
   }
 
@@ -128,7 +137,7 @@ struct PictureRenderer::Impl {
   OffscreenWindow window;  // before the scene: it holds the context that the scene needs to the end
   Scene scene;
   TextPainter text;
-  MapSnapshot map;  // objects only, for the overlay
+  MapSnapshot map;  // without points, for the overlay
   SceneFocus focus;
   ViewCamera camera;
   LabelColors colors;
@@ -161,6 +170,8 @@ void PictureRenderer::SetMapKeepingFrame(const MapSnapshot& map) {
   s.window.Context().MakeCurrent();
   s.scene.Show(map, s.focus, s.colors);
   s.map.objects = map.objects;
+  s.map.keyframes = map.keyframes;
+  s.map.covisibility = map.covisibility;
 }
 
 ViewCamera PictureRenderer::DefaultCamera() const { return impl_->camera; }

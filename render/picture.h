@@ -9,6 +9,7 @@
 
 #include "render/camera_path.h"
 #include "render/gl/offscreen_context.h"
+#include "render/scene_layers.h"
 #include "render/style.h"
 #include "slam/map/snapshot.h"
 
@@ -37,7 +38,8 @@ struct PictureOptions {
   CameraOverrides camera;
   SceneStyle style;
   std::map<std::string, Eigen::Vector3d>
-      label_colors;  // fixed colours of labels (red, green, blue in [0, 1])
+      label_colors;    // fixed colours of labels (red, green, blue in [0, 1])
+  SceneLayers layers;  // drawn with every map, in the frame of the one that is framed
 };
 
 // Draws pictures of maps on one off-screen context: for many frames, or many views of one map. Belongs to the

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <numbers>
 
@@ -47,40 +48,68 @@ SeenPoint Project(const ViewCamera& camera, cv::Size image, const Eigen::Vector3
           depth};
 }
 
-cv::Rect DrawLegend(cv::Mat& image, const MapSnapshot& map, const LabelColors& colors,
-                    const SceneStyle& style, const TextPainter& text, double scale) {
+std::vector<SceneLegendEntry> SceneLegend(const MapSnapshot& map, const PictureCaptions& captions,
+                                          const SceneStyle& style) {
+  std::vector<SceneLegendEntry> entries;
   std::map<std::string, int> counts;
   for (const SnapshotObject& object : map.objects) {
-    ++counts[object.label];
+    counts[object.label] += style.objects.show ? 1 : 0;
   }
-  if (counts.empty()) {
+  for (const auto& [label, count] : counts) {
+    if (count > 0) {
+      entries.push_back({Readable(label), std::to_string(count), captions.colors(label)});
+    }
+  }
+  const auto line = [&](const char* name, const std::string& color) {
+    entries.push_back({name, "", ParseColor(color), true});
+  };
+  const bool path = style.cameras.trajectory && !map.keyframes.empty();
+  if (captions.true_path && path) {
+    line("estimated path", style.cameras.color);
+  }
+  if (captions.true_path) {
+    line("true path", style.ground_truth.color);
+  }
+  if (captions.covisibility) {
+    line("covisible", style.covisibility.color);
+  }
+  return entries;
+}
+
+cv::Rect DrawSceneLegend(cv::Mat& image, const std::vector<SceneLegendEntry>& entries,
+                         const SceneStyle& style, const TextPainter& text, double scale) {
+  if (entries.empty()) {
     return {};
   }
   const double size = TextSize(style, scale);
   const int line = Pixels(1.55 * size);
   int widest = 0;
   int widest_count = 0;
-  for (const auto& [label, count] : counts) {
-    widest = std::max(widest, text.Width(Readable(label), size));
-    widest_count = std::max(widest_count, text.Width(std::to_string(count), size));
+  for (const SceneLegendEntry& entry : entries) {
+    widest = std::max(widest, text.Width(entry.name, size));
+    widest_count = std::max(widest_count, text.Width(entry.count, size));
   }
   const int swatch = Pixels(0.85 * size);
   const int gap = Pixels(0.6 * size);
   const int margin = Pixels(1.2 * size);
-  const int width = swatch + gap + widest + 2 * gap + widest_count;
+  const int width = swatch + gap + widest + (widest_count > 0 ? 2 * gap + widest_count : 0);
   const int left = image.cols - margin - width;
   const Eigen::Vector3d ink = ParseColor(style.text.color);
   const cv::Rect panel(left - gap, margin - gap, width + 2 * gap,
-                       line * static_cast<int>(counts.size()) + 2 * gap);
+                       line * static_cast<int>(entries.size()) + 2 * gap);
   if (image.channels() == 3) {
     DrawPanel(image, panel, 0.4 * size, ParseColor(style.background), 0.8);
   }
   int y = margin + line / 2;
-  for (const auto& [label, count] : counts) {
-    DrawPanel(image, {left, y - swatch / 2, swatch, swatch}, 0.2 * size, colors(label));
-    text.Draw(image, Readable(label), {left + swatch + gap, y}, size, ink);
-    text.Draw(image, std::to_string(count), {left + width, y}, size,
-              0.6 * ink + 0.4 * ParseColor(style.background), TextPainter::Align::kRight);
+  for (const SceneLegendEntry& entry : entries) {
+    if (entry.line) {
+      DrawLine(image, cv::Point2d(left, y), cv::Point2d(left + swatch, y), 0.16 * size, entry.color);
+    } else {
+      DrawPanel(image, {left, y - swatch / 2, swatch, swatch}, 0.2 * size, entry.color);
+    }
+    text.Draw(image, entry.name, {left + swatch + gap, y}, size, ink);
+    text.Draw(image, entry.count, {left + width, y}, size, 0.6 * ink + 0.4 * ParseColor(style.background),
+              TextPainter::Align::kRight);
     y += line;
   }
   return panel;
@@ -176,10 +205,21 @@ double PictureScale(cv::Size picture) { return std::min(picture.height / 720.0, 
 
 void DrawTexts(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera,
                const PictureCaptions& captions, const SceneStyle& style, const TextPainter& text) {
+  if (captions.clip) {
+    MapSnapshot kept;
+    kept.keyframes = map.keyframes;
+    std::copy_if(
+        map.objects.begin(), map.objects.end(), std::back_inserter(kept.objects),
+        [&](const SnapshotObject& object) { return captions.clip->KeepsSomeOf(object.superquadric); });
+    PictureCaptions rest = captions;
+    rest.clip.reset();
+    DrawTexts(image, kept, camera, rest, style, text);
+    return;
+  }
   const double scale = PictureScale(image.size());
   std::vector<cv::Rect> taken;
-  if (style.text.legend && style.objects.show) {
-    taken.push_back(DrawLegend(image, map, captions.colors, style, text, scale));
+  if (style.text.legend) {
+    taken.push_back(DrawSceneLegend(image, SceneLegend(map, captions, style), style, text, scale));
   }
   if (style.text.scale) {
     taken.push_back(DrawAxes(image, camera, captions.grid_cell, style, text, scale));

@@ -1,9 +1,13 @@
 #pragma once
 
 #include <opencv2/core.hpp>
+#include <optional>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "render/camera_path.h"
+#include "render/clip_plane.h"
 #include "render/picture_text.h"
 #include "render/style.h"
 #include "slam/map/snapshot.h"
@@ -23,7 +27,10 @@ double PictureScale(cv::Size picture);
 // What the texts of a picture say besides what is in the map.
 struct PictureCaptions {
   LabelColors colors;
-  double grid_cell = 1.0;  // map units
+  double grid_cell = 1.0;         // map units
+  std::optional<ClipPlane> clip;  // objects that it cuts away are not named
+  bool covisibility = false;      // the picture holds such lines
+  bool true_path = false;         // and the true path of the camera
 };
 
 // Legend, axes and names over a picture of the map (8UC3, or 8UC4 with straight alpha), as the style asks for
@@ -31,10 +38,21 @@ struct PictureCaptions {
 void DrawTexts(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera,
                const PictureCaptions& captions, const SceneStyle& style, const TextPainter& text);
 
-// Classes of the map with colour and count, in the top-right corner. `scale`: pixels for one of the style's.
-// Returns the area that it covers.
-cv::Rect DrawLegend(cv::Mat& image, const MapSnapshot& map, const LabelColors& colors,
-                    const SceneStyle& style, const TextPainter& text, double scale);
+// A line of the legend: a thing's name after its colour.
+struct SceneLegendEntry {
+  std::string name;
+  std::string count;  // or nothing
+  Eigen::Vector3d color = Eigen::Vector3d::Zero();
+  bool line = false;  // drawn as a line, otherwise as a square
+};
+
+// The classes of the map with their counts, and lines that could be taken for one another.
+std::vector<SceneLegendEntry> SceneLegend(const MapSnapshot& map, const PictureCaptions& captions,
+                                          const SceneStyle& style);
+
+// In the top-right corner. `scale`: pixels for one of the style's. Returns the area that it covers.
+cv::Rect DrawSceneLegend(cv::Mat& image, const std::vector<SceneLegendEntry>& entries,
+                         const SceneStyle& style, const TextPainter& text, double scale);
 
 // The map's axes as the camera sees them, and what a cell of the grid measures, in the bottom-left corner.
 // Returns the area that they cover.

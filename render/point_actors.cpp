@@ -109,6 +109,7 @@ void PointActors::Show(vtkPolyData* cloud) {
     part.points = static_cast<int>(members.size());
     for (int level = 0; level < (whole ? 1 : kLevels); ++level) {
       part.levels.push_back(MakeActor(points, part_colors, std::max(1, part.points >> level), diameter_));
+      part.levels.back()->GetMapper()->SetClippingPlanes(clip_);
     }
   });
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <vtkActor.h>
+#include <vtkPlaneCollection.h>
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
 
@@ -16,9 +17,11 @@ namespace sqslam {
 // drawn whole. For the sources of render/ only.
 class PointActors {
  public:
-  explicit PointActors(double diameter) : diameter_(diameter) {}
+  // Diameter in samples of the picture. `clip`: planes that cut the points, as they are when a picture is
+  // drawn.
+  PointActors(double diameter, vtkPlaneCollection* clip) : diameter_(diameter), clip_(clip) {}
 
-  // Vertices with colours; diameter in samples of the picture.
+  // Vertices with colours.
   void Show(vtkPolyData* cloud);
 
   // Actors for this view; `pixels` is the height of the picture in samples.
@@ -33,6 +36,7 @@ class PointActors {
   };
 
   double diameter_;
+  vtkSmartPointer<vtkPlaneCollection> clip_;
   std::vector<Part> parts_;
 };
 

@@ -5,6 +5,7 @@
 
 #include "render/camera_path.h"
 #include "render/scene_framing.h"
+#include "render/scene_layers.h"
 #include "render/style.h"
 #include "slam/map/snapshot.h"
 
@@ -33,6 +34,12 @@ class Scene {
   // Shows the snapshot. `focus` gives the scale of the frusta, the place of the grid and where light comes
   // from; keep the same one over the frames of a video.
   void Show(const MapSnapshot& map, const SceneFocus& focus, const LabelColors& colors);
+
+  // What is drawn with every map from now on; in the frame of the maps.
+  void SetLayers(const SceneLayers& layers);
+
+  // Cuts as this says instead of as the style does.
+  void SetClip(const SceneStyle::Clip& clip);
 
   // Places the camera, puts translucent surfaces in order for it and chooses their detail for a window of
   // this height (pixels). To be called before each frame.

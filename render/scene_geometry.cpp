@@ -10,6 +10,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <map>
 
 #include "render/tessellation.h"
 
@@ -181,6 +183,49 @@ vtkSmartPointer<vtkPolyData> CurrentFrustum(const MapSnapshot& map, double heigh
   if (map.T_map_camera) {
     AddFrustum(builder, *map.T_map_camera, map.camera, height,
                ToRgba(ParseColor(style.cameras.current_color)));
+  }
+  return builder.Finish();
+}
+
+vtkSmartPointer<vtkPolyData> CovisibilityLines(const MapSnapshot& map, const SceneStyle& style) {
+  const Rgba color = ToRgba(ParseColor(style.covisibility.color), style.covisibility.opacity);
+  MeshBuilder builder;
+  std::map<std::int64_t, vtkIdType> centers;
+  for (const SnapshotKeyframe& keyframe : map.keyframes) {
+    centers[keyframe.id] = builder.Add(keyframe.T_map_camera.translation, color);
+  }
+  for (const SnapshotCovisibility& pair : map.covisibility) {
+    const auto first = centers.find(pair.first);
+    const auto second = centers.find(pair.second);
+    if (pair.points >= style.covisibility.min_points && first != centers.end() && second != centers.end()) {
+      builder.Line(first->second, second->second);
+    }
+  }
+  return builder.Finish();
+}
+
+vtkSmartPointer<vtkPolyData> PathLines(const std::vector<std::vector<Eigen::Vector3d>>& pieces,
+                                       const Eigen::Vector3d& color) {
+  MeshBuilder builder;
+  for (const std::vector<Eigen::Vector3d>& piece : pieces) {
+    vtkIdType last = -1;
+    for (const Eigen::Vector3d& p : piece) {
+      const vtkIdType next = builder.Add(p, ToRgba(color));
+      if (last >= 0) {
+        builder.Line(last, next);
+      }
+      last = next;
+    }
+  }
+  return builder.Finish();
+}
+
+vtkSmartPointer<vtkPolyData> DensePoints(const ColoredPoints& cloud, const SceneStyle& style) {
+  const Rgba plain = ToRgba(ParseColor(style.dense_cloud.color));
+  MeshBuilder builder;
+  for (std::size_t i = 0; i < cloud.p_map.size(); ++i) {
+    const Rgba own = cloud.rgb.empty() ? plain : Rgba{cloud.rgb[i][0], cloud.rgb[i][1], cloud.rgb[i][2], 255};
+    builder.Add(cloud.p_map[i].cast<double>(), own);
   }
   return builder.Finish();
 }

@@ -9,6 +9,7 @@
 
 #include "render/ground_shadow.h"
 #include "render/scene_framing.h"
+#include "render/scene_layers.h"
 #include "render/style.h"
 #include "slam/map/snapshot.h"
 
@@ -29,6 +30,15 @@ vtkSmartPointer<vtkPolyData> KeyframeFrusta(const MapSnapshot& map, double heigh
 
 // The current camera's frustum as lines (empty while tracking is lost).
 vtkSmartPointer<vtkPolyData> CurrentFrustum(const MapSnapshot& map, double height, const SceneStyle& style);
+
+// Lines between the centres of keyframes that share enough map points.
+vtkSmartPointer<vtkPolyData> CovisibilityLines(const MapSnapshot& map, const SceneStyle& style);
+
+// A line through each piece.
+vtkSmartPointer<vtkPolyData> PathLines(const std::vector<std::vector<Eigen::Vector3d>>& pieces,
+                                       const Eigen::Vector3d& color);
+
+vtkSmartPointer<vtkPolyData> DensePoints(const ColoredPoints& cloud, const SceneStyle& style);
 
 // A grid at the ground around the centre of the focus that fades outwards; cells of GridCell().
 vtkSmartPointer<vtkPolyData> GroundGrid(const SceneFocus& focus, const SceneStyle& style);

@@ -17,9 +17,10 @@ namespace {
 
 constexpr int kGroupSegments = 48;  // of solids that are sorted by triangles: the seams show its steps
 
-vtkSmartPointer<vtkActor> MakeActor(const SceneStyle::Objects& style) {
+vtkSmartPointer<vtkActor> MakeActor(const SceneStyle::Objects& style, vtkPlaneCollection* clip) {
   const vtkNew<vtkPolyDataMapper> mapper;
   const auto actor = vtkSmartPointer<vtkActor>::New();
+  mapper->SetClippingPlanes(clip);
   actor->SetMapper(mapper);
   actor->SetUserMatrix(vtkNew<vtkMatrix4x4>());
   vtkProperty* property = actor->GetProperty();
@@ -43,8 +44,8 @@ void SolidActors::Show(const std::vector<SnapshotObject>& objects, const LabelCo
   for (std::size_t i = 0; i < objects.size(); ++i) {
     Solid& solid = solids_[i];
     if (!solid.front) {
-      solid.back = MakeActor(style_);
-      solid.front = MakeActor(style_);
+      solid.back = MakeActor(style_, clip_);
+      solid.front = MakeActor(style_, clip_);
       for (vtkActor* actor : {solid.back.Get(), solid.front.Get()}) {
         MapperOf(actor)->ScalarVisibilityOff();
       }
@@ -118,7 +119,7 @@ SolidActors::Group& SolidActors::GroupOf(const std::vector<int>& members) {
     parts.push_back({solid.posed, solid.color, index + 1});
   }
   group.surface = MakeGroupedSurface(parts, std::min(kGroupSegments, std::max(style_.segments, 16)));
-  group.actor = MakeActor(style_);
+  group.actor = MakeActor(style_, clip_);
   MapperOf(group.actor)->SetInputData(group.surface.mesh);
   SolidShading shading;
   shading.number_array = kSolidNumberArray;
@@ -147,8 +148,12 @@ std::vector<vtkActor*> SolidActors::InOrder(const ViewCamera& camera, double pix
     return actors;
   }
   if (style_.opacity >= 1.0) {
+    const bool open = clip_->GetNumberOfItems() > 0;  // one looks into what is cut
     for (Solid& solid : solids_) {
       SetDetail(solid, SegmentsFor(solid.posed, camera, pixels));
+      if (open) {
+        actors.push_back(solid.back);
+      }
       actors.push_back(solid.front);
     }
     return actors;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <vtkActor.h>
+#include <vtkPlaneCollection.h>
 #include <vtkSmartPointer.h>
 
 #include <Eigen/Core>
@@ -20,7 +21,8 @@ namespace sqslam {
 // sources of render/ only.
 class SolidActors {
  public:
-  explicit SolidActors(const SceneStyle::Objects& style) : style_(style) {}
+  // `clip`: planes that cut the solids, as they are when a picture is drawn.
+  SolidActors(const SceneStyle::Objects& style, vtkPlaneCollection* clip) : style_(style), clip_(clip) {}
 
   void Show(const std::vector<SnapshotObject>& objects, const LabelColors& colors);
 
@@ -49,6 +51,7 @@ class SolidActors {
   Group& GroupOf(const std::vector<int>& members);
 
   SceneStyle::Objects style_;
+  vtkSmartPointer<vtkPlaneCollection> clip_;
   std::vector<Solid> solids_;
   std::map<std::vector<int>, Group> groups_;
   SolidOrder order_;

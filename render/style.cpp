@@ -50,8 +50,10 @@ Eigen::Vector3d ParseColor(std::string_view text) {
 
 void CheckStyle(const SceneStyle& style) {
   CheckOptions(style);
-  for (const std::string& color : {style.background, style.cameras.color, style.cameras.current_color,
-                                   style.grid.color, style.light.outline_color, style.text.color}) {
+  for (const std::string& color :
+       {style.background, style.cameras.color, style.cameras.current_color, style.covisibility.color,
+        style.ground_truth.color, style.dense_cloud.color, style.grid.color, style.light.outline_color,
+        style.text.color}) {
     ParseColor(color);
   }
 }

@@ -65,6 +65,57 @@ struct SceneStyle {
       visit("size", size, 0.001, 1.0);
     }
   };
+  // Lines between keyframes that see the same map points.
+  struct Covisibility {
+    bool show = false;
+    int min_points = 100;  // that two keyframes must share for a line
+    std::string color = "#2a8f6d";
+    double width = 1.0;    // pixels
+    double opacity = 0.5;  // 0 to 1
+    template <typename Visitor>
+    void VisitFields(Visitor&& visit) {
+      visit("show", show);
+      visit("min_points", min_points, 1, 100000);
+      visit("color", color);
+      visit("width", width, 0.1, 50.0);
+      visit("opacity", opacity, 0.0, 1.0);
+    }
+  };
+  // The true path of the camera, where a picture is given one.
+  struct GroundTruth {
+    bool show = true;
+    std::string color = "#c2185b";
+    double width = 2.0;  // pixels
+    template <typename Visitor>
+    void VisitFields(Visitor&& visit) {
+      visit("show", show);
+      visit("color", color);
+      visit("width", width, 0.1, 50.0);
+    }
+  };
+  // A dense cloud of points, where a picture is given one.
+  struct DenseCloud {
+    double size = 1.6;              // diameter of the points, pixels
+    std::string color = "#8a929b";  // of a cloud without colours of its own
+    template <typename Visitor>
+    void VisitFields(Visitor&& visit) {
+      visit("size", size, 0.5, 50.0);
+      visit("color", color);
+    }
+  };
+  // A plane that cuts away one side of points, dense cloud and objects: what is above it along the axis.
+  struct Clip {
+    std::string axis = "none";  // x, y, z of the map; view: towards the camera; none: nothing is cut
+    double offset = 0.0;        // of the plane from the middle of what the picture frames, of its radius
+    bool flip = false;          // the other side goes
+    bool operator==(const Clip&) const = default;
+    template <typename Visitor>
+    void VisitFields(Visitor&& visit) {
+      visit("axis", axis, {"none", "x", "y", "z", "view"});
+      visit("offset", offset, -10.0, 10.0);
+      visit("flip", flip);
+    }
+  };
   struct Grid {
     bool show = true;
     std::string color = "#b4b9bf";
@@ -128,6 +179,10 @@ struct SceneStyle {
   Objects objects;
   Points points;
   Cameras cameras;
+  Covisibility covisibility;
+  GroundTruth ground_truth;
+  DenseCloud dense_cloud;
+  Clip clip;
   Grid grid;
   Light light;
   Lens lens;
@@ -142,6 +197,10 @@ struct SceneStyle {
     visit("objects", objects);
     visit("points", points);
     visit("cameras", cameras);
+    visit("covisibility", covisibility);
+    visit("ground_truth", ground_truth);
+    visit("dense_cloud", dense_cloud);
+    visit("clip", clip);
     visit("grid", grid);
     visit("light", light);
     visit("lens", lens);

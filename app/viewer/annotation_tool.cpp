@@ -192,8 +192,12 @@ void FinishLasso(ViewerState& state, SelectMode mode) {
   if (!tool.cloud || outline.size() < 3) {
     return;
   }
-  const std::vector<int> inside = SelectInLasso(
+  std::vector<int> inside = SelectInLasso(
       tool.cloud->points, outline, PinholeOf(state.view.camera, state.scene_size), PoseOf(state.view.camera));
+  if (const std::optional<ClipPlane> cut = CutOf(state)) {
+    std::erase_if(
+        inside, [&](int index) { return !cut->Keeps(tool.cloud->points[static_cast<std::size_t>(index)]); });
+  }
   tool.chosen = Combine(tool.chosen, inside, mode);
 }
 

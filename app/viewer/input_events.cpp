@@ -147,8 +147,10 @@ void AppendLine(const std::string& text, const std::string& source, int line,
   } else if (word == "wait") {
     action.kind = ScriptLine::Kind::kWait;
     action.text = words.Next();
-    if (action.text != "idle" && action.text != "map" && action.text != "end") {
-      words.Fail("idle, map or end");
+    if (action.text == "frame") {
+      action.count = static_cast<int>(words.Number("frame N"));
+    } else if (action.text != "idle" && action.text != "map" && action.text != "end") {
+      words.Fail("idle, map or end, or frame N");
     }
   } else if (word == "picture") {
     action.kind = ScriptLine::Kind::kPicture;

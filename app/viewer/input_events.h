@@ -35,7 +35,9 @@ struct ScriptLine {
   enum class Kind {
     kEvent,
     kFrames,   // let `count` frames of the window pass
-    kWait,     // until `text`: "idle" nothing is loading or moving, "map" a map is there, "end" the run ended
+    // Until `text`: "idle" nothing is loading or moving, "map" a map is there, "end" the run ended, "frame"
+    // that of a run, `count`, is shown.
+    kWait,
     kPicture,  // write the whole window to the file `text`
     kCommand,  // write the command of the picture on the screen to the file `text`
     kExpect,   // `text`: "KEY VALUE" that must be true now, or the program fails

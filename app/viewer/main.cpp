@@ -14,6 +14,7 @@
 #include <optional>
 #include <thread>
 
+#include "app/map_layers.h"
 #include "app/run_arguments.h"
 #include "app/viewer/desktop_window.h"
 #include "app/viewer/frame_timing.h"
@@ -33,6 +34,7 @@ Examples:
   sqslam-viewer out/kitchen/map.sqmap
   sqslam-viewer                            an empty window; drop a result folder on it
   sqslam-viewer run data/kitchen --output out/kitchen   maps while you watch; options as of `sqslam run`
+  sqslam-viewer out/kitchen --ground-truth auto --dense-cloud room.ply --dense-cloud-frame world
   sqslam-viewer out/kitchen --play-events open.txt
 
 H shows keys and mouse. Exit codes: 0 done, 1 internal error, 2 wrong usage, 3 no display, or input that cannot
@@ -44,8 +46,18 @@ struct Arguments {
   std::string resolution;  // empty: as it was last
   std::string play;
   std::string record;
+  app::LayerArguments layers;
   bool timing = false;
 };
+
+// What the options ask for beside the map; read when that is there.
+void Want(const app::LayerArguments& wanted, Layers& layers) {
+  layers.true_path = !wanted.ground_truth.empty();
+  layers.sequence = wanted.ground_truth == "auto" ? "" : wanted.ground_truth;
+  layers.dense_cloud = !wanted.dense_cloud.empty();
+  layers.cloud_file = wanted.dense_cloud;
+  layers.cloud_in_world = wanted.dense_cloud_frame == "world";
+}
 
 // Writes down the events of each frame.
 class Recorder {
@@ -117,6 +129,7 @@ class Loop {
     } else if (!arguments.map.empty()) {
       viewer_.Open(arguments.map);
     }
+    Want(arguments.layers, viewer_.State().layers);
   }
 
   // Returns the program's exit code.
@@ -286,6 +299,7 @@ int ParseAndRun(int argc, char** argv) {
   cli.add_option("--play-events", arguments.play, "FILE: play a script of events, then close");
   cli.add_flag("--timing", arguments.timing, "At the end, print how fast the window was");
   cli.add_option("--record-events", arguments.record, "FILE: write down all events as such a script");
+  app::AddLayerOptions(cli, arguments.layers);
   cli.get_formatter()->column_width(36);
   app::RunArguments run_arguments;
   CLI::App* run =

@@ -91,6 +91,20 @@ std::string RenderCommandLine(const ViewerState& state, cv::Size size, bool tran
   for (const std::string& change : StyleChanges(view.style, LoadStyle(view.style_name))) {
     add("--set", change);
   }
+  const Layers& layers = state.layers;
+  const bool has_cloud = layers.dense_cloud && !layers.cloud_file.empty();
+  const bool in_world = has_cloud && layers.cloud_in_world;
+  if (layers.true_path || (in_world && !layers.sequence.empty())) {
+    add("--ground-truth",
+        layers.sequence.empty() ? "auto" : std::filesystem::absolute(layers.sequence).string());
+    if (!layers.true_path) {
+      add("--set", "ground_truth.show=false");
+    }
+  }
+  if (has_cloud) {
+    add("--dense-cloud", std::filesystem::absolute(layers.cloud_file).string());
+    add("--dense-cloud-frame", in_world ? "world" : "map");
+  }
   add("--camera-position", VectorText(view.camera.position));
   add("--camera-focal-point", VectorText(view.camera.focal_point));
   add("--camera-view-up", VectorText(view.camera.view_up));

@@ -25,6 +25,7 @@ void WriteScreenshot(const ViewerState& state, cv::Size size, bool transparent, 
   options.transparent = transparent;
   options.backend = RenderBackend::kCurrent;
   options.style = state.view.style;
+  options.layers = state.layers.drawn;
   PictureRenderer renderer(options);
   renderer.SetMap(*state.document.frame);
   renderer.SetMapKeepingFrame(*state.Map());

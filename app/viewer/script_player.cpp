@@ -44,6 +44,14 @@ std::string StateValue(const ViewerState& state, const std::string& key) {
        }},
       {"solids", [&] { return std::to_string(state.editing.document.Current().annotation.solids.size()); }},
       {"chosen", [&] { return std::to_string(state.editing.annotation.chosen.size()); }},
+      {"cut", [&] { return state.view.style.clip.axis; }},
+      {"covisibility", [&] { return std::string(state.view.style.covisibility.show ? "yes" : "no"); }},
+      {"true_path", [&] { return std::string(state.layers.drawn.true_path.empty() ? "no" : "yes"); }},
+      {"cloud",
+       [&] {
+         const auto& cloud = state.layers.drawn.dense_cloud;
+         return std::to_string(cloud ? cloud->p_map.size() : 0);
+       }},
       {"error", errors},
   };
   std::string known;
@@ -119,6 +127,10 @@ bool ScriptPlayer::Waits(const ScriptLine& line, const Viewer& viewer) const {
   }
   if (line.text == "end") {
     return viewer.State().run.active;
+  }
+  if (line.text == "frame") {
+    const ViewerState& state = viewer.State();
+    return !state.shown || state.shown->frame_index < line.count;
   }
   return !viewer.Idle();
 }

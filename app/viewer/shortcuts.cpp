@@ -92,6 +92,14 @@ std::vector<Shortcut> MakeShortcuts() {
       {"F", "follow the camera", 'F', false, false, [](ViewerState& s) { Follow(s, CameraMode::kFollow); }},
       {"C", "look through the camera", 'C', false, false,
        [](ViewerState& s) { Follow(s, CameraMode::kFirstPerson); }},
+      {"X", "cut away what is in front", 'X', false, false, SwitchCut},
+      {"G", "lines of covisible keyframes", 'G', false, false,
+       [](ViewerState& s) {
+         s.view.style.covisibility.show = !s.view.style.covisibility.show;
+         ++s.view.style_version;
+       }},
+      {"P", "true path of the camera", 'P', false, false,
+       [](ViewerState& s) { s.layers.true_path = !s.layers.true_path; }},
       {"M", "measure between two points", 'M', false, false,
        [](ViewerState& s) {
          s.measurement = {!s.measurement.active, {}};

@@ -81,6 +81,7 @@ void Viewer::Frame(double seconds) {
   s.TakeRunNews();
   s.TakeNews();
   s.editing.Update(s.state);
+  s.layers.Update(s.state);
   s.RequestFrame(seconds);
   if (s.window.width < 1 || s.window.height < 1) {
     return;  // minimised
@@ -119,7 +120,7 @@ bool Viewer::Idle() const {
   const bool settled = std::none_of(s.panels.begin(), s.panels.end(), [&](const PanelPtr& panel) {
     return panel->Where() == Place::kScene && panel->Busy();
   });
-  return (!s.replay || s.replay->Idle()) && !s.run && settled && !s.editing.Busy() &&
+  return (!s.replay || s.replay->Idle()) && !s.run && settled && !s.editing.Busy() && !s.layers.Busy() &&
          s.state.requests.Empty();
 }
 

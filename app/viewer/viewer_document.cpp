@@ -21,6 +21,7 @@ void Viewer::Impl::Open(const fs::path& path) {
   state.run = {};
   state.view.preset = "";
   state.document = {};
+  state.layers = {.version = state.layers.version + 1};  // they belonged to the other map
   editing.Forget();
   Read(path);
 }
@@ -41,6 +42,7 @@ void Viewer::Impl::Watch(std::unique_ptr<LiveRun> new_run, const app::RunRequest
   state.document.kind = Document::Kind::kRun;
   state.document.file = request.output / "map.sqmap";
   state.document.title = request.output.filename().string();
+  state.document.info.sequence_path = fs::absolute(request.sequence.path).string();
   state.run.active = true;
   state.run.state = "starting";
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/viewer/editing_session.h"
+#include "app/viewer/layer_session.h"
 #include "app/viewer/layout.h"
 #include "app/viewer/live_run.h"
 #include "app/viewer/panels/panels.h"
@@ -89,6 +90,7 @@ struct Viewer::Impl {
   std::unique_ptr<VideoRecorder> film;
   std::unique_ptr<Replay> replay;
   EditingSession editing;
+  LayerSession layers;
   std::optional<Moment> requested;  // the last frame that was asked of the replay
   bool finished_run = false;        // the recording that is read is that of the run that was watched
   MapSnapshotPtr framed;            // the map before which the camera stands by itself

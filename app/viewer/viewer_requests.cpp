@@ -68,7 +68,11 @@ void Viewer::Impl::SaveText(const SaveTextRequest& wanted) {
 }
 
 void Viewer::Impl::CarryOut() {
-  const Requests requests = std::exchange(state.requests, {});
+  Requests requests = std::exchange(state.requests, {});
+  if (requests.open && IsCloudFile(requests.open->path) && state.Map() != nullptr) {
+    ShowCloud(state, requests.open->path);
+    requests.open.reset();
+  }
   if (requests.open && !Postpone(state, {.quit = false, .open = requests.open->path})) {
     Open(requests.open->path);
   }

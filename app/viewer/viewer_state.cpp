@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "app/viewer/render_command_line.h"
 #include "render/view_presets.h"
@@ -35,6 +36,20 @@ ViewCamera NamedView(const ViewerState& state, const std::string& name) {
   return name.empty() ? FrameScene(state.focus, aspect) : PresetView(name, state.focus, aspect);
 }
 
+std::optional<ClipPlane> CutOf(const ViewerState& state) {
+  return MakeClipPlane(state.view.style.clip, state.focus, state.view.camera);
+}
+
+void SwitchCut(ViewerState& state) {
+  SceneStyle::Clip& clip = state.view.style.clip;
+  clip.axis = clip.axis == "none" ? "view" : "none";
+}
+
+void ShowCloud(ViewerState& state, const std::filesystem::path& file) {
+  state.layers.cloud_file = std::filesystem::absolute(file);
+  state.layers.dense_cloud = true;
+}
+
 void LookFrom(ViewerState& state, const std::string& preset) {
   state.view.mode = CameraMode::kFree;
   state.view.camera = NamedView(state, preset);
@@ -57,7 +72,10 @@ void CopyCommand(ViewerState& state) {
 
 void UseStyle(ViewerState& state, const std::string& name) {
   try {
-    state.view.style = LoadStyle(name);
+    const SceneStyle before = std::exchange(state.view.style, LoadStyle(name));
+    state.view.style.clip = before.clip;  // what one looks at stays, however it is drawn
+    state.view.style.covisibility.show = before.covisibility.show;
+    state.view.style.covisibility.min_points = before.covisibility.min_points;
     state.view.style_name = name;
     ++state.view.style_version;
   } catch (const UsageError& error) {

@@ -10,11 +10,13 @@
 
 #include "app/viewer/camera_keys.h"
 #include "app/viewer/editing.h"
+#include "app/viewer/layers.h"
 #include "app/viewer/layout.h"
 #include "app/viewer/replay.h"
 #include "app/viewer/shown_frame.h"
 #include "app/viewer/timeline.h"
 #include "render/camera_path.h"
+#include "render/clip_plane.h"
 #include "render/scene_framing.h"
 #include "render/style.h"
 
@@ -133,6 +135,7 @@ struct ViewerState {
   std::optional<int> hovered;   // the object under the mouse, in whichever panel
   std::optional<int> pointed;   // where panels say so; hovered in the next frame
   Measurement measurement;
+  Layers layers;
   Editing editing;
   CameraKeys camera_keys;
   bool filming = false;          // what is on the screen goes into a video
@@ -169,6 +172,15 @@ std::string ObjectName(const SnapshotObject& object);
 
 // The named view of the present map, or the automatic one for an empty name.
 ViewCamera NamedView(const ViewerState& state, const std::string& name);
+
+// What cuts the scene on the screen; empty: nothing.
+std::optional<ClipPlane> CutOf(const ViewerState& state);
+
+// Cuts the scene towards the camera, or no longer.
+void SwitchCut(ViewerState& state);
+
+// A dense cloud to be read and drawn, in the map's frame unless somebody said otherwise.
+void ShowCloud(ViewerState& state, const std::filesystem::path& file);
 
 // Puts the camera there; it follows a growing map until somebody moves it.
 void LookFrom(ViewerState& state, const std::string& preset);

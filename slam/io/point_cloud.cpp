@@ -7,6 +7,7 @@
 #include <bit>
 #include <cctype>
 #include <charconv>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <iterator>
@@ -15,6 +16,7 @@
 #include <string>
 #include <string_view>
 
+#include "slam/io/ply_header.h"
 #include "slam/io/text_lines.h"
 #include "slam/util/error.h"
 
@@ -24,155 +26,11 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "binary bodies are swapped on this assumption");
 
-enum class Scalar { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kDouble };
-
-std::optional<Scalar> ScalarNamed(std::string_view name) {
-  constexpr std::array<std::array<std::string_view, 2>, 8> kNames = {{{"char", "int8"},
-                                                                      {"uchar", "uint8"},
-                                                                      {"short", "int16"},
-                                                                      {"ushort", "uint16"},
-                                                                      {"int", "int32"},
-                                                                      {"uint", "uint32"},
-                                                                      {"float", "float32"},
-                                                                      {"double", "float64"}}};
-  for (std::size_t i = 0; i < kNames.size(); ++i) {
-    if (name == kNames[i][0] || name == kNames[i][1]) {
-      return static_cast<Scalar>(i);
-    }
-  }
-  return std::nullopt;
-}
-
-std::size_t SizeOf(Scalar type) {
-  constexpr std::array<std::size_t, 8> kSizes = {1, 1, 2, 2, 4, 4, 4, 8};
-  return kSizes[static_cast<std::size_t>(type)];
-}
-
-struct Property {
-  std::string name;
-  Scalar type = Scalar::kFloat;
-  std::optional<Scalar> count_type;  // of a list
-};
-
-struct Element {
-  std::string name;
-  std::uint64_t count = 0;
-  std::vector<Property> properties;
-};
-
-enum class Encoding { kAscii, kLittleEndian, kBigEndian };
-
-struct Header {
-  Encoding encoding = Encoding::kAscii;
-  std::vector<Element> elements;
-  std::size_t end = 0;  // first byte of the body
-  int lines = 0;
-};
-
-constexpr const char* kExpectedHeader =
-    "a PLY header: format, element NAME COUNT, property TYPE NAME, end_header";
-
-// Reads the header line by line.
-class HeaderReader {
- public:
-  HeaderReader(const fs::path& path, const std::string& bytes) : path_(path), bytes_(bytes) {}
-
-  Header Read() {
-    bool format_seen = false;
-    while (true) {
-      NextLine();
-      const std::vector<std::string>& words = line_.words;
-      if (words.empty() || words[0] == "comment" || words[0] == "obj_info" || words[0] == "ply") {
-        continue;
-      }
-      if (words[0] == "end_header") {
-        break;
-      }
-      if (words[0] == "format" && words.size() >= 2) {
-        format_seen = true;
-        ReadFormat();
-      } else if (words[0] == "element" && words.size() == 3) {
-        ReadElement();
-      } else if (words[0] == "property" && !header_.elements.empty()) {
-        ReadProperty();
-      } else {
-        ThrowBadLine(path_, line_, kExpectedHeader);
-      }
-    }
-    if (!format_seen) {
-      ThrowBadLine(path_, line_, "a line 'format ascii|binary_little_endian|binary_big_endian 1.0' before");
-    }
-    header_.end = position_;
-    header_.lines = line_.number;
-    return header_;
-  }
-
- private:
-  void NextLine() {
-    const std::size_t end = bytes_.find('\n', position_);
-    if (end == std::string::npos) {
-      throw InputError(
-          fmt::format("{}:{}: the header ends here, expected end_header", path_.string(), line_.number));
-    }
-    line_.text = bytes_.substr(position_, end - position_);
-    while (!line_.text.empty() && line_.text.back() == '\r') {
-      line_.text.pop_back();
-    }
-    std::istringstream words(line_.text);
-    line_.words.assign(std::istream_iterator<std::string>(words), {});
-    position_ = end + 1;
-    ++line_.number;
-  }
-
-  void ReadFormat() {
-    const std::string& name = line_.words[1];
-    if (name == "ascii") {
-      header_.encoding = Encoding::kAscii;
-    } else if (name == "binary_little_endian") {
-      header_.encoding = Encoding::kLittleEndian;
-    } else if (name == "binary_big_endian") {
-      header_.encoding = Encoding::kBigEndian;
-    } else {
-      ThrowBadLine(path_, line_, "format ascii, binary_little_endian or binary_big_endian");
-    }
-  }
-
-  void ReadElement() {
-    const std::string& count = line_.words[2];
-    Element element{line_.words[1], 0, {}};
-    const auto [end, error] = std::from_chars(count.data(), count.data() + count.size(), element.count);
-    if (error != std::errc() || end != count.data() + count.size()) {
-      ThrowBadLine(path_, line_, "element NAME COUNT");
-    }
-    header_.elements.push_back(std::move(element));
-  }
-
-  void ReadProperty() {
-    const std::vector<std::string>& words = line_.words;
-    Property property;
-    std::optional<Scalar> type;
-    if (words.size() == 5 && words[1] == "list") {
-      property.count_type = ScalarNamed(words[2]);
-      type = property.count_type ? ScalarNamed(words[3]) : std::nullopt;
-    } else if (words.size() == 3) {
-      type = ScalarNamed(words[1]);
-    }
-    if (!type) {
-      ThrowBadLine(path_, line_,
-                   "property TYPE NAME or property list TYPE TYPE NAME, with TYPE one of char, "
-                   "uchar, short, ushort, int, uint, float, double");
-    }
-    property.type = *type;
-    property.name = words.back();
-    header_.elements.back().properties.push_back(property);
-  }
-
-  const fs::path& path_;
-  const std::string& bytes_;
-  std::size_t position_ = 0;
-  TextLine line_;
-  Header header_;
-};
+using ply::Element;
+using ply::Encoding;
+using ply::Header;
+using ply::Property;
+using ply::Scalar;
 
 // Values of a binary body, one after the other.
 class BinaryBody {
@@ -181,7 +39,7 @@ class BinaryBody {
       : path_(path), bytes_(bytes), position_(header.end), swap_(header.encoding == Encoding::kBigEndian) {}
 
   double Next(Scalar type, const Element& element, std::uint64_t index) {
-    const std::size_t size = SizeOf(type);
+    const std::size_t size = ply::SizeOf(type);
     if (bytes_.size() - position_ < size) {
       throw InputError(fmt::format("{}: ends at byte {} within {} {}, expected {} of them", path_.string(),
                                    bytes_.size(), element.name, index, element.count));
@@ -285,12 +143,13 @@ class AsciiBody {
   bool fresh_ = true;
 };
 
-void AddPoint(const Eigen::Vector3d& point, PointCloud& cloud) {
-  if (point.allFinite()) {
-    cloud.points.push_back(point);
-  } else {
+bool AddPoint(const Eigen::Vector3d& point, PointCloud& cloud) {
+  if (!point.allFinite()) {
     ++cloud.skipped;
+    return false;
   }
+  cloud.points.push_back(point);
+  return true;
 }
 
 // Index of the coordinate that the property holds, or -1.
@@ -300,6 +159,79 @@ int CoordinateOf(const Property& property) {
   return coordinate ? property.name[0] - 'x' : -1;
 }
 
+// Channel of the colour that the property holds, or -1.
+int ChannelOf(const Property& property) {
+  constexpr std::array<std::array<std::string_view, 3>, 3> kNames = {
+      {{"red", "r", "diffuse_red"}, {"green", "g", "diffuse_green"}, {"blue", "b", "diffuse_blue"}}};
+  for (std::size_t i = 0; !property.count_type && i < kNames.size(); ++i) {
+    if (std::find(kNames[i].begin(), kNames[i].end(), property.name) != kNames[i].end()) {
+      return static_cast<int>(i);
+    }
+  }
+  return -1;
+}
+
+// To eight bits: real numbers go from 0 to 1, integers up to the largest that their type holds.
+std::uint8_t ChannelValue(Scalar type, double value) {
+  double top = 255.0;
+  if (type == Scalar::kFloat || type == Scalar::kDouble) {
+    top = 1.0;
+  } else if (type == Scalar::kUint16) {
+    top = 65535.0;
+  }
+  return static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(value / top, 0.0, 1.0)));
+}
+
+// What a property of a vertex means.
+struct Role {
+  int coordinate = -1;
+  int channel = -1;
+};
+
+std::vector<Role> RolesOf(const Element& element) {
+  std::vector<Role> roles;
+  int channels = 0;
+  for (const Property& property : element.properties) {
+    roles.push_back({CoordinateOf(property), ChannelOf(property)});
+    channels |= roles.back().channel >= 0 ? 1 << roles.back().channel : 0;
+  }
+  if (channels != 7) {  // not all three: no colour
+    for (Role& role : roles) {
+      role.channel = -1;
+    }
+  }
+  return roles;
+}
+
+template <typename Body>
+void ReadVertex(Body& body, const Element& element, const std::vector<Role>& roles, std::uint64_t index,
+                PointCloud& cloud) {
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();
+  std::array<std::uint8_t, 3> rgb{};
+  bool colored = false;
+  for (std::size_t p = 0; p < roles.size(); ++p) {
+    const Property& property = element.properties[p];
+    if (property.count_type) {
+      const double count = body.Next(*property.count_type, element, index);
+      for (double k = 0.0; k < count; ++k) {
+        body.Next(property.type, element, index);
+      }
+      continue;
+    }
+    const double value = body.Next(property.type, element, index);
+    if (roles[p].coordinate >= 0) {
+      point[roles[p].coordinate] = value;
+    } else if (roles[p].channel >= 0) {
+      rgb[static_cast<std::size_t>(roles[p].channel)] = ChannelValue(property.type, value);
+      colored = true;
+    }
+  }
+  body.EndOfItem(element, index);
+  if (element.name == "vertex" && AddPoint(point, cloud) && colored) {
+    cloud.rgb.push_back(rgb);
+  }
+}
+
 template <typename Body>
 PointCloud ReadVertices(Body body, const Header& header) {
   PointCloud cloud;
@@ -307,26 +239,9 @@ PointCloud ReadVertices(Body body, const Header& header) {
     if (element.properties.empty() && header.encoding != Encoding::kAscii) {
       continue;  // takes no bytes, however many there are
     }
+    const std::vector<Role> roles = RolesOf(element);
     for (std::uint64_t i = 0; i < element.count; ++i) {
-      Eigen::Vector3d point = Eigen::Vector3d::Zero();
-      for (const Property& property : element.properties) {
-        if (property.count_type) {
-          const double count = body.Next(*property.count_type, element, i);
-          for (double k = 0.0; k < count; ++k) {
-            body.Next(property.type, element, i);
-          }
-          continue;
-        }
-        const double value = body.Next(property.type, element, i);
-        const int coordinate = CoordinateOf(property);
-        if (coordinate >= 0) {
-          point[coordinate] = value;
-        }
-      }
-      body.EndOfItem(element, i);
-      if (element.name == "vertex") {
-        AddPoint(point, cloud);
-      }
+      ReadVertex(body, element, roles, i, cloud);
     }
     if (element.name == "vertex") {
       break;  // what follows (faces) is not needed
@@ -336,7 +251,7 @@ PointCloud ReadVertices(Body body, const Header& header) {
 }
 
 PointCloud ReadPly(const fs::path& path, const std::string& bytes) {
-  const Header header = HeaderReader(path, bytes).Read();
+  const Header header = ply::ReadHeader(path, bytes);
   const auto vertex = std::find_if(header.elements.begin(), header.elements.end(),
                                    [](const Element& element) { return element.name == "vertex"; });
   std::array<bool, 3> found{};

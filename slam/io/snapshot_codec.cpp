@@ -186,6 +186,13 @@ void Visit(Archive& archive, Like<Archive, SnapshotKeyframe> keyframe) {
 }
 
 template <typename Archive>
+void Visit(Archive& archive, Like<Archive, SnapshotCovisibility> pair) {
+  archive(pair.first);
+  archive(pair.second);
+  archive(pair.points);
+}
+
+template <typename Archive>
 void Visit(Archive& archive, Like<Archive, SnapshotProgress> progress) {
   archive(progress.tracked_points);
   archive(progress.tracking_ms);
@@ -222,6 +229,9 @@ void Visit(Archive& archive, Like<Archive, MapSnapshot> snapshot) {
   }
   if (archive.Version() >= 4 && archive.Present(snapshot.progress)) {
     Visit(archive, *snapshot.progress);
+  }
+  if (archive.Version() >= 5) {
+    VisitAll(archive, snapshot.covisibility);
   }
 }
 

@@ -22,6 +22,13 @@ struct SnapshotKeyframe {
   Rigid3d T_map_camera;
 };
 
+// Two keyframes that see the same map points.
+struct SnapshotCovisibility {
+  std::int64_t first = 0;  // ids of keyframes of the snapshot, first < second
+  std::int64_t second = 0;
+  std::int32_t points = 0;  // that both see
+};
+
 struct SnapshotPoint {
   Eigen::Vector3f p_map = Eigen::Vector3f::Zero();
   std::array<std::uint8_t, 3> rgb{};
@@ -91,6 +98,8 @@ struct MapSnapshot {
   bool gravity_known = false;
   std::optional<double> support_height;      // z of the main support plane (desk or floor), map units
   std::optional<SnapshotProgress> progress;  // empty in recordings of older programs
+  // Every pair that shares enough to count as covisible, once; empty in recordings of older programs.
+  std::vector<SnapshotCovisibility> covisibility;
 };
 
 using MapSnapshotPtr = std::shared_ptr<const MapSnapshot>;

@@ -135,6 +135,9 @@ void Submap::FillSnapshot(MapSnapshot& snapshot) const {
   for (const auto& [id, keyframe] : map_->Keyframes()) {
     snapshot.keyframes.push_back(
         {id, keyframe.frame_index, keyframe.timestamp, keyframe.T_camera_map.Inverse()});
+    for (auto it = keyframe.covisibility.upper_bound(id); it != keyframe.covisibility.end(); ++it) {
+      snapshot.covisibility.push_back({id, it->first, it->second});
+    }
   }
   const auto evidence = objects_.Evidence();
   for (const MapPoint& point : map_->Points()) {

@@ -61,7 +61,7 @@ class Submap {
   void Absorb(Submap&& other);
 
   TrackingViewPtr MakeView() const;
-  void FillSnapshot(MapSnapshot& snapshot) const;  // keyframes, points, objects, upright
+  void FillSnapshot(MapSnapshot& snapshot) const;  // keyframes, their covisibility, points, objects, upright
   Trajectory FrameTrajectory() const;
   Trajectory KeyframeTrajectory() const;
 

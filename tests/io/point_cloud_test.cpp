@@ -62,6 +62,23 @@ TEST_F(PointCloudFile, BinaryOfEitherByteOrderBehindAnElementWithLists) {
   }
 }
 
+TEST_F(PointCloudFile, ColoursAreReadInWhateverTypeTheyAre) {
+  const auto read = [this](const std::string& text) {
+    return ReadPointCloud(folder_.Write("cloud.ply", text)).rgb;
+  };
+  const std::string start =
+      "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n";
+  using Rgb = std::array<std::uint8_t, 3>;
+  EXPECT_THAT(read(start + "property uchar blue\nproperty uchar green\nproperty uchar red\nend_header\n"
+                           "1 2 3 7 8 9\nnan 2 3 1 1 1\n"),
+              ElementsAre(Rgb{9, 8, 7}))
+      << "a hole has no colour either";
+  EXPECT_THAT(read(start + "property float r\nproperty float g\nproperty float b\nend_header\n"
+                           "1 2 3 0 1 0.5\n1 2 3 2 -1 0.2\n"),
+              ElementsAre(Rgb{0, 255, 128}, Rgb{255, 0, 51}));
+  EXPECT_THAT(read(start + "property uchar red\nend_header\n1 2 3 7\n1 2 3 7\n"), ::testing::IsEmpty());
+}
+
 TEST_F(PointCloudFile, TextWithCommentsNamesAndCommas) {
   EXPECT_THAT(Read("x,y,z,intensity\n1,2,3,0.5\n# the rest\n 4\t5 6\n7;8;9\n"),
               ElementsAre(Vector3d(1, 2, 3), Vector3d(4, 5, 6), Vector3d(7, 8, 9)));

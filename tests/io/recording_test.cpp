@@ -42,6 +42,7 @@ MapSnapshot MakeSnapshot(int number, int points = 100) {
   snapshot.gravity_known = true;
   snapshot.support_height = 0.75;
   snapshot.progress = SnapshotProgress{250, 7.5, 80.25, 2, 1};
+  snapshot.covisibility = {{3, 8, 120}, {3, 9, 15}};
   return snapshot;
 }
 
@@ -88,6 +89,10 @@ TEST(SnapshotCodec, EveryFieldComesBack) {
   EXPECT_EQ(read.progress->mapping_ms, 80.25);
   EXPECT_EQ(read.progress->loops, 2);
   EXPECT_EQ(read.progress->merges, 1);
+  ASSERT_EQ(read.covisibility.size(), 2u);
+  EXPECT_EQ(read.covisibility[0].first, 3);
+  EXPECT_EQ(read.covisibility[0].second, 8);
+  EXPECT_EQ(read.covisibility[0].points, 120);
   EXPECT_FALSE(DecodeSnapshot(EncodeSnapshot(MapSnapshot{})).T_map_camera.has_value());
 }
 
@@ -128,32 +133,51 @@ TEST(SnapshotCodec, Version2IsReadWithDefaults) {
   EXPECT_THROW(DecodeSnapshot(SnapshotOfVersion2()), InputError);
 }
 
-// As the program wrote it when snapshots said nothing of the run's progress: the same without its last byte,
-// which says that there is none.
-TEST(SnapshotCodec, Version3IsReadWithoutProgress) {
-  MapSnapshot snapshot = MakeSnapshot(1);
-  snapshot.progress.reset();
+// A snapshot without its last bytes, packed again: what older programs did not write stands at the end.
+std::string WithoutTail(const MapSnapshot& snapshot, std::uint64_t tail) {
   const std::string bytes = EncodeSnapshot(snapshot);
   std::uint64_t size = 0;
   std::memcpy(&size, bytes.data(), sizeof(size));
   std::string raw(size, '\0');
   uLongf raw_size = size;
-  ASSERT_EQ(
+  EXPECT_EQ(
       uncompress(reinterpret_cast<Bytef*>(raw.data()), &raw_size,
                  reinterpret_cast<const Bytef*>(bytes.data()) + sizeof(size), bytes.size() - sizeof(size)),
       Z_OK);
-  --size;
+  size -= tail;
   std::string packed(compressBound(size), '\0');
   uLongf packed_size = packed.size();
-  ASSERT_EQ(compress(reinterpret_cast<Bytef*>(packed.data()), &packed_size,
+  EXPECT_EQ(compress(reinterpret_cast<Bytef*>(packed.data()), &packed_size,
                      reinterpret_cast<const Bytef*>(raw.data()), size),
             Z_OK);
   std::string old(reinterpret_cast<const char*>(&size), sizeof(size));
   old.append(packed, 0, packed_size);
+  return old;
+}
+
+constexpr std::uint64_t kEmptyList = sizeof(std::uint32_t);  // its length
+
+// As the program wrote it when snapshots said nothing of the run's progress: also without the byte which says
+// that there is none.
+TEST(SnapshotCodec, Version3IsReadWithoutProgress) {
+  MapSnapshot snapshot = MakeSnapshot(1);
+  snapshot.progress.reset();
+  snapshot.covisibility.clear();
+  const std::string old = WithoutTail(snapshot, kEmptyList + 1);
   const MapSnapshot read = DecodeSnapshot(old, 3);
   EXPECT_EQ(read.points.at(42).anomaly, 0.328125F);
   EXPECT_EQ(read.support_height, 0.75);
   EXPECT_FALSE(read.progress.has_value());
+  EXPECT_THROW(DecodeSnapshot(old), InputError);
+}
+
+TEST(SnapshotCodec, Version4IsReadWithoutCovisibility) {
+  MapSnapshot snapshot = MakeSnapshot(1);
+  snapshot.covisibility.clear();
+  const std::string old = WithoutTail(snapshot, kEmptyList);
+  const MapSnapshot read = DecodeSnapshot(old, 4);
+  EXPECT_EQ(read.progress->merges, 1);
+  EXPECT_TRUE(read.covisibility.empty());
   EXPECT_THROW(DecodeSnapshot(old), InputError);
 }
 
@@ -224,10 +248,10 @@ TEST(Recording, OfVersion2IsReadableAndOfUnknownOnesRefused) {
   RecordingWriter(path, {"s", "v", "c"}).Add(MakeSnapshot(0));
   Rewrite(path, "2", SnapshotOfVersion2());
   ExpectSnapshotOfVersion2(*RecordingReader(path).Last());
-  for (const char* version : {"1", "5", "two"}) {
+  for (const char* version : {"1", "6", "two"}) {
     Rewrite(path, version, "");
     EXPECT_THAT(InputErrorOf([&] { RecordingReader reader(path); }),
-                HasSubstr(std::string("version ") + version + ", expected a map.sqmap of version 2 to 4"));
+                HasSubstr(std::string("version ") + version + ", expected a map.sqmap of version 2 to 5"));
   }
 }
 

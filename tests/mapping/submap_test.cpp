@@ -73,6 +73,25 @@ TEST_F(SubmapFrames, FollowTheirKeyframesFromThenOn) {
   EXPECT_LT(Error(kNewer), 1e-5);         // is found among the points, which have stayed
 }
 
+TEST_F(SubmapFrames, SnapshotsHoldEveryCovisiblePairOnce) {
+  Map& map = submap_->Map();
+  std::size_t pairs = 0;
+  for (const auto& [id, keyframe] : map.Keyframes()) {
+    map.UpdateCovisibility(id);
+  }
+  for (const auto& [id, keyframe] : map.Keyframes()) {
+    pairs += keyframe.covisibility.size();
+  }
+  MapSnapshot snapshot;
+  submap_->FillSnapshot(snapshot);
+  ASSERT_GT(pairs, 0u);
+  EXPECT_EQ(2 * snapshot.covisibility.size(), pairs);
+  for (const SnapshotCovisibility& pair : snapshot.covisibility) {
+    EXPECT_LT(pair.first, pair.second);
+    EXPECT_EQ(map.At(pair.second).covisibility.at(pair.first), pair.points);
+  }
+}
+
 // Twelve boxes around the first points of the synthetic map. One more point, far off them, was seen in them
 // too, and one that no box holds.
 class SubmapObjects : public ::testing::Test {

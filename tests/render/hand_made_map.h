@@ -42,6 +42,11 @@ inline MapSnapshot HandMadeMap() {
     axes.col(1) = axes.col(2).cross(axes.col(0));
     map.keyframes.push_back({i, 10 * i, i / 3.0, {Eigen::Quaterniond(axes), eye}});
   }
+  for (std::int64_t i = 0; i < 8; ++i) {  // the farther apart, the less they share
+    for (std::int64_t k = i + 1; k < 8; ++k) {
+      map.covisibility.push_back({i, k, static_cast<std::int32_t>(200 / (k - i))});
+    }
+  }
   map.T_map_camera = map.keyframes.back().T_map_camera;
   map.frame_index = 70;
   map.timestamp = 7.0 / 3.0;

@@ -52,6 +52,88 @@ TEST(PictureTest, MinimalWithoutBackgroundLooksLikeItsBaseline) {
   ExpectBaseline(RenderPicture(HandMadeMap(), options), "map_minimal");
 }
 
+// A section through book and ball, the keyframes' graph, and a true path beside the estimated one.
+PictureOptions SectionWithLayers() {
+  PictureOptions options = SmallPicture();
+  options.style.clip = {.axis = "y", .offset = 0.1, .flip = true};
+  options.style.covisibility.show = true;
+  options.style.covisibility.width = 2.0;
+  options.style.ground_truth.width = 3.0;
+  options.style.cameras.keyframes = false;
+  options.style.objects.labels = true;
+  options.layers.true_path.emplace_back();
+  for (const SnapshotKeyframe& keyframe : HandMadeMap().keyframes) {
+    options.layers.true_path.back().push_back(1.06 * keyframe.T_map_camera.translation);
+  }
+  auto cloud = std::make_shared<ColoredPoints>();
+  for (int i = 0; i < 900; ++i) {  // a wall behind the desk
+    cloud->p_map.emplace_back(-0.9F + 0.06F * static_cast<float>(i % 30), 0.9F,
+                              0.02F * static_cast<float>(i / 30));
+    cloud->rgb.push_back({static_cast<std::uint8_t>(8 * (i % 30)), 90, 200});
+  }
+  options.layers.dense_cloud = cloud;
+  options.camera.view_angle = 55.0;
+  options.camera.zoom = 0.8;
+  return options;
+}
+
+TEST(PictureTest, ASectionWithLayersLooksLikeItsBaseline) {
+  ExpectBaseline(RenderPicture(HandMadeMap(), SectionWithLayers()), "map_section");
+}
+
+TEST(PictureTest, LayersAndSectionsAreSeenAtOnce) {
+  PictureRenderer renderer(SectionWithLayers());
+  renderer.SetMap(HandMadeMap());
+  const cv::Mat all = renderer.Render();
+  const auto without = [&](auto change) {
+    PictureOptions options = SectionWithLayers();
+    MapSnapshot map = HandMadeMap();
+    change(options, map);
+    return cv::norm(RenderPicture(map, options), all, cv::NORM_L1) / static_cast<double>(all.total());
+  };
+  EXPECT_EQ(without([](auto&, auto&) {}), 0.0);
+  EXPECT_GT(without([](PictureOptions& o, auto&) { o.layers.true_path.clear(); }), 0.5);
+  EXPECT_GT(without([](PictureOptions& o, auto&) { o.layers.dense_cloud.reset(); }), 0.5);
+  EXPECT_GT(without([](PictureOptions& o, auto&) { o.style.covisibility.show = false; }), 0.5);
+  EXPECT_GT(without([](PictureOptions& o, auto&) { o.style.covisibility.min_points = 150; }), 0.2)
+      << "only neighbours share so many points";
+  EXPECT_GT(without([](auto&, MapSnapshot& map) { map.covisibility.clear(); }), 0.5);
+  EXPECT_GT(without([](PictureOptions& o, auto&) { o.style.clip.axis = "none"; }), 2.0);
+  EXPECT_GT(without([](PictureOptions& o, auto&) { o.style.clip.flip = false; }), 2.0);
+}
+
+TEST(PictureTest, WhatIsCutAwayLeavesNothingBehind) {
+  PictureOptions options = SmallPicture();
+  options.style.clip = {.axis = "x", .offset = 10.0, .flip = true};  // all of it
+  options.style.cameras = {.trajectory = false, .keyframes = false, .current = false};
+  options.style.objects.labels = true;
+  MapSnapshot bare = HandMadeMap();
+  PictureRenderer renderer(options);
+  renderer.SetMap(HandMadeMap());
+  const cv::Mat cut = renderer.Render();
+  bare.points.clear();
+  bare.objects.clear();
+  renderer.SetMapKeepingFrame(bare);
+  EXPECT_TRUE(SameBytes(renderer.Render(), cut)) << "no shadow, name or line of the legend either";
+  options.style.clip.flip = false;
+  EXPECT_GT(OneMinusSsim(RenderPicture(HandMadeMap(), options), cut), kThreshold);
+}
+
+// A solid whose near side is cut off shows its inside, also where it is opaque.
+TEST(PictureTest, OneLooksIntoACutSolid) {
+  PictureOptions options = SmallPicture();
+  options.style.light = {.shadow = 0.0, .ambient_occlusion = 0.0, .outline = 0.0, .eye_dome = 0.0};
+  options.style.points.show = options.style.grid.show = options.style.text.legend = false;
+  options.style.objects.opacity = 1.0;
+  options.style.clip.axis = "z";
+  MapSnapshot map = HandMadeMap();
+  map.objects.resize(1);  // the book, from above
+  options.camera.view = "top";
+  const cv::Mat image = RenderPicture(map, options);
+  const cv::Vec3b middle = image.at<cv::Vec3b>(image.rows / 2, image.cols / 2);
+  EXPECT_LT(*std::min_element(middle.val, middle.val + 3), 200) << "not the white background";
+}
+
 TEST(PictureTest, BaselineTellsAChangedObjectFromTheSame) {
   MapSnapshot changed = HandMadeMap();
   changed.objects[0].superquadric.shape.half_size *= 1.3;

@@ -19,11 +19,12 @@
 
 namespace sqslam::viewer {
 
-// A recording of a map that grows object by object, without images.
-inline std::filesystem::path WriteGrowingMap(const std::filesystem::path& folder) {
+// A recording of a map that grows object by object, without images. `sequence`: what it says was mapped.
+inline std::filesystem::path WriteGrowingMap(const std::filesystem::path& folder,
+                                             const std::string& sequence = "") {
   std::filesystem::create_directories(folder / "desk");
   const std::filesystem::path file = folder / "desk" / "map.sqmap";
-  RecordingWriter writer(file, {"", "test", ""});
+  RecordingWriter writer(file, {sequence, "test", ""});
   const MapSnapshot whole = HandMadeMap();
   for (int i = 0; i < 4; ++i) {
     MapSnapshot map = whole;

@@ -141,6 +141,72 @@ TEST(PickingTest, TakesTheNearestOfTwoObjectsInARow) {
   EXPECT_EQ(PickObject({a + Eigen::Vector3d(0.0, 0.0, 3.0), way}, map.objects), std::nullopt);
 }
 
+TEST(PickingTest, WhatIsCutAwayIsNotPicked) {
+  const MapSnapshot map = HandMadeMap();
+  const PosedSuperquadric& ball = map.objects[2].superquadric;
+  const Eigen::Vector3d middle = ball.T_map_object.translation;
+  const Ray down{middle + Eigen::Vector3d(0.0, 0.0, 2.0), -Eigen::Vector3d::UnitZ()};
+  EXPECT_EQ(PickObject(down, map.objects), 2);
+  // Its upper half is gone: one looks into it, onto its floor.
+  const ClipPlane half{Eigen::Vector3d::UnitZ(), middle.z()};
+  const auto inside = MeetCut(down, ball, half);
+  ASSERT_TRUE(inside);
+  EXPECT_NEAR(*inside, 2.15, 1e-6);
+  EXPECT_NEAR(*MeetCut(down, ball, std::nullopt), 1.85, 1e-6);
+  EXPECT_EQ(PickObject(down, map.objects, half), 2);
+  // All of it is gone, and the book is what one sees behind it.
+  const ClipPlane none{-Eigen::Vector3d::UnitZ(), -0.35};
+  EXPECT_FALSE(none.KeepsSomeOf(ball));
+  EXPECT_EQ(PickObject(down, map.objects, none), std::nullopt);
+  const Eigen::Vector3d book = map.objects[0].superquadric.T_map_object.translation;
+  const Eigen::Vector3d way = (book - middle).normalized();
+  const Ray through{middle - 3.0 * way, way};
+  EXPECT_EQ(PickObject(through, map.objects), 2);
+  EXPECT_EQ(PickObject(through, map.objects, ClipPlane{Eigen::Vector3d::UnitX(), 0.1}), 0);
+}
+
+TEST(PickingTest, PointsAreThoseOfMapAndCloudThatAreNotCutAway) {
+  MapSnapshot map;
+  map.points = {{{0.0F, 0.0F, 0.0F}, {}, -1}, {{0.0F, -1.0F, 0.5F}, {}, -1}};
+  ViewCamera camera;
+  camera.position = {0.0, -4.0, 2.0};  // looks at the first point, past the second one
+  const Eigen::Vector2d pixel(400.0, 300.0);
+  const auto picked = [&](const std::optional<ClipPlane>& cut, const ColoredPoints* cloud = nullptr) {
+    return PickPoint(camera, pixel, kWindow, map, cut, cloud);
+  };
+  EXPECT_EQ(picked({}), Eigen::Vector3d(0.0, -1.0, 0.5));
+  EXPECT_EQ(picked(ClipPlane{Eigen::Vector3d::UnitZ(), 0.2}), Eigen::Vector3d(0.0, 0.0, 0.0));
+  ColoredPoints cloud;
+  cloud.p_map = {{0.0F, -2.0F, 1.0F}};
+  EXPECT_EQ(picked({}, &cloud), Eigen::Vector3d(0.0, -2.0, 1.0));
+  EXPECT_EQ(picked(ClipPlane{Eigen::Vector3d::UnitZ(), 0.7}, &cloud), Eigen::Vector3d(0.0, -1.0, 0.5));
+}
+
+TEST(RenderCommandLineTest, NamesTheLayersThatAreDrawn) {
+  ViewerState state;
+  UseStyle(state, "paper");
+  state.document.file = "/data/map.sqmap";
+  const auto line = [&] { return RenderCommandLine(state, {640, 360}, false, "out.png"); };
+  EXPECT_THAT(line(), ::testing::Not(HasSubstr("--ground-truth")));
+  state.layers.true_path = true;
+  ShowCloud(state, "/data/a room.ply");
+  SwitchCut(state);
+  state.view.style.clip.offset = -0.25;
+  state.view.style.covisibility.show = true;
+  EXPECT_THAT(line(),
+              HasSubstr("--ground-truth=auto '--dense-cloud=/data/a room.ply' --dense-cloud-frame=map"));
+  EXPECT_THAT(line(), HasSubstr("--set=covisibility.show=true"));
+  EXPECT_THAT(line(), HasSubstr("--set=clip.offset=-0.25"));
+  EXPECT_THAT(line(), HasSubstr("clip.axis="));
+  state.layers.true_path = false;
+  state.layers.sequence = "/data/kitchen";
+  state.layers.cloud_in_world = true;
+  EXPECT_THAT(line(), HasSubstr("--ground-truth=/data/kitchen --set=ground_truth.show=false"))
+      << "what the cloud is laid over by";
+  UseStyle(state, "dark");
+  EXPECT_EQ(state.view.style.clip.axis, "view") << "another look is no other section";
+}
+
 TEST(LayoutTest, PartsFillTheWindowAndDoNotOverlap) {
   const Layout layout = LayOut({1280, 720}, 25.0, {}, true, true, 1.0);
   EXPECT_DOUBLE_EQ(layout.scene.width + layout.side_line.width + layout.side.width, 1280.0);

@@ -1,7 +1,9 @@
 // The program itself under Xvfb, moved by scripts of events.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 
 #include "tests/app/run_program.h"
@@ -41,6 +43,27 @@ class ViewerScript : public ::testing::Test {
     folder_.Write("script.txt", script);
     return RunViewer(folder_, arguments + " --resolution 960,600 --play-events script.txt");
   }
+  // What a copied command draws, against the picture that F12 left in the folder.
+  void ExpectSamePicture(std::string command) {
+    ASSERT_TRUE(command.starts_with("sqslam "));
+    const std::string output = (folder_.Path() / "headless.png").string();
+    command = command.substr(7, command.find('\n') - 7);
+    const std::size_t name = command.find("--output=map.png");
+    ASSERT_NE(name, std::string::npos);
+    command.replace(name, 16, "--output=" + output);
+    const ProgramRun headless = RunProgram(command);
+    ASSERT_EQ(headless.exit_code, 0) << headless.err;
+    cv::Mat shot;
+    for (const auto& entry : std::filesystem::directory_iterator(folder_.Path())) {
+      if (entry.path().filename().string().ends_with("-1.png")) {
+        shot = cv::imread(entry.path().string());
+      }
+    }
+    const cv::Mat drawn = cv::imread(output);
+    ASSERT_EQ(shot.size(), drawn.size());
+    EXPECT_LT(OneMinusSsim(shot, drawn), 0.01);
+  }
+
   TemporaryFolder folder_;
 };
 
@@ -83,25 +106,72 @@ TEST_F(ViewerScript, TheCopiedCommandDrawsTheSamePicture) {
       "key F12\nframes 2\ncommand command.txt\nclose\n",
       "desk");
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  std::string command = Slurp(folder_.Path() / "command.txt");
+  const std::string command = Slurp(folder_.Path() / "command.txt");
   EXPECT_THAT(command, HasSubstr("--at-frame="));
-  ASSERT_TRUE(command.starts_with("sqslam "));
-  const std::string output = (folder_.Path() / "headless.png").string();
-  command = command.substr(7, command.find('\n') - 7);
-  const std::size_t name = command.find("--output=map.png");
-  ASSERT_NE(name, std::string::npos);
-  command.replace(name, 16, "--output=" + output);
-  const ProgramRun headless = RunProgram(command);
-  ASSERT_EQ(headless.exit_code, 0) << headless.err;
-  cv::Mat shot;
-  for (const auto& entry : std::filesystem::directory_iterator(folder_.Path())) {
-    if (entry.path().filename().string().ends_with("-1.png")) {
-      shot = cv::imread(entry.path().string());
-    }
+  ExpectSamePicture(command);
+}
+
+// A sequence whose true camera path is that of the hand-made map, in a world of other scale and frame.
+void WriteTruth(const TemporaryFolder& folder) {
+  const Sim3d S_world_map{
+      2.0, Eigen::Quaterniond(Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitX())), {3.0, 2.0, 1.0}};
+  std::string images;
+  std::string poses;
+  for (const SnapshotKeyframe& keyframe : HandMadeMap().keyframes) {
+    const Eigen::Vector3d p = S_world_map * keyframe.T_map_camera.translation;
+    images += fmt::format("{:.6f} {}.png\n", keyframe.timestamp, keyframe.id);
+    poses += fmt::format("{:.6f} {:.9f} {:.9f} {:.9f} 0 0 0 1\n", keyframe.timestamp, p.x(), p.y(), p.z());
   }
-  const cv::Mat drawn = cv::imread(output);
-  ASSERT_EQ(shot.size(), drawn.size());
-  EXPECT_LT(OneMinusSsim(shot, drawn), 0.01);
+  std::filesystem::create_directories(folder.Path() / "sequence");
+  folder.Write("sequence/rgb.txt", images);
+  folder.Write("sequence/groundtruth.txt", poses);
+  folder.Write("sequence/camera.yaml",
+               "width: 320\nheight: 240\nfx: 300\nfy: 300\ncx: 159.5\ncy: 119.5\nfps: 3\n"
+               "distortion: [0, 0, 0, 0, 0]\n");
+}
+
+// Layers of all kinds and a section: on by keys, options and a drop, in the window and in the copied command.
+TEST_F(ViewerScript, LayersAreSwitchedOnAndTheCopiedCommandDrawsThemToo) {
+  WriteTruth(folder_);
+  WriteGrowingMap(folder_.Path(), (folder_.Path() / "sequence").string());
+  std::string cloud =
+      "ply\nformat ascii 1.0\nelement vertex 400\nproperty float x\nproperty float y\nproperty float z\n"
+      "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n";
+  for (int i = 0; i < 400; ++i) {
+    cloud += fmt::format("{:.3f} 0.8 {:.3f} 200 60 {}\n", -0.6 + 0.06 * (i % 20), 0.04 * (i / 20), i % 250);
+  }
+  folder_.Write("room.ply", cloud);
+  const ProgramRun run = Play(
+      "wait idle\nexpect true_path no\nexpect cloud 0\n"
+      "key P\nwait idle\nexpect true_path yes\n"
+      "drop " +
+          (folder_.Path() / "room.ply").string() +
+          "\nframes 2\nwait idle\nexpect cloud 400\n"
+          "key G\nkey X\nwait idle\nexpect covisibility yes\nexpect cut view\n"
+          "key T\nwait idle\nexpect cut view\n"
+          "expect error none\npicture window.png\n"
+          "key F12\nframes 2\ncommand command.txt\nclose\n",
+      "desk");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const std::string command = Slurp(folder_.Path() / "command.txt");
+  EXPECT_THAT(command, HasSubstr("--ground-truth=auto"));
+  EXPECT_THAT(command, HasSubstr("--dense-cloud="));
+  ExpectSamePicture(command);
+}
+
+TEST_F(ViewerScript, LayersCanBeAskedForOnTheCommandLine) {
+  WriteTruth(folder_);
+  WriteGrowingMap(folder_.Path());
+  folder_.Write("room.ply",
+                "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+                "property float z\nend_header\n3 2 1\n");
+  const ProgramRun run =
+      Play("wait idle\nexpect true_path yes\nexpect cloud 1\nexpect error none\nclose\n",
+           "desk --ground-truth sequence --dense-cloud room.ply --dense-cloud-frame world");
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  const ProgramRun none =
+      Play("wait idle\nexpect true_path no\nexpect error not none\nclose\n", "desk --ground-truth auto");
+  EXPECT_EQ(none.exit_code, 0) << none.err << ": a map that does not say what was mapped";
 }
 
 TEST_F(ViewerScript, WhatWasRecordedPlaysAgain) {

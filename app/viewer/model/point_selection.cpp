@@ -47,7 +47,9 @@ AnnotationCloud CloudOf(const MapSnapshot& map) {
 
 AnnotationCloud ReadCloud(const std::filesystem::path& path, const Sim3d& S_annotation_file) {
   AnnotationCloud cloud;
-  cloud.points = ReadPointCloud(path).points;
+  PointCloud read = ReadPointCloud(path);
+  cloud.points = std::move(read.points);
+  cloud.rgb = std::move(read.rgb);
   for (Eigen::Vector3d& p : cloud.points) {
     p = S_annotation_file * p;
   }

@@ -96,7 +96,7 @@ class HelpPanel : public Panel {
       Line(all[i].keys.c_str(), all[i].what.c_str());
     }
     if (end == all.size()) {
-      Line("drop a file", "open a result folder or map.sqmap");
+      Line("drop a file", "open a result, a .ply as dense cloud");
     }
     ImGui::EndTable();
   }

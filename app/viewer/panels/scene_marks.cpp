@@ -19,7 +19,8 @@ namespace {
 class SceneProjection {
  public:
   SceneProjection(const ViewerState& state, ImVec2 origin)
-      : pinhole(PinholeOf(state.view.camera, state.scene_size)),
+      : cut(CutOf(state)),
+        pinhole(PinholeOf(state.view.camera, state.scene_size)),
         T_map_view(PoseOf(state.view.camera)),
         T_view_map_(T_map_view.Inverse()),
         origin_(origin) {}
@@ -35,6 +36,12 @@ class SceneProjection {
     return {origin_.x + static_cast<float>(pixel.x() + 0.5), origin_.y + static_cast<float>(pixel.y() + 0.5)};
   }
 
+  // The same for points of the scene; nowhere what is cut away.
+  std::optional<ImVec2> Seen(const Eigen::Vector3d& p_map) const {
+    return cut && !cut->Keeps(p_map) ? std::nullopt : (*this)(p_map);
+  }
+
+  std::optional<ClipPlane> cut;
   Camera pinhole;
   Rigid3d T_map_view;
 
@@ -65,7 +72,7 @@ void DrawObjectPoints(const ViewerState& state, const SceneProjection& project) 
   ImDrawList* list = ImGui::GetWindowDrawList();
   const float r = 3.6F * static_cast<float>(state.ui_scale);
   for (const ObjectPoint& point : ObjectPoints(*state.Map(), *object)) {
-    const auto at = project(point.p_map);
+    const auto at = project.Seen(point.p_map);
     if (!at) {
       continue;
     }
@@ -111,14 +118,14 @@ void DrawChosen(const ViewerState& state, const SceneProjection& project) {
     constexpr std::size_t kMostDrawn = 20000;
     const std::size_t step = tool.cloud->points.size() / kMostDrawn + 1;
     for (std::size_t i = 0; i < tool.cloud->points.size(); i += step) {
-      if (const auto at = project(tool.cloud->points[i])) {
+      if (const auto at = project.Seen(tool.cloud->points[i])) {
         list->AddRectFilled(ImVec2(at->x - 1.0F, at->y - 1.0F), ImVec2(at->x + 1.0F, at->y + 1.0F),
                             IM_COL32(120, 130, 145, 200));
       }
     }
   }
   for (const int index : tool.chosen) {
-    if (const auto at = project(tool.cloud->points[static_cast<std::size_t>(index)])) {
+    if (const auto at = project.Seen(tool.cloud->points[static_cast<std::size_t>(index)])) {
       list->AddCircleFilled(*at, r + 1.0F, IM_COL32(0, 0, 0, 150), 8);
       list->AddCircleFilled(*at, r, palette.accent, 8);
     }

@@ -74,6 +74,16 @@ class ScenePanel : public Panel {
       scene_.SetStyle(style);
       Stir();
     }
+    if (!(clip_ == state.view.style.clip)) {
+      clip_ = state.view.style.clip;
+      scene_.SetClip(clip_);
+      Stir();
+    }
+    if (layers_version_ != state.layers.version) {
+      layers_version_ = state.layers.version;
+      scene_.SetLayers(state.layers.drawn);
+      Stir();
+    }
     if (frame_map_ != state.document.frame) {
       frame_map_ = state.document.frame;
       scene_.SetFrame(frame_map_ ? *frame_map_ : MapSnapshot());
@@ -127,7 +137,7 @@ class ScenePanel : public Panel {
     }
     const Ray ray = RayOf(state.view.camera, mouse, window);
     if (hovered_ && !ImGui::IsAnyMouseDown()) {
-      state.pointed = PickObject(ray, state.Map()->objects);
+      state.pointed = PickObject(ray, state.Map()->objects, CutOf(state));
     }
     const ImVec2 drag = io.MouseClickedPos[0];
     const bool still = std::hypot(io.MousePos.x - drag.x, io.MousePos.y - drag.y) < 3.0F;
@@ -141,10 +151,10 @@ class ScenePanel : public Panel {
 
   void Click(ViewerState& state, const Eigen::Vector2d& mouse, const Ray& ray) {
     if (!state.measurement.active) {
-      state.selected = PickObject(ray, state.Map()->objects);
+      state.selected = PickObject(ray, state.Map()->objects, CutOf(state));
       return;
     }
-    if (const auto point = PickPoint(state.view.camera, mouse, state.scene_size, *state.Map())) {
+    if (const auto point = PointAt(state, mouse)) {
       auto& points = state.measurement.points;
       if (points.size() >= 2) {
         points.clear();
@@ -153,9 +163,14 @@ class ScenePanel : public Panel {
     }
   }
 
+  static std::optional<Eigen::Vector3d> PointAt(const ViewerState& state, const Eigen::Vector2d& mouse) {
+    return PickPoint(state.view.camera, mouse, state.scene_size, *state.Map(), CutOf(state),
+                     state.layers.drawn.dense_cloud.get());
+  }
+
   // What lies there comes to the middle.
   void LookAt(ViewerState& state, const Eigen::Vector2d& mouse) {
-    if (const auto point = PickPoint(state.view.camera, mouse, state.scene_size, *state.Map())) {
+    if (const auto point = PointAt(state, mouse)) {
       ViewCamera camera = state.view.camera;
       camera.position += *point - camera.focal_point;
       camera.focal_point = *point;
@@ -262,6 +277,8 @@ class ScenePanel : public Panel {
   GlTexture texts_;
   std::vector<cv::Rect> text_cells_;  // of it, where there is something
   int style_version_ = -1;
+  SceneStyle::Clip clip_;
+  int layers_version_ = 0;
   bool live_ = false;  // a run goes on
   MapSnapshotPtr frame_map_;
   MapSnapshotPtr map_;

@@ -1,7 +1,10 @@
 #include <fmt/format.h>
 #include <imgui.h>
+#include <imgui_stdlib.h>
 
 #include <array>
+#include <filesystem>
+#include <string>
 
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/widgets.h"
@@ -21,6 +24,7 @@ class ViewPanel : public Panel {
     DrawViews(state);
     DrawCamera(state);
     DrawLayers(state);
+    DrawCut(state);
     DrawLook(state);
     ImGui::EndChild();
   }
@@ -74,7 +78,7 @@ class ViewPanel : public Panel {
 
   static bool Check(const char* name, bool& on) { return ImGui::Checkbox(name, &on); }
 
-  static void DrawLayers(ViewerState& state) {
+  void DrawLayers(ViewerState& state) {
     Heading("Layers");
     SceneStyle& style = state.view.style;
     bool changed = false;
@@ -88,8 +92,95 @@ class ViewPanel : public Panel {
     pair("points", style.points.show, "grid", style.grid.show);
     pair("camera path", style.cameras.trajectory, "keyframes", style.cameras.keyframes);
     pair("present camera", style.cameras.current, "legend", style.text.legend);
+    ImGui::BeginDisabled(state.Map() != nullptr && state.Map()->covisibility.empty());
+    changed |= Check("covisibility", style.covisibility.show);
+    ImGui::EndDisabled();
+    Tip("Lines between keyframes that see the same map points (G); recordings of older programs have none");
+    ImGui::SameLine(column);
     changed |= Check("axes and scale", style.text.scale);
     state.view.style_version += changed ? 1 : 0;
+    DrawCovisibility(state);
+    DrawOwnLayers(state, column);
+  }
+
+  static void DrawCovisibility(ViewerState& state) {
+    SceneStyle::Covisibility& lines = state.view.style.covisibility;
+    if (!lines.show) {
+      return;
+    }
+    ImGui::SetNextItemWidth(-8.5F * ImGui::GetFontSize());
+    if (ImGui::SliderInt("shared points", &lines.min_points, 15, 400, "%d",
+                         ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic)) {
+      ++state.view.style_version;
+    }
+    Tip("Keyframes that see at least so many of the same map points are joined by a line");
+  }
+
+  // What does not come from the map.
+  void DrawOwnLayers(ViewerState& state, float column) {
+    Layers& layers = state.layers;
+    ImGui::BeginDisabled(!state.document.last);
+    Check("true path", layers.true_path);
+    Tip("Of the camera, as it comes with the sequence, laid over the keyframes by the best similarity (P)");
+    ImGui::SameLine(column);
+    Check("dense cloud", layers.dense_cloud);
+    Tip("From a .ply file: type its name below, or drop it on the window");
+    ImGui::EndDisabled();
+    if (layers.true_path && layers.path_pairs > 0) {
+      ImGui::TextDisabled("%s", fmt::format("{:.1f} mm off, RMSE over {} keyframes",
+                                            1000.0 * layers.path_error, layers.path_pairs)
+                                    .c_str());
+    }
+    if (layers.dense_cloud) {
+      DrawCloud(state);
+    }
+    if (layers.reading) {
+      ImGui::TextDisabled("reading ...");
+    }
+  }
+
+  void DrawCloud(ViewerState& state) {
+    Layers& layers = state.layers;
+    if (cloud_file_ != layers.cloud_file) {
+      cloud_file_ = layers.cloud_file;
+      cloud_text_ = cloud_file_.string();
+    }
+    ImGui::SetNextItemWidth(-1.0F);
+    ImGui::InputTextWithHint("##cloud", "cloud.ply", &cloud_text_);
+    if (ImGui::IsItemDeactivatedAfterEdit() && !cloud_text_.empty()) {
+      ShowCloud(state, cloud_text_);
+    }
+    Tip("A .ply with x y z, and red green blue if it has them; Enter reads it");
+    Check("in the world's frame", layers.cloud_in_world);
+    Tip("Of the true camera poses, in metres; otherwise it is in the map's frame");
+    if (Slide("cloud points", state.view.style.dense_cloud.size, 0.5F, 6.0F, "%.1f px")) {
+      ++state.view.style_version;
+    }
+  }
+
+  static void DrawCut(ViewerState& state) {
+    Heading("Cut away");
+    SceneStyle::Clip& clip = state.view.style.clip;
+    constexpr std::array<const char*, 5> kAxes = {"none", "x", "y", "z", "view"};
+    constexpr std::array<const char*, 5> kTips = {
+        "Nothing is cut", "Along the map's x axis", "Along the map's y axis",
+        "Along the map's z axis, which is up",
+        "Along the line of sight: what is nearer than the plane goes (X)"};
+    for (std::size_t i = 0; i < kAxes.size(); ++i) {
+      if (i > 0) {
+        ImGui::SameLine();
+      }
+      bool on = clip.axis == kAxes[i];
+      if (Toggle(i == 0 ? "off" : kAxes[i], &on, kTips[i])) {
+        clip.axis = kAxes[i];
+      }
+    }
+    if (clip.axis == "none") {
+      return;
+    }
+    Slide("offset", clip.offset, -1.5F, 1.5F, "%.2f");
+    Tip("Of the plane from the middle of the scene, of its radius");
+    Check("the other side", clip.flip);
   }
 
   static bool Slide(const char* name, double& value, float low, float high, const char* format) {
@@ -125,6 +216,9 @@ class ViewPanel : public Panel {
       state.view.camera.view_angle = angle;
     }
   }
+
+  std::filesystem::path cloud_file_;  // that the text was made from
+  std::string cloud_text_;
 };
 
 }  // namespace
