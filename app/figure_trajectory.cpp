@@ -60,8 +60,8 @@ TrajectoryFigure::Pieces PiecesOf(const Trajectory& trajectory, const Sim3d& S_f
 }
 
 std::string LengthText(double metres) {
-  return metres < 0.01  ? fmt::format("{:.2g} mm", 1000.0 * metres)
-         : metres < 1.0 ? fmt::format("{:.2g} cm", 100.0 * metres)
+  return metres < 0.01  ? fmt::format("{:.1f} mm", 1000.0 * metres)
+         : metres < 1.0 ? fmt::format("{:.1f} cm", 100.0 * metres)
                         : fmt::format("{:.3g} m", metres);
 }
 

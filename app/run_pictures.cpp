@@ -15,7 +15,7 @@
 namespace sqslam::app {
 namespace {
 
-struct View {
+struct PictureView {
   const char* file;
   double azimuth;    // degrees from the three-quarter view
   double elevation;  // degrees from the three-quarter view
@@ -39,8 +39,9 @@ void DrawRun(const MapSnapshot& map, const std::filesystem::path& result, StageT
   PictureRenderer renderer(options);
   renderer.SetMap(map);
   std::filesystem::create_directories(result / "figures");
-  for (const View& view : {View{"map.png", 0.0, 0.0}, View{"figures/above.png", 0.0, 60.0},
-                           View{"figures/left.png", -50.0, 0.0}, View{"figures/right.png", 50.0, 0.0}}) {
+  for (const PictureView& view :
+       {PictureView{"map.png", 0.0, 0.0}, PictureView{"figures/above.png", 0.0, 60.0},
+        PictureView{"figures/left.png", -50.0, 0.0}, PictureView{"figures/right.png", 50.0, 0.0}}) {
     const StageTimes::Scope timer(times, "render");
     CameraOverrides turn;
     turn.azimuth = view.azimuth;

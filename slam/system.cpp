@@ -1,11 +1,13 @@
 #include "slam/system.h"
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <exception>
 #include <mutex>
 #include <thread>
+#include <utility>
 #include <variant>
 
 #include "slam/mapping/mapper.h"
@@ -122,7 +124,6 @@ class ViewSlot {
 struct System::Impl {
   Impl(const Camera& camera, const SystemOptions& system_options, SnapshotCallback on_snapshot)
       : options(system_options),
-        frame_interval(static_cast<std::int64_t>(1e6 / camera.fps)),
         vocabulary(LoadVocabulary(options.vocabulary)),
         tracker(camera, options.tracking, options.objects, static_cast<std::uint64_t>(options.seed), ids,
                 vocabulary, times),
@@ -167,7 +168,6 @@ struct System::Impl {
   }
 
   SystemOptions options;
-  std::chrono::microseconds frame_interval;
   StageTimes times;
   std::shared_ptr<const Vocabulary> vocabulary;  // null: places are not recognised
   std::shared_ptr<IdSource> ids = std::make_shared<IdSource>();
@@ -176,6 +176,7 @@ struct System::Impl {
   Tracker tracker;
   Mapper mapper;
   int frames = 0;
+  double last_timestamp = 0.0;  // s, of the frame before
   std::mutex failure_mutex;
   std::exception_ptr failure;
   std::thread mapping_thread;
@@ -190,6 +191,7 @@ TrackingState System::Process(const Frame& frame) {
   Impl& s = *impl_;
   s.RethrowMappingFailure();
   ++s.frames;
+  const double interval = frame.timestamp - std::exchange(s.last_timestamp, frame.timestamp);
   const auto started = std::chrono::steady_clock::now();
   TrackingReport report = s.tracker.Track(frame, s.view.Get(), s.queue.PendingKeyframes());
   if (s.options.deterministic) {  // what is recorded must not depend on the clock
@@ -202,7 +204,9 @@ TrackingState System::Process(const Frame& frame) {
     if (postponed) {
       // Files can be read much faster than a camera delivers. Where that would starve the map of keyframes,
       // frames are taken at the camera's rate; a live camera never waits here.
-      s.queue.WaitForKeyframes(started + s.frame_interval);
+      constexpr double kLongest = 0.2;  // s; a gap in the recording is no reason to wait
+      s.queue.WaitForKeyframes(started + std::chrono::microseconds(static_cast<std::int64_t>(
+                                             1e6 * std::clamp(interval, 0.0, kLongest))));
     }
   }
   return !s.tracker.Initialized() ? TrackingState::kNotInitialized

@@ -161,10 +161,13 @@ void AppendLine(const std::string& text, const std::string& source, int line,
   } else if (word == "expect") {
     action.kind = ScriptLine::Kind::kExpect;
     action.text = words.Rest();
+  } else if (word == "repeat") {
+    action.kind = ScriptLine::Kind::kRepeat;
+    action.count = static_cast<int>(words.Number("a number of seconds"));
   } else {
     words.Fail(
         "move, press, release, wheel, key, keydown, keyup, text, resize, focus, drop, close, frames, wait, "
-        "picture, command or expect");
+        "picture, command, expect or repeat");
   }
   script.push_back(std::move(action));
 }

@@ -41,6 +41,7 @@ struct ScriptLine {
     kPicture,  // write the whole window to the file `text`
     kCommand,  // write the command of the picture on the screen to the file `text`
     kExpect,   // `text`: "KEY VALUE" that must be true now, or the program fails
+    kRepeat,   // from the first line on, until `count` seconds have gone by since the script began
   };
   Kind kind = Kind::kEvent;
   InputEvent event;

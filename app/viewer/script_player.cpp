@@ -101,6 +101,12 @@ std::vector<InputEvent> ScriptPlayer::Next(const Viewer& viewer, double seconds)
         }
         waited_ = 0.0;
         break;
+      case ScriptLine::Kind::kRepeat:
+        if (std::chrono::steady_clock::now() - start_ < std::chrono::seconds(line.count)) {
+          at_ = 0;
+          return events;
+        }
+        break;
       case ScriptLine::Kind::kPicture:
       case ScriptLine::Kind::kCommand:
       case ScriptLine::Kind::kExpect:

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <optional>
 #include <string>
@@ -33,6 +34,7 @@ class ScriptPlayer {
   std::size_t at_ = 0;
   int frames_left_ = 0;
   double waited_ = 0.0;  // seconds
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
 // The value of a key of `expect`: title, selected, hovered, frame, objects, playing, style, preset, error,

@@ -258,6 +258,7 @@ Calibration Calibrate(const std::vector<BoardView>& views, const CalibrationBoar
   result.dropped_corners = dropped_corners;
   result.covered = CoveredShare(result);
   result.tilt = LargestAngle(result.views);
+  result.folds = solver.Folds();
   return result;
 }
 
@@ -293,6 +294,10 @@ std::vector<std::string> Weaknesses(const Calibration& c) {
     weaknesses.push_back(fmt::format(
         "the RMS error is {:.2f} px, expected less than {:.0f}: a blurred video or a board that is not flat",
         c.rms, kRms));
+  }
+  if (c.folds) {
+    weaknesses.push_back(
+        "the distortion folds back within the image, so its corners are wrong: show the board nearer to them");
   }
   return weaknesses;
 }

@@ -42,6 +42,7 @@ struct Calibration {
   int dropped_corners = 0;
   double covered = 0.0;  // share of the image inside the hull of all corners
   double tilt = 0.0;     // largest angle between two boards, radians
+  bool folds = false;    // rays farther out show farther in, somewhere within the image
 };
 
 // Zhang's method (OpenCV) on the chosen views, made robust: views and corners that do not fit are dropped and
@@ -52,7 +53,7 @@ Calibration Calibrate(const std::vector<BoardView>& views, const CalibrationBoar
                       const CalibrationOptions& options);
 
 // What a person should know before trusting it: poor coverage, boards nearly parallel, few views, large
-// errors.
+// errors, a lens model that folds.
 std::vector<std::string> Weaknesses(const Calibration& calibration);
 
 }  // namespace sqslam

@@ -15,6 +15,11 @@ namespace {
 
 constexpr int kDeterministicInterval = 3;  // frames
 
+// A network so slow that more frames than these lie between two that it sees leaves them without boxes:
+// corners are rarely followed that far, and following must not take so long that even more frames wait the
+// next time.
+constexpr std::size_t kMostFollowed = 90;
+
 }  // namespace
 
 struct BackgroundDetector::Impl {
@@ -86,7 +91,7 @@ struct BackgroundDetector::Impl {
       boxes.back().detections = detector.Detect(batch.back().bgr);
       boxes.back().seen = true;
     }
-    if (follow && batch.size() > 1 && !last_image.empty()) {
+    if (follow && batch.size() > 1 && batch.size() <= kMostFollowed && !last_image.empty()) {
       const StageTimes::Scope timer(times, "detection.following");
       std::vector<cv::Mat> images = {last_image};
       for (const Frame& frame : batch) {

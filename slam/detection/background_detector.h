@@ -21,7 +21,7 @@ struct FrameBoxes {
 };
 
 // A detector on a thread of its own. It looks at the newest frame whenever it is free; the frames between two
-// that it has seen get theirs by BoxesBetween.
+// that it has seen get theirs by BoxesBetween, or none where it is too slow for that.
 //
 //   BackgroundDetector detector(Detector(network), options, deterministic);
 //   for each frame { detector.Add(frame); for (const FrameBoxes& boxes : detector.Take()) ... }

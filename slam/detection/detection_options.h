@@ -17,7 +17,7 @@ struct DetectionOptions {
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
     visit("network", network);
-    visit("interval", interval, 0, 1000);
+    visit("interval", interval, 0, 90);  // farther, nothing is carried
     visit("follow", follow);
   }
 };

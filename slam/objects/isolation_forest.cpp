@@ -99,14 +99,4 @@ std::vector<double> AnomalyScores(std::span<const Eigen::Vector3d> points,
   return scores;
 }
 
-std::vector<bool> KeepInliers(std::span<const Eigen::Vector3d> points, const IsolationForestOptions& options,
-                              std::uint64_t seed) {
-  const std::vector<double> scores = AnomalyScores(points, options, seed);
-  std::vector<bool> keep(points.size(), true);
-  for (std::size_t i = 0; i < scores.size(); ++i) {
-    keep[i] = scores[i] <= options.threshold;
-  }
-  return keep;
-}
-
 }  // namespace sqslam

@@ -47,9 +47,4 @@ class IsolationForest {
 std::vector<double> AnomalyScores(std::span<const Eigen::Vector3d> points,
                                   const IsolationForestOptions& options, std::uint64_t seed);
 
-// For each point whether it is kept: those with a score up to options.threshold, all of them where there are
-// no scores.
-std::vector<bool> KeepInliers(std::span<const Eigen::Vector3d> points, const IsolationForestOptions& options,
-                              std::uint64_t seed);
-
 }  // namespace sqslam

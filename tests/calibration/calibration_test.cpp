@@ -111,6 +111,13 @@ TEST(Calibration, WarnsOfParallelBoardsInTheMiddle) {
   EXPECT_THAT(weaknesses, Contains(HasSubstr("nearly parallel")));
 }
 
+TEST(Calibration, ALensThatFoldsIsNamed) {
+  Calibration c = Calibrate(Views(Chessboard(), 20), Chessboard(), {640, 480}, {});
+  EXPECT_FALSE(c.folds);
+  c.folds = true;
+  EXPECT_THAT(Weaknesses(c), Contains(HasSubstr("folds back within the image")));
+}
+
 TEST(Calibration, OneViewManyTimesIsTooLittle) {
   const std::vector<BoardView> views =
       Views(Chessboard(), 5, [&](int) { return BoardPose(Chessboard(), kCamera, 1); });

@@ -91,17 +91,38 @@ TEST_F(BackgroundDetectorTest, DeterministicRunsWaitForEveryNthFrame) {
 
 TEST_F(BackgroundDetectorTest, FramesBetweenGetTheirBoxesFromTheirNeighbours) {
   BackgroundDetector detector = Make(4, true, true);
+  detector.Add(FrameAt(0));
+  const std::vector<FrameBoxes> first = detector.Take();
+  ASSERT_EQ(first.size(), 1U);
+  ASSERT_EQ(first[0].detections.size(), 1U);
   std::vector<FrameBoxes> last;
-  for (int i = 0; i < 5; ++i) {
+  for (int i = 1; i < 5; ++i) {
     detector.Add(FrameAt(i));
     last = detector.Take();
   }
   ASSERT_EQ(last.size(), 4U);
-  for (const FrameBoxes& boxes : last) {
-    EXPECT_EQ(boxes.detections.size(), 1U);
+  const double start = first[0].detections[0].box.Center().x();
+  for (std::size_t i = 0; i < last.size(); ++i) {
+    ASSERT_EQ(last[i].detections.size(), 1U);
+    const double moved = last[i].detections[0].box.Center().x() - start;
+    EXPECT_NEAR(moved, i == 3 ? 4.0 : 0.0, 1.5) << "the block stands still until the last frame, " << i;
+    EXPECT_EQ(last[i].seen, i == 3);
   }
-  EXPECT_FALSE(last[0].seen);
-  EXPECT_TRUE(last[3].seen);
+}
+
+TEST_F(BackgroundDetectorTest, BoxesAreNotCarriedOverLongGaps) {
+  constexpr int kFar = 95;
+  BackgroundDetector detector = Make(kFar, true, true);
+  detector.Add(FrameAt(0));
+  detector.Take();
+  std::vector<FrameBoxes> last;
+  for (int i = 1; i <= kFar; ++i) {
+    detector.Add(FrameAt(i));
+    last = detector.Take();
+  }
+  ASSERT_EQ(last.size(), static_cast<std::size_t>(kFar));
+  EXPECT_TRUE(last.front().detections.empty());
+  EXPECT_FALSE(last.back().detections.empty());
 }
 
 // Images of a size that the letterbox cannot fill make OpenCV throw on the detector's thread.

@@ -32,11 +32,21 @@ std::vector<Eigen::Vector3d> Cloud(int count, unsigned seed) {
   return points;
 }
 
+// For each point whether its score lets it stay; all of them where there are no scores.
+std::vector<bool> Kept(const std::vector<Eigen::Vector3d>& points, const IsolationForestOptions& options,
+                       std::uint64_t seed) {
+  const std::vector<double> scores = AnomalyScores(points, options, seed);
+  std::vector<bool> keep(points.size(), true);
+  std::transform(scores.begin(), scores.end(), keep.begin(),
+                 [&](double score) { return score <= options.threshold; });
+  return keep;
+}
+
 TEST(IsolationForest, RemovesPlantedOutliersAndKeepsTheCloud) {
   std::vector<Eigen::Vector3d> points = Cloud(200, 1);
   const std::vector<Eigen::Vector3d> planted = {{0.6, 0, 0}, {0, -0.7, 0.1}, {0.4, 0.4, 0.4}, {0, 0, 0.8}};
   points.insert(points.end(), planted.begin(), planted.end());
-  const std::vector<bool> keep = KeepInliers(points, IsolationForestOptions(), 7);
+  const std::vector<bool> keep = Kept(points, IsolationForestOptions(), 7);
   EXPECT_EQ(std::count(keep.end() - 4, keep.end(), true), 0);
   EXPECT_GE(std::count(keep.begin(), keep.end() - 4, true), 190);
 }
@@ -90,17 +100,17 @@ TEST(IsolationForest, CanBeSwitchedOff) {
   std::vector<Eigen::Vector3d> points = Cloud(200, 1);
   points.emplace_back(5.0, 0.0, 0.0);
   IsolationForestOptions options;
-  EXPECT_FALSE(KeepInliers(points, options, 7).back());
+  EXPECT_FALSE(Kept(points, options, 7).back());
   options.enabled = false;
-  EXPECT_TRUE(KeepInliers(points, options, 7).back());
+  EXPECT_TRUE(Kept(points, options, 7).back());
 }
 
 TEST(IsolationForest, LeavesSmallAndDegenerateCloudsAlone) {
   const std::vector<Eigen::Vector3d> few = Cloud(10, 1);
   const std::vector<bool> all(10, true);
-  EXPECT_EQ(KeepInliers(few, IsolationForestOptions(), 1), all);
+  EXPECT_EQ(Kept(few, IsolationForestOptions(), 1), all);
   const std::vector<Eigen::Vector3d> same(50, Eigen::Vector3d::Ones());
-  const std::vector<bool> keep = KeepInliers(same, IsolationForestOptions(), 1);
+  const std::vector<bool> keep = Kept(same, IsolationForestOptions(), 1);
   EXPECT_EQ(std::count(keep.begin(), keep.end(), true), 50);
 }
 

@@ -257,6 +257,12 @@ TEST(InputEventsTest, ABrokenLineIsNamed) {
   EXPECT_THAT(message("wait long"), HasSubstr("expected idle, map or end"));
 }
 
+TEST(InputEventsTest, ARoundIsRepeatedForSomeSeconds) {
+  const std::vector<ScriptLine> script = ParseScript("key H\nrepeat 90", "test");
+  EXPECT_EQ(script.back().kind, ScriptLine::Kind::kRepeat);
+  EXPECT_EQ(script.back().count, 90);
+}
+
 TEST(ShortcutsTest, NoTwoShortcutsShareAKey) {
   const std::vector<Shortcut>& all = Shortcuts();
   for (std::size_t i = 0; i < all.size(); ++i) {
