@@ -168,6 +168,7 @@ cv::Mat InteractiveScene::Texts(const ViewCamera& camera, cv::Size size) const {
                                     .grid_cell = GridCell(s.focus),
                                     .clip = MakeClipPlane(s.style.clip, s.focus, camera),
                                     .covisibility = s.style.covisibility.show && !s.map->covisibility.empty(),
+                                    .panel = true,
                                     .true_path = s.style.ground_truth.show && !s.layers.true_path.empty()};
   DrawTexts(image, *s.map, camera, captions, s.style, s.text);
   return image;

@@ -76,7 +76,7 @@ std::vector<SceneLegendEntry> SceneLegend(const MapSnapshot& map, const PictureC
   return entries;
 }
 
-cv::Rect DrawSceneLegend(cv::Mat& image, const std::vector<SceneLegendEntry>& entries,
+cv::Rect DrawSceneLegend(cv::Mat& image, const std::vector<SceneLegendEntry>& entries, bool panel_behind,
                          const SceneStyle& style, const TextPainter& text, double scale) {
   if (entries.empty()) {
     return {};
@@ -97,7 +97,7 @@ cv::Rect DrawSceneLegend(cv::Mat& image, const std::vector<SceneLegendEntry>& en
   const Eigen::Vector3d ink = ParseColor(style.text.color);
   const cv::Rect panel(left - gap, margin - gap, width + 2 * gap,
                        line * static_cast<int>(entries.size()) + 2 * gap);
-  if (image.channels() == 3) {
+  if (panel_behind) {
     DrawPanel(image, panel, 0.4 * size, ParseColor(style.background), 0.8);
   }
   int y = margin + line / 2;
@@ -219,7 +219,8 @@ void DrawTexts(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera,
   const double scale = PictureScale(image.size());
   std::vector<cv::Rect> taken;
   if (style.text.legend) {
-    taken.push_back(DrawSceneLegend(image, SceneLegend(map, captions, style), style, text, scale));
+    taken.push_back(DrawSceneLegend(image, SceneLegend(map, captions, style),
+                                    captions.panel || image.channels() == 3, style, text, scale));
   }
   if (style.text.scale) {
     taken.push_back(DrawAxes(image, camera, captions.grid_cell, style, text, scale));

@@ -30,7 +30,8 @@ struct PictureCaptions {
   double grid_cell = 1.0;         // map units
   std::optional<ClipPlane> clip;  // objects that it cuts away are not named
   bool covisibility = false;      // the picture holds such lines
-  bool true_path = false;         // and the true path of the camera
+  bool panel = false;      // behind the legend also where there is no background: something else lies there
+  bool true_path = false;  // and the true path of the camera
 };
 
 // Legend, axes and names over a picture of the map (8UC3, or 8UC4 with straight alpha), as the style asks for
@@ -51,7 +52,7 @@ std::vector<SceneLegendEntry> SceneLegend(const MapSnapshot& map, const PictureC
                                           const SceneStyle& style);
 
 // In the top-right corner. `scale`: pixels for one of the style's. Returns the area that it covers.
-cv::Rect DrawSceneLegend(cv::Mat& image, const std::vector<SceneLegendEntry>& entries,
+cv::Rect DrawSceneLegend(cv::Mat& image, const std::vector<SceneLegendEntry>& entries, bool panel_behind,
                          const SceneStyle& style, const TextPainter& text, double scale);
 
 // The map's axes as the camera sees them, and what a cell of the grid measures, in the bottom-left corner.

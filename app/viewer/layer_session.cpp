@@ -88,7 +88,11 @@ void LayerSession::LayOver(ViewerState& state) {
   if (wants_cloud && !layers.cloud_in_world) {
     S_map_file = Sim3d();
   }
-  if (path_is_new || in_world) {
+  const bool place_anew = in_world && (placed_ != cloud_ || !placed_in_world_);
+  if (in_world && placed_in_world_) {
+    S_map_file = placed_by_;
+  }
+  if (path_is_new || place_anew) {
     const std::optional<TruePath> path =
         wants_path || in_world ? LayTruePath(*truth_, *state.document.last) : std::nullopt;
     if (!path && (wants_path || in_world) && !state.run.active) {
@@ -116,6 +120,7 @@ void LayerSession::LayOver(ViewerState& state) {
     placed_ = cloud_;
     placed_by_ = S_map_file;
   }
+  placed_in_world_ = shows_cloud && in_world;
   if (!(drawn == layers.drawn)) {
     layers.drawn = std::move(drawn);
     ++layers.version;

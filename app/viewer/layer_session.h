@@ -38,6 +38,7 @@ class LayerSession {
   bool laid_path_ = false;
   Cloud placed_;
   std::optional<Sim3d> placed_by_;
+  bool placed_in_world_ = false;
 };
 
 }  // namespace sqslam::viewer

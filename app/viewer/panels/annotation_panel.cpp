@@ -14,6 +14,15 @@
 namespace sqslam::viewer {
 namespace {
 
+// What people call it: its name, or its label without underscores, with its number.
+std::string SolidName(const AnnotatedSolid& solid) {
+  std::string name = solid.name.empty() ? solid.label : solid.name;
+  if (solid.name.empty()) {
+    std::replace(name.begin(), name.end(), '_', ' ');
+  }
+  return fmt::format("{} {}", name, solid.id);
+}
+
 constexpr std::array<SolidKind, 4> kKinds = {SolidKind::kCuboid, SolidKind::kCylinder, SolidKind::kEllipsoid,
                                              SolidKind::kSuperquadric};
 
@@ -99,7 +108,7 @@ class AnnotationPanel : public Panel {
     for (const AnnotatedSolid& solid : annotation.solids) {
       ImGui::PushID(solid.id);
       Swatch(state.colors(solid.label));
-      const std::string text = fmt::format("{} {}", solid.name.empty() ? solid.label : solid.name, solid.id);
+      const std::string text = SolidName(solid);
       const bool selected = tool.selected == solid.id;
       if (ImGui::Selectable(text.c_str(), selected)) {
         tool.selected = selected ? std::nullopt : std::optional(solid.id);
@@ -143,7 +152,7 @@ class AnnotationPanel : public Panel {
     }
     AnnotatedSolid solid = *selected;
     ImGui::PushID(solid.id);
-    Heading(fmt::format("{} {}", solid.label, solid.id).c_str());
+    Heading(SolidName(solid).c_str());
     bool changed = false;
     bool finished = false;
     const auto field = [&](bool moved) {

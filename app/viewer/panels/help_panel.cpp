@@ -77,7 +77,7 @@ class HelpPanel : public Panel {
       ImGui::EndTable();
     }
     // The keys fill both columns evenly.
-    constexpr std::size_t kBesideMouse = 10;
+    constexpr std::size_t kBesideMouse = 12;
     const std::vector<Shortcut>& all = Shortcuts();
     const std::size_t split = all.size() - std::min(kBesideMouse, all.size());
     Heading("Work and files");
