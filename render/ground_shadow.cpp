@@ -12,8 +12,6 @@
 namespace sqslam {
 namespace {
 
-constexpr int kLampSamples = 24;
-constexpr int kSkySamples = 32;
 constexpr int kOutlinePoints = 48;
 constexpr double kGoldenAngle = 2.399963229728653;
 
@@ -35,20 +33,20 @@ struct LightSample {
 std::vector<LightSample> SampleLight(const ShadowLight& light, const Eigen::Vector3d& up) {
   std::vector<LightSample> samples;
   const PlaneAxes lamp = AxesOf(light.towards.normalized());
-  for (int i = 0; i < kLampSamples; ++i) {
-    const double radius = std::tan(light.size) * std::sqrt((i + 0.5) / kLampSamples);
+  for (int i = 0; i < light.lamp_samples; ++i) {
+    const double radius = std::tan(light.size) * std::sqrt((i + 0.5) / light.lamp_samples);
     const double angle = kGoldenAngle * i;
     samples.push_back(
         {(lamp.up + radius * (std::cos(angle) * lamp.x + std::sin(angle) * lamp.y)).normalized(),
-         light.lamp / kLampSamples});
+         light.lamp / light.lamp_samples});
   }
   const PlaneAxes sky = AxesOf(up);
-  for (int i = 0; i < kSkySamples; ++i) {  // as many as the cosine law sends
-    const double sine = std::sqrt((i + 0.5) / kSkySamples);
+  for (int i = 0; i < light.sky_samples; ++i) {  // as many as the cosine law sends
+    const double sine = std::sqrt((i + 0.5) / light.sky_samples);
     const double angle = kGoldenAngle * i;
     samples.push_back(
         {std::sqrt(1.0 - sine * sine) * sky.up + sine * (std::cos(angle) * sky.x + std::sin(angle) * sky.y),
-         (1.0 - light.lamp) / kSkySamples});
+         (1.0 - light.lamp) / light.sky_samples});
   }
   return samples;
 }

@@ -18,8 +18,10 @@ struct GroundShadow {
 
 struct ShadowLight {
   Eigen::Vector3d towards = Eigen::Vector3d::UnitZ();  // the lamp, map frame
-  double size = 0.16;  // angle between the middle and the rim of the lamp, radians
-  double lamp = 0.6;   // share of the lamp in the light; the rest comes from the whole sky
+  double size = 0.16;     // angle between the middle and the rim of the lamp, radians
+  double lamp = 0.6;      // share of the lamp in the light; the rest comes from the whole sky
+  int lamp_samples = 24;  // directions; what a shadow costs is in proportion to their number
+  int sky_samples = 32;
 };
 
 // The plane is {p : up . p = height}. The lamp and the sky are sampled by a fixed set of directions, each of

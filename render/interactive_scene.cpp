@@ -31,13 +31,14 @@ Scene::Quality QualityOf(const SceneStyle& style, Detail detail, cv::Size size) 
   return {.pixel_scale = PictureScale(size),
           .samples = fine && style.anti_aliasing == "ssaa" ? 2 : 1,
           .fxaa = fine && style.anti_aliasing == "fxaa",
-          .transparent = false};
+          .transparent = false,
+          .draft = !fine};
 }
 
 SceneStyle StyleFor(SceneStyle style, Detail detail) {
   if (detail == Detail::kDraft) {
     style.light.ambient_occlusion = style.light.outline = style.light.eye_dome = 0.0;
-    style.objects.segments = std::min(style.objects.segments, 64);
+    style.objects.segments = std::min(style.objects.segments, 40);
   }
   return style;
 }

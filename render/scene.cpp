@@ -132,6 +132,9 @@ void Scene::Impl::CastShadow(const std::optional<ClipPlane>& plane) {
   casting = std::move(kept);
   ShadowLight light;
   light.towards = studio.Lamp();
+  if (quality.draft) {
+    light.lamp_samples = light.sky_samples = 8;
+  }
   const GroundShadow cast = CastGroundShadow(solids_there, focus.up, focus.ground_height, light);
   shadow->SetVisibility(!cast.darkness.empty());
   if (!cast.darkness.empty()) {

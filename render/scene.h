@@ -23,6 +23,7 @@ class Scene {
     int samples = 2;           // drawn along each side of a pixel
     bool fxaa = false;         // smooth edges afterwards
     bool transparent = false;  // no background: colours are then multiplied by alpha
+    bool draft = false;        // shadows of fewer directions of light, while something moves
   };
   Scene(const SceneStyle& style, const Quality& quality);
   ~Scene();

@@ -197,8 +197,8 @@ class Loop {
 
   void Draw(double seconds) {
     const Clock::time_point start = Clock::now();
-    viewer_.Frame(seconds);
-    if (window_.Size().area() > 0) {
+    const bool drawn = viewer_.Frame(seconds);
+    if (drawn) {
       window_.ShowCursor(ImGui::GetMouseCursor());
       if (!player_ || !player_->Done()) {
         window_.Show();
@@ -216,7 +216,8 @@ class Loop {
   }
 
   void WriteWindow(const std::string& file) {
-    viewer_.Frame(0.0);  // the buffer that was shown is gone
+    while (!viewer_.Frame(0.0) && window_.Size().area() > 0) {  // the buffer that was shown is gone
+    }
     if (!cv::imwrite(file, ReadFramebuffer(window_.Size()))) {
       throw InputError(fmt::format("{}: the picture cannot be written", file));
     }

@@ -72,19 +72,19 @@ void Viewer::Handle(const InputEvent& event) {
   }
 }
 
-void Viewer::Frame(double seconds) {
+bool Viewer::Frame(double seconds) {
   Impl& s = *impl_;
   s.state.seconds = seconds;
   GLint framebuffer = 0;  // the window's, or that of a test; pictures and scenes may leave another one
   glGetIntegerv(GL_FRAMEBUFFER_BINDING, &framebuffer);
   s.CarryOut();
   s.TakeRunNews();
-  s.TakeNews();
+  const bool news = s.TakeNews();
   s.editing.Update(s.state);
   s.layers.Update(s.state);
   s.RequestFrame(seconds);
   if (s.window.width < 1 || s.window.height < 1) {
-    return;  // minimised
+    return false;  // minimised
   }
   if (s.applied_theme != s.state.theme) {
     ApplyTheme(s.state.theme, s.state.ui_scale);
@@ -96,16 +96,21 @@ void Viewer::Frame(double seconds) {
   s.RunShortcuts();
   s.MoveCamera();
   s.DrawPanels();
-  s.RequestFrame(0.0);  // what was asked for in this frame is read while it is drawn
+  const bool asked = s.RequestFrame(0.0);
   s.state.hovered = std::exchange(s.state.pointed, std::nullopt);
-  ImGui::Render();
   glBindFramebuffer(GL_FRAMEBUFFER, static_cast<GLuint>(framebuffer));
+  if (s.Holds(asked, news)) {
+    ImGui::EndFrame();
+    return false;
+  }
+  ImGui::Render();
   glViewport(0, 0, s.window.width, s.window.height);
   const ImVec4 back = ImGui::GetStyleColorVec4(ImGuiCol_MenuBarBg);
   glClearColor(back.x, back.y, back.z, 1.0F);
   glClear(GL_COLOR_BUFFER_BIT);
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
   s.FilmFrame();
+  return true;
 }
 
 bool Viewer::Busy() const {
@@ -129,7 +134,8 @@ bool Viewer::OnlyReads() const {
   const bool still = std::none_of(s.panels.begin(), s.panels.end(), [&](const PanelPtr& panel) {
     return panel->Wanted(s.state) && panel->Busy();
   });
-  return s.replay && !s.replay->Idle() && !s.replay->HasNews() && still && !s.run && !s.film &&
+  const bool patient = !s.held || std::chrono::steady_clock::now() - *s.held < kHoldAtMost;
+  return patient && s.replay && !s.replay->Idle() && !s.replay->HasNews() && still && !s.run && !s.film &&
          !s.state.playback.playing && s.state.requests.Empty();
 }
 

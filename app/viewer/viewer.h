@@ -32,9 +32,9 @@ class Viewer {
 
   void Handle(const InputEvent& event);
 
-  // One frame: takes what is new, draws all; `seconds` since the frame before. Without a size nothing is
-  // drawn.
-  void Frame(double seconds);
+  // One frame: takes what is new, draws all; `seconds` since the frame before. False where nothing was drawn:
+  // without a size, or where another moment was just asked for, which the next frame will show.
+  bool Frame(double seconds);
 
   // Whether the next frame would differ from this one although no event comes.
   bool Busy() const;

@@ -21,7 +21,9 @@ void Viewer::Impl::Open(const fs::path& path) {
   state.run = {};
   state.view.preset = "";
   state.document = {};
-  state.layers = {.version = state.layers.version + 1};  // they belonged to the other map
+  const int version = state.layers.version + 1;
+  state.layers = {};  // they belonged to the other map
+  state.layers.version = version;
   editing.Forget();
   Read(path);
 }
@@ -110,7 +112,8 @@ void Viewer::Impl::TakeRunNews() {
     timeline.series = run->Series();
     Frame(news.map);
   }
-  if (news.frame) {
+  const bool other_frame = news.frame != nullptr;
+  if (other_frame) {
     state.shown = std::move(news.frame);
   }
   if (news.finished) {
@@ -156,9 +159,10 @@ void Viewer::Impl::TakeOpened(const OpenedRecording& opened) {
   state.shown = std::move(shown);
 }
 
-void Viewer::Impl::TakeNews() {
+// Whether another frame is shown from now on.
+bool Viewer::Impl::TakeNews() {
   if (!replay) {
-    return;
+    return false;
   }
   Replay::News news = replay->Poll();
   if (news.opened) {
@@ -172,7 +176,8 @@ void Viewer::Impl::TakeNews() {
     }
   }
   state.document.progress = news.progress;
-  if (news.frame) {
+  const bool other_frame = news.frame != nullptr;
+  if (other_frame) {
     state.shown = std::move(news.frame);
   }
   if (!news.error.empty()) {
@@ -184,20 +189,37 @@ void Viewer::Impl::TakeNews() {
       state.document = {};
     }
   }
+  return other_frame;
 }
 
-// Moves on by so many seconds and asks for the frame there.
-void Viewer::Impl::RequestFrame(double seconds) {
+// Moves on by so many seconds and asks for the frame there; whether that is another one than before.
+bool Viewer::Impl::RequestFrame(double seconds) {
   const Timeline& timeline = state.document.timeline;
   if (!replay || timeline.Empty()) {
-    return;
+    return false;
   }
   state.playback.Advance(seconds, timeline);
   const Moment& moment = timeline.moments[static_cast<std::size_t>(timeline.At(state.playback.time))];
-  if (!requested || requested->frame_index != moment.frame_index) {
+  const bool other = !requested || requested->frame_index != moment.frame_index;
+  if (other) {
     requested = moment;
     replay->Request(moment);
   }
+  return other;
+}
+
+// Whether to leave the window as it is until the frame that was asked for is there, since drawing the old one
+// would only delay it. Not for long: a slow file must not make the window look dead.
+bool Viewer::Impl::Holds(bool asked, bool news) {
+  const auto now = std::chrono::steady_clock::now();
+  const bool reading = replay && !replay->Idle() && !replay->HasNews();
+  const bool holds = !film && !news && (held ? reading && now - *held < kHoldAtMost : asked);
+  if (holds) {
+    held = held.value_or(now);
+  } else {
+    held.reset();
+  }
+  return holds;
 }
 
 // Where the camera goes by itself.

@@ -3,6 +3,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -33,6 +34,9 @@ class UserInterface {
   UserInterface& operator=(const UserInterface&) = delete;
 };
 
+// How long a window that waits for what it is to show may stay as it is.
+inline constexpr std::chrono::milliseconds kHoldAtMost{60};
+
 struct Viewer::Impl {
   explicit Impl(cv::Size size, double scale) : window(size) {
     state.ui_scale = scale;
@@ -45,13 +49,14 @@ struct Viewer::Impl {
   void Open(const std::filesystem::path& path);
   void Read(const std::filesystem::path& path);
   void Watch(std::unique_ptr<LiveRun> new_run, const app::RunRequest& request);
-  void TakeNews();
+  bool TakeNews();
   void TakeRunNews();
   void FinishRun(const LiveRun::News& news);
   void Control(RunRequestChange::What what);
   void Frame(const MapSnapshotPtr& map);
   void TakeOpened(const OpenedRecording& opened);
-  void RequestFrame(double seconds);
+  bool RequestFrame(double seconds);
+  bool Holds(bool asked, bool news);
   void MoveCamera();
   void RunShortcuts();
   void DrawPanels();
@@ -94,6 +99,7 @@ struct Viewer::Impl {
   std::optional<Moment> requested;  // the last frame that was asked of the replay
   bool finished_run = false;        // the recording that is read is that of the run that was watched
   MapSnapshotPtr framed;            // the map before which the camera stands by itself
+  std::optional<std::chrono::steady_clock::time_point> held;  // since when nothing was drawn
   bool closing = false;
   std::optional<std::string> clipboard;
   std::optional<Theme> applied_theme;
