@@ -38,7 +38,7 @@ Scene::Quality QualityOf(const SceneStyle& style, Detail detail, cv::Size size) 
 SceneStyle StyleFor(SceneStyle style, Detail detail) {
   if (detail == Detail::kDraft) {
     style.light.ambient_occlusion = style.light.outline = style.light.eye_dome = 0.0;
-    style.objects.segments = std::min(style.objects.segments, 40);
+    style.objects.segments = std::min(style.objects.segments, 32);
   }
   return style;
 }

@@ -170,7 +170,7 @@ class Loop {
   // How long nothing has to be drawn, in seconds. While a run goes on the window leaves the processor to it:
   // it is drawn so often that motion is seen, and no more.
   double Rest(Clock::time_point last) const {
-    constexpr double kRunInterval = 1.0 / 15.0;
+    constexpr double kRunInterval = 1.0 / 12.0;
     if (viewer_.State().run.active) {
       return std::max(0.0, kRunInterval - std::chrono::duration<double>(Clock::now() - last).count());
     }
@@ -286,7 +286,7 @@ int WatchRun(const Arguments& arguments, const app::RunArguments& run_arguments)
   const app::RunRequest request = run_arguments.Request();
   auto run = std::make_unique<LiveRun>(request);
   run->Start();
-  constexpr int kNiceness = 1;
+  constexpr int kNiceness = 4;
   setpriority(PRIO_PROCESS, 0, kNiceness);
   return Loop(arguments, std::move(run), request).Run();
 }
