@@ -150,7 +150,7 @@ TEST_F(FigureCommandTest, YawBringsTheAxesToTheLines) {
 TEST_F(FigureCommandTest, TrajectorySaysTheErrorInTheLegend) {
   const std::string svg =
       Svg("trajectory " + result_.string() + " --heights --ground-truth " + sequence_.string());
-  EXPECT_THAT(svg, AllOf(HasSubstr(">ground truth<"), HasSubstr(">run (ATE 2 cm)<"), HasSubstr("z [m]")))
+  EXPECT_THAT(svg, AllOf(HasSubstr(">ground truth<"), HasSubstr(">run (ATE 2.0 cm)<"), HasSubstr("z [m]")))
       << "10 mm off in a map of half the size";
   EXPECT_THAT(Svg("trajectory " + result_.string()), HasSubstr("x [map units]"));
 }
