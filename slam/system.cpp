@@ -124,6 +124,7 @@ class ViewSlot {
 struct System::Impl {
   Impl(const Camera& camera, const SystemOptions& system_options, SnapshotCallback on_snapshot)
       : options(system_options),
+        frame_interval(static_cast<std::int64_t>(1e6 / camera.fps)),
         vocabulary(LoadVocabulary(options.vocabulary)),
         tracker(camera, options.tracking, options.objects, static_cast<std::uint64_t>(options.seed), ids,
                 vocabulary, times),
@@ -168,6 +169,7 @@ struct System::Impl {
   }
 
   SystemOptions options;
+  std::chrono::microseconds frame_interval;
   StageTimes times;
   std::shared_ptr<const Vocabulary> vocabulary;  // null: places are not recognised
   std::shared_ptr<IdSource> ids = std::make_shared<IdSource>();
@@ -176,7 +178,6 @@ struct System::Impl {
   Tracker tracker;
   Mapper mapper;
   int frames = 0;
-  double last_timestamp = 0.0;  // s, of the frame before
   std::mutex failure_mutex;
   std::exception_ptr failure;
   std::thread mapping_thread;
@@ -191,7 +192,6 @@ TrackingState System::Process(const Frame& frame) {
   Impl& s = *impl_;
   s.RethrowMappingFailure();
   ++s.frames;
-  const double interval = frame.timestamp - std::exchange(s.last_timestamp, frame.timestamp);
   const auto started = std::chrono::steady_clock::now();
   TrackingReport report = s.tracker.Track(frame, s.view.Get(), s.queue.PendingKeyframes());
   if (s.options.deterministic) {  // what is recorded must not depend on the clock
@@ -204,9 +204,7 @@ TrackingState System::Process(const Frame& frame) {
     if (postponed) {
       // Files can be read much faster than a camera delivers. Where that would starve the map of keyframes,
       // frames are taken at the camera's rate; a live camera never waits here.
-      constexpr double kLongest = 0.2;  // s; a gap in the recording is no reason to wait
-      s.queue.WaitForKeyframes(started + std::chrono::microseconds(static_cast<std::int64_t>(
-                                             1e6 * std::clamp(interval, 0.0, kLongest))));
+      s.queue.WaitForKeyframes(started + s.frame_interval);
     }
   }
   return !s.tracker.Initialized() ? TrackingState::kNotInitialized

@@ -17,9 +17,12 @@ struct HistoryReader::Impl {
       const RecordingReader reader(path);
       auto history = std::make_shared<RecordingHistory>();
       for (int i = 0; i < reader.Size() && !ending; ++i) {
-        const MapSnapshotPtr map = reader.Read(i);
-        history->objects.Add(i, *map);
-        history->series.Add(*map);
+        try {
+          const MapSnapshotPtr map = reader.Read(i);
+          history->objects.Add(i, *map);
+          history->series.Add(*map);
+        } catch (const InputError&) {  // whoever shows the map says so
+        }
         progress = (i + 1.0) / reader.Size();
       }
       if (!ending) {

@@ -34,7 +34,7 @@ struct InputEvent {
 struct ScriptLine {
   enum class Kind {
     kEvent,
-    kFrames,   // let `count` frames of the window pass
+    kFrames,  // let `count` frames of the window pass
     // Until `text`: "idle" nothing is loading or moving, "map" a map is there, "end" the run ended, "frame"
     // that of a run, `count`, is shown.
     kWait,

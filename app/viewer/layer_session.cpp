@@ -22,17 +22,62 @@ fs::path SequenceOf(const ViewerState& state) {
 }  // namespace
 
 void LayerSession::Update(ViewerState& state) {
-  if (!state.document.last) {
+  TakeTruth(state);
+  TakeCloud(state);
+  if (state.document.last) {
+    ReadTruth(state);
+    ReadCloud(state);
+  }
+  state.layers.reading = Busy();
+  if (state.document.last) {
+    LayOver(state);
+  }
+}
+
+// What comes of something that is not wanted any more is forgotten, and so is what was wrong with it.
+void LayerSession::TakeTruth(ViewerState& state) {
+  if (!Ready(truth_task_)) {
     return;
   }
-  ReadTruth(state);
-  ReadCloud(state);
-  state.layers.reading = Busy();
-  LayOver(state);
+  const bool wanted = state.document.last && SequenceOf(state) == truth_of_;
+  try {
+    Truth truth = truth_task_.get();
+    truth_ = wanted ? std::move(truth) : nullptr;
+  } catch (const std::exception& error) {
+    if (wanted) {
+      GiveUpTruth(state, truth_of_.empty() ? "The map does not say what was mapped." : error.what());
+    }
+  }
+}
+
+void LayerSession::TakeCloud(ViewerState& state) {
+  if (!Ready(cloud_task_)) {
+    return;
+  }
+  const bool wanted = state.layers.cloud_file == cloud_of_;
+  try {
+    Cloud cloud = cloud_task_.get();
+    cloud_ = wanted ? std::move(cloud) : nullptr;
+  } catch (const std::exception& error) {
+    if (wanted) {
+      state.layers.dense_cloud = false;
+      state.layers.cloud_file.clear();
+      state.Complain(error.what());
+    }
+  }
+}
+
+// Without it a cloud in the world has no place either.
+void LayerSession::GiveUpTruth(ViewerState& state, const std::string& why) {
+  Layers& layers = state.layers;
+  layers.true_path = false;
+  layers.dense_cloud = layers.dense_cloud && !layers.cloud_in_world;
+  layers.cloud_in_world = false;
+  state.Complain(why);
 }
 
 void LayerSession::ReadTruth(ViewerState& state) {
-  Layers& layers = state.layers;
+  const Layers& layers = state.layers;
   const bool needed = layers.true_path || (layers.dense_cloud && layers.cloud_in_world);
   const fs::path sequence = SequenceOf(state);
   if (needed && !truth_task_.valid() && (sequence != truth_of_ || !truth_)) {
@@ -42,19 +87,10 @@ void LayerSession::ReadTruth(ViewerState& state) {
       return std::make_shared<const Trajectory>(ReadTruePoses(sequence));
     });
   }
-  if (!Ready(truth_task_)) {
-    return;
-  }
-  try {
-    truth_ = truth_task_.get();
-  } catch (const std::exception& error) {
-    layers.true_path = layers.cloud_in_world = false;
-    state.Complain(sequence.empty() ? "The map does not say what was mapped." : error.what());
-  }
 }
 
 void LayerSession::ReadCloud(ViewerState& state) {
-  Layers& layers = state.layers;
+  const Layers& layers = state.layers;
   const bool needed = layers.dense_cloud && !layers.cloud_file.empty();
   if (needed && !cloud_task_.valid() && (layers.cloud_file != cloud_of_ || !cloud_)) {
     cloud_of_ = layers.cloud_file;
@@ -62,16 +98,6 @@ void LayerSession::ReadCloud(ViewerState& state) {
     cloud_task_ = std::async(std::launch::async, [file = cloud_of_] {
       return std::make_shared<const PointCloud>(ReadPointCloud(file));
     });
-  }
-  if (!Ready(cloud_task_)) {
-    return;
-  }
-  try {
-    cloud_ = cloud_task_.get();
-  } catch (const std::exception& error) {
-    layers.dense_cloud = false;
-    layers.cloud_file.clear();
-    state.Complain(error.what());
   }
 }
 
@@ -96,10 +122,9 @@ void LayerSession::LayOver(ViewerState& state) {
     const std::optional<TruePath> path =
         wants_path || in_world ? LayTruePath(*truth_, *state.document.last) : std::nullopt;
     if (!path && (wants_path || in_world) && !state.run.active) {
-      layers.true_path = layers.cloud_in_world = false;
-      state.Complain(truth_of_.string() +
-                     ": its true poses cannot be laid over the map, expected three or "
-                     "more at the times of keyframes, not on one line");
+      GiveUpTruth(state, truth_of_.string() +
+                             ": its true poses cannot be laid over the map, expected three or "
+                             "more at the times of keyframes, not on one line");
     }
     drawn.true_path = path && wants_path ? path->pieces : decltype(drawn.true_path)();
     layers.path_error = path ? path->rmse : 0.0;

@@ -3,6 +3,7 @@
 #include <future>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "app/viewer/viewer_state.h"
 #include "slam/io/point_cloud.h"
@@ -21,6 +22,9 @@ class LayerSession {
   using Truth = std::shared_ptr<const Trajectory>;
   using Cloud = std::shared_ptr<const PointCloud>;
 
+  void TakeTruth(ViewerState& state);
+  void TakeCloud(ViewerState& state);
+  void GiveUpTruth(ViewerState& state, const std::string& why);
   void ReadTruth(ViewerState& state);
   void ReadCloud(ViewerState& state);
   void LayOver(ViewerState& state);

@@ -144,11 +144,11 @@ class Loop {
       const double seconds = std::chrono::duration<double>(Clock::now() - last).count();
       last = Clock::now();
       Play(events, seconds);
-      recorder_.Add(events);
       if (events.empty() && viewer_.OnlyReads() && (!player_ || player_->Waiting())) {
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
         continue;
       }
+      recorder_.Add(events);
       for (const InputEvent& event : events) {
         viewer_.Handle(event);
       }
@@ -216,7 +216,13 @@ class Loop {
   }
 
   void WriteWindow(const std::string& file) {
-    while (!viewer_.Frame(0.0) && window_.Size().area() > 0) {  // the buffer that was shown is gone
+    constexpr int kAttempts = 200;  // a frame that is being read is waited for, an empty window is not
+    int attempts = 0;
+    while (!viewer_.Frame(0.0)) {  // the buffer that was shown is gone
+      if (++attempts == kAttempts) {
+        throw InputError(fmt::format("{}: the window is minimised, there is nothing to write", file));
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     if (!cv::imwrite(file, ReadFramebuffer(window_.Size()))) {
       throw InputError(fmt::format("{}: the picture cannot be written", file));

@@ -127,7 +127,7 @@ struct Replay::Impl {
     const auto try_to = [&](auto&& read) {
       try {
         read();
-      } catch (const InputError& e) {
+      } catch (const std::exception& e) {
         Publish([&] { news.error = e.what(); });
       }
     };
@@ -215,7 +215,8 @@ bool Replay::HasNews() const {
 bool Replay::Idle() const {
   const std::lock_guard lock(impl_->mutex);
   const News& news = impl_->news;
-  return !impl_->busy && !impl_->request && !news.opened && !news.timeline && !news.frame;
+  return !impl_->busy && !impl_->request && !news.opened && !news.timeline && !news.frame &&
+         news.error.empty();
 }
 
 }  // namespace sqslam::viewer

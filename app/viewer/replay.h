@@ -39,7 +39,7 @@ class Replay {
     std::optional<Timeline> timeline;  // its series grow until `progress` is 1
     ShownFramePtr frame;
     double progress = 0.0;  // share of the snapshots that have been looked at
-    std::string error;      // one line; nothing more comes after it
+    std::string error;      // one line; before anything was opened nothing more comes after it
   };
   News Poll();
 

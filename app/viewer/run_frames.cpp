@@ -58,7 +58,12 @@ std::vector<Moment> RunFrames::Moments(const RecordingReader& recording, const M
     for (int i = 0; i < snapshots; ++i) {
       const std::int64_t frame = recording.FrameIndex(i);
       const auto known = times.find(frame);
-      moments.push_back({frame, known != times.end() ? known->second : recording.Read(i)->timestamp, i});
+      double time = moments.empty() ? 0.0 : moments.back().timestamp;
+      try {
+        time = known != times.end() ? known->second : recording.Read(i)->timestamp;
+      } catch (const InputError&) {  // damaged; said when it is to be shown
+      }
+      moments.push_back({frame, time, i});
     }
     return moments;
   }

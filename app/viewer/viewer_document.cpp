@@ -21,9 +21,7 @@ void Viewer::Impl::Open(const fs::path& path) {
   state.run = {};
   state.view.preset = "";
   state.document = {};
-  const int version = state.layers.version + 1;
-  state.layers = {};  // they belonged to the other map
-  state.layers.version = version;
+  ForgetLayers();
   editing.Forget();
   Read(path);
 }
@@ -132,11 +130,19 @@ void Viewer::Impl::FinishRun(const LiveRun::News& news) {
     state.shown = nullptr;
     state.selected.reset();
     state.document = {};
+    ForgetLayers();
     return;
   }
   state.Say(fmt::format("The map is saved in {}", news.result.string()));
   finished_run = true;
   Read(news.result);
+}
+
+// They belonged to another map.
+void Viewer::Impl::ForgetLayers() {
+  const int version = state.layers.version + 1;
+  state.layers = {};
+  state.layers.version = version;
 }
 
 void Viewer::Impl::TakeOpened(const OpenedRecording& opened) {
@@ -187,6 +193,7 @@ bool Viewer::Impl::TakeNews() {
       state.shown = nullptr;
       state.selected.reset();
       state.document = {};
+      ForgetLayers();
     }
   }
   return other_frame;

@@ -55,6 +55,7 @@ struct Viewer::Impl {
   void Control(RunRequestChange::What what);
   void Frame(const MapSnapshotPtr& map);
   void TakeOpened(const OpenedRecording& opened);
+  void ForgetLayers();
   bool RequestFrame(double seconds);
   bool Holds(bool asked, bool news);
   void MoveCamera();

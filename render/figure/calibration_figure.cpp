@@ -15,7 +15,7 @@ namespace sqslam {
 namespace {
 
 constexpr double kCalibrationGap = 14.0;  // points between panels
-constexpr int kCells = 8;      // of the coverage, along the longer side
+constexpr int kCells = 8;                 // of the coverage, along the longer side
 
 // A round number near the value, from below: 1, 2 or 5 times a power of ten.
 double RoundedDown(double value) {

@@ -19,8 +19,8 @@ namespace {
 using Fate = OutliersFigure::Fate;
 using Point = OutliersFigure::Point;
 
-constexpr double kOutliersGap = 5.0;    // points between panels
-constexpr double kReach = 2.2;  // half diagonals of the object: how far from it points are framed
+constexpr double kOutliersGap = 5.0;  // points between panels
+constexpr double kReach = 2.2;        // half diagonals of the object: how far from it points are framed
 
 int Count(const OutliersFigure::Object& object, Fate fate) {
   return static_cast<int>(std::count_if(object.points.begin(), object.points.end(),
@@ -312,7 +312,8 @@ FigurePage DrawOutliers(const OutliersFigure& figure, const FigureOptions& optio
       progress(i, count);
     }
     const OutliersFigure::Object& object = figure.objects[static_cast<std::size_t>(i)];
-    FigureRect panel{sheet.area.x + i * (layout.width + kOutliersGap), sheet.area.y, layout.width, layout.image};
+    FigureRect panel{sheet.area.x + i * (layout.width + kOutliersGap), sheet.area.y, layout.width,
+                     layout.image};
     if (layout.image > 0.0) {
       DrawImagePanel(sheet.page, object, panel, marks, sheet.theme);
       panel.y += layout.image + kOutliersGap;

@@ -88,7 +88,7 @@ class Solver {
   int DropCorners(double max_error) {
     constexpr double kAlwaysFine = 0.5;  // px
     constexpr double kMadToSigma = 1.4826;
-    constexpr std::size_t kMinCorners = 6;
+    constexpr std::size_t kFewestCorners = 6;
     std::vector<double> lengths;
     for (std::size_t i = 0; i < views_.size(); ++i) {
       for (const cv::Point2f& error : Errors(i)) {
@@ -101,7 +101,7 @@ class Solver {
     int dropped = 0;
     for (std::size_t i = 0; i < views_.size(); ++i) {
       const std::vector<cv::Point2f> errors = Errors(i);
-      for (std::size_t k = errors.size(); k-- > 0 && views_[i].corners.size() > kMinCorners;) {
+      for (std::size_t k = errors.size(); k-- > 0 && views_[i].corners.size() > kFewestCorners;) {
         if (cv::norm(errors[k]) > limit) {
           const auto at = static_cast<std::ptrdiff_t>(k);
           views_[i].corners.erase(views_[i].corners.begin() + at);

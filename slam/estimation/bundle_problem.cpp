@@ -174,8 +174,8 @@ class BundleSolver {
   }
 
   bool IsInFront(std::size_t pose, const Eigen::Vector3d& p_map) const {
-    constexpr double kMinDepth = 1e-5;
-    return (FromBlock(pose_blocks_[pose].data()) * p_map).z() > kMinDepth;
+    constexpr double kNearest = 1e-5;
+    return (FromBlock(pose_blocks_[pose].data()) * p_map).z() > kNearest;
   }
 
   void MarkOutliers() {

@@ -21,7 +21,9 @@ std::string NumberedName(const GroundTruthObject& object) {
   return fmt::format("{} {}", object.id, object.name.empty() ? object.label : object.name);
 }
 
-std::string NumberedName(const SnapshotObject& object) { return fmt::format("{} {}", object.id, object.label); }
+std::string NumberedName(const SnapshotObject& object) {
+  return fmt::format("{} {}", object.id, object.label);
+}
 
 const ObjectMatch* MatchOf(const Evaluation& evaluation, std::size_t truth) {
   const auto& matches = evaluation.objects.matches;

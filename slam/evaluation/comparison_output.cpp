@@ -80,7 +80,8 @@ template <typename Write>
 std::string Joined(const std::vector<Table>& tables, Write write) {
   std::string text;
   for (const Table& table : tables) {
-    text += (text.empty() ? "" : "\n") + write(table);
+    text += text.empty() ? "" : "\n";
+    text += write(table);
   }
   return text;
 }
