@@ -2,8 +2,8 @@
 # half the time of a full build went into reading them.
 option(SQSLAM_PRECOMPILE_HEADERS "Compile common headers once" ON)
 
-# Sources of one folder share most of their headers and templates: compiled a few at a time, a full build takes half
-# as long. Names within anonymous namespaces must differ between the files of a library. Turn it off to work on a
+# Sources of one folder share most of their headers and templates: compiled a few at a time they are read once for
+# all. Names within anonymous namespaces must differ between the files of a library. Turn it off to work on a
 # few files.
 option(SQSLAM_UNITY_BUILD "Compile the sources of a library in groups" ON)
 

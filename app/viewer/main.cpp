@@ -292,7 +292,7 @@ int WatchRun(const Arguments& arguments, const app::RunArguments& run_arguments)
   const app::RunRequest request = run_arguments.Request();
   auto run = std::make_unique<LiveRun>(request);
   run->Start();
-  constexpr int kNiceness = 4;
+  constexpr int kNiceness = 6;
   setpriority(PRIO_PROCESS, 0, kNiceness);
   return Loop(arguments, std::move(run), request).Run();
 }
