@@ -26,7 +26,7 @@ namespace sqslam::app {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char* kFooter = R"(
+constexpr const char* kCalibrateFooter = R"(
 INPUT is a video, a folder of photographs or a sequence of a flat board, held still or moved slowly, at many
 places of the image and tilted to all sides, with the focus and zoom that will be used. A chessboard must be
 seen whole, a ChArUco board need not. --columns and --rows count squares. Of a long video about 400 frames are
@@ -40,7 +40,7 @@ Examples:
   sqslam calibrate board.mp4 --board charuco --output phone.yaml --figure residuals.pdf
 )";
 
-struct Arguments {
+struct CalibrateArguments {
   SequenceArguments sequence;
   std::string kind = "chessboard";
   CalibrationBoard board;
@@ -52,7 +52,7 @@ struct Arguments {
 };
 
 // A board at true scale: vectors in PDF and SVG, 600 dots an inch in PNG.
-void PrintBoard(const Arguments& a) {
+void PrintBoard(const CalibrateArguments& a) {
   constexpr double kDpi = 600.0;
   BoardSheet sheet;
   sheet.width = a.board.columns * a.board.square_mm;
@@ -77,7 +77,7 @@ struct Search {
 };
 
 // The boards in an even share of the frames.
-Search FindBoards(const Arguments& a, const Sequence& sequence) {
+Search FindBoards(const CalibrateArguments& a, const Sequence& sequence) {
   constexpr std::int64_t kMostFrames = 400;
   FrameRange range = a.sequence.Range();
   const std::int64_t available = range.SizeIn(sequence);
@@ -108,7 +108,7 @@ Search FindBoards(const Arguments& a, const Sequence& sequence) {
 }
 
 // People count inner corners as often as squares.
-std::string Hint(const Arguments& a, const Search& search) {
+std::string Hint(const CalibrateArguments& a, const Search& search) {
   CalibrationBoard other = a.board;
   other.columns += 1;
   other.rows += 1;
@@ -151,7 +151,7 @@ CalibrationFigure FigureOf(const Calibration& c) {
   return figure;
 }
 
-void Report(const Arguments& a, const Calibration& c, const std::string& text) {
+void Report(const CalibrateArguments& a, const Calibration& c, const std::string& text) {
   if (!c.dropped_views.empty() || c.dropped_corners > 0) {
     spdlog::info("left out because they do not fit the rest: {} views{}{}, {} corners",
                  c.dropped_views.size(), c.dropped_views.empty() ? "" : ": ",
@@ -165,7 +165,7 @@ void Report(const Arguments& a, const Calibration& c, const std::string& text) {
   }
 }
 
-int Run(Arguments a) {
+int CalibrateCamera(CalibrateArguments a) {
   static const std::map<std::string, CalibrationBoard::Kind> kKinds = {
       {"chessboard", CalibrationBoard::Kind::kChessboard}, {"charuco", CalibrationBoard::Kind::kCharuco}};
   a.board.kind = kKinds.at(a.kind);  // the command line has checked the name
@@ -213,10 +213,10 @@ int Run(Arguments a) {
 }  // namespace
 
 void AddCalibrateCommand(CLI::App& app, int& exit_code) {
-  const auto a = std::make_shared<Arguments>();
+  const auto a = std::make_shared<CalibrateArguments>();
   CLI::App* command =
       app.add_subcommand("calibrate", "Find out a camera's focal length and distortion from a board");
-  command->footer(kFooter);
+  command->footer(kCalibrateFooter);
   a->sequence.AddTo(*command);
   command->remove_option(command->get_option("--camera"));
   command->get_option("INPUT")->required(false);
@@ -238,7 +238,7 @@ void AddCalibrateCommand(CLI::App& app, int& exit_code) {
       ->expected(1)
       ->take_all();
   command->add_flag("--quiet", a->quiet, "No progress and no summary");
-  command->callback([a, &exit_code] { exit_code = Run(*a); });
+  command->callback([a, &exit_code] { exit_code = CalibrateCamera(*a); });
 }
 
 }  // namespace sqslam::app

@@ -17,7 +17,7 @@ namespace sqslam::app {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char* kExamples = R"(
+constexpr const char* kDemoExamples = R"(
 Renders the bundled desk into OUTPUT/desk, maps it into OUTPUT/result, holds the map against the exact
 ground truth and writes the page OUTPUT/result/report.html. Needs no input and no display.
 
@@ -130,7 +130,7 @@ void AddDemoCommand(CLI::App& app, int& exit_code) {
   DemoArguments& a = *arguments;
   CLI::App* demo =
       app.add_subcommand("demo", "Render a synthetic desk, map it, score it, draw it: no input needed");
-  demo->footer(kExamples);
+  demo->footer(kDemoExamples);
   demo->add_option("--output", a.output, "Folder to make; default: out/demo, out/demo-2, ...");
   demo->add_option("--frames", a.frames, "Stop after this many frames; 0: all of the scene")
       ->check(CLI::NonNegativeNumber)

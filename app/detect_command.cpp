@@ -22,7 +22,7 @@
 namespace sqslam::app {
 namespace {
 
-constexpr const char* kFooter = R"(
+constexpr const char* kDetectFooter = R"(
 Writes a boxes.txt that `sqslam run INPUT --detections boxes.txt` takes. A job that was stopped goes on where
 it ended when it is started again. --detector is a name of configs/detectors, or a YAML file beside an .onnx
 file of your own (input size, colours, decoder, classes, threshold); scripts/fetch-detector.sh obtains one.
@@ -34,7 +34,7 @@ Examples:
   sqslam detect --check boxes.txt data/kitchen      what is missing, unknown or outside
 )";
 
-struct Arguments {
+struct DetectArguments {
   SequenceArguments sequence;
   std::string detector = "centernet";
   std::vector<std::string> set;
@@ -67,7 +67,7 @@ std::pair<Sequence, FrameRange> OpenPart(const SequenceArguments& a, const Seque
 }
 
 // Says what is odd; 3 where a run would leave boxes out or cut them.
-int Check(const Arguments& a) {
+int Check(const DetectArguments& a) {
   SequenceRequest request = a.sequence.Request();
   request.resize.clear();  // boxes in files are in pixels of the images in files
   const auto [sequence, range] = OpenPart(a.sequence, request);
@@ -98,8 +98,8 @@ int Check(const Arguments& a) {
 }
 
 // All frames that have not been done before. False after Ctrl-C.
-bool DetectAll(const Arguments& a, const Sequence& sequence, const FrameRange& range, Detector& detector,
-               DetectionWriter& writer) {
+bool DetectAll(const DetectArguments& a, const Sequence& sequence, const FrameRange& range,
+               Detector& detector, DetectionWriter& writer) {
   const InterruptGuard interrupt;
   Progress progress(range.SizeIn(sequence), a.quiet);
   FrameSource source(sequence, range);
@@ -117,7 +117,7 @@ bool DetectAll(const Arguments& a, const Sequence& sequence, const FrameRange& r
   return !interrupt.Interrupted();
 }
 
-int Detect(const Arguments& a) {
+int Detect(const DetectArguments& a) {
   if (!a.check.empty()) {
     return Check(a);
   }
@@ -148,9 +148,9 @@ int Detect(const Arguments& a) {
 }  // namespace
 
 void AddDetectCommand(CLI::App& app, int& exit_code) {
-  const auto a = std::make_shared<Arguments>();
+  const auto a = std::make_shared<DetectArguments>();
   CLI::App* command = app.add_subcommand("detect", "Find things in images: the boxes.txt of a sequence");
-  command->footer(kFooter);
+  command->footer(kDetectFooter);
   a->sequence.AddTo(*command);
   command->add_option("--detector", a->detector, "A name of configs/detectors, or FILE.yaml")
       ->capture_default_str();

@@ -14,7 +14,7 @@
 namespace sqslam::app {
 namespace {
 
-constexpr const char* kExamples = R"(
+constexpr const char* kEvalExamples = R"(
 Examples:
   sqslam eval out/kitchen --ground-truth data/kitchen
   sqslam eval out/desk --ground-truth data/desk --set matching.min_iou=0.25
@@ -48,7 +48,7 @@ Evaluation EvaluateFolder(const std::filesystem::path& result, const std::string
   return evaluation;
 }
 
-void Print(const std::vector<NamedEvaluation>& results) {
+void PrintEvaluations(const std::vector<NamedEvaluation>& results) {
   if (results.size() == 1) {
     fmt::print("{}\n", FormatEvaluation(results.front().evaluation));
     return;
@@ -78,7 +78,7 @@ void Evaluate(const EvalArguments& arguments) {
   if (arguments.quiet) {
     return;
   }
-  Print(results);
+  PrintEvaluations(results);
   for (const std::string& result : arguments.results) {
     fmt::print("written: {}\n", (std::filesystem::path(result) / "eval.json").string());
   }
@@ -93,7 +93,7 @@ void AddEvalCommand(CLI::App& app, int& /*exit_code*/) {
   const auto arguments = std::make_shared<EvalArguments>();
   CLI::App* eval =
       app.add_subcommand("eval", "Hold a result against ground truth: trajectory error, 3D IoU, counts");
-  eval->footer(kExamples);
+  eval->footer(kEvalExamples);
   eval->add_option("RESULT", arguments->results,
                    "Result folders of sqslam run, all of one sequence; eval.json is written into each, its "
                    "report.html "

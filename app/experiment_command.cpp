@@ -17,7 +17,7 @@ namespace sqslam::app {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char* kExamples = R"(
+constexpr const char* kExperimentExamples = R"(
 Runs every combination of sequences, representations, associations, methods, variants and repetitions that
 CONFIG.yaml asks for, holds each run against ground truth, and writes four tables with medians and ranges
 (tables.md; table-1 to table-4 as .md, .tex and .csv): IoU by object class, IoU by sequence, landmarks by
@@ -157,7 +157,7 @@ void AddExperimentCommand(CLI::App& app, int& exit_code) {
   ExperimentArguments& a = *arguments;
   CLI::App* experiment = app.add_subcommand(
       "experiment", "Many runs and their tables: sequences, representations, associations, repetitions");
-  experiment->footer(kExamples);
+  experiment->footer(kExperimentExamples);
   experiment->add_option("CONFIG", a.config, "Description of the experiment (YAML)")->required();
   experiment->add_option(
       "--output", a.output,

@@ -29,7 +29,7 @@ Trajectory KeyframePoses(const MapSnapshot& map) {
   return trajectory;
 }
 
-struct Arguments {
+struct ExportArguments {
   std::string map;
   std::string output;
   std::string edits;
@@ -42,7 +42,7 @@ Trajectory TrackedPoses(const fs::path& map_path) {
   return fs::exists(file) ? ReadTrajectory(file) : Trajectory();
 }
 
-void CheckArguments(const Arguments& a, const std::string& extension) {
+void CheckArguments(const ExportArguments& a, const std::string& extension) {
   static const std::vector<std::string> kExtensions = {".glb", ".obj", ".ply", ".json", ".txt"};
   if (std::find(kExtensions.begin(), kExtensions.end(), extension) == kExtensions.end()) {
     throw UsageError(
@@ -54,7 +54,7 @@ void CheckArguments(const Arguments& a, const std::string& extension) {
   }
 }
 
-void Export(const Arguments& a) {
+void Export(const ExportArguments& a) {
   const fs::path map_path = MapFile(a.map);
   const fs::path output = a.output;
   const std::string extension = output.extension().string();
@@ -77,7 +77,7 @@ void Export(const Arguments& a) {
   }
 }
 
-constexpr const char* kFooter = R"(
+constexpr const char* kExportFooter = R"(
 By extension:
   .glb   everything for 3D programs (binary glTF 2.0, y up): a node "ID label" for each object, with its
          class's colour and, as extras, half_size, e1, e2, label, id and observations; the points; the camera's
@@ -99,9 +99,9 @@ Examples:
 }  // namespace
 
 void AddExportCommand(CLI::App& app, int&) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ExportArguments>();
   CLI::App* command = app.add_subcommand("export", "Write a map's last state for other programs");
-  command->footer(kFooter);
+  command->footer(kExportFooter);
   command->add_option("MAP", arguments->map, "map.sqmap, or the result folder that holds it")->required();
   command
       ->add_option("--output", arguments->output,

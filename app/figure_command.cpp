@@ -7,7 +7,7 @@
 namespace sqslam::app {
 namespace {
 
-constexpr const char* kFooter = R"(
+constexpr const char* kFigureFooter = R"(
 Each figure is written as a PNG that carries its density, or as SVG or PDF with lines and texts as such; the
 same input gives the same bytes. Colours suit all kinds of colour vision, dashes and hatches grey prints.
 Without a size a figure is as wide as a column (89 mm) or, with much in it, a page of two columns (182 mm).
@@ -28,7 +28,7 @@ Examples:
 
 void AddFigureCommand(CLI::App& app, int& /*exit_code*/) {
   CLI::App* figure = app.add_subcommand("figure", "Draw a figure for a paper: shapes, maps, charts");
-  figure->footer(kFooter);
+  figure->footer(kFigureFooter);
   figure->allow_extras();  // so that an unknown figure is named below, not refused as a stray argument
   AddShapesFigure(*figure);
   AddCompareFigure(*figure);

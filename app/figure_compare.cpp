@@ -17,7 +17,7 @@
 namespace sqslam::app {
 namespace {
 
-constexpr const char* kFooter = R"(
+constexpr const char* kCompareFooter = R"(
 Each object over its map points as a superquadric, an ellipsoid (a quadric: both exponents 1) and a cuboid (both
 exponents 0.1), seen from the same place. Without --object: the object with the most points and up to three of
 other classes whose exponents differ most.
@@ -35,7 +35,7 @@ Examples:
   sqslam figure compare out/desk --object 1 --camera-azimuth-angle 40 --set objects.opacity=0.9 --output box.png
 )";
 
-struct Arguments : FigureArguments {
+struct CompareArguments : FigureArguments {
   std::string result;
   std::vector<int> objects;
   std::vector<std::string> kinds;
@@ -52,7 +52,7 @@ constexpr Kind kKinds[] = {{"superquadric", "Superquadric", "#009e73"},
                            {"ellipsoid", "Ellipsoid", "#0072b2"},
                            {"cuboid", "Cuboid", "#e69f00"}};
 
-std::vector<Eigen::Vector3d> PointsOf(const MapSnapshot& map, int id) {
+std::vector<Eigen::Vector3d> OwnPoints(const MapSnapshot& map, int id) {
   std::vector<Eigen::Vector3d> points;
   for (const SnapshotPoint& point : map.points) {
     if (point.object_id == id) {
@@ -64,7 +64,7 @@ std::vector<Eigen::Vector3d> PointsOf(const MapSnapshot& map, int id) {
 
 // Up to four objects of different classes and exponents: that with the most points, then always the one whose
 // exponents are farthest from all taken before, among those with a fair number of points.
-std::vector<int> Chosen(const MapSnapshot& map) {
+std::vector<int> MostDifferent(const MapSnapshot& map) {
   const auto exponents = [](const SnapshotObject& object) {
     return Eigen::Vector2d(object.superquadric.shape.e1, object.superquadric.shape.e2);
   };
@@ -132,8 +132,8 @@ std::string Note(const PosedSuperquadric& solid, const std::vector<Eigen::Vector
 
 CompareFigure::Object Compared(const MapSnapshot& map, const SnapshotObject& object,
                                const std::vector<Kind>& kinds, const Eigen::Vector3d& ink,
-                               const Arguments& a) {
-  const std::vector<Eigen::Vector3d> points = PointsOf(map, object.id);
+                               const CompareArguments& a) {
+  const std::vector<Eigen::Vector3d> points = OwnPoints(map, object.id);
   CompareFigure::Object compared;
   compared.name = ReadableLabel(object.label);
   compared.map = map;
@@ -154,7 +154,7 @@ CompareFigure::Object Compared(const MapSnapshot& map, const SnapshotObject& obj
   return compared;
 }
 
-void Draw(const Arguments& a) {
+void Draw(const CompareArguments& a) {
   const FigureOptions options = MakeFigureOptions(a, [](SceneStyle& style) {
     style.objects.opacity = 0.6;  // points inside shine through
     style.cameras.trajectory = false;
@@ -175,7 +175,7 @@ void Draw(const Arguments& a) {
       figure.kinds.push_back({kind.shown, ParseColor(kind.color)});
     }
   }
-  for (const int id : a.objects.empty() ? Chosen(*map) : a.objects) {
+  for (const int id : a.objects.empty() ? MostDifferent(*map) : a.objects) {
     figure.objects.push_back(
         Compared(*map, ObjectById(*map, id, a.result), kinds, ParseColor(options.style.text.color), a));
   }
@@ -186,9 +186,9 @@ void Draw(const Arguments& a) {
 }  // namespace
 
 void AddCompareFigure(CLI::App& figure) {
-  const auto a = std::make_shared<Arguments>();
-  CLI::App* command = AddFigure(figure, "compare", "Objects as superquadric, ellipsoid and cuboid", kFooter,
-                                FigureKind::kPanels, *a);
+  const auto a = std::make_shared<CompareArguments>();
+  CLI::App* command = AddFigure(figure, "compare", "Objects as superquadric, ellipsoid and cuboid",
+                                kCompareFooter, FigureKind::kPanels, *a);
   command->add_option("RESULT", a->result, "Result folder of sqslam run, or its map.sqmap")->required();
   command->add_option("--object", a->objects, "Id of an object (sqslam info RESULT), repeatable")
       ->expected(1)

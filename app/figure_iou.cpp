@@ -17,7 +17,7 @@ namespace sqslam::app {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char* kFooter = R"(
+constexpr const char* kIouFooter = R"(
 From the eval.json of results held against one ground truth (sqslam eval writes it): a bar for each ground-truth
 object, and at the right the means over the objects shown, one that was not found counting 0. --objects says
 which are shown: found (in at least one of the results; the default), scored (those whose ground truth fixes the
@@ -29,7 +29,7 @@ Examples:
   sqslam figure iou out/sq out/quadric --name superquadrics --name quadrics --output iou.png --width-mm 180
 )";
 
-struct Arguments : FigureArguments {
+struct IouArguments : FigureArguments {
   std::vector<std::string> results;
   std::vector<std::string> names;
   std::string objects = "found";
@@ -121,7 +121,7 @@ std::map<int, std::string> Shown(const std::vector<Scores>& all, const std::stri
   return shown;
 }
 
-void Draw(const Arguments& a) {
+void Draw(const IouArguments& a) {
   const FigureOptions options = MakeFigureOptions(a);
   const std::vector<std::string> names = NamesOf(a.results, a.names);
   const std::vector<Scores> all = ReadAll(a.results);
@@ -157,9 +157,9 @@ void Draw(const Arguments& a) {
 }  // namespace
 
 void AddIouFigure(CLI::App& figure) {
-  const auto a = std::make_shared<Arguments>();
+  const auto a = std::make_shared<IouArguments>();
   CLI::App* command = AddFigure(figure, "iou", "3D IoU of each object, and the means, of one or more results",
-                                kFooter, FigureKind::kChart, *a);
+                                kIouFooter, FigureKind::kChart, *a);
   command->add_option("RESULT", a->results, "Result folders that hold eval.json, or such files")->required();
   command->add_option("--name", a->names, "Name of a result in the legend, repeatable, in their order")
       ->expected(1)

@@ -17,7 +17,7 @@ namespace sqslam::app {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char* kFooter = R"(
+constexpr const char* kMapsFooter = R"(
 Above each map stands an input image of its run: the frame in which most boxes belonged to objects, or that
 nearest to --frame. --boxes draws these boxes. A class has one colour in all maps and boxes; one legend below
 serves all. Results without images (live cameras, images and videos that have gone) get an empty place, or only
@@ -30,7 +30,7 @@ Examples:
   sqslam figure maps out/* --columns 3 --no-images --set cameras.keyframes=false --output all.pdf
 )";
 
-struct Arguments : FigureArguments {
+struct MapsArguments : FigureArguments {
   std::vector<std::string> results;
   std::vector<std::string> names;
   std::vector<std::int64_t> frames;
@@ -90,7 +90,7 @@ std::vector<MapsFigure::Box> BoxesOf(const MapSnapshot& moment, const MapSnapsho
   return boxes;
 }
 
-MapsFigure::Panel ReadPanel(const Arguments& a, const std::string& result, const std::string& name,
+MapsFigure::Panel ReadPanel(const MapsArguments& a, const std::string& result, const std::string& name,
                             std::optional<std::int64_t> frame) {
   const RecordingReader reader(MapFile(result));
   if (reader.Size() == 0) {
@@ -112,7 +112,7 @@ MapsFigure::Panel ReadPanel(const Arguments& a, const std::string& result, const
   return panel;
 }
 
-void Draw(const Arguments& a) {
+void Draw(const MapsArguments& a) {
   const FigureOptions options = MakeFigureOptions(a);
   const std::vector<std::string> names = NamesOf(a.results, a.names);
   if (!a.frames.empty() && a.frames.size() != a.results.size()) {
@@ -133,8 +133,8 @@ void Draw(const Arguments& a) {
 }  // namespace
 
 void AddMapsFigure(CLI::App& figure) {
-  const auto a = std::make_shared<Arguments>();
-  CLI::App* command = AddFigure(figure, "maps", "Maps in a row, each below an image of its run", kFooter,
+  const auto a = std::make_shared<MapsArguments>();
+  CLI::App* command = AddFigure(figure, "maps", "Maps in a row, each below an image of its run", kMapsFooter,
                                 FigureKind::kPanels, *a);
   command->add_option("RESULT", a->results, "Result folders of sqslam run, or their map.sqmap")->required();
   command->add_option("--name", a->names, "Name below a map, repeatable, in their order")

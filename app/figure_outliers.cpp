@@ -15,7 +15,7 @@
 namespace sqslam::app {
 namespace {
 
-constexpr const char* kFooter = R"(
+constexpr const char* kOutliersFooter = R"(
 Each object's map points at the end of the run: discs were kept; crosses were removed by the extended isolation
 forest, their score above objects.outliers.isolation_forest.threshold; rings were removed before it, without a
 score: seen in too few of the object's boxes, projected outside of them, on the surface below or within a smaller
@@ -33,7 +33,7 @@ Examples:
   sqslam figure outliers out/desk --no-images --set objects.opacity=0.2 --output outliers.svg
 )";
 
-struct Arguments : FigureArguments {
+struct OutliersArguments : FigureArguments {
   std::string result;
   std::vector<int> objects;
   std::optional<std::int64_t> frame;
@@ -42,7 +42,7 @@ struct Arguments : FigureArguments {
 
 using Figure = OutliersFigure;
 
-std::vector<Figure::Point> PointsOf(const MapSnapshot& map, int id) {
+std::vector<Figure::Point> PointsWithFate(const MapSnapshot& map, int id) {
   std::vector<Figure::Point> points;
   for (const SnapshotPoint& point : map.points) {
     const bool kept = point.object_id == id;
@@ -61,7 +61,7 @@ std::vector<Figure::Point> PointsOf(const MapSnapshot& map, int id) {
 }
 
 // Up to three with the most isolated points, then the most kept ones.
-std::vector<int> Chosen(const MapSnapshot& map) {
+std::vector<int> MostIsolated(const MapSnapshot& map) {
   struct Ranked {
     std::ptrdiff_t isolated;
     int kept;
@@ -69,7 +69,7 @@ std::vector<int> Chosen(const MapSnapshot& map) {
   };
   std::vector<Ranked> ranked;
   for (const SnapshotObject& object : map.objects) {
-    const std::vector<Figure::Point> points = PointsOf(map, object.id);
+    const std::vector<Figure::Point> points = PointsWithFate(map, object.id);
     const auto isolated = std::count_if(points.begin(), points.end(), [](const Figure::Point& point) {
       return point.fate == Figure::Fate::kIsolated;
     });
@@ -143,7 +143,7 @@ void AddImage(const ObjectView& view, const MapSnapshot& map, Figure::Object& ob
 Figure::Object ShownObject(const MapSnapshot& map, const SnapshotObject& object) {
   Figure::Object shown;
   shown.name = ReadableLabel(object.label);
-  shown.points = PointsOf(map, object.id);
+  shown.points = PointsWithFate(map, object.id);
   shown.map.camera = map.camera;
   shown.map.gravity_known = map.gravity_known;
   shown.map.keyframes = map.keyframes;
@@ -151,7 +151,7 @@ Figure::Object ShownObject(const MapSnapshot& map, const SnapshotObject& object)
   return shown;
 }
 
-void Draw(const Arguments& a) {
+void Draw(const OutliersArguments& a) {
   const FigureOptions options = MakeFigureOptions(a, [](SceneStyle& style) {
     style.objects.opacity = 0.35;
     style.cameras.trajectory = false;
@@ -181,7 +181,7 @@ void Draw(const Arguments& a) {
   }
   Figure figure;
   figure.threshold = ConfigOf(reader).objects.outliers.isolation_forest.threshold;
-  for (const int id : a.objects.empty() ? Chosen(*map) : a.objects) {
+  for (const int id : a.objects.empty() ? MostIsolated(*map) : a.objects) {
     Figure::Object shown = ShownObject(*map, ObjectById(*map, id, a.result));
     if (a.frame || !views[id].empty()) {
       const std::string what = fmt::format("{}: object {} ({})", a.result, id, shown.name);
@@ -196,10 +196,10 @@ void Draw(const Arguments& a) {
 }  // namespace
 
 void AddOutliersFigure(CLI::App& figure) {
-  const auto a = std::make_shared<Arguments>();
+  const auto a = std::make_shared<OutliersArguments>();
   CLI::App* command =
-      AddFigure(figure, "outliers", "Points that objects kept and that outlier removal took away", kFooter,
-                FigureKind::kPanels, *a);
+      AddFigure(figure, "outliers", "Points that objects kept and that outlier removal took away",
+                kOutliersFooter, FigureKind::kPanels, *a);
   command->add_option("RESULT", a->result, "Result folder of sqslam run, or its map.sqmap")->required();
   command->add_option("--object", a->objects, "Id of an object (sqslam info RESULT), repeatable")
       ->expected(1)

@@ -7,7 +7,7 @@
 namespace sqslam::app {
 namespace {
 
-constexpr const char* kFooter = R"(
+constexpr const char* kShapesFooter = R"(
 Rows share e1 (the vertical profile), columns e2 (the horizontal cross-section); all half sizes are equal and
 all shapes are drawn at one scale. The maps' objects have exponents from 0.1 to 1.9.
 
@@ -17,7 +17,7 @@ Examples:
   sqslam figure shapes --color "#d55e00" --azimuth 20 --elevation 35 --no-background --output shapes.png
 )";
 
-struct Arguments : FigureArguments {
+struct ShapesArguments : FigureArguments {
   std::string e1 = "0.1,0.5,1,1.5,2";
   std::string e2 = "0.1,0.5,1,1.5,2";
   std::string color = "#56b4e9";
@@ -25,7 +25,7 @@ struct Arguments : FigureArguments {
   double eye_elevation = 25.0;
 };
 
-void Draw(const Arguments& a) {
+void Draw(const ShapesArguments& a) {
   ShapesFigure figure;
   figure.e1 = ParseNumberList("--e1", a.e1);
   figure.e2 = ParseNumberList("--e2", a.e2);
@@ -43,9 +43,9 @@ void Draw(const Arguments& a) {
 }  // namespace
 
 void AddShapesFigure(CLI::App& figure) {
-  const auto a = std::make_shared<Arguments>();
-  CLI::App* command = AddFigure(figure, "shapes", "Superquadrics on a grid of their two exponents", kFooter,
-                                FigureKind::kPanels, *a);
+  const auto a = std::make_shared<ShapesArguments>();
+  CLI::App* command = AddFigure(figure, "shapes", "Superquadrics on a grid of their two exponents",
+                                kShapesFooter, FigureKind::kPanels, *a);
   command->add_option("--e1", a->e1, "Exponents of the rows, 0.05 to 2")->capture_default_str();
   command->add_option("--e2", a->e2, "Exponents of the columns, 0.05 to 2")->capture_default_str();
   command->add_option("--color", a->color, "#rrggbb of the shapes")->capture_default_str();

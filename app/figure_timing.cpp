@@ -14,7 +14,7 @@ namespace sqslam::app {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char* kFooter = R"(
+constexpr const char* kTimingFooter = R"(
 Times of one call of each stage, from stats.json: a bar to the mean (its number beside it), a diamond at the
 median, a line to the 95th percentile. A stage is called once a frame (tracking) or once a keyframe (mapping).
 Stages that ran only once in every result are left out unless --stage names them; the longest come first.
@@ -25,7 +25,7 @@ Examples:
   sqslam figure timing out/kitchen --stage tracking --stage tracking.objects --output tracking.svg
 )";
 
-struct Arguments : FigureArguments {
+struct TimingArguments : FigureArguments {
   std::vector<std::string> results;
   std::vector<std::string> names;
   std::vector<std::string> stages;
@@ -76,7 +76,7 @@ void CheckStages(const std::vector<std::string>& wanted, const std::vector<RunSt
   }
 }
 
-void Draw(const Arguments& a) {
+void Draw(const TimingArguments& a) {
   const FigureOptions options = MakeFigureOptions(a);
   const std::vector<std::string> names = NamesOf(a.results, a.names);
   std::vector<RunStats> runs;
@@ -102,9 +102,9 @@ void Draw(const Arguments& a) {
 }  // namespace
 
 void AddTimingFigure(CLI::App& figure) {
-  const auto a = std::make_shared<Arguments>();
+  const auto a = std::make_shared<TimingArguments>();
   CLI::App* command = AddFigure(figure, "timing", "How long each stage takes: mean, median, 95th percentile",
-                                kFooter, FigureKind::kChart, *a);
+                                kTimingFooter, FigureKind::kChart, *a);
   command->add_option("RESULT", a->results, "Result folders of sqslam run, or their stats.json")->required();
   command->add_option("--name", a->names, "Name of a result in the legend, repeatable, in their order")
       ->expected(1)

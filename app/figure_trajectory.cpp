@@ -16,7 +16,7 @@ namespace sqslam::app {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char* kFooter = R"(
+constexpr const char* kTrajectoryFooter = R"(
 Camera paths (trajectory.txt) seen from above, both axes at one scale. With --ground-truth each path is laid over
 the true one by the best similarity (scale, rotation, translation); the legend says what error is left (ATE,
 RMSE over all tracked frames), and lengths are metres. Up is up in the first result's map. Without it the first
@@ -28,7 +28,7 @@ Examples:
   sqslam figure trajectory out/desk --ground-truth data/desk --heights --output path.png --width-mm 120
 )";
 
-struct Arguments : FigureArguments {
+struct TrajectoryArguments : FigureArguments {
   std::vector<std::string> results;
   std::vector<std::string> names;
   std::string ground_truth;
@@ -84,7 +84,7 @@ TrajectoryError Align(const std::string& name, const Trajectory& path, const Tra
   return *error;
 }
 
-TrajectoryFigure AgainstTruth(const Arguments& a, const std::vector<std::string>& names) {
+TrajectoryFigure AgainstTruth(const TrajectoryArguments& a, const std::vector<std::string>& names) {
   SequenceRequest request;
   request.path = a.ground_truth;
   const Trajectory truth = ReadGroundTruthPoses(OpenSequence(request));
@@ -104,7 +104,7 @@ TrajectoryFigure AgainstTruth(const Arguments& a, const std::vector<std::string>
   return figure;
 }
 
-TrajectoryFigure WithoutTruth(const Arguments& a, const std::vector<std::string>& names) {
+TrajectoryFigure WithoutTruth(const TrajectoryArguments& a, const std::vector<std::string>& names) {
   TrajectoryFigure figure;
   figure.unit = "map units";
   const Trajectory first = Readable(a.results.front());
@@ -117,7 +117,7 @@ TrajectoryFigure WithoutTruth(const Arguments& a, const std::vector<std::string>
   return figure;
 }
 
-void Draw(const Arguments& a) {
+void Draw(const TrajectoryArguments& a) {
   const FigureOptions options = MakeFigureOptions(a);
   const std::vector<std::string> names = NamesOf(a.results, a.names);
   TrajectoryFigure figure = a.ground_truth.empty() ? WithoutTruth(a, names) : AgainstTruth(a, names);
@@ -128,9 +128,9 @@ void Draw(const Arguments& a) {
 }  // namespace
 
 void AddTrajectoryFigure(CLI::App& figure) {
-  const auto a = std::make_shared<Arguments>();
+  const auto a = std::make_shared<TrajectoryArguments>();
   CLI::App* command = AddFigure(figure, "trajectory", "Camera paths from above, against the true one",
-                                kFooter, FigureKind::kChart, *a);
+                                kTrajectoryFooter, FigureKind::kChart, *a);
   command->add_option("RESULT", a->results, "Result folders of sqslam run, or their trajectory.txt")
       ->required();
   command->add_option("--ground-truth", a->ground_truth, "Sequence folder with poses, as for sqslam eval");

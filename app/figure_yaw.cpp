@@ -24,7 +24,7 @@
 namespace sqslam::app {
 namespace {
 
-constexpr const char* kFooter = R"(
+constexpr const char* kYawFooter = R"(
 Line segments that the yaw estimator's detector (EDLines) finds in an object's box, and the axes of the object's
 frame along the edges of the box around its superquadric, from a corner that is near to the camera: (a) along the
 map's axes (the quarter turn nearest to the object's, as yaw counts modulo 90 degrees), (b) as estimated. A line
@@ -41,7 +41,7 @@ Examples:
   sqslam figure yaw out/desk --object 2 --frame 120 --output yaw.svg --width-mm 120
 )";
 
-struct Arguments : FigureArguments {
+struct YawArguments : FigureArguments {
   std::string result;
   std::vector<int> objects;
   std::optional<std::int64_t> frame;
@@ -259,7 +259,7 @@ YawFigure::Object Clearest(const Context& context, const std::map<int, std::vect
   return *best;
 }
 
-void Draw(const Arguments& a) {
+void Draw(const YawArguments& a) {
   const FigureOptions options = MakeFigureOptions(a);
   if (a.objects.empty() && a.frame) {
     throw UsageError("--frame without --object: expected the object to show in that frame");
@@ -289,9 +289,9 @@ void Draw(const Arguments& a) {
 }  // namespace
 
 void AddYawFigure(CLI::App& figure) {
-  const auto a = std::make_shared<Arguments>();
+  const auto a = std::make_shared<YawArguments>();
   CLI::App* command =
-      AddFigure(figure, "yaw", "Line segments of an object against its axes, before and after", kFooter,
+      AddFigure(figure, "yaw", "Line segments of an object against its axes, before and after", kYawFooter,
                 FigureKind::kChart, *a);
   command->add_option("RESULT", a->result, "Result folder of sqslam run, or its map.sqmap")->required();
   command->add_option("--object", a->objects, "Id of an object (sqslam info RESULT), repeatable")

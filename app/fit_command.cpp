@@ -31,7 +31,7 @@ struct FitArguments {
   std::vector<std::string> set;
 };
 
-constexpr const char* kFooter = R"(
+constexpr const char* kFitFooter = R"(
 CLOUD is a PLY file (ascii or binary, with x, y, z) or a text file with x y z on each line. Without further
 options the whole cloud is one object in any orientation. Half of its surface is enough, with noise and
 stray points. Lengths are those of the cloud; roll, pitch and yaw are R = Rz(yaw) Ry(pitch) Rx(roll).
@@ -137,7 +137,7 @@ void Fit(const FitArguments& arguments) {
 void AddFitCommand(CLI::App& app, int&) {
   const auto arguments = std::make_shared<FitArguments>();
   CLI::App* command = app.add_subcommand("fit", "Fit superquadrics to a point cloud");
-  command->footer(kFooter);
+  command->footer(kFitFooter);
   command->add_option("CLOUD", arguments->cloud, "Point cloud (.ply, or text with x y z)")->required();
   command
       ->add_option(

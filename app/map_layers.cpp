@@ -1,6 +1,7 @@
 #include "app/map_layers.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include "slam/evaluation/true_path.h"
 #include "slam/util/error.h"
@@ -12,15 +13,30 @@ namespace {
 TruePath LayOver(const MapSnapshot& map, const fs::path& sequence) {
   const std::optional<TruePath> path = LayTruePath(ReadTruePoses(sequence), map);
   if (!path) {
-    throw InputError(
-        fmt::format("{}: its true poses cannot be laid over the map, expected three or more at the times of "
-                    "keyframes, not on one line",
-                    sequence.string()));
+    throw InputError(CannotBeLaid(sequence));
   }
   return *path;
 }
 
 }  // namespace
+
+std::string CannotBeLaid(const fs::path& sequence) {
+  return fmt::format(
+      "{}: its true poses cannot be laid over the map, expected three or more at the times of keyframes, not "
+      "on one line",
+      sequence.string());
+}
+
+PointCloud ReadDenseCloud(const fs::path& file) {
+  PointCloud cloud = ReadPointCloud(file);
+  if (cloud.points.empty()) {
+    throw InputError(fmt::format("{}: holds no point with finite coordinates", file.string()));
+  }
+  if (cloud.skipped > 0) {
+    spdlog::warn("{}: {} points without finite coordinates are left out", file.string(), cloud.skipped);
+  }
+  return cloud;
+}
 
 void AddLayerOptions(CLI::App& command, LayerArguments& a) {
   const char* group = "Layers";
@@ -70,7 +86,7 @@ SceneLayers ReadLayers(const LayerArguments& a, const MapSnapshot& map, const fs
     S_map_file = in_world ? path.S_world_map.Inverse() : Sim3d();
   }
   if (!a.dense_cloud.empty()) {
-    layers.dense_cloud = PlaceCloud(ReadPointCloud(a.dense_cloud), S_map_file);
+    layers.dense_cloud = PlaceCloud(ReadDenseCloud(a.dense_cloud), S_map_file);
   }
   return layers;
 }

@@ -21,6 +21,12 @@ struct LayerArguments {
 
 void AddLayerOptions(CLI::App& command, LayerArguments& arguments);
 
+// What is wrong where LayTruePath finds no way.
+std::string CannotBeLaid(const std::filesystem::path& sequence);
+
+// ReadPointCloud, but a cloud without points is an error and points that are none are told.
+PointCloud ReadDenseCloud(const std::filesystem::path& file);
+
 // A cloud in the frame of a map.
 std::shared_ptr<const ColoredPoints> PlaceCloud(const PointCloud& cloud, const Sim3d& S_map_file);
 

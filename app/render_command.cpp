@@ -228,7 +228,7 @@ int Render(const RenderArguments& a) {
   return MakesFrames(a) ? RenderFrames(a, options, reader) : RenderStill(a, options, reader);
 }
 
-constexpr const char* kFooter = R"(
+constexpr const char* kRenderFooter = R"(
 The view frames the objects and what is around them; the --camera options change it, angles in degrees.
 Styles lie in configs/styles; --set changes one value of a style (objects.opacity=0.5, objects.labels=true,
 points.size=3, cameras.keyframes=false, grid.show=false, text.legend=false, anti_aliasing=fxaa,
@@ -269,7 +269,7 @@ Examples:
 void AddRenderCommand(CLI::App& app, int& exit_code) {
   const auto a = std::make_shared<RenderArguments>();
   CLI::App* command = app.add_subcommand("render", "Draw a map: a picture, numbered pictures or a video");
-  command->footer(kFooter);
+  command->footer(kRenderFooter);
   AddRenderOptions(*command, *a);
   command->callback([a, &exit_code] { exit_code = Render(*a); });
 }

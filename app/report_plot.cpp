@@ -15,7 +15,7 @@ namespace {
 using Eigen::Vector2d;
 using Output = std::back_insert_iterator<std::string>;
 
-constexpr double kWidth = 1000.0;  // of the drawing, SVG units
+constexpr double kPlotWidth = 1000.0;  // of the drawing, SVG units
 constexpr double kMaxHeight = 620.0;
 constexpr double kMargin = 44.0;
 constexpr int kOutlinePoints = 72;
@@ -47,9 +47,9 @@ View FitView(const Eigen::AlignedBox2d& bounds) {
   View view;
   view.bounds = bounds;
   const Vector2d size = bounds.sizes().cwiseMax(1e-6);
-  view.scale = std::min((kWidth - 2 * kMargin) / size.x(), (kMaxHeight - 2 * kMargin) / size.y());
+  view.scale = std::min((kPlotWidth - 2 * kMargin) / size.x(), (kMaxHeight - 2 * kMargin) / size.y());
   view.height = size.y() * view.scale + 2 * kMargin;
-  view.offset_x = 0.5 * (kWidth - size.x() * view.scale);
+  view.offset_x = 0.5 * (kPlotWidth - size.x() * view.scale);
   return view;
 }
 
@@ -74,7 +74,7 @@ void AppendGrid(Output out, const View& view, double step) {
   fmt::format_to(out, "<g stroke=\"#eef0f3\" stroke-width=\"1\">\n");
   const Vector2d corner = view(view.bounds.min());
   const double left = view.bounds.min().x() - corner.x() / view.scale;
-  const double right = left + kWidth / view.scale;
+  const double right = left + kPlotWidth / view.scale;
   const double bottom = view.bounds.min().y() - kMargin / view.scale;
   const double top = bottom + view.height / view.scale;
   for (double x = std::ceil(left / step) * step; x < right; x += step) {
@@ -83,7 +83,7 @@ void AppendGrid(Output out, const View& view, double step) {
   }
   for (double y = std::ceil(bottom / step) * step; y < top; y += step) {
     const double v = view({0, y}).y();
-    fmt::format_to(out, "<path d=\"M0 {:.1f}H{:.1f}\"/>", v, kWidth);
+    fmt::format_to(out, "<path d=\"M0 {:.1f}H{:.1f}\"/>", v, kPlotWidth);
   }
   fmt::format_to(out, "</g>\n");
 }
@@ -190,7 +190,7 @@ std::string TopViewSvg(const ReportData& data) {
       "aria-label=\"Top view of camera path and objects\" font-family=\"Inter, Helvetica Neue, Arial, DejaVu "
       "Sans, sans-serif\" font-size=\"12\" fill=\"#1d2229\">\n<rect width=\"100%\" height=\"100%\" "
       "fill=\"#fff\"/>\n",
-      kWidth, view.height);
+      kPlotWidth, view.height);
   AppendGrid(out, view, step_map);
   if (!path.empty()) {
     AppendPath(out, view, path, false,

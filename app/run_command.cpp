@@ -11,7 +11,7 @@
 namespace sqslam::app {
 namespace {
 
-constexpr const char* kExamples = R"(
+constexpr const char* kRunExamples = R"(
 Examples:
   sqslam run data/kitchen                        a folder with rgb.txt, camera.yaml and boxes.txt
   sqslam run data/kitchen --output out/k1 --frames 300 --deterministic
@@ -57,7 +57,7 @@ void Run(const RunArguments& arguments, int& exit_code) {
 void AddRunCommand(CLI::App& app, int& exit_code) {
   const auto arguments = std::make_shared<RunArguments>();
   CLI::App* run = app.add_subcommand("run", "Map an image sequence: objects, points, trajectory, pictures");
-  run->footer(kExamples);
+  run->footer(kRunExamples);
   arguments->AddTo(*run);
   run->callback([arguments, &exit_code] { Run(*arguments, exit_code); });
 }

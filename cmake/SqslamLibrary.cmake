@@ -3,9 +3,20 @@
 option(SQSLAM_PRECOMPILE_HEADERS "Compile common headers once" ON)
 
 # Sources of one folder share most of their headers and templates: compiled a few at a time they are read once for
-# all. Names within anonymous namespaces must differ between the files of a library. Turn it off to work on a
-# few files.
-option(SQSLAM_UNITY_BUILD "Compile the sources of a library in groups" ON)
+# all. Names within anonymous namespaces must differ between the files of a library or program. Turn it off to
+# work on a few files.
+option(SQSLAM_UNITY_BUILD "Compile the sources of a library or program in groups" ON)
+
+function(sqslam_group_sources target)
+  get_target_property(sources ${target} SOURCES)
+  list(LENGTH sources count)
+  if(SQSLAM_UNITY_BUILD AND count GREATER 1)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
+    if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)  # it takes the sources within a group for headers
+      target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
+    endif()
+  endif()
+endfunction()
 
 # sqslam_precompiled(<name> HEADER LIBRARIES...): what REUSE_FROM takes the compiled header of.
 function(sqslam_precompiled name header)
@@ -33,15 +44,13 @@ function(sqslam_library name)
   target_include_directories(sqslam_${name} PUBLIC ${PROJECT_SOURCE_DIR})
   target_link_libraries(sqslam_${name} PUBLIC ${ARG_DEPENDS})
   target_compile_options(sqslam_${name} PRIVATE -Wall -Wextra -Wshadow -Wnon-virtual-dtor)
-  list(LENGTH ARG_SOURCES count)
-  if(SQSLAM_UNITY_BUILD AND count GREATER 1)
-    set_target_properties(sqslam_${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
-    if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)  # it takes the sources within a group for headers
-      target_compile_options(sqslam_${name} PRIVATE -Wno-subobject-linkage)
-    endif()
-  endif()
+  sqslam_group_sources(sqslam_${name})
   sqslam_reuse_precompiled(sqslam_${name} sqslam_common_headers)
 endfunction()
+
+# A test's own code runs for moments and is compiled in every full build: a quarter less time than with -O3. What
+# it tests is optimised as ever.
+set(SQSLAM_TEST_OPTIONS $<$<CONFIG:Release>:-O1>)
 
 # sqslam_test(<name> SOURCES ... DEPENDS ...): one GoogleTest program, each of its tests known to ctest.
 function(sqslam_test name)
@@ -49,6 +58,8 @@ function(sqslam_test name)
   add_executable(${name}_test ${ARG_SOURCES})
   target_link_libraries(${name}_test PRIVATE ${ARG_DEPENDS} GTest::gtest GTest::gmock GTest::gtest_main)
   target_compile_definitions(${name}_test PRIVATE SQSLAM_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  target_compile_options(${name}_test PRIVATE ${SQSLAM_TEST_OPTIONS})
+  sqslam_group_sources(${name}_test)
   sqslam_reuse_precompiled(${name}_test sqslam_common_test_headers)
   include(GoogleTest)
   gtest_discover_tests(${name}_test DISCOVERY_MODE PRE_TEST PROPERTIES LABELS ${name})

@@ -3,7 +3,7 @@
 set -eu
 cd "$(dirname "$0")/.."
 preset=${1:-release}
-programs=(render_picture_test render_figure_test render_overlay_test viewer_picture_test viewer_editing_picture_test)
+programs=(render_test viewer_test)
 cmake --build --preset "$preset" --target "${programs[@]}"
 for program in "${programs[@]}"; do
   SQSLAM_UPDATE_BASELINES=1 "build/$preset/bin/$program" --gtest_filter='*Baseline*'

@@ -1,6 +1,5 @@
 #include "slam/system.h"
 
-#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <deque>

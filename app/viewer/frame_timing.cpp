@@ -22,19 +22,21 @@ std::string Summary(const char* name, std::vector<double> seconds) {
 
 }  // namespace
 
-void FrameTiming::Add(const ViewerState& state, double seconds) {
+void FrameTiming::Add(const ViewerState& state, std::optional<double> seconds) {
   const Clock::time_point now = Clock::now();
   const auto since = [&](Clock::time_point from) {
     return std::chrono::duration<double>(now - from).count();
   };
-  drawing_.push_back(seconds);
+  if (seconds) {
+    drawing_.push_back(*seconds);
+  }
   if (!opened_ && state.Map() != nullptr) {
     opened_ = since(start_);
   }
   if (state.run.active) {
     run_start_ = run_start_.value_or(now);
     run_seconds_ = since(*run_start_);
-    ++run_frames_;
+    run_frames_ += seconds ? 1 : 0;
     return;
   }
   const Timeline& timeline = state.document.timeline;

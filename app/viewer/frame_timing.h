@@ -12,8 +12,8 @@ namespace sqslam::viewer {
 // How fast the window is, for --timing.
 class FrameTiming {
  public:
-  // After each frame of the window has been shown; `seconds`: what drawing it took.
-  void Add(const ViewerState& state, double seconds);
+  // After each frame of the window; `seconds`: what drawing it took, empty where nothing was drawn.
+  void Add(const ViewerState& state, std::optional<double> seconds);
 
   // A few lines.
   std::string Text() const;

@@ -125,7 +125,10 @@ bool AppendEvent(const std::string& word, Words& words, int line, std::vector<Sc
   }
   script.push_back({ScriptLine::Kind::kEvent, event, 0, "", line});
   if (word == "key") {  // down, seen by one frame, and up
-    script.push_back({ScriptLine::Kind::kFrames, {}, 1, "", line});
+    ScriptLine& pause = script.emplace_back();
+    pause.kind = ScriptLine::Kind::kFrames;
+    pause.count = 1;
+    pause.line = line;
     event.kind = Kind::kKeyUp;
     script.push_back({ScriptLine::Kind::kEvent, event, 0, "", line});
   }

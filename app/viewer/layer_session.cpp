@@ -96,7 +96,7 @@ void LayerSession::ReadCloud(ViewerState& state) {
     cloud_of_ = layers.cloud_file;
     cloud_.reset();
     cloud_task_ = std::async(std::launch::async, [file = cloud_of_] {
-      return std::make_shared<const PointCloud>(ReadPointCloud(file));
+      return std::make_shared<const PointCloud>(app::ReadDenseCloud(file));
     });
   }
 }
@@ -122,9 +122,7 @@ void LayerSession::LayOver(ViewerState& state) {
     const std::optional<TruePath> path =
         wants_path || in_world ? LayTruePath(*truth_, *state.document.last) : std::nullopt;
     if (!path && (wants_path || in_world) && !state.run.active) {
-      GiveUpTruth(state, truth_of_.string() +
-                             ": its true poses cannot be laid over the map, expected three or "
-                             "more at the times of keyframes, not on one line");
+      GiveUpTruth(state, app::CannotBeLaid(truth_of_));
     }
     drawn.true_path = path && wants_path ? path->pieces : decltype(drawn.true_path)();
     layers.path_error = path ? path->rmse : 0.0;

@@ -24,6 +24,8 @@ struct Layers {
 };
 
 // Whether a file is one of those that can be a dense cloud, by its name.
-inline bool IsCloudFile(const std::filesystem::path& file) { return file.extension() == ".ply"; }
+inline bool IsCloudFile(const std::filesystem::path& file) {
+  return file.extension() == ".ply" || file.extension() == ".PLY";
+}
 
 }  // namespace sqslam::viewer

@@ -204,7 +204,8 @@ class Loop {
         window_.Show();
       }
     }
-    timing_.Add(viewer_.State(), std::chrono::duration<double>(Clock::now() - start).count());
+    const double taken = std::chrono::duration<double>(Clock::now() - start).count();
+    timing_.Add(viewer_.State(), drawn ? std::optional(taken) : std::nullopt);
     if (const auto text = viewer_.TakeClipboard()) {
       window_.SetClipboard(*text);
     }

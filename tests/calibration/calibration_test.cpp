@@ -112,9 +112,24 @@ TEST(Calibration, WarnsOfParallelBoardsInTheMiddle) {
 }
 
 TEST(Calibration, ALensThatFoldsIsNamed) {
-  Calibration c = Calibrate(Views(Chessboard(), 20), Chessboard(), {640, 480}, {});
-  EXPECT_FALSE(c.folds);
-  c.folds = true;
+  std::vector<BoardView> views = Views(Chessboard(), 40);
+  EXPECT_FALSE(Calibrate(views, Chessboard(), {640, 480}, {}).folds);
+  // A lens that folds where rays are 0.75 off the axis, which is within the image, by what it shows inside.
+  Camera folding = kCamera;
+  folding.distortion = {-0.6, 0.0, 0.0, 0.0, 0.0};
+  std::erase_if(views, [&](BoardView& view) {
+    bool outside = false;
+    for (cv::Point2f& corner : view.corners) {
+      const Eigen::Vector3d ray = kCamera.Unproject(kCamera.Undistort({corner.x, corner.y}));
+      const Eigen::Vector2d pixel = folding.ProjectDistorted(ray);
+      outside = outside || std::hypot(ray.x(), ray.y()) > 0.6 * ray.z();
+      corner = {static_cast<float>(pixel.x()), static_cast<float>(pixel.y())};
+    }
+    return outside;
+  });
+  ASSERT_GE(views.size(), 8U);
+  const Calibration c = Calibrate(views, Chessboard(), {640, 480}, {});
+  EXPECT_TRUE(c.folds);
   EXPECT_THAT(Weaknesses(c), Contains(HasSubstr("folds back within the image")));
 }
 

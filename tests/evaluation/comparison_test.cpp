@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-Trajectory Path() {
+Trajectory StraightPath() {
   Trajectory trajectory;
   for (int i = 0; i < 20; ++i) {
     const double t = 0.1 * i;
@@ -27,9 +27,9 @@ Trajectory Path() {
 }
 
 // A cube at the origin, a magazine of 4 mm at x = 1 and a cube at x = 2.
-GroundTruth Truth() {
+GroundTruth ComparedTruth() {
   GroundTruth truth;
-  truth.trajectory = Path();
+  truth.trajectory = StraightPath();
   truth.frames = 20;
   truth.has_objects = true;
   for (int i = 0; i < 3; ++i) {
@@ -43,7 +43,7 @@ GroundTruth Truth() {
   return truth;
 }
 
-SnapshotObject Mapped(int id, const Vector3d& center, const Vector3d& half_size) {
+SnapshotObject MappedBox(int id, const Vector3d& center, const Vector3d& half_size) {
   SnapshotObject object;
   object.id = id;
   object.label = "box";
@@ -56,12 +56,13 @@ SnapshotObject Mapped(int id, const Vector3d& center, const Vector3d& half_size)
 // something far away.
 std::vector<NamedEvaluation> TwoResults() {
   const Vector3d cube(0.1, 0.1, 0.1);
-  const std::vector<SnapshotObject> two = {Mapped(1, {0, 0, 0}, cube),
-                                           Mapped(2, {1, 0, 0.005}, {0.1, 0.1, 0.002})};
+  const std::vector<SnapshotObject> two = {MappedBox(1, {0, 0, 0}, cube),
+                                           MappedBox(2, {1, 0, 0.005}, {0.1, 0.1, 0.002})};
   std::vector<SnapshotObject> more = two;
-  more.push_back(Mapped(3, {2, 0, 0}, cube));
-  more.push_back(Mapped(9, {2, 3, 4}, {0.2, 0.3, 0.4}));
-  return {{"a", Evaluate(Path(), two, Truth(), {})}, {"b", Evaluate(Path(), more, Truth(), {})}};
+  more.push_back(MappedBox(3, {2, 0, 0}, cube));
+  more.push_back(MappedBox(9, {2, 3, 4}, {0.2, 0.3, 0.4}));
+  return {{"a", Evaluate(StraightPath(), two, ComparedTruth(), {})},
+          {"b", Evaluate(StraightPath(), more, ComparedTruth(), {})}};
 }
 
 const Table& Titled(const std::vector<Table>& tables, const std::string& title) {

@@ -13,7 +13,7 @@ namespace sqslam {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double kPi = std::numbers::pi;
+using std::numbers::pi;
 
 const std::vector<double> kExponents = {0.1, 0.5, 1.0, 1.4, 1.9};
 
@@ -33,7 +33,7 @@ TEST(Superquadric, ParametricPointsLieOnTheSurface) {
   ForEveryShape([](const Superquadric& shape) {
     for (int i = -8; i <= 8; ++i) {
       for (int j = -8; j <= 8; ++j) {
-        const Vector3d p = shape.PointAt(i * kPi / 16, j * kPi / 8);
+        const Vector3d p = shape.PointAt(i * pi / 16, j * pi / 8);
         EXPECT_NEAR(shape.RadialScale(p), 1.0, 1e-12);
         EXPECT_NEAR(shape.RadialDistance(p), 0.0, 1e-12);
         EXPECT_NEAR(shape.F(p), 1.0, 1e-9);
@@ -44,13 +44,13 @@ TEST(Superquadric, ParametricPointsLieOnTheSurface) {
 
 TEST(Superquadric, PolesAndAxisPointsAreExactForSmallExponents) {
   const Superquadric box = Shape({1, 2, 3}, 0.1, 0.1);
-  EXPECT_EQ(box.PointAt(kPi / 2, 0.3), Vector3d(0, 0, 3));
-  EXPECT_EQ(box.PointAt(-kPi / 2, 0.3), Vector3d(0, 0, -3));
-  EXPECT_EQ(box.PointAt(0, kPi / 2), Vector3d(0, 2, 0));
-  EXPECT_EQ(box.PointAt(0, kPi), Vector3d(-1, 0, 0));
+  EXPECT_EQ(box.PointAt(pi / 2, 0.3), Vector3d(0, 0, 3));
+  EXPECT_EQ(box.PointAt(-pi / 2, 0.3), Vector3d(0, 0, -3));
+  EXPECT_EQ(box.PointAt(0, pi / 2), Vector3d(0, 2, 0));
+  EXPECT_EQ(box.PointAt(0, pi), Vector3d(-1, 0, 0));
   const Superquadric pinched = Shape({1, 2, 3}, 1.9, 1.9);
-  EXPECT_EQ(pinched.NormalAt(kPi / 2, 0.3), Vector3d(0, 0, 1));
-  EXPECT_EQ(pinched.NormalAt(0, kPi), Vector3d(-1, 0, 0));
+  EXPECT_EQ(pinched.NormalAt(pi / 2, 0.3), Vector3d(0, 0, 1));
+  EXPECT_EQ(pinched.NormalAt(0, pi), Vector3d(-1, 0, 0));
 }
 
 // Oracle: F written down as printed in Eq. 2.
@@ -75,8 +75,8 @@ TEST(Superquadric, NormalIsOrthogonalToNumericTangentsAndPointsOut) {
     constexpr double kStep = 1e-6;
     for (int i = -7; i <= 7; i += 2) {
       for (int j = -7; j <= 7; j += 2) {
-        const double eta = i * kPi / 16;
-        const double omega = j * kPi / 8;
+        const double eta = i * pi / 16;
+        const double omega = j * pi / 8;
         const Vector3d along_eta = shape.PointAt(eta + kStep, omega) - shape.PointAt(eta - kStep, omega);
         const Vector3d along_omega = shape.PointAt(eta, omega + kStep) - shape.PointAt(eta, omega - kStep);
         const Vector3d normal = shape.NormalAt(eta, omega);
@@ -132,10 +132,10 @@ TEST(Superquadric, NothingOverflowsOrBecomesNanAtTheEndsOfTheRange) {
 }
 
 TEST(Superquadric, VolumeOfSphereEllipsoidCylinderAndBox) {
-  EXPECT_NEAR(Shape({2, 2, 2}, 1, 1).Volume(), 4.0 / 3.0 * kPi * 8, 1e-10);
-  EXPECT_NEAR(Shape({1, 2, 3}, 1, 1).Volume(), 4.0 / 3.0 * kPi * 6, 1e-10);
+  EXPECT_NEAR(Shape({2, 2, 2}, 1, 1).Volume(), 4.0 / 3.0 * pi * 8, 1e-10);
+  EXPECT_NEAR(Shape({1, 2, 3}, 1, 1).Volume(), 4.0 / 3.0 * pi * 6, 1e-10);
   // Limits e -> 0: an elliptic cylinder and a box; and e = 2, the octahedron.
-  EXPECT_NEAR(Shape({1, 2, 3}, 1e-6, 1).Volume(), kPi * 2 * 6, 1e-4);
+  EXPECT_NEAR(Shape({1, 2, 3}, 1e-6, 1).Volume(), pi * 2 * 6, 1e-4);
   EXPECT_NEAR(Shape({1, 2, 3}, 1e-6, 1e-6).Volume(), 48.0, 1e-4);
   EXPECT_NEAR(Shape({1, 2, 3}, 2, 2).Volume(), 8.0, 1e-10);
 }
@@ -158,9 +158,9 @@ TEST(Superquadric, VolumeAgreesWithMonteCarlo) {
 }
 
 TEST(Superquadric, SurfaceAreaOfSphereSpheroidBoxAndOctahedron) {
-  EXPECT_NEAR(Shape({2, 2, 2}, 1, 1).SurfaceArea(), 16 * kPi, 1e-9);
+  EXPECT_NEAR(Shape({2, 2, 2}, 1, 1).SurfaceArea(), 16 * pi, 1e-9);
   const double eccentricity = std::sqrt(1.0 - 1.0 / 9.0);  // prolate, a = 1, c = 3
-  const double prolate = 2 * kPi * (1 + 3.0 / eccentricity * std::asin(eccentricity));
+  const double prolate = 2 * pi * (1 + 3.0 / eccentricity * std::asin(eccentricity));
   EXPECT_NEAR(Shape({1, 1, 3}, 1, 1).SurfaceArea(), prolate, 1e-8);
   EXPECT_NEAR(Shape({1, 1, 1}, 2, 2).SurfaceArea(), 4 * std::sqrt(3.0), 1e-9);
   EXPECT_LT(Shape({1, 2, 3}, 0.1, 0.1).SurfaceArea(), 88.0);  // the sharp box; rounded edges take some away
@@ -175,7 +175,7 @@ TEST(Superquadric, SurfaceAreaAgreesWithATessellation) {
     for (int i = 0; i < kSteps; ++i) {
       for (int j = 0; j < kSteps; ++j) {
         const auto point = [&](int k, int l) {
-          return shape.PointAt(0.5 * kPi * k / kSteps, 0.5 * kPi * l / kSteps);
+          return shape.PointAt(0.5 * pi * k / kSteps, 0.5 * pi * l / kSteps);
         };
         const Vector3d a = point(i, j), b = point(i + 1, j), c = point(i, j + 1), d = point(i + 1, j + 1);
         area += 0.5 * ((b - a).cross(c - a).norm() + (b - d).cross(c - d).norm());
@@ -190,7 +190,7 @@ TEST(Superquadric, ElevenParametersRoundTrip) {
   parameters << 0.3, 0.7, 1.1, 0.4, 1.6, 0.2, -0.5, 2.5, 4.0, -5.0, 6.0;
   EXPECT_TRUE(ToParameters(FromParameters(parameters)).isApprox(parameters, 1e-12));
   const PosedSuperquadric upright =
-      FromParameters((SuperquadricParameters() << 1, 1, 1, 1, 1, 0, 0, kPi / 2, 0, 0, 0).finished());
+      FromParameters((SuperquadricParameters() << 1, 1, 1, 1, 1, 0, 0, pi / 2, 0, 0, 0).finished());
   EXPECT_NEAR((upright.T_map_object * Vector3d(1, 0, 0) - Vector3d(0, 1, 0)).norm(), 0.0, 1e-12);
 }
 

@@ -16,7 +16,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-const Camera kCamera{64, 48, 50.0, 50.0, 32.0, 24.0, {}, 30.0};
+const Camera kSmallCamera{64, 48, 50.0, 50.0, 32.0, 24.0, {}, 30.0};
 
 // Gives `count` images whose grey value is their index, then none. With a gate it waits there before image
 // `gate_at` and tells that it has come so far.
@@ -73,7 +73,7 @@ TEST(LiveSource, WhoIsSlowGetsTheNewestImageAndTheRestCountsAsDropped) {
   std::promise<void> open;
   auto grabber = std::make_unique<FakeGrabber>(8);
   grabber->WaitAt(5, arrived, open.get_future().share());
-  LiveSource source(std::move(grabber), kCamera, "camera 0");
+  LiveSource source(std::move(grabber), kSmallCamera, "camera 0");
   arrived.get_future().wait();  // images 0 to 4 have come
   const std::optional<Frame> frame = source.Next();
   ASSERT_TRUE(frame);
@@ -93,7 +93,8 @@ TEST(LiveSource, TimesComeFromTheClockAndRise) {
   std::promise<void> open;
   auto grabber = std::make_unique<FakeGrabber>(2);
   grabber->WaitAt(1, arrived, open.get_future().share());
-  LiveSource source(std::move(grabber), kCamera, "camera 0", {}, [] { return 12.5; });  // a clock that stands
+  LiveSource source(std::move(grabber), kSmallCamera, "camera 0", {},
+                    [] { return 12.5; });  // a clock that stands
   EXPECT_EQ(source.Next()->timestamp, 12.5);
   open.set_value();
   EXPECT_GT(source.Next()->timestamp, 12.5);
@@ -105,7 +106,7 @@ TEST(LiveSource, StartStrideAndCountChooseImages) {
   std::promise<void> open;
   auto grabber = std::make_unique<FakeGrabber>(100);
   grabber->WaitAt(7, arrived, open.get_future().share());
-  LiveSource source(std::move(grabber), kCamera, "camera 0", {.start = 3, .count = 1, .stride = 2});
+  LiveSource source(std::move(grabber), kSmallCamera, "camera 0", {.start = 3, .count = 1, .stride = 2});
   arrived.get_future().wait();
   EXPECT_EQ(source.Next()->index, 5);  // of 3 and 5
   EXPECT_EQ(source.Dropped(), 1);
@@ -120,7 +121,7 @@ TEST(LiveSource, AnImageThatDoesNotComeIsSkipped) {
   auto grabber = std::make_unique<FakeGrabber>(4);
   grabber->FailAt(1);
   grabber->WaitAt(3, arrived, open.get_future().share());
-  LiveSource source(std::move(grabber), kCamera, "camera 0");
+  LiveSource source(std::move(grabber), kSmallCamera, "camera 0");
   arrived.get_future().wait();
   EXPECT_EQ(source.Next()->index, 2);
   EXPECT_EQ(source.Skipped(), 1);
@@ -130,16 +131,16 @@ TEST(LiveSource, AnImageThatDoesNotComeIsSkipped) {
 
 TEST(LiveSource, ImagesOfAnotherSizeThanTheCalibrationsAreRefused) {
   EXPECT_THAT(InputErrorOf([] {
-                LiveSource(std::make_unique<FakeGrabber>(1, cv::Size(32, 24)), kCamera, "camera 0");
+                LiveSource(std::make_unique<FakeGrabber>(1, cv::Size(32, 24)), kSmallCamera, "camera 0");
               }),
               HasSubstr("camera 0: gives images of 32x24 with 3 channels, expected the calibration's 64x48"));
-  EXPECT_THAT(InputErrorOf([] { LiveSource(std::make_unique<FakeGrabber>(0), kCamera, "camera 0"); }),
+  EXPECT_THAT(InputErrorOf([] { LiveSource(std::make_unique<FakeGrabber>(0), kSmallCamera, "camera 0"); }),
               HasSubstr("camera 0: gives no image"));
 }
 
 TEST(LiveSource, ACameraThatIsNotThereIsReported) {
   constexpr int kNoSuchCamera = 987;
-  EXPECT_THAT(InputErrorOf([] { OpenCamera(kNoSuchCamera, kCamera); }),
+  EXPECT_THAT(InputErrorOf([] { OpenCamera(kNoSuchCamera, kSmallCamera); }),
               HasSubstr("camera 987: cannot be opened"));
 }
 

@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-std::vector<std::string> Names(const fs::path& folder) {
+std::vector<std::string> FileNames(const fs::path& folder) {
   std::vector<std::string> names;
   for (const auto& entry : fs::directory_iterator(folder)) {
     names.push_back(entry.path().filename().string());
@@ -30,7 +30,7 @@ TEST(AtomicFile, ReplacesAFileAndLeavesNothingElse) {
   WriteFileAtomically(folder.Path() / "a.txt", "old");
   WriteFileAtomically(folder.Path() / "a.txt", "new");
   EXPECT_EQ(ReadFile(folder.Path() / "a.txt", ""), "new");
-  EXPECT_THAT(Names(folder.Path()), ::testing::ElementsAre("a.txt"));
+  EXPECT_THAT(FileNames(folder.Path()), ::testing::ElementsAre("a.txt"));
 }
 
 TEST(AtomicFile, AFullDiskIsReportedAndLeavesTheOldFile) {
@@ -47,7 +47,7 @@ TEST(AtomicFile, AFullDiskIsReportedAndLeavesTheOldFile) {
   std::signal(SIGXFSZ, old_handler);
   EXPECT_THAT(message, HasSubstr("a.txt: cannot be written (File too large)"));
   EXPECT_EQ(ReadFile(folder.Path() / "a.txt", ""), "old");
-  EXPECT_THAT(Names(folder.Path()), ::testing::ElementsAre("a.txt"));
+  EXPECT_THAT(FileNames(folder.Path()), ::testing::ElementsAre("a.txt"));
 }
 
 TEST(AtomicFile, APathThatIsNotCommittedLeavesNothing) {

@@ -17,7 +17,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-constexpr const char* kCamera = "width: 64\nheight: 48\nfx: 50\nfy: 51\ncx: 32\ncy: 24\n";
+constexpr const char* kCameraFile = "width: 64\nheight: 48\nfx: 50\nfy: 51\ncx: 32\ncy: 24\n";
 
 TEST(CameraYaml, ReadsWhatItWrote) {
   const TemporaryFolder folder;
@@ -38,11 +38,13 @@ TEST(CameraYaml, ReadsWhatItWrote) {
 
 TEST(CameraYaml, TheReadoutTimeMayBeUnknownButNotLong) {
   const TemporaryFolder folder;
-  EXPECT_EQ(ReadCamera(folder.Write("a.yaml", kCamera)).readout_ms, 0.0);
-  EXPECT_EQ(ReadCamera(folder.Write("b.yaml", std::string(kCamera) + "readout_ms: -20\n")).readout_ms, -20.0);
-  EXPECT_THAT(
-      InputErrorOf([&] { ReadCamera(folder.Write("c.yaml", std::string(kCamera) + "readout_ms: 2700\n")); }),
-      HasSubstr("c.yaml:7: readout_ms is 2700, expected a number from -100 to 100"));
+  EXPECT_EQ(ReadCamera(folder.Write("a.yaml", kCameraFile)).readout_ms, 0.0);
+  EXPECT_EQ(ReadCamera(folder.Write("b.yaml", std::string(kCameraFile) + "readout_ms: -20\n")).readout_ms,
+            -20.0);
+  EXPECT_THAT(InputErrorOf([&] {
+                ReadCamera(folder.Write("c.yaml", std::string(kCameraFile) + "readout_ms: 2700\n"));
+              }),
+              HasSubstr("c.yaml:7: readout_ms is 2700, expected a number from -100 to 100"));
 }
 
 TEST(CameraYaml, BrokenFocalLengthsNameFileAndLine) {
@@ -64,14 +66,14 @@ TEST(CameraYaml, MissingEntriesAndBrokenYamlAreReported) {
   EXPECT_THAT(InputErrorOf([&] { ReadCamera(folder.Write("c.yaml", "")); }), HasSubstr("c.yaml:1"));
   EXPECT_THAT(InputErrorOf([&] { ReadCamera(folder.Path() / "none.yaml"); }), HasSubstr("No such file"));
   EXPECT_THAT(InputErrorOf([&] {
-                ReadCamera(folder.Write("d.yaml", std::string(kCamera) + "distortion: [1, 2, x]\n"));
+                ReadCamera(folder.Write("d.yaml", std::string(kCameraFile) + "distortion: [1, 2, x]\n"));
               }),
               HasSubstr("d.yaml:7: distortion[2] is x"));
 }
 
 TEST(Sequence, ListsFramesOfATumFolderWithItsBoxes) {
   const TemporaryFolder folder;
-  folder.Write("camera.yaml", kCamera);
+  folder.Write("camera.yaml", kCameraFile);
   folder.Write("rgb.txt", "# comment\r\n\r\n0.0 rgb/a b.png\r\n0.5\trgb/c.png\r\n");
   folder.Write("boxes.txt", "0.5 cup 0.9 1 2 10 12 7 0.5\n0.0 book 1 3 4 5 6\n");
   const Sequence sequence = OpenSequence({.path = folder.Path()});
@@ -86,7 +88,7 @@ TEST(Sequence, ListsFramesOfATumFolderWithItsBoxes) {
 
 TEST(Sequence, BrokenLinesNameFileAndLine) {
   const TemporaryFolder folder;
-  folder.Write("camera.yaml", kCamera);
+  folder.Write("camera.yaml", kCameraFile);
   const auto message = [&](const std::string& text) {
     folder.Write("rgb.txt", text);
     return InputErrorOf([&] { OpenSequence({.path = folder.Path()}); });
@@ -105,7 +107,7 @@ TEST(Sequence, ImageFolderTakesItsTimesFromTheFrameRate) {
   folder.Write("a.JPG", "x");
   folder.Write("notes.md", "x");
   const TemporaryFolder elsewhere;
-  const auto camera = elsewhere.Write("c.yaml", std::string(kCamera) + "fps: 10\n");
+  const auto camera = elsewhere.Write("c.yaml", std::string(kCameraFile) + "fps: 10\n");
   const Sequence sequence = OpenSequence({.path = folder.Path(), .camera = camera.string()});
   ASSERT_EQ(sequence.frames.size(), 2u);
   EXPECT_EQ(sequence.frames[0].image_path.filename(), "a.JPG");
@@ -128,7 +130,7 @@ TEST(Sequence, AMissingCalibrationIsGuessedForPicturesOfOnesOwnOnly) {
 
 TEST(Sequence, WhatIsNotASequenceIsReported) {
   const TemporaryFolder folder;
-  folder.Write("camera.yaml", kCamera);
+  folder.Write("camera.yaml", kCameraFile);
   EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = folder.Path()}); }), HasSubstr("no image in it"));
   EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = folder.Path() / "none"}); }),
               HasSubstr("does not exist"));

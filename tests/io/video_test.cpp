@@ -18,7 +18,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 constexpr int kFrames = 40;
-constexpr double kFps = 25.0;
+constexpr double kVideoFps = 25.0;
 
 struct Codec {
   const char* file;
@@ -32,7 +32,7 @@ class VideoTest : public ::testing::TestWithParam<Codec> {
   VideoTest() {
     ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);  // what the reader says is enough
     WriteCamera(folder_.Path() / "camera.yaml", {160, 120, 120.0, 120.0, 80.0, 60.0, {}, 30.0});
-    cv::VideoWriter writer(Path().string(), cv::CAP_FFMPEG, GetParam().fourcc, kFps, {160, 120});
+    cv::VideoWriter writer(Path().string(), cv::CAP_FFMPEG, GetParam().fourcc, kVideoFps, {160, 120});
     cv::RNG random(5);
     for (int i = 0; i < kFrames; ++i) {
       cv::Mat image(120, 160, CV_8UC3);
@@ -68,7 +68,7 @@ TEST_P(VideoTest, GivesItsFramesInOrderWithTheVideosTimes) {
   int count = 0;
   while (const std::optional<Frame> frame = source.Next()) {
     EXPECT_EQ(frame->index, count);
-    EXPECT_NEAR(frame->timestamp, count / kFps, 1e-9);
+    EXPECT_NEAR(frame->timestamp, count / kVideoFps, 1e-9);
     EXPECT_NEAR(LeftEdge(*frame), Left(count), 1);
     ++count;
   }

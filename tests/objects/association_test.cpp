@@ -96,8 +96,8 @@ TEST(TTest, AcceptsItsOwnAndRejectsWhatIsFar) {
   EXPECT_FALSE(AreSamePopulation(cup, Sample({1.15, 2, 3}, 0.02, 15, 2), 0.001, 0.0));
 }
 
-KnownLandmark SeenAt(const std::string& label, const Box2d& box,
-                     const std::unordered_set<std::int64_t>* points) {
+KnownLandmark KnownAt(const std::string& label, const Box2d& box,
+                      const std::unordered_set<std::int64_t>* points) {
   KnownLandmark landmark;
   landmark.label = label;
   landmark.frames_since_seen = 1;
@@ -110,9 +110,9 @@ TEST(Associate, TellsCupsInARowApartByTheirPoints) {
   const std::unordered_set<std::int64_t> left = {1, 2, 3, 4, 5, 6, 7, 8};
   const std::unordered_set<std::int64_t> right = {11, 12, 13, 14, 15, 16, 17, 18};
   const std::unordered_set<std::int64_t> third = {21, 22, 23, 24, 25, 26, 27, 28};
-  const std::vector<KnownLandmark> known = {SeenAt("cup", {100, 100, 40, 40}, &left),
-                                            SeenAt("cup", {112, 100, 40, 40}, &right),
-                                            SeenAt("cup", {124, 100, 40, 40}, &third)};
+  const std::vector<KnownLandmark> known = {KnownAt("cup", {100, 100, 40, 40}, &left),
+                                            KnownAt("cup", {112, 100, 40, 40}, &right),
+                                            KnownAt("cup", {124, 100, 40, 40}, &third)};
   // The camera moved on by the cups' distance: overlap alone would take each for the next.
   const std::vector<MeasuredBox> boxes = {
       {{"cup", 0.9, {112, 100, 40, 40}}, {1, 2, 3, 4, 5, 6, 7}, {}, {}},
@@ -125,7 +125,7 @@ TEST(Associate, TellsCupsInARowApartByTheirPoints) {
 
 TEST(Associate, SurvivesAWrongLabelAtTheSamePlace) {
   const std::unordered_set<std::int64_t> points = {1, 2, 3, 4, 5};
-  const std::vector<KnownLandmark> known = {SeenAt("cup", {100, 100, 40, 40}, &points)};
+  const std::vector<KnownLandmark> known = {KnownAt("cup", {100, 100, 40, 40}, &points)};
   const MeasuredBox same{{"bowl", 0.5, {101, 100, 40, 40}}, {1, 2, 3, 4, 5}, {}, {}};
   const MeasuredBox other{{"bowl", 0.5, {125, 100, 40, 40}}, {21, 22, 23, 24, 25}, {}, {}};
   EXPECT_EQ(Associate({same}, known, AssociationOptions()), std::vector<int>{0});

@@ -14,7 +14,7 @@ namespace {
 
 using testing::SyntheticDesk;
 
-ObjectMapper MapDesk(const SyntheticDesk& desk, const std::string& representation) {
+ObjectMapper MapDeskAs(const SyntheticDesk& desk, const std::string& representation) {
   ObjectOptions options;
   options.representation = representation;
   options.method = "paper";  // the quicker one; what follows is the same for both
@@ -42,10 +42,10 @@ std::set<int> Ids(const std::vector<SnapshotObject>& objects) {
 
 TEST(Representation, EllipsoidsAndCuboidsDifferFromSuperquadricsInTheirExponentsOnly) {
   const SyntheticDesk desk(1);
-  const auto superquadrics = MapDesk(desk, "superquadric").Objects();
+  const auto superquadrics = MapDeskAs(desk, "superquadric").Objects();
   ASSERT_FALSE(superquadrics.empty());
   for (const auto& [name, exponent] : {std::pair("ellipsoid", 1.0), std::pair("cuboid", kMinShapeExponent)}) {
-    const ObjectMapper mapper = MapDesk(desk, name);
+    const ObjectMapper mapper = MapDeskAs(desk, name);
     const auto objects = mapper.Objects();
     EXPECT_EQ(mapper.LeftOut(), 0);
     ASSERT_EQ(objects.size(), superquadrics.size());
@@ -63,8 +63,8 @@ TEST(Representation, EllipsoidsAndCuboidsDifferFromSuperquadricsInTheirExponents
 
 TEST(Representation, QuadricsShareTheLandmarksButNotTheirPlaceAndSize) {
   const SyntheticDesk desk(1);
-  const ObjectMapper usual = MapDesk(desk, "superquadric");
-  const ObjectMapper mapper = MapDesk(desk, "quadric");
+  const ObjectMapper usual = MapDeskAs(desk, "superquadric");
+  const ObjectMapper mapper = MapDeskAs(desk, "quadric");
   const auto quadrics = mapper.Objects();
   const std::set<int> ids = Ids(quadrics);
   const std::set<int> usual_ids = Ids(usual.Objects());
@@ -91,7 +91,7 @@ TEST(Representation, QuadricsShareTheLandmarksButNotTheirPlaceAndSize) {
 TEST(Representation, QuadricsMoveWithTheMap) {
   const Sim3d move{
       3.0, Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitY())), {1.0, 2.0, 3.0}};
-  ObjectMapper mapper = MapDesk(SyntheticDesk(1), "quadric");
+  ObjectMapper mapper = MapDeskAs(SyntheticDesk(1), "quadric");
   const auto before = mapper.Objects();
   mapper.Transform(move);
   const auto after = mapper.Objects();

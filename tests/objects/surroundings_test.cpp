@@ -5,7 +5,7 @@
 namespace sqslam {
 namespace {
 
-Landmark Box(int id, const Eigen::Vector3d& centre, const Eigen::Vector3d& half_size) {
+Landmark MappedBox(int id, const Eigen::Vector3d& centre, const Eigen::Vector3d& half_size) {
   Landmark landmark;
   landmark.id = id;
   landmark.estimated = true;
@@ -16,10 +16,10 @@ Landmark Box(int id, const Eigen::Vector3d& centre, const Eigen::Vector3d& half_
 }
 
 TEST(Surroundings, TellWhatLiesInItAndWhatMayHideIt) {
-  Landmark table = Box(1, {0.0, 2.0, 0.35}, {0.8, 0.5, 0.35});
+  Landmark table = MappedBox(1, {0.0, 2.0, 0.35}, {0.8, 0.5, 0.35});
   table.support = 0.0;
-  const Landmark cup = Box(2, {0.0, 2.0, 0.75}, {0.04, 0.04, 0.05});
-  const Landmark chair = Box(3, {0.1, 2.8, 0.75}, {0.2, 0.05, 0.15});
+  const Landmark cup = MappedBox(2, {0.0, 2.0, 0.75}, {0.04, 0.04, 0.05});
+  const Landmark chair = MappedBox(3, {0.1, 2.8, 0.75}, {0.2, 0.05, 0.15});
   const std::vector<const Landmark*> shown = {&table, &cup, &chair};
 
   const Surroundings of_table = SurroundingsOf(table, shown);
@@ -39,10 +39,10 @@ TEST(Surroundings, TellWhatLiesInItAndWhatMayHideIt) {
 }
 
 TEST(Surroundings, OfFarHidersGiveNoSupportAndNothingIsKnownWithoutAnEstimate) {
-  Landmark table = Box(1, {0.0, 2.0, 0.35}, {0.8, 0.5, 0.35});
+  Landmark table = MappedBox(1, {0.0, 2.0, 0.35}, {0.8, 0.5, 0.35});
   table.support = 0.0;
   const std::vector<const Landmark*> shown = {&table};
-  Landmark chair = Box(3, {0.1, 6.0, 0.75}, {0.2, 0.05, 0.15});
+  Landmark chair = MappedBox(3, {0.1, 6.0, 0.75}, {0.2, 0.05, 0.15});
   EXPECT_EQ(SurroundingsOf(chair, shown).hiders.size(), 1u);
   EXPECT_EQ(SurroundingsOf(chair, shown).hidden_support, std::nullopt);
   chair.estimated = false;

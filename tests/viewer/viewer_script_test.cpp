@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sqlite3.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
@@ -13,6 +14,7 @@
 
 namespace sqslam::viewer {
 namespace {
+namespace fs = std::filesystem;
 
 using ::sqslam::testing::ProgramRun;
 using ::sqslam::testing::RunProgram;
@@ -97,6 +99,32 @@ TEST_F(ViewerScript, RoundsAreRepeatedUntilTheirTimeIsOver) {
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_THAT(run.err, HasSubstr("script.txt:2: help is yes, expected no"));
   EXPECT_EQ(Play("wait idle\nexpect help no\nkey H\nframes 2\nrepeat 0\nclose\n", "desk").exit_code, 0);
+}
+
+TEST_F(ViewerScript, AMinimisedWindowCannotBeWritten) {
+  WriteGrowingMap(folder_.Path());
+  const ProgramRun run = Play("wait idle\nresize 0 0\nframes 3\npicture window.png\nclose\n", "desk");
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.err, HasSubstr("window.png: the window is minimised"));
+}
+
+TEST_F(ViewerScript, ADamagedStateOfTheMapCostsOnlyItself) {
+  const fs::path map = WriteGrowingMap(folder_.Path());
+  sqlite3* db = nullptr;
+  ASSERT_EQ(sqlite3_open(map.c_str(), &db), SQLITE_OK);
+  ASSERT_EQ(sqlite3_exec(db, "UPDATE snapshots SET data=x'00' WHERE id=1", nullptr, nullptr, nullptr),
+            SQLITE_OK);
+  sqlite3_close(db);
+  const ProgramRun run = Play(
+      "wait idle\n"
+      "expect error not none\n"
+      "expect objects 3\n"
+      "key Home\nwait idle\n"
+      "expect objects 0\n"
+      "key End\nwait idle\n"
+      "expect objects 3\nclose\n",
+      "desk");
+  EXPECT_EQ(run.exit_code, 0) << run.err;
 }
 
 TEST_F(ViewerScript, WhatIsNotAsExpectedEndsItWithTheLine) {

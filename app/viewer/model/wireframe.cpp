@@ -5,7 +5,6 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
-#include <optional>
 
 #include "app/viewer/model/annotation.h"
 #include "slam/geometry/silhouette.h"
@@ -48,19 +47,21 @@ class LinePainter {
   // A closed curve in steps; `hidden` of the middle of each.
   void AddCurve(const std::function<Eigen::Vector3d(double)>& at, const std::function<bool(double)>& hidden) {
     const auto angle = [](double i) { return 2.0 * std::numbers::pi * i / kRimSteps; };
-    std::optional<bool> last;
+    bool goes_on = false;  // whether the line before reaches up to here
+    bool was_hidden = false;
     for (int i = 0; i < kRimSteps; ++i) {
       const std::size_t before = lines_.size();
       const bool is_hidden = hidden(angle(i + 0.5));
       AddLine(at(angle(i)), at(angle(i + 1)), is_hidden);
       if (lines_.size() == before) {
-        last.reset();
-      } else if (last == is_hidden) {  // goes on where the line before ends
+        goes_on = false;
+      } else if (goes_on && was_hidden == is_hidden) {
         WireLine& line = lines_[before - 1];
         line.pixels.insert(line.pixels.end(), lines_.back().pixels.begin() + 1, lines_.back().pixels.end());
         lines_.pop_back();
       } else {
-        last = is_hidden;
+        goes_on = true;
+        was_hidden = is_hidden;
       }
     }
   }

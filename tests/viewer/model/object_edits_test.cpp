@@ -14,7 +14,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 // The hand-made desk: 0 book, 1 cup, 2 sports_ball, with boxes, points and evidence.
-MapSnapshot Desk() {
+MapSnapshot ObservedDesk() {
   MapSnapshot map = HandMadeMap();
   map.objects[0].observations = 10;
   map.objects[0].score = 0.5;
@@ -46,7 +46,7 @@ TEST(ObjectEdits, NameAndLabel) {
   ObjectEdits edits;
   edits.Rename(1, "  the red mug ");
   edits.SetLabel(1, "beer mug");
-  const MapSnapshotPtr map = Apply(edits, Desk());
+  const MapSnapshotPtr map = Apply(edits, ObservedDesk());
   EXPECT_EQ(map->objects[1].name, "the red mug");
   EXPECT_EQ(map->objects[1].label, "beer_mug");
   EXPECT_EQ(ShownName(map->objects[1]), "the red mug");
@@ -59,7 +59,7 @@ TEST(ObjectEdits, NameAndLabel) {
 TEST(ObjectEdits, DeletedObjectsLeaveTheirPointsAndBoxesToNobody) {
   ObjectEdits edits;
   edits.Delete(1);
-  const MapSnapshot desk = Desk();
+  const MapSnapshot desk = ObservedDesk();
   const MapSnapshotPtr map = Apply(edits, desk);
   EXPECT_THAT(IdsOf(*map), ElementsAre(0, 2));
   EXPECT_EQ(PointsOf(*map, 1), 0);
@@ -74,16 +74,16 @@ TEST(ObjectEdits, DeletedObjectsLeaveTheirPointsAndBoxesToNobody) {
 TEST(ObjectEdits, HiddenObjectsAreLeftOutOfPicturesOnly) {
   ObjectEdits edits;
   edits.Hide(0);
-  EXPECT_THAT(IdsOf(*Apply(edits, Desk())), ElementsAre(1, 2));
-  EXPECT_EQ(PointsOf(*Apply(edits, Desk()), 0), 0);
-  EXPECT_THAT(IdsOf(*Apply(edits, Desk(), HiddenObjects::kKeep)), ElementsAre(0, 1, 2));
-  EXPECT_GT(PointsOf(*Apply(edits, Desk(), HiddenObjects::kKeep), 0), 0);
+  EXPECT_THAT(IdsOf(*Apply(edits, ObservedDesk())), ElementsAre(1, 2));
+  EXPECT_EQ(PointsOf(*Apply(edits, ObservedDesk()), 0), 0);
+  EXPECT_THAT(IdsOf(*Apply(edits, ObservedDesk(), HiddenObjects::kKeep)), ElementsAre(0, 1, 2));
+  EXPECT_GT(PointsOf(*Apply(edits, ObservedDesk(), HiddenObjects::kKeep), 0), 0);
 }
 
 TEST(ObjectEdits, MergedObjectsJoinWhatTheyHaveUnderTheKeptSolid) {
   ObjectEdits edits;
   edits.Merge(1, 0);
-  const MapSnapshot desk = Desk();
+  const MapSnapshot desk = ObservedDesk();
   const MapSnapshotPtr map = Apply(edits, desk);
   ASSERT_THAT(IdsOf(*map), ElementsAre(1, 2));
   const SnapshotObject& merged = map->objects[0];
@@ -97,7 +97,7 @@ TEST(ObjectEdits, MergedObjectsJoinWhatTheyHaveUnderTheKeptSolid) {
 }
 
 TEST(ObjectEdits, ScoresOfOneLabelAreAveragedOverTheObservations) {
-  MapSnapshot desk = Desk();
+  MapSnapshot desk = ObservedDesk();
   desk.objects[0].label = "cup";
   ObjectEdits edits;
   edits.Merge(1, 0);
@@ -105,7 +105,7 @@ TEST(ObjectEdits, ScoresOfOneLabelAreAveragedOverTheObservations) {
 }
 
 TEST(ObjectEdits, BeforeTheKeptObjectIsThereTheOtherHasItsId) {
-  MapSnapshot early = Desk();
+  MapSnapshot early = ObservedDesk();
   early.objects.erase(early.objects.begin() + 1);  // the cup has not been seen yet
   ObjectEdits edits;
   edits.Merge(1, 0);
@@ -127,17 +127,17 @@ TEST(ObjectEdits, MergesOfMergesBelongTogether) {
   EXPECT_THAT(edits.PartsOf(1), ElementsAre());
   EXPECT_THROW(edits.Merge(0, 1), UsageError);
   edits.Delete(2);
-  EXPECT_THAT(IdsOf(*Apply(edits, Desk())), ElementsAre());
+  EXPECT_THAT(IdsOf(*Apply(edits, ObservedDesk())), ElementsAre());
   edits.Delete(2, false);
   edits.Separate(1);
-  EXPECT_THAT(IdsOf(*Apply(edits, Desk())), ElementsAre(1, 2));
+  EXPECT_THAT(IdsOf(*Apply(edits, ObservedDesk())), ElementsAre(1, 2));
 }
 
 TEST(ObjectEdits, KnowsWhichIdsAMapDoesNotHave) {
   ObjectEdits edits;
   edits.Hide(2);
   edits.Delete(17);
-  EXPECT_THAT(UnknownIds(edits, Desk()), ElementsAre(17));
+  EXPECT_THAT(UnknownIds(edits, ObservedDesk()), ElementsAre(17));
 }
 
 class ObjectEditsFile : public testing::Test {
