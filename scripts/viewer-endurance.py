@@ -3,7 +3,8 @@
 
 Every round of the script plays, scrubs, picks, undoes, turns, zooms, cuts, resizes, minimises, switches looks,
 takes a picture and opens the recording anew. Prints memory over time and what the program, OpenGL (through
-Mesa's own messages) or VTK wrote to stderr; exit code 1 where anything was written or the program failed.
+Mesa's own messages) or VTK wrote to stderr; exit code 1 where anything was written, the program failed or its
+memory went on growing (not judged under AddressSanitizer, which holds on to what was freed).
 
     scripts/viewer-endurance.py out/desk --minutes 60
     scripts/viewer-endurance.py out/desk --minutes 60 --viewer build/asan/bin/sqslam-viewer
@@ -12,6 +13,7 @@ import argparse
 import os
 import random
 import signal
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -22,6 +24,7 @@ ROOT = Path(__file__).resolve().parent.parent
 WIDTH, HEIGHT = 1280, 720
 SAMPLE_INTERVAL = 10.0  # s
 ROWS = 20  # of the table
+MOST_GROWTH = 0.1  # of the memory, from the second quarter of the time to the last
 DRIVER = Path("/usr/lib/x86_64-linux-gnu/dri/swrast_dri.so")
 LEAKS_OF_DRIVERS = "leak:swrast_dri.so\nleak:libGLX\nleak:libLLVM\nleak:libX11\nleak:libfontconfig\n"
 
@@ -76,10 +79,14 @@ def child_named(parent, name):
     return next((int(pid) for pid, _, comm in rows if pid in below and name.startswith(comm)), None)
 
 
+def sanitizers_of(viewer):
+    linked = subprocess.run(["ldd", str(viewer)], capture_output=True, text=True, check=True).stdout
+    return [line.split()[2] for line in linked.splitlines() if "libasan" in line]
+
+
 def kept_driver(viewer):
     """What keeps the driver of OpenGL loaded until leaks are looked for: unloaded, its own would be nameless."""
-    linked = subprocess.run(["ldd", str(viewer)], capture_output=True, text=True, check=True).stdout
-    sanitizers = [line.split()[2] for line in linked.splitlines() if "libasan" in line]
+    sanitizers = sanitizers_of(viewer)
     return ["env", f"LD_PRELOAD={sanitizers[0]}:{DRIVER}"] if sanitizers and DRIVER.exists() else []
 
 
@@ -114,6 +121,15 @@ def play(viewer, recording, minutes, work):
     return samples, process.returncode, (work / "stderr.txt").read_text(encoding="utf-8")
 
 
+def growth(samples):
+    """Of the median memory from the second quarter of the samples to the last; 0 with too few to tell."""
+    quarter = len(samples) // 4
+    if quarter < 3:
+        return 0.0
+    memory = [mib for _, mib in samples]
+    return statistics.median(memory[-quarter:]) / statistics.median(memory[quarter:2 * quarter]) - 1.0
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("result", type=Path, help="result folder with a map.sqmap")
@@ -127,11 +143,14 @@ def main():
     for seconds, mib in samples[:: max(1, len(samples) // ROWS)]:
         print(f"| {seconds / 60:.1f} | {mib:.0f} |")
     half = [mib for _, mib in samples[len(samples) // 2:]]
+    grown = growth(samples)
     if half:
-        print(f"\nsecond half: {min(half):.0f} to {max(half):.0f} MiB")
+        print(f"\nsecond half: {min(half):.0f} to {max(half):.0f} MiB; {100 * grown:+.1f} % from the second quarter "
+              f"to the last, at most {100 * MOST_GROWTH:.0f} expected")
     print(f"exit code {code}; {len(errors.splitlines())} lines on stderr")
     print(errors[:20000], end="")
-    sys.exit(1 if code != 0 or errors else 0)
+    grows = grown > MOST_GROWTH and not sanitizers_of(arguments.viewer.resolve())
+    sys.exit(1 if code != 0 or errors or grows else 0)
 
 
 if __name__ == "__main__":

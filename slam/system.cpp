@@ -1,10 +1,12 @@
 #include "slam/system.h"
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <exception>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <utility>
 #include <variant>
@@ -123,7 +125,6 @@ class ViewSlot {
 struct System::Impl {
   Impl(const Camera& camera, const SystemOptions& system_options, SnapshotCallback on_snapshot)
       : options(system_options),
-        frame_interval(static_cast<std::int64_t>(1e6 / camera.fps)),
         vocabulary(LoadVocabulary(options.vocabulary)),
         tracker(camera, options.tracking, options.objects, static_cast<std::uint64_t>(options.seed), ids,
                 vocabulary, times),
@@ -160,6 +161,14 @@ struct System::Impl {
     }
   }
 
+  // Which is the camera's, or that of every n-th of its frames.
+  std::chrono::duration<double> IntervalSinceLast(double timestamp) {
+    constexpr double kLongest = 1.0;  // s, where a recording has gaps
+    const double interval = timestamp - last_timestamp.value_or(timestamp);
+    last_timestamp = timestamp;
+    return std::chrono::duration<double>(std::clamp(interval, 0.0, kLongest));
+  }
+
   void RethrowMappingFailure() {
     const std::lock_guard lock(failure_mutex);
     if (failure) {
@@ -168,7 +177,7 @@ struct System::Impl {
   }
 
   SystemOptions options;
-  std::chrono::microseconds frame_interval;
+  std::optional<double> last_timestamp;
   StageTimes times;
   std::shared_ptr<const Vocabulary> vocabulary;  // null: places are not recognised
   std::shared_ptr<IdSource> ids = std::make_shared<IdSource>();
@@ -192,6 +201,7 @@ TrackingState System::Process(const Frame& frame) {
   s.RethrowMappingFailure();
   ++s.frames;
   const auto started = std::chrono::steady_clock::now();
+  const std::chrono::duration<double> interval = s.IntervalSinceLast(frame.timestamp);
   TrackingReport report = s.tracker.Track(frame, s.view.Get(), s.queue.PendingKeyframes());
   if (s.options.deterministic) {  // what is recorded must not depend on the clock
     s.Map(std::move(report));
@@ -202,8 +212,8 @@ TrackingState System::Process(const Frame& frame) {
     s.queue.Push(std::move(report));
     if (postponed) {
       // Files can be read much faster than a camera delivers. Where that would starve the map of keyframes,
-      // frames are taken at the camera's rate; a live camera never waits here.
-      s.queue.WaitForKeyframes(started + s.frame_interval);
+      // frames are taken at the rate of their timestamps; a live camera never waits here.
+      s.queue.WaitForKeyframes(started + std::chrono::duration_cast<std::chrono::microseconds>(interval));
     }
   }
   return !s.tracker.Initialized() ? TrackingState::kNotInitialized

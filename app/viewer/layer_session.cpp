@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "app/map_layers.h"
-#include "slam/evaluation/true_path.h"
 
 namespace sqslam::viewer {
 namespace fs = std::filesystem;
@@ -106,48 +105,44 @@ void LayerSession::LayOver(ViewerState& state) {
   Layers& layers = state.layers;
   const bool wants_path = layers.true_path && truth_ != nullptr;
   const bool wants_cloud = layers.dense_cloud && cloud_ != nullptr;
-  std::optional<Sim3d> S_map_file;
-  SceneLayers drawn = layers.drawn;
-  const bool path_is_new =
-      laid_path_ != wants_path || laid_truth_ != truth_ || laid_map_ != state.document.last;
   const bool in_world = wants_cloud && layers.cloud_in_world && truth_ != nullptr && !state.run.active;
+  const TruePath* path = wants_path || in_world ? PathOver(state.document.last) : nullptr;
+  if (path == nullptr && (wants_path || in_world) && !state.run.active) {
+    GiveUpTruth(state, app::CannotBeLaid(truth_of_));
+  }
+  layers.path_error = path != nullptr ? path->rmse : 0.0;
+  layers.path_pairs = path != nullptr ? path->pairs : 0;
+
+  SceneLayers drawn = layers.drawn;
+  drawn.true_path = path != nullptr && wants_path ? path->pieces : decltype(drawn.true_path)();
+  std::optional<Sim3d> S_map_file;
   if (wants_cloud && !layers.cloud_in_world) {
     S_map_file = Sim3d();
+  } else if (in_world && path != nullptr) {
+    S_map_file = path->S_world_map.Inverse();
   }
-  const bool place_anew = in_world && (placed_ != cloud_ || !placed_in_world_);
-  if (in_world && placed_in_world_) {
-    S_map_file = placed_by_;
+  if (!S_map_file) {
+    placed_ = {};
   }
-  if (path_is_new || place_anew) {
-    const std::optional<TruePath> path =
-        wants_path || in_world ? LayTruePath(*truth_, *state.document.last) : std::nullopt;
-    if (!path && (wants_path || in_world) && !state.run.active) {
-      GiveUpTruth(state, app::CannotBeLaid(truth_of_));
-    }
-    drawn.true_path = path && wants_path ? path->pieces : decltype(drawn.true_path)();
-    layers.path_error = path ? path->rmse : 0.0;
-    layers.path_pairs = path ? path->pairs : 0;
-    if (in_world && path) {
-      S_map_file = path->S_world_map.Inverse();
-    }
-    laid_path_ = wants_path;
-    laid_truth_ = truth_;
-    laid_map_ = state.document.last;
-  }
-  const bool shows_cloud = wants_cloud && S_map_file.has_value();
-  if (!shows_cloud) {
-    drawn.dense_cloud.reset();
-    placed_.reset();
-  } else if (placed_ != cloud_ || placed_by_ != S_map_file) {
-    drawn.dense_cloud = app::PlaceCloud(*cloud_, *S_map_file);
-    placed_ = cloud_;
-    placed_by_ = S_map_file;
-  }
-  placed_in_world_ = shows_cloud && in_world;
+  drawn.dense_cloud = S_map_file ? PlacedCloud(*S_map_file) : nullptr;
   if (!(drawn == layers.drawn)) {
     layers.drawn = std::move(drawn);
     ++layers.version;
   }
+}
+
+const TruePath* LayerSession::PathOver(const MapSnapshotPtr& map) {
+  if (laid_.map != map || laid_.truth != truth_) {
+    laid_ = {map, truth_, LayTruePath(*truth_, *map)};
+  }
+  return laid_.path ? &*laid_.path : nullptr;
+}
+
+std::shared_ptr<const ColoredPoints> LayerSession::PlacedCloud(const Sim3d& S_map_file) {
+  if (placed_.cloud != cloud_ || !(placed_.S_map_file == S_map_file)) {
+    placed_ = {cloud_, S_map_file, app::PlaceCloud(*cloud_, S_map_file)};
+  }
+  return placed_.points;
 }
 
 }  // namespace sqslam::viewer

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "app/viewer/viewer_state.h"
+#include "slam/evaluation/true_path.h"
 #include "slam/io/point_cloud.h"
 #include "slam/io/trajectory.h"
 
@@ -28,6 +29,8 @@ class LayerSession {
   void ReadTruth(ViewerState& state);
   void ReadCloud(ViewerState& state);
   void LayOver(ViewerState& state);
+  const TruePath* PathOver(const MapSnapshotPtr& map);
+  std::shared_ptr<const ColoredPoints> PlacedCloud(const Sim3d& S_map_file);
 
   std::filesystem::path truth_of_;  // the sequence that truth_ is of, or is being read from
   std::future<Truth> truth_task_;
@@ -36,13 +39,16 @@ class LayerSession {
   std::future<Cloud> cloud_task_;
   Cloud cloud_;
 
-  // What lies in Layers::drawn.
-  MapSnapshotPtr laid_map_;
-  Truth laid_truth_;
-  bool laid_path_ = false;
-  Cloud placed_;
-  std::optional<Sim3d> placed_by_;
-  bool placed_in_world_ = false;
+  struct {
+    MapSnapshotPtr map;
+    Truth truth;
+    std::optional<TruePath> path;  // empty: the one cannot be laid over the other
+  } laid_;
+  struct {
+    Cloud cloud;
+    Sim3d S_map_file;
+    std::shared_ptr<const ColoredPoints> points;  // map frame
+  } placed_;
 };
 
 }  // namespace sqslam::viewer

@@ -46,16 +46,50 @@ bool PoseManifold::MinusJacobian(const double*, double* jacobian) const {
   return true;
 }
 
+namespace {
+
+// A map point in a camera's frame, and what its derivatives need.
+struct PointInCamera {
+  static constexpr double kMinDepth = 1e-6;
+
+  // Of a PoseBlock and a point.
+  explicit PointInCamera(double const* const* parameters)
+      : R(Eigen::Quaterniond(parameters[0][3], parameters[0][0], parameters[0][1], parameters[0][2])
+              .toRotationMatrix()),
+        rotated(R * Eigen::Map<const Eigen::Vector3d>(parameters[1])),
+        p(rotated + Eigen::Map<const Eigen::Vector3d>(parameters[0] + 4)) {}
+
+  // A step that leads behind the camera is rejected.
+  bool InFront() const { return p.z() >= kMinDepth; }
+
+  // By pose and point, where they are asked for; d_pixel: of the residual by p.
+  void WriteJacobians(const Eigen::Matrix<double, 2, 3>& d_pixel, double** jacobians) const {
+    if (jacobians[0] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, 2, 7, Eigen::RowMajor>> J(jacobians[0]);
+      J.leftCols<3>().noalias() = -d_pixel * Skew(rotated);
+      J.middleCols<3>(3) = d_pixel;
+      J.col(6).setZero();
+    }
+    if (jacobians[1] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> J(jacobians[1]);
+      J.noalias() = d_pixel * R;
+    }
+  }
+
+  Eigen::Matrix3d R;
+  Eigen::Vector3d rotated;
+  Eigen::Vector3d p;
+};
+
+}  // namespace
+
 bool ReprojectionCost::Evaluate(double const* const* parameters, double* residuals,
                                 double** jacobians) const {
-  constexpr double kMinDepth = 1e-6;
-  const double* pose = parameters[0];
-  const Eigen::Matrix3d R = Eigen::Quaterniond(pose[3], pose[0], pose[1], pose[2]).toRotationMatrix();
-  const Eigen::Vector3d rotated = R * Eigen::Map<const Eigen::Vector3d>(parameters[1]);
-  const Eigen::Vector3d p = rotated + Eigen::Map<const Eigen::Vector3d>(pose + 4);
-  if (p.z() < kMinDepth) {
-    return false;  // the step that led here is rejected
+  const PointInCamera point(parameters);
+  if (!point.InFront()) {
+    return false;
   }
+  const Eigen::Vector3d& p = point.p;
   const double inverse_z = 1.0 / p.z();
   const double x = p.x() * inverse_z;
   const double y = p.y() * inverse_z;
@@ -67,29 +101,17 @@ bool ReprojectionCost::Evaluate(double const* const* parameters, double* residua
   Eigen::Matrix<double, 2, 3> d_pixel;
   d_pixel << fx_ * inverse_z, 0.0, -fx_ * x * inverse_z, 0.0, fy_ * inverse_z, -fy_ * y * inverse_z;
   d_pixel *= weight_;
-  if (jacobians[0] != nullptr) {
-    Eigen::Map<Eigen::Matrix<double, 2, 7, Eigen::RowMajor>> J(jacobians[0]);
-    J.leftCols<3>().noalias() = -d_pixel * Skew(rotated);
-    J.middleCols<3>(3) = d_pixel;
-    J.col(6).setZero();
-  }
-  if (jacobians[1] != nullptr) {
-    Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> J(jacobians[1]);
-    J.noalias() = d_pixel * R;
-  }
+  point.WriteJacobians(d_pixel, jacobians);
   return true;
 }
 
 bool CameraReprojectionCost::Evaluate(double const* const* parameters, double* residuals,
                                       double** jacobians) const {
-  constexpr double kMinDepth = 1e-6;
-  const double* pose = parameters[0];
-  const Eigen::Matrix3d R = Eigen::Quaterniond(pose[3], pose[0], pose[1], pose[2]).toRotationMatrix();
-  const Eigen::Vector3d rotated = R * Eigen::Map<const Eigen::Vector3d>(parameters[1]);
-  const Eigen::Vector3d p = rotated + Eigen::Map<const Eigen::Vector3d>(pose + 4);
-  if (p.z() < kMinDepth) {
-    return false;  // the step that led here is rejected
+  const PointInCamera point(parameters);
+  if (!point.InFront()) {
+    return false;
   }
+  const Eigen::Vector3d& p = point.p;
   const double inverse_z = 1.0 / p.z();
   const Eigen::Vector2d n = p.head<2>() * inverse_z;
   const Eigen::Vector2d focal = weight_ * std::exp(parameters[2][0]) * focal_;
@@ -106,16 +128,7 @@ bool CameraReprojectionCost::Evaluate(double const* const* parameters, double* r
   const Eigen::Matrix2d d_lens =
       (1.0 + radial * r2) * Eigen::Matrix2d::Identity() + 2.0 * radial * n * n.transpose();
   const Eigen::Matrix<double, 2, 3> d_pixel = focal.asDiagonal() * d_lens * d_n;
-  if (jacobians[0] != nullptr) {
-    Eigen::Map<Eigen::Matrix<double, 2, 7, Eigen::RowMajor>> J(jacobians[0]);
-    J.leftCols<3>().noalias() = -d_pixel * Skew(rotated);
-    J.middleCols<3>(3) = d_pixel;
-    J.col(6).setZero();
-  }
-  if (jacobians[1] != nullptr) {
-    Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> J(jacobians[1]);
-    J.noalias() = d_pixel * R;
-  }
+  point.WriteJacobians(d_pixel, jacobians);
   if (jacobians[2] != nullptr) {
     Eigen::Map<Eigen::Matrix<double, 2, 2, Eigen::RowMajor>> J(jacobians[2]);
     J.col(0) = from_center;

@@ -171,15 +171,34 @@ int ChannelOf(const Property& property) {
   return -1;
 }
 
-// To eight bits: real numbers go from 0 to 1, integers up to the largest that their type holds.
-std::uint8_t ChannelValue(Scalar type, double value) {
-  double top = 255.0;
-  if (type == Scalar::kFloat || type == Scalar::kDouble) {
-    top = 1.0;
-  } else if (type == Scalar::kUint16) {
-    top = 65535.0;
+// What stands for full brightness: the largest number of 8 or 16 bits; real numbers go to 1, or where any is
+// far above that to 255, as some programs write them.
+float FullBrightness(Scalar type, const std::vector<std::array<float, 3>>& colors) {
+  constexpr float kFarAboveOne = 2.0F;
+  if (type == Scalar::kUint16) {
+    return 65535.0F;
   }
-  return static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(value / top, 0.0, 1.0)));
+  if (type != Scalar::kFloat && type != Scalar::kDouble) {
+    return 255.0F;
+  }
+  const bool bytes = std::any_of(colors.begin(), colors.end(), [](const std::array<float, 3>& color) {
+    return std::any_of(color.begin(), color.end(), [](float channel) { return channel > kFarAboveOne; });
+  });
+  return bytes ? 255.0F : 1.0F;
+}
+
+// `type`: of the property that holds red. What is no number is dark.
+std::vector<std::array<std::uint8_t, 3>> InEightBits(const std::vector<std::array<float, 3>>& colors,
+                                                     Scalar type) {
+  const float full = FullBrightness(type, colors);
+  std::vector<std::array<std::uint8_t, 3>> rgb(colors.size());
+  for (std::size_t i = 0; i < colors.size(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      rgb[i][c] = static_cast<std::uint8_t>(
+          std::lround(255.0F * std::fmin(std::fmax(colors[i][c] / full, 0.0F), 1.0F)));
+    }
+  }
+  return rgb;
 }
 
 // What a property of a vertex means.
@@ -205,9 +224,9 @@ std::vector<Role> RolesOf(const Element& element) {
 
 template <typename Body>
 void ReadVertex(Body& body, const Element& element, const std::vector<Role>& roles, std::uint64_t index,
-                PointCloud& cloud) {
+                PointCloud& cloud, std::vector<std::array<float, 3>>& colors) {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();
-  std::array<std::uint8_t, 3> rgb{};
+  std::array<float, 3> color{};
   bool colored = false;
   for (std::size_t p = 0; p < roles.size(); ++p) {
     const Property& property = element.properties[p];
@@ -222,28 +241,35 @@ void ReadVertex(Body& body, const Element& element, const std::vector<Role>& rol
     if (roles[p].coordinate >= 0) {
       point[roles[p].coordinate] = value;
     } else if (roles[p].channel >= 0) {
-      rgb[static_cast<std::size_t>(roles[p].channel)] = ChannelValue(property.type, value);
+      color[static_cast<std::size_t>(roles[p].channel)] = static_cast<float>(value);
       colored = true;
     }
   }
   body.EndOfItem(element, index);
   if (element.name == "vertex" && AddPoint(point, cloud) && colored) {
-    cloud.rgb.push_back(rgb);
+    colors.push_back(color);
   }
 }
 
 template <typename Body>
 PointCloud ReadVertices(Body body, const Header& header) {
   PointCloud cloud;
+  std::vector<std::array<float, 3>> colors;
   for (const Element& element : header.elements) {
     if (element.properties.empty() && header.encoding != Encoding::kAscii) {
       continue;  // takes no bytes, however many there are
     }
     const std::vector<Role> roles = RolesOf(element);
     for (std::uint64_t i = 0; i < element.count; ++i) {
-      ReadVertex(body, element, roles, i, cloud);
+      ReadVertex(body, element, roles, i, cloud, colors);
     }
     if (element.name == "vertex") {
+      const auto red =
+          std::find_if(roles.begin(), roles.end(), [](const Role& role) { return role.channel == 0; });
+      if (red != roles.end()) {
+        cloud.rgb =
+            InEightBits(colors, element.properties[static_cast<std::size_t>(red - roles.begin())].type);
+      }
       break;  // what follows (faces) is not needed
     }
   }

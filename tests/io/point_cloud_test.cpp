@@ -74,8 +74,12 @@ TEST_F(PointCloudFile, ColoursAreReadInWhateverTypeTheyAre) {
               ElementsAre(Rgb{9, 8, 7}))
       << "a hole has no colour either";
   EXPECT_THAT(read(start + "property float r\nproperty float g\nproperty float b\nend_header\n"
-                           "1 2 3 0 1 0.5\n1 2 3 2 -1 0.2\n"),
-              ElementsAre(Rgb{0, 255, 128}, Rgb{255, 0, 51}));
+                           "1 2 3 0 1 0.5\n1 2 3 2 -1 nan\n"),
+              ElementsAre(Rgb{0, 255, 128}, Rgb{255, 0, 0}));
+  EXPECT_THAT(read(start + "property float red\nproperty float green\nproperty float blue\nend_header\n"
+                           "1 2 3 0 128 255\n1 2 3 1 0.5 51\n"),
+              ElementsAre(Rgb{0, 128, 255}, Rgb{1, 1, 51}))
+      << "bytes as real numbers";
   EXPECT_THAT(read(start + "property uchar red\nend_header\n1 2 3 7\n1 2 3 7\n"), ::testing::IsEmpty());
 }
 
