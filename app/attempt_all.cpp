@@ -1,23 +1,20 @@
 #include "app/attempt_all.h"
 
-#include <optional>
-#include <string>
-
-#include "slam/util/error.h"
+#include <exception>
 
 namespace sqslam::app {
 
 void AttemptAll(const std::vector<std::function<void()>>& steps) {
-  std::optional<std::string> failure;
+  std::exception_ptr failure;
   for (const auto& step : steps) {
     try {
       step();
-    } catch (const InputError& e) {
-      failure = failure.value_or(e.what());
+    } catch (...) {
+      failure = failure ? failure : std::current_exception();
     }
   }
   if (failure) {
-    throw InputError(*failure);
+    std::rethrow_exception(failure);
   }
 }
 

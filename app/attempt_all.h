@@ -5,7 +5,7 @@
 
 namespace sqslam::app {
 
-// Runs every step even if one fails with an InputError, so that a full disk costs no more than it must; the
+// Runs every step even if one fails, so that a full disk or a missing display costs no more than it must; the
 // first failure is thrown at the end.
 void AttemptAll(const std::vector<std::function<void()>>& steps);
 

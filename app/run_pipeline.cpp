@@ -107,6 +107,12 @@ void CheckRequest(const RunRequest& request, const Sequence& sequence) {
         "live "
         "camera");
   }
+  if (request.options.mapping.camera.what == "focal+radial") {
+    throw UsageError(
+        "mapping.camera.what=focal+radial: keypoints of a run stay undistorted as the camera given says, "
+        "expected none "
+        "or focal; --camera auto learns both before the run");
+  }
   if (request.live_camera) {
     return;
   }
@@ -133,6 +139,16 @@ std::optional<double> NextTimestamp(const RunRequest& request, const Sequence& s
   return there ? std::optional(sequence.frames[static_cast<std::size_t>(next)].timestamp) : std::nullopt;
 }
 
+// Mean time between the frames that are played, seconds. Lists of images need not say how many there are a
+// second.
+double FrameInterval(const FrameRange& range, const Sequence& sequence) {
+  const std::vector<SequenceFrame>& frames = sequence.frames;
+  const double interval = frames.size() < 2 ? 1.0 / sequence.camera.fps
+                                            : (frames.back().timestamp - frames.front().timestamp) /
+                                                  static_cast<double>(frames.size() - 1);
+  return interval * static_cast<double>(range.stride);
+}
+
 // What finds the boxes, where they do not come with the sequence.
 std::unique_ptr<DetectionFeed> MakeFeed(const RunRequest& request, const Sequence& sequence,
                                         const std::optional<NetworkOptions>& network,
@@ -146,12 +162,11 @@ std::unique_ptr<DetectionFeed> MakeFeed(const RunRequest& request, const Sequenc
   const bool real_clock = request.realtime || request.live_camera;
   return std::make_unique<DetectionFeed>(
       std::move(*detector),
-      DetectionFeed::Options{
-          request.options.detection, request.options.deterministic,
-          real_clock ? 0.0 : static_cast<double>(request.range.stride) / sequence.camera.fps,
-          request.output / "boxes.txt",
-          fmt::format("boxes of {}, {}", sequence.path.string(), Fingerprint(*network)),
-          FilePixels(sequence)});
+      DetectionFeed::Options{request.options.detection, request.options.deterministic,
+                             real_clock ? 0.0 : FrameInterval(request.range, sequence),
+                             request.output / "boxes.txt",
+                             fmt::format("boxes of {}, {}", sequence.path.string(), Fingerprint(*network)),
+                             FilePixels(sequence)});
 }
 
 struct Played {
@@ -273,6 +288,13 @@ AutoCamera LearnCamera(const RunRequest& request, const Sequence& sequence, cons
 }
 
 // The whole run knows more than its beginning.
+SystemOptions OptionsWith(const AutoCamera& camera, SystemOptions options) {
+  if (camera.IsGuessed() && options.mapping.camera.what == "none") {
+    options.mapping.camera.what = "focal";  // keypoints are undistorted by the radial coefficient: it stays
+  }
+  return options;
+}
+
 void TakeLearntCamera(const RunResult& result, AutoCamera& camera) {
   if (result.map.learnt_camera) {
     camera.Take(*result.map.learnt_camera);
@@ -300,10 +322,7 @@ RunSummary RunPipeline(const RunRequest& request) {
   const Clock::time_point start = Clock::now();
   const InterruptGuard interrupt;
   AutoCamera camera = LearnCamera(request, sequence, interrupt);
-  SystemOptions options = request.options;
-  if (camera.IsGuessed() && options.mapping.camera.what == "none") {
-    options.mapping.camera.what = "focal";  // keypoints are undistorted by the radial coefficient: it stays
-  }
+  const SystemOptions options = OptionsWith(camera, request.options);
   Recorder recorder(request.output / "map.sqmap",
                     {sequence.path.string(), SQSLAM_VERSION, DumpOptions(options)});
   System system(camera.camera, options, [&](const MapSnapshotPtr& snapshot) {

@@ -1,6 +1,5 @@
 #include "slam/system.h"
 
-#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <deque>
@@ -125,6 +124,7 @@ class ViewSlot {
 struct System::Impl {
   Impl(const Camera& camera, const SystemOptions& system_options, SnapshotCallback on_snapshot)
       : options(system_options),
+        frame_interval(static_cast<std::int64_t>(1e6 / camera.fps)),
         vocabulary(LoadVocabulary(options.vocabulary)),
         tracker(camera, options.tracking, options.objects, static_cast<std::uint64_t>(options.seed), ids,
                 vocabulary, times),
@@ -161,14 +161,6 @@ struct System::Impl {
     }
   }
 
-  // Which is the camera's, or that of every n-th of its frames.
-  std::chrono::duration<double> IntervalSinceLast(double timestamp) {
-    constexpr double kLongest = 1.0;  // s, where a recording has gaps
-    const double interval = timestamp - last_timestamp.value_or(timestamp);
-    last_timestamp = timestamp;
-    return std::chrono::duration<double>(std::clamp(interval, 0.0, kLongest));
-  }
-
   void RethrowMappingFailure() {
     const std::lock_guard lock(failure_mutex);
     if (failure) {
@@ -177,7 +169,7 @@ struct System::Impl {
   }
 
   SystemOptions options;
-  std::optional<double> last_timestamp;
+  std::chrono::microseconds frame_interval;
   StageTimes times;
   std::shared_ptr<const Vocabulary> vocabulary;  // null: places are not recognised
   std::shared_ptr<IdSource> ids = std::make_shared<IdSource>();
@@ -201,7 +193,6 @@ TrackingState System::Process(const Frame& frame) {
   s.RethrowMappingFailure();
   ++s.frames;
   const auto started = std::chrono::steady_clock::now();
-  const std::chrono::duration<double> interval = s.IntervalSinceLast(frame.timestamp);
   TrackingReport report = s.tracker.Track(frame, s.view.Get(), s.queue.PendingKeyframes());
   if (s.options.deterministic) {  // what is recorded must not depend on the clock
     s.Map(std::move(report));
@@ -212,8 +203,9 @@ TrackingState System::Process(const Frame& frame) {
     s.queue.Push(std::move(report));
     if (postponed) {
       // Files can be read much faster than a camera delivers. Where that would starve the map of keyframes,
-      // frames are taken at the rate of their timestamps; a live camera never waits here.
-      s.queue.WaitForKeyframes(started + std::chrono::duration_cast<std::chrono::microseconds>(interval));
+      // frames are taken at the camera's rate; what comes at that rate itself never waits longer than for the
+      // next.
+      s.queue.WaitForKeyframes(started + s.frame_interval);
     }
   }
   return !s.tracker.Initialized() ? TrackingState::kNotInitialized

@@ -246,7 +246,7 @@ TwoViewReport EstimateTwoView(const Camera& camera, const std::vector<TwoViewMat
   if (score_H + score_F <= 0.0) {
     return {std::nullopt, "no motion explains the matches between two frames", 0.0};
   }
-  if (score_H / (score_H + score_F) > options.homography_share) {
+  if (inliers_F.empty() || score_H / (score_H + score_F) > options.homography_share) {
     return ChooseMotion(camera, matches, inliers_H, MotionsFromHomography(H_cv, K), true, options);
   }
   return ChooseMotion(camera, matches, inliers_F, MotionsFromEssential(E), false, options);

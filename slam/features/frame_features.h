@@ -62,7 +62,6 @@ struct FrameFeatures {
   std::vector<Descriptor> descriptors;              // one per keypoint
   std::vector<std::array<std::uint8_t, 3>> colors;  // RGB, one per keypoint
   KeypointGrid grid;
-  cv::Mat thumbnail;  // 32F, small and blurred, zero mean: finds similar keyframes after a loss
 
   std::size_t Size() const { return keypoints.size(); }
 };

@@ -21,16 +21,6 @@ Eigen::Vector2d InFullImage(const cv::Point2f& place, const cv::Size& level, con
           (place.y + 0.5) * full.height / level.height - 0.5};
 }
 
-cv::Mat MakeThumbnail(const cv::Mat& gray) {
-  cv::Mat small;
-  cv::resize(gray, small, {40, 30}, 0, 0, cv::INTER_AREA);
-  cv::Mat thumbnail;
-  small.convertTo(thumbnail, CV_32F);
-  cv::GaussianBlur(thumbnail, thumbnail, {}, 1.5);
-  thumbnail -= cv::mean(thumbnail)[0];
-  return thumbnail;
-}
-
 }  // namespace
 
 ScaleLevels::ScaleLevels(const OrbOptions& options)
@@ -111,7 +101,6 @@ FrameFeatures OrbExtractor::Extract(const cv::Mat& gray, const cv::Mat& bgr, con
   }
   levels_[0].release();  // the caller's
   features.grid = KeypointGrid(features.keypoints, camera.width, camera.height);
-  features.thumbnail = MakeThumbnail(gray);
   return features;
 }
 

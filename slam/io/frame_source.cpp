@@ -49,7 +49,12 @@ Decoded DecodeFile(const std::filesystem::path& path) {
   if (!file) {
     return {{}, "cannot be opened"};
   }
-  const std::vector<unsigned char> bytes{std::istreambuf_iterator<char>(file), {}};
+  std::vector<unsigned char> bytes;
+  try {
+    bytes.assign(std::istreambuf_iterator<char>(file), {});
+  } catch (const std::exception&) {  // a folder, or a medium that fails
+    return {{}, "cannot be read"};
+  }
   if (bytes.empty() || IsCutOff(bytes)) {
     return {{}, bytes.empty() ? "is empty" : "is cut off"};
   }

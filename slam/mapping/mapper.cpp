@@ -45,7 +45,8 @@ void Mapper::Process(TrackingReport report) {
   }
   OptimizeLocally(newest);
   CullRedundant(newest);
-  const bool moved_everywhere = TakeAdjustment() | RecognizePlace(newest);
+  const bool adjusted = TakeAdjustment();  // first: a place that is recognised makes it out of date
+  const bool moved_everywhere = RecognizePlace(newest) || adjusted;
   KeepUpright(false);
   active_->RefineFrames(camera_, options_.tracking.min_inliers, kMatchedFrames);
   {

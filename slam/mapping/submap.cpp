@@ -12,7 +12,9 @@ namespace sqslam {
 Submap::Submap(std::int64_t number, std::unique_ptr<sqslam::Map> map, const SystemOptions& options)
     : number_(number),
       map_(std::move(map)),
-      upright_(options.gravity, options.objects.gravity, static_cast<std::uint64_t>(options.seed)),
+      // A gravity that is given is that in the first camera of the run.
+      upright_(number == 0 ? options.gravity : "auto", options.objects.gravity,
+               static_cast<std::uint64_t>(options.seed)),
       objects_(options.objects, static_cast<std::uint64_t>(options.seed)) {
   for (const auto& [id, keyframe] : map_->Keyframes()) {
     RecordFrame(keyframe.frame_index, keyframe.timestamp, {id, {}, keyframe.scale});

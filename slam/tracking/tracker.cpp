@@ -3,6 +3,11 @@
 #include <algorithm>
 
 namespace sqslam {
+namespace {
+
+constexpr double kMaxInterval = 0.5;  // s, between frames whose motion says what the next will be
+
+}  // namespace
 
 Tracker::Tracker(const Camera& camera, const TrackingOptions& options, const ObjectOptions& objects,
                  std::uint64_t seed, std::shared_ptr<IdSource> ids,
@@ -106,7 +111,7 @@ void Tracker::MoveLastFrame() {
   last_->anchor = {last_->anchor.reference, last_->T_camera_map * reference.T_camera_map.Inverse(),
                    reference.scale};
   if (velocity_) {
-    velocity_->translation *= growth;
+    velocity_->T_current_last.translation *= growth;
   }
   for (PointId& point : last_->points) {
     point = view_->Resolve(point);
@@ -127,9 +132,8 @@ void Tracker::SwitchSubmap(std::int64_t submap, const TrackingViewPtr& view, con
 
 bool Tracker::TrackFrame(TrackingReport& report) {
   const StageTimes::Scope timer(times_, "tracking.pose");
-  bool tracked =
-      last_ && (pose_tracker_.TrackMotion(*view_, *last_, velocity_.value_or(Rigid3d{}), current_) ||
-                pose_tracker_.TrackReferenceKeyframe(*view_, *last_, current_));
+  bool tracked = last_ && (pose_tracker_.TrackMotion(*view_, *last_, PredictedMotion(), current_) ||
+                           pose_tracker_.TrackReferenceKeyframe(*view_, *last_, current_));
   if (tracked) {
     if (const auto motion = Motion(); motion && shutter_.Readout() != 0.0) {
       current_.features = shutter_.Correct(current_.features, *motion, ShutterObservations());
@@ -143,17 +147,23 @@ bool Tracker::TrackFrame(TrackingReport& report) {
     }
   }
   velocity_.reset();
-  if (tracked && last_->index + 1 == current_.index) {
-    velocity_ = current_.T_camera_map * last_->T_camera_map.Inverse();
+  if (tracked && current_.timestamp - last_->timestamp <= kMaxInterval) {
+    velocity_ = {current_.T_camera_map * last_->T_camera_map.Inverse(), current_.index - last_->index};
   }
   return tracked;
 }
 
+// From the last frame to the current one.
+Rigid3d Tracker::PredictedMotion() const {
+  const bool known = velocity_ && current_.timestamp - last_->timestamp <= kMaxInterval;
+  return known ? velocity_->Across(current_.index - last_->index) : Rigid3d{};
+}
+
 // Of the camera since the last frame, if that is not long ago.
 std::optional<CameraMotion> Tracker::Motion() const {
-  constexpr double kMaxInterval = 0.2;  // s
+  constexpr double kMaxShutterInterval = 0.2;  // s
   const double interval = current_.timestamp - last_->timestamp;
-  if (interval <= 0.0 || interval > kMaxInterval) {
+  if (interval <= 0.0 || interval > kMaxShutterInterval) {
     return std::nullopt;
   }
   return CameraMotion::Between(last_->T_camera_map, current_.T_camera_map, interval);

@@ -10,6 +10,7 @@
 #include "slam/io/frame.h"
 #include "slam/map/tracking_view.h"
 #include "slam/objects/object_tracker.h"
+#include "slam/tracking/frame_motion.h"
 #include "slam/tracking/frame_view.h"
 #include "slam/tracking/initializer.h"
 #include "slam/tracking/pose_tracker.h"
@@ -60,6 +61,7 @@ class Tracker {
   void AdoptAtlas(const AtlasViewPtr& atlas);
   void MoveLastFrame();
   bool TrackFrame(TrackingReport& report);
+  Rigid3d PredictedMotion() const;
   std::optional<CameraMotion> Motion() const;
   std::vector<ShutterObservation> ShutterObservations() const;
   bool Relocalize(TrackingReport& report);
@@ -95,7 +97,7 @@ class Tracker {
 
   TrackedFrame current_;
   std::optional<TrackedFrame> last_;
-  std::optional<Rigid3d> velocity_;      // T_current_last of the last two frames
+  std::optional<FrameMotion> velocity_;  // between the last two frames that were tracked
   std::vector<TrackedFrame> untracked_;  // since the last tracked frame
   std::deque<WaitingFrame> waiting_;     // the oldest first
   std::int64_t last_keyframe_index_ = 0;

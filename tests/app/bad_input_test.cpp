@@ -52,6 +52,11 @@ TEST_F(BadInput, BrokenLinesOfTheImageListAreNamed) {
   ExpectRefused(sequence, 3, "rgb.txt:2: '0.0 rgb/0001.jpg', expected a timestamp after 0.1");
 }
 
+TEST_F(BadInput, ARunLearnsNoDistortion) {
+  ExpectRefused(TinySequence(), 2, "mapping.camera.what=focal+radial",
+                "--set mapping.camera.what=focal+radial");
+}
+
 TEST_F(BadInput, AnEmptySequenceIsRefused) {
   const WrittenSequence sequence = TinySequence();
   sequence.Write("rgb.txt", "# no image\n");

@@ -33,8 +33,11 @@ MapSnapshot LargeMap(int objects, int points) {
     map.points.push_back({p.cast<float>(), {90, 110, 130}, i % 4 == 0 ? i % objects : -1});
   }
   for (int i = 0; i < 100; ++i) {
-    map.keyframes.push_back(
-        {i, i, 0.1 * i, {{}, {0.7 * room * std::cos(0.03 * i), -0.7 * room * std::sin(0.03 * i), 1.5}}});
+    map.keyframes.push_back({i,
+                             i,
+                             0.1 * i,
+                             {Eigen::Quaterniond::Identity(),
+                              {0.7 * room * std::cos(0.03 * i), -0.7 * room * std::sin(0.03 * i), 1.5}}});
   }
   return map;
 }

@@ -105,7 +105,8 @@ INSTANTIATE_TEST_SUITE_P(Shapes, SilhouetteOfShape,
 
 TEST(SilhouetteTest, OfASphereIsItsConic) {
   const double radius = 0.25;
-  const PosedSuperquadric ball = {{Eigen::Vector3d::Constant(radius), 1.0, 1.0}, {{}, {0.4, 0.1, 2.0}}};
+  const PosedSuperquadric ball = {{Eigen::Vector3d::Constant(radius), 1.0, 1.0},
+                                  {Eigen::Quaterniond::Identity(), {0.4, 0.1, 2.0}}};
   const Eigen::Vector3d center = ball.T_map_object.translation;
   const std::vector<Eigen::Vector2d> outline = Silhouette(ball, kCamera, {}, 0.01);
   ASSERT_GT(outline.size(), 20u);
@@ -134,9 +135,10 @@ TEST(SilhouetteTest, OfATableThatReachesBehindTheCameraHoldsAllThatIsSeen) {
 
 TEST(SilhouetteTest, IsEmptyWhereNothingIsSeen) {
   const PosedSuperquadric box = {{{0.2, 0.2, 0.2}, 0.1, 0.1}, {}};
-  EXPECT_TRUE(Silhouette(box, kCamera, {{}, {0.05, 0.0, 0.1}}).empty());                    // from inside
-  EXPECT_TRUE(Silhouette(box, kCamera, {{}, {0.0, 0.0, 2.0}}).empty());                     // behind
-  EXPECT_TRUE(Silhouette(box, kCamera, LookAt({2.0, 0.0, 0.0}, {2.0, 2.0, 0.0})).empty());  // beside
+  EXPECT_TRUE(
+      Silhouette(box, kCamera, {Eigen::Quaterniond::Identity(), {0.05, 0.0, 0.1}}).empty());  // from inside
+  EXPECT_TRUE(Silhouette(box, kCamera, {Eigen::Quaterniond::Identity(), {0.0, 0.0, 2.0}}).empty());  // behind
+  EXPECT_TRUE(Silhouette(box, kCamera, LookAt({2.0, 0.0, 0.0}, {2.0, 2.0, 0.0})).empty());           // beside
 }
 
 TEST(SilhouetteTest, DistortedOutlineIsWhereTheLensShowsIt) {

@@ -56,6 +56,15 @@ TEST_F(FrameSourceTest, StartCountAndStrideChooseFrames) {
   EXPECT_EQ((FrameRange{.start = 9}.SizeIn(sequence_)), 0);
 }
 
+TEST_F(FrameSourceTest, AFolderInAnImagesPlaceIsSkippedAndNamed) {
+  sequence_.frames[1].image_path = sequence_.frames[1].image_path.parent_path();  // a list cut off in a line
+  const CapturedLog log;
+  FrameSource source(sequence_);
+  EXPECT_THAT(Play(source), ElementsAre(0, 2, 3, 4, 5, 6, 7));
+  EXPECT_EQ(source.Skipped(), 1);
+  EXPECT_THAT(log.Text(), HasSubstr("frame 1 skipped"));
+}
+
 TEST_F(FrameSourceTest, UnusableImagesAreSkippedAndNamed) {
   const CapturedLog log;
   std::filesystem::remove(sequence_.frames[1].image_path);

@@ -73,6 +73,18 @@ TEST_F(SubmapFrames, FollowTheirKeyframesFromThenOn) {
   EXPECT_LT(Error(kNewer), 1e-5);         // is found among the points, which have stayed
 }
 
+TEST(SubmapGravity, ThatIsGivenIsOfTheFirstSubmapsFirstCamera) {
+  SystemOptions options;
+  options.gravity = "[0, 1, 0.3]";
+  for (const std::int64_t number : {0, 1}) {
+    Submap submap(number, std::make_unique<Map>(MakeSyntheticMap({}).map), options);
+    submap.KeepUpright(false);
+    MapSnapshot snapshot;
+    submap.FillSnapshot(snapshot);
+    EXPECT_EQ(snapshot.gravity_known, number == 0);
+  }
+}
+
 TEST_F(SubmapFrames, SnapshotsHoldEveryCovisiblePairOnce) {
   Map& map = submap_->Map();
   std::size_t pairs = 0;

@@ -4,8 +4,8 @@
 #include <cstdlib>
 #include <opencv2/imgproc.hpp>
 
-#include "hand_made_map.h"
 #include "baseline.h"
+#include "hand_made_map.h"
 #include "render/outlines.h"
 #include "render/photo_overlay.h"
 #include "render/picture.h"
@@ -98,8 +98,10 @@ TEST(PlaceImageTest, KeepsTheAspectAndStandsInTheMiddle) {
 TEST(OutlineTest, BehindANearerObjectIsFaint) {
   MapSnapshot map = HandMadeMap();
   map.objects.resize(2);
-  map.objects[0].superquadric = {{{0.5, 0.5, 0.5}, 0.1, 0.1}, {{}, {0.0, 0.0, 4.0}}};
-  map.objects[1].superquadric = {{{0.3, 0.6, 0.1}, 0.1, 0.1}, {{}, {0.4, 0.0, 2.5}}};
+  map.objects[0].superquadric = {{{0.5, 0.5, 0.5}, 0.1, 0.1},
+                                 {Eigen::Quaterniond::Identity(), {0.0, 0.0, 4.0}}};
+  map.objects[1].superquadric = {{{0.3, 0.6, 0.1}, 0.1, 0.1},
+                                 {Eigen::Quaterniond::Identity(), {0.4, 0.0, 2.5}}};
   auto outlines = OutlinesOf(map.objects, Lens(), {});
   ASSERT_EQ(outlines.size(), 2u);
   EXPECT_EQ(outlines[0].object->label, "cup");  // nearest first
