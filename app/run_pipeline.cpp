@@ -123,10 +123,16 @@ void CheckRequest(const RunRequest& request, const Sequence& sequence) {
   }
 }
 
-std::unique_ptr<FrameStream> OpenStream(const RunRequest& request, const Sequence& sequence) {
+bool Stopped(const RunRequest& request, const InterruptGuard& interrupt) {
+  return interrupt.Interrupted() || (request.watch.stopped && request.watch.stopped());
+}
+
+std::unique_ptr<FrameStream> OpenStream(const RunRequest& request, const Sequence& sequence,
+                                        const InterruptGuard& interrupt) {
   if (request.live_camera) {
     return std::make_unique<LiveSource>(request.open_camera(*request.live_camera, sequence.camera),
-                                        sequence.camera, sequence.path.string(), request.range);
+                                        sequence.camera, sequence.path.string(), request.range, LiveClock(),
+                                        [&] { return Stopped(request, interrupt); });
   }
   return std::make_unique<FrameSource>(sequence, request.range);
 }
@@ -282,9 +288,8 @@ AutoCamera LearnCamera(const RunRequest& request, const Sequence& sequence, cons
   if (sequence.guessed_by.empty() || request.live_camera) {
     return {sequence.camera, sequence.guessed_by, sequence.camera};
   }
-  return EstimateCamera(sequence, request.range, request.options, request.quiet, [&] {
-    return interrupt.Interrupted() || (request.watch.stopped && request.watch.stopped());
-  });
+  return EstimateCamera(sequence, request.range, request.options, request.quiet,
+                        [&] { return Stopped(request, interrupt); });
 }
 
 // The whole run knows more than its beginning.
@@ -311,7 +316,8 @@ RunSummary RunPipeline(const RunRequest& request) {
   const Sequence sequence = request.live_camera ? LiveSequence(request) : OpenSequence(request.sequence);
   CheckRequest(request, sequence);
   const std::optional<NetworkOptions> network = ChooseNetwork(request.options.detection, sequence);
-  const std::unique_ptr<FrameStream> source = OpenStream(request, sequence);
+  const InterruptGuard interrupt;
+  const std::unique_ptr<FrameStream> source = OpenStream(request, sequence, interrupt);
   std::optional<Detector> detector;
   if (network) {
     detector.emplace(*network);  // before the folder: a network that cannot be used leaves nothing behind
@@ -320,7 +326,6 @@ RunSummary RunPipeline(const RunRequest& request) {
   const std::unique_ptr<DetectionFeed> feed = MakeFeed(request, sequence, network, std::move(detector));
 
   const Clock::time_point start = Clock::now();
-  const InterruptGuard interrupt;
   AutoCamera camera = LearnCamera(request, sequence, interrupt);
   const SystemOptions options = OptionsWith(camera, request.options);
   Recorder recorder(request.output / "map.sqmap",

@@ -7,8 +7,8 @@
 #include <limits>
 #include <memory>
 
+#include "slam/estimation/chi_squared.h"
 #include "slam/estimation/object_blocks.h"
-#include "slam/estimation/pose_optimization.h"
 #include "slam/estimation/reprojection_cost.h"
 
 namespace sqslam {

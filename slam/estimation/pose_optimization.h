@@ -16,12 +16,6 @@ struct PointObservation {
   bool inlier = true;     // in and out
 };
 
-// 95 % quantile of chi-squared with two degrees of freedom: the squared reprojection error, in units of the
-// pixel variance, above which an observation is an outlier.
-inline constexpr double kChi2TwoDof = 5.991;
-inline constexpr double kChi2TwoDof99 =
-    9.210;  // 99 % quantile, for matches that were found without a search radius
-
 // Refines T_camera_map so that the reprojection error of the observations becomes least (Huber, Gauss-Newton
 // with analytic Jacobians, points fixed), and marks outliers; four rounds, each from the inliers of the last.
 // Returns the number of inliers.

@@ -8,14 +8,13 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 
+#include "slam/estimation/chi_squared.h"
 #include "slam/estimation/triangulation.h"
 
 namespace sqslam {
 namespace {
 
-constexpr double kVariance = 1.0;      // px^2, of a matched corner
-constexpr double kChi2OneDof = 3.841;  // 95 %
-constexpr double kChi2TwoDofLocal = 5.991;
+constexpr double kVariance = 1.0;  // px^2, of a matched corner
 constexpr double kRansacConfidence = 0.999;
 
 Eigen::Matrix3d Intrinsics(const Camera& camera) {
@@ -44,8 +43,8 @@ double Score(const std::vector<TwoViewMatch>& matches, double limit, Error&& err
   for (std::size_t i = 0; i < matches.size(); ++i) {
     const auto [forward, backward] = error(matches[i]);
     inliers[i] = forward <= limit && backward <= limit;
-    score += forward <= limit ? kChi2TwoDofLocal - forward : 0.0;
-    score += backward <= limit ? kChi2TwoDofLocal - backward : 0.0;
+    score += forward <= limit ? kChi2TwoDof - forward : 0.0;
+    score += backward <= limit ? kChi2TwoDof - backward : 0.0;
   }
   return score;
 }
@@ -209,8 +208,7 @@ TwoViewReport EstimateTwoView(const Camera& camera, const std::vector<TwoViewMat
   const Eigen::Matrix3d K = Intrinsics(camera);
   cv::Mat K_cv;
   cv::eigen2cv(K, K_cv);
-  const cv::Mat H_cv =
-      cv::findHomography(points1, points2, cv::RANSAC, std::sqrt(kChi2TwoDofLocal * kVariance));
+  const cv::Mat H_cv = cv::findHomography(points1, points2, cv::RANSAC, std::sqrt(kChi2TwoDof * kVariance));
   // MAGSAC++ polishes its models; plain RANSAC leaves a translation so rough that bundle adjustment of two
   // views with little parallax does not find back.
   const cv::Mat E_cv =
@@ -225,7 +223,7 @@ TwoViewReport EstimateTwoView(const Camera& camera, const std::vector<TwoViewMat
     cv::cv2eigen(H_cv, H);
     const Eigen::Matrix3d H_inverse = H.inverse();
     score_H = Score(
-        matches, kChi2TwoDofLocal,
+        matches, kChi2TwoDof,
         [&](const TwoViewMatch& m) {
           return std::pair(HomographyError(H, m.pixel1, m.pixel2),
                            HomographyError(H_inverse, m.pixel2, m.pixel1));

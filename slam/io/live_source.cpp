@@ -52,12 +52,13 @@ std::function<double()> LiveClock() {
 
 struct LiveSource::Impl {
   Impl(std::unique_ptr<FrameGrabber> grabber_in, const Camera& camera_in, std::string name_in,
-       const FrameRange& range_in, std::function<double()> now_in)
+       const FrameRange& range_in, std::function<double()> now_in, std::function<bool()> stopped_in)
       : grabber(std::move(grabber_in)),
         camera(camera_in),
         name(std::move(name_in)),
         range(range_in),
-        now(std::move(now_in)) {
+        now(std::move(now_in)),
+        stopped(std::move(stopped_in)) {
     cv::Mat first;
     if (!grabber->Grab(first)) {
       throw InputError(fmt::format("{}: gives no image, expected a working camera", name));
@@ -117,11 +118,16 @@ struct LiveSource::Impl {
     if (given >= range.count) {
       return std::nullopt;
     }
-    changed.wait(lock, [&] { return finished || newest; });
+    while (!changed.wait_for(lock, kPatience, [&] { return finished || newest; })) {
+      if (stopped && stopped()) {
+        return std::nullopt;
+      }
+    }
     given += newest ? 1 : 0;
     return std::exchange(newest, std::nullopt);
   }
 
+  static constexpr std::chrono::milliseconds kPatience{100};  // between two looks at `stopped`
   static constexpr double kMinStep = 1e-6;  // seconds; timestamps rise even where the clock does not
 
   const std::unique_ptr<FrameGrabber> grabber;
@@ -129,9 +135,10 @@ struct LiveSource::Impl {
   const std::string name;
   const FrameRange range;
   const std::function<double()> now;
-  std::int64_t grabbed = 0;     // grabbing thread only
-  double last_timestamp = 0.0;  // grabbing thread only
-  std::int64_t given = 0;       // caller's thread only
+  const std::function<bool()> stopped;  // may be empty
+  std::int64_t grabbed = 0;             // grabbing thread only
+  double last_timestamp = 0.0;          // grabbing thread only
+  std::int64_t given = 0;               // caller's thread only
   mutable std::mutex mutex;
   std::condition_variable changed;
   std::optional<Frame> newest;  // guarded by mutex
@@ -142,8 +149,9 @@ struct LiveSource::Impl {
 };
 
 LiveSource::LiveSource(std::unique_ptr<FrameGrabber> grabber, const Camera& camera, std::string name,
-                       const FrameRange& range, std::function<double()> now)
-    : impl_(std::make_unique<Impl>(std::move(grabber), camera, std::move(name), range, std::move(now))) {}
+                       const FrameRange& range, std::function<double()> now, std::function<bool()> stopped)
+    : impl_(std::make_unique<Impl>(std::move(grabber), camera, std::move(name), range, std::move(now),
+                                   std::move(stopped))) {}
 LiveSource::~LiveSource() = default;
 std::optional<Frame> LiveSource::Next() { return impl_->Next(); }
 

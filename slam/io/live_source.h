@@ -32,9 +32,11 @@ std::function<double()> LiveClock();
 class LiveSource : public FrameStream {
  public:
   // Waits for the first image. `name` is for messages ("camera 0"). Throws InputError where no image comes or
-  // its size is not the calibration's.
+  // its size is not the calibration's. `stopped` ends it where a camera gives nothing and does not return
+  // either.
   LiveSource(std::unique_ptr<FrameGrabber> grabber, const Camera& camera, std::string name,
-             const FrameRange& range = {}, std::function<double()> now = LiveClock());
+             const FrameRange& range = {}, std::function<double()> now = LiveClock(),
+             std::function<bool()> stopped = {});
   ~LiveSource() override;
 
   std::optional<Frame> Next() override;  // waits for an image that has not been given yet; empty at the end

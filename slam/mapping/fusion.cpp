@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "slam/estimation/pose_optimization.h"
+#include "slam/estimation/chi_squared.h"
 #include "slam/mapping/projection_search.h"
 
 namespace sqslam {

@@ -5,15 +5,13 @@
 #include <cmath>
 #include <limits>
 
-#include "slam/estimation/pose_optimization.h"
+#include "slam/estimation/chi_squared.h"
 #include "slam/estimation/triangulation.h"
 #include "slam/features/matching.h"
 #include "slam/geometry/lie.h"
 
 namespace sqslam {
 namespace {
-
-constexpr double kChi2OneDof = 3.841;  // 95 %
 
 double MedianDepth(const Map& map, const Keyframe& keyframe) {
   std::vector<double> depths;

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "slam/estimation/pose_optimization.h"
+#include "slam/estimation/reprojection_jacobian.h"
 
 namespace sqslam {
 namespace {
@@ -51,14 +52,6 @@ class InverseDepths {
   std::array<Cell, kColumns * kRows> cells_{};
   double median_ = 0.0;
 };
-
-Eigen::Matrix<double, 2, 3> ProjectionJacobian(const Camera& camera, const Eigen::Vector3d& p) {
-  const double inverse_z = 1.0 / p.z();
-  Eigen::Matrix<double, 2, 3> J;
-  J << camera.fx * inverse_z, 0.0, -camera.fx * p.x() * inverse_z * inverse_z,  //
-      0.0, camera.fy * inverse_z, -camera.fy * p.y() * inverse_z * inverse_z;
-  return J;
-}
 
 }  // namespace
 

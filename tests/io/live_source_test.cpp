@@ -57,6 +57,21 @@ class FakeGrabber : public FrameGrabber {
   cv::Mat buffer_;
 };
 
+TEST(LiveSource, ACameraThatHangsCanBeStopped) {
+  auto grabber = std::make_unique<FakeGrabber>(5);
+  std::promise<void> arrived;
+  std::promise<void> gate;
+  grabber->WaitAt(1, arrived, gate.get_future().share());
+  std::atomic<bool> stopped = false;
+  LiveSource source(std::move(grabber), kSmallCamera, "camera 0", {}, LiveClock(),
+                    [&] { return stopped.load(); });
+  EXPECT_TRUE(source.Next().has_value());
+  arrived.get_future().wait();
+  stopped = true;
+  EXPECT_FALSE(source.Next().has_value());
+  gate.set_value();
+}
+
 std::vector<int> Indices(LiveSource& source) {
   std::vector<int> indices;
   while (const std::optional<Frame> frame = source.Next()) {
