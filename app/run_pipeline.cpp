@@ -110,8 +110,7 @@ void CheckRequest(const RunRequest& request, const Sequence& sequence) {
   if (request.options.mapping.camera.what == "focal+radial") {
     throw UsageError(
         "mapping.camera.what=focal+radial: keypoints of a run stay undistorted as the camera given says, "
-        "expected none "
-        "or focal; --camera auto learns both before the run");
+        "expected none or focal; --camera auto learns both before the run");
   }
   if (request.live_camera) {
     return;
@@ -292,7 +291,7 @@ AutoCamera LearnCamera(const RunRequest& request, const Sequence& sequence, cons
                         [&] { return Stopped(request, interrupt); });
 }
 
-// The whole run knows more than its beginning.
+// A camera that is only guessed is learnt on during the run.
 SystemOptions OptionsWith(const AutoCamera& camera, SystemOptions options) {
   if (camera.IsGuessed() && options.mapping.camera.what == "none") {
     options.mapping.camera.what = "focal";  // keypoints are undistorted by the radial coefficient: it stays
@@ -300,6 +299,7 @@ SystemOptions OptionsWith(const AutoCamera& camera, SystemOptions options) {
   return options;
 }
 
+// The whole run knows more than its beginning.
 void TakeLearntCamera(const RunResult& result, AutoCamera& camera) {
   if (result.map.learnt_camera) {
     camera.Take(*result.map.learnt_camera);
