@@ -7,8 +7,8 @@
 #include <opencv2/core/utils/logger.hpp>
 #include <string>
 
-#include "app/commands.h"
-#include "app/version.h"
+#include "app/commands/commands.h"
+#include "app/commands/version.h"
 #include "slam/util/error.h"
 
 namespace {
@@ -47,31 +47,15 @@ int ParseAndRun(int argc, char** argv) {
   app.set_version_flag("--version", [] { return sqslam::app::VersionText(); });
   app.require_subcommand(1);
   app.get_formatter()->column_width(36);
-#ifdef SQSLAM_WITH_DEMO
   sqslam::app::AddDemoCommand(app, exit_code);
-#endif
   sqslam::app::AddRunCommand(app, exit_code);
-#ifdef SQSLAM_WITH_CALIBRATE
   sqslam::app::AddCalibrateCommand(app, exit_code);
-#endif
-#ifdef SQSLAM_WITH_DETECT
   sqslam::app::AddDetectCommand(app, exit_code);
-#endif
-#ifdef SQSLAM_WITH_EVAL
   sqslam::app::AddEvalCommand(app, exit_code);
-#endif
-#ifdef SQSLAM_WITH_EXPERIMENT
   sqslam::app::AddExperimentCommand(app, exit_code);
-#endif
-#ifdef SQSLAM_WITH_RENDER
   sqslam::app::AddRenderCommand(app, exit_code);
-#endif
-#ifdef SQSLAM_WITH_FIGURE
   sqslam::app::AddFigureCommand(app, exit_code);
-#endif
-#ifdef SQSLAM_WITH_SYNTH
   sqslam::app::AddSynthCommand(app, exit_code);
-#endif
   sqslam::app::AddVocabularyCommand(app, exit_code);
   sqslam::app::AddFitCommand(app, exit_code);
   sqslam::app::AddExportCommand(app, exit_code);

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "slam/geometry/rigid3.h"
-#include "slam/map/snapshot.h"
+#include "slam/snapshot/snapshot.h"
 
 namespace sqslam {
 

@@ -7,7 +7,7 @@
 #include "render/scene_framing.h"
 #include "render/scene_layers.h"
 #include "render/style.h"
-#include "slam/map/snapshot.h"
+#include "slam/snapshot/snapshot.h"
 
 namespace sqslam {
 

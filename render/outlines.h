@@ -7,7 +7,7 @@
 #include "render/picture_text.h"
 #include "render/style.h"
 #include "slam/geometry/camera.h"
-#include "slam/map/snapshot.h"
+#include "slam/snapshot/snapshot.h"
 
 namespace sqslam {
 

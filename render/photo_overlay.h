@@ -3,7 +3,7 @@
 #include <opencv2/core.hpp>
 
 #include "render/picture.h"
-#include "slam/map/snapshot.h"
+#include "slam/snapshot/snapshot.h"
 
 namespace sqslam {
 

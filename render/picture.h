@@ -11,7 +11,7 @@
 #include "render/gl/offscreen_context.h"
 #include "render/scene_layers.h"
 #include "render/style.h"
-#include "slam/map/snapshot.h"
+#include "slam/snapshot/snapshot.h"
 
 namespace sqslam {
 

@@ -10,7 +10,7 @@
 #include "render/clip_plane.h"
 #include "render/picture_text.h"
 #include "render/style.h"
-#include "slam/map/snapshot.h"
+#include "slam/snapshot/snapshot.h"
 
 namespace sqslam {
 

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 
 #include "render/camera_path.h"
-#include "slam/map/snapshot.h"
+#include "slam/snapshot/snapshot.h"
 
 namespace sqslam {
 

@@ -11,7 +11,7 @@
 #include "render/scene_framing.h"
 #include "render/scene_layers.h"
 #include "render/style.h"
-#include "slam/map/snapshot.h"
+#include "slam/snapshot/snapshot.h"
 
 // Geometry of a map for VTK, colours as one RGBA value a vertex. For the sources of render/ only.
 namespace sqslam {

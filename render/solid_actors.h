@@ -13,7 +13,7 @@
 #include "render/scene_order.h"
 #include "render/studio_light.h"
 #include "render/style.h"
-#include "slam/map/snapshot.h"
+#include "slam/snapshot/snapshot.h"
 
 namespace sqslam {
 

@@ -10,7 +10,7 @@
 #include "render/camera_path_file.h"
 #include "render/picture.h"
 #include "render/video_parts.h"
-#include "slam/io/recording.h"
+#include "slam/snapshot/recording.h"
 
 namespace sqslam {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "slam/geometry/rigid3.h"
-#include "slam/map/snapshot.h"
+#include "slam/snapshot/snapshot.h"
 
 namespace sqslam {
 

@@ -5,7 +5,7 @@
 
 #include "render/picture_text.h"
 #include "render/style.h"
-#include "slam/map/snapshot.h"
+#include "slam/snapshot/snapshot.h"
 
 namespace sqslam {
 

@@ -13,7 +13,7 @@
 
 #include "render/video.h"
 #include "render/video_encoder.h"
-#include "slam/io/atomic_file.h"
+#include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 
 namespace sqslam {

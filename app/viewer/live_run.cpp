@@ -9,8 +9,8 @@
 #include <thread>
 #include <utility>
 
-#include "app/child_program.h"
-#include "app/run_pictures.h"
+#include "app/experiment/child_program.h"
+#include "app/run/run_pictures.h"
 #include "slam/util/error.h"
 
 namespace sqslam::viewer {

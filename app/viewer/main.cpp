@@ -14,8 +14,8 @@
 #include <optional>
 #include <thread>
 
-#include "app/map_layers.h"
-#include "app/run_arguments.h"
+#include "app/commands/run_arguments.h"
+#include "app/result/map_layers.h"
 #include "app/viewer/desktop_window.h"
 #include "app/viewer/frame_timing.h"
 #include "app/viewer/gl_texture.h"

@@ -6,7 +6,7 @@
 #include "app/viewer/camera_control.h"
 #include "render/clip_plane.h"
 #include "render/scene_layers.h"
-#include "slam/map/snapshot.h"
+#include "slam/snapshot/snapshot.h"
 
 // What of a map lies under the mouse.
 namespace sqslam::viewer {

@@ -7,8 +7,8 @@
 
 #include "app/viewer/shown_frame.h"
 #include "app/viewer/timeline.h"
-#include "slam/io/recording.h"
 #include "slam/io/result_files.h"
+#include "slam/snapshot/recording.h"
 
 namespace sqslam::viewer {
 

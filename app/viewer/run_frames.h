@@ -10,8 +10,8 @@
 
 #include "app/viewer/timeline.h"
 #include "slam/io/frame_source.h"
-#include "slam/io/recording.h"
 #include "slam/io/sequence.h"
+#include "slam/snapshot/recording.h"
 
 namespace sqslam::viewer {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "render/picture.h"
-#include "slam/io/atomic_file.h"
+#include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 
 namespace sqslam::viewer {

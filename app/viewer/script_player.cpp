@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "app/viewer/render_command_line.h"
-#include "slam/io/atomic_file.h"
+#include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 
 namespace sqslam::viewer {

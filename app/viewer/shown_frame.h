@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "slam/map/snapshot.h"
+#include "slam/snapshot/snapshot.h"
 #include "slam/tracking/frame_view.h"
 
 namespace sqslam::viewer {

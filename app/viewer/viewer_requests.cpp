@@ -6,7 +6,7 @@
 #include "app/viewer/gl_texture.h"
 #include "app/viewer/screenshot.h"
 #include "app/viewer/viewer_impl.h"
-#include "slam/io/atomic_file.h"
+#include "slam/util/atomic_file.h"
 
 // What panels ask for.
 namespace sqslam::viewer {

@@ -9,7 +9,7 @@
 #include "render/figure/figure_options.h"
 #include "render/figure/panel_figures.h"
 #include "slam/geometry/box2.h"
-#include "slam/map/snapshot.h"
+#include "slam/snapshot/snapshot.h"
 
 namespace sqslam {
 

@@ -7,7 +7,7 @@
 
 #include "render/figure/figure_options.h"
 #include "slam/geometry/box2.h"
-#include "slam/map/snapshot.h"
+#include "slam/snapshot/snapshot.h"
 
 namespace sqslam {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "render/figure/page_devices.h"
-#include "slam/io/atomic_file.h"
+#include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 
 namespace sqslam {

@@ -297,7 +297,8 @@ std::vector<std::string> Weaknesses(const Calibration& c) {
   }
   if (c.folds) {
     weaknesses.push_back(
-        "the distortion folds back within the image, so its corners are wrong: show the board nearer to them");
+        "the distortion folds back within the image, so its corners are wrong: show the board nearer to "
+        "them");
   }
   return weaknesses;
 }

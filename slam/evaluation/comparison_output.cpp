@@ -4,7 +4,7 @@
 
 #include "slam/evaluation/comparison.h"
 #include "slam/geometry/angles.h"
-#include "slam/io/atomic_file.h"
+#include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 
 namespace sqslam {

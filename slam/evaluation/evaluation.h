@@ -8,7 +8,7 @@
 #include "slam/evaluation/object_matching.h"
 #include "slam/evaluation/trajectory_error.h"
 #include "slam/io/trajectory.h"
-#include "slam/map/snapshot.h"
+#include "slam/snapshot/snapshot.h"
 
 namespace sqslam {
 

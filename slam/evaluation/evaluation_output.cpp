@@ -6,7 +6,7 @@
 
 #include "slam/evaluation/evaluation.h"
 #include "slam/geometry/angles.h"
-#include "slam/io/atomic_file.h"
+#include "slam/util/atomic_file.h"
 
 namespace sqslam {
 namespace {

@@ -12,8 +12,8 @@
 #include "slam/io/dataset_layouts.h"
 #include "slam/io/image_files.h"
 #include "slam/io/sequence.h"
-#include "slam/io/text_lines.h"
 #include "slam/util/error.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam {
 namespace {

@@ -8,8 +8,8 @@
 #include <regex>
 
 #include "slam/io/image_files.h"
-#include "slam/io/text_lines.h"
 #include "slam/util/error.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;

@@ -5,7 +5,7 @@
 
 #include "slam/evaluation/ground_truth.h"
 #include "slam/geometry/rigid3.h"
-#include "slam/map/snapshot.h"
+#include "slam/snapshot/snapshot.h"
 
 namespace sqslam {
 

@@ -7,7 +7,7 @@
 
 #include "slam/geometry/rigid3.h"
 #include "slam/io/trajectory.h"
-#include "slam/map/snapshot.h"
+#include "slam/snapshot/snapshot.h"
 
 namespace sqslam {
 

@@ -8,9 +8,9 @@
 #include <sstream>
 #include <string>
 
-#include "slam/io/atomic_file.h"
-#include "slam/io/text_lines.h"
+#include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam {
 namespace {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-#include "slam/io/atomic_file.h"
+#include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 
 namespace sqslam {

@@ -8,8 +8,8 @@
 #include <optional>
 
 #include "slam/io/coco.h"
-#include "slam/io/text_lines.h"
 #include "slam/util/error.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;

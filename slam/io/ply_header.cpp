@@ -8,8 +8,8 @@
 #include <sstream>
 #include <string_view>
 
-#include "slam/io/text_lines.h"
 #include "slam/util/error.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam::ply {
 namespace fs = std::filesystem;

@@ -17,8 +17,8 @@
 #include <string_view>
 
 #include "slam/io/ply_header.h"
-#include "slam/io/text_lines.h"
 #include "slam/util/error.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;

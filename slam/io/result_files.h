@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "slam/map/snapshot.h"
+#include "slam/snapshot/snapshot.h"
 #include "slam/util/stage_times.h"
 
 namespace sqslam {

@@ -13,9 +13,9 @@
 #include "slam/io/detections.h"
 #include "slam/io/image_files.h"
 #include "slam/io/image_resize.h"
-#include "slam/io/text_lines.h"
 #include "slam/io/video_index.h"
 #include "slam/util/error.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <iterator>
 
-#include "slam/io/atomic_file.h"
-#include "slam/io/text_lines.h"
+#include "slam/util/atomic_file.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam {
 

@@ -21,7 +21,7 @@ struct MapPoint {
   double min_distance = 0.0;                         // camera distances at which it can be matched, map units
   double max_distance = 0.0;
   double level_zero_distance = 0.0;  // at which the finest pyramid level shows it as it was first seen
-  Descriptor descriptor{};  // the observed one nearest to all others
+  Descriptor descriptor{};           // the observed one nearest to all others
   std::array<std::uint8_t, 3> rgb{};
   std::vector<Observation> observations;
   KeyframeId first_keyframe = kNoKeyframe;

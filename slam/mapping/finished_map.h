@@ -4,7 +4,7 @@
 
 #include "slam/estimation/bundle_adjustment.h"
 #include "slam/io/trajectory.h"
-#include "slam/map/snapshot.h"
+#include "slam/snapshot/snapshot.h"
 
 namespace sqslam {
 

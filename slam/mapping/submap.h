@@ -10,10 +10,10 @@
 
 #include "slam/estimation/bundle_objects.h"
 #include "slam/io/trajectory.h"
-#include "slam/map/snapshot.h"
 #include "slam/map/tracking_view.h"
 #include "slam/mapping/upright.h"
 #include "slam/objects/object_mapper.h"
+#include "slam/snapshot/snapshot.h"
 #include "slam/system_options.h"
 #include "slam/tracking/tracking_report.h"
 

@@ -6,10 +6,10 @@
 #include <unordered_map>
 #include <vector>
 
-#include "slam/map/snapshot.h"
 #include "slam/objects/object_options.h"
 #include "slam/objects/object_types.h"
 #include "slam/objects/support.h"
+#include "slam/snapshot/snapshot.h"
 
 namespace sqslam {
 

@@ -14,10 +14,10 @@
 #include <string>
 #include <string_view>
 
-#include "slam/io/atomic_file.h"
-#include "slam/io/text_lines.h"
 #include "slam/recognition/vocabulary.h"
+#include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam {
 namespace {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "slam/map/map.h"
-#include "slam/map/snapshot.h"
 #include "slam/objects/object_types.h"
+#include "slam/snapshot/snapshot.h"
 #include "slam/tracking/backward_tracking.h"
 #include "slam/tracking/frame_refinement.h"
 

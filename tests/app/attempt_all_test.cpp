@@ -1,4 +1,4 @@
-#include "app/attempt_all.h"
+#include "app/run/attempt_all.h"
 
 #include <gtest/gtest.h>
 

@@ -7,9 +7,9 @@
 #include <opencv2/imgcodecs.hpp>
 #include <thread>
 
-#include "slam/io/recording.h"
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
+#include "slam/snapshot/recording.h"
 #include "tests/app/run_program.h"
 #include "tests/app/written_sequence.h"
 #include "tests/support/textured_world.h"

@@ -4,8 +4,8 @@
 #include <sstream>
 #include <tuple>
 
-#include "slam/io/recording.h"
 #include "slam/io/result_files.h"
+#include "slam/snapshot/recording.h"
 #include "tests/app/run_program.h"
 
 namespace sqslam::testing {

@@ -1,4 +1,4 @@
-#include "app/experiment_tables.h"
+#include "app/experiment/experiment_tables.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -4,9 +4,9 @@
 #include <functional>
 #include <set>
 
-#include "app/experiment_cells.h"
-#include "app/experiment_config.h"
-#include "app/experiment_results.h"
+#include "app/experiment/experiment_cells.h"
+#include "app/experiment/experiment_config.h"
+#include "app/experiment/experiment_results.h"
 #include "slam/util/error.h"
 #include "tests/io/temporary_folder.h"
 

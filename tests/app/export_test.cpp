@@ -19,8 +19,8 @@
 #include "render/convex_solids.h"
 #include "render/style.h"
 #include "run_program.h"
-#include "slam/io/recording.h"
 #include "slam/io/trajectory.h"
+#include "slam/snapshot/recording.h"
 #include "tests/render/hand_made_map.h"
 
 namespace sqslam {

@@ -6,9 +6,9 @@
 #include <opencv2/imgproc.hpp>
 
 #include "run_program.h"
-#include "slam/io/recording.h"
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
+#include "slam/snapshot/recording.h"
 #include "tests/render/hand_made_map.h"
 
 namespace sqslam {

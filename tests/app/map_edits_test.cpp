@@ -5,8 +5,8 @@
 
 #include "app/viewer/model/object_edits.h"
 #include "run_program.h"
-#include "slam/io/recording.h"
 #include "slam/io/result_files.h"
+#include "slam/snapshot/recording.h"
 #include "tests/render/hand_made_map.h"
 
 namespace sqslam {

@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "run_program.h"
-#include "slam/io/recording.h"
+#include "slam/snapshot/recording.h"
 #include "tests/render/hand_made_map.h"
 
 namespace sqslam {

@@ -1,11 +1,11 @@
-#include "app/report.h"
+#include "app/report/report.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "app/report_html.h"
+#include "app/report/report_html.h"
 #include "slam/evaluation/evaluation.h"
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"

@@ -25,7 +25,8 @@ struct ProgramRun {
     std::vector<std::string> lines;
     std::istringstream stream(err);
     for (std::string line; std::getline(stream, line);) {
-      if (!line.starts_with("sqslam: warning:") && !line.starts_with("sqslam: info:") && line.find("fps") == std::string::npos) {
+      if (!line.starts_with("sqslam: warning:") && !line.starts_with("sqslam: info:") &&
+          line.find("fps") == std::string::npos) {
         lines.push_back(line);
       }
     }

@@ -7,8 +7,8 @@
 #include <csignal>
 #include <cstring>
 
-#include "slam/io/atomic_file.h"
-#include "slam/io/text_lines.h"
+#include "slam/util/atomic_file.h"
+#include "slam/util/text_lines.h"
 #include "tests/io/temporary_folder.h"
 
 namespace sqslam {

@@ -5,8 +5,8 @@
 #include <cstring>
 #include <limits>
 
-#include "slam/io/text_lines.h"
 #include "slam/recognition/vocabulary.h"
+#include "slam/util/text_lines.h"
 #include "tests/io/temporary_folder.h"
 #include "tests/recognition/random_descriptors.h"
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <string>
 
-#include "slam/map/snapshot.h"
+#include "slam/snapshot/snapshot.h"
 
 namespace sqslam {
 

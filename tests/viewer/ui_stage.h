@@ -13,7 +13,7 @@
 #include "app/viewer/gl_texture.h"
 #include "app/viewer/viewer.h"
 #include "render/gl/offscreen_context.h"
-#include "slam/io/recording.h"
+#include "slam/snapshot/recording.h"
 #include "tests/io/temporary_folder.h"
 #include "tests/render/hand_made_map.h"
 

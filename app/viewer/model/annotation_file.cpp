@@ -9,10 +9,10 @@
 #include "slam/evaluation/evaluation.h"
 #include "slam/evaluation/ground_truth.h"
 #include "slam/evaluation/trajectory_error.h"
-#include "slam/io/atomic_file.h"
-#include "slam/io/text_lines.h"
 #include "slam/io/trajectory.h"
+#include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam::viewer {
 namespace fs = std::filesystem;

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "slam/map/snapshot.h"
+#include "slam/snapshot/snapshot.h"
 
 namespace sqslam::viewer {
 

@@ -6,10 +6,10 @@
 #include <set>
 
 #include "app/viewer/model/object_edits.h"
-#include "slam/io/atomic_file.h"
-#include "slam/io/text_lines.h"
+#include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam::viewer {
 namespace {

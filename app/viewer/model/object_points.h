@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "slam/map/snapshot.h"
+#include "slam/snapshot/snapshot.h"
 
 namespace sqslam::viewer {
 

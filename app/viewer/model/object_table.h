@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "app/viewer/model/object_edits.h"
-#include "slam/map/snapshot.h"
+#include "slam/snapshot/snapshot.h"
 
 namespace sqslam::viewer {
 

@@ -10,7 +10,7 @@
 
 #include "slam/geometry/camera.h"
 #include "slam/geometry/rigid3.h"
-#include "slam/map/snapshot.h"
+#include "slam/snapshot/snapshot.h"
 
 namespace sqslam::viewer {
 

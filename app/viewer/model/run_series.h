@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "app/viewer/model/snapshot_pass.h"
-#include "slam/io/recording.h"
-#include "slam/map/snapshot.h"
+#include "slam/snapshot/recording.h"
+#include "slam/snapshot/snapshot.h"
 
 namespace sqslam::viewer {
 

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "slam/io/atomic_file.h"
+#include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
 

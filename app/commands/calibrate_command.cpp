@@ -1,0 +1,244 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/commands/commands.h"
+#include "app/commands/sequence_arguments.h"
+#include "app/run/interrupt.h"
+#include "app/run/progress.h"
+#include "render/figure/calibration_figure.h"
+#include "render/figure/write_figure.h"
+#include "slam/calibration/calibration.h"
+#include "slam/geometry/angles.h"
+#include "slam/io/camera_yaml.h"
+#include "slam/io/frame_source.h"
+#include "slam/util/atomic_file.h"
+#include "slam/util/error.h"
+#include "slam/util/options.h"
+
+namespace sqslam::app {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* kCalibrateFooter = R"(
+INPUT is a video, a folder of photographs or a sequence of a flat board, held still or moved slowly, at many
+places of the image and tilted to all sides, with the focus and zoom that will be used. A chessboard must be
+seen whole, a ChArUco board need not. --columns and --rows count squares. Of a long video about 400 frames are
+searched, and those that differ the most are used.
+
+Examples:
+  sqslam calibrate --print-board board.pdf            A4; print it at 100 %, measure a square
+  sqslam calibrate board.mp4 --output camera.yaml
+  sqslam calibrate photos/ --columns 9 --rows 7 --square-mm 30 --output camera.yaml
+  sqslam calibrate --board charuco --print-board board.pdf
+  sqslam calibrate board.mp4 --board charuco --output phone.yaml --figure residuals.pdf
+)";
+
+struct CalibrateArguments {
+  SequenceArguments sequence;
+  std::string kind = "chessboard";
+  CalibrationBoard board;
+  std::string output;
+  std::string figure;
+  std::string print_board;
+  std::vector<std::string> set;
+  bool quiet = false;
+};
+
+// A board at true scale: vectors in PDF and SVG, 600 dots an inch in PNG.
+void PrintBoard(const CalibrateArguments& a) {
+  constexpr double kDpi = 600.0;
+  BoardSheet sheet;
+  sheet.width = a.board.columns * a.board.square_mm;
+  sheet.height = a.board.rows * a.board.square_mm;
+  for (const BoardArea& part : BoardAreas(a.board)) {
+    sheet.areas.push_back({{part.area.x, part.area.y, part.area.width, part.area.height}, part.black});
+  }
+  sheet.caption = BoardText(a.board) + ". Print at 100 %, glue it to something flat, and measure a square.";
+  const FigurePage page = DrawBoardSheet(sheet, kDpi);
+  WriteFigure(page, a.print_board);
+  if (!a.quiet) {
+    fmt::print("{}: {}, on a page of {:.0f} x {:.0f} mm\n", a.print_board, BoardText(a.board),
+               page.width / 72.0 * 25.4, page.height / 72.0 * 25.4);
+  }
+}
+
+struct Search {
+  bool interrupted = false;  // by Ctrl-C
+  std::vector<BoardView> views;
+  int frames = 0;  // that were searched
+  cv::Mat last;    // image, 8UC1
+};
+
+// The boards in an even share of the frames.
+Search FindBoards(const CalibrateArguments& a, const Sequence& sequence) {
+  constexpr std::int64_t kMostFrames = 400;
+  FrameRange range = a.sequence.Range();
+  const std::int64_t available = range.SizeIn(sequence);
+  if (available <= 0) {
+    throw UsageError(fmt::format("--start {}: nothing left, expected a part of the sequence's {} frames",
+                                 range.start, sequence.frames.size()));
+  }
+  const std::int64_t step = (available + kMostFrames - 1) / kMostFrames;
+  range.stride *= step;
+  range.count = (available + step - 1) / step;
+  const InterruptGuard interrupt;
+  FrameSource source(sequence, range);
+  Search search;
+  Progress progress(range.SizeIn(sequence), a.quiet);
+  while (const std::optional<Frame> frame = interrupt.Interrupted() ? std::nullopt : source.Next()) {
+    search.last = frame->gray;
+    ++search.frames;
+    if (std::optional<BoardView> view = FindBoard(frame->gray, a.board)) {
+      view->name = frame->image_path.empty() ? fmt::format("frame {}", frame->index)
+                                             : fs::path(frame->image_path).filename().string();
+      search.views.push_back(std::move(*view));
+    }
+    progress.Update(search.frames, fmt::format("{} boards", search.views.size()));
+  }
+  progress.Finish();
+  search.interrupted = interrupt.Interrupted();
+  return search;
+}
+
+// People count inner corners as often as squares.
+std::string Hint(const CalibrateArguments& a, const Search& search) {
+  CalibrationBoard other = a.board;
+  other.columns += 1;
+  other.rows += 1;
+  if (search.last.empty() || other.kind != CalibrationBoard::Kind::kChessboard ||
+      !FindBoard(search.last, other)) {
+    return "";
+  }
+  return fmt::format("; did you count inner corners? --columns {} --rows {} counts squares", other.columns,
+                     other.rows);
+}
+
+std::string Text(const Calibration& c, const Search& search, const CalibrationBoard& board) {
+  const Camera& k = c.camera;
+  const auto& s = c.intrinsic_deviation;
+  const auto& d = c.distortion_deviation;
+  const double vertical = std::atan((k.cy + 0.5) / k.fy) + std::atan((k.height - 0.5 - k.cy) / k.fy);
+  std::string text = fmt::format("{}, seen in {} of {} frames, {} of them used\n", BoardText(board),
+                                 search.views.size(), search.frames, c.views.size());
+  text +=
+      fmt::format("fx {:.2f} +- {:.2f}  fy {:.2f} +- {:.2f}  cx {:.2f} +- {:.2f}  cy {:.2f} +- {:.2f} px\n",
+                  k.fx, s[0], k.fy, s[1], k.cx, s[2], k.cy, s[3]);
+  text += fmt::format("field of view {:.1f} x {:.1f} degrees\n", kDegreesPerRadian * HorizontalFieldOfView(k),
+                      kDegreesPerRadian * vertical);
+  constexpr std::array<const char*, 5> kNames = {"k1", "k2", "p1", "p2", "k3"};
+  for (std::size_t i = 0; i < kNames.size(); ++i) {
+    text += d[i] > 0.0
+                ? fmt::format("{}{} {:.5f} +- {:.5f}", i > 0 ? "  " : "", kNames[i], k.distortion[i], d[i])
+                : fmt::format("{}{} 0", i > 0 ? "  " : "", kNames[i]);
+  }
+  return text + fmt::format("\nRMS error {:.3f} px, {:.0f} % of the image covered", c.rms, 100.0 * c.covered);
+}
+
+CalibrationFigure FigureOf(const Calibration& c) {
+  CalibrationFigure figure{c.camera.width, c.camera.height, {}, c.rms};
+  for (const CalibratedView& view : c.views) {
+    for (std::size_t i = 0; i < view.pixels.size(); ++i) {
+      figure.corners.push_back({view.pixels[i], view.errors[i]});
+    }
+  }
+  return figure;
+}
+
+void Report(const CalibrateArguments& a, const Calibration& c, const std::string& text) {
+  if (!c.dropped_views.empty() || c.dropped_corners > 0) {
+    spdlog::info("left out because they do not fit the rest: {} views{}{}, {} corners",
+                 c.dropped_views.size(), c.dropped_views.empty() ? "" : ": ",
+                 fmt::join(c.dropped_views, ", "), c.dropped_corners);
+  }
+  for (const std::string& weakness : Weaknesses(c)) {
+    spdlog::warn("{}", weakness);
+  }
+  if (!a.quiet) {
+    fmt::print("{}\n{}, {}\n", text, a.output, a.figure);
+  }
+}
+
+int CalibrateCamera(CalibrateArguments a) {
+  static const std::map<std::string, CalibrationBoard::Kind> kKinds = {
+      {"chessboard", CalibrationBoard::Kind::kChessboard}, {"charuco", CalibrationBoard::Kind::kCharuco}};
+  a.board.kind = kKinds.at(a.kind);  // the command line has checked the name
+  CheckBoard(a.board);
+  CalibrationOptions options;
+  for (const std::string& assignment : a.set) {
+    SetOption(assignment, options);
+  }
+  if (!a.print_board.empty()) {
+    CheckFigurePath(a.print_board);
+    PrintBoard(a);
+    return 0;
+  }
+  if (a.sequence.input.empty() || a.output.empty()) {
+    throw UsageError("calibrate: expected INPUT --output camera.yaml, or --print-board board.pdf");
+  }
+  const fs::path output = a.output;
+  if (a.figure.empty()) {
+    a.figure = (output.parent_path() / (output.stem().string() + "-residuals.png")).string();
+  }
+  CheckFigurePath(a.figure);
+  SequenceRequest request = a.sequence.Request();
+  request.camera = kAutoCamera;
+  const Sequence sequence = OpenSequence(request);
+  const Search search = FindBoards(a, sequence);
+  if (search.interrupted) {
+    fmt::print(stderr, "sqslam: interrupted before all images were searched; nothing was written\n");
+    return 130;
+  }
+  constexpr std::size_t kLeast = 3;
+  if (search.views.size() < kLeast) {
+    throw InputError(fmt::format("{}: a {} was found in {} of {} frames, expected at least {}{}",
+                                 a.sequence.input, BoardText(a.board), search.views.size(), search.frames,
+                                 kLeast, Hint(a, search)));
+  }
+  Calibration c = Calibrate(search.views, a.board, {sequence.camera.width, sequence.camera.height}, options);
+  c.camera.fps = sequence.camera.fps;
+  const std::string text = Text(c, search, a.board);
+  WriteCamera(output, c.camera, text);
+  WriteFigure(DrawCalibration(FigureOf(c), {}), a.figure);
+  Report(a, c, text);
+  return 0;
+}
+
+}  // namespace
+
+void AddCalibrateCommand(CLI::App& app, int& exit_code) {
+  const auto a = std::make_shared<CalibrateArguments>();
+  CLI::App* command =
+      app.add_subcommand("calibrate", "Find out a camera's focal length and distortion from a board");
+  command->footer(kCalibrateFooter);
+  a->sequence.AddTo(*command);
+  command->remove_option(command->get_option("--camera"));
+  command->get_option("INPUT")->required(false);
+  command->add_option("--board", a->kind, "What is printed on it")
+      ->check(CLI::IsMember({"chessboard", "charuco"}))
+      ->capture_default_str();
+  command->add_option("--columns", a->board.columns, "Squares in a row")->capture_default_str();
+  command->add_option("--rows", a->board.rows, "Squares in a column")->capture_default_str();
+  command->add_option("--square-mm", a->board.square_mm, "Side of a square")->capture_default_str();
+  command->add_option("--marker-mm", a->board.marker_mm, "ChArUco: side of a marker")->capture_default_str();
+  command->add_option("--dictionary", a->board.dictionary, "ChArUco: the markers, by OpenCV's name")
+      ->capture_default_str();
+  command->add_option("--output", a->output, "camera.yaml to write");
+  command->add_option(
+      "--figure", a->figure,
+      "Picture of the errors (.png, .svg, .pdf); default: beside the output, NAME-residuals.png");
+  command->add_option("--print-board", a->print_board, "Write a board to print (.pdf, .svg, .png) instead");
+  command->add_option("--set", a->set, "max_views, max_view_error or max_corner_error=VALUE, repeatable")
+      ->expected(1)
+      ->take_all();
+  command->add_flag("--quiet", a->quiet, "No progress and no summary");
+  command->callback([a, &exit_code] { exit_code = CalibrateCamera(*a); });
+}
+
+}  // namespace sqslam::app

@@ -1,0 +1,147 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <memory>
+#include <string>
+
+#include "app/commands/commands.h"
+#include "app/report/report.h"
+#include "app/run/progress.h"
+#include "app/run/run_pipeline.h"
+#include "render/synthetic/synthetic_sequence.h"
+#include "slam/evaluation/evaluation.h"
+#include "slam/util/atomic_file.h"
+#include "slam/util/data_path.h"
+
+namespace sqslam::app {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* kDemoExamples = R"(
+Renders the bundled desk into OUTPUT/desk, maps it into OUTPUT/result, holds the map against the exact
+ground truth and writes the page OUTPUT/result/report.html. Needs no input and no display.
+
+Examples:
+  sqslam demo
+  sqslam demo --output out/quick --frames 120 --no-video
+)";
+
+struct DemoArguments {
+  std::string output;
+  std::string backend = "auto";
+  int frames = 0;
+  std::uint64_t seed = 1;
+  bool deterministic = false;
+  bool no_video = false;
+  bool quiet = false;
+};
+
+// Prints "1/3  Rendering ..." before a step and what it took after it.
+class Steps {
+ public:
+  explicit Steps(bool quiet) : quiet_(quiet) {}
+
+  void Begin(const std::string& what) {
+    start_ = Clock::now();
+    if (!quiet_) {
+      fmt::print("{}/3  {}\n", ++number_, what);
+      std::fflush(stdout);
+    }
+  }
+  void End(const std::string& result) const {
+    if (!quiet_) {
+      const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
+      fmt::print("     {} ({:.1f} s)\n", result, seconds);
+      std::fflush(stdout);
+    }
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  bool quiet_;
+  int number_ = 0;
+  Clock::time_point start_;
+};
+
+void RenderSequence(const DemoArguments& arguments, const fs::path& sequence, Steps& steps) {
+  steps.Begin("Rendering the desk as a hand-held camera sees it");
+  const SceneDescription scene = ReadScene(DataPath("assets/scenes/desk.yaml"));
+  SynthesisOptions options;
+  options.frames = arguments.frames;
+  options.seed = arguments.seed;
+  options.backend = ParseRenderBackend(arguments.backend);
+  Progress progress(options.frames > 0 ? options.frames : scene.frames, arguments.quiet);
+  const SynthesisSummary summary = WriteSyntheticSequence(
+      scene, sequence, options, [&](int done, int) { progress.Update(done, "rendering"); });
+  progress.Finish();
+  steps.End(fmt::format("{} frames, {} objects, a path of {:.2f} m", summary.frames, summary.objects,
+                        summary.path_length));
+}
+
+RunSummary MapSequence(const DemoArguments& arguments, const fs::path& sequence, const fs::path& result,
+                       Steps& steps) {
+  steps.Begin("Mapping it");
+  RunRequest request;
+  request.sequence.path = sequence;
+  request.output = result;
+  request.options.deterministic = arguments.deterministic;
+  request.quiet = arguments.quiet;
+  if (!arguments.no_video) {
+    request.video = result / "growth.mp4";
+  }
+  RunSummary summary = RunPipeline(request);
+  steps.End(fmt::format("{} of {} frames tracked, {} objects", summary.stats.tracked, summary.stats.frames,
+                        summary.stats.objects));
+  return summary;
+}
+
+void Demo(const DemoArguments& arguments, int& exit_code) {
+  const fs::path output =
+      arguments.output.empty() ? FreeResultFolder("out", "demo") : fs::path(arguments.output);
+  CreateResultFolder(output);
+  const fs::path sequence = output / "desk";
+  const fs::path result = output / "result";
+  Steps steps(arguments.quiet);
+  RenderSequence(arguments, sequence, steps);
+  if (MapSequence(arguments, sequence, result, steps).interrupted) {
+    fmt::print(stderr, "sqslam: interrupted; what had been mapped is in {}\n", result.string());
+    exit_code = 130;
+    return;
+  }
+  steps.Begin("Holding the map against the ground truth");
+  const Evaluation evaluation = EvaluateResult(result, sequence);
+  WriteEvaluation(result / "eval.json", evaluation);
+  WriteReport({result, "", "", {}});
+  steps.End(fmt::format("mean 3D IoU {:.3f}", evaluation.mean_iou));
+  if (!arguments.quiet) {
+    fmt::print("\n{}", FormatEvaluation(evaluation));
+  }
+  fmt::print("\nreport:   {}\n", (result / "report.html").string());
+  fmt::print("picture:  {}\n", (result / "map.png").string());
+  if (fs::exists(result / "growth.mp4")) {
+    fmt::print("video:    {}\n", (result / "growth.mp4").string());
+  }
+}
+
+}  // namespace
+
+void AddDemoCommand(CLI::App& app, int& exit_code) {
+  const auto arguments = std::make_shared<DemoArguments>();
+  DemoArguments& a = *arguments;
+  CLI::App* demo =
+      app.add_subcommand("demo", "Render a synthetic desk, map it, score it, draw it: no input needed");
+  demo->footer(kDemoExamples);
+  demo->add_option("--output", a.output, "Folder to make; default: out/demo, out/demo-2, ...");
+  demo->add_option("--frames", a.frames, "Stop after this many frames; 0: all of the scene")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  demo->add_option("--seed", a.seed, "Of the hand's tremor and the image noise")->capture_default_str();
+  demo->add_flag("--deterministic", a.deterministic,
+                 "Track and map in turn: the same result from run to run");
+  demo->add_option("--rendering-backend", a.backend, "auto, osmesa or egl")->capture_default_str();
+  demo->add_flag("--no-video", a.no_video, "No video of the map's growth");
+  demo->add_flag("--quiet", a.quiet, "Only say where the result is");
+  demo->callback([arguments, &exit_code] { Demo(*arguments, exit_code); });
+}
+
+}  // namespace sqslam::app

@@ -1,0 +1,116 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/commands/commands.h"
+#include "app/report/report.h"
+#include "slam/evaluation/comparison.h"
+#include "slam/evaluation/evaluation.h"
+#include "slam/util/options.h"
+
+namespace sqslam::app {
+namespace {
+
+constexpr const char* kEvalExamples = R"(
+Examples:
+  sqslam eval out/kitchen --ground-truth data/kitchen
+  sqslam eval out/desk --ground-truth data/desk --set matching.min_iou=0.25
+  sqslam eval out/fire --ground-truth fire/seq-01
+  sqslam eval out/desk out/desk-2 out/desk-3 --ground-truth data/desk    several runs side by side
+  sqslam eval out/sq out/quadric --ground-truth data/desk --output compared.tex
+
+The trajectory is aligned to the ground truth by a similarity (scale, rotation, translation); the objects go
+with it. A mapped object stands for a ground-truth object where they overlap (3D IoU of matching.min_iou or
+more), or where their centres are near and their sizes alike; labels do not decide. Thin objects (a half size
+below 15 mm or 5 % of the largest) also get the IoU of their outlines seen from above. Landmarks that are no
+ground-truth object are listed with where they lie.
+)";
+
+struct EvalArguments {
+  std::vector<std::string> results;
+  std::string ground_truth;
+  std::string output;
+  std::vector<std::string> set;
+  bool quiet = false;
+};
+
+// Evaluates one folder and leaves eval.json, and an up-to-date page where there is one, in it.
+Evaluation EvaluateFolder(const std::filesystem::path& result, const std::string& ground_truth,
+                          const EvaluationOptions& options) {
+  Evaluation evaluation = EvaluateResult(result, ground_truth, options);
+  WriteEvaluation(result / "eval.json", evaluation);
+  if (std::filesystem::exists(result / "report.html")) {
+    WriteReport({result, "", "", {}});  // the run's page, now with what the evaluation found
+  }
+  return evaluation;
+}
+
+void PrintEvaluations(const std::vector<NamedEvaluation>& results) {
+  if (results.size() == 1) {
+    fmt::print("{}\n", FormatEvaluation(results.front().evaluation));
+    return;
+  }
+  for (const Table& table : CompareEvaluations(results)) {
+    fmt::print("{}\n", ToText(table));
+  }
+}
+
+void Evaluate(const EvalArguments& arguments) {
+  EvaluationOptions options;
+  for (const std::string& assignment : arguments.set) {
+    SetOption(assignment, options);
+  }
+  CheckOptions(options);
+  if (!arguments.output.empty()) {
+    CheckComparisonPath(arguments.output);
+  }
+  const std::vector<std::string> names = ShortNames({arguments.results.begin(), arguments.results.end()});
+  std::vector<NamedEvaluation> results;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    results.push_back({names[i], EvaluateFolder(arguments.results[i], arguments.ground_truth, options)});
+  }
+  if (!arguments.output.empty()) {
+    WriteComparison(arguments.output, results);
+  }
+  if (arguments.quiet) {
+    return;
+  }
+  PrintEvaluations(results);
+  for (const std::string& result : arguments.results) {
+    fmt::print("written: {}\n", (std::filesystem::path(result) / "eval.json").string());
+  }
+  if (!arguments.output.empty()) {
+    fmt::print("written: {}\n", arguments.output);
+  }
+}
+
+}  // namespace
+
+void AddEvalCommand(CLI::App& app, int& /*exit_code*/) {
+  const auto arguments = std::make_shared<EvalArguments>();
+  CLI::App* eval =
+      app.add_subcommand("eval", "Hold a result against ground truth: trajectory error, 3D IoU, counts");
+  eval->footer(kEvalExamples);
+  eval->add_option("RESULT", arguments->results,
+                   "Result folders of sqslam run, all of one sequence; eval.json is written into each, its "
+                   "report.html "
+                   "brought up to date")
+      ->required();
+  eval->add_option(
+          "--ground-truth", arguments->ground_truth,
+          "Sequence folder with poses: groundtruth.txt, or those of 7-Scenes, RGB-D Scenes v2 or ICL-NUIM; "
+          "objects_gt.json if there is one")
+      ->required();
+  eval->add_option("--output", arguments->output,
+                   "Also write the tables to this file: .md, .tex, .csv (a line for each object) or .json");
+  eval->add_option("--set", arguments->set, "Override one option, key=value; may be repeated")
+      ->expected(1)
+      ->take_all();
+  eval->add_flag("--quiet", arguments->quiet, "Print nothing, only write files");
+  eval->callback([arguments] { Evaluate(*arguments); });
+}
+
+}  // namespace sqslam::app

@@ -1,0 +1,115 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/commands/commands.h"
+#include "app/export/map_glb.h"
+#include "app/export/object_mesh.h"
+#include "app/result/map_edits.h"
+#include "app/result/map_file.h"
+#include "slam/io/result_files.h"
+#include "slam/io/trajectory.h"
+#include "slam/snapshot/recording.h"
+#include "slam/util/atomic_file.h"
+#include "slam/util/error.h"
+
+namespace sqslam::app {
+namespace fs = std::filesystem;
+namespace {
+
+Trajectory KeyframePoses(const MapSnapshot& map) {
+  Trajectory trajectory;
+  for (const SnapshotKeyframe& keyframe : map.keyframes) {
+    trajectory.push_back({keyframe.timestamp, keyframe.T_map_camera});
+  }
+  return trajectory;
+}
+
+struct ExportArguments {
+  std::string map;
+  std::string output;
+  std::string edits;
+  bool meshes = false;
+};
+
+// Poses of all tracked frames, where the result folder has them.
+Trajectory TrackedPoses(const fs::path& map_path) {
+  const fs::path file = map_path.parent_path() / "trajectory.txt";
+  return fs::exists(file) ? ReadTrajectory(file) : Trajectory();
+}
+
+void CheckArguments(const ExportArguments& a, const std::string& extension) {
+  static const std::vector<std::string> kExtensions = {".glb", ".obj", ".ply", ".json", ".txt"};
+  if (std::find(kExtensions.begin(), kExtensions.end(), extension) == kExtensions.end()) {
+    throw UsageError(
+        fmt::format("--output {}: unknown extension, expected {}", a.output, fmt::join(kExtensions, ", ")));
+  }
+  if (a.meshes && extension != ".ply") {
+    throw UsageError(fmt::format(
+        "--meshes: chooses what a .ply holds, expected --output FILE.ply instead of {}", a.output));
+  }
+}
+
+void Export(const ExportArguments& a) {
+  const fs::path map_path = MapFile(a.map);
+  const fs::path output = a.output;
+  const std::string extension = output.extension().string();
+  CheckArguments(a, extension);
+  const RecordingReader reader = OpenEdited(map_path, a.edits, viewer::HiddenObjects::kKeep);
+  if (reader.Size() == 0) {
+    throw InputError(fmt::format("{}: holds no snapshot, expected a map", map_path.string()));
+  }
+  const MapSnapshotPtr map = reader.Last();
+  if (extension == ".glb") {
+    WriteFileAtomically(output, MapGlb(*map, TrackedPoses(map_path), "sqslam " SQSLAM_VERSION));
+  } else if (extension == ".obj" || a.meshes) {
+    WriteObjectMeshes(output, map->objects);
+  } else if (extension == ".ply") {
+    WritePoints(output, map->points);
+  } else if (extension == ".json") {
+    WriteObjects(output, map->objects);
+  } else {
+    WriteTrajectory(output, KeyframePoses(*map));
+  }
+}
+
+constexpr const char* kExportFooter = R"(
+By extension:
+  .glb   everything for 3D programs (binary glTF 2.0, y up): a node "ID label" for each object, with its
+         class's colour and, as extras, half_size, e1, e2, label, id and observations; the points; the camera's
+         path; a camera for each keyframe
+  .obj   superquadrics as meshes, one named object each, colours in a .mtl file beside it
+  .ply   points (x y z red green blue object_id); with --meshes the superquadrics as one mesh with colours
+  .json  objects with all their parameters
+  .txt   keyframe poses (TUM)
+All but .glb are in the map frame, z up. With --edits hidden objects are written too, deleted ones are not.
+
+Examples:
+  sqslam export out/kitchen --output kitchen.glb
+  sqslam export out/kitchen/map.sqmap --output kitchen.obj
+  sqslam export out/kitchen --output points.ply
+  sqslam export out/kitchen --output objects.ply --meshes
+  sqslam export out/kitchen --output objects.json --edits auto
+)";
+
+}  // namespace
+
+void AddExportCommand(CLI::App& app, int&) {
+  const auto arguments = std::make_shared<ExportArguments>();
+  CLI::App* command = app.add_subcommand("export", "Write a map's last state for other programs");
+  command->footer(kExportFooter);
+  command->add_option("MAP", arguments->map, "map.sqmap, or the result folder that holds it")->required();
+  command
+      ->add_option("--output", arguments->output,
+                   "FILE.glb, .obj, .ply, .json or .txt; an existing one is replaced")
+      ->required();
+  command->add_flag("--meshes", arguments->meshes, "In a .ply: the superquadrics as meshes, not the points");
+  AddEditsOption(*command, arguments->edits);
+  command->callback([arguments] { Export(*arguments); });
+}
+
+}  // namespace sqslam::app

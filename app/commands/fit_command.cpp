@@ -1,0 +1,165 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "app/commands/commands.h"
+#include "app/export/object_mesh.h"
+#include "slam/fitting/fitting.h"
+#include "slam/io/point_cloud.h"
+#include "slam/io/result_files.h"
+#include "slam/util/error.h"
+#include "slam/util/options.h"
+
+namespace sqslam::app {
+namespace fs = std::filesystem;
+namespace {
+
+struct FitArguments {
+  std::string cloud;
+  std::vector<std::string> output;
+  std::string clusters = "1";
+  bool multiple = false;
+  bool upright = false;
+  bool remove_plane = false;
+  std::vector<std::string> set;
+};
+
+constexpr const char* kFitFooter = R"(
+CLOUD is a PLY file (ascii or binary, with x, y, z) or a text file with x y z on each line. Without further
+options the whole cloud is one object in any orientation. Half of its surface is enough, with noise and
+stray points. Lengths are those of the cloud; roll, pitch and yaw are R = Rz(yaw) Ry(pitch) Rx(roll).
+
+Examples:
+  sqslam fit mug.ply                                       print the fit
+  sqslam fit mug.ply --output mug.json --output mug.obj    also as numbers and as a mesh
+  sqslam fit box.xyz --upright                             it stands on a table: only yaw is free
+  sqslam fit table.ply --remove-plane --clusters auto      all things on a table
+)";
+
+MultiFitOptions MakeOptions(const FitArguments& arguments) {
+  MultiFitOptions options;
+  for (const std::string& assignment : arguments.set) {
+    SetOption(assignment, options);
+  }
+  options.fit.upright |= arguments.upright;
+  options.remove_plane |= arguments.remove_plane;
+  const std::string& text = arguments.multiple ? "auto" : arguments.clusters;
+  if (text == "auto") {
+    options.clusters = 0;
+  } else if (arguments.clusters != "1") {
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), options.clusters);
+    if (error != std::errc() || end != text.data() + text.size() || options.clusters < 1) {
+      throw UsageError(fmt::format("--clusters {}: expected a number of objects, or auto", text));
+    }
+  }
+  CheckOptions(options);
+  return options;
+}
+
+void CheckOutputs(const std::vector<std::string>& outputs) {
+  for (const fs::path output : outputs) {
+    const std::string extension = output.extension().string();
+    if (extension != ".json" && extension != ".obj" && extension != ".ply") {
+      throw UsageError(
+          fmt::format("--output {}: unknown extension, expected .json, .obj or .ply", output.string()));
+    }
+  }
+}
+
+std::vector<SnapshotObject> ToObjects(const std::vector<SuperquadricFit>& fits) {
+  std::vector<SnapshotObject> objects;
+  for (const SuperquadricFit& fit : fits) {
+    SnapshotObject object;
+    object.id = static_cast<std::int32_t>(objects.size());
+    object.label = "object";
+    object.score = fit.inlier_share;
+    object.observations = 1;
+    object.points = static_cast<int>(std::count(fit.inlier.begin(), fit.inlier.end(), true));
+    object.superquadric = fit.superquadric;
+    object.yaw = ToParameters(fit.superquadric)[7];
+    objects.push_back(std::move(object));
+  }
+  return objects;
+}
+
+void PrintTable(const std::vector<SuperquadricFit>& fits) {
+  fmt::print("{:>3} {:>7} {:>8} {:>9}  {:<30} {:>5} {:>5}  {:<30} {:<22}\n", "id", "points", "inliers", "rms",
+             "half size", "e1", "e2", "center", "roll pitch yaw");
+  int id = 0;
+  for (const SuperquadricFit& fit : fits) {
+    const auto& [shape, pose] = fit.superquadric;
+    const SuperquadricParameters parameters = ToParameters(fit.superquadric);
+    const auto three = [](const Eigen::Vector3d& v) {
+      return fmt::format("{:.4g} {:.4g} {:.4g}", v.x(), v.y(), v.z());
+    };
+    const Eigen::Vector3d angles = parameters.segment<3>(5) * 180.0 / std::numbers::pi;
+    fmt::print("{:>3} {:>7} {:>6.1f} % {:>9.3g}  {:<30} {:>5.2f} {:>5.2f}  {:<30} {:<22}\n", id++, fit.points,
+               100.0 * fit.inlier_share, fit.rms, three(shape.half_size), shape.e1, shape.e2,
+               three(pose.translation),
+               fmt::format("{:.1f}\u00b0 {:.1f}\u00b0 {:.1f}\u00b0", angles.x(), angles.y(), angles.z()));
+  }
+}
+
+void Fit(const FitArguments& arguments) {
+  CheckOutputs(arguments.output);
+  const MultiFitOptions options = MakeOptions(arguments);
+  const PointCloud cloud = ReadPointCloud(arguments.cloud);
+  if (cloud.skipped > 0) {
+    spdlog::warn("{}: {} of {} points are not finite and are left out", arguments.cloud, cloud.skipped,
+                 cloud.points.size() + static_cast<std::size_t>(cloud.skipped));
+  }
+  std::vector<SuperquadricFit> fits;
+  try {
+    fits = FitSuperquadrics(cloud.points, options);
+  } catch (const InputError& e) {
+    throw InputError(fmt::format("{}: {}", arguments.cloud, e.what()));
+  }
+  PrintTable(fits);
+  const std::vector<SnapshotObject> objects = ToObjects(fits);
+  for (const fs::path output : arguments.output) {
+    if (output.extension() == ".json") {
+      WriteObjects(output, objects);
+    } else {
+      WriteObjectMeshes(output, objects);
+    }
+  }
+}
+
+}  // namespace
+
+void AddFitCommand(CLI::App& app, int&) {
+  const auto arguments = std::make_shared<FitArguments>();
+  CLI::App* command = app.add_subcommand("fit", "Fit superquadrics to a point cloud");
+  command->footer(kFitFooter);
+  command->add_option("CLOUD", arguments->cloud, "Point cloud (.ply, or text with x y z)")->required();
+  command
+      ->add_option(
+          "--output", arguments->output,
+          "File to write: .json objects, .obj or .ply meshes; may be repeated; existing ones are replaced")
+      ->expected(1)
+      ->take_all();
+  command->add_flag("--upright", arguments->upright,
+                    "Keep the object's z axis on the cloud's: only yaw is free");
+  CLI::Option* clusters =
+      command->add_option("--clusters", arguments->clusters,
+                          "Split the cloud at gaps and fit the N largest parts; auto: all of them");
+  command->add_flag("--multiple", arguments->multiple, "The same as --clusters auto")->excludes(clusters);
+  command->add_flag("--remove-plane", arguments->remove_plane,
+                    "Take the largest plane away first (table, floor)");
+  const MultiFitOptions defaults;
+  command
+      ->add_option("--set", arguments->set,
+                   "Override one option, key=value; may be repeated:\n" + DumpOptions(defaults))
+      ->expected(1)
+      ->take_all();
+  command->callback([arguments] { Fit(*arguments); });
+}
+
+}  // namespace sqslam::app

@@ -1,0 +1,141 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <memory>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "app/commands/commands.h"
+#include "app/result/map_edits.h"
+#include "app/result/map_file.h"
+#include "slam/recognition/vocabulary.h"
+#include "slam/snapshot/recording.h"
+
+namespace sqslam::app {
+namespace {
+
+void PrintObjects(const MapSnapshot& snapshot) {
+  if (snapshot.objects.empty()) {
+    return;
+  }
+  fmt::print("{:>4} {:<16} {:>5} {:>5} {:>6}  {:<24} {:<22} {:>5} {:>5} {:>7}\n", "id", "label", "score",
+             "seen", "points", "center", "half size", "e1", "e2", "yaw");
+  for (const SnapshotObject& object : snapshot.objects) {
+    const Superquadric& shape = object.superquadric.shape;
+    const Eigen::Vector3d& center = object.superquadric.T_map_object.translation;
+    fmt::print(
+        "{:>4} {:<16} {:>5.2f} {:>5} {:>6}  {:<24} {:<22} {:>5.2f} {:>5.2f} {:>5.0f}\u00b0\n", object.id,
+        ShownName(object), object.score, object.observations, object.points,
+        fmt::format("{:.3f} {:.3f} {:.3f}", center.x(), center.y(), center.z()),
+        fmt::format("{:.3f} {:.3f} {:.3f}", shape.half_size.x(), shape.half_size.y(), shape.half_size.z()),
+        shape.e1, shape.e2, object.yaw * 180.0 / std::numbers::pi);
+  }
+}
+
+void PrintVocabulary(const std::filesystem::path& path) {
+  const Vocabulary vocabulary = Vocabulary::Load(path);
+  fmt::print(
+      "vocabulary {}\nwords      {}\nnodes      {}\nlevels     {}\nlearned    from {} features of {} "
+      "images\n",
+      path.string(), vocabulary.Words(), vocabulary.Nodes(), vocabulary.Depth(),
+      vocabulary.TrainedDescriptors(), vocabulary.TrainedImages());
+}
+
+// How the map grew: one line for each snapshot of the recording.
+void PrintHistory(const RecordingReader& reader) {
+  fmt::print("{:>8} {:>10} {:>9} {:>9} {:>7} {:>8}\n", "frame", "time", "keyframes", "points", "objects",
+             "tracking");
+  for (int i = 0; i < reader.Size(); ++i) {
+    const MapSnapshotPtr snapshot = reader.Read(i);
+    fmt::print("{:>8} {:>10.3f} {:>9} {:>9} {:>7} {:>8}\n", snapshot->frame_index, snapshot->timestamp,
+               snapshot->keyframes.size(), snapshot->points.size(), snapshot->objects.size(),
+               snapshot->T_map_camera ? "yes" : "no");
+  }
+}
+
+// What edits change; where none were asked for, that there are some.
+void PrintEdits(const std::filesystem::path& path, const std::string& edits) {
+  const std::filesystem::path file = EditsFile(path, edits);
+  if (file.empty()) {
+    if (std::filesystem::exists(viewer::EditsFileOf(path))) {
+      fmt::print("edits      {}, not applied (--edits auto)\n", viewer::EditsFileOf(path).string());
+    }
+    return;
+  }
+  const viewer::ObjectEdits read = viewer::ReadObjectEdits(file);
+  std::vector<std::string> hidden, deleted, merged;
+  for (const auto& [id, edit] : read.All()) {
+    if (edit.merged_into) {
+      merged.push_back(fmt::format("{} into {}", id, read.KeptIdOf(id)));
+    } else if (edit.deleted) {
+      deleted.push_back(std::to_string(id));
+    } else if (edit.hidden) {
+      hidden.push_back(std::to_string(id));
+    }
+  }
+  fmt::print("edits      {}\n", file.string());
+  for (const auto& [what, ids] : {std::pair("hidden", hidden), {"deleted", deleted}, {"merged", merged}}) {
+    if (!ids.empty()) {
+      fmt::print("{:<10} {}\n", what, fmt::join(ids, ", "));
+    }
+  }
+}
+
+void PrintInfo(const std::filesystem::path& path, bool config, bool history, const std::string& edits) {
+  if (Vocabulary::IsVocabularyFile(path)) {
+    PrintVocabulary(path);
+    return;
+  }
+  const RecordingReader reader = OpenEdited(path, edits, viewer::HiddenObjects::kKeep);
+  if (config) {
+    fmt::print("{}", reader.Info().config);
+    return;
+  }
+  if (history) {
+    PrintHistory(reader);
+    return;
+  }
+  fmt::print("map        {}\nsequence   {}\nwritten by sqslam {}\nsnapshots  {}\n", path.string(),
+             reader.Info().sequence_path, reader.Info().program_version, reader.Size());
+  PrintEdits(path, edits);
+  if (reader.Size() == 0) {
+    return;
+  }
+  const MapSnapshotPtr last = reader.Last();
+  fmt::print("frames     {} to {}, the last at {:.3f} s\nkeyframes  {}\npoints     {}\n",
+             reader.FrameIndex(0), last->frame_index, last->timestamp, last->keyframes.size(),
+             last->points.size());
+  fmt::print("camera     {}x{}, fx {:.1f}, fy {:.1f}\nup         {}\nobjects    {}\n", last->camera.width,
+             last->camera.height, last->camera.fx, last->camera.fy,
+             last->gravity_known ? "known" : "not known", last->objects.size());
+  PrintObjects(*last);
+}
+
+}  // namespace
+
+void AddInfoCommand(CLI::App& app, int&) {
+  struct Arguments {
+    std::string map;
+    bool config = false;
+    bool history = false;
+    std::string edits;
+  };
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* info = app.add_subcommand("info", "Say what is in a map or a vocabulary");
+  info->footer(
+      "\nExamples:\n  sqslam info out/kitchen/map.sqmap\n  sqslam info out/kitchen --config > again.yaml\n"
+      "  sqslam info out/kitchen --history\n  sqslam info out/kitchen --edits auto\n  sqslam info "
+      "assets/vocabulary.bin\n");
+  info->add_option("MAP", arguments->map, "map.sqmap, the result folder that holds it, or a vocabulary")
+      ->required();
+  info->add_flag("--config", arguments->config, "Print the options the map was made with, as YAML");
+  info->add_flag("--history", arguments->history, "Print a line for each snapshot: how the map grew")
+      ->excludes("--config");
+  AddEditsOption(*info, arguments->edits);
+  info->callback([arguments] {
+    PrintInfo(MapFile(arguments->map), arguments->config, arguments->history, arguments->edits);
+  });
+}
+
+}  // namespace sqslam::app

@@ -1,0 +1,277 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/quality/qualityssim.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/commands/commands.h"
+#include "app/commands/render_arguments.h"
+#include "app/result/input_frames.h"
+#include "app/result/map_edits.h"
+#include "app/result/map_file.h"
+#include "app/run/interrupt.h"
+#include "app/run/progress.h"
+#include "render/outlines.h"
+#include "render/photo_overlay.h"
+#include "render/video_alignment.h"
+#include "slam/snapshot/recording.h"
+#include "slam/util/atomic_file.h"
+#include "slam/util/error.h"
+
+namespace sqslam::app {
+namespace fs = std::filesystem;
+namespace {
+
+// Compares as f3d does: size and channels first, then 1 - SSIM (the mean over the channels).
+double Difference(const cv::Mat& image, const cv::Mat& reference) {
+  if (image.size() != reference.size() || image.type() != reference.type()) {
+    return 1.0;
+  }
+  const cv::Scalar similarity = cv::quality::QualitySSIM::compute(image, reference, cv::noArray());
+  double sum = 0.0;
+  for (int c = 0; c < image.channels(); ++c) {
+    sum += similarity[c];
+  }
+  return 1.0 - sum / image.channels();
+}
+
+void WritePicture(const fs::path& path, const cv::Mat& image) {
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".png", image, bytes);
+  WriteFileAtomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+// Picture, reference and difference side by side, in NAME-difference.png beside the picture, or in the
+// working folder where none is written.
+fs::path WriteDifference(const RenderArguments& a, const cv::Mat& image, const cv::Mat& reference) {
+  cv::Mat apart;
+  cv::absdiff(image, reference, apart);
+  if (apart.channels() == 4) {  // opaque, or nothing of it would be seen
+    apart.forEach<cv::Vec4b>([](cv::Vec4b& pixel, const int*) { pixel[3] = 255; });
+  }
+  cv::Mat side_by_side;
+  cv::hconcat(std::vector<cv::Mat>{image, reference, apart}, side_by_side);
+  const fs::path output = a.output;
+  const fs::path path = a.output.empty()
+                            ? fs::path(fs::path(a.reference).stem().string() + "-difference.png")
+                            : output.parent_path() / (output.stem().string() + "-difference.png");
+  WritePicture(path, side_by_side);
+  return path;
+}
+
+int CompareWithReference(const RenderArguments& a, const cv::Mat& image) {
+  const cv::Mat reference = cv::imread(a.reference, cv::IMREAD_UNCHANGED);
+  if (reference.empty()) {
+    throw InputError(fmt::format("{}: cannot be read as a picture, expected the reference", a.reference));
+  }
+  if (image.size() != reference.size() || image.type() != reference.type()) {
+    fmt::print(stderr, "sqslam: {}: {}x{} with {} channels, expected {}x{} with {} as the picture has\n",
+               a.reference, reference.cols, reference.rows, reference.channels(), image.cols, image.rows,
+               image.channels());
+    return 5;
+  }
+  const double difference = Difference(image, reference);
+  const bool same = difference <= a.threshold;
+  if (same) {
+    fmt::print("differs from {} by {:.4f}, within {}\n", a.reference, difference, a.threshold);
+    return 0;
+  }
+  fmt::print(stderr,
+             "sqslam: differs from {} by {:.4f}, more than {}; picture, reference and difference: {}\n",
+             a.reference, difference, a.threshold, WriteDifference(a, image, reference).string());
+  return 5;
+}
+
+// What the input camera saw at one frame: the map from there, or over the photograph.
+cv::Mat RenderCameraFrame(const RenderArguments& a, PictureOptions options, const RecordingReader& reader) {
+  const InputFrames frames(reader, MapFile(a.map));
+  const MapSnapshotPtr map = reader.Last();
+  Rigid3d pose;
+  try {
+    pose = frames.PoseOf(*a.camera_frame);
+  } catch (const UsageError& error) {
+    throw UsageError(fmt::format("--camera-frame: {}", error.what()));
+  }
+  if (a.overlay) {
+    return RenderOverPhoto(*map, frames.ImageOf(*a.camera_frame), pose, options);
+  }
+  const bool cameras_wanted =
+      std::any_of(a.settings.begin(), a.settings.end(),
+                  [](const std::string& setting) { return setting.starts_with("cameras."); });
+  if (!cameras_wanted) {  // frusta around the eye would cover everything
+    options.style.cameras.trajectory = options.style.cameras.keyframes = options.style.cameras.current =
+        false;
+  }
+  PictureRenderer renderer(options);
+  renderer.SetMap(*map);
+  const ImagePlacement place = PlaceImage(map->camera, {0, 0, options.width, options.height});
+  return renderer.Render(ThroughCamera(pose, place.camera));
+}
+
+// A state of the map on its way, in the frame of the finished one and with its framing and colours.
+cv::Mat RenderAtFrame(const RenderArguments& a, const PictureOptions& options,
+                      const RecordingReader& reader) {
+  int snapshot = -1;
+  while (snapshot + 1 < reader.Size() && reader.FrameIndex(snapshot + 1) <= *a.at_frame) {
+    ++snapshot;
+  }
+  if (snapshot < 0) {
+    throw UsageError(fmt::format("--at-frame {}: there was no map yet, expected {} or more", *a.at_frame,
+                                 reader.FrameIndex(0)));
+  }
+  const MapSnapshotPtr last = reader.Last();
+  const MapSnapshotPtr read = reader.Read(snapshot);
+  MapSnapshot map = Transformed(AlignByKeyframes(*read, *last), *read);
+  if (map.frame_index != *a.at_frame) {
+    try {
+      map.T_map_camera = InputFrames(reader, MapFile(a.map)).PoseOf(*a.at_frame);
+    } catch (const UsageError&) {  // it was lost there
+      map.T_map_camera.reset();
+    }
+  }
+  PictureRenderer renderer(options);
+  renderer.SetMap(*last);
+  renderer.SetMapKeepingFrame(map);
+  return renderer.Render();
+}
+
+int RenderStill(const RenderArguments& a, const PictureOptions& options, const RecordingReader& reader) {
+  const cv::Mat image = a.camera_frame ? RenderCameraFrame(a, options, reader)
+                        : a.at_frame   ? RenderAtFrame(a, options, reader)
+                                       : RenderPicture(*reader.Last(), options);
+  if (!a.output.empty()) {
+    WritePicture(a.output, image);
+  }
+  return a.reference.empty() ? 0 : CompareWithReference(a, image);
+}
+
+// Shows progress and stops at Ctrl-C.
+class FrameReport {
+ public:
+  explicit FrameReport(bool quiet) : quiet_(quiet) {}
+
+  bool operator()(int done, int total) {
+    if (!progress_) {
+      progress_.emplace(total, quiet_);
+    }
+    total_ = total;
+    progress_->Update(done, "");
+    return !interrupt_.Interrupted();
+  }
+
+  // Exit code after `written` frames.
+  int Finish(int written, const fs::path& output) {
+    if (progress_) {
+      progress_->Finish();
+    }
+    if (!interrupt_.Interrupted() || written >= total_) {
+      return 0;
+    }
+    fmt::print(stderr, "sqslam: interrupted; {} of {} frames are in {}\n", written, total_, output.string());
+    return 130;
+  }
+
+ private:
+  const InterruptGuard interrupt_;
+  std::optional<Progress> progress_;
+  bool quiet_;
+  int total_ = 0;
+};
+
+int RenderFrames(const RenderArguments& a, const PictureOptions& picture, const RecordingReader& reader) {
+  // A run of any length plays in about twenty seconds unless told otherwise.
+  const double growth_fps = std::clamp(std::round(reader.Size() / 20.0), 5.0, 30.0);
+  VideoOptions options = MakeVideoOptions(a, picture, a.growth ? growth_fps : 30.0);
+  std::optional<InputFrames> frames;
+  options.frame_poses = [&](std::int64_t frame) {
+    if (!frames) {
+      frames.emplace(reader, MapFile(a.map));
+    }
+    return frames->PoseOf(frame);
+  };
+  const fs::path output = PartName(a.output, options.shard);
+  FrameReport report(a.quiet);
+  const auto progress = [&report](int done, int total) { return report(done, total); };
+  const int written = a.growth ? WriteGrowthVideo(reader, options, output, progress)
+                               : WriteOrbit(*reader.Last(), options, output, progress);
+  return report.Finish(written, output);
+}
+
+int Join(const RenderArguments& a) {
+  FrameReport report(a.quiet);
+  const int written = JoinVideo(a.join, a.output, a.fps.value_or(30.0),
+                                [&report](int done, int total) { return report(done, total); });
+  return report.Finish(written, a.output);
+}
+
+int Render(const RenderArguments& a) {
+  CheckRenderArguments(a);
+  if (!a.join.empty()) {
+    return Join(a);
+  }
+  PictureOptions options = MakePictureOptions(a);
+  const RecordingReader reader = OpenEdited(MapFile(a.map), a.edits, viewer::HiddenObjects::kLeaveOut);
+  if (reader.Size() == 0) {
+    throw InputError(fmt::format("{}: holds no snapshot, expected a map", a.map));
+  }
+  if (a.camera_frame && a.resolution.empty()) {
+    const Camera camera = reader.Last()->camera;
+    options.width = camera.width;
+    options.height = camera.height;
+  }
+  options.layers = ReadLayers(a.layers, *reader.Last(), reader.Info().sequence_path);
+  return MakesFrames(a) ? RenderFrames(a, options, reader) : RenderStill(a, options, reader);
+}
+
+constexpr const char* kRenderFooter = R"(
+The view frames the objects and what is around them; the --camera options change it, angles in degrees.
+Styles lie in configs/styles; --set changes one value of a style (objects.opacity=0.5, objects.labels=true,
+points.size=3, cameras.keyframes=false, grid.show=false, text.legend=false, anti_aliasing=fxaa,
+video_anti_aliasing=ssaa, ...). covisibility.show=true draws lines between keyframes that share
+covisibility.min_points map points or more. clip.axis=x, y, z or view cuts away what is above a plane along that
+axis (view: nearer to the camera), of points, objects and dense cloud; clip.offset moves it from the middle of
+what the picture frames (1: by its radius), clip.flip=true cuts the other side.
+
+Names of views are meant from where the cameras stood on average: that is the front, right is to the right of
+somebody who stands there, top looks straight down with the front below. --overlay is set by overlay.width,
+overlay.fill, overlay.hidden, overlay.labels and overlay.points.
+
+Ctrl-C ends a video with the last frame that was drawn. --join puts pieces together as they are.
+
+Examples:
+  sqslam render out/kitchen --output kitchen.png
+  sqslam render out/kitchen --output figure.png --no-background --resolution 2400,1600 --set objects.labels=true
+  sqslam render out/kitchen --output above.png --camera-elevation-angle 40 --camera-zoom-factor 1.3
+  sqslam render out/kitchen --output plan.png --view top
+  sqslam render out/kitchen --output tidy.png --edits auto --set objects.labels=true
+  sqslam render out/kitchen --output early.png --at-frame 120
+  sqslam render out/kitchen --output seen.png --camera-frame 240 --overlay
+  sqslam render out/kitchen --output paths.png --view top --ground-truth auto --set covisibility.show=true
+  sqslam render out/kitchen --output dense.png --dense-cloud room.ply --dense-cloud-frame world
+  sqslam render out/kitchen --output section.png --set clip.axis=z --set clip.offset=0.1
+  sqslam render out/kitchen --output turn.mp4 --camera-path turntable
+  sqslam render out/kitchen --output tour.mp4 --camera-path configs/camera_paths/tour.yaml
+  sqslam render out/kitchen --output growth.mp4 --growth --resolution 1280,480
+  sqslam render out/kitchen --output 'frames/{frame:04}.png' --growth --frames 0:30
+  sqslam render out/kitchen --output growth.mp4 --growth --shard 2/8
+  sqslam render --join growth.part-*-of-8.mp4 --output growth.mp4
+  sqslam render --join 'frames/{frame:04}.png' --fps 25 --output growth.mp4
+  sqslam render out/kitchen --reference kitchen.png --reference-threshold 0.04
+)";
+
+}  // namespace
+
+void AddRenderCommand(CLI::App& app, int& exit_code) {
+  const auto a = std::make_shared<RenderArguments>();
+  CLI::App* command = app.add_subcommand("render", "Draw a map: a picture, numbered pictures or a video");
+  command->footer(kRenderFooter);
+  AddRenderOptions(*command, *a);
+  command->callback([a, &exit_code] { exit_code = Render(*a); });
+}
+
+}  // namespace sqslam::app

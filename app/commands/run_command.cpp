@@ -1,0 +1,65 @@
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "app/commands/commands.h"
+#include "app/commands/run_arguments.h"
+#include "app/run/run_pipeline.h"
+#include "slam/util/error.h"
+#include "slam/util/options.h"
+
+namespace sqslam::app {
+namespace {
+
+constexpr const char* kRunExamples = R"(
+Examples:
+  sqslam run data/kitchen                        a folder with rgb.txt, camera.yaml and boxes.txt
+  sqslam run data/kitchen --output out/k1 --frames 300 --deterministic
+  sqslam run photos/ --camera phone.yaml --detections boxes/
+  sqslam run living_room_traj2_frei_png          ICL-NUIM, RGB-D Scenes v2 and 7-Scenes as downloaded
+  sqslam run rgbd_dataset_freiburg1_xyz --camera tum-freiburg1
+  sqslam run --camera-index 0 --camera webcam.yaml   a live camera, until Ctrl-C
+  sqslam run film.mp4 --resize 960               a phone's video, its camera guessed and refined, boxes found
+  sqslam run film.mp4 --camera phone.yaml --set tracking.features.num_features=1500
+  sqslam run data/kitchen --video kitchen.mp4
+  sqslam run --dump-config > my.yaml             every option with its default
+)";
+
+void Print(const RunSummary& summary) {
+  const RunStats& stats = summary.stats;
+  const std::string dropped = stats.dropped > 0 ? fmt::format(" ({} more dropped)", stats.dropped) : "";
+  fmt::print("{} of {} frames tracked{}, {} keyframes, {} points, {} objects in {:.1f} s\nresult: {}\n",
+             stats.tracked, stats.frames, dropped, stats.keyframes, stats.points, stats.objects,
+             stats.wall_seconds, summary.output.string());
+}
+
+void Run(const RunArguments& arguments, int& exit_code) {
+  if (arguments.dump_config) {
+    fmt::print("{}", DumpOptions(arguments.Options()));
+    return;
+  }
+  if (arguments.input.empty() && arguments.camera_index < 0) {
+    throw UsageError(
+        "run: INPUT is missing, expected a sequence folder, an image folder, a video or a camera index");
+  }
+  const RunSummary summary = RunPipeline(arguments.Request());
+  if (!arguments.quiet) {
+    Print(summary);
+  }
+  if (summary.interrupted) {
+    fmt::print(stderr, "sqslam: interrupted; what had been mapped is in {}\n", summary.output.string());
+    exit_code = 130;
+  }
+}
+
+}  // namespace
+
+void AddRunCommand(CLI::App& app, int& exit_code) {
+  const auto arguments = std::make_shared<RunArguments>();
+  CLI::App* run = app.add_subcommand("run", "Map an image sequence: objects, points, trajectory, pictures");
+  run->footer(kRunExamples);
+  arguments->AddTo(*run);
+  run->callback([arguments, &exit_code] { Run(*arguments, exit_code); });
+}
+
+}  // namespace sqslam::app

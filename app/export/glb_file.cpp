@@ -1,0 +1,187 @@
+#include "app/export/glb_file.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace sqslam::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+static_assert(std::endian::native == std::endian::little, "glTF is little-endian");
+
+constexpr int kUnsignedShort = 5123;
+constexpr int kUnsignedInt = 5125;
+constexpr int kFloat = 5126;
+constexpr int kArrayBuffer = 34962;
+constexpr int kElementArrayBuffer = 34963;
+constexpr std::size_t kAlignment = 4;  // of buffer views and chunks
+
+// glTF's factors and vertex colours are linear; colours of pictures are sRGB (IEC 61966-2-1).
+double Linear(double srgb) { return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4); }
+
+void Pad(std::string& bytes, char with) {
+  bytes.resize((bytes.size() + kAlignment - 1) / kAlignment * kAlignment, with);
+}
+
+void AppendWord(std::string& bytes, std::uint32_t word) {
+  bytes.append(reinterpret_cast<const char*>(&word), sizeof(word));
+}
+
+void AppendChunk(std::string& bytes, std::uint32_t type, const std::string& data) {
+  AppendWord(bytes, static_cast<std::uint32_t>(data.size()));
+  AppendWord(bytes, type);
+  bytes += data;
+}
+
+}  // namespace
+
+GlbFile::GlbFile(const std::string& generator) {
+  json_["asset"] = {{"version", "2.0"}, {"generator", generator}};
+}
+
+int GlbFile::Append(const char* list, Json value) {
+  Json& values = json_[list];
+  values.push_back(std::move(value));
+  return static_cast<int>(values.size()) - 1;
+}
+
+int GlbFile::AddAccessor(const void* data, std::size_t bytes, Json accessor, std::optional<int> target,
+                         std::size_t stride) {
+  if (bytes == 0) {
+    throw std::invalid_argument("an accessor of no element");
+  }
+  Pad(buffer_, '\0');
+  Json view = {{"buffer", 0}, {"byteOffset", buffer_.size()}, {"byteLength", bytes}};
+  if (stride > 0) {
+    view["byteStride"] = stride;
+  }
+  if (target) {
+    view["target"] = *target;
+  }
+  buffer_.append(static_cast<const char*>(data), bytes);
+  accessor["bufferView"] = Append("bufferViews", std::move(view));
+  return Append("accessors", std::move(accessor));
+}
+
+int GlbFile::AddPositions(std::span<const Eigen::Vector3f> positions) {
+  Json accessor = {{"componentType", kFloat}, {"count", positions.size()}, {"type", "VEC3"}};
+  if (!positions.empty()) {  // required of positions; exact, since every float is a double
+    Eigen::Vector3f low = positions.front();
+    Eigen::Vector3f high = low;
+    for (const Eigen::Vector3f& p : positions) {
+      low = low.cwiseMin(p);
+      high = high.cwiseMax(p);
+    }
+    accessor["min"] = {low.x(), low.y(), low.z()};
+    accessor["max"] = {high.x(), high.y(), high.z()};
+  }
+  return AddAccessor(positions.data(), positions.size_bytes(), std::move(accessor), kArrayBuffer, 0);
+}
+
+int GlbFile::AddNormals(std::span<const Eigen::Vector3f> normals) {
+  return AddAccessor(normals.data(), normals.size_bytes(),
+                     {{"componentType", kFloat}, {"count", normals.size()}, {"type", "VEC3"}}, kArrayBuffer,
+                     0);
+}
+
+int GlbFile::AddColors(std::span<const std::array<std::uint8_t, 3>> srgb) {
+  // Sixteen bits: linear values of eight would run together in the shadows. Four channels keep every vertex
+  // at a multiple of four bytes.
+  std::vector<std::array<std::uint16_t, 4>> linear;
+  linear.reserve(srgb.size());
+  const auto wide = [](std::uint8_t value) {
+    return static_cast<std::uint16_t>(std::lround(65535.0 * Linear(value / 255.0)));
+  };
+  for (const auto& [r, g, b] : srgb) {
+    linear.push_back({wide(r), wide(g), wide(b), 65535});
+  }
+  return AddAccessor(
+      linear.data(), linear.size() * sizeof(linear.front()),
+      {{"componentType", kUnsignedShort}, {"normalized", true}, {"count", linear.size()}, {"type", "VEC4"}},
+      kArrayBuffer, 0);
+}
+
+int GlbFile::AddIndices(std::span<const std::uint32_t> indices) {
+  Json accessor = {{"componentType", kUnsignedInt}, {"count", indices.size()}, {"type", "SCALAR"}};
+  // The largest 16-bit number is kept free: some devices take it as the end of a strip.
+  if (std::all_of(indices.begin(), indices.end(), [](std::uint32_t i) { return i < 65535; })) {
+    const std::vector<std::uint16_t> narrow(indices.begin(), indices.end());
+    accessor["componentType"] = kUnsignedShort;
+    return AddAccessor(narrow.data(), narrow.size() * sizeof(std::uint16_t), std::move(accessor),
+                       kElementArrayBuffer, 0);
+  }
+  return AddAccessor(indices.data(), indices.size_bytes(), std::move(accessor), kElementArrayBuffer, 0);
+}
+
+int GlbFile::AddMaterial(const std::string& name, const Eigen::Vector3d& srgb, bool lit) {
+  Json material = {{"name", name},
+                   {"pbrMetallicRoughness",
+                    {{"baseColorFactor", {Linear(srgb.x()), Linear(srgb.y()), Linear(srgb.z()), 1.0}},
+                     {"metallicFactor", 0.0},
+                     {"roughnessFactor", lit ? 0.55 : 1.0}}}};
+  if (!lit) {
+    material["extensions"]["KHR_materials_unlit"] = Json::object();
+    json_["extensionsUsed"] = {"KHR_materials_unlit"};
+  }
+  return Append("materials", std::move(material));
+}
+
+int GlbFile::AddMesh(const std::string& name, const Primitive& p) {
+  Json attributes = {{"POSITION", p.positions}};
+  if (p.normals >= 0) {
+    attributes["NORMAL"] = p.normals;
+  }
+  if (p.colors >= 0) {
+    attributes["COLOR_0"] = p.colors;
+  }
+  Json primitive = {{"attributes", std::move(attributes)}, {"mode", static_cast<int>(p.mode)}};
+  if (p.indices >= 0) {
+    primitive["indices"] = p.indices;
+  }
+  if (p.material >= 0) {
+    primitive["material"] = p.material;
+  }
+  Json primitives = Json::array();
+  primitives.push_back(std::move(primitive));
+  return Append("meshes", {{"name", name}, {"primitives", std::move(primitives)}});
+}
+
+int GlbFile::AddCamera(const std::string& name, double view_angle, double aspect, double near_plane) {
+  return Append("cameras",
+                {{"name", name},
+                 {"type", "perspective"},
+                 {"perspective", {{"yfov", view_angle}, {"aspectRatio", aspect}, {"znear", near_plane}}}});
+}
+
+int GlbFile::AddNode(Json node) { return Append("nodes", std::move(node)); }
+
+std::string GlbFile::Bytes(int root, const std::string& scene_name) const {
+  Json json = json_;
+  json["scene"] = 0;
+  Json scene = {{"name", scene_name}};
+  scene["nodes"] = Json::array({root});
+  json["scenes"] = Json::array({scene});
+  std::string binary = buffer_;
+  Pad(binary, '\0');
+  if (!binary.empty()) {
+    json["buffers"] = Json::array({Json{{"byteLength", buffer_.size()}}});
+  }
+  std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  Pad(text, ' ');
+  std::string body;
+  AppendChunk(body, 0x4E4F534A, text);  // "JSON"
+  if (!binary.empty()) {
+    AppendChunk(body, 0x004E4942, binary);  // "BIN"
+  }
+  std::string file;
+  AppendWord(file, 0x46546C67);  // "glTF"
+  AppendWord(file, 2);
+  AppendWord(file, static_cast<std::uint32_t>(12 + body.size()));
+  return file + body;
+}
+
+}  // namespace sqslam::app

@@ -1,0 +1,208 @@
+#include "app/export/map_glb.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+#include <vector>
+
+#include "app/export/glb_file.h"
+#include "render/style.h"
+#include "render/tessellation.h"
+
+namespace sqslam::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kSegments = 64;  // steps of longitude of a superquadric
+
+void SetPose(Json& node, const Rigid3d& pose) {
+  const Eigen::Quaterniond q = pose.rotation.normalized();
+  node["translation"] = {pose.translation.x(), pose.translation.y(), pose.translation.z()};
+  node["rotation"] = {q.x(), q.y(), q.z(), q.w()};
+}
+
+Json Extras(const SnapshotObject& object) {
+  const Superquadric& shape = object.superquadric.shape;
+  return {{"id", object.id},
+          {"label", object.label},
+          {"score", object.score},
+          {"observations", object.observations},
+          {"points", object.points},
+          {"half_size", {shape.half_size.x(), shape.half_size.y(), shape.half_size.z()}},
+          {"e1", shape.e1},
+          {"e2", shape.e2},
+          {"yaw", object.yaw}};
+}
+
+class MapWriter {
+ public:
+  MapWriter(const MapSnapshot& map, const std::string& generator) : map_(map), file_(generator) {
+    std::vector<std::string> labels;
+    for (const SnapshotObject& object : map.objects) {
+      labels.push_back(object.label);
+    }
+    colors_ = LabelColors(labels);
+  }
+
+  void AddObjects() {
+    Json nodes = Json::array();
+    for (const SnapshotObject& object : map_.objects) {
+      const std::string name = fmt::format("{} {}", object.id, ShownName(object));
+      Json node = {{"name", name}, {"mesh", AddMesh(name, object)}, {"extras", Extras(object)}};
+      SetPose(node, object.superquadric.T_map_object);
+      nodes.push_back(file_.AddNode(std::move(node)));
+    }
+    AddGroup("objects", std::move(nodes));
+  }
+
+  void AddPoints() {
+    if (map_.points.empty()) {
+      return;
+    }
+    std::vector<Eigen::Vector3f> positions;
+    std::vector<std::array<std::uint8_t, 3>> colors;
+    for (const SnapshotPoint& point : map_.points) {
+      positions.push_back(point.p_map);
+      colors.push_back(point.rgb);
+    }
+    AddDrawing("points", GlbFile::Mode::kPoints, positions, file_.AddColors(colors), Eigen::Vector3d::Ones());
+  }
+
+  void AddTrajectory(const Trajectory& trajectory) {
+    std::vector<Eigen::Vector3f> centers;
+    for (const TimedPose& pose : trajectory) {
+      centers.push_back(pose.T_map_camera.translation.cast<float>());
+    }
+    for (const SnapshotKeyframe& keyframe : map_.keyframes) {
+      if (trajectory.empty()) {
+        centers.push_back(keyframe.T_map_camera.translation.cast<float>());
+      }
+    }
+    if (centers.size() >= 2) {
+      AddDrawing("trajectory", GlbFile::Mode::kLineStrip, centers, -1, ParseColor(style_.cameras.color));
+    }
+  }
+
+  void AddKeyframes() {
+    const Camera& camera = map_.camera;
+    if (map_.keyframes.empty() || camera.height <= 0 || !(camera.fy > 0.0)) {
+      return;
+    }
+    const double size = FrustumSize();
+    // glTF's cameras look along -z with y up.
+    const Eigen::Quaterniond flip(0.0, 1.0, 0.0, 0.0);
+    const int lens = file_.AddCamera("camera", 2.0 * std::atan(0.5 * camera.height / camera.fy),
+                                     camera.fy * camera.width / (camera.fx * camera.height), 0.1 * size);
+    Json nodes = Json::array();
+    std::vector<Eigen::Vector3f> lines;
+    for (const SnapshotKeyframe& keyframe : map_.keyframes) {
+      Json node = {{"name", fmt::format("keyframe {}", keyframe.id)},
+                   {"camera", lens},
+                   {"extras", {{"frame", keyframe.frame_index}, {"timestamp", keyframe.timestamp}}}};
+      SetPose(node, {keyframe.T_map_camera.rotation * flip, keyframe.T_map_camera.translation});
+      nodes.push_back(file_.AddNode(std::move(node)));
+      AppendFrustum(keyframe.T_map_camera, size, lines);
+    }
+    AddGroup("keyframes", std::move(nodes));
+    AddDrawing("frusta", GlbFile::Mode::kLines, lines, -1, ParseColor(style_.cameras.color));
+  }
+
+  std::string Bytes() {
+    Json root = {{"name", "map"}};
+    const double half = std::sqrt(0.5);
+    root["rotation"] = {-half, 0.0, 0.0, half};  // a quarter turn about x: z up becomes y up
+    root["extras"] = {
+        {"frame", map_.frame_index}, {"timestamp", map_.timestamp}, {"z_up", map_.gravity_known}};
+    if (!children_.empty()) {
+      root["children"] = children_;
+    }
+    return file_.Bytes(file_.AddNode(std::move(root)), "map");
+  }
+
+ private:
+  int AddMesh(const std::string& name, const SnapshotObject& object) {
+    const TriangleMesh mesh = Tessellate(object.superquadric.shape, kSegments);
+    std::vector<std::uint32_t> indices;
+    for (const auto& [a, b, c] : mesh.triangles) {
+      for (const std::int32_t corner : {a, b, c}) {
+        indices.push_back(static_cast<std::uint32_t>(corner));
+      }
+    }
+    const auto [material, is_new] = materials_.try_emplace(object.label, -1);
+    if (is_new) {
+      material->second = file_.AddMaterial(object.label, colors_(object.label), true);
+    }
+    return file_.AddMesh(name, {.positions = file_.AddPositions(mesh.vertices),
+                                .normals = file_.AddNormals(mesh.normals),
+                                .indices = file_.AddIndices(indices),
+                                .material = material->second});
+  }
+
+  void AddDrawing(const std::string& name, GlbFile::Mode mode, const std::vector<Eigen::Vector3f>& positions,
+                  int colors, const Eigen::Vector3d& color) {
+    const int mesh = file_.AddMesh(name, {.mode = mode,
+                                          .positions = file_.AddPositions(positions),
+                                          .colors = colors,
+                                          .material = file_.AddMaterial(name, color, false)});
+    children_.push_back(file_.AddNode({{"name", name}, {"mesh", mesh}}));
+  }
+
+  void AddGroup(const char* name, Json nodes) {
+    if (!nodes.empty()) {
+      children_.push_back(file_.AddNode({{"name", name}, {"children", std::move(nodes)}}));
+    }
+  }
+
+  // A twentieth of the path's extent: small beside the map, yet to be seen.
+  double FrustumSize() const {
+    Eigen::Vector3d low = map_.keyframes.front().T_map_camera.translation;
+    Eigen::Vector3d high = low;
+    for (const SnapshotKeyframe& keyframe : map_.keyframes) {
+      low = low.cwiseMin(keyframe.T_map_camera.translation);
+      high = high.cwiseMax(keyframe.T_map_camera.translation);
+    }
+    return std::max(0.05 * (high - low).norm(), 1e-3);
+  }
+
+  // Eight lines: from the centre to the corners of the image at depth `size`, and around it.
+  void AppendFrustum(const Rigid3d& T_map_camera, double size, std::vector<Eigen::Vector3f>& lines) const {
+    const Camera& camera = map_.camera;
+    const double right = camera.width - 0.5;
+    const double bottom = camera.height - 0.5;
+    const std::array<Eigen::Vector2d, 4> pixels = {Eigen::Vector2d(-0.5, -0.5), Eigen::Vector2d(right, -0.5),
+                                                   Eigen::Vector2d(right, bottom),
+                                                   Eigen::Vector2d(-0.5, bottom)};
+    std::array<Eigen::Vector3f, 4> corners;
+    for (std::size_t i = 0; i < 4; ++i) {
+      corners[i] = (T_map_camera * Eigen::Vector3d(size * camera.Unproject(pixels[i]))).cast<float>();
+    }
+    for (std::size_t i = 0; i < 4; ++i) {
+      lines.push_back(T_map_camera.translation.cast<float>());
+      lines.push_back(corners[i]);
+      lines.push_back(corners[i]);
+      lines.push_back(corners[(i + 1) % 4]);
+    }
+  }
+
+  const MapSnapshot& map_;
+  GlbFile file_;
+  SceneStyle style_;
+  LabelColors colors_;
+  std::map<std::string, int> materials_;
+  Json children_ = Json::array();
+};
+
+}  // namespace
+
+std::string MapGlb(const MapSnapshot& map, const Trajectory& trajectory, const std::string& generator) {
+  MapWriter writer(map, generator);
+  writer.AddObjects();
+  writer.AddPoints();
+  writer.AddTrajectory(trajectory);
+  writer.AddKeyframes();
+  return writer.Bytes();
+}
+
+}  // namespace sqslam::app

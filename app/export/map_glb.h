@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+
+#include "slam/io/trajectory.h"
+#include "slam/snapshot/snapshot.h"
+
+namespace sqslam::app {
+
+// A map as a binary glTF 2.0 file for 3D programs, y up as glTF demands: the root node turns the map's z axis
+// there, everything below it is in the map frame and its units. Nodes:
+//   map
+//     objects      one node "ID label" an object: mesh in the object's own frame, pose in the node, material
+//                  in the colour of the class, and as extras id, label, score, observations, points,
+//                  half_size, e1, e2 and yaw
+//     points       POINTS with the colours of the images
+//     trajectory   LINE_STRIP through the camera's centres: `trajectory`, or the keyframes where that is
+//     empty keyframes    one camera node a keyframe with the calibration's view angles, and LINES for all
+//     frusta
+// A group without content is left out. `generator`: name and version of the program.
+std::string MapGlb(const MapSnapshot& map, const Trajectory& trajectory, const std::string& generator);
+
+}  // namespace sqslam::app

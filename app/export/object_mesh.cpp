@@ -1,0 +1,144 @@
+#include "app/export/object_mesh.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <numbers>
+#include <set>
+#include <string>
+
+#include "render/style.h"
+#include "slam/util/atomic_file.h"
+#include "slam/util/error.h"
+
+namespace sqslam::app {
+namespace {
+
+constexpr int kRows = 32;     // steps of eta from pole to pole
+constexpr int kColumns = 64;  // steps of omega around
+constexpr int kVertices = (kRows + 1) * kColumns;
+constexpr int kFaces = kRows * kColumns;
+
+struct Vertex {
+  Eigen::Vector3d p;  // map frame
+  Eigen::Vector3d n;  // outward, unit length
+};
+
+std::vector<Vertex> Vertices(const PosedSuperquadric& superquadric) {
+  std::vector<Vertex> vertices;
+  for (int row = 0; row <= kRows; ++row) {
+    const double eta = std::numbers::pi * (static_cast<double>(row) / kRows - 0.5);
+    for (int column = 0; column < kColumns; ++column) {
+      const double omega = std::numbers::pi * (2.0 * column / kColumns - 1.0);
+      vertices.push_back({superquadric.T_map_object * superquadric.shape.PointAt(eta, omega),
+                          superquadric.T_map_object.rotation * superquadric.shape.NormalAt(eta, omega)});
+    }
+  }
+  return vertices;
+}
+
+// Corners of each quad, counted from `base`, counter-clockwise from outside.
+std::vector<std::array<int, 4>> Quads(int base) {
+  std::vector<std::array<int, 4>> quads;
+  for (int row = 0; row < kRows; ++row) {
+    for (int column = 0; column < kColumns; ++column) {
+      const int a = base + row * kColumns + column;
+      const int b = base + row * kColumns + (column + 1) % kColumns;
+      quads.push_back({a, b, b + kColumns, a + kColumns});
+    }
+  }
+  return quads;
+}
+
+LabelColors ColorsOf(const std::vector<SnapshotObject>& objects) {
+  std::vector<std::string> labels;
+  for (const SnapshotObject& object : objects) {
+    labels.push_back(object.label);
+  }
+  return LabelColors(labels);
+}
+
+// Names in .obj and .mtl files end at a blank.
+std::string MaterialName(std::string label) {
+  std::replace(label.begin(), label.end(), ' ', '_');
+  return label;
+}
+
+std::string MtlText(const std::vector<SnapshotObject>& objects) {
+  const LabelColors colors = ColorsOf(objects);
+  std::string text = "# colours of the classes\n";
+  std::set<std::string> written;
+  for (const SnapshotObject& object : objects) {
+    if (written.insert(object.label).second) {
+      const Eigen::Vector3d c = colors(object.label);
+      text +=
+          fmt::format("\nnewmtl {}\nKa 0 0 0\nKd {:.4f} {:.4f} {:.4f}\nKs 0.1 0.1 0.1\nNs 30\nd 1\nillum 2\n",
+                      MaterialName(object.label), c.x(), c.y(), c.z());
+    }
+  }
+  return text;
+}
+
+std::string ObjText(const std::vector<SnapshotObject>& objects, const std::string& mtl_file) {
+  std::string text = fmt::format("# superquadrics, map frame, z up\nmtllib {}\n", mtl_file);
+  auto out = std::back_inserter(text);
+  int base = 1;  // OBJ counts from one, over the whole file
+  for (const SnapshotObject& object : objects) {
+    fmt::format_to(out, "o {}_{}\nusemtl {}\n", MaterialName(ShownName(object)), object.id,
+                   MaterialName(object.label));
+    for (const auto& [p, n] : Vertices(object.superquadric)) {
+      fmt::format_to(out, "v {:.6g} {:.6g} {:.6g}\nvn {:.4f} {:.4f} {:.4f}\n", p.x(), p.y(), p.z(), n.x(),
+                     n.y(), n.z());
+    }
+    for (const auto& [a, b, c, d] : Quads(base)) {
+      fmt::format_to(out, "f {0}//{0} {1}//{1} {2}//{2} {3}//{3}\n", a, b, c, d);
+    }
+    base += kVertices;
+  }
+  return text;
+}
+
+std::string PlyText(const std::vector<SnapshotObject>& objects) {
+  std::string text = fmt::format(
+      "ply\nformat ascii 1.0\ncomment superquadrics, map frame, z up\nelement vertex {}\nproperty float x\n"
+      "property float y\nproperty float z\nproperty float nx\nproperty float ny\nproperty float nz\n"
+      "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+      "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+      objects.size() * kVertices, objects.size() * kFaces);
+  auto out = std::back_inserter(text);
+  const LabelColors colors = ColorsOf(objects);
+  for (const SnapshotObject& object : objects) {
+    const Eigen::Vector3i c = (255.0 * colors(object.label)).array().round().cast<int>();
+    for (const auto& [p, n] : Vertices(object.superquadric)) {
+      fmt::format_to(out, "{:.7g} {:.7g} {:.7g} {:.4f} {:.4f} {:.4f} {} {} {}\n", p.x(), p.y(), p.z(), n.x(),
+                     n.y(), n.z(), c.x(), c.y(), c.z());
+    }
+  }
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    for (const auto& [a, b, c, d] : Quads(static_cast<int>(i) * kVertices)) {
+      fmt::format_to(out, "4 {} {} {} {}\n", a, b, c, d);
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+void WriteObjectMeshes(const std::filesystem::path& path, const std::vector<SnapshotObject>& objects) {
+  const std::string extension = path.extension().string();
+  if (extension != ".obj" && extension != ".ply") {
+    throw UsageError(fmt::format("{}: unknown extension of a mesh, expected .obj or .ply", path.string()));
+  }
+  if (extension == ".ply") {
+    WriteFileAtomically(path, PlyText(objects));
+    return;
+  }
+  const std::filesystem::path colors = std::filesystem::path(path).replace_extension(".mtl");
+  WriteFileAtomically(colors, MtlText(objects));  // first: the .obj refers to it
+  WriteFileAtomically(path, ObjText(objects, colors.filename().string()));
+}
+
+}  // namespace sqslam::app

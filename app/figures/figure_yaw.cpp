@@ -1,0 +1,304 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+#include <tuple>
+
+#include "app/figures/figure_common.h"
+#include "app/figures/object_views.h"
+#include "app/result/map_file.h"
+#include "render/figure/evidence_figures.h"
+#include "render/figure/panels.h"
+#include "render/figure/write_figure.h"
+#include "render/photo_overlay.h"
+#include "slam/geometry/angles.h"
+#include "slam/io/image_resize.h"
+#include "slam/objects/landmark_geometry.h"
+#include "slam/objects/line_segments.h"
+#include "slam/objects/yaw.h"
+#include "slam/util/error.h"
+
+namespace sqslam::app {
+namespace {
+
+constexpr const char* kYawFooter = R"(
+Line segments that the yaw estimator's detector (EDLines) finds in an object's box, and the axes of the object's
+frame along the edges of the box around its superquadric, from a corner that is near to the camera: (a) along the
+map's axes (the quarter turn nearest to the object's, as yaw counts modulo 90 degrees), (b) as estimated. A line
+is matched to the axis that it is nearest to in (b), below objects.yaw.match_angle_deg. The mean is over the lines
+matched to x or y, the same ones in (a) and (b): each line's angle to the image of its axis at the line's midpoint.
+Lines along z say nothing about yaw. The image is freed from distortion and turned upright by quarter turns.
+
+Keyframes whose pose the finished map knows serve; by default, of those with the largest boxes, that with the most
+matched lines. Without --object: the object with the most matched lines, if there is one turned from the map's axes.
+
+Examples:
+  sqslam figure yaw out/desk --output yaw.pdf
+  sqslam figure yaw out/desk --object 2 --object 7 --output yaw.png --dpi 600
+  sqslam figure yaw out/desk --object 2 --frame 120 --output yaw.svg --width-mm 120
+)";
+
+struct YawArguments : FigureArguments {
+  std::string result;
+  std::vector<int> objects;
+  std::optional<std::int64_t> frame;
+};
+
+struct Context {
+  MapSnapshotPtr map;
+  YawOptions options;
+};
+
+// Boxes so large are those of what other things stand on: the estimator leaves their lines alone.
+bool IsTooLarge(const ObjectView& view, const Context& context) {
+  const Camera& camera = context.map->camera;
+  return view.box.Area() > context.options.max_box_share * camera.width * camera.height;
+}
+
+// Those with the largest boxes that the estimator takes lines from and that the image does not cut, or, where
+// there is none, the largest.
+std::vector<ObjectView> LargestViews(std::vector<ObjectView> views, const Context& context) {
+  const Camera& camera = context.map->camera;
+  constexpr std::size_t kCount = 6;
+  const auto is_cut = [&](const ObjectView& view) {
+    constexpr double kBorder = 3.0;  // px
+    return view.box.x < kBorder || view.box.y < kBorder ||
+           view.box.x + view.box.width > camera.width - kBorder ||
+           view.box.y + view.box.height > camera.height - kBorder;
+  };
+  std::stable_sort(views.begin(), views.end(), [&](const ObjectView& a, const ObjectView& b) {
+    return std::tuple(!IsTooLarge(a, context), !is_cut(a), a.box.Area()) >
+           std::tuple(!IsTooLarge(b, context), !is_cut(b), b.box.Area());
+  });
+  views.resize(std::min(views.size(), kCount));
+  return views;
+}
+
+cv::Mat ReadImage(const ObjectView& view, const Camera& camera) {
+  cv::Mat image = ReadImageInSize(view.image_path, {camera.width, camera.height});
+  if (image.cols != camera.width || image.rows != camera.height) {
+    throw InputError(fmt::format("{}: {}x{} pixels, expected an image of {}x{}", view.image_path, image.cols,
+                                 image.rows, camera.width, camera.height));
+  }
+  return image;
+}
+
+// The axes along the box's edges that meet in the corner; empty where part of them is behind the camera.
+std::optional<YawFigure::View> AxesAt(const PosedSuperquadric& solid, const Eigen::Vector3d& corner_signs,
+                                      const Rigid3d& T_map_camera, const Camera& camera) {
+  const Rigid3d T_camera_object = T_map_camera.Inverse() * solid.T_map_object;
+  const Eigen::Vector3d corner = corner_signs.cwiseProduct(solid.shape.half_size);
+  YawFigure::View view;
+  for (int i = -1; i < 3; ++i) {
+    Eigen::Vector3d end = corner;
+    if (i >= 0) {
+      end[i] = -end[i];
+    }
+    const Eigen::Vector3d p = T_camera_object * end;
+    if (p.z() <= 0.0) {
+      return std::nullopt;
+    }
+    (i < 0 ? view.corner : view.ends[static_cast<std::size_t>(i)]) = camera.Project(p);
+  }
+  return view;
+}
+
+// What may be shown around an object's box: axes that reach farther end at the edge.
+Box2d Around(const Box2d& box, const Camera& camera) {
+  constexpr double kReach = 0.4;
+  return ClipToImage({box.x - kReach * box.width, box.y - kReach * box.height,
+                      (1.0 + 2.0 * kReach) * box.width, (1.0 + 2.0 * kReach) * box.height},
+                     camera);
+}
+
+// Axes of the object before and after, at the corner that is nearest to the camera among those that show most
+// of them. False where part of the object is behind the camera.
+bool PlaceAxes(const PosedSuperquadric& start, const PosedSuperquadric& solid, const ObjectView& view,
+               const Box2d& visible, const Camera& camera, YawFigure::Object& object) {
+  const Eigen::Vector3d eye = solid.T_map_object.Inverse() * view.T_map_camera.translation;
+  std::pair<int, double> best(-1, 0.0);  // ends that are shown, less distance
+  for (int i = 0; i < 8; ++i) {
+    const Eigen::Vector3d signs(i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0 : -1.0);
+    const auto before = AxesAt(start, signs, view.T_map_camera, camera);
+    const auto after = AxesAt(solid, signs, view.T_map_camera, camera);
+    if (!before || !after) {
+      return false;
+    }
+    int shown = 0;
+    for (const YawFigure::View& axes : {*before, *after}) {
+      shown += visible.Contains(axes.corner) ? 3 : 0;
+      for (const Eigen::Vector2d& end : axes.ends) {
+        shown += visible.Contains(end) ? 1 : 0;
+      }
+    }
+    const std::pair<int, double> rank(shown, -(signs.cwiseProduct(solid.shape.half_size) - eye).norm());
+    if (rank > best) {
+      best = rank;
+      object.before = *before;
+      object.after = *after;
+    }
+  }
+  return true;
+}
+
+// What the figure shows of the view: the box and the axes, with a margin.
+Box2d RegionOf(const Box2d& box, const Box2d& visible, const YawFigure::Object& object,
+               const Camera& camera) {
+  constexpr double kMargin = 0.1;
+  Eigen::Vector2d low(box.x, box.y);
+  Eigen::Vector2d high(box.x + box.width, box.y + box.height);
+  for (const YawFigure::View* view : {&object.before, &object.after}) {
+    for (const Eigen::Vector2d& p : {view->corner, view->ends[0], view->ends[1], view->ends[2]}) {
+      low = low.cwiseMin(p);
+      high = high.cwiseMax(p);
+    }
+  }
+  low = low.cwiseMax(Eigen::Vector2d(visible.x, visible.y));
+  high = high.cwiseMin(Eigen::Vector2d(visible.x + visible.width, visible.y + visible.height));
+  const double margin = kMargin * std::max(box.width, box.height);
+  return ClipToImage({low.x() - margin, low.y() - margin, high.x() - low.x() + 2.0 * margin,
+                      high.y() - low.y() + 2.0 * margin},
+                     camera);
+}
+
+// Lines by the axis that they run along after, and their mean angles to those that tell the yaw.
+void MatchLines(const Context& context, const ObjectView& view, const std::vector<LineSegment>& lines,
+                const PosedSuperquadric& start, const PosedSuperquadric& solid, YawFigure::Object& shown) {
+  const Camera& camera = context.map->camera;
+  const Eigen::Matrix3d R_start = start.T_map_object.RotationMatrix();
+  const Eigen::Matrix3d R_end = solid.T_map_object.RotationMatrix();
+  for (const LineSegment& line : lines) {
+    const AxisOfLine nearest = NearestAxis(line, view.T_map_camera, camera, R_end);
+    const int axis = nearest.angle < context.options.match_angle_deg * kRadiansPerDegree ? nearest.axis : -1;
+    shown.before.lines.push_back({line.a, line.b, axis});
+    if (axis == 0 || axis == 1) {
+      ++shown.yaw_lines;
+      shown.after.mean_angle += nearest.angle / kRadiansPerDegree;
+      shown.before.mean_angle +=
+          AngleToDirection(line, view.T_map_camera, camera, R_start.col(axis)) / kRadiansPerDegree;
+    }
+  }
+  shown.after.lines = shown.before.lines;
+  shown.before.mean_angle /= std::max(1, shown.yaw_lines);
+  shown.after.mean_angle /= std::max(1, shown.yaw_lines);
+}
+
+// Lines against axes in one view; empty where the object reaches behind the camera.
+std::optional<YawFigure::Object> Measure(const Context& context, const SnapshotObject& object,
+                                         const ObjectView& view) {
+  const Camera& camera = context.map->camera;
+  const double yaw = WrapQuarter(object.yaw);
+  const PosedSuperquadric& solid = object.superquadric;
+  PosedSuperquadric start = solid;
+  start.T_map_object.rotation =
+      Eigen::AngleAxisd(-yaw, Eigen::Vector3d::UnitZ()) * solid.T_map_object.rotation;
+  const Box2d box = UndistortBox(view.box, camera);
+  const Box2d visible = Around(box, camera);
+  YawFigure::Object shown;
+  if (!PlaceAxes(start, solid, view, visible, camera, shown)) {
+    return std::nullopt;
+  }
+  shown.name = ReadableLabel(object.label);
+  shown.yaw = yaw / kRadiansPerDegree;
+  shown.quarter_turns = UprightTurns(view, *context.map);
+  const cv::Mat image = ReadImage(view, camera);
+  cv::Mat gray;
+  cv::cvtColor(image, gray, cv::COLOR_BGR2GRAY);
+  MatchLines(context, view,
+             LinesInBox(ExtractLines(gray, camera, {view.box}, context.options), box, context.options), start,
+             solid, shown);
+  shown.image = Undistorted(image, camera);
+  shown.region = RegionOf(box, visible, shown, camera);
+  return shown;
+}
+
+std::optional<YawFigure::Object> BestMeasured(const Context& context, const SnapshotObject& object,
+                                              const std::vector<ObjectView>& views) {
+  std::optional<YawFigure::Object> best;
+  for (const ObjectView& view : LargestViews(views, context)) {
+    std::optional<YawFigure::Object> measured = Measure(context, object, view);
+    if (measured && (!best || measured->yaw_lines > best->yaw_lines)) {
+      best = std::move(measured);
+    }
+  }
+  return best;
+}
+
+// Of all objects the one with the most matched lines, with preference for those that are turned.
+YawFigure::Object Clearest(const Context& context, const std::map<int, std::vector<ObjectView>>& views,
+                           const std::string& result, bool quiet) {
+  constexpr double kTurned = 3.0;  // degrees
+  std::optional<YawFigure::Object> best;
+  const auto rank = [](const YawFigure::Object& object) {
+    return std::pair(std::abs(object.yaw) >= kTurned && object.yaw_lines > 2, object.yaw_lines);
+  };
+  FigureCounter counter(quiet);
+  int looked_at = 0;
+  for (const SnapshotObject& object : context.map->objects) {
+    counter(looked_at++, static_cast<int>(context.map->objects.size()));
+    const auto it = views.find(object.id);
+    if (it == views.end()) {
+      continue;
+    }
+    std::vector<ObjectView> usable = it->second;
+    std::erase_if(usable, [&](const ObjectView& view) { return IsTooLarge(view, context); });
+    std::optional<YawFigure::Object> measured = BestMeasured(context, object, usable);
+    if (measured && (!best || rank(*measured) > rank(*best))) {
+      best = std::move(measured);
+    }
+  }
+  if (!best) {
+    throw InputError(
+        fmt::format("{}: no object with the image of a keyframe, expected a map made from images that "
+                    "are still there, with objects",
+                    result));
+  }
+  return *best;
+}
+
+void Draw(const YawArguments& a) {
+  const FigureOptions options = MakeFigureOptions(a);
+  if (a.objects.empty() && a.frame) {
+    throw UsageError("--frame without --object: expected the object to show in that frame");
+  }
+  const RecordingReader reader(MapFile(a.result));
+  const Context context{LastMap(a.result).map, ConfigOf(reader).objects.yaw};
+  const auto views = ObjectViews(reader, *context.map, a.frame.has_value());
+  YawFigure figure;
+  for (const int id : a.objects) {
+    const SnapshotObject& object = ObjectById(*context.map, id, a.result);
+    const std::string what = fmt::format("{}: object {} ({})", a.result, id, object.label);
+    const auto it = views.find(id);
+    const std::vector<ObjectView> chosen =
+        ViewsOfFrame(it == views.end() ? std::vector<ObjectView>() : it->second, a.frame, what);
+    std::optional<YawFigure::Object> measured = BestMeasured(context, object, chosen);
+    if (!measured) {
+      throw InputError(fmt::format("{}: reaches behind the camera, expected another frame or object", what));
+    }
+    figure.objects.push_back(std::move(*measured));
+  }
+  if (a.objects.empty()) {
+    figure.objects.push_back(Clearest(context, views, a.result, a.quiet));
+  }
+  WriteFigure(DrawYaw(figure, options), a.output);
+}
+
+}  // namespace
+
+void AddYawFigure(CLI::App& figure) {
+  const auto a = std::make_shared<YawArguments>();
+  CLI::App* command =
+      AddFigure(figure, "yaw", "Line segments of an object against its axes, before and after", kYawFooter,
+                FigureKind::kChart, *a);
+  command->add_option("RESULT", a->result, "Result folder of sqslam run, or its map.sqmap")->required();
+  command->add_option("--object", a->objects, "Id of an object (sqslam info RESULT), repeatable")
+      ->expected(1)
+      ->take_all();
+  command->add_option("--frame", a->frame, "Keyframe whose image is shown");
+  command->callback([a] { Draw(*a); });
+}
+
+}  // namespace sqslam::app

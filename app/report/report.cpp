@@ -1,0 +1,292 @@
+#include "app/report/report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <optional>
+#include <vector>
+
+#include "app/report/report_data.h"
+#include "app/report/report_html.h"
+#include "slam/geometry/angles.h"
+#include "slam/snapshot/recording.h"
+#include "slam/util/atomic_file.h"
+
+namespace sqslam::app {
+namespace fs = std::filesystem;
+namespace {
+
+using Output = std::back_insert_iterator<std::string>;
+using nlohmann::json;
+
+constexpr std::uintmax_t kLargestVideo = 8u << 20;  // bytes
+
+void AppendFigureOfRun(Output out, std::string_view name, const std::string& value, std::string_view unit,
+                       const std::string& note) {
+  fmt::format_to(out, "<div><dt>{}</dt><dd>{}{}{}</dd></div>\n", name, value,
+                 unit.empty() ? "" : fmt::format("<small>{}</small>", unit),
+                 note.empty() ? "" : fmt::format("<span>{}</span>", note));
+}
+
+void AppendFiguresOfRun(Output out, const ReportData& data) {
+  fmt::format_to(out, "<dl class=\"figures\">\n");
+  if (data.stats) {
+    const RunStats& stats = *data.stats;
+    const double share = stats.frames > 0 ? 100.0 * stats.tracked / stats.frames : 0.0;
+    AppendFigureOfRun(out, "Frames tracked", fmt::format("{:.1f}", share), "%",
+                      fmt::format("{} of {}", stats.tracked, stats.frames));
+    AppendFigureOfRun(out, "Objects", std::to_string(stats.objects), "", "");
+    AppendFigureOfRun(out, "Map points", std::to_string(stats.points), "",
+                      fmt::format("{} keyframes", stats.keyframes));
+  }
+  if (data.evaluation) {
+    const json& trajectory = data.evaluation->json.at("trajectory");
+    AppendFigureOfRun(
+        out, "Trajectory error (RMSE)",
+        fmt::format("{:.1f}", 1000.0 * trajectory.at("ate_rmse").get<double>()), "mm",
+        fmt::format("{:.2f} % of {:.2f} m", 100.0 * trajectory.at("ate_share_of_path").get<double>(),
+                    trajectory.at("path_length").get<double>()));
+    if (data.evaluation->has_objects) {
+      const json& summary = data.evaluation->json.at("summary");
+      AppendFigureOfRun(out, "Mean 3D IoU", fmt::format("{:.3f}", summary.at("mean_iou").get<double>()), "",
+                        fmt::format("{:.3f} as ellipsoids", summary.at("mean_iou_ellipsoid").get<double>()));
+      AppendFigureOfRun(out, "Objects matched", fmt::format("{}", summary.at("matched").get<int>()), "",
+                        fmt::format("of {} in the ground truth", summary.at("ground_truth").get<int>()));
+    }
+  }
+  if (data.stats) {
+    const RunStats& stats = *data.stats;
+    AppendFigureOfRun(
+        out, "Time", fmt::format("{:.1f}", stats.wall_seconds), "s",
+        fmt::format("{:.1f} frames a second", stats.frames / std::max(1e-9, stats.wall_seconds)));
+    AppendFigureOfRun(out, "Peak memory", fmt::format("{:.0f}", stats.peak_memory_mib), "MiB", "");
+  }
+  fmt::format_to(out, "</dl>\n");
+}
+
+void AppendObjectRow(Output out, const ReportData& data, const SnapshotObject& object) {
+  const std::string& color = data.colors.at(object.label);
+  const Superquadric& shape = object.superquadric.shape;
+  const double factor = 2.0 * data.Scale() * (data.evaluation ? 100.0 : 1.0);  // centimetres where metric
+  const int digits = data.evaluation ? 1 : 3;
+  fmt::format_to(out, "<tr><td class=\"l\"><span class=\"dot\" style=\"background:{}\"></span>{} {}</td>",
+                 color, object.id, EscapeHtml(object.label));
+  fmt::format_to(out, "<td>{}</td><td>{:.2f}</td><td>{:.2f}</td>", ShapeGlyphSvg(object, color), shape.e1,
+                 shape.e2);
+  fmt::format_to(out, "<td>{:.{}f} × {:.{}f} × {:.{}f}</td>", factor * shape.half_size.x(), digits,
+                 factor * shape.half_size.y(), digits, factor * shape.half_size.z(), digits);
+  fmt::format_to(out, "<td>{}</td><td>{}</td><td>{:.2f}</td></tr>\n", object.observations, object.points,
+                 object.score);
+}
+
+void AppendMatchRow(Output out, const ReportData& data, const json& match) {
+  const auto label = match.at("object_label").get<std::string>();
+  const auto color = data.colors.find(label);
+  const double iou = match.at("iou").get<double>();
+  fmt::format_to(out, "<tr><td class=\"l\">{} {}</td><td>{}</td>", match.at("ground_truth").get<int>(),
+                 EscapeHtml(match.at("name").get<std::string>()), match.at("detections").get<int>());
+  fmt::format_to(out, "<td class=\"l\"><span class=\"dot\" style=\"background:{}\"></span>{} {}</td>",
+                 color != data.colors.end() ? color->second : "#9aa3ad", match.at("object").get<int>(),
+                 EscapeHtml(label));
+  fmt::format_to(
+      out,
+      "<td class=\"bars\"><span class=\"bar\"><i style=\"width:{:.0f}%\"></i></span></td><td>{:.3f}</td>",
+      100.0 * iou, iou);
+  fmt::format_to(out, "<td>{:.3f}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:.1f}</td></tr>\n",
+                 match.at("iou_ellipsoid").get<double>(), 100.0 * match.at("center_error").get<double>(),
+                 100.0 * match.at("size_error").get<double>(),
+                 kDegreesPerRadian * match.at("yaw_error").get<double>());
+}
+
+// "3 chair, 7 cup", or "none".
+std::string ListOf(const json& entries, const char* id_key, const char* name_key) {
+  std::vector<std::string> names;
+  for (const json& entry : entries) {
+    names.push_back(fmt::format("{} {}", entry.at(id_key).get<int>(), EscapeHtml(entry.value(name_key, ""))));
+  }
+  return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
+}
+
+void AppendObjects(Output out, const ReportData& data) {
+  if (data.objects.empty()) {
+    return;
+  }
+  fmt::format_to(
+      out,
+      "<section><h2>Objects</h2>\n<div class=\"scroll\"><table><thead><tr><th class=\"l\">Object</th>"
+      "<th>From above, side</th><th>ε₁</th><th>ε₂</th><th>Size, {}</th><th>Seen in</th><th>Points</th>"
+      "<th>Score</th></tr></thead><tbody>\n",
+      data.evaluation ? "cm" : "map units");
+  for (const SnapshotObject& object : data.objects) {
+    AppendObjectRow(out, data, object);
+  }
+  fmt::format_to(out, "</tbody></table></div></section>\n");
+}
+
+void AppendComparison(Output out, const ReportData& data) {
+  if (!data.evaluation || !data.evaluation->has_objects) {
+    return;
+  }
+  const json& evaluation = data.evaluation->json;
+  const json& objects = evaluation.at("objects");
+  fmt::format_to(
+      out,
+      "<section><h2>Against the ground truth</h2>\n<div class=\"scroll\"><table><thead><tr>"
+      "<th class=\"l\">Ground truth</th><th>Boxes</th><th class=\"l\">Mapped as</th><th></th><th>3D IoU</th>"
+      "<th>as ellipsoid</th><th>Centre off, cm</th><th>Size off, cm</th><th>Yaw off, "
+      "°</th></tr></thead><tbody>\n");
+  for (const json& match : objects.at("matched")) {
+    AppendMatchRow(out, data, match);
+  }
+  for (const json& missed : objects.at("missed")) {
+    fmt::format_to(out,
+                   "<tr class=\"missed\"><td class=\"l\">{} {}</td><td>{}</td><td class=\"l\" "
+                   "colspan=\"7\">missed</td></tr>\n",
+                   missed.at("ground_truth").get<int>(), EscapeHtml(missed.at("name").get<std::string>()),
+                   missed.at("detections").get<int>());
+  }
+  fmt::format_to(out, "</tbody></table></div>\n<div class=\"after\"></div>\n");
+  for (const json& count : evaluation.at("summary").at("coverage")) {
+    fmt::format_to(out, "<p class=\"note\">Objects with {} or more detections in the map: {} of {}.</p>\n",
+                   count.at("min_detections").get<int>(), count.at("mapped").get<int>(),
+                   count.at("total").get<int>());
+  }
+  fmt::format_to(
+      out, "<p class=\"note\">In the map without ground truth: {}. Mapped twice: {}.</p></section>\n",
+      ListOf(objects.at("extra"), "object", "label"), ListOf(objects.at("doubles"), "object", "label"));
+}
+
+void AppendTiming(Output out, const ReportData& data) {
+  if (!data.stats || data.stats->timing_ms.empty()) {
+    return;
+  }
+  double largest = 1e-9;
+  for (const auto& [stage, summary] : data.stats->timing_ms) {
+    largest = std::max(largest, summary.mean);
+  }
+  fmt::format_to(
+      out,
+      "<section><h2>Time</h2>\n<div class=\"scroll\"><table><thead><tr><th class=\"l\">Stage, milliseconds"
+      "</th><th></th><th>Mean</th><th>Median</th><th>95 "
+      "%</th><th>Longest</th><th>Times</th></tr></thead><tbody>\n");
+  for (const auto& [stage, summary] : data.stats->timing_ms) {  // sorted: a stage stands before its parts
+    const std::size_t dot = stage.find('.');
+    std::string name = dot == std::string::npos ? stage : stage.substr(dot + 1);
+    std::replace(name.begin(), name.end(), '_', ' ');
+    fmt::format_to(
+        out,
+        "<tr class=\"{}\"><td class=\"stage\">{}</td><td class=\"bars\"><span class=\"bar\"><i "
+        "style=\"width:{:.0f}%\"></i>"
+        "</span></td><td>{:.2f}</td><td>{:.2f}</td><td>{:.2f}</td><td>{:.1f}</td><td>{}</td></tr>\n",
+        dot == std::string::npos ? "stage1" : "sub", EscapeHtml(name), 100.0 * summary.mean / largest,
+        summary.mean, summary.median, summary.p95, summary.max, summary.count);
+  }
+  fmt::format_to(out, "</tbody></table></div></section>\n");
+}
+
+std::optional<fs::path> VideoOf(const ReportInputs& inputs) {
+  for (const fs::path& file : {inputs.video, inputs.result / "growth.mp4", inputs.result / "map.mp4"}) {
+    std::error_code error;
+    if (!file.empty() && fs::is_regular_file(file, error) && fs::file_size(file, error) <= kLargestVideo) {
+      return file;
+    }
+  }
+  return std::nullopt;
+}
+
+void AppendPictures(Output out, const ReportInputs& inputs) {
+  if (fs::exists(inputs.result / "map.png")) {
+    fmt::format_to(
+        out,
+        "<figure><img alt=\"The map\" src=\"{}\"><figcaption>The map: objects as superquadrics, map "
+        "points, camera path.</figcaption></figure>\n",
+        DataUri(inputs.result / "map.png", "image/png"));
+  }
+  if (const auto video = VideoOf(inputs)) {
+    fmt::format_to(
+        out,
+        "<figure><video controls muted playsinline preload=\"metadata\" src=\"{}\"></video><figcaption>"
+        "The growth of the map along the run.</figcaption></figure>\n",
+        DataUri(*video, "video/mp4"));
+  }
+}
+
+void AppendTopView(Output out, const ReportData& data) {
+  const std::string svg = TopViewSvg(data);
+  if (svg.empty()) {
+    return;
+  }
+  fmt::format_to(
+      out,
+      "<section><h2>Seen from above</h2>\n<figure>{}<figcaption>Camera path from the full dot to the open "
+      "one, and the objects’ horizontal outlines.{}</figcaption></figure></section>\n",
+      svg,
+      data.evaluation ? " The ground truth is aligned by a similarity."
+                      : " A map from one camera has no scale: "
+                        "lengths are in map units.");
+}
+
+void AppendGallery(Output out, const fs::path& folder) {
+  std::vector<fs::path> pictures;
+  if (fs::is_directory(folder)) {
+    for (const auto& entry : fs::directory_iterator(folder)) {
+      if (entry.path().extension() == ".png") {
+        pictures.push_back(entry.path());
+      }
+    }
+  }
+  if (pictures.empty()) {
+    return;
+  }
+  std::sort(pictures.begin(), pictures.end());
+  fmt::format_to(out, "<section><h2>Figures</h2>\n<div class=\"gallery\">\n");
+  for (const fs::path& picture : pictures) {
+    std::string caption = picture.stem().string();
+    std::replace_if(
+        caption.begin(), caption.end(), [](char c) { return c == '_' || c == '-'; }, ' ');
+    fmt::format_to(out, "<figure><img alt=\"{0}\" src=\"{1}\"><figcaption>{0}</figcaption></figure>\n",
+                   EscapeHtml(caption), DataUri(picture, "image/png"));
+  }
+  fmt::format_to(out, "</div></section>\n");
+}
+
+// The last part of a path, also of "kitchen/" and ".".
+std::string FolderName(const fs::path& path) {
+  const fs::path normal = fs::absolute(path).lexically_normal();
+  return normal.has_filename() ? normal.filename().string() : normal.parent_path().filename().string();
+}
+
+// What the run says it mapped.
+std::string RecordedSequence(const fs::path& result) {
+  return fs::exists(result / "map.sqmap") ? RecordingReader(result / "map.sqmap").Info().sequence_path : "";
+}
+
+}  // namespace
+
+void WriteReport(const ReportInputs& inputs) {
+  const ReportData data = ReadReportData(inputs.result);
+  const std::string sequence = inputs.sequence.empty() ? RecordedSequence(inputs.result) : inputs.sequence;
+  const std::string title =
+      inputs.title.empty() ? FolderName(sequence.empty() ? inputs.result : fs::path(sequence)) : inputs.title;
+  std::string body;
+  const Output out = std::back_inserter(body);
+  fmt::format_to(out, "<header><div class=\"eyebrow\">Object map</div>\n<h1>{}</h1>\n{}</header>\n",
+                 EscapeHtml(title),
+                 sequence.empty() ? "" : fmt::format("<div class=\"sub\">{}</div>\n", EscapeHtml(sequence)));
+  AppendFiguresOfRun(out, data);
+  AppendPictures(out, inputs);
+  AppendTopView(out, data);
+  AppendObjects(out, data);
+  AppendComparison(out, data);
+  AppendGallery(out, inputs.result / "figures");
+  AppendTiming(out, data);
+  fmt::format_to(
+      out,
+      "<footer>Made by sqslam. Beside this page: map.sqmap (the whole run), objects.json, points.ply, "
+      "trajectory.txt, stats.json.</footer>\n");
+  WriteFileAtomically(inputs.result / "report.html", HtmlPage(title, body));
+}
+
+}  // namespace sqslam::app

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+#include "slam/io/sequence.h"
+#include "slam/snapshot/recording.h"
+
+namespace sqslam::app {
+
+// The frames that went into a map: their poses in the finished map and, where the sequence is still there,
+// their images.
+class InputFrames {
+ public:
+  // `map_file`: the recording, beside which trajectory.txt may lie. Poses come from that file, else from the
+  // keyframes and snapshots of the recording.
+  InputFrames(const RecordingReader& recording, const std::filesystem::path& map_file);
+
+  // T_map_camera. Throws UsageError that tells which frames were tracked.
+  Rigid3d PoseOf(std::int64_t frame) const;
+
+  // Whether the images are in a video that is still there.
+  bool HasVideo() const { return sequence_ && !sequence_->video_path.empty(); }
+
+  // 8UC3, as it was mapped (a resized one in that size). Throws InputError where it cannot be found or read.
+  cv::Mat ImageOf(std::int64_t frame) const;
+
+ private:
+  struct TrackedFrame {
+    std::int64_t index;
+    Rigid3d T_map_camera;
+  };
+
+  void TakeTrajectory(const std::filesystem::path& map_file);
+  void TakeRecording(const RecordingReader& recording);
+
+  Camera camera_;
+  std::optional<Sequence> sequence_;
+  std::vector<TrackedFrame> tracked_;                         // sorted by index
+  std::vector<std::pair<std::int64_t, std::string>> images_;  // of snapshots
+  std::string why_no_sequence_;
+};
+
+}  // namespace sqslam::app

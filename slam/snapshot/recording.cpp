@@ -1,0 +1,238 @@
+#include "slam/snapshot/recording.h"
+
+#include <fmt/format.h>
+#include <sqlite3.h>
+
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "slam/snapshot/snapshot_codec.h"
+#include "slam/util/error.h"
+
+namespace sqslam {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* kFormat = "sqslam-map";
+
+struct CloseDatabase {
+  void operator()(sqlite3* db) const { sqlite3_close_v2(db); }
+};
+using Database = std::unique_ptr<sqlite3, CloseDatabase>;
+
+// One prepared statement, bound and stepped by its methods. Failures throw InputError that names the file.
+class Statement {
+ public:
+  Statement(sqlite3* db, const fs::path& path, const char* sql) : db_(db), path_(path) {
+    Check(sqlite3_prepare_v2(db, sql, -1, &statement_, nullptr), SQLITE_OK);
+  }
+  ~Statement() { sqlite3_finalize(statement_); }
+  Statement(const Statement&) = delete;
+  Statement& operator=(const Statement&) = delete;
+
+  void Bind(int index, std::int64_t value) { Check(sqlite3_bind_int64(statement_, index, value), SQLITE_OK); }
+  void Bind(int index, double value) { Check(sqlite3_bind_double(statement_, index, value), SQLITE_OK); }
+  // The text must live until the statement has been stepped.
+  void Bind(int index, std::string_view text) {
+    Check(sqlite3_bind_text64(statement_, index, text.data(), text.size(), SQLITE_STATIC, SQLITE_UTF8),
+          SQLITE_OK);
+  }
+  void BindBlob(int index, std::string_view bytes) {
+    Check(sqlite3_bind_blob64(statement_, index, bytes.data(), bytes.size(), SQLITE_STATIC), SQLITE_OK);
+  }
+  void Run() { Check(sqlite3_step(statement_), SQLITE_DONE); }
+  bool Next() {
+    const int code = sqlite3_step(statement_);
+    if (code != SQLITE_ROW) {
+      Check(code, SQLITE_DONE);
+    }
+    return code == SQLITE_ROW;
+  }
+  std::int64_t Int(int column) { return sqlite3_column_int64(statement_, column); }
+  std::string Bytes(int column) {
+    const void* data = sqlite3_column_blob(statement_, column);
+    const int size = sqlite3_column_bytes(statement_, column);
+    return data == nullptr ? std::string()
+                           : std::string(static_cast<const char*>(data), static_cast<std::size_t>(size));
+  }
+
+ private:
+  void Check(int code, int expected) const {
+    if (code != expected) {
+      throw InputError(fmt::format("{}: {}", path_.string(), sqlite3_errmsg(db_)));
+    }
+  }
+
+  sqlite3* db_;  // not owned
+  fs::path path_;
+  sqlite3_stmt* statement_ = nullptr;
+};
+
+Database Open(const fs::path& path, int flags) {
+  sqlite3* raw = nullptr;
+  const int code = sqlite3_open_v2(path.c_str(), &raw, flags, nullptr);
+  Database db(raw);
+  if (code != SQLITE_OK) {
+    throw InputError(fmt::format("{}: cannot be opened ({})", path.string(), sqlite3_errstr(code)));
+  }
+  sqlite3_busy_timeout(db.get(), 5000);
+  return db;
+}
+
+void Execute(sqlite3* db, const fs::path& path, const char* sql) {
+  if (sqlite3_exec(db, sql, nullptr, nullptr, nullptr) != SQLITE_OK) {
+    throw InputError(fmt::format("{}: {}", path.string(), sqlite3_errmsg(db)));
+  }
+}
+
+}  // namespace
+
+struct RecordingWriter::Impl {
+  fs::path path;
+  Database db;
+  std::int64_t next = 0;
+
+  void SetMeta(std::string_view key, std::string_view value) {
+    Statement insert(db.get(), path, "INSERT INTO meta (key, value) VALUES (?, ?)");
+    insert.Bind(1, key);
+    insert.Bind(2, value);
+    insert.Run();
+  }
+};
+
+RecordingWriter::RecordingWriter(const fs::path& path, const RecordingInfo& info)
+    : impl_(std::make_unique<Impl>()) {
+  if (fs::exists(path)) {
+    throw InputError(fmt::format("{}: exists already, expected the name of a new recording", path.string()));
+  }
+  impl_->path = path;
+  impl_->db = Open(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_FULLMUTEX);
+  sqlite3* db = impl_->db.get();
+  // WAL: a commit is one append; NORMAL: a killed process loses nothing, a power cut the last snapshots at
+  // most.
+  Execute(db, path, "PRAGMA page_size=8192; PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;");
+  Execute(
+      db, path,
+      "BEGIN;"
+      "CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL);"
+      "CREATE TABLE snapshots (id INTEGER PRIMARY KEY, frame_index INTEGER NOT NULL, timestamp REAL NOT NULL,"
+      " data BLOB NOT NULL);");
+  impl_->SetMeta("format", kFormat);
+  impl_->SetMeta("version", std::to_string(kSnapshotFormatVersion));
+  impl_->SetMeta("sequence_path", info.sequence_path);
+  impl_->SetMeta("program_version", info.program_version);
+  impl_->SetMeta("config", info.config);
+  Execute(db, path, "COMMIT");
+}
+
+RecordingWriter::~RecordingWriter() {
+  try {
+    if (impl_) {
+      Close();
+    }
+  } catch (const InputError&) {
+    // The file is readable with its WAL beside it; a destructor has nobody to tell.
+  }
+}
+
+RecordingWriter::RecordingWriter(RecordingWriter&&) noexcept = default;
+
+void RecordingWriter::Add(const MapSnapshot& snapshot) {
+  if (!impl_->db) {
+    throw std::logic_error("snapshot added to a recording that is closed");
+  }
+  const std::string data = EncodeSnapshot(snapshot);
+  Statement insert(impl_->db.get(), impl_->path,
+                   "INSERT INTO snapshots (id, frame_index, timestamp, data) VALUES (?, ?, ?, ?)");
+  insert.Bind(1, impl_->next);
+  insert.Bind(2, snapshot.frame_index);
+  insert.Bind(3, snapshot.timestamp);
+  insert.BindBlob(4, data);
+  insert.Run();
+  ++impl_->next;
+}
+
+void RecordingWriter::Close() {
+  if (!impl_->db) {
+    return;
+  }
+  const Database db = std::move(impl_->db);
+  Execute(db.get(), impl_->path,
+          "PRAGMA journal_mode=DELETE");  // one plain file, readable from read-only media
+}
+
+struct RecordingReader::Impl {
+  fs::path path;
+  Database db;
+  RecordingInfo info;
+  int version = kSnapshotFormatVersion;
+  std::vector<std::int64_t> frame_indices;
+  Edit edit;
+
+  std::string Meta(std::string_view key) const {
+    Statement select(db.get(), path, "SELECT value FROM meta WHERE key = ?");
+    select.Bind(1, key);
+    return select.Next() ? select.Bytes(0) : "";
+  }
+};
+
+RecordingReader::RecordingReader(const fs::path& path, Edit edit) : impl_(std::make_unique<Impl>()) {
+  if (!fs::is_regular_file(path)) {
+    throw InputError(fmt::format("{}: does not exist or is no file, expected a map.sqmap", path.string()));
+  }
+  impl_->path = path;
+  impl_->edit = std::move(edit);
+  impl_->db = Open(path, SQLITE_OPEN_READONLY | SQLITE_OPEN_FULLMUTEX);
+  std::string version;
+  try {
+    if (impl_->Meta("format") == kFormat) {
+      version = impl_->Meta("version");
+    }
+  } catch (const InputError&) {
+    version.clear();  // some other file
+  }
+  impl_->version = kOldestSnapshotFormatVersion;
+  while (impl_->version <= kSnapshotFormatVersion && version != std::to_string(impl_->version)) {
+    ++impl_->version;
+  }
+  if (impl_->version > kSnapshotFormatVersion) {
+    throw InputError(fmt::format("{}: {}, expected a map.sqmap of version {} to {}", path.string(),
+                                 version.empty() ? "no recording of a map" : "version " + version,
+                                 kOldestSnapshotFormatVersion, kSnapshotFormatVersion));
+  }
+  impl_->info = {impl_->Meta("sequence_path"), impl_->Meta("program_version"), impl_->Meta("config")};
+  Statement select(impl_->db.get(), path, "SELECT frame_index FROM snapshots ORDER BY id");
+  while (select.Next()) {
+    impl_->frame_indices.push_back(select.Int(0));
+  }
+}
+
+RecordingReader::~RecordingReader() = default;
+RecordingReader::RecordingReader(RecordingReader&&) noexcept = default;
+
+const RecordingInfo& RecordingReader::Info() const { return impl_->info; }
+int RecordingReader::Size() const { return static_cast<int>(impl_->frame_indices.size()); }
+
+std::int64_t RecordingReader::FrameIndex(int index) const {
+  return impl_->frame_indices.at(static_cast<std::size_t>(index));
+}
+
+MapSnapshotPtr RecordingReader::Read(int index) const {
+  Statement select(impl_->db.get(), impl_->path, "SELECT data FROM snapshots WHERE id = ?");
+  select.Bind(1, std::int64_t{index});
+  if (!select.Next()) {
+    throw InputError(
+        fmt::format("{}: no snapshot {}, expected 0 to {}", impl_->path.string(), index, Size() - 1));
+  }
+  try {
+    auto snapshot = std::make_shared<const MapSnapshot>(DecodeSnapshot(select.Bytes(0), impl_->version));
+    return impl_->edit ? impl_->edit(std::move(snapshot)) : snapshot;
+  } catch (const InputError& e) {
+    throw InputError(fmt::format("{}: snapshot {}: {}", impl_->path.string(), index, e.what()));
+  }
+}
+
+MapSnapshotPtr RecordingReader::Last() const { return Read(Size() - 1); }
+
+}  // namespace sqslam

@@ -1,0 +1,282 @@
+#include "slam/snapshot/snapshot_codec.h"
+
+#include <zlib.h>
+
+#include <cstring>
+#include <type_traits>
+
+#include "slam/util/error.h"
+
+namespace sqslam {
+namespace {
+
+// The same Visit functions below describe the layout once, for writing and for reading.
+class Writer {
+ public:
+  static constexpr int Version() { return kSnapshotFormatVersion; }
+  template <typename Value>
+  requires std::is_arithmetic_v<Value>
+  void operator()(const Value& value) { bytes_.append(reinterpret_cast<const char*>(&value), sizeof(value)); }
+  void operator()(const std::string& text) {
+    (*this)(static_cast<std::uint32_t>(text.size()));
+    bytes_ += text;
+  }
+  template <typename Item>
+  std::size_t Size(const std::vector<Item>& items) {
+    (*this)(static_cast<std::uint32_t>(items.size()));
+    return items.size();
+  }
+  template <typename Value>
+  bool Present(const std::optional<Value>& value) {
+    (*this)(static_cast<std::uint8_t>(value.has_value()));
+    return value.has_value();
+  }
+  std::string Take() { return std::move(bytes_); }
+
+ private:
+  std::string bytes_;
+};
+
+class Reader {
+ public:
+  Reader(std::string_view bytes, int version) : version_(version), bytes_(bytes) {}
+  int Version() const { return version_; }
+  bool AtEnd() const { return bytes_.empty(); }
+
+  template <typename Value>
+  requires std::is_arithmetic_v<Value>
+  void operator()(Value& value) { std::memcpy(&value, Take(sizeof(value)).data(), sizeof(value)); }
+  void operator()(std::string& text) {
+    std::uint32_t size = 0;
+    (*this)(size);
+    text = std::string(Take(size));
+  }
+  template <typename Item>
+  std::size_t Size(std::vector<Item>& items) {
+    std::uint32_t size = 0;
+    (*this)(size);
+    if (size > bytes_.size()) {  // every item takes at least a byte: never allocate for a broken count
+      throw InputError("a snapshot is cut off");
+    }
+    items.resize(size);
+    return size;
+  }
+  template <typename Value>
+  bool Present(std::optional<Value>& value) {
+    std::uint8_t present = 0;
+    (*this)(present);
+    if (present != 0) {
+      value.emplace();
+    }
+    return present != 0;
+  }
+
+ private:
+  std::string_view Take(std::size_t size) {
+    if (size > bytes_.size()) {
+      throw InputError("a snapshot is cut off");
+    }
+    const std::string_view taken = bytes_.substr(0, size);
+    bytes_.remove_prefix(size);
+    return taken;
+  }
+
+  int version_;
+  std::string_view bytes_;
+};
+
+// In what follows `Like<Archive, T>` is `const T&` for the writer and `T&` for the reader.
+template <typename Archive, typename T>
+using Like = std::conditional_t<std::is_same_v<Archive, Writer>, const T&, T&>;
+
+template <typename Archive, typename Vector>
+void VisitCoefficients(Archive& archive, Vector& vector) {
+  for (int i = 0; i < 3; ++i) {
+    archive(vector[i]);
+  }
+}
+
+template <typename Archive>
+void Visit(Archive& archive, Like<Archive, Rigid3d> pose) {
+  auto& q = pose.rotation.coeffs();
+  for (int i = 0; i < 4; ++i) {
+    archive(q[i]);
+  }
+  VisitCoefficients(archive, pose.translation);
+}
+
+template <typename Archive>
+void Visit(Archive& archive, Like<Archive, Camera> camera) {
+  archive(camera.width);
+  archive(camera.height);
+  for (auto* value : {&camera.fx, &camera.fy, &camera.cx, &camera.cy, &camera.fps}) {
+    archive(*value);
+  }
+  for (auto& coefficient : camera.distortion) {
+    archive(coefficient);
+  }
+}
+
+template <typename Archive>
+void VisitPoints(Archive& archive, Like<Archive, std::vector<SnapshotPoint>> points) {
+  archive.Size(points);
+  for (int i = 0; i < 3; ++i) {
+    for (auto& point : points) {
+      archive(point.p_map[i]);
+    }
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (auto& point : points) {
+      archive(point.rgb[i]);
+    }
+  }
+  for (auto& point : points) {
+    archive(point.object_id);
+  }
+  if (archive.Version() < 3) {
+    return;
+  }
+  for (auto& point : points) {
+    archive(point.anomaly);
+  }
+  for (auto& point : points) {
+    archive(point.rejected_by);
+  }
+}
+
+template <typename Archive>
+void Visit(Archive& archive, Like<Archive, SnapshotObject> object) {
+  archive(object.id);
+  archive(object.label);
+  archive(object.score);
+  archive(object.observations);
+  archive(object.points);
+  archive(object.yaw);
+  auto& shape = object.superquadric.shape;
+  VisitCoefficients(archive, shape.half_size);
+  archive(shape.e1);
+  archive(shape.e2);
+  Visit(archive, object.superquadric.T_map_object);
+  archive(object.fit.box_agreement);
+  archive(object.fit.point_rms);
+  for (int i = 0; i < 9; ++i) {
+    for (int j = 0; j < 9; ++j) {
+      archive(object.fit.covariance(i, j));
+    }
+  }
+}
+
+template <typename Archive>
+void Visit(Archive& archive, Like<Archive, SnapshotDetection> item) {
+  archive(item.detection.label);
+  archive(item.detection.score);
+  auto& box = item.detection.box;
+  for (auto* value : {&box.x, &box.y, &box.width, &box.height}) {
+    archive(*value);
+  }
+  archive(item.object_id);
+}
+
+template <typename Archive>
+void Visit(Archive& archive, Like<Archive, SnapshotKeyframe> keyframe) {
+  archive(keyframe.id);
+  archive(keyframe.frame_index);
+  archive(keyframe.timestamp);
+  Visit(archive, keyframe.T_map_camera);
+}
+
+template <typename Archive>
+void Visit(Archive& archive, Like<Archive, SnapshotCovisibility> pair) {
+  archive(pair.first);
+  archive(pair.second);
+  archive(pair.points);
+}
+
+template <typename Archive>
+void Visit(Archive& archive, Like<Archive, SnapshotProgress> progress) {
+  archive(progress.tracked_points);
+  archive(progress.tracking_ms);
+  archive(progress.mapping_ms);
+  archive(progress.loops);
+  archive(progress.merges);
+}
+
+template <typename Archive, typename Items>
+void VisitAll(Archive& archive, Items& items) {
+  archive.Size(items);
+  for (auto& item : items) {
+    Visit(archive, item);
+  }
+}
+
+template <typename Archive>
+void Visit(Archive& archive, Like<Archive, MapSnapshot> snapshot) {
+  archive(snapshot.sequence_number);
+  archive(snapshot.frame_index);
+  archive(snapshot.timestamp);
+  archive(snapshot.image_path);
+  Visit(archive, snapshot.camera);
+  if (archive.Present(snapshot.T_map_camera)) {
+    Visit(archive, *snapshot.T_map_camera);
+  }
+  VisitAll(archive, snapshot.keyframes);
+  VisitPoints(archive, snapshot.points);
+  VisitAll(archive, snapshot.objects);
+  VisitAll(archive, snapshot.detections);
+  archive(snapshot.gravity_known);
+  if (archive.Present(snapshot.support_height)) {
+    archive(*snapshot.support_height);
+  }
+  if (archive.Version() >= 4 && archive.Present(snapshot.progress)) {
+    Visit(archive, *snapshot.progress);
+  }
+  if (archive.Version() >= 5) {
+    VisitAll(archive, snapshot.covisibility);
+  }
+}
+
+}  // namespace
+
+std::string EncodeSnapshot(const MapSnapshot& snapshot) {
+  Writer writer;
+  Visit(writer, snapshot);
+  const std::string raw = writer.Take();
+  const auto raw_size = static_cast<std::uint64_t>(raw.size());
+  uLongf packed_size = compressBound(raw.size());
+  std::string bytes(sizeof(raw_size) + packed_size, '\0');
+  std::memcpy(bytes.data(), &raw_size, sizeof(raw_size));
+  // Level 1: three times as fast as the default for a tenth more bytes (floats hardly compress at all).
+  compress2(reinterpret_cast<Bytef*>(bytes.data() + sizeof(raw_size)), &packed_size,
+            reinterpret_cast<const Bytef*>(raw.data()), raw.size(), 1);
+  bytes.resize(sizeof(raw_size) + packed_size);
+  return bytes;
+}
+
+MapSnapshot DecodeSnapshot(std::string_view bytes, int version) {
+  std::uint64_t raw_size = 0;
+  constexpr std::uint64_t kMaxRatio = 1100;  // zlib cannot pack tighter: more is a broken size
+  if (bytes.size() < sizeof(raw_size)) {
+    throw InputError("a snapshot is cut off");
+  }
+  std::memcpy(&raw_size, bytes.data(), sizeof(raw_size));
+  bytes.remove_prefix(sizeof(raw_size));
+  if (raw_size > kMaxRatio * bytes.size()) {
+    throw InputError("a snapshot is broken");
+  }
+  std::string raw(raw_size, '\0');
+  uLongf size = raw.size();
+  if (uncompress(reinterpret_cast<Bytef*>(raw.data()), &size, reinterpret_cast<const Bytef*>(bytes.data()),
+                 bytes.size()) != Z_OK ||
+      size != raw_size) {
+    throw InputError("a snapshot is broken");
+  }
+  MapSnapshot snapshot;
+  Reader reader(raw, version);
+  Visit(reader, snapshot);
+  if (!reader.AtEnd()) {
+    throw InputError("a snapshot has another layout than its version");
+  }
+  return snapshot;
+}
+
+}  // namespace sqslam
