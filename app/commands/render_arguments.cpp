@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "app/result/map_edits.h"
-#include "render/view_presets.h"
+#include "render/camera/view_presets.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "app/result/map_layers.h"
-#include "render/video.h"
+#include "render/video/video.h"
 
 namespace sqslam::app {
 

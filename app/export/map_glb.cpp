@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "app/export/glb_file.h"
-#include "render/style.h"
-#include "render/tessellation.h"
+#include "render/scene/style.h"
+#include "render/solids/tessellation.h"
 
 namespace sqslam::app {
 namespace {

@@ -10,7 +10,7 @@
 #include <set>
 #include <string>
 
-#include "render/style.h"
+#include "render/scene/style.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 

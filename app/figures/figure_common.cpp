@@ -5,7 +5,7 @@
 #include <charconv>
 
 #include "app/result/map_file.h"
-#include "render/figure/write_figure.h"
+#include "render/page/write_figure.h"
 #include "slam/evaluation/comparison.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/error.h"

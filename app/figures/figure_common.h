@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "app/run/progress.h"
-#include "render/figure/figure_options.h"
-#include "render/figure/page.h"
+#include "render/page/figure_options.h"
+#include "render/page/page.h"
 #include "slam/snapshot/snapshot.h"
 
 namespace sqslam::app {

@@ -7,9 +7,9 @@
 
 #include "app/figures/figure_common.h"
 #include "app/figures/object_views.h"
-#include "render/figure/panel_figures.h"
-#include "render/figure/panels.h"
-#include "render/figure/write_figure.h"
+#include "render/figures/panel_figures.h"
+#include "render/page/panels.h"
+#include "render/page/write_figure.h"
 #include "slam/fitting/fixed_shape_fit.h"
 #include "slam/fitting/surface_distance.h"
 #include "slam/util/error.h"

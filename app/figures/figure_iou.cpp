@@ -7,9 +7,9 @@
 #include <set>
 
 #include "app/figures/figure_common.h"
-#include "render/figure/chart_figures.h"
-#include "render/figure/panels.h"
-#include "render/figure/write_figure.h"
+#include "render/figures/chart_figures.h"
+#include "render/page/panels.h"
+#include "render/page/write_figure.h"
 #include "slam/util/error.h"
 #include "slam/util/text_lines.h"
 

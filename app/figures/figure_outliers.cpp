@@ -6,9 +6,9 @@
 #include "app/figures/figure_common.h"
 #include "app/figures/object_views.h"
 #include "app/result/map_file.h"
-#include "render/figure/evidence_figures.h"
-#include "render/figure/panels.h"
-#include "render/figure/write_figure.h"
+#include "render/figures/evidence_figures.h"
+#include "render/page/panels.h"
+#include "render/page/write_figure.h"
 #include "slam/io/image_resize.h"
 #include "slam/util/error.h"
 

@@ -1,8 +1,8 @@
 #include <memory>
 
 #include "app/figures/figure_common.h"
-#include "render/figure/panel_figures.h"
-#include "render/figure/write_figure.h"
+#include "render/figures/panel_figures.h"
+#include "render/page/write_figure.h"
 
 namespace sqslam::app {
 namespace {

@@ -5,8 +5,8 @@
 #include <set>
 
 #include "app/figures/figure_common.h"
-#include "render/figure/chart_figures.h"
-#include "render/figure/write_figure.h"
+#include "render/figures/chart_figures.h"
+#include "render/page/write_figure.h"
 #include "slam/io/result_files.h"
 #include "slam/util/error.h"
 

@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "app/figures/figure_common.h"
-#include "render/figure/chart_figures.h"
-#include "render/figure/write_figure.h"
+#include "render/figures/chart_figures.h"
+#include "render/page/write_figure.h"
 #include "slam/evaluation/ground_truth_poses.h"
 #include "slam/evaluation/trajectory_error.h"
 #include "slam/io/sequence.h"

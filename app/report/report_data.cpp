@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "render/style.h"
+#include "render/scene/style.h"
 #include "slam/util/error.h"
 #include "slam/util/text_lines.h"
 

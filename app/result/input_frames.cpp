@@ -6,7 +6,7 @@
 #include <cmath>
 #include <map>
 
-#include "render/video_alignment.h"
+#include "render/video/video_alignment.h"
 #include "slam/io/frame_source.h"
 #include "slam/io/image_resize.h"
 #include "slam/io/trajectory.h"

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "render/scene_layers.h"
+#include "render/scene/scene_layers.h"
 #include "slam/geometry/rigid3.h"
 #include "slam/io/point_cloud.h"
 #include "slam/snapshot/snapshot.h"

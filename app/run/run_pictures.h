@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "render/video.h"
+#include "render/video/video.h"
 #include "slam/snapshot/snapshot.h"
 #include "slam/util/stage_times.h"
 

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
 
-#include "render/camera_path.h"
+#include "render/camera/camera_path.h"
 #include "slam/geometry/camera.h"
 
 // Moving a virtual camera by hand. Pixels have their origin in the window's top-left corner.

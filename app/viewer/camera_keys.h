@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "render/camera_path.h"
+#include "render/camera/camera_path.h"
 
 namespace sqslam::viewer {
 

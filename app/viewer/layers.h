@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "render/scene_layers.h"
+#include "render/scene/scene_layers.h"
 
 namespace sqslam::viewer {
 

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "app/viewer/camera_control.h"
-#include "render/clip_plane.h"
-#include "render/scene_layers.h"
+#include "render/scene/clip_plane.h"
+#include "render/scene/scene_layers.h"
 #include "slam/snapshot/snapshot.h"
 
 // What of a map lies under the mouse.

@@ -11,7 +11,7 @@
 
 #include "app/result/map_file.h"
 #include "app/viewer/run_frames.h"
-#include "render/video_alignment.h"
+#include "render/video/video_alignment.h"
 #include "slam/util/error.h"
 
 namespace sqslam::viewer {

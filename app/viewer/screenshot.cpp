@@ -5,7 +5,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
-#include "render/picture.h"
+#include "render/picture/picture.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <opencv2/core.hpp>
 
-#include "render/video_encoder.h"
+#include "render/video/video_encoder.h"
 
 namespace sqslam::viewer {
 

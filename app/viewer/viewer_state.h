@@ -15,10 +15,10 @@
 #include "app/viewer/replay.h"
 #include "app/viewer/shown_frame.h"
 #include "app/viewer/timeline.h"
-#include "render/camera_path.h"
-#include "render/clip_plane.h"
-#include "render/scene_framing.h"
-#include "render/style.h"
+#include "render/camera/camera_path.h"
+#include "render/camera/scene_framing.h"
+#include "render/scene/clip_plane.h"
+#include "render/scene/style.h"
 
 // What the window shows, as one value that all panels share: no OpenGL, no ImGui. Panels read it, change what
 // is the user's to change (camera, style, selection, playback) and ask for the rest by requests, which the
@@ -61,8 +61,8 @@ enum class CameraMode {
 struct View {
   ViewCamera camera;
   CameraMode mode = CameraMode::kFree;
-  bool automatic = true;   // the camera frames the map by itself until somebody moves it
-  std::string preset;      // name of the view (render/view_presets.h) that the camera still is, or empty
+  bool automatic = true;  // the camera frames the map by itself until somebody moves it
+  std::string preset;  // name of the view (render/camera/view_presets.h) that the camera still is, or empty
   std::string style_name;  // of configs/styles
   SceneStyle style;
   int style_version = 0;  // counted up by whoever changes the style

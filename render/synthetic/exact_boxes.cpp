@@ -4,7 +4,7 @@
 #include <array>
 #include <opencv2/imgproc.hpp>
 
-#include "render/tessellation.h"
+#include "render/solids/tessellation.h"
 
 namespace sqslam {
 namespace {

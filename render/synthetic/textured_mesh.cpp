@@ -5,8 +5,8 @@
 #include <numbers>
 #include <opencv2/core/utility.hpp>
 
+#include "render/solids/tessellation.h"
 #include "render/synthetic/texture.h"
-#include "render/tessellation.h"
 
 namespace sqslam {
 namespace {

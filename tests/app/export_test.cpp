@@ -16,8 +16,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "render/convex_solids.h"
-#include "render/style.h"
+#include "render/scene/style.h"
+#include "render/solids/convex_solids.h"
 #include "run_program.h"
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/recording.h"

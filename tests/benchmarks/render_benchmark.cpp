@@ -3,7 +3,7 @@
 #include <cmath>
 #include <random>
 
-#include "render/picture.h"
+#include "render/picture/picture.h"
 
 namespace sqslam {
 namespace {

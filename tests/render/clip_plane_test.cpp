@@ -1,4 +1,4 @@
-#include "render/clip_plane.h"
+#include "render/scene/clip_plane.h"
 
 #include <gtest/gtest.h>
 

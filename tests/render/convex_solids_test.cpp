@@ -1,4 +1,4 @@
-#include "render/convex_solids.h"
+#include "render/solids/convex_solids.h"
 
 #include <gtest/gtest.h>
 

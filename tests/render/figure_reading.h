@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "render/figure/write_figure.h"
+#include "render/page/write_figure.h"
 
 namespace sqslam {
 

@@ -4,9 +4,9 @@
 #include <string>
 
 #include "hand_made_map.h"
-#include "render/figure/chart_figures.h"
-#include "render/figure/evidence_figures.h"
-#include "render/figure/panel_figures.h"
+#include "render/figures/chart_figures.h"
+#include "render/figures/evidence_figures.h"
+#include "render/figures/panel_figures.h"
 
 namespace sqslam {
 

@@ -6,11 +6,11 @@
 #include "baseline.h"
 #include "figure_reading.h"
 #include "figure_samples.h"
-#include "render/figure/chart.h"
-#include "render/figure/color_ramp.h"
-#include "render/figure/image_crop.h"
-#include "render/figure/panels.h"
-#include "render/figure/write_figure.h"
+#include "render/figures/image_crop.h"
+#include "render/page/chart.h"
+#include "render/page/color_ramp.h"
+#include "render/page/panels.h"
+#include "render/page/write_figure.h"
 #include "slam/util/error.h"
 
 namespace sqslam {

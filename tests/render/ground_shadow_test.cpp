@@ -1,4 +1,4 @@
-#include "render/ground_shadow.h"
+#include "render/solids/ground_shadow.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "render/grouped_surface.h"
+#include "render/solids/grouped_surface.h"
 
 #include <gtest/gtest.h>
 #include <vtkActor.h>

@@ -1,4 +1,4 @@
-#include "render/label_layout.h"
+#include "render/picture/label_layout.h"
 
 #include <gtest/gtest.h>
 

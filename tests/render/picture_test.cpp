@@ -1,4 +1,4 @@
-#include "render/picture.h"
+#include "render/picture/picture.h"
 
 #include <gtest/gtest.h>
 

@@ -3,11 +3,11 @@
 #include <numbers>
 
 #include "hand_made_map.h"
-#include "render/camera_path.h"
-#include "render/picture_overlay.h"
-#include "render/scene_framing.h"
-#include "render/scene_order.h"
-#include "render/video_alignment.h"
+#include "render/camera/camera_path.h"
+#include "render/camera/scene_framing.h"
+#include "render/picture/picture_overlay.h"
+#include "render/solids/scene_order.h"
+#include "render/video/video_alignment.h"
 
 namespace sqslam {
 namespace {

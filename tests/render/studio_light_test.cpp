@@ -1,4 +1,4 @@
-#include "render/studio_light.h"
+#include "render/scene/studio_light.h"
 
 #include <gtest/gtest.h>
 

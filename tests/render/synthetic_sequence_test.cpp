@@ -7,10 +7,10 @@
 #include <iterator>
 #include <opencv2/imgcodecs.hpp>
 
+#include "render/solids/tessellation.h"
 #include "render/synthetic/camera_motion.h"
 #include "render/synthetic/exact_boxes.h"
 #include "render/synthetic/scene_renderer.h"
-#include "render/tessellation.h"
 #include "slam/util/error.h"
 
 namespace sqslam {

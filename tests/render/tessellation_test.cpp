@@ -1,4 +1,4 @@
-#include "render/tessellation.h"
+#include "render/solids/tessellation.h"
 
 #include <gtest/gtest.h>
 #include <vtkNew.h>

@@ -1,4 +1,4 @@
-#include "render/video.h"
+#include "render/video/video.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -12,7 +12,7 @@
 #include "app/viewer/render_command_line.h"
 #include "app/viewer/shortcuts.h"
 #include "app/viewer/timeline.h"
-#include "render/camera_path_file.h"
+#include "render/video/camera_path_file.h"
 #include "slam/util/error.h"
 #include "tests/io/temporary_folder.h"
 #include "tests/render/hand_made_map.h"

@@ -9,7 +9,7 @@
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/scene_marks.h"
 #include "app/viewer/widgets.h"
-#include "render/outlines.h"
+#include "render/picture/outlines.h"
 
 namespace sqslam::viewer {
 namespace {

@@ -16,7 +16,7 @@
 #include "app/viewer/panels/scene_overlay.h"
 #include "app/viewer/picking.h"
 #include "app/viewer/widgets.h"
-#include "render/interactive_scene.h"
+#include "render/picture/interactive_scene.h"
 
 namespace sqslam::viewer {
 namespace {

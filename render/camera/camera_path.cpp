@@ -1,0 +1,151 @@
+#include "render/camera/camera_path.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "slam/geometry/angles.h"
+
+namespace sqslam {
+namespace {
+
+ViewCamera TurnedAbout(const Eigen::Vector3d& up, const ViewCamera& camera, double degrees) {
+  const Eigen::AngleAxisd turn(degrees * kRadiansPerDegree, up.normalized());
+  ViewCamera turned = camera;
+  turned.position = camera.focal_point + turn * (camera.position - camera.focal_point);
+  turned.view_up = turn * camera.view_up;
+  return turned;
+}
+
+}  // namespace
+
+ViewAxes AxesOf(const ViewCamera& camera) {
+  const Eigen::Vector3d back = (camera.position - camera.focal_point).normalized();
+  const Eigen::Vector3d right = camera.view_up.cross(back).normalized();
+  return {right, back.cross(right), back};
+}
+
+ViewCamera Azimuth(const ViewCamera& camera, double degrees) {
+  const Eigen::AngleAxisd turn(degrees * kRadiansPerDegree, camera.view_up.normalized());
+  ViewCamera turned = camera;
+  turned.position = camera.focal_point + turn * (camera.position - camera.focal_point);
+  return turned;
+}
+
+ViewCamera Elevation(const ViewCamera& camera, double degrees) {
+  const Eigen::Vector3d up = camera.view_up.normalized();
+  const Eigen::Vector3d offset = camera.position - camera.focal_point;
+  const double height = offset.dot(up);
+  Eigen::Vector3d level = offset - height * up;
+  if (level.norm() < 1e-9 * offset.norm()) {
+    level = up.unitOrthogonal();  // straight above: any heading is as good
+  }
+  const double now = std::atan2(height, (offset - height * up).norm());
+  const double angle =
+      std::clamp(now + degrees * kRadiansPerDegree, -89.0 * kRadiansPerDegree, 89.0 * kRadiansPerDegree);
+  ViewCamera raised = camera;
+  raised.position =
+      camera.focal_point + offset.norm() * (std::cos(angle) * level.normalized() + std::sin(angle) * up);
+  return raised;
+}
+
+ViewCamera Zoom(const ViewCamera& camera, double factor) {
+  ViewCamera nearer = camera;
+  nearer.position = camera.focal_point + (camera.position - camera.focal_point) / factor;
+  return nearer;
+}
+
+std::vector<ViewCamera> OrbitPath(const ViewCamera& first, int frames, const Eigen::Vector3d& up) {
+  std::vector<ViewCamera> path;
+  for (int i = 0; i < frames; ++i) {
+    path.push_back(TurnedAbout(up, first, 360.0 * i / frames));
+  }
+  return path;
+}
+
+std::vector<ViewCamera> SwingPath(const ViewCamera& middle, int frames, const Eigen::Vector3d& up,
+                                  double sweep) {
+  std::vector<ViewCamera> path;
+  for (int i = 0; i < frames; ++i) {
+    const double phase = frames > 1 ? static_cast<double>(i) / (frames - 1) : 1.0;
+    path.push_back(TurnedAbout(up, middle, -0.5 * sweep * std::cos(std::numbers::pi * phase)));
+  }
+  return path;
+}
+
+ViewCamera ThroughCamera(const Rigid3d& T_map_camera, const Camera& camera) {
+  ViewCamera view = FirstPerson(T_map_camera, camera, 1.0);
+  view.pinhole = camera;
+  return view;
+}
+
+Rigid3d PoseOf(const ViewCamera& view) {
+  Eigen::Matrix3d axes;
+  axes.col(2) = (view.focal_point - view.position).normalized();
+  axes.col(0) = axes.col(2).cross(view.view_up).normalized();
+  axes.col(1) = axes.col(2).cross(axes.col(0));
+  return {Eigen::Quaterniond(axes).normalized(), view.position};
+}
+
+ViewCamera FirstPerson(const Rigid3d& T_map_camera, const Camera& camera, double scene_depth) {
+  ViewCamera view;
+  view.position = T_map_camera.translation;
+  view.focal_point = T_map_camera * Eigen::Vector3d(0.0, 0.0, scene_depth);
+  view.view_up = T_map_camera.rotation * -Eigen::Vector3d::UnitY();
+  view.view_angle =
+      camera.fy > 0.0 ? 2.0 * std::atan(0.5 * camera.height / camera.fy) / kRadiansPerDegree : 45.0;
+  return view;
+}
+
+ViewCamera Behind(const Rigid3d& T_map_camera, const Eigen::Vector3d& up, double distance) {
+  const Eigen::Vector3d forward = T_map_camera.rotation * Eigen::Vector3d::UnitZ();
+  ViewCamera view;
+  view.position = T_map_camera.translation - distance * forward + 0.5 * distance * up;
+  view.focal_point = T_map_camera.translation + distance * forward;
+  view.view_up = up;
+  view.view_angle = 45.0;
+  return view;
+}
+
+std::vector<ViewCamera> Smooth(const std::vector<ViewCamera>& path, double radius) {
+  std::vector<ViewCamera> smooth = path;
+  const int size = static_cast<int>(path.size());
+  const int reach = static_cast<int>(std::ceil(3.0 * radius));
+  for (int i = 0; i < size; ++i) {
+    ViewCamera sum{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), 0.0, {}};
+    double weights = 0.0;
+    for (int k = std::max(0, i - reach); k <= std::min(size - 1, i + reach); ++k) {
+      const double weight = radius > 0.0 ? std::exp(-0.5 * (k - i) * (k - i) / (radius * radius)) : 1.0;
+      const ViewCamera& other = path[static_cast<std::size_t>(k)];
+      sum.position += weight * other.position;
+      sum.focal_point += weight * other.focal_point;
+      sum.view_up += weight * other.view_up;
+      sum.view_angle += weight * other.view_angle;
+      weights += weight;
+    }
+    smooth[static_cast<std::size_t>(i)] = {sum.position / weights,
+                                           sum.focal_point / weights,
+                                           sum.view_up.normalized(),
+                                           sum.view_angle / weights,
+                                           {}};
+  }
+  return smooth;
+}
+
+std::vector<Rigid3d> AlongKeyframes(const MapSnapshot& map, int count) {
+  std::vector<Rigid3d> poses;
+  const auto& keyframes = map.keyframes;
+  for (int i = 0; i < count && !keyframes.empty(); ++i) {
+    const double at =
+        count > 1 ? static_cast<double>(i) * static_cast<double>(keyframes.size() - 1) / (count - 1) : 0.0;
+    const auto a = static_cast<std::size_t>(at);
+    const std::size_t b = std::min(a + 1, keyframes.size() - 1);
+    const double t = at - static_cast<double>(a);
+    const Rigid3d& from = keyframes[a].T_map_camera;
+    const Rigid3d& to = keyframes[b].T_map_camera;
+    poses.push_back({from.rotation.slerp(t, to.rotation), (1.0 - t) * from.translation + t * to.translation});
+  }
+  return poses;
+}
+
+}  // namespace sqslam

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "render/camera/camera_path.h"
+#include "slam/snapshot/snapshot.h"
+
+namespace sqslam {
+
+// What of a map a picture should show: the objects and their surroundings, or the bulk of the points where
+// there are no objects. A few stray points, however far away, change nothing.
+struct SceneFocus {
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  double radius = 1.0;  // map units
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  Eigen::Vector3d front = -Eigen::Vector3d::UnitY();  // level, towards where the cameras stood
+  double ground_height = 0.0;                         // along up: where to draw the grid
+  double view_depth = 1.0;                            // median distance from the keyframes to the centre
+  std::vector<Eigen::Vector3d> outline;               // points that must be inside the picture
+};
+
+SceneFocus FindFocus(const MapSnapshot& map);
+
+// A three-quarter view from the side of the cameras that holds the outline; aspect is width / height,
+// view_angle is vertical, in degrees.
+ViewCamera FrameScene(const SceneFocus& focus, double aspect, double view_angle = 30.0);
+
+// Moves the camera along its line of sight, and sideways, until the outline fills the picture. `margin` is
+// the part of the picture left free at each side.
+ViewCamera FitOutline(const ViewCamera& camera, const std::vector<Eigen::Vector3d>& outline, double aspect,
+                      double margin = 0.08);
+
+// 1, 2 or 5 times a power of ten, at most `length`.
+double RoundLength(double length);
+
+}  // namespace sqslam

@@ -1,0 +1,205 @@
+#include "render/figures/calibration_figure.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "render/page/chart.h"
+#include "render/page/color_ramp.h"
+#include "render/page/panels.h"
+#include "render/scene/style.h"
+#include "slam/util/error.h"
+
+namespace sqslam {
+namespace {
+
+constexpr double kCalibrationGap = 14.0;  // points between panels
+constexpr int kCells = 8;                 // of the coverage, along the longer side
+
+// A round number near the value, from below: 1, 2 or 5 times a power of ten.
+double RoundedDown(double value) {
+  const double power = std::pow(10.0, std::floor(std::log10(value)));
+  const double lead = value / power;
+  return power * (lead >= 5.0 ? 5.0 : lead >= 2.0 ? 2.0 : 1.0);
+}
+
+double Quantile(std::vector<double> values, double share) {
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+std::vector<double> Lengths(const CalibrationFigure& figure) {
+  std::vector<double> lengths;
+  for (const CalibrationFigure::Corner& corner : figure.corners) {
+    lengths.push_back(corner.error.norm());
+  }
+  return lengths;
+}
+
+void DrawTitle(FigurePage& page, const FigureRect& panel, const std::string& text, const FigureTheme& theme) {
+  page.Text(NarrowText(PlainText(text, {panel.Center().x(), panel.y - theme.small}, theme.small, theme.ink,
+                                 TextAlign::kCenter),
+                       panel.width));
+}
+
+// Errors as arrows without heads: a dot at the corner, a line to where it should be, enlarged.
+void DrawErrors(FigurePage& page, const CalibrationFigure& figure, const FigureRect& panel,
+                const FigureTheme& theme) {
+  constexpr double kReach = 0.045;  // of the image's width: a large error as drawn
+  const double points_per_pixel = panel.width / figure.width;
+  const double large = std::max(1e-3, Quantile(Lengths(figure), 0.95));
+  const double enlarged = std::max(1.0, RoundedDown(kReach * figure.width / large));
+  page.Rect(panel, std::nullopt, theme.Axis());
+  const Eigen::Vector3d blue = LookOfSeries(0).color;
+  for (const CalibrationFigure::Corner& corner : figure.corners) {
+    const auto at = [&](const Eigen::Vector2d& pixel) {
+      return Eigen::Vector2d(std::clamp(panel.x + pixel.x() * points_per_pixel, panel.x, panel.Right()),
+                             std::clamp(panel.y + pixel.y() * points_per_pixel, panel.y, panel.Bottom()));
+    };
+    page.Line(at(corner.pixel), at(corner.pixel + enlarged * corner.error), {blue, 0.5, {}});
+    DrawMark(page, at(corner.pixel), {Mark::Shape::kCircle, 1.3, theme.ink});
+  }
+  DrawTitle(page, panel, fmt::format("corner errors, {:g} times enlarged", enlarged), theme);
+  const double shown = RoundedDown(0.25 * figure.width / enlarged);  // px of error
+  const double length = shown * enlarged * points_per_pixel;
+  const double y = panel.Bottom() + 1.2 * theme.small;
+  page.Line({panel.x, y}, {panel.x + length, y}, {blue, 1.0, {}});
+  page.Text(PlainText(fmt::format("{:g} px", shown), {panel.x + length + 4.0, y}, theme.small, theme.ink));
+}
+
+void DrawCoverage(FigurePage& page, const CalibrationFigure& figure, const FigureRect& panel,
+                  const FigureTheme& theme) {
+  const double cell = static_cast<double>(std::max(figure.width, figure.height)) / kCells;
+  const int columns = std::max(1, static_cast<int>(std::lround(figure.width / cell)));
+  const int rows = std::max(1, static_cast<int>(std::lround(figure.height / cell)));
+  std::vector<int> counts(static_cast<std::size_t>(columns * rows), 0);
+  for (const CalibrationFigure::Corner& corner : figure.corners) {
+    const int x = std::clamp(static_cast<int>(corner.pixel.x() * columns / figure.width), 0, columns - 1);
+    const int y = std::clamp(static_cast<int>(corner.pixel.y() * rows / figure.height), 0, rows - 1);
+    ++counts[static_cast<std::size_t>(y * columns + x)];
+  }
+  const int most = *std::max_element(counts.begin(), counts.end());
+  const double width = panel.width / columns;
+  const double height = panel.height / rows;
+  for (int y = 0; y < rows; ++y) {
+    for (int x = 0; x < columns; ++x) {
+      const int count = counts[static_cast<std::size_t>(y * columns + x)];
+      const FigureRect area{panel.x + x * width, panel.y + y * height, width, height};
+      const double share = static_cast<double>(count) / most;
+      page.Rect(area, count > 0 ? std::optional(Viridis(share)) : std::nullopt, theme.Grid());
+      const Eigen::Vector3d ink = count > 0 && share < 0.55 ? Eigen::Vector3d(1.0, 1.0, 1.0)
+                                  : count > 0               ? Eigen::Vector3d(0.0, 0.0, 0.0)
+                                                            : theme.ink;
+      page.Text(NarrowText(PlainText(std::to_string(count), area.Center(),
+                                     std::min(theme.small, 0.55 * height), ink, TextAlign::kCenter),
+                           0.9 * width));
+    }
+  }
+  page.Rect(panel, std::nullopt, theme.Axis());
+  DrawTitle(page, panel, "corners in each part of the image", theme);
+}
+
+void DrawHistogram(FigurePage& page, const CalibrationFigure& figure, const FigureRect& panel,
+                   const FigureTheme& theme) {
+  constexpr int kBins = 24;
+  const std::vector<double> lengths = Lengths(figure);
+  const double high = std::max(1e-3, *std::max_element(lengths.begin(), lengths.end()));
+  PlotArea plot;
+  plot.x = RoundAxis(0.0, high, 4, true);
+  std::vector<int> counts(kBins, 0);
+  for (const double length : lengths) {
+    ++counts[static_cast<std::size_t>(std::min(kBins - 1, static_cast<int>(length / plot.x.high * kBins)))];
+  }
+  plot.y = RoundAxis(0.0, *std::max_element(counts.begin(), counts.end()), 4, true);
+  const double left = YAxisWidth(plot.y, theme, true);
+  plot.area = {panel.x + left, panel.y,
+               panel.width - left - 0.5 * TextWidth(plot.x.TickText(plot.x.high), theme.small), panel.height};
+  DrawXAxis(page, plot, "error [px]", theme);
+  DrawYAxis(page, plot, "corners", theme);
+  const double width = plot.area.width / kBins;
+  for (int i = 0; i < kBins; ++i) {
+    const double top = plot.Y(counts[static_cast<std::size_t>(i)]);
+    page.Rect({plot.area.x + (i + 0.06) * width, top, 0.88 * width, plot.area.Bottom() - top},
+              LookOfSeries(0).color);
+  }
+  page.Line({plot.area.x, plot.area.Bottom()}, {plot.area.Right(), plot.area.Bottom()}, theme.Axis());
+  const double x = plot.X(figure.rms);
+  page.Line({x, plot.area.y}, {x, plot.area.Bottom()}, {theme.ink, 0.9, {3.0, 2.0}});
+  FigureText text = PlainText(fmt::format("RMS {:.2f} px", figure.rms), {x + 3.0, plot.area.y + theme.small},
+                              theme.small, theme.ink);
+  text.halo = theme.background;
+  page.Text(text);
+  DrawTitle(page, plot.area, "lengths of the errors", theme);
+}
+
+}  // namespace
+
+FigurePage DrawCalibration(const CalibrationFigure& figure, const FigureOptions& options) {
+  if (figure.corners.empty()) {
+    throw UsageError("no corners to draw, expected at least one");
+  }
+  const double aspect = static_cast<double>(figure.height) / figure.width;
+  FigureSheet sheet = MakeSheet(options, kTextWidth, "Errors of a calibration", [&](double width) {
+    const FigureTheme theme(options);
+    return (width - 2.0 * kCalibrationGap) / 3.0 * aspect + 2.0 * theme.small + XAxisHeight(theme, true);
+  });
+  const FigureTheme& theme = sheet.theme;
+  const double above = 2.0 * theme.small;
+  const double below = XAxisHeight(theme, true);
+  FigureRect panel{sheet.area.x, sheet.area.y + above, (sheet.area.width - 2.0 * kCalibrationGap) / 3.0, 0.0};
+  panel.height = std::min(panel.width * aspect, sheet.area.height - above - below);
+  if (panel.height < 30.0) {
+    throw UsageError("the figure is too small for its panels, expected a larger size");
+  }
+  FigureRect image = panel;  // keeps the image's proportions
+  image.width = panel.height / aspect;
+  image.x += 0.5 * (panel.width - image.width);
+  DrawErrors(sheet.page, figure, image, theme);
+  image.x += panel.width + kCalibrationGap;
+  DrawCoverage(sheet.page, figure, image, theme);
+  panel.x += 2.0 * (panel.width + kCalibrationGap);
+  DrawHistogram(sheet.page, figure, panel, theme);
+  return std::move(sheet.page);
+}
+
+FigurePage DrawBoardSheet(const BoardSheet& sheet, double dpi) {
+  constexpr double kPoint = 72.0 / 25.4;  // of a mm
+  constexpr double kMargin = 8.0;         // mm; what printers leave white, and what the detector needs
+  constexpr double kCaption = 7.0;        // mm
+  constexpr double kShort = 210.0;        // mm, A4
+  constexpr double kLong = 297.0;
+  const double width = sheet.width + 2.0 * kMargin;
+  const double height = sheet.height + 2.0 * kMargin + kCaption;
+  FigurePage page;
+  page.width = width;
+  page.height = height;
+  if (width <= kLong && height <= kShort) {
+    page.width = kLong;
+    page.height = kShort;
+  } else if (width <= kShort && height <= kLong) {
+    page.width = kShort;
+    page.height = kLong;
+  }
+  const double x = 0.5 * (page.width - sheet.width);
+  const double y = 0.5 * (page.height - sheet.height - kCaption);
+  page.width *= kPoint;
+  page.height *= kPoint;
+  page.dpi = dpi;
+  page.background = Eigen::Vector3d(1.0, 1.0, 1.0);
+  page.title = sheet.caption;
+  for (const BoardSheet::Area& area : sheet.areas) {
+    page.Rect({kPoint * (x + area.area.x), kPoint * (y + area.area.y), kPoint * area.area.width,
+               kPoint * area.area.height},
+              area.black ? Eigen::Vector3d(0.0, 0.0, 0.0) : Eigen::Vector3d(1.0, 1.0, 1.0));
+  }
+  constexpr double kFont = 8.0;
+  page.Text(NarrowText(PlainText(sheet.caption, {0.5 * page.width, kPoint * (y + sheet.height + kMargin)},
+                                 kFont, {0.35, 0.35, 0.35}, TextAlign::kCenter),
+                       page.width - 2.0 * kPoint * kMargin));
+  return page;
+}
+
+}  // namespace sqslam

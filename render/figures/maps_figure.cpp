@@ -1,0 +1,223 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "render/figures/panel_figures.h"
+#include "render/page/chart.h"
+#include "render/page/panels.h"
+#include "render/picture/picture.h"
+#include "render/picture/picture_overlay.h"
+#include "render/solids/convex_solids.h"
+#include "slam/util/error.h"
+
+namespace sqslam {
+namespace {
+
+constexpr double kMapsGap = 5.0;  // points between panels
+
+// Classes of all maps, and of the boxes, with the colour that each has in every panel.
+std::map<std::string, Eigen::Vector3d> CommonColors(const MapsFigure& figure) {
+  std::set<std::string> labels;
+  std::set<std::string> boxed;
+  for (const MapsFigure::Panel& panel : figure.panels) {
+    for (const SnapshotObject& object : panel.map.objects) {
+      labels.insert(object.label);
+    }
+    for (const MapsFigure::Box& box : panel.boxes) {
+      boxed.insert(box.label);
+    }
+  }
+  labels.insert(boxed.begin(), boxed.end());
+  const std::vector<std::string> all(labels.begin(), labels.end());
+  const LabelColors colors(all);
+  std::map<std::string, Eigen::Vector3d> result;
+  for (const std::string& label : all) {
+    result[label] = colors(label);
+  }
+  return result;
+}
+
+std::vector<LegendEntry> LegendOf(const std::map<std::string, Eigen::Vector3d>& colors) {
+  std::vector<LegendEntry> entries;
+  for (const auto& [label, color] : colors) {
+    LegendEntry entry;
+    entry.text = ReadableLabel(label);
+    entry.look.color = color;
+    entries.push_back(entry);
+  }
+  return entries;
+}
+
+struct MapsLayout {
+  int columns = 1;
+  int rows = 1;
+  double width = 0.0;   // of a panel
+  double image = 0.0;   // height of the image; 0: none has one
+  double map = 0.0;     // height of the map's picture
+  double name = 0.0;    // height of the name
+  double legend = 0.0;  // height of the legend
+
+  double Block() const { return image + (image > 0.0 ? kMapsGap : 0.0) + map + name; }
+  double Height() const { return rows * Block() + (rows - 1) * kMapsGap + legend; }
+};
+
+// Width over height of the images.
+double ImageAspect(const MapsFigure& figure) {
+  for (const MapsFigure::Panel& panel : figure.panels) {
+    if (!panel.image.empty()) {
+      return static_cast<double>(panel.image.cols) / panel.image.rows;
+    }
+  }
+  return 0.0;
+}
+
+MapsLayout LayOut(const MapsFigure& figure, const FigureTheme& theme, double width) {
+  MapsLayout layout;
+  const int count = static_cast<int>(figure.panels.size());
+  layout.columns = std::clamp(figure.columns > 0 ? figure.columns : std::min(count, 5), 1, count);
+  layout.rows = (count + layout.columns - 1) / layout.columns;
+  layout.width = (width - kMapsGap * (layout.columns - 1)) / layout.columns;
+  const double aspect = ImageAspect(figure);
+  layout.image = aspect > 0.0 ? layout.width / aspect : 0.0;
+  layout.map = layout.width / (aspect > 0.0 ? aspect : 4.0 / 3.0);
+  layout.name = 1.9 * theme.font;
+  layout.legend = LegendHeight(LegendOf(CommonColors(figure)), width, theme);
+  return layout;
+}
+
+// The image as large as it fits, its boxes as outlines with the classes' colours.
+void DrawImage(FigurePage& page, const MapsFigure::Panel& panel, const FigureRect& area,
+               const std::map<std::string, Eigen::Vector3d>& colors, const FigureTheme& theme) {
+  if (panel.image.empty()) {
+    page.Rect(area, theme.faint);
+    page.Text(PlainText("no image", area.Center(), theme.small, theme.muted, TextAlign::kCenter));
+    return;
+  }
+  const double scale = std::min(area.width / panel.image.cols, area.height / panel.image.rows);
+  FigureRect fitted{0.0, 0.0, scale * panel.image.cols, scale * panel.image.rows};
+  fitted.x = area.Center().x() - 0.5 * fitted.width;
+  fitted.y = area.Center().y() - 0.5 * fitted.height;
+  page.Image(panel.image, fitted);
+  const double stroke = std::min(1.1, 0.0065 * area.width);
+  for (const MapsFigure::Box& box : panel.boxes) {
+    const double left = std::clamp(box.box.x, 0.0, double(panel.image.cols));
+    const double top = std::clamp(box.box.y, 0.0, double(panel.image.rows));
+    const double right = std::clamp(box.box.x + box.box.width, 0.0, double(panel.image.cols));
+    const double bottom = std::clamp(box.box.y + box.box.height, 0.0, double(panel.image.rows));
+    const FigureRect outline{fitted.x + scale * left, fitted.y + scale * top, scale * (right - left),
+                             scale * (bottom - top)};
+    page.Rect(outline, std::nullopt,
+              FigureStroke{{0.0, 0.0, 0.0}, 1.6 * stroke, {}});  // visible on any image
+    page.Rect(outline, std::nullopt, FigureStroke{colors.at(box.label), stroke, {}});
+  }
+}
+
+// Names above the objects, the nearest first; a name that would cover another moves up a line, one that finds
+// no room there is left out: farther up it would seem to belong to something else.
+void DrawObjectNames(FigurePage& page, const MapSnapshot& map, const ViewCamera& camera, cv::Size pixels,
+                     const FigureRect& area, const FigureTheme& theme) {
+  struct Name {
+    std::string text;
+    Eigen::Vector2d anchor;
+    double depth;
+  };
+  const double size = 0.85 * theme.small;
+  std::vector<Name> names;
+  for (const SnapshotObject& object : map.objects) {
+    const Eigen::Vector3d up = camera.view_up.normalized();
+    const Eigen::Vector3d top =
+        object.superquadric.T_map_object.translation + SupportExtent(object.superquadric, up) * up;
+    const SeenPoint seen = Project(camera, pixels, top);
+    if (seen.depth > 0.0) {
+      names.push_back({ReadableLabel(object.label),
+                       {area.x + seen.pixel.x / pixels.width * area.width,
+                        area.y + seen.pixel.y / pixels.height * area.height - 0.8 * size},
+                       seen.depth});
+    }
+  }
+  std::sort(names.begin(), names.end(), [](const Name& a, const Name& b) { return a.depth < b.depth; });
+  std::vector<FigureRect> taken;
+  for (const Name& name : names) {
+    const double width = TextWidth(name.text, size);
+    FigureRect box{name.anchor.x() - 0.5 * width, name.anchor.y() - 0.55 * size, width, 1.1 * size};
+    const auto covers = [&box](const FigureRect& other) {
+      return box.x < other.Right() + 2.0 && other.x < box.Right() + 2.0 && box.y < other.Bottom() &&
+             other.y < box.Bottom();
+    };
+    if (std::any_of(taken.begin(), taken.end(), covers)) {
+      box.y -= 1.1 * size;
+    }
+    if (area.Contains(box) && std::none_of(taken.begin(), taken.end(), covers)) {
+      taken.push_back(box);
+      FigureText text = PlainText(name.text, box.Center(), size, theme.ink, TextAlign::kCenter);
+      text.halo = theme.background;
+      page.Text(text);
+    }
+  }
+}
+
+std::string Caption(const MapsFigure& figure, std::size_t index) {
+  const std::string& name = figure.panels[index].name;
+  return figure.panels.size() < 2 || index > 25
+             ? name
+             : fmt::format("({}) {}", static_cast<char>('a' + index), name);
+}
+
+}  // namespace
+
+FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options, const FigureProgress& progress) {
+  if (figure.panels.empty()) {
+    throw UsageError("no maps, expected at least one");
+  }
+  const double own_width = figure.panels.size() == 1 ? kColumnWidth : kTextWidth;
+  FigureSheet sheet = MakeSheet(options, own_width, "Object maps", [&](double width) {
+    return LayOut(figure, FigureTheme(options), width).Height();
+  });
+  const auto colors = CommonColors(figure);
+  MapsLayout layout = LayOut(figure, sheet.theme, sheet.area.width);
+  // Where the height was asked for: what is spare is the maps', what is missing is taken from both.
+  const double spare = (sheet.area.height - layout.Height()) / layout.rows;
+  const double shared = spare > 0.0 ? 0.0 : layout.image / (layout.image + layout.map);
+  layout.image += shared * spare;
+  layout.map += (1.0 - shared) * spare;
+  if (layout.map < 10.0) {
+    throw UsageError("the figure is too low for its maps, expected a larger height or more columns");
+  }
+  PictureRenderer renderer(PanelOptions(options, sheet.page.dpi, layout.width, layout.map, colors));
+  if (progress) {
+    progress(0, static_cast<int>(figure.panels.size()));
+  }
+  for (std::size_t i = 0; i < figure.panels.size(); ++i) {
+    const MapsFigure::Panel& panel = figure.panels[i];
+    const int column = static_cast<int>(i) % layout.columns;
+    const int row = static_cast<int>(i) / layout.columns;
+    FigureRect area{sheet.area.x + column * (layout.width + kMapsGap),
+                    sheet.area.y + row * (layout.Block() + kMapsGap), layout.width, layout.image};
+    if (layout.image > 0.0) {
+      DrawImage(sheet.page, panel, area, colors, sheet.theme);
+      area.y += layout.image + kMapsGap;
+    }
+    area.height = layout.map;
+    renderer.SetMap(panel.map);
+    const cv::Mat picture = renderer.Render();
+    PlacePanel(sheet.page, picture, area);
+    if (figure.labels) {
+      DrawObjectNames(sheet.page, panel.map, renderer.DefaultCamera(), picture.size(), area, sheet.theme);
+    }
+    const Eigen::Vector2d anchor(area.Center().x(), area.Bottom() + 0.9 * sheet.theme.font);
+    sheet.page.Text(NarrowText(
+        PlainText(Caption(figure, i), anchor, sheet.theme.font, sheet.theme.ink, TextAlign::kCenter),
+        layout.width));
+    if (progress) {
+      progress(static_cast<int>(i) + 1, static_cast<int>(figure.panels.size()));
+    }
+  }
+  DrawLegend(sheet.page, LegendOf(colors),
+             {sheet.area.x, sheet.area.Bottom() - layout.legend, sheet.area.width, layout.legend},
+             sheet.theme);
+  return std::move(sheet.page);
+}
+
+}  // namespace sqslam

@@ -1,0 +1,144 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "render/camera/scene_framing.h"
+#include "render/figures/panel_figures.h"
+#include "render/page/panels.h"
+#include "render/picture/picture.h"
+#include "slam/util/error.h"
+
+namespace sqslam {
+namespace {
+
+constexpr const char* kLabel = "shape";
+
+MapSnapshot OneShape(double e1, double e2) {
+  MapSnapshot map;
+  map.gravity_known = true;
+  SnapshotObject object;
+  object.label = kLabel;
+  object.superquadric.shape = {Eigen::Vector3d::Ones(), e1, e2};
+  map.objects.push_back(object);
+  return map;
+}
+
+// Holds a cube from the side, so that every shape is drawn at the same scale.
+ViewCamera EyeOn(const ShapesFigure& figure, double aspect) {
+  const double azimuth = figure.azimuth * std::numbers::pi / 180.0;
+  const double elevation = figure.elevation * std::numbers::pi / 180.0;
+  ViewCamera camera;
+  camera.view_angle = 20.0;
+  camera.focal_point = Eigen::Vector3d::Zero();
+  camera.position = 10.0 * Eigen::Vector3d(std::cos(elevation) * std::cos(azimuth),
+                                           std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
+  std::vector<Eigen::Vector3d> corners;
+  for (int i = 0; i < 8; ++i) {
+    corners.emplace_back(i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0 : -1.0);
+  }
+  return FitOutline(camera, corners, aspect, 0.04);
+}
+
+struct ShapesGrid {
+  FigureRect area;  // of all cells
+  double cell = 0.0;
+};
+
+std::string ExponentText(double e) { return fmt::format("{:.3g}", e); }
+
+// Room for the exponents: a line of names and one of values above, a column of each at the left.
+double HeadRoom(const FigureTheme& theme) { return 2.6 * theme.font; }
+
+double SideRoom(const ShapesFigure& figure, const FigureTheme& theme) {
+  double widest = 0.0;
+  for (const double e : figure.e1) {
+    widest = std::max(widest, TextWidth(ExponentText(e), theme.font));
+  }
+  return widest + 2.3 * theme.font;
+}
+
+ShapesGrid PlaceGrid(const FigureSheet& sheet, const ShapesFigure& figure) {
+  const double head = HeadRoom(sheet.theme);
+  const double side = SideRoom(figure, sheet.theme);
+  const auto columns = static_cast<double>(figure.e2.size());
+  const auto rows = static_cast<double>(figure.e1.size());
+  ShapesGrid grid;
+  grid.cell = std::min((sheet.area.width - side) / columns, (sheet.area.height - head) / rows);
+  const double width = side + columns * grid.cell;
+  const double height = head + rows * grid.cell;
+  grid.area = {sheet.area.x + 0.5 * (sheet.area.width - width) + side,
+               sheet.area.y + 0.5 * (sheet.area.height - height) + head, columns * grid.cell,
+               rows * grid.cell};
+  return grid;
+}
+
+void DrawExponents(FigureSheet& sheet, const ShapesGrid& grid, const ShapesFigure& figure) {
+  const FigureTheme& theme = sheet.theme;
+  const double names = HeadRoom(theme) - 0.6 * theme.font;
+  const double values = 0.65 * theme.font;
+  FigurePage& page = sheet.page;
+  page.Text(PlainText("ε₂", {grid.area.Center().x(), grid.area.y - names}, 1.1 * theme.font, theme.ink,
+                      TextAlign::kCenter));
+  page.Text(PlainText("ε₁", {grid.area.x - SideRoom(figure, theme), grid.area.Center().y()}, 1.1 * theme.font,
+                      theme.ink));
+  for (std::size_t i = 0; i < figure.e2.size(); ++i) {
+    page.Text(PlainText(ExponentText(figure.e2[i]),
+                        {grid.area.x + (static_cast<double>(i) + 0.5) * grid.cell, grid.area.y - values},
+                        theme.font, theme.ink, TextAlign::kCenter));
+  }
+  for (std::size_t i = 0; i < figure.e1.size(); ++i) {
+    page.Text(
+        PlainText(ExponentText(figure.e1[i]),
+                  {grid.area.x - 0.3 * theme.font, grid.area.y + (static_cast<double>(i) + 0.5) * grid.cell},
+                  theme.font, theme.ink, TextAlign::kRight));
+  }
+}
+
+}  // namespace
+
+FigurePage DrawShapes(const ShapesFigure& figure, const FigureOptions& options,
+                      const FigureProgress& progress) {
+  for (const std::vector<double>* values : {&figure.e1, &figure.e2}) {
+    if (values->empty() || values->size() > 20) {
+      throw UsageError(fmt::format("{} exponents: expected 1 to 20", values->size()));
+    }
+    for (const double e : *values) {
+      if (!(e >= 0.05 && e <= 2.0)) {
+        throw UsageError(fmt::format("exponent {}: expected 0.05 to 2", e));
+      }
+    }
+  }
+  FigureSheet sheet =
+      MakeSheet(options, kColumnWidth, "Superquadrics of different exponents", [&](double width) {
+        const FigureTheme theme(options);
+        return HeadRoom(theme) + (width - SideRoom(figure, theme)) / static_cast<double>(figure.e2.size()) *
+                                     static_cast<double>(figure.e1.size());
+      });
+  const ShapesGrid grid = PlaceGrid(sheet, figure);
+  PictureOptions panel =
+      PanelOptions(options, sheet.page.dpi, grid.cell, grid.cell, {{kLabel, figure.color}});
+  panel.style.light.shadow = 0.0;  // it would end at the edge of the panel
+  PictureRenderer renderer(panel);
+  const ViewCamera eye = EyeOn(figure, 1.0);
+  int done = 0;
+  if (progress) {
+    progress(0, static_cast<int>(figure.e1.size() * figure.e2.size()));
+  }
+  for (std::size_t row = 0; row < figure.e1.size(); ++row) {
+    for (std::size_t column = 0; column < figure.e2.size(); ++column) {
+      renderer.SetMap(OneShape(figure.e1[row], figure.e2[column]));
+      const double x = grid.area.x + static_cast<double>(column) * grid.cell;
+      const double y = grid.area.y + static_cast<double>(row) * grid.cell;
+      PlacePanel(sheet.page, renderer.Render(eye), {x, y, grid.cell, grid.cell});
+      if (progress) {
+        progress(++done, static_cast<int>(figure.e1.size() * figure.e2.size()));
+      }
+    }
+  }
+  DrawExponents(sheet, grid, figure);
+  return std::move(sheet.page);
+}
+
+}  // namespace sqslam

@@ -1,0 +1,287 @@
+#include "render/page/chart.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace sqslam {
+namespace {
+
+constexpr double kTickGap = 3.0;  // points between the plot and its numbers
+
+FigureText Label(std::string text, const Eigen::Vector2d& anchor, double size, const Eigen::Vector3d& color,
+                 TextAlign align, double angle = 0.0) {
+  FigureText label;
+  label.text = std::move(text);
+  label.anchor = anchor;
+  label.size = size;
+  label.color = color;
+  label.align = align;
+  label.angle = angle;
+  return label;
+}
+
+std::vector<Eigen::Vector2d> MarkOutline(const Eigen::Vector2d& center, const Mark& mark) {
+  const auto ring = [&](int corners, double radius, double first) {
+    std::vector<Eigen::Vector2d> points;
+    for (int i = 0; i < corners; ++i) {
+      const double angle = first + 2.0 * std::numbers::pi * i / corners;
+      points.push_back(center + radius * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
+    }
+    return points;
+  };
+  constexpr double kQuarter = 0.5 * std::numbers::pi;
+  switch (mark.shape) {
+    case Mark::Shape::kSquare:
+      return ring(4, 0.62 * mark.size, 0.5 * kQuarter);
+    case Mark::Shape::kTriangle:
+      return ring(3, 0.62 * mark.size, -kQuarter);
+    case Mark::Shape::kDiamond:
+      return ring(4, 0.62 * mark.size, 0.0);
+    default:
+      return ring(32, 0.5 * mark.size, 0.0);
+  }
+}
+
+constexpr double kSwatch = 2.0;    // width of a legend's sign, of the letters' size
+constexpr double kSignGap = 0.5;   // between sign and text
+constexpr double kEntryGap = 1.6;  // between entries
+constexpr double kLineHeight = 1.55;
+
+double EntryWidth(const LegendEntry& entry, double size) {
+  return (kSwatch + kSignGap) * size + TextWidth(entry.text, size);
+}
+
+std::vector<std::vector<int>> LegendLines(const std::vector<LegendEntry>& entries, double width,
+                                          double size) {
+  std::vector<std::vector<int>> lines;
+  double used = 0.0;
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const double needed = EntryWidth(entries[i], size);
+    if (lines.empty() || used + kEntryGap * size + needed > width) {
+      lines.emplace_back();
+      used = needed;
+    } else {
+      used += kEntryGap * size + needed;
+    }
+    lines.back().push_back(static_cast<int>(i));
+  }
+  return lines;
+}
+
+void DrawSign(FigurePage& page, const LegendEntry& entry, const FigureRect& box, const FigureTheme& theme) {
+  const Eigen::Vector2d middle = box.Center();
+  switch (entry.kind) {
+    case LegendEntry::Kind::kBar:
+      DrawBar(page, {box.x + 0.25 * box.width, box.y, 0.75 * box.width, box.height}, entry.look,
+              theme.background);
+      break;
+    case LegendEntry::Kind::kLine:
+      page.Line({box.x, middle.y()}, {box.Right(), middle.y()},
+                {entry.look.color, entry.width, entry.look.dash});
+      if (entry.mark.size > 0.0) {
+        DrawMark(page, middle, entry.mark);
+      }
+      break;
+    case LegendEntry::Kind::kMark:
+      DrawMark(page, {box.Right() - 0.4 * box.width, middle.y()}, entry.mark);
+      break;
+    case LegendEntry::Kind::kTick:
+      page.Line({box.Right() - 0.4 * box.width, box.y}, {box.Right() - 0.4 * box.width, box.Bottom()},
+                {entry.look.color, entry.width, {}});
+      break;
+  }
+}
+
+}  // namespace
+
+std::vector<double> ChartAxis::Ticks() const {
+  std::vector<double> ticks;
+  const double slack = 1e-6 * step;
+  for (double i = std::ceil((low - slack) / step); i * step <= high + slack; ++i) {
+    ticks.push_back(i == 0.0 ? 0.0 : i * step);
+  }
+  return ticks;
+}
+
+std::string ChartAxis::TickText(double value) const {
+  const int decimals = std::clamp(static_cast<int>(std::ceil(-std::log10(step) - 1e-9)), 0, 9);
+  const std::string text = fmt::format("{:.{}f}", std::abs(value), decimals);
+  return value < -1e-9 * step ? "\u2212" + text : text;
+}
+
+ChartAxis RoundAxis(double low, double high, int ticks, bool whole_steps) {
+  if (!(high > low)) {
+    const double around = std::max(1e-6, 0.1 * std::abs(low));
+    low -= around;
+    high += around;
+  }
+  const double rough = (high - low) / std::max(ticks, 1);
+  const double power = std::pow(10.0, std::floor(std::log10(rough)));
+  const double lead = rough / power;
+  ChartAxis axis{low, high, (lead > 7.0 ? 10.0 : lead > 3.2 ? 5.0 : lead > 1.5 ? 2.0 : 1.0) * power};
+  if (whole_steps) {
+    axis.low = axis.step * std::floor(low / axis.step + 1e-9);
+    axis.high = axis.step * std::ceil(high / axis.step - 1e-9);
+  }
+  return axis;
+}
+
+SeriesLook LookOfSeries(int index) {
+  // Okabe and Ito, the pairs that differ most in lightness first.
+  static constexpr std::array<const char*, 6> kColors = {"#0072b2", "#e69f00", "#009e73",
+                                                         "#d55e00", "#56b4e9", "#cc79a7"};
+  static const std::array<std::vector<double>, 4> kDashes = {
+      std::vector<double>{}, {5.0, 2.0}, {1.5, 1.5}, {6.0, 1.5, 1.5, 1.5}};
+  SeriesLook look;
+  look.color = ParseColor(kColors[static_cast<std::size_t>(index) % kColors.size()]);
+  look.dash = kDashes[static_cast<std::size_t>(index) % kDashes.size()];
+  look.hatch = index % 5;
+  return look;
+}
+
+std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>> HatchLines(const FigureRect& rect, int hatch,
+                                                                    double spacing) {
+  std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>> lines;
+  if (hatch == 3) {
+    for (double y = rect.y + 0.5 * spacing; y < rect.Bottom(); y += spacing) {
+      lines.push_back({{rect.x, y}, {rect.Right(), y}});
+    }
+    return lines;
+  }
+  // Lines x + y = c (rising on the page) and x - y = c, cut to the rectangle.
+  const auto add = [&](double sign) {
+    const double first = rect.x + std::min(sign * rect.y, sign * rect.Bottom());
+    const double last = rect.Right() + std::max(sign * rect.y, sign * rect.Bottom());
+    const double step = spacing * std::numbers::sqrt2;
+    for (double c = first + 0.5 * step; c < last; c += step) {
+      const double low = std::max(rect.x, std::min(c - sign * rect.y, c - sign * rect.Bottom()));
+      const double high = std::min(rect.Right(), std::max(c - sign * rect.y, c - sign * rect.Bottom()));
+      if (high - low > 1e-6) {
+        lines.push_back({{low, sign * (c - low)}, {high, sign * (c - high)}});
+      }
+    }
+  };
+  if (hatch == 1 || hatch == 4) {
+    add(1.0);
+  }
+  if (hatch == 2 || hatch == 4) {
+    add(-1.0);
+  }
+  return lines;
+}
+
+void DrawBar(FigurePage& page, const FigureRect& bar, const SeriesLook& look,
+             const Eigen::Vector3d& stripes) {
+  if (bar.width <= 0.0 || bar.height <= 0.0) {
+    return;
+  }
+  page.Rect(bar, look.color);
+  for (const auto& [from, to] : HatchLines(bar, look.hatch, 3.0)) {
+    // A dash as long as the line: its ends are cut off straight then and stay inside the bar.
+    page.Line(from, to, {stripes, 0.7, {(to - from).norm() + 1.0, 1.0}});
+  }
+}
+
+void DrawMark(FigurePage& page, const Eigen::Vector2d& center, const Mark& mark) {
+  if (mark.shape == Mark::Shape::kCross) {
+    const double r = 0.42 * mark.size;
+    page.Line(center + Eigen::Vector2d(-r, -r), center + Eigen::Vector2d(r, r), {mark.color, 1.0, {}});
+    page.Line(center + Eigen::Vector2d(-r, r), center + Eigen::Vector2d(r, -r), {mark.color, 1.0, {}});
+    return;
+  }
+  FigurePath path;
+  path.points = MarkOutline(center, mark);
+  path.closed = true;
+  path.fill = mark.color;
+  page.elements.emplace_back(std::move(path));
+}
+
+double LegendHeight(const std::vector<LegendEntry>& entries, double width, const FigureTheme& theme) {
+  return static_cast<double>(LegendLines(entries, width, theme.small).size()) * kLineHeight * theme.small;
+}
+
+void DrawLegend(FigurePage& page, const std::vector<LegendEntry>& entries, const FigureRect& area,
+                const FigureTheme& theme) {
+  const double size = theme.small;
+  double y = area.y + 0.5 * kLineHeight * size;
+  for (const std::vector<int>& line : LegendLines(entries, area.width, size)) {
+    double used = -kEntryGap * size;
+    for (const int index : line) {
+      used += kEntryGap * size + EntryWidth(entries[static_cast<std::size_t>(index)], size);
+    }
+    double x = area.x + std::max(0.0, 0.5 * (area.width - used));
+    for (const int index : line) {
+      const LegendEntry& entry = entries[static_cast<std::size_t>(index)];
+      DrawSign(page, entry, {x, y - 0.45 * size, kSwatch * size, 0.9 * size}, theme);
+      const double room = area.width - (kSwatch + kSignGap) * size;
+      page.Text(Label(FittingText(entry.text, size, room), {x + (kSwatch + kSignGap) * size, y}, size,
+                      theme.ink, TextAlign::kLeft));
+      x += EntryWidth(entry, size) + kEntryGap * size;
+    }
+    y += kLineHeight * size;
+  }
+}
+
+void DrawXAxis(FigurePage& page, const PlotArea& plot, const std::string& label, const FigureTheme& theme,
+               bool grid) {
+  const FigureRect& area = plot.area;
+  const double numbers_y = area.Bottom() + kTickGap + 0.5 * theme.small;
+  double last_right = -1e9;
+  for (const double tick : plot.x.Ticks()) {
+    const double x = plot.X(tick);
+    if (grid) {
+      page.Line({x, area.y}, {x, area.Bottom()}, theme.Grid());
+    }
+    const std::string text = plot.x.TickText(tick);
+    const double half = 0.5 * TextWidth(text, theme.small);
+    if (x - half > last_right + 2.0) {  // numbers that would touch are left out
+      page.Text(Label(text, {x, numbers_y}, theme.small, theme.muted, TextAlign::kCenter));
+      last_right = x + half;
+    }
+  }
+  page.Line({area.x, area.Bottom()}, {area.Right(), area.Bottom()}, theme.Axis());
+  if (!label.empty()) {
+    page.Text(Label(label, {area.Center().x(), numbers_y + 0.6 * theme.small + 0.9 * theme.font}, theme.font,
+                    theme.ink, TextAlign::kCenter));
+  }
+}
+
+void DrawYAxis(FigurePage& page, const PlotArea& plot, const std::string& label, const FigureTheme& theme,
+               bool grid) {
+  const FigureRect& area = plot.area;
+  double last_top = 1e9;
+  for (const double tick : plot.y.Ticks()) {
+    const double y = plot.Y(tick);
+    if (grid) {
+      page.Line({area.x, y}, {area.Right(), y}, theme.Grid());
+    }
+    if (y + 0.5 * theme.small < last_top) {
+      page.Text(
+          Label(plot.y.TickText(tick), {area.x - kTickGap, y}, theme.small, theme.muted, TextAlign::kRight));
+      last_top = y - 0.5 * theme.small;
+    }
+  }
+  page.Line({area.x, area.y}, {area.x, area.Bottom()}, theme.Axis());
+  if (!label.empty()) {
+    const double x = area.x - YAxisWidth(plot.y, theme, true) + 0.5 * theme.font;
+    page.Text(Label(label, {x, area.Center().y()}, theme.font, theme.ink, TextAlign::kCenter, 90.0));
+  }
+}
+
+double XAxisHeight(const FigureTheme& theme, bool label) {
+  return kTickGap + 1.1 * theme.small + (label ? 1.4 * theme.font : 0.0);
+}
+
+double YAxisWidth(const ChartAxis& axis, const FigureTheme& theme, bool label) {
+  double widest = 0.0;
+  for (const double tick : axis.Ticks()) {
+    widest = std::max(widest, TextWidth(axis.TickText(tick), theme.small));
+  }
+  return kTickGap + widest + (label ? 1.5 * theme.font : 0.0);
+}
+
+}  // namespace sqslam

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "render/page/figure_options.h"
+#include "render/page/page.h"
+
+namespace sqslam {
+
+// An axis with round numbers at its ticks.
+struct ChartAxis {
+  double low = 0.0;
+  double high = 1.0;
+  double step = 0.2;  // between ticks
+
+  std::vector<double> Ticks() const;         // multiples of step in [low, high]
+  std::string TickText(double value) const;  // with as many decimals as the step needs
+};
+
+// An axis over [low, high] with about `ticks` of them; its ends are moved outwards to ticks where
+// `whole_steps`.
+ChartAxis RoundAxis(double low, double high, int ticks, bool whole_steps);
+
+// How the series of a chart differ: in colour, and for grey prints in dashes, hatches and marks.
+struct SeriesLook {
+  Eigen::Vector3d color = Eigen::Vector3d::Zero();
+  std::vector<double> dash;  // points
+  int hatch = 0;             // 0: none; 1 to 4: rising, falling, level, crossed
+};
+SeriesLook LookOfSeries(int index);
+
+// A bar, with stripes in the colour of the background where the look has a hatch.
+void DrawBar(FigurePage& page, const FigureRect& bar, const SeriesLook& look, const Eigen::Vector3d& stripes);
+
+// Lines across a rectangle, in page coordinates: the stripes of a hatch, `spacing` points apart.
+std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>> HatchLines(const FigureRect& rect, int hatch,
+                                                                    double spacing);
+
+struct Mark {
+  enum class Shape { kCircle, kSquare, kTriangle, kDiamond, kCross };
+  Shape shape = Shape::kCircle;
+  double size = 4.0;  // points
+  Eigen::Vector3d color = Eigen::Vector3d::Zero();
+};
+void DrawMark(FigurePage& page, const Eigen::Vector2d& center, const Mark& mark);
+
+struct LegendEntry {
+  enum class Kind { kBar, kLine, kMark, kTick };
+  std::string text;
+  Kind kind = Kind::kBar;
+  SeriesLook look;
+  double width = 1.2;  // of a line, points
+  Mark mark;           // on a line too where its size is above 0
+};
+
+// Entries in lines as wide as there is room, each line centred. Points.
+double LegendHeight(const std::vector<LegendEntry>& entries, double width, const FigureTheme& theme);
+void DrawLegend(FigurePage& page, const std::vector<LegendEntry>& entries, const FigureRect& area,
+                const FigureTheme& theme);
+
+// Part of a page onto which two axes are laid.
+struct PlotArea {
+  FigureRect area;
+  ChartAxis x;
+  ChartAxis y;
+
+  double X(double value) const { return area.x + (value - x.low) / (x.high - x.low) * area.width; }
+  double Y(double value) const { return area.Bottom() - (value - y.low) / (y.high - y.low) * area.height; }
+  Eigen::Vector2d At(double x_value, double y_value) const { return {X(x_value), Y(y_value)}; }
+};
+
+// Grid lines and numbers of one axis each; the label stands outside the numbers. `grid` draws the lines.
+void DrawXAxis(FigurePage& page, const PlotArea& plot, const std::string& label, const FigureTheme& theme,
+               bool grid = true);
+void DrawYAxis(FigurePage& page, const PlotArea& plot, const std::string& label, const FigureTheme& theme,
+               bool grid = true);
+
+// Room that numbers and label of an axis take beside the plot, points.
+double XAxisHeight(const FigureTheme& theme, bool label);
+double YAxisWidth(const ChartAxis& axis, const FigureTheme& theme, bool label);
+
+}  // namespace sqslam

@@ -1,0 +1,109 @@
+#include "render/page/figure_options.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "slam/util/error.h"
+
+namespace sqslam {
+namespace {
+
+constexpr double kPointsPerMm = 72.0 / 25.4;
+constexpr double kUsualDpi = 300.0;
+
+Eigen::Vector3d Mix(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double share_of_b) {
+  return (1.0 - share_of_b) * a + share_of_b * b;
+}
+
+}  // namespace
+
+void CheckFigureOptions(const FigureOptions& options) {
+  CheckStyle(options.style);
+  if (options.width_px.has_value() != options.height_px.has_value()) {
+    throw UsageError("a figure's size in pixels: expected width and height");
+  }
+  if (options.width_px && (options.width_mm || options.height_mm)) {
+    throw UsageError("a figure's size: expected pixels or millimetres, not both");
+  }
+  const auto outside = [](const auto& value, double low, double high) {
+    return value && !(*value >= low && *value <= high);
+  };
+  if (outside(options.width_px, 16, 16384) || outside(options.height_px, 16, 16384)) {
+    throw UsageError(fmt::format("a figure of {}x{} pixels: expected sides from 16 to 16384",
+                                 *options.width_px, *options.height_px));
+  }
+  if (outside(options.width_mm, 10.0, 2000.0) || outside(options.height_mm, 10.0, 2000.0)) {
+    throw UsageError("a figure's size: expected 10 to 2000 mm");
+  }
+  if (outside(options.dpi, 20.0, 2400.0)) {
+    throw UsageError(fmt::format("{} dots per inch: expected 20 to 2400", *options.dpi));
+  }
+  if (!(options.font_size >= 2.0 && options.font_size <= 72.0)) {
+    throw UsageError(fmt::format("a font of {} points: expected 2 to 72", options.font_size));
+  }
+}
+
+FigureTheme::FigureTheme(const FigureOptions& options)
+    : background(ParseColor(options.style.background)),
+      ink(ParseColor(options.style.text.color)),
+      muted(Mix(ink, background, 0.35)),
+      faint(Mix(ink, background, 0.87)),
+      font(options.font_size),
+      small(0.875 * options.font_size),
+      title(1.2 * options.font_size) {}
+
+FigureSize ResolveSize(const FigureOptions& options, double own_width) {
+  CheckFigureOptions(options);
+  FigureSize size;
+  if (options.width_px) {
+    size.dpi = options.dpi.value_or(*options.width_px * 72.0 / own_width);
+    size.width = *options.width_px * 72.0 / size.dpi;
+    size.height = *options.height_px * 72.0 / size.dpi;
+    return size;
+  }
+  size.dpi = options.dpi.value_or(kUsualDpi);
+  size.width = options.width_mm ? *options.width_mm * kPointsPerMm : own_width;
+  if (options.height_mm) {
+    size.height = *options.height_mm * kPointsPerMm;
+  }
+  return size;
+}
+
+double TitleHeight(const FigureOptions& options) {
+  return options.title.empty() ? 0.0 : 2.0 * FigureTheme(options).title;
+}
+
+FigureSheet BlankSheet(const FigureOptions& options, const FigureSize& size, double height,
+                       const std::string& description) {
+  FigureSheet sheet{{}, {}, FigureTheme(options)};
+  FigurePage& page = sheet.page;
+  page.width = size.width;
+  page.height = height;
+  page.dpi = size.dpi;
+  page.title = options.title.empty() ? description : options.title;
+  if (!options.transparent) {
+    page.background = sheet.theme.background;
+  }
+  const double top = kSheetMargin + TitleHeight(options);
+  sheet.area = {kSheetMargin, top, size.width - 2.0 * kSheetMargin, height - top - kSheetMargin};
+  if (sheet.area.width < 20.0 || sheet.area.height < 20.0) {
+    throw UsageError(
+        fmt::format("a figure of {:.0f}x{:.0f} mm has no room for letters of {} points: "
+                    "expected a larger size, fewer dots per inch or a smaller font",
+                    size.width / kPointsPerMm, height / kPointsPerMm, options.font_size));
+  }
+  if (!options.title.empty()) {
+    page.Text({FittingText(options.title, sheet.theme.title, sheet.area.width, true),
+               {0.5 * size.width, kSheetMargin + 0.75 * sheet.theme.title},
+               sheet.theme.title,
+               sheet.theme.ink,
+               TextAlign::kCenter,
+               true,
+               0.0,
+               std::nullopt});
+  }
+  return sheet;
+}
+
+}  // namespace sqslam

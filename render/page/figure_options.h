@@ -1,0 +1,86 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "render/gl/offscreen_context.h"
+#include "render/page/page.h"
+#include "render/picture/picture.h"
+#include "render/scene/style.h"
+
+namespace sqslam {
+
+// What all figures have in common. Every figure has a width of its own (that of a column or of a page) and a
+// height that follows from what it shows; both can be overridden.
+struct FigureOptions {
+  std::optional<double> width_mm;
+  std::optional<double> height_mm;
+  std::optional<int> width_px;  // pixels of the PNG; without dpi the figure's own width becomes so many
+  std::optional<int> height_px;
+  std::optional<double> dpi;  // pixels per inch; 300 where nothing says otherwise
+  std::string title;          // above the figure; empty: none
+  double font_size = 8.0;     // points
+  bool transparent = false;   // no background
+  RenderBackend backend = RenderBackend::kAuto;
+  SceneStyle style;        // background and ink of all figures, and how maps are drawn
+  CameraOverrides camera;  // of figures with maps
+};
+
+// Throws UsageError on sizes that make no sense or contradict each other.
+void CheckFigureOptions(const FigureOptions& options);
+
+inline constexpr double kColumnWidth = 252.0;  // points: a column of a two-column paper, 88.9 mm
+inline constexpr double kTextWidth = 516.0;    // points: both columns, 182 mm
+
+// Colours and sizes of a figure's lines and texts, from its options.
+struct FigureTheme {
+  Eigen::Vector3d background;
+  Eigen::Vector3d ink;    // texts
+  Eigen::Vector3d muted;  // axes and less important texts
+  Eigen::Vector3d faint;  // grid lines
+  double font = 8.0;      // points
+  double small = 7.0;     // points: tick labels, legends
+  double title = 9.5;     // points
+
+  explicit FigureTheme(const FigureOptions& options);
+  FigureStroke Axis() const { return {muted, 0.6, {}}; }
+  FigureStroke Grid() const { return {faint, 0.5, {}}; }
+};
+
+// The page and the part of it that is left for the figure: inside a margin and below the title.
+struct FigureSheet {
+  FigurePage page;
+  FigureRect area;
+  FigureTheme theme;
+};
+
+// `own_width` in points. The figure's own height is asked for the width that is left inside the margins.
+template <typename HeightForWidth>
+FigureSheet MakeSheet(const FigureOptions& options, double own_width, const std::string& description,
+                      HeightForWidth&& own_height);
+
+// Width of the page in points, pixels per inch, and the page's height in points where the options give one.
+struct FigureSize {
+  double width = 0.0;
+  double dpi = 300.0;
+  std::optional<double> height;
+};
+FigureSize ResolveSize(const FigureOptions& options, double own_width);
+
+inline constexpr double kSheetMargin = 4.0;  // points
+double TitleHeight(const FigureOptions& options);
+FigureSheet BlankSheet(const FigureOptions& options, const FigureSize& size, double height,
+                       const std::string& description);
+
+template <typename HeightForWidth>
+FigureSheet MakeSheet(const FigureOptions& options, double own_width, const std::string& description,
+                      HeightForWidth&& own_height) {
+  const FigureSize size = ResolveSize(options, own_width);
+  const double around = 2.0 * kSheetMargin + TitleHeight(options);
+  const double height = size.height ? *size.height : own_height(size.width - 2.0 * kSheetMargin) + around;
+  return BlankSheet(options, size, height, description);
+}
+
+}  // namespace sqslam

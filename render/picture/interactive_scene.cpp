@@ -1,0 +1,178 @@
+#include "render/picture/interactive_scene.h"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <utility>
+
+#include "render/gl/offscreen_window.h"
+#include "render/picture/picture_overlay.h"
+#include "render/scene/scene.h"
+#include "render/scene/scene_geometry.h"
+
+namespace sqslam {
+namespace {
+
+using Detail = InteractiveScene::Detail;
+
+bool SameView(const ViewCamera& a, const ViewCamera& b) {
+  const auto same_pinhole = [&] {
+    return a.pinhole->width == b.pinhole->width && a.pinhole->height == b.pinhole->height &&
+           a.pinhole->fx == b.pinhole->fx && a.pinhole->fy == b.pinhole->fy &&
+           a.pinhole->cx == b.pinhole->cx && a.pinhole->cy == b.pinhole->cy;
+  };
+  return a.position == b.position && a.focal_point == b.focal_point && a.view_up == b.view_up &&
+         a.view_angle == b.view_angle && a.pinhole.has_value() == b.pinhole.has_value() &&
+         (!a.pinhole || same_pinhole());
+}
+
+Scene::Quality QualityOf(const SceneStyle& style, Detail detail, cv::Size size) {
+  const bool fine = detail == Detail::kFine;
+  return {.pixel_scale = PictureScale(size),
+          .samples = fine && style.anti_aliasing == "ssaa" ? 2 : 1,
+          .fxaa = fine && style.anti_aliasing == "fxaa",
+          .transparent = false,
+          .draft = !fine};
+}
+
+SceneStyle StyleFor(SceneStyle style, Detail detail) {
+  if (detail == Detail::kDraft) {
+    style.light.ambient_occlusion = style.light.outline = style.light.eye_dome = 0.0;
+    style.objects.segments = std::min(style.objects.segments, 32);
+  }
+  return style;
+}
+
+// A scene in one detail. The size is part of it, since widths of lines grow with the picture.
+struct Canvas {
+  Canvas(const SceneStyle& style, Detail detail, cv::Size wanted)
+      : size(wanted),
+        window({.width = size.width, .height = size.height, .backend = RenderBackend::kCurrent}),
+        scene(StyleFor(style, detail), QualityOf(style, detail, size)) {
+    window.AddRenderer(scene.Renderer());
+  }
+
+  cv::Size size;
+  OffscreenWindow window;  // before the scene, which needs its context to the end
+  Scene scene;
+  bool map_is_new = true;
+  bool layers_are_new = true;
+  std::optional<ViewCamera> drawn;  // the view that the texture shows
+  unsigned texture = 0;
+};
+
+}  // namespace
+
+struct InteractiveScene::Impl {
+  std::optional<Canvas>& CanvasOf(Detail detail) { return canvases[detail == Detail::kFine ? 1 : 0]; }
+  void Outdate() {
+    for (std::optional<Canvas>& canvas : canvases) {
+      if (canvas) {
+        canvas->map_is_new = true;
+      }
+    }
+  }
+
+  SceneStyle style;
+  SceneLayers layers;
+  SceneFocus focus;
+  LabelColors colors;
+  MapSnapshotPtr map = std::make_shared<const MapSnapshot>();
+  TextPainter text;
+  std::array<std::optional<Canvas>, 2> canvases;
+};
+
+InteractiveScene::InteractiveScene() : impl_(std::make_unique<Impl>()) {}
+InteractiveScene::~InteractiveScene() = default;
+InteractiveScene::InteractiveScene(InteractiveScene&&) noexcept = default;
+
+void InteractiveScene::SetStyle(const SceneStyle& style) {
+  CheckStyle(style);
+  impl_->style = style;
+  for (std::optional<Canvas>& canvas : impl_->canvases) {
+    canvas.reset();
+  }
+}
+
+void InteractiveScene::SetFrame(const MapSnapshot& map) {
+  std::vector<std::string> labels;
+  for (const SnapshotObject& object : map.objects) {
+    labels.push_back(object.label);
+  }
+  impl_->colors = LabelColors(labels);
+  impl_->focus = FindFocus(map);
+  impl_->Outdate();
+}
+
+void InteractiveScene::Show(MapSnapshotPtr map) {
+  impl_->map = map ? std::move(map) : std::make_shared<const MapSnapshot>();
+  impl_->Outdate();
+}
+
+void InteractiveScene::SetLayers(const SceneLayers& layers) {
+  impl_->layers = layers;
+  for (std::optional<Canvas>& canvas : impl_->canvases) {
+    if (canvas) {
+      canvas->layers_are_new = true;
+    }
+  }
+}
+
+void InteractiveScene::SetClip(const SceneStyle::Clip& clip) {
+  if (impl_->style.clip == clip) {
+    return;
+  }
+  impl_->style.clip = clip;
+  for (std::optional<Canvas>& canvas : impl_->canvases) {
+    if (canvas) {
+      canvas->scene.SetClip(clip);
+      canvas->drawn.reset();
+    }
+  }
+}
+
+const SceneFocus& InteractiveScene::Focus() const { return impl_->focus; }
+const LabelColors& InteractiveScene::Colors() const { return impl_->colors; }
+
+unsigned InteractiveScene::Draw(const ViewCamera& camera, cv::Size size, Detail detail) {
+  constexpr int kMaxSide = 8192;
+  if (size.width < 1 || size.height < 1 || size.width > kMaxSide || size.height > kMaxSide) {
+    return 0;
+  }
+  Impl& s = *impl_;
+  std::optional<Canvas>& canvas = s.CanvasOf(detail);
+  if (!canvas || canvas->size != size) {
+    canvas.reset();
+    canvas.emplace(s.style, detail, size);
+  }
+  if (canvas->map_is_new) {
+    canvas->scene.Show(*s.map, s.focus, s.colors);
+    canvas->map_is_new = false;
+    canvas->drawn.reset();
+  }
+  if (std::exchange(canvas->layers_are_new, false)) {
+    canvas->scene.SetLayers(s.layers);
+    canvas->drawn.reset();
+  }
+  if (!canvas->drawn || !SameView(*canvas->drawn, camera)) {
+    canvas->scene.LookFrom(camera, size.height);
+    canvas->texture = canvas->window.Draw();
+    canvas->drawn = camera;
+  }
+  return canvas->texture;
+}
+
+cv::Mat InteractiveScene::Texts(const ViewCamera& camera, cv::Size size) const {
+  cv::Mat image(size, CV_8UC4, cv::Scalar::all(0));
+  const Impl& s = *impl_;
+  const PictureCaptions captions = {.colors = s.colors,
+                                    .grid_cell = GridCell(s.focus),
+                                    .clip = MakeClipPlane(s.style.clip, s.focus, camera),
+                                    .covisibility = s.style.covisibility.show && !s.map->covisibility.empty(),
+                                    .panel = true,
+                                    .true_path = s.style.ground_truth.show && !s.layers.true_path.empty()};
+  DrawTexts(image, *s.map, camera, captions, s.style, s.text);
+  return image;
+}
+
+}  // namespace sqslam

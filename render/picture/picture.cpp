@@ -1,0 +1,189 @@
+#include "render/picture/picture.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "render/camera/scene_framing.h"
+#include "render/camera/view_presets.h"
+#include "render/gl/offscreen_window.h"
+#include "render/picture/picture_overlay.h"
+#include "render/scene/scene.h"
+#include "slam/util/error.h"
+
+namespace sqslam {
+namespace {
+
+constexpr int kMaxSide = 8192;  // pixels
+
+// FXAA knows no alpha, so that pictures without a background are always supersampled or not smoothed at all.
+// Very large pictures have pixels enough, and four times as many would not fit into memory.
+int SamplesOf(const PictureOptions& options) {
+  const bool large = static_cast<double>(options.width) * options.height > 16e6;
+  const bool smooth =
+      options.style.anti_aliasing == "ssaa" || (options.transparent && options.style.anti_aliasing == "fxaa");
+  return smooth && !large ? 2 : 1;
+}
+
+const PictureOptions& Checked(const PictureOptions& options) {
+  CheckStyle(options.style);
+  if (options.width < 16 || options.height < 16 || options.width > kMaxSide || options.height > kMaxSide) {
+    throw UsageError(fmt::format("resolution {},{}: expected sides from 16 to {} pixels", options.width,
+                                 options.height, kMaxSide));
+  }
+  return options;
+}
+
+// Colours multiplied by alpha to straight colours.
+void Unmultiply(cv::Mat& bgra) {
+  bgra.forEach<cv::Vec4b>([](cv::Vec4b& pixel, const int*) {
+    if (pixel[3] > 0 && pixel[3] < 255) {
+      for (int c = 0; c < 3; ++c) {
+        pixel[c] = cv::saturate_cast<std::uint8_t>(255.0 * pixel[c] / pixel[3]);
+      }
+    }
+  });
+}
+
+}  // namespace
+
+ViewCamera CameraOverrides::ApplyTo(ViewCamera camera) const {
+  camera.position = position.value_or(camera.position);
+  camera.focal_point = focal_point.value_or(camera.focal_point);
+  camera.view_up = view_up.value_or(camera.view_up);
+  camera.view_angle = view_angle.value_or(camera.view_angle);
+  return Zoom(Elevation(Azimuth(camera, azimuth), elevation), zoom);
+}
+
+struct PictureRenderer::Impl {
+  explicit Impl(const PictureOptions& wanted)
+      : options(Checked(wanted)),
+        window({.width = options.width,
+                .height = options.height,
+                .alpha = options.transparent,
+                .backend = options.backend}),
+        scene(options.style, {.pixel_scale = PictureScale({options.width, options.height}),
+                              .samples = SamplesOf(options),
+                              .fxaa = !options.transparent && options.style.anti_aliasing == "fxaa",
+                              .transparent = options.transparent}) {
+    window.AddRenderer(scene.Renderer());
+    scene.SetLayers(options.layers);
+  }
+
+  PictureCaptions Captions(const ViewCamera& view) const {
+    return {.colors = colors,
+            .grid_cell = grid_cell,
+            .clip = MakeClipPlane(options.style.clip, focus, view),
+            .covisibility = options.style.covisibility.show && !map.covisibility.empty(),
+            .true_path = options.style.ground_truth.show && !options.layers.true_path.empty()};
+  }
+
+  cv::Mat RenderSharp(const ViewCamera& view) {
+    scene.LookFrom(view, options.height);
+    return window.Render();
+  }
+
+  // Depth of field: the mean of what is seen from points spread over the lens, all looking at the focal
+  // point.
+  cv::Mat RenderThroughLens(const ViewCamera& view) {
+    const SceneStyle::Lens& lens = options.style.lens;
+    const ViewAxes axes = AxesOf(view);
+    constexpr double kGoldenAngle = 2.399963229728653;
+    const double distance = view.Distance();
+    const double focal =
+        0.5 * options.height / std::tan(0.5 * view.view_angle * std::numbers::pi / 180.0);  // pixels
+    Camera pinhole;
+    pinhole.width = options.width;
+    pinhole.height = options.height;
+    pinhole.fx = pinhole.fy = focal;
+    pinhole.cx = 0.5 * (options.width - 1);
+    pinhole.cy = 0.5 * (options.height - 1);
+    cv::Mat sum;
+    for (int i = 0; i < lens.samples; ++i) {
+      const double radius = lens.aperture * distance * std::sqrt((i + 0.5) / lens.samples);
+      const double angle = kGoldenAngle * i;
+      const Eigen::Vector2d offset = radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));  // right, up
+      const Eigen::Vector3d shift = offset.x() * axes.right + offset.y() * axes.up;
+      ViewCamera moved = view;
+      moved.position += shift;
+      moved.focal_point += shift;
+      // The picture is moved back, so that the plane of the focal point stays where it is.
+      moved.pinhole = pinhole;
+      moved.pinhole->cx += focal * offset.x() / distance;
+      moved.pinhole->cy -= focal * offset.y() / distance;
+      cv::Mat image;
+      RenderSharp(moved).convertTo(image, CV_32F, 1.0 / lens.samples);
+      sum = sum.empty() ? image : cv::Mat(sum + image);
+    }
+    sum.convertTo(sum, CV_8U);
+    return sum;
+  }
+
+  cv::Mat Render(const ViewCamera& view) {
+    window.Context().MakeCurrent();
+    // The input camera's own picture has its own sharpness.
+    const bool blurred = options.style.lens.aperture > 0.0 && !view.pinhole;
+    cv::Mat image = blurred ? RenderThroughLens(view) : RenderSharp(view);
+    if (options.transparent) {
+      Unmultiply(image);
+    }
+    DrawTexts(image, map, view, Captions(view), options.style, text);
+    return image;
+  }
+
+  PictureOptions options;
+  OffscreenWindow window;  // before the scene: it holds the context that the scene needs to the end
+  Scene scene;
+  TextPainter text;
+  MapSnapshot map;  // without points, for the overlay
+  SceneFocus focus;
+  ViewCamera camera;
+  LabelColors colors;
+  double grid_cell = 1.0;
+};
+
+PictureRenderer::PictureRenderer(const PictureOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+PictureRenderer::~PictureRenderer() = default;
+PictureRenderer::PictureRenderer(PictureRenderer&&) noexcept = default;
+
+void PictureRenderer::SetMap(const MapSnapshot& map) {
+  Impl& s = *impl_;
+  std::vector<std::string> labels;
+  for (const SnapshotObject& object : map.objects) {
+    labels.push_back(object.label);
+  }
+  s.colors = LabelColors(labels, s.options.label_colors);
+  s.focus = FindFocus(map);
+  s.grid_cell = RoundLength(0.4 * s.focus.radius);
+  const CameraOverrides& overrides = s.options.camera;
+  const double aspect = static_cast<double>(s.options.width) / s.options.height;
+  const double angle = overrides.view_angle.value_or(30.0);
+  s.camera = overrides.ApplyTo(overrides.view.empty() ? FrameScene(s.focus, aspect, angle)
+                                                      : PresetView(overrides.view, s.focus, aspect, angle));
+  SetMapKeepingFrame(map);
+}
+
+void PictureRenderer::SetMapKeepingFrame(const MapSnapshot& map) {
+  Impl& s = *impl_;
+  s.window.Context().MakeCurrent();
+  s.scene.Show(map, s.focus, s.colors);
+  s.map.objects = map.objects;
+  s.map.keyframes = map.keyframes;
+  s.map.covisibility = map.covisibility;
+}
+
+ViewCamera PictureRenderer::DefaultCamera() const { return impl_->camera; }
+double PictureRenderer::SceneRadius() const { return impl_->focus.radius; }
+Eigen::Vector3d PictureRenderer::Up() const { return impl_->focus.up; }
+const LabelColors& PictureRenderer::Colors() const { return impl_->colors; }
+cv::Mat PictureRenderer::Render(const ViewCamera& camera) { return impl_->Render(camera); }
+
+cv::Mat RenderPicture(const MapSnapshot& map, const PictureOptions& options) {
+  PictureRenderer renderer(options);
+  renderer.SetMap(map);
+  return renderer.Render();
+}
+
+}  // namespace sqslam

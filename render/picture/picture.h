@@ -1,0 +1,80 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+
+#include "render/camera/camera_path.h"
+#include "render/gl/offscreen_context.h"
+#include "render/scene/scene_layers.h"
+#include "render/scene/style.h"
+#include "slam/snapshot/snapshot.h"
+
+namespace sqslam {
+
+// What of the automatic view is overridden; names and meaning as in f3d.
+struct CameraOverrides {
+  std::string view;  // one of render/camera/view_presets.h instead of the automatic view; empty: that
+  std::optional<Eigen::Vector3d> position;     // map frame
+  std::optional<Eigen::Vector3d> focal_point;  // map frame
+  std::optional<Eigen::Vector3d> view_up;
+  std::optional<double> view_angle;  // vertical, degrees
+  double azimuth = 0.0;              // turns the camera around the focal point, degrees
+  double elevation = 0.0;            // raises it, degrees
+  double zoom = 1.0;                 // > 1 moves it nearer
+
+  // Overrides `camera`, first the vectors, then the turns.
+  ViewCamera ApplyTo(ViewCamera camera) const;
+};
+
+struct PictureOptions {
+  int width = 1280;          // pixels
+  int height = 720;          // pixels
+  bool transparent = false;  // no background: 8UC4 instead of 8UC3
+  RenderBackend backend = RenderBackend::kAuto;
+  CameraOverrides camera;
+  SceneStyle style;
+  std::map<std::string, Eigen::Vector3d>
+      label_colors;    // fixed colours of labels (red, green, blue in [0, 1])
+  SceneLayers layers;  // drawn with every map, in the frame of the one that is framed
+};
+
+// Draws pictures of maps on one off-screen context: for many frames, or many views of one map. Belongs to the
+// thread that made it. The same map, options and back end give the same bytes.
+class PictureRenderer {
+ public:
+  // Throws UsageError on sizes and styles that make no sense, std::runtime_error without OpenGL.
+  explicit PictureRenderer(const PictureOptions& options);
+  ~PictureRenderer();
+  PictureRenderer(PictureRenderer&&) noexcept;
+
+  // Shows a map, framed by itself, and keeps the classes' colours from this map on.
+  void SetMap(const MapSnapshot& map);
+
+  // Shows a map with the framing and the colours of an earlier SetMap: for the frames of a video.
+  void SetMapKeepingFrame(const MapSnapshot& map);
+
+  // The automatic view of the map of SetMap, with the overrides of the options.
+  ViewCamera DefaultCamera() const;
+
+  // Radius of what the automatic view frames, and the direction up, map frame.
+  double SceneRadius() const;
+  Eigen::Vector3d Up() const;
+  const LabelColors& Colors() const;
+
+  // 8UC3 (BGR), or 8UC4 (BGRA, straight alpha) where the options ask for no background.
+  cv::Mat Render(const ViewCamera& camera);
+  cv::Mat Render() { return Render(DefaultCamera()); }
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// One picture of one map.
+cv::Mat RenderPicture(const MapSnapshot& map, const PictureOptions& options);
+
+}  // namespace sqslam

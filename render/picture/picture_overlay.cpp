@@ -1,0 +1,233 @@
+#include "render/picture/picture_overlay.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <map>
+#include <numbers>
+
+#include "render/picture/label_layout.h"
+
+namespace sqslam {
+namespace {
+
+// "potted_plant" as people write it.
+std::string Readable(std::string label) {
+  std::replace(label.begin(), label.end(), '_', ' ');
+  return label;
+}
+
+constexpr double kLeastText = 9.0;  // pixels; smaller letters cannot be read
+
+double TextSize(const SceneStyle& style, double scale) {
+  return std::max(style.text.size * scale, kLeastText);
+}
+
+int Pixels(double value) { return static_cast<int>(std::lround(value)); }
+
+}  // namespace
+
+SeenPoint Project(const ViewCamera& camera, cv::Size image, const Eigen::Vector3d& p_map) {
+  const ViewAxes axes = AxesOf(camera);
+  const Eigen::Vector3d d = p_map - camera.position;
+  const double depth = -d.dot(axes.back);
+  if (camera.pinhole) {  // pixels of any size, counted from the corner of the picture
+    const Eigen::Vector2d pixel =
+        camera.pinhole->Project({d.dot(axes.right), -d.dot(axes.up), depth}) + Eigen::Vector2d::Constant(0.5);
+    return {
+        {pixel.x() * image.width / camera.pinhole->width, pixel.y() * image.height / camera.pinhole->height},
+        depth};
+  }
+  const double focal = 0.5 * image.height / std::tan(0.5 * camera.view_angle * std::numbers::pi / 180.0);
+  return {{0.5 * image.width + focal * d.dot(axes.right) / depth,
+           0.5 * image.height - focal * d.dot(axes.up) / depth},
+          depth};
+}
+
+std::vector<SceneLegendEntry> SceneLegend(const MapSnapshot& map, const PictureCaptions& captions,
+                                          const SceneStyle& style) {
+  std::vector<SceneLegendEntry> entries;
+  std::map<std::string, int> counts;
+  for (const SnapshotObject& object : map.objects) {
+    counts[object.label] += style.objects.show ? 1 : 0;
+  }
+  for (const auto& [label, count] : counts) {
+    if (count > 0) {
+      entries.push_back({Readable(label), std::to_string(count), captions.colors(label)});
+    }
+  }
+  const auto line = [&](const char* name, const std::string& color) {
+    entries.push_back({name, "", ParseColor(color), true});
+  };
+  const bool path = style.cameras.trajectory && !map.keyframes.empty();
+  if (captions.true_path && path) {
+    line("estimated path", style.cameras.color);
+  }
+  if (captions.true_path) {
+    line("true path", style.ground_truth.color);
+  }
+  if (captions.covisibility) {
+    line("covisible", style.covisibility.color);
+  }
+  return entries;
+}
+
+cv::Rect DrawSceneLegend(cv::Mat& image, const std::vector<SceneLegendEntry>& entries, bool panel_behind,
+                         const SceneStyle& style, const TextPainter& text, double scale) {
+  if (entries.empty()) {
+    return {};
+  }
+  const double size = TextSize(style, scale);
+  const int line = Pixels(1.55 * size);
+  int widest = 0;
+  int widest_count = 0;
+  for (const SceneLegendEntry& entry : entries) {
+    widest = std::max(widest, text.Width(entry.name, size));
+    widest_count = std::max(widest_count, text.Width(entry.count, size));
+  }
+  const int swatch = Pixels(0.85 * size);
+  const int gap = Pixels(0.6 * size);
+  const int margin = Pixels(1.2 * size);
+  const int width = swatch + gap + widest + (widest_count > 0 ? 2 * gap + widest_count : 0);
+  const int left = image.cols - margin - width;
+  const Eigen::Vector3d ink = ParseColor(style.text.color);
+  const cv::Rect panel(left - gap, margin - gap, width + 2 * gap,
+                       line * static_cast<int>(entries.size()) + 2 * gap);
+  if (panel_behind) {
+    DrawPanel(image, panel, 0.4 * size, ParseColor(style.background), 0.8);
+  }
+  int y = margin + line / 2;
+  for (const SceneLegendEntry& entry : entries) {
+    if (entry.line) {
+      DrawLine(image, cv::Point2d(left, y), cv::Point2d(left + swatch, y), 0.16 * size, entry.color);
+    } else {
+      DrawPanel(image, {left, y - swatch / 2, swatch, swatch}, 0.2 * size, entry.color);
+    }
+    text.Draw(image, entry.name, {left + swatch + gap, y}, size, ink);
+    text.Draw(image, entry.count, {left + width, y}, size, 0.6 * ink + 0.4 * ParseColor(style.background),
+              TextPainter::Align::kRight);
+    y += line;
+  }
+  return panel;
+}
+
+cv::Rect DrawAxes(cv::Mat& image, const ViewCamera& camera, double grid_cell, const SceneStyle& style,
+                  const TextPainter& text, double scale) {
+  const double size = TextSize(style, scale);
+  const double length = 2.2 * size;
+  const cv::Point2d origin(1.6 * size + length, image.rows - 1.6 * size - 0.9 * length);
+  const ViewAxes view = AxesOf(camera);
+  const std::array<const char*, 3> names = {"x", "y", "z"};
+  const std::array<Eigen::Vector3d, 3> colors = {ParseColor("#c0392b"), ParseColor("#2e8b57"),
+                                                 ParseColor("#2f6db5")};
+  std::array<int, 3> order = {0, 1, 2};  // away from the viewer first
+  std::sort(order.begin(), order.end(), [&](int a, int b) { return view.back[a] < view.back[b]; });
+  for (const int axis : order) {
+    const auto at = static_cast<std::size_t>(axis);
+    const cv::Point2d direction(view.right[axis], -view.up[axis]);
+    DrawLine(image, origin, origin + length * direction, 0.13 * size, colors[at]);
+    text.Draw(image, names[at], origin + (length + 0.7 * size) * direction, std::max(0.85 * size, kLeastText),
+              colors[at], TextPainter::Align::kCenter);
+  }
+  int right = Pixels(origin.x + length + size);
+  if (style.grid.show) {
+    const Eigen::Vector3d ink = 0.75 * ParseColor(style.text.color) + 0.25 * ParseColor(style.background);
+    const std::string cell = fmt::format("grid {:.4g} map unit{}", grid_cell, grid_cell == 1.0 ? "" : "s");
+    const double small = std::max(0.85 * size, kLeastText);
+    const int left = Pixels(2.0 * length + 3.0 * size);
+    text.Draw(image, cell, {left, Pixels(image.rows - 1.6 * size)}, small, ink);
+    right = std::max(right, left + text.Width(cell, small));
+  }
+  const int top = Pixels(origin.y - length - size);
+  return {0, top, right, image.rows - top};
+}
+
+// Where an object's surface is seen, from points spread over it; empty where it reaches behind the camera.
+cv::Rect SeenBounds(const PosedSuperquadric& solid, const ViewCamera& camera, cv::Size picture) {
+  Eigen::AlignedBox2d bounds;
+  constexpr int kSteps = 12;
+  for (int i = 0; i <= kSteps; ++i) {
+    for (int k = 0; k < 2 * kSteps; ++k) {
+      const Eigen::Vector3d p =
+          solid.shape.PointAt(std::numbers::pi * (static_cast<double>(i) / kSteps - 0.5),
+                              std::numbers::pi * (static_cast<double>(k) / kSteps - 1.0));
+      const SeenPoint seen = Project(camera, picture, solid.T_map_object * p);
+      if (seen.depth <= 0.0) {
+        return {};
+      }
+      bounds.extend(Eigen::Vector2d(seen.pixel.x, seen.pixel.y));
+    }
+  }
+  const cv::Rect whole(cv::Point(Pixels(bounds.min().x()), Pixels(bounds.min().y())),
+                       cv::Point(Pixels(bounds.max().x()) + 1, Pixels(bounds.max().y()) + 1));
+  return whole & cv::Rect({0, 0}, picture);
+}
+
+void DrawLabels(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera, const SceneStyle& style,
+                const TextPainter& text, double scale, std::span<const cv::Rect> taken) {
+  const double size = std::max(0.9 * style.text.size * scale, kLeastText);
+  const Eigen::Vector3d ink = ParseColor(style.text.color);
+  std::vector<LabelRequest> requests;
+  std::vector<std::string> names;
+  for (const SnapshotObject& object : map.objects) {
+    const cv::Rect bounds = SeenBounds(object.superquadric, camera, image.size());
+    if (!bounds.empty()) {
+      names.push_back(Readable(ShownName(object)));
+      requests.push_back({bounds,
+                          {text.Width(names.back(), size) + Pixels(0.4 * size), Pixels(1.2 * size)},
+                          (object.superquadric.T_map_object.translation - camera.position).norm()});
+    }
+  }
+  const std::vector<LabelPlace> places = PlaceLabels(requests, image.size(), taken);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const cv::Rect& area = places[i].area;
+    if (area.empty()) {
+      continue;
+    }
+    const cv::Point2d middle(area.x + 0.5 * area.width, area.y + 0.5 * area.height);
+    if (places[i].leader) {
+      const cv::Rect& bounds = requests[i].bounds;
+      const bool above = area.y < bounds.y;
+      DrawLine(image, {middle.x, above ? static_cast<double>(area.br().y) : static_cast<double>(area.y)},
+               {bounds.x + 0.5 * bounds.width, bounds.y + (above ? 0.15 : 0.85) * bounds.height}, 0.07 * size,
+               ink, 0.7);
+    }
+    text.DrawOver(image, names[i], {Pixels(middle.x), Pixels(middle.y)}, size, ink,
+                  ParseColor(style.background), TextPainter::Align::kCenter);
+  }
+}
+
+double PictureScale(cv::Size picture) { return std::min(picture.height / 720.0, picture.width / 960.0); }
+
+void DrawTexts(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera,
+               const PictureCaptions& captions, const SceneStyle& style, const TextPainter& text) {
+  if (captions.clip) {
+    MapSnapshot kept;
+    kept.keyframes = map.keyframes;
+    std::copy_if(
+        map.objects.begin(), map.objects.end(), std::back_inserter(kept.objects),
+        [&](const SnapshotObject& object) { return captions.clip->KeepsSomeOf(object.superquadric); });
+    PictureCaptions rest = captions;
+    rest.clip.reset();
+    DrawTexts(image, kept, camera, rest, style, text);
+    return;
+  }
+  const double scale = PictureScale(image.size());
+  std::vector<cv::Rect> taken;
+  if (style.text.legend) {
+    taken.push_back(DrawSceneLegend(image, SceneLegend(map, captions, style),
+                                    captions.panel || image.channels() == 3, style, text, scale));
+  }
+  if (style.text.scale) {
+    taken.push_back(DrawAxes(image, camera, captions.grid_cell, style, text, scale));
+  }
+  if (style.objects.labels && style.objects.show) {
+    DrawLabels(image, map, camera, style, text, scale, taken);
+  }
+}
+
+}  // namespace sqslam

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "render/camera/camera_path.h"
+#include "render/picture/picture_text.h"
+#include "render/scene/clip_plane.h"
+#include "render/scene/style.h"
+#include "slam/snapshot/snapshot.h"
+
+namespace sqslam {
+
+// Where a point of the map is seen, in pixels (top-left origin); depth <= 0 behind the camera.
+struct SeenPoint {
+  cv::Point2d pixel;
+  double depth = 0.0;
+};
+SeenPoint Project(const ViewCamera& camera, cv::Size image, const Eigen::Vector3d& p_map);
+
+// Pixels of a picture of this size for one of the style's.
+double PictureScale(cv::Size picture);
+
+// What the texts of a picture say besides what is in the map.
+struct PictureCaptions {
+  LabelColors colors;
+  double grid_cell = 1.0;         // map units
+  std::optional<ClipPlane> clip;  // objects that it cuts away are not named
+  bool covisibility = false;      // the picture holds such lines
+  bool panel = false;      // behind the legend also where there is no background: something else lies there
+  bool true_path = false;  // and the true path of the camera
+};
+
+// Legend, axes and names over a picture of the map (8UC3, or 8UC4 with straight alpha), as the style asks for
+// them.
+void DrawTexts(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera,
+               const PictureCaptions& captions, const SceneStyle& style, const TextPainter& text);
+
+// A line of the legend: a thing's name after its colour.
+struct SceneLegendEntry {
+  std::string name;
+  std::string count;  // or nothing
+  Eigen::Vector3d color = Eigen::Vector3d::Zero();
+  bool line = false;  // drawn as a line, otherwise as a square
+};
+
+// The classes of the map with their counts, and lines that could be taken for one another.
+std::vector<SceneLegendEntry> SceneLegend(const MapSnapshot& map, const PictureCaptions& captions,
+                                          const SceneStyle& style);
+
+// In the top-right corner. `scale`: pixels for one of the style's. Returns the area that it covers.
+cv::Rect DrawSceneLegend(cv::Mat& image, const std::vector<SceneLegendEntry>& entries, bool panel_behind,
+                         const SceneStyle& style, const TextPainter& text, double scale);
+
+// The map's axes as the camera sees them, and what a cell of the grid measures, in the bottom-left corner.
+// Returns the area that they cover.
+cv::Rect DrawAxes(cv::Mat& image, const ViewCamera& camera, double grid_cell, const SceneStyle& style,
+                  const TextPainter& text, double scale);
+
+// Names beside the objects, none over another or over `taken`.
+void DrawLabels(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera, const SceneStyle& style,
+                const TextPainter& text, double scale, std::span<const cv::Rect> taken);
+
+}  // namespace sqslam

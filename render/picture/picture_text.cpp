@@ -1,0 +1,192 @@
+#include "render/picture/picture_text.h"
+
+#include <vtkFreeTypeTools.h>
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkStdString.h>
+#include <vtkTextProperty.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <opencv2/imgproc.hpp>
+#include <tuple>
+
+namespace sqslam {
+namespace {
+
+constexpr int kShift = 4;  // fractional bits of OpenCV's drawing coordinates
+
+cv::Point Fixed(cv::Point2d p) {
+  return {static_cast<int>(std::lround(p.x * (1 << kShift))),
+          static_cast<int>(std::lround(p.y * (1 << kShift)))};
+}
+
+// A coverage mask over the part of the image around a shape, and where that part lies.
+struct Patch {
+  cv::Mat coverage;
+  cv::Point origin;
+};
+
+Patch PatchAround(const cv::Mat& image, cv::Point2d low, cv::Point2d high, double margin) {
+  const cv::Point from(static_cast<int>(std::floor(low.x - margin)),
+                       static_cast<int>(std::floor(low.y - margin)));
+  const cv::Point to(static_cast<int>(std::ceil(high.x + margin)),
+                     static_cast<int>(std::ceil(high.y + margin)));
+  const cv::Rect area = cv::Rect(from, to + cv::Point(1, 1)) & cv::Rect(0, 0, image.cols, image.rows);
+  return {cv::Mat::zeros(std::max(area.height, 0), std::max(area.width, 0), CV_8UC1), area.tl()};
+}
+
+}  // namespace
+
+void Blend(cv::Mat& image, const cv::Mat& coverage, cv::Point origin, const Eigen::Vector3d& color,
+           double opacity) {
+  const cv::Rect area = cv::Rect(origin, coverage.size()) & cv::Rect(0, 0, image.cols, image.rows);
+  const int channels = image.channels();
+  const double bgr[3] = {255.0 * color.z(), 255.0 * color.y(), 255.0 * color.x()};
+  for (int y = area.y; y < area.y + area.height; ++y) {
+    const auto* mask = coverage.ptr<std::uint8_t>(y - origin.y) + (area.x - origin.x);
+    auto* pixel = image.ptr<std::uint8_t>(y) + channels * area.x;
+    for (int x = 0; x < area.width; ++x, pixel += channels) {
+      const double over = opacity * mask[x] / 255.0;
+      if (over <= 0.0) {
+        continue;
+      }
+      const double under = (channels == 4 ? pixel[3] / 255.0 : 1.0) * (1.0 - over);
+      const double total = over + under;
+      for (int c = 0; c < 3; ++c) {
+        pixel[c] = cv::saturate_cast<std::uint8_t>((over * bgr[c] + under * pixel[c]) / total);
+      }
+      if (channels == 4) {
+        pixel[3] = cv::saturate_cast<std::uint8_t>(255.0 * total);
+      }
+    }
+  }
+}
+
+void DrawLine(cv::Mat& image, cv::Point2d from, cv::Point2d to, double width, const Eigen::Vector3d& color,
+              double opacity) {
+  const cv::Point2d low(std::min(from.x, to.x), std::min(from.y, to.y));
+  const cv::Point2d high(std::max(from.x, to.x), std::max(from.y, to.y));
+  Patch patch = PatchAround(image, low, high, width + 2.0);
+  if (!patch.coverage.empty()) {
+    const cv::Point2d origin(patch.origin);
+    cv::line(patch.coverage, Fixed(from - origin), Fixed(to - origin), cv::Scalar(255),
+             std::max(1, static_cast<int>(std::lround(width))), cv::LINE_AA, kShift);
+    Blend(image, patch.coverage, patch.origin, color, opacity);
+  }
+}
+
+void DrawPanel(cv::Mat& image, const cv::Rect& area, double radius, const Eigen::Vector3d& color,
+               double opacity) {
+  if (area.width < 1 || area.height < 1) {
+    return;
+  }
+  cv::Mat coverage(area.size(), CV_8UC1, cv::Scalar(255));
+  const double r = std::min(radius, 0.5 * std::min(area.width, area.height));
+  for (int y = 0; y < area.height; ++y) {
+    for (int x = 0; x < area.width; ++x) {
+      const double dx = std::max({r - (x + 0.5), x + 0.5 - (area.width - r), 0.0});
+      const double dy = std::max({r - (y + 0.5), y + 0.5 - (area.height - r), 0.0});
+      const double inside = std::clamp(r - std::hypot(dx, dy) + 0.5, 0.0, 1.0);
+      coverage.at<std::uint8_t>(y, x) =
+          static_cast<std::uint8_t>(std::lround(255.0 * (r > 0.0 ? inside : 1.0)));
+    }
+  }
+  Blend(image, coverage, area.tl(), color, opacity);
+}
+
+void DrawFrame(cv::Mat& image, const cv::Rect& area, double width, const Eigen::Vector3d& color,
+               double opacity) {
+  Patch patch = PatchAround(image, area.tl(), area.br(), width + 2.0);
+  if (!patch.coverage.empty()) {
+    cv::rectangle(patch.coverage, cv::Rect(area.tl() - patch.origin, area.size()), cv::Scalar(255),
+                  std::max(1, static_cast<int>(std::lround(width))), cv::LINE_AA);
+    Blend(image, patch.coverage, patch.origin, color, opacity);
+  }
+}
+
+struct TextPainter::Impl {
+  // Coverage of one line of text; all lines of one size have one height, so that baselines agree.
+  const cv::Mat& Coverage(const std::string& text, double size, bool bold) {
+    const int pixels = std::max(4, static_cast<int>(std::lround(size)));
+    const auto key = std::make_tuple(text, pixels, bold);
+    const auto found = cache.find(key);
+    if (found != cache.end()) {
+      return found->second;
+    }
+    if (cache.size() > 2000) {
+      cache.clear();
+    }
+    return cache[key] = Rasterize(text, pixels, bold);
+  }
+
+  cv::Mat Rasterize(const std::string& text, int pixels, bool bold) {
+    // VTK's fonts are one for all threads; pictures and pages of a video are drawn on different ones.
+    static std::mutex fonts;
+    const std::lock_guard lock(fonts);
+    const vtkNew<vtkTextProperty> property;
+    const std::string file =
+        std::string("/usr/share/fonts/truetype/dejavu/DejaVuSans") + (bold ? "-Bold" : "") + ".ttf";
+    if (std::filesystem::exists(file)) {
+      property->SetFontFamily(VTK_FONT_FILE);
+      property->SetFontFile(file.c_str());
+    } else {  // VTK carries a sans-serif font of its own
+      property->SetFontFamilyToArial();
+      property->SetBold(bold);
+    }
+    property->SetFontSize(pixels);
+    property->SetColor(1.0, 1.0, 1.0);
+    property->SetUseTightBoundingBox(0);
+    const vtkNew<vtkImageData> rendered;
+    int size[2] = {0, 0};
+    constexpr int kDotsPerInch = 72;  // one point is one pixel
+    vtkFreeTypeTools* tools = vtkFreeTypeTools::GetInstance();
+    tools->ScaleToPowerTwoOff();
+    if (text.empty() || !tools->RenderString(property, vtkStdString(text), kDotsPerInch, rendered, size)) {
+      return cv::Mat::zeros(pixels, 1, CV_8UC1);
+    }
+    int dimensions[3];
+    rendered->GetDimensions(dimensions);
+    const cv::Mat rgba(dimensions[1], dimensions[0], CV_8UC4, rendered->GetScalarPointer());
+    cv::Mat coverage;
+    cv::extractChannel(rgba, coverage, 3);
+    cv::flip(coverage, coverage, 0);
+    return coverage;
+  }
+
+  std::map<std::tuple<std::string, int, bool>, cv::Mat> cache;
+};
+
+TextPainter::TextPainter() : impl_(std::make_unique<Impl>()) {}
+TextPainter::~TextPainter() = default;
+TextPainter::TextPainter(TextPainter&&) noexcept = default;
+
+int TextPainter::Width(const std::string& text, double size, bool bold) const {
+  return impl_->Coverage(text, size, bold).cols;
+}
+
+void TextPainter::Draw(cv::Mat& image, const std::string& text, cv::Point anchor, double size,
+                       const Eigen::Vector3d& color, Align align, bool bold) const {
+  const cv::Mat& coverage = impl_->Coverage(text, size, bold);
+  const int left = align == Align::kLeft ? 0 : align == Align::kCenter ? coverage.cols / 2 : coverage.cols;
+  Blend(image, coverage, {anchor.x - left, anchor.y - coverage.rows / 2}, color);
+}
+
+void TextPainter::DrawOver(cv::Mat& image, const std::string& text, cv::Point anchor, double size,
+                           const Eigen::Vector3d& color, const Eigen::Vector3d& halo, Align align) const {
+  const cv::Mat& coverage = impl_->Coverage(text, size, false);
+  const int border = std::max(2, static_cast<int>(std::lround(0.2 * size)));
+  cv::Mat soft;
+  cv::copyMakeBorder(coverage, soft, border, border, border, border, cv::BORDER_CONSTANT, cv::Scalar(0));
+  cv::dilate(soft, soft, cv::getStructuringElement(cv::MORPH_ELLIPSE, {border + 1, border + 1}));
+  cv::GaussianBlur(soft, soft, {}, 0.3 * border);
+  const int left = align == Align::kLeft ? 0 : align == Align::kCenter ? coverage.cols / 2 : coverage.cols;
+  const cv::Point origin(anchor.x - left, anchor.y - coverage.rows / 2);
+  Blend(image, soft, origin - cv::Point(border, border), halo, 0.85);
+  Blend(image, coverage, origin, color);
+}
+
+}  // namespace sqslam

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "render/camera/camera_path.h"
+#include "render/camera/scene_framing.h"
+#include "render/scene/style.h"
+#include "slam/geometry/superquadric.h"
+
+namespace sqslam {
+
+// Cuts away one side of a scene, map frame: what lies where normal . p > height.
+struct ClipPlane {
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // of length 1
+  double height = 0.0;                                // map units
+
+  bool Keeps(const Eigen::Vector3d& p_map) const { return normal.dot(p_map) <= height; }
+  bool KeepsSomeOf(const PosedSuperquadric& solid) const;
+};
+
+// The plane that a style asks for; empty for none. "view" turns with the camera.
+std::optional<ClipPlane> MakeClipPlane(const SceneStyle::Clip& clip, const SceneFocus& focus,
+                                       const ViewCamera& camera);
+
+}  // namespace sqslam

@@ -1,0 +1,308 @@
+#include "render/scene/scene_geometry.h"
+
+#include <vtkCellArray.h>
+#include <vtkFloatArray.h>
+#include <vtkImageData.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkUnsignedCharArray.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <map>
+
+#include "render/solids/tessellation.h"
+
+namespace sqslam {
+namespace {
+
+using Rgba = std::array<unsigned char, 4>;
+
+Rgba ToRgba(const Eigen::Vector3d& color, double opacity = 1.0) {
+  const auto byte = [](double v) {
+    return static_cast<unsigned char>(std::lround(255.0 * std::clamp(v, 0.0, 1.0)));
+  };
+  return {byte(color.x()), byte(color.y()), byte(color.z()), byte(opacity)};
+}
+
+// Vertices with colours, and the cells over them.
+class MeshBuilder {
+ public:
+  MeshBuilder() {
+    points_->SetDataTypeToFloat();
+    colors_->SetNumberOfComponents(4);
+  }
+  vtkIdType Add(const Eigen::Vector3d& p, const Rgba& color) {
+    colors_->InsertNextTypedTuple(color.data());
+    return points_->InsertNextPoint(p.data());
+  }
+  void Vertex(vtkIdType a) { vertices_->InsertNextCell(1, &a); }
+  void Line(vtkIdType a, vtkIdType b) {
+    const vtkIdType ends[2] = {a, b};
+    lines_->InsertNextCell(2, ends);
+  }
+  vtkSmartPointer<vtkPolyData> Finish() const {
+    const auto mesh = vtkSmartPointer<vtkPolyData>::New();
+    mesh->SetPoints(points_);
+    mesh->GetPointData()->SetScalars(colors_);
+    if (vertices_->GetNumberOfCells() > 0) {
+      mesh->SetVerts(vertices_);
+    }
+    if (lines_->GetNumberOfCells() > 0) {
+      mesh->SetLines(lines_);
+    }
+    return mesh;
+  }
+
+ private:
+  vtkSmartPointer<vtkPoints> points_ = vtkSmartPointer<vtkPoints>::New();
+  vtkSmartPointer<vtkUnsignedCharArray> colors_ = vtkSmartPointer<vtkUnsignedCharArray>::New();
+  vtkSmartPointer<vtkCellArray> vertices_ = vtkSmartPointer<vtkCellArray>::New();
+  vtkSmartPointer<vtkCellArray> lines_ = vtkSmartPointer<vtkCellArray>::New();
+};
+
+double Lightness(const Eigen::Vector3d& color) { return color.dot(Eigen::Vector3d(0.2126, 0.7152, 0.0722)); }
+
+// The colour made darker on a light background, lighter on a dark one, until it stands out.
+Eigen::Vector3d Readable(const Eigen::Vector3d& color, double background, double min_contrast) {
+  const double lightness = Lightness(color);
+  if (background >= 0.5) {
+    const double most = background - min_contrast;
+    return lightness > most ? Eigen::Vector3d(color * (most / lightness)) : color;
+  }
+  const double least = background + min_contrast;
+  const double mix = lightness < least ? (least - lightness) / (1.0 - lightness) : 0.0;
+  return (1.0 - mix) * color + Eigen::Vector3d::Constant(mix);
+}
+
+void AddFrustum(MeshBuilder& builder, const Rigid3d& pose, const Camera& camera, double height,
+                const Rgba& color) {
+  const double aspect = camera.height > 0 ? static_cast<double>(camera.width) / camera.height : 4.0 / 3.0;
+  const double y = 0.5 * height;
+  const double x = y * aspect;
+  const double z = camera.height > 0 ? camera.fy / camera.height * height : height;
+  const vtkIdType eye = builder.Add(pose.translation, color);
+  std::array<vtkIdType, 4> corners{};
+  const std::array<Eigen::Vector3d, 4> offsets = {Eigen::Vector3d(-x, -y, z), Eigen::Vector3d(x, -y, z),
+                                                  Eigen::Vector3d(x, y, z), Eigen::Vector3d(-x, y, z)};
+  for (std::size_t i = 0; i < 4; ++i) {
+    corners[i] = builder.Add(pose * offsets[i], color);
+    builder.Line(eye, corners[i]);
+  }
+  for (std::size_t i = 0; i < 4; ++i) {
+    builder.Line(corners[i], corners[(i + 1) % 4]);
+  }
+  const vtkIdType top =
+      builder.Add(pose * Eigen::Vector3d(0.0, -1.45 * y, z), color);  // says which way is up
+  builder.Line(corners[0], top);
+  builder.Line(top, corners[1]);
+}
+
+}  // namespace
+
+vtkSmartPointer<vtkPolyData> SuperquadricMesh(const Superquadric& shape, int segments) {
+  const TriangleMesh surface = Tessellate(shape, std::max(8, segments / 4 * 4));
+  const auto count = static_cast<vtkIdType>(surface.vertices.size());
+  const auto points = vtkSmartPointer<vtkPoints>::New();
+  points->SetDataTypeToFloat();
+  points->SetNumberOfPoints(count);
+  const auto normals = vtkSmartPointer<vtkFloatArray>::New();
+  normals->SetNumberOfComponents(3);
+  normals->SetNumberOfTuples(count);
+  for (vtkIdType i = 0; i < count; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    points->SetPoint(i, surface.vertices[at].cast<double>().eval().data());
+    normals->SetTypedTuple(i, surface.normals[at].data());
+  }
+  const auto triangles = vtkSmartPointer<vtkCellArray>::New();
+  triangles->AllocateEstimate(static_cast<vtkIdType>(surface.triangles.size()), 3);
+  for (const auto& t : surface.triangles) {
+    const vtkIdType corners[3] = {t[0], t[1], t[2]};
+    triangles->InsertNextCell(3, corners);
+  }
+  const auto mesh = vtkSmartPointer<vtkPolyData>::New();
+  mesh->SetPoints(points);
+  mesh->SetPolys(triangles);
+  mesh->GetPointData()->SetNormals(normals);
+  return mesh;
+}
+
+vtkSmartPointer<vtkPolyData> PointCloud(const MapSnapshot& map, bool of_objects, const SceneStyle& style) {
+  const double background = Lightness(ParseColor(style.background));
+  MeshBuilder builder;
+  for (const SnapshotPoint& point : map.points) {
+    if ((point.object_id >= 0) == of_objects) {
+      const Eigen::Vector3d own = Eigen::Vector3d(point.rgb[0], point.rgb[1], point.rgb[2]) / 255.0;
+      const Rgba color = ToRgba(Readable(own, background, style.points.min_contrast));
+      builder.Vertex(builder.Add(point.p_map.cast<double>(), color));
+    }
+  }
+  return builder.Finish();
+}
+
+vtkSmartPointer<vtkPolyData> TrajectoryLine(const MapSnapshot& map, const SceneStyle& style) {
+  const Rgba color = ToRgba(ParseColor(style.cameras.color));
+  MeshBuilder builder;
+  vtkIdType last = -1;
+  const auto extend = [&](const Eigen::Vector3d& p) {
+    const vtkIdType next = builder.Add(p, color);
+    if (last >= 0) {
+      builder.Line(last, next);
+    }
+    last = next;
+  };
+  for (const SnapshotKeyframe& keyframe : map.keyframes) {
+    extend(keyframe.T_map_camera.translation);
+  }
+  if (map.T_map_camera && style.cameras.current) {
+    extend(map.T_map_camera->translation);
+  }
+  return builder.Finish();
+}
+
+vtkSmartPointer<vtkPolyData> KeyframeFrusta(const MapSnapshot& map, double height, const SceneStyle& style) {
+  const Rgba color = ToRgba(ParseColor(style.cameras.color));
+  MeshBuilder builder;
+  const Rigid3d* last = nullptr;
+  for (const SnapshotKeyframe& keyframe : map.keyframes) {
+    const Rigid3d& pose = keyframe.T_map_camera;
+    const bool crowded = last != nullptr && (pose.translation - last->translation).norm() < 1.0 * height &&
+                         pose.rotation.angularDistance(last->rotation) < 0.4;
+    if (!crowded) {
+      AddFrustum(builder, pose, map.camera, height, color);
+      last = &pose;
+    }
+  }
+  return builder.Finish();
+}
+
+vtkSmartPointer<vtkPolyData> CurrentFrustum(const MapSnapshot& map, double height, const SceneStyle& style) {
+  MeshBuilder builder;
+  if (map.T_map_camera) {
+    AddFrustum(builder, *map.T_map_camera, map.camera, height,
+               ToRgba(ParseColor(style.cameras.current_color)));
+  }
+  return builder.Finish();
+}
+
+vtkSmartPointer<vtkPolyData> CovisibilityLines(const MapSnapshot& map, const SceneStyle& style) {
+  const Rgba color = ToRgba(ParseColor(style.covisibility.color), style.covisibility.opacity);
+  MeshBuilder builder;
+  std::map<std::int64_t, vtkIdType> centers;
+  for (const SnapshotKeyframe& keyframe : map.keyframes) {
+    centers[keyframe.id] = builder.Add(keyframe.T_map_camera.translation, color);
+  }
+  for (const SnapshotCovisibility& pair : map.covisibility) {
+    const auto first = centers.find(pair.first);
+    const auto second = centers.find(pair.second);
+    if (pair.points >= style.covisibility.min_points && first != centers.end() && second != centers.end()) {
+      builder.Line(first->second, second->second);
+    }
+  }
+  return builder.Finish();
+}
+
+vtkSmartPointer<vtkPolyData> PathLines(const std::vector<std::vector<Eigen::Vector3d>>& pieces,
+                                       const Eigen::Vector3d& color) {
+  MeshBuilder builder;
+  for (const std::vector<Eigen::Vector3d>& piece : pieces) {
+    vtkIdType last = -1;
+    for (const Eigen::Vector3d& p : piece) {
+      const vtkIdType next = builder.Add(p, ToRgba(color));
+      if (last >= 0) {
+        builder.Line(last, next);
+      }
+      last = next;
+    }
+  }
+  return builder.Finish();
+}
+
+vtkSmartPointer<vtkPolyData> DensePoints(const ColoredPoints& cloud, const SceneStyle& style) {
+  const Rgba plain = ToRgba(ParseColor(style.dense_cloud.color));
+  MeshBuilder builder;
+  for (std::size_t i = 0; i < cloud.p_map.size(); ++i) {
+    const Rgba own = cloud.rgb.empty() ? plain : Rgba{cloud.rgb[i][0], cloud.rgb[i][1], cloud.rgb[i][2], 255};
+    builder.Add(cloud.p_map[i].cast<double>(), own);
+  }
+  return builder.Finish();
+}
+
+double GridCell(const SceneFocus& focus) { return RoundLength(0.4 * focus.radius); }
+
+vtkSmartPointer<vtkPolyData> GroundGrid(const SceneFocus& focus, const SceneStyle& style) {
+  const Eigen::Vector3d up = focus.up;
+  const Eigen::Vector3d x = (std::abs(up.z()) > 0.999 ? Eigen::Vector3d::UnitX() : up.unitOrthogonal());
+  const Eigen::Vector3d y = up.cross(x);
+  const Eigen::Vector3d color = ParseColor(style.grid.color);
+  const double cell = GridCell(focus);
+  const double radius = style.grid.radius * focus.radius;
+  const int reach = static_cast<int>(std::ceil(radius / cell));
+  const Eigen::Vector2d middle(cell * std::round(focus.center.dot(x) / cell),
+                               cell * std::round(focus.center.dot(y) / cell));
+  MeshBuilder builder;
+  const auto vertex = [&](double u, double v) {
+    const double fade = 1.0 - std::hypot(u, v) / radius;
+    const double opacity = style.grid.opacity * std::clamp(1.6 * fade, 0.0, 1.0);
+    const Eigen::Vector3d p = (middle.x() + u) * x + (middle.y() + v) * y + focus.ground_height * up;
+    return builder.Add(p, ToRgba(color, opacity));
+  };
+  constexpr int kPieces = 2;  // of a cell, for the fading
+  for (int i = -reach; i <= reach; ++i) {
+    for (int k = -reach * kPieces; k < reach * kPieces; ++k) {
+      const double from = cell * k / kPieces;
+      const double to = cell * (k + 1) / kPieces;
+      if (std::min(std::hypot(i * cell, from), std::hypot(i * cell, to)) < radius) {
+        builder.Line(vertex(i * cell, from), vertex(i * cell, to));
+        builder.Line(vertex(from, i * cell), vertex(to, i * cell));
+      }
+    }
+  }
+  return builder.Finish();
+}
+
+vtkSmartPointer<vtkPolyData> ShadowQuad(const GroundShadow& shadow) {
+  const auto points = vtkSmartPointer<vtkPoints>::New();
+  const auto coordinates = vtkSmartPointer<vtkFloatArray>::New();
+  coordinates->SetNumberOfComponents(2);
+  const auto corner = [&](double across, double down) {
+    const Eigen::Vector3d p = shadow.corner + across * shadow.across + down * shadow.down;
+    coordinates->InsertNextTuple2(across, down);
+    return points->InsertNextPoint(p.data());
+  };
+  const std::array<vtkIdType, 4> corners = {corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)};
+  const auto quad = vtkSmartPointer<vtkCellArray>::New();
+  quad->InsertNextCell(4, corners.data());
+  const auto mesh = vtkSmartPointer<vtkPolyData>::New();
+  mesh->SetPoints(points);
+  mesh->SetPolys(quad);
+  mesh->GetPointData()->SetTCoords(coordinates);
+  return mesh;
+}
+
+vtkSmartPointer<vtkTexture> ShadowTexture(const GroundShadow& shadow, double strength) {
+  const auto values = vtkSmartPointer<vtkUnsignedCharArray>::New();
+  values->SetNumberOfComponents(4);
+  values->SetNumberOfTuples(static_cast<vtkIdType>(shadow.darkness.total()));
+  for (int y = 0; y < shadow.darkness.rows; ++y) {
+    for (int x = 0; x < shadow.darkness.cols; ++x) {
+      const auto alpha =
+          static_cast<unsigned char>(std::lround(strength * shadow.darkness.at<std::uint8_t>(y, x)));
+      const std::array<unsigned char, 4> black = {0, 0, 0, alpha};
+      values->SetTypedTuple(static_cast<vtkIdType>(y) * shadow.darkness.cols + x, black.data());
+    }
+  }
+  const auto image = vtkSmartPointer<vtkImageData>::New();
+  image->SetDimensions(shadow.darkness.cols, shadow.darkness.rows, 1);
+  image->GetPointData()->SetScalars(values);
+  const auto texture = vtkSmartPointer<vtkTexture>::New();
+  texture->SetInputData(image);
+  texture->SetColorModeToDirectScalars();
+  texture->InterpolateOn();
+  texture->EdgeClampOn();
+  return texture;
+}
+
+}  // namespace sqslam

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
+#include <vtkTexture.h>
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "render/camera/scene_framing.h"
+#include "render/scene/scene_layers.h"
+#include "render/scene/style.h"
+#include "render/solids/ground_shadow.h"
+#include "slam/snapshot/snapshot.h"
+
+// Geometry of a map for VTK, colours as one RGBA value a vertex. For the sources of render/ only.
+namespace sqslam {
+
+// The superquadric's surface (Eq. 1) in the object frame.
+vtkSmartPointer<vtkPolyData> SuperquadricMesh(const Superquadric& shape, int segments);
+
+// Points of objects, or the others; colours kept apart from the background.
+vtkSmartPointer<vtkPolyData> PointCloud(const MapSnapshot& map, bool of_objects, const SceneStyle& style);
+
+// A line through the keyframes, on to the current camera.
+vtkSmartPointer<vtkPolyData> TrajectoryLine(const MapSnapshot& map, const SceneStyle& style);
+
+// Frusta of the keyframes, thinned out where they crowd.
+vtkSmartPointer<vtkPolyData> KeyframeFrusta(const MapSnapshot& map, double height, const SceneStyle& style);
+
+// The current camera's frustum as lines (empty while tracking is lost).
+vtkSmartPointer<vtkPolyData> CurrentFrustum(const MapSnapshot& map, double height, const SceneStyle& style);
+
+// Lines between the centres of keyframes that share enough map points.
+vtkSmartPointer<vtkPolyData> CovisibilityLines(const MapSnapshot& map, const SceneStyle& style);
+
+// A line through each piece.
+vtkSmartPointer<vtkPolyData> PathLines(const std::vector<std::vector<Eigen::Vector3d>>& pieces,
+                                       const Eigen::Vector3d& color);
+
+vtkSmartPointer<vtkPolyData> DensePoints(const ColoredPoints& cloud, const SceneStyle& style);
+
+// A grid at the ground around the centre of the focus that fades outwards; cells of GridCell().
+vtkSmartPointer<vtkPolyData> GroundGrid(const SceneFocus& focus, const SceneStyle& style);
+double GridCell(const SceneFocus& focus);  // map units
+
+// Where a shadow lies, and what darkens the ground there by at most `strength`.
+vtkSmartPointer<vtkPolyData> ShadowQuad(const GroundShadow& shadow);
+vtkSmartPointer<vtkTexture> ShadowTexture(const GroundShadow& shadow, double strength);
+
+}  // namespace sqslam

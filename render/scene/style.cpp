@@ -1,0 +1,103 @@
+#include "render/scene/style.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstdint>
+#include <set>
+#include <utility>
+
+#include "slam/util/data_path.h"
+#include "slam/util/error.h"
+#include "slam/util/options.h"
+
+namespace sqslam {
+namespace {
+
+// Okabe and Ito, "Color Universal Design", without black (kept for text) and with yellow last (pale on
+// white).
+constexpr std::array<const char*, 7> kPalette = {"#0072b2", "#e69f00", "#009e73", "#cc79a7",
+                                                 "#56b4e9", "#d55e00", "#f0e442"};
+
+// FNV-1a: the same on every machine, unlike std::hash.
+std::uint32_t StableHash(const std::string& text) {
+  std::uint32_t hash = 2166136261u;
+  for (const char c : text) {
+    hash = (hash ^ static_cast<unsigned char>(c)) * 16777619u;
+  }
+  return hash;
+}
+
+int PreferredSlot(const std::string& label) {
+  return static_cast<int>((StableHash(label) >> 4) % kPalette.size());
+}
+
+}  // namespace
+
+Eigen::Vector3d ParseColor(std::string_view text) {
+  unsigned value = 0;
+  const bool shaped = text.size() == 7 && text[0] == '#';
+  if (shaped) {
+    const auto [end, error] = std::from_chars(text.data() + 1, text.data() + 7, value, 16);
+    if (error == std::errc() && end == text.data() + 7) {
+      return Eigen::Vector3d((value >> 16) & 255u, (value >> 8) & 255u, value & 255u) / 255.0;
+    }
+  }
+  throw UsageError(fmt::format("colour \"{}\": expected #rrggbb, such as #0072b2", text));
+}
+
+void CheckStyle(const SceneStyle& style) {
+  CheckOptions(style);
+  for (const std::string& color :
+       {style.background, style.cameras.color, style.cameras.current_color, style.covisibility.color,
+        style.ground_truth.color, style.dense_cloud.color, style.grid.color, style.light.outline_color,
+        style.text.color}) {
+    ParseColor(color);
+  }
+}
+
+SceneStyle LoadStyle(const std::string& name_or_file) {
+  SceneStyle style;
+  LoadOptions(ConfigFile("configs/styles", "style", name_or_file), style);
+  CheckStyle(style);
+  return style;
+}
+
+LabelColors::LabelColors(std::span<const std::string> labels, std::map<std::string, Eigen::Vector3d> fixed)
+    : fixed_(std::move(fixed)) {
+  std::set<int> taken;
+  const std::set<std::string> sorted(labels.begin(), labels.end());
+  const int colors = static_cast<int>(kPalette.size());
+  for (const std::string& label : sorted) {
+    const int preferred = PreferredSlot(label);
+    const int level = static_cast<int>(taken.size()) / colors;
+    int slot = level * colors + preferred;
+    for (int step = 0; taken.contains(slot); ++step) {
+      slot = level * colors + (preferred + step) % colors;
+    }
+    taken.insert(slot);
+    slots_[label] = slot;
+  }
+}
+
+Eigen::Vector3d LabelColors::operator()(const std::string& label) const {
+  if (const auto own = fixed_.find(label); own != fixed_.end()) {
+    return own->second;
+  }
+  const auto found = slots_.find(label);
+  const int slot = found == slots_.end() ? PreferredSlot(label) : found->second;
+  const int colors = static_cast<int>(kPalette.size());
+  const Eigen::Vector3d base = ParseColor(kPalette[static_cast<std::size_t>(slot % colors)]);
+  switch ((slot / colors) % 3) {  // further classes: darker, then lighter
+    case 1:
+      return 0.62 * base;
+    case 2:
+      return 0.5 * base + Eigen::Vector3d::Constant(0.5);
+    default:
+      return base;
+  }
+}
+
+}  // namespace sqslam

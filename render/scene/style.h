@@ -1,0 +1,239 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "render/scene/overlay_style.h"
+
+namespace sqslam {
+
+// How a map is drawn. Colours are "#rrggbb"; sizes and widths are pixels of a picture 720 pixels high and
+// grow with it; lengths are relative to what the picture frames.
+struct SceneStyle {
+  struct Objects {
+    bool show = true;
+    double opacity = 0.85;   // of the surfaces, 1 draws them solid
+    bool labels = false;     // names beside the objects
+    double roughness = 0.5;  // of the surfaces: 0 a mirror, 1 chalk
+    double metallic = 0.0;   // 0 paint, 1 metal
+    int segments = 128;      // at most so many steps of longitude for a superquadric; small ones get fewer
+    template <typename Visitor>
+    void VisitFields(Visitor&& visit) {
+      visit("show", show);
+      visit("opacity", opacity, 0.0, 1.0);
+      visit("labels", labels);
+      visit("roughness", roughness, 0.0, 1.0);
+      visit("metallic", metallic, 0.0, 1.0);
+      visit("segments", segments, 16, 512);
+    }
+  };
+  struct Points {
+    bool show = true;
+    double size = 2.2;           // diameter, pixels
+    double object_size = 3.4;    // diameter of points that belong to objects, pixels
+    double min_contrast = 0.28;  // least difference in lightness to the background, in [0, 1]
+    template <typename Visitor>
+    void VisitFields(Visitor&& visit) {
+      visit("show", show);
+      visit("size", size, 0.5, 50.0);
+      visit("object_size", object_size, 0.5, 50.0);
+      visit("min_contrast", min_contrast, 0.0, 1.0);
+    }
+  };
+  struct Cameras {
+    bool trajectory = true;         // line through the keyframes
+    bool keyframes = true;          // their frusta
+    bool current = true;            // the camera of the snapshot
+    std::string color = "#5b6b7a";  // of trajectory and keyframes
+    std::string current_color = "#d1495b";
+    double width = 1.6;           // of the trajectory, pixels
+    double keyframe_width = 1.0;  // of the frusta, pixels
+    double size = 0.035;          // half the height of a frustum, of the radius that the picture frames
+    template <typename Visitor>
+    void VisitFields(Visitor&& visit) {
+      visit("trajectory", trajectory);
+      visit("keyframes", keyframes);
+      visit("current", current);
+      visit("color", color);
+      visit("current_color", current_color);
+      visit("width", width, 0.1, 50.0);
+      visit("keyframe_width", keyframe_width, 0.1, 50.0);
+      visit("size", size, 0.001, 1.0);
+    }
+  };
+  // Lines between keyframes that see the same map points.
+  struct Covisibility {
+    bool show = false;
+    int min_points = 100;  // that two keyframes must share for a line
+    std::string color = "#2a8f6d";
+    double width = 1.0;    // pixels
+    double opacity = 0.5;  // 0 to 1
+    template <typename Visitor>
+    void VisitFields(Visitor&& visit) {
+      visit("show", show);
+      visit("min_points", min_points, 1, 100000);
+      visit("color", color);
+      visit("width", width, 0.1, 50.0);
+      visit("opacity", opacity, 0.0, 1.0);
+    }
+  };
+  // The true path of the camera, where a picture is given one.
+  struct GroundTruth {
+    bool show = true;
+    std::string color = "#c2185b";
+    double width = 2.0;  // pixels
+    template <typename Visitor>
+    void VisitFields(Visitor&& visit) {
+      visit("show", show);
+      visit("color", color);
+      visit("width", width, 0.1, 50.0);
+    }
+  };
+  // A dense cloud of points, where a picture is given one.
+  struct DenseCloud {
+    double size = 1.6;              // diameter of the points, pixels
+    std::string color = "#8a929b";  // of a cloud without colours of its own
+    template <typename Visitor>
+    void VisitFields(Visitor&& visit) {
+      visit("size", size, 0.5, 50.0);
+      visit("color", color);
+    }
+  };
+  // A plane that cuts away one side of points, dense cloud and objects: what is above it along the axis.
+  struct Clip {
+    std::string axis = "none";  // x, y, z of the map; view: towards the camera; none: nothing is cut
+    double offset = 0.0;        // of the plane from the middle of what the picture frames, of its radius
+    bool flip = false;          // the other side goes
+    bool operator==(const Clip&) const = default;
+    template <typename Visitor>
+    void VisitFields(Visitor&& visit) {
+      visit("axis", axis, {"none", "x", "y", "z", "view"});
+      visit("offset", offset, -10.0, 10.0);
+      visit("flip", flip);
+    }
+  };
+  struct Grid {
+    bool show = true;
+    std::string color = "#b4b9bf";
+    double width = 1.0;    // pixels
+    double opacity = 0.8;  // at its centre; it fades outwards
+    double radius = 2.0;   // of the radius that the picture frames
+    template <typename Visitor>
+    void VisitFields(Visitor&& visit) {
+      visit("show", show);
+      visit("color", color);
+      visit("width", width, 0.1, 50.0);
+      visit("opacity", opacity, 0.0, 1.0);
+      visit("radius", radius, 0.1, 20.0);
+    }
+  };
+  struct Light {
+    double shadow = 0.32;            // darkness of the solids' shadow on the ground, 0: none
+    double ambient_occlusion = 0.7;  // how dark corners and gaps are, 0: not at all
+    double occlusion_radius = 0.12;  // its reach, of the radius that the picture frames
+    double outline = 0.35;           // strength of the line around each solid, 0: none
+    double outline_width = 1.2;      // pixels
+    std::string outline_color = "#101418";
+    double eye_dome = 0.5;  // how much points stand out against points behind them, 0: not at all
+    template <typename Visitor>
+    void VisitFields(Visitor&& visit) {
+      visit("shadow", shadow, 0.0, 1.0);
+      visit("ambient_occlusion", ambient_occlusion, 0.0, 1.0);
+      visit("occlusion_radius", occlusion_radius, 0.001, 2.0);
+      visit("outline", outline, 0.0, 1.0);
+      visit("outline_width", outline_width, 0.1, 50.0);
+      visit("outline_color", outline_color);
+      visit("eye_dome", eye_dome, 0.0, 1.0);
+    }
+  };
+  struct Lens {
+    double aperture = 0.0;  // radius, of the distance to the focal point; 0: everything is sharp
+    int samples = 32;       // pictures that are averaged for one with depth of field
+    template <typename Visitor>
+    void VisitFields(Visitor&& visit) {
+      visit("aperture", aperture, 0.0, 0.5);
+      visit("samples", samples, 2, 1024);
+    }
+  };
+  struct Text {
+    bool legend = true;  // classes, colours and counts
+    bool scale = true;   // axes and what a cell of the grid measures
+    double size = 15.0;  // height of the letters, pixels
+    std::string color = "#222222";
+    template <typename Visitor>
+    void VisitFields(Visitor&& visit) {
+      visit("legend", legend);
+      visit("scale", scale);
+      visit("size", size, 4.0, 200.0);
+      visit("color", color);
+    }
+  };
+
+  std::string background = "#ffffff";
+  std::string anti_aliasing = "ssaa";        // ssaa: four samples a pixel; fxaa: smoothed edges, faster; none
+  std::string video_anti_aliasing = "fxaa";  // the same for videos, where the coding hides the difference
+  Objects objects;
+  Points points;
+  Cameras cameras;
+  Covisibility covisibility;
+  GroundTruth ground_truth;
+  DenseCloud dense_cloud;
+  Clip clip;
+  Grid grid;
+  Light light;
+  Lens lens;
+  Text text;
+  OverlayStyle overlay;  // of maps over photographs
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("background", background);
+    visit("anti_aliasing", anti_aliasing, {"ssaa", "fxaa", "none"});
+    visit("video_anti_aliasing", video_anti_aliasing, {"ssaa", "fxaa", "none"});
+    visit("objects", objects);
+    visit("points", points);
+    visit("cameras", cameras);
+    visit("covisibility", covisibility);
+    visit("ground_truth", ground_truth);
+    visit("dense_cloud", dense_cloud);
+    visit("clip", clip);
+    visit("grid", grid);
+    visit("light", light);
+    visit("lens", lens);
+    visit("text", text);
+    visit("overlay", overlay);
+  }
+};
+
+// A style by name (configs/styles/NAME.yaml) or from a file that ends in .yaml. Throws UsageError that names
+// the styles there are, or file and line of what is wrong.
+SceneStyle LoadStyle(const std::string& name_or_file);
+
+// Throws UsageError on values out of range and colours that are none.
+void CheckStyle(const SceneStyle& style);
+
+// "#rrggbb" to red, green, blue in [0, 1]. Throws UsageError on anything else.
+Eigen::Vector3d ParseColor(std::string_view text);
+
+// Colours of classes that people with any colour vision tell apart (Okabe and Ito), at further lightness
+// levels where there are more classes than colours. A label keeps its colour from map to map unless two
+// labels of one map want the same.
+class LabelColors {
+ public:
+  LabelColors() = default;
+  // `fixed` goes before the palette: one map's colours for others.
+  explicit LabelColors(std::span<const std::string> labels,
+                       std::map<std::string, Eigen::Vector3d> fixed = {});
+
+  Eigen::Vector3d operator()(const std::string& label) const;  // red, green, blue in [0, 1]
+
+ private:
+  std::map<std::string, int> slots_;
+  std::map<std::string, Eigen::Vector3d> fixed_;
+};
+
+}  // namespace sqslam

@@ -1,0 +1,89 @@
+#include "render/solids/tessellation.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace sqslam {
+namespace {
+
+double SignedPower(double base, double exponent) {
+  return std::copysign(std::pow(std::abs(base), exponent), base);
+}
+
+// cos and sin that are exactly zero at the quarter turns, where powers near zero would magnify rounding.
+double Snap(double value) { return std::abs(value) < 1e-12 ? 0.0 : value; }
+
+}  // namespace
+
+std::vector<SuperellipsePoint> SampleUniformInParameter(double e, double first, double last, int segments) {
+  std::vector<SuperellipsePoint> points(static_cast<std::size_t>(segments) + 1);
+  for (int i = 0; i <= segments; ++i) {
+    const double angle = first + (last - first) * i / segments;
+    const double c = Snap(std::cos(angle));
+    const double s = Snap(std::sin(angle));
+    points[static_cast<std::size_t>(i)] = {SignedPower(c, e), SignedPower(s, e), SignedPower(c, 2.0 - e),
+                                           SignedPower(s, 2.0 - e)};
+  }
+  return points;
+}
+
+std::vector<SuperellipsePoint> SampleUniformInPolarAngle(double e, double first, double last, int segments) {
+  std::vector<SuperellipsePoint> points(static_cast<std::size_t>(segments) + 1);
+  for (int i = 0; i <= segments; ++i) {
+    const double angle = first + (last - first) * i / segments;
+    const double c = Snap(std::cos(angle));
+    const double s = Snap(std::sin(angle));
+    const double norm = std::pow(std::pow(std::abs(c), 2.0 / e) + std::pow(std::abs(s), 2.0 / e), 0.5 * e);
+    const double x = c / norm;
+    const double y = s / norm;
+    points[static_cast<std::size_t>(i)] = {x, y, SignedPower(x, (2.0 - e) / e),
+                                           SignedPower(y, (2.0 - e) / e)};
+  }
+  return points;
+}
+
+Eigen::Vector3d SurfacePoint(const Superquadric& shape, const SuperellipsePoint& profile,
+                             const SuperellipsePoint& section) {
+  return shape.half_size.cwiseProduct(
+      Eigen::Vector3d(profile.x * section.x, profile.x * section.y, profile.y));
+}
+
+Eigen::Vector3d SurfaceNormal(const Superquadric& shape, const SuperellipsePoint& profile,
+                              const SuperellipsePoint& section) {
+  const Eigen::Vector3d normal(profile.normal_x * section.normal_x, profile.normal_x * section.normal_y,
+                               profile.normal_y);
+  return normal.cwiseQuotient(shape.half_size).normalized();
+}
+
+TriangleMesh Tessellate(const Superquadric& shape, int segments) {
+  constexpr double kPi = std::numbers::pi;
+  const auto profile = SampleUniformInParameter(shape.e1, -0.5 * kPi, 0.5 * kPi, segments / 2);
+  const auto section = SampleUniformInParameter(shape.e2, -kPi, kPi, segments);
+  TriangleMesh mesh;
+  mesh.vertices.reserve(profile.size() * section.size());
+  mesh.normals.reserve(profile.size() * section.size());
+  for (const SuperellipsePoint& p : profile) {
+    for (const SuperellipsePoint& q : section) {
+      mesh.vertices.push_back(SurfacePoint(shape, p, q).cast<float>());
+      mesh.normals.push_back(SurfaceNormal(shape, p, q).cast<float>());
+    }
+  }
+  const auto columns = static_cast<std::int32_t>(section.size());
+  const auto rows = static_cast<std::int32_t>(profile.size());
+  mesh.triangles.reserve(2 * profile.size() * section.size());
+  for (std::int32_t row = 0; row + 1 < rows; ++row) {
+    for (std::int32_t column = 0; column + 1 < columns; ++column) {
+      const std::int32_t a = row * columns + column;
+      const std::int32_t b = a + columns;
+      if (row > 0) {  // at the poles one of the two triangles has no area
+        mesh.triangles.push_back({a, a + 1, b + 1});
+      }
+      if (row + 2 < rows) {
+        mesh.triangles.push_back({a, b + 1, b});
+      }
+    }
+  }
+  return mesh;
+}
+
+}  // namespace sqslam

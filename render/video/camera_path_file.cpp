@@ -1,0 +1,397 @@
+#include "render/video/camera_path_file.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "render/camera/scene_framing.h"
+#include "render/camera/view_presets.h"
+#include "slam/util/error.h"
+#include "slam/util/options.h"
+
+namespace sqslam {
+namespace {
+
+[[noreturn]] void Fail(const std::filesystem::path& path, int line, const std::string& message) {
+  throw UsageError(fmt::format("{}:{}: {}", path.string(), line, message));
+}
+
+class Reader {
+ public:
+  Reader(const std::filesystem::path& path, double fps) : fps_(fps) { file_.path = path; }
+
+  CameraPathFile Read() {
+    YAML::Node root;
+    try {
+      root = YAML::LoadFile(file_.path.string());
+    } catch (const YAML::BadFile&) {
+      throw UsageError(fmt::format("{}: cannot be read, expected a camera path (YAML)", file_.path.string()));
+    } catch (const YAML::Exception& error) {
+      Fail(file_.path, error.mark.line + 1, error.msg);
+    }
+    CheckNames(root, {"easing", "loop", "duration", "keys"}, "camera path");
+    if (const YAML::Node easing = root["easing"]) {
+      const auto word = As<std::string>(easing, "easing", "linear or smooth");
+      if (word != "linear" && word != "smooth") {
+        Fail(file_.path, Line(easing), fmt::format("easing: {}, expected linear or smooth", word));
+      }
+      file_.smooth = word == "smooth";
+    }
+    if (root["loop"]) {
+      file_.loop = As<bool>(root["loop"], "loop", "true or false");
+    }
+    if (root["duration"]) {
+      file_.duration = Number(root["duration"], "duration", 1e-3, 1e5, "seconds");
+    }
+    const YAML::Node keys = root["keys"];
+    if (!keys || !keys.IsSequence() || keys.size() < 1) {
+      Fail(file_.path, Line(keys ? keys : root), "keys: expected a list of one key at least");
+    }
+    for (const YAML::Node& key : keys) {
+      file_.keys.push_back(ReadKey(key));
+    }
+    CheckTimes();
+    return file_;
+  }
+
+ private:
+  static int Line(const YAML::Node& node) { return node.Mark().line + 1; }
+
+  template <typename T>
+  T As(const YAML::Node& node, const std::string& key, const std::string& expected) const {
+    try {
+      return node.as<T>();
+    } catch (const YAML::Exception&) {
+      Fail(file_.path, Line(node), fmt::format("{}: expected {}", key, expected));
+    }
+  }
+
+  double Number(const YAML::Node& node, const std::string& key, double min, double max,
+                const std::string& unit) const {
+    const std::string expected = fmt::format("{} from {} to {}", unit, min, max);
+    const double value = As<double>(node, key, expected);
+    if (!(value >= min && value <= max)) {
+      Fail(file_.path, Line(node), fmt::format("{}: {}, expected {}", key, value, expected));
+    }
+    return value;
+  }
+
+  std::optional<Eigen::Vector3d> Vector(const YAML::Node& key, const std::string& name) const {
+    const YAML::Node node = key[name];
+    if (!node) {
+      return std::nullopt;
+    }
+    const auto values = As<std::vector<double>>(node, name, "three numbers [x, y, z]");
+    if (values.size() != 3) {
+      Fail(file_.path, Line(node), fmt::format("{}: expected three numbers [x, y, z]", name));
+    }
+    return Eigen::Vector3d(values[0], values[1], values[2]);
+  }
+
+  void CheckNames(const YAML::Node& node, const std::vector<std::string>& names,
+                  const std::string& what) const {
+    if (!node.IsMap()) {
+      Fail(file_.path, Line(node), fmt::format("expected a {} with {}", what, fmt::join(names, ", ")));
+    }
+    for (const auto& entry : node) {
+      const auto name = entry.first.as<std::string>();
+      if (std::find(names.begin(), names.end(), name) == names.end()) {
+        const std::string nearest = NearestWord(name, names);
+        Fail(file_.path, Line(entry.first),
+             fmt::format("{}: unknown, expected {}", name,
+                         nearest.empty() ? fmt::format("{}", fmt::join(names, ", ")) : nearest));
+      }
+    }
+  }
+
+  CameraKey ReadKey(const YAML::Node& node) const {
+    CheckNames(node,
+               {"time", "frame", "view", "keyframe", "camera_frame", "position", "focal_point", "view_up",
+                "view_angle", "azimuth", "elevation", "zoom"},
+               "key");
+    CameraKey key;
+    key.line = Line(node);
+    if (node["time"] && node["frame"]) {
+      Fail(file_.path, key.line, "time and frame: expected one of them");
+    }
+    if (node["time"]) {
+      key.time = Number(node["time"], "time", 0.0, 1e5, "seconds");
+    } else if (node["frame"]) {
+      key.time = Number(node["frame"], "frame", 0.0, 1e7, "a frame of the video") / fps_;
+    }
+    if (node["view"]) {
+      std::vector<std::string> names = ViewPresetNames();
+      names.emplace_back("default");
+      key.view = As<std::string>(node["view"], "view", fmt::format("{}", fmt::join(names, ", ")));
+      if (std::find(names.begin(), names.end(), key.view) == names.end()) {
+        Fail(file_.path, Line(node["view"]),
+             fmt::format("view: {}, expected {}", key.view, fmt::join(names, ", ")));
+      }
+    }
+    if (node["keyframe"]) {
+      key.keyframe = As<std::int64_t>(node["keyframe"], "keyframe", "the id of a keyframe");
+    }
+    if (node["camera_frame"]) {
+      key.camera_frame = As<std::int64_t>(node["camera_frame"], "camera_frame", "a frame of the run");
+    }
+    CameraOverrides& o = key.overrides;
+    o.position = Vector(node, "position");
+    o.focal_point = Vector(node, "focal_point");
+    o.view_up = Vector(node, "view_up");
+    if (o.view_up && o.view_up->norm() < 1e-9) {
+      Fail(file_.path, Line(node["view_up"]), "view_up: expected a direction, not zero");
+    }
+    if (node["view_angle"]) {
+      o.view_angle = Number(node["view_angle"], "view_angle", 1.0, 170.0, "degrees");
+    }
+    o.azimuth = node["azimuth"] ? Number(node["azimuth"], "azimuth", -3600.0, 3600.0, "degrees") : 0.0;
+    o.elevation = node["elevation"] ? Number(node["elevation"], "elevation", -180.0, 180.0, "degrees") : 0.0;
+    o.zoom = node["zoom"] ? Number(node["zoom"], "zoom", 0.01, 100.0, "a factor") : 1.0;
+    const int places = (key.view.empty() ? 0 : 1) + (key.keyframe ? 1 : 0) + (key.camera_frame ? 1 : 0);
+    if (places > 1 || (places == 0 && !(o.position && o.focal_point))) {
+      Fail(file_.path, key.line,
+           "key: expected one of view, keyframe, camera_frame, or position and focal_point");
+    }
+    return key;
+  }
+
+  void CheckTimes() const {
+    const CameraKey* last = nullptr;
+    for (const CameraKey& key : file_.keys) {
+      if (key.time.has_value() != file_.keys.front().time.has_value()) {
+        Fail(file_.path, key.line, "time: expected for all keys or for none");
+      }
+      if (last != nullptr && key.time && *key.time <= *last->time) {
+        Fail(file_.path, key.line,
+             fmt::format("time: {:g} s, expected more than the {:g} s of the key before", *key.time,
+                         *last->time));
+      }
+      last = &key;
+    }
+    if (file_.duration && last->time &&
+        (*file_.duration < *last->time || (file_.loop && *file_.duration == *last->time))) {
+      Fail(file_.path, last->line,
+           fmt::format("time: {:g} s, expected less than the duration of {:g} s", *last->time,
+                       *file_.duration));
+    }
+  }
+
+  CameraPathFile file_;
+  double fps_;
+};
+
+// Focal point, direction and logarithm of the distance from there, up and view angle as one vector, for the
+// splines: between two views of one thing the camera goes around it, not through it.
+using ViewVector = Eigen::Matrix<double, 11, 1>;
+
+ViewVector ToVector(const ViewCamera& view) {
+  const Eigen::Vector3d offset = view.position - view.focal_point;
+  const double distance = std::max(offset.norm(), 1e-9);
+  ViewVector v;
+  v << view.focal_point, offset / distance, std::log(distance), view.view_up.normalized(), view.view_angle;
+  return v;
+}
+
+ViewCamera ToView(const ViewVector& v) {
+  const Eigen::Vector3d focal_point = v.segment<3>(0);
+  return {focal_point + std::exp(v[6]) * v.segment<3>(3).normalized(),
+          focal_point,
+          v.segment<3>(7).normalized(),
+          v[10],
+          {}};
+}
+
+struct Knot {
+  double time;
+  ViewVector value;
+};
+
+// Appends the knots between two keys whose directions are far apart, so that none is more than this angle
+// from the next: the spline then stays near the sphere.
+void AppendBetween(const Knot& from, const Knot& to, std::vector<Knot>& knots) {
+  constexpr double kMaxTurn = std::numbers::pi / 4.0;
+  const Eigen::Vector3d a = from.value.segment<3>(3);
+  const Eigen::Vector3d b = to.value.segment<3>(3);
+  Eigen::Vector3d axis = a.cross(b);
+  const double angle = std::atan2(axis.norm(), a.dot(b));
+  if (axis.norm() < 1e-3) {  // straight across: around the vertical, if that leads there
+    const Eigen::Vector3d up = from.value.segment<3>(7);
+    axis = std::abs(up.dot(a)) < 0.9 ? Eigen::Vector3d(up - up.dot(a) * a) : a.unitOrthogonal();
+  }
+  const int pieces = static_cast<int>(std::ceil(angle / kMaxTurn));
+  for (int i = 1; i < pieces; ++i) {
+    const double t = static_cast<double>(i) / pieces;
+    Knot knot{(1.0 - t) * from.time + t * to.time, (1.0 - t) * from.value + t * to.value};
+    knot.value.segment<3>(3) = Eigen::AngleAxisd(t * angle, axis.normalized()) * a;
+    knots.push_back(knot);
+  }
+}
+
+// The slope at knot i: that of the parabola through it and its neighbours.
+ViewVector Slope(const Knot& before, const Knot& at, const Knot& after) {
+  const double a = at.time - before.time;
+  const double b = after.time - at.time;
+  return (b * (at.value - before.value) / a + a * (after.value - at.value) / b) / (a + b);
+}
+
+// A cubic spline through knots with rising times. `rest`: at rest at both ends. With `period` > 0 it goes on
+// from the last knot to the first.
+class Spline {
+ public:
+  Spline(std::vector<Knot> knots, bool rest, double period) : knots_(std::move(knots)) {
+    const std::size_t n = knots_.size();
+    if (period > 0.0 && n >= 2) {  // one more at each side, so that all slopes have neighbours
+      Knot first = knots_.front();
+      Knot second = knots_[1];
+      Knot last = knots_.back();
+      first.time += period;
+      second.time += period;
+      last.time -= period;
+      knots_.insert(knots_.begin(), last);
+      knots_.push_back(first);
+      knots_.push_back(second);
+    }
+    for (std::size_t i = 0; i < knots_.size(); ++i) {
+      const bool end = i == 0 || i + 1 == knots_.size();
+      if (!end) {
+        slopes_.push_back(Slope(knots_[i - 1], knots_[i], knots_[i + 1]));
+      } else if (rest || knots_.size() < 2) {
+        slopes_.push_back(ViewVector::Zero());
+      } else {
+        const std::size_t a = i == 0 ? 0 : i - 1;
+        slopes_.push_back((knots_[a + 1].value - knots_[a].value) / (knots_[a + 1].time - knots_[a].time));
+      }
+    }
+  }
+
+  ViewVector At(double time) const {
+    if (time <= knots_.front().time || knots_.size() == 1) {
+      return knots_.front().value;
+    }
+    if (time >= knots_.back().time) {
+      return knots_.back().value;
+    }
+    const auto next = std::upper_bound(knots_.begin(), knots_.end(), time,
+                                       [](double t, const Knot& knot) { return t < knot.time; });
+    const auto i = static_cast<std::size_t>(next - knots_.begin()) - 1;
+    const double step = knots_[i + 1].time - knots_[i].time;
+    const double t = (time - knots_[i].time) / step;
+    const double u = 1.0 - t;
+    return u * u * (1.0 + 2.0 * t) * knots_[i].value + t * t * (3.0 - 2.0 * t) * knots_[i + 1].value +
+           step * t * u * (u * slopes_[i] - t * slopes_[i + 1]);
+  }
+
+ private:
+  std::vector<Knot> knots_;
+  std::vector<ViewVector> slopes_;
+};
+
+class Resolver {
+ public:
+  Resolver(const CameraPathFile& file, const MapSnapshot& map, const PictureOptions& options,
+           const FramePoses& frame_poses)
+      : file_(file),
+        map_(map),
+        aspect_(static_cast<double>(options.width) / options.height),
+        frame_poses_(frame_poses),
+        focus_(FindFocus(map)) {}
+
+  ViewCamera operator()(const CameraKey& key) const {
+    const double angle = key.overrides.view_angle.value_or(30.0);
+    ViewCamera base;
+    base.view_up = focus_.up;
+    if (key.keyframe) {
+      base = FromPose(KeyframePose(key));
+    } else if (key.camera_frame) {
+      try {
+        base = FromPose(frame_poses_(*key.camera_frame));
+      } catch (const UsageError& error) {
+        Fail(file_.path, key.line, fmt::format("camera_frame: {}", error.what()));
+      }
+    } else if (key.view == "default") {
+      base = FrameScene(focus_, aspect_, angle);
+    } else if (!key.view.empty()) {
+      base = PresetView(key.view, focus_, aspect_, angle);
+    }
+    return key.overrides.ApplyTo(base);
+  }
+
+ private:
+  ViewCamera FromPose(const Rigid3d& T_map_camera) const {
+    return FirstPerson(T_map_camera, map_.camera, focus_.view_depth);
+  }
+
+  Rigid3d KeyframePose(const CameraKey& key) const {
+    for (const SnapshotKeyframe& keyframe : map_.keyframes) {
+      if (keyframe.id == *key.keyframe) {
+        return keyframe.T_map_camera;
+      }
+    }
+    std::vector<std::int64_t> ids;
+    for (const SnapshotKeyframe& keyframe : map_.keyframes) {
+      ids.push_back(keyframe.id);
+    }
+    const std::string known = ids.empty() ? "a map with keyframes" : fmt::format("{}", fmt::join(ids, ", "));
+    Fail(file_.path, key.line,
+         fmt::format("keyframe: {} is not in the map, expected {}", *key.keyframe, known));
+  }
+
+  const CameraPathFile& file_;
+  const MapSnapshot& map_;
+  double aspect_;
+  const FramePoses& frame_poses_;
+  SceneFocus focus_;
+};
+
+}  // namespace
+
+std::optional<double> CameraPathFile::Length() const {
+  if (duration || !keys.back().time) {
+    return duration;
+  }
+  const double last = *keys.back().time;
+  const double steps = static_cast<double>(keys.size()) - 1.0;
+  return loop && steps > 0.0 ? last + (last - *keys.front().time) / steps : last;
+}
+
+CameraPathFile ReadCameraPath(const std::filesystem::path& path, double fps) {
+  return Reader(path, fps).Read();
+}
+
+std::vector<ViewCamera> ViewsAlong(const CameraPathFile& file, const MapSnapshot& map,
+                                   const PictureOptions& options, const FramePoses& frame_poses, int frames,
+                                   double fps) {
+  const Resolver resolve(file, map, options, frame_poses);
+  // With a loop the frame after the last would be the first again.
+  const double video = std::max(1, file.loop ? frames : frames - 1) / fps;
+  const double length = file.Length().value_or(video);
+  const double gaps = static_cast<double>(file.keys.size()) - (file.loop ? 0.0 : 1.0);
+  std::vector<Knot> knots;
+  for (std::size_t i = 0; i < file.keys.size(); ++i) {
+    const CameraKey& key = file.keys[i];
+    const double even = gaps > 0.0 ? length * static_cast<double>(i) / gaps : 0.0;
+    const Knot knot{key.time.value_or(even), ToVector(resolve(key))};
+    if (i > 0) {
+      AppendBetween(Knot(knots.back()), knot, knots);
+    }
+    knots.push_back(knot);
+  }
+  if (file.loop) {
+    AppendBetween(Knot(knots.back()), {knots.front().time + length, knots.front().value}, knots);
+  }
+  const double first = knots.front().time;
+  const Spline spline(std::move(knots), file.smooth, file.loop ? length : 0.0);
+  std::vector<ViewCamera> views;
+  for (int i = 0; i < frames; ++i) {
+    const double time = i / fps;
+    views.push_back(ToView(spline.At(file.loop ? first + std::fmod(time, length) : time)));
+  }
+  return views;
+}
+
+}  // namespace sqslam

@@ -1,0 +1,78 @@
+#include "render/video/video_alignment.h"
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <map>
+#include <utility>
+#include <vector>
+
+namespace sqslam {
+namespace {
+
+Rigid3d TransformedPose(const Sim3d& s, const Rigid3d& pose) {
+  return {(s.rotation * pose.rotation).normalized(), s * pose.translation};
+}
+
+}  // namespace
+
+Sim3d AlignByKeyframes(const MapSnapshot& map, const MapSnapshot& target) {
+  std::map<std::int64_t, const SnapshotKeyframe*> of_target;
+  for (const SnapshotKeyframe& keyframe : target.keyframes) {
+    of_target[keyframe.id] = &keyframe;
+  }
+  std::vector<std::pair<Rigid3d, Rigid3d>> shared;
+  for (const SnapshotKeyframe& keyframe : map.keyframes) {
+    const auto found = of_target.find(keyframe.id);
+    // After a reset ids may start anew: the same keyframe also has the same frame.
+    if (found != of_target.end() && found->second->frame_index == keyframe.frame_index) {
+      shared.emplace_back(keyframe.T_map_camera, found->second->T_map_camera);
+    }
+  }
+  Sim3d s;
+  if (shared.size() < 2) {
+    return s;
+  }
+  // Orientations fix the rotation, even of a straight run on which positions alone would not.
+  Eigen::Matrix4d sum = Eigen::Matrix4d::Zero();
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  Eigen::Vector3d target_mean = Eigen::Vector3d::Zero();
+  const double count = static_cast<double>(shared.size());
+  for (const auto& [from, to] : shared) {
+    const Eigen::Vector4d q = (to.rotation * from.rotation.conjugate()).coeffs();
+    sum += q * q.transpose();
+    mean += from.translation / count;
+    target_mean += to.translation / count;
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> solver(sum);
+  s.rotation = Eigen::Quaterniond(Eigen::Vector4d(solver.eigenvectors().col(3))).normalized();
+  double spread = 0.0;
+  double target_spread = 0.0;
+  for (const auto& [from, to] : shared) {
+    spread += (from.translation - mean).squaredNorm();
+    target_spread += (to.translation - target_mean).squaredNorm();
+  }
+  s.scale = spread > 1e-12 && target_spread > 1e-12 ? std::sqrt(target_spread / spread) : 1.0;
+  s.translation = target_mean - s.scale * (s.rotation * mean);
+  return s;
+}
+
+MapSnapshot Transformed(const Sim3d& S_target_map, const MapSnapshot& map) {
+  const Sim3d& s = S_target_map;
+  MapSnapshot moved = map;
+  if (moved.T_map_camera) {
+    moved.T_map_camera = TransformedPose(s, *moved.T_map_camera);
+  }
+  for (SnapshotKeyframe& keyframe : moved.keyframes) {
+    keyframe.T_map_camera = TransformedPose(s, keyframe.T_map_camera);
+  }
+  for (SnapshotPoint& point : moved.points) {
+    point.p_map = (s * point.p_map.cast<double>()).cast<float>();
+  }
+  for (SnapshotObject& object : moved.objects) {
+    object.superquadric.T_map_object = TransformedPose(s, object.superquadric.T_map_object);
+    object.superquadric.shape.half_size *= s.scale;
+  }
+  return moved;
+}
+
+}  // namespace sqslam

@@ -1,0 +1,278 @@
+#include "render/video/video_encoder.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <string>
+#include <utility>
+
+#include "slam/util/error.h"
+
+extern "C" {
+#include <libavcodec/avcodec.h>
+#include <libavformat/avformat.h>
+#include <libavutil/opt.h>
+#include <libswscale/swscale.h>
+}
+
+namespace sqslam {
+namespace fs = std::filesystem;
+namespace {
+
+struct Free {
+  void operator()(AVCodecContext* context) const { avcodec_free_context(&context); }
+  void operator()(AVFrame* frame) const { av_frame_free(&frame); }
+  void operator()(AVPacket* packet) const { av_packet_free(&packet); }
+  void operator()(SwsContext* context) const { sws_freeContext(context); }
+  void operator()(AVFormatContext* format) const {
+    if (format->iformat != nullptr) {
+      avformat_close_input(&format);
+      return;
+    }
+    avio_closep(&format->pb);
+    avformat_free_context(format);
+  }
+};
+template <typename T>
+using Owned = std::unique_ptr<T, Free>;
+
+std::string Reason(int error) {
+  std::array<char, AV_ERROR_MAX_STRING_SIZE> text{};
+  av_strerror(error, text.data(), text.size());
+  return text.data();
+}
+
+// An MP4 file that packets are written to.
+class Mp4File {
+ public:
+  explicit Mp4File(fs::path path) : path_(std::move(path)) {
+    av_log_set_level(AV_LOG_FATAL);  // what goes wrong is thrown
+    AVFormatContext* format = nullptr;
+    Check(avformat_alloc_output_context2(&format, nullptr, "mp4", path_.c_str()));
+    format_.reset(format);
+    Check(avio_open(&format->pb, path_.c_str(), AVIO_FLAG_WRITE));
+  }
+
+  AVStream* AddStream(const AVCodecParameters* coding, AVRational time_base) {
+    AVStream* stream = avformat_new_stream(format_.get(), nullptr);
+    Check(stream == nullptr ? AVERROR(ENOMEM) : avcodec_parameters_copy(stream->codecpar, coding));
+    stream->codecpar->codec_tag = 0;
+    stream->time_base = time_base;
+    stream->avg_frame_rate = av_inv_q(time_base);
+    AVDictionary* options = nullptr;
+    av_dict_set(&options, "movflags", "+faststart", 0);  // plays while it is loaded
+    const int result = avformat_write_header(format_.get(), &options);
+    av_dict_free(&options);
+    Check(result);
+    return stream;
+  }
+
+  void Write(AVPacket* packet) {
+    Check(av_interleaved_write_frame(format_.get(), packet));
+    Check(format_->pb->error);
+  }
+
+  void Finish() {
+    Check(av_write_trailer(format_.get()));
+    Check(format_->pb->error);
+    Check(avio_closep(&format_->pb));
+  }
+
+  bool WantsGlobalHeader() const { return (format_->oformat->flags & AVFMT_GLOBALHEADER) != 0; }
+
+ private:
+  void Check(int result) const {
+    if (result < 0) {
+      throw InputError(
+          fmt::format("{}: the video cannot be written ({}), expected a writable folder with free space",
+                      path_.string(), Reason(result)));
+    }
+  }
+
+  fs::path path_;
+  Owned<AVFormatContext> format_;
+};
+
+}  // namespace
+
+struct VideoEncoder::Impl {
+  Impl(const fs::path& wanted, cv::Size size, double fps) : path(wanted), file(wanted) {
+    for (const char* name : {"libx264", "mpeg4"}) {
+      if (const AVCodec* found = avcodec_find_encoder_by_name(name);
+          found != nullptr && Open(found, size, fps)) {
+        break;
+      }
+      codec.reset();
+    }
+    if (!codec) {
+      throw InputError(fmt::format("{}: this FFmpeg encodes neither H.264 nor MPEG-4", path.string()));
+    }
+    AVCodecParameters* coding = avcodec_parameters_alloc();
+    avcodec_parameters_from_context(coding, codec.get());
+    stream = file.AddStream(coding, codec->time_base);
+    avcodec_parameters_free(&coding);
+    frame.reset(av_frame_alloc());
+    frame->format = codec->pix_fmt;
+    frame->width = size.width;
+    frame->height = size.height;
+    av_frame_get_buffer(frame.get(), 0);
+    packet.reset(av_packet_alloc());
+    scaler.reset(sws_getContext(size.width, size.height, AV_PIX_FMT_BGR24, size.width, size.height,
+                                codec->pix_fmt, SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INP, nullptr,
+                                nullptr, nullptr));
+    const int* bt601 = sws_getCoefficients(SWS_CS_ITU601);
+    sws_setColorspaceDetails(scaler.get(), bt601, 1, bt601, 0, 0, 1 << 16, 1 << 16);
+  }
+
+  bool Open(const AVCodec* found, cv::Size size, double fps) {
+    codec.reset(avcodec_alloc_context3(found));
+    codec->width = size.width;
+    codec->height = size.height;
+    codec->pix_fmt = AV_PIX_FMT_YUV420P;
+    codec->framerate = av_d2q(fps, 100000);
+    codec->time_base = av_inv_q(codec->framerate);
+    codec->gop_size = std::max(1, static_cast<int>(std::lround(2.0 * fps)));  // seeking within two seconds
+    codec->color_range = AVCOL_RANGE_MPEG;
+    codec->colorspace = AVCOL_SPC_SMPTE170M;  // what programs that read no tags (OpenCV) take it for
+    codec->color_primaries = AVCOL_PRI_BT709;
+    codec->color_trc = AVCOL_TRC_BT709;
+    codec->global_quality = 3 * FF_QP2LAMBDA;  // MPEG-4 only
+    codec->flags |= found->id == AV_CODEC_ID_MPEG4 ? AV_CODEC_FLAG_QSCALE : 0;
+    codec->flags |= file.WantsGlobalHeader() ? AV_CODEC_FLAG_GLOBAL_HEADER : 0;
+    av_opt_set(codec->priv_data, "preset", "fast", 0);
+    av_opt_set(codec->priv_data, "crf", "20", 0);
+    return avcodec_open2(codec.get(), found, nullptr) == 0;
+  }
+
+  // Sends a frame (nullptr: the end) and writes what the encoder has ready.
+  void Encode(AVFrame* next) {
+    Check(avcodec_send_frame(codec.get(), next));
+    for (;;) {
+      const int result = avcodec_receive_packet(codec.get(), packet.get());
+      if (result == AVERROR(EAGAIN) || result == AVERROR_EOF) {
+        return;
+      }
+      Check(result);
+      packet->duration = 1;
+      av_packet_rescale_ts(packet.get(), codec->time_base, stream->time_base);
+      packet->stream_index = stream->index;
+      file.Write(packet.get());
+    }
+  }
+
+  void Check(int result) const {
+    if (result < 0) {
+      throw std::runtime_error(
+          fmt::format("{}: a frame cannot be encoded: {}", path.string(), Reason(result)));
+    }
+  }
+
+  fs::path path;
+  Mp4File file;
+  Owned<AVCodecContext> codec;
+  AVStream* stream = nullptr;  // belongs to the file
+  Owned<AVFrame> frame;
+  Owned<AVPacket> packet;
+  Owned<SwsContext> scaler;
+  std::int64_t next_time = 0;
+};
+
+VideoEncoder::VideoEncoder(const fs::path& path, cv::Size size, double fps)
+    : impl_(std::make_unique<Impl>(path, size, fps)) {}
+VideoEncoder::~VideoEncoder() = default;
+
+void VideoEncoder::Add(const cv::Mat& bgr) {
+  Impl& s = *impl_;
+  if (bgr.type() != CV_8UC3 || bgr.cols != s.codec->width || bgr.rows != s.codec->height) {
+    throw std::invalid_argument("a frame of another size or type than the video's");
+  }
+  s.Check(av_frame_make_writable(s.frame.get()));
+  const std::uint8_t* const rows[] = {bgr.data};
+  const int stride[] = {static_cast<int>(bgr.step[0])};
+  sws_scale(s.scaler.get(), rows, stride, 0, bgr.rows, s.frame->data, s.frame->linesize);
+  s.frame->pts = s.next_time++;
+  s.Encode(s.frame.get());
+}
+
+void VideoEncoder::Finish() {
+  impl_->Encode(nullptr);
+  impl_->file.Finish();
+}
+
+namespace {
+
+struct Source {
+  Owned<AVFormatContext> format;
+  const AVStream* stream = nullptr;
+};
+
+Source OpenSource(const fs::path& path) {
+  const auto check = [&](int result) {
+    if (result < 0) {
+      throw InputError(fmt::format("{}: cannot be read as a video ({})", path.string(), Reason(result)));
+    }
+  };
+  Source source;
+  AVFormatContext* format = nullptr;
+  check(avformat_open_input(&format, path.c_str(), nullptr, nullptr));
+  source.format.reset(format);
+  check(avformat_find_stream_info(format, nullptr));
+  const int index = av_find_best_stream(format, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0);
+  check(index);
+  source.stream = format->streams[index];
+  return source;
+}
+
+bool SameCoding(const AVCodecParameters& a, const AVCodecParameters& b) {
+  return a.codec_id == b.codec_id && a.width == b.width && a.height == b.height && a.format == b.format &&
+         a.extradata_size == b.extradata_size &&
+         std::equal(a.extradata, a.extradata + a.extradata_size, b.extradata);
+}
+
+}  // namespace
+
+int CopyVideos(const std::vector<fs::path>& videos, const std::vector<int>& frames, const fs::path& output,
+               const std::function<bool(int done, int total)>& progress) {
+  Mp4File file(output);
+  const Source first = OpenSource(videos.front());
+  const AVRational frame_time = av_inv_q(first.stream->avg_frame_rate);
+  AVStream* const stream = file.AddStream(first.stream->codecpar, frame_time);
+  const Owned<AVPacket> packet(av_packet_alloc());
+  const int total = std::accumulate(frames.begin(), frames.end(), 0);
+  int done = 0;
+  int before = 0;  // frames of the videos before this one
+  bool go_on = true;
+  for (std::size_t i = 0; i < videos.size() && go_on; ++i) {
+    const Source source = OpenSource(videos[i]);
+    if (!SameCoding(*source.stream->codecpar, *first.stream->codecpar)) {
+      throw InputError(fmt::format("{}: encoded in another way than {}, expected pieces made by one program",
+                                   videos[i].string(), videos.front().string()));
+    }
+    const std::int64_t offset = av_rescale_q(before, frame_time, stream->time_base);
+    while (go_on && av_read_frame(source.format.get(), packet.get()) >= 0) {
+      if (packet->stream_index == source.stream->index) {
+        av_packet_rescale_ts(packet.get(), source.stream->time_base, stream->time_base);
+        packet->pts += offset;
+        packet->dts += offset;
+        packet->pos = -1;
+        packet->stream_index = stream->index;
+        file.Write(packet.get());
+        ++done;
+        go_on = !progress || progress(done, total);
+      } else {
+        av_packet_unref(packet.get());
+      }
+    }
+    before += frames[i];
+    if (go_on && done != before) {
+      throw InputError(fmt::format("{}: {} frames can be read, expected {}", videos[i].string(),
+                                   done - before + frames[i], frames[i]));
+    }
+  }
+  file.Finish();
+  return done;
+}
+
+}  // namespace sqslam

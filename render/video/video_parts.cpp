@@ -1,0 +1,270 @@
+#include "render/video/video_parts.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <map>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+#include <optional>
+#include <regex>
+
+#include "render/video/video.h"
+#include "render/video/video_encoder.h"
+#include "slam/util/atomic_file.h"
+#include "slam/util/error.h"
+
+namespace sqslam {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr int kMaxShards = 100000;
+
+struct Part {
+  fs::path path;
+  std::string video;  // the name without the part
+  Shard shard;
+};
+
+std::optional<Part> ParsePart(const fs::path& path) {
+  static const std::regex pattern(R"((.*)\.part-(\d{1,6})-of-(\d{1,6})(\.[^.]+))");
+  const std::string name = path.string();
+  std::smatch match;
+  if (!std::regex_match(name, match, pattern)) {
+    return std::nullopt;
+  }
+  return Part{path, match[1].str() + match[4].str(), {std::stoi(match[2].str()), std::stoi(match[3].str())}};
+}
+
+// The parts in order, all of them there and of one video.
+std::vector<Part> SortedParts(const std::vector<std::string>& pieces) {
+  std::map<int, Part> by_index;
+  for (const std::string& piece : pieces) {
+    const std::optional<Part> part = ParsePart(piece);
+    if (!part) {
+      throw InputError(fmt::format(
+          "{}: no piece of a video by its name, expected FILE.part-I-of-N.mp4 or numbered pictures", piece));
+    }
+    const Part& first = by_index.empty() ? *part : by_index.begin()->second;
+    if (part->video != first.video || part->shard.count != first.shard.count) {
+      throw InputError(fmt::format("{}: a piece of another video than {}, expected one of {} pieces of {}",
+                                   piece, first.path.string(), first.shard.count, first.video));
+    }
+    if (part->shard.index < 1 || part->shard.index > part->shard.count) {
+      throw InputError(
+          fmt::format("{}: there is no piece {} of {}", piece, part->shard.index, part->shard.count));
+    }
+    if (!by_index.emplace(part->shard.index, *part).second) {
+      throw InputError(fmt::format("{}: given twice", piece));
+    }
+  }
+  const int count = by_index.begin()->second.shard.count;
+  std::vector<int> missing;
+  for (int i = 1; i <= count; ++i) {
+    if (by_index.count(i) == 0) {
+      missing.push_back(i);
+    }
+  }
+  if (!missing.empty()) {
+    throw InputError(fmt::format("{}: missing {} {} of {}", by_index.begin()->second.video,
+                                 missing.size() == 1 ? "piece" : "pieces", fmt::join(missing, ", "), count));
+  }
+  std::vector<Part> parts;
+  for (auto& [index, part] : by_index) {
+    parts.push_back(std::move(part));
+  }
+  return parts;
+}
+
+struct Opened {
+  cv::Size size;
+  double fps = 0.0;
+  int frames = 0;
+};
+
+Opened Open(const fs::path& path) {
+  Opened opened;
+  cv::VideoCapture video;
+  if (!fs::exists(path) || !video.open(path.string(), cv::CAP_FFMPEG)) {
+    throw InputError(
+        fmt::format("{}: cannot be read as a video, expected a piece that was finished", path.string()));
+  }
+  opened.size = {static_cast<int>(video.get(cv::CAP_PROP_FRAME_WIDTH)),
+                 static_cast<int>(video.get(cv::CAP_PROP_FRAME_HEIGHT))};
+  opened.fps = video.get(cv::CAP_PROP_FPS);
+  opened.frames = static_cast<int>(video.get(cv::CAP_PROP_FRAME_COUNT));
+  return opened;
+}
+
+// Size, rate and lengths of all parts, before anything is written.
+std::vector<Opened> Checked(const std::vector<Part>& parts) {
+  std::vector<Opened> opened;
+  int total = 0;
+  for (const Part& part : parts) {
+    opened.push_back(Open(part.path));
+    const Opened& first = opened.front();
+    const Opened& now = opened.back();
+    if (now.size != first.size || std::abs(now.fps - first.fps) > 1e-3) {
+      throw InputError(fmt::format("{}: {}x{} at {:g} fps, expected {}x{} at {:g} fps as {}",
+                                   part.path.string(), now.size.width, now.size.height, now.fps,
+                                   first.size.width, first.size.height, first.fps,
+                                   parts.front().path.string()));
+    }
+    total += now.frames;
+  }
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const auto [first, end] = FramesOf(parts[i].shard, 0, total);
+    // Where one was cut short, all the others seem too long: the shortest is to blame.
+    const auto shortest = std::min_element(
+        opened.begin(), opened.end(), [](const Opened& a, const Opened& b) { return a.frames < b.frames; });
+    if (end - first != opened[i].frames) {
+      const auto at = static_cast<std::size_t>(shortest - opened.begin());
+      throw InputError(
+          fmt::format("{}: {} frames, expected about {} as in the other pieces; was it interrupted?",
+                      parts[at].path.string(), shortest->frames,
+                      std::max_element(opened.begin(), opened.end(), [](const Opened& a, const Opened& b) {
+                        return a.frames < b.frames;
+                      })->frames));
+    }
+  }
+  return opened;
+}
+
+int JoinParts(const std::vector<std::string>& pieces, const fs::path& output,
+              const std::function<bool(int, int)>& progress) {
+  const std::vector<Part> parts = SortedParts(pieces);
+  const std::vector<Opened> opened = Checked(parts);
+  std::vector<fs::path> paths;
+  std::vector<int> frames;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    paths.push_back(parts[i].path);
+    frames.push_back(opened[i].frames);
+  }
+  AtomicPath file(output);
+  const int done = CopyVideos(paths, frames, file.Path(), progress);
+  file.Commit();
+  return done;
+}
+
+// The last number in the name of a file.
+std::optional<long> NumberIn(const fs::path& path) {
+  static const std::regex pattern(R"((.*?)(\d{1,12})(\D*))");
+  const std::string name = path.filename().string();
+  std::smatch match;
+  return std::regex_match(name, match, pattern) ? std::optional(std::stol(match[2].str())) : std::nullopt;
+}
+
+// Files that the name with a {frame} field stands for.
+std::vector<std::string> FilesOf(const std::string& name) {
+  const fs::path folder = fs::path(name).has_parent_path() ? fs::path(name).parent_path() : fs::path(".");
+  std::vector<std::string> files;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    const std::optional<long> number = NumberIn(entry.path());
+    if (number &&
+        entry.path().filename() == fs::path(FrameName(name, static_cast<int>(*number))).filename()) {
+      files.push_back(entry.path().string());
+    }
+  }
+  if (files.empty()) {
+    throw InputError(fmt::format("{}: there is no such picture, expected numbered ones", name));
+  }
+  return files;
+}
+
+std::vector<std::string> SortedPictures(const std::vector<std::string>& pieces) {
+  const std::vector<std::string> files =
+      pieces.size() == 1 && IsFrameTemplate(pieces.front()) ? FilesOf(pieces.front()) : pieces;
+  std::map<long, std::string> by_number;
+  for (const std::string& file : files) {
+    const std::optional<long> number = NumberIn(file);
+    if (!number) {
+      throw InputError(fmt::format("{}: no number in its name, expected numbered pictures", file));
+    }
+    const auto [found, is_new] = by_number.emplace(*number, file);
+    if (!is_new) {
+      throw InputError(fmt::format("{}: has the same number as {}", file, found->second));
+    }
+  }
+  std::vector<std::string> sorted;
+  long next = by_number.begin()->first;
+  for (const auto& [number, file] : by_number) {
+    if (number != next) {
+      throw InputError(fmt::format("{}: comes after picture {}, expected picture {}: one is missing", file,
+                                   next - 1, next));
+    }
+    ++next;
+    sorted.push_back(file);
+  }
+  return sorted;
+}
+
+int JoinPictures(const std::vector<std::string>& pieces, const fs::path& output, double fps,
+                 const std::function<bool(int, int)>& progress) {
+  const std::vector<std::string> files = SortedPictures(pieces);
+  std::optional<FrameWriter> writer;
+  cv::Size size;
+  int done = 0;
+  for (const std::string& file : files) {
+    const cv::Mat picture = cv::imread(file, cv::IMREAD_COLOR);
+    if (picture.empty()) {
+      throw InputError(fmt::format("{}: cannot be read as a picture", file));
+    }
+    if (!writer) {
+      size = picture.size();
+      writer.emplace(output, size, fps);
+    }
+    if (picture.size() != size) {
+      throw InputError(fmt::format("{}: {}x{}, expected {}x{} as {}", file, picture.cols, picture.rows,
+                                   size.width, size.height, files.front()));
+    }
+    writer->Add(picture, done++);
+    if (progress && !progress(done, static_cast<int>(files.size()))) {
+      break;
+    }
+  }
+  writer->Close();
+  return done;
+}
+
+}  // namespace
+
+Shard ParseShard(const std::string& text) {
+  Shard shard;
+  const char* const end = text.data() + text.size();
+  const auto [slash, bad_index] = std::from_chars(text.data(), end, shard.index);
+  const bool divided = bad_index == std::errc() && slash != end && *slash == '/';
+  const auto [rest, bad_count] = std::from_chars(divided ? slash + 1 : end, end, shard.count);
+  if (!divided || bad_count != std::errc() || rest != end || shard.count < 1 || shard.count > kMaxShards ||
+      shard.index < 1 || shard.index > shard.count) {
+    throw UsageError(fmt::format("--shard {}: expected I/N with I from 1 to N, such as 2/8", text));
+  }
+  return shard;
+}
+
+std::pair<int, int> FramesOf(const Shard& shard, int first, int end) {
+  const auto total = static_cast<std::int64_t>(end - first);
+  const auto cut = [&](int index) { return first + static_cast<int>(total * index / shard.count); };
+  return {cut(shard.index - 1), cut(shard.index)};
+}
+
+fs::path PartName(const fs::path& output, const Shard& shard) {
+  if (shard.count == 1 || IsFrameTemplate(output.string())) {
+    return output;
+  }
+  return output.parent_path() / fmt::format("{}.part-{}-of-{}{}", output.stem().string(), shard.index,
+                                            shard.count, output.extension().string());
+}
+
+int JoinVideo(const std::vector<std::string>& pieces, const fs::path& output, double fps,
+              const std::function<bool(int, int)>& progress) {
+  if (pieces.empty()) {
+    throw UsageError("--join: expected pieces of a video or numbered pictures");
+  }
+  const bool pictures = fs::path(pieces.front()).extension() != ".mp4";
+  return pictures ? JoinPictures(pieces, output, fps, progress) : JoinParts(pieces, output, progress);
+}
+
+}  // namespace sqslam
