@@ -18,7 +18,7 @@ namespace {
 using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
 using Context = std::unique_ptr<cairo_t, decltype(&cairo_destroy)>;
 constexpr double kPointsPerInch = 72.0;
-constexpr int kMaxSide = 16384;  // pixels
+constexpr int kMaxPageSide = 16384;  // pixels
 
 Surface Own(cairo_surface_t* surface) { return {surface, cairo_surface_destroy}; }
 Context MakeContext(cairo_surface_t* surface) { return {cairo_create(surface), cairo_destroy}; }
@@ -159,9 +159,9 @@ double TextWidth(const std::string& text, double size, bool bold) {
 cv::Mat PageToPixels(const FigurePage& page) {
   const int width = static_cast<int>(std::lround(page.width * page.dpi / kPointsPerInch));
   const int height = static_cast<int>(std::lround(page.height * page.dpi / kPointsPerInch));
-  if (width < 16 || height < 16 || width > kMaxSide || height > kMaxSide) {
+  if (width < 16 || height < 16 || width > kMaxPageSide || height > kMaxPageSide) {
     throw UsageError(
-        fmt::format("a figure of {}x{} pixels: expected sides from 16 to {}", width, height, kMaxSide));
+        fmt::format("a figure of {}x{} pixels: expected sides from 16 to {}", width, height, kMaxPageSide));
   }
   cv::Mat pixels = cv::Mat::zeros(height, width, CV_8UC4);
   {

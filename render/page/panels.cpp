@@ -29,19 +29,13 @@ FigureText NarrowText(FigureText text, double width) {
   return text;
 }
 
-std::string ReadableLabel(std::string label) {
-  std::replace(label.begin(), label.end(), '_', ' ');
-  return label;
-}
-
 PictureOptions PanelOptions(const FigureOptions& options, double dpi, double width, double height,
                             const std::map<std::string, Eigen::Vector3d>& colors) {
-  constexpr double kMaxSide = 8192.0;  // pixels
-  if (std::max(width, height) * dpi / 72.0 > kMaxSide) {
+  if (std::max(width, height) * dpi / 72.0 > kMaxPictureSide) {
     throw UsageError(
-        fmt::format("a picture of {:.0f}x{:.0f} pixels in the figure: expected at most {:.0f} a "
+        fmt::format("a picture of {:.0f}x{:.0f} pixels in the figure: expected at most {} a "
                     "side, by fewer dots per inch or a smaller size",
-                    width * dpi / 72.0, height * dpi / 72.0, kMaxSide));
+                    width * dpi / 72.0, height * dpi / 72.0, kMaxPictureSide));
   }
   PictureOptions picture;
   picture.camera = options.camera;

@@ -7,6 +7,7 @@
 #include "render/page/figure_options.h"
 #include "render/page/page.h"
 #include "render/picture/picture.h"
+#include "render/picture/picture_text.h"
 
 namespace sqslam {
 
@@ -16,9 +17,6 @@ FigureText PlainText(std::string text, const Eigen::Vector2d& anchor, double siz
 // A line that is no wider than `width`: in smaller letters where needed, and cut where these would be too
 // small.
 FigureText NarrowText(FigureText text, double width);
-
-// "potted_plant" as people write it.
-std::string ReadableLabel(std::string label);
 
 // How a picture of `width` x `height` points is drawn for a page: at its density, without texts of its own,
 // labels in the given colours.

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "render/gl/offscreen_window.h"
+#include "render/picture/picture.h"
 #include "render/picture/picture_overlay.h"
 #include "render/scene/scene.h"
 #include "render/scene/scene_geometry.h"
@@ -44,8 +45,8 @@ SceneStyle StyleFor(SceneStyle style, Detail detail) {
 }
 
 // A scene in one detail. The size is part of it, since widths of lines grow with the picture.
-struct Canvas {
-  Canvas(const SceneStyle& style, Detail detail, cv::Size wanted)
+struct DetailCanvas {
+  DetailCanvas(const SceneStyle& style, Detail detail, cv::Size wanted)
       : size(wanted),
         window({.width = size.width, .height = size.height, .backend = RenderBackend::kCurrent}),
         scene(StyleFor(style, detail), QualityOf(style, detail, size)) {
@@ -64,9 +65,9 @@ struct Canvas {
 }  // namespace
 
 struct InteractiveScene::Impl {
-  std::optional<Canvas>& CanvasOf(Detail detail) { return canvases[detail == Detail::kFine ? 1 : 0]; }
+  std::optional<DetailCanvas>& CanvasOf(Detail detail) { return canvases[detail == Detail::kFine ? 1 : 0]; }
   void Outdate() {
-    for (std::optional<Canvas>& canvas : canvases) {
+    for (std::optional<DetailCanvas>& canvas : canvases) {
       if (canvas) {
         canvas->map_is_new = true;
       }
@@ -79,7 +80,7 @@ struct InteractiveScene::Impl {
   LabelColors colors;
   MapSnapshotPtr map = std::make_shared<const MapSnapshot>();
   TextPainter text;
-  std::array<std::optional<Canvas>, 2> canvases;
+  std::array<std::optional<DetailCanvas>, 2> canvases;
 };
 
 InteractiveScene::InteractiveScene() : impl_(std::make_unique<Impl>()) {}
@@ -89,7 +90,7 @@ InteractiveScene::InteractiveScene(InteractiveScene&&) noexcept = default;
 void InteractiveScene::SetStyle(const SceneStyle& style) {
   CheckStyle(style);
   impl_->style = style;
-  for (std::optional<Canvas>& canvas : impl_->canvases) {
+  for (std::optional<DetailCanvas>& canvas : impl_->canvases) {
     canvas.reset();
   }
 }
@@ -111,7 +112,7 @@ void InteractiveScene::Show(MapSnapshotPtr map) {
 
 void InteractiveScene::SetLayers(const SceneLayers& layers) {
   impl_->layers = layers;
-  for (std::optional<Canvas>& canvas : impl_->canvases) {
+  for (std::optional<DetailCanvas>& canvas : impl_->canvases) {
     if (canvas) {
       canvas->layers_are_new = true;
     }
@@ -123,7 +124,7 @@ void InteractiveScene::SetClip(const SceneStyle::Clip& clip) {
     return;
   }
   impl_->style.clip = clip;
-  for (std::optional<Canvas>& canvas : impl_->canvases) {
+  for (std::optional<DetailCanvas>& canvas : impl_->canvases) {
     if (canvas) {
       canvas->scene.SetClip(clip);
       canvas->drawn.reset();
@@ -135,12 +136,11 @@ const SceneFocus& InteractiveScene::Focus() const { return impl_->focus; }
 const LabelColors& InteractiveScene::Colors() const { return impl_->colors; }
 
 unsigned InteractiveScene::Draw(const ViewCamera& camera, cv::Size size, Detail detail) {
-  constexpr int kMaxSide = 8192;
-  if (size.width < 1 || size.height < 1 || size.width > kMaxSide || size.height > kMaxSide) {
+  if (size.width < 1 || size.height < 1 || size.width > kMaxPictureSide || size.height > kMaxPictureSide) {
     return 0;
   }
   Impl& s = *impl_;
-  std::optional<Canvas>& canvas = s.CanvasOf(detail);
+  std::optional<DetailCanvas>& canvas = s.CanvasOf(detail);
   if (!canvas || canvas->size != size) {
     canvas.reset();
     canvas.emplace(s.style, detail, size);

@@ -13,13 +13,6 @@ namespace sqslam {
 namespace {
 
 constexpr int kSamples = 4;  // along each side of a pixel, for smooth edges of any width
-constexpr int kShift = 4;    // fractional bits of OpenCV's drawing coordinates
-
-// "potted_plant" as people write it.
-std::string Readable(std::string label) {
-  std::replace(label.begin(), label.end(), '_', ' ');
-  return label;
-}
 
 // How much of each pixel an outline's line and its inside cover, in a part of the image.
 struct Masks {
@@ -31,7 +24,7 @@ struct Masks {
 std::vector<cv::Point> Supersampled(const std::vector<cv::Point2d>& polygon, cv::Point origin) {
   std::vector<cv::Point> points;
   const auto fixed = [](double x) {
-    return static_cast<int>(std::lround(((x + 0.5) * kSamples - 0.5) * (1 << kShift)));
+    return static_cast<int>(std::lround(((x + 0.5) * kSamples - 0.5) * (1 << kFractionalBits)));
   };
   for (const cv::Point2d& p : polygon) {
     points.emplace_back(fixed(p.x - origin.x), fixed(p.y - origin.y));
@@ -56,11 +49,11 @@ Masks MasksOf(const ObjectOutline& outline, cv::Size image, double width) {
   }
   const std::vector<std::vector<cv::Point>> polygons = {Supersampled(outline.polygon, masks.area.tl())};
   cv::Mat fine = cv::Mat::zeros(masks.area.size() * kSamples, CV_8UC1);
-  cv::fillPoly(fine, polygons, cv::Scalar(255), cv::LINE_8, kShift);
+  cv::fillPoly(fine, polygons, cv::Scalar(255), cv::LINE_8, kFractionalBits);
   cv::resize(fine, masks.inside, masks.area.size(), 0.0, 0.0, cv::INTER_AREA);
   fine.setTo(0);
   cv::polylines(fine, polygons, true, cv::Scalar(255),
-                std::max(1, static_cast<int>(std::lround(kSamples * width))), cv::LINE_8, kShift);
+                std::max(1, static_cast<int>(std::lround(kSamples * width))), cv::LINE_8, kFractionalBits);
   cv::resize(fine, masks.line, masks.area.size(), 0.0, 0.0, cv::INTER_AREA);
   return masks;
 }
@@ -148,7 +141,8 @@ void DrawOutlines(cv::Mat& image, std::vector<ObjectOutline>& outlines, const La
 }
 
 cv::Size TagSize(const std::string& label, const TextPainter& text, double size) {
-  return {text.Width(Readable(label), size) + static_cast<int>(0.8 * size), static_cast<int>(1.5 * size)};
+  return {text.Width(ReadableLabel(label), size) + static_cast<int>(0.8 * size),
+          static_cast<int>(1.5 * size)};
 }
 
 void DrawTag(cv::Mat& image, const std::string& label, cv::Point top_left, const Eigen::Vector3d& color,
@@ -156,7 +150,7 @@ void DrawTag(cv::Mat& image, const std::string& label, cv::Point top_left, const
   const cv::Rect tag(top_left, TagSize(label, text, size));
   DrawPanel(image, tag, 0.2 * size, color, 0.9);
   const bool light = color.dot(Eigen::Vector3d(0.2126, 0.7152, 0.0722)) > 0.5;
-  text.Draw(image, Readable(label), {tag.x + tag.width / 2, tag.y + tag.height / 2}, size,
+  text.Draw(image, ReadableLabel(label), {tag.x + tag.width / 2, tag.y + tag.height / 2}, size,
             Eigen::Vector3d::Constant(light ? 0.05 : 1.0), TextPainter::Align::kCenter);
 }
 

@@ -16,8 +16,6 @@
 namespace sqslam {
 namespace {
 
-constexpr int kMaxSide = 8192;  // pixels
-
 // FXAA knows no alpha, so that pictures without a background are always supersampled or not smoothed at all.
 // Very large pictures have pixels enough, and four times as many would not fit into memory.
 int SamplesOf(const PictureOptions& options) {
@@ -29,9 +27,10 @@ int SamplesOf(const PictureOptions& options) {
 
 const PictureOptions& Checked(const PictureOptions& options) {
   CheckStyle(options.style);
-  if (options.width < 16 || options.height < 16 || options.width > kMaxSide || options.height > kMaxSide) {
+  if (options.width < 16 || options.height < 16 || options.width > kMaxPictureSide ||
+      options.height > kMaxPictureSide) {
     throw UsageError(fmt::format("resolution {},{}: expected sides from 16 to {} pixels", options.width,
-                                 options.height, kMaxSide));
+                                 options.height, kMaxPictureSide));
   }
   return options;
 }

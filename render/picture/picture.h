@@ -30,6 +30,8 @@ struct CameraOverrides {
   ViewCamera ApplyTo(ViewCamera camera) const;
 };
 
+inline constexpr int kMaxPictureSide = 8192;  // pixels
+
 struct PictureOptions {
   int width = 1280;          // pixels
   int height = 720;          // pixels

@@ -15,12 +15,6 @@
 namespace sqslam {
 namespace {
 
-// "potted_plant" as people write it.
-std::string Readable(std::string label) {
-  std::replace(label.begin(), label.end(), '_', ' ');
-  return label;
-}
-
 constexpr double kLeastText = 9.0;  // pixels; smaller letters cannot be read
 
 double TextSize(const SceneStyle& style, double scale) {
@@ -57,7 +51,7 @@ std::vector<SceneLegendEntry> SceneLegend(const MapSnapshot& map, const PictureC
   }
   for (const auto& [label, count] : counts) {
     if (count > 0) {
-      entries.push_back({Readable(label), std::to_string(count), captions.colors(label)});
+      entries.push_back({ReadableLabel(label), std::to_string(count), captions.colors(label)});
     }
   }
   const auto line = [&](const char* name, const std::string& color) {
@@ -176,7 +170,7 @@ void DrawLabels(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera
   for (const SnapshotObject& object : map.objects) {
     const cv::Rect bounds = SeenBounds(object.superquadric, camera, image.size());
     if (!bounds.empty()) {
-      names.push_back(Readable(ShownName(object)));
+      names.push_back(ReadableLabel(ShownName(object)));
       requests.push_back({bounds,
                           {text.Width(names.back(), size) + Pixels(0.4 * size), Pixels(1.2 * size)},
                           (object.superquadric.T_map_object.translation - camera.position).norm()});

@@ -17,11 +17,9 @@
 namespace sqslam {
 namespace {
 
-constexpr int kShift = 4;  // fractional bits of OpenCV's drawing coordinates
-
 cv::Point Fixed(cv::Point2d p) {
-  return {static_cast<int>(std::lround(p.x * (1 << kShift))),
-          static_cast<int>(std::lround(p.y * (1 << kShift)))};
+  return {static_cast<int>(std::lround(p.x * (1 << kFractionalBits))),
+          static_cast<int>(std::lround(p.y * (1 << kFractionalBits)))};
 }
 
 // A coverage mask over the part of the image around a shape, and where that part lies.
@@ -40,6 +38,11 @@ Patch PatchAround(const cv::Mat& image, cv::Point2d low, cv::Point2d high, doubl
 }
 
 }  // namespace
+
+std::string ReadableLabel(std::string label) {
+  std::replace(label.begin(), label.end(), '_', ' ');
+  return label;
+}
 
 void Blend(cv::Mat& image, const cv::Mat& coverage, cv::Point origin, const Eigen::Vector3d& color,
            double opacity) {
@@ -74,7 +77,7 @@ void DrawLine(cv::Mat& image, cv::Point2d from, cv::Point2d to, double width, co
   if (!patch.coverage.empty()) {
     const cv::Point2d origin(patch.origin);
     cv::line(patch.coverage, Fixed(from - origin), Fixed(to - origin), cv::Scalar(255),
-             std::max(1, static_cast<int>(std::lround(width))), cv::LINE_AA, kShift);
+             std::max(1, static_cast<int>(std::lround(width))), cv::LINE_AA, kFractionalBits);
     Blend(image, patch.coverage, patch.origin, color, opacity);
   }
 }

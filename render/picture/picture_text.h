@@ -7,6 +7,11 @@
 
 namespace sqslam {
 
+inline constexpr int kFractionalBits = 4;  // of OpenCV's drawing coordinates
+
+// "potted_plant" as people write it.
+std::string ReadableLabel(std::string label);
+
 // Lays a colour (red, green, blue in [0, 1]) over the image where `coverage` (8UC1) says, its top-left corner
 // at `origin`; what falls outside is cut off. The image is 8UC3 or 8UC4 with straight alpha.
 void Blend(cv::Mat& image, const cv::Mat& coverage, cv::Point origin, const Eigen::Vector3d& color,
