@@ -13,6 +13,7 @@
 #include "slam/fitting/fixed_shape_fit.h"
 #include "slam/fitting/surface_distance.h"
 #include "slam/util/error.h"
+#include "slam/util/statistics.h"
 
 namespace sqslam::app {
 namespace {
@@ -125,9 +126,8 @@ std::string Note(const PosedSuperquadric& solid, const std::vector<Eigen::Vector
   for (const Eigen::Vector3d& p : points) {
     distances.push_back(std::abs(distance(T_object_map * p)));
   }
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return fmt::format("median {:.2g} ({:.0f} %)", *middle, 100.0 * *middle / mean_half_size);
+  const double median = UpperMedian(std::move(distances));
+  return fmt::format("median {:.2g} ({:.0f} %)", median, 100.0 * median / mean_half_size);
 }
 
 CompareFigure::Object Compared(const MapSnapshot& map, const SnapshotObject& object,

@@ -11,6 +11,7 @@
 #include "slam/io/sequence.h"
 #include "slam/io/trajectory.h"
 #include "slam/util/error.h"
+#include "slam/util/statistics.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -46,9 +47,7 @@ TrajectoryFigure::Pieces PiecesOf(const Trajectory& trajectory, const Sim3d& S_f
   for (std::size_t i = 1; i < trajectory.size(); ++i) {
     steps.push_back(trajectory[i].timestamp - trajectory[i - 1].timestamp);
   }
-  std::vector<double> sorted = steps;
-  std::sort(sorted.begin(), sorted.end());
-  const double usual = sorted.empty() ? 0.0 : sorted[sorted.size() / 2];
+  const double usual = steps.empty() ? 0.0 : UpperMedian(steps);
   TrajectoryFigure::Pieces pieces;
   for (std::size_t i = 0; i < trajectory.size(); ++i) {
     if (i == 0 || steps[i - 1] > 5.0 * usual + 1e-9) {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "slam/util/statistics.h"
+
 namespace sqslam::viewer {
 namespace {
 
@@ -12,12 +14,11 @@ std::string Summary(const char* name, std::vector<double> seconds) {
   if (seconds.empty()) {
     return "";
   }
-  std::sort(seconds.begin(), seconds.end());
   const double mean =
       std::accumulate(seconds.begin(), seconds.end(), 0.0) / static_cast<double>(seconds.size());
-  const double p95 = seconds[static_cast<std::size_t>(0.95 * static_cast<double>(seconds.size() - 1))];
+  const double longest = *std::max_element(seconds.begin(), seconds.end());
   return fmt::format("{}: {} times, mean {:.1f} ms, 95 % within {:.1f} ms, longest {:.1f} ms\n", name,
-                     seconds.size(), 1e3 * mean, 1e3 * p95, 1e3 * seconds.back());
+                     seconds.size(), 1e3 * mean, 1e3 * LowerQuantile(seconds, 0.95), 1e3 * longest);
 }
 
 }  // namespace

@@ -5,16 +5,13 @@
 #include <limits>
 #include <numbers>
 
+#include "slam/util/statistics.h"
+
 namespace sqslam {
 namespace {
 
 double Percentile(std::vector<double> values, double q) {
-  if (values.empty()) {
-    return 0.0;
-  }
-  const auto at = static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
+  return values.empty() ? 0.0 : LowerQuantile(std::move(values), q);
 }
 
 Eigen::Vector3d Percentiles(const std::vector<Eigen::Vector3d>& points, double q) {

@@ -10,6 +10,7 @@
 #include "render/page/panels.h"
 #include "render/scene/style.h"
 #include "slam/util/error.h"
+#include "slam/util/statistics.h"
 
 namespace sqslam {
 namespace {
@@ -22,13 +23,6 @@ double RoundedDown(double value) {
   const double power = std::pow(10.0, std::floor(std::log10(value)));
   const double lead = value / power;
   return power * (lead >= 5.0 ? 5.0 : lead >= 2.0 ? 2.0 : 1.0);
-}
-
-double Quantile(std::vector<double> values, double share) {
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
 }
 
 std::vector<double> Lengths(const CalibrationFigure& figure) {
@@ -50,7 +44,7 @@ void DrawErrors(FigurePage& page, const CalibrationFigure& figure, const FigureR
                 const FigureTheme& theme) {
   constexpr double kReach = 0.045;  // of the image's width: a large error as drawn
   const double points_per_pixel = panel.width / figure.width;
-  const double large = std::max(1e-3, Quantile(Lengths(figure), 0.95));
+  const double large = std::max(1e-3, LowerQuantile(Lengths(figure), 0.95));
   const double enlarged = std::max(1.0, RoundedDown(kReach * figure.width / large));
   page.Rect(panel, std::nullopt, theme.Axis());
   const Eigen::Vector3d blue = LookOfSeries(0).color;

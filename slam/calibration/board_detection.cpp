@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "slam/calibration/charuco.h"
+#include "slam/util/statistics.h"
 
 namespace sqslam {
 namespace {
@@ -131,9 +132,7 @@ double Sharpness(const cv::Mat& gray, const std::vector<cv::Point2f>& corners) {
     cv::minMaxLoc(gray(patch), &darkest, &brightest);
     steepness.push_back(steepest / std::max(1.0, brightest - darkest));
   }
-  const auto middle = steepness.begin() + static_cast<std::ptrdiff_t>(steepness.size() / 2);
-  std::nth_element(steepness.begin(), middle, steepness.end());
-  return *middle;
+  return UpperMedian(std::move(steepness));
 }
 
 }  // namespace

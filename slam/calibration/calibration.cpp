@@ -11,6 +11,7 @@
 #include "slam/calibration/view_selection.h"
 #include "slam/geometry/angles.h"
 #include "slam/util/error.h"
+#include "slam/util/statistics.h"
 
 namespace sqslam {
 namespace {
@@ -67,12 +68,11 @@ class Solver {
   // Returns the names of the views that were taken away.
   std::vector<std::string> DropViews(double max_error) {
     constexpr double kAlwaysFine = 0.3;  // px
-    std::vector<double> sorted;
+    std::vector<double> errors;
     for (std::size_t i = 0; i < views_.size(); ++i) {
-      sorted.push_back(ViewRms(i));
+      errors.push_back(ViewRms(i));
     }
-    std::sort(sorted.begin(), sorted.end());
-    const double limit = std::max(kAlwaysFine, max_error * sorted[sorted.size() / 2]);
+    const double limit = std::max(kAlwaysFine, max_error * UpperMedian(std::move(errors)));
     std::vector<std::string> dropped;
     for (std::size_t i = views_.size(); i-- > 0;) {
       if (ViewRms(i) > limit) {
@@ -95,9 +95,7 @@ class Solver {
         lengths.push_back(std::max(std::abs(error.x), std::abs(error.y)));
       }
     }
-    std::nth_element(lengths.begin(), lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2),
-                     lengths.end());
-    const double limit = std::max(kAlwaysFine, max_error * kMadToSigma * lengths[lengths.size() / 2]);
+    const double limit = std::max(kAlwaysFine, max_error * kMadToSigma * UpperMedian(std::move(lengths)));
     int dropped = 0;
     for (std::size_t i = 0; i < views_.size(); ++i) {
       const std::vector<cv::Point2f> errors = Errors(i);

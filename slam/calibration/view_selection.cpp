@@ -7,6 +7,8 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "slam/util/statistics.h"
+
 namespace sqslam {
 namespace {
 
@@ -69,10 +71,7 @@ std::vector<int> SelectViews(const std::vector<BoardView>& views, const Calibrat
     descriptors.push_back(Describe(view, corners, image));
     sharpness.push_back(view.sharpness);
   }
-  const auto sharp =
-      sharpness.begin() + static_cast<std::ptrdiff_t>(0.8 * static_cast<double>(views.size() - 1));
-  std::nth_element(sharpness.begin(), sharp, sharpness.end());
-  const double reference = std::max(1e-6, *sharp);
+  const double reference = std::max(1e-6, LowerQuantile(std::move(sharpness), 0.8));
   std::vector<double> gain(views.size(), 1e3);  // to be the first, only sharpness counts
   std::vector<int> chosen;
   while (static_cast<int>(chosen.size()) < count) {

@@ -7,6 +7,8 @@
 #include <optional>
 #include <utility>
 
+#include "slam/util/statistics.h"
+
 namespace sqslam {
 namespace {
 
@@ -21,12 +23,6 @@ Pyramid MakePyramid(const cv::Mat& image) {
   Pyramid pyramid;
   cv::buildOpticalFlowPyramid(image, pyramid, kWindow, kLevels);
   return pyramid;
-}
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 cv::Rect Inside(const Box2d& box, cv::Size size) {
@@ -92,7 +88,7 @@ std::optional<Box2d> Moved(const Box2d& box,
       }
     }
   }
-  const double growth = growths.empty() ? 1.0 : Median(growths);
+  const double growth = growths.empty() ? 1.0 : UpperMedian(growths);
   if (growth > kMaxGrowth || growth < 1.0 / kMaxGrowth) {
     return std::nullopt;
   }
@@ -102,7 +98,7 @@ std::optional<Box2d> Moved(const Box2d& box,
     x.push_back(to.x - growth * from.x);
     y.push_back(to.y - growth * from.y);
   }
-  return Box2d{growth * box.x + Median(x), growth * box.y + Median(y), growth * box.width,
+  return Box2d{growth * box.x + UpperMedian(x), growth * box.y + UpperMedian(y), growth * box.width,
                growth * box.height};
 }
 

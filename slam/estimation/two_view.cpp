@@ -10,6 +10,7 @@
 
 #include "slam/estimation/chi_squared.h"
 #include "slam/estimation/triangulation.h"
+#include "slam/util/statistics.h"
 
 namespace sqslam {
 namespace {
@@ -84,9 +85,7 @@ Candidate Reconstruct(const Camera& camera, const std::vector<TwoViewMatch>& mat
     }
   }
   if (!angles.empty()) {
-    const auto middle = angles.begin() + static_cast<std::ptrdiff_t>(angles.size() / 2);
-    std::nth_element(angles.begin(), middle, angles.end());
-    candidate.parallax = *middle;
+    candidate.parallax = UpperMedian(std::move(angles));
   }
   return candidate;
 }
@@ -169,7 +168,6 @@ double FlowWithoutRotation(const Camera& camera, const std::vector<TwoViewMatch>
     rays2.push_back(camera.Unproject(match.pixel2).normalized());
   }
   std::vector<double> residuals(matches.size(), 1.0);
-  double median = 0.0;
   for (int round = 0; round < kRounds; ++round) {
     Eigen::Matrix3d correlation = Eigen::Matrix3d::Zero();
     for (std::size_t i = 0; i < matches.size(); ++i) {
@@ -182,12 +180,8 @@ double FlowWithoutRotation(const Camera& camera, const std::vector<TwoViewMatch>
     for (std::size_t i = 0; i < matches.size(); ++i) {
       residuals[i] = (camera.Project(R * rays1[i]) - matches[i].pixel2).norm();
     }
-    std::vector<double> sorted = residuals;
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    median = *middle;
   }
-  return median;
+  return UpperMedian(std::move(residuals));
 }
 
 TwoViewReport EstimateTwoView(const Camera& camera, const std::vector<TwoViewMatch>& matches,

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "slam/util/statistics.h"
+
 namespace sqslam {
 namespace {
 
@@ -82,10 +84,8 @@ Spread SpreadOf(std::vector<double> values) {
   if (values.empty()) {
     return {};
   }
-  std::sort(values.begin(), values.end());
-  const std::size_t middle = values.size() / 2;
-  const double median = values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
-  return {static_cast<int>(values.size()), median, values.front(), values.back()};
+  const auto [lowest, highest] = std::ranges::minmax(values);
+  return {static_cast<int>(values.size()), MeanMedian(std::move(values)), lowest, highest};
 }
 
 Cell Cell::Words(std::string text) { return {std::move(text), {}, -1}; }

@@ -5,6 +5,7 @@
 #include "slam/evaluation/ground_truth_poses.h"
 #include "slam/evaluation/trajectory_error.h"
 #include "slam/io/sequence.h"
+#include "slam/util/statistics.h"
 
 namespace sqslam {
 namespace {
@@ -28,9 +29,7 @@ double LongestStep(const Trajectory& truth) {
   if (steps.empty()) {
     return 0.0;
   }
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return 5.0 * *middle + 1e-9;
+  return 5.0 * UpperMedian(std::move(steps)) + 1e-9;
 }
 
 }  // namespace

@@ -6,6 +6,8 @@
 #include <nanoflann.hpp>
 #include <utility>
 
+#include "slam/util/statistics.h"
+
 namespace sqslam {
 namespace {
 
@@ -50,8 +52,7 @@ double TypicalDistance(const Tree& tree, const View& view) {
         tree.knnSearch(view.points[index].data(), kNeighbours + 1, found.data(), square.data());
     squares.push_back(square[count - 1]);
   }
-  std::nth_element(squares.begin(), squares.begin() + squares.size() / 2, squares.end());
-  return std::sqrt(squares[squares.size() / 2]);
+  return std::sqrt(UpperMedian(std::move(squares)));
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "slam/features/matching.h"
+#include "slam/util/statistics.h"
 
 namespace sqslam {
 namespace {
@@ -19,10 +20,9 @@ Descriptor MedianDescriptor(const std::vector<const Descriptor*>& descriptors) {
     for (std::size_t j = 0; j < descriptors.size(); ++j) {
       distances[j] = i == j ? 0 : HammingDistance(*descriptors[i], *descriptors[j]);
     }
-    const auto middle = distances.begin() + static_cast<std::ptrdiff_t>((distances.size() - 1) / 2);
-    std::nth_element(distances.begin(), middle, distances.end());
-    if (*middle < best_median) {
-      best_median = *middle;
+    const int median = NthSmallest(distances, (distances.size() - 1) / 2);
+    if (median < best_median) {
+      best_median = median;
       best = i;
     }
   }

@@ -9,6 +9,7 @@
 #include "slam/estimation/triangulation.h"
 #include "slam/features/matching.h"
 #include "slam/geometry/lie.h"
+#include "slam/util/statistics.h"
 
 namespace sqslam {
 namespace {
@@ -23,9 +24,7 @@ double MedianDepth(const Map& map, const Keyframe& keyframe) {
   if (depths.empty()) {
     return std::numeric_limits<double>::infinity();
   }
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  return *middle;
+  return UpperMedian(std::move(depths));
 }
 
 // F with pixel2^T F pixel1 = 0.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "slam/util/statistics.h"
+
 namespace sqslam {
 namespace {
 
@@ -74,9 +76,7 @@ void GatherPoints(const ObjectFrame& frame, const Rigid3d& T_camera_map, double 
   if (kept_depths.size() >= 3) {
     candidate.centroid = sum / static_cast<double>(kept_depths.size());
   }
-  const auto middle = kept_depths.begin() + static_cast<std::ptrdiff_t>(kept_depths.size() / 2);
-  std::nth_element(kept_depths.begin(), middle, kept_depths.end());
-  candidate.median_depth = *middle;
+  candidate.median_depth = UpperMedian(std::move(kept_depths));
 }
 
 // Share of the edge (0 left, 1 top, 2 right, 3 bottom) of `box` that runs through `other`.
@@ -132,16 +132,8 @@ std::vector<bool> GateDepths(const std::vector<double>& depths, double iqr_facto
   if (depths.size() < 4 || iqr_factor <= 0.0) {
     return keep;
   }
-  std::vector<double> sorted = depths;
-  std::sort(sorted.begin(), sorted.end());
-  const auto quantile = [&](double q) {
-    const double position = q * static_cast<double>(sorted.size() - 1);
-    const auto low = static_cast<std::size_t>(position);
-    const std::size_t high = std::min(low + 1, sorted.size() - 1);
-    return sorted[low] + (position - static_cast<double>(low)) * (sorted[high] - sorted[low]);
-  };
-  const double q1 = quantile(0.25);
-  const double q3 = quantile(0.75);
+  const double q1 = LinearQuantile(depths, 0.25);
+  const double q3 = LinearQuantile(depths, 0.75);
   const double reach = iqr_factor * (q3 - q1);
   for (std::size_t i = 0; i < depths.size(); ++i) {
     keep[i] = depths[i] >= q1 - reach && depths[i] <= q3 + reach;

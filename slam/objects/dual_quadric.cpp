@@ -12,6 +12,7 @@
 
 #include "slam/objects/dual_conic.h"
 #include "slam/objects/landmark_geometry.h"
+#include "slam/util/statistics.h"
 
 namespace sqslam {
 namespace {
@@ -134,9 +135,8 @@ std::optional<Sim3d> ConditionedFrame(std::span<const BoxView> views, const Came
     const Box2d box = UndistortBox(view.box, camera);
     sizes.push_back(0.5 * depth * std::hypot(box.width / camera.fx, box.height / camera.fy));
   }
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  return *middle > 0.0 ? std::optional(Sim3d{*middle, Eigen::Quaterniond::Identity(), *place}) : std::nullopt;
+  const double size = UpperMedian(std::move(sizes));
+  return size > 0.0 ? std::optional(Sim3d{size, Eigen::Quaterniond::Identity(), *place}) : std::nullopt;
 }
 
 std::vector<ConditionedView> ConditionedViews(std::span<const BoxView> views, const Camera& camera,

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "slam/geometry/angles.h"
+#include "slam/util/statistics.h"
 
 namespace sqslam {
 namespace {
@@ -19,12 +20,6 @@ struct Plane {
 
   double Distance(const Eigen::Vector3d& p) const { return normal.dot(p) - height; }
 };
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // All that a candidate plane is judged by.
 struct Scene {
@@ -46,7 +41,7 @@ double MedianDepth(std::span<const Eigen::Vector3d> points, std::span<const Rigi
       depths.push_back(depth);
     }
   }
-  return depths.empty() ? 0.0 : Median(std::move(depths));
+  return depths.empty() ? 0.0 : UpperMedian(std::move(depths));
 }
 
 Eigen::Vector3d MedianPoint(const std::vector<Eigen::Vector3d>& points) {
@@ -56,7 +51,7 @@ Eigen::Vector3d MedianPoint(const std::vector<Eigen::Vector3d>& points) {
     for (const Eigen::Vector3d& p : points) {
       values.push_back(p[axis]);
     }
-    median[axis] = Median(std::move(values));
+    median[axis] = UpperMedian(std::move(values));
   }
   return median;
 }
@@ -77,7 +72,7 @@ std::vector<double> PointWeights(std::span<const Eigen::Vector3d> points,
     for (const Eigen::Vector3d& p : object) {
       radii.push_back((p - centre).norm());
     }
-    const double reach = kReach * Median(std::move(radii));
+    const double reach = kReach * UpperMedian(std::move(radii));
     for (std::size_t i = 0; i < points.size(); ++i) {
       if ((points[i] - centre).norm() < reach) {
         weights[i] = kGain;
@@ -327,8 +322,8 @@ std::optional<double> EstimateSupportHeight(std::span<const Eigen::Vector3d> poi
       object_levels.push_back(MedianPoint(object).z());
     }
   }
-  const double highest = object_levels.empty() ? levels.back().first : Median(std::move(object_levels));
-  const double window = 2.0 * options.inlier_share * Median(std::move(radii));
+  const double highest = object_levels.empty() ? levels.back().first : UpperMedian(std::move(object_levels));
+  const double window = 2.0 * options.inlier_share * UpperMedian(std::move(radii));
   return BestLevel(levels, window, highest);
 }
 

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "slam/objects/refinement_problem.h"
+#include "slam/util/statistics.h"
 
 namespace sqslam {
 namespace {
@@ -65,8 +66,7 @@ double UnitsPerPixel(const PosedSuperquadric& start, const RefinementInput& inpu
   if (depths.empty()) {
     return 0.01 * start.shape.half_size.mean();
   }
-  std::nth_element(depths.begin(), depths.begin() + depths.size() / 2, depths.end());
-  return std::max(depths[depths.size() / 2], 1e-6) / input.camera.fx;
+  return std::max(UpperMedian(std::move(depths)), 1e-6) / input.camera.fx;
 }
 
 // Standard deviation of a point's distance to the surface that comes from its depth, map units: the less the

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "slam/objects/isolation_forest.h"
+#include "slam/util/statistics.h"
 
 namespace sqslam {
 namespace {
@@ -166,14 +167,12 @@ SupportHeights PossibleSupports(const NamedPoints& points, const SupportSurfaces
   for (const auto& [id, p] : points) {
     radii.push_back((p.head<2>() - centre).norm());
   }
-  const auto low =
-      heights.begin() + static_cast<std::ptrdiff_t>(kBelow * static_cast<double>(heights.size()));
-  std::nth_element(heights.begin(), low, heights.end());
-  const auto wide = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
-  std::nth_element(radii.begin(), wide, radii.end());
-  const double highest = *low + 3.0 * surfaces.Tolerance();
+  const double low =
+      NthSmallest(heights, static_cast<std::size_t>(kBelow * static_cast<double>(heights.size())));
+  const double highest = low + 3.0 * surfaces.Tolerance();
   SupportHeights supports;
-  supports.near = surfaces.Under(centre, 2.0 * kReach * *wide + 8.0 * surfaces.Tolerance(), highest);
+  supports.near = surfaces.Under(
+      centre, 2.0 * kReach * UpperMedian(std::move(radii)) + 8.0 * surfaces.Tolerance(), highest);
   for (const SupportSurface& surface : surfaces.All()) {
     if (surface.height <= highest &&
         std::ranges::find(supports.near, surface.height) == supports.near.end()) {

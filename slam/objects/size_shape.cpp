@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "slam/objects/superquadric_jet.h"
+#include "slam/util/statistics.h"
 
 namespace sqslam {
 namespace {
@@ -74,12 +75,6 @@ ShapeFit BestOfGrid(const std::vector<ShapeCost>& costs, const SizeShapeOptions&
   return best;
 }
 
-double Quantile(std::vector<double> values, double q) {
-  const auto index = static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1) + 0.5);
-  std::nth_element(values.begin(), values.begin() + index, values.end());
-  return values[static_cast<std::size_t>(index)];
-}
-
 }  // namespace
 
 Extents EstimateExtents(std::span<const Eigen::Vector3d> p_object, const SizeShapeOptions& options) {
@@ -91,8 +86,8 @@ Extents EstimateExtents(std::span<const Eigen::Vector3d> p_object, const SizeSha
     for (const Eigen::Vector3d& p : p_object) {
       values.push_back(p[axis]);
     }
-    const double low = Quantile(values, q);
-    const double high = Quantile(std::move(values), 1.0 - q);
+    const double low = NearestQuantile(values, q);
+    const double high = NearestQuantile(std::move(values), 1.0 - q);
     extents.centre[axis] = 0.5 * (low + high);
     extents.half_size[axis] = 0.5 * (high - low);
   }

@@ -5,14 +5,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "slam/util/statistics.h"
+
 namespace sqslam {
 namespace {
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Half the extent of the middle of the cloud: far stray points don't count.
 double TypicalRadius(std::span<const Eigen::Vector3d> points) {
@@ -22,13 +18,13 @@ double TypicalRadius(std::span<const Eigen::Vector3d> points) {
     for (const Eigen::Vector3d& p : points) {
       values.push_back(p[axis]);
     }
-    median[axis] = Median(std::move(values));
+    median[axis] = UpperMedian(std::move(values));
   }
   std::vector<double> radii;
   for (const Eigen::Vector3d& p : points) {
     radii.push_back((p - median).norm());
   }
-  return Median(std::move(radii));
+  return UpperMedian(std::move(radii));
 }
 
 // Answers how many of the sorted heights are below a limit that only rises.

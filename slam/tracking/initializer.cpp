@@ -6,15 +6,10 @@
 
 #include "slam/estimation/bundle_adjustment.h"
 #include "slam/features/matching.h"
+#include "slam/util/statistics.h"
 
 namespace sqslam {
 namespace {
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Makes the median depth in the first keyframe 1.
 void NormalizeScale(Map& map) {
@@ -23,7 +18,7 @@ void NormalizeScale(Map& map) {
   for (const MapPoint& point : map.Points()) {
     depths.push_back((first.T_camera_map * point.p_map).z());
   }
-  const double scale = 1.0 / Median(std::move(depths));
+  const double scale = 1.0 / UpperMedian(std::move(depths));
   for (const auto& [id, keyframe] : map.Keyframes()) {
     map.At(id).T_camera_map.translation *= scale;
   }
@@ -84,7 +79,7 @@ std::unique_ptr<Map> Initializer::Add(std::int64_t frame_index, double timestamp
                      features->keypoints[static_cast<std::size_t>(j)].pixel});
     flow.push_back((pairs.back().pixel1 - pairs.back().pixel2).norm());
   }
-  const double median_flow = Median(flow);
+  const double median_flow = UpperMedian(flow);
   largest_flow_ = std::max(largest_flow_, median_flow);
   if (median_flow < options_.min_flow) {
     refusal_ = "the camera hardly moves (it must translate)";

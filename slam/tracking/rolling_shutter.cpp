@@ -8,6 +8,7 @@
 
 #include "slam/estimation/pose_optimization.h"
 #include "slam/estimation/reprojection_jacobian.h"
+#include "slam/util/statistics.h"
 
 namespace sqslam {
 namespace {
@@ -26,9 +27,7 @@ class InverseDepths {
       cell.sum += inverse;
       cell.count += 1.0;
     }
-    const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
-    std::nth_element(all.begin(), middle, all.end());
-    median_ = *middle;
+    median_ = UpperMedian(std::move(all));
   }
   double At(const Eigen::Vector2d& pixel) const {
     const Cell& cell = cells_[CellOf(pixel)];

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "slam/util/statistics.h"
+
 namespace sqslam {
 
 void StageTimes::Samples::Add(double milliseconds) {
@@ -22,12 +24,7 @@ void StageTimes::Samples::Add(double milliseconds) {
 }
 
 StageTimes::Summary StageTimes::Samples::Summarize() const {
-  std::vector<double> sorted = kept;
-  std::sort(sorted.begin(), sorted.end());
-  const auto quantile = [&](double q) {
-    return sorted[static_cast<std::size_t>(q * static_cast<double>(sorted.size() - 1) + 0.5)];
-  };
-  return {sum / count, quantile(0.5), quantile(0.95), max, count};
+  return {sum / count, NearestQuantile(kept, 0.5), NearestQuantile(kept, 0.95), max, count};
 }
 
 void StageTimes::Add(std::string_view stage, double milliseconds) {

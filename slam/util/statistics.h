@@ -1,0 +1,34 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+namespace sqslam {
+
+// Order statistics. None of them takes an empty set of values.
+
+// The value with `rank` smaller ones before it when sorted; reorders the values.
+template <typename T>
+T NthSmallest(std::vector<T>& values, std::size_t rank) {
+  const auto nth = values.begin() + static_cast<std::ptrdiff_t>(rank);
+  std::nth_element(values.begin(), nth, values.end());
+  return *nth;
+}
+
+// Median; of an even number of values the larger of the middle two.
+template <typename T>
+T UpperMedian(std::vector<T> values) {
+  return NthSmallest(values, values.size() / 2);
+}
+
+// Median; of an even number of values the mean of the middle two.
+double MeanMedian(std::vector<double> values);
+
+// Quantiles for q in [0, 1], at the position q * (size - 1) of the sorted values: the value at or before it,
+// the value next to it, and the one interpolated linearly between its neighbours.
+double LowerQuantile(std::vector<double> values, double q);
+double NearestQuantile(std::vector<double> values, double q);
+double LinearQuantile(std::vector<double> values, double q);
+
+}  // namespace sqslam
