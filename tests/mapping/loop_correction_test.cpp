@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/ring_map.h"
 #include "tests/support/synthetic_map.h"
 
 namespace sqslam {
@@ -11,16 +10,16 @@ namespace {
 using testing::CenterError;
 using testing::CountBrokenReferences;
 using testing::MakeRingMap;
-using testing::RingMap;
 using testing::RingMapOptions;
+using testing::SyntheticMap;
 
 // Keyframe 24 stands exactly where keyframe 0 stood; keyframe 27 is the last.
 constexpr KeyframeId kCurrent = 27;
 constexpr KeyframeId kKnown = 3;
 
-// What a perfect recogniser would say: the two cameras are in the same place, and the unit of length has
+// The answer of a perfect recogniser: the two cameras are in the same place, and the unit of length has
 // changed by the drift.
-KnownPlace PerfectPlace(const RingMap& ring, const RingMapOptions& options) {
+KnownPlace PerfectPlace(const SyntheticMap& ring, const RingMapOptions& options) {
   KnownPlace place;
   place.current = kCurrent;
   place.known = kKnown;
@@ -37,7 +36,7 @@ KnownPlace PerfectPlace(const RingMap& ring, const RingMapOptions& options) {
 
 TEST(CorrectLoop, TakesTheDriftOutOfTheRing) {
   const RingMapOptions options;
-  RingMap ring = MakeRingMap(options);
+  SyntheticMap ring = MakeRingMap(options);
   const double before = CenterError(ring);
   const int points_before = ring.map.NumPoints();
   LoopEdges edges;
@@ -51,7 +50,7 @@ TEST(CorrectLoop, TakesTheDriftOutOfTheRing) {
 
 TEST(CorrectLoop, KeepsTrackOfTheScaleOfEachKeyframe) {
   const RingMapOptions options;
-  RingMap ring = MakeRingMap(options);
+  SyntheticMap ring = MakeRingMap(options);
   LoopEdges edges;
   CorrectLoop(ring.map, ring.camera, PerfectPlace(ring, options), {}, edges);
   // The unit of length had grown along the way; a frame anchored to the last keyframe must shrink
@@ -63,7 +62,7 @@ TEST(CorrectLoop, KeepsTrackOfTheScaleOfEachKeyframe) {
 
 TEST(CorrectLoop, ChangesNothingWhereThereIsNoDrift) {
   const RingMapOptions options{.scale_drift = 0.0, .rotation_drift = 0.0};
-  RingMap ring = MakeRingMap(options);
+  SyntheticMap ring = MakeRingMap(options);
   ASSERT_LT(CenterError(ring), 1e-9);
   LoopEdges edges;
   CorrectLoop(ring.map, ring.camera, PerfectPlace(ring, options), {}, edges);
@@ -72,7 +71,7 @@ TEST(CorrectLoop, ChangesNothingWhereThereIsNoDrift) {
 
 TEST(SimilarityOfMaps, BringsTheCurrentCameraToTheKnownOne) {
   const RingMapOptions options;
-  const RingMap ring = MakeRingMap(options);
+  const SyntheticMap ring = MakeRingMap(options);
   const KnownPlace place = PerfectPlace(ring, options);
   const Sim3d S = SimilarityOfMaps(ring.map, ring.map, place);
   EXPECT_TRUE((S * ring.map.At(kCurrent).Center()).isApprox(ring.map.At(kKnown).Center(), 1e-9));

@@ -2,33 +2,16 @@
 
 #include <gtest/gtest.h>
 
-#include <random>
-
-#include "tests/support/ring_map.h"
+#include "tests/support/synthetic_map.h"
 
 namespace sqslam {
 namespace {
 
 using testing::MakeRingMap;
-using testing::RingMap;
+using testing::RandomWords;
+using testing::SyntheticMap;
 
-// Words for random descriptors, the same in every run.
-std::shared_ptr<const Vocabulary> RandomWords() {
-  std::mt19937_64 random(8);
-  std::vector<std::vector<Descriptor>> images(20, std::vector<Descriptor>(400));
-  for (auto& image : images) {
-    for (Descriptor& descriptor : image) {
-      for (std::uint8_t& byte : descriptor) {
-        byte = static_cast<std::uint8_t>(random());
-      }
-    }
-  }
-  VocabularyOptions options;
-  options.depth = 3;
-  return std::make_shared<const Vocabulary>(Vocabulary::Train(images, options));
-}
-
-PlaceRecognizer Teach(RingMap& ring, std::shared_ptr<const Vocabulary> words) {
+PlaceRecognizer Teach(SyntheticMap& ring, std::shared_ptr<const Vocabulary> words) {
   PlaceRecognizer places(ring.camera, {}, std::move(words));
   std::vector<KeyframeId> ids;
   for (const auto& [id, keyframe] : ring.map.Keyframes()) {
@@ -42,7 +25,7 @@ PlaceRecognizer Teach(RingMap& ring, std::shared_ptr<const Vocabulary> words) {
 
 TEST(PlaceRecognizer, KnowsThePlaceWhereTheRingCloses) {
   const testing::RingMapOptions options;
-  RingMap ring = MakeRingMap(options);
+  SyntheticMap ring = MakeRingMap(options);
   const PlaceRecognizer places = Teach(ring, RandomWords());
   const auto place = places.Recognize({&ring.map}, 27);  // stands where keyframe 3 stood
   ASSERT_TRUE(place);
@@ -53,15 +36,15 @@ TEST(PlaceRecognizer, KnowsThePlaceWhereTheRingCloses) {
 }
 
 TEST(PlaceRecognizer, FindsNothingOnTheWayThere) {
-  RingMap ring = MakeRingMap({});
+  SyntheticMap ring = MakeRingMap({});
   const PlaceRecognizer places = Teach(ring, RandomWords());
   EXPECT_FALSE(places.Recognize({&ring.map}, 12));
 }
 
 TEST(PlaceRecognizer, KnowsPlacesOfOtherMaps) {
-  RingMap first = MakeRingMap({});
+  SyntheticMap first = MakeRingMap({});
   // The same world in another scale; ids from 100 on, as a second submap of a run has them.
-  RingMap second = MakeRingMap({.scale_drift = 0.0, .rotation_drift = 0.0, .first_id = 100});
+  SyntheticMap second = MakeRingMap({.scale_drift = 0.0, .rotation_drift = 0.0, .first_id = 100});
   second.map.Transform(Sim3d{2.5, Eigen::Quaterniond::Identity(), {1.0, 2.0, 3.0}});
   PlaceRecognizer places = Teach(first, RandomWords());
   places.Add(second.map.At(106));
@@ -75,7 +58,7 @@ TEST(PlaceRecognizer, KnowsPlacesOfOtherMaps) {
 }
 
 TEST(PlaceRecognizer, IsOffWithoutWords) {
-  RingMap ring = MakeRingMap({});
+  SyntheticMap ring = MakeRingMap({});
   const PlaceRecognizer places = Teach(ring, nullptr);
   EXPECT_FALSE(places.Recognize({&ring.map}, 27));
 }

@@ -1,34 +1,102 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "slam/geometry/camera.h"
 #include "slam/map/map.h"
+#include "slam/recognition/vocabulary.h"
 
 namespace sqslam::testing {
+
+// How well a camera sees a synthetic world.
+struct Sight {
+  double pixel_noise = 0.0;  // px, standard deviation
+  int flipped_bits = 0;      // of each descriptor
+  int clutter = 0;           // keypoints that show nothing of the world, after all others
+  int octave = 0;            // of all keypoints
+  std::uint64_t seed = 1;
+};
+
+// Points with random descriptors, and the camera that looks at them: the truth behind every synthetic map.
+// One unit of length counts as a metre.
+struct SyntheticWorld {
+  Camera camera{640, 480, 500.0, 500.0, 320.0, 240.0, {}, 30.0};
+  std::vector<Eigen::Vector3d> points;  // world frame
+  std::vector<Descriptor> descriptors;  // one per point
+
+  struct View {
+    FrameFeaturesPtr features;
+    std::vector<int> points;  // index of the point that each keypoint shows, -1 for clutter
+  };
+  // The points in the image, in the order of their indices.
+  View See(const Rigid3d& T_camera_world, const Sight& sight = {}) const;
+};
+
+// A map with its truth. The map frame is that of the world, unless drift has bent the map.
+struct SyntheticMap : SyntheticWorld {
+  std::vector<Rigid3d> T_camera_map;  // the truth, by keyframe
+  Map map;
+};
 
 struct SyntheticMapOptions {
   int keyframes = 6;
   int points = 300;
   double pixel_noise = 0.0;  // px, standard deviation
+  double on_plane = 0.0;     // share of the points that lie on a plane; all others are above it
   std::uint64_t seed = 7;
 };
 
 // Exact poses and points, keyframes on an arc that look at a cloud around the origin, every point seen by
-// every keyframe; one keypoint per point, in the same order in each keyframe; descriptors random but equal
-// for a point.
-struct SyntheticMap {
-  Camera camera;
-  std::vector<Rigid3d> T_camera_map;
-  std::vector<Eigen::Vector3d> points;
-  Map map;
-};
-
+// every keyframe; one keypoint per point, in the same order in each keyframe.
 SyntheticMap MakeSyntheticMap(const SyntheticMapOptions& options);
 
-// Largest of: references from points to keyframes that are not returned, and the other way round. 0 in a
-// sound map.
+// T_camera_map on the arc of MakeSyntheticMap(): keyframe k stands at `place` k, 0.48 m from the next.
+Rigid3d PoseOnArc(double place);
+
+// A rotation about an axis through the origin.
+Rigid3d Turn(double radians, const Eigen::Vector3d& axis);
+
+// Against gravity, for the plane of SyntheticMapOptions::on_plane, which goes through the origin.
+Eigen::Vector3d PlaneUp();
+
+struct RingMapOptions {
+  int keyframes = 28;            // 15 degrees apart, so that the last ones see again what the first saw
+  double scale_drift = 3e-4;     // logarithm of the scale, per degree of the way
+  double rotation_drift = 0.03;  // degrees per degree
+  KeyframeId first_id = 0;       // of the keyframes; of the points, a thousand times that
+  std::shared_ptr<IdSource> ids = nullptr;  // null: a source of its own
+};
+
+// One lap on the ring without drift.
+inline RingMapOptions ExactRing() { return {.keyframes = 24, .scale_drift = 0.0, .rotation_drift = 0.0}; }
+
+// A camera that turned on a ring, looking outward at a wall of points, and did not notice that it came back:
+// points that it saw twice are two map points, and the map is bent by drift.
+SyntheticMap MakeRingMap(const RingMapOptions& options);
+
+// T_camera_world on the ring after a turn by so many degrees.
+Rigid3d PoseOnRing(double degrees);
+
+// Root mean square distance of the keyframes' centres from the truth after the best similarity transform.
+double CenterError(const SyntheticMap& ring);
+
+// Distance between the centres of two cameras, in the units of their common frame.
+double CenterDistance(const Rigid3d& T_camera1_map, const Rigid3d& T_camera2_map);
+
+// Largest reprojection error of all observations, px.
+double LargestReprojectionError(const Map& map, const Camera& camera);
+
+// The same features, all of them found in one octave.
+FrameFeaturesPtr WithOctave(const FrameFeatures& features, int octave);
+
+// References from points to keyframes that are not returned, and the other way round; keypoints and keyframes
+// that a point counts twice. 0 in a sound map.
 int CountBrokenReferences(const Map& map);
+
+// Words for random descriptors, the same in every run; and the words of each keyframe of a map.
+std::shared_ptr<const Vocabulary> RandomWords();
+void GiveWords(const Vocabulary& vocabulary, Map& map);
 
 }  // namespace sqslam::testing

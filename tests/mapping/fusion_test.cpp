@@ -1,0 +1,155 @@
+#include "slam/mapping/fusion.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/support/synthetic_map.h"
+
+namespace sqslam {
+namespace {
+
+using testing::CountBrokenReferences;
+using testing::ExactRing;
+using testing::MakeRingMap;
+using testing::MakeSyntheticMap;
+using testing::SyntheticMap;
+
+constexpr KeyframeId kLast = 4;
+constexpr PointId kFirstCopy = 100;  // points from here to
+constexpr PointId kEndCopies = 200;  // here have a copy
+
+// Of the points 100 to 199, keyframes 3 and 4 see copies: map points of their own.
+class FusionTest : public ::testing::Test {
+ protected:
+  void MakeCopies(const Eigen::Vector3d& offset = Eigen::Vector3d::Zero()) {
+    Map& map = world_.map;
+    for (PointId id = kFirstCopy; id < kEndCopies; ++id) {
+      const PointId copy = map.AddPoint(map.Point(id).p_map + offset, 3);
+      for (const KeyframeId keyframe : {KeyframeId{3}, kLast}) {
+        map.RemoveObservation(id, keyframe);
+        map.AddObservation(copy, keyframe, static_cast<int>(id));
+      }
+      map.UpdateAppearance(copy);
+      copies_.push_back(copy);
+    }
+    for (KeyframeId id = 0; id <= kLast; ++id) {
+      map.UpdateCovisibility(id);
+    }
+  }
+  int Fuse(const FusionOptions& options = {}) {
+    return FuseWithNeighbours(world_.map, world_.camera, kLast, options);
+  }
+
+  SyntheticMap world_ = MakeSyntheticMap({.keyframes = 5});
+  std::vector<PointId> copies_;
+};
+
+TEST_F(FusionTest, KeepsAllObservations) {
+  MakeCopies();
+  const int points = world_.map.NumPoints();
+  EXPECT_GE(Fuse(), 100);
+  EXPECT_EQ(world_.map.NumPoints(), points - 100);
+  for (PointId id = kFirstCopy; id < kEndCopies; ++id) {
+    const PointId copy = copies_[static_cast<std::size_t>(id - kFirstCopy)];
+    EXPECT_EQ(world_.map.Resolve(copy), id) << "the one with fewer observations goes";
+    // What both were seen by, and by none twice.
+    std::vector<KeyframeId> keyframes;
+    for (const Observation& o : world_.map.Point(id).observations) {
+      keyframes.push_back(o.keyframe);
+      EXPECT_EQ(o.keypoint, id);
+    }
+    std::sort(keyframes.begin(), keyframes.end());
+    EXPECT_EQ(keyframes, (std::vector<KeyframeId>{0, 1, 2, 3, 4}));
+    EXPECT_EQ(world_.map.Point(id).visible, 2);
+    EXPECT_EQ(world_.map.Point(id).found, 2);
+  }
+  EXPECT_EQ(CountBrokenReferences(world_.map), 0);
+  EXPECT_EQ(world_.map.At(kLast).covisibility.at(0), 300);
+  EXPECT_EQ(Fuse(), 0) << "nothing is left to do";
+}
+
+TEST_F(FusionTest, AddsObservationsThatAreMissing) {
+  for (PointId id = 0; id < 50; ++id) {
+    world_.map.RemoveObservation(id, kLast);
+    world_.map.RemoveObservation(id + 50, 1);
+  }
+  EXPECT_EQ(Fuse(), 100);
+  for (PointId id = 0; id < 300; ++id) {
+    EXPECT_EQ(world_.map.Point(id).observations.size(), 5U);
+  }
+  EXPECT_EQ(CountBrokenReferences(world_.map), 0);
+}
+
+// Other points that look the same, 6 px away.
+TEST_F(FusionTest, LeavesPointsThatLieElsewhere) {
+  const Eigen::Vector3d offset(0.0, 0.05, 0.0);
+  for (const KeyframeId id : {KeyframeId{3}, kLast}) {
+    Keyframe& keyframe = world_.map.At(id);
+    auto features = std::make_shared<FrameFeatures>(*keyframe.features);
+    for (std::size_t i = kFirstCopy; i < kEndCopies; ++i) {
+      features->keypoints[i].pixel =
+          world_.camera.Project(keyframe.T_camera_map * (world_.points[i] + offset));
+    }
+    features->grid = KeypointGrid(features->keypoints, world_.camera.width, world_.camera.height);
+    keyframe.features = features;
+  }
+  MakeCopies(offset);
+  EXPECT_EQ(Fuse({.radius = 10.0}), 0);
+  EXPECT_EQ(world_.map.NumPoints(), 400);
+}
+
+TEST_F(FusionTest, LeavesPointsThatLookOtherwise) {
+  for (const KeyframeId id : {KeyframeId{3}, kLast}) {
+    auto features = std::make_shared<FrameFeatures>(*world_.map.At(id).features);
+    std::reverse(features->descriptors.begin() + kFirstCopy, features->descriptors.begin() + kEndCopies);
+    world_.map.At(id).features = features;
+  }
+  MakeCopies();
+  EXPECT_EQ(Fuse(), 0);
+  EXPECT_EQ(world_.map.NumPoints(), 400);
+}
+
+TEST_F(FusionTest, CommutesWithASimilarity) {
+  MakeCopies();
+  SyntheticMap moved = world_;
+  moved.map.Transform(
+      Sim3d{0.3,
+            Eigen::Quaterniond(Eigen::AngleAxisd(0.8, Eigen::Vector3d(1.0, 2.0, 3.0).normalized())),
+            {3.0, -1.0, 7.0}});
+  EXPECT_EQ(FuseWithNeighbours(moved.map, moved.camera, kLast, {}), Fuse());
+  for (KeyframeId id = 0; id <= kLast; ++id) {
+    EXPECT_EQ(moved.map.At(id).points, world_.map.At(id).points);
+  }
+}
+
+// On the ring keyframe 14 sees much of what keyframe 12 sees, but has lost it: only the neighbours of
+// neighbours tell.
+TEST(FusionReach, GoesToTheNeighboursOfNeighbours) {
+  SyntheticMap ring = MakeRingMap(ExactRing());
+  Map& map = ring.map;
+  std::vector<PointId> shared;
+  for (const PointId point : map.At(12).points) {
+    const auto& observations = map.Point(point).observations;
+    if (std::any_of(observations.begin(), observations.end(),
+                    [](const Observation& o) { return o.keyframe == 14; })) {
+      shared.push_back(point);
+    }
+  }
+  ASSERT_GT(shared.size(), 50U);
+  for (const PointId point : shared) {
+    map.RemoveObservation(point, 14);
+  }
+  for (const KeyframeId id : {12, 14}) {
+    map.UpdateCovisibility(id);
+  }
+  ASSERT_FALSE(map.At(12).covisibility.contains(14));
+  Map without = map;
+  FuseWithNeighbours(without, ring.camera, 12, {.second_neighbours = 0});
+  EXPECT_FALSE(without.At(12).covisibility.contains(14));
+  FuseWithNeighbours(map, ring.camera, 12, {});
+  EXPECT_GT(map.At(12).covisibility.at(14), static_cast<int>(shared.size()) * 9 / 10);
+}
+
+}  // namespace
+}  // namespace sqslam

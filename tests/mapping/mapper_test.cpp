@@ -1,0 +1,287 @@
+#include "slam/mapping/mapper.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/support/synthetic_map.h"
+#include "tests/support/tracked_frame.h"
+
+namespace sqslam {
+namespace {
+
+using testing::AsTracked;
+using testing::CenterDistance;
+using testing::CenterError;
+using testing::ExactRing;
+using testing::MakeRingMap;
+using testing::MakeSyntheticMap;
+using testing::NewFrame;
+using testing::PoseOnArc;
+using testing::RandomWords;
+using testing::RingMapOptions;
+using testing::SyntheticMap;
+
+constexpr double kOneMillimetre = 1e-3;
+constexpr std::size_t kFirstPoints = 200;  // that the first two keyframes have
+
+// The test stands in for the tracking thread: it reports where on the arc each frame was seen, and takes the
+// points of a keyframe from the map that was published last.
+class MapperTest : public ::testing::Test {
+ protected:
+  explicit MapperTest(std::shared_ptr<const Vocabulary> words = nullptr) {
+    options_.deterministic = true;
+    options_.mapping.culling.redundant_share = 1.0;  // where all see all, no keyframe would stay
+    Restart(std::move(words));
+  }
+  void Restart(std::shared_ptr<const Vocabulary> words = nullptr) {
+    atlas_.reset();
+    snapshots_.clear();
+    mapper_ = std::make_unique<Mapper>(
+        world_.camera, options_, std::move(words),
+        Mapper::Outputs{[this](AtlasViewPtr atlas) { atlas_ = std::move(atlas); },
+                        [this](MapSnapshotPtr snapshot) { snapshots_.push_back(std::move(snapshot)); },
+                        {}},
+        times_);
+  }
+
+  TrackingReport Report(std::int64_t index) const {
+    TrackingReport report;
+    report.frame_index = index;
+    report.timestamp = static_cast<double>(index) / 30.0;
+    return report;
+  }
+  TrackingReport Beginning(std::int64_t submap, Map map) const {
+    const Keyframe& newest = map.At(map.NewestKeyframe());
+    TrackingReport report = Report(newest.frame_index);
+    report.submap = submap;
+    report.pose = AnchoredPose{newest.id, {}, newest.scale};
+    report.initial_map = std::make_unique<Map>(std::move(map));
+    return report;
+  }
+  // A map of two keyframes, at the places 0 and 1 of the arc; some keypoints have no map point yet.
+  void Begin(std::int64_t submap = 0) {
+    SyntheticMap first = MakeSyntheticMap({.keyframes = 2});
+    for (std::size_t id = kFirstPoints; id < first.points.size(); ++id) {
+      first.map.RemovePoint(static_cast<PointId>(id));
+    }
+    mapper_->Process(Beginning(submap, std::move(first.map)));
+  }
+
+  const TrackingView& View(std::int64_t submap = 0) const { return *atlas_->submaps.at(submap); }
+  // A frame at a place of the arc as tracking would report it, a little off the truth.
+  TrackingReport Seen(std::int64_t index, double place, bool keyframe) const {
+    const ViewKeyframe& reference = View().keyframes.rbegin()->second;
+    TrackedFrame frame = NewFrame(world_.See(PoseOnArc(place), {.pixel_noise = 0.2}).features, index);
+    frame.points = reference.points;  // one keypoint a point, in the same order in all frames
+    TrackingReport report = Report(index);
+    report.pose = AnchoredPose{reference.id, PoseOnArc(place + 0.01) * reference.pose.T_camera_map.Inverse(),
+                               reference.pose.scale};
+    report.matches = MatchesOf(frame, ScaleLevels(OrbOptions{}));
+    for (const PointId point : frame.points) {
+      if (point != kNoPoint) {
+        report.seen.visible.push_back(point);
+        report.seen.found.push_back(point);
+      }
+    }
+    if (keyframe) {
+      report.keyframe = KeyframeCandidate{frame.features, frame.points};
+    }
+    return report;
+  }
+  // Two frames for each place of the arc up to `last`, every second one a keyframe.
+  void Walk(int last) {
+    for (int i = 3; i <= 2 * last; ++i) {
+      mapper_->Process(Seen(i, 0.5 * i, i % 2 == 0));
+    }
+  }
+
+  SyntheticMap world_ = MakeSyntheticMap({});
+  SystemOptions options_;
+  StageTimes times_;
+  AtlasViewPtr atlas_;
+  std::vector<MapSnapshotPtr> snapshots_;
+  std::unique_ptr<Mapper> mapper_;
+};
+
+TEST_F(MapperTest, DoesNothingBeforeAMapHasBegun) {
+  mapper_->Process(Report(0));
+  SeenObjects objects;
+  mapper_->Process(objects);
+  EXPECT_EQ(atlas_, nullptr);
+  EXPECT_TRUE(snapshots_.empty());
+  EXPECT_TRUE(mapper_->Finish().empty());
+}
+
+TEST_F(MapperTest, PublishesTheFirstTwoKeyframesAtOnce) {
+  Begin();
+  ASSERT_NE(atlas_, nullptr);
+  EXPECT_EQ(View().keyframes.size(), 2U);
+  EXPECT_EQ(atlas_->origins.at(0).submap, 0);
+  ASSERT_FALSE(snapshots_.empty());
+  EXPECT_EQ(snapshots_.front()->keyframes.size(), 2U);
+  EXPECT_EQ(snapshots_.front()->points.size(), kFirstPoints);
+}
+
+TEST_F(MapperTest, MakesThePointsThatAreMissingWhereTheyAre) {
+  Begin();
+  Walk(4);
+  EXPECT_EQ(View().keyframes.rbegin()->first, 4);
+  const ViewKeyframe& newest = View().keyframes.rbegin()->second;
+  EXPECT_LT(CenterDistance(newest.pose.T_camera_map, PoseOnArc(4)), 5.0 * kOneMillimetre);
+  EXPECT_GT(std::count_if(newest.points.begin() + kFirstPoints, newest.points.end(),
+                          [](PointId point) { return point != kNoPoint; }),
+            90);
+  std::vector<double> errors;
+  for (std::size_t i = 0; i < newest.points.size(); ++i) {
+    if (newest.points[i] != kNoPoint) {
+      errors.push_back((View().Point(newest.points[i]).p_map - world_.points[i]).norm());
+    }
+  }
+  std::sort(errors.begin(), errors.end());
+  EXPECT_LT(errors[errors.size() / 2], 10.0 * kOneMillimetre);
+  EXPECT_LT(errors.back(), 0.1);
+}
+
+TEST_F(MapperTest, GivesEveryFrameThatWasTrackedAPose) {
+  Begin();
+  Walk(4);
+  mapper_->Process(Report(9));  // lost
+  const std::vector<FinishedMap> finished = mapper_->Finish();
+  ASSERT_EQ(finished.size(), 1U);
+  const Trajectory& trajectory = finished[0].trajectory;
+  ASSERT_EQ(trajectory.size(), 8U);  // 0, 1, and 3 to 8
+  for (const TimedPose& pose : trajectory) {
+    const auto index = static_cast<int>(std::lround(30.0 * pose.timestamp));
+    const double place = index < 2 ? index : 0.5 * index;
+    EXPECT_LT(CenterDistance(pose.T_map_camera.Inverse(), PoseOnArc(place)), 5.0 * kOneMillimetre) << index;
+  }
+  EXPECT_EQ(finished[0].snapshot, snapshots_.back());
+  EXPECT_EQ(snapshots_.back()->frame_index, 9);
+  EXPECT_FALSE(snapshots_.back()->T_map_camera);
+  EXPECT_LE(finished[0].keyframes.size(), 5U);
+}
+
+TEST_F(MapperTest, RemovesRedundantKeyframesAndKnowsWhereTheyWere) {
+  options_.mapping.culling = CullingOptions();
+  Restart();
+  Begin();
+  Walk(5);
+  EXPECT_EQ(View().keyframes.size(), 3U);
+  ASSERT_EQ(View().removed_poses.size(), 3U);
+  for (const auto& [id, pose] : View().removed_poses) {
+    EXPECT_LT(CenterDistance(pose.T_camera_map, PoseOnArc(static_cast<double>(id))), 10.0 * kOneMillimetre);
+  }
+  EXPECT_EQ(mapper_->Finish().at(0).trajectory.size(), 10U) << "their frames stay";
+}
+
+TEST_F(MapperTest, NumbersItsSnapshots) {
+  Begin();
+  Walk(4);
+  mapper_->Finish();
+  for (std::size_t i = 0; i < snapshots_.size(); ++i) {
+    EXPECT_EQ(snapshots_[i]->sequence_number, static_cast<std::int64_t>(i));
+  }
+  EXPECT_GE(snapshots_.size(), 6U);  // two at the beginning, one for each keyframe, one at the end
+}
+
+TEST_F(MapperTest, GivesTheSameTwice) {
+  Begin();
+  Walk(3);
+  const MapSnapshotPtr first = mapper_->Finish().at(0).snapshot;
+  Restart();
+  Begin();
+  Walk(3);
+  const MapSnapshotPtr second = mapper_->Finish().at(0).snapshot;
+  ASSERT_EQ(first->points.size(), second->points.size());
+  for (std::size_t i = 0; i < first->points.size(); ++i) {
+    EXPECT_EQ(first->points[i].p_map, second->points[i].p_map);
+  }
+}
+
+// Frames 20 to 22 came before the map and could not be tracked; they are as soon as there are four keyframes.
+TEST_F(MapperTest, TracksFramesThatCameTooEarlyOnceTheMapIsSolid) {
+  Begin();
+  mapper_->Process(Seen(3, 1.5, false));
+  TrackingReport report = Seen(4, 2.0, true);
+  report.backlog = Backlog{AsTracked(world_.map, 1), {}};
+  report.backlog->next.points.resize(kFirstPoints);
+  report.backlog->next.points.resize(world_.points.size(), kNoPoint);
+  for (int i = 0; i < 3; ++i) {
+    report.backlog->earlier.push_back(NewFrame(world_.See(PoseOnArc(0.4 + 0.2 * i)).features, 20 + i));
+  }
+  mapper_->Process(std::move(report));
+  EXPECT_EQ(View().keyframes.size(), 3U);
+  mapper_->Process(Seen(6, 3.0, true));
+  const Trajectory trajectory = mapper_->Finish().at(0).trajectory;
+  ASSERT_EQ(trajectory.size(), 8U);  // 0, 1, 3, 4, 6 and the three
+  for (int i = 0; i < 3; ++i) {
+    const TimedPose& pose = trajectory[static_cast<std::size_t>(5 + i)];
+    EXPECT_NEAR(pose.timestamp, (20 + i) / 30.0, 1e-9);
+    EXPECT_LT(CenterDistance(pose.T_map_camera.Inverse(), PoseOnArc(0.4 + 0.2 * i)), 5.0 * kOneMillimetre);
+  }
+}
+
+TEST_F(MapperTest, KeepsSubmapsApartAndDropsThoseThatNeverGrew) {
+  Begin(0);
+  Walk(5);
+  mapper_->Process(Beginning(
+      1, MakeRingMap({.keyframes = 2, .scale_drift = 0.0, .rotation_drift = 0.0, .first_id = 100}).map));
+  EXPECT_EQ(atlas_->submaps.size(), 2U);
+  RingMapOptions far = ExactRing();
+  far.first_id = 200;
+  far.keyframes = 8;
+  mapper_->Process(Beginning(2, MakeRingMap(far).map));
+  const std::vector<FinishedMap> finished = mapper_->Finish();
+  ASSERT_EQ(finished.size(), 2U);
+  EXPECT_EQ(finished[0].trajectory.size(), 10U) << "the one with the most frames comes first";
+  EXPECT_EQ(finished[1].trajectory.size(), 8U);
+  EXPECT_EQ(mapper_->GetCounts().resets, 1);
+  EXPECT_EQ(mapper_->GetCounts().merges, 0) << "without words";
+}
+
+class MapperWithWords : public MapperTest {
+ protected:
+  MapperWithWords() : MapperTest(RandomWords()) {}
+};
+
+TEST_F(MapperWithWords, ClosesALoop) {
+  SyntheticMap ring = MakeRingMap({});
+  const double before = CenterError(ring);
+  mapper_->Process(Beginning(0, ring.map));
+  EXPECT_EQ(mapper_->GetCounts().loops, 1);
+  EXPECT_EQ(mapper_->GetCounts().merges, 0);
+  for (const auto& [id, keyframe] : View().keyframes) {
+    ring.map.At(id).T_camera_map = keyframe.pose.T_camera_map;
+  }
+  for (const auto& [id, pose] : View().removed_poses) {
+    ring.map.At(id).T_camera_map = pose.T_camera_map;
+  }
+  EXPECT_LT(CenterError(ring), before / 5.0);
+}
+
+// The second submap sees what the first one knows, in a frame and unit of its own.
+TEST_F(MapperWithWords, MergesSubmapsThatMeet) {
+  mapper_->Process(Beginning(0, MakeRingMap(ExactRing()).map));
+  EXPECT_EQ(mapper_->GetCounts().loops, 1) << "where the ring itself closes";
+  RingMapOptions later = ExactRing();
+  later.first_id = 100;
+  later.keyframes = 8;
+  Map map = MakeRingMap(later).map;
+  const Sim3d S_1_0{2.5,
+                    Eigen::Quaterniond(Eigen::AngleAxisd(0.8, Eigen::Vector3d(1.0, 2.0, 3.0).normalized())),
+                    {3.0, -1.0, 7.0}};
+  map.Transform(S_1_0);
+  mapper_->Process(Beginning(1, std::move(map)));
+  EXPECT_EQ(mapper_->GetCounts().merges, 1);
+  EXPECT_EQ(atlas_->submaps.size(), 1U);
+  const AtlasView::Origin& origin = atlas_->origins.at(1);
+  EXPECT_EQ(origin.submap, 0);
+  // It lies where it should, in the unit of the first.
+  EXPECT_NEAR(origin.S_map_origin.scale * S_1_0.scale, 1.0, 0.01);
+  EXPECT_LT(CenterDistance(View().PoseOf(103).T_camera_map, testing::PoseOnRing(45.0)), 0.01);
+  ASSERT_EQ(mapper_->Finish().size(), 1U);
+}
+
+}  // namespace
+}  // namespace sqslam
