@@ -1,14 +1,33 @@
 #!/bin/bash
-# Configures and builds a preset (release where none is named); ccache is used where it is installed.
+# Installs the packages that a preset needs, configures it and builds it.
+# usage: scripts/build.sh [PRESET]
+#   programs   sqslam and sqslam-viewer (default)
+#   demo       sqslam alone
+#   release    the programs and all tests
+#   asan, asan-slam, tsan, debug: as CMakePresets.json describes them
+# The first three share build/release, so each goes on from what another has built.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-preset=${1:-release}
+preset=${1:-programs}
+case $preset in
+  demo) packages=(packages.txt) ;;
+  programs) packages=(packages.txt packages-viewer.txt) ;;
+  *) packages=(packages.txt packages-viewer.txt packages-test.txt) ;;
+esac
+scripts/install-packages.sh "${packages[@]}"
+
+case $preset in
+  demo | programs) folder=build/release ;;
+  asan-slam) folder=build/asan ;;
+  *) folder=build/$preset ;;
+esac
 launcher=()
-if command -v ccache >/dev/null; then
+# Only for a new folder: a change of the compiler's launcher would build everything anew.
+if [ ! -f "$folder/CMakeCache.txt" ] && command -v ccache >/dev/null; then
   launcher=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
-  export CCACHE_SLOPPINESS=pch_defines,time_macros  # what ccache asks for where headers are precompiled
 fi
+export CCACHE_SLOPPINESS=pch_defines,time_macros  # ccache asks for it where headers are precompiled
 cmake --preset "$preset" "${launcher[@]}" --log-level=WARNING
 # Some sources take a gigabyte to compile: no more of them at once than the memory holds.
 jobs=$(awk -v cores="$(nproc)" '/MemAvailable/ {n = int($2 / 1200000); print (n < 1 ? 1 : (n < cores ? n : cores))}' /proc/meminfo)

@@ -1,9 +1,8 @@
 #!/bin/bash
-# From a bare Debian 12 to pictures of an object map: installs what is missing, builds, runs `sqslam demo`.
+# From a bare Debian 12 to pictures of an object map: installs what is missing, builds sqslam, runs `sqslam demo`.
 # Arguments go to `sqslam demo`.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-scripts/install-packages.sh
-scripts/build.sh release
+scripts/build.sh demo
 build/release/bin/sqslam demo "$@"

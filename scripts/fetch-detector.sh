@@ -29,14 +29,13 @@ fi
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 archive=$work/human.tgz
+command -v python3 >/dev/null || scripts/install-packages.sh python3
 if command -v npm >/dev/null; then
   (cd "$work" && npm pack --silent "$package" >/dev/null)
   mv "$work"/vladmandic-human-*.tgz "$archive"
-elif command -v curl >/dev/null; then
-  curl -fsSL -o "$archive" https://registry.npmjs.org/@vladmandic/human/-/human-3.3.6.tgz
 else
-  echo "fetch-detector: needs npm or curl" >&2
-  exit 3
+  command -v curl >/dev/null || scripts/install-packages.sh curl ca-certificates
+  curl -fsSL -o "$archive" https://registry.npmjs.org/@vladmandic/human/-/human-3.3.6.tgz
 fi
 check "$archive" "$archive_sha"
 tar -xzf "$archive" -C "$work" package/models/centernet.json package/models/centernet.bin
@@ -45,4 +44,4 @@ python3 scripts/tfjs2onnx.py "$work/package/models/centernet.json" "$work/networ
   --output tower_0/keypoints=heatmap --output tower_0/wh=ltrb >/dev/null
 check "$work/network.onnx" "$network_sha"
 mv "$work/network.onnx" "$target"
-echo "$target: try  sqslam detect INPUT --detector centernet --output boxes.txt"
+echo "$target: \`sqslam run\` finds it by itself"

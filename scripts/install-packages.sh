@@ -1,9 +1,17 @@
 #!/bin/bash
-# Installs the Debian packages of packages.txt that are missing. Needs root or sudo only where one is.
+# Installs those Debian packages that are missing. Needs root or sudo only if there are any.
+# usage: scripts/install-packages.sh [LIST.txt | PACKAGE]...; default: packages.txt
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-mapfile -t wanted < <(sed 's/#.*//' packages.txt | awk 'NF {print $1}')
+[ $# -gt 0 ] || set -- packages.txt
+wanted=()
+for name in "$@"; do
+  case $name in
+    *.txt) mapfile -t -O "${#wanted[@]}" wanted < <(sed 's/#.*//' "$name" | awk 'NF {print $1}') ;;
+    *) wanted+=("$name") ;;
+  esac
+done
 installed=$(dpkg-query --show --showformat '${db:Status-Status} ${Package}\n' 2>/dev/null | sed -n 's/^installed //p')
 missing=()
 for package in "${wanted[@]}"; do

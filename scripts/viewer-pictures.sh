@@ -4,6 +4,7 @@
 # usage: scripts/viewer-pictures.sh [PRESET [DEMO]]; DEMO: what `sqslam demo --output DEMO` made, else it is made anew
 set -eu
 cd "$(dirname "$0")/.."
+scripts/install-packages.sh xvfb xauth pngquant
 bin=$PWD/build/${1:-release}/bin
 demo=${2:-}
 pictures=$PWD/assets/pictures

@@ -1,0 +1,53 @@
+#!/bin/bash
+# Checks beside the tests. Those named are run in turn; all of the second group where none is named.
+# usage: scripts/check.sh [CHECK]...
+#   format     every source is as clang-format leaves it
+#   modules    modules include only what lies below them, and without cycles
+#   asan-slam  the unit tests of slam/ under AddressSanitizer and UBSan
+# By hand, since they take hours:
+#   tidy       clang-tidy over all sources
+#   asan       all tests under AddressSanitizer and UBSan
+#   tsan       all tests under ThreadSanitizer, on one core (scripts/thread-sanitizer.supp says why)
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+check_format() {
+  scripts/install-packages.sh clang-format
+  if ! git ls-files '*.cpp' '*.h' | xargs clang-format --dry-run -Werror; then
+    echo "check.sh: not formatted; do it with: git ls-files '*.cpp' '*.h' | xargs clang-format -i" >&2
+    return 1
+  fi
+}
+
+check_modules() {
+  scripts/install-packages.sh python3
+  scripts/check-modules.py
+}
+
+check_asan-slam() {
+  scripts/build.sh asan-slam
+  ctest --preset asan-slam --parallel "$(nproc)"
+}
+
+check_asan() {
+  scripts/build.sh asan
+  ctest --preset asan --parallel "$(nproc)"
+}
+
+check_tsan() {
+  scripts/build.sh tsan
+  taskset -c 0 ctest --preset tsan
+}
+
+check_tidy() {
+  scripts/install-packages.sh packages.txt packages-viewer.txt packages-test.txt clang clang-tidy
+  cmake --preset tidy --log-level=WARNING
+  run-clang-tidy -quiet -p build/tidy "$PWD/(slam|render|app)/.*"
+}
+
+[ $# -gt 0 ] || set -- tidy asan tsan
+for check in "$@"; do
+  declare -F "check_$check" >/dev/null || { echo "check.sh: no check is called $check" >&2; exit 2; }
+  echo "== $check"
+  "check_$check"
+done

@@ -1,0 +1,39 @@
+#!/bin/bash
+# Draws README's pictures of maps into assets/pictures. Look at them before committing.
+# usage: scripts/readme-pictures.sh [DEMO [KITCHEN]]
+#   DEMO     what `sqslam demo --output DEMO` made; else it is made anew
+#   KITCHEN  a result of 7-Scenes redkitchen; without it that picture stays as it is
+set -eu
+cd "$(dirname "$0")/.."
+scripts/install-packages.sh ffmpeg gifsicle pngquant
+sqslam=$PWD/build/release/bin/sqslam
+demo=${1:-}
+kitchen=${2:-}
+pictures=$PWD/assets/pictures
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+if [ -z "$demo" ]; then
+  demo=$work/demo
+  "$sqslam" demo --output "$demo" --deterministic --no-video --quiet
+fi
+
+# The growth of the map: each picture a state of it, the last one held for two seconds.
+"$sqslam" render "$demo/result" --growth --output "$work/growth/{frame:04}.png" --resolution 960,400 --quiet
+ffmpeg -loglevel error -framerate 6 -i "$work/growth/%04d.png" -vf "tpad=stop_mode=clone:stop_duration=2,
+  split[a][b];[a]palettegen=max_colors=112[p];[b][p]paletteuse=dither=bayer:bayer_scale=4:diff_mode=rectangle" \
+  "$work/growth.gif"
+gifsicle -O3 --lossy=70 "$work/growth.gif" --output "$pictures/growth.gif"
+
+picture() {  # NAME RESULT OPTIONS...
+  local name=$1 result=$2
+  shift 2
+  "$sqslam" render "$result" --output "$work/$name.png" --quiet "$@"
+  pngquant --force --speed 1 --nofs --output "$pictures/$name.png" 256 "$work/$name.png"
+}
+picture blueprint "$demo/result" --resolution 800,520 --style blueprint --view isometric
+picture overlay "$demo/result" --camera-frame 120 --overlay --set overlay.fill=0.3
+[ -z "$kitchen" ] || picture kitchen "$kitchen" --resolution 800,520 --set objects.labels=true
+
+"$sqslam" figure compare "$demo/result" --output "$work/compare.png" --dpi 150
+pngquant --force --speed 1 --nofs --output "$pictures/compare.png" 256 "$work/compare.png"
+ls -l "$pictures"
