@@ -102,6 +102,12 @@ std::shared_ptr<const Vocabulary> LoadVocabulary(const std::string& name) {
       Vocabulary::Load(name == "auto" ? DataPath("assets/vocabulary.bin") : std::filesystem::path(name)));
 }
 
+MapperOptions OptionsOfMapper(const SystemOptions& options) {
+  return {options.deterministic, static_cast<std::uint64_t>(options.seed),
+          options.gravity,       options.tracking,
+          options.mapping,       options.objects};
+}
+
 // The newest value that one thread publishes and another reads.
 class ViewSlot {
  public:
@@ -128,7 +134,7 @@ struct System::Impl {
         vocabulary(LoadVocabulary(options.vocabulary)),
         tracker(camera, options.tracking, options.objects, static_cast<std::uint64_t>(options.seed), ids,
                 vocabulary, times),
-        mapper(camera, options, vocabulary,
+        mapper(camera, OptionsOfMapper(options), vocabulary,
                {[this](AtlasViewPtr new_view) { view.Set(std::move(new_view)); }, std::move(on_snapshot),
                 [this] { return !options.deterministic && queue.WaitingKeyframes() > 0; }},
                times) {
@@ -243,13 +249,7 @@ RunResult System::Finish() {
     result.others.erase(result.others.begin());
   }
   result.tracked = static_cast<int>(result.map.trajectory.size());
-  result.losses = s.tracker.Losses();
-  result.relocalizations = s.tracker.Relocalizations();
-  const Mapper::Counts counts = s.mapper.GetCounts();
-  result.loops = counts.loops;
-  result.returns = counts.returns;
-  result.merges = counts.merges;
-  result.resets = counts.resets;
+  result.counters = s.tracker.Counters() + s.mapper.Counters();
   result.timing_ms = s.times.Summaries();
   return result;
 }

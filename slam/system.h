@@ -15,6 +15,7 @@
 #include "slam/snapshot/snapshot.h"
 #include "slam/system_options.h"
 #include "slam/tracking/frame_view.h"
+#include "slam/util/run_counters.h"
 #include "slam/util/stage_times.h"
 
 namespace sqslam {
@@ -25,13 +26,8 @@ enum class TrackingState { kNotInitialized, kTracking, kLost };
 struct RunResult {
   int frames = 0;
   int tracked = 0;
-  int losses = 0;           // times that tracking was lost
-  int relocalizations = 0;  // times that it was found again in a known place
-  int loops = 0;            // closed
-  int returns = 0;          // to places that tracking tied to the map without a loop to close
-  int merges = 0;           // of submaps
-  int resets = 0;           // submaps given up because they never grew
-  FinishedMap map;          // the one with the most frames; its snapshot is null where no map could be built
+  RunCounters counters;
+  FinishedMap map;  // the one with the most frames; its snapshot is null where no map could be built
   std::vector<FinishedMap> others;  // submaps that could not be merged with it, each in a frame of its own
   std::string no_map_reason;  // where map is null: one line that says why (static camera, no texture, ...)
   std::map<std::string, StageTimes::Summary> timing_ms;

@@ -91,9 +91,9 @@ void RunArguments::AddTo(CLI::App& command) {
           "--representation", representation,
           "What objects are shown and written as: superquadric (default); ellipsoid, cuboid: at the same "
           "place and of the same size; quadric: the dual quadric of the boxes alone, as in QuadricSLAM")
-      ->check(CLI::IsMember({"superquadric", "ellipsoid", "quadric", "cuboid"}));
+      ->check(CLI::IsMember(AllNames<Representation>()));
   command.add_option("--association", association, "Which tests associate boxes with objects")
-      ->check(CLI::IsMember({"full", "iou", "iou+points", "iou+ttest", "nonparametric", "ensemble"}));
+      ->check(CLI::IsMember(AllNames<AssociationMethod>()));
   command.add_option(
       "--video", video,
       "FILE.mp4: afterwards, make a video of the map's growth, as `sqslam render --growth` does");
@@ -116,10 +116,10 @@ SystemOptions RunArguments::Options() const {
     options.detection.network = detector;
   }
   if (!representation.empty()) {
-    options.objects.representation = representation;
+    options.objects.representation = *FromName<Representation>(representation);
   }
   if (!association.empty()) {
-    options.objects.association.method = association;
+    options.objects.association.method = *FromName<AssociationMethod>(association);
   }
   CheckOptions(options);
   return options;

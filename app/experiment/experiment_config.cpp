@@ -21,17 +21,6 @@ namespace {
 
 using Words = std::vector<std::string>;
 
-// The words that an option of the pipeline allows.
-Words AllowedWords(const std::string& option) {
-  SystemOptions options;
-  for (const OptionField& field : OptionFields(options)) {
-    if (field.key == option) {
-      return field.allowed;
-    }
-  }
-  return {};
-}
-
 void CheckWord(const std::string& where, const std::string& key, const std::string& word,
                const Words& allowed) {
   if (std::find(allowed.begin(), allowed.end(), word) == allowed.end()) {
@@ -141,9 +130,9 @@ ExperimentSequence ReadSequence(YamlGroup& group, const Words& taken) {
 
 // The axes of a grid; those that are missing stay as in `grid`.
 void ReadAxes(YamlGroup& group, const ExperimentConfig& config, bool with_names, ExperimentGrid& grid) {
-  ReadWords(group, "representations", AllowedWords("objects.representation"), grid.representations);
-  ReadWords(group, "associations", AllowedWords("objects.association.method"), grid.associations);
-  ReadWords(group, "methods", AllowedWords("objects.method"), grid.methods);
+  ReadWords(group, "representations", AllNames<Representation>(), grid.representations);
+  ReadWords(group, "associations", AllNames<AssociationMethod>(), grid.associations);
+  ReadWords(group, "methods", AllNames<ObjectMethod>(), grid.methods);
   ReadLimits(group, grid.max_objects);
   grid.repetitions = static_cast<int>(group.Whole("repetitions", 1).value_or(grid.repetitions));
   if (with_names) {  // at the top these keys hold what the names mean
@@ -199,9 +188,9 @@ ExperimentConfig ParseExperiment(const std::string& yaml, const std::string& sou
   const SystemOptions defaults;
   ExperimentGrid grid;
   grid.sequences = NamesOf(config.sequences);
-  grid.representations = {defaults.objects.representation};
-  grid.associations = {defaults.objects.association.method};
-  grid.methods = {defaults.objects.method};
+  grid.representations = {NameOf(defaults.objects.representation)};
+  grid.associations = {NameOf(defaults.objects.association.method)};
+  grid.methods = {NameOf(defaults.objects.method)};
   grid.variants = NamesOf(config.variants);
   grid.max_objects = {kAllObjects};
   ReadAxes(root, config, false, grid);

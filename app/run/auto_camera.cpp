@@ -27,8 +27,8 @@ std::string InWords(const Camera& camera) {
 // Objects know nothing of the camera, and boxes cost time.
 SystemOptions LearningOptions(SystemOptions options) {
   options.deterministic = true;
-  options.mapping.camera.what = "focal+radial";
-  options.mapping.joint_objects.mode = "none";
+  options.mapping.camera.what = LearntPart::kFocalAndRadial;
+  options.mapping.joint_objects.mode = JointMode::kNone;
   return options;
 }
 

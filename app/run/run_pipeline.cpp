@@ -55,12 +55,7 @@ RunStats MakeStats(const RunResult& result, const FrameStream& source, int dropp
     stats.points = static_cast<int>(result.map.snapshot->points.size());
     stats.objects = static_cast<int>(result.map.snapshot->objects.size());
   }
-  stats.resets = result.resets;
-  stats.losses = result.losses;
-  stats.relocalizations = result.relocalizations;
-  stats.loops = result.loops;
-  stats.returns = result.returns;
-  stats.merges = result.merges;
+  stats.counters = result.counters;
   stats.submaps = static_cast<int>(result.others.size());
   stats.interrupted = interrupted;
   stats.wall_seconds = wall_seconds;
@@ -107,7 +102,7 @@ void CheckRequest(const RunRequest& request, const Sequence& sequence) {
         "live "
         "camera");
   }
-  if (request.options.mapping.camera.what == "focal+radial") {
+  if (request.options.mapping.camera.what == LearntPart::kFocalAndRadial) {
     throw UsageError(
         "mapping.camera.what=focal+radial: keypoints of a run stay undistorted as the camera given says, "
         "expected none or focal; --camera auto learns both before the run");
@@ -293,8 +288,9 @@ AutoCamera LearnCamera(const RunRequest& request, const Sequence& sequence, cons
 
 // A camera that is only guessed is learnt on during the run.
 SystemOptions OptionsWith(const AutoCamera& camera, SystemOptions options) {
-  if (camera.IsGuessed() && options.mapping.camera.what == "none") {
-    options.mapping.camera.what = "focal";  // keypoints are undistorted by the radial coefficient: it stays
+  if (camera.IsGuessed() && options.mapping.camera.what == LearntPart::kNone) {
+    options.mapping.camera.what =
+        LearntPart::kFocal;  // keypoints are undistorted by the radial coefficient: it stays
   }
   return options;
 }

@@ -28,10 +28,12 @@ std::string Quoted(const std::string& word) {
 
 std::string ValueText(const OptionField& field) {
   return std::visit(
-      [](const auto& value) -> std::string {
+      [&](const auto& value) -> std::string {
         using T = std::decay_t<decltype(value)>;
         if constexpr (std::is_same_v<T, std::string*>) {
           return "\"" + *value + "\"";
+        } else if constexpr (std::is_same_v<T, EnumOption>) {
+          return "\"" + field.allowed.at(value.get()) + "\"";
         } else if constexpr (std::is_same_v<T, bool*>) {
           return *value ? "true" : "false";
         } else if constexpr (std::is_same_v<T, double*>) {

@@ -12,6 +12,7 @@
 #include "slam/detection/letterbox.h"
 #include "slam/detection/suppression.h"
 #include "slam/io/coco.h"
+#include "slam/util/enum_names.h"
 #include "slam/util/error.h"
 
 namespace sqslam {
@@ -42,14 +43,15 @@ cv::dnn::Net ReadNetwork(const std::string& file) {
 
 std::vector<std::string> OutputNames(const cv::dnn::Net& network, const NetworkOptions& options) {
   const std::vector<std::string> there = network.getUnconnectedOutLayersNames();
-  const std::size_t needed = options.decoder == "centernet" ? 2 : 1;
+  const std::size_t needed = options.decoder == NetworkDecoder::kCenterNet ? 2 : 1;
   const std::vector<std::string>& wanted = options.outputs.empty() ? there : options.outputs;
   const bool known = std::all_of(wanted.begin(), wanted.end(), [&](const std::string& name) {
     return std::find(there.begin(), there.end(), name) != there.end();
   });
   if (!known || wanted.size() != needed) {
     throw InputError(fmt::format("{}: outputs [{}] for the decoder '{}', expected {} of [{}]", options.file,
-                                 fmt::join(wanted, ", "), options.decoder, needed, fmt::join(there, ", ")));
+                                 fmt::join(wanted, ", "), NameOf(options.decoder), needed,
+                                 fmt::join(there, ", ")));
   }
   return wanted;
 }
@@ -70,7 +72,8 @@ struct Detector::Impl {
   std::vector<ScoredBox> Run(const cv::Mat& input) {
     std::vector<cv::Mat> blobs;
     try {
-      network.setInput(cv::dnn::blobFromImage(input, options.scale, {}, {}, options.color == "rgb"));
+      network.setInput(
+          cv::dnn::blobFromImage(input, options.scale, {}, {}, options.color == ChannelOrder::kRgb));
       network.forward(blobs, outputs);
     } catch (const cv::Exception& e) {
       throw InputError(fmt::format("{}: fails on an input of {}x{} ({})", options.file, options.width,
@@ -85,12 +88,12 @@ struct Detector::Impl {
 
   std::vector<ScoredBox> Decode(const std::vector<cv::Mat>& blobs) const {
     const int count = static_cast<int>(classes.size());
-    if (options.decoder == "centernet") {
+    if (options.decoder == NetworkDecoder::kCenterNet) {
       // Doubles of other classes and sizes are taken out later: more peaks than boxes are wanted.
       return DecodeCenterNet(blobs[0], blobs[1], options.InputSize(), count, options.threshold,
                              4 * options.max_boxes);
     }
-    if (options.decoder == "yolov8") {
+    if (options.decoder == NetworkDecoder::kYoloV8) {
       return DecodeYoloV8(blobs[0], count, options.threshold);
     }
     return DecodeYolox(blobs[0], options.InputSize(), count, options.threshold);

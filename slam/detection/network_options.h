@@ -1,19 +1,27 @@
 #pragma once
 
-#include <filesystem>
+#include <array>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
 namespace sqslam {
 
-// What a detector's ONNX file wants and gives: the YAML file beside its weights.
+// Way in which boxes are read from the network's output.
+enum class NetworkDecoder { kYolox, kCenterNet, kYoloV8 };
+constexpr auto EnumNames(NetworkDecoder) { return std::array{"yolox", "centernet", "yolov8"}; }
+
+// Order of the channels of the network's input.
+enum class ChannelOrder { kBgr, kRgb };
+constexpr auto EnumNames(ChannelOrder) { return std::array{"bgr", "rgb"}; }
+
+// Input and output of a detector's ONNX file: the YAML file beside its weights.
 struct NetworkOptions {
-  std::string file;               // weights (.onnx): absolute, beside the YAML file, or in assets/detectors
-  std::string decoder = "yolox";  // how boxes are read from the output: yolox, centernet, yolov8
-  int width = 640;                // input, pixels; a multiple of 32
+  std::string file;  // weights (.onnx): absolute, beside the YAML file, or in assets/detectors
+  NetworkDecoder decoder = NetworkDecoder::kYolox;
+  int width = 640;  // input, pixels; a multiple of 32
   int height = 480;
-  std::string color = "bgr";         // order of the input's channels: bgr or rgb
+  ChannelOrder color = ChannelOrder::kBgr;
   double scale = 1.0;                // factor on pixel values from 0 to 255
   std::vector<std::string> outputs;  // names, in the order that the decoder expects; none: the file's own
   std::vector<std::string> classes;  // names in the order of class numbers; none: the 80 of COCO
@@ -25,10 +33,10 @@ struct NetworkOptions {
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
     visit("file", file);
-    visit("decoder", decoder, {"yolox", "centernet", "yolov8"});
+    visit("decoder", decoder);
     visit("width", width, 32, 4096);
     visit("height", height, 32, 4096);
-    visit("color", color, {"bgr", "rgb"});
+    visit("color", color);
     visit("scale", scale, 1e-6, 1000.0);
     visit("outputs", outputs);
     visit("classes", classes);

@@ -78,7 +78,7 @@ BundleAdjustmentReport GlobalBundleAdjustment(Map& map, const Camera& camera, in
 
 LearntCamera LearnCamera(Map& map, const Camera& camera, const CameraLearningOptions& options, int threads) {
   BundleProblem problem = ExtractBundleProblem(map, camera);
-  problem.learnt = BundleCamera{.distortion = options.what == "focal+radial"};
+  problem.learnt = BundleCamera{.distortion = options.what == LearntPart::kFocalAndRadial};
   SolveBundle(problem, {options.iterations, options.iterations, threads}, {});
   LearntCamera learnt{camera, problem.camera.fx, FocalDeviation(problem, options.iterations, {}), false};
   learnt.trusted = learnt.focal_deviation <= options.max_deviation * learnt.focal;

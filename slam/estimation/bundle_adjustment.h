@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <functional>
 #include <span>
 #include <string>
@@ -59,16 +60,18 @@ BundleAdjustmentReport GlobalBundleAdjustment(Map& map, const Camera& camera, in
                                               const BundleAdjustmentOptions& options,
                                               const JointObjects& objects = {});
 
-// How the camera itself is learnt from a map.
+// Parts of the camera that are learnt from a map: the focal length, and the first radial coefficient.
+enum class LearntPart { kNone, kFocal, kFocalAndRadial };
+constexpr auto EnumNames(LearntPart) { return std::array{"none", "focal", "focal+radial"}; }
+
 struct CameraLearningOptions {
-  std::string what =
-      "none";           // none | focal | focal+radial: the focal length, and the first radial coefficient
-  int iterations = 30;  // of each round
+  LearntPart what = LearntPart::kNone;
+  int iterations = 30;          // of each round
   double max_deviation = 0.02;  // standard deviation above which nothing counts as learnt, focal lengths
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
-    visit("what", what, {"none", "focal", "focal+radial"});
+    visit("what", what);
     visit("iterations", iterations, 1, 1000);
     visit("max_deviation", max_deviation, 0.0, 1.0);
   }

@@ -1,8 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "slam/geometry/superquadric.h"
@@ -12,10 +12,13 @@ namespace sqslam {
 
 struct BundleProblem;
 
+// When objects take part: never, in local bundle adjustment, once over the whole map at the end, or both.
+enum class JointMode { kNone, kLocal, kFinal, kBoth };
+constexpr auto EnumNames(JointMode) { return std::array{"none", "local", "final", "both"}; }
+
 // The paper's joint optimisation of shape, camera poses and points (section "Size And Shape").
 struct JointObjectOptions {
-  std::string mode = "none";  // none | local: in local bundle adjustment | final: once, over the whole map at
-                              // the end | both
+  JointMode mode = JointMode::kNone;
   double sigma = 0.1;  // standard deviation of a point's radial distance to the surface, mean half sizes
   double huber = 1.0;  // distance from which on it counts linearly only, in units of sigma
   double prior = 0.1;  // standard deviation of the change of an object: place (in mean half sizes), logarithm
@@ -23,12 +26,12 @@ struct JointObjectOptions {
   int min_points = 20;        // map points of an object that are being adjusted
   int min_observations = 10;  // boxes of an object
 
-  bool Local() const { return mode == "local" || mode == "both"; }
-  bool Final() const { return mode == "final" || mode == "both"; }
+  bool Local() const { return mode == JointMode::kLocal || mode == JointMode::kBoth; }
+  bool Final() const { return mode == JointMode::kFinal || mode == JointMode::kBoth; }
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
-    visit("mode", mode, {"none", "local", "final", "both"});
+    visit("mode", mode);
     visit("sigma", sigma, 1e-4, 100.0);
     visit("huber", huber, 0.01, 1000.0);
     visit("prior", prior, 1e-4, 1e6);

@@ -179,24 +179,17 @@ void WriteStats(const fs::path& path, const RunStats& stats) {
                      {"max", summary.max},
                      {"count", summary.count}};
   }
-  const Json root = {{"frames", stats.frames},
-                     {"skipped", stats.skipped},
-                     {"dropped", stats.dropped},
-                     {"tracked", stats.tracked},
-                     {"keyframes", stats.keyframes},
-                     {"points", stats.points},
-                     {"objects", stats.objects},
-                     {"resets", stats.resets},
-                     {"losses", stats.losses},
-                     {"relocalisations", stats.relocalizations},
-                     {"loops", stats.loops},
-                     {"returns", stats.returns},
-                     {"merges", stats.merges},
-                     {"submaps", stats.submaps},
-                     {"interrupted", stats.interrupted},
-                     {"wall_seconds", stats.wall_seconds},
-                     {"peak_memory_mib", stats.peak_memory_mib},
-                     {"timing_ms", timing}};
+  Json root = {{"frames", stats.frames},   {"skipped", stats.skipped},     {"dropped", stats.dropped},
+               {"tracked", stats.tracked}, {"keyframes", stats.keyframes}, {"points", stats.points},
+               {"objects", stats.objects}};
+  for (const auto& [name, counter] : kRunCounters) {
+    root[name] = stats.counters.*counter;
+  }
+  root["submaps"] = stats.submaps;
+  root["interrupted"] = stats.interrupted;
+  root["wall_seconds"] = stats.wall_seconds;
+  root["peak_memory_mib"] = stats.peak_memory_mib;
+  root["timing_ms"] = timing;
   WriteFileAtomically(path, root.dump(1) + "\n");
 }
 
@@ -211,12 +204,9 @@ RunStats ReadStats(const fs::path& path) {
     stats.keyframes = root.at("keyframes");
     stats.points = root.at("points");
     stats.objects = root.at("objects");
-    stats.resets = root.at("resets");
-    stats.losses = root.at("losses");
-    stats.relocalizations = root.value("relocalisations", 0);
-    stats.loops = root.value("loops", 0);
-    stats.returns = root.value("returns", 0);
-    stats.merges = root.value("merges", 0);
+    for (const auto& [name, counter] : kRunCounters) {
+      stats.counters.*counter = root.value(name, 0);
+    }
     stats.submaps = root.value("submaps", 0);
     stats.interrupted = root.value("interrupted", false);
     stats.wall_seconds = root.at("wall_seconds");

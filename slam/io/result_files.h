@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "slam/snapshot/snapshot.h"
+#include "slam/util/run_counters.h"
 #include "slam/util/stage_times.h"
 
 namespace sqslam {
@@ -28,12 +29,7 @@ struct RunStats {
   int keyframes = 0;
   int points = 0;
   int objects = 0;
-  int losses = 0;             // times that tracking was lost
-  int relocalizations = 0;    // times that it was found again in a known place
-  int loops = 0;              // closed
-  int returns = 0;            // to places that tracking tied to the map without a loop to close
-  int merges = 0;             // of submaps
-  int resets = 0;             // submaps given up because they never grew
+  RunCounters counters;
   int submaps = 0;            // that could not be merged with the map
   bool interrupted = false;   // ended by Ctrl-C
   double wall_seconds = 0.0;  // from the first frame to the last optimisation

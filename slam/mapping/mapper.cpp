@@ -10,7 +10,7 @@
 
 namespace sqslam {
 
-Mapper::Mapper(const Camera& camera, const SystemOptions& options,
+Mapper::Mapper(const Camera& camera, const MapperOptions& options,
                std::shared_ptr<const Vocabulary> vocabulary, Outputs outputs, StageTimes& times)
     : camera_(camera),
       options_(options),
@@ -176,7 +176,7 @@ void Mapper::CountReturn(KeyframeId id) {
     between +=
         !covisible.empty() && other > covisible.begin()->first && other < id && !covisible.contains(other);
   }
-  counts_.returns += between >= kBetween && !returned_ ? 1 : 0;
+  counters_.returns += between >= kBetween && !returned_ ? 1 : 0;
   returned_ = between >= kBetween;
 }
 
@@ -253,7 +253,7 @@ void Mapper::FinishSubmap(Submap& submap) {
 // The first submap is the one with the most frames: its camera is that of the others.
 void Mapper::LearnFrom(Submap& submap) {
   const CameraLearningOptions& options = options_.mapping.camera;
-  if (options.what == "none" || learnt_camera_ || submap.Map().Keyframes().size() <= 2) {
+  if (options.what == LearntPart::kNone || learnt_camera_ || submap.Map().Keyframes().size() <= 2) {
     return;
   }
   learnt_camera_ = LearnCamera(submap.Map(), camera_, options, options_.mapping.bundle_adjustment.threads);
@@ -277,7 +277,7 @@ std::vector<FinishedMap> Mapper::Finish() {
   for (Submap* submap : ranked) {
     const auto keyframes = static_cast<int>(submap->Map().Keyframes().size());
     if (!finished.empty() && keyframes < options_.mapping.min_submap_keyframes) {
-      ++counts_.resets;
+      ++counters_.resets;
       continue;
     }
     FinishSubmap(*submap);
@@ -300,8 +300,7 @@ SnapshotProgress Mapper::TakeProgress() {
   progress.tracking_ms = tracking_ms_ / std::max(tracking_count_, 1);
   progress.mapping_ms =
       step_start_ ? Milliseconds(std::chrono::steady_clock::now() - *step_start_).count() : 0.0;
-  progress.loops = counts_.loops;
-  progress.merges = counts_.merges;
+  progress.counters = counters_;
   tracking_ms_ = 0.0;
   tracking_count_ = 0;
   return progress;

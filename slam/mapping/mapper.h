@@ -13,6 +13,7 @@
 #include "slam/mapping/loop_correction.h"
 #include "slam/mapping/place_recognizer.h"
 #include "slam/mapping/submap.h"
+#include "slam/util/run_counters.h"
 #include "slam/util/stage_times.h"
 
 namespace sqslam {
@@ -27,15 +28,8 @@ class Mapper {
     std::function<bool()> keyframe_waiting;  // a waiting keyframe interrupts the bundle adjustment
   };
 
-  struct Counts {
-    int loops = 0;    // closed
-    int returns = 0;  // to places that tracking tied to the map without a loop to close
-    int merges = 0;   // of submaps
-    int resets = 0;   // submaps given up because they never grew
-  };
-
   // `vocabulary`: null leaves loops open and submaps apart.
-  Mapper(const Camera& camera, const SystemOptions& options, std::shared_ptr<const Vocabulary> vocabulary,
+  Mapper(const Camera& camera, const MapperOptions& options, std::shared_ptr<const Vocabulary> vocabulary,
          Outputs outputs, StageTimes& times);
 
   void Process(TrackingReport report);
@@ -47,7 +41,7 @@ class Mapper {
   // that never grew are dropped. Call once.
   std::vector<FinishedMap> Finish();
 
-  Counts GetCounts() const { return counts_; }
+  RunCounters Counters() const { return counters_; }  // resets, loops, returns and merges
 
  private:
   void BeginSubmap(TrackingReport& report);
@@ -75,7 +69,7 @@ class Mapper {
 
   Camera camera_;
   std::optional<LearntCamera> learnt_camera_;
-  SystemOptions options_;
+  MapperOptions options_;
   Outputs outputs_;
   StageTimes& times_;
   PoseTracker pose_tracker_;
@@ -88,7 +82,7 @@ class Mapper {
   LoopEdges loop_edges_;
   KeyframeId last_loop_ = kNoKeyframe;  // keyframe at which the last loop was closed
   BackgroundAdjustment adjustment_;
-  Counts counts_;
+  RunCounters counters_;
   bool returned_ = false;  // the newest keyframe sees what an old one saw
 
   SeenObjects shown_;          // of the newest frame whose boxes are known, for the snapshot

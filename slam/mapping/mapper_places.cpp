@@ -31,10 +31,10 @@ bool Mapper::RecognizePlace(KeyframeId keyframe) {
   });
   if (&known->second == active_) {
     CorrectLoop(active_->Map(), camera_, *place, options, loop_edges_);
-    ++counts_.loops;
+    ++counters_.loops;
   } else {
     MergeSubmaps(*place, known->second);
-    ++counts_.merges;
+    ++counters_.merges;
   }
   AdjustInBackground();
   return true;

@@ -1,7 +1,12 @@
 #pragma once
 
+#include <cstdint>
+#include <string>
+
 #include "slam/estimation/bundle_adjustment.h"
 #include "slam/mapping/loop_options.h"
+#include "slam/objects/object_options.h"
+#include "slam/tracking/tracking_options.h"
 
 namespace sqslam {
 
@@ -72,6 +77,16 @@ struct MappingOptions {
     visit("final_iterations", final_iterations, 0, 1000);
     visit("min_submap_keyframes", min_submap_keyframes, 2, 1000);
   }
+};
+
+// All that the mapping thread is told of a run.
+struct MapperOptions {
+  bool deterministic = false;    // nothing depends on the clock, nothing runs in the background
+  std::uint64_t seed = 1;        // of every random source
+  std::string gravity = "auto";  // see UprightEstimator
+  TrackingOptions tracking;      // frames are also tracked backward and refined in the map
+  MappingOptions mapping;
+  ObjectOptions objects;
 };
 
 }  // namespace sqslam

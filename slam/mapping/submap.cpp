@@ -9,13 +9,12 @@
 
 namespace sqslam {
 
-Submap::Submap(std::int64_t number, std::unique_ptr<sqslam::Map> map, const SystemOptions& options)
+Submap::Submap(std::int64_t number, std::unique_ptr<sqslam::Map> map, const MapperOptions& options)
     : number_(number),
       map_(std::move(map)),
       // A gravity that is given is that in the first camera of the run.
-      upright_(number == 0 ? options.gravity : "auto", options.objects.gravity,
-               static_cast<std::uint64_t>(options.seed)),
-      objects_(options.objects, static_cast<std::uint64_t>(options.seed)) {
+      upright_(number == 0 ? options.gravity : "auto", options.objects.gravity, options.seed),
+      objects_(options.objects, options.seed) {
   for (const auto& [id, keyframe] : map_->Keyframes()) {
     RecordFrame(keyframe.frame_index, keyframe.timestamp, {id, {}, keyframe.scale});
   }

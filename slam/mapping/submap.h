@@ -11,10 +11,10 @@
 #include "slam/estimation/bundle_objects.h"
 #include "slam/io/trajectory.h"
 #include "slam/map/tracking_view.h"
+#include "slam/mapping/mapping_options.h"
 #include "slam/mapping/upright.h"
 #include "slam/objects/object_mapper.h"
 #include "slam/snapshot/snapshot.h"
-#include "slam/system_options.h"
 #include "slam/tracking/tracking_report.h"
 
 namespace sqslam {
@@ -22,7 +22,7 @@ namespace sqslam {
 // One connected map with all that belongs to it. Its frame begins as the first camera's.
 class Submap {
  public:
-  Submap(std::int64_t number, std::unique_ptr<Map> map, const SystemOptions& options);
+  Submap(std::int64_t number, std::unique_ptr<Map> map, const MapperOptions& options);
 
   std::int64_t Number() const { return number_; }
   sqslam::Map& Map() { return *map_; }

@@ -47,7 +47,7 @@ bool PassesTTest(const MeasuredBox& box, const KnownLandmark& landmark, const As
   // Centroids of one-sided clouds move with the viewpoint: the spread is at least a tenth of the object.
   const double min_sigma = 0.1 * landmark.radius;
   return IsSampleOf(*landmark.centroids, *box.centroid, options.alpha, min_sigma, OneSampleTest::kOfSingle,
-                    MeanTestOf(options));
+                    options.t_test);
 }
 
 bool PassesRankSum(const MeasuredBox& box, const KnownLandmark& landmark, const AssociationOptions& options) {
@@ -95,26 +95,6 @@ double GeometricGain(const MeasuredBox& box, const KnownLandmark& landmark, cons
 
 }  // namespace
 
-AssociationParts PartsOf(const AssociationOptions& options) {
-  const std::string& method = options.method;
-  AssociationParts parts;
-  const bool full = method == "full";
-  const bool ensemble = method == "ensemble";
-  parts.predicted_box = method != "nonparametric";
-  parts.projection = full;
-  parts.other_labels = full;
-  parts.points = full || method == "iou+points";
-  parts.one_sample = full || ensemble || method == "iou+ttest";
-  parts.rank_sum = ensemble || method == "nonparametric";
-  parts.merge_by_test = parts.one_sample;
-  parts.merge_by_volume = full;
-  return parts;
-}
-
-MeanTest MeanTestOf(const AssociationOptions& options) {
-  return options.t_test == "hotelling" ? MeanTest::kHotelling : MeanTest::kPerAxis;
-}
-
 double SharedPoints(const MeasuredBox& box, const KnownLandmark& landmark,
                     const AssociationOptions& options) {
   if (!landmark.point_ids || box.point_ids.empty()) {
@@ -129,7 +109,7 @@ double SharedPoints(const MeasuredBox& box, const KnownLandmark& landmark,
 
 std::vector<int> Associate(const std::vector<MeasuredBox>& boxes, const std::vector<KnownLandmark>& landmarks,
                            const AssociationOptions& options) {
-  const AssociationParts parts = PartsOf(options);
+  const AssociationParts parts = PartsOf(options.method);
   const auto rows = static_cast<Eigen::Index>(boxes.size());
   const auto columns = static_cast<Eigen::Index>(landmarks.size());
   Eigen::MatrixXd gain(rows, columns);

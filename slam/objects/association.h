@@ -34,42 +34,6 @@ struct KnownLandmark {
   const std::vector<Eigen::Vector3d>* cloud = nullptr;  // its points, map frame; only for the rank-sum test
 };
 
-// What the association methods are made of.
-//
-// clang-format off
-// | method        | in the next frames      | after a gap                           | merging        |
-// | ------------- | ----------------------- | ------------------------------------- | -------------- |
-// | full          | box, projection, points | projection, points, one-sample t-test | t-test, volume |
-// | iou           | box                     | nothing: the object begins anew       | none           |
-// | iou+points    | box, points             | points                                | none           |
-// | iou+ttest     | box                     | one-sample t-test                     | t-test         |
-// | nonparametric | rank-sum test           | rank-sum test                         | none           |
-// | ensemble      | box                     | rank-sum test, else one-sample t-test | t-test         |
-// clang-format on
-//
-// "box" is the overlap with the box predicted from the last frames, "projection" that with the outline of the
-// landmark's superquadric, "points" the share of map points in common, "t-test" the two-sample test and
-// "volume" the overlap of superquadrics. Only "full" gives a box of another label to a landmark. `full` is
-// the paper's association plus what the superquadrics themselves tell; iou, iou+points and iou+ttest are its
-// ablations. nonparametric: Iqbal and Gans, "Localization of Classified Objects in SLAM using Nonparametric
-// Statistics and Clustering", IROS 2018 (the depth gate in the place of their clustering); ensemble: Wu et
-// al., "EAO-SLAM", IROS 2020.
-struct AssociationParts {
-  bool predicted_box = false;
-  bool projection = false;
-  bool points = false;
-  bool one_sample = false;
-  bool rank_sum = false;
-  bool other_labels = false;
-  bool merge_by_test = false;
-  bool merge_by_volume = false;
-};
-
-AssociationParts PartsOf(const AssociationOptions& options);
-
-// The test of options.t_test.
-MeanTest MeanTestOf(const AssociationOptions& options);
-
 // Section "Data Association": which landmark each box belongs to (index into `landmarks`, or -1), one
 // landmark a box and one box a landmark. First between consecutive frames (overlap with the predicted box,
 // shared map points), then by geometry (one-sample t-test on the centroid, projected landmark). Both steps

@@ -112,7 +112,7 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
       context.upright ? PaperYaw(landmark, points, context) : std::optional<YawEstimate>();
   const double paper_yaw = yaw ? yaw->yaw : 0.0;
   landmark.support.reset();
-  if (options.method == "refined" && context.upright && views.size() >= 5) {
+  if (options.method == ObjectMethod::kRefined && context.upright && views.size() >= 5) {
     // From scratch as often as the evidence doubles: small steps don't leave a wrong start behind.
     const bool thorough = context.thorough || landmark.observations >= 2 * landmark.thorough_at;
     landmark.thorough_at = thorough ? landmark.observations : landmark.thorough_at;

@@ -186,10 +186,10 @@ NamedPoints RemoveOutliers(Landmark& landmark, const std::vector<BoxView>& views
                            const EstimationContext& context) {
   const ObjectOptions& options = *context.options;
   NamedPoints points = ResolvePoints(landmark, *context.points, options.outliers);
-  if (options.outliers.reprojection != "none") {
+  if (options.outliers.reprojection != ReprojectionVotes::kNone) {
     points = Keep(points, InsideBoxes(points, views, context));
   }
-  if (options.method == "refined") {
+  if (options.method == ObjectMethod::kRefined) {
     for (const double height : PossibleSupports(points, *context.supports).near) {
       points = WithoutSurface(points, height);
     }

@@ -89,7 +89,7 @@ int FramesSeenApart(const Landmark& a, const Landmark& b, bool parts_are_one, in
 bool AreSameObject(const Landmark& a, const Landmark& b, const AssociationOptions& association,
                    const MergingOptions& options, const Camera& camera) {
   constexpr double kPart = 0.75;  // of the smaller volume
-  const AssociationParts parts = PartsOf(association);
+  const AssociationParts parts = PartsOf(association.method);
   const bool same_label = a.labels.Best() == b.labels.Best();
   const int limit = std::max(options.max_seen_together,
                              static_cast<int>(options.max_seen_together_share *
@@ -106,7 +106,7 @@ bool AreSameObject(const Landmark& a, const Landmark& b, const AssociationOption
       b.centroids.count >= options.min_samples) {
     // The spread of centroids is at least a tenth of the object; else long histories would never agree.
     const double min_sigma = 0.1 * std::min(size_a, size_b);
-    same = AreSamePopulation(a.centroids, b.centroids, options.alpha, min_sigma, MeanTestOf(association));
+    same = AreSamePopulation(a.centroids, b.centroids, options.alpha, min_sigma, association.t_test);
   }
   if (!same && parts.merge_by_volume && a.estimated && b.estimated) {
     const double needed = same_label ? options.overlap : options.overlap_other_label;

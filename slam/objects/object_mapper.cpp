@@ -101,7 +101,7 @@ void ObjectMapper::Impl::Estimate(const std::vector<int>& ids, const PoseLookup&
     RenewPoses(landmark, poses);
     context.surroundings = SurroundingsOf(landmark, Shown());
     EstimateLandmark(landmark, context);
-    if (options.representation == "quadric") {
+    if (options.representation == Representation::kQuadric) {
       landmark.quadric = EstimateDualQuadric(SpreadViews(landmark.views, options.refinement.max_views),
                                              context.camera, options);
     }
@@ -181,12 +181,13 @@ std::optional<PosedSuperquadric> ObjectMapper::Impl::Represented(const Landmark&
   if (!IsShown(landmark)) {
     return std::nullopt;
   }
-  if (options.representation == "quadric") {
+  if (options.representation == Representation::kQuadric) {
     return landmark.quadric;
   }
   PosedSuperquadric solid = landmark.superquadric;
-  if (options.representation != "superquadric") {
-    solid.shape.e1 = solid.shape.e2 = options.representation == "ellipsoid" ? 1.0 : kMinShapeExponent;
+  if (options.representation != Representation::kSuperquadric) {
+    solid.shape.e1 = solid.shape.e2 =
+        options.representation == Representation::kEllipsoid ? 1.0 : kMinShapeExponent;
   }
   return solid;
 }
@@ -194,7 +195,7 @@ std::optional<PosedSuperquadric> ObjectMapper::Impl::Represented(const Landmark&
 // Other representations than the refined superquadric have no covariance: zero.
 ObjectFit ObjectMapper::Impl::FitOf(const Landmark& landmark, const PosedSuperquadric& solid) const {
   const double rms = PointRms(landmark, solid);
-  if (options.representation == "superquadric" || !last_camera) {
+  if (options.representation == Representation::kSuperquadric || !last_camera) {
     return {landmark.box_agreement, rms, landmark.covariance};
   }
   const std::vector<BoxView> views = SpreadViews(landmark.views, options.refinement.max_views);

@@ -1,7 +1,11 @@
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
+
+#include "slam/objects/association_method.h"
+#include "slam/objects/t_test.h"
 
 namespace sqslam {
 
@@ -30,10 +34,10 @@ struct DetectionFilterOptions {
 
 // Which landmark a box belongs to (section "Data Association").
 struct AssociationOptions {
-  std::string method = "full";      // full | iou | iou+points | iou+ttest | nonparametric | ensemble
-  std::string t_test = "per-axis";  // per-axis (the paper) | hotelling: one- and two-sample tests
-  double min_iou = 0.5;             // candidate by overlap with the predicted box, in [0, 1]
-  double accept_iou = 0.7;          // overlap that is accepted without shared points, in [0, 1]
+  AssociationMethod method = AssociationMethod::kFull;
+  MeanTest t_test = MeanTest::kPerAxis;  // of one- and two-sample tests
+  double min_iou = 0.5;                  // candidate by overlap with the predicted box, in [0, 1]
+  double accept_iou = 0.7;               // overlap that is accepted without shared points, in [0, 1]
   double min_shared = 0.33;   // share of the observation's points that must be the landmark's, in [0, 1]
   int min_shared_points = 3;  // and at least so many points
   int inter_frame_gap = 3;    // frames since the last sighting that still count as consecutive
@@ -50,8 +54,8 @@ struct AssociationOptions {
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
-    visit("method", method, {"full", "iou", "iou+points", "iou+ttest", "nonparametric", "ensemble"});
-    visit("t_test", t_test, {"per-axis", "hotelling"});
+    visit("method", method);
+    visit("t_test", t_test);
     visit("min_iou", min_iou, 0.0, 1.0);
     visit("accept_iou", accept_iou, 0.0, 1.0);
     visit("min_shared", min_shared, 0.0, 1.0);
@@ -87,14 +91,17 @@ struct IsolationForestOptions {
   }
 };
 
+// Frames that vote on whether a point lies in the object's box: all (the paper), only those in which the
+// point was observed, because a hidden point says nothing, or none: no reprojection test.
+enum class ReprojectionVotes { kAll, kObserved, kNone };
+constexpr auto EnumNames(ReprojectionVotes) { return std::array{"all", "observed", "none"}; }
+
 // Removal of points that don't belong to the object (section "Outlier Removal").
 struct OutlierOptions {
   // Depth gate in a frame: distance from the quartiles in units of their distance; 0: no gate.
   double depth_iqr = 1.5;
   double min_inside_share = 0.8;  // share of the sightings in which a point must lie in the object's box
-  // Points that vote in that: all (the paper), only those observed in the frame, because a hidden point says
-  // nothing, or none: no reprojection test.
-  std::string reprojection = "observed";
+  ReprojectionVotes reprojection = ReprojectionVotes::kObserved;
   double box_margin = 0.05;  // boxes are grown by this share of their size for that vote
   int min_votes = 2;         // frames in which a point must have been seen in the object's box
   IsolationForestOptions isolation_forest;
@@ -103,7 +110,7 @@ struct OutlierOptions {
   void VisitFields(Visitor&& visit) {
     visit("depth_iqr", depth_iqr, 0.0, 100.0);
     visit("min_inside_share", min_inside_share, 0.0, 1.0);
-    visit("reprojection", reprojection, {"all", "observed", "none"});
+    visit("reprojection", reprojection);
     visit("box_margin", box_margin, 0.0, 1.0);
     visit("min_votes", min_votes, 1, 1000);
     visit("isolation_forest", isolation_forest);
@@ -138,20 +145,24 @@ struct YawOptions {
   }
 };
 
+// Half sizes from the extreme points (the paper), or from percentiles of the points.
+enum class SizeMethod { kMinMax, kPercentile };
+constexpr auto EnumNames(SizeMethod) { return std::array{"minmax", "percentile"}; }
+
 // Half sizes from the point cloud, and the shape exponents (section "Size And Shape").
 struct SizeShapeOptions {
-  std::string size_method = "minmax";  // minmax (the paper) | percentile
-  double percentile = 0.02;            // share of points left out at either end by the percentile method
-  double thinnest_share = 0.02;        // no half size below this share of the largest one
-  double grid_step = 0.2;              // start values of the exponents: 0.1, 0.1 + step, ... 1.9 on both axes
-  double huber = 0.1;                  // width of the robust loss, share of the mean half size
-  double regularisation = 0.01;        // weight of a pull of both exponents towards `prior_exponent`
-  double prior_exponent = 0.5;         // in [0.1, 1.9]
-  int max_iterations = 20;             // Levenberg-Marquardt steps
+  SizeMethod size_method = SizeMethod::kMinMax;
+  double percentile = 0.02;      // share of points left out at either end by the percentile method
+  double thinnest_share = 0.02;  // no half size below this share of the largest one
+  double grid_step = 0.2;        // start values of the exponents: 0.1, 0.1 + step, ... 1.9 on both axes
+  double huber = 0.1;            // width of the robust loss, share of the mean half size
+  double regularisation = 0.01;  // weight of a pull of both exponents towards `prior_exponent`
+  double prior_exponent = 0.5;   // in [0.1, 1.9]
+  int max_iterations = 20;       // Levenberg-Marquardt steps
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
-    visit("size_method", size_method, {"minmax", "percentile"});
+    visit("size_method", size_method);
     visit("percentile", percentile, 0.0, 0.4);
     visit("thinnest_share", thinnest_share, 0.0, 1.0);
     visit("grid_step", grid_step, 0.05, 1.8);
@@ -250,12 +261,21 @@ struct GravityOptions {
   }
 };
 
+// The paper's steps alone, or the joint refinement after them.
+enum class ObjectMethod { kPaper, kRefined };
+constexpr auto EnumNames(ObjectMethod) { return std::array{"paper", "refined"}; }
+
+// The form in which objects are shown, written and scored; no other step depends on it. Ellipsoids and
+// cuboids stand at the superquadric's place and have its size, with exponents 1 and 0.1; a quadric is the
+// dual quadric of the boxes alone.
+enum class Representation { kSuperquadric, kEllipsoid, kQuadric, kCuboid };
+constexpr auto EnumNames(Representation) {
+  return std::array{"superquadric", "ellipsoid", "quadric", "cuboid"};
+}
+
 struct ObjectOptions {
-  std::string method = "refined";  // paper: steps of the paper; refined: plus the joint refinement
-  // What objects are shown, written and scored as; no other step depends on it. superquadric; ellipsoid and
-  // cuboid: at the superquadric's place and of its size, exponents 1 and 0.1; quadric: the dual quadric of
-  // the boxes alone.
-  std::string representation = "superquadric";
+  ObjectMethod method = ObjectMethod::kRefined;
+  Representation representation = Representation::kSuperquadric;
   int min_observations = 10;        // boxes an object needs to be shown
   int min_points = 4;               // map points an object needs to be shown
   double min_box_agreement = 0.35;  // mean IoU of projected object and boxes that an object needs to be shown
@@ -273,8 +293,8 @@ struct ObjectOptions {
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
-    visit("method", method, {"paper", "refined"});
-    visit("representation", representation, {"superquadric", "ellipsoid", "quadric", "cuboid"});
+    visit("method", method);
+    visit("representation", representation);
     visit("min_observations", min_observations, 1, 10000);
     visit("min_points", min_points, 0, 10000);
     visit("min_box_agreement", min_box_agreement, 0.0, 1.0);

@@ -244,12 +244,12 @@ std::vector<std::int64_t> ObjectTracker::Impl::PointsOutside(const SeenLandmark&
                                                              const ObjectFrame& frame, const Box2d& box,
                                                              const std::array<bool, 4>& edge_free) const {
   std::vector<std::int64_t> outside;
-  if (!track.view || options.outliers.reprojection == "none") {
+  if (!track.view || options.outliers.reprojection == ReprojectionVotes::kNone) {
     return outside;
   }
   const Rigid3d T_camera_map = frame.T_map_camera.Inverse();
   const double margin = options.outliers.box_margin * std::max(box.width, box.height);
-  const bool only_observed = options.outliers.reprojection == "observed";
+  const bool only_observed = options.outliers.reprojection == ReprojectionVotes::kObserved;
   for (const auto& [point, p_map] : track.view->points) {
     if (only_observed && !std::binary_search(observed.begin(), observed.end(), point)) {
       continue;
@@ -331,7 +331,7 @@ void ObjectTracker::Impl::Transform(const Sim3d& S_new_old) {
 
 ObjectTracker::ObjectTracker(const ObjectOptions& options, std::uint64_t) : impl_(new Impl) {
   impl_->options = options;
-  impl_->parts = PartsOf(options.association);
+  impl_->parts = PartsOf(options.association.method);
 }
 ObjectTracker::~ObjectTracker() = default;
 ObjectTracker::ObjectTracker(ObjectTracker&&) noexcept = default;

@@ -78,7 +78,7 @@ ShapeFit BestOfGrid(const std::vector<ShapeCost>& costs, const SizeShapeOptions&
 }  // namespace
 
 Extents EstimateExtents(std::span<const Eigen::Vector3d> p_object, const SizeShapeOptions& options) {
-  const double q = options.size_method == "percentile" ? options.percentile : 0.0;
+  const double q = options.size_method == SizeMethod::kPercentile ? options.percentile : 0.0;
   Extents extents;
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> values;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 
 #include "slam/geometry/rigid3.h"
 
@@ -28,6 +29,7 @@ struct PointStatistics {
 //  kHotelling: Hotelling's T^2 on the vector, with F quantiles (Hotelling 1931; Johnson and Wichern, Applied
 //    Multivariate Statistical Analysis, chapters 5 and 6). Rejects true hypotheses with alpha in any frame.
 enum class MeanTest { kPerAxis, kHotelling };
+constexpr auto EnumNames(MeanTest) { return std::array{"per-axis", "hotelling"}; }
 
 // Critical value of |t|: t_{alpha/2, degrees}. Throws std::domain_error for degrees <= 0 or alpha outside (0,
 // 1).

@@ -12,6 +12,7 @@
 #include "slam/geometry/detection.h"
 #include "slam/geometry/rigid3.h"
 #include "slam/geometry/superquadric.h"
+#include "slam/util/run_counters.h"
 
 namespace sqslam {
 
@@ -76,8 +77,7 @@ struct SnapshotProgress {
   int tracked_points = 0;    // map points found in the frame; 0 while tracking is lost
   double tracking_ms = 0.0;  // mean per frame since the snapshot before; 0: not measured (deterministic runs)
   double mapping_ms = 0.0;   // of the mapping step that made the snapshot; 0: not measured
-  int loops = 0;             // closed until then
-  int merges = 0;            // of submaps, until then
+  RunCounters counters;      // until then; a recording keeps loops and merges only
 };
 
 // An immutable picture of the map at one moment, in the map frame (z up once gravity is known). A value:

@@ -197,8 +197,8 @@ void Visit(Archive& archive, Like<Archive, SnapshotProgress> progress) {
   archive(progress.tracked_points);
   archive(progress.tracking_ms);
   archive(progress.mapping_ms);
-  archive(progress.loops);
-  archive(progress.merges);
+  archive(progress.counters.loops);
+  archive(progress.counters.merges);
 }
 
 template <typename Archive, typename Items>

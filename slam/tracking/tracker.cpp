@@ -205,7 +205,7 @@ bool Tracker::Relocalize(TrackingReport& report) {
   if (best_view->submap != submap_) {
     SwitchSubmap(best_view->submap, best_view, atlas_->origins.at(best_view->submap).S_map_origin);
   }
-  ++relocalizations_;
+  ++counters_.relocalizations;
   lost_frames_ = 0;
   ShareBacklog(report);
   initializer_.Reset();
@@ -230,7 +230,7 @@ void Tracker::Initialize(TrackingReport& report) {
   report.seen = {};
   current_.ForgetPoints();
   if (view_) {
-    losses_ += lost_frames_ == 0 ? 1 : 0;
+    counters_.losses += lost_frames_ == 0 ? 1 : 0;
     ++lost_frames_;
     velocity_.reset();
   }

@@ -17,6 +17,7 @@
 #include "slam/tracking/relocalizer.h"
 #include "slam/tracking/rolling_shutter.h"
 #include "slam/tracking/tracking_report.h"
+#include "slam/util/run_counters.h"
 #include "slam/util/stage_times.h"
 
 namespace sqslam {
@@ -44,8 +45,7 @@ class Tracker {
 
   bool Initialized() const { return view_ != nullptr; }
   bool Lost() const { return lost_frames_ > 0; }
-  int Losses() const { return losses_; }
-  int Relocalizations() const { return relocalizations_; }
+  RunCounters Counters() const { return counters_; }  // losses and relocalizations
   std::string NoMapReason() const { return initializer_.Reason(); }
 
  private:
@@ -102,8 +102,7 @@ class Tracker {
   std::deque<WaitingFrame> waiting_;     // the oldest first
   std::int64_t last_keyframe_index_ = 0;
   int lost_frames_ = 0;  // since tracking was lost; 0: not lost
-  int losses_ = 0;
-  int relocalizations_ = 0;
+  RunCounters counters_;
 };
 
 }  // namespace sqslam

@@ -61,8 +61,10 @@ std::string DescribeExpectation(const OptionField& field) {
     }
     std::string operator()(const bool*) const { return "true or false"; }
     std::string operator()(const std::string*) const {
-      return field.allowed.empty() ? "one line of text"
-                                   : fmt::format("one of {}", fmt::join(field.allowed, ", "));
+      return field.allowed.empty() ? "one line of text" : (*this)(EnumOption());
+    }
+    std::string operator()(const EnumOption&) const {
+      return fmt::format("one of {}", fmt::join(field.allowed, ", "));
     }
     std::string operator()(const std::vector<std::string>*) const { return "a list [..] of words"; }
   };
@@ -81,6 +83,7 @@ std::string NodeText(const YAML::Node& node) {
 // Assigns from YAML; false where the node is of the wrong kind.
 struct AssignFromNode {
   const YAML::Node& node;
+  const OptionField& field;
 
   template <typename Number>
   requires std::is_arithmetic_v<Number>
@@ -97,6 +100,15 @@ struct AssignFromNode {
       return false;
     }
     *value = NodeText(node);  // a list stays readable as text: gravity: [0, 0, 1]
+    return true;
+  }
+  bool operator()(const EnumOption& option) const {
+    const auto name =
+        std::find(field.allowed.begin(), field.allowed.end(), node.IsScalar() ? node.Scalar() : "");
+    if (name == field.allowed.end()) {
+      return false;
+    }
+    option.set(static_cast<std::size_t>(name - field.allowed.begin()));
     return true;
   }
   bool operator()(std::span<double> values) const {
@@ -145,6 +157,7 @@ bool IsAllowed(const OptionField& field) {
       return field.allowed.empty() ||
              std::find(field.allowed.begin(), field.allowed.end(), *value) != field.allowed.end();
     }
+    bool operator()(const EnumOption& option) const { return option.get() < field.allowed.size(); }
     bool operator()(const std::vector<std::string>*) const { return true; }
   };
   return std::visit(Check{field}, field.value);
@@ -158,12 +171,17 @@ std::string YamlString(const std::string& text) {
 
 std::string FormatValue(const OptionField& field) {
   struct Format {
+    const OptionField& field;
     std::string operator()(const double* value) const { return FormatNumber(*value); }
     std::string operator()(const bool* value) const { return *value ? "true" : "false"; }
     std::string operator()(const std::span<double>& values) const {
       return fmt::format("[{}]", fmt::join(values.begin(), values.end(), ", "));
     }
     std::string operator()(const std::string* value) const { return YamlString(*value); }
+    std::string operator()(const EnumOption& option) const {
+      const std::size_t position = option.get();
+      return position < field.allowed.size() ? YamlString(field.allowed[position]) : "without a name";
+    }
     std::string operator()(const std::vector<std::string>* values) const {
       YAML::Emitter emitter;  // what must be quoted in a list need not be outside of one
       emitter << YAML::Flow << *values;
@@ -173,7 +191,11 @@ std::string FormatValue(const OptionField& field) {
     std::string operator()(const std::int64_t* value) const { return fmt::format("{}", *value); }
     std::string operator()(const std::uint64_t* value) const { return fmt::format("{}", *value); }
   };
-  return std::visit(Format{}, field.value);
+  return std::visit(Format{field}, field.value);
+}
+
+std::string Hint(const std::string& nearest) {
+  return nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest);
 }
 
 [[noreturn]] void ThrowUnknown(const std::string& where, const std::string& key,
@@ -184,16 +206,16 @@ std::string FormatValue(const OptionField& field) {
   // A name given without its group is nearer than any misspelling.
   const auto tail =
       std::find_if(keys.begin(), keys.end(), [&](const auto& k) { return k.ends_with("." + key); });
-  const std::string nearest = tail != keys.end() ? *tail : NearestWord(key, keys);
   throw UsageError(fmt::format("{}: unknown option '{}'{}", where, key,
-                               nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest)));
+                               Hint(tail != keys.end() ? *tail : NearestWord(key, keys))));
 }
 
 void Assign(const YAML::Node& node, const OptionField& field, const std::string& where) {
-  if (!std::visit(AssignFromNode{node}, field.value) || !IsAllowed(field)) {
-    throw UsageError(fmt::format("{}: {} is {}, expected {}", where, field.key,
+  if (!std::visit(AssignFromNode{node, field}, field.value) || !IsAllowed(field)) {
+    const std::string nearest = node.IsScalar() ? NearestWord(node.Scalar(), field.allowed) : "";
+    throw UsageError(fmt::format("{}: {} is {}, expected {}{}", where, field.key,
                                  node.IsNull() ? "empty" : "'" + NodeText(node) + "'",
-                                 DescribeExpectation(field)));
+                                 DescribeExpectation(field), Hint(nearest)));
   }
 }
 
@@ -254,6 +276,10 @@ std::string NearestWord(std::string_view word, const std::vector<std::string>& c
     }
   }
   return nearest;
+}
+
+std::string DidYouMean(std::string_view word, const std::vector<std::string>& candidates) {
+  return Hint(NearestWord(word, candidates));
 }
 
 void LoadOptionFields(const std::filesystem::path& path, const std::vector<OptionField>& fields) {

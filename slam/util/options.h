@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <initializer_list>
 #include <limits>
 #include <span>
@@ -12,18 +13,26 @@
 #include <variant>
 #include <vector>
 
+#include "slam/util/enum_names.h"
+
 namespace sqslam {
+
+// An enum among options, as the position of its name.
+struct EnumOption {
+  std::function<std::size_t()> get;
+  std::function<void(std::size_t)> set;
+};
 
 // One value of an options struct, found by visiting it: its dotted name, where it lives and what it may be.
 struct OptionField {
   using Value = std::variant<int*, std::int64_t*, std::uint64_t*, double*, std::span<double>, bool*,
-                             std::string*, std::vector<std::string>*>;
+                             std::string*, EnumOption, std::vector<std::string>*>;
 
   std::string key;  // e.g. "tracking.features"
   Value value;
   double min = -std::numeric_limits<double>::infinity();  // numbers only, both ends allowed
   double max = std::numeric_limits<double>::infinity();
-  std::vector<std::string> allowed;  // strings only; empty: any text
+  std::vector<std::string> allowed;  // an enum's names; of a string: empty: any text
 };
 
 // The visitor that options structs are written for (see the example further down).
@@ -54,6 +63,12 @@ class OptionCollector {
     fields_.back().allowed.assign(allowed.begin(), allowed.end());
   }
   void operator()(std::string_view name, std::vector<std::string>& value) { Add(name, &value); }
+  template <NamedEnum Enum>
+  void operator()(std::string_view name, Enum& value) {
+    Add(name, EnumOption{[&value] { return static_cast<std::size_t>(value); },
+                         [&value](std::size_t position) { value = static_cast<Enum>(position); }});
+    fields_.back().allowed = AllNames<Enum>();
+  }
 
   template <typename Nested>
   requires requires(Nested& nested, OptionCollector& visitor) { nested.VisitFields(visitor); }
@@ -139,5 +154,8 @@ std::string DumpOptions(const Options& options) {
 
 // The word of `candidates` with the fewest edits to `word` (Levenshtein); empty where there is none near.
 std::string NearestWord(std::string_view word, const std::vector<std::string>& candidates);
+
+// "; did you mean 'WORD'?" for the end of an error message; empty where no candidate is near.
+std::string DidYouMean(std::string_view word, const std::vector<std::string>& candidates);
 
 }  // namespace sqslam

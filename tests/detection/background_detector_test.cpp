@@ -20,7 +20,7 @@ class BackgroundDetectorTest : public testing::Test {
     file_ = fs::temp_directory_path() / ("sqslam-background-" + std::to_string(::getpid()) + ".onnx");
     std::ofstream(file_, std::ios::binary) << HandMadeNetwork::ChannelsAsClasses();
     network_.file = file_.string();
-    network_.decoder = "centernet";
+    network_.decoder = NetworkDecoder::kCenterNet;
     network_.outputs = {"heatmap", "ltrb"};
     network_.classes = {"cup", "book", "apple"};
     network_.width = 64;

@@ -61,7 +61,7 @@ TEST_F(DetectorTest, AnOutputOfAnotherShapeIsRefusedBeforeTheFirstImage) {
 // From an image twice as large as the input to a box in its pixels, with the name of its class.
 TEST_F(DetectorTest, ABlockOfColourIsABoxOfItsClassInTheImagesPixels) {
   std::ofstream(file_, std::ios::binary) << HandMadeNetwork::ChannelsAsClasses();
-  options_.decoder = "centernet";
+  options_.decoder = NetworkDecoder::kCenterNet;
   options_.outputs = {"heatmap", "ltrb"};
   options_.classes = {"blue thing", "green_thing", "red_thing"};
   options_.scale = 1.0 / 255.0;
@@ -77,7 +77,7 @@ TEST_F(DetectorTest, ABlockOfColourIsABoxOfItsClassInTheImagesPixels) {
   EXPECT_NEAR(found[0].box.width, 32.0, 1e-3);
   EXPECT_NEAR(found[0].box.height, 32.0, 1e-3);
 
-  options_.color = "rgb";
+  options_.color = ChannelOrder::kRgb;
   EXPECT_EQ(Detector(options_).Detect(image).at(0).label, "red_thing");
   options_.min_area = 32.0 * 32.0 + 1.0;
   EXPECT_TRUE(Detector(options_).Detect(image).empty());

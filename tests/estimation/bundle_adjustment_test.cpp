@@ -102,19 +102,19 @@ TEST(LearnCamera, FindsTheFocalLengthThatAMapWasMadeWithout) {
   Camera guess = world.camera;
   guess.fx *= 1.12;
   guess.fy *= 1.12;
-  const LearntCamera learnt = LearnCamera(world.map, guess, {.what = "focal"}, 1);
+  const LearntCamera learnt = LearnCamera(world.map, guess, {.what = LearntPart::kFocal}, 1);
   ASSERT_TRUE(learnt.trusted);
   EXPECT_NEAR(learnt.camera.fx, world.camera.fx, 0.005 * world.camera.fx);
   EXPECT_LT(std::abs(learnt.camera.fx - world.camera.fx), 4.0 * learnt.focal_deviation);
   EXPECT_EQ(learnt.camera.distortion[0], 0.0);
-  const LearntCamera both = LearnCamera(world.map, world.camera, {.what = "focal+radial"}, 1);
+  const LearntCamera both = LearnCamera(world.map, world.camera, {.what = LearntPart::kFocalAndRadial}, 1);
   EXPECT_NEAR(both.camera.distortion[0], 0.0, 0.01);  // there is none
 }
 
 TEST(LearnCamera, KeepsTheGuessWhereTheMapDoesNotTell) {
   SyntheticMap world = MakeSyntheticMap({.keyframes = 12, .points = 400, .pixel_noise = 0.3});
   const LearntCamera learnt =
-      LearnCamera(world.map, world.camera, {.what = "focal", .max_deviation = 0.0}, 1);
+      LearnCamera(world.map, world.camera, {.what = LearntPart::kFocal, .max_deviation = 0.0}, 1);
   EXPECT_FALSE(learnt.trusted);
   EXPECT_EQ(learnt.camera.fx, world.camera.fx);
   EXPECT_GT(learnt.focal_deviation, 0.0);

@@ -29,7 +29,7 @@ class SubmapFrames : public ::testing::Test {
     frame.features = world.map.At(kReference).features;
     frame.points = world.map.At(kReference).points;
     const std::vector<FrameMatch> matches = MatchesOf(frame, world.map.Levels());
-    submap_ = std::make_unique<Submap>(0, std::make_unique<Map>(std::move(world.map)), SystemOptions{});
+    submap_ = std::make_unique<Submap>(0, std::make_unique<Map>(std::move(world.map)), MapperOptions{});
     Vector6d delta;
     delta << 0.01, -0.02, 0.01, 0.03, -0.02, 0.04;
     for (const std::int64_t index : {kOlder, kNewer}) {
@@ -74,7 +74,7 @@ TEST_F(SubmapFrames, FollowTheirKeyframesFromThenOn) {
 }
 
 TEST(SubmapGravity, ThatIsGivenIsOfTheFirstSubmapsFirstCamera) {
-  SystemOptions options;
+  MapperOptions options;
   options.gravity = "[0, 1, 0.3]";
   for (const std::int64_t number : {0, 1}) {
     Submap submap(number, std::make_unique<Map>(MakeSyntheticMap({}).map), options);
@@ -143,7 +143,7 @@ class SubmapObjects : public ::testing::Test {
       o.detection = {"box", 0.9, {low.x(), low.y(), size.x(), size.y()}};
       observations.push_back(o);
     }
-    submap_ = std::make_unique<Submap>(0, std::make_unique<Map>(std::move(world.map)), SystemOptions{});
+    submap_ = std::make_unique<Submap>(0, std::make_unique<Map>(std::move(world.map)), MapperOptions{});
     submap_->Objects().AddObservations(observations);
     submap_->MapObjects(camera_, true);
   }

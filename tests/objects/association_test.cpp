@@ -8,6 +8,7 @@
 
 #include "slam/objects/assignment.h"
 #include "slam/objects/t_test.h"
+#include "slam/util/enum_names.h"
 
 namespace sqslam {
 namespace {
@@ -119,7 +120,7 @@ TEST(Associate, TellsCupsInARowApartByTheirPoints) {
       {{"cup", 0.9, {124, 100, 40, 40}}, {11, 12, 13, 14, 15, 16, 17}, {}, {}}};
   AssociationOptions options;
   EXPECT_EQ(Associate(boxes, known, options), (std::vector<int>{0, 1}));
-  options.method = "iou";
+  options.method = AssociationMethod::kIou;
   EXPECT_EQ(Associate(boxes, known, options), (std::vector<int>{1, 2}));
 }
 
@@ -147,11 +148,11 @@ TEST(Associate, FindsAnObjectAgainAfterAGapByTheTTest) {
   AssociationOptions options;
   EXPECT_EQ(Associate({back}, {landmark}, options), std::vector<int>{0});
   EXPECT_EQ(Associate({elsewhere}, {landmark}, options), std::vector<int>{-1});
-  options.method = "iou+points";  // no t-test
+  options.method = AssociationMethod::kIouPoints;  // no t-test
   EXPECT_EQ(Associate({back}, {landmark}, options), std::vector<int>{-1});
-  options.method = "iou+ttest";
+  options.method = AssociationMethod::kIouTTest;
   EXPECT_EQ(Associate({back}, {landmark}, options), std::vector<int>{0});
-  options.t_test = "hotelling";
+  options.t_test = MeanTest::kHotelling;
   EXPECT_EQ(Associate({back}, {landmark}, options), std::vector<int>{0});
   EXPECT_EQ(Associate({elsewhere}, {landmark}, options), std::vector<int>{-1});
 }
@@ -167,7 +168,7 @@ TEST(Associate, OfTwoThatPassTheTestTakesTheNearer) {
     landmark.frames_since_seen = 200;
   }
   AssociationOptions options;
-  options.method = "iou+ttest";
+  options.method = AssociationMethod::kIouTTest;
   const MeasuredBox near_right{
       {"cup", 0.9, {0, 0, 40, 40}}, {}, right.mean + Eigen::Vector3d(-0.01, 0, 0), {}};
   EXPECT_EQ(Associate({near_right}, known, options), std::vector<int>{1});
@@ -214,31 +215,31 @@ TEST(Associate, EachMethodUsesItsOwnTestsAndNoOther) {
   with_cloud.cloud = &cloud;
   KnownLandmark projected = gap;
   projected.projected_box = Box2d{100, 100, 40, 40};
-  const auto finds = [](const std::string& method, const MeasuredBox& box, const KnownLandmark& landmark) {
+  const auto finds = [](AssociationMethod method, const MeasuredBox& box, const KnownLandmark& landmark) {
     AssociationOptions options;
     options.method = method;
     return Associate({box}, {landmark}, options) == std::vector<int>{0};
   };
   struct Expected {
-    std::string method;
+    AssociationMethod method;
     bool box, points, centroid, cloud, projection;
   };
-  const std::vector<Expected> table = {{"full", true, true, true, false, true},
-                                       {"iou", true, false, false, false, false},
-                                       {"iou+points", true, true, false, false, false},
-                                       {"iou+ttest", true, false, true, false, false},
-                                       {"nonparametric", false, false, false, true, false},
-                                       {"ensemble", true, false, true, true, false}};
+  const std::vector<Expected> table = {{AssociationMethod::kFull, true, true, true, false, true},
+                                       {AssociationMethod::kIou, true, false, false, false, false},
+                                       {AssociationMethod::kIouPoints, true, true, false, false, false},
+                                       {AssociationMethod::kIouTTest, true, false, true, false, false},
+                                       {AssociationMethod::kNonparametric, false, false, false, true, false},
+                                       {AssociationMethod::kEnsemble, true, false, true, true, false}};
   for (const Expected& row : table) {
-    EXPECT_EQ(finds(row.method, by_box, next_frame), row.box) << row.method;
-    EXPECT_EQ(finds(row.method, by_points, with_points), row.points) << row.method;
-    EXPECT_EQ(finds(row.method, by_centroid, with_centroids), row.centroid) << row.method;
-    EXPECT_EQ(finds(row.method, by_cloud, with_cloud), row.cloud) << row.method;
-    EXPECT_EQ(finds(row.method, by_box, projected), row.projection) << row.method;
+    EXPECT_EQ(finds(row.method, by_box, next_frame), row.box) << NameOf(row.method);
+    EXPECT_EQ(finds(row.method, by_points, with_points), row.points) << NameOf(row.method);
+    EXPECT_EQ(finds(row.method, by_centroid, with_centroids), row.centroid) << NameOf(row.method);
+    EXPECT_EQ(finds(row.method, by_cloud, with_cloud), row.cloud) << NameOf(row.method);
+    EXPECT_EQ(finds(row.method, by_box, projected), row.projection) << NameOf(row.method);
   }
   MeasuredBox elsewhere = by_cloud;
   elsewhere.positions = CloudAt({0, 0.06, 1}, 30, 3);
-  EXPECT_FALSE(finds("nonparametric", elsewhere, with_cloud));
+  EXPECT_FALSE(finds(AssociationMethod::kNonparametric, elsewhere, with_cloud));
 }
 
 }  // namespace

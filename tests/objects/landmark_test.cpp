@@ -7,6 +7,7 @@
 
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/merging.h"
+#include "slam/util/enum_names.h"
 #include "test_camera.h"
 
 namespace sqslam {
@@ -212,27 +213,28 @@ Landmark WithCentroids(const Eigen::Vector3d& centre, int first_frame) {
 }
 
 TEST(Merging, FollowsTheAssociationMethod) {
+  using enum AssociationMethod;
   const Landmark a = WithCentroids({0, 0, 0}, 0);
   const Landmark same = WithCentroids({0.002, 0, 0}, 100);
   // One inside the other, but with centroids that differ: only the volumes tell.
   Landmark inside = WithCentroids({0.04, 0.04, 0.04}, 100);
   inside.superquadric = a.superquadric;
-  const auto merges = [&](const std::string& method, const Landmark& b) {
+  const auto merges = [&](AssociationMethod method, const Landmark& b) {
     AssociationOptions association;
     association.method = method;
     return AreSameObject(a, b, association, MergingOptions(), Camera());
   };
-  for (const std::string method : {"iou", "iou+points", "nonparametric"}) {
-    EXPECT_FALSE(merges(method, same)) << method;
-    EXPECT_FALSE(merges(method, inside)) << method;
+  for (const auto method : {kIou, kIouPoints, kNonparametric}) {
+    EXPECT_FALSE(merges(method, same)) << NameOf(method);
+    EXPECT_FALSE(merges(method, inside)) << NameOf(method);
   }
-  for (const std::string method : {"iou+ttest", "ensemble"}) {
-    EXPECT_TRUE(merges(method, same)) << method;
-    EXPECT_FALSE(merges(method, inside)) << method;
+  for (const auto method : {kIouTTest, kEnsemble}) {
+    EXPECT_TRUE(merges(method, same)) << NameOf(method);
+    EXPECT_FALSE(merges(method, inside)) << NameOf(method);
   }
-  EXPECT_TRUE(merges("full", same));
-  EXPECT_TRUE(merges("full", inside));
-  EXPECT_FALSE(merges("full", WithCentroids({0.3, 0, 0}, 100)));
+  EXPECT_TRUE(merges(kFull, same));
+  EXPECT_TRUE(merges(kFull, inside));
+  EXPECT_FALSE(merges(kFull, WithCentroids({0.3, 0, 0}, 100)));
 }
 
 }  // namespace

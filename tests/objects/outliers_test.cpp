@@ -175,7 +175,7 @@ TEST(RemoveOutliers, SaysWhatItMadeOfEveryPoint) {
     return Eigen::Vector3d(points[static_cast<std::size_t>(id)] + Eigen::Vector3d(0.0, 0.0, 3.0));
   };
   ObjectOptions options;
-  options.method = "paper";
+  options.method = ObjectMethod::kPaper;
   const SupportSurfaces surfaces;
   EstimationContext context;
   context.options = &options;

@@ -91,7 +91,7 @@ TEST(ObjectPipeline, MapsEachOfTenObjectsOnceAndWell) {
   }
   EXPECT_GT(refined, CheckAndScore(desk, ellipsoids) + 0.1);
   ObjectOptions options;
-  options.method = "paper";
+  options.method = ObjectMethod::kPaper;
   const DeskMap paper = MapDesk(desk, options);
   EXPECT_EQ(paper.objects.size(), desk.Objects().size());
   EXPECT_GT(run.point_objects.size(), 300u);
@@ -178,7 +178,7 @@ TEST(ObjectPipeline, EstimatesNoMoreObjectsAtAKeyframeThanAllowed) {
 
 TEST(ObjectTracker, TellsOfPointsOutsideAsItsOptionSays) {
   const SyntheticDesk desk(1, 0.12);
-  const auto outside_points = [&](const std::string& reprojection) {
+  const auto outside_points = [&](ReprojectionVotes reprojection) {
     ObjectOptions options;
     options.outliers.reprojection = reprojection;
     ObjectTracker tracker(options, 1);
@@ -198,9 +198,9 @@ TEST(ObjectTracker, TellsOfPointsOutsideAsItsOptionSays) {
     }
     return count;
   };
-  const std::size_t all = outside_points("all");
-  const std::size_t observed = outside_points("observed");
-  EXPECT_EQ(outside_points("none"), 0u);
+  const std::size_t all = outside_points(ReprojectionVotes::kAll);
+  const std::size_t observed = outside_points(ReprojectionVotes::kObserved);
+  EXPECT_EQ(outside_points(ReprojectionVotes::kNone), 0u);
   EXPECT_GT(observed, 0u);
   EXPECT_GT(all, observed);
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
-#include <string>
 
 #include "slam/objects/object_mapper.h"
 #include "slam/objects/object_tracker.h"
@@ -14,10 +13,10 @@ namespace {
 
 using testing::SyntheticDesk;
 
-ObjectMapper MapDeskAs(const SyntheticDesk& desk, const std::string& representation) {
+ObjectMapper MapDeskAs(const SyntheticDesk& desk, Representation representation) {
   ObjectOptions options;
   options.representation = representation;
-  options.method = "paper";  // the quicker one; what follows is the same for both
+  options.method = ObjectMethod::kPaper;  // the quicker one; what follows is the same for both
   ObjectTracker tracker(options, 1);
   ObjectMapper mapper(options, 1);
   const PointLookup lookup = [&](std::int64_t& id) { return desk.Position(id); };
@@ -42,10 +41,11 @@ std::set<int> Ids(const std::vector<SnapshotObject>& objects) {
 
 TEST(Representation, EllipsoidsAndCuboidsDifferFromSuperquadricsInTheirExponentsOnly) {
   const SyntheticDesk desk(1);
-  const auto superquadrics = MapDeskAs(desk, "superquadric").Objects();
+  const auto superquadrics = MapDeskAs(desk, Representation::kSuperquadric).Objects();
   ASSERT_FALSE(superquadrics.empty());
-  for (const auto& [name, exponent] : {std::pair("ellipsoid", 1.0), std::pair("cuboid", kMinShapeExponent)}) {
-    const ObjectMapper mapper = MapDeskAs(desk, name);
+  for (const auto& [representation, exponent] :
+       {std::pair(Representation::kEllipsoid, 1.0), std::pair(Representation::kCuboid, kMinShapeExponent)}) {
+    const ObjectMapper mapper = MapDeskAs(desk, representation);
     const auto objects = mapper.Objects();
     EXPECT_EQ(mapper.LeftOut(), 0);
     ASSERT_EQ(objects.size(), superquadrics.size());
@@ -63,8 +63,8 @@ TEST(Representation, EllipsoidsAndCuboidsDifferFromSuperquadricsInTheirExponents
 
 TEST(Representation, QuadricsShareTheLandmarksButNotTheirPlaceAndSize) {
   const SyntheticDesk desk(1);
-  const ObjectMapper usual = MapDeskAs(desk, "superquadric");
-  const ObjectMapper mapper = MapDeskAs(desk, "quadric");
+  const ObjectMapper usual = MapDeskAs(desk, Representation::kSuperquadric);
+  const ObjectMapper mapper = MapDeskAs(desk, Representation::kQuadric);
   const auto quadrics = mapper.Objects();
   const std::set<int> ids = Ids(quadrics);
   const std::set<int> usual_ids = Ids(usual.Objects());
@@ -91,7 +91,7 @@ TEST(Representation, QuadricsShareTheLandmarksButNotTheirPlaceAndSize) {
 TEST(Representation, QuadricsMoveWithTheMap) {
   const Sim3d move{
       3.0, Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitY())), {1.0, 2.0, 3.0}};
-  ObjectMapper mapper = MapDeskAs(SyntheticDesk(1), "quadric");
+  ObjectMapper mapper = MapDeskAs(SyntheticDesk(1), Representation::kQuadric);
   const auto before = mapper.Objects();
   mapper.Transform(move);
   const auto after = mapper.Objects();

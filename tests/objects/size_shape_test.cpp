@@ -33,7 +33,7 @@ TEST(Extents, MinMaxIsThePapersAndPercentilesIgnoreStrays) {
   const Extents stretched = EstimateExtents(points, options);
   EXPECT_NEAR(stretched.half_size.x(), 0.7, 0.01);
   EXPECT_NEAR(stretched.centre.x(), 0.5, 0.01);
-  options.size_method = "percentile";
+  options.size_method = SizeMethod::kPercentile;
   EXPECT_NEAR(EstimateExtents(points, options).half_size.x(), 0.2, 0.02);
 }
 

@@ -87,8 +87,8 @@ TEST(SnapshotCodec, EveryFieldComesBack) {
   EXPECT_EQ(read.progress->tracked_points, 250);
   EXPECT_EQ(read.progress->tracking_ms, 7.5);
   EXPECT_EQ(read.progress->mapping_ms, 80.25);
-  EXPECT_EQ(read.progress->loops, 2);
-  EXPECT_EQ(read.progress->merges, 1);
+  EXPECT_EQ(read.progress->counters.loops, 2);
+  EXPECT_EQ(read.progress->counters.merges, 1);
   ASSERT_EQ(read.covisibility.size(), 2u);
   EXPECT_EQ(read.covisibility[0].first, 3);
   EXPECT_EQ(read.covisibility[0].second, 8);
@@ -176,7 +176,7 @@ TEST(SnapshotCodec, Version4IsReadWithoutCovisibility) {
   snapshot.covisibility.clear();
   const std::string old = WithoutTail(snapshot, kEmptyList);
   const MapSnapshot read = DecodeSnapshot(old, 4);
-  EXPECT_EQ(read.progress->merges, 1);
+  EXPECT_EQ(read.progress->counters.merges, 1);
   EXPECT_TRUE(read.covisibility.empty());
   EXPECT_THROW(DecodeSnapshot(old), InputError);
 }

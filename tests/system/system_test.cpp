@@ -62,7 +62,7 @@ TEST(System, MapsATexturedWorld) {
   ASSERT_NE(run.result.map.snapshot, nullptr) << run.result.no_map_reason;
   EXPECT_EQ(run.result.frames, 120);
   EXPECT_EQ(run.result.tracked, 120);  // those before the map began are tracked backward
-  EXPECT_EQ(run.result.losses, 0);
+  EXPECT_EQ(run.result.counters.losses, 0);
   EXPECT_LT(TrajectoryError(run, path), 0.02);
   EXPECT_GE(run.result.map.keyframes.size(), 3U);
 }
@@ -98,9 +98,9 @@ TEST(System, RecoversAfterAShortLoss) {
   const std::vector<Rigid3d> path = HandHeldPath(110);
   const SystemRun run = RunPath(path, TestOptions(true), {60, 61, 62, 63});
   ASSERT_NE(run.result.map.snapshot, nullptr);
-  EXPECT_EQ(run.result.losses, 1);
-  EXPECT_EQ(run.result.relocalizations, 1);
-  EXPECT_EQ(run.result.resets, 0);
+  EXPECT_EQ(run.result.counters.losses, 1);
+  EXPECT_EQ(run.result.counters.relocalizations, 1);
+  EXPECT_EQ(run.result.counters.resets, 0);
   EXPECT_LT(TrajectoryError(run, path), 0.02);
   EXPECT_NEAR(run.result.map.trajectory.back().timestamp, 109.0 / 30.0, 1e-6);
 }
@@ -128,8 +128,8 @@ TEST(System, BeginsASubmapInAPlaceItDoesNotKnowAndFindsBack) {
   EXPECT_EQ(state, TrackingState::kTracking);
   const RunResult result = system.Finish();
   ASSERT_NE(result.map.snapshot, nullptr);
-  EXPECT_EQ(result.losses, 2);
-  EXPECT_EQ(result.relocalizations, 1);
+  EXPECT_EQ(result.counters.losses, 2);
+  EXPECT_EQ(result.counters.relocalizations, 1);
   ASSERT_EQ(result.others.size(), 1U);
   // Nothing is thrown away: all frames are in one of the two maps.
   EXPECT_GE(result.map.trajectory.size(), 98U);
@@ -156,9 +156,9 @@ TEST(System, MergesSubmapsThatMeet) {
   }
   const SystemRun run = RunPath(path, TestOptions(true), blank);
   ASSERT_NE(run.result.map.snapshot, nullptr);
-  EXPECT_EQ(run.result.losses, 1);
-  EXPECT_EQ(run.result.merges + run.result.relocalizations, 1);
-  EXPECT_EQ(run.result.merges, 1);
+  EXPECT_EQ(run.result.counters.losses, 1);
+  EXPECT_EQ(run.result.counters.merges + run.result.counters.relocalizations, 1);
+  EXPECT_EQ(run.result.counters.merges, 1);
   EXPECT_TRUE(run.result.others.empty());
   EXPECT_GE(run.result.tracked, 60 + kPan - 20);
   EXPECT_LT(TrajectoryError(run, path), 0.08);  // of 2.7: half of the way shows nothing but one wall
@@ -174,9 +174,9 @@ TEST(System, CountsTheReturnToAKnownPlace) {
   }
   const SystemRun run = RunPath(path, TestOptions(true));
   ASSERT_NE(run.result.map.snapshot, nullptr);
-  EXPECT_EQ(run.result.returns + run.result.loops, 1);
+  EXPECT_EQ(run.result.counters.returns + run.result.counters.loops, 1);
   const std::vector<Rigid3d> way_out(path.begin(), path.begin() + kOut);
-  EXPECT_EQ(RunPath(way_out, TestOptions(true)).result.returns, 0);
+  EXPECT_EQ(RunPath(way_out, TestOptions(true)).result.counters.returns, 0);
 }
 
 TEST(System, SaysWhyAStaticCameraGivesNoMap) {

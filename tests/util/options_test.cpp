@@ -26,10 +26,13 @@ struct InnerOptions {
   }
 };
 
+enum class Kind { kFull, kIou };
+constexpr auto EnumNames(Kind) { return std::array{"full", "iou"}; }
+
 struct OuterOptions {
   std::uint64_t seed = 7;
   std::string gravity = "auto";
-  std::string kind = "full";
+  Kind kind = Kind::kFull;
   std::vector<std::string> ignored = {"dining table"};
   std::array<double, 3> up = {0.0, 0.0, 1.0};
   InnerOptions tracking;
@@ -37,7 +40,7 @@ struct OuterOptions {
   void VisitFields(Visitor&& visit) {
     visit("seed", seed);
     visit("gravity", gravity);
-    visit("kind", kind, {"full", "iou"});
+    visit("kind", kind);
     visit("ignored", ignored);
     visit("up", up, -1.0, 1.0);
     visit("tracking", tracking);
@@ -57,7 +60,7 @@ TEST(Options, YamlSetsOnlyWhatItNames) {
   OuterOptions options;
   ParseOptions("# comment\ntracking:\n  features: 500\nkind: iou\n", "a.yaml", options);
   EXPECT_EQ(options.tracking.features, 500);
-  EXPECT_EQ(options.kind, "iou");
+  EXPECT_EQ(options.kind, Kind::kIou);
   EXPECT_EQ(options.tracking.ratio, 0.75);
   EXPECT_EQ(options.seed, 7u);
 }
@@ -88,7 +91,8 @@ TEST(Options, ValuesOfTheWrongKindAreRefused) {
   EXPECT_THAT(MessageOf([&] { SetOption("tracking.ratio=nan", options); }),
               HasSubstr("a number from 0 to 1"));
   EXPECT_THAT(MessageOf([&] { SetOption("tracking.enabled=maybe", options); }), HasSubstr("true or false"));
-  EXPECT_THAT(MessageOf([&] { SetOption("kind=iuo", options); }), HasSubstr("one of full, iou"));
+  EXPECT_THAT(MessageOf([&] { SetOption("kind=iuo", options); }),
+              HasSubstr("one of full, iou; did you mean 'iou'?"));
   EXPECT_THAT(MessageOf([&] { SetOption("up=[0, 1]", options); }), HasSubstr("3 values"));
   EXPECT_THAT(MessageOf([&] { SetOption("seed=-1", options); }), HasSubstr("without sign"));
   EXPECT_THAT(MessageOf([&] { SetOption("tracking=3", options); }), HasSubstr("group"));
@@ -145,6 +149,16 @@ TEST(Options, CheckFindsWhatCodeSetWrongly) {
   EXPECT_NO_THROW(CheckOptions(options));
   options.tracking.ratio = std::nan("");
   EXPECT_THROW(CheckOptions(options), UsageError);
+  options = {};
+  options.kind = static_cast<Kind>(7);
+  EXPECT_THROW(CheckOptions(options), UsageError);
+}
+
+TEST(EnumNames, AreFoundBothWays) {
+  EXPECT_STREQ(NameOf(Kind::kIou), "iou");
+  EXPECT_EQ(FromName<Kind>("iou"), Kind::kIou);
+  EXPECT_EQ(FromName<Kind>("none"), std::nullopt);
+  EXPECT_EQ(AllNames<Kind>(), (std::vector<std::string>{"full", "iou"}));
 }
 
 TEST(Options, NearestWordGivesUpOnWordsThatAreFar) {

@@ -92,10 +92,10 @@ void RunSeries::Add(const MapSnapshot& map) {
 
   const auto mark = [&](RunMark::Kind kind) { events_.push_back({kind, map.frame_index, map.timestamp}); };
   if (progress) {
-    if (progress->loops > last_.loops) {
+    if (progress->counters.loops > last_.counters.loops) {
       mark(RunMark::Kind::kLoop);
     }
-    if (progress->merges > last_.merges) {
+    if (progress->counters.merges > last_.counters.merges) {
       mark(RunMark::Kind::kMerge);
     }
     last_ = *progress;

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <array>
+#include <utility>
+
+namespace sqslam {
+
+// Events of a run that are counted.
+struct RunCounters {
+  int resets = 0;           // submaps given up because they never grew
+  int losses = 0;           // times that tracking was lost
+  int relocalizations = 0;  // times that it was found again in a mapped place
+  int loops = 0;            // closed
+  int returns = 0;          // to places that tracking tied to the map without a loop to close
+  int merges = 0;           // of submaps
+
+  bool operator==(const RunCounters&) const = default;
+};
+
+// Names of the counters in stats.json, in its order.
+inline constexpr std::array<std::pair<const char*, int RunCounters::*>, 6> kRunCounters = {
+    {{"resets", &RunCounters::resets},
+     {"losses", &RunCounters::losses},
+     {"relocalisations", &RunCounters::relocalizations},
+     {"loops", &RunCounters::loops},
+     {"returns", &RunCounters::returns},
+     {"merges", &RunCounters::merges}}};
+
+inline RunCounters operator+(RunCounters a, const RunCounters& b) {
+  for (const auto& [name, counter] : kRunCounters) {
+    a.*counter += b.*counter;
+  }
+  return a;
+}
+
+}  // namespace sqslam
