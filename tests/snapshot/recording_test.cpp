@@ -41,7 +41,7 @@ MapSnapshot MakeSnapshot(int number, int points = 100) {
   snapshot.detections = {{{"cup", 0.75, {1.0, 2.0, 3.0, 4.0}}, 4}};
   snapshot.gravity_known = true;
   snapshot.support_height = 0.75;
-  snapshot.progress = SnapshotProgress{250, 7.5, 80.25, 2, 1};
+  snapshot.progress = SnapshotProgress{250, 7.5, 80.25, {.loops = 2, .merges = 1}};
   snapshot.covisibility = {{3, 8, 120}, {3, 9, 15}};
   return snapshot;
 }

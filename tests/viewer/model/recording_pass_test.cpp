@@ -37,7 +37,7 @@ class RecordingPass : public testing::Test {
         map.objects.erase(map.objects.begin() + 1);
       }
       map.detections = {{{"book", 0.5, {}}, 0}, {{"book", 0.5, {}}, -1}};
-      map.progress = SnapshotProgress{100 + i, 8.0 + i, i == 5 ? 0.0 : 60.0, i >= 3 ? 1 : 0, 0};
+      map.progress = SnapshotProgress{100 + i, 8.0 + i, i == 5 ? 0.0 : 60.0, {.loops = i >= 3 ? 1 : 0}};
       if (i == 4) {
         map.T_map_camera.reset();
         map.progress->tracked_points = 0;
