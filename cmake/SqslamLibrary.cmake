@@ -3,15 +3,16 @@
 option(SQSLAM_PRECOMPILE_HEADERS "Compile common headers once" ON)
 
 # Sources of one folder share most of their headers and templates: compiled a few at a time they are read once for
-# all. Names within anonymous namespaces must differ between the files of a library or program. Turn it off to
-# work on a few files.
+# all. Names within anonymous namespaces must differ between the files of a library or program, so that any group
+# compiles (scripts/check-modules.py). Turn it off to work on a few files.
 option(SQSLAM_UNITY_BUILD "Compile the sources of a library or program in groups" ON)
+set(SQSLAM_UNITY_BATCH_SIZE 6 CACHE STRING "Sources in a group; 0: all of a library or program")
 
 function(sqslam_group_sources target)
   get_target_property(sources ${target} SOURCES)
   list(LENGTH sources count)
   if(SQSLAM_UNITY_BUILD AND count GREATER 1)
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${SQSLAM_UNITY_BATCH_SIZE})
     if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)  # it takes the sources within a group for headers
       target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
     endif()

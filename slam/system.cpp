@@ -10,7 +10,9 @@
 #include <utility>
 #include <variant>
 
+#include "slam/map/tracking_view.h"
 #include "slam/mapping/mapper.h"
+#include "slam/recognition/vocabulary.h"
 #include "slam/tracking/tracker.h"
 #include "slam/util/data_path.h"
 

@@ -22,14 +22,14 @@ namespace sqslam {
 
 enum class TrackingState { kNotInitialized, kTracking, kLost };
 
-// What a run came to, after the last optimisation.
+// Outcome of a run, after the last optimisation.
 struct RunResult {
   int frames = 0;
   int tracked = 0;
   RunCounters counters;
   FinishedMap map;  // the one with the most frames; its snapshot is null where no map could be built
   std::vector<FinishedMap> others;  // submaps that could not be merged with it, each in a frame of its own
-  std::string no_map_reason;  // where map is null: one line that says why (static camera, no texture, ...)
+  std::string no_map_reason;        // one line, where map is null: static camera, no texture, ...
   std::map<std::string, StageTimes::Summary> timing_ms;
 };
 
@@ -52,11 +52,11 @@ class System {
 
   TrackingState Process(const Frame& frame);
 
-  // The boxes of a frame that was processed with detections_follow, from the thread that calls Process(),
-  // frames in order. Those of a frame that was left out are not waited for.
+  // Takes the boxes of a frame that was processed with detections_follow, from the thread that calls
+  // Process(), frames in order. Those of a frame that was left out are not waited for.
   void AddDetections(std::int64_t frame_index, const std::vector<Detection>& detections);
 
-  FrameView Newest() const;  // of the frame processed last; for the thread that calls Process()
+  FrameView Newest() const;  // the frame processed last; for the thread that calls Process()
   RunResult Finish();        // ends mapping, publishes the final snapshot; call once
 
  private:

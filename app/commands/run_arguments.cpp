@@ -56,7 +56,7 @@ void RunArguments::AddTo(CLI::App& command) {
   command.add_option("--camera-index", camera_index, "A live camera of this machine, instead of INPUT")
       ->check(CLI::NonNegativeNumber);
   command.add_option("--format", format, "How INPUT is laid out; auto tells by the names in it")
-      ->check(CLI::IsMember({"auto", "tum", "icl-nuim", "scenes-v2", "7-scenes", "images", "video"}))
+      ->check(CLI::IsMember(AllNames<SequenceFormat>()))
       ->capture_default_str();
   command.add_option(
       "--camera", camera,

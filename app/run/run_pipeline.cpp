@@ -19,7 +19,6 @@
 #include "app/run/run_pictures.h"
 #include "app/run/run_recorder.h"
 #include "slam/io/camera_guess.h"
-#include "slam/io/camera_presets.h"
 #include "slam/io/camera_yaml.h"
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/recording.h"

@@ -8,7 +8,7 @@
 #include <thread>
 #include <utility>
 
-#include "slam/detection/box_following.h"
+#include "slam/detection/box_tracking.h"
 
 namespace sqslam {
 namespace {
@@ -16,9 +16,9 @@ namespace {
 constexpr int kDeterministicInterval = 3;  // frames
 
 // A network so slow that more frames than these lie between two that it sees leaves them without boxes:
-// corners are rarely followed that far, and following must not take so long that even more frames wait the
-// next time.
-constexpr std::size_t kMostFollowed = 90;
+// corners are rarely tracked that far, and tracking must not take so long that even more frames wait the next
+// time.
+constexpr std::size_t kMostTracked = 90;
 
 }  // namespace
 
@@ -40,7 +40,7 @@ struct BackgroundDetector::Impl {
     thread.join();
   }
 
-  // How many of the waiting frames to work on, the last of them by the network; 0: none is due.
+  // Number of waiting frames to work on, the last of them by the network; 0: none is due.
   std::size_t Due() const {
     for (std::size_t i = waiting.size(); i > 0; --i) {
       const bool last = finishing && i == waiting.size();
@@ -91,13 +91,13 @@ struct BackgroundDetector::Impl {
       boxes.back().detections = detector.Detect(batch.back().bgr);
       boxes.back().seen = true;
     }
-    if (follow && batch.size() > 1 && batch.size() <= kMostFollowed && !last_image.empty()) {
+    if (follow && batch.size() > 1 && batch.size() <= kMostTracked && !last_image.empty()) {
       const StageTimes::Scope timer(times, "detection.following");
       std::vector<cv::Mat> images = {last_image};
       for (const Frame& frame : batch) {
         images.push_back(frame.gray);
       }
-      std::vector<std::vector<Detection>> between = BoxesBetween(images, last_boxes, boxes.back().detections);
+      std::vector<std::vector<Detection>> between = TrackBoxes(images, last_boxes, boxes.back().detections);
       for (std::size_t i = 0; i < between.size(); ++i) {
         boxes[i].detections = std::move(between[i]);
       }

@@ -21,7 +21,7 @@ struct FrameBoxes {
 };
 
 // A detector on a thread of its own. It looks at the newest frame whenever it is free; the frames between two
-// that it has seen get theirs by BoxesBetween, or none where it is too slow for that.
+// that it has seen get their boxes by TrackBoxes, or none where the detector is too slow for that.
 //
 //   BackgroundDetector detector(Detector(network), options, deterministic);
 //   for each frame { detector.Add(frame); for (const FrameBoxes& boxes : detector.Take()) ... }
@@ -34,13 +34,14 @@ class BackgroundDetector {
 
   // Copies nothing: the frame's images must not change any more. All throw what the network threw.
   void Add(const Frame& frame);
-  std::vector<FrameBoxes> Take();    // of frames that are ready, in the order of Add, each once
-  std::vector<FrameBoxes> Finish();  // of all others, the last of which the network sees in any case
+  std::vector<FrameBoxes> Take();    // boxes of frames that are ready, in the order of Add, each once
+  std::vector<FrameBoxes> Finish();  // those of all others; the network sees the last frame in any case
 
-  // Until the network is free, but no longer than `deadline`.
+  // Waits until the network is free, but no longer than `deadline`.
   void WaitUntilFree(std::chrono::steady_clock::time_point deadline);
 
-  // Stages `detection` (the network on one image) and `detection.following` (all frames between two).
+  // Stages `detection` (the network on one image) and `detection.following` (box tracking through the frames
+  // between two).
   std::map<std::string, StageTimes::Summary> Times() const;
 
  private:

@@ -132,4 +132,19 @@ std::vector<ScoredBox> DecodeYoloV8(const cv::Mat& output, int classes, double t
   return boxes;
 }
 
+std::vector<ScoredBox> SuppressNonMaxima(std::vector<ScoredBox> boxes, double iou) {
+  std::stable_sort(boxes.begin(), boxes.end(),
+                   [](const ScoredBox& a, const ScoredBox& b) { return a.score > b.score; });
+  std::vector<ScoredBox> kept;
+  for (const ScoredBox& box : boxes) {
+    const bool suppressed = std::any_of(kept.begin(), kept.end(), [&](const ScoredBox& stronger) {
+      return stronger.class_number == box.class_number && IoU(stronger.box, box.box) > iou;
+    });
+    if (!suppressed) {
+      kept.push_back(box);
+    }
+  }
+  return kept;
+}
+
 }  // namespace sqslam

@@ -3,12 +3,19 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "slam/detection/scored_box.h"
+#include "slam/geometry/box2.h"
 
 namespace sqslam {
 
-// Boxes of at least `threshold` from a network's output, in pixels of its input, with doubles. All throw
-// InputError that says which shape was expected where the output has another one.
+// A box as a network gives it, in pixels of its input.
+struct ScoredBox {
+  Box2d box;
+  int class_number = 0;
+  double score = 0.0;  // in [0, 1]
+};
+
+// The decoders return the boxes of at least `threshold` of a network's output, overlapping duplicates
+// included. They throw InputError that says which shape was expected where the output has another one.
 
 // YOLOX (Ge et al., 2021): `output` 1 x N x (5 + classes) with centre, logarithm of the size, objectness and
 // class scores for each cell of the grids of stride 8, 16 and 32, row by row. A score is objectness times
@@ -23,5 +30,9 @@ std::vector<ScoredBox> DecodeCenterNet(const cv::Mat& heatmap, const cv::Mat& si
 
 // YOLOv8 and its kin: `output` 1 x (4 + classes) x N with centre, size and class scores.
 std::vector<ScoredBox> DecodeYoloV8(const cv::Mat& output, int classes, double threshold);
+
+// Non-maximum suppression within each class: of two boxes that overlap by more than `iou`, the weaker goes.
+// Strongest first; equal scores keep their order.
+std::vector<ScoredBox> SuppressNonMaxima(std::vector<ScoredBox> boxes, double iou);
 
 }  // namespace sqslam

@@ -10,7 +10,6 @@
 
 #include "slam/detection/decoders.h"
 #include "slam/detection/letterbox.h"
-#include "slam/detection/suppression.h"
 #include "slam/io/coco.h"
 #include "slam/util/enum_names.h"
 #include "slam/util/error.h"
@@ -89,7 +88,7 @@ struct Detector::Impl {
   std::vector<ScoredBox> Decode(const std::vector<cv::Mat>& blobs) const {
     const int count = static_cast<int>(classes.size());
     if (options.decoder == NetworkDecoder::kCenterNet) {
-      // Doubles of other classes and sizes are taken out later: more peaks than boxes are wanted.
+      // Non-maximum suppression takes some out afterwards: more peaks than boxes are wanted.
       return DecodeCenterNet(blobs[0], blobs[1], options.InputSize(), count, options.threshold,
                              4 * options.max_boxes);
     }
@@ -113,7 +112,8 @@ std::vector<Detection> Detector::Detect(const cv::Mat& bgr) {
   const NetworkOptions& options = impl_->options;
   const Letterbox letterbox(bgr.size(), options.InputSize());
   std::vector<Detection> detections;
-  for (const ScoredBox& scored : SuppressDoubles(impl_->Run(letterbox.Fill(bgr)), options.suppression_iou)) {
+  for (const ScoredBox& scored :
+       SuppressNonMaxima(impl_->Run(letterbox.Fill(bgr)), options.suppression_iou)) {
     const Box2d box = letterbox.ToImage(scored.box);
     if (box.Area() >= options.min_area && static_cast<int>(detections.size()) < options.max_boxes) {
       detections.push_back(

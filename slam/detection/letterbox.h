@@ -12,7 +12,7 @@ class Letterbox {
  public:
   Letterbox(cv::Size image, cv::Size input);
 
-  cv::Mat Fill(const cv::Mat& bgr) const;  // of the input's size
+  cv::Mat Fill(const cv::Mat& bgr) const;  // in the size of the input
 
   // From pixels of the input to pixels of the image, clipped to it (empty where nothing is left).
   Box2d ToImage(const Box2d& box) const;

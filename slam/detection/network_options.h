@@ -26,7 +26,7 @@ struct NetworkOptions {
   std::vector<std::string> outputs;  // names, in the order that the decoder expects; none: the file's own
   std::vector<std::string> classes;  // names in the order of class numbers; none: the 80 of COCO
   double threshold = 0.25;           // least score of a box, [0, 1]
-  double suppression_iou = 0.5;      // of two boxes of one class that overlap more, the weaker goes
+  double suppression_iou = 0.5;      // overlap above which the weaker of two boxes of one class goes
   double min_area = 16.0;            // smaller boxes are left out, pixels^2 of the image; at least 1
   int max_boxes = 100;               // in one image, strongest first
 

@@ -63,7 +63,7 @@ void AddCounts(const Results& results, Table& table) {
         [i](const auto& e) { return Cell::Words(SharesText(e.coverage[i].mapped, e.coverage[i].total)); });
   }
   add("doubles",
-      [](const auto& e) { return Cell::Number(static_cast<double>(e.objects.doubles.size()), 0); });
+      [](const auto& e) { return Cell::Number(static_cast<double>(e.objects.duplicates.size()), 0); });
   add("extra", [](const auto& e) { return Cell::Number(static_cast<double>(e.objects.extra.size()), 0); });
 }
 

@@ -67,7 +67,7 @@ std::vector<ObjectRow> RowsOf(const Evaluation& evaluation) {
   for (const int index : evaluation.objects.missed) {
     rows.push_back({"missed", truth(index), nullptr, nullptr, nullptr});
   }
-  for (const ObjectDouble& twice : evaluation.objects.doubles) {
+  for (const ObjectDuplicate& twice : evaluation.objects.duplicates) {
     rows.push_back({"double", truth(twice.truth), mapped(twice.mapped), nullptr, nullptr});
   }
   for (const ExtraLandmark& extra : evaluation.extra) {

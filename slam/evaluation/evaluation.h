@@ -46,7 +46,7 @@ struct ExtraLandmark {
 // truth.
 struct Evaluation {
   std::string sequence;  // folder of the ground truth
-  int frames = 0;        // of the sequence
+  int frames = 0;        // frames of the sequence
   int tracked = 0;       // lines of trajectory.txt
   double tracked_share = 0.0;
   TrajectoryError trajectory;

@@ -90,7 +90,7 @@ ordered_json ObjectsJson(const Evaluation& evaluation) {
     extra.push_back(std::move(entry));
   }
   ordered_json doubles = ordered_json::array();
-  for (const ObjectDouble& twice : evaluation.objects.doubles) {
+  for (const ObjectDuplicate& twice : evaluation.objects.duplicates) {
     doubles.push_back({{"object", MappedOf(evaluation, twice.mapped).id},
                        {"ground_truth", TruthOf(evaluation, twice.truth).id}});
   }
@@ -106,7 +106,7 @@ ordered_json SummaryJson(const Evaluation& evaluation) {
                           {"matched", objects.matches.size()},
                           {"missed", objects.missed.size()},
                           {"extra", objects.extra.size()},
-                          {"doubles", objects.doubles.size()},
+                          {"doubles", objects.duplicates.size()},
                           {"labels_agree", agreeing},
                           {"mean_iou", evaluation.mean_iou},
                           {"mean_iou_ellipsoid", evaluation.mean_iou_ellipsoid},
@@ -155,7 +155,7 @@ void FormatObjectTable(const Evaluation& evaluation, std::back_insert_iterator<s
     fmt::format_to(out, "  {:<22} {:<16} {:>6}{}\n", fmt::format("{} {}", truth.id, NameOf(truth)), "missed",
                    truth.detections, evaluation.has_scored && truth.scored ? "  scored" : "");
   }
-  for (const ObjectDouble& twice : evaluation.objects.doubles) {
+  for (const ObjectDuplicate& twice : evaluation.objects.duplicates) {
     fmt::format_to(out, "  {:<22} {} {}\n", fmt::format("{} again", TruthOf(evaluation, twice.truth).id),
                    MappedOf(evaluation, twice.mapped).id, MappedOf(evaluation, twice.mapped).label);
   }
@@ -202,7 +202,8 @@ std::string FormatEvaluation(const Evaluation& evaluation) {
   }
   const ObjectMatching& objects = evaluation.objects;
   fmt::format_to(out, "objects            {} matched, {} missed, {} extra, {} doubles\n",
-                 objects.matches.size(), objects.missed.size(), objects.extra.size(), objects.doubles.size());
+                 objects.matches.size(), objects.missed.size(), objects.extra.size(),
+                 objects.duplicates.size());
   for (const CoverageCount& count : evaluation.coverage) {
     fmt::format_to(out, "  with {} or more detections mapped: {} of {}\n", count.min_detections, count.mapped,
                    count.total);

@@ -18,10 +18,10 @@ struct GroundTruthObject {
   bool scored = true;  // known well enough for its 3D IoU to mean something
 };
 
-// What is known to be true of a sequence. Only evaluation reads it; mapping never does.
+// The truth that is known of a sequence. Only evaluation reads it; mapping never does.
 struct GroundTruth {
   Trajectory trajectory;  // T_world_camera
-  int frames = 0;         // of the sequence
+  int frames = 0;         // frames of the sequence
   bool has_objects = false;
   bool has_detection_counts = false;
   bool has_scored = false;  // the file says which objects are scored; otherwise all are

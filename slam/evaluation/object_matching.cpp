@@ -65,7 +65,7 @@ bool HaveSameLabel(const SnapshotObject& mapped, const GroundTruthObject& truth)
   return WithoutBlanks(mapped.label) == WithoutBlanks(truth.label);
 }
 
-// How well a mapped object stands for a true one: above 0 where it counts as the same object.
+// Score of a mapped object as a true one: above 0 where it counts as the same object.
 double Affinity(const Solid& mapped, const Solid& truth, bool same_label, const MatchingOptions& options) {
   constexpr double kSameLabel = 0.5;
   const double half_diagonal = truth.half_size.norm();
@@ -139,7 +139,7 @@ ObjectMatching MatchObjects(const std::vector<SnapshotObject>& mapped,
     Eigen::Index nearest = -1;
     const double best = rows > 0 ? affinity.col(j).maxCoeff(&nearest) : 0.0;
     if (best > 0.0) {
-      result.doubles.push_back({j, static_cast<int>(nearest)});
+      result.duplicates.push_back({j, static_cast<int>(nearest)});
     } else {
       result.extra.push_back(j);
     }

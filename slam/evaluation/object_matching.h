@@ -9,9 +9,9 @@
 
 namespace sqslam {
 
-// When a mapped object counts as a ground-truth object. Three ways, because overlap alone would refuse a
-// magazine 4 mm thick that is mapped 4 mm too high, position alone would refuse a big object that is seen
-// from one side, and both would refuse the back of a chair whose seat is hidden by a table:
+// Conditions under which a mapped object counts as a ground-truth object. Three ways, because overlap alone
+// would refuse a magazine 4 mm thick that is mapped 4 mm too high, position alone would refuse a big object
+// that is seen from one side, and both would refuse the back of a chair whose seat is hidden by a table:
 //  - 3D IoU of at least min_iou; or
 //  - centre distance of at most max_center_distance times half the ground truth's space diagonal, and space
 //    diagonals within a factor of max_size_ratio of each other (a blob the size of the table stands for no
@@ -22,7 +22,7 @@ namespace sqslam {
 struct MatchingOptions {
   double min_iou = 0.1;              // 3D IoU that alone makes a match
   double max_center_distance = 0.5;  // centre distance over half the space diagonal of the ground truth
-  double max_size_ratio = 3.0;       // of the space diagonals, either way
+  double max_size_ratio = 3.0;       // ratio of the space diagonals, either way
   double min_part_inside = 0.75;     // share of the mapped volume that makes it a visible part of the truth
 
   template <typename Visitor>
@@ -45,7 +45,7 @@ struct ObjectMatch {
   double size_error = 0.0;     // mean over the axes of |full size - true full size|, axes paired by direction
   double tilt_error = 0.0;     // angle between the z axes, radians
   double yaw_error = 0.0;      // about the true z, modulo a quarter turn, radians; 0 for round cross-sections
-  double footprint_iou = 0.0;  // of the outlines seen along the true z (footprint.h)
+  double footprint_iou = 0.0;  // overlap of the outlines seen along the true z (footprint.h)
   bool label_agrees = false;
 };
 
@@ -56,17 +56,17 @@ bool IsThin(const Solid& solid);
 // Share of the mapped volume that lies within the truth, of two solids with this 3D IoU.
 double ShareInside(const Solid& mapped, const Solid& truth, double iou);
 
-// A mapped object that also lies on a ground-truth object which a better one is matched to.
-struct ObjectDouble {
+// A further mapped object on a ground-truth object that a better one is matched to.
+struct ObjectDuplicate {
   int mapped = 0;
   int truth = 0;
 };
 
 struct ObjectMatching {
   std::vector<ObjectMatch> matches;  // in the order of the ground truth
-  std::vector<ObjectDouble> doubles;
+  std::vector<ObjectDuplicate> duplicates;
   std::vector<int> missed;  // ground truth without a mapped object
-  std::vector<int> extra;   // mapped objects that are neither matched nor doubles
+  std::vector<int> extra;   // mapped objects that are neither matched nor duplicates
 };
 
 // Optimal one-to-one assignment by 3D IoU plus nearness (1 at the same centre, 0 at max_center_distance) plus

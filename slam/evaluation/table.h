@@ -21,7 +21,7 @@ Spread SpreadOf(std::vector<double> values);
 struct Cell {
   std::string text;
   Spread spread;
-  int decimals = -1;  // of the number; below 0: the cell is words
+  int decimals = -1;  // digits of the number after the point; below 0: the cell is words
 
   static Cell Words(std::string text);
   static Cell Number(double value, int decimals);  // one measurement
@@ -31,7 +31,7 @@ struct Cell {
 // A table that can be written in several formats. Rows are as long as `columns`.
 struct Table {
   std::string name;   // "Table I", empty where there is none
-  std::string title;  // what it shows
+  std::string title;  // its content in a few words
   std::vector<std::string> columns;
   std::vector<std::vector<Cell>> rows;
   std::vector<std::string> notes;  // one sentence each, under the table

@@ -19,7 +19,7 @@ struct TrajectoryError {
   double mean = 0.0;
   double median = 0.0;
   double max = 0.0;
-  double path_length = 0.0;  // of the ground truth between the first and the last pair
+  double path_length = 0.0;  // length of the true path between the first and the last pair
 };
 
 // Pairs each estimated pose with the ground-truth pose nearest in time, at most max_time_difference seconds

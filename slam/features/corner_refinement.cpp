@@ -10,7 +10,7 @@ namespace sqslam {
 namespace {
 
 constexpr int kCircle = 16;  // pixels of the circle of radius 3
-constexpr int kArc = 9;      // of them in a row are darker or brighter than the centre of a corner
+constexpr int kArc = 9;      // so many of them in a row are darker or brighter than the centre of a corner
 
 constexpr std::array<int, kCircle> kCircleX{0, 1, 2, 3, 3, 3, 2, 1, 0, -1, -2, -3, -3, -3, -2, -1};
 constexpr std::array<int, kCircle> kCircleY{3, 3, 2, 1, 0, -1, -2, -3, -3, -3, -2, -1, 0, 1, 2, 3};
@@ -60,7 +60,7 @@ cv::v_int16x8 FastScores(const std::uint8_t* pixels, std::ptrdiff_t step) {
   return cv::v_max(all_darker, cv::v_setzero_s16() - all_brighter);
 }
 
-// Where the parabola through three neighbouring values has its top; zero where it has none.
+// Place of the top of the parabola through three neighbouring values; zero where it has none.
 float TopOfParabola(float before, float middle, float after) {
   const float curvature = before - 2.0F * middle + after;
   return curvature < 0.0F

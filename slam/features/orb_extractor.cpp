@@ -6,8 +6,8 @@
 
 #include "slam/features/brief_pattern.h"
 #include "slam/features/corner_refinement.h"
-#include "slam/features/corner_spread.h"
 #include "slam/features/patch_descriptor.h"
+#include "slam/features/quadtree.h"
 
 namespace sqslam {
 namespace {
@@ -55,7 +55,7 @@ std::vector<cv::KeyPoint> OrbExtractor::DetectLevel(std::size_t octave) {
   const cv::Mat& image = levels_[octave];
   const cv::Rect inner(kBorder, kBorder, image.cols - 2 * kBorder, image.rows - 2 * kBorder);
   std::vector<cv::KeyPoint> corners =
-      SpreadCorners(detector_.Detect(image, inner), inner.size(), features_per_level_[octave]);
+      DistributeByQuadtree(detector_.Detect(image, inner), inner.size(), features_per_level_[octave]);
   for (cv::KeyPoint& corner : corners) {
     corner.pt += cv::Point2f(inner.tl());
   }

@@ -12,7 +12,7 @@
 namespace sqslam {
 namespace {
 
-constexpr int kLanes = 8;                         // of 16 bits
+constexpr int kLanes = 8;                         // numbers of 16 bits
 constexpr int kRowLength = 2 * kPatchRadius + 2;  // one pixel more than the patch, to fill the lanes
 
 // For one row of the patch: u and v of each of its pixels, zero outside the circle.
@@ -21,7 +21,7 @@ struct RowWeights {
   alignas(16) std::array<std::int16_t, kRowLength> v{};
 };
 
-// Of the rows v = 0 .. kPatchRadius; those above the centre mirror them.
+// The rows v = 0 .. kPatchRadius; those above the centre mirror them.
 constexpr std::array<RowWeights, kPatchRadius + 1> MakeWeights() {
   std::array<RowWeights, kPatchRadius + 1> rows{};
   for (int v = 0; v <= kPatchRadius; ++v) {

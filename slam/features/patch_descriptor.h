@@ -6,7 +6,7 @@
 
 namespace sqslam {
 
-inline constexpr int kPatchRadius = 15;  // of orientation and descriptor, pixels of the level
+inline constexpr int kPatchRadius = 15;  // reach of orientation and descriptor, pixels of the level
 
 // Direction from the centre of a round patch to its intensity centroid (Rosin 1999), degrees in [0, 360),
 // from +x towards +y. `image` is 8 bit; `center` is at least kPatchRadius + 1 pixels from its edges.

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "slam/util/atomic_file.h"
+#include "slam/util/data_path.h"
 #include "slam/util/error.h"
 #include "slam/util/text_lines.h"
 
@@ -113,6 +114,16 @@ void WriteCamera(const std::filesystem::path& path, const Camera& camera, const 
                                         "distortion: [{}]  # k1 k2 p1 p2 k3\nfps: {}\n{}",
                                         above, camera.width, camera.height, camera.fx, camera.fy, camera.cx,
                                         camera.cy, fmt::join(camera.distortion, ", "), camera.fps, readout));
+}
+
+std::vector<std::string> CameraPresetNames() { return ConfigNames("configs/cameras"); }
+
+std::filesystem::path CameraFile(const std::string& file_or_preset) {
+  const std::filesystem::path path = file_or_preset;
+  if (path.has_parent_path() || path.has_extension() || std::filesystem::exists(path)) {
+    return path;
+  }
+  return ConfigFile("configs/cameras", "--camera", file_or_preset);
 }
 
 }  // namespace sqslam

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "slam/geometry/camera.h"
 
@@ -15,5 +16,13 @@ Camera ReadCamera(const std::filesystem::path& path);
 
 // `comment`: lines that stand above, each behind a #.
 void WriteCamera(const std::filesystem::path& path, const Camera& camera, const std::string& comment = "");
+
+// Calibrations that come with the program, configs/cameras/NAME.yaml: their names, sorted.
+std::vector<std::string> CameraPresetNames();
+
+// Finds the file that --camera names: a file that exists, a path (with a folder or an extension) as it is,
+// and otherwise the preset of that name. Throws UsageError for an unknown name, with the presets and the
+// nearest.
+std::filesystem::path CameraFile(const std::string& file_or_preset);
 
 }  // namespace sqslam

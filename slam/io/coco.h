@@ -41,7 +41,7 @@ inline constexpr std::array<std::string_view, 16> kMoreNames = {
     "ball",    "box", "can",    "cereal_box", "cylinder", "globe", "jar", "lamp",
     "monitor", "mug", "pillow", "plate",      "speaker",  "table", "tin", "toy"};
 
-// Whether the label is in one of the two lists. Others work all the same; a reader warns, since it may be a
+// True for a label in one of the two lists. Others work all the same; a reader warns, since it may be a
 // slip.
 bool IsKnownLabel(std::string_view label);
 

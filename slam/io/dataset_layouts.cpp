@@ -16,7 +16,7 @@ namespace {
 
 struct NumberedLayout {
   SequenceFormat format;
-  const char* pattern;  // of the image names
+  const char* pattern;  // image names
   const char* example;
 };
 constexpr std::array<NumberedLayout, 3> kLayouts = {{
@@ -115,26 +115,6 @@ SequenceFormat DetectFormat(const fs::path& path) {
   return SequenceFormat::kImages;
 }
 
-std::string FormatName(SequenceFormat format) {
-  switch (format) {
-    case SequenceFormat::kAuto:
-      return "auto";
-    case SequenceFormat::kTum:
-      return "tum";
-    case SequenceFormat::kIclNuim:
-      return "icl-nuim";
-    case SequenceFormat::kScenesV2:
-      return "scenes-v2";
-    case SequenceFormat::k7Scenes:
-      return "7-scenes";
-    case SequenceFormat::kImages:
-      return "images";
-    case SequenceFormat::kVideo:
-      return "video";
-  }
-  return "";
-}
-
 std::string PresetOf(SequenceFormat format, const fs::path& folder) {
   if (format == SequenceFormat::kTum) {
     std::smatch match;
@@ -143,7 +123,7 @@ std::string PresetOf(SequenceFormat format, const fs::path& folder) {
   }
   const bool known = std::any_of(kLayouts.begin(), kLayouts.end(),
                                  [&](const NumberedLayout& layout) { return layout.format == format; });
-  return known ? FormatName(format) : "";
+  return known ? NameOf(format) : "";
 }
 
 std::vector<SequenceFrame> ListNumbered(SequenceFormat format, const fs::path& folder, double fps) {
@@ -153,7 +133,7 @@ std::vector<SequenceFrame> ListNumbered(SequenceFormat format, const fs::path& f
       listed ? ListAssociations(folder, fps) : ListByName(layout, folder, fps);
   if (frames.empty()) {
     throw InputError(fmt::format("{}: no image of the {} layout in it, expected names like {}",
-                                 folder.string(), FormatName(format), layout.example));
+                                 folder.string(), NameOf(format), layout.example));
   }
   for (std::size_t i = 1; i < frames.size(); ++i) {
     if (frames[i].timestamp <= frames[i - 1].timestamp) {

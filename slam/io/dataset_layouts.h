@@ -8,7 +8,7 @@
 
 namespace sqslam {
 
-// How a path is laid out, by the names in it. Throws InputError where it does not exist.
+// Tells a path's layout by the names in it. Throws InputError where it does not exist.
 //
 //   tum        rgb.txt
 //   icl-nuim   rgb/0.png, rgb/1.png, ... with associations.txt (frame numbers) or *.gt.freiburg, or the
@@ -17,9 +17,6 @@ namespace sqslam {
 //   7-scenes   frame-000000.color.png, ... (Shotton et al., CVPR 2013: SCENE/seq-NN)
 //   images     any other folder;  video: any file
 SequenceFormat DetectFormat(const std::filesystem::path& path);
-
-// The name of the layout as --format takes it.
-std::string FormatName(SequenceFormat format);
 
 // The preset that fits a dataset's camera; empty where there is none. TUM folders are told apart by the
 // dataset's folder names (..._freiburg1_...).

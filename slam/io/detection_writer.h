@@ -20,7 +20,7 @@ class DetectionWriter {
   DetectionWriter(std::filesystem::path path, std::string settings,
                   const Eigen::Vector2d& file_pixels = {1.0, 1.0});
 
-  // Whether the frame of this time was done by an earlier job.
+  // True where an earlier job has done the frame of this time.
   bool IsDone(double timestamp) const;
   int Frames() const { return static_cast<int>(done_.size()); }  // done, by earlier jobs and this one
   int Boxes() const { return boxes_; }                           // in them

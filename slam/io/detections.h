@@ -21,13 +21,13 @@ namespace sqslam {
 std::vector<std::vector<Detection>> ReadDetections(const std::filesystem::path& path, const Camera& camera,
                                                    const std::vector<double>& frame_timestamps);
 
-// What is odd about the boxes of a sequence. Places are FILE:LINE.
+// Findings about the boxes of a sequence that somebody should look at. Places are FILE:LINE.
 struct DetectionReport {
   int boxes = 0;                                                   // in the file, those left out included
   std::map<std::string, int> labels;                               // and how often they occur
   std::map<std::string, std::vector<std::string>> unknown_labels;  // those of no list
   std::vector<std::string> no_frame;  // at a time at which there is no frame: left out
-  std::vector<std::string> outside;   // of the image, wholly: left out
+  std::vector<std::string> outside;   // boxes wholly outside the image: left out
   std::vector<std::string> clipped;   // those that reach more than two pixels out of the image
 
   // Boxes that a run leaves out or cuts.

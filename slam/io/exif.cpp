@@ -30,7 +30,7 @@ std::optional<double> NumberOf(ExifData& data, ExifTag tag) {
   return number > 0.0 ? std::optional(number) : std::nullopt;
 }
 
-// Of one unit of the focal plane's resolution, mm.
+// Length of one unit of the focal plane's resolution, mm.
 double ResolutionUnit(ExifData& data) {
   constexpr int kCentimetre = 3;
   const std::optional<double> unit = NumberOf(data, EXIF_TAG_FOCAL_PLANE_RESOLUTION_UNIT);

@@ -10,7 +10,7 @@
 
 namespace sqslam {
 
-// Which frames of a sequence to play: start, start + stride, ... at most `count` of them.
+// Frames of a sequence to play: start, start + stride, ... at most `count` of them.
 struct FrameRange {
   std::int64_t start = 0;
   std::int64_t count = std::numeric_limits<std::int64_t>::max();
@@ -19,7 +19,7 @@ struct FrameRange {
   std::int64_t SizeIn(const Sequence& sequence) const;  // frames that will be played
 };
 
-// Where frames come from, one after the other.
+// A source of frames, one after the other.
 class FrameStream {
  public:
   FrameStream() = default;

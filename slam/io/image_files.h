@@ -8,11 +8,11 @@
 
 namespace sqslam {
 
-// By the extension: .png, .jpg, .jpeg, .bmp, .pgm, .ppm, .tif, .tiff or .webp, in any case.
+// True for the extensions .png, .jpg, .jpeg, .bmp, .pgm, .ppm, .tif, .tiff or .webp, in any case.
 bool IsImage(const std::filesystem::path& path);
 
-// Whether the name before the extension ends in -depth, .depth or _depth, as RGB-D datasets name what is no
-// picture.
+// True where the name before the extension ends in -depth, .depth or _depth, as RGB-D datasets name their
+// depth images.
 bool IsDepthImage(const std::filesystem::path& path);
 
 // Order of names in which runs of digits count as numbers: "2.png" before "10.png". Names that differ only in

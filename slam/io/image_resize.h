@@ -5,11 +5,11 @@
 
 namespace sqslam {
 
-// To what size images are brought before they are used.
+// Size that images are brought to before they are used.
 struct ImageResize {
   int width = 0;       // pixels; 0: by the scale
   int height = 0;      // pixels; 0: as the width and the image's proportions have it
-  double scale = 1.0;  // where there is no width
+  double scale = 1.0;  // used where there is no width
 
   bool Changes() const { return width > 0 || scale != 1.0; }
   cv::Size Of(cv::Size image) const;  // at least one pixel each way

@@ -11,7 +11,7 @@
 
 namespace sqslam {
 
-// What gives live images, one at a time.
+// A source of live images, one at a time.
 class FrameGrabber {
  public:
   virtual ~FrameGrabber() = default;

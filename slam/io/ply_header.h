@@ -16,7 +16,7 @@ std::size_t SizeOf(Scalar type);  // bytes
 struct Property {
   std::string name;
   Scalar type = Scalar::kFloat;
-  std::optional<Scalar> count_type;  // of a list
+  std::optional<Scalar> count_type;  // set for lists
 };
 
 struct Element {

@@ -171,8 +171,8 @@ int ChannelOf(const Property& property) {
   return -1;
 }
 
-// What stands for full brightness: the largest number of 8 or 16 bits; real numbers go to 1, or where any is
-// far above that to 255, as some programs write them.
+// Number that stands for full brightness: the largest number of 8 or 16 bits; real numbers go to 1, or where
+// any is far above that to 255, as some programs write them.
 float FullBrightness(Scalar type, const std::vector<std::array<float, 3>>& colors) {
   constexpr float kFarAboveOne = 2.0F;
   if (type == Scalar::kUint16) {
@@ -201,7 +201,7 @@ std::vector<std::array<std::uint8_t, 3>> InEightBits(const std::vector<std::arra
   return rgb;
 }
 
-// What a property of a vertex means.
+// Meaning of a property of a vertex.
 struct Role {
   int coordinate = -1;
   int channel = -1;
@@ -270,7 +270,7 @@ PointCloud ReadVertices(Body body, const Header& header) {
         cloud.rgb =
             InEightBits(colors, element.properties[static_cast<std::size_t>(red - roles.begin())].type);
       }
-      break;  // what follows (faces) is not needed
+      break;  // the rest (faces) is not needed
     }
   }
   return cloud;

@@ -20,7 +20,7 @@ void WritePoints(const std::filesystem::path& path, const std::vector<SnapshotPo
 void WriteObjects(const std::filesystem::path& path, const std::vector<SnapshotObject>& objects);
 std::vector<SnapshotObject> ReadObjects(const std::filesystem::path& path);
 
-// What stats.json holds.
+// The contents of stats.json.
 struct RunStats {
   int frames = 0;   // read and handed to the tracker
   int skipped = 0;  // frames that could not be read

@@ -7,7 +7,6 @@
 #include <algorithm>
 
 #include "slam/io/camera_guess.h"
-#include "slam/io/camera_presets.h"
 #include "slam/io/camera_yaml.h"
 #include "slam/io/dataset_layouts.h"
 #include "slam/io/detections.h"
@@ -52,7 +51,7 @@ Camera CameraOf(const SequenceRequest& request, SequenceFormat format) {
                     beside.string(), fmt::join(CameraPresetNames(), ", ")));
   }
   spdlog::info("{}: {} layout without camera.yaml, taken with --camera {}", request.path.string(),
-               FormatName(format), preset);
+               NameOf(format), preset);
   return ReadCamera(CameraFile(preset));
 }
 
@@ -237,8 +236,7 @@ Sequence OpenSequence(const SequenceRequest& request) {
   const SequenceFormat format = request.format == SequenceFormat::kAuto ? detected : request.format;
   if ((format == SequenceFormat::kVideo) == fs::is_directory(request.path)) {
     throw InputError(fmt::format("{}: expected a {} for --format {}", request.path.string(),
-                                 format == SequenceFormat::kVideo ? "video file" : "folder",
-                                 FormatName(format)));
+                                 format == SequenceFormat::kVideo ? "video file" : "folder", NameOf(format)));
   }
   Sequence sequence;
   sequence.path = fs::absolute(request.path).lexically_normal();

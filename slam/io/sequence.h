@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -9,6 +10,7 @@
 
 #include "slam/geometry/camera.h"
 #include "slam/geometry/detection.h"
+#include "slam/util/enum_names.h"
 
 namespace sqslam {
 
@@ -18,15 +20,19 @@ struct SequenceFrame {
   std::vector<Detection> detections;
 };
 
+// Layouts of a sequence, see DetectFormat(); kAuto: by the names in it.
 enum class SequenceFormat { kAuto, kTum, kIclNuim, kScenesV2, k7Scenes, kImages, kVideo };
+constexpr auto EnumNames(SequenceFormat) {
+  return std::array{"auto", "tum", "icl-nuim", "scenes-v2", "7-scenes", "images", "video"};
+}
 
 // An image sequence that has been listed but not decoded.
 struct Sequence {
   std::filesystem::path path;
   std::filesystem::path video_path;  // empty where the frames are files
   SequenceFormat format = SequenceFormat::kImages;
-  Camera camera;           // of the frames as they are handed out
-  std::string guessed_by;  // what --camera auto took the focal length from; empty: a calibration
+  Camera camera;           // camera of the frames as they are handed out
+  std::string guessed_by;  // source of the focal length of --camera auto; empty: a calibration
   int quarter_turns = 0;   // clockwise, by which a video's pictures are turned
   int image_width = 0;  // px of the turned pictures before they are resized to the camera's; 0: the camera's
   int image_height = 0;
@@ -49,7 +55,7 @@ struct SequenceRequest {
   std::optional<Camera> known_camera = {};
 };
 
-// What --camera takes for a camera that nobody has calibrated.
+// The word that --camera takes for a camera that nobody has calibrated.
 inline constexpr const char* kAutoCamera = "auto";
 
 // Lists the frames of a folder with rgb.txt, of one of the dataset layouts (dataset_layouts.h), of a folder

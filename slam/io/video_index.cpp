@@ -98,7 +98,7 @@ std::vector<double> Timestamps(Packets packets, double unit, double fps) {
 }  // namespace
 
 VideoIndex IndexVideo(const std::filesystem::path& path) {
-  av_log_set_level(AV_LOG_QUIET);  // what goes wrong is thrown
+  av_log_set_level(AV_LOG_QUIET);  // errors are thrown
   AVFormatContext* opened = nullptr;
   Check(avformat_open_input(&opened, path.c_str(), nullptr, nullptr), path);
   const std::unique_ptr<AVFormatContext, Free> format(opened);

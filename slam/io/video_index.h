@@ -5,7 +5,7 @@
 
 namespace sqslam {
 
-// What a video file says of its frames, found without decoding any.
+// A video file's frames as the container lists them, found without decoding any.
 struct VideoIndex {
   int width = 0;  // pixels as stored, before the turn
   int height = 0;

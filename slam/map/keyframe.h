@@ -13,6 +13,8 @@ namespace sqslam {
 
 using BagOfWordsPtr = std::shared_ptr<const BagOfWords>;
 
+// A frame that the map keeps, and its place in the covisibility graph and the spanning tree (ORB-SLAM,
+// Mur-Artal et al. 2015, III-C).
 struct Keyframe {
   KeyframeId id = kNoKeyframe;
   std::int64_t frame_index = 0;

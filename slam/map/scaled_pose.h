@@ -17,7 +17,7 @@ struct ScaledPose {
 struct AnchoredPose {
   KeyframeId reference = kNoKeyframe;
   Rigid3d T_camera_reference;
-  double scale = 1.0;  // of the reference when this was written
+  double scale = 1.0;  // scale of the reference when this was written
 };
 
 // T_camera_map of an anchored frame, from the reference's present pose.

@@ -9,7 +9,7 @@ namespace sqslam {
 
 struct ObjectMapView;  // slam/objects/object_types.h
 
-// What the tracking thread needs of a map point.
+// A map point as far as the tracking thread needs it.
 struct ViewPoint {
   Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
@@ -34,7 +34,7 @@ struct ViewKeyframe {
 struct TrackingView {
   std::int64_t submap = 0;
   std::map<KeyframeId, ViewKeyframe> keyframes;
-  std::map<KeyframeId, ScaledPose> removed_poses;  // of culled keyframes
+  std::map<KeyframeId, ScaledPose> removed_poses;  // poses of culled keyframes
   PointTable<ViewPoint> points;
   bool gravity_known = false;
   std::shared_ptr<const ObjectMapView> objects;
@@ -56,7 +56,7 @@ TrackingView MakeTrackingView(const Map& map);
 // All submaps of a run. A submap begins where tracking is lost and not found again; it is dormant while
 // another one is tracked, and ends when it is merged into an older one.
 struct AtlasView {
-  // What became of a submap: the one that holds its content now, and how its frame moved.
+  // A submap's fate: the one that holds its content now, and the motion of its frame.
   struct Origin {
     std::int64_t submap = 0;
     Sim3d S_map_origin;  // from the frame in which it began to the present frame of `submap`

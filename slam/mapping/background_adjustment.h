@@ -20,7 +20,7 @@ class BackgroundAdjustment {
 
   struct Job {
     std::int64_t submap = 0;
-    Sim3d S_map_origin;  // of the submap when the problem was extracted
+    Sim3d S_map_origin;  // origin of the submap when the problem was extracted
     BundleProblem problem;
   };
 

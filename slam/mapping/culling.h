@@ -8,6 +8,8 @@
 
 namespace sqslam {
 
+// Both rules are ORB-SLAM's (Mur-Artal et al. 2015, VI-B and VI-E).
+
 // Removes young points that tracking hardly finds or that too few keyframes see; `young` loses those that are
 // gone or have passed. Returns the number removed.
 int CullPoints(Map& map, std::set<PointId>& young, KeyframeId newest, const CullingOptions& options);

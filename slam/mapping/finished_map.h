@@ -13,7 +13,7 @@ struct FinishedMap {
   MapSnapshotPtr snapshot;
   Trajectory trajectory;  // every tracked frame
   Trajectory keyframes;
-  // What the map says of its camera; empty where nothing was to be learnt (mapping.camera.what), or it was
+  // The camera as learnt from the map; empty where nothing was to be learnt (mapping.camera.what), or it was
   // learnt from another map of the same run.
   std::optional<LearntCamera> learnt_camera;
   int left_out = 0;  // objects that the chosen representation can't show, see ObjectMapper::Objects()

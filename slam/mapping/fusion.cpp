@@ -1,12 +1,17 @@
 #include "slam/mapping/fusion.h"
 
-#include <set>
+#include <algorithm>
 
 #include "slam/estimation/chi_squared.h"
-#include "slam/mapping/projection_search.h"
+#include "slam/features/matching.h"
 
 namespace sqslam {
 namespace {
+
+bool Observes(const MapPoint& point, KeyframeId keyframe) {
+  return std::any_of(point.observations.begin(), point.observations.end(),
+                     [&](const Observation& o) { return o.keyframe == keyframe; });
+}
 
 std::set<KeyframeId> Neighbourhood(const Map& map, KeyframeId id, const FusionOptions& options) {
   std::set<KeyframeId> neighbourhood;
@@ -21,6 +26,78 @@ std::set<KeyframeId> Neighbourhood(const Map& map, KeyframeId id, const FusionOp
 }
 
 }  // namespace
+
+int FindKeypoint(const ScaleLevels& levels, const Camera& camera, const Rigid3d& T_camera_map,
+                 const FrameFeatures& features, const MapPoint& point, const ProjectionSearch& search) {
+  constexpr double kMinViewCosine = 0.5;
+  const Eigen::Vector3d p_camera = T_camera_map * point.p_map;
+  if (p_camera.z() <= 0.0) {
+    return -1;
+  }
+  const Eigen::Vector2d pixel = camera.Project(p_camera);
+  const Eigen::Vector3d ray = point.p_map - T_camera_map.Inverse().translation;
+  const double distance = ray.norm();
+  if (pixel.x() < 0.0 || pixel.y() < 0.0 || pixel.x() >= camera.width || pixel.y() >= camera.height ||
+      distance < point.min_distance || distance > point.max_distance ||
+      ray.dot(point.normal) < kMinViewCosine * distance) {
+    return -1;
+  }
+  const int octave = levels.PredictOctave(distance, point.level_zero_distance);
+  const double radius = search.radius * levels.Scale(octave);
+  int best = search.max_distance + 1;
+  int best_keypoint = -1;
+  features.grid.ForEachNear(pixel, radius, [&](int index) {
+    const auto i = static_cast<std::size_t>(index);
+    const Keypoint& keypoint = features.keypoints[i];
+    const double squared = (keypoint.pixel - pixel).squaredNorm();
+    if (std::abs(keypoint.octave - octave) > 1 || squared > radius * radius ||
+        squared > search.max_squared_error * levels.Variance(keypoint.octave)) {
+      return;
+    }
+    const int bits = HammingDistance(point.descriptor, features.descriptors[i]);
+    if (bits < best) {
+      best = bits;
+      best_keypoint = index;
+    }
+  });
+  return best_keypoint;
+}
+
+std::set<PointId> PointsOf(const Map& map, KeyframeId keyframe) {
+  std::set<PointId> points;
+  for (const PointId point : map.At(keyframe).points) {
+    if (point != kNoPoint) {
+      points.insert(point);
+    }
+  }
+  return points;
+}
+
+int FuseInto(Map& map, const Camera& camera, const std::set<PointId>& points, KeyframeId id,
+             const ProjectionSearch& search) {
+  int fused = 0;
+  for (const PointId point : points) {
+    if (!map.IsAlive(point) || Observes(map.Point(point), id)) {
+      continue;
+    }
+    const Keyframe& keyframe = map.At(id);
+    const int keypoint = FindKeypoint(map.Levels(), camera, keyframe.T_camera_map, *keyframe.features,
+                                      map.Point(point), search);
+    if (keypoint < 0) {
+      continue;
+    }
+    ++fused;
+    const PointId present = keyframe.points[static_cast<std::size_t>(keypoint)];
+    if (present == kNoPoint) {
+      map.AddObservation(point, id, keypoint);
+    } else if (map.Point(present).observations.size() > map.Point(point).observations.size()) {
+      map.Fuse(point, present);
+    } else {
+      map.Fuse(present, point);
+    }
+  }
+  return fused;
+}
 
 int FuseWithNeighbours(Map& map, const Camera& camera, KeyframeId id, const FusionOptions& options) {
   const std::set<KeyframeId> neighbourhood = Neighbourhood(map, id, options);

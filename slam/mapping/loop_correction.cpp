@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "slam/mapping/projection_search.h"
+#include "slam/mapping/fusion.h"
 
 namespace sqslam {
 namespace {
@@ -100,8 +100,8 @@ std::vector<PoseGraphEdge> EssentialGraph(const Map& map, const Similarities& be
 // Ties between the two sides of the loop that are there since their points were fused.
 LoopEdges NewLinks(const Map& map, const Similarities& group,
                    const std::map<KeyframeId, std::map<KeyframeId, int>>& covisibility_before,
-                   const KnownPlace& place) {
-  LoopEdges links{std::minmax(place.current, place.known)};
+                   const LoopCandidate& loop) {
+  LoopEdges links{std::minmax(loop.current, loop.known)};
   for (const auto& [id, S] : group) {
     for (const auto& [other, weight] : map.At(id).covisibility) {
       if (!group.contains(other) && !covisibility_before.at(id).contains(other)) {
@@ -114,31 +114,31 @@ LoopEdges NewLinks(const Map& map, const Similarities& group,
 
 }  // namespace
 
-Sim3d SimilarityOfMaps(const Map& current_map, const Map& known_map, const KnownPlace& place) {
-  const Sim3d S_known_map = Sim3d::FromRigid(known_map.At(place.known).T_camera_map);
-  const Sim3d S_current_map = Sim3d::FromRigid(current_map.At(place.current).T_camera_map);
-  return S_known_map.Inverse() * place.S_current_known.Inverse() * S_current_map;
+Sim3d SimilarityOfMaps(const Map& current_map, const Map& known_map, const LoopCandidate& loop) {
+  const Sim3d S_known_map = Sim3d::FromRigid(known_map.At(loop.known).T_camera_map);
+  const Sim3d S_current_map = Sim3d::FromRigid(current_map.At(loop.current).T_camera_map);
+  return S_known_map.Inverse() * loop.S_current_known.Inverse() * S_current_map;
 }
 
-void FusePlace(Map& map, const Camera& camera, const KnownPlace& place, const LoopOptions& options) {
-  const std::vector<KeyframeId> group = Group(map, place.current);
-  for (const auto& [point, keypoint] : place.confirmed) {
+void FuseLoop(Map& map, const Camera& camera, const LoopCandidate& loop, const LoopOptions& options) {
+  const std::vector<KeyframeId> group = Group(map, loop.current);
+  for (const auto& [point, keypoint] : loop.confirmed) {
     if (!map.IsAlive(point)) {
       continue;
     }
-    const PointId present = map.At(place.current).points[static_cast<std::size_t>(keypoint)];
+    const PointId present = map.At(loop.current).points[static_cast<std::size_t>(keypoint)];
     const auto& seen = map.Point(point).observations;
     if (present != kNoPoint) {
       map.Fuse(present, point);
     } else if (std::none_of(seen.begin(), seen.end(),
-                            [&](const Observation& o) { return o.keyframe == place.current; })) {
-      map.AddObservation(point, place.current, keypoint);
+                            [&](const Observation& o) { return o.keyframe == loop.current; })) {
+      map.AddObservation(point, loop.current, keypoint);
     }
   }
   ProjectionSearch search;
   search.radius = options.search_radius / 2.0;
   std::set<PointId> known;
-  for (const PointId point : place.known_points) {
+  for (const PointId point : loop.known_points) {
     if (map.IsAlive(point)) {
       known.insert(point);
     }
@@ -156,34 +156,34 @@ void FusePlace(Map& map, const Camera& camera, const KnownPlace& place, const Lo
   }
 }
 
-void CorrectLoop(Map& map, const Camera& camera, const KnownPlace& place, const LoopOptions& options,
+void CorrectLoop(Map& map, const Camera& camera, const LoopCandidate& loop, const LoopOptions& options,
                  LoopEdges& edges) {
-  for (const KeyframeId id : Group(map, place.current)) {
+  for (const KeyframeId id : Group(map, loop.current)) {
     map.UpdateCovisibility(id);
   }
   const Similarities before = CurrentSimilarities(map);
   std::map<KeyframeId, std::map<KeyframeId, int>> covisibility_before;
   Similarities group;
-  // Where the known place says that the current camera is; its neighbours keep their poses relative to it.
-  const Sim3d S_current_map = place.S_current_known * before.at(place.known);
-  for (const KeyframeId id : Group(map, place.current)) {
-    group[id] = before.at(id) * before.at(place.current).Inverse() * S_current_map;
+  // The current camera as the other side of the loop sees it; its neighbours keep their poses relative to it.
+  const Sim3d S_current_map = loop.S_current_known * before.at(loop.known);
+  for (const KeyframeId id : Group(map, loop.current)) {
+    group[id] = before.at(id) * before.at(loop.current).Inverse() * S_current_map;
     covisibility_before[id] = map.At(id).covisibility;
   }
   const Carriers moved = FindCarriers(map, group, {});
   MoveMap(map, before, group, moved);
-  FusePlace(map, camera, place, options);
+  FuseLoop(map, camera, loop, options);
 
   Similarities corrected = before;
   for (const auto& [id, S] : group) {
     corrected[id] = S;
   }
-  const LoopEdges new_links = NewLinks(map, group, covisibility_before, place);
+  const LoopEdges new_links = NewLinks(map, group, covisibility_before, loop);
   std::vector<PoseGraphNode> nodes;
   for (const auto& [id, S_camera_map] : corrected) {
-    nodes.push_back({id, S_camera_map, id == place.known});
+    nodes.push_back({id, S_camera_map, id == loop.known});
   }
-  edges.insert(std::minmax(place.current, place.known));
+  edges.insert(std::minmax(loop.current, loop.known));
   OptimizePoseGraph(nodes, EssentialGraph(map, before, corrected, new_links, edges, options),
                     options.pose_graph);
   // The group has been moved once already: what is left to do starts from there.

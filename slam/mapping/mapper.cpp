@@ -21,9 +21,8 @@ Mapper::Mapper(const Camera& camera, const MapperOptions& options,
       adjustment_(!options.deterministic) {}
 
 void Mapper::Process(TrackingReport report) {
-  constexpr int kMatchedFrames = 1500;  // whose matches are kept for the end: 20 to 30 MiB
-  const bool is_new = report.initial_map != nullptr;
-  if (is_new) {
+  const bool begins = report.initial_map != nullptr;
+  if (begins) {
     BeginSubmap(report);
   }
   active_ = Activate(report);
@@ -31,28 +30,29 @@ void Mapper::Process(TrackingReport report) {
     return;  // nothing has been mapped yet
   }
   RecordFrame(report);
-  if (!report.keyframe && !is_new) {
-    return;
+  if (begins || report.keyframe) {
+    MapKeyframe(report, begins);
   }
+}
+
+void Mapper::MapKeyframe(const TrackingReport& report, bool begins) {
+  constexpr int kMatchedFrames = 1500;  // whose matches are kept for the end: 20 to 30 MiB
   const StageTimes::Scope timer(times_, "mapping");
   if (!options_.deterministic) {
     step_start_ = std::chrono::steady_clock::now();
   }
-  const KeyframeId newest = is_new ? active_->Map().NewestKeyframe() : AddKeyframe(report);
+  const KeyframeId newest = begins ? active_->Map().NewestKeyframe() : AddKeyframe(report);
   PublishView();
-  if (is_new) {
+  if (begins) {
     outputs_.publish_snapshot(MakeSnapshot());  // two keyframes are better than none if the run ends here
   }
   OptimizeLocally(newest);
   CullRedundant(newest);
-  const bool adjusted = TakeAdjustment();  // first: a place that is recognised makes it out of date
-  const bool moved_everywhere = RecognizePlace(newest) || adjusted;
+  const bool adjusted = TakeAdjustment();  // first: a loop that is closed makes it out of date
+  const bool moved_everywhere = CloseLoop(newest) || adjusted;
   KeepUpright(false);
   active_->RefineFrames(camera_, options_.tracking.min_inliers, kMatchedFrames);
-  {
-    const StageTimes::Scope objects_timer(times_, "mapping.objects");
-    active_->MapObjects(camera_, moved_everywhere);
-  }
+  MapObjects(moved_everywhere);
   PublishView();
   TrackBacklog();
   outputs_.publish_snapshot(MakeSnapshot());
@@ -197,6 +197,11 @@ void Mapper::CullRedundant(KeyframeId keyframe) {
   for (const KeyframeId culled : CullKeyframes(active_->Map(), keyframe, options_.mapping.culling)) {
     places_.Remove(culled);
   }
+}
+
+void Mapper::MapObjects(bool all) {
+  const StageTimes::Scope timer(times_, "mapping.objects");
+  active_->MapObjects(camera_, all);
 }
 
 void Mapper::KeepUpright(bool last) {

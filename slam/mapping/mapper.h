@@ -34,7 +34,7 @@ class Mapper {
 
   void Process(TrackingReport report);
 
-  // Of a frame whose report came before.
+  // Takes the objects of a frame whose report came before.
   void Process(SeenObjects objects);
 
   // Last optimisation, last snapshot. The submaps that are left, the one with the most frames first; those
@@ -44,6 +44,7 @@ class Mapper {
   RunCounters Counters() const { return counters_; }  // resets, loops, returns and merges
 
  private:
+  void MapKeyframe(const TrackingReport& report, bool begins);
   void BeginSubmap(TrackingReport& report);
   Submap* Activate(const TrackingReport& report);
   void RecordFrame(TrackingReport& report);
@@ -53,10 +54,11 @@ class Mapper {
   void CountReturn(KeyframeId keyframe);
   void OptimizeLocally(KeyframeId keyframe);
   void CullRedundant(KeyframeId keyframe);
-  bool RecognizePlace(KeyframeId keyframe);
-  void MergeSubmaps(const KnownPlace& place, Submap& known);
+  bool CloseLoop(KeyframeId keyframe);
+  void MergeSubmaps(const LoopCandidate& loop, Submap& known);
   void AdjustInBackground();
   bool TakeAdjustment();
+  void MapObjects(bool all);
   void KeepUpright(bool last);
   void MoveOrigins(std::int64_t submap, const Sim3d& S_new_old, std::int64_t new_submap);
   void TrackBacklog();
@@ -77,7 +79,7 @@ class Mapper {
   std::map<std::int64_t, Submap> submaps_;  // by number
   Submap* active_ = nullptr;                // the one that is tracked in
   AtlasView atlas_;                         // as last published
-  std::optional<Backlog> backlog_;          // of the active submap
+  std::optional<Backlog> backlog_;          // frames before the active submap began
   PlaceRecognizer places_;
   LoopEdges loop_edges_;
   KeyframeId last_loop_ = kNoKeyframe;  // keyframe at which the last loop was closed
@@ -85,13 +87,14 @@ class Mapper {
   RunCounters counters_;
   bool returned_ = false;  // the newest keyframe sees what an old one saw
 
-  SeenObjects shown_;          // of the newest frame whose boxes are known, for the snapshot
-  bool objects_seen_ = false;  // of any frame until now
+  SeenObjects shown_;          // the newest frame whose boxes are known, for the snapshot
+  bool objects_seen_ = false;  // boxes of any frame came until now
   int tracked_points_ = 0;
-  // Of the frames since the last snapshot.
+  // Tracking time of the frames since the last snapshot.
   double tracking_ms_ = 0.0;
   int tracking_count_ = 0;
-  std::optional<std::chrono::steady_clock::time_point> step_start_;  // of the mapping step that is at work
+  std::optional<std::chrono::steady_clock::time_point>
+      step_start_;  // begin of the mapping step that is at work
   std::int64_t snapshots_ = 0;
 };
 

@@ -4,7 +4,8 @@
 #include <string>
 
 #include "slam/estimation/bundle_adjustment.h"
-#include "slam/mapping/loop_options.h"
+#include "slam/estimation/pose_graph.h"
+#include "slam/estimation/sim3_estimation.h"
 #include "slam/objects/object_options.h"
 #include "slam/tracking/tracking_options.h"
 
@@ -43,7 +44,7 @@ struct CullingOptions {
 
 struct FusionOptions {
   int neighbours = 15;        // covisible keyframes
-  int second_neighbours = 5;  // of each of them
+  int second_neighbours = 5;  // covisible keyframes of each of them
   double radius = 3.0;        // px at level 0
 
   template <typename Visitor>
@@ -51,6 +52,33 @@ struct FusionOptions {
     visit("neighbours", neighbours, 1, 100);
     visit("second_neighbours", second_neighbours, 0, 100);
     visit("radius", radius, 0.5, 50.0);
+  }
+};
+
+struct LoopOptions {
+  bool close = true;           // look for loop candidates after each keyframe: close loops and merge submaps
+  int rest = 10;               // keyframes after a closed loop in which no further one is looked for
+  int max_candidates = 5;      // keyframes that are compared with the newest
+  int min_matches = 20;        // map points matched by their descriptors
+  Sim3Options similarity;      // from these matches
+  double search_radius = 8.0;  // px at level 0, of the search that confirms a loop
+  int min_confirmed = 50;      // map points of the other side that the newest keyframe must show
+  int strong_covisibility = 100;  // shared map points above which two keyframes are tied in the pose graph
+  PoseGraphOptions pose_graph;
+  int bundle_iterations = 10;  // iterations of the full bundle adjustment in the background after it; 0: none
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("close", close);
+    visit("rest", rest, 0, 1000);
+    visit("max_candidates", max_candidates, 1, 100);
+    visit("min_matches", min_matches, 10, 1000);
+    visit("similarity", similarity);
+    visit("search_radius", search_radius, 1.0, 50.0);
+    visit("min_confirmed", min_confirmed, 20, 1000);
+    visit("strong_covisibility", strong_covisibility, 15, 1000);
+    visit("pose_graph", pose_graph);
+    visit("bundle_iterations", bundle_iterations, 0, 1000);
   }
 };
 
@@ -62,7 +90,8 @@ struct MappingOptions {
   JointObjectOptions joint_objects;
   LoopOptions loops;
   CameraLearningOptions camera;  // at the end of a run
-  int final_iterations = 10;     // of the bundle adjustment over the whole map at the end of a run; 0: none
+  int final_iterations =
+      10;  // iterations of the bundle adjustment over the whole map at the end of a run; 0: none
   int min_submap_keyframes = 5;  // a submap with fewer is dropped at the end, unless there is no other
 
   template <typename Visitor>
@@ -82,7 +111,7 @@ struct MappingOptions {
 // All that the mapping thread is told of a run.
 struct MapperOptions {
   bool deterministic = false;    // nothing depends on the clock, nothing runs in the background
-  std::uint64_t seed = 1;        // of every random source
+  std::uint64_t seed = 1;        // seeds every random source
   std::string gravity = "auto";  // see UprightEstimator
   TrackingOptions tracking;      // frames are also tracked backward and refined in the map
   MappingOptions mapping;

@@ -4,12 +4,12 @@
 #include <set>
 
 #include "slam/features/matching.h"
-#include "slam/mapping/projection_search.h"
+#include "slam/mapping/fusion.h"
 
 namespace sqslam {
 namespace {
 
-constexpr int kNeighbours = 10;  // of the known keyframe, whose points are looked for too
+constexpr int kNeighbours = 10;  // covisible with the known keyframe, whose points are looked for too
 
 std::vector<bool> HasPoint(const Keyframe& keyframe) {
   std::vector<bool> has(keyframe.points.size());
@@ -81,22 +81,22 @@ std::vector<PlaceRecognizer::Candidate> PlaceRecognizer::FindCandidates(const st
   return candidates;
 }
 
-std::optional<KnownPlace> PlaceRecognizer::Recognize(const std::vector<const Map*>& maps,
-                                                     KeyframeId current) const {
+std::optional<LoopCandidate> PlaceRecognizer::Recognize(const std::vector<const Map*>& maps,
+                                                        KeyframeId current) const {
   const Keyframe& keyframe = maps.front()->At(current);
   if (!keyframe.words) {
     return std::nullopt;
   }
   for (const Candidate& candidate : FindCandidates(maps, keyframe)) {
-    if (auto place = Verify(*maps.front(), keyframe, candidate)) {
-      return place;
+    if (auto loop = Verify(*maps.front(), keyframe, candidate)) {
+      return loop;
     }
   }
   return std::nullopt;
 }
 
-std::optional<KnownPlace> PlaceRecognizer::Verify(const Map& map, const Keyframe& current,
-                                                  const Candidate& candidate) const {
+std::optional<LoopCandidate> PlaceRecognizer::Verify(const Map& map, const Keyframe& current,
+                                                     const Candidate& candidate) const {
   const Map& known_map = *candidate.map;
   const Keyframe& known = known_map.At(candidate.id);
   const std::vector<Sim3Match> matches = MatchPoints(map, current, known_map, known);
@@ -107,8 +107,8 @@ std::optional<KnownPlace> PlaceRecognizer::Verify(const Map& map, const Keyframe
   if (!estimate) {
     return std::nullopt;
   }
-  KnownPlace place{current.id, known.id, estimate->S_camera1_camera2, {}, {}};
-  if (RefineSim3(camera_, matches, place.S_current_known, estimate->inliers) <
+  LoopCandidate loop{current.id, known.id, estimate->S_camera1_camera2, {}, {}};
+  if (RefineSim3(camera_, matches, loop.S_current_known, estimate->inliers) <
       options_.similarity.min_inliers) {
     return std::nullopt;
   }
@@ -116,28 +116,28 @@ std::optional<KnownPlace> PlaceRecognizer::Verify(const Map& map, const Keyframe
   for (const KeyframeId neighbour : known.BestCovisible(kNeighbours)) {
     points.merge(PointsOf(known_map, neighbour));
   }
-  place.known_points.assign(points.begin(), points.end());
-  Confirm(current, known_map, options_.search_radius, place);
-  return static_cast<int>(place.confirmed.size()) >= options_.min_confirmed ? std::optional(place)
-                                                                            : std::nullopt;
+  loop.known_points.assign(points.begin(), points.end());
+  Confirm(current, known_map, options_.search_radius, loop);
+  return static_cast<int>(loop.confirmed.size()) >= options_.min_confirmed ? std::optional(loop)
+                                                                           : std::nullopt;
 }
 
-// Looks for the points of the known place in the current keyframe, whose pose in the known map the similarity
+// Looks for the points of the other side in the current keyframe, whose pose in the known map the similarity
 // tells.
 void PlaceRecognizer::Confirm(const Keyframe& current, const Map& known_map, double radius,
-                              KnownPlace& place) const {
-  const Keyframe& known = known_map.At(place.known);
+                              LoopCandidate& loop) const {
+  const Keyframe& known = known_map.At(loop.known);
   const Rigid3d T_current_known_map =
-      (place.S_current_known * Sim3d::FromRigid(known.T_camera_map)).RigidPose();
+      (loop.S_current_known * Sim3d::FromRigid(known.T_camera_map)).RigidPose();
   ProjectionSearch search;
   search.radius = radius;
   std::vector<bool> taken(current.points.size(), false);
-  for (const PointId id : place.known_points) {
+  for (const PointId id : loop.known_points) {
     const int keypoint = FindKeypoint(known_map.Levels(), camera_, T_current_known_map, *current.features,
                                       known_map.Point(id), search);
     if (keypoint >= 0 && !taken[static_cast<std::size_t>(keypoint)]) {
       taken[static_cast<std::size_t>(keypoint)] = true;
-      place.confirmed.emplace_back(id, keypoint);
+      loop.confirmed.emplace_back(id, keypoint);
     }
   }
 }

@@ -7,19 +7,19 @@
 
 #include "slam/geometry/camera.h"
 #include "slam/map/map.h"
-#include "slam/mapping/loop_options.h"
+#include "slam/mapping/mapping_options.h"
 #include "slam/recognition/place_index.h"
 #include "slam/recognition/vocabulary.h"
 
 namespace sqslam {
 
-// A keyframe that shows a place which other keyframes know already, although nothing in the map says so.
-struct KnownPlace {
+// A keyframe that shows the same place as an older one, although nothing in the map ties them yet.
+struct LoopCandidate {
   KeyframeId current = kNoKeyframe;
   KeyframeId known = kNoKeyframe;  // in the same map or in another one
   Sim3d S_current_known;           // from the known keyframe's camera to the current one's, units of each map
-  std::vector<PointId> known_points;               // of the known keyframe and its neighbours
-  std::vector<std::pair<PointId, int>> confirmed;  // of these, what the current keyframe shows: its keypoint
+  std::vector<PointId> known_points;               // seen by the known keyframe and its neighbours
+  std::vector<std::pair<PointId, int>> confirmed;  // those that the current keyframe shows, with its keypoint
 };
 
 // Recognises places among the keyframes of all submaps: by their words, then by geometry (ORB-SLAM,
@@ -36,7 +36,7 @@ class PlaceRecognizer {
   void Remove(KeyframeId keyframe) { index_.Remove(keyframe); }
 
   // `maps`: all submaps; `current` is in maps.front().
-  std::optional<KnownPlace> Recognize(const std::vector<const Map*>& maps, KeyframeId current) const;
+  std::optional<LoopCandidate> Recognize(const std::vector<const Map*>& maps, KeyframeId current) const;
 
  private:
   struct Candidate {
@@ -44,8 +44,9 @@ class PlaceRecognizer {
     KeyframeId id = kNoKeyframe;
   };
   std::vector<Candidate> FindCandidates(const std::vector<const Map*>& maps, const Keyframe& current) const;
-  std::optional<KnownPlace> Verify(const Map& map, const Keyframe& current, const Candidate& candidate) const;
-  void Confirm(const Keyframe& current, const Map& known_map, double radius, KnownPlace& place) const;
+  std::optional<LoopCandidate> Verify(const Map& map, const Keyframe& current,
+                                      const Candidate& candidate) const;
+  void Confirm(const Keyframe& current, const Map& known_map, double radius, LoopCandidate& loop) const;
 
   Camera camera_;
   LoopOptions options_;

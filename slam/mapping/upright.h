@@ -12,7 +12,7 @@
 
 namespace sqslam {
 
-// Keeps the map upright: finds against what its z axis should point and tells how to turn it.
+// Keeps the map upright: finds the direction that its z axis should have, and the turn that takes it there.
 class UprightEstimator {
  public:
   // `gravity`: auto | level-start | [x, y, z] (direction of gravity in the first camera). Throws UsageError.
@@ -22,7 +22,7 @@ class UprightEstimator {
   // frame begins as the first camera's frame.
   std::optional<Rigid3d> Update(const Map& map, std::span<const ObjectLandmarkView> objects, bool last);
 
-  // What things may stand on; none before it is known what is up.
+  // Surfaces that things may stand on; none before the up direction is known.
   SupportSurfaces FindSurfaces(const Map& map) const;
 
   bool Known() const { return known_; }
@@ -36,7 +36,7 @@ class UprightEstimator {
   GravityOptions options_;
   std::uint64_t seed_;
   bool known_ = false;
-  double evidence_ = 0.0;  // of the best estimate so far
+  double evidence_ = 0.0;  // evidence of the best estimate so far
   std::optional<double> support_height_;
 };
 

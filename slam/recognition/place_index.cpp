@@ -4,7 +4,7 @@
 
 namespace sqslam {
 
-void PlaceIndex::Add(KeyframeId id, const BagOfWords& bow) {
+void PlaceIndex::Add(PlaceId id, const BagOfWords& bow) {
   Remove(id);
   int slot = static_cast<int>(keyframes_.size());
   if (free_slots_.empty()) {
@@ -23,14 +23,14 @@ void PlaceIndex::Add(KeyframeId id, const BagOfWords& bow) {
                      [](const Posting& a, const Posting& b) { return a.word < b.word; });
 }
 
-void PlaceIndex::Remove(KeyframeId id) {
+void PlaceIndex::Remove(PlaceId id) {
   const auto found = slots_.find(id);
   if (found == slots_.end()) {
     return;
   }
   const int slot = found->second;
   std::erase_if(postings_, [slot](const Posting& posting) { return posting.slot == slot; });
-  keyframes_[static_cast<std::size_t>(slot)] = kNoKeyframe;
+  keyframes_[static_cast<std::size_t>(slot)] = kNoPlace;
   free_slots_.push_back(slot);
   slots_.erase(found);
 }
@@ -71,10 +71,9 @@ std::vector<PlaceCandidate> PlaceIndex::SimilarKeyframes(const PlaceQuery& query
 
 std::vector<PlaceCandidate> PlaceIndex::Query(const PlaceQuery& query) const {
   const std::vector<PlaceCandidate> similar = SimilarKeyframes(query);
-  const auto find = [&](KeyframeId id) {
-    const auto at =
-        std::lower_bound(similar.begin(), similar.end(), id,
-                         [](const PlaceCandidate& c, KeyframeId wanted) { return c.id < wanted; });
+  const auto find = [&](PlaceId id) {
+    const auto at = std::lower_bound(similar.begin(), similar.end(), id,
+                                     [](const PlaceCandidate& c, PlaceId wanted) { return c.id < wanted; });
     return at != similar.end() && at->id == id ? &*at : nullptr;
   };
   std::vector<PlaceCandidate> groups;  // each with its best keyframe
@@ -82,7 +81,7 @@ std::vector<PlaceCandidate> PlaceIndex::Query(const PlaceQuery& query) const {
   for (const PlaceCandidate& seed : similar) {
     PlaceCandidate best = seed;
     double total = seed.score;
-    for (const KeyframeId neighbor : query.covisible ? query.covisible(seed.id) : std::vector<KeyframeId>{}) {
+    for (const PlaceId neighbor : query.covisible ? query.covisible(seed.id) : std::vector<PlaceId>{}) {
       const PlaceCandidate* member = neighbor == seed.id ? nullptr : find(neighbor);
       if (member != nullptr) {
         total += member->score;

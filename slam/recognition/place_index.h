@@ -1,41 +1,44 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <vector>
 
-#include "slam/map/ids.h"
 #include "slam/recognition/bag_of_words.h"
 
 namespace sqslam {
 
-// What is looked for. The functions are called a few times per query, from the calling thread.
+using PlaceId = std::int64_t;  // whatever the index is told of an image, such as the id of its keyframe
+inline constexpr PlaceId kNoPlace = -1;
+
+// An image to look for. The functions are called a few times per query, from the calling thread.
 struct PlaceQuery {
   const BagOfWords* bow = nullptr;
-  std::function<bool(KeyframeId)> exclude;                       // not to be found; empty: none
-  std::function<std::vector<KeyframeId>(KeyframeId)> covisible;  // empty: every keyframe is its own group
-  double min_score = 0.0;                                        // of a candidate, in [0, 1]
-  double min_shared_words = 0.8;                                 // share of the most words shared
-  double min_group_score = 0.75;                                 // share of the best group's score
+  std::function<bool(PlaceId)> exclude;                    // not to be found; empty: none
+  std::function<std::vector<PlaceId>(PlaceId)> covisible;  // empty: every keyframe is its own group
+  double min_score = 0.0;                                  // least score of a candidate, in [0, 1]
+  double min_shared_words = 0.8;                           // share of the most words shared
+  double min_group_score = 0.75;                           // share of the best group's score
   int max_candidates = 10;
 };
 
 struct PlaceCandidate {
-  KeyframeId id = kNoKeyframe;
+  PlaceId id = kNoPlace;
   double score = 0.0;        // Similarity to the query
   double group_score = 0.0;  // added up over it and its covisible keyframes
   friend bool operator==(const PlaceCandidate&, const PlaceCandidate&) = default;
 };
 
-// Which keyframes show which words, to find those that look like an image without visiting all of them. A
-// value: copies are independent, and cheap (12 bytes a word of a keyframe). Not guarded against changes while
-// another thread reads.
+// An inverted index from words to the keyframes that show them, to find those that look like an image without
+// visiting all of them. A value: copies are independent, and cheap (12 bytes a word of a keyframe). Not
+// guarded against changes while another thread reads.
 class PlaceIndex {
  public:
   // An id that is there already is replaced.
-  void Add(KeyframeId id, const BagOfWords& bow);
-  void Remove(KeyframeId id);  // nothing where it is not there
-  bool Contains(KeyframeId id) const { return slots_.contains(id); }
+  void Add(PlaceId id, const BagOfWords& bow);
+  void Remove(PlaceId id);  // nothing where it is not there
+  bool Contains(PlaceId id) const { return slots_.contains(id); }
   std::size_t Size() const { return slots_.size(); }
 
   // Places that may be the one in the query, the likeliest first (DBoW2; ORB-SLAM, Mur-Artal et al. 2015,
@@ -53,10 +56,10 @@ class PlaceIndex {
 
   std::vector<PlaceCandidate> SimilarKeyframes(const PlaceQuery& query) const;  // by rising id
 
-  std::vector<Posting> postings_;      // by rising word: one block, so that copies are cheap
-  std::vector<KeyframeId> keyframes_;  // by slot; kNoKeyframe where it is free
+  std::vector<Posting> postings_;   // by rising word: one block, so that copies are cheap
+  std::vector<PlaceId> keyframes_;  // by slot; kNoPlace where it is free
   std::vector<int> free_slots_;
-  std::map<KeyframeId, int> slots_;
+  std::map<PlaceId, int> slots_;
 };
 
 }  // namespace sqslam

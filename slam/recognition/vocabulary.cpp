@@ -26,7 +26,7 @@ Vocabulary Vocabulary::Train(const std::vector<std::vector<Descriptor>>& images,
   for (const std::vector<Descriptor>& image : images) {
     words.clear();
     for (const Descriptor& descriptor : image) {
-      words.push_back(vocabulary.tree_.Descend(ToBits(descriptor)).word);
+      words.push_back(vocabulary.tree_.WordOf(ToBits(descriptor)));
     }
     std::sort(words.begin(), words.end());
     words.erase(std::unique(words.begin(), words.end()), words.end());
@@ -43,20 +43,10 @@ Vocabulary Vocabulary::Train(const std::vector<std::vector<Descriptor>>& images,
 }
 
 BagOfWords Vocabulary::Transform(const std::vector<Descriptor>& descriptors) const {
-  std::vector<NodeId> nodes;
-  return Transform(descriptors, 0, nodes);
-}
-
-BagOfWords Vocabulary::Transform(const std::vector<Descriptor>& descriptors, int level,
-                                 std::vector<NodeId>& nodes) const {
-  nodes.clear();
-  nodes.reserve(descriptors.size());
   std::vector<WordId> words;
   words.reserve(descriptors.size());
   for (const Descriptor& descriptor : descriptors) {
-    const WordTree::Place place = tree_.Descend(ToBits(descriptor), level);
-    nodes.push_back(place.node);
-    words.push_back(place.word);
+    words.push_back(tree_.WordOf(ToBits(descriptor)));
   }
   std::sort(words.begin(), words.end());
   BagOfWords bag;

@@ -28,10 +28,6 @@ class Vocabulary {
 
   // The words of an image.
   BagOfWords Transform(const std::vector<Descriptor>& descriptors) const;
-  // The same, and for each descriptor the node that it passes at `level` of the tree (0 is the root): similar
-  // descriptors pass the same node, so that a search for pairs needs to look there only.
-  BagOfWords Transform(const std::vector<Descriptor>& descriptors, int level,
-                       std::vector<NodeId>& nodes) const;
 
   std::size_t Words() const { return tree_.Words(); }
   std::size_t Nodes() const { return tree_.Nodes(); }

@@ -37,19 +37,14 @@ WordTree::WordTree(std::vector<std::uint8_t> child_counts, std::vector<Descripto
   }
 }
 
-WordTree::Place WordTree::Descend(const DescriptorBits& descriptor, int level) const {
-  Place place;
+WordId WordTree::WordOf(const DescriptorBits& descriptor) const {
   std::size_t node = 0;
-  for (int depth = 1; child_counts_[node] > 0; ++depth) {
+  while (child_counts_[node] > 0) {
     const std::size_t first = first_children_[node];
     const std::span<const DescriptorBits> children(centers_.data() + first, child_counts_[node]);
     node = first + static_cast<std::size_t>(FindNearest(children, descriptor).index);
-    if (depth <= level) {
-      place.node = static_cast<NodeId>(node);
-    }
   }
-  place.word = word_of_node_[node];
-  return place;
+  return word_of_node_[node];
 }
 
 }  // namespace sqslam

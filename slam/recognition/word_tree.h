@@ -16,7 +16,7 @@ struct VocabularyOptions {
   int branching = 10;      // children of a node
   int depth = 5;           // levels below the root: at most branching^depth words
   int iterations = 12;     // rounds of each clustering, fewer where nothing moves any more
-  std::uint64_t seed = 1;  // of the choice of first cluster centres
+  std::uint64_t seed = 1;  // seeds the choice of first cluster centres
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
@@ -46,13 +46,8 @@ class WordTree {
   static WordTree Train(std::vector<DescriptorBits> descriptors, const VocabularyOptions& options,
                         const TrainingProgress& progress = {});
 
-  struct Place {
-    WordId word = 0;
-    NodeId node = 0;  // on the way to the word, at the level asked for
-  };
-  // Follows the nearest centre down to a leaf. `level` 0 is the root; where the leaf comes first, it is the
-  // node as well.
-  Place Descend(const DescriptorBits& descriptor, int level = 0) const;
+  // Follows the nearest centre down to a leaf.
+  WordId WordOf(const DescriptorBits& descriptor) const;
 
   std::size_t Nodes() const { return child_counts_.size(); }
   std::size_t Words() const { return words_; }

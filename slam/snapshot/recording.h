@@ -11,7 +11,7 @@
 namespace sqslam {
 
 struct RecordingInfo {
-  std::string sequence_path;  // what was mapped
+  std::string sequence_path;  // the sequence that was mapped
   std::string program_version;
   std::string config;  // the whole configuration as YAML
 };

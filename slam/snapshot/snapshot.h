@@ -40,7 +40,7 @@ struct SnapshotPoint {
   std::int32_t rejected_by = -1;  // object whose outlier removal took the point away; -1: none
 };
 
-// How well the data fix an object.
+// Quality of an object's fit to the data.
 struct ObjectFit {
   double box_agreement = 0.0;  // mean IoU of the projected object and the detector's boxes, in [0, 1]
   double point_rms = 0.0;      // radial distance of the object's points to its surface, map units
@@ -58,11 +58,10 @@ struct SnapshotObject {
   double yaw = 0.0;      // radians, about the map's z axis
   PosedSuperquadric superquadric;
   ObjectFit fit;
-  std::string
-      name;  // what somebody called it; empty: nobody did. Not recorded: it comes from edits of the map
+  std::string name;  // given by a person; empty: none was. Not recorded: it comes from edits of the map
 };
 
-// What an object is called: its name, or its label.
+// The object's name, or its label where it has none.
 inline const std::string& ShownName(const SnapshotObject& object) {
   return object.name.empty() ? object.label : object.name;
 }
@@ -72,11 +71,11 @@ struct SnapshotDetection {
   std::int32_t object_id = -1;  // the object it was associated with, or -1
 };
 
-// How the run stood when a snapshot was made.
+// State of the run at the time of a snapshot.
 struct SnapshotProgress {
   int tracked_points = 0;    // map points found in the frame; 0 while tracking is lost
   double tracking_ms = 0.0;  // mean per frame since the snapshot before; 0: not measured (deterministic runs)
-  double mapping_ms = 0.0;   // of the mapping step that made the snapshot; 0: not measured
+  double mapping_ms = 0.0;   // time of the mapping step that made the snapshot; 0: not measured
   RunCounters counters;      // until then; a recording keeps loops and merges only
 };
 

@@ -9,7 +9,7 @@
 
 namespace sqslam {
 
-// What tracking found in one frame, for whoever watches a run.
+// A tracked frame for whoever watches a run.
 struct FrameView {
   struct Feature {
     Eigen::Vector2f pixel;  // as the lens shows it

@@ -9,8 +9,9 @@
 
 namespace sqslam {
 
-// Starts a map from two frames: waits until the camera has translated enough, estimates the two-view
-// geometry, triangulates, refines by bundle adjustment and sets the median depth to 1.
+// Starts a map from two frames, as ORB-SLAM does (Mur-Artal et al. 2015, IV): waits until the camera has
+// translated enough, estimates the two-view geometry, triangulates, refines by bundle adjustment and sets the
+// median depth to 1.
 class Initializer {
  public:
   Initializer(const Camera& camera, const InitializationOptions& options, const ScaleLevels& levels,
@@ -31,7 +32,7 @@ class Initializer {
     std::int64_t frame_index = 0;
     double timestamp = 0.0;
     FrameFeaturesPtr features;
-    std::vector<Eigen::Vector2d> expected;  // where each feature was seen last, px
+    std::vector<Eigen::Vector2d> expected;  // last seen place of each feature, px
   };
 
   void Restart(std::int64_t frame_index, double timestamp, const FrameFeaturesPtr& features);

@@ -6,10 +6,10 @@
 
 namespace sqslam {
 
-// The part of the map that a frame may see.
+// The part of the map that a frame may see (ORB-SLAM, Mur-Artal et al. 2015, V-D).
 struct LocalMap {
   KeyframeId reference = kNoKeyframe;  // the keyframe that shares most points with the frame
-  std::vector<PointId> points;         // of the local keyframes, each once, alive
+  std::vector<PointId> points;         // points of the local keyframes, each once, alive
 };
 
 // `points`: what the frame is known to see (kNoPoint allowed). The search begins at the last reference

@@ -11,7 +11,7 @@
 
 namespace sqslam {
 
-// A frame and what is known of it while its pose is found.
+// A frame while its pose is found.
 struct TrackedFrame {
   std::int64_t index = 0;
   double timestamp = 0.0;
@@ -30,7 +30,7 @@ struct SeenPoints {
   std::vector<PointId> found;
 };
 
-// How points are looked for around the places where the pose predicts them.
+// Search for points around the places where the pose predicts them.
 struct LocalSearch {
   double radius_factor = 1.0;         // widens the search
   int max_distance = kLooseDistance;  // bits
@@ -38,9 +38,10 @@ struct LocalSearch {
   int min_inliers = 0;
 };
 
-// The steps by which the pose of one frame is found against an immutable view of the map. No state between
+// The steps by which the pose of one frame is found against an immutable view of the map (after ORB-SLAM,
+// Mur-Artal et al. 2015, V-B to V-D). No state between
 // frames: tracking forward, tracking backward and relocalisation are made of the same steps. Each returns
-// whether it succeeded; `frame` is then the better for it.
+// true where it succeeded; `frame` is then the better for it.
 class PoseTracker {
  public:
   PoseTracker(const Camera& camera, const TrackingOptions& options);
@@ -49,8 +50,8 @@ class PoseTracker {
   bool TrackMotion(const TrackingView& view, const TrackedFrame& last, const Rigid3d& T_frame_last,
                    TrackedFrame& frame) const;
 
-  // Where the motion model fails: descriptors of the last frame's reference keyframe, with no assumption on
-  // the motion.
+  // Descriptors of the last frame's reference keyframe, for the times when the motion model fails: no
+  // assumption on the motion.
   bool TrackReferenceKeyframe(const TrackingView& view, const TrackedFrame& last, TrackedFrame& frame) const;
 
   // Searches the points of all keyframes that see the same part of the scene, refines the pose with all of

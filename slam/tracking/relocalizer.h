@@ -35,7 +35,7 @@ class Relocalizer {
 
   std::shared_ptr<const Vocabulary> vocabulary_;
   std::map<std::int64_t, TrackingViewPtr> views_;  // by submap, as indexed
-  std::map<KeyframeId, std::int64_t> submap_of_;   // of the keyframes that are indexed
+  std::map<KeyframeId, std::int64_t> submap_of_;   // submaps of the keyframes that are indexed
   PlaceIndex index_;
 };
 

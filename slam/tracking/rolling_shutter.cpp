@@ -107,7 +107,7 @@ FrameFeaturesPtr RollingShutter::Correct(const FrameFeaturesPtr& features, const
 
 void RollingShutter::Learn(const FrameFeatures& features, const CameraMotion& motion,
                            std::span<const ShutterObservation> observations) {
-  // What was learnt counts at most as much as a measurement with this standard deviation (s): it is forgotten
+  // Old evidence counts at most as much as a measurement with this standard deviation (s): it is forgotten
   // as new evidence comes, but not while the camera stands.
   constexpr double kMemory = 0.7e-3;
   constexpr std::size_t kMinPoints = 30;

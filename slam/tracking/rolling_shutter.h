@@ -25,13 +25,13 @@ struct RollingShutterOptions {
   }
 };
 
-// How the camera moves, from two poses: rotation vector and translation per second, in the camera frame.
+// The camera's motion, from two poses: rotation vector and translation per second, in the camera frame.
 struct CameraMotion {
   Eigen::Vector3d turn = Eigen::Vector3d::Zero();      // rad/s: p' = turn x p + velocity
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // map units/s
 
   static CameraMotion Between(const Rigid3d& T_last_map, const Rigid3d& T_current_map, double seconds);
-  // Of a point at p_camera, pixels per second.
+  // Image motion of a point at p_camera, pixels per second.
   Eigen::Vector2d InImage(const Camera& camera, const Eigen::Vector3d& p_camera) const;
 };
 

@@ -153,13 +153,13 @@ bool Tracker::TrackFrame(TrackingReport& report) {
   return tracked;
 }
 
-// From the last frame to the current one.
+// Motion from the last frame to the current one.
 Rigid3d Tracker::PredictedMotion() const {
   const bool known = velocity_ && current_.timestamp - last_->timestamp <= kMaxInterval;
   return known ? velocity_->Across(current_.index - last_->index) : Rigid3d{};
 }
 
-// Of the camera since the last frame, if that is not long ago.
+// The camera's motion since the last frame, if that is not long ago.
 std::optional<CameraMotion> Tracker::Motion() const {
   constexpr double kMaxShutterInterval = 0.2;  // s
   const double interval = current_.timestamp - last_->timestamp;

@@ -23,7 +23,9 @@
 namespace sqslam {
 
 // The tracking thread's pipeline: pose of each frame against an immutable view of the map, and the objects'
-// share of the front end. Holds no reference to the live map.
+// share of the front end. Holds no reference to the live map. The order of attempts (constant velocity, then
+// the reference keyframe, then the local map; relocalisation by words once lost) and the rules for new
+// keyframes are those of ORB-SLAM (Mur-Artal et al. 2015, V).
 class Tracker {
  public:
   // `ids`: shared with the mapping thread. `vocabulary`: null leaves only the way back to the last keyframe.
@@ -40,7 +42,7 @@ class Tracker {
   std::optional<SeenObjects> AddDetections(std::int64_t frame_index,
                                            const std::vector<Detection>& detections);
 
-  // Of the frame that was tracked last.
+  // The frame that was tracked last.
   FrameView Newest() const;
 
   bool Initialized() const { return view_ != nullptr; }
@@ -91,8 +93,8 @@ class Tracker {
   AtlasViewPtr atlas_;
   std::int64_t submap_ = -1;  // the one tracked in; -1: none has begun
   std::int64_t submaps_begun_ = 0;
-  TrackingViewPtr view_;                                   // of submap_
-  Sim3d S_map_origin_;                                     // of view_
+  TrackingViewPtr view_;                                   // view of submap_
+  Sim3d S_map_origin_;                                     // origin of view_
   std::map<std::int64_t, ObjectTracker> object_trackers_;  // by submap
 
   TrackedFrame current_;

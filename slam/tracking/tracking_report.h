@@ -18,10 +18,11 @@ struct KeyframeCandidate {
   std::vector<PointId> points;  // one per keypoint
 };
 
-// The boxes of one frame, and what they show. Boxes of a detector in the process come some frames late.
+// The boxes of one frame, and the objects that they show. Boxes of a detector in the process come some frames
+// late.
 struct SeenObjects {
   std::int64_t submap = 0;  // in which the frame was tracked
-  Sim3d S_map_origin;       // of the frame of the map that the observations are given in
+  Sim3d S_map_origin;       // origin of the map frame that the observations are given in
   std::int64_t frame_index = 0;
   double timestamp = 0.0;
   std::string image_path;
@@ -29,10 +30,10 @@ struct SeenObjects {
   std::vector<ObjectObservation> observations;  // none while lost
 };
 
-// What the tracking thread tells the mapping thread after each frame.
+// The tracking thread's message to the mapping thread after each frame.
 struct TrackingReport {
   std::int64_t submap = 0;  // in which this frame was tracked
-  Sim3d S_map_origin;       // of the view that it was tracked against, see AtlasView::Origin
+  Sim3d S_map_origin;       // origin of the view that it was tracked against, see AtlasView::Origin
   std::int64_t frame_index = 0;
   double timestamp = 0.0;
   std::string image_path;

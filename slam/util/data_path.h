@@ -6,7 +6,7 @@
 
 namespace sqslam {
 
-// Where a file that comes with the program lies, e.g. "assets/scenes/desk.yaml" or "configs/default.yaml":
+// Finds a file that comes with the program, e.g. "assets/scenes/desk.yaml" or "configs/default.yaml":
 // below PREFIX/share/sqslam of an installed program, or in the source tree of one that runs from
 // build/PRESET/bin. Throws InputError where it is in neither.
 std::filesystem::path DataPath(const std::filesystem::path& name);
@@ -15,7 +15,8 @@ std::filesystem::path DataPath(const std::filesystem::path& name);
 std::vector<std::string> ConfigNames(const std::filesystem::path& folder);
 
 // The file that NAME or FILE.yaml means: one that ends in .yaml as it is, otherwise folder/NAME.yaml. Throws
-// UsageError for an unknown name, with those there are and the nearest; `what` says what it names ("style").
+// UsageError for an unknown name, with those there are and the nearest; `what` is the kind of thing it names
+// ("style").
 std::filesystem::path ConfigFile(const std::filesystem::path& folder, const std::string& what,
                                  const std::string& name_or_file);
 

@@ -141,7 +141,7 @@ struct AssignFromNode {
 
 bool InRange(const OptionField& field, double value) { return value >= field.min && value <= field.max; }
 
-// Whether the value as it stands is allowed. NaN never is.
+// True where the value as it stands is allowed. NaN never is.
 bool IsAllowed(const OptionField& field) {
   struct Check {
     const OptionField& field;
@@ -183,7 +183,7 @@ std::string FormatValue(const OptionField& field) {
       return position < field.allowed.size() ? YamlString(field.allowed[position]) : "without a name";
     }
     std::string operator()(const std::vector<std::string>* values) const {
-      YAML::Emitter emitter;  // what must be quoted in a list need not be outside of one
+      YAML::Emitter emitter;  // some words must be quoted in a list but not outside of one
       emitter << YAML::Flow << *values;
       return emitter.c_str();
     }

@@ -10,9 +10,9 @@ struct RunCounters {
   int resets = 0;           // submaps given up because they never grew
   int losses = 0;           // times that tracking was lost
   int relocalizations = 0;  // times that it was found again in a mapped place
-  int loops = 0;            // closed
-  int returns = 0;          // to places that tracking tied to the map without a loop to close
-  int merges = 0;           // of submaps
+  int loops = 0;            // loops closed
+  int returns = 0;          // returns to places that tracking tied to the map without a loop to close
+  int merges = 0;           // submaps merged into others
 
   bool operator==(const RunCounters&) const = default;
 };

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "slam/detection/letterbox.h"
-#include "slam/detection/suppression.h"
 #include "slam/util/error.h"
 
 namespace sqslam {
@@ -86,7 +85,7 @@ TEST(DecodersTest, OtherShapesAreRefusedWithBothShapes) {
 TEST(SuppressionTest, TheWeakerOfOneClassGoesOtherClassesStay) {
   const Box2d a{0, 0, 10, 10};
   const Box2d b{1, 0, 10, 10};
-  const auto kept = SuppressDoubles({{a, 0, 0.5}, {b, 0, 0.9}, {a, 1, 0.4}, {{30, 0, 5, 5}, 0, 0.3}}, 0.5);
+  const auto kept = SuppressNonMaxima({{a, 0, 0.5}, {b, 0, 0.9}, {a, 1, 0.4}, {{30, 0, 5, 5}, 0, 0.3}}, 0.5);
   ASSERT_EQ(kept.size(), 3U);
   EXPECT_EQ(kept[0].score, 0.9);
   EXPECT_EQ(kept[1].class_number, 1);

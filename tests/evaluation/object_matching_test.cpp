@@ -47,7 +47,7 @@ TEST(MatchObjects, PerfectMapHasIoUNearOneAndNoErrors) {
   }
   EXPECT_THAT(matching.missed, IsEmpty());
   EXPECT_THAT(matching.extra, IsEmpty());
-  EXPECT_THAT(matching.doubles, IsEmpty());
+  EXPECT_THAT(matching.duplicates, IsEmpty());
 }
 
 TEST(MatchObjects, AppliesTheWholeSimilarityToTheMap) {
@@ -91,9 +91,9 @@ TEST(MatchObjects, TellsDoublesFromExtraAndMissed) {
   const ObjectMatching matching = MatchObjects(mapped, truth, {}, {});
   ASSERT_EQ(matching.matches.size(), 1u);
   EXPECT_EQ(matching.matches[0].mapped, 1);
-  ASSERT_EQ(matching.doubles.size(), 1u);
-  EXPECT_EQ(matching.doubles[0].mapped, 0);
-  EXPECT_EQ(matching.doubles[0].truth, 0);
+  ASSERT_EQ(matching.duplicates.size(), 1u);
+  EXPECT_EQ(matching.duplicates[0].mapped, 0);
+  EXPECT_EQ(matching.duplicates[0].truth, 0);
   EXPECT_THAT(matching.extra, ElementsAre(2));
   EXPECT_THAT(matching.missed, ElementsAre(1));
 }

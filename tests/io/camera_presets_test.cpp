@@ -1,4 +1,3 @@
-#include "slam/io/camera_presets.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -19,8 +19,8 @@ constexpr KeyframeId kKnown = 3;
 
 // The answer of a perfect recogniser: the two cameras are in the same place, and the unit of length has
 // changed by the drift.
-KnownPlace PerfectPlace(const SyntheticMap& ring, const RingMapOptions& options) {
-  KnownPlace place;
+LoopCandidate PerfectPlace(const SyntheticMap& ring, const RingMapOptions& options) {
+  LoopCandidate place;
   place.current = kCurrent;
   place.known = kKnown;
   place.S_current_known.scale = std::exp(options.scale_drift * 15.0 * (kCurrent - kKnown));
@@ -72,7 +72,7 @@ TEST(CorrectLoop, ChangesNothingWhereThereIsNoDrift) {
 TEST(SimilarityOfMaps, BringsTheCurrentCameraToTheKnownOne) {
   const RingMapOptions options;
   const SyntheticMap ring = MakeRingMap(options);
-  const KnownPlace place = PerfectPlace(ring, options);
+  const LoopCandidate place = PerfectPlace(ring, options);
   const Sim3d S = SimilarityOfMaps(ring.map, ring.map, place);
   EXPECT_TRUE((S * ring.map.At(kCurrent).Center()).isApprox(ring.map.At(kKnown).Center(), 1e-9));
   const PointId current_point = ring.map.At(kCurrent).points[5];

@@ -1,7 +1,6 @@
-#include "slam/mapping/projection_search.h"
-
 #include <gtest/gtest.h>
 
+#include "slam/mapping/fusion.h"
 #include "tests/support/synthetic_map.h"
 
 namespace sqslam {

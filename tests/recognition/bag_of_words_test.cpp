@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <map>
-#include <numeric>
 
 #include "slam/recognition/vocabulary.h"
 #include "slam/util/error.h"
@@ -70,29 +69,6 @@ TEST(Vocabulary, DisturbedDescriptorsKeepMostOfTheirWords) {
   }
   const BagOfWords query = vocabulary.Transform(disturbed);
   EXPECT_GT(Similarity(query, vocabulary.Transform(images[4])), 0.75);
-}
-
-TEST(Vocabulary, SimilarDescriptorsPassTheSameNode) {
-  const auto images = ClusteredImages(20, 100, 30, 4);
-  const Vocabulary vocabulary = Vocabulary::Train(images, {.branching = 6, .depth = 3});
-  std::vector<NodeId> roots;
-  vocabulary.Transform(images[0], 0, roots);
-  EXPECT_EQ(roots, std::vector<NodeId>(images[0].size(), 0));
-  std::vector<NodeId> nodes;
-  EXPECT_EQ(vocabulary.Transform(images[0], 1, nodes), vocabulary.Transform(images[0]));
-  ASSERT_EQ(nodes.size(), images[0].size());
-  EXPECT_GE(*std::min_element(nodes.begin(), nodes.end()), 1u);
-  EXPECT_LE(*std::max_element(nodes.begin(), nodes.end()), 6u);
-  std::mt19937 random(9);
-  std::vector<Descriptor> near;
-  for (const Descriptor& descriptor : images[0]) {
-    near.push_back(Disturbed(descriptor, 8, random));
-  }
-  std::vector<NodeId> near_nodes;
-  vocabulary.Transform(near, 1, near_nodes);
-  const auto same =
-      std::inner_product(nodes.begin(), nodes.end(), near_nodes.begin(), 0, std::plus<>(), std::equal_to<>());
-  EXPECT_GT(same, 90);
 }
 
 TEST(Vocabulary, CannotBeLearnedFromNothing) {

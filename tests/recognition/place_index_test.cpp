@@ -18,8 +18,8 @@ BagOfWords Bag(const std::vector<WordId>& words) {
   return bag;
 }
 
-std::vector<KeyframeId> Ids(const std::vector<PlaceCandidate>& candidates) {
-  std::vector<KeyframeId> ids;
+std::vector<PlaceId> Ids(const std::vector<PlaceCandidate>& candidates) {
+  std::vector<PlaceId> ids;
   for (const PlaceCandidate& candidate : candidates) {
     ids.push_back(candidate.id);
   }
@@ -76,7 +76,7 @@ TEST_F(PlaceIndexTest, ExcludedPlacesAreNotFoundAndDoNotRaiseTheBar) {
   index_.Add(1, bag_);
   index_.Add(2, Bag({1, 2, 3, 20, 21}));
   EXPECT_THAT(Ids(index_.Query(query_)), ElementsAre(1));
-  query_.exclude = [](KeyframeId id) { return id == 1; };
+  query_.exclude = [](PlaceId id) { return id == 1; };
   EXPECT_THAT(Ids(index_.Query(query_)), ElementsAre(2));
 }
 
@@ -94,8 +94,8 @@ TEST_F(PlaceIndexTest, CovisiblePlacesSupportEachOtherAndGiveOneCandidate) {
   index_.Add(11, Bag({1, 2, 3, 4, 5, 6, 7, 8, 33, 34}));
   index_.Add(12, Bag({1, 2, 3, 4, 5, 6, 7, 9, 33, 35}));
   EXPECT_THAT(Ids(index_.Query(query_)), ElementsAre(10, 1, 11, 12));
-  query_.covisible = [](KeyframeId id) {
-    return id >= 10 ? std::vector<KeyframeId>{10, 11, 12, 99} : std::vector<KeyframeId>{};
+  query_.covisible = [](PlaceId id) {
+    return id >= 10 ? std::vector<PlaceId>{10, 11, 12, 99} : std::vector<PlaceId>{};
   };
   const auto candidates = index_.Query(query_);
   ASSERT_THAT(Ids(candidates), ElementsAre(10)) << "alone is less than three quarters of the group";
@@ -132,17 +132,17 @@ TEST_F(PlaceIndexTest, CopiesAreIndependent) {
 }
 
 TEST_F(PlaceIndexTest, TheOrderOfAddingDoesNotMatter) {
-  const auto bag_of = [](KeyframeId id) {
+  const auto bag_of = [](PlaceId id) {
     const auto w = static_cast<WordId>(id % 3);
     return Bag({1, 2, 3, 4, 5, 6, 7, 8 + w, 20 + w});
   };
   PlaceIndex reverse;
-  for (KeyframeId id = 0; id < 30; ++id) {
+  for (PlaceId id = 0; id < 30; ++id) {
     index_.Add(id, bag_of(id));
     reverse.Add(29 - id, bag_of(29 - id));
   }
   query_.max_candidates = 100;
-  query_.covisible = [](KeyframeId id) { return std::vector<KeyframeId>{id - 1, id + 1}; };
+  query_.covisible = [](PlaceId id) { return std::vector<PlaceId>{id - 1, id + 1}; };
   EXPECT_EQ(index_.Query(query_), reverse.Query(query_));
   EXPECT_FALSE(index_.Query(query_).empty());
 }

@@ -63,19 +63,9 @@ TEST(WordTree, DescendsToTheNearestLeafOfAHandMadeTree) {
   const WordTree tree = HandMadeTree();
   EXPECT_EQ(tree.Words(), 3u);
   EXPECT_EQ(tree.Depth(), 2);
-  EXPECT_EQ(tree.Descend({3, 0, 0, 0}).word, 0u);
-  EXPECT_EQ(tree.Descend({~0ULL, ~0ULL, 0xFULL, 7}).word, 1u);
-  EXPECT_EQ(tree.Descend({0, 0xFULL, ~0ULL, ~0ULL}).word, 2u);
-}
-
-TEST(WordTree, TellsTheNodeOnTheWay) {
-  const WordTree tree = HandMadeTree();
-  const DescriptorBits low = {~0ULL, ~0ULL, 0xFULL, 7};
-  EXPECT_EQ(tree.Descend(low, 0).node, 0u);
-  EXPECT_EQ(tree.Descend(low, 1).node, 2u);
-  EXPECT_EQ(tree.Descend(low, 2).node, 3u);
-  EXPECT_EQ(tree.Descend(low, 9).node, 3u) << "the leaf comes before that level";
-  EXPECT_EQ(tree.Descend({}, 2).node, 1u);
+  EXPECT_EQ(tree.WordOf({3, 0, 0, 0}), 0u);
+  EXPECT_EQ(tree.WordOf({~0ULL, ~0ULL, 0xFULL, 7}), 1u);
+  EXPECT_EQ(tree.WordOf({0, 0xFULL, ~0ULL, ~0ULL}), 2u);
 }
 
 TEST(WordTree, RefusesCountsThatMakeNoTree) {
@@ -106,10 +96,10 @@ TEST(WordTree, TrainingFindsClustersThatAreThere) {
   ASSERT_EQ(tree.Words(), static_cast<std::size_t>(kClusters));
   std::set<WordId> words;
   for (int c = 0; c < kClusters; ++c) {
-    const WordId word = tree.Descend(descriptors[static_cast<std::size_t>(c * kMembers)]).word;
+    const WordId word = tree.WordOf(descriptors[static_cast<std::size_t>(c * kMembers)]);
     words.insert(word);
     for (int i = 0; i < kMembers; ++i) {
-      EXPECT_EQ(tree.Descend(descriptors[static_cast<std::size_t>(c * kMembers + i)]).word, word);
+      EXPECT_EQ(tree.WordOf(descriptors[static_cast<std::size_t>(c * kMembers + i)]), word);
     }
   }
   EXPECT_EQ(words.size(), static_cast<std::size_t>(kClusters));

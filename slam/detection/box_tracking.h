@@ -7,8 +7,8 @@
 
 namespace sqslam {
 
-// Boxes of the images between two that a detector has looked at. `images` (8UC1, all of one size) begin with
-// the one that shows `first` and end with the one that shows `last`.
+// Tracks boxes through the images between two that a detector has looked at. `images` (8UC1, all of one size)
+// begin with the one that shows `first` and end with the one that shows `last`.
 //
 // Each box of the first image is carried from image to image by the corners in it (pyramidal Lucas-Kanade,
 // there and back): it moves and grows as they do in the median. Where it arrives on a box of its class in the
@@ -17,8 +17,8 @@ namespace sqslam {
 // place to the other if these overlap.
 //
 // Returns the boxes of images 1 to N - 2, those of an image in the order of `first`.
-std::vector<std::vector<Detection>> BoxesBetween(const std::vector<cv::Mat>& images,
-                                                 const std::vector<Detection>& first,
-                                                 const std::vector<Detection>& last);
+std::vector<std::vector<Detection>> TrackBoxes(const std::vector<cv::Mat>& images,
+                                               const std::vector<Detection>& first,
+                                               const std::vector<Detection>& last);
 
 }  // namespace sqslam

@@ -1,4 +1,4 @@
-#include "slam/features/corner_spread.h"
+#include "slam/features/quadtree.h"
 
 #include <gtest/gtest.h>
 
@@ -19,25 +19,25 @@ std::vector<cv::KeyPoint> RandomCorners(int count, const cv::Rect& area) {
   return corners;
 }
 
-TEST(SpreadCorners, LeavesFewCornersAsTheyAre) {
+TEST(DistributeByQuadtree, LeavesFewCornersAsTheyAre) {
   const std::vector<cv::KeyPoint> corners = RandomCorners(20, {0, 0, 100, 50});
-  EXPECT_EQ(SpreadCorners(corners, {100, 50}, 20).size(), 20U);
+  EXPECT_EQ(DistributeByQuadtree(corners, {100, 50}, 20).size(), 20U);
 }
 
-TEST(SpreadCorners, ThinsACrowdAndKeepsTheLonely) {
+TEST(DistributeByQuadtree, ThinsACrowdAndKeepsTheLonely) {
   std::vector<cv::KeyPoint> corners = RandomCorners(500, {0, 0, 60, 60});
   corners.emplace_back(cv::Point2f(500.0F, 200.0F), 1.0F, -1.0F, 0.5F);  // weaker than almost all
-  const std::vector<cv::KeyPoint> kept = SpreadCorners(corners, {600, 240}, 50);
+  const std::vector<cv::KeyPoint> kept = DistributeByQuadtree(corners, {600, 240}, 50);
   EXPECT_GE(kept.size(), 50U);
   EXPECT_LE(kept.size(), 53U);  // the last split may add three
   const auto is_lonely = [](const cv::KeyPoint& corner) { return corner.pt.x == 500.0F; };
   EXPECT_EQ(std::count_if(kept.begin(), kept.end(), is_lonely), 1);
 }
 
-TEST(SpreadCorners, KeepsTheStrongestOfCornersAtOnePlace) {
+TEST(DistributeByQuadtree, KeepsTheStrongestOfCornersAtOnePlace) {
   std::vector<cv::KeyPoint> corners(10, cv::KeyPoint(10.0F, 10.0F, 1.0F));
   corners[4].response = 9.0F;
-  const std::vector<cv::KeyPoint> kept = SpreadCorners(corners, {64, 64}, 5);
+  const std::vector<cv::KeyPoint> kept = DistributeByQuadtree(corners, {64, 64}, 5);
   ASSERT_EQ(kept.size(), 1U);
   EXPECT_EQ(kept[0].response, 9.0F);
 }

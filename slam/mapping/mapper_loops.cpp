@@ -3,12 +3,12 @@
 #include "slam/estimation/bundle_adjustment.h"
 #include "slam/mapping/mapper.h"
 
-// Places that are seen again: loops, submaps that meet, and the whole map's adjustment afterwards.
+// Loop closing and merging of submaps, and the whole map's adjustment afterwards.
 namespace sqslam {
 
-// Closes a loop or merges two submaps, where the keyframe shows a place that is known already. Returns
-// whether it did.
-bool Mapper::RecognizePlace(KeyframeId keyframe) {
+// Closes a loop or merges two submaps, where the keyframe shows a place that is mapped already. True where it
+// did.
+bool Mapper::CloseLoop(KeyframeId keyframe) {
   const LoopOptions& options = options_.mapping.loops;
   if (!options.close || (last_loop_ != kNoKeyframe && keyframe - last_loop_ < options.rest)) {
     return false;
@@ -20,20 +20,20 @@ bool Mapper::RecognizePlace(KeyframeId keyframe) {
       maps.push_back(&submap.Map());
     }
   }
-  const std::optional<KnownPlace> place = places_.Recognize(maps, keyframe);
-  if (!place) {
+  const std::optional<LoopCandidate> loop = places_.Recognize(maps, keyframe);
+  if (!loop) {
     return false;
   }
   adjustment_.Stop();
   last_loop_ = keyframe;
   const auto known = std::find_if(submaps_.begin(), submaps_.end(), [&](const auto& entry) {
-    return entry.second.Map().HasKeyframe(place->known);
+    return entry.second.Map().HasKeyframe(loop->known);
   });
   if (&known->second == active_) {
-    CorrectLoop(active_->Map(), camera_, *place, options, loop_edges_);
+    CorrectLoop(active_->Map(), camera_, *loop, options, loop_edges_);
     ++counters_.loops;
   } else {
-    MergeSubmaps(*place, known->second);
+    MergeSubmaps(*loop, known->second);
     ++counters_.merges;
   }
   AdjustInBackground();
@@ -41,8 +41,8 @@ bool Mapper::RecognizePlace(KeyframeId keyframe) {
 }
 
 // The younger submap becomes a part of the older one.
-void Mapper::MergeSubmaps(const KnownPlace& place, Submap& known) {
-  const Sim3d S_known_active = SimilarityOfMaps(active_->Map(), known.Map(), place);
+void Mapper::MergeSubmaps(const LoopCandidate& loop, Submap& known) {
+  const Sim3d S_known_active = SimilarityOfMaps(active_->Map(), known.Map(), loop);
   const bool keep_known = known.Number() < active_->Number();
   Submap& kept = keep_known ? known : *active_;
   Submap& dropped = keep_known ? *active_ : known;
@@ -54,9 +54,9 @@ void Mapper::MergeSubmaps(const KnownPlace& place, Submap& known) {
   submaps_.erase(number);
   atlas_.submaps.erase(number);
   active_ = &kept;
-  loop_edges_.insert(std::minmax(place.current, place.known));
-  FusePlace(active_->Map(), camera_, place, options_.mapping.loops);
-  OptimizeLocally(place.current);
+  loop_edges_.insert(std::minmax(loop.current, loop.known));
+  FuseLoop(active_->Map(), camera_, loop, options_.mapping.loops);
+  OptimizeLocally(loop.current);
 }
 
 // The whole map, on a copy, while mapping goes on.
@@ -69,7 +69,7 @@ void Mapper::AdjustInBackground() {
   }
 }
 
-// Takes the result of the bundle adjustment in the background. Returns whether the active map was changed.
+// Takes the result of the bundle adjustment in the background. True where the active map was changed.
 bool Mapper::TakeAdjustment() {
   std::optional<BackgroundAdjustment::Job> job = adjustment_.TakeFinished();
   if (!job) {
@@ -83,7 +83,7 @@ bool Mapper::TakeAdjustment() {
   return job->submap == active_->Number();
 }
 
-// What lay in `submap` was moved by S_new_old and lies in `new_submap` now.
+// The content of `submap` was moved by S_new_old and lies in `new_submap` now.
 void Mapper::MoveOrigins(std::int64_t submap, const Sim3d& S_new_old, std::int64_t new_submap) {
   for (auto& [number, origin] : atlas_.origins) {
     if (origin.submap == submap) {

@@ -1,4 +1,4 @@
-#include "slam/detection/box_following.h"
+#include "slam/detection/box_tracking.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kMinCorners = 4;   // that agree, to carry a box
 constexpr int kMaxCorners = 24;  // in a box
-constexpr int kLevels = 3;       // of the pyramid, beside the image itself
+constexpr int kLevels = 3;       // pyramid levels beside the image itself
 const cv::Size kWindow(13, 13);  // pixels
 
 using Pyramid = std::vector<cv::Mat>;
@@ -46,13 +46,13 @@ std::vector<cv::Point2f> CornersIn(const cv::Mat& image, const Box2d& box) {
   return corners;
 }
 
-// Where the corners are in the next image; empty where the way back does not end at the corner.
-std::vector<std::optional<cv::Point2f>> FollowCorners(const Pyramid& from, const Pyramid& to,
-                                                      const std::vector<cv::Point2f>& corners) {
+// The corners in the next image; empty where the way back does not end at the corner.
+std::vector<std::optional<cv::Point2f>> TrackCorners(const Pyramid& from, const Pyramid& to,
+                                                     const std::vector<cv::Point2f>& corners) {
   constexpr float kMaxReturnError = 0.7F;  // px
-  std::vector<std::optional<cv::Point2f>> followed(corners.size());
+  std::vector<std::optional<cv::Point2f>> tracked(corners.size());
   if (corners.empty()) {
-    return followed;
+    return tracked;
   }
   std::vector<cv::Point2f> there;
   std::vector<cv::Point2f> back = corners;
@@ -65,10 +65,10 @@ std::vector<std::optional<cv::Point2f>> FollowCorners(const Pyramid& from, const
                            cv::OPTFLOW_USE_INITIAL_FLOW);
   for (std::size_t i = 0; i < corners.size(); ++i) {
     if (found[i] != 0 && found_back[i] != 0 && cv::norm(back[i] - corners[i]) < kMaxReturnError) {
-      followed[i] = there[i];
+      tracked[i] = there[i];
     }
   }
-  return followed;
+  return tracked;
 }
 
 // The box after the motion of the corners in it: growth and shift, each the median.
@@ -103,7 +103,7 @@ std::optional<Box2d> Moved(const Box2d& box,
 }
 
 // The boxes in the next image; empty where they are lost.
-std::vector<std::optional<Box2d>> FollowBoxes(const cv::Mat& image, const Pyramid& from, const Pyramid& to,
+std::vector<std::optional<Box2d>> TrackToNext(const cv::Mat& image, const Pyramid& from, const Pyramid& to,
                                               const std::vector<std::optional<Box2d>>& boxes) {
   std::vector<cv::Point2f> corners;
   std::vector<std::size_t> box_of;
@@ -114,11 +114,11 @@ std::vector<std::optional<Box2d>> FollowBoxes(const cv::Mat& image, const Pyrami
       box_of.resize(corners.size(), b);
     }
   }
-  const std::vector<std::optional<cv::Point2f>> followed = FollowCorners(from, to, corners);
+  const std::vector<std::optional<cv::Point2f>> tracked = TrackCorners(from, to, corners);
   std::vector<std::vector<std::pair<cv::Point2f, cv::Point2f>>> moves(boxes.size());
   for (std::size_t i = 0; i < corners.size(); ++i) {
-    if (followed[i]) {
-      moves[box_of[i]].emplace_back(corners[i], *followed[i]);
+    if (tracked[i]) {
+      moves[box_of[i]].emplace_back(corners[i], *tracked[i]);
     }
   }
   std::vector<std::optional<Box2d>> moved(boxes.size());
@@ -172,9 +172,9 @@ Box2d Clipped(const Box2d& box, cv::Size size) {
 
 }  // namespace
 
-std::vector<std::vector<Detection>> BoxesBetween(const std::vector<cv::Mat>& images,
-                                                 const std::vector<Detection>& first,
-                                                 const std::vector<Detection>& last) {
+std::vector<std::vector<Detection>> TrackBoxes(const std::vector<cv::Mat>& images,
+                                               const std::vector<Detection>& first,
+                                               const std::vector<Detection>& last) {
   if (images.size() < 3) {
     return {};
   }
@@ -186,7 +186,7 @@ std::vector<std::vector<Detection>> BoxesBetween(const std::vector<cv::Mat>& ima
   Pyramid from = MakePyramid(images[0]);
   for (std::size_t i = 0; i < steps; ++i) {
     Pyramid to = MakePyramid(images[i + 1]);
-    ways.push_back(FollowBoxes(images[i], from, to, ways[i]));
+    ways.push_back(TrackToNext(images[i], from, to, ways[i]));
     from = std::move(to);
   }
   std::vector<Box2d> ends;
@@ -200,7 +200,7 @@ std::vector<std::vector<Detection>> BoxesBetween(const std::vector<cv::Mat>& ima
     const bool carried = ways[steps][arrival.first].has_value();
     for (std::size_t i = 1; i < steps; ++i) {
       const double t = static_cast<double>(i) / static_cast<double>(steps);
-      // What the carried box misses the last one by has grown on the way.
+      // The error with which the carried box arrives has grown on the way.
       const Box2d moved = carried ? *ways[i][arrival.first] : start.box;
       const Box2d& target = end.box;
       const Box2d& reached = ends[arrival.first];

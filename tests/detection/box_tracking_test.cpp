@@ -1,4 +1,4 @@
-#include "slam/detection/box_following.h"
+#include "slam/detection/box_tracking.h"
 
 #include <gtest/gtest.h>
 
@@ -48,8 +48,8 @@ class BoxFollowingTest : public testing::Test {
 
 TEST_F(BoxFollowingTest, BoxesFollowWhatIsInThem) {
   const std::vector<cv::Mat> images = Images(8);
-  const auto between = BoxesBetween(images, {{"book", 0.4, BoxAt(0)}},
-                                    {{"cup", 0.9, {0, 0, 20, 20}}, {"book", 0.75, BoxAt(7)}});
+  const auto between =
+      TrackBoxes(images, {{"book", 0.4, BoxAt(0)}}, {{"cup", 0.9, {0, 0, 20, 20}}, {"book", 0.75, BoxAt(7)}});
   ASSERT_EQ(between.size(), 6U);
   for (int i = 1; i < 7; ++i) {
     const std::vector<Detection>& boxes = between[static_cast<std::size_t>(i) - 1];
@@ -65,7 +65,7 @@ TEST_F(BoxFollowingTest, TheErrorOfTheLastBoxIsSpreadOverTheWay) {
   const std::vector<cv::Mat> images = Images(5);
   Box2d last = BoxAt(4);
   last.x += 8.0;
-  const auto between = BoxesBetween(images, {{"book", 0.5, BoxAt(0)}}, {{"book", 0.5, last}});
+  const auto between = TrackBoxes(images, {{"book", 0.5, BoxAt(0)}}, {{"book", 0.5, last}});
   for (int i = 1; i < 4; ++i) {
     EXPECT_NEAR(between[static_cast<std::size_t>(i) - 1].at(0).box.x, BoxAt(i).x + 2.0 * i, 1.0) << i;
   }
@@ -76,7 +76,7 @@ TEST_F(BoxFollowingTest, WhatTheDetectorDoesNotSeeAgainIsLeftOut) {
   const std::vector<Detection> first = {{"book", 0.5, BoxAt(0)}};
   for (const std::vector<Detection>& last :
        {std::vector<Detection>{}, {{"cup", 0.5, BoxAt(3)}}, {{"book", 0.5, {200, 20, 60, 60}}}}) {
-    for (const std::vector<Detection>& boxes : BoxesBetween(images, first, last)) {
+    for (const std::vector<Detection>& boxes : TrackBoxes(images, first, last)) {
       EXPECT_TRUE(boxes.empty());
     }
   }
@@ -84,15 +84,15 @@ TEST_F(BoxFollowingTest, WhatTheDetectorDoesNotSeeAgainIsLeftOut) {
 
 TEST_F(BoxFollowingTest, WithoutTextureBoxesGoStraightIfTheyOverlap) {
   const std::vector<cv::Mat> images(3, cv::Mat(240, 320, CV_8UC1, cv::Scalar(90)));
-  const auto between = BoxesBetween(images, {{"tv", 0.5, {100, 50, 80, 60}}, {"cup", 0.5, {10, 50, 20, 20}}},
-                                    {{"tv", 0.5, {110, 54, 90, 60}}, {"cup", 0.5, {60, 50, 20, 20}}});
+  const auto between = TrackBoxes(images, {{"tv", 0.5, {100, 50, 80, 60}}, {"cup", 0.5, {10, 50, 20, 20}}},
+                                  {{"tv", 0.5, {110, 54, 90, 60}}, {"cup", 0.5, {60, 50, 20, 20}}});
   ASSERT_EQ(between.at(0).size(), 1U);
   EXPECT_NEAR(between[0][0].box.x, 105.0, 1e-9);
   EXPECT_NEAR(between[0][0].box.width, 85.0, 1e-9);
 }
 
 TEST_F(BoxFollowingTest, NothingLiesBetweenNeighbours) {
-  EXPECT_TRUE(BoxesBetween(Images(2), {{"book", 0.5, BoxAt(0)}}, {{"book", 0.5, BoxAt(1)}}).empty());
+  EXPECT_TRUE(TrackBoxes(Images(2), {{"book", 0.5, BoxAt(0)}}, {{"book", 0.5, BoxAt(1)}}).empty());
 }
 
 }  // namespace

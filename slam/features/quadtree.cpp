@@ -1,4 +1,4 @@
-#include "slam/features/corner_spread.h"
+#include "slam/features/quadtree.h"
 
 #include <algorithm>
 #include <array>
@@ -11,16 +11,16 @@
 namespace sqslam {
 namespace {
 
-// Part of the area, with the range of its corners in SpreadTree::order_.
+// Part of the area, with the range of its corners in Quadtree::order_.
 struct Leaf {
   cv::Rect2f area;
   std::size_t begin = 0;
   std::size_t end = 0;
 };
 
-class SpreadTree {
+class Quadtree {
  public:
-  SpreadTree(const std::vector<cv::KeyPoint>& corners, cv::Size area);
+  Quadtree(const std::vector<cv::KeyPoint>& corners, cv::Size area);
   void Split(std::size_t count);
   std::vector<cv::KeyPoint> StrongestOfEach() const;
 
@@ -45,7 +45,7 @@ class SpreadTree {
   std::vector<int> order_;  // indices of corners_, those of one leaf next to each other
   std::vector<int> scratch_;
   std::vector<int> groups_;
-  std::vector<std::size_t> starts_;  // of the groups in order_
+  std::vector<std::size_t> starts_;  // beginnings of the groups in order_
   std::vector<Leaf> leaves_;         // empty ones have been split
   std::size_t filled_ = 0;
   std::priority_queue<std::pair<std::size_t, std::size_t>, std::vector<std::pair<std::size_t, std::size_t>>,
@@ -53,7 +53,7 @@ class SpreadTree {
       open_;
 };
 
-SpreadTree::SpreadTree(const std::vector<cv::KeyPoint>& corners, cv::Size area)
+Quadtree::Quadtree(const std::vector<cv::KeyPoint>& corners, cv::Size area)
     : corners_(corners), order_(corners.size()) {
   std::iota(order_.begin(), order_.end(), 0);
   const int columns =
@@ -68,8 +68,8 @@ SpreadTree::SpreadTree(const std::vector<cv::KeyPoint>& corners, cv::Size area)
 }
 
 template <typename GroupOf>
-void SpreadTree::AddLeaves(std::size_t begin, std::size_t end, std::span<const cv::Rect2f> areas,
-                           GroupOf&& group_of) {
+void Quadtree::AddLeaves(std::size_t begin, std::size_t end, std::span<const cv::Rect2f> areas,
+                         GroupOf&& group_of) {
   starts_.assign(areas.size() + 1, 0);
   scratch_.assign(order_.begin() + static_cast<std::ptrdiff_t>(begin),
                   order_.begin() + static_cast<std::ptrdiff_t>(end));
@@ -94,7 +94,7 @@ void SpreadTree::AddLeaves(std::size_t begin, std::size_t end, std::span<const c
   }
 }
 
-void SpreadTree::SplitLeaf(const Leaf& leaf) {
+void Quadtree::SplitLeaf(const Leaf& leaf) {
   const float w = 0.5F * leaf.area.width;
   const float h = 0.5F * leaf.area.height;
   const cv::Point2f middle(leaf.area.x + w, leaf.area.y + h);
@@ -106,7 +106,7 @@ void SpreadTree::SplitLeaf(const Leaf& leaf) {
             [&](const cv::Point2f& p) { return (p.x >= middle.x ? 1 : 0) + (p.y >= middle.y ? 2 : 0); });
 }
 
-void SpreadTree::Split(std::size_t count) {
+void Quadtree::Split(std::size_t count) {
   while (filled_ < count && !open_.empty()) {
     const std::size_t index = open_.top().second;
     open_.pop();
@@ -119,7 +119,7 @@ void SpreadTree::Split(std::size_t count) {
   }
 }
 
-int SpreadTree::Strongest(const Leaf& leaf) const {
+int Quadtree::Strongest(const Leaf& leaf) const {
   int strongest = order_[leaf.begin];
   for (std::size_t i = leaf.begin + 1; i < leaf.end; ++i) {
     if (corners_[static_cast<std::size_t>(order_[i])].response >
@@ -130,7 +130,7 @@ int SpreadTree::Strongest(const Leaf& leaf) const {
   return strongest;
 }
 
-std::vector<cv::KeyPoint> SpreadTree::StrongestOfEach() const {
+std::vector<cv::KeyPoint> Quadtree::StrongestOfEach() const {
   std::vector<cv::KeyPoint> kept;
   kept.reserve(filled_);
   for (const Leaf& leaf : leaves_) {
@@ -143,11 +143,12 @@ std::vector<cv::KeyPoint> SpreadTree::StrongestOfEach() const {
 
 }  // namespace
 
-std::vector<cv::KeyPoint> SpreadCorners(const std::vector<cv::KeyPoint>& corners, cv::Size area, int count) {
+std::vector<cv::KeyPoint> DistributeByQuadtree(const std::vector<cv::KeyPoint>& corners, cv::Size area,
+                                               int count) {
   if (static_cast<int>(corners.size()) <= count) {
     return corners;
   }
-  SpreadTree tree(corners, area);
+  Quadtree tree(corners, area);
   tree.Split(static_cast<std::size_t>(count));
   return tree.StrongestOfEach();
 }
