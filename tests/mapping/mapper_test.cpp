@@ -97,7 +97,7 @@ class MapperTest : public ::testing::Test {
   }
 
   SyntheticMap world_ = MakeSyntheticMap({});
-  SystemOptions options_;
+  MapperOptions options_;
   StageTimes times_;
   AtlasViewPtr atlas_;
   std::vector<MapSnapshotPtr> snapshots_;
@@ -236,8 +236,8 @@ TEST_F(MapperTest, KeepsSubmapsApartAndDropsThoseThatNeverGrew) {
   ASSERT_EQ(finished.size(), 2U);
   EXPECT_EQ(finished[0].trajectory.size(), 10U) << "the one with the most frames comes first";
   EXPECT_EQ(finished[1].trajectory.size(), 8U);
-  EXPECT_EQ(mapper_->GetCounts().resets, 1);
-  EXPECT_EQ(mapper_->GetCounts().merges, 0) << "without words";
+  EXPECT_EQ(mapper_->Counters().resets, 1);
+  EXPECT_EQ(mapper_->Counters().merges, 0) << "without words";
 }
 
 class MapperWithWords : public MapperTest {
@@ -249,8 +249,8 @@ TEST_F(MapperWithWords, ClosesALoop) {
   SyntheticMap ring = MakeRingMap({});
   const double before = CenterError(ring);
   mapper_->Process(Beginning(0, ring.map));
-  EXPECT_EQ(mapper_->GetCounts().loops, 1);
-  EXPECT_EQ(mapper_->GetCounts().merges, 0);
+  EXPECT_EQ(mapper_->Counters().loops, 1);
+  EXPECT_EQ(mapper_->Counters().merges, 0);
   for (const auto& [id, keyframe] : View().keyframes) {
     ring.map.At(id).T_camera_map = keyframe.pose.T_camera_map;
   }
@@ -263,7 +263,7 @@ TEST_F(MapperWithWords, ClosesALoop) {
 // The second submap sees what the first one knows, in a frame and unit of its own.
 TEST_F(MapperWithWords, MergesSubmapsThatMeet) {
   mapper_->Process(Beginning(0, MakeRingMap(ExactRing()).map));
-  EXPECT_EQ(mapper_->GetCounts().loops, 1) << "where the ring itself closes";
+  EXPECT_EQ(mapper_->Counters().loops, 1) << "where the ring itself closes";
   RingMapOptions later = ExactRing();
   later.first_id = 100;
   later.keyframes = 8;
@@ -273,7 +273,7 @@ TEST_F(MapperWithWords, MergesSubmapsThatMeet) {
                     {3.0, -1.0, 7.0}};
   map.Transform(S_1_0);
   mapper_->Process(Beginning(1, std::move(map)));
-  EXPECT_EQ(mapper_->GetCounts().merges, 1);
+  EXPECT_EQ(mapper_->Counters().merges, 1);
   EXPECT_EQ(atlas_->submaps.size(), 1U);
   const AtlasView::Origin& origin = atlas_->origins.at(1);
   EXPECT_EQ(origin.submap, 0);

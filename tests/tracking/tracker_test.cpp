@@ -127,7 +127,7 @@ TEST_F(TrackerTest, BeginsAMapOnceAndTracksFromThenOn) {
   ASSERT_GT(estimate.size(), 30U);
   EXPECT_LT(AlignedError(estimate, truth), 0.015);  // against two keyframes that are never refined
   EXPECT_FALSE(tracker_.Lost());
-  EXPECT_EQ(tracker_.Losses(), 0);
+  EXPECT_EQ(tracker_.Counters().losses, 0);
 }
 
 TEST_F(TrackerTest, SaysThatItIsLostAndFindsBack) {
@@ -145,8 +145,8 @@ TEST_F(TrackerTest, SaysThatItIsLostAndFindsBack) {
   const TrackingReport found = Track(next + 4);
   ASSERT_TRUE(found.pose);
   EXPECT_FALSE(tracker_.Lost());
-  EXPECT_EQ(tracker_.Losses(), 1);
-  EXPECT_EQ(tracker_.Relocalizations(), 1);
+  EXPECT_EQ(tracker_.Counters().losses, 1);
+  EXPECT_EQ(tracker_.Counters().relocalizations, 1);
   ASSERT_TRUE(found.backlog);
   EXPECT_EQ(found.backlog->earlier.size(), 3U);
   EXPECT_EQ(found.backlog->next.index, next + 4);
@@ -258,7 +258,7 @@ TEST_F(TrackerTest, FollowsAMapThatWasMoved) {
   EXPECT_EQ(after.S_map_origin, S_new_old);
   EXPECT_LT(testing::CenterDistance(PoseOf(after), MoveCamera(T_camera_old, S_new_old)), 2.5e-3);
   EXPECT_NEAR(static_cast<double>(after.matches.size()), static_cast<double>(before.matches.size()), 5.0);
-  EXPECT_EQ(tracker_.Losses(), 0);
+  EXPECT_EQ(tracker_.Counters().losses, 0);
 }
 
 class TrackerSubmaps : public TrackerTest {
@@ -282,8 +282,8 @@ class TrackerSubmaps : public TrackerTest {
 TEST_F(TrackerSubmaps, BeginWhereTheOldOneIsNotFoundAgain) {
   const int next = BeginElsewhere(Begin());
   EXPECT_FALSE(tracker_.Lost());
-  EXPECT_EQ(tracker_.Losses(), 1);
-  EXPECT_EQ(tracker_.Relocalizations(), 0);
+  EXPECT_EQ(tracker_.Counters().losses, 1);
+  EXPECT_EQ(tracker_.Counters().relocalizations, 0);
   const TrackingReport report = Track(MirrorFrame(next));
   EXPECT_TRUE(report.pose);
   EXPECT_EQ(report.submap, 1);
