@@ -11,6 +11,7 @@
 #include "slam/evaluation/ground_truth_poses.h"
 #include "slam/io/dataset_layouts.h"
 #include "slam/io/image_files.h"
+#include "slam/io/pose_json.h"
 #include "slam/io/sequence.h"
 #include "slam/util/error.h"
 #include "slam/util/text_lines.h"
@@ -27,21 +28,7 @@ Rigid3d ParsePose(const json& entry) {
     return {Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ())),
             {center[0], center[1], center[2]}};
   }
-  std::vector<double> v;
-  for (const json& row : entry.at("T_world_object")) {
-    const auto numbers =
-        row.is_array() ? row.get<std::vector<double>>() : std::vector<double>{row.get<double>()};
-    v.insert(v.end(), numbers.begin(), numbers.end());
-  }
-  if (v.size() != 16) {
-    throw InputError("expected 16 numbers in T_world_object");
-  }
-  Eigen::Matrix3d rotation;
-  rotation << v[0], v[1], v[2], v[4], v[5], v[6], v[8], v[9], v[10];
-  if (!(rotation.transpose() * rotation).isIdentity(1e-3) || rotation.determinant() < 0.0) {
-    throw InputError("expected a rotation in T_world_object");
-  }
-  return {Eigen::Quaterniond(rotation).normalized(), {v[3], v[7], v[11]}};
+  return PoseFromJson(entry, "T_world_object");
 }
 
 Solid ParseSolid(const json& entry) {

@@ -4,6 +4,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <initializer_list>
+#include <utility>
 
 #include "slam/util/statistics.h"
 
@@ -69,11 +71,14 @@ std::string LatexCell(const Cell& cell) {
 
 std::string Significant(double value) { return fmt::format("{:.6g}", value); }
 
-std::string Replaced(std::string_view text, std::string_view (*replacement)(char)) {
+using Escapes = std::initializer_list<std::pair<char, std::string_view>>;
+
+std::string Escaped(std::string_view text, Escapes escapes) {
   std::string escaped;
   for (const char c : text) {
-    const std::string_view other = replacement(c);
-    escaped += other.empty() ? std::string_view(&c, 1) : other;
+    const auto found =
+        std::find_if(escapes.begin(), escapes.end(), [c](const auto& escape) { return escape.first == c; });
+    escaped += found != escapes.end() ? found->second : std::string_view(&c, 1);
   }
   return escaped;
 }
@@ -220,71 +225,35 @@ std::string ToCsv(const Table& table) {
 }
 
 std::string EscapeMarkdown(std::string_view text) {
-  return Replaced(text, [](char c) -> std::string_view {
-    switch (c) {
-      case '|':
-        return "\\|";
-      case '*':
-        return "\\*";
-      case '_':
-        return "\\_";
-      case '`':
-        return "\\`";
-      case '<':
-        return "\\<";
-      case '[':
-        return "\\[";
-      case '\\':
-        return "\\\\";
-      case '\n':
-        return " ";
-      default:
-        return {};
-    }
-  });
+  return Escaped(text, {{'|', "\\|"},
+                        {'*', "\\*"},
+                        {'_', "\\_"},
+                        {'`', "\\`"},
+                        {'<', "\\<"},
+                        {'[', "\\["},
+                        {'\\', "\\\\"},
+                        {'\n', " "}});
 }
 
 std::string EscapeLatex(std::string_view text) {
-  return Replaced(text, [](char c) -> std::string_view {
-    switch (c) {
-      case '&':
-        return "\\&";
-      case '%':
-        return "\\%";
-      case '$':
-        return "\\$";
-      case '#':
-        return "\\#";
-      case '_':
-        return "\\_";
-      case '{':
-        return "\\{";
-      case '}':
-        return "\\}";
-      case '~':
-        return "\\textasciitilde{}";
-      case '^':
-        return "\\textasciicircum{}";
-      case '\\':
-        return "\\textbackslash{}";
-      case '<':
-        return "\\textless{}";
-      case '>':
-        return "\\textgreater{}";
-      case '\n':
-        return " ";
-      default:
-        return {};
-    }
-  });
+  return Escaped(text, {{'&', "\\&"},
+                        {'%', "\\%"},
+                        {'$', "\\$"},
+                        {'#', "\\#"},
+                        {'_', "\\_"},
+                        {'{', "\\{"},
+                        {'}', "\\}"},
+                        {'~', "\\textasciitilde{}"},
+                        {'^', "\\textasciicircum{}"},
+                        {'\\', "\\textbackslash{}"},
+                        {'<', "\\textless{}"},
+                        {'>', "\\textgreater{}"},
+                        {'\n', " "}});
 }
 
 std::string EscapeCsv(std::string_view text) {
-  if (text.find_first_of(",\"\r\n") == std::string_view::npos) {
-    return std::string(text);
-  }
-  return fmt::format("\"{}\"",
-                     Replaced(text, [](char c) -> std::string_view { return c == '"' ? "\"\"" : ""; }));
+  const bool plain = text.find_first_of(",\"\r\n") == std::string_view::npos;
+  return plain ? std::string(text) : fmt::format("\"{}\"", Escaped(text, {{'"', "\"\""}}));
 }
 
 }  // namespace sqslam

@@ -4,7 +4,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <charconv>
 #include <optional>
 
 #include "slam/io/coco.h"
@@ -150,13 +149,11 @@ class DetectionReader {
 };
 
 double TimestampOfName(const fs::path& path) {
-  const std::string name = path.stem().string();
-  double timestamp = 0.0;
-  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), timestamp);
-  if (error != std::errc() || end != name.data() + name.size()) {
+  const std::optional<double> timestamp = ParseNumber<double>(path.stem().string());
+  if (!timestamp) {
     throw InputError(fmt::format("{}: expected a file named TIMESTAMP.txt", path.string()));
   }
-  return timestamp;
+  return *timestamp;
 }
 
 }  // namespace

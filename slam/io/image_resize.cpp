@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -11,18 +10,13 @@
 #include <string_view>
 
 #include "slam/util/error.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam {
 namespace {
 
 constexpr int kMinSide = 16;  // pixels; less is a slip
 constexpr int kMaxSide = 16384;
-
-std::optional<double> NumberIn(std::string_view text) {
-  double number = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc() && end == text.data() + text.size() ? std::optional(number) : std::nullopt;
-}
 
 bool IsSide(double number) {
   return number == std::floor(number) && number >= kMinSide && number <= kMaxSide;
@@ -43,9 +37,9 @@ ImageResize ParseImageResize(const std::string& text) {
     return {};
   }
   const std::size_t comma = text.find(',');
-  const std::optional<double> first = NumberIn(std::string_view(text).substr(0, comma));
+  const std::optional<double> first = ParseNumber<double>(std::string_view(text).substr(0, comma));
   if (comma != std::string::npos) {
-    const std::optional<double> second = NumberIn(std::string_view(text).substr(comma + 1));
+    const std::optional<double> second = ParseNumber<double>(std::string_view(text).substr(comma + 1));
     if (first && second && IsSide(*first) && IsSide(*second)) {
       return {static_cast<int>(*first), static_cast<int>(*second), 1.0};
     }

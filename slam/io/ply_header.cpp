@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <charconv>
 #include <iterator>
 #include <sstream>
 #include <string_view>
@@ -101,13 +100,11 @@ class HeaderReader {
   }
 
   void ReadElement() {
-    const std::string& count = line_.words[2];
-    Element element{line_.words[1], 0, {}};
-    const auto [end, error] = std::from_chars(count.data(), count.data() + count.size(), element.count);
-    if (error != std::errc() || end != count.data() + count.size()) {
+    const auto count = ParseNumber<std::uint64_t>(line_.words[2]);
+    if (!count) {
       ThrowBadLine(path_, line_, "element NAME COUNT");
     }
-    header_.elements.push_back(std::move(element));
+    header_.elements.push_back({line_.words[1], *count, {}});
   }
 
   void ReadProperty() {

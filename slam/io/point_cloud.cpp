@@ -6,7 +6,6 @@
 #include <array>
 #include <bit>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -104,14 +103,11 @@ class AsciiBody {
     if (fresh_) {
       NextLine(element, index);
     }
-    const std::string word = next_ < line_.words.size() ? line_.words[next_++] : std::string();
-    const char* begin = word.data() + (word.starts_with('+') ? 1 : 0);
-    double value = 0.0;
-    const auto [end, error] = std::from_chars(begin, word.data() + word.size(), value);
-    if (word.empty() || error != std::errc() || end != word.data() + word.size()) {
+    const auto value = ParseNumber<double>(next_ < line_.words.size() ? line_.words[next_++] : "");
+    if (!value) {
       ThrowBadLine(path_, line_, fmt::format("a number for each property of '{}'", element.name));
     }
-    return value;
+    return *value;
   }
 
   void EndOfItem(const Element& element, std::uint64_t index) {
@@ -316,12 +312,12 @@ PointCloud ReadText(const fs::path& path, const std::string& bytes) {
     }
     Eigen::Vector3d point;
     for (int i = 0; i < 3; ++i) {
-      const std::string word = static_cast<std::size_t>(i) < line.words.size() ? line.words[i] : "";
-      const char* begin = word.data() + (word.starts_with('+') ? 1 : 0);
-      const auto [end, error] = std::from_chars(begin, word.data() + word.size(), point[i]);
-      if (word.empty() || error != std::errc() || end != word.data() + word.size()) {
+      const auto number =
+          ParseNumber<double>(static_cast<std::size_t>(i) < line.words.size() ? line.words[i] : "");
+      if (!number) {
         ThrowBadLine(path, line, "x y z (or a PLY file, whose first line is 'ply')");
       }
+      point[i] = *number;
     }
     AddPoint(point, cloud);
   }

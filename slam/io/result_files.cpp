@@ -7,6 +7,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "slam/io/pose_json.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 #include "slam/util/text_lines.h"
@@ -65,28 +66,6 @@ Json ToJson(const SnapshotObject& object) {
   return json;
 }
 
-Rigid3d PoseFromJson(const Json& json) {
-  std::vector<double> v;
-  for (const Json& item : json) {
-    if (item.is_array()) {
-      for (const double number : item) {
-        v.push_back(number);
-      }
-    } else {
-      v.push_back(item);
-    }
-  }
-  if (v.size() != 16) {
-    throw InputError("T_map_object has not 16 numbers");
-  }
-  Eigen::Matrix3d rotation;
-  rotation << v[0], v[1], v[2], v[4], v[5], v[6], v[8], v[9], v[10];
-  if (!(rotation.transpose() * rotation).isIdentity(1e-3) || rotation.determinant() < 0.0) {
-    throw InputError("T_map_object holds no rotation");
-  }
-  return {Eigen::Quaterniond(rotation).normalized(), {v[3], v[7], v[11]}};
-}
-
 SnapshotObject ObjectFromJson(const Json& json) {
   SnapshotObject object;
   object.id = json.at("id");
@@ -96,7 +75,7 @@ SnapshotObject ObjectFromJson(const Json& json) {
   object.observations = json.value("observations", 0);
   object.points = json.value("points", 0);
   object.yaw = json.value("yaw", 0.0);
-  object.superquadric.T_map_object = PoseFromJson(json.at("T_map_object"));
+  object.superquadric.T_map_object = PoseFromJson(json, "T_map_object");
   Superquadric& shape = object.superquadric.shape;
   for (int i = 0; i < 3; ++i) {
     shape.half_size[i] = json.at("half_size").at(static_cast<std::size_t>(i));

@@ -30,18 +30,18 @@ void Relocalizer::Follow(const AtlasViewPtr& atlas, const TrackingViewPtr& view)
   }
 }
 
-std::vector<Relocalizer::Place> Relocalizer::Candidates(const AtlasViewPtr& atlas,
-                                                        const TrackingViewPtr& view,
-                                                        const std::optional<TrackedFrame>& last,
-                                                        const TrackedFrame& frame) {
+std::vector<Relocalizer::Candidate> Relocalizer::Candidates(const AtlasViewPtr& atlas,
+                                                            const TrackingViewPtr& view,
+                                                            const std::optional<TrackedFrame>& last,
+                                                            const TrackedFrame& frame) {
   constexpr int kCandidates = 5;
-  std::vector<Place> places;
+  std::vector<Candidate> candidates;
   const KeyframeId last_reference = last ? last->anchor.reference : kNoKeyframe;
   if (view->keyframes.contains(last_reference)) {
-    places.push_back({view, last_reference});
+    candidates.push_back({view, last_reference});
   }
   if (!vocabulary_) {
-    return places;
+    return candidates;
   }
   Follow(atlas, view);
   const BagOfWords words = vocabulary_->Transform(frame.features->descriptors);
@@ -50,9 +50,9 @@ std::vector<Relocalizer::Place> Relocalizer::Candidates(const AtlasViewPtr& atla
   query.max_candidates = kCandidates;
   query.exclude = [&](KeyframeId id) { return id == last_reference; };
   for (const PlaceCandidate& candidate : index_.Query(query)) {
-    places.push_back({views_.at(submap_of_.at(candidate.id)), candidate.id});
+    candidates.push_back({views_.at(submap_of_.at(candidate.id)), candidate.id});
   }
-  return places;
+  return candidates;
 }
 
 }  // namespace sqslam

@@ -20,15 +20,15 @@ class Relocalizer {
   // `vocabulary`: null leaves only the keyframe that was tracked last.
   explicit Relocalizer(std::shared_ptr<const Vocabulary> vocabulary) : vocabulary_(std::move(vocabulary)) {}
 
-  struct Place {
+  struct Candidate {
     TrackingViewPtr view;
     KeyframeId keyframe = kNoKeyframe;
   };
 
   // Best first, and before all others the keyframe that was tracked last. `view`: newest of the submap
   // tracked last, which the atlas (null allowed) may not know yet.
-  std::vector<Place> Candidates(const AtlasViewPtr& atlas, const TrackingViewPtr& view,
-                                const std::optional<TrackedFrame>& last, const TrackedFrame& frame);
+  std::vector<Candidate> Candidates(const AtlasViewPtr& atlas, const TrackingViewPtr& view,
+                                    const std::optional<TrackedFrame>& last, const TrackedFrame& frame);
 
  private:
   void Follow(const AtlasViewPtr& atlas, const TrackingViewPtr& view);

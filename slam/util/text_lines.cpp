@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cerrno>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -59,14 +58,11 @@ double NumberAt(const std::filesystem::path& path, const TextLine& line, std::si
   if (index >= line.words.size()) {
     ThrowBadLine(path, line, expected);
   }
-  const std::string& word = line.words[index];
-  const char* begin = word.data() + (word.starts_with('+') ? 1 : 0);
-  double number = 0.0;
-  const auto [end, error] = std::from_chars(begin, word.data() + word.size(), number);
-  if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(number)) {
+  const std::optional<double> number = ParseNumber<double>(line.words[index]);
+  if (!number || !std::isfinite(*number)) {
     ThrowBadLine(path, line, expected);
   }
-  return number;
+  return *number;
 }
 
 }  // namespace sqslam

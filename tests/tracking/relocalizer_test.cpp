@@ -45,7 +45,7 @@ class RelocalizerTest : public ::testing::Test {
                              {.pixel_noise = 0.1, .flipped_bits = 10, .clutter = 100})
                         .features);
   }
-  static std::vector<KeyframeId> Ids(const std::vector<Relocalizer::Place>& places) {
+  static std::vector<KeyframeId> Ids(const std::vector<Relocalizer::Candidate>& places) {
     std::vector<KeyframeId> ids;
     for (const auto& [view, id] : places) {
       ids.push_back(id);
