@@ -4,12 +4,12 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 
 #include "slam/estimation/chi_squared.h"
 #include "slam/estimation/triangulation.h"
+#include "slam/geometry/angles.h"
 #include "slam/util/statistics.h"
 
 namespace sqslam {
@@ -79,7 +79,7 @@ Candidate Reconstruct(const Camera& camera, const std::vector<TwoViewMatch>& mat
     }
     ++candidate.good;
     const double cosine = std::clamp(CosParallax(p, Eigen::Vector3d::Zero(), center2), -1.0, 1.0);
-    angles.push_back(std::acos(cosine) * 180.0 / std::numbers::pi);
+    angles.push_back(std::acos(cosine) * kDegreesPerRadian);
     if (cosine < 0.99998) {
       candidate.points[i] = p;
     }

@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 
+#include "slam/geometry/angles.h"
 #include "slam/objects/dual_quadric.h"
 #include "slam/objects/estimation_order.h"
 #include "slam/objects/landmark.h"
@@ -225,8 +226,7 @@ void ObjectMapper::Impl::Publish() {
     out.support = landmark.support;
     out.centroid = landmark.superquadric.T_map_object.translation;
     out.half_extents = landmark.superquadric.shape.half_size;
-    const Eigen::Vector3d x = landmark.superquadric.T_map_object.rotation * Eigen::Vector3d::UnitX();
-    out.yaw = std::atan2(x.y(), x.x());
+    out.yaw = YawOf(landmark.superquadric.T_map_object.rotation);
     next->landmarks.push_back(std::move(out));
   }
   next->merges = merges;
@@ -332,8 +332,7 @@ std::vector<SnapshotObject> ObjectMapper::Objects() const {
     object.points = static_cast<int>(landmark.points.size());
     object.superquadric = *solid;
     object.fit = impl_->FitOf(landmark, *solid);
-    const Eigen::Vector3d x = solid->T_map_object.rotation * Eigen::Vector3d::UnitX();
-    object.yaw = std::atan2(x.y(), x.x());
+    object.yaw = YawOf(solid->T_map_object.rotation);
     objects.push_back(std::move(object));
   }
   return objects;

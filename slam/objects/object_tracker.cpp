@@ -318,9 +318,7 @@ void ObjectTracker::Impl::Transform(const Sim3d& S_new_old) {
     }
   }
   for (ObjectLandmarkView& landmark : view.landmarks) {
-    Rigid3d& T = landmark.superquadric.T_map_object;
-    T = {(S_new_old.rotation * T.rotation).normalized(), S_new_old * T.translation};
-    landmark.superquadric.shape.half_size *= S_new_old.scale;
+    landmark.superquadric = S_new_old * landmark.superquadric;
     landmark.half_extents *= S_new_old.scale;
     landmark.centroid = S_new_old * landmark.centroid;
     for (auto& [point, p] : landmark.points) {

@@ -374,8 +374,7 @@ bool Tracker::FollowMap(WaitingFrame& waiting) const {
   }
   const Sim3d S_new_old = S_map_origin * seen.S_map_origin.Inverse();
   ObjectFrame& frame = *waiting.objects;
-  frame.T_map_camera = {(S_new_old.rotation * frame.T_map_camera.rotation).normalized(),
-                        S_new_old * frame.T_map_camera.translation};
+  frame.T_map_camera = S_new_old * frame.T_map_camera;
   for (TrackedPoint& point : frame.points) {
     point.p_map = S_new_old * point.p_map;
   }
