@@ -7,7 +7,6 @@
 
 #include "slam/geometry/angles.h"
 #include "slam/objects/dual_quadric.h"
-#include "slam/objects/estimation_order.h"
 #include "slam/objects/landmark.h"
 #include "slam/objects/landmark_estimation.h"
 #include "slam/objects/merging.h"
@@ -224,9 +223,6 @@ void ObjectMapper::Impl::Publish() {
     out.shown = IsShown(landmark);
     out.superquadric = landmark.superquadric;
     out.support = landmark.support;
-    out.centroid = landmark.superquadric.T_map_object.translation;
-    out.half_extents = landmark.superquadric.shape.half_size;
-    out.yaw = YawOf(landmark.superquadric.T_map_object.rotation);
     next->landmarks.push_back(std::move(out));
   }
   next->merges = merges;
@@ -296,10 +292,6 @@ bool ObjectMapper::Correct(int id, const PosedSuperquadric& superquadric, const 
   landmark.box_agreement = agreement;
   impl_->Publish();
   return true;
-}
-
-void ObjectMapper::Transform(const Rigid3d& T_new_old) {
-  impl_->Transform({1.0, T_new_old.rotation, T_new_old.translation});
 }
 
 void ObjectMapper::Transform(const Sim3d& S_new_old) { impl_->Transform(S_new_old); }

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <unordered_set>
 #include <vector>
 
@@ -12,22 +13,26 @@
 
 namespace sqslam {
 
-// A landmark as the tracking thread remembers it between frames.
-struct SeenLandmark {
+// A landmark as the tracking thread remembers it from frame to frame.
+struct KnownLandmark {
   LabelVotes labels;
   Box2d last_box;
   Box2d box_velocity;  // per frame
   std::int64_t last_frame = -1;
-  int observations = 0;
   std::unordered_set<std::int64_t> point_ids;
   PointStatistics centroids;
   std::vector<Eigen::Vector3d> cloud;        // map frame; only kept for the rank-sum test
   const ObjectLandmarkView* view = nullptr;  // of the mapping thread, where it knows the landmark
 
-  // By constant velocity in the image, distorted px.
+  // In the current frame, distorted px.
+  std::optional<Box2d> predicted_box;  // by constant velocity in the image; only if seen lately
+  std::optional<Box2d> projected_box;  // around the superquadric, within the image
+
+  bool IsEstimated() const { return view != nullptr && view->estimated; }
+  double Radius() const;  // largest half size, map units; 0: unknown
   Box2d PredictedBox(std::int64_t frame_index) const;
   void SeeBox(const Box2d& box, std::int64_t frame_index);
-  void Absorb(SeenLandmark&& other);  // the two are one object
+  void Absorb(KnownLandmark&& other);  // the two are one object
 };
 
 }  // namespace sqslam
