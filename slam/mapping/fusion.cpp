@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "slam/estimation/chi_squared.h"
+#include "slam/estimation/reprojection_error.h"
 #include "slam/mapping/projection_search.h"
 
 namespace sqslam {
