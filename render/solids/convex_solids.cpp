@@ -9,26 +9,6 @@
 namespace sqslam {
 namespace {
 
-// (u^q + v^q)^(1/q) with q = 2 / (2 - e), u and v >= 0, and its derivatives.
-struct DualNorm {
-  double value = 0.0;
-  double by_u = 0.0;
-  double by_v = 0.0;
-};
-
-DualNorm Dual(double u, double v, double e) {
-  const double largest = std::max(u, v);
-  if (largest <= 0.0) {
-    return {};
-  }
-  const double q = 2.0 / (2.0 - std::min(e, 1.999));
-  DualNorm norm;
-  norm.value = largest * std::pow(std::pow(u / largest, q) + std::pow(v / largest, q), 1.0 / q);
-  norm.by_u = std::pow(u / norm.value, q - 1.0);
-  norm.by_v = std::pow(v / norm.value, q - 1.0);
-  return norm;
-}
-
 Separation Along(const PosedSuperquadric& a, const PosedSuperquadric& b, Eigen::Vector3d n) {
   n.normalize();
   if (n.dot(b.T_map_object.translation - a.T_map_object.translation) < 0.0) {
@@ -40,27 +20,6 @@ Separation Along(const PosedSuperquadric& a, const PosedSuperquadric& b, Eigen::
 }
 
 }  // namespace
-
-Eigen::Vector3d SupportPoint(const PosedSuperquadric& solid, const Eigen::Vector3d& n) {
-  const Superquadric& shape = solid.shape;
-  const Eigen::Vector3d local = solid.T_map_object.rotation.conjugate() * n;
-  const Eigen::Vector3d m = shape.half_size.cwiseProduct(local).cwiseAbs();
-  const DualNorm section = Dual(m.x(), m.y(), shape.e2);
-  const DualNorm whole = Dual(section.value, m.z(), shape.e1);
-  const Eigen::Vector3d share(whole.by_u * section.by_u, whole.by_u * section.by_v, whole.by_v);
-  Eigen::Vector3d p = shape.half_size.cwiseProduct(share);
-  for (int axis = 0; axis < 3; ++axis) {
-    p[axis] = std::copysign(p[axis], local[axis]);
-  }
-  return solid.T_map_object * p;
-}
-
-double SupportExtent(const PosedSuperquadric& solid, const Eigen::Vector3d& n) {
-  const Superquadric& shape = solid.shape;
-  const Eigen::Vector3d m =
-      shape.half_size.cwiseProduct(solid.T_map_object.rotation.conjugate() * n).cwiseAbs();
-  return Dual(Dual(m.x(), m.y(), shape.e2).value, m.z(), shape.e1).value;
-}
 
 Separation Separate(const PosedSuperquadric& a, const PosedSuperquadric& b, int rounds) {
   const Eigen::Matrix3d axes_a = a.T_map_object.RotationMatrix();

@@ -8,14 +8,7 @@
 
 namespace sqslam {
 
-// The superquadric as a convex solid (both exponents at most 2).
-
-// The point of the solid that lies farthest along n (map frame, of any length > 0): where the gradient of its
-// support function, the dual of the norm of Eq. 2, points.
-Eigen::Vector3d SupportPoint(const PosedSuperquadric& solid, const Eigen::Vector3d& n);
-
-// Largest n . (p - centre) over the solid, n a unit vector in the map frame (the support function).
-double SupportExtent(const PosedSuperquadric& solid, const Eigen::Vector3d& n);
+// Superquadrics as convex solids (both exponents at most 2).
 
 // A direction along which all of b lies beyond all of a: any such, or the best there is where they overlap.
 struct Separation {

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "slam/geometry/superquadric_norm.h"
+
 namespace sqslam {
 namespace {
 
@@ -33,7 +35,7 @@ std::vector<SuperellipsePoint> SampleUniformInPolarAngle(double e, double first,
     const double angle = first + (last - first) * i / segments;
     const double c = Snap(std::cos(angle));
     const double s = Snap(std::sin(angle));
-    const double norm = std::pow(std::pow(std::abs(c), 2.0 / e) + std::pow(std::abs(s), 2.0 / e), 0.5 * e);
+    const double norm = SuperellipseNorm(c, s, e);
     const double x = c / norm;
     const double y = s / norm;
     points[static_cast<std::size_t>(i)] = {x, y, SignedPower(x, (2.0 - e) / e),

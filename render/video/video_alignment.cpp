@@ -7,14 +7,6 @@
 #include <vector>
 
 namespace sqslam {
-namespace {
-
-Rigid3d TransformedPose(const Sim3d& s, const Rigid3d& pose) {
-  return {(s.rotation * pose.rotation).normalized(), s * pose.translation};
-}
-
-}  // namespace
-
 Sim3d AlignByKeyframes(const MapSnapshot& map, const MapSnapshot& target) {
   std::map<std::int64_t, const SnapshotKeyframe*> of_target;
   for (const SnapshotKeyframe& keyframe : target.keyframes) {
@@ -57,20 +49,18 @@ Sim3d AlignByKeyframes(const MapSnapshot& map, const MapSnapshot& target) {
 }
 
 MapSnapshot Transformed(const Sim3d& S_target_map, const MapSnapshot& map) {
-  const Sim3d& s = S_target_map;
   MapSnapshot moved = map;
   if (moved.T_map_camera) {
-    moved.T_map_camera = TransformedPose(s, *moved.T_map_camera);
+    moved.T_map_camera = S_target_map * *moved.T_map_camera;
   }
   for (SnapshotKeyframe& keyframe : moved.keyframes) {
-    keyframe.T_map_camera = TransformedPose(s, keyframe.T_map_camera);
+    keyframe.T_map_camera = S_target_map * keyframe.T_map_camera;
   }
   for (SnapshotPoint& point : moved.points) {
-    point.p_map = (s * point.p_map.cast<double>()).cast<float>();
+    point.p_map = (S_target_map * point.p_map.cast<double>()).cast<float>();
   }
   for (SnapshotObject& object : moved.objects) {
-    object.superquadric.T_map_object = TransformedPose(s, object.superquadric.T_map_object);
-    object.superquadric.shape.half_size *= s.scale;
+    object.superquadric = S_target_map * object.superquadric;
   }
   return moved;
 }

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "slam/calibration/board_detection.h"
+#include "slam/calibration/board.h"
 #include "slam/geometry/camera.h"
 
 namespace sqslam {

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "slam/calibration/board_detection.h"
+#include "slam/calibration/board.h"
 
 namespace sqslam {
 

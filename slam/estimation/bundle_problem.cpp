@@ -7,9 +7,9 @@
 #include <limits>
 #include <memory>
 
-#include "slam/estimation/chi_squared.h"
 #include "slam/estimation/object_blocks.h"
 #include "slam/estimation/reprojection_cost.h"
+#include "slam/estimation/reprojection_error.h"
 
 namespace sqslam {
 namespace {

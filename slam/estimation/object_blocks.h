@@ -2,14 +2,61 @@
 
 #include <ceres/ceres.h>
 #include <ceres/normal_prior.h>
+#include <ceres/sized_cost_function.h>
 
+#include <Eigen/Geometry>
+#include <array>
 #include <memory>
 #include <vector>
 
 #include "slam/estimation/bundle_problem.h"
-#include "slam/estimation/object_cost.h"
+#include "slam/geometry/superquadric.h"
 
 namespace sqslam {
+
+// A posed superquadric as a Ceres parameter block: centre (map frame), logarithms of the half sizes, angle in
+// radians by which it is turned about its own z axis since the block was made, e1, e2.
+using SuperquadricBlock = std::array<double, 9>;
+
+inline constexpr int kBlockLogHalf = 3;
+inline constexpr int kBlockTurn = 6;
+inline constexpr int kBlockExponents = 7;
+
+// The turn is zero.
+SuperquadricBlock ToBlock(const PosedSuperquadric& superquadric);
+
+// `R_map_start`: the rotation of the superquadric that the block was made of.
+PosedSuperquadric FromBlock(const SuperquadricBlock& block, const Eigen::Quaterniond& R_map_start);
+
+// The shape error of the joint optimisation (section "Size And Shape"): sqrt(alpha) G(Lambda, p) / sigma with
+// G the radial Euclidean distance (signed here, which is the same squared). Parameters: SuperquadricBlock,
+// point in the map frame. The second residual is zero: rows of the same height as those of the reprojection
+// error let Ceres eliminate the points with code for fixed sizes.
+class SurfaceCost final : public ceres::SizedCostFunction<2, 9, 3> {
+ public:
+  // `factor`: sqrt(alpha) / sigma, 1 / map units.
+  SurfaceCost(const Eigen::Quaterniond& R_map_start, double factor)
+      : R_start_map_(R_map_start.conjugate().toRotationMatrix()), factor_(factor) {}
+
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
+
+ private:
+  Eigen::Matrix3d R_start_map_;
+  double factor_;
+};
+
+// The same for a point that stays where it is.
+class HeldSurfaceCost final : public ceres::SizedCostFunction<2, 9> {
+ public:
+  HeldSurfaceCost(const Eigen::Quaterniond& R_map_start, double factor, const Eigen::Vector3d& p_map)
+      : cost_(R_map_start, factor), p_map_(p_map) {}
+
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
+
+ private:
+  SurfaceCost cost_;
+  Eigen::Vector3d p_map_;
+};
 
 // The objects' part of a bundle adjustment under way. Holds their parameter blocks, so it must outlive every
 // ceres::Problem that it was added to.

@@ -3,8 +3,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
-#include "slam/estimation/chi_squared.h"
-#include "slam/estimation/reprojection_jacobian.h"
+#include "slam/estimation/reprojection_error.h"
 #include "slam/geometry/lie.h"
 
 namespace sqslam {

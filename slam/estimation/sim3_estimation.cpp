@@ -7,8 +7,7 @@
 #include <limits>
 #include <random>
 
-#include "slam/estimation/chi_squared.h"
-#include "slam/estimation/reprojection_jacobian.h"
+#include "slam/estimation/reprojection_error.h"
 #include "slam/geometry/sim3_lie.h"
 #include "slam/geometry/similarity_alignment.h"
 

@@ -13,8 +13,4 @@ namespace sqslam {
 // is not positive and finite.
 double FootprintIoU(const Solid& a, const Solid& b, const Eigen::Vector3d& up);
 
-// The point of the solid's surface that lies farthest in `direction` (object frame, any length but 0). Where
-// that is a whole edge or face, its middle.
-Eigen::Vector3d SupportPoint(const Solid& solid, const Eigen::Vector3d& direction);
-
 }  // namespace sqslam

@@ -29,21 +29,13 @@ std::vector<Vector3d> Thinned(const std::vector<Vector3d>& points, int count) {
   return thinned;
 }
 
-PosedSuperquadric ToMap(const Sim3d& S_map_canonical, const PosedSuperquadric& superquadric) {
-  PosedSuperquadric result = superquadric;
-  result.shape.half_size *= S_map_canonical.scale;
-  result.T_map_object.rotation = (S_map_canonical.rotation * superquadric.T_map_object.rotation).normalized();
-  result.T_map_object.translation = S_map_canonical * superquadric.T_map_object.translation;
-  return result;
-}
-
 }  // namespace
 
 SuperquadricFit FitSuperquadric(std::span<const Vector3d> cloud, const FitOptions& options) {
   const CanonicalCloud canonical = ToCanonicalFrame(cloud, options.upright);
   const SearchResult found = SearchSuperquadric(Thinned(canonical.points, options.max_points), options);
   SuperquadricFit fit;
-  fit.superquadric = ToMap(canonical.S_map_canonical, found.superquadric);
+  fit.superquadric = canonical.S_map_canonical * found.superquadric;
   fit.noise = canonical.S_map_canonical.scale * found.model.sigma;
   fit.cost = found.cost;
   fit.points = static_cast<int>(cloud.size());

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "slam/geometry/superquadric_norm.h"
+
 namespace sqslam {
 namespace {
 
@@ -21,7 +23,7 @@ Curve QuarterCurve(double e) {
   std::array<double, kSegments + 1> s;
   for (int i = 0; i <= kSegments / 2; ++i) {
     const double tangent = std::tan(0.5 * std::numbers::pi * i / kSegments);
-    c[i] = std::pow(1.0 + std::pow(tangent, 2.0 / e), -0.5 * e);
+    c[i] = 1.0 / SuperellipseNorm(1.0, tangent, e);
     s[i] = tangent * c[i];
     c[kSegments - i] = s[i];
     s[kSegments - i] = c[i];

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "slam/geometry/superquadric_norm.h"
+
 namespace sqslam {
 namespace {
 
@@ -18,12 +20,11 @@ struct LogNorm {
   double by_p;
 
   LogNorm(double a, double b, double p) {
-    const double ratio = std::exp(-p * std::abs(a - b));  // smaller term over larger
-    const double larger = 1.0 / (1.0 + ratio);
-    share_a = a > b ? larger : ratio * larger;
-    share_b = a > b ? ratio * larger : larger;
-    value = std::max(a, b) + std::log1p(ratio) / p;
-    by_p = (share_a * a + share_b * b - value) / p;
+    const LogPNorm norm(-std::abs(a - b), p);
+    value = std::max(a, b) + norm.value;
+    share_a = a > b ? norm.share_larger : norm.share_smaller;
+    share_b = a > b ? norm.share_smaller : norm.share_larger;
+    by_p = norm.slope / p;
   }
 };
 

@@ -48,6 +48,11 @@ struct Sim3d {
             scale * (rotation * S_b_c.translation) + translation};
   }
 
+  // Pose of a frame c of its own, fixed unit of length: the place moves, the axes turn.
+  Rigid3d operator*(const Rigid3d& T_b_c) const {
+    return {(rotation * T_b_c.rotation).normalized(), *this * T_b_c.translation};
+  }
+
   bool operator==(const Sim3d& other) const {
     return scale == other.scale && rotation.coeffs() == other.rotation.coeffs() &&
            translation == other.translation;

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <optional>
 
+#include "slam/geometry/superquadric_norm.h"
+
 namespace sqslam {
 namespace {
 
@@ -13,42 +15,10 @@ constexpr int kFirstPoints = 16;  // points of the contour before it is refined
 constexpr int kMaxDepth = 40;     // bisections between two of them
 constexpr int kMaxPoints = 4000;
 
-double PowerWithSign(double base, double exponent) {
-  return base == 0.0 ? 0.0 : std::copysign(std::pow(std::abs(base), exponent), base);
+// The norm whose unit sphere is the superquadric with exponents e1, e2 and half sizes 1.
+SuperquadricNorm<PNorm> UnitNorm(const Eigen::Vector3d& p, double e1, double e2) {
+  return {p, 2.0 / e1, 2.0 / e2};
 }
-
-// (|a|^(2/e) + |b|^(2/e))^(e/2) and its gradient by |a| and |b|, safe for small exponents and on the axes.
-struct PairNormGradient {
-  double value = 0.0;
-  double by_a = 0.0;
-  double by_b = 0.0;
-
-  PairNormGradient(double a, double b, double e) {
-    const double larger = std::max(std::abs(a), std::abs(b));
-    if (larger == 0.0) {
-      return;
-    }
-    const double x = std::abs(a) / larger;
-    const double y = std::abs(b) / larger;
-    const double norm = std::pow(std::pow(x, 2.0 / e) + std::pow(y, 2.0 / e), 0.5 * e);
-    value = larger * norm;
-    by_a = PowerWithSign(a / value, 2.0 / e - 1.0);
-    by_b = PowerWithSign(b / value, 2.0 / e - 1.0);
-  }
-};
-
-// The norm whose unit sphere is the superquadric with exponents e1, e2 and half sizes 1, with its gradient.
-struct Gauge {
-  double value;
-  Eigen::Vector3d gradient;
-
-  Gauge(const Eigen::Vector3d& p, double e1, double e2) {
-    const PairNormGradient ring(p.x(), p.y(), e2);
-    const PairNormGradient whole(ring.value, p.z(), e1);
-    value = whole.value;
-    gradient = {whole.by_a * ring.by_a, whole.by_a * ring.by_b, whole.by_b};
-  }
-};
 
 // A point of the contour as seen by the camera.
 struct ContourPoint {
@@ -64,9 +34,9 @@ class Contour {
       : shape_(solid.shape),
         T_camera_object_(T_map_camera.Inverse() * solid.T_map_object),
         eye_((solid.T_map_object.Inverse() * T_map_camera.translation).cwiseQuotient(shape_.half_size)) {
-    const Gauge at_eye(eye_, shape_.e1, shape_.e2);
-    outside_ = at_eye.value > 1.0 + 1e-9;
-    inside_ = at_eye.gradient / at_eye.value;
+    const SuperquadricNorm<PNorm> at_eye = UnitNorm(eye_, shape_.e1, shape_.e2);
+    outside_ = at_eye.Value() > 1.0 + 1e-9;
+    inside_ = at_eye.Gradient() / at_eye.Value();
     u_ = eye_.normalized().unitOrthogonal();
     v_ = eye_.normalized().cross(u_);
   }
@@ -76,7 +46,7 @@ class Contour {
   ContourPoint At(double angle) const {
     const Eigen::Vector3d direction = std::cos(angle) * u_ + std::sin(angle) * v_;
     const Eigen::Vector3d normal = inside_ + Reach(direction) * direction;
-    const Eigen::Vector3d point = Gauge(normal, 2.0 - shape_.e1, 2.0 - shape_.e2).gradient;
+    const Eigen::Vector3d point = UnitNorm(normal, 2.0 - shape_.e1, 2.0 - shape_.e2).Gradient();
     return {angle, T_camera_object_ * Eigen::Vector3d(shape_.half_size.cwiseProduct(point)),
             (T_camera_object_.rotation * normal.cwiseQuotient(shape_.half_size)).normalized()};
   }
@@ -86,13 +56,13 @@ class Contour {
   // never lets overshoot.
   double Reach(const Eigen::Vector3d& direction) const {
     double t = 1.0;
-    const auto gauge = [&] { return Gauge(inside_ + t * direction, 2.0 - shape_.e1, 2.0 - shape_.e2); };
-    while (gauge().value <= 1.0) {
+    const auto dual = [&] { return UnitNorm(inside_ + t * direction, 2.0 - shape_.e1, 2.0 - shape_.e2); };
+    while (dual().Value() <= 1.0) {
       t *= 2.0;
     }
     for (int i = 0; i < 100; ++i) {
-      const Gauge g = gauge();
-      const double step = (g.value - 1.0) / g.gradient.dot(direction);
+      const SuperquadricNorm<PNorm> norm = dual();
+      const double step = (norm.Value() - 1.0) / norm.Gradient().dot(direction);
       t -= step;
       if (!(step > 1e-15 * t)) {
         break;

@@ -102,11 +102,6 @@ double EstimateIntersection(const Pair& pair, const Level& level) {
   return level.inside + CellVolume(level) * static_cast<double>(hits) / kSamplesPerLeaf;
 }
 
-bool IsUsable(const Solid& solid) {
-  return solid.half_size.allFinite() && solid.half_size.minCoeff() > 0.0 &&
-         solid.T_map_object.translation.allFinite();
-}
-
 }  // namespace
 
 Solid Solid::FromSuperquadric(const PosedSuperquadric& superquadric) {
@@ -127,6 +122,24 @@ double Solid::RadialScale(const Vector3d& p_object) const {
       return unit.norm();
   }
   return 0.0;
+}
+
+PosedSuperquadric Solid::ToSuperquadric() const {
+  switch (kind) {
+    case SolidKind::kSuperquadric:
+      return {{half_size, e1, e2}, T_map_object};
+    case SolidKind::kCuboid:
+      return {{half_size, 0.0, 0.0}, T_map_object};
+    case SolidKind::kCylinder:
+      return {{half_size, 0.0, 1.0}, T_map_object};
+    case SolidKind::kEllipsoid:
+      break;
+  }
+  return {{half_size, 1.0, 1.0}, T_map_object};
+}
+
+bool Solid::IsUsable() const {
+  return half_size.allFinite() && half_size.minCoeff() > 0.0 && T_map_object.translation.allFinite();
 }
 
 bool Solid::Contains(const Vector3d& p_map) const {
@@ -155,13 +168,12 @@ Eigen::AlignedBox3d Solid::BoundingBox() const {
 Solid Transform(const Sim3d& S_to_map, const Solid& solid) {
   Solid result = solid;
   result.half_size = S_to_map.scale * solid.half_size;
-  result.T_map_object.rotation = (S_to_map.rotation * solid.T_map_object.rotation).normalized();
-  result.T_map_object.translation = S_to_map * solid.T_map_object.translation;
+  result.T_map_object = S_to_map * solid.T_map_object;
   return result;
 }
 
 double IoU(const Solid& a, const Solid& b) {
-  if (!IsUsable(a) || !IsUsable(b)) {
+  if (!a.IsUsable() || !b.IsUsable()) {
     return 0.0;
   }
   // The smaller solid's frame has the cells of the right proportions.

@@ -20,6 +20,9 @@ struct Solid {
   Rigid3d T_map_object;
 
   static Solid FromSuperquadric(const PosedSuperquadric& superquadric);
+  PosedSuperquadric ToSuperquadric() const;  // of the same surface; the exponents of sharp edges are 0
+
+  bool IsUsable() const;  // sizes positive, all numbers finite
 
   // Norm of a point of the object frame whose unit ball is the solid: < 1 inside, 1 on the surface, > 1
   // outside.

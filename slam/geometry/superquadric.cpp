@@ -9,6 +9,8 @@
 #include <numbers>
 #include <vector>
 
+#include "slam/geometry/superquadric_norm.h"
+
 namespace sqslam {
 namespace {
 
@@ -20,40 +22,25 @@ double SignedPower(double base, double exponent) {
   return magnitude < kZero ? 0.0 : std::copysign(std::pow(magnitude, exponent), base);
 }
 
-// (|a|^(2/e) + |b|^(2/e))^(e/2) with the larger value taken out, so that no power can overflow.
-double PairNorm(double a, double b, double e) {
-  const double larger = std::max(std::abs(a), std::abs(b));
-  if (larger == 0.0) {
-    return 0.0;
-  }
-  const double ratio = std::min(std::abs(a), std::abs(b)) / larger;
-  return larger * std::pow(1.0 + std::pow(ratio, 2.0 / e), 0.5 * e);
-}
-
 // A node of the quadrature along the quarter superellipse c^(2/e) + s^(2/e) = 1.
 struct CurveNode {
   double c, s;    // point
   double dc, ds;  // derivative, times the weight of the node
 };
 
-// The quarter curve as (cos t, sin t) / PairNorm(cos t, sin t): unlike Eq. 1 its derivatives are bounded for
-// every exponent. The substitution t = pi/4 v^3 (from either axis) flattens what is left, the kink on the
-// axes for e -> 2.
+// The quarter curve as (cos t, sin t) over its norm: unlike Eq. 1 its derivatives are bounded for every
+// exponent. The substitution t = pi/4 v^3 (from either axis) flattens what is left, the kink on the axes for
+// e -> 2.
 std::vector<CurveNode> QuarterCurve(double e) {
   using Gauss = boost::math::quadrature::gauss<double, 30>;
   std::vector<CurveNode> nodes;
   const auto add_node = [&](double v, double weight) {
     const double t = 0.25 * std::numbers::pi * v * v * v;
     const double dt = 0.75 * std::numbers::pi * v * v * weight;
-    const double cosine = std::cos(t);
-    const double tangent = std::tan(t);
-    const double power = std::pow(tangent, 2.0 / e);  // in [0, 1]
-    const double norm = cosine * std::pow(1.0 + power, 0.5 * e);
-    // d(norm)/dt over norm: (tan^(2/e - 1) - tan) / (1 + tan^(2/e)), the gradient of the norm along the
-    // circle.
-    const double log_slope = (std::pow(tangent, 2.0 / e - 1.0) - tangent) / (1.0 + power);
-    const double c = cosine / norm;
-    const double s = cosine * tangent / norm;
+    const PNorm norm(std::cos(t), std::sin(t), 2.0 / e);
+    const double log_slope = (norm.by_y * std::cos(t) - norm.by_x * std::sin(t)) / norm.value;
+    const double c = std::cos(t) / norm.value;
+    const double s = std::sin(t) / norm.value;
     const double dc = (-s - c * log_slope) * dt;
     const double ds = (c - s * log_slope) * dt;
     nodes.push_back({c, s, dc, ds});
@@ -89,7 +76,7 @@ Eigen::Vector3d Superquadric::NormalAt(double eta, double omega) const {
 
 double Superquadric::RadialScale(const Eigen::Vector3d& p_object) const {
   const Eigen::Vector3d unit = p_object.cwiseQuotient(half_size);
-  return PairNorm(PairNorm(unit.x(), unit.y(), e2), unit.z(), e1);
+  return SuperellipseNorm(SuperellipseNorm(unit.x(), unit.y(), e2), unit.z(), e1);
 }
 
 double Superquadric::F(const Eigen::Vector3d& p_object) const {
@@ -105,6 +92,36 @@ double Superquadric::RadialDistance(const Eigen::Vector3d& p_object) const {
   // exact however near p is to the centre.
   const Eigen::Vector3d direction = p_object / largest;
   return p_object.stableNorm() - direction.norm() / RadialScale(direction);
+}
+
+RadialDistanceGradient Superquadric::RadialDistanceWithGradient(const Eigen::Vector3d& p_object) const {
+  const double p1 = 2.0 / e1;
+  const double p2 = 2.0 / e2;
+  const double length = std::max(p_object.norm(), 1e-9);
+  const Eigen::Vector3d unit = p_object.cwiseQuotient(half_size);
+  const SuperquadricNorm<PNormWithSlope> scale(unit, p1, p2);
+  if (scale.Value() == 0.0) {
+    return {-half_size.minCoeff()};
+  }
+  const double by_scale = length / (scale.Value() * scale.Value());
+  const Eigen::Vector3d by_unit = scale.Gradient();
+  RadialDistanceGradient distance;
+  distance.value = length * (1.0 - 1.0 / scale.Value());
+  distance.by_point =
+      (1.0 - 1.0 / scale.Value()) / length * p_object + by_scale * by_unit.cwiseQuotient(half_size);
+  distance.by_log_half_size = -by_scale * by_unit.cwiseProduct(unit);
+  distance.by_e1 = by_scale * scale.whole.by_p * -0.5 * p1 * p1;
+  distance.by_e2 = by_scale * scale.whole.by_x * scale.section.by_p * -0.5 * p2 * p2;
+  return distance;
+}
+
+Eigen::Vector3d Superquadric::SupportPoint(const Eigen::Vector3d& n_object) const {
+  const SuperquadricNorm<PNorm> support(n_object.cwiseProduct(half_size), DualPower(e1), DualPower(e2));
+  return half_size.cwiseProduct(support.Gradient());
+}
+
+double Superquadric::SupportExtent(const Eigen::Vector3d& n_object) const {
+  return SuperquadricNorm<PNorm>(n_object.cwiseProduct(half_size), DualPower(e1), DualPower(e2)).Value();
 }
 
 double Superquadric::Volume() const {
@@ -128,6 +145,21 @@ double Superquadric::SurfaceArea() const {
     }
   }
   return 8.0 * octant;
+}
+
+PosedSuperquadric operator*(const Sim3d& S_new_map, const PosedSuperquadric& superquadric) {
+  PosedSuperquadric result{superquadric.shape, S_new_map * superquadric.T_map_object};
+  result.shape.half_size *= S_new_map.scale;
+  return result;
+}
+
+Eigen::Vector3d SupportPoint(const PosedSuperquadric& superquadric, const Eigen::Vector3d& n_map) {
+  const Rigid3d& T = superquadric.T_map_object;
+  return T * superquadric.shape.SupportPoint(T.rotation.conjugate() * n_map);
+}
+
+double SupportExtent(const PosedSuperquadric& superquadric, const Eigen::Vector3d& n_map) {
+  return superquadric.shape.SupportExtent(superquadric.T_map_object.rotation.conjugate() * n_map);
 }
 
 SuperquadricParameters ToParameters(const PosedSuperquadric& superquadric) {

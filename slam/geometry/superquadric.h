@@ -6,6 +6,15 @@
 
 namespace sqslam {
 
+// Signed radial distance with its derivatives.
+struct RadialDistanceGradient {
+  double value = 0.0;
+  Eigen::Vector3d by_point = Eigen::Vector3d::Zero();          // in the object frame
+  Eigen::Vector3d by_log_half_size = Eigen::Vector3d::Zero();  // length
+  double by_e1 = 0.0;                                          // length
+  double by_e2 = 0.0;
+};
+
 inline constexpr double kMinShapeExponent = 0.1;
 inline constexpr double kMaxShapeExponent = 1.9;
 
@@ -33,6 +42,12 @@ struct Superquadric {
   // Radial distance to the surface with sign, |p| (1 - F^(-e1/2)): negative inside, positive outside.
   // Its absolute value is G of the paper. At the centre: minus the smallest half size.
   double RadialDistance(const Eigen::Vector3d& p_object) const;
+  RadialDistanceGradient RadialDistanceWithGradient(const Eigen::Vector3d& p_object) const;
+
+  // The surface point that lies farthest along n (object frame, any length but 0), and n . p there: gradient
+  // and value of the support function. Exponents of 0 are allowed; of a whole edge or face its middle.
+  Eigen::Vector3d SupportPoint(const Eigen::Vector3d& n_object) const;
+  double SupportExtent(const Eigen::Vector3d& n_object) const;
 
   double Volume() const;       // closed form with the Beta function (Jaklic et al. 2000)
   double SurfaceArea() const;  // by quadrature of the parametric surface
@@ -44,6 +59,15 @@ struct PosedSuperquadric {
   Superquadric shape;
   Rigid3d T_map_object;
 };
+
+// In another frame, and its unit of length.
+PosedSuperquadric operator*(const Sim3d& S_new_map, const PosedSuperquadric& superquadric);
+
+// The point of the surface that lies farthest along n (map frame, any length but 0).
+Eigen::Vector3d SupportPoint(const PosedSuperquadric& superquadric, const Eigen::Vector3d& n_map);
+
+// Largest n . (p - centre) over the solid, in lengths of n (map frame).
+double SupportExtent(const PosedSuperquadric& superquadric, const Eigen::Vector3d& n_map);
 
 // The paper's Lambda (Eq. 3): (a_x, a_y, a_z, e1, e2, roll, pitch, yaw, t_x, t_y, t_z), map units and
 // radians, with R_map_object = R_z(yaw) R_y(pitch) R_x(roll); roll and yaw in (-pi, pi], pitch in [-pi/2,

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "slam/estimation/chi_squared.h"
+#include "slam/estimation/reprojection_error.h"
 #include "slam/features/matching.h"
 
 namespace sqslam {

@@ -130,8 +130,7 @@ void Mapper::RecordObjects(SeenObjects objects) {
 void Mapper::AddObservations(const AtlasView::Origin& origin, SeenObjects& objects) {
   const Sim3d S_new_old = origin.S_map_origin * objects.S_map_origin.Inverse();
   for (ObjectObservation& o : objects.observations) {
-    o.T_map_camera = {(S_new_old.rotation * o.T_map_camera.rotation).normalized(),
-                      S_new_old * o.T_map_camera.translation};
+    o.T_map_camera = S_new_old * o.T_map_camera;
     if (o.centroid) {
       o.centroid = S_new_old * *o.centroid;
     }

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "slam/estimation/chi_squared.h"
-#include "slam/estimation/triangulation.h"
+#include "slam/estimation/reprojection_error.h"
+#include "slam/estimation/two_view.h"
 #include "slam/features/matching.h"
 #include "slam/geometry/lie.h"
 #include "slam/util/statistics.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "slam/objects/assignment.h"
-#include "slam/objects/rank_sum.h"
+#include "slam/objects/statistical_tests.h"
 
 namespace sqslam {
 namespace {
@@ -14,11 +14,10 @@ double BoxIoU(const std::optional<Box2d>& landmark, const Box2d& box) {
 }
 
 // Gain of an inter-frame association; 0: impossible.
-double InterFrameGain(const MeasuredBox& box, const KnownLandmark& landmark, const AssociationParts& parts,
+double InterFrameGain(const BoxCandidate& box, const KnownLandmark& landmark, const AssociationParts& parts,
                       const AssociationOptions& options) {
-  const bool same_label = box.detection.label == landmark.label;
-  if (landmark.frames_since_seen > options.inter_frame_gap || !parts.predicted_box ||
-      (!same_label && !parts.other_labels)) {
+  const bool same_label = box.detection.label == landmark.labels.Best();
+  if (!landmark.predicted_box || !parts.predicted_box || (!same_label && !parts.other_labels)) {
     return 0.0;
   }
   constexpr double kLeastOverlap = 0.2;  // below, not even all points in common would do
@@ -40,41 +39,44 @@ double InterFrameGain(const MeasuredBox& box, const KnownLandmark& landmark, con
   return by_iou || by_both || by_points ? iou + shared : 0.0;
 }
 
-bool PassesTTest(const MeasuredBox& box, const KnownLandmark& landmark, const AssociationOptions& options) {
-  if (!box.centroid || !landmark.centroids || landmark.centroids->count < options.min_t_samples) {
+bool PassesTTest(const BoxCandidate& box, const KnownLandmark& landmark, const AssociationOptions& options) {
+  if (!box.centroid || landmark.centroids.count < options.min_t_samples) {
     return false;
   }
   // Centroids of one-sided clouds move with the viewpoint: the spread is at least a tenth of the object.
-  const double min_sigma = 0.1 * landmark.radius;
-  return IsSampleOf(*landmark.centroids, *box.centroid, options.alpha, min_sigma, OneSampleTest::kOfSingle,
+  const double min_sigma = 0.1 * landmark.Radius();
+  return IsSampleOf(landmark.centroids, *box.centroid, options.alpha, min_sigma, OneSampleTest::kOfSingle,
                     options.t_test);
 }
 
-bool PassesRankSum(const MeasuredBox& box, const KnownLandmark& landmark, const AssociationOptions& options) {
+bool PassesRankSum(const BoxCandidate& box, const KnownLandmark& landmark,
+                   const AssociationOptions& options) {
   const auto enough = static_cast<std::size_t>(options.min_points);
-  return landmark.cloud != nullptr && landmark.cloud->size() >= enough && box.positions.size() >= enough &&
-         AreSameCloud(box.positions, *landmark.cloud, options.alpha, options.rank_sum_points);
+  return landmark.cloud.size() >= enough && box.positions.size() >= enough &&
+         AreSameCloud(box.positions, landmark.cloud, options.alpha, options.rank_sum_points);
 }
 
 // In (0, 1]: which of several landmarks that pass a test the centroid is nearest to.
-double Nearness(const MeasuredBox& box, const KnownLandmark& landmark) {
-  if (!box.centroid || !landmark.centroids || landmark.centroids->count == 0) {
+double Nearness(const BoxCandidate& box, const KnownLandmark& landmark) {
+  if (!box.centroid || landmark.centroids.count == 0) {
     return 0.5;
   }
-  const double distance = (*box.centroid - landmark.centroids->mean).norm();
-  const double spread = std::max(landmark.radius, std::sqrt(landmark.centroids->Variance().sum()));
+  const double distance = (*box.centroid - landmark.centroids.mean).norm();
+  const double spread = std::max(landmark.Radius(), std::sqrt(landmark.centroids.Variance().sum()));
   return spread > 0.0 ? spread / (spread + distance) : 0.5;
 }
 
-bool IsNear(const MeasuredBox& box, const KnownLandmark& landmark, const AssociationOptions& options) {
-  return !box.centroid || !landmark.centre || landmark.radius <= 0.0 ||
-         (*box.centroid - *landmark.centre).norm() <= (1.0 + options.max_centroid_distance) * landmark.radius;
+bool IsNear(const BoxCandidate& box, const KnownLandmark& landmark, const AssociationOptions& options) {
+  const double radius = landmark.Radius();
+  return !box.centroid || radius <= 0.0 ||
+         (*box.centroid - landmark.view->superquadric.T_map_object.translation).norm() <=
+             (1.0 + options.max_centroid_distance) * radius;
 }
 
 // Gain of an association across a gap; 0: impossible.
-double GeometricGain(const MeasuredBox& box, const KnownLandmark& landmark, const AssociationParts& parts,
+double GeometricGain(const BoxCandidate& box, const KnownLandmark& landmark, const AssociationParts& parts,
                      const AssociationOptions& options) {
-  const bool same_label = box.detection.label == landmark.label;
+  const bool same_label = box.detection.label == landmark.labels.Best();
   if ((!same_label && !parts.other_labels) || (parts.projection && !IsNear(box, landmark, options))) {
     return 0.0;
   }
@@ -95,19 +97,20 @@ double GeometricGain(const MeasuredBox& box, const KnownLandmark& landmark, cons
 
 }  // namespace
 
-double SharedPoints(const MeasuredBox& box, const KnownLandmark& landmark,
+double SharedPoints(const BoxCandidate& box, const KnownLandmark& landmark,
                     const AssociationOptions& options) {
-  if (!landmark.point_ids || box.point_ids.empty()) {
+  if (box.point_ids.empty()) {
     return 0.0;
   }
   const auto shared = std::count_if(box.point_ids.begin(), box.point_ids.end(),
-                                    [&](std::int64_t id) { return landmark.point_ids->contains(id); });
+                                    [&](std::int64_t id) { return landmark.point_ids.contains(id); });
   return shared < options.min_shared_points
              ? 0.0
              : static_cast<double>(shared) / static_cast<double>(box.point_ids.size());
 }
 
-std::vector<int> Associate(const std::vector<MeasuredBox>& boxes, const std::vector<KnownLandmark>& landmarks,
+std::vector<int> Associate(const std::vector<BoxCandidate>& boxes,
+                           const std::vector<const KnownLandmark*>& landmarks,
                            const AssociationOptions& options) {
   const AssociationParts parts = PartsOf(options.method);
   const auto rows = static_cast<Eigen::Index>(boxes.size());
@@ -115,7 +118,7 @@ std::vector<int> Associate(const std::vector<MeasuredBox>& boxes, const std::vec
   Eigen::MatrixXd gain(rows, columns);
   for (Eigen::Index i = 0; i < rows; ++i) {
     for (Eigen::Index j = 0; j < columns; ++j) {
-      gain(i, j) = InterFrameGain(boxes[i], landmarks[j], parts, options);
+      gain(i, j) = InterFrameGain(boxes[i], *landmarks[j], parts, options);
     }
   }
   std::vector<int> result = AssignOptimally(gain);
@@ -127,7 +130,7 @@ std::vector<int> Associate(const std::vector<MeasuredBox>& boxes, const std::vec
   }
   for (Eigen::Index i = 0; i < rows; ++i) {
     for (Eigen::Index j = 0; j < columns; ++j) {
-      gain(i, j) = result[i] < 0 && !taken[j] ? GeometricGain(boxes[i], landmarks[j], parts, options) : 0.0;
+      gain(i, j) = result[i] < 0 && !taken[j] ? GeometricGain(boxes[i], *landmarks[j], parts, options) : 0.0;
     }
   }
   const std::vector<int> geometric = AssignOptimally(gain);
@@ -135,6 +138,44 @@ std::vector<int> Associate(const std::vector<MeasuredBox>& boxes, const std::vec
     result[i] = result[i] < 0 ? geometric[i] : result[i];
   }
   return result;
+}
+
+double KnownLandmark::Radius() const {
+  return IsEstimated() ? view->superquadric.shape.half_size.maxCoeff() : 0.0;
+}
+
+Box2d KnownLandmark::PredictedBox(std::int64_t frame_index) const {
+  const auto frames = static_cast<double>(frame_index - last_frame);
+  return {last_box.x + frames * box_velocity.x, last_box.y + frames * box_velocity.y,
+          std::max(1.0, last_box.width + frames * box_velocity.width),
+          std::max(1.0, last_box.height + frames * box_velocity.height)};
+}
+
+void KnownLandmark::SeeBox(const Box2d& box, std::int64_t frame_index) {
+  const std::int64_t frames = frame_index - last_frame;
+  constexpr std::int64_t kMaxGap = 3;
+  if (last_frame >= 0 && frames <= kMaxGap && frames > 0) {
+    // Half the measured motion: boxes of a detector jitter, and a full step would amplify that.
+    const double f = 0.5 / static_cast<double>(frames);
+    box_velocity = {f * (box.Center().x() - last_box.Center().x()),
+                    f * (box.Center().y() - last_box.Center().y()), 0.0, 0.0};
+  } else {
+    box_velocity = {};
+  }
+  last_box = box;
+  last_frame = frame_index;
+}
+
+void KnownLandmark::Absorb(KnownLandmark&& other) {
+  labels.Merge(other.labels);
+  centroids.Merge(other.centroids);
+  point_ids.merge(other.point_ids);
+  cloud.insert(cloud.end(), other.cloud.begin(), other.cloud.end());
+  if (other.last_frame > last_frame) {
+    last_frame = other.last_frame;
+    last_box = other.last_box;
+    box_velocity = other.box_velocity;
+  }
 }
 
 }  // namespace sqslam

@@ -3,45 +3,51 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <unordered_set>
 #include <vector>
 
-#include "slam/geometry/detection.h"
+#include "slam/geometry/box2.h"
+#include "slam/objects/detection_filter.h"
+#include "slam/objects/landmark.h"
 #include "slam/objects/object_options.h"
-#include "slam/objects/t_test.h"
+#include "slam/objects/object_types.h"
+#include "slam/objects/statistical_tests.h"
 
 namespace sqslam {
 
-// A box as the association sees it.
-struct MeasuredBox {
-  Detection detection;
-  std::vector<std::int64_t> point_ids;  // in the box, behind the depth gate
-  std::optional<Eigen::Vector3d> centroid;
-  std::vector<Eigen::Vector3d> positions;  // of point_ids, map frame; only for the rank-sum test
-};
-
-// A landmark as the association sees it. The sets belong to the caller and must outlive the call.
+// A landmark as the tracking thread remembers it from frame to frame.
 struct KnownLandmark {
-  std::string label;
-  std::int64_t frames_since_seen = 0;
-  std::optional<Box2d> predicted_box;  // by its motion in the image; only if seen lately
-  std::optional<Box2d> projected_box;  // of its superquadric in the current camera
-  const std::unordered_set<std::int64_t>* point_ids = nullptr;
-  const PointStatistics* centroids = nullptr;
-  std::optional<Eigen::Vector3d> centre;                // of its superquadric, map frame
-  double radius = 0.0;                                  // largest half size; 0: unknown
-  const std::vector<Eigen::Vector3d>* cloud = nullptr;  // its points, map frame; only for the rank-sum test
+  LabelVotes labels;
+  Box2d last_box;
+  Box2d box_velocity;  // per frame
+  std::int64_t last_frame = -1;
+  std::unordered_set<std::int64_t> point_ids;
+  PointStatistics centroids;
+  std::vector<Eigen::Vector3d> cloud;        // map frame; only kept for the rank-sum test
+  const ObjectLandmarkView* view = nullptr;  // of the mapping thread, where it knows the landmark
+
+  // In the current frame, distorted px.
+  std::optional<Box2d> predicted_box;  // by constant velocity in the image; only if seen lately
+  std::optional<Box2d> projected_box;  // around the superquadric, within the image
+
+  bool IsEstimated() const { return view != nullptr && view->estimated; }
+  double Radius() const;  // largest half size, map units; 0: unknown
+  Box2d PredictedBox(std::int64_t frame_index) const;
+  void SeeBox(const Box2d& box, std::int64_t frame_index);
+  void Absorb(KnownLandmark&& other);  // the two are one object
 };
 
-// Section "Data Association": which landmark each box belongs to (index into `landmarks`, or -1), one
-// landmark a box and one box a landmark. First between consecutive frames (overlap with the predicted box,
-// shared map points), then by geometry (one-sample t-test on the centroid, projected landmark). Both steps
-// are solved as optimal assignments, so that the result doesn't depend on the order of the boxes.
-std::vector<int> Associate(const std::vector<MeasuredBox>& boxes, const std::vector<KnownLandmark>& landmarks,
+// Assigns boxes to landmarks (section "Data Association"): returns for each box the index into `landmarks`,
+// or -1; one landmark a box and one box a landmark. First between consecutive frames (overlap with the
+// predicted box, shared map points), then by geometry (one-sample t-test on the centroid, projected
+// landmark). Both steps are solved as optimal assignments, so that the result doesn't depend on the order of
+// the boxes.
+std::vector<int> Associate(const std::vector<BoxCandidate>& boxes,
+                           const std::vector<const KnownLandmark*>& landmarks,
                            const AssociationOptions& options);
 
 // Share of the box's points that are the landmark's, in [0, 1]; 0 below options.min_shared_points.
-double SharedPoints(const MeasuredBox& box, const KnownLandmark& landmark, const AssociationOptions& options);
+double SharedPoints(const BoxCandidate& box, const KnownLandmark& landmark,
+                    const AssociationOptions& options);
 
 }  // namespace sqslam

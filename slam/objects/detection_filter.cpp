@@ -23,7 +23,7 @@ bool IsUsable(const Detection& detection, const Camera& camera, const DetectionF
   return share >= options.min_box_share && share <= options.max_box_share;
 }
 
-// Indices of the usable detections without doubles, in the order of the detections.
+// Indices of the usable detections without duplicates, in the order of the detections.
 std::vector<int> UsableDetections(const ObjectFrame& frame, const DetectionFilterOptions& options) {
   std::vector<int> by_score;
   for (int i = 0; i < static_cast<int>(frame.detections.size()); ++i) {
@@ -35,10 +35,10 @@ std::vector<int> UsableDetections(const ObjectFrame& frame, const DetectionFilte
                    [&](int a, int b) { return frame.detections[a].score > frame.detections[b].score; });
   std::vector<int> kept;
   for (const int i : by_score) {
-    const bool is_double = std::any_of(kept.begin(), kept.end(), [&](int j) {
+    const bool is_duplicate = std::any_of(kept.begin(), kept.end(), [&](int j) {
       return IoU(frame.detections[i].box, frame.detections[j].box) > options.duplicate_iou;
     });
-    if (!is_double) {
+    if (!is_duplicate) {
       kept.push_back(i);
     }
   }
@@ -48,14 +48,14 @@ std::vector<int> UsableDetections(const ObjectFrame& frame, const DetectionFilte
 
 void GatherPoints(const ObjectFrame& frame, const Rigid3d& T_camera_map, double depth_iqr,
                   BoxCandidate& candidate) {
-  const Box2d& box = frame.detections[candidate.detection_index].box;
-  std::vector<int> inside;
+  const Box2d& box = candidate.detection.box;
+  std::vector<const TrackedPoint*> inside;
   std::vector<double> depths;
-  for (int i = 0; i < static_cast<int>(frame.points.size()); ++i) {
-    if (box.Contains(frame.points[i].pixel)) {
-      const double depth = (T_camera_map * frame.points[i].p_map).z();
+  for (const TrackedPoint& point : frame.points) {
+    if (box.Contains(point.pixel)) {
+      const double depth = (T_camera_map * point.p_map).z();
       if (depth > 0.0) {
-        inside.push_back(i);
+        inside.push_back(&point);
         depths.push_back(depth);
       }
     }
@@ -65,9 +65,10 @@ void GatherPoints(const ObjectFrame& frame, const Rigid3d& T_camera_map, double 
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < inside.size(); ++i) {
     if (keep[i]) {
-      candidate.points.push_back(inside[i]);
+      candidate.point_ids.push_back(inside[i]->point_id);
+      candidate.positions.push_back(inside[i]->p_map);
       kept_depths.push_back(depths[i]);
-      sum += frame.points[inside[i]].p_map;
+      sum += inside[i]->p_map;
     }
   }
   if (kept_depths.empty()) {
@@ -100,15 +101,15 @@ double CoveredShare(const Box2d& box, int edge, const Box2d& other) {
   return length > 0.0 ? std::max(0.0, overlap) / length : 0.0;
 }
 
-void MarkHiddenEdges(const ObjectFrame& frame, std::vector<BoxCandidate>& candidates) {
+void MarkHiddenEdges(std::vector<BoxCandidate>& candidates) {
   constexpr double kHidden = 0.25;
   for (BoxCandidate& candidate : candidates) {
-    const Box2d& box = frame.detections[candidate.detection_index].box;
+    const Box2d& box = candidate.detection.box;
     for (const BoxCandidate& other : candidates) {
       if (&other == &candidate) {
         continue;
       }
-      const Box2d& other_box = frame.detections[other.detection_index].box;
+      const Box2d& other_box = other.detection.box;
       // Things on one support are the nearer the lower they end in the image; depths decide where that is
       // unclear.
       const bool depths_known = candidate.median_depth > 0.0 && other.median_depth > 0.0;
@@ -147,12 +148,13 @@ std::vector<BoxCandidate> SelectBoxes(const ObjectFrame& frame, const DetectionF
   std::vector<BoxCandidate> candidates;
   for (const int index : UsableDetections(frame, options)) {
     BoxCandidate candidate;
+    candidate.detection = frame.detections[index];
     candidate.detection_index = index;
-    candidate.edge_cut = CutEdges(frame.detections[index].box, frame.camera, options.border_margin);
+    candidate.edge_cut = CutEdges(candidate.detection.box, frame.camera, options.border_margin);
     GatherPoints(frame, T_camera_map, depth_iqr, candidate);
     candidates.push_back(std::move(candidate));
   }
-  MarkHiddenEdges(frame, candidates);
+  MarkHiddenEdges(candidates);
   return candidates;
 }
 

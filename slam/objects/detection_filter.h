@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -10,19 +11,21 @@
 
 namespace sqslam {
 
-// A box worth looking at, with the map points that lie in it.
+// A box worth looking at, with the map points that lie in it and passed the depth gate.
 struct BoxCandidate {
+  Detection detection;
+  std::vector<std::int64_t> point_ids;
+  std::optional<Eigen::Vector3d> centroid;  // of the points, map frame; empty for fewer than three
+  std::vector<Eigen::Vector3d> positions;   // of point_ids, map frame
   int detection_index = 0;                  // into ObjectFrame::detections
-  std::vector<int> points;                  // into ObjectFrame::points; in the box and through the depth gate
   std::array<bool, 4> edge_cut{};           // left, top, right, bottom: at the image border
   std::array<bool, 4> edge_hidden{};        // behind another box
-  double median_depth = 0.0;                // of `points`, map units; 0 where there are none
-  std::optional<Eigen::Vector3d> centroid;  // of `points`, map frame; empty for fewer than three points
+  double median_depth = 0.0;                // of the points, map units; 0 where there are none
 
   bool AnyEdgeCut() const { return edge_cut[0] || edge_cut[1] || edge_cut[2] || edge_cut[3]; }
 };
 
-// Drops ignored labels, weak, tiny and huge boxes and doubles, gathers each box's points behind the depth
+// Drops ignored labels, weak, tiny and huge boxes and duplicates, gathers each box's points behind the depth
 // gate, and marks edges that are cut off by the image or hidden by a nearer box.
 std::vector<BoxCandidate> SelectBoxes(const ObjectFrame& frame, const DetectionFilterOptions& options,
                                       double depth_iqr);

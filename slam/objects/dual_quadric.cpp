@@ -342,8 +342,7 @@ std::optional<PosedSuperquadric> EstimateDualQuadric(std::span<const BoxView> vi
     refined = EllipsoidOf(DualQuadricOf(*refined));
   }
   if (refined) {
-    refined->shape.half_size *= S_map_frame->scale;
-    refined->T_map_object.translation = *S_map_frame * refined->T_map_object.translation;
+    refined = *S_map_frame * *refined;
   }
   return refined;
 }

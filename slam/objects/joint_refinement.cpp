@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "slam/geometry/angles.h"
 #include "slam/objects/refinement_problem.h"
 #include "slam/util/statistics.h"
 
@@ -112,7 +112,7 @@ void AddPoints(const PosedSuperquadric& start, const RefinementInput& input, con
 
 void AddContactAndPrior(const PosedSuperquadric& start, const RefinementInput& input,
                         const RefinementOptions& options, RefinementProblem& problem) {
-  constexpr double kYawSigma = 5.0 * std::numbers::pi / 180.0;
+  constexpr double kYawSigma = 5.0 * kRadiansPerDegree;
   const std::optional<double>& floor = input.support_height ? input.support_height : input.lowest;
   if (floor) {
     const double height = std::max(2.0 * start.shape.half_size.z(), 0.5 * start.shape.half_size.maxCoeff());

@@ -132,14 +132,11 @@ void Landmark::Absorb(Landmark&& other) {
 
 void Landmark::Transform(const Sim3d& S_new_old) {
   const Eigen::Matrix3d R = S_new_old.rotation.toRotationMatrix();
-  const auto move = [&](Rigid3d& T) {
-    T = {(S_new_old.rotation * T.rotation).normalized(), S_new_old * T.translation};
-  };
   for (BoxView& view : views) {
-    move(view.T_map_camera);
+    view.T_map_camera = S_new_old * view.T_map_camera;
   }
   for (auto& [frame, view] : lines) {
-    move(view.T_map_camera);
+    view.T_map_camera = S_new_old * view.T_map_camera;
   }
   for (auto& [point, vote] : votes) {
     vote.Transform(S_new_old);
@@ -148,20 +145,17 @@ void Landmark::Transform(const Sim3d& S_new_old) {
     p = S_new_old * p;
   }
   centroids.Transform(S_new_old);
-  move(superquadric.T_map_object);
-  superquadric.shape.half_size *= S_new_old.scale;
+  superquadric = S_new_old * superquadric;
   Eigen::Matrix<double, 9, 9> moved = Eigen::Matrix<double, 9, 9>::Identity();
   moved.topLeftCorner<3, 3>() = S_new_old.scale * R;
   moved.block<3, 3>(3, 3) *= S_new_old.scale;
   covariance = moved * covariance * moved.transpose();
-  move(visible.T_map_object);
-  visible.shape.half_size *= S_new_old.scale;
+  visible = S_new_old * visible;
   if (support) {
     *support = S_new_old.scale * *support + S_new_old.translation.z();
   }
   if (quadric) {
-    move(quadric->T_map_object);
-    quadric->shape.half_size *= S_new_old.scale;
+    quadric = S_new_old * *quadric;
   }
   const Eigen::Vector3d up = R.col(2);
   if (up.z() > 0.9999) {

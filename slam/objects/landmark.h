@@ -13,7 +13,7 @@
 #include "slam/geometry/rigid3.h"
 #include "slam/geometry/superquadric.h"
 #include "slam/objects/object_types.h"
-#include "slam/objects/t_test.h"
+#include "slam/objects/statistical_tests.h"
 #include "slam/objects/yaw.h"
 
 namespace sqslam {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "slam/geometry/camera.h"
@@ -34,5 +35,13 @@ double BoxAgreement(const PosedSuperquadric& superquadric, const std::vector<Box
 // Views spread over the camera positions, at most `count`, in the order of their frames (farthest-point
 // sampling).
 std::vector<BoxView> SpreadViews(const std::vector<BoxView>& views, int count);
+
+// Ids of the landmarks whose estimates are outdated, the most outdated ones, at most `most` (0: no limit).
+// Young landmarks change with every box, old ones hardly: what counts is the share of new boxes.
+std::vector<int> MostOutdated(const std::map<int, Landmark>& landmarks, int most);
+
+// The ids in the order in which they are estimated, the largest first: small objects profit from what was
+// just learnt of the large ones, what hides them and what they stand on.
+std::vector<int> LargestFirst(const std::map<int, Landmark>& landmarks, const std::vector<int>& ids);
 
 }  // namespace sqslam

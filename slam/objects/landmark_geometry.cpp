@@ -3,44 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "slam/objects/superquadric_jet.h"
-
 namespace sqslam {
 namespace {
-
-struct NormGradient {
-  double value = 0.0;
-  double dx = 0.0;
-  double dy = 0.0;
-};
-
-// (|x|^p + |y|^p)^(1/p) and its slope.
-NormGradient PNorm(double x, double y, double p) {
-  const double a = std::abs(x);
-  const double b = std::abs(y);
-  const double large = std::max(a, b);
-  if (large == 0.0) {
-    return {};
-  }
-  const double ratio = std::min(a, b) / large;
-  const double power = std::pow(ratio, p - 1.0);  // p > 1: the norm of a support function
-  const double sum = 1.0 + power * ratio;
-  const double growth = std::pow(sum, 1.0 / p);
-  const double by_large = growth / sum;
-  const double by_small = by_large * power;
-  return {large * growth, std::copysign(a >= b ? by_large : by_small, x),
-          std::copysign(a >= b ? by_small : by_large, y)};
-}
-
-// The point of the surface that lies farthest along n (object frame): the gradient of the support function
-// (see jet::SupportFunction).
-Eigen::Vector3d SupportPoint(const Superquadric& shape, const Eigen::Vector3d& n) {
-  const Eigen::Vector3d u = n.cwiseProduct(shape.half_size);
-  const NormGradient horizontal = PNorm(u.x(), u.y(), 2.0 / (2.0 - shape.e2));
-  const NormGradient whole = PNorm(horizontal.value, u.z(), 2.0 / (2.0 - shape.e1));
-  return shape.half_size.cwiseProduct(
-      Eigen::Vector3d(whole.dx * horizontal.dx, whole.dx * horizontal.dy, whole.dy));
-}
 
 // Smallest or largest u = x / z (axis 0) or y / z (axis 1) of the solid, which lies before the camera. The
 // reach beyond the plane x = u z, max over the solid of sign * (x - u z), is convex in u, and its slope is
@@ -54,7 +18,7 @@ double SilhouetteExtreme(const PosedSuperquadric& superquadric, const Rigid3d& T
   double u = centre[axis] / centre.z();
   for (int i = 0; i < kMaxSteps; ++i) {
     const Eigen::Vector3d n = sign * (R_camera_object.row(axis) - u * R_camera_object.row(2)).transpose();
-    const Eigen::Vector3d p = centre + R_camera_object * SupportPoint(superquadric.shape, n);
+    const Eigen::Vector3d p = centre + R_camera_object * superquadric.shape.SupportPoint(n);
     const double next = p[axis] / p.z();
     const double step = sign * (next - u);
     u = next;
@@ -79,9 +43,7 @@ std::optional<Box2d> ProjectToBox(const PosedSuperquadric& superquadric, const R
                                   const Camera& camera) {
   const Rigid3d T_camera_object = T_map_camera.Inverse() * superquadric.T_map_object;
   const Eigen::Vector3d forward = T_camera_object.rotation.conjugate() * Eigen::Vector3d::UnitZ();
-  const Superquadric& shape = superquadric.shape;
-  const double reach = jet::SupportFunction(shape.half_size.data(), shape.e1, shape.e2, forward.data());
-  if (T_camera_object.translation.z() - reach <= 1e-6) {
+  if (T_camera_object.translation.z() - superquadric.shape.SupportExtent(forward) <= 1e-6) {
     return std::nullopt;
   }
   const Eigen::Matrix3d R = T_camera_object.RotationMatrix();
@@ -146,6 +108,17 @@ double OverlapOfSmaller(const PosedSuperquadric& a, const PosedSuperquadric& b, 
     }
   }
   return inside_small > 0 ? static_cast<double>(inside_both) / inside_small : 0.0;
+}
+
+bool MayBeInView(const PosedSuperquadric& superquadric, const Rigid3d& T_map_camera, const Camera& camera) {
+  const Eigen::Vector3d p = T_map_camera.Inverse() * superquadric.T_map_object.translation;
+  const double radius = superquadric.shape.half_size.norm();
+  const auto beyond = [&](double offset, double edge) {  // the plane offset = edge * z
+    return (offset - edge * p.z()) / std::hypot(1.0, edge) > radius;
+  };
+  return p.z() > 0.0 && !beyond(p.x(), (camera.width - camera.cx) / camera.fx) &&
+         !beyond(-p.x(), camera.cx / camera.fx) && !beyond(p.y(), (camera.height - camera.cy) / camera.fy) &&
+         !beyond(-p.y(), camera.cy / camera.fy);
 }
 
 }  // namespace sqslam

@@ -5,6 +5,7 @@
 
 #include "slam/geometry/box2.h"
 #include "slam/geometry/camera.h"
+#include "slam/geometry/rigid3.h"
 #include "slam/geometry/superquadric.h"
 
 namespace sqslam {
@@ -22,5 +23,9 @@ Box2d UndistortBox(const Box2d& box, const Camera& camera);
 // Volume that two superquadrics share over the volume of the smaller one, in [0, 1], by a regular grid of
 // `samples`^3 points (an even number an axis) in the box around the smaller one.
 double OverlapOfSmaller(const PosedSuperquadric& a, const PosedSuperquadric& b, int samples = 16);
+
+// Whether the sphere around the object reaches into the view; quickly, and never false where a part of the
+// object is seen and its centre is before the camera.
+bool MayBeInView(const PosedSuperquadric& superquadric, const Rigid3d& T_map_camera, const Camera& camera);
 
 }  // namespace sqslam

@@ -7,7 +7,7 @@
 
 #include "slam/objects/landmark.h"
 #include "slam/objects/landmark_estimation.h"
-#include "slam/objects/standing_fit.h"
+#include "slam/objects/landmark_refinement.h"
 
 namespace sqslam {
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "slam/objects/joint_refinement.h"
 #include "slam/objects/landmark_geometry.h"
@@ -67,17 +68,6 @@ std::vector<PosedSuperquadric> RefinementStarts(const Landmark& landmark,
   return starts;
 }
 
-}  // namespace
-
-bool IsBottomSeen(const std::vector<BoxView>& views) {
-  constexpr double kMostlyHidden = 0.33;
-  const auto free = std::count_if(views.begin(), views.end(),
-                                  [](const BoxView& view) { return view.edge_free[kBottomEdge]; });
-  return static_cast<double>(free) >= kMostlyHidden * static_cast<double>(views.size());
-}
-
-namespace {
-
 RefinementInput InputOf(const Landmark& landmark, const std::vector<BoxView>& views,
                         const EstimationContext& context) {
   RefinementInput input;
@@ -97,7 +87,154 @@ RefinementInput InputOf(const Landmark& landmark, const std::vector<BoxView>& vi
   return input;
 }
 
+// What the object stands on.
+struct Assumption {
+  std::optional<double> support;  // on a surface of this height
+  std::optional<double> lowest;   // or on none, but nowhere below this height
+  double cost = 0.0;              // half the chi square that it must save
+};
+
+std::vector<Assumption> Assumptions(const SupportHeights& supports, const RefinementOptions& options,
+                                    SearchEffort effort, bool bottom_is_seen) {
+  // What stands on a lower surface reaches past those above it. Where no box shows its lower end, nothing
+  // else speaks against that.
+  const double past = bottom_is_seen ? 0.25 : 1.0;  // of the floating cost
+  const auto cost_of = [&](double height, double least) {
+    const auto above = std::ranges::count_if(supports.near, [&](double other) { return other > height; });
+    return past * options.floating_cost * std::max(least, static_cast<double>(above));
+  };
+  std::vector<Assumption> assumptions;
+  for (const double height : supports.near) {
+    assumptions.push_back({height, {}, cost_of(height, 0.0)});
+  }
+  Assumption floating{{}, {}, options.floating_cost};
+  if (!supports.near.empty()) {
+    floating.lowest = *std::max_element(supports.near.begin(), supports.near.end());
+  }
+  assumptions.push_back(floating);
+  if (effort == SearchEffort::kThorough) {
+    for (const double height : supports.far) {
+      assumptions.push_back({height, {}, cost_of(height, 2.0)});
+    }
+  }
+  return assumptions;
+}
+
+struct Candidate {
+  PosedSuperquadric start;
+  Assumption assumption;
+  double cost = 0.0;
+};
+
+void Assume(const Assumption& assumption, RefinementInput& input) {
+  input.support_height = assumption.support;
+  input.lowest = assumption.lowest;
+}
+
+std::vector<Candidate> AllCandidates(std::span<const PosedSuperquadric> starts,
+                                     std::span<const Assumption> assumptions) {
+  std::vector<Candidate> candidates;
+  for (const Assumption& assumption : assumptions) {
+    for (const PosedSuperquadric& start : starts) {
+      candidates.push_back(
+          {assumption.support ? StretchedTo(start, *assumption.support) : start, assumption, 0.0});
+    }
+  }
+  return candidates;
+}
+
+// Every `stride`-th view and point of the input.
+RefinementInput Thinned(const RefinementInput& input, std::size_t stride) {
+  RefinementInput thinned = input;
+  thinned.views.clear();
+  for (std::size_t i = 0; i < input.views.size(); i += stride) {
+    thinned.views.push_back(input.views[i]);
+  }
+  thinned.points.clear();
+  thinned.point_cameras.clear();
+  for (std::size_t i = 0; i < input.points.size(); i += stride) {
+    thinned.points.push_back(input.points[i]);
+    if (i < input.point_cameras.size()) {
+      thinned.point_cameras.push_back(input.point_cameras[i]);
+    }
+  }
+  return thinned;
+}
+
+// Keeps the candidates that lead to the lowest costs within a few steps on a part of the data. What they lead
+// to is forgotten: a full refinement that starts there ends in worse places than one from the start itself.
+void KeepPromising(const RefinementInput& input, const RefinementOptions& options,
+                   std::vector<Candidate>& candidates) {
+  constexpr std::size_t kKept = 2;
+  constexpr std::size_t kViews = 10;
+  constexpr int kSteps = 8;
+  const std::size_t stride = std::max<std::size_t>(1, input.views.size() / kViews);
+  RefinementInput part = Thinned(input, stride);
+  // What stands against the boxes weighs as much less as there are fewer of them.
+  const double share = 1.0 / static_cast<double>(stride);
+  RefinementOptions quick = options;
+  quick.max_iterations = std::min(kSteps, options.max_iterations);
+  quick.point_weight *= share;
+  quick.contact_weight *= share;
+  for (Candidate& candidate : candidates) {
+    Assume(candidate.assumption, part);
+    candidate.cost =
+        RefineJointly(candidate.start, part, quick, false).cost + share * candidate.assumption.cost;
+  }
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; });
+  candidates.resize(std::min(candidates.size(), kKept));
+}
+
+// With one side half or twice as far from the opposite one, turned by an eighth, or of another shape.
+std::vector<PosedSuperquadric> Neighbours(const PosedSuperquadric& s) {
+  std::vector<PosedSuperquadric> neighbours;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double side : {-1.0, 1.0}) {
+      for (const double factor : {0.5, 2.0}) {
+        PosedSuperquadric moved = s;
+        moved.shape.half_size[axis] *= factor;
+        const double step = side * (moved.shape.half_size[axis] - s.shape.half_size[axis]);
+        moved.T_map_object.translation += step * (s.T_map_object.rotation * Eigen::Vector3d::Unit(axis));
+        neighbours.push_back(moved);
+      }
+    }
+  }
+  PosedSuperquadric turned = s;
+  turned.T_map_object.rotation =
+      s.T_map_object.rotation * Eigen::AngleAxisd(0.25 * std::numbers::pi, Eigen::Vector3d::UnitZ());
+  neighbours.push_back(turned);
+  for (const auto& [e1, e2] : {std::pair(0.25, 0.25), std::pair(0.25, 1.0), std::pair(1.0, 1.0)}) {
+    PosedSuperquadric reshaped = s;
+    reshaped.shape.e1 = e1;
+    reshaped.shape.e2 = e2;
+    neighbours.push_back(reshaped);
+  }
+  return neighbours;
+}
+
+// The best of the candidates and of `best`, with its assumption.
+void FollowAll(const std::vector<Candidate>& candidates, const RefinementOptions& options,
+               RefinementInput& input, StandingFit& best, Assumption& best_assumption) {
+  for (const Candidate& candidate : candidates) {
+    Assume(candidate.assumption, input);
+    const RefinementResult result = RefineJointly(candidate.start, input, options);
+    const double cost = result.cost + candidate.assumption.cost;
+    if (cost < best.cost) {
+      best = {result.superquadric, candidate.assumption.support, cost, result.covariance};
+      best_assumption = candidate.assumption;
+    }
+  }
+}
+
 }  // namespace
+
+bool IsBottomSeen(const std::vector<BoxView>& views) {
+  constexpr double kMostlyHidden = 0.33;
+  const auto free = std::count_if(views.begin(), views.end(),
+                                  [](const BoxView& view) { return view.edge_free[kBottomEdge]; });
+  return static_cast<double>(free) >= kMostlyHidden * static_cast<double>(views.size());
+}
 
 StandingFit RefineLandmark(const Landmark& landmark, const std::vector<BoxView>& views, bool thorough,
                            const EstimationContext& context) {
@@ -122,6 +259,47 @@ StandingFit RefineLandmark(const Landmark& landmark, const std::vector<BoxView>&
   const std::optional<double> support = input.support_height;
   const RefinementResult result = RefineJointly(landmark.visible, input, options.refinement);
   return {result.superquadric, support, result.cost, result.covariance};
+}
+
+std::vector<double> SupportHeights::All() const {
+  std::vector<double> all = near;
+  all.insert(all.end(), far.begin(), far.end());
+  return all;
+}
+
+StandingFit RefineStanding(std::span<const PosedSuperquadric> starts, RefinementInput input,
+                           const SupportHeights& supports, const RefinementOptions& options,
+                           SearchEffort effort) {
+  constexpr int kMostRounds = 4;
+  constexpr double kEnough = 0.5;  // half a chi square
+  const bool bottom_is_seen = std::ranges::any_of(
+      input.views, [](const SilhouetteView& view) { return view.edge_exact[kBottomEdge]; });
+  std::vector<Candidate> candidates =
+      AllCandidates(starts, Assumptions(supports, options, effort, bottom_is_seen));
+  if (effort == SearchEffort::kPromising) {
+    KeepPromising(input, options, candidates);
+  }
+  StandingFit best;
+  best.cost = std::numeric_limits<double>::infinity();
+  Assumption assumption;
+  FollowAll(candidates, options, input, best, assumption);
+  double before = std::numeric_limits<double>::infinity();
+  for (int round = 0;
+       effort == SearchEffort::kThorough && round < kMostRounds && best.cost < before - kEnough; ++round) {
+    before = best.cost;
+    const std::vector<PosedSuperquadric> neighbours = Neighbours(best.superquadric);
+    FollowAll(AllCandidates(neighbours, {&assumption, 1}), options, input, best, assumption);
+  }
+  return best;
+}
+
+PosedSuperquadric StretchedTo(PosedSuperquadric start, double height) {
+  Eigen::Vector3d& centre = start.T_map_object.translation;
+  const double top =
+      std::max(centre.z() + start.shape.half_size.z(), height + 1e-3 * start.shape.half_size.norm());
+  start.shape.half_size.z() = 0.5 * (top - height);
+  centre.z() = 0.5 * (top + height);
+  return start;
 }
 
 }  // namespace sqslam

@@ -1,12 +1,49 @@
 #pragma once
 
+#include <optional>
+#include <span>
 #include <vector>
 
+#include "slam/objects/joint_refinement.h"
 #include "slam/objects/landmark.h"
 #include "slam/objects/landmark_estimation.h"
-#include "slam/objects/standing_fit.h"
 
 namespace sqslam {
+
+struct StandingFit {
+  PosedSuperquadric superquadric;
+  std::optional<double> support;  // height of the surface that it stands on; empty: on none of them
+  double cost = 0.0;              // robust, half the sum of squares
+  Eigen::Matrix<double, 9, 9> covariance = Eigen::Matrix<double, 9, 9>::Zero();  // see ObjectFit
+};
+
+// Heights of the surfaces that an object may stand on.
+struct SupportHeights {
+  std::vector<double> near;  // known to be around it
+  std::vector<double> far;   // further ones below it, of which no point is near: they may go on unseen
+
+  std::vector<double> All() const;
+};
+
+enum class SearchEffort {
+  kPromising,  // a short look at a part of the data picks the two starts that are followed: a third of the
+               // time
+  kAll,        // all starts are followed
+  kThorough,   // and far surfaces are tried, and the neighbourhood of the best
+};
+
+// The joint refinement from several starts under several assumptions: that the object stands on one of the
+// surfaces, or on none of them, which must then fit the boxes and points better by options.floating_cost.
+// Starts are stretched down to the assumed support: the lower part of a chair behind a table is never seen.
+//
+// Of the many local minima most differ by one side of the object, by an eighth of a turn or by the kind of
+// shape. `kThorough` tries these from the best one, again and again until none is better.
+StandingFit RefineStanding(std::span<const PosedSuperquadric> starts, RefinementInput input,
+                           const SupportHeights& supports, const RefinementOptions& options,
+                           SearchEffort effort);
+
+// The same with its top where it was and its bottom at `height`.
+PosedSuperquadric StretchedTo(PosedSuperquadric superquadric, double height);
 
 // Whether the lower box edges show where the object ends: where something hides them from nearly everywhere,
 // the few other views missed what hides it.

@@ -5,8 +5,8 @@
 #include <map>
 #include <set>
 
+#include "slam/geometry/angles.h"
 #include "slam/objects/dual_quadric.h"
-#include "slam/objects/estimation_order.h"
 #include "slam/objects/landmark.h"
 #include "slam/objects/landmark_estimation.h"
 #include "slam/objects/merging.h"
@@ -224,10 +224,6 @@ void ObjectMapper::Impl::Publish() {
     out.shown = IsShown(landmark);
     out.superquadric = landmark.superquadric;
     out.support = landmark.support;
-    out.centroid = landmark.superquadric.T_map_object.translation;
-    out.half_extents = landmark.superquadric.shape.half_size;
-    const Eigen::Vector3d x = landmark.superquadric.T_map_object.rotation * Eigen::Vector3d::UnitX();
-    out.yaw = std::atan2(x.y(), x.x());
     next->landmarks.push_back(std::move(out));
   }
   next->merges = merges;
@@ -299,10 +295,6 @@ bool ObjectMapper::Correct(int id, const PosedSuperquadric& superquadric, const 
   return true;
 }
 
-void ObjectMapper::Transform(const Rigid3d& T_new_old) {
-  impl_->Transform({1.0, T_new_old.rotation, T_new_old.translation});
-}
-
 void ObjectMapper::Transform(const Sim3d& S_new_old) { impl_->Transform(S_new_old); }
 
 void ObjectMapper::Absorb(ObjectMapper&& other) {
@@ -333,8 +325,7 @@ std::vector<SnapshotObject> ObjectMapper::Objects() const {
     object.points = static_cast<int>(landmark.points.size());
     object.superquadric = *solid;
     object.fit = impl_->FitOf(landmark, *solid);
-    const Eigen::Vector3d x = solid->T_map_object.rotation * Eigen::Vector3d::UnitX();
-    object.yaw = std::atan2(x.y(), x.x());
+    object.yaw = YawOf(solid->T_map_object.rotation);
     objects.push_back(std::move(object));
   }
   return objects;

@@ -44,8 +44,7 @@ class ObjectMapper {
   // or the landmark is gone. It stays until the landmark is estimated again. Returns whether it was taken.
   bool Correct(int id, const PosedSuperquadric& superquadric, const Camera& camera);
 
-  // The map frame was changed: p_new = T_new_old * p_old.
-  void Transform(const Rigid3d& T_new_old);
+  // The map frame was changed: p_new = S_new_old * p_old.
   void Transform(const Sim3d& S_new_old);
 
   // Takes over the landmarks of another submap, which must be in this map's frame already. Those that are the

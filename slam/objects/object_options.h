@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "slam/objects/association_method.h"
-#include "slam/objects/t_test.h"
+#include "slam/objects/statistical_tests.h"
 
 namespace sqslam {
 

@@ -9,9 +9,7 @@
 #include "slam/objects/detection_filter.h"
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/line_segments.h"
-#include "slam/objects/occlusion.h"
-#include "slam/objects/seen_landmark.h"
-#include "slam/objects/visibility.h"
+#include "slam/objects/surroundings.h"
 #include "slam/objects/yaw.h"
 
 namespace sqslam {
@@ -33,7 +31,7 @@ struct ObjectTracker::Impl {
   ObjectOptions options;
   AssociationParts parts;
   int next_id = 0;
-  std::map<int, SeenLandmark> tracks;  // by landmark id
+  std::map<int, KnownLandmark> tracks;  // by landmark id
   std::int64_t view_version = -1;
   ObjectMapView view;  // the copy that tracks point into
   std::size_t merges_seen = 0;
@@ -41,18 +39,15 @@ struct ObjectTracker::Impl {
   std::vector<std::int64_t> observed;  // ids of the current frame's points, sorted
 
   void TakeView(const ObjectMapView& newest);
-  std::vector<MeasuredBox> Measure(const ObjectFrame& frame, const std::vector<BoxCandidate>& boxes) const;
-  std::vector<KnownLandmark> Known(const ObjectFrame& frame) const;
+  void PredictBoxes(const ObjectFrame& frame);
   void MarkHiddenEdges(const ObjectFrame& frame, const std::vector<int>& ids,
                        std::vector<BoxCandidate>& boxes) const;
-  std::vector<int> AssignIds(const ObjectFrame& frame, const std::vector<BoxCandidate>& boxes,
-                             const std::vector<MeasuredBox>& measured);
+  std::vector<int> AssignIds(const ObjectFrame& frame, const std::vector<BoxCandidate>& boxes);
   bool MayStart(const ObjectFrame& frame, const BoxCandidate& box, const std::vector<BoxCandidate>& boxes,
                 const std::vector<int>& ids) const;
-  void Remember(int id, const ObjectFrame& frame, const BoxCandidate& box, const MeasuredBox& measured);
-  ObjectObservation Observe(int id, const ObjectFrame& frame, const BoxCandidate& box,
-                            const MeasuredBox& measured) const;
-  std::vector<std::int64_t> PointsOutside(const SeenLandmark& track, const ObjectFrame& frame,
+  void Remember(int id, const ObjectFrame& frame, const BoxCandidate& box);
+  ObjectObservation Observe(int id, const ObjectFrame& frame, const BoxCandidate& box) const;
+  std::vector<std::int64_t> PointsOutside(const KnownLandmark& track, const ObjectFrame& frame,
                                           const Box2d& box, const std::array<bool, 4>& edge_free) const;
   std::vector<LineSegment> Lines(const ObjectFrame& frame, const std::vector<BoxCandidate>& boxes,
                                  const std::vector<int>& ids) const;
@@ -73,7 +68,7 @@ void ObjectTracker::Impl::TakeView(const ObjectMapView& newest) {
     if (it == tracks.end()) {
       continue;
     }
-    SeenLandmark old = std::move(it->second);
+    KnownLandmark old = std::move(it->second);
     tracks.erase(it);
     tracks[to].Absorb(std::move(old));
   }
@@ -85,11 +80,10 @@ void ObjectTracker::Impl::TakeView(const ObjectMapView& newest) {
   }
   for (const ObjectLandmarkView& landmark : view.landmarks) {
     const auto [it, is_new] = tracks.try_emplace(landmark.id);
-    SeenLandmark& track = it->second;
+    KnownLandmark& track = it->second;
     if (is_new) {
       // From a submap that was merged into this one.
       track.labels.Add(landmark.label, 1.0);
-      track.observations = landmark.observations;
     }
     track.view = &landmark;
     if (landmark.estimated) {
@@ -106,66 +100,38 @@ void ObjectTracker::Impl::TakeView(const ObjectMapView& newest) {
   }
 }
 
-std::vector<MeasuredBox> ObjectTracker::Impl::Measure(const ObjectFrame& frame,
-                                                      const std::vector<BoxCandidate>& boxes) const {
-  std::vector<MeasuredBox> measured;
-  for (const BoxCandidate& box : boxes) {
-    MeasuredBox m{frame.detections[box.detection_index], {}, box.centroid, {}};
-    for (const int point : box.points) {
-      m.point_ids.push_back(frame.points[point].point_id);
-      if (parts.rank_sum) {
-        m.positions.push_back(frame.points[point].p_map);
+// Where the known landmarks should be in this frame, by their motion in the image and by their superquadrics.
+void ObjectTracker::Impl::PredictBoxes(const ObjectFrame& frame) {
+  for (auto& [id, track] : tracks) {
+    track.predicted_box.reset();
+    track.projected_box.reset();
+    if (frame.frame_index - track.last_frame <= options.association.inter_frame_gap) {
+      track.predicted_box = track.PredictedBox(frame.frame_index);
+    }
+    if (parts.projection && track.IsEstimated() &&
+        MayBeInView(track.view->superquadric, frame.T_map_camera, frame.camera)) {
+      const auto box = ProjectToBox(track.view->superquadric, frame.T_map_camera, frame.camera);
+      const Box2d clipped = box ? ClipToImage(*box, frame.camera) : Box2d();
+      if (clipped.Area() > 0.0) {
+        track.projected_box = clipped;
       }
     }
-    measured.push_back(std::move(m));
   }
-  return measured;
-}
-
-std::vector<KnownLandmark> ObjectTracker::Impl::Known(const ObjectFrame& frame) const {
-  std::vector<KnownLandmark> known;
-  for (const auto& [id, track] : tracks) {
-    KnownLandmark landmark;
-    landmark.label = track.labels.Best();
-    landmark.frames_since_seen = frame.frame_index - track.last_frame;
-    if (landmark.frames_since_seen <= options.association.inter_frame_gap) {
-      landmark.predicted_box = track.PredictedBox(frame.frame_index);
-    }
-    if (track.view && track.view->estimated) {
-      const std::optional<Box2d> box =
-          parts.projection && MayBeInView(track.view->superquadric, frame.T_map_camera, frame.camera)
-              ? ProjectToBox(track.view->superquadric, frame.T_map_camera, frame.camera)
-              : std::nullopt;
-      if (box) {
-        const Box2d clipped = ClipToImage(*box, frame.camera);
-        if (clipped.Area() > 0.0) {
-          landmark.projected_box = clipped;
-        }
-      }
-      landmark.centre = track.view->centroid;
-      landmark.radius = track.view->half_extents.maxCoeff();
-    }
-    landmark.point_ids = &track.point_ids;
-    landmark.centroids = &track.centroids;
-    landmark.cloud = &track.cloud;
-    known.push_back(landmark);
-  }
-  return known;
 }
 
 // A new landmark needs points, and must not be a second box around something that has one already.
 bool ObjectTracker::Impl::MayStart(const ObjectFrame& frame, const BoxCandidate& box,
                                    const std::vector<BoxCandidate>& boxes,
                                    const std::vector<int>& ids) const {
-  const Box2d& b = frame.detections[box.detection_index].box;
+  const Box2d& b = box.detection.box;
   const double share = b.Area() / (static_cast<double>(frame.camera.width) * frame.camera.height);
-  if (static_cast<int>(box.points.size()) < options.association.min_points ||
+  if (static_cast<int>(box.point_ids.size()) < options.association.min_points ||
       (box.AnyEdgeCut() && share < options.detections.max_cut_share)) {
     return false;
   }
   constexpr double kSameThing = 0.5;
   for (std::size_t i = 0; i < boxes.size(); ++i) {
-    if (ids[i] >= 0 && IoU(frame.detections[boxes[i].detection_index].box, b) > kSameThing) {
+    if (ids[i] >= 0 && IoU(boxes[i].detection.box, b) > kSameThing) {
       return false;
     }
   }
@@ -173,14 +139,15 @@ bool ObjectTracker::Impl::MayStart(const ObjectFrame& frame, const BoxCandidate&
 }
 
 std::vector<int> ObjectTracker::Impl::AssignIds(const ObjectFrame& frame,
-                                                const std::vector<BoxCandidate>& boxes,
-                                                const std::vector<MeasuredBox>& measured) {
-  const std::vector<KnownLandmark> known = Known(frame);
+                                                const std::vector<BoxCandidate>& boxes) {
+  PredictBoxes(frame);
+  std::vector<const KnownLandmark*> known;
   std::vector<int> ids_of_known;
   for (const auto& [id, track] : tracks) {
+    known.push_back(&track);
     ids_of_known.push_back(id);
   }
-  std::vector<int> ids = Associate(measured, known, options.association);
+  std::vector<int> ids = Associate(boxes, known, options.association);
   for (int& id : ids) {
     id = id >= 0 ? ids_of_known[id] : -1;
   }
@@ -199,12 +166,12 @@ void ObjectTracker::Impl::MarkHiddenEdges(const ObjectFrame& frame, const std::v
   const Rigid3d T_camera_map = frame.T_map_camera.Inverse();
   for (std::size_t i = 0; i < boxes.size(); ++i) {
     const auto own = tracks.find(ids[i]);
-    if (own == tracks.end() || !own->second.view || !own->second.view->estimated) {
+    if (own == tracks.end() || !own->second.IsEstimated()) {
       continue;
     }
     const ObjectLandmarkView& object = *own->second.view;
-    const double depth = (T_camera_map * object.centroid).z();
-    const Box2d box = UndistortBox(frame.detections[boxes[i].detection_index].box, frame.camera);
+    const double depth = (T_camera_map * object.superquadric.T_map_object.translation).z();
+    const Box2d box = UndistortBox(boxes[i].detection.box, frame.camera);
     for (const auto& [id, track] : tracks) {
       if (id == ids[i] || !track.view || !track.view->shown || depth <= 0.0) {
         continue;
@@ -221,18 +188,16 @@ void ObjectTracker::Impl::MarkHiddenEdges(const ObjectFrame& frame, const std::v
   }
 }
 
-void ObjectTracker::Impl::Remember(int id, const ObjectFrame& frame, const BoxCandidate& box,
-                                   const MeasuredBox& measured) {
+void ObjectTracker::Impl::Remember(int id, const ObjectFrame& frame, const BoxCandidate& box) {
   constexpr std::size_t kMaxPoints = 3000;
-  SeenLandmark& track = tracks[id];
-  track.labels.Add(measured.detection.label, measured.detection.score);
-  track.SeeBox(measured.detection.box, frame.frame_index);
-  ++track.observations;
+  KnownLandmark& track = tracks[id];
+  track.labels.Add(box.detection.label, box.detection.score);
+  track.SeeBox(box.detection.box, frame.frame_index);
   if (track.point_ids.size() < kMaxPoints) {
-    track.point_ids.insert(measured.point_ids.begin(), measured.point_ids.end());
+    track.point_ids.insert(box.point_ids.begin(), box.point_ids.end());
   }
-  if (track.cloud.size() < kMaxPoints) {
-    track.cloud.insert(track.cloud.end(), measured.positions.begin(), measured.positions.end());
+  if (parts.rank_sum && track.cloud.size() < kMaxPoints) {
+    track.cloud.insert(track.cloud.end(), box.positions.begin(), box.positions.end());
   }
   // The centroid of a part says nothing about the whole.
   if (box.centroid && !box.AnyEdgeCut()) {
@@ -240,7 +205,7 @@ void ObjectTracker::Impl::Remember(int id, const ObjectFrame& frame, const BoxCa
   }
 }
 
-std::vector<std::int64_t> ObjectTracker::Impl::PointsOutside(const SeenLandmark& track,
+std::vector<std::int64_t> ObjectTracker::Impl::PointsOutside(const KnownLandmark& track,
                                                              const ObjectFrame& frame, const Box2d& box,
                                                              const std::array<bool, 4>& edge_free) const {
   std::vector<std::int64_t> outside;
@@ -269,15 +234,15 @@ std::vector<std::int64_t> ObjectTracker::Impl::PointsOutside(const SeenLandmark&
   return outside;
 }
 
-ObjectObservation ObjectTracker::Impl::Observe(int id, const ObjectFrame& frame, const BoxCandidate& box,
-                                               const MeasuredBox& measured) const {
+ObjectObservation ObjectTracker::Impl::Observe(int id, const ObjectFrame& frame,
+                                               const BoxCandidate& box) const {
   ObjectObservation observation;
   observation.object_id = id;
   observation.frame_index = frame.frame_index;
   observation.detection_index = box.detection_index;
-  observation.detection = measured.detection;
+  observation.detection = box.detection;
   observation.T_map_camera = frame.T_map_camera;
-  observation.point_ids = measured.point_ids;
+  observation.point_ids = box.point_ids;
   for (int edge = 0; edge < 4; ++edge) {
     observation.edge_free[edge] = !box.edge_cut[edge] && !box.edge_hidden[edge];
   }
@@ -285,7 +250,7 @@ ObjectObservation ObjectTracker::Impl::Observe(int id, const ObjectFrame& frame,
     observation.centroid = box.centroid;
   }
   observation.reprojected_outside =
-      PointsOutside(tracks.at(id), frame, measured.detection.box, observation.edge_free);
+      PointsOutside(tracks.at(id), frame, box.detection.box, observation.edge_free);
   return observation;
 }
 
@@ -302,7 +267,7 @@ std::vector<LineSegment> ObjectTracker::Impl::Lines(const ObjectFrame& frame,
                                                     const std::vector<int>& ids) const {
   std::vector<Box2d> regions;
   for (std::size_t i = 0; i < boxes.size(); ++i) {
-    const Box2d& box = frame.detections[boxes[i].detection_index].box;
+    const Box2d& box = boxes[i].detection.box;
     if (IsLinesTurn(frame, box, ids[i])) {
       regions.push_back(box);
     }
@@ -318,18 +283,14 @@ void ObjectTracker::Impl::Transform(const Sim3d& S_new_old) {
     }
   }
   for (ObjectLandmarkView& landmark : view.landmarks) {
-    Rigid3d& T = landmark.superquadric.T_map_object;
-    T = {(S_new_old.rotation * T.rotation).normalized(), S_new_old * T.translation};
-    landmark.superquadric.shape.half_size *= S_new_old.scale;
-    landmark.half_extents *= S_new_old.scale;
-    landmark.centroid = S_new_old * landmark.centroid;
+    landmark.superquadric = S_new_old * landmark.superquadric;
     for (auto& [point, p] : landmark.points) {
       p = S_new_old * p;
     }
   }
 }
 
-ObjectTracker::ObjectTracker(const ObjectOptions& options, std::uint64_t) : impl_(new Impl) {
+ObjectTracker::ObjectTracker(const ObjectOptions& options) : impl_(new Impl) {
   impl_->options = options;
   impl_->parts = PartsOf(options.association.method);
 }
@@ -343,13 +304,12 @@ std::vector<ObjectObservation> ObjectTracker::Track(const ObjectFrame& frame, co
   impl.TakeView(view);
   std::vector<BoxCandidate> boxes =
       SelectBoxes(frame, impl.options.detections, impl.options.outliers.depth_iqr);
-  const std::vector<MeasuredBox> measured = impl.Measure(frame, boxes);
   const std::vector<int> ids = [&] {
     std::optional<StageTimes::Scope> timer;
     if (times != nullptr) {
       timer.emplace(*times, "tracking.association");
     }
-    return impl.AssignIds(frame, boxes, measured);
+    return impl.AssignIds(frame, boxes);
   }();
   impl.MarkHiddenEdges(frame, ids, boxes);
   const YawOptions& yaw = impl.options.yaw;
@@ -360,10 +320,10 @@ std::vector<ObjectObservation> ObjectTracker::Track(const ObjectFrame& frame, co
     if (ids[i] < 0) {
       continue;
     }
-    impl.Remember(ids[i], frame, boxes[i], measured[i]);
-    ObjectObservation observation = impl.Observe(ids[i], frame, boxes[i], measured[i]);
-    if (impl.IsLinesTurn(frame, measured[i].detection.box, ids[i])) {
-      observation.lines = LinesInBox(lines, UndistortBox(measured[i].detection.box, frame.camera), yaw);
+    impl.Remember(ids[i], frame, boxes[i]);
+    ObjectObservation observation = impl.Observe(ids[i], frame, boxes[i]);
+    if (impl.IsLinesTurn(frame, boxes[i].detection.box, ids[i])) {
+      observation.lines = LinesInBox(lines, UndistortBox(boxes[i].detection.box, frame.camera), yaw);
     }
     if (view.upright && !observation.lines.empty()) {
       const LineView line_view{frame.T_map_camera, observation.lines};
@@ -377,10 +337,6 @@ std::vector<ObjectObservation> ObjectTracker::Track(const ObjectFrame& frame, co
 void ObjectTracker::StartIdsAt(int id) { impl_->next_id = std::max(impl_->next_id, id); }
 
 int ObjectTracker::NextId() const { return impl_->next_id; }
-
-void ObjectTracker::Transform(const Rigid3d& T_new_old) {
-  impl_->Transform({1.0, T_new_old.rotation, T_new_old.translation});
-}
 
 void ObjectTracker::Transform(const Sim3d& S_new_old) { impl_->Transform(S_new_old); }
 

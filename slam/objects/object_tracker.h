@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -16,10 +15,10 @@ namespace sqslam {
 //   auto observations = tracker.Track(frame, *mapper_view);
 //
 // Landmark ids are 0, 1, 2, ... in the order of their first sighting, across all submaps. Not thread-safe;
-// deterministic for a seed.
+// deterministic.
 class ObjectTracker {
  public:
-  ObjectTracker(const ObjectOptions& options, std::uint64_t seed);
+  explicit ObjectTracker(const ObjectOptions& options);
   ~ObjectTracker();
   ObjectTracker(ObjectTracker&&) noexcept;
   ObjectTracker& operator=(ObjectTracker&&) noexcept;
@@ -33,8 +32,7 @@ class ObjectTracker {
   void StartIdsAt(int id);
   int NextId() const;
 
-  // The map frame was changed: p_new = T_new_old * p_old.
-  void Transform(const Rigid3d& T_new_old);
+  // The map frame was changed: p_new = S_new_old * p_old.
   void Transform(const Sim3d& S_new_old);
 
  private:

@@ -72,10 +72,7 @@ struct ObjectLandmarkView {
   std::string label;
   int observations = 0;
   std::vector<std::pair<std::int64_t, Eigen::Vector3d>> points;  // inliers: id and position in the map frame
-  Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
-  Eigen::Vector3d half_extents = Eigen::Vector3d::Zero();  // of the superquadric, object frame
-  double yaw = 0.0;                                        // radians
-  bool estimated = false;  // centroid, extents and superquadric mean something
+  bool estimated = false;                                        // the superquadric means something
   bool shown = false;      // good enough to be part of the object map
   PosedSuperquadric superquadric;
   std::optional<double> support;  // height of the surface that it was found to stand on

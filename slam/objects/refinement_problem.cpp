@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "slam/geometry/angles.h"
+#include "slam/geometry/superquadric_norm.h"
+
 namespace sqslam {
 namespace {
 
@@ -12,34 +15,6 @@ constexpr int kPriors = 5;
 constexpr int kBounds = 3;
 constexpr double kMiddleExponent = 0.5 * (kMinShapeExponent + kMaxShapeExponent);
 constexpr double kExponentReach = 0.5 * (kMaxShapeExponent - kMinShapeExponent);
-
-struct NormValue {
-  double value = 0.0;
-  double dx = 0.0;
-  double dy = 0.0;
-  double dp = 0.0;
-};
-
-// (|x|^p + |y|^p)^(1/p) with its derivatives; with the larger one in front it can't overflow.
-NormValue PNorm(double x, double y, double p) {
-  constexpr double kTiny = 1e-9;
-  const double a = std::max(std::abs(x), kTiny);
-  const double b = std::max(std::abs(y), kTiny);
-  const double large = std::max(a, b);
-  const double log_ratio = std::log(std::min(a, b) / large);
-  const double t = std::exp(p * log_ratio);
-  const double growth = std::log(1.0 + t) / p;  // log(value / large)
-  NormValue norm;
-  norm.value = large * std::exp(growth);
-  const double weight_small = t / (1.0 + t);
-  const double weight_large = 1.0 / (1.0 + t);
-  const double weight_a = a >= b ? weight_large : weight_small;
-  const double weight_b = a >= b ? weight_small : weight_large;
-  norm.dx = std::copysign(norm.value / a * weight_a, x);
-  norm.dy = std::copysign(norm.value / b * weight_b, y);
-  norm.dp = norm.value / p * (weight_large * -growth + weight_small * (log_ratio - growth));
-  return norm;
-}
 
 // The parameters with what all residuals share.
 struct State {
@@ -104,11 +79,10 @@ Residual EdgeResidual(const State& state, const RefinementProblem::Edge& edge) {
   const Eigen::Vector3d u = n.cwiseProduct(state.half);
   const double p1 = 2.0 / (2.0 - state.exponent[0]);
   const double p2 = 2.0 / (2.0 - state.exponent[1]);
-  const NormValue horizontal = PNorm(u.x(), u.y(), p2);
-  const NormValue support = PNorm(horizontal.value, u.z(), p1);
-  const Eigen::Vector3d du(support.dx * horizontal.dx, support.dx * horizontal.dy, support.dy);
+  const SuperquadricNorm<PNormWithSlope> support(u, p1, p2);
+  const Eigen::Vector3d du = support.Gradient();
   const double scale = edge.factor / depth;
-  residual.value = scale * (edge.normal_map.dot(offset) + support.value);
+  residual.value = scale * (edge.normal_map.dot(offset) + support.Value());
   if (!edge.exact && residual.value > 0.0) {
     residual.value = 0.0;
     return residual;
@@ -117,39 +91,32 @@ Residual EdgeResidual(const State& state, const RefinementProblem::Edge& edge) {
   g.head<3>() = scale * edge.normal_map - residual.value / depth * edge.forward_map;
   g.segment<3>(RefinementProblem::kLogHalf) = scale * du.cwiseProduct(u);
   g[RefinementProblem::kYaw] = scale * (du.x() * state.half.x() * n.y() - du.y() * state.half.y() * n.x());
-  g[RefinementProblem::kExponents] = scale * support.dp * 0.5 * p1 * p1 * state.exponent_slope[0];
+  g[RefinementProblem::kExponents] = scale * support.whole.by_p * 0.5 * p1 * p1 * state.exponent_slope[0];
   g[RefinementProblem::kExponents + 1] =
-      scale * support.dx * horizontal.dp * 0.5 * p2 * p2 * state.exponent_slope[1];
+      scale * support.whole.by_x * support.section.by_p * 0.5 * p2 * p2 * state.exponent_slope[1];
   return residual;
 }
 
 Residual PointResidual(const State& state, const RefinementProblem::Point& point) {
   const Eigen::Vector3d q = state.ToObject(point.p_map - state.centre);
-  const double norm = std::max(q.norm(), 1e-9);
-  const Eigen::Vector3d u = q.cwiseQuotient(state.half);
-  if (!point.on_surface && u.cwiseAbs().maxCoeff() > 1.0) {
+  if (!point.on_surface && q.cwiseQuotient(state.half).cwiseAbs().maxCoeff() > 1.0) {
     return {};  // out of the box around the solid, as most are
   }
-  const double p1 = 2.0 / state.exponent[0];
-  const double p2 = 2.0 / state.exponent[1];
-  const NormValue horizontal = PNorm(u.x(), u.y(), p2);
-  const NormValue scale = PNorm(horizontal.value, u.z(), p1);
+  const RadialDistanceGradient distance =
+      Superquadric{state.half, state.exponent[0], state.exponent[1]}.RadialDistanceWithGradient(q);
   Residual residual;
-  residual.value = norm * (1.0 - 1.0 / scale.value);
+  residual.value = distance.value;
   if (!point.on_surface && residual.value > 0.0) {
     residual.value = 0.0;
     return residual;
   }
-  const double by_scale = norm / (scale.value * scale.value);
-  const Eigen::Vector3d du(scale.dx * horizontal.dx, scale.dx * horizontal.dy, scale.dy);
-  const Eigen::Vector3d dq = (1.0 - 1.0 / scale.value) / norm * q + by_scale * du.cwiseQuotient(state.half);
+  const Eigen::Vector3d& dq = distance.by_point;
   Gradient& g = residual.gradient;
   g.head<3>() = -state.ToMap(dq);
-  g.segment<3>(RefinementProblem::kLogHalf) = -by_scale * du.cwiseProduct(u);
+  g.segment<3>(RefinementProblem::kLogHalf) = distance.by_log_half_size;
   g[RefinementProblem::kYaw] = dq.x() * q.y() - dq.y() * q.x();
-  g[RefinementProblem::kExponents] = by_scale * scale.dp * -0.5 * p1 * p1 * state.exponent_slope[0];
-  g[RefinementProblem::kExponents + 1] =
-      by_scale * scale.dx * horizontal.dp * -0.5 * p2 * p2 * state.exponent_slope[1];
+  g[RefinementProblem::kExponents] = distance.by_e1 * state.exponent_slope[0];
+  g[RefinementProblem::kExponents + 1] = distance.by_e2 * state.exponent_slope[1];
   residual.Scale(point.factor);
   return residual;
 }
@@ -211,8 +178,7 @@ RefinementProblem::Parameters RefinementProblem::Pack(const PosedSuperquadric& s
   Parameters x;
   x.head<3>() = superquadric.T_map_object.translation;
   x.segment<3>(kLogHalf) = superquadric.shape.half_size.array().log().matrix();
-  const Eigen::Vector3d x_axis = superquadric.T_map_object.rotation * Eigen::Vector3d::UnitX();
-  x[kYaw] = std::atan2(x_axis.y(), x_axis.x());
+  x[kYaw] = YawOf(superquadric.T_map_object.rotation);
   const double exponents[2] = {superquadric.shape.e1, superquadric.shape.e2};
   for (int i = 0; i < 2; ++i) {
     x[kExponents + i] =

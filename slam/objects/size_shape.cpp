@@ -1,41 +1,40 @@
 #include "slam/objects/size_shape.h"
 
 #include <ceres/ceres.h>
+#include <ceres/normal_prior.h>
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <limits>
 
-#include "slam/objects/superquadric_jet.h"
 #include "slam/util/statistics.h"
 
 namespace sqslam {
 namespace {
 
-struct ShapeCost {
-  Eigen::Vector3d half;
-  Eigen::Vector3d p;
-  double factor;  // sqrt(alpha) / mean half size
+// Weighted radial distance of a point, by the exponents e1 and e2.
+class ShapeCost final : public ceres::SizedCostFunction<1, 2> {
+ public:
+  // `factor`: sqrt(alpha) / mean half size.
+  ShapeCost(const Eigen::Vector3d& half_size, const Eigen::Vector3d& p, double factor)
+      : half_size_(half_size), p_(p), factor_(factor) {}
 
-  template <typename T>
-  bool operator()(const T* exponents, T* residual) const {
-    const T h[3] = {T(half[0]), T(half[1]), T(half[2])};
-    const T q[3] = {T(p[0]), T(p[1]), T(p[2])};
-    residual[0] = factor * jet::RadialDistance(h, exponents[0], exponents[1], q);
+  bool Evaluate(double const* const* exponents, double* residual, double** jacobians) const override {
+    const Superquadric shape{half_size_, exponents[0][0], exponents[0][1]};
+    const RadialDistanceGradient distance = shape.RadialDistanceWithGradient(p_);
+    residual[0] = factor_ * distance.value;
+    if (jacobians != nullptr && jacobians[0] != nullptr) {
+      jacobians[0][0] = factor_ * distance.by_e1;
+      jacobians[0][1] = factor_ * distance.by_e2;
+    }
     return true;
   }
-};
 
-struct PriorCost {
-  double prior;
-  double factor;
-
-  template <typename T>
-  bool operator()(const T* exponents, T* residual) const {
-    residual[0] = factor * (exponents[0] - prior);
-    residual[1] = factor * (exponents[1] - prior);
-    return true;
-  }
+ private:
+  Eigen::Vector3d half_size_;
+  Eigen::Vector3d p_;
+  double factor_;
 };
 
 double HuberCost(double residual, double width) {
@@ -44,12 +43,13 @@ double HuberCost(double residual, double width) {
 }
 
 // Mean robust cost at fixed exponents; the same function as the refinement minimises.
-double CostAt(const std::vector<ShapeCost>& costs, double e1, double e2, const SizeShapeOptions& options) {
+double CostAt(const std::deque<ShapeCost>& costs, double e1, double e2, const SizeShapeOptions& options) {
   const double exponents[2] = {e1, e2};
+  const double* const parameters[] = {exponents};
   double sum = 0.0;
   for (const ShapeCost& cost : costs) {
     double residual = 0.0;
-    cost(exponents, &residual);
+    cost.Evaluate(parameters, &residual, nullptr);
     sum += HuberCost(residual, options.huber);
   }
   const double d1 = e1 - options.prior_exponent;
@@ -58,7 +58,7 @@ double CostAt(const std::vector<ShapeCost>& costs, double e1, double e2, const S
          options.regularisation * options.huber * options.huber * (d1 * d1 + d2 * d2);
 }
 
-ShapeFit BestOfGrid(const std::vector<ShapeCost>& costs, const SizeShapeOptions& options) {
+ShapeFit BestOfGrid(const std::deque<ShapeCost>& costs, const SizeShapeOptions& options) {
   ShapeFit best;
   best.cost = std::numeric_limits<double>::infinity();
   const int steps = static_cast<int>((kMaxShapeExponent - kMinShapeExponent) / options.grid_step + 1e-6);
@@ -117,24 +117,24 @@ ShapeFit FitShape(std::span<const Eigen::Vector3d> p_object, const Eigen::Vector
     return {options.prior_exponent, options.prior_exponent, 0.0};
   }
   const std::vector<double> alpha = ShapeWeights(p_object);
-  std::vector<ShapeCost> costs;
-  costs.reserve(p_object.size());
+  std::deque<ShapeCost> costs;  // Ceres' cost functions cannot be moved
   for (std::size_t i = 0; i < p_object.size(); ++i) {
-    costs.push_back({half_size, p_object[i], std::sqrt(alpha[i]) / half_size.mean()});
+    costs.emplace_back(half_size, p_object[i], std::sqrt(alpha[i]) / half_size.mean());
   }
   const ShapeFit start = BestOfGrid(costs, options);
 
   double exponents[2] = {start.e1, start.e2};
-  ceres::Problem problem;
-  for (const ShapeCost& cost : costs) {
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<ShapeCost, 1, 2>(new ShapeCost(cost)),
-                             new ceres::HuberLoss(options.huber), exponents);
-  }
   const double factor =
       options.huber * std::sqrt(options.regularisation * static_cast<double>(p_object.size()));
-  problem.AddResidualBlock(
-      new ceres::AutoDiffCostFunction<PriorCost, 2, 2>(new PriorCost{options.prior_exponent, factor}),
-      nullptr, exponents);
+  ceres::NormalPrior prior(factor * ceres::Matrix::Identity(2, 2),
+                           ceres::Vector::Constant(2, options.prior_exponent));
+  ceres::Problem::Options ownership;
+  ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ceres::Problem problem(ownership);
+  for (ShapeCost& cost : costs) {
+    problem.AddResidualBlock(&cost, new ceres::HuberLoss(options.huber), exponents);
+  }
+  problem.AddResidualBlock(&prior, nullptr, exponents);
   for (int i = 0; i < 2; ++i) {
     problem.SetParameterLowerBound(exponents, i, kMinShapeExponent);
     problem.SetParameterUpperBound(exponents, i, kMaxShapeExponent);

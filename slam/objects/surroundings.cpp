@@ -1,6 +1,7 @@
 #include "slam/objects/surroundings.h"
 
-#include "slam/objects/occlusion.h"
+#include <algorithm>
+#include <cmath>
 
 namespace sqslam {
 namespace {
@@ -10,6 +11,22 @@ double Gap(const PosedSuperquadric& other, const PosedSuperquadric& object) {
   Eigen::Vector3d p = other.T_map_object.Inverse() * object.T_map_object.translation;
   p.z() = 0.0;
   return other.shape.RadialDistance(p) / other.shape.half_size.norm();
+}
+
+// Whether the line of sight through `pixel` meets the solid nearer than `depth`.
+bool IsBlocked(const Eigen::Vector2d& pixel, double depth, const Rigid3d& T_other_camera,
+               const Camera& camera, const Superquadric& other) {
+  constexpr int kSteps = 16;
+  constexpr double kNearest = 0.1;  // shares of the depth
+  constexpr double kFarthest = 0.92;
+  const Eigen::Vector3d ray((pixel.x() - camera.cx) / camera.fx, (pixel.y() - camera.cy) / camera.fy, 1.0);
+  for (int i = 0; i <= kSteps; ++i) {
+    const double share = kNearest + (kFarthest - kNearest) * i / kSteps;
+    if (other.RadialScale(T_other_camera * (share * depth * ray)) < 1.0) {
+      return true;
+    }
+  }
+  return false;
 }
 
 }  // namespace
@@ -40,6 +57,58 @@ Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* 
     }
   }
   return result;
+}
+
+bool MayHide(const PosedSuperquadric& other, const PosedSuperquadric& object) {
+  constexpr double kMuchLarger = 8.0;  // volumes
+  // Every superquadric fills between 1/6 (the octahedron) and all of the box around it: that decides mostly.
+  const double other_box = other.shape.half_size.prod();
+  const double object_box = object.shape.half_size.prod();
+  if (other_box < kMuchLarger / 6.0 * object_box ||
+      other.shape.Volume() < kMuchLarger * object.shape.Volume()) {
+    return false;
+  }
+  const double bottom = object.T_map_object.translation.z() - object.shape.half_size.z();
+  Eigen::Vector3d p_other = other.T_map_object.Inverse() * object.T_map_object.translation;
+  p_other.z() = 0.0;
+  return other.shape.RadialScale(p_other) > 1.0 || bottom < other.T_map_object.translation.z();
+}
+
+std::array<bool, 4> EdgesHiddenBy(const Box2d& box, double depth, const Rigid3d& T_map_camera,
+                                  const Camera& camera, const PosedSuperquadric& other) {
+  const Rigid3d T_other_camera = other.T_map_object.Inverse() * T_map_camera;
+  // The solid must reach before the middle of the box's line of sight to matter at all.
+  const double reach =
+      other.shape.half_size.norm() + 0.5 * std::hypot(box.width, box.height) * depth / camera.fx;
+  const Eigen::Vector2d middle = box.Center();
+  const Eigen::Vector3d far_end = depth * Eigen::Vector3d((middle.x() - camera.cx) / camera.fx,
+                                                          (middle.y() - camera.cy) / camera.fy, 1.0);
+  const Eigen::Vector3d camera_centre = T_other_camera.translation;
+  const Eigen::Vector3d way = T_other_camera * far_end - camera_centre;
+  const double nearest = std::clamp(-camera_centre.dot(way) / way.squaredNorm(), 0.0, 1.0);
+  if ((camera_centre + nearest * way).norm() > reach) {
+    return {};
+  }
+  const double outward = 3.0 + 0.05 * std::max(box.width, box.height);
+  std::array<bool, 4> blocked{};
+  for (int edge = 0; edge < 4; ++edge) {
+    int count = 0;
+    for (const double along : {0.25, 0.5, 0.75}) {
+      const double x = edge == 0   ? box.x - outward
+                       : edge == 2 ? box.x + box.width + outward
+                                   : box.x + along * box.width;
+      const double y = edge == 1   ? box.y - outward
+                       : edge == 3 ? box.y + box.height + outward
+                                   : box.y + along * box.height;
+      count += IsBlocked({x, y}, depth, T_other_camera, camera, other.shape) ? 1 : 0;
+    }
+    blocked[static_cast<std::size_t>(edge)] = count >= 2;
+  }
+  std::array<bool, 4> hidden{};
+  for (std::size_t edge = 0; edge < 4; ++edge) {
+    hidden[edge] = blocked[edge] && !blocked[(edge + 2) % 4];
+  }
+  return hidden;
 }
 
 }  // namespace sqslam

@@ -119,11 +119,6 @@ double RefineYaw(const std::vector<NormalisedLine>& lines, const std::vector<Mat
 
 }  // namespace
 
-double WrapQuarter(double yaw) {
-  const double wrapped = std::remainder(yaw, kPi / 2.0);
-  return wrapped >= kPi / 4.0 ? wrapped - kPi / 2.0 : wrapped;
-}
-
 double AngleToDirection(const LineSegment& line, const Rigid3d& T_map_camera, const Camera& camera,
                         const Eigen::Vector3d& direction_map) {
   const Eigen::Vector2d a = camera.Unproject(line.a).head<2>();
@@ -152,7 +147,7 @@ std::optional<YawEstimate> YawFromLines(std::span<const LineView> views, const C
   if (static_cast<int>(lines.size()) < options.min_lines) {
     return std::nullopt;
   }
-  const double max_sine = std::sin(options.match_angle_deg * kPi / 180.0);
+  const double max_sine = std::sin(options.match_angle_deg * kRadiansPerDegree);
   double total = 0.0;
   for (const NormalisedLine& line : lines) {
     total += line.length;
@@ -175,7 +170,7 @@ std::optional<YawEstimate> YawFromLines(std::span<const LineView> views, const C
     return std::nullopt;
   }
   const double refined = RefineYaw(lines, best_matches, best_yaw);
-  const bool accepted = std::abs(refined - best_yaw) <= options.max_refinement_deg * kPi / 180.0;
+  const bool accepted = std::abs(refined - best_yaw) <= options.max_refinement_deg * kRadiansPerDegree;
   return YawEstimate{WrapQuarter(accepted ? refined : best_yaw), best_score / total};
 }
 

@@ -6,16 +6,13 @@
 #include <span>
 #include <vector>
 
+#include "slam/geometry/angles.h"
 #include "slam/geometry/camera.h"
 #include "slam/geometry/rigid3.h"
 #include "slam/objects/object_options.h"
 #include "slam/objects/object_types.h"
 
 namespace sqslam {
-
-// Wraps an angle into [-pi/4, pi/4): a superquadric turned by 90 degrees with a_x and a_y swapped is the
-// same.
-double WrapQuarter(double yaw);
 
 // The lines of one object in one view.
 struct LineView {

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "slam/estimation/pose_optimization.h"
-#include "slam/estimation/reprojection_jacobian.h"
+#include "slam/estimation/reprojection_error.h"
 #include "slam/util/statistics.h"
 
 namespace sqslam {

@@ -10,8 +10,8 @@ constexpr double kMaxInterval = 0.5;  // s, between frames whose motion says wha
 }  // namespace
 
 Tracker::Tracker(const Camera& camera, const TrackingOptions& options, const ObjectOptions& objects,
-                 std::uint64_t seed, std::shared_ptr<IdSource> ids,
-                 std::shared_ptr<const Vocabulary> vocabulary, StageTimes& times)
+                 std::shared_ptr<IdSource> ids, std::shared_ptr<const Vocabulary> vocabulary,
+                 StageTimes& times)
     : camera_(camera),
       options_(options),
       extractor_(options.features),
@@ -20,7 +20,6 @@ Tracker::Tracker(const Camera& camera, const TrackingOptions& options, const Obj
       initializer_(camera, options.initialization, pose_tracker_.Levels(), std::move(ids)),
       relocalizer_(std::move(vocabulary)),
       object_options_(objects),
-      seed_(seed),
       times_(times) {}
 
 TrackingReport Tracker::Track(const Frame& frame, const AtlasViewPtr& atlas, int pending_keyframes) {
@@ -123,7 +122,7 @@ void Tracker::SwitchSubmap(std::int64_t submap, const TrackingViewPtr& view, con
   for (const auto& [number, objects] : object_trackers_) {
     next_id = std::max(next_id, objects.NextId());
   }
-  const auto [objects, is_new] = object_trackers_.try_emplace(submap, object_options_, seed_);
+  const auto [objects, is_new] = object_trackers_.try_emplace(submap, object_options_);
   objects->second.StartIdsAt(next_id);
   submap_ = submap;
   view_ = view;
@@ -374,8 +373,7 @@ bool Tracker::FollowMap(WaitingFrame& waiting) const {
   }
   const Sim3d S_new_old = S_map_origin * seen.S_map_origin.Inverse();
   ObjectFrame& frame = *waiting.objects;
-  frame.T_map_camera = {(S_new_old.rotation * frame.T_map_camera.rotation).normalized(),
-                        S_new_old * frame.T_map_camera.translation};
+  frame.T_map_camera = S_new_old * frame.T_map_camera;
   for (TrackedPoint& point : frame.points) {
     point.p_map = S_new_old * point.p_map;
   }

@@ -30,8 +30,7 @@ class Tracker {
  public:
   // `ids`: shared with the mapping thread. `vocabulary`: null leaves only the way back to the last keyframe.
   Tracker(const Camera& camera, const TrackingOptions& options, const ObjectOptions& objects,
-          std::uint64_t seed, std::shared_ptr<IdSource> ids, std::shared_ptr<const Vocabulary> vocabulary,
-          StageTimes& times);
+          std::shared_ptr<IdSource> ids, std::shared_ptr<const Vocabulary> vocabulary, StageTimes& times);
 
   // Tracks one frame. `atlas`: the newest that the mapping thread has published (null before the first).
   // `pending_keyframes`: keyframes posted that the mapping thread has not taken in yet.
@@ -87,7 +86,6 @@ class Tracker {
   Initializer initializer_;
   Relocalizer relocalizer_;
   ObjectOptions object_options_;
-  std::uint64_t seed_;
   StageTimes& times_;
 
   AtlasViewPtr atlas_;

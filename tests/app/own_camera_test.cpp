@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <opencv2/imgcodecs.hpp>
 
-#include "slam/calibration/board_detection.h"
+#include "slam/calibration/board.h"
 #include "slam/io/camera_yaml.h"
 #include "tests/app/run_program.h"
 #include "tests/support/board_scene.h"

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "slam/estimation/bundle_problem.h"
-#include "slam/estimation/object_cost.h"
+#include "slam/estimation/object_blocks.h"
 #include "slam/geometry/lie.h"
 #include "tests/support/synthetic_map.h"
 

@@ -4,8 +4,8 @@
 
 #include <random>
 
-#include "slam/estimation/reprojection_jacobian.h"
-#include "slam/estimation/triangulation.h"
+#include "slam/estimation/reprojection_error.h"
+#include "slam/estimation/two_view.h"
 #include "slam/geometry/lie.h"
 #include "tests/support/synthetic_map.h"
 

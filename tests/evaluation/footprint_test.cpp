@@ -69,28 +69,5 @@ TEST(FootprintIoU, LooksAlongTheGivenDirection) {
   EXPECT_NEAR(FootprintIoU(standing, lower, Vector3d::UnitY()), 1.0 / 3.0, 1e-9);
 }
 
-// The farthest of many surface points, against the closed form.
-TEST(SupportPoint, IsTheFarthestPointOfTheSurface) {
-  for (const double e1 : {0.1, 0.6, 1.0, 1.7}) {
-    for (const double e2 : {0.1, 1.0, 1.9}) {
-      const Superquadric shape{{0.3, 0.2, 0.5}, e1, e2};
-      const Solid solid = Solid::FromSuperquadric({shape, {}});
-      const Vector3d direction(0.4, -0.7, 0.3);
-      const Vector3d support = SupportPoint(solid, direction);
-      EXPECT_NEAR(shape.RadialScale(support), 1.0, 1e-9) << e1 << " " << e2;
-      double farthest = -1.0;
-      for (int i = 0; i <= 400; ++i) {
-        for (int j = 0; j < 800; ++j) {
-          const double latitude = std::numbers::pi * (i / 400.0 - 0.5);
-          farthest = std::max(
-              farthest, direction.dot(shape.PointAt(latitude, 2 * std::numbers::pi * j / 800.0 - 3.14)));
-        }
-      }
-      EXPECT_LE(farthest, direction.dot(support) + 1e-9) << e1 << " " << e2;
-      EXPECT_NEAR(farthest, direction.dot(support), 0.02 * farthest) << e1 << " " << e2;
-    }
-  }
-}
-
 }  // namespace
 }  // namespace sqslam

@@ -185,6 +185,98 @@ TEST(Superquadric, SurfaceAreaAgreesWithATessellation) {
   }
 }
 
+// Oracle: central differences.
+TEST(Superquadric, GradientOfTheRadialDistanceIsThatOfNumericDifferences) {
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> coordinate(-1.5, 1.5);
+  ForEveryShape([&](const Superquadric& shape) {
+    constexpr double kStep = 1e-6;
+    const auto slope = [&](const auto& distance) {
+      return (distance(kStep) - distance(-kStep)) / (2.0 * kStep);
+    };
+    for (int i = 0; i < 20; ++i) {
+      const Vector3d p(coordinate(random), coordinate(random), coordinate(random));
+      const RadialDistanceGradient gradient = shape.RadialDistanceWithGradient(p);
+      const auto with = [&](double e1, double e2) {
+        return Shape(shape.half_size, e1, e2).RadialDistance(p);
+      };
+      EXPECT_NEAR(gradient.value, shape.RadialDistance(p), 1e-12);
+      EXPECT_NEAR(gradient.by_e1, slope([&](double h) { return with(shape.e1 + h, shape.e2); }), 1e-6);
+      EXPECT_NEAR(gradient.by_e2, slope([&](double h) { return with(shape.e1, shape.e2 + h); }), 1e-6);
+      for (int axis = 0; axis < 3; ++axis) {
+        const Vector3d unit = Vector3d::Unit(axis);
+        EXPECT_NEAR(gradient.by_point[axis],
+                    slope([&](double h) { return shape.RadialDistance(p + h * unit); }), 1e-5);
+        EXPECT_NEAR(gradient.by_log_half_size[axis], slope([&](double h) {
+                      Superquadric grown = shape;
+                      grown.half_size[axis] *= std::exp(h);
+                      return grown.RadialDistance(p);
+                    }),
+                    1e-6);
+      }
+    }
+  });
+}
+
+TEST(Superquadric, GradientOfTheRadialDistanceIsFiniteOnTheAxesAndAtTheCentre) {
+  ForEveryShape([](const Superquadric& shape) {
+    EXPECT_EQ(shape.RadialDistanceWithGradient(Vector3d::Zero()).value, -0.3);
+    for (int axis = 0; axis < 3; ++axis) {
+      const double half = shape.half_size[axis];
+      const RadialDistanceGradient gradient =
+          shape.RadialDistanceWithGradient((half + 0.5) * Vector3d::Unit(axis));
+      EXPECT_NEAR(gradient.value, 0.5, 1e-12);
+      EXPECT_NEAR((gradient.by_point - Vector3d::Unit(axis)).norm(), 0.0, 1e-12);
+      EXPECT_NEAR((gradient.by_log_half_size + half * Vector3d::Unit(axis)).norm(), 0.0, 1e-12);
+      EXPECT_EQ(gradient.by_e1, 0.0);
+      EXPECT_EQ(gradient.by_e2, 0.0);
+    }
+  });
+}
+
+// The farthest of many surface points, against the closed form.
+TEST(Superquadric, SupportPointIsTheFarthestOfTheSurface) {
+  const PosedSuperquadric posed =
+      FromParameters((SuperquadricParameters() << 1, 1, 1, 1, 1, 0.2, -0.5, 2.5, 4.0, -5.0, 6.0).finished());
+  ForEveryShape([&](const Superquadric& shape) {
+    const Vector3d n(0.4, -0.7, 0.3);
+    const Vector3d support = shape.SupportPoint(n);
+    EXPECT_NEAR(shape.RadialScale(support), 1.0, 1e-9);
+    EXPECT_NEAR(shape.SupportExtent(n), n.dot(support), 1e-12);
+    double farthest = -1.0;
+    for (int i = 0; i <= 200; ++i) {
+      for (int j = 0; j <= 400; ++j) {
+        farthest = std::max(farthest, n.dot(shape.PointAt(pi * (i / 200.0 - 0.5), pi * (j / 200.0 - 1.0))));
+      }
+    }
+    EXPECT_LE(farthest, n.dot(support) + 1e-9);
+    EXPECT_NEAR(farthest, n.dot(support), 0.02 * farthest);
+    const PosedSuperquadric placed{shape, posed.T_map_object};
+    const Vector3d n_map = posed.T_map_object.rotation * n;
+    EXPECT_NEAR((SupportPoint(placed, n_map) - placed.T_map_object * support).norm(), 0.0, 1e-12);
+    EXPECT_NEAR(SupportExtent(placed, n_map), n.dot(support), 1e-12);
+  });
+}
+
+TEST(Superquadric, SupportPointOfABoxIsTheMiddleOfItsFace) {
+  const Superquadric box = Shape({1, 2, 3}, 0.0, 0.0);
+  EXPECT_EQ(box.SupportPoint({0, 0, 2}), Vector3d(0, 0, 3));
+  EXPECT_EQ(box.SupportPoint({0.5, -0.1, 0}), Vector3d(1, -2, 0));
+  EXPECT_EQ(box.SupportPoint({0.5, -0.1, 1e-9}), Vector3d(1, -2, 3));
+  EXPECT_NEAR(box.SupportExtent({0.5, -0.1, 0}), 0.7, 1e-15);
+  const Superquadric ball = Shape({2, 2, 2}, 1, 1);
+  EXPECT_NEAR((ball.SupportPoint({0, 3, 4}) - Vector3d(0, 1.2, 1.6)).norm(), 0.0, 1e-12);
+}
+
+TEST(Superquadric, MovesWithItsFrame) {
+  const Sim3d S{2.5, Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Vector3d(1, 2, 3).normalized())), {1, -2, 3}};
+  const PosedSuperquadric solid = FromParameters(
+      (SuperquadricParameters() << 0.3, 0.7, 1.1, 0.4, 1.6, 0.2, -0.5, 2.5, 4.0, -5.0, 6.0).finished());
+  const PosedSuperquadric moved = S * solid;
+  const Vector3d p = solid.T_map_object * solid.shape.PointAt(0.4, 1.1);
+  EXPECT_NEAR((moved.T_map_object * moved.shape.PointAt(0.4, 1.1) - S * p).norm(), 0.0, 1e-12);
+}
+
 TEST(Superquadric, ElevenParametersRoundTrip) {
   SuperquadricParameters parameters;
   parameters << 0.3, 0.7, 1.1, 0.4, 1.6, 0.2, -0.5, 2.5, 4.0, -5.0, 6.0;

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <set>
 
-#include "slam/estimation/triangulation.h"
+#include "slam/estimation/two_view.h"
 #include "tests/support/synthetic_map.h"
 
 namespace sqslam {

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "slam/objects/assignment.h"
-#include "slam/objects/t_test.h"
+#include "slam/objects/statistical_tests.h"
 #include "slam/util/enum_names.h"
 
 namespace sqslam {
@@ -97,83 +97,94 @@ TEST(TTest, AcceptsItsOwnAndRejectsWhatIsFar) {
   EXPECT_FALSE(AreSamePopulation(cup, Sample({1.15, 2, 3}, 0.02, 15, 2), 0.001, 0.0));
 }
 
-KnownLandmark KnownAt(const std::string& label, const Box2d& box,
-                      const std::unordered_set<std::int64_t>* points) {
+KnownLandmark Cup(const std::optional<Box2d>& predicted = {},
+                  const std::unordered_set<std::int64_t>& points = {}) {
   KnownLandmark landmark;
-  landmark.label = label;
-  landmark.frames_since_seen = 1;
-  landmark.predicted_box = box;
+  landmark.labels.Add("cup", 1.0);
+  landmark.predicted_box = predicted;
   landmark.point_ids = points;
   return landmark;
 }
 
+std::vector<int> AssociateAll(const std::vector<BoxCandidate>& boxes,
+                              const std::vector<KnownLandmark>& landmarks,
+                              const AssociationOptions& options) {
+  std::vector<const KnownLandmark*> pointers;
+  for (const KnownLandmark& landmark : landmarks) {
+    pointers.push_back(&landmark);
+  }
+  return Associate(boxes, pointers, options);
+}
+
+BoxCandidate Candidate(const std::string& label, double score, const Box2d& box,
+                       const std::vector<std::int64_t>& points = {},
+                       const std::optional<Eigen::Vector3d>& centroid = {}) {
+  BoxCandidate candidate;
+  candidate.detection = {label, score, box};
+  candidate.point_ids = points;
+  candidate.centroid = centroid;
+  return candidate;
+}
+
 TEST(Associate, TellsCupsInARowApartByTheirPoints) {
-  const std::unordered_set<std::int64_t> left = {1, 2, 3, 4, 5, 6, 7, 8};
-  const std::unordered_set<std::int64_t> right = {11, 12, 13, 14, 15, 16, 17, 18};
-  const std::unordered_set<std::int64_t> third = {21, 22, 23, 24, 25, 26, 27, 28};
-  const std::vector<KnownLandmark> known = {KnownAt("cup", {100, 100, 40, 40}, &left),
-                                            KnownAt("cup", {112, 100, 40, 40}, &right),
-                                            KnownAt("cup", {124, 100, 40, 40}, &third)};
+  const std::vector<KnownLandmark> known = {Cup(Box2d{100, 100, 40, 40}, {1, 2, 3, 4, 5, 6, 7, 8}),
+                                            Cup(Box2d{112, 100, 40, 40}, {11, 12, 13, 14, 15, 16, 17, 18}),
+                                            Cup(Box2d{124, 100, 40, 40}, {21, 22, 23, 24, 25, 26, 27, 28})};
   // The camera moved on by the cups' distance: overlap alone would take each for the next.
-  const std::vector<MeasuredBox> boxes = {
-      {{"cup", 0.9, {112, 100, 40, 40}}, {1, 2, 3, 4, 5, 6, 7}, {}, {}},
-      {{"cup", 0.9, {124, 100, 40, 40}}, {11, 12, 13, 14, 15, 16, 17}, {}, {}}};
+  const std::vector<BoxCandidate> boxes = {
+      Candidate("cup", 0.9, {112, 100, 40, 40}, {1, 2, 3, 4, 5, 6, 7}),
+      Candidate("cup", 0.9, {124, 100, 40, 40}, {11, 12, 13, 14, 15, 16, 17})};
   AssociationOptions options;
-  EXPECT_EQ(Associate(boxes, known, options), (std::vector<int>{0, 1}));
+  EXPECT_EQ(AssociateAll(boxes, known, options), (std::vector<int>{0, 1}));
   options.method = AssociationMethod::kIou;
-  EXPECT_EQ(Associate(boxes, known, options), (std::vector<int>{1, 2}));
+  EXPECT_EQ(AssociateAll(boxes, known, options), (std::vector<int>{1, 2}));
 }
 
 TEST(Associate, SurvivesAWrongLabelAtTheSamePlace) {
-  const std::unordered_set<std::int64_t> points = {1, 2, 3, 4, 5};
-  const std::vector<KnownLandmark> known = {KnownAt("cup", {100, 100, 40, 40}, &points)};
-  const MeasuredBox same{{"bowl", 0.5, {101, 100, 40, 40}}, {1, 2, 3, 4, 5}, {}, {}};
-  const MeasuredBox other{{"bowl", 0.5, {125, 100, 40, 40}}, {21, 22, 23, 24, 25}, {}, {}};
-  EXPECT_EQ(Associate({same}, known, AssociationOptions()), std::vector<int>{0});
-  EXPECT_EQ(Associate({other}, known, AssociationOptions()), std::vector<int>{-1});
+  const std::vector<KnownLandmark> known = {Cup(Box2d{100, 100, 40, 40}, {1, 2, 3, 4, 5})};
+  const BoxCandidate same = Candidate("bowl", 0.5, {101, 100, 40, 40}, {1, 2, 3, 4, 5});
+  const BoxCandidate other = Candidate("bowl", 0.5, {125, 100, 40, 40}, {21, 22, 23, 24, 25});
+  EXPECT_EQ(AssociateAll({same}, known, AssociationOptions()), std::vector<int>{0});
+  EXPECT_EQ(AssociateAll({other}, known, AssociationOptions()), std::vector<int>{-1});
 }
 
 TEST(Associate, FindsAnObjectAgainAfterAGapByTheTTest) {
-  const PointStatistics centroids = Sample({0, 0, 1}, 0.02, 12, 5);
-  KnownLandmark landmark;
-  landmark.label = "cup";
-  landmark.frames_since_seen = 200;
-  landmark.centroids = &centroids;
+  ObjectLandmarkView view;
+  view.estimated = true;
+  view.superquadric.shape.half_size.setConstant(0.05);
+  view.superquadric.T_map_object.translation = {0, 0, 1};
+  KnownLandmark landmark = Cup();
+  landmark.centroids = Sample({0, 0, 1}, 0.02, 12, 5);
   landmark.projected_box = Box2d{100, 100, 40, 40};
-  landmark.centre = Eigen::Vector3d(0, 0, 1);
-  landmark.radius = 0.05;
-  const MeasuredBox back{{"cup", 0.9, {110, 108, 40, 40}}, {91, 92}, Eigen::Vector3d(0.01, 0.0, 1.01), {}};
-  MeasuredBox elsewhere = back;
+  landmark.view = &view;
+  const BoxCandidate back =
+      Candidate("cup", 0.9, {110, 108, 40, 40}, {91, 92}, Eigen::Vector3d(0.01, 0.0, 1.01));
+  BoxCandidate elsewhere = back;
   elsewhere.centroid = Eigen::Vector3d(0.3, 0.0, 1.0);
   AssociationOptions options;
-  EXPECT_EQ(Associate({back}, {landmark}, options), std::vector<int>{0});
-  EXPECT_EQ(Associate({elsewhere}, {landmark}, options), std::vector<int>{-1});
+  EXPECT_EQ(AssociateAll({back}, {landmark}, options), std::vector<int>{0});
+  EXPECT_EQ(AssociateAll({elsewhere}, {landmark}, options), std::vector<int>{-1});
   options.method = AssociationMethod::kIouPoints;  // no t-test
-  EXPECT_EQ(Associate({back}, {landmark}, options), std::vector<int>{-1});
+  EXPECT_EQ(AssociateAll({back}, {landmark}, options), std::vector<int>{-1});
   options.method = AssociationMethod::kIouTTest;
-  EXPECT_EQ(Associate({back}, {landmark}, options), std::vector<int>{0});
+  EXPECT_EQ(AssociateAll({back}, {landmark}, options), std::vector<int>{0});
   options.t_test = MeanTest::kHotelling;
-  EXPECT_EQ(Associate({back}, {landmark}, options), std::vector<int>{0});
-  EXPECT_EQ(Associate({elsewhere}, {landmark}, options), std::vector<int>{-1});
+  EXPECT_EQ(AssociateAll({back}, {landmark}, options), std::vector<int>{0});
+  EXPECT_EQ(AssociateAll({elsewhere}, {landmark}, options), std::vector<int>{-1});
 }
 
 TEST(Associate, OfTwoThatPassTheTestTakesTheNearer) {
-  const PointStatistics left = Sample({0, 0, 1}, 0.03, 12, 5);
-  const PointStatistics right = Sample({0.06, 0, 1}, 0.03, 12, 6);
-  std::vector<KnownLandmark> known(2);
-  known[0].centroids = &left;
-  known[1].centroids = &right;
-  for (KnownLandmark& landmark : known) {
-    landmark.label = "cup";
-    landmark.frames_since_seen = 200;
-  }
+  std::vector<KnownLandmark> known(2, Cup());
+  known[0].centroids = Sample({0, 0, 1}, 0.03, 12, 5);
+  known[1].centroids = Sample({0.06, 0, 1}, 0.03, 12, 6);
   AssociationOptions options;
   options.method = AssociationMethod::kIouTTest;
-  const MeasuredBox near_right{
-      {"cup", 0.9, {0, 0, 40, 40}}, {}, right.mean + Eigen::Vector3d(-0.01, 0, 0), {}};
-  EXPECT_EQ(Associate({near_right}, known, options), std::vector<int>{1});
+  const BoxCandidate near_right =
+      Candidate("cup", 0.9, {0, 0, 40, 40}, {},
+                Eigen::Vector3d(known[1].centroids.mean.array() + Eigen::Array3d(-0.01, 0, 0)));
+  EXPECT_EQ(AssociateAll({near_right}, known, options), std::vector<int>{1});
   std::swap(known[0], known[1]);
-  EXPECT_EQ(Associate({near_right}, known, options), std::vector<int>{0});
+  EXPECT_EQ(AssociateAll({near_right}, known, options), std::vector<int>{0});
 }
 
 std::vector<Eigen::Vector3d> CloudAt(const Eigen::Vector3d& centre, int count, unsigned seed) {
@@ -190,35 +201,27 @@ std::vector<Eigen::Vector3d> CloudAt(const Eigen::Vector3d& centre, int count, u
 
 // The parts of every method, one situation each.
 TEST(Associate, EachMethodUsesItsOwnTestsAndNoOther) {
-  const std::unordered_set<std::int64_t> points = {1, 2, 3, 4, 5, 6, 7, 8};
-  const PointStatistics centroids = Sample({0, 0, 1}, 0.01, 12, 5);
-  const std::vector<Eigen::Vector3d> cloud = CloudAt({0, 0, 1}, 100, 1);
-  KnownLandmark next_frame;  // overlap only
-  next_frame.label = "cup";
-  next_frame.frames_since_seen = 1;
-  next_frame.predicted_box = Box2d{100, 100, 40, 40};
-  KnownLandmark gap = next_frame;
-  gap.frames_since_seen = 200;
-  gap.predicted_box.reset();
-  const MeasuredBox by_box{{"cup", 0.9, {102, 100, 40, 40}}, {}, {}, {}};
-  MeasuredBox by_points = by_box;
+  const KnownLandmark next_frame = Cup(Box2d{100, 100, 40, 40});  // overlap only
+  const KnownLandmark gap = Cup();
+  const BoxCandidate by_box = Candidate("cup", 0.9, {102, 100, 40, 40});
+  BoxCandidate by_points = by_box;
   by_points.point_ids = {1, 2, 3, 4, 5, 6, 7, 8};
   KnownLandmark with_points = gap;
-  with_points.point_ids = &points;
-  MeasuredBox by_centroid = by_box;
+  with_points.point_ids = {1, 2, 3, 4, 5, 6, 7, 8};
+  BoxCandidate by_centroid = by_box;
   by_centroid.centroid = Eigen::Vector3d(0.005, 0, 1);
   KnownLandmark with_centroids = gap;
-  with_centroids.centroids = &centroids;
-  MeasuredBox by_cloud = by_box;
+  with_centroids.centroids = Sample({0, 0, 1}, 0.01, 12, 5);
+  BoxCandidate by_cloud = by_box;
   by_cloud.positions = CloudAt({0, 0, 1}, 30, 2);
   KnownLandmark with_cloud = gap;
-  with_cloud.cloud = &cloud;
+  with_cloud.cloud = CloudAt({0, 0, 1}, 100, 1);
   KnownLandmark projected = gap;
   projected.projected_box = Box2d{100, 100, 40, 40};
-  const auto finds = [](AssociationMethod method, const MeasuredBox& box, const KnownLandmark& landmark) {
+  const auto finds = [](AssociationMethod method, const BoxCandidate& box, const KnownLandmark& landmark) {
     AssociationOptions options;
     options.method = method;
-    return Associate({box}, {landmark}, options) == std::vector<int>{0};
+    return AssociateAll({box}, {landmark}, options) == std::vector<int>{0};
   };
   struct Expected {
     AssociationMethod method;
@@ -237,7 +240,7 @@ TEST(Associate, EachMethodUsesItsOwnTestsAndNoOther) {
     EXPECT_EQ(finds(row.method, by_cloud, with_cloud), row.cloud) << NameOf(row.method);
     EXPECT_EQ(finds(row.method, by_box, projected), row.projection) << NameOf(row.method);
   }
-  MeasuredBox elsewhere = by_cloud;
+  BoxCandidate elsewhere = by_cloud;
   elsewhere.positions = CloudAt({0, 0.06, 1}, 30, 3);
   EXPECT_FALSE(finds(AssociationMethod::kNonparametric, elsewhere, with_cloud));
 }

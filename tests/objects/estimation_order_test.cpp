@@ -1,7 +1,7 @@
-#include "slam/objects/estimation_order.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "slam/objects/landmark_estimation.h"
 
 namespace sqslam {
 namespace {

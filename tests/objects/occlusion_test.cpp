@@ -1,9 +1,8 @@
-#include "slam/objects/occlusion.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "slam/objects/landmark_geometry.h"
+#include "slam/objects/surroundings.h"
 #include "test_camera.h"
 
 namespace sqslam {

@@ -237,7 +237,7 @@ TEST(SelectBoxes, MarksEdgesThatTheImageOrAnotherObjectCuts) {
   // The cup is nearer and stands before the screen's lower right corner.
   EXPECT_EQ(boxes[0].edge_hidden, (std::array<bool, 4>{false, false, true, true}));
   EXPECT_EQ(boxes[1].edge_hidden, (std::array<bool, 4>{false, false, false, false}));
-  EXPECT_EQ(boxes[0].points.size(), 5u);
+  EXPECT_EQ(boxes[0].point_ids.size(), 5u);
   ASSERT_TRUE(boxes[1].centroid.has_value());
   EXPECT_NEAR(boxes[1].centroid->z(), 1.0, 1e-12);
 }

@@ -23,7 +23,7 @@ struct DeskMap {
 
 DeskMap MapDesk(const SyntheticDesk& desk, const ObjectOptions& options, const Sim3d& S_map_world = {},
                 int transform_at = -1) {
-  ObjectTracker tracker(options, 1);
+  ObjectTracker tracker(options);
   ObjectMapper mapper(options, 1);
   bool moved = transform_at < 0;
   const auto pose = [&](const Rigid3d& T) -> Rigid3d {
@@ -101,7 +101,7 @@ TEST(ObjectPipeline, MapsEachOfTenObjectsOnceAndWell) {
 // and go.
 TEST(ObjectPipeline, SurvivesMissedWrongAndFalseBoxes) {
   const SyntheticDesk desk(2, 0.08);
-  ObjectTracker tracker(ObjectOptions(), 1);
+  ObjectTracker tracker(ObjectOptions());
   ObjectMapper mapper(ObjectOptions(), 1);
   mapper.SetUpright(true, SupportSurfaces::Everywhere(0.0));
   const PointLookup lookup = [&](std::int64_t& id) { return desk.Position(id); };
@@ -124,7 +124,7 @@ TEST(ObjectPipeline, ForgetsWhatWasSeenOnceOnly) {
   const SyntheticDesk desk(1);
   ObjectOptions options;
   options.forget_after = 20;
-  ObjectTracker tracker(options, 1);
+  ObjectTracker tracker(options);
   ObjectMapper mapper(options, 1);
   mapper.SetUpright(true, SupportSurfaces::Everywhere(0.0));
   const PointLookup lookup = [&](std::int64_t& id) { return desk.Position(id); };
@@ -157,7 +157,7 @@ TEST(ObjectPipeline, EstimatesNoMoreObjectsAtAKeyframeThanAllowed) {
   const auto estimated_after = [&](int max_estimates, int updates) {
     ObjectOptions options;
     options.max_estimates = max_estimates;
-    ObjectTracker tracker(options, 1);
+    ObjectTracker tracker(options);
     ObjectMapper mapper(options, 1);
     mapper.SetUpright(true, SupportSurfaces::Everywhere(0.0));
     for (int i = 0; i < 20; ++i) {
@@ -181,7 +181,7 @@ TEST(ObjectTracker, TellsOfPointsOutsideAsItsOptionSays) {
   const auto outside_points = [&](ReprojectionVotes reprojection) {
     ObjectOptions options;
     options.outliers.reprojection = reprojection;
-    ObjectTracker tracker(options, 1);
+    ObjectTracker tracker(options);
     ObjectMapper mapper(options, 1);
     mapper.SetUpright(true, SupportSurfaces::Everywhere(0.0));
     const PointLookup lookup = [&](std::int64_t& id) { return desk.Position(id); };
@@ -227,7 +227,7 @@ TEST(ObjectPipeline, WorksAtAnyScaleAndSurvivesAMoveOfTheMap) {
 
 TEST(ObjectPipeline, FollowsFusedPointsAndForgetsCulledOnes) {
   const SyntheticDesk desk(1);
-  ObjectTracker tracker(ObjectOptions(), 1);
+  ObjectTracker tracker(ObjectOptions());
   ObjectMapper mapper(ObjectOptions(), 1);
   mapper.SetUpright(true, SupportSurfaces::Everywhere(0.0));
   for (int i = 0; i < 30; ++i) {
@@ -249,7 +249,7 @@ TEST(ObjectPipeline, FollowsFusedPointsAndForgetsCulledOnes) {
 
 TEST(ObjectTracker, MakesNothingOfAFrameWithoutPointsOrBoxes) {
   const SyntheticDesk desk(1);
-  ObjectTracker tracker(ObjectOptions(), 1);
+  ObjectTracker tracker(ObjectOptions());
   ObjectFrame frame = desk.Frame(0);
   frame.points.clear();
   EXPECT_TRUE(tracker.Track(frame, ObjectMapView()).empty());
@@ -266,7 +266,7 @@ TEST(ObjectPipeline, MapsTheRenderedDesk) {
     GTEST_SKIP() << "no sequence at " << folder;
   }
   testing::PosedMapping mapping(sequence->camera);
-  ObjectTracker tracker(ObjectOptions(), 1);
+  ObjectTracker tracker(ObjectOptions());
   ObjectMapper mapper(ObjectOptions(), 1);
   mapper.SetUpright(true, SupportSurfaces::Everywhere(0.74));
   const PointLookup lookup = [&](std::int64_t& id) { return mapping.Position(id); };

@@ -7,7 +7,6 @@
 #include "slam/objects/joint_refinement.h"
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/landmark_refinement.h"
-#include "slam/objects/visibility.h"
 #include "solid_overlap.h"
 #include "synthetic_desk.h"
 

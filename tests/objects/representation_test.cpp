@@ -17,7 +17,7 @@ ObjectMapper MapDeskAs(const SyntheticDesk& desk, Representation representation)
   ObjectOptions options;
   options.representation = representation;
   options.method = ObjectMethod::kPaper;  // the quicker one; what follows is the same for both
-  ObjectTracker tracker(options, 1);
+  ObjectTracker tracker(options);
   ObjectMapper mapper(options, 1);
   const PointLookup lookup = [&](std::int64_t& id) { return desk.Position(id); };
   mapper.SetUpright(true, {});
@@ -84,7 +84,7 @@ TEST(Representation, QuadricsShareTheLandmarksButNotTheirPlaceAndSize) {
   }
   ASSERT_EQ(mapper.View()->landmarks.size(), usual.View()->landmarks.size());
   for (std::size_t i = 0; i < usual.View()->landmarks.size(); ++i) {
-    EXPECT_EQ(mapper.View()->landmarks[i].half_extents, usual.View()->landmarks[i].half_extents);
+    EXPECT_EQ(mapper.View()->landmarks[i].superquadric.shape.half_size, usual.View()->landmarks[i].superquadric.shape.half_size);
   }
 }
 

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <random>
 
-#include "slam/objects/superquadric_jet.h"
-
 namespace sqslam {
 namespace {
 
@@ -67,40 +65,6 @@ TEST(FitShape, StaysInItsRangeOnAnyInput) {
     EXPECT_GE(fit.e1, kMinShapeExponent);
     EXPECT_LE(fit.e2, kMaxShapeExponent);
     EXPECT_TRUE(std::isfinite(fit.cost));
-  }
-}
-
-TEST(SuperquadricJet, AgreesWithTheGeometry) {
-  std::mt19937 generator(5);
-  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-  for (int i = 0; i < 300; ++i) {
-    const Superquadric shape{{0.3 + 0.2 * uniform(generator), 0.5, 0.4},
-                             1.0 + 0.9 * uniform(generator),
-                             1.0 + 0.9 * uniform(generator)};
-    const Eigen::Vector3d p(uniform(generator), uniform(generator), uniform(generator));
-    EXPECT_NEAR(jet::RadialDistance(shape.half_size.data(), shape.e1, shape.e2, p.data()),
-                shape.RadialDistance(p), 1e-4 * (1.0 + p.norm()));
-  }
-}
-
-TEST(SuperquadricJet, SupportFunctionIsTheFarthestSurfacePoint) {
-  std::mt19937 generator(6);
-  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-  for (const auto& [e1, e2] :
-       {std::pair(0.1, 0.1), std::pair(1.0, 1.0), std::pair(0.3, 1.4), std::pair(1.9, 0.5)}) {
-    const Superquadric shape{{0.3, 0.2, 0.5}, e1, e2};
-    const Eigen::Vector3d n =
-        Eigen::Vector3d(uniform(generator), uniform(generator), uniform(generator)).normalized();
-    double farthest = 0.0;
-    for (int i = 0; i < 200; ++i) {
-      for (int j = 0; j < 400; ++j) {
-        farthest =
-            std::max(farthest, n.dot(shape.PointAt(-M_PI / 2 + M_PI * i / 199, -M_PI + 2 * M_PI * j / 399)));
-      }
-    }
-    const double support = jet::SupportFunction(shape.half_size.data(), e1, e2, n.data());
-    EXPECT_NEAR(support, farthest, 0.01 * farthest);
-    EXPECT_GE(support, farthest - 1e-9);
   }
 }
 

@@ -5,8 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "slam/objects/rank_sum.h"
-#include "slam/objects/t_test.h"
+#include "slam/objects/statistical_tests.h"
 
 namespace sqslam {
 namespace {

@@ -33,18 +33,6 @@ double FarthestOfMany(const PosedSuperquadric& solid, const Eigen::Vector3d& n) 
   return farthest;
 }
 
-TEST(SupportTest, PointLiesOnTheSurfaceAndIsTheFarthest) {
-  std::mt19937 random(3);
-  for (int i = 0; i < 12; ++i) {
-    const PosedSuperquadric solid = RandomSolid(random, {0.4, -2.0, 1.0});
-    const Eigen::Vector3d n = Eigen::Vector3d(0.3, -0.5 + 0.1 * i, 0.8).normalized();
-    const Eigen::Vector3d p = SupportPoint(solid, n);
-    EXPECT_NEAR(solid.shape.RadialScale(solid.T_map_object.Inverse() * p), 1.0, 1e-6);
-    EXPECT_NEAR(n.dot(p), FarthestOfMany(solid, n), 5e-3);
-    EXPECT_NEAR(n.dot(solid.T_map_object.translation) + SupportExtent(solid, n), n.dot(p), 1e-9);
-  }
-}
-
 TEST(SeparateTest, FindsAPlaneBetweenSolidsThatStandApart) {
   // Two plates at right angles, corner to face: no direction of axes or centres separates them.
   PosedSuperquadric a;

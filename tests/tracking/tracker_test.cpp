@@ -54,7 +54,7 @@ class TrackerTest : public ::testing::Test {
 
   Tracker MakeTracker(TrackingOptions options) {
     options.features.num_features = 500;
-    return {world_.GetCamera(), options, ObjectOptions(), 1, std::make_shared<IdSource>(), nullptr, times_};
+    return {world_.GetCamera(), options, ObjectOptions(), std::make_shared<IdSource>(), nullptr, times_};
   }
 
   TrackingReport Track(const Frame& frame) {
