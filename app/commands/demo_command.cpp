@@ -6,8 +6,8 @@
 
 #include "app/commands/commands.h"
 #include "app/report/report.h"
-#include "app/run/progress.h"
-#include "app/run/run_pipeline.h"
+#include "app/terminal/progress.h"
+#include "slam/run/run_pipeline.h"
 #include "render/synthetic/synthetic_sequence.h"
 #include "slam/evaluation/evaluation.h"
 #include "slam/util/atomic_file.h"

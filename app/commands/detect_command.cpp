@@ -11,8 +11,8 @@
 
 #include "app/commands/commands.h"
 #include "app/commands/sequence_arguments.h"
-#include "app/run/interrupt.h"
-#include "app/run/progress.h"
+#include "app/terminal/interrupt.h"
+#include "app/terminal/progress.h"
 #include "slam/detection/detector.h"
 #include "slam/io/detection_writer.h"
 #include "slam/io/detections.h"

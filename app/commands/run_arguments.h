@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "app/run/run_pipeline.h"
+#include "slam/run/run_pipeline.h"
 
 namespace sqslam::app {
 

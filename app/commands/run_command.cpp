@@ -4,7 +4,7 @@
 
 #include "app/commands/commands.h"
 #include "app/commands/run_arguments.h"
-#include "app/run/run_pipeline.h"
+#include "slam/run/run_pipeline.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
 

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "app/viewer/model/object_edits.h"
+#include "slam/snapshot/object_edits.h"
 #include "slam/snapshot/recording.h"
 
 namespace sqslam::app {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "app/run/run_pipeline.h"
+#include "slam/run/run_pipeline.h"
 #include "app/viewer/model/run_series.h"
 #include "app/viewer/shown_frame.h"
 #include "app/viewer/timeline.h"

@@ -3,8 +3,8 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "app/viewer/model/object_edits.h"
-#include "run_program.h"
+#include "slam/snapshot/object_edits.h"
+#include "tests/app/run_program.h"
 #include "slam/io/result_files.h"
 #include "slam/snapshot/recording.h"
 #include "tests/render/hand_made_map.h"

@@ -1,4 +1,4 @@
-#include "app/run/attempt_all.h"
+#include "slam/run/attempt_all.h"
 
 #include <exception>
 

@@ -1,4 +1,4 @@
-#include "app/run/detection_feed.h"
+#include "slam/run/detection_feed.h"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>

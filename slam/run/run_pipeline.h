@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "app/run/run_watch.h"
+#include "slam/run/run_watch.h"
 #include "slam/io/frame_source.h"
 #include "slam/io/live_source.h"
 #include "slam/io/result_files.h"

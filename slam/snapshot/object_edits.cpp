@@ -1,4 +1,4 @@
-#include "app/viewer/model/object_edits.h"
+#include "slam/snapshot/object_edits.h"
 
 #include <fmt/format.h>
 

@@ -1,8 +1,8 @@
-#include "app/run/map_files.h"
+#include "slam/run/map_files.h"
 
 #include <spdlog/spdlog.h>
 
-#include "app/run/attempt_all.h"
+#include "slam/run/attempt_all.h"
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
 #include "slam/util/atomic_file.h"

@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "app/run/run_pipeline.h"
+#include "slam/run/run_pipeline.h"
 #include "slam/util/error.h"
 #include "tests/io/captured_log.h"
 #include "tests/io/temporary_folder.h"

@@ -1,4 +1,4 @@
-#include "app/run/run_pipeline.h"
+#include "slam/run/run_pipeline.h"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -9,15 +9,15 @@
 #include <optional>
 
 #include "app/report/report.h"
-#include "app/run/attempt_all.h"
-#include "app/run/auto_camera.h"
-#include "app/run/detection_feed.h"
-#include "app/run/interrupt.h"
-#include "app/run/map_files.h"
-#include "app/run/pace.h"
-#include "app/run/progress.h"
+#include "slam/run/attempt_all.h"
+#include "slam/run/auto_camera.h"
+#include "slam/run/detection_feed.h"
+#include "app/terminal/interrupt.h"
+#include "slam/run/map_files.h"
+#include "slam/run/pace.h"
+#include "app/terminal/progress.h"
 #include "app/run/run_pictures.h"
-#include "app/run/run_recorder.h"
+#include "slam/run/run_recorder.h"
 #include "slam/io/camera_guess.h"
 #include "slam/io/camera_presets.h"
 #include "slam/io/camera_yaml.h"

@@ -1,4 +1,4 @@
-#include "app/viewer/model/object_edits.h"
+#include "slam/snapshot/object_edits.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

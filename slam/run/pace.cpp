@@ -1,4 +1,4 @@
-#include "app/run/pace.h"
+#include "slam/run/pace.h"
 
 #include <algorithm>
 #include <chrono>

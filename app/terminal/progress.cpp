@@ -1,4 +1,4 @@
-#include "app/run/progress.h"
+#include "app/terminal/progress.h"
 
 #include <fmt/format.h>
 #include <unistd.h>

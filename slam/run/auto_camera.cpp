@@ -1,4 +1,4 @@
-#include "app/run/auto_camera.h"
+#include "slam/run/auto_camera.h"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -8,7 +8,7 @@
 #include <numbers>
 #include <optional>
 
-#include "app/run/progress.h"
+#include "app/terminal/progress.h"
 #include "slam/io/camera_yaml.h"
 #include "slam/system.h"
 
