@@ -9,7 +9,7 @@
 #include "app/commands/commands.h"
 #include "app/experiment/experiment_runner.h"
 #include "app/experiment/experiment_tables.h"
-#include "app/terminal/interrupt.h"
+#include "app/terminal/terminal.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 

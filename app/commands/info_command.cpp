@@ -7,8 +7,7 @@
 #include <vector>
 
 #include "app/commands/commands.h"
-#include "app/result/map_edits.h"
-#include "app/result/map_file.h"
+#include "app/result/map_input.h"
 #include "slam/recognition/vocabulary.h"
 #include "slam/snapshot/recording.h"
 
@@ -58,12 +57,12 @@ void PrintHistory(const RecordingReader& reader) {
 void PrintEdits(const std::filesystem::path& path, const std::string& edits) {
   const std::filesystem::path file = EditsFile(path, edits);
   if (file.empty()) {
-    if (std::filesystem::exists(viewer::EditsFileOf(path))) {
-      fmt::print("edits      {}, not applied (--edits auto)\n", viewer::EditsFileOf(path).string());
+    if (std::filesystem::exists(EditsFileOf(path))) {
+      fmt::print("edits      {}, not applied (--edits auto)\n", EditsFileOf(path).string());
     }
     return;
   }
-  const viewer::ObjectEdits read = viewer::ReadObjectEdits(file);
+  const ObjectEdits read = ReadObjectEdits(file);
   std::vector<std::string> hidden, deleted, merged;
   for (const auto& [id, edit] : read.All()) {
     if (edit.merged_into) {
@@ -87,7 +86,7 @@ void PrintInfo(const std::filesystem::path& path, bool config, bool history, con
     PrintVocabulary(path);
     return;
   }
-  const RecordingReader reader = OpenEdited(path, edits, viewer::HiddenObjects::kKeep);
+  const RecordingReader reader = OpenEdited(path, edits, HiddenObjects::kKeep);
   if (config) {
     fmt::print("{}", reader.Info().config);
     return;

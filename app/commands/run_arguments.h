@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/run/terminal_run.h"
 #include "slam/run/run_pipeline.h"
 
 namespace sqslam::app {
@@ -37,8 +38,9 @@ struct RunArguments {
 
   void AddTo(CLI::App& command);
 
-  // Both throw UsageError where what is said makes no sense.
+  // All throw UsageError where what is said makes no sense.
   SystemOptions Options() const;
+  RunPictures Pictures() const;
   RunRequest Request() const;
 };
 

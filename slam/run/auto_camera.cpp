@@ -8,11 +8,7 @@
 #include <numbers>
 #include <optional>
 
-#include "app/terminal/progress.h"
-#include "slam/io/camera_yaml.h"
-#include "slam/system.h"
-
-namespace sqslam::app {
+namespace sqslam {
 namespace {
 
 constexpr std::int64_t kFirstFrames = 400;  // of the first maps: over ten seconds, a few for the program
@@ -32,19 +28,24 @@ SystemOptions LearningOptions(SystemOptions options) {
   return options;
 }
 
-// What a map of these frames says; empty where there is none.
-std::optional<LearntCamera> MapOnce(const Sequence& sequence, const FrameRange& range, const Camera& camera,
-                                    const SystemOptions& options, const std::function<bool()>& stop,
-                                    const std::function<void(std::int64_t)>& done) {
+struct LearningPass {
+  std::optional<LearntCamera> learnt;  // empty where there is no map
+  std::int64_t played = 0;             // frames
+};
+
+LearningPass MapOnce(const Sequence& sequence, const FrameRange& range, const Camera& camera,
+                     const SystemOptions& options, std::int64_t done, RunHost& host) {
   System system(camera, options, [](const MapSnapshotPtr&) {});
   FrameSource source(sequence, range);
-  std::int64_t played = 0;
-  while (std::optional<Frame> frame = stop() ? std::nullopt : source.Next()) {
+  LearningPass pass;
+  while (std::optional<Frame> frame = host.Stopped() ? std::nullopt : source.Next()) {
     frame->detections.clear();
     system.Process(*frame);
-    done(++played);
+    host.ShowProgress(done + ++pass.played, 0,
+                      fmt::format("to learn the focal length, now {:.1f} px", camera.fx));
   }
-  return system.Finish().map.learnt_camera;
+  pass.learnt = system.Finish().map.learnt_camera;
+  return pass;
 }
 
 }  // namespace
@@ -58,70 +59,63 @@ void AutoCamera::Take(const LearntCamera& learnt_camera) {
 }
 
 std::string AutoCamera::Text() const {
-  const std::string radial =
-      camera.distortion[0] != 0.0 ? fmt::format(", radial distortion k1 {:.3f}", camera.distortion[0]) : "";
+  if (!IsGuessed()) {
+    return "";
+  }
   if (!learnt) {
     return fmt::format("camera: focal length {}, a guess from {}; the images do not tell it", InWords(camera),
                        guessed_by);
   }
+  const std::string radial =
+      camera.distortion[0] != 0.0 ? fmt::format(", radial distortion k1 {:.3f}", camera.distortion[0]) : "";
   return fmt::format(
       "camera: focal length {}, standard deviation {:.1f} px by the points' scatter alone, rather one "
-      "percent in "
-      "all{}; the guess from {} was {:.1f} px",
+      "percent in all{}; the guess from {} was {:.1f} px",
       InWords(camera), focal_deviation, radial, guessed_by, guess.fx);
 }
 
-AutoCamera EstimateCamera(const Sequence& sequence, const FrameRange& range, const SystemOptions& options,
-                          bool quiet, const std::function<bool()>& stop) {
+AutoCamera LearnCamera(const Sequence& sequence, const FrameRange& range, const SystemOptions& options,
+                       RunHost& host) {
   AutoCamera result{sequence.camera, sequence.guessed_by, sequence.camera};
+  std::int64_t available = range.SizeIn(sequence);
+  if (!result.IsGuessed() || available == 0) {  // known, or the images of a live camera are yet to come
+    return result;
+  }
   spdlog::warn("--camera auto: focal length {}, guessed from {}; sqslam calibrate gives a better one",
                InWords(sequence.camera), sequence.guessed_by);
   const SystemOptions learning = LearningOptions(options);
-  std::int64_t available = range.SizeIn(sequence);
   FrameRange part = range;
   part.count = std::min(kFirstFrames, available);
-  Progress progress(0, quiet);
   std::int64_t frames = 0;
   double focal = sequence.camera.fx;
-  for (int pass = 1; pass <= kPasses && !stop(); ++pass) {
-    std::int64_t played = 0;
-    const auto learnt = MapOnce(sequence, part, result.camera, learning, stop, [&](std::int64_t done) {
-      played = done;
-      progress.Update(++frames, fmt::format("to learn the focal length, now {:.1f} px", result.camera.fx));
-    });
-    if (stop()) {
+  for (int i = 0; i < kPasses && !host.Stopped(); ++i) {
+    const LearningPass pass = MapOnce(sequence, part, result.camera, learning, frames, host);
+    if (host.Stopped()) {
       break;
     }
-    if (played < part.count &&
-        !sequence.video_path.empty()) {  // the file ends early, and need not say so each time
-      available = played;
-      part.count = played;
+    frames += pass.played;
+    if (pass.played < part.count && !sequence.video_path.empty()) {
+      available = part.count = pass.played;  // the file ends early, and need not say so each time
     }
-    if (!learnt || !learnt->trusted) {
-      if (part.count == available) {
+    if (pass.learnt && pass.learnt->trusted) {
+      result.Take(*pass.learnt);
+      if (std::abs(pass.learnt->focal - focal) < kSettled * focal) {
         break;
       }
+      focal = pass.learnt->focal;
+    } else if (part.count < available) {
       part.count = std::min(2 * part.count, available);
-      continue;
-    }
-    result.Take(*learnt);
-    if (std::abs(learnt->focal - focal) < kSettled * focal) {
+    } else {
       break;
     }
-    focal = learnt->focal;
   }
-  progress.Finish();
-  if (!result.learnt && !stop()) {
+  host.EndProgress();
+  if (!result.learnt && !host.Stopped()) {
     spdlog::warn(
         "--camera auto: the images do not tell the focal length (the camera must move sideways and turn, "
-        "past "
-        "things at several depths); the guess is kept");
+        "past things at several depths); the guess is kept");
   }
   return result;
 }
 
-void WriteUsedCamera(const std::filesystem::path& result, const Camera& camera, const AutoCamera* automatic) {
-  WriteCamera(result / "camera.yaml", camera, automatic != nullptr ? automatic->Text() : "");
-}
-
-}  // namespace sqslam::app
+}  // namespace sqslam

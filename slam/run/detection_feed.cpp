@@ -1,66 +1,46 @@
 #include "slam/run/detection_feed.h"
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <chrono>
 #include <utility>
 
 #include "slam/util/error.h"
 
-namespace sqslam::app {
+namespace sqslam {
 using Clock = std::chrono::steady_clock;
 
-std::optional<NetworkOptions> ChooseNetwork(const DetectionOptions& options, const Sequence& sequence) {
-  if (options.network == "none" || (options.network == "auto" && sequence.has_detections)) {
-    if (!sequence.has_detections) {
-      spdlog::warn("{}: no boxes.txt, no --detections and no --detector, so the map will hold no objects",
-                   sequence.path.string());
-    }
-    return std::nullopt;
-  }
-  if (options.network != "auto") {
-    return LoadNetwork(options.network);
-  }
-  for (const char* name : {"yolox-nano", "centernet"}) {  // the better one first
-    try {
-      return LoadNetwork(name);
-    } catch (const InputError&) {  // its weights are not there
-    }
-  }
-  spdlog::warn(
-      "{}: no boxes and no detector, so the map will hold no objects; scripts/fetch-detector.sh obtains one",
-      sequence.path.string());
-  return std::nullopt;
+DetectionFeed::DetectionFeed(Detector detector, Options options) : options_(std::move(options)) {
+  detector_.emplace(std::move(detector), options_.detection, options_.deterministic);
+  writer_.emplace(options_.boxes, options_.settings, options_.file_pixels);
 }
 
-DetectionFeed::DetectionFeed(Detector detector, Options options)
-    : options_(std::move(options)),
-      detector_(std::move(detector), options_.detection, options_.deterministic),
-      writer_(options_.boxes, options_.settings, options_.file_pixels) {}
-
-TrackingState DetectionFeed::Process(Frame frame, System& system) {
+TrackingState DetectionFeed::Process(const Frame& given, System& system) {
+  if (!detector_) {
+    return system.Process(given);
+  }
   const Clock::time_point started = Clock::now();
+  Frame frame = given;
   frame.detections.clear();
   frame.detections_follow = true;
-  detector_.Add(frame);
+  detector_->Add(frame);
   const TrackingState state = system.Process(frame);
   Deliver(TakeBoxes(false), system);
   if (options_.frame_interval > 0.0 && !options_.deterministic) {
-    detector_.WaitUntilFree(started + std::chrono::duration_cast<Clock::duration>(
-                                          std::chrono::duration<double>(options_.frame_interval)));
+    detector_->WaitUntilFree(started + std::chrono::duration_cast<Clock::duration>(
+                                           std::chrono::duration<double>(options_.frame_interval)));
   }
   return state;
 }
 
 void DetectionFeed::Finish(System& system) {
-  if (Failed()) {
+  if (!detector_ || Failed()) {
     return;
   }
   Deliver(TakeBoxes(true), system);
   if (!Failed()) {
     try {
-      writer_.Finish();
+      writer_->Finish();
     } catch (const InputError& e) {
       failure_ = e.what();
     }
@@ -73,9 +53,13 @@ void DetectionFeed::ThrowFailure() const {
   }
 }
 
+std::map<std::string, StageTimes::Summary> DetectionFeed::Times() const {
+  return detector_ ? detector_->Times() : std::map<std::string, StageTimes::Summary>{};
+}
+
 std::vector<FrameBoxes> DetectionFeed::TakeBoxes(bool all) {
   try {
-    return all ? detector_.Finish() : detector_.Take();
+    return all ? detector_->Finish() : detector_->Take();
   } catch (const InputError& e) {
     failure_ = e.what();
   } catch (const cv::Exception& e) {
@@ -89,7 +73,7 @@ void DetectionFeed::Deliver(const std::vector<FrameBoxes>& frames, System& syste
     system.AddDetections(frame.frame_index, frame.detections);
     try {
       if (!Failed()) {
-        writer_.Add(frame.timestamp, frame.detections);
+        writer_->Add(frame.timestamp, frame.detections);
       }
     } catch (const InputError& e) {
       failure_ = e.what();
@@ -97,4 +81,4 @@ void DetectionFeed::Deliver(const std::vector<FrameBoxes>& frames, System& syste
   }
 }
 
-}  // namespace sqslam::app
+}  // namespace sqslam

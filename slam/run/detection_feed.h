@@ -4,21 +4,16 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "slam/detection/background_detector.h"
-#include "slam/detection/network_options.h"
 #include "slam/io/detection_writer.h"
-#include "slam/io/sequence.h"
 #include "slam/system.h"
 
-namespace sqslam::app {
+namespace sqslam {
 
-// The network that is to find the boxes of a sequence; empty where they come with it, or where there is none
-// (a warning then says what would help). Throws as LoadNetwork does.
-std::optional<NetworkOptions> ChooseNetwork(const DetectionOptions& options, const Sequence& sequence);
-
-// Feeds frames to a system and, a little later, the boxes that a detector finds in them; keeps the boxes in a
-// file.
+// Feeds frames to a system and, a little later, the boxes that a detector finds in them, which it also keeps
+// in a file. Without a detector frames are passed on with the boxes that they have.
 class DetectionFeed {
  public:
   struct Options {
@@ -32,9 +27,10 @@ class DetectionFeed {
     Eigen::Vector2d file_pixels{1.0, 1.0};  // see FilePixels()
   };
 
+  DetectionFeed() = default;
   DetectionFeed(Detector detector, Options options);
 
-  TrackingState Process(Frame frame, System& system);
+  TrackingState Process(const Frame& frame, System& system);
 
   // Waits for the boxes of the last frames, and gives the file its name.
   void Finish(System& system);
@@ -44,16 +40,16 @@ class DetectionFeed {
   bool Failed() const { return !failure_.empty(); }
   void ThrowFailure() const;
 
-  std::map<std::string, StageTimes::Summary> Times() const { return detector_.Times(); }
+  std::map<std::string, StageTimes::Summary> Times() const;
 
  private:
   std::vector<FrameBoxes> TakeBoxes(bool all);
   void Deliver(const std::vector<FrameBoxes>& frames, System& system);
 
   Options options_;
-  BackgroundDetector detector_;
-  DetectionWriter writer_;
+  std::optional<BackgroundDetector> detector_;
+  std::optional<DetectionWriter> writer_;
   std::string failure_;
 };
 
-}  // namespace sqslam::app
+}  // namespace sqslam

@@ -5,7 +5,7 @@
 #include <thread>
 #include <utility>
 
-namespace sqslam::app {
+namespace sqslam {
 namespace {
 
 constexpr double kMaxSleep = 0.1;  // seconds; a gap in the recording must not keep Ctrl-C waiting
@@ -35,4 +35,4 @@ bool Pace::Admit(double timestamp, std::optional<double> next_timestamp) {
   return true;
 }
 
-}  // namespace sqslam::app
+}  // namespace sqslam

@@ -3,9 +3,9 @@
 #include <functional>
 #include <optional>
 
-namespace sqslam::app {
+namespace sqslam {
 
-// Time as Pace sees it; a test brings its own.
+// The time as Pace sees it; a test brings its own.
 struct PaceClock {
   std::function<double()> now;           // seconds from any start
   std::function<void(double)> sleep;     // seconds
@@ -30,4 +30,4 @@ class Pace {
   int dropped_ = 0;
 };
 
-}  // namespace sqslam::app
+}  // namespace sqslam

@@ -8,7 +8,7 @@
 
 #include "slam/snapshot/snapshot.h"
 
-namespace sqslam::viewer {
+namespace sqslam {
 
 // What somebody changed about one object of a map.
 struct ObjectEdit {
@@ -77,4 +77,4 @@ std::filesystem::path EditsFileOf(const std::filesystem::path& recording);
 void WriteObjectEdits(const std::filesystem::path& path, const ObjectEdits& edits);
 ObjectEdits ReadObjectEdits(const std::filesystem::path& path);
 
-}  // namespace sqslam::viewer
+}  // namespace sqslam

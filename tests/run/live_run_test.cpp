@@ -8,7 +8,7 @@
 #include "tests/io/captured_log.h"
 #include "tests/io/temporary_folder.h"
 
-namespace sqslam::app {
+namespace sqslam {
 namespace {
 
 using ::testing::HasSubstr;
@@ -34,8 +34,6 @@ RunRequest LiveRequest(const TemporaryFolder& folder) {
   request.sequence.camera = "kinect-v1";
   request.open_camera = [](int, const Camera&) { return std::make_unique<GreyWall>(); };
   request.output = folder.Path() / "result";
-  request.render = false;
-  request.quiet = true;
   return request;
 }
 
@@ -43,7 +41,8 @@ TEST(LiveRun, EveryImageIsHandedOnOrCountedAsDropped) {
   const TemporaryFolder folder;
   const CapturedLog log;
   const RunRequest request = LiveRequest(folder);
-  EXPECT_THROW(RunPipeline(request), NoMapError);  // a wall makes no map
+  RunHost host;
+  EXPECT_THROW(RunPipeline(request, host), NoMapError);  // a wall makes no map
   const RunStats stats = ReadStats(request.output / "stats.json");
   EXPECT_GE(stats.frames, 1);
   EXPECT_EQ(stats.frames + stats.dropped, kImages);
@@ -56,7 +55,8 @@ TEST(LiveRun, WhatMakesNoSenseWithALiveCameraIsRefused) {
   const auto refused = [&](const auto& change) {
     RunRequest request = LiveRequest(folder);
     change(request);
-    EXPECT_THROW(RunPipeline(request), UsageError);
+    RunHost host;
+    EXPECT_THROW(RunPipeline(request, host), UsageError);
     EXPECT_FALSE(std::filesystem::exists(request.output));
   };
   refused([](RunRequest& request) { request.sequence.detections = "boxes.txt"; });
@@ -64,4 +64,4 @@ TEST(LiveRun, WhatMakesNoSenseWithALiveCameraIsRefused) {
 }
 
 }  // namespace
-}  // namespace sqslam::app
+}  // namespace sqslam

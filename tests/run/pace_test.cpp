@@ -5,7 +5,7 @@
 
 #include <vector>
 
-namespace sqslam::app {
+namespace sqslam {
 namespace {
 
 using ::testing::Each;
@@ -90,4 +90,4 @@ TEST(Pace, CtrlCEndsTheWaitForALateFrame) {
 }
 
 }  // namespace
-}  // namespace sqslam::app
+}  // namespace sqslam

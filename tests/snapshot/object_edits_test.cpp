@@ -7,7 +7,7 @@
 #include "tests/io/temporary_folder.h"
 #include "tests/render/hand_made_map.h"
 
-namespace sqslam::viewer {
+namespace sqslam {
 namespace {
 
 using ::testing::ElementsAre;
@@ -183,4 +183,4 @@ TEST_F(ObjectEditsFile, ErrorsNameFileAndField) {
 }
 
 }  // namespace
-}  // namespace sqslam::viewer
+}  // namespace sqslam

@@ -1,14 +1,29 @@
-#include "slam/run/map_files.h"
+#include "slam/run/result_folder.h"
 
 #include <spdlog/spdlog.h>
 
-#include "slam/run/attempt_all.h"
+#include <exception>
+
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
 #include "slam/util/atomic_file.h"
 
-namespace sqslam::app {
+namespace sqslam {
 namespace fs = std::filesystem;
+
+void AttemptAll(const std::vector<std::function<void()>>& steps) {
+  std::exception_ptr failure;
+  for (const auto& step : steps) {
+    try {
+      step();
+    } catch (...) {
+      failure = failure ? failure : std::current_exception();
+    }
+  }
+  if (failure) {
+    std::rethrow_exception(failure);
+  }
+}
 
 void WriteMapFiles(const fs::path& folder, const FinishedMap& map) {
   AttemptAll({[&] { WriteTrajectory(folder / "trajectory.txt", map.trajectory); },
@@ -31,4 +46,4 @@ void WriteSubmaps(const fs::path& folder, const std::vector<FinishedMap>& submap
   }
 }
 
-}  // namespace sqslam::app
+}  // namespace sqslam

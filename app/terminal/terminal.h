@@ -6,7 +6,19 @@
 
 namespace sqslam::app {
 
-// One line on stderr that says how far a run is: rewritten in place on a terminal, a new line every few
+// While one lives, the first Ctrl-C (SIGINT) or SIGTERM only sets a flag; the second ends the program as
+// usual.
+class InterruptGuard {
+ public:
+  InterruptGuard();
+  ~InterruptGuard();
+  InterruptGuard(const InterruptGuard&) = delete;
+  InterruptGuard& operator=(const InterruptGuard&) = delete;
+
+  bool Interrupted() const;
+};
+
+// One line on stderr that says how far a program is: rewritten in place on a terminal, a new line every few
 // seconds in a log file, nothing where quiet. A total of 0 is endless (a live camera).
 class Progress {
  public:

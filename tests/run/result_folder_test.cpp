@@ -1,4 +1,4 @@
-#include "slam/run/attempt_all.h"
+#include "slam/run/result_folder.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 
 #include "slam/util/error.h"
 
-namespace sqslam::app {
+namespace sqslam {
 namespace {
 
 TEST(AttemptAll, GoesOnAfterAnyFailureAndThrowsTheFirst) {
@@ -22,4 +22,4 @@ TEST(AttemptAll, GoesOnAfterAnyFailureAndThrowsTheFirst) {
 }
 
 }  // namespace
-}  // namespace sqslam::app
+}  // namespace sqslam

@@ -1,7 +1,10 @@
-#include "app/result/map_layers.h"
+#include "app/result/map_input.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
 
 #include "slam/evaluation/true_path.h"
 #include "slam/util/error.h"
@@ -19,6 +22,46 @@ TruePath LayOver(const MapSnapshot& map, const fs::path& sequence) {
 }
 
 }  // namespace
+
+fs::path MapFile(const fs::path& map) { return fs::is_directory(map) ? map / "map.sqmap" : map; }
+
+void AddEditsOption(CLI::App& command, std::string& edits) {
+  command
+      .add_option("--edits", edits,
+                  "FILE.json with edits of the objects (names, labels, hidden, deleted and merged ones), as "
+                  "the viewer saves them; auto: the one beside the map. Without it the map as it was made")
+      ->type_name("FILE");
+}
+
+fs::path EditsFile(const fs::path& recording, const std::string& edits) {
+  if (edits != "auto") {
+    return edits;
+  }
+  const fs::path beside = EditsFileOf(recording);
+  if (!fs::exists(beside)) {
+    throw InputError(
+        fmt::format("--edits auto: {} does not exist, expected edits beside the map", beside.string()));
+  }
+  return beside;
+}
+
+RecordingReader OpenEdited(const fs::path& recording, const std::string& edits, HiddenObjects hidden) {
+  const fs::path file = EditsFile(recording, edits);
+  if (file.empty()) {
+    return RecordingReader(recording);
+  }
+  const ObjectEdits read = ReadObjectEdits(file);
+  const RecordingReader plain(recording);
+  if (plain.Size() > 0) {
+    const std::vector<int> unknown = UnknownIds(read, *plain.Last());
+    if (!unknown.empty()) {
+      spdlog::warn("{}: the map has no object {}: are these edits of another map?", file.string(),
+                   fmt::join(unknown, ", "));
+    }
+  }
+  return RecordingReader(
+      recording, [read, hidden](const MapSnapshotPtr& snapshot) { return Apply(read, *snapshot, hidden); });
+}
 
 std::string CannotBeLaid(const fs::path& sequence) {
   return fmt::format(
