@@ -41,7 +41,7 @@ void PrintVocabulary(const std::filesystem::path& path) {
       vocabulary.TrainedDescriptors(), vocabulary.TrainedImages());
 }
 
-// How the map grew: one line for each snapshot of the recording.
+// Prints the growth of the map: one line for each snapshot of the recording.
 void PrintHistory(const RecordingReader& reader) {
   fmt::print("{:>8} {:>10} {:>9} {:>9} {:>7} {:>8}\n", "frame", "time", "keyframes", "points", "objects",
              "tracking");
@@ -53,7 +53,7 @@ void PrintHistory(const RecordingReader& reader) {
   }
 }
 
-// What edits change; where none were asked for, that there are some.
+// Prints what edits change or, where none were asked for, that there are some.
 void PrintEdits(const std::filesystem::path& path, const std::string& edits) {
   const std::filesystem::path file = EditsFile(path, edits);
   if (file.empty()) {

@@ -11,7 +11,7 @@
 
 namespace sqslam::app {
 
-// What the command line of a run says, before it makes sense.
+// The command line of a run, as it was typed.
 struct RunArguments {
   std::string input;
   int camera_index = -1;  // -1: none

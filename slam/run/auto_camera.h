@@ -10,7 +10,7 @@
 
 namespace sqslam {
 
-// What is known of a camera that nobody has calibrated.
+// A camera that nobody has calibrated, as far as it is known.
 struct AutoCamera {
   Camera guess;
   std::string guessed_by;        // in words; empty where the camera is known

@@ -21,7 +21,7 @@ std::string Trimmed(const std::string& text) {
   return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1);
 }
 
-// Where the things of an object go: under which id they are now.
+// Maps the id of an object to the one that its points and boxes have now.
 class Destinations {
  public:
   Destinations(const ObjectEdits& edits, HiddenObjects hidden) : edits_(edits), hidden_(hidden) {}

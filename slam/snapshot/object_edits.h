@@ -10,7 +10,7 @@
 
 namespace sqslam {
 
-// What somebody changed about one object of a map.
+// Changes that somebody made to one object of a map.
 struct ObjectEdit {
   std::string name;   // what it is called; empty: by its label
   std::string label;  // its class; empty: the map's
@@ -68,7 +68,7 @@ MapSnapshotPtr Apply(const ObjectEdits& edits, const MapSnapshot& snapshot,
 // Ids of the edits that the map does not know, ascending: edits of another map have many.
 std::vector<int> UnknownIds(const ObjectEdits& edits, const MapSnapshot& map);
 
-// Where the edits of a recording are kept: map.sqmap.edits.json beside it.
+// The file with the edits of a recording: map.sqmap.edits.json beside it.
 std::filesystem::path EditsFileOf(const std::filesystem::path& recording);
 
 // {"format": "sqslam-edits", "version": 1, "objects": [{"id", "name", "label", "hidden", "deleted",

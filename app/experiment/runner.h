@@ -5,8 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "app/experiment/experiment_cells.h"
-#include "app/experiment/experiment_results.h"
+#include "app/experiment/cells.h"
 
 namespace sqslam::app {
 
@@ -24,15 +23,18 @@ struct ExperimentOutcome {
   bool interrupted = false;
 };
 
-// Cells with what they need, and which of them are finished already.
+struct PlannedCell {
+  ExperimentCell cell;
+  CellCommands commands;
+  nlohmann::ordered_json settings;
+  std::optional<CellResult> finished;  // by an earlier call
+};
+
 struct ExperimentPlan {
   ExperimentConfig config;
   ExperimentFolder folder;
   std::map<std::string, PreparedSequence> sequences;  // by name
-  std::vector<ExperimentCell> cells;
-  std::vector<CellCommands> commands;               // of each cell
-  std::vector<nlohmann::ordered_json> settings;     // of each cell
-  std::vector<std::optional<CellResult>> finished;  // of each cell
+  std::vector<PlannedCell> cells;
 };
 
 ExperimentPlan PlanExperiment(const ExperimentConfig& config, const ExperimentFolder& folder);

@@ -1,4 +1,4 @@
-#include "app/experiment/experiment_runner.h"
+#include "app/experiment/runner.h"
 
 #include <fmt/format.h>
 
@@ -44,13 +44,14 @@ std::string Headline(const CellResult& result) {
                      sum / std::max(1, found));
 }
 
-// Works through the unfinished cells of a plan from several threads.
+// Makes the unfinished cells of a plan, several at a time.
 class Workers {
  public:
   Workers(const ExperimentPlan& plan, const StopRequest& stop, const LinePrinter& print)
-      : plan_(plan), stop_(stop), print_(print), program_(ProgramFingerprint()), results_(plan.finished) {
+      : plan_(plan), stop_(stop), print_(print), program_(ProgramFingerprint()), results_(plan.cells.size()) {
     for (std::size_t i = 0; i < plan.cells.size(); ++i) {
-      if (!plan.finished[i]) {
+      results_[i] = plan.cells[i].finished;
+      if (!results_[i]) {
         todo_.push_back(i);
       }
     }
@@ -73,11 +74,8 @@ class Workers {
         outcome.results.push_back(std::move(*result));
       }
     }
-    // In the order of the cells, whichever thread had them.
-    for (std::size_t i = 0; i < plan_.cells.size(); ++i) {
-      if (const auto failure = failures_.find(i); failure != failures_.end()) {
-        outcome.failures.push_back(failure->second);
-      }
+    for (auto& [index, failure] : failures_) {
+      outcome.failures.push_back(std::move(failure));
     }
     outcome.interrupted = stop_();
     return outcome;
@@ -87,7 +85,7 @@ class Workers {
   // Renders scenes and writes limited boxes, once for all cells that need them.
   void PrepareInputs() {
     for (const std::size_t index : todo_) {
-      const ExperimentCell& cell = plan_.cells[index];
+      const ExperimentCell& cell = plan_.cells[index].cell;
       const PreparedSequence& sequence = plan_.sequences.at(cell.sequence);
       if (stop_()) {
         return;
@@ -155,7 +153,7 @@ class Workers {
   }
 
   ChildResult RunCell(std::size_t index) const {
-    const ExperimentCell& cell = plan_.cells[index];
+    const auto& [cell, commands, settings, finished] = plan_.cells[index];
     for (const std::string& needed : {cell.sequence, NameOfBoxes(cell)}) {
       if (const auto broken = broken_.find(needed); broken != broken_.end()) {
         return {3, false, broken->second};
@@ -166,24 +164,24 @@ class Workers {
     fs::remove_all(run);
     fs::create_directories(run.parent_path());
     fs::remove(log);
-    ChildResult child = RunChild(plan_.commands[index].run, log, stop_);
-    if (child.exit_code == 0 && !plan_.commands[index].eval.empty()) {
-      child = RunChild(plan_.commands[index].eval, log, stop_);
+    ChildResult child = RunChild(commands.run, log, stop_);
+    if (child.exit_code == 0 && !commands.eval.empty()) {
+      child = RunChild(commands.eval, log, stop_);
     }
     // The terminal gives its Ctrl-C to the child as well, which may have ended before it was asked.
     child.stopped = child.stopped || (child.exit_code != 0 && stop_());
     if (child.exit_code == 0 && !child.stopped) {
-      WriteCellRecord(run, plan_.settings[index], plan_.config.jobs, program_);
+      WriteCellRecord(run, settings, plan_.config.jobs, program_);
     }
     return child;
   }
 
   void Report(std::size_t index, const ChildResult& child, double seconds) {
-    const ExperimentCell& cell = plan_.cells[index];
+    const ExperimentCell& cell = plan_.cells[index].cell;
     std::optional<CellResult> result;
     std::string what;
     if (child.exit_code == 0) {
-      result = ReadCellResult(plan_.folder.Run(cell), cell, plan_.settings[index]);
+      result = ReadCellResult(plan_.folder.Run(cell), cell, plan_.cells[index].settings);
       what = result ? Headline(*result) : "its files cannot be read back";
     } else {
       what = "FAILED: " + child.message;
@@ -215,7 +213,7 @@ class Workers {
   std::mutex mutex_;  // guards what follows
   std::size_t done_ = 0;
   std::vector<std::optional<CellResult>> results_;
-  std::map<std::size_t, CellFailure> failures_;
+  std::map<std::size_t, CellFailure> failures_;  // by cell
 };
 
 }  // namespace
@@ -227,12 +225,11 @@ ExperimentPlan PlanExperiment(const ExperimentConfig& config, const ExperimentFo
   for (const ExperimentSequence& sequence : config.sequences) {
     plan.sequences[sequence.name] = Prepare(config, sequence, folder);
   }
-  plan.cells = ListCells(config);
-  for (const ExperimentCell& cell : plan.cells) {
+  for (const ExperimentCell& cell : ListCells(config)) {
     const PreparedSequence& sequence = plan.sequences.at(cell.sequence);
-    plan.commands.push_back(CommandsOf(config, sequence, cell, folder));
-    plan.settings.push_back(SettingsOf(config, sequence, plan.commands.back(), folder));
-    plan.finished.push_back(ReadCellResult(folder.Run(cell), cell, plan.settings.back()));
+    const CellCommands commands = CommandsOf(config, sequence, cell, folder);
+    const nlohmann::ordered_json settings = SettingsOf(config, sequence, commands, folder);
+    plan.cells.push_back({cell, commands, settings, ReadCellResult(folder.Run(cell), cell, settings)});
   }
   return plan;
 }

@@ -1,4 +1,4 @@
-#include "app/experiment/experiment_tables.h"
+#include "app/experiment/tables.h"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,10 @@
 #include <set>
 #include <tuple>
 
+#include "slam/util/atomic_file.h"
+
 namespace sqslam::app {
+namespace fs = std::filesystem;
 namespace {
 
 using Results = std::vector<CellResult>;
@@ -60,29 +63,19 @@ Pointers WithObjects(Pointers results) {
 }
 
 // Names method and variant of a cell where the results differ in them.
-class Labeller {
- public:
-  explicit Labeller(const Pointers& results) {
-    several_methods_ = KeysOf(results, [](const auto& cell) { return cell.method; }).size() > 1;
-  }
+Key LabelOf(const Pointers& results) {
+  const bool several = KeysOf(results, [](const auto& cell) { return cell.method; }).size() > 1;
+  return [several](const ExperimentCell& cell) {
+    const std::string method = several ? cell.method : "";
+    return method + (method.empty() || cell.variant.empty() ? "" : ", ") + cell.variant;
+  };
+}
 
-  std::string operator()(const ExperimentCell& cell) const {
-    std::string label = several_methods_ ? cell.method : "";
-    if (!cell.variant.empty()) {
-      label += (label.empty() ? "" : ", ") + cell.variant;
-    }
-    return label;
-  }
-
- private:
-  bool several_methods_ = false;
-};
-
-// The columns of Tables I and II.
-Key ConfigurationOf(const Pointers& results) {
-  return [label = Labeller(results)](const ExperimentCell& cell) {
+// The word of a cell on one axis, with its label where it has one.
+Key ConfigurationOf(const Pointers& results, const Key& axis) {
+  return [axis, label = LabelOf(results)](const ExperimentCell& cell) {
     const std::string extra = label(cell);
-    return extra.empty() ? cell.representation : fmt::format("{} ({})", cell.representation, extra);
+    return extra.empty() ? axis(cell) : fmt::format("{} ({})", axis(cell), extra);
   };
 }
 
@@ -131,10 +124,17 @@ IouFigures FiguresOf(const Pointers& results, const ObjectFilter& filter) {
   return figures;
 }
 
-// How many of something: a whole number, but for the median of an even number of runs.
+// A count: a whole number, but for the median of an even number of runs.
 Cell CountCell(std::vector<double> counts) {
   const Spread spread = SpreadOf(std::move(counts));
   return Cell::Of(spread, spread.median == std::floor(spread.median) ? 0 : 1);
+}
+
+Cell CountCell(const Pointers& runs, const std::function<double(const CellResult&)>& count) {
+  std::vector<double> counts;
+  std::transform(runs.begin(), runs.end(), std::back_inserter(counts),
+                 [&](const CellResult* run) { return count(*run); });
+  return CountCell(std::move(counts));
 }
 
 // The rows of one thing (a class, a sequence) in Tables I and II.
@@ -169,7 +169,7 @@ std::vector<std::string> IouColumns(const std::string& first, const Pointers& re
   return columns;
 }
 
-// How often each row was measured, and what a reader must know of the objects.
+// Notes under a table: how often each row was measured, and which objects count.
 void AddIouNotes(const Pointers& results, Table& table) {
   std::set<int> repetitions;
   bool has_scored = false;
@@ -211,11 +211,75 @@ std::set<NamedObject> ObjectsOf(const Pointers& results) {
   return objects;
 }
 
+std::string LimitText(const ExperimentCell& cell) {
+  return cell.max_objects == kAllObjects ? "all" : std::to_string(cell.max_objects);
+}
+
+// Mean milliseconds of a stage in each run that has it.
+Spread TimesOf(const Pointers& runs, const std::string& stage) {
+  std::vector<double> values;
+  for (const CellResult* run : runs) {
+    if (const auto it = run->stats.timing_ms.find(stage); it != run->stats.timing_ms.end()) {
+      values.push_back(it->second.mean);
+    }
+  }
+  return SpreadOf(std::move(values));
+}
+
+// The rows of one sequence and configuration, fewest objects first; the first is what "+" counts from.
+void AddRuntimeRows(const std::string& sequence, const std::string& label, const Pointers& runs,
+                    Table& table) {
+  std::vector<std::string> limits = KeysOf(runs, LimitText);
+  const auto rank = [](const std::string& text) {
+    return text == "all" ? std::numeric_limits<int>::max() : std::stoi(text);
+  };
+  std::sort(limits.begin(), limits.end(), [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
+  const Pointers base = limits.empty() ? Pointers{} : Where(runs, LimitText, limits.front());
+  for (const std::string& limit : limits) {
+    const Pointers here = Where(runs, LimitText, limit);
+    const auto more = [&](const std::string& stage) {
+      const Spread from = TimesOf(base, stage);
+      const Spread to = TimesOf(here, stage);
+      const bool known = limit != limits.front() && from.count > 0 && to.count > 0;
+      return known ? Cell::Number(to.median - from.median, 1) : Cell::Of({}, 1);
+    };
+    const auto time = [&](const std::string& stage, int decimals) {
+      return Cell::Of(TimesOf(here, stage), decimals);
+    };
+    table.rows.push_back({Cell::Words(sequence), Cell::Words(label), Cell::Words(limit),
+                          CountCell(here, [](const CellResult& r) { return r.stats.objects; }),
+                          time("tracking", 1), more("tracking"), time("tracking.objects", 2),
+                          time("tracking.association", 3), time("mapping", 1), more("mapping"),
+                          time("mapping.objects", 1)});
+  }
+}
+
+// Notes above all tables: missing runs, mixed builds.
+std::string StateText(const ExperimentOutcome& outcome) {
+  std::string text =
+      fmt::format("{} of {} runs are in these tables.\n", outcome.results.size(), outcome.cells);
+  std::set<std::string> programs;
+  for (const CellResult& result : outcome.results) {
+    programs.insert(result.program);
+  }
+  if (programs.size() > 1) {
+    text += fmt::format("\nThey were made by {} different builds of the program.\n", programs.size());
+  }
+  if (!outcome.failures.empty()) {
+    text += "\n## Failed runs\n\n| run | exit code | message |\n| --- | ---: | --- |\n";
+    for (const CellFailure& failure : outcome.failures) {
+      text += fmt::format("| {} | {} | {} |\n", EscapeMarkdown(failure.cell), failure.exit_code,
+                          EscapeMarkdown(failure.message));
+    }
+  }
+  return text;
+}
+
 }  // namespace
 
 Table RepresentationTable(const Results& all, const std::vector<std::string>& chosen) {
   const Pointers results = AtUsual(WithObjects(All(all)), AssociationOf, "full");
-  const Key configuration = ConfigurationOf(results);
+  const Key configuration = ConfigurationOf(results, RepresentationOf);
   Table table{"Table I",
               "3D IoU of objects by representation",
               IouColumns("objects", results, configuration),
@@ -254,7 +318,7 @@ Table RepresentationTable(const Results& all, const std::vector<std::string>& ch
 
 Table SequenceTable(const Results& all) {
   const Pointers results = AtUsual(WithObjects(All(all)), AssociationOf, "full");
-  const Key configuration = ConfigurationOf(results);
+  const Key configuration = ConfigurationOf(results, RepresentationOf);
   Table table{"Table II",
               "Mean 3D IoU of sequences by representation",
               IouColumns("sequence", results, configuration),
@@ -271,95 +335,34 @@ Table SequenceTable(const Results& all) {
 
 Table AssociationTable(const Results& all) {
   const Pointers results = AtUsual(WithObjects(All(all)), RepresentationOf, "superquadric");
-  Table table{
-      "Table III",
-      "Landmarks by association against ground truth",
-      {"sequence", "association", "runs", "mapped", "found", "doubles", "extra", "ground truth",
-       "found of those with 60 or more boxes", "of"},
-      {},
-      {"found: ground-truth objects that a landmark stands for; doubles: further landmarks on them; extra: "
-       "landmarks on none. Median (lowest to highest)."}};
-  const Labeller label(results);
-  const Key configuration = [&](const ExperimentCell& cell) {
-    const std::string extra = label(cell);
-    return extra.empty() ? cell.association : fmt::format("{} ({})", cell.association, extra);
-  };
+  Table table{"Table III",
+              "Landmarks by association against ground truth",
+              {"sequence", "association", "runs", "mapped", "found", "duplicates", "extra", "ground truth",
+               "found of those with 60 or more boxes", "of"},
+              {},
+              {"found: ground-truth objects that a landmark stands for; duplicates: further landmarks on "
+               "them; extra: "
+               "landmarks on none. Median (lowest to highest)."}};
+  const Key configuration = ConfigurationOf(results, AssociationOf);
   for (const std::string& sequence : KeysOf(results, SequenceNameOf)) {
     const Pointers of_sequence = Where(results, SequenceNameOf, sequence);
     for (const std::string& mode : KeysOf(of_sequence, configuration)) {
       const Pointers runs = Where(of_sequence, configuration, mode);
-      const auto count = [&](const std::function<double(const CellResult&)>& value) {
-        std::vector<double> values;
-        std::transform(runs.begin(), runs.end(), std::back_inserter(values),
-                       [&](const auto* r) { return value(*r); });
-        return CountCell(std::move(values));
+      const auto found = [](const CellResult& r) {
+        return std::count_if(r.objects.begin(), r.objects.end(), [](const auto& o) { return o.found; });
       };
       table.rows.push_back(
           {Cell::Words(sequence), Cell::Words(mode), Cell::Number(static_cast<double>(runs.size()), 0),
-           count([](const CellResult& r) { return r.mapped; }), count([](const CellResult& r) {
-             return static_cast<double>(std::count_if(r.objects.begin(), r.objects.end(),
-                                                      [](const auto& object) { return object.found; }));
-           }),
-           count([](const CellResult& r) { return r.doubles; }),
-           count([](const CellResult& r) { return r.extra; }),
-           count([](const CellResult& r) { return static_cast<double>(r.objects.size()); }),
-           count([](const CellResult& r) { return r.found_60; }),
-           count([](const CellResult& r) { return r.total_60; })});
+           CountCell(runs, [](const CellResult& r) { return r.mapped; }), CountCell(runs, found),
+           CountCell(runs, [](const CellResult& r) { return r.duplicates; }),
+           CountCell(runs, [](const CellResult& r) { return r.extra; }),
+           CountCell(runs, [](const CellResult& r) { return r.objects.size(); }),
+           CountCell(runs, [](const CellResult& r) { return r.found_60; }),
+           CountCell(runs, [](const CellResult& r) { return r.total_60; })});
     }
   }
   return table;
 }
-
-namespace {
-
-std::string LimitText(const ExperimentCell& cell) {
-  return cell.max_objects == kAllObjects ? "all" : std::to_string(cell.max_objects);
-}
-
-// Mean milliseconds of a stage in each run that has it.
-Spread TimesOf(const Pointers& runs, const std::string& stage) {
-  std::vector<double> values;
-  for (const CellResult* run : runs) {
-    if (const auto it = run->stats.timing_ms.find(stage); it != run->stats.timing_ms.end()) {
-      values.push_back(it->second.mean);
-    }
-  }
-  return SpreadOf(std::move(values));
-}
-
-// The rows of one sequence and configuration, fewest objects first; the first is what "+" counts from.
-void AddRuntimeRows(const std::string& sequence, const std::string& label, const Pointers& runs,
-                    Table& table) {
-  std::vector<std::string> limits = KeysOf(runs, LimitText);
-  std::sort(limits.begin(), limits.end(), [](const std::string& a, const std::string& b) {
-    const auto rank = [](const std::string& text) {
-      return text == "all" ? std::numeric_limits<int>::max() : std::stoi(text);
-    };
-    return rank(a) < rank(b);
-  });
-  const Pointers base = limits.empty() ? Pointers{} : Where(runs, LimitText, limits.front());
-  for (const std::string& limit : limits) {
-    const Pointers here = Where(runs, LimitText, limit);
-    std::vector<double> mapped;
-    std::transform(here.begin(), here.end(), std::back_inserter(mapped),
-                   [](const auto* r) { return r->stats.objects; });
-    const auto more = [&](const std::string& stage) {
-      const Spread from = TimesOf(base, stage);
-      const Spread to = TimesOf(here, stage);
-      const bool known = limit != limits.front() && from.count > 0 && to.count > 0;
-      return known ? Cell::Number(to.median - from.median, 1) : Cell::Of({}, 1);
-    };
-    const auto time = [&](const std::string& stage, int decimals) {
-      return Cell::Of(TimesOf(here, stage), decimals);
-    };
-    table.rows.push_back({Cell::Words(sequence), Cell::Words(label), Cell::Words(limit),
-                          CountCell(std::move(mapped)), time("tracking", 1), more("tracking"),
-                          time("tracking.objects", 2), time("tracking.association", 3), time("mapping", 1),
-                          more("mapping"), time("mapping.objects", 1)});
-  }
-}
-
-}  // namespace
 
 Table RuntimeTable(const Results& all) {
   const Pointers results =
@@ -372,7 +375,7 @@ Table RuntimeTable(const Results& all) {
       {},
       {"Means per frame (tracking) and per keyframe (mapping), of those the median (lowest to highest) over "
        "the runs; + is the difference of the medians to the row with the fewest objects."}};
-  const Labeller label(results);
+  const Key label = LabelOf(results);
   for (const std::string& sequence : KeysOf(results, SequenceNameOf)) {
     const Pointers of_sequence = Where(results, SequenceNameOf, sequence);
     for (const std::string& method : KeysOf(of_sequence, label)) {
@@ -389,6 +392,26 @@ Table RuntimeTable(const Results& all) {
         "Measured with up to {} runs at a time on one machine, which makes all of them slower.", jobs));
   }
   return table;
+}
+
+fs::path WriteTables(const ExperimentConfig& config, const ExperimentOutcome& outcome,
+                     const fs::path& folder) {
+  const std::vector<Table> tables = {RepresentationTable(outcome.results, config.objects),
+                                     SequenceTable(outcome.results), AssociationTable(outcome.results),
+                                     RuntimeTable(outcome.results)};
+  std::string all = "# Tables\n\n" + StateText(outcome);
+  for (std::size_t i = 0; i < tables.size(); ++i) {
+    const std::string stem = fmt::format("table-{}", i + 1);
+    WriteFileAtomically(folder / (stem + ".md"), ToMarkdown(tables[i]));
+    WriteFileAtomically(folder / (stem + ".tex"), ToLatex(tables[i]));
+    WriteFileAtomically(folder / (stem + ".csv"), ToCsv(tables[i]));
+    all += "\n" + (tables[i].rows.empty()
+                       ? fmt::format("## {}: {}\n\nNo runs for it.\n", tables[i].name, tables[i].title)
+                       : ToMarkdown(tables[i]));
+  }
+  fs::path path = folder / "tables.md";
+  WriteFileAtomically(path, all);
+  return path;
 }
 
 }  // namespace sqslam::app

@@ -2,11 +2,13 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "app/experiment/experiment_config.h"
+#include "app/experiment/config.h"
+#include "slam/io/result_files.h"
 
 namespace sqslam::app {
 
@@ -36,7 +38,7 @@ struct ExperimentFolder {
   std::filesystem::path Rendered(const std::string& name) const { return path / "sequences" / name; }
 };
 
-// What is needed before the cells of a sequence can run.
+// The inputs of the cells of one sequence.
 struct PreparedSequence {
   std::filesystem::path path;          // sequence folder; of a scene the one that it is rendered into
   std::filesystem::path detections;    // empty: the sequence's own
@@ -44,7 +46,7 @@ struct PreparedSequence {
   std::string inputs;                  // fingerprint of what a result depends on
 };
 
-// Looks at the inputs of a sequence without rendering it. Throws InputError where a scene cannot be read.
+// Finds the inputs of a sequence without rendering it. Throws InputError where a scene cannot be read.
 PreparedSequence Prepare(const ExperimentConfig& config, const ExperimentSequence& sequence,
                          const ExperimentFolder& folder);
 
@@ -73,5 +75,43 @@ std::filesystem::path BoxesOf(const PreparedSequence& sequence);
 
 // 16 hexadecimal digits (FNV-1a) by which equal texts are recognised.
 std::string Fingerprint(std::string_view text);
+
+// The score of one ground-truth object in one run.
+struct ObjectScore {
+  int id = 0;
+  std::string name;  // the label where the ground truth has no name
+  std::string label;
+  bool scored = true;  // its 3D IoU means something
+  bool found = false;
+  double iou = 0.0;  // 0 where it is not found
+};
+
+// A finished cell, as far as the tables need it.
+struct CellResult {
+  ExperimentCell cell;
+  int jobs = 1;         // runs at a time when it was made
+  std::string program;  // fingerprint of the program that made it
+  RunStats stats;
+  bool has_objects = false;  // held against objects; otherwise all below is empty
+  bool has_scored = false;   // the ground truth says which objects are scored
+  int mapped = 0;
+  int duplicates = 0;
+  int extra = 0;
+  int found_60 = 0;  // of the objects with 60 or more boxes, where boxes are counted
+  int total_60 = 0;
+  std::vector<ObjectScore> objects;  // by id
+};
+
+// Marks the cell as finished: cell.json, written last of all.
+void WriteCellRecord(const std::filesystem::path& run, const nlohmann::ordered_json& settings, int jobs,
+                     const std::string& program);
+
+// Reads a cell that has finished with these settings; empty where it has not (never begun, stopped half-way,
+// broken files, other settings).
+std::optional<CellResult> ReadCellResult(const std::filesystem::path& run, const ExperimentCell& cell,
+                                         const nlohmann::ordered_json& settings);
+
+// Fingerprint of the executable, which tells one build of the program from another.
+std::string ProgramFingerprint();
 
 }  // namespace sqslam::app

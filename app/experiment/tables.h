@@ -4,8 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "app/experiment/experiment_results.h"
-#include "app/experiment/experiment_runner.h"
+#include "app/experiment/runner.h"
 #include "slam/evaluation/table.h"
 
 namespace sqslam::app {
