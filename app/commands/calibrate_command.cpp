@@ -10,8 +10,7 @@
 
 #include "app/commands/commands.h"
 #include "app/commands/sequence_arguments.h"
-#include "app/run/interrupt.h"
-#include "app/run/progress.h"
+#include "app/terminal/terminal.h"
 #include "render/figures/calibration_figure.h"
 #include "render/page/write_figure.h"
 #include "slam/calibration/calibration.h"

@@ -6,10 +6,10 @@
 
 #include "app/commands/commands.h"
 #include "app/report/report.h"
-#include "app/run/progress.h"
-#include "app/run/run_pipeline.h"
+#include "app/run/terminal_run.h"
 #include "render/synthetic/synthetic_sequence.h"
 #include "slam/evaluation/evaluation.h"
+#include "slam/run/run_pipeline.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/data_path.h"
 
@@ -78,21 +78,18 @@ void RenderSequence(const DemoArguments& arguments, const fs::path& sequence, St
                         summary.path_length));
 }
 
-RunSummary MapSequence(const DemoArguments& arguments, const fs::path& sequence, const fs::path& result,
-                       Steps& steps) {
+FinishedRun MapSequence(const DemoArguments& arguments, const fs::path& sequence, const fs::path& result,
+                        Steps& steps) {
   steps.Begin("Mapping it");
   RunRequest request;
   request.sequence.path = sequence;
   request.output = result;
   request.options.deterministic = arguments.deterministic;
-  request.quiet = arguments.quiet;
-  if (!arguments.no_video) {
-    request.video = result / "growth.mp4";
-  }
-  RunSummary summary = RunPipeline(request);
-  steps.End(fmt::format("{} of {} frames tracked, {} objects", summary.stats.tracked, summary.stats.frames,
-                        summary.stats.objects));
-  return summary;
+  TerminalRun host({arguments.no_video ? "" : result / "growth.mp4"}, arguments.quiet);
+  FinishedRun run = RunPipeline(request, host);
+  steps.End(fmt::format("{} of {} frames tracked, {} objects", run.stats.tracked, run.stats.frames,
+                        run.stats.objects));
+  return run;
 }
 
 void Demo(const DemoArguments& arguments, int& exit_code) {
@@ -103,7 +100,8 @@ void Demo(const DemoArguments& arguments, int& exit_code) {
   const fs::path result = output / "result";
   Steps steps(arguments.quiet);
   RenderSequence(arguments, sequence, steps);
-  if (MapSequence(arguments, sequence, result, steps).interrupted) {
+  const FinishedRun run = MapSequence(arguments, sequence, result, steps);
+  if (run.interrupted) {
     fmt::print(stderr, "sqslam: interrupted; what had been mapped is in {}\n", result.string());
     exit_code = 130;
     return;
@@ -111,7 +109,7 @@ void Demo(const DemoArguments& arguments, int& exit_code) {
   steps.Begin("Holding the map against the ground truth");
   const Evaluation evaluation = EvaluateResult(result, sequence);
   WriteEvaluation(result / "eval.json", evaluation);
-  WriteReport({result, "", "", {}});
+  WriteReport({result, "", run.sequence, {}, &run});
   steps.End(fmt::format("mean 3D IoU {:.3f}", evaluation.mean_iou));
   if (!arguments.quiet) {
     fmt::print("\n{}", FormatEvaluation(evaluation));

@@ -11,8 +11,7 @@
 
 #include "app/commands/commands.h"
 #include "app/commands/sequence_arguments.h"
-#include "app/run/interrupt.h"
-#include "app/run/progress.h"
+#include "app/terminal/terminal.h"
 #include "slam/detection/detector.h"
 #include "slam/io/detection_writer.h"
 #include "slam/io/detections.h"

@@ -7,9 +7,9 @@
 #include <string>
 
 #include "app/commands/commands.h"
-#include "app/experiment/experiment_runner.h"
-#include "app/experiment/experiment_tables.h"
-#include "app/run/interrupt.h"
+#include "app/experiment/runner.h"
+#include "app/experiment/tables.h"
+#include "app/terminal/terminal.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 
@@ -91,9 +91,9 @@ void ClaimFolder(const fs::path& folder) {
 
 void PrintPlan(const ExperimentPlan& plan) {
   int finished = 0;
-  for (std::size_t i = 0; i < plan.cells.size(); ++i) {
-    fmt::print("{:<9} {}\n", plan.finished[i] ? "finished" : "to do", plan.cells[i].name);
-    finished += plan.finished[i] ? 1 : 0;
+  for (const PlannedCell& planned : plan.cells) {
+    fmt::print("{:<9} {}\n", planned.finished ? "finished" : "to do", planned.cell.name);
+    finished += planned.finished ? 1 : 0;
   }
   fmt::print("{} runs, {} finished\n", plan.cells.size(), finished);
 }
@@ -119,8 +119,8 @@ void RunIn(const fs::path& folder, const ExperimentConfig& config, bool fresh, b
     }
   };
   ExperimentPlan plan = PlanExperiment(config, {folder});
-  if (fresh) {
-    plan.finished.assign(plan.cells.size(), std::nullopt);
+  for (PlannedCell& planned : plan.cells) {
+    planned.finished = fresh ? std::nullopt : planned.finished;
   }
   const ExperimentOutcome outcome = RunExperiment(
       std::move(plan), [&] { return interrupt.Interrupted(); }, print);

@@ -9,8 +9,7 @@
 #include "app/commands/commands.h"
 #include "app/export/map_glb.h"
 #include "app/export/object_mesh.h"
-#include "app/result/map_edits.h"
-#include "app/result/map_file.h"
+#include "app/result/map_input.h"
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/recording.h"
@@ -59,7 +58,7 @@ void Export(const ExportArguments& a) {
   const fs::path output = a.output;
   const std::string extension = output.extension().string();
   CheckArguments(a, extension);
-  const RecordingReader reader = OpenEdited(map_path, a.edits, viewer::HiddenObjects::kKeep);
+  const RecordingReader reader = OpenEdited(map_path, a.edits, HiddenObjects::kKeep);
   if (reader.Size() == 0) {
     throw InputError(fmt::format("{}: holds no snapshot, expected a map", map_path.string()));
   }

@@ -7,8 +7,7 @@
 #include <vector>
 
 #include "app/commands/commands.h"
-#include "app/result/map_edits.h"
-#include "app/result/map_file.h"
+#include "app/result/map_input.h"
 #include "slam/recognition/vocabulary.h"
 #include "slam/snapshot/recording.h"
 
@@ -42,7 +41,7 @@ void PrintVocabulary(const std::filesystem::path& path) {
       vocabulary.TrainedDescriptors(), vocabulary.TrainedImages());
 }
 
-// How the map grew: one line for each snapshot of the recording.
+// Prints the growth of the map: one line for each snapshot of the recording.
 void PrintHistory(const RecordingReader& reader) {
   fmt::print("{:>8} {:>10} {:>9} {:>9} {:>7} {:>8}\n", "frame", "time", "keyframes", "points", "objects",
              "tracking");
@@ -54,16 +53,16 @@ void PrintHistory(const RecordingReader& reader) {
   }
 }
 
-// What edits change; where none were asked for, that there are some.
+// Prints what edits change or, where none were asked for, that there are some.
 void PrintEdits(const std::filesystem::path& path, const std::string& edits) {
   const std::filesystem::path file = EditsFile(path, edits);
   if (file.empty()) {
-    if (std::filesystem::exists(viewer::EditsFileOf(path))) {
-      fmt::print("edits      {}, not applied (--edits auto)\n", viewer::EditsFileOf(path).string());
+    if (std::filesystem::exists(EditsFileOf(path))) {
+      fmt::print("edits      {}, not applied (--edits auto)\n", EditsFileOf(path).string());
     }
     return;
   }
-  const viewer::ObjectEdits read = viewer::ReadObjectEdits(file);
+  const ObjectEdits read = ReadObjectEdits(file);
   std::vector<std::string> hidden, deleted, merged;
   for (const auto& [id, edit] : read.All()) {
     if (edit.merged_into) {
@@ -87,7 +86,7 @@ void PrintInfo(const std::filesystem::path& path, bool config, bool history, con
     PrintVocabulary(path);
     return;
   }
-  const RecordingReader reader = OpenEdited(path, edits, viewer::HiddenObjects::kKeep);
+  const RecordingReader reader = OpenEdited(path, edits, HiddenObjects::kKeep);
   if (config) {
     fmt::print("{}", reader.Info().config);
     return;

@@ -6,7 +6,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "app/result/map_edits.h"
+#include "app/result/map_input.h"
 #include "render/camera/view_presets.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "app/result/map_layers.h"
+#include "app/result/map_input.h"
 #include "render/video/video.h"
 
 namespace sqslam::app {

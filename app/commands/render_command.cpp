@@ -12,10 +12,8 @@
 #include "app/commands/commands.h"
 #include "app/commands/render_arguments.h"
 #include "app/result/input_frames.h"
-#include "app/result/map_edits.h"
-#include "app/result/map_file.h"
-#include "app/run/interrupt.h"
-#include "app/run/progress.h"
+#include "app/result/map_input.h"
+#include "app/terminal/terminal.h"
 #include "render/picture/outlines.h"
 #include "render/picture/photo_overlay.h"
 #include "render/video/video_alignment.h"
@@ -215,7 +213,7 @@ int Render(const RenderArguments& a) {
     return Join(a);
   }
   PictureOptions options = MakePictureOptions(a);
-  const RecordingReader reader = OpenEdited(MapFile(a.map), a.edits, viewer::HiddenObjects::kLeaveOut);
+  const RecordingReader reader = OpenEdited(MapFile(a.map), a.edits, HiddenObjects::kLeaveOut);
   if (reader.Size() == 0) {
     throw InputError(fmt::format("{}: holds no snapshot, expected a map", a.map));
   }

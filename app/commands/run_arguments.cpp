@@ -125,10 +125,14 @@ SystemOptions RunArguments::Options() const {
   return options;
 }
 
-RunRequest RunArguments::Request() const {
+RunPictures RunArguments::Pictures() const {
   if (!video.empty()) {
     CheckVideoName(video);
   }
+  return {video, !no_render};
+}
+
+RunRequest RunArguments::Request() const {
   if (!detections.empty() && !detector.empty() && detector != "none") {
     throw UsageError(
         "--detections and --detector: boxes come from a file or from a network, expected one of them");
@@ -146,10 +150,7 @@ RunRequest RunArguments::Request() const {
                 "out", request.live_camera ? fmt::format("camera{}", *request.live_camera) : NameOf(input))
           : fs::path(output);
   request.options = Options();
-  request.video = video;
   request.realtime = realtime;
-  request.render = !no_render;
-  request.quiet = quiet;
   return request;
 }
 

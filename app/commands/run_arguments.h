@@ -6,11 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "app/run/run_pipeline.h"
+#include "app/run/terminal_run.h"
+#include "slam/run/run_pipeline.h"
 
 namespace sqslam::app {
 
-// What the command line of a run says, before it makes sense.
+// The command line of a run, as it was typed.
 struct RunArguments {
   std::string input;
   int camera_index = -1;  // -1: none
@@ -37,8 +38,9 @@ struct RunArguments {
 
   void AddTo(CLI::App& command);
 
-  // Both throw UsageError where what is said makes no sense.
+  // All throw UsageError where what is said makes no sense.
   SystemOptions Options() const;
+  RunPictures Pictures() const;
   RunRequest Request() const;
 };
 

@@ -4,7 +4,7 @@
 
 #include "app/commands/commands.h"
 #include "app/commands/run_arguments.h"
-#include "app/run/run_pipeline.h"
+#include "slam/run/run_pipeline.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
 
@@ -25,12 +25,12 @@ Examples:
   sqslam run --dump-config > my.yaml             every option with its default
 )";
 
-void Print(const RunSummary& summary) {
-  const RunStats& stats = summary.stats;
+void Print(const FinishedRun& run) {
+  const RunStats& stats = run.stats;
   const std::string dropped = stats.dropped > 0 ? fmt::format(" ({} more dropped)", stats.dropped) : "";
   fmt::print("{} of {} frames tracked{}, {} keyframes, {} points, {} objects in {:.1f} s\nresult: {}\n",
              stats.tracked, stats.frames, dropped, stats.keyframes, stats.points, stats.objects,
-             stats.wall_seconds, summary.output.string());
+             stats.wall_seconds, run.output.string());
 }
 
 void Run(const RunArguments& arguments, int& exit_code) {
@@ -42,12 +42,13 @@ void Run(const RunArguments& arguments, int& exit_code) {
     throw UsageError(
         "run: INPUT is missing, expected a sequence folder, an image folder, a video or a camera index");
   }
-  const RunSummary summary = RunPipeline(arguments.Request());
+  TerminalRun host(arguments.Pictures(), arguments.quiet);
+  const FinishedRun run = RunPipeline(arguments.Request(), host);
   if (!arguments.quiet) {
-    Print(summary);
+    Print(run);
   }
-  if (summary.interrupted) {
-    fmt::print(stderr, "sqslam: interrupted; what had been mapped is in {}\n", summary.output.string());
+  if (run.interrupted) {
+    fmt::print(stderr, "sqslam: interrupted; what had been mapped is in {}\n", run.output.string());
     exit_code = 130;
   }
 }

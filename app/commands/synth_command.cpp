@@ -6,7 +6,7 @@
 #include <string>
 
 #include "app/commands/commands.h"
-#include "app/run/progress.h"
+#include "app/terminal/terminal.h"
 #include "render/synthetic/synthetic_sequence.h"
 
 namespace sqslam::app {

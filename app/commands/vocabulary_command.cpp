@@ -9,7 +9,7 @@
 
 #include "app/commands/commands.h"
 #include "app/commands/training_images.h"
-#include "app/run/progress.h"
+#include "app/terminal/terminal.h"
 #include "slam/features/orb_extractor.h"
 #include "slam/recognition/vocabulary.h"
 #include "slam/util/options.h"

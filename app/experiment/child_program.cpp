@@ -20,7 +20,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// What the child finds open.
+// The files that the child finds open.
 class FileActions {
  public:
   explicit FileActions(const std::filesystem::path& log) {

@@ -4,7 +4,7 @@
 
 #include <charconv>
 
-#include "app/result/map_file.h"
+#include "app/result/map_input.h"
 #include "render/page/write_figure.h"
 #include "slam/evaluation/comparison.h"
 #include "slam/snapshot/recording.h"

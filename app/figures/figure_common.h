@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "app/run/progress.h"
+#include "app/terminal/terminal.h"
 #include "render/page/figure_options.h"
 #include "render/page/page.h"
 #include "slam/snapshot/snapshot.h"

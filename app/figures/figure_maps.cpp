@@ -6,7 +6,7 @@
 
 #include "app/figures/figure_common.h"
 #include "app/result/input_frames.h"
-#include "app/result/map_file.h"
+#include "app/result/map_input.h"
 #include "render/figures/panel_figures.h"
 #include "render/page/write_figure.h"
 #include "slam/io/image_resize.h"

@@ -9,7 +9,7 @@
 
 #include "app/figures/figure_common.h"
 #include "app/figures/object_views.h"
-#include "app/result/map_file.h"
+#include "app/result/map_input.h"
 #include "render/figures/evidence_figures.h"
 #include "render/page/panels.h"
 #include "render/page/write_figure.h"

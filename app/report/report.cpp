@@ -266,7 +266,7 @@ std::string RecordedSequence(const fs::path& result) {
 }  // namespace
 
 void WriteReport(const ReportInputs& inputs) {
-  const ReportData data = ReadReportData(inputs.result);
+  const ReportData data = ReadReportData(inputs.result, inputs.run);
   const std::string sequence = inputs.sequence.empty() ? RecordedSequence(inputs.result) : inputs.sequence;
   const std::string title =
       inputs.title.empty() ? FolderName(sequence.empty() ? inputs.result : fs::path(sequence)) : inputs.title;

@@ -3,6 +3,8 @@
 #include <filesystem>
 #include <string>
 
+#include "slam/run/run_host.h"
+
 namespace sqslam::app {
 
 struct ReportInputs {
@@ -11,6 +13,7 @@ struct ReportInputs {
   std::string sequence;          // what was mapped, as shown under the title; empty: as the recording says
   std::filesystem::path
       video;  // embedded where it is smaller than 8 MiB; empty: growth.mp4 or map.mp4 if there
+  const FinishedRun* run = nullptr;  // the run that was just made: its values instead of its files
 };
 
 // One self-contained page from what lies in the result folder: figures of the run, map.png, top view of

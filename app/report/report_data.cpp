@@ -30,21 +30,21 @@ ReportEvaluation ReadEvaluation(const std::filesystem::path& path) {
 
 }  // namespace
 
-ReportData ReadReportData(const std::filesystem::path& folder) {
+ReportData ReadReportData(const std::filesystem::path& folder, const FinishedRun* run) {
   if (!std::filesystem::is_directory(folder)) {
     throw InputError(fmt::format("{}: no such folder; expected the result folder of a run", folder.string()));
   }
   const auto has = [&](const char* name) { return std::filesystem::exists(folder / name); };
   ReportData data;
   data.folder = folder;
-  if (has("trajectory.txt")) {
-    data.trajectory = ReadTrajectory(folder / "trajectory.txt");
-  }
-  if (has("objects.json")) {
-    data.objects = ReadObjects(folder / "objects.json");
-  }
-  if (has("stats.json")) {
-    data.stats = ReadStats(folder / "stats.json");
+  if (run != nullptr) {
+    data.trajectory = run->result.map.trajectory;
+    data.objects = run->result.map.snapshot->objects;
+    data.stats = run->stats;
+  } else {
+    data.trajectory = has("trajectory.txt") ? ReadTrajectory(folder / "trajectory.txt") : Trajectory();
+    data.objects = has("objects.json") ? ReadObjects(folder / "objects.json") : data.objects;
+    data.stats = has("stats.json") ? std::optional(ReadStats(folder / "stats.json")) : std::nullopt;
   }
   if (has("eval.json")) {
     data.evaluation = ReadEvaluation(folder / "eval.json");

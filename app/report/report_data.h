@@ -10,6 +10,7 @@
 
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
+#include "slam/run/run_host.h"
 #include "slam/snapshot/snapshot.h"
 
 namespace sqslam::app {
@@ -35,8 +36,8 @@ struct ReportData {
   std::string_view Unit() const { return evaluation ? "m" : "map units"; }
 };
 
-// Throws InputError that names the broken file.
-ReportData ReadReportData(const std::filesystem::path& folder);
+// `run`: taken for what the folder holds of it, if given. Throws InputError that names the broken file.
+ReportData ReadReportData(const std::filesystem::path& folder, const FinishedRun* run);
 
 // Top view (x to the right, y up, seen against gravity) of the camera path, the ground truth's path where
 // there is one, and the outlines of the objects: an SVG element.

@@ -54,7 +54,7 @@ void InputFrames::TakeTrajectory(const fs::path& map_file) {
   }
 }
 
-// What the trajectory does not have: keyframes, then the newest frames of the snapshots.
+// Poses without a trajectory: of keyframes, then of the newest frames of the snapshots.
 void InputFrames::TakeRecording(const RecordingReader& recording) {
   std::map<std::int64_t, Rigid3d> poses;
   const MapSnapshotPtr last = recording.Last();

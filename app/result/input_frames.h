@@ -22,7 +22,7 @@ class InputFrames {
   // T_map_camera. Throws UsageError that tells which frames were tracked.
   Rigid3d PoseOf(std::int64_t frame) const;
 
-  // Whether the images are in a video that is still there.
+  // True where the images are in a video that is still there.
   bool HasVideo() const { return sequence_ && !sequence_->video_path.empty(); }
 
   // 8UC3, as it was mapped (a resized one in that size). Throws InputError where it cannot be found or read.

@@ -3,7 +3,7 @@
 #include <chrono>
 #include <utility>
 
-#include "app/result/map_layers.h"
+#include "app/result/map_input.h"
 
 namespace sqslam::viewer {
 namespace fs = std::filesystem;

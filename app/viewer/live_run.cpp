@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "app/experiment/child_program.h"
-#include "app/run/run_pictures.h"
+#include "app/report/report.h"
 #include "slam/util/error.h"
 
 namespace sqslam::viewer {
@@ -32,30 +32,9 @@ std::string StateName(TrackingState state) {
 
 }  // namespace
 
-struct LiveRun::Impl {
-  explicit Impl(const app::RunRequest& wanted) : request(wanted) {
-    request.quiet = true;
-    video = std::exchange(request.video, {});
-    request.watch.started = [this](std::int64_t frames) { Tell([&] { news.total = frames; }); };
-    request.watch.stopped = [this] {
-      const std::lock_guard lock(mutex);
-      return ended;
-    };
-    request.watch.go_on = [this] { return GoOn(); };
-    request.watch.tracked = [this](const Frame& frame, TrackingState state, const System& system) {
-      TakeFrame(frame, state, system);
-    };
-    request.watch.mapped = [this](const MapSnapshotPtr& map) {
-      Tell([&] {
-        news.map = map;
-        newest = map;
-        series.Add(*map);
-      });
-    };
-    request.watch.draw = [this](const MapSnapshot& map, const fs::path& result, StageTimes& times) {
-      WaitForPictures(map, result, times);
-    };
-  }
+struct LiveRun::Impl : RunHost {
+  Impl(const RunRequest& wanted, const app::RunPictures& wanted_pictures)
+      : request(wanted), pictures(wanted_pictures) {}
 
   template <typename Change>
   void Tell(Change&& change) {
@@ -63,8 +42,14 @@ struct LiveRun::Impl {
     change();
   }
 
-  // The gate before each frame.
-  bool GoOn() {
+  bool Ended() const {
+    const std::lock_guard lock(mutex);
+    return ended;
+  }
+
+  bool Stopped() const override { return Ended() || interrupt->Interrupted(); }
+
+  bool AdmitFrame() override {
     std::unique_lock lock(mutex);
     if (max_rate > 0.0) {
       const auto due = last_frame + std::chrono::duration_cast<Clock::duration>(
@@ -74,10 +59,14 @@ struct LiveRun::Impl {
     changed.wait(lock, [&] { return ended || !paused || steps > 0; });
     steps = std::max(0, steps - 1);
     last_frame = Clock::now();
-    return !ended;
+    return !ended && !interrupt->Interrupted();
   }
 
-  void TakeFrame(const Frame& frame, TrackingState state, const System& system) {
+  void ShowProgress(std::int64_t, std::int64_t total, const std::string&) override {
+    Tell([&] { news.total = total; });
+  }
+
+  void Tracked(const Frame& frame, TrackingState state, const System& system) override {
     FrameView view = system.Newest();
     auto shown = std::make_shared<ShownFrame>();
     shown->frame_index = frame.index;
@@ -96,10 +85,21 @@ struct LiveRun::Impl {
     });
   }
 
-  // Pictures are drawn by the thread of the window; a window that goes away leaves them out.
-  void WaitForPictures(const MapSnapshot& map, const fs::path& result, StageTimes& times) {
+  void Mapped(const MapSnapshotPtr& map) override {
+    Tell([&] {
+      news.map = map;
+      newest = map;
+      series.Add(*map);
+    });
+  }
+
+  // By the thread of the window, which has OpenGL; a window that goes away leaves the pictures out.
+  void Draw(const FinishedRun& run, StageTimes& times) override {
+    if (!pictures.draw) {
+      return;
+    }
     std::unique_lock lock(mutex);
-    drawing = [&map, &result, &times] { app::DrawRun(map, result, times, RenderBackend::kCurrent); };
+    drawing = [&run, &times] { app::DrawRun(run, times, RenderBackend::kCurrent); };
     changed.wait(lock, [&] { return !drawing || abandoned; });
     drawing = nullptr;
     if (draw_failure) {
@@ -108,24 +108,27 @@ struct LiveRun::Impl {
   }
 
   // By the program that draws without a window: this one's OpenGL belongs to the window's thread.
-  void Film(const app::RunSummary& summary) {
-    if (video.empty() || summary.interrupted) {
+  void Film(const FinishedRun& run) override {
+    const fs::path& video = pictures.video;
+    if (video.empty() || run.interrupted) {
       return;
     }
     Tell([&] { news.state = "making the video"; });
     const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "sqslam";
     const fs::path log = video.string() + ".log";
     const app::ChildResult made = app::RunChild(
-        {"render", summary.output.string(), "--growth", "--output", video.string(), "--quiet"}, log,
-        [this] {
-          const std::lock_guard lock(mutex);
-          return ended;
-        },
-        program);
+        {"render", run.output.string(), "--growth", "--output", video.string(), "--quiet"}, log,
+        [this] { return Ended(); }, program);
     std::error_code ignored;
     fs::remove(log, ignored);
     if (made.exit_code != 0 && !made.stopped) {
       throw InputError(fmt::format("{}: no video: {}", video.string(), made.message));
+    }
+  }
+
+  void Report(const FinishedRun& run) override {
+    if (pictures.draw) {
+      app::WriteReport({run.output, "", run.sequence, pictures.video, &run});
     }
   }
 
@@ -134,11 +137,10 @@ struct LiveRun::Impl {
     std::string error;
     fs::path result;
     try {
-      const app::RunSummary summary = app::RunPipeline(request);
-      result = fs::exists(summary.output / "map.sqmap") ? summary.output : fs::path();
-      Film(summary);
-      const std::lock_guard lock(mutex);
-      exit_code = summary.interrupted && !ended ? 130 : 0;  // by Ctrl-C, not by the window
+      interrupt.emplace();
+      const FinishedRun run = RunPipeline(request, *this);
+      result = fs::exists(run.output / "map.sqmap") ? run.output : fs::path();
+      exit_code = run.interrupted && !Ended() ? 130 : 0;  // by Ctrl-C, not by the window
     } catch (const UsageError& e) {
       exit_code = 2;
       error = e.what();
@@ -152,6 +154,7 @@ struct LiveRun::Impl {
       exit_code = 1;
       error = fmt::format("internal error: {}", e.what());
     }
+    interrupt.reset();
     Tell([&] {
       news.result = result;
       news.error = error;
@@ -160,9 +163,10 @@ struct LiveRun::Impl {
     });
   }
 
-  app::RunRequest request;
-  fs::path video;            // of the run's growth, made afterwards
-  mutable std::mutex mutex;  // of all that follows
+  RunRequest request;
+  app::RunPictures pictures;
+  std::optional<app::InterruptGuard> interrupt;  // while the run goes on
+  mutable std::mutex mutex;                      // of all that follows
   std::condition_variable changed;
   News news;
   MapSnapshotPtr newest;
@@ -180,7 +184,8 @@ struct LiveRun::Impl {
   std::thread thread;
 };
 
-LiveRun::LiveRun(const app::RunRequest& request) : impl_(std::make_unique<Impl>(request)) {}
+LiveRun::LiveRun(const RunRequest& request, const app::RunPictures& pictures)
+    : impl_(std::make_unique<Impl>(request, pictures)) {}
 
 LiveRun::~LiveRun() {
   impl_->Tell([&] { impl_->ended = impl_->abandoned = true; });

@@ -6,10 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "app/run/run_pipeline.h"
+#include "app/run/terminal_run.h"
 #include "app/viewer/model/run_series.h"
 #include "app/viewer/shown_frame.h"
 #include "app/viewer/timeline.h"
+#include "slam/run/run_pipeline.h"
 
 namespace sqslam::viewer {
 
@@ -17,7 +18,7 @@ namespace sqslam::viewer {
 // nothing waits for the window, and nothing piles up where it is slow.
 class LiveRun {
  public:
-  explicit LiveRun(const app::RunRequest& request);
+  LiveRun(const RunRequest& request, const app::RunPictures& pictures);
   ~LiveRun();  // ends the run; the owner has called DrawPending() until Finished(), or no pictures are made
   LiveRun(const LiveRun&) = delete;
   LiveRun& operator=(const LiveRun&) = delete;

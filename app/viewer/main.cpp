@@ -15,7 +15,7 @@
 #include <thread>
 
 #include "app/commands/run_arguments.h"
-#include "app/result/map_layers.h"
+#include "app/result/map_input.h"
 #include "app/viewer/desktop_window.h"
 #include "app/viewer/frame_timing.h"
 #include "app/viewer/gl_texture.h"
@@ -111,7 +111,7 @@ cv::Size ParseSize(const std::string& text) {
 class Loop {
  public:
   // `run`: to be watched, not started yet; or null.
-  Loop(const Arguments& arguments, std::unique_ptr<LiveRun> run, const app::RunRequest& request)
+  Loop(const Arguments& arguments, std::unique_ptr<LiveRun> run, const RunRequest& request)
       : live_(run != nullptr),
         timed_(arguments.timing),
         kept_(arguments.play.empty()),
@@ -290,8 +290,8 @@ int WatchRun(const Arguments& arguments, const app::RunArguments& run_arguments)
                    ? fmt::format("sqslam run --camera-index {}", run_arguments.camera_index)
                    : fmt::format("sqslam run {}", run_arguments.input));
   CheckArguments(arguments);  // before the run begins
-  const app::RunRequest request = run_arguments.Request();
-  auto run = std::make_unique<LiveRun>(request);
+  const RunRequest request = run_arguments.Request();
+  auto run = std::make_unique<LiveRun>(request, run_arguments.Pictures());
   run->Start();
   constexpr int kNiceness = 6;
   setpriority(PRIO_PROCESS, 0, kNiceness);

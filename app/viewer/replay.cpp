@@ -9,7 +9,7 @@
 #include <thread>
 #include <utility>
 
-#include "app/result/map_file.h"
+#include "app/result/map_input.h"
 #include "app/viewer/run_frames.h"
 #include "render/video/video_alignment.h"
 #include "slam/util/error.h"

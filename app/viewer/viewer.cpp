@@ -46,7 +46,7 @@ Viewer::~Viewer() = default;
 
 void Viewer::Open(const fs::path& path) { impl_->Open(path); }
 
-void Viewer::Watch(std::unique_ptr<LiveRun> run, const app::RunRequest& request) {
+void Viewer::Watch(std::unique_ptr<LiveRun> run, const RunRequest& request) {
   impl_->Watch(std::move(run), request);
 }
 

@@ -25,7 +25,7 @@ class Viewer {
   void Open(const std::filesystem::path& path);
 
   // Shows a run while it goes on, and its result afterwards. Closing ends it and saves.
-  void Watch(std::unique_ptr<LiveRun> run, const app::RunRequest& request);
+  void Watch(std::unique_ptr<LiveRun> run, const RunRequest& request);
 
   // Of the program: that of the run, as `sqslam run` would end; 0 without one.
   int ExitCode() const;

@@ -36,7 +36,7 @@ void Viewer::Impl::Read(const fs::path& path) {
   replay = std::make_unique<Replay>(path);
 }
 
-void Viewer::Impl::Watch(std::unique_ptr<LiveRun> new_run, const app::RunRequest& request) {
+void Viewer::Impl::Watch(std::unique_ptr<LiveRun> new_run, const RunRequest& request) {
   run = std::move(new_run);
   state.document = {};
   state.document.kind = Document::Kind::kRun;

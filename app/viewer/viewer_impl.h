@@ -48,7 +48,7 @@ struct Viewer::Impl {
 
   void Open(const std::filesystem::path& path);
   void Read(const std::filesystem::path& path);
-  void Watch(std::unique_ptr<LiveRun> new_run, const app::RunRequest& request);
+  void Watch(std::unique_ptr<LiveRun> new_run, const RunRequest& request);
   bool TakeNews();
   void TakeRunNews();
   void FinishRun(const LiveRun::News& news);

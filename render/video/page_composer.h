@@ -4,7 +4,7 @@
 #include <opencv2/core.hpp>
 #include <thread>
 
-#include "render/video/bounded_queue.h"
+#include "slam/util/bounded_queue.h"
 #include "render/video/video.h"
 #include "render/video/video_layout.h"
 

@@ -1,4 +1,4 @@
-#include "app/experiment/experiment_tables.h"
+#include "app/experiment/tables.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -87,7 +87,7 @@ TEST(AssociationTable, CountsLandmarksOfEachMode) {
   CellResult iou = MadeRun(1, 0.8, -1);
   iou.cell.association = "iou";
   iou.mapped = 5;
-  iou.doubles = 3;
+  iou.duplicates = 3;
   iou.extra = 1;
   iou.total_60 = 2;
   iou.found_60 = 1;

@@ -4,9 +4,8 @@
 #include <functional>
 #include <set>
 
-#include "app/experiment/experiment_cells.h"
-#include "app/experiment/experiment_config.h"
-#include "app/experiment/experiment_results.h"
+#include "app/experiment/cells.h"
+#include "app/experiment/config.h"
 #include "slam/util/error.h"
 #include "tests/io/temporary_folder.h"
 

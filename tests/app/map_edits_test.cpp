@@ -3,8 +3,8 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "app/viewer/model/object_edits.h"
-#include "run_program.h"
+#include "slam/snapshot/object_edits.h"
+#include "tests/app/run_program.h"
 #include "slam/io/result_files.h"
 #include "slam/snapshot/recording.h"
 #include "tests/render/hand_made_map.h"
@@ -32,7 +32,7 @@ class MapEditsTest : public ::testing::Test {
     edits_.Delete(0);
     edits_.Rename(1, "Ada's mug");
     edits_.Hide(2);
-    viewer::WriteObjectEdits(folder_.Path() / "map.sqmap.edits.json", edits_);
+    WriteObjectEdits(folder_.Path() / "map.sqmap.edits.json", edits_);
   }
 
   std::string Map() const { return folder_.Path().string(); }
@@ -45,7 +45,7 @@ class MapEditsTest : public ::testing::Test {
   }
 
   TemporaryFolder folder_;
-  viewer::ObjectEdits edits_;
+  ObjectEdits edits_;
 };
 
 TEST_F(MapEditsTest, PicturesShowTheEditedMap) {
@@ -104,7 +104,7 @@ TEST_F(MapEditsTest, BrokenAndMissingFilesAreNamed) {
 
 TEST_F(MapEditsTest, EditsOfAnotherMapAreWarnedOf) {
   edits_.Hide(42);
-  viewer::WriteObjectEdits(folder_.Path() / "other.json", edits_);
+  WriteObjectEdits(folder_.Path() / "other.json", edits_);
   const auto run = RunProgram("info " + Map() + " --edits " + File("other.json"));
   EXPECT_EQ(run.exit_code, 0);
   EXPECT_THAT(run.err, HasSubstr("the map has no object 42"));

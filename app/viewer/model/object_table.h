@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "app/viewer/model/object_edits.h"
+#include "slam/snapshot/object_edits.h"
 #include "slam/snapshot/snapshot.h"
 
 namespace sqslam::viewer {

@@ -6,7 +6,7 @@
 
 #include "app/viewer/model/annotation.h"
 #include "app/viewer/model/edit_history.h"
-#include "app/viewer/model/object_edits.h"
+#include "slam/snapshot/object_edits.h"
 #include "slam/geometry/rigid3.h"
 
 namespace sqslam::viewer {

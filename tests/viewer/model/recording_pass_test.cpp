@@ -3,7 +3,7 @@
 
 #include <numbers>
 
-#include "app/viewer/model/object_edits.h"
+#include "slam/snapshot/object_edits.h"
 #include "app/viewer/model/object_history.h"
 #include "app/viewer/model/run_series.h"
 #include "tests/io/temporary_folder.h"

@@ -1,0 +1,319 @@
+#include "app/experiment/cells.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <set>
+
+#include "slam/util/atomic_file.h"
+#include "slam/util/error.h"
+#include "slam/util/text_lines.h"
+
+namespace sqslam::app {
+namespace fs = std::filesystem;
+namespace {
+
+using Words = std::vector<std::string>;
+
+// Empty where the file cannot be read: whoever needs it will say so.
+std::string Contents(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::string NameOfCell(const ExperimentCell& cell) {
+  std::string name =
+      fmt::format("{}-{}-{}-{}", cell.sequence, cell.representation, cell.association, cell.method);
+  if (!cell.variant.empty()) {
+    name += fmt::format("-{}", cell.variant);
+  }
+  if (cell.max_objects != kAllObjects) {
+    name += fmt::format("-objects{}", cell.max_objects);
+  }
+  return name + fmt::format("-{}", cell.repetition);
+}
+
+void AddCells(const ExperimentGrid& grid, int repetition, std::set<std::string>& seen,
+              std::vector<ExperimentCell>& cells) {
+  for (const std::string& sequence : grid.sequences) {
+    for (const std::string& representation : grid.representations) {
+      for (const std::string& association : grid.associations) {
+        for (const std::string& method : grid.methods) {
+          for (const std::string& variant : grid.variants) {
+            for (const int limit : grid.max_objects) {
+              ExperimentCell cell{"",     sequence, representation, association,
+                                  method, variant,  limit,          repetition};
+              cell.name = NameOfCell(cell);
+              if (seen.insert(cell.name).second) {
+                cells.push_back(std::move(cell));
+              }
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
+const ExperimentSequence& SequenceOf(const ExperimentConfig& config, const std::string& name) {
+  return *std::find_if(config.sequences.begin(), config.sequences.end(),
+                       [&](const auto& sequence) { return sequence.name == name; });
+}
+
+void AddSet(const Words& assignments, Words& arguments) {
+  for (const std::string& assignment : assignments) {
+    arguments.insert(arguments.end(), {"--set", assignment});
+  }
+}
+
+void AddIf(bool wanted, const std::string& option, const std::string& value, Words& arguments) {
+  if (wanted) {
+    arguments.insert(arguments.end(), {option, value});
+  }
+}
+
+// Detections are given relative to the sequence folder, or as any other path of the configuration.
+fs::path DetectionsOf(const ExperimentConfig& config, const ExperimentSequence& sequence,
+                      const fs::path& path) {
+  if (sequence.detections.empty() || sequence.detections.is_absolute()) {
+    return sequence.detections;
+  }
+  const fs::path beside = path / sequence.detections;
+  return !sequence.scene.empty() || fs::exists(beside) ? beside : ResolvePath(config, sequence.detections);
+}
+
+using nlohmann::json;
+
+ObjectScore ScoreOf(const json& entry, bool found) {
+  return {entry.at("ground_truth").get<int>(),
+          entry.at("name").get<std::string>(),
+          entry.at("label").get<std::string>(),
+          entry.at("scored").get<bool>(),
+          found,
+          found ? entry.at("iou").get<double>() : 0.0};
+}
+
+void ReadScores(const json& eval, CellResult& result) {
+  if (!eval.contains("objects")) {
+    return;  // the sequence knows no objects
+  }
+  const json& summary = eval.at("summary");
+  const json& objects = eval.at("objects");
+  result.has_objects = true;
+  result.has_scored = summary.contains("scored");
+  result.mapped = summary.at("mapped").get<int>();
+  result.duplicates = summary.at("doubles").get<int>();
+  result.extra = summary.at("extra").get<int>();
+  for (const json& count : summary.at("coverage")) {
+    if (count.at("min_detections").get<int>() == 60) {
+      result.found_60 = count.at("mapped").get<int>();
+      result.total_60 = count.at("total").get<int>();
+    }
+  }
+  for (const json& entry : objects.at("matched")) {
+    result.objects.push_back(ScoreOf(entry, true));
+  }
+  for (const json& entry : objects.at("missed")) {
+    result.objects.push_back(ScoreOf(entry, false));
+  }
+  std::sort(result.objects.begin(), result.objects.end(),
+            [](const ObjectScore& a, const ObjectScore& b) { return a.id < b.id; });
+}
+
+}  // namespace
+
+std::vector<ExperimentCell> ListCells(const ExperimentConfig& config) {
+  int repetitions = 0;
+  for (const ExperimentGrid& grid : config.grids) {
+    repetitions = std::max(repetitions, grid.repetitions);
+  }
+  std::vector<ExperimentCell> cells;
+  std::set<std::string> seen;
+  for (int repetition = 1; repetition <= repetitions; ++repetition) {
+    for (const ExperimentGrid& grid : config.grids) {
+      if (repetition <= grid.repetitions) {
+        AddCells(grid, repetition, seen, cells);
+      }
+    }
+  }
+  return cells;
+}
+
+PreparedSequence Prepare(const ExperimentConfig& config, const ExperimentSequence& sequence,
+                         const ExperimentFolder& folder) {
+  PreparedSequence prepared;
+  if (sequence.scene.empty()) {
+    prepared.path = fs::weakly_canonical(ResolvePath(config, sequence.path));
+    prepared.detections = DetectionsOf(config, sequence, prepared.path);
+    std::string all = Contents(prepared.detections);
+    for (const char* name : {"boxes.txt", "camera.yaml", "rgb.txt", "groundtruth.txt", "objects_gt.json"}) {
+      all += Contents(prepared.path / name);
+    }
+    prepared.inputs = Fingerprint(all);
+    return prepared;
+  }
+  const fs::path scene = ResolvePath(config, sequence.scene);
+  Words rendering = {"synth", scene.string(), "--quiet"};
+  AddIf(sequence.frames > 0, "--frames", std::to_string(sequence.start + sequence.frames * sequence.stride),
+        rendering);
+  // The name changes with all that the images depend on, so that a rendered folder never is the wrong one.
+  std::string all = ReadFile(scene, "a scene description (YAML)");
+  for (std::size_t i = 2; i < rendering.size(); ++i) {
+    all.append("\n").append(rendering[i]);
+  }
+  prepared.inputs = Fingerprint(all);
+  prepared.path = folder.Rendered(fmt::format("{}-{}", scene.stem().string(), prepared.inputs.substr(0, 8)));
+  prepared.detections = DetectionsOf(config, sequence, prepared.path);
+  rendering.insert(rendering.end(), {"--output", prepared.path.string()});
+  prepared.rendering = std::move(rendering);
+  return prepared;
+}
+
+CellCommands CommandsOf(const ExperimentConfig& config, const PreparedSequence& prepared,
+                        const ExperimentCell& cell, const ExperimentFolder& folder) {
+  const ExperimentSequence& sequence = SequenceOf(config, cell.sequence);
+  const auto variant = std::find_if(config.variants.begin(), config.variants.end(),
+                                    [&](const auto& item) { return item.name == cell.variant; });
+  const std::string result = folder.Run(cell).string();
+  const bool limited = cell.max_objects != kAllObjects;
+  Words run = {"run", prepared.path.string(), "--output", result, "--no-render", "--quiet"};
+  AddIf(!sequence.format.empty(), "--format", sequence.format, run);
+  AddIf(!sequence.camera.empty(), "--camera", ResolvePath(config, sequence.camera).string(), run);
+  AddIf(limited || !prepared.detections.empty(), "--detections",
+        limited ? folder.Boxes(NameOfBoxes(cell)).string() : prepared.detections.string(), run);
+  AddIf(sequence.start > 0, "--start", std::to_string(sequence.start), run);
+  AddIf(sequence.frames > 0, "--frames", std::to_string(sequence.frames), run);
+  AddIf(sequence.stride > 1, "--stride", std::to_string(sequence.stride), run);
+  AddIf(!config.options.empty(), "--config", ResolvePath(config, config.options).string(), run);
+  if (config.deterministic) {
+    run.emplace_back("--deterministic");
+  }
+  AddIf(true, "--seed", std::to_string(config.seed + cell.repetition - 1), run);
+  AddIf(true, "--representation", cell.representation, run);
+  AddSet({"objects.association.method=" + cell.association, "objects.method=" + cell.method}, run);
+  AddSet(sequence.set, run);
+  AddSet(variant->set, run);
+  CellCommands commands{std::move(run), {}};
+  if (sequence.evaluate) {
+    commands.eval = {"eval", result, "--ground-truth", prepared.path.string(), "--quiet"};
+  }
+  return commands;
+}
+
+nlohmann::ordered_json SettingsOf(const ExperimentConfig& config, const PreparedSequence& sequence,
+                                  const CellCommands& commands, const ExperimentFolder& folder) {
+  const std::string root = folder.path.string();
+  const auto movable = [&](Words words) {
+    for (std::string& word : words) {
+      word = word.starts_with(root + "/") ? fmt::format(".{}", word.substr(root.size())) : word;
+    }
+    return words;
+  };
+  return {
+      {"run", movable(commands.run)},
+      {"eval", movable(commands.eval)},
+      {"options", config.options.empty() ? "" : Fingerprint(Contents(ResolvePath(config, config.options)))},
+      {"inputs", sequence.inputs}};
+}
+
+std::string NameOfBoxes(const ExperimentCell& cell) {
+  return fmt::format("{}+{}", cell.sequence, cell.max_objects);  // names of sequences have no '+'
+}
+
+std::string LimitBoxes(const fs::path& boxes, int count) {
+  const std::vector<TextLine> lines = ReadTextLines(boxes, "a boxes.txt");
+  constexpr std::size_t kLabel = 1;
+  constexpr std::size_t kId = 7;
+  for (const TextLine& line : lines) {
+    if (line.words.size() <= kLabel) {
+      ThrowBadLine(boxes, line, "'timestamp label score x y w h [object_id [visible_fraction]]'");
+    }
+  }
+  const bool has_ids =
+      std::all_of(lines.begin(), lines.end(), [](const TextLine& line) { return line.words.size() > kId; });
+  const std::size_t column = has_ids ? kId : kLabel;
+  const auto is_object = [&](const TextLine& line) {  // an id below 0 is nothing that is there
+    return !has_ids || !line.words[kId].starts_with('-');
+  };
+  std::map<std::string, int> counts;
+  for (const TextLine& line : lines) {
+    counts[line.words[column]] += is_object(line) ? 1 : 0;
+  }
+  std::vector<std::pair<int, std::string>> order;  // most boxes first
+  for (const auto& [object, boxes_of_it] : counts) {
+    if (boxes_of_it > 0) {
+      order.emplace_back(-boxes_of_it, object);
+    }
+  }
+  std::sort(order.begin(), order.end());
+  std::set<std::string> kept;
+  for (std::size_t i = 0; i < order.size() && i < static_cast<std::size_t>(count); ++i) {
+    kept.insert(order[i].second);
+  }
+  std::string text =
+      fmt::format("# boxes of {} {} of {}\n", kept.size(), has_ids ? "objects" : "labels", boxes.string());
+  for (const TextLine& line : lines) {
+    if (is_object(line) && kept.contains(line.words[column])) {
+      text += line.text + "\n";
+    }
+  }
+  return text;
+}
+
+fs::path BoxesOf(const PreparedSequence& sequence) {
+  const fs::path boxes = sequence.detections.empty() ? sequence.path / "boxes.txt" : sequence.detections;
+  if (!fs::is_regular_file(boxes)) {
+    throw InputError(fmt::format("{}: max_objects needs a boxes.txt, expected one there", boxes.string()));
+  }
+  return boxes;
+}
+
+std::string Fingerprint(std::string_view text) {
+  std::uint64_t hash = 14695981039346656037ULL;
+  for (const char c : text) {
+    hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ULL;
+  }
+  return fmt::format("{:016x}", hash);
+}
+
+void WriteCellRecord(const fs::path& run, const nlohmann::ordered_json& settings, int jobs,
+                     const std::string& program) {
+  const nlohmann::ordered_json record = {{"format", "sqslam-cell"},
+                                         {"version", 1},
+                                         {"jobs", jobs},
+                                         {"program", program},
+                                         {"settings", settings}};
+  WriteFileAtomically(run / "cell.json", record.dump(1) + "\n");
+}
+
+std::optional<CellResult> ReadCellResult(const fs::path& run, const ExperimentCell& cell,
+                                         const nlohmann::ordered_json& settings) {
+  if (!fs::exists(run / "cell.json")) {
+    return std::nullopt;
+  }
+  try {
+    const auto record = nlohmann::ordered_json::parse(ReadFile(run / "cell.json", "the record of a cell"));
+    if (record.at("settings") != settings) {
+      return std::nullopt;
+    }
+    CellResult result;
+    result.cell = cell;
+    result.jobs = record.at("jobs").get<int>();
+    result.program = record.at("program").get<std::string>();
+    result.stats = ReadStats(run / "stats.json");
+    if (!settings.at("eval").empty()) {
+      ReadScores(json::parse(ReadFile(run / "eval.json", "an evaluation")), result);
+    }
+    return result;
+  } catch (const InputError&) {  // missing or broken files
+  } catch (const json::exception&) {
+  }
+  return std::nullopt;
+}
+
+std::string ProgramFingerprint() { return Fingerprint(Contents("/proc/self/exe")); }
+
+}  // namespace sqslam::app

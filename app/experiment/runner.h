@@ -1,0 +1,50 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "app/experiment/cells.h"
+
+namespace sqslam::app {
+
+struct CellFailure {
+  std::string cell;
+  int exit_code = 1;  // of the program; 1 where a signal ended it
+  std::string message;
+};
+
+struct ExperimentOutcome {
+  std::vector<CellResult> results;  // finished cells, in the order of ListCells
+  std::vector<CellFailure> failures;
+  int cells = 0;   // in all
+  int reused = 0;  // finished before
+  bool interrupted = false;
+};
+
+struct PlannedCell {
+  ExperimentCell cell;
+  CellCommands commands;
+  nlohmann::ordered_json settings;
+  std::optional<CellResult> finished;  // by an earlier call
+};
+
+struct ExperimentPlan {
+  ExperimentConfig config;
+  ExperimentFolder folder;
+  std::map<std::string, PreparedSequence> sequences;  // by name
+  std::vector<PlannedCell> cells;
+};
+
+ExperimentPlan PlanExperiment(const ExperimentConfig& config, const ExperimentFolder& folder);
+
+using StopRequest = std::function<bool()>;
+using LinePrinter = std::function<void(const std::string&)>;
+
+// Runs what is not finished, `config.jobs` cells at a time, each as a process of its own. A cell that fails
+// is recorded, and the others go on. `stop` ends it early, with nothing lost but the cells at work. `print`
+// gets a line for each cell that ends, from one thread at a time.
+ExperimentOutcome RunExperiment(ExperimentPlan plan, const StopRequest& stop, const LinePrinter& print);
+
+}  // namespace sqslam::app

@@ -1,0 +1,137 @@
+#include "app/result/map_input.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+
+#include "slam/evaluation/true_path.h"
+#include "slam/util/error.h"
+
+namespace sqslam::app {
+namespace fs = std::filesystem;
+namespace {
+
+TruePath LayOver(const MapSnapshot& map, const fs::path& sequence) {
+  const std::optional<TruePath> path = LayTruePath(ReadTruePoses(sequence), map);
+  if (!path) {
+    throw InputError(CannotBeLaid(sequence));
+  }
+  return *path;
+}
+
+}  // namespace
+
+fs::path MapFile(const fs::path& map) { return fs::is_directory(map) ? map / "map.sqmap" : map; }
+
+void AddEditsOption(CLI::App& command, std::string& edits) {
+  command
+      .add_option("--edits", edits,
+                  "FILE.json with edits of the objects (names, labels, hidden, deleted and merged ones), as "
+                  "the viewer saves them; auto: the one beside the map. Without it the map as it was made")
+      ->type_name("FILE");
+}
+
+fs::path EditsFile(const fs::path& recording, const std::string& edits) {
+  if (edits != "auto") {
+    return edits;
+  }
+  const fs::path beside = EditsFileOf(recording);
+  if (!fs::exists(beside)) {
+    throw InputError(
+        fmt::format("--edits auto: {} does not exist, expected edits beside the map", beside.string()));
+  }
+  return beside;
+}
+
+RecordingReader OpenEdited(const fs::path& recording, const std::string& edits, HiddenObjects hidden) {
+  const fs::path file = EditsFile(recording, edits);
+  if (file.empty()) {
+    return RecordingReader(recording);
+  }
+  const ObjectEdits read = ReadObjectEdits(file);
+  const RecordingReader plain(recording);
+  if (plain.Size() > 0) {
+    const std::vector<int> unknown = UnknownIds(read, *plain.Last());
+    if (!unknown.empty()) {
+      spdlog::warn("{}: the map has no object {}: are these edits of another map?", file.string(),
+                   fmt::join(unknown, ", "));
+    }
+  }
+  return RecordingReader(
+      recording, [read, hidden](const MapSnapshotPtr& snapshot) { return Apply(read, *snapshot, hidden); });
+}
+
+std::string CannotBeLaid(const fs::path& sequence) {
+  return fmt::format(
+      "{}: its true poses cannot be laid over the map, expected three or more at the times of keyframes, not "
+      "on one line",
+      sequence.string());
+}
+
+PointCloud ReadDenseCloud(const fs::path& file) {
+  PointCloud cloud = ReadPointCloud(file);
+  if (cloud.points.empty()) {
+    throw InputError(fmt::format("{}: holds no point with finite coordinates", file.string()));
+  }
+  if (cloud.skipped > 0) {
+    spdlog::warn("{}: {} points without finite coordinates are left out", file.string(), cloud.skipped);
+  }
+  return cloud;
+}
+
+void AddLayerOptions(CLI::App& command, LayerArguments& a) {
+  const char* group = "Layers";
+  command
+      .add_option("--ground-truth", a.ground_truth,
+                  "Sequence folder: its true camera path, laid over the keyframes by the best similarity; "
+                  "auto: of the sequence that was mapped")
+      ->type_name("SEQUENCE")
+      ->group(group);
+  command
+      .add_option("--dense-cloud", a.dense_cloud,
+                  "FILE.ply with x y z, and red green blue if it has them, or a text with x y z")
+      ->type_name("FILE")
+      ->group(group);
+  command
+      .add_option("--dense-cloud-frame", a.dense_cloud_frame,
+                  "map, or world: that of the true poses of --ground-truth (without it: of the sequence that "
+                  "was mapped)")
+      ->check(CLI::IsMember({"map", "world"}))
+      ->capture_default_str()
+      ->group(group);
+}
+
+std::shared_ptr<const ColoredPoints> PlaceCloud(const PointCloud& cloud, const Sim3d& S_map_file) {
+  auto placed = std::make_shared<ColoredPoints>();
+  placed->p_map.reserve(cloud.points.size());
+  for (const Eigen::Vector3d& p : cloud.points) {
+    placed->p_map.push_back((S_map_file * p).cast<float>());
+  }
+  placed->rgb = cloud.rgb;
+  return placed;
+}
+
+SceneLayers ReadLayers(const LayerArguments& a, const MapSnapshot& map, const fs::path& sequence) {
+  SceneLayers layers;
+  const bool in_world = !a.dense_cloud.empty() && a.dense_cloud_frame == "world";
+  Sim3d S_map_file;
+  if (!a.ground_truth.empty() || in_world) {
+    const bool own = a.ground_truth.empty() || a.ground_truth == "auto";
+    if (own && sequence.empty()) {
+      throw UsageError("the map does not say what was mapped, expected --ground-truth SEQUENCE");
+    }
+    const TruePath path = LayOver(map, own ? sequence : fs::path(a.ground_truth));
+    if (!a.ground_truth.empty()) {
+      layers.true_path = path.pieces;
+    }
+    S_map_file = in_world ? path.S_world_map.Inverse() : Sim3d();
+  }
+  if (!a.dense_cloud.empty()) {
+    layers.dense_cloud = PlaceCloud(ReadDenseCloud(a.dense_cloud), S_map_file);
+  }
+  return layers;
+}
+
+}  // namespace sqslam::app

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "render/scene/scene_layers.h"
+#include "slam/geometry/rigid3.h"
+#include "slam/io/point_cloud.h"
+#include "slam/snapshot/object_edits.h"
+#include "slam/snapshot/recording.h"
+
+namespace CLI {
+class App;
+}
+
+namespace sqslam::app {
+
+// The recording that the user means: the file itself, or map.sqmap in a result folder.
+std::filesystem::path MapFile(const std::filesystem::path& map);
+
+// --edits: edits of the map's objects that the viewer saved. Without it commands show what was mapped.
+void AddEditsOption(CLI::App& command, std::string& edits);
+
+// The file that the option means: itself, with "auto" the one beside the recording; empty where it was not
+// given. Throws InputError where "auto" finds none.
+std::filesystem::path EditsFile(const std::filesystem::path& recording, const std::string& edits);
+
+// A recording whose every snapshot is edited on the way. Warns of edits of objects that the map does not
+// have. Throws InputError that names the file.
+RecordingReader OpenEdited(const std::filesystem::path& recording, const std::string& edits,
+                           HiddenObjects hidden);
+
+// Layers that are drawn with a map besides what it holds: options of `sqslam render` and of the viewer.
+struct LayerArguments {
+  std::string ground_truth;               // a sequence; "auto": the one that was mapped; empty: no true path
+  std::string dense_cloud;                // a file; empty: none
+  std::string dense_cloud_frame = "map";  // "map", or "world": that of the true poses
+};
+
+void AddLayerOptions(CLI::App& command, LayerArguments& arguments);
+
+// Reads what the arguments name and lays it over the finished map. `sequence`: what was mapped. Throws
+// InputError that names the file, UsageError where "auto" has nothing to mean.
+SceneLayers ReadLayers(const LayerArguments& arguments, const MapSnapshot& map,
+                       const std::filesystem::path& sequence);
+
+// The message for true poses that LayTruePath cannot lay over a map.
+std::string CannotBeLaid(const std::filesystem::path& sequence);
+
+// ReadPointCloud, but a cloud without points is an error and points that are none are told.
+PointCloud ReadDenseCloud(const std::filesystem::path& file);
+
+// A cloud in the frame of a map.
+std::shared_ptr<const ColoredPoints> PlaceCloud(const PointCloud& cloud, const Sim3d& S_map_file);
+
+}  // namespace sqslam::app

@@ -1,0 +1,109 @@
+#include "app/run/terminal_run.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <opencv2/imgcodecs.hpp>
+#include <string>
+#include <utility>
+
+#include "app/report/report.h"
+#include "render/video/video.h"
+#include "slam/snapshot/recording.h"
+#include "slam/util/atomic_file.h"
+#include "slam/util/error.h"
+
+namespace sqslam::app {
+namespace fs = std::filesystem;
+namespace {
+
+struct PictureView {
+  const char* file;
+  double azimuth;    // degrees from the three-quarter view
+  double elevation;  // degrees from the three-quarter view
+};
+
+void WritePicture(const fs::path& path, const cv::Mat& picture) {
+  AtomicPath file(path);
+  if (!cv::imwrite(file.Path().string(), picture)) {
+    throw InputError(fmt::format(
+        "{}: the picture cannot be written, expected free space and a writable folder", path.string()));
+  }
+  file.Commit();
+}
+
+}  // namespace
+
+void DrawRun(const FinishedRun& run, StageTimes& times, RenderBackend backend) {
+  PictureOptions options;
+  options.backend = backend;
+  PictureRenderer renderer(options);
+  renderer.SetMap(*run.result.map.snapshot);
+  fs::create_directories(run.output / "figures");
+  for (const PictureView& view :
+       {PictureView{"map.png", 0.0, 0.0}, PictureView{"figures/above.png", 0.0, 60.0},
+        PictureView{"figures/left.png", -50.0, 0.0}, PictureView{"figures/right.png", 50.0, 0.0}}) {
+    const StageTimes::Scope timer(times, "render");
+    CameraOverrides turn;
+    turn.azimuth = view.azimuth;
+    turn.elevation = view.elevation;
+    WritePicture(run.output / view.file, renderer.Render(turn.ApplyTo(renderer.DefaultCamera())));
+  }
+}
+
+TerminalRun::TerminalRun(RunPictures pictures, bool quiet) : pictures_(std::move(pictures)), quiet_(quiet) {}
+
+void TerminalRun::Say(const std::string& news) {
+  if (!quiet_) {
+    spdlog::info(news);
+  }
+}
+
+void TerminalRun::ShowProgress(std::int64_t done, std::int64_t total, const std::string& state) {
+  if (!progress_) {
+    progress_.emplace(total, quiet_);
+  }
+  progress_->Update(done, state);
+}
+
+void TerminalRun::EndProgress() {
+  if (progress_) {
+    progress_->Finish();
+    progress_.reset();
+  }
+}
+
+void TerminalRun::Draw(const FinishedRun& run, StageTimes& times) {
+  if (pictures_.draw) {
+    DrawRun(run, times);
+  }
+}
+
+void TerminalRun::Film(const FinishedRun& run) {
+  if (pictures_.video.empty()) {
+    return;
+  }
+  if (run.interrupted) {
+    spdlog::warn("no video of an interrupted run; sqslam render {} --growth --output {} makes it",
+                 run.output.string(), pictures_.video.string());
+    return;
+  }
+  VideoOptions options;
+  options.fps = 15.0;  // half a camera's rate: new maps come a few times a second
+  options.seconds = 20.0;
+  WriteGrowthVideo(RecordingReader(run.output / "map.sqmap"), options, pictures_.video,
+                   [this](int done, int total) {
+                     ShowProgress(done, total, "of the video");
+                     return !Stopped();
+                   });
+  EndProgress();
+  filmed_ = true;
+}
+
+void TerminalRun::Report(const FinishedRun& run) {
+  if (pictures_.draw) {
+    WriteReport({run.output, "", run.sequence, filmed_ ? pictures_.video : fs::path(), &run});
+  }
+}
+
+}  // namespace sqslam::app

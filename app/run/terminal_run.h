@@ -1,0 +1,44 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "app/terminal/terminal.h"
+#include "render/picture/picture.h"
+#include "slam/run/run_host.h"
+
+namespace sqslam::app {
+
+// Draws a finished run into its result folder: map.png (three-quarter view) and figures/ (from above and from
+// both sides). `times` takes the duration of each as stage render. Throws InputError where a file cannot be
+// written.
+void DrawRun(const FinishedRun& run, StageTimes& times, RenderBackend backend = RenderBackend::kAuto);
+
+struct RunPictures {
+  std::filesystem::path video;  // growth of the map as a video; empty: none
+  bool draw = true;             // map.png, figures/ and report.html
+};
+
+// The host of a run at a terminal: Ctrl-C ends the run, stderr says how far it is, and its pictures are drawn
+// without a display.
+class TerminalRun : public RunHost {
+ public:
+  TerminalRun(RunPictures pictures, bool quiet);
+
+  bool Stopped() const override { return interrupt_.Interrupted(); }
+  void Say(const std::string& news) override;
+  void ShowProgress(std::int64_t done, std::int64_t total, const std::string& state) override;
+  void EndProgress() override;
+  void Draw(const FinishedRun& run, StageTimes& times) override;
+  void Film(const FinishedRun& run) override;  // twenty seconds at most; Ctrl-C ends it where it is
+  void Report(const FinishedRun& run) override;
+
+ private:
+  RunPictures pictures_;
+  bool quiet_;
+  bool filmed_ = false;
+  InterruptGuard interrupt_;
+  std::optional<Progress> progress_;
+};
+
+}  // namespace sqslam::app

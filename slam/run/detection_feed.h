@@ -1,0 +1,55 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "slam/detection/background_detector.h"
+#include "slam/io/detection_writer.h"
+#include "slam/system.h"
+
+namespace sqslam {
+
+// Feeds frames to a system and, a little later, the boxes that a detector finds in them, which it also keeps
+// in a file. Without a detector frames are passed on with the boxes that they have.
+class DetectionFeed {
+ public:
+  struct Options {
+    DetectionOptions detection;
+    bool deterministic = false;
+    // A recording is read no faster than the camera took it while the network is at work, so that most
+    // objects are seen. 0: whoever delivers the frames keeps the time.
+    double frame_interval = 0.0;            // s
+    std::filesystem::path boxes;            // boxes.txt to write
+    std::string settings;                   // what the boxes are made with, its first line
+    Eigen::Vector2d file_pixels{1.0, 1.0};  // see FilePixels()
+  };
+
+  DetectionFeed() = default;
+  DetectionFeed(Detector detector, Options options);
+
+  TrackingState Process(const Frame& frame, System& system);
+
+  // Waits for the boxes of the last frames, and gives the file its name.
+  void Finish(System& system);
+
+  // The network or the disk failed: nothing more will come. What was mapped is to be saved first; then
+  // ThrowFailure throws InputError where there was one.
+  bool Failed() const { return !failure_.empty(); }
+  void ThrowFailure() const;
+
+  std::map<std::string, StageTimes::Summary> Times() const;
+
+ private:
+  std::vector<FrameBoxes> TakeBoxes(bool all);
+  void Deliver(const std::vector<FrameBoxes>& frames, System& system);
+
+  Options options_;
+  std::optional<BackgroundDetector> detector_;
+  std::optional<DetectionWriter> writer_;
+  std::string failure_;
+};
+
+}  // namespace sqslam

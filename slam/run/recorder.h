@@ -1,0 +1,47 @@
+#pragma once
+
+#include <exception>
+#include <filesystem>
+#include <mutex>
+#include <thread>
+
+#include "slam/snapshot/recording.h"
+#include "slam/snapshot/snapshot.h"
+#include "slam/util/bounded_queue.h"
+
+namespace sqslam {
+
+// Writes the snapshots of a run into map.sqmap on a thread of its own: mapping waits neither for their
+// serialisation and compression nor for the disk. A disk that fills up does not end the mapping: the failure
+// is kept for the thread that plays the frames, which stops the run and saves the rest.
+class Recorder {
+ public:
+  Recorder(const std::filesystem::path& path, const RecordingInfo& info);
+  ~Recorder();  // writes what still waits
+  Recorder(const Recorder&) = delete;
+  Recorder& operator=(const Recorder&) = delete;
+
+  // Queues a snapshot; from one thread at a time, in the order of the recording. Waits while the queue is
+  // full, so that a slow disk does not fill the memory with maps.
+  void Add(const MapSnapshotPtr& snapshot);
+
+  // Writes what still waits and closes the file. Throws the failure of the first snapshot that could not be
+  // written (InputError on a full disk); none after it was.
+  void Close();
+
+  bool Failed() const;
+  MapSnapshotPtr Newest() const;  // the one queued last; null before the first
+
+ private:
+  void WriteSnapshots();
+  void Join();
+
+  RecordingWriter writer_;  // of the thread while it runs, then of whoever has joined it
+  BoundedQueue<MapSnapshotPtr> waiting_;
+  mutable std::mutex mutex_;  // guards the next two
+  MapSnapshotPtr newest_;
+  std::exception_ptr failure_;
+  std::thread thread_;
+};
+
+}  // namespace sqslam

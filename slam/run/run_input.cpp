@@ -1,0 +1,114 @@
+#include "slam/run/run_input.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+#include "slam/io/camera_guess.h"
+#include "slam/io/camera_presets.h"
+#include "slam/io/camera_yaml.h"
+#include "slam/util/error.h"
+
+namespace sqslam {
+namespace {
+
+Sequence LiveSequence(const RunRequest& request) {
+  if (!request.sequence.detections.empty()) {
+    throw UsageError("--detections: boxes of a recording, expected none with a live camera");
+  }
+  Sequence sequence;
+  sequence.path = fmt::format("camera {}", *request.live_camera);
+  if (request.sequence.camera.empty() || request.sequence.camera == kAutoCamera) {
+    constexpr int kWidth = 640;  // what every camera can give
+    constexpr int kHeight = 480;
+    const CameraGuess guess = GuessCamera(kWidth, kHeight, Camera().fps);
+    sequence.camera = guess.camera;
+    sequence.guessed_by = guess.source;
+  } else {
+    sequence.camera = ReadCamera(CameraFile(request.sequence.camera));
+  }
+  return sequence;
+}
+
+void CheckRequest(const RunRequest& request, const Sequence& sequence) {
+  if (request.HasRealClock() && request.options.deterministic) {
+    throw UsageError(
+        "--deterministic: which frames are dropped differs from run to run, expected no --realtime and no "
+        "live camera");
+  }
+  if (request.options.mapping.camera.what == LearntPart::kFocalAndRadial) {
+    throw UsageError(
+        "mapping.camera.what=focal+radial: keypoints of a run stay undistorted as the camera given says, "
+        "expected none or focal; --camera auto learns both before the run");
+  }
+  if (!request.live_camera && request.range.SizeIn(sequence) <= 0) {
+    throw UsageError(
+        fmt::format("--start {} --frames {}: nothing left, expected a part of the sequence's {} frames",
+                    request.range.start, request.range.count, sequence.frames.size()));
+  }
+}
+
+std::unique_ptr<FrameStream> OpenFrames(const RunRequest& request, const Sequence& sequence,
+                                        const RunHost& host) {
+  if (request.live_camera) {
+    return std::make_unique<LiveSource>(request.open_camera(*request.live_camera, sequence.camera),
+                                        sequence.camera, sequence.path.string(), request.range, LiveClock(),
+                                        [&host] { return host.Stopped(); });
+  }
+  return std::make_unique<FrameSource>(sequence, request.range);
+}
+
+}  // namespace
+
+RunInput OpenInput(const RunRequest& request, const RunHost& host) {
+  RunInput input;
+  input.sequence = request.live_camera ? LiveSequence(request) : OpenSequence(request.sequence);
+  CheckRequest(request, input.sequence);
+  input.network = ChooseNetwork(request.options.detection, input.sequence);
+  input.frames = OpenFrames(request, input.sequence, host);
+  if (input.network) {
+    input.detector.emplace(*input.network);
+  }
+  return input;
+}
+
+std::optional<NetworkOptions> ChooseNetwork(const DetectionOptions& options, const Sequence& sequence) {
+  if (options.network == "none" || (options.network == "auto" && sequence.has_detections)) {
+    if (!sequence.has_detections) {
+      spdlog::warn("{}: no boxes.txt, no --detections and no --detector, so the map will hold no objects",
+                   sequence.path.string());
+    }
+    return std::nullopt;
+  }
+  if (options.network != "auto") {
+    return LoadNetwork(options.network);
+  }
+  for (const char* name : {"yolox-nano", "centernet"}) {  // the better one first
+    try {
+      return LoadNetwork(name);
+    } catch (const InputError&) {  // its weights are not there
+    }
+  }
+  spdlog::warn(
+      "{}: no boxes and no detector, so the map will hold no objects; scripts/fetch-detector.sh obtains one",
+      sequence.path.string());
+  return std::nullopt;
+}
+
+std::optional<double> NextTimestamp(const FrameRange& range, const Sequence& sequence, const Frame& frame) {
+  const std::int64_t next = frame.index + range.stride;
+  const std::int64_t end = range.start + range.SizeIn(sequence) * range.stride;
+  const bool there = next < std::min(end, static_cast<std::int64_t>(sequence.frames.size()));
+  return there ? std::optional(sequence.frames[static_cast<std::size_t>(next)].timestamp) : std::nullopt;
+}
+
+double FrameInterval(const FrameRange& range, const Sequence& sequence) {
+  const std::vector<SequenceFrame>& frames = sequence.frames;
+  const double interval = frames.size() < 2 ? 1.0 / sequence.camera.fps
+                                            : (frames.back().timestamp - frames.front().timestamp) /
+                                                  static_cast<double>(frames.size() - 1);
+  return interval * static_cast<double>(range.stride);
+}
+
+}  // namespace sqslam

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "slam/detection/detector.h"
+#include "slam/detection/network_options.h"
+#include "slam/io/frame_source.h"
+#include "slam/io/live_source.h"
+#include "slam/io/sequence.h"
+#include "slam/run/run_host.h"
+#include "slam/system_options.h"
+
+namespace sqslam {
+
+using CameraOpener = std::function<std::unique_ptr<FrameGrabber>(int index, const Camera& camera)>;
+
+struct RunRequest {
+  SequenceRequest sequence;        // of a live camera only its calibration counts
+  std::optional<int> live_camera;  // index of a camera of this machine, instead of a sequence
+  CameraOpener open_camera = OpenCamera;
+  FrameRange range;
+  std::filesystem::path output;  // folder that is made; must not exist or be empty
+  SystemOptions options;
+  bool realtime = false;  // play at the sequence's own speed and drop late frames
+
+  bool HasRealClock() const { return realtime || live_camera; }
+};
+
+// The frames of a run, and the network for their boxes.
+struct RunInput {
+  Sequence sequence;  // without frames for a live camera
+  std::unique_ptr<FrameStream> frames;
+  std::optional<NetworkOptions> network;  // empty where the boxes come with the sequence, or there is none
+  std::optional<Detector> detector;       // the network loaded
+};
+
+// Throws InputError and UsageError for what cannot be used or makes no sense. Writes nothing.
+RunInput OpenInput(const RunRequest& request, const RunHost& host);
+
+// The network that is to find the boxes of a sequence; empty where they come with it, or where there is none
+// (a warning then says what would help). Throws as LoadNetwork does.
+std::optional<NetworkOptions> ChooseNetwork(const DetectionOptions& options, const Sequence& sequence);
+
+// Timestamp of the frame that is played after this one; empty for the last.
+std::optional<double> NextTimestamp(const FrameRange& range, const Sequence& sequence, const Frame& frame);
+
+// Mean time between the frames that are played, seconds. Lists of images need not say how many there are a
+// second.
+double FrameInterval(const FrameRange& range, const Sequence& sequence);
+
+}  // namespace sqslam

@@ -1,0 +1,193 @@
+#include "slam/run/run_pipeline.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+
+#include <chrono>
+#include <utility>
+
+#include "slam/io/camera_yaml.h"
+#include "slam/run/auto_camera.h"
+#include "slam/run/detection_feed.h"
+#include "slam/run/pace.h"
+#include "slam/run/recorder.h"
+#include "slam/run/result_folder.h"
+#include "slam/util/atomic_file.h"
+#include "slam/util/error.h"
+#include "slam/util/options.h"
+
+namespace sqslam {
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+namespace {
+
+DetectionFeed MakeFeed(const RunRequest& request, RunInput& input, RunHost& host) {
+  if (!input.detector) {
+    return {};
+  }
+  host.Say(fmt::format("boxes by {}", fs::path(input.network->file).filename().string()));
+  return {std::move(*input.detector),
+          {request.options.detection, request.options.deterministic,
+           request.HasRealClock() ? 0.0 : FrameInterval(request.range, input.sequence),
+           request.output / "boxes.txt",
+           fmt::format("boxes of {}, {}", input.sequence.path.string(), Fingerprint(*input.network)),
+           FilePixels(input.sequence)}};
+}
+
+// A camera that is only guessed is learnt on during the run.
+SystemOptions OptionsFor(const AutoCamera& camera, SystemOptions options) {
+  if (camera.IsGuessed() && options.mapping.camera.what == LearntPart::kNone) {
+    // Keypoints are undistorted by the radial coefficient: it stays.
+    options.mapping.camera.what = LearntPart::kFocal;
+  }
+  return options;
+}
+
+std::string StateText(TrackingState state, const Recorder& recorder) {
+  if (state != TrackingState::kTracking) {
+    return state == TrackingState::kLost ? "lost" : "waiting for motion";
+  }
+  const MapSnapshotPtr map = recorder.Newest();
+  return fmt::format("{} keyframes, {} objects", map ? map->keyframes.size() : 0,
+                     map ? map->objects.size() : 0);
+}
+
+// Plays the frames into the system until they end, the host stops the run, or a disk or the network fails.
+// Returns the number of frames that came too fast.
+int Play(const RunRequest& request, const RunInput& input, const Recorder& recorder, DetectionFeed& feed,
+         System& system, RunHost& host) {
+  const FrameRange& range = request.range;
+  const std::int64_t total = request.live_camera ? 0 : range.SizeIn(input.sequence);
+  const bool paced = request.realtime && !request.live_camera;  // a live camera keeps its own time
+  Pace pace(SteadyPaceClock([&host] { return host.Stopped(); }));
+  while (!recorder.Failed() && !feed.Failed() && host.AdmitFrame()) {
+    const std::optional<Frame> frame = input.frames->Next();
+    if (!frame) {
+      break;
+    }
+    if (paced && !pace.Admit(frame->timestamp, NextTimestamp(range, input.sequence, *frame))) {
+      continue;
+    }
+    const TrackingState state = feed.Process(*frame, system);
+    host.Tracked(*frame, state, system);
+    host.ShowProgress((frame->index - range.start) / range.stride + 1, total, StateText(state, recorder));
+  }
+  host.EndProgress();
+  return pace.Dropped() + input.frames->Dropped();
+}
+
+// The whole run knows more of the camera than its beginning.
+void TakeLearntCamera(const RunResult& result, AutoCamera& camera) {
+  if (result.map.learnt_camera) {
+    camera.Take(*result.map.learnt_camera);
+  }
+  if (camera.IsGuessed()) {
+    spdlog::log(camera.learnt ? spdlog::level::info : spdlog::level::warn, camera.Text());
+  }
+}
+
+void WarnOfLeftOut(const RunResult& result) {
+  int left_out = result.map.left_out;
+  for (const FinishedMap& map : result.others) {
+    left_out += map.left_out;
+  }
+  if (left_out > 0) {
+    spdlog::warn("{} objects are left out: their boxes do not determine a quadric that is an ellipsoid",
+                 left_out);
+  }
+}
+
+double PeakMemoryMib() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024.0;
+}
+
+RunStats MakeStats(const RunResult& result, const RunInput& input, const DetectionFeed& feed) {
+  RunStats stats;
+  stats.frames = result.frames;
+  stats.skipped = input.frames->Skipped();
+  stats.tracked = result.tracked;
+  stats.keyframes = static_cast<int>(result.map.keyframes.size());
+  if (result.map.snapshot) {
+    stats.points = static_cast<int>(result.map.snapshot->points.size());
+    stats.objects = static_cast<int>(result.map.snapshot->objects.size());
+  }
+  stats.counters = result.counters;
+  stats.submaps = static_cast<int>(result.others.size());
+  stats.peak_memory_mib = PeakMemoryMib();
+  stats.timing_ms = result.timing_ms;
+  stats.timing_ms.merge(feed.Times());
+  return stats;
+}
+
+void Draw(FinishedRun& run, RunHost& host) {
+  StageTimes times;
+  host.Draw(run, times);
+  run.stats.timing_ms.merge(times.Summaries());
+}
+
+// A run without a map leaves stats.json alone: nothing is in the recording, and nobody should take it for a
+// map.
+void SaveWithoutMap(const FinishedRun& run, Recorder& recorder) {
+  AttemptAll({[&] { recorder.Close(); }, [&] { fs::remove(run.output / "map.sqmap"); },
+              [&] { WriteStats(run.output / "stats.json", run.stats); }});
+}
+
+[[noreturn]] void RefuseMap(const RunInput& input, const RunResult& result) {
+  const Sequence& sequence = input.sequence;
+  if (result.frames == 0) {
+    throw InputError(fmt::format("{}: none of the {} images could be used, expected readable images of {}x{}",
+                                 sequence.path.string(), input.frames->Skipped(), sequence.camera.width,
+                                 sequence.camera.height));
+  }
+  throw NoMapError(fmt::format("{}: no map: {}", sequence.path.string(), result.no_map_reason));
+}
+
+}  // namespace
+
+FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
+  CheckOptions(request.options);
+  RunInput input = OpenInput(request, host);  // before the folder: one that cannot be used leaves nothing
+  CreateResultFolder(request.output);
+  DetectionFeed feed = MakeFeed(request, input, host);
+
+  const Clock::time_point start = Clock::now();
+  AutoCamera camera = LearnCamera(input.sequence, request.range, request.options, host);
+  const SystemOptions options = OptionsFor(camera, request.options);
+  Recorder recorder(request.output / "map.sqmap",
+                    {input.sequence.path.string(), SQSLAM_VERSION, DumpOptions(options)});
+  System system(camera.camera, options, [&](const MapSnapshotPtr& map) {
+    recorder.Add(map);
+    host.Mapped(map);
+  });
+  const int dropped = Play(request, input, recorder, feed, system, host);
+  feed.Finish(system);
+  FinishedRun run{request.output, input.sequence.path.string(), system.Finish(), {}};
+  TakeLearntCamera(run.result, camera);
+  WarnOfLeftOut(run.result);
+
+  run.stats = MakeStats(run.result, input, feed);
+  run.stats.dropped = dropped;
+  run.stats.interrupted = run.interrupted = host.Stopped();
+  run.stats.wall_seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  if (!run.result.map.snapshot) {
+    SaveWithoutMap(run, recorder);
+    feed.ThrowFailure();
+    if (!run.interrupted) {
+      RefuseMap(input, run.result);
+    }
+    return run;
+  }
+  AttemptAll({[&] { WriteCamera(run.output / "camera.yaml", camera.camera, camera.Text()); },
+              [&] { WriteMapFiles(run.output, run.result.map); },
+              [&] { WriteSubmaps(run.output, run.result.others); }, [&] { recorder.Close(); },
+              [&] { Draw(run, host); }, [&] { host.Film(run); },
+              [&] { WriteStats(run.output / "stats.json", run.stats); }, [&] { host.Report(run); },
+              [&] { feed.ThrowFailure(); }});
+  run.interrupted = host.Stopped();
+  return run;
+}
+
+}  // namespace sqslam

@@ -1,0 +1,341 @@
+#include "slam/snapshot/object_edits.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "slam/util/atomic_file.h"
+#include "slam/util/error.h"
+#include "slam/util/options.h"
+#include "slam/util/text_lines.h"
+
+namespace sqslam {
+namespace {
+
+std::string Trimmed(const std::string& text) {
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1);
+}
+
+// Maps the id of an object to the one that its points and boxes have now.
+class Destinations {
+ public:
+  Destinations(const ObjectEdits& edits, HiddenObjects hidden) : edits_(edits), hidden_(hidden) {}
+
+  // -1 where the object is left out, or there is none.
+  int Of(int id) const {
+    if (id < 0) {
+      return id;
+    }
+    const int kept = edits_.KeptIdOf(id);
+    const ObjectEdit edit = edits_.Of(kept);
+    return edit.deleted || (edit.hidden && hidden_ == HiddenObjects::kLeaveOut) ? -1 : kept;
+  }
+
+ private:
+  const ObjectEdits& edits_;
+  HiddenObjects hidden_;
+};
+
+void Join(SnapshotObject& kept, const SnapshotObject& absorbed) {
+  if (kept.label == absorbed.label && kept.observations + absorbed.observations > 0) {
+    kept.score = (kept.score * kept.observations + absorbed.score * absorbed.observations) /
+                 (kept.observations + absorbed.observations);
+  }
+  kept.observations += absorbed.observations;
+  kept.points += absorbed.points;
+}
+
+// The objects under their new ids; the order is that of the map.
+std::vector<SnapshotObject> Joined(const std::vector<SnapshotObject>& objects,
+                                   const Destinations& destinations) {
+  const auto with_id = [](std::vector<SnapshotObject>& list, int id) {
+    return std::find_if(list.begin(), list.end(), [id](const auto& object) { return object.id == id; });
+  };
+  std::vector<SnapshotObject> joined;
+  for (const SnapshotObject& object : objects) {
+    if (destinations.Of(object.id) == object.id) {
+      joined.push_back(object);
+    }
+  }
+  for (const SnapshotObject& object : objects) {
+    const int id = destinations.Of(object.id);
+    if (id < 0 || id == object.id) {
+      continue;
+    }
+    const auto kept = with_id(joined, id);
+    if (kept != joined.end()) {
+      Join(*kept, object);
+    } else {
+      joined.push_back(object);
+      joined.back().id = id;
+    }
+  }
+  return joined;
+}
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kEditsFormat = "sqslam-edits";
+constexpr int kEditsVersion = 1;
+
+// One value of the file with its name in it, for messages: "FILE: objects[2].label: ...".
+class Field {
+ public:
+  Field(const std::filesystem::path& path, std::string name, const Json& value)
+      : path_(path), name_(std::move(name)), value_(value) {}
+
+  [[noreturn]] void Fail(const std::string& expected) const {
+    throw InputError(fmt::format("{}: {}: {}, expected {}", path_.string(), name_, value_.dump(), expected));
+  }
+
+  int Id() const {
+    if (!value_.is_number_integer() || value_.get<std::int64_t>() < 0 ||
+        value_.get<std::int64_t>() > std::numeric_limits<int>::max()) {
+      Fail("the id of an object, a whole number from 0");
+    }
+    return value_.get<int>();
+  }
+  bool Flag() const {
+    if (!value_.is_boolean()) {
+      Fail("true or false");
+    }
+    return value_.get<bool>();
+  }
+  std::string Text() const {
+    if (!value_.is_string() || value_.get<std::string>().empty()) {
+      Fail("a text that is not empty");
+    }
+    return value_.get<std::string>();
+  }
+
+ private:
+  const std::filesystem::path& path_;
+  std::string name_;
+  const Json& value_;
+};
+
+std::pair<int, ObjectEdit> ParseEdit(const std::filesystem::path& path, const std::string& where,
+                                     const Json& entry) {
+  if (!entry.is_object() || !entry.contains("id")) {
+    throw InputError(
+        fmt::format("{}: {}: has no id, expected an object with the key 'id'", path.string(), where));
+  }
+  std::pair<int, ObjectEdit> parsed;
+  for (const auto& [key, value] : entry.items()) {
+    const Field field(path, where + "." + key, value);
+    ObjectEdit& edit = parsed.second;
+    if (key == "id") {
+      parsed.first = field.Id();
+    } else if (key == "name") {
+      edit.name = field.Text();
+    } else if (key == "label") {
+      edit.label = field.Text();
+    } else if (key == "hidden") {
+      edit.hidden = field.Flag();
+    } else if (key == "deleted") {
+      edit.deleted = field.Flag();
+    } else if (key == "merged_into") {
+      edit.merged_into = field.Id();
+    } else {
+      const std::vector<std::string> known = {"id", "name", "label", "hidden", "deleted", "merged_into"};
+      const std::string nearest = NearestWord(key, known);
+      throw InputError(fmt::format("{}: {}: unknown key '{}'{}", path.string(), where, key,
+                                   nearest.empty()
+                                       ? fmt::format(", expected one of {}", fmt::join(known, ", "))
+                                       : fmt::format("; did you mean '{}'?", nearest)));
+    }
+  }
+  return parsed;
+}
+
+// Merges must end at an object: following them from any must not come back to where it began.
+void CheckMerges(const std::filesystem::path& path, const std::map<int, ObjectEdit>& edits) {
+  for (const auto& [id, edit] : edits) {
+    std::set<int> seen{id};
+    for (auto at = edits.find(id); at != edits.end() && at->second.merged_into;
+         at = edits.find(*at->second.merged_into)) {
+      if (!seen.insert(*at->second.merged_into).second) {
+        throw InputError(fmt::format(
+            "{}: object {}: merged_into leads back to itself, expected an object that is not merged",
+            path.string(), id));
+      }
+    }
+  }
+}
+
+Json ParseDocument(const std::filesystem::path& path) {
+  const std::string text = ReadFile(path, "edits of a map");
+  Json root;
+  try {
+    root = Json::parse(text);
+  } catch (const nlohmann::json::parse_error& error) {
+    const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, text.size()));
+    throw InputError(fmt::format("{}:{}: no valid JSON, expected edits of a map", path.string(),
+                                 1 + std::count(text.begin(), end, '\n')));
+  }
+  const Json format = root.is_object() ? root.value("format", Json()) : Json();
+  if (format != kEditsFormat || !root.contains("objects") || !root["objects"].is_array()) {
+    throw InputError(fmt::format("{}: expected edits of a map: \"format\": \"{}\" and a list \"objects\"",
+                                 path.string(), kEditsFormat));
+  }
+  const Json version = root.value("version", Json());
+  if (version != kEditsVersion) {
+    throw InputError(
+        fmt::format("{}: version: {}, expected {}", path.string(), version.dump(), kEditsVersion));
+  }
+  return root;
+}
+
+}  // namespace
+
+template <typename Change>
+void ObjectEdits::Update(int id, Change change) {
+  ObjectEdit& edit = edits_[id];
+  change(edit);
+  if (edit == ObjectEdit{}) {
+    edits_.erase(id);
+  }
+}
+
+void ObjectEdits::Rename(int id, const std::string& name) {
+  Update(id, [&](ObjectEdit& edit) { edit.name = Trimmed(name); });
+}
+
+void ObjectEdits::SetLabel(int id, const std::string& label) {
+  std::string word = Trimmed(label);
+  std::replace(word.begin(), word.end(), ' ', '_');
+  Update(id, [&](ObjectEdit& edit) { edit.label = word; });
+}
+
+void ObjectEdits::Hide(int id, bool hidden) {
+  Update(id, [&](ObjectEdit& edit) { edit.hidden = hidden; });
+}
+
+void ObjectEdits::Delete(int id, bool deleted) {
+  Update(id, [&](ObjectEdit& edit) { edit.deleted = deleted; });
+}
+
+void ObjectEdits::Merge(int kept, int absorbed) {
+  const int root = KeptIdOf(kept);
+  const int part = KeptIdOf(absorbed);
+  if (root == part) {
+    throw UsageError(fmt::format("objects {} and {} are one already, expected two", kept, absorbed));
+  }
+  Update(part, [&](ObjectEdit& edit) { edit.merged_into = root; });
+}
+
+void ObjectEdits::Separate(int absorbed) {
+  Update(absorbed, [](ObjectEdit& edit) { edit.merged_into.reset(); });
+}
+
+ObjectEdit ObjectEdits::Of(int id) const {
+  const auto found = edits_.find(id);
+  return found == edits_.end() ? ObjectEdit{} : found->second;
+}
+
+int ObjectEdits::KeptIdOf(int id) const {
+  for (auto found = edits_.find(id); found != edits_.end() && found->second.merged_into;
+       found = edits_.find(id)) {
+    id = *found->second.merged_into;
+  }
+  return id;
+}
+
+std::vector<int> ObjectEdits::PartsOf(int id) const {
+  std::vector<int> parts;
+  for (const auto& [part, edit] : edits_) {
+    if (part != id && edit.merged_into && KeptIdOf(part) == KeptIdOf(id) && id == KeptIdOf(id)) {
+      parts.push_back(part);
+    }
+  }
+  return parts;
+}
+
+MapSnapshotPtr Apply(const ObjectEdits& edits, const MapSnapshot& snapshot, HiddenObjects hidden) {
+  auto edited = std::make_shared<MapSnapshot>(snapshot);
+  if (edits.Empty()) {
+    return edited;
+  }
+  const Destinations destinations(edits, hidden);
+  edited->objects = Joined(snapshot.objects, destinations);
+  for (SnapshotObject& object : edited->objects) {
+    const ObjectEdit edit = edits.Of(object.id);
+    object.name = edit.name;
+    object.label = edit.label.empty() ? object.label : edit.label;
+  }
+  for (SnapshotPoint& point : edited->points) {
+    point.object_id = destinations.Of(point.object_id);
+    point.rejected_by = destinations.Of(point.rejected_by);
+  }
+  for (SnapshotDetection& detection : edited->detections) {
+    detection.object_id = destinations.Of(detection.object_id);
+  }
+  return edited;
+}
+
+std::vector<int> UnknownIds(const ObjectEdits& edits, const MapSnapshot& map) {
+  std::vector<int> unknown;
+  for (const auto& [id, edit] : edits.All()) {
+    if (std::none_of(map.objects.begin(), map.objects.end(),
+                     [id = id](const SnapshotObject& object) { return object.id == id; })) {
+      unknown.push_back(id);
+    }
+  }
+  return unknown;
+}
+
+std::filesystem::path EditsFileOf(const std::filesystem::path& recording) {
+  return recording.string() + ".edits.json";
+}
+
+void WriteObjectEdits(const std::filesystem::path& path, const ObjectEdits& edits) {
+  Json list = Json::array();
+  for (const auto& [id, edit] : edits.All()) {
+    Json entry = {{"id", id}};
+    if (!edit.name.empty()) {
+      entry["name"] = edit.name;
+    }
+    if (!edit.label.empty()) {
+      entry["label"] = edit.label;
+    }
+    if (edit.hidden) {
+      entry["hidden"] = true;
+    }
+    if (edit.deleted) {
+      entry["deleted"] = true;
+    }
+    if (edit.merged_into) {
+      entry["merged_into"] = *edit.merged_into;
+    }
+    list.push_back(std::move(entry));
+  }
+  const Json root = {{"format", kEditsFormat}, {"version", kEditsVersion}, {"objects", list}};
+  WriteFileAtomically(path, root.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+ObjectEdits ReadObjectEdits(const std::filesystem::path& path) {
+  const Json root = ParseDocument(path);
+  ObjectEdits edits;
+  std::set<int> ids;
+  int index = 0;
+  for (const Json& entry : root["objects"]) {
+    const std::string where = fmt::format("objects[{}]", index++);
+    auto [id, edit] = ParseEdit(path, where, entry);
+    if (!ids.insert(id).second) {
+      throw InputError(
+          fmt::format("{}: {}.id: {} is there twice, expected each object once", path.string(), where, id));
+    }
+    if (edit != ObjectEdit{}) {
+      edits.edits_.emplace(id, std::move(edit));
+    }
+  }
+  CheckMerges(path, edits.edits_);
+  return edits;
+}
+
+}  // namespace sqslam

@@ -1,0 +1,67 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "slam/run/run_pipeline.h"
+#include "slam/util/error.h"
+#include "tests/io/captured_log.h"
+#include "tests/io/temporary_folder.h"
+
+namespace sqslam {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr int kImages = 20;
+
+// A camera that shows a grey wall a few times and is then unplugged.
+class GreyWall : public FrameGrabber {
+ public:
+  bool Grab(cv::Mat& bgr) override {
+    bgr = cv::Mat(480, 640, CV_8UC3, cv::Scalar::all(128));
+    return given_++ < kImages;
+  }
+
+ private:
+  int given_ = 0;
+};
+
+RunRequest LiveRequest(const TemporaryFolder& folder) {
+  RunRequest request;
+  request.options.detection.network = "none";
+  request.live_camera = 0;
+  request.sequence.camera = "kinect-v1";
+  request.open_camera = [](int, const Camera&) { return std::make_unique<GreyWall>(); };
+  request.output = folder.Path() / "result";
+  return request;
+}
+
+TEST(LiveRun, EveryImageIsHandedOnOrCountedAsDropped) {
+  const TemporaryFolder folder;
+  const CapturedLog log;
+  const RunRequest request = LiveRequest(folder);
+  RunHost host;
+  EXPECT_THROW(RunPipeline(request, host), NoMapError);  // a wall makes no map
+  const RunStats stats = ReadStats(request.output / "stats.json");
+  EXPECT_GE(stats.frames, 1);
+  EXPECT_EQ(stats.frames + stats.dropped, kImages);
+  EXPECT_FALSE(std::filesystem::exists(request.output / "map.sqmap"));
+  EXPECT_THAT(log.Text(), HasSubstr("camera 0: gives no more images after 20"));
+}
+
+TEST(LiveRun, WhatMakesNoSenseWithALiveCameraIsRefused) {
+  const TemporaryFolder folder;
+  const auto refused = [&](const auto& change) {
+    RunRequest request = LiveRequest(folder);
+    change(request);
+    RunHost host;
+    EXPECT_THROW(RunPipeline(request, host), UsageError);
+    EXPECT_FALSE(std::filesystem::exists(request.output));
+  };
+  refused([](RunRequest& request) { request.sequence.detections = "boxes.txt"; });
+  refused([](RunRequest& request) { request.options.deterministic = true; });
+}
+
+}  // namespace
+}  // namespace sqslam
