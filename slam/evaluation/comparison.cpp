@@ -18,7 +18,7 @@ using Results = std::vector<NamedEvaluation>;
 const Evaluation& First(const Results& results) { return results.front().evaluation; }
 
 std::string NumberedName(const GroundTruthObject& object) {
-  return fmt::format("{} {}", object.id, object.name.empty() ? object.label : object.name);
+  return fmt::format("{} {}", object.id, ShownName(object));
 }
 
 std::string NumberedName(const SnapshotObject& object) {

@@ -21,10 +21,6 @@ const SnapshotObject& MappedOf(const Evaluation& evaluation, int index) {
   return evaluation.mapped[static_cast<std::size_t>(index)];
 }
 
-std::string NameOf(const GroundTruthObject& object) {
-  return object.name.empty() ? object.label : object.name;
-}
-
 ordered_json Numbers(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 ordered_json TrajectoryJson(const Evaluation& evaluation) {
@@ -48,7 +44,7 @@ ordered_json ObjectsJson(const Evaluation& evaluation) {
   for (const ObjectMatch& match : evaluation.objects.matches) {
     const GroundTruthObject& truth = TruthOf(evaluation, match.truth);
     const SnapshotObject& mapped = MappedOf(evaluation, match.mapped);
-    ordered_json entry = {{"ground_truth", truth.id},     {"name", NameOf(truth)},
+    ordered_json entry = {{"ground_truth", truth.id},     {"name", ShownName(truth)},
                           {"label", truth.label},         {"detections", truth.detections},
                           {"scored", truth.scored},       {"object", mapped.id},
                           {"object_label", mapped.label}, {"label_agrees", match.label_agrees}};
@@ -66,7 +62,7 @@ ordered_json ObjectsJson(const Evaluation& evaluation) {
   for (const int index : evaluation.objects.missed) {
     const GroundTruthObject& truth = TruthOf(evaluation, index);
     missed.push_back({{"ground_truth", truth.id},
-                      {"name", NameOf(truth)},
+                      {"name", ShownName(truth)},
                       {"label", truth.label},
                       {"detections", truth.detections},
                       {"scored", truth.scored}});
@@ -82,7 +78,7 @@ ordered_json ObjectsJson(const Evaluation& evaluation) {
     if (landmark.nearest >= 0) {
       const GroundTruthObject& nearest = TruthOf(evaluation, landmark.nearest);
       entry["nearest"] = {{"ground_truth", nearest.id},
-                          {"name", NameOf(nearest)},
+                          {"name", ShownName(nearest)},
                           {"distance", landmark.distance},
                           {"iou", landmark.iou},
                           {"inside", landmark.inside}};
@@ -143,7 +139,7 @@ void FormatObjectTable(const Evaluation& evaluation, std::back_insert_iterator<s
     const GroundTruthObject& truth = TruthOf(evaluation, match.truth);
     const SnapshotObject& mapped = MappedOf(evaluation, match.mapped);
     fmt::format_to(out, "  {:<22} {:<16} {:>6} {:>6.3f} {:>8.3f} {:>9.4f} {:>9.4f} {:>6.1f} {:>6.1f}{}{}\n",
-                   fmt::format("{} {}", truth.id, NameOf(truth)),
+                   fmt::format("{} {}", truth.id, ShownName(truth)),
                    fmt::format("{} {}", mapped.id, mapped.label), truth.detections, match.iou,
                    match.iou_ellipsoid, match.center_error, match.size_error,
                    match.tilt_error * kDegreesPerRadian, match.yaw_error * kDegreesPerRadian,
@@ -152,8 +148,8 @@ void FormatObjectTable(const Evaluation& evaluation, std::back_insert_iterator<s
   }
   for (const int index : evaluation.objects.missed) {
     const GroundTruthObject& truth = TruthOf(evaluation, index);
-    fmt::format_to(out, "  {:<22} {:<16} {:>6}{}\n", fmt::format("{} {}", truth.id, NameOf(truth)), "missed",
-                   truth.detections, evaluation.has_scored && truth.scored ? "  scored" : "");
+    fmt::format_to(out, "  {:<22} {:<16} {:>6}{}\n", fmt::format("{} {}", truth.id, ShownName(truth)),
+                   "missed", truth.detections, evaluation.has_scored && truth.scored ? "  scored" : "");
   }
   for (const ObjectDuplicate& twice : evaluation.objects.duplicates) {
     fmt::format_to(out, "  {:<22} {} {}\n", fmt::format("{} again", TruthOf(evaluation, twice.truth).id),
@@ -176,8 +172,8 @@ void FormatExtra(const Evaluation& evaluation, std::back_insert_iterator<std::st
                    fmt::format("{:.3f} {:.3f} {:.3f}", h.x(), h.y(), h.z()));
     if (extra.nearest >= 0) {
       const GroundTruthObject& nearest = TruthOf(evaluation, extra.nearest);
-      fmt::format_to(out, "  {} {}, {:.2f} m away, IoU {:.3f}, {:.0f} % inside", nearest.id, NameOf(nearest),
-                     extra.distance, extra.iou, 100.0 * extra.inside);
+      fmt::format_to(out, "  {} {}, {:.2f} m away, IoU {:.3f}, {:.0f} % inside", nearest.id,
+                     ShownName(nearest), extra.distance, extra.iou, 100.0 * extra.inside);
     }
     fmt::format_to(out, "\n");
   }
