@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "slam/estimation/reprojection_error.h"
+
 namespace sqslam {
 
 PoseBlock ToBlock(const Rigid3d& T_camera_map) {

@@ -139,7 +139,7 @@ double Cost(const Camera& camera, const std::vector<Sim3Match>& matches, const s
 }
 
 Sim3Equations Linearize(const Camera& camera, const std::vector<Sim3Match>& matches,
-                          const std::vector<bool>& use, const Sim3d& S_1_2, bool robust) {
+                        const std::vector<bool>& use, const Sim3d& S_1_2, bool robust) {
   Sim3Equations equations;
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (use[i]) {
