@@ -87,7 +87,7 @@ std::optional<CameraGuess> GuessCamera(const std::filesystem::path& image, doubl
     return std::nullopt;
   }
   if (const std::optional<double> film = FocalLength35mm(image)) {
-    // By the diagonal, as the standard has it for pictures of other proportions than the film's.
+    // The diagonal counts, as the standard has it for pictures of other proportions than the film's.
     return WithFocal(read.cols, read.rows, fps, *film / kFilmDiagonal * std::hypot(read.cols, read.rows),
                      fmt::format("the {:.4g} mm (35 mm film) of {}", *film, image.filename().string()));
   }
