@@ -104,15 +104,15 @@ ordered_json SummaryJson(const Evaluation& evaluation) {
                           {"extra", objects.extra.size()},
                           {"doubles", objects.duplicates.size()},
                           {"labels_agree", agreeing},
-                          {"mean_iou", evaluation.mean_iou},
-                          {"mean_iou_ellipsoid", evaluation.mean_iou_ellipsoid},
-                          {"mean_iou_all", evaluation.mean_iou_all}};
+                          {"mean_iou", evaluation.iou.mean},
+                          {"mean_iou_ellipsoid", evaluation.iou.mean_ellipsoid},
+                          {"mean_iou_all", evaluation.iou.mean_all}};
   if (evaluation.has_scored) {
-    summary["scored"] = evaluation.scored;
-    summary["scored_matched"] = evaluation.scored_matched;
-    summary["mean_iou_scored"] = evaluation.mean_iou_scored;
-    summary["mean_iou_scored_ellipsoid"] = evaluation.mean_iou_scored_ellipsoid;
-    summary["mean_iou_scored_all"] = evaluation.mean_iou_scored_all;
+    summary["scored"] = evaluation.scored_iou.objects;
+    summary["scored_matched"] = evaluation.scored_iou.matched;
+    summary["mean_iou_scored"] = evaluation.scored_iou.mean;
+    summary["mean_iou_scored_ellipsoid"] = evaluation.scored_iou.mean_ellipsoid;
+    summary["mean_iou_scored_all"] = evaluation.scored_iou.mean_all;
   }
   summary["coverage"] = ordered_json::array();
   for (const CoverageCount& count : evaluation.coverage) {
@@ -207,13 +207,13 @@ std::string FormatEvaluation(const Evaluation& evaluation) {
   fmt::format_to(
       out,
       "mean 3D IoU        {:.3f} over {} matched (as ellipsoids {:.3f}; missed ones as 0: {:.3f} of {})\n",
-      evaluation.mean_iou, objects.matches.size(), evaluation.mean_iou_ellipsoid, evaluation.mean_iou_all,
+      evaluation.iou.mean, objects.matches.size(), evaluation.iou.mean_ellipsoid, evaluation.iou.mean_all,
       evaluation.truth.size());
   if (evaluation.has_scored) {
     fmt::format_to(
         out, "  scored objects   {:.3f} over {} of {} (as ellipsoids {:.3f}; missed ones as 0: {:.3f})\n",
-        evaluation.mean_iou_scored, evaluation.scored_matched, evaluation.scored,
-        evaluation.mean_iou_scored_ellipsoid, evaluation.mean_iou_scored_all);
+        evaluation.scored_iou.mean, evaluation.scored_iou.matched, evaluation.scored_iou.objects,
+        evaluation.scored_iou.mean_ellipsoid, evaluation.scored_iou.mean_all);
   }
   FormatObjectTable(evaluation, out);
   FormatExtra(evaluation, out);
