@@ -8,6 +8,7 @@ Fails, with a line for each finding, where
     dependencies of what it links,
   * a file includes a header of another project whose library its target does not name,
   * a library names a library of this project that none of its files includes,
+  * a source belongs to no target, or a target names a source that is not there,
   * two files of one target define the same name in an anonymous namespace, or an alias with two meanings:
     sources are compiled in groups.
 
@@ -239,6 +240,13 @@ def check_links(files, targets):
     return findings
 
 
+def check_sources(files, targets):
+    named = set().union(*(target.sources for target in targets.values()))
+    sources = {file for file in files.text if file.endswith(".cpp")}
+    return [f"{file}: belongs to no target" for file in sorted(sources - named)] + \
+        [f"{file}: is named by a target, but does not exist" for file in sorted(named - sources)]
+
+
 def strip_comments(text):
     """The text with comments, strings and characters blanked; lines stay where they are."""
     pattern = r'//[^\n]*|/\*.*?\*/|R"(\w*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])+\''
@@ -329,7 +337,8 @@ def main():
     if arguments.graph:
         for name in sorted(edges):
             print(f"{name}: {' '.join(sorted(edges[name]))}")
-    findings = cycles + check_layers(files) + check_links(files, targets) + check_groups(files, targets)
+    findings = cycles + check_layers(files) + check_links(files, targets) + \
+        check_sources(files, targets) + check_groups(files, targets)
     findings = [finding for finding in findings if arguments.only in finding]
     print("\n".join(findings + [f"{len(findings)} findings in {len(files.text)} files"]))
     return 1 if findings else 0

@@ -60,7 +60,7 @@ class ReportQueue {
     return task;
   }
 
-  // Until no keyframe is pending, but no longer than `deadline`.
+  // Waits until no keyframe is pending, but no longer than `deadline`.
   void WaitForKeyframes(std::chrono::steady_clock::time_point deadline) {
     std::unique_lock lock(mutex_);
     idle_.wait_until(lock, deadline, [&] { return keyframes_ == 0 && !keyframe_in_work_; });
@@ -201,7 +201,7 @@ TrackingState System::Process(const Frame& frame) {
   ++s.frames;
   const auto started = std::chrono::steady_clock::now();
   TrackingReport report = s.tracker.Track(frame, s.view.Get(), s.queue.PendingKeyframes());
-  if (s.options.deterministic) {  // what is recorded must not depend on the clock
+  if (s.options.deterministic) {  // the recording must not depend on the clock
     s.Map(std::move(report));
   } else {
     const bool postponed = report.keyframe_postponed;

@@ -110,7 +110,7 @@ void Demo(const DemoArguments& arguments, int& exit_code) {
   const Evaluation evaluation = EvaluateResult(result, sequence);
   WriteEvaluation(result / "eval.json", evaluation);
   WriteReport({result, "", run.sequence, {}, &run});
-  steps.End(fmt::format("mean 3D IoU {:.3f}", evaluation.mean_iou));
+  steps.End(fmt::format("mean 3D IoU {:.3f}", evaluation.iou.mean));
   if (!arguments.quiet) {
     fmt::print("\n{}", FormatEvaluation(evaluation));
   }

@@ -14,7 +14,7 @@ class Letterbox {
 
   cv::Mat Fill(const cv::Mat& bgr) const;  // in the size of the input
 
-  // From pixels of the input to pixels of the image, clipped to it (empty where nothing is left).
+  // Converts from pixels of the input to pixels of the image, clipped to it (empty where nothing is left).
   Box2d ToImage(const Box2d& box) const;
 
  private:

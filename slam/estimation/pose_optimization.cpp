@@ -11,8 +11,6 @@ namespace {
 
 constexpr int kRounds = 4;
 constexpr int kIterations = 6;
-constexpr double kMinDepth = 1e-6;
-
 struct NormalEquations {
   Matrix6d hessian = Matrix6d::Zero();
   Vector6d gradient = Vector6d::Zero();

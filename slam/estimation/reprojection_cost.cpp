@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "slam/estimation/reprojection_error.h"
+
 namespace sqslam {
 
 PoseBlock ToBlock(const Rigid3d& T_camera_map) {
@@ -50,8 +52,6 @@ namespace {
 
 // A map point in a camera's frame, and what its derivatives need.
 struct PointInCamera {
-  static constexpr double kMinDepth = 1e-6;
-
   // Of a PoseBlock and a point.
   explicit PointInCamera(double const* const* parameters)
       : R(Eigen::Quaterniond(parameters[0][3], parameters[0][0], parameters[0][1], parameters[0][2])

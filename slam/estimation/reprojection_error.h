@@ -13,6 +13,8 @@ inline constexpr double kChi2OneDof = 3.841;    // 95 %: distance from a line
 inline constexpr double kChi2TwoDof = 5.991;    // 95 %: reprojection error
 inline constexpr double kChi2TwoDof99 = 9.210;  // 99 %, for matches that were found without a search radius
 
+inline constexpr double kMinDepth = 1e-6;  // map units; nearer points do not project
+
 // Derivative of the pixel of a point in the camera frame with respect to the point (z > 0).
 inline Eigen::Matrix<double, 2, 3> ProjectionJacobian(const Camera& camera, const Eigen::Vector3d& p_camera) {
   const double inverse_z = 1.0 / p_camera.z();

@@ -14,7 +14,6 @@
 namespace sqslam {
 namespace {
 
-constexpr double kMinDepth = 1e-6;
 constexpr std::size_t kSampleSize = 3;
 // Standard deviation of the logarithm of a map point's distance. Two cameras in the same place see the same
 // pixels whatever the scale: then only the distances tell it.
@@ -104,7 +103,7 @@ double Weight(double squared, bool robust) {
 
 using ImageRows = Eigen::Matrix<double, 2, 7>;
 
-struct NormalEquations {
+struct Sim3Equations {
   Matrix7d hessian = Matrix7d::Zero();
   Vector7d gradient = Vector7d::Zero();
 
@@ -139,9 +138,9 @@ double Cost(const Camera& camera, const std::vector<Sim3Match>& matches, const s
   return cost;
 }
 
-NormalEquations Linearize(const Camera& camera, const std::vector<Sim3Match>& matches,
-                          const std::vector<bool>& use, const Sim3d& S_1_2, bool robust) {
-  NormalEquations equations;
+Sim3Equations Linearize(const Camera& camera, const std::vector<Sim3Match>& matches,
+                        const std::vector<bool>& use, const Sim3d& S_1_2, bool robust) {
+  Sim3Equations equations;
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (use[i]) {
       const Sim3Match& match = matches[i];
@@ -165,7 +164,7 @@ bool Minimize(const Camera& camera, const std::vector<Sim3Match>& matches, const
   constexpr double kConverged = 1e-9;  // relative fall of the cost
   double damping = 1e-6;
   double cost = Cost(camera, matches, use, S_1_2, robust);
-  NormalEquations equations = Linearize(camera, matches, use, S_1_2, robust);
+  Sim3Equations equations = Linearize(camera, matches, use, S_1_2, robust);
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     Matrix7d damped = equations.hessian;
     damped.diagonal() *= 1.0 + damping;

@@ -18,7 +18,7 @@ using Results = std::vector<NamedEvaluation>;
 const Evaluation& First(const Results& results) { return results.front().evaluation; }
 
 std::string NumberedName(const GroundTruthObject& object) {
-  return fmt::format("{} {}", object.id, object.name.empty() ? object.label : object.name);
+  return fmt::format("{} {}", object.id, ShownName(object));
 }
 
 std::string NumberedName(const SnapshotObject& object) {
@@ -76,14 +76,14 @@ Table SummaryTable(const Results& results) {
     return table;
   }
   AddCounts(results, table);
-  add("mean 3D IoU of those found", [](const auto& e) { return Cell::Number(e.mean_iou, 3); });
-  add("mean 3D IoU, missed as 0", [](const auto& e) { return Cell::Number(e.mean_iou_all, 3); });
-  add("  found ones as ellipsoids", [](const auto& e) { return Cell::Number(e.mean_iou_ellipsoid, 3); });
+  add("mean 3D IoU of those found", [](const auto& e) { return Cell::Number(e.iou.mean, 3); });
+  add("mean 3D IoU, missed as 0", [](const auto& e) { return Cell::Number(e.iou.mean_all, 3); });
+  add("  found ones as ellipsoids", [](const auto& e) { return Cell::Number(e.iou.mean_ellipsoid, 3); });
   if (First(results).has_scored) {
     add("scored objects found",
-        [](const auto& e) { return Cell::Words(SharesText(e.scored_matched, e.scored)); });
-    add("  mean 3D IoU of those found", [](const auto& e) { return Cell::Number(e.mean_iou_scored, 3); });
-    add("  mean 3D IoU, missed as 0", [](const auto& e) { return Cell::Number(e.mean_iou_scored_all, 3); });
+        [](const auto& e) { return Cell::Words(SharesText(e.scored_iou.matched, e.scored_iou.objects)); });
+    add("  mean 3D IoU of those found", [](const auto& e) { return Cell::Number(e.scored_iou.mean, 3); });
+    add("  mean 3D IoU, missed as 0", [](const auto& e) { return Cell::Number(e.scored_iou.mean_all, 3); });
   }
   return table;
 }

@@ -33,9 +33,7 @@ std::vector<Cell> ToCells(const std::string& result, const ObjectRow& row) {
   std::vector<Cell> cells = {Cell::Words(result),
                              Cell::Words(row.kind),
                              Measured(truth != nullptr, truth != nullptr ? truth->id : 0, 0),
-                             Cell::Words(truth == nullptr      ? ""
-                                         : truth->name.empty() ? truth->label
-                                                               : truth->name),
+                             Cell::Words(truth != nullptr ? ShownName(*truth) : ""),
                              Measured(truth != nullptr, truth != nullptr ? truth->detections : 0, 0),
                              Cell::Words(truth == nullptr ? ""
                                          : truth->scored  ? "yes"

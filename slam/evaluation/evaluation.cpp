@@ -10,27 +10,23 @@
 namespace sqslam {
 namespace {
 
-void Summarize(Evaluation& evaluation) {
-  int matched = 0;
-  for (const GroundTruthObject& object : evaluation.truth) {
-    evaluation.scored += object.scored ? 1 : 0;
-  }
+IouSummary Summarize(const Evaluation& evaluation, bool only_scored) {
+  const auto counts = [&](const GroundTruthObject& object) { return !only_scored || object.scored; };
+  IouSummary summary;
+  summary.objects = static_cast<int>(std::count_if(evaluation.truth.begin(), evaluation.truth.end(), counts));
+  double sum = 0.0;
+  double sum_ellipsoid = 0.0;
   for (const ObjectMatch& match : evaluation.objects.matches) {
-    ++matched;
-    evaluation.mean_iou += match.iou;
-    evaluation.mean_iou_ellipsoid += match.iou_ellipsoid;
-    if (evaluation.truth[static_cast<std::size_t>(match.truth)].scored) {
-      ++evaluation.scored_matched;
-      evaluation.mean_iou_scored += match.iou;
-      evaluation.mean_iou_scored_ellipsoid += match.iou_ellipsoid;
+    if (counts(evaluation.truth[static_cast<std::size_t>(match.truth)])) {
+      ++summary.matched;
+      sum += match.iou;
+      sum_ellipsoid += match.iou_ellipsoid;
     }
   }
-  evaluation.mean_iou_all = evaluation.mean_iou / std::max<double>(1, evaluation.truth.size());
-  evaluation.mean_iou_scored_all = evaluation.mean_iou_scored / std::max(1, evaluation.scored);
-  evaluation.mean_iou /= std::max(1, matched);
-  evaluation.mean_iou_ellipsoid /= std::max(1, matched);
-  evaluation.mean_iou_scored /= std::max(1, evaluation.scored_matched);
-  evaluation.mean_iou_scored_ellipsoid /= std::max(1, evaluation.scored_matched);
+  summary.mean = sum / std::max(1, summary.matched);
+  summary.mean_ellipsoid = sum_ellipsoid / std::max(1, summary.matched);
+  summary.mean_all = sum / std::max(1, summary.objects);
+  return summary;
 }
 
 std::vector<CoverageCount> CountCoverage(const Evaluation& evaluation) {
@@ -118,7 +114,8 @@ Evaluation Evaluate(const Trajectory& estimated, const std::vector<SnapshotObjec
     evaluation.has_scored = truth.has_scored;
     evaluation.truth = truth.objects;
     evaluation.objects = MatchObjects(mapped, truth.objects, error->S_world_map, options.matching);
-    Summarize(evaluation);
+    evaluation.iou = Summarize(evaluation, false);
+    evaluation.scored_iou = Summarize(evaluation, true);
     evaluation.extra = DescribeExtra(evaluation);
     if (truth.has_detection_counts) {
       evaluation.coverage = CountCoverage(evaluation);

@@ -42,6 +42,15 @@ struct ExtraLandmark {
   double inside = 0.0;    // share of the landmark's volume that lies in it
 };
 
+// 3D IoU of some ground-truth objects with the mapped ones that stand for them.
+struct IouSummary {
+  int objects = 0;
+  int matched = 0;
+  double mean = 0.0;            // over the matched ones
+  double mean_ellipsoid = 0.0;  // the same with e1 = e2 = 1
+  double mean_all = 0.0;        // over all, a missed one counting 0
+};
+
 // A run held against the ground truth of its sequence. The index fields of `objects` point into mapped and
 // truth.
 struct Evaluation {
@@ -56,15 +65,9 @@ struct Evaluation {
   std::vector<SnapshotObject> mapped;  // in the map frame
   std::vector<GroundTruthObject> truth;
   ObjectMatching objects;
-  std::vector<ExtraLandmark> extra;  // in the order of objects.extra
-  double mean_iou = 0.0;             // over the matched objects
-  double mean_iou_ellipsoid = 0.0;
-  double mean_iou_all = 0.0;  // over all ground-truth objects, a missed one counting 0
-  int scored = 0;             // ground-truth objects whose IoU counts, and how many of them are matched
-  int scored_matched = 0;
-  double mean_iou_scored = 0.0;  // over the matched ones of them
-  double mean_iou_scored_ellipsoid = 0.0;
-  double mean_iou_scored_all = 0.0;     // over all scored ones, a missed one counting 0
+  std::vector<ExtraLandmark> extra;     // in the order of objects.extra
+  IouSummary iou;                       // of all ground-truth objects
+  IouSummary scored_iou;                // of those whose IoU counts
   std::vector<CoverageCount> coverage;  // for 20 and for 60 detections, where counts are known
 
   // The ground-truth camera positions in the map frame, for drawing beside the estimated ones.

@@ -21,10 +21,6 @@ const SnapshotObject& MappedOf(const Evaluation& evaluation, int index) {
   return evaluation.mapped[static_cast<std::size_t>(index)];
 }
 
-std::string NameOf(const GroundTruthObject& object) {
-  return object.name.empty() ? object.label : object.name;
-}
-
 ordered_json Numbers(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 ordered_json TrajectoryJson(const Evaluation& evaluation) {
@@ -48,7 +44,7 @@ ordered_json ObjectsJson(const Evaluation& evaluation) {
   for (const ObjectMatch& match : evaluation.objects.matches) {
     const GroundTruthObject& truth = TruthOf(evaluation, match.truth);
     const SnapshotObject& mapped = MappedOf(evaluation, match.mapped);
-    ordered_json entry = {{"ground_truth", truth.id},     {"name", NameOf(truth)},
+    ordered_json entry = {{"ground_truth", truth.id},     {"name", ShownName(truth)},
                           {"label", truth.label},         {"detections", truth.detections},
                           {"scored", truth.scored},       {"object", mapped.id},
                           {"object_label", mapped.label}, {"label_agrees", match.label_agrees}};
@@ -66,7 +62,7 @@ ordered_json ObjectsJson(const Evaluation& evaluation) {
   for (const int index : evaluation.objects.missed) {
     const GroundTruthObject& truth = TruthOf(evaluation, index);
     missed.push_back({{"ground_truth", truth.id},
-                      {"name", NameOf(truth)},
+                      {"name", ShownName(truth)},
                       {"label", truth.label},
                       {"detections", truth.detections},
                       {"scored", truth.scored}});
@@ -82,7 +78,7 @@ ordered_json ObjectsJson(const Evaluation& evaluation) {
     if (landmark.nearest >= 0) {
       const GroundTruthObject& nearest = TruthOf(evaluation, landmark.nearest);
       entry["nearest"] = {{"ground_truth", nearest.id},
-                          {"name", NameOf(nearest)},
+                          {"name", ShownName(nearest)},
                           {"distance", landmark.distance},
                           {"iou", landmark.iou},
                           {"inside", landmark.inside}};
@@ -108,15 +104,15 @@ ordered_json SummaryJson(const Evaluation& evaluation) {
                           {"extra", objects.extra.size()},
                           {"doubles", objects.duplicates.size()},
                           {"labels_agree", agreeing},
-                          {"mean_iou", evaluation.mean_iou},
-                          {"mean_iou_ellipsoid", evaluation.mean_iou_ellipsoid},
-                          {"mean_iou_all", evaluation.mean_iou_all}};
+                          {"mean_iou", evaluation.iou.mean},
+                          {"mean_iou_ellipsoid", evaluation.iou.mean_ellipsoid},
+                          {"mean_iou_all", evaluation.iou.mean_all}};
   if (evaluation.has_scored) {
-    summary["scored"] = evaluation.scored;
-    summary["scored_matched"] = evaluation.scored_matched;
-    summary["mean_iou_scored"] = evaluation.mean_iou_scored;
-    summary["mean_iou_scored_ellipsoid"] = evaluation.mean_iou_scored_ellipsoid;
-    summary["mean_iou_scored_all"] = evaluation.mean_iou_scored_all;
+    summary["scored"] = evaluation.scored_iou.objects;
+    summary["scored_matched"] = evaluation.scored_iou.matched;
+    summary["mean_iou_scored"] = evaluation.scored_iou.mean;
+    summary["mean_iou_scored_ellipsoid"] = evaluation.scored_iou.mean_ellipsoid;
+    summary["mean_iou_scored_all"] = evaluation.scored_iou.mean_all;
   }
   summary["coverage"] = ordered_json::array();
   for (const CoverageCount& count : evaluation.coverage) {
@@ -126,7 +122,7 @@ ordered_json SummaryJson(const Evaluation& evaluation) {
   return summary;
 }
 
-// At most 500 of the positions, evenly taken: enough for a plot.
+// Takes at most 500 of the positions, evenly: enough for a plot.
 ordered_json PositionsJson(const std::vector<Eigen::Vector3d>& positions) {
   const std::size_t step = std::max<std::size_t>(1, (positions.size() + 499) / 500);
   ordered_json list = ordered_json::array();
@@ -143,7 +139,7 @@ void FormatObjectTable(const Evaluation& evaluation, std::back_insert_iterator<s
     const GroundTruthObject& truth = TruthOf(evaluation, match.truth);
     const SnapshotObject& mapped = MappedOf(evaluation, match.mapped);
     fmt::format_to(out, "  {:<22} {:<16} {:>6} {:>6.3f} {:>8.3f} {:>9.4f} {:>9.4f} {:>6.1f} {:>6.1f}{}{}\n",
-                   fmt::format("{} {}", truth.id, NameOf(truth)),
+                   fmt::format("{} {}", truth.id, ShownName(truth)),
                    fmt::format("{} {}", mapped.id, mapped.label), truth.detections, match.iou,
                    match.iou_ellipsoid, match.center_error, match.size_error,
                    match.tilt_error * kDegreesPerRadian, match.yaw_error * kDegreesPerRadian,
@@ -152,8 +148,8 @@ void FormatObjectTable(const Evaluation& evaluation, std::back_insert_iterator<s
   }
   for (const int index : evaluation.objects.missed) {
     const GroundTruthObject& truth = TruthOf(evaluation, index);
-    fmt::format_to(out, "  {:<22} {:<16} {:>6}{}\n", fmt::format("{} {}", truth.id, NameOf(truth)), "missed",
-                   truth.detections, evaluation.has_scored && truth.scored ? "  scored" : "");
+    fmt::format_to(out, "  {:<22} {:<16} {:>6}{}\n", fmt::format("{} {}", truth.id, ShownName(truth)),
+                   "missed", truth.detections, evaluation.has_scored && truth.scored ? "  scored" : "");
   }
   for (const ObjectDuplicate& twice : evaluation.objects.duplicates) {
     fmt::format_to(out, "  {:<22} {} {}\n", fmt::format("{} again", TruthOf(evaluation, twice.truth).id),
@@ -176,8 +172,8 @@ void FormatExtra(const Evaluation& evaluation, std::back_insert_iterator<std::st
                    fmt::format("{:.3f} {:.3f} {:.3f}", h.x(), h.y(), h.z()));
     if (extra.nearest >= 0) {
       const GroundTruthObject& nearest = TruthOf(evaluation, extra.nearest);
-      fmt::format_to(out, "  {} {}, {:.2f} m away, IoU {:.3f}, {:.0f} % inside", nearest.id, NameOf(nearest),
-                     extra.distance, extra.iou, 100.0 * extra.inside);
+      fmt::format_to(out, "  {} {}, {:.2f} m away, IoU {:.3f}, {:.0f} % inside", nearest.id,
+                     ShownName(nearest), extra.distance, extra.iou, 100.0 * extra.inside);
     }
     fmt::format_to(out, "\n");
   }
@@ -211,13 +207,13 @@ std::string FormatEvaluation(const Evaluation& evaluation) {
   fmt::format_to(
       out,
       "mean 3D IoU        {:.3f} over {} matched (as ellipsoids {:.3f}; missed ones as 0: {:.3f} of {})\n",
-      evaluation.mean_iou, objects.matches.size(), evaluation.mean_iou_ellipsoid, evaluation.mean_iou_all,
+      evaluation.iou.mean, objects.matches.size(), evaluation.iou.mean_ellipsoid, evaluation.iou.mean_all,
       evaluation.truth.size());
   if (evaluation.has_scored) {
     fmt::format_to(
         out, "  scored objects   {:.3f} over {} of {} (as ellipsoids {:.3f}; missed ones as 0: {:.3f})\n",
-        evaluation.mean_iou_scored, evaluation.scored_matched, evaluation.scored,
-        evaluation.mean_iou_scored_ellipsoid, evaluation.mean_iou_scored_all);
+        evaluation.scored_iou.mean, evaluation.scored_iou.matched, evaluation.scored_iou.objects,
+        evaluation.scored_iou.mean_ellipsoid, evaluation.scored_iou.mean_all);
   }
   FormatObjectTable(evaluation, out);
   FormatExtra(evaluation, out);

@@ -18,6 +18,11 @@ struct GroundTruthObject {
   bool scored = true;  // known well enough for its 3D IoU to mean something
 };
 
+// The object's name, or its label where it has none.
+inline const std::string& ShownName(const GroundTruthObject& object) {
+  return object.name.empty() ? object.label : object.name;
+}
+
 // The truth that is known of a sequence. Only evaluation reads it; mapping never does.
 struct GroundTruth {
   Trajectory trajectory;  // T_world_camera

@@ -8,17 +8,17 @@
 
 namespace sqslam {
 
-// A camera that nobody has calibrated: square pixels, no distortion, the principal point in the middle.
+// A guess at a camera without a calibration: square pixels, no distortion, the principal point in the middle.
 struct CameraGuess {
   Camera camera;
   std::string source;  // in words, what the focal length is taken from
 };
 
-// By a field of view of 60 degrees along the longer side, the middle between a webcam's and a phone's.
+// Assumes a field of view of 60 degrees along the longer side, the middle between a webcam's and a phone's.
 CameraGuess GuessCamera(int width, int height, double fps);
 
-// By a photograph's EXIF where it tells the focal length, otherwise as above. Empty where the image cannot be
-// read.
+// Takes the focal length from a photograph's EXIF, or guesses as above without it. Empty where the image
+// cannot be read.
 std::optional<CameraGuess> GuessCamera(const std::filesystem::path& image, double fps);
 
 }  // namespace sqslam

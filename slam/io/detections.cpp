@@ -8,6 +8,7 @@
 
 #include "slam/io/coco.h"
 #include "slam/util/error.h"
+#include "slam/util/parse_number.h"
 #include "slam/util/text_lines.h"
 
 namespace sqslam {

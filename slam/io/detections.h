@@ -21,7 +21,7 @@ namespace sqslam {
 std::vector<std::vector<Detection>> ReadDetections(const std::filesystem::path& path, const Camera& camera,
                                                    const std::vector<double>& frame_timestamps);
 
-// Findings about the boxes of a sequence that somebody should look at. Places are FILE:LINE.
+// Oddities among the boxes of a sequence, worth a look. Places are FILE:LINE.
 struct DetectionReport {
   int boxes = 0;                                                   // in the file, those left out included
   std::map<std::string, int> labels;                               // and how often they occur

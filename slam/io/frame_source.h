@@ -29,7 +29,7 @@ class FrameStream {
 
   virtual std::optional<Frame> Next() = 0;  // empty at the end
   virtual int Skipped() const = 0;          // frames that could not be used until now
-  virtual int Dropped() const = 0;          // frames that came while nobody could take them
+  virtual int Dropped() const = 0;          // frames that came faster than they were taken
 };
 
 // Decodes the frames of a sequence ahead of their use, on a thread of its own (joined by the destructor), and

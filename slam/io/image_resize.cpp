@@ -10,7 +10,7 @@
 #include <string_view>
 
 #include "slam/util/error.h"
-#include "slam/util/text_lines.h"
+#include "slam/util/parse_number.h"
 
 namespace sqslam {
 namespace {

@@ -26,7 +26,7 @@ std::unique_ptr<FrameGrabber> OpenCamera(int index, const Camera& camera);
 std::function<double()> LiveClock();
 
 // Live images, endless: until the camera gives none any more, or range.count frames. A thread of its own
-// takes every image at once; whoever is slow gets the newest one, and those between are counted as dropped. A
+// takes every image at once; a slow consumer gets the newest one, and those between are counted as dropped. A
 // frame's timestamp is when its image arrived, its index that of the image (dropped ones count), range.start
 // leaves out the first images and range.stride those between.
 class LiveSource : public FrameStream {

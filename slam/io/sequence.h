@@ -55,7 +55,7 @@ struct SequenceRequest {
   std::optional<Camera> known_camera = {};
 };
 
-// The word that --camera takes for a camera that nobody has calibrated.
+// The word that --camera takes for a camera without a calibration.
 inline constexpr const char* kAutoCamera = "auto";
 
 // Lists the frames of a folder with rgb.txt, of one of the dataset layouts (dataset_layouts.h), of a folder

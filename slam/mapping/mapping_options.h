@@ -108,7 +108,7 @@ struct MappingOptions {
   }
 };
 
-// All that the mapping thread is told of a run.
+// The options of the mapping thread.
 struct MapperOptions {
   bool deterministic = false;    // nothing depends on the clock, nothing runs in the background
   std::uint64_t seed = 1;        // seeds every random source

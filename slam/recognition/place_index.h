@@ -9,7 +9,7 @@
 
 namespace sqslam {
 
-using PlaceId = std::int64_t;  // whatever the index is told of an image, such as the id of its keyframe
+using PlaceId = std::int64_t;  // the caller's id of an image, such as that of its keyframe
 inline constexpr PlaceId kNoPlace = -1;
 
 // An image to look for. The functions are called a few times per query, from the calling thread.

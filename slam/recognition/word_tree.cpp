@@ -16,7 +16,7 @@ WordTree::WordTree(std::vector<std::uint8_t> child_counts, std::vector<Descripto
   first_children_.resize(count);
   word_of_node_.resize(count);
   std::vector<int> levels(count, 0);
-  std::size_t next = 1;  // the first node that is nobody's child yet
+  std::size_t next = 1;  // the first node without a parent yet
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t children = child_counts_[i];
     if (i >= next) {

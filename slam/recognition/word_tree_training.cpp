@@ -64,7 +64,7 @@ struct Cluster {
   std::size_t end = 0;
 };
 
-// At least two clusters that are not empty, or none where all descriptors are the same.
+// Returns at least two clusters that are not empty, or none where all descriptors are the same.
 std::vector<Cluster> SplitIntoClusters(Bits descriptors, const VocabularyOptions& options,
                                        std::mt19937_64& random, std::vector<DescriptorBits>& scratch) {
   std::vector<DescriptorBits> centers = DrawCenters(descriptors, options.branching, random);

@@ -85,7 +85,7 @@ class Reader {
   std::string_view bytes_;
 };
 
-// In what follows `Like<Archive, T>` is `const T&` for the writer and `T&` for the reader.
+// Below, `Like<Archive, T>` is `const T&` for the writer and `T&` for the reader.
 template <typename Archive, typename T>
 using Like = std::conditional_t<std::is_same_v<Archive, Writer>, const T&, T&>;
 

@@ -9,7 +9,7 @@
 
 namespace sqslam {
 
-// A tracked frame for whoever watches a run.
+// A tracked frame as displays of a run show it.
 struct FrameView {
   struct Feature {
     Eigen::Vector2f pixel;  // as the lens shows it

@@ -24,7 +24,7 @@ class Initializer {
   // Forgets the first frame: the frames to come have nothing to do with those before.
   void Reset() { start_.reset(); }
 
-  // For people: why there is no map yet.
+  // The reason, in words, why there is no map yet.
   std::string Reason() const;
 
  private:

@@ -315,7 +315,7 @@ ObjectFrame Tracker::MakeObjectFrame(const Frame& frame) const {
   return objects;
 }
 
-// With the boxes of the frame where they are known; otherwise the frame waits for them.
+// Tracks the objects in the boxes of the frame where they are known; otherwise the frame waits for its boxes.
 void Tracker::SeeObjects(const Frame& frame, bool tracked, TrackingReport& report) {
   constexpr std::size_t kMaxWaiting = 300;  // frames; about 100 MB
   WaitingFrame waiting{MakeSeenObjects(frame), std::nullopt};

@@ -15,8 +15,7 @@ std::filesystem::path DataPath(const std::filesystem::path& name);
 std::vector<std::string> ConfigNames(const std::filesystem::path& folder);
 
 // The file that NAME or FILE.yaml means: one that ends in .yaml as it is, otherwise folder/NAME.yaml. Throws
-// UsageError for an unknown name, with those there are and the nearest; `what` is the kind of thing it names
-// ("style").
+// UsageError for an unknown name, with those there are and the nearest; `what` says its kind ("style").
 std::filesystem::path ConfigFile(const std::filesystem::path& folder, const std::string& what,
                                  const std::string& name_or_file);
 

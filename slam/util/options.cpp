@@ -13,7 +13,7 @@
 #include <type_traits>
 
 #include "slam/util/error.h"
-#include "slam/util/text_lines.h"
+#include "slam/util/parse_number.h"
 
 namespace sqslam {
 namespace {

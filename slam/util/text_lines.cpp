@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "slam/util/error.h"
+#include "slam/util/parse_number.h"
 
 namespace sqslam {
 

@@ -90,8 +90,8 @@ TEST(CompareEvaluations, AMissedObjectIsNamedAndCountsZeroOnlyInTheSecondMean) {
   EXPECT_THAT(RowOf(summary, "objects found"), ElementsAre("2 of 3", "3 of 3"));
   EXPECT_THAT(RowOf(summary, "extra"), ElementsAre("0", "1"));
   const Evaluation& a = results[0].evaluation;
-  EXPECT_NEAR(a.mean_iou_all, a.mean_iou * 2.0 / 3.0, 1e-12);
-  EXPECT_NEAR(results[1].evaluation.mean_iou_all, results[1].evaluation.mean_iou, 1e-12);
+  EXPECT_NEAR(a.iou.mean_all, a.iou.mean * 2.0 / 3.0, 1e-12);
+  EXPECT_NEAR(results[1].evaluation.iou.mean_all, results[1].evaluation.iou.mean, 1e-12);
 }
 
 TEST(CompareEvaluations, ThinObjectsGetTheirFootprint) {

@@ -52,10 +52,10 @@ TEST(Evaluate, CountsTrackingCoverageAndScores) {
   EXPECT_EQ(evaluation.tracked, 15);
   EXPECT_NEAR(evaluation.tracked_share, 0.75, 1e-12);
   EXPECT_NEAR(evaluation.trajectory.rmse, 0.0, 1e-9);
-  EXPECT_GT(evaluation.mean_iou, 0.95);
-  EXPECT_GT(evaluation.mean_iou, evaluation.mean_iou_ellipsoid);
-  EXPECT_EQ(evaluation.scored, 1);
-  EXPECT_EQ(evaluation.scored_matched, 1);
+  EXPECT_GT(evaluation.iou.mean, 0.95);
+  EXPECT_GT(evaluation.iou.mean, evaluation.iou.mean_ellipsoid);
+  EXPECT_EQ(evaluation.scored_iou.objects, 1);
+  EXPECT_EQ(evaluation.scored_iou.matched, 1);
   ASSERT_EQ(evaluation.coverage.size(), 2u);
   EXPECT_EQ(evaluation.coverage[0].mapped, 1);  // 20 or more
   EXPECT_EQ(evaluation.coverage[0].total, 2);
@@ -133,7 +133,7 @@ TEST(Evaluate, TheGroundTruthOfTheDeskScoresNearlyPerfectly) {
     EXPECT_EQ(match.mapped, match.truth);
     EXPECT_GT(match.iou, 0.9);
   }
-  EXPECT_GT(evaluation.mean_iou, evaluation.mean_iou_ellipsoid + 0.2);
+  EXPECT_GT(evaluation.iou.mean, evaluation.iou.mean_ellipsoid + 0.2);
   EXPECT_LT(evaluation.trajectory.rmse, 1e-6);
 }
 
