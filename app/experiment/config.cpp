@@ -253,9 +253,12 @@ void ReadAxes(YamlGroup& group, ExperimentGrid& grid) {
 
 void ReadGrids(YamlGroup& root, ExperimentConfig& config) {
   const SystemOptions defaults;
-  ExperimentGrid common{
-      NamesOf(config.sequences), {NameOf(defaults.objects.representation)}, {NameOf(defaults.objects.association.method)},
-      {NameOf(defaults.objects.method)}, NamesOf(config.variants),          {kAllObjects}};
+  ExperimentGrid common{NamesOf(config.sequences),
+                        {NameOf(defaults.objects.representation)},
+                        {NameOf(defaults.objects.association.method)},
+                        {NameOf(defaults.objects.method)},
+                        NamesOf(config.variants),
+                        {kAllObjects}};
   ReadAxes(root, common);
   for (YamlGroup& group : root.Groups("grids")) {
     ExperimentGrid grid = common;
