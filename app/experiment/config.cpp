@@ -16,9 +16,8 @@
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
-namespace {
-
 using Words = std::vector<std::string>;
+namespace {
 
 std::string Guess(const std::string& word, const Words& known) {
   const std::string nearest = NearestWord(word, known);

@@ -6,7 +6,6 @@
 #include <algorithm>
 
 #include "slam/io/camera_guess.h"
-#include "slam/io/camera_presets.h"
 #include "slam/io/camera_yaml.h"
 #include "slam/util/error.h"
 
