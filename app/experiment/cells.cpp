@@ -14,9 +14,8 @@
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
-namespace {
-
 using Words = std::vector<std::string>;
+namespace {
 
 // Empty where the file cannot be read: whoever needs it will say so.
 std::string Contents(const fs::path& path) {

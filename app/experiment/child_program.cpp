@@ -16,9 +16,8 @@
 #include "slam/util/error.h"
 
 namespace sqslam::app {
-namespace {
-
 using Clock = std::chrono::steady_clock;
+namespace {
 
 // The files that the child finds open.
 class FileActions {

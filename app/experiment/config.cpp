@@ -16,9 +16,8 @@
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
-namespace {
-
 using Words = std::vector<std::string>;
+namespace {
 
 std::string Guess(const std::string& word, const Words& known) {
   const std::string nearest = NearestWord(word, known);
@@ -253,9 +252,12 @@ void ReadAxes(YamlGroup& group, ExperimentGrid& grid) {
 
 void ReadGrids(YamlGroup& root, ExperimentConfig& config) {
   const SystemOptions defaults;
-  ExperimentGrid common{
-      NamesOf(config.sequences), {NameOf(defaults.objects.representation)}, {NameOf(defaults.objects.association.method)},
-      {NameOf(defaults.objects.method)}, NamesOf(config.variants),          {kAllObjects}};
+  ExperimentGrid common{NamesOf(config.sequences),
+                        {NameOf(defaults.objects.representation)},
+                        {NameOf(defaults.objects.association.method)},
+                        {NameOf(defaults.objects.method)},
+                        NamesOf(config.variants),
+                        {kAllObjects}};
   ReadAxes(root, common);
   for (YamlGroup& group : root.Groups("grids")) {
     ExperimentGrid grid = common;

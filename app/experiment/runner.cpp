@@ -15,9 +15,8 @@
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
-namespace {
-
 using Clock = std::chrono::steady_clock;
+namespace {
 
 double SecondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();

@@ -8,7 +8,6 @@
 #include <limits>
 #include <map>
 #include <set>
-#include <tuple>
 
 #include "slam/util/atomic_file.h"
 
@@ -161,12 +160,13 @@ void AddIouRows(const Pointers& results, const Key& configuration, const std::st
   table.rows.push_back(std::move(found));
 }
 
-std::vector<std::string> IouColumns(const std::string& first, const Pointers& results,
-                                    const Key& configuration) {
-  std::vector<std::string> columns = {first, "figure"};
+// A table without rows, with a column for each configuration.
+Table IouTable(const char* name, const char* title, const char* first, const Pointers& results,
+               const Key& configuration) {
+  Table table{name, title, {first, "figure"}, {}, {}};
   const std::vector<std::string> keys = KeysOf(results, configuration);
-  columns.insert(columns.end(), keys.begin(), keys.end());
-  return columns;
+  table.columns.insert(table.columns.end(), keys.begin(), keys.end());
+  return table;
 }
 
 // Notes under a table: how often each row was measured, and which objects count.
@@ -189,14 +189,12 @@ void AddIouNotes(const Pointers& results, Table& table) {
 }
 
 struct NamedObject {
-  std::string sequence;
-  std::string name;
   std::string label;
+  std::string sequence;
   int id = 0;
+  std::string name;
 
-  bool operator<(const NamedObject& other) const {
-    return std::tie(label, sequence, id) < std::tie(other.label, other.sequence, other.id);
-  }
+  auto operator<=>(const NamedObject&) const = default;
 };
 
 std::set<NamedObject> ObjectsOf(const Pointers& results) {
@@ -204,7 +202,7 @@ std::set<NamedObject> ObjectsOf(const Pointers& results) {
   for (const CellResult* result : results) {
     for (const ObjectScore& object : result->objects) {
       if (Counts(*result, object)) {
-        objects.insert({result->cell.sequence, object.name, object.label, object.id});
+        objects.insert({object.label, result->cell.sequence, object.id, object.name});
       }
     }
   }
@@ -280,11 +278,7 @@ std::string StateText(const ExperimentOutcome& outcome) {
 Table RepresentationTable(const Results& all, const std::vector<std::string>& chosen) {
   const Pointers results = AtUsual(WithObjects(All(all)), AssociationOf, "full");
   const Key configuration = ConfigurationOf(results, RepresentationOf);
-  Table table{"Table I",
-              "3D IoU of objects by representation",
-              IouColumns("objects", results, configuration),
-              {},
-              {}};
+  Table table = IouTable("Table I", "3D IoU of objects by representation", "objects", results, configuration);
   const std::set<NamedObject> objects = ObjectsOf(results);
   std::set<std::string> labels;
   for (const NamedObject& object : objects) {
@@ -319,11 +313,8 @@ Table RepresentationTable(const Results& all, const std::vector<std::string>& ch
 Table SequenceTable(const Results& all) {
   const Pointers results = AtUsual(WithObjects(All(all)), AssociationOf, "full");
   const Key configuration = ConfigurationOf(results, RepresentationOf);
-  Table table{"Table II",
-              "Mean 3D IoU of sequences by representation",
-              IouColumns("sequence", results, configuration),
-              {},
-              {}};
+  Table table =
+      IouTable("Table II", "Mean 3D IoU of sequences by representation", "sequence", results, configuration);
   for (const std::string& sequence : KeysOf(results, SequenceNameOf)) {
     AddIouRows(
         results, configuration, sequence,
@@ -405,9 +396,9 @@ fs::path WriteTables(const ExperimentConfig& config, const ExperimentOutcome& ou
     WriteFileAtomically(folder / (stem + ".md"), ToMarkdown(tables[i]));
     WriteFileAtomically(folder / (stem + ".tex"), ToLatex(tables[i]));
     WriteFileAtomically(folder / (stem + ".csv"), ToCsv(tables[i]));
-    all += "\n" + (tables[i].rows.empty()
-                       ? fmt::format("## {}: {}\n\nNo runs for it.\n", tables[i].name, tables[i].title)
-                       : ToMarkdown(tables[i]));
+    all += fmt::format("\n{}", tables[i].rows.empty() ? fmt::format("## {}: {}\n\nNo runs for it.\n",
+                                                                    tables[i].name, tables[i].title)
+                                                      : ToMarkdown(tables[i]));
   }
   fs::path path = folder / "tables.md";
   WriteFileAtomically(path, all);

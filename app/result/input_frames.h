@@ -2,14 +2,21 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <opencv2/core.hpp>
 #include <optional>
-#include <vector>
+#include <string>
 
 #include "slam/io/sequence.h"
 #include "slam/snapshot/recording.h"
 
 namespace sqslam::app {
+
+using FramePoses = std::map<std::int64_t, Rigid3d>;  // T_map_camera by index of the frame
+
+// The poses of a trajectory.txt, whose times tell the frames of the sequence. Empty where the file is not
+// there; throws InputError where it is broken.
+FramePoses ReadFramePoses(const std::filesystem::path& trajectory, const Sequence& sequence);
 
 // The frames that went into a map: their poses in the finished map and, where the sequence is still there,
 // their images.
@@ -29,18 +36,10 @@ class InputFrames {
   cv::Mat ImageOf(std::int64_t frame) const;
 
  private:
-  struct TrackedFrame {
-    std::int64_t index;
-    Rigid3d T_map_camera;
-  };
-
-  void TakeTrajectory(const std::filesystem::path& map_file);
-  void TakeRecording(const RecordingReader& recording);
-
   Camera camera_;
   std::optional<Sequence> sequence_;
-  std::vector<TrackedFrame> tracked_;                         // sorted by index
-  std::vector<std::pair<std::int64_t, std::string>> images_;  // of snapshots
+  FramePoses poses_;
+  std::map<std::int64_t, std::string> images_;  // of snapshots, by index of the frame
   std::string why_no_sequence_;
 };
 

@@ -2,16 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
-#include "slam/io/trajectory.h"
+#include "app/result/input_frames.h"
 #include "slam/util/error.h"
 
 namespace sqslam::viewer {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double kSameTime = 1e-4;     // seconds; files have six digits
 constexpr std::int64_t kReadOver = 8;  // frames that are decoded in vain rather than opening the file anew
 
 }  // namespace
@@ -22,23 +19,11 @@ RunFrames::RunFrames(const RecordingReader& recording, const fs::path& map_file)
   } catch (const std::exception& error) {  // moved, deleted, or a live camera
     why_no_images_ = error.what();
   }
-  const fs::path file = map_file.parent_path() / "trajectory.txt";
-  if (!sequence_ || !fs::exists(file)) {
-    return;
-  }
   try {
-    std::size_t at = 0;
-    const std::vector<SequenceFrame>& frames = sequence_->frames;
-    for (const TimedPose& pose : ReadTrajectory(file)) {
-      while (at < frames.size() && frames[at].timestamp < pose.timestamp - kSameTime) {
-        ++at;
-      }
-      if (at < frames.size() && std::abs(frames[at].timestamp - pose.timestamp) <= kSameTime) {
-        poses_[static_cast<std::int64_t>(at)] = pose.T_map_camera;
-      }
+    if (sequence_) {
+      poses_ = app::ReadFramePoses(map_file.parent_path() / "trajectory.txt", *sequence_);
     }
   } catch (const InputError&) {  // a broken file: the poses of the snapshots are left
-    poses_.clear();
   }
 }
 

@@ -83,42 +83,7 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kEditsFormat = "sqslam-edits";
 constexpr int kEditsVersion = 1;
 
-// One value of the file with its name in it, for messages: "FILE: objects[2].label: ...".
-class Field {
- public:
-  Field(const std::filesystem::path& path, std::string name, const Json& value)
-      : path_(path), name_(std::move(name)), value_(value) {}
-
-  [[noreturn]] void Fail(const std::string& expected) const {
-    throw InputError(fmt::format("{}: {}: {}, expected {}", path_.string(), name_, value_.dump(), expected));
-  }
-
-  int Id() const {
-    if (!value_.is_number_integer() || value_.get<std::int64_t>() < 0 ||
-        value_.get<std::int64_t>() > std::numeric_limits<int>::max()) {
-      Fail("the id of an object, a whole number from 0");
-    }
-    return value_.get<int>();
-  }
-  bool Flag() const {
-    if (!value_.is_boolean()) {
-      Fail("true or false");
-    }
-    return value_.get<bool>();
-  }
-  std::string Text() const {
-    if (!value_.is_string() || value_.get<std::string>().empty()) {
-      Fail("a text that is not empty");
-    }
-    return value_.get<std::string>();
-  }
-
- private:
-  const std::filesystem::path& path_;
-  std::string name_;
-  const Json& value_;
-};
-
+// Reads one entry of the list; messages name file and field: "FILE: objects[2].label: ...".
 std::pair<int, ObjectEdit> ParseEdit(const std::filesystem::path& path, const std::string& where,
                                      const Json& entry) {
   if (!entry.is_object() || !entry.contains("id")) {
@@ -126,21 +91,29 @@ std::pair<int, ObjectEdit> ParseEdit(const std::filesystem::path& path, const st
         fmt::format("{}: {}: has no id, expected an object with the key 'id'", path.string(), where));
   }
   std::pair<int, ObjectEdit> parsed;
+  auto& [id, edit] = parsed;
   for (const auto& [key, value] : entry.items()) {
-    const Field field(path, where + "." + key, value);
-    ObjectEdit& edit = parsed.second;
-    if (key == "id") {
-      parsed.first = field.Id();
-    } else if (key == "name") {
-      edit.name = field.Text();
-    } else if (key == "label") {
-      edit.label = field.Text();
-    } else if (key == "hidden") {
-      edit.hidden = field.Flag();
-    } else if (key == "deleted") {
-      edit.deleted = field.Flag();
-    } else if (key == "merged_into") {
-      edit.merged_into = field.Id();
+    const auto check = [&, &key = key, &value = value](bool valid, const char* expected) {
+      if (!valid) {
+        throw InputError(
+            fmt::format("{}: {}.{}: {}, expected {}", path.string(), where, key, value.dump(), expected));
+      }
+    };
+    if (key == "id" || key == "merged_into") {
+      check(value.is_number_integer() && value.get<std::int64_t>() >= 0 &&
+                value.get<std::int64_t>() <= std::numeric_limits<int>::max(),
+            "the id of an object, a whole number from 0");
+      if (key == "id") {
+        id = value.get<int>();
+      } else {
+        edit.merged_into = value.get<int>();
+      }
+    } else if (key == "name" || key == "label") {
+      check(value.is_string() && !value.get<std::string>().empty(), "a text that is not empty");
+      (key == "name" ? edit.name : edit.label) = value.get<std::string>();
+    } else if (key == "hidden" || key == "deleted") {
+      check(value.is_boolean(), "true or false");
+      (key == "hidden" ? edit.hidden : edit.deleted) = value.get<bool>();
     } else {
       const std::vector<std::string> known = {"id", "name", "label", "hidden", "deleted", "merged_into"};
       const std::string nearest = NearestWord(key, known);
