@@ -280,7 +280,9 @@ void AddRenderOptions(CLI::App& command, RenderArguments& a) {
   command.add_option("--set", a.settings, "KEY=VALUE of the style, repeatable")->expected(1)->take_all();
   command.add_option("--reference", a.reference,
                      "Compare the picture with this one; exit code 5 if it differs");
-  command.add_option("--reference-threshold", a.threshold, "Largest 1 - SSIM that still passes")
+  command
+      .add_option("--reference-threshold", a.threshold,
+                  "Largest 1 - SSIM, averaged where something is drawn, that still passes")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   command.add_flag("--quiet", a.quiet, "No progress");

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <memory>
 #include <opencv2/imgcodecs.hpp>
-#include <opencv2/quality/qualityssim.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,6 +15,7 @@
 #include "app/terminal/terminal.h"
 #include "render/picture/outlines.h"
 #include "render/picture/photo_overlay.h"
+#include "render/picture/picture_difference.h"
 #include "render/video/video_alignment.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/atomic_file.h"
@@ -24,19 +24,6 @@
 namespace sqslam::app {
 namespace fs = std::filesystem;
 namespace {
-
-// Compares as f3d does: size and channels first, then 1 - SSIM (the mean over the channels).
-double Difference(const cv::Mat& image, const cv::Mat& reference) {
-  if (image.size() != reference.size() || image.type() != reference.type()) {
-    return 1.0;
-  }
-  const cv::Scalar similarity = cv::quality::QualitySSIM::compute(image, reference, cv::noArray());
-  double sum = 0.0;
-  for (int c = 0; c < image.channels(); ++c) {
-    sum += similarity[c];
-  }
-  return 1.0 - sum / image.channels();
-}
 
 void WritePicture(const fs::path& path, const cv::Mat& image) {
   std::vector<std::uint8_t> bytes;
@@ -73,7 +60,7 @@ int CompareWithReference(const RenderArguments& a, const cv::Mat& image) {
                image.channels());
     return 5;
   }
-  const double difference = Difference(image, reference);
+  const double difference = PictureDifference(image, reference);
   const bool same = difference <= a.threshold;
   if (same) {
     fmt::print("differs from {} by {:.4f}, within {}\n", a.reference, difference, a.threshold);

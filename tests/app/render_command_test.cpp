@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 #include <thread>
 
@@ -186,6 +187,20 @@ TEST_F(RenderCommandTest, AReferenceIsMetOrTheDifferenceIsLeftBesideThePicture) 
   EXPECT_THAT(other.err, HasSubstr("b-difference.png"));
   const cv::Mat difference = cv::imread(Out("b-difference.png"));
   EXPECT_EQ(difference.size(), cv::Size(3 * 320, 240));
+}
+
+TEST_F(RenderCommandTest, AReferenceWithOneMoreThingOnWhitePaperIsNotMet) {
+  const std::string bare =
+      "--set points.show=false --set grid.show=false --set cameras.trajectory=false --set "
+      "cameras.keyframes=false --set cameras.current=false --output " +
+      Out("a.png");
+  ASSERT_EQ(Render(bare).exit_code, 0);
+  cv::Mat reference = cv::imread(Out("a.png"));
+  cv::circle(reference, {22, 22}, 12, {60, 90, 200}, cv::FILLED, cv::LINE_AA);  // a 170th of the picture
+  cv::imwrite(Out("reference.png"), reference);
+  const ProgramRun run = Render(bare + " --reference " + Out("reference.png"));
+  EXPECT_EQ(run.exit_code, 5);
+  EXPECT_THAT(run.err, HasSubstr("a-difference.png"));
 }
 
 }  // namespace

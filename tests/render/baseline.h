@@ -5,22 +5,14 @@
 #include <cstdlib>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
-#include <opencv2/quality/qualityssim.hpp>
 #include <string>
 #include <vector>
 
+#include "render/picture/picture_difference.h"
+
 namespace sqslam {
 
-inline constexpr double kThreshold = 0.04;  // 1 - SSIM, as `sqslam render --reference-threshold`
-
-inline double OneMinusSsim(const cv::Mat& a, const cv::Mat& b) {
-  const cv::Scalar similarity = cv::quality::QualitySSIM::compute(a, b, cv::noArray());
-  double sum = 0.0;
-  for (int c = 0; c < a.channels(); ++c) {
-    sum += similarity[c];
-  }
-  return 1.0 - sum / a.channels();
-}
+inline constexpr double kThreshold = 0.04;  // PictureDifference(), as `sqslam render --reference-threshold`
 
 // SQSLAM_UPDATE_BASELINES=1 writes the picture as the new baseline (scripts/update-baselines.sh).
 inline void ExpectBaseline(const cv::Mat& image, const std::string& name, double threshold = kThreshold) {
@@ -33,7 +25,7 @@ inline void ExpectBaseline(const cv::Mat& image, const std::string& name, double
                                  << ": missing; look at the picture, then scripts/update-baselines.sh";
   ASSERT_EQ(image.size(), baseline.size());
   ASSERT_EQ(image.type(), baseline.type());
-  const double difference = OneMinusSsim(image, baseline);
+  const double difference = PictureDifference(image, baseline);
   if (difference > threshold) {
     const auto written = std::filesystem::temp_directory_path() / ("sqslam-" + name + ".png");
     cv::Mat apart;
@@ -41,7 +33,7 @@ inline void ExpectBaseline(const cv::Mat& image, const std::string& name, double
     cv::Mat side_by_side;
     cv::hconcat(std::vector<cv::Mat>{image, baseline, apart}, side_by_side);
     cv::imwrite(written.string(), side_by_side);
-    ADD_FAILURE() << "1 - SSIM is " << difference << ", at most " << threshold
+    ADD_FAILURE() << "1 - SSIM where something is drawn is " << difference << ", at most " << threshold
                   << " expected; picture, baseline and difference side by side: " << written;
   }
 }

@@ -118,7 +118,7 @@ TEST(PictureTest, WhatIsCutAwayLeavesNothingBehind) {
   renderer.SetMapKeepingFrame(bare);
   EXPECT_TRUE(SameBytes(renderer.Render(), cut)) << "no shadow, name or line of the legend either";
   options.style.clip.flip = false;
-  EXPECT_GT(OneMinusSsim(RenderPicture(HandMadeMap(), options), cut), kThreshold);
+  EXPECT_GT(PictureDifference(RenderPicture(HandMadeMap(), options), cut), kThreshold);
 }
 
 // A solid whose near side is cut off shows its inside, also where it is opaque.
@@ -140,7 +140,7 @@ TEST(PictureTest, BaselineTellsAChangedObjectFromTheSame) {
   MapSnapshot changed = HandMadeMap();
   changed.objects[0].superquadric.shape.half_size *= 1.3;
   EXPECT_GT(
-      OneMinusSsim(RenderPicture(changed, SmallPicture()), RenderPicture(HandMadeMap(), SmallPicture())),
+      PictureDifference(RenderPicture(changed, SmallPicture()), RenderPicture(HandMadeMap(), SmallPicture())),
       kThreshold);
 }
 

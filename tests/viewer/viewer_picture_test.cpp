@@ -113,7 +113,7 @@ TEST_F(ViewerWindow, WithoutSizeNothingIsDrawnAndAllComesBack) {
   stage_.Frames(5);
   stage_.Handle({.kind = InputEvent::Kind::kResize, .x = 960.0, .y = 600.0});
   stage_.Settle();
-  EXPECT_LT(OneMinusSsim(stage_.Picture(), before), 1e-6);
+  EXPECT_LT(PictureDifference(stage_.Picture(), before), 1e-6);
 }
 
 TEST_F(ViewerWindow, AnErrorIsShownAndTheProgramGoesOn) {
@@ -141,7 +141,7 @@ TEST_F(ViewerWindow, AScreenshotIsAsLargeAsAskedForAndLooksLikeTheScene) {
   WriteScreenshot(stage_.State(), size, false, file);
   const cv::Mat shot = cv::imread(file.string());
   const cv::Mat scene = stage_.Picture()(cv::Rect(cv::Point(0, 25), size));
-  EXPECT_LT(OneMinusSsim(shot, scene), 0.02);
+  EXPECT_LT(PictureDifference(shot, scene), 0.02);
   WriteScreenshot(stage_.State(), {1600, 900}, true, file);
   const cv::Mat large = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
   EXPECT_EQ(large.size(), cv::Size(1600, 900));

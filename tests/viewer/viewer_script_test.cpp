@@ -63,7 +63,7 @@ class ViewerScript : public ::testing::Test {
     }
     const cv::Mat drawn = cv::imread(output);
     ASSERT_EQ(shot.size(), drawn.size());
-    EXPECT_LT(OneMinusSsim(shot, drawn), 0.01);
+    EXPECT_LT(PictureDifference(shot, drawn), 0.01);
   }
 
   TemporaryFolder folder_;
