@@ -15,7 +15,6 @@
 #include "app/result/map_input.h"
 #include "app/terminal/terminal.h"
 #include "render/picture/outlines.h"
-#include "render/picture/photo_overlay.h"
 #include "render/video/video_alignment.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/atomic_file.h"

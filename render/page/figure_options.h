@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,7 +13,7 @@
 
 namespace sqslam {
 
-// What all figures have in common. Every figure has a width of its own (that of a column or of a page) and a
+// Options that all figures have. Every figure has a width of its own (that of a column or of a page) and a
 // height that follows from what it shows; both can be overridden.
 struct FigureOptions {
   std::optional<double> width_mm;
@@ -82,5 +83,13 @@ FigureSheet MakeSheet(const FigureOptions& options, double own_width, const std:
   const double height = size.height ? *size.height : own_height(size.width - 2.0 * kSheetMargin) + around;
   return BlankSheet(options, size, height, description);
 }
+
+// Options of a picture of `width` x `height` points on a page: at its density, without texts of its own,
+// labels in the given colours.
+PictureOptions PanelOptions(const FigureOptions& options, double dpi, double width, double height,
+                            const std::map<std::string, Eigen::Vector3d>& colors);
+
+// The picture at its own number of pixels, its top-left corner on the pixel next to the area's.
+void PlacePanel(FigurePage& page, const cv::Mat& picture, const FigureRect& area);
 
 }  // namespace sqslam

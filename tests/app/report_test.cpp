@@ -5,11 +5,11 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "app/report/report_html.h"
 #include "slam/evaluation/evaluation.h"
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
 #include "slam/util/error.h"
+#include "slam/util/markup.h"
 #include "tests/app/run_program.h"
 #include "tests/io/temporary_folder.h"
 
