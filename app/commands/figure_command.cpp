@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <variant>
@@ -119,6 +120,13 @@ struct AddOwnOption {
     }
   }
   void operator()(std::span<double>) const {}  // no figure has lists of numbers
+  void operator()(const EnumOption& value) const {
+    const std::vector<std::string>& names = option.field.allowed;
+    const auto set = [value, names](const std::string& name) {
+      value.set(static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin()));
+    };
+    command.add_option_function<std::string>(Name(), set, option.help)->check(CLI::IsMember(names));
+  }
   template <typename Number>
   void operator()(Number* value) const {
     CLI::Option* added = command.add_option(Name(), *value, option.help)
