@@ -69,18 +69,18 @@ struct FigureTask {
 
 // A figure as `sqslam figure NAME` offers it: what it takes, and how it is drawn.
 struct FigureEntry {
-  std::string name;
-  std::string help;          // one line
-  std::string details;       // with examples, below the options
-  std::string results_help;  // empty: takes no results
-  bool several = false;      // results, frames
-  std::string names_help;    // empty: takes no names of results
+  std::string name{};
+  std::string help{};          // one line
+  std::string details{};       // with examples, below the options
+  std::string results_help{};  // empty: takes no results
+  bool several = false;        // results, frames
+  std::string names_help{};    // empty: takes no names of results
   bool objects = false;
-  std::string frames_help;                     // empty: takes no frames
+  std::string frames_help{};                   // empty: takes no frames
   bool pictures = false;                       // draws maps: takes a rendering back end
   bool view = false;                           // takes camera angles
   void (*adapt_style)(SceneStyle&) = nullptr;  // to what looks best here; before the user's own settings
-  std::function<FigureTask()> make;
+  std::function<FigureTask()> make{};
 
   // A figure whose options are a struct with VisitFields. `draw` throws InputError or UsageError.
   template <typename Options>

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -57,32 +58,10 @@ struct FigureSheet {
   FigureTheme theme;
 };
 
-// `own_width` in points. The figure's own height is asked for the width that is left inside the margins.
-template <typename HeightForWidth>
+// A page of this width (points) where the options give none. The figure's own height is asked for the width
+// that is left inside the margins. Throws UsageError where there is no room.
 FigureSheet MakeSheet(const FigureOptions& options, double own_width, const std::string& description,
-                      HeightForWidth&& own_height);
-
-// Width of the page in points, pixels per inch, and the page's height in points where the options give one.
-struct FigureSize {
-  double width = 0.0;
-  double dpi = 300.0;
-  std::optional<double> height;
-};
-FigureSize ResolveSize(const FigureOptions& options, double own_width);
-
-inline constexpr double kSheetMargin = 4.0;  // points
-double TitleHeight(const FigureOptions& options);
-FigureSheet BlankSheet(const FigureOptions& options, const FigureSize& size, double height,
-                       const std::string& description);
-
-template <typename HeightForWidth>
-FigureSheet MakeSheet(const FigureOptions& options, double own_width, const std::string& description,
-                      HeightForWidth&& own_height) {
-  const FigureSize size = ResolveSize(options, own_width);
-  const double around = 2.0 * kSheetMargin + TitleHeight(options);
-  const double height = size.height ? *size.height : own_height(size.width - 2.0 * kSheetMargin) + around;
-  return BlankSheet(options, size, height, description);
-}
+                      const std::function<double(double width)>& own_height);
 
 // Options of a picture of `width` x `height` points on a page: at its density, without texts of its own,
 // labels in the given colours.

@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
+#include "render/picture/picture_overlay.h"
 #include "render/solids/scene_order.h"
 #include "slam/geometry/silhouette.h"
 #include "slam/util/error.h"
@@ -265,7 +266,7 @@ cv::Mat RenderOverPhoto(const MapSnapshot& map, const cv::Mat& photo, const Rigi
   // What follows is cut off at the edges of the photograph.
   const Camera seen = PlaceImage(camera, {cv::Point(), part.size()}).camera;
   const LabelColors colors = LabelColors::Of(map.objects);
-  const double scale = std::min(options.height / 720.0, options.width / 960.0);
+  const double scale = PictureScale({options.width, options.height});
   std::vector<ObjectOutline> outlines = OutlinesOf(map.objects, seen, T_map_camera);
   if (style.overlay.points) {
     DrawPoints(part, map, seen, T_map_camera, colors, std::max(1.5, style.overlay.point_size * scale));

@@ -77,6 +77,47 @@ SeenPoint Project(const ViewCamera& camera, cv::Size image, const Eigen::Vector3
           depth};
 }
 
+std::vector<LabelPlace> PlaceLabels(std::span<const LabelRequest> requests, cv::Size picture,
+                                    std::span<const cv::Rect> taken) {
+  std::vector<std::size_t> order(requests.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return requests[a].depth < requests[b].depth; });
+  const cv::Rect whole({0, 0}, picture);
+  std::vector<cv::Rect> used(taken.begin(), taken.end());
+  std::vector<LabelPlace> places(requests.size());
+  for (const std::size_t index : order) {
+    double least = std::numeric_limits<double>::infinity();
+    const std::vector<LabelPlace> candidates = Candidates(requests[index]);
+    for (std::size_t rank = 0; rank < candidates.size(); ++rank) {
+      const cv::Rect& area = candidates[rank].area;
+      const bool inside = (area & whole) == area;
+      const bool free = std::none_of(used.begin(), used.end(),
+                                     [&](const cv::Rect& other) { return !(other & area).empty(); });
+      const double cost = static_cast<double>(rank) + kCoverCost * Covered(area, requests, index);
+      if (inside && free && cost < least) {
+        least = cost;
+        places[index] = candidates[rank];
+      }
+    }
+    if (!places[index].area.empty()) {
+      used.push_back(places[index].area);
+    }
+  }
+  return places;
+}
+
+namespace {
+
+// A line of the legend: a thing's name after its colour.
+struct SceneLegendEntry {
+  std::string name;
+  std::string count;  // or nothing
+  Eigen::Vector3d color = Eigen::Vector3d::Zero();
+  bool line = false;  // drawn as a line, otherwise as a square
+};
+
+// The classes of the map with their counts, and lines that could be taken for one another.
 std::vector<SceneLegendEntry> SceneLegend(const MapSnapshot& map, const PictureCaptions& captions,
                                           const SceneStyle& style) {
   std::vector<SceneLegendEntry> entries;
@@ -105,6 +146,7 @@ std::vector<SceneLegendEntry> SceneLegend(const MapSnapshot& map, const PictureC
   return entries;
 }
 
+// In the top-right corner. `scale`: pixels for one of the style's. Returns the area that it covers.
 cv::Rect DrawSceneLegend(cv::Mat& image, const std::vector<SceneLegendEntry>& entries, bool panel_behind,
                          const SceneStyle& style, const TextPainter& text, double scale) {
   if (entries.empty()) {
@@ -144,6 +186,8 @@ cv::Rect DrawSceneLegend(cv::Mat& image, const std::vector<SceneLegendEntry>& en
   return panel;
 }
 
+// The map's axes as the camera sees them, and what a cell of the grid measures, in the bottom-left corner.
+// Returns the area that they cover.
 cv::Rect DrawAxes(cv::Mat& image, const ViewCamera& camera, double grid_cell, const SceneStyle& style,
                   const TextPainter& text, double scale) {
   const double size = TextSize(style, scale);
@@ -197,6 +241,7 @@ cv::Rect SeenBounds(const PosedSuperquadric& solid, const ViewCamera& camera, cv
   return whole & cv::Rect({0, 0}, picture);
 }
 
+// Names beside the objects, none over another or over `taken`.
 void DrawLabels(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera, const SceneStyle& style,
                 const TextPainter& text, double scale, std::span<const cv::Rect> taken) {
   const double size = std::max(0.9 * style.text.size * scale, kLeastText);
@@ -231,6 +276,8 @@ void DrawLabels(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera
   }
 }
 
+}  // namespace
+
 double PictureScale(cv::Size picture) { return std::min(picture.height / 720.0, picture.width / 960.0); }
 
 void DrawTexts(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera,
@@ -258,36 +305,6 @@ void DrawTexts(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera,
   if (style.objects.labels && style.objects.show) {
     DrawLabels(image, map, camera, style, text, scale, taken);
   }
-}
-
-std::vector<LabelPlace> PlaceLabels(std::span<const LabelRequest> requests, cv::Size picture,
-                                    std::span<const cv::Rect> taken) {
-  std::vector<std::size_t> order(requests.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return requests[a].depth < requests[b].depth; });
-  const cv::Rect whole({0, 0}, picture);
-  std::vector<cv::Rect> used(taken.begin(), taken.end());
-  std::vector<LabelPlace> places(requests.size());
-  for (const std::size_t index : order) {
-    double least = std::numeric_limits<double>::infinity();
-    const std::vector<LabelPlace> candidates = Candidates(requests[index]);
-    for (std::size_t rank = 0; rank < candidates.size(); ++rank) {
-      const cv::Rect& area = candidates[rank].area;
-      const bool inside = (area & whole) == area;
-      const bool free = std::none_of(used.begin(), used.end(),
-                                     [&](const cv::Rect& other) { return !(other & area).empty(); });
-      const double cost = static_cast<double>(rank) + kCoverCost * Covered(area, requests, index);
-      if (inside && free && cost < least) {
-        least = cost;
-        places[index] = candidates[rank];
-      }
-    }
-    if (!places[index].area.empty()) {
-      used.push_back(places[index].area);
-    }
-  }
-  return places;
 }
 
 }  // namespace sqslam

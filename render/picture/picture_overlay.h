@@ -39,31 +39,6 @@ struct PictureCaptions {
 void DrawTexts(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera,
                const PictureCaptions& captions, const SceneStyle& style, const TextPainter& text);
 
-// A line of the legend: a thing's name after its colour.
-struct SceneLegendEntry {
-  std::string name;
-  std::string count;  // or nothing
-  Eigen::Vector3d color = Eigen::Vector3d::Zero();
-  bool line = false;  // drawn as a line, otherwise as a square
-};
-
-// The classes of the map with their counts, and lines that could be taken for one another.
-std::vector<SceneLegendEntry> SceneLegend(const MapSnapshot& map, const PictureCaptions& captions,
-                                          const SceneStyle& style);
-
-// In the top-right corner. `scale`: pixels for one of the style's. Returns the area that it covers.
-cv::Rect DrawSceneLegend(cv::Mat& image, const std::vector<SceneLegendEntry>& entries, bool panel_behind,
-                         const SceneStyle& style, const TextPainter& text, double scale);
-
-// The map's axes as the camera sees them, and what a cell of the grid measures, in the bottom-left corner.
-// Returns the area that they cover.
-cv::Rect DrawAxes(cv::Mat& image, const ViewCamera& camera, double grid_cell, const SceneStyle& style,
-                  const TextPainter& text, double scale);
-
-// Names beside the objects, none over another or over `taken`.
-void DrawLabels(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera, const SceneStyle& style,
-                const TextPainter& text, double scale, std::span<const cv::Rect> taken);
-
 // A name that is to stand beside what it names, pixels.
 struct LabelRequest {
   cv::Rect bounds;     // of what is named, in the picture
