@@ -11,7 +11,7 @@
 #include "app/commands/commands.h"
 #include "app/commands/sequence_arguments.h"
 #include "app/terminal/terminal.h"
-#include "render/figures/calibration_figure.h"
+#include "render/figures/figures.h"
 #include "render/page/write_figure.h"
 #include "slam/calibration/calibration.h"
 #include "slam/geometry/angles.h"

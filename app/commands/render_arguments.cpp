@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "app/result/map_input.h"
-#include "render/camera/view_presets.h"
+#include "render/camera/scene_framing.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
 

@@ -13,17 +13,17 @@
 namespace sqslam::app {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using GlbJson = nlohmann::ordered_json;
 
 constexpr int kSegments = 64;  // steps of longitude of a superquadric
 
-void SetPose(Json& node, const Rigid3d& pose) {
+void SetPose(GlbJson& node, const Rigid3d& pose) {
   const Eigen::Quaterniond q = pose.rotation.normalized();
   node["translation"] = {pose.translation.x(), pose.translation.y(), pose.translation.z()};
   node["rotation"] = {q.x(), q.y(), q.z(), q.w()};
 }
 
-Json Extras(const SnapshotObject& object) {
+GlbJson Extras(const SnapshotObject& object) {
   const Superquadric& shape = object.superquadric.shape;
   return {{"id", object.id},
           {"label", object.label},
@@ -38,19 +38,14 @@ Json Extras(const SnapshotObject& object) {
 
 class MapWriter {
  public:
-  MapWriter(const MapSnapshot& map, const std::string& generator) : map_(map), file_(generator) {
-    std::vector<std::string> labels;
-    for (const SnapshotObject& object : map.objects) {
-      labels.push_back(object.label);
-    }
-    colors_ = LabelColors(labels);
-  }
+  MapWriter(const MapSnapshot& map, const std::string& generator)
+      : map_(map), file_(generator), colors_(LabelColors::Of(map.objects)) {}
 
   void AddObjects() {
-    Json nodes = Json::array();
+    GlbJson nodes = GlbJson::array();
     for (const SnapshotObject& object : map_.objects) {
       const std::string name = fmt::format("{} {}", object.id, ShownName(object));
-      Json node = {{"name", name}, {"mesh", AddMesh(name, object)}, {"extras", Extras(object)}};
+      GlbJson node = {{"name", name}, {"mesh", AddMesh(name, object)}, {"extras", Extras(object)}};
       SetPose(node, object.superquadric.T_map_object);
       nodes.push_back(file_.AddNode(std::move(node)));
     }
@@ -95,12 +90,12 @@ class MapWriter {
     const Eigen::Quaterniond flip(0.0, 1.0, 0.0, 0.0);
     const int lens = file_.AddCamera("camera", 2.0 * std::atan(0.5 * camera.height / camera.fy),
                                      camera.fy * camera.width / (camera.fx * camera.height), 0.1 * size);
-    Json nodes = Json::array();
+    GlbJson nodes = GlbJson::array();
     std::vector<Eigen::Vector3f> lines;
     for (const SnapshotKeyframe& keyframe : map_.keyframes) {
-      Json node = {{"name", fmt::format("keyframe {}", keyframe.id)},
-                   {"camera", lens},
-                   {"extras", {{"frame", keyframe.frame_index}, {"timestamp", keyframe.timestamp}}}};
+      GlbJson node = {{"name", fmt::format("keyframe {}", keyframe.id)},
+                      {"camera", lens},
+                      {"extras", {{"frame", keyframe.frame_index}, {"timestamp", keyframe.timestamp}}}};
       SetPose(node, {keyframe.T_map_camera.rotation * flip, keyframe.T_map_camera.translation});
       nodes.push_back(file_.AddNode(std::move(node)));
       AppendFrustum(keyframe.T_map_camera, size, lines);
@@ -110,7 +105,7 @@ class MapWriter {
   }
 
   std::string Bytes() {
-    Json root = {{"name", "map"}};
+    GlbJson root = {{"name", "map"}};
     const double half = std::sqrt(0.5);
     root["rotation"] = {-half, 0.0, 0.0, half};  // a quarter turn about x: z up becomes y up
     root["extras"] = {
@@ -149,7 +144,7 @@ class MapWriter {
     children_.push_back(file_.AddNode({{"name", name}, {"mesh", mesh}}));
   }
 
-  void AddGroup(const char* name, Json nodes) {
+  void AddGroup(const char* name, GlbJson nodes) {
     if (!nodes.empty()) {
       children_.push_back(file_.AddNode({{"name", name}, {"children", std::move(nodes)}}));
     }
@@ -188,10 +183,10 @@ class MapWriter {
 
   const MapSnapshot& map_;
   GlbFile file_;
-  SceneStyle style_;
   LabelColors colors_;
+  SceneStyle style_;
   std::map<std::string, int> materials_;
-  Json children_ = Json::array();
+  GlbJson children_ = GlbJson::array();
 };
 
 }  // namespace

@@ -53,14 +53,6 @@ std::vector<std::array<int, 4>> Quads(int base) {
   return quads;
 }
 
-LabelColors ColorsOf(const std::vector<SnapshotObject>& objects) {
-  std::vector<std::string> labels;
-  for (const SnapshotObject& object : objects) {
-    labels.push_back(object.label);
-  }
-  return LabelColors(labels);
-}
-
 // Names in .obj and .mtl files end at a blank.
 std::string MaterialName(std::string label) {
   std::replace(label.begin(), label.end(), ' ', '_');
@@ -68,7 +60,7 @@ std::string MaterialName(std::string label) {
 }
 
 std::string MtlText(const std::vector<SnapshotObject>& objects) {
-  const LabelColors colors = ColorsOf(objects);
+  const LabelColors colors = LabelColors::Of(objects);
   std::string text = "# colours of the classes\n";
   std::set<std::string> written;
   for (const SnapshotObject& object : objects) {
@@ -109,7 +101,7 @@ std::string PlyText(const std::vector<SnapshotObject>& objects) {
       "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
       objects.size() * kVertices, objects.size() * kFaces);
   auto out = std::back_inserter(text);
-  const LabelColors colors = ColorsOf(objects);
+  const LabelColors colors = LabelColors::Of(objects);
   for (const SnapshotObject& object : objects) {
     const Eigen::Vector3i c = (255.0 * colors(object.label)).array().round().cast<int>();
     for (const auto& [p, n] : Vertices(object.superquadric)) {

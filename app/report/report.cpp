@@ -3,16 +3,21 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <optional>
 #include <vector>
 
-#include "app/report/report_data.h"
 #include "app/report/report_html.h"
+#include "app/report/report_plots.h"
+#include "render/picture/picture_text.h"
 #include "slam/geometry/angles.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/atomic_file.h"
+#include "slam/util/error.h"
+#include "slam/util/markup.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -22,6 +27,23 @@ using Output = std::back_insert_iterator<std::string>;
 using nlohmann::json;
 
 constexpr std::uintmax_t kLargestVideo = 8u << 20;  // bytes
+
+ReportData::Evaluation ReadEvaluation(const std::filesystem::path& path) {
+  try {
+    ReportData::Evaluation evaluation;
+    evaluation.json = nlohmann::json::parse(ReadFile(path, "an eval.json"));
+    evaluation.scale = evaluation.json.at("trajectory").at("S_world_map").at("scale").get<double>();
+    for (const auto& position : evaluation.json.at("ground_truth_positions_map")) {
+      const auto p = position.get<std::array<double, 3>>();
+      evaluation.truth_positions_map.emplace_back(p[0], p[1], p[2]);
+    }
+    evaluation.has_objects = evaluation.json.contains("objects");
+    return evaluation;
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(
+        fmt::format("{}: expected an eval.json as sqslam eval writes it ({})", path.string(), error.what()));
+  }
+}
 
 void AppendFigureOfRun(Output out, std::string_view name, const std::string& value, std::string_view unit,
                        const std::string& note) {
@@ -66,30 +88,33 @@ void AppendFiguresOfRun(Output out, const ReportData& data) {
   fmt::format_to(out, "</dl>\n");
 }
 
-void AppendObjectRow(Output out, const ReportData& data, const SnapshotObject& object) {
-  const std::string& color = data.colors.at(object.label);
+// The dot in the colour of a class, "#rrggbb" as in the pictures of the map.
+std::string Dot(const LabelColors& colors, const std::string& label) {
+  return fmt::format("<span class=\"dot\" style=\"background:{}\"></span>", FormatColor(colors(label)));
+}
+
+void AppendObjectRow(Output out, const ReportData& data, const SnapshotObject& object,
+                     const LabelColors& colors) {
   const Superquadric& shape = object.superquadric.shape;
   const double factor = 2.0 * data.Scale() * (data.evaluation ? 100.0 : 1.0);  // centimetres where metric
   const int digits = data.evaluation ? 1 : 3;
-  fmt::format_to(out, "<tr><td class=\"l\"><span class=\"dot\" style=\"background:{}\"></span>{} {}</td>",
-                 color, object.id, EscapeHtml(object.label));
-  fmt::format_to(out, "<td>{}</td><td>{:.2f}</td><td>{:.2f}</td>", ShapeGlyphSvg(object, color), shape.e1,
-                 shape.e2);
+  fmt::format_to(out, "<tr><td class=\"l\">{}{} {}</td>", Dot(colors, object.label), object.id,
+                 EscapeMarkup(object.label));
+  fmt::format_to(out, "<td>{}</td><td>{:.2f}</td><td>{:.2f}</td>",
+                 ShapeGlyphSvg(object, colors(object.label)), shape.e1, shape.e2);
   fmt::format_to(out, "<td>{:.{}f} × {:.{}f} × {:.{}f}</td>", factor * shape.half_size.x(), digits,
                  factor * shape.half_size.y(), digits, factor * shape.half_size.z(), digits);
   fmt::format_to(out, "<td>{}</td><td>{}</td><td>{:.2f}</td></tr>\n", object.observations, object.points,
                  object.score);
 }
 
-void AppendMatchRow(Output out, const ReportData& data, const json& match) {
+void AppendMatchRow(Output out, const json& match, const LabelColors& colors) {
   const auto label = match.at("object_label").get<std::string>();
-  const auto color = data.colors.find(label);
   const double iou = match.at("iou").get<double>();
   fmt::format_to(out, "<tr><td class=\"l\">{} {}</td><td>{}</td>", match.at("ground_truth").get<int>(),
-                 EscapeHtml(match.at("name").get<std::string>()), match.at("detections").get<int>());
-  fmt::format_to(out, "<td class=\"l\"><span class=\"dot\" style=\"background:{}\"></span>{} {}</td>",
-                 color != data.colors.end() ? color->second : "#9aa3ad", match.at("object").get<int>(),
-                 EscapeHtml(label));
+                 EscapeMarkup(match.at("name").get<std::string>()), match.at("detections").get<int>());
+  fmt::format_to(out, "<td class=\"l\">{}{} {}</td>", Dot(colors, label), match.at("object").get<int>(),
+                 EscapeMarkup(label));
   fmt::format_to(
       out,
       "<td class=\"bars\"><span class=\"bar\"><i style=\"width:{:.0f}%\"></i></span></td><td>{:.3f}</td>",
@@ -104,12 +129,13 @@ void AppendMatchRow(Output out, const ReportData& data, const json& match) {
 std::string ListOf(const json& entries, const char* id_key, const char* name_key) {
   std::vector<std::string> names;
   for (const json& entry : entries) {
-    names.push_back(fmt::format("{} {}", entry.at(id_key).get<int>(), EscapeHtml(entry.value(name_key, ""))));
+    names.push_back(
+        fmt::format("{} {}", entry.at(id_key).get<int>(), EscapeMarkup(entry.value(name_key, ""))));
   }
   return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
 }
 
-void AppendObjects(Output out, const ReportData& data) {
+void AppendObjects(Output out, const ReportData& data, const LabelColors& colors) {
   if (data.objects.empty()) {
     return;
   }
@@ -120,12 +146,12 @@ void AppendObjects(Output out, const ReportData& data) {
       "<th>Score</th></tr></thead><tbody>\n",
       data.evaluation ? "cm" : "map units");
   for (const SnapshotObject& object : data.objects) {
-    AppendObjectRow(out, data, object);
+    AppendObjectRow(out, data, object, colors);
   }
   fmt::format_to(out, "</tbody></table></div></section>\n");
 }
 
-void AppendComparison(Output out, const ReportData& data) {
+void AppendComparison(Output out, const ReportData& data, const LabelColors& colors) {
   if (!data.evaluation || !data.evaluation->has_objects) {
     return;
   }
@@ -138,13 +164,13 @@ void AppendComparison(Output out, const ReportData& data) {
       "<th>as ellipsoid</th><th>Centre off, cm</th><th>Size off, cm</th><th>Yaw off, "
       "°</th></tr></thead><tbody>\n");
   for (const json& match : objects.at("matched")) {
-    AppendMatchRow(out, data, match);
+    AppendMatchRow(out, match, colors);
   }
   for (const json& missed : objects.at("missed")) {
     fmt::format_to(out,
                    "<tr class=\"missed\"><td class=\"l\">{} {}</td><td>{}</td><td class=\"l\" "
                    "colspan=\"7\">missed</td></tr>\n",
-                   missed.at("ground_truth").get<int>(), EscapeHtml(missed.at("name").get<std::string>()),
+                   missed.at("ground_truth").get<int>(), EscapeMarkup(missed.at("name").get<std::string>()),
                    missed.at("detections").get<int>());
   }
   fmt::format_to(out, "</tbody></table></div>\n<div class=\"after\"></div>\n");
@@ -173,14 +199,13 @@ void AppendTiming(Output out, const ReportData& data) {
       "%</th><th>Longest</th><th>Times</th></tr></thead><tbody>\n");
   for (const auto& [stage, summary] : data.stats->timing_ms) {  // sorted: a stage stands before its parts
     const std::size_t dot = stage.find('.');
-    std::string name = dot == std::string::npos ? stage : stage.substr(dot + 1);
-    std::replace(name.begin(), name.end(), '_', ' ');
+    const std::string name = ReadableLabel(dot == std::string::npos ? stage : stage.substr(dot + 1));
     fmt::format_to(
         out,
         "<tr class=\"{}\"><td class=\"stage\">{}</td><td class=\"bars\"><span class=\"bar\"><i "
         "style=\"width:{:.0f}%\"></i>"
         "</span></td><td>{:.2f}</td><td>{:.2f}</td><td>{:.2f}</td><td>{:.1f}</td><td>{}</td></tr>\n",
-        dot == std::string::npos ? "stage1" : "sub", EscapeHtml(name), 100.0 * summary.mean / largest,
+        dot == std::string::npos ? "stage1" : "sub", EscapeMarkup(name), 100.0 * summary.mean / largest,
         summary.mean, summary.median, summary.p95, summary.max, summary.count);
   }
   fmt::format_to(out, "</tbody></table></div></section>\n");
@@ -213,15 +238,15 @@ void AppendPictures(Output out, const ReportInputs& inputs) {
   }
 }
 
-void AppendTopView(Output out, const ReportData& data) {
-  const std::string svg = TopViewSvg(data);
+void AppendTopView(Output out, const ReportData& data, const LabelColors& colors) {
+  const std::string svg = TopViewSvg(data, colors);
   if (svg.empty()) {
     return;
   }
   fmt::format_to(
       out,
-      "<section><h2>Seen from above</h2>\n<figure>{}<figcaption>Camera path from the full dot to the open "
-      "one, and the objects’ horizontal outlines.{}</figcaption></figure></section>\n",
+      "<section><h2>Seen from above</h2>\n<figure>{}<figcaption>Camera path, and the objects’ horizontal "
+      "outlines.{}</figcaption></figure></section>\n",
       svg,
       data.evaluation ? " The ground truth is aligned by a similarity."
                       : " A map from one camera has no scale: "
@@ -247,7 +272,7 @@ void AppendGallery(Output out, const fs::path& folder) {
     std::replace_if(
         caption.begin(), caption.end(), [](char c) { return c == '_' || c == '-'; }, ' ');
     fmt::format_to(out, "<figure><img alt=\"{0}\" src=\"{1}\"><figcaption>{0}</figcaption></figure>\n",
-                   EscapeHtml(caption), DataUri(picture, "image/png"));
+                   EscapeMarkup(caption), DataUri(picture, "image/png"));
   }
   fmt::format_to(out, "</div></section>\n");
 }
@@ -258,28 +283,50 @@ std::string FolderName(const fs::path& path) {
   return normal.has_filename() ? normal.filename().string() : normal.parent_path().filename().string();
 }
 
-// What the run says it mapped.
+// The sequence that the run says it mapped.
 std::string RecordedSequence(const fs::path& result) {
   return fs::exists(result / "map.sqmap") ? RecordingReader(result / "map.sqmap").Info().sequence_path : "";
 }
 
 }  // namespace
 
+ReportData ReadReportData(const std::filesystem::path& folder, const FinishedRun* run) {
+  if (!std::filesystem::is_directory(folder)) {
+    throw InputError(fmt::format("{}: no such folder; expected the result folder of a run", folder.string()));
+  }
+  const auto has = [&](const char* name) { return std::filesystem::exists(folder / name); };
+  ReportData data;
+  if (run != nullptr) {
+    data.trajectory = run->result.map.trajectory;
+    data.objects = run->result.map.snapshot->objects;
+    data.stats = run->stats;
+  } else {
+    data.trajectory = has("trajectory.txt") ? ReadTrajectory(folder / "trajectory.txt") : Trajectory();
+    data.objects = has("objects.json") ? ReadObjects(folder / "objects.json") : data.objects;
+    data.stats = has("stats.json") ? std::optional(ReadStats(folder / "stats.json")) : std::nullopt;
+  }
+  if (has("eval.json")) {
+    data.evaluation = ReadEvaluation(folder / "eval.json");
+  }
+  return data;
+}
+
 void WriteReport(const ReportInputs& inputs) {
   const ReportData data = ReadReportData(inputs.result, inputs.run);
+  const LabelColors colors = LabelColors::Of(data.objects);
   const std::string sequence = inputs.sequence.empty() ? RecordedSequence(inputs.result) : inputs.sequence;
   const std::string title =
       inputs.title.empty() ? FolderName(sequence.empty() ? inputs.result : fs::path(sequence)) : inputs.title;
   std::string body;
   const Output out = std::back_inserter(body);
-  fmt::format_to(out, "<header><div class=\"eyebrow\">Object map</div>\n<h1>{}</h1>\n{}</header>\n",
-                 EscapeHtml(title),
-                 sequence.empty() ? "" : fmt::format("<div class=\"sub\">{}</div>\n", EscapeHtml(sequence)));
+  fmt::format_to(
+      out, "<header><div class=\"eyebrow\">Object map</div>\n<h1>{}</h1>\n{}</header>\n", EscapeMarkup(title),
+      sequence.empty() ? "" : fmt::format("<div class=\"sub\">{}</div>\n", EscapeMarkup(sequence)));
   AppendFiguresOfRun(out, data);
   AppendPictures(out, inputs);
-  AppendTopView(out, data);
-  AppendObjects(out, data);
-  AppendComparison(out, data);
+  AppendTopView(out, data, colors);
+  AppendObjects(out, data, colors);
+  AppendComparison(out, data, colors);
   AppendGallery(out, inputs.result / "figures");
   AppendTiming(out, data);
   fmt::format_to(

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "slam/util/markup.h"
 #include "slam/util/text_lines.h"
 
 namespace sqslam::app {
@@ -33,7 +34,7 @@ dl.figures dd span { display: block; font: 12.5px/1.4 var(--plain); color: var(-
 figure { margin: 0 0 26px; }
 figure img, figure video { display: block; width: 100%; height: auto; border: 1px solid var(--line); border-radius: 3px; }
 figcaption { margin-top: 8px; }
-svg.plot { display: block; width: 100%; height: auto; border: 1px solid var(--line); border-radius: 3px; }
+figure svg { display: block; width: 100%; height: auto; border: 1px solid var(--line); border-radius: 3px; }
 .gallery { display: grid; grid-template-columns: repeat(auto-fit, minmax(290px, 1fr)); gap: 20px; }
 .scroll { overflow-x: auto; }
 table { width: 100%; border-collapse: collapse; font: 13.5px/1.35 var(--plain); font-variant-numeric: lining-nums tabular-nums; }
@@ -53,7 +54,7 @@ tr.sub td.stage { padding-left: 20px; color: var(--soft); }
 .bar { display: inline-block; width: 90px; height: 7px; background: var(--wash); border-radius: 4px; vertical-align: 1px; overflow: hidden; text-align: left; }
 .bar i { display: block; height: 100%; background: var(--accent); border-radius: 4px; }
 .muted { color: var(--faint); }
-.glyph { vertical-align: middle; }
+td svg { vertical-align: middle; }
 footer { margin-top: 60px; padding-top: 14px; border-top: 1px solid var(--line); color: var(--soft); font: 12.5px/1.5 var(--plain); }
 @media (max-width: 640px) { body { padding: 32px 18px; } h1 { font-size: 30px; } }
 @media print {
@@ -72,49 +73,6 @@ footer { margin-top: 60px; padding-top: 14px; border-top: 1px solid var(--line);
 
 }  // namespace
 
-std::string EscapeHtml(std::string_view text) {
-  std::string escaped;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      case '"':
-        escaped += "&quot;";
-        break;
-      case '\'':
-        escaped += "&#39;";
-        break;
-      default:
-        escaped += c;
-    }
-  }
-  return escaped;
-}
-
-std::string Base64(std::string_view bytes) {
-  constexpr std::string_view kAlphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const auto byte = [&](std::size_t k) -> unsigned {
-      return i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u;
-    };
-    const unsigned group = byte(0) << 16 | byte(1) << 8 | byte(2);
-    text += kAlphabet[group >> 18 & 63];
-    text += kAlphabet[group >> 12 & 63];
-    text += i + 1 < bytes.size() ? kAlphabet[group >> 6 & 63] : '=';
-    text += i + 2 < bytes.size() ? kAlphabet[group & 63] : '=';
-  }
-  return text;
-}
-
 std::string DataUri(const std::filesystem::path& file, std::string_view mime_type) {
   return fmt::format("data:{};base64,{}", mime_type, Base64(ReadFile(file, "a picture or a video")));
 }
@@ -124,7 +82,7 @@ std::string HtmlPage(const std::string& title, const std::string& body) {
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<title>{}</title>\n<style>{}</style>\n</head>\n<body>\n{}</body>\n</html>\n",
-      EscapeHtml(title), kStyle, body);
+      EscapeMarkup(title), kStyle, body);
 }
 
 }  // namespace sqslam::app

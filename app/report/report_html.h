@@ -6,11 +6,6 @@
 
 namespace sqslam::app {
 
-// Text made safe for HTML and SVG, attributes included.
-std::string EscapeHtml(std::string_view text);
-
-std::string Base64(std::string_view bytes);
-
 // "data:image/png;base64,..." of a file. Throws InputError where it cannot be read.
 std::string DataUri(const std::filesystem::path& file, std::string_view mime_type);
 

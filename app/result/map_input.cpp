@@ -23,7 +23,7 @@ TruePath LayOver(const MapSnapshot& map, const fs::path& sequence) {
 
 }  // namespace
 
-fs::path MapFile(const fs::path& map) { return fs::is_directory(map) ? map / "map.sqmap" : map; }
+fs::path MapFile(const fs::path& map) { return ResultFile(map, "map.sqmap"); }
 
 void AddEditsOption(CLI::App& command, std::string& edits) {
   command

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "app/viewer/render_command_line.h"
-#include "render/camera/view_presets.h"
+#include "render/camera/scene_framing.h"
 #include "slam/util/error.h"
 
 namespace sqslam::viewer {

@@ -1,10 +1,17 @@
 #include "render/camera/scene_framing.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
 
+#include "slam/geometry/angles.h"
+#include "slam/util/error.h"
 #include "slam/util/statistics.h"
 
 namespace sqslam {
@@ -27,11 +34,10 @@ Eigen::Vector3d Percentiles(const std::vector<Eigen::Vector3d>& points, double q
   return result;
 }
 
-void AppendCorners(const Eigen::Vector3d& low, const Eigen::Vector3d& high, const Rigid3d& pose,
+void AppendCorners(const Eigen::Vector3d& low, const Eigen::Vector3d& high,
                    std::vector<Eigen::Vector3d>& corners) {
   for (int i = 0; i < 8; ++i) {
-    corners.push_back(pose * Eigen::Vector3d(i & 1 ? high.x() : low.x(), i & 2 ? high.y() : low.y(),
-                                             i & 4 ? high.z() : low.z()));
+    corners.emplace_back(i & 1 ? high.x() : low.x(), i & 2 ? high.y() : low.y(), i & 4 ? high.z() : low.z());
   }
 }
 
@@ -50,8 +56,8 @@ std::vector<Eigen::Vector3d> ObjectCorners(const MapSnapshot& map) {
   std::vector<Eigen::Vector3d> corners;
   for (std::size_t i = 0; i < centers.size(); ++i) {
     if (distances[i] <= limit || centers.size() < 4) {
-      const PosedSuperquadric& solid = map.objects[i].superquadric;
-      AppendCorners(-solid.shape.half_size, solid.shape.half_size, solid.T_map_object, corners);
+      const std::array<Eigen::Vector3d, 8> box = BoxCorners(map.objects[i].superquadric);
+      corners.insert(corners.end(), box.begin(), box.end());
     }
   }
   return corners;
@@ -88,7 +94,7 @@ std::vector<Eigen::Vector3d> Outline(const MapSnapshot& map) {
   }
   const std::vector<Eigen::Vector3d> near = PointsInside(map, low, high);
   if (near.size() >= 20) {
-    AppendCorners(Percentiles(near, tail), Percentiles(near, 1.0 - tail), {}, outline);
+    AppendCorners(Percentiles(near, tail), Percentiles(near, 1.0 - tail), outline);
   }
   if (outline.empty()) {
     for (const SnapshotKeyframe& keyframe : map.keyframes) {
@@ -125,7 +131,30 @@ Eigen::Vector3d FrontDirection(const MapSnapshot& map, const SceneFocus& focus) 
   return side.normalized();
 }
 
+struct Direction {
+  double azimuth;    // degrees from the front, counter-clockwise seen from above
+  double elevation;  // degrees
+};
+
+const std::map<std::string, Direction>& Directions() {
+  static const std::map<std::string, Direction> directions = {
+      {"front", {0.0, 0.0}},  {"right", {90.0, 0.0}}, {"back", {180.0, 0.0}},
+      {"left", {-90.0, 0.0}}, {"top", {0.0, 90.0}},   {"isometric", {45.0, 35.264}}};
+  return directions;
+}
+
 }  // namespace
+
+std::array<Eigen::Vector3d, 8> BoxCorners(const PosedSuperquadric& solid) {
+  const Eigen::Vector3d& a = solid.shape.half_size;
+  std::array<Eigen::Vector3d, 8> corners;
+  for (int i = 0; i < 8; ++i) {
+    corners[static_cast<std::size_t>(i)] =
+        solid.T_map_object *
+        Eigen::Vector3d(i & 1 ? a.x() : -a.x(), i & 2 ? a.y() : -a.y(), i & 4 ? a.z() : -a.z());
+  }
+  return corners;
+}
 
 SceneFocus FindFocus(const MapSnapshot& map) {
   SceneFocus focus;
@@ -202,6 +231,29 @@ double RoundLength(double length) {
   const double power = std::pow(10.0, std::floor(std::log10(std::max(length, 1e-12))));
   const double lead = length / power;
   return (lead >= 5.0 ? 5.0 : lead >= 2.0 ? 2.0 : 1.0) * power;
+}
+
+const std::vector<std::string>& ViewPresetNames() {
+  static const std::vector<std::string> names = {"front", "right", "back", "left", "top", "isometric"};
+  return names;
+}
+
+ViewCamera PresetView(const std::string& name, const SceneFocus& focus, double aspect, double view_angle) {
+  const auto found = Directions().find(name);
+  if (found == Directions().end()) {
+    throw UsageError(fmt::format("view {}: unknown, expected {}", name, fmt::join(ViewPresetNames(), ", ")));
+  }
+  const Eigen::Vector3d up = focus.up.normalized();
+  const Eigen::Vector3d level =
+      Eigen::AngleAxisd(found->second.azimuth * kRadiansPerDegree, up) * focus.front;
+  const double elevation = found->second.elevation * kRadiansPerDegree;
+  ViewCamera camera;
+  camera.focal_point = focus.center;
+  camera.position =
+      focus.center + 3.0 * focus.radius * (std::cos(elevation) * level + std::sin(elevation) * up);
+  camera.view_up = found->second.elevation >= 90.0 ? Eigen::Vector3d(-focus.front) : up;
+  camera.view_angle = view_angle;
+  return FitOutline(camera, focus.outline.empty() ? std::vector{focus.center} : focus.outline, aspect);
 }
 
 }  // namespace sqslam

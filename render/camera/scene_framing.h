@@ -1,14 +1,17 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <string>
+#include <vector>
 
 #include "render/camera/camera_path.h"
 #include "slam/snapshot/snapshot.h"
 
 namespace sqslam {
 
-// What of a map a picture should show: the objects and their surroundings, or the bulk of the points where
-// there are no objects. A few stray points, however far away, change nothing.
+// The part of a map that a picture should show: the objects and their surroundings, or the bulk of the points
+// where there are no objects. A few stray points, however far away, change nothing.
 struct SceneFocus {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   double radius = 1.0;  // map units
@@ -30,7 +33,20 @@ ViewCamera FrameScene(const SceneFocus& focus, double aspect, double view_angle 
 ViewCamera FitOutline(const ViewCamera& camera, const std::vector<Eigen::Vector3d>& outline, double aspect,
                       double margin = 0.08);
 
+// Corners of the box around a solid, map frame.
+std::array<Eigen::Vector3d, 8> BoxCorners(const PosedSuperquadric& solid);
+
 // 1, 2 or 5 times a power of ten, at most `length`.
 double RoundLength(double length);
+
+// Named views, each framed like the automatic one: front, right, back, left, top, isometric. The front is
+// where the cameras stood on average; right is to the right of somebody who stands there. They look level,
+// top straight down with the front below; isometric from 45 degrees to the right and 35.26 up, in
+// perspective.
+const std::vector<std::string>& ViewPresetNames();
+
+// Throws UsageError, which lists the names, for another one. aspect: width / height; view_angle: degrees.
+ViewCamera PresetView(const std::string& name, const SceneFocus& focus, double aspect,
+                      double view_angle = 30.0);
 
 }  // namespace sqslam

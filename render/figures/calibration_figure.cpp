@@ -1,14 +1,10 @@
-#include "render/figures/calibration_figure.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "render/figures/figures.h"
 #include "render/page/chart.h"
-#include "render/page/color_ramp.h"
-#include "render/page/panels.h"
-#include "render/scene/style.h"
 #include "slam/util/error.h"
 #include "slam/util/statistics.h"
 
@@ -25,7 +21,7 @@ double RoundedDown(double value) {
   return power * (lead >= 5.0 ? 5.0 : lead >= 2.0 ? 2.0 : 1.0);
 }
 
-std::vector<double> Lengths(const CalibrationFigure& figure) {
+std::vector<double> ErrorLengths(const CalibrationFigure& figure) {
   std::vector<double> lengths;
   for (const CalibrationFigure::Corner& corner : figure.corners) {
     lengths.push_back(corner.error.norm());
@@ -33,18 +29,19 @@ std::vector<double> Lengths(const CalibrationFigure& figure) {
   return lengths;
 }
 
-void DrawTitle(FigurePage& page, const FigureRect& panel, const std::string& text, const FigureTheme& theme) {
+void DrawPanelTitle(FigurePage& page, const FigureRect& panel, const std::string& text,
+                    const FigureTheme& theme) {
   page.Text(NarrowText(PlainText(text, {panel.Center().x(), panel.y - theme.small}, theme.small, theme.ink,
                                  TextAlign::kCenter),
                        panel.width));
 }
 
 // Errors as arrows without heads: a dot at the corner, a line to where it should be, enlarged.
-void DrawErrors(FigurePage& page, const CalibrationFigure& figure, const FigureRect& panel,
-                const FigureTheme& theme) {
+void DrawCornerErrors(FigurePage& page, const CalibrationFigure& figure, const FigureRect& panel,
+                      const FigureTheme& theme) {
   constexpr double kReach = 0.045;  // of the image's width: a large error as drawn
   const double points_per_pixel = panel.width / figure.width;
-  const double large = std::max(1e-3, LowerQuantile(Lengths(figure), 0.95));
+  const double large = std::max(1e-3, LowerQuantile(ErrorLengths(figure), 0.95));
   const double enlarged = std::max(1.0, RoundedDown(kReach * figure.width / large));
   page.Rect(panel, std::nullopt, theme.Axis());
   const Eigen::Vector3d blue = LookOfSeries(0).color;
@@ -56,7 +53,7 @@ void DrawErrors(FigurePage& page, const CalibrationFigure& figure, const FigureR
     page.Line(at(corner.pixel), at(corner.pixel + enlarged * corner.error), {blue, 0.5, {}});
     DrawMark(page, at(corner.pixel), {Mark::Shape::kCircle, 1.3, theme.ink});
   }
-  DrawTitle(page, panel, fmt::format("corner errors, {:g} times enlarged", enlarged), theme);
+  DrawPanelTitle(page, panel, fmt::format("corner errors, {:g} times enlarged", enlarged), theme);
   const double shown = RoundedDown(0.25 * figure.width / enlarged);  // px of error
   const double length = shown * enlarged * points_per_pixel;
   const double y = panel.Bottom() + 1.2 * theme.small;
@@ -93,13 +90,13 @@ void DrawCoverage(FigurePage& page, const CalibrationFigure& figure, const Figur
     }
   }
   page.Rect(panel, std::nullopt, theme.Axis());
-  DrawTitle(page, panel, "corners in each part of the image", theme);
+  DrawPanelTitle(page, panel, "corners in each part of the image", theme);
 }
 
-void DrawHistogram(FigurePage& page, const CalibrationFigure& figure, const FigureRect& panel,
-                   const FigureTheme& theme) {
+void DrawErrorHistogram(FigurePage& page, const CalibrationFigure& figure, const FigureRect& panel,
+                        const FigureTheme& theme) {
   constexpr int kBins = 24;
-  const std::vector<double> lengths = Lengths(figure);
+  const std::vector<double> lengths = ErrorLengths(figure);
   const double high = std::max(1e-3, *std::max_element(lengths.begin(), lengths.end()));
   PlotArea plot;
   plot.x = RoundAxis(0.0, high, 4, true);
@@ -126,7 +123,7 @@ void DrawHistogram(FigurePage& page, const CalibrationFigure& figure, const Figu
                               theme.small, theme.ink);
   text.halo = theme.background;
   page.Text(text);
-  DrawTitle(page, plot.area, "lengths of the errors", theme);
+  DrawPanelTitle(page, plot.area, "lengths of the errors", theme);
 }
 
 }  // namespace
@@ -151,11 +148,11 @@ FigurePage DrawCalibration(const CalibrationFigure& figure, const FigureOptions&
   FigureRect image = panel;  // keeps the image's proportions
   image.width = panel.height / aspect;
   image.x += 0.5 * (panel.width - image.width);
-  DrawErrors(sheet.page, figure, image, theme);
+  DrawCornerErrors(sheet.page, figure, image, theme);
   image.x += panel.width + kCalibrationGap;
   DrawCoverage(sheet.page, figure, image, theme);
   panel.x += 2.0 * (panel.width + kCalibrationGap);
-  DrawHistogram(sheet.page, figure, panel, theme);
+  DrawErrorHistogram(sheet.page, figure, panel, theme);
   return std::move(sheet.page);
 }
 

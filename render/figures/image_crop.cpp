@@ -33,8 +33,6 @@ ImageCrop::ImageCrop(const cv::Mat& image, const Box2d& region, int quarter_turn
   area_.y = panel.Center().y() - 0.5 * area_.height;
 }
 
-double ImageCrop::PointsPerPixel() const { return area_.width / image_.cols; }
-
 Eigen::Vector2d ImageCrop::ToPage(const Eigen::Vector2d& pixel) const {
   // Pixel centres lie at whole numbers; shares of the cut from its corner.
   Eigen::Vector2d at((pixel.x() + 0.5 - cut_.x) / cut_.width, (pixel.y() + 0.5 - cut_.y) / cut_.height);

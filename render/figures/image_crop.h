@@ -17,7 +17,6 @@ class ImageCrop {
   void Draw(FigurePage& page) const { page.Image(image_, area_); }
   const FigureRect& Area() const { return area_; }
   Eigen::Vector2d ToPage(const Eigen::Vector2d& pixel) const;
-  double PointsPerPixel() const;
   bool Contains(const Eigen::Vector2d& pixel) const;
   // The part of a line that is shown; false where none is.
   bool Clip(Eigen::Vector2d& from, Eigen::Vector2d& to) const;

@@ -2,12 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
 
-#include "render/figures/chart_figures.h"
+#include "render/figures/figure_input.h"
+#include "render/figures/figures.h"
 #include "render/page/chart.h"
-#include "render/page/panels.h"
+#include "render/picture/picture_text.h"
+#include "slam/geometry/angles.h"
+#include "slam/io/result_files.h"
 #include "slam/util/error.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam {
 namespace {
@@ -15,7 +21,7 @@ namespace {
 constexpr double kIouGap = 6.0;
 constexpr double kSlant = 40.0;  // degrees, of names that do not fit side by side
 
-void Check(const IouFigure& figure) {
+void CheckIou(const IouFigure& figure) {
   if (figure.objects.empty() || figure.series.empty()) {
     throw UsageError("no object to draw, expected at least one");
   }
@@ -27,7 +33,7 @@ void Check(const IouFigure& figure) {
   }
 }
 
-double Mean(const IouFigure::Series& series) {
+double MeanIou(const IouFigure::Series& series) {
   double sum = 0.0;
   for (const std::optional<double>& value : series.values) {
     sum += value.value_or(0.0);
@@ -41,25 +47,18 @@ bool AnyMissed(const IouFigure& figure) {
   });
 }
 
-std::vector<LegendEntry> LegendOf(const IouFigure& figure, const FigureTheme& theme) {
+std::vector<LegendEntry> IouLegend(const IouFigure& figure, const FigureTheme& theme) {
   std::vector<LegendEntry> entries;
   for (std::size_t i = 0; i < figure.series.size() && figure.series.size() > 1; ++i) {
-    LegendEntry entry;
-    entry.text = figure.series[i].name;
-    entry.look = LookOfSeries(static_cast<int>(i));
-    entries.push_back(entry);
+    entries.push_back(LegendEntry::Bar(figure.series[i].name, LookOfSeries(static_cast<int>(i))));
   }
   if (AnyMissed(figure)) {
-    LegendEntry missed;
-    missed.kind = LegendEntry::Kind::kMark;
-    missed.text = "not found";
-    missed.mark = {Mark::Shape::kCross, 5.0, theme.muted};
-    entries.push_back(missed);
+    entries.push_back(LegendEntry::OfMark("not found", {Mark::Shape::kCross, 5.0, theme.muted}));
   }
   return entries;
 }
 
-struct Names {
+struct NameRoom {
   bool slanted = false;
   double height = 0.0;  // points below the plot
   double left = 0.0;    // how far the first one reaches beyond its place
@@ -67,14 +66,14 @@ struct Names {
 
 std::string MeanName(const IouFigure& figure) { return fmt::format("mean of {}", figure.objects.size()); }
 
-Names MeasureNames(const IouFigure& figure, double slot, const FigureTheme& theme) {
+NameRoom MeasureNames(const IouFigure& figure, double slot, const FigureTheme& theme) {
   double widest = TextWidth(MeanName(figure), theme.small, true);
   for (const std::string& name : figure.objects) {
     widest = std::max(widest, TextWidth(name, theme.small));
   }
-  Names names;
+  NameRoom names;
   names.slanted = widest > slot - 3.0;
-  const double angle = kSlant * std::numbers::pi / 180.0;
+  const double angle = kSlant * kRadiansPerDegree;
   names.height = names.slanted ? 4.0 + widest * std::sin(angle) + theme.small : 4.0 + 1.3 * theme.small;
   names.left = names.slanted ? TextWidth(figure.objects.front(), theme.small) * std::cos(angle) : 0.0;
   return names;
@@ -82,7 +81,9 @@ Names MeasureNames(const IouFigure& figure, double slot, const FigureTheme& them
 
 // One place more than there are objects for the means, with a gap before it.
 constexpr double kMeanGap = 0.5;
-double Slots(const IouFigure& figure) { return static_cast<double>(figure.objects.size()) + 1.0 + kMeanGap; }
+double IouSlots(const IouFigure& figure) {
+  return static_cast<double>(figure.objects.size()) + 1.0 + kMeanGap;
+}
 
 PlotArea UnitPlot(const FigureRect& area) {
   PlotArea plot;
@@ -92,8 +93,8 @@ PlotArea UnitPlot(const FigureRect& area) {
   return plot;
 }
 
-void DrawValue(FigurePage& page, const PlotArea& plot, double left, double width,
-               const std::optional<double>& value, const SeriesLook& look, const FigureTheme& theme) {
+void DrawIouBar(FigurePage& page, const PlotArea& plot, double left, double width,
+                const std::optional<double>& value, const SeriesLook& look, const FigureTheme& theme) {
   const double middle = left + 0.5 * width;
   if (!value) {
     DrawMark(page, {middle, plot.Y(0.0) - 4.0}, {Mark::Shape::kCross, std::min(5.0, width), theme.muted});
@@ -115,8 +116,8 @@ void DrawValue(FigurePage& page, const PlotArea& plot, double left, double width
   }
 }
 
-void DrawName(FigurePage& page, const std::string& name, double x, double bottom, bool slanted, bool bold,
-              const FigureTheme& theme) {
+void DrawIouName(FigurePage& page, const std::string& name, double x, double bottom, bool slanted, bool bold,
+                 const FigureTheme& theme) {
   FigureText text = PlainText(name, {x, bottom + 4.0 + 0.5 * theme.small}, theme.small, theme.ink,
                               TextAlign::kCenter, bold);
   if (slanted) {
@@ -127,9 +128,9 @@ void DrawName(FigurePage& page, const std::string& name, double x, double bottom
   page.Text(text);
 }
 
-void DrawBars(FigurePage& page, const PlotArea& plot, const IouFigure& figure, const Names& names,
-              const FigureTheme& theme) {
-  const double slot = plot.area.width / Slots(figure);
+void DrawIouBars(FigurePage& page, const PlotArea& plot, const IouFigure& figure, const NameRoom& names,
+                 const FigureTheme& theme) {
+  const double slot = plot.area.width / IouSlots(figure);
   const auto series = static_cast<double>(figure.series.size());
   const double bar = slot * 0.8 / series;
   for (std::size_t i = 0; i <= figure.objects.size(); ++i) {
@@ -137,11 +138,11 @@ void DrawBars(FigurePage& page, const PlotArea& plot, const IouFigure& figure, c
     const double middle = plot.area.x + (static_cast<double>(i) + 0.5 + (mean ? kMeanGap : 0.0)) * slot;
     for (std::size_t k = 0; k < figure.series.size(); ++k) {
       const double left = middle + (static_cast<double>(k) - 0.5 * series) * bar;
-      const std::optional<double> value = mean ? Mean(figure.series[k]) : figure.series[k].values[i];
-      DrawValue(page, plot, left + 0.04 * bar, 0.92 * bar, value, LookOfSeries(static_cast<int>(k)), theme);
+      const std::optional<double> value = mean ? MeanIou(figure.series[k]) : figure.series[k].values[i];
+      DrawIouBar(page, plot, left + 0.04 * bar, 0.92 * bar, value, LookOfSeries(static_cast<int>(k)), theme);
     }
-    DrawName(page, mean ? MeanName(figure) : figure.objects[i], middle, plot.area.Bottom(), names.slanted,
-             mean, theme);
+    DrawIouName(page, mean ? MeanName(figure) : figure.objects[i], middle, plot.area.Bottom(), names.slanted,
+                mean, theme);
   }
   const double between = plot.area.x + (static_cast<double>(figure.objects.size()) + 0.5 * kMeanGap) * slot;
   page.Line({between, plot.area.y}, {between, plot.area.Bottom()}, {theme.muted, 0.6, {2.0, 2.0}});
@@ -150,35 +151,184 @@ void DrawBars(FigurePage& page, const PlotArea& plot, const IouFigure& figure, c
 }  // namespace
 
 FigurePage DrawIou(const IouFigure& figure, const FigureOptions& options) {
-  Check(figure);
-  const bool many = Slots(figure) * static_cast<double>(figure.series.size()) > 14.0;
-  const auto slot_width = [&](double width) { return (width - 30.0) / Slots(figure); };
+  CheckIou(figure);
+  const bool many = IouSlots(figure) * static_cast<double>(figure.series.size()) > 14.0;
+  const auto slot_width = [&](double width) { return (width - 30.0) / IouSlots(figure); };
   FigureSheet sheet =
       MakeSheet(options, many ? kTextWidth : kColumnWidth, "3D IoU of objects", [&](double width) {
         const FigureTheme theme(options);
-        return LegendHeight(LegendOf(figure, theme), width, theme) + kIouGap + 120.0 +
+        return LegendHeight(IouLegend(figure, theme), width, theme) + kIouGap + 120.0 +
                MeasureNames(figure, slot_width(width), theme).height;
       });
   const FigureTheme& theme = sheet.theme;
   const FigureRect& area = sheet.area;
-  const std::vector<LegendEntry> entries = LegendOf(figure, theme);
+  const std::vector<LegendEntry> entries = IouLegend(figure, theme);
   const double legend = LegendHeight(entries, area.width, theme);
-  const Names names = MeasureNames(figure, slot_width(area.width), theme);
+  const NameRoom names = MeasureNames(figure, slot_width(area.width), theme);
   FigureRect plot_area{area.x, area.y + legend + kIouGap, area.width,
                        area.height - legend - kIouGap - names.height};
   const double left = std::max(YAxisWidth(UnitPlot(plot_area).y, theme, true) + 2.0,
                                names.left - 0.5 * slot_width(area.width));
   plot_area.x += left;
   plot_area.width -= left;
-  if (plot_area.height < 20.0 || plot_area.width / Slots(figure) < 3.0) {
+  if (plot_area.height < 20.0 || plot_area.width / IouSlots(figure) < 3.0) {
     throw UsageError("the figure is too small for its bars, expected a larger size");
   }
   DrawLegend(sheet.page, entries, {area.x, area.y, area.width, legend}, theme);
   const PlotArea plot = UnitPlot(plot_area);
   DrawYAxis(sheet.page, plot, "3D IoU", theme);
-  DrawBars(sheet.page, plot, figure, names, theme);
+  DrawIouBars(sheet.page, plot, figure, names, theme);
   sheet.page.Line({plot_area.x, plot_area.Bottom()}, {plot_area.Right(), plot_area.Bottom()}, theme.Axis());
   return std::move(sheet.page);
+}
+
+namespace {
+
+struct IouOptions {
+  std::string objects = "found";
+  bool ellipsoids = false;
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("--objects NAME", "Objects that are shown", objects, {"found", "scored", "all"});
+    visit("--ellipsoids", "Also as ellipsoids", ellipsoids);
+  }
+};
+
+struct IouScore {
+  double iou = 0.0;
+  double ellipsoid = 0.0;
+};
+
+struct ScoredObject {
+  std::string name;
+  bool scored = false;
+  bool found = false;  // by any of the results
+};
+
+struct IouScores {
+  std::string ground_truth;
+  std::map<int, ScoredObject> objects;  // by ground-truth number
+  std::map<int, IouScore> found;
+};
+
+IouScores ReadScores(const std::filesystem::path& path) {
+  try {
+    const auto eval = nlohmann::json::parse(ReadFile(path, "an eval.json"));
+    IouScores scores;
+    scores.ground_truth = eval.at("ground_truth").get<std::string>();
+    if (!eval.contains("objects")) {
+      throw InputError(
+          fmt::format("{}: knows no objects, expected an evaluation against objects_gt.json", path.string()));
+    }
+    const auto add = [&scores](const nlohmann::json& entry) {
+      const int id = entry.at("ground_truth").get<int>();
+      scores.objects[id] = {entry.at("name").get<std::string>(), entry.at("scored").get<bool>(), false};
+      return id;
+    };
+    for (const auto& entry : eval.at("objects").at("matched")) {
+      const int id = add(entry);
+      scores.found[id] = {entry.at("iou").get<double>(), entry.at("iou_ellipsoid").get<double>()};
+    }
+    for (const auto& entry : eval.at("objects").at("missed")) {
+      add(entry);
+    }
+    return scores;
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(
+        fmt::format("{}: expected an eval.json as sqslam eval writes it ({})", path.string(), error.what()));
+  }
+}
+
+std::vector<IouScores> ReadAllScores(const std::vector<std::string>& results) {
+  std::vector<IouScores> all;
+  for (const std::string& result : results) {
+    const std::filesystem::path path = ResultFile(result, "eval.json");
+    if (!std::filesystem::exists(path)) {
+      throw InputError(fmt::format("{}: missing, expected sqslam eval RESULT --ground-truth SEQUENCE first",
+                                   path.string()));
+    }
+    all.push_back(ReadScores(path));
+    if (all.back().objects.size() != all.front().objects.size() ||
+        all.back().ground_truth != all.front().ground_truth) {
+      throw InputError(fmt::format("{}: evaluated against {}, expected {} as for {}", path.string(),
+                                   all.back().ground_truth, all.front().ground_truth, results.front()));
+    }
+  }
+  return all;
+}
+
+// Objects to show by ground-truth number; names that several carry are told apart by it.
+std::map<int, std::string> ShownObjects(const std::vector<IouScores>& all, const std::string& which) {
+  std::map<int, ScoredObject> objects = all.front().objects;
+  for (const IouScores& scores : all) {
+    for (const auto& [id, score] : scores.found) {
+      objects[id].found = true;
+    }
+  }
+  std::map<std::string, int> uses;
+  for (const auto& [id, object] : objects) {
+    ++uses[object.name];
+  }
+  std::map<int, std::string> shown;
+  for (const auto& [id, object] : objects) {
+    if (which == "all" || (which == "scored" ? object.scored : object.found)) {
+      const std::string name = ReadableLabel(object.name);
+      shown[id] = uses[object.name] > 1 ? fmt::format("{} {}", name, id) : name;
+    }
+  }
+  return shown;
+}
+
+FigurePage DrawIouOf(const FigureRequest& request, const IouOptions& options) {
+  const std::vector<std::string> names = ResultNames(request);
+  const std::vector<IouScores> all = ReadAllScores(request.results);
+  const std::map<int, std::string> shown = ShownObjects(all, options.objects);
+  if (shown.empty()) {
+    throw InputError(fmt::format("{}: no object to show, expected one that was found (or --objects all)",
+                                 fmt::join(request.results, ", ")));
+  }
+  IouFigure figure;
+  for (const auto& [id, name] : shown) {
+    figure.objects.push_back(name);
+  }
+  const bool unnamed = all.size() == 1 && request.names.empty();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    IouFigure::Series series{unnamed ? "superquadrics" : names[i], {}};
+    IouFigure::Series ellipsoids{all.size() == 1 ? "as ellipsoids" : names[i] + " as ellipsoids", {}};
+    for (const auto& [id, name] : shown) {
+      const auto found = all[i].found.find(id);
+      const bool is = found != all[i].found.end();
+      series.values.push_back(is ? std::optional(found->second.iou) : std::nullopt);
+      ellipsoids.values.push_back(is ? std::optional(found->second.ellipsoid) : std::nullopt);
+    }
+    figure.series.push_back(std::move(series));
+    if (options.ellipsoids) {
+      figure.series.push_back(std::move(ellipsoids));
+    }
+  }
+  return DrawIou(figure, request.page);
+}
+
+}  // namespace
+
+FigureEntry IouEntry() {
+  return {.name = "iou",
+          .help = "3D IoU of each object, and the means, of one or more results",
+          .details = R"(
+From the eval.json of results held against one ground truth (sqslam eval writes it): a bar for each ground-truth
+object, and at the right the means over the objects shown, one that was not found counting 0. --objects says
+which are shown: found (in at least one of the results; the default), scored (those whose ground truth fixes the
+shape), all. --ellipsoids adds each result's objects with both exponents set to 1, in the same place and size.
+
+Examples:
+  sqslam figure iou out/desk -o iou.pdf
+  sqslam figure iou out/desk --ellipsoids -o shape.pdf
+  sqslam figure iou out/sq out/quadric --name superquadrics --name quadrics -o iou.png --width-mm 180
+)",
+          .results_help = "Result folders that hold eval.json, or such files",
+          .several = true,
+          .names_help = kNameInLegend,
+          .make = FigureEntry::Maker(DrawIouOf)};
 }
 
 }  // namespace sqslam

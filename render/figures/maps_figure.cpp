@@ -2,14 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <set>
 
-#include "render/figures/panel_figures.h"
+#include "render/figures/figure_input.h"
+#include "render/figures/figures.h"
 #include "render/page/chart.h"
-#include "render/page/panels.h"
 #include "render/picture/picture.h"
 #include "render/picture/picture_overlay.h"
 #include "render/solids/convex_solids.h"
+#include "slam/io/image_resize.h"
 #include "slam/util/error.h"
 
 namespace sqslam {
@@ -39,13 +42,10 @@ std::map<std::string, Eigen::Vector3d> CommonColors(const MapsFigure& figure) {
   return result;
 }
 
-std::vector<LegendEntry> LegendOf(const std::map<std::string, Eigen::Vector3d>& colors) {
+std::vector<LegendEntry> ClassLegend(const std::map<std::string, Eigen::Vector3d>& colors) {
   std::vector<LegendEntry> entries;
   for (const auto& [label, color] : colors) {
-    LegendEntry entry;
-    entry.text = ReadableLabel(label);
-    entry.look.color = color;
-    entries.push_back(entry);
+    entries.push_back(LegendEntry::Bar(ReadableLabel(label), {color, {}, 0}));
   }
   return entries;
 }
@@ -73,7 +73,7 @@ double ImageAspect(const MapsFigure& figure) {
   return 0.0;
 }
 
-MapsLayout LayOut(const MapsFigure& figure, const FigureTheme& theme, double width) {
+MapsLayout LayOutMaps(const MapsFigure& figure, const FigureTheme& theme, double width) {
   MapsLayout layout;
   const int count = static_cast<int>(figure.panels.size());
   layout.columns = std::clamp(figure.columns > 0 ? figure.columns : std::min(count, 5), 1, count);
@@ -83,13 +83,13 @@ MapsLayout LayOut(const MapsFigure& figure, const FigureTheme& theme, double wid
   layout.image = aspect > 0.0 ? layout.width / aspect : 0.0;
   layout.map = layout.width / (aspect > 0.0 ? aspect : 4.0 / 3.0);
   layout.name = 1.9 * theme.font;
-  layout.legend = LegendHeight(LegendOf(CommonColors(figure)), width, theme);
+  layout.legend = LegendHeight(ClassLegend(CommonColors(figure)), width, theme);
   return layout;
 }
 
 // The image as large as it fits, its boxes as outlines with the classes' colours.
-void DrawImage(FigurePage& page, const MapsFigure::Panel& panel, const FigureRect& area,
-               const std::map<std::string, Eigen::Vector3d>& colors, const FigureTheme& theme) {
+void DrawImageWithBoxes(FigurePage& page, const MapsFigure::Panel& panel, const FigureRect& area,
+                        const std::map<std::string, Eigen::Vector3d>& colors, const FigureTheme& theme) {
   if (panel.image.empty()) {
     page.Rect(area, theme.faint);
     page.Text(PlainText("no image", area.Center(), theme.small, theme.muted, TextAlign::kCenter));
@@ -158,7 +158,7 @@ void DrawObjectNames(FigurePage& page, const MapSnapshot& map, const ViewCamera&
   }
 }
 
-std::string Caption(const MapsFigure& figure, std::size_t index) {
+std::string MapCaption(const MapsFigure& figure, std::size_t index) {
   const std::string& name = figure.panels[index].name;
   return figure.panels.size() < 2 || index > 25
              ? name
@@ -173,10 +173,10 @@ FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options, cons
   }
   const double own_width = figure.panels.size() == 1 ? kColumnWidth : kTextWidth;
   FigureSheet sheet = MakeSheet(options, own_width, "Object maps", [&](double width) {
-    return LayOut(figure, FigureTheme(options), width).Height();
+    return LayOutMaps(figure, FigureTheme(options), width).Height();
   });
   const auto colors = CommonColors(figure);
-  MapsLayout layout = LayOut(figure, sheet.theme, sheet.area.width);
+  MapsLayout layout = LayOutMaps(figure, sheet.theme, sheet.area.width);
   // Where the height was asked for: what is spare is the maps', what is missing is taken from both.
   const double spare = (sheet.area.height - layout.Height()) / layout.rows;
   const double shared = spare > 0.0 ? 0.0 : layout.image / (layout.image + layout.map);
@@ -196,7 +196,7 @@ FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options, cons
     FigureRect area{sheet.area.x + column * (layout.width + kMapsGap),
                     sheet.area.y + row * (layout.Block() + kMapsGap), layout.width, layout.image};
     if (layout.image > 0.0) {
-      DrawImage(sheet.page, panel, area, colors, sheet.theme);
+      DrawImageWithBoxes(sheet.page, panel, area, colors, sheet.theme);
       area.y += layout.image + kMapsGap;
     }
     area.height = layout.map;
@@ -208,16 +208,145 @@ FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options, cons
     }
     const Eigen::Vector2d anchor(area.Center().x(), area.Bottom() + 0.9 * sheet.theme.font);
     sheet.page.Text(NarrowText(
-        PlainText(Caption(figure, i), anchor, sheet.theme.font, sheet.theme.ink, TextAlign::kCenter),
+        PlainText(MapCaption(figure, i), anchor, sheet.theme.font, sheet.theme.ink, TextAlign::kCenter),
         layout.width));
     if (progress) {
       progress(static_cast<int>(i) + 1, static_cast<int>(figure.panels.size()));
     }
   }
-  DrawLegend(sheet.page, LegendOf(colors),
+  DrawLegend(sheet.page, ClassLegend(colors),
              {sheet.area.x, sheet.area.Bottom() - layout.legend, sheet.area.width, layout.legend},
              sheet.theme);
   return std::move(sheet.page);
+}
+
+namespace {
+
+struct MapsOptions {
+  int columns = 0;
+  bool boxes = false;
+  bool labels = false;
+  bool no_images = false;
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("--columns N", "Maps in a row; default: all, up to five", columns, 1, 20);
+    visit("--boxes", "Draw the boxes of objects on the images", boxes);
+    visit("--labels", "Names over the objects", labels);
+    visit("--no-images", "Maps only", no_images);
+  }
+};
+
+bool HasImage(const MapSnapshot& map) {
+  std::error_code error;
+  return !map.image_path.empty() && std::filesystem::is_regular_file(map.image_path, error);
+}
+
+// The snapshot whose image is shown; null where no image is left.
+MapSnapshotPtr Representative(const RecordingReader& reader, std::optional<std::int64_t> frame,
+                              bool in_video) {
+  constexpr int kMostRead = 120;  // snapshots looked at, evenly over the run
+  const int step = frame ? 1 : std::max(1, reader.Size() / kMostRead);
+  MapSnapshotPtr best;
+  std::int64_t best_value = -1;
+  if (frame) {
+    int nearest = 0;
+    for (int i = 0; i < reader.Size(); ++i) {
+      if (std::abs(reader.FrameIndex(i) - *frame) < std::abs(reader.FrameIndex(nearest) - *frame)) {
+        nearest = i;
+      }
+    }
+    const MapSnapshotPtr map = reader.Read(nearest);
+    return in_video || HasImage(*map) ? map : nullptr;
+  }
+  for (int i = reader.Size() - 1; i >= 0; i -= step) {
+    const MapSnapshotPtr map = reader.Read(i);
+    const auto value = std::count_if(map->detections.begin(), map->detections.end(),
+                                     [](const SnapshotDetection& box) { return box.object_id >= 0; });
+    if (value > best_value && (in_video || HasImage(*map))) {
+      best = map;
+      best_value = value;
+    }
+  }
+  return best;
+}
+
+// Boxes that belong to objects, under the labels that these have in the end.
+std::vector<MapsFigure::Box> BoxesOf(const MapSnapshot& moment, const MapSnapshot& last) {
+  std::vector<MapsFigure::Box> boxes;
+  for (const SnapshotDetection& box : moment.detections) {
+    if (box.object_id < 0) {
+      continue;
+    }
+    std::string label = box.detection.label;
+    for (const SnapshotObject& object : last.objects) {
+      label = object.id == box.object_id ? object.label : label;
+    }
+    boxes.push_back({label, box.detection.box});
+  }
+  return boxes;
+}
+
+MapsFigure::Panel ReadPanel(const FigureRequest& request, std::size_t index, const std::string& name,
+                            const MapsOptions& options) {
+  const std::string& result = request.results[index];
+  const RecordedMap map = OpenMap(result);
+  const FrameImages video = options.no_images || !request.video_of ? nullptr : request.video_of(result);
+  const auto frame = request.frames.empty() ? std::nullopt : std::optional(request.frames[index]);
+  const MapSnapshotPtr moment =
+      options.no_images ? nullptr : Representative(*map.reader, frame, video != nullptr);
+  MapsFigure::Panel panel;
+  panel.name = name;
+  panel.map = *map.last;
+  if (moment) {
+    panel.image = HasImage(*moment)
+                      ? ReadImageInSize(moment->image_path, {moment->camera.width, moment->camera.height})
+                      : video(moment->frame_index);
+    if (options.boxes && !panel.image.empty()) {
+      panel.boxes = BoxesOf(*moment, panel.map);
+    }
+  }
+  return panel;
+}
+
+FigurePage DrawMapsOf(const FigureRequest& request, const MapsOptions& options) {
+  const std::vector<std::string> names = ResultNames(request);
+  if (!request.frames.empty() && request.frames.size() != request.results.size()) {
+    throw UsageError(fmt::format("--frame: {} for {}, expected one for each result in their order",
+                                 request.frames.size(), request.results.size()));
+  }
+  MapsFigure figure;
+  figure.columns = options.columns;
+  figure.labels = options.labels;
+  for (std::size_t i = 0; i < request.results.size(); ++i) {
+    figure.panels.push_back(ReadPanel(request, i, names[i], options));
+  }
+  return DrawMaps(figure, request.page, request.progress);
+}
+
+}  // namespace
+
+FigureEntry MapsEntry() {
+  return {.name = "maps",
+          .help = "Maps in a row, each below an image of its run",
+          .details = R"(
+Above each map stands an input image of its run: the frame in which most boxes belonged to objects, or that
+nearest to --frame. --boxes draws these boxes. A class has one colour in all maps and boxes; one legend below
+serves all. Results without images (live cameras, images and videos that have gone) get an empty place, or only
+their map where none has any.
+
+Examples:
+  sqslam figure maps out/kitchen out/desk -o maps.pdf
+  sqslam figure maps out/a out/b out/c --name "Desk A" --name "Desk B" --name Kitchen --boxes -o maps.png
+  sqslam figure maps out/kitchen --labels --frame 300 --width-mm 120 --dpi 600 -o kitchen.png
+  sqslam figure maps out/* --columns 3 --no-images --set cameras.keyframes=false -o all.pdf
+)",
+          .results_help = "Result folders of sqslam run, or their map.sqmap",
+          .several = true,
+          .names_help = "Name below a map; repeated for each, in their order",
+          .frames_help = "Frame whose image is shown; repeated for each map, in their order",
+          .pictures = true,
+          .view = true,
+          .make = FigureEntry::Maker(DrawMapsOf)};
 }
 
 }  // namespace sqslam

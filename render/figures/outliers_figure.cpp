@@ -1,14 +1,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 
 #include "render/camera/scene_framing.h"
-#include "render/figures/evidence_figures.h"
+#include "render/figures/figures.h"
 #include "render/figures/image_crop.h"
 #include "render/page/chart.h"
-#include "render/page/color_ramp.h"
-#include "render/page/panels.h"
 #include "render/picture/picture.h"
 #include "render/picture/picture_overlay.h"
 #include "slam/util/error.h"
@@ -16,15 +16,15 @@
 namespace sqslam {
 namespace {
 
-using Fate = OutliersFigure::Fate;
-using Point = OutliersFigure::Point;
+using PointFate = OutliersFigure::Fate;
+using FatedPoint = OutliersFigure::Point;
 
 constexpr double kOutliersGap = 5.0;  // points between panels
-constexpr double kReach = 2.2;        // half diagonals of the object: how far from it points are framed
+constexpr double kPointReach = 2.2;   // half diagonals of the object: how far from it points are framed
 
-int Count(const OutliersFigure::Object& object, Fate fate) {
+int CountOf(const OutliersFigure::Object& object, PointFate fate) {
   return static_cast<int>(std::count_if(object.points.begin(), object.points.end(),
-                                        [fate](const Point& p) { return p.fate == fate; }));
+                                        [fate](const FatedPoint& p) { return p.fate == fate; }));
 }
 
 // Grey, as colours are for the scores.
@@ -41,7 +41,7 @@ ChartAxis ScoreAxis(const OutliersFigure& figure) {
   double low = figure.threshold > 0.0 ? figure.threshold : 1.0;
   double high = figure.threshold;
   for (const OutliersFigure::Object& object : figure.objects) {
-    for (const Point& point : object.points) {
+    for (const FatedPoint& point : object.points) {
       if (point.anomaly > 0.0) {
         low = std::min(low, point.anomaly);
         high = std::max(high, point.anomaly);
@@ -51,14 +51,14 @@ ChartAxis ScoreAxis(const OutliersFigure& figure) {
   return RoundAxis(std::min(low, high), std::max(low, high), 4, true);
 }
 
-// How points are drawn: by their fate a disc, a cross or a ring, in the colour of their score.
+// Draws points: by their fate a disc, a cross or a ring, in the colour of their score.
 class PointMarks {
  public:
   PointMarks(const FigureTheme& theme, const ChartAxis& axis) : theme_(theme), axis_(axis) {}
 
-  void Draw(FigurePage& page, const Eigen::Vector2d& center, const Point& point, double size) const {
+  void Draw(FigurePage& page, const Eigen::Vector2d& center, const FatedPoint& point, double size) const {
     const Eigen::Vector3d color = ColorOf(point);
-    if (point.fate == Fate::kIsolated) {
+    if (point.fate == PointFate::kIsolated) {
       DrawCross(page, center, 1.15 * size, {theme_.ink, 0.52 * size, {}});
       DrawCross(page, center, 1.1 * size, {color, 0.3 * size, {}});
       return;
@@ -66,12 +66,12 @@ class PointMarks {
     FigurePath disc;
     disc.closed = true;
     constexpr int kCorners = 20;
-    const double radius = (point.fate == Fate::kKept ? 0.5 : 0.45) * size;
+    const double radius = (point.fate == PointFate::kKept ? 0.5 : 0.45) * size;
     for (int i = 0; i < kCorners; ++i) {
-      const double angle = 2.0 * 3.14159265358979 * i / kCorners;
+      const double angle = 2.0 * std::numbers::pi * i / kCorners;
       disc.points.emplace_back(center + radius * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
     }
-    if (point.fate == Fate::kKept) {
+    if (point.fate == PointFate::kKept) {
       disc.fill = color;
       disc.stroke = FigureStroke{theme_.ink, 0.1 * size, {}};
       page.elements.emplace_back(std::move(disc));
@@ -85,7 +85,7 @@ class PointMarks {
   }
 
  private:
-  Eigen::Vector3d ColorOf(const Point& point) const {
+  Eigen::Vector3d ColorOf(const FatedPoint& point) const {
     return point.anomaly > 0.0 ? Viridis((point.anomaly - axis_.low) / (axis_.high - axis_.low))
                                : theme_.muted;
   }
@@ -107,8 +107,6 @@ double MarkSize(const OutliersFigure::Object& object, double usual) {
   return std::min(4.0, usual) * std::clamp(share, 0.5, 1.0);
 }
 
-// ---- Layout ----
-
 struct OutliersLayout {
   double width = 0.0;  // of a panel
   double image = 0.0;  // height of the images; 0: none has one
@@ -121,19 +119,19 @@ struct OutliersLayout {
 };
 
 // Totals over all objects, in the order of the fates.
-std::vector<std::pair<Fate, std::string>> LegendTexts(const OutliersFigure& figure) {
+std::vector<std::pair<PointFate, std::string>> FateTexts(const OutliersFigure& figure) {
   std::array<int, 3> counts{};
   for (const OutliersFigure::Object& object : figure.objects) {
-    for (const Fate fate : {Fate::kKept, Fate::kIsolated, Fate::kRemovedBefore}) {
-      counts[static_cast<std::size_t>(fate)] += Count(object, fate);
+    for (const PointFate fate : {PointFate::kKept, PointFate::kIsolated, PointFate::kRemovedBefore}) {
+      counts[static_cast<std::size_t>(fate)] += CountOf(object, fate);
     }
   }
-  return {{Fate::kKept, fmt::format("kept ({})", counts[0])},
-          {Fate::kIsolated, fmt::format("isolated, removed ({})", counts[1])},
-          {Fate::kRemovedBefore, fmt::format("removed without score ({})", counts[2])}};
+  return {{PointFate::kKept, fmt::format("kept ({})", counts[0])},
+          {PointFate::kIsolated, fmt::format("isolated, removed ({})", counts[1])},
+          {PointFate::kRemovedBefore, fmt::format("removed without score ({})", counts[2])}};
 }
 
-OutliersLayout LayOut(const OutliersFigure& figure, const FigureTheme& theme, double width) {
+OutliersLayout LayOutOutliers(const OutliersFigure& figure, const FigureTheme& theme, double width) {
   OutliersLayout layout;
   const auto count = static_cast<double>(figure.objects.size());
   layout.width = (width - kOutliersGap * (count - 1.0)) / count;
@@ -146,8 +144,6 @@ OutliersLayout LayOut(const OutliersFigure& figure, const FigureTheme& theme, do
   layout.bar = ColorBarHeight(theme) + 0.3 * theme.small;
   return layout;
 }
-
-// ---- Parts of the figure ----
 
 void DrawImagePanel(FigurePage& page, const OutliersFigure::Object& object, const FigureRect& panel,
                     const PointMarks& marks, const FigureTheme& theme) {
@@ -179,8 +175,8 @@ void DrawImagePanel(FigurePage& page, const OutliersFigure::Object& object, cons
     }
   }
   const double size = MarkSize(object, 0.027 * panel.width);
-  for (const Fate fate : {Fate::kRemovedBefore, Fate::kKept, Fate::kIsolated}) {
-    for (const Point& point : object.points) {
+  for (const PointFate fate : {PointFate::kRemovedBefore, PointFate::kKept, PointFate::kIsolated}) {
+    for (const FatedPoint& point : object.points) {
       if (point.fate == fate && point.pixel && crop.Contains(*point.pixel)) {
         marks.Draw(page, crop.ToPage(*point.pixel), point, size);
       }
@@ -190,16 +186,12 @@ void DrawImagePanel(FigurePage& page, const OutliersFigure::Object& object, cons
 
 // A three-quarter view that holds the solid, the points it kept, and of the others those that are not far
 // off.
-ViewCamera EyeOn(const OutliersFigure::Object& object, double aspect) {
+ViewCamera EyeOnOutliers(const OutliersFigure::Object& object, double aspect) {
   const PosedSuperquadric& solid = object.map.objects.front().superquadric;
-  const Eigen::Vector3d& a = solid.shape.half_size;
-  std::vector<Eigen::Vector3d> outline;
-  for (int i = 0; i < 8; ++i) {
-    outline.push_back(solid.T_map_object * Eigen::Vector3d(i & 1 ? a.x() : -a.x(), i & 2 ? a.y() : -a.y(),
-                                                           i & 4 ? a.z() : -a.z()));
-  }
-  for (const Point& point : object.points) {
-    if ((point.p_map - solid.T_map_object.translation).norm() < kReach * a.norm()) {
+  const std::array<Eigen::Vector3d, 8> corners = BoxCorners(solid);
+  std::vector<Eigen::Vector3d> outline(corners.begin(), corners.end());
+  for (const FatedPoint& point : object.points) {
+    if ((point.p_map - solid.T_map_object.translation).norm() < kPointReach * solid.shape.half_size.norm()) {
       outline.push_back(point.p_map);
     }
   }
@@ -207,16 +199,16 @@ ViewCamera EyeOn(const OutliersFigure::Object& object, double aspect) {
 }
 
 // Returns how many points the picture does not hold.
-int DrawPoints(FigurePage& page, const OutliersFigure::Object& object, const ViewCamera& eye, cv::Size pixels,
-               const FigureRect& area, const PointMarks& marks) {
+int DrawPointsAround(FigurePage& page, const OutliersFigure::Object& object, const ViewCamera& eye,
+                     cv::Size pixels, const FigureRect& area, const PointMarks& marks) {
   struct Seen {
-    const Point* point;
+    const FatedPoint* point;
     Eigen::Vector2d at;
     double depth;
   };
   const double size = MarkSize(object, 0.032 * area.width);
   std::vector<Seen> seen;
-  for (const Point& point : object.points) {
+  for (const FatedPoint& point : object.points) {
     const SeenPoint projected = Project(eye, pixels, point.p_map);
     const Eigen::Vector2d at(area.x + projected.pixel.x / pixels.width * area.width,
                              area.y + projected.pixel.y / pixels.height * area.height);
@@ -227,7 +219,7 @@ int DrawPoints(FigurePage& page, const OutliersFigure::Object& object, const Vie
   }
   // What was removed without a score lies below, what the forest removed above; the near before the far.
   const auto layer = [](const Seen& s) {
-    return s.point->fate == Fate::kRemovedBefore ? 0 : s.point->fate == Fate::kKept ? 1 : 2;
+    return s.point->fate == PointFate::kRemovedBefore ? 0 : s.point->fate == PointFate::kKept ? 1 : 2;
   };
   std::stable_sort(seen.begin(), seen.end(), [&](const Seen& a, const Seen& b) {
     return std::pair(layer(a), -a.depth) < std::pair(layer(b), -b.depth);
@@ -238,12 +230,13 @@ int DrawPoints(FigurePage& page, const OutliersFigure::Object& object, const Vie
   return static_cast<int>(object.points.size() - seen.size());
 }
 
-void DrawTexts(FigurePage& page, const OutliersFigure::Object& object, int beyond, const FigureRect& panel,
-               const FigureTheme& theme) {
+void DrawOutlierTexts(FigurePage& page, const OutliersFigure::Object& object, int beyond,
+                      const FigureRect& panel, const FigureTheme& theme) {
   const Eigen::Vector2d name(panel.Center().x(), panel.Bottom() + 0.9 * theme.font);
   page.Text(NarrowText(PlainText(object.name, name, theme.font, theme.ink, TextAlign::kCenter), panel.width));
-  std::string counts = fmt::format("{} kept, {} isolated, {} without score", Count(object, Fate::kKept),
-                                   Count(object, Fate::kIsolated), Count(object, Fate::kRemovedBefore));
+  std::string counts =
+      fmt::format("{} kept, {} isolated, {} without score", CountOf(object, PointFate::kKept),
+                  CountOf(object, PointFate::kIsolated), CountOf(object, PointFate::kRemovedBefore));
   if (beyond > 0) {
     counts += fmt::format("; {} not in view", beyond);
   }
@@ -253,7 +246,7 @@ void DrawTexts(FigurePage& page, const OutliersFigure::Object& object, int beyon
 
 void DrawMarkLegend(FigurePage& page, const OutliersFigure& figure, const PointMarks& marks,
                     const ChartAxis& axis, double middle, const FigureRect& area, const FigureTheme& theme) {
-  const auto texts = LegendTexts(figure);
+  const auto texts = FateTexts(figure);
   const double sign = 1.5 * theme.small;
   const double gap = 1.6 * theme.small;
   double width = gap * static_cast<double>(texts.size() - 1);
@@ -264,10 +257,10 @@ void DrawMarkLegend(FigurePage& page, const OutliersFigure& figure, const PointM
   const double shrink = std::min(1.0, area.width / width);
   double x = area.Center().x() - 0.5 * shrink * width;
   for (const auto& [fate, text] : texts) {
-    Point sample;
+    FatedPoint sample;
     sample.fate = fate;
-    sample.anomaly = fate == Fate::kIsolated ? 0.5 * (figure.threshold + axis.high)
-                                             : 0.3 * figure.threshold + 0.7 * axis.low;
+    sample.anomaly = fate == PointFate::kIsolated ? 0.5 * (figure.threshold + axis.high)
+                                                  : 0.3 * figure.threshold + 0.7 * axis.low;
     marks.Draw(page, {x + 0.45 * shrink * sign, middle}, sample, 0.6 * theme.small * shrink);
     x += shrink * sign;
     page.Text(PlainText(text, {x, middle}, 0.995 * shrink * theme.small, theme.ink));
@@ -275,7 +268,7 @@ void DrawMarkLegend(FigurePage& page, const OutliersFigure& figure, const PointM
   }
 }
 
-void CheckFigure(const OutliersFigure& figure) {
+void CheckOutliers(const OutliersFigure& figure) {
   if (figure.objects.empty()) {
     throw UsageError("no objects, expected at least one");
   }
@@ -290,11 +283,11 @@ void CheckFigure(const OutliersFigure& figure) {
 
 FigurePage DrawOutliers(const OutliersFigure& figure, const FigureOptions& options,
                         const FigureProgress& progress) {
-  CheckFigure(figure);
+  CheckOutliers(figure);
   FigureSheet sheet =
       MakeSheet(options, figure.objects.size() == 1 ? kColumnWidth : kTextWidth, "Outlier removal",
-                [&](double width) { return LayOut(figure, FigureTheme(options), width).Height(); });
-  OutliersLayout layout = LayOut(figure, sheet.theme, sheet.area.width);
+                [&](double width) { return LayOutOutliers(figure, FigureTheme(options), width).Height(); });
+  OutliersLayout layout = LayOutOutliers(figure, sheet.theme, sheet.area.width);
   const double spare = sheet.area.height - layout.Height();  // where the height was asked for
   const double share = layout.image / (layout.image + layout.solid);
   layout.image += share * spare;
@@ -320,11 +313,11 @@ FigurePage DrawOutliers(const OutliersFigure& figure, const FigureOptions& optio
     }
     panel.height = layout.solid;
     renderer.SetMap(object.map);
-    const ViewCamera eye = options.camera.ApplyTo(EyeOn(object, panel.width / panel.height));
+    const ViewCamera eye = options.camera.ApplyTo(EyeOnOutliers(object, panel.width / panel.height));
     const cv::Mat picture = renderer.Render(eye);
     PlacePanel(sheet.page, picture, panel);
-    const int beyond = DrawPoints(sheet.page, object, eye, picture.size(), panel, marks);
-    DrawTexts(sheet.page, object, beyond, panel, sheet.theme);
+    const int beyond = DrawPointsAround(sheet.page, object, eye, picture.size(), panel, marks);
+    DrawOutlierTexts(sheet.page, object, beyond, panel, sheet.theme);
   }
   if (progress) {
     progress(count, count);

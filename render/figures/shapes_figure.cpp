@@ -2,43 +2,40 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "render/camera/scene_framing.h"
-#include "render/figures/panel_figures.h"
-#include "render/page/panels.h"
+#include "render/figures/figure_input.h"
+#include "render/figures/figures.h"
 #include "render/picture/picture.h"
+#include "slam/geometry/angles.h"
 #include "slam/util/error.h"
 
 namespace sqslam {
 namespace {
 
-constexpr const char* kLabel = "shape";
+constexpr const char* kShapeLabel = "shape";
 
 MapSnapshot OneShape(double e1, double e2) {
   MapSnapshot map;
   map.gravity_known = true;
   SnapshotObject object;
-  object.label = kLabel;
+  object.label = kShapeLabel;
   object.superquadric.shape = {Eigen::Vector3d::Ones(), e1, e2};
   map.objects.push_back(object);
   return map;
 }
 
 // Holds a cube from the side, so that every shape is drawn at the same scale.
-ViewCamera EyeOn(const ShapesFigure& figure, double aspect) {
-  const double azimuth = figure.azimuth * std::numbers::pi / 180.0;
-  const double elevation = figure.elevation * std::numbers::pi / 180.0;
+ViewCamera EyeOnShapes(const ShapesFigure& figure, double aspect) {
+  const double azimuth = figure.azimuth * kRadiansPerDegree;
+  const double elevation = figure.elevation * kRadiansPerDegree;
   ViewCamera camera;
   camera.view_angle = 20.0;
   camera.focal_point = Eigen::Vector3d::Zero();
   camera.position = 10.0 * Eigen::Vector3d(std::cos(elevation) * std::cos(azimuth),
                                            std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
-  std::vector<Eigen::Vector3d> corners;
-  for (int i = 0; i < 8; ++i) {
-    corners.emplace_back(i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0 : -1.0);
-  }
-  return FitOutline(camera, corners, aspect, 0.04);
+  const std::array<Eigen::Vector3d, 8> corners = BoxCorners({{Eigen::Vector3d::Ones(), 1.0, 1.0}, {}});
+  return FitOutline(camera, {corners.begin(), corners.end()}, aspect, 0.04);
 }
 
 struct ShapesGrid {
@@ -118,10 +115,10 @@ FigurePage DrawShapes(const ShapesFigure& figure, const FigureOptions& options,
       });
   const ShapesGrid grid = PlaceGrid(sheet, figure);
   PictureOptions panel =
-      PanelOptions(options, sheet.page.dpi, grid.cell, grid.cell, {{kLabel, figure.color}});
+      PanelOptions(options, sheet.page.dpi, grid.cell, grid.cell, {{kShapeLabel, figure.color}});
   panel.style.light.shadow = 0.0;  // it would end at the edge of the panel
   PictureRenderer renderer(panel);
-  const ViewCamera eye = EyeOn(figure, 1.0);
+  const ViewCamera eye = EyeOnShapes(figure, 1.0);
   int done = 0;
   if (progress) {
     progress(0, static_cast<int>(figure.e1.size() * figure.e2.size()));
@@ -139,6 +136,54 @@ FigurePage DrawShapes(const ShapesFigure& figure, const FigureOptions& options,
   }
   DrawExponents(sheet, grid, figure);
   return std::move(sheet.page);
+}
+
+namespace {
+
+struct ShapesOptions {
+  std::string e1 = "0.1,0.5,1,1.5,2";
+  std::string e2 = "0.1,0.5,1,1.5,2";
+  std::string color = "#56b4e9";
+  double azimuth = 35.0;
+  double elevation = 25.0;
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("--e1 X,...", "Exponents of the rows, 0.05 to 2", e1);
+    visit("--e2 X,...", "Exponents of the columns, 0.05 to 2", e2);
+    visit("--color #RRGGBB", "Colour of the shapes", color);
+    visit("--azimuth DEG", "Direction of the eye, from the shapes' x axis", azimuth, -360.0, 360.0);
+    visit("--elevation DEG", "Height of the eye above the shapes' equator", elevation, -89.0, 89.0);
+  }
+};
+
+FigurePage DrawShapesOf(const FigureRequest& request, const ShapesOptions& options) {
+  const ShapesFigure figure{ParseNumberList("--e1", options.e1), ParseNumberList("--e2", options.e2),
+                            ParseColor(options.color), options.azimuth, options.elevation};
+  return DrawShapes(figure, request.page, request.progress);
+}
+
+}  // namespace
+
+FigureEntry ShapesEntry() {
+  return {.name = "shapes",
+          .help = "Superquadrics on a grid of their two exponents",
+          .details = R"(
+Rows share e1 (the vertical profile), columns e2 (the horizontal cross-section); all half sizes are equal and
+all shapes are drawn at one scale. The maps' objects have exponents from 0.1 to 1.9.
+
+Examples:
+  sqslam figure shapes -o shapes.pdf
+  sqslam figure shapes --e1 0.1,1,1.9 --e2 0.1,0.4,0.7,1,1.9 --width-mm 120 --dpi 600 -o shapes.png
+  sqslam figure shapes --color "#d55e00" --azimuth 20 --elevation 35 --no-background -o shapes.png
+)",
+          .pictures = true,
+          .adapt_style =
+              [](SceneStyle& style) {
+                style.objects.opacity = 1.0;
+                style.objects.segments = 128;
+                style.grid.show = false;
+              },
+          .make = FigureEntry::Maker(DrawShapesOf)};
 }
 
 }  // namespace sqslam

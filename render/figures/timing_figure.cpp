@@ -2,10 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <set>
 
-#include "render/figures/chart_figures.h"
+#include "render/figures/figure_input.h"
+#include "render/figures/figures.h"
 #include "render/page/chart.h"
-#include "render/page/panels.h"
+#include "render/picture/picture_text.h"
+#include "slam/io/result_files.h"
 #include "slam/util/error.h"
 
 namespace sqslam {
@@ -13,12 +17,12 @@ namespace {
 
 constexpr double kTimingGap = 6.0;
 
-struct Group {
+struct StageGroup {
   std::string name;
   std::vector<std::string> stages;
 };
 
-std::string GroupOf(const std::string& stage) { return stage.substr(0, stage.find('.')); }
+std::string GroupOfStage(const std::string& stage) { return stage.substr(0, stage.find('.')); }
 
 // "bundle_adjustment" of "mapping.bundle_adjustment"; the group itself is its whole.
 std::string RowName(const std::string& stage) {
@@ -26,42 +30,31 @@ std::string RowName(const std::string& stage) {
   return dot == std::string::npos ? stage + ", all" : ReadableLabel(stage.substr(dot + 1));
 }
 
-std::vector<Group> Groups(const TimingFigure& figure) {
-  std::vector<Group> groups;
+std::vector<StageGroup> StageGroups(const TimingFigure& figure) {
+  std::vector<StageGroup> groups;
   for (const std::string& stage : figure.stages) {
-    const std::string name = GroupOf(stage);
-    const auto found =
-        std::find_if(groups.begin(), groups.end(), [&](const Group& group) { return group.name == name; });
-    Group& group = found == groups.end() ? groups.emplace_back() : *found;
+    const std::string name = GroupOfStage(stage);
+    const auto found = std::find_if(groups.begin(), groups.end(),
+                                    [&](const StageGroup& group) { return group.name == name; });
+    StageGroup& group = found == groups.end() ? groups.emplace_back() : *found;
     group.name = name;
     group.stages.push_back(stage);
   }
   return groups;
 }
 
-std::vector<LegendEntry> LegendOf(const TimingFigure& figure, const FigureTheme& theme) {
+std::vector<LegendEntry> TimingLegend(const TimingFigure& figure, const FigureTheme& theme) {
   std::vector<LegendEntry> entries;
   for (std::size_t i = 0; i < figure.series.size(); ++i) {
-    LegendEntry entry;
-    entry.text = figure.series.size() == 1 ? "mean" : figure.series[i].name;
-    entry.look = LookOfSeries(static_cast<int>(i));
-    entries.push_back(entry);
+    entries.push_back(LegendEntry::Bar(figure.series.size() == 1 ? "mean" : figure.series[i].name,
+                                       LookOfSeries(static_cast<int>(i))));
   }
-  LegendEntry median;
-  median.kind = LegendEntry::Kind::kMark;
-  median.text = "median";
-  median.mark = {Mark::Shape::kDiamond, 4.5, theme.ink};
-  entries.push_back(median);
-  LegendEntry p95;
-  p95.kind = LegendEntry::Kind::kTick;
-  p95.text = "95th percentile";
-  p95.look.color = theme.ink;
-  p95.width = 0.8;
-  entries.push_back(p95);
+  entries.push_back(LegendEntry::OfMark("median", {Mark::Shape::kDiamond, 4.5, theme.ink}));
+  entries.push_back(LegendEntry::Tick("95th percentile", {theme.ink, 0.8, {}}));
   return entries;
 }
 
-double LargestTime(const TimingFigure& figure, const Group& group) {
+double LargestTime(const TimingFigure& figure, const StageGroup& group) {
   double largest = 0.0;
   for (const TimingFigure::Series& series : figure.series) {
     for (const std::string& stage : group.stages) {
@@ -103,8 +96,8 @@ struct TimingRows {
   double row = 0.0;  // a stage's bars with the gap to the next
 };
 
-void DrawGroup(FigurePage& page, const TimingFigure& figure, const Group& group, const FigureRect& area,
-               const TimingRows& rows, const FigureTheme& theme) {
+void DrawStageGroup(FigurePage& page, const TimingFigure& figure, const StageGroup& group,
+                    const FigureRect& area, const TimingRows& rows, const FigureTheme& theme) {
   PlotArea plot;
   plot.area = area;
   const double largest = LargestTime(figure, group);
@@ -130,16 +123,16 @@ void DrawGroup(FigurePage& page, const TimingFigure& figure, const Group& group,
 }
 
 // All that is not bars, in points.
-double AroundBars(const TimingFigure& figure, const std::vector<Group>& groups, const FigureTheme& theme,
+double AroundBars(const TimingFigure& figure, const std::vector<StageGroup>& groups, const FigureTheme& theme,
                   double width) {
-  return LegendHeight(LegendOf(figure, theme), width, theme) +
+  return LegendHeight(TimingLegend(figure, theme), width, theme) +
          static_cast<double>(groups.size()) * (kTimingGap + XAxisHeight(theme, true));
 }
 
 }  // namespace
 
 FigurePage DrawTiming(const TimingFigure& figure, const FigureOptions& options) {
-  const std::vector<Group> groups = Groups(figure);
+  const std::vector<StageGroup> groups = StageGroups(figure);
   if (groups.empty() || figure.series.empty()) {
     throw UsageError("no times to draw, expected at least one stage");
   }
@@ -152,7 +145,7 @@ FigurePage DrawTiming(const TimingFigure& figure, const FigureOptions& options) 
   });
   const FigureTheme& theme = sheet.theme;
   const FigureRect& area = sheet.area;
-  const double legend = LegendHeight(LegendOf(figure, theme), area.width, theme);
+  const double legend = LegendHeight(TimingLegend(figure, theme), area.width, theme);
   TimingRows rows;
   rows.row = (area.height - AroundBars(figure, groups, theme, area.width)) / row_count;
   rows.bar = rows.row / (series + 0.6);
@@ -163,14 +156,109 @@ FigurePage DrawTiming(const TimingFigure& figure, const FigureOptions& options) 
   if (rows.bar < 1.5 || names > 0.7 * area.width) {
     throw UsageError("the figure is too small for its bars, expected a larger size or fewer stages");
   }
-  DrawLegend(sheet.page, LegendOf(figure, theme), {area.x, area.y, area.width, legend}, theme);
+  DrawLegend(sheet.page, TimingLegend(figure, theme), {area.x, area.y, area.width, legend}, theme);
   double y = area.y + legend + kTimingGap;
-  for (const Group& group : groups) {
+  for (const StageGroup& group : groups) {
     const double height = static_cast<double>(group.stages.size()) * rows.row;
-    DrawGroup(sheet.page, figure, group, {area.x + names, y, area.width - names - 4.0, height}, rows, theme);
+    DrawStageGroup(sheet.page, figure, group, {area.x + names, y, area.width - names - 4.0, height}, rows,
+                   theme);
     y += height + XAxisHeight(theme, true) + kTimingGap;
   }
   return std::move(sheet.page);
+}
+
+namespace {
+
+struct TimingOptions {
+  std::vector<std::string> stages;
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("--stage NAME", "Only this stage; may be repeated", stages);
+  }
+};
+
+// Wholes ("tracking") before their parts, the slowest part first.
+std::vector<std::string> SlowestStages(const std::vector<RunStats>& runs) {
+  std::map<std::string, double> slowest;
+  for (const RunStats& run : runs) {
+    for (const auto& [stage, times] : run.timing_ms) {
+      if (times.count > 1) {
+        slowest[stage] = std::max(slowest[stage], times.mean);
+      }
+    }
+  }
+  std::vector<std::string> stages;
+  for (const auto& [stage, mean] : slowest) {
+    stages.push_back(stage);
+  }
+  const auto rank = [&slowest](const std::string& stage) {
+    const bool whole = stage.find('.') == std::string::npos;
+    return std::make_pair(whole ? 0 : 1, -slowest.at(stage));
+  };
+  std::stable_sort(stages.begin(), stages.end(),
+                   [&rank](const std::string& a, const std::string& b) { return rank(a) < rank(b); });
+  // Tracking before mapping, as a frame goes through them.
+  std::stable_partition(stages.begin(), stages.end(),
+                        [](const std::string& stage) { return stage.starts_with("tracking"); });
+  return stages;
+}
+
+void CheckStages(const std::vector<std::string>& wanted, const std::vector<RunStats>& runs) {
+  std::set<std::string> known;
+  for (const RunStats& run : runs) {
+    for (const auto& [stage, times] : run.timing_ms) {
+      known.insert(stage);
+    }
+  }
+  for (const std::string& stage : wanted) {
+    if (!known.contains(stage)) {
+      throw InputError(fmt::format("--stage {}: in none of the results, expected one of {}", stage,
+                                   fmt::join(known, ", ")));
+    }
+  }
+}
+
+FigurePage DrawTimingOf(const FigureRequest& request, const TimingOptions& options) {
+  const std::vector<std::string> names = ResultNames(request);
+  std::vector<RunStats> runs;
+  TimingFigure figure;
+  for (std::size_t i = 0; i < request.results.size(); ++i) {
+    runs.push_back(ReadStats(ResultFile(request.results[i], "stats.json")));
+    TimingFigure::Series series;
+    series.name = names[i];
+    for (const auto& [stage, times] : runs.back().timing_ms) {
+      series.stages[stage] = {times.mean, times.median, times.p95};
+    }
+    figure.series.push_back(std::move(series));
+  }
+  CheckStages(options.stages, runs);
+  figure.stages = options.stages.empty() ? SlowestStages(runs) : options.stages;
+  if (figure.stages.empty()) {
+    throw InputError(fmt::format("{}: no stage ran more than once, expected timing_ms of a run",
+                                 fmt::join(request.results, ", ")));
+  }
+  return DrawTiming(figure, request.page);
+}
+
+}  // namespace
+
+FigureEntry TimingEntry() {
+  return {.name = "timing",
+          .help = "How long each stage takes: mean, median, 95th percentile",
+          .details = R"(
+Times of one call of each stage, from stats.json: a bar to the mean (its number beside it), a diamond at the
+median, a line to the 95th percentile. A stage is called once a frame (tracking) or once a keyframe (mapping).
+Stages that ran only once in every result are left out unless --stage names them; the longest come first.
+
+Examples:
+  sqslam figure timing out/kitchen -o timing.pdf
+  sqslam figure timing out/full out/iou --name "full" --name "IoU only" -o timing.png --width-mm 120
+  sqslam figure timing out/kitchen --stage tracking --stage tracking.objects -o tracking.svg
+)",
+          .results_help = "Result folders of sqslam run, or their stats.json",
+          .several = true,
+          .names_help = kNameInLegend,
+          .make = FigureEntry::Maker(DrawTimingOf)};
 }
 
 }  // namespace sqslam

@@ -1,11 +1,19 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "render/figures/chart_figures.h"
+#include "render/figures/figure_input.h"
+#include "render/figures/figures.h"
 #include "render/page/chart.h"
-#include "render/page/panels.h"
+#include "slam/evaluation/ground_truth_poses.h"
+#include "slam/evaluation/trajectory_error.h"
+#include "slam/io/result_files.h"
+#include "slam/io/sequence.h"
+#include "slam/io/trajectory.h"
 #include "slam/util/error.h"
+#include "slam/util/statistics.h"
 
 namespace sqslam {
 namespace {
@@ -14,17 +22,20 @@ constexpr double kTruthWidth = 2.6;  // points; the estimates are drawn over it
 constexpr double kPathWidth = 1.1;
 constexpr double kTrajectoryGap = 5.0;
 
-struct Bounds {
+struct PathBounds {
   Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
   Eigen::Vector3d high = -low;
   double first_time = std::numeric_limits<double>::infinity();
   double last_time = -first_time;
 
+  void Add(const Eigen::Vector3d& position) {
+    low = low.cwiseMin(position);
+    high = high.cwiseMax(position);
+  }
   void Add(const TrajectoryFigure::Pieces& pieces) {
     for (const auto& piece : pieces) {
       for (const TrajectoryFigure::Pose& pose : piece) {
-        low = low.cwiseMin(pose.position);
-        high = high.cwiseMax(pose.position);
+        Add(pose.position);
         first_time = std::min(first_time, pose.time);
         last_time = std::max(last_time, pose.time);
       }
@@ -32,13 +43,16 @@ struct Bounds {
   }
 };
 
-Bounds BoundsOf(const TrajectoryFigure& figure) {
-  Bounds bounds;
+PathBounds BoundsOf(const TrajectoryFigure& figure) {
+  PathBounds bounds;
   if (figure.truth) {
     bounds.Add(figure.truth->pieces);
   }
   for (const TrajectoryFigure::Path& path : figure.paths) {
     bounds.Add(path.pieces);
+  }
+  for (const TrajectoryFigure::Footprint& object : figure.objects) {
+    std::for_each(object.outline.begin(), object.outline.end(), [&bounds](const auto& p) { bounds.Add(p); });
   }
   if (!bounds.low.allFinite()) {
     throw UsageError("no camera path to draw, expected at least one pose");
@@ -56,30 +70,16 @@ FigureStroke TruthStroke(const FigureTheme& theme) {
   return {0.5 * theme.muted + 0.5 * theme.faint, kTruthWidth, {}};
 }
 
-std::vector<LegendEntry> LegendOf(const TrajectoryFigure& figure, const FigureTheme& theme) {
+std::vector<LegendEntry> PathLegend(const TrajectoryFigure& figure, const FigureTheme& theme) {
   std::vector<LegendEntry> entries;
-  const auto line = [&entries](const std::string& name, const FigureStroke& stroke) {
-    LegendEntry entry;
-    entry.kind = LegendEntry::Kind::kLine;
-    entry.text = name;
-    entry.look.color = stroke.color;
-    entry.look.dash = stroke.dash;
-    entry.width = stroke.width;
-    entry.mark.size = 0.0;
-    entries.push_back(entry);
-  };
   if (figure.truth) {
-    line(figure.truth->name, TruthStroke(theme));
+    entries.push_back(LegendEntry::Line(figure.truth->name, TruthStroke(theme)));
   }
   for (std::size_t i = 0; i < figure.paths.size(); ++i) {
     const SeriesLook look = LookOfSeries(static_cast<int>(i));
-    line(figure.paths[i].name, {look.color, kPathWidth, look.dash});
+    entries.push_back(LegendEntry::Line(figure.paths[i].name, {look.color, kPathWidth, look.dash}));
   }
-  LegendEntry start;
-  start.kind = LegendEntry::Kind::kMark;
-  start.text = "start";
-  start.mark = {Mark::Shape::kCircle, 5.0, theme.ink};
-  entries.push_back(start);
+  entries.push_back(LegendEntry::OfMark("start", {Mark::Shape::kCircle, 5.0, theme.ink}));
   return entries;
 }
 
@@ -118,24 +118,53 @@ void DrawPaths(FigurePage& page, const PlotArea& plot, const TrajectoryFigure& f
   }
 }
 
-struct TrajectoryLayout {
-  FigureRect above;    // plot of x and y
-  FigureRect heights;  // plot of z; empty: none
-  FigureRect legend;
-};
+// Objects from above; from top to bottom, each name moves down until it covers none before it.
+void DrawFootprints(FigurePage& page, const PlotArea& plot, const TrajectoryFigure& figure,
+                    const FigureTheme& theme) {
+  std::vector<FigureText> names;
+  for (const TrajectoryFigure::Footprint& object : figure.objects) {
+    FigurePath path;
+    path.closed = true;
+    path.fill = object.color;
+    path.fill_opacity = 0.22;
+    path.stroke = FigureStroke{object.color, 0.8, {}};
+    Eigen::Vector2d middle = Eigen::Vector2d::Zero();
+    for (const Eigen::Vector3d& p : object.outline) {
+      path.points.push_back(plot.At(p.x(), p.y()));
+      middle += path.points.back() / static_cast<double>(object.outline.size());
+    }
+    page.elements.emplace_back(std::move(path));
+    names.push_back(PlainText(object.name, middle, theme.small, theme.ink, TextAlign::kCenter));
+    names.back().halo = theme.background;
+  }
+  std::stable_sort(names.begin(), names.end(),
+                   [](const FigureText& a, const FigureText& b) { return a.anchor.y() < b.anchor.y(); });
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const double width = TextWidth(names[i].text, theme.small);
+    const double line = 1.15 * theme.small;
+    for (std::size_t j = 0; j < i; ++j) {
+      const Eigen::Vector2d apart = (names[i].anchor - names[j].anchor).cwiseAbs();
+      if (apart.x() < 0.5 * (width + TextWidth(names[j].text, theme.small)) && apart.y() < 0.99 * line) {
+        names[i].anchor.y() = names[j].anchor.y() + line;
+        j = static_cast<std::size_t>(-1);  // once more from the first
+      }
+    }
+    page.Text(names[i]);
+  }
+}
 
 double HeightsBlock(const FigureTheme& theme) { return 60.0 + XAxisHeight(theme, true) + kTrajectoryGap; }
 
-// What stands above and below the plot of x and y, in points.
+// Height of all that stands above and below the plot of x and y, points.
 double AroundPlot(const TrajectoryFigure& figure, const FigureTheme& theme, double width) {
-  return LegendHeight(LegendOf(figure, theme), width, theme) + kTrajectoryGap + XAxisHeight(theme, true) +
+  return LegendHeight(PathLegend(figure, theme), width, theme) + kTrajectoryGap + XAxisHeight(theme, true) +
          (figure.heights ? HeightsBlock(theme) : 0.0);
 }
 
-double LeftRoom(const ChartAxis& y, const FigureTheme& theme) { return YAxisWidth(y, theme, true) + 2.0; }
+double PathLeftRoom(const ChartAxis& y, const FigureTheme& theme) { return YAxisWidth(y, theme, true) + 2.0; }
 
 // Both axes at one scale, filling the area: the shorter range is widened.
-PlotArea EqualAxes(const FigureRect& area, const Bounds& bounds) {
+PlotArea EqualAxes(const FigureRect& area, const PathBounds& bounds) {
   const Eigen::Vector2d size = (bounds.high - bounds.low).head<2>();
   const double scale = std::min(area.width / size.x(), area.height / size.y());
   const Eigen::Vector2d middle = 0.5 * (bounds.high + bounds.low).head<2>();
@@ -149,8 +178,8 @@ PlotArea EqualAxes(const FigureRect& area, const Bounds& bounds) {
   return plot;
 }
 
-void DrawHeights(FigurePage& page, const FigureRect& area, const TrajectoryFigure& figure,
-                 const Bounds& bounds, const FigureTheme& theme) {
+void DrawPathHeights(FigurePage& page, const FigureRect& area, const TrajectoryFigure& figure,
+                     const PathBounds& bounds, const FigureTheme& theme) {
   PlotArea plot;
   plot.area = area;
   const double duration = bounds.last_time - bounds.first_time;
@@ -167,7 +196,7 @@ void DrawHeights(FigurePage& page, const FigureRect& area, const TrajectoryFigur
 }  // namespace
 
 FigurePage DrawTrajectories(const TrajectoryFigure& figure, const FigureOptions& options) {
-  const Bounds bounds = BoundsOf(figure);
+  const PathBounds bounds = BoundsOf(figure);
   FigureSheet sheet = MakeSheet(options, kColumnWidth, "Camera path", [&](double width) {
     const FigureTheme theme(options);
     const Eigen::Vector2d size = (bounds.high - bounds.low).head<2>();
@@ -181,12 +210,12 @@ FigurePage DrawTrajectories(const TrajectoryFigure& figure, const FigureOptions&
   if (plot_height < 20.0) {
     throw UsageError("the figure is too low for its plot, expected a larger height");
   }
-  const std::vector<LegendEntry> entries = LegendOf(figure, theme);
+  const std::vector<LegendEntry> entries = PathLegend(figure, theme);
   const double legend = LegendHeight(entries, area.width, theme);
   DrawLegend(sheet.page, entries, {area.x, area.y, area.width, legend}, theme);
   // The room for the numbers depends on the axis, and that on the room: the widest number decides.
   FigureRect above{area.x, area.y + legend + kTrajectoryGap, area.width - 6.0, plot_height};
-  const double left = LeftRoom(EqualAxes(above, bounds).y, theme);
+  const double left = PathLeftRoom(EqualAxes(above, bounds).y, theme);
   above.x += left;
   above.width -= left;
   const PlotArea plot = EqualAxes(above, bounds);
@@ -195,12 +224,136 @@ FigurePage DrawTrajectories(const TrajectoryFigure& figure, const FigureOptions&
   DrawPaths(
       sheet.page, plot, figure, theme, [](const TrajectoryFigure::Pose& pose) { return pose.position.x(); },
       [](const TrajectoryFigure::Pose& pose) { return pose.position.y(); });
+  DrawFootprints(sheet.page, plot, figure, theme);
   if (figure.heights) {
     const double top = above.Bottom() + XAxisHeight(theme, true) + 1.6 * kTrajectoryGap;
-    DrawHeights(sheet.page, {above.x, top, above.width, area.Bottom() - XAxisHeight(theme, true) - top},
-                figure, bounds, theme);
+    DrawPathHeights(sheet.page, {above.x, top, above.width, area.Bottom() - XAxisHeight(theme, true) - top},
+                    figure, bounds, theme);
   }
   return std::move(sheet.page);
+}
+
+namespace {
+
+struct PathOptions {
+  std::string ground_truth;
+  double max_time_difference = 0.02;
+  bool heights = false;
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("--ground-truth DIR", "Sequence folder with poses, as for sqslam eval", ground_truth);
+    visit("--heights", "Height over time below", heights);
+    visit("--max-time-difference S", "Between a pose and the true one, seconds", max_time_difference, 0.0,
+          10.0);
+  }
+};
+
+// Splits where several frames are missing.
+TrajectoryFigure::Pieces PiecesOf(const Trajectory& trajectory, const Sim3d& S_figure_map) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < trajectory.size(); ++i) {
+    steps.push_back(trajectory[i].timestamp - trajectory[i - 1].timestamp);
+  }
+  const double usual = steps.empty() ? 0.0 : UpperMedian(steps);
+  TrajectoryFigure::Pieces pieces;
+  for (std::size_t i = 0; i < trajectory.size(); ++i) {
+    if (i == 0 || steps[i - 1] > 5.0 * usual + 1e-9) {
+      pieces.emplace_back();
+    }
+    pieces.back().push_back({trajectory[i].timestamp, S_figure_map * trajectory[i].T_map_camera.translation});
+  }
+  return pieces;
+}
+
+std::string LengthText(double metres) {
+  return metres < 0.01  ? fmt::format("{:.1f} mm", 1000.0 * metres)
+         : metres < 1.0 ? fmt::format("{:.1f} cm", 100.0 * metres)
+                        : fmt::format("{:.3g} m", metres);
+}
+
+Trajectory ReadPath(const std::string& result) {
+  Trajectory trajectory = ReadTrajectory(ResultFile(result, "trajectory.txt"));
+  if (trajectory.empty()) {
+    throw InputError(fmt::format("{}: holds no pose, expected a camera path", result));
+  }
+  return trajectory;
+}
+
+TrajectoryError AlignPath(const std::string& name, const Trajectory& path, const Trajectory& reference,
+                          double max_time_difference) {
+  const auto error = ComputeTrajectoryError(path, reference, max_time_difference);
+  if (!error) {
+    throw InputError(fmt::format(
+        "{}: cannot be aligned, expected at least three poses within {} s of the reference, not on one line",
+        name, max_time_difference));
+  }
+  return *error;
+}
+
+TrajectoryFigure AgainstTruth(const FigureRequest& request, const PathOptions& options,
+                              const std::vector<std::string>& names) {
+  SequenceRequest sequence;
+  sequence.path = options.ground_truth;
+  const Trajectory truth = ReadGroundTruthPoses(OpenSequence(sequence));
+  TrajectoryFigure figure;
+  Sim3d S_figure_world;
+  for (std::size_t i = 0; i < request.results.size(); ++i) {
+    const Trajectory path = ReadPath(request.results[i]);
+    const TrajectoryError error = AlignPath(request.results[i], path, truth, options.max_time_difference);
+    if (i == 0) {  // the world's axes may point anywhere; the map's z is up
+      S_figure_world.rotation = error.S_world_map.rotation.conjugate();
+      S_figure_world.translation = -(S_figure_world.rotation * truth.front().T_map_camera.translation);
+      figure.truth = {"ground truth", PiecesOf(truth, S_figure_world)};
+    }
+    figure.paths.push_back({fmt::format("{} (ATE {})", names[i], LengthText(error.rmse)),
+                            PiecesOf(path, S_figure_world * error.S_world_map)});
+  }
+  return figure;
+}
+
+TrajectoryFigure WithoutTruth(const FigureRequest& request, const PathOptions& options,
+                              const std::vector<std::string>& names) {
+  TrajectoryFigure figure;
+  figure.unit = "map units";
+  const Trajectory first = ReadPath(request.results.front());
+  for (std::size_t i = 0; i < request.results.size(); ++i) {
+    const Trajectory path = ReadPath(request.results[i]);
+    const Sim3d S_first_map =
+        i == 0 ? Sim3d()
+               : AlignPath(request.results[i], path, first, options.max_time_difference).S_world_map;
+    figure.paths.push_back({names[i], PiecesOf(path, S_first_map)});
+  }
+  return figure;
+}
+
+FigurePage DrawTrajectoriesOf(const FigureRequest& request, const PathOptions& options) {
+  const std::vector<std::string> names = ResultNames(request);
+  TrajectoryFigure figure = options.ground_truth.empty() ? WithoutTruth(request, options, names)
+                                                         : AgainstTruth(request, options, names);
+  figure.heights = options.heights;
+  return DrawTrajectories(figure, request.page);
+}
+
+}  // namespace
+
+FigureEntry TrajectoryEntry() {
+  return {.name = "trajectory",
+          .help = "Camera paths from above, against the true one",
+          .details = R"(
+Camera paths (trajectory.txt) seen from above, both axes at one scale. With --ground-truth each path is laid over
+the true one by the best similarity (scale, rotation, translation); the legend says what error is left (ATE,
+RMSE over all tracked frames), and lengths are metres. Up is up in the first result's map. Without it the first
+path is drawn in its map's units and further ones are laid over it. Paths break where tracking was lost.
+
+Examples:
+  sqslam figure trajectory out/desk --ground-truth data/desk -o path.pdf
+  sqslam figure trajectory out/a out/b --name "full" --name "no loops" --ground-truth data/desk -o path.svg
+  sqslam figure trajectory out/desk --ground-truth data/desk --heights -o path.png --width-mm 120
+)",
+          .results_help = "Result folders of sqslam run, or their trajectory.txt",
+          .several = true,
+          .names_help = kNameInLegend,
+          .make = FigureEntry::Maker(DrawTrajectoriesOf)};
 }
 
 }  // namespace sqslam

@@ -8,7 +8,7 @@
 #include <array>
 #include <stdexcept>
 
-#include "render/gl/osmesa_context.h"
+#include "render/gl/context_backend.h"
 #include "slam/util/error.h"
 
 namespace sqslam {

@@ -6,7 +6,7 @@
 
 namespace sqslam {
 
-// What draws without a display.
+// The libraries that draw without a display.
 enum class RenderBackend {
   kAuto,     // OSMesa, or EGL where OSMesa cannot make a context
   kOsmesa,   // Mesa in memory

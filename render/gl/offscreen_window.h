@@ -4,7 +4,10 @@
 #include <opencv2/core.hpp>
 
 #include "render/gl/offscreen_context.h"
+#include "slam/geometry/camera.h"
+#include "slam/geometry/rigid3.h"
 
+class vtkCamera;
 class vtkRenderer;
 
 namespace sqslam {
@@ -40,5 +43,11 @@ class OffscreenWindow {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+// Makes VTK's camera see exactly what a pinhole camera at T_map_camera sees (distortion left out). Pixel
+// centres lie at whole numbers in Camera and half a pixel off the border in OpenGL; this is where the two
+// meet. The picture may have any multiple of the camera's size. near and far in map units.
+void SetPinholeCamera(const Camera& camera, const Rigid3d& T_map_camera, double near_plane, double far_plane,
+                      vtkCamera* vtk_camera);
 
 }  // namespace sqslam

@@ -1,4 +1,4 @@
-#include "render/gl/osmesa_context.h"
+#include "render/gl/context_backend.h"
 
 #include <GL/osmesa.h>
 

@@ -104,7 +104,7 @@ void Use(vtkOpenGLFramebufferObject* buffer, unsigned draw_buffers, vtkOpenGLSta
   state->vtkglScissor(0, 0, width, height);
 }
 
-// What the screen-space programs need to know of the camera.
+// The camera as the screen-space programs see it.
 struct Lens {
   std::array<float, 4> terms{};  // P00, P11, P02, P12 of the projection
   std::array<float, 2> depth_range{};
@@ -137,7 +137,7 @@ struct Lens {
 }  // namespace
 
 struct PicturePass::Impl {
-  // Whether the finish looks at what lies beneath the colours.
+  // True where the finish looks at what lies beneath the colours.
   bool NeedsSurfaces() const {
     return effects.occlusion > 0.0 || effects.outline > 0.0 || effects.eye_dome > 0.0;
   }

@@ -12,7 +12,7 @@ class vtkProp;
 
 namespace sqslam {
 
-// What PicturePass does to a drawn scene. Widths in pixels of the picture.
+// The effects that PicturePass adds to a drawn scene. Widths in pixels of the picture.
 struct PictureEffects {
   int samples = 2;                // along each side of a pixel, 1 or 2
   bool fxaa = false;              // smooth edges of the picture afterwards

@@ -28,7 +28,7 @@ inline constexpr const char* kLight = R"(
   gl_FragData[0] = vec4(sqrt(clamp(lit, 0.0, 1.0)), opacity);
 )";
 
-// What the solids' fragments hand on besides colour and depth: the normal seen from the camera and a number
+// The solids' fragments hand on, besides colour and depth: the normal seen from the camera and a number
 // that tells the solids apart, both from 0 to 1 in eight bits. Nothing else is there: a wider target costs a
 // software renderer more than all effects together.
 inline constexpr const char* kSurfaceOutput = R"(

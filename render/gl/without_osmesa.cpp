@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "render/gl/osmesa_context.h"
+#include "render/gl/context_backend.h"
 
 namespace sqslam {
 

@@ -12,18 +12,6 @@ namespace {
 
 constexpr double kTickGap = 3.0;  // points between the plot and its numbers
 
-FigureText Label(std::string text, const Eigen::Vector2d& anchor, double size, const Eigen::Vector3d& color,
-                 TextAlign align, double angle = 0.0) {
-  FigureText label;
-  label.text = std::move(text);
-  label.anchor = anchor;
-  label.size = size;
-  label.color = color;
-  label.align = align;
-  label.angle = angle;
-  return label;
-}
-
 std::vector<Eigen::Vector2d> MarkOutline(const Eigen::Vector2d& center, const Mark& mark) {
   const auto ring = [&](int corners, double radius, double first) {
     std::vector<Eigen::Vector2d> points;
@@ -82,9 +70,6 @@ void DrawSign(FigurePage& page, const LegendEntry& entry, const FigureRect& box,
     case LegendEntry::Kind::kLine:
       page.Line({box.x, middle.y()}, {box.Right(), middle.y()},
                 {entry.look.color, entry.width, entry.look.dash});
-      if (entry.mark.size > 0.0) {
-        DrawMark(page, middle, entry.mark);
-      }
       break;
     case LegendEntry::Kind::kMark:
       DrawMark(page, {box.Right() - 0.4 * box.width, middle.y()}, entry.mark);
@@ -218,8 +203,8 @@ void DrawLegend(FigurePage& page, const std::vector<LegendEntry>& entries, const
       const LegendEntry& entry = entries[static_cast<std::size_t>(index)];
       DrawSign(page, entry, {x, y - 0.45 * size, kSwatch * size, 0.9 * size}, theme);
       const double room = area.width - (kSwatch + kSignGap) * size;
-      page.Text(Label(FittingText(entry.text, size, room), {x + (kSwatch + kSignGap) * size, y}, size,
-                      theme.ink, TextAlign::kLeft));
+      page.Text(PlainText(FittingText(entry.text, size, room), {x + (kSwatch + kSignGap) * size, y}, size,
+                          theme.ink, TextAlign::kLeft));
       x += EntryWidth(entry, size) + kEntryGap * size;
     }
     y += kLineHeight * size;
@@ -239,14 +224,14 @@ void DrawXAxis(FigurePage& page, const PlotArea& plot, const std::string& label,
     const std::string text = plot.x.TickText(tick);
     const double half = 0.5 * TextWidth(text, theme.small);
     if (x - half > last_right + 2.0) {  // numbers that would touch are left out
-      page.Text(Label(text, {x, numbers_y}, theme.small, theme.muted, TextAlign::kCenter));
+      page.Text(PlainText(text, {x, numbers_y}, theme.small, theme.muted, TextAlign::kCenter));
       last_right = x + half;
     }
   }
   page.Line({area.x, area.Bottom()}, {area.Right(), area.Bottom()}, theme.Axis());
   if (!label.empty()) {
-    page.Text(Label(label, {area.Center().x(), numbers_y + 0.6 * theme.small + 0.9 * theme.font}, theme.font,
-                    theme.ink, TextAlign::kCenter));
+    page.Text(PlainText(label, {area.Center().x(), numbers_y + 0.6 * theme.small + 0.9 * theme.font},
+                        theme.font, theme.ink, TextAlign::kCenter));
   }
 }
 
@@ -260,15 +245,17 @@ void DrawYAxis(FigurePage& page, const PlotArea& plot, const std::string& label,
       page.Line({area.x, y}, {area.Right(), y}, theme.Grid());
     }
     if (y + 0.5 * theme.small < last_top) {
-      page.Text(
-          Label(plot.y.TickText(tick), {area.x - kTickGap, y}, theme.small, theme.muted, TextAlign::kRight));
+      page.Text(PlainText(plot.y.TickText(tick), {area.x - kTickGap, y}, theme.small, theme.muted,
+                          TextAlign::kRight));
       last_top = y - 0.5 * theme.small;
     }
   }
   page.Line({area.x, area.y}, {area.x, area.Bottom()}, theme.Axis());
   if (!label.empty()) {
     const double x = area.x - YAxisWidth(plot.y, theme, true) + 0.5 * theme.font;
-    page.Text(Label(label, {x, area.Center().y()}, theme.font, theme.ink, TextAlign::kCenter, 90.0));
+    FigureText text = PlainText(label, {x, area.Center().y()}, theme.font, theme.ink, TextAlign::kCenter);
+    text.angle = 90.0;
+    page.Text(std::move(text));
   }
 }
 
@@ -282,6 +269,50 @@ double YAxisWidth(const ChartAxis& axis, const FigureTheme& theme, bool label) {
     widest = std::max(widest, TextWidth(axis.TickText(tick), theme.small));
   }
   return kTickGap + widest + (label ? 1.5 * theme.font : 0.0);
+}
+
+Eigen::Vector3d Viridis(double value) {
+  static constexpr std::array<const char*, 9> kColors = {
+      "#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725"};
+  const double at = std::clamp(value, 0.0, 1.0) * (kColors.size() - 1);
+  const auto low = std::min(static_cast<std::size_t>(at), kColors.size() - 2);
+  const double share = at - static_cast<double>(low);
+  return (1.0 - share) * ParseColor(kColors[low]) + share * ParseColor(kColors[low + 1]);
+}
+
+double ColorBarHeight(const FigureTheme& theme) { return 2.7 * theme.small; }
+
+void DrawColorBar(FigurePage& page, const ColorBar& bar, const FigureRect& area,
+                  const FigureTheme& page_theme) {
+  constexpr int kSteps = 96;
+  constexpr double kLeastLength = 0.35;  // of the area's width
+  FigureTheme theme = page_theme;
+  const double texts =
+      TextWidth(bar.meaning, theme.small) + TextWidth(bar.limit_meaning, theme.small) + 1.3 * theme.small;
+  theme.small *=
+      std::min(1.0, (1.0 - kLeastLength) * area.width / texts);  // narrow pages get smaller letters
+  const double gap = 0.6 * theme.small;
+  const double left_room = TextWidth(bar.meaning, theme.small);
+  const double right_room = TextWidth(bar.limit_meaning, theme.small);
+  const double length = std::min(22.0 * theme.small, area.width - left_room - right_room - 2.0 * gap);
+  const double left = area.x + 0.5 * (area.width - left_room - length - right_room - 2.0 * gap);
+  const FigureRect strip{left + left_room + gap, area.y + 0.4 * theme.small, length, 0.9 * theme.small};
+  // Each step reaches under the next one: no seams.
+  for (int i = 0; i < kSteps; ++i) {
+    const double x = strip.x + strip.width * i / kSteps;
+    page.Rect({x, strip.y, std::min(2.0 * strip.width / kSteps, strip.Right() - x), strip.height},
+              Viridis((i + 0.5) / kSteps));
+  }
+  const PlotArea plot{strip, bar.axis, {}};
+  DrawXAxis(page, plot, "", theme, false);
+  page.Text(
+      PlainText(bar.meaning, {strip.x - gap, strip.Center().y()}, theme.small, theme.ink, TextAlign::kRight));
+  if (bar.limit > bar.axis.low && bar.limit < bar.axis.high) {
+    const double x = plot.X(bar.limit);
+    page.Line({x, strip.y - 0.25 * theme.small}, {x, strip.Bottom()}, {theme.ink, 1.0, {}});
+    page.Text(
+        PlainText(bar.limit_meaning, {strip.Right() + gap, strip.Center().y()}, theme.small, theme.ink));
+  }
 }
 
 }  // namespace sqslam

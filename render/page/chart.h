@@ -23,7 +23,7 @@ struct ChartAxis {
 // `whole_steps`.
 ChartAxis RoundAxis(double low, double high, int ticks, bool whole_steps);
 
-// How the series of a chart differ: in colour, and for grey prints in dashes, hatches and marks.
+// The look that tells series of a chart apart: in colour, and for grey prints in dashes, hatches and marks.
 struct SeriesLook {
   Eigen::Vector3d color = Eigen::Vector3d::Zero();
   std::vector<double> dash;  // points
@@ -52,7 +52,18 @@ struct LegendEntry {
   Kind kind = Kind::kBar;
   SeriesLook look;
   double width = 1.2;  // of a line, points
-  Mark mark;           // on a line too where its size is above 0
+  Mark mark{};
+
+  static LegendEntry Bar(std::string text, SeriesLook look) { return {std::move(text), Kind::kBar, look}; }
+  static LegendEntry Line(std::string text, const FigureStroke& stroke) {
+    return {std::move(text), Kind::kLine, {stroke.color, stroke.dash, 0}, stroke.width};
+  }
+  static LegendEntry OfMark(std::string text, const Mark& mark) {
+    return {std::move(text), Kind::kMark, {}, 0.0, mark};
+  }
+  static LegendEntry Tick(std::string text, const FigureStroke& stroke) {
+    return {std::move(text), Kind::kTick, {stroke.color, {}, 0}, stroke.width};
+  }
 };
 
 // Entries in lines as wide as there is room, each line centred. Points.
@@ -80,5 +91,20 @@ void DrawYAxis(FigurePage& page, const PlotArea& plot, const std::string& label,
 // Room that numbers and label of an axis take beside the plot, points.
 double XAxisHeight(const FigureTheme& theme, bool label);
 double YAxisWidth(const ChartAxis& axis, const FigureTheme& theme, bool label);
+
+// viridis of matplotlib (van der Walt and Smith, 2015) for values in [0, 1]: even steps look even, also to
+// colour-blind eyes and in grey. Values beyond are clamped.
+Eigen::Vector3d Viridis(double value);
+
+// A bar of the ramp over the axis, numbers below, what they mean at the left. `limit`, where it lies on the
+// axis, is marked with a line and named at the right end.
+struct ColorBar {
+  ChartAxis axis;
+  std::string meaning;
+  double limit = 0.0;
+  std::string limit_meaning;
+};
+double ColorBarHeight(const FigureTheme& theme);
+void DrawColorBar(FigurePage& page, const ColorBar& bar, const FigureRect& area, const FigureTheme& theme);
 
 }  // namespace sqslam

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "slam/util/error.h"
@@ -11,9 +12,38 @@ namespace {
 
 constexpr double kPointsPerMm = 72.0 / 25.4;
 constexpr double kUsualDpi = 300.0;
+constexpr double kSheetMargin = 4.0;  // points
 
 Eigen::Vector3d Mix(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double share_of_b) {
   return (1.0 - share_of_b) * a + share_of_b * b;
+}
+
+// Width of the page in points, pixels per inch, and the page's height in points where the options give one.
+struct FigureSize {
+  double width = 0.0;
+  double dpi = 300.0;
+  std::optional<double> height;
+};
+
+FigureSize ResolveSize(const FigureOptions& options, double own_width) {
+  CheckFigureOptions(options);
+  FigureSize size;
+  if (options.width_px) {
+    size.dpi = options.dpi.value_or(*options.width_px * 72.0 / own_width);
+    size.width = *options.width_px * 72.0 / size.dpi;
+    size.height = *options.height_px * 72.0 / size.dpi;
+    return size;
+  }
+  size.dpi = options.dpi.value_or(kUsualDpi);
+  size.width = options.width_mm ? *options.width_mm * kPointsPerMm : own_width;
+  if (options.height_mm) {
+    size.height = *options.height_mm * kPointsPerMm;
+  }
+  return size;
+}
+
+double TitleHeight(const FigureOptions& options) {
+  return options.title.empty() ? 0.0 : 2.0 * FigureTheme(options).title;
 }
 
 }  // namespace
@@ -53,29 +83,11 @@ FigureTheme::FigureTheme(const FigureOptions& options)
       small(0.875 * options.font_size),
       title(1.2 * options.font_size) {}
 
-FigureSize ResolveSize(const FigureOptions& options, double own_width) {
-  CheckFigureOptions(options);
-  FigureSize size;
-  if (options.width_px) {
-    size.dpi = options.dpi.value_or(*options.width_px * 72.0 / own_width);
-    size.width = *options.width_px * 72.0 / size.dpi;
-    size.height = *options.height_px * 72.0 / size.dpi;
-    return size;
-  }
-  size.dpi = options.dpi.value_or(kUsualDpi);
-  size.width = options.width_mm ? *options.width_mm * kPointsPerMm : own_width;
-  if (options.height_mm) {
-    size.height = *options.height_mm * kPointsPerMm;
-  }
-  return size;
-}
-
-double TitleHeight(const FigureOptions& options) {
-  return options.title.empty() ? 0.0 : 2.0 * FigureTheme(options).title;
-}
-
-FigureSheet BlankSheet(const FigureOptions& options, const FigureSize& size, double height,
-                       const std::string& description) {
+FigureSheet MakeSheet(const FigureOptions& options, double own_width, const std::string& description,
+                      const std::function<double(double)>& own_height) {
+  const FigureSize size = ResolveSize(options, own_width);
+  const double around = 2.0 * kSheetMargin + TitleHeight(options);
+  const double height = size.height ? *size.height : own_height(size.width - 2.0 * kSheetMargin) + around;
   FigureSheet sheet{{}, {}, FigureTheme(options)};
   FigurePage& page = sheet.page;
   page.width = size.width;
@@ -104,6 +116,34 @@ FigureSheet BlankSheet(const FigureOptions& options, const FigureSize& size, dou
                std::nullopt});
   }
   return sheet;
+}
+
+PictureOptions PanelOptions(const FigureOptions& options, double dpi, double width, double height,
+                            const std::map<std::string, Eigen::Vector3d>& colors) {
+  if (std::max(width, height) * dpi / 72.0 > kMaxPictureSide) {
+    throw UsageError(
+        fmt::format("a picture of {:.0f}x{:.0f} pixels in the figure: expected at most {} a "
+                    "side, by fewer dots per inch or a smaller size",
+                    width * dpi / 72.0, height * dpi / 72.0, kMaxPictureSide));
+  }
+  PictureOptions picture;
+  picture.camera = options.camera;
+  picture.width = std::max(16, static_cast<int>(std::lround(width * dpi / 72.0)));
+  picture.height = std::max(16, static_cast<int>(std::lround(height * dpi / 72.0)));
+  picture.transparent = options.transparent;
+  picture.backend = options.backend;
+  picture.style = options.style;
+  picture.style.text.legend = false;
+  picture.style.text.scale = false;
+  picture.style.objects.labels = false;
+  picture.label_colors = colors;
+  return picture;
+}
+
+void PlacePanel(FigurePage& page, const cv::Mat& picture, const FigureRect& area) {
+  const double pixel = 72.0 / page.dpi;
+  page.Image(picture, {std::round(area.x / pixel) * pixel, std::round(area.y / pixel) * pixel,
+                       picture.cols * pixel, picture.rows * pixel});
 }
 
 }  // namespace sqslam

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,7 +14,7 @@
 
 namespace sqslam {
 
-// What all figures have in common. Every figure has a width of its own (that of a column or of a page) and a
+// Options that all figures have. Every figure has a width of its own (that of a column or of a page) and a
 // height that follows from what it shows; both can be overridden.
 struct FigureOptions {
   std::optional<double> width_mm;
@@ -56,31 +58,17 @@ struct FigureSheet {
   FigureTheme theme;
 };
 
-// `own_width` in points. The figure's own height is asked for the width that is left inside the margins.
-template <typename HeightForWidth>
+// A page of this width (points) where the options give none. The figure's own height is asked for the width
+// that is left inside the margins. Throws UsageError where there is no room.
 FigureSheet MakeSheet(const FigureOptions& options, double own_width, const std::string& description,
-                      HeightForWidth&& own_height);
+                      const std::function<double(double width)>& own_height);
 
-// Width of the page in points, pixels per inch, and the page's height in points where the options give one.
-struct FigureSize {
-  double width = 0.0;
-  double dpi = 300.0;
-  std::optional<double> height;
-};
-FigureSize ResolveSize(const FigureOptions& options, double own_width);
+// Options of a picture of `width` x `height` points on a page: at its density, without texts of its own,
+// labels in the given colours.
+PictureOptions PanelOptions(const FigureOptions& options, double dpi, double width, double height,
+                            const std::map<std::string, Eigen::Vector3d>& colors);
 
-inline constexpr double kSheetMargin = 4.0;  // points
-double TitleHeight(const FigureOptions& options);
-FigureSheet BlankSheet(const FigureOptions& options, const FigureSize& size, double height,
-                       const std::string& description);
-
-template <typename HeightForWidth>
-FigureSheet MakeSheet(const FigureOptions& options, double own_width, const std::string& description,
-                      HeightForWidth&& own_height) {
-  const FigureSize size = ResolveSize(options, own_width);
-  const double around = 2.0 * kSheetMargin + TitleHeight(options);
-  const double height = size.height ? *size.height : own_height(size.width - 2.0 * kSheetMargin) + around;
-  return BlankSheet(options, size, height, description);
-}
+// The picture at its own number of pixels, its top-left corner on the pixel next to the area's.
+void PlacePanel(FigurePage& page, const cv::Mat& picture, const FigureRect& area);
 
 }  // namespace sqslam

@@ -1,6 +1,6 @@
 #include "render/page/page.h"
 
-#include <cmath>
+#include <algorithm>
 
 namespace sqslam {
 
@@ -26,6 +26,26 @@ void FigurePage::Rect(const FigureRect& rect, const std::optional<Eigen::Vector3
   elements.emplace_back(std::move(path));
 }
 
+FigureText PlainText(std::string text, const Eigen::Vector2d& anchor, double size,
+                     const Eigen::Vector3d& color, TextAlign align, bool bold) {
+  FigureText plain;
+  plain.text = std::move(text);
+  plain.anchor = anchor;
+  plain.size = size;
+  plain.color = color;
+  plain.align = align;
+  plain.bold = bold;
+  return plain;
+}
+
+FigureText NarrowText(FigureText text, double width) {
+  constexpr double kLeastShare = 0.6;  // of the letters' size
+  const double wide = TextWidth(text.text, text.size, text.bold);
+  text.size *= wide > width ? std::max(kLeastShare, 0.99 * width / wide) : 1.0;
+  text.text = FittingText(text.text, text.size, width, text.bold);
+  return text;
+}
+
 std::string FittingText(const std::string& text, double size, double width, bool bold) {
   std::string fitting = text;
   std::string shown = text;
@@ -40,14 +60,6 @@ std::string FittingText(const std::string& text, double size, double width, bool
     shown = fitting + "…";
   }
   return shown;
-}
-
-FigureRect OnPixels(const FigureRect& rect, double dpi) {
-  const double pixel = 72.0 / dpi;
-  const auto whole = [pixel](double length) { return std::round(length / pixel) * pixel; };
-  const double x = whole(rect.x);
-  const double y = whole(rect.y);
-  return {x, y, std::max(whole(rect.Right()) - x, pixel), std::max(whole(rect.Bottom()) - y, pixel)};
 }
 
 }  // namespace sqslam

@@ -82,14 +82,17 @@ struct FigurePage {
   }
 };
 
+FigureText PlainText(std::string text, const Eigen::Vector2d& anchor, double size,
+                     const Eigen::Vector3d& color, TextAlign align = TextAlign::kLeft, bool bold = false);
+
+// A line that is no wider than `width`: in smaller letters where needed, and cut where these would be too
+// small.
+FigureText NarrowText(FigureText text, double width);
+
 // Width of a line of text as it is drawn, points.
 double TextWidth(const std::string& text, double size, bool bold = false);
 
 // The text cut at its end, with an ellipsis, until it is no wider than `width`.
 std::string FittingText(const std::string& text, double size, double width, bool bold = false);
-
-// The rectangle moved and resized to whole pixels of the page's PNG, so that a picture of this size is not
-// resampled.
-FigureRect OnPixels(const FigureRect& rect, double dpi);
 
 }  // namespace sqslam

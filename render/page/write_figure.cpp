@@ -8,7 +8,6 @@
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
-#include "render/page/page_devices.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 

@@ -96,11 +96,7 @@ void InteractiveScene::SetStyle(const SceneStyle& style) {
 }
 
 void InteractiveScene::SetFrame(const MapSnapshot& map) {
-  std::vector<std::string> labels;
-  for (const SnapshotObject& object : map.objects) {
-    labels.push_back(object.label);
-  }
-  impl_->colors = LabelColors(labels);
+  impl_->colors = LabelColors::Of(map.objects);
   impl_->focus = FindFocus(map);
   impl_->Outdate();
 }

@@ -30,10 +30,10 @@ class InteractiveScene {
   // Scale of frusta, place of the grid, light and colours of classes come from this map.
   void SetFrame(const MapSnapshot& map);
 
-  // What is drawn; null: nothing.
+  // Sets the map to draw; null: nothing.
   void Show(MapSnapshotPtr map);
 
-  // What is drawn with the map, in its frame.
+  // Draws these with the map, in its frame.
   void SetLayers(const SceneLayers& layers);
 
   // Cuts as this says, not as the style does; unlike a new style at no cost.

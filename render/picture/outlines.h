@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "render/picture/picture.h"
 #include "render/picture/picture_text.h"
 #include "render/scene/style.h"
 #include "slam/geometry/camera.h"
@@ -11,7 +12,7 @@
 
 namespace sqslam {
 
-// Where an image of a camera lies on a picture: its calibration in pixels of the picture.
+// The place of a camera's image on a picture: its calibration in pixels of the picture.
 struct ImagePlacement {
   cv::Rect2d area;  // of the image, pixels of the picture (left and top edges, not centres of pixels)
   Camera camera;    // of a picture whose top-left pixel is that of the whole picture
@@ -47,5 +48,15 @@ void DrawOutlineLabels(cv::Mat& image, const std::vector<ObjectOutline>& outline
 cv::Size TagSize(const std::string& label, const TextPainter& text, double size);
 void DrawTag(cv::Mat& image, const std::string& label, cv::Point top_left, const Eigen::Vector3d& color,
              const TextPainter& text, double size);
+
+// The image without the distortion of its lens, in the same calibration; what the lens did not show is black.
+cv::Mat Undistorted(const cv::Mat& image, const Camera& camera);
+
+// The map over a photograph of it: exact outlines of the objects, their names and, if the style asks for
+// them, map points. `photo` (8UC3) is as recorded by map.camera from T_map_camera, distortion included, which
+// is taken off first. The picture has the size of the options, the photograph in its middle. Throws
+// InputError where the photograph has not the size of the camera's images.
+cv::Mat RenderOverPhoto(const MapSnapshot& map, const cv::Mat& photo, const Rigid3d& T_map_camera,
+                        const PictureOptions& options);
 
 }  // namespace sqslam

@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "render/camera/scene_framing.h"
-#include "render/camera/view_presets.h"
 #include "render/gl/offscreen_window.h"
 #include "render/picture/picture_overlay.h"
 #include "render/scene/scene.h"
@@ -149,11 +148,7 @@ PictureRenderer::PictureRenderer(PictureRenderer&&) noexcept = default;
 
 void PictureRenderer::SetMap(const MapSnapshot& map) {
   Impl& s = *impl_;
-  std::vector<std::string> labels;
-  for (const SnapshotObject& object : map.objects) {
-    labels.push_back(object.label);
-  }
-  s.colors = LabelColors(labels, s.options.label_colors);
+  s.colors = LabelColors::Of(map.objects, s.options.label_colors);
   s.focus = FindFocus(map);
   s.grid_cell = RoundLength(0.4 * s.focus.radius);
   const CameraOverrides& overrides = s.options.camera;

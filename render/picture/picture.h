@@ -15,7 +15,7 @@
 
 namespace sqslam {
 
-// What of the automatic view is overridden; names and meaning as in f3d.
+// Overrides of the automatic view; names and meaning as in f3d.
 struct CameraOverrides {
   std::string view;  // one of render/camera/view_presets.h instead of the automatic view; empty: that
   std::optional<Eigen::Vector3d> position;     // map frame

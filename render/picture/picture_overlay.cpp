@@ -7,10 +7,10 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <numbers>
-
-#include "render/picture/label_layout.h"
+#include <numeric>
 
 namespace sqslam {
 namespace {
@@ -22,6 +22,41 @@ double TextSize(const SceneStyle& style, double scale) {
 }
 
 int Pixels(double value) { return static_cast<int>(std::lround(value)); }
+
+constexpr int kSteps = 7;  // how many lines further away a text may stand
+
+constexpr double kCoverCost = 4.0;  // of a text wholly on another thing, in places of the list
+
+// Places in the order of preference, as top-left corners.
+std::vector<LabelPlace> Candidates(const LabelRequest& request) {
+  const cv::Rect& b = request.bounds;
+  const cv::Size& s = request.size;
+  const int gap = std::max(2, s.height / 4);
+  const int centered = b.x + (b.width - s.width) / 2;
+  const int middle = b.y + (b.height - s.height) / 2;
+  std::vector<LabelPlace> places = {
+      {{{centered, b.y - gap - s.height}, s}, false},
+      {{{centered, b.br().y + gap}, s}, false},
+      {{{b.br().x + gap, middle}, s}, false},
+      {{{b.x - gap - s.width, middle}, s}, false},
+  };
+  for (int step = 1; step <= kSteps; ++step) {
+    for (const int shift : {0, s.width / 2 + gap, -s.width / 2 - gap}) {
+      places.push_back({{{centered + shift, b.y - gap - s.height - step * (s.height + gap)}, s}, true});
+      places.push_back({{{centered + shift, b.br().y + gap + step * (s.height + gap)}, s}, true});
+    }
+  }
+  return places;
+}
+
+// The other things that the text would stand on, as shares of the text.
+double Covered(const cv::Rect& area, std::span<const LabelRequest> requests, std::size_t own) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < requests.size(); ++i) {
+    sum += i == own ? 0.0 : (requests[i].bounds & area).area();
+  }
+  return sum / std::max(1, area.area());
+}
 
 }  // namespace
 
@@ -42,6 +77,47 @@ SeenPoint Project(const ViewCamera& camera, cv::Size image, const Eigen::Vector3
           depth};
 }
 
+std::vector<LabelPlace> PlaceLabels(std::span<const LabelRequest> requests, cv::Size picture,
+                                    std::span<const cv::Rect> taken) {
+  std::vector<std::size_t> order(requests.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return requests[a].depth < requests[b].depth; });
+  const cv::Rect whole({0, 0}, picture);
+  std::vector<cv::Rect> used(taken.begin(), taken.end());
+  std::vector<LabelPlace> places(requests.size());
+  for (const std::size_t index : order) {
+    double least = std::numeric_limits<double>::infinity();
+    const std::vector<LabelPlace> candidates = Candidates(requests[index]);
+    for (std::size_t rank = 0; rank < candidates.size(); ++rank) {
+      const cv::Rect& area = candidates[rank].area;
+      const bool inside = (area & whole) == area;
+      const bool free = std::none_of(used.begin(), used.end(),
+                                     [&](const cv::Rect& other) { return !(other & area).empty(); });
+      const double cost = static_cast<double>(rank) + kCoverCost * Covered(area, requests, index);
+      if (inside && free && cost < least) {
+        least = cost;
+        places[index] = candidates[rank];
+      }
+    }
+    if (!places[index].area.empty()) {
+      used.push_back(places[index].area);
+    }
+  }
+  return places;
+}
+
+namespace {
+
+// A line of the legend: a thing's name after its colour.
+struct SceneLegendEntry {
+  std::string name;
+  std::string count;  // or nothing
+  Eigen::Vector3d color = Eigen::Vector3d::Zero();
+  bool line = false;  // drawn as a line, otherwise as a square
+};
+
+// The classes of the map with their counts, and lines that could be taken for one another.
 std::vector<SceneLegendEntry> SceneLegend(const MapSnapshot& map, const PictureCaptions& captions,
                                           const SceneStyle& style) {
   std::vector<SceneLegendEntry> entries;
@@ -70,6 +146,7 @@ std::vector<SceneLegendEntry> SceneLegend(const MapSnapshot& map, const PictureC
   return entries;
 }
 
+// In the top-right corner. `scale`: pixels for one of the style's. Returns the area that it covers.
 cv::Rect DrawSceneLegend(cv::Mat& image, const std::vector<SceneLegendEntry>& entries, bool panel_behind,
                          const SceneStyle& style, const TextPainter& text, double scale) {
   if (entries.empty()) {
@@ -109,6 +186,8 @@ cv::Rect DrawSceneLegend(cv::Mat& image, const std::vector<SceneLegendEntry>& en
   return panel;
 }
 
+// The map's axes as the camera sees them, and what a cell of the grid measures, in the bottom-left corner.
+// Returns the area that they cover.
 cv::Rect DrawAxes(cv::Mat& image, const ViewCamera& camera, double grid_cell, const SceneStyle& style,
                   const TextPainter& text, double scale) {
   const double size = TextSize(style, scale);
@@ -140,7 +219,8 @@ cv::Rect DrawAxes(cv::Mat& image, const ViewCamera& camera, double grid_cell, co
   return {0, top, right, image.rows - top};
 }
 
-// Where an object's surface is seen, from points spread over it; empty where it reaches behind the camera.
+// Bounds of an object's surface as it is seen, from points spread over it; empty where it reaches behind the
+// camera.
 cv::Rect SeenBounds(const PosedSuperquadric& solid, const ViewCamera& camera, cv::Size picture) {
   Eigen::AlignedBox2d bounds;
   constexpr int kSteps = 12;
@@ -161,6 +241,7 @@ cv::Rect SeenBounds(const PosedSuperquadric& solid, const ViewCamera& camera, cv
   return whole & cv::Rect({0, 0}, picture);
 }
 
+// Names beside the objects, none over another or over `taken`.
 void DrawLabels(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera, const SceneStyle& style,
                 const TextPainter& text, double scale, std::span<const cv::Rect> taken) {
   const double size = std::max(0.9 * style.text.size * scale, kLeastText);
@@ -194,6 +275,8 @@ void DrawLabels(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera
                   ParseColor(style.background), TextPainter::Align::kCenter);
   }
 }
+
+}  // namespace
 
 double PictureScale(cv::Size picture) { return std::min(picture.height / 720.0, picture.width / 960.0); }
 

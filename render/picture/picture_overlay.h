@@ -14,7 +14,7 @@
 
 namespace sqslam {
 
-// Where a point of the map is seen, in pixels (top-left origin); depth <= 0 behind the camera.
+// A point of the map as it is seen, in pixels (top-left origin); depth <= 0 behind the camera.
 struct SeenPoint {
   cv::Point2d pixel;
   double depth = 0.0;
@@ -24,7 +24,7 @@ SeenPoint Project(const ViewCamera& camera, cv::Size image, const Eigen::Vector3
 // Pixels of a picture of this size for one of the style's.
 double PictureScale(cv::Size picture);
 
-// What the texts of a picture say besides what is in the map.
+// Contents of the texts of a picture besides what is in the map.
 struct PictureCaptions {
   LabelColors colors;
   double grid_cell = 1.0;         // map units
@@ -39,29 +39,22 @@ struct PictureCaptions {
 void DrawTexts(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera,
                const PictureCaptions& captions, const SceneStyle& style, const TextPainter& text);
 
-// A line of the legend: a thing's name after its colour.
-struct SceneLegendEntry {
-  std::string name;
-  std::string count;  // or nothing
-  Eigen::Vector3d color = Eigen::Vector3d::Zero();
-  bool line = false;  // drawn as a line, otherwise as a square
+// A name that is to stand beside what it names, pixels.
+struct LabelRequest {
+  cv::Rect bounds;     // of what is named, in the picture
+  cv::Size size;       // of the text
+  double depth = 0.0;  // nearer things get their place first
 };
 
-// The classes of the map with their counts, and lines that could be taken for one another.
-std::vector<SceneLegendEntry> SceneLegend(const MapSnapshot& map, const PictureCaptions& captions,
-                                          const SceneStyle& style);
+// The place of a text; empty where there was no room. `leader`: so far away that a line should join the two.
+struct LabelPlace {
+  cv::Rect area;
+  bool leader = false;
+};
 
-// In the top-right corner. `scale`: pixels for one of the style's. Returns the area that it covers.
-cv::Rect DrawSceneLegend(cv::Mat& image, const std::vector<SceneLegendEntry>& entries, bool panel_behind,
-                         const SceneStyle& style, const TextPainter& text, double scale);
-
-// The map's axes as the camera sees them, and what a cell of the grid measures, in the bottom-left corner.
-// Returns the area that they cover.
-cv::Rect DrawAxes(cv::Mat& image, const ViewCamera& camera, double grid_cell, const SceneStyle& style,
-                  const TextPainter& text, double scale);
-
-// Names beside the objects, none over another or over `taken`.
-void DrawLabels(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera, const SceneStyle& style,
-                const TextPainter& text, double scale, std::span<const cv::Rect> taken);
+// Places texts above, below or beside their things, or further up, so that no two overlap, none covers
+// `taken` and all lie inside the picture. In the order of the requests.
+std::vector<LabelPlace> PlaceLabels(std::span<const LabelRequest> requests, cv::Size picture,
+                                    std::span<const cv::Rect> taken);
 
 }  // namespace sqslam

@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-#include "render/gl/camera_setup.h"
+#include "render/gl/offscreen_window.h"
 #include "render/gl/picture_pass.h"
 #include "render/scene/clip_plane.h"
 #include "render/scene/point_actors.h"

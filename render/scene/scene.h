@@ -17,7 +17,7 @@ namespace sqslam {
 // off-screen or on the desktop; text is not part of it. Uses the OpenGL context that is current.
 class Scene {
  public:
-  // How the renderer's own pixels relate to the picture.
+  // The renderer's own pixels against those of the picture.
   struct Quality {
     double pixel_scale = 1.0;  // pixels of the window for one pixel of the style's sizes
     int samples = 2;           // drawn along each side of a pixel
@@ -36,7 +36,7 @@ class Scene {
   // from; keep the same one over the frames of a video.
   void Show(const MapSnapshot& map, const SceneFocus& focus, const LabelColors& colors);
 
-  // What is drawn with every map from now on; in the frame of the maps.
+  // Draws these with every map from now on; in the frame of the maps.
   void SetLayers(const SceneLayers& layers);
 
   // Cuts as this says instead of as the style does.

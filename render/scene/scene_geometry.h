@@ -44,7 +44,7 @@ vtkSmartPointer<vtkPolyData> DensePoints(const ColoredPoints& cloud, const Scene
 vtkSmartPointer<vtkPolyData> GroundGrid(const SceneFocus& focus, const SceneStyle& style);
 double GridCell(const SceneFocus& focus);  // map units
 
-// Where a shadow lies, and what darkens the ground there by at most `strength`.
+// The place of a shadow, and the texture that darkens the ground there by at most `strength`.
 vtkSmartPointer<vtkPolyData> ShadowQuad(const GroundShadow& shadow);
 vtkSmartPointer<vtkTexture> ShadowTexture(const GroundShadow& shadow, double strength);
 

@@ -13,7 +13,7 @@ struct ColoredPoints {
   std::vector<std::array<std::uint8_t, 3>> rgb;  // as many as points, or none: in the style's colour
 };
 
-// What is drawn with a map and is no part of it, in its frame. A value; the cloud is shared.
+// Drawn with a map without being part of it, in its frame. A value; the cloud is shared.
 struct SceneLayers {
   std::vector<std::vector<Eigen::Vector3d>> true_path;  // of the camera, in pieces
   std::shared_ptr<const ColoredPoints> dense_cloud;     // or null

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 #include <map>
+#include <string>
 #include <vector>
 
 #include "render/camera/camera_path.h"
@@ -26,7 +27,7 @@ class SolidActors {
 
   void Show(const std::vector<SnapshotObject>& objects, const LabelColors& colors);
 
-  // What to draw for this view, farthest first. `pixels` is the height of the picture in samples: the grid of
+  // The actors for this view, farthest first. `pixels` is the height of the picture in samples: the grid of
   // a solid is as fine as its size in the picture asks for.
   std::vector<vtkActor*> Arrange(const ViewCamera& camera, double pixels, const Studio& studio);
 
@@ -56,5 +57,20 @@ class SolidActors {
   std::map<std::vector<int>, Group> groups_;
   SolidOrder order_;
 };
+
+struct SolidShading {
+  int number = 0;                      // 1, 2, ...: what outlines tell apart
+  const char* number_array = nullptr;  // instead of `number`: a data array of the vertices
+  bool far_side = false;               // seen through the near side only
+  double roughness = 0.5;
+  double metallic = 0.0;
+};
+void SetSolidShader(vtkActor* actor, const SolidShading& shading);
+
+// Directions of the studio seen from the camera (x right, y up, z towards the viewer); for each view.
+struct StudioInView {
+  Eigen::Vector3d up, lamp, window;
+};
+void SetStudio(vtkActor* actor, const StudioInView& studio);
 
 }  // namespace sqslam

@@ -36,6 +36,11 @@ int PreferredSlot(const std::string& label) {
 
 }  // namespace
 
+std::string FormatColor(const Eigen::Vector3d& color) {
+  const Eigen::Vector3i rgb = (255.0 * color).array().round().cast<int>().max(0).min(255);
+  return fmt::format("#{:02x}{:02x}{:02x}", rgb.x(), rgb.y(), rgb.z());
+}
+
 Eigen::Vector3d ParseColor(std::string_view text) {
   unsigned value = 0;
   const bool shaped = text.size() == 7 && text[0] == '#';

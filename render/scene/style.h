@@ -7,11 +7,28 @@
 #include <string_view>
 #include <vector>
 
-#include "render/scene/overlay_style.h"
-
 namespace sqslam {
 
-// How a map is drawn. Colours are "#rrggbb"; sizes and widths are pixels of a picture 720 pixels high and
+// Style of a map over a photograph. Widths and sizes are pixels of a picture 720 pixels high.
+struct OverlayStyle {
+  double width = 2.6;     // of the outlines, pixels
+  double fill = 0.14;     // opacity of the surfaces, 0: outlines only
+  double hidden = 0.35;   // opacity of outlines behind nearer objects
+  bool labels = true;     // names beside the outlines
+  bool points = false;    // map points
+  double point_size = 3;  // diameter, pixels
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("width", width, 0.5, 50.0);
+    visit("fill", fill, 0.0, 1.0);
+    visit("hidden", hidden, 0.0, 1.0);
+    visit("labels", labels);
+    visit("points", points);
+    visit("point_size", point_size, 0.5, 50.0);
+  }
+};
+
+// Style of a map. Colours are "#rrggbb"; sizes and widths are pixels of a picture 720 pixels high and
 // grow with it; lengths are relative to what the picture frames.
 struct SceneStyle {
   struct Objects {
@@ -216,8 +233,9 @@ SceneStyle LoadStyle(const std::string& name_or_file);
 // Throws UsageError on values out of range and colours that are none.
 void CheckStyle(const SceneStyle& style);
 
-// "#rrggbb" to red, green, blue in [0, 1]. Throws UsageError on anything else.
+// "#rrggbb" to red, green, blue in [0, 1] and back. Parsing throws UsageError on anything else.
 Eigen::Vector3d ParseColor(std::string_view text);
+std::string FormatColor(const Eigen::Vector3d& color);
 
 // Colours of classes that people with any colour vision tell apart (Okabe and Ito), at further lightness
 // levels where there are more classes than colours. A label keeps its colour from map to map unless two
@@ -228,6 +246,16 @@ class LabelColors {
   // `fixed` goes before the palette: one map's colours for others.
   explicit LabelColors(std::span<const std::string> labels,
                        std::map<std::string, Eigen::Vector3d> fixed = {});
+
+  // The colours of all objects that have a `label`.
+  template <typename Objects>
+  static LabelColors Of(const Objects& objects, std::map<std::string, Eigen::Vector3d> fixed = {}) {
+    std::vector<std::string> labels;
+    for (const auto& object : objects) {
+      labels.push_back(object.label);
+    }
+    return LabelColors(labels, std::move(fixed));
+  }
 
   Eigen::Vector3d operator()(const std::string& label) const;  // red, green, blue in [0, 1]
 

@@ -8,7 +8,7 @@
 
 namespace sqslam {
 
-// What falls on a plane: a picture of its darkness and where that lies.
+// A shadow on a plane: a picture of its darkness and where that lies.
 struct GroundShadow {
   cv::Mat darkness;  // 8UC1, 255 where no light arrives; empty where nothing casts a shadow
   Eigen::Vector3d corner = Eigen::Vector3d::Zero();  // map frame, of the first pixel

@@ -10,7 +10,7 @@
 namespace sqslam {
 namespace {
 
-// What tells solids apart that can be drawn in either order: farther first, then by where and how large.
+// Tells solids apart that can be drawn in either order: farther first, then by where and how large.
 auto Rank(const PosedSuperquadric& solid, const Eigen::Vector3d& eye) {
   const Eigen::Vector3d& c = solid.T_map_object.translation;
   const Eigen::Vector3d& a = solid.shape.half_size;

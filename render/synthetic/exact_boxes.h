@@ -33,7 +33,7 @@ std::vector<ExactBox> FindExactBoxes(const SceneDescription& scene, const Rigid3
 double SilhouetteArea(const PosedSuperquadric& superquadric, const Camera& camera,
                       const Rigid3d& T_world_camera);
 
-// What a detector would make of exact boxes: edges off by a normal error of 3 % of the box's size, one box in
+// Exact boxes as a detector would give them: edges off by a normal error of 3 % of the box's size, one box in
 // ten missed, 3 % of the labels wrong, scores from 0.4 to 0.95.
 class DetectorNoise {
  public:

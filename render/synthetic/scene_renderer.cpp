@@ -18,7 +18,6 @@
 #include <opencv2/core/utility.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "render/gl/camera_setup.h"
 #include "render/gl/offscreen_window.h"
 #include "render/synthetic/textured_mesh.h"
 

@@ -18,8 +18,8 @@ class SceneRenderer {
 
   cv::Mat RenderColor(const Rigid3d& T_world_camera);  // 8UC3, camera size
 
-  // Which object each point of the picture shows (0 for none): 8UC1, `supersampling` times the camera's size.
-  // Its pixel (i, j) covers [i / s - 0.5, (i + 1) / s - 0.5] of the camera's columns, and so for rows.
+  // The object that each point of the picture shows (0 for none): 8UC1, `supersampling` times the camera's
+  // size. Its pixel (i, j) covers [i / s - 0.5, (i + 1) / s - 0.5] of the camera's columns, and so for rows.
   cv::Mat RenderIds(const Rigid3d& T_world_camera);
 
  private:

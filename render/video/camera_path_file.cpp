@@ -10,7 +10,6 @@
 #include <numbers>
 
 #include "render/camera/scene_framing.h"
-#include "render/camera/view_presets.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
 

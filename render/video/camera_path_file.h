@@ -11,7 +11,7 @@
 
 namespace sqslam {
 
-// Where a virtual camera is at one moment, as a camera path file says it: exactly one of a named view, a pose
+// Place of a virtual camera at one moment, as a camera path file says it: exactly one of a named view, a pose
 // of the input camera, or a position with its focal point; what else is given overrides that.
 struct CameraKey {
   int line = 0;                              // of the file, from 1

@@ -7,10 +7,10 @@
 #include <memory>
 
 #include "render/camera/camera_path.h"
-#include "render/video/page_composer.h"
 #include "render/video/video_alignment.h"
 #include "render/video/video_layout.h"
 #include "slam/util/error.h"
+#include "slam/util/worker_thread.h"
 
 namespace sqslam {
 namespace {
@@ -48,7 +48,7 @@ std::vector<ViewCamera> PathAlong(const std::vector<Rigid3d>& poses, CameraPath 
   return path == CameraPath::kFollow ? Smooth(views, 4.0) : views;
 }
 
-// What turntables turn about.
+// The axis of turntables.
 Eigen::Vector3d UpOf(const VideoOptions& options, const PictureRenderer& renderer) {
   return options.picture.camera.view_up.value_or(renderer.Up());
 }
@@ -71,7 +71,7 @@ std::vector<ViewCamera> PathOfMap(const MapSnapshot& map, const VideoOptions& op
   }
 }
 
-// Which snapshot each frame of a growth video shows: the newest of its moment, so that the video keeps the
+// The snapshot that each frame of a growth video shows: the newest of its moment, so that the video keeps the
 // run's time.
 std::vector<int> SnapshotOfFrame(const RecordingReader& recording, const VideoOptions& options) {
   std::vector<double> times;
@@ -148,6 +148,13 @@ GrowthTimes TimesOf(const RecordingReader& recording, const MapSnapshot& last) {
   return times;
 }
 
+// A page of a growth video to be put together.
+struct ComposerJob {
+  cv::Mat view;
+  MapSnapshotPtr map;
+  int number;
+};
+
 }  // namespace
 
 int WriteOrbit(const MapSnapshot& map, const VideoOptions& options, const std::filesystem::path& output,
@@ -193,7 +200,11 @@ int WriteGrowthVideo(const RecordingReader& recording, const VideoOptions& optio
   PictureRenderer renderer(view);
   renderer.SetMap(*last);
   const std::vector<ViewCamera> views = PathOfGrowth(recording, snapshots, *last, options, view, renderer);
-  PageComposer composer(GrowthPage(layout, view.style, renderer.Colors(), TimesOf(recording, *last)), writer);
+  // Pages are put together while the next view is drawn and the last page encoded.
+  GrowthPage page(layout, view.style, renderer.Colors(), TimesOf(recording, *last));
+  WorkerThread<ComposerJob> composer(3, [&page, &writer](const ComposerJob& job) {
+    writer.Add(page.Compose(job.view, job.map), job.number);
+  });
   int shown = -1;
   int done = 0;
   MapSnapshotPtr map;
@@ -206,7 +217,7 @@ int WriteGrowthVideo(const RecordingReader& recording, const VideoOptions& optio
       renderer.SetMapKeepingFrame(*map);
       shown = snapshot;
     }
-    composer.Add(renderer.Render(views[static_cast<std::size_t>(i)]), map, i);
+    composer.Add({renderer.Render(views[static_cast<std::size_t>(i)]), map, i});
     go_on = !progress || progress(done, range.end - range.first);
   }
   composer.Finish();

@@ -9,7 +9,7 @@
 
 namespace sqslam {
 
-// Where the parts of a frame of a growth video lie, in pixels. All sides are even.
+// Places of the parts of a frame of a growth video, pixels. All sides are even.
 struct GrowthLayout {
   cv::Size frame;
   cv::Rect image;  // the input image; empty where it is not shown
@@ -19,7 +19,7 @@ struct GrowthLayout {
 };
 GrowthLayout LayOut(cv::Size frame, bool show_image, const Camera& camera);
 
-// What the time line shows, in seconds of the run.
+// The times that the time line shows, in seconds of the run.
 struct GrowthTimes {
   double start = 0.0;             // of the first snapshot
   double end = 0.0;               // of the last

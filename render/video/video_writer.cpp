@@ -1,19 +1,16 @@
 #include <fmt/format.h>
 
 #include <charconv>
-#include <condition_variable>
-#include <deque>
-#include <mutex>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 #include <optional>
 #include <regex>
-#include <thread>
 
 #include "render/video/video.h"
 #include "render/video/video_encoder.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
+#include "slam/util/worker_thread.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -73,10 +70,8 @@ struct FrameWriter::Impl {
     if (!folder.empty() && numbered) {
       fs::create_directories(folder, error);
     }
-    encoder = std::thread([this] { Encode(); });
+    encoder.emplace(kQueue, [this](const Job& job) { WriteFrame(job); });
   }
-
-  ~Impl() { Stop(); }
 
   void OpenVideo() {
     if (size.width % 2 != 0 || size.height % 2 != 0) {
@@ -118,41 +113,6 @@ struct FrameWriter::Impl {
     }
   }
 
-  void Encode() {
-    bool failed = false;  // what comes after is dropped: Add() and Close() tell
-    for (;;) {
-      std::unique_lock lock(mutex);
-      changed.wait(lock, [this] { return !jobs.empty() || stopping; });
-      if (jobs.empty()) {
-        return;
-      }
-      const Job job = std::move(jobs.front());
-      jobs.pop_front();
-      changed.notify_all();
-      lock.unlock();
-      try {
-        if (!failed) {
-          WriteFrame(job);
-        }
-      } catch (...) {
-        failed = true;
-        const std::lock_guard guard(mutex);
-        failure = failure ? failure : std::current_exception();
-      }
-    }
-  }
-
-  void Stop() {
-    {
-      const std::lock_guard lock(mutex);
-      stopping = true;
-    }
-    changed.notify_all();
-    if (encoder.joinable()) {
-      encoder.join();
-    }
-  }
-
   // Disks and network folders may lose what they have taken: whether all is there is seen from the file
   // itself.
   void CheckVideo() const {
@@ -170,13 +130,6 @@ struct FrameWriter::Impl {
     }
   }
 
-  void ThrowFailure() {
-    const std::lock_guard lock(mutex);
-    if (failure) {
-      std::rethrow_exception(failure);
-    }
-  }
-
   fs::path output;
   cv::Size size;
   double fps;
@@ -184,12 +137,7 @@ struct FrameWriter::Impl {
   int added = 0;
   std::optional<AtomicPath> file;
   std::optional<VideoEncoder> video;
-  std::mutex mutex;  // guards what follows, but for the thread
-  std::condition_variable changed;
-  std::deque<Job> jobs;
-  bool stopping = false;
-  std::exception_ptr failure;
-  std::thread encoder;
+  std::optional<WorkerThread<Job>> encoder;  // last: it uses the rest
 };
 
 FrameWriter::FrameWriter(const fs::path& output, cv::Size size, double fps)
@@ -198,19 +146,13 @@ FrameWriter::~FrameWriter() = default;
 FrameWriter::FrameWriter(FrameWriter&&) noexcept = default;
 
 void FrameWriter::Add(const cv::Mat& frame, int number) {
-  Impl& s = *impl_;
-  s.ThrowFailure();
-  std::unique_lock lock(s.mutex);
-  s.changed.wait(lock, [&s] { return s.jobs.size() < kQueue; });
-  s.jobs.push_back({frame.clone(), number});
-  ++s.added;
-  s.changed.notify_all();
+  impl_->encoder->Add({frame.clone(), number});
+  ++impl_->added;
 }
 
 void FrameWriter::Close() {
   Impl& s = *impl_;
-  s.Stop();
-  s.ThrowFailure();
+  s.encoder->Finish();
   if (s.file && s.added > 0) {
     s.FinishVideo();
     s.CheckVideo();

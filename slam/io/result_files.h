@@ -11,6 +11,11 @@
 
 namespace sqslam {
 
+// The file that the user means: `name` in a result folder, or the file itself.
+inline std::filesystem::path ResultFile(const std::filesystem::path& result, const char* name) {
+  return std::filesystem::is_directory(result) ? result / name : result;
+}
+
 // points.ply: binary little-endian PLY with x y z red green blue object_id (-1 for none).
 void WritePoints(const std::filesystem::path& path, const std::vector<SnapshotPoint>& points);
 

@@ -1,13 +1,11 @@
 #pragma once
 
-#include <exception>
 #include <filesystem>
 #include <mutex>
-#include <thread>
 
 #include "slam/snapshot/recording.h"
 #include "slam/snapshot/snapshot.h"
-#include "slam/util/bounded_queue.h"
+#include "slam/util/worker_thread.h"
 
 namespace sqslam {
 
@@ -17,9 +15,6 @@ namespace sqslam {
 class Recorder {
  public:
   Recorder(const std::filesystem::path& path, const RecordingInfo& info);
-  ~Recorder();  // writes what still waits
-  Recorder(const Recorder&) = delete;
-  Recorder& operator=(const Recorder&) = delete;
 
   // Queues a snapshot; from one thread at a time, in the order of the recording. Waits while the queue is
   // full, so that a slow disk does not fill the memory with maps.
@@ -29,19 +24,14 @@ class Recorder {
   // written (InputError on a full disk); none after it was.
   void Close();
 
-  bool Failed() const;
+  bool Failed() const { return writing_.Failed(); }
   MapSnapshotPtr Newest() const;  // the one queued last; null before the first
 
  private:
-  void WriteSnapshots();
-  void Join();
-
   RecordingWriter writer_;  // of the thread while it runs, then of whoever has joined it
-  BoundedQueue<MapSnapshotPtr> waiting_;
-  mutable std::mutex mutex_;  // guards the next two
+  WorkerThread<MapSnapshotPtr> writing_;
+  mutable std::mutex mutex_;  // guards the next
   MapSnapshotPtr newest_;
-  std::exception_ptr failure_;
-  std::thread thread_;
 };
 
 }  // namespace sqslam

@@ -5,7 +5,6 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "app/report/report_html.h"
 #include "slam/evaluation/evaluation.h"
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
@@ -107,15 +106,6 @@ TEST(Report, MissingFilesLeaveTheirSectionsOutAndBrokenOnesAreNamed) {
     EXPECT_THAT(error.what(), HasSubstr("eval.json"));
   }
   EXPECT_THROW(WriteReport({folder.Path() / "nowhere", "", "", {}}), InputError);
-}
-
-TEST(Report, Base64IsThatOfTheStandard) {  // the examples of RFC 4648
-  EXPECT_EQ(Base64(""), "");
-  EXPECT_EQ(Base64("f"), "Zg==");
-  EXPECT_EQ(Base64("fo"), "Zm8=");
-  EXPECT_EQ(Base64("foo"), "Zm9v");
-  EXPECT_EQ(Base64("foobar"), "Zm9vYmFy");
-  EXPECT_EQ(Base64("\xff\xfe\xfd"), "//79");
 }
 
 TEST(EvalCommand, WritesEvalJsonAndSaysWhatIsWrong) {

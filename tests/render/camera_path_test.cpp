@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "hand_made_map.h"
-#include "render/camera/view_presets.h"
+#include "render/camera/scene_framing.h"
 #include "render/video/camera_path_file.h"
 #include "slam/util/error.h"
 #include "tests/io/temporary_folder.h"

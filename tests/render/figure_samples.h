@@ -4,9 +4,7 @@
 #include <string>
 
 #include "hand_made_map.h"
-#include "render/figures/chart_figures.h"
-#include "render/figures/evidence_figures.h"
-#include "render/figures/panel_figures.h"
+#include "render/figures/figures.h"
 
 namespace sqslam {
 

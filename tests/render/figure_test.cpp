@@ -8,8 +8,6 @@
 #include "figure_samples.h"
 #include "render/figures/image_crop.h"
 #include "render/page/chart.h"
-#include "render/page/color_ramp.h"
-#include "render/page/panels.h"
 #include "render/page/write_figure.h"
 #include "slam/util/error.h"
 

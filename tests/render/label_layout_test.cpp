@@ -1,6 +1,6 @@
-#include "render/picture/label_layout.h"
-
 #include <gtest/gtest.h>
+
+#include "render/picture/picture_overlay.h"
 
 namespace sqslam {
 namespace {

@@ -7,7 +7,6 @@
 #include "baseline.h"
 #include "hand_made_map.h"
 #include "render/picture/outlines.h"
-#include "render/picture/photo_overlay.h"
 #include "render/picture/picture.h"
 #include "render/picture/picture_overlay.h"
 #include "slam/util/error.h"

@@ -8,7 +8,7 @@
 
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/widgets.h"
-#include "render/camera/view_presets.h"
+#include "render/camera/scene_framing.h"
 #include "slam/util/data_path.h"
 
 namespace sqslam::viewer {

@@ -2,65 +2,37 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
-#include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 #include <tuple>
 
-#include "app/figures/figure_common.h"
-#include "app/figures/object_views.h"
-#include "app/result/map_input.h"
-#include "render/figures/evidence_figures.h"
-#include "render/page/panels.h"
-#include "render/page/write_figure.h"
-#include "render/picture/photo_overlay.h"
+#include "render/figures/figure_input.h"
+#include "render/figures/figures.h"
+#include "render/picture/outlines.h"
+#include "render/picture/picture_text.h"
 #include "slam/geometry/angles.h"
-#include "slam/io/image_resize.h"
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/line_segments.h"
 #include "slam/objects/yaw.h"
 #include "slam/util/error.h"
 
-namespace sqslam::app {
+// The yaw figure's input: line segments of an object's image, matched to its axes.
+namespace sqslam {
 namespace {
 
-constexpr const char* kYawFooter = R"(
-Line segments that the yaw estimator's detector (EDLines) finds in an object's box, and the axes of the object's
-frame along the edges of the box around its superquadric, from a corner that is near to the camera: (a) along the
-map's axes (the quarter turn nearest to the object's, as yaw counts modulo 90 degrees), (b) as estimated. A line
-is matched to the axis that it is nearest to in (b), below objects.yaw.match_angle_deg. The mean is over the lines
-matched to x or y, the same ones in (a) and (b): each line's angle to the image of its axis at the line's midpoint.
-Lines along z say nothing about yaw. The image is freed from distortion and turned upright by quarter turns.
-
-Keyframes whose pose the finished map knows serve; by default, of those with the largest boxes, that with the most
-matched lines. Without --object: the object with the most matched lines, if there is one turned from the map's axes.
-
-Examples:
-  sqslam figure yaw out/desk --output yaw.pdf
-  sqslam figure yaw out/desk --object 2 --object 7 --output yaw.png --dpi 600
-  sqslam figure yaw out/desk --object 2 --frame 120 --output yaw.svg --width-mm 120
-)";
-
-struct YawArguments : FigureArguments {
-  std::string result;
-  std::vector<int> objects;
-  std::optional<std::int64_t> frame;
-};
-
-struct Context {
+struct YawContext {
   MapSnapshotPtr map;
   YawOptions options;
 };
 
 // Boxes so large are those of what other things stand on: the estimator leaves their lines alone.
-bool IsTooLarge(const ObjectView& view, const Context& context) {
+bool IsTooLarge(const ObjectView& view, const YawContext& context) {
   const Camera& camera = context.map->camera;
   return view.box.Area() > context.options.max_box_share * camera.width * camera.height;
 }
 
 // Those with the largest boxes that the estimator takes lines from and that the image does not cut, or, where
 // there is none, the largest.
-std::vector<ObjectView> LargestViews(std::vector<ObjectView> views, const Context& context) {
+std::vector<ObjectView> LargestViews(std::vector<ObjectView> views, const YawContext& context) {
   const Camera& camera = context.map->camera;
   constexpr std::size_t kCount = 6;
   const auto is_cut = [&](const ObjectView& view) {
@@ -75,15 +47,6 @@ std::vector<ObjectView> LargestViews(std::vector<ObjectView> views, const Contex
   });
   views.resize(std::min(views.size(), kCount));
   return views;
-}
-
-cv::Mat ReadImage(const ObjectView& view, const Camera& camera) {
-  cv::Mat image = ReadImageInSize(view.image_path, {camera.width, camera.height});
-  if (image.cols != camera.width || image.rows != camera.height) {
-    throw InputError(fmt::format("{}: {}x{} pixels, expected an image of {}x{}", view.image_path, image.cols,
-                                 image.rows, camera.width, camera.height));
-  }
-  return image;
 }
 
 // The axes along the box's edges that meet in the corner; empty where part of them is behind the camera.
@@ -106,7 +69,7 @@ std::optional<YawFigure::View> AxesAt(const PosedSuperquadric& solid, const Eige
   return view;
 }
 
-// What may be shown around an object's box: axes that reach farther end at the edge.
+// The part of the image that may be shown around an object's box: axes that reach farther end at the edge.
 Box2d Around(const Box2d& box, const Camera& camera) {
   constexpr double kReach = 0.4;
   return ClipToImage({box.x - kReach * box.width, box.y - kReach * box.height,
@@ -144,7 +107,7 @@ bool PlaceAxes(const PosedSuperquadric& start, const PosedSuperquadric& solid, c
   return true;
 }
 
-// What the figure shows of the view: the box and the axes, with a margin.
+// The part of the image that the figure shows: the box and the axes, with a margin.
 Box2d RegionOf(const Box2d& box, const Box2d& visible, const YawFigure::Object& object,
                const Camera& camera) {
   constexpr double kMargin = 0.1;
@@ -165,7 +128,7 @@ Box2d RegionOf(const Box2d& box, const Box2d& visible, const YawFigure::Object& 
 }
 
 // Lines by the axis that they run along after, and their mean angles to those that tell the yaw.
-void MatchLines(const Context& context, const ObjectView& view, const std::vector<LineSegment>& lines,
+void MatchLines(const YawContext& context, const ObjectView& view, const std::vector<LineSegment>& lines,
                 const PosedSuperquadric& start, const PosedSuperquadric& solid, YawFigure::Object& shown) {
   const Camera& camera = context.map->camera;
   const Eigen::Matrix3d R_start = start.T_map_object.RotationMatrix();
@@ -187,8 +150,8 @@ void MatchLines(const Context& context, const ObjectView& view, const std::vecto
 }
 
 // Lines against axes in one view; empty where the object reaches behind the camera.
-std::optional<YawFigure::Object> Measure(const Context& context, const SnapshotObject& object,
-                                         const ObjectView& view) {
+std::optional<YawFigure::Object> MeasureYaw(const YawContext& context, const SnapshotObject& object,
+                                            const ObjectView& view) {
   const Camera& camera = context.map->camera;
   const double yaw = WrapQuarter(object.yaw);
   const PosedSuperquadric& solid = object.superquadric;
@@ -204,7 +167,7 @@ std::optional<YawFigure::Object> Measure(const Context& context, const SnapshotO
   shown.name = ReadableLabel(object.label);
   shown.yaw = yaw / kRadiansPerDegree;
   shown.quarter_turns = UprightTurns(view, *context.map);
-  const cv::Mat image = ReadImage(view, camera);
+  const cv::Mat image = ImageOf(view, camera);
   cv::Mat gray;
   cv::cvtColor(image, gray, cv::COLOR_BGR2GRAY);
   MatchLines(context, view,
@@ -215,11 +178,11 @@ std::optional<YawFigure::Object> Measure(const Context& context, const SnapshotO
   return shown;
 }
 
-std::optional<YawFigure::Object> BestMeasured(const Context& context, const SnapshotObject& object,
+std::optional<YawFigure::Object> BestMeasured(const YawContext& context, const SnapshotObject& object,
                                               const std::vector<ObjectView>& views) {
   std::optional<YawFigure::Object> best;
   for (const ObjectView& view : LargestViews(views, context)) {
-    std::optional<YawFigure::Object> measured = Measure(context, object, view);
+    std::optional<YawFigure::Object> measured = MeasureYaw(context, object, view);
     if (measured && (!best || measured->yaw_lines > best->yaw_lines)) {
       best = std::move(measured);
     }
@@ -227,18 +190,19 @@ std::optional<YawFigure::Object> BestMeasured(const Context& context, const Snap
   return best;
 }
 
-// Of all objects the one with the most matched lines, with preference for those that are turned.
-YawFigure::Object Clearest(const Context& context, const std::map<int, std::vector<ObjectView>>& views,
-                           const std::string& result, bool quiet) {
+// The object with the most matched lines, with preference for those that are turned.
+YawFigure::Object ClearestYaw(const YawContext& context, const std::map<int, std::vector<ObjectView>>& views,
+                              const FigureRequest& request) {
   constexpr double kTurned = 3.0;  // degrees
   std::optional<YawFigure::Object> best;
   const auto rank = [](const YawFigure::Object& object) {
     return std::pair(std::abs(object.yaw) >= kTurned && object.yaw_lines > 2, object.yaw_lines);
   };
-  FigureCounter counter(quiet);
   int looked_at = 0;
   for (const SnapshotObject& object : context.map->objects) {
-    counter(looked_at++, static_cast<int>(context.map->objects.size()));
+    if (request.progress) {
+      request.progress(looked_at++, static_cast<int>(context.map->objects.size()));
+    }
     const auto it = views.find(object.id);
     if (it == views.end()) {
       continue;
@@ -254,51 +218,63 @@ YawFigure::Object Clearest(const Context& context, const std::map<int, std::vect
     throw InputError(
         fmt::format("{}: no object with the image of a keyframe, expected a map made from images that "
                     "are still there, with objects",
-                    result));
+                    request.results.front()));
   }
   return *best;
 }
 
-void Draw(const YawArguments& a) {
-  const FigureOptions options = MakeFigureOptions(a);
-  if (a.objects.empty() && a.frame) {
+FigurePage DrawYawOf(const FigureRequest& request) {
+  if (request.objects.empty() && !request.frames.empty()) {
     throw UsageError("--frame without --object: expected the object to show in that frame");
   }
-  const RecordingReader reader(MapFile(a.result));
-  const Context context{LastMap(a.result).map, ConfigOf(reader).objects.yaw};
-  const auto views = ObjectViews(reader, *context.map, a.frame.has_value());
+  const std::string& result = request.results.front();
+  const RecordedMap recorded = OpenMap(result);
+  const YawContext context{recorded.last, ConfigOf(*recorded.reader).objects.yaw};
+  const auto views = ObjectViews(recorded, !request.frames.empty());
   YawFigure figure;
-  for (const int id : a.objects) {
-    const SnapshotObject& object = ObjectById(*context.map, id, a.result);
-    const std::string what = fmt::format("{}: object {} ({})", a.result, id, object.label);
+  for (const int id : request.objects) {
+    const SnapshotObject& object = ObjectById(*context.map, id, result);
+    const std::string what = fmt::format("{}: object {} ({})", result, id, object.label);
     const auto it = views.find(id);
     const std::vector<ObjectView> chosen =
-        ViewsOfFrame(it == views.end() ? std::vector<ObjectView>() : it->second, a.frame, what);
+        ViewsOfFrame(it == views.end() ? std::vector<ObjectView>() : it->second, request, what);
     std::optional<YawFigure::Object> measured = BestMeasured(context, object, chosen);
     if (!measured) {
       throw InputError(fmt::format("{}: reaches behind the camera, expected another frame or object", what));
     }
     figure.objects.push_back(std::move(*measured));
   }
-  if (a.objects.empty()) {
-    figure.objects.push_back(Clearest(context, views, a.result, a.quiet));
+  if (request.objects.empty()) {
+    figure.objects.push_back(ClearestYaw(context, views, request));
   }
-  WriteFigure(DrawYaw(figure, options), a.output);
+  return DrawYaw(figure, request.page);
 }
 
 }  // namespace
 
-void AddYawFigure(CLI::App& figure) {
-  const auto a = std::make_shared<YawArguments>();
-  CLI::App* command =
-      AddFigure(figure, "yaw", "Line segments of an object against its axes, before and after", kYawFooter,
-                FigureKind::kChart, *a);
-  command->add_option("RESULT", a->result, "Result folder of sqslam run, or its map.sqmap")->required();
-  command->add_option("--object", a->objects, "Id of an object (sqslam info RESULT), repeatable")
-      ->expected(1)
-      ->take_all();
-  command->add_option("--frame", a->frame, "Keyframe whose image is shown");
-  command->callback([a] { Draw(*a); });
+FigureEntry YawEntry() {
+  return {.name = "yaw",
+          .help = "Line segments of an object against its axes, before and after",
+          .details = R"(
+Line segments that the yaw estimator's detector (EDLines) finds in an object's box, and the axes of the object's
+frame along the edges of the box around its superquadric, from a corner that is near to the camera: (a) along the
+map's axes (the quarter turn nearest to the object's, as yaw counts modulo 90 degrees), (b) as estimated. A line
+is matched to the axis that it is nearest to in (b), below objects.yaw.match_angle_deg. The mean is over the lines
+matched to x or y, the same ones in (a) and (b): each line's angle to the image of its axis at the line's midpoint.
+Lines along z say nothing about yaw. The image is freed from distortion and turned upright by quarter turns.
+
+Keyframes whose pose the finished map knows serve; by default, of those with the largest boxes, that with the most
+matched lines. Without --object: the object with the most matched lines, if there is one turned from the map's axes.
+
+Examples:
+  sqslam figure yaw out/desk -o yaw.pdf
+  sqslam figure yaw out/desk --object 2 --object 7 -o yaw.png --dpi 600
+  sqslam figure yaw out/desk --object 2 --frame 120 -o yaw.svg --width-mm 120
+)",
+          .results_help = kMapOfARun,
+          .objects = true,
+          .frames_help = kKeyframeShown,
+          .make = FigureEntry::Maker(DrawYawOf)};
 }
 
-}  // namespace sqslam::app
+}  // namespace sqslam

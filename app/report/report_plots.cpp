@@ -1,0 +1,96 @@
+#include "app/report/report_plots.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "render/figures/figures.h"
+#include "render/page/write_figure.h"
+
+namespace sqslam::app {
+namespace {
+
+constexpr int kOutlinePoints = 72;
+
+// The horizontal cross-section at the middle of a solid, map frame times `scale`.
+TrajectoryFigure::Footprint FootprintOf(const SnapshotObject& object, const Eigen::Vector3d& color,
+                                        double scale) {
+  TrajectoryFigure::Footprint footprint{fmt::format("{} {}", object.id, object.label), color, {}};
+  const PosedSuperquadric& solid = object.superquadric;
+  for (int i = 0; i < kOutlinePoints; ++i) {
+    const double omega = 2.0 * std::numbers::pi * i / kOutlinePoints - std::numbers::pi;
+    footprint.outline.push_back(scale * (solid.T_map_object * solid.shape.PointAt(0.0, omega)));
+  }
+  return footprint;
+}
+
+}  // namespace
+
+std::string TopViewSvg(const ReportData& data, const LabelColors& colors) {
+  const double scale = data.Scale();
+  TrajectoryFigure figure;
+  figure.unit = data.Unit();
+  if (!data.trajectory.empty()) {
+    TrajectoryFigure::Path path{"camera", TrajectoryFigure::Pieces(1)};
+    for (const TimedPose& pose : data.trajectory) {
+      path.pieces[0].push_back({pose.timestamp, scale * pose.T_map_camera.translation});
+    }
+    figure.paths.push_back(std::move(path));
+  }
+  if (data.evaluation && !data.evaluation->truth_positions_map.empty()) {
+    figure.truth = TrajectoryFigure::Path{"ground truth", TrajectoryFigure::Pieces(1)};
+    for (const Eigen::Vector3d& p : data.evaluation->truth_positions_map) {
+      figure.truth->pieces[0].push_back({0.0, scale * p});
+    }
+  }
+  std::vector<const SnapshotObject*> by_size;
+  for (const SnapshotObject& object : data.objects) {
+    by_size.push_back(&object);
+  }
+  const auto area = [](const SnapshotObject* object) {
+    return object->superquadric.shape.half_size.head<2>().prod();
+  };
+  std::stable_sort(by_size.begin(), by_size.end(),
+                   [&area](const SnapshotObject* a, const SnapshotObject* b) { return area(a) > area(b); });
+  for (const SnapshotObject* object : by_size) {  // small ones on top
+    figure.objects.push_back(FootprintOf(*object, colors(object->label), scale));
+  }
+  if (!figure.truth && figure.paths.empty() && figure.objects.empty()) {
+    return "";
+  }
+  FigureOptions options;
+  options.width_mm = 260.0;
+  return SvgElement(DrawTrajectories(figure, options));
+}
+
+std::string ShapeGlyphSvg(const SnapshotObject& object, const Eigen::Vector3d& color) {
+  const Superquadric& shape = object.superquadric.shape;
+  constexpr double kHalf = 9.0;  // points
+  const double scale = kHalf / shape.half_size.maxCoeff();
+  FigurePage page;
+  page.width = 45.0;
+  page.height = 21.0;
+  for (const bool side : {false, true}) {
+    FigurePath outline;
+    outline.closed = true;
+    outline.fill = color;
+    outline.fill_opacity = 0.25;
+    outline.stroke = FigureStroke{color, 1.0, {}};
+    for (int i = 0; i < kOutlinePoints; ++i) {
+      const double angle = 2.0 * std::numbers::pi * i / kOutlinePoints - std::numbers::pi;
+      // The side view runs along +x up to the pole and back along -x.
+      const bool front = std::cos(angle) >= 0.0;
+      const double eta = std::asin(std::clamp(std::sin(angle), -1.0, 1.0));
+      const Eigen::Vector3d p =
+          side ? shape.PointAt(eta, front ? 0.0 : std::numbers::pi) : shape.PointAt(0.0, angle);
+      outline.points.emplace_back((side ? 0.75 : 0.25) * page.width + scale * p.x(),
+                                  0.5 * page.height - scale * (side ? p.z() : p.y()));
+    }
+    page.elements.emplace_back(std::move(outline));
+  }
+  return SvgElement(page);
+}
+
+}  // namespace sqslam::app

@@ -1,0 +1,216 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <map>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "render/figures/figure.h"
+#include "slam/geometry/box2.h"
+#include "slam/snapshot/snapshot.h"
+
+// All figures, each as the values that it shows. A figure's file draws them, reads them from results and
+// says what options it has; a further one gets its file, its lines here and in CMakeLists.txt, and its test.
+// Drawing throws UsageError where the size leaves no room, and std::runtime_error without OpenGL.
+namespace sqslam {
+
+// Superquadrics of equal half sizes on a grid of their exponents: rows e1, columns e2.
+struct ShapesFigure {
+  std::vector<double> e1 = {0.1, 0.5, 1.0, 1.5, 2.0};
+  std::vector<double> e2 = {0.1, 0.5, 1.0, 1.5, 2.0};
+  Eigen::Vector3d color = Eigen::Vector3d(0.34, 0.71, 0.91);
+  double azimuth = 35.0;    // of the eye, from the shapes' x axis, degrees
+  double elevation = 25.0;  // of the eye above their equator, degrees
+};
+FigurePage DrawShapes(const ShapesFigure& figure, const FigureOptions& options,
+                      const FigureProgress& progress = {});
+
+// Objects, each as several solids over the same points, seen from the same place.
+struct CompareFigure {
+  struct Kind {
+    std::string name;
+    Eigen::Vector3d color;
+  };
+  struct Object {
+    std::string name;
+    MapSnapshot map;  // the object's points and the keyframes, from which the view comes
+    std::vector<PosedSuperquadric> solids;  // one of each kind
+    std::vector<std::string> notes;         // below each solid; empty: none
+  };
+  std::vector<Kind> kinds;
+  std::vector<Object> objects;
+};
+FigurePage DrawComparison(const CompareFigure& figure, const FigureOptions& options,
+                          const FigureProgress& progress = {});
+
+// Maps in a row, each below an input image, with one legend of all their classes.
+struct MapsFigure {
+  struct Box {
+    std::string label;
+    Box2d box;  // pixels of the image
+  };
+  struct Panel {
+    std::string name;
+    MapSnapshot map;
+    cv::Mat image;  // empty: none
+    std::vector<Box> boxes;
+  };
+  std::vector<Panel> panels;
+  int columns = 0;      // 0: all in one row up to five
+  bool labels = false;  // names over the objects
+};
+FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options,
+                    const FigureProgress& progress = {});
+
+// Camera paths seen from above, x to the right and y up, at one scale for both.
+struct TrajectoryFigure {
+  struct Pose {
+    double time = 0.0;  // seconds
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  };
+  using Pieces = std::vector<std::vector<Pose>>;  // between losses of tracking
+  struct Path {
+    std::string name;
+    Pieces pieces;
+  };
+  struct Footprint {
+    std::string name;
+    Eigen::Vector3d color = Eigen::Vector3d::Zero();
+    std::vector<Eigen::Vector3d> outline;
+  };
+  std::optional<Path> truth;
+  std::vector<Path> paths;
+  std::vector<Footprint> objects;  // over the paths, later ones over earlier ones
+  std::string unit = "m";
+  bool heights = false;  // z over time below
+};
+FigurePage DrawTrajectories(const TrajectoryFigure& figure, const FigureOptions& options);
+
+// Times of stages as bars of their means, with medians and 95th percentiles. A stage's name is
+// "group" or "group.stage"; each group has an axis of its own.
+struct TimingFigure {
+  struct Times {
+    double mean = 0.0;  // milliseconds
+    double median = 0.0;
+    double p95 = 0.0;
+  };
+  struct Series {
+    std::string name;
+    std::map<std::string, Times> stages;
+  };
+  std::vector<Series> series;
+  std::vector<std::string> stages;  // in this order within a group
+};
+FigurePage DrawTiming(const TimingFigure& figure, const FigureOptions& options);
+
+// 3D IoU object by object, and the means over them, objects that a series has not found counting 0.
+struct IouFigure {
+  struct Series {
+    std::string name;
+    std::vector<std::optional<double>> values;  // one an object, in [0, 1]; empty: not found
+  };
+  std::vector<std::string> objects;
+  std::vector<Series> series;
+};
+FigurePage DrawIou(const IouFigure& figure, const FigureOptions& options);
+
+// The points that objects kept and those that outlier removal took away, over an image with the object's box
+// and around the translucent superquadric.
+struct OutliersFigure {
+  enum class Fate { kKept, kIsolated, kRemovedBefore };  // isolated: by its score; before: without one
+  struct Point {
+    Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
+    double anomaly = 0.0;  // in [0, 1]; 0: no score
+    Fate fate = Fate::kKept;
+    std::optional<Eigen::Vector2d> pixel;  // on the image; empty: not in it
+  };
+  struct Object {
+    std::string name;
+    MapSnapshot map;  // its keyframes, from whose side it is seen, and the one object
+    std::vector<Point> points;
+    cv::Mat image;          // as recorded; empty: none
+    Box2d box;              // the object's, pixels of the image
+    int quarter_turns = 0;  // clockwise, that turn the image upright
+  };
+  std::vector<Object> objects;
+  double threshold = 0.0;  // score above which points are removed
+};
+FigurePage DrawOutliers(const OutliersFigure& figure, const FigureOptions& options,
+                        const FigureProgress& progress = {});
+
+// Line segments of an object's image against the axes of its frame, moved to a corner of the box around it,
+// before and after yaw was estimated.
+struct YawFigure {
+  struct Line {
+    Eigen::Vector2d from = Eigen::Vector2d::Zero();  // pixels of the image
+    Eigen::Vector2d to = Eigen::Vector2d::Zero();
+    int axis = -1;  // 0, 1, 2 (x, y, z) that it is matched to; -1: none
+  };
+  struct View {
+    Eigen::Vector2d corner = Eigen::Vector2d::Zero();  // pixels of the image
+    std::array<Eigen::Vector2d, 3> ends{};             // of the axes
+    std::vector<Line> lines;
+    double mean_angle = 0.0;  // of the lines that tell the yaw to their axes, degrees
+  };
+  struct Object {
+    std::string name;
+    cv::Mat image;          // without distortion
+    Box2d region;           // of the image that is shown at least
+    int quarter_turns = 0;  // clockwise, that turn the image upright
+    View before;
+    View after;
+    int yaw_lines = 0;  // matched lines that tell the yaw
+    double yaw = 0.0;   // of the axes after, from those before, degrees
+  };
+  std::vector<Object> objects;
+};
+FigurePage DrawYaw(const YawFigure& figure, const FigureOptions& options);
+
+// The fit of a calibration: the error of each corner as an arrow at its place in the image, how often each
+// part of the image was covered, and the distribution of the errors.
+struct CalibrationFigure {
+  struct Corner {
+    Eigen::Vector2d pixel;
+    Eigen::Vector2d error;  // found minus modelled, px
+  };
+  int width = 0;  // of the images, px
+  int height = 0;
+  std::vector<Corner> corners;
+  double rms = 0.0;  // px
+};
+
+// Throws UsageError where the size leaves no room or there is no corner.
+FigurePage DrawCalibration(const CalibrationFigure& figure, const FigureOptions& options);
+
+// Black and white rectangles at true scale on a page with a margin: A4 where they fit on it, upright or
+// across, otherwise a page of their own size. Lengths in mm.
+struct BoardSheet {
+  struct Area {
+    FigureRect area;  // from the board's top-left corner
+    bool black = true;
+  };
+  double width = 0.0;
+  double height = 0.0;
+  std::vector<Area> areas;
+  std::string caption;  // below
+};
+FigurePage DrawBoardSheet(const BoardSheet& sheet, double dpi);
+
+// As the command line offers them, in the order of its help.
+FigureEntry ShapesEntry();
+FigureEntry CompareEntry();
+FigureEntry MapsEntry();
+FigureEntry TrajectoryEntry();
+FigureEntry TimingEntry();
+FigureEntry IouEntry();
+FigureEntry OutliersEntry();
+FigureEntry YawEntry();
+inline std::vector<FigureEntry> AllFigures() {
+  return {ShapesEntry(), CompareEntry(), MapsEntry(),     TrajectoryEntry(),
+          TimingEntry(), IouEntry(),     OutliersEntry(), YawEntry()};
+}
+
+}  // namespace sqslam
