@@ -18,10 +18,10 @@
 #include "app/result/map_layers.h"
 #include "app/viewer/desktop_window.h"
 #include "app/viewer/frame_timing.h"
-#include "app/viewer/gl_texture.h"
-#include "app/viewer/kept_settings.h"
 #include "app/viewer/script_player.h"
+#include "app/viewer/state/kept_settings.h"
 #include "app/viewer/viewer.h"
+#include "app/viewer/widgets/gl_texture.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
 

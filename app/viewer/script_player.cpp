@@ -4,7 +4,7 @@
 
 #include <utility>
 
-#include "app/viewer/render_command_line.h"
+#include "app/viewer/state/render_command_line.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 

@@ -9,8 +9,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "app/viewer/shortcuts.h"
-#include "app/viewer/ui_input.h"
+#include "app/viewer/input/ui_input.h"
+#include "app/viewer/state/shortcuts.h"
 #include "app/viewer/viewer_impl.h"
 
 namespace sqslam::viewer {

@@ -6,9 +6,9 @@
 #include <optional>
 #include <string>
 
-#include "app/viewer/input_events.h"
-#include "app/viewer/live_run.h"
-#include "app/viewer/viewer_state.h"
+#include "app/viewer/frames/live_run.h"
+#include "app/viewer/input/input_events.h"
+#include "app/viewer/state/viewer_state.h"
 
 namespace sqslam::viewer {
 

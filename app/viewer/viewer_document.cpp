@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "app/viewer/camera_control.h"
+#include "app/viewer/state/camera_control.h"
 #include "app/viewer/viewer_impl.h"
 
 // What is open: recordings, runs, and the camera before them.

@@ -10,16 +10,16 @@
 #include <string>
 #include <vector>
 
-#include "app/viewer/editing_session.h"
-#include "app/viewer/layer_session.h"
+#include "app/viewer/frames/live_run.h"
+#include "app/viewer/frames/replay.h"
 #include "app/viewer/layout.h"
-#include "app/viewer/live_run.h"
 #include "app/viewer/panels/panels.h"
-#include "app/viewer/replay.h"
-#include "app/viewer/theme.h"
-#include "app/viewer/theme_switch.h"
-#include "app/viewer/video_recorder.h"
+#include "app/viewer/state/editing_session.h"
+#include "app/viewer/state/layer_session.h"
+#include "app/viewer/state/theme_switch.h"
+#include "app/viewer/state/video_recorder.h"
 #include "app/viewer/viewer.h"
+#include "app/viewer/widgets/theme.h"
 
 // For the sources of Viewer only: viewer.cpp (events and frames), viewer_document.cpp (what is open),
 // viewer_parts.cpp (menu, panels), viewer_requests.cpp (what panels ask for).

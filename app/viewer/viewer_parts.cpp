@@ -1,4 +1,4 @@
-#include "app/viewer/edit_menu.h"
+#include "app/viewer/panels/edit_menu.h"
 #include "app/viewer/viewer_impl.h"
 
 // How the window is made of its panels.

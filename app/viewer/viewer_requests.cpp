@@ -2,10 +2,10 @@
 
 #include <utility>
 
-#include "app/viewer/edit_menu.h"
-#include "app/viewer/gl_texture.h"
-#include "app/viewer/screenshot.h"
+#include "app/viewer/panels/edit_menu.h"
+#include "app/viewer/state/screenshot.h"
 #include "app/viewer/viewer_impl.h"
+#include "app/viewer/widgets/gl_texture.h"
 #include "slam/util/atomic_file.h"
 
 // What panels ask for.

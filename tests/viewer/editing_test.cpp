@@ -3,10 +3,10 @@
 
 #include <thread>
 
-#include "app/viewer/annotation_tool.h"
-#include "app/viewer/camera_control.h"
-#include "app/viewer/edit_actions.h"
-#include "app/viewer/editing_session.h"
+#include "app/viewer/state/annotation_tool.h"
+#include "app/viewer/state/camera_control.h"
+#include "app/viewer/state/edit_actions.h"
+#include "app/viewer/state/editing_session.h"
 #include "slam/evaluation/ground_truth.h"
 #include "tests/io/temporary_folder.h"
 #include "tests/render/hand_made_map.h"

@@ -2,11 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/viewer/annotation_tool.h"
-#include "app/viewer/camera_control.h"
-#include "app/viewer/edit_actions.h"
-#include "app/viewer/keys.h"
-#include "app/viewer/theme_switch.h"
+#include "app/viewer/input/keys.h"
+#include "app/viewer/state/annotation_tool.h"
+#include "app/viewer/state/camera_control.h"
+#include "app/viewer/state/edit_actions.h"
+#include "app/viewer/state/theme_switch.h"
 #include "tests/render/baseline.h"
 #include "tests/viewer/ui_stage.h"
 

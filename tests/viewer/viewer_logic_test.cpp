@@ -3,15 +3,15 @@
 
 #include <numbers>
 
-#include "app/viewer/camera_control.h"
-#include "app/viewer/camera_keys.h"
-#include "app/viewer/input_events.h"
-#include "app/viewer/keys.h"
+#include "app/viewer/frames/timeline.h"
+#include "app/viewer/input/input_events.h"
+#include "app/viewer/input/keys.h"
 #include "app/viewer/layout.h"
-#include "app/viewer/picking.h"
-#include "app/viewer/render_command_line.h"
-#include "app/viewer/shortcuts.h"
-#include "app/viewer/timeline.h"
+#include "app/viewer/state/camera_control.h"
+#include "app/viewer/state/camera_keys.h"
+#include "app/viewer/state/picking.h"
+#include "app/viewer/state/render_command_line.h"
+#include "app/viewer/state/shortcuts.h"
 #include "render/video/camera_path_file.h"
 #include "slam/util/error.h"
 #include "tests/io/temporary_folder.h"

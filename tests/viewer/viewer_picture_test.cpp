@@ -2,9 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/viewer/camera_control.h"
-#include "app/viewer/keys.h"
-#include "app/viewer/screenshot.h"
+#include "app/viewer/input/keys.h"
+#include "app/viewer/state/camera_control.h"
+#include "app/viewer/state/screenshot.h"
 #include "tests/render/baseline.h"
 #include "tests/viewer/ui_stage.h"
 

@@ -6,9 +6,9 @@
 #include <array>
 #include <string>
 
-#include "app/viewer/annotation_tool.h"
 #include "app/viewer/panels/panels.h"
-#include "app/viewer/widgets.h"
+#include "app/viewer/state/annotation_tool.h"
+#include "app/viewer/widgets/widgets.h"
 #include "slam/geometry/angles.h"
 
 namespace sqslam::viewer {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "app/viewer/panels/panels.h"
-#include "app/viewer/shortcuts.h"
-#include "app/viewer/widgets.h"
+#include "app/viewer/state/shortcuts.h"
+#include "app/viewer/widgets/widgets.h"
 
 namespace sqslam::viewer {
 namespace {

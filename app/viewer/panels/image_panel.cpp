@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "app/viewer/gl_texture.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/scene_marks.h"
-#include "app/viewer/widgets.h"
+#include "app/viewer/widgets/gl_texture.h"
+#include "app/viewer/widgets/widgets.h"
 #include "render/picture/outlines.h"
 
 namespace sqslam::viewer {

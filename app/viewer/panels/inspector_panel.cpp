@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "app/viewer/edit_actions.h"
-#include "app/viewer/line_plot.h"
 #include "app/viewer/panels/panels.h"
-#include "app/viewer/widgets.h"
+#include "app/viewer/state/edit_actions.h"
+#include "app/viewer/widgets/line_plot.h"
+#include "app/viewer/widgets/widgets.h"
 #include "slam/geometry/angles.h"
 
 namespace sqslam::viewer {

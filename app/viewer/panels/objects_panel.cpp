@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "app/viewer/edit_actions.h"
 #include "app/viewer/model/object_table.h"
 #include "app/viewer/panels/panels.h"
-#include "app/viewer/widgets.h"
+#include "app/viewer/state/edit_actions.h"
+#include "app/viewer/widgets/widgets.h"
 
 namespace sqslam::viewer {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "app/viewer/panel.h"
+#include "app/viewer/panels/panel.h"
 
 namespace sqslam::viewer {
 

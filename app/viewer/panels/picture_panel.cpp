@@ -5,7 +5,7 @@
 #include <array>
 
 #include "app/viewer/panels/panels.h"
-#include "app/viewer/widgets.h"
+#include "app/viewer/widgets/widgets.h"
 
 namespace sqslam::viewer {
 namespace {

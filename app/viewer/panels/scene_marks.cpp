@@ -5,12 +5,12 @@
 #include <cmath>
 #include <vector>
 
-#include "app/viewer/annotation_tool.h"
-#include "app/viewer/camera_control.h"
 #include "app/viewer/model/object_points.h"
 #include "app/viewer/model/wireframe.h"
-#include "app/viewer/theme.h"
-#include "app/viewer/widgets.h"
+#include "app/viewer/state/annotation_tool.h"
+#include "app/viewer/state/camera_control.h"
+#include "app/viewer/widgets/theme.h"
+#include "app/viewer/widgets/widgets.h"
 
 namespace sqslam::viewer {
 namespace {

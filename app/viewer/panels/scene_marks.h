@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <functional>
 
-#include "app/viewer/viewer_state.h"
+#include "app/viewer/state/viewer_state.h"
 
 // What editing draws over the scene and over the image, and what it does with the mouse there.
 namespace sqslam::viewer {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "app/viewer/camera_control.h"
-#include "app/viewer/widgets.h"
+#include "app/viewer/state/camera_control.h"
+#include "app/viewer/widgets/widgets.h"
 #include "slam/geometry/silhouette.h"
 
 namespace sqslam::viewer {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "app/viewer/viewer_state.h"
+#include "app/viewer/state/viewer_state.h"
 
 namespace sqslam::viewer {
 

@@ -8,14 +8,14 @@
 #include <utility>
 #include <vector>
 
-#include "app/viewer/camera_control.h"
-#include "app/viewer/gl_texture.h"
-#include "app/viewer/keys.h"
+#include "app/viewer/input/keys.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/scene_marks.h"
 #include "app/viewer/panels/scene_overlay.h"
-#include "app/viewer/picking.h"
-#include "app/viewer/widgets.h"
+#include "app/viewer/state/camera_control.h"
+#include "app/viewer/state/picking.h"
+#include "app/viewer/widgets/gl_texture.h"
+#include "app/viewer/widgets/widgets.h"
 #include "render/picture/interactive_scene.h"
 
 namespace sqslam::viewer {

@@ -3,9 +3,9 @@
 #include <array>
 #include <string>
 
-#include "app/viewer/edit_actions.h"
 #include "app/viewer/panels/panels.h"
-#include "app/viewer/widgets.h"
+#include "app/viewer/state/edit_actions.h"
+#include "app/viewer/widgets/widgets.h"
 #include "slam/util/data_path.h"
 
 namespace sqslam::viewer {

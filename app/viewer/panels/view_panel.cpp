@@ -7,7 +7,7 @@
 #include <string>
 
 #include "app/viewer/panels/panels.h"
-#include "app/viewer/widgets.h"
+#include "app/viewer/widgets/widgets.h"
 #include "render/camera/view_presets.h"
 #include "slam/util/data_path.h"
 
