@@ -9,7 +9,7 @@
 
 namespace sqslam::viewer {
 
-// How fast the window is, for --timing.
+// Measures how fast the window is, for --timing.
 class FrameTiming {
  public:
   // After each frame of the window; `seconds`: what drawing it took, empty where nothing was drawn.

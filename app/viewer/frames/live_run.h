@@ -7,9 +7,8 @@
 #include <vector>
 
 #include "app/run/run_pipeline.h"
-#include "app/viewer/frames/shown_frame.h"
 #include "app/viewer/frames/timeline.h"
-#include "app/viewer/model/run_series.h"
+#include "app/viewer/model/run_history.h"
 
 namespace sqslam::viewer {
 
@@ -29,7 +28,7 @@ class LiveRun {
   void End();                      // saves what is mapped
   void SetMaxRate(double frames);  // a second; 0: as fast as it goes
 
-  // What is new since the last call.
+  // News since the last call.
   struct News {
     MapSnapshotPtr map;           // the newest of those that came
     ShownFramePtr frame;          // the same

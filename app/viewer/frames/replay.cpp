@@ -2,23 +2,150 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <condition_variable>
 #include <deque>
 #include <future>
+#include <map>
 #include <mutex>
 #include <thread>
 #include <utility>
 
 #include "app/result/map_file.h"
-#include "app/viewer/frames/run_frames.h"
 #include "render/video/video_alignment.h"
+#include "slam/io/frame_source.h"
+#include "slam/io/sequence.h"
+#include "slam/io/trajectory.h"
 #include "slam/util/error.h"
 
 namespace sqslam::viewer {
 namespace fs = std::filesystem;
 namespace {
 
-// What can be read without asking the thread that draws.
+constexpr double kSameTime = 1e-4;     // seconds; files have six digits
+constexpr std::int64_t kReadOver = 8;  // frames that are decoded in vain rather than opening the file anew
+
+// The frames that went into a recording, as far as they can still be found: their times, images and boxes in
+// the sequence that was mapped, their poses in trajectory.txt beside the recording.
+class RunFrames {
+ public:
+  // Never fails: what is not there is left out, and WhyNoImages() says so.
+  RunFrames(const RecordingReader& recording, const fs::path& map_file);
+
+  // Every frame from the first snapshot to the last; the snapshots alone where the sequence is gone.
+  std::vector<Moment> Moments(const RecordingReader& recording, const MapSnapshot& last) const;
+
+  // T_map_camera in the finished map.
+  std::optional<Rigid3d> PoseOf(std::int64_t frame) const {
+    const auto found = poses_.find(frame);
+    return found == poses_.end() ? std::nullopt : std::optional(found->second);
+  }
+  std::vector<Detection> BoxesOf(std::int64_t frame) const {
+    const auto at = static_cast<std::size_t>(frame);
+    return sequence_ && at < sequence_->frames.size() ? sequence_->frames[at].detections
+                                                      : std::vector<Detection>();
+  }
+
+  // 8UC3, or empty. Frames in rising order are read fastest.
+  cv::Mat ImageOf(std::int64_t frame);
+  const std::string& WhyNoImages() const { return why_no_images_; }
+
+ private:
+  std::vector<Moment> MomentsOfSnapshots(const RecordingReader& recording, const MapSnapshot& last) const;
+
+  std::optional<Sequence> sequence_;
+  std::map<std::int64_t, Rigid3d> poses_;
+  std::unique_ptr<FrameSource> source_;
+  std::int64_t next_ = 0;  // frame that source_ gives next
+  std::string why_no_images_ = "This image cannot be read.";
+};
+
+RunFrames::RunFrames(const RecordingReader& recording, const fs::path& map_file) {
+  try {
+    sequence_ = OpenSequence({.path = recording.Info().sequence_path, .camera = {}, .detections = {}});
+  } catch (const std::exception& error) {  // moved, deleted, or a live camera
+    why_no_images_ = error.what();
+  }
+  const fs::path file = map_file.parent_path() / "trajectory.txt";
+  if (!sequence_ || !fs::exists(file)) {
+    return;
+  }
+  try {
+    std::size_t at = 0;
+    const std::vector<SequenceFrame>& frames = sequence_->frames;
+    for (const TimedPose& pose : ReadTrajectory(file)) {
+      while (at < frames.size() && frames[at].timestamp < pose.timestamp - kSameTime) {
+        ++at;
+      }
+      if (at < frames.size() && std::abs(frames[at].timestamp - pose.timestamp) <= kSameTime) {
+        poses_[static_cast<std::int64_t>(at)] = pose.T_map_camera;
+      }
+    }
+  } catch (const InputError&) {  // a broken file: the poses of the snapshots are left
+    poses_.clear();
+  }
+}
+
+// Without the sequence: times are those of keyframes, which most snapshots end with.
+std::vector<Moment> RunFrames::MomentsOfSnapshots(const RecordingReader& recording,
+                                                  const MapSnapshot& last) const {
+  std::map<std::int64_t, double> times;
+  for (const SnapshotKeyframe& keyframe : last.keyframes) {
+    times[keyframe.frame_index] = keyframe.timestamp;
+  }
+  std::vector<Moment> moments;
+  for (int i = 0; i < recording.Size(); ++i) {
+    const std::int64_t frame = recording.FrameIndex(i);
+    const auto known = times.find(frame);
+    double time = moments.empty() ? 0.0 : moments.back().timestamp;
+    try {
+      time = known != times.end() ? known->second : recording.Read(i)->timestamp;
+    } catch (const InputError&) {  // damaged; said when it is to be shown
+    }
+    moments.push_back({frame, time, i});
+  }
+  return moments;
+}
+
+std::vector<Moment> RunFrames::Moments(const RecordingReader& recording, const MapSnapshot& last) const {
+  if (!sequence_) {
+    return MomentsOfSnapshots(recording, last);
+  }
+  std::vector<Moment> moments;
+  const int snapshots = recording.Size();
+  const std::int64_t end = std::min<std::int64_t>(recording.FrameIndex(snapshots - 1) + 1,
+                                                  static_cast<std::int64_t>(sequence_->frames.size()));
+  int snapshot = 0;
+  for (std::int64_t frame = recording.FrameIndex(0); frame < end; ++frame) {
+    while (snapshot + 1 < snapshots && recording.FrameIndex(snapshot + 1) <= frame) {
+      ++snapshot;
+    }
+    moments.push_back({frame, sequence_->frames[static_cast<std::size_t>(frame)].timestamp, snapshot});
+  }
+  return moments;
+}
+
+cv::Mat RunFrames::ImageOf(std::int64_t frame) {
+  if (!sequence_) {
+    return {};
+  }
+  if (!source_ || frame < next_ || frame >= next_ + kReadOver) {
+    source_ = std::make_unique<FrameSource>(*sequence_, FrameRange{.start = frame}, 2);
+    next_ = frame;
+  }
+  while (std::optional<Frame> read = source_->Next()) {
+    next_ = read->index + 1;
+    if (read->index == frame) {
+      return read->bgr;
+    }
+    if (read->index > frame) {
+      break;  // it could not be read and was skipped
+    }
+  }
+  return {};
+}
+
+// Reads moments of a recording; not shared between threads.
 class Reader {
  public:
   explicit Reader(const fs::path& path) : file_(app::MapFile(path)), recording_(file_) {
@@ -28,23 +155,11 @@ class Reader {
     last_ = recording_.Last();
   }
 
-  OpenedRecording Opened() const {
-    OpenedRecording opened{file_, recording_.Info(), last_, {}};
-    try {
-      const fs::path stats = file_.parent_path() / "stats.json";
-      if (fs::exists(stats)) {
-        opened.stats = ReadStats(stats);
-      }
-    } catch (const InputError&) {  // the map is what matters
-    }
-    return opened;
-  }
+  OpenedRecording Opened() const { return {file_, recording_.Info(), last_}; }
 
   Timeline MakeTimeline() {
-    frames_ = std::make_unique<RunFrames>(recording_, file_);
-    Timeline timeline;
-    timeline.moments = frames_->Moments(recording_, *last_);
-    return timeline;
+    frames_.emplace(recording_, file_);
+    return {frames_->Moments(recording_, *last_), {}};
   }
 
   int Size() const { return recording_.Size(); }
@@ -60,8 +175,7 @@ class Reader {
     shown->timestamp = moment.timestamp;
     shown->image = image.get();
     if (shown->image.empty()) {
-      shown->no_image =
-          frames_->WhyNoImages().empty() ? "This image cannot be read." : frames_->WhyNoImages();
+      shown->no_image = frames_->WhyNoImages();
     }
     if (moment.frame_index == aligned->frame_index) {
       shown->detections = aligned->detections;
@@ -99,7 +213,7 @@ class Reader {
   fs::path file_;
   RecordingReader recording_;
   MapSnapshotPtr last_;
-  std::unique_ptr<RunFrames> frames_;
+  std::optional<RunFrames> frames_;
   std::deque<std::pair<int, MapSnapshotPtr>> kept_;
 };
 
@@ -124,19 +238,20 @@ struct Replay::Impl {
 
   // Frames that are asked for go first. Where the file is damaged, the rest of it is still shown.
   void Serve(Reader& reader, Timeline timeline) {
-    const auto try_to = [&](auto&& read) {
+    const auto try_to = [&](auto&& work) {
       try {
-        read();
+        work();
       } catch (const std::exception& e) {
         Publish([&] { news.error = e.what(); });
       }
     };
-    for (int summed = 0;;) {
+    auto histories = std::make_shared<ObjectHistories>();
+    for (int read = 0;;) {
       std::optional<Moment> wanted;
       {
         std::unique_lock lock(mutex);
         busy = false;
-        if (summed == reader.Size()) {
+        if (read == reader.Size()) {
           changed.wait(lock, [&] { return ending || request; });
         }
         if (ending) {
@@ -152,13 +267,19 @@ struct Replay::Impl {
         });
         continue;
       }
-      try_to([&] { timeline.series.Add(*reader.Snapshot(summed)); });
-      ++summed;
-      const bool tell = summed % 16 == 0 || summed == reader.Size();
+      try_to([&] {
+        const MapSnapshotPtr map = reader.Snapshot(read);
+        timeline.series.Add(*map);
+        histories->Add(read, *map);
+      });
+      ++read;
       Publish([&] {
-        news.progress = static_cast<double>(summed) / reader.Size();
-        if (tell) {
+        news.progress = static_cast<double>(read) / reader.Size();
+        if (read % 16 == 0 || read == reader.Size()) {
           news.timeline = timeline;
+        }
+        if (read == reader.Size()) {
+          news.histories = std::move(histories);
         }
       });
     }
@@ -208,15 +329,12 @@ Replay::News Replay::Poll() {
 
 bool Replay::HasNews() const {
   const std::lock_guard lock(impl_->mutex);
-  const News& news = impl_->news;
-  return news.opened || news.timeline || news.frame || !news.error.empty();
+  return !impl_->news.Empty();
 }
 
 bool Replay::Idle() const {
   const std::lock_guard lock(impl_->mutex);
-  const News& news = impl_->news;
-  return !impl_->busy && !impl_->request && !news.opened && !news.timeline && !news.frame &&
-         news.error.empty();
+  return !impl_->busy && !impl_->request && impl_->news.Empty();
 }
 
 }  // namespace sqslam::viewer

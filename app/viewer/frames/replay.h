@@ -5,19 +5,17 @@
 #include <optional>
 #include <string>
 
-#include "app/viewer/frames/shown_frame.h"
 #include "app/viewer/frames/timeline.h"
-#include "slam/io/result_files.h"
+#include "app/viewer/model/run_history.h"
 #include "slam/snapshot/recording.h"
 
 namespace sqslam::viewer {
 
-// What is known of a recording once it is open.
+// A recording that is open.
 struct OpenedRecording {
   std::filesystem::path file;
   RecordingInfo info;
   MapSnapshotPtr last;  // the finished map, whose frame all others are brought into
-  std::optional<RunStats> stats;
 };
 
 // Reads a recording on a thread of its own: first the finished map, then the time axis, then whatever frame
@@ -33,20 +31,20 @@ class Replay {
   // The frame to read next; one that has not been begun is forgotten for it.
   void Request(const Moment& moment);
 
-  // What is new since the last call.
+  // News since the last call.
   struct News {
     std::optional<OpenedRecording> opened;
-    std::optional<Timeline> timeline;  // its series grow until `progress` is 1
+    std::optional<Timeline> timeline;                  // its series grow until `progress` is 1
+    std::shared_ptr<const ObjectHistories> histories;  // once all snapshots have been read
     ShownFramePtr frame;
-    double progress = 0.0;  // share of the snapshots that have been looked at
+    double progress = 0.0;  // share of the snapshots that have been read
     std::string error;      // one line; before anything was opened nothing more comes after it
+
+    bool Empty() const { return !opened && !timeline && !histories && !frame && error.empty(); }
   };
   News Poll();
-
   bool HasNews() const;
-
-  // Whether nothing is being read or waits to be.
-  bool Idle() const;
+  bool Idle() const;  // nothing is being read or waits to be, and there is no news
 
  private:
   struct Impl;

@@ -1,6 +1,7 @@
 #include "app/viewer/frames/timeline.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace sqslam::viewer {
 
@@ -32,11 +33,15 @@ void Playback::Advance(double seconds, const Timeline& timeline) {
   }
 }
 
-void Playback::Toggle(const Timeline& timeline) {
-  playing = !playing && !timeline.Empty();
-  if (playing && speed > 0.0 && time >= timeline.End() - 1e-9) {
+void Playback::Toggle(double direction, const Timeline& timeline) {
+  playing = !Plays(direction) && !timeline.Empty();
+  if (!playing) {
+    return;
+  }
+  speed = std::copysign(speed, direction);
+  if (speed > 0.0 && time >= timeline.End() - 1e-9) {
     time = timeline.Begin();
-  } else if (playing && speed < 0.0 && time <= timeline.Begin() + 1e-9) {
+  } else if (speed < 0.0 && time <= timeline.Begin() + 1e-9) {
     time = timeline.End();
   }
 }
@@ -54,7 +59,7 @@ void Playback::StepSnapshot(int count, const Timeline& timeline) {
   if (timeline.Empty()) {
     return;
   }
-  const int now = timeline.moments[static_cast<std::size_t>(timeline.At(time))].snapshot;
+  const int now = timeline.MomentAt(time).snapshot;
   const int to = timeline.OfSnapshot(std::max(now + count, 0));
   time = timeline.moments[static_cast<std::size_t>(to)].timestamp;
 }

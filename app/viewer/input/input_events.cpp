@@ -2,13 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
-#include <fstream>
-#include <iterator>
 #include <sstream>
 
-#include "app/viewer/input/keys.h"
 #include "slam/util/error.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam::viewer {
 namespace {
@@ -43,11 +42,7 @@ constexpr std::array<NamedKey, 25> kNamed = {{{key::kSpace, "Space"},
                                               {46, "Period"},
                                               {47, "Slash"}}};
 
-constexpr std::array<const char*, 3> kButtons = {"left", "right", "middle"};
-
-[[noreturn]] void Refuse(const std::string& source, int line, const std::string& expected) {
-  throw UsageError(fmt::format("{}:{}: expected {}", source, line, expected));
-}
+constexpr std::array<std::string_view, 3> kButtons = {"left", "right", "middle"};
 
 // The words of one line, taken one after the other.
 class Words {
@@ -63,7 +58,7 @@ class Words {
   double Number(const char* expected) {
     double value = 0.0;
     if (!(stream_ >> value)) {
-      Refuse(source_, line_, expected);
+      Fail(expected);
     }
     return value;
   }
@@ -72,7 +67,9 @@ class Words {
     std::getline(stream_ >> std::ws, rest);
     return rest;
   }
-  [[noreturn]] void Fail(const char* expected) const { Refuse(source_, line_, expected); }
+  [[noreturn]] void Fail(const char* expected) const {
+    throw UsageError(fmt::format("{}:{}: expected {}", source_, line_, expected));
+  }
 
  private:
   std::istringstream stream_;
@@ -80,73 +77,107 @@ class Words {
   int line_;
 };
 
-int Button(Words& words) {
-  const std::string name = words.Next();
-  for (std::size_t i = 0; i < kButtons.size(); ++i) {
-    if (name == kButtons[i]) {
-      return static_cast<int>(i);
+// The kinds of value that follow the first word of a line.
+enum class Operand { kNone, kPoint, kButton, kKey, kNumber, kText };
+
+struct EventWord {
+  InputEvent::Kind kind;
+  std::string_view word;
+  Operand operand;
+};
+constexpr std::array<EventWord, 11> kEventWords = {{{InputEvent::Kind::kMove, "move", Operand::kPoint},
+                                                    {InputEvent::Kind::kPress, "press", Operand::kButton},
+                                                    {InputEvent::Kind::kRelease, "release", Operand::kButton},
+                                                    {InputEvent::Kind::kWheel, "wheel", Operand::kPoint},
+                                                    {InputEvent::Kind::kKeyDown, "keydown", Operand::kKey},
+                                                    {InputEvent::Kind::kKeyUp, "keyup", Operand::kKey},
+                                                    {InputEvent::Kind::kText, "text", Operand::kText},
+                                                    {InputEvent::Kind::kResize, "resize", Operand::kPoint},
+                                                    {InputEvent::Kind::kFocus, "focus", Operand::kNumber},
+                                                    {InputEvent::Kind::kDrop, "drop", Operand::kText},
+                                                    {InputEvent::Kind::kClose, "close", Operand::kNone}}};
+
+struct ActionWord {
+  ScriptLine::Kind kind;
+  std::string_view word;
+  const char* number;  // what the number is that follows; null: the rest of the line is a text
+};
+constexpr std::array<ActionWord, 5> kActionWords = {{
+    {ScriptLine::Kind::kFrames, "frames", "a number of frames"},
+    {ScriptLine::Kind::kRepeat, "repeat", "a number of seconds"},
+    {ScriptLine::Kind::kPicture, "picture", nullptr},
+    {ScriptLine::Kind::kCommand, "command", nullptr},
+    {ScriptLine::Kind::kExpect, "expect", nullptr},
+}};
+
+InputEvent ReadEvent(const EventWord& type, Words& words) {
+  InputEvent event{.kind = type.kind};
+  switch (type.operand) {
+    case Operand::kNone:
+      break;
+    case Operand::kPoint:
+      event.x = words.Number("two numbers");
+      event.y = words.Number("two numbers");
+      break;
+    case Operand::kButton: {
+      const auto* const found = std::find(kButtons.begin(), kButtons.end(), words.Next());
+      if (found == kButtons.end()) {
+        words.Fail("left, right or middle");
+      }
+      event.code = static_cast<int>(found - kButtons.begin());
+      break;
     }
+    case Operand::kKey:
+      event.code = KeyCode(words.Next());
+      if (event.code < 0) {
+        words.Fail("a key such as Space, F12, A or Left");
+      }
+      break;
+    case Operand::kNumber:
+      event.code = static_cast<int>(words.Number("0 or 1"));
+      break;
+    case Operand::kText:
+      event.text = words.Rest();
+      break;
   }
-  words.Fail("left, right or middle");
-}
-
-int Key(Words& words) {
-  const int code = KeyCode(words.Next());
-  if (code < 0) {
-    words.Fail("a key such as Space, F12, A or Left");
-  }
-  return code;
-}
-
-// Appends what one line means; false where its first word is none of an event.
-bool AppendEvent(const std::string& word, Words& words, int line, std::vector<ScriptLine>& script) {
-  using Kind = InputEvent::Kind;
-  InputEvent event;
-  if (word == "move" || word == "wheel" || word == "resize") {
-    event.kind = word == "move" ? Kind::kMove : word == "wheel" ? Kind::kWheel : Kind::kResize;
-    event.x = words.Number("two numbers");
-    event.y = words.Number("two numbers");
-  } else if (word == "press" || word == "release") {
-    event.kind = word == "press" ? Kind::kPress : Kind::kRelease;
-    event.code = Button(words);
-  } else if (word == "keydown" || word == "keyup" || word == "key") {
-    event.kind = word == "keyup" ? Kind::kKeyUp : Kind::kKeyDown;
-    event.code = Key(words);
-  } else if (word == "text" || word == "drop") {
-    event.kind = word == "text" ? Kind::kText : Kind::kDrop;
-    event.text = words.Rest();
-  } else if (word == "focus") {
-    event.kind = Kind::kFocus;
-    event.code = static_cast<int>(words.Number("0 or 1"));
-  } else if (word == "close") {
-    event.kind = Kind::kClose;
-  } else {
-    return false;
-  }
-  script.push_back({ScriptLine::Kind::kEvent, event, 0, "", line});
-  if (word == "key") {  // down, seen by one frame, and up
-    ScriptLine& pause = script.emplace_back();
-    pause.kind = ScriptLine::Kind::kFrames;
-    pause.count = 1;
-    pause.line = line;
-    event.kind = Kind::kKeyUp;
-    script.push_back({ScriptLine::Kind::kEvent, event, 0, "", line});
-  }
-  return true;
+  return event;
 }
 
 void AppendLine(const std::string& text, const std::string& source, int line,
                 std::vector<ScriptLine>& script) {
   Words words(text, source, line);
   const std::string word = words.Next();
-  if (word.empty() || word[0] == '#' || AppendEvent(word, words, line, script)) {
+  if (word.empty() || word[0] == '#') {
     return;
+  }
+  const bool key = word == "key";  // down, seen by one frame, and up
+  for (const EventWord& type : kEventWords) {
+    if (type.word == (key ? "keydown" : word)) {
+      script.push_back({ScriptLine::Kind::kEvent, ReadEvent(type, words), 0, "", line});
+      if (key) {
+        ScriptLine up = script.back();
+        up.event.kind = InputEvent::Kind::kKeyUp;
+        ScriptLine& pause = script.emplace_back();
+        pause.kind = ScriptLine::Kind::kFrames;
+        pause.count = 1;
+        pause.line = line;
+        script.push_back(std::move(up));
+      }
+      return;
+    }
   }
   ScriptLine action;
   action.line = line;
-  if (word == "frames") {
-    action.kind = ScriptLine::Kind::kFrames;
-    action.count = static_cast<int>(words.Number("a number of frames"));
+  const auto* const known =
+      std::find_if(kActionWords.begin(), kActionWords.end(),
+                   [&](const ActionWord& action_word) { return action_word.word == word; });
+  if (known != kActionWords.end()) {
+    action.kind = known->kind;
+    if (known->number != nullptr) {
+      action.count = static_cast<int>(words.Number(known->number));
+    } else {
+      action.text = words.Rest();
+    }
   } else if (word == "wait") {
     action.kind = ScriptLine::Kind::kWait;
     action.text = words.Next();
@@ -155,18 +186,6 @@ void AppendLine(const std::string& text, const std::string& source, int line,
     } else if (action.text != "idle" && action.text != "map" && action.text != "end") {
       words.Fail("idle, map or end, or frame N");
     }
-  } else if (word == "picture") {
-    action.kind = ScriptLine::Kind::kPicture;
-    action.text = words.Rest();
-  } else if (word == "command") {
-    action.kind = ScriptLine::Kind::kCommand;
-    action.text = words.Rest();
-  } else if (word == "expect") {
-    action.kind = ScriptLine::Kind::kExpect;
-    action.text = words.Rest();
-  } else if (word == "repeat") {
-    action.kind = ScriptLine::Kind::kRepeat;
-    action.count = static_cast<int>(words.Number("a number of seconds"));
   } else {
     words.Fail(
         "move, press, release, wheel, key, keydown, keyup, text, resize, focus, drop, close, frames, wait, "
@@ -215,40 +234,27 @@ std::vector<ScriptLine> ParseScript(const std::string& text, const std::string& 
 }
 
 std::vector<ScriptLine> ReadScript(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) {
-    throw InputError(fmt::format("{}: cannot be read, expected a script of events", path));
-  }
-  return ParseScript(std::string(std::istreambuf_iterator<char>(file), {}), path);
+  return ParseScript(ReadFile(path, "a script of events"), path);
 }
 
 std::string FormatEvent(const InputEvent& event) {
-  using Kind = InputEvent::Kind;
-  switch (event.kind) {
-    case Kind::kMove:
-      return fmt::format("move {} {}", event.x, event.y);
-    case Kind::kPress:
-    case Kind::kRelease:
-      return fmt::format("{} {}", event.kind == Kind::kPress ? "press" : "release",
-                         kButtons.at(static_cast<std::size_t>(event.code)));
-    case Kind::kWheel:
-      return fmt::format("wheel {} {}", event.x, event.y);
-    case Kind::kKeyDown:
-      return fmt::format("keydown {}", KeyName(event.code));
-    case Kind::kKeyUp:
-      return fmt::format("keyup {}", KeyName(event.code));
-    case Kind::kText:
-      return "text " + event.text;
-    case Kind::kResize:
-      return fmt::format("resize {} {}", event.x, event.y);
-    case Kind::kFocus:
-      return fmt::format("focus {}", event.code);
-    case Kind::kDrop:
-      return "drop " + event.text;
-    case Kind::kClose:
-      return "close";
+  const EventWord& type = *std::find_if(kEventWords.begin(), kEventWords.end(),
+                                        [&](const EventWord& word) { return word.kind == event.kind; });
+  switch (type.operand) {
+    case Operand::kNone:
+      break;
+    case Operand::kPoint:
+      return fmt::format("{} {} {}", type.word, event.x, event.y);
+    case Operand::kButton:
+      return fmt::format("{} {}", type.word, kButtons.at(static_cast<std::size_t>(event.code)));
+    case Operand::kKey:
+      return fmt::format("{} {}", type.word, KeyName(event.code));
+    case Operand::kNumber:
+      return fmt::format("{} {}", type.word, event.code);
+    case Operand::kText:
+      return fmt::format("{} {}", type.word, event.text);
   }
-  return "";
+  return std::string(type.word);
 }
 
 }  // namespace sqslam::viewer

@@ -5,8 +5,6 @@
 #include <array>
 #include <utility>
 
-#include "app/viewer/input/keys.h"
-
 namespace sqslam::viewer {
 
 void SetUpUiKeys() {

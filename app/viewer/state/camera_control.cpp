@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "slam/geometry/angles.h"
+
 namespace sqslam::viewer {
 namespace {
 
@@ -14,9 +16,16 @@ ViewCamera Free(ViewCamera camera) {
   return camera;
 }
 
+ViewCamera Shifted(const ViewCamera& camera, const Eigen::Vector3d& shift) {
+  ViewCamera moved = Free(camera);
+  moved.position += shift;
+  moved.focal_point += shift;
+  return moved;
+}
+
 // Map units at the focal point for one pixel.
 double UnitsPerPixel(const ViewCamera& camera, cv::Size window) {
-  return 2.0 * camera.Distance() * std::tan(0.5 * camera.view_angle * std::numbers::pi / 180.0) /
+  return 2.0 * camera.Distance() * std::tan(0.5 * camera.view_angle * kRadiansPerDegree) /
          std::max(window.height, 1);
 }
 
@@ -25,7 +34,7 @@ Eigen::Vector3d Turned(const Eigen::Vector3d& direction, double about, double ra
                        const Eigen::Vector3d& up) {
   const Eigen::Vector3d turned = Eigen::AngleAxisd(about, up) * direction;
   const double height = std::clamp(turned.normalized().dot(up), -1.0, 1.0);
-  constexpr double kPole = 89.0 * std::numbers::pi / 180.0;
+  constexpr double kPole = 89.0 * kRadiansPerDegree;
   const double angle = std::clamp(std::asin(height) + raise, -kPole, kPole);
   Eigen::Vector3d level = turned - turned.dot(up) * up;
   if (level.norm() < 1e-9 * turned.norm()) {
@@ -52,7 +61,7 @@ ViewCamera Orbit(const ViewCamera& camera, const Eigen::Vector2d& pixels, cv::Si
 
 ViewCamera LookAround(const ViewCamera& camera, const Eigen::Vector2d& pixels, cv::Size window,
                       const Eigen::Vector3d& up) {
-  const double turn = camera.view_angle * std::numbers::pi / 180.0 / std::max(window.height, 1);
+  const double turn = camera.view_angle * kRadiansPerDegree / std::max(window.height, 1);
   ViewCamera moved = Free(camera);
   moved.focal_point = camera.position + Turned(camera.focal_point - camera.position, -turn * pixels.x(),
                                                -turn * pixels.y(), up);
@@ -63,11 +72,7 @@ ViewCamera LookAround(const ViewCamera& camera, const Eigen::Vector2d& pixels, c
 ViewCamera Pan(const ViewCamera& camera, const Eigen::Vector2d& pixels, cv::Size window) {
   const ViewAxes axes = AxesOf(camera);
   const double unit = UnitsPerPixel(camera, window);
-  const Eigen::Vector3d shift = unit * (pixels.y() * axes.up - pixels.x() * axes.right);
-  ViewCamera moved = Free(camera);
-  moved.position += shift;
-  moved.focal_point += shift;
-  return moved;
+  return Shifted(camera, unit * (pixels.y() * axes.up - pixels.x() * axes.right));
 }
 
 ViewCamera ZoomTo(const ViewCamera& camera, double factor, const Eigen::Vector2d& pixel, cv::Size window) {
@@ -83,12 +88,8 @@ ViewCamera ZoomTo(const ViewCamera& camera, double factor, const Eigen::Vector2d
 
 ViewCamera Fly(const ViewCamera& camera, const Eigen::Vector3d& right_up_forward) {
   const ViewAxes axes = AxesOf(camera);
-  const Eigen::Vector3d shift =
-      right_up_forward.x() * axes.right + right_up_forward.y() * axes.up - right_up_forward.z() * axes.back;
-  ViewCamera moved = Free(camera);
-  moved.position += shift;
-  moved.focal_point += shift;
-  return moved;
+  return Shifted(camera, right_up_forward.x() * axes.right + right_up_forward.y() * axes.up -
+                             right_up_forward.z() * axes.back);
 }
 
 Camera PinholeOf(const ViewCamera& camera, cv::Size window) {
@@ -103,8 +104,7 @@ Camera PinholeOf(const ViewCamera& camera, cv::Size window) {
     pinhole.cy = (pinhole.cy + 0.5) * y - 0.5;
     pinhole.distortion = {};
   } else {
-    pinhole.fx = pinhole.fy =
-        0.5 * window.height / std::tan(0.5 * camera.view_angle * std::numbers::pi / 180.0);
+    pinhole.fx = pinhole.fy = 0.5 * window.height / std::tan(0.5 * camera.view_angle * kRadiansPerDegree);
     pinhole.cx = 0.5 * (window.width - 1);
     pinhole.cy = 0.5 * (window.height - 1);
   }

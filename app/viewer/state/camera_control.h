@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
 
+#include "app/viewer/model/annotation.h"
 #include "render/camera/camera_path.h"
 #include "slam/geometry/camera.h"
 
@@ -31,11 +32,7 @@ ViewCamera LookAround(const ViewCamera& camera, const Eigen::Vector2d& pixels, c
 // The view as a pinhole camera of the window's size, whatever it is made of.
 Camera PinholeOf(const ViewCamera& camera, cv::Size window);
 
-// Line of sight of a pixel: through the eye, unit direction, map frame.
-struct Ray {
-  Eigen::Vector3d origin;
-  Eigen::Vector3d direction;
-};
+// Line of sight of a pixel: through the eye, unit direction.
 Ray RayOf(const ViewCamera& camera, const Eigen::Vector2d& pixel, cv::Size window);
 
 // A view between two others for a short move from one to the other, `t` in [0, 1].

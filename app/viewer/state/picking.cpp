@@ -4,10 +4,9 @@
 #include <cmath>
 
 namespace sqslam::viewer {
-
 namespace {
 
-// Where a ray is inside of a solid.
+// The piece of a ray inside of a solid.
 struct Passage {
   double enter = 0.0;
   double leave = 0.0;

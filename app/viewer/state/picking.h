@@ -8,13 +8,13 @@
 #include "render/scene/scene_layers.h"
 #include "slam/snapshot/snapshot.h"
 
-// What of a map lies under the mouse.
+// Finds what of a map lies under the mouse.
 namespace sqslam::viewer {
 
 // Distance along the ray (map units) at which it enters the solid; empty where it passes by. 0 from inside.
 std::optional<double> Meet(const Ray& ray, const PosedSuperquadric& solid);
 
-// The same for what is seen of a solid that is cut: its near side, or its inside where that is cut away.
+// The same for a solid that is cut: its near side, or its inside where that is cut away.
 std::optional<double> MeetCut(const Ray& ray, const PosedSuperquadric& solid,
                               const std::optional<ClipPlane>& cut);
 

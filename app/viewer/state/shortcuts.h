@@ -12,7 +12,7 @@ namespace sqslam::viewer {
 struct Shortcut {
   std::string keys;  // as people write them
   std::string what;
-  int code = 0;  // keys.h
+  int code = 0;  // input_events.h
   bool shift = false;
   bool control = false;
   std::function<void(ViewerState&)> run;
@@ -21,7 +21,7 @@ struct Shortcut {
 // All of them, in the order of the help.
 const std::vector<Shortcut>& Shortcuts();
 
-// Runs what belongs to the key; false where nothing does.
-bool RunShortcut(ViewerState& state, int code, bool shift, bool control);
+// Does what belongs to the key, if anything.
+void RunShortcut(ViewerState& state, int code, bool shift, bool control);
 
 }  // namespace sqslam::viewer

@@ -5,6 +5,12 @@
 
 namespace sqslam::viewer {
 
+ImTextureID TextureId(unsigned name) {
+  return reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(name));  // NOLINT: ImGui's convention
+}
+
+ImTextureID GlTexture::Id() const { return TextureId(name_); }
+
 GlTexture::~GlTexture() {
   if (name_ != 0) {
     glDeleteTextures(1, &name_);

@@ -1,8 +1,13 @@
 #pragma once
 
+#include <imgui.h>
+
 #include <opencv2/core.hpp>
 
 namespace sqslam::viewer {
+
+// The name of an OpenGL texture as ImGui takes it.
+ImTextureID TextureId(unsigned name);
 
 // An image in a texture of the OpenGL context that is current.
 class GlTexture {
@@ -12,8 +17,8 @@ class GlTexture {
   GlTexture(const GlTexture&) = delete;
   GlTexture& operator=(const GlTexture&) = delete;
 
-  void Upload(const cv::Mat& image);       // 8UC3 or 8UC4, BGR; empty: none
-  unsigned Name() const { return name_; }  // 0: none
+  void Upload(const cv::Mat& image);  // 8UC3 or 8UC4, BGR; empty: none
+  ImTextureID Id() const;             // null: none
   cv::Size Size() const { return size_; }
 
  private:

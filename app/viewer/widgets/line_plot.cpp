@@ -5,22 +5,20 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/viewer/widgets/theme.h"
-
 namespace sqslam::viewer {
 namespace {
 
-struct Range {
+struct ValueRange {
   double low = 0.0;
   double high = 1.0;
 };
 
-// Of all lines, with room above and below; a constant is in the middle.
-Range RangeOf(const Plot& plot) {
+// Holds all lines, with room above and below; a constant is in the middle.
+ValueRange RangeOf(const Plot& plot) {
   if (plot.range) {
     return {plot.range->first, plot.range->second};
   }
-  Range range{1e300, -1e300};
+  ValueRange range{1e300, -1e300};
   for (const PlotLine& line : plot.lines) {
     for (const double value : line.values) {
       range.low = std::min(range.low, value);
@@ -74,9 +72,7 @@ std::string Number(const char* format, double value) { return fmt::format(fmt::r
 
 }  // namespace
 
-std::optional<std::size_t> DrawPlot(const ViewerState& state, const char* id, const Plot& plot,
-                                    float height) {
-  const Palette& palette = PaletteOf(state.theme);
+std::optional<std::size_t> DrawPlot(const Palette& palette, const char* id, const Plot& plot, float height) {
   DrawNames(plot, palette);
   const ImVec2 corner = ImGui::GetCursorScreenPos();
   const float width = ImGui::GetContentRegionAvail().x;
@@ -87,7 +83,7 @@ std::optional<std::size_t> DrawPlot(const ViewerState& state, const char* id, co
   const bool clicked = ImGui::IsItemActivated();
   const bool hovered = ImGui::IsItemHovered();
   const float em = ImGui::GetFontSize();
-  const Range range = RangeOf(plot);
+  const ValueRange range = RangeOf(plot);
   const std::string top = Number(plot.format, range.high);
   const std::string bottom = Number(plot.format, range.low);
   const float left = corner.x + 3.4F * em;  // the same in all plots of a panel

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "app/viewer/state/viewer_state.h"
+#include "app/viewer/widgets/theme.h"
 
 namespace sqslam::viewer {
 
@@ -27,7 +27,8 @@ struct Plot {
   std::optional<std::pair<double, double>> range;  // of values; otherwise what the lines need
 };
 
-// A small chart across the panel; the value under the mouse is told. Index of the x that was clicked.
-std::optional<std::size_t> DrawPlot(const ViewerState& state, const char* id, const Plot& plot, float height);
+// Draws a small chart across the panel; the value under the mouse is told. Returns the index of the x that
+// was clicked.
+std::optional<std::size_t> DrawPlot(const Palette& palette, const char* id, const Plot& plot, float height);
 
 }  // namespace sqslam::viewer

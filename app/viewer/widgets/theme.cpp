@@ -8,7 +8,7 @@ namespace {
 
 constexpr float kTextSize = 15.0F;  // pixels at scale 1
 
-ImFont* LoadFont(const char* name, float size) {
+void LoadFont(const char* name, float size) {
   const std::string file = std::string("/usr/share/fonts/truetype/dejavu/") + name + ".ttf";
   ImGuiIO& io = ImGui::GetIO();
   ImFontConfig config;
@@ -18,10 +18,11 @@ ImFont* LoadFont(const char* name, float size) {
   static const ImWchar kRanges[] = {0x20,   0xFF,   0x100,  0x17F,  0x370,  0x3FF,  0x2010, 0x203A,
                                     0x2190, 0x21FF, 0x2212, 0x2212, 0x25A0, 0x25FF, 0};
   if (std::filesystem::exists(file)) {
-    return io.Fonts->AddFontFromFileTTF(file.c_str(), size, &config, kRanges);
+    io.Fonts->AddFontFromFileTTF(file.c_str(), size, &config, kRanges);
+    return;
   }
   config.SizePixels = size;
-  return io.Fonts->AddFontDefault(&config);
+  io.Fonts->AddFontDefault(&config);
 }
 
 ImVec4 Color(unsigned rgb, float alpha = 1.0F) {
@@ -95,9 +96,10 @@ Palette MakePalette(const Shades& s, bool dark) {
 
 }  // namespace
 
-Fonts LoadFonts(double scale) {
+void LoadFonts(double scale) {
   const float size = kTextSize * static_cast<float>(scale);
-  return {LoadFont("DejaVuSans", size), LoadFont("DejaVuSans-Bold", size), LoadFont("DejaVuSansMono", size)};
+  LoadFont("DejaVuSans", size);
+  LoadFont("DejaVuSans-Bold", size);
 }
 
 void ApplyTheme(Theme theme, double scale) {

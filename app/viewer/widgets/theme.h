@@ -2,19 +2,13 @@
 
 #include <imgui.h>
 
-#include "app/viewer/state/viewer_state.h"
+#include "app/viewer/state/preferences.h"
 
 namespace sqslam::viewer {
 
-// Fonts of the window; owned by ImGui's atlas.
-struct Fonts {
-  ImFont* regular = nullptr;
-  ImFont* bold = nullptr;
-  ImFont* mono = nullptr;
-};
-
-// DejaVu Sans where it is installed, ImGui's own font elsewhere. `scale`: pixels for one of the layout's.
-Fonts LoadFonts(double scale);
+// Regular and bold (Bold() of widgets.h) DejaVu Sans where it is installed, ImGui's own font elsewhere.
+// `scale`: pixels for one of the layout's.
+void LoadFonts(double scale);
 
 // Colours, paddings and roundings.
 void ApplyTheme(Theme theme, double scale);

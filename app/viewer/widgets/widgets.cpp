@@ -142,4 +142,74 @@ bool Toggle(const char* label, bool* on, const char* tip) {
   return clicked;
 }
 
+bool Button(const char* label, const char* tip, ImVec2 size) {
+  const bool clicked = ImGui::Button(label, size);
+  Tip(tip);
+  return clicked;
+}
+
+std::optional<int> OneOf(std::initializer_list<Option> options, int current) {
+  std::optional<int> clicked;
+  int index = 0;
+  for (const Option& option : options) {
+    if (index > 0) {
+      ImGui::SameLine();
+    }
+    bool on = index == current;
+    if (Toggle(option.label, &on, option.tip)) {
+      clicked = index;
+    }
+    ++index;
+  }
+  return clicked;
+}
+
+std::optional<std::size_t> Choice(const char* name, const std::string& current,
+                                  std::span<const std::string> words, float width) {
+  std::optional<std::size_t> chosen;
+  ImGui::SetNextItemWidth(width * ImGui::GetFontSize());
+  if (ImGui::BeginCombo(name, current.c_str())) {
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      if (ImGui::Selectable(words[i].c_str(), words[i] == current)) {
+        chosen = i;
+      }
+    }
+    ImGui::EndCombo();
+  }
+  return chosen;
+}
+
+bool Slide(const char* name, double& value, float low, float high, const char* format, float width) {
+  auto single = static_cast<float>(value);
+  ImGui::SetNextItemWidth(width * ImGui::GetFontSize());
+  const bool changed = ImGui::SliderFloat(name, &single, low, high, format);
+  value = changed ? static_cast<double>(single) : value;
+  return changed;
+}
+
+bool Drag(const char* name, double& value, float speed, float low, float high, const char* format) {
+  auto single = static_cast<float>(value);
+  ImGui::SetNextItemWidth(-7.0F * ImGui::GetFontSize());
+  const bool changed = ImGui::DragFloat(name, &single, speed, low, high, format,
+                                        low < high ? ImGuiSliderFlags_AlwaysClamp : 0);
+  value = changed ? static_cast<double>(single) : value;
+  return changed;
+}
+
+void Dim(const std::string& text) { ImGui::TextDisabled("%s", text.c_str()); }
+
+void DimWrapped(const std::string& text) {
+  ImGui::PushTextWrapPos(0.0F);
+  Dim(text);
+  ImGui::PopTextWrapPos();
+}
+
+void Stroke(const std::vector<ImVec2>& points, ImU32 color, float width, float rim, bool closed, ImU32 dark) {
+  ImDrawList* list = ImGui::GetWindowDrawList();
+  const int count = static_cast<int>(points.size());
+  const int flags = closed ? ImDrawFlags_Closed : 0;
+  list->AddPolyline(points.data(), count, dark, flags, width + rim);
+  list->AddPolyline(points.data(), count, color, flags, width);
+}
+
 }  // namespace sqslam::viewer

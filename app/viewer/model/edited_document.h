@@ -11,25 +11,25 @@
 
 namespace sqslam::viewer {
 
-// What the user of the viewer changes: edits of the map's objects, and a ground truth. One history for both,
+// The user's changes: edits of the map's objects, and a ground truth. One history for both,
 // so that undo takes back whatever came last.
-struct DocumentState {
+struct EditedState {
   ObjectEdits edits;
   Annotation annotation;
 
-  bool operator==(const DocumentState&) const = default;
+  bool operator==(const EditedState&) const = default;
 };
 
-class ViewerDocument {
+class EditedDocument {
  public:
-  const DocumentState& Current() const { return history_.Current(); }
-  const EditHistory<DocumentState>& History() const { return history_; }
+  const EditedState& Current() const { return history_.Current(); }
+  const EditHistory<EditedState>& History() const { return history_; }
 
   // Changes a copy of the state and takes it as a step (EditHistory::Push). What `change` throws leaves the
   // document as it was.
   template <typename Change>
   void Do(const std::string& what, Change change, const std::string& group = "") {
-    DocumentState next = Current();
+    EditedState next = Current();
     change(next);
     history_.Push(std::move(next), what, group);
   }
@@ -58,8 +58,8 @@ class ViewerDocument {
   const std::filesystem::path& AnnotationFile() const { return annotation_file_; }  // empty until known
 
  private:
-  EditHistory<DocumentState> history_;
-  DocumentState saved_;
+  EditHistory<EditedState> history_;
+  EditedState saved_;
   std::filesystem::path edits_file_;
   bool edits_unread_ = false;  // there are some, but they could not be read
   std::filesystem::path annotation_file_;

@@ -1,14 +1,19 @@
-#include "app/viewer/state/render_command_line.h"
+#include "app/viewer/state/pictures.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <type_traits>
 
+#include "render/picture/picture.h"
+#include "slam/util/atomic_file.h"
+#include "slam/util/error.h"
 #include "slam/util/options.h"
 
 namespace sqslam::viewer {
+namespace fs = std::filesystem;
 namespace {
 
 std::string Quoted(const std::string& word) {
@@ -70,9 +75,9 @@ std::vector<std::string> StyleChanges(const SceneStyle& style, const SceneStyle&
 
 std::string RenderCommandLine(const ViewerState& state, cv::Size size, bool transparent,
                               const std::string& output) {
-  const View& view = state.view;
-  std::vector<std::string> words = {"sqslam", "render",
-                                    std::filesystem::absolute(state.document.file).string()};
+  const SceneView& view = state.view;
+  const Document& document = state.document;
+  std::vector<std::string> words = {"sqslam", "render", fs::absolute(document.file).string()};
   const auto add = [&](const char* option, const std::string& value) {
     words.push_back(fmt::format("{}={}", option, value));  // in one word: values may begin with a minus
   };
@@ -81,28 +86,27 @@ std::string RenderCommandLine(const ViewerState& state, cv::Size size, bool tran
   if (transparent) {
     words.emplace_back("--no-background");
   }
-  if (state.shown && state.document.last && state.shown->frame_index != state.document.last->frame_index) {
-    add("--at-frame", std::to_string(state.shown->frame_index));
+  if (document.shown && document.last && document.shown->frame_index != document.last->frame_index) {
+    add("--at-frame", std::to_string(document.shown->frame_index));
   }
-  if (!state.editing.document.Current().edits.Empty()) {
-    add("--edits", std::filesystem::absolute(state.editing.document.EditsFile()).string());
+  if (!state.editing.Edits().Empty()) {
+    add("--edits", fs::absolute(state.editing.document.EditsFile()).string());
   }
   add("--style", view.style_name);
-  for (const std::string& change : StyleChanges(view.style, LoadStyle(view.style_name))) {
+  for (const std::string& change : StyleChanges(view.StyleWithClip(), LoadStyle(view.style_name))) {
     add("--set", change);
   }
   const Layers& layers = state.layers;
   const bool has_cloud = layers.dense_cloud && !layers.cloud_file.empty();
   const bool in_world = has_cloud && layers.cloud_in_world;
   if (layers.true_path || (in_world && !layers.sequence.empty())) {
-    add("--ground-truth",
-        layers.sequence.empty() ? "auto" : std::filesystem::absolute(layers.sequence).string());
+    add("--ground-truth", layers.sequence.empty() ? "auto" : fs::absolute(layers.sequence).string());
     if (!layers.true_path) {
       add("--set", "ground_truth.show=false");
     }
   }
   if (has_cloud) {
-    add("--dense-cloud", std::filesystem::absolute(layers.cloud_file).string());
+    add("--dense-cloud", fs::absolute(layers.cloud_file).string());
     add("--dense-cloud-frame", in_world ? "world" : "map");
   }
   add("--camera-position", VectorText(view.camera.position));
@@ -114,6 +118,60 @@ std::string RenderCommandLine(const ViewerState& state, cv::Size size, bool tran
     line.append(line.empty() ? "" : " ").append(Quoted(word));
   }
   return line;
+}
+
+void WriteScreenshot(const ViewerState& state, cv::Size size, bool transparent, const fs::path& file) {
+  if (state.document.Map() == nullptr || !state.document.frame) {
+    throw UsageError("there is no map to draw yet");
+  }
+  PictureOptions options;
+  options.width = size.width;
+  options.height = size.height;
+  options.transparent = transparent;
+  options.backend = RenderBackend::kCurrent;
+  options.style = state.view.StyleWithClip();
+  options.layers = *state.layers.drawn;
+  PictureRenderer renderer(options);
+  renderer.SetMap(*state.document.frame);
+  renderer.SetMapKeepingFrame(*state.document.Map());
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".png", renderer.Render(state.view.camera), bytes);
+  WriteFileAtomically(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});  // NOLINT: bytes
+}
+
+fs::path FreeName(const std::string& stem, const std::string& extension) {
+  for (int number = 1;; ++number) {
+    const fs::path path = fs::current_path() / fmt::format("{}-{}{}", stem, number, extension);
+    if (!fs::exists(path)) {
+      return path;
+    }
+  }
+}
+
+ScreenFilm::ScreenFilm(const fs::path& file, cv::Size size)
+    : file_(file),
+      size_(std::max(2, size.width / 2 * 2), std::max(2, size.height / 2 * 2)),  // even, as the coding wants
+      encoder_(file, size_, kRate) {}
+
+void ScreenFilm::Add(const cv::Mat& bgr, double seconds) {
+  constexpr double kLongest = 1.0;  // a window that rests is not filmed for longer
+  due_ += std::min(seconds, kLongest);
+  if (due_ < 1.0 / kRate || bgr.empty()) {
+    return;
+  }
+  cv::Mat frame = bgr;
+  if (frame.size() != size_) {
+    const bool cut = frame.cols - size_.width <= 1 && frame.rows - size_.height <= 1 &&
+                     frame.cols >= size_.width && frame.rows >= size_.height;
+    if (cut) {  // an odd side
+      frame = frame(cv::Rect(cv::Point(), size_)).clone();
+    } else {
+      cv::resize(bgr, frame, size_, 0.0, 0.0, cv::INTER_AREA);
+    }
+  }
+  for (; due_ >= 1.0 / kRate; due_ -= 1.0 / kRate) {
+    encoder_.Add(frame);
+  }
 }
 
 }  // namespace sqslam::viewer

@@ -1,15 +1,11 @@
 #pragma once
 
 #include <opencv2/core.hpp>
+#include <vector>
+
+#include "app/viewer/panels/panels.h"
 
 namespace sqslam::viewer {
-
-// How the window is split; the user moves the lines between the parts. Lengths at scale 1.
-struct LayoutSettings {
-  double side = 420.0;    // width of the column on the right
-  double bottom = 146.0;  // height of the timeline
-  double top = 272.0;     // height of the image above the tabs
-};
 
 // The parts, pixels of the window; empty where they don't fit.
 struct Layout {
@@ -26,5 +22,8 @@ Layout LayOut(cv::Size window, double menu_height, const LayoutSettings& setting
 LayoutSettings MoveSide(LayoutSettings settings, double pixels, cv::Size window, double scale);
 LayoutSettings MoveBottom(LayoutSettings settings, double pixels, cv::Size window, double scale);
 LayoutSettings MoveTop(LayoutSettings settings, double pixels, cv::Size window, double scale);
+
+// Draws the whole window into ImGui's frame: the menu, the panels in their places, the lines between them.
+void DrawWindow(ViewerState& state, const std::vector<PanelPtr>& panels, cv::Size size);
 
 }  // namespace sqslam::viewer

@@ -1,4 +1,4 @@
-#include "app/viewer/model/viewer_document.h"
+#include "app/viewer/model/edited_document.h"
 
 #include <fmt/format.h>
 
@@ -9,14 +9,14 @@
 #include "slam/util/error.h"
 
 namespace sqslam::viewer {
+namespace fs = std::filesystem;
 namespace {
 
-// What somebody made and nobody has read is not lost: it lies beside, as FILE.bak.
-void KeepUnread(const std::filesystem::path& file) {
+// Copies a file that somebody made and nobody has read to FILE.bak.
+void KeepUnread(const fs::path& file) {
   std::error_code error;
-  if (std::filesystem::exists(file)) {
-    std::filesystem::copy_file(file, file.string() + ".bak",
-                               std::filesystem::copy_options::overwrite_existing, error);
+  if (fs::exists(file)) {
+    fs::copy_file(file, file.string() + ".bak", fs::copy_options::overwrite_existing, error);
     if (error) {
       throw InputError(fmt::format("{}: cannot be copied to {}.bak ({}), expected a writable folder",
                                    file.string(), file.filename().string(), error.message()));
@@ -26,31 +26,31 @@ void KeepUnread(const std::filesystem::path& file) {
 
 }  // namespace
 
-void ViewerDocument::OpenRecording(const std::filesystem::path& recording) {
-  *this = ViewerDocument();
+void EditedDocument::OpenRecording(const fs::path& recording) {
+  *this = EditedDocument();
   edits_file_ = EditsFileOf(recording);
-  if (std::filesystem::exists(edits_file_)) {
+  if (fs::exists(edits_file_)) {
     edits_unread_ = true;
     saved_.edits = ReadObjectEdits(edits_file_);
     edits_unread_ = false;
-    history_ = EditHistory<DocumentState>(saved_);
+    history_ = EditHistory<EditedState>(saved_);
   }
 }
 
-void ViewerDocument::OpenAnnotation(const std::filesystem::path& file, const Sim3d& S_file_annotation) {
+void EditedDocument::OpenAnnotation(const fs::path& file, const Sim3d& S_file_annotation) {
   Annotation read = ReadAnnotation(file, S_file_annotation);
   annotation_file_ = file;
   saved_.annotation = read;
-  Do("Open " + file.filename().string(), [&](DocumentState& state) { state.annotation = std::move(read); });
+  Do("Open " + file.filename().string(), [&](EditedState& state) { state.annotation = std::move(read); });
 }
 
-void ViewerDocument::SaveEdits() {
+void EditedDocument::SaveEdits() {
   if (std::exchange(edits_unread_, false)) {
     KeepUnread(edits_file_);
   }
   if (Current().edits.Empty()) {
     std::error_code error;
-    std::filesystem::remove(edits_file_, error);
+    fs::remove(edits_file_, error);
     if (error) {
       throw InputError(fmt::format("{}: cannot be removed ({}), expected a writable folder",
                                    edits_file_.string(), error.message()));
@@ -61,7 +61,7 @@ void ViewerDocument::SaveEdits() {
   saved_.edits = Current().edits;
 }
 
-void ViewerDocument::SaveAnnotation(const std::filesystem::path& file, const Sim3d& S_file_annotation) {
+void EditedDocument::SaveAnnotation(const fs::path& file, const Sim3d& S_file_annotation) {
   if (file != annotation_file_) {
     KeepUnread(file);
   }

@@ -1,4 +1,4 @@
-#include "app/viewer/state/layer_session.h"
+#include "app/viewer/state/layers.h"
 
 #include <chrono>
 #include <utility>
@@ -14,84 +14,76 @@ bool Ready(const Task& task) {
   return task.valid() && task.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
 }
 
-fs::path SequenceOf(const ViewerState& state) {
-  return state.layers.sequence.empty() ? fs::path(state.document.info.sequence_path) : state.layers.sequence;
+fs::path SequenceOf(const Layers& layers, const Document& document) {
+  return layers.sequence.empty() ? fs::path(document.info.sequence_path) : layers.sequence;
+}
+
+// Without the truth a cloud in the world has no place either.
+void GiveUpTruth(Layers& layers) {
+  layers.true_path = false;
+  layers.dense_cloud = layers.dense_cloud && !layers.cloud_in_world;
+  layers.cloud_in_world = false;
 }
 
 }  // namespace
 
-void LayerSession::Update(ViewerState& state) {
-  TakeTruth(state);
-  TakeCloud(state);
-  if (state.document.last) {
-    ReadTruth(state);
-    ReadCloud(state);
+void LayerSession::Update(Layers& layers, const Document& document, Messages& messages) {
+  TakeTruth(layers, document, messages);
+  TakeCloud(layers, messages);
+  if (document.last) {
+    Read(layers, SequenceOf(layers, document));
   }
-  state.layers.reading = Busy();
-  if (state.document.last) {
-    LayOver(state);
+  layers.reading = Busy();
+  if (document.last) {
+    LayOver(layers, document, messages);
   }
 }
 
-// What comes of something that is not wanted any more is forgotten, and so is what was wrong with it.
-void LayerSession::TakeTruth(ViewerState& state) {
+// A result that is not wanted any more is forgotten, and so is what was wrong with it.
+void LayerSession::TakeTruth(Layers& layers, const Document& document, Messages& messages) {
   if (!Ready(truth_task_)) {
     return;
   }
-  const bool wanted = state.document.last && SequenceOf(state) == truth_of_;
+  const bool wanted = document.last && SequenceOf(layers, document) == truth_of_;
   try {
     Truth truth = truth_task_.get();
     truth_ = wanted ? std::move(truth) : nullptr;
   } catch (const std::exception& error) {
     if (wanted) {
-      GiveUpTruth(state, truth_of_.empty() ? "The map does not say what was mapped." : error.what());
+      GiveUpTruth(layers);
+      messages.Complain(truth_of_.empty() ? "The map does not say what was mapped." : error.what());
     }
   }
 }
 
-void LayerSession::TakeCloud(ViewerState& state) {
+void LayerSession::TakeCloud(Layers& layers, Messages& messages) {
   if (!Ready(cloud_task_)) {
     return;
   }
-  const bool wanted = state.layers.cloud_file == cloud_of_;
+  const bool wanted = layers.cloud_file == cloud_of_;
   try {
     Cloud cloud = cloud_task_.get();
     cloud_ = wanted ? std::move(cloud) : nullptr;
   } catch (const std::exception& error) {
     if (wanted) {
-      state.layers.dense_cloud = false;
-      state.layers.cloud_file.clear();
-      state.Complain(error.what());
+      layers.dense_cloud = false;
+      layers.cloud_file.clear();
+      messages.Complain(error.what());
     }
   }
 }
 
-// Without it a cloud in the world has no place either.
-void LayerSession::GiveUpTruth(ViewerState& state, const std::string& why) {
-  Layers& layers = state.layers;
-  layers.true_path = false;
-  layers.dense_cloud = layers.dense_cloud && !layers.cloud_in_world;
-  layers.cloud_in_world = false;
-  state.Complain(why);
-}
-
-void LayerSession::ReadTruth(ViewerState& state) {
-  const Layers& layers = state.layers;
-  const bool needed = layers.true_path || (layers.dense_cloud && layers.cloud_in_world);
-  const fs::path sequence = SequenceOf(state);
-  if (needed && !truth_task_.valid() && (sequence != truth_of_ || !truth_)) {
+void LayerSession::Read(const Layers& layers, const fs::path& sequence) {
+  const bool needs_truth = layers.true_path || (layers.dense_cloud && layers.cloud_in_world);
+  if (needs_truth && !truth_task_.valid() && (sequence != truth_of_ || !truth_)) {
     truth_of_ = sequence;
     truth_.reset();
     truth_task_ = std::async(std::launch::async, [sequence] {
       return std::make_shared<const Trajectory>(ReadTruePoses(sequence));
     });
   }
-}
-
-void LayerSession::ReadCloud(ViewerState& state) {
-  const Layers& layers = state.layers;
-  const bool needed = layers.dense_cloud && !layers.cloud_file.empty();
-  if (needed && !cloud_task_.valid() && (layers.cloud_file != cloud_of_ || !cloud_)) {
+  const bool needs_cloud = layers.dense_cloud && !layers.cloud_file.empty();
+  if (needs_cloud && !cloud_task_.valid() && (layers.cloud_file != cloud_of_ || !cloud_)) {
     cloud_of_ = layers.cloud_file;
     cloud_.reset();
     cloud_task_ = std::async(std::launch::async, [file = cloud_of_] {
@@ -101,19 +93,19 @@ void LayerSession::ReadCloud(ViewerState& state) {
 }
 
 // The path follows every new state of a growing map. A cloud in the world waits for the end of the run.
-void LayerSession::LayOver(ViewerState& state) {
-  Layers& layers = state.layers;
+void LayerSession::LayOver(Layers& layers, const Document& document, Messages& messages) {
   const bool wants_path = layers.true_path && truth_ != nullptr;
   const bool wants_cloud = layers.dense_cloud && cloud_ != nullptr;
-  const bool in_world = wants_cloud && layers.cloud_in_world && truth_ != nullptr && !state.run.active;
-  const TruePath* path = wants_path || in_world ? PathOver(state.document.last) : nullptr;
-  if (path == nullptr && (wants_path || in_world) && !state.run.active) {
-    GiveUpTruth(state, app::CannotBeLaid(truth_of_));
+  const bool in_world = wants_cloud && layers.cloud_in_world && truth_ != nullptr && !document.run.active;
+  const TruePath* path = wants_path || in_world ? PathOver(document.last) : nullptr;
+  if (path == nullptr && (wants_path || in_world) && !document.run.active) {
+    GiveUpTruth(layers);
+    messages.Complain(app::CannotBeLaid(truth_of_));
   }
   layers.path_error = path != nullptr ? path->rmse : 0.0;
   layers.path_pairs = path != nullptr ? path->pairs : 0;
 
-  SceneLayers drawn = layers.drawn;
+  SceneLayers drawn = *layers.drawn;
   drawn.true_path = path != nullptr && wants_path ? path->pieces : decltype(drawn.true_path)();
   std::optional<Sim3d> S_map_file;
   if (wants_cloud && !layers.cloud_in_world) {
@@ -125,9 +117,8 @@ void LayerSession::LayOver(ViewerState& state) {
     placed_ = {};
   }
   drawn.dense_cloud = S_map_file ? PlacedCloud(*S_map_file) : nullptr;
-  if (!(drawn == layers.drawn)) {
-    layers.drawn = std::move(drawn);
-    ++layers.version;
+  if (!(drawn == *layers.drawn)) {
+    layers.drawn.Set(std::move(drawn));
   }
 }
 

@@ -1,11 +1,12 @@
+#include "app/viewer/model/run_history.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <numbers>
 
 #include "app/viewer/model/object_edits.h"
-#include "app/viewer/model/object_history.h"
-#include "app/viewer/model/run_series.h"
+#include "slam/snapshot/recording.h"
 #include "tests/io/temporary_folder.h"
 #include "tests/render/hand_made_map.h"
 
@@ -49,19 +50,34 @@ class RecordingPass : public testing::Test {
   std::filesystem::path path_ = folder_.Path() / "map.sqmap";
 };
 
+ObjectHistories Histories(const RecordingReader& recording) {
+  ObjectHistories histories;
+  for (int i = 0; i < recording.Size(); ++i) {
+    histories.Add(i, *recording.Read(i));
+  }
+  return histories;
+}
+
+RunSeries SeriesOf(const RecordingReader& recording) {
+  RunSeries series;
+  for (int i = 0; i < recording.Size(); ++i) {
+    series.Add(*recording.Read(i));
+  }
+  return series;
+}
+
 TEST_F(RecordingPass, HistoriesBeginWhereObjectsDo) {
   const RecordingReader reader(path_);
-  const ObjectHistories histories = ReadObjectHistories(reader);
+  const ObjectHistories histories = Histories(reader);
   ASSERT_EQ(histories.All().size(), 3u);
-  EXPECT_EQ(histories.All().at(0).samples.size(), 6u);
-  const ObjectHistory& cup = histories.All().at(1);
-  EXPECT_EQ(cup.label, "cup");
-  ASSERT_EQ(cup.samples.size(), 4u);
-  EXPECT_EQ(cup.samples[0].snapshot, 2);
-  EXPECT_EQ(cup.samples[0].frame_index, 25);
-  EXPECT_EQ(cup.samples[0].observations, 21);
-  EXPECT_NEAR(cup.samples[3].e1, 0.7, 1e-12);
-  EXPECT_EQ(cup.samples[3].half_size, Eigen::Vector3d(0.12, 0.12, 0.2));
+  EXPECT_EQ(histories.All().at(0).size(), 6u);
+  const std::vector<ObjectSample>& cup = histories.All().at(1);
+  ASSERT_EQ(cup.size(), 4u);
+  EXPECT_EQ(cup[0].snapshot, 2);
+  EXPECT_EQ(cup[0].frame_index, 25);
+  EXPECT_EQ(cup[0].observations, 21);
+  EXPECT_NEAR(cup[3].e1, 0.7, 1e-12);
+  EXPECT_EQ(cup[3].half_size, Eigen::Vector3d(0.12, 0.12, 0.2));
 }
 
 TEST(ObjectHistoriesOfBoxes, AQuarterTurnWithSwappedAxesIsNoJump) {
@@ -72,7 +88,7 @@ TEST(ObjectHistoriesOfBoxes, AQuarterTurnWithSwappedAxesIsNoJump) {
   map.objects[0].yaw = 0.8 - 0.5 * std::numbers::pi;
   map.objects[0].superquadric.shape.half_size = {0.21, 0.31, 0.1};
   histories.Add(1, map);
-  const std::vector<ObjectSample>& samples = histories.All().at(0).samples;
+  const std::vector<ObjectSample>& samples = histories.All().at(0);
   EXPECT_NEAR(samples[1].yaw, 0.8 - 0.5 * std::numbers::pi, 1e-12) << "the newest is as the map says";
   EXPECT_EQ(samples[1].half_size, Eigen::Vector3d(0.21, 0.31, 0.1));
   EXPECT_NEAR(samples[0].yaw, 0.7 - 0.5 * std::numbers::pi, 1e-12);
@@ -81,39 +97,26 @@ TEST(ObjectHistoriesOfBoxes, AQuarterTurnWithSwappedAxesIsNoJump) {
 
 TEST_F(RecordingPass, YawHasNoJumpsOfHalfTurns) {
   const RecordingReader reader(path_);
-  const ObjectHistories histories = ReadObjectHistories(reader);
-  const std::vector<ObjectSample>& book = histories.All().at(0).samples;
+  const ObjectHistories histories = Histories(reader);
+  const std::vector<ObjectSample>& book = histories.All().at(0);
   for (std::size_t i = 0; i < book.size(); ++i) {
     EXPECT_NEAR(book[i].yaw, 0.1 * static_cast<double>(i) - std::numbers::pi, 1e-9);
   }
-  EXPECT_NEAR(histories.All().at(2).samples.back().yaw, 1.75, 1e-12) << "also beyond a quarter turn";
-}
-
-TEST_F(RecordingPass, PassesTellHowFarTheyAreAndStop) {
-  const RecordingReader reader(path_);
-  std::vector<int> told;
-  const auto progress = [&told](int done, int total) {
-    EXPECT_EQ(total, 6);
-    told.push_back(done);
-    return done < 3;
-  };
-  EXPECT_EQ(ReadObjectHistories(reader, progress).All().at(0).samples.size(), 3u);
-  EXPECT_EQ(ReadRunSeries(reader, progress).Named("objects").value.size(), 3u);
-  EXPECT_THAT(told, ElementsAre(1, 2, 3, 1, 2, 3));
+  EXPECT_NEAR(histories.All().at(2).back().yaw, 1.75, 1e-12) << "also beyond a quarter turn";
 }
 
 TEST_F(RecordingPass, HistoriesOfAnEditedRecordingAreThoseOfTheEditedObjects) {
   ObjectEdits edits;
   edits.Merge(1, 2);
   const RecordingReader reader(path_, [&](const MapSnapshotPtr& map) { return Apply(edits, *map); });
-  const ObjectHistories histories = ReadObjectHistories(reader);
+  const ObjectHistories histories = Histories(reader);
   ASSERT_FALSE(histories.All().contains(2));
-  EXPECT_EQ(histories.All().at(1).samples.size(), 6u) << "the ball alone, then the cup with it";
-  EXPECT_EQ(histories.All().at(1).samples[5].observations, 84);
+  EXPECT_EQ(histories.All().at(1).size(), 6u) << "the ball alone, then the cup with it";
+  EXPECT_EQ(histories.All().at(1)[5].observations, 84);
 }
 
 TEST_F(RecordingPass, SeriesSayHowTheRunWent) {
-  const RunSeries series = ReadRunSeries(RecordingReader(path_));
+  const RunSeries series = SeriesOf(RecordingReader(path_));
   const Series& tracked = series.Named("tracked points");
   EXPECT_THAT(tracked.frame, ElementsAre(5, 15, 25, 35, 45, 55));
   EXPECT_THAT(tracked.value, ElementsAre(100, 101, 102, 103, 0, 105));
@@ -130,7 +133,7 @@ TEST_F(RecordingPass, SeriesSayHowTheRunWent) {
 }
 
 TEST_F(RecordingPass, ASeriesKeepsItsValueUntilTheNextSnapshot) {
-  const RunSeries series = ReadRunSeries(RecordingReader(path_));
+  const RunSeries series = SeriesOf(RecordingReader(path_));
   const Series& tracked = series.Named("tracked points");
   EXPECT_FALSE(tracked.At(4.0).has_value());
   EXPECT_THAT(tracked.At(5.0), Optional(100.0));
@@ -139,7 +142,7 @@ TEST_F(RecordingPass, ASeriesKeepsItsValueUntilTheNextSnapshot) {
 }
 
 TEST_F(RecordingPass, MarksAreKeyframesAndWhatHappened) {
-  const RunSeries series = ReadRunSeries(RecordingReader(path_));
+  const RunSeries series = SeriesOf(RecordingReader(path_));
   std::vector<std::pair<RunMark::Kind, std::int64_t>> events;
   int keyframes = 0;
   std::int64_t last = -1;
