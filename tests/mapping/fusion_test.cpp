@@ -19,7 +19,7 @@ constexpr KeyframeId kLast = 4;
 constexpr PointId kFirstCopy = 100;  // points from here to
 constexpr PointId kEndCopies = 200;  // here have a copy
 
-// Of the points 100 to 199, keyframes 3 and 4 see copies: map points of their own.
+// Keyframes 3 and 4 see the points 100 to 199 as copies: map points of their own.
 class FusionTest : public ::testing::Test {
  protected:
   void MakeCopies(const Eigen::Vector3d& offset = Eigen::Vector3d::Zero()) {
@@ -53,7 +53,7 @@ TEST_F(FusionTest, KeepsAllObservations) {
   for (PointId id = kFirstCopy; id < kEndCopies; ++id) {
     const PointId copy = copies_[static_cast<std::size_t>(id - kFirstCopy)];
     EXPECT_EQ(world_.map.Resolve(copy), id) << "the one with fewer observations goes";
-    // What both were seen by, and by none twice.
+    // The keyframes that saw the one or the other, none twice.
     std::vector<KeyframeId> keyframes;
     for (const Observation& o : world_.map.Point(id).observations) {
       keyframes.push_back(o.keyframe);
@@ -67,6 +67,32 @@ TEST_F(FusionTest, KeepsAllObservations) {
   EXPECT_EQ(CountBrokenReferences(world_.map), 0);
   EXPECT_EQ(world_.map.At(kLast).covisibility.at(0), 300);
   EXPECT_EQ(Fuse(), 0) << "nothing is left to do";
+}
+
+// Keyframe 2 shows point and copy at two keypoints half a pixel apart.
+TEST_F(FusionTest, LeavesAKeyframeOneKeypointOfAPoint) {
+  MakeCopies();
+  Keyframe& keyframe = world_.map.At(2);
+  auto features = std::make_shared<FrameFeatures>(*keyframe.features);
+  for (std::size_t i = kFirstCopy; i < kEndCopies; ++i) {
+    Keypoint beside = features->keypoints[i];
+    beside.pixel.x() += 0.5;
+    features->keypoints.push_back(beside);
+    features->descriptors.push_back(features->descriptors[i]);
+  }
+  features->colors.resize(features->Size());
+  features->grid = KeypointGrid(features->keypoints, world_.camera.width, world_.camera.height);
+  keyframe.features = features;
+  keyframe.points.resize(features->Size(), kNoPoint);
+  for (std::size_t i = 0; i < copies_.size(); ++i) {
+    world_.map.AddObservation(copies_[i], 2, static_cast<int>(300 + i));
+  }
+  EXPECT_GE(Fuse(), 100);
+  EXPECT_EQ(world_.map.NumPoints(), 300);
+  EXPECT_EQ(CountBrokenReferences(world_.map), 0);
+  for (const PointId copy : copies_) {
+    EXPECT_EQ(world_.map.Point(world_.map.Resolve(copy)).observations.size(), 5U);
+  }
 }
 
 TEST_F(FusionTest, AddsObservationsThatAreMissing) {

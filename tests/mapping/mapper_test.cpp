@@ -210,16 +210,42 @@ TEST_F(MapperTest, TracksFramesThatCameTooEarlyOnceTheMapIsSolid) {
   for (int i = 0; i < 3; ++i) {
     report.backlog->earlier.push_back(NewFrame(world_.See(PoseOnArc(0.4 + 0.2 * i)).features, 20 + i));
   }
+  report.backlog->earlier.push_back(NewFrame(world_.See(PoseOnArc(1.1)).features, 3));  // tracked meanwhile
   mapper_->Process(std::move(report));
   EXPECT_EQ(View().keyframes.size(), 3U);
   mapper_->Process(Seen(6, 3.0, true));
   const Trajectory trajectory = mapper_->Finish().at(0).trajectory;
   ASSERT_EQ(trajectory.size(), 8U);  // 0, 1, 3, 4, 6 and the three
+  EXPECT_LT(CenterDistance(trajectory[2].T_map_camera.Inverse(), PoseOnArc(1.5)), 5.0 * kOneMillimetre);
   for (int i = 0; i < 3; ++i) {
     const TimedPose& pose = trajectory[static_cast<std::size_t>(5 + i)];
     EXPECT_NEAR(pose.timestamp, (20 + i) / 30.0, 1e-9);
     EXPECT_LT(CenterDistance(pose.T_map_camera.Inverse(), PoseOnArc(0.4 + 0.2 * i)), 5.0 * kOneMillimetre);
   }
+}
+
+// Points that a keyframe has made are on trial: tracking expects them in twelve frames and finds them in
+// none.
+TEST_F(MapperTest, RemovesNewPointsThatTrackingDoesNotFind) {
+  Begin();
+  Walk(2);
+  std::vector<PointId> young;
+  for (const PointId point : View().keyframes.at(2).points) {
+    if (point >= static_cast<PointId>(kFirstPoints)) {
+      young.push_back(point);
+    }
+  }
+  ASSERT_GT(young.size(), 90U);
+  for (int i = 0; i < 12; ++i) {
+    TrackingReport report = Seen(5 + i, 2.5, false);
+    std::erase_if(report.seen.found, [&](PointId point) { return point >= young.front(); });
+    mapper_->Process(std::move(report));
+  }
+  mapper_->Process(Seen(17, 3.0, true));
+  for (const PointId point : young) {
+    EXPECT_FALSE(View().Has(point));
+  }
+  EXPECT_TRUE(View().Has(0));
 }
 
 TEST_F(MapperTest, KeepsSubmapsApartAndDropsThoseThatNeverGrew) {

@@ -10,7 +10,7 @@
 
 namespace sqslam::testing {
 
-// How well a camera sees a synthetic world.
+// The quality of a view of a synthetic world.
 struct Sight {
   double pixel_noise = 0.0;  // px, standard deviation
   int flipped_bits = 0;      // of each descriptor

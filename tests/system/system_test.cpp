@@ -56,9 +56,37 @@ double TrajectoryError(const SystemRun& run, const std::vector<Rigid3d>& path) {
   return AlignedError(estimate, truth);
 }
 
+// Tracking and mapping meet as the machine allows. The parts of a result belong together all the same.
+TEST(System, MapsOnAThreadOfItsOwn) {
+  constexpr int kFrames = 120;
+  const SystemRun run = RunPath(HandHeldPath(kFrames), TestOptions(false));
+  ASSERT_NE(run.result.map.snapshot, nullptr)
+      << run.result.no_map_reason;  // it begins on the caller's thread
+  EXPECT_EQ(run.result.frames, kFrames);
+  EXPECT_EQ(run.result.tracked, static_cast<int>(run.result.map.trajectory.size()));
+  EXPECT_LE(run.result.tracked, kFrames);
+  std::set<double> times;
+  for (const TimedPose& pose : run.result.map.trajectory) {
+    EXPECT_TRUE(times.empty() || pose.timestamp > *times.rbegin());
+    times.insert(pose.timestamp);
+    EXPECT_TRUE(pose.T_map_camera.Matrix().allFinite());
+  }
+  EXPECT_LE(*times.rbegin(), (kFrames - 1) / 30.0 + 1e-9);
+  EXPECT_GE(run.result.map.keyframes.size(), 2U);
+  for (const TimedPose& keyframe : run.result.map.keyframes) {
+    EXPECT_TRUE(times.contains(keyframe.timestamp));
+  }
+  for (std::size_t i = 0; i < run.snapshots.size(); ++i) {
+    EXPECT_EQ(run.snapshots[i]->sequence_number, static_cast<std::int64_t>(i));
+    EXPECT_TRUE(i == 0 || run.snapshots[i]->frame_index >= run.snapshots[i - 1]->frame_index);
+    EXPECT_LT(run.snapshots[i]->frame_index, kFrames);
+  }
+  EXPECT_EQ(run.snapshots.back(), run.result.map.snapshot);
+}
+
 TEST(System, MapsATexturedWorld) {
   const std::vector<Rigid3d> path = HandHeldPath(120);
-  const SystemRun run = RunPath(path, TestOptions(false));
+  const SystemRun run = RunPath(path, TestOptions(true));
   ASSERT_NE(run.result.map.snapshot, nullptr) << run.result.no_map_reason;
   EXPECT_EQ(run.result.frames, 120);
   EXPECT_EQ(run.result.tracked, 120);  // those before the map began are tracked backward
@@ -105,7 +133,7 @@ TEST(System, RecoversAfterAShortLoss) {
   EXPECT_NEAR(run.result.map.trajectory.back().timestamp, 109.0 / 30.0, 1e-6);
 }
 
-// What a mirror shows is another place with a geometry of its own.
+// A mirror shows another place, with a geometry of its own.
 Frame Mirrored(Frame frame) {
   cv::flip(frame.gray, frame.gray, 1);
   cv::flip(frame.bgr, frame.bgr, 1);
