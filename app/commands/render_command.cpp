@@ -14,7 +14,6 @@
 #include "app/result/map_input.h"
 #include "app/terminal/terminal.h"
 #include "render/picture/outlines.h"
-#include "render/picture/photo_overlay.h"
 #include "render/picture/picture_difference.h"
 #include "render/video/video_alignment.h"
 #include "slam/snapshot/recording.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "app/viewer/input_events.h"
+#include "app/viewer/input/input_events.h"
 
 namespace sqslam::viewer {
 
@@ -19,7 +19,7 @@ class DesktopWindow {
   DesktopWindow(const DesktopWindow&) = delete;
   DesktopWindow& operator=(const DesktopWindow&) = delete;
 
-  // What came since the last call; waits up to so many seconds for something to come.
+  // Events since the last call; waits up to so many seconds for something to come.
   std::vector<InputEvent> Events(double wait_seconds);
 
   cv::Size Size() const;        // of the framebuffer, pixels; 0 x 0 while minimised

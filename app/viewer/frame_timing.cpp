@@ -24,6 +24,7 @@ std::string Summary(const char* name, std::vector<double> seconds) {
 }  // namespace
 
 void FrameTiming::Add(const ViewerState& state, std::optional<double> seconds) {
+  const Document& document = state.document;
   const Clock::time_point now = Clock::now();
   const auto since = [&](Clock::time_point from) {
     return std::chrono::duration<double>(now - from).count();
@@ -31,21 +32,20 @@ void FrameTiming::Add(const ViewerState& state, std::optional<double> seconds) {
   if (seconds) {
     drawing_.push_back(*seconds);
   }
-  if (!opened_ && state.Map() != nullptr) {
+  if (!opened_ && document.Map() != nullptr) {
     opened_ = since(start_);
   }
-  if (state.run.active) {
+  if (document.run.active) {
     run_start_ = run_start_.value_or(now);
     run_seconds_ = since(*run_start_);
     run_frames_ += seconds ? 1 : 0;
     return;
   }
-  const Timeline& timeline = state.document.timeline;
-  if (timeline.Empty() || !state.shown) {
+  const Timeline& timeline = document.timeline;
+  if (timeline.Empty() || !document.shown) {
     return;
   }
-  const Moment& moment = timeline.moments[static_cast<std::size_t>(timeline.At(state.playback.time))];
-  if (moment.frame_index != state.shown->frame_index) {
+  if (timeline.MomentAt(state.playback.time).frame_index != document.shown->frame_index) {
     wanted_ = wanted_.value_or(now);
   } else if (wanted_) {
     latencies_.push_back(since(*wanted_));

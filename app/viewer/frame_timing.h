@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "app/viewer/viewer_state.h"
+#include "app/viewer/state/viewer_state.h"
 
 namespace sqslam::viewer {
 
-// How fast the window is, for --timing.
+// Measures how fast the window is, for --timing.
 class FrameTiming {
  public:
   // After each frame of the window; `seconds`: what drawing it took, empty where nothing was drawn.

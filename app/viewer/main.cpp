@@ -18,10 +18,9 @@
 #include "app/result/map_input.h"
 #include "app/viewer/desktop_window.h"
 #include "app/viewer/frame_timing.h"
-#include "app/viewer/gl_texture.h"
-#include "app/viewer/kept_settings.h"
 #include "app/viewer/script_player.h"
 #include "app/viewer/viewer.h"
+#include "app/viewer/widgets/gl_texture.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
 
@@ -50,7 +49,7 @@ struct Arguments {
   bool timing = false;
 };
 
-// What the options ask for beside the map; read when that is there.
+// Asks for the layers that the options name; they are read when the map is there.
 void Want(const app::LayerArguments& wanted, Layers& layers) {
   layers.true_path = !wanted.ground_truth.empty();
   layers.sequence = wanted.ground_truth == "auto" ? "" : wanted.ground_truth;
@@ -59,10 +58,10 @@ void Want(const app::LayerArguments& wanted, Layers& layers) {
   layers.cloud_in_world = wanted.dense_cloud_frame == "world";
 }
 
-// Writes down the events of each frame.
-class Recorder {
+// Writes down the events of each frame as a script that plays them again.
+class EventLog {
  public:
-  explicit Recorder(const std::string& path) {
+  explicit EventLog(const std::string& path) {
     if (!path.empty()) {
       file_.open(path);
       if (!file_) {
@@ -114,22 +113,25 @@ class Loop {
   Loop(const Arguments& arguments, std::unique_ptr<LiveRun> run, const RunRequest& request)
       : live_(run != nullptr),
         timed_(arguments.timing),
-        kept_(arguments.play.empty()),
-        window_("sqslam",
-                arguments.resolution.empty() ? kept_.WindowSize() : ParseSize(arguments.resolution)),
-        viewer_(window_.Size(), kept_.TextScale() * window_.ContentScale()),
-        recorder_(arguments.record) {
+        preferences_(arguments.play.empty() ? Preferences::Read() : Preferences()),
+        window_("sqslam", arguments.resolution.empty()
+                              ? cv::Size(preferences_.memory.window_width, preferences_.memory.window_height)
+                              : ParseSize(arguments.resolution)),
+        viewer_(window_.Size(), preferences_.TextScale() * window_.ContentScale()),
+        event_log_(arguments.record) {
     if (!arguments.play.empty()) {
       player_.emplace(ReadScript(arguments.play), arguments.play,
                       [this](const std::string& file) { WriteWindow(file); });
     }
-    kept_.Give(viewer_.State());
+    ViewerState& state = viewer_.State();
+    state.preferences = preferences_;
+    state.preferences.Give(state.window, state.view, state.messages);
     if (run) {
       viewer_.Watch(std::move(run), request);
     } else if (!arguments.map.empty()) {
       viewer_.Open(arguments.map);
     }
-    Want(arguments.layers, viewer_.State().layers);
+    Want(arguments.layers, state.layers);
   }
 
   // Returns the program's exit code.
@@ -137,7 +139,7 @@ class Loop {
     auto last = Clock::now();
     while (!viewer_.WantsToClose()) {
       std::vector<InputEvent> events = window_.Events(Rest(last));
-      if (viewer_.State().run.active) {
+      if (viewer_.State().document.run.active) {
         std::this_thread::sleep_until(last +
                                       std::chrono::milliseconds(33));  // a mouse that moves wakes it often
       }
@@ -148,7 +150,7 @@ class Loop {
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
         continue;
       }
-      recorder_.Add(events);
+      event_log_.Add(events);
       for (const InputEvent& event : events) {
         viewer_.Handle(event);
       }
@@ -156,8 +158,10 @@ class Loop {
     }
     const double scale = window_.ContentScale();
     const cv::Size size = window_.Size();
-    kept_.Take(viewer_.State(),
-               {static_cast<int>(size.width / scale), static_cast<int>(size.height / scale)});
+    ViewerState& state = viewer_.State();
+    state.preferences.Take(state.window, state.view,
+                           {static_cast<int>(size.width / scale), static_cast<int>(size.height / scale)},
+                           state.messages);
     if (timed_) {
       fmt::print("{}", timing_.Text());
     }
@@ -167,11 +171,11 @@ class Loop {
  private:
   using Clock = std::chrono::steady_clock;
 
-  // How long nothing has to be drawn, in seconds. While a run goes on the window leaves the processor to it:
+  // The seconds for which nothing has to be drawn. While a run goes on the window leaves the processor to it:
   // it is drawn so often that motion is seen, and no more.
   double Rest(Clock::time_point last) const {
     constexpr double kRunInterval = 1.0 / 12.0;
-    if (viewer_.State().run.active) {
+    if (viewer_.State().document.run.active) {
       return std::max(0.0, kRunInterval - std::chrono::duration<double>(Clock::now() - last).count());
     }
     return player_ || viewer_.Busy() ? 0.0 : 0.25;
@@ -233,10 +237,10 @@ class Loop {
   bool live_;   // a run was watched
   bool timed_;  // --timing
   FrameTiming timing_;
-  KeptSettings kept_;
+  Preferences preferences_;  // as they were at the start; none for a script
   DesktopWindow window_;
   Viewer viewer_;
-  Recorder recorder_;
+  EventLog event_log_;
   std::optional<ScriptPlayer> player_;
   std::string title_;
 };

@@ -4,60 +4,48 @@
 
 #include <utility>
 
-#include "app/viewer/render_command_line.h"
+#include "app/viewer/state/pictures.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 
 namespace sqslam::viewer {
-namespace {
-
-std::string IdText(const std::optional<int>& id) { return id ? std::to_string(*id) : "none"; }
-
-}  // namespace
-
 std::string StateValue(const ViewerState& state, const std::string& key) {
-  const MapSnapshot* map = state.Map();
-  const auto errors = [&] {
-    std::string text = "none";
-    for (const Notice& notice : state.notices) {
-      text = notice.error ? notice.text : text;
-    }
-    return text;
-  };
-  const std::vector<std::pair<std::string, std::function<std::string()>>> values = {
-      {"title", [&] { return state.document.title; }},
-      {"selected", [&] { return IdText(state.selected); }},
-      {"hovered", [&] { return IdText(state.hovered); }},
-      {"frame", [&] { return state.shown ? std::to_string(state.shown->frame_index) : "none"; }},
-      {"objects", [&] { return std::to_string(map != nullptr ? map->objects.size() : 0); }},
-      {"image", [&] { return std::string(state.shown && !state.shown->image.empty() ? "yes" : "no"); }},
-      {"playing", [&] { return std::string(state.playback.playing ? "yes" : "no"); }},
-      {"running", [&] { return std::string(state.run.active ? "yes" : "no"); }},
-      {"style", [&] { return state.view.style_name; }},
-      {"preset", [&] { return state.view.preset.empty() ? std::string("none") : state.view.preset; }},
-      {"help", [&] { return std::string(state.show_help ? "yes" : "no"); }},
-      {"unsaved", [&] { return std::string(state.editing.document.Modified() ? "yes" : "no"); }},
-      {"undo",
-       [&] {
-         const std::string name = state.editing.document.History().UndoName();
-         return name.empty() ? std::string("none") : name;
-       }},
-      {"solids", [&] { return std::to_string(state.editing.document.Current().annotation.solids.size()); }},
-      {"chosen", [&] { return std::to_string(state.editing.annotation.chosen.size()); }},
-      {"cut", [&] { return state.view.style.clip.axis; }},
-      {"covisibility", [&] { return std::string(state.view.style.covisibility.show ? "yes" : "no"); }},
-      {"true_path", [&] { return std::string(state.layers.drawn.true_path.empty() ? "no" : "yes"); }},
-      {"cloud",
-       [&] {
-         const auto& cloud = state.layers.drawn.dense_cloud;
-         return std::to_string(cloud ? cloud->p_map.size() : 0);
-       }},
-      {"error", errors},
+  const Document& document = state.document;
+  const MapSnapshot* map = document.Map();
+  const auto flag = [](bool on) { return std::string(on ? "yes" : "no"); };
+  const auto id = [](const std::optional<int>& object) { return object ? std::to_string(*object) : "none"; };
+  const auto word = [](const std::string& text) { return text.empty() ? "none" : text; };
+  std::string error;
+  for (const Notice& notice : state.messages.notices) {
+    error = notice.error ? notice.text : error;
+  }
+  const std::shared_ptr<const ColoredPoints>& cloud = state.layers.drawn->dense_cloud;
+  const std::vector<std::pair<std::string, std::string>> values = {
+      {"title", document.title},
+      {"selected", id(state.selection.selected)},
+      {"hovered", id(state.selection.hovered)},
+      {"frame", document.shown ? std::to_string(document.shown->frame_index) : "none"},
+      {"objects", std::to_string(map != nullptr ? map->objects.size() : 0)},
+      {"image", flag(document.shown && !document.shown->image.empty())},
+      {"playing", flag(state.playback.playing)},
+      {"running", flag(document.run.active)},
+      {"style", state.view.style_name},
+      {"preset", word(state.view.preset)},
+      {"help", flag(state.window.show_help)},
+      {"unsaved", flag(state.editing.document.Modified())},
+      {"undo", word(state.editing.document.History().UndoName())},
+      {"solids", std::to_string(state.editing.Solids().solids.size())},
+      {"chosen", std::to_string(state.editing.annotation.chosen.size())},
+      {"cut", state.view.clip.axis},
+      {"covisibility", flag(state.view.style->covisibility.show)},
+      {"true_path", flag(!state.layers.drawn->true_path.empty())},
+      {"cloud", std::to_string(cloud ? cloud->p_map.size() : 0)},
+      {"error", word(error)},
   };
   std::string known;
   for (const auto& [name, value] : values) {
     if (name == key) {
-      return value();
+      return value;
     }
     known += (known.empty() ? "" : ", ") + name;
   }
@@ -117,7 +105,7 @@ std::vector<InputEvent> ScriptPlayer::Next(const Viewer& viewer, double seconds)
           picture_(line.text);
         } else if (line.kind == ScriptLine::Kind::kCommand) {
           const ViewerState& state = viewer.State();
-          WriteFileAtomically(line.text, RenderCommandLine(state, state.scene_size, false, "map.png") + "\n");
+          WriteFileAtomically(line.text, RenderCommandLine(state, state.view.size, false, "map.png") + "\n");
         } else {
           Expect(line, viewer);
         }
@@ -128,15 +116,15 @@ std::vector<InputEvent> ScriptPlayer::Next(const Viewer& viewer, double seconds)
 }
 
 bool ScriptPlayer::Waits(const ScriptLine& line, const Viewer& viewer) const {
+  const Document& document = viewer.State().document;
   if (line.text == "map") {
-    return viewer.State().Map() == nullptr;
+    return document.Map() == nullptr;
   }
   if (line.text == "end") {
-    return viewer.State().run.active;
+    return document.run.active;
   }
   if (line.text == "frame") {
-    const ViewerState& state = viewer.State();
-    return !state.shown || state.shown->frame_index < line.count;
+    return !document.shown || document.shown->frame_index < line.count;
   }
   return !viewer.Idle();
 }

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "app/viewer/input_events.h"
+#include "app/viewer/input/input_events.h"
 #include "app/viewer/viewer.h"
 
 namespace sqslam::viewer {

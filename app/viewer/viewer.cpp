@@ -4,19 +4,47 @@
 #include <GL/gl.h>
 #include <GL/glext.h>
 #include <backends/imgui_impl_opengl3.h>
+#include <fmt/format.h>
 #include <imgui.h>
 
 #include <algorithm>
 #include <utility>
 
-#include "app/viewer/shortcuts.h"
-#include "app/viewer/ui_input.h"
-#include "app/viewer/viewer_impl.h"
+#include "app/viewer/input/ui_input.h"
+#include "app/viewer/widgets/gl_texture.h"
+#include "app/viewer/widgets/theme.h"
+#include "app/viewer/window_parts.h"
+#include "slam/util/atomic_file.h"
 
 namespace sqslam::viewer {
 namespace fs = std::filesystem;
+namespace {
 
-UserInterface::UserInterface() {
+// A window that waits for what it is to show may stay as it is for so long.
+constexpr std::chrono::milliseconds kHoldAtMost{60};
+
+// All panels, in the order in which tabs stand and windows lie over one another.
+std::vector<PanelPtr> AllPanels(ViewerState& s) {
+  const EditContext context = s.Editor();
+  std::vector<PanelPtr> panels;
+  panels.push_back(MakeScenePanel(context, s.view, s.layers, s.window));
+  panels.push_back(MakeImagePanel(context, s.window));
+  panels.push_back(MakeObjectsPanel(context, s.window));
+  panels.push_back(MakeInspectorPanel(context, s.playback, s.window));
+  panels.push_back(MakeViewPanel(s.document, s.view, s.layers, s.messages));
+  panels.push_back(MakeAnnotationPanel(context, s.view.style));
+  panels.push_back(MakePicturePanel(s.document, s.view, s.window, s.requests));
+  panels.push_back(MakeTimelinePanel(s.document, s.playback, s.window, s.requests));
+  panels.push_back(MakeHelpPanel(s.window, Shortcuts()));
+  panels.push_back(MakeSettingsPanel(s.preferences, s.view, s.window, s.messages));
+  panels.push_back(MakeUnsavedPanel(context, s.requests));
+  panels.push_back(MakeMessagesPanel(s.messages, s.view, s.window));
+  return panels;
+}
+
+}  // namespace
+
+UserInterface::UserInterface(double scale) {
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
   ImGuiIO& io = ImGui::GetIO();
@@ -25,6 +53,7 @@ UserInterface::UserInterface() {
   io.ConfigWindowsMoveFromTitleBarOnly = true;
   SetUpUiKeys();
   ImGui_ImplOpenGL3_Init("#version 330 core");
+  LoadFonts(scale);
 }
 
 UserInterface::~UserInterface() {
@@ -32,117 +61,191 @@ UserInterface::~UserInterface() {
   ImGui::DestroyContext();
 }
 
-void Viewer::Impl::RunShortcuts() {
-  const ImGuiIO& io = ImGui::GetIO();
-  for (const InputEvent& event : std::exchange(keys, {})) {
-    if (!io.WantTextInput) {
-      RunShortcut(state, event.code, io.KeyShift, io.KeyCtrl);
-    }
-  }
+Viewer::Viewer(cv::Size window, double scale) : ui_(scale), window_(window) {
+  state_.window.scale = scale;
+  state_.messages.Try([&] { state_.view.UseStyle(SceneStyleOf(state_.window.theme)); });
+  panels_ = AllPanels(state_);
+  ImGui::GetIO().DisplaySize = ImVec2(static_cast<float>(window.width), static_cast<float>(window.height));
 }
 
-Viewer::Viewer(cv::Size window, double ui_scale) : impl_(std::make_unique<Impl>(window, ui_scale)) {}
-Viewer::~Viewer() = default;
-
-void Viewer::Open(const fs::path& path) { impl_->Open(path); }
-
-void Viewer::Watch(std::unique_ptr<LiveRun> run, const RunRequest& request) {
-  impl_->Watch(std::move(run), request);
+void Viewer::Open(const fs::path& path) {
+  if (!session_.Runs()) {
+    editing_.Forget();
+  }
+  session_.Open(path);
 }
 
 void Viewer::Handle(const InputEvent& event) {
-  Impl& s = *impl_;
   using Kind = InputEvent::Kind;
   ApplyToUi(event);
-  switch (event.kind) {
-    case Kind::kResize:
-      s.window = {static_cast<int>(event.x), static_cast<int>(event.y)};
-      break;
-    case Kind::kKeyDown:
-      s.keys.push_back(event);
-      break;
-    case Kind::kDrop:
-      s.state.Ask(OpenRequest{event.text});
-      break;
-    case Kind::kClose:
-      s.state.Ask(QuitRequest{});
-      break;
-    default:
-      break;
+  if (event.kind == Kind::kResize) {
+    window_ = {static_cast<int>(event.x), static_cast<int>(event.y)};
+  } else if (event.kind == Kind::kKeyDown) {
+    keys_.push_back(event);
+  } else if (event.kind == Kind::kDrop) {
+    state_.requests.Ask(OpenRequest{event.text});
+  } else if (event.kind == Kind::kClose) {
+    state_.requests.Ask(QuitRequest{});
   }
 }
 
 bool Viewer::Frame(double seconds) {
-  Impl& s = *impl_;
-  s.state.seconds = seconds;
+  ViewerState& s = state_;
+  s.window.seconds = seconds;
   GLint framebuffer = 0;  // the window's, or that of a test; pictures and scenes may leave another one
   glGetIntegerv(GL_FRAMEBUFFER_BINDING, &framebuffer);
-  s.CarryOut();
-  s.TakeRunNews();
-  const bool news = s.TakeNews();
-  s.editing.Update(s.state);
-  s.layers.Update(s.state);
-  s.RequestFrame(seconds);
-  if (s.window.width < 1 || s.window.height < 1) {
+  for (const Request& request : s.requests.Take()) {
+    std::visit([this](const auto& asked) { Do(asked); }, request);
+  }
+  const bool news = session_.TakeNews();
+  if (editing_.Update(s.document, s.editing, s.messages)) {
+    s.preferences.memory.Remember(s.document.file);
+    s.preferences.KeepMemory(s.messages);
+  }
+  layers_.Update(s.layers, s.document, s.messages);
+  session_.RequestFrame(seconds);
+  if (window_.width < 1 || window_.height < 1) {
     return false;  // minimised
   }
-  if (s.applied_theme != s.state.theme) {
-    ApplyTheme(s.state.theme, s.state.ui_scale);
-    s.applied_theme = s.state.theme;
+  if (applied_theme_ != s.window.theme) {
+    ApplyTheme(s.window.theme, s.window.scale);
+    applied_theme_ = s.window.theme;
   }
   ImGui::GetIO().DeltaTime = static_cast<float>(std::max(seconds, 1e-4));
   ImGui_ImplOpenGL3_NewFrame();
   ImGui::NewFrame();
-  s.RunShortcuts();
-  s.MoveCamera();
-  s.DrawPanels();
-  const bool asked = s.RequestFrame(0.0);
-  s.state.hovered = std::exchange(s.state.pointed, std::nullopt);
+  RunShortcuts();
+  session_.MoveCamera();
+  DrawWindow(s, panels_, window_);
+  const bool asked = session_.RequestFrame(0.0);
+  s.selection.hovered = std::exchange(s.selection.pointed, std::nullopt);
   glBindFramebuffer(GL_FRAMEBUFFER, static_cast<GLuint>(framebuffer));
-  if (s.Holds(asked, news)) {
+  if (Holds(asked, news)) {
     ImGui::EndFrame();
     return false;
   }
   ImGui::Render();
-  glViewport(0, 0, s.window.width, s.window.height);
+  glViewport(0, 0, window_.width, window_.height);
   const ImVec4 back = ImGui::GetStyleColorVec4(ImGuiCol_MenuBarBg);
   glClearColor(back.x, back.y, back.z, 1.0F);
   glClear(GL_COLOR_BUFFER_BIT);
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
-  s.FilmFrame();
+  FilmFrame();
   return true;
 }
 
-bool Viewer::Busy() const {
-  const Impl& s = *impl_;
-  return !Idle() || s.state.playback.playing || s.film ||
-         std::any_of(s.panels.begin(), s.panels.end(),
-                     [&](const PanelPtr& panel) { return panel->Wanted(s.state) && panel->Busy(); });
+// Leaves the window as it is until the frame that was asked for is there, since drawing the old one
+// would only delay it. Not for long: a slow file must not make the window look dead.
+bool Viewer::Holds(bool asked, bool news) {
+  const auto now = std::chrono::steady_clock::now();
+  const bool holds = !film_ && !news && (held_ ? session_.Reads() && now - *held_ < kHoldAtMost : asked);
+  held_ = holds ? std::optional(held_.value_or(now)) : std::nullopt;
+  return holds;
 }
 
+bool Viewer::AnyBusy() const {
+  return std::any_of(panels_.begin(), panels_.end(),
+                     [](const PanelPtr& panel) { return panel->Wanted() && panel->Busy(); });
+}
+
+bool Viewer::Busy() const { return !Idle() || state_.playback.playing || film_ || AnyBusy(); }
+
 bool Viewer::Idle() const {
-  const Impl& s = *impl_;
-  const bool settled = std::none_of(s.panels.begin(), s.panels.end(), [&](const PanelPtr& panel) {
-    return panel->Where() == Place::kScene && panel->Busy();
+  const bool settled = std::none_of(panels_.begin(), panels_.end(), [](const PanelPtr& panel) {
+    return panel->place == Place::kScene && panel->Busy();
   });
-  return (!s.replay || s.replay->Idle()) && !s.run && settled && !s.editing.Busy() && !s.layers.Busy() &&
-         s.state.requests.Empty();
+  return session_.Idle() && settled && !layers_.Busy() && state_.requests.Empty();
 }
 
 bool Viewer::OnlyReads() const {
-  const Impl& s = *impl_;
-  const bool still = std::none_of(s.panels.begin(), s.panels.end(), [&](const PanelPtr& panel) {
-    return panel->Wanted(s.state) && panel->Busy();
-  });
-  const bool patient = !s.held || std::chrono::steady_clock::now() - *s.held < kHoldAtMost;
-  return patient && s.replay && !s.replay->Idle() && !s.replay->HasNews() && still && !s.run && !s.film &&
-         !s.state.playback.playing && s.state.requests.Empty();
+  const bool patient = !held_ || std::chrono::steady_clock::now() - *held_ < kHoldAtMost;
+  return patient && session_.Reads() && !AnyBusy() && !session_.Runs() && !film_ &&
+         !state_.playback.playing && state_.requests.Empty();
 }
 
-bool Viewer::WantsToClose() const { return impl_->closing && !impl_->run; }
-int Viewer::ExitCode() const { return impl_->exit_code; }
-std::optional<std::string> Viewer::TakeClipboard() { return std::exchange(impl_->clipboard, std::nullopt); }
-const ViewerState& Viewer::State() const { return impl_->state; }
-ViewerState& Viewer::State() { return impl_->state; }
+void Viewer::RunShortcuts() {
+  const ImGuiIO& io = ImGui::GetIO();
+  for (const InputEvent& event : std::exchange(keys_, {})) {
+    if (!io.WantTextInput) {
+      RunShortcut(state_, event.code, io.KeyShift, io.KeyCtrl);
+    }
+  }
+}
+
+std::string Viewer::Stem() const {
+  return state_.document.title.empty() ? "map" : fs::path(state_.document.title).stem().string();
+}
+
+void Viewer::Film(bool on) {
+  const bool done = state_.messages.Try([&] {
+    if (on && !film_) {
+      film_ = std::make_unique<ScreenFilm>(FreeName(Stem(), ".mp4"), state_.view.size);
+    } else if (!on && film_) {
+      const std::unique_ptr<ScreenFilm> ended = std::move(film_);
+      ended->Finish();
+      state_.messages.Say(fmt::format("The video is in {}", ended->File().string()));
+    }
+  });
+  film_ = done ? std::move(film_) : nullptr;
+  state_.window.filming = film_ != nullptr;
+}
+
+// Adds what was drawn last to the video.
+void Viewer::FilmFrame() {
+  const SceneView& view = state_.view;
+  if (film_ && view.size.area() > 0 && !state_.messages.Try([&] {
+        film_->Add(ReadFramebuffer(window_, {view.corner, view.size}), state_.window.seconds);
+      })) {
+    film_.reset();
+    state_.window.filming = false;
+  }
+}
+
+void Viewer::Do(const OpenRequest& request) {
+  if (IsCloudFile(request.path) && state_.document.Map() != nullptr) {
+    state_.layers.ShowCloud(request.path);
+  } else if (!state_.editing.Postpone({.quit = false, .open = request.path})) {
+    Open(request.path);
+  }
+}
+
+void Viewer::Do(const ScreenshotRequest& request) {
+  state_.messages.Try([&] {
+    const fs::path file = FreeName(Stem(), ".png");
+    const cv::Size size = request.width > 0 ? cv::Size(request.width, request.height) : state_.view.size;
+    WriteScreenshot(state_, size, request.transparent, file);
+    state_.messages.Say(fmt::format("{} x {} pixels are in {}", size.width, size.height, file.string()));
+  });
+}
+
+void Viewer::Do(const CopyCommandRequest&) {
+  const ScreenshotRequest& wanted = state_.window.screenshot;
+  const cv::Size size = wanted.width > 0 ? cv::Size(wanted.width, wanted.height) : state_.view.size;
+  clipboard_ = RenderCommandLine(state_, size, wanted.transparent, "map.png");
+  std::string notice = "The command that draws this picture is on the clipboard.";
+  if (state_.editing.document.EditsModified()) {
+    notice += " It shows the edits once they are saved (Ctrl S).";
+  }
+  if (state_.editing.representation != Representation::kSuperquadric) {
+    notice += " It draws superquadrics.";
+  }
+  state_.messages.Say(notice);
+}
+
+void Viewer::Do(const SaveTextRequest& request) {
+  state_.messages.Try([&] {
+    const fs::path file = FreeName(request.name, request.extension);
+    WriteFileAtomically(file, request.text);
+    state_.messages.Say(fmt::format("Saved as {}", file.string()));
+  });
+}
+
+void Viewer::Do(const QuitRequest&) {
+  Film(false);
+  if (!state_.editing.Postpone({.quit = true, .open = {}})) {
+    closing_ = true;
+    session_.Control({RunControl::What::kEnd});
+  }
+}
 
 }  // namespace sqslam::viewer

@@ -10,8 +10,8 @@
 #include <opencv2/core.hpp>
 #include <thread>
 
-#include "app/viewer/gl_texture.h"
 #include "app/viewer/viewer.h"
+#include "app/viewer/widgets/gl_texture.h"
 #include "render/gl/offscreen_context.h"
 #include "slam/snapshot/recording.h"
 #include "tests/io/temporary_folder.h"

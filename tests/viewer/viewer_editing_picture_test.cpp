@@ -2,11 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/viewer/annotation_tool.h"
-#include "app/viewer/camera_control.h"
-#include "app/viewer/edit_actions.h"
-#include "app/viewer/keys.h"
-#include "app/viewer/theme_switch.h"
+#include "app/viewer/input/input_events.h"
+#include "app/viewer/state/annotation_tool.h"
+#include "app/viewer/state/camera_control.h"
 #include "tests/render/baseline.h"
 #include "tests/viewer/ui_stage.h"
 
@@ -22,16 +20,16 @@ class EditingWindow : public ::testing::Test {
     edits_ = EditsFileOf(map);
     stage_.viewer->Open(map);
     stage_.Settle();
-    ASSERT_NE(stage_.State().Map(), nullptr);
+    ASSERT_NE(stage_.State().document.Map(), nullptr);
     state().editing.annotation.file = "objects_gt.json";  // not the temporary folder's
-    state().show_image = false;                           // the recording has none
+    state().window.show_image = false;                    // the recording has none
     stage_.MoveTo(5.0, 700.0);
-    state().notices.clear();
+    state().messages.notices.clear();
     stage_.Settle();
   }
   ViewerState& state() { return stage_.viewer->State(); }
   void Show(const std::string& title) {
-    state().to_front = title;
+    state().window.to_front = title;
     stage_.Frames(3);
     stage_.Settle();
   }
@@ -43,7 +41,7 @@ class EditingWindow : public ::testing::Test {
   }
   std::vector<int> Ids() {
     std::vector<int> ids;
-    for (const SnapshotObject& object : state().Map()->objects) {
+    for (const SnapshotObject& object : state().document.Map()->objects) {
       ids.push_back(object.id);
     }
     return ids;
@@ -55,15 +53,15 @@ class EditingWindow : public ::testing::Test {
 };
 
 TEST_F(EditingWindow, TheTableLooksLikeItsBaseline) {
-  RenameObject(state(), 1, "Ada's mug");
-  HideObject(state(), 2, true);
-  state().selected = 0;
+  RenameObject(state().Editor(), 1, "Ada's mug");
+  HideObject(state().Editor(), 2, true);
+  state().selection.selected = 0;
   stage_.Settle();
   ExpectBaseline(stage_.Picture(), "viewer_table");
 }
 
 TEST_F(EditingWindow, TheInspectorLooksLikeItsBaseline) {
-  state().selected = 0;
+  state().selection.selected = 0;
   state().editing.point_colors = PointColors::kResidual;
   Show("Inspector");
   ExpectBaseline(stage_.Picture(), "viewer_inspector");
@@ -71,22 +69,22 @@ TEST_F(EditingWindow, TheInspectorLooksLikeItsBaseline) {
 
 TEST_F(EditingWindow, AnnotatingLooksLikeItsBaseline) {
   Show("Annotate");
-  AddSolidOf(state(), state().Map()->objects[1]);
-  AddSolid(state(), SolidKind::kCuboid);
-  state().notices.clear();
+  AddSolidOf(state().Editor(), state().document.Map()->objects[1]);
+  AddSolid(state().Editor(), SolidKind::kCuboid);
+  state().messages.notices.clear();
   stage_.Settle();
   ExpectBaseline(stage_.Picture(), "viewer_annotation");
 }
 
 TEST_F(EditingWindow, TheSettingsLookLikeTheirBaseline) {
-  SwitchTheme(state());
-  state().editing.show_settings = true;
+  SwitchTheme(state().window, state().view, state().messages);
+  state().window.show_settings = true;
   stage_.Settle();
   ExpectBaseline(stage_.Picture(), "viewer_settings");
 }
 
 TEST_F(EditingWindow, DeleteUndoAndRedoByKeys) {
-  state().selected = 1;
+  state().selection.selected = 1;
   stage_.Key(key::kDelete);
   stage_.Frames(2);
   EXPECT_THAT(Ids(), ElementsAre(0, 2));
@@ -100,15 +98,15 @@ TEST_F(EditingWindow, DeleteUndoAndRedoByKeys) {
 }
 
 TEST_F(EditingWindow, EveryFrameOfTheReplayIsEdited) {
-  DeleteObject(state(), 0);
+  DeleteObject(state().Editor(), 0);
   stage_.Key(key::kLeft);  // to the state before
   stage_.Settle();
-  EXPECT_LT(state().shown->frame_index, 70);
+  EXPECT_LT(state().document.shown->frame_index, 70);
   EXPECT_THAT(Ids(), ElementsAre(1));
 }
 
 TEST_F(EditingWindow, ClosingWithUnsavedEditsAsksFirst) {
-  DeleteObject(state(), 0);
+  DeleteObject(state().Editor(), 0);
   stage_.Handle({.kind = InputEvent::Kind::kClose});
   stage_.Frames(3);
   EXPECT_FALSE(stage_.viewer->WantsToClose());
@@ -116,7 +114,7 @@ TEST_F(EditingWindow, ClosingWithUnsavedEditsAsksFirst) {
   stage_.Key(key::kEscape);
   stage_.Frames(2);
   EXPECT_FALSE(state().editing.postponed.has_value()) << "cancelled";
-  SaveAll(state());
+  SaveAll(state().Editor());
   stage_.Handle({.kind = InputEvent::Kind::kClose});
   stage_.Frames(3);
   EXPECT_TRUE(stage_.viewer->WantsToClose());
@@ -124,21 +122,21 @@ TEST_F(EditingWindow, ClosingWithUnsavedEditsAsksFirst) {
 
 TEST_F(EditingWindow, AHandleIsDraggedInTheScene) {
   Show("Annotate");
-  AddSolid(state(), SolidKind::kCuboid);
+  AddSolid(state().Editor(), SolidKind::kCuboid);
   stage_.Frames(2);
-  const Solid start = SelectedSolid(state())->solid;
+  const Solid start = SelectedSolid(state().Editor())->solid;
   const Eigen::Vector3d eye = state().view.camera.position;
   const Eigen::Vector3d at = HandlePosition(start, {SolidHandle::Kind::kSide, 2, 1});
-  const Camera camera = PinholeOf(state().view.camera, state().scene_size);
+  const Camera camera = PinholeOf(state().view.camera, state().view.size);
   constexpr double kMenu = 25.0;
   const Eigen::Vector2d pixel =
       camera.Project(PoseOf(state().view.camera).Inverse() * at) + Eigen::Vector2d(0.5, 0.5 + kMenu);
   stage_.Drag(pixel.x(), pixel.y(), pixel.x(), pixel.y() - 30.0);
-  EXPECT_GT(SelectedSolid(state())->solid.half_size.z(), 1.1 * start.half_size.z());
-  EXPECT_NEAR(BottomOf(SelectedSolid(state())->solid), BottomOf(start), 1e-9);
+  EXPECT_GT(SelectedSolid(state().Editor())->solid.half_size.z(), 1.1 * start.half_size.z());
+  EXPECT_NEAR(BottomOf(SelectedSolid(state().Editor())->solid), BottomOf(start), 1e-9);
   EXPECT_EQ(state().view.camera.position, eye) << "the view stays";
   Control('Z');
-  EXPECT_EQ(SelectedSolid(state())->solid.half_size, start.half_size);
+  EXPECT_EQ(SelectedSolid(state().Editor())->solid.half_size, start.half_size);
 }
 
 TEST_F(EditingWindow, ALassoInTheSceneChoosesPoints) {
@@ -147,7 +145,7 @@ TEST_F(EditingWindow, ALassoInTheSceneChoosesPoints) {
   const Eigen::Vector3d eye = state().view.camera.position;
   stage_.MoveTo(60.0, 60.0);
   stage_.Handle({.kind = InputEvent::Kind::kPress, .code = 0});
-  const cv::Size size = state().scene_size;
+  const cv::Size size = state().view.size;
   for (const auto& [x, y] : {std::pair(size.width - 60.0, 60.0),
                              {size.width - 60.0, size.height - 20.0},
                              {60.0, size.height - 20.0}}) {

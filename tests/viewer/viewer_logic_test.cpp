@@ -3,15 +3,13 @@
 
 #include <numbers>
 
-#include "app/viewer/camera_control.h"
-#include "app/viewer/camera_keys.h"
-#include "app/viewer/input_events.h"
-#include "app/viewer/keys.h"
-#include "app/viewer/layout.h"
-#include "app/viewer/picking.h"
-#include "app/viewer/render_command_line.h"
-#include "app/viewer/shortcuts.h"
-#include "app/viewer/timeline.h"
+#include "app/viewer/frames/timeline.h"
+#include "app/viewer/input/input_events.h"
+#include "app/viewer/state/camera_control.h"
+#include "app/viewer/state/picking.h"
+#include "app/viewer/state/pictures.h"
+#include "app/viewer/state/shortcuts.h"
+#include "app/viewer/window_parts.h"
 #include "render/video/camera_path_file.h"
 #include "slam/util/error.h"
 #include "tests/io/temporary_folder.h"
@@ -45,7 +43,7 @@ TEST(PlaybackTest, PlaysForwardAndBackwardAndStopsAtTheEnds) {
   const Timeline timeline = TenSeconds();
   Playback playback;
   playback.time = timeline.End();
-  playback.Toggle(timeline);
+  playback.Toggle(1.0, timeline);
   EXPECT_EQ(playback.time, 5.0);  // begins again
   playback.speed = 2.0;
   playback.Advance(1.0, timeline);
@@ -184,15 +182,15 @@ TEST(PickingTest, PointsAreThoseOfMapAndCloudThatAreNotCutAway) {
 
 TEST(RenderCommandLineTest, NamesTheLayersThatAreDrawn) {
   ViewerState state;
-  UseStyle(state, "paper");
+  state.view.UseStyle("paper");
   state.document.file = "/data/map.sqmap";
   const auto line = [&] { return RenderCommandLine(state, {640, 360}, false, "out.png"); };
   EXPECT_THAT(line(), ::testing::Not(HasSubstr("--ground-truth")));
   state.layers.true_path = true;
-  ShowCloud(state, "/data/a room.ply");
-  SwitchCut(state);
-  state.view.style.clip.offset = -0.25;
-  state.view.style.covisibility.show = true;
+  state.layers.ShowCloud("/data/a room.ply");
+  state.view.SwitchCut();
+  state.view.clip.offset = -0.25;
+  state.view.style.Update([](SceneStyle& style) { style.covisibility.show = true; });
   EXPECT_THAT(line(),
               HasSubstr("--ground-truth=auto '--dense-cloud=/data/a room.ply' --dense-cloud-frame=map"));
   EXPECT_THAT(line(), HasSubstr("--set=covisibility.show=true"));
@@ -203,8 +201,8 @@ TEST(RenderCommandLineTest, NamesTheLayersThatAreDrawn) {
   state.layers.cloud_in_world = true;
   EXPECT_THAT(line(), HasSubstr("--ground-truth=/data/kitchen --set=ground_truth.show=false"))
       << "what the cloud is laid over by";
-  UseStyle(state, "dark");
-  EXPECT_EQ(state.view.style.clip.axis, "view") << "another look is no other section";
+  state.view.UseStyle("dark");
+  EXPECT_EQ(state.view.clip.axis, "view") << "another look is no other section";
 }
 
 TEST(LayoutTest, PartsFillTheWindowAndDoNotOverlap) {
@@ -277,10 +275,12 @@ TEST(ShortcutsTest, NoTwoShortcutsShareAKey) {
 
 TEST(RenderCommandLineTest, SaysOnlyWhatDiffersFromTheStyle) {
   ViewerState state;
-  UseStyle(state, "dark");
-  state.view.style.objects.opacity = 0.5;
-  state.view.style.grid.show = false;
-  EXPECT_THAT(StyleChanges(state.view.style, LoadStyle("dark")),
+  state.view.UseStyle("dark");
+  state.view.style.Update([](SceneStyle& style) {
+    style.objects.opacity = 0.5;
+    style.grid.show = false;
+  });
+  EXPECT_THAT(StyleChanges(*state.view.style, LoadStyle("dark")),
               ElementsAre("objects.opacity=0.5", "grid.show=false"));
   state.document.file = "/data/a map/map.sqmap";
   state.view.camera.position = {-1.5, 2.0, 0.25};

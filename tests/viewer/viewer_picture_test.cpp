@@ -2,9 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/viewer/camera_control.h"
-#include "app/viewer/keys.h"
-#include "app/viewer/screenshot.h"
+#include "app/viewer/input/input_events.h"
+#include "app/viewer/state/camera_control.h"
+#include "app/viewer/state/pictures.h"
 #include "tests/render/baseline.h"
 #include "tests/viewer/ui_stage.h"
 
@@ -16,7 +16,7 @@ using ::testing::HasSubstr;
 // Where a point of the map is seen in the window. The scene begins below the menu, at the left edge.
 Eigen::Vector2d InWindow(const UiStage& stage, const Eigen::Vector3d& p_map) {
   const ViewerState& state = stage.State();
-  const Camera camera = PinholeOf(state.view.camera, state.scene_size);
+  const Camera camera = PinholeOf(state.view.camera, state.view.size);
   constexpr double kMenu = 25.0;
   return camera.Project(PoseOf(state.view.camera).Inverse() * p_map) + Eigen::Vector2d(0.5, 0.5 + kMenu);
 }
@@ -26,10 +26,10 @@ class ViewerWindow : public ::testing::Test {
   void Open() {
     stage_.viewer->Open(WriteGrowingMap(folder_.Path()));
     stage_.Settle();
-    ASSERT_NE(stage_.State().Map(), nullptr);
+    ASSERT_NE(stage_.State().document.Map(), nullptr);
   }
   Eigen::Vector3d CenterOf(int id) const {
-    return stage_.State().Object(id)->superquadric.T_map_object.translation;
+    return stage_.State().document.Object(id)->superquadric.T_map_object.translation;
   }
 
   TemporaryFolder folder_;
@@ -48,7 +48,7 @@ TEST_F(ViewerWindow, LightWithASelectedObjectLooksLikeItsBaseline) {
   stage_.Click(cup.x(), cup.y());
   stage_.MoveTo(5.0, 5.0);
   stage_.Settle();
-  EXPECT_EQ(stage_.State().selected, 1);
+  EXPECT_EQ(stage_.State().selection.selected, 1);
   ExpectBaseline(stage_.Picture(), "viewer_light_selected");
 }
 
@@ -62,9 +62,9 @@ TEST_F(ViewerWindow, AClickBesideAllObjectsUnselects) {
   Open();
   const Eigen::Vector2d book = InWindow(stage_, CenterOf(0));
   stage_.Click(book.x(), book.y());
-  EXPECT_EQ(stage_.State().selected, 0);
+  EXPECT_EQ(stage_.State().selection.selected, 0);
   stage_.Click(20.0, 60.0);
-  EXPECT_EQ(stage_.State().selected, std::nullopt);
+  EXPECT_EQ(stage_.State().selection.selected, std::nullopt);
 }
 
 TEST_F(ViewerWindow, DraggingTurnsTheViewAndSelectsNothing) {
@@ -73,18 +73,18 @@ TEST_F(ViewerWindow, DraggingTurnsTheViewAndSelectsNothing) {
   const Eigen::Vector2d book = InWindow(stage_, CenterOf(0));
   stage_.Drag(book.x(), book.y(), book.x() + 80.0, book.y());
   EXPECT_GT((stage_.State().view.camera.position - before).norm(), 0.1);
-  EXPECT_EQ(stage_.State().selected, std::nullopt);
+  EXPECT_EQ(stage_.State().selection.selected, std::nullopt);
 }
 
 TEST_F(ViewerWindow, HomeAndEndShowTheFirstAndTheFinishedMap) {
   Open();
   stage_.Key(key::kHome);
   stage_.Settle();
-  EXPECT_EQ(stage_.State().shown->frame_index, 10);
-  EXPECT_TRUE(stage_.State().Map()->objects.empty());
+  EXPECT_EQ(stage_.State().document.shown->frame_index, 10);
+  EXPECT_TRUE(stage_.State().document.Map()->objects.empty());
   stage_.Key(key::kEnd);
   stage_.Settle();
-  EXPECT_EQ(stage_.State().Map()->objects.size(), 3U);
+  EXPECT_EQ(stage_.State().document.Map()->objects.size(), 3U);
 }
 
 TEST_F(ViewerWindow, PlayingGoesToTheEndAndStops) {
@@ -95,15 +95,15 @@ TEST_F(ViewerWindow, PlayingGoesToTheEndAndStops) {
   stage_.Frames(60 * 3);
   EXPECT_FALSE(stage_.State().playback.playing);
   stage_.Settle();
-  EXPECT_EQ(stage_.State().shown->frame_index, 70);
+  EXPECT_EQ(stage_.State().document.shown->frame_index, 70);
 }
 
 TEST_F(ViewerWindow, ScrubbingOnTheTimelineShowsThatState) {
   Open();
   stage_.Click(560.0, 560.0);
   stage_.Settle();
-  EXPECT_GT(stage_.State().shown->frame_index, 10);
-  EXPECT_LT(stage_.State().shown->frame_index, 70);
+  EXPECT_GT(stage_.State().document.shown->frame_index, 10);
+  EXPECT_LT(stage_.State().document.shown->frame_index, 70);
 }
 
 TEST_F(ViewerWindow, WithoutSizeNothingIsDrawnAndAllComesBack) {
@@ -120,9 +120,9 @@ TEST_F(ViewerWindow, AnErrorIsShownAndTheProgramGoesOn) {
   stage_.viewer->Open(folder_.Path() / "nothing.sqmap");
   stage_.Frames(5);
   stage_.Settle();
-  ASSERT_FALSE(stage_.State().notices.empty());
-  EXPECT_TRUE(stage_.State().notices.front().error);
-  EXPECT_THAT(stage_.State().notices.front().text, HasSubstr("nothing.sqmap"));
+  ASSERT_FALSE(stage_.State().messages.notices.empty());
+  EXPECT_TRUE(stage_.State().messages.notices.front().error);
+  EXPECT_THAT(stage_.State().messages.notices.front().text, HasSubstr("nothing.sqmap"));
   Open();
 }
 
@@ -130,14 +130,14 @@ TEST_F(ViewerWindow, ADroppedFolderIsOpened) {
   WriteGrowingMap(folder_.Path());
   stage_.Handle({.kind = InputEvent::Kind::kDrop, .text = (folder_.Path() / "desk").string()});
   stage_.Settle();
-  ASSERT_NE(stage_.State().Map(), nullptr);
-  EXPECT_EQ(stage_.State().Map()->objects.size(), 3U);
+  ASSERT_NE(stage_.State().document.Map(), nullptr);
+  EXPECT_EQ(stage_.State().document.Map()->objects.size(), 3U);
 }
 
 TEST_F(ViewerWindow, AScreenshotIsAsLargeAsAskedForAndLooksLikeTheScene) {
   Open();
   const std::filesystem::path file = folder_.Path() / "shot.png";
-  const cv::Size size = stage_.State().scene_size;
+  const cv::Size size = stage_.State().view.size;
   WriteScreenshot(stage_.State(), size, false, file);
   const cv::Mat shot = cv::imread(file.string());
   const cv::Mat scene = stage_.Picture()(cv::Rect(cv::Point(0, 25), size));

@@ -95,7 +95,7 @@ TEST_F(ViewerScript, OpensScrubsPicksResizesAndCloses) {
 TEST_F(ViewerScript, RoundsAreRepeatedUntilTheirTimeIsOver) {
   WriteGrowingMap(folder_.Path());
   // The first round switches the help on, the second off again: an end after one round is seen here.
-  const ProgramRun run = Play("wait idle\nexpect help no\nkey H\nframes 2\nrepeat 2\nclose\n", "desk");
+  const ProgramRun run = Play("wait idle\nexpect help no\nkey H\nframes 2\nrepeat 60\nclose\n", "desk");
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_THAT(run.err, HasSubstr("script.txt:2: help is yes, expected no"));
   EXPECT_EQ(Play("wait idle\nexpect help no\nkey H\nframes 2\nrepeat 0\nclose\n", "desk").exit_code, 0);

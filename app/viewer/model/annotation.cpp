@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "slam/util/error.h"
 
@@ -12,23 +13,8 @@ namespace {
 
 constexpr double kYawReach = 1.35;  // of the turn's handle from the centre, in half sizes
 
-struct NamedKind {
-  SolidKind kind;
-  std::string_view name;
-};
-constexpr std::array<NamedKind, 4> kKinds = {{{SolidKind::kCuboid, "cuboid"},
-                                              {SolidKind::kCylinder, "cylinder"},
-                                              {SolidKind::kEllipsoid, "ellipsoid"},
-                                              {SolidKind::kSuperquadric, "superquadric"}}};
-
-bool Same(const Solid& a, const Solid& b) {
-  return a.kind == b.kind && a.half_size == b.half_size && a.e1 == b.e1 && a.e2 == b.e2 &&
-         a.T_map_object.rotation.coeffs() == b.T_map_object.rotation.coeffs() &&
-         a.T_map_object.translation == b.T_map_object.translation;
-}
-
-// Where a line of sight meets a plane; empty where it runs along it or away from it.
-std::optional<Eigen::Vector3d> MeetPlane(const ViewRay& ray, const Eigen::Vector3d& normal,
+// Returns where a line of sight meets a plane; empty where it runs along it or away from it.
+std::optional<Eigen::Vector3d> MeetPlane(const Ray& ray, const Eigen::Vector3d& normal,
                                          const Eigen::Vector3d& point) {
   constexpr double kGrazing = 0.02;  // sine of the least angle
   const double along = normal.dot(ray.direction.normalized());
@@ -39,9 +25,9 @@ std::optional<Eigen::Vector3d> MeetPlane(const ViewRay& ray, const Eigen::Vector
   return t > 0.0 ? std::optional(Eigen::Vector3d(ray.origin + t * ray.direction.normalized())) : std::nullopt;
 }
 
-// Where along the line (through `point`, unit `axis`) the line of sight comes nearest; empty where it runs
-// along it.
-std::optional<double> NearestAlong(const ViewRay& ray, const Eigen::Vector3d& point,
+// Returns where along the line (through `point`, unit `axis`) the line of sight comes nearest; empty where it
+// runs along it.
+std::optional<double> NearestAlong(const Ray& ray, const Eigen::Vector3d& point,
                                    const Eigen::Vector3d& axis) {
   const Eigen::Vector3d direction = ray.direction.normalized();
   const double cosine = direction.dot(axis);
@@ -53,26 +39,21 @@ std::optional<double> NearestAlong(const ViewRay& ray, const Eigen::Vector3d& po
   return (axis.dot(between) - cosine * direction.dot(between)) / sine_square;
 }
 
-Solid DragCenter(const Solid& start, const ViewRay& from, const ViewRay& to) {
+Solid DragCenter(const Solid& start, const Ray& from, const Ray& to) {
   constexpr double kEdgeOn = 0.12;  // sine of the angle at which a horizontal plane is seen edge-on
   const Eigen::Vector3d center = start.T_map_object.translation;
-  Solid moved = start;
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
   if (std::abs(from.direction.normalized().z()) < kEdgeOn) {
-    Eigen::Vector3d normal = from.direction;
-    normal.z() = 0.0;
-    normal.normalize();
-    const auto a = MeetPlane(from, normal, center);
-    const auto b = MeetPlane(to, normal, center);
-    moved.T_map_object.translation += a && b ? Eigen::Vector3d(*b - *a) : Eigen::Vector3d::Zero();
-    return moved;
+    normal = Eigen::Vector3d(from.direction.x(), from.direction.y(), 0.0).normalized();
   }
-  const auto a = MeetPlane(from, Eigen::Vector3d::UnitZ(), center);
-  const auto b = MeetPlane(to, Eigen::Vector3d::UnitZ(), center);
+  const auto a = MeetPlane(from, normal, center);
+  const auto b = MeetPlane(to, normal, center);
+  Solid moved = start;
   moved.T_map_object.translation += a && b ? Eigen::Vector3d(*b - *a) : Eigen::Vector3d::Zero();
   return moved;
 }
 
-Solid DragSide(const Solid& start, const SolidHandle& handle, const ViewRay& from, const ViewRay& to) {
+Solid DragSide(const Solid& start, const SolidHandle& handle, const Ray& from, const Ray& to) {
   constexpr double kLeast = 0.02;  // of the half size
   const Eigen::Vector3d axis = start.T_map_object.RotationMatrix().col(handle.axis);
   const Eigen::Vector3d side = HandlePosition(start, handle);
@@ -89,7 +70,7 @@ Solid DragSide(const Solid& start, const SolidHandle& handle, const ViewRay& fro
   return changed;
 }
 
-Solid DragYaw(const Solid& start, const ViewRay& from, const ViewRay& to) {
+Solid DragYaw(const Solid& start, const Ray& from, const Ray& to) {
   const Eigen::Vector3d center = start.T_map_object.translation;
   const auto a = MeetPlane(from, Eigen::Vector3d::UnitZ(), center);
   const auto b = MeetPlane(to, Eigen::Vector3d::UnitZ(), center);
@@ -105,8 +86,12 @@ Solid DragYaw(const Solid& start, const ViewRay& from, const ViewRay& to) {
 }  // namespace
 
 bool AnnotatedSolid::operator==(const AnnotatedSolid& other) const {
-  return id == other.id && label == other.label && name == other.name && more == other.more &&
-         Same(solid, other.solid);
+  const auto values = [](const Solid& s) {
+    return std::tie(s.kind, s.half_size, s.e1, s.e2, s.T_map_object.rotation.coeffs(),
+                    s.T_map_object.translation);
+  };
+  return std::tie(id, label, name, more) == std::tie(other.id, other.label, other.name, other.more) &&
+         values(solid) == values(other.solid);
 }
 
 int Annotation::Add(AnnotatedSolid solid) {
@@ -156,15 +141,18 @@ void CheckSolid(const Solid& solid) {
   }
 }
 
-std::string_view KindName(SolidKind kind) {
-  return std::find_if(kKinds.begin(), kKinds.end(), [kind](const auto& named) { return named.kind == kind; })
-      ->name;
-}
-
-std::optional<SolidKind> KindNamed(std::string_view name) {
-  const auto found =
-      std::find_if(kKinds.begin(), kKinds.end(), [name](const auto& named) { return named.name == name; });
-  return found == kKinds.end() ? std::nullopt : std::optional(found->kind);
+std::string KindName(SolidKind kind) {
+  switch (kind) {
+    case SolidKind::kCuboid:
+      return "cuboid";
+    case SolidKind::kCylinder:
+      return "cylinder";
+    case SolidKind::kEllipsoid:
+      return "ellipsoid";
+    case SolidKind::kSuperquadric:
+      break;
+  }
+  return "superquadric";
 }
 
 void SetKind(Solid& solid, SolidKind kind) {
@@ -231,7 +219,7 @@ Eigen::Vector3d HandlePosition(const Solid& solid, const SolidHandle& handle) {
   return solid.T_map_object * p_object;
 }
 
-Solid DragHandle(const Solid& start, const SolidHandle& handle, const ViewRay& from, const ViewRay& to) {
+Solid DragHandle(const Solid& start, const SolidHandle& handle, const Ray& from, const Ray& to) {
   switch (handle.kind) {
     case SolidHandle::Kind::kCenter:
       return DragCenter(start, from, to);

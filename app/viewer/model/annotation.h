@@ -4,7 +4,6 @@
 #include <array>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "slam/geometry/solid_iou.h"
@@ -22,7 +21,7 @@ struct AnnotatedSolid {
   bool operator==(const AnnotatedSolid& other) const;
 };
 
-// A ground truth of objects. A value; undo keeps copies of it (ViewerDocument).
+// A ground truth of objects. A value; undo keeps copies of it (EditedDocument).
 struct Annotation {
   std::vector<AnnotatedSolid> solids;
   std::string more;  // a JSON object with what else the file said ("up_world"), or empty
@@ -41,8 +40,10 @@ struct Annotation {
 // Throws UsageError that names the value: half sizes above 0, exponents in [0.1, 1.9], all finite.
 void CheckSolid(const Solid& solid);
 
-std::string_view KindName(SolidKind kind);  // "cuboid", ...
-std::optional<SolidKind> KindNamed(std::string_view name);
+// All kinds in the order of menus, and their names: "cuboid", ...
+inline constexpr std::array<SolidKind, 4> kSolidKinds = {SolidKind::kCuboid, SolidKind::kCylinder,
+                                                         SolidKind::kEllipsoid, SolidKind::kSuperquadric};
+std::string KindName(SolidKind kind);
 
 // A solid of a kind with the exponents that its name stands for in objects_gt.json: cuboid 0.1, 0.1; cylinder
 // 0.1, 1; ellipsoid 1, 1; those of superquadrics stay as they are.
@@ -65,8 +66,8 @@ enum class GroundSnap {
 // Puts the bottom of an upright solid at z = ground.
 void SnapToGround(Solid& solid, double ground, GroundSnap how);
 
-// What can be dragged: the middle (over the ground), the six sides, and the turn, whose handle lies beyond
-// the +x side.
+// A part that can be dragged: the middle (over the ground), the six sides, and the turn, whose handle lies
+// beyond the +x side.
 struct SolidHandle {
   enum class Kind { kCenter, kSide, kYaw };
   Kind kind = Kind::kCenter;
@@ -78,15 +79,15 @@ struct SolidHandle {
 std::array<SolidHandle, 8> SolidHandles();
 Eigen::Vector3d HandlePosition(const Solid& solid, const SolidHandle& handle);
 
-// A line of sight.
-struct ViewRay {
+// A line of sight, map frame.
+struct Ray {
   Eigen::Vector3d origin;
   Eigen::Vector3d direction;  // of any length > 0
 };
 
-// `start` as it is after a handle was dragged from one line of sight to another. The middle moves in its
-// horizontal plane, or, where that is seen edge-on, up and down; sides move along their axis while the
+// Returns `start` as it is after a handle was dragged from one line of sight to another. The middle moves in
+// its horizontal plane, or, where that is seen edge-on, up and down; sides move along their axis while the
 // opposite side stays, to 2 % of the size at the least.
-Solid DragHandle(const Solid& start, const SolidHandle& handle, const ViewRay& from, const ViewRay& to);
+Solid DragHandle(const Solid& start, const SolidHandle& handle, const Ray& from, const Ray& to);
 
 }  // namespace sqslam::viewer

@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// What the annotation holds itself; everything else is kept as it was.
+// Keys that the annotation holds itself; everything else is kept as it was.
 const std::set<std::string> kOwnKeys = {"id",  "label",          "name",      "primitive", "center",
                                         "yaw", "T_world_object", "half_size", "shape"};
 

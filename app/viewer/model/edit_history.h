@@ -57,7 +57,7 @@ class EditHistory {
     }
   }
 
-  // What Undo and Redo would take back or do again; empty where there is nothing.
+  // Names of the steps that Undo and Redo would take back or do again; empty where there is nothing.
   std::string UndoName() const { return CanUndo() ? steps_[at_].what : ""; }
   std::string RedoName() const { return CanRedo() ? steps_[at_ + 1].what : ""; }
 

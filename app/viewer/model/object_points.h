@@ -17,11 +17,11 @@ struct ObjectPoint {
 
 std::vector<ObjectPoint> ObjectPoints(const MapSnapshot& map, const SnapshotObject& object);
 
-// What objects are shown as: the others have the same place and size with both exponents 1, or 0.1, as the
-// option `objects.representation` of a run makes them.
+// The shape that objects are shown in: the others have the same place and size with both exponents 1, or 0.1,
+// as the option `objects.representation` of a run makes them.
 enum class Representation { kSuperquadric, kEllipsoid, kCuboid };
 
-// The snapshot itself for superquadrics.
+// Returns the snapshot itself for superquadrics.
 MapSnapshotPtr Represented(const MapSnapshotPtr& map, Representation representation);
 
 }  // namespace sqslam::viewer

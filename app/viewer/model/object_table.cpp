@@ -22,15 +22,11 @@ std::string Lower(std::string text) {
   return text;
 }
 
-const ColumnInfo& InfoOf(ObjectColumn column) {
-  const std::span<const ColumnInfo> columns = ObjectColumns();
-  return *std::find_if(columns.begin(), columns.end(),
-                       [column](const ColumnInfo& info) { return info.column == column; });
-}
+const ColumnInfo& InfoOf(ObjectColumn column) { return ObjectColumns()[static_cast<std::size_t>(column)]; }
 
-// Of columns of words, and of ids for the words of a search.
+// The text of a column of words.
 std::string TextOf(const ObjectRow& row, ObjectColumn column) {
-  return column == ObjectColumn::kName ? row.name : row.label;
+  return column == ObjectColumn::kName ? ShownName(row.object) : row.object.label;
 }
 
 std::optional<double> ParseNumber(const std::string& text) {
@@ -78,119 +74,76 @@ bool Compare(const std::string& comparison, const Value& a, const Value& b) {
 
 std::span<const ColumnInfo> ObjectColumns() {
   using enum ObjectColumn;
+  using Object = SnapshotObject;
+  using Number = std::optional<double>;
   static const std::array<ColumnInfo, 14> kColumns = {{
-      {kId, "id", "ID", "number of the object in the map"},
-      {kName, "name", "Name", "what it is called; its label unless it was renamed", false},
-      {kLabel, "label", "Label", "class that the detector gave it", false},
-      {kObservations, "observations", "Seen", "frames in which one of the detector's boxes was its"},
-      {kPoints, "points", "Points", "map points that lie on it, after outlier removal"},
-      {kScore, "score", "Score", "mean score of the detector, 0 to 1"},
-      {kSizeX, "ax", "ax", "half size along its x axis, map units"},
-      {kSizeY, "ay", "ay", "half size along its y axis, map units"},
-      {kSizeZ, "az", "az", "half size along its z axis, map units"},
-      {kE1, "e1", "e1", "exponent of its side view: 0.1 a box, 1 an ellipse, near 2 a diamond"},
-      {kE2, "e2", "e2", "exponent of its cross-section: 0.1 a box, 1 an ellipse, near 2 a diamond"},
-      {kYaw, "yaw", "Yaw", "turn about the vertical, degrees"},
-      {kResidual, "residual", "Residual", "rms distance of its points to its surface, map units"},
-      {kAgreement, "agreement", "Box IoU", "mean IoU of its outline's box with the detector's, 0 to 1"},
+      {kId, "id", "ID", "number of the object in the map", [](const Object& o) { return Number(o.id); },
+       "{:.0f}"},
+      {kName, "name", "Name", "what it is called; its label unless it was renamed"},
+      {kLabel, "label", "Label", "class that the detector gave it"},
+      {kObservations, "observations", "Seen", "frames in which one of the detector's boxes was its",
+       [](const Object& o) { return Number(o.observations); }, "{:.0f}"},
+      {kPoints, "points", "Points", "map points that lie on it, after outlier removal",
+       [](const Object& o) { return Number(o.points); }, "{:.0f}"},
+      {kScore, "score", "Score", "mean score of the detector, 0 to 1",
+       [](const Object& o) { return Number(o.score); }, "{:.2f}"},
+      {kSizeX, "ax", "ax", "half size along its x axis, map units",
+       [](const Object& o) { return Number(o.superquadric.shape.half_size.x()); }},
+      {kSizeY, "ay", "ay", "half size along its y axis, map units",
+       [](const Object& o) { return Number(o.superquadric.shape.half_size.y()); }},
+      {kSizeZ, "az", "az", "half size along its z axis, map units",
+       [](const Object& o) { return Number(o.superquadric.shape.half_size.z()); }},
+      {kE1, "e1", "e1", "exponent of its side view: 0.1 a box, 1 an ellipse, near 2 a diamond",
+       [](const Object& o) { return Number(o.superquadric.shape.e1); }, "{:.2f}"},
+      {kE2, "e2", "e2", "exponent of its cross-section: 0.1 a box, 1 an ellipse, near 2 a diamond",
+       [](const Object& o) { return Number(o.superquadric.shape.e2); }, "{:.2f}"},
+      {kYaw, "yaw", "Yaw", "turn about the vertical, degrees",
+       [](const Object& o) { return Number(o.yaw * kDegreesPerRadian); }, "{:.0f}\u00b0"},
+      {kResidual, "residual", "Residual", "rms distance of its points to its surface, map units",
+       [](const Object& o) { return o.points > 0 ? Number(o.fit.point_rms) : std::nullopt; }},
+      {kAgreement, "agreement", "Box IoU", "mean IoU of its outline's box with the detector's, 0 to 1",
+       [](const Object& o) { return o.fit.box_agreement > 0.0 ? Number(o.fit.box_agreement) : std::nullopt; },
+       "{:.2f}"},
   }};
   return kColumns;
 }
 
-std::optional<double> ObjectRow::Number(ObjectColumn column) const {
-  switch (column) {
-    case ObjectColumn::kId:
-      return id;
-    case ObjectColumn::kName:
-    case ObjectColumn::kLabel:
-      return std::nullopt;
-    case ObjectColumn::kObservations:
-      return observations;
-    case ObjectColumn::kPoints:
-      return points;
-    case ObjectColumn::kScore:
-      return score;
-    case ObjectColumn::kSizeX:
-      return half_size.x();
-    case ObjectColumn::kSizeY:
-      return half_size.y();
-    case ObjectColumn::kSizeZ:
-      return half_size.z();
-    case ObjectColumn::kE1:
-      return e1;
-    case ObjectColumn::kE2:
-      return e2;
-    case ObjectColumn::kYaw:
-      return yaw * kDegreesPerRadian;
-    case ObjectColumn::kResidual:
-      return residual;
-    case ObjectColumn::kAgreement:
-      return agreement;
-  }
-  return std::nullopt;
+std::string NumberedLabel(std::string label, int id) {
+  std::replace(label.begin(), label.end(), '_', ' ');
+  return fmt::format("{} {}", label, id);
+}
+
+std::string ObjectName(const SnapshotObject& object) {
+  return object.name.empty() ? NumberedLabel(object.label, object.id) : object.name;
 }
 
 std::vector<ObjectRow> ObjectRows(const MapSnapshot& map, const ObjectEdits& edits) {
   std::vector<ObjectRow> rows;
   for (const SnapshotObject& object : map.objects) {
-    const Superquadric& shape = object.superquadric.shape;
-    ObjectRow& row = rows.emplace_back();
-    row.id = object.id;
-    row.name = ShownName(object);
-    row.label = object.label;
-    row.observations = object.observations;
-    row.points = object.points;
-    row.score = object.score;
-    row.half_size = shape.half_size;
-    row.e1 = shape.e1;
-    row.e2 = shape.e2;
-    row.yaw = object.yaw;
-    if (object.points > 0) {
-      row.residual = object.fit.point_rms;
-    }
-    if (object.fit.box_agreement > 0.0) {
-      row.agreement = object.fit.box_agreement;
-    }
-    row.hidden = edits.Of(object.id).hidden;
-    row.parts = edits.PartsOf(object.id);
+    rows.push_back({object, edits.Of(object.id).hidden, edits.PartsOf(object.id)});
   }
   return rows;
 }
 
 std::string CellText(const ObjectRow& row, ObjectColumn column) {
-  if (!InfoOf(column).is_number) {
+  const ColumnInfo& info = InfoOf(column);
+  if (info.number == nullptr) {
     return TextOf(row, column);
   }
-  const std::optional<double> number = row.Number(column);
-  if (!number) {
-    return "\u2013";
-  }
-  switch (column) {
-    case ObjectColumn::kId:
-    case ObjectColumn::kObservations:
-    case ObjectColumn::kPoints:
-      return fmt::format("{:.0f}", *number);
-    case ObjectColumn::kYaw:
-      return fmt::format("{:.0f}\u00b0", *number + 0.0);
-    case ObjectColumn::kScore:
-    case ObjectColumn::kE1:
-    case ObjectColumn::kE2:
-    case ObjectColumn::kAgreement:
-      return fmt::format("{:.2f}", *number);
-    default:  // lengths: map units may be of any size
-      return fmt::format("{:.3g}", *number);
-  }
+  const std::optional<double> number = info.number(row.object);
+  return number ? fmt::format(fmt::runtime(info.format), *number + 0.0) : "\u2013";
 }
 
 void SortRows(std::vector<ObjectRow>& rows, ObjectColumn column, bool ascending) {
   const auto before = [&](const ObjectRow& a, const ObjectRow& b) {
-    if (!InfoOf(column).is_number) {
+    const auto number = InfoOf(column).number;
+    if (number == nullptr) {
       const std::string left = Lower(TextOf(a, column));
       const std::string right = Lower(TextOf(b, column));
       return ascending ? left < right : right < left;
     }
-    const std::optional<double> left = a.Number(column);
-    const std::optional<double> right = b.Number(column);
+    const std::optional<double> left = number(a.object);
+    const std::optional<double> right = number(b.object);
     if (!left || !right) {
       return left && !right;
     }
@@ -232,7 +185,7 @@ void RowFilter::AddComparison(const std::string& part, std::size_t at) {
                            nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest));
   } else if (std::find(kComparisons.begin(), kComparisons.end(), term.comparison) == kComparisons.end()) {
     problem_ = fmt::format("'{}', expected <, <=, >, >=, = or !=", term.comparison);
-  } else if (InfoOf(*term.column).is_number && !term.number) {
+  } else if (InfoOf(*term.column).number != nullptr && !term.number) {
     problem_ = fmt::format("{}{}: expected a number", key, term.comparison);
   }
   terms_.push_back(std::move(term));
@@ -240,13 +193,15 @@ void RowFilter::AddComparison(const std::string& part, std::size_t at) {
 
 bool RowFilter::Holds(const Term& term, const ObjectRow& row) {
   if (!term.column) {
-    return Lower(row.name).find(term.word) != std::string::npos ||
-           Lower(row.label).find(term.word) != std::string::npos || std::to_string(row.id) == term.word;
+    return Lower(ShownName(row.object)).find(term.word) != std::string::npos ||
+           Lower(row.object.label).find(term.word) != std::string::npos ||
+           std::to_string(row.object.id) == term.word;
   }
-  if (!InfoOf(*term.column).is_number) {
+  const auto number_of = InfoOf(*term.column).number;
+  if (number_of == nullptr) {
     return Compare(term.comparison, Lower(TextOf(row, *term.column)), term.word);
   }
-  const std::optional<double> number = row.Number(*term.column);
+  const std::optional<double> number = number_of(row.object);
   return number && Compare(term.comparison, *number, *term.number);
 }
 

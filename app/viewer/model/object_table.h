@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <optional>
 #include <span>
 #include <string>
@@ -11,9 +10,23 @@
 
 namespace sqslam::viewer {
 
+// One object of a map in the table of objects.
+struct ObjectRow {
+  SnapshotObject object;  // as edited
+  bool hidden = false;
+  std::vector<int> parts;  // ids of the objects that were merged into it
+};
+
+// The rows of an edited map (Apply with HiddenObjects::kKeep, so that hidden objects can be shown again).
+std::vector<ObjectRow> ObjectRows(const MapSnapshot& map, const ObjectEdits& edits = {});
+
+// The name that somebody gave an object, or its label as people write it with its number: "potted plant 3".
+std::string ObjectName(const SnapshotObject& object);
+std::string NumberedLabel(std::string label, int id);
+
 enum class ObjectColumn {
   kId,
-  kName,  // what it is called, or its label
+  kName,
   kLabel,
   kObservations,
   kPoints,
@@ -33,45 +46,24 @@ struct ColumnInfo {
   std::string key;    // in filters, one word
   std::string title;  // short, for a header
   std::string help;   // what it is, with its unit
-  bool is_number = true;
+  // The value in a column of numbers (degrees for angles), empty where it is not known, and its format. Null
+  // for columns of words.
+  std::optional<double> (*number)(const SnapshotObject& object) = nullptr;
+  const char* format = "{:.3g}";  // as fmt; lengths: map units may be of any size
 };
 
-// All columns, in the order of a table.
+// All columns, in the order of a table and of ObjectColumn.
 std::span<const ColumnInfo> ObjectColumns();
 
-// One object of a map. Lengths in map units.
-struct ObjectRow {
-  int id = 0;
-  std::string name;  // never empty: the label where it has no name
-  std::string label;
-  int observations = 0;  // frames in which a box was associated with it
-  int points = 0;
-  double score = 0.0;  // of the detector, in [0, 1]
-  Eigen::Vector3d half_size = Eigen::Vector3d::Zero();
-  double e1 = 0.0;
-  double e2 = 0.0;
-  double yaw = 0.0;                 // radians
-  std::optional<double> residual;   // rms distance of its points to the surface; empty without points
-  std::optional<double> agreement;  // mean IoU with its boxes, in [0, 1]; empty where it was not estimated
-  bool hidden = false;
-  std::vector<int> parts;  // ids of the objects that were merged into it
-
-  // Empty for words, and where it is not known.
-  std::optional<double> Number(ObjectColumn column) const;
-};
-
-// The rows of an edited map (Apply with HiddenObjects::kKeep, so that hidden objects can be shown again).
-std::vector<ObjectRow> ObjectRows(const MapSnapshot& map, const ObjectEdits& edits = {});
-
-// What a cell shows: three significant digits, yaw in degrees, a dash for what is not known.
+// The text of a cell: a number with three digits or two decimals, a dash for what is not known.
 std::string CellText(const ObjectRow& row, ObjectColumn column);
 
 // Stable. Numbers by size, words without regard to case; what is not known comes last either way.
 void SortRows(std::vector<ObjectRow>& rows, ObjectColumn column, bool ascending);
 
-// Which rows a search shows. Words must all occur in id, name or label, without regard to case; comparisons
-// (observations>100, seen > 100, e1<=0.3, label=cup, yaw>-45) name a column by its key or title, yaw in
-// degrees; blanks around the sign are fine. An empty text shows all.
+// Chooses the rows that a search shows. Words must all occur in id, name or label, without regard to case;
+// comparisons (observations>100, seen > 100, e1<=0.3, label=cup, yaw>-45) name a column by its key or title,
+// yaw in degrees; blanks around the sign are fine. An empty text shows all.
 class RowFilter {
  public:
   RowFilter() = default;
@@ -79,8 +71,8 @@ class RowFilter {
 
   bool Shows(const ObjectRow& row) const;
 
-  // What of the text is no column or number, for a hint beside the field; empty where all is understood.
-  // Such a part shows no row.
+  // Names what of the text is no column or number, for a hint beside the field; empty where all is
+  // understood. Such a part shows no row.
   const std::string& Problem() const { return problem_; }
 
  private:

@@ -21,7 +21,25 @@ std::vector<int> Select(std::span<const Eigen::Vector3d> points, Predicate predi
   return chosen;
 }
 
-bool IsInside(const Eigen::Vector2d& p, std::span<const Eigen::Vector2d> polygon) {
+}  // namespace
+
+Points PointsOf(const MapSnapshot& map) {
+  Points points;
+  for (const SnapshotPoint& point : map.points) {
+    points.push_back(point.p_map.cast<double>());
+  }
+  return points;
+}
+
+Points ReadPoints(const std::filesystem::path& path, const Sim3d& S_annotation_file) {
+  Points points = ReadPointCloud(path).points;
+  for (Eigen::Vector3d& p : points) {
+    p = S_annotation_file * p;
+  }
+  return points;
+}
+
+bool Inside(std::span<const Eigen::Vector2d> polygon, const Eigen::Vector2d& p) {
   bool inside = false;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Eigen::Vector2d& a = polygon[i];
@@ -32,28 +50,6 @@ bool IsInside(const Eigen::Vector2d& p, std::span<const Eigen::Vector2d> polygon
     }
   }
   return inside;
-}
-
-}  // namespace
-
-AnnotationCloud CloudOf(const MapSnapshot& map) {
-  AnnotationCloud cloud;
-  for (const SnapshotPoint& point : map.points) {
-    cloud.points.push_back(point.p_map.cast<double>());
-    cloud.rgb.push_back(point.rgb);
-  }
-  return cloud;
-}
-
-AnnotationCloud ReadCloud(const std::filesystem::path& path, const Sim3d& S_annotation_file) {
-  AnnotationCloud cloud;
-  PointCloud read = ReadPointCloud(path);
-  cloud.points = std::move(read.points);
-  cloud.rgb = std::move(read.rgb);
-  for (Eigen::Vector3d& p : cloud.points) {
-    p = S_annotation_file * p;
-  }
-  return cloud;
 }
 
 std::vector<int> SelectInBox(std::span<const Eigen::Vector3d> points, const SelectionBox& box) {
@@ -69,7 +65,7 @@ std::vector<int> SelectInLasso(std::span<const Eigen::Vector3d> points,
   const Rigid3d T_camera_map = T_map_camera.Inverse();
   return Select(points, [&](const Eigen::Vector3d& p) {
     const Eigen::Vector3d p_camera = T_camera_map * p;
-    return p_camera.z() > 0.0 && IsInside(camera.ProjectDistorted(p_camera), polygon);
+    return p_camera.z() > 0.0 && Inside(polygon, camera.ProjectDistorted(p_camera));
   });
 }
 
@@ -94,7 +90,7 @@ std::vector<int> Combine(std::span<const int> old, std::span<const int> chosen, 
 }
 
 std::optional<double> GroundHeight(const MapSnapshot& map) {
-  return map.support_height ? map.support_height : GroundHeight(CloudOf(map).points);
+  return map.support_height ? map.support_height : GroundHeight(PointsOf(map));
 }
 
 std::optional<double> GroundHeight(std::span<const Eigen::Vector3d> points) {
@@ -118,8 +114,8 @@ std::optional<double> GroundHeight(std::span<const Eigen::Vector3d> points) {
   return (plane->offset - plane->normal.head<2>().dot(mean.head<2>())) / plane->normal.z();
 }
 
-std::vector<Eigen::Vector3d> PointsAt(std::span<const Eigen::Vector3d> points, std::span<const int> chosen) {
-  std::vector<Eigen::Vector3d> at;
+Points PointsAt(std::span<const Eigen::Vector3d> points, std::span<const int> chosen) {
+  Points at;
   for (const int index : chosen) {
     at.push_back(points[static_cast<std::size_t>(index)]);
   }

@@ -1,8 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
-#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <span>
@@ -14,14 +12,11 @@
 
 namespace sqslam::viewer {
 
-// Points to annotate on: those of a map, or a dense cloud from a file. Indices mean the order of `points`.
-struct AnnotationCloud {
-  std::vector<Eigen::Vector3d> points;
-  std::vector<std::array<std::uint8_t, 3>> rgb;  // as many as points, or none
-};
-AnnotationCloud CloudOf(const MapSnapshot& map);
-// A PLY or text file (slam/io/point_cloud.h), moved from its frame into the annotation's. Throws InputError.
-AnnotationCloud ReadCloud(const std::filesystem::path& path, const Sim3d& S_annotation_file = {});
+// Points to annotate on: those of a map, or a dense cloud of a PLY or text file (slam/io/point_cloud.h),
+// moved from its frame into the annotation's. Selections are indices into them. Reading throws InputError.
+using Points = std::vector<Eigen::Vector3d>;
+Points PointsOf(const MapSnapshot& map);
+Points ReadPoints(const std::filesystem::path& path, const Sim3d& S_annotation_file = {});
 
 // A box in any orientation.
 struct SelectionBox {
@@ -32,25 +27,27 @@ struct SelectionBox {
 // Indices of the points inside, ascending.
 std::vector<int> SelectInBox(std::span<const Eigen::Vector3d> points, const SelectionBox& box);
 
-// Those that the camera sees inside of a polygon (distorted pixels, closed by itself, even-odd where it
-// crosses itself), however far away.
+// True if a closed polygon holds the pixel; even-odd where it crosses itself.
+bool Inside(std::span<const Eigen::Vector2d> polygon, const Eigen::Vector2d& pixel);
+
+// The points that the camera sees inside of a polygon (distorted pixels), however far away.
 std::vector<int> SelectInLasso(std::span<const Eigen::Vector3d> points,
                                std::span<const Eigen::Vector2d> polygon, const Camera& camera,
                                const Rigid3d& T_map_camera);
 
-// Of chosen points those that are more than `margin` above z = ground: a thing without its table.
+// The chosen points that are more than `margin` above z = ground: a thing without its table.
 std::vector<int> AboveGround(std::span<const Eigen::Vector3d> points, std::span<const int> chosen,
                              double ground, double margin);
 
-// How selections combine: with Shift added, with Ctrl taken away.
+// Replaces a selection, adds to it (Shift) or takes away from it (Ctrl).
 enum class SelectMode { kReplace, kAdd, kRemove };
 std::vector<int> Combine(std::span<const int> old, std::span<const int> chosen, SelectMode mode);
 
-// z of the largest horizontal plane, a desk or the floor: the map's support where it knows one, else
+// Returns z of the largest horizontal plane, a desk or the floor: the map's support where it knows one, else
 // found among the points. Empty where there is none.
 std::optional<double> GroundHeight(const MapSnapshot& map);
 std::optional<double> GroundHeight(std::span<const Eigen::Vector3d> points);
 
-std::vector<Eigen::Vector3d> PointsAt(std::span<const Eigen::Vector3d> points, std::span<const int> chosen);
+Points PointsAt(std::span<const Eigen::Vector3d> points, std::span<const int> chosen);
 
 }  // namespace sqslam::viewer

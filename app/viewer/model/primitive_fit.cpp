@@ -54,12 +54,6 @@ void NameAxes(Solid& solid) {
   }
 }
 
-Solid WithSuperquadric(Solid solid, const PosedSuperquadric& superquadric) {
-  solid.half_size = superquadric.shape.half_size;
-  solid.T_map_object = superquadric.T_map_object;
-  return solid;
-}
-
 // Starts at several yaws, since the cost has minima between; the best end is taken. The smaller of two that
 // suit the points about as well is the likelier.
 Solid FitFixedShape(std::span<const Eigen::Vector3d> points, SolidKind kind, bool round) {
@@ -78,7 +72,9 @@ Solid FitFixedShape(std::span<const Eigen::Vector3d> points, SolidKind kind, boo
                         kVolumeWeight * std::log(fitted.shape.half_size.prod() / (size * size * size));
     if (cost < least) {
       least = cost;
-      best = WithSuperquadric(start, fitted);
+      best = start;
+      best.half_size = fitted.shape.half_size;
+      best.T_map_object = fitted.T_map_object;
     }
   }
   return best;
@@ -101,8 +97,8 @@ PrimitiveFit FitPrimitive(std::span<const Eigen::Vector3d> points, SolidKind kin
                           const PrimitiveFitOptions& options) {
   const std::size_t least = kind == SolidKind::kSuperquadric ? 11 : kLeastPoints;
   if (points.size() < least) {
-    throw InputError(fmt::format("{} points, expected {} or more for a {}", points.size(), least,
-                                 std::string(KindName(kind))));
+    throw InputError(
+        fmt::format("{} points, expected {} or more for a {}", points.size(), least, KindName(kind)));
   }
   PrimitiveFit fit;
   fit.points = static_cast<int>(points.size());

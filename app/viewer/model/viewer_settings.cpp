@@ -28,6 +28,27 @@ fs::path BaseFolder(const char* variable, const char* below_home) {
 
 fs::path FileBelow(const fs::path& base) { return base.empty() ? base : base / "sqslam" / "viewer.yaml"; }
 
+}  // namespace
+
+void ViewerMemory::Remember(const fs::path& file) {
+  const std::string name = fs::absolute(file).lexically_normal().string();
+  std::erase(recent_files, name);
+  recent_files.insert(recent_files.begin(), name);
+  if (recent_files.size() > kMostRecent) {
+    recent_files.resize(kMostRecent);
+  }
+}
+
+void ViewerMemory::ForgetMissing() {
+  std::erase_if(recent_files, [](const std::string& file) {
+    std::error_code error;
+    return !fs::exists(file, error);
+  });
+}
+
+fs::path SettingsFile() { return FileBelow(BaseFolder("XDG_CONFIG_HOME", ".config")); }
+fs::path MemoryFile() { return FileBelow(BaseFolder("XDG_STATE_HOME", ".local/state")); }
+
 template <typename Values>
 Loaded<Values> Load(const fs::path& file) {
   Loaded<Values> loaded;
@@ -82,30 +103,9 @@ void Save(const fs::path& file, const Values& values) {
   WriteFileAtomically(file, DumpOptions(values));
 }
 
-}  // namespace
-
-void ViewerMemory::Remember(const fs::path& file) {
-  const std::string name = fs::absolute(file).lexically_normal().string();
-  std::erase(recent_files, name);
-  recent_files.insert(recent_files.begin(), name);
-  if (recent_files.size() > kMostRecent) {
-    recent_files.resize(kMostRecent);
-  }
-}
-
-void ViewerMemory::ForgetMissing() {
-  std::erase_if(recent_files, [](const std::string& file) {
-    std::error_code error;
-    return !fs::exists(file, error);
-  });
-}
-
-fs::path SettingsFile() { return FileBelow(BaseFolder("XDG_CONFIG_HOME", ".config")); }
-fs::path MemoryFile() { return FileBelow(BaseFolder("XDG_STATE_HOME", ".local/state")); }
-
-Loaded<ViewerSettings> LoadSettings(const fs::path& file) { return Load<ViewerSettings>(file); }
-Loaded<ViewerMemory> LoadMemory(const fs::path& file) { return Load<ViewerMemory>(file); }
-void SaveSettings(const fs::path& file, const ViewerSettings& settings) { Save(file, settings); }
-void SaveMemory(const fs::path& file, const ViewerMemory& memory) { Save(file, memory); }
+template Loaded<ViewerSettings> Load(const fs::path& file);
+template Loaded<ViewerMemory> Load(const fs::path& file);
+template void Save(const fs::path& file, const ViewerSettings& settings);
+template void Save(const fs::path& file, const ViewerMemory& memory);
 
 }  // namespace sqslam::viewer

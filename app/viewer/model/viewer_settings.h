@@ -6,7 +6,7 @@
 
 namespace sqslam::viewer {
 
-// What the viewer's user chose: kept in $XDG_CONFIG_HOME/sqslam/viewer.yaml.
+// The choices of the viewer's user, kept in $XDG_CONFIG_HOME/sqslam/viewer.yaml.
 struct ViewerSettings {
   std::string theme = "dark";  // of the window
   std::string style = "dark";  // of the scene: a style's name or FILE.yaml
@@ -22,7 +22,7 @@ struct ViewerSettings {
   }
 };
 
-// What the viewer remembers by itself: kept in $XDG_STATE_HOME/sqslam/viewer.yaml.
+// Values that the viewer remembers by itself, kept in $XDG_STATE_HOME/sqslam/viewer.yaml.
 struct ViewerMemory {
   static constexpr std::size_t kMostRecent = 12;
 
@@ -48,7 +48,7 @@ struct ViewerMemory {
   void ForgetMissing();  // drops files that are not there any more
 };
 
-// What was read, and one line for each value that could not be used (the default stands for it then).
+// The values read, and one line for each value that could not be used (the default stands for it then).
 template <typename Values>
 struct Loaded {
   Values values;
@@ -60,13 +60,12 @@ struct Loaded {
 std::filesystem::path SettingsFile();
 std::filesystem::path MemoryFile();
 
-// A missing file or an empty path gives the defaults; keys of other versions are passed over. Never throws.
-Loaded<ViewerSettings> LoadSettings(const std::filesystem::path& file);
-Loaded<ViewerMemory> LoadMemory(const std::filesystem::path& file);
-
-// Make the folder where it is missing; an empty path does nothing. Throw InputError where the file cannot be
-// written.
-void SaveSettings(const std::filesystem::path& file, const ViewerSettings& settings);
-void SaveMemory(const std::filesystem::path& file, const ViewerMemory& memory);
+// Read and write such values (ViewerSettings, ViewerMemory). A missing file or an empty path gives the
+// defaults; keys of other versions are passed over; reading never throws. Writing makes the folder where it
+// is missing, does nothing for an empty path, and throws InputError where the file cannot be written.
+template <typename Values>
+Loaded<Values> Load(const std::filesystem::path& file);
+template <typename Values>
+void Save(const std::filesystem::path& file, const Values& values);
 
 }  // namespace sqslam::viewer

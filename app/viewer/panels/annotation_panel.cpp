@@ -6,97 +6,92 @@
 #include <array>
 #include <string>
 
-#include "app/viewer/annotation_tool.h"
 #include "app/viewer/panels/panels.h"
-#include "app/viewer/widgets.h"
+#include "app/viewer/state/annotation_tool.h"
+#include "app/viewer/widgets/widgets.h"
 #include "slam/geometry/angles.h"
 
 namespace sqslam::viewer {
 namespace {
 
-// What people call it: its name, or its label without underscores, with its number.
+// "potted plant 3", or its own name with its number.
 std::string SolidName(const AnnotatedSolid& solid) {
-  std::string name = solid.name.empty() ? solid.label : solid.name;
-  if (solid.name.empty()) {
-    std::replace(name.begin(), name.end(), '_', ' ');
-  }
-  return fmt::format("{} {}", name, solid.id);
+  return solid.name.empty() ? NumberedLabel(solid.label, solid.id)
+                            : fmt::format("{} {}", solid.name, solid.id);
 }
-
-constexpr std::array<SolidKind, 4> kKinds = {SolidKind::kCuboid, SolidKind::kCylinder, SolidKind::kEllipsoid,
-                                             SolidKind::kSuperquadric};
 
 // Draws a ground truth over the map: solids by hand or fitted to points, checked against the images.
 class AnnotationPanel : public Panel {
  public:
-  Place Where() const override { return Place::kSide; }
-  std::string Title() const override { return "Annotate"; }
+  AnnotationPanel(const EditContext& context, Observed<SceneStyle>& style)
+      : Panel(Place::kSide, "Annotate"),
+        context_(context),
+        editing_(context.editing),
+        tool_(context.editing.annotation),
+        style_(style) {}
 
-  void Draw(ViewerState& state) override {
-    if (!state.document.last) {
+  void Draw() override {
+    if (!context_.document.last) {
       ImGui::TextDisabled("No map is open.");
       return;
     }
-    PrepareAnnotation(state);
-    state.editing.annotation.drawn = true;
+    PrepareAnnotation(context_);
+    tool_.drawn = true;
     ImGui::BeginChild("annotation");
-    DrawAdding(state);
-    DrawList(state);
-    DrawSolid(state);
-    DrawFiles(state);
+    DrawAdding();
+    DrawList();
+    DrawSolid();
+    DrawFiles();
     ImGui::EndChild();
   }
 
  private:
-  static void DrawAdding(ViewerState& state) {
-    AnnotationTool& tool = state.editing.annotation;
+  void DrawAdding() {
     Heading("New solid");
     ImGui::AlignTextToFramePadding();
     ImGui::TextDisabled("label");
     ImGui::SameLine(4.0F * ImGui::GetFontSize());
     ImGui::SetNextItemWidth(-1.0F);
-    ImGui::InputText("##label", &tool.label);
+    ImGui::InputText("##label", &tool_.label);
     const float spacing = ImGui::GetStyle().ItemSpacing.x;
     const float half = 0.5F * (ImGui::GetContentRegionAvail().x - spacing);
-    for (std::size_t i = 0; i < kKinds.size(); ++i) {
+    for (std::size_t i = 0; i < kSolidKinds.size(); ++i) {
       if (i % 2 != 0) {
         ImGui::SameLine();
       }
-      if (ImGui::Button(std::string(KindName(kKinds[i])).c_str(), ImVec2(half, 0.0F))) {
-        AddSolid(state, kKinds[i]);
+      if (Button(KindName(kSolidKinds[i]).c_str(),
+                 tool_.chosen.empty() ? "Puts one on the ground in the middle of the view"
+                                      : "Fits one to the points that are chosen",
+                 ImVec2(half, 0.0F))) {
+        AddSolid(context_, kSolidKinds[i]);
       }
-      Tip(tool.chosen.empty() ? "Puts one on the ground in the middle of the view"
-                              : "Fits one to the points that are chosen");
     }
-    const SnapshotObject* object = state.Object(state.selected);
-    if (object != nullptr) {
-      if (ImGui::Button(("From " + ObjectName(*object)).c_str(), ImVec2(-1.0F, 0.0F))) {
-        AddSolidOf(state, *object);
-      }
-      Tip("A solid in place of the object of the map that is selected");
+    const SnapshotObject* object = context_.document.Object(context_.selection.selected);
+    if (object != nullptr &&
+        Button(("From " + ObjectName(*object)).c_str(),
+               "A solid in place of the object of the map that is selected", ImVec2(-1.0F, 0.0F))) {
+      AddSolidOf(context_, *object);
     }
-    bool objects = state.view.style.objects.show;
+    bool objects = style_->objects.show;
     if (ImGui::Checkbox("objects of the map", &objects)) {
-      state.view.style.objects.show = objects;
-      ++state.view.style_version;
+      style_.Update([&](SceneStyle& style) { style.objects.show = objects; });
     }
     Tip("They may hide the points; a layer of the view");
-    Toggle("Lasso", &tool.lasso,
+    Toggle("Lasso", &tool_.lasso,
            "A drag in the scene chooses the points inside; Shift adds, Ctrl takes away");
     ImGui::SameLine();
     ImGui::AlignTextToFramePadding();
-    ImGui::TextDisabled("%zu points chosen", tool.chosen.size());
-    if (!tool.chosen.empty()) {
+    ImGui::TextDisabled("%zu points chosen", tool_.chosen.size());
+    if (!tool_.chosen.empty()) {
       ImGui::SameLine();
       if (ImGui::SmallButton("none")) {
-        tool.chosen.clear();
+        tool_.chosen.clear();
       }
     }
   }
 
-  static void DrawList(ViewerState& state) {
-    AnnotationTool& tool = state.editing.annotation;
-    const Annotation& annotation = state.editing.document.Current().annotation;
+  void DrawList() {
+    const Annotation& annotation = editing_.Solids();
     Heading("Solids");
     if (annotation.solids.empty()) {
       ImGui::TextDisabled("None yet.");
@@ -107,46 +102,33 @@ class AnnotationPanel : public Panel {
     ImGui::BeginChild("solids", ImVec2(0.0F, (rows + 0.3F) * line));
     for (const AnnotatedSolid& solid : annotation.solids) {
       ImGui::PushID(solid.id);
-      Swatch(state.colors(solid.label));
+      Swatch(context_.document.colors(solid.label));
       const std::string text = SolidName(solid);
-      const bool selected = tool.selected == solid.id;
+      const bool selected = tool_.selected == solid.id;
       if (ImGui::Selectable(text.c_str(), selected)) {
-        tool.selected = selected ? std::nullopt : std::optional(solid.id);
+        tool_.selected = selected ? std::nullopt : std::optional(solid.id);
       }
-      const std::string kind(KindName(solid.solid.kind));
+      const std::string kind = KindName(solid.solid.kind);
       ImGui::SameLine(ImGui::GetContentRegionMax().x - ImGui::CalcTextSize(kind.c_str()).x -
                       0.8F * ImGui::GetFontSize());
-      ImGui::TextDisabled("%s", kind.c_str());
+      Dim(kind);
       ImGui::PopID();
     }
     ImGui::EndChild();
   }
 
-  // Three numbers in a row; true while they change. What is not allowed is not taken.
+  // Three numbers in a row; true while they change.
   static bool Drag3(const char* name, Eigen::Vector3d& values, float speed, float low, float high) {
     Eigen::Vector3f v = values.cast<float>();
     ImGui::SetNextItemWidth(-7.0F * ImGui::GetFontSize());
     const bool changed = ImGui::DragFloat3(name, v.data(), speed, low, high, "%.3f",
                                            low < high ? ImGuiSliderFlags_AlwaysClamp : 0);
-    if (changed) {
-      values = v.cast<double>();
-    }
+    values = changed ? Eigen::Vector3d(v.cast<double>()) : values;
     return changed;
   }
 
-  static bool Drag(const char* name, double& value, float speed, float low, float high, const char* format) {
-    auto v = static_cast<float>(value);
-    ImGui::SetNextItemWidth(-7.0F * ImGui::GetFontSize());
-    const bool changed =
-        ImGui::DragFloat(name, &v, speed, low, high, format, low < high ? ImGuiSliderFlags_AlwaysClamp : 0);
-    if (changed) {
-      value = static_cast<double>(v);
-    }
-    return changed;
-  }
-
-  void DrawSolid(ViewerState& state) {
-    const AnnotatedSolid* selected = SelectedSolid(state);
+  void DrawSolid() {
+    const AnnotatedSolid* selected = SelectedSolid(context_);
     if (selected == nullptr) {
       return;
     }
@@ -161,17 +143,15 @@ class AnnotationPanel : public Panel {
     };
     ImGui::SetNextItemWidth(-7.0F * ImGui::GetFontSize());
     field(ImGui::InputText("label", &solid.label));
-    ImGui::SetNextItemWidth(-7.0F * ImGui::GetFontSize());
-    if (ImGui::BeginCombo("shape", std::string(KindName(solid.solid.kind)).c_str())) {
-      for (const SolidKind kind : kKinds) {
-        if (ImGui::Selectable(std::string(KindName(kind)).c_str(), kind == solid.solid.kind)) {
-          SetKind(solid.solid, kind);
-          changed = finished = true;
-        }
-      }
-      ImGui::EndCombo();
+    std::vector<std::string> kinds;
+    for (const SolidKind kind : kSolidKinds) {
+      kinds.push_back(KindName(kind));
     }
-    const auto speed = static_cast<float>(0.002 * state.focus.radius);
+    if (const auto chosen = Choice("shape", KindName(solid.solid.kind), kinds, -7.0F)) {
+      SetKind(solid.solid, kSolidKinds[*chosen]);
+      changed = finished = true;
+    }
+    const auto speed = static_cast<float>(0.002 * context_.view.focus.radius);
     field(Drag3("centre", solid.solid.T_map_object.translation, speed, 0.0F, 0.0F));
     field(Drag3("half sizes", solid.solid.half_size, 0.5F * speed, 1e-4F, 1e6F));
     double yaw = YawOf(solid.solid) * kDegreesPerRadian;
@@ -185,73 +165,79 @@ class AnnotationPanel : public Panel {
       field(Drag("e2", solid.solid.e2, 0.005F, 0.1F, 1.9F, "%.2f"));
     }
     if (changed) {
-      ChangeSolid(state, solid);
+      ChangeSolid(context_, solid);
     }
     if (finished) {
-      state.editing.document.EndGroup();
+      editing_.document.EndGroup();
     }
-    DrawSolidButtons(state);
+    DrawSolidButtons();
     ImGui::PopID();
   }
 
-  static void DrawSolidButtons(ViewerState& state) {
-    AnnotationTool& tool = state.editing.annotation;
-    if (ImGui::Button("Fit to points")) {
-      FitSolid(state);
+  void DrawSolidButtons() {
+    if (Button(
+            "Fit to points",
+            "Moves, turns and resizes it to suit the chosen points, or those in it and a little around it")) {
+      FitSolid(context_);
     }
-    Tip("Moves, turns and resizes it to suit the chosen points, or those in it and a little around it");
     ImGui::SameLine();
-    ImGui::BeginDisabled(!tool.ground.has_value());
+    ImGui::BeginDisabled(!tool_.ground.has_value());
     if (ImGui::Button("To the ground")) {
-      StandOnGround(state);
+      StandOnGround(context_);
     }
     ImGui::EndDisabled();
     Tip("Moves it up or down to stand on the plane of the map");
     ImGui::SameLine();
     if (ImGui::Button("Remove")) {
-      RemoveSolid(state);
+      RemoveSolid(context_);
     }
-    ImGui::Checkbox("fits reach the ground", &tool.standing);
+    ImGui::Checkbox("fits reach the ground", &tool_.standing);
     Tip("The lower part of things is seldom seen: fits end at the ground, and its points are left out");
     ImGui::SameLine(0.0F, 1.4F * ImGui::GetFontSize());
-    ImGui::Checkbox("round", &tool.round);
+    ImGui::Checkbox("round", &tool_.round);
     Tip("Cylinders get a circular cross-section");
   }
 
-  static void DrawFiles(ViewerState& state) {
-    AnnotationTool& tool = state.editing.annotation;
+  void DrawFiles() {
     if (!Section("File and points")) {
       return;
     }
     ImGui::SetNextItemWidth(-1.0F);
-    ImGui::InputText("##file", &tool.file);
+    ImGui::InputText("##file", &tool_.file);
     Tip("objects_gt.json to read or write");
     if (ImGui::Button("Open")) {
-      OpenAnnotationFile(state);
+      OpenAnnotationFile(context_);
     }
     ImGui::SameLine();
-    if (ImGui::Button(state.editing.document.AnnotationModified() ? "Save *" : "Save")) {
-      SaveAnnotationFile(state);
+    if (ImGui::Button(editing_.document.AnnotationModified() ? "Save *" : "Save")) {
+      SaveAnnotationFile(context_);
     }
     ImGui::SameLine();
-    bool in_world = tool.in_world;
+    bool in_world = tool_.in_world;
     if (ImGui::Checkbox("in the world's frame", &in_world)) {
-      tool.in_world = in_world && AlignWithWorld(state);
+      tool_.in_world = in_world && AlignWithWorld(context_);
     }
     Tip("The file is in metres, in the frame of the sequence's true camera poses; otherwise in the frame and "
         "units of the map");
     ImGui::SetNextItemWidth(-7.5F * ImGui::GetFontSize());
-    ImGui::InputTextWithHint("##cloud", "points of the map", &tool.cloud_file);
+    ImGui::InputTextWithHint("##cloud", "points of the map", &tool_.cloud_file);
     Tip("A dense cloud to fit to (.ply, or text with x y z), in the same frame as the file");
     ImGui::SameLine();
     if (ImGui::Button("Load points", ImVec2(-1.0F, 0.0F))) {
-      OpenCloudFile(state);
+      OpenCloudFile(context_);
     }
   }
+
+  EditContext context_;
+  Editing& editing_;
+  AnnotationTool& tool_;
+  Observed<SceneStyle>& style_;
 };
 
 }  // namespace
 
-PanelPtr MakeAnnotationPanel() { return std::make_unique<AnnotationPanel>(); }
+PanelPtr MakeAnnotationPanel(const EditContext& context, Observed<SceneStyle>& style) {
+  return std::make_unique<AnnotationPanel>(context, style);
+}
 
 }  // namespace sqslam::viewer

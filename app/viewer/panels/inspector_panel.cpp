@@ -8,10 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "app/viewer/edit_actions.h"
-#include "app/viewer/line_plot.h"
 #include "app/viewer/panels/panels.h"
-#include "app/viewer/widgets.h"
+#include "app/viewer/widgets/line_plot.h"
+#include "app/viewer/widgets/widgets.h"
 #include "slam/geometry/angles.h"
 
 namespace sqslam::viewer {
@@ -38,30 +37,25 @@ void DrawNumbers(const SnapshotObject& object) {
           (sure ? "\u00b0" : ""));
   Row("seen", fmt::format("in {} frames, {} points", object.observations, object.points));
   Row("detector score", fmt::format("{:.2f}", object.score));
-  Row("IoU with boxes", object.fit.box_agreement > 0.0 ? fmt::format("{:.2f}", object.fit.box_agreement)
-                                                       : std::string("\u2013"));
-  Row("residual",
-      object.points > 0 ? fmt::format("{:.2g} map units rms", object.fit.point_rms) : std::string("\u2013"));
+  const std::string unknown = "\u2013";
+  Row("IoU with boxes",
+      object.fit.box_agreement > 0.0 ? fmt::format("{:.2f}", object.fit.box_agreement) : unknown);
+  Row("residual", object.points > 0 ? fmt::format("{:.2g} map units rms", object.fit.point_rms) : unknown);
 }
 
-void DrawPoints(ViewerState& state) {
+void DrawPoints(Editing& editing) {
   if (!Section("Points in the scene")) {
     return;
   }
-  constexpr std::array<const char*, 3> kNames = {"as they are", "residual", "anomaly"};
-  constexpr std::array<const char*, 3> kTips = {
-      "No marks on the object's points",
-      "Distance to the surface: dark on it, light far off; crosses were taken away as outliers",
-      "Score of the isolation forest: dark like the others, light unlike them; crosses were taken away"};
-  for (int i = 0; i < 3; ++i) {
-    if (i > 0) {
-      ImGui::SameLine();
-    }
-    const auto at = static_cast<std::size_t>(i);
-    bool on = static_cast<int>(state.editing.point_colors) == i;
-    if (Toggle(kNames[at], &on, kTips[at])) {
-      state.editing.point_colors = static_cast<PointColors>(i);
-    }
+  if (const auto colors =
+          OneOf({{"as they are", "No marks on the object's points"},
+                 {"residual",
+                  "Distance to the surface: dark on it, light far off; crosses were taken away as outliers"},
+                 {"anomaly",
+                  "Score of the isolation forest: dark like the others, light unlike them; crosses were "
+                  "taken away"}},
+                static_cast<int>(editing.point_colors))) {
+    editing.point_colors = static_cast<PointColors>(*colors);
   }
 }
 
@@ -78,169 +72,181 @@ bool Field(const char* name, std::string& text) {
 // The selected object: what can be done to it, its numbers, how it came about, its points.
 class InspectorPanel : public Panel {
  public:
-  Place Where() const override { return Place::kSide; }
-  std::string Title() const override { return "Inspector"; }
+  InspectorPanel(const EditContext& context, Playback& playback, const WindowState& window)
+      : Panel(Place::kSide, "Inspector"),
+        context_(context),
+        document_(context.document),
+        playback_(playback),
+        window_(window) {}
 
-  void Draw(ViewerState& state) override {
-    const SnapshotObject* object = state.Object(state.selected);
+  void Draw() override {
+    const SnapshotObject* object = document_.Object(context_.selection.selected);
     if (object == nullptr) {
-      ImGui::TextDisabled(state.selected ? "The object is not in the map at this frame."
-                                         : "Select an object in the map, the image or the table.");
+      ImGui::TextDisabled(context_.selection.selected
+                              ? "The object is not in the map at this frame."
+                              : "Select an object in the map, the image or the table.");
       return;
     }
-    const SnapshotObject shown = *object;  // buttons may change the map
     ImGui::BeginChild("inspector");
-    ImGui::PushID(shown.id);
-    DrawEditing(state, shown);
-    DrawNumbers(shown);
-    DrawHistory(state, shown);
-    DrawPoints(state);
+    ImGui::PushID(object->id);
+    DrawEditing(*object);
+    DrawNumbers(*object);
+    DrawHistory(*object);
+    DrawPoints(context_.editing);
     ImGui::PopID();
     ImGui::EndChild();
   }
 
  private:
-  void DrawEditing(ViewerState& state, const SnapshotObject& object);
-  void DrawMerging(ViewerState& state, const SnapshotObject& object);
-  void DrawHistory(ViewerState& state, const SnapshotObject& object);
+  void DrawEditing(const SnapshotObject& object);
+  void DrawMerging(const SnapshotObject& object);
+  void DrawHistory(const SnapshotObject& object);
+  void DrawPlots(const std::vector<ObjectSample>& samples);
 
-  int id_ = -1;  // of whom the fields hold name and label
+  EditContext context_;
+  const Document& document_;
+  Playback& playback_;
+  const WindowState& window_;
+  int id_ = -1;  // the object whose name and label the fields hold
   std::string name_, label_;
   bool by_frame_ = false;  // histories against frames instead of observations
 };
 
-void InspectorPanel::DrawEditing(ViewerState& state, const SnapshotObject& object) {
+void InspectorPanel::DrawEditing(const SnapshotObject& object) {
   ImGui::Dummy(ImVec2(0.0F, 0.15F * ImGui::GetFontSize()));
-  Swatch(state.colors(object.label));
-  Bold(NameForPeople(object).c_str());
+  Swatch(document_.colors(object.label));
+  Bold(ObjectName(object).c_str());
   if (id_ != object.id || !ImGui::IsAnyItemActive()) {  // what undo changed comes into the fields
     id_ = object.id;
     name_ = object.name;
     label_ = object.label;
   }
   if (Field("name", name_)) {
-    RenameObject(state, object.id, name_);
+    RenameObject(context_, object.id, name_);
   }
   if (Field("label", label_)) {
-    RelabelObject(state, object.id, label_);
+    RelabelObject(context_, object.id, label_);
   }
-  const bool hidden = state.editing.document.Current().edits.Of(object.id).hidden;
-  if (ImGui::Button(hidden ? "Show" : "Hide")) {
-    HideObject(state, object.id, !hidden);
+  const bool hidden = context_.editing.Edits().Of(object.id).hidden;
+  if (Button(hidden ? "Show" : "Hide", "Hidden objects are left out of pictures, not of files")) {
+    HideObject(context_, object.id, !hidden);
   }
-  Tip("Hidden objects are left out of pictures, not of files");
   ImGui::SameLine();
-  if (ImGui::Button("Delete")) {
-    DeleteObject(state, object.id);
+  if (Button("Delete", "Takes it out of the edited map (Delete). The recording stays as it is")) {
+    DeleteObject(context_, object.id);
   }
-  Tip("Takes it out of the edited map (Delete). The recording stays as it is");
   ImGui::SameLine();
-  DrawMerging(state, object);
+  DrawMerging(object);
 }
 
-void InspectorPanel::DrawMerging(ViewerState& state, const SnapshotObject& object) {
+void InspectorPanel::DrawMerging(const SnapshotObject& object) {
   ImGui::SetNextItemWidth(-1.0F);
   if (ImGui::BeginCombo("##merge", "Merge with ...", ImGuiComboFlags_HeightLarge)) {
-    for (const SnapshotObject& other : state.Map()->objects) {
+    for (const SnapshotObject& other : document_.Map()->objects) {
       if (other.id == object.id) {
         continue;
       }
       ImGui::PushID(other.id);
-      Swatch(state.colors(other.label));
-      if (ImGui::Selectable(NameForPeople(other).c_str())) {
-        MergeObjects(state, object.id, other.id);
+      Swatch(document_.colors(other.label));
+      if (ImGui::Selectable(ObjectName(other).c_str())) {
+        MergeObjects(context_, object.id, other.id);
       }
       if (ImGui::IsItemHovered()) {
-        state.pointed = other.id;
+        context_.selection.pointed = other.id;
       }
       ImGui::PopID();
     }
     ImGui::EndCombo();
   }
   Tip("The chosen object becomes a part of this one, which keeps its number and its solid");
-  for (const int part : state.editing.document.Current().edits.PartsOf(object.id)) {
+  for (const int part : context_.editing.Edits().PartsOf(object.id)) {
     ImGui::PushID(part);
     ImGui::AlignTextToFramePadding();
     ImGui::TextDisabled("with object %d", part);
     ImGui::SameLine();
     if (ImGui::SmallButton("separate")) {
-      SeparateObject(state, part);
+      SeparateObject(context_, part);
     }
     ImGui::PopID();
   }
 }
 
-void InspectorPanel::DrawHistory(ViewerState& state, const SnapshotObject& object) {
-  const Editing& editing = state.editing;
-  if (state.document.kind != Document::Kind::kRecording || !Section("History")) {
+void InspectorPanel::DrawHistory(const SnapshotObject& object) {
+  if (document_.kind != Document::Kind::kRecording || !Section("History")) {
     return;
   }
-  if (!editing.history) {
-    ImGui::ProgressBar(static_cast<float>(editing.history_progress), ImVec2(-1.0F, 0.0F), "reading");
+  if (!document_.histories) {
+    ImGui::ProgressBar(static_cast<float>(document_.progress), ImVec2(-1.0F, 0.0F), "reading");
     return;
   }
-  const auto found = editing.history->objects.All().find(object.id);
-  if (found == editing.history->objects.All().end()) {
+  const auto found = document_.histories->All().find(object.id);
+  if (found == document_.histories->All().end()) {
     ImGui::TextDisabled("Not in the recording.");
     return;
   }
-  const std::vector<ObjectSample>& samples = found->second.samples;
   ImGui::AlignTextToFramePadding();
   ImGui::TextDisabled("against");
   ImGui::SameLine();
-  bool by_observations = !by_frame_;
-  if (Toggle("observations", &by_observations, "Frames in which the object was seen")) {
-    by_frame_ = false;
+  if (const auto chosen = OneOf(
+          {{"observations", "Frames in which the object was seen"}, {"frames", "Frames of the sequence"}},
+          by_frame_ ? 1 : 0)) {
+    by_frame_ = *chosen == 1;
   }
-  ImGui::SameLine();
-  bool by_frame = by_frame_;
-  if (Toggle("frames", &by_frame, "Frames of the sequence")) {
-    by_frame_ = true;
-  }
-  const Palette& palette = PaletteOf(state.theme);
-  Plot sizes{"half sizes, map units",
-             {},
-             {{"ax", palette.plot_a, {}}, {"ay", palette.plot_b, {}}, {"az", palette.plot_c, {}}},
-             by_frame_ ? "frame" : "observations",
-             "{:.2g}",
-             {},
-             {}};
-  Plot shapes{"exponents",        {},       {{"e1", palette.plot_a, {}}, {"e2", palette.plot_b, {}}},
-              sizes.x_name,       "{:.1f}", {},
-              std::pair(0.0, 2.0)};
-  Plot yaw{"yaw, degrees", {}, {{"yaw", palette.plot_a, {}}}, sizes.x_name, "{:.0f}", {}, {}};
+  DrawPlots(found->second);
+}
+
+void InspectorPanel::DrawPlots(const std::vector<ObjectSample>& samples) {
+  const Palette& palette = PaletteOf(window_.theme);
+  std::vector<double> x;
+  std::optional<double> now;
+  std::array<std::vector<double>, 6> values;  // of ax, ay, az, e1, e2, yaw
   for (const ObjectSample& sample : samples) {
-    sizes.x.push_back(by_frame_ ? static_cast<double>(sample.frame_index) : sample.observations);
-    for (int axis = 0; axis < 3; ++axis) {
-      sizes.lines[static_cast<std::size_t>(axis)].values.push_back(sample.half_size[axis]);
+    x.push_back(by_frame_ ? static_cast<double>(sample.frame_index) : sample.observations);
+    const Eigen::Vector3d& half = sample.half_size;
+    const std::array<double, 6> of_sample = {half.x(),  half.y(),  half.z(),
+                                             sample.e1, sample.e2, sample.yaw * kDegreesPerRadian};
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      values[i].push_back(of_sample[i]);
     }
-    shapes.lines[0].values.push_back(sample.e1);
-    shapes.lines[1].values.push_back(sample.e2);
-    yaw.lines[0].values.push_back(sample.yaw * kDegreesPerRadian);
-    if (state.shown && sample.frame_index <= state.shown->frame_index) {
-      sizes.now = sizes.x.back();
+    if (document_.shown && sample.frame_index <= document_.shown->frame_index) {
+      now = x.back();
     }
   }
-  shapes.x = yaw.x = sizes.x;
-  shapes.now = yaw.now = sizes.now;
-  const float height = 3.4F * ImGui::GetFontSize();
+  const std::string x_name = by_frame_ ? "frame" : "observations";
+  const std::array<Plot, 3> plots = {
+      {{"half sizes, map units",
+        x,
+        {{"ax", palette.plot_a, values[0]},
+         {"ay", palette.plot_b, values[1]},
+         {"az", palette.plot_c, values[2]}},
+        x_name,
+        "{:.2g}",
+        now,
+        {}},
+       {"exponents",
+        x,
+        {{"e1", palette.plot_a, values[3]}, {"e2", palette.plot_b, values[4]}},
+        x_name,
+        "{:.1f}",
+        now,
+        std::pair(0.0, 2.0)},
+       {"yaw, degrees", x, {{"yaw", palette.plot_a, values[5]}}, x_name, "{:.0f}", now, {}}}};
   std::optional<std::size_t> clicked;
-  for (const auto& [id, plot] : {std::pair("sizes", &sizes), {"shapes", &shapes}, {"yaw", &yaw}}) {
-    const std::optional<std::size_t> index = DrawPlot(state, id, *plot, height);
+  for (const Plot& plot : plots) {
+    const auto index = DrawPlot(palette, plot.title.c_str(), plot, 3.4F * ImGui::GetFontSize());
     clicked = index ? index : clicked;
   }
-  if (clicked) {
-    const Timeline& timeline = state.document.timeline;
-    const int moment = timeline.OfSnapshot(samples[*clicked].snapshot);
-    if (moment >= 0) {
-      state.playback.playing = false;
-      state.playback.time = timeline.moments[static_cast<std::size_t>(moment)].timestamp;
-    }
+  const Timeline& timeline = document_.timeline;
+  const int moment = clicked ? timeline.OfSnapshot(samples[*clicked].snapshot) : -1;
+  if (moment >= 0) {
+    playback_.JumpTo(timeline.moments[static_cast<std::size_t>(moment)].timestamp);
   }
 }
 
 }  // namespace
 
-PanelPtr MakeInspectorPanel() { return std::make_unique<InspectorPanel>(); }
+PanelPtr MakeInspectorPanel(const EditContext& context, Playback& playback, const WindowState& window) {
+  return std::make_unique<InspectorPanel>(context, playback, window);
+}
 
 }  // namespace sqslam::viewer

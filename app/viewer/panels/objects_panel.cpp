@@ -7,10 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "app/viewer/edit_actions.h"
 #include "app/viewer/model/object_table.h"
 #include "app/viewer/panels/panels.h"
-#include "app/viewer/widgets.h"
+#include "app/viewer/widgets/widgets.h"
 
 namespace sqslam::viewer {
 namespace {
@@ -18,40 +17,47 @@ namespace {
 // The table of objects with its filter, and what can be done to the selected one.
 class ObjectsPanel : public Panel {
  public:
-  Place Where() const override { return Place::kSide; }
-  std::string Title() const override { return "Objects"; }
+  ObjectsPanel(const EditContext& context, WindowState& window)
+      : Panel(Place::kSide, "Objects"),
+        context_(context),
+        document_(context.document),
+        selection_(context.selection),
+        window_(window) {}
 
-  void Draw(ViewerState& state) override {
-    if (state.Map() == nullptr) {
+  void Draw() override {
+    if (document_.Map() == nullptr) {
       ImGui::TextDisabled("No map is open.");
       return;
     }
-    MakeRows(state);
-    DrawFilter(state);
-    const SnapshotObject* selected = state.Object(state.selected);
+    MakeRows();
+    DrawFilter();
+    const SnapshotObject* selected = document_.Object(selection_.selected);
     const float bar = selected != nullptr ? ImGui::GetFrameHeightWithSpacing() : 0.0F;
-    DrawTable(state, std::max(ImGui::GetContentRegionAvail().y - bar, 3.0F * ImGui::GetFrameHeight()));
+    DrawTable(std::max(ImGui::GetContentRegionAvail().y - bar, 3.0F * ImGui::GetFrameHeight()));
     if (selected != nullptr) {
-      DrawActions(state, selected->id);
+      DrawActions(selected->id);
     }
   }
 
  private:
   // Rows of the map as edited, with what is hidden.
-  void MakeRows(const ViewerState& state) {
-    const ShownFramePtr& raw = state.editing.raw;
-    const ObjectEdits& edits = state.editing.document.Current().edits;
-    if (!raw || !raw->map || (raw->map == map_ && edits == edits_ && sorted_by_ == order_)) {
+  void MakeRows() {
+    const ShownFramePtr& recorded = document_.recorded;
+    const Observed<AppliedEdits>& applied = context_.editing.applied;
+    if (!recorded || !recorded->map) {
       return;
     }
-    map_ = raw->map;
-    edits_ = edits;
+    const bool edited = edits_.Misses(applied);
+    if (recorded->map == map_ && !edited && sorted_by_ == order_) {
+      return;
+    }
+    map_ = recorded->map;
     sorted_by_ = order_;
-    rows_ = ObjectRows(*Apply(edits, *map_, HiddenObjects::kKeep), edits);
+    rows_ = ObjectRows(*Apply(applied->edits, *map_, HiddenObjects::kKeep), applied->edits);
     SortRows(rows_, order_.column, order_.ascending);
   }
 
-  void DrawFilter(const ViewerState& state) {
+  void DrawFilter() {
     const auto shown = std::count_if(rows_.begin(), rows_.end(),
                                      [this](const ObjectRow& row) { return filter_.Shows(row); });
     const std::string count = static_cast<std::size_t>(shown) == rows_.size()
@@ -63,65 +69,63 @@ class ObjectsPanel : public Panel {
       filter_ = RowFilter(text_);
     }
     Tip("Words of name, label or number; comparisons with observations, points, score, ax, ay, az, e1, e2, "
-        "yaw, "
-        "residual, agreement");
+        "yaw, residual, agreement");
     ImGui::SameLine();
-    ImGui::TextDisabled("%s", count.c_str());
+    Dim(count);
     if (!filter_.Problem().empty()) {
-      ImGui::PushStyleColor(ImGuiCol_Text, PaletteOf(state.theme).bad);
+      ImGui::PushStyleColor(ImGuiCol_Text, PaletteOf(window_.theme).bad);
       ImGui::TextWrapped("%s", filter_.Problem().c_str());
       ImGui::PopStyleColor();
     }
   }
 
-  void DrawTable(ViewerState& state, float height) {
-    constexpr std::array<ObjectColumn, 11> kShown = {
-        ObjectColumn::kName,  ObjectColumn::kObservations, ObjectColumn::kPoints,   ObjectColumn::kScore,
-        ObjectColumn::kE1,    ObjectColumn::kE2,           ObjectColumn::kSizeX,    ObjectColumn::kSizeY,
-        ObjectColumn::kSizeZ, ObjectColumn::kResidual,     ObjectColumn::kAgreement};
+  // The columns that are shown; the others are for filters.
+  static std::vector<ColumnInfo> Columns() {
+    std::vector<ColumnInfo> columns;
+    for (const ColumnInfo& info : ObjectColumns()) {
+      if (info.column != ObjectColumn::kId && info.column != ObjectColumn::kLabel &&
+          info.column != ObjectColumn::kYaw) {
+        columns.push_back(info);
+      }
+    }
+    return columns;
+  }
+
+  void DrawTable(float height) {
     const ImGuiTableFlags flags = ImGuiTableFlags_ScrollX | ImGuiTableFlags_ScrollY | ImGuiTableFlags_RowBg |
                                   ImGuiTableFlags_Sortable | ImGuiTableFlags_Resizable |
                                   ImGuiTableFlags_Hideable | ImGuiTableFlags_NoSavedSettings;
-    if (!ImGui::BeginTable("objects", static_cast<int>(kShown.size()), flags, ImVec2(0.0F, height))) {
+    if (!ImGui::BeginTable("objects", static_cast<int>(columns_.size()), flags, ImVec2(0.0F, height))) {
       return;
     }
     const float em = ImGui::GetFontSize();
     ImGui::TableSetupScrollFreeze(1, 1);
-    for (const ColumnInfo& info : ObjectColumns()) {
-      if (std::find(kShown.begin(), kShown.end(), info.column) == kShown.end()) {
-        continue;
-      }
+    for (const ColumnInfo& info : columns_) {
       const bool name = info.column == ObjectColumn::kName;
       const bool counts = info.column == ObjectColumn::kObservations || info.column == ObjectColumn::kPoints;
       ImGui::TableSetupColumn(info.title.c_str(),
                               ImGuiTableColumnFlags_WidthFixed |
                                   (counts ? ImGuiTableColumnFlags_PreferSortDescending : 0) |
                                   (name ? ImGuiTableColumnFlags_NoHide : 0),
-                              name                    ? 9.2F * em
-                              : info.title.size() > 5 ? 4.9F * em
-                                                      : 3.6F * em,
+                              (name                    ? 9.2F
+                               : info.title.size() > 5 ? 4.9F
+                                                       : 3.6F) *
+                                  em,
                               static_cast<ImGuiID>(info.column));
     }
     TakeOrder();
-    DrawHeader();
+    ImGui::TableNextRow(ImGuiTableRowFlags_Headers);
+    for (const ColumnInfo& info : columns_) {
+      ImGui::TableNextColumn();
+      ImGui::TableHeader(info.title.c_str());
+      Tip(info.help.c_str());
+    }
     for (const ObjectRow& row : rows_) {
       if (filter_.Shows(row)) {
-        DrawRow(state, row);
+        DrawRow(row);
       }
     }
     ImGui::EndTable();
-  }
-
-  static void DrawActions(ViewerState& state, int id) {
-    if (ImGui::Button("Hide")) {
-      HideObject(state, id, true);
-    }
-    Tip("Leaves it out of pictures, not of files; a click on its row shows it again");
-    ImGui::SameLine();
-    if (ImGui::Button("Delete")) {
-      DeleteObject(state, id);
-    }
-    Tip("Takes it out of the edited map (Delete). The recording stays as it is");
   }
 
   void TakeOrder() {
@@ -133,65 +137,57 @@ class ObjectsPanel : public Panel {
     }
   }
 
-  static void DrawHeader() {
-    ImGui::TableNextRow(ImGuiTableRowFlags_Headers);
-    int column = 0;
-    for (const ColumnInfo& info : ObjectColumns()) {
-      if (info.column == ObjectColumn::kId || info.column == ObjectColumn::kLabel ||
-          info.column == ObjectColumn::kYaw) {
+  void DrawRow(const ObjectRow& row) {
+    const int id = row.object.id;
+    ImGui::TableNextRow();
+    ImGui::PushID(id);
+    ImGui::PushStyleColor(ImGuiCol_Text,
+                          ImGui::GetStyleColorVec4(row.hidden ? ImGuiCol_TextDisabled : ImGuiCol_Text));
+    for (const ColumnInfo& info : columns_) {
+      ImGui::TableNextColumn();
+      if (info.column == ObjectColumn::kName) {
+        DrawName(row);
         continue;
       }
-      ImGui::TableSetColumnIndex(column++);
-      ImGui::TableHeader(info.title.c_str());
-      Tip(info.help.c_str());
+      const std::string cell = CellText(row, info.column);
+      const float room = ImGui::GetContentRegionAvail().x - ImGui::CalcTextSize(cell.c_str()).x;
+      ImGui::SetCursorPosX(ImGui::GetCursorPosX() + std::max(0.0F, room - 0.3F * ImGui::GetFontSize()));
+      ImGui::TextUnformatted(cell.c_str());
     }
+    ImGui::PopStyleColor();
+    ImGui::PopID();
   }
 
-  static void DrawRow(ViewerState& state, const ObjectRow& row) {
-    ImGui::TableNextRow();
-    ImGui::PushID(row.id);
-    if (row.hidden) {
-      ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
-    }
-    ImGui::TableNextColumn();
-    Swatch(state.colors(row.label), row.hidden);
-    const bool selected = state.selected == row.id;
-    std::string name = row.name;
-    if (name == row.label) {
-      std::replace(name.begin(), name.end(), '_', ' ');
-      name += fmt::format(" {}", row.id);
-    }
-    if (ImGui::Selectable(name.c_str(), selected,
+  void DrawName(const ObjectRow& row) {
+    const int id = row.object.id;
+    Swatch(document_.colors(row.object.label), row.hidden);
+    const bool selected = selection_.selected == id;
+    if (ImGui::Selectable(ObjectName(row.object).c_str(), selected,
                           ImGuiSelectableFlags_SpanAllColumns | ImGuiSelectableFlags_AllowDoubleClick)) {
+      const bool twice = ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left);
       if (row.hidden) {
-        HideObject(state, row.id, false);
-        state.selected = row.id;
-      } else if (ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left)) {
-        state.selected = row.id;
-        state.to_front = "Inspector";
-      } else {
-        state.selected = selected ? std::nullopt : std::optional(row.id);
+        HideObject(context_, id, false);
+      } else if (twice) {
+        window_.to_front = "Inspector";
       }
+      selection_.selected = selected && !row.hidden && !twice ? std::nullopt : std::optional(id);
     }
     if (ImGui::IsItemHovered()) {
-      state.pointed = row.id;
+      selection_.pointed = id;
       if (row.hidden) {
         ImGui::SetTooltip("Hidden; a click shows it again");
       }
     }
-    for (const ColumnInfo& info : ObjectColumns()) {
-      if (info.is_number && info.column != ObjectColumn::kId && info.column != ObjectColumn::kYaw) {
-        ImGui::TableNextColumn();
-        const std::string cell = CellText(row, info.column);
-        const float room = ImGui::GetContentRegionAvail().x - ImGui::CalcTextSize(cell.c_str()).x;
-        ImGui::SetCursorPosX(ImGui::GetCursorPosX() + std::max(0.0F, room - 0.3F * ImGui::GetFontSize()));
-        ImGui::TextUnformatted(cell.c_str());
-      }
+  }
+
+  void DrawActions(int id) {
+    if (Button("Hide", "Leaves it out of pictures, not of files; a click on its row shows it again")) {
+      HideObject(context_, id, true);
     }
-    if (row.hidden) {
-      ImGui::PopStyleColor();
+    ImGui::SameLine();
+    if (Button("Delete", "Takes it out of the edited map (Delete). The recording stays as it is")) {
+      DeleteObject(context_, id);
     }
-    ImGui::PopID();
   }
 
   struct Order {
@@ -200,16 +196,23 @@ class ObjectsPanel : public Panel {
     bool operator==(const Order&) const = default;
   };
 
+  EditContext context_;
+  const Document& document_;
+  Selection& selection_;
+  WindowState& window_;
+  const std::vector<ColumnInfo> columns_ = Columns();
   std::string text_;
   RowFilter filter_;
   Order order_, sorted_by_;
   MapSnapshotPtr map_;
-  ObjectEdits edits_;
+  ShownVersion edits_;
   std::vector<ObjectRow> rows_;
 };
 
 }  // namespace
 
-PanelPtr MakeObjectsPanel() { return std::make_unique<ObjectsPanel>(); }
+PanelPtr MakeObjectsPanel(const EditContext& context, WindowState& window) {
+  return std::make_unique<ObjectsPanel>(context, window);
+}
 
 }  // namespace sqslam::viewer

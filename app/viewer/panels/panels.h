@@ -1,23 +1,64 @@
 #pragma once
 
-#include "app/viewer/panel.h"
+#include <imgui.h>
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/viewer/state/shortcuts.h"
+#include "app/viewer/state/viewer_state.h"
 
 namespace sqslam::viewer {
 
-PanelPtr MakeScenePanel();  // needs an OpenGL context, here and when it is destroyed
-PanelPtr MakeImagePanel();  // the same
-PanelPtr MakeTimelinePanel();
-PanelPtr MakeObjectsPanel();
-PanelPtr MakeInspectorPanel();
-PanelPtr MakeViewPanel();
-PanelPtr MakeAnnotationPanel();
-PanelPtr MakePicturePanel();
-PanelPtr MakeHelpPanel();
-PanelPtr MakeNoticesPanel();
-PanelPtr MakeSettingsPanel();
-PanelPtr MakeUnsavedPanel();  // the question what becomes of unsaved changes
+// The place of a panel in the window.
+enum class Place {
+  kScene,   // the large view; one panel
+  kSide,    // a tab of the column on the right
+  kTop,     // above the tabs of that column
+  kBottom,  // across the window; one panel
+  kOver,    // over all: dialogs and messages; draws windows of its own
+};
 
-// All panels of the window, in the order in which tabs stand and windows lie over one another.
-Panels AllPanels();
+// One part of the window. Holds the parts of the state that it shows or changes, which outlive it. To add
+// one: a file in panels/, its Make function below, and a line in Viewer's constructor.
+class Panel {
+ public:
+  Panel(Place where, std::string name) : place(where), title(std::move(name)) {}
+  virtual ~Panel() = default;
+  Panel(const Panel&) = delete;
+  Panel& operator=(const Panel&) = delete;
+
+  virtual bool Wanted() const { return true; }
+
+  // Called once a frame inside an ImGui window (kOver: outside of any).
+  virtual void Draw() = 0;
+
+  // True if what it shows still changes by itself, so that the window must be drawn again soon.
+  virtual bool Busy() const { return false; }
+
+  const Place place;
+  const std::string title;  // of its tab
+};
+
+using PanelPtr = std::unique_ptr<Panel>;
+
+// Needs an OpenGL context, here and when it is destroyed; so does the image.
+PanelPtr MakeScenePanel(const EditContext& context, SceneView& view, const Layers& layers,
+                        const WindowState& window);
+PanelPtr MakeImagePanel(const EditContext& context, const WindowState& window);
+PanelPtr MakeObjectsPanel(const EditContext& context, WindowState& window);
+PanelPtr MakeInspectorPanel(const EditContext& context, Playback& playback, const WindowState& window);
+PanelPtr MakeViewPanel(const Document& document, SceneView& view, Layers& layers, Messages& messages);
+PanelPtr MakeAnnotationPanel(const EditContext& context, Observed<SceneStyle>& style);
+PanelPtr MakePicturePanel(const Document& document, SceneView& view, WindowState& window, Requests& requests);
+PanelPtr MakeTimelinePanel(const Document& document, Playback& playback, const WindowState& window,
+                           Requests& requests);
+PanelPtr MakeHelpPanel(WindowState& window, const std::vector<Shortcut>& shortcuts);
+PanelPtr MakeSettingsPanel(Preferences& preferences, SceneView& view, WindowState& window,
+                           Messages& messages);
+PanelPtr MakeUnsavedPanel(const EditContext& context, Requests& requests);  // asks what becomes of changes
+PanelPtr MakeMessagesPanel(Messages& messages, const SceneView& view, const WindowState& window);
 
 }  // namespace sqslam::viewer

@@ -1,54 +1,23 @@
 #include "app/viewer/panels/scene_marks.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <vector>
 
-#include "app/viewer/annotation_tool.h"
-#include "app/viewer/camera_control.h"
 #include "app/viewer/model/object_points.h"
 #include "app/viewer/model/wireframe.h"
-#include "app/viewer/theme.h"
-#include "app/viewer/widgets.h"
+#include "app/viewer/state/annotation_tool.h"
+#include "app/viewer/state/camera_control.h"
+#include "app/viewer/widgets/theme.h"
+#include "app/viewer/widgets/widgets.h"
+#include "slam/geometry/silhouette.h"
 
 namespace sqslam::viewer {
 namespace {
-
-// Projects points of the map onto the screen.
-class SceneProjection {
- public:
-  SceneProjection(const ViewerState& state, ImVec2 origin)
-      : cut(CutOf(state)),
-        pinhole(PinholeOf(state.view.camera, state.scene_size)),
-        T_map_view(PoseOf(state.view.camera)),
-        T_view_map_(T_map_view.Inverse()),
-        origin_(origin) {}
-
-  std::optional<ImVec2> operator()(const Eigen::Vector3d& p_map) const {
-    const Eigen::Vector3d p = T_view_map_ * p_map;
-    if (p.z() <= 0.0) {
-      return std::nullopt;
-    }
-    return OnScreen(pinhole.Project(p));
-  }
-  ImVec2 OnScreen(const Eigen::Vector2d& pixel) const {
-    return {origin_.x + static_cast<float>(pixel.x() + 0.5), origin_.y + static_cast<float>(pixel.y() + 0.5)};
-  }
-
-  // The same for points of the scene; nowhere what is cut away.
-  std::optional<ImVec2> Seen(const Eigen::Vector3d& p_map) const {
-    return cut && !cut->Keeps(p_map) ? std::nullopt : (*this)(p_map);
-  }
-
-  std::optional<ClipPlane> cut;
-  Camera pinhole;
-  Rigid3d T_map_view;
-
- private:
-  Rigid3d T_view_map_;
-  ImVec2 origin_;
-};
 
 // Viridis at five places: even to the eye and to any colour vision.
 Eigen::Vector3d Ramp(double share) {
@@ -62,144 +31,299 @@ Eigen::Vector3d Ramp(double share) {
   return kStops[low] + (at - static_cast<double>(low)) * (kStops[low + 1] - kStops[low]);
 }
 
-void DrawObjectPoints(const ViewerState& state, const SceneProjection& project) {
-  const SnapshotObject* object = state.Object(state.selected);
-  if (object == nullptr || state.editing.point_colors == PointColors::kNone) {
+// Draws marks over the scene, by the camera through which it is seen.
+class SceneMarks {
+ public:
+  SceneMarks(const EditContext& context, const WindowState& window, ImVec2 origin)
+      : document_(context.document),
+        view_(context.view),
+        tool_(context.editing.annotation),
+        window_(window),
+        palette_(PaletteOf(window.theme)),
+        scale_(static_cast<float>(window.scale)),
+        list_(ImGui::GetWindowDrawList()),
+        origin_(origin),
+        cut_(view_.Cut()),
+        pinhole_(PinholeOf(view_.camera, view_.size)),
+        T_map_view_(PoseOf(view_.camera)),
+        T_view_map_(T_map_view_.Inverse()) {}
+
+  void DrawSelection(const Selection& selection) const;
+  void DrawInputCamera() const;
+  void DrawName(const SnapshotObject& object) const;  // on a tag above it
+  void DrawMeasurement(const std::vector<Eigen::Vector3d>& points) const;
+  void DrawObjectPoints(const SnapshotObject& object, PointColors colors) const;
+  void DrawAnnotation(const EditContext& context) const;
+
+ private:
+  ImVec2 OnScreen(const Eigen::Vector2d& pixel) const {
+    return {origin_.x + static_cast<float>(pixel.x() + 0.5), origin_.y + static_cast<float>(pixel.y() + 0.5)};
+  }
+  // Empty behind the camera.
+  std::optional<ImVec2> Project(const Eigen::Vector3d& p_map) const {
+    const Eigen::Vector3d p = T_view_map_ * p_map;
+    return p.z() > 1e-6 ? std::optional(OnScreen(pinhole_.Project(p))) : std::nullopt;
+  }
+  // The same for points of the scene; nowhere what is cut away.
+  std::optional<ImVec2> Seen(const Eigen::Vector3d& p_map) const {
+    return cut_ && !cut_->Keeps(p_map) ? std::nullopt : Project(p_map);
+  }
+  std::vector<ImVec2> OnScreen(const std::vector<Eigen::Vector2d>& pixels) const {
+    std::vector<ImVec2> points;
+    for (const Eigen::Vector2d& pixel : pixels) {
+      points.push_back(OnScreen(pixel));
+    }
+    return points;
+  }
+  std::vector<ImVec2> OutlineOf(const SnapshotObject& object) const {
+    return OnScreen(Silhouette(object.superquadric, pinhole_, T_map_view_, 0.1, 64.0));
+  }
+  // Text on a card whose bottom is above `at`.
+  void DrawTag(const std::string& text, ImVec2 at, const Eigen::Vector3d& color) const;
+  void DrawChosen() const;
+  void DrawHandles(const Solid& solid) const;
+
+  const Document& document_;
+  const SceneView& view_;
+  const AnnotationTool& tool_;
+  const WindowState& window_;
+  const Palette& palette_;
+  float scale_;
+  ImDrawList* list_;
+  ImVec2 origin_;
+  std::optional<ClipPlane> cut_;
+  Camera pinhole_;
+  Rigid3d T_map_view_;
+  Rigid3d T_view_map_;
+};
+
+void SceneMarks::DrawSelection(const Selection& selection) const {
+  const auto outline = [&](const SnapshotObject* object, ImU32 color, float width) {
+    if (object != nullptr) {
+      Stroke(OutlineOf(*object), color, width * scale_, 2.0F, true, IM_COL32(0, 0, 0, 110));
+    }
+  };
+  if (selection.hovered != selection.selected) {
+    outline(document_.Object(selection.hovered), palette_.text, 1.2F);
+  }
+  outline(document_.Object(selection.selected), palette_.accent, 3.0F);
+}
+
+void SceneMarks::DrawName(const SnapshotObject& object) const {
+  const std::vector<ImVec2> polygon = OutlineOf(object);
+  if (polygon.empty()) {
     return;
   }
-  const bool by_residual = state.editing.point_colors == PointColors::kResidual;
-  const double scale = 0.3 * object->superquadric.shape.half_size.mean();  // the brightest residual
-  ImDrawList* list = ImGui::GetWindowDrawList();
-  const float r = 3.6F * static_cast<float>(state.ui_scale);
-  for (const ObjectPoint& point : ObjectPoints(*state.Map(), *object)) {
-    const auto at = project.Seen(point.p_map);
+  const auto [left, right] = std::minmax_element(polygon.begin(), polygon.end(),
+                                                 [](const ImVec2& a, const ImVec2& b) { return a.x < b.x; });
+  const auto top = std::min_element(polygon.begin(), polygon.end(),
+                                    [](const ImVec2& a, const ImVec2& b) { return a.y < b.y; });
+  DrawTag(ObjectName(object), ImVec2(0.5F * (left->x + right->x), top->y), document_.colors(object.label));
+}
+
+void SceneMarks::DrawTag(const std::string& text, ImVec2 at, const Eigen::Vector3d& color) const {
+  const float em = ImGui::GetFontSize();
+  const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+  const float width = size.x + 1.7F * em;
+  const float height = size.y + 0.5F * em;
+  const float left = origin_.x + 4.0F;
+  const float x = std::clamp(at.x - 0.5F * width, left,
+                             std::max(left, left + static_cast<float>(view_.size.width) - width - 8.0F));
+  const float y = std::max(at.y - height - 0.5F * em, origin_.y + 4.0F);
+  list_->AddRectFilled(ImVec2(x, y), ImVec2(x + width, y + height), palette_.surface, 5.0F);
+  list_->AddRectFilled(ImVec2(x + 0.45F * em, y + 0.5F * height - 0.3F * em),
+                       ImVec2(x + 1.05F * em, y + 0.5F * height + 0.3F * em), Packed(color), 3.0F);
+  list_->AddText(ImVec2(x + 1.3F * em, y + 0.25F * em), palette_.text, text.c_str());
+}
+
+void SceneMarks::DrawInputCamera() const {
+  const MapSnapshot* map = document_.Map();
+  if (map == nullptr || !map->T_map_camera || map->camera.fx <= 0.0) {
+    return;
+  }
+  const Camera& lens = map->camera;
+  const double height =
+      3.2 * view_.style->cameras.size * std::min(view_.focus.radius, view_.focus.view_depth);
+  const double depth = height * lens.fy / lens.height;
+  std::vector<ImVec2> corners;
+  for (const Eigen::Vector2d& pixel :
+       {Eigen::Vector2d(lens.cx, lens.cy), Eigen::Vector2d(0.0, 0.0), Eigen::Vector2d(lens.width, 0.0),
+        Eigen::Vector2d(lens.width, lens.height), Eigen::Vector2d(0.0, lens.height)}) {
+    const double along = corners.empty() ? 0.0 : depth;  // the first is the eye
+    const auto seen = Project(*map->T_map_camera * (along * lens.Unproject(pixel)));
+    if (!seen) {
+      return;
+    }
+    corners.push_back(*seen);
+  }
+  const ImU32 color = Packed(ParseColor(view_.style->cameras.current_color));
+  for (std::size_t i = 1; i < corners.size(); ++i) {
+    list_->AddLine(corners[0], corners[i], color, 2.0F * scale_);
+    list_->AddLine(corners[i], corners[i % 4 + 1], color, 2.0F * scale_);
+  }
+}
+
+void SceneMarks::DrawMeasurement(const std::vector<Eigen::Vector3d>& points) const {
+  std::vector<ImVec2> seen;
+  for (const Eigen::Vector3d& point : points) {
+    const auto at = Project(point);
+    if (!at) {
+      return;
+    }
+    seen.push_back(*at);
+  }
+  if (seen.size() == 2) {
+    Stroke(seen, palette_.accent, 2.0F, 2.0F, false, IM_COL32(0, 0, 0, 140));
+    DrawTag(fmt::format("{:.4g} map units", (points[0] - points[1]).norm()),
+            ImVec2(0.5F * (seen[0].x + seen[1].x), 0.5F * (seen[0].y + seen[1].y)), {0.337, 0.706, 0.914});
+  }
+  for (const ImVec2& p : seen) {
+    list_->AddCircleFilled(p, 5.0F, IM_COL32(0, 0, 0, 160));
+    list_->AddCircleFilled(p, 3.5F, palette_.accent);
+  }
+}
+
+void SceneMarks::DrawObjectPoints(const SnapshotObject& object, PointColors colors) const {
+  const double brightest = 0.3 * object.superquadric.shape.half_size.mean();  // residual
+  const float r = 3.6F * scale_;
+  for (const ObjectPoint& point : ObjectPoints(*document_.Map(), object)) {
+    const auto at = Seen(point.p_map);
     if (!at) {
       continue;
     }
-    const ImU32 color = Packed(Ramp(by_residual ? std::abs(point.residual) / scale : point.anomaly));
+    const ImU32 color =
+        Packed(Ramp(colors == PointColors::kResidual ? std::abs(point.residual) / brightest : point.anomaly));
     if (point.kept) {
-      list->AddCircleFilled(*at, r + 1.0F, IM_COL32(255, 255, 255, 220), 12);
-      list->AddCircleFilled(*at, r, color, 12);
+      list_->AddCircleFilled(*at, r + 1.0F, IM_COL32(255, 255, 255, 220), 12);
+      list_->AddCircleFilled(*at, r, color, 12);
     } else {
       for (const float side : {-1.0F, 1.0F}) {
         const ImVec2 a(at->x - r, at->y - side * r);
         const ImVec2 b(at->x + r, at->y + side * r);
-        list->AddLine(a, b, IM_COL32(255, 255, 255, 220), 4.0F);
-        list->AddLine(a, b, color, 2.2F);
+        list_->AddLine(a, b, IM_COL32(255, 255, 255, 220), 4.0F);
+        list_->AddLine(a, b, color, 2.2F);
       }
     }
   }
 }
 
-void DrawWires(const std::vector<WireLine>& lines, ImU32 color, float width,
+// Draws the edges of all solids as a camera sees them, the selected one `selected_width` wide.
+void DrawWires(const EditContext& context, const WindowState& window, const Camera& camera,
+               const Rigid3d& T_map_camera, float selected_width,
                const std::function<ImVec2(const Eigen::Vector2d&)>& at) {
   ImDrawList* list = ImGui::GetWindowDrawList();
-  for (const WireLine& line : lines) {
-    std::vector<ImVec2> points;
-    for (const Eigen::Vector2d& pixel : line.pixels) {
-      points.push_back(at(pixel));
-    }
-    const int count = static_cast<int>(points.size());
-    if (!line.hidden) {
-      list->AddPolyline(points.data(), count, IM_COL32(0, 0, 0, 130), 0, width + 1.8F);
-    }
-    list->AddPolyline(points.data(), count, line.hidden ? (color & 0x00FFFFFFU) | 0x60000000U : color, 0,
-                      line.hidden ? 1.0F : width);
-  }
-}
-
-void DrawChosen(const ViewerState& state, const SceneProjection& project) {
-  const AnnotationTool& tool = state.editing.annotation;
-  ImDrawList* list = ImGui::GetWindowDrawList();
-  const Palette& palette = PaletteOf(state.theme);
-  const float r = 2.6F * static_cast<float>(state.ui_scale);
-  if (!tool.cloud_file.empty() &&
-      tool.cloud) {  // a cloud of its own is not in the scene: an even share of it
-    constexpr std::size_t kMostDrawn = 20000;
-    const std::size_t step = tool.cloud->points.size() / kMostDrawn + 1;
-    for (std::size_t i = 0; i < tool.cloud->points.size(); i += step) {
-      if (const auto at = project.Seen(tool.cloud->points[i])) {
-        list->AddRectFilled(ImVec2(at->x - 1.0F, at->y - 1.0F), ImVec2(at->x + 1.0F, at->y + 1.0F),
-                            IM_COL32(120, 130, 145, 200));
+  for (const AnnotatedSolid& solid : context.editing.Solids().solids) {
+    const bool selected = solid.id == context.editing.annotation.selected;
+    const ImU32 color =
+        selected ? PaletteOf(window.theme).accent : Packed(context.document.colors(solid.label));
+    const float width = (selected ? selected_width : 1.6F) * static_cast<float>(window.scale);
+    for (const WireLine& line : ProjectWireframe(solid.solid, camera, T_map_camera)) {
+      std::vector<ImVec2> points;
+      for (const Eigen::Vector2d& pixel : line.pixels) {
+        points.push_back(at(pixel));
+      }
+      if (line.hidden) {
+        list->AddPolyline(points.data(), static_cast<int>(points.size()), (color & 0x00FFFFFFU) | 0x60000000U,
+                          0, 1.0F);
+      } else {
+        Stroke(points, color, width, 1.8F, false, IM_COL32(0, 0, 0, 130));
       }
     }
   }
-  for (const int index : tool.chosen) {
-    if (const auto at = project.Seen(tool.cloud->points[static_cast<std::size_t>(index)])) {
-      list->AddCircleFilled(*at, r + 1.0F, IM_COL32(0, 0, 0, 150), 8);
-      list->AddCircleFilled(*at, r, palette.accent, 8);
-    }
-  }
-  if (tool.outline.size() > 1) {
-    std::vector<ImVec2> outline;
-    for (const Eigen::Vector2d& pixel : tool.outline) {
-      outline.push_back(project.OnScreen(pixel));
-    }
-    list->AddPolyline(outline.data(), static_cast<int>(outline.size()), palette.accent, ImDrawFlags_Closed,
-                      1.8F);
+}
+
+void SceneMarks::DrawAnnotation(const EditContext& context) const {
+  DrawWires(context, window_, pinhole_, T_map_view_, 2.4F,
+            [this](const Eigen::Vector2d& pixel) { return OnScreen(pixel); });
+  DrawChosen();
+  if (const AnnotatedSolid* solid = SelectedSolid(context); solid != nullptr && !tool_.lasso) {
+    DrawHandles(solid->solid);
   }
 }
 
-void DrawHandles(const ViewerState& state, const SceneProjection& project, const Solid& solid) {
-  const AnnotationTool& tool = state.editing.annotation;
-  ImDrawList* list = ImGui::GetWindowDrawList();
-  const Palette& palette = PaletteOf(state.theme);
-  const auto scale = static_cast<float>(state.ui_scale);
-  const auto middle = project(solid.T_map_object.translation);
+void SceneMarks::DrawChosen() const {
+  if (!tool_.cloud_file.empty() && tool_.cloud) {  // not in the scene: an even share of it
+    constexpr std::size_t kMostDrawn = 20000;
+    const std::size_t step = tool_.cloud->size() / kMostDrawn + 1;
+    for (std::size_t i = 0; i < tool_.cloud->size(); i += step) {
+      if (const auto at = Seen((*tool_.cloud)[i])) {
+        list_->AddRectFilled(ImVec2(at->x - 1.0F, at->y - 1.0F), ImVec2(at->x + 1.0F, at->y + 1.0F),
+                             IM_COL32(120, 130, 145, 200));
+      }
+    }
+  }
+  const float r = 2.6F * scale_;
+  for (const int index : tool_.chosen) {
+    if (const auto at = Seen((*tool_.cloud)[static_cast<std::size_t>(index)])) {
+      list_->AddCircleFilled(*at, r + 1.0F, IM_COL32(0, 0, 0, 150), 8);
+      list_->AddCircleFilled(*at, r, palette_.accent, 8);
+    }
+  }
+  if (tool_.outline.size() > 1) {
+    const std::vector<ImVec2> outline = OnScreen(tool_.outline);
+    list_->AddPolyline(outline.data(), static_cast<int>(outline.size()), palette_.accent, ImDrawFlags_Closed,
+                       1.8F);
+  }
+}
+
+void SceneMarks::DrawHandles(const Solid& solid) const {
+  const auto middle = Project(solid.T_map_object.translation);
   for (const SolidHandle& handle : SolidHandles()) {
-    const auto at = project(HandlePosition(solid, handle));
+    const auto at = Project(HandlePosition(solid, handle));
     if (!at) {
       continue;
     }
-    const bool hot = tool.drag ? tool.drag->handle == handle : tool.hovered == handle;
-    const float r = (hot ? 6.5F : 5.0F) * scale;
-    const ImU32 fill = hot ? palette.accent : IM_COL32(255, 255, 255, 255);
+    const bool hot = tool_.drag ? tool_.drag->handle == handle : tool_.hovered == handle;
+    const float r = (hot ? 6.5F : 5.0F) * scale_;
+    const ImU32 fill = hot ? palette_.accent : IM_COL32(255, 255, 255, 255);
     const ImU32 edge = IM_COL32(20, 24, 30, 255);
     if (handle.kind == SolidHandle::Kind::kYaw) {
       if (middle) {
-        list->AddLine(*middle, *at, IM_COL32(255, 255, 255, 150), 1.2F);
+        list_->AddLine(*middle, *at, IM_COL32(255, 255, 255, 150), 1.2F);
       }
-      list->AddCircle(*at, r, edge, 20, 4.5F);
-      list->AddCircle(*at, r, fill, 20, 2.4F);
+      list_->AddCircle(*at, r, edge, 20, 4.5F);
+      list_->AddCircle(*at, r, fill, 20, 2.4F);
     } else if (handle.kind == SolidHandle::Kind::kCenter) {
-      list->AddCircleFilled(*at, r + 1.3F, edge, 20);
-      list->AddCircleFilled(*at, r, fill, 20);
+      list_->AddCircleFilled(*at, r + 1.3F, edge, 20);
+      list_->AddCircleFilled(*at, r, fill, 20);
     } else {
-      list->AddRectFilled(ImVec2(at->x - r, at->y - r), ImVec2(at->x + r, at->y + r), edge, 1.5F);
-      list->AddRectFilled(ImVec2(at->x - r + 1.3F, at->y - r + 1.3F),
-                          ImVec2(at->x + r - 1.3F, at->y + r - 1.3F), fill, 1.0F);
+      list_->AddRectFilled(ImVec2(at->x - r, at->y - r), ImVec2(at->x + r, at->y + r), edge, 1.5F);
+      list_->AddRectFilled(ImVec2(at->x - r + 1.3F, at->y - r + 1.3F),
+                           ImVec2(at->x + r - 1.3F, at->y + r - 1.3F), fill, 1.0F);
     }
   }
 }
 
 }  // namespace
 
-void DrawSceneMarks(const ViewerState& state, ImVec2 origin) {
-  if (state.Map() == nullptr) {
-    return;
+void DrawSceneMarks(const EditContext& context, const WindowState& window, ImVec2 origin) {
+  const Document& document = context.document;
+  const Selection& selection = context.selection;
+  const SceneMarks marks(context, window, origin);
+  marks.DrawSelection(selection);
+  // During a run the scene is drawn only where the map is another one; the camera moves all the
+  // time.
+  if (document.run.active && context.view.style->cameras.current) {
+    marks.DrawInputCamera();
   }
-  const SceneProjection project(state, origin);
-  DrawObjectPoints(state, project);
-  const AnnotationTool& tool = state.editing.annotation;
-  if (!tool.active) {
-    return;
+  if (const auto* named = document.Object(selection.hovered ? selection.hovered : selection.selected)) {
+    marks.DrawName(*named);
   }
-  const auto scale = static_cast<float>(state.ui_scale);
-  for (const AnnotatedSolid& solid : state.editing.document.Current().annotation.solids) {
-    const bool selected = solid.id == tool.selected;
-    DrawWires(ProjectWireframe(solid.solid, project.pinhole, project.T_map_view),
-              selected ? PaletteOf(state.theme).accent : Packed(state.colors(solid.label)),
-              (selected ? 2.4F : 1.6F) * scale,
-              [&](const Eigen::Vector2d& pixel) { return project.OnScreen(pixel); });
+  if (selection.measuring) {
+    marks.DrawMeasurement(selection.measured);
   }
-  DrawChosen(state, project);
-  if (const AnnotatedSolid* solid = SelectedSolid(state); solid != nullptr && !tool.lasso) {
-    DrawHandles(state, project, solid->solid);
+  const SnapshotObject* object = document.Object(selection.selected);
+  if (object != nullptr && context.editing.point_colors != PointColors::kNone) {
+    marks.DrawObjectPoints(*object, context.editing.point_colors);
+  }
+  if (document.Map() != nullptr && context.editing.annotation.active) {
+    marks.DrawAnnotation(context);
   }
 }
 
-bool AnnotateWithMouse(ViewerState& state, ImVec2 origin, bool hovered) {
-  AnnotationTool& tool = state.editing.annotation;
+bool AnnotateWithMouse(const EditContext& context, const WindowState& window, ImVec2 origin, bool hovered) {
+  AnnotationTool& tool = context.editing.annotation;
+  constexpr double kReach = 9.0;  // pixels from a handle at scale 1
   if (!tool.active) {
     return false;
   }
@@ -211,29 +335,29 @@ bool AnnotateWithMouse(ViewerState& state, ImVec2 origin, bool hovered) {
       tool.outline.push_back(mouse);
     }
     if (!drawing && !tool.outline.empty()) {
-      FinishLasso(state, io.KeyShift  ? SelectMode::kAdd
-                         : io.KeyCtrl ? SelectMode::kRemove
-                                      : SelectMode::kReplace);
+      FinishLasso(context, io.KeyShift  ? SelectMode::kAdd
+                           : io.KeyCtrl ? SelectMode::kRemove
+                                        : SelectMode::kReplace);
     }
     return drawing || (hovered && !ImGui::IsAnyMouseDown() && io.MouseWheel == 0.0F);
   }
   if (tool.drag) {
     if (ImGui::IsMouseDown(ImGuiMouseButton_Left)) {
-      DragTo(state, mouse);
+      DragTo(context, mouse);
     } else {
-      EndDrag(state);
+      EndDrag(context);
     }
     return true;
   }
-  tool.hovered = hovered ? HandleAt(state, mouse) : std::nullopt;
+  tool.hovered = hovered ? HandleAt(context, mouse, kReach * window.scale) : std::nullopt;
   if (tool.hovered && ImGui::IsItemActivated() && ImGui::IsMouseClicked(ImGuiMouseButton_Left)) {
-    BeginDrag(state, *tool.hovered, mouse);
+    BeginDrag(context, *tool.hovered, mouse);
     return true;
   }
   const ImVec2 pressed = io.MouseClickedPos[0];
   const bool still = std::hypot(io.MousePos.x - pressed.x, io.MousePos.y - pressed.y) < 3.0F;
   if (hovered && still && ImGui::IsMouseReleased(ImGuiMouseButton_Left)) {
-    if (const std::optional<int> solid = SolidAt(state, mouse)) {
+    if (const std::optional<int> solid = SolidAt(context, mouse)) {
       tool.selected = solid;
       return true;
     }
@@ -241,18 +365,11 @@ bool AnnotateWithMouse(ViewerState& state, ImVec2 origin, bool hovered) {
   return tool.hovered.has_value() && io.MouseWheel == 0.0F;
 }
 
-void DrawImageMarks(const ViewerState& state, const std::function<ImVec2(double, double)>& at) {
-  const AnnotationTool& tool = state.editing.annotation;
-  const MapSnapshot* map = state.Map();
-  if (!tool.active || map == nullptr || !map->T_map_camera) {
-    return;
-  }
-  for (const AnnotatedSolid& solid : state.editing.document.Current().annotation.solids) {
-    const bool selected = solid.id == tool.selected;
-    DrawWires(ProjectWireframe(solid.solid, map->camera, *map->T_map_camera),
-              selected ? PaletteOf(state.theme).accent : Packed(state.colors(solid.label)),
-              (selected ? 2.2F : 1.6F) * static_cast<float>(state.ui_scale),
-              [&](const Eigen::Vector2d& pixel) { return at(pixel.x(), pixel.y()); });
+void DrawImageMarks(const EditContext& context, const WindowState& window,
+                    const std::function<ImVec2(const Eigen::Vector2d&)>& at) {
+  const MapSnapshot* map = context.document.Map();
+  if (context.editing.annotation.active && map != nullptr && map->T_map_camera) {
+    DrawWires(context, window, map->camera, *map->T_map_camera, 2.2F, at);
   }
 }
 

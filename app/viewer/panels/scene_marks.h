@@ -2,22 +2,24 @@
 
 #include <imgui.h>
 
-#include <Eigen/Core>
 #include <functional>
 
-#include "app/viewer/viewer_state.h"
+#include "app/viewer/state/viewer_state.h"
 
-// What editing draws over the scene and over the image, and what it does with the mouse there.
+// Marks over the scene and over the image: the selection, the input camera, measurements, and what editing
+// draws there and does with the mouse.
 namespace sqslam::viewer {
 
-// `origin`: of the scene on the screen. Points of the selected object, solids, their handles, the lasso.
-void DrawSceneMarks(const ViewerState& state, ImVec2 origin);
+// Draws all marks over the scene. `origin`: its top-left corner on the screen, pixels.
+void DrawSceneMarks(const EditContext& context, const WindowState& window, ImVec2 origin);
 
 // Takes the mouse where annotating needs it; true where the scene must leave it alone then. `hovered`: the
 // mouse is over the scene; to be called while the scene's button is ImGui's last item.
-bool AnnotateWithMouse(ViewerState& state, ImVec2 origin, bool hovered);
+bool AnnotateWithMouse(const EditContext& context, const WindowState& window, ImVec2 origin, bool hovered);
 
-// Edges of the solids over the image of the present frame. `at` leads from its pixels to the screen.
-void DrawImageMarks(const ViewerState& state, const std::function<ImVec2(double, double)>& at);
+// Draws the edges of the solids over the image of the present frame. `at` leads from its pixels to the
+// screen.
+void DrawImageMarks(const EditContext& context, const WindowState& window,
+                    const std::function<ImVec2(const Eigen::Vector2d&)>& at);
 
 }  // namespace sqslam::viewer

@@ -4,13 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "app/viewer/panels/panels.h"
-#include "app/viewer/widgets.h"
+#include "app/viewer/widgets/widgets.h"
 
 namespace sqslam::viewer {
 namespace {
@@ -36,129 +35,111 @@ std::string ValueText(const Series& series, double value) {
 
 class TimelinePanel : public Panel {
  public:
-  Place Where() const override { return Place::kBottom; }
-  std::string Title() const override { return "Time"; }
-  bool Wanted(const ViewerState& state) const override {
-    return state.document.kind != Document::Kind::kNone && !state.document.timeline.Empty();
+  TimelinePanel(const Document& document, Playback& playback, const WindowState& window, Requests& requests)
+      : Panel(Place::kBottom, "Time"),
+        document_(document),
+        timeline_(document.timeline),
+        playback_(playback),
+        window_(window),
+        requests_(requests) {}
+  bool Wanted() const override {
+    return document_.kind != Document::Kind::kNone && !document_.timeline.Empty();
   }
 
-  void Draw(ViewerState& state) override {
-    if (state.run.active) {
-      DrawRunControls(state);
+  void Draw() override {
+    if (document_.run.active) {
+      DrawRunControls();
     } else {
-      DrawTransport(state);
+      DrawTransport();
     }
-    DrawPlots(state);
+    DrawPlots();
   }
 
  private:
-  static void DrawTransport(ViewerState& state) {
-    Playback& playback = state.playback;
-    const Timeline& timeline = state.document.timeline;
+  void DrawTransport() {
     if (IconButton("first", Icon::kFirst, "To the start (Home)")) {
-      playback.playing = false;
-      playback.time = timeline.Begin();
+      playback_.JumpTo(timeline_.Begin());
     }
     ImGui::SameLine();
     if (IconButton("back", Icon::kStepBack,
                    "Previous frame (Left); previous state of the map (Shift Left)")) {
-      playback.Step(-1, timeline);
+      playback_.Step(-1, timeline_);
     }
     ImGui::SameLine();
-    const bool backward = playback.playing && playback.speed < 0.0;
+    const bool backward = playback_.Plays(-1.0);
     if (IconButton("backward", backward ? Icon::kPause : Icon::kBackward, "Play backward (B)", backward)) {
-      PlayBy(state, -1.0);
+      playback_.Toggle(-1.0, timeline_);
     }
     ImGui::SameLine();
-    const bool forward = playback.playing && playback.speed > 0.0;
+    const bool forward = playback_.Plays(1.0);
     if (IconButton("play", forward ? Icon::kPause : Icon::kPlay, "Play (Space)", forward)) {
-      PlayBy(state, 1.0);
+      playback_.Toggle(1.0, timeline_);
     }
     ImGui::SameLine();
     if (IconButton("forward", Icon::kStepForward,
                    "Next frame (Right); next state of the map (Shift Right)")) {
-      playback.Step(1, timeline);
+      playback_.Step(1, timeline_);
     }
     ImGui::SameLine();
     if (IconButton("last", Icon::kLast, "To the finished map (End)")) {
-      playback.playing = false;
-      playback.time = timeline.End();
+      playback_.JumpTo(timeline_.End());
     }
     ImGui::SameLine();
-    DrawSpeed(playback);
-    ImGui::SameLine();
-    DrawTime(state);
-  }
-
-  // Plays in a direction, or stops what plays that way.
-  static void PlayBy(ViewerState& state, double direction) {
-    Playback& playback = state.playback;
-    if (playback.playing && playback.speed * direction > 0.0) {
-      playback.playing = false;
-      return;
-    }
-    playback.playing = false;
-    playback.speed = std::copysign(playback.speed, direction);
-    playback.Toggle(state.document.timeline);
-  }
-
-  static void DrawSpeed(Playback& playback) {
-    constexpr std::array<double, 8> kSpeeds = {0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0};
-    ImGui::SetNextItemWidth(5.4F * ImGui::GetFontSize());
-    if (ImGui::BeginCombo("##speed", fmt::format("{:g}\u00d7", std::abs(playback.speed)).c_str())) {
-      for (const double speed : kSpeeds) {
-        if (ImGui::Selectable(fmt::format("{:g}\u00d7", speed).c_str(), speed == std::abs(playback.speed))) {
-          playback.speed = std::copysign(speed, playback.speed);
-        }
-      }
-      ImGui::EndCombo();
+    const auto name = [](double speed) { return fmt::format("{:g}\u00d7", std::abs(speed)); };
+    if (const auto speed =
+            NumberChoice("##speed", playback_.speed, {0.1, 0.25, 0.5, 1, 2, 4, 8, 16}, name, 5.4F)) {
+      playback_.speed = std::copysign(*speed, playback_.speed);
     }
     Tip("Speed of playing, against that of the camera");
+    ImGui::SameLine();
+    DrawTime();
   }
 
-  static void DrawTime(const ViewerState& state) {
-    const Timeline& timeline = state.document.timeline;
-    const double time = state.playback.time;
-    const Moment& moment = timeline.moments[static_cast<std::size_t>(std::max(0, timeline.At(time)))];
+  // One of several numbers in a list that opens.
+  template <typename Name>
+  static std::optional<double> NumberChoice(const char* id, double current,
+                                            const std::vector<double>& numbers, Name name, float width) {
+    std::vector<std::string> words;
+    for (const double number : numbers) {
+      words.push_back(name(number));
+    }
+    const std::optional<std::size_t> chosen = Choice(id, name(current), words, width);
+    return chosen ? std::optional(numbers[*chosen]) : std::nullopt;
+  }
+
+  void DrawTime() const {
+    const double begin = timeline_.Begin();
+    const Moment& moment = timeline_.MomentAt(playback_.time);
+    const Moment& last = timeline_.moments.back();
     ImGui::AlignTextToFramePadding();
     ImGui::TextUnformatted(
-        fmt::format("{} / {}", Clock(time - timeline.Begin()), Clock(timeline.End() - timeline.Begin()))
-            .c_str());
+        fmt::format("{} / {}", Clock(playback_.time - begin), Clock(timeline_.End() - begin)).c_str());
     ImGui::SameLine(0.0F, 1.6F * ImGui::GetFontSize());
-    ImGui::TextDisabled("frame %lld of %lld    state %d of %d of the map",
-                        static_cast<long long>(moment.frame_index),
-                        static_cast<long long>(timeline.moments.back().frame_index), moment.snapshot + 1,
-                        timeline.moments.back().snapshot + 1);
+    Dim(fmt::format("frame {} of {}    state {} of {} of the map", moment.frame_index, last.frame_index,
+                    moment.snapshot + 1, last.snapshot + 1));
   }
 
-  static void DrawRunControls(ViewerState& state) {
-    using What = RunRequestChange::What;
-    RunStatus& run = state.run;
+  void DrawRunControls() {
+    using What = RunControl::What;
+    const RunStatus& run = document_.run;
     if (IconButton("pause", run.paused ? Icon::kPlay : Icon::kPause,
                    run.paused ? "Go on (Space)" : "Pause the run (Space)", run.paused)) {
-      state.Ask(RunRequestChange{run.paused ? What::kContinue : What::kPause});
+      requests_.Ask(RunControl{run.paused ? What::kContinue : What::kPause});
     }
     ImGui::SameLine();
     if (IconButton("step", Icon::kStepForward, "One frame, then pause (Right)")) {
-      state.Ask(RunRequestChange{What::kStep});
+      requests_.Ask(RunControl{What::kStep});
     }
     ImGui::SameLine();
     if (IconButton("end", Icon::kStop, "End the run here and save it")) {
-      state.Ask(RunRequestChange{What::kEnd});
+      requests_.Ask(RunControl{What::kEnd});
     }
     ImGui::SameLine();
-    constexpr std::array<double, 6> kRates = {0.0, 60.0, 30.0, 15.0, 5.0, 1.0};
     const auto name = [](double rate) {
       return rate > 0.0 ? fmt::format("{:g} frames/s", rate) : std::string("full speed");
     };
-    ImGui::SetNextItemWidth(9.0F * ImGui::GetFontSize());
-    if (ImGui::BeginCombo("##rate", name(run.max_rate).c_str())) {
-      for (const double rate : kRates) {
-        if (ImGui::Selectable(name(rate).c_str(), rate == run.max_rate)) {
-          run.max_rate = rate;
-        }
-      }
-      ImGui::EndCombo();
+    if (const auto rate = NumberChoice("##rate", run.max_rate, {0, 60, 30, 15, 5, 1}, name, 9.0F)) {
+      requests_.Ask(RunControl{What::kRate, *rate});
     }
     Tip("How fast the images are taken at most");
     ImGui::SameLine();
@@ -166,106 +147,110 @@ class TimelinePanel : public Panel {
     const std::string of = run.total > 0 ? fmt::format(" of {}", run.total) : "";
     ImGui::TextUnformatted(fmt::format("frame {}{}", run.frames, of).c_str());
     ImGui::SameLine(0.0F, 1.6F * ImGui::GetFontSize());
-    ImGui::TextDisabled("%s", run.ending ? "saving the map ..." : run.paused ? "paused" : run.state.c_str());
+    Dim(run.ending ? "saving the map ..." : run.paused ? "paused" : run.state);
   }
 
-  // What older recordings do not hold has no curve.
-  static std::vector<Curve> CurvesOf(const ViewerState& state) {
-    const Palette& palette = PaletteOf(state.theme);
-    const RunSeries& series = state.document.timeline.series;
-    std::vector<Curve> curves;
+  // Values that older recordings do not hold have no curve.
+  std::vector<Curve> Curves() const {
+    const Palette& palette = PaletteOf(window_.theme);
+    const RunSeries& series = timeline_.series;
     const Series& tracked = series.Named("tracked points");
-    curves.push_back({tracked.HasValues() ? &tracked : &series.Named("map points"), palette.plot_a});
-    curves.push_back({&series.Named("objects"), palette.plot_b});
     const Series& timing = series.Named("tracking");
-    curves.push_back({timing.HasValues() ? &timing : &series.Named("keyframes"), palette.plot_c});
-    return curves;
+    return {{tracked.HasValues() ? &tracked : &series.Named("map points"), palette.plot_a},
+            {&series.Named("objects"), palette.plot_b},
+            {timing.HasValues() ? &timing : &series.Named("keyframes"), palette.plot_c}};
   }
 
-  void DrawPlots(ViewerState& state) {
+  // The place of the curves on the screen.
+  struct Axes {
+    ImVec2 low, high;                  // corners of all curves and marks
+    float names = 0.0F;                // left edge of the names
+    float marks = 0.0F;                // height of the marks below the curves
+    double begin = 0.0, length = 1.0;  // seconds
+
+    float X(double time) const {
+      return low.x + static_cast<float>((time - begin) / length) * (high.x - low.x);
+    }
+    double TimeAt(float x) const { return begin + (x - low.x) / std::max(high.x - low.x, 1.0F) * length; }
+  };
+
+  void DrawPlots() {
     const ImVec2 place = ImGui::GetContentRegionAvail();
-    const Timeline& timeline = state.document.timeline;
     const float em = ImGui::GetFontSize();
     if (place.y < 1.5F * em || place.x < 10.0F * em) {
       return;
     }
     const ImVec2 corner = ImGui::GetCursorScreenPos();
-    const float left = corner.x + 11.0F * em;  // the names of the curves stand there
-    const float right = corner.x + place.x - 0.5F * em;
-    const double begin = timeline.Begin();
-    const double length = std::max(timeline.End() - begin, 1e-6);
-    const auto x_of = [&](double time) {
-      return left + static_cast<float>((time - begin) / length) * (right - left);
-    };
-    ImGui::SetCursorScreenPos(ImVec2(left - 4.0F, corner.y));
-    ImGui::InvisibleButton("axis", ImVec2(right - left + 8.0F, place.y));
+    Axes axes;
+    axes.low = ImVec2(corner.x + 11.0F * em, corner.y);
+    axes.high = ImVec2(corner.x + place.x - 0.5F * em, corner.y + place.y);
+    axes.names = corner.x;
+    axes.marks = 0.9F * em;
+    axes.begin = timeline_.Begin();
+    axes.length = std::max(timeline_.End() - axes.begin, 1e-6);
+    ImGui::SetCursorScreenPos(ImVec2(axes.low.x - 4.0F, corner.y));
+    ImGui::InvisibleButton("axis", ImVec2(axes.high.x - axes.low.x + 8.0F, place.y));
     const bool hovered = ImGui::IsItemHovered();
-    if (ImGui::IsItemActive() && !state.run.active) {
-      const double share = (ImGui::GetIO().MousePos.x - left) / std::max(right - left, 1.0F);
-      state.playback.playing = false;
-      state.playback.time = begin + std::clamp(share, 0.0, 1.0) * length;
+    const float mouse = ImGui::GetIO().MousePos.x;
+    if (ImGui::IsItemActive() && !document_.run.active) {
+      playback_.JumpTo(std::clamp(axes.TimeAt(mouse), axes.begin, axes.begin + axes.length));
     }
-    const float axis = 0.9F * em;  // height of the marks below the curves
-    const std::vector<Curve> curves = CurvesOf(state);
-    const float height = (place.y - axis) / static_cast<float>(curves.size());
-    ImDrawList* list = ImGui::GetWindowDrawList();
-    const double now = state.run.active ? timeline.End() : state.playback.time;
+    const double now = document_.run.active ? timeline_.End() : playback_.time;
+    const std::vector<Curve> curves = Curves();
+    const float height = (place.y - axes.marks) / static_cast<float>(curves.size());
     for (std::size_t i = 0; i < curves.size(); ++i) {
       const float top = corner.y + static_cast<float>(i) * height;
-      DrawCurve(state, curves[i], ImVec2(left, top + 2.0F), ImVec2(right, top + height - 2.0F), x_of, now,
-                corner.x);
+      DrawCurve(curves[i], axes, top + 2.0F, top + height - 2.0F, now);
     }
-    DrawMarks(state, corner.x, ImVec2(left, corner.y), ImVec2(right, corner.y + place.y), axis, x_of);
-    const Palette& palette = PaletteOf(state.theme);
-    const float x = std::floor(x_of(now)) + 0.5F;
-    list->AddLine(ImVec2(x, corner.y), ImVec2(x, corner.y + place.y), palette.accent, 2.0F);
-    list->AddTriangleFilled(ImVec2(x - 5.0F, corner.y), ImVec2(x + 5.0F, corner.y),
-                            ImVec2(x, corner.y + 7.0F), palette.accent);
-    if (hovered && !state.run.active) {
-      const double per_pixel = length / std::max(right - left, 1.0F);
-      DrawPointer(state, curves, begin + (ImGui::GetIO().MousePos.x - left) * per_pixel, 5.0 * per_pixel);
+    DrawMarks(axes);
+    const ImU32 accent = PaletteOf(window_.theme).accent;
+    const float x = std::floor(axes.X(now)) + 0.5F;
+    ImDrawList* list = ImGui::GetWindowDrawList();
+    list->AddLine(ImVec2(x, axes.low.y), ImVec2(x, axes.high.y), accent, 2.0F);
+    list->AddTriangleFilled(ImVec2(x - 5.0F, axes.low.y), ImVec2(x + 5.0F, axes.low.y),
+                            ImVec2(x, axes.low.y + 7.0F), accent);
+    if (hovered && !document_.run.active) {
+      DrawPointer(curves, axes.TimeAt(mouse), axes.TimeAt(mouse + 5.0F) - axes.TimeAt(mouse));
     }
   }
 
   // Keyframes as ticks; what else happened as a line through all curves, with its name under the mouse.
-  static void DrawMarks(const ViewerState& state, float names, ImVec2 low, ImVec2 high, float axis,
-                        const std::function<float(double)>& x_of) {
+  void DrawMarks(const Axes& axes) const {
     ImDrawList* list = ImGui::GetWindowDrawList();
-    const Palette& palette = PaletteOf(state.theme);
-    const float em = ImGui::GetFontSize();
-    list->AddText(ImVec2(names, high.y - axis - 0.12F * em), palette.dim_text, "keyframes");
-    for (const RunMark& mark : state.document.timeline.series.Marks()) {
-      const float x = x_of(mark.timestamp);
-      if (x < low.x || x > high.x) {
+    const Palette& palette = PaletteOf(window_.theme);
+    const float top = axes.high.y - axes.marks;
+    list->AddText(ImVec2(axes.names, top - 0.12F * ImGui::GetFontSize()), palette.dim_text, "keyframes");
+    for (const RunMark& mark : timeline_.series.Marks()) {
+      const float x = axes.X(mark.timestamp);
+      if (x < axes.low.x || x > axes.high.x) {
         continue;
       }
       if (mark.kind == RunMark::Kind::kKeyframe) {
-        list->AddLine(ImVec2(x, high.y - axis + 2.0F), ImVec2(x, high.y - 2.0F), palette.dim_text, 1.0F);
+        list->AddLine(ImVec2(x, top + 2.0F), ImVec2(x, axes.high.y - 2.0F), palette.dim_text, 1.0F);
         continue;
       }
-      const bool bad = mark.kind == RunMark::Kind::kLost;
-      const ImU32 color = bad ? palette.bad : palette.good;
-      list->AddLine(ImVec2(x, low.y), ImVec2(x, high.y), color, 1.5F);
-      list->AddRectFilled(ImVec2(x - 3.5F, high.y - axis), ImVec2(x + 3.5F, high.y - axis + 7.0F), color,
-                          1.5F);
+      const ImU32 color = mark.kind == RunMark::Kind::kLost ? palette.bad : palette.good;
+      list->AddLine(ImVec2(x, axes.low.y), ImVec2(x, axes.high.y), color, 1.5F);
+      list->AddRectFilled(ImVec2(x - 3.5F, top), ImVec2(x + 3.5F, top + 7.0F), color, 1.5F);
     }
   }
 
-  static void DrawCurve(const ViewerState& state, const Curve& curve, ImVec2 low, ImVec2 high,
-                        const std::function<float(double)>& x_of, double now, float names) {
+  void DrawCurve(const Curve& curve, const Axes& axes, float top, float bottom, double now) const {
     ImDrawList* list = ImGui::GetWindowDrawList();
-    const Palette& palette = PaletteOf(state.theme);
+    const Palette& palette = PaletteOf(window_.theme);
     const float em = ImGui::GetFontSize();
-    list->AddRectFilled(low, high, ImGui::GetColorU32(ImGuiCol_FrameBg, 0.55F), 3.0F);
-    const float y = 0.5F * (low.y + high.y) - 0.5F * em;
-    list->AddRectFilled(ImVec2(names, y + 0.2F * em), ImVec2(names + 3.0F, y + 0.9F * em), curve.color);
-    list->AddText(ImVec2(names + 8.0F, y), palette.dim_text, curve.Name().c_str());
-    if (const auto value = ValueAt(state, *curve.series, now)) {
+    list->AddRectFilled(ImVec2(axes.low.x, top), ImVec2(axes.high.x, bottom),
+                        ImGui::GetColorU32(ImGuiCol_FrameBg, 0.55F), 3.0F);
+    const float y = 0.5F * (top + bottom) - 0.5F * em;
+    list->AddRectFilled(ImVec2(axes.names, y + 0.2F * em), ImVec2(axes.names + 3.0F, y + 0.9F * em),
+                        curve.color);
+    list->AddText(ImVec2(axes.names + 8.0F, y), palette.dim_text, curve.Name().c_str());
+    if (const auto value = ValueAt(*curve.series, now)) {
       const std::string text = ValueText(*curve.series, *value);
-      list->AddText(ImVec2(low.x - 0.6F * em - ImGui::CalcTextSize(text.c_str()).x, y), palette.text,
+      list->AddText(ImVec2(axes.low.x - 0.6F * em - ImGui::CalcTextSize(text.c_str()).x, y), palette.text,
                     text.c_str());
     }
-    const double top = std::max(curve.series->Range().second * 1.08, 1.0);
+    const double most = std::max(curve.series->Range().second * 1.08, 1.0);
     std::vector<ImVec2> points;
     const auto stroke = [&] {
       list->AddPolyline(points.data(), static_cast<int>(points.size()), curve.color, 0, 1.5F);
@@ -276,9 +261,9 @@ class TimelinePanel : public Panel {
         stroke();
         continue;
       }
-      const float x = x_of(curve.series->time[i]);
+      const float x = axes.X(curve.series->time[i]);
       const float at =
-          high.y - 1.5F - static_cast<float>(*curve.series->value[i] / top) * (high.y - low.y - 3.0F);
+          bottom - 1.5F - static_cast<float>(*curve.series->value[i] / most) * (bottom - top - 3.0F);
       if (points.size() >= 2 && points.back().y == at && points[points.size() - 2].y == at) {
         points.back().x = x;  // a longer level piece, not one more: their ends would thicken it
       } else {
@@ -288,37 +273,40 @@ class TimelinePanel : public Panel {
     stroke();
   }
 
-  static std::optional<double> ValueAt(const ViewerState& state, const Series& series, double time) {
-    const Timeline& timeline = state.document.timeline;
-    const int at = timeline.At(time);
-    return at < 0
-               ? std::nullopt
-               : series.At(static_cast<double>(timeline.moments[static_cast<std::size_t>(at)].frame_index));
+  std::optional<double> ValueAt(const Series& series, double time) const {
+    return series.At(static_cast<double>(timeline_.MomentAt(time).frame_index));
   }
 
-  static void DrawPointer(const ViewerState& state, const std::vector<Curve>& curves, double time,
-                          double reach) {
-    const Timeline& timeline = state.document.timeline;
-    const int at = timeline.At(time);
+  void DrawPointer(const std::vector<Curve>& curves, double time, double reach) const {
     ImGui::BeginTooltip();
-    ImGui::Text("%s   frame %lld", Clock(time - timeline.Begin()).c_str(),
-                static_cast<long long>(timeline.moments[static_cast<std::size_t>(at)].frame_index));
+    ImGui::TextUnformatted(
+        fmt::format("{}   frame {}", Clock(time - timeline_.Begin()), timeline_.MomentAt(time).frame_index)
+            .c_str());
     for (const Curve& curve : curves) {
-      if (const auto value = ValueAt(state, *curve.series, time)) {
-        ImGui::TextDisabled("%s  %s", curve.Name().c_str(), ValueText(*curve.series, *value).c_str());
+      if (const auto value = ValueAt(*curve.series, time)) {
+        Dim(curve.Name() + "  " + ValueText(*curve.series, *value));
       }
     }
-    for (const RunMark& mark : timeline.series.Marks()) {
+    for (const RunMark& mark : timeline_.series.Marks()) {
       if (mark.kind != RunMark::Kind::kKeyframe && std::abs(mark.timestamp - time) <= reach) {
         ImGui::TextUnformatted(std::string(MarkName(mark.kind)).c_str());
       }
     }
     ImGui::EndTooltip();
   }
+
+  const Document& document_;
+  const Timeline& timeline_;
+  Playback& playback_;
+  const WindowState& window_;
+  Requests& requests_;
 };
 
 }  // namespace
 
-PanelPtr MakeTimelinePanel() { return std::make_unique<TimelinePanel>(); }
+PanelPtr MakeTimelinePanel(const Document& document, Playback& playback, const WindowState& window,
+                           Requests& requests) {
+  return std::make_unique<TimelinePanel>(document, playback, window, requests);
+}
 
 }  // namespace sqslam::viewer

@@ -16,7 +16,7 @@ using Kind = SolidHandle::Kind;
 Solid Box() { return UprightSolid(SolidKind::kCuboid, {1.0, 2.0, 0.5}, 0.3, {0.4, 0.2, 0.5}); }
 
 // A line of sight from above, a little aside, to a point.
-ViewRay To(const Vector3d& p, const Vector3d& eye = {0.5, -3.0, 4.0}) { return {eye, p - eye}; }
+Ray To(const Vector3d& p, const Vector3d& eye = {0.5, -3.0, 4.0}) { return {eye, p - eye}; }
 
 TEST(Annotation, GivesNewSolidsIdsOfTheirOwn) {
   Annotation annotation;
@@ -48,11 +48,7 @@ TEST(Annotation, RefusesSolidsThatAreNone) {
 }
 
 TEST(Annotation, KindsHaveNamesAndExponents) {
-  for (const SolidKind kind :
-       {SolidKind::kCuboid, SolidKind::kCylinder, SolidKind::kEllipsoid, SolidKind::kSuperquadric}) {
-    EXPECT_EQ(KindNamed(KindName(kind)), kind);
-  }
-  EXPECT_FALSE(KindNamed("cone").has_value());
+  EXPECT_EQ(KindName(SolidKind::kCylinder), "cylinder");
   Solid solid = Box();
   SetKind(solid, SolidKind::kCylinder);
   EXPECT_EQ(solid.e1, 0.1);

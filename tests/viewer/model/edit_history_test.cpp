@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "app/viewer/model/viewer_document.h"
+#include "app/viewer/model/edited_document.h"
 #include "slam/util/error.h"
 #include "tests/io/temporary_folder.h"
 
@@ -68,18 +68,18 @@ TEST(EditHistory, ForgetsTheOldestSteps) {
   EXPECT_EQ(history.Current(), 11);
 }
 
-class ViewerDocumentTest : public testing::Test {
+class EditedDocumentTest : public testing::Test {
  protected:
   TemporaryFolder folder_;
   std::filesystem::path recording_ = folder_.Path() / "map.sqmap";
 };
 
-TEST_F(ViewerDocumentTest, EditsAndAnnotationShareOneHistoryAndKnowWhatIsUnsaved) {
-  ViewerDocument document;
+TEST_F(EditedDocumentTest, EditsAndAnnotationShareOneHistoryAndKnowWhatIsUnsaved) {
+  EditedDocument document;
   document.OpenRecording(recording_);
   EXPECT_FALSE(document.Modified());
-  document.Do("Delete 3", [](DocumentState& state) { state.edits.Delete(3); });
-  document.Do("Add cup", [](DocumentState& state) {
+  document.Do("Delete 3", [](EditedState& state) { state.edits.Delete(3); });
+  document.Do("Add cup", [](EditedState& state) {
     state.annotation.Add({0, "cup", "", UprightSolid(SolidKind::kCylinder, {0, 0, 0}, 0, {1, 1, 1}), ""});
   });
   EXPECT_TRUE(document.EditsModified());
@@ -95,25 +95,25 @@ TEST_F(ViewerDocumentTest, EditsAndAnnotationShareOneHistoryAndKnowWhatIsUnsaved
   EXPECT_FALSE(document.EditsModified());
 }
 
-TEST_F(ViewerDocumentTest, OpensTheEditsBesideTheRecordingAndRemovesThemWithTheLastEdit) {
-  ViewerDocument document;
+TEST_F(EditedDocumentTest, OpensTheEditsBesideTheRecordingAndRemovesThemWithTheLastEdit) {
+  EditedDocument document;
   document.OpenRecording(recording_);
-  document.Do("Hide", [](DocumentState& state) { state.edits.Hide(2); });
+  document.Do("Hide", [](EditedState& state) { state.edits.Hide(2); });
   document.SaveEdits();
   EXPECT_TRUE(std::filesystem::exists(folder_.Path() / "map.sqmap.edits.json"));
-  ViewerDocument again;
+  EditedDocument again;
   again.OpenRecording(recording_);
   EXPECT_TRUE(again.Current().edits.Of(2).hidden);
   EXPECT_FALSE(again.Modified());
   EXPECT_FALSE(again.History().CanUndo());
-  again.Do("Show", [](DocumentState& state) { state.edits.Hide(2, false); });
+  again.Do("Show", [](EditedState& state) { state.edits.Hide(2, false); });
   again.SaveEdits();
   EXPECT_FALSE(std::filesystem::exists(folder_.Path() / "map.sqmap.edits.json"));
 }
 
-TEST_F(ViewerDocumentTest, AStepThatFailsChangesNothing) {
-  ViewerDocument document;
-  const auto merge_with_itself = [](DocumentState& state) {
+TEST_F(EditedDocumentTest, AStepThatFailsChangesNothing) {
+  EditedDocument document;
+  const auto merge_with_itself = [](EditedState& state) {
     state.edits.Rename(1, "x");
     state.edits.Merge(4, 4);
   };
@@ -122,15 +122,15 @@ TEST_F(ViewerDocumentTest, AStepThatFailsChangesNothing) {
   EXPECT_FALSE(document.History().CanUndo());
 }
 
-TEST_F(ViewerDocumentTest, AnAnnotationIsSavedWhereItWasOpened) {
+TEST_F(EditedDocumentTest, AnAnnotationIsSavedWhereItWasOpened) {
   const auto file = folder_.Path() / "objects_gt.json";
-  ViewerDocument document;
-  document.Do("Add", [](DocumentState& state) {
+  EditedDocument document;
+  document.Do("Add", [](EditedState& state) {
     state.annotation.Add({0, "cup", "", UprightSolid(SolidKind::kCuboid, {1, 2, 3}, 0.5, {1, 1, 1}), ""});
   });
   document.SaveAnnotation(file);
   EXPECT_FALSE(document.AnnotationModified());
-  ViewerDocument again;
+  EditedDocument again;
   again.OpenAnnotation(file);
   EXPECT_EQ(again.AnnotationFile(), file);
   EXPECT_FALSE(again.AnnotationModified());

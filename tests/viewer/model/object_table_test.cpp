@@ -29,7 +29,7 @@ std::vector<int> Shown(const std::string& filter, const ObjectEdits& edits = {})
   std::vector<int> ids;
   for (const ObjectRow& row : ObjectRows(*Apply(edits, Desk(), HiddenObjects::kKeep), edits)) {
     if (RowFilter(filter).Shows(row)) {
-      ids.push_back(row.id);
+      ids.push_back(row.object.id);
     }
   }
   return ids;
@@ -40,7 +40,7 @@ std::vector<int> Sorted(ObjectColumn column, bool ascending) {
   SortRows(rows, column, ascending);
   std::vector<int> ids;
   for (const ObjectRow& row : rows) {
-    ids.push_back(row.id);
+    ids.push_back(row.object.id);
   }
   return ids;
 }

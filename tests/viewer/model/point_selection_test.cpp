@@ -70,16 +70,15 @@ TEST(PointSelection, TheGroundIsTheMapsOrTheLargestLevelPlane) {
 
 TEST(PointSelection, CloudsComeFromMapsAndFiles) {
   const MapSnapshot map = HandMadeMap();
-  const AnnotationCloud of_map = CloudOf(map);
-  ASSERT_EQ(of_map.points.size(), map.points.size());
-  EXPECT_EQ(of_map.rgb[7], map.points[7].rgb);
+  const Points of_map = PointsOf(map);
+  ASSERT_EQ(of_map.size(), map.points.size());
+  EXPECT_EQ(of_map[7], map.points[7].p_map.cast<double>());
   const TemporaryFolder folder;
   const auto file = folder.Write("cloud.xyz", "1 2 3\n4 5 6\n");
   Sim3d half;
   half.scale = 0.5;
-  const AnnotationCloud of_file = ReadCloud(file, half);
-  EXPECT_THAT(of_file.points, ElementsAre(Vector3d(0.5, 1.0, 1.5), Vector3d(2.0, 2.5, 3.0)));
-  EXPECT_TRUE(of_file.rgb.empty());
+  const Points of_file = ReadPoints(file, half);
+  EXPECT_THAT(of_file, ElementsAre(Vector3d(0.5, 1.0, 1.5), Vector3d(2.0, 2.5, 3.0)));
 }
 
 }  // namespace

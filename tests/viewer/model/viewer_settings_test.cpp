@@ -51,8 +51,8 @@ TEST_F(ViewerSettingsTest, FilesLieWhereTheDesktopSays) {
   Set("XDG_CONFIG_HOME", "");
   Set("HOME", "");
   EXPECT_EQ(SettingsFile(), "");
-  SaveSettings("", {});  // nowhere to keep anything: no error
-  EXPECT_EQ(LoadSettings("").values.theme, "dark");
+  Save("", ViewerSettings());  // nowhere to keep anything: no error
+  EXPECT_EQ(Load<ViewerSettings>("").values.theme, "dark");
 }
 
 TEST_F(ViewerSettingsTest, EverythingComesBack) {
@@ -61,8 +61,8 @@ TEST_F(ViewerSettingsTest, EverythingComesBack) {
   settings.style = "blueprint";
   settings.font_size = 21.5;
   settings.show_image = false;
-  SaveSettings(file_, settings);
-  const auto loaded = LoadSettings(file_);
+  Save(file_, settings);
+  const auto loaded = Load<ViewerSettings>(file_);
   EXPECT_TRUE(loaded.warnings.empty());
   EXPECT_EQ(loaded.values.theme, "light");
   EXPECT_EQ(loaded.values.style, "blueprint");
@@ -74,8 +74,8 @@ TEST_F(ViewerSettingsTest, EverythingComesBack) {
   memory.side = 412.5;
   memory.Remember("/data/a b, [c]/map.sqmap");
   memory.Remember("/data/\u00e4/map.sqmap");
-  SaveMemory(file_, memory);
-  const auto state = LoadMemory(file_);
+  Save(file_, memory);
+  const auto state = Load<ViewerMemory>(file_);
   EXPECT_TRUE(state.warnings.empty()) << state.warnings.front();
   EXPECT_EQ(state.values.window_width, 1234);
   EXPECT_EQ(state.values.side, 412.5);
@@ -84,14 +84,14 @@ TEST_F(ViewerSettingsTest, EverythingComesBack) {
 
 TEST_F(ViewerSettingsTest, KeysOfOtherVersionsArePassedOver) {
   folder_.Write("sqslam/viewer.yaml", "future: {a: 1}\ntheme: light\n");
-  const auto loaded = LoadSettings(file_);
+  const auto loaded = Load<ViewerSettings>(file_);
   EXPECT_TRUE(loaded.warnings.empty());
   EXPECT_EQ(loaded.values.theme, "light");
 }
 
 TEST_F(ViewerSettingsTest, OneWrongValueCostsNoOther) {
   folder_.Write("sqslam/viewer.yaml", "theme: pink\n\nfont_size: 300\nstyle: minimal\n");
-  const auto loaded = LoadSettings(file_);
+  const auto loaded = Load<ViewerSettings>(file_);
   EXPECT_EQ(loaded.values.theme, "dark");
   EXPECT_EQ(loaded.values.font_size, 15.0);
   EXPECT_EQ(loaded.values.style, "minimal");
@@ -102,13 +102,14 @@ TEST_F(ViewerSettingsTest, OneWrongValueCostsNoOther) {
 
 TEST_F(ViewerSettingsTest, ABrokenFileGivesTheDefaultsAndAWarning) {
   folder_.Write("sqslam/viewer.yaml", "theme: light\nstyle: [\n");
-  EXPECT_EQ(LoadSettings(file_).values.theme, "dark");
-  EXPECT_THAT(LoadSettings(file_).warnings, ElementsAre(HasSubstr("no valid YAML; the defaults are used")));
+  EXPECT_EQ(Load<ViewerSettings>(file_).values.theme, "dark");
+  EXPECT_THAT(Load<ViewerSettings>(file_).warnings,
+              ElementsAre(HasSubstr("no valid YAML; the defaults are used")));
   folder_.Write("sqslam/viewer.yaml", "just words");
-  EXPECT_THAT(LoadMemory(file_).warnings, ElementsAre(HasSubstr("expected lines 'name: value'")));
+  EXPECT_THAT(Load<ViewerMemory>(file_).warnings, ElementsAre(HasSubstr("expected lines 'name: value'")));
   folder_.Write("sqslam/viewer.yaml", "");
-  EXPECT_TRUE(LoadMemory(file_).warnings.empty());
-  EXPECT_TRUE(LoadMemory(folder_.Path() / "none").warnings.empty());
+  EXPECT_TRUE(Load<ViewerMemory>(file_).warnings.empty());
+  EXPECT_TRUE(Load<ViewerMemory>(folder_.Path() / "none").warnings.empty());
 }
 
 TEST_F(ViewerSettingsTest, RecentFilesAreAbsoluteOnceAndFew) {
@@ -130,7 +131,7 @@ TEST_F(ViewerSettingsTest, RecentFilesAreAbsoluteOnceAndFew) {
 
 TEST_F(ViewerSettingsTest, WhatCannotBeWrittenIsToldAbout) {
   folder_.Write("sqslam", "a file where the folder should be");
-  EXPECT_THROW(SaveSettings(file_, {}), InputError);
+  EXPECT_THROW(Save(file_, ViewerSettings()), InputError);
 }
 
 }  // namespace

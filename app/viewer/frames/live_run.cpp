@@ -1,0 +1,271 @@
+#include "app/viewer/frames/live_run.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "app/experiment/child_program.h"
+#include "app/report/report.h"
+#include "slam/util/error.h"
+
+namespace sqslam::viewer {
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+namespace {
+
+std::string StateName(TrackingState state) {
+  switch (state) {
+    case TrackingState::kTracking:
+      return "tracking";
+    case TrackingState::kLost:
+      return "tracking is lost";
+    case TrackingState::kNotInitialized:
+      break;
+  }
+  return "waiting for the camera to move sideways";
+}
+
+}  // namespace
+
+struct LiveRun::Impl : RunHost {
+  Impl(const RunRequest& wanted, const app::RunPictures& wanted_pictures)
+      : request(wanted), pictures(wanted_pictures) {}
+
+  template <typename Change>
+  void Tell(Change&& change) {
+    const std::lock_guard lock(mutex);
+    change();
+  }
+
+  bool Ended() const {
+    const std::lock_guard lock(mutex);
+    return ended;
+  }
+
+  bool Stopped() const override { return Ended() || interrupt->Interrupted(); }
+
+  bool AdmitFrame() override {
+    std::unique_lock lock(mutex);
+    if (max_rate > 0.0) {
+      const auto due = last_frame + std::chrono::duration_cast<Clock::duration>(
+                                        std::chrono::duration<double>(1.0 / max_rate));
+      changed.wait_until(lock, due, [&] { return ended; });
+    }
+    changed.wait(lock, [&] { return ended || !paused || steps > 0; });
+    steps = std::max(0, steps - 1);
+    last_frame = Clock::now();
+    return !ended && !interrupt->Interrupted();
+  }
+
+  void ShowProgress(std::int64_t, std::int64_t total, const std::string&) override {
+    Tell([&] { news.total = total; });
+  }
+
+  void Tracked(const Frame& frame, TrackingState state, const System& system) override {
+    FrameView view = system.Newest();
+    auto shown = std::make_shared<ShownFrame>();
+    shown->frame_index = frame.index;
+    shown->timestamp = frame.timestamp;
+    shown->image = frame.bgr;
+    for (const Detection& detection : frame.detections) {
+      shown->detections.push_back({detection, -1});
+    }
+    shown->features = std::move(view.features);
+    Tell([&] {
+      pose = view.T_map_camera;
+      news.frame = std::move(shown);
+      news.moments.push_back({frame.index, frame.timestamp, 0});
+      news.state = StateName(state);
+      ++news.frames;
+    });
+  }
+
+  void Mapped(const MapSnapshotPtr& map) override {
+    Tell([&] {
+      news.map = map;
+      newest = map;
+      series.Add(*map);
+    });
+  }
+
+  // By the thread of the window, which has OpenGL; a window that goes away leaves the pictures out.
+  void Draw(const FinishedRun& run, StageTimes& times) override {
+    if (!pictures.draw) {
+      return;
+    }
+    std::unique_lock lock(mutex);
+    drawing = [&run, &times] { app::DrawRun(run, times, RenderBackend::kCurrent); };
+    changed.wait(lock, [&] { return !drawing || abandoned; });
+    drawing = nullptr;
+    if (draw_failure) {
+      std::rethrow_exception(std::exchange(draw_failure, nullptr));
+    }
+  }
+
+  // By the program that draws without a window: this one's OpenGL belongs to the window's thread.
+  void Film(const FinishedRun& run) override {
+    const fs::path& video = pictures.video;
+    if (video.empty() || run.interrupted) {
+      return;
+    }
+    Tell([&] { news.state = "making the video"; });
+    const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "sqslam";
+    const fs::path log = video.string() + ".log";
+    const app::ChildResult made = app::RunChild(
+        {"render", run.output.string(), "--growth", "--output", video.string(), "--quiet"}, log,
+        [this] { return Ended(); }, program);
+    std::error_code ignored;
+    fs::remove(log, ignored);
+    if (made.exit_code != 0 && !made.stopped) {
+      throw InputError(fmt::format("{}: no video: {}", video.string(), made.message));
+    }
+  }
+
+  void Report(const FinishedRun& run) override {
+    if (pictures.draw) {
+      app::WriteReport({run.output, "", run.sequence, pictures.video, &run});
+    }
+  }
+
+  void Work() {
+    int exit_code = 0;
+    std::string error;
+    fs::path result;
+    try {
+      interrupt.emplace();
+      const FinishedRun run = RunPipeline(request, *this);
+      result = fs::exists(run.output / "map.sqmap") ? run.output : fs::path();
+      exit_code = run.interrupted && !Ended() ? 130 : 0;  // by Ctrl-C, not by the window
+    } catch (const UsageError& e) {
+      exit_code = 2;
+      error = e.what();
+    } catch (const InputError& e) {
+      exit_code = 3;
+      error = e.what();
+    } catch (const NoMapError& e) {
+      exit_code = 4;
+      error = e.what();
+    } catch (const std::exception& e) {
+      exit_code = 1;
+      error = fmt::format("internal error: {}", e.what());
+    }
+    interrupt.reset();
+    Tell([&] {
+      news.result = result;
+      news.error = error;
+      news.exit_code = exit_code;
+      news.finished = true;
+    });
+  }
+
+  RunRequest request;
+  app::RunPictures pictures;
+  std::optional<app::InterruptGuard> interrupt;  // while the run goes on
+  mutable std::mutex mutex;                      // of all that follows
+  std::condition_variable changed;
+  News news;
+  MapSnapshotPtr newest;
+  std::optional<Rigid3d> pose;  // of the newest frame
+  RunSeries series;
+  RunSeries polled_series;
+  bool paused = false;
+  bool ended = false;
+  bool abandoned = false;
+  int steps = 0;
+  double max_rate = 0.0;
+  Clock::time_point last_frame = Clock::now();
+  std::function<void()> drawing;
+  std::exception_ptr draw_failure;
+  std::thread thread;
+};
+
+LiveRun::LiveRun(const RunRequest& request, const app::RunPictures& pictures)
+    : impl_(std::make_unique<Impl>(request, pictures)) {}
+
+LiveRun::~LiveRun() {
+  impl_->Tell([&] { impl_->ended = impl_->abandoned = true; });
+  impl_->changed.notify_all();
+  if (impl_->thread.joinable()) {
+    impl_->thread.join();
+  }
+}
+
+void LiveRun::Start() {
+  impl_->thread = std::thread([this] { impl_->Work(); });
+}
+
+void LiveRun::Pause() {
+  impl_->Tell([&] { impl_->paused = true; });
+}
+
+void LiveRun::Continue() {
+  impl_->Tell([&] { impl_->paused = false; });
+  impl_->changed.notify_all();
+}
+
+void LiveRun::Step() {
+  impl_->Tell([&] {
+    impl_->paused = true;
+    ++impl_->steps;
+  });
+  impl_->changed.notify_all();
+}
+
+void LiveRun::End() {
+  impl_->Tell([&] { impl_->ended = true; });
+  impl_->changed.notify_all();
+}
+
+void LiveRun::SetMaxRate(double frames) {
+  impl_->Tell([&] { impl_->max_rate = frames; });
+}
+
+LiveRun::News LiveRun::Poll() {
+  const std::lock_guard lock(impl_->mutex);
+  Impl& s = *impl_;
+  News now = s.news;
+  now.paused = s.paused;
+  now.ending = s.ended || (now.total > 0 && now.frames >= now.total);
+  if (now.frame && s.newest) {  // the newest map, seen from the newest frame
+    auto map = std::make_shared<MapSnapshot>(*s.newest);
+    map->T_map_camera = s.pose;
+    auto frame = std::make_shared<ShownFrame>(*now.frame);
+    frame->map = std::move(map);
+    now.frame = std::move(frame);
+  }
+  if (now.map) {
+    s.polled_series = s.series;
+  }
+  s.news.map = nullptr;
+  s.news.frame = nullptr;
+  s.news.moments.clear();
+  return now;
+}
+
+const RunSeries& LiveRun::Series() const { return impl_->polled_series; }
+
+void LiveRun::DrawPending() {
+  std::function<void()> draw;
+  impl_->Tell([&] { draw = impl_->drawing; });
+  if (!draw) {
+    return;
+  }
+  std::exception_ptr failure;
+  try {
+    draw();  // the run waits until this is done
+  } catch (...) {
+    failure = std::current_exception();
+  }
+  impl_->Tell([&] {
+    impl_->drawing = nullptr;
+    impl_->draw_failure = failure;
+  });
+  impl_->changed.notify_all();
+}
+
+}  // namespace sqslam::viewer

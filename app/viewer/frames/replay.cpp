@@ -1,0 +1,326 @@
+#include "app/viewer/frames/replay.h"
+
+#include <fmt/format.h>
+
+#include <condition_variable>
+#include <deque>
+#include <future>
+#include <map>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "app/result/input_frames.h"
+#include "app/result/map_input.h"
+#include "render/video/video_alignment.h"
+#include "slam/io/frame_source.h"
+#include "slam/io/sequence.h"
+#include "slam/util/error.h"
+
+namespace sqslam::viewer {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::int64_t kReadOver = 8;  // frames that are decoded in vain rather than opening the file anew
+
+// The frames that went into a recording, as far as they can still be found: their times, images and boxes in
+// the sequence that was mapped, their poses in trajectory.txt beside the recording.
+class RunFrames {
+ public:
+  // Never fails: what is not there is left out, and WhyNoImages() says so.
+  RunFrames(const RecordingReader& recording, const fs::path& map_file);
+
+  // Every frame from the first snapshot to the last; the snapshots alone where the sequence is gone.
+  std::vector<Moment> Moments(const RecordingReader& recording, const MapSnapshot& last) const;
+
+  // T_map_camera in the finished map.
+  std::optional<Rigid3d> PoseOf(std::int64_t frame) const {
+    const auto found = poses_.find(frame);
+    return found == poses_.end() ? std::nullopt : std::optional(found->second);
+  }
+  std::vector<Detection> BoxesOf(std::int64_t frame) const {
+    const auto at = static_cast<std::size_t>(frame);
+    return sequence_ && at < sequence_->frames.size() ? sequence_->frames[at].detections
+                                                      : std::vector<Detection>();
+  }
+
+  // 8UC3, or empty. Frames in rising order are read fastest.
+  cv::Mat ImageOf(std::int64_t frame);
+  const std::string& WhyNoImages() const { return why_no_images_; }
+
+ private:
+  std::vector<Moment> MomentsOfSnapshots(const RecordingReader& recording, const MapSnapshot& last) const;
+
+  std::optional<Sequence> sequence_;
+  std::map<std::int64_t, Rigid3d> poses_;
+  std::unique_ptr<FrameSource> source_;
+  std::int64_t next_ = 0;  // frame that source_ gives next
+  std::string why_no_images_ = "This image cannot be read.";
+};
+
+RunFrames::RunFrames(const RecordingReader& recording, const fs::path& map_file) {
+  try {
+    sequence_ = OpenSequence({.path = recording.Info().sequence_path, .camera = {}, .detections = {}});
+  } catch (const std::exception& error) {  // moved, deleted, or a live camera
+    why_no_images_ = error.what();
+  }
+  try {
+    if (sequence_) {
+      poses_ = app::ReadFramePoses(map_file.parent_path() / "trajectory.txt", *sequence_);
+    }
+  } catch (const InputError&) {  // a broken file: the poses of the snapshots are left
+  }
+}
+
+// Without the sequence: times are those of keyframes, which most snapshots end with.
+std::vector<Moment> RunFrames::MomentsOfSnapshots(const RecordingReader& recording,
+                                                  const MapSnapshot& last) const {
+  std::map<std::int64_t, double> times;
+  for (const SnapshotKeyframe& keyframe : last.keyframes) {
+    times[keyframe.frame_index] = keyframe.timestamp;
+  }
+  std::vector<Moment> moments;
+  for (int i = 0; i < recording.Size(); ++i) {
+    const std::int64_t frame = recording.FrameIndex(i);
+    const auto known = times.find(frame);
+    double time = moments.empty() ? 0.0 : moments.back().timestamp;
+    try {
+      time = known != times.end() ? known->second : recording.Read(i)->timestamp;
+    } catch (const InputError&) {  // damaged; said when it is to be shown
+    }
+    moments.push_back({frame, time, i});
+  }
+  return moments;
+}
+
+std::vector<Moment> RunFrames::Moments(const RecordingReader& recording, const MapSnapshot& last) const {
+  if (!sequence_) {
+    return MomentsOfSnapshots(recording, last);
+  }
+  std::vector<Moment> moments;
+  const int snapshots = recording.Size();
+  const std::int64_t end = std::min<std::int64_t>(recording.FrameIndex(snapshots - 1) + 1,
+                                                  static_cast<std::int64_t>(sequence_->frames.size()));
+  int snapshot = 0;
+  for (std::int64_t frame = recording.FrameIndex(0); frame < end; ++frame) {
+    while (snapshot + 1 < snapshots && recording.FrameIndex(snapshot + 1) <= frame) {
+      ++snapshot;
+    }
+    moments.push_back({frame, sequence_->frames[static_cast<std::size_t>(frame)].timestamp, snapshot});
+  }
+  return moments;
+}
+
+cv::Mat RunFrames::ImageOf(std::int64_t frame) {
+  if (!sequence_) {
+    return {};
+  }
+  if (!source_ || frame < next_ || frame >= next_ + kReadOver) {
+    source_ = std::make_unique<FrameSource>(*sequence_, FrameRange{.start = frame}, 2);
+    next_ = frame;
+  }
+  while (std::optional<Frame> read = source_->Next()) {
+    next_ = read->index + 1;
+    if (read->index == frame) {
+      return read->bgr;
+    }
+    if (read->index > frame) {
+      break;  // it could not be read and was skipped
+    }
+  }
+  return {};
+}
+
+// Reads moments of a recording; not shared between threads.
+class Reader {
+ public:
+  explicit Reader(const fs::path& path) : file_(app::MapFile(path)), recording_(file_) {
+    if (recording_.Size() == 0) {
+      throw InputError(fmt::format("{}: holds no snapshot, expected a map", file_.string()));
+    }
+    last_ = recording_.Last();
+  }
+
+  OpenedRecording Opened() const { return {file_, recording_.Info(), last_}; }
+
+  Timeline MakeTimeline() {
+    frames_.emplace(recording_, file_);
+    return {frames_->Moments(recording_, *last_), {}};
+  }
+
+  int Size() const { return recording_.Size(); }
+  MapSnapshotPtr Snapshot(int index) const { return recording_.Read(index); }
+
+  ShownFramePtr Read(const Moment& moment) {
+    // Both take about as long.
+    std::future<cv::Mat> image =
+        std::async(std::launch::async, [&] { return frames_->ImageOf(moment.frame_index); });
+    const MapSnapshotPtr aligned = Aligned(moment.snapshot);
+    auto shown = std::make_shared<ShownFrame>();
+    shown->frame_index = moment.frame_index;
+    shown->timestamp = moment.timestamp;
+    shown->image = image.get();
+    if (shown->image.empty()) {
+      shown->no_image = frames_->WhyNoImages();
+    }
+    if (moment.frame_index == aligned->frame_index) {
+      shown->detections = aligned->detections;
+      shown->map = aligned;
+      return shown;
+    }
+    for (const Detection& box : frames_->BoxesOf(moment.frame_index)) {
+      shown->detections.push_back({box, -1});
+    }
+    auto map = std::make_shared<MapSnapshot>(*aligned);
+    map->T_map_camera = frames_->PoseOf(moment.frame_index);
+    shown->map = std::move(map);
+    return shown;
+  }
+
+ private:
+  // In the frame of the finished map; the last few are kept.
+  MapSnapshotPtr Aligned(int snapshot) {
+    for (const auto& [index, map] : kept_) {
+      if (index == snapshot) {
+        return map;
+      }
+    }
+    MapSnapshotPtr map = last_;
+    if (snapshot != recording_.Size() - 1) {
+      const MapSnapshotPtr read = recording_.Read(snapshot);
+      map = std::make_shared<const MapSnapshot>(Transformed(AlignByKeyframes(*read, *last_), *read));
+    }
+    constexpr std::size_t kKept = 32;
+    kept_.emplace_front(snapshot, map);
+    kept_.resize(std::min(kept_.size(), kKept));
+    return map;
+  }
+
+  fs::path file_;
+  RecordingReader recording_;
+  MapSnapshotPtr last_;
+  std::optional<RunFrames> frames_;
+  std::deque<std::pair<int, MapSnapshotPtr>> kept_;
+};
+
+}  // namespace
+
+struct Replay::Impl {
+  explicit Impl(fs::path wanted) : path(std::move(wanted)), thread([this] { Work(); }) {}
+
+  void Work() {
+    try {
+      Reader reader(path);
+      OpenedRecording opened = reader.Opened();
+      Publish([&] { news.opened = std::move(opened); });
+      Timeline timeline = reader.MakeTimeline();
+      Publish([&] { news.timeline = timeline; });
+      Serve(reader, std::move(timeline));
+    } catch (const std::exception& e) {
+      Publish([&] { news.error = e.what(); });
+    }
+    Publish([&] { busy = false; });
+  }
+
+  // Frames that are asked for go first. Where the file is damaged, the rest of it is still shown.
+  void Serve(Reader& reader, Timeline timeline) {
+    const auto try_to = [&](auto&& work) {
+      try {
+        work();
+      } catch (const std::exception& e) {
+        Publish([&] { news.error = e.what(); });
+      }
+    };
+    auto histories = std::make_shared<ObjectHistories>();
+    for (int read = 0;;) {
+      std::optional<Moment> wanted;
+      {
+        std::unique_lock lock(mutex);
+        busy = false;
+        if (read == reader.Size()) {
+          changed.wait(lock, [&] { return ending || request; });
+        }
+        if (ending) {
+          return;
+        }
+        wanted = std::exchange(request, std::nullopt);
+        busy = true;
+      }
+      if (wanted) {
+        try_to([&] {
+          ShownFramePtr frame = reader.Read(*wanted);
+          Publish([&] { news.frame = std::move(frame); });
+        });
+        continue;
+      }
+      try_to([&] {
+        const MapSnapshotPtr map = reader.Snapshot(read);
+        timeline.series.Add(*map);
+        histories->Add(read, *map);
+      });
+      ++read;
+      Publish([&] {
+        news.progress = static_cast<double>(read) / reader.Size();
+        if (read % 16 == 0 || read == reader.Size()) {
+          news.timeline = timeline;
+        }
+        if (read == reader.Size()) {
+          news.histories = std::move(histories);
+        }
+      });
+    }
+  }
+
+  template <typename Change>
+  void Publish(Change&& change) {
+    const std::lock_guard lock(mutex);
+    change();
+  }
+
+  fs::path path;
+  mutable std::mutex mutex;
+  std::condition_variable changed;
+  News news;  // guarded by mutex, as all below
+  std::optional<Moment> request;
+  bool ending = false;
+  bool busy = true;
+  std::thread thread;
+};
+
+Replay::Replay(const fs::path& path) : impl_(std::make_unique<Impl>(path)) {}
+
+Replay::~Replay() {
+  {
+    const std::lock_guard lock(impl_->mutex);
+    impl_->ending = true;
+  }
+  impl_->changed.notify_all();
+  impl_->thread.join();
+}
+
+void Replay::Request(const Moment& moment) {
+  {
+    const std::lock_guard lock(impl_->mutex);
+    impl_->request = moment;
+  }
+  impl_->changed.notify_all();
+}
+
+Replay::News Replay::Poll() {
+  const std::lock_guard lock(impl_->mutex);
+  News news = std::exchange(impl_->news, {});
+  impl_->news.progress = news.progress;
+  return news;
+}
+
+bool Replay::HasNews() const {
+  const std::lock_guard lock(impl_->mutex);
+  return !impl_->news.Empty();
+}
+
+bool Replay::Idle() const {
+  const std::lock_guard lock(impl_->mutex);
+  return !impl_->busy && !impl_->request && impl_->news.Empty();
+}
+
+}  // namespace sqslam::viewer

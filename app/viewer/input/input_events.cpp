@@ -1,0 +1,260 @@
+#include "app/viewer/input/input_events.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <sstream>
+
+#include "slam/util/error.h"
+#include "slam/util/text_lines.h"
+
+namespace sqslam::viewer {
+namespace {
+
+struct NamedKey {
+  int code;
+  const char* name;
+};
+constexpr std::array<NamedKey, 25> kNamed = {{{key::kSpace, "Space"},
+                                              {key::kEscape, "Escape"},
+                                              {key::kEnter, "Enter"},
+                                              {key::kTab, "Tab"},
+                                              {key::kBackspace, "Backspace"},
+                                              {key::kInsert, "Insert"},
+                                              {key::kDelete, "Delete"},
+                                              {key::kRight, "Right"},
+                                              {key::kLeft, "Left"},
+                                              {key::kDown, "Down"},
+                                              {key::kUp, "Up"},
+                                              {key::kPageUp, "PageUp"},
+                                              {key::kPageDown, "PageDown"},
+                                              {key::kHome, "Home"},
+                                              {key::kEnd, "End"},
+                                              {key::kKeypadEnter, "KeypadEnter"},
+                                              {key::kLeftShift, "Shift"},
+                                              {key::kLeftControl, "Control"},
+                                              {key::kLeftAlt, "Alt"},
+                                              {key::kRightShift, "RightShift"},
+                                              {key::kRightControl, "RightControl"},
+                                              {key::kRightAlt, "RightAlt"},
+                                              {44, "Comma"},
+                                              {46, "Period"},
+                                              {47, "Slash"}}};
+
+constexpr std::array<std::string_view, 3> kButtons = {"left", "right", "middle"};
+
+// The words of one line, taken one after the other.
+class Words {
+ public:
+  Words(const std::string& text, std::string source, int line)
+      : stream_(text), source_(std::move(source)), line_(line) {}
+
+  std::string Next() {
+    std::string word;
+    stream_ >> word;
+    return word;
+  }
+  double Number(const char* expected) {
+    double value = 0.0;
+    if (!(stream_ >> value)) {
+      Fail(expected);
+    }
+    return value;
+  }
+  std::string Rest() {
+    std::string rest;
+    std::getline(stream_ >> std::ws, rest);
+    return rest;
+  }
+  [[noreturn]] void Fail(const char* expected) const {
+    throw UsageError(fmt::format("{}:{}: expected {}", source_, line_, expected));
+  }
+
+ private:
+  std::istringstream stream_;
+  std::string source_;
+  int line_;
+};
+
+// The kinds of value that follow the first word of a line.
+enum class Operand { kNone, kPoint, kButton, kKey, kNumber, kText };
+
+struct EventWord {
+  InputEvent::Kind kind;
+  std::string_view word;
+  Operand operand;
+};
+constexpr std::array<EventWord, 11> kEventWords = {{{InputEvent::Kind::kMove, "move", Operand::kPoint},
+                                                    {InputEvent::Kind::kPress, "press", Operand::kButton},
+                                                    {InputEvent::Kind::kRelease, "release", Operand::kButton},
+                                                    {InputEvent::Kind::kWheel, "wheel", Operand::kPoint},
+                                                    {InputEvent::Kind::kKeyDown, "keydown", Operand::kKey},
+                                                    {InputEvent::Kind::kKeyUp, "keyup", Operand::kKey},
+                                                    {InputEvent::Kind::kText, "text", Operand::kText},
+                                                    {InputEvent::Kind::kResize, "resize", Operand::kPoint},
+                                                    {InputEvent::Kind::kFocus, "focus", Operand::kNumber},
+                                                    {InputEvent::Kind::kDrop, "drop", Operand::kText},
+                                                    {InputEvent::Kind::kClose, "close", Operand::kNone}}};
+
+struct ActionWord {
+  ScriptLine::Kind kind;
+  std::string_view word;
+  const char* number;  // what the number is that follows; null: the rest of the line is a text
+};
+constexpr std::array<ActionWord, 5> kActionWords = {{
+    {ScriptLine::Kind::kFrames, "frames", "a number of frames"},
+    {ScriptLine::Kind::kRepeat, "repeat", "a number of seconds"},
+    {ScriptLine::Kind::kPicture, "picture", nullptr},
+    {ScriptLine::Kind::kCommand, "command", nullptr},
+    {ScriptLine::Kind::kExpect, "expect", nullptr},
+}};
+
+InputEvent ReadEvent(const EventWord& type, Words& words) {
+  InputEvent event{.kind = type.kind};
+  switch (type.operand) {
+    case Operand::kNone:
+      break;
+    case Operand::kPoint:
+      event.x = words.Number("two numbers");
+      event.y = words.Number("two numbers");
+      break;
+    case Operand::kButton: {
+      const auto* const found = std::find(kButtons.begin(), kButtons.end(), words.Next());
+      if (found == kButtons.end()) {
+        words.Fail("left, right or middle");
+      }
+      event.code = static_cast<int>(found - kButtons.begin());
+      break;
+    }
+    case Operand::kKey:
+      event.code = KeyCode(words.Next());
+      if (event.code < 0) {
+        words.Fail("a key such as Space, F12, A or Left");
+      }
+      break;
+    case Operand::kNumber:
+      event.code = static_cast<int>(words.Number("0 or 1"));
+      break;
+    case Operand::kText:
+      event.text = words.Rest();
+      break;
+  }
+  return event;
+}
+
+void AppendLine(const std::string& text, const std::string& source, int line,
+                std::vector<ScriptLine>& script) {
+  Words words(text, source, line);
+  const std::string word = words.Next();
+  if (word.empty() || word[0] == '#') {
+    return;
+  }
+  const bool key = word == "key";  // down, seen by one frame, and up
+  for (const EventWord& type : kEventWords) {
+    if (type.word == (key ? "keydown" : word)) {
+      script.push_back({ScriptLine::Kind::kEvent, ReadEvent(type, words), 0, "", line});
+      if (key) {
+        ScriptLine up = script.back();
+        up.event.kind = InputEvent::Kind::kKeyUp;
+        ScriptLine& pause = script.emplace_back();
+        pause.kind = ScriptLine::Kind::kFrames;
+        pause.count = 1;
+        pause.line = line;
+        script.push_back(std::move(up));
+      }
+      return;
+    }
+  }
+  ScriptLine action;
+  action.line = line;
+  const auto* const known =
+      std::find_if(kActionWords.begin(), kActionWords.end(),
+                   [&](const ActionWord& action_word) { return action_word.word == word; });
+  if (known != kActionWords.end()) {
+    action.kind = known->kind;
+    if (known->number != nullptr) {
+      action.count = static_cast<int>(words.Number(known->number));
+    } else {
+      action.text = words.Rest();
+    }
+  } else if (word == "wait") {
+    action.kind = ScriptLine::Kind::kWait;
+    action.text = words.Next();
+    if (action.text == "frame") {
+      action.count = static_cast<int>(words.Number("frame N"));
+    } else if (action.text != "idle" && action.text != "map" && action.text != "end") {
+      words.Fail("idle, map or end, or frame N");
+    }
+  } else {
+    words.Fail(
+        "move, press, release, wheel, key, keydown, keyup, text, resize, focus, drop, close, frames, wait, "
+        "picture, command, expect or repeat");
+  }
+  script.push_back(std::move(action));
+}
+
+}  // namespace
+
+std::string KeyName(int code) {
+  for (const NamedKey& named : kNamed) {
+    if (named.code == code) {
+      return named.name;
+    }
+  }
+  if ((code >= 'A' && code <= 'Z') || (code >= '0' && code <= '9')) {
+    return std::string(1, static_cast<char>(code));
+  }
+  if (code >= key::kF1 && code <= key::kF12) {
+    return fmt::format("F{}", code - key::kF1 + 1);
+  }
+  if (code >= key::kKeypad0 && code <= key::kKeypad9) {
+    return fmt::format("Keypad{}", code - key::kKeypad0);
+  }
+  return "";
+}
+
+int KeyCode(const std::string& name) {
+  for (int code = 0; code < 512 && !name.empty(); ++code) {
+    if (KeyName(code) == name) {
+      return code;
+    }
+  }
+  return -1;
+}
+
+std::vector<ScriptLine> ParseScript(const std::string& text, const std::string& source) {
+  std::vector<ScriptLine> script;
+  std::istringstream stream(text);
+  int number = 0;
+  for (std::string line; std::getline(stream, line);) {
+    AppendLine(line, source, ++number, script);
+  }
+  return script;
+}
+
+std::vector<ScriptLine> ReadScript(const std::string& path) {
+  return ParseScript(ReadFile(path, "a script of events"), path);
+}
+
+std::string FormatEvent(const InputEvent& event) {
+  const EventWord& type = *std::find_if(kEventWords.begin(), kEventWords.end(),
+                                        [&](const EventWord& word) { return word.kind == event.kind; });
+  switch (type.operand) {
+    case Operand::kNone:
+      break;
+    case Operand::kPoint:
+      return fmt::format("{} {} {}", type.word, event.x, event.y);
+    case Operand::kButton:
+      return fmt::format("{} {}", type.word, kButtons.at(static_cast<std::size_t>(event.code)));
+    case Operand::kKey:
+      return fmt::format("{} {}", type.word, KeyName(event.code));
+    case Operand::kNumber:
+      return fmt::format("{} {}", type.word, event.code);
+    case Operand::kText:
+      return fmt::format("{} {}", type.word, event.text);
+  }
+  return std::string(type.word);
+}
+
+}  // namespace sqslam::viewer

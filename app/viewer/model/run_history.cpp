@@ -1,0 +1,137 @@
+#include "app/viewer/model/run_history.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <utility>
+
+namespace sqslam::viewer {
+namespace {
+
+constexpr double kQuarterTurn = 0.5 * std::numbers::pi;
+
+using Value = std::optional<double>;
+
+Value OfProgress(const MapSnapshot& map, double SnapshotProgress::*milliseconds) {
+  return map.progress && *map.progress.*milliseconds > 0.0 ? Value(*map.progress.*milliseconds)
+                                                           : std::nullopt;
+}
+
+struct SeriesKind {
+  const char* name;
+  const char* unit;
+  Value (*value)(const MapSnapshot& map);
+};
+constexpr std::array<SeriesKind, 7> kSeriesKinds = {{
+    {"tracked points", "",
+     [](const MapSnapshot& map) {
+       return map.progress ? Value(map.progress->tracked_points) : std::nullopt;
+     }},
+    {"tracking", "ms",
+     [](const MapSnapshot& map) { return OfProgress(map, &SnapshotProgress::tracking_ms); }},
+    {"mapping", "ms", [](const MapSnapshot& map) { return OfProgress(map, &SnapshotProgress::mapping_ms); }},
+    {"objects", "", [](const MapSnapshot& map) { return Value(map.objects.size()); }},
+    {"keyframes", "", [](const MapSnapshot& map) { return Value(map.keyframes.size()); }},
+    {"map points", "", [](const MapSnapshot& map) { return Value(map.points.size()); }},
+    {"boxes with an object", "",
+     [](const MapSnapshot& map) {
+       return Value(std::count_if(map.detections.begin(), map.detections.end(),
+                                  [](const SnapshotDetection& seen) { return seen.object_id >= 0; }));
+     }},
+}};
+
+}  // namespace
+
+bool Series::HasValues() const {
+  return std::any_of(value.begin(), value.end(), [](const auto& v) { return v.has_value(); });
+}
+
+std::pair<double, double> Series::Range() const {
+  std::optional<std::pair<double, double>> range;
+  for (const Value& v : value) {
+    if (v) {
+      range = range ? std::pair(std::min(range->first, *v), std::max(range->second, *v)) : std::pair(*v, *v);
+    }
+  }
+  return range.value_or(std::pair(0.0, 0.0));
+}
+
+std::optional<double> Series::At(double frame_index) const {
+  const auto after = std::upper_bound(frame.begin(), frame.end(), frame_index);
+  return after == frame.begin() ? std::nullopt : value[static_cast<std::size_t>(after - frame.begin()) - 1];
+}
+
+std::string_view MarkName(RunMark::Kind kind) {
+  constexpr std::array<std::string_view, 5> kNames = {"keyframe", "loop closed", "maps merged",
+                                                      "tracking lost", "tracking found again"};
+  return kNames.at(static_cast<std::size_t>(kind));
+}
+
+RunSeries::RunSeries() {
+  for (const SeriesKind& kind : kSeriesKinds) {
+    series_.push_back({kind.name, kind.unit, {}, {}, {}});
+  }
+}
+
+void RunSeries::Add(const MapSnapshot& map) {
+  for (std::size_t i = 0; i < series_.size(); ++i) {
+    series_[i].frame.push_back(static_cast<double>(map.frame_index));
+    series_[i].time.push_back(map.timestamp);
+    series_[i].value.push_back(kSeriesKinds[i].value(map));
+  }
+  const auto mark = [&](RunMark::Kind kind) { events_.push_back({kind, map.frame_index, map.timestamp}); };
+  if (map.progress) {
+    if (map.progress->counters.loops > last_.counters.loops) {
+      mark(RunMark::Kind::kLoop);
+    }
+    if (map.progress->counters.merges > last_.counters.merges) {
+      mark(RunMark::Kind::kMerge);
+    }
+    last_ = *map.progress;
+  }
+  if (map.T_map_camera.has_value() != tracked_) {
+    tracked_ = map.T_map_camera.has_value();
+    mark(tracked_ ? RunMark::Kind::kFoundAgain : RunMark::Kind::kLost);
+  }
+  keyframes_.clear();
+  for (const SnapshotKeyframe& keyframe : map.keyframes) {
+    keyframes_.push_back({RunMark::Kind::kKeyframe, keyframe.frame_index, keyframe.timestamp});
+  }
+}
+
+const Series& RunSeries::Named(std::string_view name) const {
+  const auto found = std::find_if(series_.begin(), series_.end(),
+                                  [name](const Series& series) { return series.name == name; });
+  if (found == series_.end()) {
+    throw std::out_of_range("no series " + std::string(name));
+  }
+  return *found;
+}
+
+std::vector<RunMark> RunSeries::Marks() const {
+  std::vector<RunMark> marks = keyframes_;
+  marks.insert(marks.end(), events_.begin(), events_.end());
+  std::stable_sort(marks.begin(), marks.end(),
+                   [](const RunMark& a, const RunMark& b) { return a.frame_index < b.frame_index; });
+  return marks;
+}
+
+void ObjectHistories::Add(int snapshot, const MapSnapshot& map) {
+  for (const SnapshotObject& object : map.objects) {
+    const Superquadric& shape = object.superquadric.shape;
+    std::vector<ObjectSample>& samples = histories_[object.id];
+    const long quarters = samples.empty() ? 0 : std::lround((samples.back().yaw - object.yaw) / kQuarterTurn);
+    for (ObjectSample& sample : samples) {  // the same solids, x and y named as the newest sample has them
+      sample.yaw -= static_cast<double>(quarters) * kQuarterTurn;
+      if (quarters % 2 != 0) {
+        std::swap(sample.half_size.x(), sample.half_size.y());
+      }
+    }
+    samples.push_back(
+        {snapshot, map.frame_index, object.observations, object.yaw, shape.half_size, shape.e1, shape.e2});
+  }
+}
+
+}  // namespace sqslam::viewer

@@ -1,0 +1,256 @@
+#include <imgui.h>
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "app/viewer/panels/panels.h"
+#include "app/viewer/widgets/widgets.h"
+#include "slam/util/data_path.h"
+
+// Windows over all others: help, settings, the question about unsaved changes, messages.
+namespace sqslam::viewer {
+namespace {
+
+bool EscapeIsPressed() { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape)); }
+
+class HelpPanel : public Panel {
+ public:
+  HelpPanel(WindowState& window, const std::vector<Shortcut>& shortcuts)
+      : Panel(Place::kOver, "Keys and mouse"), window_(window), shortcuts_(shortcuts) {}
+  bool Wanted() const override { return window_.show_help; }
+
+  void Draw() override {
+    const float em = ImGui::GetFontSize();
+    ImGui::PushStyleVar(ImGuiStyleVar_CellPadding, ImVec2(0.4F * em, 0.14F * em));
+    const auto content = [&] {
+      DrawColumns();
+      ImGui::Dummy(ImVec2(0.0F, 0.3F * em));
+      if (ImGui::Button("Close (H)")) {
+        window_.show_help = false;
+      }
+    };
+    Dialog("Keys and mouse", 58.0F, content, ImGuiWindowFlags_NoNav);
+    ImGui::PopStyleVar();
+  }
+
+ private:
+  struct Line {
+    std::string keys, what;
+  };
+
+  static void DrawLines(const char* id, const std::vector<Line>& lines) {
+    if (!ImGui::BeginTable(id, 2, ImGuiTableFlags_None)) {
+      return;
+    }
+    ImGui::TableSetupColumn("keys", ImGuiTableColumnFlags_WidthFixed, 9.0F * ImGui::GetFontSize());
+    ImGui::TableSetupColumn("what", ImGuiTableColumnFlags_WidthStretch);
+    for (const Line& line : lines) {
+      ImGui::TableNextRow();
+      ImGui::TableNextColumn();
+      ImGui::TextColored(ImGui::GetStyleColorVec4(ImGuiCol_CheckMark), "%s", line.keys.c_str());
+      ImGui::TableNextColumn();
+      ImGui::TextUnformatted(line.what.c_str());
+    }
+    ImGui::EndTable();
+  }
+
+  void DrawColumns() const {
+    if (!ImGui::BeginTable("columns", 2)) {
+      return;
+    }
+    ImGui::TableNextColumn();
+    Heading("Mouse in the map");
+    DrawLines("mouse", {{"drag", "turn about the middle"},
+                        {"Shift drag", "move (or middle button)"},
+                        {"right drag", "look around"},
+                        {"wheel", "nearer, farther, to the mouse"},
+                        {"click", "select an object"},
+                        {"double click", "bring it to the middle"},
+                        {"W A S D  Q E", "fly; faster with Shift"}});
+    // The keys fill both columns evenly.
+    constexpr std::size_t kBesideMouse = 12;
+    std::vector<Line> work, rest;
+    for (std::size_t i = 0; i < shortcuts_.size(); ++i) {
+      (i + kBesideMouse < shortcuts_.size() ? rest : work)
+          .push_back({shortcuts_[i].keys, shortcuts_[i].what});
+    }
+    work.push_back({"drop a file", "open a result, a .ply as dense cloud"});
+    Heading("Work and files");
+    DrawLines("more keys", work);
+    ImGui::TableNextColumn();
+    Heading("Time, view, pictures");
+    DrawLines("keys", rest);
+    ImGui::EndTable();
+  }
+
+  WindowState& window_;
+  const std::vector<Shortcut>& shortcuts_;
+};
+
+class SettingsPanel : public Panel {
+ public:
+  SettingsPanel(Preferences& preferences, SceneView& view, WindowState& window, Messages& messages)
+      : Panel(Place::kOver, "Settings"),
+        preferences_(preferences),
+        view_(view),
+        window_(window),
+        messages_(messages) {}
+  bool Wanted() const override { return window_.show_settings; }
+
+  void Draw() override {
+    preferences_.TakeSettings(window_, view_);  // keys and menus change them too
+    Dialog("Settings", 26.0F, [&] { DrawContent(); });
+  }
+
+ private:
+  void DrawContent() {
+    ViewerSettings& settings = preferences_.settings;
+    Heading("Settings");
+    bool changed = Word("theme", settings.theme, {"dark", "light"});
+    changed |= Word("scene style", settings.style, ConfigNames("configs/styles"));
+    changed |= ImGui::Checkbox("input image beside the map", &settings.show_image);
+    changed |= Slide("letters", settings.font_size, 10.0F, 28.0F, "%.0f px", 12.0F);
+    Tip("Height of the letters; from the next start on");
+    if (changed) {
+      preferences_.ApplySettings(window_, view_, messages_);
+      preferences_.KeepSettings(messages_);
+    }
+    const float em = ImGui::GetFontSize();
+    ImGui::Dummy(ImVec2(0.0F, 0.4F * em));
+    DimWrapped(preferences_.settings_file.empty() ? "Not kept after this session."
+                                                  : "Kept in " + preferences_.settings_file.string());
+    ImGui::Dummy(ImVec2(0.0F, 0.3F * em));
+    if (ImGui::Button("Close") || EscapeIsPressed()) {
+      window_.show_settings = false;
+    }
+  }
+
+  static bool Word(const char* name, std::string& value, const std::vector<std::string>& words) {
+    const std::optional<std::size_t> chosen = Choice(name, value, words, 12.0F);
+    value = chosen ? words[*chosen] : value;
+    return chosen.has_value();
+  }
+
+  Preferences& preferences_;
+  SceneView& view_;
+  WindowState& window_;
+  Messages& messages_;
+};
+
+// Asks what becomes of unsaved changes before they would be lost.
+class UnsavedPanel : public Panel {
+ public:
+  UnsavedPanel(const EditContext& context, Requests& requests)
+      : Panel(Place::kOver, "Unsaved changes"),
+        context_(context),
+        editing_(context.editing),
+        requests_(requests) {}
+  bool Wanted() const override { return editing_.postponed.has_value(); }
+
+  void Draw() override {
+    Dialog("Unsaved changes", 28.0F, [&] { DrawContent(); });
+  }
+
+ private:
+  void DrawContent() {
+    const EditedDocument& document = editing_.document;
+    Heading("There are unsaved changes");
+    DimWrapped((document.EditsModified() ? "Edits of the map's objects. " : "") +
+               (document.AnnotationModified() ? "The annotation, to " + editing_.annotation.file + "." : ""));
+    ImGui::Dummy(ImVec2(0.0F, 0.4F * ImGui::GetFontSize()));
+    if (ImGui::Button("Save")) {
+      SaveAll(context_);
+      if (!document.Modified()) {
+        GoOn();
+      }
+    }
+    ImGui::SameLine();
+    if (ImGui::Button("Discard")) {
+      editing_.discard = true;
+      GoOn();
+    }
+    ImGui::SameLine();
+    if (ImGui::Button("Cancel") || EscapeIsPressed()) {
+      editing_.postponed.reset();
+    }
+  }
+
+  void GoOn() {
+    if (const auto postponed = std::exchange(editing_.postponed, std::nullopt)) {
+      requests_.Ask(postponed->quit ? Request(QuitRequest{}) : Request(OpenRequest{postponed->open}));
+    }
+  }
+
+  EditContext context_;
+  Editing& editing_;
+  Requests& requests_;
+};
+
+// Messages in the upper left corner of the scene, where nothing else is; the newest on top.
+class MessagesPanel : public Panel {
+ public:
+  MessagesPanel(Messages& messages, const SceneView& view, const WindowState& window)
+      : Panel(Place::kOver, "Messages"), messages_(messages), view_(view), window_(window) {}
+  bool Wanted() const override { return !messages_.notices.empty(); }
+  bool Busy() const override { return !messages_.notices.empty(); }
+
+  void Draw() override {
+    const float em = ImGui::GetFontSize();
+    float top = static_cast<float>(view_.corner.y) + 0.8F * em;
+    ImGui::PushStyleColor(ImGuiCol_WindowBg, ImGui::GetStyleColorVec4(ImGuiCol_PopupBg));
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 1.0F);
+    std::vector<Notice>& notices = messages_.notices;
+    for (std::size_t i = 0; i < notices.size(); ++i) {
+      DrawNotice(notices[notices.size() - 1 - i], "##notice" + std::to_string(i), top);
+    }
+    ImGui::PopStyleVar();
+    ImGui::PopStyleColor();
+    std::erase_if(notices, [&](Notice& notice) { return (notice.seconds_left -= window_.seconds) <= 0.0; });
+  }
+
+ private:
+  void DrawNotice(Notice& notice, const std::string& id, float& top) const {
+    const float em = ImGui::GetFontSize();
+    ImGui::SetNextWindowPos(ImVec2(static_cast<float>(view_.corner.x) + 0.8F * em, top));
+    ImGui::SetNextWindowSizeConstraints(ImVec2(0.0F, 0.0F), ImVec2(40.0F * em, 30.0F * em));
+    if (ImGui::Begin(id.c_str(), nullptr,
+                     ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
+                         ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings |
+                         ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav)) {
+      const Palette& palette = PaletteOf(window_.theme);
+      ImGui::PushTextWrapPos(38.0F * em);
+      ImGui::PushStyleColor(ImGuiCol_Text, notice.error ? palette.bad : palette.text);
+      ImGui::TextUnformatted(((notice.error ? "Error: " : "") + notice.text).c_str());
+      ImGui::PopStyleColor();
+      ImGui::PopTextWrapPos();
+      if (ImGui::IsWindowHovered() && ImGui::IsMouseClicked(ImGuiMouseButton_Left)) {
+        notice.seconds_left = 0.0;
+      }
+      top += ImGui::GetWindowSize().y + 0.4F * em;
+    }
+    ImGui::End();
+  }
+
+  Messages& messages_;
+  const SceneView& view_;
+  const WindowState& window_;
+};
+
+}  // namespace
+
+PanelPtr MakeHelpPanel(WindowState& window, const std::vector<Shortcut>& shortcuts) {
+  return std::make_unique<HelpPanel>(window, shortcuts);
+}
+PanelPtr MakeSettingsPanel(Preferences& preferences, SceneView& view, WindowState& window,
+                           Messages& messages) {
+  return std::make_unique<SettingsPanel>(preferences, view, window, messages);
+}
+PanelPtr MakeUnsavedPanel(const EditContext& context, Requests& requests) {
+  return std::make_unique<UnsavedPanel>(context, requests);
+}
+PanelPtr MakeMessagesPanel(Messages& messages, const SceneView& view, const WindowState& window) {
+  return std::make_unique<MessagesPanel>(messages, view, window);
+}
+
+}  // namespace sqslam::viewer

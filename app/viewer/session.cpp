@@ -1,0 +1,249 @@
+#include "app/viewer/session.h"
+
+#include <fmt/format.h>
+
+#include <set>
+#include <utility>
+
+#include "app/viewer/state/camera_control.h"
+
+namespace sqslam::viewer {
+namespace fs = std::filesystem;
+namespace {
+
+std::vector<std::string> LabelsOf(const MapSnapshot& map) {
+  std::vector<std::string> labels;
+  for (const SnapshotObject& object : map.objects) {
+    labels.push_back(object.label);
+  }
+  return labels;
+}
+
+std::set<std::string> ClassesOf(const MapSnapshot& map) {
+  const std::vector<std::string> labels = LabelsOf(map);
+  return {labels.begin(), labels.end()};
+}
+
+}  // namespace
+
+void Session::Open(const fs::path& path) {
+  if (run_) {
+    state_.messages.Complain("A run goes on; end it before something else is opened.");
+    return;
+  }
+  Close();
+  state_.playback = {};
+  state_.selection = {};
+  state_.view.preset = "";
+  Read(path);
+}
+
+// Begins to read a recording; what is on the screen stays until it is there.
+void Session::Read(const fs::path& path) {
+  requested_.reset();
+  Document& document = state_.document;
+  document.kind = Document::Kind::kRecording;
+  document.loading = true;
+  document.file = path;
+  document.title = fs::absolute(path).lexically_normal().filename().string();
+  replay_ = std::make_unique<Replay>(path);
+}
+
+void Session::Close() {
+  state_.document = {};
+  state_.selection.selected.reset();
+  state_.layers = {};  // they belonged to another map
+}
+
+void Session::Watch(std::unique_ptr<LiveRun> run, const RunRequest& request) {
+  run_ = std::move(run);
+  Document& document = state_.document;
+  document = {};
+  document.kind = Document::Kind::kRun;
+  document.file = request.output / "map.sqmap";
+  document.title = request.output.filename().string();
+  document.info.sequence_path = fs::absolute(request.sequence.path).string();
+  document.run.active = true;
+  document.run.state = "starting";
+}
+
+void Session::Control(const RunControl& control) {
+  if (!run_) {
+    return;
+  }
+  switch (control.what) {
+    case RunControl::What::kPause:
+      return run_->Pause();
+    case RunControl::What::kContinue:
+      return run_->Continue();
+    case RunControl::What::kStep:
+      return run_->Step();
+    case RunControl::What::kEnd:
+      return run_->End();
+    case RunControl::What::kRate:
+      state_.document.run.max_rate = control.max_rate;
+      return run_->SetMaxRate(control.max_rate);
+  }
+}
+
+// Framing, scale and colours of a growing map are taken anew only when it has become another one, so that
+// nothing trembles.
+void Session::Frame(const MapSnapshotPtr& map) {
+  Document& document = state_.document;
+  const SceneFocus focus = FindFocus(*map);
+  if (document.frame) {
+    const SceneFocus& before = state_.view.focus;
+    const double growth = focus.radius / before.radius;
+    if (growth > 0.85 && growth < 1.18 && (focus.center - before.center).norm() < 0.15 * focus.radius &&
+        focus.up.dot(before.up) > 0.99 && ClassesOf(*map) == ClassesOf(*document.frame)) {
+      return;
+    }
+  }
+  document.frame = map;
+  document.colors = LabelColors(LabelsOf(*map));
+  state_.view.focus = focus;
+}
+
+void Session::TakeRunNews() {
+  run_->DrawPending();
+  LiveRun::News news = run_->Poll();
+  RunStatus& status = state_.document.run;
+  status.paused = news.paused;
+  status.ending = news.ending;
+  status.state = news.state.empty() ? status.state : news.state;
+  status.frames = news.frames;
+  status.total = news.total;
+  Timeline& timeline = state_.document.timeline;
+  timeline.moments.insert(timeline.moments.end(), news.moments.begin(), news.moments.end());
+  if (news.map) {
+    timeline.series = run_->Series();
+    state_.document.last = news.map;
+    Frame(news.map);
+  }
+  if (news.frame) {
+    state_.document.shown = std::move(news.frame);
+  }
+  if (news.finished) {
+    FinishRun(news);
+  }
+}
+
+void Session::FinishRun(const LiveRun::News& news) {
+  exit_code_ = news.exit_code;
+  state_.document.run = {};
+  run_.reset();
+  if (!news.error.empty()) {
+    state_.messages.Complain(news.error);
+  }
+  if (news.result.empty()) {
+    Close();
+    return;
+  }
+  state_.messages.Say(fmt::format("The map is saved in {}", news.result.string()));
+  finished_run_ = true;
+  Read(news.result);
+}
+
+void Session::TakeOpened(const OpenedRecording& opened) {
+  Document& document = state_.document;
+  document.file = opened.file;
+  const fs::path folder = fs::absolute(opened.file).lexically_normal().parent_path();
+  document.title =
+      opened.file.filename() == "map.sqmap" ? folder.filename().string() : opened.file.filename().string();
+  document.info = opened.info;
+  document.last = opened.last;
+  document.frame = nullptr;
+  Frame(opened.last);
+  document.timeline = {};
+  document.loading = false;
+  auto shown = std::make_shared<ShownFrame>();
+  shown->frame_index = opened.last->frame_index;
+  shown->timestamp = opened.last->timestamp;
+  shown->map = opened.last;
+  shown->detections = opened.last->detections;
+  shown->no_image = "It is being read.";
+  document.shown = std::move(shown);
+}
+
+bool Session::TakeNews() {
+  if (run_) {
+    TakeRunNews();
+  }
+  if (!replay_) {
+    return false;
+  }
+  Replay::News news = replay_->Poll();
+  Document& document = state_.document;
+  if (news.opened) {
+    TakeOpened(*news.opened);
+  }
+  if (news.timeline) {
+    const bool first = document.timeline.Empty();
+    document.timeline = std::move(*news.timeline);
+    if (first) {
+      state_.playback.time = document.timeline.End();
+    }
+  }
+  document.progress = news.progress;
+  document.histories = news.histories ? news.histories : document.histories;
+  const bool other_frame = news.frame != nullptr;
+  if (other_frame) {
+    document.shown = std::move(news.frame);
+  }
+  if (!news.error.empty()) {
+    state_.messages.Complain(news.error);
+    if (document.loading) {
+      replay_.reset();
+      Close();
+    }
+  }
+  return other_frame;
+}
+
+bool Session::RequestFrame(double seconds) {
+  const Timeline& timeline = state_.document.timeline;
+  if (!replay_ || timeline.Empty()) {
+    return false;
+  }
+  state_.playback.Advance(seconds, timeline);
+  const Moment& moment = timeline.MomentAt(state_.playback.time);
+  const bool other = !requested_ || requested_->frame_index != moment.frame_index;
+  if (other) {
+    requested_ = moment;
+    replay_->Request(moment);
+  }
+  return other;
+}
+
+void Session::MoveCamera() {
+  SceneView& view = state_.view;
+  const Document& document = state_.document;
+  const MapSnapshot* map = document.Map();
+  if (map == nullptr || !document.frame) {
+    return;
+  }
+  if (framed_ != document.frame && view.size.area() > 0) {
+    const bool first = framed_ == nullptr || document.kind == Document::Kind::kRecording;
+    framed_ = document.frame;
+    if (first && !(finished_run_ && !view.automatic)) {
+      view.LookFrom(view.preset);
+    }
+    finished_run_ = false;
+  }
+  if (view.automatic && view.mode == CameraMode::kFree && document.run.active) {
+    // A growing map is followed smoothly.
+    const ViewCamera target = view.Named(view.preset);
+    const double away = (view.camera.position - target.position).norm() / target.Distance();
+    if (away > 1e-9) {
+      view.camera =
+          away < 0.01 ? target : Between(view.camera, target, std::min(1.0, 4.0 * state_.window.seconds));
+    }
+  }
+  if (view.mode == CameraMode::kFollow && map->T_map_camera) {
+    view.camera = Behind(*map->T_map_camera, view.focus.up, 0.6 * view.focus.radius);
+  } else if (view.mode == CameraMode::kFirstPerson && map->T_map_camera) {
+    view.camera = FirstPerson(*map->T_map_camera, map->camera, view.focus.radius);
+  }
+}
+
+}  // namespace sqslam::viewer

@@ -1,0 +1,179 @@
+#include "app/viewer/state/pictures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <type_traits>
+
+#include "render/picture/picture.h"
+#include "slam/util/atomic_file.h"
+#include "slam/util/error.h"
+#include "slam/util/options.h"
+
+namespace sqslam::viewer {
+namespace fs = std::filesystem;
+namespace {
+
+std::string Quoted(const std::string& word) {
+  const auto plain = [](unsigned char c) {
+    return std::isalnum(c) != 0 ||
+           std::string_view("_-+./,:=@%").find(static_cast<char>(c)) != std::string::npos;
+  };
+  if (!word.empty() && std::all_of(word.begin(), word.end(), plain)) {
+    return word;
+  }
+  std::string quoted = "'";
+  for (const char c : word) {
+    quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  }
+  return quoted + "'";
+}
+
+std::string ValueText(const OptionField& field) {
+  return std::visit(
+      [&](const auto& value) -> std::string {
+        using T = std::decay_t<decltype(value)>;
+        if constexpr (std::is_same_v<T, std::string*>) {
+          return "\"" + *value + "\"";
+        } else if constexpr (std::is_same_v<T, EnumOption>) {
+          return "\"" + field.allowed.at(value.get()) + "\"";
+        } else if constexpr (std::is_same_v<T, bool*>) {
+          return *value ? "true" : "false";
+        } else if constexpr (std::is_same_v<T, double*>) {
+          return fmt::format("{:.6g}", *value);
+        } else if constexpr (std::is_same_v<T, int*> || std::is_same_v<T, std::int64_t*> ||
+                             std::is_same_v<T, std::uint64_t*>) {
+          return fmt::format("{}", *value);
+        } else {  // lists, which no style has
+          return "";
+        }
+      },
+      field.value);
+}
+
+std::string VectorText(const Eigen::Vector3d& v) {
+  // Nothing that a difference of less than a thousandth of a pixel could be seen by.
+  return fmt::format("{:.7g},{:.7g},{:.7g}", v.x(), v.y(), v.z());
+}
+
+}  // namespace
+
+std::vector<std::string> StyleChanges(const SceneStyle& style, const SceneStyle& from) {
+  SceneStyle a = style;
+  SceneStyle b = from;
+  const std::vector<OptionField> fields = OptionFields(a);
+  const std::vector<OptionField> others = OptionFields(b);
+  std::vector<std::string> changes;
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    const std::string value = ValueText(fields[i]);
+    if (value != ValueText(others[i])) {
+      changes.push_back(fields[i].key + "=" + value);
+    }
+  }
+  return changes;
+}
+
+std::string RenderCommandLine(const ViewerState& state, cv::Size size, bool transparent,
+                              const std::string& output) {
+  const SceneView& view = state.view;
+  const Document& document = state.document;
+  std::vector<std::string> words = {"sqslam", "render", fs::absolute(document.file).string()};
+  const auto add = [&](const char* option, const std::string& value) {
+    words.push_back(fmt::format("{}={}", option, value));  // in one word: values may begin with a minus
+  };
+  add("--output", output);
+  add("--resolution", fmt::format("{},{}", size.width, size.height));
+  if (transparent) {
+    words.emplace_back("--no-background");
+  }
+  if (document.shown && document.last && document.shown->frame_index != document.last->frame_index) {
+    add("--at-frame", std::to_string(document.shown->frame_index));
+  }
+  if (!state.editing.Edits().Empty()) {
+    add("--edits", fs::absolute(state.editing.document.EditsFile()).string());
+  }
+  add("--style", view.style_name);
+  for (const std::string& change : StyleChanges(view.StyleWithClip(), LoadStyle(view.style_name))) {
+    add("--set", change);
+  }
+  const Layers& layers = state.layers;
+  const bool has_cloud = layers.dense_cloud && !layers.cloud_file.empty();
+  const bool in_world = has_cloud && layers.cloud_in_world;
+  if (layers.true_path || (in_world && !layers.sequence.empty())) {
+    add("--ground-truth", layers.sequence.empty() ? "auto" : fs::absolute(layers.sequence).string());
+    if (!layers.true_path) {
+      add("--set", "ground_truth.show=false");
+    }
+  }
+  if (has_cloud) {
+    add("--dense-cloud", fs::absolute(layers.cloud_file).string());
+    add("--dense-cloud-frame", in_world ? "world" : "map");
+  }
+  add("--camera-position", VectorText(view.camera.position));
+  add("--camera-focal-point", VectorText(view.camera.focal_point));
+  add("--camera-view-up", VectorText(view.camera.view_up));
+  add("--camera-view-angle", fmt::format("{:.7g}", view.camera.view_angle));
+  std::string line;
+  for (const std::string& word : words) {
+    line.append(line.empty() ? "" : " ").append(Quoted(word));
+  }
+  return line;
+}
+
+void WriteScreenshot(const ViewerState& state, cv::Size size, bool transparent, const fs::path& file) {
+  if (state.document.Map() == nullptr || !state.document.frame) {
+    throw UsageError("there is no map to draw yet");
+  }
+  PictureOptions options;
+  options.width = size.width;
+  options.height = size.height;
+  options.transparent = transparent;
+  options.backend = RenderBackend::kCurrent;
+  options.style = state.view.StyleWithClip();
+  options.layers = *state.layers.drawn;
+  PictureRenderer renderer(options);
+  renderer.SetMap(*state.document.frame);
+  renderer.SetMapKeepingFrame(*state.document.Map());
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".png", renderer.Render(state.view.camera), bytes);
+  WriteFileAtomically(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});  // NOLINT: bytes
+}
+
+fs::path FreeName(const std::string& stem, const std::string& extension) {
+  for (int number = 1;; ++number) {
+    const fs::path path = fs::current_path() / fmt::format("{}-{}{}", stem, number, extension);
+    if (!fs::exists(path)) {
+      return path;
+    }
+  }
+}
+
+ScreenFilm::ScreenFilm(const fs::path& file, cv::Size size)
+    : file_(file),
+      size_(std::max(2, size.width / 2 * 2), std::max(2, size.height / 2 * 2)),  // even, as the coding wants
+      encoder_(file, size_, kRate) {}
+
+void ScreenFilm::Add(const cv::Mat& bgr, double seconds) {
+  constexpr double kLongest = 1.0;  // a window that rests is not filmed for longer
+  due_ += std::min(seconds, kLongest);
+  if (due_ < 1.0 / kRate || bgr.empty()) {
+    return;
+  }
+  cv::Mat frame = bgr;
+  if (frame.size() != size_) {
+    const bool cut = frame.cols - size_.width <= 1 && frame.rows - size_.height <= 1 &&
+                     frame.cols >= size_.width && frame.rows >= size_.height;
+    if (cut) {  // an odd side
+      frame = frame(cv::Rect(cv::Point(), size_)).clone();
+    } else {
+      cv::resize(bgr, frame, size_, 0.0, 0.0, cv::INTER_AREA);
+    }
+  }
+  for (; due_ >= 1.0 / kRate; due_ -= 1.0 / kRate) {
+    encoder_.Add(frame);
+  }
+}
+
+}  // namespace sqslam::viewer

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/viewer/state/observed.h"
+#include "render/camera/camera_path.h"
+#include "render/camera/scene_framing.h"
+#include "render/scene/clip_plane.h"
+#include "render/scene/style.h"
+
+namespace sqslam::viewer {
+
+// The ways in which the camera moves by itself.
+enum class CameraMode {
+  kFree,         // as the user puts it
+  kFollow,       // behind the input camera
+  kFirstPerson,  // through the input camera
+};
+
+// Key frames of a camera path that were set by hand.
+struct CameraKeys {
+  struct Key {
+    double time = 0.0;  // seconds of the video
+    ViewCamera camera;
+  };
+  std::vector<Key> keys;
+  double interval = 2.0;  // seconds from one key to the next
+  bool loop = false;
+
+  void Add(const ViewCamera& camera);
+  void Remove(std::size_t index);  // those after it move up
+
+  // As `sqslam render --camera-path` reads it.
+  std::string Yaml() const;
+};
+
+// The view of the map: camera, section, style, and its place in the window.
+struct SceneView {
+  ViewCamera camera;
+  CameraMode mode = CameraMode::kFree;
+  bool automatic = true;  // the camera frames the map by itself until somebody moves it
+  std::string preset;  // name of the view (render/camera/scene_framing.h) that the camera still is, or empty
+  CameraKeys keys;
+
+  std::string style_name;      // of configs/styles
+  Observed<SceneStyle> style;  // all but its section
+  SceneStyle::Clip clip;       // the section, which costs nothing to move
+
+  SceneFocus focus;  // of the document's frame
+  cv::Size size;     // of the scene on the screen, pixels
+  cv::Point corner;  // its top-left corner in the window
+
+  // Puts the camera there by hand.
+  void MoveTo(const ViewCamera& place);
+
+  // The named view of the present map, or the automatic one for an empty name; and the camera there, which
+  // follows a growing map until somebody moves it.
+  ViewCamera Named(const std::string& name) const;
+  void LookFrom(const std::string& name);
+
+  // Loads a style by its name; layers and section stay. Throws UsageError.
+  void UseStyle(const std::string& name);
+  SceneStyle StyleWithClip() const;
+
+  // The plane that cuts the scene on the screen; empty: none.
+  std::optional<ClipPlane> Cut() const { return MakeClipPlane(clip, focus, camera); }
+  // Cuts the scene towards the camera, or no longer.
+  void SwitchCut() { clip.axis = clip.axis == "none" ? "view" : "none"; }
+};
+
+}  // namespace sqslam::viewer

@@ -1,0 +1,135 @@
+#include "app/viewer/widgets/theme.h"
+
+#include <filesystem>
+#include <string>
+
+namespace sqslam::viewer {
+namespace {
+
+constexpr float kTextSize = 15.0F;  // pixels at scale 1
+
+void LoadFont(const char* name, float size) {
+  const std::string file = std::string("/usr/share/fonts/truetype/dejavu/") + name + ".ttf";
+  ImGuiIO& io = ImGui::GetIO();
+  ImFontConfig config;
+  config.OversampleH = 3;
+  config.OversampleV = 1;
+  config.PixelSnapH = true;
+  static const ImWchar kRanges[] = {0x20,   0xFF,   0x100,  0x17F,  0x370,  0x3FF,  0x2010, 0x203A,
+                                    0x2190, 0x21FF, 0x2212, 0x2212, 0x25A0, 0x25FF, 0};
+  if (std::filesystem::exists(file)) {
+    io.Fonts->AddFontFromFileTTF(file.c_str(), size, &config, kRanges);
+    return;
+  }
+  config.SizePixels = size;
+  io.Fonts->AddFontDefault(&config);
+}
+
+ImVec4 Color(unsigned rgb, float alpha = 1.0F) {
+  return {static_cast<float>((rgb >> 16) & 255U) / 255.0F, static_cast<float>((rgb >> 8) & 255U) / 255.0F,
+          static_cast<float>(rgb & 255U) / 255.0F, alpha};
+}
+
+ImU32 Packed(unsigned rgb, float alpha = 1.0F) { return ImGui::ColorConvertFloat4ToU32(Color(rgb, alpha)); }
+
+// Surfaces from the back to the front, and what stands on them.
+struct Shades {
+  unsigned window, panel, field, hovered, active, border, text, dim, accent, on_accent;
+};
+constexpr Shades kDark = {0x14171c, 0x1b1f26, 0x262c36, 0x313947, 0x3d4757,
+                          0x2b323d, 0xe4e8ee, 0x98a3b3, 0x56b4e9, 0x0b1a26};
+constexpr Shades kLight = {0xe9ecf0, 0xf7f8fa, 0xe7eaef, 0xdbe0e8, 0xcdd4de,
+                           0xd2d8e0, 0x1c2530, 0x5c6876, 0x0072b2, 0xffffff};
+
+void ApplyColors(const Shades& s) {
+  ImVec4* colors = ImGui::GetStyle().Colors;
+  colors[ImGuiCol_Text] = Color(s.text);
+  colors[ImGuiCol_TextDisabled] = Color(s.dim);
+  colors[ImGuiCol_WindowBg] = Color(s.panel);
+  colors[ImGuiCol_ChildBg] = Color(s.panel, 0.0F);
+  colors[ImGuiCol_PopupBg] = Color(s.panel, 0.98F);
+  colors[ImGuiCol_Border] = Color(s.border);
+  colors[ImGuiCol_BorderShadow] = Color(0, 0.0F);
+  colors[ImGuiCol_FrameBg] = Color(s.field);
+  colors[ImGuiCol_FrameBgHovered] = Color(s.hovered);
+  colors[ImGuiCol_FrameBgActive] = Color(s.active);
+  colors[ImGuiCol_TitleBg] = colors[ImGuiCol_TitleBgActive] = Color(s.window);
+  colors[ImGuiCol_MenuBarBg] = Color(s.window);
+  colors[ImGuiCol_ScrollbarBg] = Color(s.panel, 0.0F);
+  colors[ImGuiCol_ScrollbarGrab] = Color(s.active);
+  colors[ImGuiCol_ScrollbarGrabHovered] = colors[ImGuiCol_ScrollbarGrabActive] = Color(s.dim);
+  colors[ImGuiCol_CheckMark] = Color(s.accent);
+  colors[ImGuiCol_SliderGrab] = Color(s.accent);
+  colors[ImGuiCol_SliderGrabActive] = Color(s.accent);
+  colors[ImGuiCol_Button] = Color(s.field);
+  colors[ImGuiCol_ButtonHovered] = Color(s.hovered);
+  colors[ImGuiCol_ButtonActive] = Color(s.active);
+  colors[ImGuiCol_Header] = Color(s.accent, 0.28F);
+  colors[ImGuiCol_HeaderHovered] = Color(s.accent, 0.18F);
+  colors[ImGuiCol_HeaderActive] = Color(s.accent, 0.35F);
+  colors[ImGuiCol_Separator] = Color(s.border);
+  colors[ImGuiCol_SeparatorHovered] = colors[ImGuiCol_SeparatorActive] = Color(s.accent);
+  colors[ImGuiCol_Tab] = colors[ImGuiCol_TabUnfocused] = Color(s.panel);
+  colors[ImGuiCol_TabHovered] = Color(s.hovered);
+  colors[ImGuiCol_TabActive] = colors[ImGuiCol_TabUnfocusedActive] = Color(s.field);
+  colors[ImGuiCol_PlotHistogram] = Color(s.accent);
+  colors[ImGuiCol_TableHeaderBg] = Color(s.field);
+  colors[ImGuiCol_TableBorderStrong] = colors[ImGuiCol_TableBorderLight] = Color(s.border);
+  colors[ImGuiCol_TableRowBgAlt] = Color(s.text, 0.03F);
+  colors[ImGuiCol_TextSelectedBg] = Color(s.accent, 0.35F);
+  colors[ImGuiCol_NavHighlight] = Color(s.accent);
+  colors[ImGuiCol_ModalWindowDimBg] = Color(0x000000, 0.45F);
+}
+
+Palette MakePalette(const Shades& s, bool dark) {
+  return {Packed(s.accent),
+          Packed(s.border),
+          Packed(s.text),
+          Packed(s.dim),
+          Packed(dark ? 0x3fc9a0 : 0x00795a),
+          Packed(dark ? 0xff8a5c : 0xb84a00),
+          Packed(dark ? 0x56b4e9 : 0x0072b2),
+          Packed(dark ? 0xe69f00 : 0xb87a00),
+          Packed(dark ? 0xcc79a7 : 0xa8487f),
+          Packed(s.panel, 0.94F)};
+}
+
+}  // namespace
+
+void LoadFonts(double scale) {
+  const float size = kTextSize * static_cast<float>(scale);
+  LoadFont("DejaVuSans", size);
+  LoadFont("DejaVuSans-Bold", size);
+}
+
+void ApplyTheme(Theme theme, double scale) {
+  ImGuiStyle& style = ImGui::GetStyle();
+  style = ImGuiStyle();
+  style.WindowPadding = ImVec2(12.0F, 10.0F);
+  style.FramePadding = ImVec2(9.0F, 5.0F);
+  style.ItemSpacing = ImVec2(8.0F, 7.0F);
+  style.ItemInnerSpacing = ImVec2(7.0F, 5.0F);
+  style.CellPadding = ImVec2(6.0F, 4.0F);
+  style.ScrollbarSize = 11.0F;
+  style.GrabMinSize = 12.0F;
+  style.WindowRounding = 8.0F;
+  style.ChildRounding = 6.0F;
+  style.FrameRounding = 5.0F;
+  style.PopupRounding = 6.0F;
+  style.ScrollbarRounding = 6.0F;
+  style.GrabRounding = 5.0F;
+  style.TabRounding = 5.0F;
+  style.WindowBorderSize = 0.0F;
+  style.PopupBorderSize = 1.0F;
+  style.FrameBorderSize = 0.0F;
+  style.ScaleAllSizes(static_cast<float>(scale));
+  ApplyColors(theme == Theme::kDark ? kDark : kLight);
+}
+
+const Palette& PaletteOf(Theme theme) {
+  static const Palette kDarkPalette = MakePalette(kDark, true);
+  static const Palette kLightPalette = MakePalette(kLight, false);
+  return theme == Theme::kDark ? kDarkPalette : kLightPalette;
+}
+
+}  // namespace sqslam::viewer

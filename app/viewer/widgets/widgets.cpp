@@ -1,0 +1,215 @@
+#include "app/viewer/widgets/widgets.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sqslam::viewer {
+namespace {
+
+// A triangle that points right (1) or left (-1), its middle at `c`.
+void Triangle(ImDrawList* list, ImVec2 c, float size, float direction, ImU32 color) {
+  const float x = 0.5F * size * direction;
+  list->AddTriangleFilled(ImVec2(c.x - x, c.y - 0.58F * size), ImVec2(c.x + x, c.y),
+                          ImVec2(c.x - x, c.y + 0.58F * size), color);
+}
+
+void Bar(ImDrawList* list, ImVec2 c, float width, float height, ImU32 color) {
+  list->AddRectFilled(ImVec2(c.x - 0.5F * width, c.y - 0.5F * height),
+                      ImVec2(c.x + 0.5F * width, c.y + 0.5F * height), color, 1.0F);
+}
+
+void DrawIcon(ImDrawList* list, Icon icon, ImVec2 c, float s, ImU32 color) {
+  switch (icon) {
+    case Icon::kPlay:
+      Triangle(list, ImVec2(c.x + 0.06F * s, c.y), s, 1.0F, color);
+      break;
+    case Icon::kBackward:
+      Triangle(list, ImVec2(c.x - 0.06F * s, c.y), s, -1.0F, color);
+      break;
+    case Icon::kPause:
+      Bar(list, ImVec2(c.x - 0.25F * s, c.y), 0.26F * s, 1.05F * s, color);
+      Bar(list, ImVec2(c.x + 0.25F * s, c.y), 0.26F * s, 1.05F * s, color);
+      break;
+    case Icon::kStop:
+      Bar(list, c, 0.95F * s, 0.95F * s, color);
+      break;
+    case Icon::kStepForward:
+    case Icon::kStepBack: {
+      const float d = icon == Icon::kStepForward ? 1.0F : -1.0F;
+      Triangle(list, ImVec2(c.x - 0.12F * s * d, c.y), 0.8F * s, d, color);
+      Bar(list, ImVec2(c.x + 0.4F * s * d, c.y), 0.18F * s, 0.95F * s, color);
+      break;
+    }
+    case Icon::kFirst:
+    case Icon::kLast: {
+      const float d = icon == Icon::kLast ? 1.0F : -1.0F;
+      Triangle(list, ImVec2(c.x - 0.3F * s * d, c.y), 0.62F * s, d, color);
+      Triangle(list, ImVec2(c.x + 0.16F * s * d, c.y), 0.62F * s, d, color);
+      Bar(list, ImVec2(c.x + 0.58F * s * d, c.y), 0.16F * s, 0.8F * s, color);
+      break;
+    }
+  }
+}
+
+}  // namespace
+
+bool IconButton(const char* id, Icon icon, const char* tip, bool on) {
+  const float side = ImGui::GetFrameHeight();
+  ImGui::PushID(id);
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const bool pressed = ImGui::InvisibleButton("##icon", ImVec2(1.15F * side, side));
+  const bool held = ImGui::IsItemActive();
+  const bool hovered = ImGui::IsItemHovered();
+  const ImGuiCol back = held ? ImGuiCol_ButtonActive : hovered ? ImGuiCol_ButtonHovered : ImGuiCol_Button;
+  ImDrawList* list = ImGui::GetWindowDrawList();
+  list->AddRectFilled(at, ImVec2(at.x + 1.15F * side, at.y + side), ImGui::GetColorU32(back),
+                      ImGui::GetStyle().FrameRounding);
+  DrawIcon(list, icon, ImVec2(std::floor(at.x + 0.575F * side), std::floor(at.y + 0.5F * side)), 0.42F * side,
+           ImGui::GetColorU32(on ? ImGuiCol_CheckMark : ImGuiCol_Text));
+  ImGui::PopID();
+  Tip(tip);
+  return pressed;
+}
+
+void Heading(const char* text) {
+  ImGui::Dummy(ImVec2(0.0F, 0.25F * ImGui::GetFontSize()));
+  Bold(text);
+}
+
+bool Section(const char* name) {
+  ImGui::PushStyleColor(ImGuiCol_Header, ImGui::GetStyleColorVec4(ImGuiCol_FrameBg));
+  const bool open = ImGui::CollapsingHeader(name, ImGuiTreeNodeFlags_DefaultOpen);
+  ImGui::PopStyleColor();
+  return open;
+}
+
+void Bold(const char* text) {
+  ImGui::PushFont(ImGui::GetIO().Fonts->Fonts[std::min(1, ImGui::GetIO().Fonts->Fonts.Size - 1)]);
+  ImGui::TextUnformatted(text);
+  ImGui::PopFont();
+}
+
+void Row(const char* name, const std::string& value) {
+  ImGui::TextDisabled("%s", name);
+  ImGui::SameLine(9.5F * ImGui::GetFontSize());
+  ImGui::TextUnformatted(value.c_str());
+}
+
+ImU32 Packed(const Eigen::Vector3d& color, float alpha) {
+  const Eigen::Vector3f c = color.cast<float>();
+  return ImGui::ColorConvertFloat4ToU32(ImVec4(c.x(), c.y(), c.z(), alpha));
+}
+
+void Swatch(const Eigen::Vector3d& color, bool hollow) {
+  const float size = 0.75F * ImGui::GetFontSize();
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const float y = at.y + 0.5F * (ImGui::GetTextLineHeight() - size);
+  ImDrawList* list = ImGui::GetWindowDrawList();
+  if (hollow) {
+    list->AddRect(ImVec2(at.x + 1.0F, y + 1.0F), ImVec2(at.x + size - 1.0F, y + size - 1.0F), Packed(color),
+                  3.0F, 0, 1.5F);
+  } else {
+    list->AddRectFilled(ImVec2(at.x, y), ImVec2(at.x + size, y + size), Packed(color), 3.0F);
+  }
+  ImGui::Dummy(ImVec2(size, ImGui::GetTextLineHeight()));
+  ImGui::SameLine();
+}
+
+void Tip(const char* text) {
+  if (text != nullptr && *text != '\0' && ImGui::IsItemHovered()) {
+    ImGui::BeginTooltip();
+    ImGui::PushTextWrapPos(24.0F * ImGui::GetFontSize());
+    ImGui::TextUnformatted(text);
+    ImGui::PopTextWrapPos();
+    ImGui::EndTooltip();
+  }
+}
+
+bool Toggle(const char* label, bool* on, const char* tip) {
+  const bool was = *on;
+  if (was) {
+    ImGui::PushStyleColor(ImGuiCol_Button, ImGui::GetStyleColorVec4(ImGuiCol_Header));
+    ImGui::PushStyleColor(ImGuiCol_ButtonHovered, ImGui::GetStyleColorVec4(ImGuiCol_HeaderActive));
+  }
+  const bool clicked = ImGui::Button(label);
+  if (was) {
+    ImGui::PopStyleColor(2);
+  }
+  if (clicked) {
+    *on = !*on;
+  }
+  Tip(tip);
+  return clicked;
+}
+
+bool Button(const char* label, const char* tip, ImVec2 size) {
+  const bool clicked = ImGui::Button(label, size);
+  Tip(tip);
+  return clicked;
+}
+
+std::optional<int> OneOf(std::initializer_list<Option> options, int current) {
+  std::optional<int> clicked;
+  int index = 0;
+  for (const Option& option : options) {
+    if (index > 0) {
+      ImGui::SameLine();
+    }
+    bool on = index == current;
+    if (Toggle(option.label, &on, option.tip)) {
+      clicked = index;
+    }
+    ++index;
+  }
+  return clicked;
+}
+
+std::optional<std::size_t> Choice(const char* name, const std::string& current,
+                                  std::span<const std::string> words, float width) {
+  std::optional<std::size_t> chosen;
+  ImGui::SetNextItemWidth(width * ImGui::GetFontSize());
+  if (ImGui::BeginCombo(name, current.c_str())) {
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      if (ImGui::Selectable(words[i].c_str(), words[i] == current)) {
+        chosen = i;
+      }
+    }
+    ImGui::EndCombo();
+  }
+  return chosen;
+}
+
+bool Slide(const char* name, double& value, float low, float high, const char* format, float width) {
+  auto single = static_cast<float>(value);
+  ImGui::SetNextItemWidth(width * ImGui::GetFontSize());
+  const bool changed = ImGui::SliderFloat(name, &single, low, high, format);
+  value = changed ? static_cast<double>(single) : value;
+  return changed;
+}
+
+bool Drag(const char* name, double& value, float speed, float low, float high, const char* format) {
+  auto single = static_cast<float>(value);
+  ImGui::SetNextItemWidth(-7.0F * ImGui::GetFontSize());
+  const bool changed = ImGui::DragFloat(name, &single, speed, low, high, format,
+                                        low < high ? ImGuiSliderFlags_AlwaysClamp : 0);
+  value = changed ? static_cast<double>(single) : value;
+  return changed;
+}
+
+void Dim(const std::string& text) { ImGui::TextDisabled("%s", text.c_str()); }
+
+void DimWrapped(const std::string& text) {
+  ImGui::PushTextWrapPos(0.0F);
+  Dim(text);
+  ImGui::PopTextWrapPos();
+}
+
+void Stroke(const std::vector<ImVec2>& points, ImU32 color, float width, float rim, bool closed, ImU32 dark) {
+  ImDrawList* list = ImGui::GetWindowDrawList();
+  const int count = static_cast<int>(points.size());
+  const int flags = closed ? ImDrawFlags_Closed : 0;
+  list->AddPolyline(points.data(), count, dark, flags, width + rim);
+  list->AddPolyline(points.data(), count, color, flags, width);
+}
+
+}  // namespace sqslam::viewer

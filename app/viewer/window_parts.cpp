@@ -1,0 +1,272 @@
+#include "app/viewer/window_parts.h"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "app/viewer/widgets/widgets.h"
+
+namespace sqslam::viewer {
+namespace {
+
+constexpr double kGap = 5.0;  // between parts, at scale 1
+
+double Limited(double value, double low, double high) { return std::max(low, std::min(value, high)); }
+
+ImVec2 Corner(const cv::Rect2d& area) { return {static_cast<float>(area.x), static_cast<float>(area.y)}; }
+ImVec2 Extent(const cv::Rect2d& area) {
+  return {static_cast<float>(area.width), static_cast<float>(area.height)};
+}
+
+constexpr ImGuiWindowFlags kPart = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
+                                   ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus |
+                                   ImGuiWindowFlags_NoNav;
+
+// Draws a part of the window, if it has a place.
+template <typename Content>
+void DrawPart(const char* id, const cv::Rect2d& area, bool padded, Content&& content) {
+  if (area.width < 1.0 || area.height < 1.0) {
+    return;
+  }
+  ImGui::SetNextWindowPos(Corner(area));
+  ImGui::SetNextWindowSize(Extent(area));
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0.0F);
+  if (!padded) {
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(0.0F, 0.0F));
+  }
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, ImVec2(1.0F, 1.0F));
+  ImGui::Begin(id, nullptr, kPart | (padded ? 0 : ImGuiWindowFlags_NoScrollWithMouse));
+  ImGui::PopStyleVar(padded ? 2 : 3);
+  content();
+  ImGui::End();
+}
+
+void DrawFileMenu(ViewerState& s) {
+  if (!ImGui::BeginMenu("File")) {
+    return;
+  }
+  const std::vector<std::string>& recent = s.preferences.memory.recent_files;
+  if (ImGui::BeginMenu("Open recent", !recent.empty())) {
+    for (const std::string& file : recent) {
+      const std::filesystem::path path(file);
+      // A result is known by its folder.
+      const std::string name = path.filename() == "map.sqmap" ? path.parent_path().string() : file;
+      if (ImGui::MenuItem(name.c_str())) {
+        s.requests.Ask(OpenRequest{path});
+      }
+    }
+    ImGui::EndMenu();
+  }
+  const bool has_map = s.document.Map() != nullptr;
+  if (ImGui::MenuItem("Save picture", "F12", false, has_map)) {
+    s.requests.Ask(s.window.screenshot);
+  }
+  if (ImGui::MenuItem("Copy command of the picture", "Ctrl Shift C", false,
+                      has_map && !s.document.run.active)) {
+    s.requests.Ask(CopyCommandRequest{});
+  }
+  if (ImGui::MenuItem("Quit", "Ctrl Q")) {
+    s.requests.Ask(QuitRequest{});
+  }
+  ImGui::EndMenu();
+}
+
+void DrawEditMenu(ViewerState& s) {
+  if (!ImGui::BeginMenu("Edit")) {
+    return;
+  }
+  EditedDocument& document = s.editing.document;
+  const auto& history = document.History();
+  if (ImGui::MenuItem(("Undo " + history.UndoName()).c_str(), "Ctrl Z", false, history.CanUndo())) {
+    document.Undo();
+  }
+  if (ImGui::MenuItem(("Redo " + history.RedoName()).c_str(), "Ctrl Y", false, history.CanRedo())) {
+    document.Redo();
+  }
+  ImGui::Separator();
+  if (ImGui::MenuItem("Save edits", "Ctrl S", false, document.Modified())) {
+    SaveAll(s.Editor());
+  }
+  ImGui::Separator();
+  if (ImGui::MenuItem("Delete object", "Delete", false, s.selection.selected.has_value())) {
+    DeleteSelected(s.Editor());
+  }
+  if (ImGui::BeginMenu("Show objects as")) {
+    for (const auto& [representation, name] : {std::pair(Representation::kSuperquadric, "Superquadrics"),
+                                               {Representation::kEllipsoid, "Ellipsoids"},
+                                               {Representation::kCuboid, "Cuboids"}}) {
+      if (ImGui::MenuItem(name, nullptr, s.editing.representation == representation)) {
+        s.editing.representation = representation;
+      }
+    }
+    ImGui::EndMenu();
+  }
+  ImGui::Separator();
+  if (ImGui::MenuItem("Settings ...")) {
+    s.window.show_settings = true;
+  }
+  ImGui::EndMenu();
+}
+
+// Returns the height of the menu bar.
+double DrawMenu(ViewerState& s) {
+  if (!ImGui::BeginMainMenuBar()) {
+    return 0.0;
+  }
+  Bold("sqslam");
+  ImGui::Separator();
+  DrawFileMenu(s);
+  DrawEditMenu(s);
+  if (ImGui::BeginMenu("Window")) {
+    ImGui::MenuItem("Image", "I", &s.window.show_image);
+    if (ImGui::MenuItem("Light", "T", s.window.theme == Theme::kLight)) {
+      SwitchTheme(s.window, s.view, s.messages);
+    }
+    ImGui::EndMenu();
+  }
+  if (ImGui::BeginMenu("Help")) {
+    ImGui::MenuItem("Keys and mouse", "H", &s.window.show_help);
+    ImGui::EndMenu();
+  }
+  const std::string title = s.document.title + (s.document.loading              ? ": loading"
+                                                : s.editing.document.Modified() ? " \u2022 not saved"
+                                                                                : "");
+  const float width = ImGui::CalcTextSize(title.c_str()).x;
+  ImGui::SetCursorPosX(ImGui::GetWindowWidth() - width - 1.2F * ImGui::GetFontSize());
+  Dim(title);
+  const double height = ImGui::GetWindowHeight();
+  ImGui::EndMainMenuBar();
+  return height;
+}
+
+void DrawTabs(std::string& to_front, const std::vector<PanelPtr>& panels) {
+  const ImVec2 padding = ImGui::GetStyle().FramePadding;
+  ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(0.75F * padding.x, padding.y));
+  if (ImGui::BeginTabBar("tabs")) {
+    for (const PanelPtr& panel : panels) {
+      const bool first = to_front == panel->title;
+      if (panel->place == Place::kSide &&
+          ImGui::BeginTabItem(panel->title.c_str(), nullptr, first ? ImGuiTabItemFlags_SetSelected : 0)) {
+        to_front = first ? "" : to_front;
+        ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, padding);
+        panel->Draw();
+        ImGui::PopStyleVar();
+        ImGui::EndTabItem();
+      }
+    }
+    ImGui::EndTabBar();
+  }
+  ImGui::PopStyleVar();
+}
+
+// The lines that the mouse takes hold of.
+void DrawLines(WindowState& state, const Layout& parts, cv::Size size) {
+  using Move = LayoutSettings (*)(LayoutSettings, double, cv::Size, double);
+  const auto line = [&](const char* id, const cv::Rect2d& area, ImGuiMouseCursor cursor, Move move) {
+    DrawPart(id, area, false, [&] {
+      ImGui::InvisibleButton("line", Extent(area));
+      if (ImGui::IsItemHovered() || ImGui::IsItemActive()) {
+        ImGui::SetMouseCursor(cursor);
+        ImGui::GetWindowDrawList()->AddRectFilled(
+            Corner(area),
+            ImVec2(static_cast<float>(area.x + area.width), static_cast<float>(area.y + area.height)),
+            ImGui::GetColorU32(ImGuiCol_SeparatorActive));
+      }
+      if (ImGui::IsItemActive()) {
+        const ImVec2 moved = ImGui::GetIO().MouseDelta;
+        state.layout =
+            move(state.layout, cursor == ImGuiMouseCursor_ResizeEW ? moved.x : moved.y, size, state.scale);
+      }
+    });
+  };
+  line("##side line", parts.side_line, ImGuiMouseCursor_ResizeEW, MoveSide);
+  line("##bottom line", parts.bottom_line, ImGuiMouseCursor_ResizeNS, MoveBottom);
+  line("##top line", parts.top_line, ImGuiMouseCursor_ResizeNS, MoveTop);
+}
+
+void DrawWelcome(const ViewerState& s, const cv::Rect2d& scene) {
+  const char* text = s.document.run.active ? "The map begins when the camera has moved sideways"
+                     : s.document.loading  ? "Loading ..."
+                                           : "Drop a result folder or a map.sqmap here";
+  const ImVec2 size = ImGui::CalcTextSize(text);
+  const ImVec2 middle(static_cast<float>(scene.x + 0.5 * scene.width) - 0.5F * size.x,
+                      static_cast<float>(scene.y + 0.5 * scene.height) - 0.5F * size.y);
+  ImGui::GetWindowDrawList()->AddText(middle, PaletteOf(s.window.theme).dim_text, text);
+}
+
+}  // namespace
+
+Layout LayOut(cv::Size window, double menu_height, const LayoutSettings& settings, bool has_bottom,
+              bool has_top, double scale) {
+  Layout layout;
+  const double width = window.width;
+  const double height = window.height;
+  const double gap = kGap * scale;
+  layout.menu = {0.0, 0.0, width, menu_height};
+  const double bottom = has_bottom ? std::min(settings.bottom * scale, 0.4 * height) : 0.0;
+  const double side = std::min(settings.side * scale, 0.5 * width);
+  const double body_bottom = height - (has_bottom ? bottom + gap : 0.0);
+  const double body = std::max(0.0, body_bottom - menu_height);
+  layout.scene = {0.0, menu_height, std::max(0.0, width - side - gap), body};
+  const double left = width - side;
+  const double top = has_top ? std::min(settings.top * scale, 0.5 * body) : 0.0;
+  layout.top = {left, menu_height, side, top};
+  const double tabs = menu_height + (has_top ? top + gap : 0.0);
+  layout.side = {left, tabs, side, std::max(0.0, body_bottom - tabs)};
+  layout.side_line = {left - gap, menu_height, gap, body};
+  if (has_bottom) {
+    layout.bottom = {0.0, height - bottom, width, bottom};
+    layout.bottom_line = {0.0, height - bottom - gap, width, gap};
+  }
+  if (has_top) {
+    layout.top_line = {left, menu_height + top, side, gap};
+  }
+  return layout;
+}
+
+LayoutSettings MoveSide(LayoutSettings settings, double pixels, cv::Size window, double scale) {
+  settings.side = Limited(settings.side - pixels / scale, 240.0, 0.5 * window.width / scale);
+  return settings;
+}
+
+LayoutSettings MoveBottom(LayoutSettings settings, double pixels, cv::Size window, double scale) {
+  settings.bottom = Limited(settings.bottom - pixels / scale, 96.0, 0.4 * window.height / scale);
+  return settings;
+}
+
+LayoutSettings MoveTop(LayoutSettings settings, double pixels, cv::Size window, double scale) {
+  settings.top = Limited(settings.top + pixels / scale, 120.0, 0.6 * window.height / scale);
+  return settings;
+}
+
+void DrawWindow(ViewerState& state, const std::vector<PanelPtr>& panels, cv::Size size) {
+  const auto wanted = [&](Place place) {
+    return std::any_of(panels.begin(), panels.end(),
+                       [&](const PanelPtr& panel) { return panel->place == place && panel->Wanted(); });
+  };
+  const auto draw = [&](Place place) {
+    for (const PanelPtr& panel : panels) {
+      if (panel->place == place && panel->Wanted()) {
+        panel->Draw();
+      }
+    }
+  };
+  const double menu = DrawMenu(state);
+  const Layout parts = LayOut(size, menu, state.window.layout, wanted(Place::kBottom), wanted(Place::kTop),
+                              state.window.scale);
+  DrawPart("##scene", parts.scene, false, [&] {
+    draw(Place::kScene);
+    if (state.document.Map() == nullptr) {
+      DrawWelcome(state, parts.scene);
+    }
+  });
+  DrawPart("##top", parts.top, true, [&] { draw(Place::kTop); });
+  DrawPart("##side", parts.side, true, [&] { DrawTabs(state.window.to_front, panels); });
+  DrawPart("##bottom", parts.bottom, true, [&] { draw(Place::kBottom); });
+  DrawLines(state.window, parts, size);
+  draw(Place::kOver);
+}
+
+}  // namespace sqslam::viewer
