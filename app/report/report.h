@@ -18,9 +18,7 @@ struct ReportInputs {
   std::filesystem::path result;  // result folder; report.html is written into it
   std::string title;             // empty: the name of the sequence, or of the result folder
   std::string sequence;          // what was mapped, as shown under the title; empty: as the recording says
-  std::filesystem::path
-      video;  // embedded where it is smaller than 8 MiB; empty: growth.mp4 or map.mp4 if there
-  const FinishedRun* run = nullptr;  // the run that was just made: its values instead of its files
+  std::filesystem::path video;   // embedded if smaller than 8 MiB; empty: growth.mp4 or map.mp4 if there
   const FinishedRun* run = nullptr;  // the run that was just made: its values instead of its files
 };
 

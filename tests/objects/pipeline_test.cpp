@@ -101,7 +101,7 @@ TEST(ObjectPipeline, MapsEachOfTenObjectsOnceAndWell) {
 // and go.
 TEST(ObjectPipeline, SurvivesMissedWrongAndFalseBoxes) {
   const SyntheticDesk desk(2, 0.08);
-  ObjectTracker tracker(ObjectOptions());
+  ObjectTracker tracker((ObjectOptions()));
   ObjectMapper mapper(ObjectOptions(), 1);
   mapper.SetUpright(true, SupportSurfaces::Everywhere(0.0));
   const PointLookup lookup = [&](std::int64_t& id) { return desk.Position(id); };
@@ -227,7 +227,7 @@ TEST(ObjectPipeline, WorksAtAnyScaleAndSurvivesAMoveOfTheMap) {
 
 TEST(ObjectPipeline, FollowsFusedPointsAndForgetsCulledOnes) {
   const SyntheticDesk desk(1);
-  ObjectTracker tracker(ObjectOptions());
+  ObjectTracker tracker((ObjectOptions()));
   ObjectMapper mapper(ObjectOptions(), 1);
   mapper.SetUpright(true, SupportSurfaces::Everywhere(0.0));
   for (int i = 0; i < 30; ++i) {
@@ -249,7 +249,7 @@ TEST(ObjectPipeline, FollowsFusedPointsAndForgetsCulledOnes) {
 
 TEST(ObjectTracker, MakesNothingOfAFrameWithoutPointsOrBoxes) {
   const SyntheticDesk desk(1);
-  ObjectTracker tracker(ObjectOptions());
+  ObjectTracker tracker((ObjectOptions()));
   ObjectFrame frame = desk.Frame(0);
   frame.points.clear();
   EXPECT_TRUE(tracker.Track(frame, ObjectMapView()).empty());
@@ -266,7 +266,7 @@ TEST(ObjectPipeline, MapsTheRenderedDesk) {
     GTEST_SKIP() << "no sequence at " << folder;
   }
   testing::PosedMapping mapping(sequence->camera);
-  ObjectTracker tracker(ObjectOptions());
+  ObjectTracker tracker((ObjectOptions()));
   ObjectMapper mapper(ObjectOptions(), 1);
   mapper.SetUpright(true, SupportSurfaces::Everywhere(0.74));
   const PointLookup lookup = [&](std::int64_t& id) { return mapping.Position(id); };
