@@ -19,7 +19,7 @@ function(sqslam_group_sources target)
   endif()
 endfunction()
 
-# sqslam_precompiled(<name> HEADER LIBRARIES...): what REUSE_FROM takes the compiled header of.
+# sqslam_precompiled(<name> HEADER LIBRARIES...): compiles a header of this folder once, for REUSE_FROM.
 function(sqslam_precompiled name header)
   if(SQSLAM_PRECOMPILE_HEADERS)
     file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/${name}.cpp CONTENT "")
@@ -49,8 +49,8 @@ function(sqslam_library name)
   sqslam_reuse_precompiled(sqslam_${name} sqslam_common_headers)
 endfunction()
 
-# A test's own code runs for moments and is compiled in every full build: a quarter less time than with -O3. What
-# it tests is optimised as ever.
+# A test's own code runs for moments and is compiled in every full build: -O1 takes a quarter less time than -O3. The
+# code under test is optimised as ever.
 set(SQSLAM_TEST_OPTIONS $<$<CONFIG:Release>:-O1>)
 
 # sqslam_test(<name> SOURCES ... DEPENDS ...): one GoogleTest program, each of its tests known to ctest.

@@ -1,4 +1,4 @@
-// What most sources include anyway, compiled once for all of them. A source must not rely on it: it includes
+// Headers that most sources include, compiled once for all of them. A source must not rely on it: it includes
 // what it uses.
 #pragma once
 

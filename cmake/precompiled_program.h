@@ -1,4 +1,4 @@
-// The same for the program, whose commands all read a command line.
+// Headers that the commands of the program include beside those.
 #pragma once
 
 #include <fmt/format.h>

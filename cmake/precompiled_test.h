@@ -1,4 +1,4 @@
-// The same for tests.
+// Headers that the tests include beside those.
 #pragma once
 
 #include <gmock/gmock.h>

@@ -88,7 +88,7 @@ def there_and_back(count, laps):
 
 
 def make_sequences(arguments):
-    """Name -> folder. What is there from an earlier call is used again."""
+    """Name -> folder. Sequences of an earlier call are used again."""
     data, work = arguments.data, arguments.work / "sequences"
     folders = {name: data / name for name in ("redkitchen", "tsukuba", "blender_desk_a")}
     if folders["redkitchen"].exists():
@@ -187,7 +187,7 @@ def measure(arguments, name, sequence, output):
 
 
 def notes(arguments, name, output, memory):
-    """What only some sequences are asked, by name."""
+    """Figures that only some sequences have, by name."""
     snapshots = history(arguments, output)
     if name == "twice":
         half = snapshots[-1][0] / 2

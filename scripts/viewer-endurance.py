@@ -85,7 +85,7 @@ def sanitizers_of(viewer):
 
 
 def kept_driver(viewer):
-    """What keeps the driver of OpenGL loaded until leaks are looked for: unloaded, its own would be nameless."""
+    """Keeps the driver of OpenGL loaded until leaks are looked for: unloaded, its own would be nameless."""
     sanitizers = sanitizers_of(viewer)
     return ["env", f"LD_PRELOAD={sanitizers[0]}:{DRIVER}"] if sanitizers and DRIVER.exists() else []
 
@@ -122,7 +122,7 @@ def play(viewer, recording, minutes, work):
 
 
 def growth(samples):
-    """Of the median memory from the second quarter of the samples to the last; 0 with too few to tell."""
+    """Growth of the median memory from the second quarter of the samples to the last; 0 with too few to tell."""
     quarter = len(samples) // 4
     if quarter < 3:
         return 0.0

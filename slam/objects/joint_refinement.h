@@ -50,7 +50,7 @@ struct RefinementResult {
 // Each box edge spans a plane through the camera centre that touches the object. With the edge's outward
 // normal n (camera frame, scaled so that n . p is the offset in the image times depth) the condition is n . c
 // + h(R^T n) = 0, where c is the object's centre and h the support function of the superquadric: exact,
-// smooth, and no silhouette has to be traced. Points give the radial distance of Eq. 10, the support gives
+// smooth, and no silhouette has to be traced. Points give the radial distance of Eq. 11, the support gives
 // contact: lowest point = height. Without `with_covariance` that of the result is zero.
 RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementInput& input,
                                const RefinementOptions& options, bool with_covariance = true);

@@ -15,7 +15,7 @@ namespace sqslam {
 
 namespace {
 
-// Of the radial distances (Eq. 10), map units.
+// Of the radial distances (Eq. 11), map units.
 double PointRms(const Landmark& landmark, const PosedSuperquadric& solid) {
   const Rigid3d T_object_map = solid.T_map_object.Inverse();
   double sum = 0.0;
