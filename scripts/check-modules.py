@@ -222,7 +222,7 @@ def check_links(files, targets):
                 if own in files.text:
                     providers = files.owners[own]
                     used[owner] |= providers
-                    if providers and not providers & reach[owner]:
+                    if providers and not providers & reach[owner] and module(own) != module(file):
                         missing[owner, f"does not link {' or '.join(sorted(providers))}"].append(
                             f"{file}:{number} includes {own}")
                 elif foreign or own:
