@@ -222,7 +222,7 @@ def check_links(files, targets):
                 if own in files.text:
                     providers = files.owners[own]
                     used[owner] |= providers
-                    if providers and not providers & reach[owner]:
+                    if providers and not providers & reach[owner] and module(own) != module(file):
                         missing[owner, f"does not link {' or '.join(sorted(providers))}"].append(
                             f"{file}:{number} includes {own}")
                 elif foreign or own:
@@ -290,6 +290,10 @@ def defined_names(text):
             if match:
                 yield match.group(1), None
                 continue
+            match = re.match(r"using ([\w:]+)::(\w+)$", statement)
+            if match:  # the same in several files is one meaning
+                yield match.group(2), "using " + match.group(1)
+                continue
             match = re.match(r"(?:[\w:<>,&*\[\] ]+?[ &*>])([A-Za-z_]\w*) ?\((.*)\)", statement)
             if match and not re.match(r"(?:inline |static )?constexpr\b.*=", statement.split("(")[0]):
                 yield match.group(1), re.sub(r"\s*\b\w+( = [^,]*)?(?=,|$)", "", match.group(2))
@@ -314,8 +318,13 @@ def check_groups(files, targets):
             kinds = collections.defaultdict(set)
             for source, kind in found:
                 kinds[kind].add(source)
-            clash = set().union(*kinds.values()) if None in kinds else \
-                set().union(*(sources for sources in kinds.values() if len(sources) > 1), set())
+            borrowed = {kind for kind in kinds if kind and kind.startswith("using ")}
+            if None in kinds or borrowed and len(kinds) > 1:
+                clash = set().union(*kinds.values())
+            elif borrowed:
+                clash = set()
+            else:
+                clash = set().union(*(sources for sources in kinds.values() if len(sources) > 1), set())
             if len(clash) > 1:
                 findings.append(f"{name}: '{word}' is defined by {', '.join(sorted(clash))}")
         for word, meanings in sorted(aliases.items()):

@@ -20,7 +20,7 @@ bool IsEnd(const std::string& line) { return line.starts_with(kEnd); }
 
 std::string TimeText(double timestamp) { return fmt::format("{:.6f}", timestamp); }
 
-std::string Header(const std::string& settings) {
+std::string FileHeader(const std::string& settings) {
   return fmt::format("# {}\n# timestamp label score x y w h\n", settings);
 }
 
@@ -51,7 +51,7 @@ DetectionWriter::DetectionWriter(fs::path path, std::string settings, const Eige
       part_(path_.string() + ".part"),
       settings_(std::move(settings)),
       file_pixels_(file_pixels) {
-  std::string before = Header(settings_);
+  std::string before = FileHeader(settings_);
   for (const std::string& line : WholeFrames(part_, before)) {
     before += line + '\n';
     if (IsEnd(line)) {
