@@ -58,7 +58,7 @@ void DrawCornerErrors(FigurePage& page, const CalibrationFigure& figure, const F
   const double length = shown * enlarged * points_per_pixel;
   const double y = panel.Bottom() + 1.2 * theme.small;
   page.Line({panel.x, y}, {panel.x + length, y}, {blue, 1.0, {}});
-  page.Text(PlainText(fmt::format("{:g} px", shown), {panel.x + length + 4.0, y}, theme.small, theme.ink));
+  page.Text(fmt::format("{:g} px", shown), {panel.x + length + 4.0, y}, theme.small, theme.ink);
 }
 
 void DrawCoverage(FigurePage& page, const CalibrationFigure& figure, const FigureRect& panel,

@@ -142,9 +142,7 @@ FigurePage DrawComparison(const CompareFigure& figure, const FigureOptions& opti
       PanelOptions(options, sheet.page.dpi, layout.cell - layout.gap, layout.height, colors));
   const double aspect = (layout.cell - layout.gap) / layout.height;
   const int kinds = static_cast<int>(figure.kinds.size());
-  if (progress) {
-    progress(0, static_cast<int>(figure.objects.size()) * kinds);
-  }
+  Tell(progress, 0, static_cast<int>(figure.objects.size()) * kinds);
   for (int i = 0; i < static_cast<int>(figure.objects.size()); ++i) {
     const CompareFigure::Object& object = figure.objects[static_cast<std::size_t>(i)];
     const ViewCamera eye = options.camera.ApplyTo(EyeOnCompared(object, figure.kinds.front(), aspect));
@@ -160,9 +158,7 @@ FigurePage DrawComparison(const CompareFigure& figure, const FigureOptions& opti
             PlainText(object.notes.at(at), anchor, sheet.theme.small, sheet.theme.muted, TextAlign::kCenter),
             cell.width));
       }
-      if (progress) {
-        progress(i * kinds + k + 1, static_cast<int>(figure.objects.size()) * kinds);
-      }
+      Tell(progress, i * kinds + k + 1, static_cast<int>(figure.objects.size()) * kinds);
     }
   }
   DrawComparedNames(sheet, layout, figure);

@@ -15,8 +15,13 @@
 
 namespace sqslam {
 
-// Told at the start and after each picture.
+// Told at the start and after each picture; may be null.
 using FigureProgress = std::function<void(int done, int total)>;
+inline void Tell(const FigureProgress& progress, int done, int total) {
+  if (progress) {
+    progress(done, total);
+  }
+}
 
 // The image of a frame, 8UC3.
 using FrameImages = std::function<cv::Mat(std::int64_t frame)>;

@@ -92,7 +92,7 @@ void DrawImageWithBoxes(FigurePage& page, const MapsFigure::Panel& panel, const 
                         const std::map<std::string, Eigen::Vector3d>& colors, const FigureTheme& theme) {
   if (panel.image.empty()) {
     page.Rect(area, theme.faint);
-    page.Text(PlainText("no image", area.Center(), theme.small, theme.muted, TextAlign::kCenter));
+    page.Text("no image", area.Center(), theme.small, theme.muted, TextAlign::kCenter);
     return;
   }
   const double scale = std::min(area.width / panel.image.cols, area.height / panel.image.rows);
@@ -186,9 +186,7 @@ FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options, cons
     throw UsageError("the figure is too low for its maps, expected a larger height or more columns");
   }
   PictureRenderer renderer(PanelOptions(options, sheet.page.dpi, layout.width, layout.map, colors));
-  if (progress) {
-    progress(0, static_cast<int>(figure.panels.size()));
-  }
+  Tell(progress, 0, static_cast<int>(figure.panels.size()));
   for (std::size_t i = 0; i < figure.panels.size(); ++i) {
     const MapsFigure::Panel& panel = figure.panels[i];
     const int column = static_cast<int>(i) % layout.columns;
@@ -210,9 +208,7 @@ FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options, cons
     sheet.page.Text(NarrowText(
         PlainText(MapCaption(figure, i), anchor, sheet.theme.font, sheet.theme.ink, TextAlign::kCenter),
         layout.width));
-    if (progress) {
-      progress(static_cast<int>(i) + 1, static_cast<int>(figure.panels.size()));
-    }
+    Tell(progress, static_cast<int>(i) + 1, static_cast<int>(figure.panels.size()));
   }
   DrawLegend(sheet.page, ClassLegend(colors),
              {sheet.area.x, sheet.area.Bottom() - layout.legend, sheet.area.width, layout.legend},

@@ -150,7 +150,7 @@ void DrawImagePanel(FigurePage& page, const OutliersFigure::Object& object, cons
   constexpr double kMargin = 0.35;  // of the box on each side
   if (object.image.empty()) {
     page.Rect(panel, theme.faint);
-    page.Text(PlainText("no image", panel.Center(), theme.small, theme.muted, TextAlign::kCenter));
+    page.Text("no image", panel.Center(), theme.small, theme.muted, TextAlign::kCenter);
     return;
   }
   const double margin = kMargin * std::max(object.box.width, object.box.height);
@@ -263,7 +263,7 @@ void DrawMarkLegend(FigurePage& page, const OutliersFigure& figure, const PointM
                                                   : 0.3 * figure.threshold + 0.7 * axis.low;
     marks.Draw(page, {x + 0.45 * shrink * sign, middle}, sample, 0.6 * theme.small * shrink);
     x += shrink * sign;
-    page.Text(PlainText(text, {x, middle}, 0.995 * shrink * theme.small, theme.ink));
+    page.Text(text, {x, middle}, 0.995 * shrink * theme.small, theme.ink);
     x += shrink * (TextWidth(text, theme.small) + gap);
   }
 }
@@ -301,9 +301,7 @@ FigurePage DrawOutliers(const OutliersFigure& figure, const FigureOptions& optio
   const PointMarks marks(sheet.theme, axis);
   const int count = static_cast<int>(figure.objects.size());
   for (int i = 0; i < count; ++i) {
-    if (progress) {
-      progress(i, count);
-    }
+    Tell(progress, i, count);
     const OutliersFigure::Object& object = figure.objects[static_cast<std::size_t>(i)];
     FigureRect panel{sheet.area.x + i * (layout.width + kOutliersGap), sheet.area.y, layout.width,
                      layout.image};
@@ -319,9 +317,7 @@ FigurePage DrawOutliers(const OutliersFigure& figure, const FigureOptions& optio
     const int beyond = DrawPointsAround(sheet.page, object, eye, picture.size(), panel, marks);
     DrawOutlierTexts(sheet.page, object, beyond, panel, sheet.theme);
   }
-  if (progress) {
-    progress(count, count);
-  }
+  Tell(progress, count, count);
   const double legend_y = sheet.area.Bottom() - layout.bar - 0.5 * layout.legend;
   DrawMarkLegend(sheet.page, figure, marks, axis, legend_y, sheet.area, sheet.theme);
   DrawColorBar(sheet.page,

@@ -76,14 +76,14 @@ void DrawExponents(FigureSheet& sheet, const ShapesGrid& grid, const ShapesFigur
   const double names = HeadRoom(theme) - 0.6 * theme.font;
   const double values = 0.65 * theme.font;
   FigurePage& page = sheet.page;
-  page.Text(PlainText("ε₂", {grid.area.Center().x(), grid.area.y - names}, 1.1 * theme.font, theme.ink,
-                      TextAlign::kCenter));
-  page.Text(PlainText("ε₁", {grid.area.x - SideRoom(figure, theme), grid.area.Center().y()}, 1.1 * theme.font,
-                      theme.ink));
+  page.Text("ε₂", {grid.area.Center().x(), grid.area.y - names}, 1.1 * theme.font, theme.ink,
+            TextAlign::kCenter);
+  page.Text("ε₁", {grid.area.x - SideRoom(figure, theme), grid.area.Center().y()}, 1.1 * theme.font,
+            theme.ink);
   for (std::size_t i = 0; i < figure.e2.size(); ++i) {
-    page.Text(PlainText(ExponentText(figure.e2[i]),
-                        {grid.area.x + (static_cast<double>(i) + 0.5) * grid.cell, grid.area.y - values},
-                        theme.font, theme.ink, TextAlign::kCenter));
+    page.Text(ExponentText(figure.e2[i]),
+              {grid.area.x + (static_cast<double>(i) + 0.5) * grid.cell, grid.area.y - values}, theme.font,
+              theme.ink, TextAlign::kCenter);
   }
   for (std::size_t i = 0; i < figure.e1.size(); ++i) {
     page.Text(
@@ -120,18 +120,14 @@ FigurePage DrawShapes(const ShapesFigure& figure, const FigureOptions& options,
   PictureRenderer renderer(panel);
   const ViewCamera eye = EyeOnShapes(figure, 1.0);
   int done = 0;
-  if (progress) {
-    progress(0, static_cast<int>(figure.e1.size() * figure.e2.size()));
-  }
+  Tell(progress, 0, static_cast<int>(figure.e1.size() * figure.e2.size()));
   for (std::size_t row = 0; row < figure.e1.size(); ++row) {
     for (std::size_t column = 0; column < figure.e2.size(); ++column) {
       renderer.SetMap(OneShape(figure.e1[row], figure.e2[column]));
       const double x = grid.area.x + static_cast<double>(column) * grid.cell;
       const double y = grid.area.y + static_cast<double>(row) * grid.cell;
       PlacePanel(sheet.page, renderer.Render(eye), {x, y, grid.cell, grid.cell});
-      if (progress) {
-        progress(++done, static_cast<int>(figure.e1.size() * figure.e2.size()));
-      }
+      Tell(progress, ++done, static_cast<int>(figure.e1.size() * figure.e2.size()));
     }
   }
   DrawExponents(sheet, grid, figure);

@@ -109,8 +109,7 @@ void DrawStageGroup(FigurePage& page, const TimingFigure& figure, const StageGro
   const auto series = static_cast<double>(figure.series.size());
   for (std::size_t i = 0; i < group.stages.size(); ++i) {
     const double middle = area.y + (static_cast<double>(i) + 0.5) * rows.row;
-    page.Text(PlainText(RowName(group.stages[i]), {area.x - 4.0, middle}, theme.small, theme.ink,
-                        TextAlign::kRight));
+    page.Text(RowName(group.stages[i]), {area.x - 4.0, middle}, theme.small, theme.ink, TextAlign::kRight);
     for (std::size_t k = 0; k < figure.series.size(); ++k) {
       const auto found = figure.series[k].stages.find(group.stages[i]);
       const double top = middle + (static_cast<double>(k) - 0.5 * series) * rows.bar;

@@ -200,9 +200,7 @@ YawFigure::Object ClearestYaw(const YawContext& context, const std::map<int, std
   };
   int looked_at = 0;
   for (const SnapshotObject& object : context.map->objects) {
-    if (request.progress) {
-      request.progress(looked_at++, static_cast<int>(context.map->objects.size()));
-    }
+    Tell(request.progress, looked_at++, static_cast<int>(context.map->objects.size()));
     const auto it = views.find(object.id);
     if (it == views.end()) {
       continue;

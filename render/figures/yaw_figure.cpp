@@ -171,9 +171,9 @@ FigurePage DrawYaw(const YawFigure& figure, const FigureOptions& options) {
   }
   const double heading = sheet.area.y + 0.6 * theme.font;
   const double first = sheet.area.x + layout.left + 0.5 * layout.width;
-  sheet.page.Text(PlainText("(a) map's axes", {first, heading}, theme.font, theme.ink, TextAlign::kCenter));
-  sheet.page.Text(PlainText("(b) optimised", {first + layout.width + kYawGap, heading}, theme.font, theme.ink,
-                            TextAlign::kCenter));
+  sheet.page.Text("(a) map's axes", {first, heading}, theme.font, theme.ink, TextAlign::kCenter);
+  sheet.page.Text("(b) optimised", {first + layout.width + kYawGap, heading}, theme.font, theme.ink,
+                  TextAlign::kCenter);
   DrawLegend(sheet.page, YawLegend(),
              {sheet.area.x, sheet.area.Bottom() - layout.legend, sheet.area.width, layout.legend}, theme);
   return std::move(sheet.page);

@@ -28,14 +28,7 @@ void FigurePage::Rect(const FigureRect& rect, const std::optional<Eigen::Vector3
 
 FigureText PlainText(std::string text, const Eigen::Vector2d& anchor, double size,
                      const Eigen::Vector3d& color, TextAlign align, bool bold) {
-  FigureText plain;
-  plain.text = std::move(text);
-  plain.anchor = anchor;
-  plain.size = size;
-  plain.color = color;
-  plain.align = align;
-  plain.bold = bold;
-  return plain;
+  return {std::move(text), anchor, size, color, align, bold};
 }
 
 FigureText NarrowText(FigureText text, double width) {

@@ -52,8 +52,8 @@ struct FigureText {
   Eigen::Vector3d color = Eigen::Vector3d::Zero();
   TextAlign align = TextAlign::kLeft;
   bool bold = false;
-  double angle = 0.0;                   // degrees, counter-clockwise about the anchor
-  std::optional<Eigen::Vector3d> halo;  // a soft edge, for text over a picture
+  double angle = 0.0;                     // degrees, counter-clockwise about the anchor
+  std::optional<Eigen::Vector3d> halo{};  // a soft edge, for text over a picture
 };
 
 // 8UC3 (BGR) or 8UC4 (BGRA, straight alpha), stretched over the area.
@@ -77,6 +77,10 @@ struct FigurePage {
   void Rect(const FigureRect& rect, const std::optional<Eigen::Vector3d>& fill,
             const std::optional<FigureStroke>& stroke = std::nullopt);
   void Text(FigureText text) { elements.emplace_back(std::move(text)); }
+  void Text(std::string text, const Eigen::Vector2d& anchor, double size, const Eigen::Vector3d& color,
+            TextAlign align = TextAlign::kLeft, bool bold = false) {
+    elements.emplace_back(FigureText{std::move(text), anchor, size, color, align, bold});
+  }
   void Image(const cv::Mat& image, const FigureRect& area) {
     elements.emplace_back(FigureImage{image, area});
   }
