@@ -13,7 +13,6 @@
 #include "app/commands/sequence_arguments.h"
 #include "app/terminal/terminal.h"
 #include "slam/detection/detector.h"
-#include "slam/io/detection_writer.h"
 #include "slam/io/detections.h"
 #include "slam/io/frame_source.h"
 #include "slam/util/error.h"

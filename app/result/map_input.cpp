@@ -6,7 +6,8 @@
 
 #include <CLI/CLI.hpp>
 
-#include "slam/evaluation/true_path.h"
+#include "slam/evaluation/ground_truth_poses.h"
+#include "slam/evaluation/trajectory_error.h"
 #include "slam/util/error.h"
 
 namespace sqslam::app {

@@ -9,7 +9,6 @@
 #include <string>
 
 #include "slam/detection/decoders.h"
-#include "slam/detection/letterbox.h"
 #include "slam/io/coco.h"
 #include "slam/util/enum_names.h"
 #include "slam/util/error.h"

@@ -169,4 +169,10 @@ Trajectory ReadGroundTruthPoses(const Sequence& sequence) {
   }
 }
 
+Trajectory ReadTruePoses(const std::filesystem::path& sequence) {
+  SequenceRequest request;
+  request.path = sequence;
+  return ReadGroundTruthPoses(OpenSequence(request));
+}
+
 }  // namespace sqslam

@@ -19,6 +19,9 @@ namespace sqslam {
 //                    al., ICRA 2014), see MirrorIclNuim
 Trajectory ReadGroundTruthPoses(const Sequence& sequence);
 
+// The same of the sequence in a folder.
+Trajectory ReadTruePoses(const std::filesystem::path& sequence);
+
 // Turns a pose of ICL-NUIM as published, whose camera has its y axis up (fy = -480), into that of a camera
 // with y down (fy = +480) that takes the same images, in the world mirrored at its plane y = 0: M T M with M
 // = diag(1, -1, 1), which changes the signs of y and of the quaternion's x and z.

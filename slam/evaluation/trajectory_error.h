@@ -1,12 +1,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <filesystem>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "slam/geometry/rigid3.h"
 #include "slam/io/trajectory.h"
+#include "slam/snapshot/snapshot.h"
 
 namespace sqslam {
 
@@ -31,5 +33,19 @@ std::vector<std::pair<std::size_t, std::size_t>> AssociateByTime(const Trajector
 // Empty where fewer than three poses pair up or where they lie on one line or point.
 std::optional<TrajectoryError> ComputeTrajectoryError(const Trajectory& estimated, const Trajectory& truth,
                                                       double max_time_difference);
+
+// A true camera path laid over a map.
+struct TruePath {
+  Sim3d S_world_map;                                 // p_world = S_world_map * p_map
+  std::vector<std::vector<Eigen::Vector3d>> pieces;  // map frame; broken where poses are missing
+  double rmse = 0.0;                                 // metres between keyframes and truth (ATE)
+  int pairs = 0;                                     // keyframes with a true pose
+};
+
+// Lays the truth over the keyframes by the best similarity, as `sqslam eval` does over the frames (Umeyama;
+// at most `max_time_difference` seconds between a pose and its truth). The path is that of the time that the
+// map covers. Empty where fewer than three keyframes have a true pose or where those lie on one line.
+std::optional<TruePath> LayTruePath(const Trajectory& truth, const MapSnapshot& map,
+                                    double max_time_difference = 0.02);
 
 }  // namespace sqslam

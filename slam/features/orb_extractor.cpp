@@ -5,9 +5,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "slam/features/brief_pattern.h"
-#include "slam/features/corner_refinement.h"
+#include "slam/features/corners.h"
 #include "slam/features/patch_descriptor.h"
-#include "slam/features/quadtree.h"
 
 namespace sqslam {
 namespace {

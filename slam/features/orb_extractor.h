@@ -3,7 +3,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "slam/features/corner_detection.h"
+#include "slam/features/corners.h"
 #include "slam/features/frame_features.h"
 #include "slam/geometry/camera.h"
 

@@ -1,15 +1,93 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
+#include "slam/features/frame_features.h"
 #include "slam/features/orb_extractor.h"
-#include "slam/map/keyframe.h"
-#include "slam/map/map_point.h"
+#include "slam/geometry/rigid3.h"
+#include "slam/map/ids.h"
 #include "slam/map/point_table.h"
+#include "slam/recognition/bag_of_words.h"
 
 namespace sqslam {
+
+// Pose of a camera in a map whose unit of length may differ from place to place of its history: closing a
+// loop or merging two maps changes the scale of keyframes one by one. `scale` is the length that now stands
+// for one unit of the time when the keyframe was made.
+struct ScaledPose {
+  Rigid3d T_camera_map;
+  double scale = 1.0;
+};
+
+// Pose of a frame relative to a keyframe: stays right when the map is optimised, moved, turned or rescaled.
+struct AnchoredPose {
+  KeyframeId reference = kNoKeyframe;
+  Rigid3d T_camera_reference;
+  double scale = 1.0;  // scale of the reference when this was written
+};
+
+// T_camera_map of an anchored frame, from the reference's present pose.
+inline ScaledPose Resolve(const AnchoredPose& anchor, const ScaledPose& reference) {
+  Rigid3d T_camera_reference = anchor.T_camera_reference;
+  T_camera_reference.translation *= reference.scale / anchor.scale;
+  return {T_camera_reference * reference.T_camera_map, reference.scale};
+}
+
+// The camera's pose after the map was moved: p_new = S_new_old * p_old.
+inline Rigid3d MoveCamera(const Rigid3d& T_camera_map, const Sim3d& S_new_old) {
+  const Eigen::Quaterniond rotation = (T_camera_map.rotation * S_new_old.rotation.conjugate()).normalized();
+  return {rotation, S_new_old.scale * T_camera_map.translation - rotation * S_new_old.translation};
+}
+
+struct Observation {
+  KeyframeId keyframe = kNoKeyframe;
+  int keypoint = 0;
+};
+
+struct MapPoint {
+  PointId id = kNoPoint;
+  Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // mean direction from which it was seen, unit length
+  double min_distance = 0.0;                         // camera distances at which it can be matched, map units
+  double max_distance = 0.0;
+  double level_zero_distance = 0.0;  // at which the finest pyramid level shows it as it was first seen
+  Descriptor descriptor{};           // the observed one nearest to all others
+  std::array<std::uint8_t, 3> rgb{};
+  std::vector<Observation> observations;
+  KeyframeId first_keyframe = kNoKeyframe;
+  int visible = 1;  // frames in which it was predicted to be in the image
+  int found = 1;    // frames in which it was matched
+
+  double FoundRatio() const { return static_cast<double>(found) / visible; }
+};
+
+using BagOfWordsPtr = std::shared_ptr<const BagOfWords>;
+
+// A frame that the map keeps, and its place in the covisibility graph and the spanning tree (ORB-SLAM,
+// Mur-Artal et al. 2015, III-C).
+struct Keyframe {
+  KeyframeId id = kNoKeyframe;
+  std::int64_t frame_index = 0;
+  double timestamp = 0.0;  // seconds
+  Rigid3d T_camera_map;
+  double scale = 1.0;  // see ScaledPose
+  FrameFeaturesPtr features;
+  BagOfWordsPtr words;                     // null where places are not recognised
+  std::vector<PointId> points;             // one per keypoint, kNoPoint where none
+  std::map<KeyframeId, int> covisibility;  // shared map points, for keyframes that share enough
+  KeyframeId parent = kNoKeyframe;         // the most covisible older keyframe
+
+  ScaledPose Pose() const { return {T_camera_map, scale}; }
+  Eigen::Vector3d Center() const { return T_camera_map.Inverse().translation; }
+
+  // The `count` most covisible keyframes, best first.
+  std::vector<KeyframeId> BestCovisible(int count) const;
+};
 
 // Keyframes and map points with their mutual references kept consistent. Owned by one thread; others see
 // TrackingView and MapSnapshot. Ids are never reused. Iteration is in the order of ids, so that runs can be

@@ -1,11 +1,86 @@
 #include "slam/recognition/vocabulary.h"
 
-#include <algorithm>
-#include <cmath>
+#include <fmt/format.h>
+#include <zlib.h>
 
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "written in the machine's byte order");
+
+constexpr std::string_view kMagic = "SQSLAMVW";
+constexpr std::uint32_t kVersion = 1;
+constexpr const char* kExpected = "a vocabulary as written by 'sqslam vocabulary'";
+
+struct Header {
+  char magic[8] = {};
+  std::uint32_t version = kVersion;
+  std::uint32_t nodes = 0;
+  std::uint32_t words = 0;
+  std::uint32_t reserved = 0;
+  std::uint64_t images = 0;
+  std::uint64_t descriptors = 0;
+};
+static_assert(sizeof(Header) == 40);
+
+std::uint32_t Checksum(std::string_view bytes) {
+  return static_cast<std::uint32_t>(::crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
+}
+
+template <typename Value>
+void Append(std::string& bytes, const Value* values, std::size_t count) {
+  bytes.append(reinterpret_cast<const char*>(values), count * sizeof(Value));
+}
+
+template <typename Value>
+void Take(std::string_view& bytes, Value* values, std::size_t count) {
+  std::memcpy(values, bytes.data(), count * sizeof(Value));
+  bytes.remove_prefix(count * sizeof(Value));
+}
+
+[[noreturn]] void Refuse(const std::filesystem::path& path, const std::string& problem) {
+  throw InputError(fmt::format("{}: {}, expected {}", path.string(), problem, kExpected));
+}
+
+// Everything about the file that can be said before its contents are looked at.
+Header CheckedHeader(const std::filesystem::path& path, std::string_view bytes) {
+  Header header;
+  if (bytes.size() < sizeof(header) || !bytes.starts_with(kMagic)) {
+    Refuse(path, "is no vocabulary");
+  }
+  std::memcpy(&header, bytes.data(), sizeof(header));
+  if (header.version != kVersion) {
+    throw InputError(fmt::format("{}: a vocabulary of version {}, expected version {}", path.string(),
+                                 header.version, kVersion));
+  }
+  const std::uint64_t size = sizeof(header) + std::uint64_t{header.nodes} * (1 + sizeof(DescriptorBits)) -
+                             (header.nodes > 0 ? sizeof(DescriptorBits) : 0) +
+                             std::uint64_t{header.words} * sizeof(float) + sizeof(std::uint32_t);
+  if (bytes.size() != size) {
+    Refuse(path, fmt::format("has {} bytes where its header promises {}", bytes.size(), size));
+  }
+  std::uint32_t checksum = 0;
+  std::memcpy(&checksum, bytes.data() + bytes.size() - sizeof(checksum), sizeof(checksum));
+  if (checksum != Checksum(bytes.substr(0, bytes.size() - sizeof(checksum)))) {
+    Refuse(path, "is damaged (its checksum is wrong)");
+  }
+  return header;
+}
+
+}  // namespace
 
 Vocabulary Vocabulary::Train(const std::vector<std::vector<Descriptor>>& images,
                              const VocabularyOptions& options, const TrainingProgress& progress) {
@@ -64,6 +139,61 @@ BagOfWords Vocabulary::Transform(const std::vector<Descriptor>& descriptors) con
     entry.weight = static_cast<float>(static_cast<double>(entry.weight) / total);
   }
   return bag;
+}
+
+bool Vocabulary::IsVocabularyFile(const std::filesystem::path& path) {
+  std::string start(kMagic.size(), '\0');
+  std::ifstream file(path, std::ios::binary);
+  return file.read(start.data(), static_cast<std::streamsize>(start.size())) && start == kMagic;
+}
+
+void Vocabulary::Save(const std::filesystem::path& path) const {
+  Header header;
+  std::memcpy(header.magic, kMagic.data(), kMagic.size());
+  header.nodes = static_cast<std::uint32_t>(Nodes());
+  header.words = static_cast<std::uint32_t>(Words());
+  header.images = trained_images_;
+  header.descriptors = trained_descriptors_;
+  std::string bytes;
+  Append(bytes, &header, 1);
+  Append(bytes, tree_.ChildCounts().data(), Nodes());
+  Append(bytes, tree_.Centers().data() + 1, Nodes() - 1);
+  Append(bytes, idf_.data(), idf_.size());
+  const std::uint32_t checksum = Checksum(bytes);
+  Append(bytes, &checksum, 1);
+  WriteFileAtomically(path, bytes);
+}
+
+Vocabulary Vocabulary::Load(const std::filesystem::path& path) {
+  const std::string file = ReadFile(path, kExpected);
+  const Header header = CheckedHeader(path, file);
+  if (header.nodes == 0) {
+    Refuse(path, "has no nodes");
+  }
+  std::string_view bytes = std::string_view(file).substr(sizeof(Header));
+  std::vector<std::uint8_t> child_counts(header.nodes);
+  std::vector<DescriptorBits> centers(header.nodes);
+  Take(bytes, child_counts.data(), child_counts.size());
+  Take(bytes, centers.data() + 1, centers.size() - 1);
+  Vocabulary vocabulary;
+  try {
+    vocabulary.tree_ = WordTree(std::move(child_counts), std::move(centers));
+  } catch (const std::invalid_argument& e) {
+    Refuse(path, fmt::format("is damaged ({})", e.what()));
+  }
+  if (vocabulary.Words() != header.words) {
+    Refuse(path, fmt::format("is damaged ({} leaves for {} words)", vocabulary.Words(), header.words));
+  }
+  vocabulary.idf_.resize(header.words);
+  Take(bytes, vocabulary.idf_.data(), vocabulary.idf_.size());
+  for (const float weight : vocabulary.idf_) {
+    if (!std::isfinite(weight) || weight < 0.0F) {
+      Refuse(path, "is damaged (a weight that is no positive number)");
+    }
+  }
+  vocabulary.trained_images_ = header.images;
+  vocabulary.trained_descriptors_ = header.descriptors;
+  return vocabulary;
 }
 
 }  // namespace sqslam

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "slam/detection/background_detector.h"
-#include "slam/io/detection_writer.h"
+#include "slam/io/detections.h"
 #include "slam/system.h"
 
 namespace sqslam {

@@ -1,5 +1,8 @@
 #include "slam/tracking/frame_refinement.h"
 
+#include <optional>
+#include <ranges>
+
 #include "slam/estimation/pose_optimization.h"
 
 namespace sqslam {
@@ -28,6 +31,38 @@ Rigid3d RefineFrame(const Map& map, const Camera& camera, const std::vector<Fram
   const bool enough = static_cast<int>(observations.size()) >= min_inliers &&
                       OptimizePose(camera, observations, refined) >= min_inliers;
   return enough ? refined : T_camera_map;
+}
+
+std::vector<TrackedFrame> TrackBackward(const PoseTracker& tracker, const TrackingView& view,
+                                        const Backlog& backlog, int min_inliers) {
+  constexpr int kGiveUpAfter = 10;  // frames in a row without a pose
+  TrackedFrame last = backlog.next;
+  last.T_camera_map = Resolve(last.anchor, view.PoseOf(last.anchor.reference)).T_camera_map;
+  for (PointId& point : last.points) {
+    point = view.Resolve(point);
+  }
+  std::vector<TrackedFrame> tracked;
+  std::optional<Rigid3d> velocity;
+  int failures = 0;
+  for (const TrackedFrame& frame : std::views::reverse(backlog.earlier)) {
+    TrackedFrame current = frame;
+    SeenPoints seen;
+    const bool found = (tracker.TrackMotion(view, last, velocity.value_or(Rigid3d{}), current) ||
+                        tracker.TrackReferenceKeyframe(view, last, current)) &&
+                       tracker.TrackLocalMap(view, {.min_inliers = min_inliers}, current, seen);
+    if (!found) {
+      velocity.reset();
+      if (++failures == kGiveUpAfter) {
+        break;
+      }
+      continue;
+    }
+    velocity = current.T_camera_map * last.T_camera_map.Inverse();
+    failures = 0;
+    tracked.push_back(current);
+    last = std::move(current);
+  }
+  return tracked;
 }
 
 }  // namespace sqslam

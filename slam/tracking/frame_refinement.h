@@ -1,9 +1,11 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "slam/geometry/camera.h"
 #include "slam/map/map.h"
+#include "slam/map/tracking_view.h"
 #include "slam/tracking/pose_tracker.h"
 
 namespace sqslam {
@@ -22,5 +24,16 @@ std::vector<FrameMatch> MatchesOf(const TrackedFrame& frame, const ScaleLevels& 
 // fewer than `min_inliers` points are left that fit.
 Rigid3d RefineFrame(const Map& map, const Camera& camera, const std::vector<FrameMatch>& matches,
                     int min_inliers, const Rigid3d& T_camera_map);
+
+// Frames that could not be tracked when they came, and the first one that could after them: from there they
+// are tracked backward, once the map has grown.
+struct Backlog {
+  TrackedFrame next;                  // tracked
+  std::vector<TrackedFrame> earlier;  // not tracked, the oldest first
+};
+
+// Tracks the earlier frames from the newest to the oldest. Returns those whose pose was found.
+std::vector<TrackedFrame> TrackBackward(const PoseTracker& tracker, const TrackingView& view,
+                                        const Backlog& backlog, int min_inliers);
 
 }  // namespace sqslam

@@ -10,7 +10,6 @@
 #include "slam/io/frame.h"
 #include "slam/map/tracking_view.h"
 #include "slam/objects/object_tracker.h"
-#include "slam/tracking/frame_motion.h"
 #include "slam/tracking/frame_view.h"
 #include "slam/tracking/initializer.h"
 #include "slam/tracking/pose_tracker.h"
@@ -21,6 +20,23 @@
 #include "slam/util/stage_times.h"
 
 namespace sqslam {
+
+// The camera's motion from one tracked frame to the next.
+struct FrameMotion {
+  Rigid3d T_current_last;
+  std::int64_t frames =
+      1;  // frames of the camera from the one to the other; more than one where some are left out
+
+  // The motion at constant velocity over another number of frames.
+  Rigid3d Across(std::int64_t other_frames) const {
+    if (other_frames == frames) {
+      return T_current_last;
+    }
+    const double share = static_cast<double>(other_frames) / static_cast<double>(frames);
+    return {Eigen::Quaterniond::Identity().slerp(share, T_current_last.rotation),
+            share * T_current_last.translation};
+  }
+};
 
 // The tracking thread's pipeline: pose of each frame against an immutable view of the map, and the objects'
 // share of the front end. Holds no reference to the live map. The order of attempts (constant velocity, then

@@ -8,7 +8,6 @@
 #include "slam/map/map.h"
 #include "slam/objects/object_types.h"
 #include "slam/snapshot/snapshot.h"
-#include "slam/tracking/backward_tracking.h"
 #include "slam/tracking/frame_refinement.h"
 
 namespace sqslam {

@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "slam/detection/letterbox.h"
 #include "slam/util/error.h"
 
 namespace sqslam {

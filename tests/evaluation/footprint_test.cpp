@@ -1,10 +1,10 @@
-#include "slam/evaluation/footprint.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
+
+#include "slam/evaluation/object_matching.h"
 
 namespace sqslam {
 namespace {

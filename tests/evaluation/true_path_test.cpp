@@ -1,9 +1,8 @@
-#include "slam/evaluation/true_path.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "slam/evaluation/trajectory_error.h"
 #include "slam/geometry/rigid3.h"
 
 namespace sqslam {

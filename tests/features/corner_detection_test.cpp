@@ -1,9 +1,9 @@
-#include "slam/features/corner_detection.h"
-
 #include <gtest/gtest.h>
 
 #include <opencv2/imgproc.hpp>
 #include <vector>
+
+#include "slam/features/corners.h"
 
 namespace sqslam {
 namespace {

@@ -1,9 +1,9 @@
-#include "slam/features/corner_refinement.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+
+#include "slam/features/corners.h"
 
 namespace sqslam {
 namespace {

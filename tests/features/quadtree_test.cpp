@@ -1,9 +1,9 @@
-#include "slam/features/quadtree.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <vector>
+
+#include "slam/features/corners.h"
 
 namespace sqslam {
 namespace {

@@ -5,7 +5,6 @@
 #include <fstream>
 #include <iterator>
 
-#include "slam/io/detection_writer.h"
 #include "slam/io/detections.h"
 
 namespace sqslam {

@@ -1,7 +1,6 @@
-#include "slam/tracking/backward_tracking.h"
-
 #include <gtest/gtest.h>
 
+#include "slam/tracking/frame_refinement.h"
 #include "tests/support/synthetic_map.h"
 #include "tests/support/tracked_frame.h"
 

@@ -1,8 +1,8 @@
-#include "slam/tracking/frame_motion.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+
+#include "slam/tracking/tracker.h"
 
 namespace sqslam {
 namespace {

@@ -10,7 +10,7 @@
 #include "app/viewer/state/observed.h"
 #include "app/viewer/state/requests.h"
 #include "render/scene/scene_layers.h"
-#include "slam/evaluation/true_path.h"
+#include "slam/evaluation/trajectory_error.h"
 #include "slam/io/point_cloud.h"
 #include "slam/io/trajectory.h"
 
