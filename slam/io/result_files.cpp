@@ -101,6 +101,26 @@ Json ParseJson(const fs::path& path, const std::string& expected) {
   }
 }
 
+// Calls visit(name, value, always) for each number of stats.json, in its order; `always`: also in the files
+// of older programs.
+template <typename Stats, typename Visit>
+void VisitStats(Stats& stats, Visit&& visit) {
+  visit("frames", stats.frames, true);
+  visit("skipped", stats.skipped, false);
+  visit("dropped", stats.dropped, false);
+  visit("tracked", stats.tracked, true);
+  visit("keyframes", stats.keyframes, true);
+  visit("points", stats.points, true);
+  visit("objects", stats.objects, true);
+  for (const auto& [name, counter] : kRunCounters) {
+    visit(name, stats.counters.*counter, false);
+  }
+  visit("submaps", stats.submaps, false);
+  visit("interrupted", stats.interrupted, false);
+  visit("wall_seconds", stats.wall_seconds, true);
+  visit("peak_memory_mib", stats.peak_memory_mib, true);
+}
+
 }  // namespace
 
 void WritePoints(const fs::path& path, const std::vector<SnapshotPoint>& points) {
@@ -150,7 +170,9 @@ std::vector<SnapshotObject> ReadObjects(const fs::path& path) {
 }
 
 void WriteStats(const fs::path& path, const RunStats& stats) {
-  Json timing = Json::object();
+  Json root = Json::object();
+  VisitStats(stats, [&root](const char* name, const auto& value, bool) { root[name] = value; });
+  Json& timing = root["timing_ms"] = Json::object();
   for (const auto& [stage, summary] : stats.timing_ms) {
     timing[stage] = {{"mean", summary.mean},
                      {"median", summary.median},
@@ -158,17 +180,6 @@ void WriteStats(const fs::path& path, const RunStats& stats) {
                      {"max", summary.max},
                      {"count", summary.count}};
   }
-  Json root = {{"frames", stats.frames},   {"skipped", stats.skipped},     {"dropped", stats.dropped},
-               {"tracked", stats.tracked}, {"keyframes", stats.keyframes}, {"points", stats.points},
-               {"objects", stats.objects}};
-  for (const auto& [name, counter] : kRunCounters) {
-    root[name] = stats.counters.*counter;
-  }
-  root["submaps"] = stats.submaps;
-  root["interrupted"] = stats.interrupted;
-  root["wall_seconds"] = stats.wall_seconds;
-  root["peak_memory_mib"] = stats.peak_memory_mib;
-  root["timing_ms"] = timing;
   WriteFileAtomically(path, root.dump(1) + "\n");
 }
 
@@ -176,20 +187,11 @@ RunStats ReadStats(const fs::path& path) {
   const Json root = ParseJson(path, "a stats.json");
   try {
     RunStats stats;
-    stats.frames = root.at("frames");
-    stats.skipped = root.value("skipped", 0);
-    stats.dropped = root.value("dropped", 0);
-    stats.tracked = root.at("tracked");
-    stats.keyframes = root.at("keyframes");
-    stats.points = root.at("points");
-    stats.objects = root.at("objects");
-    for (const auto& [name, counter] : kRunCounters) {
-      stats.counters.*counter = root.value(name, 0);
-    }
-    stats.submaps = root.value("submaps", 0);
-    stats.interrupted = root.value("interrupted", false);
-    stats.wall_seconds = root.at("wall_seconds");
-    stats.peak_memory_mib = root.at("peak_memory_mib");
+    VisitStats(stats, [&root](const char* name, auto& value, bool always) {
+      if (always || root.contains(name)) {
+        value = root.at(name);
+      }
+    });
     for (const auto& [stage, json] : root.at("timing_ms").items()) {
       stats.timing_ms[stage] = {json.at("mean"), json.at("median"), json.at("p95"), json.at("max"),
                                 json.at("count")};

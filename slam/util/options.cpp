@@ -18,19 +18,17 @@
 namespace sqslam {
 namespace {
 
-std::string FormatNumber(double number) { return fmt::format("{}", number); }
-
 // "a number from 0 to 1", "a whole number of at least 3", ...
 std::string DescribeRange(const OptionField& field, const std::string& noun) {
   const bool has_min = std::isfinite(field.min);
   const bool has_max = std::isfinite(field.max);
   if (has_min && has_max) {
-    return fmt::format("{} from {} to {}", noun, FormatNumber(field.min), FormatNumber(field.max));
+    return fmt::format("{} from {} to {}", noun, field.min, field.max);
   }
   if (has_min) {
-    return fmt::format("{} of at least {}", noun, FormatNumber(field.min));
+    return fmt::format("{} of at least {}", noun, field.min);
   }
-  return has_max ? fmt::format("{} of at most {}", noun, FormatNumber(field.max)) : noun;
+  return has_max ? fmt::format("{} of at most {}", noun, field.max) : noun;
 }
 
 std::string DescribeExpectation(const OptionField& field) {
@@ -132,10 +130,10 @@ bool InRange(const OptionField& field, double value) { return value >= field.min
 bool IsAllowed(const OptionField& field) {
   struct Check {
     const OptionField& field;
-    bool operator()(const int* value) const { return InRange(field, *value); }
-    bool operator()(const std::int64_t* value) const { return InRange(field, static_cast<double>(*value)); }
-    bool operator()(const std::uint64_t* value) const { return InRange(field, static_cast<double>(*value)); }
-    bool operator()(const double* value) const { return InRange(field, *value); }
+    template <typename Number>
+    bool operator()(const Number* value) const {
+      return InRange(field, static_cast<double>(*value));
+    }
     bool operator()(const std::span<double>& values) const {
       return std::all_of(values.begin(), values.end(), [&](double value) { return InRange(field, value); });
     }
@@ -159,7 +157,10 @@ std::string YamlString(const std::string& text) {
 std::string FormatValue(const OptionField& field) {
   struct Format {
     const OptionField& field;
-    std::string operator()(const double* value) const { return FormatNumber(*value); }
+    template <typename Number>
+    std::string operator()(const Number* value) const {
+      return fmt::format("{}", *value);
+    }
     std::string operator()(const bool* value) const { return *value ? "true" : "false"; }
     std::string operator()(const std::span<double>& values) const {
       return fmt::format("[{}]", fmt::join(values.begin(), values.end(), ", "));
@@ -174,9 +175,6 @@ std::string FormatValue(const OptionField& field) {
       emitter << YAML::Flow << *values;
       return emitter.c_str();
     }
-    std::string operator()(const int* value) const { return fmt::format("{}", *value); }
-    std::string operator()(const std::int64_t* value) const { return fmt::format("{}", *value); }
-    std::string operator()(const std::uint64_t* value) const { return fmt::format("{}", *value); }
   };
   return std::visit(Format{field}, field.value);
 }
