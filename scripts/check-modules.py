@@ -299,7 +299,7 @@ def defined_names(text):
                 yield match.group(1), re.sub(r"\s*\b\w+( = [^,]*)?(?=,|$)", "", match.group(2))
                 continue
             match = re.match(r"(?:[\w:<>,&*() ]+[ &*>])(\w+)(?:\[\w*\])? ?(?:=.*)?$", statement.split(" = ")[0])
-            if match and statement:
+            if match and match.group(1) not in ("const", "noexcept"):
                 yield match.group(1), None
 
 
