@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string>
 
-#include "slam/detection/detection_options.h"
+#include "slam/detection/background_detector.h"
 #include "slam/mapping/mapping_options.h"
 #include "slam/objects/object_options.h"
 #include "slam/tracking/tracking_options.h"

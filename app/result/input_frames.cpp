@@ -7,7 +7,7 @@
 
 #include "render/video/video_alignment.h"
 #include "slam/io/frame_source.h"
-#include "slam/io/image_resize.h"
+#include "slam/io/image_files.h"
 #include "slam/io/trajectory.h"
 #include "slam/util/error.h"
 

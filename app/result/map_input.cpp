@@ -6,7 +6,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "slam/evaluation/ground_truth_poses.h"
+#include "slam/evaluation/ground_truth.h"
 #include "slam/evaluation/trajectory_error.h"
 #include "slam/util/error.h"
 

@@ -10,7 +10,7 @@
 #include <set>
 
 #include "slam/evaluation/comparison.h"
-#include "slam/io/image_resize.h"
+#include "slam/io/image_files.h"
 #include "slam/io/result_files.h"
 #include "slam/util/error.h"
 

@@ -12,7 +12,7 @@
 #include "render/picture/picture.h"
 #include "render/picture/picture_overlay.h"
 #include "render/solids/convex_solids.h"
-#include "slam/io/image_resize.h"
+#include "slam/io/image_files.h"
 #include "slam/util/error.h"
 
 namespace sqslam {

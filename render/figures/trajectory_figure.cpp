@@ -7,7 +7,7 @@
 #include "render/figures/figure_input.h"
 #include "render/figures/figures.h"
 #include "render/page/chart.h"
-#include "slam/evaluation/ground_truth_poses.h"
+#include "slam/evaluation/ground_truth.h"
 #include "slam/evaluation/trajectory_error.h"
 #include "slam/io/result_files.h"
 #include "slam/io/sequence.h"

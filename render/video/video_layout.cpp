@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "render/picture/outlines.h"
-#include "slam/io/image_resize.h"
+#include "slam/io/image_files.h"
 
 namespace sqslam {
 namespace {

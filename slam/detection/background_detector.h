@@ -3,14 +3,32 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
-#include "slam/detection/detection_options.h"
 #include "slam/detection/detector.h"
 #include "slam/io/frame.h"
 #include "slam/util/stage_times.h"
 
 namespace sqslam {
+
+// Boxes that are found while the images are mapped.
+struct DetectionOptions {
+  // Name of a file in configs/detectors or a YAML file; auto: the boxes of the sequence, and where there are
+  // none the first network whose weights are there; none.
+  std::string network = "auto";
+  // Frames from one that the network sees to the next. 0: as soon as it is free; in deterministic runs, where
+  // frames wait for their boxes, every third.
+  int interval = 0;
+  bool follow = true;  // carry boxes through the frames between by the corners in them
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("network", network);
+    visit("interval", interval, 0, 90);  // farther, nothing is carried
+    visit("follow", follow);
+  }
+};
 
 // The boxes of one frame, found or carried there from its neighbours.
 struct FrameBoxes {

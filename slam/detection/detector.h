@@ -1,13 +1,64 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <opencv2/core.hpp>
+#include <string>
 #include <vector>
 
-#include "slam/detection/network_options.h"
 #include "slam/geometry/detection.h"
 
 namespace sqslam {
+
+// Way in which boxes are read from the network's output.
+enum class NetworkDecoder { kYolox, kCenterNet, kYoloV8 };
+constexpr auto EnumNames(NetworkDecoder) { return std::array{"yolox", "centernet", "yolov8"}; }
+
+// Order of the channels of the network's input.
+enum class ChannelOrder { kBgr, kRgb };
+constexpr auto EnumNames(ChannelOrder) { return std::array{"bgr", "rgb"}; }
+
+// Input and output of a detector's ONNX file: the YAML file beside its weights.
+struct NetworkOptions {
+  std::string file;  // weights (.onnx): absolute, beside the YAML file, or in assets/detectors
+  NetworkDecoder decoder = NetworkDecoder::kYolox;
+  int width = 640;  // input, pixels; a multiple of 32
+  int height = 480;
+  ChannelOrder color = ChannelOrder::kBgr;
+  double scale = 1.0;                // factor on pixel values from 0 to 255
+  std::vector<std::string> outputs;  // names, in the order that the decoder expects; none: the file's own
+  std::vector<std::string> classes;  // names in the order of class numbers; none: the 80 of COCO
+  double threshold = 0.25;           // least score of a box, [0, 1]
+  double suppression_iou = 0.5;      // overlap above which the weaker of two boxes of one class goes
+  double min_area = 16.0;            // smaller boxes are left out, pixels^2 of the image; at least 1
+  int max_boxes = 100;               // in one image, strongest first
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("file", file);
+    visit("decoder", decoder);
+    visit("width", width, 32, 4096);
+    visit("height", height, 32, 4096);
+    visit("color", color);
+    visit("scale", scale, 1e-6, 1000.0);
+    visit("outputs", outputs);
+    visit("classes", classes);
+    visit("threshold", threshold, 0.0, 1.0);
+    visit("suppression_iou", suppression_iou, 0.0, 1.0);
+    visit("min_area", min_area, 1.0, 1e9);
+    visit("max_boxes", max_boxes, 1, 10000);
+  }
+
+  cv::Size InputSize() const { return {width, height}; }
+};
+
+// A network by the name of its file in configs/detectors, or from a YAML file, with `settings` (key=value)
+// over it. `file` is then an absolute path that exists. Throws UsageError for unknown names and bad values,
+// InputError where the weights are missing: it says where they were looked for and what fetches them.
+NetworkOptions LoadNetwork(const std::string& name_or_file, const std::vector<std::string>& settings = {});
+
+// All that boxes depend on in one line: every option, and a checksum of the weights.
+std::string Fingerprint(const NetworkOptions& options);
 
 // A network that finds things in images, run by OpenCV on the processor. Used by one thread at a time.
 class Detector {

@@ -3,12 +3,13 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <regex>
 
-#include "slam/evaluation/ground_truth_poses.h"
 #include "slam/io/dataset_layouts.h"
 #include "slam/io/image_files.h"
 #include "slam/io/pose_json.h"
@@ -17,6 +18,7 @@
 #include "slam/util/text_lines.h"
 
 namespace sqslam {
+namespace fs = std::filesystem;
 namespace {
 
 using nlohmann::json;
@@ -127,6 +129,133 @@ std::map<int, int> CountBoxes(const std::filesystem::path& path) {
   return counts;
 }
 
+std::vector<fs::path> FilesLike(const fs::path& folder, const char* pattern) {
+  const std::regex regex(pattern);
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.is_regular_file() && std::regex_match(entry.path().filename().string(), regex)) {
+      files.push_back(entry.path());
+    }
+  }
+  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+    return NumericLess(a.filename().string(), b.filename().string());
+  });
+  return files;
+}
+
+// The one file of a folder whose name is like that.
+fs::path OnlyFileLike(const fs::path& folder, const char* pattern, const std::string& expected) {
+  const std::vector<fs::path> files = FilesLike(folder, pattern);
+  if (files.size() != 1) {
+    throw InputError(fmt::format("{}: {} files of ground-truth poses, expected {}", folder.string(),
+                                 files.empty() ? "no" : std::to_string(files.size()), expected));
+  }
+  return files.front();
+}
+
+Eigen::Quaterniond UnitQuaternion(const fs::path& path, const TextLine& line, const Eigen::Quaterniond& q,
+                                  const char* expected) {
+  if (std::abs(q.norm() - 1.0) > 0.01) {
+    ThrowBadLine(path, line, expected);
+  }
+  return q.normalized();
+}
+
+// Four rows of four numbers.
+Rigid3d ReadMatrix(const fs::path& path) {
+  constexpr const char* kExpected = "four rows of four numbers, the camera's pose in the world";
+  // Written from what a depth tracker had multiplied up, so not orthonormal to the last digit.
+  constexpr double kTolerance = 0.01;
+  const std::vector<TextLine> lines = ReadTextLines(path, kExpected);
+  if (lines.size() != 4) {
+    throw InputError(fmt::format("{}: {} lines, expected {}", path.string(), lines.size(), kExpected));
+  }
+  Eigen::Matrix4d matrix;
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (lines[i].words.size() != 4) {
+      ThrowBadLine(path, lines[i], kExpected);
+    }
+    for (std::size_t j = 0; j < 4; ++j) {
+      matrix(static_cast<int>(i), static_cast<int>(j)) = NumberAt(path, lines[i], j, kExpected);
+    }
+  }
+  const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
+  if (!(rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).isZero(kTolerance) ||
+      rotation.determinant() < 0.0) {
+    throw InputError(
+        fmt::format("{}: its upper left 3x3 is no rotation, expected {}", path.string(), kExpected));
+  }
+  if (!(matrix.row(3) - Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0)).isZero(1e-6)) {
+    ThrowBadLine(path, lines[3], "the row 0 0 0 1");
+  }
+  return {Eigen::Quaterniond(rotation).normalized(), matrix.topRightCorner<3, 1>()};
+}
+
+Trajectory Read7Scenes(const fs::path& folder, double fps) {
+  Trajectory trajectory;
+  for (const fs::path& file : FilesLike(folder, R"(frame-\d+\.pose\.txt)")) {
+    const auto number = LastNumber(file.filename().string());
+    if (!number) {
+      throw InputError(fmt::format("{}: its number is too large, expected a frame number", file.string()));
+    }
+    trajectory.push_back({static_cast<double>(*number) / fps, ReadMatrix(file)});
+  }
+  if (trajectory.empty()) {
+    throw InputError(
+        fmt::format("{}: no ground-truth pose in it, expected groundtruth.txt or names like "
+                    "frame-000000.pose.txt",
+                    folder.string()));
+  }
+  return trajectory;
+}
+
+// pc/NN.pose, where the dataset keeps the poses of imgs/scene_NN; otherwise the one in the folder.
+fs::path ScenesV2File(const fs::path& folder) {
+  const fs::path scene = (folder / "").lexically_normal().parent_path();
+  std::smatch match;
+  const std::string name = scene.filename().string();
+  if (std::regex_match(name, match, std::regex(R"(scene_(\d+))"))) {
+    const fs::path file = scene.parent_path().parent_path() / "pc" / (match[1].str() + ".pose");
+    if (fs::exists(file)) {
+      return file;
+    }
+    return OnlyFileLike(folder, R"(.*\.pose)", fmt::format("{}, or a single *.pose here", file.string()));
+  }
+  return OnlyFileLike(folder, R"(.*\.pose)", "a single *.pose, or pc/NN.pose beside imgs/scene_NN");
+}
+
+Trajectory ReadScenesV2(const fs::path& path, double fps) {
+  constexpr const char* kExpected = "'qw qx qy qz x y z'";
+  Trajectory trajectory;
+  for (const TextLine& line : ReadTextLines(path, "lines 'qw qx qy qz x y z', one a frame")) {
+    if (line.words.size() != 7) {
+      ThrowBadLine(path, line, kExpected);
+    }
+    std::array<double, 7> v{};
+    for (std::size_t i = 0; i < v.size(); ++i) {
+      v[i] = NumberAt(path, line, i, kExpected);
+    }
+    const Eigen::Quaterniond rotation =
+        UnitQuaternion(path, line, {v[0], v[1], v[2], v[3]}, "a quaternion qw qx qy qz of length 1");
+    trajectory.push_back({static_cast<double>(trajectory.size()) / fps, {rotation, {v[4], v[5], v[6]}}});
+  }
+  return trajectory;
+}
+
+Trajectory ReadIclNuim(const fs::path& path, double fps) {
+  Trajectory trajectory = ReadTrajectory(path);
+  for (TimedPose& pose : trajectory) {
+    if (pose.timestamp != std::floor(pose.timestamp) || pose.timestamp < 0.0) {
+      throw InputError(
+          fmt::format("{}: the time {}, expected frame numbers as times (lines in seconds are "
+                      "read from groundtruth.txt)",
+                      path.string(), pose.timestamp));
+    }
+    pose = {pose.timestamp / fps, MirrorIclNuim(pose.T_map_camera)};
+  }
+  return trajectory;
+}
+
 }  // namespace
 
 std::vector<GroundTruthObject> ReadGroundTruthObjects(const std::filesystem::path& path) {
@@ -177,6 +306,37 @@ GroundTruth ReadGroundTruth(const std::filesystem::path& sequence) {
     }
   }
   return truth;
+}
+
+Rigid3d MirrorIclNuim(const Rigid3d& published) {
+  const Eigen::Quaterniond& q = published.rotation;
+  const Eigen::Vector3d& t = published.translation;
+  return {Eigen::Quaterniond(q.w(), -q.x(), q.y(), -q.z()), {t.x(), -t.y(), t.z()}};
+}
+
+Trajectory ReadGroundTruthPoses(const Sequence& sequence) {
+  const fs::path& folder = sequence.path;
+  const double fps = sequence.camera.fps;
+  if (fs::exists(folder / "groundtruth.txt")) {
+    return ReadTrajectory(folder / "groundtruth.txt");
+  }
+  switch (sequence.format) {
+    case SequenceFormat::k7Scenes:
+      return Read7Scenes(folder, fps);
+    case SequenceFormat::kScenesV2:
+      return ReadScenesV2(ScenesV2File(folder), fps);
+    case SequenceFormat::kIclNuim:
+      return ReadIclNuim(
+          OnlyFileLike(folder, R"(.*\.gt\.freiburg)", "groundtruth.txt or a single *.gt.freiburg"), fps);
+    default:
+      return ReadTrajectory(folder / "groundtruth.txt");  // says that it is missing
+  }
+}
+
+Trajectory ReadTruePoses(const std::filesystem::path& sequence) {
+  SequenceRequest request;
+  request.path = sequence;
+  return ReadGroundTruthPoses(OpenSequence(request));
 }
 
 }  // namespace sqslam

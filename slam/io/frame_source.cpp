@@ -18,7 +18,7 @@
 #include <string_view>
 #include <thread>
 
-#include "slam/io/image_resize.h"
+#include "slam/io/image_files.h"
 
 namespace sqslam {
 namespace {

@@ -11,7 +11,6 @@
 #include "slam/io/dataset_layouts.h"
 #include "slam/io/detections.h"
 #include "slam/io/image_files.h"
-#include "slam/io/image_resize.h"
 #include "slam/io/video_index.h"
 #include "slam/util/error.h"
 #include "slam/util/text_lines.h"

@@ -10,7 +10,6 @@
 #include "slam/features/frame_features.h"
 #include "slam/features/orb_extractor.h"
 #include "slam/geometry/rigid3.h"
-#include "slam/map/ids.h"
 #include "slam/map/point_table.h"
 #include "slam/recognition/bag_of_words.h"
 

@@ -5,7 +5,6 @@
 #include <optional>
 
 #include "slam/detection/detector.h"
-#include "slam/detection/network_options.h"
 #include "slam/io/frame_source.h"
 #include "slam/io/live_source.h"
 #include "slam/io/sequence.h"

@@ -1,4 +1,3 @@
-#include "slam/evaluation/ground_truth_poses.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -7,7 +7,7 @@
 
 #include "slam/io/camera_yaml.h"
 #include "slam/io/frame_source.h"
-#include "slam/io/image_resize.h"
+#include "slam/io/image_files.h"
 #include "slam/io/video_index.h"
 #include "tests/io/captured_log.h"
 #include "tests/io/temporary_folder.h"

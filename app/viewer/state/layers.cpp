@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "app/result/map_input.h"
-#include "slam/evaluation/ground_truth_poses.h"
+#include "slam/evaluation/ground_truth.h"
 
 namespace sqslam::viewer {
 namespace fs = std::filesystem;
