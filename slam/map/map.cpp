@@ -31,6 +31,29 @@ Descriptor MedianDescriptor(const std::vector<const Descriptor*>& descriptors) {
 
 }  // namespace
 
+std::optional<PredictedSight> PredictSight(const PointAppearance& point, const Camera& camera,
+                                           const Rigid3d& T_camera_map, const Eigen::Vector3d& center) {
+  constexpr double kMinCosine = 0.5;
+  const Eigen::Vector3d p_camera = T_camera_map * point.p_map;
+  if (p_camera.z() <= 0.0) {
+    return std::nullopt;
+  }
+  const Eigen::Vector2d pixel = camera.Project(p_camera);
+  const Eigen::Vector3d ray = point.p_map - center;
+  const double distance = ray.norm();
+  const double cosine = ray.dot(point.normal) / distance;
+  const bool in_image =
+      pixel.x() >= 0.0 && pixel.y() >= 0.0 && pixel.x() < camera.width && pixel.y() < camera.height;
+  const bool in_range = distance >= point.min_distance && distance <= point.max_distance;
+  return in_image && in_range && cosine >= kMinCosine ? std::optional(PredictedSight{pixel, distance, cosine})
+                                                      : std::nullopt;
+}
+
+bool MapPoint::IsSeenBy(KeyframeId keyframe) const {
+  return std::any_of(observations.begin(), observations.end(),
+                     [&](const Observation& o) { return o.keyframe == keyframe; });
+}
+
 std::vector<KeyframeId> Keyframe::BestCovisible(int count) const {
   std::vector<std::pair<int, KeyframeId>> sorted;
   for (const auto& [other, weight] : covisibility) {
@@ -116,9 +139,7 @@ void Map::Fuse(PointId dropped, PointId kept) {
   points_.Remove(dropped, kept);
   for (const Observation& o : moved) {
     At(o.keyframe).points[static_cast<std::size_t>(o.keypoint)] = kNoPoint;
-    const auto& seen = Point(kept).observations;
-    if (std::none_of(seen.begin(), seen.end(),
-                     [&](const Observation& s) { return s.keyframe == o.keyframe; })) {
+    if (!Point(kept).IsSeenBy(o.keyframe)) {
       AddObservation(kept, o.keyframe, o.keypoint);
     }
   }

@@ -4,11 +4,13 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "slam/features/frame_features.h"
 #include "slam/features/orb_extractor.h"
+#include "slam/geometry/camera.h"
 #include "slam/geometry/rigid3.h"
 #include "slam/map/point_table.h"
 #include "slam/recognition/bag_of_words.h"
@@ -48,14 +50,31 @@ struct Observation {
   int keypoint = 0;
 };
 
-struct MapPoint {
-  PointId id = kNoPoint;
+// A map point as far as it is needed to find it in an image.
+struct PointAppearance {
   Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // mean direction from which it was seen, unit length
   double min_distance = 0.0;                         // camera distances at which it can be matched, map units
   double max_distance = 0.0;
   double level_zero_distance = 0.0;  // at which the finest pyramid level shows it as it was first seen
   Descriptor descriptor{};           // the observed one nearest to all others
+};
+
+// A map point as a camera should see it.
+struct PredictedSight {
+  Eigen::Vector2d pixel;
+  double distance = 0.0;  // from the camera, map units
+  double cosine = 0.0;    // of the angle between the ray and the point's normal
+};
+
+// Predicts the sight of a point from a camera at `center`. Empty where it lies behind the camera, outside the
+// image, out of its range of distances, or is seen from a side from which it was never seen: over 60
+// degrees off its normal (ORB-SLAM, Mur-Artal et al. 2015, V-D).
+std::optional<PredictedSight> PredictSight(const PointAppearance& point, const Camera& camera,
+                                           const Rigid3d& T_camera_map, const Eigen::Vector3d& center);
+
+struct MapPoint : PointAppearance {
+  PointId id = kNoPoint;
   std::array<std::uint8_t, 3> rgb{};
   std::vector<Observation> observations;
   KeyframeId first_keyframe = kNoKeyframe;
@@ -63,6 +82,7 @@ struct MapPoint {
   int found = 1;    // frames in which it was matched
 
   double FoundRatio() const { return static_cast<double>(found) / visible; }
+  bool IsSeenBy(KeyframeId keyframe) const;
 };
 
 using BagOfWordsPtr = std::shared_ptr<const BagOfWords>;

@@ -18,13 +18,7 @@ TrackingView MakeTrackingView(const Map& map) {
     view.removed_poses[id] = map.PoseOf(id);
   }
   view.points = map.Points().Map<ViewPoint>([](const MapPoint& point) {
-    return ViewPoint{point.p_map,
-                     point.normal,
-                     point.min_distance,
-                     point.max_distance,
-                     point.level_zero_distance,
-                     point.descriptor,
-                     point.observations.size() >= kWellObserved};
+    return ViewPoint{point, point.observations.size() >= kWellObserved};
   });
   return view;
 }

@@ -10,13 +10,7 @@ namespace sqslam {
 struct ObjectMapView;  // slam/objects/object_types.h
 
 // A map point as far as the tracking thread needs it.
-struct ViewPoint {
-  Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-  double min_distance = 0.0;
-  double max_distance = 0.0;
-  double level_zero_distance = 0.0;
-  Descriptor descriptor{};
+struct ViewPoint : PointAppearance {
   bool well_observed = false;  // by three keyframes or more
 };
 

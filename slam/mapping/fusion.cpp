@@ -8,11 +8,6 @@
 namespace sqslam {
 namespace {
 
-bool Observes(const MapPoint& point, KeyframeId keyframe) {
-  return std::any_of(point.observations.begin(), point.observations.end(),
-                     [&](const Observation& o) { return o.keyframe == keyframe; });
-}
-
 std::set<KeyframeId> Neighbourhood(const Map& map, KeyframeId id, const FusionOptions& options) {
   std::set<KeyframeId> neighbourhood;
   for (const KeyframeId near : map.At(id).BestCovisible(options.neighbours)) {
@@ -29,27 +24,19 @@ std::set<KeyframeId> Neighbourhood(const Map& map, KeyframeId id, const FusionOp
 
 int FindKeypoint(const ScaleLevels& levels, const Camera& camera, const Rigid3d& T_camera_map,
                  const FrameFeatures& features, const MapPoint& point, const ProjectionSearch& search) {
-  constexpr double kMinViewCosine = 0.5;
-  const Eigen::Vector3d p_camera = T_camera_map * point.p_map;
-  if (p_camera.z() <= 0.0) {
+  const std::optional<PredictedSight> sight =
+      PredictSight(point, camera, T_camera_map, T_camera_map.Inverse().translation);
+  if (!sight) {
     return -1;
   }
-  const Eigen::Vector2d pixel = camera.Project(p_camera);
-  const Eigen::Vector3d ray = point.p_map - T_camera_map.Inverse().translation;
-  const double distance = ray.norm();
-  if (pixel.x() < 0.0 || pixel.y() < 0.0 || pixel.x() >= camera.width || pixel.y() >= camera.height ||
-      distance < point.min_distance || distance > point.max_distance ||
-      ray.dot(point.normal) < kMinViewCosine * distance) {
-    return -1;
-  }
-  const int octave = levels.PredictOctave(distance, point.level_zero_distance);
+  const int octave = levels.PredictOctave(sight->distance, point.level_zero_distance);
   const double radius = search.radius * levels.Scale(octave);
   int best = search.max_distance + 1;
   int best_keypoint = -1;
-  features.grid.ForEachNear(pixel, radius, [&](int index) {
+  features.grid.ForEachNear(sight->pixel, radius, [&](int index) {
     const auto i = static_cast<std::size_t>(index);
     const Keypoint& keypoint = features.keypoints[i];
-    const double squared = (keypoint.pixel - pixel).squaredNorm();
+    const double squared = (keypoint.pixel - sight->pixel).squaredNorm();
     if (std::abs(keypoint.octave - octave) > 1 || squared > radius * radius ||
         squared > search.max_squared_error * levels.Variance(keypoint.octave)) {
       return;
@@ -77,7 +64,7 @@ int FuseInto(Map& map, const Camera& camera, const std::set<PointId>& points, Ke
              const ProjectionSearch& search) {
   int fused = 0;
   for (const PointId point : points) {
-    if (!map.IsAlive(point) || Observes(map.Point(point), id)) {
+    if (!map.IsAlive(point) || map.Point(point).IsSeenBy(id)) {
       continue;
     }
     const Keyframe& keyframe = map.At(id);

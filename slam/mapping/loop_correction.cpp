@@ -127,11 +127,9 @@ void FuseLoop(Map& map, const Camera& camera, const LoopCandidate& loop, const L
       continue;
     }
     const PointId present = map.At(loop.current).points[static_cast<std::size_t>(keypoint)];
-    const auto& seen = map.Point(point).observations;
     if (present != kNoPoint) {
       map.Fuse(present, point);
-    } else if (std::none_of(seen.begin(), seen.end(),
-                            [&](const Observation& o) { return o.keyframe == loop.current; })) {
+    } else if (!map.Point(point).IsSeenBy(loop.current)) {
       map.AddObservation(point, loop.current, keypoint);
     }
   }

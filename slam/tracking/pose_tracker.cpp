@@ -102,7 +102,6 @@ bool PoseTracker::TrackReferenceKeyframe(const TrackingView& view, const Tracked
 
 bool PoseTracker::TrackLocalMap(const TrackingView& view, const LocalSearch& search, TrackedFrame& frame,
                                 SeenPoints& seen) const {
-  constexpr double kMinViewCosine = 0.5;
   constexpr double kFrontalCosine = 0.998;
   seen = {};
   const LocalMap local =
@@ -122,27 +121,19 @@ bool PoseTracker::TrackLocalMap(const TrackingView& view, const LocalSearch& sea
   std::vector<PredictedPoint> predictions;
   for (const PointId id : local.points) {
     const ViewPoint& point = view.Point(id);
-    const Eigen::Vector3d p_camera = frame.T_camera_map * point.p_map;
-    if (p_camera.z() <= 0.0) {
-      continue;
-    }
-    const Eigen::Vector2d pixel = camera_.Project(p_camera);
-    const Eigen::Vector3d ray = point.p_map - center;
-    const double distance = ray.norm();
-    const double cosine = ray.dot(point.normal) / distance;
-    if (pixel.x() < 0.0 || pixel.y() < 0.0 || pixel.x() >= camera_.width || pixel.y() >= camera_.height ||
-        distance < point.min_distance || distance > point.max_distance || cosine < kMinViewCosine) {
+    const std::optional<PredictedSight> sight = PredictSight(point, camera_, frame.T_camera_map, center);
+    if (!sight) {
       continue;
     }
     seen.visible.push_back(id);
     if (matched[static_cast<std::size_t>(id)]) {
       continue;
     }
-    const int octave = levels_.PredictOctave(distance, point.level_zero_distance);
+    const int octave = levels_.PredictOctave(sight->distance, point.level_zero_distance);
     const double radius =
-        search.radius_factor * (cosine > kFrontalCosine ? 2.5 : 4.0) * levels_.Scale(octave);
-    predictions.push_back(
-        {static_cast<int>(id), pixel, radius, std::max(0, octave - 1), octave + 1, &point.descriptor, -1.0F});
+        search.radius_factor * (sight->cosine > kFrontalCosine ? 2.5 : 4.0) * levels_.Scale(octave);
+    predictions.push_back({static_cast<int>(id), sight->pixel, radius, std::max(0, octave - 1), octave + 1,
+                           &point.descriptor, -1.0F});
   }
   for (const PredictionMatch& match :
        MatchPredictions(predictions, *frame.features, taken, search.max_distance, 0.8)) {
