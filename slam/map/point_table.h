@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <utility>
@@ -18,6 +19,13 @@ struct IdSource {
   std::atomic<KeyframeId> next_keyframe = 0;
   std::atomic<PointId> next_point = 0;
 };
+
+// True for each keypoint that shows a map point.
+inline std::vector<bool> HavePoints(const std::vector<PointId>& points) {
+  std::vector<bool> have(points.size());
+  std::transform(points.begin(), points.end(), have.begin(), [](PointId p) { return p != kNoPoint; });
+  return have;
+}
 
 // Values by PointId: constant-time access, iteration in the order of ids, and memory that follows the values
 // that are alive. What a removed id was replaced by stays known. A reference stays valid until the next

@@ -89,23 +89,17 @@ void Mapper::RecordFrame(TrackingReport& report) {
   tracked_points_ = report.pose ? static_cast<int>(report.matches.size()) : 0;
   tracking_ms_ += report.tracking_ms;
   ++tracking_count_;
-  if (!report.pose) {
-    if (report.objects) {
-      RecordObjects(std::move(*report.objects));
-    }
-    return;
-  }
-  active_->RecordFrame(report.frame_index, report.timestamp, *report.pose, report.matches);
-  Map& map = active_->Map();
-  for (PointId point : report.seen.visible) {
-    if ((point = map.Resolve(point)) != kNoPoint) {
-      ++map.Point(point).visible;
-    }
-  }
-  for (PointId point : report.seen.found) {
-    if ((point = map.Resolve(point)) != kNoPoint) {
-      ++map.Point(point).found;
-    }
+  if (report.pose) {
+    active_->RecordFrame(report.frame_index, report.timestamp, *report.pose, report.matches);
+    const auto count = [&map = active_->Map()](const std::vector<PointId>& points, int MapPoint::*counter) {
+      for (const PointId point : points) {
+        if (const PointId present = map.Resolve(point); present != kNoPoint) {
+          ++(map.Point(present).*counter);
+        }
+      }
+    };
+    count(report.seen.visible, &MapPoint::visible);
+    count(report.seen.found, &MapPoint::found);
   }
   if (report.objects) {
     RecordObjects(std::move(*report.objects));

@@ -11,20 +11,13 @@ namespace {
 
 constexpr int kNeighbours = 10;  // covisible with the known keyframe, whose points are looked for too
 
-std::vector<bool> HasPoint(const Keyframe& keyframe) {
-  std::vector<bool> has(keyframe.points.size());
-  std::transform(keyframe.points.begin(), keyframe.points.end(), has.begin(),
-                 [](PointId p) { return p != kNoPoint; });
-  return has;
-}
-
 // Pairs of map points that look the same in the two keyframes.
 std::vector<Sim3Match> MatchPoints(const Map& map, const Keyframe& current, const Map& known_map,
                                    const Keyframe& known) {
   constexpr double kRatio = 0.75;
   std::vector<Sim3Match> matches;
-  for (const auto& [i, j] : MatchAll(*current.features, *known.features, HasPoint(current), HasPoint(known),
-                                     kStrictDistance, kRatio)) {
+  for (const auto& [i, j] : MatchAll(*current.features, *known.features, HavePoints(current.points),
+                                     HavePoints(known.points), kStrictDistance, kRatio)) {
     const auto a = static_cast<std::size_t>(i);
     const auto b = static_cast<std::size_t>(j);
     if (current.points[a] == known.points[b]) {

@@ -17,10 +17,8 @@ constexpr int kMinInliers = 10;
 // Pairs (keypoint of the keyframe that has a map point, keypoint of the frame).
 std::vector<std::pair<int, int>> MatchDescriptors(const ViewKeyframe& keyframe, const TrackedFrame& frame,
                                                   double ratio) {
-  std::vector<bool> use(keyframe.points.size());
-  std::transform(keyframe.points.begin(), keyframe.points.end(), use.begin(),
-                 [](PointId p) { return p != kNoPoint; });
-  return MatchAll(*keyframe.features, *frame.features, use, {}, kStrictDistance, ratio);
+  return MatchAll(*keyframe.features, *frame.features, HavePoints(keyframe.points), {}, kStrictDistance,
+                  ratio);
 }
 
 // Pose from points and pixels with outliers, in closed form on samples of three.
