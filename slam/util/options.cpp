@@ -126,27 +126,26 @@ struct AssignFromNode {
 
 bool InRange(const OptionField& field, double value) { return value >= field.min && value <= field.max; }
 
+struct AllowedCheck {
+  const OptionField& field;
+  template <typename Number>
+  bool operator()(const Number* value) const {
+    return InRange(field, static_cast<double>(*value));
+  }
+  bool operator()(const std::span<double>& values) const {
+    return std::all_of(values.begin(), values.end(), [&](double value) { return InRange(field, value); });
+  }
+  bool operator()(const bool*) const { return true; }
+  bool operator()(const std::string* value) const {
+    return field.allowed.empty() ||
+           std::find(field.allowed.begin(), field.allowed.end(), *value) != field.allowed.end();
+  }
+  bool operator()(const EnumOption& option) const { return option.get() < field.allowed.size(); }
+  bool operator()(const std::vector<std::string>*) const { return true; }
+};
+
 // True where the value as it stands is allowed. NaN never is.
-bool IsAllowed(const OptionField& field) {
-  struct Check {
-    const OptionField& field;
-    template <typename Number>
-    bool operator()(const Number* value) const {
-      return InRange(field, static_cast<double>(*value));
-    }
-    bool operator()(const std::span<double>& values) const {
-      return std::all_of(values.begin(), values.end(), [&](double value) { return InRange(field, value); });
-    }
-    bool operator()(const bool*) const { return true; }
-    bool operator()(const std::string* value) const {
-      return field.allowed.empty() ||
-             std::find(field.allowed.begin(), field.allowed.end(), *value) != field.allowed.end();
-    }
-    bool operator()(const EnumOption& option) const { return option.get() < field.allowed.size(); }
-    bool operator()(const std::vector<std::string>*) const { return true; }
-  };
-  return std::visit(Check{field}, field.value);
-}
+bool IsAllowed(const OptionField& field) { return std::visit(AllowedCheck{field}, field.value); }
 
 std::string YamlString(const std::string& text) {
   YAML::Emitter emitter;
@@ -154,30 +153,29 @@ std::string YamlString(const std::string& text) {
   return emitter.c_str();
 }
 
-std::string FormatValue(const OptionField& field) {
-  struct Format {
-    const OptionField& field;
-    template <typename Number>
-    std::string operator()(const Number* value) const {
-      return fmt::format("{}", *value);
-    }
-    std::string operator()(const bool* value) const { return *value ? "true" : "false"; }
-    std::string operator()(const std::span<double>& values) const {
-      return fmt::format("[{}]", fmt::join(values.begin(), values.end(), ", "));
-    }
-    std::string operator()(const std::string* value) const { return YamlString(*value); }
-    std::string operator()(const EnumOption& option) const {
-      const std::size_t position = option.get();
-      return position < field.allowed.size() ? YamlString(field.allowed[position]) : "without a name";
-    }
-    std::string operator()(const std::vector<std::string>* values) const {
-      YAML::Emitter emitter;  // some words must be quoted in a list but not outside of one
-      emitter << YAML::Flow << *values;
-      return emitter.c_str();
-    }
-  };
-  return std::visit(Format{field}, field.value);
-}
+struct ValueFormat {
+  const OptionField& field;
+  template <typename Number>
+  std::string operator()(const Number* value) const {
+    return fmt::format("{}", *value);
+  }
+  std::string operator()(const bool* value) const { return *value ? "true" : "false"; }
+  std::string operator()(const std::span<double>& values) const {
+    return fmt::format("[{}]", fmt::join(values.begin(), values.end(), ", "));
+  }
+  std::string operator()(const std::string* value) const { return YamlString(*value); }
+  std::string operator()(const EnumOption& option) const {
+    const std::size_t position = option.get();
+    return position < field.allowed.size() ? YamlString(field.allowed[position]) : "without a name";
+  }
+  std::string operator()(const std::vector<std::string>* values) const {
+    YAML::Emitter emitter;  // some words must be quoted in a list but not outside of one
+    emitter << YAML::Flow << *values;
+    return emitter.c_str();
+  }
+};
+
+std::string FormatValue(const OptionField& field) { return std::visit(ValueFormat{field}, field.value); }
 
 std::string Hint(const std::string& nearest) {
   return nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest);
