@@ -19,11 +19,6 @@ namespace fs = std::filesystem;
 using Words = std::vector<std::string>;
 namespace {
 
-std::string Guess(const std::string& word, const Words& known) {
-  const std::string nearest = NearestWord(word, known);
-  return nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest);
-}
-
 // A YAML map read key by key: a value stays as it is where its key is missing. What is there but of the wrong
 // kind ends with a UsageError that names file and line, what stands there and what was expected.
 class YamlGroup {
@@ -85,7 +80,7 @@ class YamlGroup {
     for (const std::string& word : read) {
       if (read != Words{"all"} && std::find(allowed.begin(), allowed.end(), word) == allowed.end()) {
         throw UsageError(fmt::format("{}: {} holds '{}', expected {}{}", Where(key), key, word,
-                                     fmt::join(allowed, ", "), Guess(word, allowed)));
+                                     fmt::join(allowed, ", "), DidYouMean(word, allowed)));
       }
     }
     words = read == Words{"all"} ? allowed : read;
@@ -106,7 +101,7 @@ class YamlGroup {
     for (const auto& entry : node_) {
       const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "?";
       if (std::find(known_.begin(), known_.end(), key) == known_.end()) {
-        throw UsageError(fmt::format("{}: unknown key '{}'{}", Where(key), key, Guess(key, known_)));
+        throw UsageError(fmt::format("{}: unknown key '{}'{}", Where(key), key, DidYouMean(key, known_)));
       }
     }
   }

@@ -19,34 +19,28 @@ using Results = std::vector<CellResult>;
 using Pointers = std::vector<const CellResult*>;
 using Key = std::function<std::string(const ExperimentCell&)>;
 
-// The different keys of some results in the order in which they appear.
-std::vector<std::string> KeysOf(const Pointers& results, const Key& key) {
-  std::vector<std::string> keys;
+using Groups = std::vector<std::pair<std::string, Pointers>>;
+
+// The results by their keys, in the order in which these appear.
+Groups GroupsOf(const Pointers& results, const Key& key) {
+  Groups groups;
   for (const CellResult* result : results) {
     const std::string value = key(result->cell);
-    if (std::find(keys.begin(), keys.end(), value) == keys.end()) {
-      keys.push_back(value);
+    auto group = std::find_if(groups.begin(), groups.end(), [&](const auto& g) { return g.first == value; });
+    if (group == groups.end()) {
+      group = groups.insert(groups.end(), {value, {}});
     }
+    group->second.push_back(result);
   }
-  return keys;
+  return groups;
 }
 
-Pointers Where(const Pointers& results, const Key& key, const std::string& value) {
-  Pointers chosen;
-  std::copy_if(results.begin(), results.end(), std::back_inserter(chosen),
-               [&](const CellResult* result) { return key(result->cell) == value; });
-  return chosen;
-}
-
-std::string RepresentationOf(const ExperimentCell& cell) { return cell.representation; }
-std::string AssociationOf(const ExperimentCell& cell) { return cell.association; }
-std::string SequenceNameOf(const ExperimentCell& cell) { return cell.sequence; }
-
-// All results, only those with the usual word on one axis: the preferred one, or else the first there is.
+// The results with the usual word on one axis: the preferred one, or else the first there is.
 Pointers AtUsual(const Pointers& results, const Key& key, const std::string& preferred) {
-  const std::vector<std::string> keys = KeysOf(results, key);
-  const bool is_there = std::find(keys.begin(), keys.end(), preferred) != keys.end();
-  return keys.empty() ? results : Where(results, key, is_there ? preferred : keys.front());
+  const Groups groups = GroupsOf(results, key);
+  const auto usual =
+      std::find_if(groups.begin(), groups.end(), [&](const auto& g) { return g.first == preferred; });
+  return groups.empty() ? results : usual != groups.end() ? usual->second : groups.front().second;
 }
 
 Pointers All(const Results& results) {
@@ -63,7 +57,7 @@ Pointers WithObjects(Pointers results) {
 
 // Names method and variant of a cell where the results differ in them.
 Key LabelOf(const Pointers& results) {
-  const bool several = KeysOf(results, [](const auto& cell) { return cell.method; }).size() > 1;
+  const bool several = GroupsOf(results, &ExperimentCell::method).size() > 1;
   return [several](const ExperimentCell& cell) {
     const std::string method = several ? cell.method : "";
     return method + (method.empty() || cell.variant.empty() ? "" : ", ") + cell.variant;
@@ -136,38 +130,41 @@ Cell CountCell(const Pointers& runs, const std::function<double(const CellResult
   return CountCell(std::move(counts));
 }
 
-// The rows of one thing (a class, a sequence) in Tables I and II.
-void AddIouRows(const Pointers& results, const Key& configuration, const std::string& name,
-                const ObjectFilter& filter, Table& table) {
-  std::vector<Cell> mean = {Cell::Words(name), Cell::Words("3D IoU of those found")};
-  std::vector<Cell> mean_all = {Cell::Words(name), Cell::Words("3D IoU, missed as 0")};
-  std::vector<Cell> found = {Cell::Words(name), {}};
-  int total = 0;
-  bool all_found = true;
-  for (const std::string& column : KeysOf(results, configuration)) {
-    const IouFigures figures = FiguresOf(Where(results, configuration, column), filter);
-    total = std::max(total, figures.total);
-    all_found = all_found && figures.mean == figures.mean_all;
-    mean.push_back(Cell::Of(SpreadOf(figures.mean), 3));
-    mean_all.push_back(Cell::Of(SpreadOf(figures.mean_all), 3));
-    found.push_back(CountCell(figures.found));
+// Table I or II: a column for each configuration, rows for each thing (a class, a sequence).
+struct IouTable {
+  IouTable(const char* name, const char* title, const char* first, const Pointers& results)
+      : columns(GroupsOf(results, ConfigurationOf(results, &ExperimentCell::representation))),
+        table{name, title, {first, "figure"}, {}, {}} {
+    for (const auto& [configuration, runs] : columns) {
+      table.columns.push_back(configuration);
+    }
   }
-  found[1] = Cell::Words(fmt::format("found of {}", total));
-  table.rows.push_back(std::move(mean));
-  if (!all_found) {
-    table.rows.push_back(std::move(mean_all));
-  }
-  table.rows.push_back(std::move(found));
-}
 
-// A table without rows, with a column for each configuration.
-Table IouTable(const char* name, const char* title, const char* first, const Pointers& results,
-               const Key& configuration) {
-  Table table{name, title, {first, "figure"}, {}, {}};
-  const std::vector<std::string> keys = KeysOf(results, configuration);
-  table.columns.insert(table.columns.end(), keys.begin(), keys.end());
-  return table;
-}
+  void AddRows(const std::string& name, const ObjectFilter& filter) {
+    std::vector<Cell> mean = {Cell::Words(name), Cell::Words("3D IoU of those found")};
+    std::vector<Cell> mean_all = {Cell::Words(name), Cell::Words("3D IoU, missed as 0")};
+    std::vector<Cell> found = {Cell::Words(name), {}};
+    int total = 0;
+    bool all_found = true;
+    for (const auto& [configuration, runs] : columns) {
+      const IouFigures figures = FiguresOf(runs, filter);
+      total = std::max(total, figures.total);
+      all_found = all_found && figures.mean == figures.mean_all;
+      mean.push_back(Cell::Of(SpreadOf(figures.mean), 3));
+      mean_all.push_back(Cell::Of(SpreadOf(figures.mean_all), 3));
+      found.push_back(CountCell(figures.found));
+    }
+    found[1] = Cell::Words(fmt::format("found of {}", total));
+    table.rows.push_back(std::move(mean));
+    if (!all_found) {
+      table.rows.push_back(std::move(mean_all));
+    }
+    table.rows.push_back(std::move(found));
+  }
+
+  Groups columns;
+  Table table;
+};
 
 // Notes under a table: how often each row was measured, and which objects count.
 void AddIouNotes(const Pointers& results, Table& table) {
@@ -227,25 +224,26 @@ Spread TimesOf(const Pointers& runs, const std::string& stage) {
 // The rows of one sequence and configuration, fewest objects first; the first is what "+" counts from.
 void AddRuntimeRows(const std::string& sequence, const std::string& label, const Pointers& runs,
                     Table& table) {
-  std::vector<std::string> limits = KeysOf(runs, LimitText);
+  Groups limits = GroupsOf(runs, LimitText);
   const auto rank = [](const std::string& text) {
     return text == "all" ? std::numeric_limits<int>::max() : std::stoi(text);
   };
-  std::sort(limits.begin(), limits.end(), [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
-  const Pointers base = limits.empty() ? Pointers{} : Where(runs, LimitText, limits.front());
-  for (const std::string& limit : limits) {
-    const Pointers here = Where(runs, LimitText, limit);
+  std::sort(limits.begin(), limits.end(),
+            [&](const auto& a, const auto& b) { return rank(a.first) < rank(b.first); });
+  for (const auto& group : limits) {
+    const std::string& limit = group.first;
+    const Pointers& runs_here = group.second;
     const auto more = [&](const std::string& stage) {
-      const Spread from = TimesOf(base, stage);
-      const Spread to = TimesOf(here, stage);
-      const bool known = limit != limits.front() && from.count > 0 && to.count > 0;
+      const Spread from = TimesOf(limits.front().second, stage);
+      const Spread to = TimesOf(runs_here, stage);
+      const bool known = limit != limits.front().first && from.count > 0 && to.count > 0;
       return known ? Cell::Number(to.median - from.median, 1) : Cell::Of({}, 1);
     };
     const auto time = [&](const std::string& stage, int decimals) {
-      return Cell::Of(TimesOf(here, stage), decimals);
+      return Cell::Of(TimesOf(runs_here, stage), decimals);
     };
     table.rows.push_back({Cell::Words(sequence), Cell::Words(label), Cell::Words(limit),
-                          CountCell(here, [](const CellResult& r) { return r.stats.objects; }),
+                          CountCell(runs_here, [](const CellResult& r) { return r.stats.objects; }),
                           time("tracking", 1), more("tracking"), time("tracking.objects", 2),
                           time("tracking.association", 3), time("mapping", 1), more("mapping"),
                           time("mapping.objects", 1)});
@@ -276,88 +274,74 @@ std::string StateText(const ExperimentOutcome& outcome) {
 }  // namespace
 
 Table RepresentationTable(const Results& all, const std::vector<std::string>& chosen) {
-  const Pointers results = AtUsual(WithObjects(All(all)), AssociationOf, "full");
-  const Key configuration = ConfigurationOf(results, RepresentationOf);
-  Table table = IouTable("Table I", "3D IoU of objects by representation", "objects", results, configuration);
+  const Pointers results = AtUsual(WithObjects(All(all)), &ExperimentCell::association, "full");
+  IouTable iou("Table I", "3D IoU of objects by representation", "objects", results);
   const std::set<NamedObject> objects = ObjectsOf(results);
   std::set<std::string> labels;
   for (const NamedObject& object : objects) {
     labels.insert(object.label);
   }
   for (const std::string& label : labels) {
-    AddIouRows(
-        results, configuration, label,
-        [&](const auto&, const ObjectScore& object) { return object.label == label; }, table);
+    iou.AddRows(label, [&](const auto&, const ObjectScore& object) { return object.label == label; });
   }
   for (const NamedObject& named : objects) {
     const bool wanted = std::any_of(chosen.begin(), chosen.end(), [&](const std::string& word) {
       return word == named.name || word == named.label || word == named.sequence + "/" + named.name;
     });
     if (wanted) {
-      AddIouRows(
-          results, configuration, fmt::format("{}: {} {}", named.sequence, named.id, named.name),
-          [&](const CellResult& result, const ObjectScore& object) {
-            return result.cell.sequence == named.sequence && object.id == named.id;
-          },
-          table);
+      iou.AddRows(fmt::format("{}: {} {}", named.sequence, named.id, named.name),
+                  [&](const CellResult& result, const ObjectScore& object) {
+                    return result.cell.sequence == named.sequence && object.id == named.id;
+                  });
     }
   }
   if (!objects.empty()) {
-    AddIouRows(
-        results, configuration, "all", [](const auto&, const auto&) { return true; }, table);
+    iou.AddRows("all", [](const auto&, const auto&) { return true; });
   }
-  AddIouNotes(results, table);
-  return table;
+  AddIouNotes(results, iou.table);
+  return iou.table;
 }
 
 Table SequenceTable(const Results& all) {
-  const Pointers results = AtUsual(WithObjects(All(all)), AssociationOf, "full");
-  const Key configuration = ConfigurationOf(results, RepresentationOf);
-  Table table =
-      IouTable("Table II", "Mean 3D IoU of sequences by representation", "sequence", results, configuration);
-  for (const std::string& sequence : KeysOf(results, SequenceNameOf)) {
-    AddIouRows(
-        results, configuration, sequence,
-        [&](const CellResult& result, const auto&) { return result.cell.sequence == sequence; }, table);
+  const Pointers results = AtUsual(WithObjects(All(all)), &ExperimentCell::association, "full");
+  IouTable iou("Table II", "Mean 3D IoU of sequences by representation", "sequence", results);
+  for (const auto& group : GroupsOf(results, &ExperimentCell::sequence)) {
+    iou.AddRows(group.first,
+                [&](const CellResult& result, const auto&) { return result.cell.sequence == group.first; });
   }
-  AddIouNotes(results, table);
-  return table;
+  AddIouNotes(results, iou.table);
+  return iou.table;
 }
 
 Table AssociationTable(const Results& all) {
-  const Pointers results = AtUsual(WithObjects(All(all)), RepresentationOf, "superquadric");
+  const Pointers results = AtUsual(WithObjects(All(all)), &ExperimentCell::representation, "superquadric");
   Table table{"Table III",
               "Landmarks by association against ground truth",
               {"sequence", "association", "runs", "mapped", "found", "duplicates", "extra", "ground truth",
                "found of those with 60 or more boxes", "of"},
               {},
               {"found: ground-truth objects that a landmark stands for; duplicates: further landmarks on "
-               "them; extra: "
-               "landmarks on none. Median (lowest to highest)."}};
-  const Key configuration = ConfigurationOf(results, AssociationOf);
-  for (const std::string& sequence : KeysOf(results, SequenceNameOf)) {
-    const Pointers of_sequence = Where(results, SequenceNameOf, sequence);
-    for (const std::string& mode : KeysOf(of_sequence, configuration)) {
-      const Pointers runs = Where(of_sequence, configuration, mode);
-      const auto found = [](const CellResult& r) {
-        return std::count_if(r.objects.begin(), r.objects.end(), [](const auto& o) { return o.found; });
-      };
-      table.rows.push_back(
-          {Cell::Words(sequence), Cell::Words(mode), Cell::Number(static_cast<double>(runs.size()), 0),
-           CountCell(runs, [](const CellResult& r) { return r.mapped; }), CountCell(runs, found),
-           CountCell(runs, [](const CellResult& r) { return r.duplicates; }),
-           CountCell(runs, [](const CellResult& r) { return r.extra; }),
-           CountCell(runs, [](const CellResult& r) { return r.objects.size(); }),
-           CountCell(runs, [](const CellResult& r) { return r.found_60; }),
-           CountCell(runs, [](const CellResult& r) { return r.total_60; })});
+               "them; extra: landmarks on none. Median (lowest to highest)."}};
+  const auto found = [](const CellResult& r) {
+    return std::count_if(r.objects.begin(), r.objects.end(), [](const auto& o) { return o.found; });
+  };
+  const Key configuration = ConfigurationOf(results, &ExperimentCell::association);
+  for (const auto& [sequence, of_sequence] : GroupsOf(results, &ExperimentCell::sequence)) {
+    for (const auto& [mode, runs] : GroupsOf(of_sequence, configuration)) {
+      table.rows.push_back({Cell::Words(sequence), Cell::Words(mode),
+                            Cell::Number(static_cast<double>(runs.size()), 0),
+                            CountCell(runs, &CellResult::mapped), CountCell(runs, found),
+                            CountCell(runs, &CellResult::duplicates), CountCell(runs, &CellResult::extra),
+                            CountCell(runs, [](const CellResult& r) { return r.objects.size(); }),
+                            CountCell(runs, &CellResult::found_60), CountCell(runs, &CellResult::total_60)});
     }
   }
   return table;
 }
 
 Table RuntimeTable(const Results& all) {
-  const Pointers results =
-      AtUsual(AtUsual(All(all), AssociationOf, "full"), RepresentationOf, "superquadric");
+  const Pointers results = AtUsual(AtUsual(All(all), &ExperimentCell::association, "full"),
+                                   &ExperimentCell::representation, "superquadric");
   Table table{
       "Table IV",
       "Time against the number of objects, ms",
@@ -367,11 +351,9 @@ Table RuntimeTable(const Results& all) {
       {"Means per frame (tracking) and per keyframe (mapping), of those the median (lowest to highest) over "
        "the runs; + is the difference of the medians to the row with the fewest objects."}};
   const Key label = LabelOf(results);
-  for (const std::string& sequence : KeysOf(results, SequenceNameOf)) {
-    const Pointers of_sequence = Where(results, SequenceNameOf, sequence);
-    for (const std::string& method : KeysOf(of_sequence, label)) {
-      AddRuntimeRows(sequence, method.empty() ? of_sequence.front()->cell.method : method,
-                     Where(of_sequence, label, method), table);
+  for (const auto& [sequence, of_sequence] : GroupsOf(results, &ExperimentCell::sequence)) {
+    for (const auto& [method, runs] : GroupsOf(of_sequence, label)) {
+      AddRuntimeRows(sequence, method.empty() ? runs.front()->cell.method : method, runs, table);
     }
   }
   int jobs = 1;

@@ -6,12 +6,12 @@
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "app/report/report.h"
 #include "render/video/video.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/atomic_file.h"
-#include "slam/util/error.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -22,15 +22,6 @@ struct PictureView {
   double azimuth;    // degrees from the three-quarter view
   double elevation;  // degrees from the three-quarter view
 };
-
-void WritePicture(const fs::path& path, const cv::Mat& picture) {
-  AtomicPath file(path);
-  if (!cv::imwrite(file.Path().string(), picture)) {
-    throw InputError(fmt::format(
-        "{}: the picture cannot be written, expected free space and a writable folder", path.string()));
-  }
-  file.Commit();
-}
 
 }  // namespace
 
@@ -47,7 +38,9 @@ void DrawRun(const FinishedRun& run, StageTimes& times, RenderBackend backend) {
     CameraOverrides turn;
     turn.azimuth = view.azimuth;
     turn.elevation = view.elevation;
-    WritePicture(run.output / view.file, renderer.Render(turn.ApplyTo(renderer.DefaultCamera())));
+    std::vector<std::uint8_t> png;
+    cv::imencode(".png", renderer.Render(turn.ApplyTo(renderer.DefaultCamera())), png);
+    WriteFileAtomically(run.output / view.file, {reinterpret_cast<const char*>(png.data()), png.size()});
   }
 }
 

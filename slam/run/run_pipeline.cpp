@@ -5,14 +5,15 @@
 #include <sys/resource.h>
 
 #include <chrono>
+#include <exception>
 #include <utility>
 
 #include "slam/io/camera_yaml.h"
+#include "slam/io/trajectory.h"
 #include "slam/run/auto_camera.h"
 #include "slam/run/detection_feed.h"
 #include "slam/run/pace.h"
 #include "slam/run/recorder.h"
-#include "slam/run/result_folder.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
@@ -128,6 +129,30 @@ void Draw(FinishedRun& run, RunHost& host) {
   run.stats.timing_ms.merge(times.Summaries());
 }
 
+// trajectory.txt, keyframes.txt, points.ply and objects.json.
+void WriteMapFiles(const fs::path& folder, const FinishedMap& map) {
+  AttemptAll({[&] { WriteTrajectory(folder / "trajectory.txt", map.trajectory); },
+              [&] { WriteTrajectory(folder / "keyframes.txt", map.keyframes); },
+              [&] { WritePoints(folder / "points.ply", map.snapshot->points); },
+              [&] { WriteObjects(folder / "objects.json", map.snapshot->objects); }});
+}
+
+// Maps that could not be tied to the main one: the same files in submaps/1, submaps/2, ..., each in a frame
+// and scale of its own.
+void WriteSubmaps(const fs::path& folder, const std::vector<FinishedMap>& submaps) {
+  std::size_t frames = 0;
+  for (std::size_t i = 0; i < submaps.size(); ++i) {
+    const fs::path submap_folder = folder / "submaps" / std::to_string(i + 1);
+    CreateResultFolder(submap_folder);
+    WriteMapFiles(submap_folder, submaps[i]);
+    frames += submaps[i].trajectory.size();
+  }
+  if (!submaps.empty()) {
+    spdlog::warn("{} frames lie in {} further map{} that could not be tied to the main one: see {}", frames,
+                 submaps.size(), submaps.size() == 1 ? "" : "s", (folder / "submaps").string());
+  }
+}
+
 // A run without a map leaves stats.json alone: nothing is in the recording, and nobody should take it for a
 // map.
 void SaveWithoutMap(const FinishedRun& run, Recorder& recorder) {
@@ -146,6 +171,20 @@ void SaveWithoutMap(const FinishedRun& run, Recorder& recorder) {
 }
 
 }  // namespace
+
+void AttemptAll(const std::vector<std::function<void()>>& steps) {
+  std::exception_ptr failure;
+  for (const auto& step : steps) {
+    try {
+      step();
+    } catch (...) {
+      failure = failure ? failure : std::current_exception();
+    }
+  }
+  if (failure) {
+    std::rethrow_exception(failure);
+  }
+}
 
 FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
   CheckOptions(request.options);

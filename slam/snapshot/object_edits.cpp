@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -21,25 +22,8 @@ std::string Trimmed(const std::string& text) {
   return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1);
 }
 
-// Maps the id of an object to the one that its points and boxes have now.
-class Destinations {
- public:
-  Destinations(const ObjectEdits& edits, HiddenObjects hidden) : edits_(edits), hidden_(hidden) {}
-
-  // -1 where the object is left out, or there is none.
-  int Of(int id) const {
-    if (id < 0) {
-      return id;
-    }
-    const int kept = edits_.KeptIdOf(id);
-    const ObjectEdit edit = edits_.Of(kept);
-    return edit.deleted || (edit.hidden && hidden_ == HiddenObjects::kLeaveOut) ? -1 : kept;
-  }
-
- private:
-  const ObjectEdits& edits_;
-  HiddenObjects hidden_;
-};
+// Maps the id of an object to the one under which its points and boxes are now: -1 where it is left out.
+using Destinations = std::function<int(int)>;
 
 void Join(SnapshotObject& kept, const SnapshotObject& absorbed) {
   if (kept.label == absorbed.label && kept.observations + absorbed.observations > 0) {
@@ -58,12 +42,12 @@ std::vector<SnapshotObject> Joined(const std::vector<SnapshotObject>& objects,
   };
   std::vector<SnapshotObject> joined;
   for (const SnapshotObject& object : objects) {
-    if (destinations.Of(object.id) == object.id) {
+    if (destinations(object.id) == object.id) {
       joined.push_back(object);
     }
   }
   for (const SnapshotObject& object : objects) {
-    const int id = destinations.Of(object.id);
+    const int id = destinations(object.id);
     if (id < 0 || id == object.id) {
       continue;
     }
@@ -116,11 +100,10 @@ std::pair<int, ObjectEdit> ParseEdit(const std::filesystem::path& path, const st
       (key == "hidden" ? edit.hidden : edit.deleted) = value.get<bool>();
     } else {
       const std::vector<std::string> known = {"id", "name", "label", "hidden", "deleted", "merged_into"};
-      const std::string nearest = NearestWord(key, known);
-      throw InputError(fmt::format("{}: {}: unknown key '{}'{}", path.string(), where, key,
-                                   nearest.empty()
-                                       ? fmt::format(", expected one of {}", fmt::join(known, ", "))
-                                       : fmt::format("; did you mean '{}'?", nearest)));
+      const std::string hint = DidYouMean(key, known);
+      throw InputError(
+          fmt::format("{}: {}: unknown key '{}'{}", path.string(), where, key,
+                      hint.empty() ? fmt::format(", expected one of {}", fmt::join(known, ", ")) : hint));
     }
   }
   return parsed;
@@ -234,7 +217,14 @@ MapSnapshotPtr Apply(const ObjectEdits& edits, const MapSnapshot& snapshot, Hidd
   if (edits.Empty()) {
     return edited;
   }
-  const Destinations destinations(edits, hidden);
+  const Destinations destinations = [&](int id) {
+    if (id < 0) {
+      return id;
+    }
+    const int kept = edits.KeptIdOf(id);
+    const ObjectEdit edit = edits.Of(kept);
+    return edit.deleted || (edit.hidden && hidden == HiddenObjects::kLeaveOut) ? -1 : kept;
+  };
   edited->objects = Joined(snapshot.objects, destinations);
   for (SnapshotObject& object : edited->objects) {
     const ObjectEdit edit = edits.Of(object.id);
@@ -242,11 +232,11 @@ MapSnapshotPtr Apply(const ObjectEdits& edits, const MapSnapshot& snapshot, Hidd
     object.label = edit.label.empty() ? object.label : edit.label;
   }
   for (SnapshotPoint& point : edited->points) {
-    point.object_id = destinations.Of(point.object_id);
-    point.rejected_by = destinations.Of(point.rejected_by);
+    point.object_id = destinations(point.object_id);
+    point.rejected_by = destinations(point.rejected_by);
   }
   for (SnapshotDetection& detection : edited->detections) {
-    detection.object_id = destinations.Of(detection.object_id);
+    detection.object_id = destinations(detection.object_id);
   }
   return edited;
 }
