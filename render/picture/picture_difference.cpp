@@ -38,35 +38,42 @@ cv::Scalar MostFrequentColor(const cv::Mat& picture) {
           static_cast<double>(best >> 16U & 255U), static_cast<double>(best >> 24U)};
 }
 
-// 255 where the picture is not the background.
-cv::Mat Drawn(const cv::Mat& picture, const cv::Scalar& background) {
-  const cv::Scalar tolerance = cv::Scalar::all(2.0);  // grey levels: rounding, not drawing
-  cv::Mat empty;
-  cv::inRange(picture, background - tolerance, background + tolerance, empty);
-  return 255 - empty;
+// Largest difference to the background over the channels, grey levels; 32F.
+cv::Mat Contrast(const cv::Mat& picture, const cv::Scalar& background) {
+  cv::Mat apart;
+  cv::absdiff(picture, background, apart);
+  std::vector<cv::Mat> channels;
+  cv::split(apart, channels);
+  cv::Mat contrast = channels.front();
+  for (const cv::Mat& channel : channels) {
+    contrast = cv::max(contrast, channel);
+  }
+  contrast.convertTo(contrast, CV_32F);
+  return contrast;
 }
 
 }  // namespace
 
 double PictureDifference(const cv::Mat& picture, const cv::Mat& reference) {
-  constexpr int kWindow = 11;  // px, of SSIM
   if (picture.size() != reference.size() || picture.type() != reference.type()) {
     return 1.0;
   }
   const cv::Scalar background = MostFrequentColor(reference);
-  cv::Mat drawn = Drawn(picture, background) | Drawn(reference, background);
-  cv::dilate(drawn, drawn, cv::Mat::ones(kWindow, kWindow, CV_8U));
-  if (cv::countNonZero(drawn) == 0) {
+  cv::Mat weight = cv::max(Contrast(picture, background), Contrast(reference, background));
+  cv::GaussianBlur(weight, weight, {11, 11}, 1.5);  // the window of SSIM
+  const double total = cv::sum(weight)[0];
+  if (total == 0.0) {
     return 0.0;
   }
   cv::Mat similarity;
   cv::quality::QualitySSIM::compute(picture, reference, similarity);
-  const cv::Scalar mean = cv::mean(similarity, drawn);
+  std::vector<cv::Mat> channels;
+  cv::split(similarity, channels);
   double sum = 0.0;
-  for (int c = 0; c < picture.channels(); ++c) {
-    sum += mean[c];
+  for (const cv::Mat& channel : channels) {
+    sum += channel.dot(weight);
   }
-  return 1.0 - sum / picture.channels();
+  return std::max(0.0, 1.0 - sum / (total * static_cast<double>(channels.size())));  // rounding may go below
 }
 
 }  // namespace sqslam

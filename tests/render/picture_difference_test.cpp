@@ -42,7 +42,7 @@ TEST(PictureDifference, SeesItWithoutABackground) {
 TEST(PictureDifference, IsNothingForTheSamePicture) {
   EXPECT_EQ(PictureDifference(Discs(3), Discs(3)), 0.0);
   EXPECT_EQ(PictureDifference(Discs(0), Discs(0)), 0.0);
-  cv::Mat rounded = Discs(3);
+  cv::Mat rounded = Discs(3);  // by another machine
   rounded -= cv::Scalar::all(1.0);
   EXPECT_LT(PictureDifference(rounded, Discs(3)), 0.01);
 }
