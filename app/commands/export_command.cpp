@@ -7,8 +7,7 @@
 #include <vector>
 
 #include "app/commands/commands.h"
-#include "app/export/map_glb.h"
-#include "app/export/object_mesh.h"
+#include "app/export/map_export.h"
 #include "app/result/map_input.h"
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "app/commands/commands.h"
-#include "app/export/object_mesh.h"
+#include "app/export/map_export.h"
 #include "slam/fitting/fitting.h"
 #include "slam/io/point_cloud.h"
 #include "slam/io/result_files.h"

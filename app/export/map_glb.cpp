@@ -1,5 +1,3 @@
-#include "app/export/map_glb.h"
-
 #include <fmt/format.h>
 
 #include <cmath>
@@ -7,6 +5,7 @@
 #include <vector>
 
 #include "app/export/glb_file.h"
+#include "app/export/map_export.h"
 #include "render/scene/style.h"
 #include "render/solids/tessellation.h"
 

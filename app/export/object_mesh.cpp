@@ -1,5 +1,3 @@
-#include "app/export/object_mesh.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 #include <set>
 #include <string>
 
+#include "app/export/map_export.h"
 #include "render/scene/style.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"

@@ -9,8 +9,7 @@
 #include <optional>
 #include <vector>
 
-#include "app/report/report_html.h"
-#include "app/report/report_plots.h"
+#include "app/report/report_parts.h"
 #include "render/picture/picture_text.h"
 #include "slam/geometry/angles.h"
 #include "slam/snapshot/recording.h"

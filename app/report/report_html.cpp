@@ -1,7 +1,6 @@
-#include "app/report/report_html.h"
-
 #include <fmt/format.h>
 
+#include "app/report/report_parts.h"
 #include "slam/util/markup.h"
 #include "slam/util/text_lines.h"
 

@@ -1,11 +1,10 @@
-#include "app/report/report_plots.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "app/report/report_parts.h"
 #include "render/figures/figures.h"
 #include "render/page/write_figure.h"
 

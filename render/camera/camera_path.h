@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
+#include <numbers>
 #include <optional>
 #include <vector>
 
@@ -20,6 +22,11 @@ struct ViewCamera {
   std::optional<Camera> pinhole;
 
   double Distance() const { return (position - focal_point).norm(); }
+
+  // In pixels of a picture of this height; without a pinhole.
+  double FocalLength(double height) const {
+    return 0.5 * height / std::tan(0.5 * view_angle * std::numbers::pi / 180.0);
+  }
 };
 
 // The camera's axes in the map frame, unit length; `back` is against the line of sight.

@@ -39,6 +39,9 @@ std::array<Eigen::Vector3d, 8> BoxCorners(const PosedSuperquadric& solid);
 // 1, 2 or 5 times a power of ten, at most `length`.
 double RoundLength(double length);
 
+// The side of a cell of the grid below a scene, map units.
+inline double GridCell(const SceneFocus& focus) { return RoundLength(0.4 * focus.radius); }
+
 // Named views, each framed like the automatic one: front, right, back, left, top, isometric. The front is
 // where the cameras stood on average; right is to the right of somebody who stands there. They look level,
 // top straight down with the front below; isometric from 45 degrees to the right and 35.26 up, in

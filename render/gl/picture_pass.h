@@ -31,7 +31,7 @@ struct PictureEffects {
 struct PictureLayers {
   std::vector<vtkProp*> opaque;   // points and lines
   std::vector<vtkProp*> ground;   // blended over them: shadow and grid
-  std::vector<vtkActor*> solids;  // farthest first where they are translucent; shaded by SetSolidShader()
+  std::vector<vtkActor*> solids;  // farthest first where they are translucent; shaded as SolidActors does
 };
 
 // Draws a scene in layers and finishes the picture in screen space: ambient occlusion, outlines, eye-dome

@@ -9,7 +9,6 @@
 #include "render/picture/picture.h"
 #include "render/picture/picture_overlay.h"
 #include "render/scene/scene.h"
-#include "render/scene/scene_geometry.h"
 
 namespace sqslam {
 namespace {

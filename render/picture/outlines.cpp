@@ -186,7 +186,7 @@ void DrawTag(cv::Mat& image, const std::string& label, cv::Point top_left, const
              const TextPainter& text, double size) {
   const cv::Rect tag(top_left, TagSize(label, text, size));
   DrawPanel(image, tag, 0.2 * size, color, 0.9);
-  const bool light = color.dot(Eigen::Vector3d(0.2126, 0.7152, 0.0722)) > 0.5;
+  const bool light = Lightness(color) > 0.5;
   text.Draw(image, ReadableLabel(label), {tag.x + tag.width / 2, tag.y + tag.height / 2}, size,
             Eigen::Vector3d::Constant(light ? 0.05 : 1.0), TextPainter::Align::kCenter);
 }

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "render/camera/scene_framing.h"
 #include "render/gl/offscreen_window.h"
@@ -90,8 +89,7 @@ struct PictureRenderer::Impl {
     const ViewAxes axes = AxesOf(view);
     constexpr double kGoldenAngle = 2.399963229728653;
     const double distance = view.Distance();
-    const double focal =
-        0.5 * options.height / std::tan(0.5 * view.view_angle * std::numbers::pi / 180.0);  // pixels
+    const double focal = view.FocalLength(options.height);  // pixels
     Camera pinhole;
     pinhole.width = options.width;
     pinhole.height = options.height;
@@ -150,7 +148,7 @@ void PictureRenderer::SetMap(const MapSnapshot& map) {
   Impl& s = *impl_;
   s.colors = LabelColors::Of(map.objects, s.options.label_colors);
   s.focus = FindFocus(map);
-  s.grid_cell = RoundLength(0.4 * s.focus.radius);
+  s.grid_cell = GridCell(s.focus);
   const CameraOverrides& overrides = s.options.camera;
   const double aspect = static_cast<double>(s.options.width) / s.options.height;
   const double angle = overrides.view_angle.value_or(30.0);

@@ -71,7 +71,7 @@ SeenPoint Project(const ViewCamera& camera, cv::Size image, const Eigen::Vector3
         {pixel.x() * image.width / camera.pinhole->width, pixel.y() * image.height / camera.pinhole->height},
         depth};
   }
-  const double focal = 0.5 * image.height / std::tan(0.5 * camera.view_angle * std::numbers::pi / 180.0);
+  const double focal = camera.FocalLength(image.height);
   return {{0.5 * image.width + focal * d.dot(axes.right) / depth,
            0.5 * image.height - focal * d.dot(axes.up) / depth},
           depth};

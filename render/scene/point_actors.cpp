@@ -115,7 +115,7 @@ void PointActors::Show(vtkPolyData* cloud) {
 }
 
 std::vector<vtkActor*> PointActors::Arrange(const ViewCamera& camera, double pixels) const {
-  const double focal = 0.5 * pixels / std::tan(0.5 * camera.view_angle * std::numbers::pi / 180.0);
+  const double focal = camera.FocalLength(pixels);
   std::vector<vtkActor*> actors;
   for (const Part& part : parts_) {
     const Eigen::Vector3d line = part.center - camera.position;

@@ -63,8 +63,6 @@ class MeshBuilder {
   vtkSmartPointer<vtkCellArray> lines_ = vtkSmartPointer<vtkCellArray>::New();
 };
 
-double Lightness(const Eigen::Vector3d& color) { return color.dot(Eigen::Vector3d(0.2126, 0.7152, 0.0722)); }
-
 // The colour made darker on a light background, lighter on a dark one, until it stands out.
 Eigen::Vector3d Readable(const Eigen::Vector3d& color, double background, double min_contrast) {
   const double lightness = Lightness(color);
@@ -143,23 +141,14 @@ vtkSmartPointer<vtkPolyData> PointCloud(const MapSnapshot& map, bool of_objects,
 }
 
 vtkSmartPointer<vtkPolyData> TrajectoryLine(const MapSnapshot& map, const SceneStyle& style) {
-  const Rgba color = ToRgba(ParseColor(style.cameras.color));
-  MeshBuilder builder;
-  vtkIdType last = -1;
-  const auto extend = [&](const Eigen::Vector3d& p) {
-    const vtkIdType next = builder.Add(p, color);
-    if (last >= 0) {
-      builder.Line(last, next);
-    }
-    last = next;
-  };
+  std::vector<Eigen::Vector3d> centers;
   for (const SnapshotKeyframe& keyframe : map.keyframes) {
-    extend(keyframe.T_map_camera.translation);
+    centers.push_back(keyframe.T_map_camera.translation);
   }
   if (map.T_map_camera && style.cameras.current) {
-    extend(map.T_map_camera->translation);
+    centers.push_back(map.T_map_camera->translation);
   }
-  return builder.Finish();
+  return PathLines({centers}, ParseColor(style.cameras.color));
 }
 
 vtkSmartPointer<vtkPolyData> KeyframeFrusta(const MapSnapshot& map, double height, const SceneStyle& style) {
@@ -229,8 +218,6 @@ vtkSmartPointer<vtkPolyData> DensePoints(const ColoredPoints& cloud, const Scene
   }
   return builder.Finish();
 }
-
-double GridCell(const SceneFocus& focus) { return RoundLength(0.4 * focus.radius); }
 
 vtkSmartPointer<vtkPolyData> GroundGrid(const SceneFocus& focus, const SceneStyle& style) {
   const Eigen::Vector3d up = focus.up;

@@ -42,7 +42,6 @@ vtkSmartPointer<vtkPolyData> DensePoints(const ColoredPoints& cloud, const Scene
 
 // A grid at the ground around the centre of the focus that fades outwards; cells of GridCell().
 vtkSmartPointer<vtkPolyData> GroundGrid(const SceneFocus& focus, const SceneStyle& style);
-double GridCell(const SceneFocus& focus);  // map units
 
 // The place of a shadow, and the texture that darkens the ground there by at most `strength`.
 vtkSmartPointer<vtkPolyData> ShadowQuad(const GroundShadow& shadow);

@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "render/gl/picture_shaders.h"
 #include "render/scene/scene_geometry.h"
@@ -35,6 +34,55 @@ vtkSmartPointer<vtkActor> MakeActor(const SceneStyle::Objects& style, vtkPlaneCo
 }
 
 vtkPolyDataMapper* MapperOf(vtkActor* actor) { return vtkPolyDataMapper::SafeDownCast(actor->GetMapper()); }
+
+struct SolidShading {
+  int number = 0;                      // 1, 2, ...: what outlines tell apart
+  const char* number_array = nullptr;  // instead of `number`: a data array of the vertices
+  bool far_side = false;               // seen through the near side only
+  double roughness = 0.5;
+  double metallic = 0.0;
+};
+
+void SetSolidShader(vtkActor* actor, const SolidShading& shading) {
+  static const std::string kStudio = StudioShader();
+  auto* shader = actor->GetShaderProperty();
+  shader->ClearAllShaderReplacements();
+  // "before VTK's own replacements", so that VTK does not write its light there.
+  shader->AddFragmentShaderReplacement("//VTK::Light::Dec", true,
+                                       (shading.far_side ? "#define FAR_SIDE\n" : "") + kStudio, false);
+  shader->AddFragmentShaderReplacement("//VTK::Light::Impl", true,
+                                       std::string(shaders::kLight) + shaders::kSurfaceOutput, false);
+  auto* uniforms = shader->GetFragmentCustomUniforms();
+  uniforms->SetUniformf("roughness", static_cast<float>(shading.roughness));
+  uniforms->SetUniformf("metallic", static_cast<float>(shading.metallic));
+  if (shading.number_array == nullptr) {
+    uniforms->SetUniformf("solidNumber", static_cast<float>(shading.number));
+    return;
+  }
+  shader->AddVertexShaderReplacement("//VTK::Normal::Dec", true, shaders::kNumberVertexDeclaration, false);
+  shader->AddVertexShaderReplacement("//VTK::Normal::Impl", true, shaders::kNumberVertex, false);
+  shader->AddFragmentShaderReplacement("//VTK::Normal::Dec", true, shaders::kNumberFragmentDeclaration,
+                                       false);
+  vtkPolyDataMapper::SafeDownCast(actor->GetMapper())
+      ->MapDataArrayToVertexAttribute("solidNumberMC", shading.number_array,
+                                      vtkDataObject::FIELD_ASSOCIATION_POINTS);
+}
+
+// Directions of the studio seen from the camera (x right, y up, z towards the viewer); for each view.
+struct StudioInView {
+  Eigen::Vector3d up, lamp, window;
+};
+
+void SetStudio(vtkActor* actor, const StudioInView& studio) {
+  const auto set = [uniforms = actor->GetShaderProperty()->GetFragmentCustomUniforms()](
+                       const char* name, const Eigen::Vector3d& direction) {
+    const Eigen::Vector3f value = direction.cast<float>();
+    uniforms->SetUniform3f(name, value.data());
+  };
+  set("roomUp", studio.up);
+  set("roomLamp", studio.lamp);
+  set("roomWindow", studio.window);
+}
 
 bool SameShape(const Superquadric& a, const Superquadric& b) {
   return a.half_size == b.half_size && a.e1 == b.e1 && a.e2 == b.e2;
@@ -90,7 +138,7 @@ int SolidActors::SegmentsFor(const PosedSuperquadric& solid, const ViewCamera& c
   const double distance =
       std::max((solid.T_map_object.translation - camera.position).norm() - solid.shape.half_size.maxCoeff(),
                0.1 * solid.shape.half_size.maxCoeff());
-  const double focal = 0.5 * pixels / std::tan(0.5 * camera.view_angle * std::numbers::pi / 180.0);
+  const double focal = camera.FocalLength(pixels);
   const double radius = focal * solid.shape.half_size.maxCoeff() / distance;
   const double wanted = std::sqrt(5.0 * radius / kLeastError);
   for (const int segments : {16, 24, 32, 48, 64, 96}) {
@@ -176,42 +224,6 @@ std::vector<vtkActor*> SolidActors::InOrder(const ViewCamera& camera, double pix
     }
   }
   return actors;
-}
-
-void SetSolidShader(vtkActor* actor, const SolidShading& shading) {
-  static const std::string kStudio = StudioShader();
-  auto* shader = actor->GetShaderProperty();
-  shader->ClearAllShaderReplacements();
-  // "before VTK's own replacements", so that VTK does not write its light there.
-  shader->AddFragmentShaderReplacement("//VTK::Light::Dec", true,
-                                       (shading.far_side ? "#define FAR_SIDE\n" : "") + kStudio, false);
-  shader->AddFragmentShaderReplacement("//VTK::Light::Impl", true,
-                                       std::string(shaders::kLight) + shaders::kSurfaceOutput, false);
-  auto* uniforms = shader->GetFragmentCustomUniforms();
-  uniforms->SetUniformf("roughness", static_cast<float>(shading.roughness));
-  uniforms->SetUniformf("metallic", static_cast<float>(shading.metallic));
-  if (shading.number_array == nullptr) {
-    uniforms->SetUniformf("solidNumber", static_cast<float>(shading.number));
-    return;
-  }
-  shader->AddVertexShaderReplacement("//VTK::Normal::Dec", true, shaders::kNumberVertexDeclaration, false);
-  shader->AddVertexShaderReplacement("//VTK::Normal::Impl", true, shaders::kNumberVertex, false);
-  shader->AddFragmentShaderReplacement("//VTK::Normal::Dec", true, shaders::kNumberFragmentDeclaration,
-                                       false);
-  vtkPolyDataMapper::SafeDownCast(actor->GetMapper())
-      ->MapDataArrayToVertexAttribute("solidNumberMC", shading.number_array,
-                                      vtkDataObject::FIELD_ASSOCIATION_POINTS);
-}
-
-void SetStudio(vtkActor* actor, const StudioInView& studio) {
-  const auto set = [uniforms = actor->GetShaderProperty()->GetFragmentCustomUniforms()](
-                       const char* name, const Eigen::Vector3d& direction) {
-    const Eigen::Vector3f value = direction.cast<float>();
-    uniforms->SetUniform3f(name, value.data());
-  };
-  set("roomUp", studio.up);
-  set("roomLamp", studio.lamp);
-  set("roomWindow", studio.window);
 }
 
 }  // namespace sqslam

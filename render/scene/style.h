@@ -237,6 +237,11 @@ void CheckStyle(const SceneStyle& style);
 Eigen::Vector3d ParseColor(std::string_view text);
 std::string FormatColor(const Eigen::Vector3d& color);
 
+// Relative luminance of a colour, [0, 1].
+inline double Lightness(const Eigen::Vector3d& color) {
+  return color.dot(Eigen::Vector3d(0.2126, 0.7152, 0.0722));
+}
+
 // Colours of classes that people with any colour vision tell apart (Okabe and Ito), at further lightness
 // levels where there are more classes than colours. A label keeps its colour from map to map unless two
 // labels of one map want the same.

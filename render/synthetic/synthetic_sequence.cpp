@@ -1,65 +1,25 @@
 #include "render/synthetic/synthetic_sequence.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <fstream>
-#include <future>
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <opencv2/imgcodecs.hpp>
+#include <random>
 #include <set>
 
-#include "render/synthetic/camera_motion.h"
 #include "render/synthetic/exact_boxes.h"
 #include "render/synthetic/scene_renderer.h"
+#include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
+#include "slam/util/worker_thread.h"
 
 namespace sqslam {
-namespace {
-
 namespace fs = std::filesystem;
-
-// A folder under a temporary name that takes its own name on success and vanishes otherwise.
-class PendingFolder {
- public:
-  explicit PendingFolder(fs::path target) : target_(std::move(target)) {
-    if (target_.filename().empty()) {  // "folder/"
-      target_ = target_.parent_path();
-    }
-    if (fs::exists(target_) && !(fs::is_directory(target_) && fs::is_empty(target_))) {
-      throw InputError(fmt::format("{}: exists already; expected a new or empty folder", target_.string()));
-    }
-    pending_ = target_;
-    pending_ += fmt::format(".part{}", getpid());
-    std::error_code error;
-    fs::create_directories(pending_, error);
-    if (error) {
-      throw InputError(fmt::format("{}: cannot be made: {}", pending_.string(), error.message()));
-    }
-  }
-  ~PendingFolder() {
-    std::error_code ignored;
-    fs::remove_all(pending_, ignored);
-  }
-  PendingFolder(const PendingFolder&) = delete;
-  PendingFolder& operator=(const PendingFolder&) = delete;
-
-  const fs::path& Path() const { return pending_; }
-  void Commit() { fs::rename(pending_, target_); }
-
- private:
-  fs::path target_;
-  fs::path pending_;
-};
-
-void WriteText(const fs::path& path, const std::string& text) {
-  std::ofstream stream(path, std::ios::binary);
-  stream << text;
-  stream.close();
-  if (!stream) {
-    throw InputError(fmt::format("{}: cannot be written (is the disk full?)", path.string()));
-  }
-}
+namespace {
 
 std::string FormatCamera(const Camera& camera) {
   return fmt::format(
@@ -126,27 +86,9 @@ std::string FormatDetection(double timestamp, const Detection& detection) {
                      detection.score, box.x, box.y, box.width, box.height);
 }
 
-// Encodes one picture on a thread of its own while the next is drawn.
-class ImageWriter {
- public:
-  explicit ImageWriter(int quality) : quality_(quality) {}
-  void Write(const fs::path& path, const cv::Mat& image) {
-    Wait();
-    pending_ = std::async(std::launch::async, [path, image, quality = quality_] {
-      if (!cv::imwrite(path.string(), image, {cv::IMWRITE_JPEG_QUALITY, quality})) {
-        throw InputError(fmt::format("{}: cannot be written (is the disk full?)", path.string()));
-      }
-    });
-  }
-  void Wait() {
-    if (pending_.valid()) {
-      pending_.get();
-    }
-  }
-
- private:
-  int quality_;
-  std::future<void> pending_;
+struct ImageFile {
+  fs::path path;
+  cv::Mat image;
 };
 
 void AddSensorNoise(cv::Mat& image, double sigma, std::uint64_t seed) {
@@ -167,11 +109,11 @@ struct SequenceText {
   std::string noisy = "# timestamp label score x y w h\n";
 
   void Save(const fs::path& folder, bool noisy_detections) const {
-    WriteText(folder / "rgb.txt", images);
-    WriteText(folder / "groundtruth.txt", poses);
-    WriteText(folder / "boxes.txt", noisy_detections ? noisy : exact);
-    WriteText(folder / (noisy_detections ? "boxes_exact.txt" : "boxes_noisy.txt"),
-              noisy_detections ? exact : noisy);
+    WriteFileAtomically(folder / "rgb.txt", images);
+    WriteFileAtomically(folder / "groundtruth.txt", poses);
+    WriteFileAtomically(folder / "boxes.txt", noisy_detections ? noisy : exact);
+    WriteFileAtomically(folder / (noisy_detections ? "boxes_exact.txt" : "boxes_noisy.txt"),
+                        noisy_detections ? exact : noisy);
   }
 };
 
@@ -196,12 +138,110 @@ std::vector<std::string> Labels(const SceneDescription& scene) {
   return labels;
 }
 
+using Vector6d = Eigen::Matrix<double, 6, 1>;  // position, look-at
+
+Vector6d Waypoint(const SceneDescription& scene, int i) {
+  const auto last = static_cast<int>(scene.waypoints.size()) - 1;
+  const SceneWaypoint& waypoint = scene.waypoints[static_cast<std::size_t>(std::clamp(i, 0, last))];
+  return (Vector6d() << waypoint.position, waypoint.look_at).finished();
+}
+
+// Uniform cubic B-spline over the waypoints: two continuous derivatives, as a hand moves. It passes the ends
+// and rounds the way off at the waypoints between.
+Vector6d SplineAt(const SceneDescription& scene, double t) {
+  const int i = static_cast<int>(std::floor(t));
+  const double u = t - i;
+  const std::array<double, 4> weights = {(1 - u) * (1 - u) * (1 - u) / 6.0,
+                                         (3 * u * u * u - 6 * u * u + 4) / 6.0,
+                                         (-3 * u * u * u + 3 * u * u + 3 * u + 1) / 6.0, u * u * u / 6.0};
+  Vector6d sum = Vector6d::Zero();
+  for (int k = 0; k < 4; ++k) {
+    sum += weights[static_cast<std::size_t>(k)] * Waypoint(scene, i - 1 + k);
+  }
+  return sum;
+}
+
+// Samples of the curve with the way made up to each, so that time can be spread evenly over it. Turning
+// counts too: a metre of the way and a metre that the aim moves cost the same time together.
+struct MeasuredCurve {
+  std::vector<Vector6d> samples;
+  std::vector<double> way;
+
+  explicit MeasuredCurve(const SceneDescription& scene) {
+    constexpr int kSamplesPerSpan = 100;
+    const double first = -1.0;  // repeated end points make the curve start and end there
+    const double last = static_cast<double>(scene.waypoints.size());
+    const int count = static_cast<int>((last - first) * kSamplesPerSpan);
+    for (int i = 0; i <= count; ++i) {
+      samples.push_back(SplineAt(scene, first + (last - first) * i / count));
+      way.push_back(
+          i == 0
+              ? 0.0
+              : way.back() +
+                    (samples[static_cast<std::size_t>(i)] - samples[static_cast<std::size_t>(i) - 1]).norm());
+    }
+  }
+
+  Vector6d At(double distance) const {
+    const auto it = std::upper_bound(way.begin() + 1, way.end() - 1, distance);
+    const auto i = static_cast<std::size_t>(it - way.begin());
+    const double span = way[i] - way[i - 1];
+    const double u = span > 0.0 ? std::clamp((distance - way[i - 1]) / span, 0.0, 1.0) : 0.0;
+    return samples[i - 1] + u * (samples[i] - samples[i - 1]);
+  }
+};
+
+// Part of the way made after the part `t` of the time: even, with soft ends.
+double Progress(double t) {
+  constexpr double kRamp = 0.06;
+  const auto integral = [](double x) {  // of a speed that rises smoothly from 0 to 1 within kRamp
+    const double u = std::min(x / kRamp, 1.0);
+    return kRamp * (u * u * u - 0.5 * u * u * u * u) + std::max(0.0, x - kRamp);
+  };
+  const double total = 1.0 - kRamp;
+  return t <= 0.5 ? integral(t) / total : 1.0 - integral(1.0 - t) / total;
+}
+
+// A sum of incommensurable sines for each of six axes.
+class Tremor {
+ public:
+  explicit Tremor(std::uint64_t seed) {
+    std::mt19937_64 random(seed);
+    for (auto& axis : phases_) {
+      for (double& phase : axis) {
+        phase = 2.0 * std::numbers::pi * (static_cast<double>(random() >> 11) * 0x1.0p-53);
+      }
+    }
+  }
+
+  double At(std::size_t axis, double seconds) const {
+    static constexpr std::array<double, 4> kHertz = {0.53, 1.31, 2.7, 5.3};
+    static constexpr std::array<double, 4> kWeight = {0.6, 0.4, 0.2, 0.07};
+    double sum = 0.0;
+    for (std::size_t i = 0; i < kHertz.size(); ++i) {
+      sum += kWeight[i] * std::sin(2.0 * std::numbers::pi * kHertz[i] * seconds + phases_[axis][i]);
+    }
+    return sum;
+  }
+
+ private:
+  std::array<std::array<double, 4>, 6> phases_{};
+};
+
 }  // namespace
 
 SynthesisSummary WriteSyntheticSequence(const SceneDescription& scene, const fs::path& output,
                                         const SynthesisOptions& options, const SynthesisProgress& progress) {
-  PendingFolder folder(output);
-  fs::create_directories(folder.Path() / "rgb");
+  const fs::path target = output.filename().empty() ? output.parent_path() : output;  // "folder/"
+  if (fs::exists(target) && !(fs::is_directory(target) && fs::is_empty(target))) {
+    throw InputError(fmt::format("{}: exists already; expected a new or empty folder", target.string()));
+  }
+  AtomicPath folder(target);
+  std::error_code error;
+  fs::create_directories(folder.Path() / "rgb", error);
+  if (error) {
+    throw InputError(fmt::format("{}: cannot be made: {}", target.string(), error.message()));
+  }
   SynthesisSummary summary;
   summary.frames = options.frames > 0 ? options.frames : scene.frames;
   // Fewer frames are the beginning of the same motion, not the same way in less time.
@@ -211,7 +251,11 @@ SynthesisSummary WriteSyntheticSequence(const SceneDescription& scene, const fs:
 
   SceneRenderer renderer(scene, options.supersampling, options.backend);
   DetectorNoise detector(options.seed, Labels(scene));
-  ImageWriter writer(options.jpeg_quality);
+  WorkerThread<ImageFile> writer(1, [&options](const ImageFile& file) {  // encodes while the next is drawn
+    if (!cv::imwrite(file.path.string(), file.image, {cv::IMWRITE_JPEG_QUALITY, options.jpeg_quality})) {
+      throw InputError(fmt::format("{}: cannot be written (is the disk full?)", file.path.string()));
+    }
+  });
   SequenceText text;
   std::set<std::int32_t> seen;
   for (int i = 0; i < summary.frames; ++i) {
@@ -220,7 +264,7 @@ SynthesisSummary WriteSyntheticSequence(const SceneDescription& scene, const fs:
     cv::Mat image = renderer.RenderColor(pose);
     AddSensorNoise(image, options.image_noise, options.seed * 1000003U + static_cast<std::uint64_t>(i) + 1);
     const std::string name = fmt::format("rgb/{:06}.jpg", i);
-    writer.Write(folder.Path() / name, image);
+    writer.Add({folder.Path() / name, image});
     text.images += fmt::format("{:.6f} {}\n", timestamp, name);
     text.poses += FormatPose(timestamp, pose);
     const auto boxes = FindExactBoxes(scene, pose, renderer.RenderIds(pose), options.supersampling);
@@ -237,13 +281,45 @@ SynthesisSummary WriteSyntheticSequence(const SceneDescription& scene, const fs:
       progress(i + 1, summary.frames);
     }
   }
-  writer.Wait();
+  writer.Finish();
   summary.objects = static_cast<int>(seen.size());
   text.Save(folder.Path(), options.noisy_detections);
-  WriteText(folder.Path() / "camera.yaml", FormatCamera(scene.camera));
-  WriteText(folder.Path() / "objects_gt.json", FormatObjects(scene));
+  WriteFileAtomically(folder.Path() / "camera.yaml", FormatCamera(scene.camera));
+  WriteFileAtomically(folder.Path() / "objects_gt.json", FormatObjects(scene));
   folder.Commit();
   return summary;
+}
+
+Rigid3d LookAt(const Eigen::Vector3d& position, const Eigen::Vector3d& target) {
+  const Eigen::Vector3d forward = (target - position).normalized();
+  Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitZ());
+  right = right.norm() > 1e-6 ? right.normalized() : Eigen::Vector3d::UnitX();
+  Eigen::Matrix3d rotation;
+  rotation << right, forward.cross(right), forward;
+  return {Eigen::Quaterniond(rotation).normalized(), position};
+}
+
+std::vector<Rigid3d> HandHeldMotion(const SceneDescription& scene, int frames, std::uint64_t seed) {
+  const MeasuredCurve curve(scene);
+  const Tremor tremor(seed);
+  std::vector<Rigid3d> poses;
+  poses.reserve(static_cast<std::size_t>(frames));
+  for (int i = 0; i < frames; ++i) {
+    const double seconds = i / scene.camera.fps;
+    const double part = frames > 1 ? static_cast<double>(i) / (frames - 1) : 0.0;
+    const Vector6d state = curve.At(Progress(part) * curve.way.back());
+    Rigid3d pose = LookAt(state.head<3>(), state.tail<3>());
+    Eigen::Vector3d angles;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      pose.translation[static_cast<Eigen::Index>(axis)] += scene.tremor_position * tremor.At(axis, seconds);
+      angles[static_cast<Eigen::Index>(axis)] = scene.tremor_angle * tremor.At(axis + 3, seconds);
+    }
+    if (angles.norm() > 0.0) {
+      pose.rotation = (pose.rotation * Eigen::AngleAxisd(angles.norm(), angles.normalized())).normalized();
+    }
+    poses.push_back(pose);
+  }
+  return poses;
 }
 
 }  // namespace sqslam

@@ -44,9 +44,7 @@ class Reader {
     if (root["loop"]) {
       file_.loop = As<bool>(root["loop"], "loop", "true or false");
     }
-    if (root["duration"]) {
-      file_.duration = Number(root["duration"], "duration", 1e-3, 1e5, "seconds");
-    }
+    file_.duration = Number(root, "duration", 1e-3, 1e5, "seconds");
     const YAML::Node keys = root["keys"];
     if (!keys || !keys.IsSequence() || keys.size() < 1) {
       Fail(file_.path, Line(keys ? keys : root), "keys: expected a list of one key at least");
@@ -70,8 +68,13 @@ class Reader {
     }
   }
 
-  double Number(const YAML::Node& node, const std::string& key, double min, double max,
-                const std::string& unit) const {
+  // The number under a key, if it is there.
+  std::optional<double> Number(const YAML::Node& parent, const std::string& key, double min, double max,
+                               const std::string& unit) const {
+    const YAML::Node node = parent[key];
+    if (!node) {
+      return std::nullopt;
+    }
     const std::string expected = fmt::format("{} from {} to {}", unit, min, max);
     const double value = As<double>(node, key, expected);
     if (!(value >= min && value <= max)) {
@@ -80,16 +83,13 @@ class Reader {
     return value;
   }
 
-  std::optional<Eigen::Vector3d> Vector(const YAML::Node& key, const std::string& name) const {
-    const YAML::Node node = key[name];
+  std::optional<Eigen::Vector3d> Vector(const YAML::Node& parent, const std::string& key) const {
+    const YAML::Node node = parent[key];
     if (!node) {
       return std::nullopt;
     }
-    const auto values = As<std::vector<double>>(node, name, "three numbers [x, y, z]");
-    if (values.size() != 3) {
-      Fail(file_.path, Line(node), fmt::format("{}: expected three numbers [x, y, z]", name));
-    }
-    return Eigen::Vector3d(values[0], values[1], values[2]);
+    const auto p = As<std::array<double, 3>>(node, key, "three numbers [x, y, z]");
+    return Eigen::Vector3d(p[0], p[1], p[2]);
   }
 
   void CheckNames(const YAML::Node& node, const std::vector<std::string>& names,
@@ -118,10 +118,9 @@ class Reader {
     if (node["time"] && node["frame"]) {
       Fail(file_.path, key.line, "time and frame: expected one of them");
     }
-    if (node["time"]) {
-      key.time = Number(node["time"], "time", 0.0, 1e5, "seconds");
-    } else if (node["frame"]) {
-      key.time = Number(node["frame"], "frame", 0.0, 1e7, "a frame of the video") / fps_;
+    key.time = Number(node, "time", 0.0, 1e5, "seconds");
+    if (const auto frame = Number(node, "frame", 0.0, 1e7, "a frame of the video")) {
+      key.time = *frame / fps_;
     }
     if (node["view"]) {
       std::vector<std::string> names = ViewPresetNames();
@@ -145,12 +144,10 @@ class Reader {
     if (o.view_up && o.view_up->norm() < 1e-9) {
       Fail(file_.path, Line(node["view_up"]), "view_up: expected a direction, not zero");
     }
-    if (node["view_angle"]) {
-      o.view_angle = Number(node["view_angle"], "view_angle", 1.0, 170.0, "degrees");
-    }
-    o.azimuth = node["azimuth"] ? Number(node["azimuth"], "azimuth", -3600.0, 3600.0, "degrees") : 0.0;
-    o.elevation = node["elevation"] ? Number(node["elevation"], "elevation", -180.0, 180.0, "degrees") : 0.0;
-    o.zoom = node["zoom"] ? Number(node["zoom"], "zoom", 0.01, 100.0, "a factor") : 1.0;
+    o.view_angle = Number(node, "view_angle", 1.0, 170.0, "degrees");
+    o.azimuth = Number(node, "azimuth", -3600.0, 3600.0, "degrees").value_or(0.0);
+    o.elevation = Number(node, "elevation", -180.0, 180.0, "degrees").value_or(0.0);
+    o.zoom = Number(node, "zoom", 0.01, 100.0, "a factor").value_or(1.0);
     const int places = (key.view.empty() ? 0 : 1) + (key.keyframe ? 1 : 0) + (key.camera_frame ? 1 : 0);
     if (places > 1 || (places == 0 && !(o.position && o.focal_point))) {
       Fail(file_.path, key.line,

@@ -6,13 +6,28 @@
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "render/picture/picture.h"
 #include "render/video/camera_path_file.h"
-#include "render/video/video_parts.h"
 #include "slam/snapshot/recording.h"
 
 namespace sqslam {
+
+// One of several equal pieces of a video, for as many programs at once.
+struct Shard {
+  int index = 1;  // from 1
+  int count = 1;
+};
+
+// "2/8". Throws UsageError on anything but 1 <= I <= N.
+Shard ParseShard(const std::string& text);
+
+// The frames of [first, end) that the shard makes: [first, second).
+std::pair<int, int> FramesOf(const Shard& shard, int first, int end);
+
+// a/turn.mp4 -> a/turn.part-2-of-8.mp4. A numbered name stays: its files have the numbers of their frames.
+std::filesystem::path PartName(const std::filesystem::path& output, const Shard& shard);
 
 // Takes the frames of a video (FILE.mp4: H.264 where OpenCV can, else MPEG-4) or of a numbered sequence of
 // pictures (a name with {frame} or {frame:04}); encodes on a thread of its own. A video appears at Close(),
@@ -68,5 +83,13 @@ int WriteOrbit(const MapSnapshot& map, const VideoOptions& options, const std::f
 // pages together and encodes on three threads. Returns frames written.
 int WriteGrowthVideo(const RecordingReader& recording, const VideoOptions& options,
                      const std::filesystem::path& output, const VideoProgress& progress = {});
+
+// Puts videos made by shards, or numbered pictures, together in order: `pieces` are FILE.part-I-of-N.mp4 in
+// any order, or pictures with numbers in their names, or one name with {frame:04}. `fps` is that of pictures;
+// videos keep theirs, and are put together as they are, without encoding them anew.
+// Returns frames written. Throws InputError that names what is missing (parts, numbers), double, of another
+// size or rate, of another video, or cut short.
+int JoinVideo(const std::vector<std::string>& pieces, const std::filesystem::path& output, double fps,
+              const VideoProgress& progress = {});
 
 }  // namespace sqslam

@@ -1,4 +1,3 @@
-#include "render/video/video_parts.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -132,8 +131,7 @@ std::vector<Opened> Checked(const std::vector<Part>& parts) {
   return opened;
 }
 
-int JoinParts(const std::vector<std::string>& pieces, const fs::path& output,
-              const std::function<bool(int, int)>& progress) {
+int JoinParts(const std::vector<std::string>& pieces, const fs::path& output, const VideoProgress& progress) {
   const std::vector<Part> parts = SortedParts(pieces);
   const std::vector<Opened> opened = Checked(parts);
   std::vector<fs::path> paths;
@@ -202,7 +200,7 @@ std::vector<std::string> SortedPictures(const std::vector<std::string>& pieces) 
 }
 
 int JoinPictures(const std::vector<std::string>& pieces, const fs::path& output, double fps,
-                 const std::function<bool(int, int)>& progress) {
+                 const VideoProgress& progress) {
   const std::vector<std::string> files = SortedPictures(pieces);
   std::optional<FrameWriter> writer;
   cv::Size size;
@@ -259,7 +257,7 @@ fs::path PartName(const fs::path& output, const Shard& shard) {
 }
 
 int JoinVideo(const std::vector<std::string>& pieces, const fs::path& output, double fps,
-              const std::function<bool(int, int)>& progress) {
+              const VideoProgress& progress) {
   if (pieces.empty()) {
     throw UsageError("--join: expected pieces of a video or numbered pictures");
   }

@@ -62,7 +62,7 @@ AtomicPath::AtomicPath(fs::path path) : path_(std::move(path)) {
 
 AtomicPath::~AtomicPath() {
   std::error_code ignored;
-  fs::remove(temporary_, ignored);
+  fs::remove_all(temporary_, ignored);
 }
 
 void AtomicPath::Commit() {

@@ -10,8 +10,8 @@ namespace sqslam {
 // file behind.
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view contents);
 
-// A path for files that a library writes: the library writes to Path() (same folder and extension), then
-// Commit() renames it to its real name. Without Commit the temporary file is removed.
+// A path for files that a library writes, or for a folder: write to Path() (same folder and extension), then
+// Commit() renames it to its real name. Without Commit the temporary file or folder is removed.
 class AtomicPath {
  public:
   explicit AtomicPath(std::filesystem::path path);

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
+#include <vector>
 
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/snapshot.h"
@@ -19,5 +21,10 @@ namespace sqslam::app {
 //     frusta
 // A group without content is left out. `generator`: name and version of the program.
 std::string MapGlb(const MapSnapshot& map, const Trajectory& trajectory, const std::string& generator);
+
+// Superquadrics as meshes in the map frame: quads of Eq. 1 on a regular grid, with normals, in the colours of
+// their classes. By extension: .obj (one named object each, with the colours as materials in a .mtl file
+// beside it) or .ply (ascii, all objects in one mesh). Throws UsageError for another one.
+void WriteObjectMeshes(const std::filesystem::path& path, const std::vector<SnapshotObject>& objects);
 
 }  // namespace sqslam::app
