@@ -116,7 +116,7 @@ class Solver {
   double Deviation(int i) const { return deviations_.at<double>(i); }
   std::size_t Size() const { return views_.size(); }
 
-  // Whether rays farther out always show farther out, up to the image's corners.
+  // False where rays farther out always show farther out, up to the image's corners.
   bool Folds() const {
     const double x = std::max(K_.at<double>(0, 2), image_.width - K_.at<double>(0, 2)) / K_.at<double>(0, 0);
     const double y = std::max(K_.at<double>(1, 2), image_.height - K_.at<double>(1, 2)) / K_.at<double>(1, 1);

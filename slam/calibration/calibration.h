@@ -52,7 +52,7 @@ struct Calibration {
 Calibration Calibrate(const std::vector<BoardView>& views, const CalibrationBoard& board, cv::Size image,
                       const CalibrationOptions& options);
 
-// What a person should know before trusting it: poor coverage, boards nearly parallel, few views, large
+// Reasons to distrust a calibration, for people: poor coverage, boards nearly parallel, few views, large
 // errors, a lens model that folds.
 std::vector<std::string> Weaknesses(const Calibration& calibration);
 

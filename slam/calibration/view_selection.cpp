@@ -12,7 +12,7 @@
 namespace sqslam {
 namespace {
 
-// Where the whole board would lie in the image, and how it leans.
+// Place of the whole board in the image, and how it leans.
 using Descriptor = std::array<double, 6>;
 
 Descriptor Describe(const BoardView& view, const std::vector<cv::Point3f>& board, cv::Size image) {

@@ -64,6 +64,7 @@ BundleAdjustmentReport GlobalBundleAdjustment(Map& map, const Camera& camera, in
 enum class LearntPart { kNone, kFocal, kFocalAndRadial };
 constexpr auto EnumNames(LearntPart) { return std::array{"none", "focal", "focal+radial"}; }
 
+// Options of learning the camera itself from a map.
 struct CameraLearningOptions {
   LearntPart what = LearntPart::kNone;
   int iterations = 30;          // of each round
@@ -77,7 +78,7 @@ struct CameraLearningOptions {
   }
 };
 
-// What came out of it.
+// Result of LearnCamera().
 struct LearntCamera {
   Camera camera;                 // as it was where nothing could be learnt
   double focal = 0.0;            // px, the value found whether it is trusted or not

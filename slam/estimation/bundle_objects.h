@@ -40,7 +40,7 @@ struct JointObjectOptions {
   }
 };
 
-// An object as bundle adjustment is told of it.
+// An object as it is handed to bundle adjustment.
 struct ObjectTerm {
   int id = 0;
   PosedSuperquadric superquadric;  // map frame

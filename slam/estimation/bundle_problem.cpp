@@ -127,7 +127,7 @@ class BundleSolver {
       camera_manifold_.emplace(2, held);
       problem.SetManifold(camera_block_.data(), &*camera_manifold_);
     }
-    // What was known before is known of the camera that the first round began with.
+    // The prior is of the camera that the first round began with.
     problem.AddResidualBlock(new CameraPriorCost({-focal_change_, -bundle_.camera.distortion[0]},
                                                  {learnt.focal_prior, learnt.radial_prior}),
                              nullptr, camera_block_.data());

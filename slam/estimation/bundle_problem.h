@@ -33,7 +33,7 @@ struct BundleObservation {
   bool inlier = true;
 };
 
-// What is learnt of the camera itself, from observations that were undistorted as it was thought to be.
+// Learning of the camera itself, from observations that were undistorted as it was thought to be.
 struct BundleCamera {
   bool distortion = false;     // the first radial coefficient too
   double focal_prior = 0.3;    // standard deviation of the focal length's logarithm before anything was seen

@@ -52,7 +52,7 @@ namespace {
 
 // A map point in a camera's frame, and what its derivatives need.
 struct PointInCamera {
-  // Of a PoseBlock and a point.
+  // Parameters: a PoseBlock and a point.
   explicit PointInCamera(double const* const* parameters)
       : R(Eigen::Quaterniond(parameters[0][3], parameters[0][0], parameters[0][1], parameters[0][2])
               .toRotationMatrix()),

@@ -50,7 +50,7 @@ class ReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3> {
   double weight_;
 };
 
-// What is learnt of a camera, as a parameter block: logarithm of the focal length in units of the one known,
+// The learnt part of a camera as a parameter block: logarithm of the focal length in units of the one known,
 // and what is added to the first radial coefficient.
 using CameraBlock = std::array<double, 2>;
 

@@ -37,7 +37,7 @@ MatchErrors ErrorsOf(const Camera& camera, const Sim3d& S_1_2, const Sim3d& S_2_
           SquaredError(camera, S_2_1 * match.p_camera1, match.pixel2, match.variance2)};
 }
 
-// Of the distances at which the two maps put the match from camera 1, in standard deviations.
+// Difference of the distances at which the two maps put the match from camera 1, in standard deviations.
 double DistanceError(const Sim3d& S_1_2, const Sim3Match& match) {
   return 0.5 * std::log((S_1_2 * match.p_camera2).squaredNorm() / match.p_camera1.squaredNorm()) /
          kDistanceSigma;
@@ -273,7 +273,7 @@ Sim3Linearization LinearizeSim3(const Camera& camera, const Sim3d& S_camera1_cam
   const Sim3d S_2_1 = S_camera1_camera2.Inverse();
   const Eigen::Vector3d p1 = S_camera1_camera2 * match.p_camera2;
   const Eigen::Vector3d p2 = S_2_1 * match.p_camera1;
-  // Of Exp(x) p with respect to x: [-Skew(p), I, p].
+  // Derivative of Exp(x) p by x: [-Skew(p), I, p].
   const auto moved = [](const Eigen::Vector3d& p) {
     Eigen::Matrix<double, 3, 7> J;
     J << -Skew(p), Eigen::Matrix3d::Identity(), p;

@@ -52,10 +52,10 @@ struct TwoViewReport {
 // most: near the noise for a camera that only turns, whatever the scene.
 double FlowWithoutRotation(const Camera& camera, const std::vector<TwoViewMatch>& matches);
 
-// Relative pose and structure of two views. A homography (planar scenes, small parallax) and a fundamental
-// matrix are estimated side by side and scored by their symmetric transfer errors; the pose comes from the
-// better one. Refused where parallax is too small or where a second solution explains the matches nearly as
-// well.
+// Relative pose and structure of two views, with the model selection of ORB-SLAM (Mur-Artal et al. 2015,
+// section IV): a homography (planar scenes, small parallax) and a fundamental matrix are scored by their
+// symmetric transfer errors, the pose comes from the better one. Refused where parallax is too small or where
+// a second solution explains the matches nearly as well.
 TwoViewReport EstimateTwoView(const Camera& camera, const std::vector<TwoViewMatch>& matches,
                               const TwoViewOptions& options);
 

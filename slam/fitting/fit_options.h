@@ -8,8 +8,9 @@ struct FitOptions {
   bool upright = false;        // keep the object's z axis on the cloud's z axis: only yaw is free
   double outlier_share = 0.1;  // expected share of points that do not belong to the object
   double noise_floor = 2e-3;   // smallest noise that is believed, as a share of the cloud's radius
-  // How much of log(area) each point adds to the cost: what holds the sides that nobody saw. 1 would be the
-  // likelihood of points that lie evenly on the whole surface; half-seen objects come out too small with it.
+  // Share of log(area) that each point adds to the cost, which holds the sides that nobody saw. 1 would be
+  // the likelihood of points that lie evenly on the whole surface; half-seen objects come out too small with
+  // it.
   double search_area_weight = 0.3;  // while the shape is searched
   double area_weight = 0.2;         // in the end
   int rotations = 24;               // start orientations, spread over all that differ for a box

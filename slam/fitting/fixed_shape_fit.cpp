@@ -46,7 +46,7 @@ class PointCost : public ceres::SizedCostFunction<1, 3, 3, 1> {
   double noise_;
 };
 
-// How far the six sides (centre minus and plus half size) lie from where they were, over kPull of the half
+// Distances of the six sides (centre minus and plus half size) from where they were, over kPull of the half
 // size. The sides and not centre and size are held: else a shape seen from above would shrink towards what is
 // seen.
 struct SidesCost {

@@ -7,7 +7,7 @@
 
 namespace sqslam {
 
-// What FitPlaceAndSize may change beyond centre and half sizes.
+// Parameters that FitPlaceAndSize may change beyond centre and half sizes.
 struct FixedShapeFreedom {
   bool yaw = false;    // turn about the object's z axis
   bool round = false;  // the two half sizes across the z axis stay equal (those of `start` must be)
@@ -21,7 +21,7 @@ struct FixedShapeFreedom {
 PosedSuperquadric FitPlaceAndSize(std::span<const Eigen::Vector3d> p_map, const PosedSuperquadric& start,
                                   const FixedShapeFreedom& freedom = {});
 
-// What FitPlaceAndSize makes small, without the pull to `start`: the mean Huber loss of the points' distances
+// The cost of FitPlaceAndSize without the pull to `start`: the mean Huber loss of the points' distances
 // over 5 % of `size` (map units), which must be the same where fits are compared.
 double MeanPointCost(std::span<const Eigen::Vector3d> p_map, const PosedSuperquadric& superquadric,
                      double size);

@@ -23,10 +23,10 @@ struct Box2d {
   }
 };
 
-// Where there is one value for each edge: its index.
+// Index of an edge where there is one value for each.
 enum BoxEdge : std::size_t { kLeftEdge, kTopEdge, kRightEdge, kBottomEdge };
 
-// Whether the pixel lies farther than `margin` (px) outside of one of those edges that count.
+// True for a pixel that lies farther than `margin` (px) outside of one of those edges that count.
 inline bool IsBeyondEdge(const Box2d& box, const std::array<bool, 4>& counts, const Eigen::Vector2d& pixel,
                          double margin) {
   return (counts[kLeftEdge] && pixel.x() < box.x - margin) ||

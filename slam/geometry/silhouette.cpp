@@ -52,8 +52,8 @@ class Contour {
   }
 
  private:
-  // Where the ray from the inner point leaves the dual: Newton's steps from outside, which a convex function
-  // never lets overshoot.
+  // Length at which the ray from the inner point leaves the dual: Newton's steps from outside, which a convex
+  // function never lets overshoot.
   double Reach(const Eigen::Vector3d& direction) const {
     double t = 1.0;
     const auto dual = [&] { return UnitNorm(inside_ + t * direction, 2.0 - shape_.e1, 2.0 - shape_.e2); };
@@ -110,7 +110,7 @@ std::optional<double> Deviation(const ContourPoint& a, const ContourPoint& b, co
 // Planes through the camera's centre that bound what is shown, their normals inwards.
 using ViewPlanes = std::array<Eigen::Vector3d, 5>;
 
-// Whether one of the planes hides all of the curve between two points: both, and the corner of their
+// True where one of the planes hides all of the curve between two points: both, and the corner of their
 // tangents.
 bool Hidden(const ContourPoint& a, const ContourPoint& b, const ViewPlanes& planes) {
   Eigen::Vector3d corner = a.tangent.cross(b.tangent);

@@ -116,8 +116,8 @@ void MarkHiddenEdges(std::vector<BoxCandidate>& candidates) {
       const bool nearer = depths_known ? other.median_depth < candidate.median_depth
                                        : other_box.y + other_box.height > box.y + box.height;
       for (int edge = 0; nearer && edge < 4; ++edge) {
-        // What stands before it hides a part. Where the opposite edge is covered as well, it is rather what
-        // the thing lies on: a table under a cup.
+        // A nearer thing hides a part. Where the opposite edge is covered as well, it is rather what the
+        // thing lies on: a table under a cup.
         const bool covered = CoveredShare(box, edge, other_box) > kHidden;
         const bool through = CoveredShare(box, (edge + 2) % 4, other_box) > kHidden;
         candidate.edge_hidden[edge] = candidate.edge_hidden[edge] || (covered && !through);

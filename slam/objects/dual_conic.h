@@ -49,8 +49,8 @@ struct Hull {
   }
 };
 
-// Where the ellipse crosses the line x = at (or y = at, with the conic's x and y swapped): the other
-// coordinate. False where it does not.
+// The other coordinate of the points at which the ellipse crosses the line x = at (or y = at, with the
+// conic's x and y swapped). False where it does not.
 template <typename T>
 bool Crossings(const Conic<T>& points, double at, std::array<T, 2>& other) {
   using std::sqrt;

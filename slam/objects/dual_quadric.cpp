@@ -24,7 +24,7 @@ Bounds NormalisedBounds(const Box2d& box, const Camera& camera) {
           (box.x + box.width - camera.cx) / camera.fx, (box.y + box.height - camera.cy) / camera.fy};
 }
 
-// What an edge of a detected box tells.
+// Meaning of an edge of a detected box.
 enum class EdgeKind {
   kFree,    // the object ends there
   kCut,     // the image ends there
@@ -100,7 +100,7 @@ std::array<EdgeKind, 4> KindsOf(const BoxView& view, const Camera& camera, doubl
   return kinds;
 }
 
-// Where the rays through the box centres meet best. Empty where they are all but parallel.
+// The point nearest to the rays through the box centres. Empty where they are all but parallel.
 std::optional<Eigen::Vector3d> PlaceOf(std::span<const BoxView> views, const Camera& camera) {
   constexpr double kLeastSpread = 1e-6;  // sin^2 of the angle between the rays
   Eigen::Matrix3d A = Eigen::Matrix3d::Zero();

@@ -106,7 +106,7 @@ Scene MakeScene(std::span<const Eigen::Vector3d> points, std::span<const Rigid3d
   return scene;
 }
 
-// How level the cameras are held if `up` is up: 1 for no roll at all.
+// Likelihood of the cameras' roll if `up` is up: 1 for none at all.
 double Levelness(const Scene& scene, const Eigen::Vector3d& up) {
   double sum = 0.0;
   for (const Eigen::Vector3d& right : scene.camera_rights) {

@@ -32,7 +32,7 @@ void AddEdges(const SilhouetteView& view, const Camera& camera, const Refinement
   }
 }
 
-// Where the object is for sure: the mean of its points, or of the start where there are none.
+// A place within the object: the mean of its points, or the centre of the start where there are none.
 Eigen::Vector3d SurePlace(const PosedSuperquadric& start, const RefinementInput& input) {
   if (input.points.empty()) {
     return start.T_map_object.translation;

@@ -22,7 +22,7 @@ struct SilhouetteView {
       edge_exact{};  // left, top, right, bottom: the silhouette ends there; otherwise it may go on
 };
 
-// Whence a point was seen.
+// Cameras from which a point was seen.
 struct PointCameras {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();  // of the camera centres, map frame
   double spread = 0.0;                             // root mean square distance from that, map units

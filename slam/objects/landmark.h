@@ -18,8 +18,8 @@
 
 namespace sqslam {
 
-// Labels that the detector gave one thing, with the sum of their scores: the thing carries the one with the
-// most.
+// Labels that the detector gave one thing, with the sums of their scores: the best is the one with the
+// largest sum.
 class LabelVotes {
  public:
   void Add(const std::string& label, double score);
@@ -44,7 +44,7 @@ struct BoxView {
   std::array<bool, 4> edge_free{};  // left, top, right, bottom: neither cut off by the image nor hidden
 };
 
-// What outlier removal said of a map point that was seen in a landmark's boxes.
+// Outcome of outlier removal for a map point that was seen in a landmark's boxes.
 struct PointVerdict {
   std::int64_t point = 0;
   int sightings = 0;     // in the landmark's boxes
@@ -55,7 +55,7 @@ struct PointVerdict {
 // An object as the mapping thread keeps it. Plain data; the steps that work on it are in
 // landmark_estimation.h and merging.h.
 struct Landmark {
-  // How often a map point was seen in the object's box, and how often it fell outside.
+  // Counts of how often a map point was seen in the object's box, and how often it fell outside.
   struct PointVotes {
     int inside = 0;
     int outside = 0;

@@ -23,8 +23,8 @@ std::optional<YawEstimate> PaperYaw(const Landmark& landmark, const std::vector<
   return YawFromPoints(points, context.options->yaw);
 }
 
-// What stands behind a table is seen down to the table only, but stands on the same floor; unless it stands
-// on something that is seen.
+// Stretches an object that is hidden below, as behind a table, down to the floor that the hider stands on;
+// unless it stands on something that is seen.
 void CompleteHiddenPart(Landmark& landmark, const std::vector<BoxView>& views,
                         const EstimationContext& context) {
   const PosedSuperquadric& seen = landmark.visible;
@@ -111,7 +111,7 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
   landmark.points = RemoveOutliers(landmark, views, context);
   landmark.estimated_at = landmark.observations;
   if (landmark.points.size() < kMinPoints) {
-    // What the boxes of many views have told stays true when its few points are lost.
+    // An estimate from the boxes of many views stays true when its few points are lost.
     landmark.estimated = landmark.estimated && landmark.refined;
     landmark.box_agreement = landmark.estimated ? BoxAgreement(landmark.visible, views, context.camera) : 0.0;
     return;

@@ -29,7 +29,7 @@ double SilhouetteExtreme(const PosedSuperquadric& superquadric, const Rigid3d& T
   return u;
 }
 
-// Whether the boxes along the map's axes around the two are apart.
+// True where the boxes along the map's axes around the two are apart.
 bool AreFarApart(const PosedSuperquadric& a, const PosedSuperquadric& b) {
   const Eigen::Vector3d reach_a = a.T_map_object.RotationMatrix().cwiseAbs() * a.shape.half_size;
   const Eigen::Vector3d reach_b = b.T_map_object.RotationMatrix().cwiseAbs() * b.shape.half_size;

@@ -24,8 +24,8 @@ Box2d UndistortBox(const Box2d& box, const Camera& camera);
 // `samples`^3 points (an even number an axis) in the box around the smaller one.
 double OverlapOfSmaller(const PosedSuperquadric& a, const PosedSuperquadric& b, int samples = 16);
 
-// Whether the sphere around the object reaches into the view; quickly, and never false where a part of the
-// object is seen and its centre is before the camera.
+// True where the sphere around the object reaches into the view: a quick test, never false where a part of
+// the object is seen and its centre is before the camera.
 bool MayBeInView(const PosedSuperquadric& superquadric, const Rigid3d& T_map_camera, const Camera& camera);
 
 }  // namespace sqslam

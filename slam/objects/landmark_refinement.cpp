@@ -87,7 +87,7 @@ RefinementInput InputOf(const Landmark& landmark, const std::vector<BoxView>& vi
   return input;
 }
 
-// What the object stands on.
+// Assumption about what the object stands on.
 struct Assumption {
   std::optional<double> support;  // on a surface of this height
   std::optional<double> lowest;   // or on none, but nowhere below this height
@@ -96,7 +96,7 @@ struct Assumption {
 
 std::vector<Assumption> Assumptions(const SupportHeights& supports, const RefinementOptions& options,
                                     SearchEffort effort, bool bottom_is_seen) {
-  // What stands on a lower surface reaches past those above it. Where no box shows its lower end, nothing
+  // An object on a lower surface reaches past those above it. Where no box shows its lower end, nothing
   // else speaks against that.
   const double past = bottom_is_seen ? 0.25 : 1.0;  // of the floating cost
   const auto cost_of = [&](double height, double least) {
@@ -170,7 +170,7 @@ void KeepPromising(const RefinementInput& input, const RefinementOptions& option
   constexpr int kSteps = 8;
   const std::size_t stride = std::max<std::size_t>(1, input.views.size() / kViews);
   RefinementInput part = Thinned(input, stride);
-  // What stands against the boxes weighs as much less as there are fewer of them.
+  // Terms other than the boxes weigh as much less as there are fewer boxes.
   const double share = 1.0 / static_cast<double>(stride);
   RefinementOptions quick = options;
   quick.max_iterations = std::min(kSteps, options.max_iterations);

@@ -36,17 +36,17 @@ enum class SearchEffort {
 // surfaces, or on none of them, which must then fit the boxes and points better by options.floating_cost.
 // Starts are stretched down to the assumed support: the lower part of a chair behind a table is never seen.
 //
-// Of the many local minima most differ by one side of the object, by an eighth of a turn or by the kind of
+// Most of the many local minima differ by one side of the object, by an eighth of a turn or by the kind of
 // shape. `kThorough` tries these from the best one, again and again until none is better.
 StandingFit RefineStanding(std::span<const PosedSuperquadric> starts, RefinementInput input,
                            const SupportHeights& supports, const RefinementOptions& options,
                            SearchEffort effort);
 
-// The same with its top where it was and its bottom at `height`.
+// The superquadric with its top where it was and its bottom at `height`.
 PosedSuperquadric StretchedTo(PosedSuperquadric superquadric, double height);
 
-// Whether the lower box edges show where the object ends: where something hides them from nearly everywhere,
-// the few other views missed what hides it.
+// True where the lower box edges show where the object ends. Where something hides them in nearly all views,
+// the few other views have missed what hides it.
 bool IsBottomSeen(const std::vector<BoxView>& views);
 
 // RefineStanding for a landmark with its inliers in landmark.points. `views`: those whose box edges are used.

@@ -54,7 +54,7 @@ bool AreConcentric(const Landmark& a, const Landmark& b, const MergingOptions& o
          AreRarelySeenTogether(a, b, options);
 }
 
-// Whether nearly all boxes of `part` lie within the projection of `whole`, and the two not one behind the
+// True where nearly all boxes of `part` lie within the projection of `whole`, and the two not one behind the
 // other. A detector often boxes the picture on a screen instead of the screen, not besides; seen from one
 // side, what such boxes give has hardly any volume in common with the screen.
 bool ShowsPartOf(const Landmark& part, const Landmark& whole, double shared, const MergingOptions& options,

@@ -10,11 +10,10 @@
 
 namespace sqslam {
 
-// Whether two landmarks are one object: never boxed apart in the same frames, nor mostly boxed in the same
-// frames at all, and either the two-sample
-// t-test on their centroid histories accepts (same label), or their superquadrics share enough volume, or the
-// boxes of the rarer one show parts of the other (same label). Which of them count depends on the association
-// method (see AssociationParts).
+// True where two landmarks are one object: never boxed apart in the same frames, nor mostly boxed in the same
+// frames at all, and either the two-sample t-test on their centroid histories accepts (same label), or their
+// superquadrics share enough volume, or the boxes of the rarer one show parts of the other (same label). The
+// association method decides which of them count (see AssociationParts).
 bool AreSameObject(const Landmark& a, const Landmark& b, const AssociationOptions& association,
                    const MergingOptions& options, const Camera& camera);
 

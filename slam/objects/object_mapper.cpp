@@ -15,7 +15,7 @@ namespace sqslam {
 
 namespace {
 
-// Of the radial distances (Eq. 11), map units.
+// Root mean square of the radial distances (Eq. 11), map units.
 double PointRms(const Landmark& landmark, const PosedSuperquadric& solid) {
   const Rigid3d T_object_map = solid.T_map_object.Inverse();
   double sum = 0.0;
@@ -144,8 +144,8 @@ std::optional<std::pair<int, int>> ObjectMapper::Impl::MergeOnePair() {
         merges.emplace_back(b->first, a->first);
         merged_into[b->first] = a->first;
         a->second.Absorb(std::move(b->second));
-        // Where the pair was equally wrong about its extent, its points decide at the next estimation; until
-        // then it must not swallow others.
+        // If both were equally wrong about the extent, the points decide at the next estimation; until then
+        // the merged one must not swallow others.
         a->second.estimated = false;
         a->second.refined = false;
         landmarks.erase(b);
@@ -278,7 +278,7 @@ bool ObjectMapper::Correct(int id, const PosedSuperquadric& superquadric, const 
     return false;
   }
   Landmark& landmark = it->second;
-  // What was completed below what boxes show can't be held against them.
+  // A part that was completed below what boxes show can't be judged by them.
   if (landmark.visible.shape.half_size != landmark.superquadric.shape.half_size) {
     return false;
   }

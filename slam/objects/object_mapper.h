@@ -28,7 +28,7 @@ class ObjectMapper {
 
   void AddObservations(std::span<const ObjectObservation> observations);
 
-  // Whether the map's z axis points up, and then the surfaces that things may stand on. Until then no yaw is
+  // Tells that the map's z axis points up, and the surfaces that things may stand on. Until then no yaw is
   // estimated.
   void SetUpright(bool upright, SupportSurfaces supports);
 

@@ -9,9 +9,9 @@
 
 namespace sqslam {
 
-// Which boxes of the detector are looked at.
+// Choice of the detector's boxes that are looked at.
 struct DetectionFilterOptions {
-  // What moves by itself, and parts of a kitchen that have no end of their own.
+  // Things that move by themselves, and parts of a kitchen that have no end of their own.
   std::vector<std::string> ignored_labels = {"person", "sink", "oven", "refrigerator"};
   double min_score = 0.25;        // detector score below which a box is not looked at, in [0, 1]
   double max_box_share = 0.9;     // boxes that cover more of the image are dropped, share of the image area
@@ -32,7 +32,7 @@ struct DetectionFilterOptions {
   }
 };
 
-// Which landmark a box belongs to (section "Data Association").
+// Assignment of boxes to landmarks (section "Data Association").
 struct AssociationOptions {
   AssociationMethod method = AssociationMethod::kFull;
   MeanTest t_test = MeanTest::kPerAxis;  // of one- and two-sample tests

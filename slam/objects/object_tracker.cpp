@@ -87,7 +87,7 @@ void ObjectTracker::Impl::TakeView(const ObjectMapView& newest) {
     }
     track.view = &landmark;
     if (landmark.estimated) {
-      // What passed the outlier removal, plus what was seen since; the rest is background.
+      // Points that passed the outlier removal, plus those seen since; the rest is background.
       track.point_ids.clear();
       track.cloud.clear();
       for (const auto& [point, p] : landmark.points) {
@@ -100,7 +100,8 @@ void ObjectTracker::Impl::TakeView(const ObjectMapView& newest) {
   }
 }
 
-// Where the known landmarks should be in this frame, by their motion in the image and by their superquadrics.
+// Predicts the boxes of the known landmarks in this frame, by their motion in the image and by their
+// superquadrics.
 void ObjectTracker::Impl::PredictBoxes(const ObjectFrame& frame) {
   for (auto& [id, track] : tracks) {
     track.predicted_box.reset();

@@ -10,7 +10,7 @@
 namespace sqslam {
 
 // The objects' share of the tracking thread: decides which landmark each box of a frame belongs to, makes new
-// landmarks, and measures what one frame can tell (centroid, yaw, points that leave the box).
+// landmarks, and takes the measurements of one frame (centroid, yaw, points that leave the box).
 //
 //   auto observations = tracker.Track(frame, *mapper_view);
 //

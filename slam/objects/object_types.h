@@ -49,7 +49,7 @@ struct YawEstimate {
   double quality = 0.0;  // > 0, a weight
 };
 
-// One box in one frame that was associated with a landmark: what the tracking thread tells the mapping
+// One box in one frame that was associated with a landmark, sent from the tracking thread to the mapping
 // thread.
 struct ObjectObservation {
   int object_id = 0;
@@ -73,19 +73,19 @@ struct ObjectLandmarkView {
   int observations = 0;
   std::vector<std::pair<std::int64_t, Eigen::Vector3d>> points;  // inliers: id and position in the map frame
   bool estimated = false;                                        // the superquadric means something
-  bool shown = false;      // good enough to be part of the object map
+  bool shown = false;                                            // good enough to be part of the object map
   PosedSuperquadric superquadric;
   std::optional<double> support;  // height of the surface that it was found to stand on
 };
 
-// What outlier removal made of a map point, over all objects that are shown.
+// Outcome of outlier removal for a map point, over all objects that are shown.
 struct PointEvidence {
   int object_id = -1;    // whose point it is; -1: nobody's
   int rejected_by = -1;  // whose outlier removal took it away (of several: in whose boxes it was seen most)
   double anomaly = 0.0;  // isolation score by the object whose it is, else by that which rejected it; 0: none
 };
 
-// What the mapping thread tells the tracking thread. Immutable once published.
+// The landmarks as the mapping thread publishes them to the tracking thread. Immutable once published.
 struct ObjectMapView {
   std::int64_t version = 0;  // grows with every change
   bool upright = false;      // the map's z axis points up

@@ -45,7 +45,7 @@ class RefinementProblem {
     bool exact;
   };
 
-  // What is known before: moderate proportions, exponents, yaw modulo 90 degrees.
+  // Prior knowledge: moderate proportions, exponents, yaw modulo 90 degrees.
   struct Prior {
     double e1;
     double e2;

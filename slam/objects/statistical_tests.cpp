@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kDimensions = 3;
 
-// Whether a difference of means, whose covariance is `scale` times `covariance` (with `degrees` degrees of
+// True where a difference of means, whose covariance is `scale` times `covariance` (with `degrees` degrees of
 // freedom), may be chance.
 bool MayBeZero(const Eigen::Vector3d& difference, const Eigen::Matrix3d& covariance, double scale,
                double degrees, double alpha, double min_sigma, MeanTest test) {

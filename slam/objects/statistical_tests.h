@@ -23,7 +23,7 @@ struct PointStatistics {
   Eigen::Vector3d Variance() const;    // its diagonal
 };
 
-// How three coordinates are tested at once.
+// Tests of three coordinates at once.
 //  kPerAxis: the paper's; a t-test on each axis at level alpha, accepted where all three accept. True
 //    hypotheses are rejected with 1 - (1 - alpha)^3 where the axes are independent, and the answer depends on
 //    how the axes lie.
@@ -61,9 +61,9 @@ bool AreSamePopulation(const PointStatistics& a, const PointStatistics& b, doubl
 // are equal or a sample is empty.
 double RankSumZ(std::span<const double> a, std::span<const double> b);
 
-// Whether two point clouds may be samples of one distribution: the rank-sum test accepts on each of the three
-// axes at level alpha (Iqbal and Gans, IROS 2018; Wu et al., EAO-SLAM, IROS 2020). At most `max_points` of
-// each cloud, evenly picked, are compared: the views of an object always differ a little, and with enough
+// True where two point clouds may be samples of one distribution: the rank-sum test accepts on each of the
+// three axes at level alpha (Iqbal and Gans, IROS 2018; Wu et al., EAO-SLAM, IROS 2020). At most `max_points`
+// of each cloud, evenly picked, are compared: the views of an object always differ a little, and with enough
 // points any difference is significant. False for an empty cloud.
 bool AreSameCloud(std::span<const Eigen::Vector3d> a, std::span<const Eigen::Vector3d> b, double alpha,
                   int max_points);

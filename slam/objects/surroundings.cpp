@@ -13,7 +13,7 @@ double Gap(const PosedSuperquadric& other, const PosedSuperquadric& object) {
   return other.shape.RadialDistance(p) / other.shape.half_size.norm();
 }
 
-// Whether the line of sight through `pixel` meets the solid nearer than `depth`.
+// True where the line of sight through `pixel` meets the solid nearer than `depth`.
 bool IsBlocked(const Eigen::Vector2d& pixel, double depth, const Rigid3d& T_other_camera,
                const Camera& camera, const Superquadric& other) {
   constexpr int kSteps = 16;

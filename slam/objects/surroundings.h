@@ -13,7 +13,7 @@
 
 namespace sqslam {
 
-// What other landmarks tell of one.
+// Other landmarks that matter to the estimation of one.
 struct Surroundings {
   std::vector<PosedSuperquadric> smaller;  // much smaller ones: what lies in them is not its own
   std::vector<PosedSuperquadric> hiders;   // larger ones that may stand before it: MayHide()
@@ -23,12 +23,12 @@ struct Surroundings {
 // `shown`: the landmarks that are known well, itself or not. Empty for what has no estimate yet.
 Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* const> shown);
 
-// Whether `other` can be what ends the view of `object`: much larger, so that its place is known better than
-// their sizes differ, and not what the object lies on: that is beside it, or reaches below its middle.
+// True where `other` may hide a part of `object`: it is much larger, so that its place is known better than
+// their sizes differ, and the object does not lie on it: it is beside it, or reaches below its middle.
 bool MayHide(const PosedSuperquadric& other, const PosedSuperquadric& object);
 
-// Which edges of a box (undistorted px: left, top, right, bottom) around something at `depth` (map units
-// along the optical axis) end because `other` stands before it: just outside the edge the line of sight meets
+// The edges of a box (undistorted px: left, top, right, bottom) around something at `depth` (map units along
+// the optical axis) that `other` makes by standing before it: just outside the edge the line of sight meets
 // `other` first, and not so outside the opposite edge as well.
 std::array<bool, 4> EdgesHiddenBy(const Box2d& box, double depth, const Rigid3d& T_map_camera,
                                   const Camera& camera, const PosedSuperquadric& other);

@@ -211,7 +211,7 @@ TEST(RemoveOutliers, SaysWhatItMadeOfEveryPoint) {
   }
 }
 
-TEST(SelectBoxes, DropsIgnoredLabelsDoublesAndHugeBoxes) {
+TEST(SelectBoxes, DropsIgnoredLabelsDuplicatesAndHugeBoxes) {
   const ObjectFrame frame = FrameWith({{"cup", 0.6, {100, 100, 40, 40}},
                                        {"bowl", 0.8, {102, 101, 40, 40}},
                                        {"person", 0.9, {50, 200, 300, 100}},
