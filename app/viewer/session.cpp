@@ -19,9 +19,11 @@ std::vector<std::string> LabelsOf(const MapSnapshot& map) {
   return labels;
 }
 
-std::set<std::string> ClassesOf(const MapSnapshot& map) {
-  const std::vector<std::string> labels = LabelsOf(map);
-  return {labels.begin(), labels.end()};
+// True if both hold objects of the same classes.
+bool SameClasses(const MapSnapshot& a, const MapSnapshot& b) {
+  const std::vector<std::string> first = LabelsOf(a);
+  const std::vector<std::string> second = LabelsOf(b);
+  return std::set(first.begin(), first.end()) == std::set(second.begin(), second.end());
 }
 
 }  // namespace
@@ -95,7 +97,7 @@ void Session::Frame(const MapSnapshotPtr& map) {
     const SceneFocus& before = state_.view.focus;
     const double growth = focus.radius / before.radius;
     if (growth > 0.85 && growth < 1.18 && (focus.center - before.center).norm() < 0.15 * focus.radius &&
-        focus.up.dot(before.up) > 0.99 && ClassesOf(*map) == ClassesOf(*document.frame)) {
+        focus.up.dot(before.up) > 0.99 && SameClasses(*map, *document.frame)) {
       return;
     }
   }

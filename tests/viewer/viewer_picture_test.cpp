@@ -13,7 +13,8 @@ namespace {
 
 using ::testing::HasSubstr;
 
-// Where a point of the map is seen in the window. The scene begins below the menu, at the left edge.
+// Returns the place in the window at which a point of the map is seen. The scene begins below the menu, at
+// the left edge.
 Eigen::Vector2d InWindow(const UiStage& stage, const Eigen::Vector3d& p_map) {
   const ViewerState& state = stage.State();
   const Camera camera = PinholeOf(state.view.camera, state.view.size);

@@ -45,7 +45,7 @@ class ViewerScript : public ::testing::Test {
     folder_.Write("script.txt", script);
     return RunViewer(folder_, arguments + " --resolution 960,600 --play-events script.txt");
   }
-  // What a copied command draws, against the picture that F12 left in the folder.
+  // Compares what a copied command draws with the picture that F12 left in the folder.
   void ExpectSamePicture(std::string command) {
     ASSERT_TRUE(command.starts_with("sqslam "));
     const std::string output = (folder_.Path() / "headless.png").string();

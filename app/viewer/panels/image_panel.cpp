@@ -72,9 +72,9 @@ class ImagePanel : public Panel {
       marks_ = MarksOf(*shown_);
     }
     DrawSwitches();
-    const ImVec2 place = ImGui::GetContentRegionAvail();
+    const ImVec2 room = ImGui::GetContentRegionAvail();
     const ImVec2 corner = ImGui::GetCursorScreenPos();
-    if (place.x < 8.0F || place.y < 8.0F) {
+    if (room.x < 8.0F || room.y < 8.0F) {
       return;
     }
     const cv::Size size = ImageSize();
@@ -82,9 +82,9 @@ class ImagePanel : public Panel {
       DimWrapped("No image of this frame. " + shown_->no_image);
       return;
     }
-    scale_ = std::min(place.x / static_cast<float>(size.width), place.y / static_cast<float>(size.height));
+    scale_ = std::min(room.x / static_cast<float>(size.width), room.y / static_cast<float>(size.height));
     const ImVec2 drawn(scale_ * static_cast<float>(size.width), scale_ * static_cast<float>(size.height));
-    origin_ = ImVec2(std::floor(corner.x + 0.5F * (place.x - drawn.x)), corner.y);
+    origin_ = ImVec2(std::floor(corner.x + 0.5F * (room.x - drawn.x)), corner.y);
     ImGui::SetCursorScreenPos(origin_);
     ImGui::InvisibleButton("image", drawn);
     const ImVec2 end(origin_.x + drawn.x, origin_.y + drawn.y);

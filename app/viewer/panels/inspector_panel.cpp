@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "app/viewer/panels/panels.h"
-#include "app/viewer/widgets/line_plot.h"
 #include "app/viewer/widgets/widgets.h"
 #include "slam/geometry/angles.h"
 

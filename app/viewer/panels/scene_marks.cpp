@@ -31,182 +31,6 @@ Eigen::Vector3d Ramp(double share) {
   return kStops[low] + (at - static_cast<double>(low)) * (kStops[low + 1] - kStops[low]);
 }
 
-// Draws marks over the scene, by the camera through which it is seen.
-class SceneMarks {
- public:
-  SceneMarks(const EditContext& context, const WindowState& window, ImVec2 origin)
-      : document_(context.document),
-        view_(context.view),
-        tool_(context.editing.annotation),
-        window_(window),
-        palette_(PaletteOf(window.theme)),
-        scale_(static_cast<float>(window.scale)),
-        list_(ImGui::GetWindowDrawList()),
-        origin_(origin),
-        cut_(view_.Cut()),
-        pinhole_(PinholeOf(view_.camera, view_.size)),
-        T_map_view_(PoseOf(view_.camera)),
-        T_view_map_(T_map_view_.Inverse()) {}
-
-  void DrawSelection(const Selection& selection) const;
-  void DrawInputCamera() const;
-  void DrawName(const SnapshotObject& object) const;  // on a tag above it
-  void DrawMeasurement(const std::vector<Eigen::Vector3d>& points) const;
-  void DrawObjectPoints(const SnapshotObject& object, PointColors colors) const;
-  void DrawAnnotation(const EditContext& context) const;
-
- private:
-  ImVec2 OnScreen(const Eigen::Vector2d& pixel) const {
-    return {origin_.x + static_cast<float>(pixel.x() + 0.5), origin_.y + static_cast<float>(pixel.y() + 0.5)};
-  }
-  // Empty behind the camera.
-  std::optional<ImVec2> Project(const Eigen::Vector3d& p_map) const {
-    const Eigen::Vector3d p = T_view_map_ * p_map;
-    return p.z() > 1e-6 ? std::optional(OnScreen(pinhole_.Project(p))) : std::nullopt;
-  }
-  // The same for points of the scene; nowhere what is cut away.
-  std::optional<ImVec2> Seen(const Eigen::Vector3d& p_map) const {
-    return cut_ && !cut_->Keeps(p_map) ? std::nullopt : Project(p_map);
-  }
-  std::vector<ImVec2> OnScreen(const std::vector<Eigen::Vector2d>& pixels) const {
-    std::vector<ImVec2> points;
-    for (const Eigen::Vector2d& pixel : pixels) {
-      points.push_back(OnScreen(pixel));
-    }
-    return points;
-  }
-  std::vector<ImVec2> OutlineOf(const SnapshotObject& object) const {
-    return OnScreen(Silhouette(object.superquadric, pinhole_, T_map_view_, 0.1, 64.0));
-  }
-  // Text on a card whose bottom is above `at`.
-  void DrawTag(const std::string& text, ImVec2 at, const Eigen::Vector3d& color) const;
-  void DrawChosen() const;
-  void DrawHandles(const Solid& solid) const;
-
-  const Document& document_;
-  const SceneView& view_;
-  const AnnotationTool& tool_;
-  const WindowState& window_;
-  const Palette& palette_;
-  float scale_;
-  ImDrawList* list_;
-  ImVec2 origin_;
-  std::optional<ClipPlane> cut_;
-  Camera pinhole_;
-  Rigid3d T_map_view_;
-  Rigid3d T_view_map_;
-};
-
-void SceneMarks::DrawSelection(const Selection& selection) const {
-  const auto outline = [&](const SnapshotObject* object, ImU32 color, float width) {
-    if (object != nullptr) {
-      Stroke(OutlineOf(*object), color, width * scale_, 2.0F, true, IM_COL32(0, 0, 0, 110));
-    }
-  };
-  if (selection.hovered != selection.selected) {
-    outline(document_.Object(selection.hovered), palette_.text, 1.2F);
-  }
-  outline(document_.Object(selection.selected), palette_.accent, 3.0F);
-}
-
-void SceneMarks::DrawName(const SnapshotObject& object) const {
-  const std::vector<ImVec2> polygon = OutlineOf(object);
-  if (polygon.empty()) {
-    return;
-  }
-  const auto [left, right] = std::minmax_element(polygon.begin(), polygon.end(),
-                                                 [](const ImVec2& a, const ImVec2& b) { return a.x < b.x; });
-  const auto top = std::min_element(polygon.begin(), polygon.end(),
-                                    [](const ImVec2& a, const ImVec2& b) { return a.y < b.y; });
-  DrawTag(ObjectName(object), ImVec2(0.5F * (left->x + right->x), top->y), document_.colors(object.label));
-}
-
-void SceneMarks::DrawTag(const std::string& text, ImVec2 at, const Eigen::Vector3d& color) const {
-  const float em = ImGui::GetFontSize();
-  const ImVec2 size = ImGui::CalcTextSize(text.c_str());
-  const float width = size.x + 1.7F * em;
-  const float height = size.y + 0.5F * em;
-  const float left = origin_.x + 4.0F;
-  const float x = std::clamp(at.x - 0.5F * width, left,
-                             std::max(left, left + static_cast<float>(view_.size.width) - width - 8.0F));
-  const float y = std::max(at.y - height - 0.5F * em, origin_.y + 4.0F);
-  list_->AddRectFilled(ImVec2(x, y), ImVec2(x + width, y + height), palette_.surface, 5.0F);
-  list_->AddRectFilled(ImVec2(x + 0.45F * em, y + 0.5F * height - 0.3F * em),
-                       ImVec2(x + 1.05F * em, y + 0.5F * height + 0.3F * em), Packed(color), 3.0F);
-  list_->AddText(ImVec2(x + 1.3F * em, y + 0.25F * em), palette_.text, text.c_str());
-}
-
-void SceneMarks::DrawInputCamera() const {
-  const MapSnapshot* map = document_.Map();
-  if (map == nullptr || !map->T_map_camera || map->camera.fx <= 0.0) {
-    return;
-  }
-  const Camera& lens = map->camera;
-  const double height =
-      3.2 * view_.style->cameras.size * std::min(view_.focus.radius, view_.focus.view_depth);
-  const double depth = height * lens.fy / lens.height;
-  std::vector<ImVec2> corners;
-  for (const Eigen::Vector2d& pixel :
-       {Eigen::Vector2d(lens.cx, lens.cy), Eigen::Vector2d(0.0, 0.0), Eigen::Vector2d(lens.width, 0.0),
-        Eigen::Vector2d(lens.width, lens.height), Eigen::Vector2d(0.0, lens.height)}) {
-    const double along = corners.empty() ? 0.0 : depth;  // the first is the eye
-    const auto seen = Project(*map->T_map_camera * (along * lens.Unproject(pixel)));
-    if (!seen) {
-      return;
-    }
-    corners.push_back(*seen);
-  }
-  const ImU32 color = Packed(ParseColor(view_.style->cameras.current_color));
-  for (std::size_t i = 1; i < corners.size(); ++i) {
-    list_->AddLine(corners[0], corners[i], color, 2.0F * scale_);
-    list_->AddLine(corners[i], corners[i % 4 + 1], color, 2.0F * scale_);
-  }
-}
-
-void SceneMarks::DrawMeasurement(const std::vector<Eigen::Vector3d>& points) const {
-  std::vector<ImVec2> seen;
-  for (const Eigen::Vector3d& point : points) {
-    const auto at = Project(point);
-    if (!at) {
-      return;
-    }
-    seen.push_back(*at);
-  }
-  if (seen.size() == 2) {
-    Stroke(seen, palette_.accent, 2.0F, 2.0F, false, IM_COL32(0, 0, 0, 140));
-    DrawTag(fmt::format("{:.4g} map units", (points[0] - points[1]).norm()),
-            ImVec2(0.5F * (seen[0].x + seen[1].x), 0.5F * (seen[0].y + seen[1].y)), {0.337, 0.706, 0.914});
-  }
-  for (const ImVec2& p : seen) {
-    list_->AddCircleFilled(p, 5.0F, IM_COL32(0, 0, 0, 160));
-    list_->AddCircleFilled(p, 3.5F, palette_.accent);
-  }
-}
-
-void SceneMarks::DrawObjectPoints(const SnapshotObject& object, PointColors colors) const {
-  const double brightest = 0.3 * object.superquadric.shape.half_size.mean();  // residual
-  const float r = 3.6F * scale_;
-  for (const ObjectPoint& point : ObjectPoints(*document_.Map(), object)) {
-    const auto at = Seen(point.p_map);
-    if (!at) {
-      continue;
-    }
-    const ImU32 color =
-        Packed(Ramp(colors == PointColors::kResidual ? std::abs(point.residual) / brightest : point.anomaly));
-    if (point.kept) {
-      list_->AddCircleFilled(*at, r + 1.0F, IM_COL32(255, 255, 255, 220), 12);
-      list_->AddCircleFilled(*at, r, color, 12);
-    } else {
-      for (const float side : {-1.0F, 1.0F}) {
-        const ImVec2 a(at->x - r, at->y - side * r);
-        const ImVec2 b(at->x + r, at->y + side * r);
-        list_->AddLine(a, b, IM_COL32(255, 255, 255, 220), 4.0F);
-        list_->AddLine(a, b, color, 2.2F);
-      }
-    }
-  }
-}
-
 // Draws the edges of all solids as a camera sees them, the selected one `selected_width` wide.
 void DrawWires(const EditContext& context, const WindowState& window, const Camera& camera,
                const Rigid3d& T_map_camera, float selected_width,
@@ -232,67 +56,233 @@ void DrawWires(const EditContext& context, const WindowState& window, const Came
   }
 }
 
-void SceneMarks::DrawAnnotation(const EditContext& context) const {
-  DrawWires(context, window_, pinhole_, T_map_view_, 2.4F,
-            [this](const Eigen::Vector2d& pixel) { return OnScreen(pixel); });
-  DrawChosen();
-  if (const AnnotatedSolid* solid = SelectedSolid(context); solid != nullptr && !tool_.lasso) {
-    DrawHandles(solid->solid);
-  }
-}
+// Draws marks over the scene, by the camera through which it is seen.
+class SceneMarks {
+ public:
+  SceneMarks(const EditContext& context, const WindowState& window, ImVec2 origin)
+      : document_(context.document),
+        view_(context.view),
+        tool_(context.editing.annotation),
+        window_(window),
+        palette_(PaletteOf(window.theme)),
+        scale_(static_cast<float>(window.scale)),
+        list_(ImGui::GetWindowDrawList()),
+        origin_(origin),
+        cut_(view_.Cut()),
+        pinhole_(PinholeOf(view_.camera, view_.size)),
+        T_map_view_(PoseOf(view_.camera)),
+        T_view_map_(T_map_view_.Inverse()) {}
 
-void SceneMarks::DrawChosen() const {
-  if (!tool_.cloud_file.empty() && tool_.cloud) {  // not in the scene: an even share of it
-    constexpr std::size_t kMostDrawn = 20000;
-    const std::size_t step = tool_.cloud->size() / kMostDrawn + 1;
-    for (std::size_t i = 0; i < tool_.cloud->size(); i += step) {
-      if (const auto at = Seen((*tool_.cloud)[i])) {
-        list_->AddRectFilled(ImVec2(at->x - 1.0F, at->y - 1.0F), ImVec2(at->x + 1.0F, at->y + 1.0F),
-                             IM_COL32(120, 130, 145, 200));
+  void DrawSelection(const Selection& selection) const {
+    const auto outline = [&](const SnapshotObject* object, ImU32 color, float width) {
+      if (object != nullptr) {
+        Stroke(OutlineOf(*object), color, width * scale_, 2.0F, true, IM_COL32(0, 0, 0, 110));
+      }
+    };
+    if (selection.hovered != selection.selected) {
+      outline(document_.Object(selection.hovered), palette_.text, 1.2F);
+    }
+    outline(document_.Object(selection.selected), palette_.accent, 3.0F);
+  }
+
+  void DrawInputCamera() const {
+    const MapSnapshot* map = document_.Map();
+    if (map == nullptr || !map->T_map_camera || map->camera.fx <= 0.0) {
+      return;
+    }
+    const Camera& lens = map->camera;
+    const double height =
+        3.2 * view_.style->cameras.size * std::min(view_.focus.radius, view_.focus.view_depth);
+    const double depth = height * lens.fy / lens.height;
+    std::vector<ImVec2> corners;
+    for (const Eigen::Vector2d& pixel :
+         {Eigen::Vector2d(lens.cx, lens.cy), Eigen::Vector2d(0.0, 0.0), Eigen::Vector2d(lens.width, 0.0),
+          Eigen::Vector2d(lens.width, lens.height), Eigen::Vector2d(0.0, lens.height)}) {
+      const double along = corners.empty() ? 0.0 : depth;  // the first is the eye
+      const auto seen = Project(*map->T_map_camera * (along * lens.Unproject(pixel)));
+      if (!seen) {
+        return;
+      }
+      corners.push_back(*seen);
+    }
+    const ImU32 color = Packed(ParseColor(view_.style->cameras.current_color));
+    for (std::size_t i = 1; i < corners.size(); ++i) {
+      list_->AddLine(corners[0], corners[i], color, 2.0F * scale_);
+      list_->AddLine(corners[i], corners[i % 4 + 1], color, 2.0F * scale_);
+    }
+  }
+
+  // Draws its name on a tag above it.
+  void DrawName(const SnapshotObject& object) const {
+    const std::vector<ImVec2> polygon = OutlineOf(object);
+    if (polygon.empty()) {
+      return;
+    }
+    const auto [left, right] = std::minmax_element(
+        polygon.begin(), polygon.end(), [](const ImVec2& a, const ImVec2& b) { return a.x < b.x; });
+    const auto top = std::min_element(polygon.begin(), polygon.end(),
+                                      [](const ImVec2& a, const ImVec2& b) { return a.y < b.y; });
+    DrawTag(ObjectName(object), ImVec2(0.5F * (left->x + right->x), top->y), document_.colors(object.label));
+  }
+
+  void DrawMeasurement(const std::vector<Eigen::Vector3d>& points) const {
+    std::vector<ImVec2> seen;
+    for (const Eigen::Vector3d& point : points) {
+      const auto at = Project(point);
+      if (!at) {
+        return;
+      }
+      seen.push_back(*at);
+    }
+    if (seen.size() == 2) {
+      Stroke(seen, palette_.accent, 2.0F, 2.0F, false, IM_COL32(0, 0, 0, 140));
+      DrawTag(fmt::format("{:.4g} map units", (points[0] - points[1]).norm()),
+              ImVec2(0.5F * (seen[0].x + seen[1].x), 0.5F * (seen[0].y + seen[1].y)), {0.337, 0.706, 0.914});
+    }
+    for (const ImVec2& p : seen) {
+      list_->AddCircleFilled(p, 5.0F, IM_COL32(0, 0, 0, 160));
+      list_->AddCircleFilled(p, 3.5F, palette_.accent);
+    }
+  }
+
+  void DrawObjectPoints(const SnapshotObject& object, PointColors colors) const {
+    const double brightest = 0.3 * object.superquadric.shape.half_size.mean();  // residual
+    const float r = 3.6F * scale_;
+    for (const ObjectPoint& point : ObjectPoints(*document_.Map(), object)) {
+      const auto at = Seen(point.p_map);
+      if (!at) {
+        continue;
+      }
+      const ImU32 color = Packed(
+          Ramp(colors == PointColors::kResidual ? std::abs(point.residual) / brightest : point.anomaly));
+      if (point.kept) {
+        list_->AddCircleFilled(*at, r + 1.0F, IM_COL32(255, 255, 255, 220), 12);
+        list_->AddCircleFilled(*at, r, color, 12);
+      } else {
+        for (const float side : {-1.0F, 1.0F}) {
+          const ImVec2 a(at->x - r, at->y - side * r);
+          const ImVec2 b(at->x + r, at->y + side * r);
+          list_->AddLine(a, b, IM_COL32(255, 255, 255, 220), 4.0F);
+          list_->AddLine(a, b, color, 2.2F);
+        }
       }
     }
   }
-  const float r = 2.6F * scale_;
-  for (const int index : tool_.chosen) {
-    if (const auto at = Seen((*tool_.cloud)[static_cast<std::size_t>(index)])) {
-      list_->AddCircleFilled(*at, r + 1.0F, IM_COL32(0, 0, 0, 150), 8);
-      list_->AddCircleFilled(*at, r, palette_.accent, 8);
-    }
-  }
-  if (tool_.outline.size() > 1) {
-    const std::vector<ImVec2> outline = OnScreen(tool_.outline);
-    list_->AddPolyline(outline.data(), static_cast<int>(outline.size()), palette_.accent, ImDrawFlags_Closed,
-                       1.8F);
-  }
-}
 
-void SceneMarks::DrawHandles(const Solid& solid) const {
-  const auto middle = Project(solid.T_map_object.translation);
-  for (const SolidHandle& handle : SolidHandles()) {
-    const auto at = Project(HandlePosition(solid, handle));
-    if (!at) {
-      continue;
-    }
-    const bool hot = tool_.drag ? tool_.drag->handle == handle : tool_.hovered == handle;
-    const float r = (hot ? 6.5F : 5.0F) * scale_;
-    const ImU32 fill = hot ? palette_.accent : IM_COL32(255, 255, 255, 255);
-    const ImU32 edge = IM_COL32(20, 24, 30, 255);
-    if (handle.kind == SolidHandle::Kind::kYaw) {
-      if (middle) {
-        list_->AddLine(*middle, *at, IM_COL32(255, 255, 255, 150), 1.2F);
-      }
-      list_->AddCircle(*at, r, edge, 20, 4.5F);
-      list_->AddCircle(*at, r, fill, 20, 2.4F);
-    } else if (handle.kind == SolidHandle::Kind::kCenter) {
-      list_->AddCircleFilled(*at, r + 1.3F, edge, 20);
-      list_->AddCircleFilled(*at, r, fill, 20);
-    } else {
-      list_->AddRectFilled(ImVec2(at->x - r, at->y - r), ImVec2(at->x + r, at->y + r), edge, 1.5F);
-      list_->AddRectFilled(ImVec2(at->x - r + 1.3F, at->y - r + 1.3F),
-                           ImVec2(at->x + r - 1.3F, at->y + r - 1.3F), fill, 1.0F);
+  void DrawAnnotation(const EditContext& context) const {
+    DrawWires(context, window_, pinhole_, T_map_view_, 2.4F,
+              [this](const Eigen::Vector2d& pixel) { return OnScreen(pixel); });
+    DrawChosen();
+    if (const AnnotatedSolid* solid = SelectedSolid(context); solid != nullptr && !tool_.lasso) {
+      DrawHandles(solid->solid);
     }
   }
-}
+
+ private:
+  ImVec2 OnScreen(const Eigen::Vector2d& pixel) const {
+    return {origin_.x + static_cast<float>(pixel.x() + 0.5), origin_.y + static_cast<float>(pixel.y() + 0.5)};
+  }
+  // Empty behind the camera.
+  std::optional<ImVec2> Project(const Eigen::Vector3d& p_map) const {
+    const Eigen::Vector3d p = T_view_map_ * p_map;
+    return p.z() > 1e-6 ? std::optional(OnScreen(pinhole_.Project(p))) : std::nullopt;
+  }
+  // The same for points of the scene; nowhere what is cut away.
+  std::optional<ImVec2> Seen(const Eigen::Vector3d& p_map) const {
+    return cut_ && !cut_->Keeps(p_map) ? std::nullopt : Project(p_map);
+  }
+  std::vector<ImVec2> OnScreen(const std::vector<Eigen::Vector2d>& pixels) const {
+    std::vector<ImVec2> points;
+    for (const Eigen::Vector2d& pixel : pixels) {
+      points.push_back(OnScreen(pixel));
+    }
+    return points;
+  }
+  std::vector<ImVec2> OutlineOf(const SnapshotObject& object) const {
+    return OnScreen(Silhouette(object.superquadric, pinhole_, T_map_view_, 0.1, 64.0));
+  }
+  // Text on a card whose bottom is above `at`.
+  void DrawTag(const std::string& text, ImVec2 at, const Eigen::Vector3d& color) const {
+    const float em = ImGui::GetFontSize();
+    const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+    const float width = size.x + 1.7F * em;
+    const float height = size.y + 0.5F * em;
+    const float left = origin_.x + 4.0F;
+    const float x = std::clamp(at.x - 0.5F * width, left,
+                               std::max(left, left + static_cast<float>(view_.size.width) - width - 8.0F));
+    const float y = std::max(at.y - height - 0.5F * em, origin_.y + 4.0F);
+    list_->AddRectFilled(ImVec2(x, y), ImVec2(x + width, y + height), palette_.surface, 5.0F);
+    list_->AddRectFilled(ImVec2(x + 0.45F * em, y + 0.5F * height - 0.3F * em),
+                         ImVec2(x + 1.05F * em, y + 0.5F * height + 0.3F * em), Packed(color), 3.0F);
+    list_->AddText(ImVec2(x + 1.3F * em, y + 0.25F * em), palette_.text, text.c_str());
+  }
+
+  void DrawChosen() const {
+    if (!tool_.cloud_file.empty() && tool_.cloud) {  // not in the scene: an even share of it
+      constexpr std::size_t kMostDrawn = 20000;
+      const std::size_t step = tool_.cloud->size() / kMostDrawn + 1;
+      for (std::size_t i = 0; i < tool_.cloud->size(); i += step) {
+        if (const auto at = Seen((*tool_.cloud)[i])) {
+          list_->AddRectFilled(ImVec2(at->x - 1.0F, at->y - 1.0F), ImVec2(at->x + 1.0F, at->y + 1.0F),
+                               IM_COL32(120, 130, 145, 200));
+        }
+      }
+    }
+    const float r = 2.6F * scale_;
+    for (const int index : tool_.chosen) {
+      if (const auto at = Seen((*tool_.cloud)[static_cast<std::size_t>(index)])) {
+        list_->AddCircleFilled(*at, r + 1.0F, IM_COL32(0, 0, 0, 150), 8);
+        list_->AddCircleFilled(*at, r, palette_.accent, 8);
+      }
+    }
+    if (tool_.outline.size() > 1) {
+      const std::vector<ImVec2> outline = OnScreen(tool_.outline);
+      list_->AddPolyline(outline.data(), static_cast<int>(outline.size()), palette_.accent,
+                         ImDrawFlags_Closed, 1.8F);
+    }
+  }
+
+  void DrawHandles(const Solid& solid) const {
+    const auto middle = Project(solid.T_map_object.translation);
+    for (const SolidHandle& handle : SolidHandles()) {
+      const auto at = Project(HandlePosition(solid, handle));
+      if (!at) {
+        continue;
+      }
+      const bool hot = tool_.drag ? tool_.drag->handle == handle : tool_.hovered == handle;
+      const float r = (hot ? 6.5F : 5.0F) * scale_;
+      const ImU32 fill = hot ? palette_.accent : IM_COL32(255, 255, 255, 255);
+      const ImU32 edge = IM_COL32(20, 24, 30, 255);
+      if (handle.kind == SolidHandle::Kind::kYaw) {
+        if (middle) {
+          list_->AddLine(*middle, *at, IM_COL32(255, 255, 255, 150), 1.2F);
+        }
+        list_->AddCircle(*at, r, edge, 20, 4.5F);
+        list_->AddCircle(*at, r, fill, 20, 2.4F);
+      } else if (handle.kind == SolidHandle::Kind::kCenter) {
+        list_->AddCircleFilled(*at, r + 1.3F, edge, 20);
+        list_->AddCircleFilled(*at, r, fill, 20);
+      } else {
+        list_->AddRectFilled(ImVec2(at->x - r, at->y - r), ImVec2(at->x + r, at->y + r), edge, 1.5F);
+        list_->AddRectFilled(ImVec2(at->x - r + 1.3F, at->y - r + 1.3F),
+                             ImVec2(at->x + r - 1.3F, at->y + r - 1.3F), fill, 1.0F);
+      }
+    }
+  }
+
+  const Document& document_;
+  const SceneView& view_;
+  const AnnotationTool& tool_;
+  const WindowState& window_;
+  const Palette& palette_;
+  float scale_;
+  ImDrawList* list_;
+  ImVec2 origin_;
+  std::optional<ClipPlane> cut_;
+  Camera pinhole_;
+  Rigid3d T_map_view_;
+  Rigid3d T_view_map_;
+};
 
 }  // namespace
 

@@ -175,21 +175,21 @@ class TimelinePanel : public Panel {
   };
 
   void DrawPlots() {
-    const ImVec2 place = ImGui::GetContentRegionAvail();
+    const ImVec2 room = ImGui::GetContentRegionAvail();
     const float em = ImGui::GetFontSize();
-    if (place.y < 1.5F * em || place.x < 10.0F * em) {
+    if (room.y < 1.5F * em || room.x < 10.0F * em) {
       return;
     }
     const ImVec2 corner = ImGui::GetCursorScreenPos();
     Axes axes;
     axes.low = ImVec2(corner.x + 11.0F * em, corner.y);
-    axes.high = ImVec2(corner.x + place.x - 0.5F * em, corner.y + place.y);
+    axes.high = ImVec2(corner.x + room.x - 0.5F * em, corner.y + room.y);
     axes.names = corner.x;
     axes.marks = 0.9F * em;
     axes.begin = timeline_.Begin();
     axes.length = std::max(timeline_.End() - axes.begin, 1e-6);
     ImGui::SetCursorScreenPos(ImVec2(axes.low.x - 4.0F, corner.y));
-    ImGui::InvisibleButton("axis", ImVec2(axes.high.x - axes.low.x + 8.0F, place.y));
+    ImGui::InvisibleButton("axis", ImVec2(axes.high.x - axes.low.x + 8.0F, room.y));
     const bool hovered = ImGui::IsItemHovered();
     const float mouse = ImGui::GetIO().MousePos.x;
     if (ImGui::IsItemActive() && !document_.run.active) {
@@ -197,7 +197,7 @@ class TimelinePanel : public Panel {
     }
     const double now = document_.run.active ? timeline_.End() : playback_.time;
     const std::vector<Curve> curves = Curves();
-    const float height = (place.y - axes.marks) / static_cast<float>(curves.size());
+    const float height = (room.y - axes.marks) / static_cast<float>(curves.size());
     for (std::size_t i = 0; i < curves.size(); ++i) {
       const float top = corner.y + static_cast<float>(i) * height;
       DrawCurve(curves[i], axes, top + 2.0F, top + height - 2.0F, now);

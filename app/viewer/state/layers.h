@@ -42,38 +42,57 @@ inline bool IsCloudFile(const std::filesystem::path& file) {
   return file.extension() == ".ply" || file.extension() == ".PLY";
 }
 
-// Reads the layers that are wanted on threads of its own, and keeps them laid over the map.
-class LayerSession {
+// A file that is read on a thread of its own, and another one as soon as that is wanted.
+template <typename Value>
+class BackgroundFile {
  public:
-  // Once a frame. What cannot be read is said in the window and no longer wanted.
-  void Update(Layers& layers, const Document& document, Messages& messages);
-  bool Busy() const { return truth_task_.valid() || cloud_task_.valid(); }
+  using ValuePtr = std::shared_ptr<const Value>;
+
+  // Begins to read `source` by read(source), unless it is there or something is still being read.
+  template <typename Read>
+  void Want(const std::filesystem::path& source, Read read) {
+    if (!task_.valid() && (source != source_ || !value_)) {
+      source_ = source;
+      value_.reset();
+      task_ = std::async(std::launch::async,
+                         [source, read] { return std::make_shared<const Value>(read(source)); });
+    }
+  }
+  // Takes what was read, if it is ready and `source` is still what is wanted; returns what was wrong with it.
+  std::optional<std::string> Take(const std::filesystem::path& source);
+
+  bool Busy() const { return task_.valid(); }
+  const ValuePtr& Get() const { return value_; }  // null until it is read
+  const std::filesystem::path& Source() const { return source_; }
 
  private:
-  using Truth = std::shared_ptr<const Trajectory>;
-  using Cloud = std::shared_ptr<const PointCloud>;
+  std::filesystem::path source_;
+  std::future<ValuePtr> task_;
+  ValuePtr value_;
+};
 
-  void TakeTruth(Layers& layers, const Document& document, Messages& messages);
-  void TakeCloud(Layers& layers, Messages& messages);
-  void Read(const Layers& layers, const std::filesystem::path& sequence);
+// Reads the layers that are wanted, and keeps them laid over the map.
+class LayerSession {
+ public:
+  // Once a frame. Files that cannot be read are said in the window and no longer wanted.
+  void Update(Layers& layers, const Document& document, Messages& messages);
+  bool Busy() const { return truth_.Busy() || cloud_.Busy(); }
+
+ private:
   void LayOver(Layers& layers, const Document& document, Messages& messages);
   const TruePath* PathOver(const MapSnapshotPtr& map);
   std::shared_ptr<const ColoredPoints> PlacedCloud(const Sim3d& S_map_file);
 
-  std::filesystem::path truth_of_;  // the sequence that truth_ is of, or is being read from
-  std::future<Truth> truth_task_;
-  Truth truth_;
-  std::filesystem::path cloud_of_;
-  std::future<Cloud> cloud_task_;
-  Cloud cloud_;
+  BackgroundFile<Trajectory> truth_;  // of a sequence
+  BackgroundFile<PointCloud> cloud_;
 
   struct {
     MapSnapshotPtr map;
-    Truth truth;
+    std::shared_ptr<const Trajectory> truth;
     std::optional<TruePath> path;  // empty: the one cannot be laid over the other
   } laid_;
   struct {
-    Cloud cloud;
+    std::shared_ptr<const PointCloud> cloud;
     Sim3d S_map_file;
     std::shared_ptr<const ColoredPoints> points;  // map frame
   } placed_;

@@ -31,7 +31,7 @@ std::string Quoted(const std::string& word) {
   return quoted + "'";
 }
 
-std::string ValueText(const OptionField& field) {
+std::string OptionText(const OptionField& field) {
   return std::visit(
       [&](const auto& value) -> std::string {
         using T = std::decay_t<decltype(value)>;
@@ -67,8 +67,8 @@ std::vector<std::string> StyleChanges(const SceneStyle& style, const SceneStyle&
   const std::vector<OptionField> others = OptionFields(b);
   std::vector<std::string> changes;
   for (std::size_t i = 0; i < fields.size(); ++i) {
-    const std::string value = ValueText(fields[i]);
-    if (value != ValueText(others[i])) {
+    const std::string value = OptionText(fields[i]);
+    if (value != OptionText(others[i])) {
       changes.push_back(fields[i].key + "=" + value);
     }
   }

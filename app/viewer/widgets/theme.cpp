@@ -30,7 +30,9 @@ ImVec4 Color(unsigned rgb, float alpha = 1.0F) {
           static_cast<float>(rgb & 255U) / 255.0F, alpha};
 }
 
-ImU32 Packed(unsigned rgb, float alpha = 1.0F) { return ImGui::ColorConvertFloat4ToU32(Color(rgb, alpha)); }
+ImU32 PackedRgb(unsigned rgb, float alpha = 1.0F) {
+  return ImGui::ColorConvertFloat4ToU32(Color(rgb, alpha));
+}
 
 // Surfaces from the back to the front, and what stands on them.
 struct Shades {
@@ -82,16 +84,16 @@ void ApplyColors(const Shades& s) {
 }
 
 Palette MakePalette(const Shades& s, bool dark) {
-  return {Packed(s.accent),
-          Packed(s.border),
-          Packed(s.text),
-          Packed(s.dim),
-          Packed(dark ? 0x3fc9a0 : 0x00795a),
-          Packed(dark ? 0xff8a5c : 0xb84a00),
-          Packed(dark ? 0x56b4e9 : 0x0072b2),
-          Packed(dark ? 0xe69f00 : 0xb87a00),
-          Packed(dark ? 0xcc79a7 : 0xa8487f),
-          Packed(s.panel, 0.94F)};
+  return {PackedRgb(s.accent),
+          PackedRgb(s.border),
+          PackedRgb(s.text),
+          PackedRgb(s.dim),
+          PackedRgb(dark ? 0x3fc9a0 : 0x00795a),
+          PackedRgb(dark ? 0xff8a5c : 0xb84a00),
+          PackedRgb(dark ? 0x56b4e9 : 0x0072b2),
+          PackedRgb(dark ? 0xe69f00 : 0xb87a00),
+          PackedRgb(dark ? 0xcc79a7 : 0xa8487f),
+          PackedRgb(s.panel, 0.94F)};
 }
 
 }  // namespace

@@ -29,7 +29,7 @@ int Hidden(const std::vector<WireLine>& lines) {
       std::count_if(lines.begin(), lines.end(), [](const WireLine& line) { return line.hidden; }));
 }
 
-// Of all ends of lines the one nearest to where a point of the map is seen, in pixels.
+// The end of a line that is nearest to where a point of the map is seen, in pixels.
 double DistanceToAnEnd(const std::vector<WireLine>& lines, const Vector3d& p_map, const Camera& camera,
                        const Rigid3d& T_map_camera) {
   const Vector2d pixel = camera.ProjectDistorted(T_map_camera.Inverse() * p_map);

@@ -1,8 +1,7 @@
-#include "app/viewer/model/edit_history.h"
+#include "app/viewer/model/edited_document.h"
 
 #include <gtest/gtest.h>
 
-#include "app/viewer/model/edited_document.h"
 #include "slam/util/error.h"
 #include "tests/io/temporary_folder.h"
 
