@@ -7,6 +7,7 @@
 #include <random>
 
 #include "slam/geometry/angles.h"
+#include "slam/objects/support.h"
 #include "slam/util/statistics.h"
 
 namespace sqslam {
@@ -44,18 +45,6 @@ double MedianDepth(std::span<const Eigen::Vector3d> points, std::span<const Rigi
   return depths.empty() ? 0.0 : UpperMedian(std::move(depths));
 }
 
-Eigen::Vector3d MedianPoint(const std::vector<Eigen::Vector3d>& points) {
-  Eigen::Vector3d median;
-  for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> values;
-    for (const Eigen::Vector3d& p : points) {
-      values.push_back(p[axis]);
-    }
-    median[axis] = UpperMedian(std::move(values));
-  }
-  return median;
-}
-
 // Points around an object (within three times its radius) count three times: the plane sought is the one that
 // the objects stand on, not the largest one of the room.
 std::vector<double> PointWeights(std::span<const Eigen::Vector3d> points,
@@ -67,14 +56,9 @@ std::vector<double> PointWeights(std::span<const Eigen::Vector3d> points,
     if (object.size() < 4) {
       continue;
     }
-    const Eigen::Vector3d centre = MedianPoint(object);
-    std::vector<double> radii;
-    for (const Eigen::Vector3d& p : object) {
-      radii.push_back((p - centre).norm());
-    }
-    const double reach = kReach * UpperMedian(std::move(radii));
+    const CloudMiddle middle = MiddleOf(object);
     for (std::size_t i = 0; i < points.size(); ++i) {
-      if ((points[i] - centre).norm() < reach) {
+      if ((points[i] - middle.centre).norm() < kReach * middle.radius) {
         weights[i] = kGain;
       }
     }
@@ -99,7 +83,7 @@ Scene MakeScene(std::span<const Eigen::Vector3d> points, std::span<const Rigid3d
   scene.mean_up.normalize();
   for (const std::vector<Eigen::Vector3d>& object : object_points) {
     if (object.size() >= 4) {
-      scene.object_centres.push_back(MedianPoint(object));
+      scene.object_centres.push_back(MiddleOf(object).centre);
     }
   }
   scene.tolerance = options.inlier_share * MedianDepth(points, poses);
@@ -309,21 +293,18 @@ std::optional<double> EstimateSupportHeight(std::span<const Eigen::Vector3d> poi
   }
   const std::vector<double> weights = PointWeights(points, object_points);
   std::vector<std::pair<double, double>> levels;  // height, weight
-  std::vector<double> radii;
-  const Eigen::Vector3d centre = MedianPoint({points.begin(), points.end()});
   for (std::size_t i = 0; i < points.size(); ++i) {
     levels.emplace_back(points[i].z(), weights[i]);
-    radii.push_back((points[i] - centre).norm());
   }
   std::sort(levels.begin(), levels.end());
   std::vector<double> object_levels;
   for (const std::vector<Eigen::Vector3d>& object : object_points) {
     if (object.size() >= 4) {
-      object_levels.push_back(MedianPoint(object).z());
+      object_levels.push_back(MiddleOf(object).centre.z());
     }
   }
   const double highest = object_levels.empty() ? levels.back().first : UpperMedian(std::move(object_levels));
-  const double window = 2.0 * options.inlier_share * UpperMedian(std::move(radii));
+  const double window = 2.0 * options.inlier_share * MiddleOf(points).radius;
   return BestLevel(levels, window, highest);
 }
 

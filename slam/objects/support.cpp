@@ -10,23 +10,6 @@
 namespace sqslam {
 namespace {
 
-// Half the extent of the middle of the cloud: far stray points don't count.
-double TypicalRadius(std::span<const Eigen::Vector3d> points) {
-  Eigen::Vector3d median;
-  for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> values;
-    for (const Eigen::Vector3d& p : points) {
-      values.push_back(p[axis]);
-    }
-    median[axis] = UpperMedian(std::move(values));
-  }
-  std::vector<double> radii;
-  for (const Eigen::Vector3d& p : points) {
-    radii.push_back((p - median).norm());
-  }
-  return UpperMedian(std::move(radii));
-}
-
 // Answers how many of the sorted heights are below a limit that only rises.
 class RisingCount {
  public:
@@ -86,6 +69,19 @@ double WidestGap(const std::vector<Eigen::Vector2d>& points, const Eigen::Vector
 
 }  // namespace
 
+CloudMiddle MiddleOf(std::span<const Eigen::Vector3d> points) {
+  CloudMiddle middle;
+  std::vector<double> values(points.size());
+  for (int axis = 0; axis < 3; ++axis) {
+    std::ranges::transform(points, values.begin(), [&](const Eigen::Vector3d& p) { return p[axis]; });
+    middle.centre[axis] = UpperMedian(values);
+  }
+  std::ranges::transform(points, values.begin(),
+                         [&](const Eigen::Vector3d& p) { return (p - middle.centre).norm(); });
+  middle.radius = UpperMedian(std::move(values));
+  return middle;
+}
+
 SupportSurfaces SupportSurfaces::Everywhere(double height) {
   SupportSurfaces result;
   result.surfaces_.push_back({height, {}});
@@ -100,7 +96,7 @@ SupportSurfaces SupportSurfaces::Find(std::span<const Eigen::Vector3d> points,
   if (static_cast<int>(points.size()) < options.min_points) {
     return result;
   }
-  result.tolerance_ = options.inlier_share * TypicalRadius(points);
+  result.tolerance_ = options.inlier_share * MiddleOf(points).radius;
   const double layer = 2.0 * result.tolerance_;
   std::vector<double> heights;
   for (const Eigen::Vector3d& p : points) {

@@ -10,6 +10,13 @@
 
 namespace sqslam {
 
+// The median of each coordinate and the median distance from there: far stray points don't count.
+struct CloudMiddle {
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  double radius = 0.0;
+};
+CloudMiddle MiddleOf(std::span<const Eigen::Vector3d> points);  // at least one
+
 // A horizontal surface that things stand on: a desk, a shelf, the floor.
 struct SupportSurface {
   double height = 0.0;                  // map units, along the map's z axis
