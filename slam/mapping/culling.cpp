@@ -52,12 +52,17 @@ bool IsRedundant(const Map& map, const Keyframe& keyframe, const CullingOptions&
 
 }  // namespace
 
-std::vector<KeyframeId> CullKeyframes(Map& map, KeyframeId center, const CullingOptions& options) {
+std::vector<KeyframeId> CullKeyframes(Map& map, KeyframeId center, const CullingOptions& options,
+                                      const LoopEdges& loop_edges) {
+  std::set<KeyframeId> kept{center};
+  for (const auto& [i, j] : loop_edges) {
+    kept.insert({i, j});
+  }
   const KeyframeId second =
       std::next(map.Keyframes().begin())->first;  // the first two hold a young map's scale
   std::vector<KeyframeId> culled;
   for (const KeyframeId id : map.At(center).BestCovisible(static_cast<int>(map.Keyframes().size()))) {
-    if (id > second && id != center && IsRedundant(map, map.At(id), options)) {
+    if (id > second && !kept.contains(id) && IsRedundant(map, map.At(id), options)) {
       map.RemoveKeyframe(id);
       culled.push_back(id);
     }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "slam/map/map.h"
+#include "slam/mapping/loop_correction.h"
 #include "slam/mapping/mapping_options.h"
 
 namespace sqslam {
@@ -14,7 +15,9 @@ namespace sqslam {
 // gone or have passed. Returns the number removed.
 int CullPoints(Map& map, std::set<PointId>& young, KeyframeId newest, const CullingOptions& options);
 
-// Removes keyframes near `center` whose points others see as well. Returns the ones removed.
-std::vector<KeyframeId> CullKeyframes(Map& map, KeyframeId center, const CullingOptions& options);
+// Removes keyframes near `center` whose points others see as well, but no end of a loop edge: later pose
+// graphs need it. Returns the ones removed.
+std::vector<KeyframeId> CullKeyframes(Map& map, KeyframeId center, const CullingOptions& options,
+                                      const LoopEdges& loop_edges);
 
 }  // namespace sqslam

@@ -187,7 +187,8 @@ void Mapper::OptimizeLocally(KeyframeId keyframe) {
 }
 
 void Mapper::CullRedundant(KeyframeId keyframe) {
-  for (const KeyframeId culled : CullKeyframes(active_->Map(), keyframe, options_.mapping.culling)) {
+  for (const KeyframeId culled :
+       CullKeyframes(active_->Map(), keyframe, options_.mapping.culling, loop_edges_)) {
     places_.Remove(culled);
   }
 }

@@ -196,7 +196,7 @@ TEST_F(RenderCommandTest, AReferenceWithOneMoreThingOnWhitePaperIsNotMet) {
       Out("a.png");
   ASSERT_EQ(Render(bare).exit_code, 0);
   cv::Mat reference = cv::imread(Out("a.png"));
-  cv::circle(reference, {24, 24}, 16, {60, 90, 200}, cv::FILLED, cv::LINE_AA);  // 1 % of the picture
+  cv::circle(reference, {24, 24}, 16, {40, 40, 40}, cv::FILLED, cv::LINE_AA);  // 1 % of the picture
   cv::imwrite(Out("reference.png"), reference);
   const ProgramRun run = Render(bare + " --reference " + Out("reference.png"));
   EXPECT_EQ(run.exit_code, 5);

@@ -69,8 +69,8 @@ TEST_F(PointCulling, ForgetsPointsThatAreGone) {
 
 class KeyframeCulling : public ::testing::Test {
  protected:
-  std::vector<KeyframeId> Cull(KeyframeId center = 5) {
-    std::vector<KeyframeId> culled = CullKeyframes(world_.map, center, {});
+  std::vector<KeyframeId> Cull(KeyframeId center = 5, const LoopEdges& loop_edges = {}) {
+    std::vector<KeyframeId> culled = CullKeyframes(world_.map, center, {}, loop_edges);
     std::sort(culled.begin(), culled.end());
     return culled;
   }
@@ -136,6 +136,11 @@ TEST_F(KeyframeCulling, KeepsAKeyframeThatSeesItsPointsAtAFinerScale) {
   EXPECT_EQ(Cull(), std::vector<KeyframeId>{3});
 }
 
+TEST_F(KeyframeCulling, LeavesALoopEdge) {
+  EXPECT_EQ(Cull(5, {{1, 3}}), (std::vector<KeyframeId>{2, 4}));
+  EXPECT_EQ(Cull(5, {}), std::vector<KeyframeId>{3}) << "which nothing else held";
+}
+
 TEST_F(KeyframeCulling, KnowsThePosesOfThoseThatWent) {
   for (const KeyframeId id : Cull()) {
     EXPECT_LT(testing::CenterDistance(world_.map.PoseOf(id).T_camera_map,
@@ -150,13 +155,13 @@ TEST_F(KeyframeCulling, KnowsThePosesOfThoseThatWent) {
 TEST_F(KeyframeCulling, CommutesWithASimilarity) {
   SyntheticMap moved = world_;
   moved.map.Transform(Sim3d{0.3, Eigen::Quaterniond::Identity(), {3.0, -1.0, 7.0}});
-  EXPECT_EQ(CullKeyframes(moved.map, 5, {}), CullKeyframes(world_.map, 5, {}));
+  EXPECT_EQ(CullKeyframes(moved.map, 5, {}, {}), CullKeyframes(world_.map, 5, {}, {}));
 }
 
 // Keyframes on the far side of the ring share no point with the centre.
 TEST(RingCulling, LeavesKeyframesThatAreFarAway) {
   SyntheticMap ring = MakeRingMap(ExactRing());
-  for (const KeyframeId culled : CullKeyframes(ring.map, 10, {})) {
+  for (const KeyframeId culled : CullKeyframes(ring.map, 10, {}, {})) {
     EXPECT_LE(std::abs(culled - 10), 5);
   }
   EXPECT_EQ(CountBrokenReferences(ring.map), 0);
