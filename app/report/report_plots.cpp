@@ -61,6 +61,7 @@ std::string TopViewSvg(const ReportData& data, const LabelColors& colors) {
   }
   FigureOptions options;
   options.width_mm = 260.0;
+  options.height_mm = 160.0;
   return SvgElement(DrawTrajectories(figure, options));
 }
 

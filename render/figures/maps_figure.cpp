@@ -11,7 +11,7 @@
 #include "render/page/chart.h"
 #include "render/picture/picture.h"
 #include "render/picture/picture_overlay.h"
-#include "render/solids/convex_solids.h"
+#include "slam/geometry/superquadric.h"
 #include "slam/io/image_files.h"
 #include "slam/util/error.h"
 

@@ -29,8 +29,8 @@ bool SameView(const ViewCamera& a, const ViewCamera& b) {
 Scene::Quality QualityOf(const SceneStyle& style, Detail detail, cv::Size size) {
   const bool fine = detail == Detail::kFine;
   return {.pixel_scale = PictureScale(size),
-          .samples = fine && style.anti_aliasing == "ssaa" ? 2 : 1,
-          .fxaa = fine && style.anti_aliasing == "fxaa",
+          .samples = fine && style.anti_aliasing == AntiAliasing::kSsaa ? 2 : 1,
+          .fxaa = fine && style.anti_aliasing == AntiAliasing::kFxaa,
           .transparent = false,
           .draft = !fine};
 }

@@ -191,6 +191,26 @@ void DrawTag(cv::Mat& image, const std::string& label, cv::Point top_left, const
             Eigen::Vector3d::Constant(light ? 0.05 : 1.0), TextPainter::Align::kCenter);
 }
 
+cv::Mat Undistorted(const cv::Mat& image, const Camera& camera) {
+  if (!camera.HasDistortion()) {
+    return image;
+  }
+  cv::Mat from(image.size(), CV_32FC2);
+  for (int y = 0; y < image.rows; ++y) {
+    for (int x = 0; x < image.cols; ++x) {
+      const Eigen::Vector2d pixel = camera.ProjectDistorted(camera.Unproject(Eigen::Vector2d(x, y)));
+      from.at<cv::Vec2f>(y, x) = {static_cast<float>(pixel.x()), static_cast<float>(pixel.y())};
+    }
+  }
+  cv::Mat straight;
+  cv::remap(image, straight, from, cv::noArray(), cv::INTER_LINEAR);
+  return straight;
+}
+
+namespace {
+
+// A coloured tag with the name at the top of each outline, moved where it would cover another; after
+// DrawOutlines. What is all but hidden, or all but out of the picture, gets none.
 void DrawOutlineLabels(cv::Mat& image, const std::vector<ObjectOutline>& outlines, const LabelColors& colors,
                        const TextPainter& text, double size) {
   std::vector<cv::Rect> taken;
@@ -228,21 +248,7 @@ void DrawOutlineLabels(cv::Mat& image, const std::vector<ObjectOutline>& outline
   }
 }
 
-cv::Mat Undistorted(const cv::Mat& image, const Camera& camera) {
-  if (!camera.HasDistortion()) {
-    return image;
-  }
-  cv::Mat from(image.size(), CV_32FC2);
-  for (int y = 0; y < image.rows; ++y) {
-    for (int x = 0; x < image.cols; ++x) {
-      const Eigen::Vector2d pixel = camera.ProjectDistorted(camera.Unproject(Eigen::Vector2d(x, y)));
-      from.at<cv::Vec2f>(y, x) = {static_cast<float>(pixel.x()), static_cast<float>(pixel.y())};
-    }
-  }
-  cv::Mat straight;
-  cv::remap(image, straight, from, cv::noArray(), cv::INTER_LINEAR);
-  return straight;
-}
+}  // namespace
 
 cv::Mat RenderOverPhoto(const MapSnapshot& map, const cv::Mat& photo, const Rigid3d& T_map_camera,
                         const PictureOptions& options) {

@@ -39,11 +39,6 @@ std::vector<ObjectOutline> OutlinesOf(const std::vector<SnapshotObject>& objects
 void DrawOutlines(cv::Mat& image, std::vector<ObjectOutline>& outlines, const LabelColors& colors,
                   const OverlayStyle& style, double scale);
 
-// A coloured tag with the name at the top of each outline, moved where it would cover another; after
-// DrawOutlines. What is all but hidden, or all but out of the picture, gets none.
-void DrawOutlineLabels(cv::Mat& image, const std::vector<ObjectOutline>& outlines, const LabelColors& colors,
-                       const TextPainter& text, double size);
-
 // A name on a panel of its class's colour, in whichever of black and white can be read there.
 cv::Size TagSize(const std::string& label, const TextPainter& text, double size);
 void DrawTag(cv::Mat& image, const std::string& label, cv::Point top_left, const Eigen::Vector3d& color,

@@ -18,8 +18,8 @@ namespace {
 // Very large pictures have pixels enough, and four times as many would not fit into memory.
 int SamplesOf(const PictureOptions& options) {
   const bool large = static_cast<double>(options.width) * options.height > 16e6;
-  const bool smooth =
-      options.style.anti_aliasing == "ssaa" || (options.transparent && options.style.anti_aliasing == "fxaa");
+  const bool smooth = options.style.anti_aliasing == AntiAliasing::kSsaa ||
+                      (options.transparent && options.style.anti_aliasing == AntiAliasing::kFxaa);
   return smooth && !large ? 2 : 1;
 }
 
@@ -61,10 +61,11 @@ struct PictureRenderer::Impl {
                 .height = options.height,
                 .alpha = options.transparent,
                 .backend = options.backend}),
-        scene(options.style, {.pixel_scale = PictureScale({options.width, options.height}),
-                              .samples = SamplesOf(options),
-                              .fxaa = !options.transparent && options.style.anti_aliasing == "fxaa",
-                              .transparent = options.transparent}) {
+        scene(options.style,
+              {.pixel_scale = PictureScale({options.width, options.height}),
+               .samples = SamplesOf(options),
+               .fxaa = !options.transparent && options.style.anti_aliasing == AntiAliasing::kFxaa,
+               .transparent = options.transparent}) {
     window.AddRenderer(scene.Renderer());
     scene.SetLayers(options.layers);
   }

@@ -1,7 +1,5 @@
 #include "render/scene/clip_plane.h"
 
-#include "render/solids/convex_solids.h"
-
 namespace sqslam {
 bool ClipPlane::KeepsSomeOf(const PosedSuperquadric& solid) const {
   return normal.dot(solid.T_map_object.translation) - SupportExtent(solid, normal) <= height;

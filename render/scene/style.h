@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <map>
 #include <span>
 #include <string>
@@ -27,6 +28,10 @@ struct OverlayStyle {
     visit("point_size", point_size, 0.5, 50.0);
   }
 };
+
+// Four samples a pixel; edges that are smoothed afterwards, which is faster; none.
+enum class AntiAliasing { kSsaa, kFxaa, kNone };
+constexpr auto EnumNames(AntiAliasing) { return std::array{"ssaa", "fxaa", "none"}; }
 
 // Style of a map. Colours are "#rrggbb"; sizes and widths are pixels of a picture 720 pixels high and
 // grow with it; lengths are relative to what the picture frames.
@@ -191,8 +196,8 @@ struct SceneStyle {
   };
 
   std::string background = "#ffffff";
-  std::string anti_aliasing = "ssaa";        // ssaa: four samples a pixel; fxaa: smoothed edges, faster; none
-  std::string video_anti_aliasing = "fxaa";  // the same for videos, where the coding hides the difference
+  AntiAliasing anti_aliasing = AntiAliasing::kSsaa;
+  AntiAliasing video_anti_aliasing = AntiAliasing::kFxaa;  // of videos, where the coding hides the difference
   Objects objects;
   Points points;
   Cameras cameras;
@@ -209,8 +214,8 @@ struct SceneStyle {
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
     visit("background", background);
-    visit("anti_aliasing", anti_aliasing, {"ssaa", "fxaa", "none"});
-    visit("video_anti_aliasing", video_anti_aliasing, {"ssaa", "fxaa", "none"});
+    visit("anti_aliasing", anti_aliasing);
+    visit("video_anti_aliasing", video_anti_aliasing);
     visit("objects", objects);
     visit("points", points);
     visit("cameras", cameras);

@@ -7,7 +7,6 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "render/solids/convex_solids.h"
 
 namespace sqslam {
 namespace {

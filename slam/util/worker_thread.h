@@ -23,11 +23,11 @@ class WorkerThread {
   WorkerThread(const WorkerThread&) = delete;
   WorkerThread& operator=(const WorkerThread&) = delete;
 
-  // Waits for room. False after an error: the job is then dropped.
+  // Waits for room. False after an error, and after Finish(): the job is then dropped.
   bool Offer(Job job) {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return jobs_.size() < capacity_ || failure_; });
-    if (failure_) {
+    changed_.wait(lock, [this] { return jobs_.size() < capacity_ || failure_ || closed_; });
+    if (failure_ || closed_) {
       return false;
     }
     jobs_.push_back(std::move(job));

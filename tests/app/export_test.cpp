@@ -17,7 +17,7 @@
 #include <nlohmann/json.hpp>
 
 #include "render/scene/style.h"
-#include "render/solids/convex_solids.h"
+#include "render/solids/scene_order.h"
 #include "run_program.h"
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/recording.h"

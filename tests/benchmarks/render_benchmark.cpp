@@ -4,6 +4,7 @@
 #include <random>
 
 #include "render/picture/picture.h"
+#include "slam/util/enum_names.h"
 
 namespace sqslam {
 namespace {
@@ -65,7 +66,7 @@ void DrawFrames(benchmark::State& state, const PictureOptions& options, const Ma
 void BM_Plain(benchmark::State& state, const char* anti_aliasing, double opacity) {
   PictureOptions options;
   options.backend = RenderBackend::kOsmesa;
-  options.style.anti_aliasing = anti_aliasing;
+  options.style.anti_aliasing = *FromName<AntiAliasing>(anti_aliasing);
   options.style.objects.opacity = opacity;
   Plain(options.style);
   DrawFrames(state, options, LargeMap(30, 100000));
@@ -91,7 +92,7 @@ BENCHMARK_CAPTURE(BM_Plain, translucent_ssaa, "ssaa", 0.5)
 void BM_Paper(benchmark::State& state, const char* anti_aliasing) {
   PictureOptions options;
   options.backend = RenderBackend::kOsmesa;
-  options.style.anti_aliasing = anti_aliasing;
+  options.style.anti_aliasing = *FromName<AntiAliasing>(anti_aliasing);
   DrawFrames(state, options, LargeMap(30, 100000));
 }
 BENCHMARK_CAPTURE(BM_Paper, no_anti_aliasing, "none")
@@ -111,7 +112,7 @@ BENCHMARK_CAPTURE(BM_Paper, ssaa, "ssaa")
 void BM_Huge(benchmark::State& state, const char* anti_aliasing, double opacity) {
   PictureOptions options;
   options.backend = RenderBackend::kOsmesa;
-  options.style.anti_aliasing = anti_aliasing;
+  options.style.anti_aliasing = *FromName<AntiAliasing>(anti_aliasing);
   options.style.objects.opacity = opacity;
   DrawFrames(state, options, LargeMap(500, 1000000));
 }

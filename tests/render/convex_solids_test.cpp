@@ -1,4 +1,4 @@
-#include "render/solids/convex_solids.h"
+#include "render/solids/scene_order.h"
 
 #include <gtest/gtest.h>
 

@@ -24,7 +24,7 @@ PictureOptions BareObjects(int width, int height) {
   options.height = height;
   options.backend = RenderBackend::kOsmesa;
   SceneStyle& style = options.style;
-  style.anti_aliasing = "none";
+  style.anti_aliasing = AntiAliasing::kNone;
   style.objects.opacity = 1.0;
   style.objects.segments = 512;
   style.light.shadow = style.light.outline = style.light.ambient_occlusion = 0.0;
