@@ -1,9 +1,9 @@
-#include "render/gl/context_backend.h"
-
 #include <GL/osmesa.h>
 
 #include <array>
 #include <stdexcept>
+
+#include "render/gl/context_backend.h"
 
 namespace sqslam {
 namespace {

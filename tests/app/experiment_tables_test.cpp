@@ -1,8 +1,7 @@
-#include "app/experiment/tables.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "app/experiment/tables.h"
 #include "tests/app/run_program.h"
 
 namespace sqslam::app {

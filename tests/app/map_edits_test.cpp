@@ -3,10 +3,10 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "slam/snapshot/object_edits.h"
-#include "tests/app/run_program.h"
 #include "slam/io/result_files.h"
+#include "slam/snapshot/object_edits.h"
 #include "slam/snapshot/recording.h"
+#include "tests/app/run_program.h"
 #include "tests/render/hand_made_map.h"
 
 namespace sqslam {

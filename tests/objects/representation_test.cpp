@@ -84,7 +84,8 @@ TEST(Representation, QuadricsShareTheLandmarksButNotTheirPlaceAndSize) {
   }
   ASSERT_EQ(mapper.View()->landmarks.size(), usual.View()->landmarks.size());
   for (std::size_t i = 0; i < usual.View()->landmarks.size(); ++i) {
-    EXPECT_EQ(mapper.View()->landmarks[i].superquadric.shape.half_size, usual.View()->landmarks[i].superquadric.shape.half_size);
+    EXPECT_EQ(mapper.View()->landmarks[i].superquadric.shape.half_size,
+              usual.View()->landmarks[i].superquadric.shape.half_size);
   }
 }
 

@@ -1,10 +1,10 @@
-#include "render/solids/scene_order.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <numbers>
 #include <random>
+
+#include "render/solids/scene_order.h"
 
 namespace sqslam {
 namespace {
