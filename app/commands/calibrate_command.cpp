@@ -15,7 +15,7 @@
 #include "render/page/write_figure.h"
 #include "slam/calibration/calibration.h"
 #include "slam/geometry/angles.h"
-#include "slam/io/camera_yaml.h"
+#include "slam/io/cameras.h"
 #include "slam/io/frame_source.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"

@@ -6,8 +6,7 @@
 
 #include <algorithm>
 
-#include "slam/io/camera_guess.h"
-#include "slam/io/camera_yaml.h"
+#include "slam/io/cameras.h"
 #include "slam/io/dataset_layouts.h"
 #include "slam/io/detections.h"
 #include "slam/io/image_files.h"

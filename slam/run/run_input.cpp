@@ -5,8 +5,7 @@
 
 #include <algorithm>
 
-#include "slam/io/camera_guess.h"
-#include "slam/io/camera_yaml.h"
+#include "slam/io/cameras.h"
 #include "slam/util/error.h"
 
 namespace sqslam {

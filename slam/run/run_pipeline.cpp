@@ -8,7 +8,7 @@
 #include <exception>
 #include <utility>
 
-#include "slam/io/camera_yaml.h"
+#include "slam/io/cameras.h"
 #include "slam/io/trajectory.h"
 #include "slam/run/auto_camera.h"
 #include "slam/run/detection_feed.h"

@@ -38,6 +38,17 @@ struct LocalSearch {
   int min_inliers = 0;
 };
 
+// The part of the map that a frame may see (ORB-SLAM, Mur-Artal et al. 2015, V-D).
+struct LocalMap {
+  KeyframeId reference = kNoKeyframe;  // the keyframe that shares most points with the frame
+  std::vector<PointId> points;         // points of the local keyframes, each once, alive
+};
+
+// `points`: what the frame is known to see (kNoPoint allowed). The search begins at the last reference
+// keyframe and spreads over two steps of covisibility.
+LocalMap FindLocalMap(const TrackingView& view, const std::vector<PointId>& points, KeyframeId last_reference,
+                      int max_keyframes);
+
 // The steps by which the pose of one frame is found against an immutable view of the map (after ORB-SLAM,
 // Mur-Artal et al. 2015, V-B to V-D). No state between
 // frames: tracking forward, tracking backward and relocalisation are made of the same steps. Each returns

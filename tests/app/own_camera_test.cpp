@@ -5,7 +5,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "slam/calibration/board.h"
-#include "slam/io/camera_yaml.h"
+#include "slam/io/cameras.h"
 #include "tests/app/run_program.h"
 #include "tests/support/board_scene.h"
 #include "tests/support/film.h"

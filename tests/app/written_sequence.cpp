@@ -5,7 +5,7 @@
 #include <numeric>
 #include <opencv2/imgcodecs.hpp>
 
-#include "slam/io/camera_yaml.h"
+#include "slam/io/cameras.h"
 #include "tests/support/textured_world.h"
 
 namespace sqslam::testing {

@@ -1,5 +1,3 @@
-#include "slam/io/camera_guess.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "slam/io/cameras.h"
 #include "tests/io/temporary_folder.h"
 
 namespace sqslam {

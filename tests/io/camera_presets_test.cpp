@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "slam/io/camera_yaml.h"
+#include "slam/io/cameras.h"
 #include "slam/util/error.h"
 #include "tests/io/temporary_folder.h"
 

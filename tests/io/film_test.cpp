@@ -5,7 +5,7 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "slam/io/camera_yaml.h"
+#include "slam/io/cameras.h"
 #include "slam/io/frame_source.h"
 #include "slam/io/image_files.h"
 #include "slam/io/video_index.h"

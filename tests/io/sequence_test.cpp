@@ -5,7 +5,7 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "slam/io/camera_yaml.h"
+#include "slam/io/cameras.h"
 #include "slam/io/detections.h"
 #include "slam/io/trajectory.h"
 #include "tests/io/captured_log.h"

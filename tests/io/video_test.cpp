@@ -5,7 +5,7 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 
-#include "slam/io/camera_yaml.h"
+#include "slam/io/cameras.h"
 #include "slam/io/frame_source.h"
 #include "slam/io/sequence.h"
 #include "tests/io/captured_log.h"

@@ -1,10 +1,9 @@
-#include "slam/tracking/local_map.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <set>
 
+#include "slam/tracking/pose_tracker.h"
 #include "tests/support/synthetic_map.h"
 
 namespace sqslam {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,5 +25,18 @@ std::vector<std::string> CameraPresetNames();
 // and otherwise the preset of that name. Throws UsageError for an unknown name, with the presets and the
 // nearest.
 std::filesystem::path CameraFile(const std::string& file_or_preset);
+
+// A guess at a camera without a calibration: square pixels, no distortion, the principal point in the middle.
+struct CameraGuess {
+  Camera camera;
+  std::string source;  // in words, what the focal length is taken from
+};
+
+// Assumes a field of view of 60 degrees along the longer side, the middle between a webcam's and a phone's.
+CameraGuess GuessCamera(int width, int height, double fps);
+
+// Takes the focal length from a photograph's EXIF, or guesses as above without it. Empty where the image
+// cannot be read.
+std::optional<CameraGuess> GuessCamera(const std::filesystem::path& image, double fps);
 
 }  // namespace sqslam
