@@ -8,6 +8,7 @@
 
 #include "slam/evaluation/ground_truth.h"
 #include "slam/evaluation/trajectory_error.h"
+#include "slam/io/result_files.h"
 #include "slam/util/error.h"
 
 namespace sqslam::app {

@@ -9,8 +9,8 @@
 #include <thread>
 #include <utility>
 
-#include "app/experiment/child_program.h"
 #include "app/report/report.h"
+#include "app/terminal/child_program.h"
 #include "slam/util/error.h"
 
 namespace sqslam::viewer {

@@ -1,4 +1,4 @@
-#include "app/experiment/child_program.h"
+#include "app/terminal/child_program.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
