@@ -62,7 +62,7 @@ TEST(BackgroundAdjustment, SolvesOnACopyAndInTurnGivesTheSame) {
   }
 }
 
-TEST(BackgroundAdjustment, WhatWasStoppedNeverComes) {
+TEST(BackgroundAdjustment, AStoppedOneNeverComes) {
   SyntheticMap world = MakeSyntheticMap({});
   Disturb(world.map);
   BackgroundAdjustment adjustment(true);

@@ -74,7 +74,7 @@ class KeyframeCulling : public ::testing::Test {
     std::sort(culled.begin(), culled.end());
     return culled;
   }
-  // Leaves so many points to keyframe 3 alone (and one more that has too few others).
+  // Gives keyframe 3 so many points that no other sees.
   void GiveOwnPoints(int count) {
     for (int i = 0; i < count; ++i) {
       const PointId own = world_.map.AddPoint(world_.points[static_cast<std::size_t>(i)], 3);
@@ -141,7 +141,7 @@ TEST_F(KeyframeCulling, LeavesALoopEdge) {
   EXPECT_EQ(Cull(5, {}), std::vector<KeyframeId>{3}) << "which nothing else held";
 }
 
-TEST_F(KeyframeCulling, KnowsThePosesOfThoseThatWent) {
+TEST_F(KeyframeCulling, KnowsThePosesOfRemovedKeyframes) {
   for (const KeyframeId id : Cull()) {
     EXPECT_LT(testing::CenterDistance(world_.map.PoseOf(id).T_camera_map,
                                       world_.T_camera_map[static_cast<std::size_t>(id)]),

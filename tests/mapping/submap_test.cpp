@@ -158,7 +158,7 @@ class SubmapObjects : public ::testing::Test {
   std::unique_ptr<Submap> submap_;
 };
 
-TEST_F(SubmapObjects, SnapshotsSayWhatOutlierRemovalTookAway) {
+TEST_F(SubmapObjects, SnapshotsShowThePointsThatOutlierRemovalTook) {
   MapSnapshot snapshot;
   submap_->FillSnapshot(snapshot);
   const auto at = [&](PointId id) {

@@ -73,7 +73,7 @@ TEST_F(UprightTest, FindsItInARoughMap) {
   EXPECT_LT(AngleTo(up_, Eigen::Vector3d::UnitZ()), 0.5 * kDegree);
 }
 
-TEST_F(UprightTest, TurnsAgainOnlyByWhatHasChanged) {
+TEST_F(UprightTest, TurnsAgainOnlyByTheChange) {
   UprightEstimator upright("auto", kClearPlane, 1);
   Update(upright);
   EXPECT_EQ(Update(upright), 0.0);
@@ -137,7 +137,7 @@ TEST_F(UprightTest, TurnsOnceByAGivenGravity) {
   EXPECT_LT(AngleTo(turn(" [ -0.2,4 , 1 ] ").rotation * Eigen::Vector3d(-0.2, 4.0, 1.0), down), 1e-9);
 }
 
-TEST_F(UprightTest, RefusesWhatIsNoGravity) {
+TEST_F(UprightTest, RefusesTextThatIsNoGravity) {
   for (const char* text : {"", "up", "Auto", "[0, 0, 0]", "[0, 1]", "[0, 1, nan]", "0, 1, 0"}) {
     EXPECT_THROW(UprightEstimator(text, {}, 1), UsageError) << text;
   }

@@ -100,7 +100,7 @@ TEST_F(PoseTrackerTest, FindsNothingInAnotherWorld) {
   EXPECT_FALSE(tracker_.TrackReferenceKeyframe(view, AsTracked(world_.map, 3), blank));
 }
 
-TEST_F(PoseTrackerTest, TracksTheReferenceKeyframeWhateverTheMotion) {
+TEST_F(PoseTrackerTest, TracksTheReferenceKeyframeAfterAnyMotion) {
   const Rigid3d turn = Turn(0.25, Eigen::Vector3d::UnitX());
   const SyntheticWorld::View seen = world_.See(turn * PoseOnArc(4.5), kPoorSight);
   shown_ = seen.points;
