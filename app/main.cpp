@@ -1,29 +1,69 @@
+#include <ceres/version.h>
 #include <fmt/format.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <sqlite3.h>
+#include <yaml-cpp/yaml.h>
+#include <zlib.h>
 
+#include <Eigen/Core>
 #include <csignal>
 #include <cstdlib>
+#include <nlohmann/json.hpp>
 #include <opencv2/core/utils/logger.hpp>
+#include <opencv2/core/version.hpp>
 #include <string>
+#include <vector>
 
 #include "app/commands/commands.h"
-#include "app/commands/version.h"
+#include "render/gl/offscreen_context.h"
 #include "slam/util/error.h"
 
+namespace sqslam::app {
 namespace {
 
-constexpr const char* kExamples = R"(
+constexpr const char* kNotes = R"(
 Examples:
-  sqslam run data/kitchen          map a sequence; the result is in out/kitchen
-  sqslam info out/kitchen          what is in the map
-  sqslam export out/kitchen --output kitchen.obj
-  sqslam fit cloud.ply             the superquadric of a point cloud
-  sqslam COMMAND --help            options of a command, with examples
+  sqslam demo                       a first map, from nothing
+  sqslam run data/kitchen           map a sequence; the result is in out/kitchen
+  sqslam info out/kitchen           what is in the map
+  sqslam export out/kitchen -o kitchen.obj
+  sqslam fit cloud.ply              the superquadric of a point cloud
+  sqslam help run                   options of a command, with examples
 
-Exit codes: 0 done, 1 internal error, 2 wrong usage, 3 input that cannot be used, 4 no map could be built,
-5 a picture differs from its reference, 130 after Ctrl-C.
+Exit codes:
+  0    done
+  1    an internal error
+  2    wrong usage
+  3    input that cannot be used
+  4    no map could be built
+  5    a picture differs from its reference
+  130  after Ctrl-C
 )";
+
+// The back end's own description on this machine, or why it is not there.
+std::string BackEnd(RenderBackend backend) {
+  try {
+    return OffscreenContext(backend).Description();
+  } catch (const std::exception& e) {
+    return fmt::format("{} is not available: {}", RenderBackendName(backend), e.what());
+  }
+}
+
+// Several lines: the program's version, how it was built, the libraries, the rendering back ends.
+std::string VersionText() {
+  return fmt::format(
+      "sqslam {}\n"
+      "build      {}, {} {}\n"
+      "libraries  OpenCV {}, Ceres {}, Eigen {}.{}.{}, VTK {}, SQLite {}, zlib {}, fmt {}.{}.{}, JSON "
+      "{}.{}.{}\n"
+      "rendering  {}\n           {}",
+      SQSLAM_VERSION, SQSLAM_BUILD_TYPE, SQSLAM_COMPILER, __VERSION__, CV_VERSION, CERES_VERSION_STRING,
+      EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION, SQSLAM_VTK_VERSION, sqlite3_libversion(),
+      zlibVersion(), FMT_VERSION / 10000, FMT_VERSION / 100 % 100, FMT_VERSION % 100,
+      NLOHMANN_JSON_VERSION_MAJOR, NLOHMANN_JSON_VERSION_MINOR, NLOHMANN_JSON_VERSION_PATCH,
+      BackEnd(RenderBackend::kOsmesa), BackEnd(RenderBackend::kEgl));
+}
 
 // Warnings go to stderr as one line each. Libraries that print by themselves are silenced: what they find
 // comes back to the reader, which says it with file and frame.
@@ -40,51 +80,39 @@ int Fail(int exit_code, const char* message) {
   return exit_code;
 }
 
-int ParseAndRun(int argc, char** argv) {
-  int exit_code = 0;
-  CLI::App app("Object SLAM from one camera: a map of superquadrics, with pictures", "sqslam");
-  app.footer(kExamples);
-  app.set_version_flag("--version", [] { return sqslam::app::VersionText(); });
-  app.require_subcommand(1);
-  app.get_formatter()->column_width(36);
-  sqslam::app::AddDemoCommand(app, exit_code);
-  sqslam::app::AddRunCommand(app, exit_code);
-  sqslam::app::AddCalibrateCommand(app, exit_code);
-  sqslam::app::AddDetectCommand(app, exit_code);
-  sqslam::app::AddEvalCommand(app, exit_code);
-  sqslam::app::AddExperimentCommand(app, exit_code);
-  sqslam::app::AddRenderCommand(app, exit_code);
-  sqslam::app::AddFigureCommand(app, exit_code);
-  sqslam::app::AddSynthCommand(app, exit_code);
-  sqslam::app::AddVocabularyCommand(app, exit_code);
-  sqslam::app::AddFitCommand(app, exit_code);
-  sqslam::app::AddExportCommand(app, exit_code);
-  sqslam::app::AddInfoCommand(app, exit_code);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    if (e.get_exit_code() == 0) {
-      return app.exit(e);  // --help, --version
-    }
-    std::string used;  // the command, and its own where it has some
-    for (auto commands = app.get_subcommands(); !commands.empty();
-         commands = commands.front()->get_subcommands()) {
-      used += commands.front()->get_name() + " ";
-    }
-    fmt::print(stderr, "sqslam: {} (see sqslam {}--help)\n", e.what(), used);
-    return 2;
-  }
-  return exit_code;
+int ParseAndRun(const std::vector<std::string>& words) {
+  Command program("sqslam", "Object SLAM from one camera: a map of superquadrics, with pictures");
+  program.OnVersion(VersionText);
+  program.Group("Mapping");
+  AddDemoCommand(program);
+  AddRunCommand(program);
+  AddDetectCommand(program);
+  AddCalibrateCommand(program);
+  program.Group("Results");
+  AddInfoCommand(program);
+  AddEvalCommand(program);
+  AddRenderCommand(program);
+  AddFigureCommand(program);
+  AddExportCommand(program);
+  program.Group("Experiments and tools");
+  AddExperimentCommand(program);
+  AddSynthCommand(program);
+  AddFitCommand(program);
+  AddVocabularyCommand(program);
+  program.Notes(kNotes);
+  return program.Run(words);
 }
 
 }  // namespace
+}  // namespace sqslam::app
 
 // The one place where errors become exit codes.
 int main(int argc, char** argv) {
+  using sqslam::app::Fail;
   std::signal(SIGXFSZ, SIG_IGN);  // a file size limit is then reported like a full disk
-  SetUpLogging();
+  sqslam::app::SetUpLogging();
   try {
-    return ParseAndRun(argc, argv);
+    return sqslam::app::ParseAndRun({argv + 1, argv + argc});
   } catch (const sqslam::UsageError& e) {
     return Fail(2, e.what());
   } catch (const sqslam::InputError& e) {

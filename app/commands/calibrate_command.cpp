@@ -2,14 +2,15 @@
 #include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
-#include <map>
+#include <array>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "app/commands/commands.h"
-#include "app/commands/sequence_arguments.h"
+#include "app/commands/run_arguments.h"
 #include "app/terminal/terminal.h"
 #include "render/figures/figures.h"
 #include "render/page/write_figure.h"
@@ -25,7 +26,7 @@ namespace sqslam::app {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char* kCalibrateFooter = R"(
+constexpr const char* kCalibrateNotes = R"(
 INPUT is a video, a folder of photographs or a sequence of a flat board, held still or moved slowly, at many
 places of the image and tilted to all sides, with the focus and zoom that will be used. A chessboard must be
 seen whole, a ChArUco board need not. --columns and --rows count squares. Of a long video about 400 frames are
@@ -33,15 +34,14 @@ searched, and those that differ the most are used.
 
 Examples:
   sqslam calibrate --print-board board.pdf            A4; print it at 100 %, measure a square
-  sqslam calibrate board.mp4 --output camera.yaml
-  sqslam calibrate photos/ --columns 9 --rows 7 --square-mm 30 --output camera.yaml
+  sqslam calibrate board.mp4 -o camera.yaml
+  sqslam calibrate photos/ --columns 9 --rows 7 --square-mm 30 -o camera.yaml
   sqslam calibrate --board charuco --print-board board.pdf
-  sqslam calibrate board.mp4 --board charuco --output phone.yaml --figure residuals.pdf
+  sqslam calibrate board.mp4 --board charuco -o phone.yaml --figure residuals.pdf
 )";
 
 struct CalibrateArguments {
   SequenceArguments sequence;
-  std::string kind = "chessboard";
   CalibrationBoard board;
   std::string output;
   std::string figure;
@@ -79,11 +79,8 @@ struct Search {
 Search FindBoards(const CalibrateArguments& a, const Sequence& sequence) {
   constexpr std::int64_t kMostFrames = 400;
   FrameRange range = a.sequence.Range();
+  range.CheckHasFrames(sequence);
   const std::int64_t available = range.SizeIn(sequence);
-  if (available <= 0) {
-    throw UsageError(fmt::format("--start {}: nothing left, expected a part of the sequence's {} frames",
-                                 range.start, sequence.frames.size()));
-  }
   const std::int64_t step = (available + kMostFrames - 1) / kMostFrames;
   range.stride *= step;
   range.count = (available + step - 1) / step;
@@ -165,9 +162,6 @@ void Report(const CalibrateArguments& a, const Calibration& c, const std::string
 }
 
 int CalibrateCamera(CalibrateArguments a) {
-  static const std::map<std::string, CalibrationBoard::Kind> kKinds = {
-      {"chessboard", CalibrationBoard::Kind::kChessboard}, {"charuco", CalibrationBoard::Kind::kCharuco}};
-  a.board.kind = kKinds.at(a.kind);  // the command line has checked the name
   CheckBoard(a.board);
   CalibrationOptions options;
   for (const std::string& assignment : a.set) {
@@ -188,6 +182,7 @@ int CalibrateCamera(CalibrateArguments a) {
   CheckFigurePath(a.figure);
   SequenceRequest request = a.sequence.Request();
   request.camera = kAutoCamera;
+  a.sequence.Range();  // refuses wrong ranges before anything is read
   const Sequence sequence = OpenSequence(request);
   const Search search = FindBoards(a, sequence);
   if (search.interrupted) {
@@ -211,33 +206,29 @@ int CalibrateCamera(CalibrateArguments a) {
 
 }  // namespace
 
-void AddCalibrateCommand(CLI::App& app, int& exit_code) {
+void AddCalibrateCommand(Command& program) {
   const auto a = std::make_shared<CalibrateArguments>();
-  CLI::App* command =
-      app.add_subcommand("calibrate", "Find out a camera's focal length and distortion from a board");
-  command->footer(kCalibrateFooter);
-  a->sequence.AddTo(*command);
-  command->remove_option(command->get_option("--camera"));
-  command->get_option("INPUT")->required(false);
-  command->add_option("--board", a->kind, "What is printed on it")
-      ->check(CLI::IsMember({"chessboard", "charuco"}))
-      ->capture_default_str();
-  command->add_option("--columns", a->board.columns, "Squares in a row")->capture_default_str();
-  command->add_option("--rows", a->board.rows, "Squares in a column")->capture_default_str();
-  command->add_option("--square-mm", a->board.square_mm, "Side of a square")->capture_default_str();
-  command->add_option("--marker-mm", a->board.marker_mm, "ChArUco: side of a marker")->capture_default_str();
-  command->add_option("--dictionary", a->board.dictionary, "ChArUco: the markers, by OpenCV's name")
-      ->capture_default_str();
-  command->add_option("--output", a->output, "camera.yaml to write");
-  command->add_option(
-      "--figure", a->figure,
-      "Picture of the errors (.png, .svg, .pdf); default: beside the output, NAME-residuals.png");
-  command->add_option("--print-board", a->print_board, "Write a board to print (.pdf, .svg, .png) instead");
-  command->add_option("--set", a->set, "max_views, max_view_error or max_corner_error=VALUE, repeatable")
-      ->expected(1)
-      ->take_all();
-  command->add_flag("--quiet", a->quiet, "No progress and no summary");
-  command->callback([a, &exit_code] { exit_code = CalibrateCamera(*a); });
+  Command& command =
+      program.AddCommand("calibrate", "Find out a camera's focal length and distortion from a board");
+  a->sequence.AddTo(command, "Video, folder of photographs, or sequence folder", false);
+  command.Group("Board");
+  command.Option("--board NAME", a->board.kind, "Pattern that is printed on it");
+  command.Option("--columns N", a->board.columns, "Squares in a row");
+  command.Option("--rows N", a->board.rows, "Squares in a column");
+  command.Option("--square-mm MM", a->board.square_mm, "Side of a square");
+  command.Option("--marker-mm MM", a->board.marker_mm, "ChArUco: side of a marker");
+  command.Option("--dictionary NAME", a->board.dictionary, "ChArUco: the markers, by OpenCV's name");
+  command.Option("--set KEY=VALUE", a->set,
+                 "Override max_views, max_view_error or max_corner_error; may be repeated");
+  command.Group("Output");
+  command.Option("--output,-o FILE", a->output, "camera.yaml to write");
+  command.Option("--figure FILE", a->figure,
+                 "Picture of the errors (.png, .svg, .pdf); default: beside the output, NAME-residuals.png");
+  command.Option("--print-board FILE", a->print_board, "Write a board to print (.pdf, .svg, .png) instead");
+  command.Group("General");
+  command.Flag("--quiet,-q", a->quiet, "No progress and no summary");
+  command.Notes(kCalibrateNotes);
+  command.OnRun([a] { return CalibrateCamera(*a); });
 }
 
 }  // namespace sqslam::app

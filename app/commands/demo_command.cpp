@@ -5,6 +5,8 @@
 #include <string>
 
 #include "app/commands/commands.h"
+#include "app/commands/render_arguments.h"
+#include "app/commands/run_arguments.h"
 #include "app/report/report.h"
 #include "app/run/terminal_run.h"
 #include "render/synthetic/synthetic_sequence.h"
@@ -23,13 +25,13 @@ ground truth and writes the page OUTPUT/result/report.html. Needs no input and n
 
 Examples:
   sqslam demo
-  sqslam demo --output out/quick --frames 120 --no-video
+  sqslam demo -o out/quick --frames 120 --no-video
 )";
 
 struct DemoArguments {
   std::string output;
   std::string backend = "auto";
-  int frames = 0;
+  std::string frames;
   std::uint64_t seed = 1;
   bool deterministic = false;
   bool no_video = false;
@@ -67,7 +69,7 @@ void RenderSequence(const DemoArguments& arguments, const fs::path& sequence, St
   steps.Begin("Rendering the desk as a hand-held camera sees it");
   const SceneDescription scene = ReadScene(DataPath("assets/scenes/desk.yaml"));
   SynthesisOptions options;
-  options.frames = arguments.frames;
+  options.frames = SceneFrames(arguments.frames);
   options.seed = arguments.seed;
   options.backend = ParseRenderBackend(arguments.backend);
   Progress progress(options.frames > 0 ? options.frames : scene.frames, arguments.quiet);
@@ -92,7 +94,8 @@ FinishedRun MapSequence(const DemoArguments& arguments, const fs::path& sequence
   return run;
 }
 
-void Demo(const DemoArguments& arguments, int& exit_code) {
+int Demo(const DemoArguments& arguments) {
+  SceneFrames(arguments.frames);  // refuses wrong ranges before anything is written
   const fs::path output =
       arguments.output.empty() ? FreeResultFolder("out", "demo") : fs::path(arguments.output);
   CreateResultFolder(output);
@@ -103,8 +106,7 @@ void Demo(const DemoArguments& arguments, int& exit_code) {
   const FinishedRun run = MapSequence(arguments, sequence, result, steps);
   if (run.interrupted) {
     fmt::print(stderr, "sqslam: interrupted; what had been mapped is in {}\n", result.string());
-    exit_code = 130;
-    return;
+    return 130;
   }
   steps.Begin("Holding the map against the ground truth");
   const Evaluation evaluation = EvaluateResult(result, sequence);
@@ -119,27 +121,27 @@ void Demo(const DemoArguments& arguments, int& exit_code) {
   if (fs::exists(result / "growth.mp4")) {
     fmt::print("video:    {}\n", (result / "growth.mp4").string());
   }
+  return 0;
 }
 
 }  // namespace
 
-void AddDemoCommand(CLI::App& app, int& exit_code) {
-  const auto arguments = std::make_shared<DemoArguments>();
-  DemoArguments& a = *arguments;
-  CLI::App* demo =
-      app.add_subcommand("demo", "Render a synthetic desk, map it, score it, draw it: no input needed");
-  demo->footer(kDemoExamples);
-  demo->add_option("--output", a.output, "Folder to make; default: out/demo, out/demo-2, ...");
-  demo->add_option("--frames", a.frames, "Stop after this many frames; 0: all of the scene")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
-  demo->add_option("--seed", a.seed, "Of the hand's tremor and the image noise")->capture_default_str();
-  demo->add_flag("--deterministic", a.deterministic,
-                 "Track and map in turn: the same result from run to run");
-  demo->add_option("--rendering-backend", a.backend, "auto, osmesa or egl")->capture_default_str();
-  demo->add_flag("--no-video", a.no_video, "No video of the map's growth");
-  demo->add_flag("--quiet", a.quiet, "Only say where the result is");
-  demo->callback([arguments, &exit_code] { Demo(*arguments, exit_code); });
+void AddDemoCommand(Command& program) {
+  const auto a = std::make_shared<DemoArguments>();
+  Command& command =
+      program.AddCommand("demo", "Render a synthetic desk, map it, score it, draw it: no input needed");
+  command.Group("Input");
+  command.Option("--frames N", a->frames, "Only the first N frames of the scene");
+  command.Option("--seed N", a->seed, "Seed of the hand's tremor and the image noise");
+  command.Group("Output");
+  command.Option("--output,-o DIR", a->output, "Folder to make; default: out/demo, out/demo-2, ...");
+  command.Flag("--no-video", a->no_video, "No video of the map's growth");
+  command.Group("General");
+  command.Flag("--deterministic", a->deterministic, "Track and map in turn: the same result from run to run");
+  AddBackendOption(command, a->backend);
+  command.Flag("--quiet,-q", a->quiet, "Only say where the result is");
+  command.Notes(kDemoExamples);
+  command.OnRun([a] { return Demo(*a); });
 }
 
 }  // namespace sqslam::app

@@ -6,35 +6,35 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "app/commands/commands.h"
-#include "app/commands/sequence_arguments.h"
+#include "app/commands/run_arguments.h"
 #include "app/terminal/terminal.h"
 #include "slam/detection/detector.h"
 #include "slam/io/detections.h"
 #include "slam/io/frame_source.h"
+#include "slam/util/data_path.h"
 #include "slam/util/error.h"
 
 namespace sqslam::app {
 namespace {
 
-constexpr const char* kDetectFooter = R"(
+constexpr const char* kDetectNotes = R"(
 Writes a boxes.txt that `sqslam run INPUT --detections boxes.txt` takes. A job that was stopped goes on where
 it ended when it is started again. --detector is a name of configs/detectors, or a YAML file beside an .onnx
 file of your own (input size, colours, decoder, classes, threshold); scripts/fetch-detector.sh obtains one.
 
 Examples:
-  sqslam detect film.mp4 --camera phone.yaml --output boxes.txt
-  sqslam detect film.mp4 --camera auto --resize 960 --output boxes.txt
-  sqslam detect data/kitchen --detector yolox-nano --set threshold=0.4 --output boxes.txt
+  sqslam detect film.mp4 --camera phone.yaml -o boxes.txt
+  sqslam detect film.mp4 --camera auto --resize 960 -o boxes.txt
+  sqslam detect data/kitchen --detector yolox-nano --set threshold=0.4 -o boxes.txt
   sqslam detect --check boxes.txt data/kitchen      what is missing, unknown or outside
 )";
 
 struct DetectArguments {
   SequenceArguments sequence;
-  std::string detector = "centernet";
+  std::string detector = "auto";
   std::vector<std::string> set;
   std::string output;
   std::string check;
@@ -53,22 +53,13 @@ void List(const char* what, const std::vector<Item>& items) {
   }
 }
 
-// The sequence and the part of it that is asked for, which is not empty.
-std::pair<Sequence, FrameRange> OpenPart(const SequenceArguments& a, const SequenceRequest& request) {
-  Sequence sequence = OpenSequence(request);
-  const FrameRange range = a.Range();
-  if (range.SizeIn(sequence) <= 0) {
-    throw UsageError(fmt::format("--start {}: nothing left, expected a part of the sequence's {} frames",
-                                 range.start, sequence.frames.size()));
-  }
-  return {std::move(sequence), range};
-}
-
 // Says what is odd; 3 where a run would leave boxes out or cut them.
 int Check(const DetectArguments& a) {
   SequenceRequest request = a.sequence.Request();
   request.resize.clear();  // boxes in files are in pixels of the images in files
-  const auto [sequence, range] = OpenPart(a.sequence, request);
+  const Sequence sequence = OpenSequence(request);
+  const FrameRange range = a.sequence.Range();
+  range.CheckHasFrames(sequence);
   std::vector<double> timestamps;
   for (const SequenceFrame& frame : sequence.frames) {
     timestamps.push_back(frame.timestamp);
@@ -120,13 +111,18 @@ int Detect(const DetectArguments& a) {
     return Check(a);
   }
   if (a.output.empty()) {
-    throw UsageError("nothing to do: expected --output FILE, or --check FILE");
+    throw UsageError("detect: nothing to do, expected --output FILE or --check FILE");
   }
-  const NetworkOptions network = LoadNetwork(a.detector, a.set);
-  const auto [sequence, range] = OpenPart(a.sequence, a.sequence.Request());
-  Detector detector(network);
+  const std::optional<NetworkOptions> network = ChooseNetwork(a.detector, a.set);
+  if (!network) {
+    throw InputError("no detector has its weights; scripts/fetch-detector.sh obtains one");
+  }
+  const Sequence sequence = OpenSequence(a.sequence.Request());
+  const FrameRange range = a.sequence.Range();
+  range.CheckHasFrames(sequence);
+  Detector detector(*network);
   DetectionWriter writer(a.output,
-                         fmt::format("boxes of {}, {}", sequence.path.string(), Fingerprint(network)),
+                         fmt::format("boxes of {}, {}", sequence.path.string(), Fingerprint(*network)),
                          FilePixels(sequence));
   if (writer.Frames() > 0 && !a.quiet) {
     fmt::print(stderr, "{} frames are done already, going on\n", writer.Frames());
@@ -145,20 +141,23 @@ int Detect(const DetectArguments& a) {
 
 }  // namespace
 
-void AddDetectCommand(CLI::App& app, int& exit_code) {
+void AddDetectCommand(Command& program) {
   const auto a = std::make_shared<DetectArguments>();
-  CLI::App* command = app.add_subcommand("detect", "Find things in images: the boxes.txt of a sequence");
-  command->footer(kDetectFooter);
-  a->sequence.AddTo(*command);
-  command->add_option("--detector", a->detector, "A name of configs/detectors, or FILE.yaml")
-      ->capture_default_str();
-  command->add_option("--set", a->set, "KEY=VALUE of the detector's file, repeatable")
-      ->expected(1)
-      ->take_all();
-  command->add_option("--output", a->output, "boxes.txt to write");
-  command->add_option("--check", a->check, "A boxes.txt to look through instead");
-  command->add_flag("--quiet", a->quiet, "No progress");
-  command->callback([a, &exit_code] { exit_code = Detect(*a); });
+  Command& command = program.AddCommand("detect", "Find things in images: the boxes.txt of a sequence");
+  a->sequence.AddTo(command, "Sequence folder, folder of images, or video").Required();
+  command.Group("Detector");
+  command.Option("--detector NAME", a->detector,
+                 "One of configs/detectors (" + ConfigNameList("configs/detectors") +
+                     "), FILE.yaml, or auto: as in `sqslam run` the first of yolox-nano and centernet whose "
+                     "weights are there");
+  command.Option("--set KEY=VALUE", a->set, "Override one value of the detector's file; may be repeated");
+  command.Group("Output");
+  command.Option("--output,-o FILE", a->output, "boxes.txt to write");
+  command.Option("--check FILE", a->check, "A boxes.txt to look through instead");
+  command.Group("General");
+  command.Flag("--quiet,-q", a->quiet, "No progress");
+  command.Notes(kDetectNotes);
+  command.OnRun([a] { return Detect(*a); });
 }
 
 }  // namespace sqslam::app

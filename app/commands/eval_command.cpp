@@ -14,13 +14,13 @@
 namespace sqslam::app {
 namespace {
 
-constexpr const char* kEvalExamples = R"(
+constexpr const char* kEvalNotes = R"(
 Examples:
   sqslam eval out/kitchen --ground-truth data/kitchen
   sqslam eval out/desk --ground-truth data/desk --set matching.min_iou=0.25
   sqslam eval out/fire --ground-truth fire/seq-01
   sqslam eval out/desk out/desk-2 out/desk-3 --ground-truth data/desk    several runs side by side
-  sqslam eval out/sq out/quadric --ground-truth data/desk --output compared.tex
+  sqslam eval out/sq out/quadric --ground-truth data/desk -o compared.tex
 
 The trajectory is aligned to the ground truth by a similarity (scale, rotation, translation); the objects go
 with it. A mapped object stands for a ground-truth object where they overlap (3D IoU of matching.min_iou or
@@ -89,28 +89,30 @@ void Evaluate(const EvalArguments& arguments) {
 
 }  // namespace
 
-void AddEvalCommand(CLI::App& app, int& /*exit_code*/) {
-  const auto arguments = std::make_shared<EvalArguments>();
-  CLI::App* eval =
-      app.add_subcommand("eval", "Hold a result against ground truth: trajectory error, 3D IoU, counts");
-  eval->footer(kEvalExamples);
-  eval->add_option("RESULT", arguments->results,
-                   "Result folders of sqslam run, all of one sequence; eval.json is written into each, its "
-                   "report.html "
-                   "brought up to date")
-      ->required();
-  eval->add_option(
-          "--ground-truth", arguments->ground_truth,
+void AddEvalCommand(Command& program) {
+  const auto a = std::make_shared<EvalArguments>();
+  Command& command =
+      program.AddCommand("eval", "Hold a result against ground truth: trajectory error, 3D IoU, counts");
+  command.Group("Input");
+  command
+      .Positional("RESULT", a->results,
+                  "Result folders of sqslam run, all of one sequence; eval.json is written into each, its "
+                  "report.html brought up to date")
+      .Required();
+  command
+      .Option(
+          "--ground-truth DIR", a->ground_truth,
           "Sequence folder with poses: groundtruth.txt, or those of 7-Scenes, RGB-D Scenes v2 or ICL-NUIM; "
           "objects_gt.json if there is one")
-      ->required();
-  eval->add_option("--output", arguments->output,
-                   "Also write the tables to this file: .md, .tex, .csv (a line for each object) or .json");
-  eval->add_option("--set", arguments->set, "Override one option, key=value; may be repeated")
-      ->expected(1)
-      ->take_all();
-  eval->add_flag("--quiet", arguments->quiet, "Print nothing, only write files");
-  eval->callback([arguments] { Evaluate(*arguments); });
+      .Required();
+  command.Option("--set KEY=VALUE", a->set, "Override one option of the evaluation; may be repeated");
+  command.Group("Output");
+  command.Option("--output,-o FILE", a->output,
+                 "Also write the tables to this file: .md, .tex, .csv (a line for each object) or .json");
+  command.Group("General");
+  command.Flag("--quiet,-q", a->quiet, "Print nothing, only write files");
+  command.Notes(kEvalNotes);
+  command.OnRun([a] { Evaluate(*a); });
 }
 
 }  // namespace sqslam::app

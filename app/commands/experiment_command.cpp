@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "app/commands/commands.h"
@@ -17,7 +18,7 @@ namespace sqslam::app {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char* kExperimentExamples = R"(
+constexpr const char* kExperimentNotes = R"(
 Runs every combination of sequences, representations, associations, methods, variants and repetitions that
 CONFIG.yaml asks for, holds each run against ground truth, and writes four tables with medians and ranges
 (tables.md; table-1 to table-4 as .md, .tex and .csv): IoU by object class, IoU by sequence, landmarks by
@@ -26,33 +27,34 @@ association, time by number of objects.
 Called again it goes on where it was stopped, tries failed runs again, and makes only those runs again whose
 settings or inputs have changed. Each run is a process of its own; its output is in runs/NAME.log.
 
-  sequences:                        # what is mapped
-    - path: data/kitchen            # a folder, as for sqslam run; or scene: FILE.yaml, rendered first
-      name: kitchen                 # also: detections, frames, start, stride, format, camera, set, and
-                                    # evaluate: false where there is no ground truth
-  representations: [superquadric, ellipsoid, quadric, cuboid]
-  associations: all                 # or a list of words; so for methods (refined, paper)
-  max_objects: [0, 4, 8, 12, all]   # boxes of the so many objects with the most boxes only
-  repetitions: 5
-  variants:                         # options under a name, beside the defaults
-    - {name: no-lines, set: [objects.yaw.line_interval=0]}
-  grids:                            # instead of one big grid several, each with axes of its own
-    - {representations: all, methods: all}
-    - {associations: all, sequences: [kitchen]}
-  jobs: 1                           # runs at a time; times are only good with 1
-  objects: [kitchen/mug-1]          # get rows of their own in Table I
-  # also: output, config (pipeline options), seed, deterministic
+| sequences:                   # what is mapped
+|   - path: data/kitchen       # as for sqslam run; or scene: FILE.yaml
+|     name: kitchen            # also: detections, frames (N or A:B), start,
+|                              # stride, format, camera, set, and evaluate:
+|                              # false where there is no ground truth
+| representations: [superquadric, ellipsoid, quadric, cuboid]
+| associations: all            # or a list; so for methods (refined, paper)
+| max_objects: [0, 4, 8, all]  # only boxes of the N objects with most boxes
+| repetitions: 5
+| variants:                    # options under a name, beside the defaults
+|   - {name: no-lines, set: [objects.yaw.line_interval=0]}
+| grids:                       # several grids, each with axes of its own
+|   - {representations: all, methods: all}
+|   - {associations: all, sequences: [kitchen]}
+| jobs: 1                      # runs at a time; times are only good with 1
+| objects: [kitchen/mug-1]     # get rows of their own in Table I
+| # also: output, config (pipeline options), seed, deterministic
 
 Examples:
   sqslam experiment configs/experiments/desk.yaml
-  sqslam experiment paper.yaml --output out/paper --jobs 4
+  sqslam experiment paper.yaml -o out/paper --jobs 4
   sqslam experiment paper.yaml --dry-run           which runs there are, and which are finished
 )";
 
 struct ExperimentArguments {
   std::string config;
   std::string output;
-  int jobs = 0;
+  std::optional<int> jobs;
   bool dry_run = false;
   bool fresh = false;
   bool quiet = false;
@@ -108,7 +110,7 @@ void PrintOutcome(const ExperimentOutcome& outcome, const fs::path& tables, bool
   }
 }
 
-void RunIn(const fs::path& folder, const ExperimentConfig& config, bool fresh, bool quiet, int& exit_code) {
+int RunIn(const fs::path& folder, const ExperimentConfig& config, bool fresh, bool quiet) {
   ClaimFolder(folder);
   const FolderLock lock(folder);
   const InterruptGuard interrupt;
@@ -125,19 +127,17 @@ void RunIn(const fs::path& folder, const ExperimentConfig& config, bool fresh, b
   const ExperimentOutcome outcome = RunExperiment(
       std::move(plan), [&] { return interrupt.Interrupted(); }, print);
   PrintOutcome(outcome, WriteTables(config, outcome, folder), quiet);
-  if (!outcome.failures.empty()) {
-    exit_code = outcome.failures.front().exit_code;
-  }
   if (outcome.interrupted) {
     fmt::print(stderr, "sqslam: interrupted; the same command goes on with the other {} runs\n",
                outcome.cells - static_cast<int>(outcome.results.size() + outcome.failures.size()));
-    exit_code = 130;
+    return 130;
   }
+  return outcome.failures.empty() ? 0 : outcome.failures.front().exit_code;
 }
 
-void Experiment(const ExperimentArguments& arguments, int& exit_code) {
+int Experiment(const ExperimentArguments& arguments) {
   ExperimentConfig config = ReadExperiment(arguments.config);
-  config.jobs = arguments.jobs > 0 ? arguments.jobs : config.jobs;
+  config.jobs = arguments.jobs.value_or(config.jobs);
   const fs::path output = arguments.output.empty() ? config.output : fs::path(arguments.output);
   fs::path folder = fs::absolute(output).lexically_normal();
   if (!folder.has_filename()) {  // "out/desk/"
@@ -145,29 +145,30 @@ void Experiment(const ExperimentArguments& arguments, int& exit_code) {
   }
   if (arguments.dry_run) {
     PrintPlan(PlanExperiment(config, {folder}));
-    return;
+    return 0;
   }
-  RunIn(folder, config, arguments.fresh, arguments.quiet, exit_code);
+  return RunIn(folder, config, arguments.fresh, arguments.quiet);
 }
 
 }  // namespace
 
-void AddExperimentCommand(CLI::App& app, int& exit_code) {
-  const auto arguments = std::make_shared<ExperimentArguments>();
-  ExperimentArguments& a = *arguments;
-  CLI::App* experiment = app.add_subcommand(
+void AddExperimentCommand(Command& program) {
+  const auto a = std::make_shared<ExperimentArguments>();
+  Command& command = program.AddCommand(
       "experiment", "Many runs and their tables: sequences, representations, associations, repetitions");
-  experiment->footer(kExperimentExamples);
-  experiment->add_option("CONFIG", a.config, "Description of the experiment (YAML)")->required();
-  experiment->add_option(
-      "--output", a.output,
-      "Folder of the experiment, made or gone on with; default: output of CONFIG, or out/NAME");
-  experiment->add_option("--jobs", a.jobs, "Runs at a time, instead of jobs of CONFIG")
-      ->check(CLI::PositiveNumber);
-  experiment->add_flag("--dry-run", a.dry_run, "List the runs and whether they are finished, and end");
-  experiment->add_flag("--fresh", a.fresh, "Make every run again, as after a new build of the program");
-  experiment->add_flag("--quiet", a.quiet, "Print nothing but errors");
-  experiment->callback([arguments, &exit_code] { Experiment(*arguments, exit_code); });
+  command.Group("Input");
+  command.Positional("CONFIG", a->config, "Description of the experiment (YAML)").Required();
+  command.Group("Output");
+  command.Option("--output,-o DIR", a->output,
+                 "Folder of the experiment, made or gone on with; default: output of CONFIG, or out/NAME");
+  command.Group("Runs");
+  command.Option("--jobs N", a->jobs, "Runs at a time, instead of jobs of CONFIG").AtLeast(1);
+  command.Flag("--dry-run", a->dry_run, "List the runs and whether they are finished, and end");
+  command.Flag("--fresh", a->fresh, "Make every run again, as after a new build of the program");
+  command.Group("General");
+  command.Flag("--quiet,-q", a->quiet, "Print nothing but errors");
+  command.Notes(kExperimentNotes);
+  command.OnRun([a] { return Experiment(*a); });
 }
 
 }  // namespace sqslam::app

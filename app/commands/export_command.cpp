@@ -75,7 +75,7 @@ void Export(const ExportArguments& a) {
   }
 }
 
-constexpr const char* kExportFooter = R"(
+constexpr const char* kExportNotes = R"(
 By extension:
   .glb   everything for 3D programs (binary glTF 2.0, y up): a node "ID label" for each object, with its
          class's colour and, as extras, half_size, e1, e2, label, id and observations; the points; the camera's
@@ -87,27 +87,29 @@ By extension:
 All but .glb are in the map frame, z up. With --edits hidden objects are written too, deleted ones are not.
 
 Examples:
-  sqslam export out/kitchen --output kitchen.glb
-  sqslam export out/kitchen/map.sqmap --output kitchen.obj
-  sqslam export out/kitchen --output points.ply
-  sqslam export out/kitchen --output objects.ply --meshes
-  sqslam export out/kitchen --output objects.json --edits auto
+  sqslam export out/kitchen -o kitchen.glb
+  sqslam export out/kitchen/map.sqmap -o kitchen.obj
+  sqslam export out/kitchen -o points.ply
+  sqslam export out/kitchen -o objects.ply --meshes
+  sqslam export out/kitchen -o objects.json --edits auto
 )";
 
 }  // namespace
 
-void AddExportCommand(CLI::App& app, int&) {
-  const auto arguments = std::make_shared<ExportArguments>();
-  CLI::App* command = app.add_subcommand("export", "Write a map's last state for other programs");
-  command->footer(kExportFooter);
-  command->add_option("MAP", arguments->map, "map.sqmap, or the result folder that holds it")->required();
+void AddExportCommand(Command& program) {
+  const auto a = std::make_shared<ExportArguments>();
+  Command& command = program.AddCommand("export", "Write a map's last state for other programs");
+  command.Group("Input");
+  command.Positional("MAP", a->map, "map.sqmap, or the result folder that holds it").Required();
+  AddEditsOption(command, a->edits);
+  command.Group("Output");
   command
-      ->add_option("--output", arguments->output,
-                   "FILE.glb, .obj, .ply, .json or .txt; an existing one is replaced")
-      ->required();
-  command->add_flag("--meshes", arguments->meshes, "In a .ply: the superquadrics as meshes, not the points");
-  AddEditsOption(*command, arguments->edits);
-  command->callback([arguments] { Export(*arguments); });
+      .Option("--output,-o FILE", a->output,
+              "FILE.glb, .obj, .ply, .json or .txt; an existing one is replaced")
+      .Required();
+  command.Flag("--meshes", a->meshes, "In a .ply: the superquadrics as meshes, not the points");
+  command.Notes(kExportNotes);
+  command.OnRun([a] { Export(*a); });
 }
 
 }  // namespace sqslam::app

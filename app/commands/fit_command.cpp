@@ -2,10 +2,10 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
 #include <memory>
 #include <numbers>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -15,6 +15,7 @@
 #include "slam/io/point_cloud.h"
 #include "slam/io/result_files.h"
 #include "slam/util/error.h"
+#include "slam/util/option_value.h"
 #include "slam/util/options.h"
 
 namespace sqslam::app {
@@ -24,21 +25,21 @@ namespace {
 struct FitArguments {
   std::string cloud;
   std::vector<std::string> output;
-  std::string clusters = "1";
+  std::string clusters;
   bool multiple = false;
   bool upright = false;
   bool remove_plane = false;
   std::vector<std::string> set;
 };
 
-constexpr const char* kFitFooter = R"(
+constexpr const char* kFitNotes = R"(
 CLOUD is a PLY file (ascii or binary, with x, y, z) or a text file with x y z on each line. Without further
 options the whole cloud is one object in any orientation. Half of its surface is enough, with noise and
 stray points. Lengths are those of the cloud; roll, pitch and yaw are R = Rz(yaw) Ry(pitch) Rx(roll).
 
 Examples:
   sqslam fit mug.ply                                       print the fit
-  sqslam fit mug.ply --output mug.json --output mug.obj    also as numbers and as a mesh
+  sqslam fit mug.ply -o mug.json -o mug.obj    also as numbers and as a mesh
   sqslam fit box.xyz --upright                             it stands on a table: only yaw is free
   sqslam fit table.ply --remove-plane --clusters auto      all things on a table
 )";
@@ -50,14 +51,13 @@ MultiFitOptions MakeOptions(const FitArguments& arguments) {
   }
   options.fit.upright |= arguments.upright;
   options.remove_plane |= arguments.remove_plane;
-  const std::string& text = arguments.multiple ? "auto" : arguments.clusters;
-  if (text == "auto") {
+  if (arguments.multiple && !arguments.clusters.empty()) {
+    throw UsageError("--multiple and --clusters: expected one of them");
+  }
+  if (arguments.multiple || arguments.clusters == "auto") {
     options.clusters = 0;
-  } else if (arguments.clusters != "1") {
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), options.clusters);
-    if (error != std::errc() || end != text.data() + text.size() || options.clusters < 1) {
-      throw UsageError(fmt::format("--clusters {}: expected a number of objects, or auto", text));
-    }
+  } else if (!arguments.clusters.empty() && !ReadOption(arguments.clusters, options.clusters, 1.0)) {
+    throw UsageError(fmt::format("--clusters {}: expected a number of objects, or auto", arguments.clusters));
   }
   CheckOptions(options);
   return options;
@@ -134,32 +134,28 @@ void Fit(const FitArguments& arguments) {
 
 }  // namespace
 
-void AddFitCommand(CLI::App& app, int&) {
-  const auto arguments = std::make_shared<FitArguments>();
-  CLI::App* command = app.add_subcommand("fit", "Fit superquadrics to a point cloud");
-  command->footer(kFitFooter);
-  command->add_option("CLOUD", arguments->cloud, "Point cloud (.ply, or text with x y z)")->required();
-  command
-      ->add_option(
-          "--output", arguments->output,
-          "File to write: .json objects, .obj or .ply meshes; may be repeated; existing ones are replaced")
-      ->expected(1)
-      ->take_all();
-  command->add_flag("--upright", arguments->upright,
-                    "Keep the object's z axis on the cloud's: only yaw is free");
-  CLI::Option* clusters =
-      command->add_option("--clusters", arguments->clusters,
-                          "Split the cloud at gaps and fit the N largest parts; auto: all of them");
-  command->add_flag("--multiple", arguments->multiple, "The same as --clusters auto")->excludes(clusters);
-  command->add_flag("--remove-plane", arguments->remove_plane,
-                    "Take the largest plane away first (table, floor)");
-  const MultiFitOptions defaults;
-  command
-      ->add_option("--set", arguments->set,
-                   "Override one option, key=value; may be repeated:\n" + DumpOptions(defaults))
-      ->expected(1)
-      ->take_all();
-  command->callback([arguments] { Fit(*arguments); });
+void AddFitCommand(Command& program) {
+  const auto a = std::make_shared<FitArguments>();
+  Command& command = program.AddCommand("fit", "Fit superquadrics to a point cloud");
+  command.Group("Input");
+  command.Positional("CLOUD", a->cloud, "Point cloud (.ply, or text with x y z)").Required();
+  command.Group("Output");
+  command.Option("--output,-o FILE", a->output,
+                 ".json objects, .obj or .ply meshes; may be repeated; existing files are replaced");
+  command.Group("Fitting");
+  command.Flag("--upright", a->upright, "Keep the object's z axis on the cloud's: only yaw is free");
+  command.Option("--clusters N", a->clusters,
+                 "Split the cloud at gaps and fit the N largest parts, default 1; auto: all of them");
+  command.Flag("--multiple", a->multiple, "The same as --clusters auto");
+  command.Flag("--remove-plane", a->remove_plane, "Take the largest plane away first (table, floor)");
+  command.Option("--set KEY=VALUE", a->set, "Override one of the options below; may be repeated");
+  std::string options = "\nOptions for --set, with their defaults:\n";
+  std::istringstream lines(DumpOptions(MultiFitOptions()));
+  for (std::string line; std::getline(lines, line);) {
+    options += "| " + line + "\n";
+  }
+  command.Notes(kFitNotes + options);
+  command.OnRun([a] { Fit(*a); });
 }
 
 }  // namespace sqslam::app

@@ -10,9 +10,19 @@
 #include "app/result/map_input.h"
 #include "slam/recognition/vocabulary.h"
 #include "slam/snapshot/recording.h"
+#include "slam/util/error.h"
 
 namespace sqslam::app {
 namespace {
+
+constexpr const char* kInfoNotes = R"(
+Examples:
+  sqslam info out/kitchen/map.sqmap
+  sqslam info out/kitchen --config > again.yaml
+  sqslam info out/kitchen --history
+  sqslam info out/kitchen --edits auto
+  sqslam info assets/vocabulary.bin
+)";
 
 void PrintObjects(const MapSnapshot& snapshot) {
   if (snapshot.objects.empty()) {
@@ -113,27 +123,27 @@ void PrintInfo(const std::filesystem::path& path, bool config, bool history, con
 
 }  // namespace
 
-void AddInfoCommand(CLI::App& app, int&) {
+void AddInfoCommand(Command& program) {
   struct Arguments {
     std::string map;
     bool config = false;
     bool history = false;
     std::string edits;
   };
-  const auto arguments = std::make_shared<Arguments>();
-  CLI::App* info = app.add_subcommand("info", "Say what is in a map or a vocabulary");
-  info->footer(
-      "\nExamples:\n  sqslam info out/kitchen/map.sqmap\n  sqslam info out/kitchen --config > again.yaml\n"
-      "  sqslam info out/kitchen --history\n  sqslam info out/kitchen --edits auto\n  sqslam info "
-      "assets/vocabulary.bin\n");
-  info->add_option("MAP", arguments->map, "map.sqmap, the result folder that holds it, or a vocabulary")
-      ->required();
-  info->add_flag("--config", arguments->config, "Print the options the map was made with, as YAML");
-  info->add_flag("--history", arguments->history, "Print a line for each snapshot: how the map grew")
-      ->excludes("--config");
-  AddEditsOption(*info, arguments->edits);
-  info->callback([arguments] {
-    PrintInfo(MapFile(arguments->map), arguments->config, arguments->history, arguments->edits);
+  const auto a = std::make_shared<Arguments>();
+  Command& command = program.AddCommand("info", "Say what is in a map or a vocabulary");
+  command.Group("Input");
+  command.Positional("MAP", a->map, "map.sqmap, the result folder that holds it, or a vocabulary").Required();
+  AddEditsOption(command, a->edits);
+  command.Group("Output");
+  command.Flag("--config", a->config, "Print the options the map was made with, as YAML");
+  command.Flag("--history", a->history, "Print a line for each snapshot: how the map grew");
+  command.Notes(kInfoNotes);
+  command.OnRun([a] {
+    if (a->config && a->history) {
+      throw UsageError("--config and --history: expected one of them");
+    }
+    PrintInfo(MapFile(a->map), a->config, a->history, a->edits);
   });
 }
 

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <charconv>
-#include <cmath>
+#include <algorithm>
+#include <limits>
 
 #include "app/result/map_input.h"
 #include "render/camera/scene_framing.h"
+#include "slam/io/frame_source.h"
+#include "slam/util/data_path.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
 
@@ -15,39 +17,8 @@ namespace sqslam::app {
 namespace fs = std::filesystem;
 namespace {
 
-// "1.5,2,3" to numbers, or UsageError that names the option.
-template <std::size_t N>
-std::array<double, N> ParseNumbers(const std::string& option, const std::string& text, const char* expected) {
-  std::array<double, N> numbers{};
-  const char* at = text.data();
-  const char* const end = at + text.size();
-  for (std::size_t i = 0; i < N; ++i) {
-    const auto [next, error] = std::from_chars(at, end, numbers[i]);
-    const bool last = i + 1 == N;
-    if (error != std::errc() || (last ? next != end : next == end || *next != ',')) {
-      throw UsageError(fmt::format("{} {}: expected {}", option, text, expected));
-    }
-    at = next + (last ? 0 : 1);
-  }
-  return numbers;
-}
-
-std::optional<Eigen::Vector3d> ParseVector(const std::string& option, const std::string& text) {
-  if (text.empty()) {
-    return std::nullopt;
-  }
-  const auto numbers = ParseNumbers<3>(option, text, "X,Y,Z in map units, such as 0.5,-2,1");
-  return Eigen::Vector3d(numbers[0], numbers[1], numbers[2]);
-}
-
-cv::Size ParseResolution(const std::string& text) {
-  const auto size = ParseNumbers<2>("--resolution", text, "WIDTH,HEIGHT in pixels, such as 1280,720");
-  for (const double side : size) {
-    if (side != std::floor(side) || side < 16 || side > 8192) {
-      throw UsageError(fmt::format("--resolution {}: expected whole numbers from 16 to 8192", text));
-    }
-  }
-  return {static_cast<int>(size[0]), static_cast<int>(size[1])};
+std::optional<Eigen::Vector3d> ToVector(const std::optional<std::array<double, 3>>& numbers) {
+  return numbers ? std::optional(Eigen::Vector3d((*numbers)[0], (*numbers)[1], (*numbers)[2])) : std::nullopt;
 }
 
 struct NamedPath {
@@ -75,94 +46,57 @@ CameraPath ParsePath(const std::string& name) {
       "--camera-path {}: expected still, orbit, turntable, follow, first-person or FILE.yaml", name));
 }
 
-// "A:B", either of which may be missing.
-void ParseFrames(const std::string& text, VideoOptions& options) {
-  const std::size_t colon = text.find(':');
-  const auto number = [&](const std::string& part, int missing) {
-    int value = missing;
-    const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), value);
-    if (!part.empty() && (error != std::errc() || end != part.data() + part.size() || value < 0)) {
-      throw UsageError(fmt::format("--frames {}: expected A:B, such as 0:30, the end excluded", text));
-    }
-    return value;
-  };
-  if (colon == std::string::npos) {
-    throw UsageError(fmt::format("--frames {}: expected A:B, such as 0:30, the end excluded", text));
-  }
-  options.first = number(text.substr(0, colon), 0);
-  options.end = number(text.substr(colon + 1), -1);
+void AddCameraOptions(Command& command, RenderArguments& a) {
+  command.Group("Camera");
+  command.Option("--view NAME", a.view, "Instead of the automatic view").OneOf(ViewPresetNames());
+  command.Option("--camera-position X,Y,Z", a.position, "In the map");
+  command.Option("--camera-focal-point X,Y,Z", a.focal_point, "In the map");
+  command.Option("--camera-view-up X,Y,Z", a.view_up, "The direction that is up in the picture");
+  command.Option("--camera-view-angle DEG", a.view_angle, "Vertical field of view").Range(1.0, 170.0);
+  command.Option("--camera-azimuth-angle DEG", a.azimuth, "Turn around the focal point");
+  command.Option("--camera-elevation-angle DEG", a.elevation, "Raise");
+  command.Option("--camera-zoom-factor X", a.zoom, "Above 1: nearer").Range(0.01, 100.0);
+  command
+      .Option(
+          "--camera-frame N", a.camera_frame,
+          "As the input camera saw frame N, its principal point included; without the cameras unless --set "
+          "cameras.* says otherwise")
+      .AtLeast(0);
+  command.Flag("--overlay", a.overlay,
+               "With --camera-frame: outlines and names of the objects over the photograph, without the "
+               "distortion of its lens");
+  command.Option("--camera-path PATH", a.path,
+                 "For videos: still, orbit or turntable (default; with --growth a slow swing), follow, "
+                 "first-person, or FILE.yaml with key frames (see configs/camera_paths)");
 }
 
-void AddCameraOptions(CLI::App& command, RenderArguments& a) {
-  const char* group = "Camera";
+void AddVideoOptions(Command& command, RenderArguments& a) {
+  command.Group("Video");
+  command.Flag("--growth", a.growth, "Play the run instead of the final map, the input image beside it");
+  command.Option(
+      "--frames N|A:B", a.frames,
+      "Only the first N frames of the output, or those from A to B, the end excluded; either of A and "
+      "B may be left out");
+  command.Option("--fps N", a.fps, "Frames a second of a video").Range(1.0, 240.0);
+  command.Option("--seconds S", a.seconds, "Length of a video of the final map; longest of one of its growth")
+      .Range(0.01, 36000.0);
+  command.Option(
+      "--shard I/N", a.shard,
+      "Only the I-th of N equal pieces of the video, as FILE.part-I-of-N.mp4 (numbered pictures keep "
+      "their numbers)");
   command
-      .add_option("--view", a.view,
-                  "front, right, back, left, top or isometric instead of the automatic view")
-      ->check(CLI::IsMember(ViewPresetNames()))
-      ->group(group);
-  command.add_option("--camera-position", a.position, "X,Y,Z in the map")->group(group);
-  command.add_option("--camera-focal-point", a.focal_point, "X,Y,Z in the map")->group(group);
-  command.add_option("--camera-view-up", a.view_up, "X,Y,Z, the direction that is up in the picture")
-      ->group(group);
-  command.add_option("--camera-view-angle", a.view_angle, "Vertical, degrees")
-      ->check(CLI::Range(1.0, 170.0))
-      ->group(group);
-  command.add_option("--camera-azimuth-angle", a.azimuth, "Turn around the focal point, degrees")
-      ->group(group);
-  command.add_option("--camera-elevation-angle", a.elevation, "Raise, degrees")->group(group);
-  command.add_option("--camera-zoom-factor", a.zoom, "Above 1: nearer")
-      ->check(CLI::Range(0.01, 100.0))
-      ->group(group);
-  command.add_option("--camera-frame", a.camera_frame,
-                     "N: as the input camera saw frame N, its principal point included; without the cameras "
-                     "unless --set cameras.* says otherwise");
-  command.get_option("--camera-frame")->check(CLI::NonNegativeNumber)->group(group);
-  command
-      .add_flag("--overlay", a.overlay,
-                "With --camera-frame: outlines and names of the objects over the photograph, without the "
-                "distortion of its lens")
-      ->group(group);
-  command
-      .add_option("--camera-path", a.path,
-                  "For videos: still, orbit or turntable (default; with --growth a slow swing), follow, "
-                  "first-person, or FILE.yaml with key frames (see configs/camera_paths)")
-      ->group(group);
-}
-
-void AddVideoOptions(CLI::App& command, RenderArguments& a) {
-  const char* group = "Video";
-  command.add_flag("--growth", a.growth, "Play the run instead of the final map, the input image beside it")
-      ->group(group);
-  command.add_option("--frames", a.frames, "A:B, only these frames of the output, the end excluded")
-      ->group(group);
-  command.add_option("--fps", a.fps, "Frames a second of a video")
-      ->check(CLI::Range(1.0, 240.0))
-      ->group(group);
-  command
-      .add_option("--seconds", a.seconds, "Length of a video of the final map; longest of one of its growth")
-      ->check(CLI::Range(0.01, 36000.0))
-      ->capture_default_str()
-      ->group(group);
-  command
-      .add_option(
-          "--shard", a.shard,
-          "I/N: only the I-th of N equal pieces of the video, as FILE.part-I-of-N.mp4 (numbered pictures "
-          "keep their numbers)")
-      ->group(group);
-  command
-      .add_option("--join", a.join,
-                  "Instead of a MAP: put these pieces, or numbered pictures, together to --output FILE.mp4")
-      ->group(group);
+      .Option("--join FILE...", a.join,
+              "Instead of a MAP: put these pieces, or numbered pictures, together to --output FILE.mp4")
+      .Several();
 }
 
 }  // namespace
 
 PictureOptions MakePictureOptions(const RenderArguments& a) {
   PictureOptions options;
-  if (!a.resolution.empty()) {
-    const cv::Size size = ParseResolution(a.resolution);
-    options.width = size.width;
-    options.height = size.height;
+  if (a.resolution) {
+    options.width = (*a.resolution)[0];
+    options.height = (*a.resolution)[1];
   }
   options.transparent = a.no_background;
   options.backend = ParseRenderBackend(a.backend);
@@ -172,11 +106,11 @@ PictureOptions MakePictureOptions(const RenderArguments& a) {
   }
   CheckStyle(options.style);
   options.camera.view = a.view;
-  options.camera.position = ParseVector("--camera-position", a.position);
-  options.camera.focal_point = ParseVector("--camera-focal-point", a.focal_point);
-  options.camera.view_up = ParseVector("--camera-view-up", a.view_up);
+  options.camera.position = ToVector(a.position);
+  options.camera.focal_point = ToVector(a.focal_point);
+  options.camera.view_up = ToVector(a.view_up);
   if (options.camera.view_up && options.camera.view_up->norm() < 1e-9) {
-    throw UsageError(fmt::format("--camera-view-up {}: expected a direction, not zero", a.view_up));
+    throw UsageError("--camera-view-up: expected a direction, not zero");
   }
   options.camera.view_angle = a.view_angle;
   options.camera.azimuth = a.azimuth;
@@ -196,7 +130,10 @@ VideoOptions MakeVideoOptions(const RenderArguments& a, const PictureOptions& pi
     options.path = ParsePath(a.path);
   }
   if (!a.frames.empty()) {
-    ParseFrames(a.frames, options);
+    const FrameRange range = ParseFrameRange(a.frames);
+    const std::int64_t longest = std::numeric_limits<int>::max();
+    options.first = static_cast<int>(std::min(range.start, longest));
+    options.end = range.count > longest ? -1 : static_cast<int>(std::min(range.start + range.count, longest));
   }
   if (!a.shard.empty()) {
     options.shard = ParseShard(a.shard);
@@ -210,6 +147,7 @@ bool MakesFrames(const RenderArguments& a) {
 
 void CheckRenderArguments(const RenderArguments& a) {
   const bool frames = MakesFrames(a);
+  ParseFrameRange(a.frames);  // refuses wrong ranges before anything is read
   if (!a.join.empty()) {
     if (fs::path(a.output).extension() != ".mp4" || !a.map.empty() || !a.edits.empty()) {
       throw UsageError("--join: expected pieces and --output FILE.mp4, and no MAP or --edits");
@@ -217,10 +155,10 @@ void CheckRenderArguments(const RenderArguments& a) {
     return;
   }
   if (a.map.empty()) {
-    throw UsageError("MAP is missing, expected map.sqmap or the result folder that holds it");
+    throw UsageError("render: MAP is missing, expected map.sqmap or the result folder that holds it");
   }
   if (a.output.empty() && a.reference.empty()) {
-    throw UsageError("nothing to do, expected --output FILE, --reference FILE or both");
+    throw UsageError("render: nothing to do, expected --output FILE, --reference FILE or both");
   }
   if (!frames && !a.output.empty() && fs::path(a.output).extension() != ".png") {
     throw UsageError(
@@ -244,8 +182,8 @@ void CheckRenderArguments(const RenderArguments& a) {
         "--camera-frame: makes one picture, expected --output FILE.png (the camera's way is --camera-path "
         "first-person)");
   }
-  const bool moved = !a.view.empty() || !a.position.empty() || !a.focal_point.empty() || !a.view_up.empty() ||
-                     a.view_angle || a.azimuth != 0.0 || a.elevation != 0.0 || a.zoom != 1.0;
+  const bool moved = !a.view.empty() || a.position || a.focal_point || a.view_up || a.view_angle ||
+                     a.azimuth != 0.0 || a.elevation != 0.0 || a.zoom != 1.0;
   if (a.camera_frame && moved) {
     throw UsageError(
         "--camera-frame: the view of a real camera, expected no --view and no other --camera option");
@@ -261,35 +199,49 @@ void CheckRenderArguments(const RenderArguments& a) {
   }
 }
 
-void AddRenderOptions(CLI::App& command, RenderArguments& a) {
-  command.add_option("MAP", a.map, "map.sqmap, or the result folder that holds it");
-  command.add_option("--output", a.output,
-                     "FILE.png, FILE.mp4, or numbered pictures by a name with {frame:04}");
-  command.add_option("--resolution", a.resolution,
-                     "WIDTH,HEIGHT in pixels [1280,720; with --camera-frame the size of the images]");
+void AddStyleOptions(Command& command, std::string& style, std::vector<std::string>& settings) {
+  command.Option("--style NAME", style,
+                 "FILE.yaml, or one of configs/styles (" + ConfigNameList("configs/styles") + ")");
+  command.Option("--set KEY=VALUE", settings, "Override one value of the style; may be repeated");
+}
+
+void AddBackendOption(Command& command, std::string& backend) {
+  command.Option("--rendering-backend NAME", backend, "Library that draws without a display")
+      .OneOf(RenderBackendNames());
+}
+
+void AddRenderOptions(Command& command, RenderArguments& a) {
+  command.Group("Input");
+  command.Positional("MAP", a.map, "map.sqmap, or the result folder that holds it");
   command
-      .add_option("--at-frame", a.at_frame,
-                  "N: the map as it was at frame N of the run instead of the finished one, whose framing and "
-                  "colours it keeps")
-      ->check(CLI::NonNegativeNumber);
-  command.add_flag("--no-background", a.no_background, "Transparent instead of the style's background");
-  command.add_option("--rendering-backend", a.backend, "auto, osmesa or egl")
-      ->check(CLI::IsMember({"auto", "osmesa", "egl"}))
-      ->capture_default_str();
-  command.add_option("--style", a.style, "A style's name (paper, dark) or FILE.yaml")->capture_default_str();
-  command.add_option("--set", a.settings, "KEY=VALUE of the style, repeatable")->expected(1)->take_all();
-  command.add_option("--reference", a.reference,
-                     "Compare the picture with this one; exit code 5 if it differs");
-  command
-      .add_option("--reference-threshold", a.threshold,
-                  "Largest 1 - SSIM, averaged where something is drawn, that still passes")
-      ->check(CLI::Range(0.0, 1.0))
-      ->capture_default_str();
-  command.add_flag("--quiet", a.quiet, "No progress");
+      .Option(
+          "--at-frame N", a.at_frame,
+          "The map as it was at frame N of the run instead of the finished one, whose framing and colours it "
+          "keeps")
+      .AtLeast(0);
   AddEditsOption(command, a.edits);
   AddLayerOptions(command, a.layers);
+  command.Group("Output");
+  command.Option("--output,-o FILE", a.output,
+                 "FILE.png, FILE.mp4, or numbered pictures by a name with {frame:04}");
+  command
+      .Option("--resolution W,H", a.resolution,
+              "Pixels; default: 1280,720, with --camera-frame the size of the images")
+      .Range(16, 8192);
+  command.Option("--reference FILE", a.reference,
+                 "Compare the picture with this one; exit code 5 if it differs");
+  command
+      .Option("--reference-threshold X", a.threshold,
+              "Largest 1 - SSIM, averaged where something is drawn, that still passes")
+      .Range(0.0, 1.0);
+  command.Group("Style");
+  AddStyleOptions(command, a.style, a.settings);
+  command.Flag("--no-background", a.no_background, "Transparent instead of the style's background");
   AddCameraOptions(command, a);
   AddVideoOptions(command, a);
+  command.Group("General");
+  AddBackendOption(command, a.backend);
+  command.Flag("--quiet,-q", a.quiet, "No progress");
 }
 
 }  // namespace sqslam::app

@@ -1,30 +1,30 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "app/command_line/command.h"
 #include "app/result/map_input.h"
 #include "render/video/video.h"
 
 namespace sqslam::app {
 
-// What the command line of `sqslam render` says.
+// The command line of `sqslam render`.
 struct RenderArguments {
   std::string map;
   std::string edits;
   std::string output;
-  std::string resolution;  // empty: 1280,720, or the size of the camera's images with --camera-frame
+  std::optional<std::array<int, 2>> resolution;  // default: 1280,720, or as the images with --camera-frame
   bool no_background = false;
   std::string backend = "auto";
   std::string style = "paper";
   std::vector<std::string> settings;
   LayerArguments layers;
   std::string view;
-  std::string position, focal_point, view_up;
+  std::optional<std::array<double, 3>> position, focal_point, view_up;
   std::optional<double> view_angle;
   double azimuth = 0.0;
   double elevation = 0.0;
@@ -44,7 +44,11 @@ struct RenderArguments {
   bool quiet = false;
 };
 
-void AddRenderOptions(CLI::App& command, RenderArguments& arguments);
+void AddRenderOptions(Command& command, RenderArguments& arguments);
+
+// Options that other commands share: --style and --set; --rendering-backend.
+void AddStyleOptions(Command& command, std::string& style, std::vector<std::string>& settings);
+void AddBackendOption(Command& command, std::string& backend);
 
 // Combinations that make no sense. Throws UsageError.
 void CheckRenderArguments(const RenderArguments& arguments);

@@ -71,7 +71,7 @@ int CompareWithReference(const RenderArguments& a, const cv::Mat& image) {
   return 5;
 }
 
-// What the input camera saw at one frame: the map from there, or over the photograph.
+// The view of the input camera at one frame: the map from there, or over the photograph.
 cv::Mat RenderCameraFrame(const RenderArguments& a, PictureOptions options, const RecordingReader& reader) {
   const InputFrames frames(reader, MapFile(a.map));
   const MapSnapshotPtr map = reader.Last();
@@ -203,7 +203,7 @@ int Render(const RenderArguments& a) {
   if (reader.Size() == 0) {
     throw InputError(fmt::format("{}: holds no snapshot, expected a map", a.map));
   }
-  if (a.camera_frame && a.resolution.empty()) {
+  if (a.camera_frame && !a.resolution) {
     const Camera camera = reader.Last()->camera;
     options.width = camera.width;
     options.height = camera.height;
@@ -212,7 +212,7 @@ int Render(const RenderArguments& a) {
   return MakesFrames(a) ? RenderFrames(a, options, reader) : RenderStill(a, options, reader);
 }
 
-constexpr const char* kRenderFooter = R"(
+constexpr const char* kRenderNotes = R"(
 The view frames the objects and what is around them; the --camera options change it, angles in degrees.
 Styles lie in configs/styles; --set changes one value of a style (objects.opacity=0.5, objects.labels=true,
 points.size=3, cameras.keyframes=false, grid.show=false, text.legend=false, anti_aliasing=fxaa,
@@ -228,34 +228,34 @@ overlay.fill, overlay.hidden, overlay.labels and overlay.points.
 Ctrl-C ends a video with the last frame that was drawn. --join puts pieces together as they are.
 
 Examples:
-  sqslam render out/kitchen --output kitchen.png
-  sqslam render out/kitchen --output figure.png --no-background --resolution 2400,1600 --set objects.labels=true
-  sqslam render out/kitchen --output above.png --camera-elevation-angle 40 --camera-zoom-factor 1.3
-  sqslam render out/kitchen --output plan.png --view top
-  sqslam render out/kitchen --output tidy.png --edits auto --set objects.labels=true
-  sqslam render out/kitchen --output early.png --at-frame 120
-  sqslam render out/kitchen --output seen.png --camera-frame 240 --overlay
-  sqslam render out/kitchen --output paths.png --view top --ground-truth auto --set covisibility.show=true
-  sqslam render out/kitchen --output dense.png --dense-cloud room.ply --dense-cloud-frame world
-  sqslam render out/kitchen --output section.png --set clip.axis=z --set clip.offset=0.1
-  sqslam render out/kitchen --output turn.mp4 --camera-path turntable
-  sqslam render out/kitchen --output tour.mp4 --camera-path configs/camera_paths/tour.yaml
-  sqslam render out/kitchen --output growth.mp4 --growth --resolution 1280,480
-  sqslam render out/kitchen --output 'frames/{frame:04}.png' --growth --frames 0:30
-  sqslam render out/kitchen --output growth.mp4 --growth --shard 2/8
-  sqslam render --join growth.part-*-of-8.mp4 --output growth.mp4
-  sqslam render --join 'frames/{frame:04}.png' --fps 25 --output growth.mp4
+  sqslam render out/kitchen -o kitchen.png
+  sqslam render out/kitchen -o figure.png --no-background --resolution 2400,1600 --set objects.labels=true
+  sqslam render out/kitchen -o above.png --camera-elevation-angle 40 --camera-zoom-factor 1.3
+  sqslam render out/kitchen -o plan.png --view top
+  sqslam render out/kitchen -o tidy.png --edits auto --set objects.labels=true
+  sqslam render out/kitchen -o early.png --at-frame 120
+  sqslam render out/kitchen -o seen.png --camera-frame 240 --overlay
+  sqslam render out/kitchen -o paths.png --view top --ground-truth auto --set covisibility.show=true
+  sqslam render out/kitchen -o dense.png --dense-cloud room.ply --dense-cloud-frame world
+  sqslam render out/kitchen -o section.png --set clip.axis=z --set clip.offset=0.1
+  sqslam render out/kitchen -o turn.mp4 --camera-path turntable
+  sqslam render out/kitchen -o tour.mp4 --camera-path configs/camera_paths/tour.yaml
+  sqslam render out/kitchen -o growth.mp4 --growth --resolution 1280,480
+  sqslam render out/kitchen -o 'frames/{frame:04}.png' --growth --frames 0:30
+  sqslam render out/kitchen -o growth.mp4 --growth --shard 2/8
+  sqslam render --join growth.part-*-of-8.mp4 -o growth.mp4
+  sqslam render --join 'frames/{frame:04}.png' --fps 25 -o growth.mp4
   sqslam render out/kitchen --reference kitchen.png --reference-threshold 0.04
 )";
 
 }  // namespace
 
-void AddRenderCommand(CLI::App& app, int& exit_code) {
+void AddRenderCommand(Command& program) {
   const auto a = std::make_shared<RenderArguments>();
-  CLI::App* command = app.add_subcommand("render", "Draw a map: a picture, numbered pictures or a video");
-  command->footer(kRenderFooter);
-  AddRenderOptions(*command, *a);
-  command->callback([a, &exit_code] { exit_code = Render(*a); });
+  Command& command = program.AddCommand("render", "Draw a map: a picture, numbered pictures or a video");
+  AddRenderOptions(command, *a);
+  command.Notes(kRenderNotes);
+  command.OnRun([a] { return Render(*a); });
 }
 
 }  // namespace sqslam::app

@@ -5,10 +5,11 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <limits>
 #include <optional>
 
-#include "app/commands/sequence_arguments.h"
 #include "slam/util/atomic_file.h"
+#include "slam/util/data_path.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
 
@@ -48,58 +49,75 @@ void CheckVideoName(const fs::path& video) {
 
 }  // namespace
 
-void RunArguments::AddTo(CLI::App& command) {
-  command.add_option(
-      "INPUT", input,
-      "Sequence folder (rgb.txt, camera.yaml, boxes.txt), dataset folder, image folder, video, or the "
-      "index of a live camera");
-  command.add_option("--camera-index", camera_index, "A live camera of this machine, instead of INPUT")
-      ->check(CLI::NonNegativeNumber);
-  command.add_option("--format", format, "How INPUT is laid out; auto tells by the names in it")
-      ->check(CLI::IsMember(AllNames<SequenceFormat>()))
-      ->capture_default_str();
-  command.add_option(
-      "--camera", camera,
-      "Calibration: FILE.yaml; a preset of configs/cameras such as tum-freiburg1; or auto: guess the focal "
-      "length and refine it on the images; default: camera.yaml in the sequence folder, else the dataset's "
-      "preset");
-  command.add_option(
-      "--resize", resize,
-      "Make the images smaller first: WIDTH, WIDTH,HEIGHT or a factor such as 0.5; calibration "
-      "and boxes are those of the images as they are");
-  command.add_option("--config", config, "Options of the pipeline (YAML, see configs/default.yaml)");
-  command.add_option("--set", set, "Override one option, key=value; may be repeated")
-      ->expected(1)
-      ->take_all();
-  command.add_option("--detections", detections, "boxes.txt, or a folder with one TIMESTAMP.txt a frame");
-  command.add_option("--detector", detector,
-                     "Network that finds the boxes while mapping: a name of configs/detectors, FILE.yaml, or "
-                     "none; default: boxes of the sequence, else the first of yolox-nano and centernet whose "
-                     "weights are there");
-  command.add_option("--output", output, "Result folder; default: out/NAME, out/NAME-2, ...");
-  command.add_option("--start", start, "First frame")->check(CLI::NonNegativeNumber);
-  command.add_option("--frames", frames, "Number of frames at most; default: all")
-      ->check(CLI::PositiveNumber);
-  command.add_option("--stride", stride, "Take every n-th frame")->check(CLI::PositiveNumber);
-  command.add_flag("--deterministic", deterministic,
-                   "Track and map in turn: the same result from run to run");
-  command.add_option("--seed", seed, "Seed of every random source")->check(CLI::NonNegativeNumber);
-  command.add_flag("--realtime", realtime,
-                   "Play at the sequence's own speed and drop what comes too fast, as a live camera does");
-  command
-      .add_option(
-          "--representation", representation,
-          "What objects are shown and written as: superquadric (default); ellipsoid, cuboid: at the same "
-          "place and of the same size; quadric: the dual quadric of the boxes alone, as in QuadricSLAM")
-      ->check(CLI::IsMember(AllNames<Representation>()));
-  command.add_option("--association", association, "Which tests associate boxes with objects")
-      ->check(CLI::IsMember(AllNames<AssociationMethod>()));
-  command.add_option(
-      "--video", video,
-      "FILE.mp4: afterwards, make a video of the map's growth, as `sqslam render --growth` does");
-  command.add_flag("--no-render", no_render, "No pictures and no report");
-  command.add_flag("--quiet", quiet, "No progress and no summary; warnings and errors stay");
-  command.add_flag("--dump-config", dump_config, "Print all options as they would be used, and end");
+Argument& SequenceArguments::AddTo(Command& command, const std::string& input_help, bool with_camera) {
+  command.Group("Input");
+  Argument& positional = command.Positional("INPUT", input, input_help);
+  command.Option("--format NAME", format, "Layout of INPUT; auto tells by the names in it");
+  if (with_camera) {
+    command.Option("--camera NAME", camera,
+                   "Calibration: FILE.yaml; a preset of configs/cameras (" +
+                       ConfigNameList("configs/cameras") +
+                       "); or auto: guess the focal length and refine it on the images. Default: camera.yaml "
+                       "in the sequence folder, else the dataset's preset");
+  }
+  command.Option(
+      "--resize SIZE", resize,
+      "Make the images smaller first: WIDTH, WIDTH,HEIGHT or a factor such as 0.5; calibration and "
+      "boxes are those of the images as they are");
+  command.Option("--start N", start, "First frame").AtLeast(0);
+  command.Option("--frames N|A:B", frames,
+                 "The first N frames, or frames A to B, the end excluded; either of A and B may be left out");
+  command.Option("--stride N", stride, "Take every N-th frame").AtLeast(1);
+  return positional;
+}
+
+SequenceRequest SequenceArguments::Request() const { return {input, format, camera, {}, resize}; }
+
+int SceneFrames(const std::string& frames) {
+  if (frames.empty()) {
+    return 0;
+  }
+  const FrameRange range = ParseFrameRange(frames);
+  if (range.start > 0) {
+    throw UsageError(
+        fmt::format("--frames {}: a scene is rendered from its first frame on, expected N", frames));
+  }
+  return static_cast<int>(std::min<std::int64_t>(range.count, std::numeric_limits<int>::max()));
+}
+
+void RunArguments::AddTo(Command& command) {
+  SequenceArguments::AddTo(command,
+                           "Sequence folder (rgb.txt, camera.yaml, boxes.txt), dataset folder, image folder, "
+                           "video, or the index of a live camera");
+  command.Option("--camera-index N", camera_index, "A live camera of this machine, instead of INPUT")
+      .AtLeast(0);
+  command.Option("--detections PATH", detections, "boxes.txt, or a folder with one TIMESTAMP.txt a frame");
+  command.Option(
+      "--detector NAME", detector,
+      "Network that finds the boxes while mapping: one of configs/detectors (" +
+          ConfigNameList("configs/detectors") +
+          "), FILE.yaml, or none. Default: boxes of the sequence, else the first of yolox-nano and "
+          "centernet whose weights are there");
+  command.Group("Output");
+  command.Option("--output,-o DIR", output, "Result folder; default: out/NAME, out/NAME-2, ...");
+  command.Option("--video FILE.mp4", video,
+                 "Afterwards, make a video of the map's growth, as `sqslam render --growth` does");
+  command.Flag("--no-render", no_render, "No pictures and no report");
+  command.Group("Mapping");
+  command.Option("--config FILE", config, "Options of the pipeline (YAML, see configs/default.yaml)");
+  command.Option("--set KEY=VALUE", set, "Override one option; may be repeated");
+  command.Flag("--dump-config", dump_config, "Print all options as they would be used, and end");
+  command.Option(
+      "--representation NAME", representation,
+      "Shape that objects are shown and written as: superquadric (default); ellipsoid, cuboid: at the same "
+      "place and of the same size; quadric: the dual quadric of the boxes alone, as in QuadricSLAM");
+  command.Option("--association NAME", association, "Tests that associate boxes with objects");
+  command.Flag("--deterministic", deterministic, "Track and map in turn: the same result from run to run");
+  command.Option("--seed N", seed, "Seed of every random source").AtLeast(0);
+  command.Flag("--realtime", realtime,
+               "Play at the sequence's own speed and drop what comes too fast, as a live camera does");
+  command.Group("General");
+  command.Flag("--quiet,-q", quiet, "No progress and no summary; warnings and errors stay");
 }
 
 SystemOptions RunArguments::Options() const {
@@ -111,16 +129,12 @@ SystemOptions RunArguments::Options() const {
     SetOption(assignment, options);
   }
   options.deterministic = options.deterministic || deterministic;
-  options.seed = seed >= 0 ? seed : options.seed;
+  options.seed = seed.value_or(options.seed);
   if (!detector.empty()) {
     options.detection.network = detector;
   }
-  if (!representation.empty()) {
-    options.objects.representation = *FromName<Representation>(representation);
-  }
-  if (!association.empty()) {
-    options.objects.association.method = *FromName<AssociationMethod>(association);
-  }
+  options.objects.representation = representation.value_or(options.objects.representation);
+  options.objects.association.method = association.value_or(options.objects.association.method);
   CheckOptions(options);
   return options;
 }
@@ -138,12 +152,13 @@ RunRequest RunArguments::Request() const {
         "--detections and --detector: boxes come from a file or from a network, expected one of them");
   }
   RunRequest request;
-  request.sequence = {input, ParseSequenceFormat(format), camera, detections, resize};
-  if (camera_index >= 0 && !input.empty()) {
+  request.sequence = SequenceArguments::Request();
+  request.sequence.detections = detections;
+  if (camera_index && !input.empty()) {
     throw UsageError("INPUT and --camera-index: expected one of them");
   }
-  request.live_camera = camera_index >= 0 ? std::optional(camera_index) : LiveCameraOf(input);
-  request.range = {start, frames, stride};
+  request.live_camera = camera_index ? camera_index : LiveCameraOf(input);
+  request.range = Range();
   request.output =
       output.empty()
           ? FreeResultFolder(

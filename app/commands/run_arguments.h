@@ -1,42 +1,58 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
-#include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "app/command_line/command.h"
 #include "app/run/terminal_run.h"
+#include "slam/io/frame_source.h"
+#include "slam/io/sequence.h"
 #include "slam/run/run_pipeline.h"
 
 namespace sqslam::app {
 
-// The command line of a run, as it was typed.
-struct RunArguments {
+// The options that say which images a command works on.
+struct SequenceArguments {
   std::string input;
-  int camera_index = -1;  // -1: none
-  std::string format = "auto";
+  SequenceFormat format = SequenceFormat::kAuto;
   std::string camera;
   std::string resize;
+  std::optional<std::int64_t> start;
+  std::string frames;
+  std::int64_t stride = 1;
+
+  // Adds INPUT with this help, and with `with_camera` --camera.
+  Argument& AddTo(Command& command, const std::string& input_help, bool with_camera = true);
+
+  SequenceRequest Request() const;  // without boxes
+  FrameRange Range() const { return ParseFrameRange(frames, start, stride); }
+};
+
+// The number of frames that --frames asks of a scene, which is rendered from its first frame on; 0: all.
+// Throws UsageError.
+int SceneFrames(const std::string& frames);
+
+// The command line of a run, as it was typed.
+struct RunArguments : SequenceArguments {
+  std::optional<int> camera_index;
   std::string config;
   std::vector<std::string> set;
   std::string detections;
   std::string detector;
   std::string output;
-  std::int64_t start = 0;
-  std::int64_t frames = std::numeric_limits<std::int64_t>::max();
-  std::int64_t stride = 1;
   bool deterministic = false;
-  std::int64_t seed = -1;
+  std::optional<std::int64_t> seed;
   bool realtime = false;
-  std::string representation;
-  std::string association;
+  std::optional<Representation> representation;
+  std::optional<AssociationMethod> association;
   std::string video;
   bool no_render = false;
   bool quiet = false;
   bool dump_config = false;
 
-  void AddTo(CLI::App& command);
+  void AddTo(Command& command);
 
   // All throw UsageError where what is said makes no sense.
   SystemOptions Options() const;

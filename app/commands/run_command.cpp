@@ -14,7 +14,7 @@ namespace {
 constexpr const char* kRunExamples = R"(
 Examples:
   sqslam run data/kitchen                        a folder with rgb.txt, camera.yaml and boxes.txt
-  sqslam run data/kitchen --output out/k1 --frames 300 --deterministic
+  sqslam run data/kitchen -o out/k1 --frames 300 --deterministic
   sqslam run photos/ --camera phone.yaml --detections boxes/
   sqslam run living_room_traj2_frei_png          ICL-NUIM, RGB-D Scenes v2 and 7-Scenes as downloaded
   sqslam run rgbd_dataset_freiburg1_xyz --camera tum-freiburg1
@@ -33,12 +33,12 @@ void Print(const FinishedRun& run) {
              stats.wall_seconds, run.output.string());
 }
 
-void Run(const RunArguments& arguments, int& exit_code) {
+int Run(const RunArguments& arguments) {
   if (arguments.dump_config) {
     fmt::print("{}", DumpOptions(arguments.Options()));
-    return;
+    return 0;
   }
-  if (arguments.input.empty() && arguments.camera_index < 0) {
+  if (arguments.input.empty() && !arguments.camera_index) {
     throw UsageError(
         "run: INPUT is missing, expected a sequence folder, an image folder, a video or a camera index");
   }
@@ -49,18 +49,20 @@ void Run(const RunArguments& arguments, int& exit_code) {
   }
   if (run.interrupted) {
     fmt::print(stderr, "sqslam: interrupted; what had been mapped is in {}\n", run.output.string());
-    exit_code = 130;
+    return 130;
   }
+  return 0;
 }
 
 }  // namespace
 
-void AddRunCommand(CLI::App& app, int& exit_code) {
-  const auto arguments = std::make_shared<RunArguments>();
-  CLI::App* run = app.add_subcommand("run", "Map an image sequence: objects, points, trajectory, pictures");
-  run->footer(kRunExamples);
-  arguments->AddTo(*run);
-  run->callback([arguments, &exit_code] { Run(*arguments, exit_code); });
+void AddRunCommand(Command& program) {
+  const auto a = std::make_shared<RunArguments>();
+  Command& command =
+      program.AddCommand("run", "Map an image sequence: objects, points, trajectory, pictures");
+  a->AddTo(command);
+  command.Notes(kRunExamples);
+  command.OnRun([a] { return Run(*a); });
 }
 
 }  // namespace sqslam::app

@@ -6,21 +6,33 @@
 #include <string>
 
 #include "app/commands/commands.h"
+#include "app/commands/render_arguments.h"
+#include "app/commands/run_arguments.h"
 #include "app/terminal/terminal.h"
 #include "render/synthetic/synthetic_sequence.h"
 
 namespace sqslam::app {
 namespace {
 
+constexpr const char* kSynthNotes = R"(
+Writes rgb/, rgb.txt, camera.yaml, groundtruth.txt, objects_gt.json, boxes.txt and boxes_noisy.txt.
+
+Examples:
+  sqslam synth assets/scenes/desk.yaml -o out/desk
+  sqslam synth my_scene.yaml -o out/mine --frames 60 --noise --seed 7
+)";
+
 struct SynthArguments {
   std::string scene;
   std::string output;
+  std::string frames;
   std::string backend = "auto";
   SynthesisOptions options;
   bool quiet = false;
 };
 
 void Synthesize(SynthArguments arguments) {
+  arguments.options.frames = SceneFrames(arguments.frames);
   arguments.options.backend = ParseRenderBackend(arguments.backend);
   const SceneDescription scene = ReadScene(arguments.scene);
   const int frames = arguments.options.frames > 0 ? arguments.options.frames : scene.frames;
@@ -37,32 +49,25 @@ void Synthesize(SynthArguments arguments) {
 
 }  // namespace
 
-void AddSynthCommand(CLI::App& app, int&) {
-  const auto arguments = std::make_shared<SynthArguments>();
-  CLI::App* synth =
-      app.add_subcommand("synth", "Render a scene into an image sequence with exact ground truth");
-  synth->footer(
-      "\nWrites rgb/, rgb.txt, camera.yaml, groundtruth.txt, objects_gt.json, boxes.txt and "
-      "boxes_noisy.txt.\n"
-      "\nExamples:\n  sqslam synth assets/scenes/desk.yaml --output out/desk\n"
-      "  sqslam synth my_scene.yaml --output out/mine --frames 60 --noise --seed 7\n");
-  synth->add_option("SCENE", arguments->scene, "Scene description (YAML)")->required();
-  synth->add_option("--output,-o", arguments->output, "Folder to make")->required();
-  synth->add_option("--frames", arguments->options.frames, "Stop after this many frames; 0: all of the scene")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
-  synth->add_flag("--noise", arguments->options.noisy_detections,
-                  "boxes.txt as a detector would give them: shaky edges, misses, wrong labels");
-  synth->add_option("--seed", arguments->options.seed, "Of the hand's tremor, image noise and detector")
-      ->capture_default_str();
-  synth
-      ->add_option("--supersampling", arguments->options.supersampling,
-                   "Drawn this many times larger, then averaged")
-      ->check(CLI::Range(1, 4))
-      ->capture_default_str();
-  synth->add_option("--rendering-backend", arguments->backend, "auto, osmesa or egl")->capture_default_str();
-  synth->add_flag("--quiet,-q", arguments->quiet, "No progress, no summary");
-  synth->callback([arguments] { Synthesize(*arguments); });
+void AddSynthCommand(Command& program) {
+  const auto a = std::make_shared<SynthArguments>();
+  Command& command =
+      program.AddCommand("synth", "Render a scene into an image sequence with exact ground truth");
+  command.Group("Input");
+  command.Positional("SCENE", a->scene, "Scene description (YAML)").Required();
+  command.Option("--frames N", a->frames, "Only the first N frames of the scene");
+  command.Flag("--noise", a->options.noisy_detections,
+               "boxes.txt as a detector would give them: shaky edges, misses, wrong labels");
+  command.Option("--seed N", a->options.seed, "Seed of the hand's tremor, image noise and detector");
+  command.Group("Output");
+  command.Option("--output,-o DIR", a->output, "Folder to make").Required();
+  command.Option("--supersampling N", a->options.supersampling, "Drawn this many times larger, then averaged")
+      .Range(1, 4);
+  command.Group("General");
+  AddBackendOption(command, a->backend);
+  command.Flag("--quiet,-q", a->quiet, "No progress, no summary");
+  command.Notes(kSynthNotes);
+  command.OnRun([a] { Synthesize(*a); });
 }
 
 }  // namespace sqslam::app

@@ -156,8 +156,10 @@ PreparedSequence Prepare(const ExperimentConfig& config, const ExperimentSequenc
   }
   const fs::path scene = ResolvePath(config, sequence.scene);
   Words rendering = {"synth", scene.string(), "--quiet"};
-  AddIf(sequence.frames > 0, "--frames", std::to_string(sequence.start + sequence.frames * sequence.stride),
-        rendering);
+  const FrameRange range = FramesOf(sequence);
+  if (range.count < std::numeric_limits<std::int64_t>::max()) {
+    AddIf(true, "--frames", std::to_string(range.start + range.count * range.stride), rendering);
+  }
   // The name changes with all that the images depend on, so that a rendered folder never is the wrong one.
   std::string all = ReadFile(scene, "a scene description (YAML)");
   for (std::size_t i = 2; i < rendering.size(); ++i) {
@@ -184,7 +186,7 @@ CellCommands CommandsOf(const ExperimentConfig& config, const PreparedSequence& 
   AddIf(limited || !prepared.detections.empty(), "--detections",
         limited ? folder.Boxes(NameOfBoxes(cell)).string() : prepared.detections.string(), run);
   AddIf(sequence.start > 0, "--start", std::to_string(sequence.start), run);
-  AddIf(sequence.frames > 0, "--frames", std::to_string(sequence.frames), run);
+  AddIf(!sequence.frames.empty(), "--frames", sequence.frames, run);
   AddIf(sequence.stride > 1, "--stride", std::to_string(sequence.stride), run);
   AddIf(!config.options.empty(), "--config", ResolvePath(config, config.options).string(), run);
   if (config.deterministic) {

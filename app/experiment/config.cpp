@@ -229,8 +229,13 @@ ExperimentSequence ReadSequence(YamlGroup& group, const Words& taken) {
   group.Read("detections", sequence.detections);
   group.Read("evaluate", sequence.evaluate);
   group.Read("start", sequence.start, 0);
-  group.Read("frames", sequence.frames, 1);
+  group.Read("frames", sequence.frames);
   group.Read("stride", sequence.stride, 1);
+  try {
+    FramesOf(sequence);
+  } catch (const UsageError& error) {
+    throw UsageError(fmt::format("{}: {}", group.Where("frames"), error.what()));
+  }
   sequence.set = ReadSet(group);
   group.CheckKeys();
   return sequence;
@@ -270,6 +275,11 @@ void ReadGrids(YamlGroup& root, ExperimentConfig& config) {
 }
 
 }  // namespace
+
+FrameRange FramesOf(const ExperimentSequence& sequence) {
+  return ParseFrameRange(sequence.frames, sequence.start > 0 ? std::optional(sequence.start) : std::nullopt,
+                         sequence.stride);
+}
 
 ExperimentConfig ParseExperiment(const std::string& yaml, const std::string& source) {
   YAML::Node document;

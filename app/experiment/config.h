@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "slam/io/frame_source.h"
+
 namespace sqslam::app {
 
 // One input of an experiment: a sequence on disk, or a scene that is rendered first.
@@ -17,10 +19,13 @@ struct ExperimentSequence {
   std::filesystem::path detections;
   bool evaluate = true;  // against the ground truth of the folder; false: only times and counts
   std::int64_t start = 0;
-  std::int64_t frames = 0;  // 0: all
+  std::string frames;  // N or A:B, see ParseFrameRange; empty: all
   std::int64_t stride = 1;
   std::vector<std::string> set;  // options for this sequence, key=value
 };
+
+// Throws UsageError where `frames` is no range.
+FrameRange FramesOf(const ExperimentSequence& sequence);
 
 // Options under a name, for what is no axis of its own.
 struct ExperimentVariant {

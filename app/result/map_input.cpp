@@ -4,8 +4,6 @@
 #include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
-
 #include "slam/evaluation/ground_truth.h"
 #include "slam/evaluation/trajectory_error.h"
 #include "slam/io/result_files.h"
@@ -27,12 +25,11 @@ TruePath LayOver(const MapSnapshot& map, const fs::path& sequence) {
 
 fs::path MapFile(const fs::path& map) { return ResultFile(map, "map.sqmap"); }
 
-void AddEditsOption(CLI::App& command, std::string& edits) {
-  command
-      .add_option("--edits", edits,
-                  "FILE.json with edits of the objects (names, labels, hidden, deleted and merged ones), as "
-                  "the viewer saves them; auto: the one beside the map. Without it the map as it was made")
-      ->type_name("FILE");
+void AddEditsOption(Command& command, std::string& edits) {
+  command.Option(
+      "--edits FILE", edits,
+      "FILE.json with edits of the objects (names, labels, hidden, deleted and merged ones), as the viewer "
+      "saves them; auto: the one beside the map. Without it the map as it was made");
 }
 
 fs::path EditsFile(const fs::path& recording, const std::string& edits) {
@@ -83,26 +80,18 @@ PointCloud ReadDenseCloud(const fs::path& file) {
   return cloud;
 }
 
-void AddLayerOptions(CLI::App& command, LayerArguments& a) {
-  const char* group = "Layers";
+void AddLayerOptions(Command& command, LayerArguments& a) {
+  command.Group("Layers");
+  command.Option(
+      "--ground-truth SEQUENCE", a.ground_truth,
+      "Sequence folder: its true camera path, laid over the keyframes by the best similarity; auto: of "
+      "the sequence that was mapped");
+  command.Option("--dense-cloud FILE", a.dense_cloud,
+                 ".ply with x y z, and red green blue if it has them, or a text with x y z");
   command
-      .add_option("--ground-truth", a.ground_truth,
-                  "Sequence folder: its true camera path, laid over the keyframes by the best similarity; "
-                  "auto: of the sequence that was mapped")
-      ->type_name("SEQUENCE")
-      ->group(group);
-  command
-      .add_option("--dense-cloud", a.dense_cloud,
-                  "FILE.ply with x y z, and red green blue if it has them, or a text with x y z")
-      ->type_name("FILE")
-      ->group(group);
-  command
-      .add_option("--dense-cloud-frame", a.dense_cloud_frame,
-                  "map, or world: that of the true poses of --ground-truth (without it: of the sequence that "
-                  "was mapped)")
-      ->check(CLI::IsMember({"map", "world"}))
-      ->capture_default_str()
-      ->group(group);
+      .Option("--dense-cloud-frame NAME", a.dense_cloud_frame,
+              "world: that of the true poses of --ground-truth (without it: of the sequence that was mapped)")
+      .OneOf({"map", "world"});
 }
 
 std::shared_ptr<const ColoredPoints> PlaceCloud(const PointCloud& cloud, const Sim3d& S_map_file) {

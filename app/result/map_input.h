@@ -4,15 +4,12 @@
 #include <memory>
 #include <string>
 
+#include "app/command_line/command.h"
 #include "render/scene/scene_layers.h"
 #include "slam/geometry/rigid3.h"
 #include "slam/io/point_cloud.h"
 #include "slam/snapshot/object_edits.h"
 #include "slam/snapshot/recording.h"
-
-namespace CLI {
-class App;
-}
 
 namespace sqslam::app {
 
@@ -20,7 +17,7 @@ namespace sqslam::app {
 std::filesystem::path MapFile(const std::filesystem::path& map);
 
 // --edits: edits of the map's objects that the viewer saved. Without it commands show what was mapped.
-void AddEditsOption(CLI::App& command, std::string& edits);
+void AddEditsOption(Command& command, std::string& edits);
 
 // The file that the option means: itself, with "auto" the one beside the recording; empty where it was not
 // given. Throws InputError where "auto" finds none.
@@ -38,7 +35,7 @@ struct LayerArguments {
   std::string dense_cloud_frame = "map";  // "map", or "world": that of the true poses
 };
 
-void AddLayerOptions(CLI::App& command, LayerArguments& arguments);
+void AddLayerOptions(Command& command, LayerArguments& arguments);
 
 // Reads what the arguments name and lays it over the finished map. `sequence`: what was mapped. Throws
 // InputError that names the file, UsageError where "auto" has nothing to mean.

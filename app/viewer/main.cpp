@@ -4,7 +4,6 @@
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
 
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
@@ -27,7 +26,7 @@
 namespace sqslam::viewer {
 namespace {
 
-constexpr const char* kExamples = R"(
+constexpr const char* kNotes = R"(
 Examples:
   sqslam-viewer out/kitchen                the result folder of a run
   sqslam-viewer out/kitchen/map.sqmap
@@ -42,7 +41,7 @@ be used; of a run those of `sqslam run`.
 
 struct Arguments {
   std::string map;
-  std::string resolution;  // empty: as it was last
+  std::optional<std::array<int, 2>> resolution;  // none: as it was last
   std::string play;
   std::string record;
   app::LayerArguments layers;
@@ -95,17 +94,6 @@ class EventLog {
   int frames_ = 0;
 };
 
-cv::Size ParseSize(const std::string& text) {
-  int width = 0;
-  int height = 0;
-  char rest = '\0';
-  if (std::sscanf(text.c_str(), "%d,%d%c", &width, &height, &rest) != 2 || width < 320 || height < 200 ||
-      width > 8192 || height > 8192) {
-    throw UsageError(fmt::format("--resolution {}: expected WIDTH,HEIGHT from 320,200 to 8192,8192", text));
-  }
-  return {width, height};
-}
-
 // The loop of the program: events, a frame, and rest while nothing changes.
 class Loop {
  public:
@@ -114,9 +102,10 @@ class Loop {
       : live_(run != nullptr),
         timed_(arguments.timing),
         preferences_(arguments.play.empty() ? Preferences::Read() : Preferences()),
-        window_("sqslam", arguments.resolution.empty()
-                              ? cv::Size(preferences_.memory.window_width, preferences_.memory.window_height)
-                              : ParseSize(arguments.resolution)),
+        window_("sqslam",
+                arguments.resolution
+                    ? cv::Size((*arguments.resolution)[0], (*arguments.resolution)[1])
+                    : cv::Size(preferences_.memory.window_width, preferences_.memory.window_height)),
         viewer_(window_.Size(), preferences_.TextScale() * window_.ContentScale()),
         event_log_(arguments.record) {
     if (!arguments.play.empty()) {
@@ -271,9 +260,6 @@ void CheckDisplay(const std::string& instead) {
 
 // Throws where the window could not do what is said.
 void CheckArguments(const Arguments& arguments) {
-  if (!arguments.resolution.empty()) {
-    ParseSize(arguments.resolution);
-  }
   if (!arguments.play.empty()) {
     ReadScript(arguments.play);
   }
@@ -286,12 +272,12 @@ int WatchRun(const Arguments& arguments, const app::RunArguments& run_arguments)
     fmt::print("{}", DumpOptions(run_arguments.Options()));
     return 0;
   }
-  if (run_arguments.input.empty() && run_arguments.camera_index < 0) {
+  if (run_arguments.input.empty() && !run_arguments.camera_index) {
     throw UsageError(
         "run: INPUT is missing, expected a sequence folder, an image folder, a video or a camera index");
   }
   CheckDisplay(run_arguments.input.empty()
-                   ? fmt::format("sqslam run --camera-index {}", run_arguments.camera_index)
+                   ? fmt::format("sqslam run --camera-index {}", *run_arguments.camera_index)
                    : fmt::format("sqslam run {}", run_arguments.input));
   CheckArguments(arguments);  // before the run begins
   const RunRequest request = run_arguments.Request();
@@ -302,36 +288,30 @@ int WatchRun(const Arguments& arguments, const app::RunArguments& run_arguments)
   return Loop(arguments, std::move(run), request).Run();
 }
 
-int ParseAndRun(int argc, char** argv) {
-  CLI::App cli("Shows maps of sqslam and how they came about", "sqslam-viewer");
-  cli.footer(kExamples);
+int ParseAndRun(const std::vector<std::string>& words) {
   Arguments arguments;
-  cli.add_option("MAP", arguments.map, "map.sqmap, or the result folder that holds it");
-  cli.add_option("--resolution", arguments.resolution, "WIDTH,HEIGHT of the window [as it was last]");
-  cli.add_option("--play-events", arguments.play, "FILE: play a script of events, then close");
-  cli.add_flag("--timing", arguments.timing, "At the end, print how fast the window was");
-  cli.add_option("--record-events", arguments.record, "FILE: write down all events as such a script");
-  app::AddLayerOptions(cli, arguments.layers);
-  cli.get_formatter()->column_width(36);
   app::RunArguments run_arguments;
-  CLI::App* run =
-      cli.add_subcommand("run", "Map an image sequence in the window; INPUT and options as of `sqslam run`");
-  run->fallthrough();
-  run_arguments.AddTo(*run);
-  try {
-    cli.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    if (e.get_exit_code() == 0) {
-      return cli.exit(e);
-    }
-    return Fail(2, fmt::format("{} (see sqslam-viewer --help)", e.what()));
-  }
-  if (run->parsed()) {
-    return WatchRun(arguments, run_arguments);
-  }
-  CheckDisplay(
-      fmt::format("sqslam render {} --output map.png", arguments.map.empty() ? "RESULT" : arguments.map));
-  return Loop(arguments, nullptr, {}).Run();
+  app::Command program("sqslam-viewer", "Shows maps of sqslam and how they came about");
+  program.Group("Input");
+  program.Positional("MAP", arguments.map, "map.sqmap, or the result folder that holds it");
+  app::AddLayerOptions(program, arguments.layers);
+  program.Group("Window");
+  program.Option("--resolution W,H", arguments.resolution, "Size of the window; default: as it was last")
+      .Range(200, 8192);
+  program.Option("--play-events FILE", arguments.play, "Play a script of events, then close");
+  program.Option("--record-events FILE", arguments.record, "Write down all events as such a script");
+  program.Flag("--timing", arguments.timing, "At the end, print how fast the window was");
+  program.Notes(kNotes);
+  program.OnRun([&] {
+    CheckDisplay(
+        fmt::format("sqslam render {} --output map.png", arguments.map.empty() ? "RESULT" : arguments.map));
+    return Loop(arguments, nullptr, {}).Run();
+  });
+  program.Group("Commands");
+  app::Command& run = program.AddCommand("run", "Map an image sequence in the window, as `sqslam run` does");
+  run_arguments.AddTo(run);
+  run.OnRun([&] { return WatchRun(arguments, run_arguments); });
+  return program.Run(words);
 }
 
 }  // namespace
@@ -341,7 +321,7 @@ int main(int argc, char** argv) {
   using sqslam::viewer::Fail;
   sqslam::viewer::SetUpLogging();
   try {
-    return sqslam::viewer::ParseAndRun(argc, argv);
+    return sqslam::viewer::ParseAndRun({argv + 1, argv + argc});
   } catch (const sqslam::UsageError& e) {
     return Fail(2, e.what());
   } catch (const sqslam::InputError& e) {

@@ -22,6 +22,8 @@ RenderBackend ParseRenderBackend(std::string_view name) {
   throw UsageError(fmt::format("unknown rendering back end '{}': expected auto, osmesa or egl", name));
 }
 
+std::vector<std::string> RenderBackendNames() { return {"auto", "osmesa", "egl"}; }
+
 std::string_view RenderBackendName(RenderBackend backend) {
   switch (backend) {
     case RenderBackend::kOsmesa:

@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace sqslam {
 
@@ -16,6 +17,7 @@ enum class RenderBackend {
 
 // "auto", "osmesa" or "egl"; throws UsageError on anything else.
 RenderBackend ParseRenderBackend(std::string_view name);
+std::vector<std::string> RenderBackendNames();  // that ParseRenderBackend takes
 std::string_view RenderBackendName(RenderBackend backend);
 
 // An OpenGL 3.3 core context that needs neither a display nor a window. It belongs to the thread that last

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
@@ -7,9 +8,12 @@
 
 namespace sqslam {
 
+enum class BoardKind { kChessboard, kCharuco };
+constexpr auto EnumNames(BoardKind) { return std::array{"chessboard", "charuco"}; }
+
 // A flat board with corners at known places.
 struct CalibrationBoard {
-  enum class Kind { kChessboard, kCharuco };
+  using Kind = BoardKind;
 
   Kind kind = Kind::kChessboard;
   int columns = 10;  // squares, not inner corners

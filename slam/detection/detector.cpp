@@ -165,6 +165,20 @@ NetworkOptions LoadNetwork(const std::string& name_or_file, const std::vector<st
   return options;
 }
 
+std::optional<NetworkOptions> ChooseNetwork(const std::string& name_or_file,
+                                            const std::vector<std::string>& settings) {
+  if (name_or_file != "auto") {
+    return LoadNetwork(name_or_file, settings);
+  }
+  for (const char* name : {"yolox-nano", "centernet"}) {  // the better one first
+    try {
+      return LoadNetwork(name, settings);
+    } catch (const InputError&) {  // its weights are not there
+    }
+  }
+  return std::nullopt;
+}
+
 std::string Fingerprint(const NetworkOptions& options) {
   std::ifstream in(options.file, std::ios::binary);
   const std::string weights((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());

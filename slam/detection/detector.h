@@ -3,6 +3,7 @@
 #include <array>
 #include <memory>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -56,6 +57,11 @@ struct NetworkOptions {
 // over it. `file` is then an absolute path that exists. Throws UsageError for unknown names and bad values,
 // InputError where the weights are missing: it says where they were looked for and what fetches them.
 NetworkOptions LoadNetwork(const std::string& name_or_file, const std::vector<std::string>& settings = {});
+
+// The same, where "auto" is the better one of those in configs/detectors whose weights are there; empty where
+// none is.
+std::optional<NetworkOptions> ChooseNetwork(const std::string& name_or_file,
+                                            const std::vector<std::string>& settings = {});
 
 // All that boxes depend on in one line: every option, and a checksum of the weights.
 std::string Fingerprint(const NetworkOptions& options);

@@ -19,6 +19,8 @@
 #include <thread>
 
 #include "slam/io/image_files.h"
+#include "slam/util/error.h"
+#include "slam/util/parse_number.h"
 
 namespace sqslam {
 namespace {
@@ -69,9 +71,53 @@ Decoded DecodeFile(const std::filesystem::path& path) {
 
 }  // namespace
 
+FrameRange ParseFrameRange(const std::string& frames, std::optional<std::int64_t> start,
+                           std::int64_t stride) {
+  const auto number = [&](const std::string& text, std::int64_t least) {
+    const auto value = ParseNumber<std::int64_t>(text);
+    if (!value || *value < least) {
+      throw UsageError(fmt::format(
+          "--frames {}: expected N, the first N, or A:B, such as 0:30, the end excluded", frames));
+    }
+    return *value;
+  };
+  FrameRange range{start.value_or(0), std::numeric_limits<std::int64_t>::max(), stride};
+  const std::size_t colon = frames.find(':');
+  if (frames.empty()) {
+    return range;
+  }
+  if (colon == std::string::npos) {
+    range.count = number(frames, 1);
+    return range;
+  }
+  if (colon > 0) {
+    if (start) {
+      throw UsageError(fmt::format("--frames {} and --start {}: expected one start", frames, *start));
+    }
+    range.start = number(frames.substr(0, colon), 0);
+  }
+  if (colon + 1 < frames.size()) {
+    const std::int64_t end = number(frames.substr(colon + 1), 1);
+    if (end <= range.start) {
+      throw UsageError(
+          fmt::format("--frames {}: holds no frame from {} on, the end is excluded", frames, range.start));
+    }
+    range.count = (end - range.start + stride - 1) / stride;
+  }
+  return range;
+}
+
 std::int64_t FrameRange::SizeIn(const Sequence& sequence) const {
   const auto total = static_cast<std::int64_t>(sequence.frames.size());
   return start >= total ? 0 : std::min(count, (total - start + stride - 1) / stride);
+}
+
+void FrameRange::CheckHasFrames(const Sequence& sequence) const {
+  if (SizeIn(sequence) <= 0) {
+    throw UsageError(
+        fmt::format("nothing is left from frame {} on, expected a part of the sequence's {} frames", start,
+                    sequence.frames.size()));
+  }
 }
 
 struct FrameSource::Impl {

@@ -4,6 +4,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "slam/io/frame.h"
 #include "slam/io/sequence.h"
@@ -17,7 +18,14 @@ struct FrameRange {
   std::int64_t stride = 1;
 
   std::int64_t SizeIn(const Sequence& sequence) const;  // frames that will be played
+  void CheckHasFrames(const Sequence& sequence) const;  // throws UsageError where there is none
 };
+
+// The range that --frames, --start and --stride name. `frames` is "N", the first N that are played from the
+// start on, or "A:B", frame A up to but not including frame B, either of which may be left out; empty: all.
+// Throws UsageError.
+FrameRange ParseFrameRange(const std::string& frames, std::optional<std::int64_t> start = std::nullopt,
+                           std::int64_t stride = 1);
 
 // A source of frames, one after the other.
 class FrameStream {

@@ -63,7 +63,7 @@ RunInput OpenInput(const RunRequest& request, const RunHost& host) {
   RunInput input;
   input.sequence = request.live_camera ? LiveSequence(request) : OpenSequence(request.sequence);
   CheckRequest(request, input.sequence);
-  input.network = ChooseNetwork(request.options.detection, input.sequence);
+  input.network = NetworkFor(request.options.detection, input.sequence);
   input.frames = OpenFrames(request, input.sequence, host);
   if (input.network) {
     input.detector.emplace(*input.network);
@@ -71,7 +71,7 @@ RunInput OpenInput(const RunRequest& request, const RunHost& host) {
   return input;
 }
 
-std::optional<NetworkOptions> ChooseNetwork(const DetectionOptions& options, const Sequence& sequence) {
+std::optional<NetworkOptions> NetworkFor(const DetectionOptions& options, const Sequence& sequence) {
   if (options.network == "none" || (options.network == "auto" && sequence.has_detections)) {
     if (!sequence.has_detections) {
       spdlog::warn("{}: no boxes.txt, no --detections and no --detector, so the map will hold no objects",
@@ -79,19 +79,14 @@ std::optional<NetworkOptions> ChooseNetwork(const DetectionOptions& options, con
     }
     return std::nullopt;
   }
-  if (options.network != "auto") {
-    return LoadNetwork(options.network);
+  std::optional<NetworkOptions> network = ChooseNetwork(options.network);
+  if (!network) {
+    spdlog::warn(
+        "{}: no boxes and no detector, so the map will hold no objects; scripts/fetch-detector.sh obtains "
+        "one",
+        sequence.path.string());
   }
-  for (const char* name : {"yolox-nano", "centernet"}) {  // the better one first
-    try {
-      return LoadNetwork(name);
-    } catch (const InputError&) {  // its weights are not there
-    }
-  }
-  spdlog::warn(
-      "{}: no boxes and no detector, so the map will hold no objects; scripts/fetch-detector.sh obtains one",
-      sequence.path.string());
-  return std::nullopt;
+  return network;
 }
 
 std::optional<double> NextTimestamp(const FrameRange& range, const Sequence& sequence, const Frame& frame) {

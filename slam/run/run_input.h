@@ -40,7 +40,7 @@ RunInput OpenInput(const RunRequest& request, const RunHost& host);
 
 // The network that is to find the boxes of a sequence; empty where they come with it, or where there is none
 // (a warning then says what would help). Throws as LoadNetwork does.
-std::optional<NetworkOptions> ChooseNetwork(const DetectionOptions& options, const Sequence& sequence);
+std::optional<NetworkOptions> NetworkFor(const DetectionOptions& options, const Sequence& sequence);
 
 // Timestamp of the frame that is played after this one; empty for the last.
 std::optional<double> NextTimestamp(const FrameRange& range, const Sequence& sequence, const Frame& frame);

@@ -37,6 +37,14 @@ std::vector<std::string> ConfigNames(const fs::path& folder) {
   return names;
 }
 
+std::string ConfigNameList(const fs::path& folder) {
+  try {
+    return fmt::format("{}", fmt::join(ConfigNames(folder), ", "));
+  } catch (const InputError&) {
+    return "";
+  }
+}
+
 fs::path ConfigFile(const fs::path& folder, const std::string& what, const std::string& name_or_file) {
   if (fs::path(name_or_file).extension() == ".yaml") {
     return name_or_file;

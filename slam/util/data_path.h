@@ -14,6 +14,9 @@ std::filesystem::path DataPath(const std::filesystem::path& name);
 // Names of the NAME.yaml in such a folder ("configs/styles"), sorted.
 std::vector<std::string> ConfigNames(const std::filesystem::path& folder);
 
+// The same in one line for texts: "dark, paper"; empty where there is no such folder.
+std::string ConfigNameList(const std::filesystem::path& folder);
+
 // The file that NAME or FILE.yaml means: one that ends in .yaml as it is, otherwise folder/NAME.yaml. Throws
 // UsageError for an unknown name, with those there are and the nearest; `what` says its kind ("style").
 std::filesystem::path ConfigFile(const std::filesystem::path& folder, const std::string& what,

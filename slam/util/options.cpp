@@ -13,6 +13,7 @@
 #include <type_traits>
 
 #include "slam/util/error.h"
+#include "slam/util/option_value.h"
 #include "slam/util/parse_number.h"
 
 namespace sqslam {
@@ -29,31 +30,6 @@ std::string DescribeRange(const OptionField& field, const std::string& noun) {
     return fmt::format("{} of at least {}", noun, field.min);
   }
   return has_max ? fmt::format("{} of at most {}", noun, field.max) : noun;
-}
-
-std::string DescribeExpectation(const OptionField& field) {
-  struct Describe {
-    const OptionField& field;
-    std::string operator()(const int*) const { return DescribeRange(field, "a whole number"); }
-    std::string operator()(const std::int64_t*) const { return DescribeRange(field, "a whole number"); }
-    std::string operator()(const std::uint64_t*) const {
-      return DescribeRange(field, "a whole number without sign");
-    }
-    std::string operator()(const double*) const { return DescribeRange(field, "a number"); }
-    std::string operator()(const std::span<double>& values) const {
-      return fmt::format("a list [..] of {} values, each {}", values.size(),
-                         DescribeRange(field, "a number"));
-    }
-    std::string operator()(const bool*) const { return "true or false"; }
-    std::string operator()(const std::string*) const {
-      return field.allowed.empty() ? "one line of text" : (*this)(EnumOption());
-    }
-    std::string operator()(const EnumOption&) const {
-      return fmt::format("one of {}", fmt::join(field.allowed, ", "));
-    }
-    std::string operator()(const std::vector<std::string>*) const { return "a list [..] of words"; }
-  };
-  return std::visit(Describe{field}, field.value);
 }
 
 std::string NodeText(const YAML::Node& node) {
@@ -198,7 +174,7 @@ void Assign(const YAML::Node& node, const OptionField& field, const std::string&
     const std::string nearest = node.IsScalar() ? NearestWord(node.Scalar(), field.allowed) : "";
     throw UsageError(fmt::format("{}: {} is {}, expected {}{}", where, field.key,
                                  node.IsNull() ? "empty" : "'" + NodeText(node) + "'",
-                                 DescribeExpectation(field), Hint(nearest)));
+                                 OptionExpectation(field), Hint(nearest)));
   }
 }
 
@@ -247,6 +223,43 @@ std::size_t EditDistance(std::string_view a, std::string_view b) {
 }
 
 }  // namespace
+
+std::string OptionExpectation(const OptionField& field) {
+  struct Describe {
+    const OptionField& field;
+    std::string operator()(const int*) const { return DescribeRange(field, "a whole number"); }
+    std::string operator()(const std::int64_t*) const { return DescribeRange(field, "a whole number"); }
+    std::string operator()(const std::uint64_t*) const {
+      return DescribeRange(field, "a whole number without sign");
+    }
+    std::string operator()(const double*) const { return DescribeRange(field, "a number"); }
+    std::string operator()(const std::span<double>& values) const {
+      return fmt::format("a list [..] of {} values, each {}", values.size(),
+                         DescribeRange(field, "a number"));
+    }
+    std::string operator()(const bool*) const { return "true or false"; }
+    std::string operator()(const std::string*) const {
+      return field.allowed.empty() ? "one line of text" : (*this)(EnumOption());
+    }
+    std::string operator()(const EnumOption&) const {
+      return fmt::format("one of {}", fmt::join(field.allowed, ", "));
+    }
+    std::string operator()(const std::vector<std::string>*) const { return "a list [..] of words"; }
+  };
+  return std::visit(Describe{field}, field.value);
+}
+
+bool ReadOption(const std::string& text, const OptionField& field) {
+  return std::visit(AssignFromNode{YAML::Node(text), field}, field.value) && IsAllowed(field);
+}
+
+std::string OptionText(const OptionField& field) {
+  if (!IsAllowed(field)) {
+    return "";
+  }
+  const auto* text = std::get_if<std::string*>(&field.value);
+  return text != nullptr ? **text : FormatValue(field);
+}
 
 std::string NearestWord(std::string_view word, const std::vector<std::string>& candidates) {
   std::string nearest;
@@ -318,7 +331,7 @@ void CheckOptionFields(const std::vector<OptionField>& fields) {
   for (const OptionField& field : fields) {
     if (!IsAllowed(field)) {
       throw UsageError(fmt::format("option {} is {}, expected {}", field.key, FormatValue(field),
-                                   DescribeExpectation(field)));
+                                   OptionExpectation(field)));
     }
   }
 }

@@ -70,6 +70,19 @@ TEST_F(DetectCommand, WritesABoxALine) {
                     HasSubstr(" 24.0 8.0 32.0 32.0\n"), Not(HasSubstr("# end"))));
 }
 
+TEST_F(DetectCommand, WithoutAnyWeightsSaysWhatFetchesThem) {
+  const ProgramRun run =
+      RunProgram("detect " + sequence_.Path().string() + " --set file=/no/such.onnx -o " + Boxes());
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.ErrorLines(), ElementsAre(HasSubstr("scripts/fetch-detector.sh")));
+}
+
+TEST_F(DetectCommand, FramesAreANumberOrARange) {
+  EXPECT_THAT(Detect("--frames 2").out, HasSubstr("2 boxes in 2 frames"));
+  std::filesystem::remove(Boxes());
+  EXPECT_THAT(Detect("--frames 1:2").out, HasSubstr("1 boxes in 1 frames"));
+}
+
 TEST_F(DetectCommand, GoesOnWhereItWasStopped) {
   ASSERT_EQ(Detect("").exit_code, 0);
   const std::string whole = Slurp(Boxes());

@@ -204,8 +204,8 @@ TEST_F(FigureCommandTest, WrongInputIsSaidInOneLine) {
       {"yaw " + result + " --object 0 --frame 3" + out, 3, "keyframe 3, expected one of 70"},
       {"yaw " + result + " --frame 70" + out, 2, "--frame without --object"},
       {"shapes --e1 0" + out, 2, "0.05 to 2"},
-      {"shape" + out, 2, "shapes, compare, maps"},
-      {"", 2, "shapes, compare, maps"},
+      {"shape" + out, 2, "did you mean 'shapes'?"},
+      {"histogram" + out, 2, "shapes, compare, maps"},
   };
   for (const Case& c : cases) {
     const ProgramRun run = RunProgram("figure " + c.arguments);

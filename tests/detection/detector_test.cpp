@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "slam/util/error.h"
+#include "slam/util/options.h"
 #include "tests/detection/hand_made_network.h"
 
 namespace sqslam {
@@ -43,6 +44,15 @@ TEST_F(DetectorTest, AFileThatIsNoNetworkIsRefusedByName) {
   EXPECT_NE(Refusal().find(file_.string()), std::string::npos);
   options_.file = "/no/such/file.onnx";
   EXPECT_NE(Refusal().find("/no/such/file.onnx"), std::string::npos);
+}
+
+TEST_F(DetectorTest, AutoIsTheFirstNetworkWhoseWeightsAreThere) {
+  const std::optional<NetworkOptions> chosen = ChooseNetwork("auto", {"file=" + file_.string()});
+  ASSERT_TRUE(chosen.has_value());
+  EXPECT_EQ(DumpOptions(*chosen), DumpOptions(LoadNetwork("yolox-nano", {"file=" + file_.string()})));
+  EXPECT_FALSE(ChooseNetwork("auto", {"file=/no/such/file.onnx"}).has_value());
+  EXPECT_THROW(ChooseNetwork("centernet", {"file=/no/such/file.onnx"}), InputError);
+  EXPECT_THROW(ChooseNetwork("yolo-nano"), UsageError);
 }
 
 TEST_F(DetectorTest, UnknownOutputsAreRefusedWithThoseThereAre) {

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <opencv2/imgcodecs.hpp>
 
+#include "slam/util/error.h"
 #include "tests/io/captured_log.h"
 #include "tests/io/temporary_folder.h"
 
@@ -54,6 +55,27 @@ TEST_F(FrameSourceTest, StartCountAndStrideChooseFrames) {
   EXPECT_EQ(range.SizeIn(sequence_), 3);
   EXPECT_EQ((FrameRange{.start = 6, .stride = 2}.SizeIn(sequence_)), 1);
   EXPECT_EQ((FrameRange{.start = 9}.SizeIn(sequence_)), 0);
+}
+
+TEST_F(FrameSourceTest, FramesAreANumberOrARangeWithoutItsEnd) {
+  const auto played = [&](const std::string& frames, std::optional<std::int64_t> start, std::int64_t stride) {
+    FrameSource source(sequence_, ParseFrameRange(frames, start, stride));
+    return Play(source);
+  };
+  EXPECT_THAT(played("3", {}, 1), ElementsAre(0, 1, 2));
+  EXPECT_THAT(played("3", 2, 2), ElementsAre(2, 4, 6));
+  EXPECT_THAT(played("2:5", {}, 1), ElementsAre(2, 3, 4));
+  EXPECT_THAT(played("2:7", {}, 2), ElementsAre(2, 4, 6));
+  EXPECT_THAT(played("2:6", {}, 2), ElementsAre(2, 4));
+  EXPECT_THAT(played(":2", {}, 1), ElementsAre(0, 1));
+  EXPECT_THAT(played(":5", 3, 1), ElementsAre(3, 4));
+  EXPECT_THAT(played("6:", {}, 1), ElementsAre(6, 7));
+  EXPECT_THAT(played(":", 6, 1), ElementsAre(6, 7));
+  EXPECT_THAT(played("", 6, 1), ElementsAre(6, 7));
+  for (const char* wrong : {"0", "-1", "a", "1.5", "3:3", "5:2", "1:2:3", "a:", ":0", "1:b"}) {
+    EXPECT_THROW(ParseFrameRange(wrong), UsageError) << wrong;
+  }
+  EXPECT_THROW(ParseFrameRange("2:5", 1), UsageError);
 }
 
 TEST_F(FrameSourceTest, AFolderInAnImagesPlaceIsSkippedAndNamed) {

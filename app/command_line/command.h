@@ -1,0 +1,159 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <deque>
+#include <functional>
+#include <iterator>
+#include <memory>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "slam/util/option_value.h"
+
+namespace sqslam::app {
+
+// An option, a flag or a positional argument: its names, its help, and the variable that takes its value.
+struct Argument {
+  std::vector<std::string> names;  // "--output", "-o"; of a positional argument the word that stands for it
+  std::string value_name;          // "FILE"; empty for flags
+  std::string help;
+  std::string group;                // the heading that it stands under in --help
+  std::vector<OptionField> fields;  // the variables of its numbers (one but for "W,H"), and what they may be
+  std::function<void()> store;      // takes over what has been read, where that is not the variable itself
+  std::string default_text;         // shown in --help; empty: none
+  bool required = false;
+  bool list = false;     // may be given again and again
+  bool several = false;  // takes all values up to the next option each time
+  bool given = false;
+
+  Argument& Required();
+  Argument& AtLeast(double min);
+  Argument& Range(double min, double max);  // both ends allowed
+  Argument& OneOf(std::vector<std::string> words);
+  Argument& Several();
+
+  bool IsFlag() const { return std::holds_alternative<bool*>(fields.front().value); }
+};
+
+// A command of a program, or the program itself: arguments bound to variables, the text of --help, and what
+// it does. Declared like this:
+//
+//   Command& info = program.AddCommand("info", "Say what is in a map");
+//   info.Positional("MAP", a->map, "map.sqmap, or the result folder that holds it").Required();
+//   info.Group("Output");
+//   info.Option("--output,-o FILE", a->output, "File to write");
+//   info.Flag("--quiet,-q", a->quiet, "No summary");
+//   info.OnRun([a] { return Info(*a); });
+//
+// Variables may be numbers, strings and enums with names, std::optional of these or of std::array of these
+// ("1280,720"), and std::vector of these (an option is then repeated). They must outlive the command.
+class Command {
+ public:
+  Command(std::string name, std::string summary);
+
+  Command& AddCommand(std::string name, std::string summary);
+
+  // Arguments and commands that are added from now on stand under this heading in --help.
+  void Group(std::string heading) { group_ = std::move(heading); }
+
+  template <typename T>
+  Argument& Option(const std::string& names_and_value, T& value, std::string help) {
+    return Add(options_, names_and_value, Bind(value), std::move(help));
+  }
+  Argument& Option(const std::string& names_and_value, OptionField field, std::string help) {
+    return Add(options_, names_and_value, {{std::move(field)}}, std::move(help));
+  }
+  Argument& Flag(const std::string& names, bool& value, std::string help) {
+    return Add(options_, names, Bind(value), std::move(help));
+  }
+  template <typename T>
+  Argument& Positional(const std::string& name, T& value, std::string help) {
+    return Add(positionals_, name, Bind(value), std::move(help));
+  }
+
+  // Text below the options. Lines that begin at the margin are paragraphs; "  name   text" are items in two
+  // columns, whose text may go on in lines that are indented further; "| text" stays as it is.
+  void Notes(std::string text) { notes_ = std::move(text); }
+
+  // The action returns the exit code, or nothing for 0.
+  template <typename Action>
+  void OnRun(Action action) {
+    if constexpr (std::is_void_v<std::invoke_result_t<Action>>) {
+      action_ = [action] { return action(), 0; };
+    } else {
+      action_ = std::move(action);
+    }
+  }
+  void OnVersion(std::function<std::string()> version) { version_ = std::move(version); }
+
+  // Reads a command line, runs the command that it names, and returns its exit code. Throws UsageError that
+  // names what is wrong, the nearest name that there is, and where help is. A command that does nothing by
+  // itself prints its help, as --help and `help COMMAND` do.
+  int Run(const std::vector<std::string>& words);
+
+  // The text of --help for a terminal of `width` columns.
+  std::string Help(int width) const;
+
+  const std::string& Name() const { return name_; }
+  const std::deque<Command>& Commands() const { return commands_; }
+
+ private:
+  class Parser;  // CLI11
+
+  struct Binding {
+    std::vector<OptionField> fields;
+    std::function<void()> store = {};
+    bool list = false;
+  };
+  template <typename T>
+  static Binding Bind(T& value) {
+    return {{FieldOf(value)}};
+  }
+  template <typename T>
+  static Binding Bind(std::optional<T>& value) {
+    const auto read = std::make_shared<T>();
+    return {{FieldOf(*read)}, [read, &value] { value = *read; }};
+  }
+  template <typename T, std::size_t N>
+  static Binding Bind(std::optional<std::array<T, N>>& values) {
+    const auto read = std::make_shared<std::array<T, N>>();
+    Binding binding{{}, [read, &values] { values = *read; }};
+    std::transform(read->begin(), read->end(), std::back_inserter(binding.fields), FieldOf<T>);
+    return binding;
+  }
+  template <typename T>
+  static Binding Bind(std::vector<T>& values) {
+    const auto read = std::make_shared<T>();
+    return {{FieldOf(*read)}, [read, &values] { values.push_back(*read); }, true};
+  }
+
+  Argument& Add(std::deque<Argument>& arguments, const std::string& names, Binding binding, std::string help);
+  std::string Path() const;  // "sqslam figure maps"
+  Argument* FindOption(const std::string& name);
+  Command* FindCommand(const std::string& name);
+  std::vector<std::string> OptionNames() const;
+  std::vector<std::string> CommandNames() const;
+  void CheckRequired() const;
+  [[noreturn]] void Fail(const std::string& message) const;
+  [[noreturn]] void FailWithoutValue(const Argument& option) const;
+
+  std::string name_;
+  std::string summary_;
+  std::string notes_;
+  std::string group_ = "Options";
+  std::string own_group_;  // the heading that it stands under in the help of the program
+  Command* parent_ = nullptr;
+  std::deque<Argument> positionals_;
+  std::deque<Argument> options_;
+  std::deque<Command> commands_;
+  std::function<int()> action_;
+  std::function<std::string()> version_;
+};
+
+// The columns of the terminal that is written to; 80 where it is none.
+int TerminalWidth();
+
+}  // namespace sqslam::app

@@ -1,0 +1,237 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "app/command_line/command.h"
+
+namespace sqslam::app {
+namespace {
+
+constexpr std::size_t kIndent = 2;
+constexpr std::size_t kOptionColumn = 30;  // where the text of options begins
+constexpr std::size_t kContinued = 6;      // indentation of a command that goes on in the next line
+
+// The columns that UTF-8 text takes, counting one for each code point.
+std::size_t Columns(const std::string& text) {
+  return static_cast<std::size_t>(
+      std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
+}
+
+// Text in lines of at most `width` columns, broken at blanks; a longer word gets a line of its own.
+std::vector<std::string> Wrap(const std::string& text, std::size_t width) {
+  std::vector<std::string> lines(1);
+  std::istringstream words(text);
+  for (std::string word; words >> word;) {
+    if (!lines.back().empty() && Columns(lines.back()) + 1 + Columns(word) > width) {
+      lines.emplace_back();
+    }
+    lines.back() += (lines.back().empty() ? "" : " ") + word;
+  }
+  return lines;
+}
+
+struct Item {
+  std::string left;
+  std::string right;
+};
+
+// An example that is too long for a line, as it can be typed; an option stays with its value.
+std::string WrapCommand(const std::string& command, std::size_t width) {
+  if (Columns(command) + kIndent <= width) {
+    return command;
+  }
+  std::string text;
+  std::size_t used = kIndent;
+  for (std::size_t at = 0; at < command.size();) {
+    const std::size_t end = std::min(command.find(" -", at + 1), command.size());
+    const std::string part = command.substr(at, end - at);
+    if (at > 0 && used + Columns(part) + 2 > width) {
+      text += fmt::format(" \\\n{:{}}", "", kContinued - 1);
+      used = kContinued - 1;
+    }
+    text += part;
+    used += Columns(part);
+    at = end;
+  }
+  return text;
+}
+
+// Two columns, the second of which begins at `column`, or in the next line where the first is too long.
+std::string FormatItem(const Item& item, std::size_t column, std::size_t width) {
+  const std::string left = WrapCommand(item.left, width);
+  std::string text = fmt::format("{:{}}{}", "", kIndent, left);
+  if (item.right.empty()) {
+    return text + "\n";
+  }
+  std::size_t used = Columns(text.substr(text.rfind('\n') + 1));
+  if (used + 2 > column && used + 2 + Columns(item.right) <= width) {
+    return text + "  " + item.right + "\n";
+  }
+  if (used + 2 > column) {
+    text += '\n';
+    used = 0;
+  }
+  for (const std::string& line : Wrap(item.right, std::max<std::size_t>(width - column, 20))) {
+    text += fmt::format("{:{}}{}\n", "", column - used, line);
+    used = 0;
+  }
+  return text;
+}
+
+// Items one below the other; the second column begins behind the longest first one that leaves it room.
+std::string FormatItems(const std::vector<Item>& items, std::size_t width) {
+  std::size_t column = 0;
+  for (const Item& item : items) {
+    const std::size_t wanted = kIndent + Columns(item.left) + 2;
+    if (!item.right.empty() && wanted <= width / 2) {
+      column = std::max(column, wanted);
+    }
+  }
+  std::string text;
+  for (const Item& item : items) {
+    text += FormatItem(item, column > 0 ? column : kContinued, width);
+  }
+  return text;
+}
+
+// See Command::Notes.
+class NotesFormatter {
+ public:
+  explicit NotesFormatter(std::size_t width) : width_(width) {}
+
+  std::string Format(const std::string& notes) {
+    std::istringstream lines(notes);
+    for (std::string line; std::getline(lines, line);) {
+      Add(line);
+    }
+    Flush();
+    return text_;
+  }
+
+ private:
+  void Add(const std::string& line) {
+    const std::size_t margin = line.find_first_not_of(' ');
+    if (margin == std::string::npos) {
+      Flush();
+      text_ += '\n';
+    } else if (line.starts_with("| ")) {
+      Flush();
+      text_ += fmt::format("  {}\n", line.substr(2));
+    } else if (margin == 0) {
+      FlushItems();
+      paragraph_ += ' ' + line;
+    } else if (margin > kIndent && !items_.empty()) {
+      items_.back().right += " " + line.substr(margin);
+    } else {
+      FlushParagraph();
+      const std::size_t gap = line.find("  ", margin);
+      const std::size_t right = gap == std::string::npos ? gap : line.find_first_not_of(' ', gap);
+      items_.push_back({line.substr(margin, gap == std::string::npos ? gap : gap - margin),
+                        right == std::string::npos ? "" : line.substr(right)});
+    }
+  }
+  void FlushParagraph() {
+    if (!paragraph_.empty()) {
+      text_ += fmt::format("{}\n", fmt::join(Wrap(paragraph_, width_), "\n"));
+      paragraph_.clear();
+    }
+  }
+  void FlushItems() {
+    text_ += FormatItems(items_, width_);
+    items_.clear();
+  }
+  void Flush() {
+    FlushParagraph();
+    FlushItems();
+  }
+
+  std::size_t width_;
+  std::string text_;
+  std::string paragraph_;
+  std::vector<Item> items_;
+};
+
+// "-o, --output FILE" and its text.
+Item ItemOf(const Argument& argument) {
+  std::vector<std::string> names = argument.names;
+  std::stable_sort(names.begin(), names.end(),
+                   [](const std::string& a, const std::string& b) { return a.size() == 2 && b.size() > 2; });
+  Item item{fmt::format("{}", fmt::join(names, ", ")), argument.help};
+  if (!argument.value_name.empty()) {
+    item.left += " " + argument.value_name;
+  }
+  std::string values = fmt::format("{}", fmt::join(argument.fields.front().allowed, ", "));
+  if (!argument.default_text.empty()) {
+    values += (values.empty() ? "default: " : "; default: ") + argument.default_text;
+  }
+  if (!values.empty()) {
+    item.right += " (" + values + ")";
+  }
+  return item;
+}
+
+// Items under their headings, in the order in which the headings first appeared.
+class Headings {
+ public:
+  std::vector<Item>& operator[](const std::string& heading) {
+    for (auto& [name, items] : headings_) {
+      if (name == heading) {
+        return items;
+      }
+    }
+    return headings_.emplace_back(heading, std::vector<Item>()).second;
+  }
+  std::deque<std::pair<std::string, std::vector<Item>>>& All() { return headings_; }
+
+ private:
+  std::deque<std::pair<std::string, std::vector<Item>>> headings_;
+};
+
+}  // namespace
+
+std::string Command::Help(int columns) const {
+  const auto width = static_cast<std::size_t>(std::max(columns, 40));
+  std::string usage = Path();
+  Headings headings;
+  for (const Command& command : commands_) {
+    headings[command.own_group_].push_back({command.name_, command.summary_});
+  }
+  for (const Argument& positional : positionals_) {
+    const std::string name = positional.names.front() + (positional.list ? "..." : "");
+    usage += positional.required ? " " + name : " [" + name + "]";
+    headings[positional.group].push_back(ItemOf(positional));
+  }
+  for (const Command* command = this; command != nullptr; command = command->parent_) {
+    for (const Argument& option : command->options_) {
+      headings[option.group].push_back(ItemOf(option));
+    }
+  }
+  usage += commands_.empty() || !positionals_.empty() ? " [OPTIONS]" : " COMMAND [OPTIONS]";
+  const std::vector<Item> general = headings["General"];
+  std::erase_if(headings.All(), [](const auto& heading) { return heading.first == "General"; });
+  headings["General"] = general;
+  headings["General"].push_back({"-h, --help", "Print this text"});
+  if (version_) {
+    headings["General"].push_back({"--version", "Print what this build has: libraries, rendering back ends"});
+  }
+  std::string text = fmt::format("{}\n\nUsage: {}\n", fmt::join(Wrap(summary_, width), "\n"), usage);
+  for (const auto& [heading, items] : headings.All()) {
+    text += fmt::format("\n{}:\n", heading);
+    const std::size_t column = std::min(kOptionColumn, width / 2);
+    for (const Item& item : items) {
+      text += FormatItem(item, column, width);
+    }
+  }
+  return text + NotesFormatter(width).Format(notes_);
+}
+
+int TerminalWidth() {
+  winsize size{};
+  return ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
+}  // namespace sqslam::app
