@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "slam/estimation/bundle_objects.h"
+#include "slam/estimation/bundle_problem.h"
 #include "slam/geometry/camera.h"
 #include "slam/map/map.h"
 

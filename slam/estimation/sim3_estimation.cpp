@@ -8,7 +8,7 @@
 #include <random>
 
 #include "slam/estimation/reprojection_error.h"
-#include "slam/geometry/sim3_lie.h"
+#include "slam/geometry/lie.h"
 #include "slam/geometry/similarity_alignment.h"
 
 namespace sqslam {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "slam/fitting/surface_distance.h"
+#include "slam/fitting/surface_measures.h"
 
 namespace sqslam {
 namespace {

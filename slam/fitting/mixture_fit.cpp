@@ -5,8 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "slam/fitting/surface_area.h"
-#include "slam/fitting/surface_distance.h"
+#include "slam/fitting/surface_measures.h"
 #include "slam/geometry/lie.h"
 
 namespace sqslam {

@@ -6,8 +6,7 @@
 #include <numbers>
 #include <random>
 
-#include "slam/fitting/surface_area.h"
-#include "slam/fitting/surface_distance.h"
+#include "slam/fitting/surface_measures.h"
 
 namespace sqslam {
 namespace {

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "slam/geometry/detection.h"
+#include "slam/geometry/box2.h"
 #include "slam/geometry/rigid3.h"
 #include "slam/geometry/superquadric.h"
 #include "slam/objects/object_types.h"

@@ -8,7 +8,6 @@
 #include "slam/objects/association.h"
 #include "slam/objects/detection_filter.h"
 #include "slam/objects/landmark_geometry.h"
-#include "slam/objects/line_segments.h"
 #include "slam/objects/surroundings.h"
 #include "slam/objects/yaw.h"
 

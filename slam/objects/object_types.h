@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "slam/geometry/box2.h"
 #include "slam/geometry/camera.h"
-#include "slam/geometry/detection.h"
 #include "slam/geometry/rigid3.h"
 #include "slam/geometry/superquadric.h"
 

@@ -1,9 +1,9 @@
-#include "slam/geometry/sim3_lie.h"
-
 #include <gtest/gtest.h>
 
 #include <random>
 #include <unsupported/Eigen/MatrixFunctions>
+
+#include "slam/geometry/lie.h"
 
 namespace sqslam {
 namespace {
