@@ -75,7 +75,8 @@ struct BundleProblem {
   std::optional<BundleCamera> learnt = {};  // none: the camera is as it is
 };
 
-// When objects take part: never, in local bundle adjustment, once over the whole map at the end, or both.
+// Times at which objects take part: never, in local bundle adjustment, once over the whole map at the end, or
+// both.
 enum class JointMode { kNone, kLocal, kFinal, kBoth };
 constexpr auto EnumNames(JointMode) { return std::array{"none", "local", "final", "both"}; }
 

@@ -19,13 +19,6 @@ constexpr std::size_t kSampleSize = 3;
 // pixels whatever the scale: then only the distances tell it.
 constexpr double kDistanceSigma = 0.1;
 
-// Squared error in units of the variance; infinite behind the camera.
-double SquaredError(const Camera& camera, const Eigen::Vector3d& p_camera, const Eigen::Vector2d& pixel,
-                    double variance) {
-  return p_camera.z() < kMinDepth ? std::numeric_limits<double>::infinity()
-                                  : (camera.Project(p_camera) - pixel).squaredNorm() / variance;
-}
-
 struct MatchErrors {
   double image1 = 0.0;
   double image2 = 0.0;

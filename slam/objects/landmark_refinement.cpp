@@ -247,7 +247,8 @@ StandingFit RefineLandmark(const Landmark& landmark, const std::vector<BoxView>&
     return RefineStanding(starts, std::move(input), supports, options.refinement,
                           context.thorough ? SearchEffort::kThorough : SearchEffort::kPromising);
   }
-  const std::vector<double> heights = supports.All();
+  std::vector<double> heights = supports.near;
+  heights.insert(heights.end(), supports.far.begin(), supports.far.end());
   if (landmark.support && !heights.empty()) {
     input.support_height = *std::min_element(heights.begin(), heights.end(), [&](double a, double b) {
       return std::abs(a - *landmark.support) < std::abs(b - *landmark.support);
@@ -259,12 +260,6 @@ StandingFit RefineLandmark(const Landmark& landmark, const std::vector<BoxView>&
   const std::optional<double> support = input.support_height;
   const RefinementResult result = RefineJointly(landmark.visible, input, options.refinement);
   return {result.superquadric, support, result.cost, result.covariance};
-}
-
-std::vector<double> SupportHeights::All() const {
-  std::vector<double> all = near;
-  all.insert(all.end(), far.begin(), far.end());
-  return all;
 }
 
 StandingFit RefineStanding(std::span<const PosedSuperquadric> starts, RefinementInput input,

@@ -56,8 +56,7 @@ struct ObjectObservation {
   std::int64_t frame_index = 0;
   int detection_index = 0;  // into ObjectFrame::detections
   Detection detection;
-  std::array<bool, 4>
-      edge_free{};  // left, top, right, bottom: neither cut off by the image nor hidden by another box
+  std::array<bool, 4> edge_free{};  // left, top, right, bottom: neither cut off nor hidden by another box
   Rigid3d T_map_camera;
   std::vector<std::int64_t> point_ids;            // in the box, after the depth gate
   std::vector<std::int64_t> reprojected_outside;  // points of the object that fall outside the box
