@@ -71,29 +71,17 @@ Matrix3d PrincipalAxes(const Matrix3d& covariance, const std::vector<Vector3d>& 
 constexpr int kTrials = 1000;           // finds a plane of a fifth of the points all but surely
 constexpr double kLevelCosine = 0.966;  // 15 degrees
 
-std::size_t CountNear(const std::vector<Vector3d>& points, const Plane& plane, double distance) {
-  std::size_t count = 0;
-  for (const Vector3d& p : points) {
-    count += std::abs(plane.Distance(p)) < distance ? 1 : 0;
-  }
-  return count;
+std::ptrdiff_t CountNear(const std::vector<Vector3d>& points, const Plane& plane, double distance) {
+  return std::count_if(points.begin(), points.end(),
+                       [&](const Vector3d& p) { return std::abs(plane.Distance(p)) < distance; });
 }
 
 Plane LeastSquares(const std::vector<Vector3d>& points, const Plane& start, double distance) {
-  Vector3d sum = Vector3d::Zero();
-  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
-  double count = 0.0;
-  for (const Vector3d& p : points) {
-    if (std::abs(start.Distance(p)) < distance) {
-      sum += p;
-      squares += p * p.transpose();
-      count += 1.0;
-    }
-  }
-  const Vector3d mean = sum / count;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(squares / count - mean * mean.transpose());
+  const Moments moments = WeightedMoments(
+      points, [&](const Vector3d& p) { return std::abs(start.Distance(p)) < distance ? 1.0 : 0.0; });
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(moments.covariance);
   const Vector3d normal = solver.eigenvectors().col(0);
-  return {normal, normal.dot(mean)};
+  return {normal, normal.dot(moments.mean)};
 }
 
 using Clusters = std::vector<std::vector<std::size_t>>;
@@ -197,7 +185,7 @@ std::optional<Plane> FindLargestPlane(const std::vector<Vector3d>& points, doubl
   std::mt19937_64 random(seed);
   std::uniform_int_distribution<std::size_t> pick(0, points.size() - 1);
   std::optional<Plane> best;
-  std::size_t most = 0;
+  std::ptrdiff_t most = 0;
   for (int trial = 0; trial < kTrials; ++trial) {
     const Vector3d& a = points[pick(random)];
     const Vector3d& b = points[pick(random)];
@@ -208,7 +196,7 @@ std::optional<Plane> FindLargestPlane(const std::vector<Vector3d>& points, doubl
       continue;
     }
     const Plane plane{normal / length, normal.dot(a) / length};
-    const std::size_t count = CountNear(points, plane, distance);
+    const std::ptrdiff_t count = CountNear(points, plane, distance);
     if (count > most) {
       most = count;
       best = plane;

@@ -1,7 +1,6 @@
 #include "slam/geometry/solid_iou.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>

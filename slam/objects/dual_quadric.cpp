@@ -82,10 +82,10 @@ bool IsBeforeCamera(const PosedSuperquadric& ellipsoid, const ConditionedView& v
 
 std::array<EdgeKind, 4> KindsOf(const BoxView& view, const Camera& camera, double margin) {
   const Box2d& box = view.box;
-  const std::array<bool, 4> at_border = {
-      box.x<margin, box.y<margin, box.x + box.width> camera.width - margin, box.y + box.height> camera
-          .height -
-      margin};
+  const double right = camera.width - margin;
+  const double bottom = camera.height - margin;
+  const std::array<bool, 4> at_border = {(box.x < margin), (box.y < margin), (box.x + box.width > right),
+                                         (box.y + box.height > bottom)};
   std::array<EdgeKind, 4> kinds;
   for (std::size_t edge = 0; edge < 4; ++edge) {
     kinds[edge] = view.edge_free[edge] ? EdgeKind::kFree

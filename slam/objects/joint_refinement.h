@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <array>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "slam/geometry/box2.h"

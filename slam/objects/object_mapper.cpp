@@ -184,29 +184,19 @@ struct ObjectMapper::Impl {
     return {BoxAgreement(solid, views, *last_camera), rms, Eigen::Matrix<double, 9, 9>::Zero()};
   }
 
-  void Transform(const Sim3d& S_new_old) {
-    for (auto& [id, landmark] : landmarks) {
-      landmark.Transform(S_new_old);
-    }
-    supports.Transform(S_new_old);  // other motions than those about z come with a new SetUpright()
-    Publish();
-  }
-
   void Publish() {
     auto next = std::make_shared<ObjectMapView>();
     next->version = ++version;
     next->upright = upright;
     for (const auto& [id, landmark] : landmarks) {
-      ObjectLandmarkView out;
-      out.id = id;
-      out.label = landmark.labels.Best();
-      out.observations = landmark.observations;
-      out.points = landmark.points;
-      out.estimated = landmark.estimated;
-      out.shown = IsShown(landmark);
-      out.superquadric = landmark.superquadric;
-      out.support = landmark.support;
-      next->landmarks.push_back(std::move(out));
+      next->landmarks.push_back({.id = id,
+                                 .label = landmark.labels.Best(),
+                                 .observations = landmark.observations,
+                                 .points = landmark.points,
+                                 .estimated = landmark.estimated,
+                                 .shown = IsShown(landmark),
+                                 .superquadric = landmark.superquadric,
+                                 .support = landmark.support});
     }
     next->merges = merges;
     next->deleted = deleted;
@@ -278,7 +268,13 @@ bool ObjectMapper::Correct(int id, const PosedSuperquadric& superquadric, const 
   return true;
 }
 
-void ObjectMapper::Transform(const Sim3d& S_new_old) { impl_->Transform(S_new_old); }
+void ObjectMapper::Transform(const Sim3d& S_new_old) {
+  for (auto& [id, landmark] : impl_->landmarks) {
+    landmark.Transform(S_new_old);
+  }
+  impl_->supports.Transform(S_new_old);  // other motions than those about z come with a new SetUpright()
+  impl_->Publish();
+}
 
 void ObjectMapper::Absorb(ObjectMapper&& other) {
   Impl& theirs = *other.impl_;

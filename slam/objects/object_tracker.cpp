@@ -237,21 +237,6 @@ struct ObjectTracker::Impl {
     }
     return ExtractLines(frame.gray, frame.camera, regions, options.yaw);
   }
-
-  void Transform(const Sim3d& S_new_old) {
-    for (auto& [id, track] : tracks) {
-      track.centroids.Transform(S_new_old);
-      for (Eigen::Vector3d& p : track.cloud) {
-        p = S_new_old * p;
-      }
-    }
-    for (ObjectLandmarkView& landmark : view.landmarks) {
-      landmark.superquadric = S_new_old * landmark.superquadric;
-      for (auto& [point, p] : landmark.points) {
-        p = S_new_old * p;
-      }
-    }
-  }
 };
 
 ObjectTracker::ObjectTracker(const ObjectOptions& options) : impl_(new Impl) {
@@ -306,6 +291,19 @@ void ObjectTracker::StartIdsAt(int id) { impl_->next_id = std::max(impl_->next_i
 
 int ObjectTracker::NextId() const { return impl_->next_id; }
 
-void ObjectTracker::Transform(const Sim3d& S_new_old) { impl_->Transform(S_new_old); }
+void ObjectTracker::Transform(const Sim3d& S_new_old) {
+  for (auto& [id, track] : impl_->tracks) {
+    track.centroids.Transform(S_new_old);
+    for (Eigen::Vector3d& p : track.cloud) {
+      p = S_new_old * p;
+    }
+  }
+  for (ObjectLandmarkView& landmark : impl_->view.landmarks) {
+    landmark.superquadric = S_new_old * landmark.superquadric;
+    for (auto& [point, p] : landmark.points) {
+      p = S_new_old * p;
+    }
+  }
+}
 
 }  // namespace sqslam

@@ -27,7 +27,6 @@ struct TrackedPoint {
 // All that the object pipeline needs of one tracked frame.
 struct ObjectFrame {
   std::int64_t frame_index = 0;
-  double timestamp = 0.0;  // seconds
   Rigid3d T_map_camera;
   Camera camera;
   std::vector<Detection> detections;
