@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "slam/geometry/box2.h"
 #include "slam/geometry/camera.h"
-#include "slam/geometry/detection.h"
 #include "slam/io/frame.h"
 #include "slam/io/trajectory.h"
 #include "slam/mapping/finished_map.h"

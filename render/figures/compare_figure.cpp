@@ -10,7 +10,7 @@
 #include "render/picture/picture.h"
 #include "render/picture/picture_text.h"
 #include "slam/fitting/fixed_shape_fit.h"
-#include "slam/fitting/surface_distance.h"
+#include "slam/fitting/surface_measures.h"
 #include "slam/util/error.h"
 #include "slam/util/statistics.h"
 

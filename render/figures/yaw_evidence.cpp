@@ -11,7 +11,6 @@
 #include "render/picture/picture_text.h"
 #include "slam/geometry/angles.h"
 #include "slam/objects/landmark_geometry.h"
-#include "slam/objects/line_segments.h"
 #include "slam/objects/yaw.h"
 #include "slam/util/error.h"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "render/synthetic/scene_description.h"
-#include "slam/geometry/detection.h"
+#include "slam/geometry/box2.h"
 
 namespace sqslam {
 

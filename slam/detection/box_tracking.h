@@ -3,7 +3,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "slam/geometry/detection.h"
+#include "slam/geometry/box2.h"
 
 namespace sqslam {
 

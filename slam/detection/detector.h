@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "slam/geometry/detection.h"
+#include "slam/geometry/box2.h"
 
 namespace sqslam {
 

@@ -4,8 +4,6 @@
 #include <map>
 #include <set>
 
-#include "slam/estimation/bundle_problem.h"
-
 namespace sqslam {
 namespace {
 

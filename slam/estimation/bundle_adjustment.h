@@ -3,11 +3,10 @@
 #include <array>
 #include <functional>
 #include <span>
-#include <string>
 #include <utility>
 #include <vector>
 
-#include "slam/estimation/bundle_objects.h"
+#include "slam/estimation/bundle_problem.h"
 #include "slam/geometry/camera.h"
 #include "slam/map/map.h"
 
@@ -47,9 +46,9 @@ struct JointObjects {
 };
 
 // Minimises the reprojection error over a keyframe, its most covisible neighbours and all points they see;
-// keyframes that see these points from outside stay fixed. Outliers leave the map. `interrupt` is asked after
-// each iteration. Where there are objects, their shape errors are minimised with it; the map doesn't hold
-// them, so the report does.
+// keyframes that see these points from outside stay fixed (the local bundle adjustment of ORB-SLAM, Mur-Artal
+// et al. 2015, section VI-D). Outliers leave the map. `interrupt` is asked after each iteration. Where there
+// are objects, their shape errors are minimised with it; the map doesn't hold them, so the report does.
 BundleAdjustmentReport LocalBundleAdjustment(Map& map, const Camera& camera, KeyframeId center,
                                              const BundleAdjustmentOptions& options,
                                              const std::function<bool()>& interrupt,

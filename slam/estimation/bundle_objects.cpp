@@ -1,35 +1,66 @@
 #include "slam/estimation/bundle_objects.h"
 
-#include <ceres/loss_function.h>
-
 #include <algorithm>
-
-#include "slam/estimation/bundle_problem.h"
+#include <cmath>
 
 namespace sqslam {
 
-void AddObjects(std::span<const ObjectTerm> objects, const JointObjectOptions& options, const Map& map,
-                BundleProblem& problem) {
-  for (const ObjectTerm& term : objects) {
-    BundleObject object;
-    object.id = term.id;
-    object.superquadric = term.superquadric;
-    object.sigma = options.sigma * term.superquadric.shape.half_size.mean();
-    object.huber = options.huber;
-    object.prior = options.prior;
-    for (std::size_t i = 0; i < term.points.size(); ++i) {
-      const PointId id = term.points[i];
-      const auto it = std::lower_bound(problem.points.begin(), problem.points.end(), id,
-                                       [](const BundlePoint& a, PointId b) { return a.id < b; });
-      if (it != problem.points.end() && it->id == id) {
-        object.points.push_back({static_cast<std::size_t>(it - problem.points.begin()), term.weights[i]});
-      } else {
-        object.held_points.push_back({map.Point(id).p_map, term.weights[i]});
-      }
+ObjectBlocks::ObjectBlocks(BundleProblem& problem) : problem_(problem) {
+  for (const BundleObject& object : problem.objects) {
+    starts_.push_back(object.superquadric);
+    SuperquadricBlock& block = blocks_.emplace_back(ToBlock(object.superquadric));
+    for (std::size_t i = kBlockExponents; i < block.size(); ++i) {
+      block[i] = std::clamp(block[i], kMinShapeExponent, kMaxShapeExponent);
     }
-    if (static_cast<int>(object.points.size()) >= options.min_points) {
-      problem.objects.push_back(std::move(object));
+    losses_.push_back(std::make_unique<ceres::HuberLoss>(object.huber));
+  }
+}
+
+void ObjectBlocks::AddTo(ceres::Problem& solver, ceres::ParameterBlockOrdering& ordering) {
+  constexpr int kObjectGroup = 2;
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    double* block = blocks_[i].data();
+    solver.AddParameterBlock(block, static_cast<int>(blocks_[i].size()));
+    ordering.AddElementToGroup(block, kObjectGroup);
+    for (int e = kBlockExponents; e < static_cast<int>(blocks_[i].size()); ++e) {
+      solver.SetParameterLowerBound(block, e, kMinShapeExponent);
+      solver.SetParameterUpperBound(block, e, kMaxShapeExponent);
     }
+    AddResiduals(i, solver);
+  }
+}
+
+void ObjectBlocks::AddResiduals(std::size_t object, ceres::Problem& solver) {
+  const BundleObject& o = problem_.objects[object];
+  double* block = blocks_[object].data();
+  const Eigen::Quaterniond R_map_start = starts_[object].T_map_object.rotation.normalized();
+  const auto factor = [&](double weight) { return std::sqrt(weight) / o.sigma; };
+  for (const BundleObject::Point& point : o.points) {
+    BundlePoint& p = problem_.points[point.index];
+    if (p.alive && point.weight > 0.0) {
+      solver.AddResidualBlock(new SurfaceCost(R_map_start, factor(point.weight)), losses_[object].get(),
+                              block, p.p_map.data());
+    }
+  }
+  for (const BundleObject::HeldPoint& point : o.held_points) {
+    if (point.weight > 0.0) {
+      solver.AddResidualBlock(new HeldSurfaceCost(R_map_start, factor(point.weight), point.p_map),
+                              losses_[object].get(), block);
+    }
+  }
+  // Sides that no point shows would drift: half of most objects is never seen.
+  const SuperquadricBlock start = ToBlock(starts_[object]);
+  ceres::Vector factors = ceres::Vector::Constant(static_cast<int>(start.size()), 1.0 / o.prior);
+  factors.head<3>() /= starts_[object].shape.half_size.mean();
+  solver.AddResidualBlock(
+      new ceres::NormalPrior(factors.asDiagonal(),
+                             Eigen::Map<const ceres::Vector>(start.data(), static_cast<int>(start.size()))),
+      nullptr, block);
+}
+
+void ObjectBlocks::Read() {
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    problem_.objects[i].superquadric = FromBlock(blocks_[i], starts_[i].T_map_object.rotation);
   }
 }
 
@@ -52,6 +83,87 @@ double ShapeCost(const BundleObject& object, const BundleProblem& problem) {
     add(point.p_map, point.weight);
   }
   return sum;
+}
+
+void ObjectBlocks::Judge() {
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    BundleObject& object = problem_.objects[i];
+    BundleObject before = object;
+    before.superquadric = starts_[i];
+    object.improved = ShapeCost(object, problem_) < ShapeCost(before, problem_);
+    if (!object.improved) {
+      object.superquadric = starts_[i];
+    }
+  }
+}
+
+SuperquadricBlock ToBlock(const PosedSuperquadric& superquadric) {
+  const Eigen::Vector3d& c = superquadric.T_map_object.translation;
+  const Eigen::Vector3d log_half = superquadric.shape.half_size.array().log();
+  return {c.x(),
+          c.y(),
+          c.z(),
+          log_half.x(),
+          log_half.y(),
+          log_half.z(),
+          0.0,
+          superquadric.shape.e1,
+          superquadric.shape.e2};
+}
+
+PosedSuperquadric FromBlock(const SuperquadricBlock& block, const Eigen::Quaterniond& R_map_start) {
+  PosedSuperquadric result;
+  result.T_map_object.translation = Eigen::Map<const Eigen::Vector3d>(block.data());
+  result.T_map_object.rotation =
+      (R_map_start * Eigen::Quaterniond(Eigen::AngleAxisd(block[kBlockTurn], Eigen::Vector3d::UnitZ())))
+          .normalized();
+  result.shape.half_size =
+      Eigen::Map<const Eigen::Vector3d>(block.data() + kBlockLogHalf).array().exp().matrix();
+  result.shape.e1 = block[kBlockExponents];
+  result.shape.e2 = block[kBlockExponents + 1];
+  return result;
+}
+
+bool SurfaceCost::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
+  const double* block = parameters[0];
+  const Eigen::Vector3d offset =
+      Eigen::Map<const Eigen::Vector3d>(parameters[1]) - Eigen::Map<const Eigen::Vector3d>(block);
+  const double c = std::cos(block[kBlockTurn]);
+  const double s = std::sin(block[kBlockTurn]);
+  Eigen::Matrix3d R_object_start;
+  R_object_start << c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0;
+  const Eigen::Matrix3d R_object_map = R_object_start * R_start_map_;
+  const Eigen::Vector3d p = R_object_map * offset;
+  const Superquadric shape{Eigen::Map<const Eigen::Vector3d>(block + kBlockLogHalf).array().exp(),
+                           block[kBlockExponents], block[kBlockExponents + 1]};
+  const RadialDistanceGradient distance = shape.RadialDistanceWithGradient(p);
+  residuals[0] = factor_ * distance.value;
+  residuals[1] = 0.0;
+  if (jacobians == nullptr) {
+    return true;
+  }
+  const Eigen::Vector3d& by_point = distance.by_point;
+  const Eigen::RowVector3d by_p_map = by_point.transpose() * R_object_map;
+  if (jacobians[0] != nullptr) {
+    Eigen::Matrix<double, 1, 9> by_block;
+    by_block << -by_p_map, distance.by_log_half_size.transpose(), by_point.x() * p.y() - by_point.y() * p.x(),
+        distance.by_e1, distance.by_e2;
+    Eigen::Map<Eigen::Matrix<double, 2, 9, Eigen::RowMajor>> J(jacobians[0]);
+    J.row(0) = factor_ * by_block;
+    J.row(1).setZero();
+  }
+  if (jacobians[1] != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> J(jacobians[1]);
+    J.row(0) = factor_ * by_p_map;
+    J.row(1).setZero();
+  }
+  return true;
+}
+
+bool HeldSurfaceCost::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
+  const double* with_point[] = {parameters[0], p_map_.data()};
+  double* of_block[] = {jacobians != nullptr ? jacobians[0] : nullptr, nullptr};
+  return cost_.Evaluate(with_point, residuals, jacobians != nullptr ? of_block : nullptr);
 }
 
 }  // namespace sqslam

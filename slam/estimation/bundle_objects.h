@@ -1,79 +1,90 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <ceres/ceres.h>
+#include <ceres/normal_prior.h>
+#include <ceres/sized_cost_function.h>
+
+#include <Eigen/Geometry>
 #include <array>
-#include <span>
+#include <memory>
 #include <vector>
 
+#include "slam/estimation/bundle_problem.h"
 #include "slam/geometry/superquadric.h"
-#include "slam/map/map.h"
 
 namespace sqslam {
 
-struct BundleProblem;
+// A posed superquadric as a Ceres parameter block: centre (map frame), logarithms of the half sizes, angle in
+// radians by which it is turned about its own z axis since the block was made, e1, e2.
+using SuperquadricBlock = std::array<double, 9>;
 
-// When objects take part: never, in local bundle adjustment, once over the whole map at the end, or both.
-enum class JointMode { kNone, kLocal, kFinal, kBoth };
-constexpr auto EnumNames(JointMode) { return std::array{"none", "local", "final", "both"}; }
+inline constexpr int kBlockLogHalf = 3;
+inline constexpr int kBlockTurn = 6;
+inline constexpr int kBlockExponents = 7;
 
-// The paper's joint optimisation of shape, camera poses and points (section "Size And Shape").
-struct JointObjectOptions {
-  JointMode mode = JointMode::kNone;
-  double sigma = 0.1;  // standard deviation of a point's radial distance to the surface, mean half sizes
-  double huber = 1.0;  // distance from which on it counts linearly only, in units of sigma
-  double prior = 0.1;  // standard deviation of the change of an object: place (in mean half sizes), logarithm
-                       // of the half sizes, yaw (rad), exponents; large: none, as in the paper
-  int min_points = 20;        // map points of an object that are being adjusted
-  int min_observations = 10;  // boxes of an object
+// The turn is zero.
+SuperquadricBlock ToBlock(const PosedSuperquadric& superquadric);
 
-  bool Local() const { return mode == JointMode::kLocal || mode == JointMode::kBoth; }
-  bool Final() const { return mode == JointMode::kFinal || mode == JointMode::kBoth; }
+// `R_map_start`: the rotation of the superquadric that the block was made of.
+PosedSuperquadric FromBlock(const SuperquadricBlock& block, const Eigen::Quaterniond& R_map_start);
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
-    visit("mode", mode);
-    visit("sigma", sigma, 1e-4, 100.0);
-    visit("huber", huber, 0.01, 1000.0);
-    visit("prior", prior, 1e-4, 1e6);
-    visit("min_points", min_points, 3, 100000);
-    visit("min_observations", min_observations, 1, 100000);
-  }
+// The shape error of the joint optimisation (section "Size And Shape"): sqrt(alpha) G(Lambda, p) / sigma with
+// G the radial Euclidean distance (signed here, which is the same squared). Parameters: SuperquadricBlock,
+// point in the map frame. The second residual is zero: rows of the same height as those of the reprojection
+// error let Ceres eliminate the points with code for fixed sizes.
+class SurfaceCost final : public ceres::SizedCostFunction<2, 9, 3> {
+ public:
+  // `factor`: sqrt(alpha) / sigma, 1 / map units.
+  SurfaceCost(const Eigen::Quaterniond& R_map_start, double factor)
+      : R_start_map_(R_map_start.conjugate().toRotationMatrix()), factor_(factor) {}
+
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
+
+ private:
+  Eigen::Matrix3d R_start_map_;
+  double factor_;
 };
 
-// An object as it is handed to bundle adjustment.
-struct ObjectTerm {
-  int id = 0;
-  PosedSuperquadric superquadric;  // map frame
-  std::vector<PointId> points;     // alive
-  std::vector<double> weights;     // alpha of the paper, in [0, 1], one a point
+// The same for a point that stays where it is.
+class HeldSurfaceCost final : public ceres::SizedCostFunction<2, 9> {
+ public:
+  HeldSurfaceCost(const Eigen::Quaterniond& R_map_start, double factor, const Eigen::Vector3d& p_map)
+      : cost_(R_map_start, factor), p_map_(p_map) {}
+
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
+
+ private:
+  SurfaceCost cost_;
+  Eigen::Vector3d p_map_;
 };
-
-// An object of a bundle adjustment, as a value.
-struct BundleObject {
-  struct Point {
-    std::size_t index = 0;  // into BundleProblem::points
-    double weight = 1.0;
-  };
-  struct HeldPoint {  // of the object, but not of the problem: it stays
-    Eigen::Vector3d p_map;
-    double weight = 1.0;
-  };
-
-  int id = 0;
-  PosedSuperquadric superquadric;
-  std::vector<Point> points;
-  std::vector<HeldPoint> held_points;
-  double sigma = 1.0;     // of the radial distance of a point of weight 1, map units
-  double huber = 1.0;     // in units of sigma
-  double prior = 1.0;     // see JointObjectOptions
-  bool improved = false;  // fits the adjusted points better than it did before
-};
-
-// Adds the objects of which the problem adjusts enough points, in the order given.
-void AddObjects(std::span<const ObjectTerm> objects, const JointObjectOptions& options, const Map& map,
-                BundleProblem& problem);
 
 // Robust sum of squared shape errors of an object with the points as they lie in the problem.
 double ShapeCost(const BundleObject& object, const BundleProblem& problem);
+
+// The objects' part of a bundle adjustment under way. Holds their parameter blocks, so it must outlive every
+// ceres::Problem that it was added to.
+class ObjectBlocks {
+ public:
+  explicit ObjectBlocks(BundleProblem& problem);
+
+  // The points' blocks must be in `solver` already. Points stay what is eliminated (group 0). Superquadrics
+  // come in a group of their own, after the cameras (group 1): within a group Ceres orders by address, and
+  // which of two vectors lies first in memory differs from run to run.
+  void AddTo(ceres::Problem& solver, ceres::ParameterBlockOrdering& ordering);
+
+  void Read();  // the blocks' values into the problem
+
+  // Keeps each superquadric where it fits the points better now than the one that was given, otherwise takes
+  // it back.
+  void Judge();
+
+ private:
+  void AddResiduals(std::size_t object, ceres::Problem& solver);
+
+  BundleProblem& problem_;
+  std::vector<PosedSuperquadric> starts_;
+  std::vector<SuperquadricBlock> blocks_;
+  std::vector<std::unique_ptr<ceres::LossFunction>> losses_;
+};
 
 }  // namespace sqslam

@@ -7,7 +7,7 @@
 #include <limits>
 #include <memory>
 
-#include "slam/estimation/object_blocks.h"
+#include "slam/estimation/bundle_objects.h"
 #include "slam/estimation/reprojection_cost.h"
 #include "slam/estimation/reprojection_error.h"
 
@@ -259,6 +259,31 @@ BundleProblem ExtractBundleProblem(const Map& map, const Camera& camera) {
   const std::vector<KeyframeId> fixed{free.front()};
   free.erase(free.begin());
   return ExtractBundleProblem(map, camera, free, fixed);
+}
+
+void AddObjects(std::span<const ObjectTerm> objects, const JointObjectOptions& options, const Map& map,
+                BundleProblem& problem) {
+  for (const ObjectTerm& term : objects) {
+    BundleObject object;
+    object.id = term.id;
+    object.superquadric = term.superquadric;
+    object.sigma = options.sigma * term.superquadric.shape.half_size.mean();
+    object.huber = options.huber;
+    object.prior = options.prior;
+    for (std::size_t i = 0; i < term.points.size(); ++i) {
+      const PointId id = term.points[i];
+      const auto it = std::lower_bound(problem.points.begin(), problem.points.end(), id,
+                                       [](const BundlePoint& a, PointId b) { return a.id < b; });
+      if (it != problem.points.end() && it->id == id) {
+        object.points.push_back({static_cast<std::size_t>(it - problem.points.begin()), term.weights[i]});
+      } else {
+        object.held_points.push_back({map.Point(id).p_map, term.weights[i]});
+      }
+    }
+    if (static_cast<int>(object.points.size()) >= options.min_points) {
+      problem.objects.push_back(std::move(object));
+    }
+  }
 }
 
 bool SolveBundle(BundleProblem& problem, const BundleSolverOptions& options,

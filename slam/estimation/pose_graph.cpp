@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "slam/geometry/sim3_lie.h"
+#include "slam/geometry/lie.h"
 
 namespace sqslam {
 namespace {

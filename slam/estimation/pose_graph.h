@@ -61,7 +61,7 @@ using Sim3Block = std::array<double, 8>;
 Sim3Block ToBlock(const Sim3d& S_camera_map);
 Sim3d Sim3FromBlock(const double* block);
 
-// Left perturbation S' = Exp(delta) S of a Sim3Block, delta as in sim3_lie.h, without its last coordinate
+// Left perturbation S' = Exp(delta) S of a Sim3Block, delta as in lie.h, without its last coordinate
 // where the scale is fixed. The convention of PoseManifold holds here too: cost functions write their
 // Jacobian with respect to the seven tangent coordinates into the first seven columns and zero into the
 // eighth.

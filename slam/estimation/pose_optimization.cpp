@@ -11,19 +11,11 @@ namespace {
 
 constexpr int kRounds = 4;
 constexpr int kIterations = 6;
+
 struct NormalEquations {
   Matrix6d hessian = Matrix6d::Zero();
   Vector6d gradient = Vector6d::Zero();
 };
-
-// Squared error in units of the variance; infinite behind the camera.
-double SquaredError(const Camera& camera, const Rigid3d& T_camera_map, const PointObservation& o) {
-  const Eigen::Vector3d p_camera = T_camera_map * o.p_map;
-  if (p_camera.z() < kMinDepth) {
-    return std::numeric_limits<double>::infinity();
-  }
-  return (camera.Project(p_camera) - o.pixel).squaredNorm() / o.variance;
-}
 
 void Accumulate(const Camera& camera, const Rigid3d& T_camera_map, const PointObservation& o, bool robust,
                 NormalEquations& equations) {
@@ -66,7 +58,7 @@ int OptimizePose(const Camera& camera, std::vector<PointObservation>& observatio
     }
     inliers = 0;
     for (PointObservation& o : observations) {
-      o.inlier = SquaredError(camera, T_camera_map, o) <= kChi2TwoDof;
+      o.inlier = SquaredError(camera, T_camera_map * o.p_map, o.pixel, o.variance) <= kChi2TwoDof;
       inliers += o.inlier ? 1 : 0;
     }
     if (inliers < 10) {

@@ -17,8 +17,8 @@ struct PointObservation {
 };
 
 // Refines T_camera_map so that the reprojection error of the observations becomes least (Huber, Gauss-Newton
-// with analytic Jacobians, points fixed), and marks outliers; four rounds, each from the inliers of the last.
-// Returns the number of inliers.
+// with analytic Jacobians, points fixed), and marks outliers; four rounds, each from the inliers of the last,
+// as in the tracking of ORB-SLAM (Mur-Artal et al. 2015, section V). Returns the number of inliers.
 int OptimizePose(const Camera& camera, std::vector<PointObservation>& observations, Rigid3d& T_camera_map);
 
 }  // namespace sqslam

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 
 #include "slam/geometry/camera.h"
 #include "slam/geometry/lie.h"
@@ -14,6 +15,14 @@ inline constexpr double kChi2TwoDof = 5.991;    // 95 %: reprojection error
 inline constexpr double kChi2TwoDof99 = 9.210;  // 99 %, for matches that were found without a search radius
 
 inline constexpr double kMinDepth = 1e-6;  // map units; nearer points do not project
+
+// Squared reprojection error of a point in the camera frame in units of the pixel's variance (px^2); infinite
+// behind the camera.
+inline double SquaredError(const Camera& camera, const Eigen::Vector3d& p_camera,
+                           const Eigen::Vector2d& pixel, double variance) {
+  return p_camera.z() < kMinDepth ? std::numeric_limits<double>::infinity()
+                                  : (camera.Project(p_camera) - pixel).squaredNorm() / variance;
+}
 
 // Derivative of the pixel of a point in the camera frame with respect to the point (z > 0).
 inline Eigen::Matrix<double, 2, 3> ProjectionJacobian(const Camera& camera, const Eigen::Vector3d& p_camera) {

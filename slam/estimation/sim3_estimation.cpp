@@ -8,7 +8,7 @@
 #include <random>
 
 #include "slam/estimation/reprojection_error.h"
-#include "slam/geometry/sim3_lie.h"
+#include "slam/geometry/lie.h"
 #include "slam/geometry/similarity_alignment.h"
 
 namespace sqslam {
@@ -18,13 +18,6 @@ constexpr std::size_t kSampleSize = 3;
 // Standard deviation of the logarithm of a map point's distance. Two cameras in the same place see the same
 // pixels whatever the scale: then only the distances tell it.
 constexpr double kDistanceSigma = 0.1;
-
-// Squared error in units of the variance; infinite behind the camera.
-double SquaredError(const Camera& camera, const Eigen::Vector3d& p_camera, const Eigen::Vector2d& pixel,
-                    double variance) {
-  return p_camera.z() < kMinDepth ? std::numeric_limits<double>::infinity()
-                                  : (camera.Project(p_camera) - pixel).squaredNorm() / variance;
-}
 
 struct MatchErrors {
   double image1 = 0.0;

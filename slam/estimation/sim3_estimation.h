@@ -60,7 +60,7 @@ int RefineSim3(const Camera& camera, const std::vector<Sim3Match>& matches, Sim3
                std::vector<bool>& inliers);
 
 // Residual of a match (error in image 1, then in image 2, px) and its derivative with respect to x in
-// S' = Exp(x) S, see sim3_lie.h. Both points must be in front of the other camera.
+// S' = Exp(x) S, see lie.h. Both points must be in front of the other camera.
 struct Sim3Linearization {
   Eigen::Vector4d residual;
   Eigen::Matrix<double, 4, 7> jacobian;

@@ -90,13 +90,11 @@ Candidate Reconstruct(const Camera& camera, const std::vector<TwoViewMatch>& mat
   return candidate;
 }
 
-std::vector<Rigid3d> MotionsFromHomography(const cv::Mat& H, const Eigen::Matrix3d& K) {
-  cv::Mat K_cv;
-  cv::eigen2cv(K, K_cv);
+std::vector<Rigid3d> MotionsFromHomography(const cv::Mat& H, const cv::Mat& K) {
   std::vector<cv::Mat> rotations;
   std::vector<cv::Mat> translations;
   std::vector<cv::Mat> normals;
-  cv::decomposeHomographyMat(H, K_cv, rotations, translations, normals);
+  cv::decomposeHomographyMat(H, K, rotations, translations, normals);
   std::vector<Rigid3d> motions;
   for (std::size_t i = 0; i < rotations.size(); ++i) {
     Eigen::Matrix3d R;
@@ -239,7 +237,7 @@ TwoViewReport EstimateTwoView(const Camera& camera, const std::vector<TwoViewMat
     return {std::nullopt, "no motion explains the matches between two frames", 0.0};
   }
   if (inliers_F.empty() || score_H / (score_H + score_F) > options.homography_share) {
-    return ChooseMotion(camera, matches, inliers_H, MotionsFromHomography(H_cv, K), true, options);
+    return ChooseMotion(camera, matches, inliers_H, MotionsFromHomography(H_cv, K_cv), true, options);
   }
   return ChooseMotion(camera, matches, inliers_F, MotionsFromEssential(E), false, options);
 }

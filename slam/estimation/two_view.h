@@ -11,14 +11,11 @@
 namespace sqslam {
 
 struct TwoViewOptions {
-  double min_parallax = 1.5;  // degrees, median over the triangulated points
-  double min_translation_flow =
-      1.5;              // px, median motion that remains when the best pure rotation is taken out
-  int min_points = 50;  // triangulated points
-  double homography_share =
-      0.45;  // the homography is chosen where score_H / (score_H + score_F) is above this
-  double max_second_best =
-      0.75;  // a solution is ambiguous if another one has more than this share of its points
+  double min_parallax = 1.5;          // degrees, median over the triangulated points
+  double min_translation_flow = 1.5;  // px, median motion without the best pure rotation
+  int min_points = 50;                // triangulated points
+  double homography_share = 0.45;     // score_H / (score_H + score_F) above which the homography is chosen
+  double max_second_best = 0.75;      // share of a solution's points at which another makes it ambiguous
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {

@@ -7,11 +7,8 @@
 #include <numeric>
 #include <optional>
 
-#include "slam/fitting/canonical_frame.h"
-#include "slam/fitting/clustering.h"
-#include "slam/fitting/plane.h"
-#include "slam/fitting/superquadric_search.h"
-#include "slam/fitting/surface_distance.h"
+#include "slam/fitting/cloud_preparation.h"
+#include "slam/fitting/surface_measures.h"
 #include "slam/util/error.h"
 
 namespace sqslam {

@@ -4,10 +4,30 @@
 #include <span>
 #include <vector>
 
-#include "slam/fitting/fit_options.h"
+#include "slam/fitting/superquadric_search.h"
 #include "slam/geometry/superquadric.h"
 
 namespace sqslam {
+
+// For a cloud with several objects.
+struct MultiFitOptions {
+  FitOptions fit;
+  bool remove_plane = false;      // take the largest plane (a table, the floor) away first
+  double plane_distance = 0.01;   // of the plane's points from it, as a share of the cloud's radius
+  int clusters = 1;               // objects: 1 takes the cloud as one, 0 finds out how many there are
+  double cluster_distance = 2.5;  // gap that separates two objects, in typical distances between neighbours
+  int min_cluster_points = 50;    // smaller heaps are no objects
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("fit", fit);
+    visit("remove_plane", remove_plane);
+    visit("plane_distance", plane_distance, 1e-5, 0.5);
+    visit("clusters", clusters, 0, 1000);
+    visit("cluster_distance", cluster_distance, 0.1, 100.0);
+    visit("min_cluster_points", min_cluster_points, 11, 1000000);
+  }
+};
 
 // One superquadric of a cloud. The map frame is the cloud's, lengths in its unit.
 struct SuperquadricFit {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "slam/fitting/surface_distance.h"
+#include "slam/fitting/surface_measures.h"
 
 namespace sqslam {
 namespace {
@@ -64,27 +64,18 @@ struct SidesCost {
 };
 
 // Keeps the first two of three parameters equal.
-class EqualFirstTwo : public ceres::Manifold {
- public:
-  int AmbientSize() const override { return 3; }
-  int TangentSize() const override { return 2; }
-  bool Plus(const double* x, const double* delta, double* sum) const override {
+struct EqualFirstTwo {
+  template <typename T>
+  bool Plus(const T* x, const T* delta, T* sum) const {
     sum[0] = x[0] + delta[0];
     sum[1] = x[1] + delta[0];
     sum[2] = x[2] + delta[1];
     return true;
   }
-  bool PlusJacobian(const double*, double* jacobian) const override {
-    Eigen::Map<Eigen::Matrix<double, 3, 2, Eigen::RowMajor>>(jacobian) << 1, 0, 1, 0, 0, 1;
-    return true;
-  }
-  bool Minus(const double* y, const double* x, double* difference) const override {
+  template <typename T>
+  bool Minus(const T* y, const T* x, T* difference) const {
     difference[0] = 0.5 * (y[0] - x[0] + y[1] - x[1]);
     difference[1] = y[2] - x[2];
-    return true;
-  }
-  bool MinusJacobian(const double*, double* jacobian) const override {
-    Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>>(jacobian) << 0.5, 0.5, 0, 0, 0, 1;
     return true;
   }
 };
@@ -113,7 +104,7 @@ PosedSuperquadric FitPlaceAndSize(std::span<const Eigen::Vector3d> p_map, const 
     problem.SetParameterBlockConstant(&yaw);
   }
   if (freedom.round) {
-    problem.SetManifold(log_size.data(), new EqualFirstTwo);
+    problem.SetManifold(log_size.data(), new ceres::AutoDiffManifold<EqualFirstTwo, 3, 2>);
   }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;

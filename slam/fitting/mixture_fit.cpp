@@ -5,8 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "slam/fitting/surface_area.h"
-#include "slam/fitting/surface_distance.h"
+#include "slam/fitting/surface_measures.h"
 #include "slam/geometry/lie.h"
 
 namespace sqslam {
@@ -104,14 +103,11 @@ class Residuals {
 
   // The residual whose half square is the cost of the mixture, with the sign of d.
   double Robust(double d, double* slope) const {
-    const double c = model_.outlier_ratio;
-    const double u = 0.5 * d * d / (model_.sigma * model_.sigma);
-    const double e = std::exp(-u);
-    const double cost = -std::log1p(std::expm1(-u) / (1.0 + c));
-    const double root = std::sqrt(2.0 * std::max(cost, 0.0));
+    const double variance = model_.sigma * model_.sigma;
+    const double root = std::sqrt(2.0 * std::max(model_.Cost(d), 0.0));
     if (slope != nullptr) {
-      *slope = u < 1e-12 ? 1.0 / (model_.sigma * std::sqrt(1.0 + c))
-                         : e / (e + c) * std::abs(d) / (model_.sigma * model_.sigma * root);
+      *slope = 0.5 * d * d / variance < 1e-12 ? 1.0 / (model_.sigma * std::sqrt(1.0 + model_.outlier_ratio))
+                                              : model_.InlierProbability(d) * std::abs(d) / (variance * root);
     }
     return d < 0.0 ? -root : root;
   }

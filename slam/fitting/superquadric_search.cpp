@@ -6,8 +6,7 @@
 #include <numbers>
 #include <random>
 
-#include "slam/fitting/surface_area.h"
-#include "slam/fitting/surface_distance.h"
+#include "slam/fitting/surface_measures.h"
 
 namespace sqslam {
 namespace {
@@ -35,6 +34,77 @@ std::vector<Quaterniond> CubeRotations() {
     }
   }
   return rotations;
+}
+
+// Orientations for a search over boxes, whose three axes may be swapped: `count` rotations spread evenly over
+// SO(3) modulo the 24 rotations of a cube (about the z axis only: over a quarter turn).
+std::vector<Quaterniond> SpreadRotations(int count, bool upright, std::uint64_t seed) {
+  std::vector<Quaterniond> chosen;
+  if (upright) {
+    for (int i = 0; i < count; ++i) {
+      chosen.emplace_back(Eigen::AngleAxisd(0.5 * kPi * i / count, Vector3d::UnitZ()));
+    }
+    return chosen;
+  }
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  const std::vector<Quaterniond> symmetries = CubeRotations();
+  std::vector<Quaterniond> pool = {Quaterniond::Identity()};
+  for (int i = 0; i < 40 * count; ++i) {
+    pool.emplace_back(
+        Quaterniond(normal(random), normal(random), normal(random), normal(random)).normalized());
+  }
+  std::vector<double> nearest(pool.size(), -1.0);  // cosine of half the angle to the nearest chosen one
+  std::size_t next = 0;                            // farthest from all that are chosen
+  while (static_cast<int>(chosen.size()) < count) {
+    chosen.push_back(pool[next]);
+    for (const Quaterniond& symmetry : symmetries) {
+      const Quaterniond same = chosen.back() * symmetry;
+      for (std::size_t i = 0; i < pool.size(); ++i) {
+        nearest[i] = std::max(nearest[i], std::abs(pool[i].dot(same)));
+      }
+    }
+    next = static_cast<std::size_t>(std::min_element(nearest.begin(), nearest.end()) - nearest.begin());
+  }
+  return chosen;
+}
+
+// Other descriptions of nearly the same solid, from which a fit that is stuck gets free (the "switching" of
+// Liu et al., Robust and Accurate Superquadric Recovery, CVPR 2022): the axis of e1 swapped, and square
+// sections turned by 45 degrees, where e becomes 2 - e.
+std::vector<PosedSuperquadric> SimilarShapes(const PosedSuperquadric& superquadric, bool upright) {
+  std::vector<PosedSuperquadric> similar;
+  const Superquadric& shape = superquadric.shape;
+  if (!upright) {
+    for (int times = 1; times < 3; ++times) {
+      PosedSuperquadric other = superquadric;
+      const Quaterniond cycle = Cycle(times);
+      other.T_map_object.rotation = superquadric.T_map_object.rotation * cycle;
+      other.shape.half_size = (cycle.conjugate() * shape.half_size).cwiseAbs();
+      for (const auto& [e1, e2] : {std::array{shape.e1, shape.e2}, std::array{shape.e2, shape.e1},
+                                   std::array{shape.e1, shape.e1}, std::array{shape.e2, shape.e2}}) {
+        other.shape.e1 = e1;
+        other.shape.e2 = e2;
+        similar.push_back(other);
+      }
+    }
+  }
+  const std::size_t unturned = similar.size();
+  similar.push_back(superquadric);
+  for (std::size_t i = 0; i <= unturned; ++i) {
+    PosedSuperquadric turned = similar[i];
+    const Quaterniond eighth(Eigen::AngleAxisd(0.25 * kPi, Vector3d::UnitZ()));
+    turned.T_map_object.rotation = turned.T_map_object.rotation * eighth;
+    const Vector3d half = turned.shape.half_size;
+    const double e = turned.shape.e2;
+    // The corner of the section where it was, on the diagonal: |x| = |y| = a 2^(-e/2).
+    const double reach = std::sqrt(half.x() * half.y()) * std::pow(2.0, 0.5 - 0.5 * e);
+    turned.shape.half_size = {reach, reach, half.z()};
+    turned.shape.e2 = 2.0 - e;
+    similar.push_back(turned);
+  }
+  similar.erase(similar.begin() + static_cast<std::ptrdiff_t>(unturned));
+  return similar;
 }
 
 Points EvenSubset(const Points& points, int count) {
@@ -208,72 +278,6 @@ PosedSuperquadric UniqueDescription(PosedSuperquadric superquadric) {
 }
 
 }  // namespace
-
-std::vector<Quaterniond> SpreadRotations(int count, bool upright, std::uint64_t seed) {
-  std::vector<Quaterniond> chosen;
-  if (upright) {
-    for (int i = 0; i < count; ++i) {
-      chosen.emplace_back(Eigen::AngleAxisd(0.5 * kPi * i / count, Vector3d::UnitZ()));
-    }
-    return chosen;
-  }
-  std::mt19937_64 random(seed);
-  std::normal_distribution<double> normal;
-  const std::vector<Quaterniond> symmetries = CubeRotations();
-  std::vector<Quaterniond> pool = {Quaterniond::Identity()};
-  for (int i = 0; i < 40 * count; ++i) {
-    pool.emplace_back(
-        Quaterniond(normal(random), normal(random), normal(random), normal(random)).normalized());
-  }
-  std::vector<double> nearest(pool.size(), -1.0);  // cosine of half the angle to the nearest chosen one
-  std::size_t next = 0;                            // farthest from all that are chosen
-  while (static_cast<int>(chosen.size()) < count) {
-    chosen.push_back(pool[next]);
-    for (const Quaterniond& symmetry : symmetries) {
-      const Quaterniond same = chosen.back() * symmetry;
-      for (std::size_t i = 0; i < pool.size(); ++i) {
-        nearest[i] = std::max(nearest[i], std::abs(pool[i].dot(same)));
-      }
-    }
-    next = static_cast<std::size_t>(std::min_element(nearest.begin(), nearest.end()) - nearest.begin());
-  }
-  return chosen;
-}
-
-std::vector<PosedSuperquadric> SimilarShapes(const PosedSuperquadric& superquadric, bool upright) {
-  std::vector<PosedSuperquadric> similar;
-  const Superquadric& shape = superquadric.shape;
-  if (!upright) {
-    for (int times = 1; times < 3; ++times) {
-      PosedSuperquadric other = superquadric;
-      const Quaterniond cycle = Cycle(times);
-      other.T_map_object.rotation = superquadric.T_map_object.rotation * cycle;
-      other.shape.half_size = (cycle.conjugate() * shape.half_size).cwiseAbs();
-      for (const auto& [e1, e2] : {std::array{shape.e1, shape.e2}, std::array{shape.e2, shape.e1},
-                                   std::array{shape.e1, shape.e1}, std::array{shape.e2, shape.e2}}) {
-        other.shape.e1 = e1;
-        other.shape.e2 = e2;
-        similar.push_back(other);
-      }
-    }
-  }
-  const std::size_t unturned = similar.size();
-  similar.push_back(superquadric);
-  for (std::size_t i = 0; i <= unturned; ++i) {
-    PosedSuperquadric turned = similar[i];
-    const Quaterniond eighth(Eigen::AngleAxisd(0.25 * kPi, Vector3d::UnitZ()));
-    turned.T_map_object.rotation = turned.T_map_object.rotation * eighth;
-    const Vector3d half = turned.shape.half_size;
-    const double e = turned.shape.e2;
-    // The corner of the section where it was, on the diagonal: |x| = |y| = a 2^(-e/2).
-    const double reach = std::sqrt(half.x() * half.y()) * std::pow(2.0, 0.5 - 0.5 * e);
-    turned.shape.half_size = {reach, reach, half.z()};
-    turned.shape.e2 = 2.0 - e;
-    similar.push_back(turned);
-  }
-  similar.erase(similar.begin() + static_cast<std::ptrdiff_t>(unturned));
-  return similar;
-}
 
 SearchResult SearchSuperquadric(const Points& points, const FitOptions& options) {
   MixtureFitOptions fit;

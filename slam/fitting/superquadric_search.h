@@ -1,12 +1,42 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <vector>
 
-#include "slam/fitting/fit_options.h"
 #include "slam/fitting/mixture_fit.h"
 
 namespace sqslam {
+
+struct FitOptions {
+  bool upright = false;        // keep the object's z axis on the cloud's z axis: only yaw is free
+  double outlier_share = 0.1;  // expected share of points that do not belong to the object
+  double noise_floor = 2e-3;   // smallest noise that is believed, as a share of the cloud's radius
+  // Share of log(area) that each point adds to the cost, which holds the sides that nobody saw. 1 would be
+  // the likelihood of points that lie evenly on the whole surface; half-seen objects come out too small with
+  // it.
+  double search_area_weight = 0.3;  // while the shape is searched
+  double area_weight = 0.2;         // in the end
+  int rotations = 24;               // start orientations, spread over all that differ for a box
+  int search_points = 160;          // points that the search over starts uses
+  int finalists = 6;                // candidates that are refined with all points
+  int max_points = 4000;            // larger clouds are thinned to so many points, spread evenly
+  std::uint64_t seed = 0;           // of every random choice
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("upright", upright);
+    visit("outlier_share", outlier_share, 0.0, 0.8);
+    visit("noise_floor", noise_floor, 1e-6, 0.1);
+    visit("search_area_weight", search_area_weight, 0.0, 1.0);
+    visit("area_weight", area_weight, 0.0, 1.0);
+    visit("rotations", rotations, 1, 500);
+    visit("search_points", search_points, 30, 5000);
+    visit("finalists", finalists, 1, 100);
+    visit("max_points", max_points, 100, 1000000);
+    visit("seed", seed);
+  }
+};
 
 struct SearchResult {
   PosedSuperquadric superquadric;
@@ -16,16 +46,7 @@ struct SearchResult {
 
 // Fits one superquadric to points in their canonical frame (origin inside, size about 1): many starts over
 // orientation, shape and axis of symmetry on a few points, the best refined on all of them, similar shapes
-// tried from there (see SimilarShapes), the likeliest taken.
+// tried from there, the likeliest taken.
 SearchResult SearchSuperquadric(const std::vector<Eigen::Vector3d>& points, const FitOptions& options);
-
-// Orientations for a search over boxes, whose three axes may be swapped: `count` rotations spread evenly over
-// SO(3) modulo the 24 rotations of a cube (about the z axis only: over a quarter turn).
-std::vector<Eigen::Quaterniond> SpreadRotations(int count, bool upright, std::uint64_t seed);
-
-// Other descriptions of nearly the same solid, from which a fit that is stuck gets free (the "switching" of
-// Liu et al., Robust and Accurate Superquadric Recovery, CVPR 2022): the axis of e1 swapped, and square
-// sections turned by 45 degrees, where e becomes 2 - e.
-std::vector<PosedSuperquadric> SimilarShapes(const PosedSuperquadric& superquadric, bool upright);
 
 }  // namespace sqslam

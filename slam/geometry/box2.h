@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <string>
 
 namespace sqslam {
 
@@ -53,5 +54,12 @@ inline double ShareOfSmaller(const Box2d& a, const Box2d& b) {
   const double shared = SharedArea(a, b);
   return shared > 0.0 ? shared / std::min(a.Area(), b.Area()) : 0.0;
 }
+
+// One box of a detector in one image (distorted pixels, as the detector saw the image).
+struct Detection {
+  std::string label;   // blanks written as underscores, e.g. "cereal_box"
+  double score = 1.0;  // in [0, 1]
+  Box2d box;           // clipped to the image
+};
 
 }  // namespace sqslam

@@ -20,6 +20,11 @@ struct Camera {
 
   bool HasDistortion() const;
 
+  // True for a pixel within the image's width and height.
+  bool InImage(const Eigen::Vector2d& pixel) const {
+    return pixel.x() >= 0.0 && pixel.y() >= 0.0 && pixel.x() < width && pixel.y() < height;
+  }
+
   // Pixel without distortion of a point in the camera frame (z > 0).
   Eigen::Vector2d Project(const Eigen::Vector3d& p_camera) const {
     return {fx * p_camera.x() / p_camera.z() + cx, fy * p_camera.y() / p_camera.z() + cy};

@@ -22,10 +22,9 @@ SuperquadricNorm<PNorm> UnitNorm(const Eigen::Vector3d& p, double e1, double e2)
 
 // A point of the contour as seen by the camera.
 struct ContourPoint {
-  double angle;         // in the plane of the dual
-  Eigen::Vector3d ray;  // to the point, camera frame
-  Eigen::Vector3d
-      tangent;  // plane through the camera's centre: the tangent's line in the image, camera frame
+  double angle;             // in the plane of the dual
+  Eigen::Vector3d ray;      // to the point, camera frame
+  Eigen::Vector3d tangent;  // normal of the plane through the camera's centre and the tangent, camera frame
 };
 
 class Contour {

@@ -23,14 +23,6 @@ bool SpansAPlane(const Eigen::Matrix3Xd& points) {
          variance[2] > 1e-24 * (1.0 + points.squaredNorm());
 }
 
-Eigen::Matrix3Xd AsColumns(const std::vector<Eigen::Vector3d>& points) {
-  Eigen::Matrix3Xd columns(3, static_cast<Eigen::Index>(points.size()));
-  for (Eigen::Index i = 0; i < columns.cols(); ++i) {
-    columns.col(i) = points[static_cast<std::size_t>(i)];
-  }
-  return columns;
-}
-
 }  // namespace
 
 std::optional<Sim3d> AlignSimilarity(const std::vector<Eigen::Vector3d>& source,
@@ -38,8 +30,9 @@ std::optional<Sim3d> AlignSimilarity(const std::vector<Eigen::Vector3d>& source,
   if (source.size() != target.size() || source.size() < 3) {
     return std::nullopt;
   }
-  const Eigen::Matrix3Xd from = AsColumns(source);
-  const Eigen::Matrix3Xd to = AsColumns(target);
+  const auto count = static_cast<Eigen::Index>(source.size());
+  const Eigen::Matrix3Xd from = Eigen::Map<const Eigen::Matrix3Xd>(source.front().data(), 3, count);
+  const Eigen::Matrix3Xd to = Eigen::Map<const Eigen::Matrix3Xd>(target.front().data(), 3, count);
   if (!SpansAPlane(from) || !SpansAPlane(to)) {
     return std::nullopt;
   }

@@ -1,7 +1,6 @@
 #include "slam/geometry/solid_iou.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -50,9 +49,8 @@ Vector3d QuasiRandomPoint(long n) {
 // Cells of one depth that the pruning could not decide; `inside` gathers the volume that lies in both solids.
 struct Level {
   std::vector<Vector3d> centers;
-  Vector3d extent;  // half extents of a cell
-  double reach_a =
-      0.0;  // of a cell, in the norms of a and b: both norms obey the triangle inequality, so a cell
+  Vector3d extent;       // half extents of a cell
+  double reach_a = 0.0;  // of a cell, in the norms of a and b: both obey the triangle inequality, so a cell
   double reach_b = 0.0;  // whose centre is further than this from the surface lies on one side of it
   double inside = 0.0;
 };

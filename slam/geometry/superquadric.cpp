@@ -173,13 +173,4 @@ SuperquadricParameters ToParameters(const PosedSuperquadric& superquadric) {
   return parameters;
 }
 
-PosedSuperquadric FromParameters(const SuperquadricParameters& parameters) {
-  using Eigen::AngleAxisd;
-  using Eigen::Vector3d;
-  const Eigen::Quaterniond rotation = AngleAxisd(parameters[7], Vector3d::UnitZ()) *
-                                      AngleAxisd(parameters[6], Vector3d::UnitY()) *
-                                      AngleAxisd(parameters[5], Vector3d::UnitX());
-  return {{parameters.head<3>(), parameters[3], parameters[4]}, {rotation, parameters.tail<3>()}};
-}
-
 }  // namespace sqslam

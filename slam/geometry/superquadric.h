@@ -74,6 +74,5 @@ double SupportExtent(const PosedSuperquadric& superquadric, const Eigen::Vector3
 // pi/2].
 using SuperquadricParameters = Eigen::Matrix<double, 11, 1>;
 SuperquadricParameters ToParameters(const PosedSuperquadric& superquadric);
-PosedSuperquadric FromParameters(const SuperquadricParameters& parameters);
 
 }  // namespace sqslam

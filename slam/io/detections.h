@@ -8,8 +8,8 @@
 #include <unordered_set>
 #include <vector>
 
+#include "slam/geometry/box2.h"
 #include "slam/geometry/camera.h"
-#include "slam/geometry/detection.h"
 
 namespace sqslam {
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "slam/geometry/box2.h"
 #include "slam/geometry/camera.h"
-#include "slam/geometry/detection.h"
 #include "slam/util/enum_names.h"
 
 namespace sqslam {

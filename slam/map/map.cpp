@@ -42,11 +42,10 @@ std::optional<PredictedSight> PredictSight(const PointAppearance& point, const C
   const Eigen::Vector3d ray = point.p_map - center;
   const double distance = ray.norm();
   const double cosine = ray.dot(point.normal) / distance;
-  const bool in_image =
-      pixel.x() >= 0.0 && pixel.y() >= 0.0 && pixel.x() < camera.width && pixel.y() < camera.height;
   const bool in_range = distance >= point.min_distance && distance <= point.max_distance;
-  return in_image && in_range && cosine >= kMinCosine ? std::optional(PredictedSight{pixel, distance, cosine})
-                                                      : std::nullopt;
+  return camera.InImage(pixel) && in_range && cosine >= kMinCosine
+             ? std::optional(PredictedSight{pixel, distance, cosine})
+             : std::nullopt;
 }
 
 bool MapPoint::IsSeenBy(KeyframeId keyframe) const {

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "slam/estimation/bundle_objects.h"
+#include "slam/estimation/bundle_problem.h"
 #include "slam/io/trajectory.h"
 #include "slam/map/tracking_view.h"
 #include "slam/mapping/mapping_options.h"

@@ -1,6 +1,5 @@
 #include "slam/objects/assignment.h"
 
-#include <algorithm>
 #include <limits>
 
 namespace sqslam {

@@ -13,6 +13,19 @@ double BoxIoU(const std::optional<Box2d>& landmark, const Box2d& box) {
   return landmark ? IoU(*landmark, box) : 0.0;
 }
 
+// Share of the box's points that are the landmark's, in [0, 1]; 0 below options.min_shared_points.
+double SharedPoints(const BoxCandidate& box, const KnownLandmark& landmark,
+                    const AssociationOptions& options) {
+  if (box.point_ids.empty()) {
+    return 0.0;
+  }
+  const auto shared = std::count_if(box.point_ids.begin(), box.point_ids.end(),
+                                    [&](std::int64_t id) { return landmark.point_ids.contains(id); });
+  return shared < options.min_shared_points
+             ? 0.0
+             : static_cast<double>(shared) / static_cast<double>(box.point_ids.size());
+}
+
 // Gain of an inter-frame association; 0: impossible.
 double InterFrameGain(const BoxCandidate& box, const KnownLandmark& landmark, const AssociationParts& parts,
                       const AssociationOptions& options) {
@@ -96,18 +109,6 @@ double GeometricGain(const BoxCandidate& box, const KnownLandmark& landmark, con
 }
 
 }  // namespace
-
-double SharedPoints(const BoxCandidate& box, const KnownLandmark& landmark,
-                    const AssociationOptions& options) {
-  if (box.point_ids.empty()) {
-    return 0.0;
-  }
-  const auto shared = std::count_if(box.point_ids.begin(), box.point_ids.end(),
-                                    [&](std::int64_t id) { return landmark.point_ids.contains(id); });
-  return shared < options.min_shared_points
-             ? 0.0
-             : static_cast<double>(shared) / static_cast<double>(box.point_ids.size());
-}
 
 std::vector<int> Associate(const std::vector<BoxCandidate>& boxes,
                            const std::vector<const KnownLandmark*>& landmarks,

@@ -46,8 +46,4 @@ std::vector<int> Associate(const std::vector<BoxCandidate>& boxes,
                            const std::vector<const KnownLandmark*>& landmarks,
                            const AssociationOptions& options);
 
-// Share of the box's points that are the landmark's, in [0, 1]; 0 below options.min_shared_points.
-double SharedPoints(const BoxCandidate& box, const KnownLandmark& landmark,
-                    const AssociationOptions& options);
-
 }  // namespace sqslam

@@ -1,7 +1,6 @@
 #include "slam/objects/detection_filter.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "slam/util/statistics.h"
 

@@ -65,8 +65,9 @@ bool Crossings(const Conic<T>& points, double at, std::array<T, 2>& other) {
   return true;
 }
 
-// Bounds of the part of the ellipse within the image, see BoxOfVisiblePart(). False where the dual conic is
-// not that of an ellipsoid off the plane through the camera centre.
+// Bounds of the part of the ellipse within the image: tighter than the whole ellipse's cut at the border
+// where it is widest outside; the whole ellipse's where no part of its outline is in the image. False where
+// the dual conic is not that of an ellipsoid off the plane through the camera centre.
 template <typename T>
 bool VisibleBounds(const Conic<T>& dual, const Bounds& image, std::array<T, 4>& bounds) {
   using std::sqrt;

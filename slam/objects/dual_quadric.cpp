@@ -19,11 +19,6 @@ namespace {
 
 using conic::Bounds;
 
-Bounds NormalisedBounds(const Box2d& box, const Camera& camera) {
-  return {(box.x - camera.cx) / camera.fx, (box.y - camera.cy) / camera.fy,
-          (box.x + box.width - camera.cx) / camera.fx, (box.y + box.height - camera.cy) / camera.fy};
-}
-
 // Meaning of an edge of a detected box.
 enum class EdgeKind {
   kFree,    // the object ends there
@@ -87,10 +82,10 @@ bool IsBeforeCamera(const PosedSuperquadric& ellipsoid, const ConditionedView& v
 
 std::array<EdgeKind, 4> KindsOf(const BoxView& view, const Camera& camera, double margin) {
   const Box2d& box = view.box;
-  const std::array<bool, 4> at_border = {
-      box.x<margin, box.y<margin, box.x + box.width> camera.width - margin, box.y + box.height> camera
-          .height -
-      margin};
+  const double right = camera.width - margin;
+  const double bottom = camera.height - margin;
+  const std::array<bool, 4> at_border = {(box.x < margin), (box.y < margin), (box.x + box.width > right),
+                                         (box.y + box.height > bottom)};
   std::array<EdgeKind, 4> kinds;
   for (std::size_t edge = 0; edge < 4; ++edge) {
     kinds[edge] = view.edge_free[edge] ? EdgeKind::kFree
@@ -297,25 +292,6 @@ std::optional<PosedSuperquadric> EllipsoidOf(const Eigen::Matrix4d& dual_quadric
       Eigen::Vector3d(eigen.eigenvalues()[x], eigen.eigenvalues()[y], eigen.eigenvalues()[z]).cwiseSqrt();
   ellipsoid.T_map_object = {Eigen::Quaterniond(R), centre};
   return ellipsoid;
-}
-
-std::optional<Box2d> BoxOfVisiblePart(const PosedSuperquadric& ellipsoid, const Rigid3d& T_map_camera,
-                                      const Camera& camera, const Box2d& image) {
-  const Rigid3d T_camera_object = T_map_camera.Inverse() * ellipsoid.T_map_object;
-  const Eigen::Matrix3d scaled = T_camera_object.RotationMatrix() * ellipsoid.shape.half_size.asDiagonal();
-  std::array<std::array<double, 3>, 3> axes;
-  for (int i = 0; i < 3; ++i) {
-    axes[i] = {scaled(i, 0), scaled(i, 1), scaled(i, 2)};
-  }
-  const Eigen::Vector3d& c = T_camera_object.translation;
-  std::array<double, 4> bounds;
-  if (c.z() <= 0.0 || !conic::VisibleBounds(conic::DualConic<double>(axes, {c.x(), c.y(), c.z()}),
-                                            NormalisedBounds(image, camera), bounds)) {
-    return std::nullopt;
-  }
-  return Box2d{camera.fx * bounds[conic::kLeft] + camera.cx, camera.fy * bounds[conic::kTop] + camera.cy,
-               camera.fx * (bounds[conic::kRight] - bounds[conic::kLeft]),
-               camera.fy * (bounds[conic::kBottom] - bounds[conic::kTop])};
 }
 
 std::optional<PosedSuperquadric> EstimateDualQuadric(std::span<const BoxView> views, const Camera& camera,

@@ -25,12 +25,6 @@ Eigen::Matrix4d DualQuadricOf(const PosedSuperquadric& ellipsoid);
 // map's x.
 std::optional<PosedSuperquadric> EllipsoidOf(const Eigen::Matrix4d& dual_quadric);
 
-// The box around that part of the ellipse which lies in `image` (undistorted px): smaller than the whole
-// ellipse's box cut at the image border where the ellipse is widest outside. The whole ellipse's box where no
-// part of its outline is in the image; empty where the ellipsoid is not in front of the camera.
-std::optional<Box2d> BoxOfVisiblePart(const PosedSuperquadric& ellipsoid, const Rigid3d& T_map_camera,
-                                      const Camera& camera, const Box2d& image);
-
 // The ellipsoid of a landmark from its boxes:
 //  1. Each box edge that shows where the object ends spans a plane pi = P^T l; the dual quadric with the
 //     least squared pi^T Q* pi, all in a frame about the object's place and of its size.

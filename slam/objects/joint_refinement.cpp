@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "slam/geometry/angles.h"
+#include "slam/objects/landmark_geometry.h"
 #include "slam/objects/refinement_problem.h"
 #include "slam/util/statistics.h"
 
@@ -16,9 +17,7 @@ void AddEdges(const SilhouetteView& view, const Camera& camera, const Refinement
               RefinementProblem& problem) {
   const Eigen::Matrix3d R = view.T_map_camera.RotationMatrix();
   const Box2d& box = view.box;
-  const std::array<double, 4> at = {(box.x - camera.cx) / camera.fx, (box.y - camera.cy) / camera.fy,
-                                    (box.x + box.width - camera.cx) / camera.fx,
-                                    (box.y + box.height - camera.cy) / camera.fy};
+  const std::array<double, 4> at = NormalisedBounds(box, camera);
   for (std::size_t edge = 0; edge < 4; ++edge) {
     const int axis = static_cast<int>(edge % 2);
     const double outward = edge < 2 ? -1.0 : 1.0;

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <array>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "slam/geometry/box2.h"
@@ -17,9 +16,8 @@ namespace sqslam {
 // One view of an object for the refinement.
 struct SilhouetteView {
   Rigid3d T_map_camera;
-  Box2d box;  // undistorted px
-  std::array<bool, 4>
-      edge_exact{};  // left, top, right, bottom: the silhouette ends there; otherwise it may go on
+  Box2d box;                         // undistorted px
+  std::array<bool, 4> edge_exact{};  // left, top, right, bottom: the silhouette ends there, or may go on
 };
 
 // Cameras from which a point was seen.

@@ -4,12 +4,6 @@
 #include <cmath>
 
 namespace sqslam {
-namespace {
-
-constexpr std::size_t kMaxLineViews = 60;
-constexpr std::size_t kMaxBoxViews = 2000;
-
-}  // namespace
 
 void LabelVotes::Add(const std::string& label, double score) {
   Tally& tally = tallies_[label];
@@ -68,6 +62,7 @@ double Landmark::PointVotes::CameraSpread() const {
 }
 
 void Landmark::Add(const ObjectObservation& observation) {
+  constexpr std::size_t kMaxLineViews = 60;
   ++observations;
   labels.Add(observation.detection.label, observation.detection.score);
   if (KeepsViewOf(observation.frame_index)) {
@@ -107,6 +102,7 @@ bool Landmark::KeepsViewOf(std::int64_t frame_index) const {
 }
 
 void Landmark::ThinViews() {
+  constexpr std::size_t kMaxBoxViews = 2000;
   while (views.size() > kMaxBoxViews) {
     ++halvings_;
     std::erase_if(views, [this](const BoxView& view) { return !KeepsViewOf(view.frame_index); });

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "slam/geometry/detection.h"
+#include "slam/geometry/box2.h"
 #include "slam/geometry/rigid3.h"
 #include "slam/geometry/superquadric.h"
 #include "slam/objects/object_types.h"
@@ -59,9 +59,8 @@ struct Landmark {
   struct PointVotes {
     int inside = 0;
     int outside = 0;
-    Eigen::Vector3d camera_sum =
-        Eigen::Vector3d::Zero();     // camera centres of the `inside` sightings, map frame
-    double camera_square_sum = 0.0;  // their squared norms
+    Eigen::Vector3d camera_sum = Eigen::Vector3d::Zero();  // centres at the `inside` sightings, map frame
+    double camera_square_sum = 0.0;                        // their squared norms
 
     void SeeInside(const Eigen::Vector3d& camera_centre);
     void Merge(const PointVotes& other);
@@ -90,9 +89,8 @@ struct Landmark {
   PosedSuperquadric visible;      // the part of it that views show: differs where its lower part is hidden
   std::optional<double> support;  // height of the surface that it was found to stand on
   std::optional<PosedSuperquadric> quadric;  // of the boxes alone; only for the representation of that name
-  Eigen::Matrix<double, 9, 9> covariance =
-      Eigen::Matrix<double, 9, 9>::Zero();  // of the refinement: ObjectFit
-  double box_agreement = 0.0;               // mean IoU of the projected superquadric and the boxes, in [0, 1]
+  Eigen::Matrix<double, 9, 9> covariance = Eigen::Matrix<double, 9, 9>::Zero();  // see ObjectFit
+  double box_agreement = 0.0;  // mean IoU of the projected superquadric and the boxes, in [0, 1]
 
   void Add(const ObjectObservation& observation);
   void Absorb(Landmark&& other);  // the two are one object; estimated anew at the next update

@@ -77,6 +77,11 @@ Box2d UndistortBox(const Box2d& box, const Camera& camera) {
   return {left, top, right - left, bottom - top};
 }
 
+std::array<double, 4> NormalisedBounds(const Box2d& box, const Camera& camera) {
+  return {(box.x - camera.cx) / camera.fx, (box.y - camera.cy) / camera.fy,
+          (box.x + box.width - camera.cx) / camera.fx, (box.y + box.height - camera.cy) / camera.fy};
+}
+
 double OverlapOfSmaller(const PosedSuperquadric& a, const PosedSuperquadric& b, int samples) {
   const bool a_smaller = a.shape.Volume() <= b.shape.Volume();
   const PosedSuperquadric& small = a_smaller ? a : b;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 
 #include "slam/geometry/box2.h"
@@ -19,6 +20,9 @@ Box2d ClipToImage(const Box2d& box, const Camera& camera);
 
 // The box around the undistorted edge midpoints of a box in distorted px.
 Box2d UndistortBox(const Box2d& box, const Camera& camera);
+
+// Left, top, right and bottom of a box (undistorted px) on the image plane at depth 1.
+std::array<double, 4> NormalisedBounds(const Box2d& box, const Camera& camera);
 
 // Volume that two superquadrics share over the volume of the smaller one, in [0, 1], by a regular grid of
 // `samples`^3 points (an even number an axis) in the box around the smaller one.

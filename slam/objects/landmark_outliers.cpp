@@ -24,30 +24,20 @@ NamedPoints Keep(const NamedPoints& points, const std::vector<bool>& keep) {
 // Looks every voted point up; votes of fused points are added, culled points are forgotten.
 NamedPoints ResolvePoints(Landmark& landmark, const PointLookup& lookup, const OutlierOptions& options) {
   std::map<std::int64_t, Landmark::PointVotes> votes;
-  std::vector<std::pair<std::int64_t, Eigen::Vector3d>> positions;
+  std::map<std::int64_t, Eigen::Vector3d> positions;
   for (const auto& [old_id, vote] : landmark.votes) {
     std::int64_t id = old_id;
     if (const std::optional<Eigen::Vector3d> p = lookup(id)) {
       // Nearly all keep their ids, and so their order.
-      const auto [it, is_new] = [&] {
-        const std::size_t size = votes.size();
-        const auto place = votes.try_emplace(votes.end(), id);
-        return std::pair(place, votes.size() > size);
-      }();
-      it->second.Merge(vote);
-      if (is_new) {
-        positions.emplace_back(id, *p);
-      }
+      votes.try_emplace(votes.end(), id)->second.Merge(vote);
+      positions.try_emplace(positions.end(), id, *p);
     }
   }
   landmark.votes = std::move(votes);
   const int min_votes = landmark.views.size() >= 5 ? options.min_votes : 1;
-  std::sort(positions.begin(), positions.end(),
-            [](const auto& a, const auto& b) { return a.first < b.first; });
   NamedPoints points;
-  auto position = positions.begin();
-  for (const auto& [id, vote] : landmark.votes) {
-    const Eigen::Vector3d p = (position++)->second;
+  for (const auto& [id, p] : positions) {
+    const Landmark::PointVotes& vote = landmark.votes.at(id);
     const double share = static_cast<double>(vote.inside) / std::max(1, vote.inside + vote.outside);
     if (vote.inside >= min_votes && share >= options.min_inside_share) {
       points.emplace_back(id, p);
@@ -72,8 +62,7 @@ std::vector<bool> InsideBoxes(const NamedPoints& points, const std::vector<BoxVi
         continue;
       }
       const Eigen::Vector2d pixel = context.camera.ProjectDistorted(p);
-      if (pixel.x() < 0.0 || pixel.y() < 0.0 || pixel.x() >= context.camera.width ||
-          pixel.y() >= context.camera.height) {
+      if (!context.camera.InImage(pixel)) {
         continue;
       }
       // Beyond an edge that something else hides the object may well go on.

@@ -1,6 +1,7 @@
 #include "slam/objects/landmark_refinement.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -13,6 +14,9 @@
 
 namespace sqslam {
 namespace {
+
+// Exponents of shapes like a box, a cylinder and a ball.
+constexpr std::array kShapeKinds = {std::pair(0.25, 0.25), std::pair(0.25, 1.0), std::pair(1.0, 1.0)};
 
 std::optional<YawEstimate> YawFromAllLines(const Landmark& landmark, const EstimationContext& context) {
   std::vector<LineView> views;
@@ -51,7 +55,7 @@ std::vector<PosedSuperquadric> RefinementStarts(const Landmark& landmark,
     PosedSuperquadric start = SuperquadricAtYaw(points, yaw, options.size_shape, false);
     const double thin = 0.1 * start.shape.half_size.maxCoeff();  // flat starts can't grow
     start.shape.half_size = start.shape.half_size.cwiseMax(thin);
-    for (const auto& [e1, e2] : {std::pair(0.25, 0.25), std::pair(0.25, 1.0), std::pair(1.0, 1.0)}) {
+    for (const auto& [e1, e2] : kShapeKinds) {
       start.shape.e1 = e1;
       start.shape.e2 = e2;
       starts.push_back(start);
@@ -204,7 +208,7 @@ std::vector<PosedSuperquadric> Neighbours(const PosedSuperquadric& s) {
   turned.T_map_object.rotation =
       s.T_map_object.rotation * Eigen::AngleAxisd(0.25 * std::numbers::pi, Eigen::Vector3d::UnitZ());
   neighbours.push_back(turned);
-  for (const auto& [e1, e2] : {std::pair(0.25, 0.25), std::pair(0.25, 1.0), std::pair(1.0, 1.0)}) {
+  for (const auto& [e1, e2] : kShapeKinds) {
     PosedSuperquadric reshaped = s;
     reshaped.shape.e1 = e1;
     reshaped.shape.e2 = e2;
@@ -247,7 +251,8 @@ StandingFit RefineLandmark(const Landmark& landmark, const std::vector<BoxView>&
     return RefineStanding(starts, std::move(input), supports, options.refinement,
                           context.thorough ? SearchEffort::kThorough : SearchEffort::kPromising);
   }
-  const std::vector<double> heights = supports.All();
+  std::vector<double> heights = supports.near;
+  heights.insert(heights.end(), supports.far.begin(), supports.far.end());
   if (landmark.support && !heights.empty()) {
     input.support_height = *std::min_element(heights.begin(), heights.end(), [&](double a, double b) {
       return std::abs(a - *landmark.support) < std::abs(b - *landmark.support);
@@ -259,12 +264,6 @@ StandingFit RefineLandmark(const Landmark& landmark, const std::vector<BoxView>&
   const std::optional<double> support = input.support_height;
   const RefinementResult result = RefineJointly(landmark.visible, input, options.refinement);
   return {result.superquadric, support, result.cost, result.covariance};
-}
-
-std::vector<double> SupportHeights::All() const {
-  std::vector<double> all = near;
-  all.insert(all.end(), far.begin(), far.end());
-  return all;
 }
 
 StandingFit RefineStanding(std::span<const PosedSuperquadric> starts, RefinementInput input,

@@ -21,13 +21,10 @@ struct StandingFit {
 struct SupportHeights {
   std::vector<double> near;  // known to be around it
   std::vector<double> far;   // further ones below it, of which no point is near: they may go on unseen
-
-  std::vector<double> All() const;
 };
 
 enum class SearchEffort {
-  kPromising,  // a short look at a part of the data picks the two starts that are followed: a third of the
-               // time
+  kPromising,  // two starts are followed, picked by a short look at a part of the data: a third of the time
   kAll,        // all starts are followed
   kThorough,   // and far surfaces are tried, and the neighbourhood of the best
 };

@@ -1,8 +1,6 @@
 #pragma once
 
 #include <limits>
-#include <utility>
-#include <vector>
 
 #include "slam/geometry/camera.h"
 #include "slam/objects/landmark.h"

@@ -42,194 +42,167 @@ struct ObjectMapper::Impl {
   std::int64_t version = 0;
   std::shared_ptr<const ObjectMapView> view = std::make_shared<ObjectMapView>();
 
-  int Surviving(int id) const;
-  void RenewPoses(Landmark& landmark, const PoseLookup& poses) const;
-  void Update(const PointLookup& points, const Camera& camera, const PoseLookup& poses, bool all);
-  void Estimate(const std::vector<int>& ids, const PoseLookup& poses, EstimationContext& context);
-  std::vector<int> Ids() const;
-  std::vector<const Landmark*> Shown() const;
-  std::vector<int> MergeAllPairs();
-  std::optional<std::pair<int, int>> MergeOnePair();
-  void DeleteForgotten();
-  bool IsShown(const Landmark& landmark) const;
-  std::optional<PosedSuperquadric> Represented(const Landmark& landmark) const;
-  ObjectFit FitOf(const Landmark& landmark, const PosedSuperquadric& solid) const;
-  void Transform(const Sim3d& S_new_old);
-  void Publish();
-};
-
-int ObjectMapper::Impl::Surviving(int id) const {
-  for (auto it = merged_into.find(id); it != merged_into.end(); it = merged_into.find(id)) {
-    id = it->second;
+  int Surviving(int id) const {
+    for (auto it = merged_into.find(id); it != merged_into.end(); it = merged_into.find(id)) {
+      id = it->second;
+    }
+    return id;
   }
-  return id;
-}
 
-void ObjectMapper::Impl::RenewPoses(Landmark& landmark, const PoseLookup& poses) const {
-  if (!poses) {
-    return;
-  }
-  for (BoxView& box : landmark.views) {
-    box.T_map_camera = poses(box.frame_index).value_or(box.T_map_camera);
-  }
-  for (auto& [frame, lines] : landmark.lines) {
-    lines.T_map_camera = poses(frame).value_or(lines.T_map_camera);
-  }
-}
-
-void ObjectMapper::Impl::Update(const PointLookup& points, const Camera& camera, const PoseLookup& poses,
-                                bool all) {
-  last_camera = camera;
-  EstimationContext context;
-  context.options = &options;
-  context.points = &points;
-  context.camera = camera;
-  context.upright = upright;
-  context.supports = &supports;
-  context.thorough = all;
-  context.seed = seed;
-  Estimate(all ? Ids() : MostOutdated(landmarks, options.max_estimates), poses, context);
-  Estimate(MergeAllPairs(), poses, context);
-  DeleteForgotten();
-  Publish();
-}
-
-void ObjectMapper::Impl::Estimate(const std::vector<int>& ids, const PoseLookup& poses,
-                                  EstimationContext& context) {
-  for (const int id : LargestFirst(landmarks, ids)) {
-    Landmark& landmark = landmarks.at(id);
-    RenewPoses(landmark, poses);
-    context.surroundings = SurroundingsOf(landmark, Shown());
-    EstimateLandmark(landmark, context);
-    if (options.representation == Representation::kQuadric) {
-      landmark.quadric = EstimateDualQuadric(SpreadViews(landmark.views, options.refinement.max_views),
-                                             context.camera, options);
+  void RenewPoses(Landmark& landmark, const PoseLookup& poses) const {
+    if (!poses) {
+      return;
+    }
+    for (BoxView& box : landmark.views) {
+      box.T_map_camera = poses(box.frame_index).value_or(box.T_map_camera);
+    }
+    for (auto& [frame, lines] : landmark.lines) {
+      lines.T_map_camera = poses(frame).value_or(lines.T_map_camera);
     }
   }
-}
 
-std::vector<int> ObjectMapper::Impl::Ids() const {
-  std::vector<int> ids;
-  for (const auto& [id, landmark] : landmarks) {
-    ids.push_back(id);
+  void Update(const PointLookup& points, const Camera& camera, const PoseLookup& poses, bool all) {
+    last_camera = camera;
+    EstimationContext context{.options = &options,
+                              .points = &points,
+                              .camera = camera,
+                              .upright = upright,
+                              .supports = &supports,
+                              .surroundings = {},
+                              .thorough = all,
+                              .seed = seed};
+    Estimate(all ? Ids() : MostOutdated(landmarks, options.max_estimates), poses, context);
+    Estimate(MergeAllPairs(), poses, context);
+    DeleteForgotten();
+    Publish();
   }
-  return ids;
-}
 
-std::vector<const Landmark*> ObjectMapper::Impl::Shown() const {
-  std::vector<const Landmark*> shown;
-  for (const auto& [id, landmark] : landmarks) {
-    if (IsShown(landmark)) {
-      shown.push_back(&landmark);
-    }
-  }
-  return shown;
-}
-
-// Returns the survivors, which are to be estimated.
-std::vector<int> ObjectMapper::Impl::MergeAllPairs() {
-  std::set<int> survivors;
-  while (const std::optional<std::pair<int, int>> pair = MergeOnePair()) {
-    survivors.erase(pair->first);
-    survivors.insert(pair->second);
-  }
-  return {survivors.begin(), survivors.end()};
-}
-
-// Returns the ids of the one that is gone and of the one that it is part of now.
-std::optional<std::pair<int, int>> ObjectMapper::Impl::MergeOnePair() {
-  for (auto a = landmarks.begin(); a != landmarks.end(); ++a) {
-    for (auto b = std::next(a); b != landmarks.end(); ++b) {
-      if (AreSameObject(a->second, b->second, options.association, options.merging, *last_camera)) {
-        merges.emplace_back(b->first, a->first);
-        merged_into[b->first] = a->first;
-        a->second.Absorb(std::move(b->second));
-        // If both were equally wrong about the extent, the points decide at the next estimation; until then
-        // the merged one must not swallow others.
-        a->second.estimated = false;
-        a->second.refined = false;
-        landmarks.erase(b);
-        return merges.back();
+  void Estimate(const std::vector<int>& ids, const PoseLookup& poses, EstimationContext& context) {
+    for (const int id : LargestFirst(landmarks, ids)) {
+      Landmark& landmark = landmarks.at(id);
+      RenewPoses(landmark, poses);
+      context.surroundings = SurroundingsOf(landmark, Shown());
+      EstimateLandmark(landmark, context);
+      if (options.representation == Representation::kQuadric) {
+        landmark.quadric = EstimateDualQuadric(SpreadViews(landmark.views, options.refinement.max_views),
+                                               context.camera, options);
       }
     }
   }
-  return std::nullopt;
-}
 
-void ObjectMapper::Impl::DeleteForgotten() {
-  for (auto it = landmarks.begin(); it != landmarks.end();) {
-    const Landmark& landmark = it->second;
-    const std::int64_t age = newest_frame - landmark.views.back().frame_index;
-    if (age > options.forget_after && !IsShown(landmark)) {
-      deleted.push_back(it->first);
-      it = landmarks.erase(it);
-    } else {
-      ++it;
+  std::vector<int> Ids() const {
+    std::vector<int> ids;
+    for (const auto& [id, landmark] : landmarks) {
+      ids.push_back(id);
     }
+    return ids;
   }
-}
 
-bool ObjectMapper::Impl::IsShown(const Landmark& landmark) const {
-  return landmark.estimated && landmark.observations >= options.min_observations &&
-         landmark.box_agreement >= (static_cast<int>(landmark.points.size()) >= options.min_points
-                                        ? options.min_box_agreement
-                                        : options.pointless_box_agreement);
-}
+  std::vector<const Landmark*> Shown() const {
+    std::vector<const Landmark*> shown;
+    for (const auto& [id, landmark] : landmarks) {
+      if (IsShown(landmark)) {
+        shown.push_back(&landmark);
+      }
+    }
+    return shown;
+  }
 
-// As the chosen representation has it; empty for what is not shown.
-std::optional<PosedSuperquadric> ObjectMapper::Impl::Represented(const Landmark& landmark) const {
-  if (!IsShown(landmark)) {
+  // Returns the survivors, which are to be estimated.
+  std::vector<int> MergeAllPairs() {
+    std::set<int> survivors;
+    while (const std::optional<std::pair<int, int>> pair = MergeOnePair()) {
+      survivors.erase(pair->first);
+      survivors.insert(pair->second);
+    }
+    return {survivors.begin(), survivors.end()};
+  }
+
+  // Returns the ids of the one that is gone and of the one that it is part of now.
+  std::optional<std::pair<int, int>> MergeOnePair() {
+    for (auto a = landmarks.begin(); a != landmarks.end(); ++a) {
+      for (auto b = std::next(a); b != landmarks.end(); ++b) {
+        if (AreSameObject(a->second, b->second, options.association, options.merging, *last_camera)) {
+          merges.emplace_back(b->first, a->first);
+          merged_into[b->first] = a->first;
+          a->second.Absorb(std::move(b->second));
+          // If both were equally wrong about the extent, the points decide at the next estimation; until then
+          // the merged one must not swallow others.
+          a->second.estimated = false;
+          a->second.refined = false;
+          landmarks.erase(b);
+          return merges.back();
+        }
+      }
+    }
     return std::nullopt;
   }
-  if (options.representation == Representation::kQuadric) {
-    return landmark.quadric;
-  }
-  PosedSuperquadric solid = landmark.superquadric;
-  if (options.representation != Representation::kSuperquadric) {
-    solid.shape.e1 = solid.shape.e2 =
-        options.representation == Representation::kEllipsoid ? 1.0 : kMinShapeExponent;
-  }
-  return solid;
-}
 
-// Other representations than the refined superquadric have no covariance: zero.
-ObjectFit ObjectMapper::Impl::FitOf(const Landmark& landmark, const PosedSuperquadric& solid) const {
-  const double rms = PointRms(landmark, solid);
-  if (options.representation == Representation::kSuperquadric || !last_camera) {
-    return {landmark.box_agreement, rms, landmark.covariance};
+  void DeleteForgotten() {
+    for (auto it = landmarks.begin(); it != landmarks.end();) {
+      const Landmark& landmark = it->second;
+      const std::int64_t age = newest_frame - landmark.views.back().frame_index;
+      if (age > options.forget_after && !IsShown(landmark)) {
+        deleted.push_back(it->first);
+        it = landmarks.erase(it);
+      } else {
+        ++it;
+      }
+    }
   }
-  const std::vector<BoxView> views = SpreadViews(landmark.views, options.refinement.max_views);
-  return {BoxAgreement(solid, views, *last_camera), rms, Eigen::Matrix<double, 9, 9>::Zero()};
-}
 
-void ObjectMapper::Impl::Transform(const Sim3d& S_new_old) {
-  for (auto& [id, landmark] : landmarks) {
-    landmark.Transform(S_new_old);
+  bool IsShown(const Landmark& landmark) const {
+    return landmark.estimated && landmark.observations >= options.min_observations &&
+           landmark.box_agreement >= (static_cast<int>(landmark.points.size()) >= options.min_points
+                                          ? options.min_box_agreement
+                                          : options.pointless_box_agreement);
   }
-  supports.Transform(S_new_old);  // other motions than those about z come with a new SetUpright()
-  Publish();
-}
 
-void ObjectMapper::Impl::Publish() {
-  auto next = std::make_shared<ObjectMapView>();
-  next->version = ++version;
-  next->upright = upright;
-  for (const auto& [id, landmark] : landmarks) {
-    ObjectLandmarkView out;
-    out.id = id;
-    out.label = landmark.labels.Best();
-    out.observations = landmark.observations;
-    out.points = landmark.points;
-    out.estimated = landmark.estimated;
-    out.shown = IsShown(landmark);
-    out.superquadric = landmark.superquadric;
-    out.support = landmark.support;
-    next->landmarks.push_back(std::move(out));
+  // As the chosen representation has it; empty for what is not shown.
+  std::optional<PosedSuperquadric> Represented(const Landmark& landmark) const {
+    if (!IsShown(landmark)) {
+      return std::nullopt;
+    }
+    if (options.representation == Representation::kQuadric) {
+      return landmark.quadric;
+    }
+    PosedSuperquadric solid = landmark.superquadric;
+    if (options.representation != Representation::kSuperquadric) {
+      solid.shape.e1 = solid.shape.e2 =
+          options.representation == Representation::kEllipsoid ? 1.0 : kMinShapeExponent;
+    }
+    return solid;
   }
-  next->merges = merges;
-  next->deleted = deleted;
-  view = std::move(next);
-}
+
+  // Other representations than the refined superquadric have no covariance: zero.
+  ObjectFit FitOf(const Landmark& landmark, const PosedSuperquadric& solid) const {
+    const double rms = PointRms(landmark, solid);
+    if (options.representation == Representation::kSuperquadric || !last_camera) {
+      return {landmark.box_agreement, rms, landmark.covariance};
+    }
+    const std::vector<BoxView> views = SpreadViews(landmark.views, options.refinement.max_views);
+    return {BoxAgreement(solid, views, *last_camera), rms, Eigen::Matrix<double, 9, 9>::Zero()};
+  }
+
+  void Publish() {
+    auto next = std::make_shared<ObjectMapView>();
+    next->version = ++version;
+    next->upright = upright;
+    for (const auto& [id, landmark] : landmarks) {
+      next->landmarks.push_back({.id = id,
+                                 .label = landmark.labels.Best(),
+                                 .observations = landmark.observations,
+                                 .points = landmark.points,
+                                 .estimated = landmark.estimated,
+                                 .shown = IsShown(landmark),
+                                 .superquadric = landmark.superquadric,
+                                 .support = landmark.support});
+    }
+    next->merges = merges;
+    next->deleted = deleted;
+    view = std::move(next);
+  }
+};
 
 ObjectMapper::ObjectMapper(const ObjectOptions& options, std::uint64_t seed) : impl_(new Impl) {
   impl_->options = options;
@@ -295,7 +268,13 @@ bool ObjectMapper::Correct(int id, const PosedSuperquadric& superquadric, const 
   return true;
 }
 
-void ObjectMapper::Transform(const Sim3d& S_new_old) { impl_->Transform(S_new_old); }
+void ObjectMapper::Transform(const Sim3d& S_new_old) {
+  for (auto& [id, landmark] : impl_->landmarks) {
+    landmark.Transform(S_new_old);
+  }
+  impl_->supports.Transform(S_new_old);  // other motions than those about z come with a new SetUpright()
+  impl_->Publish();
+}
 
 void ObjectMapper::Absorb(ObjectMapper&& other) {
   Impl& theirs = *other.impl_;

@@ -41,14 +41,13 @@ struct AssociationOptions {
   double min_shared = 0.33;   // share of the observation's points that must be the landmark's, in [0, 1]
   int min_shared_points = 3;  // and at least so many points
   int inter_frame_gap = 3;    // frames since the last sighting that still count as consecutive
-  double other_label_shared =
-      0.5;                       // share of points with which a box of another label is still the landmark's
-  double other_label_iou = 0.7;  // overlap with which a box of another label is still the landmark's
-  double alpha = 0.01;           // significance level of the one-sample t-test and the rank-sum test
-  int rank_sum_points = 60;      // points of either cloud that the rank-sum test compares at most
-  int min_t_samples = 6;         // centroids a landmark needs for the t-test
-  double projected_iou = 0.3;    // overlap of box and projected landmark that the t-test asks for as well
-  double projected_iou_alone = 0.5;     // overlap of box and projected landmark that is enough by itself
+  double other_label_shared = 0.5;   // share of points with which a box of another label is the landmark's
+  double other_label_iou = 0.7;      // overlap with which a box of another label is still the landmark's
+  double alpha = 0.01;               // significance level of the one-sample t-test and the rank-sum test
+  int rank_sum_points = 60;          // points of either cloud that the rank-sum test compares at most
+  int min_t_samples = 6;             // centroids a landmark needs for the t-test
+  double projected_iou = 0.3;        // overlap of box and projected landmark that the t-test asks for as well
+  double projected_iou_alone = 0.5;  // overlap of box and projected landmark that is enough by itself
   double max_centroid_distance = 0.75;  // centroid to landmark, in units of the landmark's largest half size
   int min_points = 5;                   // points a box needs to start a landmark
 

@@ -8,24 +8,10 @@
 #include "slam/objects/association.h"
 #include "slam/objects/detection_filter.h"
 #include "slam/objects/landmark_geometry.h"
-#include "slam/objects/line_segments.h"
 #include "slam/objects/surroundings.h"
 #include "slam/objects/yaw.h"
 
 namespace sqslam {
-namespace {
-
-std::vector<std::int64_t> SortedIds(const std::vector<TrackedPoint>& points) {
-  std::vector<std::int64_t> ids;
-  ids.reserve(points.size());
-  for (const TrackedPoint& point : points) {
-    ids.push_back(point.point_id);
-  }
-  std::sort(ids.begin(), ids.end());
-  return ids;
-}
-
-}  // namespace
 
 struct ObjectTracker::Impl {
   ObjectOptions options;
@@ -38,258 +24,220 @@ struct ObjectTracker::Impl {
   std::size_t deleted_seen = 0;
   std::vector<std::int64_t> observed;  // ids of the current frame's points, sorted
 
-  void TakeView(const ObjectMapView& newest);
-  void PredictBoxes(const ObjectFrame& frame);
-  void MarkHiddenEdges(const ObjectFrame& frame, const std::vector<int>& ids,
-                       std::vector<BoxCandidate>& boxes) const;
-  std::vector<int> AssignIds(const ObjectFrame& frame, const std::vector<BoxCandidate>& boxes);
-  bool MayStart(const ObjectFrame& frame, const BoxCandidate& box, const std::vector<BoxCandidate>& boxes,
-                const std::vector<int>& ids) const;
-  void Remember(int id, const ObjectFrame& frame, const BoxCandidate& box);
-  ObjectObservation Observe(int id, const ObjectFrame& frame, const BoxCandidate& box) const;
-  std::vector<std::int64_t> PointsOutside(const KnownLandmark& track, const ObjectFrame& frame,
-                                          const Box2d& box, const std::array<bool, 4>& edge_free) const;
-  std::vector<LineSegment> Lines(const ObjectFrame& frame, const std::vector<BoxCandidate>& boxes,
-                                 const std::vector<int>& ids) const;
-  bool IsLinesTurn(const ObjectFrame& frame, const Box2d& box, int id) const;
-  void Transform(const Sim3d& S_new_old);
-};
-
-// Follows merges and deletions, and points the tracks at what the mapping thread knows.
-void ObjectTracker::Impl::TakeView(const ObjectMapView& newest) {
-  if (newest.version == view_version) {
-    return;
-  }
-  view = newest;
-  view_version = newest.version;
-  for (; merges_seen < view.merges.size(); ++merges_seen) {
-    const auto [from, to] = view.merges[merges_seen];
-    const auto it = tracks.find(from);
-    if (it == tracks.end()) {
-      continue;
+  // Follows merges and deletions, and points the tracks at what the mapping thread knows.
+  void TakeView(const ObjectMapView& newest) {
+    if (newest.version == view_version) {
+      return;
     }
-    KnownLandmark old = std::move(it->second);
-    tracks.erase(it);
-    tracks[to].Absorb(std::move(old));
-  }
-  for (; deleted_seen < view.deleted.size(); ++deleted_seen) {
-    tracks.erase(view.deleted[deleted_seen]);
-  }
-  for (auto& [id, track] : tracks) {
-    track.view = nullptr;
-  }
-  for (const ObjectLandmarkView& landmark : view.landmarks) {
-    const auto [it, is_new] = tracks.try_emplace(landmark.id);
-    KnownLandmark& track = it->second;
-    if (is_new) {
-      // From a submap that was merged into this one.
-      track.labels.Add(landmark.label, 1.0);
+    view = newest;
+    view_version = newest.version;
+    for (; merges_seen < view.merges.size(); ++merges_seen) {
+      const auto [from, to] = view.merges[merges_seen];
+      const auto it = tracks.find(from);
+      if (it == tracks.end()) {
+        continue;
+      }
+      KnownLandmark old = std::move(it->second);
+      tracks.erase(it);
+      tracks[to].Absorb(std::move(old));
     }
-    track.view = &landmark;
-    if (landmark.estimated) {
-      // Points that passed the outlier removal, plus those seen since; the rest is background.
-      track.point_ids.clear();
-      track.cloud.clear();
-      for (const auto& [point, p] : landmark.points) {
-        track.point_ids.insert(point);
-        if (parts.rank_sum) {
-          track.cloud.push_back(p);
+    for (; deleted_seen < view.deleted.size(); ++deleted_seen) {
+      tracks.erase(view.deleted[deleted_seen]);
+    }
+    for (auto& [id, track] : tracks) {
+      track.view = nullptr;
+    }
+    for (const ObjectLandmarkView& landmark : view.landmarks) {
+      const auto [it, is_new] = tracks.try_emplace(landmark.id);
+      KnownLandmark& track = it->second;
+      if (is_new) {
+        // From a submap that was merged into this one.
+        track.labels.Add(landmark.label, 1.0);
+      }
+      track.view = &landmark;
+      if (landmark.estimated) {
+        // Points that passed the outlier removal, plus those seen since; the rest is background.
+        track.point_ids.clear();
+        track.cloud.clear();
+        for (const auto& [point, p] : landmark.points) {
+          track.point_ids.insert(point);
+          if (parts.rank_sum) {
+            track.cloud.push_back(p);
+          }
         }
       }
     }
   }
-}
 
-// Predicts the boxes of the known landmarks in this frame, by their motion in the image and by their
-// superquadrics.
-void ObjectTracker::Impl::PredictBoxes(const ObjectFrame& frame) {
-  for (auto& [id, track] : tracks) {
-    track.predicted_box.reset();
-    track.projected_box.reset();
-    if (frame.frame_index - track.last_frame <= options.association.inter_frame_gap) {
-      track.predicted_box = track.PredictedBox(frame.frame_index);
-    }
-    if (parts.projection && track.IsEstimated() &&
-        MayBeInView(track.view->superquadric, frame.T_map_camera, frame.camera)) {
-      const auto box = ProjectToBox(track.view->superquadric, frame.T_map_camera, frame.camera);
-      const Box2d clipped = box ? ClipToImage(*box, frame.camera) : Box2d();
-      if (clipped.Area() > 0.0) {
-        track.projected_box = clipped;
+  // Predicts the boxes of the known landmarks in this frame, by their motion in the image and by their
+  // superquadrics.
+  void PredictBoxes(const ObjectFrame& frame) {
+    for (auto& [id, track] : tracks) {
+      track.predicted_box.reset();
+      track.projected_box.reset();
+      if (frame.frame_index - track.last_frame <= options.association.inter_frame_gap) {
+        track.predicted_box = track.PredictedBox(frame.frame_index);
+      }
+      if (parts.projection && track.IsEstimated() &&
+          MayBeInView(track.view->superquadric, frame.T_map_camera, frame.camera)) {
+        const auto box = ProjectToBox(track.view->superquadric, frame.T_map_camera, frame.camera);
+        const Box2d clipped = box ? ClipToImage(*box, frame.camera) : Box2d();
+        if (clipped.Area() > 0.0) {
+          track.projected_box = clipped;
+        }
       }
     }
   }
-}
 
-// A new landmark needs points, and must not be a second box around something that has one already.
-bool ObjectTracker::Impl::MayStart(const ObjectFrame& frame, const BoxCandidate& box,
-                                   const std::vector<BoxCandidate>& boxes,
-                                   const std::vector<int>& ids) const {
-  const Box2d& b = box.detection.box;
-  const double share = b.Area() / (static_cast<double>(frame.camera.width) * frame.camera.height);
-  if (static_cast<int>(box.point_ids.size()) < options.association.min_points ||
-      (box.AnyEdgeCut() && share < options.detections.max_cut_share)) {
-    return false;
-  }
-  constexpr double kSameThing = 0.5;
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
-    if (ids[i] >= 0 && IoU(boxes[i].detection.box, b) > kSameThing) {
+  // A new landmark needs points, and must not be a second box around something that has one already.
+  bool MayStart(const ObjectFrame& frame, const BoxCandidate& box, const std::vector<BoxCandidate>& boxes,
+                const std::vector<int>& ids) const {
+    const Box2d& b = box.detection.box;
+    const double share = b.Area() / (static_cast<double>(frame.camera.width) * frame.camera.height);
+    if (static_cast<int>(box.point_ids.size()) < options.association.min_points ||
+        (box.AnyEdgeCut() && share < options.detections.max_cut_share)) {
       return false;
     }
-  }
-  return true;
-}
-
-std::vector<int> ObjectTracker::Impl::AssignIds(const ObjectFrame& frame,
-                                                const std::vector<BoxCandidate>& boxes) {
-  PredictBoxes(frame);
-  std::vector<const KnownLandmark*> known;
-  std::vector<int> ids_of_known;
-  for (const auto& [id, track] : tracks) {
-    known.push_back(&track);
-    ids_of_known.push_back(id);
-  }
-  std::vector<int> ids = Associate(boxes, known, options.association);
-  for (int& id : ids) {
-    id = id >= 0 ? ids_of_known[id] : -1;
-  }
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
-    if (ids[i] < 0 && MayStart(frame, boxes[i], boxes, ids)) {
-      ids[i] = next_id++;
+    constexpr double kSameThing = 0.5;
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      if (ids[i] >= 0 && IoU(boxes[i].detection.box, b) > kSameThing) {
+        return false;
+      }
     }
+    return true;
   }
-  return ids;
-}
 
-// Edges behind landmarks that are known to stand before the object, whether the detector sees them now or
-// not.
-void ObjectTracker::Impl::MarkHiddenEdges(const ObjectFrame& frame, const std::vector<int>& ids,
-                                          std::vector<BoxCandidate>& boxes) const {
-  const Rigid3d T_camera_map = frame.T_map_camera.Inverse();
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
-    const auto own = tracks.find(ids[i]);
-    if (own == tracks.end() || !own->second.IsEstimated()) {
-      continue;
-    }
-    const ObjectLandmarkView& object = *own->second.view;
-    const double depth = (T_camera_map * object.superquadric.T_map_object.translation).z();
-    const Box2d box = UndistortBox(boxes[i].detection.box, frame.camera);
+  std::vector<int> AssignIds(const ObjectFrame& frame, const std::vector<BoxCandidate>& boxes) {
+    PredictBoxes(frame);
+    std::vector<const KnownLandmark*> known;
+    std::vector<int> ids_of_known;
     for (const auto& [id, track] : tracks) {
-      if (id == ids[i] || !track.view || !track.view->shown || depth <= 0.0) {
+      known.push_back(&track);
+      ids_of_known.push_back(id);
+    }
+    std::vector<int> ids = Associate(boxes, known, options.association);
+    for (int& id : ids) {
+      id = id >= 0 ? ids_of_known[id] : -1;
+    }
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      if (ids[i] < 0 && MayStart(frame, boxes[i], boxes, ids)) {
+        ids[i] = next_id++;
+      }
+    }
+    return ids;
+  }
+
+  // Edges behind landmarks that are known to stand before the object, whether the detector sees them now or
+  // not.
+  void MarkHiddenEdges(const ObjectFrame& frame, const std::vector<int>& ids,
+                       std::vector<BoxCandidate>& boxes) const {
+    const Rigid3d T_camera_map = frame.T_map_camera.Inverse();
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      const auto own = tracks.find(ids[i]);
+      if (own == tracks.end() || !own->second.IsEstimated()) {
         continue;
       }
-      if (!MayHide(track.view->superquadric, object.superquadric)) {
-        continue;
-      }
-      const PosedSuperquadric& other = track.view->superquadric;
-      const std::array<bool, 4> hidden = EdgesHiddenBy(box, depth, frame.T_map_camera, frame.camera, other);
-      for (std::size_t edge = 0; edge < 4; ++edge) {
-        boxes[i].edge_hidden[edge] = boxes[i].edge_hidden[edge] || hidden[edge];
+      const ObjectLandmarkView& object = *own->second.view;
+      const double depth = (T_camera_map * object.superquadric.T_map_object.translation).z();
+      const Box2d box = UndistortBox(boxes[i].detection.box, frame.camera);
+      for (const auto& [id, track] : tracks) {
+        if (id == ids[i] || !track.view || !track.view->shown || depth <= 0.0) {
+          continue;
+        }
+        if (!MayHide(track.view->superquadric, object.superquadric)) {
+          continue;
+        }
+        const PosedSuperquadric& other = track.view->superquadric;
+        const std::array<bool, 4> hidden = EdgesHiddenBy(box, depth, frame.T_map_camera, frame.camera, other);
+        for (std::size_t edge = 0; edge < 4; ++edge) {
+          boxes[i].edge_hidden[edge] = boxes[i].edge_hidden[edge] || hidden[edge];
+        }
       }
     }
   }
-}
 
-void ObjectTracker::Impl::Remember(int id, const ObjectFrame& frame, const BoxCandidate& box) {
-  constexpr std::size_t kMaxPoints = 3000;
-  KnownLandmark& track = tracks[id];
-  track.labels.Add(box.detection.label, box.detection.score);
-  track.SeeBox(box.detection.box, frame.frame_index);
-  if (track.point_ids.size() < kMaxPoints) {
-    track.point_ids.insert(box.point_ids.begin(), box.point_ids.end());
+  void Remember(int id, const ObjectFrame& frame, const BoxCandidate& box) {
+    constexpr std::size_t kMaxPoints = 3000;
+    KnownLandmark& track = tracks[id];
+    track.labels.Add(box.detection.label, box.detection.score);
+    track.SeeBox(box.detection.box, frame.frame_index);
+    if (track.point_ids.size() < kMaxPoints) {
+      track.point_ids.insert(box.point_ids.begin(), box.point_ids.end());
+    }
+    if (parts.rank_sum && track.cloud.size() < kMaxPoints) {
+      track.cloud.insert(track.cloud.end(), box.positions.begin(), box.positions.end());
+    }
+    // The centroid of a part says nothing about the whole.
+    if (box.centroid && !box.AnyEdgeCut()) {
+      track.centroids.Add(*box.centroid);
+    }
   }
-  if (parts.rank_sum && track.cloud.size() < kMaxPoints) {
-    track.cloud.insert(track.cloud.end(), box.positions.begin(), box.positions.end());
-  }
-  // The centroid of a part says nothing about the whole.
-  if (box.centroid && !box.AnyEdgeCut()) {
-    track.centroids.Add(*box.centroid);
-  }
-}
 
-std::vector<std::int64_t> ObjectTracker::Impl::PointsOutside(const KnownLandmark& track,
-                                                             const ObjectFrame& frame, const Box2d& box,
-                                                             const std::array<bool, 4>& edge_free) const {
-  std::vector<std::int64_t> outside;
-  if (!track.view || options.outliers.reprojection == ReprojectionVotes::kNone) {
+  std::vector<std::int64_t> PointsOutside(const KnownLandmark& track, const ObjectFrame& frame,
+                                          const Box2d& box, const std::array<bool, 4>& edge_free) const {
+    std::vector<std::int64_t> outside;
+    if (!track.view || options.outliers.reprojection == ReprojectionVotes::kNone) {
+      return outside;
+    }
+    const Rigid3d T_camera_map = frame.T_map_camera.Inverse();
+    const double margin = options.outliers.box_margin * std::max(box.width, box.height);
+    const bool only_observed = options.outliers.reprojection == ReprojectionVotes::kObserved;
+    for (const auto& [point, p_map] : track.view->points) {
+      if (only_observed && !std::binary_search(observed.begin(), observed.end(), point)) {
+        continue;
+      }
+      const Eigen::Vector3d p = T_camera_map * p_map;
+      if (p.z() <= 0.0) {
+        continue;
+      }
+      const Eigen::Vector2d pixel = frame.camera.ProjectDistorted(p);
+      // Beyond an edge that something else hides the object may well go on.
+      if (frame.camera.InImage(pixel) && IsBeyondEdge(box, edge_free, pixel, margin)) {
+        outside.push_back(point);
+      }
+    }
     return outside;
   }
-  const Rigid3d T_camera_map = frame.T_map_camera.Inverse();
-  const double margin = options.outliers.box_margin * std::max(box.width, box.height);
-  const bool only_observed = options.outliers.reprojection == ReprojectionVotes::kObserved;
-  for (const auto& [point, p_map] : track.view->points) {
-    if (only_observed && !std::binary_search(observed.begin(), observed.end(), point)) {
-      continue;
-    }
-    const Eigen::Vector3d p = T_camera_map * p_map;
-    if (p.z() <= 0.0) {
-      continue;
-    }
-    const Eigen::Vector2d pixel = frame.camera.ProjectDistorted(p);
-    const bool in_image = pixel.x() >= 0.0 && pixel.y() >= 0.0 && pixel.x() < frame.camera.width &&
-                          pixel.y() < frame.camera.height;
-    // Beyond an edge that something else hides the object may well go on.
-    if (in_image && IsBeyondEdge(box, edge_free, pixel, margin)) {
-      outside.push_back(point);
-    }
-  }
-  return outside;
-}
 
-ObjectObservation ObjectTracker::Impl::Observe(int id, const ObjectFrame& frame,
-                                               const BoxCandidate& box) const {
-  ObjectObservation observation;
-  observation.object_id = id;
-  observation.frame_index = frame.frame_index;
-  observation.detection_index = box.detection_index;
-  observation.detection = box.detection;
-  observation.T_map_camera = frame.T_map_camera;
-  observation.point_ids = box.point_ids;
-  for (int edge = 0; edge < 4; ++edge) {
-    observation.edge_free[edge] = !box.edge_cut[edge] && !box.edge_hidden[edge];
-  }
-  if (!box.AnyEdgeCut()) {
-    observation.centroid = box.centroid;
-  }
-  observation.reprojected_outside =
-      PointsOutside(tracks.at(id), frame, box.detection.box, observation.edge_free);
-  return observation;
-}
-
-// Lines cost time: each object's are looked for in every n-th frame, in turn. The lines in the box of a table
-// are those of the things on it.
-bool ObjectTracker::Impl::IsLinesTurn(const ObjectFrame& frame, const Box2d& box, int id) const {
-  const double share = box.Area() / (static_cast<double>(frame.camera.width) * frame.camera.height);
-  return id >= 0 && options.yaw.line_interval > 0 &&
-         (frame.frame_index + id) % options.yaw.line_interval == 0 && share <= options.yaw.max_box_share;
-}
-
-std::vector<LineSegment> ObjectTracker::Impl::Lines(const ObjectFrame& frame,
-                                                    const std::vector<BoxCandidate>& boxes,
-                                                    const std::vector<int>& ids) const {
-  std::vector<Box2d> regions;
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
-    const Box2d& box = boxes[i].detection.box;
-    if (IsLinesTurn(frame, box, ids[i])) {
-      regions.push_back(box);
+  ObjectObservation Observe(int id, const ObjectFrame& frame, const BoxCandidate& box) const {
+    ObjectObservation observation;
+    observation.object_id = id;
+    observation.frame_index = frame.frame_index;
+    observation.detection_index = box.detection_index;
+    observation.detection = box.detection;
+    observation.T_map_camera = frame.T_map_camera;
+    observation.point_ids = box.point_ids;
+    for (int edge = 0; edge < 4; ++edge) {
+      observation.edge_free[edge] = !box.edge_cut[edge] && !box.edge_hidden[edge];
     }
+    if (!box.AnyEdgeCut()) {
+      observation.centroid = box.centroid;
+    }
+    observation.reprojected_outside =
+        PointsOutside(tracks.at(id), frame, box.detection.box, observation.edge_free);
+    return observation;
   }
-  return ExtractLines(frame.gray, frame.camera, regions, options.yaw);
-}
 
-void ObjectTracker::Impl::Transform(const Sim3d& S_new_old) {
-  for (auto& [id, track] : tracks) {
-    track.centroids.Transform(S_new_old);
-    for (Eigen::Vector3d& p : track.cloud) {
-      p = S_new_old * p;
-    }
+  // Lines cost time: each object's are looked for in every n-th frame, in turn. The lines in the box of a
+  // table are those of the things on it.
+  bool IsLinesTurn(const ObjectFrame& frame, const Box2d& box, int id) const {
+    const double share = box.Area() / (static_cast<double>(frame.camera.width) * frame.camera.height);
+    return id >= 0 && options.yaw.line_interval > 0 &&
+           (frame.frame_index + id) % options.yaw.line_interval == 0 && share <= options.yaw.max_box_share;
   }
-  for (ObjectLandmarkView& landmark : view.landmarks) {
-    landmark.superquadric = S_new_old * landmark.superquadric;
-    for (auto& [point, p] : landmark.points) {
-      p = S_new_old * p;
+
+  std::vector<LineSegment> Lines(const ObjectFrame& frame, const std::vector<BoxCandidate>& boxes,
+                                 const std::vector<int>& ids) const {
+    std::vector<Box2d> regions;
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      const Box2d& box = boxes[i].detection.box;
+      if (IsLinesTurn(frame, box, ids[i])) {
+        regions.push_back(box);
+      }
     }
+    return ExtractLines(frame.gray, frame.camera, regions, options.yaw);
   }
-}
+};
 
 ObjectTracker::ObjectTracker(const ObjectOptions& options) : impl_(new Impl) {
   impl_->options = options;
@@ -315,7 +263,11 @@ std::vector<ObjectObservation> ObjectTracker::Track(const ObjectFrame& frame, co
   impl.MarkHiddenEdges(frame, ids, boxes);
   const YawOptions& yaw = impl.options.yaw;
   const std::vector<LineSegment> lines = impl.Lines(frame, boxes, ids);
-  impl.observed = SortedIds(frame.points);
+  impl.observed.clear();
+  for (const TrackedPoint& point : frame.points) {
+    impl.observed.push_back(point.point_id);
+  }
+  std::sort(impl.observed.begin(), impl.observed.end());
   std::vector<ObjectObservation> observations;
   for (std::size_t i = 0; i < boxes.size(); ++i) {
     if (ids[i] < 0) {
@@ -339,6 +291,19 @@ void ObjectTracker::StartIdsAt(int id) { impl_->next_id = std::max(impl_->next_i
 
 int ObjectTracker::NextId() const { return impl_->next_id; }
 
-void ObjectTracker::Transform(const Sim3d& S_new_old) { impl_->Transform(S_new_old); }
+void ObjectTracker::Transform(const Sim3d& S_new_old) {
+  for (auto& [id, track] : impl_->tracks) {
+    track.centroids.Transform(S_new_old);
+    for (Eigen::Vector3d& p : track.cloud) {
+      p = S_new_old * p;
+    }
+  }
+  for (ObjectLandmarkView& landmark : impl_->view.landmarks) {
+    landmark.superquadric = S_new_old * landmark.superquadric;
+    for (auto& [point, p] : landmark.points) {
+      p = S_new_old * p;
+    }
+  }
+}
 
 }  // namespace sqslam

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "slam/geometry/box2.h"
 #include "slam/geometry/camera.h"
-#include "slam/geometry/detection.h"
 #include "slam/geometry/rigid3.h"
 #include "slam/geometry/superquadric.h"
 
@@ -27,7 +27,6 @@ struct TrackedPoint {
 // All that the object pipeline needs of one tracked frame.
 struct ObjectFrame {
   std::int64_t frame_index = 0;
-  double timestamp = 0.0;  // seconds
   Rigid3d T_map_camera;
   Camera camera;
   std::vector<Detection> detections;
@@ -56,8 +55,7 @@ struct ObjectObservation {
   std::int64_t frame_index = 0;
   int detection_index = 0;  // into ObjectFrame::detections
   Detection detection;
-  std::array<bool, 4>
-      edge_free{};  // left, top, right, bottom: neither cut off by the image nor hidden by another box
+  std::array<bool, 4> edge_free{};  // left, top, right, bottom: neither cut off nor hidden by another box
   Rigid3d T_map_camera;
   std::vector<std::int64_t> point_ids;            // in the box, after the depth gate
   std::vector<std::int64_t> reprojected_outside;  // points of the object that fall outside the box

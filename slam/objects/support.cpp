@@ -1,7 +1,6 @@
 #include "slam/objects/support.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -35,8 +34,7 @@ struct Peak {
 // Layers of thickness `layer` that hold more points than the layers a little above and below.
 std::vector<Peak> Peaks(const std::vector<double>& heights, double layer, double min_points) {
   std::vector<Peak> peaks;
-  std::array<RisingCount, 6> counts{RisingCount(heights), RisingCount(heights), RisingCount(heights),
-                                    RisingCount(heights), RisingCount(heights), RisingCount(heights)};
+  std::vector<RisingCount> counts(6, RisingCount(heights));
   for (const double begin : heights) {
     const int first = counts[2].Below(begin);
     const int inside = counts[3].Below(begin + layer) - first;

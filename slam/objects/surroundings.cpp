@@ -19,7 +19,7 @@ bool IsBlocked(const Eigen::Vector2d& pixel, double depth, const Rigid3d& T_othe
   constexpr int kSteps = 16;
   constexpr double kNearest = 0.1;  // shares of the depth
   constexpr double kFarthest = 0.92;
-  const Eigen::Vector3d ray((pixel.x() - camera.cx) / camera.fx, (pixel.y() - camera.cy) / camera.fy, 1.0);
+  const Eigen::Vector3d ray = camera.Unproject(pixel);
   for (int i = 0; i <= kSteps; ++i) {
     const double share = kNearest + (kFarthest - kNearest) * i / kSteps;
     if (other.RadialScale(T_other_camera * (share * depth * ray)) < 1.0) {
@@ -80,9 +80,7 @@ std::array<bool, 4> EdgesHiddenBy(const Box2d& box, double depth, const Rigid3d&
   // The solid must reach before the middle of the box's line of sight to matter at all.
   const double reach =
       other.shape.half_size.norm() + 0.5 * std::hypot(box.width, box.height) * depth / camera.fx;
-  const Eigen::Vector2d middle = box.Center();
-  const Eigen::Vector3d far_end = depth * Eigen::Vector3d((middle.x() - camera.cx) / camera.fx,
-                                                          (middle.y() - camera.cy) / camera.fy, 1.0);
+  const Eigen::Vector3d far_end = depth * camera.Unproject(box.Center());
   const Eigen::Vector3d camera_centre = T_other_camera.translation;
   const Eigen::Vector3d way = T_other_camera * far_end - camera_centre;
   const double nearest = std::clamp(-camera_centre.dot(way) / way.squaredNorm(), 0.0, 1.0);

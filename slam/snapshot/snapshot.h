@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "slam/geometry/box2.h"
 #include "slam/geometry/camera.h"
-#include "slam/geometry/detection.h"
 #include "slam/geometry/rigid3.h"
 #include "slam/geometry/superquadric.h"
 #include "slam/util/run_counters.h"

@@ -302,7 +302,6 @@ SeenObjects Tracker::MakeSeenObjects(const Frame& frame) const {
 ObjectFrame Tracker::MakeObjectFrame(const Frame& frame) const {
   ObjectFrame objects;
   objects.frame_index = frame.index;
-  objects.timestamp = frame.timestamp;
   objects.T_map_camera = current_.T_camera_map.Inverse();
   objects.camera = camera_;
   objects.gray = frame.gray;

@@ -42,8 +42,8 @@ std::vector<BoardView> Views(const CalibrationBoard& board, int count) {
   return Views(board, count, [&](int i) { return BoardPose(board, kCamera, i, reach); });
 }
 
-// How far off the two lenses show the same ray, at most, px. A shift common to all is left out: it is that of
-// a camera that is turned by less than a tenth of a degree, which the boards tell much less about.
+// Largest distance at which the two lenses show the same ray, px. A shift common to all is left out: it is
+// that of a camera that is turned by less than a tenth of a degree, which the boards tell much less about.
 double LargestDifference(const Camera& a, const Camera& b) {
   std::vector<Eigen::Vector2d> differences;
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();

@@ -6,7 +6,6 @@
 #include <random>
 
 #include "slam/estimation/bundle_problem.h"
-#include "slam/estimation/object_blocks.h"
 #include "slam/geometry/lie.h"
 #include "tests/support/synthetic_map.h"
 

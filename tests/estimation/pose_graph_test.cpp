@@ -7,7 +7,7 @@
 #include <random>
 #include <stdexcept>
 
-#include "slam/geometry/sim3_lie.h"
+#include "slam/geometry/lie.h"
 
 namespace sqslam {
 namespace {

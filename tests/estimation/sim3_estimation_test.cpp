@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "slam/geometry/sim3_lie.h"
+#include "slam/geometry/lie.h"
 
 namespace sqslam {
 namespace {

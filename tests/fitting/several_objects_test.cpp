@@ -6,9 +6,8 @@
 #include <numeric>
 #include <set>
 
-#include "slam/fitting/clustering.h"
+#include "slam/fitting/cloud_preparation.h"
 #include "slam/fitting/fitting.h"
-#include "slam/fitting/plane.h"
 #include "slam/geometry/solid_iou.h"
 #include "slam/util/error.h"
 #include "tests/fitting/synthetic_cloud.h"

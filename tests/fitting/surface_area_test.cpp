@@ -1,8 +1,8 @@
-#include "slam/fitting/surface_area.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "slam/fitting/surface_measures.h"
 
 namespace sqslam {
 namespace {

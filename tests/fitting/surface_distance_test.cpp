@@ -1,9 +1,9 @@
-#include "slam/fitting/surface_distance.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
+
+#include "slam/fitting/surface_measures.h"
 
 namespace sqslam {
 namespace {

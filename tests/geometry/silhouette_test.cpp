@@ -53,7 +53,7 @@ double Support(const std::vector<Eigen::Vector2d>& points, const Eigen::Vector2d
   return largest;
 }
 
-// How far outside of the polygon (counter-clockwise or not) a point lies; 0 inside. For convex polygons.
+// Distance of a point from the polygon (counter-clockwise or not); 0 inside. For convex polygons.
 double Outside(const std::vector<Eigen::Vector2d>& polygon, const Eigen::Vector2d& p) {
   double area = 0.0;
   for (std::size_t i = 0; i < polygon.size(); ++i) {

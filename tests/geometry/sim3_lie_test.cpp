@@ -1,9 +1,9 @@
-#include "slam/geometry/sim3_lie.h"
-
 #include <gtest/gtest.h>
 
 #include <random>
 #include <unsupported/Eigen/MatrixFunctions>
+
+#include "slam/geometry/lie.h"
 
 namespace sqslam {
 namespace {
@@ -98,7 +98,7 @@ TEST(Sim3d, ProductAndInverseActAsOnPoints) {
   const Eigen::Vector3d p(0.3, -2.0, 5.0);
   EXPECT_TRUE(((S_a_b * S_b_c) * p).isApprox(S_a_b * (S_b_c * p), 1e-12));
   EXPECT_TRUE((S_a_b.Inverse() * (S_a_b * p)).isApprox(p, 1e-12));
-  // What the rigid pose sees lies on the same ray.
+  // Points that the rigid pose sees lie on the same ray.
   EXPECT_TRUE((S_a_b.scale * (S_a_b.RigidPose() * p)).isApprox(S_a_b * p, 1e-12));
 }
 

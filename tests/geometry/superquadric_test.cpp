@@ -234,6 +234,15 @@ TEST(Superquadric, GradientOfTheRadialDistanceIsFiniteOnTheAxesAndAtTheCentre) {
   });
 }
 
+// The inverse of ToParameters().
+PosedSuperquadric FromParameters(const SuperquadricParameters& parameters) {
+  using Eigen::AngleAxisd;
+  const Eigen::Quaterniond rotation = AngleAxisd(parameters[7], Vector3d::UnitZ()) *
+                                      AngleAxisd(parameters[6], Vector3d::UnitY()) *
+                                      AngleAxisd(parameters[5], Vector3d::UnitX());
+  return {{parameters.head<3>(), parameters[3], parameters[4]}, {rotation, parameters.tail<3>()}};
+}
+
 // The farthest of many surface points, against the closed form.
 TEST(Superquadric, SupportPointIsTheFarthestOfTheSurface) {
   const PosedSuperquadric posed =

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "slam/geometry/solid_iou.h"
+#include "slam/objects/dual_conic.h"
 #include "slam/objects/landmark_geometry.h"
 #include "test_camera.h"
 
@@ -23,6 +24,28 @@ PosedSuperquadric LeaningEllipsoid() {
   ellipsoid.T_map_object.rotation = Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 3).normalized());
   ellipsoid.T_map_object.translation = {1.0, -2.0, 0.5};
   return ellipsoid;
+}
+
+// The box around that part of the ellipse which lies in `image` (undistorted px): smaller than the whole
+// ellipse's box cut at the image border where the ellipse is widest outside. The whole ellipse's box where no
+// part of its outline is in the image; empty where the ellipsoid is not in front of the camera.
+std::optional<Box2d> BoxOfVisiblePart(const PosedSuperquadric& ellipsoid, const Rigid3d& T_map_camera,
+                                      const Camera& camera, const Box2d& image) {
+  const Rigid3d T_camera_object = T_map_camera.Inverse() * ellipsoid.T_map_object;
+  const Eigen::Matrix3d scaled = T_camera_object.RotationMatrix() * ellipsoid.shape.half_size.asDiagonal();
+  std::array<std::array<double, 3>, 3> axes;
+  for (int i = 0; i < 3; ++i) {
+    axes[i] = {scaled(i, 0), scaled(i, 1), scaled(i, 2)};
+  }
+  const Eigen::Vector3d& c = T_camera_object.translation;
+  std::array<double, 4> bounds;
+  if (c.z() <= 0.0 || !conic::VisibleBounds(conic::DualConic<double>(axes, {c.x(), c.y(), c.z()}),
+                                            NormalisedBounds(image, camera), bounds)) {
+    return std::nullopt;
+  }
+  return Box2d{camera.fx * bounds[conic::kLeft] + camera.cx, camera.fy * bounds[conic::kTop] + camera.cy,
+               camera.fx * (bounds[conic::kRight] - bounds[conic::kLeft]),
+               camera.fy * (bounds[conic::kBottom] - bounds[conic::kTop])};
 }
 
 // The camera at `centre`, looking at `target`, with the image's up near the map's z.

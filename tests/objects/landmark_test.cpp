@@ -167,7 +167,7 @@ TEST(Landmark, APictureOnAScreenIsTheScreen) {
   Landmark sticker = picture;
   see(sticker, 10, 5);
   EXPECT_FALSE(AreSameObject(screen, sticker, AssociationOptions(), MergingOptions(), camera));
-  // Of the same size, not a part of the screen.
+  // The same size, not a part of the screen.
   picture.superquadric.T_map_object.translation.y() = 0.035;
   EXPECT_TRUE(same());
   see(picture, 80, 8);

@@ -119,7 +119,7 @@ TEST(ObjectPipeline, SurvivesMissedWrongAndFalseBoxes) {
   EXPECT_GT(CheckAndScore(desk, {mapper.Objects(), mapper.PointObjects()}), 0.5);
 }
 
-// What is seen too rarely to be shown is deleted when it stays away, and its id is never used again.
+// A thing seen too rarely to be shown is deleted when it stays away, and its id is never used again.
 TEST(ObjectPipeline, ForgetsWhatWasSeenOnceOnly) {
   const SyntheticDesk desk(1);
   ObjectOptions options;

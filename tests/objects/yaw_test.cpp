@@ -7,8 +7,6 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
-#include "slam/objects/line_segments.h"
-
 namespace sqslam {
 namespace {
 

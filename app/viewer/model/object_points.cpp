@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "slam/fitting/surface_distance.h"
+#include "slam/fitting/surface_measures.h"
 
 namespace sqslam::viewer {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "slam/fitting/plane.h"
+#include "slam/fitting/cloud_preparation.h"
 #include "slam/io/point_cloud.h"
 
 namespace sqslam::viewer {

@@ -11,7 +11,7 @@
 #include "app/viewer/model/annotation.h"
 #include "slam/fitting/fitting.h"
 #include "slam/fitting/fixed_shape_fit.h"
-#include "slam/fitting/surface_distance.h"
+#include "slam/fitting/surface_measures.h"
 #include "slam/util/error.h"
 
 namespace sqslam::viewer {
