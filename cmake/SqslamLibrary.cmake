@@ -6,7 +6,7 @@ option(SQSLAM_PRECOMPILE_HEADERS "Compile common headers once" ON)
 # all. Names within anonymous namespaces must differ between the files of a library or program, so that any group
 # compiles (scripts/check-modules.py). Turn it off to work on a few files.
 option(SQSLAM_UNITY_BUILD "Compile the sources of a library or program in groups" ON)
-set(SQSLAM_UNITY_BATCH_SIZE 6 CACHE STRING "Sources in a group; 0: all of a library or program")
+set(SQSLAM_UNITY_BATCH_SIZE 10 CACHE STRING "Sources in a group; 0: all of a library or program")
 
 function(sqslam_group_sources target)
   get_target_property(sources ${target} SOURCES)
