@@ -15,8 +15,8 @@
 #include "slam/io/point_cloud.h"
 #include "slam/io/result_files.h"
 #include "slam/util/error.h"
-#include "slam/util/option_value.h"
 #include "slam/util/options.h"
+#include "slam/util/parse_number.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -39,7 +39,7 @@ stray points. Lengths are those of the cloud; roll, pitch and yaw are R = Rz(yaw
 
 Examples:
   sqslam fit mug.ply                                       print the fit
-  sqslam fit mug.ply -o mug.json -o mug.obj    also as numbers and as a mesh
+  sqslam fit mug.ply -o mug.json -o mug.obj                also as numbers and as a mesh
   sqslam fit box.xyz --upright                             it stands on a table: only yaw is free
   sqslam fit table.ply --remove-plane --clusters auto      all things on a table
 )";
@@ -56,8 +56,12 @@ MultiFitOptions MakeOptions(const FitArguments& arguments) {
   }
   if (arguments.multiple || arguments.clusters == "auto") {
     options.clusters = 0;
-  } else if (!arguments.clusters.empty() && !ReadOption(arguments.clusters, options.clusters, 1.0)) {
-    throw UsageError(fmt::format("--clusters {}: expected a number of objects, or auto", arguments.clusters));
+  } else if (!arguments.clusters.empty()) {
+    options.clusters = ParseNumber<int>(arguments.clusters).value_or(0);
+    if (options.clusters < 1) {
+      throw UsageError(
+          fmt::format("--clusters {}: expected a number of objects, or auto", arguments.clusters));
+    }
   }
   CheckOptions(options);
   return options;
