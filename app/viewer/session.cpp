@@ -5,7 +5,7 @@
 #include <set>
 #include <utility>
 
-#include "app/viewer/state/camera_control.h"
+#include "app/viewer/state/scene_view.h"
 
 namespace sqslam::viewer {
 namespace fs = std::filesystem;

@@ -10,10 +10,10 @@
 #include <algorithm>
 #include <utility>
 
-#include "app/viewer/input/ui_input.h"
+#include "app/viewer/input/input_events.h"
+#include "app/viewer/panels/panels.h"
 #include "app/viewer/widgets/gl_texture.h"
 #include "app/viewer/widgets/theme.h"
-#include "app/viewer/window_parts.h"
 #include "slam/util/atomic_file.h"
 
 namespace sqslam::viewer {

@@ -1,11 +1,12 @@
+#include "app/viewer/state/editing.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <thread>
 
 #include "app/viewer/frames/replay.h"
-#include "app/viewer/state/annotation_tool.h"
-#include "app/viewer/state/camera_control.h"
+#include "app/viewer/state/scene_view.h"
 #include "app/viewer/state/viewer_state.h"
 #include "slam/evaluation/ground_truth.h"
 #include "tests/io/temporary_folder.h"

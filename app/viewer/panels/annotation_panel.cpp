@@ -7,7 +7,7 @@
 #include <string>
 
 #include "app/viewer/panels/panels.h"
-#include "app/viewer/state/annotation_tool.h"
+#include "app/viewer/state/editing.h"
 #include "app/viewer/widgets/widgets.h"
 #include "slam/geometry/angles.h"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "app/viewer/model/object_table.h"
+#include "app/viewer/model/map_objects.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/widgets/widgets.h"
 

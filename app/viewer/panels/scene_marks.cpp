@@ -8,10 +8,10 @@
 #include <optional>
 #include <vector>
 
-#include "app/viewer/model/object_points.h"
-#include "app/viewer/model/wireframe.h"
-#include "app/viewer/state/annotation_tool.h"
-#include "app/viewer/state/camera_control.h"
+#include "app/viewer/model/annotation.h"
+#include "app/viewer/model/map_objects.h"
+#include "app/viewer/state/editing.h"
+#include "app/viewer/state/scene_view.h"
 #include "app/viewer/widgets/theme.h"
 #include "app/viewer/widgets/widgets.h"
 #include "slam/geometry/silhouette.h"

@@ -10,8 +10,7 @@
 
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/scene_marks.h"
-#include "app/viewer/state/camera_control.h"
-#include "app/viewer/state/picking.h"
+#include "app/viewer/state/scene_view.h"
 #include "app/viewer/widgets/gl_texture.h"
 #include "app/viewer/widgets/widgets.h"
 #include "render/picture/interactive_scene.h"

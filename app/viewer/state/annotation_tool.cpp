@@ -1,15 +1,13 @@
-#include "app/viewer/state/annotation_tool.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <limits>
 #include <utility>
 
-#include "app/viewer/model/annotation_file.h"
-#include "app/viewer/model/primitive_fit.h"
-#include "app/viewer/state/camera_control.h"
-#include "app/viewer/state/picking.h"
+#include "app/viewer/model/annotation_points.h"
+#include "app/viewer/model/edited_document.h"
+#include "app/viewer/state/editing.h"
+#include "app/viewer/state/scene_view.h"
 
 namespace sqslam::viewer {
 namespace {

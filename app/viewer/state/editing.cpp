@@ -4,8 +4,6 @@
 
 #include <utility>
 
-#include "app/viewer/state/annotation_tool.h"
-
 namespace sqslam::viewer {
 namespace {
 

@@ -1,5 +1,3 @@
-#include "app/viewer/model/annotation_file.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +5,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "app/viewer/model/edited_document.h"
 #include "slam/evaluation/ground_truth.h"
 #include "tests/io/temporary_folder.h"
 

@@ -1,11 +1,10 @@
-#include "app/viewer/model/primitive_fit.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
 #include "app/viewer/model/annotation.h"
+#include "app/viewer/model/annotation_points.h"
 #include "tests/io/temporary_folder.h"
 
 namespace sqslam::viewer {

@@ -1,4 +1,4 @@
-#include "app/viewer/window_parts.h"
+#include "app/viewer/panels/panels.h"
 
 #include <imgui.h>
 
