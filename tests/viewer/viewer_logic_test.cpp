@@ -146,10 +146,10 @@ TEST(PickingTest, WhatIsCutAwayIsNotPicked) {
   EXPECT_EQ(PickObject(down, map.objects), 2);
   // Its upper half is gone: one looks into it, onto its floor.
   const ClipPlane half{Eigen::Vector3d::UnitZ(), middle.z()};
-  const auto inside = MeetCut(down, ball, half);
+  const auto inside = Meet(down, ball, half);
   ASSERT_TRUE(inside);
   EXPECT_NEAR(*inside, 2.15, 1e-6);
-  EXPECT_NEAR(*MeetCut(down, ball, std::nullopt), 1.85, 1e-6);
+  EXPECT_NEAR(*Meet(down, ball, std::nullopt), 1.85, 1e-6);
   EXPECT_EQ(PickObject(down, map.objects, half), 2);
   // All of it is gone, and the book is what one sees behind it.
   const ClipPlane none{-Eigen::Vector3d::UnitZ(), -0.35};

@@ -14,26 +14,28 @@
 namespace sqslam::viewer {
 namespace {
 
+// A key with its name in scripts and, where ImGui works by it, its place in ImGui's table.
 struct NamedKey {
   int code;
   const char* name;
+  int ui = -1;
 };
-constexpr std::array<NamedKey, 25> kNamed = {{{key::kSpace, "Space"},
-                                              {key::kEscape, "Escape"},
-                                              {key::kEnter, "Enter"},
-                                              {key::kTab, "Tab"},
-                                              {key::kBackspace, "Backspace"},
-                                              {key::kInsert, "Insert"},
-                                              {key::kDelete, "Delete"},
-                                              {key::kRight, "Right"},
-                                              {key::kLeft, "Left"},
-                                              {key::kDown, "Down"},
-                                              {key::kUp, "Up"},
-                                              {key::kPageUp, "PageUp"},
-                                              {key::kPageDown, "PageDown"},
-                                              {key::kHome, "Home"},
-                                              {key::kEnd, "End"},
-                                              {key::kKeypadEnter, "KeypadEnter"},
+constexpr std::array<NamedKey, 31> kNamed = {{{key::kSpace, "Space", ImGuiKey_Space},
+                                              {key::kEscape, "Escape", ImGuiKey_Escape},
+                                              {key::kEnter, "Enter", ImGuiKey_Enter},
+                                              {key::kTab, "Tab", ImGuiKey_Tab},
+                                              {key::kBackspace, "Backspace", ImGuiKey_Backspace},
+                                              {key::kInsert, "Insert", ImGuiKey_Insert},
+                                              {key::kDelete, "Delete", ImGuiKey_Delete},
+                                              {key::kRight, "Right", ImGuiKey_RightArrow},
+                                              {key::kLeft, "Left", ImGuiKey_LeftArrow},
+                                              {key::kDown, "Down", ImGuiKey_DownArrow},
+                                              {key::kUp, "Up", ImGuiKey_UpArrow},
+                                              {key::kPageUp, "PageUp", ImGuiKey_PageUp},
+                                              {key::kPageDown, "PageDown", ImGuiKey_PageDown},
+                                              {key::kHome, "Home", ImGuiKey_Home},
+                                              {key::kEnd, "End", ImGuiKey_End},
+                                              {key::kKeypadEnter, "KeypadEnter", ImGuiKey_KeyPadEnter},
                                               {key::kLeftShift, "Shift"},
                                               {key::kLeftControl, "Control"},
                                               {key::kLeftAlt, "Alt"},
@@ -42,7 +44,13 @@ constexpr std::array<NamedKey, 25> kNamed = {{{key::kSpace, "Space"},
                                               {key::kRightAlt, "RightAlt"},
                                               {44, "Comma"},
                                               {46, "Period"},
-                                              {47, "Slash"}}};
+                                              {47, "Slash"},
+                                              {'A', "A", ImGuiKey_A},
+                                              {'C', "C", ImGuiKey_C},
+                                              {'V', "V", ImGuiKey_V},
+                                              {'X', "X", ImGuiKey_X},
+                                              {'Y', "Y", ImGuiKey_Y},
+                                              {'Z', "Z", ImGuiKey_Z}}};
 
 constexpr std::array<std::string_view, 3> kButtons = {"left", "right", "middle"};
 
@@ -260,31 +268,10 @@ std::string FormatEvent(const InputEvent& event) {
 }
 
 void SetUpUiKeys() {
-  constexpr std::array<std::pair<int, int>, 22> kKeys = {{{ImGuiKey_Tab, key::kTab},
-                                                          {ImGuiKey_LeftArrow, key::kLeft},
-                                                          {ImGuiKey_RightArrow, key::kRight},
-                                                          {ImGuiKey_UpArrow, key::kUp},
-                                                          {ImGuiKey_DownArrow, key::kDown},
-                                                          {ImGuiKey_PageUp, key::kPageUp},
-                                                          {ImGuiKey_PageDown, key::kPageDown},
-                                                          {ImGuiKey_Home, key::kHome},
-                                                          {ImGuiKey_End, key::kEnd},
-                                                          {ImGuiKey_Insert, key::kInsert},
-                                                          {ImGuiKey_Delete, key::kDelete},
-                                                          {ImGuiKey_Backspace, key::kBackspace},
-                                                          {ImGuiKey_Space, key::kSpace},
-                                                          {ImGuiKey_Enter, key::kEnter},
-                                                          {ImGuiKey_Escape, key::kEscape},
-                                                          {ImGuiKey_KeyPadEnter, key::kKeypadEnter},
-                                                          {ImGuiKey_A, 'A'},
-                                                          {ImGuiKey_C, 'C'},
-                                                          {ImGuiKey_V, 'V'},
-                                                          {ImGuiKey_X, 'X'},
-                                                          {ImGuiKey_Y, 'Y'},
-                                                          {ImGuiKey_Z, 'Z'}}};
-  ImGuiIO& io = ImGui::GetIO();
-  for (const auto& [ui, ours] : kKeys) {
-    io.KeyMap[ui] = ours;
+  for (const NamedKey& named : kNamed) {
+    if (named.ui >= 0) {
+      ImGui::GetIO().KeyMap[named.ui] = named.code;
+    }
   }
 }
 

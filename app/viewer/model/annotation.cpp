@@ -145,28 +145,6 @@ void CheckSolid(const Solid& solid) {
   }
 }
 
-std::string KindName(SolidKind kind) {
-  switch (kind) {
-    case SolidKind::kCuboid:
-      return "cuboid";
-    case SolidKind::kCylinder:
-      return "cylinder";
-    case SolidKind::kEllipsoid:
-      return "ellipsoid";
-    case SolidKind::kSuperquadric:
-      break;
-  }
-  return "superquadric";
-}
-
-void SetKind(Solid& solid, SolidKind kind) {
-  solid.kind = kind;
-  if (kind != SolidKind::kSuperquadric) {
-    solid.e1 = kind == SolidKind::kEllipsoid ? 1.0 : kMinShapeExponent;
-    solid.e2 = kind == SolidKind::kCuboid ? kMinShapeExponent : 1.0;
-  }
-}
-
 Solid UprightSolid(SolidKind kind, const Eigen::Vector3d& center, double yaw,
                    const Eigen::Vector3d& half_size) {
   Solid solid;

@@ -9,6 +9,7 @@
 #include "slam/geometry/camera.h"
 #include "slam/geometry/rigid3.h"
 #include "slam/geometry/solid_iou.h"
+#include "slam/util/enum_names.h"
 
 namespace sqslam::viewer {
 
@@ -42,14 +43,10 @@ struct Annotation {
 // Throws UsageError that names the value: half sizes above 0, exponents in [0.1, 1.9], all finite.
 void CheckSolid(const Solid& solid);
 
-// All kinds in the order of menus, and their names: "cuboid", ...
+// All kinds in the order of menus.
 inline constexpr std::array<SolidKind, 4> kSolidKinds = {SolidKind::kCuboid, SolidKind::kCylinder,
                                                          SolidKind::kEllipsoid, SolidKind::kSuperquadric};
-std::string KindName(SolidKind kind);
 
-// A solid of a kind with the exponents that its name stands for in objects_gt.json: cuboid 0.1, 0.1; cylinder
-// 0.1, 1; ellipsoid 1, 1; those of superquadrics stay as they are.
-void SetKind(Solid& solid, SolidKind kind);
 Solid UprightSolid(SolidKind kind, const Eigen::Vector3d& center, double yaw,
                    const Eigen::Vector3d& half_size);
 // A solid as a superquadric, edges of primitives rounded to exponents of 0.1.

@@ -215,7 +215,7 @@ PrimitiveFit FitPrimitive(std::span<const Eigen::Vector3d> points, SolidKind kin
   const std::size_t least = kind == SolidKind::kSuperquadric ? 11 : kLeastPoints;
   if (points.size() < least) {
     throw InputError(
-        fmt::format("{} points, expected {} or more for a {}", points.size(), least, KindName(kind)));
+        fmt::format("{} points, expected {} or more for a {}", points.size(), least, NameOf(kind)));
   }
   PrimitiveFit fit;
   fit.points = static_cast<int>(points.size());

@@ -59,7 +59,7 @@ Json ToJson(const AnnotatedSolid& annotated, const Sim3d& S_file_annotation) {
     entry["name"] = annotated.name;
   }
   entry["label"] = annotated.label;
-  entry["primitive"] = KindName(solid.kind);
+  entry["primitive"] = NameOf(solid.kind);
   entry["center"] = {Rounded(center.x()), Rounded(center.y()), Rounded(center.z())};
   entry["yaw"] = Rounded(YawOf(solid));
   entry["T_world_object"] = std::move(pose);

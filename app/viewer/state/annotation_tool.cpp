@@ -114,7 +114,7 @@ void AddSolid(const EditContext& context, SolidKind kind) {
         SnapToGround(solid.solid, *tool.ground, GroundSnap::kMove);
       }
     }
-    Do(context, "Add " + std::string(KindName(kind)),
+    Do(context, "Add " + std::string(NameOf(kind)),
        [&](Annotation& annotation) { tool.selected = annotation.Add(solid); });
     tool.chosen.clear();
   });

@@ -25,11 +25,11 @@ MapSnapshotPtr AppliedEdits::ApplyTo(const MapSnapshotPtr& map) const {
   return map ? Represented(edits.Empty() ? map : Apply(edits, *map), representation) : nullptr;
 }
 
-bool Editing::Postpone(const Postponed& what) {
+bool Editing::Postpone(const Request& request) {
   if (std::exchange(discard, false) || !document.Modified()) {
     return false;
   }
-  postponed = what;
+  postponed = request;
   return true;
 }
 

@@ -58,12 +58,6 @@ struct AppliedEdits {
   MapSnapshotPtr ApplyTo(const MapSnapshotPtr& map) const;
 };
 
-// Something that waits until unsaved changes are saved or given up.
-struct Postponed {
-  bool quit = false;
-  std::filesystem::path open;  // otherwise
-};
-
 // The user's changes to a map, and the tools for them.
 struct Editing {
   EditedDocument document;
@@ -71,15 +65,15 @@ struct Editing {
   Observed<AppliedEdits> applied;  // to the map on the screen
   PointColors point_colors = PointColors::kNone;
   AnnotationTool annotation;
-  std::optional<Postponed> postponed;
-  bool discard = false;  // what is unsaved was given up
+  std::optional<Request> postponed;  // until unsaved changes are saved or given up
+  bool discard = false;              // what is unsaved was given up
 
   const ObjectEdits& Edits() const { return document.Current().edits; }
   const Annotation& Solids() const { return document.Current().annotation; }
 
   // Asks first where unsaved changes are in the way of quitting or opening: true, and the panel of the
   // question shows. Otherwise false.
-  bool Postpone(const Postponed& what);
+  bool Postpone(const Request& request);
 };
 
 // The parts of the viewer on which editing works.

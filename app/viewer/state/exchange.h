@@ -6,6 +6,8 @@
 #include <variant>
 #include <vector>
 
+#include "app/viewer/frames/timeline.h"
+
 // The ways in which any part of the viewer speaks to the rest of it: requests, messages, observed values.
 namespace sqslam::viewer {
 
@@ -26,10 +28,6 @@ struct SaveTextRequest {
   std::string name;  // of the file, in the working folder, without number and extension
   std::string extension;
   std::string text;
-};
-struct RunControl {  // of the run behind the window
-  enum class What { kPause, kContinue, kStep, kEnd, kRate } what = What::kPause;
-  double max_rate = 0.0;  // of kRate, as in RunStatus
 };
 struct QuitRequest {};
 

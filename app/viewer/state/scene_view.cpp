@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -265,7 +266,7 @@ std::optional<Hit> NearestHit(const Ray& ray, const std::vector<SnapshotObject>&
                               const std::optional<ClipPlane>& cut) {
   std::optional<Hit> best;
   for (const SnapshotObject& object : objects) {
-    const std::optional<double> distance = MeetCut(ray, object.superquadric, cut);
+    const std::optional<double> distance = Meet(ray, object.superquadric, cut);
     if (distance && (!best || *distance < best->distance)) {
       best = Hit{object.id, *distance};
     }
@@ -273,48 +274,10 @@ std::optional<Hit> NearestHit(const Ray& ray, const std::vector<SnapshotObject>&
   return best;
 }
 
-// The point of a cloud that is seen within reach of the mouse and the nearest to the eye there.
-class NearestPoint {
- public:
-  NearestPoint(const ViewCamera& camera, cv::Size window, const Eigen::Vector2d& pixel, double reach)
-      : pinhole_(PinholeOf(camera, window)),
-        T_view_map_(PoseOf(camera).Inverse()),
-        pixel_(pixel),
-        reach_(reach) {}
-
-  void Offer(const Eigen::Vector3d& p_map, const std::optional<ClipPlane>& cut) {
-    const double depth = DepthOf(p_map);
-    if (depth <= 0.0 || (point_ && depth >= depth_) || (cut && !cut->Keeps(p_map))) {
-      return;
-    }
-    const Eigen::Vector2d seen = pinhole_.Project(T_view_map_ * p_map) + Eigen::Vector2d::Constant(0.5);
-    if ((seen - pixel_).norm() <= reach_) {
-      point_ = p_map;
-      depth_ = depth;
-    }
-  }
-  double DepthOf(const Eigen::Vector3d& p_map) const { return (T_view_map_ * p_map).z(); }
-  const std::optional<Eigen::Vector3d>& Point() const { return point_; }
-  double Depth() const { return depth_; }
-
- private:
-  Camera pinhole_;
-  Rigid3d T_view_map_;
-  Eigen::Vector2d pixel_;
-  double reach_;
-  std::optional<Eigen::Vector3d> point_;
-  double depth_ = 0.0;
-};
-
 }  // namespace
 
-std::optional<double> Meet(const Ray& ray, const PosedSuperquadric& solid) {
-  const std::optional<Passage> passage = PassageOf(ray, solid);
-  return passage ? std::optional(passage->enter) : std::nullopt;
-}
-
-std::optional<double> MeetCut(const Ray& ray, const PosedSuperquadric& solid,
-                              const std::optional<ClipPlane>& cut) {
+std::optional<double> Meet(const Ray& ray, const PosedSuperquadric& solid,
+                           const std::optional<ClipPlane>& cut) {
   const std::optional<Passage> passage = PassageOf(ray, solid);
   if (!passage) {
     return std::nullopt;
@@ -337,21 +300,34 @@ std::optional<Eigen::Vector3d> PickPoint(const ViewCamera& camera, const Eigen::
                                          cv::Size window, const MapSnapshot& map,
                                          const std::optional<ClipPlane>& cut, const ColoredPoints* cloud,
                                          double reach) {
-  NearestPoint nearest(camera, window, pixel, reach);
+  const Camera pinhole = PinholeOf(camera, window);
+  const Rigid3d T_view_map = PoseOf(camera).Inverse();
+  std::optional<Eigen::Vector3d> nearest;
+  double depth = std::numeric_limits<double>::infinity();
+  const auto offer = [&](const Eigen::Vector3d& p_map) {
+    const Eigen::Vector3d p = T_view_map * p_map;
+    if (p.z() <= 0.0 || p.z() >= depth || (cut && !cut->Keeps(p_map))) {
+      return;
+    }
+    if ((pinhole.Project(p) + Eigen::Vector2d::Constant(0.5) - pixel).norm() <= reach) {
+      nearest = p_map;
+      depth = p.z();
+    }
+  };
   for (const SnapshotPoint& point : map.points) {
-    nearest.Offer(point.p_map.cast<double>(), cut);
+    offer(point.p_map.cast<double>());
   }
   for (std::size_t i = 0; cloud != nullptr && i < cloud->p_map.size(); ++i) {
-    nearest.Offer(cloud->p_map[i].cast<double>(), cut);
+    offer(cloud->p_map[i].cast<double>());
   }
   const Ray ray = RayOf(camera, pixel, window);
   if (const std::optional<Hit> hit = NearestHit(ray, map.objects, cut)) {
     const Eigen::Vector3d surface = ray.origin + hit->distance * ray.direction;
-    if (!nearest.Point() || nearest.DepthOf(surface) < nearest.Depth()) {
+    if ((T_view_map * surface).z() < depth) {
       return surface;
     }
   }
-  return nearest.Point();
+  return nearest;
 }
 
 }  // namespace sqslam::viewer

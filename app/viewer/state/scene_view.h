@@ -106,12 +106,10 @@ Ray RayOf(const ViewCamera& camera, const Eigen::Vector2d& pixel, cv::Size windo
 // A view between two others for a short move from one to the other, `t` in [0, 1].
 ViewCamera Between(const ViewCamera& from, const ViewCamera& to, double t);
 
-// Picking: what of a map lies under the mouse. Distance along the ray (map units) at which it enters the solid; empty where it passes by. 0 from inside.
-std::optional<double> Meet(const Ray& ray, const PosedSuperquadric& solid);
-
-// The same for a solid that is cut: its near side, or its inside where that is cut away.
-std::optional<double> MeetCut(const Ray& ray, const PosedSuperquadric& solid,
-                              const std::optional<ClipPlane>& cut);
+// Picking: what of a map lies under the mouse. Returns the distance along the ray (map units) at which it
+// meets the solid, or its inside where the near side is cut away; 0 from inside, empty where it passes by.
+std::optional<double> Meet(const Ray& ray, const PosedSuperquadric& solid,
+                           const std::optional<ClipPlane>& cut = {});
 
 // Id of the nearest object that the ray meets.
 std::optional<int> PickObject(const Ray& ray, const std::vector<SnapshotObject>& objects,

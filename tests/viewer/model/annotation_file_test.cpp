@@ -25,7 +25,7 @@ Annotation AllKinds() {
       solid.e1 = 0.4;
       solid.e2 = 1.3;
     }
-    annotation.Add({0, std::string(KindName(kind)), "", solid, ""});
+    annotation.Add({0, std::string(NameOf(kind)), "", solid, ""});
     place += 0.5;
   }
   annotation.solids[1].name = "white mug";
