@@ -4,6 +4,7 @@
 #include <GLFW/glfw3.h>
 #include <fmt/format.h>
 #include <imgui.h>
+#include <imgui_internal.h>
 
 #include <algorithm>
 #include <array>
@@ -16,26 +17,9 @@ namespace {
 
 using Kind = InputEvent::Kind;
 
-// UTF-8 of one code point.
-std::string Utf8(unsigned c) {
-  std::string text;
-  const auto put = [&](unsigned byte) { text.push_back(static_cast<char>(byte)); };
-  if (c < 0x80) {
-    put(c);
-  } else if (c < 0x800) {
-    put(0xC0 | (c >> 6));
-    put(0x80 | (c & 0x3F));
-  } else if (c < 0x10000) {
-    put(0xE0 | (c >> 12));
-    put(0x80 | ((c >> 6) & 0x3F));
-    put(0x80 | (c & 0x3F));
-  } else {
-    put(0xF0 | (c >> 18));
-    put(0x80 | ((c >> 12) & 0x3F));
-    put(0x80 | ((c >> 6) & 0x3F));
-    put(0x80 | (c & 0x3F));
-  }
-  return text;
+std::string Utf8(unsigned code_point) {
+  std::array<char, 5> text{};
+  return ImTextCharToUtf8(text.data(), code_point);
 }
 
 std::string LastError() {

@@ -15,9 +15,8 @@
 
 #include "app/commands/run_arguments.h"
 #include "app/result/map_input.h"
+#include "app/viewer/automation.h"
 #include "app/viewer/desktop_window.h"
-#include "app/viewer/frame_timing.h"
-#include "app/viewer/script_player.h"
 #include "app/viewer/viewer.h"
 #include "app/viewer/widgets/gl_texture.h"
 #include "slam/util/error.h"

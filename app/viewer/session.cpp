@@ -5,7 +5,7 @@
 #include <set>
 #include <utility>
 
-#include "app/viewer/state/camera_control.h"
+#include "app/viewer/state/scene_view.h"
 
 namespace sqslam::viewer {
 namespace fs = std::filesystem;
@@ -65,26 +65,12 @@ void Session::Watch(std::unique_ptr<LiveRun> run, const RunRequest& request) {
   document.file = request.output / "map.sqmap";
   document.title = request.output.filename().string();
   document.info.sequence_path = fs::absolute(request.sequence.path).string();
-  document.run.active = true;
-  document.run.state = "starting";
+  document.run = LiveRun::News().status;
 }
 
 void Session::Control(const RunControl& control) {
-  if (!run_) {
-    return;
-  }
-  switch (control.what) {
-    case RunControl::What::kPause:
-      return run_->Pause();
-    case RunControl::What::kContinue:
-      return run_->Continue();
-    case RunControl::What::kStep:
-      return run_->Step();
-    case RunControl::What::kEnd:
-      return run_->End();
-    case RunControl::What::kRate:
-      state_.document.run.max_rate = control.max_rate;
-      return run_->SetMaxRate(control.max_rate);
+  if (run_) {
+    run_->Control(control);
   }
 }
 
@@ -109,12 +95,7 @@ void Session::Frame(const MapSnapshotPtr& map) {
 void Session::TakeRunNews() {
   run_->DrawPending();
   LiveRun::News news = run_->Poll();
-  RunStatus& status = state_.document.run;
-  status.paused = news.paused;
-  status.ending = news.ending;
-  status.state = news.state.empty() ? status.state : news.state;
-  status.frames = news.frames;
-  status.total = news.total;
+  state_.document.run = news.status;
   Timeline& timeline = state_.document.timeline;
   timeline.moments.insert(timeline.moments.end(), news.moments.begin(), news.moments.end());
   if (news.map) {

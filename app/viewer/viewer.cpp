@@ -10,10 +10,10 @@
 #include <algorithm>
 #include <utility>
 
-#include "app/viewer/input/ui_input.h"
+#include "app/viewer/input/input_events.h"
+#include "app/viewer/panels/panels.h"
 #include "app/viewer/widgets/gl_texture.h"
 #include "app/viewer/widgets/theme.h"
-#include "app/viewer/window_parts.h"
 #include "slam/util/atomic_file.h"
 
 namespace sqslam::viewer {
@@ -25,20 +25,12 @@ constexpr std::chrono::milliseconds kHoldAtMost{60};
 
 // All panels, in the order in which tabs stand and windows lie over one another.
 std::vector<PanelPtr> AllPanels(ViewerState& s) {
-  const EditContext context = s.Editor();
   std::vector<PanelPtr> panels;
-  panels.push_back(MakeScenePanel(context, s.view, s.layers, s.window));
-  panels.push_back(MakeImagePanel(context, s.window));
-  panels.push_back(MakeObjectsPanel(context, s.window));
-  panels.push_back(MakeInspectorPanel(context, s.playback, s.window));
-  panels.push_back(MakeViewPanel(s.document, s.view, s.layers, s.messages));
-  panels.push_back(MakeAnnotationPanel(context, s.view.style));
-  panels.push_back(MakePicturePanel(s.document, s.view, s.window, s.requests));
-  panels.push_back(MakeTimelinePanel(s.document, s.playback, s.window, s.requests));
-  panels.push_back(MakeHelpPanel(s.window, Shortcuts()));
-  panels.push_back(MakeSettingsPanel(s.preferences, s.view, s.window, s.messages));
-  panels.push_back(MakeUnsavedPanel(context, s.requests));
-  panels.push_back(MakeMessagesPanel(s.messages, s.view, s.window));
+  for (const auto make : {MakeScenePanel, MakeImagePanel, MakeObjectsPanel, MakeInspectorPanel, MakeViewPanel,
+                          MakeAnnotationPanel, MakePicturePanel, MakeTimelinePanel, MakeHelpPanel,
+                          MakeSettingsPanel, MakeUnsavedPanel, MakeMessagesPanel}) {
+    panels.push_back(make(s));
+  }
   return panels;
 }
 
@@ -204,7 +196,7 @@ void Viewer::FilmFrame() {
 void Viewer::Do(const OpenRequest& request) {
   if (IsCloudFile(request.path) && state_.document.Map() != nullptr) {
     state_.layers.ShowCloud(request.path);
-  } else if (!state_.editing.Postpone({.quit = false, .open = request.path})) {
+  } else if (!state_.editing.Postpone(request)) {
     Open(request.path);
   }
 }
@@ -240,9 +232,9 @@ void Viewer::Do(const SaveTextRequest& request) {
   });
 }
 
-void Viewer::Do(const QuitRequest&) {
+void Viewer::Do(const QuitRequest& request) {
   Film(false);
-  if (!state_.editing.Postpone({.quit = true, .open = {}})) {
+  if (!state_.editing.Postpone(request)) {
     closing_ = true;
     session_.Control({RunControl::What::kEnd});
   }

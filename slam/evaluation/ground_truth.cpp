@@ -8,12 +8,14 @@
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <regex>
 
 #include "slam/io/dataset_layouts.h"
 #include "slam/io/image_files.h"
 #include "slam/io/pose_json.h"
 #include "slam/io/sequence.h"
+#include "slam/util/enum_names.h"
 #include "slam/util/error.h"
 #include "slam/util/text_lines.h"
 
@@ -34,18 +36,9 @@ Rigid3d ParsePose(const json& entry) {
 }
 
 Solid ParseSolid(const json& entry) {
-  struct Primitive {
-    SolidKind kind;
-    std::array<double, 2> shape;
-  };
-  static const std::map<std::string, Primitive> kPrimitives = {
-      {"cuboid", {SolidKind::kCuboid, {0.1, 0.1}}},
-      {"cylinder", {SolidKind::kCylinder, {0.1, 1.0}}},
-      {"ellipsoid", {SolidKind::kEllipsoid, {1.0, 1.0}}},
-  };
   const auto name = entry.value("primitive", std::string("superquadric"));
-  const auto found = kPrimitives.find(name);
-  if (found == kPrimitives.end() && name != "superquadric") {
+  const std::optional<SolidKind> kind = FromName<SolidKind>(name);
+  if (!kind) {
     throw InputError(
         fmt::format("primitive '{}', expected cuboid, cylinder, ellipsoid or superquadric", name));
   }
@@ -55,19 +48,17 @@ Solid ParseSolid(const json& entry) {
   if (!(solid.half_size.allFinite() && solid.half_size.minCoeff() > 0.0)) {
     throw InputError("expected three half sizes above 0");
   }
-  const Primitive primitive =
-      found != kPrimitives.end() ? found->second : Primitive{SolidKind::kSuperquadric, {}};
-  solid.kind = primitive.kind;
-  const auto shape = entry.contains("shape") || found == kPrimitives.end()
-                         ? entry.at("shape").get<std::array<double, 2>>()
-                         : primitive.shape;
-  if (!(shape[0] > 0.0 && shape[0] <= 2.0 && shape[1] > 0.0 && shape[1] <= 2.0)) {
-    throw InputError("expected shape exponents in (0, 2]");
-  }
-  solid.e1 = shape[0];
-  solid.e2 = shape[1];
-  if (std::abs(shape[0] - primitive.shape[0]) > 1e-6 || std::abs(shape[1] - primitive.shape[1]) > 1e-6) {
-    solid.kind = SolidKind::kSuperquadric;
+  SetKind(solid, *kind);
+  if (entry.contains("shape") || kind == SolidKind::kSuperquadric) {
+    const auto [e1, e2] = entry.at("shape").get<std::array<double, 2>>();
+    if (!(e1 > 0.0 && e1 <= 2.0 && e2 > 0.0 && e2 <= 2.0)) {
+      throw InputError("expected shape exponents in (0, 2]");
+    }
+    if (std::abs(e1 - solid.e1) > 1e-6 || std::abs(e2 - solid.e2) > 1e-6) {
+      solid.kind = SolidKind::kSuperquadric;
+    }
+    solid.e1 = e1;
+    solid.e2 = e2;
   }
   solid.T_map_object = ParsePose(entry);
   return solid;

@@ -163,6 +163,14 @@ Eigen::AlignedBox3d Solid::BoundingBox() const {
   return {T_map_object.translation - reach, T_map_object.translation + reach};
 }
 
+void SetKind(Solid& solid, SolidKind kind) {
+  solid.kind = kind;
+  if (kind != SolidKind::kSuperquadric) {
+    solid.e1 = kind == SolidKind::kEllipsoid ? 1.0 : kMinShapeExponent;
+    solid.e2 = kind == SolidKind::kCuboid ? kMinShapeExponent : 1.0;
+  }
+}
+
 Solid Transform(const Sim3d& S_to_map, const Solid& solid) {
   Solid result = solid;
   result.half_size = S_to_map.scale * solid.half_size;

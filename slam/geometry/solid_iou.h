@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 
 #include "slam/geometry/rigid3.h"
 #include "slam/geometry/superquadric.h"
@@ -9,6 +10,7 @@
 namespace sqslam {
 
 enum class SolidKind { kSuperquadric, kCuboid, kCylinder, kEllipsoid };
+constexpr auto EnumNames(SolidKind) { return std::array{"superquadric", "cuboid", "cylinder", "ellipsoid"}; }
 
 // A convex solid placed in the map, symmetric about its own three planes: a superquadric, or a primitive of a
 // ground truth with sharp edges. The axis of a cylinder is its z; its cross-section is an ellipse.
@@ -31,6 +33,10 @@ struct Solid {
   double Volume() const;                    // closed form
   Eigen::AlignedBox3d BoundingBox() const;  // in the map frame; tight for cuboids, enclosing for the others
 };
+
+// Gives a solid the exponents that the name of the kind stands for in objects_gt.json: cuboid 0.1, 0.1;
+// cylinder 0.1, 1; ellipsoid 1, 1; those of superquadrics stay as they are.
+void SetKind(Solid& solid, SolidKind kind);
 
 // The same solid after p_to = S_to_map * p_map.
 Solid Transform(const Sim3d& S_to_map, const Solid& solid);

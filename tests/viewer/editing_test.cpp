@@ -1,11 +1,12 @@
+#include "app/viewer/state/editing.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <thread>
 
 #include "app/viewer/frames/replay.h"
-#include "app/viewer/state/annotation_tool.h"
-#include "app/viewer/state/camera_control.h"
+#include "app/viewer/state/scene_view.h"
 #include "app/viewer/state/viewer_state.h"
 #include "slam/evaluation/ground_truth.h"
 #include "tests/io/temporary_folder.h"
@@ -146,13 +147,13 @@ TEST_F(Editing, EditsAreSavedBesideTheMapAndThereWhenItIsOpenedAgain) {
 }
 
 TEST_F(Editing, UnsavedChangesPostponeWhatWouldLoseThem) {
-  EXPECT_FALSE(state_.editing.Postpone({.quit = true, .open = {}}));
+  EXPECT_FALSE(state_.editing.Postpone(QuitRequest{}));
   DeleteObject(state_.Editor(), 1);
-  EXPECT_TRUE(state_.editing.Postpone({.quit = true, .open = {}}));
-  EXPECT_TRUE(state_.editing.postponed->quit);
+  EXPECT_TRUE(state_.editing.Postpone(QuitRequest{}));
+  EXPECT_TRUE(std::holds_alternative<QuitRequest>(*state_.editing.postponed));
   state_.editing.discard = true;
-  EXPECT_FALSE(state_.editing.Postpone({.quit = true, .open = {}}));
-  EXPECT_TRUE(state_.editing.Postpone({.quit = false, .open = "other"})) << "given up once, not for ever";
+  EXPECT_FALSE(state_.editing.Postpone(QuitRequest{}));
+  EXPECT_TRUE(state_.editing.Postpone(OpenRequest{"other"})) << "given up once, not for ever";
 }
 
 TEST_F(Editing, TheHistoryIsReadInTheBackground) {

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "app/viewer/input/input_events.h"
-#include "app/viewer/state/annotation_tool.h"
-#include "app/viewer/state/camera_control.h"
+#include "app/viewer/state/editing.h"
+#include "app/viewer/state/scene_view.h"
 #include "tests/render/baseline.h"
 #include "tests/viewer/ui_stage.h"
 

@@ -5,11 +5,10 @@
 
 #include "app/viewer/frames/timeline.h"
 #include "app/viewer/input/input_events.h"
-#include "app/viewer/state/camera_control.h"
-#include "app/viewer/state/picking.h"
+#include "app/viewer/panels/panels.h"
 #include "app/viewer/state/pictures.h"
-#include "app/viewer/state/shortcuts.h"
-#include "app/viewer/window_parts.h"
+#include "app/viewer/state/scene_view.h"
+#include "app/viewer/state/viewer_state.h"
 #include "render/video/camera_path_file.h"
 #include "slam/util/error.h"
 #include "tests/io/temporary_folder.h"
@@ -147,10 +146,10 @@ TEST(PickingTest, WhatIsCutAwayIsNotPicked) {
   EXPECT_EQ(PickObject(down, map.objects), 2);
   // Its upper half is gone: one looks into it, onto its floor.
   const ClipPlane half{Eigen::Vector3d::UnitZ(), middle.z()};
-  const auto inside = MeetCut(down, ball, half);
+  const auto inside = Meet(down, ball, half);
   ASSERT_TRUE(inside);
   EXPECT_NEAR(*inside, 2.15, 1e-6);
-  EXPECT_NEAR(*MeetCut(down, ball, std::nullopt), 1.85, 1e-6);
+  EXPECT_NEAR(*Meet(down, ball, std::nullopt), 1.85, 1e-6);
   EXPECT_EQ(PickObject(down, map.objects, half), 2);
   // All of it is gone, and the book is what one sees behind it.
   const ClipPlane none{-Eigen::Vector3d::UnitZ(), -0.35};

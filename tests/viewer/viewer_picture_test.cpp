@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "app/viewer/input/input_events.h"
-#include "app/viewer/state/camera_control.h"
 #include "app/viewer/state/pictures.h"
+#include "app/viewer/state/scene_view.h"
 #include "tests/render/baseline.h"
 #include "tests/viewer/ui_stage.h"
 

@@ -51,19 +51,19 @@ struct LiveRun::Impl : RunHost {
 
   bool AdmitFrame() override {
     std::unique_lock lock(mutex);
-    if (max_rate > 0.0) {
+    if (status.max_rate > 0.0) {
       const auto due = last_frame + std::chrono::duration_cast<Clock::duration>(
-                                        std::chrono::duration<double>(1.0 / max_rate));
+                                        std::chrono::duration<double>(1.0 / status.max_rate));
       changed.wait_until(lock, due, [&] { return ended; });
     }
-    changed.wait(lock, [&] { return ended || !paused || steps > 0; });
+    changed.wait(lock, [&] { return ended || !status.paused || steps > 0; });
     steps = std::max(0, steps - 1);
     last_frame = Clock::now();
     return !ended && !interrupt->Interrupted();
   }
 
   void ShowProgress(std::int64_t, std::int64_t total, const std::string&) override {
-    Tell([&] { news.total = total; });
+    Tell([&] { status.total = total; });
   }
 
   void Tracked(const Frame& frame, TrackingState state, const System& system) override {
@@ -80,8 +80,8 @@ struct LiveRun::Impl : RunHost {
       pose = view.T_map_camera;
       news.frame = std::move(shown);
       news.moments.push_back({frame.index, frame.timestamp, 0});
-      news.state = StateName(state);
-      ++news.frames;
+      status.state = StateName(state);
+      ++status.frames;
     });
   }
 
@@ -113,7 +113,7 @@ struct LiveRun::Impl : RunHost {
     if (video.empty() || run.interrupted) {
       return;
     }
-    Tell([&] { news.state = "making the video"; });
+    Tell([&] { status.state = "making the video"; });
     const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "sqslam";
     const fs::path log = video.string() + ".log";
     const app::ChildResult made = app::RunChild(
@@ -169,15 +169,14 @@ struct LiveRun::Impl : RunHost {
   mutable std::mutex mutex;                      // of all that follows
   std::condition_variable changed;
   News news;
+  RunStatus& status = news.status;
   MapSnapshotPtr newest;
   std::optional<Rigid3d> pose;  // of the newest frame
   RunSeries series;
   RunSeries polled_series;
-  bool paused = false;
   bool ended = false;
   bool abandoned = false;
   int steps = 0;
-  double max_rate = 0.0;
   Clock::time_point last_frame = Clock::now();
   std::function<void()> drawing;
   std::exception_ptr draw_failure;
@@ -199,38 +198,37 @@ void LiveRun::Start() {
   impl_->thread = std::thread([this] { impl_->Work(); });
 }
 
-void LiveRun::Pause() {
-  impl_->Tell([&] { impl_->paused = true; });
-}
-
-void LiveRun::Continue() {
-  impl_->Tell([&] { impl_->paused = false; });
-  impl_->changed.notify_all();
-}
-
-void LiveRun::Step() {
+void LiveRun::Control(const RunControl& control) {
+  using What = RunControl::What;
   impl_->Tell([&] {
-    impl_->paused = true;
-    ++impl_->steps;
+    RunStatus& status = impl_->status;
+    switch (control.what) {
+      case What::kStep:
+        ++impl_->steps;
+        [[fallthrough]];
+      case What::kPause:
+        status.paused = true;
+        break;
+      case What::kContinue:
+        status.paused = false;
+        break;
+      case What::kEnd:
+        impl_->ended = true;
+        break;
+      case What::kRate:
+        status.max_rate = control.max_rate;
+        break;
+    }
   });
   impl_->changed.notify_all();
-}
-
-void LiveRun::End() {
-  impl_->Tell([&] { impl_->ended = true; });
-  impl_->changed.notify_all();
-}
-
-void LiveRun::SetMaxRate(double frames) {
-  impl_->Tell([&] { impl_->max_rate = frames; });
 }
 
 LiveRun::News LiveRun::Poll() {
   const std::lock_guard lock(impl_->mutex);
   Impl& s = *impl_;
   News now = s.news;
-  now.paused = s.paused;
-  now.ending = s.ended || (now.total > 0 && now.frames >= now.total);
+  RunStatus& status = now.status;
+  status.ending = s.ended || (status.total > 0 && status.frames >= status.total);
   if (now.frame && s.newest) {  // the newest map, seen from the newest frame
     auto map = std::make_shared<MapSnapshot>(*s.newest);
     map->T_map_camera = s.pose;

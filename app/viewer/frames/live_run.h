@@ -23,22 +23,14 @@ class LiveRun {
   LiveRun& operator=(const LiveRun&) = delete;
 
   void Start();
-  void Pause();
-  void Continue();
-  void Step();                     // one frame, then pause
-  void End();                      // saves what is mapped
-  void SetMaxRate(double frames);  // a second; 0: as fast as it goes
+  void Control(const RunControl& control);
 
   // News since the last call.
   struct News {
     MapSnapshotPtr map;           // the newest of those that came
     ShownFramePtr frame;          // the same
     std::vector<Moment> moments;  // all frames that came
-    std::string state;            // "tracking", "lost", "waiting for motion"
-    std::int64_t frames = 0;
-    std::int64_t total = 0;  // 0: endless
-    bool paused = false;
-    bool ending = false;  // no more frames; the map is being finished and saved
+    RunStatus status{.active = true, .state = "starting"};
     bool finished = false;
     std::filesystem::path result;  // folder, once finished, where there is a map in it
     std::string error;             // one line, of a run that failed

@@ -212,14 +212,14 @@ struct Replay::Impl {
     try {
       Reader reader(path);
       OpenedRecording opened = reader.Opened();
-      Publish([&] { news.opened = std::move(opened); });
+      Tell([&] { news.opened = std::move(opened); });
       Timeline timeline = reader.MakeTimeline();
-      Publish([&] { news.timeline = timeline; });
+      Tell([&] { news.timeline = timeline; });
       Serve(reader, std::move(timeline));
     } catch (const std::exception& e) {
-      Publish([&] { news.error = e.what(); });
+      Tell([&] { news.error = e.what(); });
     }
-    Publish([&] { busy = false; });
+    Tell([&] { busy = false; });
   }
 
   // Frames that are asked for go first. Where the file is damaged, the rest of it is still shown.
@@ -228,7 +228,7 @@ struct Replay::Impl {
       try {
         work();
       } catch (const std::exception& e) {
-        Publish([&] { news.error = e.what(); });
+        Tell([&] { news.error = e.what(); });
       }
     };
     auto histories = std::make_shared<ObjectHistories>();
@@ -249,7 +249,7 @@ struct Replay::Impl {
       if (wanted) {
         try_to([&] {
           ShownFramePtr frame = reader.Read(*wanted);
-          Publish([&] { news.frame = std::move(frame); });
+          Tell([&] { news.frame = std::move(frame); });
         });
         continue;
       }
@@ -259,7 +259,7 @@ struct Replay::Impl {
         histories->Add(read, *map);
       });
       ++read;
-      Publish([&] {
+      Tell([&] {
         news.progress = static_cast<double>(read) / reader.Size();
         if (read % 16 == 0 || read == reader.Size()) {
           news.timeline = timeline;
@@ -272,7 +272,7 @@ struct Replay::Impl {
   }
 
   template <typename Change>
-  void Publish(Change&& change) {
+  void Tell(Change&& change) {
     const std::lock_guard lock(mutex);
     change();
   }
@@ -290,19 +290,13 @@ struct Replay::Impl {
 Replay::Replay(const fs::path& path) : impl_(std::make_unique<Impl>(path)) {}
 
 Replay::~Replay() {
-  {
-    const std::lock_guard lock(impl_->mutex);
-    impl_->ending = true;
-  }
+  impl_->Tell([&] { impl_->ending = true; });
   impl_->changed.notify_all();
   impl_->thread.join();
 }
 
 void Replay::Request(const Moment& moment) {
-  {
-    const std::lock_guard lock(impl_->mutex);
-    impl_->request = moment;
-  }
+  impl_->Tell([&] { impl_->request = moment; });
   impl_->changed.notify_all();
 }
 

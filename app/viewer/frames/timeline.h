@@ -76,4 +76,22 @@ struct Playback {
   void StepSnapshot(int count, const Timeline& timeline);
 };
 
+// A run that goes on behind the window.
+struct RunStatus {
+  bool active = false;
+  bool paused = false;
+  bool ending = false;      // no more frames; what is mapped is being finished and saved
+  std::string state;        // "tracking", "waiting for motion", ...
+  std::int64_t frames = 0;  // done
+  std::int64_t total = 0;   // 0: endless
+  double max_rate = 0.0;    // frames a second at most; 0: as fast as it goes
+};
+
+// A request to it.
+struct RunControl {
+  enum class What { kPause, kContinue, kStep, kEnd, kRate };  // step: one frame, then pause; end: and save
+  What what = What::kPause;
+  double max_rate = 0.0;  // of kRate
+};
+
 }  // namespace sqslam::viewer

@@ -1,10 +1,12 @@
 #include "app/viewer/input/input_events.h"
 
 #include <fmt/format.h>
+#include <imgui.h>
 
 #include <algorithm>
 #include <array>
 #include <sstream>
+#include <utility>
 
 #include "slam/util/error.h"
 #include "slam/util/text_lines.h"
@@ -12,26 +14,28 @@
 namespace sqslam::viewer {
 namespace {
 
+// A key with its name in scripts and, where ImGui works by it, its place in ImGui's table.
 struct NamedKey {
   int code;
   const char* name;
+  int ui = -1;
 };
-constexpr std::array<NamedKey, 25> kNamed = {{{key::kSpace, "Space"},
-                                              {key::kEscape, "Escape"},
-                                              {key::kEnter, "Enter"},
-                                              {key::kTab, "Tab"},
-                                              {key::kBackspace, "Backspace"},
-                                              {key::kInsert, "Insert"},
-                                              {key::kDelete, "Delete"},
-                                              {key::kRight, "Right"},
-                                              {key::kLeft, "Left"},
-                                              {key::kDown, "Down"},
-                                              {key::kUp, "Up"},
-                                              {key::kPageUp, "PageUp"},
-                                              {key::kPageDown, "PageDown"},
-                                              {key::kHome, "Home"},
-                                              {key::kEnd, "End"},
-                                              {key::kKeypadEnter, "KeypadEnter"},
+constexpr std::array<NamedKey, 31> kNamed = {{{key::kSpace, "Space", ImGuiKey_Space},
+                                              {key::kEscape, "Escape", ImGuiKey_Escape},
+                                              {key::kEnter, "Enter", ImGuiKey_Enter},
+                                              {key::kTab, "Tab", ImGuiKey_Tab},
+                                              {key::kBackspace, "Backspace", ImGuiKey_Backspace},
+                                              {key::kInsert, "Insert", ImGuiKey_Insert},
+                                              {key::kDelete, "Delete", ImGuiKey_Delete},
+                                              {key::kRight, "Right", ImGuiKey_RightArrow},
+                                              {key::kLeft, "Left", ImGuiKey_LeftArrow},
+                                              {key::kDown, "Down", ImGuiKey_DownArrow},
+                                              {key::kUp, "Up", ImGuiKey_UpArrow},
+                                              {key::kPageUp, "PageUp", ImGuiKey_PageUp},
+                                              {key::kPageDown, "PageDown", ImGuiKey_PageDown},
+                                              {key::kHome, "Home", ImGuiKey_Home},
+                                              {key::kEnd, "End", ImGuiKey_End},
+                                              {key::kKeypadEnter, "KeypadEnter", ImGuiKey_KeyPadEnter},
                                               {key::kLeftShift, "Shift"},
                                               {key::kLeftControl, "Control"},
                                               {key::kLeftAlt, "Alt"},
@@ -40,7 +44,13 @@ constexpr std::array<NamedKey, 25> kNamed = {{{key::kSpace, "Space"},
                                               {key::kRightAlt, "RightAlt"},
                                               {44, "Comma"},
                                               {46, "Period"},
-                                              {47, "Slash"}}};
+                                              {47, "Slash"},
+                                              {'A', "A", ImGuiKey_A},
+                                              {'C', "C", ImGuiKey_C},
+                                              {'V', "V", ImGuiKey_V},
+                                              {'X', "X", ImGuiKey_X},
+                                              {'Y', "Y", ImGuiKey_Y},
+                                              {'Z', "Z", ImGuiKey_Z}}};
 
 constexpr std::array<std::string_view, 3> kButtons = {"left", "right", "middle"};
 
@@ -255,6 +265,58 @@ std::string FormatEvent(const InputEvent& event) {
       return fmt::format("{} {}", type.word, event.text);
   }
   return std::string(type.word);
+}
+
+void SetUpUiKeys() {
+  for (const NamedKey& named : kNamed) {
+    if (named.ui >= 0) {
+      ImGui::GetIO().KeyMap[named.ui] = named.code;
+    }
+  }
+}
+
+void ApplyToUi(const InputEvent& event) {
+  using Kind = InputEvent::Kind;
+  ImGuiIO& io = ImGui::GetIO();
+  switch (event.kind) {
+    case Kind::kMove:
+      io.MousePos = ImVec2(static_cast<float>(event.x), static_cast<float>(event.y));
+      break;
+    case Kind::kPress:
+    case Kind::kRelease:
+      io.MouseDown[event.code] = event.kind == Kind::kPress;
+      break;
+    case Kind::kWheel:
+      io.MouseWheelH += static_cast<float>(event.x);
+      io.MouseWheel += static_cast<float>(event.y);
+      break;
+    case Kind::kKeyDown:
+    case Kind::kKeyUp:
+      if (event.code >= 0 && event.code < 512) {
+        io.KeysDown[event.code] = event.kind == Kind::kKeyDown;
+      }
+      io.KeyShift = io.KeysDown[key::kLeftShift] || io.KeysDown[key::kRightShift];
+      io.KeyCtrl = io.KeysDown[key::kLeftControl] || io.KeysDown[key::kRightControl];
+      io.KeyAlt = io.KeysDown[key::kLeftAlt] || io.KeysDown[key::kRightAlt];
+      break;
+    case Kind::kText:
+      io.AddInputCharactersUTF8(event.text.c_str());
+      break;
+    case Kind::kResize:
+      io.DisplaySize = ImVec2(static_cast<float>(event.x), static_cast<float>(event.y));
+      break;
+    case Kind::kFocus:
+      io.AddFocusEvent(event.code != 0);
+      if (event.code == 0) {  // what is released elsewhere is never told
+        std::fill(std::begin(io.KeysDown), std::end(io.KeysDown), false);
+        std::fill(std::begin(io.MouseDown), std::end(io.MouseDown), false);
+        io.KeyShift = io.KeyCtrl = io.KeyAlt = false;
+      }
+      break;
+    case Kind::kDrop:
+    case Kind::kClose:
+      break;
+  }
 }
 
 }  // namespace sqslam::viewer

@@ -102,4 +102,10 @@ std::vector<ScriptLine> ParseScript(const std::string& text, const std::string& 
 
 std::string FormatEvent(const InputEvent& event);  // as one line of a script, without its end
 
+// Tells ImGui of the keys by which it works; once for its context.
+void SetUpUiKeys();
+
+// Hands an event on to ImGui; what is none of its (drop, close) is passed over.
+void ApplyToUi(const InputEvent& event);
+
 }  // namespace sqslam::viewer

@@ -6,7 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "slam/geometry/camera.h"
+#include "slam/geometry/rigid3.h"
 #include "slam/geometry/solid_iou.h"
+#include "slam/util/enum_names.h"
 
 namespace sqslam::viewer {
 
@@ -40,14 +43,10 @@ struct Annotation {
 // Throws UsageError that names the value: half sizes above 0, exponents in [0.1, 1.9], all finite.
 void CheckSolid(const Solid& solid);
 
-// All kinds in the order of menus, and their names: "cuboid", ...
+// All kinds in the order of menus.
 inline constexpr std::array<SolidKind, 4> kSolidKinds = {SolidKind::kCuboid, SolidKind::kCylinder,
                                                          SolidKind::kEllipsoid, SolidKind::kSuperquadric};
-std::string KindName(SolidKind kind);
 
-// A solid of a kind with the exponents that its name stands for in objects_gt.json: cuboid 0.1, 0.1; cylinder
-// 0.1, 1; ellipsoid 1, 1; those of superquadrics stay as they are.
-void SetKind(Solid& solid, SolidKind kind);
 Solid UprightSolid(SolidKind kind, const Eigen::Vector3d& center, double yaw,
                    const Eigen::Vector3d& half_size);
 // A solid as a superquadric, edges of primitives rounded to exponents of 0.1.
@@ -89,5 +88,17 @@ struct Ray {
 // its horizontal plane, or, where that is seen edge-on, up and down; sides move along their axis while the
 // opposite side stays, to 2 % of the size at the least.
 Solid DragHandle(const Solid& start, const SolidHandle& handle, const Ray& from, const Ray& to);
+
+// A line of a solid as an image shows it: pixels with the lens's distortion, in order, not closed by itself.
+struct WireLine {
+  std::vector<Eigen::Vector2d> pixels;
+  bool hidden = false;  // behind the solid itself: drawn faint
+};
+
+// The edges of a solid in an image, to be held against the photograph: of cuboids the twelve edges, of
+// cylinders the two rims and the two sides of the outline, of ellipsoids and superquadrics the outline and
+// the section through the middle. Parts behind the camera are cut off; parts beside the picture stay. Empty
+// where the camera is inside of the solid.
+std::vector<WireLine> ProjectWireframe(const Solid& solid, const Camera& camera, const Rigid3d& T_map_camera);
 
 }  // namespace sqslam::viewer

@@ -2,14 +2,135 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
 #include <system_error>
 #include <utility>
 
-#include "app/viewer/model/annotation_file.h"
+#include "slam/evaluation/evaluation.h"
+#include "slam/evaluation/ground_truth.h"
+#include "slam/evaluation/trajectory_error.h"
+#include "slam/io/trajectory.h"
+#include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam::viewer {
 namespace fs = std::filesystem;
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Keys that the annotation holds itself; everything else is kept as it was.
+const std::set<std::string> kOwnKeys = {"id",  "label",          "name",      "primitive", "center",
+                                        "yaw", "T_world_object", "half_size", "shape"};
+
+std::string Others(const Json& entry, const std::set<std::string>& own) {
+  Json others = Json::object();
+  for (const auto& [key, value] : entry.items()) {
+    if (!own.contains(key)) {
+      others[key] = value;
+    }
+  }
+  return others.empty() ? "" : others.dump();
+}
+
+// Enough digits for a micrometre in a hall, and 0.1 as "0.1".
+double Rounded(double value) {
+  const double rounded = std::round(value * 1e9) * 1e-9;
+  return rounded == 0.0 ? 0.0 : std::stod(fmt::format("{:.12g}", rounded));
+}
+
+Json ToJson(const AnnotatedSolid& annotated, const Sim3d& S_file_annotation) {
+  const Solid solid = Transform(S_file_annotation, annotated.solid);
+  const Eigen::Vector3d& center = solid.T_map_object.translation;
+  const Eigen::Matrix4d matrix = solid.T_map_object.Matrix();
+  Json pose = Json::array();
+  for (int row = 0; row < 4; ++row) {
+    Json values = Json::array();
+    for (int column = 0; column < 4; ++column) {
+      values.push_back(Rounded(matrix(row, column)));
+    }
+    pose.push_back(std::move(values));
+  }
+  Json entry = {{"id", annotated.id}};
+  if (!annotated.name.empty()) {
+    entry["name"] = annotated.name;
+  }
+  entry["label"] = annotated.label;
+  entry["primitive"] = NameOf(solid.kind);
+  entry["center"] = {Rounded(center.x()), Rounded(center.y()), Rounded(center.z())};
+  entry["yaw"] = Rounded(YawOf(solid));
+  entry["T_world_object"] = std::move(pose);
+  entry["half_size"] = {Rounded(solid.half_size.x()), Rounded(solid.half_size.y()),
+                        Rounded(solid.half_size.z())};
+  entry["shape"] = {solid.e1, solid.e2};
+  if (!annotated.more.empty()) {
+    entry.update(Json::parse(annotated.more));
+  }
+  return entry;
+}
+
+}  // namespace
+
+Annotation ReadAnnotation(const fs::path& path, const Sim3d& S_file_annotation) {
+  const std::vector<GroundTruthObject> objects = ReadGroundTruthObjects(path);  // says what is wrong
+  const Json root = Json::parse(ReadFile(path, "a list of ground-truth objects"));
+  const Json& list = root.is_object() ? root.at("objects") : root;
+  Annotation annotation;
+  if (root.is_object()) {
+    annotation.more = Others(root, {"objects"});
+  }
+  const Sim3d S_annotation_file = S_file_annotation.Inverse();
+  std::set<int> ids;
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const GroundTruthObject& object = objects[i];
+    if (!ids.insert(object.id).second) {
+      throw InputError(fmt::format("{}: object {} of the list: id {} is there twice, expected each once",
+                                   path.string(), i + 1, object.id));
+    }
+    AnnotatedSolid annotated;
+    annotated.id = object.id;
+    annotated.label = object.label;
+    annotated.name = object.name;
+    annotated.solid = Transform(S_annotation_file, object.solid);
+    annotated.more = Others(list.at(i), kOwnKeys);
+    annotation.solids.push_back(std::move(annotated));
+  }
+  return annotation;
+}
+
+void WriteAnnotation(const fs::path& path, const Annotation& annotation, const Sim3d& S_file_annotation) {
+  std::string list = "[\n";
+  for (std::size_t i = 0; i < annotation.solids.size(); ++i) {
+    list += ToJson(annotation.solids[i], S_file_annotation).dump() +
+            (i + 1 < annotation.solids.size() ? ",\n" : "\n");
+  }
+  list += "]";
+  if (annotation.more.empty()) {
+    WriteFileAtomically(path, list + "\n");
+    return;
+  }
+  std::string text = Json::parse(annotation.more).dump(1);
+  text.erase(text.find_last_not_of("}\n") + 1);
+  WriteFileAtomically(path, text + ",\n \"objects\": " + list + "\n}\n");
+}
+
+Sim3d AlignToGroundTruth(const fs::path& result, const fs::path& sequence) {
+  const fs::path file = result / "trajectory.txt";
+  const EvaluationOptions options;
+  const std::optional<TrajectoryError> aligned = ComputeTrajectoryError(
+      ReadTrajectory(file), ReadGroundTruth(sequence).trajectory, options.max_time_difference);
+  if (!aligned) {
+    throw InputError(
+        fmt::format("{}: cannot be laid over the true poses of {}, expected three poses or more at the same "
+                    "times, not on one line",
+                    file.string(), sequence.string()));
+  }
+  return aligned->S_world_map;
+}
+
 namespace {
 
 // Copies a file that somebody made and nobody has read to FILE.bak.

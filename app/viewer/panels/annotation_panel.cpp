@@ -7,7 +7,7 @@
 #include <string>
 
 #include "app/viewer/panels/panels.h"
-#include "app/viewer/state/annotation_tool.h"
+#include "app/viewer/state/editing.h"
 #include "app/viewer/widgets/widgets.h"
 #include "slam/geometry/angles.h"
 
@@ -24,11 +24,7 @@ std::string SolidName(const AnnotatedSolid& solid) {
 class AnnotationPanel : public Panel {
  public:
   AnnotationPanel(const EditContext& context, Observed<SceneStyle>& style)
-      : Panel(Place::kSide, "Annotate"),
-        context_(context),
-        editing_(context.editing),
-        tool_(context.editing.annotation),
-        style_(style) {}
+      : Panel(Place::kSide, "Annotate"), context_(context), style_(style) {}
 
   void Draw() override {
     if (!context_.document.last) {
@@ -59,7 +55,7 @@ class AnnotationPanel : public Panel {
       if (i % 2 != 0) {
         ImGui::SameLine();
       }
-      if (Button(KindName(kSolidKinds[i]).c_str(),
+      if (Button(NameOf(kSolidKinds[i]),
                  tool_.chosen.empty() ? "Puts one on the ground in the middle of the view"
                                       : "Fits one to the points that are chosen",
                  ImVec2(half, 0.0F))) {
@@ -108,7 +104,7 @@ class AnnotationPanel : public Panel {
       if (ImGui::Selectable(text.c_str(), selected)) {
         tool_.selected = selected ? std::nullopt : std::optional(solid.id);
       }
-      const std::string kind = KindName(solid.solid.kind);
+      const std::string kind = NameOf(solid.solid.kind);
       ImGui::SameLine(ImGui::GetContentRegionMax().x - ImGui::CalcTextSize(kind.c_str()).x -
                       0.8F * ImGui::GetFontSize());
       Dim(kind);
@@ -145,9 +141,9 @@ class AnnotationPanel : public Panel {
     field(ImGui::InputText("label", &solid.label));
     std::vector<std::string> kinds;
     for (const SolidKind kind : kSolidKinds) {
-      kinds.push_back(KindName(kind));
+      kinds.push_back(NameOf(kind));
     }
-    if (const auto chosen = Choice("shape", KindName(solid.solid.kind), kinds, -7.0F)) {
+    if (const auto chosen = Choice("shape", NameOf(solid.solid.kind), kinds, -7.0F)) {
       SetKind(solid.solid, kSolidKinds[*chosen]);
       changed = finished = true;
     }
@@ -229,15 +225,15 @@ class AnnotationPanel : public Panel {
   }
 
   EditContext context_;
-  Editing& editing_;
-  AnnotationTool& tool_;
+  Editing& editing_ = context_.editing;
+  AnnotationTool& tool_ = editing_.annotation;
   Observed<SceneStyle>& style_;
 };
 
 }  // namespace
 
-PanelPtr MakeAnnotationPanel(const EditContext& context, Observed<SceneStyle>& style) {
-  return std::make_unique<AnnotationPanel>(context, style);
+PanelPtr MakeAnnotationPanel(ViewerState& s) {
+  return std::make_unique<AnnotationPanel>(s.Editor(), s.view.style);
 }
 
 }  // namespace sqslam::viewer

@@ -16,8 +16,7 @@ bool EscapeIsPressed() { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_
 
 class HelpPanel : public Panel {
  public:
-  HelpPanel(WindowState& window, const std::vector<Shortcut>& shortcuts)
-      : Panel(Place::kOver, "Keys and mouse"), window_(window), shortcuts_(shortcuts) {}
+  explicit HelpPanel(WindowState& window) : Panel(Place::kOver, "Keys and mouse"), window_(window) {}
   bool Wanted() const override { return window_.show_help; }
 
   void Draw() override {
@@ -71,9 +70,9 @@ class HelpPanel : public Panel {
     // The keys fill both columns evenly.
     constexpr std::size_t kBesideMouse = 12;
     std::vector<Line> work, rest;
-    for (std::size_t i = 0; i < shortcuts_.size(); ++i) {
-      (i + kBesideMouse < shortcuts_.size() ? rest : work)
-          .push_back({shortcuts_[i].keys, shortcuts_[i].what});
+    const std::vector<Shortcut>& keys = Shortcuts();
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+      (i + kBesideMouse < keys.size() ? rest : work).push_back({keys[i].keys, keys[i].what});
     }
     work.push_back({"drop a file", "open a result, a .ply as dense cloud"});
     Heading("Work and files");
@@ -85,7 +84,6 @@ class HelpPanel : public Panel {
   }
 
   WindowState& window_;
-  const std::vector<Shortcut>& shortcuts_;
 };
 
 class SettingsPanel : public Panel {
@@ -142,10 +140,7 @@ class SettingsPanel : public Panel {
 class UnsavedPanel : public Panel {
  public:
   UnsavedPanel(const EditContext& context, Requests& requests)
-      : Panel(Place::kOver, "Unsaved changes"),
-        context_(context),
-        editing_(context.editing),
-        requests_(requests) {}
+      : Panel(Place::kOver, "Unsaved changes"), context_(context), requests_(requests) {}
   bool Wanted() const override { return editing_.postponed.has_value(); }
 
   void Draw() override {
@@ -178,12 +173,12 @@ class UnsavedPanel : public Panel {
 
   void GoOn() {
     if (const auto postponed = std::exchange(editing_.postponed, std::nullopt)) {
-      requests_.Ask(postponed->quit ? Request(QuitRequest{}) : Request(OpenRequest{postponed->open}));
+      requests_.Ask(*postponed);
     }
   }
 
   EditContext context_;
-  Editing& editing_;
+  Editing& editing_ = context_.editing;
   Requests& requests_;
 };
 
@@ -239,18 +234,13 @@ class MessagesPanel : public Panel {
 
 }  // namespace
 
-PanelPtr MakeHelpPanel(WindowState& window, const std::vector<Shortcut>& shortcuts) {
-  return std::make_unique<HelpPanel>(window, shortcuts);
+PanelPtr MakeHelpPanel(ViewerState& s) { return std::make_unique<HelpPanel>(s.window); }
+PanelPtr MakeSettingsPanel(ViewerState& s) {
+  return std::make_unique<SettingsPanel>(s.preferences, s.view, s.window, s.messages);
 }
-PanelPtr MakeSettingsPanel(Preferences& preferences, SceneView& view, WindowState& window,
-                           Messages& messages) {
-  return std::make_unique<SettingsPanel>(preferences, view, window, messages);
-}
-PanelPtr MakeUnsavedPanel(const EditContext& context, Requests& requests) {
-  return std::make_unique<UnsavedPanel>(context, requests);
-}
-PanelPtr MakeMessagesPanel(Messages& messages, const SceneView& view, const WindowState& window) {
-  return std::make_unique<MessagesPanel>(messages, view, window);
+PanelPtr MakeUnsavedPanel(ViewerState& s) { return std::make_unique<UnsavedPanel>(s.Editor(), s.requests); }
+PanelPtr MakeMessagesPanel(ViewerState& s) {
+  return std::make_unique<MessagesPanel>(s.messages, s.view, s.window);
 }
 
 }  // namespace sqslam::viewer

@@ -58,11 +58,7 @@ ImageMarks MarksOf(const ShownFrame& shown) {
 class ImagePanel : public Panel {
  public:
   ImagePanel(const EditContext& context, const WindowState& window)
-      : Panel(Place::kTop, "Image"),
-        context_(context),
-        document_(context.document),
-        selection_(context.selection),
-        window_(window) {}
+      : Panel(Place::kTop, "Image"), context_(context), window_(window) {}
   bool Wanted() const override { return window_.show_image && document_.shown != nullptr; }
 
   void Draw() override {
@@ -259,8 +255,8 @@ class ImagePanel : public Panel {
   }
 
   EditContext context_;
-  const Document& document_;
-  Selection& selection_;
+  const Document& document_ = context_.document;
+  Selection& selection_ = context_.selection;
   const WindowState& window_;
   ShownFramePtr shown_;
   GlTexture texture_;
@@ -274,8 +270,6 @@ class ImagePanel : public Panel {
 
 }  // namespace
 
-PanelPtr MakeImagePanel(const EditContext& context, const WindowState& window) {
-  return std::make_unique<ImagePanel>(context, window);
-}
+PanelPtr MakeImagePanel(ViewerState& s) { return std::make_unique<ImagePanel>(s.Editor(), s.window); }
 
 }  // namespace sqslam::viewer

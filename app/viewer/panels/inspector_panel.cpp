@@ -72,11 +72,7 @@ bool Field(const char* name, std::string& text) {
 class InspectorPanel : public Panel {
  public:
   InspectorPanel(const EditContext& context, Playback& playback, const WindowState& window)
-      : Panel(Place::kSide, "Inspector"),
-        context_(context),
-        document_(context.document),
-        playback_(playback),
-        window_(window) {}
+      : Panel(Place::kSide, "Inspector"), context_(context), playback_(playback), window_(window) {}
 
   void Draw() override {
     const SnapshotObject* object = document_.Object(context_.selection.selected);
@@ -103,7 +99,7 @@ class InspectorPanel : public Panel {
   void DrawPlots(const std::vector<ObjectSample>& samples);
 
   EditContext context_;
-  const Document& document_;
+  const Document& document_ = context_.document;
   Playback& playback_;
   const WindowState& window_;
   int id_ = -1;  // the object whose name and label the fields hold
@@ -244,8 +240,8 @@ void InspectorPanel::DrawPlots(const std::vector<ObjectSample>& samples) {
 
 }  // namespace
 
-PanelPtr MakeInspectorPanel(const EditContext& context, Playback& playback, const WindowState& window) {
-  return std::make_unique<InspectorPanel>(context, playback, window);
+PanelPtr MakeInspectorPanel(ViewerState& s) {
+  return std::make_unique<InspectorPanel>(s.Editor(), s.playback, s.window);
 }
 
 }  // namespace sqslam::viewer

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "app/viewer/model/object_table.h"
+#include "app/viewer/model/map_objects.h"
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/widgets/widgets.h"
 
@@ -18,11 +18,7 @@ namespace {
 class ObjectsPanel : public Panel {
  public:
   ObjectsPanel(const EditContext& context, WindowState& window)
-      : Panel(Place::kSide, "Objects"),
-        context_(context),
-        document_(context.document),
-        selection_(context.selection),
-        window_(window) {}
+      : Panel(Place::kSide, "Objects"), context_(context), window_(window) {}
 
   void Draw() override {
     if (document_.Map() == nullptr) {
@@ -197,8 +193,8 @@ class ObjectsPanel : public Panel {
   };
 
   EditContext context_;
-  const Document& document_;
-  Selection& selection_;
+  const Document& document_ = context_.document;
+  Selection& selection_ = context_.selection;
   WindowState& window_;
   const std::vector<ColumnInfo> columns_ = Columns();
   std::string text_;
@@ -211,8 +207,6 @@ class ObjectsPanel : public Panel {
 
 }  // namespace
 
-PanelPtr MakeObjectsPanel(const EditContext& context, WindowState& window) {
-  return std::make_unique<ObjectsPanel>(context, window);
-}
+PanelPtr MakeObjectsPanel(ViewerState& s) { return std::make_unique<ObjectsPanel>(s.Editor(), s.window); }
 
 }  // namespace sqslam::viewer

@@ -3,11 +3,11 @@
 #include <imgui.h>
 
 #include <memory>
+#include <opencv2/core.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "app/viewer/state/shortcuts.h"
 #include "app/viewer/state/viewer_state.h"
 
 namespace sqslam::viewer {
@@ -22,7 +22,7 @@ enum class Place {
 };
 
 // One part of the window. Holds the parts of the state that it shows or changes, which outlive it. To add
-// one: a file in panels/, its Make function below, and a line in Viewer's constructor.
+// one: a file in panels/, its Make function below, and its place among AllPanels() of the viewer.
 class Panel {
  public:
   Panel(Place where, std::string name) : place(where), title(std::move(name)) {}
@@ -44,21 +44,33 @@ class Panel {
 
 using PanelPtr = std::unique_ptr<Panel>;
 
-// Needs an OpenGL context, here and when it is destroyed; so does the image.
-PanelPtr MakeScenePanel(const EditContext& context, SceneView& view, const Layers& layers,
-                        const WindowState& window);
-PanelPtr MakeImagePanel(const EditContext& context, const WindowState& window);
-PanelPtr MakeObjectsPanel(const EditContext& context, WindowState& window);
-PanelPtr MakeInspectorPanel(const EditContext& context, Playback& playback, const WindowState& window);
-PanelPtr MakeViewPanel(const Document& document, SceneView& view, Layers& layers, Messages& messages);
-PanelPtr MakeAnnotationPanel(const EditContext& context, Observed<SceneStyle>& style);
-PanelPtr MakePicturePanel(const Document& document, SceneView& view, WindowState& window, Requests& requests);
-PanelPtr MakeTimelinePanel(const Document& document, Playback& playback, const WindowState& window,
-                           Requests& requests);
-PanelPtr MakeHelpPanel(WindowState& window, const std::vector<Shortcut>& shortcuts);
-PanelPtr MakeSettingsPanel(Preferences& preferences, SceneView& view, WindowState& window,
-                           Messages& messages);
-PanelPtr MakeUnsavedPanel(const EditContext& context, Requests& requests);  // asks what becomes of changes
-PanelPtr MakeMessagesPanel(Messages& messages, const SceneView& view, const WindowState& window);
+// Each hands its panel the parts of the state that it works on. The scene and the image need an OpenGL
+// context, here and when they are destroyed.
+PanelPtr MakeScenePanel(ViewerState& s);
+PanelPtr MakeImagePanel(ViewerState& s);
+PanelPtr MakeObjectsPanel(ViewerState& s);
+PanelPtr MakeInspectorPanel(ViewerState& s);
+PanelPtr MakeViewPanel(ViewerState& s);
+PanelPtr MakeAnnotationPanel(ViewerState& s);
+PanelPtr MakePicturePanel(ViewerState& s);
+PanelPtr MakeTimelinePanel(ViewerState& s);
+PanelPtr MakeHelpPanel(ViewerState& s);
+PanelPtr MakeSettingsPanel(ViewerState& s);
+PanelPtr MakeUnsavedPanel(ViewerState& s);  // asks what becomes of changes
+PanelPtr MakeMessagesPanel(ViewerState& s);
+
+// The parts, pixels of the window; empty where they don't fit.
+struct Layout {
+  cv::Rect2d menu, scene, top, side, bottom;
+  cv::Rect2d side_line, bottom_line, top_line;  // that the mouse takes hold of
+};
+
+// `scale`: pixels for one of the settings'. Parts that are not wanted leave their place to the others; small
+// windows keep the scene.
+Layout LayOut(cv::Size window, double menu_height, const LayoutSettings& settings, bool has_bottom,
+              bool has_top, double scale);
+
+// Draws the whole window into ImGui's frame: the menu, the panels in their places, the lines between them.
+void DrawWindow(ViewerState& state, const std::vector<PanelPtr>& panels, cv::Size size);
 
 }  // namespace sqslam::viewer

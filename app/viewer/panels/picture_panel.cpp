@@ -131,9 +131,8 @@ class PicturePanel : public Panel {
 
 }  // namespace
 
-PanelPtr MakePicturePanel(const Document& document, SceneView& view, WindowState& window,
-                          Requests& requests) {
-  return std::make_unique<PicturePanel>(document, view, window, requests);
+PanelPtr MakePicturePanel(ViewerState& s) {
+  return std::make_unique<PicturePanel>(s.document, s.view, s.window, s.requests);
 }
 
 }  // namespace sqslam::viewer

@@ -8,10 +8,10 @@
 #include <optional>
 #include <vector>
 
-#include "app/viewer/model/object_points.h"
-#include "app/viewer/model/wireframe.h"
-#include "app/viewer/state/annotation_tool.h"
-#include "app/viewer/state/camera_control.h"
+#include "app/viewer/model/annotation.h"
+#include "app/viewer/model/map_objects.h"
+#include "app/viewer/state/editing.h"
+#include "app/viewer/state/scene_view.h"
 #include "app/viewer/widgets/theme.h"
 #include "app/viewer/widgets/widgets.h"
 #include "slam/geometry/silhouette.h"
@@ -60,20 +60,10 @@ void DrawWires(const EditContext& context, const WindowState& window, const Came
 class SceneMarks {
  public:
   SceneMarks(const EditContext& context, const WindowState& window, ImVec2 origin)
-      : document_(context.document),
-        view_(context.view),
-        tool_(context.editing.annotation),
-        window_(window),
-        palette_(PaletteOf(window.theme)),
-        scale_(static_cast<float>(window.scale)),
-        list_(ImGui::GetWindowDrawList()),
-        origin_(origin),
-        cut_(view_.Cut()),
-        pinhole_(PinholeOf(view_.camera, view_.size)),
-        T_map_view_(PoseOf(view_.camera)),
-        T_view_map_(T_map_view_.Inverse()) {}
+      : context_(context), window_(window), origin_(origin) {}
 
-  void DrawSelection(const Selection& selection) const {
+  void DrawSelection() const {
+    const Selection& selection = context_.selection;
     const auto outline = [&](const SnapshotObject* object, ImU32 color, float width) {
       if (object != nullptr) {
         Stroke(OutlineOf(*object), color, width * scale_, 2.0F, true, IM_COL32(0, 0, 0, 110));
@@ -169,11 +159,11 @@ class SceneMarks {
     }
   }
 
-  void DrawAnnotation(const EditContext& context) const {
-    DrawWires(context, window_, pinhole_, T_map_view_, 2.4F,
+  void DrawAnnotation() const {
+    DrawWires(context_, window_, pinhole_, T_map_view_, 2.4F,
               [this](const Eigen::Vector2d& pixel) { return OnScreen(pixel); });
     DrawChosen();
-    if (const AnnotatedSolid* solid = SelectedSolid(context); solid != nullptr && !tool_.lasso) {
+    if (const AnnotatedSolid* solid = SelectedSolid(context_); solid != nullptr && !tool_.lasso) {
       DrawHandles(solid->solid);
     }
   }
@@ -270,18 +260,19 @@ class SceneMarks {
     }
   }
 
-  const Document& document_;
-  const SceneView& view_;
-  const AnnotationTool& tool_;
+  const EditContext& context_;
   const WindowState& window_;
-  const Palette& palette_;
-  float scale_;
-  ImDrawList* list_;
   ImVec2 origin_;
-  std::optional<ClipPlane> cut_;
-  Camera pinhole_;
-  Rigid3d T_map_view_;
-  Rigid3d T_view_map_;
+  const Document& document_ = context_.document;
+  const SceneView& view_ = context_.view;
+  const AnnotationTool& tool_ = context_.editing.annotation;
+  const Palette& palette_ = PaletteOf(window_.theme);
+  float scale_ = static_cast<float>(window_.scale);
+  ImDrawList* list_ = ImGui::GetWindowDrawList();
+  std::optional<ClipPlane> cut_ = view_.Cut();
+  Camera pinhole_ = PinholeOf(view_.camera, view_.size);
+  Rigid3d T_map_view_ = PoseOf(view_.camera);
+  Rigid3d T_view_map_ = T_map_view_.Inverse();
 };
 
 }  // namespace
@@ -290,7 +281,7 @@ void DrawSceneMarks(const EditContext& context, const WindowState& window, ImVec
   const Document& document = context.document;
   const Selection& selection = context.selection;
   const SceneMarks marks(context, window, origin);
-  marks.DrawSelection(selection);
+  marks.DrawSelection();
   // During a run the scene is drawn only where the map is another one; the camera moves all the
   // time.
   if (document.run.active && context.view.style->cameras.current) {
@@ -307,7 +298,7 @@ void DrawSceneMarks(const EditContext& context, const WindowState& window, ImVec
     marks.DrawObjectPoints(*object, context.editing.point_colors);
   }
   if (document.Map() != nullptr && context.editing.annotation.active) {
-    marks.DrawAnnotation(context);
+    marks.DrawAnnotation();
   }
 }
 

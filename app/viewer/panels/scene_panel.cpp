@@ -10,8 +10,7 @@
 
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/panels/scene_marks.h"
-#include "app/viewer/state/camera_control.h"
-#include "app/viewer/state/picking.h"
+#include "app/viewer/state/scene_view.h"
 #include "app/viewer/widgets/gl_texture.h"
 #include "app/viewer/widgets/widgets.h"
 #include "render/picture/interactive_scene.h"
@@ -32,13 +31,7 @@ Eigen::Vector2d ToEigen(ImVec2 v) { return {v.x, v.y}; }
 class ScenePanel : public Panel {
  public:
   ScenePanel(const EditContext& context, SceneView& view, const Layers& layers, const WindowState& window)
-      : Panel(Place::kScene, "Map"),
-        context_(context),
-        document_(context.document),
-        selection_(context.selection),
-        view_(view),
-        layers_(layers),
-        window_(window) {}
+      : Panel(Place::kScene, "Map"), context_(context), view_(view), layers_(layers), window_(window) {}
   bool Busy() const override { return !settled_; }
 
   void Draw() override {
@@ -243,8 +236,8 @@ class ScenePanel : public Panel {
   }
 
   EditContext context_;
-  const Document& document_;
-  Selection& selection_;
+  const Document& document_ = context_.document;
+  Selection& selection_ = context_.selection;
   SceneView& view_;
   const Layers& layers_;
   const WindowState& window_;
@@ -269,9 +262,8 @@ class ScenePanel : public Panel {
 
 }  // namespace
 
-PanelPtr MakeScenePanel(const EditContext& context, SceneView& view, const Layers& layers,
-                        const WindowState& window) {
-  return std::make_unique<ScenePanel>(context, view, layers, window);
+PanelPtr MakeScenePanel(ViewerState& s) {
+  return std::make_unique<ScenePanel>(s.Editor(), s.view, s.layers, s.window);
 }
 
 }  // namespace sqslam::viewer

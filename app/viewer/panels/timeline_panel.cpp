@@ -14,7 +14,7 @@
 namespace sqslam::viewer {
 namespace {
 
-std::string Clock(double seconds) {
+std::string ClockText(double seconds) {
   const int whole = static_cast<int>(std::max(0.0, seconds));
   return fmt::format("{}:{:04.1f}", whole / 60, std::max(0.0, seconds) - 60.0 * (whole / 60));
 }
@@ -38,7 +38,6 @@ class TimelinePanel : public Panel {
   TimelinePanel(const Document& document, Playback& playback, const WindowState& window, Requests& requests)
       : Panel(Place::kBottom, "Time"),
         document_(document),
-        timeline_(document.timeline),
         playback_(playback),
         window_(window),
         requests_(requests) {}
@@ -57,34 +56,26 @@ class TimelinePanel : public Panel {
 
  private:
   void DrawTransport() {
-    if (IconButton("first", Icon::kFirst, "To the start (Home)")) {
+    if (Pressed("first", Icon::kFirst, "To the start (Home)")) {
       playback_.JumpTo(timeline_.Begin());
     }
-    ImGui::SameLine();
-    if (IconButton("back", Icon::kStepBack,
-                   "Previous frame (Left); previous state of the map (Shift Left)")) {
+    if (Pressed("back", Icon::kStepBack, "Previous frame (Left); previous state of the map (Shift Left)")) {
       playback_.Step(-1, timeline_);
     }
-    ImGui::SameLine();
     const bool backward = playback_.Plays(-1.0);
-    if (IconButton("backward", backward ? Icon::kPause : Icon::kBackward, "Play backward (B)", backward)) {
+    if (Pressed("backward", backward ? Icon::kPause : Icon::kBackward, "Play backward (B)", backward)) {
       playback_.Toggle(-1.0, timeline_);
     }
-    ImGui::SameLine();
     const bool forward = playback_.Plays(1.0);
-    if (IconButton("play", forward ? Icon::kPause : Icon::kPlay, "Play (Space)", forward)) {
+    if (Pressed("play", forward ? Icon::kPause : Icon::kPlay, "Play (Space)", forward)) {
       playback_.Toggle(1.0, timeline_);
     }
-    ImGui::SameLine();
-    if (IconButton("forward", Icon::kStepForward,
-                   "Next frame (Right); next state of the map (Shift Right)")) {
+    if (Pressed("forward", Icon::kStepForward, "Next frame (Right); next state of the map (Shift Right)")) {
       playback_.Step(1, timeline_);
     }
-    ImGui::SameLine();
-    if (IconButton("last", Icon::kLast, "To the finished map (End)")) {
+    if (Pressed("last", Icon::kLast, "To the finished map (End)")) {
       playback_.JumpTo(timeline_.End());
     }
-    ImGui::SameLine();
     const auto name = [](double speed) { return fmt::format("{:g}\u00d7", std::abs(speed)); };
     if (const auto speed =
             NumberChoice("##speed", playback_.speed, {0.1, 0.25, 0.5, 1, 2, 4, 8, 16}, name, 5.4F)) {
@@ -93,6 +84,13 @@ class TimelinePanel : public Panel {
     Tip("Speed of playing, against that of the camera");
     ImGui::SameLine();
     DrawTime();
+  }
+
+  // A button with a sign in the row; true when it was pressed.
+  static bool Pressed(const char* id, Icon icon, const char* tip, bool on = false) {
+    const bool pressed = IconButton(id, icon, tip, on);
+    ImGui::SameLine();
+    return pressed;
   }
 
   // One of several numbers in a list that opens.
@@ -113,7 +111,8 @@ class TimelinePanel : public Panel {
     const Moment& last = timeline_.moments.back();
     ImGui::AlignTextToFramePadding();
     ImGui::TextUnformatted(
-        fmt::format("{} / {}", Clock(playback_.time - begin), Clock(timeline_.End() - begin)).c_str());
+        fmt::format("{} / {}", ClockText(playback_.time - begin), ClockText(timeline_.End() - begin))
+            .c_str());
     ImGui::SameLine(0.0F, 1.6F * ImGui::GetFontSize());
     Dim(fmt::format("frame {} of {}    state {} of {} of the map", moment.frame_index, last.frame_index,
                     moment.snapshot + 1, last.snapshot + 1));
@@ -122,19 +121,16 @@ class TimelinePanel : public Panel {
   void DrawRunControls() {
     using What = RunControl::What;
     const RunStatus& run = document_.run;
-    if (IconButton("pause", run.paused ? Icon::kPlay : Icon::kPause,
-                   run.paused ? "Go on (Space)" : "Pause the run (Space)", run.paused)) {
+    if (Pressed("pause", run.paused ? Icon::kPlay : Icon::kPause,
+                run.paused ? "Go on (Space)" : "Pause the run (Space)", run.paused)) {
       requests_.Ask(RunControl{run.paused ? What::kContinue : What::kPause});
     }
-    ImGui::SameLine();
-    if (IconButton("step", Icon::kStepForward, "One frame, then pause (Right)")) {
+    if (Pressed("step", Icon::kStepForward, "One frame, then pause (Right)")) {
       requests_.Ask(RunControl{What::kStep});
     }
-    ImGui::SameLine();
-    if (IconButton("end", Icon::kStop, "End the run here and save it")) {
+    if (Pressed("end", Icon::kStop, "End the run here and save it")) {
       requests_.Ask(RunControl{What::kEnd});
     }
-    ImGui::SameLine();
     const auto name = [](double rate) {
       return rate > 0.0 ? fmt::format("{:g} frames/s", rate) : std::string("full speed");
     };
@@ -279,9 +275,9 @@ class TimelinePanel : public Panel {
 
   void DrawPointer(const std::vector<Curve>& curves, double time, double reach) const {
     ImGui::BeginTooltip();
-    ImGui::TextUnformatted(
-        fmt::format("{}   frame {}", Clock(time - timeline_.Begin()), timeline_.MomentAt(time).frame_index)
-            .c_str());
+    ImGui::TextUnformatted(fmt::format("{}   frame {}", ClockText(time - timeline_.Begin()),
+                                       timeline_.MomentAt(time).frame_index)
+                               .c_str());
     for (const Curve& curve : curves) {
       if (const auto value = ValueAt(*curve.series, time)) {
         Dim(curve.Name() + "  " + ValueText(*curve.series, *value));
@@ -296,7 +292,7 @@ class TimelinePanel : public Panel {
   }
 
   const Document& document_;
-  const Timeline& timeline_;
+  const Timeline& timeline_ = document_.timeline;
   Playback& playback_;
   const WindowState& window_;
   Requests& requests_;
@@ -304,9 +300,8 @@ class TimelinePanel : public Panel {
 
 }  // namespace
 
-PanelPtr MakeTimelinePanel(const Document& document, Playback& playback, const WindowState& window,
-                           Requests& requests) {
-  return std::make_unique<TimelinePanel>(document, playback, window, requests);
+PanelPtr MakeTimelinePanel(ViewerState& s) {
+  return std::make_unique<TimelinePanel>(s.document, s.playback, s.window, s.requests);
 }
 
 }  // namespace sqslam::viewer

@@ -188,8 +188,8 @@ class ViewPanel : public Panel {
 
 }  // namespace
 
-PanelPtr MakeViewPanel(const Document& document, SceneView& view, Layers& layers, Messages& messages) {
-  return std::make_unique<ViewPanel>(document, view, layers, messages);
+PanelPtr MakeViewPanel(ViewerState& s) {
+  return std::make_unique<ViewPanel>(s.document, s.view, s.layers, s.messages);
 }
 
 }  // namespace sqslam::viewer

@@ -1,15 +1,13 @@
-#include "app/viewer/state/annotation_tool.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <limits>
 #include <utility>
 
-#include "app/viewer/model/annotation_file.h"
-#include "app/viewer/model/primitive_fit.h"
-#include "app/viewer/state/camera_control.h"
-#include "app/viewer/state/picking.h"
+#include "app/viewer/model/annotation_points.h"
+#include "app/viewer/model/edited_document.h"
+#include "app/viewer/state/editing.h"
+#include "app/viewer/state/scene_view.h"
 
 namespace sqslam::viewer {
 namespace {
@@ -116,7 +114,7 @@ void AddSolid(const EditContext& context, SolidKind kind) {
         SnapToGround(solid.solid, *tool.ground, GroundSnap::kMove);
       }
     }
-    Do(context, "Add " + std::string(KindName(kind)),
+    Do(context, "Add " + std::string(NameOf(kind)),
        [&](Annotation& annotation) { tool.selected = annotation.Add(solid); });
     tool.chosen.clear();
   });

@@ -14,17 +14,6 @@
 
 namespace sqslam::viewer {
 
-// A run that goes on behind the window.
-struct RunStatus {
-  bool active = false;
-  bool paused = false;
-  bool ending = false;      // told to end; what is mapped is being saved
-  std::string state;        // "tracking", "lost", ...
-  std::int64_t frames = 0;  // done
-  std::int64_t total = 0;   // 0: endless
-  double max_rate = 0.0;    // frames a second at most; 0: as fast as it goes
-};
-
 // The recording or run that is open, and its frame on the screen. Kept by Session; EditingSession puts edited
 // maps in the place of recorded ones. All others only read it.
 struct Document {

@@ -4,8 +4,6 @@
 
 #include <utility>
 
-#include "app/viewer/state/annotation_tool.h"
-
 namespace sqslam::viewer {
 namespace {
 
@@ -27,11 +25,11 @@ MapSnapshotPtr AppliedEdits::ApplyTo(const MapSnapshotPtr& map) const {
   return map ? Represented(edits.Empty() ? map : Apply(edits, *map), representation) : nullptr;
 }
 
-bool Editing::Postpone(const Postponed& what) {
+bool Editing::Postpone(const Request& request) {
   if (std::exchange(discard, false) || !document.Modified()) {
     return false;
   }
-  postponed = what;
+  postponed = request;
   return true;
 }
 

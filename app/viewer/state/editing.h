@@ -7,13 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "app/viewer/model/annotation_points.h"
 #include "app/viewer/model/edited_document.h"
-#include "app/viewer/model/object_points.h"
-#include "app/viewer/model/object_table.h"
-#include "app/viewer/model/point_selection.h"
+#include "app/viewer/model/map_objects.h"
 #include "app/viewer/state/document.h"
-#include "app/viewer/state/observed.h"
-#include "app/viewer/state/requests.h"
+#include "app/viewer/state/exchange.h"
 #include "app/viewer/state/scene_view.h"
 
 namespace sqslam::viewer {
@@ -21,7 +19,7 @@ namespace sqslam::viewer {
 // Colours of the points of the selected object.
 enum class PointColors { kNone, kResidual, kAnomaly };
 
-// The tool that draws a ground truth (annotation_tool.h). Works in the frame of the finished map.
+// The tool that draws a ground truth (annotation_tool.cpp). Works in the frame of the finished map.
 struct AnnotationTool {
   bool active = false;  // its panel is in front: the mouse in the scene is its
   bool drawn = false;   // the panel was drawn in this frame
@@ -60,12 +58,6 @@ struct AppliedEdits {
   MapSnapshotPtr ApplyTo(const MapSnapshotPtr& map) const;
 };
 
-// Something that waits until unsaved changes are saved or given up.
-struct Postponed {
-  bool quit = false;
-  std::filesystem::path open;  // otherwise
-};
-
 // The user's changes to a map, and the tools for them.
 struct Editing {
   EditedDocument document;
@@ -73,15 +65,15 @@ struct Editing {
   Observed<AppliedEdits> applied;  // to the map on the screen
   PointColors point_colors = PointColors::kNone;
   AnnotationTool annotation;
-  std::optional<Postponed> postponed;
-  bool discard = false;  // what is unsaved was given up
+  std::optional<Request> postponed;  // until unsaved changes are saved or given up
+  bool discard = false;              // what is unsaved was given up
 
   const ObjectEdits& Edits() const { return document.Current().edits; }
   const Annotation& Solids() const { return document.Current().annotation; }
 
   // Asks first where unsaved changes are in the way of quitting or opening: true, and the panel of the
   // question shows. Otherwise false.
-  bool Postpone(const Postponed& what);
+  bool Postpone(const Request& request);
 };
 
 // The parts of the viewer on which editing works.
@@ -128,5 +120,42 @@ class EditingSession {
   MapSnapshotPtr given_last_;
   MapSnapshotPtr recorded_last_;
 };
+
+// Drawing a ground truth on a map: what the panel's buttons and the mouse in the scene do. Pixels are those
+// of the scene, from its top-left corner. Errors become messages.
+
+// Points and ground of the map that is open, once for each; what is chosen belongs to them.
+void PrepareAnnotation(const EditContext& context);
+
+const AnnotatedSolid* SelectedSolid(const EditContext& context);  // null where there is none
+
+// A new solid in the middle of the view, on the ground, selected. With chosen points it is fitted to them.
+void AddSolid(const EditContext& context, SolidKind kind);
+void RemoveSolid(const EditContext& context);  // the selected one
+void ChangeSolid(const EditContext& context,
+                 const AnnotatedSolid& solid);  // numbers that are typed or dragged
+void StandOnGround(const EditContext& context);
+// Fits the selected solid to the points in it and a little around it, or to the chosen ones.
+void FitSolid(const EditContext& context);
+// A solid in place of an object of the map.
+void AddSolidOf(const EditContext& context, const SnapshotObject& object);
+
+void FinishLasso(const EditContext& context, SelectMode mode);
+
+// The handle of the selected solid within `reach` pixels of the mouse, or the solid that it is at.
+std::optional<SolidHandle> HandleAt(const EditContext& context, const Eigen::Vector2d& pixel, double reach);
+std::optional<int> SolidAt(const EditContext& context, const Eigen::Vector2d& pixel);
+
+void BeginDrag(const EditContext& context, const SolidHandle& handle, const Eigen::Vector2d& pixel);
+void DragTo(const EditContext& context, const Eigen::Vector2d& pixel);
+void EndDrag(const EditContext& context);
+
+// Files in the frame that the tool says.
+void OpenAnnotationFile(const EditContext& context);
+void SaveAnnotationFile(const EditContext& context);
+void OpenCloudFile(const EditContext& context);  // an empty name: the map's points
+
+// Finds the way from map to world by the true camera poses of the sequence, once; false where there is none.
+bool AlignWithWorld(const EditContext& context);
 
 }  // namespace sqslam::viewer

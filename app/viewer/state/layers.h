@@ -7,8 +7,7 @@
 #include <string>
 
 #include "app/viewer/state/document.h"
-#include "app/viewer/state/observed.h"
-#include "app/viewer/state/requests.h"
+#include "app/viewer/state/exchange.h"
 #include "render/scene/scene_layers.h"
 #include "slam/evaluation/trajectory_error.h"
 #include "slam/io/point_cloud.h"

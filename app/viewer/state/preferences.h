@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/viewer/model/viewer_settings.h"
-#include "app/viewer/state/requests.h"
+#include "app/viewer/state/exchange.h"
 #include "app/viewer/state/scene_view.h"
 
 namespace sqslam::viewer {

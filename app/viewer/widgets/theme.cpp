@@ -1,6 +1,7 @@
 #include "app/viewer/widgets/theme.h"
 
 #include <filesystem>
+#include <initializer_list>
 #include <string>
 
 namespace sqslam::viewer {
@@ -44,43 +45,32 @@ constexpr Shades kLight = {0xe9ecf0, 0xf7f8fa, 0xe7eaef, 0xdbe0e8, 0xcdd4de,
                            0xd2d8e0, 0x1c2530, 0x5c6876, 0x0072b2, 0xffffff};
 
 void ApplyColors(const Shades& s) {
-  ImVec4* colors = ImGui::GetStyle().Colors;
-  colors[ImGuiCol_Text] = Color(s.text);
-  colors[ImGuiCol_TextDisabled] = Color(s.dim);
-  colors[ImGuiCol_WindowBg] = Color(s.panel);
-  colors[ImGuiCol_ChildBg] = Color(s.panel, 0.0F);
-  colors[ImGuiCol_PopupBg] = Color(s.panel, 0.98F);
-  colors[ImGuiCol_Border] = Color(s.border);
-  colors[ImGuiCol_BorderShadow] = Color(0, 0.0F);
-  colors[ImGuiCol_FrameBg] = Color(s.field);
-  colors[ImGuiCol_FrameBgHovered] = Color(s.hovered);
-  colors[ImGuiCol_FrameBgActive] = Color(s.active);
-  colors[ImGuiCol_TitleBg] = colors[ImGuiCol_TitleBgActive] = Color(s.window);
-  colors[ImGuiCol_MenuBarBg] = Color(s.window);
-  colors[ImGuiCol_ScrollbarBg] = Color(s.panel, 0.0F);
-  colors[ImGuiCol_ScrollbarGrab] = Color(s.active);
-  colors[ImGuiCol_ScrollbarGrabHovered] = colors[ImGuiCol_ScrollbarGrabActive] = Color(s.dim);
-  colors[ImGuiCol_CheckMark] = Color(s.accent);
-  colors[ImGuiCol_SliderGrab] = Color(s.accent);
-  colors[ImGuiCol_SliderGrabActive] = Color(s.accent);
-  colors[ImGuiCol_Button] = Color(s.field);
-  colors[ImGuiCol_ButtonHovered] = Color(s.hovered);
-  colors[ImGuiCol_ButtonActive] = Color(s.active);
-  colors[ImGuiCol_Header] = Color(s.accent, 0.28F);
-  colors[ImGuiCol_HeaderHovered] = Color(s.accent, 0.18F);
-  colors[ImGuiCol_HeaderActive] = Color(s.accent, 0.35F);
-  colors[ImGuiCol_Separator] = Color(s.border);
-  colors[ImGuiCol_SeparatorHovered] = colors[ImGuiCol_SeparatorActive] = Color(s.accent);
-  colors[ImGuiCol_Tab] = colors[ImGuiCol_TabUnfocused] = Color(s.panel);
-  colors[ImGuiCol_TabHovered] = Color(s.hovered);
-  colors[ImGuiCol_TabActive] = colors[ImGuiCol_TabUnfocusedActive] = Color(s.field);
-  colors[ImGuiCol_PlotHistogram] = Color(s.accent);
-  colors[ImGuiCol_TableHeaderBg] = Color(s.field);
-  colors[ImGuiCol_TableBorderStrong] = colors[ImGuiCol_TableBorderLight] = Color(s.border);
-  colors[ImGuiCol_TableRowBgAlt] = Color(s.text, 0.03F);
-  colors[ImGuiCol_TextSelectedBg] = Color(s.accent, 0.35F);
-  colors[ImGuiCol_NavHighlight] = Color(s.accent);
-  colors[ImGuiCol_ModalWindowDimBg] = Color(0x000000, 0.45F);
+  const auto paint = [](const ImVec4& color, std::initializer_list<ImGuiCol> parts) {
+    for (const ImGuiCol part : parts) {
+      ImGui::GetStyle().Colors[part] = color;
+    }
+  };
+  paint(Color(s.text), {ImGuiCol_Text});
+  paint(Color(s.text, 0.03F), {ImGuiCol_TableRowBgAlt});
+  paint(Color(s.dim), {ImGuiCol_TextDisabled, ImGuiCol_ScrollbarGrabHovered, ImGuiCol_ScrollbarGrabActive});
+  paint(Color(s.window), {ImGuiCol_TitleBg, ImGuiCol_TitleBgActive, ImGuiCol_MenuBarBg});
+  paint(Color(s.panel), {ImGuiCol_WindowBg, ImGuiCol_Tab, ImGuiCol_TabUnfocused});
+  paint(Color(s.panel, 0.0F), {ImGuiCol_ChildBg, ImGuiCol_ScrollbarBg});
+  paint(Color(s.panel, 0.98F), {ImGuiCol_PopupBg});
+  paint(Color(s.border),
+        {ImGuiCol_Border, ImGuiCol_Separator, ImGuiCol_TableBorderStrong, ImGuiCol_TableBorderLight});
+  paint(Color(s.field), {ImGuiCol_FrameBg, ImGuiCol_Button, ImGuiCol_TabActive, ImGuiCol_TabUnfocusedActive,
+                         ImGuiCol_TableHeaderBg});
+  paint(Color(s.hovered), {ImGuiCol_FrameBgHovered, ImGuiCol_ButtonHovered, ImGuiCol_TabHovered});
+  paint(Color(s.active), {ImGuiCol_FrameBgActive, ImGuiCol_ButtonActive, ImGuiCol_ScrollbarGrab});
+  paint(Color(s.accent),
+        {ImGuiCol_CheckMark, ImGuiCol_SliderGrab, ImGuiCol_SliderGrabActive, ImGuiCol_SeparatorHovered,
+         ImGuiCol_SeparatorActive, ImGuiCol_PlotHistogram, ImGuiCol_NavHighlight});
+  paint(Color(s.accent, 0.18F), {ImGuiCol_HeaderHovered});
+  paint(Color(s.accent, 0.28F), {ImGuiCol_Header});
+  paint(Color(s.accent, 0.35F), {ImGuiCol_HeaderActive, ImGuiCol_TextSelectedBg});
+  paint(Color(0x000000, 0.0F), {ImGuiCol_BorderShadow});
+  paint(Color(0x000000, 0.45F), {ImGuiCol_ModalWindowDimBg});
 }
 
 Palette MakePalette(const Shades& s, bool dark) {

@@ -53,29 +53,24 @@ void DrawIcon(ImDrawList* list, Icon icon, ImVec2 c, float s, ImU32 color) {
   }
 }
 
-struct ValueRange {
-  double low = 0.0;
-  double high = 1.0;
-};
-
 // Holds all lines, with room above and below; a constant is in the middle.
-ValueRange RangeOf(const Plot& plot) {
+std::pair<double, double> RangeOf(const Plot& plot) {
   if (plot.range) {
-    return {plot.range->first, plot.range->second};
+    return *plot.range;
   }
-  ValueRange range{1e300, -1e300};
+  double least = 1e300;
+  double most = -1e300;
   for (const PlotLine& line : plot.lines) {
     for (const double value : line.values) {
-      range.low = std::min(range.low, value);
-      range.high = std::max(range.high, value);
+      least = std::min(least, value);
+      most = std::max(most, value);
     }
   }
-  if (range.low > range.high) {
-    return {};
+  if (least > most) {
+    return {0.0, 1.0};
   }
-  const double room = std::max(0.08 * (range.high - range.low), 0.02 * std::abs(range.high) + 1e-9);
-  const double low = range.low - room;
-  return {range.low >= 0.0 && low < 0.0 ? 0.0 : low, range.high + room};
+  const double room = std::max(0.08 * (most - least), 0.02 * std::abs(most) + 1e-9);
+  return {least >= 0.0 && least < room ? 0.0 : least - room, most + room};
 }
 
 // Title on the left, names of the lines in their colours on the right.
@@ -287,17 +282,17 @@ std::optional<std::size_t> DrawPlot(const Palette& palette, const char* id, cons
   const bool clicked = ImGui::IsItemActivated();
   const bool hovered = ImGui::IsItemHovered();
   const float em = ImGui::GetFontSize();
-  const ValueRange range = RangeOf(plot);
-  const std::string top = Number(plot.format, range.high);
-  const std::string bottom = Number(plot.format, range.low);
+  const auto [low, high] = RangeOf(plot);
+  const std::string top = Number(plot.format, high);
+  const std::string bottom = Number(plot.format, low);
   const float left = corner.x + 3.4F * em;  // the same in all plots of a panel
   const float right = corner.x + width;
   const double span = std::max(plot.x.back() - plot.x.front(), 1e-9);
   const auto x_of = [&](double x) {
     return left + 3.0F + static_cast<float>((x - plot.x.front()) / span) * (right - left - 6.0F);
   };
-  const auto y_of = [&](double y) {
-    return corner.y + height - static_cast<float>((y - range.low) / (range.high - range.low)) * height;
+  const auto y_of = [&, least = low, most = high](double y) {
+    return corner.y + height - static_cast<float>((y - least) / (most - least)) * height;
   };
   ImDrawList* list = ImGui::GetWindowDrawList();
   list->AddRectFilled(ImVec2(left, corner.y), ImVec2(right, corner.y + height),

@@ -1,5 +1,3 @@
-#include "app/viewer/model/annotation_file.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +5,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "app/viewer/model/edited_document.h"
 #include "slam/evaluation/ground_truth.h"
 #include "tests/io/temporary_folder.h"
 
@@ -26,7 +25,7 @@ Annotation AllKinds() {
       solid.e1 = 0.4;
       solid.e2 = 1.3;
     }
-    annotation.Add({0, std::string(KindName(kind)), "", solid, ""});
+    annotation.Add({0, std::string(NameOf(kind)), "", solid, ""});
     place += 0.5;
   }
   annotation.solids[1].name = "white mug";

@@ -48,7 +48,7 @@ TEST(Annotation, RefusesSolidsThatAreNone) {
 }
 
 TEST(Annotation, KindsHaveNamesAndExponents) {
-  EXPECT_EQ(KindName(SolidKind::kCylinder), "cylinder");
+  EXPECT_STREQ(NameOf(SolidKind::kCylinder), "cylinder");
   Solid solid = Box();
   SetKind(solid, SolidKind::kCylinder);
   EXPECT_EQ(solid.e1, 0.1);

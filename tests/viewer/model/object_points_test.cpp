@@ -1,7 +1,6 @@
-#include "app/viewer/model/object_points.h"
-
 #include <gtest/gtest.h>
 
+#include "app/viewer/model/map_objects.h"
 #include "tests/render/hand_made_map.h"
 
 namespace sqslam::viewer {

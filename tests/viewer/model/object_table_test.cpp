@@ -1,8 +1,7 @@
-#include "app/viewer/model/object_table.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "app/viewer/model/map_objects.h"
 #include "tests/render/hand_made_map.h"
 
 namespace sqslam::viewer {

@@ -1,8 +1,7 @@
-#include "app/viewer/model/point_selection.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "app/viewer/model/annotation_points.h"
 #include "tests/io/temporary_folder.h"
 #include "tests/render/hand_made_map.h"
 

@@ -1,11 +1,10 @@
-#include "app/viewer/model/primitive_fit.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
 #include "app/viewer/model/annotation.h"
+#include "app/viewer/model/annotation_points.h"
 #include "tests/io/temporary_folder.h"
 
 namespace sqslam::viewer {
@@ -62,8 +61,8 @@ TEST(PrimitiveFit, FindsEachKindFromWhatTwoViewsShow) {
       EXPECT_EQ(fit.solid.kind, kind);
       EXPECT_EQ(fit.points, 300);
       EXPECT_GT(IoU(fit.solid, truth), kind == SolidKind::kSuperquadric ? 0.85 : 0.9)
-          << KindName(kind) << " " << yaw;
-      EXPECT_LT(fit.rms, 0.012) << KindName(kind) << " " << yaw;
+          << NameOf(kind) << " " << yaw;
+      EXPECT_LT(fit.rms, 0.012) << NameOf(kind) << " " << yaw;
       EXPECT_NEAR(BottomOf(fit.solid), 0.2, 1e-9);
     }
   }

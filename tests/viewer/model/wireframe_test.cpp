@@ -1,5 +1,3 @@
-#include "app/viewer/model/wireframe.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>

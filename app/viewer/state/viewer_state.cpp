@@ -1,4 +1,4 @@
-#include "app/viewer/state/shortcuts.h"
+#include "app/viewer/state/viewer_state.h"
 
 #include <fmt/format.h>
 

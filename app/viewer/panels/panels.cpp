@@ -1,4 +1,4 @@
-#include "app/viewer/window_parts.h"
+#include "app/viewer/panels/panels.h"
 
 #include <imgui.h>
 
@@ -12,8 +12,6 @@ namespace sqslam::viewer {
 namespace {
 
 constexpr double kGap = 5.0;  // between parts, at scale 1
-
-double Limited(double value, double low, double high) { return std::max(low, std::min(value, high)); }
 
 ImVec2 Corner(const cv::Rect2d& area) { return {static_cast<float>(area.x), static_cast<float>(area.y)}; }
 ImVec2 Extent(const cv::Rect2d& area) {
@@ -43,6 +41,16 @@ void DrawPart(const char* id, const cv::Rect2d& area, bool padded, Content&& con
   ImGui::End();
 }
 
+// A menu item that does what its keys do.
+void KeyItem(ViewerState& s, const std::string& name, const char* keys, bool enabled = true,
+             bool checked = false) {
+  if (ImGui::MenuItem(name.c_str(), keys, checked, enabled)) {
+    const auto shortcut = std::find_if(Shortcuts().begin(), Shortcuts().end(),
+                                       [&](const Shortcut& other) { return other.keys == keys; });
+    shortcut->run(s);
+  }
+}
+
 void DrawFileMenu(ViewerState& s) {
   if (!ImGui::BeginMenu("File")) {
     return;
@@ -60,16 +68,9 @@ void DrawFileMenu(ViewerState& s) {
     ImGui::EndMenu();
   }
   const bool has_map = s.document.Map() != nullptr;
-  if (ImGui::MenuItem("Save picture", "F12", false, has_map)) {
-    s.requests.Ask(s.window.screenshot);
-  }
-  if (ImGui::MenuItem("Copy command of the picture", "Ctrl Shift C", false,
-                      has_map && !s.document.run.active)) {
-    s.requests.Ask(CopyCommandRequest{});
-  }
-  if (ImGui::MenuItem("Quit", "Ctrl Q")) {
-    s.requests.Ask(QuitRequest{});
-  }
+  KeyItem(s, "Save picture", "F12", has_map);
+  KeyItem(s, "Copy command of the picture", "Ctrl Shift C", has_map && !s.document.run.active);
+  KeyItem(s, "Quit", "Ctrl Q");
   ImGui::EndMenu();
 }
 
@@ -77,22 +78,14 @@ void DrawEditMenu(ViewerState& s) {
   if (!ImGui::BeginMenu("Edit")) {
     return;
   }
-  EditedDocument& document = s.editing.document;
+  const EditedDocument& document = s.editing.document;
   const auto& history = document.History();
-  if (ImGui::MenuItem(("Undo " + history.UndoName()).c_str(), "Ctrl Z", false, history.CanUndo())) {
-    document.Undo();
-  }
-  if (ImGui::MenuItem(("Redo " + history.RedoName()).c_str(), "Ctrl Y", false, history.CanRedo())) {
-    document.Redo();
-  }
+  KeyItem(s, "Undo " + history.UndoName(), "Ctrl Z", history.CanUndo());
+  KeyItem(s, "Redo " + history.RedoName(), "Ctrl Y", history.CanRedo());
   ImGui::Separator();
-  if (ImGui::MenuItem("Save edits", "Ctrl S", false, document.Modified())) {
-    SaveAll(s.Editor());
-  }
+  KeyItem(s, "Save edits", "Ctrl S", document.Modified());
   ImGui::Separator();
-  if (ImGui::MenuItem("Delete object", "Delete", false, s.selection.selected.has_value())) {
-    DeleteSelected(s.Editor());
-  }
+  KeyItem(s, "Delete object", "Delete", s.selection.selected.has_value());
   if (ImGui::BeginMenu("Show objects as")) {
     for (const auto& [representation, name] : {std::pair(Representation::kSuperquadric, "Superquadrics"),
                                                {Representation::kEllipsoid, "Ellipsoids"},
@@ -120,14 +113,12 @@ double DrawMenu(ViewerState& s) {
   DrawFileMenu(s);
   DrawEditMenu(s);
   if (ImGui::BeginMenu("Window")) {
-    ImGui::MenuItem("Image", "I", &s.window.show_image);
-    if (ImGui::MenuItem("Light", "T", s.window.theme == Theme::kLight)) {
-      SwitchTheme(s.window, s.view, s.messages);
-    }
+    KeyItem(s, "Image", "I", true, s.window.show_image);
+    KeyItem(s, "Light", "T", true, s.window.theme == Theme::kLight);
     ImGui::EndMenu();
   }
   if (ImGui::BeginMenu("Help")) {
-    ImGui::MenuItem("Keys and mouse", "H", &s.window.show_help);
+    KeyItem(s, "Keys and mouse", "H", true, s.window.show_help);
     ImGui::EndMenu();
   }
   const std::string title = s.document.title + (s.document.loading              ? ": loading"
@@ -161,10 +152,13 @@ void DrawTabs(std::string& to_front, const std::vector<PanelPtr>& panels) {
   ImGui::PopStyleVar();
 }
 
-// The lines that the mouse takes hold of.
+// The lines that the mouse takes hold of, each kept within what makes sense for the window.
 void DrawLines(WindowState& state, const Layout& parts, cv::Size size) {
-  using Move = LayoutSettings (*)(LayoutSettings, double, cv::Size, double);
-  const auto line = [&](const char* id, const cv::Rect2d& area, ImGuiMouseCursor cursor, Move move) {
+  // `length` at scale 1; it grows to the left or up (-1), or down (1); `most` in pixels.
+  const auto line = [&](const char* id, const cv::Rect2d& area, double& length, double way, double least,
+                        double most) {
+    const ImGuiMouseCursor cursor =
+        area.width < area.height ? ImGuiMouseCursor_ResizeEW : ImGuiMouseCursor_ResizeNS;
     DrawPart(id, area, false, [&] {
       ImGui::InvisibleButton("line", Extent(area));
       if (ImGui::IsItemHovered() || ImGui::IsItemActive()) {
@@ -176,14 +170,14 @@ void DrawLines(WindowState& state, const Layout& parts, cv::Size size) {
       }
       if (ImGui::IsItemActive()) {
         const ImVec2 moved = ImGui::GetIO().MouseDelta;
-        state.layout =
-            move(state.layout, cursor == ImGuiMouseCursor_ResizeEW ? moved.x : moved.y, size, state.scale);
+        const double pixels = cursor == ImGuiMouseCursor_ResizeEW ? moved.x : moved.y;
+        length = std::max(least, std::min(length + way * pixels / state.scale, most / state.scale));
       }
     });
   };
-  line("##side line", parts.side_line, ImGuiMouseCursor_ResizeEW, MoveSide);
-  line("##bottom line", parts.bottom_line, ImGuiMouseCursor_ResizeNS, MoveBottom);
-  line("##top line", parts.top_line, ImGuiMouseCursor_ResizeNS, MoveTop);
+  line("##side line", parts.side_line, state.layout.side, -1.0, 240.0, 0.5 * size.width);
+  line("##bottom line", parts.bottom_line, state.layout.bottom, -1.0, 96.0, 0.4 * size.height);
+  line("##top line", parts.top_line, state.layout.top, 1.0, 120.0, 0.6 * size.height);
 }
 
 void DrawWelcome(const ViewerState& s, const cv::Rect2d& scene) {
@@ -224,21 +218,6 @@ Layout LayOut(cv::Size window, double menu_height, const LayoutSettings& setting
     layout.top_line = {left, menu_height + top, side, gap};
   }
   return layout;
-}
-
-LayoutSettings MoveSide(LayoutSettings settings, double pixels, cv::Size window, double scale) {
-  settings.side = Limited(settings.side - pixels / scale, 240.0, 0.5 * window.width / scale);
-  return settings;
-}
-
-LayoutSettings MoveBottom(LayoutSettings settings, double pixels, cv::Size window, double scale) {
-  settings.bottom = Limited(settings.bottom - pixels / scale, 96.0, 0.4 * window.height / scale);
-  return settings;
-}
-
-LayoutSettings MoveTop(LayoutSettings settings, double pixels, cv::Size window, double scale) {
-  settings.top = Limited(settings.top + pixels / scale, 120.0, 0.6 * window.height / scale);
-  return settings;
 }
 
 void DrawWindow(ViewerState& state, const std::vector<PanelPtr>& panels, cv::Size size) {

@@ -1,4 +1,4 @@
-#include "app/viewer/model/object_table.h"
+#include "app/viewer/model/map_objects.h"
 
 #include <fmt/format.h>
 
@@ -7,9 +7,11 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <memory>
 #include <sstream>
 #include <string_view>
 
+#include "slam/fitting/surface_measures.h"
 #include "slam/geometry/angles.h"
 #include "slam/util/options.h"
 
@@ -208,6 +210,33 @@ bool RowFilter::Holds(const Term& term, const ObjectRow& row) {
 bool RowFilter::Shows(const ObjectRow& row) const {
   return problem_.empty() &&
          std::all_of(terms_.begin(), terms_.end(), [&row](const Term& term) { return Holds(term, row); });
+}
+
+std::vector<ObjectPoint> ObjectPoints(const MapSnapshot& map, const SnapshotObject& object) {
+  const SurfaceDistance distance(object.superquadric.shape);
+  const Rigid3d T_object_map = object.superquadric.T_map_object.Inverse();
+  std::vector<ObjectPoint> points;
+  for (const SnapshotPoint& point : map.points) {
+    if (point.object_id != object.id && point.rejected_by != object.id) {
+      continue;
+    }
+    const Eigen::Vector3d p = point.p_map.cast<double>();
+    points.push_back(
+        {p, distance(T_object_map * p), static_cast<double>(point.anomaly), point.object_id == object.id});
+  }
+  return points;
+}
+
+MapSnapshotPtr Represented(const MapSnapshotPtr& map, Representation representation) {
+  if (representation == Representation::kSuperquadric || !map) {
+    return map;
+  }
+  auto represented = std::make_shared<MapSnapshot>(*map);
+  for (SnapshotObject& object : represented->objects) {
+    Superquadric& shape = object.superquadric.shape;
+    shape.e1 = shape.e2 = representation == Representation::kEllipsoid ? 1.0 : kMinShapeExponent;
+  }
+  return represented;
 }
 
 }  // namespace sqslam::viewer
