@@ -205,9 +205,10 @@ class Command::Parser {
     for (std::deque<Argument>* arguments : {&command.positionals_, &command.options_}) {
       for (Argument& argument : *arguments) {
         const bool positional = arguments == &command.positionals_;
-        const auto read = [&command, &argument](const CLI::results_t& texts) {
+        const auto read = [&command, &argument, positional](const CLI::results_t& texts) {
           for (const std::string& text : texts) {
-            if (LooksLikeOption(text) && command.FindOption(text) != nullptr) {
+            if (!positional && LooksLikeOption(text) &&
+                (text == "--help" || command.FindOption(text) != nullptr)) {
               command.FailWithoutValue(argument);
             }
             Read(argument, text);
