@@ -9,9 +9,6 @@
 namespace sqslam {
 namespace {
 
-constexpr int kRounds = 4;
-constexpr int kIterations = 6;
-
 struct NormalEquations {
   Matrix6d hessian = Matrix6d::Zero();
   Vector6d gradient = Vector6d::Zero();
@@ -35,6 +32,8 @@ void Accumulate(const Camera& camera, const Rigid3d& T_camera_map, const PointOb
 }  // namespace
 
 int OptimizePose(const Camera& camera, std::vector<PointObservation>& observations, Rigid3d& T_camera_map) {
+  constexpr int kRounds = 4;
+  constexpr int kIterations = 6;
   constexpr double kConverged = 1e-7;
   int inliers = 0;
   for (int round = 0; round < kRounds; ++round) {
