@@ -111,7 +111,6 @@ ObjectFrame SyntheticDesk::Frame(int index) const {
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   ObjectFrame frame;
   frame.frame_index = index;
-  frame.timestamp = index / 30.0;
   frame.T_map_camera = Pose(index);
   frame.camera = camera_;
   const Rigid3d T_camera_map = frame.T_map_camera.Inverse();
