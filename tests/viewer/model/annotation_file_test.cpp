@@ -41,7 +41,7 @@ void ExpectNear(const Solid& a, const Solid& b, double tolerance) {
   EXPECT_LT(a.T_map_object.rotation.angularDistance(b.T_map_object.rotation), 10 * tolerance);
 }
 
-json Load(const std::filesystem::path& path) { return json::parse(std::ifstream(path)); }
+json ReadJson(const std::filesystem::path& path) { return json::parse(std::ifstream(path)); }
 
 class AnnotationFile : public testing::Test {
  protected:
@@ -65,7 +65,7 @@ TEST_F(AnnotationFile, EvaluationReadsWhatWasWritten) {
 
 TEST_F(AnnotationFile, HasTheKeysOfTheContract) {
   WriteAnnotation(path_, AllKinds());
-  const json list = Load(path_);
+  const json list = ReadJson(path_);
   ASSERT_TRUE(list.is_array());
   const json& cuboid = list.at(0);
   EXPECT_EQ(cuboid.at("id"), 1);
@@ -90,9 +90,9 @@ TEST_F(AnnotationFile, ReadsItsOwnFilesBack) {
     EXPECT_EQ(read.solids[i].more, "");
   }
   WriteAnnotation(path_, read);
-  EXPECT_EQ(Load(path_), [&] {
+  EXPECT_EQ(ReadJson(path_), [&] {
     WriteAnnotation(path_, annotation);
-    return Load(path_);
+    return ReadJson(path_);
   }()) << "written again it stays the same to the last digit";
 }
 
@@ -106,7 +106,7 @@ TEST_F(AnnotationFile, KeepsWhatItDoesNotKnow) {
   annotation.solids[0].label = "mug";
   annotation.Add({0, "box", "", UprightSolid(SolidKind::kCuboid, {0, 0, 0}, 0, {1, 1, 1}), ""});
   WriteAnnotation(path_, annotation);
-  const json root = Load(path_);
+  const json root = ReadJson(path_);
   EXPECT_EQ(root.at("up_world"), json({0, -1, 0}));
   EXPECT_EQ(root.at("note"), "by hand }");
   EXPECT_EQ(root.at("objects").at(0).at("label"), "mug");
