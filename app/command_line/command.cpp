@@ -151,8 +151,7 @@ void Command::CheckRequired() const {
     }
   }
   if (!missing.empty()) {
-    Fail(fmt::format("{}: {} {} missing", name_, fmt::join(missing, " and "),
-                     missing.size() > 1 ? "are" : "is"));
+    Fail(fmt::format("{} {} missing", fmt::join(missing, " and "), missing.size() > 1 ? "are" : "is"));
   }
 }
 

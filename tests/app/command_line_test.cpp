@@ -160,9 +160,9 @@ TEST(CommandLine, WhatIsMisspelledIsAnsweredWithTheNearest) {
       {"run --outptu x", "unknown option '--outptu'; did you mean '--output'? (see sqslam run --help)"},
       {"render --zoom 2", "did you mean '--camera-zoom-factor'?"},
       {"run --output", "--output: the value is missing, expected --output DIR (see sqslam run --help)"},
-      {"eval", "eval: RESULT and --ground-truth are missing (see sqslam eval --help)"},
+      {"eval", "sqslam: RESULT and --ground-truth are missing (see sqslam eval --help)"},
       {"run x --stride 0", "--stride 0: expected a whole number of at least 1"},
-      {"run x --format tmu", "--format tmu: expected one of 7-scenes, auto"}};
+      {"run x --format tmu", "--format tmu: expected one of auto, tum"}};
   for (const auto& [arguments, message] : cases) {
     const ProgramRun run = RunProgram(arguments);
     EXPECT_EQ(run.exit_code, 2);

@@ -193,7 +193,7 @@ TEST_F(FigureCommandTest, WrongInputIsSaidInOneLine) {
       {"timing " + result + " --stage nothing" + out, 3, "mapping.final, mapping.objects, tracking"},
       {"maps " + result + " --name A --name B" + out, 2, "one for each result"},
       {"maps " + result + " --output " + (folder_.Path() / "x.jpg").string(), 2, ".png, .svg or .pdf"},
-      {"maps " + result + " --resolution 12" + out, 2, "WIDTH,HEIGHT"},
+      {"maps " + result + " --resolution 12" + out, 2, "expected W,H"},
       {"maps " + result + " --set objects.opacty=1" + out, 2, "objects.opacity"},
       {"outliers " + (folder_.Path() / "missing").string() + out, 3, "missing"},
       {"outliers " + result + " --object 9" + out, 3, "0 book, 1 cup, 2 sports_ball"},
