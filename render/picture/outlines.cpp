@@ -269,7 +269,7 @@ cv::Mat RenderOverPhoto(const MapSnapshot& map, const cv::Mat& photo, const Rigi
   cv::resize(Undistorted(photo, map.camera), part, part.size(), 0.0, 0.0,
              part.cols < photo.cols ? cv::INTER_AREA : cv::INTER_CUBIC);
 
-  // What follows is cut off at the edges of the photograph.
+  // Outlines are cut off at the edges of the photograph.
   const Camera seen = PlaceImage(camera, {cv::Point(), part.size()}).camera;
   const LabelColors colors = LabelColors::Of(map.objects);
   const double scale = PictureScale({options.width, options.height});
