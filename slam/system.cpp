@@ -10,7 +10,7 @@
 #include <utility>
 #include <variant>
 
-#include "slam/map/tracking_view.h"
+#include "slam/map/map.h"
 #include "slam/mapping/mapper.h"
 #include "slam/recognition/vocabulary.h"
 #include "slam/tracking/tracker.h"

@@ -11,7 +11,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "slam/util/option_value.h"
+#include "slam/util/options.h"
 
 namespace sqslam::app {
 

@@ -16,7 +16,7 @@
 #include "slam/io/result_files.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
-#include "slam/util/parse_number.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numeric>
 #include <opencv2/aruco.hpp>
 #include <opencv2/aruco/charuco.hpp>
@@ -20,25 +19,22 @@
 namespace sqslam {
 namespace {
 
-const std::map<std::string, cv::aruco::PREDEFINED_DICTIONARY_NAME>& Dictionaries() {
-  static const std::map<std::string, cv::aruco::PREDEFINED_DICTIONARY_NAME> kDictionaries = {
-      {"4X4_50", cv::aruco::DICT_4X4_50},          {"4X4_100", cv::aruco::DICT_4X4_100},
-      {"4X4_250", cv::aruco::DICT_4X4_250},        {"4X4_1000", cv::aruco::DICT_4X4_1000},
-      {"5X5_50", cv::aruco::DICT_5X5_50},          {"5X5_100", cv::aruco::DICT_5X5_100},
-      {"5X5_250", cv::aruco::DICT_5X5_250},        {"5X5_1000", cv::aruco::DICT_5X5_1000},
-      {"6X6_50", cv::aruco::DICT_6X6_50},          {"6X6_100", cv::aruco::DICT_6X6_100},
-      {"6X6_250", cv::aruco::DICT_6X6_250},        {"6X6_1000", cv::aruco::DICT_6X6_1000},
-      {"7X7_50", cv::aruco::DICT_7X7_50},          {"7X7_100", cv::aruco::DICT_7X7_100},
-      {"7X7_250", cv::aruco::DICT_7X7_250},        {"7X7_1000", cv::aruco::DICT_7X7_1000},
-      {"ORIGINAL", cv::aruco::DICT_ARUCO_ORIGINAL}};
-  return kDictionaries;
+// Without DICT_, in the order of OpenCV's numbers.
+const std::vector<std::string> kDictionaries = {
+    "4X4_50",  "4X4_100", "4X4_250",  "4X4_1000", "5X5_50",  "5X5_100", "5X5_250",  "5X5_1000", "6X6_50",
+    "6X6_100", "6X6_250", "6X6_1000", "7X7_50",   "7X7_100", "7X7_250", "7X7_1000", "ORIGINAL"};
+
+// Null where there is none of that name.
+cv::Ptr<cv::aruco::Dictionary> DictionaryOf(const CalibrationBoard& board) {
+  const auto number = std::ranges::find(kDictionaries, board.dictionary) - kDictionaries.begin();
+  return number < std::ssize(kDictionaries) ? cv::aruco::getPredefinedDictionary(static_cast<int>(number))
+                                            : cv::Ptr<cv::aruco::Dictionary>();
 }
 
 // OpenCV's view of a checked ChArUco board, mm.
 cv::Ptr<cv::aruco::CharucoBoard> MakeCharucoBoard(const CalibrationBoard& board) {
-  return cv::aruco::CharucoBoard::create(
-      board.columns, board.rows, static_cast<float>(board.square_mm), static_cast<float>(board.marker_mm),
-      cv::aruco::getPredefinedDictionary(Dictionaries().at(board.dictionary)));
+  return cv::aruco::CharucoBoard::create(board.columns, board.rows, static_cast<float>(board.square_mm),
+                                         static_cast<float>(board.marker_mm), DictionaryOf(board));
 }
 
 // The cells of a marker: black all over, and the white bits on it.
@@ -50,45 +46,35 @@ void AddMarker(const cv::Ptr<cv::aruco::Dictionary>& dictionary, int id, const c
   areas.push_back({area, true});
   const double side = area.width / cells;
   // Rows and columns both, so that no seam shows between cells that touch.
-  const auto add_runs = [&](bool across) {
+  for (const bool across : {true, false}) {
+    const cv::Mat lines = across ? bits : cv::Mat(bits.t());
     for (int line = 0; line < cells; ++line) {
-      const auto is_white = [&](int i) {
-        return i < cells && (across ? bits.at<std::uint8_t>(line, i) : bits.at<std::uint8_t>(i, line)) > 0;
-      };
-      for (int i = 0; i < cells; ++i) {
-        const int begin = i;
-        while (is_white(i)) {
-          ++i;
+      for (int begin = 0, end = 0; begin < cells; begin = end + 1) {
+        for (end = begin; end < cells && lines.at<std::uint8_t>(line, end) > 0; ++end) {
         }
-        if (i > begin) {
-          const double along = side * begin;
-          const double length = side * (i - begin);
+        const double along = side * begin;
+        const double length = side * (end - begin);
+        if (end > begin) {
           areas.push_back({across ? cv::Rect2d(area.x + along, area.y + side * line, length, side)
                                   : cv::Rect2d(area.x + side * line, area.y + along, side, length),
                            false});
         }
       }
     }
-  };
-  add_runs(true);
-  add_runs(false);
+  }
 }
 
 constexpr int kMinCorners = 8;  // of a view
 
-// Distance to the nearest other corner: how much room there is around one.
+// The smallest distance between two corners: how much room there is around one.
 double Spacing(const std::vector<cv::Point2f>& corners) {
-  std::vector<double> nearest;
+  double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < corners.size(); ++i) {
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < corners.size(); ++k) {
-      if (i != k) {
-        least = std::min(least, cv::norm(corners[i] - corners[k]));
-      }
+    for (std::size_t k = 0; k < i; ++k) {
+      least = std::min(least, cv::norm(corners[i] - corners[k]));
     }
-    nearest.push_back(least);
   }
-  return *std::min_element(nearest.begin(), nearest.end());
+  return least;
 }
 
 // `room`: around a corner to the next thing that is none of its edges, in squares.
@@ -146,7 +132,7 @@ void DropStrays(const CalibrationBoard& board, BoardView& view) {
   const std::vector<cv::Point3f> all = BoardCorners(board);
   std::vector<cv::Point2f> flat;
   for (const int id : view.ids) {
-    const cv::Point3f& corner = all[static_cast<std::size_t>(id)];
+    const cv::Point3f& corner = all[id];
     flat.emplace_back(corner.x, corner.y);
   }
   cv::Mat good;
@@ -158,8 +144,8 @@ void DropStrays(const CalibrationBoard& board, BoardView& view) {
   BoardView kept;
   for (int i = 0; i < good.rows; ++i) {
     if (good.at<std::uint8_t>(i) != 0) {
-      kept.ids.push_back(view.ids[static_cast<std::size_t>(i)]);
-      kept.corners.push_back(view.corners[static_cast<std::size_t>(i)]);
+      kept.ids.push_back(view.ids[i]);
+      kept.corners.push_back(view.corners[i]);
     }
   }
   view = kept;
@@ -215,16 +201,13 @@ void CheckBoard(const CalibrationBoard& board) {
     throw UsageError(
         fmt::format("--marker-mm {}: expected less than the square's {}", board.marker_mm, board.square_mm));
   }
-  const auto found = Dictionaries().find(board.dictionary);
-  if (found == Dictionaries().end()) {
-    std::vector<std::string> names;
-    for (const auto& [name, number] : Dictionaries()) {
-      names.push_back(name);
-    }
+  const cv::Ptr<cv::aruco::Dictionary> dictionary = DictionaryOf(board);
+  if (!dictionary) {
     throw UsageError(fmt::format("--dictionary {}: expected one of {}; did you mean {}?", board.dictionary,
-                                 fmt::join(names, ", "), NearestWord(board.dictionary, names)));
+                                 fmt::join(kDictionaries, ", "),
+                                 NearestWord(board.dictionary, kDictionaries)));
   }
-  const int there = cv::aruco::getPredefinedDictionary(found->second)->bytesList.rows;
+  const int there = dictionary->bytesList.rows;
   const int needed = board.columns * board.rows / 2;
   if (there < needed) {
     throw UsageError(
@@ -259,8 +242,7 @@ std::vector<BoardArea> BoardAreas(const CalibrationBoard& board) {
   std::vector<BoardArea> areas;
   const double side = board.square_mm;
   const bool charuco = board.kind == CalibrationBoard::Kind::kCharuco;
-  const cv::Ptr<cv::aruco::Dictionary> dictionary =
-      charuco ? MakeCharucoBoard(board)->dictionary : cv::Ptr<cv::aruco::Dictionary>();
+  const cv::Ptr<cv::aruco::Dictionary> dictionary = DictionaryOf(board);
   const double margin = 0.5 * (side - board.marker_mm);
   // As OpenCV 4 lays its boards out: the lowest row begins black for ChArUco, markers are numbered row by
   // row.

@@ -27,7 +27,7 @@ class Solver {
     for (const BoardView& view : views) {
       std::vector<cv::Point3f>& points = points_.emplace_back();
       for (const int id : view.ids) {
-        points.push_back(corners[static_cast<std::size_t>(id)]);
+        points.push_back(corners[id]);
       }
     }
   }
@@ -77,8 +77,8 @@ class Solver {
     for (std::size_t i = views_.size(); i-- > 0;) {
       if (ViewRms(i) > limit) {
         dropped.push_back(fmt::format("{} ({:.2f} px)", views_[i].name, ViewRms(i)));
-        views_.erase(views_.begin() + static_cast<std::ptrdiff_t>(i));
-        points_.erase(points_.begin() + static_cast<std::ptrdiff_t>(i));
+        views_.erase(views_.begin() + i);
+        points_.erase(points_.begin() + i);
       }
     }
     return dropped;
@@ -137,20 +137,11 @@ class Solver {
 
   Calibration Result() const {
     Calibration result;
-    result.camera = {image_.width,
-                     image_.height,
-                     K_.at<double>(0, 0),
-                     K_.at<double>(1, 1),
-                     K_.at<double>(0, 2),
-                     K_.at<double>(1, 2),
-                     {}};
-    for (int i = 0; i < 5; ++i) {
-      result.camera.distortion[static_cast<std::size_t>(i)] = Distortion(i);
-      result.distortion_deviation[static_cast<std::size_t>(i)] = Deviation(4 + i);
-    }
-    for (int i = 0; i < 4; ++i) {
-      result.intrinsic_deviation[static_cast<std::size_t>(i)] = Deviation(i);
-    }
+    const cv::Matx33d K = K_;
+    result.camera = {image_.width, image_.height, K(0, 0), K(1, 1), K(0, 2), K(1, 2), {}};
+    std::copy_n(distortion_.begin<double>(), 5, result.camera.distortion.begin());
+    std::copy_n(deviations_.begin<double>(), 4, result.intrinsic_deviation.begin());
+    std::copy_n(deviations_.begin<double>() + 4, 5, result.distortion_deviation.begin());
     result.rms = rms_;
     for (std::size_t i = 0; i < views_.size(); ++i) {
       result.views.push_back(ViewOf(i));
@@ -212,24 +203,21 @@ double LargestAngle(const std::vector<CalibratedView>& views) {
 }
 
 // Place of the whole board in the image, and how it leans.
-using Descriptor = std::array<double, 6>;
+using Descriptor = Eigen::Matrix<double, 6, 1>;
 
 Descriptor Describe(const BoardView& view, const std::vector<cv::Point3f>& board, cv::Size image) {
-  std::vector<cv::Point2f> flat;
-  for (const int id : view.ids) {
-    const cv::Point3f& corner = board[static_cast<std::size_t>(id)];
-    flat.emplace_back(corner.x, corner.y);
-  }
   std::vector<cv::Point2f> all;
   for (const cv::Point3f& corner : board) {
     all.emplace_back(corner.x, corner.y);
   }
+  std::vector<cv::Point2f> flat;
+  std::ranges::transform(view.ids, std::back_inserter(flat), [&](int id) { return all[id]; });
   const cv::Rect2f around = cv::boundingRect(all);
   std::vector<cv::Point2f> outline = {
       around.tl(), {around.br().x, around.y}, around.br(), {around.x, around.br().y}};
   const cv::Mat homography = cv::findHomography(flat, view.corners);
   if (homography.empty()) {
-    return {};
+    return Descriptor::Zero();
   }
   std::vector<cv::Point2f> quad;
   cv::perspectiveTransform(outline, quad, homography);
@@ -243,14 +231,6 @@ Descriptor Describe(const BoardView& view, const std::vector<cv::Point3f>& board
           kTilt * std::log(side(0, 3) / side(1, 2)),
           kTilt * std::log(side(0, 1) / side(3, 2)),
           0.5 * std::log(side(0, 1) / side(0, 3))};
-}
-
-double Distance(const Descriptor& a, const Descriptor& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    sum += (a[i] - b[i]) * (a[i] - b[i]);
-  }
-  return std::sqrt(sum);
 }
 
 // The indices of at most `count` views that differ from one another the most, sharp ones first: in the
@@ -288,10 +268,10 @@ std::vector<int> SelectViews(const std::vector<BoardView>& views, const Calibrat
     }
     chosen.push_back(best);
     for (std::size_t i = 0; i < views.size(); ++i) {
-      gain[i] = std::min(gain[i], Distance(descriptors[i], descriptors[static_cast<std::size_t>(best)]));
+      gain[i] = std::min(gain[i], (descriptors[i] - descriptors[best]).norm());
     }
   }
-  std::sort(chosen.begin(), chosen.end());
+  std::ranges::sort(chosen);
   return chosen;
 }
 
@@ -303,7 +283,7 @@ Calibration Calibrate(const std::vector<BoardView>& views, const CalibrationBoar
   constexpr double kSignificant = 3.0;  // standard deviations
   std::vector<BoardView> chosen;
   for (const int index : SelectViews(views, board, image, options.max_views)) {
-    chosen.push_back(views[static_cast<std::size_t>(index)]);
+    chosen.push_back(views[index]);
   }
   if (static_cast<int>(chosen.size()) < kMinViews) {
     throw InputError(fmt::format("{} different views of the board, expected at least {}: move and tilt it",

@@ -15,8 +15,7 @@ struct CalibrationOptions {
   double max_view_error = 2.5;    // RMS error of a view above which it is dropped, in units of their median
   double max_corner_error = 5.0;  // error of a corner above which it is dropped, robust standard deviations
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("max_views", max_views, 3, 1000);
     visit("max_view_error", max_view_error, 1.0, 1000.0);
     visit("max_corner_error", max_corner_error, 1.0, 1000.0);

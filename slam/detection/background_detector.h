@@ -1,9 +1,14 @@
 #pragma once
 
 #include <chrono>
+#include <condition_variable>
 #include <cstdint>
-#include <memory>
+#include <deque>
+#include <exception>
+#include <map>
+#include <mutex>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "slam/detection/detector.h"
@@ -22,8 +27,7 @@ struct DetectionOptions {
   int interval = 0;
   bool follow = true;  // carry boxes through the frames between by the corners in them
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("network", network);
     visit("interval", interval, 0, 90);  // farther, nothing is carried
     visit("follow", follow);
@@ -60,11 +64,35 @@ class BackgroundDetector {
 
   // Stages `detection` (the network on one image) and `detection.following` (box tracking through the frames
   // between two).
-  std::map<std::string, StageTimes::Summary> Times() const;
+  std::map<std::string, StageTimes::Summary> Times() const { return times_.Summaries(); }
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  void Work();
+  std::size_t Due()
+      const;  // number of waiting frames to work on, the last of them by the network; 0: none is due
+  bool IsFree() const { return stopped_ || (!busy_ && Due() == 0); }
+  std::vector<FrameBoxes> BoxesOf(const std::vector<Frame>& batch);  // the network sees the last frame
+  std::vector<FrameBoxes> TakeReady();
+
+  Detector detector_;
+  bool follow_;
+  std::int64_t interval_;
+  bool wait_for_boxes_;
+  StageTimes times_;
+
+  cv::Mat last_image_;                 // the newest that the network has seen
+  std::vector<Detection> last_boxes_;  // in it
+
+  std::mutex mutex_;  // guards all below
+  std::condition_variable changed_;
+  std::deque<Frame> waiting_;
+  std::vector<FrameBoxes> ready_;
+  std::int64_t taken_ = 0;  // frames, out of `waiting_`
+  bool busy_ = false;
+  bool finishing_ = false;
+  bool stopped_ = false;
+  std::exception_ptr failure_;
+  std::thread thread_;  // last: it uses the rest
 };
 
 }  // namespace sqslam

@@ -25,16 +25,11 @@ Pyramid MakePyramid(const cv::Mat& image) {
   return pyramid;
 }
 
-cv::Rect Inside(const Box2d& box, cv::Size size) {
-  const cv::Rect rect(cv::Point(static_cast<int>(std::lround(box.x)), static_cast<int>(std::lround(box.y))),
-                      cv::Point(static_cast<int>(std::lround(box.x + box.width)),
-                                static_cast<int>(std::lround(box.y + box.height))));
-  return rect & cv::Rect({}, size);
-}
-
 std::vector<cv::Point2f> CornersIn(const cv::Mat& image, const Box2d& box) {
   constexpr double kQuality = 0.02;
-  const cv::Rect rect = Inside(box, image.size());
+  const cv::Rect rect = cv::Rect(cv::Point(std::lround(box.x), std::lround(box.y)),
+                                 cv::Point(std::lround(box.x + box.width), std::lround(box.y + box.height))) &
+                        cv::Rect({}, image.size());
   std::vector<cv::Point2f> corners;
   if (rect.width > kWindow.width && rect.height > kWindow.height) {
     const double distance = std::max(3.0, std::sqrt(rect.area() / static_cast<double>(kMaxCorners)) / 2.0);
@@ -149,17 +144,15 @@ std::vector<Arrival> Arrivals(const std::vector<Box2d>& ends, const std::vector<
       }
     }
   }
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const Arrival& a, const Arrival& b) { return a.iou > b.iou; });
+  std::ranges::stable_sort(candidates, std::greater{}, &Arrival::iou);
   std::vector<Arrival> chosen;
   for (const Arrival& c : candidates) {
-    if (std::none_of(chosen.begin(), chosen.end(),
-                     [&](const Arrival& other) { return other.first == c.first || other.last == c.last; })) {
+    if (std::ranges::none_of(
+            chosen, [&](const Arrival& other) { return other.first == c.first || other.last == c.last; })) {
       chosen.push_back(c);
     }
   }
-  std::sort(chosen.begin(), chosen.end(),
-            [](const Arrival& a, const Arrival& b) { return a.first < b.first; });
+  std::ranges::sort(chosen, {}, &Arrival::first);
   return chosen;
 }
 

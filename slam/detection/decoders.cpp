@@ -108,8 +108,7 @@ std::vector<ScoredBox> DecodeCenterNet(const cv::Mat& heatmap, const cv::Mat& si
       }
     }
   }
-  std::stable_sort(boxes.begin(), boxes.end(),
-                   [](const ScoredBox& a, const ScoredBox& b) { return a.score > b.score; });
+  std::ranges::stable_sort(boxes, std::greater{}, &ScoredBox::score);
   boxes.resize(std::min(boxes.size(), static_cast<std::size_t>(count)));
   return boxes;
 }
@@ -134,11 +133,10 @@ std::vector<ScoredBox> DecodeYoloV8(const cv::Mat& output, int classes, double t
 }
 
 std::vector<ScoredBox> SuppressNonMaxima(std::vector<ScoredBox> boxes, double iou) {
-  std::stable_sort(boxes.begin(), boxes.end(),
-                   [](const ScoredBox& a, const ScoredBox& b) { return a.score > b.score; });
+  std::ranges::stable_sort(boxes, std::greater{}, &ScoredBox::score);
   std::vector<ScoredBox> kept;
   for (const ScoredBox& box : boxes) {
-    const bool suppressed = std::any_of(kept.begin(), kept.end(), [&](const ScoredBox& stronger) {
+    const bool suppressed = std::ranges::any_of(kept, [&](const ScoredBox& stronger) {
       return stronger.class_number == box.class_number && IoU(stronger.box, box.box) > iou;
     });
     if (!suppressed) {

@@ -5,8 +5,6 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <opencv2/dnn.hpp>
 #include <set>
 #include <string>
@@ -17,6 +15,7 @@
 #include "slam/util/enum_names.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -49,9 +48,8 @@ std::vector<std::string> OutputNames(const cv::dnn::Net& network, const NetworkO
   const std::vector<std::string> there = network.getUnconnectedOutLayersNames();
   const std::size_t needed = options.decoder == NetworkDecoder::kCenterNet ? 2 : 1;
   const std::vector<std::string>& wanted = options.outputs.empty() ? there : options.outputs;
-  const bool known = std::all_of(wanted.begin(), wanted.end(), [&](const std::string& name) {
-    return std::find(there.begin(), there.end(), name) != there.end();
-  });
+  const bool known = std::ranges::all_of(
+      wanted, [&](const std::string& name) { return std::ranges::find(there, name) != there.end(); });
   if (!known || wanted.size() != needed) {
     throw InputError(fmt::format("{}: outputs [{}] for the decoder '{}', expected {} of [{}]", options.file,
                                  fmt::join(wanted, ", "), NameOf(options.decoder), needed,
@@ -139,8 +137,7 @@ std::vector<Detection> Detector::Detect(const cv::Mat& bgr) {
        SuppressNonMaxima(impl_->Run(letterbox.Fill(bgr)), options.suppression_iou)) {
     const Box2d box = letterbox.ToImage(scored.box);
     if (box.Area() >= options.min_area && static_cast<int>(detections.size()) < options.max_boxes) {
-      detections.push_back(
-          {impl_->classes[static_cast<std::size_t>(scored.class_number)], scored.score, box});
+      detections.push_back({impl_->classes[scored.class_number], scored.score, box});
     }
   }
   return detections;
@@ -180,11 +177,10 @@ std::optional<NetworkOptions> ChooseNetwork(const std::string& name_or_file,
 }
 
 std::string Fingerprint(const NetworkOptions& options) {
-  std::ifstream in(options.file, std::ios::binary);
-  const std::string weights((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  const std::string weights = ReadFile(options.file, "the weights of a network");
   const auto* bytes = reinterpret_cast<const Bytef*>(weights.data());
   std::string line = DumpOptions(options);
-  std::replace(line.begin(), line.end(), '\n', ' ');
+  std::ranges::replace(line, '\n', ' ');
   return fmt::format("{}weights: {:08x}", line, crc32_z(0, bytes, weights.size()));
 }
 

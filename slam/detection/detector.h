@@ -34,8 +34,7 @@ struct NetworkOptions {
   double min_area = 16.0;            // smaller boxes are left out, pixels^2 of the image; at least 1
   int max_boxes = 100;               // in one image, strongest first
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("file", file);
     visit("decoder", decoder);
     visit("width", width, 32, 4096);

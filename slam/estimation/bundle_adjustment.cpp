@@ -28,6 +28,101 @@ BundleAdjustmentReport Run(Map& map, BundleProblem problem, const BundleSolverOp
 
 }  // namespace
 
+BundleProblem ExtractBundleProblem(const Map& map, const Camera& camera, const std::vector<KeyframeId>& free,
+                                   const std::vector<KeyframeId>& fixed) {
+  BundleProblem problem{camera, {}, {}, {}};
+  std::vector<PointId> points;
+  for (const KeyframeId id : free) {
+    problem.poses.push_back({id, false, map.At(id).T_camera_map});
+    std::ranges::copy(map.At(id).SeenPoints(), std::back_inserter(points));
+  }
+  for (const KeyframeId id : fixed) {
+    problem.poses.push_back({id, true, map.At(id).T_camera_map});
+  }
+  std::ranges::sort(problem.poses, {}, &BundlePose::id);
+  std::ranges::sort(points);
+  points.erase(std::unique(points.begin(), points.end()), points.end());
+  for (const PointId id : points) {
+    const MapPoint& point = map.Point(id);
+    BundlePoint& added = problem.points.emplace_back(BundlePoint{id, point.p_map, 0, true});
+    for (const Observation& o : point.observations) {
+      const auto pose = std::ranges::lower_bound(problem.poses, o.keyframe, {}, &BundlePose::id);
+      if (pose == problem.poses.end() || pose->id != o.keyframe) {
+        ++added.seen_elsewhere;
+        continue;
+      }
+      const Keypoint& keypoint = map.KeypointOf(o);
+      problem.observations.push_back({static_cast<std::size_t>(pose - problem.poses.begin()),
+                                      problem.points.size() - 1, keypoint.pixel,
+                                      map.Levels().Scale(keypoint.octave), true});
+    }
+  }
+  return problem;
+}
+
+BundleProblem ExtractBundleProblem(const Map& map, const Camera& camera) {
+  std::vector<KeyframeId> free;
+  for (const auto& [id, keyframe] : map.Keyframes()) {
+    free.push_back(id);
+  }
+  if (free.empty()) {
+    return {camera, {}, {}, {}};
+  }
+  const std::vector<KeyframeId> fixed{free.front()};
+  free.erase(free.begin());
+  return ExtractBundleProblem(map, camera, free, fixed);
+}
+
+void AddObjects(std::span<const ObjectTerm> objects, const JointObjectOptions& options, const Map& map,
+                BundleProblem& problem) {
+  for (const ObjectTerm& term : objects) {
+    BundleObject object;
+    object.id = term.id;
+    object.superquadric = term.superquadric;
+    object.sigma = options.sigma * term.superquadric.shape.half_size.mean();
+    object.huber = options.huber;
+    object.prior = options.prior;
+    for (std::size_t i = 0; i < term.points.size(); ++i) {
+      const PointId id = term.points[i];
+      const auto it = std::ranges::lower_bound(problem.points, id, {}, &BundlePoint::id);
+      if (it != problem.points.end() && it->id == id) {
+        object.points.push_back({static_cast<std::size_t>(it - problem.points.begin()), term.weights[i]});
+      } else {
+        object.held_points.push_back({map.Point(id).p_map, term.weights[i]});
+      }
+    }
+    if (static_cast<int>(object.points.size()) >= options.min_points) {
+      problem.objects.push_back(std::move(object));
+    }
+  }
+}
+
+int ApplyBundle(const BundleProblem& problem, Map& map) {
+  for (const BundlePose& pose : problem.poses) {
+    if (!pose.fixed && map.HasKeyframe(pose.id)) {
+      map.At(pose.id).T_camera_map = pose.T_camera_map;
+    }
+  }
+  for (const BundlePoint& point : problem.points) {
+    if (map.IsAlive(point.id)) {
+      map.Point(point.id).p_map = point.p_map;
+    }
+  }
+  int outliers = 0;
+  for (const BundleObservation& o : problem.observations) {
+    if (!o.inlier) {
+      map.RemoveObservation(problem.points[o.point].id, problem.poses[o.pose].id);
+      ++outliers;
+    }
+  }
+  for (const BundlePoint& point : problem.points) {
+    if (map.IsAlive(point.id)) {
+      map.UpdateNormalAndRange(point.id);
+    }
+  }
+  return outliers;
+}
+
 BundleAdjustmentReport LocalBundleAdjustment(Map& map, const Camera& camera, KeyframeId center,
                                              const BundleAdjustmentOptions& options,
                                              const std::function<bool()>& interrupt,
@@ -37,12 +132,10 @@ BundleAdjustmentReport LocalBundleAdjustment(Map& map, const Camera& camera, Key
   std::set<KeyframeId> inside(free.begin(), free.end());
   std::map<KeyframeId, int> outside;  // keyframe -> observations of the points in question
   for (const KeyframeId id : free) {
-    for (const PointId point : map.At(id).points) {
-      if (point != kNoPoint) {
-        for (const Observation& o : map.Point(point).observations) {
-          if (!inside.contains(o.keyframe)) {
-            ++outside[o.keyframe];
-          }
+    for (const PointId point : map.At(id).SeenPoints()) {
+      for (const Observation& o : map.Point(point).observations) {
+        if (!inside.contains(o.keyframe)) {
+          ++outside[o.keyframe];
         }
       }
     }
@@ -51,21 +144,18 @@ BundleAdjustmentReport LocalBundleAdjustment(Map& map, const Camera& camera, Key
   for (const auto& [id, count] : outside) {
     ranked.emplace_back(count, id);
   }
-  std::sort(ranked.begin(), ranked.end(), std::greater<>());
+  std::ranges::sort(ranked, std::greater<>());
   std::vector<KeyframeId> fixed;
-  for (const auto& [count, id] : ranked) {
-    if (static_cast<int>(fixed.size()) < options.max_fixed) {
-      fixed.push_back(id);
-    }
+  for (const auto& [count, id] : ranked | std::views::take(options.max_fixed)) {
+    fixed.push_back(id);
   }
   // The gauge (pose and scale) needs two fixed keyframes: while the map is small, its two oldest.
-  std::sort(free.begin(), free.end());
+  std::ranges::sort(free);
   while (fixed.size() < 2 && free.size() > 1) {
     fixed.push_back(free.front());
     free.erase(free.begin());
   }
-  return Run(map, ExtractBundleProblem(map, camera, free, fixed),
-             {options.iterations, options.final_iterations, options.threads}, interrupt, objects);
+  return Run(map, ExtractBundleProblem(map, camera, free, fixed), options, interrupt, objects);
 }
 
 BundleAdjustmentReport GlobalBundleAdjustment(Map& map, const Camera& camera, int iterations,

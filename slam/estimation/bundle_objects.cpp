@@ -1,5 +1,7 @@
 #include "slam/estimation/bundle_objects.h"
 
+#include <ceres/normal_prior.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -26,26 +28,29 @@ void ObjectBlocks::AddTo(ceres::Problem& solver, ceres::ParameterBlockOrdering& 
       solver.SetParameterLowerBound(block, e, kMinShapeExponent);
       solver.SetParameterUpperBound(block, e, kMaxShapeExponent);
     }
-    AddResiduals(i, solver);
+    AddResiduals(i, solver, ordering);
   }
 }
 
-void ObjectBlocks::AddResiduals(std::size_t object, ceres::Problem& solver) {
-  const BundleObject& o = problem_.objects[object];
+void ObjectBlocks::AddResiduals(std::size_t object, ceres::Problem& solver,
+                                ceres::ParameterBlockOrdering& ordering) {
+  BundleObject& o = problem_.objects[object];
   double* block = blocks_[object].data();
   const Eigen::Quaterniond R_map_start = starts_[object].T_map_object.rotation.normalized();
-  const auto factor = [&](double weight) { return std::sqrt(weight) / o.sigma; };
+  const auto add = [&](Eigen::Vector3d& p_map, double weight) {
+    solver.AddResidualBlock(new SurfaceCost(R_map_start, std::sqrt(weight) / o.sigma), losses_[object].get(),
+                            block, p_map.data());
+  };
   for (const BundleObject::Point& point : o.points) {
-    BundlePoint& p = problem_.points[point.index];
-    if (p.alive && point.weight > 0.0) {
-      solver.AddResidualBlock(new SurfaceCost(R_map_start, factor(point.weight)), losses_[object].get(),
-                              block, p.p_map.data());
+    if (BundlePoint& p = problem_.points[point.index]; p.alive && point.weight > 0.0) {
+      add(p.p_map, point.weight);
     }
   }
-  for (const BundleObject::HeldPoint& point : o.held_points) {
+  for (BundleObject::HeldPoint& point : o.held_points) {
     if (point.weight > 0.0) {
-      solver.AddResidualBlock(new HeldSurfaceCost(R_map_start, factor(point.weight), point.p_map),
-                              losses_[object].get(), block);
+      add(point.p_map, point.weight);
+      ordering.AddElementToGroup(point.p_map.data(), 0);
+      solver.SetParameterBlockConstant(point.p_map.data());
     }
   }
   // Sides that no point shows would drift: half of most objects is never seen.
@@ -158,12 +163,6 @@ bool SurfaceCost::Evaluate(double const* const* parameters, double* residuals, d
     J.row(1).setZero();
   }
   return true;
-}
-
-bool HeldSurfaceCost::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
-  const double* with_point[] = {parameters[0], p_map_.data()};
-  double* of_block[] = {jacobians != nullptr ? jacobians[0] : nullptr, nullptr};
-  return cost_.Evaluate(with_point, residuals, jacobians != nullptr ? of_block : nullptr);
 }
 
 }  // namespace sqslam

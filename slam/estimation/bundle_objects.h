@@ -1,7 +1,6 @@
 #pragma once
 
 #include <ceres/ceres.h>
-#include <ceres/normal_prior.h>
 #include <ceres/sized_cost_function.h>
 
 #include <Eigen/Geometry>
@@ -9,7 +8,7 @@
 #include <memory>
 #include <vector>
 
-#include "slam/estimation/bundle_problem.h"
+#include "slam/estimation/bundle_adjustment.h"
 #include "slam/geometry/superquadric.h"
 
 namespace sqslam {
@@ -45,19 +44,6 @@ class SurfaceCost final : public ceres::SizedCostFunction<2, 9, 3> {
   double factor_;
 };
 
-// The same for a point that stays where it is.
-class HeldSurfaceCost final : public ceres::SizedCostFunction<2, 9> {
- public:
-  HeldSurfaceCost(const Eigen::Quaterniond& R_map_start, double factor, const Eigen::Vector3d& p_map)
-      : cost_(R_map_start, factor), p_map_(p_map) {}
-
-  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
-
- private:
-  SurfaceCost cost_;
-  Eigen::Vector3d p_map_;
-};
-
 // Robust sum of squared shape errors of an object with the points as they lie in the problem.
 double ShapeCost(const BundleObject& object, const BundleProblem& problem);
 
@@ -79,7 +65,7 @@ class ObjectBlocks {
   void Judge();
 
  private:
-  void AddResiduals(std::size_t object, ceres::Problem& solver);
+  void AddResiduals(std::size_t object, ceres::Problem& solver, ceres::ParameterBlockOrdering& ordering);
 
   BundleProblem& problem_;
   std::vector<PosedSuperquadric> starts_;

@@ -47,28 +47,16 @@ Sim3d Sim3FromBlock(const double* block) {
 
 bool Sim3Manifold::Plus(const double* x, const double* delta, double* x_plus_delta) const {
   Vector7d tangent = Vector7d::Zero();
-  std::copy_n(delta, tangent_size_, tangent.data());
+  std::copy_n(delta, TangentSize(), tangent.data());
   Sim3Block moved = ToBlock(ExpSim3(tangent) * Sim3FromBlock(x));
   moved[7] = x[7] + tangent[6];  // exact: a fixed scale stays to the last bit
-  std::copy(moved.begin(), moved.end(), x_plus_delta);
-  return true;
-}
-
-bool Sim3Manifold::PlusJacobian(const double*, double* jacobian) const {
-  Eigen::Map<Eigen::Matrix<double, 8, Eigen::Dynamic, Eigen::RowMajor>>(jacobian, 8, tangent_size_)
-      .setIdentity();
+  std::ranges::copy(moved, x_plus_delta);
   return true;
 }
 
 bool Sim3Manifold::Minus(const double* y, const double* x, double* y_minus_x) const {
   const Vector7d difference = LogSim3(Sim3FromBlock(y) * Sim3FromBlock(x).Inverse());
-  std::copy_n(difference.data(), tangent_size_, y_minus_x);
-  return true;
-}
-
-bool Sim3Manifold::MinusJacobian(const double*, double* jacobian) const {
-  Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 8, Eigen::RowMajor>>(jacobian, tangent_size_, 8)
-      .setIdentity();
+  std::copy_n(difference.data(), TangentSize(), y_minus_x);
   return true;
 }
 
@@ -86,17 +74,15 @@ bool RelativeSim3Cost::Evaluate(double const* const* parameters, double* residua
   }
   // Log(Exp(x) error) = Log(error) + J^-1 x to first order, with J the left Jacobian at Log(error).
   const Matrix7d inverse = root_weight_ * LeftJacobianSim3(log).inverse();
-  using Jacobian = Eigen::Matrix<double, 7, 8, Eigen::RowMajor>;
-  if (jacobians[0] != nullptr) {
-    Eigen::Map<Jacobian> J(jacobians[0]);
-    J.leftCols<7>().noalias() = inverse * AdjointSim3(S_j_i_);
-    J.col(7).setZero();
-  }
-  if (jacobians[1] != nullptr) {
-    Eigen::Map<Jacobian> J(jacobians[1]);
-    J.leftCols<7>().noalias() = -inverse * AdjointSim3(error);
-    J.col(7).setZero();
-  }
+  const auto write = [](double* jacobian, const auto& by_tangent) {
+    if (jacobian != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, 7, 8, Eigen::RowMajor>> J(jacobian);
+      J.leftCols<7>().noalias() = by_tangent;
+      J.col(7).setZero();
+    }
+  };
+  write(jacobians[0], inverse * AdjointSim3(S_j_i_));
+  write(jacobians[1], -inverse * AdjointSim3(error));
   return true;
 }
 

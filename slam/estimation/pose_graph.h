@@ -1,12 +1,12 @@
 #pragma once
 
-#include <ceres/manifold.h>
 #include <ceres/sized_cost_function.h>
 
 #include <array>
 #include <cstdint>
 #include <vector>
 
+#include "slam/estimation/reprojection_cost.h"
 #include "slam/geometry/rigid3.h"
 
 namespace sqslam {
@@ -17,8 +17,7 @@ struct PoseGraphOptions {
   bool fix_scale = false;  // nodes keep their scale; for maps whose scale is known
   int threads = 1;         // of the solver
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("iterations", iterations, 1, 1000);
     visit("huber", huber, 0.0, 1000.0);
     visit("fix_scale", fix_scale);
@@ -61,22 +60,13 @@ using Sim3Block = std::array<double, 8>;
 Sim3Block ToBlock(const Sim3d& S_camera_map);
 Sim3d Sim3FromBlock(const double* block);
 
-// Left perturbation S' = Exp(delta) S of a Sim3Block, delta as in lie.h, without its last coordinate
-// where the scale is fixed. The convention of PoseManifold holds here too: cost functions write their
-// Jacobian with respect to the seven tangent coordinates into the first seven columns and zero into the
-// eighth.
-class Sim3Manifold final : public ceres::Manifold {
+// Left perturbation S' = Exp(delta) S of a Sim3Block, delta as in lie.h, without its last coordinate where
+// the scale is fixed. Cost functions write a column for that one too.
+class Sim3Manifold final : public PerturbationManifold {
  public:
-  explicit Sim3Manifold(bool fix_scale) : tangent_size_(fix_scale ? 6 : 7) {}
-  int AmbientSize() const override { return 8; }
-  int TangentSize() const override { return tangent_size_; }
+  explicit Sim3Manifold(bool fix_scale) : PerturbationManifold(8, fix_scale ? 6 : 7) {}
   bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
-  bool PlusJacobian(const double* x, double* jacobian) const override;
   bool Minus(const double* y, const double* x, double* y_minus_x) const override;
-  bool MinusJacobian(const double* x, double* jacobian) const override;
-
- private:
-  int tangent_size_;
 };
 
 // sqrt(weight) * Log(S_j_i * S_i_map * S_j_map^-1); parameters: node i, node j.

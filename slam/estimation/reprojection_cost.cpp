@@ -18,16 +18,21 @@ Rigid3d FromBlock(const double* block) {
           Eigen::Vector3d(block[4], block[5], block[6])};
 }
 
-bool PoseManifold::Plus(const double* x, const double* delta, double* x_plus_delta) const {
-  const PoseBlock moved = ToBlock(Perturb(FromBlock(x), Eigen::Map<const Vector6d>(delta)));
-  std::copy(moved.begin(), moved.end(), x_plus_delta);
+bool PerturbationManifold::PlusJacobian(const double*, double* jacobian) const {
+  using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  Eigen::Map<Jacobian>(jacobian, ambient_size_, tangent_size_).setIdentity();
   return true;
 }
 
-bool PoseManifold::PlusJacobian(const double*, double* jacobian) const {
-  Eigen::Map<Eigen::Matrix<double, 7, 6, Eigen::RowMajor>> J(jacobian);
-  J.setZero();
-  J.topRows<6>().setIdentity();
+bool PerturbationManifold::MinusJacobian(const double*, double* jacobian) const {
+  using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  Eigen::Map<Jacobian>(jacobian, tangent_size_, ambient_size_).setIdentity();
+  return true;
+}
+
+bool PoseManifold::Plus(const double* x, const double* delta, double* x_plus_delta) const {
+  const PoseBlock moved = ToBlock(Perturb(FromBlock(x), Eigen::Map<const Vector6d>(delta)));
+  std::ranges::copy(moved, x_plus_delta);
   return true;
 }
 
@@ -38,13 +43,6 @@ bool PoseManifold::Minus(const double* y, const double* x, double* y_minus_x) co
   Eigen::Map<Vector6d> difference(y_minus_x);
   difference.head<3>() = rotation.angle() * rotation.axis();
   difference.tail<3>() = to.translation - from.translation;
-  return true;
-}
-
-bool PoseManifold::MinusJacobian(const double*, double* jacobian) const {
-  Eigen::Map<Eigen::Matrix<double, 6, 7, Eigen::RowMajor>> J(jacobian);
-  J.setZero();
-  J.leftCols<6>().setIdentity();
   return true;
 }
 
@@ -133,17 +131,6 @@ bool CameraReprojectionCost::Evaluate(double const* const* parameters, double* r
     Eigen::Map<Eigen::Matrix<double, 2, 2, Eigen::RowMajor>> J(jacobians[2]);
     J.col(0) = from_center;
     J.col(1) = focal.cwiseProduct(r2 * n);
-  }
-  return true;
-}
-
-bool CameraPriorCost::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
-  for (std::size_t i = 0; i < mean_.size(); ++i) {
-    residuals[i] = (parameters[0][i] - mean_[i]) / deviation_[i];
-  }
-  if (jacobians != nullptr && jacobians[0] != nullptr) {
-    Eigen::Map<Eigen::Matrix<double, 2, 2, Eigen::RowMajor>> J(jacobians[0]);
-    J << 1.0 / deviation_[0], 0.0, 0.0, 1.0 / deviation_[1];
   }
   return true;
 }

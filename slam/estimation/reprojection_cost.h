@@ -16,18 +16,30 @@ using PoseBlock = std::array<double, 7>;
 PoseBlock ToBlock(const Rigid3d& T_camera_map);
 Rigid3d FromBlock(const double* block);
 
-// Left perturbation of a PoseBlock, see Perturb(). The cost functions below write their Jacobian with respect
-// to the six tangent coordinates into the first six columns and zero into the seventh; PlusJacobian is the
-// matching selection [I6; 0], so that their product is exact and cheap. A PoseBlock may therefore only be
-// used with cost functions of this convention.
-class PoseManifold final : public ceres::Manifold {
+// A manifold of left perturbations. Cost functions write their Jacobian with respect to its tangent
+// coordinates into the first columns and zero into the others; PlusJacobian is the matching selection [I; 0],
+// so that their product is exact and cheap. Its blocks may therefore only be used with cost functions of this
+// convention.
+class PerturbationManifold : public ceres::Manifold {
  public:
-  int AmbientSize() const override { return 7; }
-  int TangentSize() const override { return 6; }
+  PerturbationManifold(int ambient_size, int tangent_size)
+      : ambient_size_(ambient_size), tangent_size_(tangent_size) {}
+  int AmbientSize() const final { return ambient_size_; }
+  int TangentSize() const final { return tangent_size_; }
+  bool PlusJacobian(const double* x, double* jacobian) const final;
+  bool MinusJacobian(const double* x, double* jacobian) const final;
+
+ private:
+  int ambient_size_;
+  int tangent_size_;
+};
+
+// Perturb() of a PoseBlock.
+class PoseManifold final : public PerturbationManifold {
+ public:
+  PoseManifold() : PerturbationManifold(7, 6) {}
   bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
-  bool PlusJacobian(const double* x, double* jacobian) const override;
   bool Minus(const double* y, const double* x, double* y_minus_x) const override;
-  bool MinusJacobian(const double* x, double* jacobian) const override;
 };
 
 // Reprojection error e(T_c, p) of a map point in units of the pixel's standard deviation; parameters: pose,
@@ -70,18 +82,6 @@ class CameraReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3, 2>
   Eigen::Vector2d center_;
   Eigen::Vector2d pixel_;
   double weight_;
-};
-
-// Keeps a CameraBlock near what was known before: (block - mean) / deviation.
-class CameraPriorCost final : public ceres::SizedCostFunction<2, 2> {
- public:
-  CameraPriorCost(const CameraBlock& mean, const CameraBlock& deviation)
-      : mean_(mean), deviation_(deviation) {}
-  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
-
- private:
-  CameraBlock mean_;
-  CameraBlock deviation_;
 };
 
 }  // namespace sqslam

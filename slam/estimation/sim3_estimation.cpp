@@ -79,7 +79,7 @@ std::array<std::size_t, kSampleSize> DrawTriple(std::size_t count, std::mt19937_
   std::array<std::size_t, kSampleSize> drawn{};
   for (std::size_t i = 0; i < kSampleSize;) {
     drawn[i] = index(random);
-    const auto end = drawn.begin() + static_cast<std::ptrdiff_t>(i);
+    const auto end = drawn.begin() + i;
     i += std::find(drawn.begin(), end, drawn[i]) == end ? 1 : 0;
   }
   return drawn;
@@ -197,7 +197,7 @@ void Polish(const Camera& camera, const std::vector<Sim3Match>& matches, Hypothe
       const MatchErrors errors = ErrorsOf(camera, S, S_inverse, matches[i]);
       use[i] = std::max(errors.image1, errors.image2) <= kLoose * kChi2TwoDof99;
     }
-    if (std::count(use.begin(), use.end(), true) < 3 || !Minimize(camera, matches, use, true, S)) {
+    if (std::ranges::count(use, true) < 3 || !Minimize(camera, matches, use, true, S)) {
       return;
     }
     Hypothesis next = Judge(camera, matches, S);
@@ -250,7 +250,7 @@ int RefineSim3(const Camera& camera, const std::vector<Sim3Match>& matches, Sim3
       use[i] = use[i] && std::isfinite(errors.image1 + errors.image2);
     }
     // Fewer than three points do not determine a similarity.
-    if (std::count(use.begin(), use.end(), true) < 3 || !Minimize(camera, matches, use, round == 0, S)) {
+    if (std::ranges::count(use, true) < 3 || !Minimize(camera, matches, use, round == 0, S)) {
       return 0;
     }
     Hypothesis judged = Judge(camera, matches, S);

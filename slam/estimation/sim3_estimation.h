@@ -16,8 +16,7 @@ struct Sim3Options {
   int min_inliers = 20;
   std::uint64_t seed = 1;
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("ransac_iterations", ransac_iterations, 1, 100000);
     visit("confidence", confidence, 0.5, 0.999999);
     visit("min_inliers", min_inliers, 3, 10000);

@@ -18,12 +18,6 @@ namespace {
 constexpr double kVariance = 1.0;  // px^2, of a matched corner
 constexpr double kRansacConfidence = 0.999;
 
-Eigen::Matrix3d Intrinsics(const Camera& camera) {
-  Eigen::Matrix3d K;
-  K << camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0;
-  return K;
-}
-
 double HomographyError(const Eigen::Matrix3d& H21, const Eigen::Vector2d& p1, const Eigen::Vector2d& p2) {
   return ((H21 * p1.homogeneous()).hnormalized() - p2).squaredNorm() / kVariance;
 }
@@ -34,20 +28,22 @@ double EpipolarError(const Eigen::Matrix3d& F21, const Eigen::Vector2d& p1, cons
   return d * d / line.head<2>().squaredNorm() / kVariance;
 }
 
-// Sum over both directions of (threshold - error) for errors below the limit; same threshold for both models,
-// so that the sums can be compared.
-template <typename Error>
-double Score(const std::vector<TwoViewMatch>& matches, double limit, Error&& error,
-             std::vector<bool>& inliers) {
+struct ModelSupport {
   double score = 0.0;
-  inliers.assign(matches.size(), false);
+  std::vector<bool> inliers;
+};
+
+// The score sums up, over both directions, threshold - error for errors below the limit; same threshold for
+// both models, so that the sums can be compared.
+ModelSupport Score(const std::vector<TwoViewMatch>& matches, double limit, auto&& error) {
+  ModelSupport support{0.0, std::vector<bool>(matches.size(), false)};
   for (std::size_t i = 0; i < matches.size(); ++i) {
     const auto [forward, backward] = error(matches[i]);
-    inliers[i] = forward <= limit && backward <= limit;
-    score += forward <= limit ? kChi2TwoDof - forward : 0.0;
-    score += backward <= limit ? kChi2TwoDof - backward : 0.0;
+    support.inliers[i] = forward <= limit && backward <= limit;
+    support.score += forward <= limit ? kChi2TwoDof - forward : 0.0;
+    support.score += backward <= limit ? kChi2TwoDof - backward : 0.0;
   }
-  return score;
+  return support;
 }
 
 struct Candidate {
@@ -90,41 +86,31 @@ Candidate Reconstruct(const Camera& camera, const std::vector<TwoViewMatch>& mat
   return candidate;
 }
 
+// The translation brought to unit length.
+Rigid3d MotionOf(const cv::Mat& rotation, const cv::Mat& translation) {
+  Eigen::Matrix3d R;
+  Eigen::Vector3d t;
+  cv::cv2eigen(rotation, R);
+  cv::cv2eigen(translation, t);
+  return {Eigen::Quaterniond(R).normalized(), t.normalized()};
+}
+
 std::vector<Rigid3d> MotionsFromHomography(const cv::Mat& H, const cv::Mat& K) {
-  std::vector<cv::Mat> rotations;
-  std::vector<cv::Mat> translations;
-  std::vector<cv::Mat> normals;
+  std::vector<cv::Mat> rotations, translations, normals;
   cv::decomposeHomographyMat(H, K, rotations, translations, normals);
   std::vector<Rigid3d> motions;
   for (std::size_t i = 0; i < rotations.size(); ++i) {
-    Eigen::Matrix3d R;
-    Eigen::Vector3d t;
-    cv::cv2eigen(rotations[i], R);
-    cv::cv2eigen(translations[i], t);
-    if (t.norm() > 1e-9) {
-      motions.push_back({Eigen::Quaterniond(R).normalized(), t.normalized()});
+    if (cv::norm(translations[i]) > 1e-9) {
+      motions.push_back(MotionOf(rotations[i], translations[i]));
     }
   }
   return motions;
 }
 
-std::vector<Rigid3d> MotionsFromEssential(const Eigen::Matrix3d& E) {
-  cv::Mat E_cv;
-  cv::eigen2cv(E, E_cv);
-  cv::Mat R1;
-  cv::Mat R2;
-  cv::Mat t_cv;
-  cv::decomposeEssentialMat(E_cv, R1, R2, t_cv);
-  Eigen::Vector3d t;
-  cv::cv2eigen(t_cv, t);
-  std::vector<Rigid3d> motions;
-  for (const cv::Mat& R_cv : {R1, R2}) {
-    Eigen::Matrix3d R;
-    cv::cv2eigen(R_cv, R);
-    motions.push_back({Eigen::Quaterniond(R).normalized(), t.normalized()});
-    motions.push_back({Eigen::Quaterniond(R).normalized(), -t.normalized()});
-  }
-  return motions;
+std::vector<Rigid3d> MotionsFromEssential(const cv::Mat& E) {
+  cv::Mat R1, R2, t;
+  cv::decomposeEssentialMat(E, R1, R2, t);
+  return {MotionOf(R1, t), MotionOf(R1, -t), MotionOf(R2, t), MotionOf(R2, -t)};
 }
 
 TwoViewReport ChooseMotion(const Camera& camera, const std::vector<TwoViewMatch>& matches,
@@ -134,13 +120,12 @@ TwoViewReport ChooseMotion(const Camera& camera, const std::vector<TwoViewMatch>
   for (const Rigid3d& motion : motions) {
     candidates.push_back(Reconstruct(camera, matches, inliers, motion));
   }
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.good > b.good; });
+  std::ranges::stable_sort(candidates, std::greater{}, &Candidate::good);
   if (candidates.empty() || candidates.front().good == 0) {
     return {std::nullopt, "the motion has no translation (pure rotation or static camera)", 0.0};
   }
   const Candidate& best = candidates.front();
-  const auto num_inliers = std::count(inliers.begin(), inliers.end(), true);
+  const auto num_inliers = std::ranges::count(inliers, true);
   TwoViewReport report;
   report.parallax = best.parallax;
   if (best.parallax < options.min_parallax) {
@@ -197,7 +182,7 @@ TwoViewReport EstimateTwoView(const Camera& camera, const std::vector<TwoViewMat
     points1.emplace_back(match.pixel1.x(), match.pixel1.y());
     points2.emplace_back(match.pixel2.x(), match.pixel2.y());
   }
-  const Eigen::Matrix3d K = Intrinsics(camera);
+  const Eigen::Matrix3d K = camera.K();
   cv::Mat K_cv;
   cv::eigen2cv(K, K_cv);
   const cv::Mat H_cv = cv::findHomography(points1, points2, cv::RANSAC, std::sqrt(kChi2TwoDof * kVariance));
@@ -205,41 +190,36 @@ TwoViewReport EstimateTwoView(const Camera& camera, const std::vector<TwoViewMat
   // views with little parallax does not find back.
   const cv::Mat E_cv =
       cv::findEssentialMat(points1, points2, K_cv, cv::USAC_MAGSAC, kRansacConfidence, std::sqrt(kVariance));
-  std::vector<bool> inliers_H;
-  std::vector<bool> inliers_F;
-  double score_H = 0.0;
-  double score_F = 0.0;
-  Eigen::Matrix3d E = Eigen::Matrix3d::Zero();
+  ModelSupport homography;
+  ModelSupport fundamental;
   if (!H_cv.empty()) {
     Eigen::Matrix3d H;
     cv::cv2eigen(H_cv, H);
     const Eigen::Matrix3d H_inverse = H.inverse();
-    score_H = Score(
-        matches, kChi2TwoDof,
-        [&](const TwoViewMatch& m) {
-          return std::pair(HomographyError(H, m.pixel1, m.pixel2),
-                           HomographyError(H_inverse, m.pixel2, m.pixel1));
-        },
-        inliers_H);
+    homography = Score(matches, kChi2TwoDof, [&](const TwoViewMatch& m) {
+      return std::pair(HomographyError(H, m.pixel1, m.pixel2),
+                       HomographyError(H_inverse, m.pixel2, m.pixel1));
+    });
   }
   if (E_cv.rows >= 3) {
+    Eigen::Matrix3d E;
     cv::cv2eigen(E_cv.rowRange(0, 3), E);
     const Eigen::Matrix3d F = K.inverse().transpose() * E * K.inverse();
-    score_F = Score(
-        matches, kChi2OneDof,
-        [&](const TwoViewMatch& m) {
-          return std::pair(EpipolarError(F, m.pixel1, m.pixel2),
-                           EpipolarError(F.transpose(), m.pixel2, m.pixel1));
-        },
-        inliers_F);
+    fundamental = Score(matches, kChi2OneDof, [&](const TwoViewMatch& m) {
+      return std::pair(EpipolarError(F, m.pixel1, m.pixel2),
+                       EpipolarError(F.transpose(), m.pixel2, m.pixel1));
+    });
   }
-  if (score_H + score_F <= 0.0) {
+  const double both = homography.score + fundamental.score;
+  if (both <= 0.0) {
     return {std::nullopt, "no motion explains the matches between two frames", 0.0};
   }
-  if (inliers_F.empty() || score_H / (score_H + score_F) > options.homography_share) {
-    return ChooseMotion(camera, matches, inliers_H, MotionsFromHomography(H_cv, K_cv), true, options);
+  if (fundamental.inliers.empty() || homography.score / both > options.homography_share) {
+    return ChooseMotion(camera, matches, homography.inliers, MotionsFromHomography(H_cv, K_cv), true,
+                        options);
   }
-  return ChooseMotion(camera, matches, inliers_F, MotionsFromEssential(E), false, options);
+  return ChooseMotion(camera, matches, fundamental.inliers, MotionsFromEssential(E_cv.rowRange(0, 3)), false,
+                      options);
 }
 
 Eigen::Vector3d Triangulate(const Rigid3d& T_camera1_map, const Eigen::Vector3d& ray1,

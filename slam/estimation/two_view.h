@@ -17,8 +17,7 @@ struct TwoViewOptions {
   double homography_share = 0.45;     // score_H / (score_H + score_F) above which the homography is chosen
   double max_second_best = 0.75;      // share of a solution's points at which another makes it ambiguous
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("min_parallax", min_parallax, 0.1, 20.0);
     visit("min_translation_flow", min_translation_flow, 0.0, 100.0);
     visit("min_points", min_points, 20, 1000);

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <numeric>
 #include <opencv2/core/hal/intrin.hpp>
 #include <opencv2/features2d.hpp>
 #include <queue>
@@ -87,135 +86,92 @@ float TopOfParabola(float before, float middle, float after) {
              : 0.0F;
 }
 
-// Part of the area, with the range of its corners in Quadtree::order_.
-struct Leaf {
-  cv::Rect2f area;
-  std::size_t begin = 0;
-  std::size_t end = 0;
-};
+using CornerSpan = std::span<const cv::KeyPoint*>;
 
-class Quadtree {
- public:
-  Quadtree(const std::vector<cv::KeyPoint>& corners, cv::Size area);
-  void Split(std::size_t count);
-  std::vector<cv::KeyPoint> StrongestOfEach() const;
-
- private:
-  // Adds a leaf for each group of the corners of [begin, end) that is not empty. `group_of` maps a corner to
-  // the index of its area. Corners keep their order within a group.
-  template <typename GroupOf>
-  void AddLeaves(std::size_t begin, std::size_t end, std::span<const cv::Rect2f> areas, GroupOf&& group_of);
-  void SplitLeaf(const Leaf& leaf);
-  int Strongest(const Leaf& leaf) const;
-
-  // The leaf with the most corners is split first; ties go to the older leaf, so that the result is
-  // repeatable.
-  struct Later {
-    bool operator()(const std::pair<std::size_t, std::size_t>& a,
-                    const std::pair<std::size_t, std::size_t>& b) const {
-      return a.first != b.first ? a.first < b.first : a.second > b.second;
-    }
-  };
-
-  const std::vector<cv::KeyPoint>& corners_;
-  std::vector<int> order_;  // indices of corners_, those of one leaf next to each other
-  std::vector<int> scratch_;
-  std::vector<int> groups_;
-  std::vector<std::size_t> starts_;  // beginnings of the groups in order_
-  std::vector<Leaf> leaves_;         // empty ones have been split
-  std::size_t filled_ = 0;
-  std::priority_queue<std::pair<std::size_t, std::size_t>, std::vector<std::pair<std::size_t, std::size_t>>,
-                      Later>
-      open_;
-};
-
-Quadtree::Quadtree(const std::vector<cv::KeyPoint>& corners, cv::Size area)
-    : corners_(corners), order_(corners.size()) {
-  std::iota(order_.begin(), order_.end(), 0);
-  const int columns =
-      std::max(1, static_cast<int>(std::lround(static_cast<double>(area.width) / area.height)));
-  const float width = static_cast<float>(area.width) / static_cast<float>(columns);
-  std::vector<cv::Rect2f> areas;
-  for (int i = 0; i < columns; ++i) {
-    areas.emplace_back(static_cast<float>(i) * width, 0.0F, width, static_cast<float>(area.height));
-  }
-  AddLeaves(0, order_.size(), areas,
-            [&](const cv::Point2f& p) { return std::min(columns - 1, static_cast<int>(p.x / width)); });
+// The corners at the places chosen, and the others; both keep their order.
+std::pair<CornerSpan, CornerSpan> SplitCorners(CornerSpan corners, auto&& chosen) {
+  const auto middle = std::stable_partition(corners.begin(), corners.end(),
+                                            [&](const cv::KeyPoint* corner) { return chosen(corner->pt); });
+  const auto count = static_cast<std::size_t>(middle - corners.begin());
+  return {corners.first(count), corners.subspan(count)};
 }
 
-template <typename GroupOf>
-void Quadtree::AddLeaves(std::size_t begin, std::size_t end, std::span<const cv::Rect2f> areas,
-                         GroupOf&& group_of) {
-  starts_.assign(areas.size() + 1, 0);
-  scratch_.assign(order_.begin() + static_cast<std::ptrdiff_t>(begin),
-                  order_.begin() + static_cast<std::ptrdiff_t>(end));
-  groups_.resize(scratch_.size());
-  for (std::size_t i = 0; i < scratch_.size(); ++i) {
-    groups_[i] = group_of(corners_[static_cast<std::size_t>(scratch_[i])].pt);
-    ++starts_[static_cast<std::size_t>(groups_[i]) + 1];
+// A quadtree over the corners of an area.
+class Quadtree {
+ public:
+  Quadtree(const std::vector<cv::KeyPoint>& corners, cv::Size area) {
+    for (const cv::KeyPoint& corner : corners) {
+      order_.push_back(&corner);
+    }
+    const int columns =
+        std::max(1, static_cast<int>(std::lround(static_cast<double>(area.width) / area.height)));
+    const float width = static_cast<float>(area.width) / static_cast<float>(columns);
+    CornerSpan rest(order_);
+    for (int i = 0; i < columns; ++i) {
+      const auto [column, others] = SplitCorners(rest, [&](const cv::Point2f& p) {
+        return std::min(columns - 1, static_cast<int>(p.x / width)) == i;
+      });
+      AddLeaf({static_cast<float>(i) * width, 0.0F, width, static_cast<float>(area.height)}, column);
+      rest = others;
+    }
   }
-  starts_[0] = begin;
-  for (std::size_t i = 0; i < areas.size(); ++i) {
-    starts_[i + 1] += starts_[i];
-    if (starts_[i + 1] > starts_[i]) {
-      ++filled_;
-      leaves_.push_back({areas[i], starts_[i], starts_[i + 1]});
-      if (starts_[i + 1] - starts_[i] > 1) {
-        open_.emplace(starts_[i + 1] - starts_[i], leaves_.size() - 1);
+
+  // Splits the leaf with the most corners, of equals the older one, until `count` leaves are filled.
+  void Split(int count) {
+    while (filled_ < count && !open_.empty()) {
+      const int index = -open_.top().second;
+      open_.pop();
+      if (leaves_[index].area.width >= 1.0F) {  // else coinciding corners: their leaf stays as it is
+        --filled_;
+        SplitLeaf(std::exchange(leaves_[index], {}));
       }
     }
   }
-  for (std::size_t i = 0; i < scratch_.size(); ++i) {
-    order_[starts_[static_cast<std::size_t>(groups_[i])]++] = scratch_[i];
+
+  std::vector<cv::KeyPoint> StrongestOfEach() const {
+    std::vector<cv::KeyPoint> strongest;
+    for (const Leaf& leaf : leaves_) {
+      if (!leaf.corners.empty()) {
+        strongest.push_back(**std::ranges::max_element(leaf.corners, {}, &cv::KeyPoint::response));
+      }
+    }
+    return strongest;
   }
-}
 
-void Quadtree::SplitLeaf(const Leaf& leaf) {
-  const float w = 0.5F * leaf.area.width;
-  const float h = 0.5F * leaf.area.height;
-  const cv::Point2f middle(leaf.area.x + w, leaf.area.y + h);
-  const std::array<cv::Rect2f, 4> areas{{{leaf.area.x, leaf.area.y, w, h},
-                                         {middle.x, leaf.area.y, w, h},
-                                         {leaf.area.x, middle.y, w, h},
-                                         {middle.x, middle.y, w, h}}};
-  AddLeaves(leaf.begin, leaf.end, areas,
-            [&](const cv::Point2f& p) { return (p.x >= middle.x ? 1 : 0) + (p.y >= middle.y ? 2 : 0); });
-}
+ private:
+  struct Leaf {
+    cv::Rect2f area;
+    CornerSpan corners;  // none: it has been split
+  };
 
-void Quadtree::Split(std::size_t count) {
-  while (filled_ < count && !open_.empty()) {
-    const std::size_t index = open_.top().second;
-    open_.pop();
-    const Leaf leaf = leaves_[index];
-    if (leaf.area.width >= 1.0F) {  // else coinciding corners: their leaf stays as it is
-      leaves_[index].end = leaf.begin;
-      --filled_;
-      SplitLeaf(leaf);
+  void AddLeaf(const cv::Rect2f& area, CornerSpan corners) {
+    if (corners.size() > 1) {
+      open_.emplace(corners.size(), -static_cast<int>(leaves_.size()));
+    }
+    if (!corners.empty()) {
+      leaves_.push_back({area, corners});
+      ++filled_;
     }
   }
-}
 
-int Quadtree::Strongest(const Leaf& leaf) const {
-  int strongest = order_[leaf.begin];
-  for (std::size_t i = leaf.begin + 1; i < leaf.end; ++i) {
-    if (corners_[static_cast<std::size_t>(order_[i])].response >
-        corners_[static_cast<std::size_t>(strongest)].response) {
-      strongest = order_[i];
+  void SplitLeaf(const Leaf& leaf) {
+    const cv::Size2f half(0.5F * leaf.area.width, 0.5F * leaf.area.height);
+    const cv::Point2f middle(leaf.area.x + half.width, leaf.area.y + half.height);
+    const auto [upper, lower] =
+        SplitCorners(leaf.corners, [&](const cv::Point2f& p) { return p.y < middle.y; });
+    for (const auto& [y, row] : {std::pair(leaf.area.y, upper), std::pair(middle.y, lower)}) {
+      const auto [left, right] = SplitCorners(row, [&](const cv::Point2f& p) { return p.x < middle.x; });
+      AddLeaf({{leaf.area.x, y}, half}, left);
+      AddLeaf({{middle.x, y}, half}, right);
     }
   }
-  return strongest;
-}
 
-std::vector<cv::KeyPoint> Quadtree::StrongestOfEach() const {
-  std::vector<cv::KeyPoint> kept;
-  kept.reserve(filled_);
-  for (const Leaf& leaf : leaves_) {
-    if (leaf.begin < leaf.end) {
-      kept.push_back(corners_[static_cast<std::size_t>(Strongest(leaf))]);
-    }
-  }
-  return kept;
-}
+  std::vector<const cv::KeyPoint*> order_;  // those of one leaf next to each other
+  std::vector<Leaf> leaves_;
+  std::priority_queue<std::pair<std::size_t, int>>
+      open_;  // corners of a leaf that can be split, minus its index
+  int filled_ = 0;
+};
 
 }  // namespace
 
@@ -230,13 +186,13 @@ const std::vector<cv::KeyPoint>& CornerDetector::Detect(const cv::Mat& image, co
   filled_.assign(static_cast<std::size_t>(columns * rows), 0);
   for (cv::KeyPoint& corner : corners_) {
     corner.pt -= cv::Point2f(kFastRadius, kFastRadius);
-    filled_[static_cast<std::size_t>(CellAt(corner.pt.y, inner.height, rows) * columns +
-                                     CellAt(corner.pt.x, inner.width, columns))] = 1;
+    filled_[CellAt(corner.pt.y, inner.height, rows) * columns + CellAt(corner.pt.x, inner.width, columns)] =
+        1;
   }
   for (int row = 0; row < rows; ++row) {
     const int y0 = inner.height * row / rows;
     const int y1 = inner.height * (row + 1) / rows;
-    const char* filled = &filled_[static_cast<std::size_t>(row * columns)];
+    const char* filled = &filled_[row * columns];
     // Empty neighbours at once: each call of FAST has its price.
     for (int begin = 0, end = 0; begin < columns; begin = end + 1) {
       for (end = begin; end < columns && filled[end] == 0; ++end) {
@@ -267,14 +223,14 @@ cv::Point2f RefineCorner(const cv::Mat& image, const cv::Point& corner) {
   cv::v_store(&scores[8], FastScores(first + step, step));
   const auto score = [&](int x, int y) {
     // The second block begins one row further down, so that nothing below the neighbourhood is read.
-    return static_cast<float>(scores[static_cast<std::size_t>(x + 4 * (y < 2 ? y : 3))]);
+    return static_cast<float>(scores[x + 4 * (y < 2 ? y : 3)]);
   };
   std::array<float, 3> rows{};
   std::array<float, 3> columns{};
   for (int y = 0; y < 3; ++y) {
     for (int x = 0; x < 3; ++x) {
-      rows[static_cast<std::size_t>(y)] += x == 1 ? 2.0F * score(x, y) : score(x, y);
-      columns[static_cast<std::size_t>(x)] += y == 1 ? 2.0F * score(x, y) : score(x, y);
+      rows[y] += x == 1 ? 2.0F * score(x, y) : score(x, y);
+      columns[x] += y == 1 ? 2.0F * score(x, y) : score(x, y);
     }
   }
   return {TopOfParabola(columns[0], columns[1], columns[2]), TopOfParabola(rows[0], rows[1], rows[2])};
@@ -286,7 +242,7 @@ std::vector<cv::KeyPoint> DistributeByQuadtree(const std::vector<cv::KeyPoint>& 
     return corners;
   }
   Quadtree tree(corners, area);
-  tree.Split(static_cast<std::size_t>(count));
+  tree.Split(count);
   return tree.StrongestOfEach();
 }
 

@@ -23,21 +23,19 @@ std::vector<int> ConsistentRotations(const std::vector<std::pair<float, float>>&
   };
   std::array<int, kBins> histogram{};
   for (const auto& pair : angles) {
-    ++histogram[static_cast<std::size_t>(bin_of(pair))];
+    ++histogram[bin_of(pair)];
   }
   std::array<int, kBins> order{};
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-    return histogram[static_cast<std::size_t>(a)] > histogram[static_cast<std::size_t>(b)];
-  });
+  std::ranges::stable_sort(order, [&](int a, int b) { return histogram[a] > histogram[b]; });
   std::array<bool, kBins> good{};
   for (int i = 0; i < 3; ++i) {
-    const auto bin = static_cast<std::size_t>(order[static_cast<std::size_t>(i)]);
-    good[bin] = histogram[bin] >= kMinShareOfFullest * histogram[static_cast<std::size_t>(order[0])];
+    const auto bin = static_cast<std::size_t>(order[i]);
+    good[bin] = histogram[bin] >= kMinShareOfFullest * histogram[order[0]];
   }
   std::vector<int> kept;
   for (std::size_t i = 0; i < angles.size(); ++i) {
-    if (good[static_cast<std::size_t>(bin_of(angles[i]))]) {
+    if (good[bin_of(angles[i])]) {
       kept.push_back(static_cast<int>(i));
     }
   }
@@ -47,86 +45,46 @@ std::vector<int> ConsistentRotations(const std::vector<std::pair<float, float>>&
 std::vector<PredictionMatch> MatchPredictions(std::span<const PredictedPoint> predictions,
                                               const FrameFeatures& features, const std::vector<bool>& taken,
                                               int max_distance, double ratio) {
-  struct Claim {
-    int distance = std::numeric_limits<int>::max();
-    int prediction = -1;
-  };
-  std::vector<Claim> claims(features.Size());
+  std::vector<NearestTwo::Candidate> claims(features.Size());  // by keypoint: the nearest prediction
   for (std::size_t p = 0; p < predictions.size(); ++p) {
     const PredictedPoint& prediction = predictions[p];
-    int best = std::numeric_limits<int>::max();
-    int second = best;
-    int best_keypoint = -1;
-    int second_octave = -1;
-    features.grid.ForEachNear(prediction.pixel, prediction.radius, [&](int index) {
-      const auto i = static_cast<std::size_t>(index);
+    NearestTwo nearest;
+    features.grid.ForEachNear(prediction.pixel, prediction.radius, [&](int i) {
       const Keypoint& keypoint = features.keypoints[i];
-      if ((!taken.empty() && taken[i]) || keypoint.octave < prediction.min_octave ||
-          keypoint.octave > prediction.max_octave ||
-          (keypoint.pixel - prediction.pixel).squaredNorm() > prediction.radius * prediction.radius) {
-        return;
-      }
-      const int distance = HammingDistance(*prediction.descriptor, features.descriptors[i]);
-      if (distance < best) {
-        second = best;
-        second_octave =
-            best_keypoint >= 0 ? features.keypoints[static_cast<std::size_t>(best_keypoint)].octave : -1;
-        best = distance;
-        best_keypoint = index;
-      } else if (distance < second) {
-        second = distance;
-        second_octave = keypoint.octave;
+      if ((taken.empty() || !taken[i]) && std::abs(keypoint.octave - prediction.octave) <= 1 &&
+          (keypoint.pixel - prediction.pixel).squaredNorm() <= prediction.radius * prediction.radius) {
+        nearest.Add(HammingDistance(*prediction.descriptor, features.descriptors[i]), i);
       }
     });
-    if (best > max_distance) {
+    const auto [best, second] = nearest;
+    if (best.distance > max_distance) {
       continue;
     }
-    const auto k = static_cast<std::size_t>(best_keypoint);
-    const bool ambiguous = second_octave == features.keypoints[k].octave && best > ratio * second;
-    if (!ambiguous && best < claims[k].distance) {
-      claims[k] = {best, static_cast<int>(p)};
+    const bool ambiguous = second.index >= 0 && best.distance > ratio * second.distance &&
+                           features.keypoints[second.index].octave == features.keypoints[best.index].octave;
+    if (!ambiguous && best.distance < claims[best.index].distance) {
+      claims[best.index] = {best.distance, static_cast<int>(p)};
     }
   }
   std::vector<PredictionMatch> matches;
   std::vector<std::pair<float, float>> angles;
   bool check_rotation = true;
   for (std::size_t k = 0; k < claims.size(); ++k) {
-    if (claims[k].prediction >= 0) {
-      const PredictedPoint& prediction = predictions[static_cast<std::size_t>(claims[k].prediction)];
+    if (claims[k].index >= 0) {
+      const PredictedPoint& prediction = predictions[claims[k].index];
       check_rotation = check_rotation && prediction.angle >= 0.0F;
       matches.push_back({prediction.tag, static_cast<int>(k)});
       angles.emplace_back(prediction.angle, features.keypoints[k].angle);
     }
   }
-  if (!check_rotation) {
-    return matches;
-  }
-  std::vector<PredictionMatch> kept;
-  for (const int i : ConsistentRotations(angles)) {
-    kept.push_back(matches[static_cast<std::size_t>(i)]);
-  }
-  return kept;
+  return check_rotation ? KeepConsistent(matches, angles) : matches;
 }
 
 std::vector<std::pair<int, int>> MatchAll(const FrameFeatures& a, const FrameFeatures& b,
                                           const std::vector<bool>& use_a, const std::vector<bool>& use_b,
                                           int max_distance, double ratio) {
-  struct Best {
-    int distance = std::numeric_limits<int>::max();
-    int second = std::numeric_limits<int>::max();
-    int index = -1;
-  };
-  const auto update = [](Best& best, int distance, int index) {
-    if (distance < best.distance) {
-      best.second = best.distance;
-      best.distance = distance;
-      best.index = index;
-    } else if (distance < best.second) {
-      best.second = distance;
-    }
-  };
-  std::vector<Best> best_of_a(a.Size());
-  std::vector<Best> best_of_b(b.Size());
+  std::vector<NearestTwo> nearest_of_a(a.Size());
+  std::vector<NearestTwo> nearest_of_b(b.Size());
   for (std::size_t i = 0; i < a.Size(); ++i) {
     if (!use_a.empty() && !use_a[i]) {
       continue;
@@ -136,26 +94,21 @@ std::vector<std::pair<int, int>> MatchAll(const FrameFeatures& a, const FrameFea
         continue;
       }
       const int distance = HammingDistance(a.descriptors[i], b.descriptors[j]);
-      update(best_of_a[i], distance, static_cast<int>(j));
-      update(best_of_b[j], distance, static_cast<int>(i));
+      nearest_of_a[i].Add(distance, static_cast<int>(j));
+      nearest_of_b[j].Add(distance, static_cast<int>(i));
     }
   }
   std::vector<std::pair<int, int>> matches;
   std::vector<std::pair<float, float>> angles;
   for (std::size_t i = 0; i < a.Size(); ++i) {
-    const Best& best = best_of_a[i];
-    if (best.index < 0 || best.distance > max_distance || best.distance > ratio * best.second ||
-        best_of_b[static_cast<std::size_t>(best.index)].index != static_cast<int>(i)) {
-      continue;
+    const auto [best, second] = nearest_of_a[i];
+    if (best.index >= 0 && best.distance <= max_distance && best.distance <= ratio * second.distance &&
+        nearest_of_b[best.index].best.index == static_cast<int>(i)) {
+      matches.emplace_back(static_cast<int>(i), best.index);
+      angles.emplace_back(a.keypoints[i].angle, b.keypoints[best.index].angle);
     }
-    matches.emplace_back(static_cast<int>(i), best.index);
-    angles.emplace_back(a.keypoints[i].angle, b.keypoints[static_cast<std::size_t>(best.index)].angle);
   }
-  std::vector<std::pair<int, int>> kept;
-  for (const int i : ConsistentRotations(angles)) {
-    kept.push_back(matches[static_cast<std::size_t>(i)]);
-  }
-  return kept;
+  return KeepConsistent(matches, angles);
 }
 
 }  // namespace sqslam

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <span>
 #include <utility>
 #include <vector>
@@ -14,13 +15,30 @@ int HammingDistance(const Descriptor& a, const Descriptor& b);
 inline constexpr int kStrictDistance = 50;  // bits: two views of the same point, nothing else known
 inline constexpr int kLooseDistance = 100;  // bits: where geometry already restricts the candidates
 
+// The nearest two of the descriptors that one is compared with; of equals the first.
+struct NearestTwo {
+  struct Candidate {
+    int distance = std::numeric_limits<int>::max();  // bits
+    int index = -1;
+  };
+  Candidate best;
+  Candidate second;
+
+  void Add(int distance, int index) {
+    if (distance < best.distance) {
+      second = std::exchange(best, {distance, index});
+    } else if (distance < second.distance) {
+      second = {distance, index};
+    }
+  }
+};
+
 // A map point as predicted in an image.
 struct PredictedPoint {
   int tag = 0;  // the caller's own index, returned with the match
   Eigen::Vector2d pixel;
   double radius = 0.0;  // search radius in pixels
-  int min_octave = 0;
-  int max_octave = 0;
+  int octave = 0;       // of the keypoint, or one beside it
   const Descriptor* descriptor = nullptr;
   float angle = -1.0F;  // degrees; negative: unknown, no rotation check
 };
@@ -46,5 +64,16 @@ std::vector<std::pair<int, int>> MatchAll(const FrameFeatures& a, const FrameFea
 
 // Indices of pairs whose rotation (angle_a - angle_b, degrees) lies in one of the three fullest of 30 bins.
 std::vector<int> ConsistentRotations(const std::vector<std::pair<float, float>>& angles);
+
+// The matches that are left when those off the dominant rotations are dropped.
+template <typename Match>
+std::vector<Match> KeepConsistent(const std::vector<Match>& matches,
+                                  const std::vector<std::pair<float, float>>& angles) {
+  std::vector<Match> kept;
+  for (const int i : ConsistentRotations(angles)) {
+    kept.push_back(matches[i]);
+  }
+  return kept;
+}
 
 }  // namespace sqslam

@@ -16,8 +16,7 @@ struct OrbOptions {
   int fast_threshold = 20;     // grey levels, tried first in each cell
   int min_fast_threshold = 7;  // grey levels, tried where a cell would stay empty
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("num_features", num_features, 100, 10000);
     visit("scale_factor", scale_factor, 1.05, 2.0);
     visit("levels", levels, 1, 12);
@@ -32,7 +31,7 @@ class ScaleLevels {
   explicit ScaleLevels(const OrbOptions& options);
   int Count() const { return static_cast<int>(scales_.size()); }
   double Factor() const { return factor_; }
-  double Scale(int octave) const { return scales_[static_cast<std::size_t>(octave)]; }
+  double Scale(int octave) const { return scales_[octave]; }
   // Variance of a keypoint's position in full-resolution pixels^2, relative to level 0.
   double Variance(int octave) const { return Scale(octave) * Scale(octave); }
 

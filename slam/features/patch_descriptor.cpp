@@ -25,11 +25,11 @@ struct RowWeights {
 constexpr std::array<RowWeights, kPatchRadius + 1> MakeWeights() {
   std::array<RowWeights, kPatchRadius + 1> rows{};
   for (int v = 0; v <= kPatchRadius; ++v) {
-    RowWeights& row = rows[static_cast<std::size_t>(v)];
+    RowWeights& row = rows[v];
     for (int u = -kPatchRadius; u <= kPatchRadius; ++u) {
       if (u * u + v * v <= kPatchRadius * kPatchRadius) {
-        row.u[static_cast<std::size_t>(u + kPatchRadius)] = static_cast<std::int16_t>(u);
-        row.v[static_cast<std::size_t>(u + kPatchRadius)] = static_cast<std::int16_t>(v);
+        row.u[u + kPatchRadius] = static_cast<std::int16_t>(u);
+        row.v[u + kPatchRadius] = static_cast<std::int16_t>(v);
       }
     }
   }
@@ -88,7 +88,7 @@ float PatchAngle(const cv::Mat& image, const cv::Point& center) {
     m10 += cv::v_dotprod(LoadPixels(middle + i), cv::v_load(&kWeights[0].u[i]));
   }
   for (int v = 1; v <= kPatchRadius; ++v) {
-    const RowWeights& weights = kWeights[static_cast<std::size_t>(v)];
+    const RowWeights& weights = kWeights[v];
     for (std::size_t i = 0; i < kRowLength; i += kLanes) {
       const cv::v_int16x8 below = LoadPixels(middle + v * step + i);
       const cv::v_int16x8 above = LoadPixels(middle - v * step + i);

@@ -72,8 +72,8 @@ constexpr int kTrials = 1000;           // finds a plane of a fifth of the point
 constexpr double kLevelCosine = 0.966;  // 15 degrees
 
 std::ptrdiff_t CountNear(const std::vector<Vector3d>& points, const Plane& plane, double distance) {
-  return std::count_if(points.begin(), points.end(),
-                       [&](const Vector3d& p) { return std::abs(plane.Distance(p)) < distance; });
+  return std::ranges::count_if(points,
+                               [&](const Vector3d& p) { return std::abs(plane.Distance(p)) < distance; });
 }
 
 Plane LeastSquares(const std::vector<Vector3d>& points, const Plane& start, double distance) {
@@ -167,7 +167,7 @@ CanonicalCloud ToCanonicalFrame(std::span<const Vector3d> cloud, bool upright) {
   }
   result.source.resize(points.size());
   std::iota(result.source.begin(), result.source.end(), std::size_t{0});
-  std::sort(result.source.begin(), result.source.end(), [&](std::size_t a, std::size_t b) {
+  std::ranges::sort(result.source, [&](std::size_t a, std::size_t b) {
     return std::lexicographical_compare(points[a].begin(), points[a].end(), points[b].begin(),
                                         points[b].end());
   });
@@ -245,16 +245,14 @@ Clusters ClusterPoints(const std::vector<Vector3d>& points, const std::vector<st
     std::size_t cluster = cluster_of[i];
     if (!dense[i]) {
       const Matches matches = Within(tree, at(i), radius);
-      const auto near =
-          std::find_if(matches.begin(), matches.end(), [&](const auto& m) { return dense[m.first]; });
+      const auto near = std::ranges::find_if(matches, [&](const auto& m) { return dense[m.first]; });
       cluster = near == matches.end() ? kNone : cluster_of[near->first];
     }
     if (cluster != kNone) {
       clusters[cluster].push_back(indices[i]);
     }
   }
-  std::stable_sort(clusters.begin(), clusters.end(),
-                   [](const auto& a, const auto& b) { return a.size() > b.size(); });
+  std::ranges::stable_sort(clusters, [](const auto& a, const auto& b) { return a.size() > b.size(); });
   return clusters;
 }
 

@@ -18,8 +18,7 @@ struct MultiFitOptions {
   double cluster_distance = 2.5;  // gap that separates two objects, in typical distances between neighbours
   int min_cluster_points = 50;    // smaller heaps are no objects
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("fit", fit);
     visit("remove_plane", remove_plane);
     visit("plane_distance", plane_distance, 1e-5, 0.5);

@@ -64,7 +64,7 @@ std::vector<Quaterniond> SpreadRotations(int count, bool upright, std::uint64_t 
         nearest[i] = std::max(nearest[i], std::abs(pool[i].dot(same)));
       }
     }
-    next = static_cast<std::size_t>(std::min_element(nearest.begin(), nearest.end()) - nearest.begin());
+    next = static_cast<std::size_t>(std::ranges::min_element(nearest) - nearest.begin());
   }
   return chosen;
 }
@@ -103,7 +103,7 @@ std::vector<PosedSuperquadric> SimilarShapes(const PosedSuperquadric& superquadr
     turned.shape.e2 = 2.0 - e;
     similar.push_back(turned);
   }
-  similar.erase(similar.begin() + static_cast<std::ptrdiff_t>(unturned));
+  similar.erase(similar.begin() + unturned);
   return similar;
 }
 
@@ -126,9 +126,8 @@ PosedSuperquadric BoxStart(const Points& points, const Quaterniond& rotation, do
   std::vector<double> values(points.size());
   const auto cut = static_cast<std::size_t>(0.25 * outlier_share * static_cast<double>(points.size()));
   for (int axis = 0; axis < 3; ++axis) {
-    std::transform(points.begin(), points.end(), values.begin(),
-                   [&](const Vector3d& p) { return axes.row(axis).dot(p); });
-    std::sort(values.begin(), values.end());
+    std::ranges::transform(points, values.begin(), [&](const Vector3d& p) { return axes.row(axis).dot(p); });
+    std::ranges::sort(values);
     const double low = values[cut];
     const double high = values[values.size() - 1 - cut];
     center[axis] = 0.5 * (low + high);
@@ -140,8 +139,7 @@ PosedSuperquadric BoxStart(const Points& points, const Quaterniond& rotation, do
 using Candidates = std::vector<SearchResult>;
 
 void KeepBest(Candidates& candidates, std::size_t count) {
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const SearchResult& a, const SearchResult& b) { return a.cost < b.cost; });
+  std::ranges::stable_sort(candidates, {}, &SearchResult::cost);
   candidates.resize(std::min(candidates.size(), count));
 }
 

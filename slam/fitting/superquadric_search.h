@@ -23,8 +23,7 @@ struct FitOptions {
   int max_points = 4000;            // larger clouds are thinned to so many points, spread evenly
   std::uint64_t seed = 0;           // of every random choice
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("upright", upright);
     visit("outlier_share", outlier_share, 0.0, 0.8);
     visit("noise_floor", noise_floor, 1e-6, 0.1);

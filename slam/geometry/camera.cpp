@@ -20,7 +20,7 @@ Eigen::Vector2d Distort(const std::array<double, 5>& d, const Eigen::Vector2d& n
 }  // namespace
 
 bool Camera::HasDistortion() const {
-  return std::any_of(distortion.begin(), distortion.end(), [](double k) { return k != 0.0; });
+  return std::ranges::any_of(distortion, [](double k) { return k != 0.0; });
 }
 
 Eigen::Vector2d Camera::ProjectDistorted(const Eigen::Vector3d& p_camera) const {

@@ -20,6 +20,11 @@ struct Camera {
 
   bool HasDistortion() const;
 
+  // The camera matrix.
+  Eigen::Matrix3d K() const {
+    return (Eigen::Matrix3d() << fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0).finished();
+  }
+
   // True for a pixel within the image's width and height.
   bool InImage(const Eigen::Vector2d& pixel) const {
     return pixel.x() >= 0.0 && pixel.y() >= 0.0 && pixel.x() < width && pixel.y() < height;

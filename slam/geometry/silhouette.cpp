@@ -114,7 +114,7 @@ using ViewPlanes = std::array<Eigen::Vector3d, 5>;
 bool Hidden(const ContourPoint& a, const ContourPoint& b, const ViewPlanes& planes) {
   Eigen::Vector3d corner = a.tangent.cross(b.tangent);
   corner *= corner.dot(a.ray.normalized() + b.ray.normalized()) < 0.0 ? -1.0 : 1.0;
-  return std::any_of(planes.begin(), planes.end(), [&](const Eigen::Vector3d& plane) {
+  return std::ranges::any_of(planes, [&](const Eigen::Vector3d& plane) {
     return plane.dot(a.ray) < 0.0 && plane.dot(b.ray) < 0.0 && plane.dot(corner) <= 0.0;
   });
 }

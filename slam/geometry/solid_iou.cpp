@@ -100,6 +100,14 @@ double EstimateIntersection(const Pair& pair, const Level& level) {
   return level.inside + CellVolume(level) * static_cast<double>(hits) / kSamplesPerLeaf;
 }
 
+// Gives a primitive its exponents; `sharp`: that of an edge.
+void SetExponents(Solid& solid, double sharp) {
+  if (solid.kind != SolidKind::kSuperquadric) {
+    solid.e1 = solid.kind == SolidKind::kEllipsoid ? 1.0 : sharp;
+    solid.e2 = solid.kind == SolidKind::kCuboid ? sharp : 1.0;
+  }
+}
+
 }  // namespace
 
 Solid Solid::FromSuperquadric(const PosedSuperquadric& superquadric) {
@@ -109,31 +117,16 @@ Solid Solid::FromSuperquadric(const PosedSuperquadric& superquadric) {
 
 double Solid::RadialScale(const Vector3d& p_object) const {
   const Vector3d unit = p_object.cwiseQuotient(half_size).cwiseAbs();
-  switch (kind) {
-    case SolidKind::kSuperquadric:
-      return Superquadric{half_size, e1, e2}.RadialScale(p_object);
-    case SolidKind::kCuboid:
-      return unit.maxCoeff();
-    case SolidKind::kCylinder:
-      return std::max(unit.head<2>().norm(), unit.z());
-    case SolidKind::kEllipsoid:
-      return unit.norm();
-  }
-  return 0.0;
+  return kind == SolidKind::kSuperquadric ? Superquadric{half_size, e1, e2}.RadialScale(p_object)
+         : kind == SolidKind::kCuboid     ? unit.maxCoeff()
+         : kind == SolidKind::kCylinder   ? std::max(unit.head<2>().norm(), unit.z())
+                                          : unit.norm();
 }
 
 PosedSuperquadric Solid::ToSuperquadric() const {
-  switch (kind) {
-    case SolidKind::kSuperquadric:
-      return {{half_size, e1, e2}, T_map_object};
-    case SolidKind::kCuboid:
-      return {{half_size, 0.0, 0.0}, T_map_object};
-    case SolidKind::kCylinder:
-      return {{half_size, 0.0, 1.0}, T_map_object};
-    case SolidKind::kEllipsoid:
-      break;
-  }
-  return {{half_size, 1.0, 1.0}, T_map_object};
+  Solid exact = *this;
+  SetExponents(exact, 0.0);
+  return {{half_size, exact.e1, exact.e2}, T_map_object};
 }
 
 bool Solid::IsUsable() const {
@@ -145,17 +138,11 @@ bool Solid::Contains(const Vector3d& p_map) const {
 }
 
 double Solid::Volume() const {
-  switch (kind) {
-    case SolidKind::kSuperquadric:
-      return Superquadric{half_size, e1, e2}.Volume();
-    case SolidKind::kCuboid:
-      return 8.0 * half_size.prod();
-    case SolidKind::kCylinder:
-      return 2.0 * std::numbers::pi * half_size.prod();
-    case SolidKind::kEllipsoid:
-      return 4.0 / 3.0 * std::numbers::pi * half_size.prod();
-  }
-  return 0.0;
+  constexpr double kPi = std::numbers::pi;
+  return kind == SolidKind::kSuperquadric ? Superquadric{half_size, e1, e2}.Volume()
+         : kind == SolidKind::kCuboid     ? 8.0 * half_size.prod()
+         : kind == SolidKind::kCylinder   ? 2.0 * kPi * half_size.prod()
+                                          : 4.0 / 3.0 * kPi * half_size.prod();
 }
 
 Eigen::AlignedBox3d Solid::BoundingBox() const {
@@ -165,10 +152,7 @@ Eigen::AlignedBox3d Solid::BoundingBox() const {
 
 void SetKind(Solid& solid, SolidKind kind) {
   solid.kind = kind;
-  if (kind != SolidKind::kSuperquadric) {
-    solid.e1 = kind == SolidKind::kEllipsoid ? 1.0 : kMinShapeExponent;
-    solid.e2 = kind == SolidKind::kCuboid ? kMinShapeExponent : 1.0;
-  }
+  SetExponents(solid, kMinShapeExponent);
 }
 
 Solid Transform(const Sim3d& S_to_map, const Solid& solid) {

@@ -1,13 +1,9 @@
 #include "slam/geometry/superquadric.h"
 
 #include <algorithm>
-#include <array>
-#include <boost/math/quadrature/gauss.hpp>
 #include <boost/math/special_functions/beta.hpp>
 #include <cmath>
 #include <limits>
-#include <numbers>
-#include <vector>
 
 #include "slam/geometry/superquadric_norm.h"
 
@@ -20,41 +16,6 @@ double SignedPower(double base, double exponent) {
   constexpr double kZero = 4.0 * std::numeric_limits<double>::epsilon();
   const double magnitude = std::abs(base);
   return magnitude < kZero ? 0.0 : std::copysign(std::pow(magnitude, exponent), base);
-}
-
-// A node of the quadrature along the quarter superellipse c^(2/e) + s^(2/e) = 1.
-struct CurveNode {
-  double c, s;    // point
-  double dc, ds;  // derivative, times the weight of the node
-};
-
-// The quarter curve as (cos t, sin t) over its norm: unlike Eq. 1 its derivatives are bounded for every
-// exponent. The substitution t = pi/4 v^3 (from either axis) flattens what is left, the kink on the axes for
-// e -> 2.
-std::vector<CurveNode> QuarterCurve(double e) {
-  using Gauss = boost::math::quadrature::gauss<double, 30>;
-  std::vector<CurveNode> nodes;
-  const auto add_node = [&](double v, double weight) {
-    const double t = 0.25 * std::numbers::pi * v * v * v;
-    const double dt = 0.75 * std::numbers::pi * v * v * weight;
-    const PNorm norm(std::cos(t), std::sin(t), 2.0 / e);
-    const double log_slope = (norm.by_y * std::cos(t) - norm.by_x * std::sin(t)) / norm.value;
-    const double c = std::cos(t) / norm.value;
-    const double s = std::sin(t) / norm.value;
-    const double dc = (-s - c * log_slope) * dt;
-    const double ds = (c - s * log_slope) * dt;
-    nodes.push_back({c, s, dc, ds});
-    nodes.push_back({s, c, ds, dc});  // the other half is the mirror image
-  };
-  for (std::size_t i = 0; i < Gauss::abscissa().size(); ++i) {
-    const double x = Gauss::abscissa()[i];
-    const double weight = 0.5 * Gauss::weights()[i];
-    add_node(0.5 * (1.0 + x), weight);
-    if (x != 0.0) {
-      add_node(0.5 * (1.0 - x), weight);
-    }
-  }
-  return nodes;
 }
 
 }  // namespace
@@ -129,22 +90,6 @@ double Superquadric::Volume() const {
   using Policy = boost::math::policies::policy<boost::math::policies::promote_double<false>>;
   const auto beta = [](double a, double b) { return boost::math::beta(a, b, Policy()); };
   return 2.0 * half_size.prod() * e1 * e2 * beta(0.5 * e1 + 1.0, e1) * beta(0.5 * e2, 0.5 * e2);
-}
-
-double Superquadric::SurfaceArea() const {
-  const auto [ax, ay, az] = std::array{half_size.x(), half_size.y(), half_size.z()};
-  const std::vector<CurveNode> profile = QuarterCurve(e1);
-  const std::vector<CurveNode> section = QuarterCurve(e2);
-  double octant = 0.0;
-  for (const CurveNode& p : profile) {
-    for (const CurveNode& q : section) {
-      // Cross product of the tangents of (ax p.c q.c, ay p.c q.s, az p.s).
-      const Eigen::Vector3d cross(-ay * az * p.ds * q.ds, ax * az * p.ds * q.dc,
-                                  ax * ay * p.dc * (q.c * q.ds - q.s * q.dc));
-      octant += p.c * cross.norm();
-    }
-  }
-  return 8.0 * octant;
 }
 
 PosedSuperquadric operator*(const Sim3d& S_new_map, const PosedSuperquadric& superquadric) {

@@ -49,8 +49,7 @@ struct Superquadric {
   Eigen::Vector3d SupportPoint(const Eigen::Vector3d& n_object) const;
   double SupportExtent(const Eigen::Vector3d& n_object) const;
 
-  double Volume() const;       // closed form with the Beta function (Jaklic et al. 2000)
-  double SurfaceArea() const;  // by quadrature of the parametric surface
+  double Volume() const;  // closed form with the Beta function (Jaklic et al. 2000)
 };
 
 // A superquadric placed in the map: the 11 parameters of the paper (roll and pitch are zero for objects that

@@ -13,7 +13,6 @@
 #include "slam/io/coco.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
-#include "slam/util/parse_number.h"
 #include "slam/util/text_lines.h"
 
 namespace sqslam {

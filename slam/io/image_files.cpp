@@ -13,7 +13,7 @@
 #include <string_view>
 
 #include "slam/util/error.h"
-#include "slam/util/parse_number.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;

@@ -8,7 +8,6 @@
 #include <string_view>
 
 #include "slam/util/error.h"
-#include "slam/util/parse_number.h"
 #include "slam/util/text_lines.h"
 
 namespace sqslam::ply {

@@ -17,7 +17,6 @@
 
 #include "slam/io/ply_header.h"
 #include "slam/util/error.h"
-#include "slam/util/parse_number.h"
 #include "slam/util/text_lines.h"
 
 namespace sqslam {

@@ -49,8 +49,7 @@ std::optional<PredictedSight> PredictSight(const PointAppearance& point, const C
 }
 
 bool MapPoint::IsSeenBy(KeyframeId keyframe) const {
-  return std::any_of(observations.begin(), observations.end(),
-                     [&](const Observation& o) { return o.keyframe == keyframe; });
+  return std::ranges::any_of(observations, [&](const Observation& o) { return o.keyframe == keyframe; });
 }
 
 std::vector<KeyframeId> Keyframe::BestCovisible(int count) const {
@@ -58,12 +57,9 @@ std::vector<KeyframeId> Keyframe::BestCovisible(int count) const {
   for (const auto& [other, weight] : covisibility) {
     sorted.emplace_back(weight, other);
   }
-  std::sort(sorted.begin(), sorted.end(), std::greater<>());
+  std::ranges::sort(sorted, std::greater<>());
   std::vector<KeyframeId> best;
-  for (const auto& [weight, other] : sorted) {
-    if (static_cast<int>(best.size()) == count) {
-      break;
-    }
+  for (const auto& [weight, other] : sorted | std::views::take(count)) {
     best.push_back(other);
   }
   return best;
@@ -98,7 +94,7 @@ PointId Map::AddPoint(const Eigen::Vector3d& p_map, KeyframeId first_keyframe) {
 
 void Map::AddObservation(PointId point, KeyframeId keyframe, int keypoint) {
   Point(point).observations.push_back({keyframe, keypoint});
-  At(keyframe).points[static_cast<std::size_t>(keypoint)] = point;
+  At(keyframe).points[keypoint] = point;
 }
 
 void Map::RemoveObservation(PointId point, KeyframeId keyframe) {
@@ -106,12 +102,12 @@ void Map::RemoveObservation(PointId point, KeyframeId keyframe) {
     return;
   }
   auto& observations = Point(point).observations;
-  const auto it = std::find_if(observations.begin(), observations.end(),
-                               [&](const Observation& o) { return o.keyframe == keyframe; });
+  const auto it =
+      std::ranges::find_if(observations, [&](const Observation& o) { return o.keyframe == keyframe; });
   if (it == observations.end()) {
     return;
   }
-  At(keyframe).points[static_cast<std::size_t>(it->keypoint)] = kNoPoint;
+  At(keyframe).points[it->keypoint] = kNoPoint;
   observations.erase(it);
   if (observations.size() < 2) {
     RemovePoint(point);
@@ -123,7 +119,7 @@ void Map::RemovePoint(PointId id) {
     return;
   }
   for (const Observation& o : Point(id).observations) {
-    At(o.keyframe).points[static_cast<std::size_t>(o.keypoint)] = kNoPoint;
+    At(o.keyframe).points[o.keypoint] = kNoPoint;
   }
   points_.Remove(id);
 }
@@ -137,7 +133,7 @@ void Map::Fuse(PointId dropped, PointId kept) {
   Point(kept).found += Point(dropped).found;
   points_.Remove(dropped, kept);
   for (const Observation& o : moved) {
-    At(o.keyframe).points[static_cast<std::size_t>(o.keypoint)] = kNoPoint;
+    At(o.keyframe).points[o.keypoint] = kNoPoint;
     if (!Point(kept).IsSeenBy(o.keyframe)) {
       AddObservation(kept, o.keyframe, o.keypoint);
     }
@@ -157,11 +153,8 @@ void Map::RemoveKeyframe(KeyframeId id) {
   const Keyframe& anchor = At(parent);
   removed_[id] = {{parent, keyframe.T_camera_map * anchor.T_camera_map.Inverse(), anchor.scale},
                   keyframe.scale};
-  const std::vector<PointId> points = keyframe.points;
-  for (const PointId point : points) {
-    if (point != kNoPoint) {
-      RemoveObservation(point, id);
-    }
+  for (const PointId point : std::vector(keyframe.points)) {
+    RemoveObservation(point, id);
   }
   for (const auto& [other, weight] : At(id).covisibility) {
     At(other).covisibility.erase(id);
@@ -181,11 +174,11 @@ void Map::UpdateAppearance(PointId id) {
   MapPoint& point = Point(id);
   std::vector<const Descriptor*> descriptors;
   for (const Observation& o : point.observations) {
-    descriptors.push_back(&At(o.keyframe).features->descriptors[static_cast<std::size_t>(o.keypoint)]);
+    descriptors.push_back(&At(o.keyframe).features->descriptors[o.keypoint]);
   }
   point.descriptor = MedianDescriptor(descriptors);
   const Observation& first = point.observations.front();
-  point.rgb = At(first.keyframe).features->colors[static_cast<std::size_t>(first.keypoint)];
+  point.rgb = At(first.keyframe).features->colors[first.keypoint];
   UpdateNormalAndRange(id);
 }
 
@@ -202,22 +195,16 @@ void Map::UpdateNormalAndRange(PointId id) {
   }
   point.normal = normal.normalized();
   const Observation& first = point.observations.front();
-  const Keyframe& keyframe = At(first.keyframe);
-  const double distance = (point.p_map - keyframe.Center()).norm();
-  const int octave = keyframe.features->keypoints[static_cast<std::size_t>(first.keypoint)].octave;
-  const double at_level_zero = distance * levels_.Scale(octave);
-  point.level_zero_distance = at_level_zero;
-  point.max_distance = kSlack * at_level_zero;
-  point.min_distance = at_level_zero / levels_.Scale(levels_.Count() - 1) / kSlack;
+  const double distance = (point.p_map - At(first.keyframe).Center()).norm();
+  point.level_zero_distance = distance * levels_.Scale(KeypointOf(first).octave);
+  point.max_distance = kSlack * point.level_zero_distance;
+  point.min_distance = point.level_zero_distance / levels_.Scale(levels_.Count() - 1) / kSlack;
 }
 
 void Map::UpdateCovisibility(KeyframeId id) {
   Keyframe& keyframe = At(id);
   std::map<KeyframeId, int> shared;
-  for (const PointId point : keyframe.points) {
-    if (point == kNoPoint) {
-      continue;
-    }
+  for (const PointId point : keyframe.SeenPoints()) {
     for (const Observation& o : Point(point).observations) {
       if (o.keyframe != id) {
         ++shared[o.keyframe];
@@ -231,8 +218,7 @@ void Map::UpdateCovisibility(KeyframeId id) {
   if (shared.empty()) {
     return;
   }
-  const auto most = std::max_element(shared.begin(), shared.end(),
-                                     [](const auto& a, const auto& b) { return a.second < b.second; });
+  const auto most = std::ranges::max_element(shared, {}, &std::pair<const KeyframeId, int>::second);
   for (const auto& [other, weight] : shared) {
     if (weight >= kMinSharedPoints || other == most->first) {
       keyframe.covisibility[other] = weight;
@@ -280,6 +266,27 @@ ScaledPose Map::PoseOf(KeyframeId id) const {
   ScaledPose pose = sqslam::Resolve(removed.pose, parent);
   pose.scale = removed.scale * parent.scale / removed.pose.scale;
   return pose;
+}
+
+TrackingView MakeTrackingView(const Map& map) {
+  constexpr int kNeighbours = 10;
+  constexpr std::size_t kWellObserved = 3;
+  TrackingView view;
+  for (const auto& [id, keyframe] : map.Keyframes()) {
+    view.keyframes[id] = {id,
+                          keyframe.Pose(),
+                          keyframe.features,
+                          keyframe.words,
+                          keyframe.points,
+                          keyframe.BestCovisible(kNeighbours)};
+  }
+  for (const auto& [id, removed] : map.Removed()) {
+    view.removed_poses[id] = map.PoseOf(id);
+  }
+  view.points = map.Points().Map<ViewPoint>([](const MapPoint& point) {
+    return ViewPoint{point, point.observations.size() >= kWellObserved};
+  });
+  return view;
 }
 
 }  // namespace sqslam

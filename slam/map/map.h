@@ -5,7 +5,7 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <string>
+#include <ranges>
 #include <vector>
 
 #include "slam/features/frame_features.h"
@@ -13,7 +13,7 @@
 #include "slam/geometry/camera.h"
 #include "slam/geometry/rigid3.h"
 #include "slam/map/point_table.h"
-#include "slam/recognition/bag_of_words.h"
+#include "slam/recognition/vocabulary.h"
 
 namespace sqslam {
 
@@ -104,6 +104,11 @@ struct Keyframe {
   ScaledPose Pose() const { return {T_camera_map, scale}; }
   Eigen::Vector3d Center() const { return T_camera_map.Inverse().translation; }
 
+  // The map points that it shows.
+  auto SeenPoints() const {
+    return points | std::views::filter([](PointId point) { return point != kNoPoint; });
+  }
+
   // The `count` most covisible keyframes, best first.
   std::vector<KeyframeId> BestCovisible(int count) const;
 };
@@ -135,9 +140,6 @@ class Map {
 
   // Moves the whole map: p_new = S_new_old * p_old.
   void Transform(const Sim3d& S_new_old);
-  void Transform(const Rigid3d& T_new_old) {
-    Transform(Sim3d{1.0, T_new_old.rotation, T_new_old.translation});
-  }
 
   // Takes over all that another map of the same IdSource holds, which must be in this map's frame already.
   void Absorb(Map&& other);
@@ -148,6 +150,10 @@ class Map {
   MapPoint& Point(PointId id) { return points_.At(id); }  // must be alive
   const MapPoint& Point(PointId id) const { return points_.At(id); }
   bool IsAlive(PointId id) const { return points_.IsAlive(id); }
+
+  const Keypoint& KeypointOf(const Observation& o) const {
+    return At(o.keyframe).features->keypoints[o.keypoint];
+  }
 
   // Follows fusions; kNoPoint where the point is gone.
   PointId Resolve(PointId id) const { return points_.Resolve(id); }
@@ -176,5 +182,59 @@ class Map {
   std::map<KeyframeId, RemovedKeyframe> removed_;
   PointTable<MapPoint> points_;
 };
+
+struct ObjectMapView;  // slam/objects/object_types.h
+
+// A map point as far as the tracking thread needs it.
+struct ViewPoint : PointAppearance {
+  bool well_observed = false;  // by three keyframes or more
+};
+
+struct ViewKeyframe {
+  KeyframeId id = kNoKeyframe;
+  ScaledPose pose;
+  FrameFeaturesPtr features;
+  BagOfWordsPtr words;
+  std::vector<PointId> points;
+  std::vector<KeyframeId> covisible;  // best first
+};
+
+// An immutable copy of one submap for the tracking thread, published by the mapping thread after each of its
+// steps, so that neither ever waits for the other.
+struct TrackingView {
+  std::int64_t submap = 0;
+  std::map<KeyframeId, ViewKeyframe> keyframes;
+  std::map<KeyframeId, ScaledPose> removed_poses;  // poses of culled keyframes
+  PointTable<ViewPoint> points;
+  bool gravity_known = false;
+  std::shared_ptr<const ObjectMapView> objects;
+
+  PointId Resolve(PointId id) const { return points.Resolve(id); }
+  bool Has(PointId id) const { return points.IsAlive(id); }
+  const ViewPoint& Point(PointId id) const { return points.At(id); }
+  bool Knows(KeyframeId id) const { return keyframes.contains(id) || removed_poses.contains(id); }
+  ScaledPose PoseOf(KeyframeId id) const {
+    const auto it = keyframes.find(id);
+    return it != keyframes.end() ? it->second.pose : removed_poses.at(id);
+  }
+};
+
+using TrackingViewPtr = std::shared_ptr<const TrackingView>;
+
+TrackingView MakeTrackingView(const Map& map);
+
+// All submaps of a run. A submap begins where tracking is lost and not found again; it is dormant while
+// another one is tracked, and ends when it is merged into an older one.
+struct AtlasView {
+  // A submap's fate: the one that holds its content now, and the motion of its frame.
+  struct Origin {
+    std::int64_t submap = 0;
+    Sim3d S_map_origin;  // from the frame in which it began to the present frame of `submap`
+  };
+  std::map<std::int64_t, TrackingViewPtr> submaps;
+  std::map<std::int64_t, Origin> origins;  // by number, of every submap that ever began
+};
+
+using AtlasViewPtr = std::shared_ptr<const AtlasView>;
 
 }  // namespace sqslam

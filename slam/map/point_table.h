@@ -42,14 +42,14 @@ class PointTable {
       values_.push_back(std::move(value));
     } else {
       Entry(id) = free_.back();
-      values_[static_cast<std::size_t>(free_.back())] = std::move(value);
+      values_[free_.back()] = std::move(value);
       free_.pop_back();
     }
   }
 
   void Remove(PointId id, PointId replaced_by = kNoPoint) {
     const std::int64_t slot = Entry(id);
-    values_[static_cast<std::size_t>(slot)] = Value{};
+    values_[slot] = Value{};
     free_.push_back(slot);
     Entry(id) = replaced_by == kNoPoint ? kGone : kFirstReplaced - replaced_by;
   }
@@ -62,7 +62,7 @@ class PointTable {
     for (std::size_t i = 0; i < other.entries_.size(); ++i) {
       const std::int64_t entry = other.entries_[i];
       if (entry >= 0) {
-        Add(static_cast<PointId>(i), std::move(other.values_[static_cast<std::size_t>(entry)]));
+        Add(static_cast<PointId>(i), std::move(other.values_[entry]));
       } else if (entry <= kFirstReplaced && entries_[i] == kGone) {
         entries_[i] = entry;
       }
@@ -71,18 +71,15 @@ class PointTable {
   }
 
   bool IsAlive(PointId id) const {
-    return id >= 0 && id < static_cast<PointId>(entries_.size()) &&
-           entries_[static_cast<std::size_t>(id)] >= 0;
+    return id >= 0 && id < static_cast<PointId>(entries_.size()) && entries_[id] >= 0;
   }
-  Value& At(PointId id) { return values_[static_cast<std::size_t>(Entry(id))]; }
-  const Value& At(PointId id) const {
-    return values_[static_cast<std::size_t>(entries_[static_cast<std::size_t>(id)])];
-  }
+  Value& At(PointId id) { return values_[Entry(id)]; }
+  const Value& At(PointId id) const { return values_[entries_[id]]; }
 
   // Follows replacements; kNoPoint where the value is gone.
   PointId Resolve(PointId id) const {
     while (id >= 0 && id < static_cast<PointId>(entries_.size())) {
-      const std::int64_t entry = entries_[static_cast<std::size_t>(id)];
+      const std::int64_t entry = entries_[id];
       if (entry >= 0) {
         return id;
       }
@@ -139,7 +136,7 @@ class PointTable {
   static constexpr std::int64_t kGone = -1;
   static constexpr std::int64_t kFirstReplaced = -2;  // -2 - id: replaced by id
 
-  std::int64_t& Entry(PointId id) { return entries_[static_cast<std::size_t>(id)]; }
+  std::int64_t& Entry(PointId id) { return entries_[id]; }
 
   std::vector<std::int64_t> entries_;  // by id: index into values_, or kGone, or a replacement
   std::vector<Value> values_;

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <map>
+#include <set>
 #include <utility>
 
 namespace sqslam {
@@ -34,19 +35,19 @@ void BackgroundAdjustment::Stop() {
 }
 
 void ApplyAdjustment(BundleProblem problem, const Sim3d& S_now_then, Map& map) {
-  for (BundlePose& pose : problem.poses) {
-    pose.T_camera_map = MoveCamera(pose.T_camera_map, S_now_then);
-  }
-  for (BundlePoint& point : problem.points) {
-    point.p_map = S_now_then * point.p_map;
-  }
   std::map<KeyframeId, Rigid3d> before;
   for (const auto& [id, keyframe] : map.Keyframes()) {
     before[id] = keyframe.T_camera_map;
   }
   std::map<KeyframeId, Rigid3d> after;
-  for (const BundlePose& pose : problem.poses) {
+  for (BundlePose& pose : problem.poses) {
+    pose.T_camera_map = MoveCamera(pose.T_camera_map, S_now_then);
     after[pose.id] = pose.T_camera_map;
+  }
+  std::set<PointId> adjusted;
+  for (BundlePoint& point : problem.points) {
+    point.p_map = S_now_then * point.p_map;
+    adjusted.insert(point.id);
   }
   // Parents are older than their children, so that one pass in the order of ids carries all along.
   for (const auto& [id, T_camera_map] : before) {
@@ -55,10 +56,6 @@ void ApplyAdjustment(BundleProblem problem, const Sim3d& S_now_then, Map& map) {
       after[id] = T_camera_map * before.at(parent).Inverse() * after.at(parent);
       map.At(id).T_camera_map = after[id];
     }
-  }
-  std::map<PointId, bool> adjusted;
-  for (const BundlePoint& point : problem.points) {
-    adjusted[point.id] = true;
   }
   for (const MapPoint& const_point : map.Points()) {
     const KeyframeId carrier = const_point.observations.front().keyframe;

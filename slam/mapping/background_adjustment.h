@@ -5,7 +5,7 @@
 #include <future>
 #include <optional>
 
-#include "slam/estimation/bundle_problem.h"
+#include "slam/estimation/bundle_adjustment.h"
 
 namespace sqslam {
 

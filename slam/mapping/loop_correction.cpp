@@ -1,9 +1,9 @@
 #include "slam/mapping/loop_correction.h"
 
 #include <algorithm>
+#include <map>
+#include <ranges>
 #include <vector>
-
-#include "slam/mapping/fusion.h"
 
 namespace sqslam {
 namespace {
@@ -12,10 +12,8 @@ using Similarities = std::map<KeyframeId, Sim3d>;  // S_camera_map by keyframe
 
 std::vector<KeyframeId> Group(const Map& map, KeyframeId current) {
   std::vector<KeyframeId> group{current};
-  for (const auto& [id, weight] : map.At(current).covisibility) {
-    group.push_back(id);
-  }
-  std::sort(group.begin(), group.end());
+  std::ranges::copy(std::views::keys(map.At(current).covisibility), std::back_inserter(group));
+  std::ranges::sort(group);
   return group;
 }
 
@@ -67,8 +65,8 @@ Carriers FindCarriers(const Map& map, const Similarities& group, const Carriers&
   return carriers;
 }
 
-void AddEdge(const Similarities& measured, KeyframeId i, KeyframeId j,
-             std::set<std::pair<KeyframeId, KeyframeId>>& seen, std::vector<PoseGraphEdge>& edges) {
+void AddEdge(const Similarities& measured, KeyframeId i, KeyframeId j, LoopEdges& seen,
+             std::vector<PoseGraphEdge>& edges) {
   if (measured.contains(i) && measured.contains(j) && seen.insert(std::minmax(i, j)).second) {
     edges.push_back({i, j, measured.at(j) * measured.at(i).Inverse(), 1.0});
   }
@@ -78,7 +76,7 @@ void AddEdge(const Similarities& measured, KeyframeId i, KeyframeId j,
 std::vector<PoseGraphEdge> EssentialGraph(const Map& map, const Similarities& before,
                                           const Similarities& corrected, const LoopEdges& new_links,
                                           const LoopEdges& loop_edges, const LoopOptions& options) {
-  std::set<std::pair<KeyframeId, KeyframeId>> seen;
+  LoopEdges seen;
   std::vector<PoseGraphEdge> edges;
   for (const auto& [i, j] : new_links) {
     AddEdge(corrected, i, j, seen, edges);
@@ -126,7 +124,7 @@ void FuseLoop(Map& map, const Camera& camera, const LoopCandidate& loop, const L
     if (!map.IsAlive(point)) {
       continue;
     }
-    const PointId present = map.At(loop.current).points[static_cast<std::size_t>(keypoint)];
+    const PointId present = map.At(loop.current).points[keypoint];
     if (present != kNoPoint) {
       map.Fuse(present, point);
     } else if (!map.Point(point).IsSeenBy(loop.current)) {
@@ -172,10 +170,8 @@ void CorrectLoop(Map& map, const Camera& camera, const LoopCandidate& loop, cons
   MoveMap(map, before, group, moved);
   FuseLoop(map, camera, loop, options);
 
-  Similarities corrected = before;
-  for (const auto& [id, S] : group) {
-    corrected[id] = S;
-  }
+  Similarities corrected = group;
+  corrected.insert(before.begin(), before.end());
   const LoopEdges new_links = NewLinks(map, group, covisibility_before, loop);
   std::vector<PoseGraphNode> nodes;
   for (const auto& [id, S_camera_map] : corrected) {
@@ -190,9 +186,8 @@ void CorrectLoop(Map& map, const Camera& camera, const LoopCandidate& loop, cons
   for (const PoseGraphNode& node : nodes) {
     from[node.id] = Sim3d::FromRigid(map.At(node.id).T_camera_map);
     const double written = group.contains(node.id) ? group.at(node.id).scale : 1.0;
-    to[node.id] = node.S_camera_map;
-    to[node.id].scale /= written;
-    to[node.id].translation /= written;
+    to[node.id] = {node.S_camera_map.scale / written, node.S_camera_map.rotation,
+                   node.S_camera_map.translation / written};
   }
   MoveMap(map, from, to, FindCarriers(map, from, moved));
 }

@@ -1,18 +1,11 @@
 #pragma once
 
-#include <map>
-#include <set>
-#include <utility>
-
 #include "slam/geometry/camera.h"
 #include "slam/map/map.h"
-#include "slam/mapping/mapping_options.h"
+#include "slam/mapping/local_mapping.h"
 #include "slam/mapping/place_recognizer.h"
 
 namespace sqslam {
-
-// Pairs of keyframes that a closed loop ties; they stay edges of every later pose graph.
-using LoopEdges = std::set<std::pair<KeyframeId, KeyframeId>>;
 
 // Closes a loop within one map (ORB-SLAM, Mur-Artal et al. 2015, VII C-D): moves the current keyframe and its
 // neighbours to their poses as seen from the known keyframe, fuses the points that both sides see, and

@@ -4,9 +4,7 @@
 #include <set>
 
 #include "slam/estimation/bundle_adjustment.h"
-#include "slam/mapping/culling.h"
-#include "slam/mapping/fusion.h"
-#include "slam/mapping/new_points.h"
+#include "slam/mapping/local_mapping.h"
 
 namespace sqslam {
 
@@ -47,12 +45,18 @@ void Mapper::MapKeyframe(const TrackingReport& report, bool begins) {
     outputs_.publish_snapshot(MakeSnapshot());  // two keyframes are better than none if the run ends here
   }
   OptimizeLocally(newest);
-  CullRedundant(newest);
+  for (const KeyframeId culled :
+       CullKeyframes(active_->Map(), newest, options_.mapping.culling, loop_edges_)) {
+    places_.Remove(culled);
+  }
   const bool adjusted = TakeAdjustment();  // first: a loop that is closed makes it out of date
   const bool moved_everywhere = CloseLoop(newest) || adjusted;
   KeepUpright(false);
   active_->RefineFrames(camera_, options_.tracking.min_inliers, kMatchedFrames);
-  MapObjects(moved_everywhere);
+  {
+    const StageTimes::Scope objects_timer(times_, "mapping.objects");
+    active_->MapObjects(camera_, moved_everywhere);
+  }
   PublishView();
   TrackBacklog();
   outputs_.publish_snapshot(MakeSnapshot());
@@ -82,9 +86,7 @@ Submap* Mapper::Activate(const TrackingReport& report) {
 
 void Mapper::RecordFrame(TrackingReport& report) {
   if (!objects_seen_ && !report.objects) {
-    shown_.frame_index = report.frame_index;
-    shown_.timestamp = report.timestamp;
-    shown_.image_path = report.image_path;
+    static_cast<FrameStamp&>(shown_) = report;
   }
   tracked_points_ = report.pose ? static_cast<int>(report.matches.size()) : 0;
   tracking_ms_ += report.tracking_ms;
@@ -186,18 +188,6 @@ void Mapper::OptimizeLocally(KeyframeId keyframe) {
   }
 }
 
-void Mapper::CullRedundant(KeyframeId keyframe) {
-  for (const KeyframeId culled :
-       CullKeyframes(active_->Map(), keyframe, options_.mapping.culling, loop_edges_)) {
-    places_.Remove(culled);
-  }
-}
-
-void Mapper::MapObjects(bool all) {
-  const StageTimes::Scope timer(times_, "mapping.objects");
-  active_->MapObjects(camera_, all);
-}
-
 void Mapper::KeepUpright(bool last) {
   if (const std::optional<Rigid3d> T_new_old = active_->KeepUpright(last)) {
     MoveOrigins(active_->Number(), Sim3d::FromRigid(*T_new_old), active_->Number());
@@ -225,27 +215,32 @@ void Mapper::TrackBacklog() {
 }
 
 bool Mapper::IsAnywhere(std::int64_t frame_index) const {
-  return std::any_of(submaps_.begin(), submaps_.end(),
-                     [&](const auto& entry) { return entry.second.HasFrame(frame_index); });
+  return std::ranges::any_of(submaps_, [&](const auto& entry) { return entry.second.HasFrame(frame_index); });
+}
+
+// The last bundle adjustments of the active submap.
+void Mapper::OptimizeGlobally(bool with_objects) {
+  const MappingOptions& options = options_.mapping;
+  if (options.final_iterations == 0 || active_->Map().Keyframes().size() <= 2) {
+    return;
+  }
+  const std::vector<ObjectTerm> terms =
+      with_objects ? active_->ObjectTerms(options.joint_objects) : std::vector<ObjectTerm>();
+  const BundleAdjustmentReport report =
+      GlobalBundleAdjustment(active_->Map(), camera_, options.final_iterations, options.bundle_adjustment,
+                             {terms, options.joint_objects});
+  active_->CorrectObjects(report.objects, camera_);
 }
 
 void Mapper::FinishSubmap(Submap& submap) {
   active_ = &submap;
-  if (options_.mapping.final_iterations > 0 && submap.Map().Keyframes().size() > 2) {
-    GlobalBundleAdjustment(submap.Map(), camera_, options_.mapping.final_iterations,
-                           options_.mapping.bundle_adjustment);
-  }
+  OptimizeGlobally(false);
   LearnFrom(submap);
   submap.RefineFrames(camera_, options_.tracking.min_inliers);
   KeepUpright(true);
   submap.MapObjects(camera_, true);
-  const JointObjectOptions& joint = options_.mapping.joint_objects;
-  if (joint.Final() && options_.mapping.final_iterations > 0 && submap.Map().Keyframes().size() > 2) {
-    const std::vector<ObjectTerm> terms = submap.ObjectTerms(joint);
-    const BundleAdjustmentReport report =
-        GlobalBundleAdjustment(submap.Map(), camera_, options_.mapping.final_iterations,
-                               options_.mapping.bundle_adjustment, {terms, joint});
-    submap.CorrectObjects(report.objects, camera_);
+  if (options_.mapping.joint_objects.Final()) {
+    OptimizeGlobally(true);
   }
 }
 
@@ -270,8 +265,8 @@ std::vector<FinishedMap> Mapper::Finish() {
   for (auto& [number, submap] : submaps_) {
     ranked.push_back(&submap);
   }
-  std::stable_sort(ranked.begin(), ranked.end(),
-                   [](const Submap* a, const Submap* b) { return a->NumFrames() > b->NumFrames(); });
+  std::ranges::stable_sort(ranked,
+                           [](const Submap* a, const Submap* b) { return a->NumFrames() > b->NumFrames(); });
   std::vector<FinishedMap> finished;
   for (Submap* submap : ranked) {
     const auto keyframes = static_cast<int>(submap->Map().Keyframes().size());
@@ -294,15 +289,14 @@ void Mapper::PublishView() {
 
 SnapshotProgress Mapper::TakeProgress() {
   using Milliseconds = std::chrono::duration<double, std::milli>;
-  SnapshotProgress progress;
-  progress.tracked_points = tracked_points_;
-  progress.tracking_ms = tracking_ms_ / std::max(tracking_count_, 1);
-  progress.mapping_ms =
+  const double mapping_ms =
       step_start_ ? Milliseconds(std::chrono::steady_clock::now() - *step_start_).count() : 0.0;
-  progress.counters = counters_;
-  tracking_ms_ = 0.0;
-  tracking_count_ = 0;
-  return progress;
+  const double tracking_ms =
+      std::exchange(tracking_ms_, 0.0) / std::max(std::exchange(tracking_count_, 0), 1);
+  return {.tracked_points = tracked_points_,
+          .tracking_ms = tracking_ms,
+          .mapping_ms = mapping_ms,
+          .counters = counters_};
 }
 
 MapSnapshotPtr Mapper::MakeSnapshot() {

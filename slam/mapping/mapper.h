@@ -53,12 +53,11 @@ class Mapper {
   KeyframeId AddKeyframe(const TrackingReport& report);
   void CountReturn(KeyframeId keyframe);
   void OptimizeLocally(KeyframeId keyframe);
-  void CullRedundant(KeyframeId keyframe);
+  void OptimizeGlobally(bool with_objects);
   bool CloseLoop(KeyframeId keyframe);
   void MergeSubmaps(const LoopCandidate& loop, Submap& known);
   void AdjustInBackground();
   bool TakeAdjustment();
-  void MapObjects(bool all);
   void KeepUpright(bool last);
   void MoveOrigins(std::int64_t submap, const Sim3d& S_new_old, std::int64_t new_submap);
   void TrackBacklog();

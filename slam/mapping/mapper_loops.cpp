@@ -26,9 +26,8 @@ bool Mapper::CloseLoop(KeyframeId keyframe) {
   }
   adjustment_.Stop();
   last_loop_ = keyframe;
-  const auto known = std::find_if(submaps_.begin(), submaps_.end(), [&](const auto& entry) {
-    return entry.second.Map().HasKeyframe(loop->known);
-  });
+  const auto known = std::ranges::find_if(
+      submaps_, [&](const auto& entry) { return entry.second.Map().HasKeyframe(loop->known); });
   if (&known->second == active_) {
     CorrectLoop(active_->Map(), camera_, *loop, options, loop_edges_);
     ++counters_.loops;

@@ -17,8 +17,7 @@ struct NewPointOptions {
   double max_parallax_cos = 0.9998;  // cosine of the angle between two rays above which no point is made
   double ratio_factor = 1.5;         // slack of the scale consistency test, in pyramid factors
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("neighbours", neighbours, 1, 100);
     visit("min_baseline", min_baseline, 0.0, 1.0);
     visit("max_parallax_cos", max_parallax_cos, 0.9, 1.0);
@@ -33,8 +32,7 @@ struct CullingOptions {
   double redundant_share = 0.9;  // a keyframe is redundant when so many of its points ...
   int redundant_observations = 3;  // ... are seen by so many others at the same or a finer scale
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("min_found_ratio", min_found_ratio, 0.0, 1.0);
     visit("min_observations", min_observations, 2, 20);
     visit("redundant_share", redundant_share, 0.5, 1.0);
@@ -47,8 +45,7 @@ struct FusionOptions {
   int second_neighbours = 5;  // covisible keyframes of each of them
   double radius = 3.0;        // px at level 0
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("neighbours", neighbours, 1, 100);
     visit("second_neighbours", second_neighbours, 0, 100);
     visit("radius", radius, 0.5, 50.0);
@@ -67,8 +64,7 @@ struct LoopOptions {
   PoseGraphOptions pose_graph;
   int bundle_iterations = 10;  // iterations of the full bundle adjustment in the background after it; 0: none
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("close", close);
     visit("rest", rest, 0, 1000);
     visit("max_candidates", max_candidates, 1, 100);
@@ -94,8 +90,7 @@ struct MappingOptions {
       10;  // iterations of the bundle adjustment over the whole map at the end of a run; 0: none
   int min_submap_keyframes = 5;  // a submap with fewer is dropped at the end, unless there is no other
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("new_points", new_points);
     visit("fusion", fusion);
     visit("culling", culling);

@@ -4,12 +4,18 @@
 #include <set>
 
 #include "slam/features/matching.h"
-#include "slam/mapping/fusion.h"
+#include "slam/mapping/local_mapping.h"
 
 namespace sqslam {
 namespace {
 
 constexpr int kNeighbours = 10;  // covisible with the known keyframe, whose points are looked for too
+
+// The one that has the keyframe; null: none.
+const Map* MapOf(const std::vector<const Map*>& maps, KeyframeId id) {
+  const auto it = std::ranges::find_if(maps, [&](const Map* map) { return map->HasKeyframe(id); });
+  return it != maps.end() ? *it : nullptr;
+}
 
 // Pairs of map points that look the same in the two keyframes.
 std::vector<Sim3Match> MatchPoints(const Map& map, const Keyframe& current, const Map& known_map,
@@ -43,21 +49,16 @@ void PlaceRecognizer::Add(Keyframe& keyframe) {
   }
 }
 
-std::vector<PlaceRecognizer::Candidate> PlaceRecognizer::FindCandidates(const std::vector<const Map*>& maps,
-                                                                        const Keyframe& current) const {
-  const auto map_of = [&](KeyframeId id) {
-    const auto it =
-        std::find_if(maps.begin(), maps.end(), [&](const Map* map) { return map->HasKeyframe(id); });
-    return it != maps.end() ? *it : nullptr;
-  };
+std::vector<PlaceCandidate> PlaceRecognizer::FindCandidates(const std::vector<const Map*>& maps,
+                                                            const Keyframe& current) const {
   PlaceQuery query;
   query.bow = current.words.get();
   query.max_candidates = options_.max_candidates;
   query.exclude = [&](KeyframeId id) {
-    return id == current.id || current.covisibility.contains(id) || map_of(id) == nullptr;
+    return id == current.id || current.covisibility.contains(id) || MapOf(maps, id) == nullptr;
   };
   query.covisible = [&](KeyframeId id) {
-    const Map* map = map_of(id);
+    const Map* map = MapOf(maps, id);
     return map != nullptr ? map->At(id).BestCovisible(kNeighbours) : std::vector<KeyframeId>{};
   };
   // The same place should look no less alike than a neighbour from which the map does know it.
@@ -67,11 +68,7 @@ std::vector<PlaceRecognizer::Candidate> PlaceRecognizer::FindCandidates(const st
     query.min_score = std::min(query.min_score, words ? Similarity(*current.words, *words) : 0.0);
   }
   query.min_score = current.covisibility.empty() ? 0.0 : query.min_score;
-  std::vector<Candidate> candidates;
-  for (const PlaceCandidate& candidate : index_.Query(query)) {
-    candidates.push_back({map_of(candidate.id), candidate.id});
-  }
-  return candidates;
+  return index_.Query(query);
 }
 
 std::optional<LoopCandidate> PlaceRecognizer::Recognize(const std::vector<const Map*>& maps,
@@ -80,8 +77,9 @@ std::optional<LoopCandidate> PlaceRecognizer::Recognize(const std::vector<const 
   if (!keyframe.words) {
     return std::nullopt;
   }
-  for (const Candidate& candidate : FindCandidates(maps, keyframe)) {
-    if (auto loop = Verify(*maps.front(), keyframe, candidate)) {
+  for (const PlaceCandidate& candidate : FindCandidates(maps, keyframe)) {
+    const Map& known_map = *MapOf(maps, candidate.id);
+    if (auto loop = Verify(*maps.front(), keyframe, known_map, known_map.At(candidate.id))) {
       return loop;
     }
   }
@@ -89,9 +87,7 @@ std::optional<LoopCandidate> PlaceRecognizer::Recognize(const std::vector<const 
 }
 
 std::optional<LoopCandidate> PlaceRecognizer::Verify(const Map& map, const Keyframe& current,
-                                                     const Candidate& candidate) const {
-  const Map& known_map = *candidate.map;
-  const Keyframe& known = known_map.At(candidate.id);
+                                                     const Map& known_map, const Keyframe& known) const {
   const std::vector<Sim3Match> matches = MatchPoints(map, current, known_map, known);
   if (static_cast<int>(matches.size()) < options_.min_matches) {
     return std::nullopt;
@@ -128,8 +124,8 @@ void PlaceRecognizer::Confirm(const Keyframe& current, const Map& known_map, dou
   for (const PointId id : loop.known_points) {
     const int keypoint = FindKeypoint(known_map.Levels(), camera_, T_current_known_map, *current.features,
                                       known_map.Point(id), search);
-    if (keypoint >= 0 && !taken[static_cast<std::size_t>(keypoint)]) {
-      taken[static_cast<std::size_t>(keypoint)] = true;
+    if (keypoint >= 0 && !taken[keypoint]) {
+      taken[keypoint] = true;
       loop.confirmed.emplace_back(id, keypoint);
     }
   }

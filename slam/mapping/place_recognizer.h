@@ -39,13 +39,10 @@ class PlaceRecognizer {
   std::optional<LoopCandidate> Recognize(const std::vector<const Map*>& maps, KeyframeId current) const;
 
  private:
-  struct Candidate {
-    const Map* map = nullptr;
-    KeyframeId id = kNoKeyframe;
-  };
-  std::vector<Candidate> FindCandidates(const std::vector<const Map*>& maps, const Keyframe& current) const;
-  std::optional<LoopCandidate> Verify(const Map& map, const Keyframe& current,
-                                      const Candidate& candidate) const;
+  std::vector<PlaceCandidate> FindCandidates(const std::vector<const Map*>& maps,
+                                             const Keyframe& current) const;
+  std::optional<LoopCandidate> Verify(const Map& map, const Keyframe& current, const Map& known_map,
+                                      const Keyframe& known) const;
   void Confirm(const Keyframe& current, const Map& known_map, double radius, LoopCandidate& loop) const;
 
   Camera camera_;

@@ -57,7 +57,7 @@ std::optional<Rigid3d> Submap::FramePose(std::int64_t index) const {
 std::optional<Rigid3d> Submap::KeepUpright(bool last) {
   const std::optional<Rigid3d> T_new_old = upright_.Update(*map_, objects_.View()->landmarks, last);
   if (T_new_old) {
-    Transform({1.0, T_new_old->rotation, T_new_old->translation});
+    Transform(Sim3d::FromRigid(*T_new_old));
   }
   return T_new_old;
 }

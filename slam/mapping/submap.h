@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "slam/estimation/bundle_problem.h"
+#include "slam/estimation/bundle_adjustment.h"
 #include "slam/io/trajectory.h"
-#include "slam/map/tracking_view.h"
+#include "slam/map/map.h"
 #include "slam/mapping/mapping_options.h"
 #include "slam/mapping/upright.h"
 #include "slam/objects/object_mapper.h"

@@ -12,7 +12,7 @@ void PlaceIndex::Add(PlaceId id, const BagOfWords& bow) {
   } else {
     slot = free_slots_.back();
     free_slots_.pop_back();
-    keyframes_[static_cast<std::size_t>(slot)] = id;
+    keyframes_[slot] = id;
   }
   slots_[id] = slot;
   const auto before = static_cast<std::ptrdiff_t>(postings_.size());
@@ -30,7 +30,7 @@ void PlaceIndex::Remove(PlaceId id) {
   }
   const int slot = found->second;
   std::erase_if(postings_, [slot](const Posting& posting) { return posting.slot == slot; });
-  keyframes_[static_cast<std::size_t>(slot)] = kNoPlace;
+  keyframes_[slot] = kNoPlace;
   free_slots_.push_back(slot);
   slots_.erase(found);
 }
@@ -46,7 +46,7 @@ std::vector<PlaceCandidate> PlaceIndex::SimilarKeyframes(const PlaceQuery& query
     posting = std::lower_bound(posting, postings_.end(), entry.word,
                                [](const Posting& p, WordId word) { return p.word < word; });
     for (; posting != postings_.end() && posting->word == entry.word; ++posting) {
-      Shared& with = shared[static_cast<std::size_t>(posting->slot)];
+      Shared& with = shared[posting->slot];
       ++with.words;
       with.score += static_cast<double>(std::min(entry.weight, posting->weight));
     }
@@ -65,7 +65,7 @@ std::vector<PlaceCandidate> PlaceIndex::SimilarKeyframes(const PlaceQuery& query
       similar.push_back({keyframes_[slot], shared[slot].score, shared[slot].score});
     }
   }
-  std::sort(similar.begin(), similar.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
+  std::ranges::sort(similar, {}, &PlaceCandidate::id);
   return similar;
 }
 
@@ -96,13 +96,13 @@ std::vector<PlaceCandidate> PlaceIndex::Query(const PlaceQuery& query) const {
   }
   std::erase_if(groups, [&](const auto& g) { return g.group_score < query.min_group_score * best_group; });
   // A keyframe that is the best of several groups is one candidate, with the best of these groups.
-  std::sort(groups.begin(), groups.end(), [](const auto& a, const auto& b) {
+  std::ranges::sort(groups, [](const auto& a, const auto& b) {
     return a.id != b.id ? a.id < b.id : a.group_score > b.group_score;
   });
   groups.erase(
       std::unique(groups.begin(), groups.end(), [](const auto& a, const auto& b) { return a.id == b.id; }),
       groups.end());
-  std::sort(groups.begin(), groups.end(), [](const auto& a, const auto& b) {
+  std::ranges::sort(groups, [](const auto& a, const auto& b) {
     return a.score != b.score ? a.score > b.score : a.id < b.id;
   });
   if (static_cast<int>(groups.size()) > query.max_candidates) {

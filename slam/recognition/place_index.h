@@ -5,7 +5,7 @@
 #include <map>
 #include <vector>
 
-#include "slam/recognition/bag_of_words.h"
+#include "slam/recognition/vocabulary.h"
 
 namespace sqslam {
 

@@ -86,7 +86,7 @@ Vocabulary Vocabulary::Train(const std::vector<std::vector<Descriptor>>& images,
                              const VocabularyOptions& options, const TrainingProgress& progress) {
   std::vector<DescriptorBits> all;
   for (const std::vector<Descriptor>& image : images) {
-    std::transform(image.begin(), image.end(), std::back_inserter(all), ToBits);
+    std::ranges::transform(image, std::back_inserter(all), ToBits);
   }
   if (all.empty()) {
     throw InputError("no features to learn words from, expected images with texture");
@@ -103,7 +103,7 @@ Vocabulary Vocabulary::Train(const std::vector<std::vector<Descriptor>>& images,
     for (const Descriptor& descriptor : image) {
       words.push_back(vocabulary.tree_.WordOf(ToBits(descriptor)));
     }
-    std::sort(words.begin(), words.end());
+    std::ranges::sort(words);
     words.erase(std::unique(words.begin(), words.end()), words.end());
     for (const WordId word : words) {
       ++images_with[word];
@@ -123,7 +123,7 @@ BagOfWords Vocabulary::Transform(const std::vector<Descriptor>& descriptors) con
   for (const Descriptor& descriptor : descriptors) {
     words.push_back(tree_.WordOf(ToBits(descriptor)));
   }
-  std::sort(words.begin(), words.end());
+  std::ranges::sort(words);
   BagOfWords bag;
   double total = 0.0;
   for (auto word = words.begin(); word != words.end();) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <opencv2/core/hal/hal.hpp>
 #include <random>
 #include <stdexcept>
 #include <utility>
@@ -104,39 +105,6 @@ std::vector<Cluster> SplitIntoClusters(Bits descriptors, const VocabularyOptions
   return clusters.size() < 2 ? std::vector<Cluster>{} : clusters;
 }
 
-__attribute__((always_inline)) inline NearestBits FindNearestInline(
-    std::span<const DescriptorBits> candidates, const DescriptorBits& query) {
-  NearestBits nearest;
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    int distance = 0;
-    for (std::size_t w = 0; w < query.size(); ++w) {
-      distance += __builtin_popcountll(candidates[i][w] ^ query[w]);
-    }
-    if (distance < nearest.distance) {
-      nearest = {static_cast<int>(i), distance};
-    }
-  }
-  return nearest;
-}
-
-NearestBits FindNearestAnywhere(std::span<const DescriptorBits> candidates, const DescriptorBits& query) {
-  return FindNearestInline(candidates, query);
-}
-
-#if defined(__x86_64__)
-// The program is built for every x86-64, of which the first had no instruction to count bits; chosen by hand
-// because ifuncs (target_clones) do not get along with the sanitizers.
-__attribute__((target("popcnt"))) NearestBits FindNearestPopcnt(std::span<const DescriptorBits> candidates,
-                                                                const DescriptorBits& query) {
-  return FindNearestInline(candidates, query);
-}
-
-bool HasPopcnt() {
-  static const bool has = __builtin_cpu_supports("popcnt");
-  return has;
-}
-#endif
-
 }  // namespace
 
 WordTree::WordTree(std::vector<std::uint8_t> child_counts, std::vector<DescriptorBits> centers)
@@ -214,12 +182,16 @@ WordTree WordTree::Train(std::vector<DescriptorBits> descriptors, const Vocabula
 }
 
 NearestBits FindNearest(std::span<const DescriptorBits> candidates, const DescriptorBits& query) {
-#if defined(__x86_64__)
-  if (HasPopcnt()) {
-    return FindNearestPopcnt(candidates, query);
+  const auto* bytes = reinterpret_cast<const unsigned char*>(query.data());
+  NearestBits nearest;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const int distance = cv::hal::normHamming(reinterpret_cast<const unsigned char*>(candidates[i].data()),
+                                              bytes, sizeof(DescriptorBits));
+    if (distance < nearest.distance) {
+      nearest = {static_cast<int>(i), distance};
+    }
   }
-#endif
-  return FindNearestAnywhere(candidates, query);
+  return nearest;
 }
 
 DescriptorBits MajorityOf(std::span<const DescriptorBits> descriptors) {

@@ -38,8 +38,7 @@ struct VocabularyOptions {
   int iterations = 12;     // rounds of each clustering, fewer where nothing moves any more
   std::uint64_t seed = 1;  // seeds the choice of first cluster centres
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("branching", branching, 2, 255);
     visit("depth", depth, 1, 8);
     visit("iterations", iterations, 1, 1000);

@@ -47,15 +47,13 @@ std::vector<std::pair<int, int>> Initializer::MatchToStart(const FrameFeatures& 
   std::vector<PredictedPoint> predictions;
   for (std::size_t i = 0; i < start_->features->Size(); ++i) {
     const Keypoint& keypoint = start_->features->keypoints[i];
-    predictions.push_back({static_cast<int>(i), start_->expected[i], options_.search_radius,
-                           std::max(0, keypoint.octave - 1), keypoint.octave + 1,
+    predictions.push_back({static_cast<int>(i), start_->expected[i], options_.search_radius, keypoint.octave,
                            &start_->features->descriptors[i], keypoint.angle});
   }
   std::vector<std::pair<int, int>> matches;
   for (const PredictionMatch& match : MatchPredictions(predictions, features, {}, kStrictDistance, 0.9)) {
     matches.emplace_back(match.tag, match.keypoint);
-    start_->expected[static_cast<std::size_t>(match.tag)] =
-        features.keypoints[static_cast<std::size_t>(match.keypoint)].pixel;
+    start_->expected[match.tag] = features.keypoints[match.keypoint].pixel;
   }
   return matches;
 }
@@ -75,8 +73,7 @@ std::unique_ptr<Map> Initializer::Add(std::int64_t frame_index, double timestamp
   std::vector<TwoViewMatch> pairs;
   std::vector<double> flow;
   for (const auto& [i, j] : matches) {
-    pairs.push_back({start_->features->keypoints[static_cast<std::size_t>(i)].pixel,
-                     features->keypoints[static_cast<std::size_t>(j)].pixel});
+    pairs.push_back({start_->features->keypoints[i].pixel, features->keypoints[j].pixel});
     flow.push_back((pairs.back().pixel1 - pairs.back().pixel2).norm());
   }
   const double median_flow = UpperMedian(flow);

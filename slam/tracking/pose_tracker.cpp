@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
+#include <ranges>
 #include <set>
 
 #include "slam/estimation/pose_optimization.h"
@@ -27,7 +28,8 @@ std::optional<Rigid3d> LocateByP3P(const Camera& camera, const std::vector<cv::P
   constexpr int kIterations = 300;
   constexpr float kMaxError = 4.0F;  // px
   constexpr double kConfidence = 0.99;
-  const cv::Matx33d K(camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0);
+  cv::Mat K;
+  cv::eigen2cv(camera.K(), K);
   cv::Mat rotation_vector;
   cv::Mat translation;
   if (!cv::solvePnPRansac(points, pixels, K, cv::noArray(), rotation_vector, translation, false, kIterations,
@@ -71,14 +73,12 @@ bool PoseTracker::TrackMotion(const TrackingView& view, const TrackedFrame& last
       const Keypoint& keypoint = last.features->keypoints[i];
       predictions.push_back({static_cast<int>(i), camera_.Project(p_camera),
                              widening * options_.motion_radius * levels_.Scale(keypoint.octave),
-                             std::max(0, keypoint.octave - 1), keypoint.octave + 1,
-                             &last.features->descriptors[i], keypoint.angle});
+                             keypoint.octave, &last.features->descriptors[i], keypoint.angle});
     }
     frame.ForgetPoints();
     const auto matches = MatchPredictions(predictions, *frame.features, {}, kLooseDistance, 0.9);
     for (const PredictionMatch& match : matches) {
-      frame.points[static_cast<std::size_t>(match.keypoint)] =
-          last.points[static_cast<std::size_t>(match.tag)];
+      frame.points[match.keypoint] = last.points[match.tag];
     }
     if (static_cast<int>(matches.size()) >= kFewMatches && Optimize(view, kMinInliers, frame)) {
       frame.anchor.reference = last.anchor.reference;
@@ -96,7 +96,7 @@ bool PoseTracker::TrackReferenceKeyframe(const TrackingView& view, const Tracked
   const auto matches = MatchDescriptors(keyframe, frame, 0.7);
   frame.ForgetPoints();
   for (const auto& [i, j] : matches) {
-    frame.points[static_cast<std::size_t>(j)] = keyframe.points[static_cast<std::size_t>(i)];
+    frame.points[j] = keyframe.points[i];
   }
   frame.T_camera_map = last.T_camera_map;
   frame.anchor.reference = keyframe.id;
@@ -112,11 +112,11 @@ bool PoseTracker::TrackLocalMap(const TrackingView& view, const LocalSearch& sea
   if (search.anew) {
     frame.ForgetPoints();
   }
-  std::vector<bool> matched(static_cast<std::size_t>(view.points.IdBound()), false);
+  std::vector<bool> matched(view.points.IdBound(), false);
   std::vector<bool> taken(frame.points.size(), false);
   for (std::size_t i = 0; i < frame.points.size(); ++i) {
     if (view.Has(frame.points[i])) {
-      matched[static_cast<std::size_t>(frame.points[i])] = true;
+      matched[frame.points[i]] = true;
       taken[i] = true;
     }
   }
@@ -129,24 +129,23 @@ bool PoseTracker::TrackLocalMap(const TrackingView& view, const LocalSearch& sea
       continue;
     }
     seen.visible.push_back(id);
-    if (matched[static_cast<std::size_t>(id)]) {
+    if (matched[id]) {
       continue;
     }
     const int octave = levels_.PredictOctave(sight->distance, point.level_zero_distance);
     const double radius =
         search.radius_factor * (sight->cosine > kFrontalCosine ? 2.5 : 4.0) * levels_.Scale(octave);
-    predictions.push_back({static_cast<int>(id), sight->pixel, radius, std::max(0, octave - 1), octave + 1,
-                           &point.descriptor, -1.0F});
+    predictions.push_back({static_cast<int>(id), sight->pixel, radius, octave, &point.descriptor, -1.0F});
   }
   for (const PredictionMatch& match :
        MatchPredictions(predictions, *frame.features, taken, search.max_distance, 0.8)) {
-    frame.points[static_cast<std::size_t>(match.keypoint)] = match.tag;
+    frame.points[match.keypoint] = match.tag;
   }
   if (!Optimize(view, search.min_inliers, frame)) {
     return false;
   }
-  std::copy_if(frame.points.begin(), frame.points.end(), std::back_inserter(seen.found),
-               [](PointId point) { return point != kNoPoint; });
+  std::ranges::copy_if(frame.points, std::back_inserter(seen.found),
+                       [](PointId point) { return point != kNoPoint; });
   const ScaledPose reference = view.PoseOf(local.reference);
   frame.anchor = {local.reference, frame.T_camera_map * reference.T_camera_map.Inverse(), reference.scale};
   return true;
@@ -162,8 +161,8 @@ bool PoseTracker::LocateFrom(const TrackingView& view, const ViewKeyframe& keyfr
   std::vector<cv::Point3d> points;
   std::vector<cv::Point2d> pixels;
   for (const auto& [i, j] : matches) {
-    const Eigen::Vector3d& p = view.Point(keyframe.points[static_cast<std::size_t>(i)]).p_map;
-    const Eigen::Vector2d& pixel = frame.features->keypoints[static_cast<std::size_t>(j)].pixel;
+    const Eigen::Vector3d& p = view.Point(keyframe.points[i]).p_map;
+    const Eigen::Vector2d& pixel = frame.features->keypoints[j].pixel;
     points.emplace_back(p.x(), p.y(), p.z());
     pixels.emplace_back(pixel.x(), pixel.y());
   }
@@ -175,8 +174,8 @@ bool PoseTracker::LocateFrom(const TrackingView& view, const ViewKeyframe& keyfr
   frame.T_camera_map = *T_camera_map;
   frame.ForgetPoints();
   for (const int inlier : inliers) {
-    const auto& [i, j] = matches[static_cast<std::size_t>(inlier)];
-    frame.points[static_cast<std::size_t>(j)] = keyframe.points[static_cast<std::size_t>(i)];
+    const auto& [i, j] = matches[inlier];
+    frame.points[j] = keyframe.points[i];
   }
   frame.anchor = {keyframe.id, {}, keyframe.pose.scale};
   return Optimize(view, kMinInliers, frame);
@@ -217,10 +216,10 @@ bool PoseTracker::Optimize(const TrackingView& view, int min_inliers, TrackedFra
 
 LocalMap FindLocalMap(const TrackingView& view, const std::vector<PointId>& points, KeyframeId last_reference,
                       int max_keyframes) {
-  std::vector<bool> seen(static_cast<std::size_t>(view.points.IdBound()), false);
+  std::vector<bool> seen(view.points.IdBound(), false);
   for (const PointId point : points) {
     if (view.Has(point)) {
-      seen[static_cast<std::size_t>(point)] = true;
+      seen[point] = true;
     }
   }
   const KeyframeId start = ExistingKeyframe(view, last_reference);
@@ -234,26 +233,81 @@ LocalMap FindLocalMap(const TrackingView& view, const std::vector<PointId>& poin
   for (const KeyframeId id : candidates) {
     int shared = 0;
     for (const PointId point : view.keyframes.at(id).points) {
-      shared += point != kNoPoint && seen[static_cast<std::size_t>(point)] ? 1 : 0;
+      shared += point != kNoPoint && seen[point] ? 1 : 0;
     }
     ranked.emplace_back(shared, id);
   }
-  std::sort(ranked.begin(), ranked.end(), std::greater<>());
+  std::ranges::sort(ranked, std::greater<>());
   LocalMap local;
   local.reference = ranked.front().first > 0 ? ranked.front().second : start;
-  if (static_cast<int>(ranked.size()) > max_keyframes) {
-    ranked.resize(static_cast<std::size_t>(max_keyframes));
-  }
-  std::vector<bool> added(static_cast<std::size_t>(view.points.IdBound()), false);
-  for (const auto& [shared, id] : ranked) {
+  std::vector<bool> added(view.points.IdBound(), false);
+  for (const auto& [shared, id] : ranked | std::views::take(max_keyframes)) {
     for (const PointId point : view.keyframes.at(id).points) {
-      if (point != kNoPoint && !added[static_cast<std::size_t>(point)]) {
-        added[static_cast<std::size_t>(point)] = true;
+      if (point != kNoPoint && !added[point]) {
+        added[point] = true;
         local.points.push_back(point);
       }
     }
   }
   return local;
+}
+
+std::vector<FrameMatch> MatchesOf(const TrackedFrame& frame, const ScaleLevels& levels) {
+  std::vector<FrameMatch> matches;
+  for (std::size_t i = 0; i < frame.points.size(); ++i) {
+    if (frame.points[i] != kNoPoint) {
+      const Keypoint& keypoint = frame.features->keypoints[i];
+      matches.push_back({frame.points[i], keypoint.pixel.cast<float>(),
+                         static_cast<float>(levels.Variance(keypoint.octave))});
+    }
+  }
+  return matches;
+}
+
+Rigid3d RefineFrame(const Map& map, const Camera& camera, const std::vector<FrameMatch>& matches,
+                    int min_inliers, const Rigid3d& T_camera_map) {
+  std::vector<PointObservation> observations;
+  for (const FrameMatch& match : matches) {
+    if (const PointId point = map.Resolve(match.point); point != kNoPoint) {
+      observations.push_back({map.Point(point).p_map, match.pixel.cast<double>(), match.variance, true});
+    }
+  }
+  Rigid3d refined = T_camera_map;
+  const bool enough = static_cast<int>(observations.size()) >= min_inliers &&
+                      OptimizePose(camera, observations, refined) >= min_inliers;
+  return enough ? refined : T_camera_map;
+}
+
+std::vector<TrackedFrame> TrackBackward(const PoseTracker& tracker, const TrackingView& view,
+                                        const Backlog& backlog, int min_inliers) {
+  constexpr int kGiveUpAfter = 10;  // frames in a row without a pose
+  TrackedFrame last = backlog.next;
+  last.T_camera_map = Resolve(last.anchor, view.PoseOf(last.anchor.reference)).T_camera_map;
+  for (PointId& point : last.points) {
+    point = view.Resolve(point);
+  }
+  std::vector<TrackedFrame> tracked;
+  std::optional<Rigid3d> velocity;
+  int failures = 0;
+  for (const TrackedFrame& frame : std::views::reverse(backlog.earlier)) {
+    TrackedFrame current = frame;
+    SeenPoints seen;
+    const bool found = (tracker.TrackMotion(view, last, velocity.value_or(Rigid3d{}), current) ||
+                        tracker.TrackReferenceKeyframe(view, last, current)) &&
+                       tracker.TrackLocalMap(view, {.min_inliers = min_inliers}, current, seen);
+    if (!found) {
+      velocity.reset();
+      if (++failures == kGiveUpAfter) {
+        break;
+      }
+      continue;
+    }
+    velocity = current.T_camera_map * last.T_camera_map.Inverse();
+    failures = 0;
+    tracked.push_back(current);
+    last = std::move(current);
+  }
+  return tracked;
 }
 
 }  // namespace sqslam

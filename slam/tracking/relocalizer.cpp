@@ -3,24 +3,20 @@
 namespace sqslam {
 
 void Relocalizer::Follow(const AtlasViewPtr& atlas, const TrackingViewPtr& view) {
-  std::map<std::int64_t, TrackingViewPtr> views;
-  if (atlas) {
-    views = atlas->submaps;
-  }
+  auto views = atlas ? atlas->submaps : std::map<std::int64_t, TrackingViewPtr>();
   views[view->submap] = view;
   if (views == views_) {
     return;
   }
   views_ = std::move(views);
-  for (auto it = submap_of_.begin(); it != submap_of_.end();) {
-    const auto submap = views_.find(it->second);
-    if (submap != views_.end() && submap->second->keyframes.contains(it->first)) {
-      ++it;
-    } else {
-      index_.Remove(it->first);
-      it = submap_of_.erase(it);
+  std::erase_if(submap_of_, [&](const auto& entry) {
+    const auto submap = views_.find(entry.second);
+    const bool gone = submap == views_.end() || !submap->second->keyframes.contains(entry.first);
+    if (gone) {
+      index_.Remove(entry.first);
     }
-  }
+    return gone;
+  });
   for (const auto& [submap, submap_view] : views_) {
     for (const auto& [id, keyframe] : submap_view->keyframes) {
       if (keyframe.words && submap_of_.emplace(id, submap).second) {

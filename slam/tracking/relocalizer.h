@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "slam/map/tracking_view.h"
+#include "slam/map/map.h"
 #include "slam/recognition/place_index.h"
 #include "slam/recognition/vocabulary.h"
 #include "slam/tracking/pose_tracker.h"

@@ -23,7 +23,7 @@ class InverseDepths {
     for (const ShutterObservation& o : observations) {
       const double inverse = 1.0 / o.p_camera.z();
       all.push_back(inverse);
-      Cell& cell = cells_[CellOf(features.keypoints[static_cast<std::size_t>(o.keypoint)].pixel)];
+      Cell& cell = cells_[CellOf(features.keypoints[o.keypoint].pixel)];
       cell.sum += inverse;
       cell.count += 1.0;
     }
@@ -92,7 +92,7 @@ FrameFeaturesPtr RollingShutter::Correct(const FrameFeaturesPtr& features, const
   const InverseDepths inverse_depths(camera_, *features, observations);
   std::vector<double> depths(features->Size(), 0.0);
   for (const ShutterObservation& o : observations) {
-    depths[static_cast<std::size_t>(o.keypoint)] = o.p_camera.z();
+    depths[o.keypoint] = o.p_camera.z();
   }
   auto corrected = std::make_shared<FrameFeatures>(*features);
   for (std::size_t i = 0; i < corrected->Size(); ++i) {
@@ -120,7 +120,7 @@ void RollingShutter::Learn(const FrameFeatures& features, const CameraMotion& mo
   double readout_readout = 0.0;
   double readout_residual = 0.0;
   for (const ShutterObservation& o : observations) {
-    const Keypoint& keypoint = features.keypoints[static_cast<std::size_t>(o.keypoint)];
+    const Keypoint& keypoint = features.keypoints[o.keypoint];
     const Eigen::Vector2d residual = camera_.Undistort(keypoint.raw_pixel) - camera_.Project(o.p_camera);
     const Eigen::Matrix<double, 2, 3> d_point = ProjectionJacobian(camera_, o.p_camera);
     Eigen::Matrix<double, 2, 6> d_pose;

@@ -17,8 +17,7 @@ struct RollingShutterOptions {
   double readout_ms = 0.0;
   double min_readout_ms = 5.0;  // a shorter time is taken for no rolling shutter at all
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("estimate", estimate);
     visit("readout_ms", readout_ms, -100.0, 100.0);
     visit("min_readout_ms", min_readout_ms, 0.0, 100.0);

@@ -24,7 +24,7 @@ Tracker::Tracker(const Camera& camera, const TrackingOptions& options, const Obj
 
 TrackingReport Tracker::Track(const Frame& frame, const AtlasViewPtr& atlas, int pending_keyframes) {
   const StageTimes::Scope timer(times_, "tracking");
-  TrackingReport report = StartReport(frame);
+  TrackingReport report;
   current_ = {};
   current_.index = frame.index;
   current_.timestamp = frame.timestamp;
@@ -43,8 +43,7 @@ TrackingReport Tracker::Track(const Frame& frame, const AtlasViewPtr& atlas, int
     Initialize(report);
   }
   SeeObjects(frame, tracked, report);
-  report.submap = submap_;
-  report.S_map_origin = S_map_origin_;
+  static_cast<FrameStamp&>(report) = StampOf(frame);
   return report;
 }
 
@@ -61,14 +60,6 @@ FrameView Tracker::Newest() const {
         {current_.features->keypoints[i].raw_pixel.cast<float>(), current_.points[i] != kNoPoint});
   }
   return view;
-}
-
-TrackingReport Tracker::StartReport(const Frame& frame) const {
-  TrackingReport report;
-  report.frame_index = frame.index;
-  report.timestamp = frame.timestamp;
-  report.image_path = frame.image_path;
-  return report;
 }
 
 // Takes the newest view of the submap, follows it where it was merged into another one, and moves the last
@@ -284,9 +275,8 @@ Tracker::KeyframeDecision Tracker::DecideKeyframe(int pending_keyframes) const {
   }
   const bool young = view_->keyframes.size() <= 2;
   const std::vector<PointId>& points = view_->keyframes.at(current_.anchor.reference).points;
-  const auto reference_points = std::count_if(points.begin(), points.end(), [&](PointId id) {
-    return id != kNoPoint && (young || view_->Point(id).well_observed);
-  });
+  const auto reference_points = std::ranges::count_if(
+      points, [&](PointId id) { return id != kNoPoint && (young || view_->Point(id).well_observed); });
   const double tracked_share = current_.inliers / std::max(1.0, static_cast<double>(reference_points));
   if (interval < options.max_interval && tracked_share >= options.tracked_share) {
     return KeyframeDecision::kNo;
@@ -295,8 +285,8 @@ Tracker::KeyframeDecision Tracker::DecideKeyframe(int pending_keyframes) const {
   return pending_keyframes == 0 || urgent ? KeyframeDecision::kYes : KeyframeDecision::kPostponed;
 }
 
-SeenObjects Tracker::MakeSeenObjects(const Frame& frame) const {
-  return {submap_, S_map_origin_, frame.index, frame.timestamp, frame.image_path, {}, {}};
+FrameStamp Tracker::StampOf(const Frame& frame) const {
+  return {submap_, S_map_origin_, frame.index, frame.timestamp, frame.image_path};
 }
 
 ObjectFrame Tracker::MakeObjectFrame(const Frame& frame) const {
@@ -317,7 +307,7 @@ ObjectFrame Tracker::MakeObjectFrame(const Frame& frame) const {
 // Tracks the objects in the boxes of the frame where they are known; otherwise the frame waits for its boxes.
 void Tracker::SeeObjects(const Frame& frame, bool tracked, TrackingReport& report) {
   constexpr std::size_t kMaxWaiting = 300;  // frames; about 100 MB
-  WaitingFrame waiting{MakeSeenObjects(frame), std::nullopt};
+  WaitingFrame waiting{{StampOf(frame), {}, {}}, std::nullopt};
   if (tracked) {
     waiting.objects = MakeObjectFrame(frame);
   }
@@ -350,7 +340,7 @@ std::optional<SeenObjects> Tracker::AddDetections(std::int64_t frame_index,
     waiting.objects->detections = detections;
     seen.observations = object_trackers_.at(seen.submap).Track(*waiting.objects, *view.objects, &times_);
     for (const ObjectObservation& o : seen.observations) {
-      seen.detections[static_cast<std::size_t>(o.detection_index)].object_id = o.object_id;
+      seen.detections[o.detection_index].object_id = o.object_id;
     }
   }
   return std::move(seen);

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "slam/io/frame.h"
-#include "slam/map/tracking_view.h"
+#include "slam/map/map.h"
 #include "slam/objects/object_tracker.h"
 #include "slam/tracking/frame_view.h"
 #include "slam/tracking/initializer.h"
@@ -74,7 +74,7 @@ class Tracker {
     std::optional<ObjectFrame> objects;  // empty where it was not tracked
   };
 
-  TrackingReport StartReport(const Frame& frame) const;
+  FrameStamp StampOf(const Frame& frame) const;
   void AdoptAtlas(const AtlasViewPtr& atlas);
   void MoveLastFrame();
   bool TrackFrame(TrackingReport& report);
@@ -89,7 +89,6 @@ class Tracker {
   KeyframeDecision DecideKeyframe(int pending_keyframes) const;
   void SeeObjects(const Frame& frame, bool tracked, TrackingReport& report);
   ObjectFrame MakeObjectFrame(const Frame& frame) const;
-  SeenObjects MakeSeenObjects(const Frame& frame) const;
   bool FollowMap(WaitingFrame& waiting) const;
   void SwitchSubmap(std::int64_t submap, const TrackingViewPtr& view, const Sim3d& S_map_origin);
   ObjectTracker& Objects() { return object_trackers_.at(submap_); }

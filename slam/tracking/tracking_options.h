@@ -14,8 +14,7 @@ struct InitializationOptions {
   double min_flow = 5.0;       // px, median motion of the matches below which the frames are not tried
   TwoViewOptions two_view;
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("min_features", min_features, 20, 10000);
     visit("min_matches", min_matches, 20, 10000);
     visit("search_radius", search_radius, 5.0, 1000.0);
@@ -32,8 +31,7 @@ struct KeyframeOptions {
   double urgent_share = 0.5;   // while the mapping thread is busy, only when fewer than these are tracked
   int max_pending = 2;         // keyframes that the mapping thread may be behind by
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("max_interval", max_interval, 1, 1000);
     visit("min_interval", min_interval, 1, 1000);
     visit("tracked_share", tracked_share, 0.0, 1.0);
@@ -54,8 +52,7 @@ struct TrackingOptions {
   int submap_after = 15;          // lost frames after which a new submap may begin
   int max_backlog = 150;          // frames without a pose that are kept to be tracked backward
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("features", features);
     visit("initialization", initialization);
     visit("keyframes", keyframes);

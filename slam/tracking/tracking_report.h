@@ -8,7 +8,7 @@
 #include "slam/map/map.h"
 #include "slam/objects/object_types.h"
 #include "slam/snapshot/snapshot.h"
-#include "slam/tracking/frame_refinement.h"
+#include "slam/tracking/pose_tracker.h"
 
 namespace sqslam {
 
@@ -17,25 +17,24 @@ struct KeyframeCandidate {
   std::vector<PointId> points;  // one per keypoint
 };
 
-// The boxes of one frame, and the objects that they show. Boxes of a detector in the process come some frames
-// late.
-struct SeenObjects {
-  std::int64_t submap = 0;  // in which the frame was tracked
-  Sim3d S_map_origin;       // origin of the map frame that the observations are given in
+// A frame, and the map that it was tracked in.
+struct FrameStamp {
+  std::int64_t submap = 0;
+  Sim3d S_map_origin;  // origin of the map frame of then, see AtlasView::Origin
   std::int64_t frame_index = 0;
   double timestamp = 0.0;
   std::string image_path;
+};
+
+// The boxes of one frame, and the objects that they show. Boxes of a detector in the process come some frames
+// late.
+struct SeenObjects : FrameStamp {
   std::vector<SnapshotDetection> detections;
   std::vector<ObjectObservation> observations;  // none while lost
 };
 
 // The tracking thread's message to the mapping thread after each frame.
-struct TrackingReport {
-  std::int64_t submap = 0;  // in which this frame was tracked
-  Sim3d S_map_origin;       // origin of the view that it was tracked against, see AtlasView::Origin
-  std::int64_t frame_index = 0;
-  double timestamp = 0.0;
-  std::string image_path;
+struct TrackingReport : FrameStamp {
   double tracking_ms = 0.0;          // that the frame took; 0: not measured
   std::unique_ptr<Map> initial_map;  // set once, when a submap begins
   std::optional<AnchoredPose> pose;  // empty while lost

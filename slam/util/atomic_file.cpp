@@ -1,10 +1,10 @@
 #include "slam/util/atomic_file.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <string>
 #include <system_error>
@@ -19,38 +19,6 @@ namespace {
 [[noreturn]] void ThrowCannotWrite(const fs::path& path, const std::string& reason) {
   throw InputError(fmt::format("{}: cannot be written ({}), expected a writable folder with free space",
                                path.string(), reason));
-}
-
-// Closes on all ways out; Close() reports what close(2) says, since a full disk may show only there.
-class FileDescriptor {
- public:
-  explicit FileDescriptor(int fd) : fd_(fd) {}
-  ~FileDescriptor() {
-    if (fd_ >= 0) {
-      ::close(fd_);
-    }
-  }
-  FileDescriptor(const FileDescriptor&) = delete;
-  FileDescriptor& operator=(const FileDescriptor&) = delete;
-  int Get() const { return fd_; }
-  bool Close() { return ::close(std::exchange(fd_, -1)) == 0; }
-
- private:
-  int fd_;
-};
-
-bool WriteAll(int fd, std::string_view contents) {
-  while (!contents.empty()) {
-    const ssize_t written = ::write(fd, contents.data(), contents.size());
-    if (written < 0 && errno == EINTR) {
-      continue;
-    }
-    if (written < 0) {
-      return false;
-    }
-    contents.remove_prefix(static_cast<std::size_t>(written));
-  }
-  return true;
 }
 
 }  // namespace
@@ -75,9 +43,17 @@ void AtomicPath::Commit() {
 
 void WriteFileAtomically(const fs::path& path, std::string_view contents) {
   AtomicPath temporary(path);
-  FileDescriptor file(::open(temporary.Path().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
-  if (file.Get() < 0 || !WriteAll(file.Get(), contents) || ::fsync(file.Get()) != 0 || !file.Close()) {
-    ThrowCannotWrite(path, std::strerror(errno));
+  std::FILE* file = std::fopen(temporary.Path().c_str(), "wbe");
+  bool written = file != nullptr &&
+                 std::fwrite(contents.data(), 1, contents.size(), file) == contents.size() &&
+                 std::fflush(file) == 0 && ::fsync(::fileno(file)) == 0;
+  int reason = errno;
+  if (file != nullptr && std::fclose(file) != 0 && written) {  // a full disk may show only there
+    written = false;
+    reason = errno;
+  }
+  if (!written) {
+    ThrowCannotWrite(path, std::strerror(reason));
   }
   temporary.Commit();
 }

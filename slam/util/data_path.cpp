@@ -33,7 +33,7 @@ std::vector<std::string> ConfigNames(const fs::path& folder) {
       names.push_back(entry.path().stem().string());
     }
   }
-  std::sort(names.begin(), names.end());
+  std::ranges::sort(names);
   return names;
 }
 
@@ -50,7 +50,7 @@ fs::path ConfigFile(const fs::path& folder, const std::string& what, const std::
     return name_or_file;
   }
   const std::vector<std::string> names = ConfigNames(folder);
-  if (std::find(names.begin(), names.end(), name_or_file) == names.end()) {
+  if (std::ranges::find(names, name_or_file) == names.end()) {
     const std::string nearest = NearestWord(name_or_file, names);
     throw UsageError(fmt::format(
         "{} '{}': not known{}, expected a FILE.yaml or one of {}", what, name_or_file,

@@ -6,15 +6,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <numeric>
 #include <optional>
 #include <sstream>
 #include <type_traits>
+#include <utility>
 
 #include "slam/util/error.h"
-#include "slam/util/option_value.h"
-#include "slam/util/parse_number.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam {
 namespace {
@@ -23,13 +22,10 @@ namespace {
 std::string DescribeRange(const OptionField& field, const std::string& noun) {
   const bool has_min = std::isfinite(field.min);
   const bool has_max = std::isfinite(field.max);
-  if (has_min && has_max) {
-    return fmt::format("{} from {} to {}", noun, field.min, field.max);
-  }
-  if (has_min) {
-    return fmt::format("{} of at least {}", noun, field.min);
-  }
-  return has_max ? fmt::format("{} of at most {}", noun, field.max) : noun;
+  return has_min && has_max ? fmt::format("{} from {} to {}", noun, field.min, field.max)
+         : has_min          ? fmt::format("{} of at least {}", noun, field.min)
+         : has_max          ? fmt::format("{} of at most {}", noun, field.max)
+                            : noun;
 }
 
 std::string NodeText(const YAML::Node& node) {
@@ -41,6 +37,13 @@ std::string NodeText(const YAML::Node& node) {
   return emitter.c_str();
 }
 
+template <typename Number>
+bool ReadNumber(const YAML::Node& node, Number& value) {
+  const auto number = node.IsScalar() ? ParseNumber<Number>(node.Scalar()) : std::nullopt;
+  value = number.value_or(value);
+  return number.has_value();
+}
+
 // Assigns from YAML; false where the node is of the wrong kind.
 struct AssignFromNode {
   const YAML::Node& node;
@@ -48,13 +51,7 @@ struct AssignFromNode {
 
   template <typename Number>
   requires std::is_arithmetic_v<Number>
-  bool operator()(Number* value) const {
-    const auto number = node.IsScalar() ? ParseNumber<Number>(node.Scalar()) : std::nullopt;
-    if (number) {
-      *value = *number;
-    }
-    return number.has_value();
-  }
+  bool operator()(Number* value) const { return ReadNumber(node, *value); }
   bool operator()(bool* value) const { return node.IsScalar() && YAML::convert<bool>::decode(node, *value); }
   bool operator()(std::string* value) const {
     if (node.IsMap()) {
@@ -64,8 +61,7 @@ struct AssignFromNode {
     return true;
   }
   bool operator()(const EnumOption& option) const {
-    const auto name =
-        std::find(field.allowed.begin(), field.allowed.end(), node.IsScalar() ? node.Scalar() : "");
+    const auto name = std::ranges::find(field.allowed, node.IsScalar() ? node.Scalar() : "");
     if (name == field.allowed.end()) {
       return false;
     }
@@ -73,48 +69,28 @@ struct AssignFromNode {
     return true;
   }
   bool operator()(std::span<double> values) const {
-    if (!node.IsSequence() || node.size() != values.size()) {
-      return false;
+    bool fits = node.IsSequence() && node.size() == values.size();
+    for (std::size_t i = 0; fits && i < values.size(); ++i) {
+      fits = ReadNumber(node[i], values[i]);
     }
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      const auto number = node[i].IsScalar() ? ParseNumber<double>(node[i].Scalar()) : std::nullopt;
-      if (!number) {
-        return false;
-      }
-      values[i] = *number;
-    }
-    return true;
+    return fits;
   }
   bool operator()(std::vector<std::string>* values) const {
-    if (!node.IsSequence()) {
-      return false;
-    }
-    values->clear();
-    for (const YAML::Node& item : node) {
-      if (!item.IsScalar()) {
-        return false;
-      }
-      values->push_back(item.Scalar());
-    }
-    return true;
+    return node.IsSequence() &&
+           std::all_of(node.begin(), node.end(), [](const YAML::Node& item) { return item.IsScalar(); }) &&
+           YAML::convert<std::vector<std::string>>::decode(node, *values);
   }
 };
 
-bool InRange(const OptionField& field, double value) { return value >= field.min && value <= field.max; }
-
 struct AllowedCheck {
   const OptionField& field;
-  template <typename Number>
-  bool operator()(const Number* value) const {
-    return InRange(field, static_cast<double>(*value));
-  }
-  bool operator()(const std::span<double>& values) const {
-    return std::all_of(values.begin(), values.end(), [&](double value) { return InRange(field, value); });
+  bool operator()(const auto* value) const { return *value >= field.min && *value <= field.max; }
+  bool operator()(std::span<double> values) const {
+    return std::ranges::all_of(values, [&](const double& value) { return (*this)(&value); });
   }
   bool operator()(const bool*) const { return true; }
   bool operator()(const std::string* value) const {
-    return field.allowed.empty() ||
-           std::find(field.allowed.begin(), field.allowed.end(), *value) != field.allowed.end();
+    return field.allowed.empty() || std::ranges::find(field.allowed, *value) != field.allowed.end();
   }
   bool operator()(const EnumOption& option) const { return option.get() < field.allowed.size(); }
   bool operator()(const std::vector<std::string>*) const { return true; }
@@ -160,11 +136,9 @@ std::string Hint(const std::string& nearest) {
 [[noreturn]] void ThrowUnknown(const std::string& where, const std::string& key,
                                const std::vector<OptionField>& fields) {
   std::vector<std::string> keys;
-  std::transform(fields.begin(), fields.end(), std::back_inserter(keys),
-                 [](const auto& field) { return field.key; });
+  std::ranges::transform(fields, std::back_inserter(keys), [](const auto& field) { return field.key; });
   // A name given without its group is nearer than any misspelling.
-  const auto tail =
-      std::find_if(keys.begin(), keys.end(), [&](const auto& k) { return k.ends_with("." + key); });
+  const auto tail = std::ranges::find_if(keys, [&](const auto& k) { return k.ends_with("." + key); });
   throw UsageError(fmt::format("{}: unknown option '{}'{}", where, key,
                                Hint(tail != keys.end() ? *tail : NearestWord(key, keys))));
 }
@@ -179,14 +153,12 @@ void Assign(const YAML::Node& node, const OptionField& field, const std::string&
 }
 
 const OptionField* Find(const std::vector<OptionField>& fields, const std::string& key) {
-  const auto it =
-      std::find_if(fields.begin(), fields.end(), [&](const auto& field) { return field.key == key; });
+  const auto it = std::ranges::find_if(fields, [&](const auto& field) { return field.key == key; });
   return it == fields.end() ? nullptr : &*it;
 }
 
 bool IsGroup(const std::vector<OptionField>& fields, const std::string& key) {
-  return std::any_of(fields.begin(), fields.end(),
-                     [&](const auto& field) { return field.key.starts_with(key + "."); });
+  return std::ranges::any_of(fields, [&](const auto& field) { return field.key.starts_with(key + "."); });
 }
 
 void AssignGroup(const YAML::Node& group, const std::string& prefix, const std::string& source,
@@ -279,12 +251,13 @@ std::string DidYouMean(std::string_view word, const std::vector<std::string>& ca
 }
 
 void LoadOptionFields(const std::filesystem::path& path, const std::vector<OptionField>& fields) {
-  std::ifstream file(path);
-  std::ostringstream text;
-  if (!file || !(text << file.rdbuf())) {
-    throw UsageError(fmt::format("{}: cannot be read, expected a YAML file of options", path.string()));
+  std::string text;
+  try {
+    text = ReadFile(path, "a YAML file of options");
+  } catch (const InputError& e) {
+    throw UsageError(e.what());
   }
-  ParseOptionFields(text.str(), path.string(), fields);
+  ParseOptionFields(text, path.string(), fields);
 }
 
 void ParseOptionFields(const std::string& yaml, const std::string& source,

@@ -11,7 +11,7 @@ namespace sqslam {
 // The value with `rank` smaller ones before it when sorted; reorders the values.
 template <typename T>
 T NthSmallest(std::vector<T>& values, std::size_t rank) {
-  const auto nth = values.begin() + static_cast<std::ptrdiff_t>(rank);
+  const auto nth = values.begin() + rank;
   std::nth_element(values.begin(), nth, values.end());
   return *nth;
 }

@@ -10,7 +10,6 @@
 #include <sstream>
 
 #include "slam/util/error.h"
-#include "slam/util/parse_number.h"
 
 namespace sqslam {
 

@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "slam/estimation/bundle_problem.h"
+#include "slam/estimation/bundle_adjustment.h"
 #include "slam/estimation/reprojection_cost.h"
 #include "tests/support/synthetic_map.h"
 

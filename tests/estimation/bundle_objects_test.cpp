@@ -5,7 +5,7 @@
 #include <numbers>
 #include <random>
 
-#include "slam/estimation/bundle_problem.h"
+#include "slam/estimation/bundle_adjustment.h"
 #include "slam/geometry/lie.h"
 #include "tests/support/synthetic_map.h"
 

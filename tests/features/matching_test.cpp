@@ -83,8 +83,8 @@ TEST_F(MatchingTest, MatchAllHonoursTheMask) {
 TEST_F(MatchingTest, MatchPredictionsUsesEachKeypointOnceAndRespectsTakenOnes) {
   std::vector<PredictedPoint> predictions;
   for (std::size_t i = 0; i < first_.Size(); ++i) {
-    predictions.push_back(
-        {static_cast<int>(i), first_.keypoints[i].pixel, 5.0, 0, 7, &first_.descriptors[i], -1.0F});
+    predictions.push_back({static_cast<int>(i), first_.keypoints[i].pixel, 5.0, first_.keypoints[i].octave,
+                           &first_.descriptors[i], -1.0F});
   }
   std::vector<bool> taken(first_.Size(), false);
   taken[3] = true;

@@ -4,7 +4,6 @@
 
 #include <random>
 
-#include "slam/map/tracking_view.h"
 #include "tests/support/synthetic_map.h"
 
 namespace sqslam {
@@ -73,7 +72,7 @@ TEST(Map, TransformKeepsEveryProjection) {
       {0.1, -2.0, 0.5}};
   const Rigid3d culled = world.map.PoseOf(2).T_camera_map;
   world.map.RemoveKeyframe(2);
-  world.map.Transform(T_new_old);
+  world.map.Transform(Sim3d::FromRigid(T_new_old));
   for (const auto& [id, keyframe] : world.map.Keyframes()) {
     for (const MapPoint& point : world.map.Points()) {
       const Eigen::Vector3d expected =

@@ -1,4 +1,4 @@
-#include "slam/mapping/fusion.h"
+#include "slam/mapping/local_mapping.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,3 @@
-#include "slam/recognition/bag_of_words.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "slam/tracking/frame_refinement.h"
+#include "slam/tracking/pose_tracker.h"
 #include "tests/support/synthetic_map.h"
 #include "tests/support/tracked_frame.h"
 

@@ -1,4 +1,4 @@
-#include "slam/tracking/frame_refinement.h"
+#include "slam/tracking/pose_tracker.h"
 
 #include <gtest/gtest.h>
 

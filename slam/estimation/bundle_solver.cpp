@@ -1,12 +1,12 @@
-#include "slam/estimation/bundle_problem.h"
-
 #include <ceres/ceres.h>
+#include <ceres/normal_prior.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
 
+#include "slam/estimation/bundle_adjustment.h"
 #include "slam/estimation/bundle_objects.h"
 #include "slam/estimation/reprojection_cost.h"
 #include "slam/estimation/reprojection_error.h"
@@ -57,8 +57,7 @@ class BundleSolver {
     AddResiduals(problem, robust ? &huber : nullptr);
     objects_.AddTo(problem, *options.linear_solver_ordering);
     options.max_num_line_search_step_size_iterations = 0;  // the exponents' bounds are kept by clamping steps
-    const auto free = std::count_if(bundle_.poses.begin(), bundle_.poses.end(),
-                                    [](const BundlePose& pose) { return !pose.fixed; });
+    const auto free = std::ranges::count(bundle_.poses, false, &BundlePose::fixed);
     options.linear_solver_type = free < 40 ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
     options.max_num_iterations = iterations;
     options.num_threads = threads;
@@ -128,9 +127,10 @@ class BundleSolver {
       problem.SetManifold(camera_block_.data(), &*camera_manifold_);
     }
     // The prior is of the camera that the first round began with.
-    problem.AddResidualBlock(new CameraPriorCost({-focal_change_, -bundle_.camera.distortion[0]},
-                                                 {learnt.focal_prior, learnt.radial_prior}),
-                             nullptr, camera_block_.data());
+    const Eigen::Vector2d mean(-focal_change_, -bundle_.camera.distortion[0]);
+    const Eigen::Vector2d factors(1.0 / learnt.focal_prior, 1.0 / learnt.radial_prior);
+    problem.AddResidualBlock(new ceres::NormalPrior(factors.asDiagonal(), mean), nullptr,
+                             camera_block_.data());
   }
 
   // The camera as it was found, and the observations undistorted as it would have them.
@@ -188,9 +188,8 @@ class BundleSolver {
       if (!o.inlier || !point.alive) {
         continue;
       }
-      const Eigen::Vector3d p_camera = bundle_.poses[o.pose].T_camera_map * point.p_map;
-      o.inlier = p_camera.z() > 0.0 && (bundle_.camera.Project(p_camera) - o.pixel).squaredNorm() <=
-                                           kChi2TwoDof * (o.sigma * o.sigma);
+      o.inlier = SquaredError(bundle_.camera, bundle_.poses[o.pose].T_camera_map * point.p_map, o.pixel,
+                              o.sigma * o.sigma) <= kChi2TwoDof;
       seen[o.point] += o.inlier ? 1 : 0;
     }
     for (std::size_t i = 0; i < seen.size(); ++i) {
@@ -209,82 +208,6 @@ class BundleSolver {
 };
 
 }  // namespace
-
-BundleProblem ExtractBundleProblem(const Map& map, const Camera& camera, const std::vector<KeyframeId>& free,
-                                   const std::vector<KeyframeId>& fixed) {
-  BundleProblem problem{camera, {}, {}, {}};
-  std::vector<PointId> points;
-  for (const KeyframeId id : free) {
-    problem.poses.push_back({id, false, map.At(id).T_camera_map});
-    for (const PointId point : map.At(id).points) {
-      if (point != kNoPoint) {
-        points.push_back(point);
-      }
-    }
-  }
-  for (const KeyframeId id : fixed) {
-    problem.poses.push_back({id, true, map.At(id).T_camera_map});
-  }
-  std::sort(problem.poses.begin(), problem.poses.end(),
-            [](const BundlePose& a, const BundlePose& b) { return a.id < b.id; });
-  std::sort(points.begin(), points.end());
-  points.erase(std::unique(points.begin(), points.end()), points.end());
-  for (const PointId id : points) {
-    const MapPoint& point = map.Point(id);
-    BundlePoint& added = problem.points.emplace_back(BundlePoint{id, point.p_map, 0, true});
-    for (const Observation& o : point.observations) {
-      const auto pose = std::lower_bound(problem.poses.begin(), problem.poses.end(), o.keyframe,
-                                         [](const BundlePose& a, KeyframeId b) { return a.id < b; });
-      if (pose == problem.poses.end() || pose->id != o.keyframe) {
-        ++added.seen_elsewhere;
-        continue;
-      }
-      const Keypoint& keypoint = map.At(o.keyframe).features->keypoints[static_cast<std::size_t>(o.keypoint)];
-      problem.observations.push_back({static_cast<std::size_t>(pose - problem.poses.begin()),
-                                      problem.points.size() - 1, keypoint.pixel,
-                                      map.Levels().Scale(keypoint.octave), true});
-    }
-  }
-  return problem;
-}
-
-BundleProblem ExtractBundleProblem(const Map& map, const Camera& camera) {
-  std::vector<KeyframeId> free;
-  for (const auto& [id, keyframe] : map.Keyframes()) {
-    free.push_back(id);
-  }
-  if (free.empty()) {
-    return {camera, {}, {}, {}};
-  }
-  const std::vector<KeyframeId> fixed{free.front()};
-  free.erase(free.begin());
-  return ExtractBundleProblem(map, camera, free, fixed);
-}
-
-void AddObjects(std::span<const ObjectTerm> objects, const JointObjectOptions& options, const Map& map,
-                BundleProblem& problem) {
-  for (const ObjectTerm& term : objects) {
-    BundleObject object;
-    object.id = term.id;
-    object.superquadric = term.superquadric;
-    object.sigma = options.sigma * term.superquadric.shape.half_size.mean();
-    object.huber = options.huber;
-    object.prior = options.prior;
-    for (std::size_t i = 0; i < term.points.size(); ++i) {
-      const PointId id = term.points[i];
-      const auto it = std::lower_bound(problem.points.begin(), problem.points.end(), id,
-                                       [](const BundlePoint& a, PointId b) { return a.id < b; });
-      if (it != problem.points.end() && it->id == id) {
-        object.points.push_back({static_cast<std::size_t>(it - problem.points.begin()), term.weights[i]});
-      } else {
-        object.held_points.push_back({map.Point(id).p_map, term.weights[i]});
-      }
-    }
-    if (static_cast<int>(object.points.size()) >= options.min_points) {
-      problem.objects.push_back(std::move(object));
-    }
-  }
-}
 
 bool SolveBundle(BundleProblem& problem, const BundleSolverOptions& options,
                  const std::function<bool()>& stop) {
@@ -307,39 +230,12 @@ double FocalDeviation(const BundleProblem& solved, int iterations, const std::fu
   const double rise = 0.5 * (cost_at(kStep) + cost_at(-kStep)) - at;
   // The errors' own size stands in for the pixels' standard deviation, which is only known up to a factor. A
   // point is seen a little off its place in the same way in most of its images: all its errors count as one.
-  const auto alive = std::count_if(solved.points.begin(), solved.points.end(),
-                                   [](const BundlePoint& point) { return point.alive; });
+  const auto alive = std::ranges::count(solved.points, true, &BundlePoint::alive);
   if (at <= 0.0 || rise <= 0.0 || alive == 0) {
     return std::numeric_limits<double>::infinity();
   }
   const double variance = at / static_cast<double>(alive);  // half the sum over two coordinates each
   return solved.camera.fx * kStep * std::sqrt(variance / (2.0 * rise));
-}
-
-int ApplyBundle(const BundleProblem& problem, Map& map) {
-  for (const BundlePose& pose : problem.poses) {
-    if (!pose.fixed && map.HasKeyframe(pose.id)) {
-      map.At(pose.id).T_camera_map = pose.T_camera_map;
-    }
-  }
-  for (const BundlePoint& point : problem.points) {
-    if (map.IsAlive(point.id)) {
-      map.Point(point.id).p_map = point.p_map;
-    }
-  }
-  int outliers = 0;
-  for (const BundleObservation& o : problem.observations) {
-    if (!o.inlier) {
-      map.RemoveObservation(problem.points[o.point].id, problem.poses[o.pose].id);
-      ++outliers;
-    }
-  }
-  for (const BundlePoint& point : problem.points) {
-    if (map.IsAlive(point.id)) {
-      map.UpdateNormalAndRange(point.id);
-    }
-  }
-  return outliers;
 }
 
 }  // namespace sqslam
