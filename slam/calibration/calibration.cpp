@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <opencv2/calib3d.hpp>
@@ -156,19 +155,15 @@ class Solver {
     CalibratedView view;
     view.name = views_[i].name;
     const std::vector<cv::Point2f> errors = Errors(i);
-    double sum = 0.0;
     for (std::size_t k = 0; k < errors.size(); ++k) {
       view.pixels.emplace_back(views_[i].corners[k].x, views_[i].corners[k].y);
       view.errors.emplace_back(errors[k].x, errors[k].y);
-      sum += view.errors.back().squaredNorm();
     }
-    view.rms = std::sqrt(sum / static_cast<double>(errors.size()));
+    view.rms = ViewRms(i);
     cv::Mat R;
     cv::Rodrigues(rotations_[i], R);
-    view.normal = {R.at<double>(0, 2), R.at<double>(1, 2), R.at<double>(2, 2)};
-    if (view.normal.z() > 0.0) {
-      view.normal = -view.normal;
-    }
+    const Eigen::Vector3d normal(R.at<double>(0, 2), R.at<double>(1, 2), R.at<double>(2, 2));
+    view.normal = normal.z() > 0.0 ? Eigen::Vector3d(-normal) : normal;
     return view;
   }
 
@@ -225,12 +220,11 @@ Descriptor Describe(const BoardView& view, const std::vector<cv::Point3f>& board
   const cv::Point2f center = 0.25F * (quad[0] + quad[1] + quad[2] + quad[3]);
   const double area = std::max(1.0, cv::contourArea(quad));
   constexpr double kTilt = 2.0;  // one side a third longer counts like half the image's width
-  return {center.x / image.width,
-          center.y / image.height,
-          0.5 * std::log(area / image.area()),
-          kTilt * std::log(side(0, 3) / side(1, 2)),
-          kTilt * std::log(side(0, 1) / side(3, 2)),
-          0.5 * std::log(side(0, 1) / side(0, 3))};
+  Descriptor descriptor;
+  descriptor << center.x / image.width, center.y / image.height, 0.5 * std::log(area / image.area()),
+      kTilt * std::log(side(0, 3) / side(1, 2)), kTilt * std::log(side(0, 1) / side(3, 2)),
+      0.5 * std::log(side(0, 1) / side(0, 3));
+  return descriptor;
 }
 
 // The indices of at most `count` views that differ from one another the most, sharp ones first: in the
@@ -331,37 +325,31 @@ std::vector<std::string> Weaknesses(const Calibration& c) {
   constexpr double kDeviation = 0.005;  // of the focal length
   constexpr double kRms = 1.0;          // px
   std::vector<std::string> weaknesses;
-  if (c.covered < kCovered) {
-    weaknesses.push_back(
-        fmt::format("the boards cover {:.0f} % of the image, expected {:.0f} %: towards its borders the "
-                    "distortion is a guess",
-                    100.0 * c.covered, 100.0 * kCovered));
-  }
-  if (c.tilt * kDegreesPerRadian < kTilt) {
-    weaknesses.push_back(
-        fmt::format("the boards are nearly parallel ({:.0f} degrees at most between two of them, expected "
-                    "{:.0f}): the focal "
-                    "length is poorly determined, tilt the board",
-                    c.tilt * kDegreesPerRadian, kTilt));
-  }
-  if (c.views.size() < kViews) {
-    weaknesses.push_back(fmt::format("only {} views, expected at least {}", c.views.size(), kViews));
-  }
-  if (c.intrinsic_deviation[0] > kDeviation * c.camera.fx) {
-    weaknesses.push_back(fmt::format("the standard deviation of fx is {:.1f} px, {:.1f} % of it",
-                                     c.intrinsic_deviation[0],
-                                     100.0 * c.intrinsic_deviation[0] / c.camera.fx));
-  }
-  if (c.rms > kRms) {
-    weaknesses.push_back(fmt::format(
-        "the RMS error is {:.2f} px, expected less than {:.0f}: a blurred video or a board that is not flat",
-        c.rms, kRms));
-  }
-  if (c.folds) {
-    weaknesses.push_back(
-        "the distortion folds back within the image, so its corners are wrong: show the board nearer to "
-        "them");
-  }
+  const auto add = [&](bool weak, const std::string& text) {
+    if (weak) {
+      weaknesses.push_back(text);
+    }
+  };
+  add(c.covered < kCovered,
+      fmt::format(
+          "the boards cover {:.0f} % of the image, expected {:.0f} %: towards its borders the distortion "
+          "is a guess",
+          100.0 * c.covered, 100.0 * kCovered));
+  add(c.tilt * kDegreesPerRadian < kTilt,
+      fmt::format(
+          "the boards are nearly parallel ({:.0f} degrees at most between two of them, expected {:.0f}): "
+          "the focal length is poorly determined, tilt the board",
+          c.tilt * kDegreesPerRadian, kTilt));
+  add(c.views.size() < kViews, fmt::format("only {} views, expected at least {}", c.views.size(), kViews));
+  add(c.intrinsic_deviation[0] > kDeviation * c.camera.fx,
+      fmt::format("the standard deviation of fx is {:.1f} px, {:.1f} % of it", c.intrinsic_deviation[0],
+                  100.0 * c.intrinsic_deviation[0] / c.camera.fx));
+  add(c.rms > kRms,
+      fmt::format("the RMS error is {:.2f} px, expected less than {:.0f}: a blurred video or a board "
+                  "that is not flat",
+                  c.rms, kRms));
+  add(c.folds,
+      "the distortion folds back within the image, so its corners are wrong: show the board nearer to them");
   return weaknesses;
 }
 

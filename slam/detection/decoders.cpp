@@ -7,17 +7,11 @@
 #include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
-#include <string>
 
 #include "slam/util/error.h"
 
 namespace sqslam {
 namespace {
-
-std::string ShapeOf(const cv::Mat& blob) {
-  std::vector<int> sizes(blob.size.p, blob.size.p + blob.dims);
-  return fmt::format("{}", fmt::join(sizes, "x"));
-}
 
 void CheckShape(const cv::Mat& blob, std::initializer_list<int> expected, const char* decoder) {
   const bool fits = blob.type() == CV_32F && blob.dims == static_cast<int>(expected.size()) &&
@@ -26,7 +20,7 @@ void CheckShape(const cv::Mat& blob, std::initializer_list<int> expected, const 
     throw InputError(
         fmt::format("the network's output is {}, expected {} for the decoder '{}' (other decoder, "
                     "other input size, or another number of classes?)",
-                    ShapeOf(blob), fmt::join(expected, "x"), decoder));
+                    fmt::join(blob.size.p, blob.size.p + blob.dims, "x"), fmt::join(expected, "x"), decoder));
   }
 }
 

@@ -6,8 +6,6 @@
 
 #include <algorithm>
 #include <opencv2/dnn.hpp>
-#include <set>
-#include <string>
 
 #include "slam/detection/decoders.h"
 #include "slam/io/coco.h"

@@ -11,13 +11,8 @@ BundleAdjustmentReport Run(Map& map, BundleProblem problem, const BundleSolverOp
                            const std::function<bool()>& interrupt, const JointObjects& objects) {
   AddObjects(objects.terms, objects.options, map, problem);
   BundleAdjustmentReport report;
-  for (const BundlePose& pose : problem.poses) {
-    ++(pose.fixed ? report.fixed_keyframes : report.keyframes);
-  }
-  report.points = static_cast<int>(problem.points.size());
-  report.observations = static_cast<int>(problem.observations.size());
   report.interrupted = !SolveBundle(problem, options, interrupt);
-  report.outliers = ApplyBundle(problem, map);
+  ApplyBundle(problem, map);
   for (const BundleObject& object : problem.objects) {
     if (object.improved) {
       report.objects.emplace_back(object.id, object.superquadric);

@@ -160,11 +160,6 @@ struct BundleAdjustmentOptions : BundleSolverOptions {
 };
 
 struct BundleAdjustmentReport {
-  int keyframes = 0;
-  int fixed_keyframes = 0;
-  int points = 0;
-  int observations = 0;
-  int outliers = 0;  // observations removed from the map
   bool interrupted = false;
   std::vector<std::pair<int, PosedSuperquadric>> objects;  // id and superquadric of those that fit better now
 };

@@ -103,17 +103,12 @@ void ObjectBlocks::Judge() {
 }
 
 SuperquadricBlock ToBlock(const PosedSuperquadric& superquadric) {
-  const Eigen::Vector3d& c = superquadric.T_map_object.translation;
-  const Eigen::Vector3d log_half = superquadric.shape.half_size.array().log();
-  return {c.x(),
-          c.y(),
-          c.z(),
-          log_half.x(),
-          log_half.y(),
-          log_half.z(),
-          0.0,
-          superquadric.shape.e1,
-          superquadric.shape.e2};
+  SuperquadricBlock block{};
+  Eigen::Vector3d::Map(block.data()) = superquadric.T_map_object.translation;
+  Eigen::Vector3d::Map(block.data() + kBlockLogHalf) = superquadric.shape.half_size.array().log();
+  block[kBlockExponents] = superquadric.shape.e1;
+  block[kBlockExponents + 1] = superquadric.shape.e2;
+  return block;
 }
 
 PosedSuperquadric FromBlock(const SuperquadricBlock& block, const Eigen::Quaterniond& R_map_start) {

@@ -162,12 +162,12 @@ class BundleSolver {
       // Behind the camera there is no reprojection; MarkOutliers() takes the observation away.
       if (o.inlier && point.alive && IsInFront(o.pose, point.p_map)) {
         double* const pose = pose_blocks_[o.pose].data();
+        const PixelMeasurement measured(bundle_.camera, o.pixel, o.sigma);
         if (bundle_.learnt) {
-          problem.AddResidualBlock(new CameraReprojectionCost(bundle_.camera, o.pixel, o.sigma), loss, pose,
-                                   point.p_map.data(), camera_block_.data());
+          problem.AddResidualBlock(new CameraReprojectionCost(measured), loss, pose, point.p_map.data(),
+                                   camera_block_.data());
         } else {
-          problem.AddResidualBlock(new ReprojectionCost(bundle_.camera, o.pixel, o.sigma), loss, pose,
-                                   point.p_map.data());
+          problem.AddResidualBlock(new ReprojectionCost(measured), loss, pose, point.p_map.data());
         }
       }
     }

@@ -87,18 +87,20 @@ bool ReprojectionCost::Evaluate(double const* const* parameters, double* residua
   if (!point.InFront()) {
     return false;
   }
+  const auto& [focal, center, pixel, weight] = measured_;
+  const auto [fx, fy] = std::array{focal.x(), focal.y()};
   const Eigen::Vector3d& p = point.p;
   const double inverse_z = 1.0 / p.z();
   const double x = p.x() * inverse_z;
   const double y = p.y() * inverse_z;
-  residuals[0] = weight_ * (fx_ * x + cx_ - pixel_.x());
-  residuals[1] = weight_ * (fy_ * y + cy_ - pixel_.y());
+  residuals[0] = weight * (fx * x + center.x() - pixel.x());
+  residuals[1] = weight * (fy * y + center.y() - pixel.y());
   if (jacobians == nullptr) {
     return true;
   }
   Eigen::Matrix<double, 2, 3> d_pixel;
-  d_pixel << fx_ * inverse_z, 0.0, -fx_ * x * inverse_z, 0.0, fy_ * inverse_z, -fy_ * y * inverse_z;
-  d_pixel *= weight_;
+  d_pixel << fx * inverse_z, 0.0, -fx * x * inverse_z, 0.0, fy * inverse_z, -fy * y * inverse_z;
+  d_pixel *= weight;
   point.WriteJacobians(d_pixel, jacobians);
   return true;
 }
@@ -109,15 +111,16 @@ bool CameraReprojectionCost::Evaluate(double const* const* parameters, double* r
   if (!point.InFront()) {
     return false;
   }
+  const auto& [known_focal, center, pixel, weight] = measured_;
   const Eigen::Vector3d& p = point.p;
   const double inverse_z = 1.0 / p.z();
   const Eigen::Vector2d n = p.head<2>() * inverse_z;
-  const Eigen::Vector2d focal = weight_ * std::exp(parameters[2][0]) * focal_;
+  const Eigen::Vector2d focal = weight * std::exp(parameters[2][0]) * known_focal;
   const double radial = parameters[2][1];
   const double r2 = n.squaredNorm();
   const Eigen::Vector2d from_center = focal.cwiseProduct((1.0 + radial * r2) * n);
   Eigen::Map<Eigen::Vector2d> error(residuals);
-  error = from_center + weight_ * (center_ - pixel_);
+  error = from_center + weight * (center - pixel);
   if (jacobians == nullptr) {
     return true;
   }

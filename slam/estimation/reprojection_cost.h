@@ -42,24 +42,27 @@ class PoseManifold final : public PerturbationManifold {
   bool Minus(const double* y, const double* x, double* y_minus_x) const override;
 };
 
+// A pixel where a map point is seen, and the camera that sees it.
+struct PixelMeasurement {
+  PixelMeasurement(const Camera& camera, const Eigen::Vector2d& at, double standard_deviation)
+      : focal(camera.fx, camera.fy),
+        center(camera.cx, camera.cy),
+        pixel(at),
+        weight(1.0 / standard_deviation) {}
+
+  Eigen::Vector2d focal, center, pixel;
+  double weight;
+};
+
 // Reprojection error e(T_c, p) of a map point in units of the pixel's standard deviation; parameters: pose,
 // point.
 class ReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3> {
  public:
-  ReprojectionCost(const Camera& camera, const Eigen::Vector2d& pixel, double standard_deviation)
-      : fx_(camera.fx),
-        fy_(camera.fy),
-        cx_(camera.cx),
-        cy_(camera.cy),
-        pixel_(pixel),
-        weight_(1.0 / standard_deviation) {}
-
+  explicit ReprojectionCost(const PixelMeasurement& measured) : measured_(measured) {}
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
  private:
-  double fx_, fy_, cx_, cy_;
-  Eigen::Vector2d pixel_;
-  double weight_;
+  PixelMeasurement measured_;
 };
 
 // The learnt part of a camera as a parameter block: logarithm of the focal length in units of the one known,
@@ -69,19 +72,11 @@ using CameraBlock = std::array<double, 2>;
 // The same error with the camera as a further parameter; the pixel is undistorted as the camera is known.
 class CameraReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3, 2> {
  public:
-  CameraReprojectionCost(const Camera& camera, const Eigen::Vector2d& pixel, double standard_deviation)
-      : focal_(camera.fx, camera.fy),
-        center_(camera.cx, camera.cy),
-        pixel_(pixel),
-        weight_(1.0 / standard_deviation) {}
-
+  explicit CameraReprojectionCost(const PixelMeasurement& measured) : measured_(measured) {}
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
  private:
-  Eigen::Vector2d focal_;
-  Eigen::Vector2d center_;
-  Eigen::Vector2d pixel_;
-  double weight_;
+  PixelMeasurement measured_;
 };
 
 }  // namespace sqslam

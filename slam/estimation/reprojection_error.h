@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <limits>
+#include <vector>
 
 #include "slam/geometry/camera.h"
 #include "slam/geometry/lie.h"
@@ -43,5 +44,18 @@ inline Eigen::Matrix<double, 2, 6> PoseJacobian(const Camera& camera, const Rigi
   J.rightCols<3>() = d_pixel;
   return J;
 }
+
+// A map point seen at a pixel.
+struct PointObservation {
+  Eigen::Vector3d p_map;
+  Eigen::Vector2d pixel;  // undistorted
+  double variance = 1.0;  // of the pixel, px^2
+  bool inlier = true;     // in and out
+};
+
+// Refines T_camera_map so that the reprojection error of the observations becomes least (Huber, Gauss-Newton
+// with analytic Jacobians, points fixed), and marks outliers; four rounds, each from the inliers of the last,
+// as in the tracking of ORB-SLAM (Mur-Artal et al. 2015, section V). Returns the number of inliers.
+int OptimizePose(const Camera& camera, std::vector<PointObservation>& observations, Rigid3d& T_camera_map);
 
 }  // namespace sqslam

@@ -184,6 +184,18 @@ bool Minimize(const Camera& camera, const std::vector<Sim3Match>& matches, const
   return true;
 }
 
+// Refines by the matches that `fits(index, errors)` accepts. Returns false where they determine no
+// similarity.
+bool Improve(const Camera& camera, const std::vector<Sim3Match>& matches, bool robust, Sim3d& S,
+             auto&& fits) {
+  const Sim3d S_inverse = S.Inverse();
+  std::vector<bool> use(matches.size());
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    use[i] = fits(i, ErrorsOf(camera, S, S_inverse, matches[i]));
+  }
+  return std::ranges::count(use, true) >= 3 && Minimize(camera, matches, use, robust, S);
+}
+
 // Local optimisation of a hypothesis (Chum, Matas, Kittler, "Locally Optimized RANSAC", 2003): refines it by
 // the reprojection errors of the matches that fit loosely, for as long as that makes it better.
 void Polish(const Camera& camera, const std::vector<Sim3Match>& matches, Hypothesis& best) {
@@ -191,13 +203,10 @@ void Polish(const Camera& camera, const std::vector<Sim3Match>& matches, Hypothe
   constexpr double kLoose = 4.0;  // squared errors up to so many times the bound take part
   for (int round = 0; round < kRounds; ++round) {
     Sim3d S = best.estimate.S_camera1_camera2;
-    const Sim3d S_inverse = S.Inverse();
-    std::vector<bool> use(matches.size());
-    for (std::size_t i = 0; i < matches.size(); ++i) {
-      const MatchErrors errors = ErrorsOf(camera, S, S_inverse, matches[i]);
-      use[i] = std::max(errors.image1, errors.image2) <= kLoose * kChi2TwoDof99;
-    }
-    if (std::ranges::count(use, true) < 3 || !Minimize(camera, matches, use, true, S)) {
+    const bool improved = Improve(camera, matches, true, S, [](std::size_t, const MatchErrors& errors) {
+      return std::max(errors.image1, errors.image2) <= kLoose * kChi2TwoDof99;
+    });
+    if (!improved) {
       return;
     }
     Hypothesis next = Judge(camera, matches, S);
@@ -243,14 +252,11 @@ int RefineSim3(const Camera& camera, const std::vector<Sim3Match>& matches, Sim3
   int count = 0;
   Sim3d S = S_camera1_camera2;
   for (int round = 0; round < kRounds; ++round) {
-    std::vector<bool> use = inliers;
-    const Sim3d S_inverse = S.Inverse();
-    for (std::size_t i = 0; i < matches.size(); ++i) {
-      const MatchErrors errors = ErrorsOf(camera, S, S_inverse, matches[i]);
-      use[i] = use[i] && std::isfinite(errors.image1 + errors.image2);
-    }
-    // Fewer than three points do not determine a similarity.
-    if (std::ranges::count(use, true) < 3 || !Minimize(camera, matches, use, round == 0, S)) {
+    const bool improved =
+        Improve(camera, matches, round == 0, S, [&](std::size_t i, const MatchErrors& errors) {
+          return inliers[i] && std::isfinite(errors.image1 + errors.image2);
+        });
+    if (!improved) {
       return 0;
     }
     Hypothesis judged = Judge(camera, matches, S);

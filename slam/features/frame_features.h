@@ -25,8 +25,7 @@ class KeypointGrid {
   KeypointGrid(const std::vector<Keypoint>& keypoints, int width, int height)
       : columns_((width + kCellSize - 1) / kCellSize), rows_((height + kCellSize - 1) / kCellSize) {
     const auto cell_of = [&](const Keypoint& keypoint) {
-      return static_cast<std::size_t>(CellOf(keypoint.pixel.y(), rows_) * columns_ +
-                                      CellOf(keypoint.pixel.x(), columns_));
+      return CellOf(keypoint.pixel.y(), rows_) * columns_ + CellOf(keypoint.pixel.x(), columns_);
     };
     starts_.assign(static_cast<std::size_t>(columns_ * rows_) + 1, 0);
     for (const Keypoint& keypoint : keypoints) {
@@ -43,16 +42,14 @@ class KeypointGrid {
   }
 
   // Calls visit(index) for the keypoints of the cells that the square around `pixel` touches.
-  template <typename Visit>
-  void ForEachNear(const Eigen::Vector2d& pixel, double radius, Visit&& visit) const {
+  void ForEachNear(const Eigen::Vector2d& pixel, double radius, auto&& visit) const {
     const int x0 = CellOf(pixel.x() - radius, columns_);
     const int x1 = CellOf(pixel.x() + radius, columns_);
     const int y0 = CellOf(pixel.y() - radius, rows_);
     const int y1 = CellOf(pixel.y() + radius, rows_);
     for (int y = y0; y <= y1; ++y) {
       for (int x = x0; x <= x1; ++x) {
-        const std::size_t cell =
-            static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(x);
+        const int cell = y * columns_ + x;
         for (int i = starts_[cell]; i < starts_[cell + 1]; ++i) {
           visit(indices_[i]);
         }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <numeric>
 #include <opencv2/core/hal/hal.hpp>
 
@@ -42,9 +41,10 @@ std::vector<int> ConsistentRotations(const std::vector<std::pair<float, float>>&
   return kept;
 }
 
-std::vector<PredictionMatch> MatchPredictions(std::span<const PredictedPoint> predictions,
-                                              const FrameFeatures& features, const std::vector<bool>& taken,
-                                              int max_distance, double ratio) {
+std::vector<std::pair<int, int>> MatchPredictions(std::span<const PredictedPoint> predictions,
+                                                  const FrameFeatures& features,
+                                                  const std::vector<bool>& taken, int max_distance,
+                                                  double ratio) {
   std::vector<NearestTwo::Candidate> claims(features.Size());  // by keypoint: the nearest prediction
   for (std::size_t p = 0; p < predictions.size(); ++p) {
     const PredictedPoint& prediction = predictions[p];
@@ -66,14 +66,14 @@ std::vector<PredictionMatch> MatchPredictions(std::span<const PredictedPoint> pr
       claims[best.index] = {best.distance, static_cast<int>(p)};
     }
   }
-  std::vector<PredictionMatch> matches;
+  std::vector<std::pair<int, int>> matches;
   std::vector<std::pair<float, float>> angles;
   bool check_rotation = true;
   for (std::size_t k = 0; k < claims.size(); ++k) {
     if (claims[k].index >= 0) {
       const PredictedPoint& prediction = predictions[claims[k].index];
       check_rotation = check_rotation && prediction.angle >= 0.0F;
-      matches.push_back({prediction.tag, static_cast<int>(k)});
+      matches.emplace_back(prediction.tag, static_cast<int>(k));
       angles.emplace_back(prediction.angle, features.keypoints[k].angle);
     }
   }

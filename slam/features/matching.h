@@ -43,18 +43,14 @@ struct PredictedPoint {
   float angle = -1.0F;  // degrees; negative: unknown, no rotation check
 };
 
-struct PredictionMatch {
-  int tag = 0;
-  int keypoint = 0;
-};
-
-// Best keypoint for each prediction, each keypoint used once (the nearer descriptor wins). `taken[i]`
-// excludes keypoint i from the search. A match needs a distance of at most `max_distance` and, among
-// candidates of the same octave, best < ratio * second. Where angles are known, matches off the dominant
-// rotation are dropped.
-std::vector<PredictionMatch> MatchPredictions(std::span<const PredictedPoint> predictions,
-                                              const FrameFeatures& features, const std::vector<bool>& taken,
-                                              int max_distance, double ratio);
+// Pairs (tag, keypoint): the best keypoint for each prediction, each keypoint used once (the nearer
+// descriptor wins). `taken[i]` excludes keypoint i from the search. A match needs a distance of at most
+// `max_distance` and, among candidates of the same octave, best < ratio * second. Where angles are known,
+// matches off the dominant rotation are dropped.
+std::vector<std::pair<int, int>> MatchPredictions(std::span<const PredictedPoint> predictions,
+                                                  const FrameFeatures& features,
+                                                  const std::vector<bool>& taken, int max_distance,
+                                                  double ratio);
 
 // Pairs (index in a, index in b) by mutual search over all descriptors with ratio test and rotation check;
 // `use_a`, `use_b` restrict the search (empty: all).

@@ -5,7 +5,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "slam/features/brief_pattern.h"
-#include "slam/features/corners.h"
 #include "slam/features/patch_descriptor.h"
 
 namespace sqslam {

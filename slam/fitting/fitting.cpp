@@ -2,19 +2,184 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
+#include <nanoflann.hpp>
 #include <numeric>
-#include <optional>
+#include <random>
+#include <utility>
 
-#include "slam/fitting/cloud_preparation.h"
 #include "slam/fitting/surface_measures.h"
 #include "slam/util/error.h"
+#include "slam/util/statistics.h"
 
 namespace sqslam {
 namespace {
 
+using Eigen::Matrix3d;
 using Eigen::Vector3d;
+
+struct Moments {
+  Vector3d mean = Vector3d::Zero();
+  Matrix3d covariance = Matrix3d::Zero();
+};
+
+Moments WeightedMoments(const std::vector<Vector3d>& points, const auto& weight) {
+  Moments moments;
+  double sum = 0.0;
+  for (const Vector3d& p : points) {
+    const double w = weight(p);
+    sum += w;
+    moments.mean += w * p;
+    moments.covariance += w * p * p.transpose();
+  }
+  moments.mean /= sum;
+  moments.covariance = moments.covariance / sum - moments.mean * moments.mean.transpose();
+  return moments;
+}
+
+// The signed third moment along an axis tells its direction.
+Vector3d Directed(const Vector3d& axis, const std::vector<Vector3d>& points, const Vector3d& mean) {
+  double third = 0.0;
+  for (const Vector3d& p : points) {
+    const double x = axis.dot(p - mean);
+    third += x * x * x / (1.0 + x * x);
+  }
+  return third < 0.0 ? Vector3d(-axis) : axis;
+}
+
+Matrix3d PrincipalAxes(const Matrix3d& covariance, const std::vector<Vector3d>& points, const Vector3d& mean,
+                       bool upright) {
+  Matrix3d axes = Matrix3d::Identity();
+  if (upright) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(covariance.topLeftCorner<2, 2>());
+    axes.col(0).head<2>() = solver.eigenvectors().col(1);
+    axes.col(0) = Directed(axes.col(0), points, mean);
+    axes.col(1) = axes.col(2).cross(axes.col(0));
+    return axes;
+  }
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(covariance);
+  axes.col(0) = Directed(solver.eigenvectors().col(2), points, mean);
+  axes.col(1) = Directed(solver.eigenvectors().col(1), points, mean);
+  axes.col(2) = axes.col(0).cross(axes.col(1));
+  return axes;
+}
+
+std::ptrdiff_t CountNear(const std::vector<Vector3d>& points, const Plane& plane, double distance) {
+  return std::ranges::count_if(points,
+                               [&](const Vector3d& p) { return std::abs(plane.Distance(p)) < distance; });
+}
+
+Plane LeastSquares(const std::vector<Vector3d>& points, const Plane& start, double distance) {
+  const Moments moments = WeightedMoments(
+      points, [&](const Vector3d& p) { return std::abs(start.Distance(p)) < distance ? 1.0 : 0.0; });
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(moments.covariance);
+  const Vector3d normal = solver.eigenvectors().col(0);
+  return {normal, normal.dot(moments.mean)};
+}
+
+using Clusters = std::vector<std::vector<std::size_t>>;
+
+constexpr std::size_t kNeighbours = 8;
+constexpr std::size_t kDenseNeighbours = 9;  // itself included
+constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+
+// The points with the given indices, as nanoflann wants to see them.
+struct View {
+  const std::vector<Vector3d>& points;
+  const std::vector<std::size_t>& indices;
+
+  std::size_t kdtree_get_point_count() const { return indices.size(); }
+  double kdtree_get_pt(std::size_t i, std::size_t axis) const {
+    return points[indices[i]][static_cast<Eigen::Index>(axis)];
+  }
+  bool kdtree_get_bbox(auto&) const { return false; }
+};
+
+using Tree =
+    nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, View>, View, 3, std::size_t>;
+using Matches = std::vector<std::pair<std::size_t, double>>;  // index and squared distance
+
+Matches Within(const Tree& tree, const Vector3d& point, double radius) {
+  Matches matches;
+  tree.radiusSearch(point.data(), radius * radius, matches, nanoflann::SearchParams());  // nearest first
+  return matches;
+}
+
+double TypicalDistance(const Tree& tree, const View& view) {
+  std::vector<double> squares;
+  for (const std::size_t index : view.indices) {
+    std::array<std::size_t, kNeighbours + 1> found{};
+    std::array<double, kNeighbours + 1> square{};
+    const std::size_t count =
+        tree.knnSearch(view.points[index].data(), kNeighbours + 1, found.data(), square.data());
+    squares.push_back(square[count - 1]);
+  }
+  return std::sqrt(UpperMedian(std::move(squares)));
+}
+
+// A cloud in a frame that moves, turns and grows with it: whatever is computed there commutes with
+// similarities of the cloud, and does not depend on the order of the points.
+struct CanonicalCloud {
+  Sim3d S_map_canonical;                // p_map = S * p_canonical
+  std::vector<Eigen::Vector3d> points;  // canonical; sorted by their coordinates
+  std::vector<std::size_t> source;      // index in the cloud of each of `points`
+};
+
+// Origin: a mean that far points pull little; axes: principal axes with the signs of the third moments; unit:
+// the root mean square distance from the origin, likewise weighted. `upright` keeps the z axis and turns
+// about it only. Throws InputError for fewer than 11 points, or points that all coincide.
+CanonicalCloud ToCanonicalFrame(std::span<const Vector3d> cloud, bool upright) {
+  constexpr std::size_t kLeast = 11;  // parameters of a superquadric
+  if (cloud.size() < kLeast) {
+    throw InputError(
+        fmt::format("{} points, expected at least {} to fit a superquadric", cloud.size(), kLeast));
+  }
+  const Vector3d mean = std::accumulate(cloud.begin(), cloud.end(), Vector3d(0.0, 0.0, 0.0)) /
+                        static_cast<double>(cloud.size());
+  double square = 0.0;
+  double largest = 0.0;
+  for (const Vector3d& p : cloud) {
+    square += (p - mean).squaredNorm() / static_cast<double>(cloud.size());
+    largest = std::max(largest, p.cwiseAbs().maxCoeff());
+  }
+  const double radius = std::sqrt(square);
+  if (!(radius > 1e-12 * largest) || !std::isfinite(radius)) {
+    throw InputError("the points of the cloud coincide, expected points on the surface of an object");
+  }
+  std::vector<Vector3d> normalized;
+  normalized.reserve(cloud.size());
+  for (const Vector3d& p : cloud) {
+    normalized.push_back((p - mean) / radius);
+  }
+  const Moments moments = WeightedMoments(normalized, [](const Vector3d& p) {
+    const double square_distance = p.squaredNorm();
+    return 1.0 / (1.0 + square_distance * square_distance);
+  });
+  const Matrix3d axes = PrincipalAxes(moments.covariance, normalized, moments.mean, upright);
+  const double unit = std::sqrt(moments.covariance.trace());
+  CanonicalCloud result;
+  result.S_map_canonical = {radius * unit, Eigen::Quaterniond(axes).normalized(),
+                            mean + radius * moments.mean};
+  std::vector<Vector3d> points;
+  for (const Vector3d& p : normalized) {
+    points.push_back(axes.transpose() * (p - moments.mean) / unit);
+  }
+  result.source.resize(points.size());
+  std::iota(result.source.begin(), result.source.end(), std::size_t{0});
+  std::ranges::sort(result.source, [&](std::size_t a, std::size_t b) {
+    return std::lexicographical_compare(points[a].begin(), points[a].end(), points[b].begin(),
+                                        points[b].end());
+  });
+  for (const std::size_t index : result.source) {
+    result.points.push_back(points[index]);
+  }
+  return result;
+}
 
 // Every n-th of the sorted points, so that at most `count` are left.
 std::vector<Vector3d> Thinned(const std::vector<Vector3d>& points, int count) {
@@ -27,6 +192,87 @@ std::vector<Vector3d> Thinned(const std::vector<Vector3d>& points, int count) {
 }
 
 }  // namespace
+
+std::optional<Plane> FindLargestPlane(const std::vector<Vector3d>& points, double distance, bool horizontal,
+                                      std::uint64_t seed) {
+  if (points.size() < 3) {
+    return std::nullopt;
+  }
+  constexpr int kTrials = 1000;           // finds a plane of a fifth of the points all but surely
+  constexpr double kLevelCosine = 0.966;  // 15 degrees
+  std::mt19937_64 random(seed);
+  std::uniform_int_distribution<std::size_t> pick(0, points.size() - 1);
+  std::optional<Plane> best;
+  std::ptrdiff_t most = 0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const Vector3d& a = points[pick(random)];
+    const Vector3d& b = points[pick(random)];
+    const Vector3d& c = points[pick(random)];
+    const Vector3d normal = (b - a).cross(c - a);
+    const double length = normal.norm();
+    if (length < 1e-9 || (horizontal && std::abs(normal.z()) < kLevelCosine * length)) {
+      continue;
+    }
+    const Plane plane{normal / length, normal.dot(a) / length};
+    const std::ptrdiff_t count = CountNear(points, plane, distance);
+    if (count > most) {
+      most = count;
+      best = plane;
+    }
+  }
+  for (int i = 0; best && i < 3; ++i) {
+    best = LeastSquares(points, *best, distance);
+  }
+  return best;
+}
+
+Clusters ClusterPoints(const std::vector<Vector3d>& points, const std::vector<std::size_t>& indices,
+                       double distance) {
+  if (indices.empty()) {
+    return {};
+  }
+  const View view{points, indices};
+  const Tree tree(3, view, nanoflann::KDTreeSingleIndexAdaptorParams(10));
+  const double radius = distance * TypicalDistance(tree, view);
+  const auto at = [&](std::size_t i) -> const Vector3d& { return points[indices[i]]; };
+  std::vector<bool> dense(indices.size());
+  for (std::size_t i = 0; i < indices.size(); ++i) {
+    dense[i] = Within(tree, at(i), radius).size() >= kDenseNeighbours;
+  }
+  Clusters clusters;
+  std::vector<std::size_t> cluster_of(indices.size(), kNone);
+  for (std::size_t first = 0; first < indices.size(); ++first) {
+    if (!dense[first] || cluster_of[first] != kNone) {
+      continue;
+    }
+    std::vector<std::size_t> pending = {first};
+    cluster_of[first] = clusters.size();
+    while (!pending.empty()) {
+      const std::size_t i = pending.back();
+      pending.pop_back();
+      for (const auto& [j, square] : Within(tree, at(i), radius)) {
+        if (dense[j] && cluster_of[j] == kNone) {
+          cluster_of[j] = clusters.size();
+          pending.push_back(j);
+        }
+      }
+    }
+    clusters.emplace_back();
+  }
+  for (std::size_t i = 0; i < indices.size(); ++i) {
+    std::size_t cluster = cluster_of[i];
+    if (!dense[i]) {
+      const Matches matches = Within(tree, at(i), radius);
+      const auto near = std::ranges::find_if(matches, [&](const auto& m) { return dense[m.first]; });
+      cluster = near == matches.end() ? kNone : cluster_of[near->first];
+    }
+    if (cluster != kNone) {
+      clusters[cluster].push_back(indices[i]);
+    }
+  }
+  std::ranges::stable_sort(clusters, [](const auto& a, const auto& b) { return a.size() > b.size(); });
+  return clusters;
+}
 
 SuperquadricFit FitSuperquadric(std::span<const Vector3d> cloud, const FitOptions& options) {
   const CanonicalCloud canonical = ToCanonicalFrame(cloud, options.upright);

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -27,6 +29,27 @@ struct MultiFitOptions {
     visit("min_cluster_points", min_cluster_points, 11, 1000000);
   }
 };
+
+struct Plane {
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // unit length
+  double offset = 0.0;                                // normal . p on the plane
+
+  double Distance(const Eigen::Vector3d& p) const { return normal.dot(p) - offset; }  // signed
+};
+
+// The plane with the most points within `distance` (RANSAC, then least squares over those points).
+// `horizontal`: only planes whose normal is within 15 degrees of z. Empty where the points are fewer than
+// three or no three of them span such a plane.
+std::optional<Plane> FindLargestPlane(const std::vector<Eigen::Vector3d>& points, double distance,
+                                      bool horizontal, std::uint64_t seed);
+
+// Splits the points with the given indices where there are gaps (density-based clustering, Ester et al., KDD
+// 1996). Two dense points within the radius belong together; a point is dense that has eight
+// neighbours within the radius; one that is not dense goes with the nearest dense one within the
+// radius, or to no cluster (stray outliers). The radius is `distance` times the median distance to the eighth
+// neighbour. Returns indices, largest cluster first.
+std::vector<std::vector<std::size_t>> ClusterPoints(const std::vector<Eigen::Vector3d>& points,
+                                                    const std::vector<std::size_t>& indices, double distance);
 
 // One superquadric of a cloud. The map frame is the cloud's, lengths in its unit.
 struct SuperquadricFit {

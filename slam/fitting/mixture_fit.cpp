@@ -112,8 +112,7 @@ class Residuals {
     return d < 0.0 ? -root : root;
   }
 
-  template <typename Jacobian>
-  static void AddPriors(const Parameters& x, double* residuals, Jacobian& J, int row) {
+  static void AddPriors(const Parameters& x, double* residuals, auto& J, int row) {
     for (int i = 0; i < 5; ++i) {
       const double weight = i < 3 ? kSizePrior : kLogitPrior;
       residuals[i] = weight * x[i];
@@ -125,8 +124,7 @@ class Residuals {
   }
 
   // sqrt(2 w (log A + K)): the cost w log A as a least-squares residual; K only keeps the root real.
-  template <typename Jacobian>
-  void AddArea(const Superquadric& shape, double* residual, Jacobian& J, int row) const {
+  void AddArea(const Superquadric& shape, double* residual, auto& J, int row) const {
     const bool differentiate = J.rows() > 0;
     Eigen::Matrix<double, 5, 1> gradient;
     const double log_area = LogSurfaceArea(shape, differentiate ? &gradient : nullptr);

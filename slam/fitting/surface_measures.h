@@ -40,8 +40,7 @@ class SurfaceDistance {
 };
 
 // The area of a superquadric by a coarse quadrature, quick enough for the inside of an optimisation: good to
-// 2 %. `gradient` may be null: of log(area), by log a_x, log a_y, log a_z,
-// e1 and e2.
+// 2 %. `gradient` may be null: of log(area), by log a_x, log a_y, log a_z, e1 and e2.
 double LogSurfaceArea(const Superquadric& shape, Eigen::Matrix<double, 5, 1>* gradient = nullptr);
 
 }  // namespace sqslam

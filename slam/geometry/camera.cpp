@@ -1,5 +1,6 @@
 #include "slam/geometry/camera.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -24,8 +25,7 @@ bool Camera::HasDistortion() const {
 }
 
 Eigen::Vector2d Camera::ProjectDistorted(const Eigen::Vector3d& p_camera) const {
-  const Eigen::Vector2d n = Distort(distortion, p_camera.head<2>() / p_camera.z());
-  return {fx * n.x() + cx, fy * n.y() + cy};
+  return Project(Distort(distortion, p_camera.hnormalized()).homogeneous());
 }
 
 Eigen::Vector2d Camera::Undistort(const Eigen::Vector2d& pixel) const {
@@ -34,7 +34,7 @@ Eigen::Vector2d Camera::Undistort(const Eigen::Vector2d& pixel) const {
   }
   constexpr int kIterations = 20;
   constexpr double kFoldedError = 1e-12;  // squared, focal lengths; less is rounding
-  const Eigen::Vector2d target((pixel.x() - cx) / fx, (pixel.y() - cy) / fy);
+  const Eigen::Vector2d target = Unproject(pixel).head<2>();
   Eigen::Vector2d n = target;
   double last_error = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kIterations; ++i) {
@@ -48,7 +48,7 @@ Eigen::Vector2d Camera::Undistort(const Eigen::Vector2d& pixel) const {
     last_error = error;
     n += step;
   }
-  return {fx * n.x() + cx, fy * n.y() + cy};
+  return Project(n.homogeneous());
 }
 
 Camera ResizedCamera(const Camera& camera, int width, int height) {

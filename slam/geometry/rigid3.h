@@ -53,10 +53,7 @@ struct Sim3d {
     return {(rotation * T_b_c.rotation).normalized(), *this * T_b_c.translation};
   }
 
-  bool operator==(const Sim3d& other) const {
-    return scale == other.scale && rotation.coeffs() == other.rotation.coeffs() &&
-           translation == other.translation;
-  }
+  bool operator==(const Sim3d&) const = default;
 
   // The similarity that maps as the rigid motion does.
   static Sim3d FromRigid(const Rigid3d& T_a_b) { return {1.0, T_a_b.rotation, T_a_b.translation}; }

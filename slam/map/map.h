@@ -126,16 +126,14 @@ class Map {
   PointId AddPoint(const Eigen::Vector3d& p_map, KeyframeId first_keyframe);
 
   void AddObservation(PointId point, KeyframeId keyframe, int keypoint);
-  void RemoveObservation(PointId point,
-                         KeyframeId keyframe);  // removes the point too when fewer than 2 are left
+  void RemoveObservation(PointId point, KeyframeId keyframe);  // and the point where fewer than 2 are left
   void RemovePoint(PointId point);
   void Fuse(PointId dropped, PointId kept);
   void RemoveKeyframe(KeyframeId keyframe);  // its pose stays known relative to its parent
 
   // Recomputes what follows from the observations.
-  void UpdateAppearance(PointId point);  // descriptor, normal, distance range
-  void UpdateNormalAndRange(
-      PointId point);  // normal and distance range only: after the point or a camera moved
+  void UpdateAppearance(PointId point);      // descriptor, normal, distance range
+  void UpdateNormalAndRange(PointId point);  // not the descriptor: after the point or a camera moved
   void UpdateCovisibility(KeyframeId keyframe);
 
   // Moves the whole map: p_new = S_new_old * p_old.

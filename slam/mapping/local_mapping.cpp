@@ -261,8 +261,7 @@ std::vector<KeyframeId> CullKeyframes(Map& map, KeyframeId center, const Culling
   for (const auto& [i, j] : loop_edges) {
     kept.insert({i, j});
   }
-  const KeyframeId second =
-      std::next(map.Keyframes().begin())->first;  // the first two hold a young map's scale
+  const KeyframeId second = std::next(map.Keyframes().begin())->first;  // these two hold a young map's scale
   std::vector<KeyframeId> culled;
   for (const KeyframeId id : map.At(center).BestCovisible(static_cast<int>(map.Keyframes().size()))) {
     if (id > second && !kept.contains(id) && IsRedundant(map, map.At(id), options)) {

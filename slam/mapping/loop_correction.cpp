@@ -65,32 +65,30 @@ Carriers FindCarriers(const Map& map, const Similarities& group, const Carriers&
   return carriers;
 }
 
-void AddEdge(const Similarities& measured, KeyframeId i, KeyframeId j, LoopEdges& seen,
-             std::vector<PoseGraphEdge>& edges) {
-  if (measured.contains(i) && measured.contains(j) && seen.insert(std::minmax(i, j)).second) {
-    edges.push_back({i, j, measured.at(j) * measured.at(i).Inverse(), 1.0});
-  }
-}
-
 // Loop edges first and from the corrected poses, all others from the poses before.
 std::vector<PoseGraphEdge> EssentialGraph(const Map& map, const Similarities& before,
                                           const Similarities& corrected, const LoopEdges& new_links,
                                           const LoopEdges& loop_edges, const LoopOptions& options) {
   LoopEdges seen;
   std::vector<PoseGraphEdge> edges;
+  const auto add = [&](const Similarities& measured, KeyframeId i, KeyframeId j) {
+    if (measured.contains(i) && measured.contains(j) && seen.insert(std::minmax(i, j)).second) {
+      edges.push_back({i, j, measured.at(j) * measured.at(i).Inverse(), 1.0});
+    }
+  };
   for (const auto& [i, j] : new_links) {
-    AddEdge(corrected, i, j, seen, edges);
+    add(corrected, i, j);
   }
   for (const auto& [id, keyframe] : map.Keyframes()) {
-    AddEdge(before, id, keyframe.parent, seen, edges);
+    add(before, id, keyframe.parent);
     for (const auto& [other, weight] : keyframe.covisibility) {
       if (weight >= options.strong_covisibility) {
-        AddEdge(before, id, other, seen, edges);
+        add(before, id, other);
       }
     }
   }
   for (const auto& [i, j] : loop_edges) {
-    AddEdge(before, i, j, seen, edges);
+    add(before, i, j);
   }
   return edges;
 }

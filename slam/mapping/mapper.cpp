@@ -1,6 +1,7 @@
 #include "slam/mapping/mapper.h"
 
 #include <algorithm>
+#include <ranges>
 #include <set>
 
 #include "slam/estimation/bundle_adjustment.h"
@@ -111,27 +112,20 @@ void Mapper::RecordFrame(TrackingReport& report) {
   }
 }
 
+// The map may have been moved since the frame was tracked.
 void Mapper::RecordObjects(SeenObjects objects) {
-  const auto origin = atlas_.origins.find(objects.submap);
-  if (origin == atlas_.origins.end()) {
-    objects.observations.clear();
-  } else {
-    AddObservations(origin->second, objects);
+  if (const auto found = atlas_.origins.find(objects.submap); found != atlas_.origins.end()) {
+    const Sim3d S_new_old = found->second.S_map_origin * objects.S_map_origin.Inverse();
+    for (ObjectObservation& o : objects.observations) {
+      o.T_map_camera = S_new_old * o.T_map_camera;
+      if (o.centroid) {
+        o.centroid = S_new_old * *o.centroid;
+      }
+    }
+    submaps_.at(found->second.submap).Objects().AddObservations(objects.observations);
   }
   shown_ = std::move(objects);
   objects_seen_ = true;
-}
-
-// The map may have been moved since the frame was tracked.
-void Mapper::AddObservations(const AtlasView::Origin& origin, SeenObjects& objects) {
-  const Sim3d S_new_old = origin.S_map_origin * objects.S_map_origin.Inverse();
-  for (ObjectObservation& o : objects.observations) {
-    o.T_map_camera = S_new_old * o.T_map_camera;
-    if (o.centroid) {
-      o.centroid = S_new_old * *o.centroid;
-    }
-  }
-  submaps_.at(origin.submap).Objects().AddObservations(objects.observations);
 }
 
 KeyframeId Mapper::AddKeyframe(const TrackingReport& report) {
@@ -194,6 +188,91 @@ void Mapper::KeepUpright(bool last) {
   }
 }
 
+// Closes a loop or merges two submaps, where the keyframe shows a place that is mapped already. True where it
+// did.
+bool Mapper::CloseLoop(KeyframeId keyframe) {
+  const LoopOptions& options = options_.mapping.loops;
+  if (!options.close || (last_loop_ != kNoKeyframe && keyframe - last_loop_ < options.rest)) {
+    return false;
+  }
+  const StageTimes::Scope timer(times_, "mapping.loops");
+  std::vector<const Map*> maps{&active_->Map()};
+  for (const auto& [number, submap] : submaps_) {
+    if (&submap != active_) {
+      maps.push_back(&submap.Map());
+    }
+  }
+  const std::optional<LoopCandidate> loop = places_.Recognize(maps, keyframe);
+  if (!loop) {
+    return false;
+  }
+  adjustment_.Stop();
+  last_loop_ = keyframe;
+  const auto known = std::ranges::find_if(
+      submaps_, [&](const auto& entry) { return entry.second.Map().HasKeyframe(loop->known); });
+  if (&known->second == active_) {
+    CorrectLoop(active_->Map(), camera_, *loop, options, loop_edges_);
+    ++counters_.loops;
+  } else {
+    MergeSubmaps(*loop, known->second);
+    ++counters_.merges;
+  }
+  AdjustInBackground();
+  return true;
+}
+
+// The younger submap becomes a part of the older one.
+void Mapper::MergeSubmaps(const LoopCandidate& loop, Submap& known) {
+  const Sim3d S_known_active = SimilarityOfMaps(active_->Map(), known.Map(), loop);
+  const bool keep_known = known.Number() < active_->Number();
+  Submap& kept = keep_known ? known : *active_;
+  Submap& dropped = keep_known ? *active_ : known;
+  const Sim3d S_kept_dropped = keep_known ? S_known_active : S_known_active.Inverse();
+  const std::int64_t number = dropped.Number();
+  dropped.Transform(S_kept_dropped);
+  kept.Absorb(std::move(dropped));
+  MoveOrigins(number, S_kept_dropped, kept.Number());
+  submaps_.erase(number);
+  atlas_.submaps.erase(number);
+  active_ = &kept;
+  loop_edges_.insert(std::minmax(loop.current, loop.known));
+  FuseLoop(active_->Map(), camera_, loop, options_.mapping.loops);
+  OptimizeLocally(loop.current);
+}
+
+// The whole map, on a copy, while mapping goes on.
+void Mapper::AdjustInBackground() {
+  const int iterations = options_.mapping.loops.bundle_iterations;
+  if (iterations > 0) {
+    adjustment_.Start({active_->Number(), atlas_.origins.at(active_->Number()).S_map_origin,
+                       ExtractBundleProblem(active_->Map(), camera_)},
+                      {iterations, iterations, 1});
+  }
+}
+
+// Takes the result of the bundle adjustment in the background. True where the active map was changed.
+bool Mapper::TakeAdjustment() {
+  std::optional<BackgroundAdjustment::Job> job = adjustment_.TakeFinished();
+  if (!job) {
+    return false;
+  }
+  const StageTimes::Scope timer(times_, "mapping.take_adjustment");
+  const Sim3d S_now_then = atlas_.origins.at(job->submap).S_map_origin * job->S_map_origin.Inverse();
+  Submap& submap = submaps_.at(job->submap);
+  ApplyAdjustment(std::move(job->problem), S_now_then, submap.Map());
+  atlas_.submaps[job->submap] = submap.MakeView();
+  return job->submap == active_->Number();
+}
+
+// The content of `submap` was moved by S_new_old and lies in `new_submap` now.
+void Mapper::MoveOrigins(std::int64_t submap, const Sim3d& S_new_old, std::int64_t new_submap) {
+  for (auto& [number, origin] : atlas_.origins) {
+    if (origin.submap == submap) {
+      origin = {new_submap, S_new_old * origin.S_map_origin};
+    }
+  }
+}
+
 // The frames before the map was there, as soon as it is solid enough to find them.
 void Mapper::TrackBacklog() {
   constexpr std::size_t kSolid = 4;  // keyframes
@@ -205,17 +284,14 @@ void Mapper::TrackBacklog() {
   if (view->Knows(backlog_->next.anchor.reference)) {
     for (const TrackedFrame& frame :
          TrackBackward(pose_tracker_, *view, *backlog_, options_.tracking.min_recovery_inliers)) {
-      if (!IsAnywhere(frame.index)) {
+      if (std::ranges::none_of(std::views::values(submaps_),
+                               [&](const Submap& submap) { return submap.HasFrame(frame.index); })) {
         active_->RecordFrame(frame.index, frame.timestamp, frame.anchor,
                              MatchesOf(frame, pose_tracker_.Levels()));
       }
     }
   }
   backlog_.reset();
-}
-
-bool Mapper::IsAnywhere(std::int64_t frame_index) const {
-  return std::ranges::any_of(submaps_, [&](const auto& entry) { return entry.second.HasFrame(frame_index); });
 }
 
 // The last bundle adjustments of the active submap.

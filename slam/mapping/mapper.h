@@ -5,7 +5,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "slam/mapping/background_adjustment.h"
@@ -49,7 +48,6 @@ class Mapper {
   Submap* Activate(const TrackingReport& report);
   void RecordFrame(TrackingReport& report);
   void RecordObjects(SeenObjects objects);
-  void AddObservations(const AtlasView::Origin& origin, SeenObjects& objects);
   KeyframeId AddKeyframe(const TrackingReport& report);
   void CountReturn(KeyframeId keyframe);
   void OptimizeLocally(KeyframeId keyframe);
@@ -66,7 +64,6 @@ class Mapper {
   SnapshotProgress TakeProgress();
   void FinishSubmap(Submap& submap);
   void LearnFrom(Submap& submap);
-  bool IsAnywhere(std::int64_t frame_index) const;
 
   Camera camera_;
   std::optional<LearntCamera> learnt_camera_;
@@ -92,8 +89,7 @@ class Mapper {
   // Tracking time of the frames since the last snapshot.
   double tracking_ms_ = 0.0;
   int tracking_count_ = 0;
-  std::optional<std::chrono::steady_clock::time_point>
-      step_start_;  // begin of the mapping step that is at work
+  std::optional<std::chrono::steady_clock::time_point> step_start_;  // of the mapping step at work
   std::int64_t snapshots_ = 0;
 };
 

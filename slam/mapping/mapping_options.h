@@ -26,10 +26,9 @@ struct NewPointOptions {
 };
 
 struct CullingOptions {
-  double min_found_ratio =
-      0.25;                      // young points found in fewer of the frames that should see them are removed
-  int min_observations = 3;      // keyframes that must see a point two keyframes after it was made
-  double redundant_share = 0.9;  // a keyframe is redundant when so many of its points ...
+  double min_found_ratio = 0.25;   // young points found in a smaller share of their frames are removed
+  int min_observations = 3;        // keyframes that must see a point two keyframes after it was made
+  double redundant_share = 0.9;    // a keyframe is redundant when so many of its points ...
   int redundant_observations = 3;  // ... are seen by so many others at the same or a finer scale
 
   void VisitFields(auto&& visit) {
@@ -86,8 +85,7 @@ struct MappingOptions {
   JointObjectOptions joint_objects;
   LoopOptions loops;
   CameraLearningOptions camera;  // at the end of a run
-  int final_iterations =
-      10;  // iterations of the bundle adjustment over the whole map at the end of a run; 0: none
+  int final_iterations = 10;     // of the bundle adjustment over the whole map at the end; 0: none
   int min_submap_keyframes = 5;  // a submap with fewer is dropped at the end, unless there is no other
 
   void VisitFields(auto&& visit) {

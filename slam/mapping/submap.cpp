@@ -3,7 +3,6 @@
 #include <cmath>
 #include <iterator>
 #include <unordered_map>
-#include <utility>
 
 #include "slam/objects/size_shape.h"
 

@@ -1,38 +1,24 @@
 #include "slam/recognition/place_index.h"
 
 #include <algorithm>
+#include <map>
 
 namespace sqslam {
 
 void PlaceIndex::Add(PlaceId id, const BagOfWords& bow) {
   Remove(id);
-  int slot = static_cast<int>(keyframes_.size());
-  if (free_slots_.empty()) {
-    keyframes_.push_back(id);
-  } else {
-    slot = free_slots_.back();
-    free_slots_.pop_back();
-    keyframes_[slot] = id;
-  }
-  slots_[id] = slot;
-  const auto before = static_cast<std::ptrdiff_t>(postings_.size());
+  places_.insert(id);
   for (const WordWeight& entry : bow.words) {
-    postings_.push_back({entry.word, slot, entry.weight});
+    postings_[entry.word].push_back({id, entry.weight});
   }
-  std::inplace_merge(postings_.begin(), postings_.begin() + before, postings_.end(),
-                     [](const Posting& a, const Posting& b) { return a.word < b.word; });
 }
 
 void PlaceIndex::Remove(PlaceId id) {
-  const auto found = slots_.find(id);
-  if (found == slots_.end()) {
-    return;
+  if (places_.erase(id) > 0) {
+    for (auto& [word, postings] : postings_) {
+      std::erase_if(postings, [id](const Posting& posting) { return posting.id == id; });
+    }
   }
-  const int slot = found->second;
-  std::erase_if(postings_, [slot](const Posting& posting) { return posting.slot == slot; });
-  keyframes_[slot] = kNoPlace;
-  free_slots_.push_back(slot);
-  slots_.erase(found);
 }
 
 std::vector<PlaceCandidate> PlaceIndex::SimilarKeyframes(const PlaceQuery& query) const {
@@ -40,40 +26,34 @@ std::vector<PlaceCandidate> PlaceIndex::SimilarKeyframes(const PlaceQuery& query
     int words = 0;
     double score = 0.0;
   };
-  std::vector<Shared> shared(keyframes_.size());
-  auto posting = postings_.begin();
+  std::map<PlaceId, Shared> shared;
   for (const WordWeight& entry : query.bow->words) {
-    posting = std::lower_bound(posting, postings_.end(), entry.word,
-                               [](const Posting& p, WordId word) { return p.word < word; });
-    for (; posting != postings_.end() && posting->word == entry.word; ++posting) {
-      Shared& with = shared[posting->slot];
-      ++with.words;
-      with.score += static_cast<double>(std::min(entry.weight, posting->weight));
+    if (const auto found = postings_.find(entry.word); found != postings_.end()) {
+      for (const Posting& posting : found->second) {
+        Shared& with = shared[posting.id];
+        ++with.words;
+        with.score += static_cast<double>(std::min(entry.weight, posting.weight));
+      }
     }
   }
+  std::erase_if(shared, [&](const auto& entry) { return query.exclude && query.exclude(entry.first); });
   int most = 0;
-  for (std::size_t slot = 0; slot < shared.size(); ++slot) {
-    if (shared[slot].words > 0 && query.exclude && query.exclude(keyframes_[slot])) {
-      shared[slot].words = 0;
-    }
-    most = std::max(most, shared[slot].words);
+  for (const auto& [id, with] : shared) {
+    most = std::max(most, with.words);
   }
   std::vector<PlaceCandidate> similar;
-  for (std::size_t slot = 0; slot < shared.size(); ++slot) {
-    if (shared[slot].words > 0 && shared[slot].words >= query.min_shared_words * most &&
-        shared[slot].score >= query.min_score) {
-      similar.push_back({keyframes_[slot], shared[slot].score, shared[slot].score});
+  for (const auto& [id, with] : shared) {
+    if (with.words >= query.min_shared_words * most && with.score >= query.min_score) {
+      similar.push_back({id, with.score, with.score});
     }
   }
-  std::ranges::sort(similar, {}, &PlaceCandidate::id);
   return similar;
 }
 
 std::vector<PlaceCandidate> PlaceIndex::Query(const PlaceQuery& query) const {
   const std::vector<PlaceCandidate> similar = SimilarKeyframes(query);
   const auto find = [&](PlaceId id) {
-    const auto at = std::lower_bound(similar.begin(), similar.end(), id,
-                                     [](const PlaceCandidate& c, PlaceId wanted) { return c.id < wanted; });
+    const auto at = std::ranges::lower_bound(similar, id, {}, &PlaceCandidate::id);
     return at != similar.end() && at->id == id ? &*at : nullptr;
   };
   std::vector<PlaceCandidate> groups;  // each with its best keyframe
@@ -99,9 +79,8 @@ std::vector<PlaceCandidate> PlaceIndex::Query(const PlaceQuery& query) const {
   std::ranges::sort(groups, [](const auto& a, const auto& b) {
     return a.id != b.id ? a.id < b.id : a.group_score > b.group_score;
   });
-  groups.erase(
-      std::unique(groups.begin(), groups.end(), [](const auto& a, const auto& b) { return a.id == b.id; }),
-      groups.end());
+  const auto same = std::ranges::unique(groups, {}, &PlaceCandidate::id);
+  groups.erase(same.begin(), same.end());
   std::ranges::sort(groups, [](const auto& a, const auto& b) {
     return a.score != b.score ? a.score > b.score : a.id < b.id;
   });

@@ -2,7 +2,8 @@
 
 #include <cstdint>
 #include <functional>
-#include <map>
+#include <set>
+#include <unordered_map>
 #include <vector>
 
 #include "slam/recognition/vocabulary.h"
@@ -31,15 +32,14 @@ struct PlaceCandidate {
 };
 
 // An inverted index from words to the keyframes that show them, to find those that look like an image without
-// visiting all of them. A value: copies are independent, and cheap (12 bytes a word of a keyframe). Not
-// guarded against changes while another thread reads.
+// visiting all of them. Not guarded against changes while another thread reads.
 class PlaceIndex {
  public:
   // An id that is there already is replaced.
   void Add(PlaceId id, const BagOfWords& bow);
   void Remove(PlaceId id);  // nothing where it is not there
-  bool Contains(PlaceId id) const { return slots_.contains(id); }
-  std::size_t Size() const { return slots_.size(); }
+  bool Contains(PlaceId id) const { return places_.contains(id); }
+  std::size_t Size() const { return places_.size(); }
 
   // Places that may be the one in the query, the likeliest first (DBoW2; ORB-SLAM, Mur-Artal et al. 2015,
   // III-D and VI-A): of the keyframes that share at least `min_shared_words` of the most shared words, scores
@@ -49,17 +49,14 @@ class PlaceIndex {
 
  private:
   struct Posting {
-    WordId word = 0;
-    int slot = 0;
+    PlaceId id = kNoPlace;
     float weight = 0.0F;
   };
 
   std::vector<PlaceCandidate> SimilarKeyframes(const PlaceQuery& query) const;  // by rising id
 
-  std::vector<Posting> postings_;   // by rising word: one block, so that copies are cheap
-  std::vector<PlaceId> keyframes_;  // by slot; kNoPlace where it is free
-  std::vector<int> free_slots_;
-  std::map<PlaceId, int> slots_;
+  std::unordered_map<WordId, std::vector<Posting>> postings_;
+  std::set<PlaceId> places_;
 };
 
 }  // namespace sqslam

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <zlib.h>
 
-#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -40,15 +39,13 @@ std::uint32_t Checksum(std::string_view bytes) {
   return static_cast<std::uint32_t>(::crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
 
-template <typename Value>
-void Append(std::string& bytes, const Value* values, std::size_t count) {
-  bytes.append(reinterpret_cast<const char*>(values), count * sizeof(Value));
+void Append(std::string& bytes, const auto* values, std::size_t count) {
+  bytes.append(reinterpret_cast<const char*>(values), count * sizeof(*values));
 }
 
-template <typename Value>
-void Take(std::string_view& bytes, Value* values, std::size_t count) {
-  std::memcpy(values, bytes.data(), count * sizeof(Value));
-  bytes.remove_prefix(count * sizeof(Value));
+void Take(std::string_view& bytes, auto* values, std::size_t count) {
+  std::memcpy(values, bytes.data(), count * sizeof(*values));
+  bytes.remove_prefix(count * sizeof(*values));
 }
 
 [[noreturn]] void Refuse(const std::filesystem::path& path, const std::string& problem) {

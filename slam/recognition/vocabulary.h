@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
-#include <span>
 #include <vector>
 
 #include "slam/recognition/word_tree.h"

@@ -4,20 +4,19 @@
 
 #include <algorithm>
 #include <opencv2/core/hal/hal.hpp>
+#include <queue>
 #include <random>
 #include <stdexcept>
 #include <utility>
-#include <vector>
 
 namespace sqslam {
 namespace {
 
-using Bits = std::span<DescriptorBits>;
-
 // k-means++ (Arthur & Vassilvitskii 2007): each further centre is a descriptor drawn with a probability in
 // proportion to its squared distance from the nearest centre so far. Fewer than `count` where the descriptors
 // are not that different. Whole numbers throughout, so that every machine draws the same.
-std::vector<DescriptorBits> DrawCenters(Bits descriptors, int count, std::mt19937_64& random) {
+std::vector<DescriptorBits> DrawCenters(const std::vector<DescriptorBits>& descriptors, int count,
+                                        std::mt19937_64& random) {
   std::vector<DescriptorBits> centers = {descriptors[random() % descriptors.size()]};
   std::vector<int> distances(descriptors.size(), 257);
   while (static_cast<int>(centers.size()) < count) {
@@ -44,64 +43,36 @@ std::vector<DescriptorBits> DrawCenters(Bits descriptors, int count, std::mt1993
   return centers;
 }
 
-// Sorts the descriptors by cluster, keeping their order within each; returns where each cluster begins, and
-// the end.
-std::vector<std::size_t> SortByCluster(Bits descriptors, const std::vector<std::uint8_t>& cluster_of,
-                                       std::size_t clusters, std::vector<DescriptorBits>& scratch) {
-  std::vector<std::size_t> starts(clusters + 1, 0);
-  for (const std::uint8_t cluster : cluster_of) {
-    ++starts[cluster + 1U];
-  }
-  for (std::size_t c = 1; c <= clusters; ++c) {
-    starts[c] += starts[c - 1];
-  }
-  std::vector<std::size_t> next(starts.begin(), starts.end() - 1);
-  scratch.assign(descriptors.begin(), descriptors.end());
-  for (std::size_t i = 0; i < cluster_of.size(); ++i) {
-    descriptors[next[cluster_of[i]]++] = scratch[i];
-  }
-  return starts;
-}
-
 struct Cluster {
   DescriptorBits center;
-  std::size_t begin = 0;
-  std::size_t end = 0;
+  std::vector<DescriptorBits> members;
 };
 
 // Returns at least two clusters that are not empty, or none where all descriptors are the same.
-std::vector<Cluster> SplitIntoClusters(Bits descriptors, const VocabularyOptions& options,
-                                       std::mt19937_64& random, std::vector<DescriptorBits>& scratch) {
+std::vector<Cluster> SplitIntoClusters(std::vector<DescriptorBits> descriptors,
+                                       const VocabularyOptions& options, std::mt19937_64& random) {
   std::vector<DescriptorBits> centers = DrawCenters(descriptors, options.branching, random);
   if (centers.size() < 2) {
     return {};
   }
-  std::vector<std::size_t> starts;
-  std::vector<std::uint8_t> cluster_of(descriptors.size());
-  for (int iteration = 0; iteration < options.iterations; ++iteration) {
-    for (std::size_t i = 0; i < descriptors.size(); ++i) {
-      cluster_of[i] = static_cast<std::uint8_t>(FindNearest(centers, descriptors[i]).index);
-    }
-    starts = SortByCluster(descriptors, cluster_of, centers.size(), scratch);
-    bool moved = false;
-    for (std::size_t c = 0; c < centers.size(); ++c) {
-      const Bits members = descriptors.subspan(starts[c], starts[c + 1] - starts[c]);
-      if (!members.empty()) {
-        const DescriptorBits center = MajorityOf(members);
-        moved = moved || center != centers[c];
-        centers[c] = center;
-      }
-    }
-    if (!moved) {
-      break;
-    }
-  }
   std::vector<Cluster> clusters;
-  for (std::size_t c = 0; c < centers.size(); ++c) {
-    if (starts[c] < starts[c + 1]) {
-      clusters.push_back({centers[c], starts[c], starts[c + 1]});
+  bool moved = true;
+  for (int iteration = 0; iteration < options.iterations && moved; ++iteration) {
+    clusters.assign(centers.size(), {});
+    for (const DescriptorBits& descriptor : descriptors) {
+      clusters[FindNearest(centers, descriptor).index].members.push_back(descriptor);
+    }
+    descriptors.clear();
+    moved = false;
+    for (std::size_t c = 0; c < centers.size(); ++c) {
+      const std::vector<DescriptorBits>& members = clusters[c].members;
+      descriptors.insert(descriptors.end(), members.begin(), members.end());
+      clusters[c].center = members.empty() ? centers[c] : MajorityOf(members);
+      moved = moved || clusters[c].center != centers[c];
+      centers[c] = clusters[c].center;
     }
   }
+  std::erase_if(clusters, [](const Cluster& cluster) { return cluster.members.empty(); });
   return clusters.size() < 2 ? std::vector<Cluster>{} : clusters;
 }
 
@@ -150,30 +121,28 @@ WordId WordTree::WordOf(const DescriptorBits& descriptor) const {
 WordTree WordTree::Train(std::vector<DescriptorBits> descriptors, const VocabularyOptions& options,
                          const TrainingProgress& progress) {
   struct Node {
-    std::size_t begin = 0;  // its descriptors
-    std::size_t end = 0;
+    std::vector<DescriptorBits> descriptors;
     int level = 0;
   };
   std::mt19937_64 random(options.seed);
-  std::vector<DescriptorBits> scratch;
-  std::vector<Node> nodes = {{0, descriptors.size(), 0}};
   std::vector<std::uint8_t> child_counts;
   std::vector<DescriptorBits> centers = {DescriptorBits{}};
   const double work = static_cast<double>(descriptors.size()) * options.depth;
   double done = 0.0;
-  for (std::size_t n = 0; n < nodes.size(); ++n) {
-    const Node node = nodes[n];
-    const std::size_t size = node.end - node.begin;
+  std::queue<Node> nodes;
+  for (nodes.push({std::move(descriptors), 0}); !nodes.empty(); nodes.pop()) {
+    auto& [members, level] = nodes.front();
+    const auto size = static_cast<double>(members.size());
     std::vector<Cluster> clusters;
-    if (node.level < options.depth && size > 1) {
-      clusters = SplitIntoClusters(Bits(descriptors).subspan(node.begin, size), options, random, scratch);
+    if (level < options.depth && members.size() > 1) {
+      clusters = SplitIntoClusters(std::move(members), options, random);
     }
-    for (const Cluster& cluster : clusters) {
-      nodes.push_back({node.begin + cluster.begin, node.begin + cluster.end, node.level + 1});
+    for (Cluster& cluster : clusters) {
+      nodes.push({std::move(cluster.members), level + 1});
       centers.push_back(cluster.center);
     }
     child_counts.push_back(static_cast<std::uint8_t>(clusters.size()));
-    done += static_cast<double>(size) * (clusters.empty() ? options.depth - node.level : 1);
+    done += size * (clusters.empty() ? options.depth - level : 1);
     if (progress && work > 0.0) {
       progress(done / work);
     }

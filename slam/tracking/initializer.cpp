@@ -50,10 +50,9 @@ std::vector<std::pair<int, int>> Initializer::MatchToStart(const FrameFeatures& 
     predictions.push_back({static_cast<int>(i), start_->expected[i], options_.search_radius, keypoint.octave,
                            &start_->features->descriptors[i], keypoint.angle});
   }
-  std::vector<std::pair<int, int>> matches;
-  for (const PredictionMatch& match : MatchPredictions(predictions, features, {}, kStrictDistance, 0.9)) {
-    matches.emplace_back(match.tag, match.keypoint);
-    start_->expected[match.tag] = features.keypoints[match.keypoint].pixel;
+  const auto matches = MatchPredictions(predictions, features, {}, kStrictDistance, 0.9);
+  for (const auto& [i, keypoint] : matches) {
+    start_->expected[i] = features.keypoints[keypoint].pixel;
   }
   return matches;
 }

@@ -7,8 +7,7 @@
 #include <ranges>
 #include <set>
 
-#include "slam/estimation/pose_optimization.h"
-#include "slam/features/matching.h"
+#include "slam/estimation/reprojection_error.h"
 
 namespace sqslam {
 namespace {
@@ -77,8 +76,8 @@ bool PoseTracker::TrackMotion(const TrackingView& view, const TrackedFrame& last
     }
     frame.ForgetPoints();
     const auto matches = MatchPredictions(predictions, *frame.features, {}, kLooseDistance, 0.9);
-    for (const PredictionMatch& match : matches) {
-      frame.points[match.keypoint] = last.points[match.tag];
+    for (const auto& [i, keypoint] : matches) {
+      frame.points[keypoint] = last.points[i];
     }
     if (static_cast<int>(matches.size()) >= kFewMatches && Optimize(view, kMinInliers, frame)) {
       frame.anchor.reference = last.anchor.reference;
@@ -137,9 +136,9 @@ bool PoseTracker::TrackLocalMap(const TrackingView& view, const LocalSearch& sea
         search.radius_factor * (sight->cosine > kFrontalCosine ? 2.5 : 4.0) * levels_.Scale(octave);
     predictions.push_back({static_cast<int>(id), sight->pixel, radius, octave, &point.descriptor, -1.0F});
   }
-  for (const PredictionMatch& match :
+  for (const auto& [id, keypoint] :
        MatchPredictions(predictions, *frame.features, taken, search.max_distance, 0.8)) {
-    frame.points[match.keypoint] = match.tag;
+    frame.points[keypoint] = id;
   }
   if (!Optimize(view, search.min_inliers, frame)) {
     return false;

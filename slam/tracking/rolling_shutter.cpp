@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "slam/estimation/pose_optimization.h"
 #include "slam/estimation/reprojection_error.h"
 #include "slam/util/statistics.h"
 

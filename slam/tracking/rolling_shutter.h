@@ -1,7 +1,6 @@
 #pragma once
 
 #include <span>
-#include <vector>
 
 #include "slam/features/frame_features.h"
 #include "slam/geometry/camera.h"

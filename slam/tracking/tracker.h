@@ -24,8 +24,7 @@ namespace sqslam {
 // The camera's motion from one tracked frame to the next.
 struct FrameMotion {
   Rigid3d T_current_last;
-  std::int64_t frames =
-      1;  // frames of the camera from the one to the other; more than one where some are left out
+  std::int64_t frames = 1;  // of the camera from the one to the other: more where some are left out
 
   // The motion at constant velocity over another number of frames.
   Rigid3d Across(std::int64_t other_frames) const {

@@ -10,7 +10,6 @@
 #include <optional>
 #include <sstream>
 #include <type_traits>
-#include <utility>
 
 #include "slam/util/error.h"
 #include "slam/util/text_lines.h"
@@ -28,14 +27,13 @@ std::string DescribeRange(const OptionField& field, const std::string& noun) {
                             : noun;
 }
 
-std::string NodeText(const YAML::Node& node) {
-  if (node.IsScalar()) {
-    return node.Scalar();
-  }
+std::string Yaml(const auto& value) {
   YAML::Emitter emitter;
-  emitter << YAML::Flow << node;
+  emitter << YAML::Flow << value;
   return emitter.c_str();
 }
+
+std::string NodeText(const YAML::Node& node) { return node.IsScalar() ? node.Scalar() : Yaml(node); }
 
 template <typename Number>
 bool ReadNumber(const YAML::Node& node, Number& value) {
@@ -99,32 +97,19 @@ struct AllowedCheck {
 // True where the value as it stands is allowed. NaN never is.
 bool IsAllowed(const OptionField& field) { return std::visit(AllowedCheck{field}, field.value); }
 
-std::string YamlString(const std::string& text) {
-  YAML::Emitter emitter;
-  emitter << text;
-  return emitter.c_str();
-}
-
 struct ValueFormat {
   const OptionField& field;
-  template <typename Number>
-  std::string operator()(const Number* value) const {
-    return fmt::format("{}", *value);
-  }
+  std::string operator()(const auto* value) const { return fmt::format("{}", *value); }
   std::string operator()(const bool* value) const { return *value ? "true" : "false"; }
   std::string operator()(const std::span<double>& values) const {
     return fmt::format("[{}]", fmt::join(values.begin(), values.end(), ", "));
   }
-  std::string operator()(const std::string* value) const { return YamlString(*value); }
+  std::string operator()(const std::string* value) const { return Yaml(*value); }
   std::string operator()(const EnumOption& option) const {
     const std::size_t position = option.get();
-    return position < field.allowed.size() ? YamlString(field.allowed[position]) : "without a name";
+    return position < field.allowed.size() ? Yaml(field.allowed[position]) : "without a name";
   }
-  std::string operator()(const std::vector<std::string>* values) const {
-    YAML::Emitter emitter;  // some words must be quoted in a list but not outside of one
-    emitter << YAML::Flow << *values;
-    return emitter.c_str();
-  }
+  std::string operator()(const std::vector<std::string>* values) const { return Yaml(*values); }
 };
 
 std::string FormatValue(const OptionField& field) { return std::visit(ValueFormat{field}, field.value); }
@@ -194,32 +179,29 @@ std::size_t EditDistance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
+struct Describe {
+  const OptionField& field;
+  std::string operator()(const auto*) const { return DescribeRange(field, "a whole number"); }
+  std::string operator()(const std::uint64_t*) const {
+    return DescribeRange(field, "a whole number without sign");
+  }
+  std::string operator()(const double*) const { return DescribeRange(field, "a number"); }
+  std::string operator()(const std::span<double>& values) const {
+    return fmt::format("a list [..] of {} values, each {}", values.size(), DescribeRange(field, "a number"));
+  }
+  std::string operator()(const bool*) const { return "true or false"; }
+  std::string operator()(const std::string*) const {
+    return field.allowed.empty() ? "one line of text" : (*this)(EnumOption());
+  }
+  std::string operator()(const EnumOption&) const {
+    return fmt::format("one of {}", fmt::join(field.allowed, ", "));
+  }
+  std::string operator()(const std::vector<std::string>*) const { return "a list [..] of words"; }
+};
+
 }  // namespace
 
-std::string OptionExpectation(const OptionField& field) {
-  struct Describe {
-    const OptionField& field;
-    std::string operator()(const int*) const { return DescribeRange(field, "a whole number"); }
-    std::string operator()(const std::int64_t*) const { return DescribeRange(field, "a whole number"); }
-    std::string operator()(const std::uint64_t*) const {
-      return DescribeRange(field, "a whole number without sign");
-    }
-    std::string operator()(const double*) const { return DescribeRange(field, "a number"); }
-    std::string operator()(const std::span<double>& values) const {
-      return fmt::format("a list [..] of {} values, each {}", values.size(),
-                         DescribeRange(field, "a number"));
-    }
-    std::string operator()(const bool*) const { return "true or false"; }
-    std::string operator()(const std::string*) const {
-      return field.allowed.empty() ? "one line of text" : (*this)(EnumOption());
-    }
-    std::string operator()(const EnumOption&) const {
-      return fmt::format("one of {}", fmt::join(field.allowed, ", "));
-    }
-    std::string operator()(const std::vector<std::string>*) const { return "a list [..] of words"; }
-  };
-  return std::visit(Describe{field}, field.value);
-}
+std::string OptionExpectation(const OptionField& field) { return std::visit(Describe{field}, field.value); }
 
 bool ReadOption(const std::string& text, const OptionField& field) {
   return std::visit(AssignFromNode{YAML::Node(text), field}, field.value) && IsAllowed(field);

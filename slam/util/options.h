@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -41,17 +42,13 @@ class OptionCollector {
   OptionCollector(std::vector<OptionField>& fields, std::string prefix)
       : fields_(fields), prefix_(std::move(prefix)) {}
 
-  void operator()(std::string_view name, int& value, int min, int max) { Add(name, &value, min, max); }
-  void operator()(std::string_view name, std::int64_t& value, std::int64_t min, std::int64_t max) {
-    Add(name, &value, static_cast<double>(min), static_cast<double>(max));
-  }
-  void operator()(std::string_view name, std::uint64_t& value, std::uint64_t min, std::uint64_t max) {
+  template <typename Number>
+  requires std::is_arithmetic_v<Number>
+  void operator()(std::string_view name, Number& value, std::type_identity_t<Number> min,
+                  std::type_identity_t<Number> max) {
     Add(name, &value, static_cast<double>(min), static_cast<double>(max));
   }
   void operator()(std::string_view name, std::uint64_t& value) { Add(name, &value); }  // a seed: any number
-  void operator()(std::string_view name, double& value, double min, double max) {
-    Add(name, &value, min, max);
-  }
   template <std::size_t N>
   void operator()(std::string_view name, std::array<double, N>& value, double min, double max) {
     Add(name, std::span<double>(value), min, max);
@@ -89,8 +86,7 @@ class OptionCollector {
 
 // Every value of an options struct, nested ones included, in the order of declaration. The fields point into
 // `options`, which must outlive them.
-template <typename Options>
-std::vector<OptionField> OptionFields(Options& options) {
+std::vector<OptionField> OptionFields(auto& options) {
   std::vector<OptionField> fields;
   options.VisitFields(OptionCollector(fields, ""));
   return fields;
@@ -145,34 +141,29 @@ std::string DumpOptionFields(const std::vector<OptionField>& fields);
 //
 // All throw UsageError that names file and line (or the --set), the key, what was expected, and for an
 // unknown key the nearest valid one. Where they throw, `options` may have been changed in part.
-template <typename Options>
-void LoadOptions(const std::filesystem::path& path, Options& options) {
+void LoadOptions(const std::filesystem::path& path, auto& options) {
   LoadOptionFields(path, OptionFields(options));
 }
 
 // The same from YAML text.
-template <typename Options>
-void ParseOptions(const std::string& yaml, const std::string& source, Options& options) {
+void ParseOptions(const std::string& yaml, const std::string& source, auto& options) {
   ParseOptionFields(yaml, source, OptionFields(options));
 }
 
 // Overrides one value: assignment is "a.b=value", with the value as in YAML.
-template <typename Options>
-void SetOption(const std::string& assignment, Options& options) {
+void SetOption(const std::string& assignment, auto& options) {
   SetOptionField(assignment, OptionFields(options));
 }
 
 // Checks ranges and allowed words of a struct that was filled by code.
-template <typename Options>
-void CheckOptions(const Options& options) {
-  Options copy = options;
+void CheckOptions(const auto& options) {
+  auto copy = options;
   CheckOptionFields(OptionFields(copy));
 }
 
 // YAML text that LoadOptions reads back to the same values.
-template <typename Options>
-std::string DumpOptions(const Options& options) {
-  Options copy = options;
+std::string DumpOptions(const auto& options) {
+  auto copy = options;
   return DumpOptionFields(OptionFields(copy));
 }
 

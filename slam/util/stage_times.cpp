@@ -7,8 +7,7 @@
 namespace sqslam {
 
 void StageTimes::Samples::Add(double milliseconds) {
-  constexpr std::size_t kMostKept =
-      16384;  // durations kept of each stage: nine minutes of a stage that runs each frame
+  constexpr std::size_t kMostKept = 16384;  // of each stage: nine minutes of one that runs each frame
   sum += milliseconds;
   max = std::max(max, milliseconds);
   if (count++ % every != 0) {
@@ -30,11 +29,7 @@ StageTimes::Summary StageTimes::Samples::Summarize() const {
 
 void StageTimes::Add(std::string_view stage, double milliseconds) {
   const std::lock_guard lock(mutex_);
-  auto it = stages_.find(stage);
-  if (it == stages_.end()) {
-    it = stages_.emplace(std::string(stage), Samples()).first;
-  }
-  it->second.Add(milliseconds);
+  stages_.try_emplace(std::string(stage)).first->second.Add(milliseconds);
 }
 
 std::map<std::string, StageTimes::Summary> StageTimes::Summaries() const {

@@ -53,7 +53,7 @@ class StageTimes {
   };
 
   mutable std::mutex mutex_;
-  std::map<std::string, Samples, std::less<>> stages_;
+  std::map<std::string, Samples> stages_;
 };
 
 }  // namespace sqslam

@@ -21,7 +21,7 @@ TEST(ReprojectionCost, JacobiansAgreeWithNumericOnes) {
   const PoseManifold manifold;
   constexpr double kStep = 1e-6;
   for (const Eigen::Vector3d& p : world.points) {
-    const ReprojectionCost cost(world.camera, {300.0, 200.0}, 1.44);
+    const ReprojectionCost cost({world.camera, {300.0, 200.0}, 1.44});
     const PoseBlock pose = ToBlock(world.T_camera_map[2]);
     const auto evaluate = [&](const double* pose_block, const Eigen::Vector3d& point) {
       const double* parameters[] = {pose_block, point.data()};
@@ -63,7 +63,7 @@ TEST(CameraReprojectionCost, JacobiansAgreeWithNumericOnes) {
   const SyntheticMap world = MakeSyntheticMap({.keyframes = 3, .points = 5});
   constexpr double kStep = 1e-6;
   for (const Eigen::Vector3d& p : world.points) {
-    const CameraReprojectionCost cost(world.camera, {300.0, 200.0}, 1.44);
+    const CameraReprojectionCost cost({world.camera, {300.0, 200.0}, 1.44});
     const PoseBlock pose = ToBlock(world.T_camera_map[2]);
     const Eigen::Vector2d camera(0.1, -0.2);
     const auto evaluate = [&](const Eigen::Vector3d& point, const Eigen::Vector2d& block) {
@@ -154,7 +154,6 @@ TEST(LocalBundleAdjustment, RestoresPosesAndPoints) {
   BundleAdjustmentOptions options;
   options.iterations = 20;
   const BundleAdjustmentReport report = LocalBundleAdjustment(world.map, world.camera, 5, options, {});
-  EXPECT_EQ(report.keyframes + report.fixed_keyframes, 6);
   EXPECT_FALSE(report.interrupted);
   for (const auto& [id, keyframe] : world.map.Keyframes()) {
     EXPECT_LT(

@@ -1,4 +1,3 @@
-#include "slam/estimation/pose_optimization.h"
 
 #include <gtest/gtest.h>
 

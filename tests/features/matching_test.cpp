@@ -90,12 +90,12 @@ TEST_F(MatchingTest, MatchPredictionsUsesEachKeypointOnceAndRespectsTakenOnes) {
   taken[3] = true;
   const auto matches = MatchPredictions(predictions, first_, taken, 0, 1.0);
   std::vector<bool> used(first_.Size(), false);
-  for (const PredictionMatch& match : matches) {
-    EXPECT_NE(match.keypoint, 3);
-    EXPECT_FALSE(used[static_cast<std::size_t>(match.keypoint)]);
-    used[static_cast<std::size_t>(match.keypoint)] = true;
-    EXPECT_EQ(first_.descriptors[static_cast<std::size_t>(match.tag)],
-              first_.descriptors[static_cast<std::size_t>(match.keypoint)]);
+  for (const auto& [tag, keypoint] : matches) {
+    EXPECT_NE(keypoint, 3);
+    EXPECT_FALSE(used[static_cast<std::size_t>(keypoint)]);
+    used[static_cast<std::size_t>(keypoint)] = true;
+    EXPECT_EQ(first_.descriptors[static_cast<std::size_t>(tag)],
+              first_.descriptors[static_cast<std::size_t>(keypoint)]);
   }
   EXPECT_GE(matches.size(), first_.Size() * 9 / 10);
 }

@@ -6,7 +6,6 @@
 #include <numeric>
 #include <set>
 
-#include "slam/fitting/cloud_preparation.h"
 #include "slam/fitting/fitting.h"
 #include "slam/geometry/solid_iou.h"
 #include "slam/util/error.h"

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "app/viewer/model/annotation.h"
-#include "slam/fitting/cloud_preparation.h"
 #include "slam/fitting/fitting.h"
 #include "slam/fitting/fixed_shape_fit.h"
 #include "slam/fitting/surface_measures.h"

@@ -1,21 +1,13 @@
-#include "slam/estimation/pose_optimization.h"
+#include "slam/estimation/reprojection_error.h"
 
 #include <Eigen/Cholesky>
 #include <cmath>
 
-#include "slam/estimation/reprojection_error.h"
-#include "slam/geometry/lie.h"
-
 namespace sqslam {
 namespace {
 
-struct NormalEquations {
-  Matrix6d hessian = Matrix6d::Zero();
-  Vector6d gradient = Vector6d::Zero();
-};
-
 void Accumulate(const Camera& camera, const Rigid3d& T_camera_map, const PointObservation& o, bool robust,
-                NormalEquations& equations) {
+                Matrix6d& hessian, Vector6d& gradient) {
   const Eigen::Vector3d p = T_camera_map * o.p_map;
   if (p.z() < kMinDepth) {
     return;
@@ -25,8 +17,8 @@ void Accumulate(const Camera& camera, const Rigid3d& T_camera_map, const PointOb
   const double squared = residual.squaredNorm() / o.variance;
   const double weight =
       (robust && squared > kChi2TwoDof ? std::sqrt(kChi2TwoDof / squared) : 1.0) / o.variance;
-  equations.hessian.noalias() += weight * jacobian.transpose() * jacobian;
-  equations.gradient.noalias() += weight * jacobian.transpose() * residual;
+  hessian.noalias() += weight * jacobian.transpose() * jacobian;
+  gradient.noalias() += weight * jacobian.transpose() * residual;
 }
 
 }  // namespace
@@ -39,14 +31,15 @@ int OptimizePose(const Camera& camera, std::vector<PointObservation>& observatio
   for (int round = 0; round < kRounds; ++round) {
     const bool robust = round < kRounds - 1;
     for (int iteration = 0; iteration < kIterations; ++iteration) {
-      NormalEquations equations;
+      Matrix6d hessian = Matrix6d::Zero();
+      Vector6d gradient = Vector6d::Zero();
       for (const PointObservation& o : observations) {
         if (o.inlier) {
-          Accumulate(camera, T_camera_map, o, robust, equations);
+          Accumulate(camera, T_camera_map, o, robust, hessian, gradient);
         }
       }
-      equations.hessian.diagonal() *= 1.0 + 1e-6;
-      const Vector6d step = equations.hessian.ldlt().solve(-equations.gradient);
+      hessian.diagonal() *= 1.0 + 1e-6;
+      const Vector6d step = hessian.ldlt().solve(-gradient);
       if (!step.allFinite()) {
         return 0;
       }
