@@ -41,31 +41,6 @@ std::vector<cv::Point2f> CornersIn(const cv::Mat& image, const Box2d& box) {
   return corners;
 }
 
-// The corners in the next image; empty where the way back does not end at the corner.
-std::vector<std::optional<cv::Point2f>> TrackCorners(const Pyramid& from, const Pyramid& to,
-                                                     const std::vector<cv::Point2f>& corners) {
-  constexpr float kMaxReturnError = 0.7F;  // px
-  std::vector<std::optional<cv::Point2f>> tracked(corners.size());
-  if (corners.empty()) {
-    return tracked;
-  }
-  std::vector<cv::Point2f> there;
-  std::vector<cv::Point2f> back = corners;
-  std::vector<unsigned char> found;
-  std::vector<unsigned char> found_back;
-  std::vector<float> error;
-  cv::calcOpticalFlowPyrLK(from, to, corners, there, found, error, kWindow, kLevels);
-  cv::calcOpticalFlowPyrLK(to, from, there, back, found_back, error, kWindow, kLevels,
-                           {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 30, 0.01},
-                           cv::OPTFLOW_USE_INITIAL_FLOW);
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    if (found[i] != 0 && found_back[i] != 0 && cv::norm(back[i] - corners[i]) < kMaxReturnError) {
-      tracked[i] = there[i];
-    }
-  }
-  return tracked;
-}
-
 // The box after the motion of the corners in it: growth and shift, each the median.
 std::optional<Box2d> Moved(const Box2d& box,
                            const std::vector<std::pair<cv::Point2f, cv::Point2f>>& corners) {
@@ -100,6 +75,7 @@ std::optional<Box2d> Moved(const Box2d& box,
 // The boxes in the next image; empty where they are lost.
 std::vector<std::optional<Box2d>> TrackToNext(const cv::Mat& image, const Pyramid& from, const Pyramid& to,
                                               const std::vector<std::optional<Box2d>>& boxes) {
+  constexpr float kMaxReturnError = 0.7F;  // px, between a corner and where the way there and back ends
   std::vector<cv::Point2f> corners;
   std::vector<std::size_t> box_of;
   for (std::size_t b = 0; b < boxes.size(); ++b) {
@@ -109,11 +85,21 @@ std::vector<std::optional<Box2d>> TrackToNext(const cv::Mat& image, const Pyrami
       box_of.resize(corners.size(), b);
     }
   }
-  const std::vector<std::optional<cv::Point2f>> tracked = TrackCorners(from, to, corners);
+  std::vector<cv::Point2f> there;
+  std::vector<cv::Point2f> back = corners;
+  std::vector<unsigned char> found;
+  std::vector<unsigned char> found_back;
+  std::vector<float> error;
+  if (!corners.empty()) {
+    cv::calcOpticalFlowPyrLK(from, to, corners, there, found, error, kWindow, kLevels);
+    cv::calcOpticalFlowPyrLK(to, from, there, back, found_back, error, kWindow, kLevels,
+                             {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 30, 0.01},
+                             cv::OPTFLOW_USE_INITIAL_FLOW);
+  }
   std::vector<std::vector<std::pair<cv::Point2f, cv::Point2f>>> moves(boxes.size());
   for (std::size_t i = 0; i < corners.size(); ++i) {
-    if (tracked[i]) {
-      moves[box_of[i]].emplace_back(corners[i], *tracked[i]);
+    if (found[i] != 0 && found_back[i] != 0 && cv::norm(back[i] - corners[i]) < kMaxReturnError) {
+      moves[box_of[i]].emplace_back(corners[i], there[i]);
     }
   }
   std::vector<std::optional<Box2d>> moved(boxes.size());

@@ -157,11 +157,12 @@ class BundleSolver {
   }
 
   void AddResiduals(ceres::Problem& problem, ceres::LossFunction* loss) {
+    constexpr double kNearest = 1e-5;
     for (const BundleObservation& o : bundle_.observations) {
       BundlePoint& point = bundle_.points[o.point];
+      double* const pose = pose_blocks_[o.pose].data();
       // Behind the camera there is no reprojection; MarkOutliers() takes the observation away.
-      if (o.inlier && point.alive && IsInFront(o.pose, point.p_map)) {
-        double* const pose = pose_blocks_[o.pose].data();
+      if (o.inlier && point.alive && (FromBlock(pose) * point.p_map).z() > kNearest) {
         const PixelMeasurement measured(bundle_.camera, o.pixel, o.sigma);
         if (bundle_.learnt) {
           problem.AddResidualBlock(new CameraReprojectionCost(measured), loss, pose, point.p_map.data(),
@@ -171,11 +172,6 @@ class BundleSolver {
         }
       }
     }
-  }
-
-  bool IsInFront(std::size_t pose, const Eigen::Vector3d& p_map) const {
-    constexpr double kNearest = 1e-5;
-    return (FromBlock(pose_blocks_[pose].data()) * p_map).z() > kNearest;
   }
 
   void MarkOutliers() {

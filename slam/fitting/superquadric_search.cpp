@@ -264,9 +264,8 @@ PosedSuperquadric UniqueDescription(PosedSuperquadric superquadric) {
     rotation = rotation * Quaterniond(Eigen::AngleAxisd(0.5 * kPi, Vector3d::UnitZ()));
   }
   Quaterniond least = rotation;
-  for (const Vector3d& axis :
-       {Vector3d(Vector3d::UnitX()), Vector3d(Vector3d::UnitY()), Vector3d(Vector3d::UnitZ())}) {
-    const Quaterniond turned = rotation * Quaterniond(Eigen::AngleAxisd(kPi, axis));
+  for (int axis = 0; axis < 3; ++axis) {
+    const Quaterniond turned = rotation * Quaterniond(Eigen::AngleAxisd(kPi, Vector3d::Unit(axis)));
     if (std::abs(turned.w()) > std::abs(least.w())) {
       least = turned;
     }

@@ -49,7 +49,7 @@ std::optional<PredictedSight> PredictSight(const PointAppearance& point, const C
 }
 
 bool MapPoint::IsSeenBy(KeyframeId keyframe) const {
-  return std::ranges::any_of(observations, [&](const Observation& o) { return o.keyframe == keyframe; });
+  return std::ranges::find(observations, keyframe, &Observation::keyframe) != observations.end();
 }
 
 std::vector<KeyframeId> Keyframe::BestCovisible(int count) const {
@@ -70,15 +70,14 @@ Map::Map(const ScaleLevels& levels, std::shared_ptr<IdSource> ids)
 
 KeyframeId Map::AddKeyframe(std::int64_t frame_index, double timestamp, const Rigid3d& T_camera_map,
                             FrameFeaturesPtr features) {
-  Keyframe keyframe;
-  keyframe.id = ids_->next_keyframe++;
+  const KeyframeId id = ids_->next_keyframe++;
+  Keyframe& keyframe = keyframes_[id];
+  keyframe.id = id;
   keyframe.frame_index = frame_index;
   keyframe.timestamp = timestamp;
   keyframe.T_camera_map = T_camera_map;
   keyframe.points.assign(features->Size(), kNoPoint);
   keyframe.features = std::move(features);
-  const KeyframeId id = keyframe.id;
-  keyframes_.emplace(id, std::move(keyframe));
   return id;
 }
 
@@ -102,8 +101,7 @@ void Map::RemoveObservation(PointId point, KeyframeId keyframe) {
     return;
   }
   auto& observations = Point(point).observations;
-  const auto it =
-      std::ranges::find_if(observations, [&](const Observation& o) { return o.keyframe == keyframe; });
+  const auto it = std::ranges::find(observations, keyframe, &Observation::keyframe);
   if (it == observations.end()) {
     return;
   }

@@ -77,6 +77,17 @@ Header CheckedHeader(const std::filesystem::path& path, std::string_view bytes) 
   return header;
 }
 
+// One for each descriptor, in rising order.
+std::vector<WordId> WordsOf(const WordTree& tree, const std::vector<Descriptor>& descriptors) {
+  std::vector<WordId> words;
+  words.reserve(descriptors.size());
+  for (const Descriptor& descriptor : descriptors) {
+    words.push_back(tree.WordOf(ToBits(descriptor)));
+  }
+  std::ranges::sort(words);
+  return words;
+}
+
 }  // namespace
 
 Vocabulary Vocabulary::Train(const std::vector<std::vector<Descriptor>>& images,
@@ -94,16 +105,10 @@ Vocabulary Vocabulary::Train(const std::vector<std::vector<Descriptor>>& images,
   vocabulary.tree_ = WordTree::Train(std::move(all), options, progress);
 
   std::vector<std::uint32_t> images_with(vocabulary.Words(), 0);
-  std::vector<WordId> words;
   for (const std::vector<Descriptor>& image : images) {
-    words.clear();
-    for (const Descriptor& descriptor : image) {
-      words.push_back(vocabulary.tree_.WordOf(ToBits(descriptor)));
-    }
-    std::ranges::sort(words);
-    words.erase(std::unique(words.begin(), words.end()), words.end());
-    for (const WordId word : words) {
-      ++images_with[word];
+    const std::vector<WordId> words = WordsOf(vocabulary.tree_, image);
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      images_with[words[i]] += i == 0 || words[i] != words[i - 1] ? 1 : 0;
     }
   }
   for (const std::uint32_t count : images_with) {
@@ -115,12 +120,7 @@ Vocabulary Vocabulary::Train(const std::vector<std::vector<Descriptor>>& images,
 }
 
 BagOfWords Vocabulary::Transform(const std::vector<Descriptor>& descriptors) const {
-  std::vector<WordId> words;
-  words.reserve(descriptors.size());
-  for (const Descriptor& descriptor : descriptors) {
-    words.push_back(tree_.WordOf(ToBits(descriptor)));
-  }
-  std::ranges::sort(words);
+  const std::vector<WordId> words = WordsOf(tree_, descriptors);
   BagOfWords bag;
   double total = 0.0;
   for (auto word = words.begin(); word != words.end();) {

@@ -19,24 +19,22 @@ std::vector<DescriptorBits> DrawCenters(const std::vector<DescriptorBits>& descr
                                         std::mt19937_64& random) {
   std::vector<DescriptorBits> centers = {descriptors[random() % descriptors.size()]};
   std::vector<int> distances(descriptors.size(), 257);
+  const auto weight = [&](std::size_t i) {
+    return std::uint64_t(distances[i]) * std::uint64_t(distances[i]);
+  };
   while (static_cast<int>(centers.size()) < count) {
     std::uint64_t total = 0;
     for (std::size_t i = 0; i < descriptors.size(); ++i) {
       distances[i] = std::min(distances[i], FindNearest({&centers.back(), 1}, descriptors[i]).distance);
-      total += static_cast<std::uint64_t>(distances[i]) * static_cast<std::uint64_t>(distances[i]);
+      total += weight(i);
     }
     if (total == 0) {
       break;
     }
     std::uint64_t left = random() % total;
     std::size_t drawn = 0;
-    for (;; ++drawn) {
-      const auto weight =
-          static_cast<std::uint64_t>(distances[drawn]) * static_cast<std::uint64_t>(distances[drawn]);
-      if (left < weight) {
-        break;
-      }
-      left -= weight;
+    for (; left >= weight(drawn); ++drawn) {
+      left -= weight(drawn);
     }
     centers.push_back(descriptors[drawn]);
   }

@@ -30,43 +30,43 @@ void NormalizeScale(Map& map) {
 
 }  // namespace
 
-void Initializer::Restart(std::int64_t frame_index, double timestamp, const FrameFeaturesPtr& features) {
+void Initializer::Restart(const View& view) {
   start_.reset();
-  if (static_cast<int>(features->Size()) < options_.min_features) {
-    refusal_ = fmt::format("too little texture ({} features, at least {} needed)", features->Size(),
+  if (static_cast<int>(view.features->Size()) < options_.min_features) {
+    refusal_ = fmt::format("too little texture ({} features, at least {} needed)", view.features->Size(),
                            options_.min_features);
     return;
   }
-  start_ = Start{frame_index, timestamp, features, {}};
-  for (const Keypoint& keypoint : features->keypoints) {
-    start_->expected.push_back(keypoint.pixel);
-  }
+  start_ = view;
+  expected_.clear();
+  std::ranges::transform(view.features->keypoints, std::back_inserter(expected_), &Keypoint::pixel);
 }
 
 std::vector<std::pair<int, int>> Initializer::MatchToStart(const FrameFeatures& features) {
   std::vector<PredictedPoint> predictions;
   for (std::size_t i = 0; i < start_->features->Size(); ++i) {
     const Keypoint& keypoint = start_->features->keypoints[i];
-    predictions.push_back({static_cast<int>(i), start_->expected[i], options_.search_radius, keypoint.octave,
+    predictions.push_back({static_cast<int>(i), expected_[i], options_.search_radius, keypoint.octave,
                            &start_->features->descriptors[i], keypoint.angle});
   }
   const auto matches = MatchPredictions(predictions, features, {}, kStrictDistance, 0.9);
   for (const auto& [i, keypoint] : matches) {
-    start_->expected[i] = features.keypoints[keypoint].pixel;
+    expected_[i] = features.keypoints[keypoint].pixel;
   }
   return matches;
 }
 
 std::unique_ptr<Map> Initializer::Add(std::int64_t frame_index, double timestamp,
                                       const FrameFeaturesPtr& features) {
+  const View view{frame_index, timestamp, features};
   if (!start_ || frame_index - start_->frame_index > options_.max_frames) {
-    Restart(frame_index, timestamp, features);
+    Restart(view);
     return nullptr;
   }
   const std::vector<std::pair<int, int>> matches = MatchToStart(*features);
   if (static_cast<int>(matches.size()) < options_.min_matches) {
     refusal_ = "too few matches between frames (too little texture, too much blur or too fast a motion)";
-    Restart(frame_index, timestamp, features);
+    Restart(view);
     return nullptr;
   }
   std::vector<TwoViewMatch> pairs;
@@ -86,7 +86,7 @@ std::unique_ptr<Map> Initializer::Add(std::int64_t frame_index, double timestamp
     refusal_ = report.refusal;
     return nullptr;
   }
-  std::unique_ptr<Map> map = Build(*report.geometry, matches, frame_index, timestamp, features);
+  std::unique_ptr<Map> map = Build(*report.geometry, matches, view);
   if (map) {
     start_.reset();
   }
@@ -95,12 +95,12 @@ std::unique_ptr<Map> Initializer::Add(std::int64_t frame_index, double timestamp
 
 std::unique_ptr<Map> Initializer::Build(const TwoViewGeometry& geometry,
                                         const std::vector<std::pair<int, int>>& matches,
-                                        std::int64_t frame_index, double timestamp,
-                                        const FrameFeaturesPtr& features) const {
+                                        const View& view) const {
   constexpr int kBundleIterations = 20;
   auto map = std::make_unique<Map>(levels_, ids_);
   const KeyframeId first = map->AddKeyframe(start_->frame_index, start_->timestamp, {}, start_->features);
-  const KeyframeId second = map->AddKeyframe(frame_index, timestamp, geometry.T_camera2_camera1, features);
+  const KeyframeId second =
+      map->AddKeyframe(view.frame_index, view.timestamp, geometry.T_camera2_camera1, view.features);
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (geometry.points[i]) {
       const PointId point = map->AddPoint(*geometry.points[i], first);

@@ -28,24 +28,23 @@ class Initializer {
   std::string Reason() const;
 
  private:
-  struct Start {
+  struct View {
     std::int64_t frame_index = 0;
     double timestamp = 0.0;
     FrameFeaturesPtr features;
-    std::vector<Eigen::Vector2d> expected;  // last seen place of each feature, px
   };
 
-  void Restart(std::int64_t frame_index, double timestamp, const FrameFeaturesPtr& features);
+  void Restart(const View& view);
   std::vector<std::pair<int, int>> MatchToStart(const FrameFeatures& features);
   std::unique_ptr<Map> Build(const TwoViewGeometry& geometry, const std::vector<std::pair<int, int>>& matches,
-                             std::int64_t frame_index, double timestamp,
-                             const FrameFeaturesPtr& features) const;
+                             const View& view) const;
 
   Camera camera_;
   InitializationOptions options_;
   ScaleLevels levels_;
   std::shared_ptr<IdSource> ids_;
-  std::optional<Start> start_;
+  std::optional<View> start_;
+  std::vector<Eigen::Vector2d> expected_;  // last seen place of each feature of the start, px
   std::string refusal_;
   double largest_flow_ = 0.0;  // px, median over the matches
 };

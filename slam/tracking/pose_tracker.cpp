@@ -45,8 +45,9 @@ std::optional<Rigid3d> LocateByP3P(const Camera& camera, const std::vector<cv::P
 }
 
 // The keyframe itself where it still exists, else the newest one.
-KeyframeId ExistingKeyframe(const TrackingView& view, KeyframeId id) {
-  return view.keyframes.contains(id) ? id : view.keyframes.rbegin()->first;
+const ViewKeyframe& ExistingKeyframe(const TrackingView& view, KeyframeId id) {
+  const auto it = view.keyframes.find(id);
+  return it != view.keyframes.end() ? it->second : view.keyframes.rbegin()->second;
 }
 
 }  // namespace
@@ -90,8 +91,7 @@ bool PoseTracker::TrackMotion(const TrackingView& view, const TrackedFrame& last
 bool PoseTracker::TrackReferenceKeyframe(const TrackingView& view, const TrackedFrame& last,
                                          TrackedFrame& frame) const {
   constexpr int kMinMatches = 15;
-  const auto it = view.keyframes.find(last.anchor.reference);
-  const ViewKeyframe& keyframe = it != view.keyframes.end() ? it->second : view.keyframes.rbegin()->second;
+  const ViewKeyframe& keyframe = ExistingKeyframe(view, last.anchor.reference);
   const auto matches = MatchDescriptors(keyframe, frame, 0.7);
   frame.ForgetPoints();
   for (const auto& [i, j] : matches) {
@@ -221,9 +221,9 @@ LocalMap FindLocalMap(const TrackingView& view, const std::vector<PointId>& poin
       seen[point] = true;
     }
   }
-  const KeyframeId start = ExistingKeyframe(view, last_reference);
-  std::set<KeyframeId> candidates{start};
-  for (const KeyframeId near : view.keyframes.at(start).covisible) {
+  const ViewKeyframe& start = ExistingKeyframe(view, last_reference);
+  std::set<KeyframeId> candidates{start.id};
+  for (const KeyframeId near : start.covisible) {
     candidates.insert(near);
     const auto& further = view.keyframes.at(near).covisible;
     candidates.insert(further.begin(), further.end());
@@ -238,7 +238,7 @@ LocalMap FindLocalMap(const TrackingView& view, const std::vector<PointId>& poin
   }
   std::ranges::sort(ranked, std::greater<>());
   LocalMap local;
-  local.reference = ranked.front().first > 0 ? ranked.front().second : start;
+  local.reference = ranked.front().first > 0 ? ranked.front().second : start.id;
   std::vector<bool> added(view.points.IdBound(), false);
   for (const auto& [shared, id] : ranked | std::views::take(max_keyframes)) {
     for (const PointId point : view.keyframes.at(id).points) {

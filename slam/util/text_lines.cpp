@@ -16,14 +16,11 @@ namespace sqslam {
 std::string ReadFile(const std::filesystem::path& path, std::string_view expected) {
   errno = 0;
   std::ifstream file(path, std::ios::binary);
-  std::string text;
-  if (file && !std::filesystem::is_directory(path)) {
-    text.assign(std::istreambuf_iterator<char>(file), {});
-  } else {
+  if (!file || std::filesystem::is_directory(path)) {
     throw InputError(fmt::format("{}: cannot be read ({}), expected {}", path.string(),
                                  errno != 0 ? std::strerror(errno) : "not a file", expected));
   }
-  return text;
+  return {std::istreambuf_iterator<char>(file), {}};
 }
 
 std::vector<TextLine> ReadTextLines(const std::filesystem::path& path, std::string_view expected) {
@@ -55,10 +52,8 @@ void ThrowBadLine(const std::filesystem::path& path, const TextLine& line, std::
 
 double NumberAt(const std::filesystem::path& path, const TextLine& line, std::size_t index,
                 std::string_view expected) {
-  if (index >= line.words.size()) {
-    ThrowBadLine(path, line, expected);
-  }
-  const std::optional<double> number = ParseNumber<double>(line.words[index]);
+  const auto number =
+      index < line.words.size() ? ParseNumber<double>(line.words[index]) : std::optional<double>();
   if (!number || !std::isfinite(*number)) {
     ThrowBadLine(path, line, expected);
   }
