@@ -34,13 +34,13 @@ class UprightTest : public ::testing::Test {
     if (!T_new_old) {
       return 0.0;
     }
-    world_.map.Transform(*T_new_old);
+    world_.map.Transform(Sim3d::FromRigid(*T_new_old));
     up_ = T_new_old->rotation * up_;
     return T_new_old->rotation.angularDistance(Eigen::Quaterniond::Identity());
   }
   void Tilt(double angle) {
     const Rigid3d tilt = Turn(angle, Eigen::Vector3d::UnitX());
-    world_.map.Transform(tilt);
+    world_.map.Transform(Sim3d::FromRigid(tilt));
     up_ = tilt.rotation * up_;
   }
 
