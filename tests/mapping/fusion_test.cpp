@@ -1,9 +1,8 @@
-#include "slam/mapping/local_mapping.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
+#include "slam/mapping/local_mapping.h"
 #include "tests/support/synthetic_map.h"
 
 namespace sqslam {

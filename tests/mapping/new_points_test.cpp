@@ -1,5 +1,3 @@
-#include "slam/mapping/local_mapping.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 #include <set>
 
 #include "slam/estimation/two_view.h"
+#include "slam/mapping/local_mapping.h"
 #include "tests/support/synthetic_map.h"
 
 namespace sqslam {

@@ -1,8 +1,7 @@
-#include "slam/tracking/pose_tracker.h"
-
 #include <gtest/gtest.h>
 
 #include "slam/geometry/lie.h"
+#include "slam/tracking/pose_tracker.h"
 #include "tests/support/synthetic_map.h"
 
 namespace sqslam {
