@@ -46,7 +46,7 @@ std::string BackEnd(RenderBackend backend) {
   try {
     return OffscreenContext(backend).Description();
   } catch (const std::exception& e) {
-    return fmt::format("{} is not available: {}", RenderBackendName(backend), e.what());
+    return fmt::format("{} is not available: {}", NameOf(backend), e.what());
   }
 }
 

@@ -13,7 +13,6 @@
 #include "app/commands/run_arguments.h"
 #include "app/terminal/terminal.h"
 #include "render/figures/figures.h"
-#include "render/page/write_figure.h"
 #include "slam/calibration/calibration.h"
 #include "slam/geometry/angles.h"
 #include "slam/io/cameras.h"

@@ -9,7 +9,6 @@
 #include "app/result/map_input.h"
 #include "app/terminal/terminal.h"
 #include "render/figures/figures.h"
-#include "render/page/write_figure.h"
 
 namespace sqslam::app {
 namespace {

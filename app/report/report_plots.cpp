@@ -6,7 +6,6 @@
 
 #include "app/report/report_parts.h"
 #include "render/figures/figures.h"
-#include "render/page/write_figure.h"
 
 namespace sqslam::app {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "app/command_line/command.h"
-#include "render/scene/scene_layers.h"
+#include "render/scene/style.h"
 #include "slam/geometry/rigid3.h"
 #include "slam/io/point_cloud.h"
 #include "slam/snapshot/object_edits.h"

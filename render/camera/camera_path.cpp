@@ -26,9 +26,8 @@ ViewAxes AxesOf(const ViewCamera& camera) {
 }
 
 ViewCamera Azimuth(const ViewCamera& camera, double degrees) {
-  const Eigen::AngleAxisd turn(degrees * kRadiansPerDegree, camera.view_up.normalized());
-  ViewCamera turned = camera;
-  turned.position = camera.focal_point + turn * (camera.position - camera.focal_point);
+  ViewCamera turned = TurnedAbout(camera.view_up, camera, degrees);
+  turned.view_up = camera.view_up;
   return turned;
 }
 
@@ -108,7 +107,7 @@ ViewCamera Behind(const Rigid3d& T_map_camera, const Eigen::Vector3d& up, double
 }
 
 std::vector<ViewCamera> Smooth(const std::vector<ViewCamera>& path, double radius) {
-  std::vector<ViewCamera> smooth = path;
+  std::vector<ViewCamera> smooth;
   const int size = static_cast<int>(path.size());
   const int reach = static_cast<int>(std::ceil(3.0 * radius));
   for (int i = 0; i < size; ++i) {
@@ -123,11 +122,11 @@ std::vector<ViewCamera> Smooth(const std::vector<ViewCamera>& path, double radiu
       sum.view_angle += weight * other.view_angle;
       weights += weight;
     }
-    smooth[static_cast<std::size_t>(i)] = {sum.position / weights,
-                                           sum.focal_point / weights,
-                                           sum.view_up.normalized(),
-                                           sum.view_angle / weights,
-                                           {}};
+    sum.position /= weights;
+    sum.focal_point /= weights;
+    sum.view_up.normalize();
+    sum.view_angle /= weights;
+    smooth.push_back(sum);
   }
   return smooth;
 }

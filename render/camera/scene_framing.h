@@ -46,7 +46,7 @@ inline double GridCell(const SceneFocus& focus) { return RoundLength(0.4 * focus
 // where the cameras stood on average; right is to the right of somebody who stands there. They look level,
 // top straight down with the front below; isometric from 45 degrees to the right and 35.26 up, in
 // perspective.
-const std::vector<std::string>& ViewPresetNames();
+std::vector<std::string> ViewPresetNames();
 
 // Throws UsageError, which lists the names, for another one. aspect: width / height; view_angle: degrees.
 ViewCamera PresetView(const std::string& name, const SceneFocus& focus, double aspect,

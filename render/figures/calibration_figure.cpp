@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/camera/scene_framing.h"
 #include "render/figures/figures.h"
 #include "render/page/chart.h"
 #include "slam/util/error.h"
@@ -14,13 +15,6 @@ namespace {
 constexpr double kCalibrationGap = 14.0;  // points between panels
 constexpr int kCells = 8;                 // of the coverage, along the longer side
 
-// A round number near the value, from below: 1, 2 or 5 times a power of ten.
-double RoundedDown(double value) {
-  const double power = std::pow(10.0, std::floor(std::log10(value)));
-  const double lead = value / power;
-  return power * (lead >= 5.0 ? 5.0 : lead >= 2.0 ? 2.0 : 1.0);
-}
-
 std::vector<double> ErrorLengths(const CalibrationFigure& figure) {
   std::vector<double> lengths;
   for (const CalibrationFigure::Corner& corner : figure.corners) {
@@ -31,9 +25,7 @@ std::vector<double> ErrorLengths(const CalibrationFigure& figure) {
 
 void DrawPanelTitle(FigurePage& page, const FigureRect& panel, const std::string& text,
                     const FigureTheme& theme) {
-  page.Text(NarrowText(PlainText(text, {panel.Center().x(), panel.y - theme.small}, theme.small, theme.ink,
-                                 TextAlign::kCenter),
-                       panel.width));
+  page.Label(text, {panel.Center().x(), panel.y - theme.small}, theme.small, theme.ink, panel.width);
 }
 
 // Errors as arrows without heads: a dot at the corner, a line to where it should be, enlarged.
@@ -42,7 +34,7 @@ void DrawCornerErrors(FigurePage& page, const CalibrationFigure& figure, const F
   constexpr double kReach = 0.045;  // of the image's width: a large error as drawn
   const double points_per_pixel = panel.width / figure.width;
   const double large = std::max(1e-3, LowerQuantile(ErrorLengths(figure), 0.95));
-  const double enlarged = std::max(1.0, RoundedDown(kReach * figure.width / large));
+  const double enlarged = std::max(1.0, RoundLength(kReach * figure.width / large));
   page.Rect(panel, std::nullopt, theme.Axis());
   const Eigen::Vector3d blue = LookOfSeries(0).color;
   for (const CalibrationFigure::Corner& corner : figure.corners) {
@@ -54,7 +46,7 @@ void DrawCornerErrors(FigurePage& page, const CalibrationFigure& figure, const F
     DrawMark(page, at(corner.pixel), {Mark::Shape::kCircle, 1.3, theme.ink});
   }
   DrawPanelTitle(page, panel, fmt::format("corner errors, {:g} times enlarged", enlarged), theme);
-  const double shown = RoundedDown(0.25 * figure.width / enlarged);  // px of error
+  const double shown = RoundLength(0.25 * figure.width / enlarged);  // px of error
   const double length = shown * enlarged * points_per_pixel;
   const double y = panel.Bottom() + 1.2 * theme.small;
   page.Line({panel.x, y}, {panel.x + length, y}, {blue, 1.0, {}});
@@ -84,9 +76,8 @@ void DrawCoverage(FigurePage& page, const CalibrationFigure& figure, const Figur
       const Eigen::Vector3d ink = count > 0 && share < 0.55 ? Eigen::Vector3d(1.0, 1.0, 1.0)
                                   : count > 0               ? Eigen::Vector3d(0.0, 0.0, 0.0)
                                                             : theme.ink;
-      page.Text(NarrowText(PlainText(std::to_string(count), area.Center(),
-                                     std::min(theme.small, 0.55 * height), ink, TextAlign::kCenter),
-                           0.9 * width));
+      page.Label(std::to_string(count), area.Center(), std::min(theme.small, 0.55 * height), ink,
+                 0.9 * width);
     }
   }
   page.Rect(panel, std::nullopt, theme.Axis());
@@ -119,10 +110,14 @@ void DrawErrorHistogram(FigurePage& page, const CalibrationFigure& figure, const
   page.Line({plot.area.x, plot.area.Bottom()}, {plot.area.Right(), plot.area.Bottom()}, theme.Axis());
   const double x = plot.X(figure.rms);
   page.Line({x, plot.area.y}, {x, plot.area.Bottom()}, {theme.ink, 0.9, {3.0, 2.0}});
-  FigureText text = PlainText(fmt::format("RMS {:.2f} px", figure.rms), {x + 3.0, plot.area.y + theme.small},
-                              theme.small, theme.ink);
-  text.halo = theme.background;
-  page.Text(text);
+  page.Text({fmt::format("RMS {:.2f} px", figure.rms),
+             {x + 3.0, plot.area.y + theme.small},
+             theme.small,
+             theme.ink,
+             TextAlign::kLeft,
+             false,
+             0.0,
+             theme.background});
   DrawPanelTitle(page, plot.area, "lengths of the errors", theme);
 }
 
@@ -133,10 +128,10 @@ FigurePage DrawCalibration(const CalibrationFigure& figure, const FigureOptions&
     throw UsageError("no corners to draw, expected at least one");
   }
   const double aspect = static_cast<double>(figure.height) / figure.width;
-  FigureSheet sheet = MakeSheet(options, kTextWidth, "Errors of a calibration", [&](double width) {
-    const FigureTheme theme(options);
-    return (width - 2.0 * kCalibrationGap) / 3.0 * aspect + 2.0 * theme.small + XAxisHeight(theme, true);
-  });
+  FigureSheet sheet =
+      MakeSheet(options, kTextWidth, "Errors of a calibration", [&](double width, const FigureTheme& theme) {
+        return (width - 2.0 * kCalibrationGap) / 3.0 * aspect + 2.0 * theme.small + XAxisHeight(theme, true);
+      });
   const FigureTheme& theme = sheet.theme;
   const double above = 2.0 * theme.small;
   const double below = XAxisHeight(theme, true);
@@ -187,9 +182,8 @@ FigurePage DrawBoardSheet(const BoardSheet& sheet, double dpi) {
               area.black ? Eigen::Vector3d(0.0, 0.0, 0.0) : Eigen::Vector3d(1.0, 1.0, 1.0));
   }
   constexpr double kFont = 8.0;
-  page.Text(NarrowText(PlainText(sheet.caption, {0.5 * page.width, kPoint * (y + sheet.height + kMargin)},
-                                 kFont, {0.35, 0.35, 0.35}, TextAlign::kCenter),
-                       page.width - 2.0 * kPoint * kMargin));
+  page.Label(sheet.caption, {0.5 * page.width, kPoint * (y + sheet.height + kMargin)}, kFont,
+             {0.35, 0.35, 0.35}, page.width - 2.0 * kPoint * kMargin);
   return page;
 }
 

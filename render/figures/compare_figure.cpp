@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
-#include "render/camera/scene_framing.h"
 #include "render/figures/figure_input.h"
-#include "render/figures/figures.h"
 #include "render/picture/picture.h"
 #include "render/picture/picture_text.h"
 #include "slam/fitting/fixed_shape_fit.h"
@@ -16,6 +15,14 @@
 
 namespace sqslam {
 namespace {
+
+std::vector<Eigen::Vector3d> PointsOf(const MapSnapshot& map) {
+  std::vector<Eigen::Vector3d> points;
+  for (const SnapshotPoint& point : map.points) {
+    points.push_back(point.p_map.cast<double>());
+  }
+  return points;
+}
 
 // The object's points and one of its solids.
 MapSnapshot WithSolid(const CompareFigure::Object& object, const CompareFigure::Kind& kind,
@@ -30,91 +37,19 @@ MapSnapshot WithSolid(const CompareFigure::Object& object, const CompareFigure::
   return map;
 }
 
-// A three-quarter view from the keyframes' side that holds all solids, and the points unless they stray far.
-ViewCamera EyeOnCompared(const CompareFigure::Object& object, const CompareFigure::Kind& kind,
-                         double aspect) {
-  std::vector<Eigen::Vector3d> outline;
-  for (const PosedSuperquadric& solid : object.solids) {
-    const std::array<Eigen::Vector3d, 8> corners = BoxCorners(solid);
-    outline.insert(outline.end(), corners.begin(), corners.end());
-  }
-  const MapSnapshot map = WithSolid(object, kind, object.solids.front());
-  const PosedSuperquadric& first = object.solids.front();
-  const double reach = 1.5 * first.shape.half_size.norm();
-  for (const SnapshotPoint& point : map.points) {
-    const Eigen::Vector3d p = point.p_map.cast<double>();
-    if ((p - first.T_map_object.translation).norm() < reach) {
-      outline.push_back(p);
-    }
-  }
-  return FitOutline(FrameScene(FindFocus(map), aspect), outline, aspect, 0.06);
-}
-
 // Objects stand side by side and their kinds below one another; a single object's kinds stand side by side.
-struct CompareLayout {
-  bool flat = false;  // a single object
-  int columns = 0;
-  int rows = 0;
-  double left = 0.0;    // of the names of kinds, or of the object
-  double top = 0.0;     // of the names of objects, or of kinds
-  double note = 0.0;    // below each picture
-  double cell = 0.0;    // width of a picture with the gap at its right
-  double height = 0.0;  // of a picture
-  double gap = 4.0;
-};
-
-CompareLayout LayOutComparison(const CompareFigure& figure, const FigureTheme& theme, double width) {
-  CompareLayout layout;
-  layout.flat = figure.objects.size() == 1;
+PanelGrid LayOutComparison(const CompareFigure& figure, const FigureTheme& theme, double width) {
   const int objects = static_cast<int>(figure.objects.size());
   const int kinds = static_cast<int>(figure.kinds.size());
-  layout.columns = layout.flat ? kinds : objects;
-  layout.rows = layout.flat ? 1 : kinds;
-  layout.left = 1.8 * theme.font;
-  layout.top = 1.8 * theme.font;
+  PanelGrid grid{objects == 1 ? kinds : objects, objects == 1 ? 1 : kinds, 4.0};
+  grid.left = grid.top = 1.8 * theme.font;
+  grid.width = (width - grid.left) / grid.columns - grid.gap;
+  grid.height = 0.85 * grid.width;
   const bool notes = std::any_of(figure.objects.begin(), figure.objects.end(),
                                  [](const auto& object) { return !object.notes.empty(); });
-  layout.note = notes ? 1.6 * theme.small : 0.0;
-  layout.cell = (width - layout.left) / layout.columns;
-  layout.height = 0.85 * (layout.cell - layout.gap);
-  return layout;
-}
-
-double ComparisonHeight(const CompareLayout& layout) {
-  return layout.top + layout.rows * (layout.height + layout.note + layout.gap);
-}
-
-FigureRect ComparisonCell(const CompareLayout& layout, const FigureRect& area, int object, int kind) {
-  const int column = layout.flat ? kind : object;
-  const int row = layout.flat ? 0 : kind;
-  return {area.x + layout.left + column * layout.cell,
-          area.y + layout.top + row * (layout.height + layout.note + layout.gap), layout.cell - layout.gap,
-          layout.height};
-}
-
-// Columns are named above, rows at the left.
-void DrawComparedNames(FigureSheet& sheet, const CompareLayout& layout, const CompareFigure& figure) {
-  const FigureTheme& theme = sheet.theme;
-  const auto above = [&](const std::string& name, const FigureRect& cell) {
-    const Eigen::Vector2d anchor(cell.Center().x(), sheet.area.y + 0.6 * theme.font);
-    sheet.page.Text(
-        NarrowText(PlainText(name, anchor, theme.font, theme.ink, TextAlign::kCenter), cell.width));
-  };
-  const auto beside = [&](const std::string& name, const FigureRect& cell) {
-    const Eigen::Vector2d anchor(sheet.area.x + 0.6 * theme.font, cell.Center().y());
-    FigureText text =
-        NarrowText(PlainText(name, anchor, theme.font, theme.ink, TextAlign::kCenter), cell.height);
-    text.angle = 90.0;
-    sheet.page.Text(text);
-  };
-  for (std::size_t k = 0; k < figure.kinds.size(); ++k) {
-    const FigureRect cell = ComparisonCell(layout, sheet.area, 0, static_cast<int>(k));
-    layout.flat ? above(figure.kinds[k].name, cell) : beside(figure.kinds[k].name, cell);
-  }
-  for (std::size_t i = 0; i < figure.objects.size(); ++i) {
-    const FigureRect cell = ComparisonCell(layout, sheet.area, static_cast<int>(i), 0);
-    layout.flat ? beside(figure.objects[i].name, cell) : above(figure.objects[i].name, cell);
-  }
+  grid.texts = notes ? 1.6 * theme.small : 0.0;
+  grid.below = grid.gap;
+  return grid;
 }
 
 }  // namespace
@@ -125,43 +60,50 @@ FigurePage DrawComparison(const CompareFigure& figure, const FigureOptions& opti
     throw UsageError("nothing to compare, expected at least one object and one kind of solid");
   }
   const double own_width = figure.objects.size() <= 2 ? kColumnWidth : kTextWidth;
-  FigureSheet sheet = MakeSheet(options, own_width, "Objects as different solids", [&](double width) {
-    return ComparisonHeight(LayOutComparison(figure, FigureTheme(options), width));
-  });
-  CompareLayout layout = LayOutComparison(figure, sheet.theme, sheet.area.width);
-  layout.height +=
-      (sheet.area.height - ComparisonHeight(layout)) / layout.rows;  // where the height was asked for
-  if (layout.height < 8.0) {
+  FigureSheet sheet = MakeSheet(options, own_width, "Objects as different solids",
+                                [&](double width, const FigureTheme& theme) {
+                                  return LayOutComparison(figure, theme, width).Height();
+                                });
+  PanelGrid grid = LayOutComparison(figure, sheet.theme, sheet.area.width);
+  grid.height += grid.Spare(sheet.area);
+  if (grid.height < 8.0) {
     throw UsageError("the figure is too low for its pictures, expected a larger height");
   }
+  const bool flat = figure.objects.size() == 1;
   std::map<std::string, Eigen::Vector3d> colors;
   for (const CompareFigure::Kind& kind : figure.kinds) {
     colors[kind.name] = kind.color;
   }
-  PictureRenderer renderer(
-      PanelOptions(options, sheet.page.dpi, layout.cell - layout.gap, layout.height, colors));
-  const double aspect = (layout.cell - layout.gap) / layout.height;
+  PictureRenderer renderer(PanelOptions(options, sheet.page.dpi, grid.width, grid.height, colors));
   const int kinds = static_cast<int>(figure.kinds.size());
-  Tell(progress, 0, static_cast<int>(figure.objects.size()) * kinds);
-  for (int i = 0; i < static_cast<int>(figure.objects.size()); ++i) {
-    const CompareFigure::Object& object = figure.objects[static_cast<std::size_t>(i)];
-    const ViewCamera eye = options.camera.ApplyTo(EyeOnCompared(object, figure.kinds.front(), aspect));
-    for (int k = 0; k < kinds; ++k) {
-      const auto at = static_cast<std::size_t>(k);
-      const MapSnapshot map = WithSolid(object, figure.kinds[at], object.solids.at(at));
+  const int total = static_cast<int>(figure.objects.size()) * kinds;
+  int done = 0;
+  Tell(progress, done, total);
+  for (const CompareFigure::Object& object : figure.objects) {
+    const MapSnapshot first = WithSolid(object, figure.kinds.front(), object.solids.front());
+    const ViewCamera eye =
+        options.camera.ApplyTo(EyeOn(first, object.solids, PointsOf(first), 1.5, grid.width / grid.height));
+    for (std::size_t k = 0; k < figure.kinds.size(); ++k) {
+      const MapSnapshot map = WithSolid(object, figure.kinds[k], object.solids.at(k));
       k == 0 ? renderer.SetMap(map) : renderer.SetMapKeepingFrame(map);
-      const FigureRect cell = ComparisonCell(layout, sheet.area, i, k);
+      const FigureRect cell = flat ? grid.PanelAt(sheet.area, 0, done % kinds)
+                                   : grid.PanelAt(sheet.area, done % kinds, done / kinds);
       PlacePanel(sheet.page, renderer.Render(eye), cell);
       if (!object.notes.empty()) {
-        const Eigen::Vector2d anchor(cell.Center().x(), cell.Bottom() + 0.8 * sheet.theme.small);
-        sheet.page.Text(NarrowText(
-            PlainText(object.notes.at(at), anchor, sheet.theme.small, sheet.theme.muted, TextAlign::kCenter),
-            cell.width));
+        sheet.page.Label(object.notes.at(k), {cell.Center().x(), cell.Bottom() + 0.8 * sheet.theme.small},
+                         sheet.theme.small, sheet.theme.muted, cell.width);
       }
-      Tell(progress, i * kinds + k + 1, static_cast<int>(figure.objects.size()) * kinds);
+      Tell(progress, ++done, total);
     }
   }
-  DrawComparedNames(sheet, layout, figure);
+  const auto along = flat ? NameRow : NameColumn;
+  const auto across = flat ? NameColumn : NameRow;
+  for (int k = 0; k < kinds; ++k) {
+    across(sheet, grid, k, figure.kinds[static_cast<std::size_t>(k)].name);
+  }
+  for (std::size_t i = 0; i < figure.objects.size(); ++i) {
+    along(sheet, grid, static_cast<int>(i), figure.objects[i].name);
+  }
   return std::move(sheet.page);
 }
 
@@ -205,16 +147,6 @@ std::vector<ComparedSolid> ChosenSolids(const std::vector<std::string>& names) {
   return chosen;
 }
 
-std::vector<Eigen::Vector3d> OwnPoints(const MapSnapshot& map, int id) {
-  std::vector<Eigen::Vector3d> points;
-  for (const SnapshotPoint& point : map.points) {
-    if (point.object_id == id) {
-      points.push_back(point.p_map.cast<double>());
-    }
-  }
-  return points;
-}
-
 // Up to four objects of different classes and exponents: that with the most points, then always the one whose
 // exponents are farthest from all taken before, among those with a fair number of points.
 std::vector<int> MostDifferent(const MapSnapshot& map) {
@@ -249,9 +181,7 @@ std::vector<int> MostDifferent(const MapSnapshot& map) {
     taken.push_back(next);
   }
   std::vector<int> ids;
-  for (const SnapshotObject* object : taken) {
-    ids.push_back(object->id);
-  }
+  std::transform(taken.begin(), taken.end(), std::back_inserter(ids), [](const auto* o) { return o->id; });
   std::sort(ids.begin(), ids.end());
   return ids;
 }
@@ -282,12 +212,12 @@ std::string DistanceNote(const PosedSuperquadric& solid, const std::vector<Eigen
 CompareFigure::Object Compared(const MapSnapshot& map, const SnapshotObject& object,
                                const std::vector<ComparedSolid>& solids, const Eigen::Vector3d& ink,
                                const CompareOptions& options) {
-  const std::vector<Eigen::Vector3d> points = OwnPoints(map, object.id);
   CompareFigure::Object compared;
   compared.name = ReadableLabel(object.label);
   compared.map = map;
   std::erase_if(compared.map.points,
                 [&](const SnapshotPoint& point) { return point.object_id != object.id; });
+  const std::vector<Eigen::Vector3d> points = PointsOf(compared.map);
   for (SnapshotPoint& point : compared.map.points) {  // dots of their own colours get lost on the solids
     for (int c = 0; c < 3; ++c) {
       point.rgb[static_cast<std::size_t>(c)] = static_cast<std::uint8_t>(std::lround(255.0 * ink[c]));
@@ -347,9 +277,7 @@ Examples:
           .adapt_style =
               [](SceneStyle& style) {
                 style.objects.opacity = 0.6;  // points inside shine through
-                style.cameras.trajectory = false;
-                style.cameras.keyframes = false;
-                style.cameras.current = false;
+                style.cameras.trajectory = style.cameras.keyframes = style.cameras.current = false;
                 style.points.object_size = 10.0;
                 style.grid.show = false;
               },

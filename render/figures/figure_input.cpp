@@ -3,18 +3,30 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <numbers>
 #include <set>
 
+#include "render/camera/scene_framing.h"
 #include "slam/evaluation/comparison.h"
 #include "slam/io/image_files.h"
 #include "slam/io/result_files.h"
 #include "slam/util/error.h"
+#include "slam/util/parse_number.h"
 
 namespace sqslam {
+namespace {
+
+// [begin, begin + length) within [0, limit), `length` long where that has room.
+std::pair<int, int> Within(double center, double length, int limit) {
+  const int size = std::clamp(static_cast<int>(std::ceil(length)), 2, limit);
+  const int begin = std::clamp(static_cast<int>(std::floor(center - 0.5 * size)), 0, limit - size);
+  return {begin, size};
+}
+
+}  // namespace
 
 std::vector<std::string> ResultNames(const FigureRequest& request) {
   if (request.names.empty()) {
@@ -29,21 +41,17 @@ std::vector<std::string> ResultNames(const FigureRequest& request) {
 
 std::vector<double> ParseNumberList(const std::string& option, const std::string& text) {
   std::vector<double> numbers;
-  const char* at = text.data();
-  const char* const end = at + text.size();
-  while (true) {
-    double number = 0.0;
-    const auto [next, error] = std::from_chars(at, end, number);
-    if (error != std::errc() || (next != end && *next != ',')) {
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const auto number = ParseNumber<double>(std::string_view(text).substr(begin, end - begin));
+    if (!number) {
       throw UsageError(
           fmt::format("{} {}: expected numbers with commas between them, such as 0.1,1", option, text));
     }
-    numbers.push_back(number);
-    if (next == end) {
-      return numbers;
-    }
-    at = next + 1;
+    numbers.push_back(*number);
+    begin = end + 1;
   }
+  return numbers;
 }
 
 RecordedMap OpenMap(const std::string& result) {
@@ -85,6 +93,11 @@ const SnapshotObject& ObjectById(const MapSnapshot& map, int id, const std::stri
       fmt::format("{}: has no object {}, expected one of {}", result, id, fmt::join(known, ", ")));
 }
 
+bool HasImage(const MapSnapshot& map) {
+  std::error_code error;
+  return !map.image_path.empty() && std::filesystem::is_regular_file(map.image_path, error);
+}
+
 std::map<int, std::vector<ObjectView>> ObjectViews(const RecordedMap& map, bool all) {
   constexpr std::size_t kMostRead = 300;
   std::map<std::int64_t, Rigid3d> poses;
@@ -102,12 +115,9 @@ std::map<int, std::vector<ObjectView>> ObjectViews(const RecordedMap& map, bool 
   const std::size_t step = all ? 1 : std::max<std::size_t>(1, of_keyframes.size() / kMostRead);
   for (std::size_t i = 0; i < of_keyframes.size(); i += step) {
     const MapSnapshotPtr moment = map.reader->Read(of_keyframes[i]);
-    std::error_code error;
-    if (moment->image_path.empty() || !std::filesystem::is_regular_file(moment->image_path, error)) {
-      continue;
-    }
+    const bool has_image = HasImage(*moment);
     for (const SnapshotDetection& seen_box : moment->detections) {
-      if (seen_box.object_id >= 0) {
+      if (has_image && seen_box.object_id >= 0) {
         views[seen_box.object_id].push_back(
             {moment->frame_index, moment->image_path, poses.at(moment->frame_index), seen_box.detection.box});
       }
@@ -159,6 +169,78 @@ int UprightTurns(const ObjectView& view, const MapSnapshot& map) {
   }
   const double clockwise = std::atan2(up.x(), -up.y());  // of up in the image
   return (4 - static_cast<int>(std::lround(clockwise / (0.5 * std::numbers::pi)))) % 4;
+}
+
+ViewCamera EyeOn(const MapSnapshot& map, const std::vector<PosedSuperquadric>& solids,
+                 const std::vector<Eigen::Vector3d>& points, double reach, double aspect) {
+  std::vector<Eigen::Vector3d> outline;
+  for (const PosedSuperquadric& solid : solids) {
+    const std::array<Eigen::Vector3d, 8> corners = BoxCorners(solid);
+    outline.insert(outline.end(), corners.begin(), corners.end());
+  }
+  const PosedSuperquadric& first = solids.front();
+  std::copy_if(points.begin(), points.end(), std::back_inserter(outline), [&](const Eigen::Vector3d& p) {
+    return (p - first.T_map_object.translation).norm() < reach * first.shape.half_size.norm();
+  });
+  return FitOutline(FrameScene(FindFocus(map), aspect), outline, aspect, 0.06);
+}
+
+void DrawNoImage(FigurePage& page, const FigureRect& area, const FigureTheme& theme) {
+  page.Rect(area, theme.faint);
+  page.Text("no image", area.Center(), theme.small, theme.muted, TextAlign::kCenter);
+}
+
+ImageCrop::ImageCrop(const cv::Mat& image, const Box2d& region, int quarter_turns, const FigureRect& panel)
+    : turns_(((quarter_turns % 4) + 4) % 4) {
+  const bool across = turns_ % 2 == 1;
+  const double aspect = across ? panel.height / panel.width : panel.width / panel.height;
+  const double width = std::max(region.width, region.height * aspect);
+  const auto [x, columns] = Within(region.Center().x(), width, image.cols);
+  const auto [y, rows] = Within(region.Center().y(), width / aspect, image.rows);
+  cut_ = {x, y, columns, rows};
+  image_ = image(cut_).clone();
+  for (int i = 0; i < turns_; ++i) {
+    cv::rotate(image_.clone(), image_, cv::ROTATE_90_CLOCKWISE);
+  }
+  area_ = panel.Fitted(image_.cols, image_.rows);
+}
+
+Eigen::Vector2d ImageCrop::ToPage(const Eigen::Vector2d& pixel) const {
+  // Pixel centres lie at whole numbers; shares of the cut from its corner.
+  Eigen::Vector2d at((pixel.x() + 0.5 - cut_.x) / cut_.width, (pixel.y() + 0.5 - cut_.y) / cut_.height);
+  for (int i = 0; i < turns_; ++i) {
+    at = Eigen::Vector2d(1.0 - at.y(), at.x());
+  }
+  return {area_.x + at.x() * area_.width, area_.y + at.y() * area_.height};
+}
+
+bool ImageCrop::Contains(const Eigen::Vector2d& pixel) const {
+  return pixel.x() >= cut_.x - 0.5 && pixel.y() >= cut_.y - 0.5 && pixel.x() <= cut_.x + cut_.width - 0.5 &&
+         pixel.y() <= cut_.y + cut_.height - 0.5;
+}
+
+void ImageCrop::DrawLine(FigurePage& page, const Eigen::Vector2d& from, const Eigen::Vector2d& to,
+                         const FigureStroke& stroke) const {
+  const Eigen::Vector2d low(cut_.x - 0.5, cut_.y - 0.5);
+  const Eigen::Vector2d high = low + Eigen::Vector2d(cut_.width, cut_.height);
+  double begin = 0.0;
+  double end = 1.0;
+  const Eigen::Vector2d d = to - from;
+  for (int axis = 0; axis < 2; ++axis) {
+    if (std::abs(d[axis]) < 1e-12) {
+      if (from[axis] < low[axis] || from[axis] > high[axis]) {
+        return;
+      }
+      continue;
+    }
+    const double a = (low[axis] - from[axis]) / d[axis];
+    const double b = (high[axis] - from[axis]) / d[axis];
+    begin = std::max(begin, std::min(a, b));
+    end = std::min(end, std::max(a, b));
+  }
+  if (begin < end) {
+    page.Line(ToPage(from + begin * d), ToPage(from + end * d), stroke);
+  }
 }
 
 }  // namespace sqslam

@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "render/figures/figure.h"
+#include "render/figures/figures.h"
 #include "slam/snapshot/recording.h"
 #include "slam/snapshot/snapshot.h"
 #include "slam/system_options.h"
 
-// Reads what figures show from results. All throw InputError or UsageError that says what is missing or
-// wrong.
+// What figures read from results, and images on their pages. Reading throws InputError or UsageError that
+// says what is missing or wrong.
 namespace sqslam {
 
 // Help texts that several figures share.
@@ -42,6 +42,9 @@ SystemOptions ConfigOf(const RecordingReader& reader);
 // Throws an InputError that lists the objects there are.
 const SnapshotObject& ObjectById(const MapSnapshot& map, int id, const std::string& result);
 
+// True where a snapshot's image is still there.
+bool HasImage(const MapSnapshot& map);
+
 // A frame in which an object was detected.
 struct ObjectView {
   std::int64_t frame_index = 0;
@@ -64,5 +67,35 @@ cv::Mat ImageOf(const ObjectView& view, const Camera& camera);
 // Quarter turns clockwise after which up in the map is up in the image; 0 where the camera looks down or
 // gravity is not known.
 int UprightTurns(const ObjectView& view, const MapSnapshot& map);
+
+// A three-quarter view from the keyframes' side that holds all solids, and those points that are no farther
+// from the first than `reach` half diagonals of it.
+ViewCamera EyeOn(const MapSnapshot& map, const std::vector<PosedSuperquadric>& solids,
+                 const std::vector<Eigen::Vector3d>& points, double reach, double aspect);
+
+// Fills the place of an image that is missing.
+void DrawNoImage(FigurePage& page, const FigureRect& area, const FigureTheme& theme);
+
+// A part of an image on a page, with the place on the page of what lies on the image.
+class ImageCrop {
+ public:
+  // The part of the image around `region` (pixels), widened to the panel's shape as far as the image goes,
+  // turned by quarter turns clockwise and fitted into the panel.
+  ImageCrop(const cv::Mat& image, const Box2d& region, int quarter_turns, const FigureRect& panel);
+
+  void Draw(FigurePage& page) const { page.Image(image_, area_); }
+  const FigureRect& Area() const { return area_; }
+  Eigen::Vector2d ToPage(const Eigen::Vector2d& pixel) const;
+  bool Contains(const Eigen::Vector2d& pixel) const;
+  // The part of a line between pixels that is shown.
+  void DrawLine(FigurePage& page, const Eigen::Vector2d& from, const Eigen::Vector2d& to,
+                const FigureStroke& stroke) const;
+
+ private:
+  cv::Mat image_;  // cut and turned
+  cv::Rect cut_;   // of the image, before the turn
+  int turns_ = 0;  // 0 to 3
+  FigureRect area_;
+};
 
 }  // namespace sqslam

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "render/figures/figure_input.h"
-#include "render/figures/figures.h"
 #include "render/page/chart.h"
 #include "render/picture/picture_text.h"
 #include "slam/geometry/angles.h"
@@ -50,7 +49,7 @@ bool AnyMissed(const IouFigure& figure) {
 std::vector<LegendEntry> IouLegend(const IouFigure& figure, const FigureTheme& theme) {
   std::vector<LegendEntry> entries;
   for (std::size_t i = 0; i < figure.series.size() && figure.series.size() > 1; ++i) {
-    entries.push_back(LegendEntry::Bar(figure.series[i].name, LookOfSeries(static_cast<int>(i))));
+    entries.push_back(LegendEntry::Bar(figure.series[i].name, LookOfSeries(i)));
   }
   if (AnyMissed(figure)) {
     entries.push_back(LegendEntry::OfMark("not found", {Mark::Shape::kCross, 5.0, theme.muted}));
@@ -104,7 +103,7 @@ void DrawIouBar(FigurePage& page, const PlotArea& plot, double left, double widt
   DrawBar(page, {left, top, width, plot.Y(0.0) - top}, look, theme.background);
   const std::string text = fmt::format("{:.2f}", *value);
   const double size = 0.8 * theme.small;
-  FigureText number = PlainText(text, {middle, top - 0.65 * size}, size, theme.ink, TextAlign::kCenter);
+  FigureText number{text, {middle, top - 0.65 * size}, size, theme.ink, TextAlign::kCenter};
   number.halo = theme.background;  // grid lines pass behind it
   if (TextWidth(text, size) < width + 1.0) {
     page.Text(number);
@@ -118,8 +117,8 @@ void DrawIouBar(FigurePage& page, const PlotArea& plot, double left, double widt
 
 void DrawIouName(FigurePage& page, const std::string& name, double x, double bottom, bool slanted, bool bold,
                  const FigureTheme& theme) {
-  FigureText text = PlainText(name, {x, bottom + 4.0 + 0.5 * theme.small}, theme.small, theme.ink,
-                              TextAlign::kCenter, bold);
+  FigureText text{name, {x, bottom + 4.0 + 0.5 * theme.small}, theme.small, theme.ink, TextAlign::kCenter,
+                  bold};
   if (slanted) {
     text.anchor = {x + 0.3 * theme.small, bottom + 4.0 + 0.3 * theme.small};
     text.align = TextAlign::kRight;
@@ -139,7 +138,7 @@ void DrawIouBars(FigurePage& page, const PlotArea& plot, const IouFigure& figure
     for (std::size_t k = 0; k < figure.series.size(); ++k) {
       const double left = middle + (static_cast<double>(k) - 0.5 * series) * bar;
       const std::optional<double> value = mean ? MeanIou(figure.series[k]) : figure.series[k].values[i];
-      DrawIouBar(page, plot, left + 0.04 * bar, 0.92 * bar, value, LookOfSeries(static_cast<int>(k)), theme);
+      DrawIouBar(page, plot, left + 0.04 * bar, 0.92 * bar, value, LookOfSeries(k), theme);
     }
     DrawIouName(page, mean ? MeanName(figure) : figure.objects[i], middle, plot.area.Bottom(), names.slanted,
                 mean, theme);
@@ -154,12 +153,11 @@ FigurePage DrawIou(const IouFigure& figure, const FigureOptions& options) {
   CheckIou(figure);
   const bool many = IouSlots(figure) * static_cast<double>(figure.series.size()) > 14.0;
   const auto slot_width = [&](double width) { return (width - 30.0) / IouSlots(figure); };
-  FigureSheet sheet =
-      MakeSheet(options, many ? kTextWidth : kColumnWidth, "3D IoU of objects", [&](double width) {
-        const FigureTheme theme(options);
-        return LegendHeight(IouLegend(figure, theme), width, theme) + kIouGap + 120.0 +
-               MeasureNames(figure, slot_width(width), theme).height;
-      });
+  FigureSheet sheet = MakeSheet(options, many ? kTextWidth : kColumnWidth, "3D IoU of objects",
+                                [&](double width, const FigureTheme& theme) {
+                                  return LegendHeight(IouLegend(figure, theme), width, theme) + kIouGap +
+                                         120.0 + MeasureNames(figure, slot_width(width), theme).height;
+                                });
   const FigureTheme& theme = sheet.theme;
   const FigureRect& area = sheet.area;
   const std::vector<LegendEntry> entries = IouLegend(figure, theme);
@@ -194,11 +192,6 @@ struct IouOptions {
   }
 };
 
-struct IouScore {
-  double iou = 0.0;
-  double ellipsoid = 0.0;
-};
-
 struct ScoredObject {
   std::string name;
   bool scored = false;
@@ -207,8 +200,8 @@ struct ScoredObject {
 
 struct IouScores {
   std::string ground_truth;
-  std::map<int, ScoredObject> objects;  // by ground-truth number
-  std::map<int, IouScore> found;
+  std::map<int, ScoredObject> objects;             // by ground-truth number
+  std::map<int, std::pair<double, double>> found;  // 3D IoU, and as an ellipsoid
 };
 
 IouScores ReadScores(const std::filesystem::path& path) {
@@ -298,8 +291,8 @@ FigurePage DrawIouOf(const FigureRequest& request, const IouOptions& options) {
     for (const auto& [id, name] : shown) {
       const auto found = all[i].found.find(id);
       const bool is = found != all[i].found.end();
-      series.values.push_back(is ? std::optional(found->second.iou) : std::nullopt);
-      ellipsoids.values.push_back(is ? std::optional(found->second.ellipsoid) : std::nullopt);
+      series.values.push_back(is ? std::optional(found->second.first) : std::nullopt);
+      ellipsoids.values.push_back(is ? std::optional(found->second.second) : std::nullopt);
     }
     figure.series.push_back(std::move(series));
     if (options.ellipsoids) {

@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <filesystem>
 #include <set>
 
 #include "render/figures/figure_input.h"
-#include "render/figures/figures.h"
 #include "render/page/chart.h"
 #include "render/picture/picture.h"
 #include "render/picture/picture_overlay.h"
@@ -18,21 +16,17 @@
 namespace sqslam {
 namespace {
 
-constexpr double kMapsGap = 5.0;  // points between panels
-
 // Classes of all maps, and of the boxes, with the colour that each has in every panel.
 std::map<std::string, Eigen::Vector3d> CommonColors(const MapsFigure& figure) {
   std::set<std::string> labels;
-  std::set<std::string> boxed;
   for (const MapsFigure::Panel& panel : figure.panels) {
     for (const SnapshotObject& object : panel.map.objects) {
       labels.insert(object.label);
     }
     for (const MapsFigure::Box& box : panel.boxes) {
-      boxed.insert(box.label);
+      labels.insert(box.label);
     }
   }
-  labels.insert(boxed.begin(), boxed.end());
   const std::vector<std::string> all(labels.begin(), labels.end());
   const LabelColors colors(all);
   std::map<std::string, Eigen::Vector3d> result;
@@ -50,55 +44,31 @@ std::vector<LegendEntry> ClassLegend(const std::map<std::string, Eigen::Vector3d
   return entries;
 }
 
-struct MapsLayout {
-  int columns = 1;
-  int rows = 1;
-  double width = 0.0;   // of a panel
-  double image = 0.0;   // height of the image; 0: none has one
-  double map = 0.0;     // height of the map's picture
-  double name = 0.0;    // height of the name
-  double legend = 0.0;  // height of the legend
-
-  double Block() const { return image + (image > 0.0 ? kMapsGap : 0.0) + map + name; }
-  double Height() const { return rows * Block() + (rows - 1) * kMapsGap + legend; }
-};
-
-// Width over height of the images.
-double ImageAspect(const MapsFigure& figure) {
-  for (const MapsFigure::Panel& panel : figure.panels) {
-    if (!panel.image.empty()) {
-      return static_cast<double>(panel.image.cols) / panel.image.rows;
-    }
-  }
-  return 0.0;
-}
-
-MapsLayout LayOutMaps(const MapsFigure& figure, const FigureTheme& theme, double width) {
-  MapsLayout layout;
+PanelGrid LayOutMaps(const MapsFigure& figure, const FigureTheme& theme, double width) {
   const int count = static_cast<int>(figure.panels.size());
-  layout.columns = std::clamp(figure.columns > 0 ? figure.columns : std::min(count, 5), 1, count);
-  layout.rows = (count + layout.columns - 1) / layout.columns;
-  layout.width = (width - kMapsGap * (layout.columns - 1)) / layout.columns;
-  const double aspect = ImageAspect(figure);
-  layout.image = aspect > 0.0 ? layout.width / aspect : 0.0;
-  layout.map = layout.width / (aspect > 0.0 ? aspect : 4.0 / 3.0);
-  layout.name = 1.9 * theme.font;
-  layout.legend = LegendHeight(ClassLegend(CommonColors(figure)), width, theme);
-  return layout;
+  const int columns = std::clamp(figure.columns > 0 ? figure.columns : std::min(count, 5), 1, count);
+  PanelGrid grid = PanelGrid::Of(columns, (count + columns - 1) / columns, width);
+  const auto with_image = std::find_if(figure.panels.begin(), figure.panels.end(),
+                                       [](const MapsFigure::Panel& panel) { return !panel.image.empty(); });
+  grid.height = grid.width / (4.0 / 3.0);
+  if (with_image != figure.panels.end()) {
+    grid.height = grid.image =
+        grid.width / (static_cast<double>(with_image->image.cols) / with_image->image.rows);
+  }
+  grid.texts = 1.9 * theme.font;
+  grid.below = LegendHeight(ClassLegend(CommonColors(figure)), width, theme);
+  return grid;
 }
 
 // The image as large as it fits, its boxes as outlines with the classes' colours.
 void DrawImageWithBoxes(FigurePage& page, const MapsFigure::Panel& panel, const FigureRect& area,
                         const std::map<std::string, Eigen::Vector3d>& colors, const FigureTheme& theme) {
   if (panel.image.empty()) {
-    page.Rect(area, theme.faint);
-    page.Text("no image", area.Center(), theme.small, theme.muted, TextAlign::kCenter);
+    DrawNoImage(page, area, theme);
     return;
   }
-  const double scale = std::min(area.width / panel.image.cols, area.height / panel.image.rows);
-  FigureRect fitted{0.0, 0.0, scale * panel.image.cols, scale * panel.image.rows};
-  fitted.x = area.Center().x() - 0.5 * fitted.width;
-  fitted.y = area.Center().y() - 0.5 * fitted.height;
+  const FigureRect fitted = area.Fitted(panel.image.cols, panel.image.rows);
+  const double scale = fitted.width / panel.image.cols;
   page.Image(panel.image, fitted);
   const double stroke = std::min(1.1, 0.0065 * area.width);
   for (const MapsFigure::Box& box : panel.boxes) {
@@ -108,9 +78,8 @@ void DrawImageWithBoxes(FigurePage& page, const MapsFigure::Panel& panel, const 
     const double bottom = std::clamp(box.box.y + box.box.height, 0.0, double(panel.image.rows));
     const FigureRect outline{fitted.x + scale * left, fitted.y + scale * top, scale * (right - left),
                              scale * (bottom - top)};
-    page.Rect(outline, std::nullopt,
-              FigureStroke{{0.0, 0.0, 0.0}, 1.6 * stroke, {}});  // visible on any image
-    page.Rect(outline, std::nullopt, FigureStroke{colors.at(box.label), stroke, {}});
+    page.Rect(outline, {}, FigureStroke{{0.0, 0.0, 0.0}, 1.6 * stroke, {}});  // visible on any image
+    page.Rect(outline, {}, FigureStroke{colors.at(box.label), stroke, {}});
   }
 }
 
@@ -151,18 +120,9 @@ void DrawObjectNames(FigurePage& page, const MapSnapshot& map, const ViewCamera&
     }
     if (area.Contains(box) && std::none_of(taken.begin(), taken.end(), covers)) {
       taken.push_back(box);
-      FigureText text = PlainText(name.text, box.Center(), size, theme.ink, TextAlign::kCenter);
-      text.halo = theme.background;
-      page.Text(text);
+      page.Text({name.text, box.Center(), size, theme.ink, TextAlign::kCenter, false, 0.0, theme.background});
     }
   }
-}
-
-std::string MapCaption(const MapsFigure& figure, std::size_t index) {
-  const std::string& name = figure.panels[index].name;
-  return figure.panels.size() < 2 || index > 25
-             ? name
-             : fmt::format("({}) {}", static_cast<char>('a' + index), name);
 }
 
 }  // namespace
@@ -172,47 +132,42 @@ FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options, cons
     throw UsageError("no maps, expected at least one");
   }
   const double own_width = figure.panels.size() == 1 ? kColumnWidth : kTextWidth;
-  FigureSheet sheet = MakeSheet(options, own_width, "Object maps", [&](double width) {
-    return LayOutMaps(figure, FigureTheme(options), width).Height();
-  });
+  FigureSheet sheet = MakeSheet(
+      options, own_width, "Object maps",
+      [&](double width, const FigureTheme& theme) { return LayOutMaps(figure, theme, width).Height(); });
   const auto colors = CommonColors(figure);
-  MapsLayout layout = LayOutMaps(figure, sheet.theme, sheet.area.width);
+  PanelGrid grid = LayOutMaps(figure, sheet.theme, sheet.area.width);
   // Where the height was asked for: what is spare is the maps', what is missing is taken from both.
-  const double spare = (sheet.area.height - layout.Height()) / layout.rows;
-  const double shared = spare > 0.0 ? 0.0 : layout.image / (layout.image + layout.map);
-  layout.image += shared * spare;
-  layout.map += (1.0 - shared) * spare;
-  if (layout.map < 10.0) {
+  const double spare = grid.Spare(sheet.area);
+  const double shared = spare > 0.0 ? 0.0 : grid.image / (grid.image + grid.height);
+  grid.image += shared * spare;
+  grid.height += (1.0 - shared) * spare;
+  if (grid.height < 10.0) {
     throw UsageError("the figure is too low for its maps, expected a larger height or more columns");
   }
-  PictureRenderer renderer(PanelOptions(options, sheet.page.dpi, layout.width, layout.map, colors));
-  Tell(progress, 0, static_cast<int>(figure.panels.size()));
-  for (std::size_t i = 0; i < figure.panels.size(); ++i) {
-    const MapsFigure::Panel& panel = figure.panels[i];
-    const int column = static_cast<int>(i) % layout.columns;
-    const int row = static_cast<int>(i) / layout.columns;
-    FigureRect area{sheet.area.x + column * (layout.width + kMapsGap),
-                    sheet.area.y + row * (layout.Block() + kMapsGap), layout.width, layout.image};
-    if (layout.image > 0.0) {
-      DrawImageWithBoxes(sheet.page, panel, area, colors, sheet.theme);
-      area.y += layout.image + kMapsGap;
+  PictureRenderer renderer(PanelOptions(options, sheet.page.dpi, grid.width, grid.height, colors));
+  const int count = static_cast<int>(figure.panels.size());
+  Tell(progress, 0, count);
+  for (int i = 0; i < count; ++i) {
+    const MapsFigure::Panel& panel = figure.panels[static_cast<std::size_t>(i)];
+    const FigureRect area = grid.PanelAt(sheet.area, i / grid.columns, i % grid.columns);
+    if (grid.image > 0.0) {
+      const FigureRect above = grid.ImageAt(sheet.area, i / grid.columns, i % grid.columns);
+      DrawImageWithBoxes(sheet.page, panel, above, colors, sheet.theme);
     }
-    area.height = layout.map;
     renderer.SetMap(panel.map);
     const cv::Mat picture = renderer.Render();
     PlacePanel(sheet.page, picture, area);
     if (figure.labels) {
       DrawObjectNames(sheet.page, panel.map, renderer.DefaultCamera(), picture.size(), area, sheet.theme);
     }
-    const Eigen::Vector2d anchor(area.Center().x(), area.Bottom() + 0.9 * sheet.theme.font);
-    sheet.page.Text(NarrowText(
-        PlainText(MapCaption(figure, i), anchor, sheet.theme.font, sheet.theme.ink, TextAlign::kCenter),
-        layout.width));
-    Tell(progress, static_cast<int>(i) + 1, static_cast<int>(figure.panels.size()));
+    const std::string letter = count < 2 || i > 25 ? "" : fmt::format("({}) ", static_cast<char>('a' + i));
+    sheet.page.Label(letter + panel.name, {area.Center().x(), area.Bottom() + 0.9 * sheet.theme.font},
+                     sheet.theme.font, sheet.theme.ink, grid.width);
+    Tell(progress, i + 1, count);
   }
   DrawLegend(sheet.page, ClassLegend(colors),
-             {sheet.area.x, sheet.area.Bottom() - layout.legend, sheet.area.width, layout.legend},
-             sheet.theme);
+             {sheet.area.x, sheet.area.Bottom() - grid.below, sheet.area.width, grid.below}, sheet.theme);
   return std::move(sheet.page);
 }
 
@@ -232,18 +187,9 @@ struct MapsOptions {
   }
 };
 
-bool HasImage(const MapSnapshot& map) {
-  std::error_code error;
-  return !map.image_path.empty() && std::filesystem::is_regular_file(map.image_path, error);
-}
-
 // The snapshot whose image is shown; null where no image is left.
 MapSnapshotPtr Representative(const RecordingReader& reader, std::optional<std::int64_t> frame,
                               bool in_video) {
-  constexpr int kMostRead = 120;  // snapshots looked at, evenly over the run
-  const int step = frame ? 1 : std::max(1, reader.Size() / kMostRead);
-  MapSnapshotPtr best;
-  std::int64_t best_value = -1;
   if (frame) {
     int nearest = 0;
     for (int i = 0; i < reader.Size(); ++i) {
@@ -254,6 +200,10 @@ MapSnapshotPtr Representative(const RecordingReader& reader, std::optional<std::
     const MapSnapshotPtr map = reader.Read(nearest);
     return in_video || HasImage(*map) ? map : nullptr;
   }
+  constexpr int kMostRead = 120;  // snapshots looked at, evenly over the run
+  const int step = std::max(1, reader.Size() / kMostRead);
+  MapSnapshotPtr best;
+  std::int64_t best_value = -1;
   for (int i = reader.Size() - 1; i >= 0; i -= step) {
     const MapSnapshotPtr map = reader.Read(i);
     const auto value = std::count_if(map->detections.begin(), map->detections.end(),

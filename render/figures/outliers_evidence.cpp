@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "render/figures/figure_input.h"
-#include "render/figures/figures.h"
 #include "render/picture/picture_text.h"
 #include "slam/util/error.h"
 
@@ -183,9 +182,7 @@ Examples:
           .adapt_style =
               [](SceneStyle& style) {
                 style.objects.opacity = 0.35;
-                style.cameras.trajectory = false;
-                style.cameras.keyframes = false;
-                style.cameras.current = false;
+                style.cameras.trajectory = style.cameras.keyframes = style.cameras.current = false;
                 style.grid.show = false;
                 style.light.shadow = 0.0;  // it would end at the edge of the panel
               },

@@ -3,11 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
-#include "render/camera/scene_framing.h"
-#include "render/figures/figures.h"
-#include "render/figures/image_crop.h"
+#include "render/figures/figure_input.h"
 #include "render/page/chart.h"
 #include "render/picture/picture.h"
 #include "render/picture/picture_overlay.h"
@@ -19,8 +16,7 @@ namespace {
 using PointFate = OutliersFigure::Fate;
 using FatedPoint = OutliersFigure::Point;
 
-constexpr double kOutliersGap = 5.0;  // points between panels
-constexpr double kPointReach = 2.2;   // half diagonals of the object: how far from it points are framed
+constexpr double kPointReach = 2.2;  // half diagonals of the object: how far from it points are framed
 
 int CountOf(const OutliersFigure::Object& object, PointFate fate) {
   return static_cast<int>(std::count_if(object.points.begin(), object.points.end(),
@@ -59,18 +55,13 @@ class PointMarks {
   void Draw(FigurePage& page, const Eigen::Vector2d& center, const FatedPoint& point, double size) const {
     const Eigen::Vector3d color = ColorOf(point);
     if (point.fate == PointFate::kIsolated) {
-      DrawCross(page, center, 1.15 * size, {theme_.ink, 0.52 * size, {}});
-      DrawCross(page, center, 1.1 * size, {color, 0.3 * size, {}});
+      page.Cross(center, 1.15 * size, {theme_.ink, 0.52 * size, {}});
+      page.Cross(center, 1.1 * size, {color, 0.3 * size, {}});
       return;
     }
     FigurePath disc;
     disc.closed = true;
-    constexpr int kCorners = 20;
-    const double radius = (point.fate == PointFate::kKept ? 0.5 : 0.45) * size;
-    for (int i = 0; i < kCorners; ++i) {
-      const double angle = 2.0 * std::numbers::pi * i / kCorners;
-      disc.points.emplace_back(center + radius * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
-    }
+    disc.points = RegularPolygon(center, 20, (point.fate == PointFate::kKept ? 0.5 : 0.45) * size);
     if (point.fate == PointFate::kKept) {
       disc.fill = color;
       disc.stroke = FigureStroke{theme_.ink, 0.1 * size, {}};
@@ -89,12 +80,6 @@ class PointMarks {
     return point.anomaly > 0.0 ? Viridis((point.anomaly - axis_.low) / (axis_.high - axis_.low))
                                : theme_.muted;
   }
-  static void DrawCross(FigurePage& page, const Eigen::Vector2d& center, double size,
-                        const FigureStroke& stroke) {
-    const double r = 0.5 * size;
-    page.Line(center + Eigen::Vector2d(-r, -r), center + Eigen::Vector2d(r, r), stroke);
-    page.Line(center + Eigen::Vector2d(-r, r), center + Eigen::Vector2d(r, -r), stroke);
-  }
 
   const FigureTheme& theme_;
   ChartAxis axis_;
@@ -106,17 +91,6 @@ double MarkSize(const OutliersFigure::Object& object, double usual) {
   const double share = std::sqrt(kMany / static_cast<double>(std::max<std::size_t>(1, object.points.size())));
   return std::min(4.0, usual) * std::clamp(share, 0.5, 1.0);
 }
-
-struct OutliersLayout {
-  double width = 0.0;  // of a panel
-  double image = 0.0;  // height of the images; 0: none has one
-  double solid = 0.0;  // height of the pictures of the solids
-  double texts = 0.0;  // below
-  double legend = 0.0;
-  double bar = 0.0;
-
-  double Height() const { return image + (image > 0.0 ? kOutliersGap : 0.0) + solid + texts + legend + bar; }
-};
 
 // Totals over all objects, in the order of the fates.
 std::vector<std::pair<PointFate, std::string>> FateTexts(const OutliersFigure& figure) {
@@ -131,26 +105,25 @@ std::vector<std::pair<PointFate, std::string>> FateTexts(const OutliersFigure& f
           {PointFate::kRemovedBefore, fmt::format("removed without score ({})", counts[2])}};
 }
 
-OutliersLayout LayOutOutliers(const OutliersFigure& figure, const FigureTheme& theme, double width) {
-  OutliersLayout layout;
-  const auto count = static_cast<double>(figure.objects.size());
-  layout.width = (width - kOutliersGap * (count - 1.0)) / count;
+constexpr double kLegendHeight = 1.7;  // of the letters
+double RampHeight(const FigureTheme& theme) { return ColorBarHeight(theme) + 0.3 * theme.small; }
+
+PanelGrid LayOutOutliers(const OutliersFigure& figure, const FigureTheme& theme, double width) {
+  PanelGrid grid = PanelGrid::Of(static_cast<int>(figure.objects.size()), 1, width);
   const bool images = std::any_of(figure.objects.begin(), figure.objects.end(),
                                   [](const auto& o) { return !o.image.empty(); });
-  layout.image = images ? 0.75 * layout.width : 0.0;
-  layout.solid = 0.85 * layout.width;
-  layout.texts = 1.7 * theme.font + 1.6 * theme.small;
-  layout.legend = 1.7 * theme.small;
-  layout.bar = ColorBarHeight(theme) + 0.3 * theme.small;
-  return layout;
+  grid.image = images ? 0.75 * grid.width : 0.0;
+  grid.height = 0.85 * grid.width;
+  grid.texts = 1.7 * theme.font + 1.6 * theme.small;
+  grid.below = kLegendHeight * theme.small + RampHeight(theme);
+  return grid;
 }
 
 void DrawImagePanel(FigurePage& page, const OutliersFigure::Object& object, const FigureRect& panel,
                     const PointMarks& marks, const FigureTheme& theme) {
   constexpr double kMargin = 0.35;  // of the box on each side
   if (object.image.empty()) {
-    page.Rect(panel, theme.faint);
-    page.Text("no image", panel.Center(), theme.small, theme.muted, TextAlign::kCenter);
+    DrawNoImage(page, panel, theme);
     return;
   }
   const double margin = kMargin * std::max(object.box.width, object.box.height);
@@ -167,11 +140,7 @@ void DrawImagePanel(FigurePage& page, const OutliersFigure::Object& object, cons
   for (const FigureStroke& stroke :
        {FigureStroke{{0.0, 0.0, 0.0}, 1.8, {}}, FigureStroke{{1.0, 1.0, 1.0}, 0.9, {}}}) {
     for (std::size_t i = 0; i < 4; ++i) {
-      Eigen::Vector2d from = corners[i];
-      Eigen::Vector2d to = corners[i + 1];
-      if (crop.Clip(from, to)) {
-        page.Line(crop.ToPage(from), crop.ToPage(to), stroke);
-      }
+      crop.DrawLine(page, corners[i], corners[i + 1], stroke);
     }
   }
   const double size = MarkSize(object, 0.027 * panel.width);
@@ -184,18 +153,12 @@ void DrawImagePanel(FigurePage& page, const OutliersFigure::Object& object, cons
   }
 }
 
-// A three-quarter view that holds the solid, the points it kept, and of the others those that are not far
-// off.
+// The view holds the solid, the points it kept, and of the others those that are not far off.
 ViewCamera EyeOnOutliers(const OutliersFigure::Object& object, double aspect) {
-  const PosedSuperquadric& solid = object.map.objects.front().superquadric;
-  const std::array<Eigen::Vector3d, 8> corners = BoxCorners(solid);
-  std::vector<Eigen::Vector3d> outline(corners.begin(), corners.end());
-  for (const FatedPoint& point : object.points) {
-    if ((point.p_map - solid.T_map_object.translation).norm() < kPointReach * solid.shape.half_size.norm()) {
-      outline.push_back(point.p_map);
-    }
-  }
-  return FitOutline(FrameScene(FindFocus(object.map), aspect), outline, aspect, 0.06);
+  std::vector<Eigen::Vector3d> points;
+  std::transform(object.points.begin(), object.points.end(), std::back_inserter(points),
+                 [](const FatedPoint& point) { return point.p_map; });
+  return EyeOn(object.map, {object.map.objects.front().superquadric}, points, kPointReach, aspect);
 }
 
 // Returns how many points the picture does not hold.
@@ -233,7 +196,7 @@ int DrawPointsAround(FigurePage& page, const OutliersFigure::Object& object, con
 void DrawOutlierTexts(FigurePage& page, const OutliersFigure::Object& object, int beyond,
                       const FigureRect& panel, const FigureTheme& theme) {
   const Eigen::Vector2d name(panel.Center().x(), panel.Bottom() + 0.9 * theme.font);
-  page.Text(NarrowText(PlainText(object.name, name, theme.font, theme.ink, TextAlign::kCenter), panel.width));
+  page.Label(object.name, name, theme.font, theme.ink, panel.width);
   std::string counts =
       fmt::format("{} kept, {} isolated, {} without score", CountOf(object, PointFate::kKept),
                   CountOf(object, PointFate::kIsolated), CountOf(object, PointFate::kRemovedBefore));
@@ -241,7 +204,7 @@ void DrawOutlierTexts(FigurePage& page, const OutliersFigure::Object& object, in
     counts += fmt::format("; {} not in view", beyond);
   }
   const Eigen::Vector2d below = name + Eigen::Vector2d(0.0, 0.6 * theme.font + 0.8 * theme.small);
-  page.Text(NarrowText(PlainText(counts, below, theme.small, theme.muted, TextAlign::kCenter), panel.width));
+  page.Label(counts, below, theme.small, theme.muted, panel.width);
 }
 
 void DrawMarkLegend(FigurePage& page, const OutliersFigure& figure, const PointMarks& marks,
@@ -284,32 +247,28 @@ void CheckOutliers(const OutliersFigure& figure) {
 FigurePage DrawOutliers(const OutliersFigure& figure, const FigureOptions& options,
                         const FigureProgress& progress) {
   CheckOutliers(figure);
-  FigureSheet sheet =
-      MakeSheet(options, figure.objects.size() == 1 ? kColumnWidth : kTextWidth, "Outlier removal",
-                [&](double width) { return LayOutOutliers(figure, FigureTheme(options), width).Height(); });
-  OutliersLayout layout = LayOutOutliers(figure, sheet.theme, sheet.area.width);
-  const double spare = sheet.area.height - layout.Height();  // where the height was asked for
-  const double share = layout.image / (layout.image + layout.solid);
-  layout.image += share * spare;
-  layout.solid += (1.0 - share) * spare;
-  if (layout.solid < 10.0) {
+  FigureSheet sheet = MakeSheet(
+      options, figure.objects.size() == 1 ? kColumnWidth : kTextWidth, "Outlier removal",
+      [&](double width, const FigureTheme& theme) { return LayOutOutliers(figure, theme, width).Height(); });
+  PanelGrid grid = LayOutOutliers(figure, sheet.theme, sheet.area.width);
+  const double spare = grid.Spare(sheet.area);  // where the height was asked for
+  const double share = grid.image / (grid.image + grid.height);
+  grid.image += share * spare;
+  grid.height += (1.0 - share) * spare;
+  if (grid.height < 10.0) {
     throw UsageError("the figure is too low for its objects, expected a larger height");
   }
   PictureRenderer renderer(
-      PanelOptions(options, sheet.page.dpi, layout.width, layout.solid, SolidColors(figure)));
+      PanelOptions(options, sheet.page.dpi, grid.width, grid.height, SolidColors(figure)));
   const ChartAxis axis = ScoreAxis(figure);
   const PointMarks marks(sheet.theme, axis);
-  const int count = static_cast<int>(figure.objects.size());
-  for (int i = 0; i < count; ++i) {
-    Tell(progress, i, count);
+  for (int i = 0; i < grid.columns; ++i) {
+    Tell(progress, i, grid.columns);
     const OutliersFigure::Object& object = figure.objects[static_cast<std::size_t>(i)];
-    FigureRect panel{sheet.area.x + i * (layout.width + kOutliersGap), sheet.area.y, layout.width,
-                     layout.image};
-    if (layout.image > 0.0) {
-      DrawImagePanel(sheet.page, object, panel, marks, sheet.theme);
-      panel.y += layout.image + kOutliersGap;
+    if (grid.image > 0.0) {
+      DrawImagePanel(sheet.page, object, grid.ImageAt(sheet.area, 0, i), marks, sheet.theme);
     }
-    panel.height = layout.solid;
+    const FigureRect panel = grid.PanelAt(sheet.area, 0, i);
     renderer.SetMap(object.map);
     const ViewCamera eye = options.camera.ApplyTo(EyeOnOutliers(object, panel.width / panel.height));
     const cv::Mat picture = renderer.Render(eye);
@@ -317,12 +276,13 @@ FigurePage DrawOutliers(const OutliersFigure& figure, const FigureOptions& optio
     const int beyond = DrawPointsAround(sheet.page, object, eye, picture.size(), panel, marks);
     DrawOutlierTexts(sheet.page, object, beyond, panel, sheet.theme);
   }
-  Tell(progress, count, count);
-  const double legend_y = sheet.area.Bottom() - layout.bar - 0.5 * layout.legend;
+  Tell(progress, grid.columns, grid.columns);
+  const double ramp = RampHeight(sheet.theme);
+  const double legend_y = sheet.area.Bottom() - ramp - 0.5 * kLegendHeight * sheet.theme.small;
   DrawMarkLegend(sheet.page, figure, marks, axis, legend_y, sheet.area, sheet.theme);
   DrawColorBar(sheet.page,
                {axis, "anomaly score", figure.threshold, fmt::format("removed above {:g}", figure.threshold)},
-               {sheet.area.x, sheet.area.Bottom() - layout.bar, sheet.area.width, layout.bar}, sheet.theme);
+               {sheet.area.x, sheet.area.Bottom() - ramp, sheet.area.width, ramp}, sheet.theme);
   return std::move(sheet.page);
 }
 

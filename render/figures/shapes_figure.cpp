@@ -5,7 +5,6 @@
 
 #include "render/camera/scene_framing.h"
 #include "render/figures/figure_input.h"
-#include "render/figures/figures.h"
 #include "render/picture/picture.h"
 #include "slam/geometry/angles.h"
 #include "slam/util/error.h"
@@ -86,10 +85,9 @@ void DrawExponents(FigureSheet& sheet, const ShapesGrid& grid, const ShapesFigur
               theme.ink, TextAlign::kCenter);
   }
   for (std::size_t i = 0; i < figure.e1.size(); ++i) {
-    page.Text(
-        PlainText(ExponentText(figure.e1[i]),
-                  {grid.area.x - 0.3 * theme.font, grid.area.y + (static_cast<double>(i) + 0.5) * grid.cell},
-                  theme.font, theme.ink, TextAlign::kRight));
+    page.Text(ExponentText(figure.e1[i]),
+              {grid.area.x - 0.3 * theme.font, grid.area.y + (static_cast<double>(i) + 0.5) * grid.cell},
+              theme.font, theme.ink, TextAlign::kRight);
   }
 }
 
@@ -107,12 +105,12 @@ FigurePage DrawShapes(const ShapesFigure& figure, const FigureOptions& options,
       }
     }
   }
-  FigureSheet sheet =
-      MakeSheet(options, kColumnWidth, "Superquadrics of different exponents", [&](double width) {
-        const FigureTheme theme(options);
-        return HeadRoom(theme) + (width - SideRoom(figure, theme)) / static_cast<double>(figure.e2.size()) *
-                                     static_cast<double>(figure.e1.size());
-      });
+  FigureSheet sheet = MakeSheet(options, kColumnWidth, "Superquadrics of different exponents",
+                                [&](double width, const FigureTheme& theme) {
+                                  return HeadRoom(theme) + (width - SideRoom(figure, theme)) /
+                                                               static_cast<double>(figure.e2.size()) *
+                                                               static_cast<double>(figure.e1.size());
+                                });
   const ShapesGrid grid = PlaceGrid(sheet, figure);
   PictureOptions panel =
       PanelOptions(options, sheet.page.dpi, grid.cell, grid.cell, {{kShapeLabel, figure.color}});

@@ -6,7 +6,6 @@
 #include <set>
 
 #include "render/figures/figure_input.h"
-#include "render/figures/figures.h"
 #include "render/page/chart.h"
 #include "render/picture/picture_text.h"
 #include "slam/io/result_files.h"
@@ -46,8 +45,8 @@ std::vector<StageGroup> StageGroups(const TimingFigure& figure) {
 std::vector<LegendEntry> TimingLegend(const TimingFigure& figure, const FigureTheme& theme) {
   std::vector<LegendEntry> entries;
   for (std::size_t i = 0; i < figure.series.size(); ++i) {
-    entries.push_back(LegendEntry::Bar(figure.series.size() == 1 ? "mean" : figure.series[i].name,
-                                       LookOfSeries(static_cast<int>(i))));
+    entries.push_back(
+        LegendEntry::Bar(figure.series.size() == 1 ? "mean" : figure.series[i].name, LookOfSeries(i)));
   }
   entries.push_back(LegendEntry::OfMark("median", {Mark::Shape::kDiamond, 4.5, theme.ink}));
   entries.push_back(LegendEntry::Tick("95th percentile", {theme.ink, 0.8, {}}));
@@ -86,8 +85,7 @@ void DrawTimes(FigurePage& page, const PlotArea& plot, double top, double height
   DrawMark(page, {plot.X(times.median), middle}, {Mark::Shape::kDiamond, 4.5, theme.ink});
   const double size = std::min(theme.small, 1.15 * height);
   if (size >= 3.5) {
-    page.Text(
-        PlainText(MeanText(times.mean), {std::max(p95, plot.X(times.mean)) + 3.5, middle}, size, theme.ink));
+    page.Text(MeanText(times.mean), {std::max(p95, plot.X(times.mean)) + 3.5, middle}, size, theme.ink);
   }
 }
 
@@ -114,8 +112,7 @@ void DrawStageGroup(FigurePage& page, const TimingFigure& figure, const StageGro
       const auto found = figure.series[k].stages.find(group.stages[i]);
       const double top = middle + (static_cast<double>(k) - 0.5 * series) * rows.bar;
       if (found != figure.series[k].stages.end()) {
-        DrawTimes(page, plot, top + 0.04 * rows.bar, 0.92 * rows.bar, found->second,
-                  LookOfSeries(static_cast<int>(k)), theme);
+        DrawTimes(page, plot, top + 0.04 * rows.bar, 0.92 * rows.bar, found->second, LookOfSeries(k), theme);
       }
     }
   }
@@ -137,11 +134,12 @@ FigurePage DrawTiming(const TimingFigure& figure, const FigureOptions& options) 
   }
   const auto row_count = static_cast<double>(figure.stages.size());
   const auto series = static_cast<double>(figure.series.size());
-  FigureSheet sheet = MakeSheet(options, kColumnWidth, "Time of each stage", [&](double width) {
-    const FigureTheme theme(options);
-    const double row = figure.series.size() == 1 ? 1.7 * theme.small : (series + 0.6) * 0.95 * theme.small;
-    return AroundBars(figure, groups, theme, width) + row_count * row;
-  });
+  FigureSheet sheet =
+      MakeSheet(options, kColumnWidth, "Time of each stage", [&](double width, const FigureTheme& theme) {
+        const double row =
+            figure.series.size() == 1 ? 1.7 * theme.small : (series + 0.6) * 0.95 * theme.small;
+        return AroundBars(figure, groups, theme, width) + row_count * row;
+      });
   const FigureTheme& theme = sheet.theme;
   const FigureRect& area = sheet.area;
   const double legend = LegendHeight(TimingLegend(figure, theme), area.width, theme);

@@ -1,19 +1,17 @@
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "render/figures/figure_input.h"
-#include "render/figures/figures.h"
 #include "render/page/chart.h"
 #include "slam/evaluation/ground_truth.h"
 #include "slam/evaluation/trajectory_error.h"
 #include "slam/io/result_files.h"
-#include "slam/io/sequence.h"
 #include "slam/io/trajectory.h"
 #include "slam/util/error.h"
-#include "slam/util/statistics.h"
 
 namespace sqslam {
 namespace {
@@ -23,19 +21,14 @@ constexpr double kPathWidth = 1.1;
 constexpr double kTrajectoryGap = 5.0;
 
 struct PathBounds {
-  Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
-  Eigen::Vector3d high = -low;
+  Eigen::AlignedBox3d box;
   double first_time = std::numeric_limits<double>::infinity();
   double last_time = -first_time;
 
-  void Add(const Eigen::Vector3d& position) {
-    low = low.cwiseMin(position);
-    high = high.cwiseMax(position);
-  }
-  void Add(const TrajectoryFigure::Pieces& pieces) {
-    for (const auto& piece : pieces) {
+  void Add(const TrajectoryFigure::Path& path) {
+    for (const auto& piece : path.pieces) {
       for (const TrajectoryFigure::Pose& pose : piece) {
-        Add(pose.position);
+        box.extend(pose.position);
         first_time = std::min(first_time, pose.time);
         last_time = std::max(last_time, pose.time);
       }
@@ -46,23 +39,23 @@ struct PathBounds {
 PathBounds BoundsOf(const TrajectoryFigure& figure) {
   PathBounds bounds;
   if (figure.truth) {
-    bounds.Add(figure.truth->pieces);
+    bounds.Add(*figure.truth);
   }
   for (const TrajectoryFigure::Path& path : figure.paths) {
-    bounds.Add(path.pieces);
+    bounds.Add(path);
   }
   for (const TrajectoryFigure::Footprint& object : figure.objects) {
-    std::for_each(object.outline.begin(), object.outline.end(), [&bounds](const auto& p) { bounds.Add(p); });
+    std::for_each(object.outline.begin(), object.outline.end(),
+                  [&bounds](const auto& p) { bounds.box.extend(p); });
   }
-  if (!bounds.low.allFinite()) {
+  if (bounds.box.isEmpty()) {
     throw UsageError("no camera path to draw, expected at least one pose");
   }
-  const double size = std::max((bounds.high - bounds.low).maxCoeff(), 1e-6);
+  const double size = std::max(bounds.box.sizes().maxCoeff(), 1e-6);
   const Eigen::Vector3d least = Eigen::Vector3d::Constant(0.1 * size);  // a straight path still gets a plot
   const Eigen::Vector3d missing =
-      0.5 * (least - (bounds.high - bounds.low)).cwiseMax(0.0) + Eigen::Vector3d::Constant(0.05 * size);
-  bounds.low -= missing;
-  bounds.high += missing;
+      0.5 * (least - bounds.box.sizes()).cwiseMax(0.0) + Eigen::Vector3d::Constant(0.05 * size);
+  bounds.box = {bounds.box.min() - missing, bounds.box.max() + missing};
   return bounds;
 }
 
@@ -76,7 +69,7 @@ std::vector<LegendEntry> PathLegend(const TrajectoryFigure& figure, const Figure
     entries.push_back(LegendEntry::Line(figure.truth->name, TruthStroke(theme)));
   }
   for (std::size_t i = 0; i < figure.paths.size(); ++i) {
-    const SeriesLook look = LookOfSeries(static_cast<int>(i));
+    const SeriesLook look = LookOfSeries(i);
     entries.push_back(LegendEntry::Line(figure.paths[i].name, {look.color, kPathWidth, look.dash}));
   }
   entries.push_back(LegendEntry::OfMark("start", {Mark::Shape::kCircle, 5.0, theme.ink}));
@@ -107,7 +100,7 @@ void DrawPaths(FigurePage& page, const PlotArea& plot, const TrajectoryFigure& f
     DrawPieces(page, plot, figure.truth->pieces, TruthStroke(theme), across, upwards);
   }
   for (std::size_t i = 0; i < figure.paths.size(); ++i) {
-    const SeriesLook look = LookOfSeries(static_cast<int>(i));
+    const SeriesLook look = LookOfSeries(i);
     DrawPieces(page, plot, figure.paths[i].pieces, {look.color, kPathWidth, look.dash}, across, upwards);
   }
   for (const TrajectoryFigure::Path& path : figure.paths) {
@@ -123,19 +116,15 @@ void DrawFootprints(FigurePage& page, const PlotArea& plot, const TrajectoryFigu
                     const FigureTheme& theme) {
   std::vector<FigureText> names;
   for (const TrajectoryFigure::Footprint& object : figure.objects) {
-    FigurePath path;
-    path.closed = true;
-    path.fill = object.color;
-    path.fill_opacity = 0.22;
-    path.stroke = FigureStroke{object.color, 0.8, {}};
+    FigurePath path{{}, true, object.color, 0.22, FigureStroke{object.color, 0.8, {}}};
     Eigen::Vector2d middle = Eigen::Vector2d::Zero();
     for (const Eigen::Vector3d& p : object.outline) {
       path.points.push_back(plot.At(p.x(), p.y()));
       middle += path.points.back() / static_cast<double>(object.outline.size());
     }
     page.elements.emplace_back(std::move(path));
-    names.push_back(PlainText(object.name, middle, theme.small, theme.ink, TextAlign::kCenter));
-    names.back().halo = theme.background;
+    names.push_back(
+        {object.name, middle, theme.small, theme.ink, TextAlign::kCenter, false, 0.0, theme.background});
   }
   std::stable_sort(names.begin(), names.end(),
                    [](const FigureText& a, const FigureText& b) { return a.anchor.y() < b.anchor.y(); });
@@ -161,13 +150,11 @@ double AroundPlot(const TrajectoryFigure& figure, const FigureTheme& theme, doub
          (figure.heights ? HeightsBlock(theme) : 0.0);
 }
 
-double PathLeftRoom(const ChartAxis& y, const FigureTheme& theme) { return YAxisWidth(y, theme, true) + 2.0; }
-
 // Both axes at one scale, filling the area: the shorter range is widened.
 PlotArea EqualAxes(const FigureRect& area, const PathBounds& bounds) {
-  const Eigen::Vector2d size = (bounds.high - bounds.low).head<2>();
+  const Eigen::Vector2d size = bounds.box.sizes().head<2>();
   const double scale = std::min(area.width / size.x(), area.height / size.y());
-  const Eigen::Vector2d middle = 0.5 * (bounds.high + bounds.low).head<2>();
+  const Eigen::Vector2d middle = 0.5 * (bounds.box.max() + bounds.box.min()).head<2>();
   const Eigen::Vector2d half = 0.5 * Eigen::Vector2d(area.width, area.height) / scale;
   PlotArea plot;
   plot.area = area;
@@ -184,7 +171,7 @@ void DrawPathHeights(FigurePage& page, const FigureRect& area, const TrajectoryF
   plot.area = area;
   const double duration = bounds.last_time - bounds.first_time;
   plot.x = RoundAxis(-0.02 * duration, 1.02 * duration, std::max(2, int(area.width / 35.0)), false);
-  plot.y = RoundAxis(bounds.low.z(), bounds.high.z(), std::max(2, int(area.height / 14.0)), false);
+  plot.y = RoundAxis(bounds.box.min().z(), bounds.box.max().z(), std::max(2, int(area.height / 14.0)), false);
   DrawXAxis(page, plot, "time [s]", theme);
   DrawYAxis(page, plot, "z [" + figure.unit + "]", theme);
   const double start = bounds.first_time;
@@ -197,12 +184,12 @@ void DrawPathHeights(FigurePage& page, const FigureRect& area, const TrajectoryF
 
 FigurePage DrawTrajectories(const TrajectoryFigure& figure, const FigureOptions& options) {
   const PathBounds bounds = BoundsOf(figure);
-  FigureSheet sheet = MakeSheet(options, kColumnWidth, "Camera path", [&](double width) {
-    const FigureTheme theme(options);
-    const Eigen::Vector2d size = (bounds.high - bounds.low).head<2>();
-    const double plot_width = width - 3.5 * theme.font;
-    return AroundPlot(figure, theme, width) + plot_width * std::clamp(size.y() / size.x(), 0.35, 1.1);
-  });
+  FigureSheet sheet =
+      MakeSheet(options, kColumnWidth, "Camera path", [&](double width, const FigureTheme& theme) {
+        const Eigen::Vector2d size = bounds.box.sizes().head<2>();
+        const double plot_width = width - 3.5 * theme.font;
+        return AroundPlot(figure, theme, width) + plot_width * std::clamp(size.y() / size.x(), 0.35, 1.1);
+      });
   const FigureTheme& theme = sheet.theme;
   const FigureRect& area = sheet.area;
   const double around = AroundPlot(figure, theme, area.width);
@@ -215,7 +202,7 @@ FigurePage DrawTrajectories(const TrajectoryFigure& figure, const FigureOptions&
   DrawLegend(sheet.page, entries, {area.x, area.y, area.width, legend}, theme);
   // The room for the numbers depends on the axis, and that on the room: the widest number decides.
   FigureRect above{area.x, area.y + legend + kTrajectoryGap, area.width - 6.0, plot_height};
-  const double left = PathLeftRoom(EqualAxes(above, bounds).y, theme);
+  const double left = YAxisWidth(EqualAxes(above, bounds).y, theme, true) + 2.0;
   above.x += left;
   above.width -= left;
   const PlotArea plot = EqualAxes(above, bounds);
@@ -248,19 +235,13 @@ struct PathOptions {
   }
 };
 
-// Splits where several frames are missing.
 TrajectoryFigure::Pieces PiecesOf(const Trajectory& trajectory, const Sim3d& S_figure_map) {
-  std::vector<double> steps;
-  for (std::size_t i = 1; i < trajectory.size(); ++i) {
-    steps.push_back(trajectory[i].timestamp - trajectory[i - 1].timestamp);
-  }
-  const double usual = steps.empty() ? 0.0 : UpperMedian(steps);
   TrajectoryFigure::Pieces pieces;
-  for (std::size_t i = 0; i < trajectory.size(); ++i) {
-    if (i == 0 || steps[i - 1] > 5.0 * usual + 1e-9) {
-      pieces.emplace_back();
+  for (const Trajectory& piece : SplitAtGaps(trajectory)) {
+    pieces.emplace_back();
+    for (const TimedPose& pose : piece) {
+      pieces.back().push_back({pose.timestamp, S_figure_map * pose.T_map_camera.translation});
     }
-    pieces.back().push_back({trajectory[i].timestamp, S_figure_map * trajectory[i].T_map_camera.translation});
   }
   return pieces;
 }
@@ -292,9 +273,7 @@ TrajectoryError AlignPath(const std::string& name, const Trajectory& path, const
 
 TrajectoryFigure AgainstTruth(const FigureRequest& request, const PathOptions& options,
                               const std::vector<std::string>& names) {
-  SequenceRequest sequence;
-  sequence.path = options.ground_truth;
-  const Trajectory truth = ReadGroundTruthPoses(OpenSequence(sequence));
+  const Trajectory truth = ReadTruePoses(options.ground_truth);
   TrajectoryFigure figure;
   Sim3d S_figure_world;
   for (std::size_t i = 0; i < request.results.size(); ++i) {

@@ -3,16 +3,20 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <tuple>
 
-#include "render/figures/figures.h"
-#include "render/figures/image_crop.h"
+#include "render/figures/figure_input.h"
 #include "render/page/chart.h"
+#include "render/picture/outlines.h"
+#include "render/picture/picture_text.h"
+#include "slam/geometry/angles.h"
+#include "slam/objects/landmark_geometry.h"
+#include "slam/objects/yaw.h"
 #include "slam/util/error.h"
 
 namespace sqslam {
 namespace {
-
-constexpr double kYawGap = 5.0;  // points between panels
 
 // Okabe and Ito; their order in lightness also tells them apart in grey.
 Eigen::Vector3d YawAxisColor(int axis) {
@@ -34,51 +38,28 @@ std::vector<LegendEntry> YawLegend() {
   return entries;
 }
 
-struct YawLayout {
-  double left = 0.0;   // the objects' names
-  double top = 0.0;    // the columns' names
-  double width = 0.0;  // of a panel
-  double height = 0.0;
-  double texts = 0.0;  // below a panel
-  double legend = 0.0;
-};
-
-YawLayout LayOutYaw(const YawFigure& figure, const FigureTheme& theme, double width) {
-  YawLayout layout;
-  layout.left = 1.8 * theme.font;
-  layout.top = 1.8 * theme.font;
-  layout.width = 0.5 * (width - layout.left - kYawGap);
+PanelGrid LayOutYaw(const YawFigure& figure, const FigureTheme& theme, double width) {
+  PanelGrid grid = PanelGrid::Of(2, static_cast<int>(figure.objects.size()), width, 1.8 * theme.font);
+  grid.top = 1.8 * theme.font;
   // As the regions are on average, so that little beside them is shown.
   double aspect = 0.0;
   for (const YawFigure::Object& object : figure.objects) {
     const double own = object.region.width / std::max(object.region.height, 1.0);
     aspect += (object.quarter_turns % 2 == 0 ? own : 1.0 / own) / static_cast<double>(figure.objects.size());
   }
-  layout.height = layout.width / std::clamp(aspect, 0.75, 2.0);
-  layout.texts = 1.7 * theme.small;
-  layout.legend = LegendHeight(YawLegend(), width, theme);
-  return layout;
-}
-
-double YawHeight(const YawLayout& layout, std::size_t rows) {
-  return layout.top + static_cast<double>(rows) * (layout.height + layout.texts + kYawGap) - kYawGap +
-         0.4 * kYawGap + layout.legend;
-}
-
-void DrawClipped(FigurePage& page, const ImageCrop& crop, Eigen::Vector2d from, Eigen::Vector2d to,
-                 const FigureStroke& stroke) {
-  if (crop.Clip(from, to)) {
-    page.Line(crop.ToPage(from), crop.ToPage(to), stroke);
-  }
+  grid.height = grid.width / std::clamp(aspect, 0.75, 2.0);
+  grid.texts = 1.7 * theme.small;
+  grid.below = 0.4 * grid.gap + LegendHeight(YawLegend(), width, theme);
+  return grid;
 }
 
 void DrawMatchedLines(FigurePage& page, const ImageCrop& crop, const YawFigure::View& view) {
   for (const bool matched : {false, true}) {
     for (const YawFigure::Line& line : view.lines) {
       if ((line.axis >= 0) == matched) {
-        DrawClipped(page, crop, line.from, line.to, {kLineRim, matched ? 1.5 : 0.9, {}});
-        DrawClipped(page, crop, line.from, line.to,
-                    {matched ? YawAxisColor(line.axis) : kUnmatched, matched ? 1.0 : 0.45, {}});
+        crop.DrawLine(page, line.from, line.to, {kLineRim, matched ? 1.5 : 0.9, {}});
+        crop.DrawLine(page, line.from, line.to,
+                      {matched ? YawAxisColor(line.axis) : kUnmatched, matched ? 1.0 : 0.45, {}});
       }
     }
   }
@@ -90,22 +71,20 @@ void DrawObjectAxes(FigurePage& page, const ImageCrop& crop, const YawFigure::Vi
                     const FigureTheme& theme) {
   const Eigen::Vector2d from = crop.ToPage(view.corner);
   for (int axis = 0; axis < 3; ++axis) {
-    const Eigen::Vector2d to = crop.ToPage(view.ends[static_cast<std::size_t>(axis)]);
+    const Eigen::Vector2d& end = view.ends[static_cast<std::size_t>(axis)];
+    const Eigen::Vector2d to = crop.ToPage(end);
     const Eigen::Vector2d along = (to - from).normalized();
-    DrawClipped(page, crop, view.corner, view.ends[static_cast<std::size_t>(axis)], {kAxisHalo, 3.4, {}});
-    DrawClipped(page, crop, view.corner, view.ends[static_cast<std::size_t>(axis)],
-                {YawAxisColor(axis), 2.0, {3.0, 1.4}});
-    if (!crop.Contains(view.ends[static_cast<std::size_t>(axis)]) || (to - from).norm() < 1.0) {
+    crop.DrawLine(page, view.corner, end, {kAxisHalo, 3.4, {}});
+    crop.DrawLine(page, view.corner, end, {YawAxisColor(axis), 2.0, {3.0, 1.4}});
+    if (!crop.Contains(end) || (to - from).norm() < 1.0) {
       continue;
     }
     Eigen::Vector2d at = to + 0.7 * theme.font * along;
     const FigureRect& area = crop.Area();
     at.x() = std::clamp(at.x(), area.x + 0.5 * theme.font, area.Right() - 0.5 * theme.font);
     at.y() = std::clamp(at.y(), area.y + 0.6 * theme.font, area.Bottom() - 0.6 * theme.font);
-    FigureText letter = PlainText(kAxisLetters[static_cast<std::size_t>(axis)], at, theme.font,
-                                  YawAxisColor(axis), TextAlign::kCenter, true);
-    letter.halo = kAxisHalo;
-    page.Text(letter);
+    page.Text({kAxisLetters[static_cast<std::size_t>(axis)], at, theme.font, YawAxisColor(axis),
+               TextAlign::kCenter, true, 0.0, kAxisHalo});
   }
 }
 
@@ -115,9 +94,8 @@ void DrawYawPanel(FigurePage& page, const YawFigure::Object& object, const YawFi
   crop.Draw(page);
   DrawMatchedLines(page, crop, view);
   DrawObjectAxes(page, crop, view, theme);
-  page.Text(NarrowText(PlainText(note, {panel.Center().x(), panel.Bottom() + 0.95 * theme.small}, theme.small,
-                                 theme.ink, TextAlign::kCenter),
-                       panel.width));
+  page.Label(note, {panel.Center().x(), panel.Bottom() + 0.95 * theme.small}, theme.small, theme.ink,
+             panel.width);
 }
 
 std::string AngleNote(const YawFigure::Object& object, const YawFigure::View& view, const std::string& more) {
@@ -142,41 +120,290 @@ FigurePage DrawYaw(const YawFigure& figure, const FigureOptions& options) {
       throw UsageError(fmt::format("{}: no image, expected that of a frame", object.name));
     }
   }
-  FigureSheet sheet = MakeSheet(options, kColumnWidth, "Yaw from line segments", [&](double width) {
-    return YawHeight(LayOutYaw(figure, FigureTheme(options), width), figure.objects.size());
-  });
+  FigureSheet sheet = MakeSheet(
+      options, kColumnWidth, "Yaw from line segments",
+      [&](double width, const FigureTheme& theme) { return LayOutYaw(figure, theme, width).Height(); });
   const FigureTheme& theme = sheet.theme;
-  YawLayout layout = LayOutYaw(figure, theme, sheet.area.width);
-  const std::size_t rows = figure.objects.size();
-  layout.height += (sheet.area.height - YawHeight(layout, rows)) / static_cast<double>(rows);
-  if (layout.height < 8.0) {
+  PanelGrid grid = LayOutYaw(figure, theme, sheet.area.width);
+  grid.height += grid.Spare(sheet.area);
+  if (grid.height < 8.0) {
     throw UsageError("the figure is too low for its images, expected a larger height");
   }
-  for (std::size_t i = 0; i < rows; ++i) {
-    const YawFigure::Object& object = figure.objects[i];
-    FigureRect panel{
-        sheet.area.x + layout.left,
-        sheet.area.y + layout.top + static_cast<double>(i) * (layout.height + layout.texts + kYawGap),
-        layout.width, layout.height};
-    FigureText name = NarrowText(PlainText(object.name, {sheet.area.x + 0.6 * theme.font, panel.Center().y()},
-                                           theme.font, theme.ink, TextAlign::kCenter),
-                                 panel.height);
-    name.angle = 90.0;
-    sheet.page.Text(name);
+  for (int row = 0; row < grid.rows; ++row) {
+    const YawFigure::Object& object = figure.objects[static_cast<std::size_t>(row)];
+    NameRow(sheet, grid, row, object.name);
     DrawYawPanel(sheet.page, object, object.before,
-                 AngleNote(object, object.before, LineCount(object.yaw_lines)), panel, theme);
-    panel.x += layout.width + kYawGap;
+                 AngleNote(object, object.before, LineCount(object.yaw_lines)),
+                 grid.PanelAt(sheet.area, row, 0), theme);
     DrawYawPanel(sheet.page, object, object.after, AngleNote(object, object.after, YawText(object.yaw)),
-                 panel, theme);
+                 grid.PanelAt(sheet.area, row, 1), theme);
   }
-  const double heading = sheet.area.y + 0.6 * theme.font;
-  const double first = sheet.area.x + layout.left + 0.5 * layout.width;
-  sheet.page.Text("(a) map's axes", {first, heading}, theme.font, theme.ink, TextAlign::kCenter);
-  sheet.page.Text("(b) optimised", {first + layout.width + kYawGap, heading}, theme.font, theme.ink,
-                  TextAlign::kCenter);
-  DrawLegend(sheet.page, YawLegend(),
-             {sheet.area.x, sheet.area.Bottom() - layout.legend, sheet.area.width, layout.legend}, theme);
+  for (const int column : {0, 1}) {
+    sheet.page.Text(column == 0 ? "(a) map's axes" : "(b) optimised",
+                    {grid.PanelAt(sheet.area, 0, column).Center().x(), sheet.area.y + 0.6 * theme.font},
+                    theme.font, theme.ink, TextAlign::kCenter);
+  }
+  const double legend = LegendHeight(YawLegend(), sheet.area.width, theme);
+  DrawLegend(sheet.page, YawLegend(), {sheet.area.x, sheet.area.Bottom() - legend, sheet.area.width, legend},
+             theme);
   return std::move(sheet.page);
+}
+
+namespace {
+
+struct YawContext {
+  MapSnapshotPtr map;
+  YawOptions options;
+};
+
+// Boxes so large are those of what other things stand on: the estimator leaves their lines alone.
+bool IsTooLarge(const ObjectView& view, const YawContext& context) {
+  const Camera& camera = context.map->camera;
+  return view.box.Area() > context.options.max_box_share * camera.width * camera.height;
+}
+
+// Those with the largest boxes that the estimator takes lines from and that the image does not cut, or, where
+// there is none, the largest.
+std::vector<ObjectView> LargestViews(std::vector<ObjectView> views, const YawContext& context) {
+  const Camera& camera = context.map->camera;
+  constexpr std::size_t kCount = 6;
+  const auto is_cut = [&](const ObjectView& view) {
+    constexpr double kBorder = 3.0;  // px
+    return view.box.x < kBorder || view.box.y < kBorder ||
+           view.box.x + view.box.width > camera.width - kBorder ||
+           view.box.y + view.box.height > camera.height - kBorder;
+  };
+  std::stable_sort(views.begin(), views.end(), [&](const ObjectView& a, const ObjectView& b) {
+    return std::tuple(!IsTooLarge(a, context), !is_cut(a), a.box.Area()) >
+           std::tuple(!IsTooLarge(b, context), !is_cut(b), b.box.Area());
+  });
+  views.resize(std::min(views.size(), kCount));
+  return views;
+}
+
+// The axes along the box's edges that meet in the corner; empty where part of them is behind the camera.
+std::optional<YawFigure::View> AxesAt(const PosedSuperquadric& solid, const Eigen::Vector3d& corner_signs,
+                                      const Rigid3d& T_map_camera, const Camera& camera) {
+  const Rigid3d T_camera_object = T_map_camera.Inverse() * solid.T_map_object;
+  const Eigen::Vector3d corner = corner_signs.cwiseProduct(solid.shape.half_size);
+  YawFigure::View view;
+  for (int i = -1; i < 3; ++i) {
+    Eigen::Vector3d end = corner;
+    if (i >= 0) {
+      end[i] = -end[i];
+    }
+    const Eigen::Vector3d p = T_camera_object * end;
+    if (p.z() <= 0.0) {
+      return std::nullopt;
+    }
+    (i < 0 ? view.corner : view.ends[static_cast<std::size_t>(i)]) = camera.Project(p);
+  }
+  return view;
+}
+
+// The part of the image that may be shown around an object's box: axes that reach farther end at the edge.
+Box2d Around(const Box2d& box, const Camera& camera) {
+  constexpr double kReach = 0.4;
+  return ClipToImage({box.x - kReach * box.width, box.y - kReach * box.height,
+                      (1.0 + 2.0 * kReach) * box.width, (1.0 + 2.0 * kReach) * box.height},
+                     camera);
+}
+
+// Axes of the object before and after, at the corner that is nearest to the camera among those that show most
+// of them. False where part of the object is behind the camera.
+bool PlaceAxes(const PosedSuperquadric& start, const PosedSuperquadric& solid, const ObjectView& view,
+               const Box2d& visible, const Camera& camera, YawFigure::Object& object) {
+  const Eigen::Vector3d eye = solid.T_map_object.Inverse() * view.T_map_camera.translation;
+  std::pair<int, double> best(-1, 0.0);  // ends that are shown, less distance
+  for (int i = 0; i < 8; ++i) {
+    const Eigen::Vector3d signs(i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0 : -1.0);
+    const auto before = AxesAt(start, signs, view.T_map_camera, camera);
+    const auto after = AxesAt(solid, signs, view.T_map_camera, camera);
+    if (!before || !after) {
+      return false;
+    }
+    int shown = 0;
+    for (const YawFigure::View& axes : {*before, *after}) {
+      shown += visible.Contains(axes.corner) ? 3 : 0;
+      for (const Eigen::Vector2d& end : axes.ends) {
+        shown += visible.Contains(end) ? 1 : 0;
+      }
+    }
+    const std::pair<int, double> rank(shown, -(signs.cwiseProduct(solid.shape.half_size) - eye).norm());
+    if (rank > best) {
+      best = rank;
+      object.before = *before;
+      object.after = *after;
+    }
+  }
+  return true;
+}
+
+// The part of the image that the figure shows: the box and the axes, with a margin.
+Box2d RegionOf(const Box2d& box, const Box2d& visible, const YawFigure::Object& object,
+               const Camera& camera) {
+  constexpr double kMargin = 0.1;
+  Eigen::AlignedBox2d shown(Eigen::Vector2d(box.x, box.y),
+                            Eigen::Vector2d(box.x + box.width, box.y + box.height));
+  for (const YawFigure::View* view : {&object.before, &object.after}) {
+    for (const Eigen::Vector2d& p : {view->corner, view->ends[0], view->ends[1], view->ends[2]}) {
+      shown.extend(p);
+    }
+  }
+  shown.clamp({Eigen::Vector2d(visible.x, visible.y),
+               Eigen::Vector2d(visible.x + visible.width, visible.y + visible.height)});
+  const double margin = kMargin * std::max(box.width, box.height);
+  return ClipToImage({shown.min().x() - margin, shown.min().y() - margin, shown.sizes().x() + 2.0 * margin,
+                      shown.sizes().y() + 2.0 * margin},
+                     camera);
+}
+
+// Lines by the axis that they run along after, and their mean angles to those that tell the yaw.
+void MatchLines(const YawContext& context, const ObjectView& view, const std::vector<LineSegment>& lines,
+                const PosedSuperquadric& start, const PosedSuperquadric& solid, YawFigure::Object& shown) {
+  const Camera& camera = context.map->camera;
+  const Eigen::Matrix3d R_start = start.T_map_object.RotationMatrix();
+  const Eigen::Matrix3d R_end = solid.T_map_object.RotationMatrix();
+  for (const LineSegment& line : lines) {
+    const AxisOfLine nearest = NearestAxis(line, view.T_map_camera, camera, R_end);
+    const int axis = nearest.angle < context.options.match_angle_deg * kRadiansPerDegree ? nearest.axis : -1;
+    shown.before.lines.push_back({line.a, line.b, axis});
+    if (axis == 0 || axis == 1) {
+      ++shown.yaw_lines;
+      shown.after.mean_angle += nearest.angle / kRadiansPerDegree;
+      shown.before.mean_angle +=
+          AngleToDirection(line, view.T_map_camera, camera, R_start.col(axis)) / kRadiansPerDegree;
+    }
+  }
+  shown.after.lines = shown.before.lines;
+  shown.before.mean_angle /= std::max(1, shown.yaw_lines);
+  shown.after.mean_angle /= std::max(1, shown.yaw_lines);
+}
+
+// Lines against axes in one view; empty where the object reaches behind the camera.
+std::optional<YawFigure::Object> MeasureYaw(const YawContext& context, const SnapshotObject& object,
+                                            const ObjectView& view) {
+  const Camera& camera = context.map->camera;
+  const double yaw = WrapQuarter(object.yaw);
+  const PosedSuperquadric& solid = object.superquadric;
+  PosedSuperquadric start = solid;
+  start.T_map_object.rotation =
+      Eigen::AngleAxisd(-yaw, Eigen::Vector3d::UnitZ()) * solid.T_map_object.rotation;
+  const Box2d box = UndistortBox(view.box, camera);
+  const Box2d visible = Around(box, camera);
+  YawFigure::Object shown;
+  if (!PlaceAxes(start, solid, view, visible, camera, shown)) {
+    return std::nullopt;
+  }
+  shown.name = ReadableLabel(object.label);
+  shown.yaw = yaw / kRadiansPerDegree;
+  shown.quarter_turns = UprightTurns(view, *context.map);
+  const cv::Mat image = ImageOf(view, camera);
+  cv::Mat gray;
+  cv::cvtColor(image, gray, cv::COLOR_BGR2GRAY);
+  MatchLines(context, view,
+             LinesInBox(ExtractLines(gray, camera, {view.box}, context.options), box, context.options), start,
+             solid, shown);
+  shown.image = Undistorted(image, camera);
+  shown.region = RegionOf(box, visible, shown, camera);
+  return shown;
+}
+
+std::optional<YawFigure::Object> BestMeasured(const YawContext& context, const SnapshotObject& object,
+                                              const std::vector<ObjectView>& views) {
+  std::optional<YawFigure::Object> best;
+  for (const ObjectView& view : LargestViews(views, context)) {
+    std::optional<YawFigure::Object> measured = MeasureYaw(context, object, view);
+    if (measured && (!best || measured->yaw_lines > best->yaw_lines)) {
+      best = std::move(measured);
+    }
+  }
+  return best;
+}
+
+// The object with the most matched lines, with preference for those that are turned.
+YawFigure::Object ClearestYaw(const YawContext& context, const std::map<int, std::vector<ObjectView>>& views,
+                              const FigureRequest& request) {
+  constexpr double kTurned = 3.0;  // degrees
+  std::optional<YawFigure::Object> best;
+  const auto rank = [](const YawFigure::Object& object) {
+    return std::pair(std::abs(object.yaw) >= kTurned && object.yaw_lines > 2, object.yaw_lines);
+  };
+  int looked_at = 0;
+  for (const SnapshotObject& object : context.map->objects) {
+    Tell(request.progress, looked_at++, static_cast<int>(context.map->objects.size()));
+    const auto it = views.find(object.id);
+    if (it == views.end()) {
+      continue;
+    }
+    std::vector<ObjectView> usable = it->second;
+    std::erase_if(usable, [&](const ObjectView& view) { return IsTooLarge(view, context); });
+    std::optional<YawFigure::Object> measured = BestMeasured(context, object, usable);
+    if (measured && (!best || rank(*measured) > rank(*best))) {
+      best = std::move(measured);
+    }
+  }
+  if (!best) {
+    throw InputError(
+        fmt::format("{}: no object with the image of a keyframe, expected a map made from images that "
+                    "are still there, with objects",
+                    request.results.front()));
+  }
+  return *best;
+}
+
+FigurePage DrawYawOf(const FigureRequest& request) {
+  if (request.objects.empty() && !request.frames.empty()) {
+    throw UsageError("--frame without --object: expected the object to show in that frame");
+  }
+  const std::string& result = request.results.front();
+  const RecordedMap recorded = OpenMap(result);
+  const YawContext context{recorded.last, ConfigOf(*recorded.reader).objects.yaw};
+  const auto views = ObjectViews(recorded, !request.frames.empty());
+  YawFigure figure;
+  for (const int id : request.objects) {
+    const SnapshotObject& object = ObjectById(*context.map, id, result);
+    const std::string what = fmt::format("{}: object {} ({})", result, id, object.label);
+    const auto it = views.find(id);
+    const std::vector<ObjectView> chosen =
+        ViewsOfFrame(it == views.end() ? std::vector<ObjectView>() : it->second, request, what);
+    std::optional<YawFigure::Object> measured = BestMeasured(context, object, chosen);
+    if (!measured) {
+      throw InputError(fmt::format("{}: reaches behind the camera, expected another frame or object", what));
+    }
+    figure.objects.push_back(std::move(*measured));
+  }
+  if (request.objects.empty()) {
+    figure.objects.push_back(ClearestYaw(context, views, request));
+  }
+  return DrawYaw(figure, request.page);
+}
+
+}  // namespace
+
+FigureEntry YawEntry() {
+  return {.name = "yaw",
+          .help = "Line segments of an object against its axes, before and after",
+          .details = R"(
+Line segments that the yaw estimator's detector (EDLines) finds in an object's box, and the axes of the object's
+frame along the edges of the box around its superquadric, from a corner that is near to the camera: (a) along the
+map's axes (the quarter turn nearest to the object's, as yaw counts modulo 90 degrees), (b) as estimated. A line
+is matched to the axis that it is nearest to in (b), below objects.yaw.match_angle_deg. The mean is over the lines
+matched to x or y, the same ones in (a) and (b): each line's angle to the image of its axis at the line's midpoint.
+Lines along z say nothing about yaw. The image is freed from distortion and turned upright by quarter turns.
+
+Keyframes whose pose the finished map knows serve; by default, of those with the largest boxes, that with the most
+matched lines. Without --object: the object with the most matched lines, if there is one turned from the map's axes.
+
+Examples:
+  sqslam figure yaw out/desk -o yaw.pdf
+  sqslam figure yaw out/desk --object 2 --object 7 -o yaw.png --dpi 600
+  sqslam figure yaw out/desk --object 2 --frame 120 -o yaw.svg --width-mm 120
+)",
+          .results_help = kMapOfARun,
+          .objects = true,
+          .frames_help = kKeyframeShown,
+          .make = FigureEntry::Maker(DrawYawOf)};
 }
 
 }  // namespace sqslam

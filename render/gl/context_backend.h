@@ -9,9 +9,10 @@
 namespace sqslam {
 
 struct OffscreenContext::Impl {
+  explicit Impl(RenderBackend made_by) : backend(made_by) {}
   virtual ~Impl() = default;
   virtual void MakeCurrent() = 0;
-  virtual RenderBackend Backend() const = 0;
+  const RenderBackend backend;
 };
 
 // Throws std::runtime_error where there is none.

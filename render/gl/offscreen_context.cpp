@@ -5,7 +5,7 @@
 #include <GL/gl.h>
 #include <fmt/format.h>
 
-#include <array>
+#include <optional>
 #include <stdexcept>
 
 #include "render/gl/context_backend.h"
@@ -14,35 +14,18 @@
 namespace sqslam {
 
 RenderBackend ParseRenderBackend(std::string_view name) {
-  for (const RenderBackend backend : {RenderBackend::kAuto, RenderBackend::kOsmesa, RenderBackend::kEgl}) {
-    if (name == RenderBackendName(backend)) {
-      return backend;
-    }
+  const std::optional<RenderBackend> backend = FromName<RenderBackend>(name);
+  if (!backend || backend == RenderBackend::kCurrent) {
+    throw UsageError(fmt::format("unknown rendering back end '{}': expected auto, osmesa or egl", name));
   }
-  throw UsageError(fmt::format("unknown rendering back end '{}': expected auto, osmesa or egl", name));
-}
-
-std::vector<std::string> RenderBackendNames() { return {"auto", "osmesa", "egl"}; }
-
-std::string_view RenderBackendName(RenderBackend backend) {
-  switch (backend) {
-    case RenderBackend::kOsmesa:
-      return "osmesa";
-    case RenderBackend::kEgl:
-      return "egl";
-    case RenderBackend::kCurrent:
-      return "current";
-    case RenderBackend::kAuto:
-      break;
-  }
-  return "auto";
+  return *backend;
 }
 
 namespace {
 
 class EglContext : public OffscreenContext::Impl {
  public:
-  EglContext() {
+  EglContext() : Impl(RenderBackend::kEgl) {
     const auto get_display = reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(  // NOLINT: EGL's way
         eglGetProcAddress("eglGetPlatformDisplayEXT"));
     if (get_display != nullptr) {
@@ -52,19 +35,16 @@ class EglContext : public OffscreenContext::Impl {
       throw std::runtime_error("EGL has no surfaceless display");
     }
     eglBindAPI(EGL_OPENGL_API);
-    static constexpr std::array<EGLint, 5> kConfig = {EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_SURFACE_TYPE,
-                                                      0, EGL_NONE};
-    static constexpr std::array<EGLint, 7> kContext = {EGL_CONTEXT_MAJOR_VERSION,
-                                                       3,
-                                                       EGL_CONTEXT_MINOR_VERSION,
-                                                       3,
-                                                       EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                                                       EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                                                       EGL_NONE};
+    // clang-format off
+    static constexpr EGLint kConfig[] = {EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_SURFACE_TYPE, 0, EGL_NONE};
+    static constexpr EGLint kContext[] = {
+        EGL_CONTEXT_MAJOR_VERSION, 3, EGL_CONTEXT_MINOR_VERSION, 3,
+        EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
+    // clang-format on
     EGLConfig config = nullptr;
     EGLint count = 0;
-    eglChooseConfig(display_, kConfig.data(), &config, 1, &count);
-    context_ = eglCreateContext(display_, count > 0 ? config : nullptr, EGL_NO_CONTEXT, kContext.data());
+    eglChooseConfig(display_, kConfig, &config, 1, &count);
+    context_ = eglCreateContext(display_, count > 0 ? config : nullptr, EGL_NO_CONTEXT, kContext);
     if (context_ == EGL_NO_CONTEXT) {
       throw std::runtime_error("EGL cannot make an OpenGL 3.3 core context");
     }
@@ -85,7 +65,6 @@ class EglContext : public OffscreenContext::Impl {
       throw std::runtime_error("EGL cannot make its context current");
     }
   }
-  RenderBackend Backend() const override { return RenderBackend::kEgl; }
 
  private:
   EGLDisplay display_ = EGL_NO_DISPLAY;
@@ -93,10 +72,9 @@ class EglContext : public OffscreenContext::Impl {
 };
 
 // Whatever the program has made current on this thread: the context of its window.
-class CurrentContext : public OffscreenContext::Impl {
- public:
+struct CurrentContext : OffscreenContext::Impl {
+  CurrentContext() : Impl(RenderBackend::kCurrent) {}
   void MakeCurrent() override {}
-  RenderBackend Backend() const override { return RenderBackend::kCurrent; }
 };
 
 std::unique_ptr<OffscreenContext::Impl> MakeContext(RenderBackend backend) {
@@ -136,12 +114,12 @@ OffscreenContext::OffscreenContext(OffscreenContext&&) noexcept = default;
 OffscreenContext& OffscreenContext::operator=(OffscreenContext&&) noexcept = default;
 
 void OffscreenContext::MakeCurrent() { impl_->MakeCurrent(); }
-RenderBackend OffscreenContext::Backend() const { return impl_->Backend(); }
+RenderBackend OffscreenContext::Backend() const { return impl_->backend; }
 
 std::string OffscreenContext::Description() const {
   impl_->MakeCurrent();
   const auto text = [](GLenum name) { return reinterpret_cast<const char*>(glGetString(name)); };  // NOLINT
-  return fmt::format("{}, OpenGL {}, {}", RenderBackendName(Backend()), text(GL_VERSION), text(GL_RENDERER));
+  return fmt::format("{}, OpenGL {}, {}", NameOf(Backend()), text(GL_VERSION), text(GL_RENDERER));
 }
 
 }  // namespace sqslam

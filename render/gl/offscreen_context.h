@@ -1,9 +1,12 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "slam/util/enum_names.h"
 
 namespace sqslam {
 
@@ -14,11 +17,11 @@ enum class RenderBackend {
   kEgl,      // EGL without a surface
   kCurrent,  // the context that is current where the renderer is made, such as that of a window
 };
+constexpr auto EnumNames(RenderBackend) { return std::array{"auto", "osmesa", "egl", "current"}; }
 
 // "auto", "osmesa" or "egl"; throws UsageError on anything else.
 RenderBackend ParseRenderBackend(std::string_view name);
-std::vector<std::string> RenderBackendNames();  // that ParseRenderBackend takes
-std::string_view RenderBackendName(RenderBackend backend);
+inline std::vector<std::string> RenderBackendNames() { return {"auto", "osmesa", "egl"}; }
 
 // An OpenGL 3.3 core context that needs neither a display nor a window. It belongs to the thread that last
 // called MakeCurrent(); VTK draws into framebuffers of its own, so the context has no size.

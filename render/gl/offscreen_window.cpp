@@ -2,13 +2,11 @@
 
 #include <vtkCallbackCommand.h>
 #include <vtkCamera.h>
-#include <vtkGenericOpenGLRenderWindow.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
 #include <vtkOpenGLFramebufferObject.h>
 #include <vtkRenderer.h>
 #include <vtkTextureObject.h>
-#include <vtkUnsignedCharArray.h>
 
 #include <opencv2/imgproc.hpp>
 
@@ -20,60 +18,43 @@ void SayCurrent(vtkObject*, unsigned long, void*, void* call_data) { *static_cas
 
 }  // namespace
 
-struct OffscreenWindow::Impl {
-  explicit Impl(const Options& options) : context(options.backend), alpha(options.alpha) {
-    vtkNew<vtkCallbackCommand> say_current;
-    say_current->SetCallback(SayCurrent);
-    window->AddObserver(vtkCommand::WindowIsCurrentEvent, say_current);
-    window->SetOffScreenRendering(1);
-    window->SetFrameBlitModeToNoBlit();
-    window->SetSize(options.width, options.height);
-    window->SetMultiSamples(options.multisamples);
-    window->SetAlphaBitPlanes(alpha ? 1 : 0);
-    window->SetReadyForRendering(true);
-    window->InitializeFromCurrentContext();
-  }
-  ~Impl() {
-    context.MakeCurrent();
-    window->Finalize();
-  }
+OffscreenWindow::OffscreenWindow(const Options& options) : context_(options.backend), alpha_(options.alpha) {
+  vtkNew<vtkCallbackCommand> say_current;
+  say_current->SetCallback(SayCurrent);
+  window_->AddObserver(vtkCommand::WindowIsCurrentEvent, say_current);
+  window_->SetOffScreenRendering(1);
+  window_->SetFrameBlitModeToNoBlit();
+  window_->SetSize(options.width, options.height);
+  window_->SetMultiSamples(0);
+  window_->SetAlphaBitPlanes(alpha_ ? 1 : 0);
+  window_->SetReadyForRendering(true);
+  window_->InitializeFromCurrentContext();
+}
 
-  OffscreenContext context;
-  vtkNew<vtkGenericOpenGLRenderWindow> window;
-  vtkNew<vtkUnsignedCharArray> pixels;
-  bool alpha;
-};
-
-OffscreenWindow::OffscreenWindow(const Options& options) : impl_(std::make_unique<Impl>(options)) {}
-OffscreenWindow::~OffscreenWindow() = default;
-OffscreenWindow::OffscreenWindow(OffscreenWindow&&) noexcept = default;
-
-void OffscreenWindow::AddRenderer(vtkRenderer* renderer) { impl_->window->AddRenderer(renderer); }
-void OffscreenWindow::SetSize(int width, int height) { impl_->window->SetSize(width, height); }
-OffscreenContext& OffscreenWindow::Context() { return impl_->context; }
+OffscreenWindow::~OffscreenWindow() {
+  context_.MakeCurrent();
+  window_->Finalize();
+}
 
 unsigned OffscreenWindow::Draw() {
-  impl_->context.MakeCurrent();
-  impl_->window->Render();
-  return impl_->window->GetDisplayFramebuffer()->GetColorAttachmentAsTextureObject(0)->GetHandle();
+  context_.MakeCurrent();
+  window_->Render();
+  return window_->GetDisplayFramebuffer()->GetColorAttachmentAsTextureObject(0)->GetHandle();
 }
 
 cv::Mat OffscreenWindow::Render() {
-  impl_->context.MakeCurrent();
-  impl_->window->Render();
-  const int* size = impl_->window->GetSize();
-  const int width = size[0];
-  const int height = size[1];
-  cv::Mat image;
-  if (impl_->alpha) {
-    impl_->window->GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, impl_->pixels, 0);
-    const cv::Mat raw(height, width, CV_8UC4, impl_->pixels->GetPointer(0));
-    cv::cvtColor(raw, image, cv::COLOR_RGBA2BGRA);
+  context_.MakeCurrent();
+  window_->Render();
+  const int width = window_->GetSize()[0];
+  const int height = window_->GetSize()[1];
+  if (alpha_) {
+    window_->GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, pixels_, 0);
   } else {
-    impl_->window->GetPixelData(0, 0, width - 1, height - 1, 0, impl_->pixels, 0);
-    const cv::Mat raw(height, width, CV_8UC3, impl_->pixels->GetPointer(0));
-    cv::cvtColor(raw, image, cv::COLOR_RGB2BGR);
+    window_->GetPixelData(0, 0, width - 1, height - 1, 0, pixels_, 0);
   }
+  const cv::Mat raw(height, width, alpha_ ? CV_8UC4 : CV_8UC3, pixels_->GetPointer(0));
+  cv::Mat image;
+  cv::cvtColor(raw, image, alpha_ ? cv::COLOR_RGBA2BGRA : cv::COLOR_RGB2BGR);
   cv::flip(image, image, 0);
   return image;
 }

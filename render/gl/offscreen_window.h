@@ -1,6 +1,9 @@
 #pragma once
 
-#include <memory>
+#include <vtkGenericOpenGLRenderWindow.h>
+#include <vtkNew.h>
+#include <vtkUnsignedCharArray.h>
+
 #include <opencv2/core.hpp>
 
 #include "render/gl/offscreen_context.h"
@@ -8,7 +11,6 @@
 #include "slam/geometry/rigid3.h"
 
 class vtkCamera;
-class vtkRenderer;
 
 namespace sqslam {
 
@@ -16,19 +18,18 @@ namespace sqslam {
 class OffscreenWindow {
  public:
   struct Options {
-    int width = 640;       // pixels
-    int height = 480;      // pixels
-    int multisamples = 0;  // 0 or 1: none
-    bool alpha = false;    // keep an alpha channel, for transparent backgrounds
+    int width = 640;     // pixels
+    int height = 480;    // pixels
+    bool alpha = false;  // keep an alpha channel, for transparent backgrounds
     RenderBackend backend = RenderBackend::kAuto;
   };
 
   explicit OffscreenWindow(const Options& options);
   ~OffscreenWindow();
-  OffscreenWindow(OffscreenWindow&&) noexcept;
+  OffscreenWindow(const OffscreenWindow&) = delete;
+  OffscreenWindow& operator=(const OffscreenWindow&) = delete;
 
-  void AddRenderer(vtkRenderer* renderer);
-  void SetSize(int width, int height);
+  void AddRenderer(vtkRenderer* renderer) { window_->AddRenderer(renderer); }
 
   // Draws and reads back: 8UC3 (BGR), or 8UC4 (BGRA, not premultiplied) with alpha; top row first.
   cv::Mat Render();
@@ -37,11 +38,13 @@ class OffscreenWindow {
   // first, that lives until the next call or change of size.
   unsigned Draw();
 
-  OffscreenContext& Context();
+  OffscreenContext& Context() { return context_; }
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  OffscreenContext context_;
+  vtkNew<vtkGenericOpenGLRenderWindow> window_;
+  vtkNew<vtkUnsignedCharArray> pixels_;
+  bool alpha_;
 };
 
 // Makes VTK's camera see exactly what a pinhole camera at T_map_camera sees (distortion left out). Pixel

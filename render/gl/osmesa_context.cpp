@@ -10,23 +10,14 @@ namespace {
 
 class OsmesaContext : public OffscreenContext::Impl {
  public:
-  OsmesaContext() {
-    static constexpr std::array<int, 15> kAttributes = {OSMESA_FORMAT,
-                                                        OSMESA_RGBA,
-                                                        OSMESA_DEPTH_BITS,
-                                                        24,
-                                                        OSMESA_STENCIL_BITS,
-                                                        8,
-                                                        OSMESA_PROFILE,
-                                                        OSMESA_CORE_PROFILE,
-                                                        OSMESA_CONTEXT_MAJOR_VERSION,
-                                                        3,
-                                                        OSMESA_CONTEXT_MINOR_VERSION,
-                                                        3,
-                                                        0,
-                                                        0,
-                                                        0};
-    context_ = OSMesaCreateContextAttribs(kAttributes.data(), nullptr);
+  OsmesaContext() : Impl(RenderBackend::kOsmesa) {
+    // clang-format off
+    static constexpr int kAttributes[] = {
+        OSMESA_FORMAT, OSMESA_RGBA, OSMESA_DEPTH_BITS, 24, OSMESA_STENCIL_BITS, 8,
+        OSMESA_PROFILE, OSMESA_CORE_PROFILE,
+        OSMESA_CONTEXT_MAJOR_VERSION, 3, OSMESA_CONTEXT_MINOR_VERSION, 3, 0};
+    // clang-format on
+    context_ = OSMesaCreateContextAttribs(kAttributes, nullptr);
     if (context_ == nullptr) {
       throw std::runtime_error("OSMesa cannot make an OpenGL 3.3 core context");
     }
@@ -41,7 +32,6 @@ class OsmesaContext : public OffscreenContext::Impl {
       throw std::runtime_error("OSMesa cannot make its context current");
     }
   }
-  RenderBackend Backend() const override { return RenderBackend::kOsmesa; }
 
  private:
   static constexpr int kSide = 16;

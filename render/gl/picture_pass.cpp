@@ -95,6 +95,14 @@ struct ScreenProgram {
   }
 };
 
+void BindReady(vtkSmartPointer<vtkOpenGLFramebufferObject>& buffer, vtkOpenGLRenderWindow* window) {
+  if (!buffer) {
+    buffer = vtkSmartPointer<vtkOpenGLFramebufferObject>::New();
+    buffer->SetContext(window);
+  }
+  buffer->Bind();
+}
+
 // Draws into all of the buffer from here on.
 void Use(vtkOpenGLFramebufferObject* buffer, unsigned draw_buffers, vtkOpenGLState* state, int width,
          int height) {
@@ -124,12 +132,7 @@ struct Lens {
     terms = {element(0, 0), element(1, 1), element(0, 2), element(1, 2)};
     depth_range = {static_cast<float>(camera->GetClippingRange()[0]),
                    static_cast<float>(camera->GetClippingRange()[1])};
-    Eigen::Matrix4d T_view_map;
-    for (int row = 0; row < 4; ++row) {
-      for (int column = 0; column < 4; ++column) {
-        T_view_map(row, column) = to_view->GetElement(column, row);
-      }
-    }
+    const Eigen::Matrix4d T_view_map = Eigen::Map<const Eigen::Matrix4d>(to_view->GetData());
     ground = Floats(T_view_map.inverse().transpose() * ground_map);
   }
 };
@@ -173,11 +176,7 @@ void PicturePass::Impl::DrawScene(vtkRenderer* renderer, int width, int height) 
   auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
   color.Ensure(window, width, height, GL_RGBA8, true);
   depth.Ensure(window, width, height, GL_DEPTH_COMPONENT);
-  if (!scene) {
-    scene = vtkSmartPointer<vtkOpenGLFramebufferObject>::New();
-    scene->SetContext(window);
-  }
-  scene->Bind();
+  BindReady(scene, window);
   scene->AddColorAttachment(0, color.texture);
   if (NeedsSurfaces()) {
     surfaces.Ensure(window, width, height, GL_RGBA8);
@@ -224,11 +223,7 @@ void PicturePass::Impl::DrawOcclusion(vtkOpenGLRenderWindow* window, const Lens&
                                       int height) {
   occlusion.Ensure(window, width, height, GL_RG16F);
   smooth_occlusion.Ensure(window, width, height, GL_RG16F);
-  if (!occlusion_buffer) {
-    occlusion_buffer = vtkSmartPointer<vtkOpenGLFramebufferObject>::New();
-    occlusion_buffer->SetContext(window);
-  }
-  occlusion_buffer->Bind();
+  BindReady(occlusion_buffer, window);
   occlusion_buffer->AddColorAttachment(0, occlusion.texture);
   Use(occlusion_buffer, 1, window->GetState(), width, height);
   vtkShaderProgram* program = occlusion_program.Ready(
@@ -270,12 +265,11 @@ void PicturePass::Impl::DrawFinish(vtkOpenGLRenderWindow* window, const Lens& le
   vtkShaderProgram* program = finish_program.Ready(
       window, FinishSwitches() + shaders::kLens + shaders::kFinishDeclarations, shaders::kFinish);
   vtkTextureObject* open = NeedsSurfaces() ? smooth_occlusion.texture : color.texture;
-  const std::array<vtkTextureObject*, 4> textures = {color.texture, surfaces.texture, depth.texture,
-                                                     smooth_occlusion.texture};
+  std::vector<vtkTextureObject*> textures = {color.texture, surfaces.texture, depth.texture,
+                                             smooth_occlusion.texture};
+  std::erase(textures, nullptr);
   for (vtkTextureObject* texture : textures) {
-    if (texture != nullptr) {
-      texture->Activate();
-    }
+    texture->Activate();
   }
   program->SetUniformi("colors", color.texture->GetTextureUnit());
   if (NeedsSurfaces()) {
@@ -293,9 +287,7 @@ void PicturePass::Impl::DrawFinish(vtkOpenGLRenderWindow* window, const Lens& le
   program->SetUniform2f("depthRange", lens.depth_range.data());
   finish_program.quad->Render();
   for (vtkTextureObject* texture : textures) {
-    if (texture != nullptr) {
-      texture->Deactivate();
-    }
+    texture->Deactivate();
   }
 }
 

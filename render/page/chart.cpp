@@ -13,24 +13,16 @@ namespace {
 constexpr double kTickGap = 3.0;  // points between the plot and its numbers
 
 std::vector<Eigen::Vector2d> MarkOutline(const Eigen::Vector2d& center, const Mark& mark) {
-  const auto ring = [&](int corners, double radius, double first) {
-    std::vector<Eigen::Vector2d> points;
-    for (int i = 0; i < corners; ++i) {
-      const double angle = first + 2.0 * std::numbers::pi * i / corners;
-      points.push_back(center + radius * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
-    }
-    return points;
-  };
   constexpr double kQuarter = 0.5 * std::numbers::pi;
   switch (mark.shape) {
     case Mark::Shape::kSquare:
-      return ring(4, 0.62 * mark.size, 0.5 * kQuarter);
+      return RegularPolygon(center, 4, 0.62 * mark.size, 0.5 * kQuarter);
     case Mark::Shape::kTriangle:
-      return ring(3, 0.62 * mark.size, -kQuarter);
+      return RegularPolygon(center, 3, 0.62 * mark.size, -kQuarter);
     case Mark::Shape::kDiamond:
-      return ring(4, 0.62 * mark.size, 0.0);
+      return RegularPolygon(center, 4, 0.62 * mark.size);
     default:
-      return ring(32, 0.5 * mark.size, 0.0);
+      return RegularPolygon(center, 32, 0.5 * mark.size);
   }
 }
 
@@ -115,16 +107,16 @@ ChartAxis RoundAxis(double low, double high, int ticks, bool whole_steps) {
   return axis;
 }
 
-SeriesLook LookOfSeries(int index) {
+SeriesLook LookOfSeries(std::size_t index) {
   // Okabe and Ito, the pairs that differ most in lightness first.
   static constexpr std::array<const char*, 6> kColors = {"#0072b2", "#e69f00", "#009e73",
                                                          "#d55e00", "#56b4e9", "#cc79a7"};
   static const std::array<std::vector<double>, 4> kDashes = {
       std::vector<double>{}, {5.0, 2.0}, {1.5, 1.5}, {6.0, 1.5, 1.5, 1.5}};
   SeriesLook look;
-  look.color = ParseColor(kColors[static_cast<std::size_t>(index) % kColors.size()]);
-  look.dash = kDashes[static_cast<std::size_t>(index) % kDashes.size()];
-  look.hatch = index % 5;
+  look.color = ParseColor(kColors[index % kColors.size()]);
+  look.dash = kDashes[index % kDashes.size()];
+  look.hatch = static_cast<int>(index % 5);
   return look;
 }
 
@@ -173,16 +165,20 @@ void DrawBar(FigurePage& page, const FigureRect& bar, const SeriesLook& look,
 
 void DrawMark(FigurePage& page, const Eigen::Vector2d& center, const Mark& mark) {
   if (mark.shape == Mark::Shape::kCross) {
-    const double r = 0.42 * mark.size;
-    page.Line(center + Eigen::Vector2d(-r, -r), center + Eigen::Vector2d(r, r), {mark.color, 1.0, {}});
-    page.Line(center + Eigen::Vector2d(-r, r), center + Eigen::Vector2d(r, -r), {mark.color, 1.0, {}});
+    page.Cross(center, 0.84 * mark.size, {mark.color, 1.0, {}});
     return;
   }
-  FigurePath path;
-  path.points = MarkOutline(center, mark);
-  path.closed = true;
-  path.fill = mark.color;
-  page.elements.emplace_back(std::move(path));
+  page.elements.emplace_back(FigurePath{MarkOutline(center, mark), true, mark.color});
+}
+
+std::vector<Eigen::Vector2d> RegularPolygon(const Eigen::Vector2d& center, int corners, double radius,
+                                            double first) {
+  std::vector<Eigen::Vector2d> points;
+  for (int i = 0; i < corners; ++i) {
+    const double angle = first + 2.0 * std::numbers::pi * i / corners;
+    points.push_back(center + radius * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
+  }
+  return points;
 }
 
 double LegendHeight(const std::vector<LegendEntry>& entries, double width, const FigureTheme& theme) {
@@ -203,8 +199,7 @@ void DrawLegend(FigurePage& page, const std::vector<LegendEntry>& entries, const
       const LegendEntry& entry = entries[static_cast<std::size_t>(index)];
       DrawSign(page, entry, {x, y - 0.45 * size, kSwatch * size, 0.9 * size}, theme);
       const double room = area.width - (kSwatch + kSignGap) * size;
-      page.Text(PlainText(FittingText(entry.text, size, room), {x + (kSwatch + kSignGap) * size, y}, size,
-                          theme.ink, TextAlign::kLeft));
+      page.Text(FittingText(entry.text, size, room), {x + (kSwatch + kSignGap) * size, y}, size, theme.ink);
       x += EntryWidth(entry, size) + kEntryGap * size;
     }
     y += kLineHeight * size;
@@ -224,14 +219,14 @@ void DrawXAxis(FigurePage& page, const PlotArea& plot, const std::string& label,
     const std::string text = plot.x.TickText(tick);
     const double half = 0.5 * TextWidth(text, theme.small);
     if (x - half > last_right + 2.0) {  // numbers that would touch are left out
-      page.Text(PlainText(text, {x, numbers_y}, theme.small, theme.muted, TextAlign::kCenter));
+      page.Text(text, {x, numbers_y}, theme.small, theme.muted, TextAlign::kCenter);
       last_right = x + half;
     }
   }
   page.Line({area.x, area.Bottom()}, {area.Right(), area.Bottom()}, theme.Axis());
   if (!label.empty()) {
-    page.Text(PlainText(label, {area.Center().x(), numbers_y + 0.6 * theme.small + 0.9 * theme.font},
-                        theme.font, theme.ink, TextAlign::kCenter));
+    page.Text(label, {area.Center().x(), numbers_y + 0.6 * theme.small + 0.9 * theme.font}, theme.font,
+              theme.ink, TextAlign::kCenter);
   }
 }
 
@@ -245,17 +240,14 @@ void DrawYAxis(FigurePage& page, const PlotArea& plot, const std::string& label,
       page.Line({area.x, y}, {area.Right(), y}, theme.Grid());
     }
     if (y + 0.5 * theme.small < last_top) {
-      page.Text(PlainText(plot.y.TickText(tick), {area.x - kTickGap, y}, theme.small, theme.muted,
-                          TextAlign::kRight));
+      page.Text(plot.y.TickText(tick), {area.x - kTickGap, y}, theme.small, theme.muted, TextAlign::kRight);
       last_top = y - 0.5 * theme.small;
     }
   }
   page.Line({area.x, area.y}, {area.x, area.Bottom()}, theme.Axis());
   if (!label.empty()) {
     const double x = area.x - YAxisWidth(plot.y, theme, true) + 0.5 * theme.font;
-    FigureText text = PlainText(label, {x, area.Center().y()}, theme.font, theme.ink, TextAlign::kCenter);
-    text.angle = 90.0;
-    page.Text(std::move(text));
+    page.Text({label, {x, area.Center().y()}, theme.font, theme.ink, TextAlign::kCenter, false, 90.0});
   }
 }
 
@@ -305,13 +297,11 @@ void DrawColorBar(FigurePage& page, const ColorBar& bar, const FigureRect& area,
   }
   const PlotArea plot{strip, bar.axis, {}};
   DrawXAxis(page, plot, "", theme, false);
-  page.Text(
-      PlainText(bar.meaning, {strip.x - gap, strip.Center().y()}, theme.small, theme.ink, TextAlign::kRight));
+  page.Text(bar.meaning, {strip.x - gap, strip.Center().y()}, theme.small, theme.ink, TextAlign::kRight);
   if (bar.limit > bar.axis.low && bar.limit < bar.axis.high) {
     const double x = plot.X(bar.limit);
     page.Line({x, strip.y - 0.25 * theme.small}, {x, strip.Bottom()}, {theme.ink, 1.0, {}});
-    page.Text(
-        PlainText(bar.limit_meaning, {strip.Right() + gap, strip.Center().y()}, theme.small, theme.ink));
+    page.Text(bar.limit_meaning, {strip.Right() + gap, strip.Center().y()}, theme.small, theme.ink);
   }
 }
 

@@ -29,7 +29,7 @@ struct SeriesLook {
   std::vector<double> dash;  // points
   int hatch = 0;             // 0: none; 1 to 4: rising, falling, level, crossed
 };
-SeriesLook LookOfSeries(int index);
+SeriesLook LookOfSeries(std::size_t index);
 
 // A bar, with stripes in the colour of the background where the look has a hatch.
 void DrawBar(FigurePage& page, const FigureRect& bar, const SeriesLook& look, const Eigen::Vector3d& stripes);
@@ -45,6 +45,10 @@ struct Mark {
   Eigen::Vector3d color = Eigen::Vector3d::Zero();
 };
 void DrawMark(FigurePage& page, const Eigen::Vector2d& center, const Mark& mark);
+
+// Corners of a regular polygon; the first lies at the angle `first`, radians.
+std::vector<Eigen::Vector2d> RegularPolygon(const Eigen::Vector2d& center, int corners, double radius,
+                                            double first = 0.0);
 
 struct LegendEntry {
   enum class Kind { kBar, kLine, kMark, kTick };

@@ -42,10 +42,6 @@ FigureSize ResolveSize(const FigureOptions& options, double own_width) {
   return size;
 }
 
-double TitleHeight(const FigureOptions& options) {
-  return options.title.empty() ? 0.0 : 2.0 * FigureTheme(options).title;
-}
-
 }  // namespace
 
 void CheckFigureOptions(const FigureOptions& options) {
@@ -84,11 +80,12 @@ FigureTheme::FigureTheme(const FigureOptions& options)
       title(1.2 * options.font_size) {}
 
 FigureSheet MakeSheet(const FigureOptions& options, double own_width, const std::string& description,
-                      const std::function<double(double)>& own_height) {
+                      const std::function<double(double, const FigureTheme&)>& own_height) {
   const FigureSize size = ResolveSize(options, own_width);
-  const double around = 2.0 * kSheetMargin + TitleHeight(options);
-  const double height = size.height ? *size.height : own_height(size.width - 2.0 * kSheetMargin) + around;
   FigureSheet sheet{{}, {}, FigureTheme(options)};
+  const double top = kSheetMargin + (options.title.empty() ? 0.0 : 2.0 * sheet.theme.title);
+  const double width = size.width - 2.0 * kSheetMargin;
+  const double height = size.height ? *size.height : own_height(width, sheet.theme) + top + kSheetMargin;
   FigurePage& page = sheet.page;
   page.width = size.width;
   page.height = height;
@@ -97,8 +94,7 @@ FigureSheet MakeSheet(const FigureOptions& options, double own_width, const std:
   if (!options.transparent) {
     page.background = sheet.theme.background;
   }
-  const double top = kSheetMargin + TitleHeight(options);
-  sheet.area = {kSheetMargin, top, size.width - 2.0 * kSheetMargin, height - top - kSheetMargin};
+  sheet.area = {kSheetMargin, top, width, height - top - kSheetMargin};
   if (sheet.area.width < 20.0 || sheet.area.height < 20.0) {
     throw UsageError(
         fmt::format("a figure of {:.0f}x{:.0f} mm has no room for letters of {} points: "
@@ -106,16 +102,40 @@ FigureSheet MakeSheet(const FigureOptions& options, double own_width, const std:
                     size.width / kPointsPerMm, height / kPointsPerMm, options.font_size));
   }
   if (!options.title.empty()) {
-    page.Text({FittingText(options.title, sheet.theme.title, sheet.area.width, true),
-               {0.5 * size.width, kSheetMargin + 0.75 * sheet.theme.title},
-               sheet.theme.title,
-               sheet.theme.ink,
-               TextAlign::kCenter,
-               true,
-               0.0,
-               std::nullopt});
+    page.Text(FittingText(options.title, sheet.theme.title, sheet.area.width, true),
+              {0.5 * size.width, kSheetMargin + 0.75 * sheet.theme.title}, sheet.theme.title, sheet.theme.ink,
+              TextAlign::kCenter, true);
   }
   return sheet;
+}
+
+PanelGrid PanelGrid::Of(int columns, int rows, double width, double left) {
+  PanelGrid grid{columns, rows};
+  grid.left = left;
+  grid.width = (width - left - grid.gap * (columns - 1)) / columns;
+  return grid;
+}
+
+FigureRect PanelGrid::ImageAt(const FigureRect& area, int row, int column) const {
+  return {area.x + left + column * (width + gap),
+          area.y + top + row * (ImageWithGap() + height + texts + gap), width, image};
+}
+
+FigureRect PanelGrid::PanelAt(const FigureRect& area, int row, int column) const {
+  const FigureRect above = ImageAt(area, row, column);
+  return {above.x, above.y + ImageWithGap(), width, height};
+}
+
+void NameColumn(FigureSheet& sheet, const PanelGrid& grid, int column, const std::string& name) {
+  const FigureRect panel = grid.PanelAt(sheet.area, 0, column);
+  sheet.page.Label(name, {panel.Center().x(), sheet.area.y + 0.6 * sheet.theme.font}, sheet.theme.font,
+                   sheet.theme.ink, panel.width);
+}
+
+void NameRow(FigureSheet& sheet, const PanelGrid& grid, int row, const std::string& name) {
+  const FigureRect panel = grid.PanelAt(sheet.area, row, 0);
+  sheet.page.Label(name, {sheet.area.x + 0.6 * sheet.theme.font, panel.Center().y()}, sheet.theme.font,
+                   sheet.theme.ink, panel.height, 90.0);
 }
 
 PictureOptions PanelOptions(const FigureOptions& options, double dpi, double width, double height,

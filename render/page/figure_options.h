@@ -61,7 +61,35 @@ struct FigureSheet {
 // A page of this width (points) where the options give none. The figure's own height is asked for the width
 // that is left inside the margins. Throws UsageError where there is no room.
 FigureSheet MakeSheet(const FigureOptions& options, double own_width, const std::string& description,
-                      const std::function<double(double width)>& own_height);
+                      const std::function<double(double width, const FigureTheme& theme)>& own_height);
+
+// Panels of one size in rows and columns, each below an image where there are images. Points.
+struct PanelGrid {
+  int columns = 1;
+  int rows = 1;
+  double gap = 5.0;    // between panels, and below their images
+  double left = 0.0;   // beside the first column
+  double top = 0.0;    // above the first row
+  double width = 0.0;  // of a panel
+  double image = 0.0;  // height of the images; 0: none
+  double height = 0.0;
+  double texts = 0.0;  // below each panel
+  double below = 0.0;  // below all of them
+
+  // Columns that share the width.
+  static PanelGrid Of(int columns, int rows, double width, double left = 0.0);
+
+  double ImageWithGap() const { return image > 0.0 ? image + gap : 0.0; }
+  double Height() const { return top + rows * (ImageWithGap() + height + texts) + (rows - 1) * gap + below; }
+  // Height that is spare, or missing below 0, where the figure's was asked for; for each row.
+  double Spare(const FigureRect& area) const { return (area.height - Height()) / rows; }
+  FigureRect ImageAt(const FigureRect& area, int row, int column) const;
+  FigureRect PanelAt(const FigureRect& area, int row, int column) const;
+};
+
+// Names above the first row and, upright, at the left of the first column.
+void NameColumn(FigureSheet& sheet, const PanelGrid& grid, int column, const std::string& name);
+void NameRow(FigureSheet& sheet, const PanelGrid& grid, int row, const std::string& name);
 
 // Options of a picture of `width` x `height` points on a page: at its density, without texts of its own,
 // labels in the given colours.

@@ -9,7 +9,7 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
-#include "render/page/write_figure.h"
+#include "render/page/page.h"
 #include "slam/util/error.h"
 
 namespace sqslam {

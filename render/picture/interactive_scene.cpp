@@ -16,14 +16,12 @@ namespace {
 using Detail = InteractiveScene::Detail;
 
 bool SameView(const ViewCamera& a, const ViewCamera& b) {
-  const auto same_pinhole = [&] {
-    return a.pinhole->width == b.pinhole->width && a.pinhole->height == b.pinhole->height &&
-           a.pinhole->fx == b.pinhole->fx && a.pinhole->fy == b.pinhole->fy &&
-           a.pinhole->cx == b.pinhole->cx && a.pinhole->cy == b.pinhole->cy;
+  const auto lens = [](const std::optional<Camera>& c) {
+    return c ? std::array<double, 6>{double(c->width), double(c->height), c->fx, c->fy, c->cx, c->cy}
+             : std::array<double, 6>{};
   };
   return a.position == b.position && a.focal_point == b.focal_point && a.view_up == b.view_up &&
-         a.view_angle == b.view_angle && a.pinhole.has_value() == b.pinhole.has_value() &&
-         (!a.pinhole || same_pinhole());
+         a.view_angle == b.view_angle && lens(a.pinhole) == lens(b.pinhole);
 }
 
 Scene::Quality QualityOf(const SceneStyle& style, Detail detail, cv::Size size) {
@@ -65,12 +63,16 @@ struct DetailCanvas {
 
 struct InteractiveScene::Impl {
   std::optional<DetailCanvas>& CanvasOf(Detail detail) { return canvases[detail == Detail::kFine ? 1 : 0]; }
-  void Outdate() {
+  template <typename Change>
+  void ForEachCanvas(const Change& change) {
     for (std::optional<DetailCanvas>& canvas : canvases) {
       if (canvas) {
-        canvas->map_is_new = true;
+        change(*canvas);
       }
     }
+  }
+  void Outdate() {
+    ForEachCanvas([](DetailCanvas& canvas) { canvas.map_is_new = true; });
   }
 
   SceneStyle style;
@@ -107,11 +109,7 @@ void InteractiveScene::Show(MapSnapshotPtr map) {
 
 void InteractiveScene::SetLayers(const SceneLayers& layers) {
   impl_->layers = layers;
-  for (std::optional<DetailCanvas>& canvas : impl_->canvases) {
-    if (canvas) {
-      canvas->layers_are_new = true;
-    }
-  }
+  impl_->ForEachCanvas([](DetailCanvas& canvas) { canvas.layers_are_new = true; });
 }
 
 void InteractiveScene::SetClip(const SceneStyle::Clip& clip) {
@@ -119,12 +117,10 @@ void InteractiveScene::SetClip(const SceneStyle::Clip& clip) {
     return;
   }
   impl_->style.clip = clip;
-  for (std::optional<DetailCanvas>& canvas : impl_->canvases) {
-    if (canvas) {
-      canvas->scene.SetClip(clip);
-      canvas->drawn.reset();
-    }
-  }
+  impl_->ForEachCanvas([&](DetailCanvas& canvas) {
+    canvas.scene.SetClip(clip);
+    canvas.drawn.reset();
+  });
 }
 
 const SceneFocus& InteractiveScene::Focus() const { return impl_->focus; }
@@ -160,12 +156,8 @@ unsigned InteractiveScene::Draw(const ViewCamera& camera, cv::Size size, Detail 
 cv::Mat InteractiveScene::Texts(const ViewCamera& camera, cv::Size size) const {
   cv::Mat image(size, CV_8UC4, cv::Scalar::all(0));
   const Impl& s = *impl_;
-  const PictureCaptions captions = {.colors = s.colors,
-                                    .grid_cell = GridCell(s.focus),
-                                    .clip = MakeClipPlane(s.style.clip, s.focus, camera),
-                                    .covisibility = s.style.covisibility.show && !s.map->covisibility.empty(),
-                                    .panel = true,
-                                    .true_path = s.style.ground_truth.show && !s.layers.true_path.empty()};
+  PictureCaptions captions(s.style, *s.map, s.layers, s.focus, s.colors, camera);
+  captions.panel = true;
   DrawTexts(image, *s.map, camera, captions, s.style, s.text);
   return image;
 }

@@ -5,7 +5,6 @@
 
 #include "render/camera/camera_path.h"
 #include "render/camera/scene_framing.h"
-#include "render/scene/scene_layers.h"
 #include "render/scene/style.h"
 #include "slam/snapshot/snapshot.h"
 

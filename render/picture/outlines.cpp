@@ -44,11 +44,7 @@ Masks MasksOf(const ObjectOutline& outline, cv::Size image, double width) {
     low = {std::min(low.x, p.x), std::min(low.y, p.y)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y)};
   }
-  const double margin = width + 2.0;
-  const cv::Rect around(
-      cv::Point(static_cast<int>(std::floor(low.x - margin)), static_cast<int>(std::floor(low.y - margin))),
-      cv::Point(static_cast<int>(std::ceil(high.x + margin)), static_cast<int>(std::ceil(high.y + margin))));
-  Masks masks{around & cv::Rect(cv::Point(), image), {}, {}};
+  Masks masks{PixelsAround(low, high, width + 2.0) & cv::Rect(cv::Point(), image), {}, {}};
   if (masks.area.empty()) {
     return masks;
   }
@@ -258,8 +254,7 @@ cv::Mat RenderOverPhoto(const MapSnapshot& map, const cv::Mat& photo, const Rigi
                                  photo.rows, map.camera.width, map.camera.height));
   }
   const SceneStyle& style = options.style;
-  const Eigen::Vector3d paper = 255.0 * ParseColor(style.background);
-  cv::Mat picture(options.height, options.width, CV_8UC3, cv::Scalar(paper.z(), paper.y(), paper.x()));
+  cv::Mat picture(options.height, options.width, CV_8UC3, ToBgr(ParseColor(style.background)));
   Camera camera = map.camera;
   camera.distortion = {};
   const ImagePlacement place = PlaceImage(camera, {0, 0, options.width, options.height});

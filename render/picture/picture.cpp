@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/camera/scene_framing.h"
 #include "render/gl/offscreen_window.h"
 #include "render/picture/picture_overlay.h"
 #include "render/scene/scene.h"
@@ -70,14 +69,6 @@ struct PictureRenderer::Impl {
     scene.SetLayers(options.layers);
   }
 
-  PictureCaptions Captions(const ViewCamera& view) const {
-    return {.colors = colors,
-            .grid_cell = grid_cell,
-            .clip = MakeClipPlane(options.style.clip, focus, view),
-            .covisibility = options.style.covisibility.show && !map.covisibility.empty(),
-            .true_path = options.style.ground_truth.show && !options.layers.true_path.empty()};
-  }
-
   cv::Mat RenderSharp(const ViewCamera& view) {
     scene.LookFrom(view, options.height);
     return window.Render();
@@ -91,12 +82,8 @@ struct PictureRenderer::Impl {
     constexpr double kGoldenAngle = 2.399963229728653;
     const double distance = view.Distance();
     const double focal = view.FocalLength(options.height);  // pixels
-    Camera pinhole;
-    pinhole.width = options.width;
-    pinhole.height = options.height;
-    pinhole.fx = pinhole.fy = focal;
-    pinhole.cx = 0.5 * (options.width - 1);
-    pinhole.cy = 0.5 * (options.height - 1);
+    const Camera pinhole{
+        options.width, options.height, focal, focal, 0.5 * (options.width - 1), 0.5 * (options.height - 1)};
     cv::Mat sum;
     for (int i = 0; i < lens.samples; ++i) {
       const double radius = lens.aperture * distance * std::sqrt((i + 0.5) / lens.samples);
@@ -126,7 +113,8 @@ struct PictureRenderer::Impl {
     if (options.transparent) {
       Unmultiply(image);
     }
-    DrawTexts(image, map, view, Captions(view), options.style, text);
+    const PictureCaptions captions(options.style, map, options.layers, focus, colors, view);
+    DrawTexts(image, map, view, captions, options.style, text);
     return image;
   }
 
@@ -138,7 +126,6 @@ struct PictureRenderer::Impl {
   SceneFocus focus;
   ViewCamera camera;
   LabelColors colors;
-  double grid_cell = 1.0;
 };
 
 PictureRenderer::PictureRenderer(const PictureOptions& options) : impl_(std::make_unique<Impl>(options)) {}
@@ -149,7 +136,6 @@ void PictureRenderer::SetMap(const MapSnapshot& map) {
   Impl& s = *impl_;
   s.colors = LabelColors::Of(map.objects, s.options.label_colors);
   s.focus = FindFocus(map);
-  s.grid_cell = GridCell(s.focus);
   const CameraOverrides& overrides = s.options.camera;
   const double aspect = static_cast<double>(s.options.width) / s.options.height;
   const double angle = overrides.view_angle.value_or(30.0);
@@ -168,8 +154,7 @@ void PictureRenderer::SetMapKeepingFrame(const MapSnapshot& map) {
 }
 
 ViewCamera PictureRenderer::DefaultCamera() const { return impl_->camera; }
-double PictureRenderer::SceneRadius() const { return impl_->focus.radius; }
-Eigen::Vector3d PictureRenderer::Up() const { return impl_->focus.up; }
+const SceneFocus& PictureRenderer::Focus() const { return impl_->focus; }
 const LabelColors& PictureRenderer::Colors() const { return impl_->colors; }
 cv::Mat PictureRenderer::Render(const ViewCamera& camera) { return impl_->Render(camera); }
 

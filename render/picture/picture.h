@@ -8,8 +8,8 @@
 #include <string>
 
 #include "render/camera/camera_path.h"
+#include "render/camera/scene_framing.h"
 #include "render/gl/offscreen_context.h"
-#include "render/scene/scene_layers.h"
 #include "render/scene/style.h"
 #include "slam/snapshot/snapshot.h"
 
@@ -62,9 +62,8 @@ class PictureRenderer {
   // The automatic view of the map of SetMap, with the overrides of the options.
   ViewCamera DefaultCamera() const;
 
-  // Radius of what the automatic view frames, and the direction up, map frame.
-  double SceneRadius() const;
-  Eigen::Vector3d Up() const;
+  // The focus of that map.
+  const SceneFocus& Focus() const;
   const LabelColors& Colors() const;
 
   // 8UC3 (BGR), or 8UC4 (BGRA, straight alpha) where the options ask for no background.

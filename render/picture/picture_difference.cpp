@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <map>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/quality/qualityssim.hpp>
+#include <utility>
 #include <vector>
 
 namespace sqslam {
@@ -11,29 +13,19 @@ namespace {
 
 cv::Scalar MostFrequentColor(const cv::Mat& picture) {
   const int channels = picture.channels();
-  std::vector<std::uint32_t> colors;
-  colors.reserve(picture.total());
+  std::map<std::uint32_t, int> counts;
   for (int y = 0; y < picture.rows; ++y) {
-    const std::uint8_t* row = picture.ptr(y);
-    for (int x = 0; x < picture.cols; ++x) {
+    const std::uint8_t* pixel = picture.ptr(y);
+    for (int x = 0; x < picture.cols; ++x, pixel += channels) {
       std::uint32_t packed = 0;
       for (int c = 0; c < channels; ++c) {
-        packed |= static_cast<std::uint32_t>(row[x * channels + c]) << (8 * c);
+        packed |= static_cast<std::uint32_t>(pixel[c]) << (8 * c);
       }
-      colors.push_back(packed);
+      ++counts[packed];
     }
   }
-  std::sort(colors.begin(), colors.end());
-  std::uint32_t best = 0;
-  std::ptrdiff_t most = 0;
-  for (auto begin = colors.begin(); begin != colors.end();) {
-    const auto end = std::upper_bound(begin, colors.end(), *begin);
-    if (end - begin > most) {
-      most = end - begin;
-      best = *begin;
-    }
-    begin = end;
-  }
+  const std::uint32_t best =
+      std::ranges::max_element(counts, {}, &std::pair<const std::uint32_t, int>::second)->first;
   return {static_cast<double>(best & 255U), static_cast<double>(best >> 8U & 255U),
           static_cast<double>(best >> 16U & 255U), static_cast<double>(best >> 24U)};
 }

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <map>
 #include <numbers>
@@ -23,7 +22,7 @@ double TextSize(const SceneStyle& style, double scale) {
 
 int Pixels(double value) { return static_cast<int>(std::lround(value)); }
 
-constexpr int kSteps = 7;  // how many lines further away a text may stand
+constexpr int kFartherLines = 7;  // how many lines further away a text may stand
 
 constexpr double kCoverCost = 4.0;  // of a text wholly on another thing, in places of the list
 
@@ -40,7 +39,7 @@ std::vector<LabelPlace> Candidates(const LabelRequest& request) {
       {{{b.br().x + gap, middle}, s}, false},
       {{{b.x - gap - s.width, middle}, s}, false},
   };
-  for (int step = 1; step <= kSteps; ++step) {
+  for (int step = 1; step <= kFartherLines; ++step) {
     for (const int shift : {0, s.width / 2 + gap, -s.width / 2 - gap}) {
       places.push_back({{{centered + shift, b.y - gap - s.height - step * (s.height + gap)}, s}, true});
       places.push_back({{{centered + shift, b.br().y + gap + step * (s.height + gap)}, s}, true});
@@ -118,11 +117,11 @@ struct SceneLegendEntry {
 };
 
 // The classes of the map with their counts, and lines that could be taken for one another.
-std::vector<SceneLegendEntry> SceneLegend(const MapSnapshot& map, const PictureCaptions& captions,
-                                          const SceneStyle& style) {
+std::vector<SceneLegendEntry> SceneLegend(const std::vector<SnapshotObject>& objects, bool keyframes,
+                                          const PictureCaptions& captions, const SceneStyle& style) {
   std::vector<SceneLegendEntry> entries;
   std::map<std::string, int> counts;
-  for (const SnapshotObject& object : map.objects) {
+  for (const SnapshotObject& object : objects) {
     counts[object.label] += style.objects.show ? 1 : 0;
   }
   for (const auto& [label, count] : counts) {
@@ -133,8 +132,7 @@ std::vector<SceneLegendEntry> SceneLegend(const MapSnapshot& map, const PictureC
   const auto line = [&](const char* name, const std::string& color) {
     entries.push_back({name, "", ParseColor(color), true});
   };
-  const bool path = style.cameras.trajectory && !map.keyframes.empty();
-  if (captions.true_path && path) {
+  if (captions.true_path && style.cameras.trajectory && keyframes) {
     line("estimated path", style.cameras.color);
   }
   if (captions.true_path) {
@@ -242,13 +240,14 @@ cv::Rect SeenBounds(const PosedSuperquadric& solid, const ViewCamera& camera, cv
 }
 
 // Names beside the objects, none over another or over `taken`.
-void DrawLabels(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera, const SceneStyle& style,
-                const TextPainter& text, double scale, std::span<const cv::Rect> taken) {
+void DrawLabels(cv::Mat& image, const std::vector<SnapshotObject>& objects, const ViewCamera& camera,
+                const SceneStyle& style, const TextPainter& text, double scale,
+                std::span<const cv::Rect> taken) {
   const double size = std::max(0.9 * style.text.size * scale, kLeastText);
   const Eigen::Vector3d ink = ParseColor(style.text.color);
   std::vector<LabelRequest> requests;
   std::vector<std::string> names;
-  for (const SnapshotObject& object : map.objects) {
+  for (const SnapshotObject& object : objects) {
     const cv::Rect bounds = SeenBounds(object.superquadric, camera, image.size());
     if (!bounds.empty()) {
       names.push_back(ReadableLabel(ShownName(object)));
@@ -271,39 +270,41 @@ void DrawLabels(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera
                {bounds.x + 0.5 * bounds.width, bounds.y + (above ? 0.15 : 0.85) * bounds.height}, 0.07 * size,
                ink, 0.7);
     }
-    text.DrawOver(image, names[i], {Pixels(middle.x), Pixels(middle.y)}, size, ink,
-                  ParseColor(style.background), TextPainter::Align::kCenter);
+    text.Draw(image, names[i], {Pixels(middle.x), Pixels(middle.y)}, size, ink, TextPainter::Align::kCenter,
+              ParseColor(style.background));
   }
 }
 
 }  // namespace
 
+PictureCaptions::PictureCaptions(const SceneStyle& style, const MapSnapshot& map, const SceneLayers& layers,
+                                 const SceneFocus& focus, const LabelColors& label_colors,
+                                 const ViewCamera& camera)
+    : colors(label_colors),
+      grid_cell(GridCell(focus)),
+      clip(MakeClipPlane(style.clip, focus, camera)),
+      covisibility(style.covisibility.show && !map.covisibility.empty()),
+      true_path(style.ground_truth.show && !layers.true_path.empty()) {}
+
 double PictureScale(cv::Size picture) { return std::min(picture.height / 720.0, picture.width / 960.0); }
 
 void DrawTexts(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera,
                const PictureCaptions& captions, const SceneStyle& style, const TextPainter& text) {
-  if (captions.clip) {
-    MapSnapshot kept;
-    kept.keyframes = map.keyframes;
-    std::copy_if(
-        map.objects.begin(), map.objects.end(), std::back_inserter(kept.objects),
-        [&](const SnapshotObject& object) { return captions.clip->KeepsSomeOf(object.superquadric); });
-    PictureCaptions rest = captions;
-    rest.clip.reset();
-    DrawTexts(image, kept, camera, rest, style, text);
-    return;
-  }
+  std::vector<SnapshotObject> objects = map.objects;
+  std::erase_if(objects, [&](const SnapshotObject& object) {
+    return captions.clip && !captions.clip->KeepsSomeOf(object.superquadric);
+  });
   const double scale = PictureScale(image.size());
   std::vector<cv::Rect> taken;
   if (style.text.legend) {
-    taken.push_back(DrawSceneLegend(image, SceneLegend(map, captions, style),
+    taken.push_back(DrawSceneLegend(image, SceneLegend(objects, !map.keyframes.empty(), captions, style),
                                     captions.panel || image.channels() == 3, style, text, scale));
   }
   if (style.text.scale) {
     taken.push_back(DrawAxes(image, camera, captions.grid_cell, style, text, scale));
   }
   if (style.objects.labels && style.objects.show) {
-    DrawLabels(image, map, camera, style, text, scale, taken);
+    DrawLabels(image, objects, camera, style, text, scale, taken);
   }
 }
 

@@ -26,12 +26,15 @@ double PictureScale(cv::Size picture);
 
 // Contents of the texts of a picture besides what is in the map.
 struct PictureCaptions {
+  PictureCaptions(const SceneStyle& style, const MapSnapshot& map, const SceneLayers& layers,
+                  const SceneFocus& focus, const LabelColors& label_colors, const ViewCamera& camera);
+
   LabelColors colors;
   double grid_cell = 1.0;         // map units
   std::optional<ClipPlane> clip;  // objects that it cuts away are not named
   bool covisibility = false;      // the picture holds such lines
-  bool panel = false;      // behind the legend also where there is no background: something else lies there
-  bool true_path = false;  // and the true path of the camera
+  bool true_path = false;         // and the true path of the camera
+  bool panel = false;  // behind the legend also where there is no background: something else lies there
 };
 
 // Legend, axes and names over a picture of the map (8UC3, or 8UC4 with straight alpha), as the style asks for

@@ -9,10 +9,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <map>
 #include <mutex>
 #include <opencv2/imgproc.hpp>
-#include <tuple>
 
 namespace sqslam {
 namespace {
@@ -29,12 +27,41 @@ struct Patch {
 };
 
 Patch PatchAround(const cv::Mat& image, cv::Point2d low, cv::Point2d high, double margin) {
-  const cv::Point from(static_cast<int>(std::floor(low.x - margin)),
-                       static_cast<int>(std::floor(low.y - margin)));
-  const cv::Point to(static_cast<int>(std::ceil(high.x + margin)),
-                     static_cast<int>(std::ceil(high.y + margin)));
-  const cv::Rect area = cv::Rect(from, to + cv::Point(1, 1)) & cv::Rect(0, 0, image.cols, image.rows);
+  const cv::Rect around = PixelsAround(low, high, margin) + cv::Size(1, 1);
+  const cv::Rect area = around & cv::Rect(0, 0, image.cols, image.rows);
   return {cv::Mat::zeros(std::max(area.height, 0), std::max(area.width, 0), CV_8UC1), area.tl()};
+}
+
+// Coverage of one line of text; all lines of one size have one height, so that baselines agree.
+cv::Mat Rasterize(const std::string& text, int pixels) {
+  // VTK's fonts are one for all threads; pictures and pages of a video are drawn on different ones.
+  static std::mutex fonts;
+  const std::lock_guard lock(fonts);
+  const vtkNew<vtkTextProperty> property;
+  constexpr const char* kFont = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
+  if (std::filesystem::exists(kFont)) {
+    property->SetFontFamily(VTK_FONT_FILE);
+    property->SetFontFile(kFont);
+  } else {  // VTK carries a sans-serif font of its own
+    property->SetFontFamilyToArial();
+  }
+  property->SetFontSize(pixels);
+  property->SetColor(1.0, 1.0, 1.0);
+  property->SetUseTightBoundingBox(0);
+  const vtkNew<vtkImageData> rendered;
+  int size[2] = {0, 0};
+  constexpr int kDotsPerInch = 72;  // one point is one pixel
+  vtkFreeTypeTools* tools = vtkFreeTypeTools::GetInstance();
+  tools->ScaleToPowerTwoOff();
+  if (text.empty() || !tools->RenderString(property, vtkStdString(text), kDotsPerInch, rendered, size)) {
+    return cv::Mat::zeros(pixels, 1, CV_8UC1);
+  }
+  const int* dimensions = rendered->GetDimensions();
+  const cv::Mat rgba(dimensions[1], dimensions[0], CV_8UC4, rendered->GetScalarPointer());
+  cv::Mat coverage;
+  cv::extractChannel(rgba, coverage, 3);
+  cv::flip(coverage, coverage, 0);
+  return coverage;
 }
 
 }  // namespace
@@ -44,11 +71,21 @@ std::string ReadableLabel(std::string label) {
   return label;
 }
 
+cv::Scalar ToBgr(const Eigen::Vector3d& color) {
+  return {255.0 * color.z(), 255.0 * color.y(), 255.0 * color.x()};
+}
+
+cv::Rect PixelsAround(cv::Point2d low, cv::Point2d high, double margin) {
+  return {
+      cv::Point(static_cast<int>(std::floor(low.x - margin)), static_cast<int>(std::floor(low.y - margin))),
+      cv::Point(static_cast<int>(std::ceil(high.x + margin)), static_cast<int>(std::ceil(high.y + margin)))};
+}
+
 void Blend(cv::Mat& image, const cv::Mat& coverage, cv::Point origin, const Eigen::Vector3d& color,
            double opacity) {
   const cv::Rect area = cv::Rect(origin, coverage.size()) & cv::Rect(0, 0, image.cols, image.rows);
   const int channels = image.channels();
-  const double bgr[3] = {255.0 * color.z(), 255.0 * color.y(), 255.0 * color.x()};
+  const cv::Scalar bgr = ToBgr(color);
   for (int y = area.y; y < area.y + area.height; ++y) {
     const auto* mask = coverage.ptr<std::uint8_t>(y - origin.y) + (area.x - origin.x);
     auto* pixel = image.ptr<std::uint8_t>(y) + channels * area.x;
@@ -111,84 +148,33 @@ void DrawFrame(cv::Mat& image, const cv::Rect& area, double width, const Eigen::
   }
 }
 
-struct TextPainter::Impl {
-  // Coverage of one line of text; all lines of one size have one height, so that baselines agree.
-  const cv::Mat& Coverage(const std::string& text, double size, bool bold) {
-    const int pixels = std::max(4, static_cast<int>(std::lround(size)));
-    const auto key = std::make_tuple(text, pixels, bold);
-    const auto found = cache.find(key);
-    if (found != cache.end()) {
-      return found->second;
-    }
-    if (cache.size() > 2000) {
-      cache.clear();
-    }
-    return cache[key] = Rasterize(text, pixels, bold);
+const cv::Mat& TextPainter::Coverage(const std::string& text, double size) const {
+  const int pixels = std::max(4, static_cast<int>(std::lround(size)));
+  const auto key = std::make_pair(text, pixels);
+  const auto found = lines_.find(key);
+  if (found != lines_.end()) {
+    return found->second;
   }
-
-  cv::Mat Rasterize(const std::string& text, int pixels, bool bold) {
-    // VTK's fonts are one for all threads; pictures and pages of a video are drawn on different ones.
-    static std::mutex fonts;
-    const std::lock_guard lock(fonts);
-    const vtkNew<vtkTextProperty> property;
-    const std::string file =
-        std::string("/usr/share/fonts/truetype/dejavu/DejaVuSans") + (bold ? "-Bold" : "") + ".ttf";
-    if (std::filesystem::exists(file)) {
-      property->SetFontFamily(VTK_FONT_FILE);
-      property->SetFontFile(file.c_str());
-    } else {  // VTK carries a sans-serif font of its own
-      property->SetFontFamilyToArial();
-      property->SetBold(bold);
-    }
-    property->SetFontSize(pixels);
-    property->SetColor(1.0, 1.0, 1.0);
-    property->SetUseTightBoundingBox(0);
-    const vtkNew<vtkImageData> rendered;
-    int size[2] = {0, 0};
-    constexpr int kDotsPerInch = 72;  // one point is one pixel
-    vtkFreeTypeTools* tools = vtkFreeTypeTools::GetInstance();
-    tools->ScaleToPowerTwoOff();
-    if (text.empty() || !tools->RenderString(property, vtkStdString(text), kDotsPerInch, rendered, size)) {
-      return cv::Mat::zeros(pixels, 1, CV_8UC1);
-    }
-    int dimensions[3];
-    rendered->GetDimensions(dimensions);
-    const cv::Mat rgba(dimensions[1], dimensions[0], CV_8UC4, rendered->GetScalarPointer());
-    cv::Mat coverage;
-    cv::extractChannel(rgba, coverage, 3);
-    cv::flip(coverage, coverage, 0);
-    return coverage;
+  if (lines_.size() > 2000) {
+    lines_.clear();
   }
-
-  std::map<std::tuple<std::string, int, bool>, cv::Mat> cache;
-};
-
-TextPainter::TextPainter() : impl_(std::make_unique<Impl>()) {}
-TextPainter::~TextPainter() = default;
-TextPainter::TextPainter(TextPainter&&) noexcept = default;
-
-int TextPainter::Width(const std::string& text, double size, bool bold) const {
-  return impl_->Coverage(text, size, bold).cols;
+  return lines_[key] = Rasterize(text, pixels);
 }
 
 void TextPainter::Draw(cv::Mat& image, const std::string& text, cv::Point anchor, double size,
-                       const Eigen::Vector3d& color, Align align, bool bold) const {
-  const cv::Mat& coverage = impl_->Coverage(text, size, bold);
-  const int left = align == Align::kLeft ? 0 : align == Align::kCenter ? coverage.cols / 2 : coverage.cols;
-  Blend(image, coverage, {anchor.x - left, anchor.y - coverage.rows / 2}, color);
-}
-
-void TextPainter::DrawOver(cv::Mat& image, const std::string& text, cv::Point anchor, double size,
-                           const Eigen::Vector3d& color, const Eigen::Vector3d& halo, Align align) const {
-  const cv::Mat& coverage = impl_->Coverage(text, size, false);
-  const int border = std::max(2, static_cast<int>(std::lround(0.2 * size)));
-  cv::Mat soft;
-  cv::copyMakeBorder(coverage, soft, border, border, border, border, cv::BORDER_CONSTANT, cv::Scalar(0));
-  cv::dilate(soft, soft, cv::getStructuringElement(cv::MORPH_ELLIPSE, {border + 1, border + 1}));
-  cv::GaussianBlur(soft, soft, {}, 0.3 * border);
+                       const Eigen::Vector3d& color, Align align,
+                       const std::optional<Eigen::Vector3d>& halo) const {
+  const cv::Mat& coverage = Coverage(text, size);
   const int left = align == Align::kLeft ? 0 : align == Align::kCenter ? coverage.cols / 2 : coverage.cols;
   const cv::Point origin(anchor.x - left, anchor.y - coverage.rows / 2);
-  Blend(image, soft, origin - cv::Point(border, border), halo, 0.85);
+  if (halo) {
+    const int border = std::max(2, static_cast<int>(std::lround(0.2 * size)));
+    cv::Mat soft;
+    cv::copyMakeBorder(coverage, soft, border, border, border, border, cv::BORDER_CONSTANT, cv::Scalar(0));
+    cv::dilate(soft, soft, cv::getStructuringElement(cv::MORPH_ELLIPSE, {border + 1, border + 1}));
+    cv::GaussianBlur(soft, soft, {}, 0.3 * border);
+    Blend(image, soft, origin - cv::Point(border, border), *halo, 0.85);
+  }
   Blend(image, coverage, origin, color);
 }
 

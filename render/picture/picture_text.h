@@ -1,9 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <memory>
+#include <map>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string>
+#include <utility>
 
 namespace sqslam {
 
@@ -11,6 +13,11 @@ inline constexpr int kFractionalBits = 4;  // of OpenCV's drawing coordinates
 
 // "potted_plant" as people write it.
 std::string ReadableLabel(std::string label);
+
+cv::Scalar ToBgr(const Eigen::Vector3d& color);  // of OpenCV, 0 to 255
+
+// All pixels that a shape touches from `low` to `high`, with a margin.
+cv::Rect PixelsAround(cv::Point2d low, cv::Point2d high, double margin);
 
 // Lays a colour (red, green, blue in [0, 1]) over the image where `coverage` (8UC1) says, its top-left corner
 // at `origin`; what falls outside is cut off. The image is 8UC3 or 8UC4 with straight alpha.
@@ -25,28 +32,23 @@ void DrawPanel(cv::Mat& image, const cv::Rect& area, double radius, const Eigen:
 void DrawFrame(cv::Mat& image, const cv::Rect& area, double width, const Eigen::Vector3d& color,
                double opacity = 1.0);
 
-// Text in DejaVu Sans. Sizes are the height of the letters' box in pixels.
+// Text in DejaVu Sans. Sizes are the height of the letters' box in pixels. Belongs to one thread.
 class TextPainter {
  public:
   enum class Align { kLeft, kCenter, kRight };
 
-  TextPainter();
-  ~TextPainter();
-  TextPainter(TextPainter&&) noexcept;
+  int Width(const std::string& text, double size) const { return Coverage(text, size).cols; }
 
-  int Width(const std::string& text, double size, bool bold = false) const;
-
-  // `anchor` is on the middle of the line: its left end, centre or right end.
+  // `anchor` is on the middle of the line: its left end, centre or right end. `halo`: a soft edge in another
+  // colour, for text over a scene.
   void Draw(cv::Mat& image, const std::string& text, cv::Point anchor, double size,
-            const Eigen::Vector3d& color, Align align = Align::kLeft, bool bold = false) const;
-
-  // The same with a soft edge in another colour, for text over a scene.
-  void DrawOver(cv::Mat& image, const std::string& text, cv::Point anchor, double size,
-                const Eigen::Vector3d& color, const Eigen::Vector3d& halo, Align align = Align::kLeft) const;
+            const Eigen::Vector3d& color, Align align = Align::kLeft,
+            const std::optional<Eigen::Vector3d>& halo = std::nullopt) const;
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  const cv::Mat& Coverage(const std::string& text, double size) const;
+
+  mutable std::map<std::pair<std::string, int>, cv::Mat> lines_;  // that were drawn, by text and pixels
 };
 
 }  // namespace sqslam

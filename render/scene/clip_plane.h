@@ -16,11 +16,25 @@ struct ClipPlane {
   double height = 0.0;                                // map units
 
   bool Keeps(const Eigen::Vector3d& p_map) const { return normal.dot(p_map) <= height; }
-  bool KeepsSomeOf(const PosedSuperquadric& solid) const;
+  bool KeepsSomeOf(const PosedSuperquadric& solid) const {
+    return normal.dot(solid.T_map_object.translation) - SupportExtent(solid, normal) <= height;
+  }
 };
 
 // The plane that a style asks for; empty for none. "view" turns with the camera.
-std::optional<ClipPlane> MakeClipPlane(const SceneStyle::Clip& clip, const SceneFocus& focus,
-                                       const ViewCamera& camera);
+inline std::optional<ClipPlane> MakeClipPlane(const SceneStyle::Clip& clip, const SceneFocus& focus,
+                                              const ViewCamera& camera) {
+  if (clip.axis == "none") {
+    return std::nullopt;
+  }
+  ClipPlane plane;
+  plane.normal = clip.axis == "view" ? AxesOf(camera).back : Eigen::Vector3d::Unit(clip.axis[0] - 'x').eval();
+  plane.height = plane.normal.dot(focus.center) + clip.offset * focus.radius;
+  if (clip.flip) {
+    plane.normal = -plane.normal;
+    plane.height = -plane.height;
+  }
+  return plane;
+}
 
 }  // namespace sqslam

@@ -1,20 +1,32 @@
 #pragma once
 
+#include <vtkActor.h>
+#include <vtkNew.h>
+#include <vtkOpenGLRenderer.h>
+#include <vtkPlane.h>
+#include <vtkPlaneCollection.h>
+#include <vtkSmartPointer.h>
+
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
+#include <vector>
 
 #include "render/camera/camera_path.h"
 #include "render/camera/scene_framing.h"
-#include "render/scene/scene_layers.h"
+#include "render/gl/picture_pass.h"
+#include "render/scene/clip_plane.h"
+#include "render/scene/point_actors.h"
+#include "render/scene/solid_actors.h"
+#include "render/scene/studio_light.h"
 #include "render/scene/style.h"
 #include "slam/snapshot/snapshot.h"
-
-class vtkRenderer;
 
 namespace sqslam {
 
 // A map as VTK props in one renderer: grid, points, trajectory, frusta, superquadrics. For any window,
-// off-screen or on the desktop; text is not part of it. Uses the OpenGL context that is current.
+// off-screen or on the desktop; text is not part of it. Uses the OpenGL context that is current. For the
+// sources of render/ only.
 class Scene {
  public:
   // The renderer's own pixels against those of the picture.
@@ -26,11 +38,8 @@ class Scene {
     bool draft = false;        // shadows of fewer directions of light, while something moves
   };
   Scene(const SceneStyle& style, const Quality& quality);
-  ~Scene();
-  Scene(const Scene&) = delete;
-  Scene& operator=(const Scene&) = delete;
 
-  vtkRenderer* Renderer() const;
+  vtkRenderer* Renderer() const { return renderer_; }
 
   // Shows the snapshot. `focus` gives the scale of the frusta, the place of the grid and where light comes
   // from; keep the same one over the frames of a video.
@@ -40,15 +49,40 @@ class Scene {
   void SetLayers(const SceneLayers& layers);
 
   // Cuts as this says instead of as the style does.
-  void SetClip(const SceneStyle::Clip& clip);
+  void SetClip(const SceneStyle::Clip& clip) { style_.clip = clip; }
 
   // Places the camera, puts translucent surfaces in order for it and chooses their detail for a window of
   // this height (pixels). To be called before each frame.
   void LookFrom(const ViewCamera& camera, int height);
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  double Scale() const { return quality_.pixel_scale * quality_.samples; }
+  void Cut(const std::optional<ClipPlane>& plane);
+  void CastShadow(const std::optional<ClipPlane>& plane);
+  PictureEffects Effects() const;
+
+  SceneStyle style_;
+  Quality quality_;
+  SceneFocus focus_;
+  vtkNew<vtkOpenGLRenderer> renderer_;
+  vtkNew<PicturePass> pass_;
+  Studio studio_;
+  vtkSmartPointer<vtkActor> grid_;
+  vtkSmartPointer<vtkActor> shadow_;
+  vtkSmartPointer<vtkActor> covisibility_;
+  vtkNew<vtkPlane> clip_plane_;
+  vtkNew<vtkPlaneCollection> clip_planes_;  // that one or none; all that is cut shares it
+  PointActors points_;
+  PointActors object_points_;
+  PointActors dense_cloud_;
+  std::shared_ptr<const ColoredPoints> shown_cloud_;
+  vtkSmartPointer<vtkActor> true_path_;
+  vtkSmartPointer<vtkActor> trajectory_;
+  vtkSmartPointer<vtkActor> frusta_;
+  vtkSmartPointer<vtkActor> current_;
+  SolidActors solids_;
+  std::vector<PosedSuperquadric> casters_;    // of shadows, where nothing is cut
+  std::optional<std::vector<bool>> casting_;  // which of them the shadow shows; empty: none was cast yet
 };
 
 }  // namespace sqslam

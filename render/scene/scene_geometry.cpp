@@ -3,6 +3,7 @@
 #include <vtkCellArray.h>
 #include <vtkFloatArray.h>
 #include <vtkImageData.h>
+#include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkUnsignedCharArray.h>
@@ -39,28 +40,21 @@ class MeshBuilder {
     return points_->InsertNextPoint(p.data());
   }
   void Vertex(vtkIdType a) { vertices_->InsertNextCell(1, &a); }
-  void Line(vtkIdType a, vtkIdType b) {
-    const vtkIdType ends[2] = {a, b};
-    lines_->InsertNextCell(2, ends);
-  }
+  void Line(vtkIdType a, vtkIdType b) { lines_->InsertNextCell({a, b}); }
   vtkSmartPointer<vtkPolyData> Finish() const {
     const auto mesh = vtkSmartPointer<vtkPolyData>::New();
     mesh->SetPoints(points_);
     mesh->GetPointData()->SetScalars(colors_);
-    if (vertices_->GetNumberOfCells() > 0) {
-      mesh->SetVerts(vertices_);
-    }
-    if (lines_->GetNumberOfCells() > 0) {
-      mesh->SetLines(lines_);
-    }
+    mesh->SetVerts(vertices_);
+    mesh->SetLines(lines_);
     return mesh;
   }
 
  private:
-  vtkSmartPointer<vtkPoints> points_ = vtkSmartPointer<vtkPoints>::New();
-  vtkSmartPointer<vtkUnsignedCharArray> colors_ = vtkSmartPointer<vtkUnsignedCharArray>::New();
-  vtkSmartPointer<vtkCellArray> vertices_ = vtkSmartPointer<vtkCellArray>::New();
-  vtkSmartPointer<vtkCellArray> lines_ = vtkSmartPointer<vtkCellArray>::New();
+  vtkNew<vtkPoints> points_;
+  vtkNew<vtkUnsignedCharArray> colors_;
+  vtkNew<vtkCellArray> vertices_;
+  vtkNew<vtkCellArray> lines_;
 };
 
 // The colour made darker on a light background, lighter on a dark one, until it stands out.
@@ -81,19 +75,19 @@ void AddFrustum(MeshBuilder& builder, const Rigid3d& pose, const Camera& camera,
   const double y = 0.5 * height;
   const double x = y * aspect;
   const double z = camera.height > 0 ? camera.fy / camera.height * height : height;
+  const auto add = [&](double across, double down, double along) {
+    return builder.Add(pose * Eigen::Vector3d(across, down, along), color);
+  };
   const vtkIdType eye = builder.Add(pose.translation, color);
   std::array<vtkIdType, 4> corners{};
-  const std::array<Eigen::Vector3d, 4> offsets = {Eigen::Vector3d(-x, -y, z), Eigen::Vector3d(x, -y, z),
-                                                  Eigen::Vector3d(x, y, z), Eigen::Vector3d(-x, y, z)};
   for (std::size_t i = 0; i < 4; ++i) {
-    corners[i] = builder.Add(pose * offsets[i], color);
+    corners[i] = add(i == 1 || i == 2 ? x : -x, i < 2 ? -y : y, z);
     builder.Line(eye, corners[i]);
   }
   for (std::size_t i = 0; i < 4; ++i) {
     builder.Line(corners[i], corners[(i + 1) % 4]);
   }
-  const vtkIdType top =
-      builder.Add(pose * Eigen::Vector3d(0.0, -1.45 * y, z), color);  // says which way is up
+  const vtkIdType top = add(0.0, -1.45 * y, z);  // says which way is up
   builder.Line(corners[0], top);
   builder.Line(top, corners[1]);
 }
@@ -102,23 +96,17 @@ void AddFrustum(MeshBuilder& builder, const Rigid3d& pose, const Camera& camera,
 
 vtkSmartPointer<vtkPolyData> SuperquadricMesh(const Superquadric& shape, int segments) {
   const TriangleMesh surface = Tessellate(shape, std::max(8, segments / 4 * 4));
-  const auto count = static_cast<vtkIdType>(surface.vertices.size());
-  const auto points = vtkSmartPointer<vtkPoints>::New();
+  const vtkNew<vtkPoints> points;
   points->SetDataTypeToFloat();
-  points->SetNumberOfPoints(count);
-  const auto normals = vtkSmartPointer<vtkFloatArray>::New();
+  const vtkNew<vtkFloatArray> normals;
   normals->SetNumberOfComponents(3);
-  normals->SetNumberOfTuples(count);
-  for (vtkIdType i = 0; i < count; ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    points->SetPoint(i, surface.vertices[at].cast<double>().eval().data());
-    normals->SetTypedTuple(i, surface.normals[at].data());
+  for (std::size_t i = 0; i < surface.vertices.size(); ++i) {
+    points->InsertNextPoint(surface.vertices[i].data());
+    normals->InsertNextTypedTuple(surface.normals[i].data());
   }
-  const auto triangles = vtkSmartPointer<vtkCellArray>::New();
-  triangles->AllocateEstimate(static_cast<vtkIdType>(surface.triangles.size()), 3);
+  const vtkNew<vtkCellArray> triangles;
   for (const auto& t : surface.triangles) {
-    const vtkIdType corners[3] = {t[0], t[1], t[2]};
-    triangles->InsertNextCell(3, corners);
+    triangles->InsertNextCell({t[0], t[1], t[2]});
   }
   const auto mesh = vtkSmartPointer<vtkPolyData>::New();
   mesh->SetPoints(points);
@@ -251,17 +239,16 @@ vtkSmartPointer<vtkPolyData> GroundGrid(const SceneFocus& focus, const SceneStyl
 }
 
 vtkSmartPointer<vtkPolyData> ShadowQuad(const GroundShadow& shadow) {
-  const auto points = vtkSmartPointer<vtkPoints>::New();
-  const auto coordinates = vtkSmartPointer<vtkFloatArray>::New();
+  const vtkNew<vtkPoints> points;
+  const vtkNew<vtkFloatArray> coordinates;
   coordinates->SetNumberOfComponents(2);
   const auto corner = [&](double across, double down) {
     const Eigen::Vector3d p = shadow.corner + across * shadow.across + down * shadow.down;
     coordinates->InsertNextTuple2(across, down);
     return points->InsertNextPoint(p.data());
   };
-  const std::array<vtkIdType, 4> corners = {corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)};
-  const auto quad = vtkSmartPointer<vtkCellArray>::New();
-  quad->InsertNextCell(4, corners.data());
+  const vtkNew<vtkCellArray> quad;
+  quad->InsertNextCell({corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)});
   const auto mesh = vtkSmartPointer<vtkPolyData>::New();
   mesh->SetPoints(points);
   mesh->SetPolys(quad);
@@ -270,20 +257,16 @@ vtkSmartPointer<vtkPolyData> ShadowQuad(const GroundShadow& shadow) {
 }
 
 vtkSmartPointer<vtkTexture> ShadowTexture(const GroundShadow& shadow, double strength) {
-  const auto values = vtkSmartPointer<vtkUnsignedCharArray>::New();
-  values->SetNumberOfComponents(4);
-  values->SetNumberOfTuples(static_cast<vtkIdType>(shadow.darkness.total()));
+  const vtkNew<vtkImageData> image;
+  image->SetDimensions(shadow.darkness.cols, shadow.darkness.rows, 1);
+  image->AllocateScalars(VTK_UNSIGNED_CHAR, 4);
+  auto* black = static_cast<Rgba*>(image->GetScalarPointer());
   for (int y = 0; y < shadow.darkness.rows; ++y) {
     for (int x = 0; x < shadow.darkness.cols; ++x) {
-      const auto alpha =
-          static_cast<unsigned char>(std::lround(strength * shadow.darkness.at<std::uint8_t>(y, x)));
-      const std::array<unsigned char, 4> black = {0, 0, 0, alpha};
-      values->SetTypedTuple(static_cast<vtkIdType>(y) * shadow.darkness.cols + x, black.data());
+      const double alpha = strength * shadow.darkness.at<std::uint8_t>(y, x);
+      *black++ = {0, 0, 0, static_cast<unsigned char>(std::lround(alpha))};
     }
   }
-  const auto image = vtkSmartPointer<vtkImageData>::New();
-  image->SetDimensions(shadow.darkness.cols, shadow.darkness.rows, 1);
-  image->GetPointData()->SetScalars(values);
   const auto texture = vtkSmartPointer<vtkTexture>::New();
   texture->SetInputData(image);
   texture->SetColorModeToDirectScalars();

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "render/camera/scene_framing.h"
-#include "render/scene/scene_layers.h"
 #include "render/scene/style.h"
 #include "render/solids/ground_shadow.h"
 #include "slam/snapshot/snapshot.h"

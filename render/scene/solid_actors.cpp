@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "render/gl/picture_shaders.h"
 #include "render/scene/scene_geometry.h"
@@ -27,8 +28,7 @@ vtkSmartPointer<vtkActor> MakeActor(const SceneStyle::Objects& style, vtkPlaneCo
   mapper->SetClippingPlanes(clip);
   actor->SetMapper(mapper);
   actor->SetUserMatrix(vtkNew<vtkMatrix4x4>());
-  vtkProperty* property = actor->GetProperty();
-  property->SetOpacity(style.opacity);
+  actor->GetProperty()->SetOpacity(style.opacity);
   actor->ForceOpaqueOn();  // blended all the same, but writes depth, which the picture's effects need
   return actor;
 }
@@ -36,11 +36,10 @@ vtkSmartPointer<vtkActor> MakeActor(const SceneStyle::Objects& style, vtkPlaneCo
 vtkPolyDataMapper* MapperOf(vtkActor* actor) { return vtkPolyDataMapper::SafeDownCast(actor->GetMapper()); }
 
 struct SolidShading {
+  const SceneStyle::Objects& style;
   int number = 0;                      // 1, 2, ...: what outlines tell apart
   const char* number_array = nullptr;  // instead of `number`: a data array of the vertices
   bool far_side = false;               // seen through the near side only
-  double roughness = 0.5;
-  double metallic = 0.0;
 };
 
 void SetSolidShader(vtkActor* actor, const SolidShading& shading) {
@@ -53,8 +52,8 @@ void SetSolidShader(vtkActor* actor, const SolidShading& shading) {
   shader->AddFragmentShaderReplacement("//VTK::Light::Impl", true,
                                        std::string(shaders::kLight) + shaders::kSurfaceOutput, false);
   auto* uniforms = shader->GetFragmentCustomUniforms();
-  uniforms->SetUniformf("roughness", static_cast<float>(shading.roughness));
-  uniforms->SetUniformf("metallic", static_cast<float>(shading.metallic));
+  uniforms->SetUniformf("roughness", static_cast<float>(shading.style.roughness));
+  uniforms->SetUniformf("metallic", static_cast<float>(shading.style.metallic));
   if (shading.number_array == nullptr) {
     uniforms->SetUniformf("solidNumber", static_cast<float>(shading.number));
     return;
@@ -63,29 +62,8 @@ void SetSolidShader(vtkActor* actor, const SolidShading& shading) {
   shader->AddVertexShaderReplacement("//VTK::Normal::Impl", true, shaders::kNumberVertex, false);
   shader->AddFragmentShaderReplacement("//VTK::Normal::Dec", true, shaders::kNumberFragmentDeclaration,
                                        false);
-  vtkPolyDataMapper::SafeDownCast(actor->GetMapper())
-      ->MapDataArrayToVertexAttribute("solidNumberMC", shading.number_array,
-                                      vtkDataObject::FIELD_ASSOCIATION_POINTS);
-}
-
-// Directions of the studio seen from the camera (x right, y up, z towards the viewer); for each view.
-struct StudioInView {
-  Eigen::Vector3d up, lamp, window;
-};
-
-void SetStudio(vtkActor* actor, const StudioInView& studio) {
-  const auto set = [uniforms = actor->GetShaderProperty()->GetFragmentCustomUniforms()](
-                       const char* name, const Eigen::Vector3d& direction) {
-    const Eigen::Vector3f value = direction.cast<float>();
-    uniforms->SetUniform3f(name, value.data());
-  };
-  set("roomUp", studio.up);
-  set("roomLamp", studio.lamp);
-  set("roomWindow", studio.window);
-}
-
-bool SameShape(const Superquadric& a, const Superquadric& b) {
-  return a.half_size == b.half_size && a.e1 == b.e1 && a.e2 == b.e2;
+  MapperOf(actor)->MapDataArrayToVertexAttribute("solidNumberMC", shading.number_array,
+                                                 vtkDataObject::FIELD_ASSOCIATION_POINTS);
 }
 
 }  // namespace
@@ -102,29 +80,23 @@ void SolidActors::Show(const std::vector<SnapshotObject>& objects, const LabelCo
       for (vtkActor* actor : {solid.back.Get(), solid.front.Get()}) {
         MapperOf(actor)->ScalarVisibilityOff();
       }
-      SolidShading shading;
-      shading.number = static_cast<int>(i) + 1;
-      shading.roughness = style_.roughness;
-      shading.metallic = style_.metallic;
-      SetSolidShader(solid.front, shading);
-      shading.far_side = true;
-      SetSolidShader(solid.back, shading);
+      const int number = static_cast<int>(i) + 1;
+      SetSolidShader(solid.front, {.style = style_, .number = number});
+      SetSolidShader(solid.back, {.style = style_, .number = number, .far_side = true});
       solid.back->GetProperty()->FrontfaceCullingOn();
       solid.front->GetProperty()->BackfaceCullingOn();
     }
-    if (!SameShape(solid.posed.shape, objects[i].superquadric.shape)) {
+    const Superquadric& shape = objects[i].superquadric.shape;
+    const Superquadric& before = solid.posed.shape;
+    if (shape.half_size != before.half_size || shape.e1 != before.e1 || shape.e2 != before.e2) {
       solid.segments = 0;
     }
     solid.posed = objects[i].superquadric;
     solid.color = colors(objects[i].label);
     posed.push_back(solid.posed);
-    const Eigen::Matrix4d pose = solid.posed.T_map_object.Matrix();
+    const Eigen::Matrix4d transposed = solid.posed.T_map_object.Matrix().transpose();  // VTK's: row by row
     for (vtkActor* actor : {solid.back.Get(), solid.front.Get()}) {
-      for (int row = 0; row < 4; ++row) {
-        for (int column = 0; column < 4; ++column) {
-          actor->GetUserMatrix()->SetElement(row, column, pose(row, column));
-        }
-      }
+      actor->GetUserMatrix()->DeepCopy(transposed.data());
       actor->GetProperty()->SetColor(solid.color.x(), solid.color.y(), solid.color.z());
     }
   }
@@ -142,7 +114,7 @@ int SolidActors::SegmentsFor(const PosedSuperquadric& solid, const ViewCamera& c
   const double radius = focal * solid.shape.half_size.maxCoeff() / distance;
   const double wanted = std::sqrt(5.0 * radius / kLeastError);
   for (const int segments : {16, 24, 32, 48, 64, 96}) {
-    if (wanted <= segments || segments >= style_.segments) {
+    if (wanted <= segments) {
       return std::min(segments, style_.segments);
     }
   }
@@ -174,23 +146,22 @@ SolidActors::Group& SolidActors::GroupOf(const std::vector<int>& members) {
   group.surface = MakeGroupedSurface(parts, std::min(kGroupSegments, std::max(style_.segments, 16)));
   group.actor = MakeActor(style_, clip_);
   MapperOf(group.actor)->SetInputData(group.surface.mesh);
-  SolidShading shading;
-  shading.number_array = kSolidNumberArray;
-  shading.roughness = style_.roughness;
-  shading.metallic = style_.metallic;
-  SetSolidShader(group.actor, shading);
+  SetSolidShader(group.actor, {.style = style_, .number_array = kSolidNumberArray});
   return group;
 }
 
 std::vector<vtkActor*> SolidActors::Arrange(const ViewCamera& camera, double pixels, const Studio& studio) {
   std::vector<vtkActor*> actors = InOrder(camera, pixels);
+  // Directions of the studio seen from the camera: x right, y up, z towards the viewer.
   const ViewAxes axes = AxesOf(camera);
-  const auto in_view = [&axes](const Eigen::Vector3d& d) {
-    return Eigen::Vector3d(d.dot(axes.right), d.dot(axes.up), d.dot(axes.back));
-  };
-  const StudioInView seen = {in_view(studio.up), in_view(studio.Lamp()), in_view(studio.Window())};
-  for (vtkActor* actor : actors) {
-    SetStudio(actor, seen);
+  const std::pair<const char*, Eigen::Vector3d> directions[] = {
+      {"roomUp", studio.up}, {"roomLamp", studio.Lamp()}, {"roomWindow", studio.Window()}};
+  for (const auto& [name, d] : directions) {
+    const Eigen::Vector3f seen =
+        Eigen::Vector3d(d.dot(axes.right), d.dot(axes.up), d.dot(axes.back)).cast<float>();
+    for (vtkActor* actor : actors) {
+      actor->GetShaderProperty()->GetFragmentCustomUniforms()->SetUniform3f(name, seen.data());
+    }
   }
   return actors;
 }
@@ -200,23 +171,22 @@ std::vector<vtkActor*> SolidActors::InOrder(const ViewCamera& camera, double pix
   if (!style_.show || style_.opacity <= 0.0) {
     return actors;
   }
-  if (style_.opacity >= 1.0) {
-    const bool open = clip_->GetNumberOfItems() > 0;  // one looks into what is cut
-    for (Solid& solid : solids_) {
-      SetDetail(solid, SegmentsFor(solid.posed, camera, pixels));
-      if (open) {
-        actors.push_back(solid.back);
-      }
-      actors.push_back(solid.front);
+  const bool translucent = style_.opacity < 1.0;
+  const bool inside = translucent || clip_->GetNumberOfItems() > 0;  // one looks into what is cut
+  const auto add = [&](Solid& solid) {
+    SetDetail(solid, SegmentsFor(solid.posed, camera, pixels));
+    if (inside) {
+      actors.push_back(solid.back);
     }
+    actors.push_back(solid.front);
+  };
+  if (!translucent) {
+    std::for_each(solids_.begin(), solids_.end(), add);
     return actors;
   }
   for (const std::vector<int>& members : order_.BackToFront(camera.position)) {
     if (members.size() == 1) {
-      Solid& solid = solids_[static_cast<std::size_t>(members.front())];
-      SetDetail(solid, SegmentsFor(solid.posed, camera, pixels));
-      actors.push_back(solid.back);
-      actors.push_back(solid.front);
+      add(solids_[static_cast<std::size_t>(members.front())]);
     } else {
       Group& group = GroupOf(members);
       SortTriangles(group.surface, camera.position);

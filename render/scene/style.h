@@ -2,7 +2,9 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
 #include <map>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -229,6 +231,19 @@ struct SceneStyle {
     visit("text", text);
     visit("overlay", overlay);
   }
+};
+
+struct ColoredPoints {
+  std::vector<Eigen::Vector3f> p_map;
+  std::vector<std::array<std::uint8_t, 3>> rgb;  // as many as points, or none: in the style's colour
+};
+
+// Drawn with a map without being part of it, in its frame. A value; the cloud is shared.
+struct SceneLayers {
+  std::vector<std::vector<Eigen::Vector3d>> true_path;  // of the camera, in pieces
+  std::shared_ptr<const ColoredPoints> dense_cloud;     // or null
+
+  bool operator==(const SceneLayers&) const = default;
 };
 
 // A style by name (configs/styles/NAME.yaml) or from a file that ends in .yaml. Throws UsageError that names

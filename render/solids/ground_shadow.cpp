@@ -64,10 +64,6 @@ std::vector<Eigen::Vector2d> Outline(const PosedSuperquadric& solid, const Eigen
   return outline;
 }
 
-double TopOf(const PosedSuperquadric& solid, const Eigen::Vector3d& up) {
-  return solid.T_map_object.translation.dot(up) + SupportExtent(solid, up);
-}
-
 }  // namespace
 
 GroundShadow CastGroundShadow(std::span<const PosedSuperquadric> solids, const Eigen::Vector3d& up,
@@ -76,7 +72,7 @@ GroundShadow CastGroundShadow(std::span<const PosedSuperquadric> solids, const E
   std::vector<PosedSuperquadric> casting;
   Eigen::AlignedBox2d bounds;
   for (const PosedSuperquadric& solid : solids) {
-    const double top = TopOf(solid, up) - height;
+    const double top = solid.T_map_object.translation.dot(up) + SupportExtent(solid, up) - height;
     if (top > 0.0) {
       casting.push_back(solid);
       const Eigen::Vector3d& c = solid.T_map_object.translation;

@@ -2,6 +2,7 @@
 
 #include <vtkCellArray.h>
 #include <vtkFloatArray.h>
+#include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkUnsignedCharArray.h>
@@ -59,24 +60,22 @@ void Refine(TriangleMesh& mesh, float longest) {
 }  // namespace
 
 GroupedSurface MakeGroupedSurface(std::span<const ColoredSolid> solids, int segments) {
-  const auto points = vtkSmartPointer<vtkPoints>::New();
+  const vtkNew<vtkPoints> points;
   points->SetDataTypeToFloat();
-  const auto normals = vtkSmartPointer<vtkFloatArray>::New();
+  const vtkNew<vtkFloatArray> normals;
   normals->SetNumberOfComponents(3);
-  const auto colors = vtkSmartPointer<vtkUnsignedCharArray>::New();
+  const vtkNew<vtkUnsignedCharArray> colors;
   colors->SetNumberOfComponents(3);
-  const auto numbers = vtkSmartPointer<vtkFloatArray>::New();
+  const vtkNew<vtkFloatArray> numbers;
   numbers->SetName(kSolidNumberArray);
-  const auto triangles = vtkSmartPointer<vtkCellArray>::New();
+  const vtkNew<vtkCellArray> triangles;
   GroupedSurface surface;
   for (const ColoredSolid& solid : solids) {
     TriangleMesh mesh = Tessellate(solid.posed.shape, segments / 4 * 4);
     Refine(mesh, static_cast<float>(8.0 * solid.posed.shape.half_size.maxCoeff() / segments));
     const vtkIdType first = points->GetNumberOfPoints();
-    const std::array<unsigned char, 3> rgb = {
-        static_cast<unsigned char>(std::lround(255.0 * solid.color.x())),
-        static_cast<unsigned char>(std::lround(255.0 * solid.color.y())),
-        static_cast<unsigned char>(std::lround(255.0 * solid.color.z()))};
+    const Eigen::Matrix<unsigned char, 3, 1> rgb =
+        (255.0 * solid.color).array().round().cast<unsigned char>();
     std::vector<Eigen::Vector3d> placed;
     for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
       placed.push_back(solid.posed.T_map_object * mesh.vertices[i].cast<double>());
@@ -88,8 +87,7 @@ GroupedSurface MakeGroupedSurface(std::span<const ColoredSolid> solids, int segm
       numbers->InsertNextValue(static_cast<float>(solid.number));
     }
     for (const auto& t : mesh.triangles) {
-      const std::array<vtkIdType, 3> corners = {first + t[0], first + t[1], first + t[2]};
-      triangles->InsertNextCell(3, corners.data());
+      triangles->InsertNextCell({first + t[0], first + t[1], first + t[2]});
       Eigen::Vector3d sum = Eigen::Vector3d::Zero();
       for (const std::int32_t corner : t) {
         sum += placed[static_cast<std::size_t>(corner)];
@@ -117,7 +115,7 @@ void SortTriangles(GroupedSurface& surface, const Eigen::Vector3d& eye) {
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return distances[a] > distances[b]; });
   vtkCellArray* before = surface.mesh->GetPolys();
-  const auto sorted = vtkSmartPointer<vtkCellArray>::New();
+  const vtkNew<vtkCellArray> sorted;
   sorted->AllocateEstimate(static_cast<vtkIdType>(count), 3);
   std::vector<Eigen::Vector3d> centers;
   centers.reserve(count);

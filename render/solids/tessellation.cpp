@@ -12,36 +12,34 @@ double SignedPower(double base, double exponent) {
   return std::copysign(std::pow(std::abs(base), exponent), base);
 }
 
-// cos and sin that are exactly zero at the quarter turns, where powers near zero would magnify rounding.
-double Snap(double value) { return std::abs(value) < 1e-12 ? 0.0 : value; }
-
-}  // namespace
-
-std::vector<SuperellipsePoint> SampleUniformInParameter(double e, double first, double last, int segments) {
-  std::vector<SuperellipsePoint> points(static_cast<std::size_t>(segments) + 1);
+// Points at equal steps of an angle, made of its cosine and sine.
+template <typename PointAt>
+std::vector<SuperellipsePoint> Sample(double first, double last, int segments, const PointAt& point_at) {
+  // Exactly zero at the quarter turns, where powers near zero would magnify rounding.
+  const auto snap = [](double value) { return std::abs(value) < 1e-12 ? 0.0 : value; };
+  std::vector<SuperellipsePoint> points;
   for (int i = 0; i <= segments; ++i) {
     const double angle = first + (last - first) * i / segments;
-    const double c = Snap(std::cos(angle));
-    const double s = Snap(std::sin(angle));
-    points[static_cast<std::size_t>(i)] = {SignedPower(c, e), SignedPower(s, e), SignedPower(c, 2.0 - e),
-                                           SignedPower(s, 2.0 - e)};
+    points.push_back(point_at(snap(std::cos(angle)), snap(std::sin(angle))));
   }
   return points;
 }
 
+}  // namespace
+
+std::vector<SuperellipsePoint> SampleUniformInParameter(double e, double first, double last, int segments) {
+  return Sample(first, last, segments, [e](double c, double s) {
+    return SuperellipsePoint{SignedPower(c, e), SignedPower(s, e), SignedPower(c, 2.0 - e),
+                             SignedPower(s, 2.0 - e)};
+  });
+}
+
 std::vector<SuperellipsePoint> SampleUniformInPolarAngle(double e, double first, double last, int segments) {
-  std::vector<SuperellipsePoint> points(static_cast<std::size_t>(segments) + 1);
-  for (int i = 0; i <= segments; ++i) {
-    const double angle = first + (last - first) * i / segments;
-    const double c = Snap(std::cos(angle));
-    const double s = Snap(std::sin(angle));
+  return Sample(first, last, segments, [e](double c, double s) {
     const double norm = SuperellipseNorm(c, s, e);
-    const double x = c / norm;
-    const double y = s / norm;
-    points[static_cast<std::size_t>(i)] = {x, y, SignedPower(x, (2.0 - e) / e),
-                                           SignedPower(y, (2.0 - e) / e)};
-  }
-  return points;
+    return SuperellipsePoint{c / norm, s / norm, SignedPower(c / norm, (2.0 - e) / e),
+                             SignedPower(s / norm, (2.0 - e) / e)};
+  });
 }
 
 Eigen::Vector3d SurfacePoint(const Superquadric& shape, const SuperellipsePoint& profile,

@@ -1,37 +1,12 @@
 #include "render/synthetic/exact_boxes.h"
 
 #include <algorithm>
-#include <array>
 #include <opencv2/imgproc.hpp>
 
 #include "render/solids/tessellation.h"
 
 namespace sqslam {
 namespace {
-
-struct PixelExtent {
-  int left = 1 << 30;
-  int right = -1;
-  int top = 1 << 30;
-  int bottom = -1;
-  int count = 0;
-};
-
-std::array<PixelExtent, 256> FindExtents(const cv::Mat& ids) {
-  std::array<PixelExtent, 256> extents;
-  for (int y = 0; y < ids.rows; ++y) {
-    const auto* row = ids.ptr<std::uint8_t>(y);
-    for (int x = 0; x < ids.cols; ++x) {
-      PixelExtent& extent = extents[row[x]];
-      extent.left = std::min(extent.left, x);
-      extent.right = std::max(extent.right, x);
-      extent.top = std::min(extent.top, y);
-      extent.bottom = y;
-      ++extent.count;
-    }
-  }
-  return extents;
-}
 
 // Clips to the range of pixel centres, [0, width - 1] x [0, height - 1].
 Box2d ClippedBox(double left, double top, double right, double bottom, const Camera& camera) {
@@ -63,15 +38,14 @@ double SilhouetteArea(const PosedSuperquadric& superquadric, const Camera& camer
 
 std::vector<ExactBox> FindExactBoxes(const SceneDescription& scene, const Rigid3d& T_world_camera,
                                      const cv::Mat& ids, int supersampling, const ExactBoxOptions& options) {
-  const std::array<PixelExtent, 256> extents = FindExtents(ids);
   const double s = supersampling;
   std::vector<ExactBox> boxes;
   for (const SceneBody& body : scene.bodies) {
     if (body.id <= 0) {
       continue;
     }
-    const PixelExtent& extent = extents[static_cast<std::size_t>(body.id)];
-    const double visible = extent.count / (s * s);
+    const cv::Mat mask = ids == body.id;
+    const double visible = cv::countNonZero(mask) / (s * s);
     if (visible < options.min_image_fraction * scene.camera.width * scene.camera.height) {
       continue;
     }
@@ -80,8 +54,9 @@ std::vector<ExactBox> FindExactBoxes(const SceneDescription& scene, const Rigid3
     if (fraction < options.min_visible_fraction) {
       continue;
     }
-    const Box2d box = ClippedBox(extent.left / s - 0.5, extent.top / s - 0.5, (extent.right + 1) / s - 0.5,
-                                 (extent.bottom + 1) / s - 0.5, scene.camera);
+    const cv::Rect seen = cv::boundingRect(mask);
+    const Box2d box = ClippedBox(seen.x / s - 0.5, seen.y / s - 0.5, seen.br().x / s - 0.5,
+                                 seen.br().y / s - 0.5, scene.camera);
     boxes.push_back({{body.label, 1.0, box}, body.id, fraction});
   }
   return boxes;

@@ -14,7 +14,7 @@ namespace sqslam {
 
 // Lengths in metres, world frame with z up, angles in radians (degrees in the YAML).
 
-// The painting on a surface. Patterns: see render/synthetic/texture.h.
+// The painting on a surface. Patterns: see PaintTexture in textured_mesh.h.
 struct TextureDescription {
   std::string pattern = "plaster";
   std::vector<std::array<std::uint8_t, 3>> colors;  // RGB; the first is the ground

@@ -11,15 +11,11 @@
 #include <vtkPolyData.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
-#include <vtkRenderer.h>
 #include <vtkTexture.h>
 #include <vtkUnsignedCharArray.h>
 
 #include <opencv2/core/utility.hpp>
 #include <opencv2/imgproc.hpp>
-
-#include "render/gl/offscreen_window.h"
-#include "render/synthetic/textured_mesh.h"
 
 namespace sqslam {
 namespace {
@@ -73,79 +69,65 @@ vtkNew<vtkTexture> MakeTexture(const cv::Mat& bgr) {
 
 }  // namespace
 
-struct SceneRenderer::Impl {
-  Impl(const SceneDescription& scene, int factor, RenderBackend backend)
-      : camera(scene.camera),
-        supersampling(factor),
-        window({.width = camera.width * factor, .height = camera.height * factor, .backend = backend}) {
-    window.AddRenderer(color_renderer);
-    window.AddRenderer(id_renderer);
-    const SceneLighting lighting(scene);
-    const std::size_t panels = scene.panels.size();
-    std::vector<std::vector<TexturedMesh>> meshes(panels + scene.bodies.size());
-    cv::parallel_for_(cv::Range(0, static_cast<int>(meshes.size())), [&](const cv::Range& range) {
-      for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end); ++i) {
-        meshes[i] = i < panels ? std::vector{BuildPanel(scene.panels[i], lighting)}
-                               : BuildBody(scene.bodies[i - panels], lighting);
-      }
-    });
-    for (const std::vector<TexturedMesh>& group : meshes) {
-      for (const TexturedMesh& mesh : group) {
-        Add(mesh);
-      }
+SceneRenderer::SceneRenderer(const SceneDescription& scene, int supersampling, RenderBackend backend)
+    : camera_(scene.camera),
+      supersampling_(supersampling),
+      window_({.width = camera_.width * supersampling_,
+               .height = camera_.height * supersampling_,
+               .backend = backend}) {
+  window_.AddRenderer(color_renderer_);
+  window_.AddRenderer(id_renderer_);
+  const SceneLighting lighting(scene);
+  const std::size_t panels = scene.panels.size();
+  std::vector<std::vector<TexturedMesh>> meshes(panels + scene.bodies.size());
+  cv::parallel_for_(cv::Range(0, static_cast<int>(meshes.size())), [&](const cv::Range& range) {
+    for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end); ++i) {
+      meshes[i] = i < panels ? std::vector{BuildPanel(scene.panels[i], lighting)}
+                             : BuildBody(scene.bodies[i - panels], lighting);
+    }
+  });
+  for (const std::vector<TexturedMesh>& group : meshes) {
+    for (const TexturedMesh& mesh : group) {
+      Add(mesh);
     }
   }
+}
 
-  void Add(const TexturedMesh& mesh) {
-    const vtkNew<vtkPolyData> data = MakePolyData(mesh);
-    vtkNew<vtkPolyDataMapper> mapper;
+void SceneRenderer::Add(const TexturedMesh& mesh) {
+  const vtkNew<vtkPolyData> data = MakePolyData(mesh);
+  const auto add = [&data](vtkRenderer* renderer) {
+    const vtkNew<vtkPolyDataMapper> mapper;
     mapper->SetInputData(data);
-    vtkNew<vtkActor> actor;
+    const vtkNew<vtkActor> actor;
     actor->SetMapper(mapper);
-    actor->SetTexture(MakeTexture(mesh.texture));
     actor->GetProperty()->LightingOff();
     actor->GetProperty()->BackfaceCullingOn();
-    color_renderer->AddActor(actor);
+    renderer->AddActor(actor);
+    return actor.Get();
+  };
+  add(color_renderer_)->SetTexture(MakeTexture(mesh.texture));
+  vtkActor* id_actor = add(id_renderer_);
+  id_actor->GetMapper()->ScalarVisibilityOff();
+  id_actor->GetProperty()->SetColor(mesh.id / 255.0, mesh.id / 255.0, mesh.id / 255.0);
+}
 
-    vtkNew<vtkPolyDataMapper> id_mapper;
-    id_mapper->SetInputData(data);
-    id_mapper->ScalarVisibilityOff();
-    vtkNew<vtkActor> id_actor;
-    id_actor->SetMapper(id_mapper);
-    id_actor->GetProperty()->LightingOff();
-    id_actor->GetProperty()->BackfaceCullingOn();
-    id_actor->GetProperty()->SetColor(mesh.id / 255.0, mesh.id / 255.0, mesh.id / 255.0);
-    id_renderer->AddActor(id_actor);
-  }
-
-  cv::Mat Render(vtkRenderer* drawn, vtkRenderer* other, const Rigid3d& T_world_camera) {
-    SetPinholeCamera(camera, T_world_camera, kNear, kFar, drawn->GetActiveCamera());
-    drawn->DrawOn();
-    other->DrawOff();
-    return window.Render();
-  }
-
-  Camera camera;
-  int supersampling;
-  OffscreenWindow window;
-  vtkNew<vtkRenderer> color_renderer;
-  vtkNew<vtkRenderer> id_renderer;
-};
-
-SceneRenderer::SceneRenderer(const SceneDescription& scene, int supersampling, RenderBackend backend)
-    : impl_(std::make_unique<Impl>(scene, supersampling, backend)) {}
-SceneRenderer::~SceneRenderer() = default;
+cv::Mat SceneRenderer::Render(vtkRenderer* drawn, vtkRenderer* other, const Rigid3d& T_world_camera) {
+  SetPinholeCamera(camera_, T_world_camera, kNear, kFar, drawn->GetActiveCamera());
+  drawn->DrawOn();
+  other->DrawOff();
+  return window_.Render();
+}
 
 cv::Mat SceneRenderer::RenderColor(const Rigid3d& T_world_camera) {
-  cv::Mat image = impl_->Render(impl_->color_renderer, impl_->id_renderer, T_world_camera);
-  if (impl_->supersampling > 1) {
-    cv::resize(image, image, {impl_->camera.width, impl_->camera.height}, 0.0, 0.0, cv::INTER_AREA);
+  cv::Mat image = Render(color_renderer_, id_renderer_, T_world_camera);
+  if (supersampling_ > 1) {
+    cv::resize(image, image, {camera_.width, camera_.height}, 0.0, 0.0, cv::INTER_AREA);
   }
   return image;
 }
 
 cv::Mat SceneRenderer::RenderIds(const Rigid3d& T_world_camera) {
-  const cv::Mat image = impl_->Render(impl_->id_renderer, impl_->color_renderer, T_world_camera);
+  const cv::Mat image = Render(id_renderer_, color_renderer_, T_world_camera);
   cv::Mat ids;
   cv::extractChannel(image, ids, 0);
   return ids;

@@ -1,20 +1,22 @@
 #pragma once
 
-#include <memory>
+#include <vtkNew.h>
+#include <vtkRenderer.h>
+
 #include <opencv2/core.hpp>
 
-#include "render/gl/offscreen_context.h"
+#include "render/gl/offscreen_window.h"
 #include "render/synthetic/scene_description.h"
+#include "render/synthetic/textured_mesh.h"
 
 namespace sqslam {
 
-// Draws a scene as its camera sees it.
+// Draws a scene as its camera sees it. For the sources of render/ only.
 class SceneRenderer {
  public:
   // Paints the textures and computes the light: seconds. Pictures are drawn at `supersampling` times the
   // camera's size and averaged down.
   SceneRenderer(const SceneDescription& scene, int supersampling, RenderBackend backend);
-  ~SceneRenderer();
 
   cv::Mat RenderColor(const Rigid3d& T_world_camera);  // 8UC3, camera size
 
@@ -23,8 +25,14 @@ class SceneRenderer {
   cv::Mat RenderIds(const Rigid3d& T_world_camera);
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  void Add(const TexturedMesh& mesh);
+  cv::Mat Render(vtkRenderer* drawn, vtkRenderer* other, const Rigid3d& T_world_camera);
+
+  Camera camera_;
+  int supersampling_;
+  OffscreenWindow window_;
+  vtkNew<vtkRenderer> color_renderer_;
+  vtkNew<vtkRenderer> id_renderer_;
 };
 
 }  // namespace sqslam

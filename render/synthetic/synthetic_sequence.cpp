@@ -13,6 +13,7 @@
 
 #include "render/synthetic/exact_boxes.h"
 #include "render/synthetic/scene_renderer.h"
+#include "slam/io/coco.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 #include "slam/util/worker_thread.h"
@@ -75,15 +76,10 @@ std::string FormatObjects(const SceneDescription& scene) {
   return text + "]\n";
 }
 
-std::string FileLabel(std::string label) {
-  std::replace(label.begin(), label.end(), ' ', '_');
-  return label;
-}
-
 std::string FormatDetection(double timestamp, const Detection& detection) {
   const Box2d& box = detection.box;
-  return fmt::format("{:.6f} {} {:.3f} {:.2f} {:.2f} {:.2f} {:.2f}", timestamp, FileLabel(detection.label),
-                     detection.score, box.x, box.y, box.width, box.height);
+  return fmt::format("{:.6f} {} {:.3f} {:.2f} {:.2f} {:.2f} {:.2f}", timestamp,
+                     NormalizedLabel(detection.label), detection.score, box.x, box.y, box.width, box.height);
 }
 
 struct ImageFile {
@@ -174,11 +170,7 @@ struct MeasuredCurve {
     const int count = static_cast<int>((last - first) * kSamplesPerSpan);
     for (int i = 0; i <= count; ++i) {
       samples.push_back(SplineAt(scene, first + (last - first) * i / count));
-      way.push_back(
-          i == 0
-              ? 0.0
-              : way.back() +
-                    (samples[static_cast<std::size_t>(i)] - samples[static_cast<std::size_t>(i) - 1]).norm());
+      way.push_back(i == 0 ? 0.0 : way.back() + (samples.back() - samples[samples.size() - 2]).norm());
     }
   }
 

@@ -1,14 +1,14 @@
-#include "render/synthetic/texture.h"
-
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <map>
 #include <opencv2/imgproc.hpp>
+#include <ranges>
 #include <string_view>
 
+#include "render/synthetic/textured_mesh.h"
 #include "slam/util/error.h"
 
 namespace sqslam {
@@ -51,10 +51,15 @@ cv::Mat FractalNoise(cv::Size size, double coarse, double persistence, cv::RNG& 
   return sum / std::sqrt(power);
 }
 
+cv::Mat OfThreeChannels(const cv::Mat& single) {
+  cv::Mat merged;
+  cv::merge(std::vector<cv::Mat>(3, single), merged);
+  return merged;
+}
+
 // Adds noise to all channels alike: image * (1 + strength * noise).
 void Modulate(Canvas& canvas, const cv::Mat& noise, double strength) {
-  cv::Mat gain;
-  cv::merge(std::vector<cv::Mat>(3, 1.0 + strength * noise), gain);
+  const cv::Mat gain = OfThreeChannels(1.0 + strength * noise);
   cv::Mat pixels;
   canvas.image.convertTo(pixels, CV_32FC3);
   cv::multiply(pixels, gain, pixels);
@@ -70,12 +75,10 @@ void Clouds(Canvas& canvas, const cv::Scalar& color, double coarse, double sharp
   const cv::Mat noise = FractalNoise(canvas.image.size(), coarse, 0.6, canvas.random);
   cv::Mat weight = 0.5 + sharpness * noise;
   cv::min(cv::max(weight, 0.0), 1.0, weight);
-  cv::Mat weights;
-  cv::merge(std::vector<cv::Mat>(3, weight), weights);
   cv::Mat pixels;
   canvas.image.convertTo(pixels, CV_32FC3);
   const cv::Mat paint(canvas.image.size(), CV_32FC3, color);
-  cv::Mat mixed = pixels + weights.mul(paint - pixels);
+  cv::Mat mixed = pixels + OfThreeChannels(weight).mul(paint - pixels);
   mixed.convertTo(canvas.image, CV_8UC3);
 }
 
@@ -299,27 +302,19 @@ void PaintPage(Canvas& canvas) {
   Grain(canvas, 0.03);
 }
 
-using Painter = std::function<void(Canvas&)>;
-
-const std::map<std::string, Painter, std::less<>>& Painters() {
-  static const std::map<std::string, Painter, std::less<>> kPainters = {
-      {"package", PaintPackage},   {"book", PaintBook},     {"ceramic", PaintCeramic},
-      {"marble", PaintMarble},     {"wood", PaintWood},     {"plaster", PaintPlaster},
-      {"terrazzo", PaintTerrazzo}, {"poster", PaintPoster}, {"page", PaintPage}};
-  return kPainters;
-}
+const std::map<std::string, void (*)(Canvas&)> kPainters = {
+    {"package", PaintPackage},   {"book", PaintBook},     {"ceramic", PaintCeramic},
+    {"marble", PaintMarble},     {"wood", PaintWood},     {"plaster", PaintPlaster},
+    {"terrazzo", PaintTerrazzo}, {"poster", PaintPoster}, {"page", PaintPage}};
 
 }  // namespace
 
 cv::Mat PaintTexture(const TextureDescription& texture, double width, double height, double pixels_per_metre,
                      int variation) {
-  const auto painter = Painters().find(texture.pattern);
-  if (painter == Painters().end()) {
-    std::string names;
-    for (const auto& [name, unused] : Painters()) {
-      names += (names.empty() ? "" : ", ") + name;
-    }
-    throw InputError(fmt::format("texture pattern '{}': expected one of {}", texture.pattern, names));
+  const auto painter = kPainters.find(texture.pattern);
+  if (painter == kPainters.end()) {
+    throw InputError(fmt::format("texture pattern '{}': expected one of {}", texture.pattern,
+                                 fmt::join(std::views::keys(kPainters), ", ")));
   }
   Canvas canvas;
   canvas.random =

@@ -6,7 +6,6 @@
 #include <opencv2/core/utility.hpp>
 
 #include "render/solids/tessellation.h"
-#include "render/synthetic/texture.h"
 
 namespace sqslam {
 namespace {
@@ -88,39 +87,32 @@ struct BodySamples {
 
 enum class Chart { kBottom, kSide, kTop };
 
-Eigen::Vector2f ChartCoordinates(const BodySamples& samples, const Superquadric& shape, Chart chart,
-                                 std::size_t row, std::size_t column, std::size_t first, std::size_t last) {
-  if (chart == Chart::kSide) {
-    const double height = samples.along_profile[last] - samples.along_profile[first];
-    return {static_cast<float>(samples.along_section[column] / samples.along_section.back()),
-            static_cast<float>((samples.along_profile[row] - samples.along_profile[first]) / height)};
-  }
-  const Eigen::Vector3d p =
-      SurfacePoint(shape, samples.profile[row], samples.section[column]).cwiseQuotient(shape.half_size);
-  return {static_cast<float>(0.5 + 0.5 * p.x()), static_cast<float>(0.5 + 0.5 * p.y())};
-}
-
 TexturedMesh BuildChart(const SceneBody& body, const SceneLighting& lighting, const BodySamples& samples,
                         Chart chart, std::size_t first, std::size_t last) {
   const Superquadric& shape = body.superquadric.shape;
   const Rigid3d& T_world_object = body.superquadric.T_map_object;
+  const bool side = chart == Chart::kSide;
+  const double width = side ? samples.along_section.back() : 2.0 * shape.half_size.x();
+  const double height =
+      side ? samples.along_profile[last] - samples.along_profile[first] : 2.0 * shape.half_size.y();
   TexturedMesh mesh;
   mesh.id = body.id;
   for (std::size_t row = first; row <= last; ++row) {
     for (std::size_t column = 0; column < samples.section.size(); ++column) {
       const SuperellipsePoint& p = samples.profile[row];
       const SuperellipsePoint& q = samples.section[column];
-      mesh.vertices.push_back((T_world_object * SurfacePoint(shape, p, q)).cast<float>());
+      const Eigen::Vector3d p_object = SurfacePoint(shape, p, q);
+      const Eigen::Vector3d from_above =
+          Eigen::Vector3d::Constant(0.5) + 0.5 * p_object.cwiseQuotient(shape.half_size);
+      const Eigen::Vector2d unrolled(samples.along_section[column] / width,
+                                     (samples.along_profile[row] - samples.along_profile[first]) / height);
+      mesh.vertices.push_back((T_world_object * p_object).cast<float>());
       mesh.normals.push_back((T_world_object.rotation * SurfaceNormal(shape, p, q)).cast<float>());
-      mesh.texture_coordinates.push_back(ChartCoordinates(samples, shape, chart, row, column, first, last));
+      mesh.texture_coordinates.push_back((side ? unrolled : from_above.head<2>().eval()).cast<float>());
     }
   }
   AddGridTriangles(static_cast<int>(last - first + 1), static_cast<int>(samples.section.size()), mesh);
   AddLight(lighting, mesh);
-  const bool side = chart == Chart::kSide;
-  const double width = side ? samples.along_section.back() : 2.0 * shape.half_size.x();
-  const double height =
-      side ? samples.along_profile[last] - samples.along_profile[first] : 2.0 * shape.half_size.y();
   const double detail = body.id > 0 ? kObjectPixelsPerMetre : kFurniturePixelsPerMetre;
   mesh.texture = PaintFor(body.texture, width, height,
                           chart == Chart::kBottom ? kHiddenPixelsPerMetre : detail, static_cast<int>(chart));

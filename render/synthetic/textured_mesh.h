@@ -47,6 +47,14 @@ struct TexturedMesh {
   cv::Mat texture;  // 8UC3, BGR
 };
 
+// Paints a picture of `width` x `height` metres at `pixels_per_metre`. Every pattern has detail at all scales
+// down to two pixels and repeats nowhere, so that corners are found and told apart. Patterns: package, book,
+// ceramic, marble, wood, plaster, terrazzo, poster, page. `variation` makes another picture of the same kind,
+// for another side of one body. Deterministic in its arguments. Throws InputError on an unknown pattern.
+// Returns 8UC3, BGR.
+cv::Mat PaintTexture(const TextureDescription& texture, double width, double height, double pixels_per_metre,
+                     int variation);
+
 // A superquadric as three charts: the side unrolled as a label is around a can, and both caps seen from above
 // and below. Each chart keeps lengths nearly true, so nothing is stretched.
 std::vector<TexturedMesh> BuildBody(const SceneBody& body, const SceneLighting& lighting);

@@ -1,5 +1,3 @@
-#include "render/video/camera_path_file.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <yaml-cpp/yaml.h>
@@ -10,14 +8,15 @@
 #include <numbers>
 
 #include "render/camera/scene_framing.h"
+#include "render/video/video.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
 
 namespace sqslam {
 namespace {
 
-[[noreturn]] void Fail(const std::filesystem::path& path, int line, const std::string& message) {
-  throw UsageError(fmt::format("{}:{}: {}", path.string(), line, message));
+[[noreturn]] void Fail(const CameraPathFile& file, int line, const std::string& message) {
+  throw UsageError(fmt::format("{}:{}: {}", file.path.string(), line, message));
 }
 
 class Reader {
@@ -31,23 +30,16 @@ class Reader {
     } catch (const YAML::BadFile&) {
       throw UsageError(fmt::format("{}: cannot be read, expected a camera path (YAML)", file_.path.string()));
     } catch (const YAML::Exception& error) {
-      Fail(file_.path, error.mark.line + 1, error.msg);
+      Fail(file_, error.mark.line + 1, error.msg);
     }
     CheckNames(root, {"easing", "loop", "duration", "keys"}, "camera path");
-    if (const YAML::Node easing = root["easing"]) {
-      const auto word = As<std::string>(easing, "easing", "linear or smooth");
-      if (word != "linear" && word != "smooth") {
-        Fail(file_.path, Line(easing), fmt::format("easing: {}, expected linear or smooth", word));
-      }
-      file_.smooth = word == "smooth";
-    }
-    if (root["loop"]) {
-      file_.loop = As<bool>(root["loop"], "loop", "true or false");
-    }
+    file_.smooth =
+        Word(root, "easing", {"linear", "smooth"}, "linear or smooth").value_or("smooth") == "smooth";
+    file_.loop = Get<bool>(root, "loop", "true or false").value_or(false);
     file_.duration = Number(root, "duration", 1e-3, 1e5, "seconds");
     const YAML::Node keys = root["keys"];
     if (!keys || !keys.IsSequence() || keys.size() < 1) {
-      Fail(file_.path, Line(keys ? keys : root), "keys: expected a list of one key at least");
+      FailAt(keys ? keys : root, "keys: expected a list of one key at least");
     }
     for (const YAML::Node& key : keys) {
       file_.keys.push_back(ReadKey(key));
@@ -57,53 +49,56 @@ class Reader {
   }
 
  private:
-  static int Line(const YAML::Node& node) { return node.Mark().line + 1; }
+  [[noreturn]] void FailAt(const YAML::Node& node, const std::string& message) const {
+    Fail(file_, node.Mark().line + 1, message);
+  }
 
+  // The value under a key, if it is there.
   template <typename T>
-  T As(const YAML::Node& node, const std::string& key, const std::string& expected) const {
+  std::optional<T> Get(const YAML::Node& parent, const std::string& key, const std::string& expected) const {
+    const YAML::Node node = parent[key];
     try {
-      return node.as<T>();
+      return node ? std::optional(node.as<T>()) : std::nullopt;
     } catch (const YAML::Exception&) {
-      Fail(file_.path, Line(node), fmt::format("{}: expected {}", key, expected));
+      FailAt(node, fmt::format("{}: expected {}", key, expected));
     }
   }
 
-  // The number under a key, if it is there.
+  std::optional<std::string> Word(const YAML::Node& parent, const std::string& key,
+                                  const std::vector<std::string>& words, const std::string& expected) const {
+    const std::optional<std::string> word = Get<std::string>(parent, key, expected);
+    if (word && std::find(words.begin(), words.end(), *word) == words.end()) {
+      FailAt(parent[key], fmt::format("{}: {}, expected {}", key, *word, expected));
+    }
+    return word;
+  }
+
   std::optional<double> Number(const YAML::Node& parent, const std::string& key, double min, double max,
                                const std::string& unit) const {
-    const YAML::Node node = parent[key];
-    if (!node) {
-      return std::nullopt;
-    }
     const std::string expected = fmt::format("{} from {} to {}", unit, min, max);
-    const double value = As<double>(node, key, expected);
-    if (!(value >= min && value <= max)) {
-      Fail(file_.path, Line(node), fmt::format("{}: {}, expected {}", key, value, expected));
+    const std::optional<double> value = Get<double>(parent, key, expected);
+    if (value && !(*value >= min && *value <= max)) {
+      FailAt(parent[key], fmt::format("{}: {}, expected {}", key, *value, expected));
     }
     return value;
   }
 
   std::optional<Eigen::Vector3d> Vector(const YAML::Node& parent, const std::string& key) const {
-    const YAML::Node node = parent[key];
-    if (!node) {
-      return std::nullopt;
-    }
-    const auto p = As<std::array<double, 3>>(node, key, "three numbers [x, y, z]");
-    return Eigen::Vector3d(p[0], p[1], p[2]);
+    const auto p = Get<std::array<double, 3>>(parent, key, "three numbers [x, y, z]");
+    return p ? std::optional(Eigen::Vector3d(p->data())) : std::nullopt;
   }
 
   void CheckNames(const YAML::Node& node, const std::vector<std::string>& names,
                   const std::string& what) const {
+    const std::string all = fmt::format("{}", fmt::join(names, ", "));
     if (!node.IsMap()) {
-      Fail(file_.path, Line(node), fmt::format("expected a {} with {}", what, fmt::join(names, ", ")));
+      FailAt(node, fmt::format("expected a {} with {}", what, all));
     }
     for (const auto& entry : node) {
       const auto name = entry.first.as<std::string>();
       if (std::find(names.begin(), names.end(), name) == names.end()) {
         const std::string nearest = NearestWord(name, names);
-        Fail(file_.path, Line(entry.first),
-             fmt::format("{}: unknown, expected {}", name,
-                         nearest.empty() ? fmt::format("{}", fmt::join(names, ", ")) : nearest));
+        FailAt(entry.first, fmt::format("{}: unknown, expected {}", name, nearest.empty() ? all : nearest));
       }
     }
   }
@@ -114,35 +109,25 @@ class Reader {
                 "view_angle", "azimuth", "elevation", "zoom"},
                "key");
     CameraKey key;
-    key.line = Line(node);
+    key.line = node.Mark().line + 1;
     if (node["time"] && node["frame"]) {
-      Fail(file_.path, key.line, "time and frame: expected one of them");
+      FailAt(node, "time and frame: expected one of them");
     }
     key.time = Number(node, "time", 0.0, 1e5, "seconds");
     if (const auto frame = Number(node, "frame", 0.0, 1e7, "a frame of the video")) {
       key.time = *frame / fps_;
     }
-    if (node["view"]) {
-      std::vector<std::string> names = ViewPresetNames();
-      names.emplace_back("default");
-      key.view = As<std::string>(node["view"], "view", fmt::format("{}", fmt::join(names, ", ")));
-      if (std::find(names.begin(), names.end(), key.view) == names.end()) {
-        Fail(file_.path, Line(node["view"]),
-             fmt::format("view: {}, expected {}", key.view, fmt::join(names, ", ")));
-      }
-    }
-    if (node["keyframe"]) {
-      key.keyframe = As<std::int64_t>(node["keyframe"], "keyframe", "the id of a keyframe");
-    }
-    if (node["camera_frame"]) {
-      key.camera_frame = As<std::int64_t>(node["camera_frame"], "camera_frame", "a frame of the run");
-    }
+    std::vector<std::string> views = ViewPresetNames();
+    views.emplace_back("default");
+    key.view = Word(node, "view", views, fmt::format("{}", fmt::join(views, ", "))).value_or("");
+    key.keyframe = Get<std::int64_t>(node, "keyframe", "the id of a keyframe");
+    key.camera_frame = Get<std::int64_t>(node, "camera_frame", "a frame of the run");
     CameraOverrides& o = key.overrides;
     o.position = Vector(node, "position");
     o.focal_point = Vector(node, "focal_point");
     o.view_up = Vector(node, "view_up");
     if (o.view_up && o.view_up->norm() < 1e-9) {
-      Fail(file_.path, Line(node["view_up"]), "view_up: expected a direction, not zero");
+      FailAt(node["view_up"], "view_up: expected a direction, not zero");
     }
     o.view_angle = Number(node, "view_angle", 1.0, 170.0, "degrees");
     o.azimuth = Number(node, "azimuth", -3600.0, 3600.0, "degrees").value_or(0.0);
@@ -150,8 +135,7 @@ class Reader {
     o.zoom = Number(node, "zoom", 0.01, 100.0, "a factor").value_or(1.0);
     const int places = (key.view.empty() ? 0 : 1) + (key.keyframe ? 1 : 0) + (key.camera_frame ? 1 : 0);
     if (places > 1 || (places == 0 && !(o.position && o.focal_point))) {
-      Fail(file_.path, key.line,
-           "key: expected one of view, keyframe, camera_frame, or position and focal_point");
+      FailAt(node, "key: expected one of view, keyframe, camera_frame, or position and focal_point");
     }
     return key;
   }
@@ -160,10 +144,10 @@ class Reader {
     const CameraKey* last = nullptr;
     for (const CameraKey& key : file_.keys) {
       if (key.time.has_value() != file_.keys.front().time.has_value()) {
-        Fail(file_.path, key.line, "time: expected for all keys or for none");
+        Fail(file_, key.line, "time: expected for all keys or for none");
       }
       if (last != nullptr && key.time && *key.time <= *last->time) {
-        Fail(file_.path, key.line,
+        Fail(file_, key.line,
              fmt::format("time: {:g} s, expected more than the {:g} s of the key before", *key.time,
                          *last->time));
       }
@@ -171,7 +155,7 @@ class Reader {
     }
     if (file_.duration && last->time &&
         (*file_.duration < *last->time || (file_.loop && *file_.duration == *last->time))) {
-      Fail(file_.path, last->line,
+      Fail(file_, last->line,
            fmt::format("time: {:g} s, expected less than the duration of {:g} s", *last->time,
                        *file_.duration));
     }
@@ -242,15 +226,11 @@ class Spline {
   Spline(std::vector<Knot> knots, bool rest, double period) : knots_(std::move(knots)) {
     const std::size_t n = knots_.size();
     if (period > 0.0 && n >= 2) {  // one more at each side, so that all slopes have neighbours
-      Knot first = knots_.front();
-      Knot second = knots_[1];
-      Knot last = knots_.back();
-      first.time += period;
-      second.time += period;
-      last.time -= period;
-      knots_.insert(knots_.begin(), last);
-      knots_.push_back(first);
-      knots_.push_back(second);
+      const Knot last = knots_.back();
+      for (const std::size_t i : {0, 1}) {
+        knots_.push_back({knots_[i].time + period, knots_[i].value});
+      }
+      knots_.insert(knots_.begin(), {last.time - period, last.value});
     }
     for (std::size_t i = 0; i < knots_.size(); ++i) {
       const bool end = i == 0 || i + 1 == knots_.size();
@@ -287,62 +267,38 @@ class Spline {
   std::vector<ViewVector> slopes_;
 };
 
-class Resolver {
- public:
-  Resolver(const CameraPathFile& file, const MapSnapshot& map, const PictureOptions& options,
-           const FramePoses& frame_poses)
-      : file_(file),
-        map_(map),
-        aspect_(static_cast<double>(options.width) / options.height),
-        frame_poses_(frame_poses),
-        focus_(FindFocus(map)) {}
-
-  ViewCamera operator()(const CameraKey& key) const {
-    const double angle = key.overrides.view_angle.value_or(30.0);
-    ViewCamera base;
-    base.view_up = focus_.up;
-    if (key.keyframe) {
-      base = FromPose(KeyframePose(key));
-    } else if (key.camera_frame) {
-      try {
-        base = FromPose(frame_poses_(*key.camera_frame));
-      } catch (const UsageError& error) {
-        Fail(file_.path, key.line, fmt::format("camera_frame: {}", error.what()));
-      }
-    } else if (key.view == "default") {
-      base = FrameScene(focus_, aspect_, angle);
-    } else if (!key.view.empty()) {
-      base = PresetView(key.view, focus_, aspect_, angle);
+Rigid3d KeyframePose(const CameraPathFile& file, const CameraKey& key, const MapSnapshot& map) {
+  std::vector<std::int64_t> ids;
+  for (const SnapshotKeyframe& keyframe : map.keyframes) {
+    if (keyframe.id == *key.keyframe) {
+      return keyframe.T_map_camera;
     }
-    return key.overrides.ApplyTo(base);
+    ids.push_back(keyframe.id);
   }
+  const std::string known = ids.empty() ? "a map with keyframes" : fmt::format("{}", fmt::join(ids, ", "));
+  Fail(file, key.line, fmt::format("keyframe: {} is not in the map, expected {}", *key.keyframe, known));
+}
 
- private:
-  ViewCamera FromPose(const Rigid3d& T_map_camera) const {
-    return FirstPerson(T_map_camera, map_.camera, focus_.view_depth);
-  }
-
-  Rigid3d KeyframePose(const CameraKey& key) const {
-    for (const SnapshotKeyframe& keyframe : map_.keyframes) {
-      if (keyframe.id == *key.keyframe) {
-        return keyframe.T_map_camera;
-      }
+ViewCamera ViewOf(const CameraPathFile& file, const CameraKey& key, const MapSnapshot& map,
+                  const SceneFocus& focus, double aspect, const FramePoses& frame_poses) {
+  const double angle = key.overrides.view_angle.value_or(30.0);
+  ViewCamera base;
+  base.view_up = focus.up;
+  if (key.keyframe) {
+    base = FirstPerson(KeyframePose(file, key, map), map.camera, focus.view_depth);
+  } else if (key.camera_frame) {
+    try {
+      base = FirstPerson(frame_poses(*key.camera_frame), map.camera, focus.view_depth);
+    } catch (const UsageError& error) {
+      Fail(file, key.line, fmt::format("camera_frame: {}", error.what()));
     }
-    std::vector<std::int64_t> ids;
-    for (const SnapshotKeyframe& keyframe : map_.keyframes) {
-      ids.push_back(keyframe.id);
-    }
-    const std::string known = ids.empty() ? "a map with keyframes" : fmt::format("{}", fmt::join(ids, ", "));
-    Fail(file_.path, key.line,
-         fmt::format("keyframe: {} is not in the map, expected {}", *key.keyframe, known));
+  } else if (key.view == "default") {
+    base = FrameScene(focus, aspect, angle);
+  } else if (!key.view.empty()) {
+    base = PresetView(key.view, focus, aspect, angle);
   }
-
-  const CameraPathFile& file_;
-  const MapSnapshot& map_;
-  double aspect_;
-  const FramePoses& frame_poses_;
-  SceneFocus focus_;
-};
+  return key.overrides.ApplyTo(base);
+}
 
 }  // namespace
 
@@ -362,7 +318,8 @@ CameraPathFile ReadCameraPath(const std::filesystem::path& path, double fps) {
 std::vector<ViewCamera> ViewsAlong(const CameraPathFile& file, const MapSnapshot& map,
                                    const PictureOptions& options, const FramePoses& frame_poses, int frames,
                                    double fps) {
-  const Resolver resolve(file, map, options, frame_poses);
+  const SceneFocus focus = FindFocus(map);
+  const double aspect = static_cast<double>(options.width) / options.height;
   // With a loop the frame after the last would be the first again.
   const double video = std::max(1, file.loop ? frames : frames - 1) / fps;
   const double length = file.Length().value_or(video);
@@ -371,7 +328,8 @@ std::vector<ViewCamera> ViewsAlong(const CameraPathFile& file, const MapSnapshot
   for (std::size_t i = 0; i < file.keys.size(); ++i) {
     const CameraKey& key = file.keys[i];
     const double even = gaps > 0.0 ? length * static_cast<double>(i) / gaps : 0.0;
-    const Knot knot{key.time.value_or(even), ToVector(resolve(key))};
+    const ViewCamera view = ViewOf(file, key, map, focus, aspect, frame_poses);
+    const Knot knot{key.time.value_or(even), ToVector(view)};
     if (i > 0) {
       AppendBetween(Knot(knots.back()), knot, knots);
     }

@@ -8,6 +8,7 @@
 
 #include "render/camera/camera_path.h"
 #include "render/video/video_alignment.h"
+#include "render/video/video_encoder.h"
 #include "render/video/video_layout.h"
 #include "slam/util/error.h"
 #include "slam/util/worker_thread.h"
@@ -15,23 +16,19 @@
 namespace sqslam {
 namespace {
 
-struct FrameRange {
-  int first;
-  int end;
-};
-
-FrameRange RangeOf(const VideoOptions& options, int total) {
-  const FrameRange range{options.first, options.end < 0 ? total : std::min(options.end, total)};
-  if (range.first < 0 || range.first >= range.end) {
+// The frames to write: [first, second).
+std::pair<int, int> RangeOf(const VideoOptions& options, int total) {
+  const int last = options.end < 0 ? total : std::min(options.end, total);
+  if (options.first < 0 || options.first >= last) {
     throw UsageError(fmt::format("frames {}:{}: nothing to write, expected a part of the {} frames there are",
                                  options.first, options.end < 0 ? std::string() : std::to_string(options.end),
                                  total));
   }
-  const auto [first, end] = FramesOf(options.shard, range.first, range.end);
+  const auto [first, end] = FramesOf(options.shard, options.first, last);
   if (first >= end) {
     throw UsageError(fmt::format("--shard {}/{}: nothing to write, expected at most {} pieces for {} frames",
-                                 options.shard.index, options.shard.count, range.end - range.first,
-                                 range.end - range.first));
+                                 options.shard.index, options.shard.count, last - options.first,
+                                 last - options.first));
   }
   return {first, end};
 }
@@ -42,32 +39,29 @@ std::vector<ViewCamera> PathAlong(const std::vector<Rigid3d>& poses, CameraPath 
   std::vector<ViewCamera> views;
   for (const Rigid3d& pose : poses) {
     views.push_back(path == CameraPath::kFirstPerson
-                        ? FirstPerson(pose, camera, renderer.SceneRadius())
-                        : Behind(pose, renderer.Up(), 0.6 * renderer.SceneRadius()));
+                        ? FirstPerson(pose, camera, renderer.Focus().radius)
+                        : Behind(pose, renderer.Focus().up, 0.6 * renderer.Focus().radius));
   }
   return path == CameraPath::kFollow ? Smooth(views, 4.0) : views;
 }
 
-// The axis of turntables.
-Eigen::Vector3d UpOf(const VideoOptions& options, const PictureRenderer& renderer) {
-  return options.picture.camera.view_up.value_or(renderer.Up());
-}
-
-std::vector<ViewCamera> PathOfMap(const MapSnapshot& map, const VideoOptions& options, int frames,
-                                  const PictureRenderer& renderer) {
+// The views of a video's frames, in the frame of `map`. `turn`: about the vertical; `poses`: of the input
+// camera, where the path follows it.
+template <typename Turn, typename Poses>
+std::vector<ViewCamera> ViewsOf(const MapSnapshot& map, const VideoOptions& options,
+                                const PictureOptions& picture, int frames, const PictureRenderer& renderer,
+                                const Turn& turn, const Poses& poses) {
   if (options.path_file) {
-    return ViewsAlong(*options.path_file, map, options.picture, options.frame_poses, frames, options.fps);
+    return ViewsAlong(*options.path_file, map, picture, options.frame_poses, frames, options.fps);
   }
   switch (options.path) {
     case CameraPath::kStill:
       return std::vector<ViewCamera>(static_cast<std::size_t>(frames), renderer.DefaultCamera());
     case CameraPath::kOrbit:
-      return OrbitPath(renderer.DefaultCamera(), frames, UpOf(options, renderer));
+      return turn(renderer.DefaultCamera(), frames,
+                  options.picture.camera.view_up.value_or(renderer.Focus().up));
     default:
-      if (map.keyframes.empty()) {
-        throw UsageError("this map has no keyframes to move along, expected --camera-path still or orbit");
-      }
-      return PathAlong(AlongKeyframes(map, frames), options.path, map.camera, renderer);
+      return PathAlong(poses(), options.path, map.camera, renderer);
   }
 }
 
@@ -92,44 +86,21 @@ std::vector<int> SnapshotOfFrame(const RecordingReader& recording, const VideoOp
   return snapshots;
 }
 
-// The view of each frame, in the map frame of the last snapshot.
-std::vector<ViewCamera> PathOfGrowth(const RecordingReader& recording, const std::vector<int>& snapshots,
-                                     const MapSnapshot& last, const VideoOptions& options,
-                                     const PictureOptions& picture, const PictureRenderer& renderer) {
-  if (options.path_file) {
-    return ViewsAlong(*options.path_file, last, picture, options.frame_poses,
-                      static_cast<int>(snapshots.size()), options.fps);
-  }
-  if (options.path == CameraPath::kStill) {
-    return std::vector<ViewCamera>(snapshots.size(), renderer.DefaultCamera());
-  }
-  if (options.path == CameraPath::kOrbit) {
-    return SwingPath(renderer.DefaultCamera(), static_cast<int>(snapshots.size()), UpOf(options, renderer));
-  }
+// The poses of the input camera in the map frame of the last snapshot, one for each frame.
+std::vector<Rigid3d> PosesOfGrowth(const RecordingReader& recording, const std::vector<int>& snapshots,
+                                   const MapSnapshot& last) {
   std::vector<Rigid3d> of_snapshots;
   for (int i = 0; i < recording.Size(); ++i) {
     const MapSnapshotPtr map = recording.Read(i);
-    const Sim3d s = AlignByKeyframes(*map, last);
-    if (map->T_map_camera) {
-      of_snapshots.push_back({s.rotation * map->T_map_camera->rotation, s * map->T_map_camera->translation});
-    } else {
-      of_snapshots.push_back(of_snapshots.empty() ? Rigid3d{} : of_snapshots.back());
-    }
+    of_snapshots.push_back(map->T_map_camera      ? AlignByKeyframes(*map, last) * *map->T_map_camera
+                           : of_snapshots.empty() ? Rigid3d{}
+                                                  : of_snapshots.back());
   }
   std::vector<Rigid3d> poses;
   for (const int snapshot : snapshots) {
     poses.push_back(of_snapshots[static_cast<std::size_t>(snapshot)]);
   }
-  return PathAlong(poses, options.path, last.camera, renderer);
-}
-
-void CheckOpaque(const VideoOptions& options, const std::filesystem::path& output) {
-  if (options.picture.transparent && !IsFrameTemplate(output.string())) {
-    throw UsageError(
-        fmt::format("{}: a video has no transparency, expected a name with {{frame:04}} that ends in "
-                    ".png with --no-background",
-                    output.string()));
-  }
+  return poses;
 }
 
 // Pictures of a video file are smoothed as the style says for videos.
@@ -148,6 +119,17 @@ GrowthTimes TimesOf(const RecordingReader& recording, const MapSnapshot& last) {
   return times;
 }
 
+// Returns how many frames of the range were drawn until `progress` ended it.
+template <typename DrawFrame>
+int DrawFrames(const std::pair<int, int>& range, const VideoProgress& progress, const DrawFrame& draw) {
+  int done = 0;
+  for (bool go_on = true; go_on && range.first + done < range.second;) {
+    draw(range.first + done++);
+    go_on = !progress || progress(done, range.second - range.first);
+  }
+  return done;
+}
+
 // A page of a growth video to be put together.
 struct ComposerJob {
   cv::Mat view;
@@ -159,23 +141,31 @@ struct ComposerJob {
 
 int WriteOrbit(const MapSnapshot& map, const VideoOptions& options, const std::filesystem::path& output,
                const VideoProgress& progress) {
-  CheckOpaque(options, output);
+  if (options.picture.transparent && !IsFrameTemplate(output.string())) {
+    throw UsageError(
+        fmt::format("{}: a video has no transparency, expected a name with {{frame:04}} that ends in "
+                    ".png with --no-background",
+                    output.string()));
+  }
   const double seconds =
       options.path_file ? options.path_file->Length().value_or(options.seconds) : options.seconds;
   // A path from a file ends with its last key, unless it goes around.
   const int last = options.path_file && !options.path_file->loop ? 1 : 0;
   const int total = last + std::max(1, static_cast<int>(std::lround(seconds * options.fps)));
-  const FrameRange range = RangeOf(options, total);
+  const std::pair<int, int> range = RangeOf(options, total);
   FrameWriter writer(output, {options.picture.width, options.picture.height}, options.fps);
   PictureRenderer renderer(PicturesFor(output, options.picture));
   renderer.SetMap(map);
-  const std::vector<ViewCamera> views = PathOfMap(map, options, total, renderer);
-  int done = 0;
-  for (bool go_on = true; go_on && range.first + done < range.end;) {
-    const int i = range.first + done++;
-    writer.Add(renderer.Render(views[static_cast<std::size_t>(i)]), i);
-    go_on = !progress || progress(done, range.end - range.first);
-  }
+  const auto poses = [&] {
+    if (map.keyframes.empty()) {
+      throw UsageError("this map has no keyframes to move along, expected --camera-path still or orbit");
+    }
+    return AlongKeyframes(map, total);
+  };
+  const std::vector<ViewCamera> views =
+      ViewsOf(map, options, options.picture, total, renderer, OrbitPath, poses);
+  const int done = DrawFrames(
+      range, progress, [&](int i) { writer.Add(renderer.Render(views[static_cast<std::size_t>(i)]), i); });
   writer.Close();
   return done;
 }
@@ -189,7 +179,8 @@ int WriteGrowthVideo(const RecordingReader& recording, const VideoOptions& optio
     throw InputError("the recording holds no snapshot, expected at least one");
   }
   const std::vector<int> snapshots = SnapshotOfFrame(recording, options);
-  const FrameRange range = RangeOf(options, static_cast<int>(snapshots.size()));
+  const int total = static_cast<int>(snapshots.size());
+  const std::pair<int, int> range = RangeOf(options, total);
   const cv::Size size(options.picture.width, options.picture.height);
   FrameWriter writer(output, size, options.fps);
   const MapSnapshotPtr last = recording.Last();
@@ -199,17 +190,19 @@ int WriteGrowthVideo(const RecordingReader& recording, const VideoOptions& optio
   view.height = layout.view.height;
   PictureRenderer renderer(view);
   renderer.SetMap(*last);
-  const std::vector<ViewCamera> views = PathOfGrowth(recording, snapshots, *last, options, view, renderer);
+  const auto swing = [](const ViewCamera& middle, int frames, const Eigen::Vector3d& up) {
+    return SwingPath(middle, frames, up);
+  };
+  const std::vector<ViewCamera> views = ViewsOf(*last, options, view, total, renderer, swing,
+                                                [&] { return PosesOfGrowth(recording, snapshots, *last); });
   // Pages are put together while the next view is drawn and the last page encoded.
   GrowthPage page(layout, view.style, renderer.Colors(), TimesOf(recording, *last));
   WorkerThread<ComposerJob> composer(3, [&page, &writer](const ComposerJob& job) {
     writer.Add(page.Compose(job.view, job.map), job.number);
   });
   int shown = -1;
-  int done = 0;
   MapSnapshotPtr map;
-  for (bool go_on = true; go_on && range.first + done < range.end;) {
-    const int i = range.first + done++;
+  const int done = DrawFrames(range, progress, [&](int i) {
     const int snapshot = snapshots[static_cast<std::size_t>(i)];
     if (snapshot != shown) {
       const MapSnapshotPtr read = recording.Read(snapshot);
@@ -218,8 +211,7 @@ int WriteGrowthVideo(const RecordingReader& recording, const VideoOptions& optio
       shown = snapshot;
     }
     composer.Add({renderer.Render(views[static_cast<std::size_t>(i)]), map, i});
-    go_on = !progress || progress(done, range.end - range.first);
-  }
+  });
   composer.Finish();
   writer.Close();
   return done;

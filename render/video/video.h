@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -9,10 +10,59 @@
 #include <vector>
 
 #include "render/picture/picture.h"
-#include "render/video/camera_path_file.h"
 #include "slam/snapshot/recording.h"
 
 namespace sqslam {
+
+// Place of a virtual camera at one moment, as a camera path file says it: exactly one of a named view, a pose
+// of the input camera, or a position with its focal point; what else is given overrides that.
+struct CameraKey {
+  int line = 0;                              // of the file, from 1
+  std::optional<double> time;                // seconds
+  std::string view;                          // a name of render/camera/view_presets.h, or "default"
+  std::optional<std::int64_t> keyframe;      // id of a keyframe of the map
+  std::optional<std::int64_t> camera_frame;  // frame of the run
+  CameraOverrides overrides;                 // position, focal_point, view_up, view_angle, azimuth, ...
+};
+
+// A camera path of key frames, read from YAML:
+//
+//   easing: smooth      # at rest at both ends; linear: starts and ends in full motion (default: smooth)
+//   loop: false         # true: goes on from the last key to the first
+//   duration: 8         # seconds, with loop until it is back at the first key; default: the last key's time
+//   keys:
+//     - {time: 0, view: front}                    # front, right, back, left, top, isometric, default
+//     - {time: 3, keyframe: 12}                   # as the input camera stood at this keyframe
+//     - {time: 5, camera_frame: 240}              # ... at this frame of the run
+//     - {time: 8, position: [1, -2, 1], focal_point: [0, 0, 0], view_up: [0, 0, 1], view_angle: 30}
+//
+// `frame: N` of the video may stand instead of `time`; without either, the keys are spread evenly. azimuth,
+// elevation (degrees) and zoom change any key as they do on the command line.
+struct CameraPathFile {
+  std::filesystem::path path;
+  bool smooth = true;
+  bool loop = false;
+  std::optional<double> duration;  // seconds
+  std::vector<CameraKey> keys;     // with rising times, or all without
+
+  // Seconds that the path takes; empty where nothing in the file says.
+  std::optional<double> Length() const;
+};
+
+// `fps` turns frames into seconds. Throws UsageError that names file, line, key and what was expected.
+CameraPathFile ReadCameraPath(const std::filesystem::path& path, double fps);
+
+// The pose T_map_camera of the input camera at a frame of the run. Throws UsageError where it was not
+// tracked.
+using FramePoses = std::function<Rigid3d(std::int64_t frame)>;
+
+// The views of a video of `frames` frames: focal points, directions and distances from there, up and view
+// angles run along cubic splines through the keys (Catmull-Rom, with tangents that take the times between
+// keys into account, so that no key is felt as a jolt). Keys without times are spread over the video. Throws
+// UsageError that names file, line and key.
+std::vector<ViewCamera> ViewsAlong(const CameraPathFile& file, const MapSnapshot& map,
+                                   const PictureOptions& options, const FramePoses& frame_poses, int frames,
+                                   double fps);
 
 // One of several equal pieces of a video, for as many programs at once.
 struct Shard {
@@ -28,27 +78,6 @@ std::pair<int, int> FramesOf(const Shard& shard, int first, int end);
 
 // a/turn.mp4 -> a/turn.part-2-of-8.mp4. A numbered name stays: its files have the numbers of their frames.
 std::filesystem::path PartName(const std::filesystem::path& output, const Shard& shard);
-
-// Takes the frames of a video (FILE.mp4: H.264 where OpenCV can, else MPEG-4) or of a numbered sequence of
-// pictures (a name with {frame} or {frame:04}); encodes on a thread of its own. A video appears at Close(),
-// with all frames added until then, or not at all. Throws UsageError on a name that is neither, InputError
-// that says why a file cannot be written.
-class FrameWriter {
- public:
-  FrameWriter(const std::filesystem::path& output, cv::Size size, double fps);
-  ~FrameWriter();
-  FrameWriter(FrameWriter&&) noexcept;
-
-  // Waits while the encoder is several frames behind. `number` names the file of a sequence.
-  void Add(const cv::Mat& frame, int number);
-
-  // Ends the file, reads it back, and gives it its name. Throws InputError where frames are missing in it.
-  void Close();
-
- private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
-};
 
 // True where the name has a {frame} field; FrameName fills it in.
 bool IsFrameTemplate(const std::string& name);

@@ -47,12 +47,13 @@ std::string Reason(int error) {
 // An MP4 file that packets are written to.
 class Mp4File {
  public:
-  explicit Mp4File(fs::path path) : path_(std::move(path)) {
+  // Messages call it `name`.
+  Mp4File(const fs::path& path, const fs::path& name) : name_(name.string()) {
     av_log_set_level(AV_LOG_FATAL);  // what goes wrong is thrown
     AVFormatContext* format = nullptr;
-    Check(avformat_alloc_output_context2(&format, nullptr, "mp4", path_.c_str()));
+    Check(avformat_alloc_output_context2(&format, nullptr, "mp4", path.c_str()));
     format_.reset(format);
-    Check(avio_open(&format->pb, path_.c_str(), AVIO_FLAG_WRITE));
+    Check(avio_open(&format->pb, path.c_str(), AVIO_FLAG_WRITE));
   }
 
   AVStream* AddStream(const AVCodecParameters* coding, AVRational time_base) {
@@ -87,27 +88,28 @@ class Mp4File {
     if (result < 0) {
       throw InputError(
           fmt::format("{}: the video cannot be written ({}), expected a writable folder with free space",
-                      path_.string(), Reason(result)));
+                      name_, Reason(result)));
     }
   }
 
-  fs::path path_;
+  std::string name_;
   Owned<AVFormatContext> format_;
 };
 
 }  // namespace
 
 struct VideoEncoder::Impl {
-  Impl(const fs::path& wanted, cv::Size size, double fps) : path(wanted), file(wanted) {
-    for (const char* name : {"libx264", "mpeg4"}) {
-      if (const AVCodec* found = avcodec_find_encoder_by_name(name);
+  Impl(const fs::path& path, const fs::path& wanted_name, cv::Size size, double fps)
+      : name(wanted_name.string()), file(path, wanted_name) {
+    for (const char* encoder : {"libx264", "mpeg4"}) {
+      if (const AVCodec* found = avcodec_find_encoder_by_name(encoder);
           found != nullptr && Open(found, size, fps)) {
         break;
       }
       codec.reset();
     }
     if (!codec) {
-      throw InputError(fmt::format("{}: this FFmpeg encodes neither H.264 nor MPEG-4", path.string()));
+      throw InputError(fmt::format("{}: this FFmpeg encodes neither H.264 nor MPEG-4", name));
     }
     AVCodecParameters* coding = avcodec_parameters_alloc();
     avcodec_parameters_from_context(coding, codec.get());
@@ -164,12 +166,11 @@ struct VideoEncoder::Impl {
 
   void Check(int result) const {
     if (result < 0) {
-      throw std::runtime_error(
-          fmt::format("{}: a frame cannot be encoded: {}", path.string(), Reason(result)));
+      throw std::runtime_error(fmt::format("{}: a frame cannot be encoded: {}", name, Reason(result)));
     }
   }
 
-  fs::path path;
+  std::string name;
   Mp4File file;
   Owned<AVCodecContext> codec;
   AVStream* stream = nullptr;  // belongs to the file
@@ -179,8 +180,8 @@ struct VideoEncoder::Impl {
   std::int64_t next_time = 0;
 };
 
-VideoEncoder::VideoEncoder(const fs::path& path, cv::Size size, double fps)
-    : impl_(std::make_unique<Impl>(path, size, fps)) {}
+VideoEncoder::VideoEncoder(const fs::path& path, cv::Size size, double fps, const fs::path& name)
+    : impl_(std::make_unique<Impl>(path, name.empty() ? path : name, size, fps)) {}
 VideoEncoder::~VideoEncoder() = default;
 
 void VideoEncoder::Add(const cv::Mat& bgr) {
@@ -235,7 +236,7 @@ bool SameCoding(const AVCodecParameters& a, const AVCodecParameters& b) {
 
 int CopyVideos(const std::vector<fs::path>& videos, const std::vector<int>& frames, const fs::path& output,
                const std::function<bool(int done, int total)>& progress) {
-  Mp4File file(output);
+  Mp4File file(output, output);
   const Source first = OpenSource(videos.front());
   const AVRational frame_time = av_inv_q(first.stream->avg_frame_rate);
   AVStream* const stream = file.AddStream(first.stream->codecpar, frame_time);

@@ -16,10 +16,6 @@ namespace {
 
 int Even(double value) { return 2 * static_cast<int>(std::lround(0.5 * value)); }
 
-cv::Scalar ToBgr(const Eigen::Vector3d& color) {
-  return {255.0 * color.z(), 255.0 * color.y(), 255.0 * color.x()};
-}
-
 }  // namespace
 
 GrowthLayout LayOut(cv::Size frame, bool show_image, const Camera& camera) {

@@ -1,4 +1,3 @@
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -12,7 +11,7 @@
 
 #include "render/video/video.h"
 #include "render/video/video_encoder.h"
-#include "slam/util/atomic_file.h"
+#include "slam/io/image_files.h"
 #include "slam/util/error.h"
 
 namespace sqslam {
@@ -115,17 +114,13 @@ std::vector<Opened> Checked(const std::vector<Part>& parts) {
   }
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const auto [first, end] = FramesOf(parts[i].shard, 0, total);
-    // Where one was cut short, all the others seem too long: the shortest is to blame.
-    const auto shortest = std::min_element(
-        opened.begin(), opened.end(), [](const Opened& a, const Opened& b) { return a.frames < b.frames; });
     if (end - first != opened[i].frames) {
-      const auto at = static_cast<std::size_t>(shortest - opened.begin());
+      // Where one was cut short, all the others seem too long: the shortest is to blame.
+      const auto [shortest, longest] = std::ranges::minmax_element(opened, {}, &Opened::frames);
       throw InputError(
           fmt::format("{}: {} frames, expected about {} as in the other pieces; was it interrupted?",
-                      parts[at].path.string(), shortest->frames,
-                      std::max_element(opened.begin(), opened.end(), [](const Opened& a, const Opened& b) {
-                        return a.frames < b.frames;
-                      })->frames));
+                      parts[static_cast<std::size_t>(shortest - opened.begin())].path.string(),
+                      shortest->frames, longest->frames));
     }
   }
   return opened;
@@ -146,21 +141,13 @@ int JoinParts(const std::vector<std::string>& pieces, const fs::path& output, co
   return done;
 }
 
-// The last number in the name of a file.
-std::optional<long> NumberIn(const fs::path& path) {
-  static const std::regex pattern(R"((.*?)(\d{1,12})(\D*))");
-  const std::string name = path.filename().string();
-  std::smatch match;
-  return std::regex_match(name, match, pattern) ? std::optional(std::stol(match[2].str())) : std::nullopt;
-}
-
 // Files that the name with a {frame} field stands for.
 std::vector<std::string> FilesOf(const std::string& name) {
   const fs::path folder = fs::path(name).has_parent_path() ? fs::path(name).parent_path() : fs::path(".");
   std::vector<std::string> files;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
-    const std::optional<long> number = NumberIn(entry.path());
+    const std::optional<std::int64_t> number = LastNumber(entry.path().filename().string());
     if (number &&
         entry.path().filename() == fs::path(FrameName(name, static_cast<int>(*number))).filename()) {
       files.push_back(entry.path().string());
@@ -175,9 +162,9 @@ std::vector<std::string> FilesOf(const std::string& name) {
 std::vector<std::string> SortedPictures(const std::vector<std::string>& pieces) {
   const std::vector<std::string> files =
       pieces.size() == 1 && IsFrameTemplate(pieces.front()) ? FilesOf(pieces.front()) : pieces;
-  std::map<long, std::string> by_number;
+  std::map<std::int64_t, std::string> by_number;
   for (const std::string& file : files) {
-    const std::optional<long> number = NumberIn(file);
+    const std::optional<std::int64_t> number = LastNumber(fs::path(file).filename().string());
     if (!number) {
       throw InputError(fmt::format("{}: no number in its name, expected numbered pictures", file));
     }
@@ -187,7 +174,7 @@ std::vector<std::string> SortedPictures(const std::vector<std::string>& pieces) 
     }
   }
   std::vector<std::string> sorted;
-  long next = by_number.begin()->first;
+  std::int64_t next = by_number.begin()->first;
   for (const auto& [number, file] : by_number) {
     if (number != next) {
       throw InputError(fmt::format("{}: comes after picture {}, expected picture {}: one is missing", file,

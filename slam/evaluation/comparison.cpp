@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
 #include <set>
 
@@ -19,25 +20,15 @@ using Results = std::vector<NamedEvaluation>;
 
 const Evaluation& First(const Results& results) { return results.front().evaluation; }
 
-std::string NumberedName(const GroundTruthObject& object) {
-  return fmt::format("{} {}", object.id, ShownName(object));
-}
-
-std::string NumberedName(const SnapshotObject& object) {
-  return fmt::format("{} {}", object.id, object.label);
-}
-
 const ObjectMatch* MatchOf(const Evaluation& evaluation, std::size_t truth) {
   const auto& matches = evaluation.objects.matches;
-  const auto it = std::find_if(matches.begin(), matches.end(),
-                               [&](const auto& match) { return match.truth == static_cast<int>(truth); });
+  const auto it = std::ranges::find(matches, static_cast<int>(truth), &ObjectMatch::truth);
   return it == matches.end() ? nullptr : &*it;
 }
 
 std::vector<std::string> Columns(std::string first, const Results& results) {
   std::vector<std::string> columns = {std::move(first)};
-  std::transform(results.begin(), results.end(), std::back_inserter(columns),
-                 [](const auto& result) { return result.name; });
+  std::ranges::transform(results, std::back_inserter(columns), &NamedEvaluation::name);
   return columns;
 }
 
@@ -118,10 +109,7 @@ Table ObjectTable(const Results& results, const std::string& title, int decimals
   std::vector<Cell> means = {Cell::Words("mean of those found")};
   std::vector<Cell> counts = {Cell::Words("found")};
   for (const auto& values : found) {
-    double sum = 0.0;
-    for (const double value : values) {
-      sum += value;
-    }
+    const double sum = std::accumulate(values.begin(), values.end(), 0.0);
     means.push_back(values.empty() ? Cell::Words("-")
                                    : Cell::Number(sum / static_cast<double>(values.size()), decimals));
     counts.push_back(Cell::Words(SharesText(static_cast<int>(values.size()), static_cast<int>(total))));
@@ -141,19 +129,19 @@ Table ExtraTable(const Results& results) {
   for (const NamedEvaluation& result : results) {
     const Evaluation& evaluation = result.evaluation;
     for (const ExtraLandmark& extra : evaluation.extra) {
-      const SnapshotObject& mapped = evaluation.mapped[static_cast<std::size_t>(extra.mapped)];
+      const SnapshotObject& mapped = evaluation.Mapped(extra.mapped);
       const Eigen::Vector3d& c = extra.center_world;
       const Eigen::Vector3d& h = extra.half_size;
       const bool near = extra.nearest >= 0;
-      const Spread none;
+      const auto measured = [near](double value, int decimals) {
+        return near ? Cell::Number(value, decimals) : Cell::Of({}, decimals);
+      };
       table.rows.push_back(
           {Cell::Words(result.name), Cell::Words(NumberedName(mapped)), Cell::Number(mapped.observations, 0),
            Cell::Words(fmt::format("{:.2f} {:.2f} {:.2f}", c.x(), c.y(), c.z())),
            Cell::Words(fmt::format("{:.3f} {:.3f} {:.3f}", h.x(), h.y(), h.z())),
-           Cell::Words(near ? NumberedName(evaluation.truth[static_cast<std::size_t>(extra.nearest)]) : "-"),
-           near ? Cell::Number(extra.distance, 2) : Cell::Of(none, 2),
-           near ? Cell::Number(extra.iou, 3) : Cell::Of(none, 3),
-           near ? Cell::Number(100.0 * extra.inside, 0) : Cell::Of(none, 0)});
+           Cell::Words(near ? NumberedName(evaluation.Truth(extra.nearest)) : "-"),
+           measured(extra.distance, 2), measured(extra.iou, 3), measured(100.0 * extra.inside, 0)});
     }
   }
   return table;
@@ -171,68 +159,37 @@ void CheckSameTruth(const Results& results) {
   }
 }
 
-// The columns of ListObjects: what it is, then what was measured.
-struct ObjectRow {
-  std::string kind;
-  const GroundTruthObject* truth = nullptr;
-  const SnapshotObject* mapped = nullptr;
-  const ObjectMatch* match = nullptr;
-  const ExtraLandmark* extra = nullptr;
-};
-
-Cell Measured(bool known, double value, int decimals) {
-  return known ? Cell::Number(value, decimals) : Cell::Of({}, decimals);
-}
-
-std::vector<Cell> ToCells(const std::string& result, const ObjectRow& row) {
-  const auto* truth = row.truth;
-  const auto* mapped = row.mapped;
-  const bool is_match = row.match != nullptr;
-  const ObjectMatch match = is_match ? *row.match : ObjectMatch{};
-  const bool is_thin = is_match && IsThin(truth->solid);
-  const ExtraLandmark extra = row.extra != nullptr ? *row.extra : ExtraLandmark{};
+// A row of ListObjects: what it is, then what was measured; null where there is no such thing.
+std::vector<Cell> ObjectRow(const std::string& result, const char* kind, const GroundTruthObject* truth,
+                            const SnapshotObject* mapped, const ObjectMatch* match,
+                            const ExtraLandmark* extra) {
+  const auto number = [](const auto* of, auto member, int decimals, double unit = 1.0) {
+    return of != nullptr ? Cell::Number(unit * static_cast<double>(of->*member), decimals)
+                         : Cell::Of({}, decimals);
+  };
+  const ObjectMatch* thin = match != nullptr && IsThin(truth->solid) ? match : nullptr;
   std::vector<Cell> cells = {Cell::Words(result),
-                             Cell::Words(row.kind),
-                             Measured(truth != nullptr, truth != nullptr ? truth->id : 0, 0),
+                             Cell::Words(kind),
+                             number(truth, &GroundTruthObject::id, 0),
                              Cell::Words(truth != nullptr ? ShownName(*truth) : ""),
-                             Measured(truth != nullptr, truth != nullptr ? truth->detections : 0, 0),
+                             number(truth, &GroundTruthObject::detections, 0),
                              Cell::Words(truth == nullptr ? ""
                                          : truth->scored  ? "yes"
                                                           : "no"),
-                             Measured(mapped != nullptr, mapped != nullptr ? mapped->id : 0, 0),
+                             number(mapped, &SnapshotObject::id, 0),
                              Cell::Words(mapped != nullptr ? mapped->label : ""),
-                             Measured(mapped != nullptr, mapped != nullptr ? mapped->observations : 0, 0)};
-  for (const double value : {match.iou, match.iou_ellipsoid}) {
-    cells.push_back(Measured(is_match, value, 3));
-  }
-  cells.push_back(Measured(is_thin, match.footprint_iou, 3));
-  cells.push_back(Measured(is_match, match.center_error, 4));
-  cells.push_back(Measured(is_match, match.size_error, 4));
-  cells.push_back(Measured(is_match, match.tilt_error * kDegreesPerRadian, 1));
-  cells.push_back(Measured(is_match, match.yaw_error * kDegreesPerRadian, 1));
+                             number(mapped, &SnapshotObject::observations, 0),
+                             number(match, &ObjectMatch::iou, 3),
+                             number(match, &ObjectMatch::iou_ellipsoid, 3),
+                             number(thin, &ObjectMatch::footprint_iou, 3),
+                             number(match, &ObjectMatch::center_error, 4),
+                             number(match, &ObjectMatch::size_error, 4),
+                             number(match, &ObjectMatch::tilt_error, 1, kDegreesPerRadian),
+                             number(match, &ObjectMatch::yaw_error, 1, kDegreesPerRadian)};
   for (int axis = 0; axis < 3; ++axis) {
-    cells.push_back(Measured(row.extra != nullptr, extra.center_world[axis], 3));
+    cells.push_back(extra != nullptr ? Cell::Number(extra->center_world[axis], 3) : Cell::Of({}, 3));
   }
   return cells;
-}
-
-std::vector<ObjectRow> RowsOf(const Evaluation& evaluation) {
-  const auto truth = [&](int index) { return &evaluation.truth[static_cast<std::size_t>(index)]; };
-  const auto mapped = [&](int index) { return &evaluation.mapped[static_cast<std::size_t>(index)]; };
-  std::vector<ObjectRow> rows;
-  for (const ObjectMatch& match : evaluation.objects.matches) {
-    rows.push_back({"matched", truth(match.truth), mapped(match.mapped), &match, nullptr});
-  }
-  for (const int index : evaluation.objects.missed) {
-    rows.push_back({"missed", truth(index), nullptr, nullptr, nullptr});
-  }
-  for (const ObjectDuplicate& twice : evaluation.objects.duplicates) {
-    rows.push_back({"double", truth(twice.truth), mapped(twice.mapped), nullptr, nullptr});
-  }
-  for (const ExtraLandmark& extra : evaluation.extra) {
-    rows.push_back({"extra", nullptr, mapped(extra.mapped), nullptr, &extra});
-  }
-  return rows;
 }
 
 template <typename Write>
@@ -294,9 +251,21 @@ Table ListObjects(const std::vector<NamedEvaluation>& results) {
                "tilt error deg", "yaw error deg", "world x m", "world y m", "world z m"},
               {},
               {}};
-  for (const NamedEvaluation& result : results) {
-    for (const ObjectRow& row : RowsOf(result.evaluation)) {
-      table.rows.push_back(ToCells(result.name, row));
+  for (const auto& [name, e] : results) {
+    const auto add = [&table, &name = name](const auto&... row) {
+      table.rows.push_back(ObjectRow(name, row...));
+    };
+    for (const ObjectMatch& match : e.objects.matches) {
+      add("matched", &e.Truth(match.truth), &e.Mapped(match.mapped), &match, nullptr);
+    }
+    for (const int index : e.objects.missed) {
+      add("missed", &e.Truth(index), nullptr, nullptr, nullptr);
+    }
+    for (const ObjectDuplicate& twice : e.objects.duplicates) {
+      add("double", &e.Truth(twice.truth), &e.Mapped(twice.mapped), nullptr, nullptr);
+    }
+    for (const ExtraLandmark& extra : e.extra) {
+      add("extra", nullptr, &e.Mapped(extra.mapped), nullptr, &extra);
     }
   }
   return table;

@@ -21,7 +21,7 @@ IouSummary Summarize(const Evaluation& evaluation, bool only_scored) {
   double sum = 0.0;
   double sum_ellipsoid = 0.0;
   for (const ObjectMatch& match : evaluation.objects.matches) {
-    if (counts(evaluation.truth[static_cast<std::size_t>(match.truth)])) {
+    if (counts(evaluation.Truth(match.truth))) {
       ++summary.matched;
       sum += match.iou;
       sum_ellipsoid += match.iou_ellipsoid;
@@ -37,9 +37,7 @@ std::vector<CoverageCount> CountCoverage(const Evaluation& evaluation) {
   std::vector<CoverageCount> coverage;
   for (const int min_detections : {20, 60}) {
     CoverageCount count{min_detections, 0, 0};
-    const auto qualifies = [&](int truth) {
-      return evaluation.truth[static_cast<std::size_t>(truth)].detections >= min_detections;
-    };
+    const auto qualifies = [&](int truth) { return evaluation.Truth(truth).detections >= min_detections; };
     for (const ObjectMatch& match : evaluation.objects.matches) {
       count.mapped += qualifies(match.truth) ? 1 : 0;
     }
@@ -53,9 +51,8 @@ std::vector<CoverageCount> CountCoverage(const Evaluation& evaluation) {
 std::vector<ExtraLandmark> DescribeExtra(const Evaluation& evaluation) {
   std::vector<ExtraLandmark> described;
   for (const int index : evaluation.objects.extra) {
-    const Solid solid =
-        Transform(evaluation.trajectory.S_world_map,
-                  Solid::FromSuperquadric(evaluation.mapped[static_cast<std::size_t>(index)].superquadric));
+    const Solid solid = Transform(evaluation.trajectory.S_world_map,
+                                  Solid::FromSuperquadric(evaluation.Mapped(index).superquadric));
     ExtraLandmark extra;
     extra.mapped = index;
     extra.center_world = solid.T_map_object.translation;
@@ -69,7 +66,7 @@ std::vector<ExtraLandmark> DescribeExtra(const Evaluation& evaluation) {
       }
     }
     if (extra.nearest >= 0) {
-      const Solid& nearest = evaluation.truth[static_cast<std::size_t>(extra.nearest)].solid;
+      const Solid& nearest = evaluation.Truth(extra.nearest).solid;
       extra.iou = IoU(solid, nearest);
       extra.inside = ShareInside(solid, nearest, extra.iou);
     }
@@ -85,14 +82,6 @@ std::string TimeSpan(const Trajectory& trajectory) {
 }
 
 using nlohmann::ordered_json;
-
-const GroundTruthObject& TruthOf(const Evaluation& evaluation, int index) {
-  return evaluation.truth[static_cast<std::size_t>(index)];
-}
-
-const SnapshotObject& MappedOf(const Evaluation& evaluation, int index) {
-  return evaluation.mapped[static_cast<std::size_t>(index)];
-}
 
 ordered_json Numbers(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -112,16 +101,24 @@ ordered_json TrajectoryJson(const Evaluation& evaluation) {
             {"translation", Numbers(error.S_world_map.translation)}}}};
 }
 
+ordered_json TruthJson(const GroundTruthObject& truth) {
+  return {{"ground_truth", truth.id},
+          {"name", ShownName(truth)},
+          {"label", truth.label},
+          {"detections", truth.detections},
+          {"scored", truth.scored}};
+}
+
 ordered_json ObjectsJson(const Evaluation& evaluation) {
   ordered_json matched = ordered_json::array();
   for (const ObjectMatch& match : evaluation.objects.matches) {
-    const GroundTruthObject& truth = TruthOf(evaluation, match.truth);
-    const SnapshotObject& mapped = MappedOf(evaluation, match.mapped);
-    ordered_json entry = {{"ground_truth", truth.id},     {"name", ShownName(truth)},
-                          {"label", truth.label},         {"detections", truth.detections},
-                          {"scored", truth.scored},       {"object", mapped.id},
-                          {"object_label", mapped.label}, {"label_agrees", match.label_agrees}};
-    entry.update({{"iou", match.iou},
+    const GroundTruthObject& truth = evaluation.Truth(match.truth);
+    const SnapshotObject& mapped = evaluation.Mapped(match.mapped);
+    ordered_json entry = TruthJson(truth);
+    entry.update({{"object", mapped.id},
+                  {"object_label", mapped.label},
+                  {"label_agrees", match.label_agrees},
+                  {"iou", match.iou},
                   {"iou_ellipsoid", match.iou_ellipsoid},
                   {"center_error", match.center_error},
                   {"size_error", match.size_error},
@@ -133,23 +130,18 @@ ordered_json ObjectsJson(const Evaluation& evaluation) {
   }
   ordered_json missed = ordered_json::array();
   for (const int index : evaluation.objects.missed) {
-    const GroundTruthObject& truth = TruthOf(evaluation, index);
-    missed.push_back({{"ground_truth", truth.id},
-                      {"name", ShownName(truth)},
-                      {"label", truth.label},
-                      {"detections", truth.detections},
-                      {"scored", truth.scored}});
+    missed.push_back(TruthJson(evaluation.Truth(index)));
   }
   ordered_json extra = ordered_json::array();
   for (const ExtraLandmark& landmark : evaluation.extra) {
-    const SnapshotObject& mapped = MappedOf(evaluation, landmark.mapped);
+    const SnapshotObject& mapped = evaluation.Mapped(landmark.mapped);
     ordered_json entry = {{"object", mapped.id},
                           {"label", mapped.label},
                           {"observations", mapped.observations},
                           {"center_world", Numbers(landmark.center_world)},
                           {"half_size", Numbers(landmark.half_size)}};
     if (landmark.nearest >= 0) {
-      const GroundTruthObject& nearest = TruthOf(evaluation, landmark.nearest);
+      const GroundTruthObject& nearest = evaluation.Truth(landmark.nearest);
       entry["nearest"] = {{"ground_truth", nearest.id},
                           {"name", ShownName(nearest)},
                           {"distance", landmark.distance},
@@ -160,8 +152,8 @@ ordered_json ObjectsJson(const Evaluation& evaluation) {
   }
   ordered_json doubles = ordered_json::array();
   for (const ObjectDuplicate& twice : evaluation.objects.duplicates) {
-    doubles.push_back({{"object", MappedOf(evaluation, twice.mapped).id},
-                       {"ground_truth", TruthOf(evaluation, twice.truth).id}});
+    doubles.push_back(
+        {{"object", evaluation.Mapped(twice.mapped).id}, {"ground_truth", evaluation.Truth(twice.truth).id}});
   }
   return {{"matched", matched}, {"missed", missed}, {"extra", extra}, {"doubles", doubles}};
 }
@@ -209,24 +201,23 @@ void FormatObjectTable(const Evaluation& evaluation, std::back_insert_iterator<s
   fmt::format_to(out, "\n  {:<22} {:<16} {:>6} {:>6} {:>8} {:>9} {:>9} {:>6} {:>6}\n", "ground truth",
                  "mapped as", "boxes", "IoU", "ellips.", "centre m", "size m", "tilt°", "yaw°");
   for (const ObjectMatch& match : evaluation.objects.matches) {
-    const GroundTruthObject& truth = TruthOf(evaluation, match.truth);
-    const SnapshotObject& mapped = MappedOf(evaluation, match.mapped);
+    const GroundTruthObject& truth = evaluation.Truth(match.truth);
+    const SnapshotObject& mapped = evaluation.Mapped(match.mapped);
     fmt::format_to(out, "  {:<22} {:<16} {:>6} {:>6.3f} {:>8.3f} {:>9.4f} {:>9.4f} {:>6.1f} {:>6.1f}{}{}\n",
-                   fmt::format("{} {}", truth.id, ShownName(truth)),
-                   fmt::format("{} {}", mapped.id, mapped.label), truth.detections, match.iou,
+                   NumberedName(truth), NumberedName(mapped), truth.detections, match.iou,
                    match.iou_ellipsoid, match.center_error, match.size_error,
                    match.tilt_error * kDegreesPerRadian, match.yaw_error * kDegreesPerRadian,
                    IsThin(truth.solid) ? fmt::format("  footprint {:.3f}", match.footprint_iou) : "",
                    evaluation.has_scored && truth.scored ? "  scored" : "");
   }
   for (const int index : evaluation.objects.missed) {
-    const GroundTruthObject& truth = TruthOf(evaluation, index);
-    fmt::format_to(out, "  {:<22} {:<16} {:>6}{}\n", fmt::format("{} {}", truth.id, ShownName(truth)),
-                   "missed", truth.detections, evaluation.has_scored && truth.scored ? "  scored" : "");
+    const GroundTruthObject& truth = evaluation.Truth(index);
+    fmt::format_to(out, "  {:<22} {:<16} {:>6}{}\n", NumberedName(truth), "missed", truth.detections,
+                   evaluation.has_scored && truth.scored ? "  scored" : "");
   }
   for (const ObjectDuplicate& twice : evaluation.objects.duplicates) {
-    fmt::format_to(out, "  {:<22} {} {}\n", fmt::format("{} again", TruthOf(evaluation, twice.truth).id),
-                   MappedOf(evaluation, twice.mapped).id, MappedOf(evaluation, twice.mapped).label);
+    fmt::format_to(out, "  {:<22} {}\n", fmt::format("{} again", evaluation.Truth(twice.truth).id),
+                   NumberedName(evaluation.Mapped(twice.mapped)));
   }
 }
 
@@ -237,14 +228,14 @@ void FormatExtra(const Evaluation& evaluation, std::back_insert_iterator<std::st
   fmt::format_to(out, "\n  {:<22} {:>6} {:>23} {:>20}  {}\n", "no ground truth", "seen",
                  "centre in the world m", "half sizes m", "nearest ground truth");
   for (const ExtraLandmark& extra : evaluation.extra) {
-    const SnapshotObject& mapped = MappedOf(evaluation, extra.mapped);
+    const SnapshotObject& mapped = evaluation.Mapped(extra.mapped);
     const Eigen::Vector3d& c = extra.center_world;
     const Eigen::Vector3d& h = extra.half_size;
-    fmt::format_to(out, "  {:<22} {:>6} {:>23} {:>20}", fmt::format("{} {}", mapped.id, mapped.label),
-                   mapped.observations, fmt::format("{:.2f} {:.2f} {:.2f}", c.x(), c.y(), c.z()),
+    fmt::format_to(out, "  {:<22} {:>6} {:>23} {:>20}", NumberedName(mapped), mapped.observations,
+                   fmt::format("{:.2f} {:.2f} {:.2f}", c.x(), c.y(), c.z()),
                    fmt::format("{:.3f} {:.3f} {:.3f}", h.x(), h.y(), h.z()));
     if (extra.nearest >= 0) {
-      const GroundTruthObject& nearest = TruthOf(evaluation, extra.nearest);
+      const GroundTruthObject& nearest = evaluation.Truth(extra.nearest);
       fmt::format_to(out, "  {} {}, {:.2f} m away, IoU {:.3f}, {:.0f} % inside", nearest.id,
                      ShownName(nearest), extra.distance, extra.iou, 100.0 * extra.inside);
     }
@@ -253,6 +244,14 @@ void FormatExtra(const Evaluation& evaluation, std::back_insert_iterator<std::st
 }
 
 }  // namespace
+
+std::string NumberedName(const GroundTruthObject& object) {
+  return fmt::format("{} {}", object.id, ShownName(object));
+}
+
+std::string NumberedName(const SnapshotObject& object) {
+  return fmt::format("{} {}", object.id, object.label);
+}
 
 Evaluation Evaluate(const Trajectory& estimated, const std::vector<SnapshotObject>& mapped,
                     const GroundTruth& truth, const EvaluationOptions& options, const std::string& where) {

@@ -72,7 +72,14 @@ struct Evaluation {
 
   // The ground-truth camera positions in the map frame, for drawing beside the estimated ones.
   std::vector<Eigen::Vector3d> truth_positions_map;
+
+  const GroundTruthObject& Truth(int index) const { return truth[static_cast<std::size_t>(index)]; }
+  const SnapshotObject& Mapped(int index) const { return mapped[static_cast<std::size_t>(index)]; }
 };
+
+// "4 teapot".
+std::string NumberedName(const GroundTruthObject& object);
+std::string NumberedName(const SnapshotObject& object);
 
 // Throws InputError where the trajectory cannot be aligned; `where` begins that message.
 Evaluation Evaluate(const Trajectory& estimated, const std::vector<SnapshotObject>& mapped,

@@ -64,13 +64,8 @@ Solid ParseSolid(const json& entry) {
   return solid;
 }
 
-struct ParsedObjects {
-  std::vector<GroundTruthObject> objects;
-  bool has_scored = false;
-  bool has_detection_counts = false;
-};
-
-ParsedObjects ParseObjects(const std::filesystem::path& path) {
+// Fills in what the file says of objects.
+void ParseObjects(const fs::path& path, GroundTruth& truth) {
   json document;
   try {
     document = json::parse(ReadFile(path, "a list of ground-truth objects"));
@@ -82,7 +77,7 @@ ParsedObjects ParseObjects(const std::filesystem::path& path) {
     throw InputError(fmt::format("{}: expected a list of objects, or an object whose key 'objects' holds it",
                                  path.string()));
   }
-  ParsedObjects parsed;
+  truth.has_objects = true;
   for (const json& entry : list) {
     try {
       GroundTruthObject object;
@@ -92,24 +87,23 @@ ParsedObjects ParseObjects(const std::filesystem::path& path) {
       object.solid = ParseSolid(entry);
       object.detections = entry.value("detector_boxes", 0);
       object.scored = entry.value("scored", false);
-      parsed.has_scored = parsed.has_scored || entry.contains("scored");
-      parsed.has_detection_counts = parsed.has_detection_counts || entry.contains("detector_boxes");
-      parsed.objects.push_back(std::move(object));
+      truth.has_scored = truth.has_scored || entry.contains("scored");
+      truth.has_detection_counts = truth.has_detection_counts || entry.contains("detector_boxes");
+      truth.objects.push_back(std::move(object));
     } catch (const std::exception& error) {
-      throw InputError(fmt::format("{}: object {} of the list: {}", path.string(), parsed.objects.size() + 1,
+      throw InputError(fmt::format("{}: object {} of the list: {}", path.string(), truth.objects.size() + 1,
                                    error.what()));
     }
   }
-  if (!parsed.has_scored) {
-    for (GroundTruthObject& object : parsed.objects) {
+  if (!truth.has_scored) {
+    for (GroundTruthObject& object : truth.objects) {
       object.scored = true;
     }
   }
-  return parsed;
 }
 
 // Boxes of each object id in boxes.txt; empty where the boxes carry no ids.
-std::map<int, int> CountBoxes(const std::filesystem::path& path) {
+std::map<int, int> CountBoxes(const fs::path& path) {
   std::map<int, int> counts;
   for (const TextLine& line : ReadTextLines(path, "boxes")) {
     if (line.words.size() >= 8) {
@@ -120,23 +114,9 @@ std::map<int, int> CountBoxes(const std::filesystem::path& path) {
   return counts;
 }
 
-std::vector<fs::path> FilesLike(const fs::path& folder, const char* pattern) {
-  const std::regex regex(pattern);
-  std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    if (entry.is_regular_file() && std::regex_match(entry.path().filename().string(), regex)) {
-      files.push_back(entry.path());
-    }
-  }
-  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
-    return NumericLess(a.filename().string(), b.filename().string());
-  });
-  return files;
-}
-
 // The one file of a folder whose name is like that.
 fs::path OnlyFileLike(const fs::path& folder, const char* pattern, const std::string& expected) {
-  const std::vector<fs::path> files = FilesLike(folder, pattern);
+  const std::vector<fs::path> files = FilesLike(folder, std::regex(pattern));
   if (files.size() != 1) {
     throw InputError(fmt::format("{}: {} files of ground-truth poses, expected {}", folder.string(),
                                  files.empty() ? "no" : std::to_string(files.size()), expected));
@@ -184,7 +164,7 @@ Rigid3d ReadMatrix(const fs::path& path) {
 
 Trajectory Read7Scenes(const fs::path& folder, double fps) {
   Trajectory trajectory;
-  for (const fs::path& file : FilesLike(folder, R"(frame-\d+\.pose\.txt)")) {
+  for (const fs::path& file : FilesLike(folder, std::regex(R"(frame-\d+\.pose\.txt)"))) {
     const auto number = LastNumber(file.filename().string());
     if (!number) {
       throw InputError(fmt::format("{}: its number is too large, expected a frame number", file.string()));
@@ -249,13 +229,15 @@ Trajectory ReadIclNuim(const fs::path& path, double fps) {
 
 }  // namespace
 
-std::vector<GroundTruthObject> ReadGroundTruthObjects(const std::filesystem::path& path) {
-  return ParseObjects(path).objects;
+std::vector<GroundTruthObject> ReadGroundTruthObjects(const fs::path& path) {
+  GroundTruth truth;
+  ParseObjects(path, truth);
+  return truth.objects;
 }
 
-GroundTruth ReadGroundTruth(const std::filesystem::path& sequence) {
+GroundTruth ReadGroundTruth(const fs::path& sequence) {
   GroundTruth truth;
-  if (!std::filesystem::is_directory(sequence)) {
+  if (!fs::is_directory(sequence)) {
     throw InputError(
         fmt::format("{}: no such folder; expected a sequence with ground truth", sequence.string()));
   }
@@ -272,28 +254,21 @@ GroundTruth ReadGroundTruth(const std::filesystem::path& sequence) {
                                    sequence.string()));
     }
   } else {
-    SequenceRequest request;
-    request.path = sequence;
-    const Sequence opened = OpenSequence(request);
+    const Sequence opened = OpenSequence({.path = sequence});
     truth.trajectory = ReadGroundTruthPoses(opened);
     truth.frames = static_cast<int>(opened.frames.size());
   }
-  const std::filesystem::path objects = sequence / "objects_gt.json";
-  if (!std::filesystem::exists(objects)) {
+  const fs::path objects = sequence / "objects_gt.json";
+  if (!fs::exists(objects)) {
     return truth;
   }
-  ParsedObjects parsed = ParseObjects(objects);
-  truth.has_objects = true;
-  truth.has_scored = parsed.has_scored;
-  truth.has_detection_counts = parsed.has_detection_counts;
-  truth.objects = std::move(parsed.objects);
-  const std::filesystem::path boxes = sequence / "boxes.txt";
-  const std::map<int, int> counts = std::filesystem::exists(boxes) ? CountBoxes(boxes) : std::map<int, int>{};
+  ParseObjects(objects, truth);
+  const fs::path boxes = sequence / "boxes.txt";
+  std::map<int, int> counts = fs::exists(boxes) ? CountBoxes(boxes) : std::map<int, int>{};
   if (!counts.empty()) {
     truth.has_detection_counts = true;
     for (GroundTruthObject& object : truth.objects) {
-      const auto count = counts.find(object.id);
-      object.detections = count != counts.end() ? count->second : 0;
+      object.detections = counts[object.id];
     }
   }
   return truth;
@@ -324,10 +299,8 @@ Trajectory ReadGroundTruthPoses(const Sequence& sequence) {
   }
 }
 
-Trajectory ReadTruePoses(const std::filesystem::path& sequence) {
-  SequenceRequest request;
-  request.path = sequence;
-  return ReadGroundTruthPoses(OpenSequence(request));
+Trajectory ReadTruePoses(const fs::path& sequence) {
+  return ReadGroundTruthPoses(OpenSequence({.path = sequence}));
 }
 
 }  // namespace sqslam

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "slam/io/coco.h"
 #include "slam/objects/assignment.h"
 
 namespace sqslam {
@@ -37,11 +38,6 @@ bool HasRoundSection(const Solid& solid) {
   return elliptic && std::abs(solid.half_size.x() - solid.half_size.y()) < 0.1 * solid.half_size.x();
 }
 
-std::string WithoutBlanks(std::string label) {
-  std::replace(label.begin(), label.end(), ' ', '_');
-  return label;
-}
-
 ObjectMatch MatchBetween(const Solid& mapped, const Solid& truth) {
   ObjectMatch match;
   match.iou = IoU(mapped, truth);
@@ -62,7 +58,7 @@ ObjectMatch MatchBetween(const Solid& mapped, const Solid& truth) {
 }
 
 bool HaveSameLabel(const SnapshotObject& mapped, const GroundTruthObject& truth) {
-  return WithoutBlanks(mapped.label) == WithoutBlanks(truth.label);
+  return NormalizedLabel(mapped.label) == NormalizedLabel(truth.label);
 }
 
 // Score of a mapped object as a true one: above 0 where it counts as the same object.

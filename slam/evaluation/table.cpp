@@ -22,16 +22,12 @@ std::string Fixed(double value, int decimals) {
   return is_zero && text.starts_with('-') ? text.substr(1) : text;  // no "-0.00"
 }
 
-// The ends of the range as they would be printed; both empty where they say no more than the median.
-struct Range {
-  std::string lowest;
-  std::string highest;
-};
-
-Range RangeOf(const Cell& cell) {
-  const std::string median = Fixed(cell.spread.median, cell.decimals);
-  Range range{Fixed(cell.spread.lowest, cell.decimals), Fixed(cell.spread.highest, cell.decimals)};
-  return range.lowest == median && range.highest == median ? Range{} : range;
+// What `make` makes of each.
+template <typename Items, typename Make>
+std::vector<std::string> Each(const Items& items, const Make& make) {
+  std::vector<std::string> made;
+  std::transform(items.begin(), items.end(), std::back_inserter(made), make);
+  return made;
 }
 
 // Characters, not bytes, of UTF-8.
@@ -55,18 +51,21 @@ std::string Heading(const Table& table) {
   return table.name.empty() ? table.title : fmt::format("{}: {}", table.name, table.title);
 }
 
-std::string LatexCell(const Cell& cell) {
-  if (!IsNumber(cell)) {
-    return EscapeLatex(cell.text);
-  }
+// A number without a range, or with one, by the formats.
+std::string NumberText(const Cell& cell, const char* none, const char* plain, const char* with_range) {
   if (cell.spread.count == 0) {
-    return "--";
+    return none;
   }
-  const Range range = RangeOf(cell);
   const std::string median = Fixed(cell.spread.median, cell.decimals);
-  return range.lowest.empty()
-             ? fmt::format("${}$", median)
-             : fmt::format("${}$ {{\\scriptsize (${}$ to ${}$)}}", median, range.lowest, range.highest);
+  const std::string lowest = Fixed(cell.spread.lowest, cell.decimals);
+  const std::string highest = Fixed(cell.spread.highest, cell.decimals);
+  const bool wide = lowest != median || highest != median;  // otherwise it says no more than the median
+  return fmt::format(fmt::runtime(wide ? with_range : plain), median, lowest, highest);
+}
+
+std::string LatexCell(const Cell& cell) {
+  return IsNumber(cell) ? NumberText(cell, "--", "${}$", "${}$ {{\\scriptsize (${}$ to ${}$)}}")
+                        : EscapeLatex(cell.text);
 }
 
 std::string Significant(double value) { return fmt::format("{:.6g}", value); }
@@ -98,23 +97,14 @@ Cell Cell::Number(double value, int decimals) { return {"", {1, value, value, va
 Cell Cell::Of(const Spread& spread, int decimals) { return {"", spread, decimals}; }
 
 std::string FormatCell(const Cell& cell) {
-  if (!IsNumber(cell)) {
-    return cell.text;
-  }
-  if (cell.spread.count == 0) {
-    return "-";
-  }
-  const Range range = RangeOf(cell);
-  const std::string median = Fixed(cell.spread.median, cell.decimals);
-  return range.lowest.empty() ? median : fmt::format("{} ({} to {})", median, range.lowest, range.highest);
+  return IsNumber(cell) ? NumberText(cell, "-", "{}", "{} ({} to {})") : cell.text;
 }
 
 std::string ToText(const Table& table) {
   const std::vector<bool> right = RightAligned(table);
   std::vector<std::vector<std::string>> lines = {table.columns};
   for (const auto& row : table.rows) {
-    lines.emplace_back();
-    std::transform(row.begin(), row.end(), std::back_inserter(lines.back()), FormatCell);
+    lines.push_back(Each(row, FormatCell));
   }
   std::vector<std::size_t> widths(table.columns.size(), 0);
   for (const auto& line : lines) {
@@ -138,23 +128,14 @@ std::string ToText(const Table& table) {
 }
 
 std::string ToMarkdown(const Table& table) {
-  const std::vector<bool> right = RightAligned(table);
   std::string text = fmt::format("## {}\n\n", EscapeMarkdown(Heading(table)));
   const auto add_row = [&text](const std::vector<std::string>& cells) {
     text += fmt::format("| {} |\n", fmt::join(cells, " | "));
   };
-  std::vector<std::string> cells;
-  std::transform(table.columns.begin(), table.columns.end(), std::back_inserter(cells), EscapeMarkdown);
-  add_row(cells);
-  cells.clear();
-  std::transform(right.begin(), right.end(), std::back_inserter(cells),
-                 [](bool is_right) { return is_right ? "---:" : "---"; });
-  add_row(cells);
+  add_row(Each(table.columns, EscapeMarkdown));
+  add_row(Each(RightAligned(table), [](bool is_right) { return is_right ? "---:" : "---"; }));
   for (const auto& row : table.rows) {
-    cells.clear();
-    std::transform(row.begin(), row.end(), std::back_inserter(cells),
-                   [](const Cell& cell) { return EscapeMarkdown(FormatCell(cell)); });
-    add_row(cells);
+    add_row(Each(row, [](const Cell& cell) { return EscapeMarkdown(FormatCell(cell)); }));
   }
   for (const std::string& note : table.notes) {
     text += fmt::format("\n{}\n", EscapeMarkdown(note));
@@ -163,22 +144,17 @@ std::string ToMarkdown(const Table& table) {
 }
 
 std::string ToLatex(const Table& table) {
-  const std::vector<bool> right = RightAligned(table);
   std::string alignment;
-  for (const bool is_right : right) {
+  for (const bool is_right : RightAligned(table)) {
     alignment += is_right ? 'r' : 'l';
   }
   std::string text = fmt::format(
       "% needs \\usepackage{{booktabs}}\n\\begin{{table}}\n  \\centering\n  \\caption{{{}}}\n  "
       "\\begin{{tabular}}{{{}}}\n    \\toprule\n",
       EscapeLatex(table.title), alignment);
-  std::vector<std::string> cells;
-  std::transform(table.columns.begin(), table.columns.end(), std::back_inserter(cells), EscapeLatex);
-  text += fmt::format("    {} \\\\ \\midrule\n", fmt::join(cells, " & "));
+  text += fmt::format("    {} \\\\ \\midrule\n", fmt::join(Each(table.columns, EscapeLatex), " & "));
   for (const auto& row : table.rows) {
-    cells.clear();
-    std::transform(row.begin(), row.end(), std::back_inserter(cells), LatexCell);
-    text += fmt::format("    {} \\\\\n", fmt::join(cells, " & "));
+    text += fmt::format("    {} \\\\\n", fmt::join(Each(row, LatexCell), " & "));
   }
   text += "    \\bottomrule\n  \\end{tabular}\n";
   for (const std::string& note : table.notes) {
@@ -195,9 +171,8 @@ std::string ToCsv(const Table& table) {
     }
   }
   std::string text;
-  const auto add_line = [&text](std::vector<std::string> cells) {
-    std::transform(cells.begin(), cells.end(), cells.begin(), EscapeCsv);
-    text += fmt::format("{}\n", fmt::join(cells, ","));
+  const auto add_line = [&text](const std::vector<std::string>& cells) {
+    text += fmt::format("{}\n", fmt::join(Each(cells, EscapeCsv), ","));
   };
   std::vector<std::string> line;
   for (std::size_t i = 0; i < wide.size(); ++i) {

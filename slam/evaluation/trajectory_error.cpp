@@ -20,18 +20,6 @@ Trajectory KeyframesOf(const MapSnapshot& map) {
   return keyframes;
 }
 
-// A gap is several times as long as the steps usually are.
-double LongestStep(const Trajectory& truth) {
-  std::vector<double> steps;
-  for (std::size_t i = 1; i < truth.size(); ++i) {
-    steps.push_back(truth[i].timestamp - truth[i - 1].timestamp);
-  }
-  if (steps.empty()) {
-    return 0.0;
-  }
-  return 5.0 * UpperMedian(std::move(steps)) + 1e-9;
-}
-
 }  // namespace
 
 std::vector<std::pair<std::size_t, std::size_t>> AssociateByTime(const Trajectory& estimated,
@@ -92,6 +80,22 @@ std::optional<TrajectoryError> ComputeTrajectoryError(const Trajectory& estimate
   return error;
 }
 
+std::vector<Trajectory> SplitAtGaps(const Trajectory& trajectory) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < trajectory.size(); ++i) {
+    steps.push_back(trajectory[i].timestamp - trajectory[i - 1].timestamp);
+  }
+  const double longest = steps.empty() ? 0.0 : 5.0 * UpperMedian(steps) + 1e-9;
+  std::vector<Trajectory> pieces;
+  for (std::size_t i = 0; i < trajectory.size(); ++i) {
+    if (i == 0 || steps[i - 1] > longest) {
+      pieces.emplace_back();
+    }
+    pieces.back().push_back(trajectory[i]);
+  }
+  return pieces;
+}
+
 std::optional<TruePath> LayTruePath(const Trajectory& truth, const MapSnapshot& map,
                                     double max_time_difference) {
   const Trajectory keyframes = KeyframesOf(map);
@@ -106,17 +110,16 @@ std::optional<TruePath> LayTruePath(const Trajectory& truth, const MapSnapshot& 
   const Sim3d S_map_world = error->S_world_map.Inverse();
   const double begin = keyframes.front().timestamp - max_time_difference;
   const double end = std::max(keyframes.back().timestamp, map.timestamp) + max_time_difference;
-  const double longest = LongestStep(truth);
-  double last = 0.0;
-  for (const TimedPose& pose : truth) {
-    if (pose.timestamp < begin || pose.timestamp > end) {
-      continue;
+  for (const Trajectory& piece : SplitAtGaps(truth)) {
+    std::vector<Eigen::Vector3d> shown;
+    for (const TimedPose& pose : piece) {
+      if (pose.timestamp >= begin && pose.timestamp <= end) {
+        shown.push_back(S_map_world * pose.T_map_camera.translation);
+      }
     }
-    if (path.pieces.empty() || pose.timestamp - last > longest) {
-      path.pieces.emplace_back();
+    if (!shown.empty()) {
+      path.pieces.push_back(std::move(shown));
     }
-    path.pieces.back().push_back(S_map_world * pose.T_map_camera.translation);
-    last = pose.timestamp;
   }
   return path;
 }

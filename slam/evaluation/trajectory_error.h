@@ -34,6 +34,9 @@ std::vector<std::pair<std::size_t, std::size_t>> AssociateByTime(const Trajector
 std::optional<TrajectoryError> ComputeTrajectoryError(const Trajectory& estimated, const Trajectory& truth,
                                                       double max_time_difference);
 
+// The pieces between gaps, which are several times as long as the steps usually are.
+std::vector<Trajectory> SplitAtGaps(const Trajectory& trajectory);
+
 // A true camera path laid over a map.
 struct TruePath {
   Sim3d S_world_map;                                 // p_world = S_world_map * p_map

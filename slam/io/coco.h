@@ -7,34 +7,18 @@
 namespace sqslam {
 
 // The 80 classes of COCO in the order of detectors' class numbers (0-based), blanks written as underscores.
+// clang-format off
 inline constexpr std::array<std::string_view, 80> kCocoNames = {
-    "person",        "bicycle",      "car",
-    "motorcycle",    "airplane",     "bus",
-    "train",         "truck",        "boat",
-    "traffic_light", "fire_hydrant", "stop_sign",
-    "parking_meter", "bench",        "bird",
-    "cat",           "dog",          "horse",
-    "sheep",         "cow",          "elephant",
-    "bear",          "zebra",        "giraffe",
-    "backpack",      "umbrella",     "handbag",
-    "tie",           "suitcase",     "frisbee",
-    "skis",          "snowboard",    "sports_ball",
-    "kite",          "baseball_bat", "baseball_glove",
-    "skateboard",    "surfboard",    "tennis_racket",
-    "bottle",        "wine_glass",   "cup",
-    "fork",          "knife",        "spoon",
-    "bowl",          "banana",       "apple",
-    "sandwich",      "orange",       "broccoli",
-    "carrot",        "hot_dog",      "pizza",
-    "donut",         "cake",         "chair",
-    "couch",         "potted_plant", "bed",
-    "dining_table",  "toilet",       "tv",
-    "laptop",        "mouse",        "remote",
-    "keyboard",      "cell_phone",   "microwave",
-    "oven",          "toaster",      "sink",
-    "refrigerator",  "book",         "clock",
-    "vase",          "scissors",     "teddy_bear",
-    "hair_drier",    "toothbrush"};
+    "person", "bicycle", "car", "motorcycle", "airplane", "bus", "train", "truck", "boat", "traffic_light",
+    "fire_hydrant", "stop_sign", "parking_meter", "bench", "bird", "cat", "dog", "horse", "sheep", "cow",
+    "elephant", "bear", "zebra", "giraffe", "backpack", "umbrella", "handbag", "tie", "suitcase", "frisbee",
+    "skis", "snowboard", "sports_ball", "kite", "baseball_bat", "baseball_glove", "skateboard", "surfboard",
+    "tennis_racket", "bottle", "wine_glass", "cup", "fork", "knife", "spoon", "bowl", "banana", "apple",
+    "sandwich", "orange", "broccoli", "carrot", "hot_dog", "pizza", "donut", "cake", "chair", "couch",
+    "potted_plant", "bed", "dining_table", "toilet", "tv", "laptop", "mouse", "remote", "keyboard",
+    "cell_phone", "microwave", "oven", "toaster", "sink", "refrigerator", "book", "clock", "vase",
+    "scissors", "teddy_bear", "hair_drier", "toothbrush"};
+// clang-format on
 
 // Things of desks and rooms that detectors beyond COCO (and our synthetic scenes) name.
 inline constexpr std::array<std::string_view, 16> kMoreNames = {

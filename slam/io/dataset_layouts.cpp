@@ -64,11 +64,7 @@ std::vector<SequenceFrame> ListAssociations(const fs::path& folder, double fps) 
 }
 
 std::vector<fs::path> ImagesLike(const fs::path& folder, const char* pattern) {
-  const std::regex regex(pattern, std::regex::icase);
-  std::vector<fs::path> images = ListColorImages(folder);
-  std::erase_if(images,
-                [&](const fs::path& image) { return !std::regex_match(image.filename().string(), regex); });
-  return images;
+  return FilesLike(folder, std::regex(pattern, std::regex::icase));
 }
 
 const NumberedLayout& LayoutOf(SequenceFormat format) {

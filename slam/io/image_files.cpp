@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -35,6 +34,20 @@ std::string_view TakeNumber(std::string_view& text) {
   text.remove_prefix(length);
   digits.remove_prefix(std::min(digits.find_first_not_of('0'), digits.size()));
   return digits;
+}
+
+template <typename Choose>
+std::vector<fs::path> FilesWhere(const fs::path& folder, const Choose& choose) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.is_regular_file() && choose(entry.path())) {
+      files.push_back(entry.path());
+    }
+  }
+  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+    return NumericLess(a.filename().string(), b.filename().string());
+  });
+  return files;
 }
 
 constexpr int kMinSide = 16;  // pixels; less is a slip
@@ -85,22 +98,16 @@ std::optional<std::int64_t> LastNumber(std::string_view name) {
   }
   const std::size_t before = name.find_last_not_of(kDigits, last);
   const std::size_t first = before == std::string_view::npos ? 0 : before + 1;
-  std::int64_t number = 0;
-  const auto [end, error] = std::from_chars(name.data() + first, name.data() + last + 1, number);
-  return error == std::errc() ? std::optional(number) : std::nullopt;
+  return ParseNumber<std::int64_t>(name.substr(first, last + 1 - first));
+}
+
+std::vector<fs::path> FilesLike(const fs::path& folder, const std::regex& name) {
+  return FilesWhere(folder,
+                    [&](const fs::path& file) { return std::regex_match(file.filename().string(), name); });
 }
 
 std::vector<fs::path> ListColorImages(const fs::path& folder) {
-  std::vector<fs::path> images;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    if (entry.is_regular_file() && IsImage(entry.path()) && !IsDepthImage(entry.path())) {
-      images.push_back(entry.path());
-    }
-  }
-  std::sort(images.begin(), images.end(), [](const fs::path& a, const fs::path& b) {
-    return NumericLess(a.filename().string(), b.filename().string());
-  });
-  return images;
+  return FilesWhere(folder, [](const fs::path& file) { return IsImage(file) && !IsDepthImage(file); });
 }
 
 cv::Size ImageResize::Of(cv::Size image) const {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <regex>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,6 +24,9 @@ bool NumericLess(std::string_view a, std::string_view b);
 
 // The last run of digits of a name: 12 for "00012-color.png" and "scene_00_0012.png"; none without digits.
 std::optional<std::int64_t> LastNumber(std::string_view name);
+
+// The files of a folder whose names match, in numeric order.
+std::vector<std::filesystem::path> FilesLike(const std::filesystem::path& folder, const std::regex& name);
 
 // The images of a folder without depth images, in numeric order.
 std::vector<std::filesystem::path> ListColorImages(const std::filesystem::path& folder);

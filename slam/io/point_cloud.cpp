@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cctype>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -15,7 +14,7 @@
 #include <string>
 #include <string_view>
 
-#include "slam/io/ply_header.h"
+#include "slam/util/enum_names.h"
 #include "slam/util/error.h"
 #include "slam/util/text_lines.h"
 
@@ -25,118 +24,181 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "binary bodies are swapped on this assumption");
 
-using ply::Element;
-using ply::Encoding;
-using ply::Header;
-using ply::Property;
-using ply::Scalar;
+template <typename T>
+double ReadAs(const char* bytes) {
+  T value;
+  std::memcpy(&value, bytes, sizeof(T));
+  return static_cast<double>(value);
+}
 
-// Values of a binary body, one after the other.
-class BinaryBody {
- public:
-  BinaryBody(const fs::path& path, const std::string& bytes, const Header& header)
-      : path_(path), bytes_(bytes), position_(header.end), swap_(header.encoding == Encoding::kBigEndian) {}
+// A type of number in a PLY file.
+struct Scalar {
+  std::array<std::string_view, 2> names;
+  std::size_t size;                   // bytes
+  double (*read)(const char* bytes);  // in this machine's order
+  float full;  // brightness of a channel of a colour; 0: 1, or 255 as some programs write
+};
+template <typename T>
+constexpr Scalar ScalarOf(std::string_view name, std::string_view alias, float full) {
+  return {{name, alias}, sizeof(T), ReadAs<T>, full};
+}
+constexpr std::array<Scalar, 8> kScalars = {
+    ScalarOf<std::int8_t>("char", "int8", 255.0F),    ScalarOf<std::uint8_t>("uchar", "uint8", 255.0F),
+    ScalarOf<std::int16_t>("short", "int16", 255.0F), ScalarOf<std::uint16_t>("ushort", "uint16", 65535.0F),
+    ScalarOf<std::int32_t>("int", "int32", 255.0F),   ScalarOf<std::uint32_t>("uint", "uint32", 255.0F),
+    ScalarOf<float>("float", "float32", 0.0F),        ScalarOf<double>("double", "float64", 0.0F)};
 
-  double Next(Scalar type, const Element& element, std::uint64_t index) {
-    const std::size_t size = ply::SizeOf(type);
-    if (bytes_.size() - position_ < size) {
-      throw InputError(fmt::format("{}: ends at byte {} within {} {}, expected {} of them", path_.string(),
-                                   bytes_.size(), element.name, index, element.count));
-    }
-    std::array<char, 8> raw{};
-    std::memcpy(raw.data(), bytes_.data() + position_, size);
-    if (swap_) {
-      std::reverse(raw.begin(), raw.begin() + static_cast<std::ptrdiff_t>(size));
-    }
-    position_ += size;
-    return Value(type, raw);
-  }
+const Scalar* ScalarNamed(std::string_view name) {
+  const auto found = std::find_if(kScalars.begin(), kScalars.end(), [name](const Scalar& scalar) {
+    return scalar.names[0] == name || scalar.names[1] == name;
+  });
+  return found == kScalars.end() ? nullptr : &*found;
+}
 
-  void EndOfItem(const Element&, std::uint64_t) {}
-
- private:
-  template <typename T>
-  static double As(const std::array<char, 8>& raw) {
-    T value;
-    std::memcpy(&value, raw.data(), sizeof(T));
-    return static_cast<double>(value);
-  }
-
-  static double Value(Scalar type, const std::array<char, 8>& raw) {
-    switch (type) {
-      case Scalar::kInt8:
-        return As<std::int8_t>(raw);
-      case Scalar::kUint8:
-        return As<std::uint8_t>(raw);
-      case Scalar::kInt16:
-        return As<std::int16_t>(raw);
-      case Scalar::kUint16:
-        return As<std::uint16_t>(raw);
-      case Scalar::kInt32:
-        return As<std::int32_t>(raw);
-      case Scalar::kUint32:
-        return As<std::uint32_t>(raw);
-      case Scalar::kFloat:
-        return As<float>(raw);
-      case Scalar::kDouble:
-        break;
-    }
-    return As<double>(raw);
-  }
-
-  const fs::path& path_;
-  const std::string& bytes_;
-  std::size_t position_;
-  bool swap_;
+struct Property {
+  std::string name;
+  const Scalar* type = nullptr;
+  const Scalar* count_type = nullptr;  // of lists
 };
 
-// Values of an ascii body: one line an item.
-class AsciiBody {
+struct Element {
+  std::string name;
+  std::uint64_t count = 0;
+  std::vector<Property> properties;
+};
+
+enum class Encoding { kAscii, kLittleEndian, kBigEndian };
+constexpr auto EnumNames(Encoding) {
+  return std::array{"ascii", "binary_little_endian", "binary_big_endian"};
+}
+
+struct Header {
+  Encoding encoding = Encoding::kAscii;
+  std::vector<Element> elements;
+  std::size_t end = 0;  // first byte of the body
+  int lines = 0;
+};
+
+std::vector<std::string> WordsOf(const std::string& text) {
+  std::istringstream words(text);
+  return {std::istream_iterator<std::string>(words), {}};
+}
+
+Property ReadProperty(const fs::path& path, const TextLine& line) {
+  const std::vector<std::string>& words = line.words;
+  const bool list = words.size() == 5 && words[1] == "list";
+  Property property{words.back()};
+  property.count_type = list ? ScalarNamed(words[2]) : nullptr;
+  property.type = list ? ScalarNamed(words[3]) : words.size() == 3 ? ScalarNamed(words[1]) : nullptr;
+  if (property.type == nullptr || (list && property.count_type == nullptr)) {
+    ThrowBadLine(path, line,
+                 "property TYPE NAME or property list TYPE TYPE NAME, with TYPE one of char, "
+                 "uchar, short, ushort, int, uint, float, double");
+  }
+  return property;
+}
+
+Header ReadHeader(const fs::path& path, const std::string& bytes) {
+  Header header;
+  TextLine line;
+  std::optional<Encoding> encoding;
+  const std::vector<std::string>& words = line.words;
+  do {
+    const std::size_t end = bytes.find('\n', header.end);
+    if (end == std::string::npos) {
+      throw InputError(
+          fmt::format("{}:{}: the header ends here, expected end_header", path.string(), line.number));
+    }
+    line.text = bytes.substr(header.end, end - header.end);
+    line.text.erase(line.text.find_last_not_of('\r') + 1);
+    line.words = WordsOf(line.text);
+    header.end = end + 1;
+    ++line.number;
+    if (words.empty() || words[0] == "comment" || words[0] == "obj_info" || words[0] == "ply" ||
+        words[0] == "end_header") {
+      continue;
+    }
+    if (words[0] == "format" && words.size() >= 2) {
+      encoding = FromName<Encoding>(words[1]);
+      if (!encoding) {
+        ThrowBadLine(path, line, "format ascii, binary_little_endian or binary_big_endian");
+      }
+    } else if (words[0] == "element" && words.size() == 3) {
+      const auto count = ParseNumber<std::uint64_t>(words[2]);
+      if (!count) {
+        ThrowBadLine(path, line, "element NAME COUNT");
+      }
+      header.elements.push_back({words[1], *count, {}});
+    } else if (words[0] == "property" && !header.elements.empty()) {
+      header.elements.back().properties.push_back(ReadProperty(path, line));
+    } else {
+      ThrowBadLine(path, line, "a PLY header: format, element NAME COUNT, property TYPE NAME, end_header");
+    }
+  } while (words.empty() || words[0] != "end_header");
+  if (!encoding) {
+    ThrowBadLine(path, line, "a line 'format ascii|binary_little_endian|binary_big_endian 1.0' before");
+  }
+  header.encoding = *encoding;
+  header.lines = line.number;
+  return header;
+}
+
+// The numbers of a body, item by item: an ascii body has one item a line.
+class Body {
  public:
-  AsciiBody(const fs::path& path, const std::string& bytes, const Header& header)
-      : path_(path), stream_(bytes) {
-    stream_.seekg(static_cast<std::streamoff>(header.end));
+  Body(const fs::path& path, const std::string& bytes, const Header& header)
+      : path_(path), bytes_(bytes), encoding_(header.encoding), position_(header.end) {
     line_.number = header.lines;
   }
 
-  double Next(Scalar, const Element& element, std::uint64_t index) {
-    if (fresh_) {
-      NextLine(element, index);
-    }
-    const auto value = ParseNumber<double>(next_ < line_.words.size() ? line_.words[next_++] : "");
-    if (!value) {
-      ThrowBadLine(path_, line_, fmt::format("a number for each property of '{}'", element.name));
-    }
-    return *value;
-  }
-
-  void EndOfItem(const Element& element, std::uint64_t index) {
-    if (fresh_) {
-      NextLine(element, index);  // an element without properties still has its line
-    }
-    fresh_ = true;
-  }
-
- private:
-  void NextLine(const Element& element, std::uint64_t index) {
-    do {
-      if (!std::getline(stream_, line_.text)) {
+  void StartItem(const Element& element, std::uint64_t index) {
+    element_ = &element;
+    index_ = index;
+    next_word_ = 0;
+    line_.words.clear();
+    while (encoding_ == Encoding::kAscii && line_.words.empty()) {
+      if (position_ >= bytes_.size()) {
         throw InputError(fmt::format("{}:{}: ends before {} {}, expected {} of them", path_.string(),
                                      line_.number, element.name, index, element.count));
       }
+      const std::size_t end = std::min(bytes_.find('\n', position_), bytes_.size());
+      line_.text = bytes_.substr(position_, end - position_);
+      line_.words = WordsOf(line_.text);
+      position_ = end + 1;
       ++line_.number;
-      std::istringstream words(line_.text);
-      line_.words.assign(std::istream_iterator<std::string>(words), {});
-    } while (line_.words.empty());
-    next_ = 0;
-    fresh_ = false;
+    }
   }
 
+  double Next(const Scalar& type) {
+    if (encoding_ == Encoding::kAscii) {
+      const auto value =
+          ParseNumber<double>(next_word_ < line_.words.size() ? line_.words[next_word_++] : "");
+      if (!value) {
+        ThrowBadLine(path_, line_, fmt::format("a number for each property of '{}'", element_->name));
+      }
+      return *value;
+    }
+    if (bytes_.size() - position_ < type.size) {
+      throw InputError(fmt::format("{}: ends at byte {} within {} {}, expected {} of them", path_.string(),
+                                   bytes_.size(), element_->name, index_, element_->count));
+    }
+    std::string raw = bytes_.substr(position_, type.size);
+    if (encoding_ == Encoding::kBigEndian) {
+      std::reverse(raw.begin(), raw.end());
+    }
+    position_ += type.size;
+    return type.read(raw.data());
+  }
+
+ private:
   const fs::path& path_;
-  std::istringstream stream_;
-  TextLine line_;
-  std::size_t next_ = 0;
-  bool fresh_ = true;
+  const std::string& bytes_;
+  Encoding encoding_;
+  std::size_t position_;
+  const Element* element_ = nullptr;  // of the item
+  std::uint64_t index_ = 0;
+  TextLine line_;  // of an ascii body
+  std::size_t next_word_ = 0;
 };
 
 bool AddPoint(const Eigen::Vector3d& point, PointCloud& cloud) {
@@ -148,45 +210,43 @@ bool AddPoint(const Eigen::Vector3d& point, PointCloud& cloud) {
   return true;
 }
 
-// Index of the coordinate that the property holds, or -1.
-int CoordinateOf(const Property& property) {
-  const bool coordinate =
-      !property.count_type && property.name.size() == 1 && property.name[0] >= 'x' && property.name[0] <= 'z';
-  return coordinate ? property.name[0] - 'x' : -1;
+// Meanings of a vertex' properties: coordinates, then channels of the colour.
+constexpr std::size_t kRed = 3;
+constexpr std::array<std::array<std::string_view, 3>, 6> kRoles = {{{"x"},
+                                                                    {"y"},
+                                                                    {"z"},
+                                                                    {"red", "r", "diffuse_red"},
+                                                                    {"green", "g", "diffuse_green"},
+                                                                    {"blue", "b", "diffuse_blue"}}};
+
+// The place of each property's meaning; as many as roles where it has none.
+std::vector<std::size_t> RolesOf(const Element& element) {
+  std::vector<std::size_t> roles;
+  for (const Property& property : element.properties) {
+    const auto found = std::find_if(kRoles.begin(), kRoles.end(), [&](const auto& names) {
+      return property.count_type == nullptr &&
+             std::find(names.begin(), names.end(), property.name) != names.end();
+    });
+    roles.push_back(static_cast<std::size_t>(found - kRoles.begin()));
+  }
+  return roles;
 }
 
-// Channel of the colour that the property holds, or -1.
-int ChannelOf(const Property& property) {
-  constexpr std::array<std::array<std::string_view, 3>, 3> kNames = {
-      {{"red", "r", "diffuse_red"}, {"green", "g", "diffuse_green"}, {"blue", "b", "diffuse_blue"}}};
-  for (std::size_t i = 0; !property.count_type && i < kNames.size(); ++i) {
-    if (std::find(kNames[i].begin(), kNames[i].end(), property.name) != kNames[i].end()) {
-      return static_cast<int>(i);
-    }
-  }
-  return -1;
+bool HasRoles(const std::vector<std::size_t>& roles, std::size_t first) {
+  return std::ranges::count(roles, first) > 0 && std::ranges::count(roles, first + 1) > 0 &&
+         std::ranges::count(roles, first + 2) > 0;
 }
 
-// Number that stands for full brightness: the largest number of 8 or 16 bits; real numbers go to 1, or where
-// any is far above that to 255, as some programs write them.
-float FullBrightness(Scalar type, const std::vector<std::array<float, 3>>& colors) {
-  constexpr float kFarAboveOne = 2.0F;
-  if (type == Scalar::kUint16) {
-    return 65535.0F;
-  }
-  if (type != Scalar::kFloat && type != Scalar::kDouble) {
-    return 255.0F;
-  }
-  const bool bytes = std::any_of(colors.begin(), colors.end(), [](const std::array<float, 3>& color) {
-    return std::any_of(color.begin(), color.end(), [](float channel) { return channel > kFarAboveOne; });
-  });
-  return bytes ? 255.0F : 1.0F;
-}
-
-// `type`: of the property that holds red. What is no number is dark.
+// What is no number is dark. Real numbers go to 1, or where any is far above that to 255.
 std::vector<std::array<std::uint8_t, 3>> InEightBits(const std::vector<std::array<float, 3>>& colors,
-                                                     Scalar type) {
-  const float full = FullBrightness(type, colors);
+                                                     float full) {
+  constexpr float kFarAboveOne = 2.0F;
+  if (full == 0.0F) {
+    const bool bytes = std::any_of(colors.begin(), colors.end(), [](const std::array<float, 3>& color) {
+      return std::any_of(color.begin(), color.end(), [](float channel) { return channel > kFarAboveOne; });
+    });
+    full = bytes ? 255.0F : 1.0F;
+  }
   std::vector<std::array<std::uint8_t, 3>> rgb(colors.size());
   for (std::size_t i = 0; i < colors.size(); ++i) {
     for (std::size_t c = 0; c < 3; ++c) {
@@ -197,101 +257,55 @@ std::vector<std::array<std::uint8_t, 3>> InEightBits(const std::vector<std::arra
   return rgb;
 }
 
-// Meaning of a property of a vertex.
-struct Role {
-  int coordinate = -1;
-  int channel = -1;
-};
-
-std::vector<Role> RolesOf(const Element& element) {
-  std::vector<Role> roles;
-  int channels = 0;
-  for (const Property& property : element.properties) {
-    roles.push_back({CoordinateOf(property), ChannelOf(property)});
-    channels |= roles.back().channel >= 0 ? 1 << roles.back().channel : 0;
-  }
-  if (channels != 7) {  // not all three: no colour
-    for (Role& role : roles) {
-      role.channel = -1;
-    }
-  }
-  return roles;
-}
-
-template <typename Body>
-void ReadVertex(Body& body, const Element& element, const std::vector<Role>& roles, std::uint64_t index,
-                PointCloud& cloud, std::vector<std::array<float, 3>>& colors) {
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();
-  std::array<float, 3> color{};
-  bool colored = false;
+// The numbers of an item by their roles; lists are passed over.
+std::array<double, kRoles.size() + 1> ReadItem(Body& body, const Element& element,
+                                               const std::vector<std::size_t>& roles) {
+  std::array<double, kRoles.size() + 1> values{};
   for (std::size_t p = 0; p < roles.size(); ++p) {
     const Property& property = element.properties[p];
-    if (property.count_type) {
-      const double count = body.Next(*property.count_type, element, index);
-      for (double k = 0.0; k < count; ++k) {
-        body.Next(property.type, element, index);
-      }
+    if (property.count_type == nullptr) {
+      values[roles[p]] = body.Next(*property.type);
       continue;
     }
-    const double value = body.Next(property.type, element, index);
-    if (roles[p].coordinate >= 0) {
-      point[roles[p].coordinate] = value;
-    } else if (roles[p].channel >= 0) {
-      color[static_cast<std::size_t>(roles[p].channel)] = static_cast<float>(value);
-      colored = true;
+    const double count = body.Next(*property.count_type);
+    for (double k = 0.0; k < count; ++k) {
+      body.Next(*property.type);
     }
   }
-  body.EndOfItem(element, index);
-  if (element.name == "vertex" && AddPoint(point, cloud) && colored) {
-    colors.push_back(color);
-  }
-}
-
-template <typename Body>
-PointCloud ReadVertices(Body body, const Header& header) {
-  PointCloud cloud;
-  std::vector<std::array<float, 3>> colors;
-  for (const Element& element : header.elements) {
-    if (element.properties.empty() && header.encoding != Encoding::kAscii) {
-      continue;  // takes no bytes, however many there are
-    }
-    const std::vector<Role> roles = RolesOf(element);
-    for (std::uint64_t i = 0; i < element.count; ++i) {
-      ReadVertex(body, element, roles, i, cloud, colors);
-    }
-    if (element.name == "vertex") {
-      const auto red =
-          std::find_if(roles.begin(), roles.end(), [](const Role& role) { return role.channel == 0; });
-      if (red != roles.end()) {
-        cloud.rgb =
-            InEightBits(colors, element.properties[static_cast<std::size_t>(red - roles.begin())].type);
-      }
-      break;  // the rest (faces) is not needed
-    }
-  }
-  return cloud;
+  return values;
 }
 
 PointCloud ReadPly(const fs::path& path, const std::string& bytes) {
-  const Header header = ply::ReadHeader(path, bytes);
-  const auto vertex = std::find_if(header.elements.begin(), header.elements.end(),
-                                   [](const Element& element) { return element.name == "vertex"; });
-  std::array<bool, 3> found{};
-  if (vertex != header.elements.end()) {
-    for (const Property& property : vertex->properties) {
-      if (CoordinateOf(property) >= 0) {
-        found[CoordinateOf(property)] = true;
-      }
-    }
-  }
-  if (!found[0] || !found[1] || !found[2]) {
+  const Header header = ReadHeader(path, bytes);
+  const auto vertices = std::ranges::find(header.elements, "vertex", &Element::name);
+  if (vertices == header.elements.end() || !HasRoles(RolesOf(*vertices), 0)) {
     throw InputError(
         fmt::format("{}:{}: the header names no vertices with coordinates, expected an element "
                     "'vertex' with the properties x, y and z",
                     path.string(), header.lines));
   }
-  return header.encoding == Encoding::kAscii ? ReadVertices(AsciiBody(path, bytes, header), header)
-                                             : ReadVertices(BinaryBody(path, bytes, header), header);
+  PointCloud cloud;
+  std::vector<std::array<float, 3>> colors;
+  Body body(path, bytes, header);
+  for (auto element = header.elements.begin(); element <= vertices; ++element) {  // faces are not needed
+    if (element->properties.empty() && header.encoding != Encoding::kAscii) {
+      continue;  // takes no bytes, however many there are
+    }
+    const std::vector<std::size_t> roles = RolesOf(*element);
+    const bool colored = HasRoles(roles, kRed);
+    for (std::uint64_t i = 0; i < element->count; ++i) {
+      body.StartItem(*element, i);
+      const auto v = ReadItem(body, *element, roles);
+      if (element == vertices && AddPoint({v[0], v[1], v[2]}, cloud) && colored) {
+        colors.push_back({static_cast<float>(v[3]), static_cast<float>(v[4]), static_cast<float>(v[5])});
+      }
+    }
+    if (element == vertices && colored) {
+      const auto red = static_cast<std::size_t>(std::ranges::find(roles, kRed) - roles.begin());
+      cloud.rgb = InEightBits(colors, element->properties[red].type->full);
+    }
+  }
+  return cloud;
 }
 
 PointCloud ReadText(const fs::path& path, const std::string& bytes) {
@@ -303,8 +317,7 @@ PointCloud ReadText(const fs::path& path, const std::string& bytes) {
     std::string separated = line.text;
     std::replace_if(
         separated.begin(), separated.end(), [](char c) { return c == ',' || c == ';'; }, ' ');
-    std::istringstream words(separated);
-    line.words.assign(std::istream_iterator<std::string>(words), {});
+    line.words = WordsOf(separated);
     const bool names =
         line.number == 1 && !line.words.empty() && (line.words[0] == "x" || line.words[0] == "X");
     if (line.words.empty() || line.words[0][0] == '#' || names) {

@@ -104,20 +104,10 @@ std::vector<SequenceFrame> ListImages(const fs::path& folder, double fps) {
   return frames;
 }
 
-std::vector<SequenceFrame> VideoFrames(const VideoIndex& video) {
-  std::vector<SequenceFrame> frames;
-  for (const double timestamp : video.timestamps) {
-    frames.push_back({timestamp, {}, {}});
-  }
-  return frames;
-}
-
 // The calibration of a video's pictures as they are shown. One that was made for the pictures as they are
 // stored, before a phone's rotation flag turned them, is turned with them.
 Camera VideoCamera(Camera camera, const VideoIndex& video, const fs::path& path) {
-  const bool upright = video.quarter_turns % 2 == 0;
-  const int width = upright ? video.width : video.height;
-  const int height = upright ? video.height : video.width;
+  const auto [width, height] = video.ShownSize();
   if (width != camera.width || height != camera.height) {
     if (video.width != camera.width || video.height != camera.height) {
       throw InputError(fmt::format("{}: is {}x{}, expected the camera's {}x{}", path.string(), width, height,
@@ -161,25 +151,25 @@ void ListSequence(const SequenceRequest& request, Sequence& sequence) {
                         : guess              ? Camera()
                                              : CameraOf(request, sequence.format);
   sequence.camera = camera;
+  const auto take = [&sequence](const CameraGuess& guessed) {
+    sequence.camera = guessed.camera;
+    sequence.guessed_by = guessed.source;
+  };
   if (sequence.format != SequenceFormat::kVideo) {
     sequence.frames = ListFrames(sequence.format, sequence.path, camera.fps);
     if (guess) {
-      const CameraGuess guessed = GuessFromImages(sequence.frames, camera.fps);
-      sequence.camera = guessed.camera;
-      sequence.guessed_by = guessed.source;
+      take(GuessFromImages(sequence.frames, camera.fps));
     }
     return;
   }
   const VideoIndex video = IndexVideo(sequence.path);
-  sequence.frames = VideoFrames(video);
+  for (const double timestamp : video.timestamps) {
+    sequence.frames.push_back({timestamp, {}, {}});
+  }
   sequence.video_path = sequence.path;
   sequence.quarter_turns = video.quarter_turns;
   if (guess) {
-    const bool upright = video.quarter_turns % 2 == 0;
-    const CameraGuess guessed =
-        GuessCamera(upright ? video.width : video.height, upright ? video.height : video.width, video.fps);
-    sequence.camera = guessed.camera;
-    sequence.guessed_by = guessed.source;
+    take(GuessCamera(video.ShownSize().first, video.ShownSize().second, video.fps));
   } else if (!request.known_camera) {
     sequence.camera = VideoCamera(camera, video, sequence.path);
   }
@@ -189,12 +179,12 @@ void ListSequence(const SequenceRequest& request, Sequence& sequence) {
 void ResizeSequence(const ImageResize& resize, Sequence& sequence) {
   sequence.image_width = sequence.camera.width;
   sequence.image_height = sequence.camera.height;
-  const cv::Size size = resize.Of({sequence.camera.width, sequence.camera.height});
-  const double x = static_cast<double>(size.width) / sequence.camera.width;
-  const double y = static_cast<double>(size.height) / sequence.camera.height;
   if (!resize.Changes()) {
     return;
   }
+  const cv::Size size = resize.Of({sequence.camera.width, sequence.camera.height});
+  const double x = static_cast<double>(size.width) / sequence.camera.width;
+  const double y = static_cast<double>(size.height) / sequence.camera.height;
   sequence.camera = ResizedCamera(sequence.camera, size.width, size.height);
   for (SequenceFrame& frame : sequence.frames) {
     for (Detection& detection : frame.detections) {

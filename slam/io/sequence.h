@@ -46,9 +46,9 @@ struct SequenceRequest {
   SequenceFormat format = SequenceFormat::kAuto;  // kAuto: by the names in the folder (DetectFormat)
   // Calibration file or preset; "auto": a guess (GuessCamera); empty: camera.yaml of the folder, or the
   // dataset's preset; without either a guess for a video or a folder of images.
-  std::string camera;
-  std::filesystem::path
-      detections;           // boxes.txt or folder; empty: boxes.txt of the sequence folder if it is there
+  std::string camera = {};
+  // boxes.txt or folder; empty: boxes.txt of the sequence folder if it is there.
+  std::filesystem::path detections = {};
   std::string resize = {};  // WIDTH, WIDTH,HEIGHT or a factor (ParseImageResize); empty: as the images are
   // That of the frames as they were once handed out, instead of `camera` and `resize`: the images are brought
   // to its size, whatever they have, and boxes are left out.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <utility>
 #include <vector>
 
 namespace sqslam {
@@ -12,6 +13,11 @@ struct VideoIndex {
   int quarter_turns = 0;  // clockwise, 0 to 3, until the picture stands upright (a phone's rotation flag)
   double fps = 0.0;       // mean rate
   std::vector<double> timestamps;  // seconds from the first frame, in the order shown, rising
+
+  // Width and height after the turn.
+  std::pair<int, int> ShownSize() const {
+    return quarter_turns % 2 == 0 ? std::pair(width, height) : std::pair(height, width);
+  }
 };
 
 // Reads the packets of the first video stream. Timestamps are the container's own, so that a variable frame

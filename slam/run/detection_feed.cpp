@@ -38,12 +38,19 @@ void DetectionFeed::Finish(System& system) {
     return;
   }
   Deliver(TakeBoxes(true), system);
-  if (!Failed()) {
-    try {
-      writer_->Finish();
-    } catch (const InputError& e) {
-      failure_ = e.what();
+  Attempt([this] { writer_->Finish(); });
+}
+
+template <typename Work>
+void DetectionFeed::Attempt(const Work& work) {
+  try {
+    if (!Failed()) {
+      work();
     }
+  } catch (const InputError& e) {
+    failure_ = e.what();
+  } catch (const cv::Exception& e) {
+    failure_ = fmt::format("the detector fails: {}", e.err);
   }
 }
 
@@ -58,26 +65,15 @@ std::map<std::string, StageTimes::Summary> DetectionFeed::Times() const {
 }
 
 std::vector<FrameBoxes> DetectionFeed::TakeBoxes(bool all) {
-  try {
-    return all ? detector_->Finish() : detector_->Take();
-  } catch (const InputError& e) {
-    failure_ = e.what();
-  } catch (const cv::Exception& e) {
-    failure_ = fmt::format("the detector fails: {}", e.err);
-  }
-  return {};
+  std::vector<FrameBoxes> boxes;
+  Attempt([&] { boxes = all ? detector_->Finish() : detector_->Take(); });
+  return boxes;
 }
 
 void DetectionFeed::Deliver(const std::vector<FrameBoxes>& frames, System& system) {
   for (const FrameBoxes& frame : frames) {
     system.AddDetections(frame.frame_index, frame.detections);
-    try {
-      if (!Failed()) {
-        writer_->Add(frame.timestamp, frame.detections);
-      }
-    } catch (const InputError& e) {
-      failure_ = e.what();
-    }
+    Attempt([&] { writer_->Add(frame.timestamp, frame.detections); });
   }
 }
 

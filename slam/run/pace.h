@@ -1,7 +1,11 @@
 #pragma once
 
+#include <algorithm>
+#include <chrono>
 #include <functional>
 #include <optional>
+#include <thread>
+#include <utility>
 
 namespace sqslam {
 
@@ -11,17 +15,35 @@ struct PaceClock {
   std::function<void(double)> sleep;     // seconds
   std::function<bool()> stop = nullptr;  // ends a wait early (Ctrl-C); may be empty
 };
-PaceClock SteadyPaceClock(std::function<bool()> stop);
+inline PaceClock SteadyPaceClock(std::function<bool()> stop) {
+  using Seconds = std::chrono::duration<double>;
+  return {[] { return Seconds(std::chrono::steady_clock::now().time_since_epoch()).count(); },
+          [](double seconds) { std::this_thread::sleep_for(Seconds(seconds)); }, std::move(stop)};
+}
 
 // Plays a recording as a live camera would give it: a frame is there from its time on, and whoever comes late
 // gets the newest one; those before it are dropped. The first frame's time is when it is first asked for.
 class Pace {
  public:
-  explicit Pace(PaceClock clock);
+  explicit Pace(PaceClock clock) : clock_(std::move(clock)) {}
 
   // Waits for the frame's time (timestamps in seconds). False where the frame after it is there already: this
   // one is dropped. The last frame (no next) is never dropped.
-  bool Admit(double timestamp, std::optional<double> next_timestamp);
+  bool Admit(double timestamp, std::optional<double> next_timestamp) {
+    constexpr double kMaxSleep = 0.1;  // seconds; a gap in the recording must not keep Ctrl-C waiting
+    if (!offset_) {
+      offset_ = clock_.now() - timestamp;
+    }
+    if (next_timestamp && clock_.now() >= *next_timestamp + *offset_) {
+      ++dropped_;
+      return false;
+    }
+    for (double early = timestamp + *offset_ - clock_.now(); early > 0.0 && !(clock_.stop && clock_.stop());
+         early = timestamp + *offset_ - clock_.now()) {
+      clock_.sleep(std::min(early, kMaxSleep));
+    }
+    return true;
+  }
   int Dropped() const { return dropped_; }
 
  private:

@@ -14,20 +14,38 @@ namespace sqslam {
 // is kept for the thread that plays the frames, which stops the run and saves the rest.
 class Recorder {
  public:
-  Recorder(const std::filesystem::path& path, const RecordingInfo& info);
+  Recorder(const std::filesystem::path& path, const RecordingInfo& info)
+      : writer_(path, info),
+        writing_(kMaxWaiting, [this](const MapSnapshotPtr& snapshot) { writer_.Add(*snapshot); }) {}
 
   // Queues a snapshot; from one thread at a time, in the order of the recording. Waits while the queue is
   // full, so that a slow disk does not fill the memory with maps.
-  void Add(const MapSnapshotPtr& snapshot);
+  void Add(const MapSnapshotPtr& snapshot) {
+    {
+      const std::lock_guard lock(mutex_);
+      newest_ = snapshot;
+    }
+    writing_.Offer(snapshot);
+  }
 
   // Writes what still waits and closes the file. Throws the failure of the first snapshot that could not be
   // written (InputError on a full disk); none after it was.
-  void Close();
+  void Close() {
+    writing_.Finish();
+    writer_.Close();
+  }
 
   bool Failed() const { return writing_.Failed(); }
-  MapSnapshotPtr Newest() const;  // the one queued last; null before the first
+
+  // The one queued last; null before the first.
+  MapSnapshotPtr Newest() const {
+    const std::lock_guard lock(mutex_);
+    return newest_;
+  }
 
  private:
+  static constexpr std::size_t kMaxWaiting = 16;  // one snapshot of a large map takes tens of megabytes
+
   RecordingWriter writer_;  // of the thread while it runs, then of whoever has joined it
   WorkerThread<MapSnapshotPtr> writing_;
   mutable std::mutex mutex_;  // guards the next

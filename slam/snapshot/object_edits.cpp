@@ -37,9 +37,6 @@ void Join(SnapshotObject& kept, const SnapshotObject& absorbed) {
 // The objects under their new ids; the order is that of the map.
 std::vector<SnapshotObject> Joined(const std::vector<SnapshotObject>& objects,
                                    const Destinations& destinations) {
-  const auto with_id = [](std::vector<SnapshotObject>& list, int id) {
-    return std::find_if(list.begin(), list.end(), [id](const auto& object) { return object.id == id; });
-  };
   std::vector<SnapshotObject> joined;
   for (const SnapshotObject& object : objects) {
     if (destinations(object.id) == object.id) {
@@ -51,7 +48,7 @@ std::vector<SnapshotObject> Joined(const std::vector<SnapshotObject>& objects,
     if (id < 0 || id == object.id) {
       continue;
     }
-    const auto kept = with_id(joined, id);
+    const auto kept = std::ranges::find(joined, id, &SnapshotObject::id);
     if (kept != joined.end()) {
       Join(*kept, object);
     } else {
@@ -163,9 +160,10 @@ void ObjectEdits::Rename(int id, const std::string& name) {
 }
 
 void ObjectEdits::SetLabel(int id, const std::string& label) {
-  std::string word = Trimmed(label);
-  std::replace(word.begin(), word.end(), ' ', '_');
-  Update(id, [&](ObjectEdit& edit) { edit.label = word; });
+  Update(id, [&](ObjectEdit& edit) {
+    edit.label = Trimmed(label);
+    std::replace(edit.label.begin(), edit.label.end(), ' ', '_');
+  });
 }
 
 void ObjectEdits::Hide(int id, bool hidden) {
@@ -244,8 +242,7 @@ MapSnapshotPtr Apply(const ObjectEdits& edits, const MapSnapshot& snapshot, Hidd
 std::vector<int> UnknownIds(const ObjectEdits& edits, const MapSnapshot& map) {
   std::vector<int> unknown;
   for (const auto& [id, edit] : edits.All()) {
-    if (std::none_of(map.objects.begin(), map.objects.end(),
-                     [id = id](const SnapshotObject& object) { return object.id == id; })) {
+    if (std::ranges::find(map.objects, id, &SnapshotObject::id) == map.objects.end()) {
       unknown.push_back(id);
     }
   }

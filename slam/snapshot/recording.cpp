@@ -21,26 +21,25 @@ struct CloseDatabase {
 };
 using Database = std::unique_ptr<sqlite3, CloseDatabase>;
 
-// One prepared statement, bound and stepped by its methods. Failures throw InputError that names the file.
+struct Blob {
+  std::string_view bytes;
+};
+
+// One prepared statement, stepped by its methods. Failures throw InputError that names the file.
 class Statement {
  public:
-  Statement(sqlite3* db, const fs::path& path, const char* sql) : db_(db), path_(path) {
+  // Binds the values in order. Texts and bytes must live until the statement has been stepped.
+  template <typename... Values>
+  Statement(sqlite3* db, const fs::path& path, const char* sql, const Values&... values)
+      : db_(db), path_(path) {
     Check(sqlite3_prepare_v2(db, sql, -1, &statement_, nullptr), SQLITE_OK);
+    int index = 0;
+    (Bind(++index, values), ...);
   }
   ~Statement() { sqlite3_finalize(statement_); }
   Statement(const Statement&) = delete;
   Statement& operator=(const Statement&) = delete;
 
-  void Bind(int index, std::int64_t value) { Check(sqlite3_bind_int64(statement_, index, value), SQLITE_OK); }
-  void Bind(int index, double value) { Check(sqlite3_bind_double(statement_, index, value), SQLITE_OK); }
-  // The text must live until the statement has been stepped.
-  void Bind(int index, std::string_view text) {
-    Check(sqlite3_bind_text64(statement_, index, text.data(), text.size(), SQLITE_STATIC, SQLITE_UTF8),
-          SQLITE_OK);
-  }
-  void BindBlob(int index, std::string_view bytes) {
-    Check(sqlite3_bind_blob64(statement_, index, bytes.data(), bytes.size(), SQLITE_STATIC), SQLITE_OK);
-  }
   void Run() { Check(sqlite3_step(statement_), SQLITE_DONE); }
   bool Next() {
     const int code = sqlite3_step(statement_);
@@ -58,6 +57,16 @@ class Statement {
   }
 
  private:
+  void Bind(int index, std::int64_t value) { Check(sqlite3_bind_int64(statement_, index, value), SQLITE_OK); }
+  void Bind(int index, double value) { Check(sqlite3_bind_double(statement_, index, value), SQLITE_OK); }
+  void Bind(int index, std::string_view text) {
+    Check(sqlite3_bind_text64(statement_, index, text.data(), text.size(), SQLITE_STATIC, SQLITE_UTF8),
+          SQLITE_OK);
+  }
+  void Bind(int index, const Blob& blob) {
+    Check(sqlite3_bind_blob64(statement_, index, blob.bytes.data(), blob.bytes.size(), SQLITE_STATIC),
+          SQLITE_OK);
+  }
   void Check(int code, int expected) const {
     if (code != expected) {
       throw InputError(fmt::format("{}: {}", path_.string(), sqlite3_errmsg(db_)));
@@ -94,10 +103,7 @@ struct RecordingWriter::Impl {
   std::int64_t next = 0;
 
   void SetMeta(std::string_view key, std::string_view value) {
-    Statement insert(db.get(), path, "INSERT INTO meta (key, value) VALUES (?, ?)");
-    insert.Bind(1, key);
-    insert.Bind(2, value);
-    insert.Run();
+    Statement(db.get(), path, "INSERT INTO meta (key, value) VALUES (?, ?)", key, value).Run();
   }
 };
 
@@ -143,13 +149,10 @@ void RecordingWriter::Add(const MapSnapshot& snapshot) {
     throw std::logic_error("snapshot added to a recording that is closed");
   }
   const std::string data = EncodeSnapshot(snapshot);
-  Statement insert(impl_->db.get(), impl_->path,
-                   "INSERT INTO snapshots (id, frame_index, timestamp, data) VALUES (?, ?, ?, ?)");
-  insert.Bind(1, impl_->next);
-  insert.Bind(2, snapshot.frame_index);
-  insert.Bind(3, snapshot.timestamp);
-  insert.BindBlob(4, data);
-  insert.Run();
+  Statement(impl_->db.get(), impl_->path,
+            "INSERT INTO snapshots (id, frame_index, timestamp, data) VALUES (?, ?, ?, ?)", impl_->next,
+            snapshot.frame_index, snapshot.timestamp, Blob{data})
+      .Run();
   ++impl_->next;
 }
 
@@ -171,8 +174,7 @@ struct RecordingReader::Impl {
   Edit edit;
 
   std::string Meta(std::string_view key) const {
-    Statement select(db.get(), path, "SELECT value FROM meta WHERE key = ?");
-    select.Bind(1, key);
+    Statement select(db.get(), path, "SELECT value FROM meta WHERE key = ?", key);
     return select.Next() ? select.Bytes(0) : "";
   }
 };
@@ -219,8 +221,8 @@ std::int64_t RecordingReader::FrameIndex(int index) const {
 }
 
 MapSnapshotPtr RecordingReader::Read(int index) const {
-  Statement select(impl_->db.get(), impl_->path, "SELECT data FROM snapshots WHERE id = ?");
-  select.Bind(1, std::int64_t{index});
+  Statement select(impl_->db.get(), impl_->path, "SELECT data FROM snapshots WHERE id = ?",
+                   std::int64_t{index});
   if (!select.Next()) {
     throw InputError(
         fmt::format("{}: no snapshot {}, expected 0 to {}", impl_->path.string(), index, Size() - 1));

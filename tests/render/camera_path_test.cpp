@@ -3,7 +3,7 @@
 
 #include "hand_made_map.h"
 #include "render/camera/scene_framing.h"
-#include "render/video/camera_path_file.h"
+#include "render/video/video.h"
 #include "slam/util/error.h"
 #include "tests/io/temporary_folder.h"
 

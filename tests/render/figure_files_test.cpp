@@ -4,7 +4,7 @@
 
 #include "figure_reading.h"
 #include "figure_samples.h"
-#include "render/page/write_figure.h"
+#include "render/page/page.h"
 #include "slam/util/error.h"
 
 namespace sqslam {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "render/page/write_figure.h"
+#include "render/page/page.h"
 
 namespace sqslam {
 

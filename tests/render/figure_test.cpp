@@ -6,9 +6,9 @@
 #include "baseline.h"
 #include "figure_reading.h"
 #include "figure_samples.h"
-#include "render/figures/image_crop.h"
+#include "render/figures/figure_input.h"
 #include "render/page/chart.h"
-#include "render/page/write_figure.h"
+#include "render/page/page.h"
 #include "slam/util/error.h"
 
 namespace sqslam {
@@ -137,14 +137,14 @@ TEST(FigureTest, WhatLiesOnAnImageStaysThereWhenItIsCutAndTurned) {
     EXPECT_LT((crop.ToPage(mark) - shown).norm(), 1e-9) << turns << " turns";
   }
   const ImageCrop crop(image, {20.0, 10.0, 24.0, 20.0}, 0, {0.0, 0.0, 24.0, 20.0});
-  Eigen::Vector2d from(-100.0, 15.0);
-  Eigen::Vector2d to(30.0, 15.0);
-  ASSERT_TRUE(crop.Clip(from, to));
-  EXPECT_TRUE(crop.Contains(from));
-  EXPECT_NEAR(from.x(), 19.5, 1.0);
-  EXPECT_EQ(to.x(), 30.0);
-  from = {-100.0, 90.0};
-  EXPECT_FALSE(crop.Clip(from, to = {200.0, 90.0}));
+  FigurePage page;
+  crop.DrawLine(page, {-100.0, 15.0}, {30.0, 15.0}, {});
+  ASSERT_EQ(page.elements.size(), 1u);
+  const std::vector<Eigen::Vector2d>& shown = std::get<FigurePath>(page.elements[0]).points;
+  EXPECT_LT((shown.at(0) - Eigen::Vector2d(0.0, 5.5)).norm(), 1e-9);  // from the crop's edge
+  EXPECT_LT((shown.at(1) - crop.ToPage({30.0, 15.0})).norm(), 1e-9);
+  crop.DrawLine(page, {-100.0, 90.0}, {200.0, 90.0}, {});
+  EXPECT_EQ(page.elements.size(), 1u);
 }
 
 TEST(FigureTest, BaselineTellsAChangedBarFromTheSame) {

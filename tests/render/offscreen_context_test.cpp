@@ -44,7 +44,7 @@ TEST_P(OffscreenContextTest, LetsTwoWindowsTakeTurns) {
 
 INSTANTIATE_TEST_SUITE_P(Backends, OffscreenContextTest,
                          testing::Values(RenderBackend::kOsmesa, RenderBackend::kEgl),
-                         [](const auto& info) { return std::string(RenderBackendName(info.param)); });
+                         [](const auto& info) { return std::string(NameOf(info.param)); });
 
 TEST(RenderBackendTest, NamesAreReadBackAndOthersRefused) {
   EXPECT_EQ(ParseRenderBackend("egl"), RenderBackend::kEgl);

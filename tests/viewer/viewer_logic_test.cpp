@@ -9,7 +9,7 @@
 #include "app/viewer/state/pictures.h"
 #include "app/viewer/state/scene_view.h"
 #include "app/viewer/state/viewer_state.h"
-#include "render/video/camera_path_file.h"
+#include "render/video/video.h"
 #include "slam/util/error.h"
 #include "tests/io/temporary_folder.h"
 #include "tests/render/hand_made_map.h"

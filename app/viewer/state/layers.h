@@ -8,7 +8,7 @@
 
 #include "app/viewer/state/document.h"
 #include "app/viewer/state/exchange.h"
-#include "render/scene/scene_layers.h"
+#include "render/scene/style.h"
 #include "slam/evaluation/trajectory_error.h"
 #include "slam/io/point_cloud.h"
 #include "slam/io/trajectory.h"

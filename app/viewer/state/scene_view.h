@@ -11,7 +11,6 @@
 #include "render/camera/camera_path.h"
 #include "render/camera/scene_framing.h"
 #include "render/scene/clip_plane.h"
-#include "render/scene/scene_layers.h"
 #include "render/scene/style.h"
 #include "slam/geometry/camera.h"
 #include "slam/snapshot/snapshot.h"
