@@ -76,15 +76,15 @@ std::vector<LegendEntry> PathLegend(const TrajectoryFigure& figure, const Figure
   return entries;
 }
 
-// A path in the plot, by what of a pose goes right and up.
-template <typename Across, typename Upwards>
-void DrawPieces(FigurePage& page, const PlotArea& plot, const TrajectoryFigure::Pieces& pieces,
-                const FigureStroke& stroke, Across&& across, Upwards&& upwards) {
+// A path in the plot; `place` says where a pose lies on the page.
+template <typename Place>
+void DrawPieces(FigurePage& page, const TrajectoryFigure::Pieces& pieces, const FigureStroke& stroke,
+                const Place& place) {
   constexpr double kFinest = 0.1;  // points; what is finer cannot be seen and only makes the file larger
   for (const auto& piece : pieces) {
     std::vector<Eigen::Vector2d> points;
     for (std::size_t i = 0; i < piece.size(); ++i) {
-      const Eigen::Vector2d p = plot.At(across(piece[i]), upwards(piece[i]));
+      const Eigen::Vector2d p = place(piece[i]);
       if (points.empty() || i + 1 == piece.size() || (p - points.back()).norm() > kFinest) {
         points.push_back(p);
       }
@@ -93,20 +93,20 @@ void DrawPieces(FigurePage& page, const PlotArea& plot, const TrajectoryFigure::
   }
 }
 
-template <typename Across, typename Upwards>
-void DrawPaths(FigurePage& page, const PlotArea& plot, const TrajectoryFigure& figure,
-               const FigureTheme& theme, Across&& across, Upwards&& upwards) {
+template <typename Place>
+void DrawPaths(FigurePage& page, const TrajectoryFigure& figure, const FigureTheme& theme,
+               const Place& place) {
   if (figure.truth) {
-    DrawPieces(page, plot, figure.truth->pieces, TruthStroke(theme), across, upwards);
+    DrawPieces(page, figure.truth->pieces, TruthStroke(theme), place);
   }
   for (std::size_t i = 0; i < figure.paths.size(); ++i) {
     const SeriesLook look = LookOfSeries(i);
-    DrawPieces(page, plot, figure.paths[i].pieces, {look.color, kPathWidth, look.dash}, across, upwards);
+    DrawPieces(page, figure.paths[i].pieces, {look.color, kPathWidth, look.dash}, place);
   }
   for (const TrajectoryFigure::Path& path : figure.paths) {
     if (!path.pieces.empty() && !path.pieces.front().empty()) {
       const TrajectoryFigure::Pose& first = path.pieces.front().front();
-      DrawMark(page, plot.At(across(first), upwards(first)), {Mark::Shape::kCircle, 5.0, theme.ink});
+      DrawMark(page, place(first), {Mark::Shape::kCircle, 5.0, theme.ink});
     }
   }
 }
@@ -174,10 +174,9 @@ void DrawPathHeights(FigurePage& page, const FigureRect& area, const TrajectoryF
   plot.y = RoundAxis(bounds.box.min().z(), bounds.box.max().z(), std::max(2, int(area.height / 14.0)), false);
   DrawXAxis(page, plot, "time [s]", theme);
   DrawYAxis(page, plot, "z [" + figure.unit + "]", theme);
-  const double start = bounds.first_time;
-  DrawPaths(
-      page, plot, figure, theme, [start](const TrajectoryFigure::Pose& pose) { return pose.time - start; },
-      [](const TrajectoryFigure::Pose& pose) { return pose.position.z(); });
+  DrawPaths(page, figure, theme, [&](const TrajectoryFigure::Pose& pose) {
+    return plot.At(pose.time - bounds.first_time, pose.position.z());
+  });
 }
 
 }  // namespace
@@ -208,9 +207,9 @@ FigurePage DrawTrajectories(const TrajectoryFigure& figure, const FigureOptions&
   const PlotArea plot = EqualAxes(above, bounds);
   DrawXAxis(sheet.page, plot, "x [" + figure.unit + "]", theme);
   DrawYAxis(sheet.page, plot, "y [" + figure.unit + "]", theme);
-  DrawPaths(
-      sheet.page, plot, figure, theme, [](const TrajectoryFigure::Pose& pose) { return pose.position.x(); },
-      [](const TrajectoryFigure::Pose& pose) { return pose.position.y(); });
+  DrawPaths(sheet.page, figure, theme, [&plot](const TrajectoryFigure::Pose& pose) {
+    return plot.At(pose.position.x(), pose.position.y());
+  });
   DrawFootprints(sheet.page, plot, figure, theme);
   if (figure.heights) {
     const double top = above.Bottom() + XAxisHeight(theme, true) + 1.6 * kTrajectoryGap;

@@ -1,5 +1,7 @@
 #include "render/page/page.h"
 
+#include <cairo-pdf.h>
+#include <cairo.h>
 #include <fmt/format.h>
 #include <zlib.h>
 
@@ -7,7 +9,11 @@
 #include <cmath>
 #include <cstdint>
 #include <iterator>
+#include <memory>
+#include <numbers>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <stdexcept>
 
 #include "render/scene/style.h"
 #include "slam/util/atomic_file.h"
@@ -16,6 +22,189 @@
 
 namespace sqslam {
 namespace {
+
+// Distance of a text's baseline below its anchor, of the text's size: half the height of DejaVu's capitals.
+constexpr double kBaselineBelowAnchor = 0.3645;
+constexpr double kHaloWidth = 0.12;  // of a text's halo on each side, of the text's size
+
+using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
+using Context = std::unique_ptr<cairo_t, decltype(&cairo_destroy)>;
+constexpr double kPointsPerInch = 72.0;
+constexpr int kMaxPageSide = 16384;  // pixels
+
+Surface Own(cairo_surface_t* surface) { return {surface, cairo_surface_destroy}; }
+Context MakeContext(cairo_surface_t* surface) { return {cairo_create(surface), cairo_destroy}; }
+
+void Check(cairo_status_t status) {
+  if (status != CAIRO_STATUS_SUCCESS) {
+    throw std::runtime_error(fmt::format("drawing failed: {}", cairo_status_to_string(status)));
+  }
+}
+
+// The same letters in the same places at every size and on every machine: nothing is fitted to pixels.
+void SelectFont(cairo_t* cairo, double size, bool bold) {
+  cairo_select_font_face(cairo, "DejaVu Sans", CAIRO_FONT_SLANT_NORMAL,
+                         bold ? CAIRO_FONT_WEIGHT_BOLD : CAIRO_FONT_WEIGHT_NORMAL);
+  cairo_set_font_size(cairo, size);
+  const std::unique_ptr<cairo_font_options_t, decltype(&cairo_font_options_destroy)> options(
+      cairo_font_options_create(), cairo_font_options_destroy);
+  cairo_font_options_set_antialias(options.get(), CAIRO_ANTIALIAS_GRAY);
+  cairo_font_options_set_hint_style(options.get(), CAIRO_HINT_STYLE_NONE);
+  cairo_font_options_set_hint_metrics(options.get(), CAIRO_HINT_METRICS_OFF);
+  cairo_set_font_options(cairo, options.get());
+}
+
+double Advance(cairo_t* cairo, const std::string& text) {
+  cairo_text_extents_t extents;
+  cairo_text_extents(cairo, text.c_str(), &extents);
+  return extents.x_advance;
+}
+
+void SetColor(cairo_t* cairo, const Eigen::Vector3d& color, double opacity = 1.0) {
+  cairo_set_source_rgba(cairo, color.x(), color.y(), color.z(), opacity);
+}
+
+void Draw(cairo_t* cairo, const FigurePath& path) {
+  cairo_new_path(cairo);
+  for (const Eigen::Vector2d& p : path.points) {
+    cairo_line_to(cairo, p.x(), p.y());
+  }
+  if (path.closed) {
+    cairo_close_path(cairo);
+  }
+  if (path.fill) {
+    SetColor(cairo, *path.fill, path.fill_opacity);
+    cairo_fill_preserve(cairo);
+  }
+  if (path.stroke) {
+    SetColor(cairo, path.stroke->color);
+    cairo_set_line_width(cairo, path.stroke->width);
+    cairo_set_line_join(cairo, CAIRO_LINE_JOIN_ROUND);
+    cairo_set_line_cap(cairo, path.stroke->dash.empty() ? CAIRO_LINE_CAP_SQUARE : CAIRO_LINE_CAP_BUTT);
+    cairo_set_dash(cairo, path.stroke->dash.data(), static_cast<int>(path.stroke->dash.size()), 0.0);
+    cairo_stroke_preserve(cairo);
+  }
+  cairo_new_path(cairo);
+}
+
+void Draw(cairo_t* cairo, const FigureText& text) {
+  cairo_save(cairo);
+  SelectFont(cairo, text.size, text.bold);
+  const double width = Advance(cairo, text.text);
+  cairo_translate(cairo, text.anchor.x(), text.anchor.y());
+  cairo_rotate(cairo, -text.angle * std::numbers::pi / 180.0);
+  const double left = text.align == TextAlign::kLeft ? 0.0 : text.align == TextAlign::kCenter ? 0.5 : 1.0;
+  cairo_move_to(cairo, -left * width, kBaselineBelowAnchor * text.size);
+  if (text.halo) {
+    cairo_text_path(cairo, text.text.c_str());
+    SetColor(cairo, *text.halo);
+    cairo_set_dash(cairo, nullptr, 0, 0.0);
+    cairo_set_line_join(cairo, CAIRO_LINE_JOIN_ROUND);
+    cairo_set_line_width(cairo, 2.0 * kHaloWidth * text.size);
+    cairo_stroke(cairo);
+    cairo_move_to(cairo, -left * width, kBaselineBelowAnchor * text.size);
+  }
+  SetColor(cairo, text.color);
+  cairo_show_text(cairo, text.text.c_str());
+  cairo_restore(cairo);
+}
+
+// cairo's own order and alpha: 32 bits a pixel, colours multiplied by alpha.
+cv::Mat Premultiplied(const cv::Mat& image) {
+  cv::Mat bgra;
+  if (image.channels() == 3) {
+    cv::cvtColor(image, bgra, cv::COLOR_BGR2BGRA);
+    return bgra;
+  }
+  bgra = image.clone();
+  bgra.forEach<cv::Vec4b>([](cv::Vec4b& pixel, const int*) {
+    for (int c = 0; c < 3; ++c) {
+      pixel[c] = static_cast<std::uint8_t>((pixel[c] * pixel[3] + 127) / 255);
+    }
+  });
+  return bgra;
+}
+
+void Draw(cairo_t* cairo, const FigureImage& element) {
+  cv::Mat pixels = Premultiplied(element.image);
+  const Surface source = Own(cairo_image_surface_create_for_data(
+      pixels.data,
+      pixels.channels() == 4 && element.image.channels() == 4 ? CAIRO_FORMAT_ARGB32 : CAIRO_FORMAT_RGB24,
+      pixels.cols, pixels.rows, static_cast<int>(pixels.step)));
+  cairo_save(cairo);
+  cairo_translate(cairo, element.area.x, element.area.y);
+  cairo_scale(cairo, element.area.width / pixels.cols, element.area.height / pixels.rows);
+  cairo_set_source_surface(cairo, source.get(), 0.0, 0.0);
+  cairo_pattern_set_filter(cairo_get_source(cairo), CAIRO_FILTER_GOOD);
+  cairo_pattern_set_extend(cairo_get_source(cairo), CAIRO_EXTEND_PAD);  // no soft border
+  cairo_rectangle(cairo, 0.0, 0.0, pixels.cols, pixels.rows);
+  cairo_fill(cairo);
+  cairo_restore(cairo);
+  cairo_surface_finish(source.get());  // before the pixels go
+}
+
+void DrawPage(cairo_t* cairo, const FigurePage& page) {
+  if (page.background) {
+    SetColor(cairo, *page.background);
+    cairo_paint(cairo);
+  }
+  for (const FigureElement& element : page.elements) {
+    std::visit([cairo](const auto& e) { Draw(cairo, e); }, element);
+  }
+  Check(cairo_status(cairo));
+}
+
+cairo_status_t Append(void* target, const unsigned char* data, unsigned int length) {
+  static_cast<std::string*>(target)->append(reinterpret_cast<const char*>(data), length);
+  return CAIRO_STATUS_SUCCESS;
+}
+
+// 8UC3, or 8UC4 (straight alpha) where the page has no background.
+cv::Mat PageToPixels(const FigurePage& page) {
+  const int width = static_cast<int>(std::lround(page.width * page.dpi / kPointsPerInch));
+  const int height = static_cast<int>(std::lround(page.height * page.dpi / kPointsPerInch));
+  if (width < 16 || height < 16 || width > kMaxPageSide || height > kMaxPageSide) {
+    throw UsageError(
+        fmt::format("a figure of {}x{} pixels: expected sides from 16 to {}", width, height, kMaxPageSide));
+  }
+  cv::Mat pixels = cv::Mat::zeros(height, width, CV_8UC4);
+  {
+    const Surface surface = Own(cairo_image_surface_create_for_data(pixels.data, CAIRO_FORMAT_ARGB32, width,
+                                                                    height, static_cast<int>(pixels.step)));
+    const Context cairo = MakeContext(surface.get());
+    cairo_scale(cairo.get(), page.dpi / kPointsPerInch, page.dpi / kPointsPerInch);
+    DrawPage(cairo.get(), page);
+    cairo_surface_flush(surface.get());
+  }
+  if (page.background) {
+    cv::cvtColor(pixels, pixels, cv::COLOR_BGRA2BGR);
+    return pixels;
+  }
+  pixels.forEach<cv::Vec4b>([](cv::Vec4b& pixel, const int*) {
+    for (int c = 0; c < 3 && pixel[3] > 0; ++c) {
+      pixel[c] = static_cast<std::uint8_t>(std::min(255, (pixel[c] * 255 + pixel[3] / 2) / pixel[3]));
+    }
+  });
+  return pixels;
+}
+
+// Fonts are embedded, and there is no date in it: the same page gives the same bytes.
+std::string PageToPdf(const FigurePage& page) {
+  std::string pdf;
+  {
+    const Surface surface = Own(cairo_pdf_surface_create_for_stream(Append, &pdf, page.width, page.height));
+    cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_CREATE_DATE, nullptr);
+    if (!page.title.empty()) {
+      cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_TITLE, page.title.c_str());
+    }
+    const Context cairo = MakeContext(surface.get());
+    DrawPage(cairo.get(), page);
+    cairo_show_page(cairo.get());
+    cairo_surface_finish(surface.get());
+    Check(cairo_surface_status(surface.get()));
+  }
+  return pdf;
+}
 
 using Output = std::back_insert_iterator<std::string>;
 
@@ -105,6 +294,13 @@ std::string WithDensity(const std::vector<std::uint8_t>& png, double dpi) {
 }
 
 }  // namespace
+
+double TextWidth(const std::string& text, double size, bool bold) {
+  const Surface surface = Own(cairo_recording_surface_create(CAIRO_CONTENT_ALPHA, nullptr));
+  const Context cairo = MakeContext(surface.get());
+  SelectFont(cairo.get(), size, bold);
+  return Advance(cairo.get(), text);
+}
 
 void FigurePage::Line(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const FigureStroke& stroke) {
   Polyline({from, to}, stroke);

@@ -120,18 +120,4 @@ void WriteFigure(const FigurePage& page, const std::filesystem::path& path);
 // A part of an HTML page; texts stay texts, pictures are embedded as PNG.
 std::string SvgElement(const FigurePage& page);
 
-// ---- What the formats share
-
-// Distance of a text's baseline below its anchor, of the text's size: half the height of DejaVu's capitals.
-inline constexpr double kBaselineBelowAnchor = 0.3645;
-
-// Width of a text's halo on each side, of the text's size.
-inline constexpr double kHaloWidth = 0.12;
-
-// 8UC3, or 8UC4 (straight alpha) where the page has no background.
-cv::Mat PageToPixels(const FigurePage& page);
-
-// Fonts are embedded, and there is no date in it.
-std::string PageToPdf(const FigurePage& page);
-
 }  // namespace sqslam

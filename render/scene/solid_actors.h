@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "render/camera/camera_path.h"
+#include "render/scene/scene_geometry.h"
 #include "render/scene/studio_light.h"
 #include "render/scene/style.h"
-#include "render/solids/grouped_surface.h"
 #include "render/solids/scene_order.h"
 #include "slam/snapshot/snapshot.h"
 

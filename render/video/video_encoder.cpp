@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <cmath>
 #include <numeric>
 #include <string>
 #include <utility>
 
+#include "slam/io/video_index.h"
 #include "slam/util/error.h"
 
 extern "C" {
@@ -27,22 +27,12 @@ struct Free {
   void operator()(AVPacket* packet) const { av_packet_free(&packet); }
   void operator()(SwsContext* context) const { sws_freeContext(context); }
   void operator()(AVFormatContext* format) const {
-    if (format->iformat != nullptr) {
-      avformat_close_input(&format);
-      return;
-    }
     avio_closep(&format->pb);
     avformat_free_context(format);
   }
 };
 template <typename T>
 using Owned = std::unique_ptr<T, Free>;
-
-std::string Reason(int error) {
-  std::array<char, AV_ERROR_MAX_STRING_SIZE> text{};
-  av_strerror(error, text.data(), text.size());
-  return text.data();
-}
 
 // An MP4 file that packets are written to.
 class Mp4File {
@@ -88,7 +78,7 @@ class Mp4File {
     if (result < 0) {
       throw InputError(
           fmt::format("{}: the video cannot be written ({}), expected a writable folder with free space",
-                      name_, Reason(result)));
+                      name_, FfmpegReason(result)));
     }
   }
 
@@ -166,7 +156,7 @@ struct VideoEncoder::Impl {
 
   void Check(int result) const {
     if (result < 0) {
-      throw std::runtime_error(fmt::format("{}: a frame cannot be encoded: {}", name, Reason(result)));
+      throw std::runtime_error(fmt::format("{}: a frame cannot be encoded: {}", name, FfmpegReason(result)));
     }
   }
 
@@ -204,28 +194,6 @@ void VideoEncoder::Finish() {
 
 namespace {
 
-struct Source {
-  Owned<AVFormatContext> format;
-  const AVStream* stream = nullptr;
-};
-
-Source OpenSource(const fs::path& path) {
-  const auto check = [&](int result) {
-    if (result < 0) {
-      throw InputError(fmt::format("{}: cannot be read as a video ({})", path.string(), Reason(result)));
-    }
-  };
-  Source source;
-  AVFormatContext* format = nullptr;
-  check(avformat_open_input(&format, path.c_str(), nullptr, nullptr));
-  source.format.reset(format);
-  check(avformat_find_stream_info(format, nullptr));
-  const int index = av_find_best_stream(format, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0);
-  check(index);
-  source.stream = format->streams[index];
-  return source;
-}
-
 bool SameCoding(const AVCodecParameters& a, const AVCodecParameters& b) {
   return a.codec_id == b.codec_id && a.width == b.width && a.height == b.height && a.format == b.format &&
          a.extradata_size == b.extradata_size &&
@@ -237,7 +205,8 @@ bool SameCoding(const AVCodecParameters& a, const AVCodecParameters& b) {
 int CopyVideos(const std::vector<fs::path>& videos, const std::vector<int>& frames, const fs::path& output,
                const std::function<bool(int done, int total)>& progress) {
   Mp4File file(output, output);
-  const Source first = OpenSource(videos.front());
+  constexpr const char* kComplaint = "{}: cannot be read as a video ({})";
+  const VideoStream first = OpenVideoStream(videos.front(), kComplaint);
   const AVRational frame_time = av_inv_q(first.stream->avg_frame_rate);
   AVStream* const stream = file.AddStream(first.stream->codecpar, frame_time);
   const Owned<AVPacket> packet(av_packet_alloc());
@@ -246,7 +215,7 @@ int CopyVideos(const std::vector<fs::path>& videos, const std::vector<int>& fram
   int before = 0;  // frames of the videos before this one
   bool go_on = true;
   for (std::size_t i = 0; i < videos.size() && go_on; ++i) {
-    const Source source = OpenSource(videos[i]);
+    const VideoStream source = OpenVideoStream(videos[i], kComplaint);
     if (!SameCoding(*source.stream->codecpar, *first.stream->codecpar)) {
       throw InputError(fmt::format("{}: encoded in another way than {}, expected pieces made by one program",
                                    videos[i].string(), videos.front().string()));

@@ -19,28 +19,19 @@ namespace {
 
 constexpr int kMaxFailures = 3;  // images in a row that do not come before the camera counts as gone
 
-class OpenCvCamera : public FrameGrabber {
- public:
-  OpenCvCamera(int index, const Camera& camera) {
-    if (!video_.open(index)) {
-      throw InputError(fmt::format(
-          "camera {}: cannot be opened, expected a camera that is plugged in, readable and in no other use",
-          index));
-    }
-    video_.set(cv::CAP_PROP_FRAME_WIDTH, camera.width);
-    video_.set(cv::CAP_PROP_FRAME_HEIGHT, camera.height);
-    video_.set(cv::CAP_PROP_FPS, camera.fps);
-  }
-  bool Grab(cv::Mat& bgr) override { return video_.read(bgr); }
-
- private:
-  cv::VideoCapture video_;
-};
-
 }  // namespace
 
-std::unique_ptr<FrameGrabber> OpenCamera(int index, const Camera& camera) {
-  return std::make_unique<OpenCvCamera>(index, camera);
+FrameGrabber OpenCamera(int index, const Camera& camera) {
+  const auto video = std::make_shared<cv::VideoCapture>();
+  if (!video->open(index)) {
+    throw InputError(fmt::format(
+        "camera {}: cannot be opened, expected a camera that is plugged in, readable and in no other use",
+        index));
+  }
+  video->set(cv::CAP_PROP_FRAME_WIDTH, camera.width);
+  video->set(cv::CAP_PROP_FRAME_HEIGHT, camera.height);
+  video->set(cv::CAP_PROP_FPS, camera.fps);
+  return [video](cv::Mat& bgr) { return video->read(bgr); };
 }
 
 std::function<double()> LiveClock() {
@@ -51,8 +42,8 @@ std::function<double()> LiveClock() {
 }
 
 struct LiveSource::Impl {
-  Impl(std::unique_ptr<FrameGrabber> grabber_in, const Camera& camera_in, std::string name_in,
-       const FrameRange& range_in, std::function<double()> now_in, std::function<bool()> stopped_in)
+  Impl(FrameGrabber grabber_in, const Camera& camera_in, std::string name_in, const FrameRange& range_in,
+       std::function<double()> now_in, std::function<bool()> stopped_in)
       : grabber(std::move(grabber_in)),
         camera(camera_in),
         name(std::move(name_in)),
@@ -60,7 +51,7 @@ struct LiveSource::Impl {
         now(std::move(now_in)),
         stopped(std::move(stopped_in)) {
     cv::Mat first;
-    if (!grabber->Grab(first)) {
+    if (!grabber(first)) {
       throw InputError(fmt::format("{}: gives no image, expected a working camera", name));
     }
     if (first.size() != cv::Size(camera.width, camera.height) || first.type() != CV_8UC3) {
@@ -94,8 +85,7 @@ struct LiveSource::Impl {
     int failures = 0;
     while (!stop.stop_requested() && failures < kMaxFailures) {
       cv::Mat bgr;
-      if (grabber->Grab(bgr) && bgr.size() == cv::Size(camera.width, camera.height) &&
-          bgr.type() == CV_8UC3) {
+      if (grabber(bgr) && bgr.size() == cv::Size(camera.width, camera.height) && bgr.type() == CV_8UC3) {
         failures = 0;
         Publish(bgr);
         continue;
@@ -130,7 +120,7 @@ struct LiveSource::Impl {
   static constexpr std::chrono::milliseconds kPatience{100};  // between two looks at `stopped`
   static constexpr double kMinStep = 1e-6;  // seconds; timestamps rise even where the clock does not
 
-  const std::unique_ptr<FrameGrabber> grabber;
+  const FrameGrabber grabber;
   const Camera camera;
   const std::string name;
   const FrameRange range;
@@ -148,8 +138,8 @@ struct LiveSource::Impl {
   std::jthread thread;          // last: joined before the rest goes
 };
 
-LiveSource::LiveSource(std::unique_ptr<FrameGrabber> grabber, const Camera& camera, std::string name,
-                       const FrameRange& range, std::function<double()> now, std::function<bool()> stopped)
+LiveSource::LiveSource(FrameGrabber grabber, const Camera& camera, std::string name, const FrameRange& range,
+                       std::function<double()> now, std::function<bool()> stopped)
     : impl_(std::make_unique<Impl>(std::move(grabber), camera, std::move(name), range, std::move(now),
                                    std::move(stopped))) {}
 LiveSource::~LiveSource() = default;

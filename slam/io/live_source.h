@@ -11,16 +11,12 @@
 
 namespace sqslam {
 
-// A source of live images, one at a time.
-class FrameGrabber {
- public:
-  virtual ~FrameGrabber() = default;
-  virtual bool Grab(cv::Mat& bgr) = 0;  // waits for the next image (8UC3); false: none came
-};
+// A source of live images: waits for the next one (8UC3); false: none came.
+using FrameGrabber = std::function<bool(cv::Mat& bgr)>;
 
 // A camera of this machine (OpenCV), asked for the calibration's image size and rate. Throws InputError where
 // it cannot be opened.
-std::unique_ptr<FrameGrabber> OpenCamera(int index, const Camera& camera);
+FrameGrabber OpenCamera(int index, const Camera& camera);
 
 // Seconds since 1970 that never run backwards while the program runs.
 std::function<double()> LiveClock();
@@ -34,9 +30,8 @@ class LiveSource : public FrameStream {
   // Waits for the first image. `name` is for messages ("camera 0"). Throws InputError where no image comes or
   // its size is not the calibration's. `stopped` ends it where a camera gives nothing and does not return
   // either.
-  LiveSource(std::unique_ptr<FrameGrabber> grabber, const Camera& camera, std::string name,
-             const FrameRange& range = {}, std::function<double()> now = LiveClock(),
-             std::function<bool()> stopped = {});
+  LiveSource(FrameGrabber grabber, const Camera& camera, std::string name, const FrameRange& range = {},
+             std::function<double()> now = LiveClock(), std::function<bool()> stopped = {});
   ~LiveSource() override;
 
   std::optional<Frame> Next() override;  // waits for an image that has not been given yet; empty at the end

@@ -22,26 +22,6 @@ namespace {
 
 constexpr double kMinStep = 1e-3;  // seconds; containers round times, and two frames must not share one
 
-struct Free {
-  void operator()(AVFormatContext* format) const { avformat_close_input(&format); }
-  void operator()(AVPacket* packet) const { av_packet_free(&packet); }
-};
-
-std::string Reason(int error) {
-  std::array<char, AV_ERROR_MAX_STRING_SIZE> text{};
-  av_strerror(error, text.data(), text.size());
-  return text.data();
-}
-
-void Check(int result, const std::filesystem::path& path) {
-  if (result < 0) {
-    throw InputError(
-        fmt::format("{}: cannot be read as a video (damaged, cut off, or none): {}; expected a video file or "
-                    "a sequence folder",
-                    path.string(), Reason(result)));
-  }
-}
-
 int QuarterTurnsOf(const AVStream& stream) {
   const std::uint8_t* matrix = av_stream_get_side_data(&stream, AV_PKT_DATA_DISPLAYMATRIX, nullptr);
   if (matrix == nullptr) {
@@ -62,7 +42,8 @@ struct Packets {
 };
 
 Packets ReadPackets(AVFormatContext& format, const AVStream& stream) {
-  const std::unique_ptr<AVPacket, Free> packet(av_packet_alloc());
+  const auto drop = [](AVPacket* used) { av_packet_free(&used); };
+  const std::unique_ptr<AVPacket, decltype(drop)> packet(av_packet_alloc(), drop);
   Packets packets;
   bool last_corrupt = false;  // a packet that was cut off shows half a picture
   while (av_read_frame(&format, packet.get()) >= 0) {
@@ -97,15 +78,34 @@ std::vector<double> Timestamps(Packets packets, double unit, double fps) {
 
 }  // namespace
 
+std::string FfmpegReason(int error) {
+  std::array<char, AV_ERROR_MAX_STRING_SIZE> text{};
+  av_strerror(error, text.data(), text.size());
+  return text.data();
+}
+
+VideoStream OpenVideoStream(const std::filesystem::path& path, const char* complaint) {
+  const auto check = [&](int result) {
+    if (result < 0) {
+      throw InputError(fmt::format(fmt::runtime(complaint), path.string(), FfmpegReason(result)));
+    }
+    return result;
+  };
+  AVFormatContext* opened = nullptr;
+  check(avformat_open_input(&opened, path.c_str(), nullptr, nullptr));
+  VideoStream video{{opened, [](AVFormatContext* format) { avformat_close_input(&format); }}, nullptr};
+  check(avformat_find_stream_info(opened, nullptr));
+  video.stream = opened->streams[check(av_find_best_stream(opened, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0))];
+  return video;
+}
+
 VideoIndex IndexVideo(const std::filesystem::path& path) {
   av_log_set_level(AV_LOG_QUIET);  // errors are thrown
-  AVFormatContext* opened = nullptr;
-  Check(avformat_open_input(&opened, path.c_str(), nullptr, nullptr), path);
-  const std::unique_ptr<AVFormatContext, Free> format(opened);
-  Check(avformat_find_stream_info(opened, nullptr), path);
-  const int found = av_find_best_stream(opened, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0);
-  Check(found, path);
-  const AVStream& stream = *opened->streams[found];
+  const VideoStream opened = OpenVideoStream(
+      path,
+      "{}: cannot be read as a video (damaged, cut off, or none): {}; expected a video file or "
+      "a sequence folder");
+  const AVStream& stream = *opened.stream;
   VideoIndex index;
   index.width = stream.codecpar->width;
   index.height = stream.codecpar->height;
@@ -113,7 +113,7 @@ VideoIndex IndexVideo(const std::filesystem::path& path) {
   const AVRational rate = stream.avg_frame_rate.num > 0 ? stream.avg_frame_rate : stream.r_frame_rate;
   index.fps = rate.num > 0 && rate.den > 0 ? av_q2d(rate) : 30.0;
   const auto promised = static_cast<std::size_t>(std::max<std::int64_t>(0, stream.nb_frames));
-  const Packets packets = ReadPackets(*opened, stream);
+  const Packets packets = ReadPackets(*opened.format, stream);
   index.timestamps = Timestamps(packets, av_q2d(stream.time_base), index.fps);
   const std::size_t count = index.timestamps.size();
   if (count == 0 || index.width <= 0 || index.height <= 0) {

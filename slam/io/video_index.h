@@ -1,10 +1,26 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
+struct AVFormatContext;
+struct AVStream;
+
 namespace sqslam {
+
+// The first video stream of a file.
+struct VideoStream {
+  std::unique_ptr<AVFormatContext, void (*)(AVFormatContext*)> format;
+  AVStream* stream;
+};
+
+// Throws InputError where there is none: `complaint` with the file and FFmpeg's reason put in.
+VideoStream OpenVideoStream(const std::filesystem::path& path, const char* complaint);
+
+std::string FfmpegReason(int error);  // in words
 
 // A video file's frames as the container lists them, found without decoding any.
 struct VideoIndex {

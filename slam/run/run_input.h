@@ -13,7 +13,7 @@
 
 namespace sqslam {
 
-using CameraOpener = std::function<std::unique_ptr<FrameGrabber>(int index, const Camera& camera)>;
+using CameraOpener = std::function<FrameGrabber(int index, const Camera& camera)>;
 
 struct RunRequest {
   SequenceRequest sequence;        // of a live camera only its calibration counts

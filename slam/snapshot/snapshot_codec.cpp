@@ -89,29 +89,21 @@ class Reader {
 template <typename Archive, typename T>
 using Like = std::conditional_t<std::is_same_v<Archive, Writer>, const T&, T&>;
 
-template <typename Archive, typename Vector>
-void VisitCoefficients(Archive& archive, Vector& vector) {
-  for (int i = 0; i < 3; ++i) {
-    archive(vector[i]);
-  }
+template <typename Archive, typename... Values>
+void VisitValues(Archive& archive, Values&... values) {
+  (archive(values), ...);
 }
 
 template <typename Archive>
 void Visit(Archive& archive, Like<Archive, Rigid3d> pose) {
   auto& q = pose.rotation.coeffs();
-  for (int i = 0; i < 4; ++i) {
-    archive(q[i]);
-  }
-  VisitCoefficients(archive, pose.translation);
+  auto& t = pose.translation;
+  VisitValues(archive, q[0], q[1], q[2], q[3], t[0], t[1], t[2]);
 }
 
 template <typename Archive>
 void Visit(Archive& archive, Like<Archive, Camera> camera) {
-  archive(camera.width);
-  archive(camera.height);
-  for (auto* value : {&camera.fx, &camera.fy, &camera.cx, &camera.cy, &camera.fps}) {
-    archive(*value);
-  }
+  VisitValues(archive, camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy, camera.fps);
   for (auto& coefficient : camera.distortion) {
     archive(coefficient);
   }
@@ -120,45 +112,32 @@ void Visit(Archive& archive, Like<Archive, Camera> camera) {
 template <typename Archive>
 void VisitPoints(Archive& archive, Like<Archive, std::vector<SnapshotPoint>> points) {
   archive.Size(points);
-  for (int i = 0; i < 3; ++i) {
+  const auto column = [&](const auto& value_of) {
     for (auto& point : points) {
-      archive(point.p_map[i]);
+      archive(value_of(point));
     }
+  };
+  for (int i = 0; i < 3; ++i) {
+    column([i](auto& point) -> auto& { return point.p_map[i]; });
   }
   for (std::size_t i = 0; i < 3; ++i) {
-    for (auto& point : points) {
-      archive(point.rgb[i]);
-    }
+    column([i](auto& point) -> auto& { return point.rgb[i]; });
   }
-  for (auto& point : points) {
-    archive(point.object_id);
-  }
-  if (archive.Version() < 3) {
-    return;
-  }
-  for (auto& point : points) {
-    archive(point.anomaly);
-  }
-  for (auto& point : points) {
-    archive(point.rejected_by);
+  column([](auto& point) -> auto& { return point.object_id; });
+  if (archive.Version() >= 3) {
+    column([](auto& point) -> auto& { return point.anomaly; });
+    column([](auto& point) -> auto& { return point.rejected_by; });
   }
 }
 
 template <typename Archive>
 void Visit(Archive& archive, Like<Archive, SnapshotObject> object) {
-  archive(object.id);
-  archive(object.label);
-  archive(object.score);
-  archive(object.observations);
-  archive(object.points);
-  archive(object.yaw);
   auto& shape = object.superquadric.shape;
-  VisitCoefficients(archive, shape.half_size);
-  archive(shape.e1);
-  archive(shape.e2);
+  auto& size = shape.half_size;
+  VisitValues(archive, object.id, object.label, object.score, object.observations, object.points, object.yaw,
+              size[0], size[1], size[2], shape.e1, shape.e2);
   Visit(archive, object.superquadric.T_map_object);
-  archive(object.fit.box_agreement);
-  archive(object.fit.point_rms);
+  VisitValues(archive, object.fit.box_agreement, object.fit.point_rms);
   for (int i = 0; i < 9; ++i) {
     for (int j = 0; j < 9; ++j) {
       archive(object.fit.covariance(i, j));
@@ -168,37 +147,26 @@ void Visit(Archive& archive, Like<Archive, SnapshotObject> object) {
 
 template <typename Archive>
 void Visit(Archive& archive, Like<Archive, SnapshotDetection> item) {
-  archive(item.detection.label);
-  archive(item.detection.score);
   auto& box = item.detection.box;
-  for (auto* value : {&box.x, &box.y, &box.width, &box.height}) {
-    archive(*value);
-  }
-  archive(item.object_id);
+  VisitValues(archive, item.detection.label, item.detection.score, box.x, box.y, box.width, box.height,
+              item.object_id);
 }
 
 template <typename Archive>
 void Visit(Archive& archive, Like<Archive, SnapshotKeyframe> keyframe) {
-  archive(keyframe.id);
-  archive(keyframe.frame_index);
-  archive(keyframe.timestamp);
+  VisitValues(archive, keyframe.id, keyframe.frame_index, keyframe.timestamp);
   Visit(archive, keyframe.T_map_camera);
 }
 
 template <typename Archive>
 void Visit(Archive& archive, Like<Archive, SnapshotCovisibility> pair) {
-  archive(pair.first);
-  archive(pair.second);
-  archive(pair.points);
+  VisitValues(archive, pair.first, pair.second, pair.points);
 }
 
 template <typename Archive>
 void Visit(Archive& archive, Like<Archive, SnapshotProgress> progress) {
-  archive(progress.tracked_points);
-  archive(progress.tracking_ms);
-  archive(progress.mapping_ms);
-  archive(progress.counters.loops);
-  archive(progress.counters.merges);
+  VisitValues(archive, progress.tracked_points, progress.tracking_ms, progress.mapping_ms,
+              progress.counters.loops, progress.counters.merges);
 }
 
 template <typename Archive, typename Items>
@@ -211,10 +179,8 @@ void VisitAll(Archive& archive, Items& items) {
 
 template <typename Archive>
 void Visit(Archive& archive, Like<Archive, MapSnapshot> snapshot) {
-  archive(snapshot.sequence_number);
-  archive(snapshot.frame_index);
-  archive(snapshot.timestamp);
-  archive(snapshot.image_path);
+  VisitValues(archive, snapshot.sequence_number, snapshot.frame_index, snapshot.timestamp,
+              snapshot.image_path);
   Visit(archive, snapshot.camera);
   if (archive.Present(snapshot.T_map_camera)) {
     Visit(archive, *snapshot.T_map_camera);

@@ -20,7 +20,7 @@ const Camera kSmallCamera{64, 48, 50.0, 50.0, 32.0, 24.0, {}, 30.0};
 
 // Gives `count` images whose grey value is their index, then none. With a gate it waits there before image
 // `gate_at` and tells that it has come so far.
-class FakeGrabber : public FrameGrabber {
+class FakeGrabber {
  public:
   explicit FakeGrabber(int count, cv::Size size = {64, 48}) : count_(count), size_(size) {}
 
@@ -31,7 +31,7 @@ class FakeGrabber : public FrameGrabber {
   }
   void FailAt(int index) { fail_at_ = index; }
 
-  bool Grab(cv::Mat& bgr) override {
+  bool operator()(cv::Mat& bgr) {
     if (next_ == gate_at_) {
       arrived_->set_value();
       gate_.wait();
@@ -58,10 +58,10 @@ class FakeGrabber : public FrameGrabber {
 };
 
 TEST(LiveSource, ACameraThatHangsCanBeStopped) {
-  auto grabber = std::make_unique<FakeGrabber>(5);
+  FakeGrabber grabber(5);
   std::promise<void> arrived;
   std::promise<void> gate;
-  grabber->WaitAt(1, arrived, gate.get_future().share());
+  grabber.WaitAt(1, arrived, gate.get_future().share());
   std::atomic<bool> stopped = false;
   LiveSource source(std::move(grabber), kSmallCamera, "camera 0", {}, LiveClock(),
                     [&] { return stopped.load(); });
@@ -86,8 +86,8 @@ TEST(LiveSource, WhoIsSlowGetsTheNewestImageAndTheRestCountsAsDropped) {
   const CapturedLog log;
   std::promise<void> arrived;
   std::promise<void> open;
-  auto grabber = std::make_unique<FakeGrabber>(8);
-  grabber->WaitAt(5, arrived, open.get_future().share());
+  FakeGrabber grabber(8);
+  grabber.WaitAt(5, arrived, open.get_future().share());
   LiveSource source(std::move(grabber), kSmallCamera, "camera 0");
   arrived.get_future().wait();  // images 0 to 4 have come
   const std::optional<Frame> frame = source.Next();
@@ -106,8 +106,8 @@ TEST(LiveSource, TimesComeFromTheClockAndRise) {
   const CapturedLog log;
   std::promise<void> arrived;
   std::promise<void> open;
-  auto grabber = std::make_unique<FakeGrabber>(2);
-  grabber->WaitAt(1, arrived, open.get_future().share());
+  FakeGrabber grabber(2);
+  grabber.WaitAt(1, arrived, open.get_future().share());
   LiveSource source(std::move(grabber), kSmallCamera, "camera 0", {},
                     [] { return 12.5; });  // a clock that stands
   EXPECT_EQ(source.Next()->timestamp, 12.5);
@@ -119,8 +119,8 @@ TEST(LiveSource, StartStrideAndCountChooseImages) {
   const CapturedLog log;
   std::promise<void> arrived;
   std::promise<void> open;
-  auto grabber = std::make_unique<FakeGrabber>(100);
-  grabber->WaitAt(7, arrived, open.get_future().share());
+  FakeGrabber grabber(100);
+  grabber.WaitAt(7, arrived, open.get_future().share());
   LiveSource source(std::move(grabber), kSmallCamera, "camera 0", {.start = 3, .count = 1, .stride = 2});
   arrived.get_future().wait();
   EXPECT_EQ(source.Next()->index, 5);  // of 3 and 5
@@ -133,9 +133,9 @@ TEST(LiveSource, AnImageThatDoesNotComeIsSkipped) {
   const CapturedLog log;
   std::promise<void> arrived;
   std::promise<void> open;
-  auto grabber = std::make_unique<FakeGrabber>(4);
-  grabber->FailAt(1);
-  grabber->WaitAt(3, arrived, open.get_future().share());
+  FakeGrabber grabber(4);
+  grabber.FailAt(1);
+  grabber.WaitAt(3, arrived, open.get_future().share());
   LiveSource source(std::move(grabber), kSmallCamera, "camera 0");
   arrived.get_future().wait();
   EXPECT_EQ(source.Next()->index, 2);
@@ -145,11 +145,9 @@ TEST(LiveSource, AnImageThatDoesNotComeIsSkipped) {
 }
 
 TEST(LiveSource, ImagesOfAnotherSizeThanTheCalibrationsAreRefused) {
-  EXPECT_THAT(InputErrorOf([] {
-                LiveSource(std::make_unique<FakeGrabber>(1, cv::Size(32, 24)), kSmallCamera, "camera 0");
-              }),
+  EXPECT_THAT(InputErrorOf([] { LiveSource(FakeGrabber(1, cv::Size(32, 24)), kSmallCamera, "camera 0"); }),
               HasSubstr("camera 0: gives images of 32x24 with 3 channels, expected the calibration's 64x48"));
-  EXPECT_THAT(InputErrorOf([] { LiveSource(std::make_unique<FakeGrabber>(0), kSmallCamera, "camera 0"); }),
+  EXPECT_THAT(InputErrorOf([] { LiveSource(FakeGrabber(0), kSmallCamera, "camera 0"); }),
               HasSubstr("camera 0: gives no image"));
 }
 

@@ -1,4 +1,4 @@
-#include "render/solids/grouped_surface.h"
+#include "render/scene/scene_geometry.h"
 
 #include <gtest/gtest.h>
 #include <vtkActor.h>

@@ -16,23 +16,19 @@ using ::testing::HasSubstr;
 constexpr int kImages = 20;
 
 // A camera that shows a grey wall a few times and is then unplugged.
-class GreyWall : public FrameGrabber {
- public:
-  bool Grab(cv::Mat& bgr) override {
+FrameGrabber GreyWall() {
+  return [given = 0](cv::Mat& bgr) mutable {
     bgr = cv::Mat(480, 640, CV_8UC3, cv::Scalar::all(128));
-    return given_++ < kImages;
-  }
-
- private:
-  int given_ = 0;
-};
+    return given++ < kImages;
+  };
+}
 
 RunRequest LiveRequest(const TemporaryFolder& folder) {
   RunRequest request;
   request.options.detection.network = "none";
   request.live_camera = 0;
   request.sequence.camera = "kinect-v1";
-  request.open_camera = [](int, const Camera&) { return std::make_unique<GreyWall>(); };
+  request.open_camera = [](int, const Camera&) { return GreyWall(); };
   request.output = folder.Path() / "result";
   return request;
 }
