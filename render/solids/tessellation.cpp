@@ -55,6 +55,21 @@ Eigen::Vector3d SurfaceNormal(const Superquadric& shape, const SuperellipsePoint
   return normal.cwiseQuotient(shape.half_size).normalized();
 }
 
+void AppendGridTriangles(std::size_t rows, std::size_t columns, bool poles, TriangleMesh& mesh) {
+  for (std::size_t row = 0; row + 1 < rows; ++row) {
+    for (std::size_t column = 0; column + 1 < columns; ++column) {
+      const auto a = static_cast<std::int32_t>(row * columns + column);
+      const std::int32_t b = a + static_cast<std::int32_t>(columns);
+      if (row > 0 || !poles) {
+        mesh.triangles.push_back({a, a + 1, b + 1});
+      }
+      if (row + 2 < rows || !poles) {
+        mesh.triangles.push_back({a, b + 1, b});
+      }
+    }
+  }
+}
+
 TriangleMesh Tessellate(const Superquadric& shape, int segments) {
   constexpr double kPi = std::numbers::pi;
   const auto profile = SampleUniformInParameter(shape.e1, -0.5 * kPi, 0.5 * kPi, segments / 2);
@@ -68,21 +83,7 @@ TriangleMesh Tessellate(const Superquadric& shape, int segments) {
       mesh.normals.push_back(SurfaceNormal(shape, p, q).cast<float>());
     }
   }
-  const auto columns = static_cast<std::int32_t>(section.size());
-  const auto rows = static_cast<std::int32_t>(profile.size());
-  mesh.triangles.reserve(2 * profile.size() * section.size());
-  for (std::int32_t row = 0; row + 1 < rows; ++row) {
-    for (std::int32_t column = 0; column + 1 < columns; ++column) {
-      const std::int32_t a = row * columns + column;
-      const std::int32_t b = a + columns;
-      if (row > 0) {  // at the poles one of the two triangles has no area
-        mesh.triangles.push_back({a, a + 1, b + 1});
-      }
-      if (row + 2 < rows) {
-        mesh.triangles.push_back({a, b + 1, b});
-      }
-    }
-  }
+  AppendGridTriangles(profile.size(), section.size(), true, mesh);
   return mesh;
 }
 

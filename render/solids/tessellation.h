@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -15,6 +16,10 @@ struct TriangleMesh {
   std::vector<Eigen::Vector3f> normals;                // outward, unit length
   std::vector<std::array<std::int32_t, 3>> triangles;  // counter-clockwise seen from outside
 };
+
+// Two triangles for each cell of a grid of vertices, row by row. `poles`: the first and the last row are one
+// point each, where one of the two has no area and is left out.
+void AppendGridTriangles(std::size_t rows, std::size_t columns, bool poles, TriangleMesh& mesh);
 
 // One point of the unit superellipse |x|^(2/e) + |y|^(2/e) = 1 with its (unscaled) outward normal.
 struct SuperellipsePoint {

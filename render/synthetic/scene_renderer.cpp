@@ -24,20 +24,15 @@ constexpr double kNear = 0.05;  // metres
 constexpr double kFar = 30.0;
 
 vtkNew<vtkPolyData> MakePolyData(const TexturedMesh& mesh) {
-  const auto count = static_cast<vtkIdType>(mesh.vertices.size());
-  vtkNew<vtkPoints> points;
-  points->SetNumberOfPoints(count);
-  vtkNew<vtkFloatArray> coordinates;
+  const vtkNew<vtkPoints> points;
+  const vtkNew<vtkFloatArray> coordinates;
   coordinates->SetNumberOfComponents(2);
-  coordinates->SetNumberOfTuples(count);
-  vtkNew<vtkUnsignedCharArray> light;
+  const vtkNew<vtkUnsignedCharArray> light;
   light->SetNumberOfComponents(3);
-  light->SetNumberOfTuples(count);
-  for (vtkIdType i = 0; i < count; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    points->SetPoint(i, mesh.vertices[k].x(), mesh.vertices[k].y(), mesh.vertices[k].z());
-    coordinates->SetTuple2(i, mesh.texture_coordinates[k].x(), mesh.texture_coordinates[k].y());
-    light->SetTuple3(i, mesh.light[k][0], mesh.light[k][1], mesh.light[k][2]);
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    points->InsertNextPoint(mesh.vertices[i].data());
+    coordinates->InsertNextTypedTuple(mesh.texture_coordinates[i].data());
+    light->InsertNextTypedTuple(mesh.light[i].data());
   }
   vtkNew<vtkCellArray> cells;
   for (const auto& triangle : mesh.triangles) {

@@ -5,8 +5,6 @@
 #include <numbers>
 #include <opencv2/core/utility.hpp>
 
-#include "render/solids/tessellation.h"
-
 namespace sqslam {
 namespace {
 
@@ -37,17 +35,6 @@ void AddLight(const SceneLighting& lighting, TexturedMesh& mesh) {
           EncodeLight(lighting.IrradianceAt(mesh.vertices[k].cast<double>(), mesh.normals[k].cast<double>()));
     }
   });
-}
-
-void AddGridTriangles(int rows, int columns, TexturedMesh& mesh) {
-  for (int row = 0; row + 1 < rows; ++row) {
-    for (int column = 0; column + 1 < columns; ++column) {
-      const int a = row * columns + column;
-      const int b = a + columns;
-      mesh.triangles.push_back({a, a + 1, b + 1});
-      mesh.triangles.push_back({a, b + 1, b});
-    }
-  }
 }
 
 cv::Mat PaintFor(const TextureDescription& texture, double width, double height, double pixels_per_metre,
@@ -111,7 +98,7 @@ TexturedMesh BuildChart(const SceneBody& body, const SceneLighting& lighting, co
       mesh.texture_coordinates.push_back((side ? unrolled : from_above.head<2>().eval()).cast<float>());
     }
   }
-  AddGridTriangles(static_cast<int>(last - first + 1), static_cast<int>(samples.section.size()), mesh);
+  AppendGridTriangles(last - first + 1, samples.section.size(), false, mesh);
   AddLight(lighting, mesh);
   const double detail = body.id > 0 ? kObjectPixelsPerMetre : kFurniturePixelsPerMetre;
   mesh.texture = PaintFor(body.texture, width, height,
@@ -226,7 +213,7 @@ TexturedMesh BuildPanel(const ScenePanel& panel, const SceneLighting& lighting) 
       mesh.texture_coordinates.emplace_back(static_cast<float>(s), static_cast<float>(t));
     }
   }
-  AddGridTriangles(rows, columns, mesh);
+  AppendGridTriangles(static_cast<std::size_t>(rows), static_cast<std::size_t>(columns), false, mesh);
   AddLight(lighting, mesh);
   mesh.texture = PaintFor(panel.texture, width, height, kPanelPixelsPerMetre, 0);
   return mesh;

@@ -6,6 +6,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "render/solids/tessellation.h"
 #include "render/synthetic/scene_description.h"
 
 namespace sqslam {
@@ -37,14 +38,11 @@ class SceneLighting {
 };
 
 // A mesh with its picture and its light, ready to be drawn without any further shading.
-struct TexturedMesh {
-  std::int32_t id = 0;                    // of the object, 0 for what has no ground truth
-  std::vector<Eigen::Vector3f> vertices;  // world frame
-  std::vector<Eigen::Vector3f> normals;
+struct TexturedMesh : TriangleMesh {                 // in the world frame
+  std::int32_t id = 0;                               // of the object, 0 for what has no ground truth
   std::vector<Eigen::Vector2f> texture_coordinates;  // [0, 1]; v = 0 at the last row of the picture
   std::vector<std::array<std::uint8_t, 3>> light;    // RGB, multiplies the texture
-  std::vector<std::array<std::int32_t, 3>> triangles;
-  cv::Mat texture;  // 8UC3, BGR
+  cv::Mat texture;                                   // 8UC3, BGR
 };
 
 // Paints a picture of `width` x `height` metres at `pixels_per_metre`. Every pattern has detail at all scales

@@ -39,8 +39,13 @@ class CameraReader {
     }
   }
 
-  double Number(const std::string& key, double min, double max) const {
+  // `otherwise`: where it may be missing.
+  double Number(const std::string& key, double min, double max,
+                std::optional<double> otherwise = std::nullopt) const {
     const YAML::Node node = root_[key];
+    if (!node && otherwise) {
+      return *otherwise;
+    }
     if (!node) {
       throw InputError(fmt::format("{}: {} is missing, expected {}", path_.string(), key, Range(min, max)));
     }
@@ -159,12 +164,8 @@ Camera ReadCamera(const std::filesystem::path& path) {
       camera.distortion[i] = reader.Checked(node[i], fmt::format("distortion[{}]", i), -1e3, 1e3);
     }
   }
-  if (const YAML::Node node = reader.Optional("fps"); node) {
-    camera.fps = reader.Checked(node, "fps", 0.01, 10000.0);
-  }
-  if (const YAML::Node node = reader.Optional("readout_ms"); node) {
-    camera.readout_ms = reader.Checked(node, "readout_ms", -kMaxReadout, kMaxReadout);
-  }
+  camera.fps = reader.Number("fps", 0.01, 10000.0, camera.fps);
+  camera.readout_ms = reader.Number("readout_ms", -kMaxReadout, kMaxReadout, camera.readout_ms);
   return camera;
 }
 
