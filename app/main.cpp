@@ -1,23 +1,18 @@
 #include <ceres/version.h>
 #include <fmt/format.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
 #include <sqlite3.h>
 #include <yaml-cpp/yaml.h>
 #include <zlib.h>
 
 #include <Eigen/Core>
-#include <csignal>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
-#include <opencv2/core/utils/logger.hpp>
 #include <opencv2/core/version.hpp>
 #include <string>
 #include <vector>
 
 #include "app/commands/commands.h"
+#include "app/terminal/terminal.h"
 #include "render/gl/offscreen_context.h"
-#include "slam/util/error.h"
 
 namespace sqslam::app {
 namespace {
@@ -65,21 +60,6 @@ std::string VersionText() {
       BackEnd(RenderBackend::kOsmesa), BackEnd(RenderBackend::kEgl));
 }
 
-// Warnings go to stderr as one line each. Libraries that print by themselves are silenced: what they find
-// comes back to the reader, which says it with file and frame.
-void SetUpLogging() {
-  auto logger = spdlog::stderr_color_mt("sqslam");
-  logger->set_pattern("sqslam: %^%l%$: %v");
-  spdlog::set_default_logger(logger);
-  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
-  ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
-}
-
-int Fail(int exit_code, const char* message) {
-  fmt::print(stderr, "sqslam: {}\n", message);
-  return exit_code;
-}
-
 int ParseAndRun(const std::vector<std::string>& words) {
   Command program("sqslam", "Object SLAM from one camera: a map of superquadrics, with pictures");
   program.OnVersion(VersionText);
@@ -106,20 +86,6 @@ int ParseAndRun(const std::vector<std::string>& words) {
 }  // namespace
 }  // namespace sqslam::app
 
-// The one place where errors become exit codes.
 int main(int argc, char** argv) {
-  using sqslam::app::Fail;
-  std::signal(SIGXFSZ, SIG_IGN);  // a file size limit is then reported like a full disk
-  sqslam::app::SetUpLogging();
-  try {
-    return sqslam::app::ParseAndRun({argv + 1, argv + argc});
-  } catch (const sqslam::UsageError& e) {
-    return Fail(2, e.what());
-  } catch (const sqslam::InputError& e) {
-    return Fail(3, e.what());
-  } catch (const sqslam::NoMapError& e) {
-    return Fail(4, e.what());
-  } catch (const std::exception& e) {
-    return Fail(1, fmt::format("internal error: {}", e.what()).c_str());
-  }
+  return sqslam::app::RunProgram("sqslam", [&] { return sqslam::app::ParseAndRun({argv + 1, argv + argc}); });
 }

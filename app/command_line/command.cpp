@@ -23,7 +23,7 @@ bool LooksLikeOption(const std::string& word) {
 // "; did you mean '--output'?", or nothing where no name is near. A name that holds the word is near to it.
 std::string NearestName(const std::string& word, const std::vector<std::string>& names) {
   const std::string bare = word.substr(std::min(word.find_first_not_of('-'), word.size()));
-  const auto longer = std::find_if(names.begin(), names.end(), [&](const std::string& name) {
+  const auto longer = std::ranges::find_if(names, [&](const std::string& name) {
     return bare.size() > 2 && name.find(bare) != std::string::npos;
   });
   const std::string nearest = longer != names.end() ? *longer : NearestWord(word, names);
@@ -111,7 +111,7 @@ std::string Command::Path() const { return parent_ == nullptr ? name_ : parent_-
 
 Argument* Command::FindOption(const std::string& name) {
   for (Argument& option : options_) {
-    if (std::find(option.names.begin(), option.names.end(), name) != option.names.end()) {
+    if (std::ranges::find(option.names, name) != option.names.end()) {
       return &option;
     }
   }
@@ -119,8 +119,7 @@ Argument* Command::FindOption(const std::string& name) {
 }
 
 Command* Command::FindCommand(const std::string& name) {
-  const auto it = std::find_if(commands_.begin(), commands_.end(),
-                               [&](const Command& command) { return command.name_ == name; });
+  const auto it = std::ranges::find(commands_, name, &Command::name_);
   return it == commands_.end() ? nullptr : &*it;
 }
 
@@ -128,16 +127,15 @@ std::vector<std::string> Command::OptionNames() const {
   std::vector<std::string> names =
       parent_ == nullptr ? std::vector<std::string>{"--help"} : parent_->OptionNames();
   for (const Argument& option : options_) {
-    std::copy_if(option.names.begin(), option.names.end(), std::back_inserter(names),
-                 [](const std::string& name) { return name.starts_with("--"); });
+    std::ranges::copy_if(option.names, std::back_inserter(names),
+                         [](const std::string& name) { return name.starts_with("--"); });
   }
   return names;
 }
 
 std::vector<std::string> Command::CommandNames() const {
   std::vector<std::string> names;
-  std::transform(commands_.begin(), commands_.end(), std::back_inserter(names),
-                 [](const Command& command) { return command.name_; });
+  std::ranges::transform(commands_, std::back_inserter(names), &Command::name_);
   return names;
 }
 

@@ -1,10 +1,7 @@
 #pragma once
 
-#include <algorithm>
-#include <array>
 #include <deque>
 #include <functional>
-#include <iterator>
 #include <memory>
 #include <optional>
 #include <string>
@@ -38,6 +35,14 @@ struct Argument {
   bool IsFlag() const { return std::holds_alternative<bool*>(fields.front().value); }
 };
 
+// std::array<int, 2>, Eigen::Vector3d: given as "1280,720".
+template <typename T>
+concept SeveralNumbers = requires(T values) {
+  values.begin();
+  requires std::is_arithmetic_v<std::remove_reference_t<decltype(values[0])>>;
+}
+&&!std::is_same_v<T, std::string>;
+
 // A command of a program, or the program itself: arguments bound to variables, the text of --help, and what
 // it does. Declared like this:
 //
@@ -48,7 +53,7 @@ struct Argument {
 //   info.Flag("--quiet,-q", a->quiet, "No summary");
 //   info.OnRun([a] { return Info(*a); });
 //
-// Variables may be numbers, strings and enums with names, std::optional of these or of std::array of these
+// Variables may be numbers, strings and enums with names, std::optional of these or of several numbers
 // ("1280,720"), and std::vector of these (an option is then repeated). They must outlive the command.
 class Command {
  public:
@@ -117,11 +122,13 @@ class Command {
     const auto read = std::make_shared<T>();
     return {{FieldOf(*read)}, [read, &value] { value = *read; }};
   }
-  template <typename T, std::size_t N>
-  static Binding Bind(std::optional<std::array<T, N>>& values) {
-    const auto read = std::make_shared<std::array<T, N>>();
+  template <SeveralNumbers T>
+  static Binding Bind(std::optional<T>& values) {
+    const auto read = std::make_shared<T>();
     Binding binding{{}, [read, &values] { values = *read; }};
-    std::transform(read->begin(), read->end(), std::back_inserter(binding.fields), FieldOf<T>);
+    for (auto& number : *read) {
+      binding.fields.push_back(FieldOf(number));
+    }
     return binding;
   }
   template <typename T>
@@ -152,6 +159,14 @@ class Command {
   std::function<int()> action_;
   std::function<std::string()> version_;
 };
+
+// Takes over what --set says, KEY=VALUE each. Throws UsageError.
+template <typename Options>
+void SetOptions(const std::vector<std::string>& assignments, Options& options) {
+  for (const std::string& assignment : assignments) {
+    SetOption(assignment, options);
+  }
+}
 
 // The columns of the terminal that is written to; 80 where it is none.
 int TerminalWidth();

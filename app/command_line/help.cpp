@@ -17,8 +17,7 @@ constexpr std::size_t kContinued = 6;      // indentation of a command that goes
 
 // The columns that UTF-8 text takes, counting one for each code point.
 std::size_t Columns(const std::string& text) {
-  return static_cast<std::size_t>(
-      std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
+  return static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return (c & 0xC0) != 0x80; }));
 }
 
 // Text in lines of at most `width` columns, broken at blanks; a longer word gets a line of its own.
@@ -158,8 +157,7 @@ class NotesFormatter {
 // "-o, --output FILE" and its text.
 Item ItemOf(const Argument& argument) {
   std::vector<std::string> names = argument.names;
-  std::stable_sort(names.begin(), names.end(),
-                   [](const std::string& a, const std::string& b) { return a.size() == 2 && b.size() > 2; });
+  std::ranges::stable_sort(names, {}, [](const std::string& name) { return name.size() > 2; });
   Item item{fmt::format("{}", fmt::join(names, ", ")), argument.help};
   if (!argument.value_name.empty()) {
     item.left += " " + argument.value_name;
@@ -174,52 +172,40 @@ Item ItemOf(const Argument& argument) {
   return item;
 }
 
-// Items under their headings, in the order in which the headings first appeared.
-class Headings {
- public:
-  std::vector<Item>& operator[](const std::string& heading) {
-    for (auto& [name, items] : headings_) {
-      if (name == heading) {
-        return items;
-      }
-    }
-    return headings_.emplace_back(heading, std::vector<Item>()).second;
-  }
-  std::deque<std::pair<std::string, std::vector<Item>>>& All() { return headings_; }
-
- private:
-  std::deque<std::pair<std::string, std::vector<Item>>> headings_;
-};
-
 }  // namespace
 
 std::string Command::Help(int columns) const {
   const auto width = static_cast<std::size_t>(std::max(columns, 40));
   std::string usage = Path();
-  Headings headings;
+  std::deque<std::pair<std::string, std::vector<Item>>> headings;  // in the order in which they first appear
+  const auto under = [&](const std::string& heading) -> std::vector<Item>& {
+    const auto found = std::ranges::find(headings, heading, &decltype(headings)::value_type::first);
+    return found != headings.end() ? found->second
+                                   : headings.emplace_back(heading, std::vector<Item>()).second;
+  };
   for (const Command& command : commands_) {
-    headings[command.own_group_].push_back({command.name_, command.summary_});
+    under(command.own_group_).push_back({command.name_, command.summary_});
   }
   for (const Argument& positional : positionals_) {
     const std::string name = positional.names.front() + (positional.list ? "..." : "");
     usage += positional.required ? " " + name : " [" + name + "]";
-    headings[positional.group].push_back(ItemOf(positional));
+    under(positional.group).push_back(ItemOf(positional));
   }
   for (const Command* command = this; command != nullptr; command = command->parent_) {
     for (const Argument& option : command->options_) {
-      headings[option.group].push_back(ItemOf(option));
+      under(option.group).push_back(ItemOf(option));
     }
   }
   usage += commands_.empty() || !positionals_.empty() ? " [OPTIONS]" : " COMMAND [OPTIONS]";
-  const std::vector<Item> general = headings["General"];
-  std::erase_if(headings.All(), [](const auto& heading) { return heading.first == "General"; });
-  headings["General"] = general;
-  headings["General"].push_back({"-h, --help", "Print this text"});
+  std::vector<Item> general = under("General");
+  std::erase_if(headings, [](const auto& heading) { return heading.first == "General"; });
+  general.push_back({"-h, --help", "Print this text"});
   if (version_) {
-    headings["General"].push_back({"--version", "Print what this build has: libraries, rendering back ends"});
+    general.push_back({"--version", "Print what this build has: libraries, rendering back ends"});
   }
+  headings.emplace_back("General", std::move(general));
   std::string text = fmt::format("{}\n\nUsage: {}\n", fmt::join(Wrap(summary_, width), "\n"), usage);
-  for (const auto& [heading, items] : headings.All()) {
+  for (const auto& [heading, items] : headings) {
     text += fmt::format("\n{}:\n", heading);
     const std::size_t column = std::min(kOptionColumn, width / 2);
     for (const Item& item : items) {

@@ -97,7 +97,6 @@ Search FindBoards(const CalibrateArguments& a, const Sequence& sequence) {
     }
     progress.Update(search.frames, fmt::format("{} boards", search.views.size()));
   }
-  progress.Finish();
   search.interrupted = interrupt.Interrupted();
   return search;
 }
@@ -163,9 +162,7 @@ void Report(const CalibrateArguments& a, const Calibration& c, const std::string
 int CalibrateCamera(CalibrateArguments a) {
   CheckBoard(a.board);
   CalibrationOptions options;
-  for (const std::string& assignment : a.set) {
-    SetOption(assignment, options);
-  }
+  SetOptions(a.set, options);
   if (!a.print_board.empty()) {
     CheckFigurePath(a.print_board);
     PrintBoard(a);

@@ -6,10 +6,8 @@
 
 #include "app/commands/commands.h"
 #include "app/commands/render_arguments.h"
-#include "app/commands/run_arguments.h"
 #include "app/report/report.h"
 #include "app/run/terminal_run.h"
-#include "render/synthetic/synthetic_sequence.h"
 #include "slam/evaluation/evaluation.h"
 #include "slam/run/run_pipeline.h"
 #include "slam/util/atomic_file.h"
@@ -30,12 +28,9 @@ Examples:
 
 struct DemoArguments {
   std::string output;
-  std::string backend = "auto";
-  std::string frames;
-  std::uint64_t seed = 1;
+  SceneArguments scene;
   bool deterministic = false;
   bool no_video = false;
-  bool quiet = false;
 };
 
 // Prints "1/3  Rendering ..." before a step and what it took after it.
@@ -67,15 +62,7 @@ class Steps {
 
 void RenderSequence(const DemoArguments& arguments, const fs::path& sequence, Steps& steps) {
   steps.Begin("Rendering the desk as a hand-held camera sees it");
-  const SceneDescription scene = ReadScene(DataPath("assets/scenes/desk.yaml"));
-  SynthesisOptions options;
-  options.frames = SceneFrames(arguments.frames);
-  options.seed = arguments.seed;
-  options.backend = ParseRenderBackend(arguments.backend);
-  Progress progress(options.frames > 0 ? options.frames : scene.frames, arguments.quiet);
-  const SynthesisSummary summary = WriteSyntheticSequence(
-      scene, sequence, options, [&](int done, int) { progress.Update(done, "rendering"); });
-  progress.Finish();
+  const SynthesisSummary summary = arguments.scene.Render(DataPath("assets/scenes/desk.yaml"), sequence);
   steps.End(fmt::format("{} frames, {} objects, a path of {:.2f} m", summary.frames, summary.objects,
                         summary.path_length));
 }
@@ -87,7 +74,7 @@ FinishedRun MapSequence(const DemoArguments& arguments, const fs::path& sequence
   request.sequence.path = sequence;
   request.output = result;
   request.options.deterministic = arguments.deterministic;
-  TerminalRun host({arguments.no_video ? "" : result / "growth.mp4"}, arguments.quiet);
+  TerminalRun host({arguments.no_video ? "" : result / "growth.mp4"}, arguments.scene.quiet);
   FinishedRun run = RunPipeline(request, host);
   steps.End(fmt::format("{} of {} frames tracked, {} objects", run.stats.tracked, run.stats.frames,
                         run.stats.objects));
@@ -95,13 +82,13 @@ FinishedRun MapSequence(const DemoArguments& arguments, const fs::path& sequence
 }
 
 int Demo(const DemoArguments& arguments) {
-  SceneFrames(arguments.frames);  // refuses wrong ranges before anything is written
+  arguments.scene.Frames();  // refuses wrong ranges before anything is written
   const fs::path output =
       arguments.output.empty() ? FreeResultFolder("out", "demo") : fs::path(arguments.output);
   CreateResultFolder(output);
   const fs::path sequence = output / "desk";
   const fs::path result = output / "result";
-  Steps steps(arguments.quiet);
+  Steps steps(arguments.scene.quiet);
   RenderSequence(arguments, sequence, steps);
   const FinishedRun run = MapSequence(arguments, sequence, result, steps);
   if (run.interrupted) {
@@ -111,9 +98,9 @@ int Demo(const DemoArguments& arguments) {
   steps.Begin("Holding the map against the ground truth");
   const Evaluation evaluation = EvaluateResult(result, sequence);
   WriteEvaluation(result / "eval.json", evaluation);
-  WriteReport({result, "", run.sequence, {}, &run});
+  WriteReport({result, "", run.sequence, {}, &run, &evaluation});
   steps.End(fmt::format("mean 3D IoU {:.3f}", evaluation.iou.mean));
-  if (!arguments.quiet) {
+  if (!arguments.scene.quiet) {
     fmt::print("\n{}", FormatEvaluation(evaluation));
   }
   fmt::print("\nreport:   {}\n", (result / "report.html").string());
@@ -131,15 +118,15 @@ void AddDemoCommand(Command& program) {
   Command& command =
       program.AddCommand("demo", "Render a synthetic desk, map it, score it, draw it: no input needed");
   command.Group("Input");
-  command.Option("--frames N", a->frames, "Only the first N frames of the scene");
-  command.Option("--seed N", a->seed, "Seed of the hand's tremor and the image noise");
+  command.Option("--frames N", a->scene.frames, "Only the first N frames of the scene");
+  command.Option("--seed N", a->scene.options.seed, "Seed of the hand's tremor and the image noise");
   command.Group("Output");
   command.Option("--output,-o DIR", a->output, "Folder to make; default: out/demo, out/demo-2, ...");
   command.Flag("--no-video", a->no_video, "No video of the map's growth");
   command.Group("General");
   command.Flag("--deterministic", a->deterministic, "Track and map in turn: the same result from run to run");
-  AddBackendOption(command, a->backend);
-  command.Flag("--quiet,-q", a->quiet, "Only say where the result is");
+  AddBackendOption(command, a->scene.options.backend);
+  command.Flag("--quiet,-q", a->scene.quiet, "Only say where the result is");
   command.Notes(kDemoExamples);
   command.OnRun([a] { return Demo(*a); });
 }

@@ -43,7 +43,8 @@ Evaluation EvaluateFolder(const std::filesystem::path& result, const std::string
   Evaluation evaluation = EvaluateResult(result, ground_truth, options);
   WriteEvaluation(result / "eval.json", evaluation);
   if (std::filesystem::exists(result / "report.html")) {
-    WriteReport({result, "", "", {}});  // the run's page, now with what the evaluation found
+    WriteReport(
+        {result, "", "", {}, nullptr, &evaluation});  // the run's page, now with what the evaluation found
   }
   return evaluation;
 }
@@ -60,9 +61,7 @@ void PrintEvaluations(const std::vector<NamedEvaluation>& results) {
 
 void Evaluate(const EvalArguments& arguments) {
   EvaluationOptions options;
-  for (const std::string& assignment : arguments.set) {
-    SetOption(assignment, options);
-  }
+  SetOptions(arguments.set, options);
   CheckOptions(options);
   if (!arguments.output.empty()) {
     CheckComparisonPath(arguments.output);

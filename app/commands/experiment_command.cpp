@@ -138,7 +138,7 @@ int RunIn(const fs::path& folder, const ExperimentConfig& config, bool fresh, bo
 int Experiment(const ExperimentArguments& arguments) {
   ExperimentConfig config = ReadExperiment(arguments.config);
   config.jobs = arguments.jobs.value_or(config.jobs);
-  const fs::path output = arguments.output.empty() ? config.output : fs::path(arguments.output);
+  const fs::path output = arguments.output.empty() ? config.output : arguments.output;
   fs::path folder = fs::absolute(output).lexically_normal();
   if (!folder.has_filename()) {  // "out/desk/"
     folder = folder.parent_path();

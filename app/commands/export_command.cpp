@@ -57,11 +57,7 @@ void Export(const ExportArguments& a) {
   const fs::path output = a.output;
   const std::string extension = output.extension().string();
   CheckArguments(a, extension);
-  const RecordingReader reader = OpenEdited(map_path, a.edits, HiddenObjects::kKeep);
-  if (reader.Size() == 0) {
-    throw InputError(fmt::format("{}: holds no snapshot, expected a map", map_path.string()));
-  }
-  const MapSnapshotPtr map = reader.Last();
+  const MapSnapshotPtr map = OpenMap(map_path, a.edits, HiddenObjects::kKeep).Last();
   if (extension == ".glb") {
     WriteFileAtomically(output, MapGlb(*map, TrackedPoses(map_path), "sqslam " SQSLAM_VERSION));
   } else if (extension == ".obj" || a.meshes) {

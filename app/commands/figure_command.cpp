@@ -5,7 +5,6 @@
 
 #include "app/commands/commands.h"
 #include "app/commands/render_arguments.h"
-#include "app/result/input_frames.h"
 #include "app/result/map_input.h"
 #include "app/terminal/terminal.h"
 #include "render/figures/figures.h"
@@ -36,9 +35,7 @@ struct FigureArguments {
   FigureRequest request;
   std::string output;
   std::optional<std::array<int, 2>> resolution;  // pixels
-  std::string backend = "auto";
-  std::string style = "paper";
-  std::vector<std::string> settings;
+  StyleArguments style;
   bool quiet = false;
 };
 
@@ -55,10 +52,10 @@ void AddPageOptions(Command& command, const FigureEntry& figure, FigureArguments
   command.Option("--font-size PT", page.font_size, "Points");
   command.Option("--title TEXT", page.title, "A line above the figure");
   command.Flag("--no-background", page.transparent, "Transparent instead of the style's background");
-  AddStyleOptions(command, a.style, a.settings);
+  a.style.AddTo(command);
   command.Group("General");
   if (figure.pictures) {
-    AddBackendOption(command, a.backend);
+    AddBackendOption(command, page.backend);
   }
   command.Flag("--quiet,-q", a.quiet, "No progress");
 }
@@ -95,14 +92,7 @@ void CompletePage(const FigureEntry& figure, FigureArguments& a) {
     page.width_px = (*a.resolution)[0];
     page.height_px = (*a.resolution)[1];
   }
-  page.backend = ParseRenderBackend(a.backend);
-  page.style = LoadStyle(a.style);
-  if (figure.adapt_style != nullptr) {
-    figure.adapt_style(page.style);
-  }
-  for (const std::string& setting : a.settings) {
-    SetOption(setting, page.style);
-  }
+  page.style = a.style.Load(figure.adapt_style);
   CheckFigureOptions(page);
 }
 
@@ -115,25 +105,15 @@ FrameImages VideoOf(const std::string& result) {
   return [frames](std::int64_t frame) { return frames->ImageOf(frame); };
 }
 
-// Leaves the terminal's line also where a figure cannot be drawn.
-struct PictureCounter {
-  std::optional<Progress> progress;
-  ~PictureCounter() {
-    if (progress) {
-      progress->Finish();
-    }
-  }
-};
-
 void DrawFigure(const FigureEntry& figure, FigureArguments& a) {
   CompletePage(figure, a);
   a.request.video_of = VideoOf;
-  PictureCounter counter;
+  std::optional<Progress> progress;
   a.request.progress = [&](int done, int total) {
-    if (!counter.progress) {
-      counter.progress.emplace(total, a.quiet, "picture");
+    if (!progress) {
+      progress.emplace(total, a.quiet, "picture");
     }
-    counter.progress->Update(done, "");
+    progress->Update(done, "");
   };
   WriteFigure(a.task.draw(a.request), a.output);
 }

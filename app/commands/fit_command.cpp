@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
-#include <numbers>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -12,6 +11,7 @@
 #include "app/commands/commands.h"
 #include "app/export/map_export.h"
 #include "slam/fitting/fitting.h"
+#include "slam/geometry/angles.h"
 #include "slam/io/point_cloud.h"
 #include "slam/io/result_files.h"
 #include "slam/util/error.h"
@@ -46,9 +46,7 @@ Examples:
 
 MultiFitOptions MakeOptions(const FitArguments& arguments) {
   MultiFitOptions options;
-  for (const std::string& assignment : arguments.set) {
-    SetOption(assignment, options);
-  }
+  SetOptions(arguments.set, options);
   options.fit.upright |= arguments.upright;
   options.remove_plane |= arguments.remove_plane;
   if (arguments.multiple && !arguments.clusters.empty()) {
@@ -103,7 +101,7 @@ void PrintTable(const std::vector<SuperquadricFit>& fits) {
     const auto three = [](const Eigen::Vector3d& v) {
       return fmt::format("{:.4g} {:.4g} {:.4g}", v.x(), v.y(), v.z());
     };
-    const Eigen::Vector3d angles = parameters.segment<3>(5) * 180.0 / std::numbers::pi;
+    const Eigen::Vector3d angles = parameters.segment<3>(5) * kDegreesPerRadian;
     fmt::print("{:>3} {:>7} {:>6.1f} % {:>9.3g}  {:<30} {:>5.2f} {:>5.2f}  {:<30} {:<22}\n", id++, fit.points,
                100.0 * fit.inlier_share, fit.rms, three(shape.half_size), shape.e1, shape.e2,
                three(pose.translation),

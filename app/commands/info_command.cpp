@@ -2,12 +2,12 @@
 #include <fmt/ranges.h>
 
 #include <memory>
-#include <numbers>
 #include <string>
 #include <vector>
 
 #include "app/commands/commands.h"
 #include "app/result/map_input.h"
+#include "slam/geometry/angles.h"
 #include "slam/recognition/vocabulary.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/error.h"
@@ -38,7 +38,7 @@ void PrintObjects(const MapSnapshot& snapshot) {
         ShownName(object), object.score, object.observations, object.points,
         fmt::format("{:.3f} {:.3f} {:.3f}", center.x(), center.y(), center.z()),
         fmt::format("{:.3f} {:.3f} {:.3f}", shape.half_size.x(), shape.half_size.y(), shape.half_size.z()),
-        shape.e1, shape.e2, object.yaw * 180.0 / std::numbers::pi);
+        shape.e1, shape.e2, object.yaw * kDegreesPerRadian);
   }
 }
 

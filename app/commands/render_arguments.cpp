@@ -1,12 +1,11 @@
 #include "app/commands/render_arguments.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <limits>
 
-#include "app/result/map_input.h"
+#include "app/terminal/terminal.h"
 #include "render/camera/scene_framing.h"
 #include "slam/io/frame_source.h"
 #include "slam/util/data_path.h"
@@ -16,10 +15,6 @@
 namespace sqslam::app {
 namespace fs = std::filesystem;
 namespace {
-
-std::optional<Eigen::Vector3d> ToVector(const std::optional<std::array<double, 3>>& numbers) {
-  return numbers ? std::optional(Eigen::Vector3d((*numbers)[0], (*numbers)[1], (*numbers)[2])) : std::nullopt;
-}
 
 struct NamedPath {
   const char* name;
@@ -47,15 +42,16 @@ CameraPath ParsePath(const std::string& name) {
 }
 
 void AddCameraOptions(Command& command, RenderArguments& a) {
+  CameraOverrides& camera = a.picture.camera;
   command.Group("Camera");
-  command.Option("--view NAME", a.view, "Instead of the automatic view").OneOf(ViewPresetNames());
-  command.Option("--camera-position X,Y,Z", a.position, "In the map");
-  command.Option("--camera-focal-point X,Y,Z", a.focal_point, "In the map");
-  command.Option("--camera-view-up X,Y,Z", a.view_up, "The direction that is up in the picture");
-  command.Option("--camera-view-angle DEG", a.view_angle, "Vertical field of view").Range(1.0, 170.0);
-  command.Option("--camera-azimuth-angle DEG", a.azimuth, "Turn around the focal point");
-  command.Option("--camera-elevation-angle DEG", a.elevation, "Raise");
-  command.Option("--camera-zoom-factor X", a.zoom, "Above 1: nearer").Range(0.01, 100.0);
+  command.Option("--view NAME", camera.view, "Instead of the automatic view").OneOf(ViewPresetNames());
+  command.Option("--camera-position X,Y,Z", camera.position, "In the map");
+  command.Option("--camera-focal-point X,Y,Z", camera.focal_point, "In the map");
+  command.Option("--camera-view-up X,Y,Z", camera.view_up, "The direction that is up in the picture");
+  command.Option("--camera-view-angle DEG", camera.view_angle, "Vertical field of view").Range(1.0, 170.0);
+  command.Option("--camera-azimuth-angle DEG", camera.azimuth, "Turn around the focal point");
+  command.Option("--camera-elevation-angle DEG", camera.elevation, "Raise");
+  command.Option("--camera-zoom-factor X", camera.zoom, "Above 1: nearer").Range(0.01, 100.0);
   command
       .Option(
           "--camera-frame N", a.camera_frame,
@@ -93,29 +89,16 @@ void AddVideoOptions(Command& command, RenderArguments& a) {
 }  // namespace
 
 PictureOptions MakePictureOptions(const RenderArguments& a) {
-  PictureOptions options;
+  PictureOptions options = a.picture;
   if (a.resolution) {
     options.width = (*a.resolution)[0];
     options.height = (*a.resolution)[1];
   }
-  options.transparent = a.no_background;
-  options.backend = ParseRenderBackend(a.backend);
-  options.style = LoadStyle(a.style);
-  for (const std::string& setting : a.settings) {
-    SetOption(setting, options.style);
-  }
+  options.style = a.style.Load();
   CheckStyle(options.style);
-  options.camera.view = a.view;
-  options.camera.position = ToVector(a.position);
-  options.camera.focal_point = ToVector(a.focal_point);
-  options.camera.view_up = ToVector(a.view_up);
   if (options.camera.view_up && options.camera.view_up->norm() < 1e-9) {
     throw UsageError("--camera-view-up: expected a direction, not zero");
   }
-  options.camera.view_angle = a.view_angle;
-  options.camera.azimuth = a.azimuth;
-  options.camera.elevation = a.elevation;
-  options.camera.zoom = a.zoom;
   return options;
 }
 
@@ -182,8 +165,10 @@ void CheckRenderArguments(const RenderArguments& a) {
         "--camera-frame: makes one picture, expected --output FILE.png (the camera's way is --camera-path "
         "first-person)");
   }
-  const bool moved = !a.view.empty() || a.position || a.focal_point || a.view_up || a.view_angle ||
-                     a.azimuth != 0.0 || a.elevation != 0.0 || a.zoom != 1.0;
+  const CameraOverrides& camera = a.picture.camera;
+  const bool moved = !camera.view.empty() || camera.position || camera.focal_point || camera.view_up ||
+                     camera.view_angle || camera.azimuth != 0.0 || camera.elevation != 0.0 ||
+                     camera.zoom != 1.0;
   if (a.camera_frame && moved) {
     throw UsageError(
         "--camera-frame: the view of a real camera, expected no --view and no other --camera option");
@@ -194,20 +179,48 @@ void CheckRenderArguments(const RenderArguments& a) {
   if (a.overlay && !a.camera_frame) {
     throw UsageError("--overlay: expected --camera-frame N, the frame to draw over");
   }
-  if (a.overlay && a.no_background) {
+  if (a.overlay && a.picture.transparent) {
     throw UsageError("--overlay: the photograph is the background, expected no --no-background");
   }
 }
 
-void AddStyleOptions(Command& command, std::string& style, std::vector<std::string>& settings) {
-  command.Option("--style NAME", style,
+void StyleArguments::AddTo(Command& command) {
+  command.Option("--style NAME", name,
                  "FILE.yaml, or one of configs/styles (" + ConfigNameList("configs/styles") + ")");
   command.Option("--set KEY=VALUE", settings, "Override one value of the style; may be repeated");
 }
 
-void AddBackendOption(Command& command, std::string& backend) {
+SceneStyle StyleArguments::Load(void (*adapt)(SceneStyle& style)) const {
+  SceneStyle style = LoadStyle(name);
+  if (adapt != nullptr) {
+    adapt(style);
+  }
+  SetOptions(settings, style);
+  return style;
+}
+
+void AddBackendOption(Command& command, RenderBackend& backend) {
   command.Option("--rendering-backend NAME", backend, "Library that draws without a display")
-      .OneOf(RenderBackendNames());
+      .OneOf({"auto", "osmesa", "egl"});
+}
+
+int SceneArguments::Frames() const {
+  const FrameRange range = ParseFrameRange(frames);
+  if (range.start > 0) {
+    throw UsageError(
+        fmt::format("--frames {}: a scene is rendered from its first frame on, expected N", frames));
+  }
+  const std::int64_t longest = std::numeric_limits<int>::max();
+  return frames.empty() ? 0 : static_cast<int>(std::min(range.count, longest));
+}
+
+SynthesisSummary SceneArguments::Render(const fs::path& file, const fs::path& output) const {
+  SynthesisOptions chosen = options;
+  chosen.frames = Frames();
+  const SceneDescription scene = ReadScene(file);
+  Progress progress(chosen.frames > 0 ? chosen.frames : scene.frames, quiet);
+  return WriteSyntheticSequence(scene, output, chosen,
+                                [&](int done, int) { progress.Update(done, "rendering"); });
 }
 
 void AddRenderOptions(Command& command, RenderArguments& a) {
@@ -235,12 +248,12 @@ void AddRenderOptions(Command& command, RenderArguments& a) {
               "Largest 1 - SSIM, averaged where something is drawn, that still passes")
       .Range(0.0, 1.0);
   command.Group("Style");
-  AddStyleOptions(command, a.style, a.settings);
-  command.Flag("--no-background", a.no_background, "Transparent instead of the style's background");
+  a.style.AddTo(command);
+  command.Flag("--no-background", a.picture.transparent, "Transparent instead of the style's background");
   AddCameraOptions(command, a);
   AddVideoOptions(command, a);
   command.Group("General");
-  AddBackendOption(command, a.backend);
+  AddBackendOption(command, a.picture.backend);
   command.Flag("--quiet,-q", a.quiet, "No progress");
 }
 

@@ -2,33 +2,50 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "app/command_line/command.h"
 #include "app/result/map_input.h"
+#include "render/synthetic/synthetic_sequence.h"
 #include "render/video/video.h"
 
 namespace sqslam::app {
+
+// --style and --set.
+struct StyleArguments {
+  std::string name = "paper";
+  std::vector<std::string> settings;
+
+  void AddTo(Command& command);
+  // Throws UsageError. `adapt` changes the style before the settings do; null: nothing.
+  SceneStyle Load(void (*adapt)(SceneStyle& style) = nullptr) const;
+};
+
+// --rendering-backend.
+void AddBackendOption(Command& command, RenderBackend& backend);
+
+// --frames, --seed, --noise ... of a scene that is rendered into a sequence.
+struct SceneArguments {
+  std::string frames;
+  SynthesisOptions options;
+  bool quiet = false;
+
+  int Frames() const;  // 0: all. Throws UsageError where --frames does not begin at the first one
+  SynthesisSummary Render(const std::filesystem::path& scene, const std::filesystem::path& output) const;
+};
 
 // The command line of `sqslam render`.
 struct RenderArguments {
   std::string map;
   std::string edits;
   std::string output;
+  PictureOptions picture;
   std::optional<std::array<int, 2>> resolution;  // default: 1280,720, or as the images with --camera-frame
-  bool no_background = false;
-  std::string backend = "auto";
-  std::string style = "paper";
-  std::vector<std::string> settings;
+  StyleArguments style;
   LayerArguments layers;
-  std::string view;
-  std::optional<std::array<double, 3>> position, focal_point, view_up;
-  std::optional<double> view_angle;
-  double azimuth = 0.0;
-  double elevation = 0.0;
-  double zoom = 1.0;
   std::optional<std::int64_t> camera_frame;
   std::optional<std::int64_t> at_frame;
   bool overlay = false;
@@ -45,10 +62,6 @@ struct RenderArguments {
 };
 
 void AddRenderOptions(Command& command, RenderArguments& arguments);
-
-// Options that other commands share: --style and --set; --rendering-backend.
-void AddStyleOptions(Command& command, std::string& style, std::vector<std::string>& settings);
-void AddBackendOption(Command& command, std::string& backend);
 
 // Combinations that make no sense. Throws UsageError.
 void CheckRenderArguments(const RenderArguments& arguments);

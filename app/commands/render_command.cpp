@@ -10,7 +10,6 @@
 
 #include "app/commands/commands.h"
 #include "app/commands/render_arguments.h"
-#include "app/result/input_frames.h"
 #include "app/result/map_input.h"
 #include "app/terminal/terminal.h"
 #include "render/picture/outlines.h"
@@ -23,12 +22,6 @@
 namespace sqslam::app {
 namespace fs = std::filesystem;
 namespace {
-
-void WritePicture(const fs::path& path, const cv::Mat& image) {
-  std::vector<std::uint8_t> bytes;
-  cv::imencode(".png", image, bytes);
-  WriteFileAtomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-}
 
 // Picture, reference and difference side by side, in NAME-difference.png beside the picture, or in the
 // working folder where none is written.
@@ -84,9 +77,8 @@ cv::Mat RenderCameraFrame(const RenderArguments& a, PictureOptions options, cons
   if (a.overlay) {
     return RenderOverPhoto(*map, frames.ImageOf(*a.camera_frame), pose, options);
   }
-  const bool cameras_wanted =
-      std::any_of(a.settings.begin(), a.settings.end(),
-                  [](const std::string& setting) { return setting.starts_with("cameras."); });
+  const bool cameras_wanted = std::ranges::any_of(
+      a.style.settings, [](const std::string& setting) { return setting.starts_with("cameras."); });
   if (!cameras_wanted) {  // frusta around the eye would cover everything
     options.style.cameras.trajectory = options.style.cameras.keyframes = options.style.cameras.current =
         false;
@@ -150,9 +142,7 @@ class FrameReport {
 
   // Exit code after `written` frames.
   int Finish(int written, const fs::path& output) {
-    if (progress_) {
-      progress_->Finish();
-    }
+    progress_.reset();
     if (!interrupt_.Interrupted() || written >= total_) {
       return 0;
     }
@@ -199,10 +189,7 @@ int Render(const RenderArguments& a) {
     return Join(a);
   }
   PictureOptions options = MakePictureOptions(a);
-  const RecordingReader reader = OpenEdited(MapFile(a.map), a.edits, HiddenObjects::kLeaveOut);
-  if (reader.Size() == 0) {
-    throw InputError(fmt::format("{}: holds no snapshot, expected a map", a.map));
-  }
+  const RecordingReader reader = OpenMap(MapFile(a.map), a.edits, HiddenObjects::kLeaveOut);
   if (a.camera_frame && !a.resolution) {
     const Camera camera = reader.Last()->camera;
     options.width = camera.width;

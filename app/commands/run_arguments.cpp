@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
-#include <limits>
-#include <optional>
 
 #include "slam/util/atomic_file.h"
 #include "slam/util/data_path.h"
@@ -73,18 +71,6 @@ Argument& SequenceArguments::AddTo(Command& command, const std::string& input_he
 
 SequenceRequest SequenceArguments::Request() const { return {input, format, camera, {}, resize}; }
 
-int SceneFrames(const std::string& frames) {
-  if (frames.empty()) {
-    return 0;
-  }
-  const FrameRange range = ParseFrameRange(frames);
-  if (range.start > 0) {
-    throw UsageError(
-        fmt::format("--frames {}: a scene is rendered from its first frame on, expected N", frames));
-  }
-  return static_cast<int>(std::min<std::int64_t>(range.count, std::numeric_limits<int>::max()));
-}
-
 void RunArguments::AddTo(Command& command) {
   SequenceArguments::AddTo(command,
                            "Sequence folder (rgb.txt, camera.yaml, boxes.txt), dataset folder, image folder, "
@@ -125,9 +111,7 @@ SystemOptions RunArguments::Options() const {
   if (!config.empty()) {
     LoadOptions(config, options);
   }
-  for (const std::string& assignment : set) {
-    SetOption(assignment, options);
-  }
+  SetOptions(set, options);
   options.deterministic = options.deterministic || deterministic;
   options.seed = seed.value_or(options.seed);
   if (!detector.empty()) {
@@ -147,6 +131,10 @@ RunPictures RunArguments::Pictures() const {
 }
 
 RunRequest RunArguments::Request() const {
+  if (input.empty() && !camera_index) {
+    throw UsageError(
+        "run: INPUT is missing, expected a sequence folder, an image folder, a video or a camera index");
+  }
   if (!detections.empty() && !detector.empty() && detector != "none") {
     throw UsageError(
         "--detections and --detector: boxes come from a file or from a network, expected one of them");

@@ -30,10 +30,6 @@ struct SequenceArguments {
   FrameRange Range() const { return ParseFrameRange(frames, start, stride); }
 };
 
-// The number of frames that --frames asks of a scene, which is rendered from its first frame on; 0: all.
-// Throws UsageError.
-int SceneFrames(const std::string& frames);
-
 // The command line of a run, as it was typed.
 struct RunArguments : SequenceArguments {
   std::optional<int> camera_index;

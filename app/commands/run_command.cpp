@@ -38,12 +38,9 @@ int Run(const RunArguments& arguments) {
     fmt::print("{}", DumpOptions(arguments.Options()));
     return 0;
   }
-  if (arguments.input.empty() && !arguments.camera_index) {
-    throw UsageError(
-        "run: INPUT is missing, expected a sequence folder, an image folder, a video or a camera index");
-  }
+  const RunRequest request = arguments.Request();
   TerminalRun host(arguments.Pictures(), arguments.quiet);
-  const FinishedRun run = RunPipeline(arguments.Request(), host);
+  const FinishedRun run = RunPipeline(request, host);
   if (!arguments.quiet) {
     Print(run);
   }

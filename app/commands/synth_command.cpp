@@ -1,15 +1,11 @@
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <memory>
-#include <numbers>
 #include <string>
 
 #include "app/commands/commands.h"
 #include "app/commands/render_arguments.h"
-#include "app/commands/run_arguments.h"
-#include "app/terminal/terminal.h"
-#include "render/synthetic/synthetic_sequence.h"
+#include "slam/geometry/angles.h"
 
 namespace sqslam::app {
 namespace {
@@ -22,28 +18,17 @@ Examples:
   sqslam synth my_scene.yaml -o out/mine --frames 60 --noise --seed 7
 )";
 
-struct SynthArguments {
+struct SynthArguments : SceneArguments {
   std::string scene;
   std::string output;
-  std::string frames;
-  std::string backend = "auto";
-  SynthesisOptions options;
-  bool quiet = false;
 };
 
-void Synthesize(SynthArguments arguments) {
-  arguments.options.frames = SceneFrames(arguments.frames);
-  arguments.options.backend = ParseRenderBackend(arguments.backend);
-  const SceneDescription scene = ReadScene(arguments.scene);
-  const int frames = arguments.options.frames > 0 ? arguments.options.frames : scene.frames;
-  Progress progress(frames, arguments.quiet);
-  const SynthesisSummary summary = WriteSyntheticSequence(
-      scene, arguments.output, arguments.options, [&](int done, int) { progress.Update(done, "rendering"); });
-  progress.Finish();
+void Synthesize(const SynthArguments& arguments) {
+  const SynthesisSummary summary = arguments.Render(arguments.scene, arguments.output);
   if (!arguments.quiet) {
     fmt::print("{}: {} frames, {} boxes of {} objects, {:.2f} m at {:.2f} m/s, turning {:.0f} deg/s\n",
                arguments.output, summary.frames, summary.boxes, summary.objects, summary.path_length,
-               summary.mean_speed, summary.mean_turn_rate * 180.0 / std::numbers::pi);
+               summary.mean_speed, summary.mean_turn_rate * kDegreesPerRadian);
   }
 }
 
@@ -64,7 +49,7 @@ void AddSynthCommand(Command& program) {
   command.Option("--supersampling N", a->options.supersampling, "Drawn this many times larger, then averaged")
       .Range(1, 4);
   command.Group("General");
-  AddBackendOption(command, a->backend);
+  AddBackendOption(command, a->options.backend);
   command.Flag("--quiet,-q", a->quiet, "No progress, no summary");
   command.Notes(kSynthNotes);
   command.OnRun([a] { Synthesize(*a); });

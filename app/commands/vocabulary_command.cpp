@@ -226,7 +226,6 @@ std::vector<std::vector<Descriptor>> ExtractAll(const VocabularyArguments& argum
       progress.Update(++done, "features of " + source.path.string());
     });
   }
-  progress.Finish();
   return images;
 }
 

@@ -58,8 +58,7 @@ void AddCells(const ExperimentGrid& grid, int repetition, std::set<std::string>&
 }
 
 const ExperimentSequence& SequenceOf(const ExperimentConfig& config, const std::string& name) {
-  return *std::find_if(config.sequences.begin(), config.sequences.end(),
-                       [&](const auto& sequence) { return sequence.name == name; });
+  return *std::ranges::find(config.sequences, name, &ExperimentSequence::name);
 }
 
 void AddSet(const Words& assignments, Words& arguments) {
@@ -77,10 +76,10 @@ void AddIf(bool wanted, const std::string& option, const std::string& value, Wor
 // Detections are given relative to the sequence folder, or as any other path of the configuration.
 fs::path DetectionsOf(const ExperimentConfig& config, const ExperimentSequence& sequence,
                       const fs::path& path) {
-  if (sequence.detections.empty() || sequence.detections.is_absolute()) {
+  const fs::path beside = path / sequence.detections;  // itself where it is absolute
+  if (sequence.detections.empty() || beside == sequence.detections) {
     return sequence.detections;
   }
-  const fs::path beside = path / sequence.detections;
   return !sequence.scene.empty() || fs::exists(beside) ? beside : ResolvePath(config, sequence.detections);
 }
 
@@ -118,8 +117,7 @@ void ReadScores(const json& eval, CellResult& result) {
   for (const json& entry : objects.at("missed")) {
     result.objects.push_back(ScoreOf(entry, false));
   }
-  std::sort(result.objects.begin(), result.objects.end(),
-            [](const ObjectScore& a, const ObjectScore& b) { return a.id < b.id; });
+  std::ranges::sort(result.objects, {}, &ObjectScore::id);
 }
 
 }  // namespace
@@ -176,8 +174,7 @@ PreparedSequence Prepare(const ExperimentConfig& config, const ExperimentSequenc
 CellCommands CommandsOf(const ExperimentConfig& config, const PreparedSequence& prepared,
                         const ExperimentCell& cell, const ExperimentFolder& folder) {
   const ExperimentSequence& sequence = SequenceOf(config, cell.sequence);
-  const auto variant = std::find_if(config.variants.begin(), config.variants.end(),
-                                    [&](const auto& item) { return item.name == cell.variant; });
+  const auto variant = std::ranges::find(config.variants, cell.variant, &ExperimentVariant::name);
   const std::string result = folder.Run(cell).string();
   const bool limited = cell.max_objects != kAllObjects;
   Words run = {"run", prepared.path.string(), "--output", result, "--no-render", "--quiet"};
@@ -233,8 +230,7 @@ std::string LimitBoxes(const fs::path& boxes, int count) {
       ThrowBadLine(boxes, line, "'timestamp label score x y w h [object_id [visible_fraction]]'");
     }
   }
-  const bool has_ids =
-      std::all_of(lines.begin(), lines.end(), [](const TextLine& line) { return line.words.size() > kId; });
+  const bool has_ids = std::ranges::all_of(lines, [](const auto& line) { return line.words.size() > kId; });
   const std::size_t column = has_ids ? kId : kLabel;
   const auto is_object = [&](const TextLine& line) {  // an id below 0 is nothing that is there
     return !has_ids || !line.words[kId].starts_with('-');
@@ -249,7 +245,7 @@ std::string LimitBoxes(const fs::path& boxes, int count) {
       order.emplace_back(-boxes_of_it, object);
     }
   }
-  std::sort(order.begin(), order.end());
+  std::ranges::sort(order);
   std::set<std::string> kept;
   for (std::size_t i = 0; i < order.size() && i < static_cast<std::size_t>(count); ++i) {
     kept.insert(order[i].second);

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -11,17 +12,32 @@ namespace sqslam::app {
 
 // One input of an experiment: a sequence on disk, or a scene that is rendered first.
 struct ExperimentSequence {
-  std::string name;
-  std::filesystem::path path;   // sequence folder, as for `sqslam run`; empty where there is a scene
-  std::filesystem::path scene;  // scene description, as for `sqslam synth`
-  std::string format;           // as for `sqslam run`; empty: its default
+  std::string name;    // default: that of the folder or of the scene
+  std::string path;    // sequence folder, as for `sqslam run`; empty where there is a scene
+  std::string scene;   // scene description, as for `sqslam synth`
+  std::string format;  // as for `sqslam run`; empty: its default
   std::string camera;
-  std::filesystem::path detections;
+  std::string detections;
   bool evaluate = true;  // against the ground truth of the folder; false: only times and counts
   std::int64_t start = 0;
   std::string frames;  // N or A:B, see ParseFrameRange; empty: all
   std::int64_t stride = 1;
   std::vector<std::string> set;  // options for this sequence, key=value
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("name", name);
+    visit("path", path);
+    visit("scene", scene);
+    visit("format", format);
+    visit("camera", camera);
+    visit("detections", detections);
+    visit("evaluate", evaluate);
+    visit("start", start, std::int64_t{0}, std::numeric_limits<std::int64_t>::max());
+    visit("frames", frames);
+    visit("stride", stride, std::int64_t{1}, std::numeric_limits<std::int64_t>::max());
+    visit("set", set);
+  }
 };
 
 // Throws UsageError where `frames` is no range.
@@ -31,6 +47,12 @@ FrameRange FramesOf(const ExperimentSequence& sequence);
 struct ExperimentVariant {
   std::string name;  // empty: the defaults
   std::vector<std::string> set;
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("name", name);
+    visit("set", set);
+  }
 };
 
 inline constexpr int kAllObjects = -1;
@@ -47,9 +69,9 @@ struct ExperimentGrid {
 };
 
 struct ExperimentConfig {
-  std::filesystem::path folder;   // of the file: where paths in it are looked for as well
-  std::filesystem::path output;   // empty: out/NAME of the file
-  std::filesystem::path options;  // pipeline options, as for `sqslam run --config`
+  std::filesystem::path folder;  // of the file: where paths in it are looked for as well
+  std::string output;            // default: out/NAME of the file
+  std::string options;           // pipeline options, as for `sqslam run --config`
   bool deterministic = false;
   std::int64_t seed = 1;             // of the first repetition, one more for each further
   int jobs = 1;                      // runs at a time; above 1 the measured times suffer

@@ -9,7 +9,7 @@
 #include <set>
 #include <thread>
 
-#include "app/terminal/child_program.h"
+#include "app/terminal/terminal.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 

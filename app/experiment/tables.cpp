@@ -26,7 +26,7 @@ Groups GroupsOf(const Pointers& results, const Key& key) {
   Groups groups;
   for (const CellResult* result : results) {
     const std::string value = key(result->cell);
-    auto group = std::find_if(groups.begin(), groups.end(), [&](const auto& g) { return g.first == value; });
+    auto group = std::ranges::find(groups, value, &Groups::value_type::first);
     if (group == groups.end()) {
       group = groups.insert(groups.end(), {value, {}});
     }
@@ -38,14 +38,13 @@ Groups GroupsOf(const Pointers& results, const Key& key) {
 // The results with the usual word on one axis: the preferred one, or else the first there is.
 Pointers AtUsual(const Pointers& results, const Key& key, const std::string& preferred) {
   const Groups groups = GroupsOf(results, key);
-  const auto usual =
-      std::find_if(groups.begin(), groups.end(), [&](const auto& g) { return g.first == preferred; });
+  const auto usual = std::ranges::find(groups, preferred, &Groups::value_type::first);
   return groups.empty() ? results : usual != groups.end() ? usual->second : groups.front().second;
 }
 
 Pointers All(const Results& results) {
   Pointers all;
-  std::transform(results.begin(), results.end(), std::back_inserter(all), [](const auto& r) { return &r; });
+  std::ranges::transform(results, std::back_inserter(all), [](const auto& r) { return &r; });
   return all;
 }
 
@@ -125,8 +124,7 @@ Cell CountCell(std::vector<double> counts) {
 
 Cell CountCell(const Pointers& runs, const std::function<double(const CellResult&)>& count) {
   std::vector<double> counts;
-  std::transform(runs.begin(), runs.end(), std::back_inserter(counts),
-                 [&](const CellResult* run) { return count(*run); });
+  std::ranges::transform(runs, std::back_inserter(counts), [&](const auto* run) { return count(*run); });
   return CountCell(std::move(counts));
 }
 
@@ -228,8 +226,7 @@ void AddRuntimeRows(const std::string& sequence, const std::string& label, const
   const auto rank = [](const std::string& text) {
     return text == "all" ? std::numeric_limits<int>::max() : std::stoi(text);
   };
-  std::sort(limits.begin(), limits.end(),
-            [&](const auto& a, const auto& b) { return rank(a.first) < rank(b.first); });
+  std::ranges::sort(limits, {}, [&](const auto& group) { return rank(group.first); });
   for (const auto& group : limits) {
     const std::string& limit = group.first;
     const Pointers& runs_here = group.second;
@@ -285,7 +282,7 @@ Table RepresentationTable(const Results& all, const std::vector<std::string>& ch
     iou.AddRows(label, [&](const auto&, const ObjectScore& object) { return object.label == label; });
   }
   for (const NamedObject& named : objects) {
-    const bool wanted = std::any_of(chosen.begin(), chosen.end(), [&](const std::string& word) {
+    const bool wanted = std::ranges::any_of(chosen, [&](const std::string& word) {
       return word == named.name || word == named.label || word == named.sequence + "/" + named.name;
     });
     if (wanted) {
@@ -323,7 +320,7 @@ Table AssociationTable(const Results& all) {
               {"found: ground-truth objects that a landmark stands for; duplicates: further landmarks on "
                "them; extra: landmarks on none. Median (lowest to highest)."}};
   const auto found = [](const CellResult& r) {
-    return std::count_if(r.objects.begin(), r.objects.end(), [](const auto& o) { return o.found; });
+    return std::ranges::count(r.objects, true, &ObjectScore::found);
   };
   const Key configuration = ConfigurationOf(results, &ExperimentCell::association);
   for (const auto& [sequence, of_sequence] : GroupsOf(results, &ExperimentCell::sequence)) {

@@ -49,21 +49,18 @@ int GlbFile::Append(const char* list, Json value) {
   return static_cast<int>(values.size()) - 1;
 }
 
-int GlbFile::AddAccessor(const void* data, std::size_t bytes, Json accessor, std::optional<int> target,
-                         std::size_t stride) {
-  if (bytes == 0) {
+template <typename Elements>
+int GlbFile::AddAccessor(const Elements& elements, Json accessor, int target) {
+  const std::span values(elements);
+  if (values.empty()) {
     throw std::invalid_argument("an accessor of no element");
   }
   Pad(buffer_, '\0');
-  Json view = {{"buffer", 0}, {"byteOffset", buffer_.size()}, {"byteLength", bytes}};
-  if (stride > 0) {
-    view["byteStride"] = stride;
-  }
-  if (target) {
-    view["target"] = *target;
-  }
-  buffer_.append(static_cast<const char*>(data), bytes);
-  accessor["bufferView"] = Append("bufferViews", std::move(view));
+  accessor["bufferView"] = Append("bufferViews", {{"buffer", 0},
+                                                  {"byteOffset", buffer_.size()},
+                                                  {"byteLength", values.size_bytes()},
+                                                  {"target", target}});
+  buffer_.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());  // NOLINT: bytes
   return Append("accessors", std::move(accessor));
 }
 
@@ -79,13 +76,12 @@ int GlbFile::AddPositions(std::span<const Eigen::Vector3f> positions) {
     accessor["min"] = {low.x(), low.y(), low.z()};
     accessor["max"] = {high.x(), high.y(), high.z()};
   }
-  return AddAccessor(positions.data(), positions.size_bytes(), std::move(accessor), kArrayBuffer, 0);
+  return AddAccessor(positions, std::move(accessor), kArrayBuffer);
 }
 
 int GlbFile::AddNormals(std::span<const Eigen::Vector3f> normals) {
-  return AddAccessor(normals.data(), normals.size_bytes(),
-                     {{"componentType", kFloat}, {"count", normals.size()}, {"type", "VEC3"}}, kArrayBuffer,
-                     0);
+  return AddAccessor(normals, {{"componentType", kFloat}, {"count", normals.size()}, {"type", "VEC3"}},
+                     kArrayBuffer);
 }
 
 int GlbFile::AddColors(std::span<const std::array<std::uint8_t, 3>> srgb) {
@@ -100,21 +96,22 @@ int GlbFile::AddColors(std::span<const std::array<std::uint8_t, 3>> srgb) {
     linear.push_back({wide(r), wide(g), wide(b), 65535});
   }
   return AddAccessor(
-      linear.data(), linear.size() * sizeof(linear.front()),
+      linear,
       {{"componentType", kUnsignedShort}, {"normalized", true}, {"count", linear.size()}, {"type", "VEC4"}},
-      kArrayBuffer, 0);
+      kArrayBuffer);
 }
 
 int GlbFile::AddIndices(std::span<const std::uint32_t> indices) {
-  Json accessor = {{"componentType", kUnsignedInt}, {"count", indices.size()}, {"type", "SCALAR"}};
   // The largest 16-bit number is kept free: some devices take it as the end of a strip.
-  if (std::all_of(indices.begin(), indices.end(), [](std::uint32_t i) { return i < 65535; })) {
+  if (std::ranges::all_of(indices, [](std::uint32_t i) { return i < 65535; })) {
     const std::vector<std::uint16_t> narrow(indices.begin(), indices.end());
-    accessor["componentType"] = kUnsignedShort;
-    return AddAccessor(narrow.data(), narrow.size() * sizeof(std::uint16_t), std::move(accessor),
-                       kElementArrayBuffer, 0);
+    return AddAccessor(narrow,
+                       {{"componentType", kUnsignedShort}, {"count", indices.size()}, {"type", "SCALAR"}},
+                       kElementArrayBuffer);
   }
-  return AddAccessor(indices.data(), indices.size_bytes(), std::move(accessor), kElementArrayBuffer, 0);
+  return AddAccessor(indices,
+                     {{"componentType", kUnsignedInt}, {"count", indices.size()}, {"type", "SCALAR"}},
+                     kElementArrayBuffer);
 }
 
 int GlbFile::AddMaterial(const std::string& name, const Eigen::Vector3d& srgb, bool lit) {
@@ -132,22 +129,17 @@ int GlbFile::AddMaterial(const std::string& name, const Eigen::Vector3d& srgb, b
 
 int GlbFile::AddMesh(const std::string& name, const Primitive& p) {
   Json attributes = {{"POSITION", p.positions}};
-  if (p.normals >= 0) {
-    attributes["NORMAL"] = p.normals;
-  }
-  if (p.colors >= 0) {
-    attributes["COLOR_0"] = p.colors;
-  }
+  const auto set = [](Json& in, const char* key, int accessor) {
+    if (accessor >= 0) {
+      in[key] = accessor;
+    }
+  };
+  set(attributes, "NORMAL", p.normals);
+  set(attributes, "COLOR_0", p.colors);
   Json primitive = {{"attributes", std::move(attributes)}, {"mode", static_cast<int>(p.mode)}};
-  if (p.indices >= 0) {
-    primitive["indices"] = p.indices;
-  }
-  if (p.material >= 0) {
-    primitive["material"] = p.material;
-  }
-  Json primitives = Json::array();
-  primitives.push_back(std::move(primitive));
-  return Append("meshes", {{"name", name}, {"primitives", std::move(primitives)}});
+  set(primitive, "indices", p.indices);
+  set(primitive, "material", p.material);
+  return Append("meshes", {{"name", name}, {"primitives", Json::array({std::move(primitive)})}});
 }
 
 int GlbFile::AddCamera(const std::string& name, double view_angle, double aspect, double near_plane) {

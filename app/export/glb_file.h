@@ -4,10 +4,8 @@
 #include <array>
 #include <cstdint>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
 namespace sqslam::app {
 
@@ -48,8 +46,8 @@ class GlbFile {
   std::string Bytes(int root, const std::string& scene_name) const;
 
  private:
-  int AddAccessor(const void* data, std::size_t bytes, nlohmann::ordered_json accessor,
-                  std::optional<int> target, std::size_t stride);
+  template <typename Elements>
+  int AddAccessor(const Elements& elements, nlohmann::ordered_json accessor, int target);
   int Append(const char* list, nlohmann::ordered_json value);
 
   nlohmann::ordered_json json_;

@@ -3,13 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <iterator>
-#include <optional>
-#include <vector>
 
-#include "app/report/report_parts.h"
 #include "render/picture/picture_text.h"
 #include "slam/geometry/angles.h"
 #include "slam/snapshot/recording.h"
@@ -23,26 +18,8 @@ namespace fs = std::filesystem;
 namespace {
 
 using Output = std::back_insert_iterator<std::string>;
-using nlohmann::json;
 
 constexpr std::uintmax_t kLargestVideo = 8u << 20;  // bytes
-
-ReportData::Evaluation ReadEvaluation(const std::filesystem::path& path) {
-  try {
-    ReportData::Evaluation evaluation;
-    evaluation.json = nlohmann::json::parse(ReadFile(path, "an eval.json"));
-    evaluation.scale = evaluation.json.at("trajectory").at("S_world_map").at("scale").get<double>();
-    for (const auto& position : evaluation.json.at("ground_truth_positions_map")) {
-      const auto p = position.get<std::array<double, 3>>();
-      evaluation.truth_positions_map.emplace_back(p[0], p[1], p[2]);
-    }
-    evaluation.has_objects = evaluation.json.contains("objects");
-    return evaluation;
-  } catch (const nlohmann::json::exception& error) {
-    throw InputError(
-        fmt::format("{}: expected an eval.json as sqslam eval writes it ({})", path.string(), error.what()));
-  }
-}
 
 void AppendFigureOfRun(Output out, std::string_view name, const std::string& value, std::string_view unit,
                        const std::string& note) {
@@ -62,19 +39,17 @@ void AppendFiguresOfRun(Output out, const ReportData& data) {
     AppendFigureOfRun(out, "Map points", std::to_string(stats.points), "",
                       fmt::format("{} keyframes", stats.keyframes));
   }
-  if (data.evaluation) {
-    const json& trajectory = data.evaluation->json.at("trajectory");
-    AppendFigureOfRun(
-        out, "Trajectory error (RMSE)",
-        fmt::format("{:.1f}", 1000.0 * trajectory.at("ate_rmse").get<double>()), "mm",
-        fmt::format("{:.2f} % of {:.2f} m", 100.0 * trajectory.at("ate_share_of_path").get<double>(),
-                    trajectory.at("path_length").get<double>()));
+  if (data.evaluation != nullptr) {
+    const TrajectoryError& error = data.evaluation->trajectory;
+    AppendFigureOfRun(out, "Trajectory error (RMSE)", fmt::format("{:.1f}", 1000.0 * error.rmse), "mm",
+                      fmt::format("{:.2f} % of {:.2f} m",
+                                  error.path_length > 0.0 ? 100.0 * error.rmse / error.path_length : 0.0,
+                                  error.path_length));
     if (data.evaluation->has_objects) {
-      const json& summary = data.evaluation->json.at("summary");
-      AppendFigureOfRun(out, "Mean 3D IoU", fmt::format("{:.3f}", summary.at("mean_iou").get<double>()), "",
-                        fmt::format("{:.3f} as ellipsoids", summary.at("mean_iou_ellipsoid").get<double>()));
-      AppendFigureOfRun(out, "Objects matched", fmt::format("{}", summary.at("matched").get<int>()), "",
-                        fmt::format("of {} in the ground truth", summary.at("ground_truth").get<int>()));
+      AppendFigureOfRun(out, "Mean 3D IoU", fmt::format("{:.3f}", data.evaluation->iou.mean), "",
+                        fmt::format("{:.3f} as ellipsoids", data.evaluation->iou.mean_ellipsoid));
+      AppendFigureOfRun(out, "Objects matched", std::to_string(data.evaluation->objects.matches.size()), "",
+                        fmt::format("of {} in the ground truth", data.evaluation->truth.size()));
     }
   }
   if (data.stats) {
@@ -95,8 +70,9 @@ std::string Dot(const LabelColors& colors, const std::string& label) {
 void AppendObjectRow(Output out, const ReportData& data, const SnapshotObject& object,
                      const LabelColors& colors) {
   const Superquadric& shape = object.superquadric.shape;
-  const double factor = 2.0 * data.Scale() * (data.evaluation ? 100.0 : 1.0);  // centimetres where metric
-  const int digits = data.evaluation ? 1 : 3;
+  const double factor =
+      2.0 * data.Scale() * (data.evaluation != nullptr ? 100.0 : 1.0);  // centimetres where metric
+  const int digits = data.evaluation != nullptr ? 1 : 3;
   fmt::format_to(out, "<tr><td class=\"l\">{}{} {}</td>", Dot(colors, object.label), object.id,
                  EscapeMarkup(object.label));
   fmt::format_to(out, "<td>{}</td><td>{:.2f}</td><td>{:.2f}</td>",
@@ -107,29 +83,34 @@ void AppendObjectRow(Output out, const ReportData& data, const SnapshotObject& o
                  object.score);
 }
 
-void AppendMatchRow(Output out, const json& match, const LabelColors& colors) {
-  const auto label = match.at("object_label").get<std::string>();
-  const double iou = match.at("iou").get<double>();
-  fmt::format_to(out, "<tr><td class=\"l\">{} {}</td><td>{}</td>", match.at("ground_truth").get<int>(),
-                 EscapeMarkup(match.at("name").get<std::string>()), match.at("detections").get<int>());
-  fmt::format_to(out, "<td class=\"l\">{}{} {}</td>", Dot(colors, label), match.at("object").get<int>(),
-                 EscapeMarkup(label));
+// An object of the ground truth with its number.
+std::string TruthCell(const GroundTruthObject& truth) {
+  return fmt::format("<td class=\"l\">{} {}</td><td>{}</td>", truth.id, EscapeMarkup(ShownName(truth)),
+                     truth.detections);
+}
+
+void AppendMatchRow(Output out, const Evaluation& evaluation, const ObjectMatch& match,
+                    const LabelColors& colors) {
+  const SnapshotObject& object = evaluation.mapped.at(static_cast<std::size_t>(match.mapped));
+  fmt::format_to(out, "<tr>{}<td class=\"l\">{}{} {}</td>",
+                 TruthCell(evaluation.truth.at(static_cast<std::size_t>(match.truth))),
+                 Dot(colors, object.label), object.id, EscapeMarkup(object.label));
   fmt::format_to(
       out,
       "<td class=\"bars\"><span class=\"bar\"><i style=\"width:{:.0f}%\"></i></span></td><td>{:.3f}</td>",
-      100.0 * iou, iou);
+      100.0 * match.iou, match.iou);
   fmt::format_to(out, "<td>{:.3f}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:.1f}</td></tr>\n",
-                 match.at("iou_ellipsoid").get<double>(), 100.0 * match.at("center_error").get<double>(),
-                 100.0 * match.at("size_error").get<double>(),
-                 kDegreesPerRadian * match.at("yaw_error").get<double>());
+                 match.iou_ellipsoid, 100.0 * match.center_error, 100.0 * match.size_error,
+                 kDegreesPerRadian * match.yaw_error);
 }
 
 // "3 chair, 7 cup", or "none".
-std::string ListOf(const json& entries, const char* id_key, const char* name_key) {
+template <typename Items>
+std::string MappedOf(const Evaluation& evaluation, const Items& items) {
   std::vector<std::string> names;
-  for (const json& entry : entries) {
-    names.push_back(
-        fmt::format("{} {}", entry.at(id_key).get<int>(), EscapeMarkup(entry.value(name_key, ""))));
+  for (const auto& item : items) {
+    const SnapshotObject& object = evaluation.mapped.at(static_cast<std::size_t>(item.mapped));
+    names.push_back(fmt::format("{} {}", object.id, EscapeMarkup(object.label)));
   }
   return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
 }
@@ -143,7 +124,7 @@ void AppendObjects(Output out, const ReportData& data, const LabelColors& colors
       "<section><h2>Objects</h2>\n<div class=\"scroll\"><table><thead><tr><th class=\"l\">Object</th>"
       "<th>From above, side</th><th>ε₁</th><th>ε₂</th><th>Size, {}</th><th>Seen in</th><th>Points</th>"
       "<th>Score</th></tr></thead><tbody>\n",
-      data.evaluation ? "cm" : "map units");
+      data.evaluation != nullptr ? "cm" : "map units");
   for (const SnapshotObject& object : data.objects) {
     AppendObjectRow(out, data, object, colors);
   }
@@ -151,36 +132,31 @@ void AppendObjects(Output out, const ReportData& data, const LabelColors& colors
 }
 
 void AppendComparison(Output out, const ReportData& data, const LabelColors& colors) {
-  if (!data.evaluation || !data.evaluation->has_objects) {
+  if (data.evaluation == nullptr || !data.evaluation->has_objects) {
     return;
   }
-  const json& evaluation = data.evaluation->json;
-  const json& objects = evaluation.at("objects");
+  const Evaluation& evaluation = *data.evaluation;
   fmt::format_to(
       out,
       "<section><h2>Against the ground truth</h2>\n<div class=\"scroll\"><table><thead><tr>"
       "<th class=\"l\">Ground truth</th><th>Boxes</th><th class=\"l\">Mapped as</th><th></th><th>3D IoU</th>"
       "<th>as ellipsoid</th><th>Centre off, cm</th><th>Size off, cm</th><th>Yaw off, "
       "°</th></tr></thead><tbody>\n");
-  for (const json& match : objects.at("matched")) {
-    AppendMatchRow(out, match, colors);
+  for (const ObjectMatch& match : evaluation.objects.matches) {
+    AppendMatchRow(out, evaluation, match, colors);
   }
-  for (const json& missed : objects.at("missed")) {
-    fmt::format_to(out,
-                   "<tr class=\"missed\"><td class=\"l\">{} {}</td><td>{}</td><td class=\"l\" "
-                   "colspan=\"7\">missed</td></tr>\n",
-                   missed.at("ground_truth").get<int>(), EscapeMarkup(missed.at("name").get<std::string>()),
-                   missed.at("detections").get<int>());
+  for (const int missed : evaluation.objects.missed) {
+    fmt::format_to(out, "<tr class=\"missed\">{}<td class=\"l\" colspan=\"7\">missed</td></tr>\n",
+                   TruthCell(evaluation.truth.at(static_cast<std::size_t>(missed))));
   }
   fmt::format_to(out, "</tbody></table></div>\n<div class=\"after\"></div>\n");
-  for (const json& count : evaluation.at("summary").at("coverage")) {
+  for (const CoverageCount& count : evaluation.coverage) {
     fmt::format_to(out, "<p class=\"note\">Objects with {} or more detections in the map: {} of {}.</p>\n",
-                   count.at("min_detections").get<int>(), count.at("mapped").get<int>(),
-                   count.at("total").get<int>());
+                   count.min_detections, count.mapped, count.total);
   }
-  fmt::format_to(
-      out, "<p class=\"note\">In the map without ground truth: {}. Mapped twice: {}.</p></section>\n",
-      ListOf(objects.at("extra"), "object", "label"), ListOf(objects.at("doubles"), "object", "label"));
+  fmt::format_to(out,
+                 "<p class=\"note\">In the map without ground truth: {}. Mapped twice: {}.</p></section>\n",
+                 MappedOf(evaluation, evaluation.extra), MappedOf(evaluation, evaluation.objects.duplicates));
 }
 
 void AppendTiming(Output out, const ReportData& data) {
@@ -247,9 +223,9 @@ void AppendTopView(Output out, const ReportData& data, const LabelColors& colors
       "<section><h2>Seen from above</h2>\n<figure>{}<figcaption>Camera path, and the objects’ horizontal "
       "outlines.{}</figcaption></figure></section>\n",
       svg,
-      data.evaluation ? " The ground truth is aligned by a similarity."
-                      : " A map from one camera has no scale: "
-                        "lengths are in map units.");
+      data.evaluation != nullptr ? " The ground truth is aligned by a similarity."
+                                 : " A map from one camera has no scale: "
+                                   "lengths are in map units.");
 }
 
 void AppendGallery(Output out, const fs::path& folder) {
@@ -264,12 +240,12 @@ void AppendGallery(Output out, const fs::path& folder) {
   if (pictures.empty()) {
     return;
   }
-  std::sort(pictures.begin(), pictures.end());
+  std::ranges::sort(pictures);
   fmt::format_to(out, "<section><h2>Figures</h2>\n<div class=\"gallery\">\n");
   for (const fs::path& picture : pictures) {
     std::string caption = picture.stem().string();
-    std::replace_if(
-        caption.begin(), caption.end(), [](char c) { return c == '_' || c == '-'; }, ' ');
+    std::ranges::replace_if(
+        caption, [](char c) { return c == '_' || c == '-'; }, ' ');
     fmt::format_to(out, "<figure><img alt=\"{0}\" src=\"{1}\"><figcaption>{0}</figcaption></figure>\n",
                    EscapeMarkup(caption), DataUri(picture, "image/png"));
   }
@@ -287,31 +263,31 @@ std::string RecordedSequence(const fs::path& result) {
   return fs::exists(result / "map.sqmap") ? RecordingReader(result / "map.sqmap").Info().sequence_path : "";
 }
 
-}  // namespace
-
-ReportData ReadReportData(const std::filesystem::path& folder, const FinishedRun* run) {
-  if (!std::filesystem::is_directory(folder)) {
+// Reads a result folder, or takes from the run what it would read of it.
+ReportData ReadReportData(const ReportInputs& inputs) {
+  const fs::path& folder = inputs.result;
+  if (!fs::is_directory(folder)) {
     throw InputError(fmt::format("{}: no such folder; expected the result folder of a run", folder.string()));
   }
-  const auto has = [&](const char* name) { return std::filesystem::exists(folder / name); };
+  const auto has = [&](const char* name) { return fs::exists(folder / name); };
   ReportData data;
-  if (run != nullptr) {
-    data.trajectory = run->result.map.trajectory;
-    data.objects = run->result.map.snapshot->objects;
-    data.stats = run->stats;
+  data.evaluation = inputs.evaluation;
+  if (inputs.run != nullptr) {
+    data.trajectory = inputs.run->result.map.trajectory;
+    data.objects = inputs.run->result.map.snapshot->objects;
+    data.stats = inputs.run->stats;
   } else {
     data.trajectory = has("trajectory.txt") ? ReadTrajectory(folder / "trajectory.txt") : Trajectory();
     data.objects = has("objects.json") ? ReadObjects(folder / "objects.json") : data.objects;
     data.stats = has("stats.json") ? std::optional(ReadStats(folder / "stats.json")) : std::nullopt;
   }
-  if (has("eval.json")) {
-    data.evaluation = ReadEvaluation(folder / "eval.json");
-  }
   return data;
 }
 
+}  // namespace
+
 void WriteReport(const ReportInputs& inputs) {
-  const ReportData data = ReadReportData(inputs.result, inputs.run);
+  const ReportData data = ReadReportData(inputs);
   const LabelColors colors = LabelColors::Of(data.objects);
   const std::string sequence = inputs.sequence.empty() ? RecordedSequence(inputs.result) : inputs.sequence;
   const std::string title =

@@ -1,17 +1,13 @@
 #include "app/run/terminal_run.h"
 
-#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "app/report/report.h"
 #include "render/video/video.h"
 #include "slam/snapshot/recording.h"
-#include "slam/util/atomic_file.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -38,9 +34,7 @@ void DrawRun(const FinishedRun& run, StageTimes& times, RenderBackend backend) {
     CameraOverrides turn;
     turn.azimuth = view.azimuth;
     turn.elevation = view.elevation;
-    std::vector<std::uint8_t> png;
-    cv::imencode(".png", renderer.Render(turn.ApplyTo(renderer.DefaultCamera())), png);
-    WriteFileAtomically(run.output / view.file, {reinterpret_cast<const char*>(png.data()), png.size()});
+    WritePicture(run.output / view.file, renderer.Render(turn.ApplyTo(renderer.DefaultCamera())));
   }
 }
 
@@ -57,13 +51,6 @@ void TerminalRun::ShowProgress(std::int64_t done, std::int64_t total, const std:
     progress_.emplace(total, quiet_);
   }
   progress_->Update(done, state);
-}
-
-void TerminalRun::EndProgress() {
-  if (progress_) {
-    progress_->Finish();
-    progress_.reset();
-  }
 }
 
 void TerminalRun::Draw(const FinishedRun& run, StageTimes& times) {

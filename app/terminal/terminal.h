@@ -2,9 +2,19 @@
 
 #include <chrono>
 #include <cstdint>
+#include <filesystem>
+#include <functional>
 #include <string>
+#include <vector>
 
 namespace sqslam::app {
+
+// Does `work` and returns its exit code; what it throws becomes a line for `fail` and the code of its kind.
+int ExitCodeOf(const std::function<int()>& work, const std::function<void(const std::string&)>& fail);
+
+// The main() of a program: warnings and errors go to stderr as one line each. Libraries that print by
+// themselves are silenced: what they find comes back to the reader, which says it with file and frame.
+int RunProgram(const std::string& name, const std::function<int()>& work);
 
 // While one lives, the first Ctrl-C (SIGINT) or SIGTERM only sets a flag; the second ends the program as
 // usual.
@@ -25,6 +35,10 @@ class Progress {
   // `unit` is what is counted, in the singular.
   Progress(std::int64_t total, bool quiet, std::string unit = "frame");
 
+  ~Progress() { Finish(); }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
   void Update(std::int64_t done, const std::string& state);
   void Finish();  // leaves the terminal's cursor on a line of its own
 
@@ -41,5 +55,19 @@ class Progress {
   Clock::time_point start_ = Clock::now();
   Clock::time_point last_ = start_;
 };
+
+struct ChildResult {
+  int exit_code = 0;     // 128 + number where a signal ended it
+  bool stopped = false;  // because `stop` said so
+  std::string message;  // what went wrong: the last line it printed, or the signal; empty where all went well
+};
+
+// Runs `program` (by default this very one) with other arguments as a process of its own, so that its crash
+// is not ours. What it prints is added to the file `log`. While it runs `stop` is asked now and then; where
+// it says true the child is ended, by force if it does not end within ten seconds. Throws InputError where it
+// cannot be started.
+ChildResult RunChild(const std::vector<std::string>& arguments, const std::filesystem::path& log,
+                     const std::function<bool()>& stop,
+                     const std::filesystem::path& program = "/proc/self/exe");
 
 }  // namespace sqslam::app

@@ -23,7 +23,7 @@ std::string StateValue(const ViewerState& state, const std::string& key) {
   for (const Notice& notice : state.messages.notices) {
     error = notice.error ? notice.text : error;
   }
-  const std::shared_ptr<const ColoredPoints>& cloud = state.layers.drawn->dense_cloud;
+  const std::shared_ptr<const ColoredPoints>& cloud = state.layers.drawn.dense_cloud;
   const std::vector<std::pair<std::string, std::string>> values = {
       {"title", document.title},
       {"selected", id(state.selection.selected)},
@@ -40,9 +40,9 @@ std::string StateValue(const ViewerState& state, const std::string& key) {
       {"undo", word(state.editing.document.History().UndoName())},
       {"solids", std::to_string(state.editing.Solids().solids.size())},
       {"chosen", std::to_string(state.editing.annotation.chosen.size())},
-      {"cut", state.view.clip.axis},
-      {"covisibility", flag(state.view.style->covisibility.show)},
-      {"true_path", flag(!state.layers.drawn->true_path.empty())},
+      {"cut", NameOf(state.view.clip.axis)},
+      {"covisibility", flag(state.view.style.covisibility.show)},
+      {"true_path", flag(!state.layers.drawn.true_path.empty())},
       {"cloud", std::to_string(cloud ? cloud->p_map.size() : 0)},
       {"error", word(error)},
   };

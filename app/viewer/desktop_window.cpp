@@ -28,115 +28,98 @@ std::string LastError() {
   return text != nullptr ? text : "unknown reason";
 }
 
-// GLFW from the first window to the last.
-class Library {
- public:
-  Library() {
-    if (glfwInit() != GLFW_TRUE) {
-      throw InputError(fmt::format("no display: {}", LastError()));
-    }
-  }
-  ~Library() { glfwTerminate(); }
-  Library(const Library&) = delete;
-  Library& operator=(const Library&) = delete;
-};
+cv::Size FramebufferSize(GLFWwindow* window) {
+  cv::Size size;
+  glfwGetFramebufferSize(window, &size.width, &size.height);
+  return size;
+}
 
-}  // namespace
+// The events that wait.
+std::vector<InputEvent>& Of(GLFWwindow* window) {
+  return *static_cast<std::vector<InputEvent>*>(glfwGetWindowUserPointer(window));
+}
 
-struct DesktopWindow::Impl {
-  Impl(const std::string& title, cv::Size size);
-  ~Impl() { glfwDestroyWindow(window); }
+// Mouse positions come in the window's own units, which are pixels of the framebuffer but on some systems.
+double PixelsPerUnit(GLFWwindow* window) {
+  int width = 0;
+  int height = 0;
+  glfwGetWindowSize(window, &width, &height);
+  return width > 0 ? static_cast<double>(FramebufferSize(window).width) / width : 1.0;
+}
 
-  void Add(InputEvent event) { events.push_back(std::move(event)); }
-  // Mouse positions come in the window's own units, which are pixels of the framebuffer but on some systems.
-  double PixelsPerUnit() const {
-    int width = 0;
-    int height = 0;
-    glfwGetWindowSize(window, &width, &height);
-    int pixels = 0;
-    glfwGetFramebufferSize(window, &pixels, &height);
-    return width > 0 ? static_cast<double>(pixels) / width : 1.0;
-  }
-
-  Library library;
-  GLFWwindow* window = nullptr;
-  std::vector<InputEvent> events;
-  std::array<GLFWcursor*, ImGuiMouseCursor_COUNT> cursors{};
-};
-
-namespace {
-
-DesktopWindow::Impl& Of(GLFWwindow* window) {
-  return *static_cast<DesktopWindow::Impl*>(glfwGetWindowUserPointer(window));
+InputEvent Resized(cv::Size size) {
+  return {.kind = Kind::kResize, .x = static_cast<double>(size.width), .y = static_cast<double>(size.height)};
 }
 
 void SetCallbacks(GLFWwindow* window) {
   glfwSetCursorPosCallback(window, [](GLFWwindow* w, double x, double y) {
-    const double scale = Of(w).PixelsPerUnit();
-    Of(w).Add({.kind = Kind::kMove, .x = x * scale, .y = y * scale});
+    const double scale = PixelsPerUnit(w);
+    Of(w).push_back({.kind = Kind::kMove, .x = x * scale, .y = y * scale});
   });
   glfwSetMouseButtonCallback(window, [](GLFWwindow* w, int button, int action, int) {
     if (button <= GLFW_MOUSE_BUTTON_MIDDLE) {
-      Of(w).Add({.kind = action == GLFW_PRESS ? Kind::kPress : Kind::kRelease, .code = button});
+      Of(w).push_back({.kind = action == GLFW_PRESS ? Kind::kPress : Kind::kRelease, .code = button});
     }
   });
-  glfwSetScrollCallback(
-      window, [](GLFWwindow* w, double x, double y) { Of(w).Add({.kind = Kind::kWheel, .x = x, .y = y}); });
+  glfwSetScrollCallback(window, [](GLFWwindow* w, double x, double y) {
+    Of(w).push_back({.kind = Kind::kWheel, .x = x, .y = y});
+  });
   glfwSetKeyCallback(window, [](GLFWwindow* w, int code, int, int action, int) {
     if (code > 0 && action != GLFW_REPEAT) {
-      Of(w).Add({.kind = action == GLFW_PRESS ? Kind::kKeyDown : Kind::kKeyUp, .code = code});
+      Of(w).push_back({.kind = action == GLFW_PRESS ? Kind::kKeyDown : Kind::kKeyUp, .code = code});
     }
   });
-  glfwSetCharCallback(window,
-                      [](GLFWwindow* w, unsigned c) { Of(w).Add({.kind = Kind::kText, .text = Utf8(c)}); });
+  glfwSetCharCallback(
+      window, [](GLFWwindow* w, unsigned c) { Of(w).push_back({.kind = Kind::kText, .text = Utf8(c)}); });
   glfwSetFramebufferSizeCallback(window, [](GLFWwindow* w, int width, int height) {
-    Of(w).Add({.kind = Kind::kResize, .x = static_cast<double>(width), .y = static_cast<double>(height)});
+    Of(w).push_back(Resized({width, height}));
   });
   glfwSetWindowIconifyCallback(window, [](GLFWwindow* w, int minimised) {
-    int width = 0;
-    int height = 0;
-    if (minimised == GLFW_FALSE) {
-      glfwGetFramebufferSize(w, &width, &height);
-    }
-    Of(w).Add({.kind = Kind::kResize, .x = static_cast<double>(width), .y = static_cast<double>(height)});
+    Of(w).push_back(Resized(minimised == GLFW_FALSE ? FramebufferSize(w) : cv::Size()));
   });
-  glfwSetWindowFocusCallback(window,
-                             [](GLFWwindow* w, int won) { Of(w).Add({.kind = Kind::kFocus, .code = won}); });
+  glfwSetWindowFocusCallback(
+      window, [](GLFWwindow* w, int won) { Of(w).push_back({.kind = Kind::kFocus, .code = won}); });
   glfwSetDropCallback(window, [](GLFWwindow* w, int count, const char** paths) {
     if (count > 0) {
-      Of(w).Add({.kind = Kind::kDrop, .text = paths[0]});
+      Of(w).push_back({.kind = Kind::kDrop, .text = paths[0]});
     }
   });
   glfwSetWindowCloseCallback(window, [](GLFWwindow* w) {
     glfwSetWindowShouldClose(w, GLFW_FALSE);  // the viewer decides
-    Of(w).Add({.kind = Kind::kClose});
+    Of(w).push_back({.kind = Kind::kClose});
   });
 }
 
 }  // namespace
 
-DesktopWindow::Impl::Impl(const std::string& title, cv::Size size) {
+DesktopWindow::Library::Library() {
+  if (glfwInit() != GLFW_TRUE) {
+    throw InputError(fmt::format("no display: {}", LastError()));
+  }
+}
+DesktopWindow::Library::~Library() { glfwTerminate(); }
+void DesktopWindow::Destroy::operator()(GLFWwindow* window) const { glfwDestroyWindow(window); }
+
+DesktopWindow::DesktopWindow(const std::string& title, cv::Size size) {
   glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
   glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
   glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
   glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
-  window = glfwCreateWindow(size.width, size.height, title.c_str(), nullptr, nullptr);
-  if (window == nullptr) {
+  window_.reset(glfwCreateWindow(size.width, size.height, title.c_str(), nullptr, nullptr));
+  if (window_ == nullptr) {
     throw InputError(fmt::format("no window with OpenGL 3.3: {}", LastError()));
   }
-  glfwMakeContextCurrent(window);
+  glfwMakeContextCurrent(window_.get());
   glfwSwapInterval(1);
-  glfwSetWindowUserPointer(window, this);
-  SetCallbacks(window);
-  cursors[ImGuiMouseCursor_TextInput] = glfwCreateStandardCursor(GLFW_IBEAM_CURSOR);
-  cursors[ImGuiMouseCursor_ResizeNS] = glfwCreateStandardCursor(GLFW_VRESIZE_CURSOR);
-  cursors[ImGuiMouseCursor_ResizeEW] = glfwCreateStandardCursor(GLFW_HRESIZE_CURSOR);
-  cursors[ImGuiMouseCursor_Hand] = glfwCreateStandardCursor(GLFW_HAND_CURSOR);
+  glfwSetWindowUserPointer(window_.get(), &events_);
+  SetCallbacks(window_.get());
+  for (const auto& [ui, shape] : {std::pair(ImGuiMouseCursor_TextInput, GLFW_IBEAM_CURSOR),
+                                  {ImGuiMouseCursor_ResizeNS, GLFW_VRESIZE_CURSOR},
+                                  {ImGuiMouseCursor_ResizeEW, GLFW_HRESIZE_CURSOR},
+                                  {ImGuiMouseCursor_Hand, GLFW_HAND_CURSOR}}) {
+    cursors_[ui] = glfwCreateStandardCursor(shape);
+  }
 }
-
-DesktopWindow::DesktopWindow(const std::string& title, cv::Size size)
-    : impl_(std::make_unique<Impl>(title, size)) {}
-DesktopWindow::~DesktopWindow() = default;
 
 std::vector<InputEvent> DesktopWindow::Events(double wait_seconds) {
   if (wait_seconds > 0.0) {
@@ -144,47 +127,44 @@ std::vector<InputEvent> DesktopWindow::Events(double wait_seconds) {
   } else {
     glfwPollEvents();
   }
-  return std::exchange(impl_->events, {});
+  return std::exchange(events_, {});
 }
 
 cv::Size DesktopWindow::Size() const {
-  if (glfwGetWindowAttrib(impl_->window, GLFW_ICONIFIED) == GLFW_TRUE) {
+  if (glfwGetWindowAttrib(window_.get(), GLFW_ICONIFIED) == GLFW_TRUE) {
     return {};
   }
-  int width = 0;
-  int height = 0;
-  glfwGetFramebufferSize(impl_->window, &width, &height);
-  return {width, height};
+  return FramebufferSize(window_.get());
 }
 
 double DesktopWindow::ContentScale() const {
   float x = 1.0F;
   float y = 1.0F;
-  glfwGetWindowContentScale(impl_->window, &x, &y);
+  glfwGetWindowContentScale(window_.get(), &x, &y);
   return std::clamp(static_cast<double>(std::max(x, y)), 1.0, 4.0);
 }
 
 void DesktopWindow::Resize(cv::Size size) {
   if (size.area() == 0) {
-    glfwIconifyWindow(impl_->window);
+    glfwIconifyWindow(window_.get());
     return;
   }
-  glfwRestoreWindow(impl_->window);
-  const double scale = impl_->PixelsPerUnit();
-  glfwSetWindowSize(impl_->window, static_cast<int>(size.width / scale),
+  glfwRestoreWindow(window_.get());
+  const double scale = PixelsPerUnit(window_.get());
+  glfwSetWindowSize(window_.get(), static_cast<int>(size.width / scale),
                     static_cast<int>(size.height / scale));
 }
 
-void DesktopWindow::SetTitle(const std::string& title) { glfwSetWindowTitle(impl_->window, title.c_str()); }
+void DesktopWindow::SetTitle(const std::string& title) { glfwSetWindowTitle(window_.get(), title.c_str()); }
 void DesktopWindow::SetClipboard(const std::string& text) {
-  glfwSetClipboardString(impl_->window, text.c_str());
+  glfwSetClipboardString(window_.get(), text.c_str());
 }
 
 void DesktopWindow::ShowCursor(int ui_cursor) {
-  const bool known = ui_cursor >= 0 && ui_cursor < ImGuiMouseCursor_COUNT;
-  glfwSetCursor(impl_->window, known ? impl_->cursors[static_cast<std::size_t>(ui_cursor)] : nullptr);
+  const auto known = cursors_.find(ui_cursor);
+  glfwSetCursor(window_.get(), known != cursors_.end() ? known->second : nullptr);
 }
 
-void DesktopWindow::Show() { glfwSwapBuffers(impl_->window); }
+void DesktopWindow::Show() { glfwSwapBuffers(window_.get()); }
 
 }  // namespace sqslam::viewer

@@ -1,12 +1,15 @@
 #pragma once
 
-#include <functional>
+#include <map>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
 #include "app/viewer/input/input_events.h"
+
+struct GLFWcursor;
+struct GLFWwindow;
 
 namespace sqslam::viewer {
 
@@ -15,7 +18,6 @@ class DesktopWindow {
  public:
   // Throws InputError, one line without a hint, where there is no display or no OpenGL.
   DesktopWindow(const std::string& title, cv::Size size);
-  ~DesktopWindow();
   DesktopWindow(const DesktopWindow&) = delete;
   DesktopWindow& operator=(const DesktopWindow&) = delete;
 
@@ -30,10 +32,17 @@ class DesktopWindow {
   void ShowCursor(int ui_cursor);  // ImGuiMouseCursor_...
   void Show();                     // what was drawn
 
-  struct Impl;
-
  private:
-  std::unique_ptr<Impl> impl_;
+  struct Destroy {
+    void operator()(GLFWwindow* window) const;
+  };
+  struct Library {  // GLFW from the first window to the last
+    Library();
+    ~Library();
+  } library_;
+  std::unique_ptr<GLFWwindow, Destroy> window_;
+  std::vector<InputEvent> events_;
+  std::map<int, GLFWcursor*> cursors_;  // by ImGui's
 };
 
 }  // namespace sqslam::viewer

@@ -1,14 +1,11 @@
 #include <fmt/format.h>
 #include <imgui.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
 #include <sys/resource.h>
 
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <memory>
-#include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
 #include <thread>
@@ -18,7 +15,7 @@
 #include "app/viewer/automation.h"
 #include "app/viewer/desktop_window.h"
 #include "app/viewer/viewer.h"
-#include "app/viewer/widgets/gl_texture.h"
+#include "app/viewer/widgets/widgets.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
 
@@ -233,34 +230,11 @@ class Loop {
   std::string title_;
 };
 
-void SetUpLogging() {
-  auto logger = spdlog::stderr_color_mt("sqslam-viewer");
-  logger->set_pattern("sqslam-viewer: %^%l%$: %v");
-  spdlog::set_default_logger(logger);
-  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
-  ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
-}
-
-int Fail(int exit_code, const std::string& message) {
-  fmt::print(stderr, "sqslam-viewer: {}\n", message);
-  return exit_code;
-}
-
 // Without a display there is another way to the same picture.
 void CheckDisplay(const std::string& instead) {
-  const auto set = [](const char* name) {
-    const char* value = std::getenv(name);
-    return value != nullptr && *value != '\0';
-  };
-  if (!set("DISPLAY")) {
+  const char* display = std::getenv("DISPLAY");
+  if (display == nullptr || *display == '\0') {
     throw InputError(fmt::format("no display; `{}` does without one", instead));
-  }
-}
-
-// Throws where the window could not do what is said.
-void CheckArguments(const Arguments& arguments) {
-  if (!arguments.play.empty()) {
-    ReadScript(arguments.play);
   }
 }
 
@@ -271,15 +245,13 @@ int WatchRun(const Arguments& arguments, const app::RunArguments& run_arguments)
     fmt::print("{}", DumpOptions(run_arguments.Options()));
     return 0;
   }
-  if (run_arguments.input.empty() && !run_arguments.camera_index) {
-    throw UsageError(
-        "run: INPUT is missing, expected a sequence folder, an image folder, a video or a camera index");
-  }
+  const RunRequest request = run_arguments.Request();
   CheckDisplay(run_arguments.input.empty()
                    ? fmt::format("sqslam run --camera-index {}", *run_arguments.camera_index)
                    : fmt::format("sqslam run {}", run_arguments.input));
-  CheckArguments(arguments);  // before the run begins
-  const RunRequest request = run_arguments.Request();
+  if (!arguments.play.empty()) {
+    ReadScript(arguments.play);  // says what is wrong before the run begins
+  }
   auto run = std::make_unique<LiveRun>(request, run_arguments.Pictures());
   run->Start();
   constexpr int kNiceness = 6;
@@ -317,15 +289,7 @@ int ParseAndRun(const std::vector<std::string>& words) {
 }  // namespace sqslam::viewer
 
 int main(int argc, char** argv) {
-  using sqslam::viewer::Fail;
-  sqslam::viewer::SetUpLogging();
-  try {
+  return sqslam::app::RunProgram("sqslam-viewer", [&] {
     return sqslam::viewer::ParseAndRun({argv + 1, argv + argc});
-  } catch (const sqslam::UsageError& e) {
-    return Fail(2, e.what());
-  } catch (const sqslam::InputError& e) {
-    return Fail(3, e.what());
-  } catch (const std::exception& e) {
-    return Fail(1, fmt::format("internal error: {}", e.what()));
-  }
+  });
 }

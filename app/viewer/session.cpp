@@ -11,19 +11,12 @@ namespace sqslam::viewer {
 namespace fs = std::filesystem;
 namespace {
 
-std::vector<std::string> LabelsOf(const MapSnapshot& map) {
-  std::vector<std::string> labels;
+std::set<std::string> ClassesOf(const MapSnapshot& map) {
+  std::set<std::string> classes;
   for (const SnapshotObject& object : map.objects) {
-    labels.push_back(object.label);
+    classes.insert(object.label);
   }
-  return labels;
-}
-
-// True if both hold objects of the same classes.
-bool SameClasses(const MapSnapshot& a, const MapSnapshot& b) {
-  const std::vector<std::string> first = LabelsOf(a);
-  const std::vector<std::string> second = LabelsOf(b);
-  return std::set(first.begin(), first.end()) == std::set(second.begin(), second.end());
+  return classes;
 }
 
 }  // namespace
@@ -83,12 +76,12 @@ void Session::Frame(const MapSnapshotPtr& map) {
     const SceneFocus& before = state_.view.focus;
     const double growth = focus.radius / before.radius;
     if (growth > 0.85 && growth < 1.18 && (focus.center - before.center).norm() < 0.15 * focus.radius &&
-        focus.up.dot(before.up) > 0.99 && SameClasses(*map, *document.frame)) {
+        focus.up.dot(before.up) > 0.99 && ClassesOf(*map) == ClassesOf(*document.frame)) {
       return;
     }
   }
   document.frame = map;
-  document.colors = LabelColors(LabelsOf(*map));
+  document.colors = LabelColors::Of(map->objects);
   state_.view.focus = focus;
 }
 

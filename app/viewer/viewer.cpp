@@ -10,10 +10,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "app/viewer/input/input_events.h"
-#include "app/viewer/panels/panels.h"
-#include "app/viewer/widgets/gl_texture.h"
-#include "app/viewer/widgets/theme.h"
+#include "app/viewer/widgets/widgets.h"
 #include "slam/util/atomic_file.h"
 
 namespace sqslam::viewer {
@@ -57,7 +54,7 @@ Viewer::Viewer(cv::Size window, double scale) : ui_(scale), window_(window) {
   state_.window.scale = scale;
   state_.messages.Try([&] { state_.view.UseStyle(SceneStyleOf(state_.window.theme)); });
   panels_ = AllPanels(state_);
-  ImGui::GetIO().DisplaySize = ImVec2(static_cast<float>(window.width), static_cast<float>(window.height));
+  ImGui::GetIO().DisplaySize = Vec(window.width, window.height);
 }
 
 void Viewer::Open(const fs::path& path) {
@@ -136,16 +133,14 @@ bool Viewer::Holds(bool asked, bool news) {
 }
 
 bool Viewer::AnyBusy() const {
-  return std::any_of(panels_.begin(), panels_.end(),
-                     [](const PanelPtr& panel) { return panel->Wanted() && panel->Busy(); });
+  return std::ranges::any_of(panels_, [](const PanelPtr& panel) { return panel->Wanted() && panel->Busy(); });
 }
 
 bool Viewer::Busy() const { return !Idle() || state_.playback.playing || film_ || AnyBusy(); }
 
 bool Viewer::Idle() const {
-  const bool settled = std::none_of(panels_.begin(), panels_.end(), [](const PanelPtr& panel) {
-    return panel->place == Place::kScene && panel->Busy();
-  });
+  const bool settled = std::ranges::none_of(
+      panels_, [](const PanelPtr& panel) { return panel->place == Place::kScene && panel->Busy(); });
   return session_.Idle() && settled && !layers_.Busy() && state_.requests.Empty();
 }
 
@@ -218,7 +213,7 @@ void Viewer::Do(const CopyCommandRequest&) {
   if (state_.editing.document.EditsModified()) {
     notice += " It shows the edits once they are saved (Ctrl S).";
   }
-  if (state_.editing.representation != Representation::kSuperquadric) {
+  if (state_.editing.representation != SolidKind::kSuperquadric) {
     notice += " It draws superquadrics.";
   }
   state_.messages.Say(notice);

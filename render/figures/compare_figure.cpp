@@ -10,6 +10,7 @@
 #include "render/picture/picture_text.h"
 #include "slam/fitting/fixed_shape_fit.h"
 #include "slam/fitting/surface_measures.h"
+#include "slam/geometry/solid_iou.h"
 #include "slam/util/error.h"
 #include "slam/util/statistics.h"
 
@@ -125,11 +126,12 @@ struct ComparedSolid {
   const char* name;
   const char* shown;
   const char* color;
-  std::optional<double> exponent;  // instead of the object's own
+  SolidKind kind;  // whose exponents it has instead of the object's own
 };
-constexpr ComparedSolid kComparedSolids[] = {{"superquadric", "Superquadric", "#009e73", std::nullopt},
-                                             {"ellipsoid", "Ellipsoid", "#0072b2", 1.0},
-                                             {"cuboid", "Cuboid", "#e69f00", kMinShapeExponent}};
+constexpr ComparedSolid kComparedSolids[] = {
+    {"superquadric", "Superquadric", "#009e73", SolidKind::kSuperquadric},
+    {"ellipsoid", "Ellipsoid", "#0072b2", SolidKind::kEllipsoid},
+    {"cuboid", "Cuboid", "#e69f00", SolidKind::kCuboid}};
 
 std::vector<ComparedSolid> ChosenSolids(const std::vector<std::string>& names) {
   std::vector<ComparedSolid> chosen;
@@ -189,8 +191,7 @@ std::vector<int> MostDifferent(const MapSnapshot& map) {
 PosedSuperquadric As(const ComparedSolid& kind, const PosedSuperquadric& object,
                      const std::vector<Eigen::Vector3d>& points, bool fitted) {
   PosedSuperquadric solid = object;
-  solid.shape.e1 = kind.exponent.value_or(object.shape.e1);
-  solid.shape.e2 = kind.exponent.value_or(object.shape.e2);
+  SetExponents(kind.kind, solid.shape.e1, solid.shape.e2);
   return fitted ? FitPlaceAndSize(points, solid) : solid;
 }
 

@@ -14,7 +14,7 @@
 #include "slam/io/image_files.h"
 #include "slam/io/result_files.h"
 #include "slam/util/error.h"
-#include "slam/util/parse_number.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam {
 namespace {

@@ -13,14 +13,6 @@
 
 namespace sqslam {
 
-RenderBackend ParseRenderBackend(std::string_view name) {
-  const std::optional<RenderBackend> backend = FromName<RenderBackend>(name);
-  if (!backend || backend == RenderBackend::kCurrent) {
-    throw UsageError(fmt::format("unknown rendering back end '{}': expected auto, osmesa or egl", name));
-  }
-  return *backend;
-}
-
 namespace {
 
 class EglContext : public OffscreenContext::Impl {

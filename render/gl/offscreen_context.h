@@ -3,8 +3,6 @@
 #include <array>
 #include <memory>
 #include <string>
-#include <string_view>
-#include <vector>
 
 #include "slam/util/enum_names.h"
 
@@ -18,10 +16,6 @@ enum class RenderBackend {
   kCurrent,  // the context that is current where the renderer is made, such as that of a window
 };
 constexpr auto EnumNames(RenderBackend) { return std::array{"auto", "osmesa", "egl", "current"}; }
-
-// "auto", "osmesa" or "egl"; throws UsageError on anything else.
-RenderBackend ParseRenderBackend(std::string_view name);
-inline std::vector<std::string> RenderBackendNames() { return {"auto", "osmesa", "egl"}; }
 
 // An OpenGL 3.3 core context that needs neither a display nor a window. It belongs to the thread that last
 // called MakeCurrent(); VTK draws into framebuffers of its own, so the context has no size.

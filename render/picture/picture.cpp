@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgcodecs.hpp>
 
 #include "render/gl/offscreen_window.h"
 #include "render/picture/picture_overlay.h"
 #include "render/scene/scene.h"
+#include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 
 namespace sqslam {
@@ -162,6 +164,12 @@ cv::Mat RenderPicture(const MapSnapshot& map, const PictureOptions& options) {
   PictureRenderer renderer(options);
   renderer.SetMap(map);
   return renderer.Render();
+}
+
+void WritePicture(const std::filesystem::path& path, const cv::Mat& picture) {
+  std::vector<std::uint8_t> png;
+  cv::imencode(".png", picture, png);
+  WriteFileAtomically(path, {reinterpret_cast<const char*>(png.data()), png.size()});  // NOLINT: bytes
 }
 
 }  // namespace sqslam

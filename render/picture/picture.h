@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <opencv2/core.hpp>
@@ -77,5 +78,8 @@ class PictureRenderer {
 
 // One picture of one map.
 cv::Mat RenderPicture(const MapSnapshot& map, const PictureOptions& options);
+
+// As PNG. Throws InputError where the file cannot be written.
+void WritePicture(const std::filesystem::path& path, const cv::Mat& picture);
 
 }  // namespace sqslam

@@ -24,11 +24,12 @@ struct ClipPlane {
 // The plane that a style asks for; empty for none. "view" turns with the camera.
 inline std::optional<ClipPlane> MakeClipPlane(const SceneStyle::Clip& clip, const SceneFocus& focus,
                                               const ViewCamera& camera) {
-  if (clip.axis == "none") {
+  if (clip.axis == ClipAxis::kNone) {
     return std::nullopt;
   }
   ClipPlane plane;
-  plane.normal = clip.axis == "view" ? AxesOf(camera).back : Eigen::Vector3d::Unit(clip.axis[0] - 'x').eval();
+  plane.normal = clip.axis == ClipAxis::kView ? AxesOf(camera).back
+                                              : Eigen::Vector3d::Unit(static_cast<int>(clip.axis) - 1).eval();
   plane.height = plane.normal.dot(focus.center) + clip.offset * focus.radius;
   if (clip.flip) {
     plane.normal = -plane.normal;

@@ -20,6 +20,7 @@ struct OverlayStyle {
   bool labels = true;     // names beside the outlines
   bool points = false;    // map points
   double point_size = 3;  // diameter, pixels
+  bool operator==(const OverlayStyle&) const = default;
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
     visit("width", width, 0.5, 50.0);
@@ -35,6 +36,10 @@ struct OverlayStyle {
 enum class AntiAliasing { kSsaa, kFxaa, kNone };
 constexpr auto EnumNames(AntiAliasing) { return std::array{"ssaa", "fxaa", "none"}; }
 
+// Along the map's axes, or towards the camera.
+enum class ClipAxis { kNone, kX, kY, kZ, kView };
+constexpr auto EnumNames(ClipAxis) { return std::array{"none", "x", "y", "z", "view"}; }
+
 // Style of a map. Colours are "#rrggbb"; sizes and widths are pixels of a picture 720 pixels high and
 // grow with it; lengths are relative to what the picture frames.
 struct SceneStyle {
@@ -45,6 +50,7 @@ struct SceneStyle {
     double roughness = 0.5;  // of the surfaces: 0 a mirror, 1 chalk
     double metallic = 0.0;   // 0 paint, 1 metal
     int segments = 128;      // at most so many steps of longitude for a superquadric; small ones get fewer
+    bool operator==(const Objects&) const = default;
     template <typename Visitor>
     void VisitFields(Visitor&& visit) {
       visit("show", show);
@@ -60,6 +66,7 @@ struct SceneStyle {
     double size = 2.2;           // diameter, pixels
     double object_size = 3.4;    // diameter of points that belong to objects, pixels
     double min_contrast = 0.28;  // least difference in lightness to the background, in [0, 1]
+    bool operator==(const Points&) const = default;
     template <typename Visitor>
     void VisitFields(Visitor&& visit) {
       visit("show", show);
@@ -77,6 +84,7 @@ struct SceneStyle {
     double width = 1.6;           // of the trajectory, pixels
     double keyframe_width = 1.0;  // of the frusta, pixels
     double size = 0.035;          // half the height of a frustum, of the radius that the picture frames
+    bool operator==(const Cameras&) const = default;
     template <typename Visitor>
     void VisitFields(Visitor&& visit) {
       visit("trajectory", trajectory);
@@ -96,6 +104,7 @@ struct SceneStyle {
     std::string color = "#2a8f6d";
     double width = 1.0;    // pixels
     double opacity = 0.5;  // 0 to 1
+    bool operator==(const Covisibility&) const = default;
     template <typename Visitor>
     void VisitFields(Visitor&& visit) {
       visit("show", show);
@@ -110,6 +119,7 @@ struct SceneStyle {
     bool show = true;
     std::string color = "#c2185b";
     double width = 2.0;  // pixels
+    bool operator==(const GroundTruth&) const = default;
     template <typename Visitor>
     void VisitFields(Visitor&& visit) {
       visit("show", show);
@@ -121,6 +131,7 @@ struct SceneStyle {
   struct DenseCloud {
     double size = 1.6;              // diameter of the points, pixels
     std::string color = "#8a929b";  // of a cloud without colours of its own
+    bool operator==(const DenseCloud&) const = default;
     template <typename Visitor>
     void VisitFields(Visitor&& visit) {
       visit("size", size, 0.5, 50.0);
@@ -129,13 +140,13 @@ struct SceneStyle {
   };
   // A plane that cuts away one side of points, dense cloud and objects: what is above it along the axis.
   struct Clip {
-    std::string axis = "none";  // x, y, z of the map; view: towards the camera; none: nothing is cut
-    double offset = 0.0;        // of the plane from the middle of what the picture frames, of its radius
-    bool flip = false;          // the other side goes
+    ClipAxis axis = ClipAxis::kNone;
+    double offset = 0.0;  // of the plane from the middle of what the picture frames, of its radius
+    bool flip = false;    // the other side goes
     bool operator==(const Clip&) const = default;
     template <typename Visitor>
     void VisitFields(Visitor&& visit) {
-      visit("axis", axis, {"none", "x", "y", "z", "view"});
+      visit("axis", axis);
       visit("offset", offset, -10.0, 10.0);
       visit("flip", flip);
     }
@@ -146,6 +157,7 @@ struct SceneStyle {
     double width = 1.0;    // pixels
     double opacity = 0.8;  // at its centre; it fades outwards
     double radius = 2.0;   // of the radius that the picture frames
+    bool operator==(const Grid&) const = default;
     template <typename Visitor>
     void VisitFields(Visitor&& visit) {
       visit("show", show);
@@ -163,6 +175,7 @@ struct SceneStyle {
     double outline_width = 1.2;      // pixels
     std::string outline_color = "#101418";
     double eye_dome = 0.5;  // how much points stand out against points behind them, 0: not at all
+    bool operator==(const Light&) const = default;
     template <typename Visitor>
     void VisitFields(Visitor&& visit) {
       visit("shadow", shadow, 0.0, 1.0);
@@ -177,6 +190,7 @@ struct SceneStyle {
   struct Lens {
     double aperture = 0.0;  // radius, of the distance to the focal point; 0: everything is sharp
     int samples = 32;       // pictures that are averaged for one with depth of field
+    bool operator==(const Lens&) const = default;
     template <typename Visitor>
     void VisitFields(Visitor&& visit) {
       visit("aperture", aperture, 0.0, 0.5);
@@ -188,6 +202,7 @@ struct SceneStyle {
     bool scale = true;   // axes and what a cell of the grid measures
     double size = 15.0;  // height of the letters, pixels
     std::string color = "#222222";
+    bool operator==(const Text&) const = default;
     template <typename Visitor>
     void VisitFields(Visitor&& visit) {
       visit("legend", legend);
@@ -212,6 +227,7 @@ struct SceneStyle {
   Lens lens;
   Text text;
   OverlayStyle overlay;  // of maps over photographs
+  bool operator==(const SceneStyle&) const = default;
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {

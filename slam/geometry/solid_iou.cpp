@@ -100,14 +100,6 @@ double EstimateIntersection(const Pair& pair, const Level& level) {
   return level.inside + CellVolume(level) * static_cast<double>(hits) / kSamplesPerLeaf;
 }
 
-// Gives a primitive its exponents; `sharp`: that of an edge.
-void SetExponents(Solid& solid, double sharp) {
-  if (solid.kind != SolidKind::kSuperquadric) {
-    solid.e1 = solid.kind == SolidKind::kEllipsoid ? 1.0 : sharp;
-    solid.e2 = solid.kind == SolidKind::kCuboid ? sharp : 1.0;
-  }
-}
-
 }  // namespace
 
 Solid Solid::FromSuperquadric(const PosedSuperquadric& superquadric) {
@@ -125,7 +117,7 @@ double Solid::RadialScale(const Vector3d& p_object) const {
 
 PosedSuperquadric Solid::ToSuperquadric() const {
   Solid exact = *this;
-  SetExponents(exact, 0.0);
+  SetExponents(exact.kind, exact.e1, exact.e2, 0.0);
   return {{half_size, exact.e1, exact.e2}, T_map_object};
 }
 
@@ -150,9 +142,16 @@ Eigen::AlignedBox3d Solid::BoundingBox() const {
   return {T_map_object.translation - reach, T_map_object.translation + reach};
 }
 
+void SetExponents(SolidKind kind, double& e1, double& e2, double sharp) {
+  if (kind != SolidKind::kSuperquadric) {
+    e1 = kind == SolidKind::kEllipsoid ? 1.0 : sharp;
+    e2 = kind == SolidKind::kCuboid ? sharp : 1.0;
+  }
+}
+
 void SetKind(Solid& solid, SolidKind kind) {
   solid.kind = kind;
-  SetExponents(solid, kMinShapeExponent);
+  SetExponents(kind, solid.e1, solid.e2);
 }
 
 Solid Transform(const Sim3d& S_to_map, const Solid& solid) {

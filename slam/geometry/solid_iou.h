@@ -34,8 +34,11 @@ struct Solid {
   Eigen::AlignedBox3d BoundingBox() const;  // in the map frame; tight for cuboids, enclosing for the others
 };
 
-// Gives a solid the exponents that the name of the kind stands for in objects_gt.json: cuboid 0.1, 0.1;
-// cylinder 0.1, 1; ellipsoid 1, 1; those of superquadrics stay as they are.
+// The exponents that the name of a kind stands for in objects_gt.json: cuboid 0.1, 0.1; cylinder 0.1, 1;
+// ellipsoid 1, 1; those of superquadrics stay as they are. `sharp` is the exponent of an edge.
+void SetExponents(SolidKind kind, double& e1, double& e2, double sharp = kMinShapeExponent);
+
+// Makes a solid one of this kind, with its exponents.
 void SetKind(Solid& solid, SolidKind kind);
 
 // The same solid after p_to = S_to_map * p_map.

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "slam/geometry/angles.h"
+#include "slam/geometry/solid_iou.h"
 #include "slam/objects/dual_quadric.h"
 #include "slam/objects/landmark.h"
 #include "slam/objects/landmark_estimation.h"
@@ -168,8 +169,8 @@ struct ObjectMapper::Impl {
     }
     PosedSuperquadric solid = landmark.superquadric;
     if (options.representation != Representation::kSuperquadric) {
-      solid.shape.e1 = solid.shape.e2 =
-          options.representation == Representation::kEllipsoid ? 1.0 : kMinShapeExponent;
+      const bool round = options.representation == Representation::kEllipsoid;
+      SetExponents(round ? SolidKind::kEllipsoid : SolidKind::kCuboid, solid.shape.e1, solid.shape.e2);
     }
     return solid;
   }

@@ -74,6 +74,10 @@ struct AssignFromNode {
     return fits;
   }
   bool operator()(std::vector<std::string>* values) const {
+    if (node.IsScalar()) {
+      *values = {node.Scalar()};
+      return true;
+    }
     return node.IsSequence() &&
            std::all_of(node.begin(), node.end(), [](const YAML::Node& item) { return item.IsScalar(); }) &&
            YAML::convert<std::vector<std::string>>::decode(node, *values);
@@ -119,22 +123,12 @@ std::string Hint(const std::string& nearest) {
 }
 
 [[noreturn]] void ThrowUnknown(const std::string& where, const std::string& key,
-                               const std::vector<OptionField>& fields) {
-  std::vector<std::string> keys;
+                               const std::vector<OptionField>& fields, std::vector<std::string> keys = {}) {
   std::ranges::transform(fields, std::back_inserter(keys), [](const auto& field) { return field.key; });
   // A name given without its group is nearer than any misspelling.
   const auto tail = std::ranges::find_if(keys, [&](const auto& k) { return k.ends_with("." + key); });
   throw UsageError(fmt::format("{}: unknown option '{}'{}", where, key,
                                Hint(tail != keys.end() ? *tail : NearestWord(key, keys))));
-}
-
-void Assign(const YAML::Node& node, const OptionField& field, const std::string& where) {
-  if (!std::visit(AssignFromNode{node, field}, field.value) || !IsAllowed(field)) {
-    const std::string nearest = node.IsScalar() ? NearestWord(node.Scalar(), field.allowed) : "";
-    throw UsageError(fmt::format("{}: {} is {}, expected {}{}", where, field.key,
-                                 node.IsNull() ? "empty" : "'" + NodeText(node) + "'",
-                                 OptionExpectation(field), Hint(nearest)));
-  }
 }
 
 const OptionField* Find(const std::vector<OptionField>& fields, const std::string& key) {
@@ -147,16 +141,18 @@ bool IsGroup(const std::vector<OptionField>& fields, const std::string& key) {
 }
 
 void AssignGroup(const YAML::Node& group, const std::string& prefix, const std::string& source,
-                 const std::vector<OptionField>& fields) {
+                 const std::vector<OptionField>& fields, const std::vector<std::string>& others) {
   for (const auto& entry : group) {
     const std::string key = prefix + NodeText(entry.first);
     const std::string where = fmt::format("{}:{}", source, entry.first.Mark().line + 1);
     if (const OptionField* field = Find(fields, key)) {
-      Assign(entry.second, *field, where);
+      AssignOption(entry.second, *field, where);
     } else if (!IsGroup(fields, key)) {
-      ThrowUnknown(where, key, fields);
+      if (std::find(others.begin(), others.end(), key) == others.end()) {
+        ThrowUnknown(where, key, fields, others);
+      }
     } else if (entry.second.IsMap()) {
-      AssignGroup(entry.second, key + ".", source, fields);
+      AssignGroup(entry.second, key + ".", source, fields, others);
     } else if (!entry.second.IsNull()) {  // a group whose entries are all commented out is fine
       throw UsageError(
           fmt::format("{}: {} is '{}', expected a group of options", where, key, NodeText(entry.second)));
@@ -232,6 +228,20 @@ std::string DidYouMean(std::string_view word, const std::vector<std::string>& ca
   return Hint(NearestWord(word, candidates));
 }
 
+void AssignOption(const YAML::Node& node, const OptionField& field, const std::string& where) {
+  if (!std::visit(AssignFromNode{node, field}, field.value) || !IsAllowed(field)) {
+    const std::string nearest = node.IsScalar() ? NearestWord(node.Scalar(), field.allowed) : "";
+    throw UsageError(fmt::format("{}: {} is {}, expected {}{}", where, field.key,
+                                 node.IsNull() ? "empty" : "'" + NodeText(node) + "'",
+                                 OptionExpectation(field), Hint(nearest)));
+  }
+}
+
+void AssignOptions(const YAML::Node& map, const std::string& source, const std::vector<OptionField>& fields,
+                   const std::vector<std::string>& others) {
+  AssignGroup(map, "", source, fields, others);
+}
+
 void LoadOptionFields(const std::filesystem::path& path, const std::vector<OptionField>& fields) {
   std::string text;
   try {
@@ -256,7 +266,7 @@ void ParseOptionFields(const std::string& yaml, const std::string& source,
   if (!root.IsMap()) {
     throw UsageError(fmt::format("{}:1: expected lines 'name: value'", source));
   }
-  AssignGroup(root, "", source, fields);
+  AssignOptions(root, source, fields);
 }
 
 void SetOptionField(const std::string& assignment, const std::vector<OptionField>& fields) {
@@ -279,7 +289,7 @@ void SetOptionField(const std::string& assignment, const std::vector<OptionField
   } catch (const YAML::ParserException& e) {
     throw UsageError(fmt::format("{}: no valid YAML value: {}", where, e.msg));
   }
-  Assign(node, *field, where);
+  AssignOption(node, *field, where);
 }
 
 void CheckOptionFields(const std::vector<OptionField>& fields) {

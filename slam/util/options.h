@@ -16,6 +16,10 @@
 
 #include "slam/util/enum_names.h"
 
+namespace YAML {
+class Node;
+}
+
 namespace sqslam {
 
 // An enum among options, as the position of its name.
@@ -115,6 +119,12 @@ std::string OptionExpectation(const OptionField& field);
 
 // The value as ReadOption takes it; empty where the field may not have it, as one that stands for a choice.
 std::string OptionText(const OptionField& field);
+
+// The same from a document that the caller has read: one value, or a map of them with its groups, in which
+// keys among `others` are passed over. Throw UsageError that begins with `where`, or with SOURCE:LINE.
+void AssignOption(const YAML::Node& node, const OptionField& field, const std::string& where);
+void AssignOptions(const YAML::Node& map, const std::string& source, const std::vector<OptionField>& fields,
+                   const std::vector<std::string>& others = {});
 
 // The work, without templates. `source` names the origin in messages: a file, or "--set".
 void LoadOptionFields(const std::filesystem::path& path, const std::vector<OptionField>& fields);

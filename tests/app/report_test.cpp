@@ -85,8 +85,8 @@ TEST(Report, ShowsTheEvaluationInMetricUnitsWhereThereIsOne) {
                    {2, "teapot", "teapot", {SolidKind::kEllipsoid, {0.1, 0.1, 0.1}, 1, 1, {}}, 0, true}};
   truth.objects[0].solid.T_map_object.translation = {0.6, 0.4, 0.2};
   truth.objects[1].solid.T_map_object.translation = {9, 9, 9};
-  WriteEvaluation(folder.Path() / "eval.json", Evaluate(Arc(), {Mug()}, truth, {}));
-  WriteReport({folder.Path(), "", "", {}});
+  const Evaluation evaluation = Evaluate(Arc(), {Mug()}, truth, {});
+  WriteReport({folder.Path(), "", "", {}, nullptr, &evaluation});
   const std::string page = sqslam::testing::Slurp(folder.Path() / "report.html");
   EXPECT_THAT(page, HasSubstr("Against the ground truth"));
   EXPECT_THAT(page, HasSubstr("16.0 × 16.0 × 20.0"));  // cm
@@ -98,12 +98,12 @@ TEST(Report, MissingFilesLeaveTheirSectionsOutAndBrokenOnesAreNamed) {
   const TemporaryFolder folder;
   WriteReport({folder.Path(), "", "", {}});
   EXPECT_THAT(sqslam::testing::Slurp(folder.Path() / "report.html"), Not(HasSubstr("<h2>")));
-  std::ofstream(folder.Path() / "eval.json") << "{\"trajectory\": 3}";
+  std::ofstream(folder.Path() / "stats.json") << "{\"frames\": []}";
   try {
     WriteReport({folder.Path(), "", "", {}});
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("eval.json"));
+    EXPECT_THAT(error.what(), HasSubstr("stats.json"));
   }
   EXPECT_THROW(WriteReport({folder.Path() / "nowhere", "", "", {}}), InputError);
 }

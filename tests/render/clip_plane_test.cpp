@@ -18,11 +18,11 @@ const SceneFocus kFocus = [] {
 
 TEST(ClipPlaneTest, LiesWhereTheStyleSays) {
   EXPECT_FALSE(MakeClipPlane({}, kFocus, {}).has_value());
-  const auto z = MakeClipPlane({.axis = "z", .offset = 0.25}, kFocus, {});
+  const auto z = MakeClipPlane({.axis = ClipAxis::kZ, .offset = 0.25}, kFocus, {});
   ASSERT_TRUE(z);
   EXPECT_TRUE(z->Keeps({9.0, 9.0, 3.4}));
   EXPECT_FALSE(z->Keeps({1.0, 2.0, 3.6}));
-  const auto flipped = MakeClipPlane({.axis = "z", .offset = 0.25, .flip = true}, kFocus, {});
+  const auto flipped = MakeClipPlane({.axis = ClipAxis::kZ, .offset = 0.25, .flip = true}, kFocus, {});
   EXPECT_FALSE(flipped->Keeps({9.0, 9.0, 3.4}));
   EXPECT_TRUE(flipped->Keeps({1.0, 2.0, 3.6}));
 }
@@ -31,7 +31,7 @@ TEST(ClipPlaneTest, ThatOfTheViewCutsTowardsTheCamera) {
   ViewCamera camera;
   camera.position = {1.0, -8.0, 3.0};
   camera.focal_point = {1.0, 0.0, 3.0};
-  const auto plane = MakeClipPlane({.axis = "view"}, kFocus, camera);
+  const auto plane = MakeClipPlane({.axis = ClipAxis::kView}, kFocus, camera);
   ASSERT_TRUE(plane);
   EXPECT_FALSE(plane->Keeps({1.0, 1.9, 3.0}));
   EXPECT_TRUE(plane->Keeps({1.0, 2.1, 3.0}));

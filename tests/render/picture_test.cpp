@@ -55,7 +55,7 @@ TEST(PictureTest, MinimalWithoutBackgroundLooksLikeItsBaseline) {
 // A section through book and ball, the keyframes' graph, and a true path beside the estimated one.
 PictureOptions SectionWithLayers() {
   PictureOptions options = SmallPicture();
-  options.style.clip = {.axis = "y", .offset = 0.1, .flip = true};
+  options.style.clip = {.axis = ClipAxis::kY, .offset = 0.1, .flip = true};
   options.style.covisibility.show = true;
   options.style.covisibility.width = 2.0;
   options.style.covisibility.min_points = 40;
@@ -100,13 +100,13 @@ TEST(PictureTest, LayersAndSectionsAreSeenAtOnce) {
   EXPECT_GT(without([](PictureOptions& o, auto&) { o.style.covisibility.min_points = 150; }), 0.2)
       << "only neighbours share so many points";
   EXPECT_GT(without([](auto&, MapSnapshot& map) { map.covisibility.clear(); }), 0.5);
-  EXPECT_GT(without([](PictureOptions& o, auto&) { o.style.clip.axis = "none"; }), 2.0);
+  EXPECT_GT(without([](PictureOptions& o, auto&) { o.style.clip.axis = ClipAxis::kNone; }), 2.0);
   EXPECT_GT(without([](PictureOptions& o, auto&) { o.style.clip.flip = false; }), 2.0);
 }
 
 TEST(PictureTest, WhatIsCutAwayLeavesNothingBehind) {
   PictureOptions options = SmallPicture();
-  options.style.clip = {.axis = "x", .offset = 10.0, .flip = true};  // all of it
+  options.style.clip = {.axis = ClipAxis::kX, .offset = 10.0, .flip = true};  // all of it
   options.style.cameras = {.trajectory = false, .keyframes = false, .current = false};
   options.style.objects.labels = true;
   MapSnapshot bare = HandMadeMap();
@@ -127,7 +127,7 @@ TEST(PictureTest, OneLooksIntoACutSolid) {
   options.style.light = {.shadow = 0.0, .ambient_occlusion = 0.0, .outline = 0.0, .eye_dome = 0.0};
   options.style.points.show = options.style.grid.show = options.style.text.legend = false;
   options.style.objects.opacity = 1.0;
-  options.style.clip.axis = "z";
+  options.style.clip.axis = ClipAxis::kZ;
   MapSnapshot map = HandMadeMap();
   map.objects.resize(1);  // the book, from above
   options.camera.view = "top";

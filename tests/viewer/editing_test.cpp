@@ -115,10 +115,10 @@ TEST_F(Editing, AnUneditedFrameIsNotCopied) {
 }
 
 TEST_F(Editing, ObjectsCanBeShownAsOtherShapes) {
-  state_.editing.representation = Representation::kCuboid;
+  state_.editing.representation = SolidKind::kCuboid;
   Update();
   EXPECT_EQ(state_.document.Map()->objects[2].superquadric.shape.e1, kMinShapeExponent);
-  state_.editing.representation = Representation::kSuperquadric;
+  state_.editing.representation = SolidKind::kSuperquadric;
   Update();
   EXPECT_EQ(state_.document.Map()->objects[2].superquadric.shape.e1, 1.0);
 }
@@ -164,7 +164,7 @@ TEST_F(Editing, TheHistoryIsReadInTheBackground) {
     histories = replay.Poll().histories;
   }
   ASSERT_NE(histories, nullptr);
-  EXPECT_EQ(histories->All().size(), 3u);
+  EXPECT_EQ(histories->size(), 3u);
 }
 
 TEST_F(Editing, ANewSolidStandsOnTheGroundInView) {

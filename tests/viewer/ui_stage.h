@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "app/viewer/viewer.h"
-#include "app/viewer/widgets/gl_texture.h"
+#include "app/viewer/widgets/widgets.h"
 #include "render/gl/offscreen_context.h"
 #include "slam/snapshot/recording.h"
 #include "tests/io/temporary_folder.h"

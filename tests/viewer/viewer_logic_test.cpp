@@ -189,7 +189,7 @@ TEST(RenderCommandLineTest, NamesTheLayersThatAreDrawn) {
   state.layers.ShowCloud("/data/a room.ply");
   state.view.SwitchCut();
   state.view.clip.offset = -0.25;
-  state.view.style.Update([](SceneStyle& style) { style.covisibility.show = true; });
+  state.view.style.covisibility.show = true;
   EXPECT_THAT(line(),
               HasSubstr("--ground-truth=auto '--dense-cloud=/data/a room.ply' --dense-cloud-frame=map"));
   EXPECT_THAT(line(), HasSubstr("--set=covisibility.show=true"));
@@ -201,7 +201,7 @@ TEST(RenderCommandLineTest, NamesTheLayersThatAreDrawn) {
   EXPECT_THAT(line(), HasSubstr("--ground-truth=/data/kitchen --set=ground_truth.show=false"))
       << "what the cloud is laid over by";
   state.view.UseStyle("dark");
-  EXPECT_EQ(state.view.clip.axis, "view") << "another look is no other section";
+  EXPECT_EQ(state.view.clip.axis, ClipAxis::kView) << "another look is no other section";
 }
 
 TEST(LayoutTest, PartsFillTheWindowAndDoNotOverlap) {
@@ -275,11 +275,9 @@ TEST(ShortcutsTest, NoTwoShortcutsShareAKey) {
 TEST(RenderCommandLineTest, SaysOnlyWhatDiffersFromTheStyle) {
   ViewerState state;
   state.view.UseStyle("dark");
-  state.view.style.Update([](SceneStyle& style) {
-    style.objects.opacity = 0.5;
-    style.grid.show = false;
-  });
-  EXPECT_THAT(StyleChanges(*state.view.style, LoadStyle("dark")),
+  state.view.style.objects.opacity = 0.5;
+  state.view.style.grid.show = false;
+  EXPECT_THAT(StyleChanges(state.view.style, LoadStyle("dark")),
               ElementsAre("objects.opacity=0.5", "grid.show=false"));
   state.document.file = "/data/a map/map.sqmap";
   state.view.camera.position = {-1.5, 2.0, 0.25};

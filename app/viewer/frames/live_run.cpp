@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "app/report/report.h"
-#include "app/terminal/child_program.h"
+#include "app/terminal/terminal.h"
 #include "slam/util/error.h"
 
 namespace sqslam::viewer {
@@ -133,27 +133,15 @@ struct LiveRun::Impl : RunHost {
   }
 
   void Work() {
-    int exit_code = 0;
     std::string error;
     fs::path result;
-    try {
+    const auto run_pipeline = [&] {
       interrupt.emplace();
       const FinishedRun run = RunPipeline(request, *this);
       result = fs::exists(run.output / "map.sqmap") ? run.output : fs::path();
-      exit_code = run.interrupted && !Ended() ? 130 : 0;  // by Ctrl-C, not by the window
-    } catch (const UsageError& e) {
-      exit_code = 2;
-      error = e.what();
-    } catch (const InputError& e) {
-      exit_code = 3;
-      error = e.what();
-    } catch (const NoMapError& e) {
-      exit_code = 4;
-      error = e.what();
-    } catch (const std::exception& e) {
-      exit_code = 1;
-      error = fmt::format("internal error: {}", e.what());
-    }
+      return run.interrupted && !Ended() ? 130 : 0;  // by Ctrl-C, not by the window
+    };
+    const int exit_code = app::ExitCodeOf(run_pipeline, [&](const std::string& message) { error = message; });
     interrupt.reset();
     Tell([&] {
       news.result = result;

@@ -10,7 +10,6 @@
 #include <thread>
 #include <utility>
 
-#include "app/result/input_frames.h"
 #include "app/result/map_input.h"
 #include "render/video/video_alignment.h"
 #include "slam/io/frame_source.h"
@@ -134,12 +133,10 @@ cv::Mat RunFrames::ImageOf(std::int64_t frame) {
 // Reads moments of a recording; not shared between threads.
 class Reader {
  public:
-  explicit Reader(const fs::path& path) : file_(app::MapFile(path)), recording_(file_) {
-    if (recording_.Size() == 0) {
-      throw InputError(fmt::format("{}: holds no snapshot, expected a map", file_.string()));
-    }
-    last_ = recording_.Last();
-  }
+  explicit Reader(const fs::path& path)
+      : file_(app::MapFile(path)),
+        recording_(app::OpenMap(file_, "", HiddenObjects::kKeep)),
+        last_(recording_.Last()) {}
 
   OpenedRecording Opened() const { return {file_, recording_.Info(), last_}; }
 
@@ -256,7 +253,7 @@ struct Replay::Impl {
       try_to([&] {
         const MapSnapshotPtr map = reader.Snapshot(read);
         timeline.series.Add(*map);
-        histories->Add(read, *map);
+        AddSamples(read, *map, *histories);
       });
       ++read;
       Tell([&] {

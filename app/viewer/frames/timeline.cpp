@@ -9,15 +9,12 @@ int Timeline::At(double time) const {
   if (moments.empty()) {
     return -1;
   }
-  const auto after = std::upper_bound(moments.begin(), moments.end(), time + 1e-9,
-                                      [](double t, const Moment& moment) { return t < moment.timestamp; });
+  const auto after = std::ranges::upper_bound(moments, time + 1e-9, {}, &Moment::timestamp);
   return std::max(0, static_cast<int>(after - moments.begin()) - 1);
 }
 
 int Timeline::OfSnapshot(int snapshot) const {
-  const auto found =
-      std::lower_bound(moments.begin(), moments.end(), snapshot,
-                       [](const Moment& moment, int wanted) { return moment.snapshot < wanted; });
+  const auto found = std::ranges::lower_bound(moments, snapshot, {}, &Moment::snapshot);
   return found == moments.end() ? Last() : static_cast<int>(found - moments.begin());
 }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 #include <sstream>
 #include <utility>
 
@@ -77,7 +78,7 @@ class Words {
     std::getline(stream_ >> std::ws, rest);
     return rest;
   }
-  [[noreturn]] void Fail(const char* expected) const {
+  [[noreturn]] void Fail(const std::string& expected) const {
     throw UsageError(fmt::format("{}:{}: expected {}", source_, line_, expected));
   }
 
@@ -88,40 +89,45 @@ class Words {
 };
 
 // The kinds of value that follow the first word of a line.
-enum class Operand { kNone, kPoint, kButton, kKey, kNumber, kText };
+enum class Operand { kNone, kPoint, kButton, kKey, kNumber, kText, kState };
 
-struct EventWord {
-  InputEvent::Kind kind;
+// A word that begins a line.
+struct LineWord {
   std::string_view word;
   Operand operand;
+  ScriptLine::Kind kind = ScriptLine::Kind::kEvent;
+  InputEvent::Kind event = InputEvent::Kind::kMove;
+  const char* number = "0 or 1";  // what is expected of kNumber
 };
-constexpr std::array<EventWord, 11> kEventWords = {{{InputEvent::Kind::kMove, "move", Operand::kPoint},
-                                                    {InputEvent::Kind::kPress, "press", Operand::kButton},
-                                                    {InputEvent::Kind::kRelease, "release", Operand::kButton},
-                                                    {InputEvent::Kind::kWheel, "wheel", Operand::kPoint},
-                                                    {InputEvent::Kind::kKeyDown, "keydown", Operand::kKey},
-                                                    {InputEvent::Kind::kKeyUp, "keyup", Operand::kKey},
-                                                    {InputEvent::Kind::kText, "text", Operand::kText},
-                                                    {InputEvent::Kind::kResize, "resize", Operand::kPoint},
-                                                    {InputEvent::Kind::kFocus, "focus", Operand::kNumber},
-                                                    {InputEvent::Kind::kDrop, "drop", Operand::kText},
-                                                    {InputEvent::Kind::kClose, "close", Operand::kNone}}};
 
-struct ActionWord {
-  ScriptLine::Kind kind;
-  std::string_view word;
-  const char* number;  // what the number is that follows; null: the rest of the line is a text
-};
-constexpr std::array<ActionWord, 5> kActionWords = {{
-    {ScriptLine::Kind::kFrames, "frames", "a number of frames"},
-    {ScriptLine::Kind::kRepeat, "repeat", "a number of seconds"},
-    {ScriptLine::Kind::kPicture, "picture", nullptr},
-    {ScriptLine::Kind::kCommand, "command", nullptr},
-    {ScriptLine::Kind::kExpect, "expect", nullptr},
-}};
+std::span<const LineWord> LineWords() {
+  using enum Operand;
+  using Line = ScriptLine::Kind;
+  using Event = InputEvent::Kind;
+  static constexpr std::array<LineWord, 17> kWords = {
+      {{"move", kPoint, Line::kEvent, Event::kMove},
+       {"press", kButton, Line::kEvent, Event::kPress},
+       {"release", kButton, Line::kEvent, Event::kRelease},
+       {"wheel", kPoint, Line::kEvent, Event::kWheel},
+       {"keydown", kKey, Line::kEvent, Event::kKeyDown},
+       {"keyup", kKey, Line::kEvent, Event::kKeyUp},
+       {"text", kText, Line::kEvent, Event::kText},
+       {"resize", kPoint, Line::kEvent, Event::kResize},
+       {"focus", kNumber, Line::kEvent, Event::kFocus},
+       {"drop", kText, Line::kEvent, Event::kDrop},
+       {"close", kNone, Line::kEvent, Event::kClose},
+       {"frames", kNumber, Line::kFrames, {}, "a number of frames"},
+       {"repeat", kNumber, Line::kRepeat, {}, "a number of seconds"},
+       {"wait", kState, Line::kWait},
+       {"picture", kText, Line::kPicture},
+       {"command", kText, Line::kCommand},
+       {"expect", kText, Line::kExpect}}};
+  return kWords;
+}
 
-InputEvent ReadEvent(const EventWord& type, Words& words) {
-  InputEvent event{.kind = type.kind};
+ScriptLine ReadLine(const LineWord& type, Words& words, int number) {
+  ScriptLine line{type.kind, {.kind = type.event}, 0, "", number};
+  InputEvent& event = line.event;
   switch (type.operand) {
     case Operand::kNone:
       break;
@@ -144,13 +150,21 @@ InputEvent ReadEvent(const EventWord& type, Words& words) {
       }
       break;
     case Operand::kNumber:
-      event.code = static_cast<int>(words.Number("0 or 1"));
+      event.code = line.count = static_cast<int>(words.Number(type.number));
       break;
     case Operand::kText:
-      event.text = words.Rest();
+      event.text = line.text = words.Rest();
+      break;
+    case Operand::kState:
+      line.text = words.Next();
+      if (line.text == "frame") {
+        line.count = static_cast<int>(words.Number("frame N"));
+      } else if (line.text != "idle" && line.text != "map" && line.text != "end") {
+        words.Fail("idle, map or end, or frame N");
+      }
       break;
   }
-  return event;
+  return line;
 }
 
 void AppendLine(const std::string& text, const std::string& source, int line,
@@ -161,47 +175,21 @@ void AppendLine(const std::string& text, const std::string& source, int line,
     return;
   }
   const bool key = word == "key";  // down, seen by one frame, and up
-  for (const EventWord& type : kEventWords) {
+  std::string known;
+  for (const LineWord& type : LineWords()) {
+    known.append(type.word).append(", ");
     if (type.word == (key ? "keydown" : word)) {
-      script.push_back({ScriptLine::Kind::kEvent, ReadEvent(type, words), 0, "", line});
+      script.push_back(ReadLine(type, words, line));
       if (key) {
         ScriptLine up = script.back();
         up.event.kind = InputEvent::Kind::kKeyUp;
-        ScriptLine& pause = script.emplace_back();
-        pause.kind = ScriptLine::Kind::kFrames;
-        pause.count = 1;
-        pause.line = line;
+        script.push_back({ScriptLine::Kind::kFrames, {}, 1, "", line});
         script.push_back(std::move(up));
       }
       return;
     }
   }
-  ScriptLine action;
-  action.line = line;
-  const auto* const known =
-      std::find_if(kActionWords.begin(), kActionWords.end(),
-                   [&](const ActionWord& action_word) { return action_word.word == word; });
-  if (known != kActionWords.end()) {
-    action.kind = known->kind;
-    if (known->number != nullptr) {
-      action.count = static_cast<int>(words.Number(known->number));
-    } else {
-      action.text = words.Rest();
-    }
-  } else if (word == "wait") {
-    action.kind = ScriptLine::Kind::kWait;
-    action.text = words.Next();
-    if (action.text == "frame") {
-      action.count = static_cast<int>(words.Number("frame N"));
-    } else if (action.text != "idle" && action.text != "map" && action.text != "end") {
-      words.Fail("idle, map or end, or frame N");
-    }
-  } else {
-    words.Fail(
-        "move, press, release, wheel, key, keydown, keyup, text, resize, focus, drop, close, frames, wait, "
-        "picture, command, expect or repeat");
-  }
-  script.push_back(std::move(action));
+  words.Fail(known + "or key");
 }
 
 }  // namespace
@@ -236,9 +224,9 @@ int KeyCode(const std::string& name) {
 std::vector<ScriptLine> ParseScript(const std::string& text, const std::string& source) {
   std::vector<ScriptLine> script;
   std::istringstream stream(text);
-  int number = 0;
-  for (std::string line; std::getline(stream, line);) {
-    AppendLine(line, source, ++number, script);
+  std::string line;
+  for (int number = 1; std::getline(stream, line); ++number) {
+    AppendLine(line, source, number, script);
   }
   return script;
 }
@@ -248,10 +236,10 @@ std::vector<ScriptLine> ReadScript(const std::string& path) {
 }
 
 std::string FormatEvent(const InputEvent& event) {
-  const EventWord& type = *std::find_if(kEventWords.begin(), kEventWords.end(),
-                                        [&](const EventWord& word) { return word.kind == event.kind; });
+  const LineWord& type = *std::ranges::find(LineWords(), event.kind, &LineWord::event);
   switch (type.operand) {
     case Operand::kNone:
+    case Operand::kState:
       break;
     case Operand::kPoint:
       return fmt::format("{} {} {}", type.word, event.x, event.y);

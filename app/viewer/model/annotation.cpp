@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -113,15 +112,13 @@ void Annotation::Remove(int id) {
 }
 
 const AnnotatedSolid* Annotation::Find(int id) const {
-  const auto found = std::find_if(solids.begin(), solids.end(),
-                                  [id](const AnnotatedSolid& solid) { return solid.id == id; });
+  const auto found = std::ranges::find(solids, id, &AnnotatedSolid::id);
   return found == solids.end() ? nullptr : &*found;
 }
 
 void Annotation::Replace(const AnnotatedSolid& solid) {
   CheckSolid(solid.solid);
-  const auto found = std::find_if(solids.begin(), solids.end(),
-                                  [&](const AnnotatedSolid& other) { return other.id == solid.id; });
+  const auto found = std::ranges::find(solids, solid.id, &AnnotatedSolid::id);
   if (found == solids.end()) {
     throw UsageError(fmt::format("solid {}: there is none, expected one of the annotation", solid.id));
   }

@@ -7,7 +7,6 @@
 #include <iterator>
 #include <limits>
 #include <numbers>
-#include <vector>
 
 #include "app/viewer/model/annotation.h"
 #include "slam/fitting/fitting.h"

@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 #include <set>
 #include <system_error>
-#include <utility>
 
 #include "slam/evaluation/evaluation.h"
 #include "slam/evaluation/ground_truth.h"
@@ -42,17 +41,20 @@ double Rounded(double value) {
   return rounded == 0.0 ? 0.0 : std::stod(fmt::format("{:.12g}", rounded));
 }
 
+Json Numbers(const Eigen::RowVectorXd& values) {
+  Json numbers = Json::array();
+  for (const double value : values) {
+    numbers.push_back(Rounded(value));
+  }
+  return numbers;
+}
+
 Json ToJson(const AnnotatedSolid& annotated, const Sim3d& S_file_annotation) {
   const Solid solid = Transform(S_file_annotation, annotated.solid);
-  const Eigen::Vector3d& center = solid.T_map_object.translation;
   const Eigen::Matrix4d matrix = solid.T_map_object.Matrix();
   Json pose = Json::array();
-  for (int row = 0; row < 4; ++row) {
-    Json values = Json::array();
-    for (int column = 0; column < 4; ++column) {
-      values.push_back(Rounded(matrix(row, column)));
-    }
-    pose.push_back(std::move(values));
+  for (const auto& row : matrix.rowwise()) {
+    pose.push_back(Numbers(row));
   }
   Json entry = {{"id", annotated.id}};
   if (!annotated.name.empty()) {
@@ -60,11 +62,10 @@ Json ToJson(const AnnotatedSolid& annotated, const Sim3d& S_file_annotation) {
   }
   entry["label"] = annotated.label;
   entry["primitive"] = NameOf(solid.kind);
-  entry["center"] = {Rounded(center.x()), Rounded(center.y()), Rounded(center.z())};
+  entry["center"] = Numbers(solid.T_map_object.translation);
   entry["yaw"] = Rounded(YawOf(solid));
   entry["T_world_object"] = std::move(pose);
-  entry["half_size"] = {Rounded(solid.half_size.x()), Rounded(solid.half_size.y()),
-                        Rounded(solid.half_size.z())};
+  entry["half_size"] = Numbers(solid.half_size);
   entry["shape"] = {solid.e1, solid.e2};
   if (!annotated.more.empty()) {
     entry.update(Json::parse(annotated.more));

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <charconv>
-#include <cmath>
 #include <memory>
 #include <sstream>
 #include <string_view>
@@ -14,13 +12,13 @@
 #include "slam/fitting/surface_measures.h"
 #include "slam/geometry/angles.h"
 #include "slam/util/options.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam::viewer {
 namespace {
 
 std::string Lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return std::tolower(c); });
   return text;
 }
 
@@ -29,12 +27,6 @@ const ColumnInfo& InfoOf(ObjectColumn column) { return ObjectColumns()[static_ca
 // The text of a column of words.
 std::string TextOf(const ObjectRow& row, ObjectColumn column) {
   return column == ObjectColumn::kName ? ShownName(row.object) : row.object.label;
-}
-
-std::optional<double> ParseNumber(const std::string& text) {
-  double number = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc() && end == text.data() + text.size() ? std::optional(number) : std::nullopt;
 }
 
 constexpr std::string_view kSigns = "<>=!";
@@ -55,22 +47,18 @@ std::string WithoutBlanksAroundSigns(const std::string& text) {
   return tight;
 }
 
-template <typename Value>
-bool Compare(const std::string& comparison, const Value& a, const Value& b) {
-  if (comparison == "<") {
-    return a < b;
-  }
-  if (comparison == "<=") {
-    return a <= b;
-  }
-  if (comparison == ">") {
-    return a > b;
-  }
-  if (comparison == ">=") {
-    return a >= b;
-  }
-  return (a == b) == (comparison == "=");
-}
+struct Comparison {
+  std::string_view sign;
+  bool (*holds)(std::partial_ordering order);
+};
+constexpr std::array<Comparison, 6> kComparisons = {{
+    {"<", [](std::partial_ordering order) { return order < 0; }},
+    {"<=", [](std::partial_ordering order) { return order <= 0; }},
+    {">", [](std::partial_ordering order) { return order > 0; }},
+    {">=", [](std::partial_ordering order) { return order >= 0; }},
+    {"=", [](std::partial_ordering order) { return order == 0; }},
+    {"!=", [](std::partial_ordering order) { return order != 0; }},
+}};
 
 }  // namespace
 
@@ -110,13 +98,13 @@ std::span<const ColumnInfo> ObjectColumns() {
   return kColumns;
 }
 
-std::string NumberedLabel(std::string label, int id) {
-  std::replace(label.begin(), label.end(), '_', ' ');
-  return fmt::format("{} {}", label, id);
-}
-
 std::string ObjectName(const SnapshotObject& object) {
   return object.name.empty() ? NumberedLabel(object.label, object.id) : object.name;
+}
+
+std::string NumberedLabel(std::string label, int id) {
+  std::ranges::replace(label, '_', ' ');
+  return fmt::format("{} {}", label, id);
 }
 
 std::vector<ObjectRow> ObjectRows(const MapSnapshot& map, const ObjectEdits& edits) {
@@ -159,7 +147,7 @@ RowFilter::RowFilter(const std::string& text) {
   for (std::string part; stream >> part;) {
     const std::size_t at = part.find_first_of(kSigns);
     if (at == std::string::npos) {
-      terms_.push_back({std::nullopt, "", Lower(part), std::nullopt});
+      terms_.push_back({.word = Lower(part)});
     } else {
       AddComparison(part, at);
     }
@@ -168,11 +156,11 @@ RowFilter::RowFilter(const std::string& text) {
 
 void RowFilter::AddComparison(const std::string& part, std::size_t at) {
   const std::string key = Lower(part.substr(0, at));
-  const std::size_t value = part.find_first_not_of(kSigns, at);
+  const std::size_t value = std::min(part.find_first_not_of(kSigns, at), part.size());
+  const std::string sign = part.substr(at, value - at);
   Term term;
-  term.comparison = part.substr(at, value == std::string::npos ? value : value - at);
-  term.word = value == std::string::npos ? "" : Lower(part.substr(value));
-  term.number = ParseNumber(term.word);
+  term.word = Lower(part.substr(value));
+  term.number = ParseNumber<double>(term.word);
   std::vector<std::string> keys;
   for (const ColumnInfo& info : ObjectColumns()) {
     keys.push_back(info.key);
@@ -180,15 +168,15 @@ void RowFilter::AddComparison(const std::string& part, std::size_t at) {
       term.column = info.column;
     }
   }
-  static const std::vector<std::string> kComparisons = {"<", "<=", ">", ">=", "=", "!="};
+  for (const Comparison& comparison : kComparisons) {
+    term.holds = comparison.sign == sign ? comparison.holds : term.holds;
+  }
   if (!term.column) {
-    const std::string nearest = NearestWord(key, keys);
-    problem_ = fmt::format("no column '{}'{}", key,
-                           nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest));
-  } else if (std::find(kComparisons.begin(), kComparisons.end(), term.comparison) == kComparisons.end()) {
-    problem_ = fmt::format("'{}', expected <, <=, >, >=, = or !=", term.comparison);
+    problem_ = fmt::format("no column '{}'{}", key, DidYouMean(key, keys));
+  } else if (term.holds == nullptr) {
+    problem_ = fmt::format("'{}', expected <, <=, >, >=, = or !=", sign);
   } else if (InfoOf(*term.column).number != nullptr && !term.number) {
-    problem_ = fmt::format("{}{}: expected a number", key, term.comparison);
+    problem_ = fmt::format("{}{}: expected a number", key, sign);
   }
   terms_.push_back(std::move(term));
 }
@@ -201,15 +189,15 @@ bool RowFilter::Holds(const Term& term, const ObjectRow& row) {
   }
   const auto number_of = InfoOf(*term.column).number;
   if (number_of == nullptr) {
-    return Compare(term.comparison, Lower(TextOf(row, *term.column)), term.word);
+    return term.holds(Lower(TextOf(row, *term.column)) <=> term.word);
   }
   const std::optional<double> number = number_of(row.object);
-  return number && Compare(term.comparison, *number, *term.number);
+  return number && term.holds(*number <=> *term.number);
 }
 
 bool RowFilter::Shows(const ObjectRow& row) const {
   return problem_.empty() &&
-         std::all_of(terms_.begin(), terms_.end(), [&row](const Term& term) { return Holds(term, row); });
+         std::ranges::all_of(terms_, [&row](const Term& term) { return Holds(term, row); });
 }
 
 std::vector<ObjectPoint> ObjectPoints(const MapSnapshot& map, const SnapshotObject& object) {
@@ -227,14 +215,13 @@ std::vector<ObjectPoint> ObjectPoints(const MapSnapshot& map, const SnapshotObje
   return points;
 }
 
-MapSnapshotPtr Represented(const MapSnapshotPtr& map, Representation representation) {
-  if (representation == Representation::kSuperquadric || !map) {
+MapSnapshotPtr Represented(const MapSnapshotPtr& map, SolidKind kind) {
+  if (kind == SolidKind::kSuperquadric || !map) {
     return map;
   }
   auto represented = std::make_shared<MapSnapshot>(*map);
   for (SnapshotObject& object : represented->objects) {
-    Superquadric& shape = object.superquadric.shape;
-    shape.e1 = shape.e2 = representation == Representation::kEllipsoid ? 1.0 : kMinShapeExponent;
+    SetExponents(kind, object.superquadric.shape.e1, object.superquadric.shape.e2);
   }
   return represented;
 }

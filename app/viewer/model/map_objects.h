@@ -1,11 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <compare>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "slam/geometry/solid_iou.h"
 #include "slam/snapshot/object_edits.h"
 #include "slam/snapshot/snapshot.h"
 
@@ -78,10 +80,10 @@ class RowFilter {
 
  private:
   struct Term {
-    std::optional<ObjectColumn> column;  // empty: a word
-    std::string comparison;              // < <= > >= = !=
-    std::string word;                    // lower case
-    std::optional<double> number;
+    std::optional<ObjectColumn> column = {};               // empty: a word
+    bool (*holds)(std::partial_ordering order) = nullptr;  // of the value against word or number
+    std::string word = {};                                 // lower case
+    std::optional<double> number = {};
   };
 
   static bool Holds(const Term& term, const ObjectRow& row);
@@ -101,11 +103,8 @@ struct ObjectPoint {
 
 std::vector<ObjectPoint> ObjectPoints(const MapSnapshot& map, const SnapshotObject& object);
 
-// The shape that objects are shown in: the others have the same place and size with both exponents 1, or 0.1,
-// as the option `objects.representation` of a run makes them.
-enum class Representation { kSuperquadric, kEllipsoid, kCuboid };
-
-// Returns the snapshot itself for superquadrics.
-MapSnapshotPtr Represented(const MapSnapshotPtr& map, Representation representation);
+// The map with its objects at the same place and of the same size as solids of another kind, as the option
+// `objects.representation` of a run makes them; the snapshot itself for superquadrics.
+MapSnapshotPtr Represented(const MapSnapshotPtr& map, SolidKind kind);
 
 }  // namespace sqslam::viewer

@@ -37,15 +37,15 @@ constexpr std::array<SeriesKind, 7> kSeriesKinds = {{
     {"map points", "", [](const MapSnapshot& map) { return Value(map.points.size()); }},
     {"boxes with an object", "",
      [](const MapSnapshot& map) {
-       return Value(std::count_if(map.detections.begin(), map.detections.end(),
-                                  [](const SnapshotDetection& seen) { return seen.object_id >= 0; }));
+       return Value(
+           std::ranges::count_if(map.detections, [](const auto& seen) { return seen.object_id >= 0; }));
      }},
 }};
 
 }  // namespace
 
 bool Series::HasValues() const {
-  return std::any_of(value.begin(), value.end(), [](const auto& v) { return v.has_value(); });
+  return std::ranges::any_of(value, [](const auto& v) { return v.has_value(); });
 }
 
 std::pair<double, double> Series::Range() const {
@@ -102,8 +102,7 @@ void RunSeries::Add(const MapSnapshot& map) {
 }
 
 const Series& RunSeries::Named(std::string_view name) const {
-  const auto found = std::find_if(series_.begin(), series_.end(),
-                                  [name](const Series& series) { return series.name == name; });
+  const auto found = std::ranges::find(series_, name, &Series::name);
   if (found == series_.end()) {
     throw std::out_of_range("no series " + std::string(name));
   }
@@ -113,15 +112,14 @@ const Series& RunSeries::Named(std::string_view name) const {
 std::vector<RunMark> RunSeries::Marks() const {
   std::vector<RunMark> marks = keyframes_;
   marks.insert(marks.end(), events_.begin(), events_.end());
-  std::stable_sort(marks.begin(), marks.end(),
-                   [](const RunMark& a, const RunMark& b) { return a.frame_index < b.frame_index; });
+  std::ranges::stable_sort(marks, {}, &RunMark::frame_index);
   return marks;
 }
 
-void ObjectHistories::Add(int snapshot, const MapSnapshot& map) {
+void AddSamples(int snapshot, const MapSnapshot& map, ObjectHistories& histories) {
   for (const SnapshotObject& object : map.objects) {
     const Superquadric& shape = object.superquadric.shape;
-    std::vector<ObjectSample>& samples = histories_[object.id];
+    std::vector<ObjectSample>& samples = histories[object.id];
     const long quarters = samples.empty() ? 0 : std::lround((samples.back().yaw - object.yaw) / kQuarterTurn);
     for (ObjectSample& sample : samples) {  // the same solids, x and y named as the newest sample has them
       sample.yaw -= static_cast<double>(quarters) * kQuarterTurn;

@@ -73,15 +73,9 @@ struct ObjectSample {
 };
 
 // Samples of all objects by id, also of those that are gone at the end.
-class ObjectHistories {
- public:
-  // `snapshot` is the index of the map in the recording; the maps must come in order.
-  void Add(int snapshot, const MapSnapshot& map);
+using ObjectHistories = std::map<int, std::vector<ObjectSample>>;
 
-  const std::map<int, std::vector<ObjectSample>>& All() const { return histories_; }
-
- private:
-  std::map<int, std::vector<ObjectSample>> histories_;
-};
+// Adds a map, `snapshot` its index in the recording; the maps must come in order.
+void AddSamples(int snapshot, const MapSnapshot& map, ObjectHistories& histories);
 
 }  // namespace sqslam::viewer

@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <fstream>
-#include <sstream>
 
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
@@ -56,36 +54,29 @@ Loaded<Values> Load(const fs::path& file) {
   if (file.empty() || !fs::exists(file, error)) {
     return loaded;
   }
-  std::ostringstream text;
   YAML::Node root;
   try {
-    text << std::ifstream(file).rdbuf();
-    root = YAML::Load(text.str());
+    root = YAML::LoadFile(file.string());
   } catch (const YAML::Exception& e) {
     loaded.warnings.push_back(fmt::format("{}:{}: no valid YAML; the defaults are used", file.string(),
                                           std::max(0, e.mark.line) + 1));
     return loaded;
   }
-  if (!root.IsMap()) {
-    if (!root.IsNull()) {
-      loaded.warnings.push_back(
-          fmt::format("{}: expected lines 'name: value'; the defaults are used", file.string()));
-    }
+  if (!root.IsMap() && !root.IsNull()) {
+    loaded.warnings.push_back(
+        fmt::format("{}: expected lines 'name: value'; the defaults are used", file.string()));
     return loaded;
   }
   // Value by value, so that one that is wrong costs no other.
-  for (const OptionField& field : OptionFields(loaded.values)) {
-    const YAML::Node node = root[field.key];
-    if (!node) {
-      continue;
-    }
+  for (std::size_t i = 0; i < OptionFields(loaded.values).size(); ++i) {
     Values changed = loaded.values;
+    const OptionField field = OptionFields(changed)[i];
+    const YAML::Node node = root[field.key];
     try {
-      YAML::Emitter emitter;
-      emitter << YAML::BeginMap << YAML::Key << field.key << YAML::Value << node << YAML::EndMap;
-      const std::string lines_before(static_cast<std::size_t>(std::max(0, node.Mark().line)), '\n');
-      ParseOptions(lines_before + emitter.c_str(), file.string(), changed);
-      loaded.values = changed;
+      if (node) {
+        AssignOption(node, field, fmt::format("{}:{}", file.string(), node.Mark().line + 1));
+        loaded.values = changed;
+      }
     } catch (const UsageError& e) {
       loaded.warnings.push_back(fmt::format("{}; the default is used", e.what()));
     }

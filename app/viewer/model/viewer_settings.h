@@ -1,21 +1,32 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <string>
 #include <vector>
 
 namespace sqslam::viewer {
 
+enum class Theme { kDark, kLight };
+constexpr auto EnumNames(Theme) { return std::array{"dark", "light"}; }
+
+// Lengths of the parts of the window, pixels at 96 dpi; the user moves the lines between them.
+struct LayoutSettings {
+  double side = 420.0;    // width of the column on the right
+  double bottom = 146.0;  // height of the time axis
+  double top = 272.0;     // height of the image above the tabs
+};
+
 // The choices of the viewer's user, kept in $XDG_CONFIG_HOME/sqslam/viewer.yaml.
 struct ViewerSettings {
-  std::string theme = "dark";  // of the window
+  Theme theme = Theme::kDark;
   std::string style = "dark";  // of the scene: a style's name or FILE.yaml
   double font_size = 15.0;     // height of the letters, pixels at 96 dpi
-  bool show_image = true;      // the input image beside the map
+  bool show_image = true;      // beside the map
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
-    visit("theme", theme, {"dark", "light"});
+    visit("theme", theme);
     visit("style", style);
     visit("font_size", font_size, 8.0, 48.0);
     visit("show_image", show_image);
@@ -26,20 +37,18 @@ struct ViewerSettings {
 struct ViewerMemory {
   static constexpr std::size_t kMostRecent = 12;
 
-  int window_width = 1440;  // pixels at 96 dpi, as all lengths here
+  int window_width = 1440;  // pixels at 96 dpi
   int window_height = 900;
-  double side = 0.0;    // width of the column on the right; 0: as the window makes it, as below
-  double bottom = 0.0;  // height of the time axis
-  double top = 0.0;     // height of the image
+  LayoutSettings layout;
   std::vector<std::string> recent_files;  // absolute, newest first
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
     visit("window_width", window_width, 320, 16384);
     visit("window_height", window_height, 240, 16384);
-    visit("side", side, 0.0, 5000.0);
-    visit("bottom", bottom, 0.0, 5000.0);
-    visit("top", top, 0.0, 5000.0);
+    visit("side", layout.side, 1.0, 5000.0);
+    visit("bottom", layout.bottom, 1.0, 5000.0);
+    visit("top", layout.top, 1.0, 5000.0);
     visit("recent_files", recent_files);
   }
 

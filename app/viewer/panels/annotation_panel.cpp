@@ -3,7 +3,6 @@
 #include <imgui_stdlib.h>
 
 #include <algorithm>
-#include <array>
 #include <string>
 
 #include "app/viewer/panels/panels.h"
@@ -23,8 +22,8 @@ std::string SolidName(const AnnotatedSolid& solid) {
 // Draws a ground truth over the map: solids by hand or fitted to points, checked against the images.
 class AnnotationPanel : public Panel {
  public:
-  AnnotationPanel(const EditContext& context, Observed<SceneStyle>& style)
-      : Panel(Place::kSide, "Annotate"), context_(context), style_(style) {}
+  explicit AnnotationPanel(ViewerState& s)
+      : Panel(Place::kSide, "Annotate"), context_(s.Editor()), style_(s.view.style) {}
 
   void Draw() override {
     if (!context_.document.last) {
@@ -44,11 +43,7 @@ class AnnotationPanel : public Panel {
  private:
   void DrawAdding() {
     Heading("New solid");
-    ImGui::AlignTextToFramePadding();
-    ImGui::TextDisabled("label");
-    ImGui::SameLine(4.0F * ImGui::GetFontSize());
-    ImGui::SetNextItemWidth(-1.0F);
-    ImGui::InputText("##label", &tool_.label);
+    Field("label", tool_.label);
     const float spacing = ImGui::GetStyle().ItemSpacing.x;
     const float half = 0.5F * (ImGui::GetContentRegionAvail().x - spacing);
     for (std::size_t i = 0; i < kSolidKinds.size(); ++i) {
@@ -68,10 +63,7 @@ class AnnotationPanel : public Panel {
                "A solid in place of the object of the map that is selected", ImVec2(-1.0F, 0.0F))) {
       AddSolidOf(context_, *object);
     }
-    bool objects = style_->objects.show;
-    if (ImGui::Checkbox("objects of the map", &objects)) {
-      style_.Update([&](SceneStyle& style) { style.objects.show = objects; });
-    }
+    ImGui::Checkbox("objects of the map", &style_.objects.show);
     Tip("They may hide the points; a layer of the view");
     Toggle("Lasso", &tool_.lasso,
            "A drag in the scene chooses the points inside; Shift adds, Ctrl takes away");
@@ -227,13 +219,11 @@ class AnnotationPanel : public Panel {
   EditContext context_;
   Editing& editing_ = context_.editing;
   AnnotationTool& tool_ = editing_.annotation;
-  Observed<SceneStyle>& style_;
+  SceneStyle& style_;
 };
 
 }  // namespace
 
-PanelPtr MakeAnnotationPanel(ViewerState& s) {
-  return std::make_unique<AnnotationPanel>(s.Editor(), s.view.style);
-}
+PanelPtr MakeAnnotationPanel(ViewerState& s) { return std::make_unique<AnnotationPanel>(s); }
 
 }  // namespace sqslam::viewer

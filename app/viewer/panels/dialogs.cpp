@@ -1,6 +1,5 @@
 #include <imgui.h>
 
-#include <array>
 #include <string>
 #include <vector>
 
@@ -16,7 +15,7 @@ bool EscapeIsPressed() { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_
 
 class HelpPanel : public Panel {
  public:
-  explicit HelpPanel(WindowState& window) : Panel(Place::kOver, "Keys and mouse"), window_(window) {}
+  explicit HelpPanel(ViewerState& s) : Panel(Place::kOver, "Keys and mouse"), window_(s.window) {}
   bool Wanted() const override { return window_.show_help; }
 
   void Draw() override {
@@ -88,12 +87,12 @@ class HelpPanel : public Panel {
 
 class SettingsPanel : public Panel {
  public:
-  SettingsPanel(Preferences& preferences, SceneView& view, WindowState& window, Messages& messages)
+  explicit SettingsPanel(ViewerState& s)
       : Panel(Place::kOver, "Settings"),
-        preferences_(preferences),
-        view_(view),
-        window_(window),
-        messages_(messages) {}
+        preferences_(s.preferences),
+        view_(s.view),
+        window_(s.window),
+        messages_(s.messages) {}
   bool Wanted() const override { return window_.show_settings; }
 
   void Draw() override {
@@ -105,7 +104,9 @@ class SettingsPanel : public Panel {
   void DrawContent() {
     ViewerSettings& settings = preferences_.settings;
     Heading("Settings");
-    bool changed = Word("theme", settings.theme, {"dark", "light"});
+    std::string theme = NameOf(settings.theme);
+    bool changed = Word("theme", theme, AllNames<Theme>());
+    settings.theme = FromName<Theme>(theme).value_or(settings.theme);
     changed |= Word("scene style", settings.style, ConfigNames("configs/styles"));
     changed |= ImGui::Checkbox("input image beside the map", &settings.show_image);
     changed |= Slide("letters", settings.font_size, 10.0F, 28.0F, "%.0f px", 12.0F);
@@ -139,8 +140,8 @@ class SettingsPanel : public Panel {
 // Asks what becomes of unsaved changes before they would be lost.
 class UnsavedPanel : public Panel {
  public:
-  UnsavedPanel(const EditContext& context, Requests& requests)
-      : Panel(Place::kOver, "Unsaved changes"), context_(context), requests_(requests) {}
+  explicit UnsavedPanel(ViewerState& s)
+      : Panel(Place::kOver, "Unsaved changes"), context_(s.Editor()), requests_(s.requests) {}
   bool Wanted() const override { return editing_.postponed.has_value(); }
 
   void Draw() override {
@@ -185,8 +186,8 @@ class UnsavedPanel : public Panel {
 // Messages in the upper left corner of the scene, where nothing else is; the newest on top.
 class MessagesPanel : public Panel {
  public:
-  MessagesPanel(Messages& messages, const SceneView& view, const WindowState& window)
-      : Panel(Place::kOver, "Messages"), messages_(messages), view_(view), window_(window) {}
+  explicit MessagesPanel(ViewerState& s)
+      : Panel(Place::kOver, "Messages"), messages_(s.messages), view_(s.view), window_(s.window) {}
   bool Wanted() const override { return !messages_.notices.empty(); }
   bool Busy() const override { return !messages_.notices.empty(); }
 
@@ -234,13 +235,9 @@ class MessagesPanel : public Panel {
 
 }  // namespace
 
-PanelPtr MakeHelpPanel(ViewerState& s) { return std::make_unique<HelpPanel>(s.window); }
-PanelPtr MakeSettingsPanel(ViewerState& s) {
-  return std::make_unique<SettingsPanel>(s.preferences, s.view, s.window, s.messages);
-}
-PanelPtr MakeUnsavedPanel(ViewerState& s) { return std::make_unique<UnsavedPanel>(s.Editor(), s.requests); }
-PanelPtr MakeMessagesPanel(ViewerState& s) {
-  return std::make_unique<MessagesPanel>(s.messages, s.view, s.window);
-}
+PanelPtr MakeHelpPanel(ViewerState& s) { return std::make_unique<HelpPanel>(s); }
+PanelPtr MakeSettingsPanel(ViewerState& s) { return std::make_unique<SettingsPanel>(s); }
+PanelPtr MakeUnsavedPanel(ViewerState& s) { return std::make_unique<UnsavedPanel>(s); }
+PanelPtr MakeMessagesPanel(ViewerState& s) { return std::make_unique<MessagesPanel>(s); }
 
 }  // namespace sqslam::viewer

@@ -7,8 +7,6 @@
 #include <vector>
 
 #include "app/viewer/panels/panels.h"
-#include "app/viewer/panels/scene_marks.h"
-#include "app/viewer/widgets/gl_texture.h"
 #include "app/viewer/widgets/widgets.h"
 #include "render/picture/outlines.h"
 
@@ -57,8 +55,8 @@ ImageMarks MarksOf(const ShownFrame& shown) {
 
 class ImagePanel : public Panel {
  public:
-  ImagePanel(const EditContext& context, const WindowState& window)
-      : Panel(Place::kTop, "Image"), context_(context), window_(window) {}
+  explicit ImagePanel(ViewerState& s)
+      : Panel(Place::kTop, "Image"), context_(s.Editor()), window_(s.window) {}
   bool Wanted() const override { return window_.show_image && document_.shown != nullptr; }
 
   void Draw() override {
@@ -79,7 +77,7 @@ class ImagePanel : public Panel {
       return;
     }
     scale_ = std::min(room.x / static_cast<float>(size.width), room.y / static_cast<float>(size.height));
-    const ImVec2 drawn(scale_ * static_cast<float>(size.width), scale_ * static_cast<float>(size.height));
+    const ImVec2 drawn = Vec(scale_ * size.width, scale_ * size.height);
     origin_ = ImVec2(std::floor(corner.x + 0.5F * (room.x - drawn.x)), corner.y);
     ImGui::SetCursorScreenPos(origin_);
     ImGui::InvisibleButton("image", drawn);
@@ -135,8 +133,7 @@ class ImagePanel : public Panel {
   }
 
   ImVec2 At(const Eigen::Vector2d& pixel) const {
-    return {origin_.x + scale_ * static_cast<float>(pixel.x() + 0.5),
-            origin_.y + scale_ * static_cast<float>(pixel.y() + 0.5)};
+    return Vec(origin_.x + scale_ * (pixel.x() + 0.5), origin_.y + scale_ * (pixel.y() + 0.5));
   }
 
   void DrawMarks() const {
@@ -169,9 +166,7 @@ class ImagePanel : public Panel {
   // those that are none.
   void DrawDots(float scale) const {
     const auto dot = [&](const Eigen::Vector2d& pixel, float r, ImU32 color) {
-      const ImVec2 p = At(pixel);
-      ImGui::GetWindowDrawList()->AddRectFilled(ImVec2(p.x - r * scale, p.y - r * scale),
-                                                ImVec2(p.x + r * scale, p.y + r * scale), color);
+      Square(At(pixel), r * scale, color);
     };
     for (const FrameView::Feature& feature : shown_->features) {
       dot(feature.pixel.cast<double>(), feature.tracked ? 1.6F : 1.0F,
@@ -270,6 +265,6 @@ class ImagePanel : public Panel {
 
 }  // namespace
 
-PanelPtr MakeImagePanel(ViewerState& s) { return std::make_unique<ImagePanel>(s.Editor(), s.window); }
+PanelPtr MakeImagePanel(ViewerState& s) { return std::make_unique<ImagePanel>(s); }
 
 }  // namespace sqslam::viewer

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 #include <imgui.h>
-#include <imgui_stdlib.h>
 
 #include <algorithm>
 #include <array>
@@ -58,21 +57,11 @@ void DrawPoints(Editing& editing) {
   }
 }
 
-// A field that is applied with Enter or when it is left. True then.
-bool Field(const char* name, std::string& text) {
-  ImGui::AlignTextToFramePadding();
-  ImGui::TextDisabled("%s", name);
-  ImGui::SameLine(4.0F * ImGui::GetFontSize());
-  ImGui::SetNextItemWidth(-1.0F);
-  ImGui::InputText((std::string("##") + name).c_str(), &text, ImGuiInputTextFlags_AutoSelectAll);
-  return ImGui::IsItemDeactivatedAfterEdit();
-}
-
 // The selected object: what can be done to it, its numbers, how it came about, its points.
 class InspectorPanel : public Panel {
  public:
-  InspectorPanel(const EditContext& context, Playback& playback, const WindowState& window)
-      : Panel(Place::kSide, "Inspector"), context_(context), playback_(playback), window_(window) {}
+  explicit InspectorPanel(ViewerState& s)
+      : Panel(Place::kSide, "Inspector"), context_(s.Editor()), playback_(s.playback), window_(s.window) {}
 
   void Draw() override {
     const SnapshotObject* object = document_.Object(context_.selection.selected);
@@ -116,10 +105,10 @@ void InspectorPanel::DrawEditing(const SnapshotObject& object) {
     name_ = object.name;
     label_ = object.label;
   }
-  if (Field("name", name_)) {
+  if (Field("name", name_, ImGuiInputTextFlags_AutoSelectAll)) {
     RenameObject(context_, object.id, name_);
   }
-  if (Field("label", label_)) {
+  if (Field("label", label_, ImGuiInputTextFlags_AutoSelectAll)) {
     RelabelObject(context_, object.id, label_);
   }
   const bool hidden = context_.editing.Edits().Of(object.id).hidden;
@@ -156,9 +145,7 @@ void InspectorPanel::DrawMerging(const SnapshotObject& object) {
   Tip("The chosen object becomes a part of this one, which keeps its number and its solid");
   for (const int part : context_.editing.Edits().PartsOf(object.id)) {
     ImGui::PushID(part);
-    ImGui::AlignTextToFramePadding();
-    ImGui::TextDisabled("with object %d", part);
-    ImGui::SameLine();
+    Label(fmt::format("with object {}", part));
     if (ImGui::SmallButton("separate")) {
       SeparateObject(context_, part);
     }
@@ -174,14 +161,12 @@ void InspectorPanel::DrawHistory(const SnapshotObject& object) {
     ImGui::ProgressBar(static_cast<float>(document_.progress), ImVec2(-1.0F, 0.0F), "reading");
     return;
   }
-  const auto found = document_.histories->All().find(object.id);
-  if (found == document_.histories->All().end()) {
+  const auto found = document_.histories->find(object.id);
+  if (found == document_.histories->end()) {
     ImGui::TextDisabled("Not in the recording.");
     return;
   }
-  ImGui::AlignTextToFramePadding();
-  ImGui::TextDisabled("against");
-  ImGui::SameLine();
+  Label("against");
   if (const auto chosen = OneOf(
           {{"observations", "Frames in which the object was seen"}, {"frames", "Frames of the sequence"}},
           by_frame_ ? 1 : 0)) {
@@ -240,8 +225,6 @@ void InspectorPanel::DrawPlots(const std::vector<ObjectSample>& samples) {
 
 }  // namespace
 
-PanelPtr MakeInspectorPanel(ViewerState& s) {
-  return std::make_unique<InspectorPanel>(s.Editor(), s.playback, s.window);
-}
+PanelPtr MakeInspectorPanel(ViewerState& s) { return std::make_unique<InspectorPanel>(s); }
 
 }  // namespace sqslam::viewer

@@ -3,7 +3,6 @@
 #include <imgui_stdlib.h>
 
 #include <algorithm>
-#include <array>
 #include <string>
 #include <vector>
 
@@ -17,8 +16,8 @@ namespace {
 // The table of objects with its filter, and what can be done to the selected one.
 class ObjectsPanel : public Panel {
  public:
-  ObjectsPanel(const EditContext& context, WindowState& window)
-      : Panel(Place::kSide, "Objects"), context_(context), window_(window) {}
+  explicit ObjectsPanel(ViewerState& s)
+      : Panel(Place::kSide, "Objects"), context_(s.Editor()), window_(s.window) {}
 
   void Draw() override {
     if (document_.Map() == nullptr) {
@@ -39,26 +38,21 @@ class ObjectsPanel : public Panel {
   // Rows of the map as edited, with what is hidden.
   void MakeRows() {
     const ShownFramePtr& recorded = document_.recorded;
-    const Observed<AppliedEdits>& applied = context_.editing.applied;
-    if (!recorded || !recorded->map) {
-      return;
-    }
-    const bool edited = edits_.Misses(applied);
-    if (recorded->map == map_ && !edited && sorted_by_ == order_) {
+    const ObjectEdits& edits = context_.editing.applied.edits;
+    if (!recorded || !recorded->map || (recorded->map == map_ && edits_ == edits && sorted_by_ == order_)) {
       return;
     }
     map_ = recorded->map;
+    edits_ = edits;
     sorted_by_ = order_;
-    rows_ = ObjectRows(*Apply(applied->edits, *map_, HiddenObjects::kKeep), applied->edits);
+    rows_ = ObjectRows(*Apply(edits, *map_, HiddenObjects::kKeep), edits);
     SortRows(rows_, order_.column, order_.ascending);
   }
 
   void DrawFilter() {
-    const auto shown = std::count_if(rows_.begin(), rows_.end(),
-                                     [this](const ObjectRow& row) { return filter_.Shows(row); });
-    const std::string count = static_cast<std::size_t>(shown) == rows_.size()
-                                  ? fmt::format("{}", rows_.size())
-                                  : fmt::format("{} of {}", shown, rows_.size());
+    const auto shown = std::ranges::count_if(rows_, [this](const auto& row) { return filter_.Shows(row); });
+    const std::string count = shown == std::ssize(rows_) ? fmt::format("{}", rows_.size())
+                                                         : fmt::format("{} of {}", shown, rows_.size());
     const float width = ImGui::CalcTextSize("00 of 00").x + ImGui::GetFontSize();
     ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x - width);
     if (ImGui::InputTextWithHint("##filter", "Filter: cup, seen > 50, e1 < 0.3", &text_)) {
@@ -201,12 +195,12 @@ class ObjectsPanel : public Panel {
   RowFilter filter_;
   Order order_, sorted_by_;
   MapSnapshotPtr map_;
-  ShownVersion edits_;
+  ObjectEdits edits_;
   std::vector<ObjectRow> rows_;
 };
 
 }  // namespace
 
-PanelPtr MakeObjectsPanel(ViewerState& s) { return std::make_unique<ObjectsPanel>(s.Editor(), s.window); }
+PanelPtr MakeObjectsPanel(ViewerState& s) { return std::make_unique<ObjectsPanel>(s); }
 
 }  // namespace sqslam::viewer

@@ -1,10 +1,6 @@
 #include "app/viewer/panels/panels.h"
 
-#include <imgui.h>
-
 #include <algorithm>
-#include <array>
-#include <string>
 
 #include "app/viewer/widgets/widgets.h"
 
@@ -13,10 +9,8 @@ namespace {
 
 constexpr double kGap = 5.0;  // between parts, at scale 1
 
-ImVec2 Corner(const cv::Rect2d& area) { return {static_cast<float>(area.x), static_cast<float>(area.y)}; }
-ImVec2 Extent(const cv::Rect2d& area) {
-  return {static_cast<float>(area.width), static_cast<float>(area.height)};
-}
+ImVec2 Corner(const cv::Rect2d& area) { return Vec(area.x, area.y); }
+ImVec2 Extent(const cv::Rect2d& area) { return Vec(area.width, area.height); }
 
 constexpr ImGuiWindowFlags kPart = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
                                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus |
@@ -45,9 +39,7 @@ void DrawPart(const char* id, const cv::Rect2d& area, bool padded, Content&& con
 void KeyItem(ViewerState& s, const std::string& name, const char* keys, bool enabled = true,
              bool checked = false) {
   if (ImGui::MenuItem(name.c_str(), keys, checked, enabled)) {
-    const auto shortcut = std::find_if(Shortcuts().begin(), Shortcuts().end(),
-                                       [&](const Shortcut& other) { return other.keys == keys; });
-    shortcut->run(s);
+    std::ranges::find(Shortcuts(), keys, &Shortcut::keys)->run(s);
   }
 }
 
@@ -87,9 +79,9 @@ void DrawEditMenu(ViewerState& s) {
   ImGui::Separator();
   KeyItem(s, "Delete object", "Delete", s.selection.selected.has_value());
   if (ImGui::BeginMenu("Show objects as")) {
-    for (const auto& [representation, name] : {std::pair(Representation::kSuperquadric, "Superquadrics"),
-                                               {Representation::kEllipsoid, "Ellipsoids"},
-                                               {Representation::kCuboid, "Cuboids"}}) {
+    for (const auto& [representation, name] : {std::pair(SolidKind::kSuperquadric, "Superquadrics"),
+                                               {SolidKind::kEllipsoid, "Ellipsoids"},
+                                               {SolidKind::kCuboid, "Cuboids"}}) {
       if (ImGui::MenuItem(name, nullptr, s.editing.representation == representation)) {
         s.editing.representation = representation;
       }
@@ -163,10 +155,9 @@ void DrawLines(WindowState& state, const Layout& parts, cv::Size size) {
       ImGui::InvisibleButton("line", Extent(area));
       if (ImGui::IsItemHovered() || ImGui::IsItemActive()) {
         ImGui::SetMouseCursor(cursor);
-        ImGui::GetWindowDrawList()->AddRectFilled(
-            Corner(area),
-            ImVec2(static_cast<float>(area.x + area.width), static_cast<float>(area.y + area.height)),
-            ImGui::GetColorU32(ImGuiCol_SeparatorActive));
+        ImGui::GetWindowDrawList()->AddRectFilled(Corner(area),
+                                                  Vec(area.x + area.width, area.y + area.height),
+                                                  ImGui::GetColorU32(ImGuiCol_SeparatorActive));
       }
       if (ImGui::IsItemActive()) {
         const ImVec2 moved = ImGui::GetIO().MouseDelta;
@@ -185,8 +176,7 @@ void DrawWelcome(const ViewerState& s, const cv::Rect2d& scene) {
                      : s.document.loading  ? "Loading ..."
                                            : "Drop a result folder or a map.sqmap here";
   const ImVec2 size = ImGui::CalcTextSize(text);
-  const ImVec2 middle(static_cast<float>(scene.x + 0.5 * scene.width) - 0.5F * size.x,
-                      static_cast<float>(scene.y + 0.5 * scene.height) - 0.5F * size.y);
+  const ImVec2 middle = Vec(scene.x + 0.5 * (scene.width - size.x), scene.y + 0.5 * (scene.height - size.y));
   ImGui::GetWindowDrawList()->AddText(middle, PaletteOf(s.window.theme).dim_text, text);
 }
 
@@ -222,8 +212,8 @@ Layout LayOut(cv::Size window, double menu_height, const LayoutSettings& setting
 
 void DrawWindow(ViewerState& state, const std::vector<PanelPtr>& panels, cv::Size size) {
   const auto wanted = [&](Place place) {
-    return std::any_of(panels.begin(), panels.end(),
-                       [&](const PanelPtr& panel) { return panel->place == place && panel->Wanted(); });
+    return std::ranges::any_of(
+        panels, [&](const PanelPtr& panel) { return panel->place == place && panel->Wanted(); });
   };
   const auto draw = [&](Place place) {
     for (const PanelPtr& panel : panels) {

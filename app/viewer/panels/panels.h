@@ -2,6 +2,7 @@
 
 #include <imgui.h>
 
+#include <functional>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <string>
@@ -58,6 +59,21 @@ PanelPtr MakeHelpPanel(ViewerState& s);
 PanelPtr MakeSettingsPanel(ViewerState& s);
 PanelPtr MakeUnsavedPanel(ViewerState& s);  // asks what becomes of changes
 PanelPtr MakeMessagesPanel(ViewerState& s);
+
+// Marks over the scene and over the image: the selection, the input camera, measurements, and what editing
+// draws there and does with the mouse.
+
+// Draws all marks over the scene. `origin`: its top-left corner on the screen, pixels.
+void DrawSceneMarks(const EditContext& context, const WindowState& window, ImVec2 origin);
+
+// Takes the mouse where annotating needs it; true where the scene must leave it alone then. `hovered`: the
+// mouse is over the scene; to be called while the scene's button is ImGui's last item.
+bool AnnotateWithMouse(const EditContext& context, const WindowState& window, ImVec2 origin, bool hovered);
+
+// Draws the edges of the solids over the image of the present frame. `at` leads from its pixels to the
+// screen.
+void DrawImageMarks(const EditContext& context, const WindowState& window,
+                    const std::function<ImVec2(const Eigen::Vector2d&)>& at);
 
 // The parts, pixels of the window; empty where they don't fit.
 struct Layout {

@@ -13,12 +13,12 @@ namespace {
 // Pictures and videos of what is on the screen, and paths for the camera of `sqslam render`.
 class PicturePanel : public Panel {
  public:
-  PicturePanel(const Document& document, SceneView& view, WindowState& window, Requests& requests)
+  explicit PicturePanel(ViewerState& s)
       : Panel(Place::kSide, "Picture"),
-        document_(document),
-        view_(view),
-        window_(window),
-        requests_(requests) {}
+        document_(s.document),
+        view_(s.view),
+        window_(s.window),
+        requests_(s.requests) {}
 
   void Draw() override {
     if (document_.Map() == nullptr) {
@@ -131,8 +131,6 @@ class PicturePanel : public Panel {
 
 }  // namespace
 
-PanelPtr MakePicturePanel(ViewerState& s) {
-  return std::make_unique<PicturePanel>(s.document, s.view, s.window, s.requests);
-}
+PanelPtr MakePicturePanel(ViewerState& s) { return std::make_unique<PicturePanel>(s); }
 
 }  // namespace sqslam::viewer

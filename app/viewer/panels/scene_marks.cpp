@@ -1,5 +1,3 @@
-#include "app/viewer/panels/scene_marks.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,32 +8,20 @@
 
 #include "app/viewer/model/annotation.h"
 #include "app/viewer/model/map_objects.h"
+#include "app/viewer/panels/panels.h"
 #include "app/viewer/state/editing.h"
 #include "app/viewer/state/scene_view.h"
-#include "app/viewer/widgets/theme.h"
 #include "app/viewer/widgets/widgets.h"
+#include "render/page/chart.h"
 #include "slam/geometry/silhouette.h"
 
 namespace sqslam::viewer {
 namespace {
 
-// Viridis at five places: even to the eye and to any colour vision.
-Eigen::Vector3d Ramp(double share) {
-  static const std::array<Eigen::Vector3d, 5> kStops = {{{0.267, 0.005, 0.329},
-                                                         {0.230, 0.322, 0.546},
-                                                         {0.128, 0.567, 0.551},
-                                                         {0.369, 0.789, 0.383},
-                                                         {0.993, 0.906, 0.144}}};
-  const double at = std::clamp(share, 0.0, 1.0) * 4.0;
-  const auto low = static_cast<std::size_t>(std::min(3.0, std::floor(at)));
-  return kStops[low] + (at - static_cast<double>(low)) * (kStops[low + 1] - kStops[low]);
-}
-
 // Draws the edges of all solids as a camera sees them, the selected one `selected_width` wide.
 void DrawWires(const EditContext& context, const WindowState& window, const Camera& camera,
                const Rigid3d& T_map_camera, float selected_width,
                const std::function<ImVec2(const Eigen::Vector2d&)>& at) {
-  ImDrawList* list = ImGui::GetWindowDrawList();
   for (const AnnotatedSolid& solid : context.editing.Solids().solids) {
     const bool selected = solid.id == context.editing.annotation.selected;
     const ImU32 color =
@@ -47,8 +33,7 @@ void DrawWires(const EditContext& context, const WindowState& window, const Came
         points.push_back(at(pixel));
       }
       if (line.hidden) {
-        list->AddPolyline(points.data(), static_cast<int>(points.size()), (color & 0x00FFFFFFU) | 0x60000000U,
-                          0, 1.0F);
+        Line(points, (color & 0x00FFFFFFU) | 0x60000000U, 1.0F);
       } else {
         Stroke(points, color, width, 1.8F, false, IM_COL32(0, 0, 0, 130));
       }
@@ -82,7 +67,7 @@ class SceneMarks {
     }
     const Camera& lens = map->camera;
     const double height =
-        3.2 * view_.style->cameras.size * std::min(view_.focus.radius, view_.focus.view_depth);
+        3.2 * view_.style.cameras.size * std::min(view_.focus.radius, view_.focus.view_depth);
     const double depth = height * lens.fy / lens.height;
     std::vector<ImVec2> corners;
     for (const Eigen::Vector2d& pixel :
@@ -95,7 +80,7 @@ class SceneMarks {
       }
       corners.push_back(*seen);
     }
-    const ImU32 color = Packed(ParseColor(view_.style->cameras.current_color));
+    const ImU32 color = Packed(ParseColor(view_.style.cameras.current_color));
     for (std::size_t i = 1; i < corners.size(); ++i) {
       list_->AddLine(corners[0], corners[i], color, 2.0F * scale_);
       list_->AddLine(corners[i], corners[i % 4 + 1], color, 2.0F * scale_);
@@ -108,11 +93,9 @@ class SceneMarks {
     if (polygon.empty()) {
       return;
     }
-    const auto [left, right] = std::minmax_element(
-        polygon.begin(), polygon.end(), [](const ImVec2& a, const ImVec2& b) { return a.x < b.x; });
-    const auto top = std::min_element(polygon.begin(), polygon.end(),
-                                      [](const ImVec2& a, const ImVec2& b) { return a.y < b.y; });
-    DrawTag(ObjectName(object), ImVec2(0.5F * (left->x + right->x), top->y), document_.colors(object.label));
+    const auto [left, right] = std::ranges::minmax(polygon, {}, &ImVec2::x);
+    const float top = std::ranges::min(polygon, {}, &ImVec2::y).y;
+    DrawTag(ObjectName(object), ImVec2(0.5F * (left.x + right.x), top), document_.colors(object.label));
   }
 
   void DrawMeasurement(const std::vector<Eigen::Vector3d>& points) const {
@@ -144,7 +127,7 @@ class SceneMarks {
         continue;
       }
       const ImU32 color = Packed(
-          Ramp(colors == PointColors::kResidual ? std::abs(point.residual) / brightest : point.anomaly));
+          Viridis(colors == PointColors::kResidual ? std::abs(point.residual) / brightest : point.anomaly));
       if (point.kept) {
         list_->AddCircleFilled(*at, r + 1.0F, IM_COL32(255, 255, 255, 220), 12);
         list_->AddCircleFilled(*at, r, color, 12);
@@ -170,7 +153,7 @@ class SceneMarks {
 
  private:
   ImVec2 OnScreen(const Eigen::Vector2d& pixel) const {
-    return {origin_.x + static_cast<float>(pixel.x() + 0.5), origin_.y + static_cast<float>(pixel.y() + 0.5)};
+    return Vec(origin_.x + pixel.x() + 0.5, origin_.y + pixel.y() + 0.5);
   }
   // Empty behind the camera.
   std::optional<ImVec2> Project(const Eigen::Vector3d& p_map) const {
@@ -213,8 +196,7 @@ class SceneMarks {
       const std::size_t step = tool_.cloud->size() / kMostDrawn + 1;
       for (std::size_t i = 0; i < tool_.cloud->size(); i += step) {
         if (const auto at = Seen((*tool_.cloud)[i])) {
-          list_->AddRectFilled(ImVec2(at->x - 1.0F, at->y - 1.0F), ImVec2(at->x + 1.0F, at->y + 1.0F),
-                               IM_COL32(120, 130, 145, 200));
+          Square(*at, 1.0F, IM_COL32(120, 130, 145, 200));
         }
       }
     }
@@ -226,9 +208,7 @@ class SceneMarks {
       }
     }
     if (tool_.outline.size() > 1) {
-      const std::vector<ImVec2> outline = OnScreen(tool_.outline);
-      list_->AddPolyline(outline.data(), static_cast<int>(outline.size()), palette_.accent,
-                         ImDrawFlags_Closed, 1.8F);
+      Line(OnScreen(tool_.outline), palette_.accent, 1.8F, true);
     }
   }
 
@@ -253,9 +233,8 @@ class SceneMarks {
         list_->AddCircleFilled(*at, r + 1.3F, edge, 20);
         list_->AddCircleFilled(*at, r, fill, 20);
       } else {
-        list_->AddRectFilled(ImVec2(at->x - r, at->y - r), ImVec2(at->x + r, at->y + r), edge, 1.5F);
-        list_->AddRectFilled(ImVec2(at->x - r + 1.3F, at->y - r + 1.3F),
-                             ImVec2(at->x + r - 1.3F, at->y + r - 1.3F), fill, 1.0F);
+        Square(*at, r, edge, 1.5F);
+        Square(*at, r - 1.3F, fill, 1.0F);
       }
     }
   }
@@ -284,7 +263,7 @@ void DrawSceneMarks(const EditContext& context, const WindowState& window, ImVec
   marks.DrawSelection();
   // During a run the scene is drawn only where the map is another one; the camera moves all the
   // time.
-  if (document.run.active && context.view.style->cameras.current) {
+  if (document.run.active && context.view.style.cameras.current) {
     marks.DrawInputCamera();
   }
   if (const auto* named = document.Object(selection.hovered ? selection.hovered : selection.selected)) {

@@ -9,9 +9,7 @@
 #include <vector>
 
 #include "app/viewer/panels/panels.h"
-#include "app/viewer/panels/scene_marks.h"
 #include "app/viewer/state/scene_view.h"
-#include "app/viewer/widgets/gl_texture.h"
 #include "app/viewer/widgets/widgets.h"
 #include "render/picture/interactive_scene.h"
 
@@ -30,8 +28,12 @@ Eigen::Vector2d ToEigen(ImVec2 v) { return {v.x, v.y}; }
 // The map in 3D, with the mouse and the keys that move its camera.
 class ScenePanel : public Panel {
  public:
-  ScenePanel(const EditContext& context, SceneView& view, const Layers& layers, const WindowState& window)
-      : Panel(Place::kScene, "Map"), context_(context), view_(view), layers_(layers), window_(window) {}
+  explicit ScenePanel(ViewerState& s)
+      : Panel(Place::kScene, "Map"),
+        context_(s.Editor()),
+        view_(s.view),
+        layers_(s.layers),
+        window_(s.window) {}
   bool Busy() const override { return !settled_; }
 
   void Draw() override {
@@ -61,43 +63,44 @@ class ScenePanel : public Panel {
   }
 
  private:
-  ImVec2 End() const {
-    return {origin_.x + static_cast<float>(view_.size.width),
-            origin_.y + static_cast<float>(view_.size.height)};
+  ImVec2 End() const { return Vec(origin_.x + view_.size.width, origin_.y + view_.size.height); }
+
+  // Takes over a value that is another one than is shown; true then.
+  template <typename Shown, typename Value>
+  static bool Renew(Shown& shown, const Value& value) {
+    const bool other = !(shown == value);
+    if (other) {
+      shown = value;
+    }
+    return other;
   }
 
   // Brings what is drawn up to what the state says.
   void Synchronize() {
     const bool live = document_.run.active;
-    if (style_.Misses(view_.style) || live_ != live) {
-      live_ = live;
-      SceneStyle style = *view_.style;
-      style.cameras.current = style.cameras.current && !live;  // DrawSceneMarks() does that
+    SceneStyle style = view_.style;
+    style.cameras.current = style.cameras.current && !live;  // DrawSceneMarks() does that
+    const bool restyled = Renew(style_, style);
+    if (restyled) {
       scene_.SetStyle(style);
-      scene_.SetClip(view_.clip);
-      stirred_ = true;
     }
-    if (!(clip_ == view_.clip)) {
-      clip_ = view_.clip;
+    if (Renew(clip_, view_.clip) || restyled) {
       scene_.SetClip(clip_);
       stirred_ = true;
     }
-    if (drawn_layers_.Misses(layers_.drawn)) {
-      scene_.SetLayers(*layers_.drawn);
+    if (Renew(drawn_layers_, layers_.drawn)) {
+      scene_.SetLayers(drawn_layers_);
       stirred_ = true;
     }
-    if (frame_ != document_.frame) {
-      frame_ = document_.frame;
+    if (Renew(frame_, document_.frame)) {
       scene_.SetFrame(frame_ ? *frame_ : MapSnapshot());
       stirred_ = true;
     }
-    // During a run the map is drawn anew only where it is another one: the camera moves all the
-    // time.
+    // During a run the map is drawn anew only where it is another one: the camera moves all the time.
     const MapSnapshotPtr map = document_.shown ? document_.shown->map : nullptr;
-    const bool edited = edits_.Misses(context_.editing.applied);
+    const bool edited = Renew(edits_, context_.editing.applied);
     const bool same_state = live && !edited && map_ && map && map_->sequence_number == map->sequence_number;
-    if (map_ != map && !same_state) {
-      map_ = map;
+    if (!same_state && Renew(map_, map)) {
       scene_.Show(map);
       stirred_ = true;
     }
@@ -151,7 +154,7 @@ class ScenePanel : public Panel {
 
   std::optional<Eigen::Vector3d> PointAt(const Eigen::Vector2d& mouse) const {
     return PickPoint(view_.camera, mouse, view_.size, *document_.Map(), view_.Cut(),
-                     layers_.drawn->dense_cloud.get());
+                     layers_.drawn.dense_cloud.get());
   }
 
   // Brings what lies there to the middle.
@@ -188,8 +191,8 @@ class ScenePanel : public Panel {
                          drawn_->pinhole.has_value() != camera.pinhole.has_value() || size_ != view_.size;
     const bool dirty = std::exchange(stirred_, false) || changed;
     still_ = dirty ? 0.0 : still_ + window_.seconds;
-    constexpr double kRest = 0.15;                     // seconds after which the fine picture is drawn
-    const bool busy = live_ && !document_.run.paused;  // the processor is the run's
+    constexpr double kRest = 0.15;  // seconds after which the fine picture is drawn
+    const bool busy = document_.run.active && !document_.run.paused;  // the processor is the run's
     settled_ = !software_ || (still_ >= kRest && !busy);
     drawn_ = camera;
     size_ = view_.size;
@@ -208,13 +211,8 @@ class ScenePanel : public Panel {
       return;
     }
     const cv::Size size = texts_.Size();
-    const auto corner = [&](cv::Point p) {
-      return ImVec2(origin_.x + static_cast<float>(p.x), origin_.y + static_cast<float>(p.y));
-    };
-    const auto share = [&](cv::Point p) {
-      return ImVec2(static_cast<float>(p.x) / static_cast<float>(size.width),
-                    static_cast<float>(p.y) / static_cast<float>(size.height));
-    };
+    const auto corner = [&](cv::Point p) { return Vec(origin_.x + p.x, origin_.y + p.y); };
+    const auto share = [&](cv::Point p) { return Vec(1.0 * p.x / size.width, 1.0 * p.y / size.height); };
     for (const cv::Rect& cell : text_cells_) {
       ImGui::GetWindowDrawList()->AddImage(texts_.Id(), corner(cell.tl()), corner(cell.br()),
                                            share(cell.tl()), share(cell.br()));
@@ -245,9 +243,10 @@ class ScenePanel : public Panel {
   GlTexture texts_;
   std::vector<cv::Rect> text_cells_;  // of it, where there is something
   // State that the scene shows.
-  ShownVersion style_, drawn_layers_, edits_;
+  std::optional<SceneStyle> style_;
+  SceneLayers drawn_layers_;
+  AppliedEdits edits_;
   SceneStyle::Clip clip_;
-  bool live_ = false;  // a run goes on
   MapSnapshotPtr frame_;
   MapSnapshotPtr map_;
   std::optional<ViewCamera> drawn_;
@@ -262,8 +261,6 @@ class ScenePanel : public Panel {
 
 }  // namespace
 
-PanelPtr MakeScenePanel(ViewerState& s) {
-  return std::make_unique<ScenePanel>(s.Editor(), s.view, s.layers, s.window);
-}
+PanelPtr MakeScenePanel(ViewerState& s) { return std::make_unique<ScenePanel>(s); }
 
 }  // namespace sqslam::viewer

@@ -2,7 +2,6 @@
 #include <imgui.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -35,12 +34,12 @@ std::string ValueText(const Series& series, double value) {
 
 class TimelinePanel : public Panel {
  public:
-  TimelinePanel(const Document& document, Playback& playback, const WindowState& window, Requests& requests)
+  explicit TimelinePanel(ViewerState& s)
       : Panel(Place::kBottom, "Time"),
-        document_(document),
-        playback_(playback),
-        window_(window),
-        requests_(requests) {}
+        document_(s.document),
+        playback_(s.playback),
+        window_(s.window),
+        requests_(s.requests) {}
   bool Wanted() const override {
     return document_.kind != Document::Kind::kNone && !document_.timeline.Empty();
   }
@@ -249,7 +248,7 @@ class TimelinePanel : public Panel {
     const double most = std::max(curve.series->Range().second * 1.08, 1.0);
     std::vector<ImVec2> points;
     const auto stroke = [&] {
-      list->AddPolyline(points.data(), static_cast<int>(points.size()), curve.color, 0, 1.5F);
+      Line(points, curve.color, 1.5F);
       points.clear();
     };
     for (std::size_t i = 0; i < curve.series->time.size(); ++i) {
@@ -300,8 +299,6 @@ class TimelinePanel : public Panel {
 
 }  // namespace
 
-PanelPtr MakeTimelinePanel(ViewerState& s) {
-  return std::make_unique<TimelinePanel>(s.document, s.playback, s.window, s.requests);
-}
+PanelPtr MakeTimelinePanel(ViewerState& s) { return std::make_unique<TimelinePanel>(s); }
 
 }  // namespace sqslam::viewer

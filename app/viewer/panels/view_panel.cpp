@@ -2,8 +2,6 @@
 #include <imgui.h>
 #include <imgui_stdlib.h>
 
-#include <algorithm>
-#include <array>
 #include <string>
 
 #include "app/viewer/panels/panels.h"
@@ -17,21 +15,20 @@ namespace {
 // Camera, layers, section and style of the scene.
 class ViewPanel : public Panel {
  public:
-  ViewPanel(const Document& document, SceneView& view, Layers& layers, Messages& messages)
-      : Panel(Place::kSide, "View"), document_(document), view_(view), layers_(layers), messages_(messages) {}
+  explicit ViewPanel(ViewerState& s)
+      : Panel(Place::kSide, "View"),
+        document_(s.document),
+        view_(s.view),
+        layers_(s.layers),
+        messages_(s.messages) {}
 
   void Draw() override {
     ImGui::BeginChild("view");
-    style_ = *view_.style;
-    restyled_ = false;
     DrawViews();
     DrawCamera();
     DrawLayers();
     DrawCut();
     DrawLook();
-    if (restyled_) {
-      view_.style.Set(style_);
-    }
     ImGui::EndChild();
   }
 
@@ -75,9 +72,9 @@ class ViewPanel : public Panel {
     Heading("Layers");
     const float column = 0.5F * ImGui::GetContentRegionAvail().x;
     const auto pair = [&](const char* a, bool& on_a, const char* b, bool& on_b) {
-      restyled_ |= ImGui::Checkbox(a, &on_a);
+      ImGui::Checkbox(a, &on_a);
       ImGui::SameLine(column);
-      restyled_ |= ImGui::Checkbox(b, &on_b);
+      ImGui::Checkbox(b, &on_b);
     };
     pair("objects", style_.objects.show, "names", style_.objects.labels);
     pair("points", style_.points.show, "grid", style_.grid.show);
@@ -85,15 +82,15 @@ class ViewPanel : public Panel {
     pair("present camera", style_.cameras.current, "legend", style_.text.legend);
     const MapSnapshot* map = document_.Map();
     ImGui::BeginDisabled(map != nullptr && map->covisibility.empty());
-    restyled_ |= ImGui::Checkbox("covisibility", &style_.covisibility.show);
+    ImGui::Checkbox("covisibility", &style_.covisibility.show);
     ImGui::EndDisabled();
     Tip("Lines between keyframes that see the same map points (G); recordings of older programs have none");
     ImGui::SameLine(column);
-    restyled_ |= ImGui::Checkbox("axes and scale", &style_.text.scale);
+    ImGui::Checkbox("axes and scale", &style_.text.scale);
     if (style_.covisibility.show) {
       ImGui::SetNextItemWidth(-8.5F * ImGui::GetFontSize());
-      restyled_ |= ImGui::SliderInt("shared points", &style_.covisibility.min_points, 15, 400, "%d",
-                                    ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic);
+      ImGui::SliderInt("shared points", &style_.covisibility.min_points, 15, 400, "%d",
+                       ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic);
       Tip("Keyframes that see at least so many of the same map points are joined by a line");
     }
     DrawOwnLayers(column);
@@ -133,23 +130,21 @@ class ViewPanel : public Panel {
     Tip("A .ply with x y z, and red green blue if it has them; Enter reads it");
     ImGui::Checkbox("in the world's frame", &layers_.cloud_in_world);
     Tip("Of the true camera poses, in metres; otherwise it is in the map's frame");
-    restyled_ |= Slide("cloud points", style_.dense_cloud.size, 0.5F, 6.0F, "%.1f px");
+    Slide("cloud points", style_.dense_cloud.size, 0.5F, 6.0F, "%.1f px");
   }
 
   void DrawCut() {
     Heading("Cut away");
-    constexpr std::array<const char*, 5> kAxes = {"none", "x", "y", "z", "view"};
     SceneStyle::Clip& clip = view_.clip;
-    const auto* const current = std::find(kAxes.begin(), kAxes.end(), clip.axis);
     if (const auto axis = OneOf({{"off", "Nothing is cut"},
                                  {"x", "Along the map's x axis"},
                                  {"y", "Along the map's y axis"},
                                  {"z", "Along the map's z axis, which is up"},
                                  {"view", "Along the line of sight: what is nearer than the plane goes (X)"}},
-                                static_cast<int>(current - kAxes.begin()))) {
-      clip.axis = kAxes[static_cast<std::size_t>(*axis)];
+                                static_cast<int>(clip.axis))) {
+      clip.axis = static_cast<ClipAxis>(*axis);
     }
-    if (clip.axis == "none") {
+    if (clip.axis == ClipAxis::kNone) {
       return;
     }
     Slide("offset", clip.offset, -1.5F, 1.5F, "%.2f");
@@ -161,15 +156,13 @@ class ViewPanel : public Panel {
     Heading("Look");
     const std::vector<std::string> names = ConfigNames("configs/styles");
     if (const auto chosen = Choice("style", view_.style_name, names, -8.5F)) {
-      if (messages_.Try([&] { view_.UseStyle(names[*chosen]); })) {
-        style_ = *view_.style;
-      }
+      messages_.Try([&] { view_.UseStyle(names[*chosen]); });
     }
-    restyled_ |= Slide("opacity", style_.objects.opacity, 0.05F, 1.0F, "%.2f");
-    restyled_ |= Slide("points", style_.points.size, 0.5F, 8.0F, "%.1f px");
-    restyled_ |= Slide("object points", style_.points.object_size, 0.5F, 10.0F, "%.1f px");
-    restyled_ |= Slide("shadow", style_.light.shadow, 0.0F, 1.0F, "%.2f");
-    restyled_ |= Slide("outlines", style_.light.outline, 0.0F, 1.0F, "%.2f");
+    Slide("opacity", style_.objects.opacity, 0.05F, 1.0F, "%.2f");
+    Slide("points", style_.points.size, 0.5F, 8.0F, "%.1f px");
+    Slide("object points", style_.points.object_size, 0.5F, 10.0F, "%.1f px");
+    Slide("shadow", style_.light.shadow, 0.0F, 1.0F, "%.2f");
+    Slide("outlines", style_.light.outline, 0.0F, 1.0F, "%.2f");
     double angle = view_.camera.view_angle;
     if (Slide("view angle", angle, 10.0F, 100.0F, "%.0f\u00b0") && view_.mode == CameraMode::kFree) {
       view_.camera.view_angle = angle;
@@ -180,16 +173,13 @@ class ViewPanel : public Panel {
   SceneView& view_;
   Layers& layers_;
   Messages& messages_;
-  SceneStyle style_;  // of the view, while this is drawn
-  bool restyled_ = false;
+  SceneStyle& style_ = view_.style;
   std::filesystem::path cloud_file_;  // that the text was made from
   std::string cloud_text_;
 };
 
 }  // namespace
 
-PanelPtr MakeViewPanel(ViewerState& s) {
-  return std::make_unique<ViewPanel>(s.document, s.view, s.layers, s.messages);
-}
+PanelPtr MakeViewPanel(ViewerState& s) { return std::make_unique<ViewPanel>(s); }
 
 }  // namespace sqslam::viewer

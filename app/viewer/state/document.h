@@ -47,8 +47,7 @@ struct Document {
     if (map == nullptr || !id) {
       return nullptr;
     }
-    const auto found = std::find_if(map->objects.begin(), map->objects.end(),
-                                    [&](const SnapshotObject& object) { return object.id == *id; });
+    const auto found = std::ranges::find(map->objects, *id, &SnapshotObject::id);
     return found == map->objects.end() ? nullptr : &*found;
   }
 };

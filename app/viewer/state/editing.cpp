@@ -119,7 +119,7 @@ bool EditingSession::Update(Document& document, Editing& editing, Messages& mess
 
 // Another document: its edits are those beside it.
 void EditingSession::Open(const Document& document, Editing& editing, Messages& messages) {
-  editing.representation = Representation::kSuperquadric;
+  editing.representation = SolidKind::kSuperquadric;
   AnnotationTool fresh;
   fresh.label = editing.annotation.label;
   editing.annotation = std::move(fresh);
@@ -128,10 +128,7 @@ void EditingSession::Open(const Document& document, Editing& editing, Messages& 
 
 void EditingSession::Apply(Document& document, Editing& editing) {
   const AppliedEdits wanted{editing.Edits(), editing.representation};
-  const bool changed = !(wanted == *editing.applied);
-  if (changed) {
-    editing.applied.Set(wanted);
-  }
+  const bool changed = !(wanted == std::exchange(editing.applied, wanted));
   const bool fresh_last = document.last != given_last_;
   if (fresh_last) {
     recorded_last_ = document.last;

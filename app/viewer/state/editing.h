@@ -51,18 +51,18 @@ struct AnnotationTool {
 // Edits and shapes with which recorded maps are shown.
 struct AppliedEdits {
   ObjectEdits edits;
-  Representation representation = Representation::kSuperquadric;
+  SolidKind representation = SolidKind::kSuperquadric;
 
   bool operator==(const AppliedEdits&) const = default;
-  bool Empty() const { return edits.Empty() && representation == Representation::kSuperquadric; }
+  bool Empty() const { return edits.Empty() && representation == SolidKind::kSuperquadric; }
   MapSnapshotPtr ApplyTo(const MapSnapshotPtr& map) const;
 };
 
 // The user's changes to a map, and the tools for them.
 struct Editing {
   EditedDocument document;
-  Representation representation = Representation::kSuperquadric;
-  Observed<AppliedEdits> applied;  // to the map on the screen
+  SolidKind representation = SolidKind::kSuperquadric;
+  AppliedEdits applied;  // to the map on the screen
   PointColors point_colors = PointColors::kNone;
   AnnotationTool annotation;
   std::optional<Request> postponed;  // until unsaved changes are saved or given up

@@ -8,7 +8,7 @@
 
 #include "app/viewer/frames/timeline.h"
 
-// The ways in which any part of the viewer speaks to the rest of it: requests, messages, observed values.
+// The ways in which any part of the viewer speaks to the rest of it: requests and messages.
 namespace sqslam::viewer {
 
 // Things that a panel or a key asks of the viewer, which does them before the next frame.
@@ -68,51 +68,6 @@ struct Messages {
       return false;
     }
   }
-};
-
-// A value with a version that rises whenever it is set, so that whoever shows it can tell that it is another
-// one.
-template <typename T>
-class Observed {
- public:
-  Observed() = default;
-  Observed(const Observed&) = default;
-  Observed& operator=(const Observed& other) {
-    Set(other.value_);
-    return *this;
-  }
-
-  const T& operator*() const { return value_; }
-  const T* operator->() const { return &value_; }
-  int Version() const { return version_; }
-
-  void Set(T value) {
-    value_ = std::move(value);
-    ++version_;
-  }
-  // Changes it in place: change(T&).
-  template <typename Change>
-  void Update(Change change) {
-    change(value_);
-    ++version_;
-  }
-
- private:
-  T value_{};
-  int version_ = 0;
-};
-
-// Remembers the version of an observed value that was shown last.
-class ShownVersion {
- public:
-  // True if the value is another one than at the last call.
-  template <typename T>
-  bool Misses(const Observed<T>& value) {
-    return std::exchange(version_, value.Version()) != value.Version();
-  }
-
- private:
-  int version_ = -1;
 };
 
 }  // namespace sqslam::viewer

@@ -78,8 +78,7 @@ void LayerSession::LayOver(Layers& layers, const Document& document, Messages& m
   layers.path_error = path != nullptr ? path->rmse : 0.0;
   layers.path_pairs = path != nullptr ? path->pairs : 0;
 
-  SceneLayers drawn = *layers.drawn;
-  drawn.true_path = path != nullptr && wants_path ? path->pieces : decltype(drawn.true_path)();
+  layers.drawn.true_path = path != nullptr && wants_path ? path->pieces : decltype(path->pieces)();
   std::optional<Sim3d> S_map_file;
   if (wants_cloud && !layers.cloud_in_world) {
     S_map_file = Sim3d();
@@ -89,10 +88,7 @@ void LayerSession::LayOver(Layers& layers, const Document& document, Messages& m
   if (!S_map_file) {
     placed_ = {};
   }
-  drawn.dense_cloud = S_map_file ? PlacedCloud(*S_map_file) : nullptr;
-  if (!(drawn == *layers.drawn)) {
-    layers.drawn.Set(std::move(drawn));
-  }
+  layers.drawn.dense_cloud = S_map_file ? PlacedCloud(*S_map_file) : nullptr;
 }
 
 const TruePath* LayerSession::PathOver(const MapSnapshotPtr& map) {

@@ -24,9 +24,9 @@ struct Layers {
   std::filesystem::path cloud_file;
   bool cloud_in_world = false;  // the file is in the frame of the true poses, otherwise in the map's
 
-  Observed<SceneLayers> drawn;  // map frame
-  double path_error = 0.0;      // RMSE between keyframes and the true path, metres
-  int path_pairs = 0;           // keyframes that were compared; 0: there is none
+  SceneLayers drawn;        // map frame
+  double path_error = 0.0;  // RMSE between keyframes and the true path, metres
+  int path_pairs = 0;       // keyframes that were compared; 0: there is none
   bool reading = false;
 
   // A dense cloud to be read and drawn, in the map's frame unless somebody said otherwise.

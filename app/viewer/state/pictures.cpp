@@ -3,12 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <type_traits>
 
 #include "render/picture/picture.h"
-#include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
 
@@ -31,26 +28,14 @@ std::string Quoted(const std::string& word) {
   return quoted + "'";
 }
 
-std::string OptionText(const OptionField& field) {
-  return std::visit(
-      [&](const auto& value) -> std::string {
-        using T = std::decay_t<decltype(value)>;
-        if constexpr (std::is_same_v<T, std::string*>) {
-          return "\"" + *value + "\"";
-        } else if constexpr (std::is_same_v<T, EnumOption>) {
-          return "\"" + field.allowed.at(value.get()) + "\"";
-        } else if constexpr (std::is_same_v<T, bool*>) {
-          return *value ? "true" : "false";
-        } else if constexpr (std::is_same_v<T, double*>) {
-          return fmt::format("{:.6g}", *value);
-        } else if constexpr (std::is_same_v<T, int*> || std::is_same_v<T, std::int64_t*> ||
-                             std::is_same_v<T, std::uint64_t*>) {
-          return fmt::format("{}", *value);
-        } else {  // lists, which no style has
-          return "";
-        }
-      },
-      field.value);
+// The value as --set takes it.
+std::string ValueText(const OptionField& field) {
+  if (const auto* const* number = std::get_if<double*>(&field.value)) {
+    return fmt::format("{:.6g}", **number);
+  }
+  const bool word =
+      std::holds_alternative<std::string*>(field.value) || std::holds_alternative<EnumOption>(field.value);
+  return word ? fmt::format("\"{}\"", OptionText(field)) : OptionText(field);
 }
 
 std::string VectorText(const Eigen::Vector3d& v) {
@@ -67,8 +52,8 @@ std::vector<std::string> StyleChanges(const SceneStyle& style, const SceneStyle&
   const std::vector<OptionField> others = OptionFields(b);
   std::vector<std::string> changes;
   for (std::size_t i = 0; i < fields.size(); ++i) {
-    const std::string value = OptionText(fields[i]);
-    if (value != OptionText(others[i])) {
+    const std::string value = ValueText(fields[i]);
+    if (value != ValueText(others[i])) {
       changes.push_back(fields[i].key + "=" + value);
     }
   }
@@ -132,13 +117,11 @@ void WriteScreenshot(const ViewerState& state, cv::Size size, bool transparent, 
   options.transparent = transparent;
   options.backend = RenderBackend::kCurrent;
   options.style = state.view.StyleWithClip();
-  options.layers = *state.layers.drawn;
+  options.layers = state.layers.drawn;
   PictureRenderer renderer(options);
   renderer.SetMap(*state.document.frame);
   renderer.SetMapKeepingFrame(*state.document.Map());
-  std::vector<std::uint8_t> bytes;
-  cv::imencode(".png", renderer.Render(state.view.camera), bytes);
-  WriteFileAtomically(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});  // NOLINT: bytes
+  WritePicture(file, renderer.Render(state.view.camera));
 }
 
 fs::path FreeName(const std::string& stem, const std::string& extension) {

@@ -6,11 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <utility>
-
-#include "render/camera/scene_framing.h"
-#include "slam/geometry/angles.h"
 
 namespace sqslam::viewer {
 
@@ -69,14 +65,14 @@ void SceneView::LookFrom(const std::string& name) {
 
 void SceneView::UseStyle(const std::string& name) {
   SceneStyle next = LoadStyle(name);
-  next.covisibility.show = style->covisibility.show;
-  next.covisibility.min_points = style->covisibility.min_points;
-  style.Set(std::move(next));
+  next.covisibility.show = style.covisibility.show;
+  next.covisibility.min_points = style.covisibility.min_points;
+  style = std::move(next);
   style_name = name;
 }
 
 SceneStyle SceneView::StyleWithClip() const {
-  SceneStyle all = *style;
+  SceneStyle all = style;
   all.clip = clip;
   return all;
 }
@@ -98,47 +94,32 @@ ViewCamera Shifted(const ViewCamera& camera, const Eigen::Vector3d& shift) {
 
 // Map units at the focal point for one pixel.
 double UnitsPerPixel(const ViewCamera& camera, cv::Size window) {
-  return 2.0 * camera.Distance() * std::tan(0.5 * camera.view_angle * kRadiansPerDegree) /
-         std::max(window.height, 1);
-}
-
-// `direction` turned about `up` and then raised, kept away from the poles.
-Eigen::Vector3d Turned(const Eigen::Vector3d& direction, double about, double raise,
-                       const Eigen::Vector3d& up) {
-  const Eigen::Vector3d turned = Eigen::AngleAxisd(about, up) * direction;
-  const double height = std::clamp(turned.normalized().dot(up), -1.0, 1.0);
-  constexpr double kPole = 89.0 * kRadiansPerDegree;
-  const double angle = std::clamp(std::asin(height) + raise, -kPole, kPole);
-  Eigen::Vector3d level = turned - turned.dot(up) * up;
-  if (level.norm() < 1e-9 * turned.norm()) {
-    level = up.unitOrthogonal();
-  }
-  return turned.norm() * (std::cos(angle) * level.normalized() + std::sin(angle) * up);
+  return camera.Distance() / camera.FocalLength(std::max(window.height, 1));
 }
 
 }  // namespace
 
 ViewCamera Orbit(const ViewCamera& camera, const Eigen::Vector2d& pixels, cv::Size window,
                  const Eigen::Vector3d& up) {
-  const double turn = std::numbers::pi / std::max(window.height, 1);
+  const double turn = 180.0 / std::max(window.height, 1);  // degrees a pixel
   ViewCamera moved = Free(camera);
-  Eigen::Vector3d offset = camera.position - camera.focal_point;
+  const Eigen::Vector3d offset = camera.position - camera.focal_point;
   // From straight above the heading is that of the picture's top.
   if (offset.normalized().cross(up).norm() < 0.02) {
-    offset -= 0.02 * offset.norm() * (camera.view_up - camera.view_up.dot(up) * up).normalized();
+    moved.position -= 0.02 * offset.norm() * (camera.view_up - camera.view_up.dot(up) * up).normalized();
   }
-  moved.position = camera.focal_point + Turned(offset, -turn * pixels.x(), turn * pixels.y(), up);
   moved.view_up = up;
-  return moved;
+  return Elevation(Azimuth(moved, -turn * pixels.x()), turn * pixels.y());
 }
 
 ViewCamera LookAround(const ViewCamera& camera, const Eigen::Vector2d& pixels, cv::Size window,
                       const Eigen::Vector3d& up) {
-  const double turn = camera.view_angle * kRadiansPerDegree / std::max(window.height, 1);
+  const double turn = camera.view_angle / std::max(window.height, 1);  // degrees a pixel
   ViewCamera moved = Free(camera);
-  moved.focal_point = camera.position + Turned(camera.focal_point - camera.position, -turn * pixels.x(),
-                                               -turn * pixels.y(), up);
   moved.view_up = up;
+  std::swap(moved.position, moved.focal_point);  // the focal point turns about the eye
+  moved = Elevation(Azimuth(moved, -turn * pixels.x()), -turn * pixels.y());
+  std::swap(moved.position, moved.focal_point);
   return moved;
 }
 
@@ -177,7 +158,7 @@ Camera PinholeOf(const ViewCamera& camera, cv::Size window) {
     pinhole.cy = (pinhole.cy + 0.5) * y - 0.5;
     pinhole.distortion = {};
   } else {
-    pinhole.fx = pinhole.fy = 0.5 * window.height / std::tan(0.5 * camera.view_angle * kRadiansPerDegree);
+    pinhole.fx = pinhole.fy = camera.FocalLength(window.height);
     pinhole.cx = 0.5 * (window.width - 1);
     pinhole.cy = 0.5 * (window.height - 1);
   }

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "app/viewer/model/annotation.h"
-#include "app/viewer/state/exchange.h"
 #include "render/camera/camera_path.h"
 #include "render/camera/scene_framing.h"
 #include "render/scene/clip_plane.h"
@@ -49,9 +48,9 @@ struct SceneView {
   std::string preset;  // name of the view (render/camera/scene_framing.h) that the camera still is, or empty
   CameraKeys keys;
 
-  std::string style_name;      // of configs/styles
-  Observed<SceneStyle> style;  // all but its section
-  SceneStyle::Clip clip;       // the section, which costs nothing to move
+  std::string style_name;  // of configs/styles
+  SceneStyle style;        // all but its section
+  SceneStyle::Clip clip;   // the section, which costs nothing to move
 
   SceneFocus focus;  // of the document's frame
   cv::Size size;     // of the scene on the screen, pixels
@@ -72,7 +71,7 @@ struct SceneView {
   // The plane that cuts the scene on the screen; empty: none.
   std::optional<ClipPlane> Cut() const { return MakeClipPlane(clip, focus, camera); }
   // Cuts the scene towards the camera, or no longer.
-  void SwitchCut() { clip.axis = clip.axis == "none" ? "view" : "none"; }
+  void SwitchCut() { clip.axis = clip.axis == ClipAxis::kNone ? ClipAxis::kView : ClipAxis::kNone; }
 };
 
 // Moving a virtual camera by hand. Pixels have their origin in the window's top-left corner.

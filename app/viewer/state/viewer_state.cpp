@@ -9,16 +9,85 @@
 namespace sqslam::viewer {
 namespace {
 
+template <typename Values>
+void Keep(std::filesystem::path& file, const Values& values, Messages& messages) {
+  if (!messages.Try([&] { Save(file, values); })) {
+    file.clear();
+  }
+}
+
+template <typename Values>
+Values ReadKept(const std::filesystem::path& file, std::vector<std::string>& warnings) {
+  auto loaded = Load<Values>(file);
+  warnings.insert(warnings.end(), loaded.warnings.begin(), loaded.warnings.end());
+  return std::move(loaded.values);
+}
+
+}  // namespace
+
+Preferences Preferences::Read() {
+  Preferences read;
+  read.settings_file = SettingsFile();
+  read.memory_file = MemoryFile();
+  read.settings = ReadKept<ViewerSettings>(read.settings_file, read.warnings);
+  read.memory = ReadKept<ViewerMemory>(read.memory_file, read.warnings);
+  read.memory.ForgetMissing();
+  return read;
+}
+
+void Preferences::KeepSettings(Messages& messages) { Keep(settings_file, settings, messages); }
+void Preferences::KeepMemory(Messages& messages) { Keep(memory_file, memory, messages); }
+
+void Preferences::Give(WindowState& window, SceneView& view, Messages& messages) {
+  window.layout = memory.layout;
+  ApplySettings(window, view, messages);
+  for (const std::string& warning : std::exchange(warnings, {})) {
+    messages.Complain(warning);
+  }
+}
+
+void Preferences::Take(const WindowState& window, const SceneView& view, cv::Size size, Messages& messages) {
+  TakeSettings(window, view);
+  KeepSettings(messages);
+  if (size.area() > 0) {
+    memory.window_width = size.width;
+    memory.window_height = size.height;
+  }
+  memory.layout = window.layout;
+  KeepMemory(messages);
+}
+
+void Preferences::ApplySettings(WindowState& window, SceneView& view, Messages& messages) const {
+  window.theme = settings.theme;
+  window.show_image = settings.show_image;
+  if (view.style_name != settings.style) {
+    messages.Try([&] { view.UseStyle(settings.style); });
+  }
+}
+
+void Preferences::TakeSettings(const WindowState& window, const SceneView& view) {
+  settings.theme = window.theme;
+  settings.style = view.style_name;
+  settings.show_image = window.show_image;
+}
+
+const char* SceneStyleOf(Theme theme) { return theme == Theme::kDark ? "dark" : "paper"; }
+
+void SwitchTheme(WindowState& window, SceneView& view, Messages& messages) {
+  const bool goes_along = view.style_name == SceneStyleOf(window.theme);
+  window.theme = window.theme == Theme::kDark ? Theme::kLight : Theme::kDark;
+  if (goes_along) {
+    messages.Try([&] { view.UseStyle(SceneStyleOf(window.theme)); });
+  }
+}
+
+namespace {
+
 using Action = std::function<void(ViewerState&)>;
 
-Shortcut Plain(int code, const char* keys, const char* what, Action run) {
-  return {keys, what, code, false, false, std::move(run)};
-}
-Shortcut Shift(int code, const char* keys, const char* what, Action run) {
-  return {keys, what, code, true, false, std::move(run)};
-}
-Shortcut Control(int code, const char* keys, const char* what, Action run) {
-  return {keys, what, code, false, true, std::move(run)};
+// `keys`: as people write them, Ctrl before Shift.
+Shortcut On(int code, const std::string& keys, const char* what, Action run) {
+  return {keys, what, code, keys.find("Shift ") != keys.npos, keys.starts_with("Ctrl "), std::move(run)};
 }
 
 void PlayOrPause(ViewerState& s) {
@@ -78,61 +147,57 @@ void Escape(ViewerState& s) {
 std::vector<Shortcut> MakeShortcuts() {
   using State = ViewerState;
   return {
-      Plain(key::kSpace, "Space", "play or pause", PlayOrPause),
-      Plain('B', "B", "play backward", [](State& s) { s.playback.Toggle(-1.0, s.document.timeline); }),
-      Plain(key::kRight, "Right", "next frame", NextFrame),
-      Plain(key::kLeft, "Left", "previous frame",
-            OnReplay([](Playback& p, const Timeline& t) { p.Step(-1, t); })),
-      Shift(key::kRight, "Shift Right", "next state of the map",
-            [](State& s) { s.playback.StepSnapshot(1, s.document.timeline); }),
-      Shift(key::kLeft, "Shift Left", "previous state of the map",
-            [](State& s) { s.playback.StepSnapshot(-1, s.document.timeline); }),
-      Plain(key::kHome, "Home", "to the start",
-            OnReplay([](Playback& p, const Timeline& t) { p.JumpTo(t.Begin()); })),
-      Plain(key::kEnd, "End", "to the finished map",
-            OnReplay([](Playback& p, const Timeline& t) { p.JumpTo(t.End()); })),
-      Plain('1', "1", "view from the front", LookFrom("front")),
-      Plain('3', "3", "view from the right", LookFrom("right")),
-      Plain('7', "7", "view from the top", LookFrom("top")),
-      Plain('9', "9", "isometric view", LookFrom("isometric")),
-      Plain('0', "0", "all of the map", LookFrom("")),
-      Plain('F', "F", "follow the camera", Follow(CameraMode::kFollow)),
-      Plain('C', "C", "look through the camera", Follow(CameraMode::kFirstPerson)),
-      Plain('X', "X", "cut away what is in front", [](State& s) { s.view.SwitchCut(); }),
-      Plain('G', "G", "lines of covisible keyframes",
-            [](State& s) {
-              s.view.style.Update(
-                  [](SceneStyle& style) { style.covisibility.show = !style.covisibility.show; });
-            }),
-      Plain('P', "P", "true path of the camera", Flip([](State& s) -> bool& { return s.layers.true_path; })),
-      Plain('M', "M", "measure between two points",
-            [](State& s) {
-              s.selection.measuring = !s.selection.measuring;
-              s.selection.measured.clear();
-            }),
-      Plain(key::kF12, "F12", "save a picture", [](State& s) { s.requests.Ask(s.window.screenshot); }),
-      Plain('R', "R", "film the screen, stop",
-            [](State& s) { s.requests.Ask(FilmRequest{!s.window.filming}); }),
-      Plain('K', "K", "key frame of a camera path",
-            [](State& s) {
-              s.view.keys.Add(s.view.camera);
-              s.messages.Say(fmt::format("Key frame {} of the camera path is set.", s.view.keys.keys.size()));
-            }),
-      {"Ctrl Shift C", "copy the command of the picture", 'C', true, true,
-       [](State& s) {
-         if (s.document.Map() != nullptr && !s.document.run.active) {
-           s.requests.Ask(CopyCommandRequest{});
-         }
-       }},
-      Plain('I', "I", "show or hide the image", Flip([](State& s) -> bool& { return s.window.show_image; })),
-      Plain('T', "T", "dark or light", [](State& s) { SwitchTheme(s.window, s.view, s.messages); }),
-      Plain('H', "H", "this help", Flip([](State& s) -> bool& { return s.window.show_help; })),
-      Plain(key::kDelete, "Delete", "delete what is selected", [](State& s) { DeleteSelected(s.Editor()); }),
-      Control('Z', "Ctrl Z", "undo", [](State& s) { s.editing.document.Undo(); }),
-      Control('Y', "Ctrl Y", "redo", [](State& s) { s.editing.document.Redo(); }),
-      Control('S', "Ctrl S", "save edits and annotation", [](State& s) { SaveAll(s.Editor()); }),
-      Plain(key::kEscape, "Escape", "unselect, close", Escape),
-      Control('Q', "Ctrl Q", "quit", [](State& s) { s.requests.Ask(QuitRequest{}); }),
+      On(key::kSpace, "Space", "play or pause", PlayOrPause),
+      On('B', "B", "play backward", [](State& s) { s.playback.Toggle(-1.0, s.document.timeline); }),
+      On(key::kRight, "Right", "next frame", NextFrame),
+      On(key::kLeft, "Left", "previous frame",
+         OnReplay([](Playback& p, const Timeline& t) { p.Step(-1, t); })),
+      On(key::kRight, "Shift Right", "next state of the map",
+         [](State& s) { s.playback.StepSnapshot(1, s.document.timeline); }),
+      On(key::kLeft, "Shift Left", "previous state of the map",
+         [](State& s) { s.playback.StepSnapshot(-1, s.document.timeline); }),
+      On(key::kHome, "Home", "to the start",
+         OnReplay([](Playback& p, const Timeline& t) { p.JumpTo(t.Begin()); })),
+      On(key::kEnd, "End", "to the finished map",
+         OnReplay([](Playback& p, const Timeline& t) { p.JumpTo(t.End()); })),
+      On('1', "1", "view from the front", LookFrom("front")),
+      On('3', "3", "view from the right", LookFrom("right")),
+      On('7', "7", "view from the top", LookFrom("top")),
+      On('9', "9", "isometric view", LookFrom("isometric")),
+      On('0', "0", "all of the map", LookFrom("")),
+      On('F', "F", "follow the camera", Follow(CameraMode::kFollow)),
+      On('C', "C", "look through the camera", Follow(CameraMode::kFirstPerson)),
+      On('X', "X", "cut away what is in front", [](State& s) { s.view.SwitchCut(); }),
+      On('G', "G", "lines of covisible keyframes",
+         Flip([](State& s) -> bool& { return s.view.style.covisibility.show; })),
+      On('P', "P", "true path of the camera", Flip([](State& s) -> bool& { return s.layers.true_path; })),
+      On('M', "M", "measure between two points",
+         [](State& s) {
+           s.selection.measuring = !s.selection.measuring;
+           s.selection.measured.clear();
+         }),
+      On(key::kF12, "F12", "save a picture", [](State& s) { s.requests.Ask(s.window.screenshot); }),
+      On('R', "R", "film the screen, stop", [](State& s) { s.requests.Ask(FilmRequest{!s.window.filming}); }),
+      On('K', "K", "key frame of a camera path",
+         [](State& s) {
+           s.view.keys.Add(s.view.camera);
+           s.messages.Say(fmt::format("Key frame {} of the camera path is set.", s.view.keys.keys.size()));
+         }),
+      On('C', "Ctrl Shift C", "copy the command of the picture",
+         [](State& s) {
+           if (s.document.Map() != nullptr && !s.document.run.active) {
+             s.requests.Ask(CopyCommandRequest{});
+           }
+         }),
+      On('I', "I", "show or hide the image", Flip([](State& s) -> bool& { return s.window.show_image; })),
+      On('T', "T", "dark or light", [](State& s) { SwitchTheme(s.window, s.view, s.messages); }),
+      On('H', "H", "this help", Flip([](State& s) -> bool& { return s.window.show_help; })),
+      On(key::kDelete, "Delete", "delete what is selected", [](State& s) { DeleteSelected(s.Editor()); }),
+      On('Z', "Ctrl Z", "undo", [](State& s) { s.editing.document.Undo(); }),
+      On('Y', "Ctrl Y", "redo", [](State& s) { s.editing.document.Redo(); }),
+      On('S', "Ctrl S", "save edits and annotation", [](State& s) { SaveAll(s.Editor()); }),
+      On(key::kEscape, "Escape", "unselect, close", Escape),
+      On('Q', "Ctrl Q", "quit", [](State& s) { s.requests.Ask(QuitRequest{}); }),
   };
 }
 

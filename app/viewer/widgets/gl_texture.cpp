@@ -1,7 +1,7 @@
-#include "app/viewer/widgets/gl_texture.h"
-
 #include <GL/gl.h>
 #include <GL/glext.h>
+
+#include "app/viewer/widgets/widgets.h"
 
 namespace sqslam::viewer {
 

@@ -1,8 +1,8 @@
-#include "app/viewer/widgets/theme.h"
-
 #include <filesystem>
 #include <initializer_list>
 #include <string>
+
+#include "app/viewer/widgets/widgets.h"
 
 namespace sqslam::viewer {
 namespace {

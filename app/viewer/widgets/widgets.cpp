@@ -1,8 +1,8 @@
 #include "app/viewer/widgets/widgets.h"
 
 #include <fmt/format.h>
+#include <imgui_stdlib.h>
 
-#include <algorithm>
 #include <cmath>
 
 namespace sqslam::viewer {
@@ -263,12 +263,33 @@ void DimWrapped(const std::string& text) {
   ImGui::PopTextWrapPos();
 }
 
+void Label(const std::string& text, float width) {
+  ImGui::AlignTextToFramePadding();
+  Dim(text);
+  ImGui::SameLine(width * ImGui::GetFontSize());
+}
+
+bool Field(const char* name, std::string& text, int flags) {
+  Label(name, 4.0F);
+  ImGui::SetNextItemWidth(-1.0F);
+  ImGui::InputText((std::string("##") + name).c_str(), &text, flags);
+  return ImGui::IsItemDeactivatedAfterEdit();
+}
+
+void Square(ImVec2 center, float half_side, ImU32 color, float rounding) {
+  ImGui::GetWindowDrawList()->AddRectFilled(ImVec2(center.x - half_side, center.y - half_side),
+                                            ImVec2(center.x + half_side, center.y + half_side), color,
+                                            rounding);
+}
+
+void Line(const std::vector<ImVec2>& points, ImU32 color, float width, bool closed) {
+  ImGui::GetWindowDrawList()->AddPolyline(points.data(), static_cast<int>(points.size()), color,
+                                          closed ? ImDrawFlags_Closed : 0, width);
+}
+
 void Stroke(const std::vector<ImVec2>& points, ImU32 color, float width, float rim, bool closed, ImU32 dark) {
-  ImDrawList* list = ImGui::GetWindowDrawList();
-  const int count = static_cast<int>(points.size());
-  const int flags = closed ? ImDrawFlags_Closed : 0;
-  list->AddPolyline(points.data(), count, dark, flags, width + rim);
-  list->AddPolyline(points.data(), count, color, flags, width);
+  Line(points, dark, width + rim, closed);
+  Line(points, color, width, closed);
 }
 
 std::optional<std::size_t> DrawPlot(const Palette& palette, const char* id, const Plot& plot, float height) {
@@ -319,7 +340,7 @@ std::optional<std::size_t> DrawPlot(const Palette& palette, const char* id, cons
     if (points.size() == 1) {
       list->AddCircleFilled(points.front(), 2.5F, line.color);
     }
-    list->AddPolyline(points.data(), static_cast<int>(points.size()), line.color, 0, 1.6F);
+    Line(points, line.color, 1.6F);
   }
   if (!hovered) {
     return std::nullopt;

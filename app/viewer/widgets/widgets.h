@@ -5,16 +5,36 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <initializer_list>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "app/viewer/widgets/theme.h"
+#include "app/viewer/model/viewer_settings.h"
 
-// The widgets that panels are made of.
+// Theme and widgets that panels are made of.
 namespace sqslam::viewer {
+
+// Regular and bold (Bold()) DejaVu Sans where it is installed, ImGui's own font elsewhere.
+// `scale`: pixels for one of the layout's.
+void LoadFonts(double scale);
+
+// Colours, paddings and roundings.
+void ApplyTheme(Theme theme, double scale);
+
+// Colours that ImGui's style has no name for.
+struct Palette {
+  ImU32 accent;  // what is selected, the place on the timeline
+  ImU32 faint;   // lines of plots' frames
+  ImU32 text;
+  ImU32 dim_text;
+  ImU32 good, bad;  // states; told apart by their words as well
+  ImU32 plot_a, plot_b, plot_c;
+  ImU32 surface;  // of cards over the scene
+};
+const Palette& PaletteOf(Theme theme);
 
 enum class Icon { kPlay, kPause, kBackward, kStepBack, kStepForward, kFirst, kLast, kStop };
 
@@ -60,9 +80,23 @@ std::optional<std::size_t> Choice(const char* name, const std::string& current,
 bool Slide(const char* name, double& value, float low, float high, const char* format, float width = -8.5F);
 bool Drag(const char* name, double& value, float speed, float low, float high, const char* format);
 
-// Dim text, on one line or wrapped at the panel's width.
+// Dim text: on one line, wrapped at the panel's width, or before the widget that follows on its line.
 void Dim(const std::string& text);
 void DimWrapped(const std::string& text);
+void Label(const std::string& text, float width = 0.0F);  // ems; 0: as wide as the text
+
+// A text field on a line of its own with its name before it; true where it was changed and then left.
+bool Field(const char* name, std::string& text, int flags = 0);
+
+// ImGui's vector of other numbers.
+template <typename X, typename Y>
+ImVec2 Vec(X x, Y y) {
+  return {static_cast<float>(x), static_cast<float>(y)};
+}
+
+// A filled square around `center`, and a line through points, in the present window.
+void Square(ImVec2 center, float half_side, ImU32 color, float rounding = 0.0F);
+void Line(const std::vector<ImVec2>& points, ImU32 color, float width, bool closed = false);
 
 // A line through points with a dark rim of `rim` pixels, closed or open.
 void Stroke(const std::vector<ImVec2>& points, ImU32 color, float width, float rim, bool closed, ImU32 dark);
@@ -106,5 +140,29 @@ struct Plot {
 // Draws a small chart across the panel; the value under the mouse is told. Returns the index of the x that
 // was clicked.
 std::optional<std::size_t> DrawPlot(const Palette& palette, const char* id, const Plot& plot, float height);
+
+// The name of an OpenGL texture as ImGui takes it.
+ImTextureID TextureId(unsigned name);
+
+// An image in a texture of the OpenGL context that is current.
+class GlTexture {
+ public:
+  GlTexture() = default;
+  ~GlTexture();
+  GlTexture(const GlTexture&) = delete;
+  GlTexture& operator=(const GlTexture&) = delete;
+
+  void Upload(const cv::Mat& image);  // 8UC3 or 8UC4, BGR; empty: none
+  ImTextureID Id() const;             // null: none
+  cv::Size Size() const { return size_; }
+
+ private:
+  unsigned name_ = 0;
+  cv::Size size_;
+};
+
+// The pixels of the framebuffer that is current, of that size, or a part of them: 8UC3 BGR, top row first.
+cv::Mat ReadFramebuffer(cv::Size size);
+cv::Mat ReadFramebuffer(cv::Size size, const cv::Rect& part);
 
 }  // namespace sqslam::viewer

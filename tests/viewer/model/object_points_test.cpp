@@ -38,10 +38,10 @@ TEST(ObjectPoints, AreThoseOfTheObjectAndThoseItRejected) {
 
 TEST(Representations, ChangeTheExponentsAlone) {
   const auto map = std::make_shared<const MapSnapshot>(HandMadeMap());
-  EXPECT_EQ(Represented(map, Representation::kSuperquadric), map);
+  EXPECT_EQ(Represented(map, SolidKind::kSuperquadric), map);
   const Superquadric& book = map->objects[0].superquadric.shape;
   for (const auto& [representation, exponent] :
-       {std::pair(Representation::kEllipsoid, 1.0), {Representation::kCuboid, kMinShapeExponent}}) {
+       {std::pair(SolidKind::kEllipsoid, 1.0), {SolidKind::kCuboid, kMinShapeExponent}}) {
     const MapSnapshotPtr represented = Represented(map, representation);
     const Superquadric& shape = represented->objects[0].superquadric.shape;
     EXPECT_EQ(shape.e1, exponent);
@@ -49,7 +49,7 @@ TEST(Representations, ChangeTheExponentsAlone) {
     EXPECT_EQ(shape.half_size, book.half_size);
   }
   EXPECT_EQ(book.e2, 0.2) << "the map itself stays";
-  EXPECT_EQ(Represented(nullptr, Representation::kCuboid), nullptr);
+  EXPECT_EQ(Represented(nullptr, SolidKind::kCuboid), nullptr);
 }
 
 }  // namespace

@@ -53,7 +53,7 @@ class RecordingPass : public testing::Test {
 ObjectHistories Histories(const RecordingReader& recording) {
   ObjectHistories histories;
   for (int i = 0; i < recording.Size(); ++i) {
-    histories.Add(i, *recording.Read(i));
+    AddSamples(i, *recording.Read(i), histories);
   }
   return histories;
 }
@@ -69,9 +69,9 @@ RunSeries SeriesOf(const RecordingReader& recording) {
 TEST_F(RecordingPass, HistoriesBeginWhereObjectsDo) {
   const RecordingReader reader(path_);
   const ObjectHistories histories = Histories(reader);
-  ASSERT_EQ(histories.All().size(), 3u);
-  EXPECT_EQ(histories.All().at(0).size(), 6u);
-  const std::vector<ObjectSample>& cup = histories.All().at(1);
+  ASSERT_EQ(histories.size(), 3u);
+  EXPECT_EQ(histories.at(0).size(), 6u);
+  const std::vector<ObjectSample>& cup = histories.at(1);
   ASSERT_EQ(cup.size(), 4u);
   EXPECT_EQ(cup[0].snapshot, 2);
   EXPECT_EQ(cup[0].frame_index, 25);
@@ -84,11 +84,11 @@ TEST(ObjectHistoriesOfBoxes, AQuarterTurnWithSwappedAxesIsNoJump) {
   MapSnapshot map = HandMadeMap();
   ObjectHistories histories;
   map.objects[0].yaw = 0.7;  // 0.3 by 0.2
-  histories.Add(0, map);
+  AddSamples(0, map, histories);
   map.objects[0].yaw = 0.8 - 0.5 * std::numbers::pi;
   map.objects[0].superquadric.shape.half_size = {0.21, 0.31, 0.1};
-  histories.Add(1, map);
-  const std::vector<ObjectSample>& samples = histories.All().at(0);
+  AddSamples(1, map, histories);
+  const std::vector<ObjectSample>& samples = histories.at(0);
   EXPECT_NEAR(samples[1].yaw, 0.8 - 0.5 * std::numbers::pi, 1e-12) << "the newest is as the map says";
   EXPECT_EQ(samples[1].half_size, Eigen::Vector3d(0.21, 0.31, 0.1));
   EXPECT_NEAR(samples[0].yaw, 0.7 - 0.5 * std::numbers::pi, 1e-12);
@@ -98,11 +98,11 @@ TEST(ObjectHistoriesOfBoxes, AQuarterTurnWithSwappedAxesIsNoJump) {
 TEST_F(RecordingPass, YawHasNoJumpsOfHalfTurns) {
   const RecordingReader reader(path_);
   const ObjectHistories histories = Histories(reader);
-  const std::vector<ObjectSample>& book = histories.All().at(0);
+  const std::vector<ObjectSample>& book = histories.at(0);
   for (std::size_t i = 0; i < book.size(); ++i) {
     EXPECT_NEAR(book[i].yaw, 0.1 * static_cast<double>(i) - std::numbers::pi, 1e-9);
   }
-  EXPECT_NEAR(histories.All().at(2).back().yaw, 1.75, 1e-12) << "also beyond a quarter turn";
+  EXPECT_NEAR(histories.at(2).back().yaw, 1.75, 1e-12) << "also beyond a quarter turn";
 }
 
 TEST_F(RecordingPass, HistoriesOfAnEditedRecordingAreThoseOfTheEditedObjects) {
@@ -110,9 +110,9 @@ TEST_F(RecordingPass, HistoriesOfAnEditedRecordingAreThoseOfTheEditedObjects) {
   edits.Merge(1, 2);
   const RecordingReader reader(path_, [&](const MapSnapshotPtr& map) { return Apply(edits, *map); });
   const ObjectHistories histories = Histories(reader);
-  ASSERT_FALSE(histories.All().contains(2));
-  EXPECT_EQ(histories.All().at(1).size(), 6u) << "the ball alone, then the cup with it";
-  EXPECT_EQ(histories.All().at(1)[5].observations, 84);
+  ASSERT_FALSE(histories.contains(2));
+  EXPECT_EQ(histories.at(1).size(), 6u) << "the ball alone, then the cup with it";
+  EXPECT_EQ(histories.at(1)[5].observations, 84);
 }
 
 TEST_F(RecordingPass, SeriesSayHowTheRunWent) {
@@ -158,7 +158,7 @@ TEST_F(RecordingPass, MarksAreKeyframesAndWhatHappened) {
   EXPECT_EQ(keyframes, 7);
   EXPECT_THAT(events, ElementsAre(std::pair(RunMark::Kind::kLoop, 35), std::pair(RunMark::Kind::kLost, 45),
                                   std::pair(RunMark::Kind::kFoundAgain, 55)));
-  EXPECT_EQ(MarkName(RunMark::Kind::kLoop), "loop closed");
+  EXPECT_STREQ(NameOf(RunMark::Kind::kLoop), "loop closed");
 }
 
 TEST(RunSeriesOfOldRecordings, WhatIsNotRecordedIsAGap) {

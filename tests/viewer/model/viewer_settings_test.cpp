@@ -52,33 +52,33 @@ TEST_F(ViewerSettingsTest, FilesLieWhereTheDesktopSays) {
   Set("HOME", "");
   EXPECT_EQ(SettingsFile(), "");
   Save("", ViewerSettings());  // nowhere to keep anything: no error
-  EXPECT_EQ(Load<ViewerSettings>("").values.theme, "dark");
+  EXPECT_EQ(Load<ViewerSettings>("").values.theme, Theme::kDark);
 }
 
 TEST_F(ViewerSettingsTest, EverythingComesBack) {
   ViewerSettings settings;
-  settings.theme = "light";
+  settings.theme = Theme::kLight;
   settings.style = "blueprint";
   settings.font_size = 21.5;
   settings.show_image = false;
   Save(file_, settings);
   const auto loaded = Load<ViewerSettings>(file_);
   EXPECT_TRUE(loaded.warnings.empty());
-  EXPECT_EQ(loaded.values.theme, "light");
+  EXPECT_EQ(loaded.values.theme, Theme::kLight);
   EXPECT_EQ(loaded.values.style, "blueprint");
   EXPECT_EQ(loaded.values.font_size, 21.5);
   EXPECT_FALSE(loaded.values.show_image);
 
   ViewerMemory memory;
   memory.window_width = 1234;
-  memory.side = 412.5;
+  memory.layout.side = 412.5;
   memory.Remember("/data/a b, [c]/map.sqmap");
   memory.Remember("/data/\u00e4/map.sqmap");
   Save(file_, memory);
   const auto state = Load<ViewerMemory>(file_);
   EXPECT_TRUE(state.warnings.empty()) << state.warnings.front();
   EXPECT_EQ(state.values.window_width, 1234);
-  EXPECT_EQ(state.values.side, 412.5);
+  EXPECT_EQ(state.values.layout.side, 412.5);
   EXPECT_THAT(state.values.recent_files, ElementsAre("/data/\u00e4/map.sqmap", "/data/a b, [c]/map.sqmap"));
 }
 
@@ -86,13 +86,13 @@ TEST_F(ViewerSettingsTest, KeysOfOtherVersionsArePassedOver) {
   folder_.Write("sqslam/viewer.yaml", "future: {a: 1}\ntheme: light\n");
   const auto loaded = Load<ViewerSettings>(file_);
   EXPECT_TRUE(loaded.warnings.empty());
-  EXPECT_EQ(loaded.values.theme, "light");
+  EXPECT_EQ(loaded.values.theme, Theme::kLight);
 }
 
 TEST_F(ViewerSettingsTest, OneWrongValueCostsNoOther) {
   folder_.Write("sqslam/viewer.yaml", "theme: pink\n\nfont_size: 300\nstyle: minimal\n");
   const auto loaded = Load<ViewerSettings>(file_);
-  EXPECT_EQ(loaded.values.theme, "dark");
+  EXPECT_EQ(loaded.values.theme, Theme::kDark);
   EXPECT_EQ(loaded.values.font_size, 15.0);
   EXPECT_EQ(loaded.values.style, "minimal");
   EXPECT_THAT(loaded.warnings,
@@ -102,7 +102,7 @@ TEST_F(ViewerSettingsTest, OneWrongValueCostsNoOther) {
 
 TEST_F(ViewerSettingsTest, ABrokenFileGivesTheDefaultsAndAWarning) {
   folder_.Write("sqslam/viewer.yaml", "theme: light\nstyle: [\n");
-  EXPECT_EQ(Load<ViewerSettings>(file_).values.theme, "dark");
+  EXPECT_EQ(Load<ViewerSettings>(file_).values.theme, Theme::kDark);
   EXPECT_THAT(Load<ViewerSettings>(file_).warnings,
               ElementsAre(HasSubstr("no valid YAML; the defaults are used")));
   folder_.Write("sqslam/viewer.yaml", "just words");

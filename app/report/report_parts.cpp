@@ -2,10 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
-#include "app/report/report_parts.h"
+#include "app/report/report.h"
 #include "render/figures/figures.h"
+#include "render/page/write_figure.h"
+#include "slam/util/data_path.h"
+#include "slam/util/markup.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam::app {
 namespace {
@@ -26,6 +31,18 @@ TrajectoryFigure::Footprint FootprintOf(const SnapshotObject& object, const Eige
 
 }  // namespace
 
+std::string DataUri(const std::filesystem::path& file, std::string_view mime_type) {
+  return fmt::format("data:{};base64,{}", mime_type, Base64(ReadFile(file, "a picture or a video")));
+}
+
+std::string HtmlPage(const std::string& title, const std::string& body) {
+  return fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<title>{}</title>\n<style>\n{}</style>\n</head>\n<body>\n{}</body>\n</html>\n",
+      EscapeMarkup(title), ReadFile(DataPath("assets/report.css"), "a style sheet"), body);
+}
+
 std::string TopViewSvg(const ReportData& data, const LabelColors& colors) {
   const double scale = data.Scale();
   TrajectoryFigure figure;
@@ -37,23 +54,20 @@ std::string TopViewSvg(const ReportData& data, const LabelColors& colors) {
     }
     figure.paths.push_back(std::move(path));
   }
-  if (data.evaluation && !data.evaluation->truth_positions_map.empty()) {
+  if (data.evaluation != nullptr && !data.evaluation->truth_positions_map.empty()) {
+    const std::vector<Eigen::Vector3d>& truth = data.evaluation->truth_positions_map;
+    const std::size_t step = (truth.size() + 499) / 500;  // 500 are enough for a plot
     figure.truth = TrajectoryFigure::Path{"ground truth", TrajectoryFigure::Pieces(1)};
-    for (const Eigen::Vector3d& p : data.evaluation->truth_positions_map) {
-      figure.truth->pieces[0].push_back({0.0, scale * p});
+    for (std::size_t i = 0; i < truth.size(); i += step) {
+      figure.truth->pieces[0].push_back({0.0, scale * truth[i]});
     }
   }
-  std::vector<const SnapshotObject*> by_size;
-  for (const SnapshotObject& object : data.objects) {
-    by_size.push_back(&object);
-  }
-  const auto area = [](const SnapshotObject* object) {
-    return object->superquadric.shape.half_size.head<2>().prod();
-  };
-  std::stable_sort(by_size.begin(), by_size.end(),
-                   [&area](const SnapshotObject* a, const SnapshotObject* b) { return area(a) > area(b); });
-  for (const SnapshotObject* object : by_size) {  // small ones on top
-    figure.objects.push_back(FootprintOf(*object, colors(object->label), scale));
+  std::vector<SnapshotObject> by_size = data.objects;
+  std::ranges::stable_sort(by_size, std::greater(), [](const SnapshotObject& object) {
+    return object.superquadric.shape.half_size.head<2>().prod();
+  });
+  for (const SnapshotObject& object : by_size) {  // small ones on top
+    figure.objects.push_back(FootprintOf(object, colors(object.label), scale));
   }
   if (!figure.truth && figure.paths.empty() && figure.objects.empty()) {
     return "";
