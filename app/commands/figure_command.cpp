@@ -8,6 +8,7 @@
 #include "app/result/map_input.h"
 #include "app/terminal/terminal.h"
 #include "render/figures/figures.h"
+#include "render/video/input_frames.h"
 
 namespace sqslam::app {
 namespace {

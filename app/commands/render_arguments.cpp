@@ -16,29 +16,18 @@ namespace sqslam::app {
 namespace fs = std::filesystem;
 namespace {
 
-struct NamedPath {
-  const char* name;
-  CameraPath path;
-};
-constexpr std::array<NamedPath, 5> kPaths = {{{"still", CameraPath::kStill},
-                                              {"orbit", CameraPath::kOrbit},
-                                              {"turntable", CameraPath::kOrbit},
-                                              {"follow", CameraPath::kFollow},
-                                              {"first-person", CameraPath::kFirstPerson}}};
-
 bool IsPathFile(const std::string& path) {
   const std::string extension = fs::path(path).extension().string();
   return extension == ".yaml" || extension == ".yml";
 }
 
 CameraPath ParsePath(const std::string& name) {
-  for (const NamedPath& path : kPaths) {
-    if (name == path.name) {
-      return path.path;
-    }
+  const std::optional<CameraPath> path = FromName<CameraPath>(name == "turntable" ? "orbit" : name);
+  if (!path) {
+    throw UsageError(fmt::format(
+        "--camera-path {}: expected still, orbit, turntable, follow, first-person or FILE.yaml", name));
   }
-  throw UsageError(fmt::format(
-      "--camera-path {}: expected still, orbit, turntable, follow, first-person or FILE.yaml", name));
+  return *path;
 }
 
 void AddCameraOptions(Command& command, RenderArguments& a) {

@@ -14,6 +14,7 @@
 #include "app/terminal/terminal.h"
 #include "render/picture/outlines.h"
 #include "render/picture/picture_difference.h"
+#include "render/video/input_frames.h"
 #include "render/video/video_alignment.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/atomic_file.h"

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <fstream>
 #include <iterator>
-#include <map>
 #include <set>
 
 #include "slam/util/atomic_file.h"
@@ -219,45 +218,6 @@ nlohmann::ordered_json SettingsOf(const ExperimentConfig& config, const Prepared
 
 std::string NameOfBoxes(const ExperimentCell& cell) {
   return fmt::format("{}+{}", cell.sequence, cell.max_objects);  // names of sequences have no '+'
-}
-
-std::string LimitBoxes(const fs::path& boxes, int count) {
-  const std::vector<TextLine> lines = ReadTextLines(boxes, "a boxes.txt");
-  constexpr std::size_t kLabel = 1;
-  constexpr std::size_t kId = 7;
-  for (const TextLine& line : lines) {
-    if (line.words.size() <= kLabel) {
-      ThrowBadLine(boxes, line, "'timestamp label score x y w h [object_id [visible_fraction]]'");
-    }
-  }
-  const bool has_ids = std::ranges::all_of(lines, [](const auto& line) { return line.words.size() > kId; });
-  const std::size_t column = has_ids ? kId : kLabel;
-  const auto is_object = [&](const TextLine& line) {  // an id below 0 is nothing that is there
-    return !has_ids || !line.words[kId].starts_with('-');
-  };
-  std::map<std::string, int> counts;
-  for (const TextLine& line : lines) {
-    counts[line.words[column]] += is_object(line) ? 1 : 0;
-  }
-  std::vector<std::pair<int, std::string>> order;  // most boxes first
-  for (const auto& [object, boxes_of_it] : counts) {
-    if (boxes_of_it > 0) {
-      order.emplace_back(-boxes_of_it, object);
-    }
-  }
-  std::ranges::sort(order);
-  std::set<std::string> kept;
-  for (std::size_t i = 0; i < order.size() && i < static_cast<std::size_t>(count); ++i) {
-    kept.insert(order[i].second);
-  }
-  std::string text =
-      fmt::format("# boxes of {} {} of {}\n", kept.size(), has_ids ? "objects" : "labels", boxes.string());
-  for (const TextLine& line : lines) {
-    if (is_object(line) && kept.contains(line.words[column])) {
-      text += line.text + "\n";
-    }
-  }
-  return text;
 }
 
 fs::path BoxesOf(const PreparedSequence& sequence) {

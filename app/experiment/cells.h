@@ -66,10 +66,6 @@ nlohmann::ordered_json SettingsOf(const ExperimentConfig& config, const Prepared
 // Name of the limited boxes of a cell, for ExperimentFolder::Boxes; no sequence has it.
 std::string NameOfBoxes(const ExperimentCell& cell);
 
-// The lines of boxes.txt that belong to the `count` objects with the most boxes: by object ids where every
-// line has one, else by labels. The comments stay.
-std::string LimitBoxes(const std::filesystem::path& boxes, int count);
-
 // The boxes.txt that a sequence is run with; throws InputError where it is none whose objects can be limited.
 std::filesystem::path BoxesOf(const PreparedSequence& sequence);
 

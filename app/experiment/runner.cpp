@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "app/terminal/terminal.h"
+#include "slam/io/detections.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 

@@ -1,5 +1,6 @@
 #include "app/export/glb_file.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -67,14 +68,12 @@ int GlbFile::AddAccessor(const Elements& elements, Json accessor, int target) {
 int GlbFile::AddPositions(std::span<const Eigen::Vector3f> positions) {
   Json accessor = {{"componentType", kFloat}, {"count", positions.size()}, {"type", "VEC3"}};
   if (!positions.empty()) {  // required of positions; exact, since every float is a double
-    Eigen::Vector3f low = positions.front();
-    Eigen::Vector3f high = low;
+    Eigen::AlignedBox3f box;
     for (const Eigen::Vector3f& p : positions) {
-      low = low.cwiseMin(p);
-      high = high.cwiseMax(p);
+      box.extend(p);
     }
-    accessor["min"] = {low.x(), low.y(), low.z()};
-    accessor["max"] = {high.x(), high.y(), high.z()};
+    accessor["min"] = {box.min().x(), box.min().y(), box.min().z()};
+    accessor["max"] = {box.max().x(), box.max().y(), box.max().z()};
   }
   return AddAccessor(positions, std::move(accessor), kArrayBuffer);
 }

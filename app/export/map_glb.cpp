@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <map>
 #include <vector>
@@ -151,13 +152,11 @@ class MapWriter {
 
   // A twentieth of the path's extent: small beside the map, yet to be seen.
   double FrustumSize() const {
-    Eigen::Vector3d low = map_.keyframes.front().T_map_camera.translation;
-    Eigen::Vector3d high = low;
+    Eigen::AlignedBox3d path;
     for (const SnapshotKeyframe& keyframe : map_.keyframes) {
-      low = low.cwiseMin(keyframe.T_map_camera.translation);
-      high = high.cwiseMax(keyframe.T_map_camera.translation);
+      path.extend(keyframe.T_map_camera.translation);
     }
-    return std::max(0.05 * (high - low).norm(), 1e-3);
+    return std::max(0.05 * path.diagonal().norm(), 1e-3);
   }
 
   // Eight lines: from the centre to the corners of the image at depth `size`, and around it.

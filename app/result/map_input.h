@@ -1,18 +1,13 @@
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
-#include <map>
 #include <memory>
-#include <opencv2/core.hpp>
-#include <optional>
 #include <string>
 
 #include "app/command_line/command.h"
 #include "render/scene/style.h"
 #include "slam/geometry/rigid3.h"
 #include "slam/io/point_cloud.h"
-#include "slam/io/sequence.h"
 #include "slam/snapshot/object_edits.h"
 #include "slam/snapshot/recording.h"
 
@@ -59,36 +54,5 @@ PointCloud ReadDenseCloud(const std::filesystem::path& file);
 
 // A cloud in the frame of a map.
 std::shared_ptr<const ColoredPoints> PlaceCloud(const PointCloud& cloud, const Sim3d& S_map_file);
-
-using FramePoses = std::map<std::int64_t, Rigid3d>;  // T_map_camera by index of the frame
-
-// The poses of a trajectory.txt, whose times tell the frames of the sequence. Empty where the file is not
-// there; throws InputError where it is broken.
-FramePoses ReadFramePoses(const std::filesystem::path& trajectory, const Sequence& sequence);
-
-// The frames that went into a map: their poses in the finished map and, where the sequence is still there,
-// their images.
-class InputFrames {
- public:
-  // `map_file`: the recording, beside which trajectory.txt may lie. Poses come from that file, else from the
-  // keyframes and snapshots of the recording.
-  InputFrames(const RecordingReader& recording, const std::filesystem::path& map_file);
-
-  // T_map_camera. Throws UsageError that tells which frames were tracked.
-  Rigid3d PoseOf(std::int64_t frame) const;
-
-  // True where the images are in a video that is still there.
-  bool HasVideo() const { return sequence_ && !sequence_->video_path.empty(); }
-
-  // 8UC3, as it was mapped (a resized one in that size). Throws InputError where it cannot be found or read.
-  cv::Mat ImageOf(std::int64_t frame) const;
-
- private:
-  Camera camera_;
-  std::optional<Sequence> sequence_;
-  FramePoses poses_;
-  std::map<std::int64_t, std::string> images_;  // of snapshots, by index of the frame
-  std::string why_no_sequence_;
-};
 
 }  // namespace sqslam::app

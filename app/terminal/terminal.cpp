@@ -108,26 +108,6 @@ void Progress::Finish() {
 
 namespace {
 
-// The files that the child finds open.
-class FileActions {
- public:
-  explicit FileActions(const std::filesystem::path& log) {
-    posix_spawn_file_actions_init(&actions_);
-    posix_spawn_file_actions_addopen(&actions_, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    posix_spawn_file_actions_addopen(&actions_, STDOUT_FILENO, log.c_str(), O_WRONLY | O_CREAT | O_APPEND,
-                                     0644);
-    posix_spawn_file_actions_adddup2(&actions_, STDOUT_FILENO, STDERR_FILENO);
-  }
-  ~FileActions() { posix_spawn_file_actions_destroy(&actions_); }
-  FileActions(const FileActions&) = delete;
-  FileActions& operator=(const FileActions&) = delete;
-
-  const posix_spawn_file_actions_t* Get() const { return &actions_; }
-
- private:
-  posix_spawn_file_actions_t actions_{};
-};
-
 pid_t Spawn(const std::vector<std::string>& arguments, const std::filesystem::path& log,
             const std::filesystem::path& program) {
   std::vector<std::string> words = {"sqslam"};
@@ -137,9 +117,14 @@ pid_t Spawn(const std::vector<std::string>& arguments, const std::filesystem::pa
     argv.push_back(word.data());
   }
   argv.push_back(nullptr);
-  const FileActions actions(log);
+  posix_spawn_file_actions_t files{};  // that the child finds open
+  posix_spawn_file_actions_init(&files);
+  posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, log.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0644);
+  posix_spawn_file_actions_adddup2(&files, STDOUT_FILENO, STDERR_FILENO);
   pid_t pid = 0;
-  const int error = posix_spawn(&pid, program.c_str(), actions.Get(), nullptr, argv.data(), environ);
+  const int error = posix_spawn(&pid, program.c_str(), &files, nullptr, argv.data(), environ);
+  posix_spawn_file_actions_destroy(&files);
   if (error != 0) {
     throw InputError(fmt::format("{}: a run cannot be started with its output there ({})", log.string(),
                                  std::strerror(error)));

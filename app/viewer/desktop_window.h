@@ -40,8 +40,8 @@ class DesktopWindow {
     Library();
     ~Library();
   } library_;
+  std::vector<InputEvent> events_;  // outlives the window, which may tell of its own end
   std::unique_ptr<GLFWwindow, Destroy> window_;
-  std::vector<InputEvent> events_;
   std::map<int, GLFWcursor*> cursors_;  // by ImGui's
 };
 

@@ -71,7 +71,9 @@ class EventLog {
     }
     for (const InputEvent& event : events) {
       if (event.kind != InputEvent::Kind::kKeyDown || !FormatEvent(event).ends_with(' ')) {
-        Flush();
+        if (frames_ > 0) {
+          file_ << "frames " << std::exchange(frames_, 0) << '\n';
+        }
         file_ << FormatEvent(event) << '\n';
       }
     }
@@ -79,13 +81,6 @@ class EventLog {
   }
 
  private:
-  void Flush() {
-    if (frames_ > 0) {
-      file_ << "frames " << frames_ << '\n';
-      frames_ = 0;
-    }
-  }
-
   std::ofstream file_;
   int frames_ = 0;
 };

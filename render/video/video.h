@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -84,6 +85,7 @@ bool IsFrameTemplate(const std::string& name);
 std::string FrameName(const std::string& name, int number);
 
 enum class CameraPath { kStill, kOrbit, kFollow, kFirstPerson };
+constexpr auto EnumNames(CameraPath) { return std::array{"still", "orbit", "follow", "first-person"}; }
 
 struct VideoOptions {
   PictureOptions picture;  // width and height: of the whole frame

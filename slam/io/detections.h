@@ -76,4 +76,8 @@ class DetectionWriter {
   std::ofstream out_;
 };
 
+// The lines of boxes.txt that belong to the `count` objects with the most boxes: by object ids where every
+// line has one, else by labels. The comments stay.
+std::string LimitBoxes(const std::filesystem::path& boxes, int count);
+
 }  // namespace sqslam

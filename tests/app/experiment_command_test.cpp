@@ -109,7 +109,7 @@ TEST_F(ExperimentCommand, ABadConfigurationIsCodeTwo) {
   const ProgramRun run = Run();
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_THAT(run.ErrorLines(),
-              ::testing::ElementsAre(HasSubstr("e.yaml:2: unknown key 'repetitons'; did you mean")));
+              ::testing::ElementsAre(HasSubstr("e.yaml:2: unknown option 'repetitons'; did you mean")));
 }
 
 }  // namespace

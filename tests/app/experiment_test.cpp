@@ -6,6 +6,7 @@
 
 #include "app/experiment/cells.h"
 #include "app/experiment/config.h"
+#include "slam/io/detections.h"
 #include "slam/util/error.h"
 #include "tests/io/temporary_folder.h"
 

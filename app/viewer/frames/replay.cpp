@@ -1,7 +1,5 @@
 #include "app/viewer/frames/replay.h"
 
-#include <fmt/format.h>
-
 #include <condition_variable>
 #include <deque>
 #include <future>
@@ -11,6 +9,7 @@
 #include <utility>
 
 #include "app/result/map_input.h"
+#include "render/video/input_frames.h"
 #include "render/video/video_alignment.h"
 #include "slam/io/frame_source.h"
 #include "slam/io/sequence.h"
@@ -21,6 +20,26 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::int64_t kReadOver = 8;  // frames that are decoded in vain rather than opening the file anew
+
+// Without the sequence: times are those of keyframes, which most snapshots end with.
+std::vector<Moment> MomentsOfSnapshots(const RecordingReader& recording, const MapSnapshot& last) {
+  std::map<std::int64_t, double> times;
+  for (const SnapshotKeyframe& keyframe : last.keyframes) {
+    times[keyframe.frame_index] = keyframe.timestamp;
+  }
+  std::vector<Moment> moments;
+  for (int i = 0; i < recording.Size(); ++i) {
+    const std::int64_t frame = recording.FrameIndex(i);
+    const auto known = times.find(frame);
+    double time = moments.empty() ? 0.0 : moments.back().timestamp;
+    try {
+      time = known != times.end() ? known->second : recording.Read(i)->timestamp;
+    } catch (const InputError&) {  // damaged; said when it is to be shown
+    }
+    moments.push_back({frame, time, i});
+  }
+  return moments;
+}
 
 // The frames that went into a recording, as far as they can still be found: their times, images and boxes in
 // the sequence that was mapped, their poses in trajectory.txt beside the recording.
@@ -48,8 +67,6 @@ class RunFrames {
   const std::string& WhyNoImages() const { return why_no_images_; }
 
  private:
-  std::vector<Moment> MomentsOfSnapshots(const RecordingReader& recording, const MapSnapshot& last) const;
-
   std::optional<Sequence> sequence_;
   std::map<std::int64_t, Rigid3d> poses_;
   std::unique_ptr<FrameSource> source_;
@@ -65,31 +82,10 @@ RunFrames::RunFrames(const RecordingReader& recording, const fs::path& map_file)
   }
   try {
     if (sequence_) {
-      poses_ = app::ReadFramePoses(map_file.parent_path() / "trajectory.txt", *sequence_);
+      poses_ = ReadFramePoses(map_file.parent_path() / "trajectory.txt", *sequence_);
     }
   } catch (const InputError&) {  // a broken file: the poses of the snapshots are left
   }
-}
-
-// Without the sequence: times are those of keyframes, which most snapshots end with.
-std::vector<Moment> RunFrames::MomentsOfSnapshots(const RecordingReader& recording,
-                                                  const MapSnapshot& last) const {
-  std::map<std::int64_t, double> times;
-  for (const SnapshotKeyframe& keyframe : last.keyframes) {
-    times[keyframe.frame_index] = keyframe.timestamp;
-  }
-  std::vector<Moment> moments;
-  for (int i = 0; i < recording.Size(); ++i) {
-    const std::int64_t frame = recording.FrameIndex(i);
-    const auto known = times.find(frame);
-    double time = moments.empty() ? 0.0 : moments.back().timestamp;
-    try {
-      time = known != times.end() ? known->second : recording.Read(i)->timestamp;
-    } catch (const InputError&) {  // damaged; said when it is to be shown
-    }
-    moments.push_back({frame, time, i});
-  }
-  return moments;
 }
 
 std::vector<Moment> RunFrames::Moments(const RecordingReader& recording, const MapSnapshot& last) const {

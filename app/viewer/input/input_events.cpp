@@ -183,7 +183,7 @@ void AppendLine(const std::string& text, const std::string& source, int line,
       if (key) {
         ScriptLine up = script.back();
         up.event.kind = InputEvent::Kind::kKeyUp;
-        script.push_back({ScriptLine::Kind::kFrames, {}, 1, "", line});
+        script.push_back(ScriptLine{.kind = ScriptLine::Kind::kFrames, .count = 1, .line = line});
         script.push_back(std::move(up));
       }
       return;

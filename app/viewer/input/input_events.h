@@ -58,9 +58,9 @@ struct ScriptLine {
     kRepeat,   // from the first line on, until `count` seconds have gone by since the script began
   };
   Kind kind = Kind::kEvent;
-  InputEvent event;
+  InputEvent event = {};
   int count = 0;
-  std::string text;
+  std::string text = {};
   int line = 0;  // of the file, from 1
 };
 

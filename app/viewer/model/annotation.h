@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "slam/geometry/camera.h"
+#include "slam/geometry/ray.h"
 #include "slam/geometry/rigid3.h"
 #include "slam/geometry/solid_iou.h"
 #include "slam/util/enum_names.h"
@@ -76,12 +77,6 @@ struct SolidHandle {
 };
 std::array<SolidHandle, 8> SolidHandles();
 Eigen::Vector3d HandlePosition(const Solid& solid, const SolidHandle& handle);
-
-// A line of sight, map frame.
-struct Ray {
-  Eigen::Vector3d origin;
-  Eigen::Vector3d direction;  // of any length > 0
-};
 
 // Returns `start` as it is after a handle was dragged from one line of sight to another. The middle moves in
 // its horizontal plane, or, where that is seen edge-on, up and down; sides move along their axis while the

@@ -106,16 +106,11 @@ std::optional<double> GroundHeight(std::span<const Eigen::Vector3d> points) {
   if (points.empty()) {
     return std::nullopt;
   }
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& p : points) {
-    mean += p / static_cast<double>(points.size());
-  }
-  double square = 0.0;
-  for (const Eigen::Vector3d& p : points) {
-    square += (p - mean).squaredNorm() / static_cast<double>(points.size());
-  }
+  const Eigen::Map<const Eigen::Matrix3Xd> cloud(points.front().data(), 3, std::ssize(points));
+  const Eigen::Vector3d mean = cloud.rowwise().mean();
+  const double spread = std::sqrt((cloud.colwise() - mean).colwise().squaredNorm().mean());
   const std::optional<Plane> plane =
-      FindLargestPlane(std::vector(points.begin(), points.end()), kThickness * std::sqrt(square), true, 0);
+      FindLargestPlane(std::vector(points.begin(), points.end()), kThickness * spread, true, 0);
   if (!plane) {
     return std::nullopt;
   }

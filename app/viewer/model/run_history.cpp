@@ -1,7 +1,6 @@
 #include "app/viewer/model/run_history.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -61,12 +60,6 @@ std::pair<double, double> Series::Range() const {
 std::optional<double> Series::At(double frame_index) const {
   const auto after = std::upper_bound(frame.begin(), frame.end(), frame_index);
   return after == frame.begin() ? std::nullopt : value[static_cast<std::size_t>(after - frame.begin()) - 1];
-}
-
-std::string_view MarkName(RunMark::Kind kind) {
-  constexpr std::array<std::string_view, 5> kNames = {"keyframe", "loop closed", "maps merged",
-                                                      "tracking lost", "tracking found again"};
-  return kNames.at(static_cast<std::size_t>(kind));
 }
 
 RunSeries::RunSeries() {

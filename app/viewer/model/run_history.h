@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -35,7 +36,9 @@ struct RunMark {
   std::int64_t frame_index = 0;
   double timestamp = 0.0;  // seconds
 };
-std::string_view MarkName(RunMark::Kind kind);  // "loop closed", ...
+constexpr auto EnumNames(RunMark::Kind) {
+  return std::array{"keyframe", "loop closed", "maps merged", "tracking lost", "tracking found again"};
+}
 
 // Series with one value a snapshot, about one a keyframe, and marks.
 class RunSeries {

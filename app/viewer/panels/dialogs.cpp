@@ -33,9 +33,7 @@ class HelpPanel : public Panel {
   }
 
  private:
-  struct Line {
-    std::string keys, what;
-  };
+  using Line = std::pair<std::string, std::string>;  // keys, what they do
 
   static void DrawLines(const char* id, const std::vector<Line>& lines) {
     if (!ImGui::BeginTable(id, 2, ImGuiTableFlags_None)) {
@@ -43,12 +41,12 @@ class HelpPanel : public Panel {
     }
     ImGui::TableSetupColumn("keys", ImGuiTableColumnFlags_WidthFixed, 9.0F * ImGui::GetFontSize());
     ImGui::TableSetupColumn("what", ImGuiTableColumnFlags_WidthStretch);
-    for (const Line& line : lines) {
+    for (const auto& [keys, what] : lines) {
       ImGui::TableNextRow();
       ImGui::TableNextColumn();
-      ImGui::TextColored(ImGui::GetStyleColorVec4(ImGuiCol_CheckMark), "%s", line.keys.c_str());
+      ImGui::TextColored(ImGui::GetStyleColorVec4(ImGuiCol_CheckMark), "%s", keys.c_str());
       ImGui::TableNextColumn();
-      ImGui::TextUnformatted(line.what.c_str());
+      ImGui::TextUnformatted(what.c_str());
     }
     ImGui::EndTable();
   }
@@ -71,9 +69,9 @@ class HelpPanel : public Panel {
     std::vector<Line> work, rest;
     const std::vector<Shortcut>& keys = Shortcuts();
     for (std::size_t i = 0; i < keys.size(); ++i) {
-      (i + kBesideMouse < keys.size() ? rest : work).push_back({keys[i].keys, keys[i].what});
+      (i + kBesideMouse < keys.size() ? rest : work).emplace_back(keys[i].keys, keys[i].what);
     }
-    work.push_back({"drop a file", "open a result, a .ply as dense cloud"});
+    work.emplace_back("drop a file", "open a result, a .ply as dense cloud");
     Heading("Work and files");
     DrawLines("more keys", work);
     ImGui::TableNextColumn();

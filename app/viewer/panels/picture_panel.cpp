@@ -2,7 +2,7 @@
 #include <imgui.h>
 
 #include <algorithm>
-#include <array>
+#include <tuple>
 
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/widgets/widgets.h"
@@ -62,20 +62,15 @@ class PicturePanel : public Panel {
     ImGui::SetNextItemWidth(field);
     typed |= ImGui::InputInt("##height", &height_, 0);
     as_screen_ = as_screen_ && !typed;
-    struct Preset {
-      const char* name;
-      int width, height;
-    };
-    constexpr std::array<Preset, 3> kPresets = {
-        {{"HD", 1920, 1080}, {"4K", 3840, 2160}, {"3:2", 2400, 1600}}};
     if (Toggle("as here", &as_screen_, "As large as the view on the screen")) {
       as_screen_ = true;
     }
-    for (const Preset& preset : kPresets) {
+    for (const auto& [name, width, height] :
+         {std::tuple("HD", 1920, 1080), {"4K", 3840, 2160}, {"3:2", 2400, 1600}}) {
       ImGui::SameLine();
-      if (ImGui::Button(preset.name)) {
-        width_ = preset.width;
-        height_ = preset.height;
+      if (ImGui::Button(name)) {
+        width_ = width;
+        height_ = height;
         as_screen_ = false;
       }
     }

@@ -55,26 +55,20 @@ class TimelinePanel : public Panel {
 
  private:
   void DrawTransport() {
-    if (Pressed("first", Icon::kFirst, "To the start (Home)")) {
-      playback_.JumpTo(timeline_.Begin());
-    }
-    if (Pressed("back", Icon::kStepBack, "Previous frame (Left); previous state of the map (Shift Left)")) {
-      playback_.Step(-1, timeline_);
-    }
+    OnPress("first", Icon::kFirst, "To the start (Home)", [&] { playback_.JumpTo(timeline_.Begin()); });
+    OnPress("back", Icon::kStepBack, "Previous frame (Left); previous state of the map (Shift Left)",
+            [&] { playback_.Step(-1, timeline_); });
     const bool backward = playback_.Plays(-1.0);
-    if (Pressed("backward", backward ? Icon::kPause : Icon::kBackward, "Play backward (B)", backward)) {
-      playback_.Toggle(-1.0, timeline_);
-    }
+    OnPress(
+        "backward", backward ? Icon::kPause : Icon::kBackward, "Play backward (B)",
+        [&] { playback_.Toggle(-1.0, timeline_); }, backward);
     const bool forward = playback_.Plays(1.0);
-    if (Pressed("play", forward ? Icon::kPause : Icon::kPlay, "Play (Space)", forward)) {
-      playback_.Toggle(1.0, timeline_);
-    }
-    if (Pressed("forward", Icon::kStepForward, "Next frame (Right); next state of the map (Shift Right)")) {
-      playback_.Step(1, timeline_);
-    }
-    if (Pressed("last", Icon::kLast, "To the finished map (End)")) {
-      playback_.JumpTo(timeline_.End());
-    }
+    OnPress(
+        "play", forward ? Icon::kPause : Icon::kPlay, "Play (Space)",
+        [&] { playback_.Toggle(1.0, timeline_); }, forward);
+    OnPress("forward", Icon::kStepForward, "Next frame (Right); next state of the map (Shift Right)",
+            [&] { playback_.Step(1, timeline_); });
+    OnPress("last", Icon::kLast, "To the finished map (End)", [&] { playback_.JumpTo(timeline_.End()); });
     const auto name = [](double speed) { return fmt::format("{:g}\u00d7", std::abs(speed)); };
     if (const auto speed =
             NumberChoice("##speed", playback_.speed, {0.1, 0.25, 0.5, 1, 2, 4, 8, 16}, name, 5.4F)) {
@@ -85,11 +79,13 @@ class TimelinePanel : public Panel {
     DrawTime();
   }
 
-  // A button with a sign in the row; true when it was pressed.
-  static bool Pressed(const char* id, Icon icon, const char* tip, bool on = false) {
-    const bool pressed = IconButton(id, icon, tip, on);
+  // A button with a sign in the row, and what it does.
+  template <typename Action>
+  static void OnPress(const char* id, Icon icon, const char* tip, Action action, bool on = false) {
+    if (IconButton(id, icon, tip, on)) {
+      action();
+    }
     ImGui::SameLine();
-    return pressed;
   }
 
   // One of several numbers in a list that opens.
@@ -120,16 +116,12 @@ class TimelinePanel : public Panel {
   void DrawRunControls() {
     using What = RunControl::What;
     const RunStatus& run = document_.run;
-    if (Pressed("pause", run.paused ? Icon::kPlay : Icon::kPause,
-                run.paused ? "Go on (Space)" : "Pause the run (Space)", run.paused)) {
-      requests_.Ask(RunControl{run.paused ? What::kContinue : What::kPause});
-    }
-    if (Pressed("step", Icon::kStepForward, "One frame, then pause (Right)")) {
-      requests_.Ask(RunControl{What::kStep});
-    }
-    if (Pressed("end", Icon::kStop, "End the run here and save it")) {
-      requests_.Ask(RunControl{What::kEnd});
-    }
+    const auto ask = [this](What what) { return [this, what] { requests_.Ask(RunControl{what}); }; };
+    OnPress("pause", run.paused ? Icon::kPlay : Icon::kPause,
+            run.paused ? "Go on (Space)" : "Pause the run (Space)",
+            ask(run.paused ? What::kContinue : What::kPause), run.paused);
+    OnPress("step", Icon::kStepForward, "One frame, then pause (Right)", ask(What::kStep));
+    OnPress("end", Icon::kStop, "End the run here and save it", ask(What::kEnd));
     const auto name = [](double rate) {
       return rate > 0.0 ? fmt::format("{:g} frames/s", rate) : std::string("full speed");
     };
@@ -284,7 +276,7 @@ class TimelinePanel : public Panel {
     }
     for (const RunMark& mark : timeline_.series.Marks()) {
       if (mark.kind != RunMark::Kind::kKeyframe && std::abs(mark.timestamp - time) <= reach) {
-        ImGui::TextUnformatted(std::string(MarkName(mark.kind)).c_str());
+        ImGui::TextUnformatted(NameOf(mark.kind));
       }
     }
     ImGui::EndTooltip();

@@ -11,7 +11,6 @@
 #include "app/viewer/model/edited_document.h"
 #include "app/viewer/model/map_objects.h"
 #include "app/viewer/state/document.h"
-#include "app/viewer/state/exchange.h"
 #include "app/viewer/state/scene_view.h"
 
 namespace sqslam::viewer {

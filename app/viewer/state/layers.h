@@ -7,7 +7,6 @@
 #include <string>
 
 #include "app/viewer/state/document.h"
-#include "app/viewer/state/exchange.h"
 #include "render/scene/style.h"
 #include "slam/evaluation/trajectory_error.h"
 #include "slam/io/point_cloud.h"

@@ -5,11 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "app/viewer/frames/timeline.h"
 #include "app/viewer/model/viewer_settings.h"
-#include "app/viewer/state/document.h"
 #include "app/viewer/state/editing.h"
-#include "app/viewer/state/exchange.h"
 #include "app/viewer/state/layers.h"
 #include "app/viewer/state/scene_view.h"
 

@@ -1,0 +1,103 @@
+#include "render/video/input_frames.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <iterator>
+
+#include "render/video/video_alignment.h"
+#include "slam/io/frame_source.h"
+#include "slam/io/image_files.h"
+#include "slam/io/trajectory.h"
+#include "slam/util/error.h"
+
+namespace sqslam {
+namespace fs = std::filesystem;
+
+PosesByFrame ReadFramePoses(const fs::path& trajectory, const Sequence& sequence) {
+  constexpr double kSameTime = 1e-4;  // seconds; files have six digits
+  PosesByFrame poses;
+  std::size_t at = 0;
+  for (const TimedPose& pose : fs::exists(trajectory) ? ReadTrajectory(trajectory) : Trajectory()) {
+    while (at < sequence.frames.size() && sequence.frames[at].timestamp < pose.timestamp - kSameTime) {
+      ++at;
+    }
+    if (at < sequence.frames.size() &&
+        std::abs(sequence.frames[at].timestamp - pose.timestamp) <= kSameTime) {
+      poses.emplace(static_cast<std::int64_t>(at), pose.T_map_camera);
+    }
+  }
+  return poses;
+}
+
+InputFrames::InputFrames(const RecordingReader& recording, const fs::path& map_file) {
+  const MapSnapshotPtr last = recording.Last();
+  camera_ = last->camera;
+  try {
+    SequenceRequest request;
+    request.path = recording.Info().sequence_path;
+    request.known_camera = camera_;
+    sequence_ = OpenSequence(request);
+  } catch (const std::runtime_error& error) {  // InputError, UsageError
+    why_no_sequence_ = error.what();
+  }
+  if (sequence_) {
+    poses_ = ReadFramePoses(map_file.parent_path() / "trajectory.txt", *sequence_);
+  }
+  // Poses without a trajectory: of keyframes, then of the newest frames of the snapshots.
+  PosesByFrame recorded;
+  for (const SnapshotKeyframe& keyframe : last->keyframes) {
+    recorded.emplace(keyframe.frame_index, keyframe.T_map_camera);
+  }
+  for (int i = 0; i < recording.Size(); ++i) {
+    const MapSnapshotPtr map = recording.Read(i);
+    if (!map->image_path.empty()) {
+      images_.emplace(map->frame_index, map->image_path);
+    }
+    if (map->T_map_camera) {
+      const Sim3d s = AlignByKeyframes(*map, *last);
+      recorded.emplace(map->frame_index,
+                       Rigid3d{s.rotation * map->T_map_camera->rotation, s * map->T_map_camera->translation});
+    }
+  }
+  poses_ = poses_.empty() ? recorded : poses_;
+}
+
+Rigid3d InputFrames::PoseOf(std::int64_t frame) const {
+  if (poses_.empty()) {
+    throw UsageError(fmt::format("frame {}: the map has no poses of its camera", frame));
+  }
+  auto nearest = poses_.lower_bound(frame);
+  if (nearest != poses_.end() && nearest->first == frame) {
+    return nearest->second;
+  }
+  if (nearest == poses_.end() ||
+      (nearest != poses_.begin() && frame - std::prev(nearest)->first <= nearest->first - frame)) {
+    --nearest;
+  }
+  throw UsageError(
+      fmt::format("frame {}: its pose is not known, expected one of the {} tracked frames from {} to {}; the "
+                  "nearest is {}",
+                  frame, poses_.size(), poses_.begin()->first, poses_.rbegin()->first, nearest->first));
+}
+
+cv::Mat InputFrames::ImageOf(std::int64_t frame) const {
+  if (const auto image = images_.find(frame); image != images_.end()) {
+    if (cv::Mat read = ReadImageInSize(image->second, {camera_.width, camera_.height}); !read.empty()) {
+      return read;
+    }
+  }
+  if (!sequence_) {
+    throw InputError(
+        fmt::format("frame {}: its image is not there, expected the sequence that was mapped ({})", frame,
+                    why_no_sequence_));
+  }
+  FrameSource source(*sequence_, {.start = frame, .count = 1});
+  const std::optional<Frame> read = source.Next();
+  if (!read || read->bgr.empty()) {
+    throw InputError(fmt::format("{}: frame {} cannot be read", sequence_->path.string(), frame));
+  }
+  return read->bgr;
+}
+
+}  // namespace sqslam

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+
+#include "slam/io/sequence.h"
+#include "slam/snapshot/recording.h"
+
+namespace sqslam {
+
+using PosesByFrame = std::map<std::int64_t, Rigid3d>;  // T_map_camera by index of the frame
+
+// The poses of a trajectory.txt, whose times tell the frames of the sequence. Empty where the file is not
+// there; throws InputError where it is broken.
+PosesByFrame ReadFramePoses(const std::filesystem::path& trajectory, const Sequence& sequence);
+
+// The frames that went into a map: their poses in the finished map and, where the sequence is still there,
+// their images.
+class InputFrames {
+ public:
+  // `map_file`: the recording, beside which trajectory.txt may lie. Poses come from that file, else from the
+  // keyframes and snapshots of the recording.
+  InputFrames(const RecordingReader& recording, const std::filesystem::path& map_file);
+
+  // T_map_camera. Throws UsageError that tells which frames were tracked.
+  Rigid3d PoseOf(std::int64_t frame) const;
+
+  // True where the images are in a video that is still there.
+  bool HasVideo() const { return sequence_ && !sequence_->video_path.empty(); }
+
+  // 8UC3, as it was mapped (a resized one in that size). Throws InputError where it cannot be found or read.
+  cv::Mat ImageOf(std::int64_t frame) const;
+
+ private:
+  Camera camera_;
+  std::optional<Sequence> sequence_;
+  PosesByFrame poses_;
+  std::map<std::int64_t, std::string> images_;  // of snapshots, by index of the frame
+  std::string why_no_sequence_;
+};
+
+}  // namespace sqslam
