@@ -7,7 +7,7 @@
 
 #include "app/report/report.h"
 #include "render/figures/figures.h"
-#include "render/page/write_figure.h"
+#include "render/page/page.h"
 #include "slam/util/data_path.h"
 #include "slam/util/markup.h"
 #include "slam/util/text_lines.h"
