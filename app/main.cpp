@@ -1,11 +1,8 @@
 #include <ceres/version.h>
 #include <fmt/format.h>
 #include <sqlite3.h>
-#include <yaml-cpp/yaml.h>
 #include <zlib.h>
 
-#include <Eigen/Core>
-#include <nlohmann/json.hpp>
 #include <opencv2/core/version.hpp>
 #include <string>
 #include <vector>

@@ -24,8 +24,7 @@ struct SystemOptions {
   MappingOptions mapping;
   ObjectOptions objects;
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("deterministic", deterministic);
     visit("seed", seed, std::int64_t{0}, std::int64_t{1} << 62);
     visit("gravity", gravity);

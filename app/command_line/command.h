@@ -64,8 +64,7 @@ class Command {
   // Arguments and commands that are added from now on stand under this heading in --help.
   void Group(std::string heading) { group_ = std::move(heading); }
 
-  template <typename T>
-  Argument& Option(const std::string& names_and_value, T& value, std::string help) {
+  Argument& Option(const std::string& names_and_value, auto& value, std::string help) {
     return Add(options_, names_and_value, Bind(value), std::move(help));
   }
   Argument& Option(const std::string& names_and_value, OptionField field, std::string help) {
@@ -74,8 +73,7 @@ class Command {
   Argument& Flag(const std::string& names, bool& value, std::string help) {
     return Add(options_, names, Bind(value), std::move(help));
   }
-  template <typename T>
-  Argument& Positional(const std::string& name, T& value, std::string help) {
+  Argument& Positional(const std::string& name, auto& value, std::string help) {
     return Add(positionals_, name, Bind(value), std::move(help));
   }
 
@@ -113,10 +111,7 @@ class Command {
     std::function<void()> store = {};
     bool list = false;
   };
-  template <typename T>
-  static Binding Bind(T& value) {
-    return {{FieldOf(value)}};
-  }
+  static Binding Bind(auto& value) { return {{FieldOf(value)}}; }
   template <typename T>
   static Binding Bind(std::optional<T>& value) {
     const auto read = std::make_shared<T>();

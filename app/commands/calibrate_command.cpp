@@ -17,7 +17,6 @@
 #include "slam/geometry/angles.h"
 #include "slam/io/cameras.h"
 #include "slam/io/frame_source.h"
-#include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
 

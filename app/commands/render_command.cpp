@@ -17,7 +17,6 @@
 #include "render/video/input_frames.h"
 #include "render/video/video_alignment.h"
 #include "slam/snapshot/recording.h"
-#include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 
 namespace sqslam::app {

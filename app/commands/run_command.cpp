@@ -5,7 +5,6 @@
 #include "app/commands/commands.h"
 #include "app/commands/run_arguments.h"
 #include "slam/run/run_pipeline.h"
-#include "slam/util/error.h"
 #include "slam/util/options.h"
 
 namespace sqslam::app {

@@ -12,7 +12,6 @@
 #include "slam/util/error.h"
 #include "slam/util/options.h"
 #include "slam/util/text_lines.h"
-#include "slam/util/text_lines.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -32,8 +31,7 @@ class Group {
   }
 
   // Reads all but `lists`, which hold groups.
-  template <typename Fields>
-  void Read(Fields&& fields, const Words& lists = {}) const {
+  void Read(auto&& fields, const Words& lists = {}) const {
     AssignOptions(node_, source_, OptionFields(fields), lists);
   }
 
@@ -62,8 +60,7 @@ class Group {
     Fail("", fmt::format("{} without '{}', expected {}", name_, key, expected));
   }
   // Does something; a UsageError of it is one of the key.
-  template <typename Action>
-  void Try(const std::string& key, Action action) const {
+  void Try(const std::string& key, auto action) const {
     try {
       action();
     } catch (const UsageError& error) {
@@ -96,8 +93,7 @@ struct AxesFields {
   ExperimentGrid& grid;
   Words limits = {};  // max_objects: numbers, or `all`
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("representations", grid.representations);
     visit("associations", grid.associations);
     visit("methods", grid.methods);
@@ -107,8 +103,7 @@ struct AxesFields {
 };
 
 struct GridFields : AxesFields {
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     AxesFields::VisitFields(visit);
     visit("sequences", grid.sequences);
     visit("variants", grid.variants);
@@ -118,8 +113,7 @@ struct GridFields : AxesFields {
 struct ConfigFields : AxesFields {
   ExperimentConfig& config;
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     AxesFields::VisitFields(visit);
     visit("output", config.output);
     visit("config", config.options);

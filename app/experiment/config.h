@@ -24,8 +24,7 @@ struct ExperimentSequence {
   std::int64_t stride = 1;
   std::vector<std::string> set;  // options for this sequence, key=value
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("name", name);
     visit("path", path);
     visit("scene", scene);
@@ -48,8 +47,7 @@ struct ExperimentVariant {
   std::string name;  // empty: the defaults
   std::vector<std::string> set;
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("name", name);
     visit("set", set);
   }

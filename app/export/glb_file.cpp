@@ -50,8 +50,7 @@ int GlbFile::Append(const char* list, Json value) {
   return static_cast<int>(values.size()) - 1;
 }
 
-template <typename Elements>
-int GlbFile::AddAccessor(const Elements& elements, Json accessor, int target) {
+int GlbFile::AddAccessor(const auto& elements, Json accessor, int target) {
   const std::span values(elements);
   if (values.empty()) {
     throw std::invalid_argument("an accessor of no element");

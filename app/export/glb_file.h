@@ -46,8 +46,7 @@ class GlbFile {
   std::string Bytes(int root, const std::string& scene_name) const;
 
  private:
-  template <typename Elements>
-  int AddAccessor(const Elements& elements, nlohmann::ordered_json accessor, int target);
+  int AddAccessor(const auto& elements, nlohmann::ordered_json accessor, int target);
   int Append(const char* list, nlohmann::ordered_json value);
 
   nlohmann::ordered_json json_;

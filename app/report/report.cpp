@@ -105,8 +105,7 @@ void AppendMatchRow(Output out, const Evaluation& evaluation, const ObjectMatch&
 }
 
 // "3 chair, 7 cup", or "none".
-template <typename Items>
-std::string MappedOf(const Evaluation& evaluation, const Items& items) {
+std::string MappedOf(const Evaluation& evaluation, const auto& items) {
   std::vector<std::string> names;
   for (const auto& item : items) {
     const SnapshotObject& object = evaluation.mapped.at(static_cast<std::size_t>(item.mapped));

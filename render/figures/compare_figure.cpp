@@ -114,8 +114,7 @@ struct CompareOptions {
   std::vector<std::string> kinds;
   std::string sizes = "same";
   bool values = false;
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("--as SHAPE", "Only superquadric, ellipsoid or cuboid; may be repeated", kinds);
     visit("--sizes NAME", "same as the map's object, or fitted to its points", sizes, {"same", "fitted"});
     visit("--values", "Distance of the points below each solid", values);

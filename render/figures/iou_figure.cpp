@@ -185,8 +185,7 @@ namespace {
 struct IouOptions {
   std::string objects = "found";
   bool ellipsoids = false;
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("--objects NAME", "Objects that are shown", objects, {"found", "scored", "all"});
     visit("--ellipsoids", "Also as ellipsoids", ellipsoids);
   }

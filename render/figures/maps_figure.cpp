@@ -178,8 +178,7 @@ struct MapsOptions {
   bool boxes = false;
   bool labels = false;
   bool no_images = false;
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("--columns N", "Maps in a row; default: all, up to five", columns, 1, 20);
     visit("--boxes", "Draw the boxes of objects on the images", boxes);
     visit("--labels", "Names over the objects", labels);

@@ -12,10 +12,7 @@ namespace {
 
 struct OutliersOptions {
   bool no_images = false;
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
-    visit("--no-images", "Points around the solids only", no_images);
-  }
+  void VisitFields(auto&& visit) { visit("--no-images", "Points around the solids only", no_images); }
 };
 
 std::vector<OutliersFigure::Point> PointsWithFate(const MapSnapshot& map, int id) {

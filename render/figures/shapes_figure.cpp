@@ -140,8 +140,7 @@ struct ShapesOptions {
   std::string color = "#56b4e9";
   double azimuth = 35.0;
   double elevation = 25.0;
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("--e1 X,...", "Exponents of the rows, 0.05 to 2", e1);
     visit("--e2 X,...", "Exponents of the columns, 0.05 to 2", e2);
     visit("--color #RRGGBB", "Colour of the shapes", color);

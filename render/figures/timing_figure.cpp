@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <set>
 
@@ -168,10 +167,7 @@ namespace {
 
 struct TimingOptions {
   std::vector<std::string> stages;
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
-    visit("--stage NAME", "Only this stage; may be repeated", stages);
-  }
+  void VisitFields(auto&& visit) { visit("--stage NAME", "Only this stage; may be repeated", stages); }
 };
 
 // Wholes ("tracking") before their parts, the slowest part first.

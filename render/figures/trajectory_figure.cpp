@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "render/figures/figure_input.h"
@@ -77,9 +76,8 @@ std::vector<LegendEntry> PathLegend(const TrajectoryFigure& figure, const Figure
 }
 
 // A path in the plot; `place` says where a pose lies on the page.
-template <typename Place>
 void DrawPieces(FigurePage& page, const TrajectoryFigure::Pieces& pieces, const FigureStroke& stroke,
-                const Place& place) {
+                const auto& place) {
   constexpr double kFinest = 0.1;  // points; what is finer cannot be seen and only makes the file larger
   for (const auto& piece : pieces) {
     std::vector<Eigen::Vector2d> points;
@@ -93,9 +91,8 @@ void DrawPieces(FigurePage& page, const TrajectoryFigure::Pieces& pieces, const 
   }
 }
 
-template <typename Place>
 void DrawPaths(FigurePage& page, const TrajectoryFigure& figure, const FigureTheme& theme,
-               const Place& place) {
+               const auto& place) {
   if (figure.truth) {
     DrawPieces(page, figure.truth->pieces, TruthStroke(theme), place);
   }
@@ -225,8 +222,7 @@ struct PathOptions {
   std::string ground_truth;
   double max_time_difference = 0.02;
   bool heights = false;
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("--ground-truth DIR", "Sequence folder with poses, as for sqslam eval", ground_truth);
     visit("--heights", "Height over time below", heights);
     visit("--max-time-difference S", "Between a pose and the true one, seconds", max_time_difference, 0.0,

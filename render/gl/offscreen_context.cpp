@@ -5,11 +5,9 @@
 #include <GL/gl.h>
 #include <fmt/format.h>
 
-#include <optional>
 #include <stdexcept>
 
 #include "render/gl/context_backend.h"
-#include "slam/util/error.h"
 
 namespace sqslam {
 

@@ -5,7 +5,6 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "render/gl/offscreen_context.h"
 #include "render/page/page.h"

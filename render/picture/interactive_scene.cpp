@@ -63,8 +63,7 @@ struct DetailCanvas {
 
 struct InteractiveScene::Impl {
   std::optional<DetailCanvas>& CanvasOf(Detail detail) { return canvases[detail == Detail::kFine ? 1 : 0]; }
-  template <typename Change>
-  void ForEachCanvas(const Change& change) {
+  void ForEachCanvas(const auto& change) {
     for (std::optional<DetailCanvas>& canvas : canvases) {
       if (canvas) {
         change(*canvas);

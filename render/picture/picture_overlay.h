@@ -3,7 +3,6 @@
 #include <opencv2/core.hpp>
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "render/camera/camera_path.h"

@@ -10,8 +10,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
-#include <cstdint>
 #include <functional>
 #include <numbers>
 #include <numeric>

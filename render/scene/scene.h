@@ -7,7 +7,6 @@
 #include <vtkPlaneCollection.h>
 #include <vtkSmartPointer.h>
 
-#include <Eigen/Core>
 #include <memory>
 #include <optional>
 #include <vector>

@@ -6,7 +6,6 @@
 
 #include <Eigen/Core>
 #include <map>
-#include <string>
 #include <vector>
 
 #include "render/camera/camera_path.h"

@@ -2,9 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 
 namespace sqslam {
 namespace {
@@ -36,8 +34,7 @@ struct Zonal {
   Eigen::Vector3d operator()(double x) const { return c0 + x * c1 + x * x * c2; }
 };
 
-template <typename Light>
-Zonal Convolve(const Light& light) {
+Zonal Convolve(const auto& light) {
   constexpr int kSteps = 4000;
   Eigen::Vector3d f0 = Eigen::Vector3d::Zero();
   Eigen::Vector3d f1 = f0;

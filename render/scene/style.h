@@ -21,8 +21,7 @@ struct OverlayStyle {
   bool points = false;    // map points
   double point_size = 3;  // diameter, pixels
   bool operator==(const OverlayStyle&) const = default;
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("width", width, 0.5, 50.0);
     visit("fill", fill, 0.0, 1.0);
     visit("hidden", hidden, 0.0, 1.0);
@@ -51,8 +50,7 @@ struct SceneStyle {
     double metallic = 0.0;   // 0 paint, 1 metal
     int segments = 128;      // at most so many steps of longitude for a superquadric; small ones get fewer
     bool operator==(const Objects&) const = default;
-    template <typename Visitor>
-    void VisitFields(Visitor&& visit) {
+    void VisitFields(auto&& visit) {
       visit("show", show);
       visit("opacity", opacity, 0.0, 1.0);
       visit("labels", labels);
@@ -67,8 +65,7 @@ struct SceneStyle {
     double object_size = 3.4;    // diameter of points that belong to objects, pixels
     double min_contrast = 0.28;  // least difference in lightness to the background, in [0, 1]
     bool operator==(const Points&) const = default;
-    template <typename Visitor>
-    void VisitFields(Visitor&& visit) {
+    void VisitFields(auto&& visit) {
       visit("show", show);
       visit("size", size, 0.5, 50.0);
       visit("object_size", object_size, 0.5, 50.0);
@@ -85,8 +82,7 @@ struct SceneStyle {
     double keyframe_width = 1.0;  // of the frusta, pixels
     double size = 0.035;          // half the height of a frustum, of the radius that the picture frames
     bool operator==(const Cameras&) const = default;
-    template <typename Visitor>
-    void VisitFields(Visitor&& visit) {
+    void VisitFields(auto&& visit) {
       visit("trajectory", trajectory);
       visit("keyframes", keyframes);
       visit("current", current);
@@ -105,8 +101,7 @@ struct SceneStyle {
     double width = 1.0;    // pixels
     double opacity = 0.5;  // 0 to 1
     bool operator==(const Covisibility&) const = default;
-    template <typename Visitor>
-    void VisitFields(Visitor&& visit) {
+    void VisitFields(auto&& visit) {
       visit("show", show);
       visit("min_points", min_points, 1, 100000);
       visit("color", color);
@@ -120,8 +115,7 @@ struct SceneStyle {
     std::string color = "#c2185b";
     double width = 2.0;  // pixels
     bool operator==(const GroundTruth&) const = default;
-    template <typename Visitor>
-    void VisitFields(Visitor&& visit) {
+    void VisitFields(auto&& visit) {
       visit("show", show);
       visit("color", color);
       visit("width", width, 0.1, 50.0);
@@ -132,8 +126,7 @@ struct SceneStyle {
     double size = 1.6;              // diameter of the points, pixels
     std::string color = "#8a929b";  // of a cloud without colours of its own
     bool operator==(const DenseCloud&) const = default;
-    template <typename Visitor>
-    void VisitFields(Visitor&& visit) {
+    void VisitFields(auto&& visit) {
       visit("size", size, 0.5, 50.0);
       visit("color", color);
     }
@@ -144,8 +137,7 @@ struct SceneStyle {
     double offset = 0.0;  // of the plane from the middle of what the picture frames, of its radius
     bool flip = false;    // the other side goes
     bool operator==(const Clip&) const = default;
-    template <typename Visitor>
-    void VisitFields(Visitor&& visit) {
+    void VisitFields(auto&& visit) {
       visit("axis", axis);
       visit("offset", offset, -10.0, 10.0);
       visit("flip", flip);
@@ -158,8 +150,7 @@ struct SceneStyle {
     double opacity = 0.8;  // at its centre; it fades outwards
     double radius = 2.0;   // of the radius that the picture frames
     bool operator==(const Grid&) const = default;
-    template <typename Visitor>
-    void VisitFields(Visitor&& visit) {
+    void VisitFields(auto&& visit) {
       visit("show", show);
       visit("color", color);
       visit("width", width, 0.1, 50.0);
@@ -176,8 +167,7 @@ struct SceneStyle {
     std::string outline_color = "#101418";
     double eye_dome = 0.5;  // how much points stand out against points behind them, 0: not at all
     bool operator==(const Light&) const = default;
-    template <typename Visitor>
-    void VisitFields(Visitor&& visit) {
+    void VisitFields(auto&& visit) {
       visit("shadow", shadow, 0.0, 1.0);
       visit("ambient_occlusion", ambient_occlusion, 0.0, 1.0);
       visit("occlusion_radius", occlusion_radius, 0.001, 2.0);
@@ -191,8 +181,7 @@ struct SceneStyle {
     double aperture = 0.0;  // radius, of the distance to the focal point; 0: everything is sharp
     int samples = 32;       // pictures that are averaged for one with depth of field
     bool operator==(const Lens&) const = default;
-    template <typename Visitor>
-    void VisitFields(Visitor&& visit) {
+    void VisitFields(auto&& visit) {
       visit("aperture", aperture, 0.0, 0.5);
       visit("samples", samples, 2, 1024);
     }
@@ -203,8 +192,7 @@ struct SceneStyle {
     double size = 15.0;  // height of the letters, pixels
     std::string color = "#222222";
     bool operator==(const Text&) const = default;
-    template <typename Visitor>
-    void VisitFields(Visitor&& visit) {
+    void VisitFields(auto&& visit) {
       visit("legend", legend);
       visit("scale", scale);
       visit("size", size, 4.0, 200.0);
@@ -229,8 +217,7 @@ struct SceneStyle {
   OverlayStyle overlay;  // of maps over photographs
   bool operator==(const SceneStyle&) const = default;
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("background", background);
     visit("anti_aliasing", anti_aliasing);
     visit("video_anti_aliasing", video_anti_aliasing);
@@ -289,8 +276,7 @@ class LabelColors {
                        std::map<std::string, Eigen::Vector3d> fixed = {});
 
   // The colours of all objects that have a `label`.
-  template <typename Objects>
-  static LabelColors Of(const Objects& objects, std::map<std::string, Eigen::Vector3d> fixed = {}) {
+  static LabelColors Of(const auto& objects, std::map<std::string, Eigen::Vector3d> fixed = {}) {
     std::vector<std::string> labels;
     for (const auto& object : objects) {
       labels.push_back(object.label);

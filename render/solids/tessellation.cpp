@@ -13,8 +13,7 @@ double SignedPower(double base, double exponent) {
 }
 
 // Points at equal steps of an angle, made of its cosine and sine.
-template <typename PointAt>
-std::vector<SuperellipsePoint> Sample(double first, double last, int segments, const PointAt& point_at) {
+std::vector<SuperellipsePoint> Sample(double first, double last, int segments, const auto& point_at) {
   // Exactly zero at the quarter turns, where powers near zero would magnify rounding.
   const auto snap = [](double value) { return std::abs(value) < 1e-12 ? 0.0 : value; };
   std::vector<SuperellipsePoint> points;

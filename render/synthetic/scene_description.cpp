@@ -87,8 +87,7 @@ Camera ReadCamera(const YAML::Node& node) {
   return camera;
 }
 
-template <typename Reader>
-auto ReadList(const YAML::Node& node, const char* name, const Reader& reader) {
+auto ReadList(const YAML::Node& node, const char* name, const auto& reader) {
   std::vector<decltype(reader(node))> list;
   for (const YAML::Node& entry : node[name]) {
     try {

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numeric>
 #include <string>
-#include <utility>
 
 #include "slam/io/video_index.h"
 #include "slam/util/error.h"

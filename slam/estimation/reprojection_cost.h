@@ -6,7 +6,6 @@
 #include <array>
 
 #include "slam/geometry/camera.h"
-#include "slam/geometry/lie.h"
 
 namespace sqslam {
 

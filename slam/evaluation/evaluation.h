@@ -16,8 +16,7 @@ struct EvaluationOptions {
   double max_time_difference = 0.02;  // seconds between an estimated pose and its ground truth
   MatchingOptions matching;
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("max_time_difference", max_time_difference, 0.0, 10.0);
     visit("matching", matching);
   }

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <string>
 #include <vector>
 
 #include "slam/evaluation/ground_truth.h"
@@ -27,8 +26,7 @@ struct MatchingOptions {
   double max_size_ratio = 3.0;       // ratio of the space diagonals, either way
   double min_part_inside = 0.75;     // share of the mapped volume that makes it a visible part of the truth
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("min_iou", min_iou, 0.0, 1.0);
     visit("max_center_distance", max_center_distance, 0.0, 10.0);
     visit("max_size_ratio", max_size_ratio, 1.0, 100.0);

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstdint>
 #include <memory>
-#include <opencv2/core.hpp>
 #include <vector>
 
 namespace sqslam {

@@ -36,8 +36,7 @@ std::string_view TakeNumber(std::string_view& text) {
   return digits;
 }
 
-template <typename Choose>
-std::vector<fs::path> FilesWhere(const fs::path& folder, const Choose& choose) {
+std::vector<fs::path> FilesWhere(const fs::path& folder, const auto& choose) {
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (entry.is_regular_file() && choose(entry.path())) {

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <bit>
-#include <cmath>
-#include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "slam/io/pose_json.h"
@@ -20,15 +18,11 @@ namespace {
 static_assert(std::endian::native == std::endian::little,
               "binary files are written in the machine's byte order");
 
-template <typename Value>
-void Append(std::string& bytes, const Value& value) {
+void Append(std::string& bytes, const auto& value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
 }
 
-template <typename Vector>
-Json ToJson(const Vector& vector) {
-  return {vector.x(), vector.y(), vector.z()};
-}
+Json ToJson(const auto& vector) { return {vector.x(), vector.y(), vector.z()}; }
 
 Json ToJson(const ObjectFit& fit) {
   const Eigen::Matrix<double, 9, 1> sigma = fit.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();

@@ -41,8 +41,7 @@ void DetectionFeed::Finish(System& system) {
   Attempt([this] { writer_->Finish(); });
 }
 
-template <typename Work>
-void DetectionFeed::Attempt(const Work& work) {
+void DetectionFeed::Attempt(const auto& work) {
   try {
     if (!Failed()) {
       work();

@@ -43,8 +43,7 @@ class DetectionFeed {
   std::map<std::string, StageTimes::Summary> Times() const;
 
  private:
-  template <typename Work>
-  void Attempt(const Work& work);  // unless something has failed; keeps what fails now
+  void Attempt(const auto& work);  // unless something has failed; keeps what fails now
   std::vector<FrameBoxes> TakeBoxes(bool all);
   void Deliver(const std::vector<FrameBoxes>& frames, System& system);
 

@@ -146,8 +146,7 @@ Json ParseDocument(const std::filesystem::path& path) {
 
 }  // namespace
 
-template <typename Change>
-void ObjectEdits::Update(int id, Change change) {
+void ObjectEdits::Update(int id, auto change) {
   ObjectEdit& edit = edits_[id];
   change(edit);
   if (edit == ObjectEdit{}) {

@@ -47,8 +47,7 @@ class ObjectEdits {
  private:
   friend ObjectEdits ReadObjectEdits(const std::filesystem::path& path);
 
-  template <typename Change>
-  void Update(int id, Change change);
+  void Update(int id, auto change);
 
   std::map<int, ObjectEdit> edits_;  // only objects about which something was changed
 };

@@ -139,8 +139,7 @@ std::string DumpOptionFields(const std::vector<OptionField>& fields);
 //   struct EifOptions {
 //     int trees = 40;          // number of isolation trees
 //     double threshold = 0.6;  // anomaly score above which a point is removed, in [0, 1]
-//     template <typename Visitor>
-//     void VisitFields(Visitor&& visit) {
+//     void VisitFields(auto&& visit) {
 //       visit("trees", trees, 1, 1000);
 //       visit("threshold", threshold, 0.0, 1.0);
 //     }

@@ -36,8 +36,7 @@ struct LiveRun::Impl : RunHost {
   Impl(const RunRequest& wanted, const app::RunPictures& wanted_pictures)
       : request(wanted), pictures(wanted_pictures) {}
 
-  template <typename Change>
-  void Tell(Change&& change) {
+  void Tell(auto&& change) {
     const std::lock_guard lock(mutex);
     change();
   }

@@ -264,8 +264,7 @@ struct Replay::Impl {
     }
   }
 
-  template <typename Change>
-  void Tell(Change&& change) {
+  void Tell(auto&& change) {
     const std::lock_guard lock(mutex);
     change();
   }

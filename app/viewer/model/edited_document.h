@@ -110,8 +110,7 @@ class EditedDocument {
 
   // Changes a copy of the state and takes it as a step (EditHistory::Push). What `change` throws leaves the
   // document as it was.
-  template <typename Change>
-  void Do(const std::string& what, Change change, const std::string& group = "") {
+  void Do(const std::string& what, auto change, const std::string& group = "") {
     EditedState next = Current();
     change(next);
     history_.Push(std::move(next), what, group);

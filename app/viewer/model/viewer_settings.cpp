@@ -84,8 +84,7 @@ Loaded<Values> Load(const fs::path& file) {
   return loaded;
 }
 
-template <typename Values>
-void Save(const fs::path& file, const Values& values) {
+void Save(const fs::path& file, const auto& values) {
   if (file.empty()) {
     return;
   }

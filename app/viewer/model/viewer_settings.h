@@ -24,8 +24,7 @@ struct ViewerSettings {
   double font_size = 15.0;     // height of the letters, pixels at 96 dpi
   bool show_image = true;      // beside the map
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("theme", theme);
     visit("style", style);
     visit("font_size", font_size, 8.0, 48.0);
@@ -42,8 +41,7 @@ struct ViewerMemory {
   LayoutSettings layout;
   std::vector<std::string> recent_files;  // absolute, newest first
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("window_width", window_width, 320, 16384);
     visit("window_height", window_height, 240, 16384);
     visit("side", layout.side, 1.0, 5000.0);
@@ -74,7 +72,6 @@ std::filesystem::path MemoryFile();
 // is missing, does nothing for an empty path, and throws InputError where the file cannot be written.
 template <typename Values>
 Loaded<Values> Load(const std::filesystem::path& file);
-template <typename Values>
-void Save(const std::filesystem::path& file, const Values& values);
+void Save(const std::filesystem::path& file, const auto& values);
 
 }  // namespace sqslam::viewer

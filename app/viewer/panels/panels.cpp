@@ -17,8 +17,7 @@ constexpr ImGuiWindowFlags kPart = ImGuiWindowFlags_NoDecoration | ImGuiWindowFl
                                    ImGuiWindowFlags_NoNav;
 
 // Draws a part of the window, if it has a place.
-template <typename Content>
-void DrawPart(const char* id, const cv::Rect2d& area, bool padded, Content&& content) {
+void DrawPart(const char* id, const cv::Rect2d& area, bool padded, auto&& content) {
   if (area.width < 1.0 || area.height < 1.0) {
     return;
   }

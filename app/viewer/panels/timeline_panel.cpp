@@ -80,8 +80,7 @@ class TimelinePanel : public Panel {
   }
 
   // A button with a sign in the row, and what it does.
-  template <typename Action>
-  static void OnPress(const char* id, Icon icon, const char* tip, Action action, bool on = false) {
+  static void OnPress(const char* id, Icon icon, const char* tip, auto action, bool on = false) {
     if (IconButton(id, icon, tip, on)) {
       action();
     }

@@ -11,8 +11,7 @@
 namespace sqslam::viewer {
 namespace {
 
-template <typename Change>
-void Do(const EditContext& context, const std::string& what, Change change, const std::string& group = "") {
+void Do(const EditContext& context, const std::string& what, auto change, const std::string& group = "") {
   context.messages.Try([&] {
     context.editing.document.Do(
         what, [&](EditedState& state) { change(state.annotation); }, group);

@@ -110,8 +110,7 @@ struct Messages {
   void Complain(std::string text) { notices.push_back({std::move(text), true, 12.0}); }
 
   // Does something; what it throws becomes a message. False then.
-  template <typename Action>
-  bool Try(Action&& action) {
+  bool Try(auto&& action) {
     try {
       action();
       return true;

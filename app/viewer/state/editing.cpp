@@ -13,8 +13,7 @@ std::string NameOf(const Document& document, int id) {
   return object != nullptr ? ObjectName(*object) : fmt::format("object {}", id);
 }
 
-template <typename Change>
-void Edit(const EditContext& context, const std::string& what, Change change) {
+void Edit(const EditContext& context, const std::string& what, auto change) {
   context.messages.Try(
       [&] { context.editing.document.Do(what, [&](EditedState& state) { change(state.edits); }); });
 }

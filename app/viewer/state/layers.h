@@ -47,8 +47,7 @@ class BackgroundFile {
   using ValuePtr = std::shared_ptr<const Value>;
 
   // Begins to read `source` by read(source), unless it is there or something is still being read.
-  template <typename Read>
-  void Want(const std::filesystem::path& source, Read read) {
+  void Want(const std::filesystem::path& source, auto read) {
     if (!task_.valid() && (source != source_ || !value_)) {
       source_ = source;
       value_.reset();

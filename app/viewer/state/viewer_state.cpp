@@ -9,8 +9,7 @@
 namespace sqslam::viewer {
 namespace {
 
-template <typename Values>
-void Keep(std::filesystem::path& file, const Values& values, Messages& messages) {
+void Keep(std::filesystem::path& file, const auto& values, Messages& messages) {
   if (!messages.Try([&] { Save(file, values); })) {
     file.clear();
   }
@@ -110,8 +109,7 @@ void NextFrame(ViewerState& s) {
 }
 
 // An action on the replay; a run that goes on has none.
-template <typename Run>
-Action OnReplay(Run run) {
+Action OnReplay(auto run) {
   return [run](ViewerState& s) {
     if (!s.document.run.active) {
       run(s.playback, s.document.timeline);

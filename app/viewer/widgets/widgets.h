@@ -102,8 +102,7 @@ void Line(const std::vector<ImVec2>& points, ImU32 color, float width, bool clos
 void Stroke(const std::vector<ImVec2>& points, ImU32 color, float width, float rim, bool closed, ImU32 dark);
 
 // A window in the middle, above all others: content() fills it. `width`: ems.
-template <typename Content>
-void Dialog(const char* title, float width, Content&& content, int flags = 0) {
+void Dialog(const char* title, float width, auto&& content, int flags = 0) {
   const ImVec2 window = ImGui::GetIO().DisplaySize;
   const float em = ImGui::GetFontSize();
   ImGui::SetNextWindowPos(ImVec2(0.5F * window.x, 0.5F * window.y), ImGuiCond_Always, ImVec2(0.5F, 0.5F));
