@@ -27,7 +27,7 @@
 #include <array>
 #include <string>
 
-#include "render/gl/picture_shaders.h"
+#include "picture_shaders.h"
 
 namespace sqslam {
 namespace {

@@ -13,7 +13,7 @@
 #include <cmath>
 #include <utility>
 
-#include "render/gl/picture_shaders.h"
+#include "picture_shaders.h"
 #include "render/scene/scene_geometry.h"
 #include "render/scene/studio_light.h"
 

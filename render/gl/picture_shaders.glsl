@@ -1,14 +1,12 @@
-#pragma once
+// The fragment programs of PicturePass and of solids, without their declarations of the output. A line "//// NAME"
+// begins the constant of that name in picture_shaders.h, which the build makes of this file; "//VTK::FSQ" marks
+// are VTK's full-screen template, `texCoord` is its coordinate in [0, 1].
 
-// The fragment programs of PicturePass, without their declarations of the output. "//VTK::FSQ" marks are
-// VTK's full-screen template, `texCoord` is its coordinate in [0, 1].
-namespace sqslam::shaders {
-
+//// kLight
 // Light on solids, in place of VTK's: diffuse by the room's irradiance, reflection by Schlick's Fresnel term
 // in the approximation of Karis, "Physically based shading on mobile" (2014). Far sides, seen through near
 // ones, go without reflection. `roomUp`, `roomLamp` and `roomWindow` are directions seen from the camera;
 // VTK declares them, as it does with all uniforms of an actor's own.
-inline constexpr const char* kLight = R"(
   vec3 albedo = diffuseColor * diffuseColor;
   vec3 faced = vec3(dot(normalVCVSOutput, roomUp), dot(normalVCVSOutput, roomLamp), dot(normalVCVSOutput, roomWindow));
   vec3 lit = (1.0 - metallic) * albedo * studioIrradiance(faced);
@@ -26,27 +24,30 @@ inline constexpr const char* kLight = R"(
   }
 #endif
   gl_FragData[0] = vec4(sqrt(clamp(lit, 0.0, 1.0)), opacity);
-)";
 
+//// kSurfaceOutput
 // The solids' fragments hand on, besides colour and depth: the normal seen from the camera and a number
 // that tells the solids apart, both from 0 to 1 in eight bits. Nothing else is there: a wider target costs a
 // software renderer more than all effects together.
-inline constexpr const char* kSurfaceOutput = R"(
   gl_FragData[1] = vec4(0.5 * normalVCVSOutput.xy + 0.5, (mod(floor(solidNumber - 0.5), 250.0) + 2.0) / 255.0, 1.0);
-)";
 
+//// kNumberVertexDeclaration
 // The number as a property of the vertices.
-inline constexpr const char* kNumberVertexDeclaration = R"(in float solidNumberMC;
+in float solidNumberMC;
 out float solidNumber;
-//VTK::Normal::Dec)";
-inline constexpr const char* kNumberVertex = R"(solidNumber = solidNumberMC;
-//VTK::Normal::Impl)";
-inline constexpr const char* kNumberFragmentDeclaration = R"(in float solidNumber;
-//VTK::Normal::Dec)";
+//VTK::Normal::Dec
 
+//// kNumberVertex
+solidNumber = solidNumberMC;
+//VTK::Normal::Impl
+
+//// kNumberFragmentDeclaration
+in float solidNumber;
+//VTK::Normal::Dec
+
+//// kLens
 // Shared by the programs below: the distance along the line of sight, and from a distance and a place in the
 // picture to a point seen from the camera. `lens` is (P00, P11, P02, P12) of the projection.
-inline constexpr const char* kLens = R"(
 uniform vec4 lens;
 uniform vec2 depthRange;
 uniform sampler2D surfaces;
@@ -60,19 +61,18 @@ vec3 pointAt(vec2 at, float depth) {
   vec2 device = 2.0 * at - 1.0;
   return vec3(depth * (device.x + lens.z) / lens.x, depth * (device.y + lens.w) / lens.y, -depth);
 }
-)";
 
+//// kOcclusionDeclarations
 // Ambient occlusion after McGuire, Osman, Bukowski and Hennessy, "The Alchemy screen-space ambient obscurance
 // algorithm" (2011), Eq. 10, on a spiral of samples that turns from pixel to pixel in a 4 x 4 pattern.
-inline constexpr const char* kOcclusionDeclarations = R"(
 uniform ivec2 target;
 uniform int taps;
 uniform int surfacesPerPixel;
 uniform float radius;
 uniform vec4 ground;
 uniform int hasGround;
-)";
-inline constexpr const char* kOcclusion = R"(
+
+//// kOcclusion
   ivec2 last = textureSize(surfaces, 0) - 1;
   vec2 size = vec2(last + 1);
   ivec2 pixel = ivec2(texCoord * vec2(target));
@@ -111,15 +111,14 @@ inline constexpr const char* kOcclusion = R"(
     open = max(0.0, 1.0 - 2.6 * sum / float(max(taps, 1)));
   }
   gl_FragData[0] = vec4(open, distance, 0.0, 1.0);
-)";
 
+//// kSmoothingDeclarations
 // The mean over the 4 x 4 pattern, of neighbours at about the same distance. The second channel is the
 // distance; where there is no solid, -1 says that one is near.
-inline constexpr const char* kSmoothingDeclarations = R"(
 uniform sampler2D occlusion;
 uniform float radius;
-)";
-inline constexpr const char* kSmoothing = R"(
+
+//// kSmoothing
   ivec2 last = textureSize(occlusion, 0) - 1;
   ivec2 at = ivec2(texCoord * vec2(last + 1));
   vec2 middle = texelFetch(occlusion, at, 0).xy;
@@ -142,12 +141,11 @@ inline constexpr const char* kSmoothing = R"(
   beside = max(beside, texelFetch(occlusion, ivec2(at.x, max(at.y - 1, 0)), 0).y);
   gl_FragData[0] = vec4(weights > 0.0 ? sum / weights : 1.0,
                         middle.y > 0.0 ? middle.y : (beside > 0.0 ? -1.0 : 0.0), 0.0, 1.0);
-)";
 
+//// kFinishDeclarations
 // One pixel of the picture from its samples. SAMPLES, OCCLUSION, OUTLINE and EYE_DOME are defined before;
 // what only some pixels need stands in loops that the others leave at once, because a software renderer runs
 // through both sides of every branch.
-inline constexpr const char* kFinishDeclarations = R"(
 uniform sampler2D colors;
 uniform sampler2D occlusion;
 uniform int occlusionStep;
@@ -188,8 +186,8 @@ float openness(vec2 at, float depth) {
   }
   return weights > 0.0 ? sum / weights : 1.0;
 }
-)";
-inline constexpr const char* kFinish = R"(
+
+//// kFinish
   // The filter of the texture takes the mean of the 2 x 2 samples of a pixel.
   vec4 sum = texture(colors, texCoord);
 #if OCCLUSION || OUTLINE || EYE_DOME
@@ -263,6 +261,3 @@ inline constexpr const char* kFinish = R"(
 #endif
 #endif
   gl_FragData[0] = sum;
-)";
-
-}  // namespace sqslam::shaders
