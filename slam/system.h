@@ -10,6 +10,7 @@
 #include "slam/geometry/box2.h"
 #include "slam/geometry/camera.h"
 #include "slam/io/frame.h"
+#include "slam/io/trajectory.h"
 #include "slam/mapping/finished_map.h"
 #include "slam/snapshot/snapshot.h"
 #include "slam/system_options.h"

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "app/terminal/terminal.h"
+#include "render/picture/picture.h"
 #include "slam/run/run_host.h"
 
 namespace sqslam::app {

@@ -6,6 +6,7 @@
 #include <array>
 
 #include "slam/geometry/camera.h"
+#include "slam/geometry/lie.h"
 
 namespace sqslam {
 

@@ -9,6 +9,7 @@
 
 #include "slam/mapping/background_adjustment.h"
 #include "slam/mapping/finished_map.h"
+#include "slam/mapping/loop_correction.h"
 #include "slam/mapping/place_recognizer.h"
 #include "slam/mapping/submap.h"
 #include "slam/util/run_counters.h"

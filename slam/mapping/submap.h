@@ -15,6 +15,7 @@
 #include "slam/mapping/upright.h"
 #include "slam/objects/object_mapper.h"
 #include "slam/snapshot/snapshot.h"
+#include "slam/tracking/tracking_report.h"
 
 namespace sqslam {
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "slam/map/map.h"
+#include "slam/objects/gravity.h"
 #include "slam/objects/object_types.h"
 #include "slam/objects/support.h"
 

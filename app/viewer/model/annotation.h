@@ -9,6 +9,7 @@
 #include "slam/geometry/ray.h"
 #include "slam/geometry/rigid3.h"
 #include "slam/geometry/solid_iou.h"
+#include "slam/util/enum_names.h"
 
 namespace sqslam::viewer {
 
