@@ -30,7 +30,7 @@ Trajectory KeyframePoses(const MapSnapshot& map) {
 struct ExportArguments {
   std::string map;
   std::string output;
-  std::string edits;
+  ObjectArguments objects;
   bool meshes = false;
 };
 
@@ -57,7 +57,7 @@ void Export(const ExportArguments& a) {
   const fs::path output = a.output;
   const std::string extension = output.extension().string();
   CheckArguments(a, extension);
-  const MapSnapshotPtr map = OpenMap(map_path, a.edits, HiddenObjects::kKeep).Last();
+  const MapSnapshotPtr map = OpenMap(map_path, a.objects, HiddenObjects::kKeep).Last();
   if (extension == ".glb") {
     WriteFileAtomically(output, MapGlb(*map, TrackedPoses(map_path), "sqslam " SQSLAM_VERSION));
   } else if (extension == ".obj" || a.meshes) {
@@ -97,7 +97,7 @@ void AddExportCommand(Command& program) {
   Command& command = program.AddCommand("export", "Write a map's last state for other programs");
   command.Group("Input");
   command.Positional("MAP", a->map, "map.sqmap, or the result folder that holds it").Required();
-  AddEditsOption(command, a->edits);
+  AddObjectOptions(command, a->objects);
   command.Group("Output");
   command
       .Option("--output,-o FILE", a->output,

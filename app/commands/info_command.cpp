@@ -91,12 +91,12 @@ void PrintEdits(const std::filesystem::path& path, const std::string& edits) {
   }
 }
 
-void PrintInfo(const std::filesystem::path& path, bool config, bool history, const std::string& edits) {
+void PrintInfo(const std::filesystem::path& path, bool config, bool history, const ObjectArguments& objects) {
   if (Vocabulary::IsVocabularyFile(path)) {
     PrintVocabulary(path);
     return;
   }
-  const RecordingReader reader = OpenEdited(path, edits, HiddenObjects::kKeep);
+  const RecordingReader reader = OpenEdited(path, objects, HiddenObjects::kKeep);
   if (config) {
     fmt::print("{}", reader.Info().config);
     return;
@@ -107,7 +107,7 @@ void PrintInfo(const std::filesystem::path& path, bool config, bool history, con
   }
   fmt::print("map        {}\nsequence   {}\nwritten by sqslam {}\nsnapshots  {}\n", path.string(),
              reader.Info().sequence_path, reader.Info().program_version, reader.Size());
-  PrintEdits(path, edits);
+  PrintEdits(path, objects.edits);
   if (reader.Size() == 0) {
     return;
   }
@@ -128,13 +128,13 @@ void AddInfoCommand(Command& program) {
     std::string map;
     bool config = false;
     bool history = false;
-    std::string edits;
+    ObjectArguments objects;
   };
   const auto a = std::make_shared<Arguments>();
   Command& command = program.AddCommand("info", "Say what is in a map or a vocabulary");
   command.Group("Input");
   command.Positional("MAP", a->map, "map.sqmap, the result folder that holds it, or a vocabulary").Required();
-  AddEditsOption(command, a->edits);
+  AddObjectOptions(command, a->objects);
   command.Group("Output");
   command.Flag("--config", a->config, "Print the options the map was made with, as YAML");
   command.Flag("--history", a->history, "Print a line for each snapshot: how the map grew");
@@ -143,7 +143,7 @@ void AddInfoCommand(Command& program) {
     if (a->config && a->history) {
       throw UsageError("--config and --history: expected one of them");
     }
-    PrintInfo(MapFile(a->map), a->config, a->history, a->edits);
+    PrintInfo(MapFile(a->map), a->config, a->history, a->objects);
   });
 }
 

@@ -121,7 +121,7 @@ void CheckRenderArguments(const RenderArguments& a) {
   const bool frames = MakesFrames(a);
   ParseFrameRange(a.frames);  // refuses wrong ranges before anything is read
   if (!a.join.empty()) {
-    if (fs::path(a.output).extension() != ".mp4" || !a.map.empty() || !a.edits.empty()) {
+    if (fs::path(a.output).extension() != ".mp4" || !a.map.empty() || !a.objects.edits.empty()) {
       throw UsageError("--join: expected pieces and --output FILE.mp4, and no MAP or --edits");
     }
     return;
@@ -221,7 +221,7 @@ void AddRenderOptions(Command& command, RenderArguments& a) {
           "The map as it was at frame N of the run instead of the finished one, whose framing and colours it "
           "keeps")
       .AtLeast(0);
-  AddEditsOption(command, a.edits);
+  AddObjectOptions(command, a.objects);
   AddLayerOptions(command, a.layers);
   command.Group("Output");
   command.Option("--output,-o FILE", a.output,

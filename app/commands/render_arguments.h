@@ -40,7 +40,7 @@ struct SceneArguments {
 // The command line of `sqslam render`.
 struct RenderArguments {
   std::string map;
-  std::string edits;
+  ObjectArguments objects;
   std::string output;
   PictureOptions picture;
   std::optional<std::array<int, 2>> resolution;  // default: 1280,720, or as the images with --camera-frame

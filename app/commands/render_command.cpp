@@ -189,7 +189,7 @@ int Render(const RenderArguments& a) {
     return Join(a);
   }
   PictureOptions options = MakePictureOptions(a);
-  const RecordingReader reader = OpenMap(MapFile(a.map), a.edits, HiddenObjects::kLeaveOut);
+  const RecordingReader reader = OpenMap(MapFile(a.map), a.objects, HiddenObjects::kLeaveOut);
   if (a.camera_frame && !a.resolution) {
     const Camera camera = reader.Last()->camera;
     options.width = camera.width;

@@ -25,11 +25,12 @@ TruePath LayOver(const MapSnapshot& map, const fs::path& sequence) {
 
 fs::path MapFile(const fs::path& map) { return ResultFile(map, "map.sqmap"); }
 
-void AddEditsOption(Command& command, std::string& edits) {
+void AddObjectOptions(Command& command, ObjectArguments& a) {
   command.Option(
-      "--edits FILE", edits,
+      "--edits FILE", a.edits,
       "FILE.json with edits of the objects (names, labels, hidden, deleted and merged ones), as the viewer "
       "saves them; auto: the one beside the map. Without it the map as it was made");
+  command.Flag("--reliable-only", a.reliable_only, "Without the objects that are uncertain");
 }
 
 fs::path EditsFile(const fs::path& recording, const std::string& edits) {
@@ -44,12 +45,12 @@ fs::path EditsFile(const fs::path& recording, const std::string& edits) {
   return beside;
 }
 
-RecordingReader OpenEdited(const fs::path& recording, const std::string& edits, HiddenObjects hidden) {
-  const fs::path file = EditsFile(recording, edits);
-  if (file.empty()) {
+RecordingReader OpenEdited(const fs::path& recording, const ObjectArguments& a, HiddenObjects hidden) {
+  const fs::path file = EditsFile(recording, a.edits);
+  if (file.empty() && !a.reliable_only) {
     return RecordingReader(recording);
   }
-  const ObjectEdits read = ReadObjectEdits(file);
+  const ObjectEdits read = file.empty() ? ObjectEdits() : ReadObjectEdits(file);
   const RecordingReader plain(recording);
   if (plain.Size() > 0) {
     const std::vector<int> unknown = UnknownIds(read, *plain.Last());
@@ -59,11 +60,19 @@ RecordingReader OpenEdited(const fs::path& recording, const std::string& edits, 
     }
   }
   return RecordingReader(
-      recording, [read, hidden](const MapSnapshotPtr& snapshot) { return Apply(read, *snapshot, hidden); });
+      recording, [read, hidden, reliable_only = a.reliable_only](const MapSnapshotPtr& snapshot) {
+        const MapSnapshotPtr edited = Apply(read, *snapshot, hidden);
+        if (!reliable_only) {
+          return edited;
+        }
+        auto sifted = std::make_shared<MapSnapshot>(*edited);
+        std::erase_if(sifted->objects, [](const SnapshotObject& object) { return !IsReliable(object); });
+        return MapSnapshotPtr(std::move(sifted));
+      });
 }
 
-RecordingReader OpenMap(const fs::path& recording, const std::string& edits, HiddenObjects hidden) {
-  RecordingReader reader = OpenEdited(recording, edits, hidden);
+RecordingReader OpenMap(const fs::path& recording, const ObjectArguments& objects, HiddenObjects hidden) {
+  RecordingReader reader = OpenEdited(recording, objects, hidden);
   if (reader.Size() == 0) {
     throw InputError(fmt::format("{}: holds no snapshot, expected a map", recording.string()));
   }

@@ -16,20 +16,25 @@ namespace sqslam::app {
 // The recording that the user means: the file itself, or map.sqmap in a result folder.
 std::filesystem::path MapFile(const std::filesystem::path& map);
 
-// --edits: edits of the map's objects that the viewer saved. Without it commands show what was mapped.
-void AddEditsOption(Command& command, std::string& edits);
+// Which objects of a map a command works on.
+struct ObjectArguments {
+  std::string edits;           // file of the viewer's edits, or "auto"; empty: as they were mapped
+  bool reliable_only = false;  // without the uncertain ones
+};
+
+void AddObjectOptions(Command& command, ObjectArguments& arguments);
 
 // The file that the option means: itself, with "auto" the one beside the recording; empty where it was not
 // given. Throws InputError where "auto" finds none.
 std::filesystem::path EditsFile(const std::filesystem::path& recording, const std::string& edits);
 
-// A recording whose every snapshot is edited on the way. Warns of edits of objects that the map does not
-// have. Throws InputError that names the file.
-RecordingReader OpenEdited(const std::filesystem::path& recording, const std::string& edits,
+// A recording whose every snapshot is edited and sifted on the way. Warns of edits of objects that the map
+// does not have. Throws InputError that names the file.
+RecordingReader OpenEdited(const std::filesystem::path& recording, const ObjectArguments& objects,
                            HiddenObjects hidden);
 
 // The same; throws InputError too where no snapshot is in it.
-RecordingReader OpenMap(const std::filesystem::path& recording, const std::string& edits,
+RecordingReader OpenMap(const std::filesystem::path& recording, const ObjectArguments& objects,
                         HiddenObjects hidden);
 
 // Layers that are drawn with a map besides what it holds: options of `sqslam render` and of the viewer.

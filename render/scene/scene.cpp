@@ -46,6 +46,7 @@ Scene::Scene(const SceneStyle& style, const Quality& quality)
       trajectory_(MakeActor(style.cameras.width * Scale())),
       frusta_(MakeActor(style.cameras.keyframe_width * Scale())),
       current_(MakeActor(2.0 * style.cameras.keyframe_width * Scale())),
+      uncertain_(MakeActor(style.cameras.keyframe_width * Scale())),
       solids_(style.objects, clip_planes_) {
   renderer_->AutomaticLightCreationOff();
   renderer_->AddLight(vtkNew<vtkLight>());  // not used: solids have light of their own, all else has none
@@ -53,7 +54,7 @@ Scene::Scene(const SceneStyle& style, const Quality& quality)
     actor->ForceTranslucentOn();
     renderer_->AddActor(actor);
   }
-  for (const auto& actor : {true_path_, trajectory_, frusta_, current_}) {
+  for (const auto& actor : {true_path_, trajectory_, frusta_, current_, uncertain_}) {
     actor->ForceOpaqueOn();
     renderer_->AddActor(actor);
   }
@@ -135,13 +136,19 @@ void Scene::Show(const MapSnapshot& map, const SceneFocus& focus, const LabelCol
   studio_ = {focus.up, focus.front};
   casters_.clear();
   casting_.reset();
-  for (const SnapshotObject& object : map.objects) {
+  std::vector<SnapshotObject> solid;
+  const bool all = style.objects.uncertain == UncertainObjects::kSolid;
+  std::ranges::copy_if(map.objects, std::back_inserter(solid),
+                       [all](const SnapshotObject& object) { return all || IsReliable(object); });
+  SetGeometry(uncertain_, UncertainOutlines(map, colors, style),
+              style.objects.show && style.objects.uncertain == UncertainObjects::kOutline);
+  for (const SnapshotObject& object : solid) {
     const Eigen::Vector3d offset = object.superquadric.T_map_object.translation - focus.center;
     if (offset.norm() < 3.0 * focus.radius) {  // one stray object would cost all others their sharpness
       casters_.push_back(object.superquadric);
     }
   }
-  solids_.Show(map.objects, colors);
+  solids_.Show(solid, colors);
   pass_->SetEffects(Effects());
 }
 
@@ -179,7 +186,7 @@ void Scene::LookFrom(const ViewCamera& view, int height) {
     add_points(points_);
     add_points(object_points_);
   }
-  for (const auto& actor : {true_path_, trajectory_, frusta_, current_}) {
+  for (const auto& actor : {true_path_, trajectory_, frusta_, current_, uncertain_}) {
     add(actor, layers.opaque);
   }
   for (const auto& actor : {shadow_, grid_, covisibility_}) {

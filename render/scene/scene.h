@@ -79,6 +79,7 @@ class Scene {
   vtkSmartPointer<vtkActor> trajectory_;
   vtkSmartPointer<vtkActor> frusta_;
   vtkSmartPointer<vtkActor> current_;
+  vtkSmartPointer<vtkActor> uncertain_;
   SolidActors solids_;
   std::vector<PosedSuperquadric> casters_;    // of shadows, where nothing is cut
   std::optional<std::vector<bool>> casting_;  // which of them the shadow shows; empty: none was cast yet

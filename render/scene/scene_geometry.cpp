@@ -13,6 +13,7 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <numbers>
 #include <numeric>
 #include <utility>
 
@@ -248,6 +249,45 @@ vtkSmartPointer<vtkPolyData> TrajectoryLine(const MapSnapshot& map, const SceneS
     centers.push_back(map.T_map_camera->translation);
   }
   return PathLines({centers}, ParseColor(style.cameras.color));
+}
+
+vtkSmartPointer<vtkPolyData> UncertainOutlines(const MapSnapshot& map, const LabelColors& colors,
+                                               const SceneStyle& style) {
+  constexpr int kSteps = 96;
+  constexpr double kFaint = 0.5;
+  MeshBuilder builder;
+  for (const SnapshotObject& object : map.objects) {
+    if (IsReliable(object)) {
+      continue;
+    }
+    const Eigen::Vector3d background = ParseColor(style.background);
+    const Rgba color = ToRgba(kFaint * colors(object.label) + (1.0 - kFaint) * background);
+    const PosedSuperquadric& solid = object.superquadric;
+    const auto curve = [&](const auto& point_at) {
+      vtkIdType last = -1;
+      for (int i = 0; i <= kSteps; ++i) {
+        const double angle = -std::numbers::pi + 2.0 * std::numbers::pi * i / kSteps;
+        const vtkIdType next = builder.Add(solid.T_map_object * point_at(angle), color);
+        if (last >= 0) {
+          builder.Line(last, next);
+        }
+        last = next;
+      }
+    };
+    // The sections through the middle, and around the rims where it has any.
+    const double rim = 0.25 * std::numbers::pi;
+    for (const double latitude : {-rim, 0.0, rim}) {
+      curve([&](double angle) { return solid.shape.PointAt(latitude, angle); });
+    }
+    for (const double longitude : {0.0, 0.5 * std::numbers::pi}) {
+      curve([&](double angle) {
+        const bool back = std::abs(angle) > 0.5 * std::numbers::pi;
+        const double latitude = back ? std::copysign(std::numbers::pi, angle) - angle : angle;
+        return solid.shape.PointAt(latitude, back ? longitude - std::numbers::pi : longitude);
+      });
+    }
+  }
+  return builder.Finish();
 }
 
 vtkSmartPointer<vtkPolyData> KeyframeFrusta(const MapSnapshot& map, double height, const SceneStyle& style) {

@@ -48,6 +48,10 @@ vtkSmartPointer<vtkPolyData> PointCloud(const MapSnapshot& map, bool of_objects,
 // A line through the keyframes, on to the current camera.
 vtkSmartPointer<vtkPolyData> TrajectoryLine(const MapSnapshot& map, const SceneStyle& style);
 
+// Sections and rims of the objects that are not reliable, in faint colours.
+vtkSmartPointer<vtkPolyData> UncertainOutlines(const MapSnapshot& map, const LabelColors& colors,
+                                               const SceneStyle& style);
+
 // Frusta of the keyframes, thinned out where they crowd.
 vtkSmartPointer<vtkPolyData> KeyframeFrusta(const MapSnapshot& map, double height, const SceneStyle& style);
 

@@ -35,6 +35,11 @@ struct OverlayStyle {
 enum class AntiAliasing { kSsaa, kFxaa, kNone };
 constexpr auto EnumNames(AntiAliasing) { return std::array{"ssaa", "fxaa", "none"}; }
 
+// How objects are drawn that are more likely wrong than right (IsReliable): as thin lines, like the others,
+// or not at all.
+enum class UncertainObjects { kOutline, kSolid, kHide };
+constexpr auto EnumNames(UncertainObjects) { return std::array{"outline", "solid", "hide"}; }
+
 // Along the map's axes, or towards the camera.
 enum class ClipAxis { kNone, kX, kY, kZ, kView };
 constexpr auto EnumNames(ClipAxis) { return std::array{"none", "x", "y", "z", "view"}; }
@@ -48,7 +53,8 @@ struct SceneStyle {
     bool labels = false;     // names beside the objects
     double roughness = 0.5;  // of the surfaces: 0 a mirror, 1 chalk
     double metallic = 0.0;   // 0 paint, 1 metal
-    int segments = 128;      // at most so many steps of longitude for a superquadric; small ones get fewer
+    UncertainObjects uncertain = UncertainObjects::kOutline;
+    int segments = 128;  // at most so many steps of longitude for a superquadric; small ones get fewer
     bool operator==(const Objects&) const = default;
     void VisitFields(auto&& visit) {
       visit("show", show);
@@ -56,6 +62,7 @@ struct SceneStyle {
       visit("labels", labels);
       visit("roughness", roughness, 0.0, 1.0);
       visit("metallic", metallic, 0.0, 1.0);
+      visit("uncertain", uncertain);
       visit("segments", segments, 16, 512);
     }
   };

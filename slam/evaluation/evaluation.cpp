@@ -168,6 +168,8 @@ ordered_json SummaryJson(const Evaluation& evaluation) {
                           {"missed", objects.missed.size()},
                           {"extra", objects.extra.size()},
                           {"doubles", objects.duplicates.size()},
+                          {"uncertain", evaluation.uncertain},
+                          {"extra_reliable", evaluation.extra_reliable},
                           {"labels_agree", agreeing},
                           {"mean_iou", evaluation.iou.mean},
                           {"mean_iou_ellipsoid", evaluation.iou.mean_ellipsoid},
@@ -288,6 +290,10 @@ Evaluation Evaluate(const Trajectory& estimated, const std::vector<SnapshotObjec
     evaluation.iou = Summarize(evaluation, false);
     evaluation.scored_iou = Summarize(evaluation, true);
     evaluation.extra = DescribeExtra(evaluation);
+    evaluation.uncertain = static_cast<int>(
+        std::ranges::count_if(mapped, [](const SnapshotObject& o) { return !IsReliable(o); }));
+    evaluation.extra_reliable = static_cast<int>(std::ranges::count_if(
+        evaluation.objects.extra, [&](int index) { return IsReliable(evaluation.Mapped(index)); }));
     if (truth.has_detection_counts) {
       evaluation.coverage = CountCoverage(evaluation);
     }
@@ -328,6 +334,10 @@ std::string FormatEvaluation(const Evaluation& evaluation) {
   fmt::format_to(out, "objects            {} matched, {} missed, {} extra, {} doubles\n",
                  objects.matches.size(), objects.missed.size(), objects.extra.size(),
                  objects.duplicates.size());
+  if (evaluation.uncertain > 0) {
+    fmt::format_to(out, "  uncertain        {} of {} mapped; of the extra ones {} are not\n",
+                   evaluation.uncertain, evaluation.mapped.size(), evaluation.extra_reliable);
+  }
   for (const CoverageCount& count : evaluation.coverage) {
     fmt::format_to(out, "  with {} or more detections mapped: {} of {}\n", count.min_detections, count.mapped,
                    count.total);

@@ -65,6 +65,8 @@ struct Evaluation {
   std::vector<GroundTruthObject> truth;
   ObjectMatching objects;
   std::vector<ExtraLandmark> extra;     // in the order of objects.extra
+  int uncertain = 0;                    // mapped objects that are not reliable (IsReliable)
+  int extra_reliable = 0;               // extra ones that claim to be
   IouSummary iou;                       // of all ground-truth objects
   IouSummary scored_iou;                // of those whose IoU counts
   std::vector<CoverageCount> coverage;  // for 20 and for 60 detections, where counts are known

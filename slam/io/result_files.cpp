@@ -53,6 +53,8 @@ Json ToJson(const SnapshotObject& object) {
                {"half_size", ToJson(shape.half_size)},
                {"shape", {shape.e1, shape.e2}},
                {"points", object.points},
+               {"reliability", object.fit.reliability},
+               {"uncertain", !IsReliable(object)},
                {"fit", ToJson(object.fit)}};
   if (!object.name.empty()) {
     json["name"] = object.name;
@@ -69,6 +71,7 @@ SnapshotObject ObjectFromJson(const Json& json) {
   object.observations = json.value("observations", 0);
   object.points = json.value("points", 0);
   object.yaw = json.value("yaw", 0.0);
+  object.fit.reliability = json.value("reliability", 1.0);
   object.superquadric.T_map_object = PoseFromJson(json, "T_map_object");
   Superquadric& shape = object.superquadric.shape;
   for (int i = 0; i < 3; ++i) {

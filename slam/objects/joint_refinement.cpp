@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "slam/geometry/angles.h"
 #include "slam/objects/landmark_geometry.h"
@@ -27,27 +28,34 @@ void AddEdges(const SilhouetteView& view, const Camera& camera, const Refinement
     const double sigma =
         options.edge_sigma_px + options.edge_sigma_share * (axis == 0 ? box.width : box.height);
     problem.edges.push_back({R * normal, view.T_map_camera.translation, R.col(2),
-                             (axis == 0 ? camera.fx : camera.fy) / sigma, view.edge_exact[edge]});
+                             (axis == 0 ? camera.fx : camera.fy) / sigma, static_cast<int>(edge),
+                             (axis == 0 ? box.width : box.height) / sigma, view.edge_exact[edge]});
   }
 }
 
-// A place within the object: the mean of its points, or the centre of the start where there are none.
-Eigen::Vector3d SurePlace(const PosedSuperquadric& start, const RefinementInput& input) {
-  if (input.points.empty()) {
-    return start.T_map_object.translation;
+// A place within the object: the mean of its points; without points where the lines of sight through the
+// boxes' centres meet.
+Eigen::Vector3d PlaceOf(const RefinementInput& input) {
+  if (!input.points.empty()) {
+    return std::accumulate(input.points.begin(), input.points.end(), Eigen::Vector3d::Zero().eval()) /
+           static_cast<double>(input.points.size());
   }
+  Eigen::Matrix3d information = 1e-9 * Eigen::Matrix3d::Identity();
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& p : input.points) {
-    sum += p;
+  for (const SilhouetteView& view : input.views) {
+    const Eigen::Vector3d ray =
+        (view.T_map_camera.rotation * input.camera.Unproject(view.box.Center())).normalized();
+    const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - ray * ray.transpose();
+    information += across;
+    sum += across * view.T_map_camera.translation;
   }
-  return sum / static_cast<double>(input.points.size());
+  return information.ldlt().solve(sum);
 }
 
 // The largest half diagonal that a box shows, in map units at the object's place. What lies along the viewing
 // rays of an object seen from one side only is not observed and would grow without bound from update to
 // update.
-double LargestShown(const PosedSuperquadric& start, const RefinementInput& input) {
-  const Eigen::Vector3d place = SurePlace(start, input);
+double LargestShown(const RefinementInput& input, const Eigen::Vector3d& place) {
   double largest = 0.0;
   for (const SilhouetteView& view : input.views) {
     const double depth = (view.T_map_camera.Inverse() * place).z();
@@ -57,41 +65,37 @@ double LargestShown(const PosedSuperquadric& start, const RefinementInput& input
 }
 
 // Map units per pixel at the object, in the middle view.
-double UnitsPerPixel(const PosedSuperquadric& start, const RefinementInput& input) {
+double UnitsPerPixel(const RefinementInput& input, const Eigen::Vector3d& place) {
   std::vector<double> depths;
   for (const SilhouetteView& view : input.views) {
-    depths.push_back((view.T_map_camera.Inverse() * start.T_map_object.translation).z());
+    depths.push_back((view.T_map_camera.Inverse() * place).z());
   }
-  if (depths.empty()) {
-    return 0.01 * start.shape.half_size.mean();
-  }
-  return std::max(UpperMedian(std::move(depths)), 1e-6) / input.camera.fx;
+  return depths.empty() ? 1e-6 : std::max(UpperMedian(std::move(depths)), 1e-6) / input.camera.fx;
 }
 
 // Standard deviation of a point's distance to the surface that comes from its depth, map units: the less the
 // cameras moved, the worse a point is known along the lines of sight. The distance is measured along the
 // radius, so a surface seen under a grazing angle is told all the same.
-double RadialSigma(const Eigen::Vector3d& p, const PointCameras& cameras, const PosedSuperquadric& start,
+double RadialSigma(const Eigen::Vector3d& p, const PointCameras& cameras, const Eigen::Vector3d& place,
                    const Camera& camera, double pixel_sigma) {
   constexpr double kLeastSpread = 0.01;  // of the distance: bundle adjustment holds the depths together
   const Eigen::Vector3d line = p - cameras.mean;
-  const Eigen::Vector3d radius = p - start.T_map_object.translation;
-  const double along = std::abs(line.normalized().dot(radius.normalized()));
+  const double along = std::abs(line.normalized().dot((p - place).normalized()));
   const double spread = std::max(kLeastSpread * line.norm(), cameras.spread);
   return along * pixel_sigma * line.squaredNorm() / (camera.fx * spread);
 }
 
-void AddPoints(const PosedSuperquadric& start, const RefinementInput& input, const RefinementOptions& options,
-               RefinementProblem& problem) {
+void AddPoints(const RefinementInput& input, const Eigen::Vector3d& place, double shown,
+               const RefinementOptions& options, RefinementProblem& problem) {
   constexpr std::size_t kMaxPoints = 150;
   if (input.points.empty()) {
     return;
   }
   const double sigma =
-      options.point_sigma_px * UnitsPerPixel(start, input) + 0.02 * start.shape.half_size.mean();
+      options.point_sigma_px * UnitsPerPixel(input, place) + options.point_sigma_share * shown;
   const double weight = std::min(
       1.0, 4.0 * options.point_weight / static_cast<double>(std::min(input.points.size(), kMaxPoints)));
-  const double step = 0.5 * start.shape.half_size.mean();
+  const double step = 0.3 * shown;
   const std::size_t stride = (input.points.size() + kMaxPoints - 1) / kMaxPoints;
   for (std::size_t i = 0; i < input.points.size(); i += stride) {
     const Eigen::Vector3d& p = input.points[i];
@@ -99,7 +103,7 @@ void AddPoints(const PosedSuperquadric& start, const RefinementInput& input, con
       problem.points.push_back({p, 1.0 / sigma, weight, true});
       continue;
     }
-    const double radial = RadialSigma(p, input.point_cameras[i], start, input.camera, options.depth_sigma_px);
+    const double radial = RadialSigma(p, input.point_cameras[i], place, input.camera, options.depth_sigma_px);
     problem.points.push_back({p, 1.0 / std::hypot(sigma, radial), weight, true});
     if (i / stride % 2 == 0) {
       // On the line of sight before the point: outside.
@@ -109,27 +113,39 @@ void AddPoints(const PosedSuperquadric& start, const RefinementInput& input, con
   }
 }
 
-void AddContactAndPrior(const PosedSuperquadric& start, const RefinementInput& input,
-                        const RefinementOptions& options, RefinementProblem& problem) {
-  constexpr double kYawSigma = 5.0 * kRadiansPerDegree;
+void AddContact(const RefinementInput& input, double shown, const RefinementOptions& options,
+                RefinementProblem& problem) {
   const std::optional<double>& floor = input.support_height ? input.support_height : input.lowest;
   if (floor) {
-    const double height = std::max(2.0 * start.shape.half_size.z(), 0.5 * start.shape.half_size.maxCoeff());
-    problem.contact = {*floor, std::sqrt(options.contact_weight) / (options.contact_sigma * height),
-                       input.support_height.has_value()};
-  }
-  problem.prior = {options.prior_e1, options.prior_e2, 1.0 / options.prior_e_sigma,
-                   input.yaw ? input.yaw->yaw : 0.0, input.yaw ? input.yaw->quality / kYawSigma : 0.0};
-  if (input.is_flat) {
-    problem.prior.flat_log_ratio = std::log(options.flat_ratio);
-    problem.prior.flat_factor = 1.0 / options.flat_sigma;
+    const double sigma = std::hypot(options.contact_sigma * shown, input.support_sigma);
+    problem.contact = {*floor, std::sqrt(options.contact_weight) / sigma, input.support_height.has_value()};
   }
 }
 
-void SetBounds(const PosedSuperquadric& start, const RefinementInput& input, const RefinementOptions& options,
+void AddPrior(const Superquadric& start, const RefinementInput& input, const RefinementOptions& options,
+              RefinementProblem& problem) {
+  constexpr double kYawSigma = 5.0 * kRadiansPerDegree;
+  const ClassPrior& known = input.prior;
+  RefinementProblem::Prior& prior = problem.prior;
+  const double longer = start.half_size.x() >= start.half_size.y() ? 1.0 : -1.0;
+  prior.log_width_ratio = longer * known.log_width_ratio;
+  prior.width_factor = 1.0 / known.width_sigma;
+  prior.log_height_ratio = known.log_height_ratio;
+  prior.height_factor = 1.0 / known.height_sigma;
+  if (input.scale && known.log_metres) {
+    prior.log_size = *known.log_metres - input.scale->log_scale - std::log(2.0);
+    prior.size_factor = 1.0 / std::hypot(known.size_sigma, input.scale->sigma);
+  }
+  prior.exponents = ExponentsOf(NearestKind(start.e1, start.e2));
+  prior.exponent_factor = 1.0 / options.exponent_sigma;
+  prior.yaw = input.yaw ? input.yaw->yaw : 0.0;
+  prior.yaw_factor = input.yaw ? input.yaw->quality / kYawSigma : 0.0;
+  prior.bias_factor = 1.0 / options.edge_bias_sigma;
+}
+
+void SetBounds(const PosedSuperquadric& start, double shown, const RefinementOptions& options,
                RefinementProblem& problem) {
   constexpr double kLogRange = 6.5;
-  const double shown = LargestShown(start, input);
   problem.max_log_half =
       std::log(shown > 0.0 ? options.max_stretch * shown : 4.5 * start.shape.half_size.maxCoeff());
   problem.min_log_half = problem.max_log_half - kLogRange;
@@ -177,9 +193,12 @@ RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementI
   for (const SilhouetteView& view : input.views) {
     AddEdges(view, input.camera, options, problem);
   }
-  AddPoints(start, input, options, problem);
-  AddContactAndPrior(start, input, options, problem);
-  SetBounds(start, input, options, problem);
+  const Eigen::Vector3d place = PlaceOf(input);
+  const double shown = LargestShown(input, place);
+  AddPoints(input, place, shown, options, problem);
+  AddContact(input, shown, options, problem);
+  AddPrior(start.shape, input, options, problem);
+  SetBounds(start, shown, options, problem);
   RefinementProblem::Parameters parameters = RefinementProblem::Pack(start);
   auto log_half = parameters.segment<3>(RefinementProblem::kLogHalf);
   log_half = log_half.cwiseMax(problem.min_log_half + 0.5).cwiseMin(problem.max_log_half - 0.01);
@@ -190,8 +209,11 @@ RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementI
   const auto summary = solver.Solve(remembering, &parameters);
   RefinementResult result{RefinementProblem::Unpack(parameters), summary.final_cost,
                           Eigen::Matrix<double, 9, 9>::Zero()};
+  result.cost -=
+      std::log(input.prior.shapes[static_cast<std::size_t>(NearestKind(start.shape.e1, start.shape.e2))]);
   if (with_covariance) {
     result.covariance = problem.Covariance(parameters);
+    result.cost += problem.HalfLogInformation(parameters);
   }
   return result;
 }

@@ -8,6 +8,7 @@
 #include "slam/geometry/box2.h"
 #include "slam/geometry/camera.h"
 #include "slam/geometry/superquadric.h"
+#include "slam/objects/class_priors.h"
 #include "slam/objects/object_options.h"
 #include "slam/objects/object_types.h"
 
@@ -23,7 +24,7 @@ struct SilhouetteView {
 // Cameras from which a point was seen.
 struct PointCameras {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();  // of the camera centres, map frame
-  double spread = 0.0;                             // root mean square distance from that, map units
+  double spread = 0.0;  // root mean square distance from the line of sight, map units
 };
 
 struct RefinementInput {
@@ -34,12 +35,18 @@ struct RefinementInput {
   std::optional<double> support_height;     // z of the surface that it stands on; empty: none
   std::optional<double> lowest;             // z below which nothing of it can be: a surface under it
   Camera camera;
-  bool is_flat = false;  // of a kind that is much thinner than wide: see RefinementOptions::flat_labels
+  Eigen::Vector3d place =
+      Eigen::Vector3d::Zero();  // within the object, map frame: sets the scale of all terms
+  ClassPrior prior;
+  std::optional<MetricScale> scale;  // empty: the prior's sizes in metres say nothing
+  double support_sigma = 0.0;        // standard deviation of the surfaces' heights, map units
 };
 
 struct RefinementResult {
   PosedSuperquadric superquadric;
-  double cost = 0.0;                       // robust, comparable between starts on the same input
+  // Robust, half a chi square; with the covariance also the Occam factor and the share of the mode, so that
+  // the costs are negative logarithms of the evidence, comparable between starts and modes on the same input.
+  double cost = 0.0;
   Eigen::Matrix<double, 9, 9> covariance;  // of centre, half sizes, yaw, e1, e2
 };
 
@@ -49,7 +56,8 @@ struct RefinementResult {
 // normal n (camera frame, scaled so that n . p is the offset in the image times depth) the condition is n . c
 // + h(R^T n) = 0, where c is the object's centre and h the support function of the superquadric: exact,
 // smooth, and no silhouette has to be traced. Points give the radial distance of Eq. 11, the support gives
-// contact: lowest point = height. Without `with_covariance` that of the result is zero.
+// contact: lowest point = height. The prior has modes, for the kind of shape and for the longer horizontal
+// axis; the start tells which of them is meant. Without `with_covariance` that of the result is zero.
 RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementInput& input,
                                const RefinementOptions& options, bool with_covariance = true);
 

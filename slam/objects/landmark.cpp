@@ -37,28 +37,32 @@ double LabelVotes::BestScore() const {
 void Landmark::PointVotes::SeeInside(const Eigen::Vector3d& camera_centre) {
   ++inside;
   camera_sum += camera_centre;
-  camera_square_sum += camera_centre.squaredNorm();
+  camera_outer_sum += camera_centre * camera_centre.transpose();
 }
 
 void Landmark::PointVotes::Merge(const PointVotes& other) {
   inside += other.inside;
   outside += other.outside;
   camera_sum += other.camera_sum;
-  camera_square_sum += other.camera_square_sum;
+  camera_outer_sum += other.camera_outer_sum;
 }
 
 void Landmark::PointVotes::Transform(const Sim3d& S_new_old) {
-  const Eigen::Vector3d turned = S_new_old.scale * (S_new_old.rotation * camera_sum);
+  const Eigen::Matrix3d sR = S_new_old.scale * S_new_old.rotation.toRotationMatrix();
+  const Eigen::Vector3d turned = sR * camera_sum;
   const Eigen::Vector3d& t = S_new_old.translation;
-  camera_square_sum =
-      S_new_old.scale * S_new_old.scale * camera_square_sum + 2.0 * t.dot(turned) + inside * t.squaredNorm();
+  camera_outer_sum = sR * camera_outer_sum * sR.transpose() + turned * t.transpose() +
+                     t * turned.transpose() + inside * t * t.transpose();
   camera_sum = turned + inside * t;
 }
 
 Eigen::Vector3d Landmark::PointVotes::MeanCamera() const { return camera_sum / std::max(1, inside); }
 
-double Landmark::PointVotes::CameraSpread() const {
-  return std::sqrt(std::max(0.0, camera_square_sum / std::max(1, inside) - MeanCamera().squaredNorm()));
+double Landmark::PointVotes::CameraSpread(const Eigen::Vector3d& p_map) const {
+  const Eigen::Vector3d mean = MeanCamera();
+  const Eigen::Vector3d line = (p_map - mean).normalized();
+  const Eigen::Matrix3d covariance = camera_outer_sum / std::max(1, inside) - mean * mean.transpose();
+  return std::sqrt(std::max(0.0, covariance.trace() - line.dot(covariance * line)));
 }
 
 void Landmark::Add(const ObjectObservation& observation) {

@@ -60,13 +60,15 @@ struct Landmark {
     int inside = 0;
     int outside = 0;
     Eigen::Vector3d camera_sum = Eigen::Vector3d::Zero();  // centres at the `inside` sightings, map frame
-    double camera_square_sum = 0.0;                        // their squared norms
+    Eigen::Matrix3d camera_outer_sum = Eigen::Matrix3d::Zero();  // their outer products
 
     void SeeInside(const Eigen::Vector3d& camera_centre);
     void Merge(const PointVotes& other);
     void Transform(const Sim3d& S_new_old);
     Eigen::Vector3d MeanCamera() const;  // of the `inside` sightings; zero where there are none
-    double CameraSpread() const;         // root mean square distance of the cameras from that
+    // Root mean square distance of the cameras from the line through that and `p`: what they moved towards a
+    // point tells nothing of its depth.
+    double CameraSpread(const Eigen::Vector3d& p_map) const;
   };
 
   int id = 0;
@@ -90,6 +92,7 @@ struct Landmark {
   std::optional<double> support;  // height of the surface that it was found to stand on
   std::optional<PosedSuperquadric> quadric;  // of the boxes alone; only for the representation of that name
   Eigen::Matrix<double, 9, 9> covariance = Eigen::Matrix<double, 9, 9>::Zero();  // see ObjectFit
+  double reliability = 0.0;    // see reliability.h, in [0, 1]
   double box_agreement = 0.0;  // mean IoU of the projected superquadric and the boxes, in [0, 1]
 
   void Add(const ObjectObservation& observation);

@@ -8,6 +8,7 @@
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/landmark_outliers.h"
 #include "slam/objects/landmark_refinement.h"
+#include "slam/objects/reliability.h"
 #include "slam/objects/size_shape.h"
 #include "slam/objects/surroundings.h"
 
@@ -55,6 +56,62 @@ void MarkHiddenEdges(const Landmark& landmark, const EstimationContext& context,
   }
 }
 
+// The box with its edges that are not free moved out to those of `projected`, where that goes on behind them.
+Box2d Continued(const Box2d& box, const std::array<bool, 4>& edge_free, const Box2d& projected) {
+  double left = box.x;
+  double top = box.y;
+  double right = box.x + box.width;
+  double bottom = box.y + box.height;
+  left = edge_free[0] ? left : std::min(left, projected.x);
+  top = edge_free[1] ? top : std::min(top, projected.y);
+  right = edge_free[2] ? right : std::max(right, projected.x + projected.width);
+  bottom = edge_free[3] ? bottom : std::max(bottom, projected.y + projected.height);
+  return {left, top, right - left, bottom - top};
+}
+
+// At most `count` of the landmark's views that are not among `used`, evenly; `used` where there are hardly
+// any.
+std::vector<BoxView> HeldOutViews(const std::vector<BoxView>& all, const std::vector<BoxView>& used,
+                                  std::size_t count) {
+  constexpr std::size_t kFewest = 5;
+  std::vector<BoxView> others;
+  for (const BoxView& view : all) {
+    if (std::ranges::find(used, view.frame_index, &BoxView::frame_index) == used.end()) {
+      others.push_back(view);
+    }
+  }
+  if (others.size() < kFewest) {
+    return used;
+  }
+  std::vector<BoxView> held_out;
+  const std::size_t stride = (others.size() + count - 1) / count;
+  for (std::size_t i = 0; i < others.size(); i += stride) {
+    held_out.push_back(others[i]);
+  }
+  return held_out;
+}
+
+// Renews the landmark's reliability; `used`: the views that its estimate is made of.
+void JudgeReliability(Landmark& landmark, const std::vector<BoxView>& used,
+                      const EstimationContext& context) {
+  constexpr double kUnknownSigma = 0.25;  // of sizes without a covariance
+  std::vector<BoxView> held_out = HeldOutViews(landmark.views, used, used.size());
+  MarkHiddenEdges(landmark, context, held_out);
+  const Superquadric& shape = landmark.superquadric.shape;
+  const Eigen::Vector3d variances = landmark.covariance.diagonal().segment<3>(3);
+  ReliabilityEvidence evidence;
+  evidence.observations = landmark.observations;
+  evidence.held_out_agreement = BoxAgreement(landmark.visible, held_out, context.camera);
+  if (context.options->method == ObjectMethod::kRefined) {
+    evidence.log_size_sigma = landmark.refined
+                                  ? std::sqrt(variances.cwiseQuotient(shape.half_size.cwiseAbs2()).mean())
+                                  : kUnknownSigma;
+    evidence.class_surprise =
+        ClassSurprise(shape, context.classes->Of(landmark.labels.Best()), context.scale);
+  }
+  landmark.reliability = Reliability(evidence);
+}
+
 std::vector<int> IdsInOrder(std::vector<std::pair<double, int>> keyed) {
   std::sort(keyed.begin(), keyed.end());
   std::vector<int> ids;
@@ -71,7 +128,11 @@ double BoxAgreement(const PosedSuperquadric& superquadric, const std::vector<Box
   double sum = 0.0;
   for (const BoxView& view : views) {
     const std::optional<Box2d> box = ProjectToBox(superquadric, view.T_map_camera, camera);
-    sum += box ? IoU(ClipToImage(*box, camera), UndistortBox(view.box, camera)) : 0.0;
+    if (!box) {
+      continue;
+    }
+    const Box2d projected = ClipToImage(*box, camera);
+    sum += IoU(projected, Continued(UndistortBox(view.box, camera), view.edge_free, projected));
   }
   return views.empty() ? 0.0 : sum / static_cast<double>(views.size());
 }
@@ -138,6 +199,7 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
       CompleteHiddenPart(landmark, views, context);
       landmark.box_agreement = agreement;
       landmark.refined = true;
+      JudgeReliability(landmark, views, context);
       return;
     }
   }
@@ -146,6 +208,7 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
   landmark.covariance.setZero();
   landmark.box_agreement = BoxAgreement(landmark.superquadric, views, context.camera);
   landmark.refined = false;
+  JudgeReliability(landmark, views, context);
 }
 
 std::vector<int> MostOutdated(const std::map<int, Landmark>& landmarks, int most) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "slam/geometry/camera.h"
+#include "slam/objects/class_priors.h"
 #include "slam/objects/landmark.h"
 #include "slam/objects/object_options.h"
 #include "slam/objects/support.h"
@@ -19,7 +20,9 @@ struct EstimationContext {
   bool upright = false;
   const SupportSurfaces* supports = nullptr;
   Surroundings surroundings;  // of the landmark that is being estimated
-  bool thorough = false;      // refine from all starts, not only on from the last result
+  const ClassPriors* classes = nullptr;
+  std::optional<MetricScale> scale;  // of the map, by the other objects
+  bool thorough = false;             // refine from all starts, not only on from the last result
   std::uint64_t seed = 0;
 };
 

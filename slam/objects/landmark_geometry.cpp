@@ -37,6 +37,17 @@ bool AreFarApart(const PosedSuperquadric& a, const PosedSuperquadric& b) {
   return ((distance - reach_a - reach_b).array() > 0.0).any();
 }
 
+// The box through the moved midpoints of the box's edges.
+template <typename Move>
+Box2d WithMovedEdges(const Box2d& box, const Move& move) {
+  const Eigen::Vector2d c = box.Center();
+  const double left = move(Eigen::Vector2d(box.x, c.y())).x();
+  const double right = move(Eigen::Vector2d(box.x + box.width, c.y())).x();
+  const double top = move(Eigen::Vector2d(c.x(), box.y)).y();
+  const double bottom = move(Eigen::Vector2d(c.x(), box.y + box.height)).y();
+  return {left, top, right - left, bottom - top};
+}
+
 }  // namespace
 
 std::optional<Box2d> ProjectToBox(const PosedSuperquadric& superquadric, const Rigid3d& T_map_camera,
@@ -66,15 +77,15 @@ Box2d ClipToImage(const Box2d& box, const Camera& camera) {
 }
 
 Box2d UndistortBox(const Box2d& box, const Camera& camera) {
-  if (!camera.HasDistortion()) {
-    return box;
-  }
-  const Eigen::Vector2d c = box.Center();
-  const double left = camera.Undistort({box.x, c.y()}).x();
-  const double right = camera.Undistort({box.x + box.width, c.y()}).x();
-  const double top = camera.Undistort({c.x(), box.y}).y();
-  const double bottom = camera.Undistort({c.x(), box.y + box.height}).y();
-  return {left, top, right - left, bottom - top};
+  return !camera.HasDistortion()
+             ? box
+             : WithMovedEdges(box, [&](const Eigen::Vector2d& pixel) { return camera.Undistort(pixel); });
+}
+
+Box2d DistortBox(const Box2d& box, const Camera& camera) {
+  return !camera.HasDistortion() ? box : WithMovedEdges(box, [&](const Eigen::Vector2d& pixel) {
+    return camera.ProjectDistorted(camera.Unproject(pixel));
+  });
 }
 
 std::array<double, 4> NormalisedBounds(const Box2d& box, const Camera& camera) {

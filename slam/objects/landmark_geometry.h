@@ -18,8 +18,9 @@ std::optional<Box2d> ProjectToBox(const PosedSuperquadric& superquadric, const R
 
 Box2d ClipToImage(const Box2d& box, const Camera& camera);
 
-// The box around the undistorted edge midpoints of a box in distorted px.
+// The box around the undistorted edge midpoints of a box in distorted px, and the other way round.
 Box2d UndistortBox(const Box2d& box, const Camera& camera);
+Box2d DistortBox(const Box2d& box, const Camera& camera);
 
 // Left, top, right and bottom of a box (undistorted px) on the image plane at depth 1.
 std::array<double, 4> NormalisedBounds(const Box2d& box, const Camera& camera);

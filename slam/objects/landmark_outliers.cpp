@@ -140,7 +140,7 @@ std::vector<Eigen::Vector3d> Positions(const NamedPoints& points) {
   return positions;
 }
 
-SupportHeights PossibleSupports(const NamedPoints& points, const SupportSurfaces& surfaces) {
+SupportHeights PossibleSupports(const NamedPoints& points, const EstimationContext& context) {
   constexpr double kBelow = 0.35;  // share of points that may lie below a surface: noise
   constexpr double kReach = 1.5;
   if (points.empty()) {
@@ -152,6 +152,7 @@ SupportHeights PossibleSupports(const NamedPoints& points, const SupportSurfaces
     heights.push_back(p.z());
     centre += p.head<2>() / static_cast<double>(points.size());
   }
+  const SupportSurfaces surfaces = context.supports->Around(centre, context.surroundings.others);
   std::vector<double> radii;
   for (const auto& [id, p] : points) {
     radii.push_back((p.head<2>() - centre).norm());
@@ -179,7 +180,7 @@ NamedPoints RemoveOutliers(Landmark& landmark, const std::vector<BoxView>& views
     points = Keep(points, InsideBoxes(points, views, context));
   }
   if (options.method == ObjectMethod::kRefined) {
-    for (const double height : PossibleSupports(points, *context.supports).near) {
+    for (const double height : PossibleSupports(points, context).near) {
       points = WithoutSurface(points, height);
     }
     points = WithoutSmallerObjects(points, context.surroundings.smaller);

@@ -23,6 +23,6 @@ NamedPoints RemoveOutliers(Landmark& landmark, const std::vector<BoxView>& views
                            const EstimationContext& context);
 
 // Heights of the surfaces that something with these points may stand on, from high to low.
-SupportHeights PossibleSupports(const NamedPoints& points, const SupportSurfaces& surfaces);
+SupportHeights PossibleSupports(const NamedPoints& points, const EstimationContext& context);
 
 }  // namespace sqslam

@@ -15,8 +15,7 @@
 namespace sqslam {
 namespace {
 
-// Exponents of shapes like a box, a cylinder and a ball.
-constexpr std::array kShapeKinds = {std::pair(0.25, 0.25), std::pair(0.25, 1.0), std::pair(1.0, 1.0)};
+constexpr double kUnlikely = 0.1;  // kinds of shape with a smaller share are not tried
 
 std::optional<YawEstimate> YawFromAllLines(const Landmark& landmark, const EstimationContext& context) {
   std::vector<LineView> views;
@@ -26,16 +25,12 @@ std::optional<YawEstimate> YawFromAllLines(const Landmark& landmark, const Estim
   return YawFromLines(views, context.camera, context.options->yaw);
 }
 
-bool IsFlat(const Landmark& landmark, const RefinementOptions& options) {
-  return std::ranges::find(options.flat_labels, landmark.labels.Best()) != options.flat_labels.end();
-}
-
 // Box-like, cylinder-like and ball-like at the yaw of the lines and of the cloud, and the last result. A box
 // can't turn into a ball by small steps that each fit better. A screen that stands is thin along either axis.
 std::vector<PosedSuperquadric> RefinementStarts(const Landmark& landmark,
                                                 const std::vector<Eigen::Vector3d>& points,
-                                                const std::optional<YawEstimate>& line_yaw,
-                                                const ObjectOptions& options) {
+                                                const RefinementInput& input, const ObjectOptions& options) {
+  const std::optional<YawEstimate>& line_yaw = input.yaw;
   std::vector<double> yaws;
   if (line_yaw) {
     yaws.push_back(line_yaw->yaw);
@@ -55,17 +50,26 @@ std::vector<PosedSuperquadric> RefinementStarts(const Landmark& landmark,
     PosedSuperquadric start = SuperquadricAtYaw(points, yaw, options.size_shape, false);
     const double thin = 0.1 * start.shape.half_size.maxCoeff();  // flat starts can't grow
     start.shape.half_size = start.shape.half_size.cwiseMax(thin);
-    for (const auto& [e1, e2] : kShapeKinds) {
-      start.shape.e1 = e1;
-      start.shape.e2 = e2;
-      starts.push_back(start);
-    }
-    if (IsFlat(landmark, options.refinement)) {
+    // With the depth that points of one side do not show, along either axis.
+    constexpr double kClearlyLonger = 0.15;
+    std::vector<PosedSuperquadric> sized = {start};
+    if (input.prior.log_width_ratio > kClearlyLonger) {
+      const double longer = start.shape.half_size.head<2>().maxCoeff();
       for (int axis = 0; axis < 2; ++axis) {
-        PosedSuperquadric upright = start;
-        upright.shape.e1 = upright.shape.e2 = 0.25;
-        upright.shape.half_size[axis] = thin;
-        starts.push_back(upright);
+        sized.push_back(start);
+        sized.back().shape.half_size[axis] = longer * std::exp(-input.prior.log_width_ratio);
+        sized.back().shape.half_size[1 - axis] = longer;
+      }
+    }
+    for (PosedSuperquadric& one : sized) {
+      for (const ShapeKind kind : kShapeKinds) {
+        if (input.prior.shapes[static_cast<std::size_t>(kind)] < kUnlikely) {
+          continue;
+        }
+        const auto [e1, e2] = ExponentsOf(kind);
+        one.shape.e1 = e1;
+        one.shape.e2 = e2;
+        starts.push_back(one);
       }
     }
   }
@@ -78,10 +82,12 @@ RefinementInput InputOf(const Landmark& landmark, const std::vector<BoxView>& vi
   for (const auto& [id, p] : landmark.points) {
     const Landmark::PointVotes& vote = landmark.votes.at(id);
     input.points.push_back(p);
-    input.point_cameras.push_back({vote.MeanCamera(), vote.CameraSpread()});
+    input.point_cameras.push_back({vote.MeanCamera(), vote.CameraSpread(p)});
   }
   input.camera = context.camera;
-  input.is_flat = IsFlat(landmark, context.options->refinement);
+  input.prior = context.classes->Of(landmark.labels.Best());
+  input.scale = context.scale;
+  input.support_sigma = 0.5 * context.supports->Tolerance();
   const bool bottom_seen = IsBottomSeen(views);
   for (const BoxView& view : views) {
     std::array<bool, 4> exact = view.edge_free;
@@ -169,7 +175,7 @@ RefinementInput Thinned(const RefinementInput& input, std::size_t stride) {
 // to is forgotten: a full refinement that starts there ends in worse places than one from the start itself.
 void KeepPromising(const RefinementInput& input, const RefinementOptions& options,
                    std::vector<Candidate>& candidates) {
-  constexpr std::size_t kKept = 2;
+  constexpr std::size_t kKept = 3;
   constexpr std::size_t kViews = 10;
   constexpr int kSteps = 8;
   const std::size_t stride = std::max<std::size_t>(1, input.views.size() / kViews);
@@ -187,6 +193,16 @@ void KeepPromising(const RefinementInput& input, const RefinementOptions& option
   }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; });
+  // Of two kinds of shape: the short look hardly tells these apart.
+  const auto kind = [](const Candidate& candidate) {
+    return NearestKind(candidate.start.shape.e1, candidate.start.shape.e2);
+  };
+  const auto other = std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& candidate) {
+    return kind(candidate) != kind(candidates.front());
+  });
+  if (other != candidates.end()) {
+    std::rotate(candidates.begin() + 1, other, other + 1);
+  }
   candidates.resize(std::min(candidates.size(), kKept));
 }
 
@@ -208,7 +224,8 @@ std::vector<PosedSuperquadric> Neighbours(const PosedSuperquadric& s) {
   turned.T_map_object.rotation =
       s.T_map_object.rotation * Eigen::AngleAxisd(0.25 * std::numbers::pi, Eigen::Vector3d::UnitZ());
   neighbours.push_back(turned);
-  for (const auto& [e1, e2] : kShapeKinds) {
+  for (const ShapeKind kind : kShapeKinds) {
+    const auto [e1, e2] = ExponentsOf(kind);
     PosedSuperquadric reshaped = s;
     reshaped.shape.e1 = e1;
     reshaped.shape.e2 = e2;
@@ -245,9 +262,9 @@ StandingFit RefineLandmark(const Landmark& landmark, const std::vector<BoxView>&
   const ObjectOptions& options = *context.options;
   RefinementInput input = InputOf(landmark, views, context);
   input.yaw = YawFromAllLines(landmark, context);
-  const SupportHeights supports = PossibleSupports(landmark.points, *context.supports);
+  const SupportHeights supports = PossibleSupports(landmark.points, context);
   if (thorough || !landmark.refined) {
-    const auto starts = RefinementStarts(landmark, input.points, input.yaw, options);
+    const auto starts = RefinementStarts(landmark, input.points, input, options);
     return RefineStanding(starts, std::move(input), supports, options.refinement,
                           context.thorough ? SearchEffort::kThorough : SearchEffort::kPromising);
   }

@@ -11,6 +11,7 @@
 #include "slam/objects/landmark.h"
 #include "slam/objects/landmark_estimation.h"
 #include "slam/objects/merging.h"
+#include "slam/util/data_path.h"
 
 namespace sqslam {
 
@@ -31,6 +32,7 @@ double PointRms(const Landmark& landmark, const PosedSuperquadric& solid) {
 
 struct ObjectMapper::Impl {
   ObjectOptions options;
+  ClassPriors classes;
   std::uint64_t seed = 0;
   std::map<int, Landmark> landmarks;  // by id
   std::map<int, int> merged_into;     // old id -> surviving id (may have been merged on)
@@ -70,6 +72,8 @@ struct ObjectMapper::Impl {
                               .upright = upright,
                               .supports = &supports,
                               .surroundings = {},
+                              .classes = &classes,
+                              .scale = {},
                               .thorough = all,
                               .seed = seed};
     Estimate(all ? Ids() : MostOutdated(landmarks, options.max_estimates), poses, context);
@@ -83,6 +87,7 @@ struct ObjectMapper::Impl {
       Landmark& landmark = landmarks.at(id);
       RenewPoses(landmark, poses);
       context.surroundings = SurroundingsOf(landmark, Shown());
+      context.scale = ScaleWithout(id, SizedObjects());
       EstimateLandmark(landmark, context);
       if (options.representation == Representation::kQuadric) {
         landmark.quadric = EstimateDualQuadric(SpreadViews(landmark.views, options.refinement.max_views),
@@ -107,6 +112,20 @@ struct ObjectMapper::Impl {
       }
     }
     return shown;
+  }
+
+  // The shown objects whose class has a size.
+  std::vector<SizedObject> SizedObjects() const {
+    constexpr double kMapped = 0.15;  // standard deviation of the logarithm of a mapped size
+    std::vector<SizedObject> sized;
+    for (const Landmark* landmark : Shown()) {
+      const ClassPrior& known = classes.Of(landmark->labels.Best());
+      if (known.log_metres) {
+        sized.push_back({landmark->id, *known.log_metres - LogSize(landmark->superquadric.shape),
+                         std::hypot(known.size_sigma, kMapped)});
+      }
+    }
+    return sized;
   }
 
   // Returns the survivors, which are to be estimated.
@@ -177,12 +196,14 @@ struct ObjectMapper::Impl {
 
   // Other representations than the refined superquadric have no covariance: zero.
   ObjectFit FitOf(const Landmark& landmark, const PosedSuperquadric& solid) const {
-    const double rms = PointRms(landmark, solid);
-    if (options.representation == Representation::kSuperquadric || !last_camera) {
-      return {landmark.box_agreement, rms, landmark.covariance};
+    ObjectFit fit{landmark.box_agreement, PointRms(landmark, solid), landmark.reliability,
+                  landmark.covariance};
+    if (options.representation != Representation::kSuperquadric && last_camera) {
+      const std::vector<BoxView> views = SpreadViews(landmark.views, options.refinement.max_views);
+      fit.box_agreement = BoxAgreement(solid, views, *last_camera);
+      fit.covariance.setZero();
     }
-    const std::vector<BoxView> views = SpreadViews(landmark.views, options.refinement.max_views);
-    return {BoxAgreement(solid, views, *last_camera), rms, Eigen::Matrix<double, 9, 9>::Zero()};
+    return fit;
   }
 
   void Publish() {
@@ -208,6 +229,11 @@ struct ObjectMapper::Impl {
 ObjectMapper::ObjectMapper(const ObjectOptions& options, std::uint64_t seed) : impl_(new Impl) {
   impl_->options = options;
   impl_->seed = seed;
+  if (options.class_priors != "off") {
+    impl_->classes =
+        ClassPriors::Read(options.class_priors == "default" ? DataPath("configs/classes.yaml")
+                                                            : std::filesystem::path(options.class_priors));
+  }
 }
 ObjectMapper::~ObjectMapper() = default;
 ObjectMapper::ObjectMapper(ObjectMapper&&) noexcept = default;

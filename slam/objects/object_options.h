@@ -11,8 +11,7 @@ namespace sqslam {
 
 // Choice of the detector's boxes that are looked at.
 struct DetectionFilterOptions {
-  // Things that move by themselves, and parts of a kitchen that have no end of their own.
-  std::vector<std::string> ignored_labels = {"person", "sink", "oven", "refrigerator"};
+  std::vector<std::string> ignored_labels = {"person"};  // things that move by themselves
   double min_score = 0.25;        // detector score below which a box is not looked at, in [0, 1]
   double max_box_share = 0.9;     // boxes that cover more of the image are dropped, share of the image area
   double min_box_share = 0.0005;  // boxes that cover less of the image are dropped, share of the image area
@@ -177,22 +176,20 @@ struct RefinementOptions {
   int max_views = 30;              // views whose box edges are used, spread over the viewing directions
   double edge_sigma_px = 1.5;      // standard deviation of a box edge, px, plus
   double edge_sigma_share = 0.03;  // this share of the box size
-  double point_sigma_px =
-      1.5;  // standard deviation of a point's distance to the surface, px in a typical view
+  // Standard deviation of a point's distance to the surface, px in a typical view, plus a share of the size
+  // that boxes show: no superquadric follows every bump.
+  double point_sigma_px = 1.5;
+  double point_sigma_share = 0.01;
   // Standard deviation of a point's image, px: the less the cameras moved that saw it, the less its depth
   // counts; 0: as much as the rest.
   double depth_sigma_px = 3.0;
-  double point_weight = 10.0;    // the points together weigh at most as much as so many views
-  double contact_sigma = 0.05;   // standard deviation of the gap to the support, share of the object's height
+  double point_weight = 1.0;     // the points together weigh at most as much as so many views
+  double contact_sigma = 0.05;   // standard deviation of the gap to the support, share of the shown size
   double contact_weight = 10.0;  // of contact against one box edge
   double floating_cost = 8.0;    // half the chi square that standing on nothing must save
-  double prior_e1 = 0.3;         // things that stand on a support mostly have flat tops, in [0.1, 1.9]
-  double prior_e2 = 0.5;         // in [0.1, 1.9]
-  double prior_e_sigma = 0.3;    // standard deviation of both exponents about them
-  // Kinds of things that are known to be thin: the back of a screen is hardly ever seen, and no box shows it.
-  std::vector<std::string> flat_labels = {"tv"};
-  double flat_ratio = 0.1;       // their shortest half size is at most this share of the longest, in (0, 1]
-  double flat_sigma = 0.3;       // standard deviation of the natural logarithm of that share beyond it
+  double exponent_sigma = 0.2;   // standard deviation of both exponents about those of the kind of shape
+  double edge_bias_sigma =
+      0.02;                      // standard deviation of what a detector adds to all boxes at one side, share
   double max_stretch = 1.0;      // half sizes at most so many times the largest half diagonal of a box
   int max_iterations = 30;       // Levenberg-Marquardt steps
   double cost_tolerance = 0.02;  // a step that saves less ends it; the cost is half a chi square
@@ -206,14 +203,11 @@ struct RefinementOptions {
     visit("depth_sigma_px", depth_sigma_px, 0.0, 100.0);
     visit("point_weight", point_weight, 0.0, 10000.0);
     visit("contact_sigma", contact_sigma, 1e-4, 10.0);
-    visit("prior_e1", prior_e1, 0.1, 1.9);
-    visit("prior_e2", prior_e2, 0.1, 1.9);
-    visit("prior_e_sigma", prior_e_sigma, 0.01, 100.0);
+    visit("exponent_sigma", exponent_sigma, 0.01, 100.0);
+    visit("edge_bias_sigma", edge_bias_sigma, 1e-6, 1.0);
+    visit("point_sigma_share", point_sigma_share, 0.0, 1.0);
     visit("contact_weight", contact_weight, 0.0, 1000.0);
     visit("floating_cost", floating_cost, 0.0, 1e6);
-    visit("flat_labels", flat_labels);
-    visit("flat_ratio", flat_ratio, 0.001, 1.0);
-    visit("flat_sigma", flat_sigma, 0.01, 100.0);
     visit("max_stretch", max_stretch, 0.5, 100.0);
     visit("max_iterations", max_iterations, 1, 1000);
     visit("cost_tolerance", cost_tolerance, 1e-9, 100.0);
@@ -275,12 +269,14 @@ constexpr auto EnumNames(Representation) {
 struct ObjectOptions {
   ObjectMethod method = ObjectMethod::kRefined;
   Representation representation = Representation::kSuperquadric;
-  int min_observations = 10;        // boxes an object needs to be shown
-  int min_points = 4;               // map points an object needs to be shown
+  std::string class_priors =
+      "default";              // what is known of classes: default (configs/classes.yaml), off, or a file
+  int min_observations = 10;  // boxes an object needs to be shown
+  int min_points = 4;         // map points an object needs to be shown
   double min_box_agreement = 0.35;  // mean IoU of projected object and boxes that an object needs to be shown
   double pointless_box_agreement = 0.6;  // the same for an object with fewer than min_points
   int forget_after = 300;  // frames without a box after which an object that was never good is deleted
-  int max_estimates = 3;   // objects that are estimated anew at a keyframe, the most outdated; 0: no limit
+  int max_estimates = 2;   // objects that are estimated anew at a keyframe, the most outdated; 0: no limit
   DetectionFilterOptions detections;
   AssociationOptions association;
   OutlierOptions outliers;
@@ -294,6 +290,7 @@ struct ObjectOptions {
   void VisitFields(Visitor&& visit) {
     visit("method", method);
     visit("representation", representation);
+    visit("class_priors", class_priors);
     visit("min_observations", min_observations, 1, 10000);
     visit("min_points", min_points, 0, 10000);
     visit("min_box_agreement", min_box_agreement, 0.0, 1.0);

@@ -81,7 +81,7 @@ struct ObjectTracker::Impl {
       if (parts.projection && track.IsEstimated() &&
           MayBeInView(track.view->superquadric, frame.T_map_camera, frame.camera)) {
         const auto box = ProjectToBox(track.view->superquadric, frame.T_map_camera, frame.camera);
-        const Box2d clipped = box ? ClipToImage(*box, frame.camera) : Box2d();
+        const Box2d clipped = box ? ClipToImage(DistortBox(*box, frame.camera), frame.camera) : Box2d();
         if (clipped.Area() > 0.0) {
           track.projected_box = clipped;
         }

@@ -11,7 +11,7 @@ namespace {
 
 using Gradient = RefinementProblem::Parameters;
 
-constexpr int kPriors = 5;
+constexpr int kPriors = 10;
 constexpr int kBounds = 3;
 constexpr double kMiddleExponent = 0.5 * (kMinShapeExponent + kMaxShapeExponent);
 constexpr double kExponentReach = 0.5 * (kMaxShapeExponent - kMinShapeExponent);
@@ -67,7 +67,7 @@ struct Residual {
   }
 };
 
-Residual EdgeResidual(const State& state, const RefinementProblem::Edge& edge) {
+Residual EdgeResidual(const State& state, const double* x, const RefinementProblem::Edge& edge) {
   const Eigen::Vector3d offset = state.centre - edge.camera_centre;
   const double depth = edge.forward_map.dot(offset);
   Residual residual;
@@ -82,18 +82,20 @@ Residual EdgeResidual(const State& state, const RefinementProblem::Edge& edge) {
   const SuperquadricNorm<PNormWithSlope> support(u, p1, p2);
   const Eigen::Vector3d du = support.Gradient();
   const double scale = edge.factor / depth;
-  residual.value = scale * (edge.normal_map.dot(offset) + support.Value());
+  const double beyond = scale * (edge.normal_map.dot(offset) + support.Value());
+  residual.value = beyond + edge.size * x[RefinementProblem::kBias + edge.side];
   if (!edge.exact && residual.value > 0.0) {
     residual.value = 0.0;
     return residual;
   }
   Gradient& g = residual.gradient;
-  g.head<3>() = scale * edge.normal_map - residual.value / depth * edge.forward_map;
+  g.head<3>() = scale * edge.normal_map - beyond / depth * edge.forward_map;
   g.segment<3>(RefinementProblem::kLogHalf) = scale * du.cwiseProduct(u);
   g[RefinementProblem::kYaw] = scale * (du.x() * state.half.x() * n.y() - du.y() * state.half.y() * n.x());
   g[RefinementProblem::kExponents] = scale * support.whole.by_p * 0.5 * p1 * p1 * state.exponent_slope[0];
   g[RefinementProblem::kExponents + 1] =
       scale * support.whole.by_x * support.section.by_p * 0.5 * p2 * p2 * state.exponent_slope[1];
+  g[RefinementProblem::kBias + edge.side] = edge.size;
   return residual;
 }
 
@@ -133,40 +135,37 @@ Residual ContactResidual(const State& state, const RefinementProblem::Contact& c
   return residual;
 }
 
-// The shortest half size is at most a given share of the longest.
-Residual FlatResidual(const double* x, const RefinementProblem::Prior& prior) {
-  constexpr int kLogHalf = RefinementProblem::kLogHalf;
-  const auto [thin, wide] = std::minmax_element(x + kLogHalf, x + kLogHalf + 3);
-  Residual residual;
-  const double beyond = *thin - *wide - prior.flat_log_ratio;
-  if (beyond > 0.0) {
-    residual.value = prior.flat_factor * beyond;
-    residual.gradient[static_cast<int>(thin - x)] += prior.flat_factor;
-    residual.gradient[static_cast<int>(wide - x)] -= prior.flat_factor;
-  }
-  return residual;
-}
-
 Residual PriorResidual(const State& state, const double* x, const RefinementProblem::Prior& prior,
                        int index) {
-  constexpr double kLogRatioSigma = 1.5;
   constexpr int kLogHalf = RefinementProblem::kLogHalf;
+  constexpr double kWidth = 2.0;  // of Cauchy's loss: labels may be wrong, and things lie on their side
   Residual residual;
+  // A weighted sum of the logarithms of the half sizes.
+  const auto sizes = [&](const Eigen::Vector3d& weights, double expected, double factor) {
+    const Eigen::Vector3d logs(x[kLogHalf], x[kLogHalf + 1], x[kLogHalf + 2]);
+    residual.value = factor * (weights.dot(logs) - expected);
+    residual.gradient.segment<3>(kLogHalf) = factor * weights;
+    residual.MakeRobust(kWidth, 1.0);
+  };
   if (index == 0) {
-    residual.value = (x[kLogHalf] - x[kLogHalf + 1]) / kLogRatioSigma;
-    residual.gradient[kLogHalf] = 1.0 / kLogRatioSigma;
-    residual.gradient[kLogHalf + 1] = -1.0 / kLogRatioSigma;
-  } else if (index < 3) {
-    const double expected = index == 1 ? prior.e1 : prior.e2;
-    residual.value = prior.exponent_factor * (state.exponent[index - 1] - expected);
-    residual.gradient[RefinementProblem::kExponents + index - 1] =
-        prior.exponent_factor * state.exponent_slope[index - 1];
-  } else if (index == 3) {
-    const double quarter = 4.0 * (x[RefinementProblem::kYaw] - prior.yaw);
-    residual.value = prior.yaw_factor * std::sin(quarter) / 4.0;
-    residual.gradient[RefinementProblem::kYaw] = prior.yaw_factor * std::cos(quarter);
+    sizes({1.0, -1.0, 0.0}, prior.log_width_ratio, prior.width_factor);
+  } else if (index == 1) {
+    sizes({-0.5, -0.5, 1.0}, prior.log_height_ratio, prior.height_factor);
+  } else if (index == 2) {
+    sizes(Eigen::Vector3d::Constant(1.0 / 3.0), prior.log_size, prior.size_factor);
+  } else if (index < 5) {
+    const std::size_t i = static_cast<std::size_t>(index - 3);
+    residual.value = prior.exponent_factor * (state.exponent[i] - prior.exponents[i]);
+    residual.gradient[RefinementProblem::kExponents + index - 3] =
+        prior.exponent_factor * state.exponent_slope[i];
+  } else if (index == 5) {
+    const double half = 2.0 * (x[RefinementProblem::kYaw] - prior.yaw);
+    residual.value = prior.yaw_factor * std::sin(half) / 2.0;
+    residual.gradient[RefinementProblem::kYaw] = prior.yaw_factor * std::cos(half);
   } else {
-    residual = FlatResidual(x, prior);
+    const int side = RefinementProblem::kBias + index - 6;
+    residual.value = prior.bias_factor * x[side];
+    residual.gradient[side] = prior.bias_factor;
   }
   return residual;
 }
@@ -175,7 +174,7 @@ Residual PriorResidual(const State& state, const double* x, const RefinementProb
 
 RefinementProblem::Parameters RefinementProblem::Pack(const PosedSuperquadric& superquadric) {
   constexpr double kInside = 0.999;  // on the very bound the sine has no slope
-  Parameters x;
+  Parameters x = Parameters::Zero();
   x.head<3>() = superquadric.T_map_object.translation;
   x.segment<3>(kLogHalf) = superquadric.shape.half_size.array().log().matrix();
   x[kYaw] = YawOf(superquadric.T_map_object.rotation);
@@ -196,23 +195,42 @@ PosedSuperquadric RefinementProblem::Unpack(const Parameters& parameters) {
   return superquadric;
 }
 
-Eigen::Matrix<double, 9, 9> RefinementProblem::Covariance(const Parameters& parameters) const {
-  constexpr double kWeakest = 1e-6;  // of the information, where the data say nothing
+Eigen::Matrix<double, 13, 13> RefinementProblem::Information(const Parameters& parameters) const {
   Eigen::VectorXd residuals(NumResiduals());
   Eigen::MatrixXd jacobian(NumResiduals(), static_cast<int>(NUM_PARAMETERS));
   (*this)(parameters.data(), residuals.data(), jacobian.data());
+  constexpr double kWeakest = 1e-6;  // where the data say nothing
+  Eigen::Matrix<double, 13, 13> information = jacobian.transpose() * jacobian;
+  information.diagonal() = information.diagonal().cwiseMax(kWeakest);
+  information.diagonal() *= 1.0 + 1e-9;
+  return information;
+}
+
+Eigen::Matrix<double, 9, 9> RefinementProblem::Covariance(const Parameters& parameters) const {
   // From the parameters to sizes and exponents: d half = half d log(half), d e = slope d u.
   const State state(parameters.data());
-  Parameters slope = Parameters::Ones();
+  Eigen::Matrix<double, 9, 1> slope = Eigen::Matrix<double, 9, 1>::Ones();
   slope.segment<3>(kLogHalf) = state.half;
   slope[kExponents] = state.exponent_slope[0];
   slope[kExponents + 1] = state.exponent_slope[1];
-  Eigen::Matrix<double, 9, 9> information = jacobian.transpose() * jacobian;
-  information.diagonal() = information.diagonal().cwiseMax(kWeakest);
-  information.diagonal() *= 1.0 + 1e-9;
-  const Eigen::Matrix<double, 9, 9> covariance =
-      information.ldlt().solve(Eigen::Matrix<double, 9, 9>::Identity());
-  return slope.asDiagonal() * covariance * slope.asDiagonal();
+  const Eigen::Matrix<double, 13, 13> covariance =
+      Information(parameters).ldlt().solve(Eigen::Matrix<double, 13, 13>::Identity());
+  return slope.asDiagonal() * covariance.topLeftCorner<9, 9>() * slope.asDiagonal();
+}
+
+double RefinementProblem::HalfLogInformation(const Parameters& parameters) const {
+  // Of the exponents each kind of shape has its own prior of the same width; a yaw that nothing fixes is
+  // known to lie within a quarter turn.
+  constexpr int kKept = 7;
+  constexpr double kYawSigma = 0.4534;  // a quarter turn over the square root of 12
+  Eigen::Matrix<double, 13, 13> information = Information(parameters);
+  information(kYaw, kYaw) += 1.0 / (kYawSigma * kYawSigma);
+  Eigen::Matrix<double, 6, 6> bias_and_shape = information.bottomRightCorner<6, 6>();
+  const Eigen::Matrix<double, kKept, kKept> kept =
+      information.topLeftCorner<kKept, kKept>() -
+      information.topRightCorner<kKept, 6>() *
+          bias_and_shape.ldlt().solve(information.bottomLeftCorner<6, kKept>());
+  return 0.5 * kept.ldlt().vectorD().array().max(1e-12).log().sum();
 }
 
 int RefinementProblem::NumResiduals() const {
@@ -220,8 +238,10 @@ int RefinementProblem::NumResiduals() const {
 }
 
 bool RefinementProblem::operator()(const double* parameters, double* residuals, double* jacobian) const {
-  constexpr double kEdgeWidth = 2.0;
+  constexpr double kEdgeWidth = 1.5;
+  constexpr double kBeyondWidth = 0.7;  // something unseen may hide a side, or the detector cut it short
   constexpr double kPointWidth = 1.5;
+  constexpr double kInside = 0.5;       // things are hollow between their parts more often than they bulge
   constexpr double kBoundSigma = 0.05;  // of the log of a half size beyond its bound
   const State state(parameters);
   const int rows = NumResiduals();
@@ -234,12 +254,15 @@ bool RefinementProblem::operator()(const double* parameters, double* residuals, 
     ++row;
   };
   for (const Edge& edge : edges) {
-    Residual residual = EdgeResidual(state, edge);
-    residual.MakeRobust(kEdgeWidth, 1.0);
+    Residual residual = EdgeResidual(state, parameters, edge);
+    residual.MakeRobust(residual.value > 0.0 ? kBeyondWidth : kEdgeWidth, 1.0);
     put(residual);
   }
   for (const Point& point : points) {
     Residual residual = PointResidual(state, point);
+    if (point.on_surface && residual.value < 0.0) {
+      residual.Scale(kInside);
+    }
     residual.MakeRobust(kPointWidth, point.weight);
     put(residual);
   }

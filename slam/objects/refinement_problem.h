@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -14,12 +15,13 @@ namespace sqslam {
 class RefinementProblem {
  public:
   using Scalar = double;
-  enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = 9 };
-  using Parameters = Eigen::Matrix<double, 9, 1>;
+  enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = 13 };
+  using Parameters = Eigen::Matrix<double, NUM_PARAMETERS, 1>;
 
   // Layout of the parameters: centre (map frame), log of the half sizes, yaw (radians), exponents (through a
-  // sine, which keeps them between kMinShapeExponent and kMaxShapeExponent).
-  enum Parameter { kCentre = 0, kLogHalf = 3, kYaw = 6, kExponents = 7 };
+  // sine, which keeps them between kMinShapeExponent and kMaxShapeExponent), and for each side of the boxes
+  // how far outward the detector puts it, share of the box size.
+  enum Parameter { kCentre = 0, kLogHalf = 3, kYaw = 6, kExponents = 7, kBias = 9 };
 
   // A plane through the camera centre and a box edge, which touches the object.
   struct Edge {
@@ -27,6 +29,8 @@ class RefinementProblem {
     Eigen::Vector3d camera_centre;  // map frame
     Eigen::Vector3d forward_map;    // viewing direction
     double factor;                  // focal length over standard deviation, both px
+    int side;                       // 0 left, 1 top, 2 right, 3 bottom
+    double size;                    // of the box across the edge, in standard deviations
     bool exact;                     // false: the silhouette reaches at least to the edge
   };
 
@@ -45,15 +49,20 @@ class RefinementProblem {
     bool exact;
   };
 
-  // Prior knowledge: moderate proportions, exponents, yaw modulo 90 degrees.
+  // Prior knowledge: proportions, size, exponents, yaw modulo 90 degrees. Factors are inverse standard
+  // deviations.
   struct Prior {
-    double e1;
-    double e2;
-    double exponent_factor;
-    double yaw;
-    double yaw_factor;
-    double flat_log_ratio = 0.0;  // log of the shortest over the longest half size, at most
-    double flat_factor = 0.0;     // 1 / standard deviation of that; 0: nothing is known
+    double log_width_ratio = 0.0;  // of the half sizes along x over y
+    double width_factor = 0.0;
+    double log_height_ratio = 0.0;  // of that along z over the geometric mean of the others
+    double height_factor = 0.0;
+    double log_size = 0.0;  // of the geometric mean of all three
+    double size_factor = 0.0;
+    std::array<double, 2> exponents = {1.0, 1.0};
+    double exponent_factor = 0.0;
+    double yaw = 0.0;
+    double yaw_factor = 0.0;
+    double bias_factor = 0.0;  // of the boxes' sides
   };
 
   std::vector<Edge> edges;
@@ -70,10 +79,17 @@ class RefinementProblem {
   // that nothing fixes get a large finite variance.
   Eigen::Matrix<double, 9, 9> Covariance(const Parameters& parameters) const;
 
+  // Half the logarithm of the determinant of the information on centre, size and yaw: how sharply the data
+  // fix these, the Occam factor of Laplace's approximation to the evidence.
+  double HalfLogInformation(const Parameters& parameters) const;
+
   int NumResiduals() const;
 
-  // `jacobian`: column-major, NumResiduals() x 9; may be null.
+  // `jacobian`: column-major, NumResiduals() x 13; may be null.
   bool operator()(const double* parameters, double* residuals, double* jacobian) const;
+
+ private:
+  Eigen::Matrix<double, NUM_PARAMETERS, NUM_PARAMETERS> Information(const Parameters& parameters) const;
 };
 
 }  // namespace sqslam

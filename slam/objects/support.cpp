@@ -65,6 +65,13 @@ double WidestGap(const std::vector<Eigen::Vector2d>& points, const Eigen::Vector
   return widest;
 }
 
+// True where `p` (x and y) lies over the solid, grown by this factor.
+bool IsOver(const Eigen::Vector2d& p, const PosedSuperquadric& solid, double grown) {
+  Eigen::Vector3d q =
+      solid.T_map_object.Inverse() * Eigen::Vector3d(p.x(), p.y(), solid.T_map_object.translation.z());
+  return solid.shape.RadialScale(q) < grown;
+}
+
 }  // namespace
 
 CloudMiddle MiddleOf(std::span<const Eigen::Vector3d> points) {
@@ -138,6 +145,28 @@ std::vector<double> SupportSurfaces::Under(const Eigen::Vector2d& place, double 
     }
   }
   return heights;
+}
+
+SupportSurfaces SupportSurfaces::Around(const Eigen::Vector2d& place,
+                                        std::span<const PosedSuperquadric> others) const {
+  constexpr double kMayStandOn = 1.3;  // how far beyond an object's own outline its extent is in doubt
+  constexpr double kOnTop = 1.1;
+  SupportSurfaces result;
+  result.tolerance_ = tolerance_;
+  for (const SupportSurface& surface : surfaces_) {
+    SupportSurface left = surface;
+    for (const PosedSuperquadric& other : others) {
+      const double middle = other.T_map_object.translation.z();
+      const double reach = other.shape.half_size.z() + 3.0 * tolerance_;
+      if (surface.height > middle && surface.height < middle + reach && !IsOver(place, other, kMayStandOn)) {
+        std::erase_if(left.points, [&](const Eigen::Vector2d& p) { return IsOver(p, other, kOnTop); });
+      }
+    }
+    if (surface.points.empty() || 2 * left.points.size() >= surface.points.size()) {
+      result.surfaces_.push_back(std::move(left));
+    }
+  }
+  return result;
 }
 
 void SupportSurfaces::Transform(const Sim3d& S_new_old) {

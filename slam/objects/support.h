@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "slam/geometry/rigid3.h"
+#include "slam/geometry/superquadric.h"
 #include "slam/objects/object_options.h"
 
 namespace sqslam {
@@ -36,6 +37,10 @@ class SupportSurfaces {
   // Heights at which something at `place` (x and y) may stand, from high to low: of the surfaces at most as
   // high as `highest` with points within `radius` of the place or all around it.
   std::vector<double> Under(const Eigen::Vector2d& place, double radius, double highest) const;
+
+  // The surfaces as something at `place` (x and y) finds them: without the points on top of objects that it
+  // does not stand on. The top of a keyboard is no support for the cup beside it.
+  SupportSurfaces Around(const Eigen::Vector2d& place, std::span<const PosedSuperquadric> others) const;
 
   // Thickness of a surface's layer of points, map units.
   double Tolerance() const { return tolerance_; }

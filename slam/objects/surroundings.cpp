@@ -44,6 +44,7 @@ Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* 
     if (other->id == landmark.id) {
       continue;
     }
+    result.others.push_back(other->superquadric);
     if (other->superquadric.shape.Volume() < kMuchSmaller * volume) {
       result.smaller.push_back(other->superquadric);
     }

@@ -16,6 +16,7 @@ namespace sqslam {
 // Other landmarks that matter to the estimation of one.
 struct Surroundings {
   std::vector<PosedSuperquadric> smaller;  // much smaller ones: what lies in them is not its own
+  std::vector<PosedSuperquadric> others;   // all of them: they have tops of their own
   std::vector<PosedSuperquadric> hiders;   // larger ones that may stand before it: MayHide()
   std::optional<double> hidden_support;    // height of what the nearest of these stands on; it may as well
 };

@@ -44,6 +44,8 @@ struct SnapshotPoint {
 struct ObjectFit {
   double box_agreement = 0.0;  // mean IoU of the projected object and the detector's boxes, in [0, 1]
   double point_rms = 0.0;      // radial distance of the object's points to its surface, map units
+  // In [0, 1], about the 3D IoU to be expected (docs/evaluation.md); 1 in recordings of older programs.
+  double reliability = 1.0;
   // Covariance of centre (map frame), half sizes, yaw, e1 and e2, in this order: the inverse curvature of the
   // cost, if box edges and points err independently. Zero where the object was not refined.
   Eigen::Matrix<double, 9, 9> covariance = Eigen::Matrix<double, 9, 9>::Zero();
@@ -64,6 +66,12 @@ struct SnapshotObject {
 // The object's name, or its label where it has none.
 inline const std::string& ShownName(const SnapshotObject& object) {
   return object.name.empty() ? object.label : object.name;
+}
+
+// False for an object that is more likely wrong than right: drawn faintly and counted apart.
+inline bool IsReliable(const SnapshotObject& object) {
+  constexpr double kLeast = 0.4;
+  return object.fit.reliability >= kLeast;
 }
 
 struct SnapshotDetection {

@@ -199,6 +199,11 @@ void Visit(Archive& archive, Like<Archive, MapSnapshot> snapshot) {
   if (archive.Version() >= 5) {
     VisitAll(archive, snapshot.covisibility);
   }
+  if (archive.Version() >= 6) {
+    for (auto& object : snapshot.objects) {
+      archive(object.fit.reliability);
+    }
+  }
 }
 
 }  // namespace

@@ -7,8 +7,9 @@
 
 namespace sqslam {
 
-inline constexpr int kSnapshotFormatVersion = 5;
-// The oldest that can be read: 2 has no anomaly, no rejected_by; 3 no progress; 4 no covisibility.
+inline constexpr int kSnapshotFormatVersion = 6;
+// The oldest that can be read: 2 has no anomaly, no rejected_by; 3 no progress; 4 no covisibility; 5 no
+// reliability.
 inline constexpr int kOldestSnapshotFormatVersion = 2;
 
 // A snapshot as bytes: little-endian, points as float32 and by columns (which packs better), then zlib.

@@ -96,20 +96,23 @@ TEST(PointVotes, TellWhereTheCamerasWere) {
   const std::vector<Eigen::Vector3d> cameras = {{1, 0, 0}, {3, 0, 0}, {1, 2, 0}, {3, 2, 0}};
   Landmark::PointVotes votes;
   Landmark::PointVotes others;
-  EXPECT_EQ(votes.CameraSpread(), 0.0);
+  const Eigen::Vector3d above(2, 1, 5);
+  EXPECT_EQ(votes.CameraSpread(above), 0.0);
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     (i < 3 ? votes : others).SeeInside(cameras[i]);
   }
   votes.Merge(others);
   EXPECT_EQ(votes.inside, 4);
   EXPECT_TRUE(votes.MeanCamera().isApprox(Eigen::Vector3d(2, 1, 0)));
-  EXPECT_NEAR(votes.CameraSpread(), std::sqrt(2.0), 1e-12);
+  EXPECT_NEAR(votes.CameraSpread(above), std::sqrt(2.0), 1e-12);
+  // Towards a point in the plane of the cameras half of the motion is along the line of sight.
+  EXPECT_NEAR(votes.CameraSpread({9, 1, 0}), 1.0, 1e-12);
   const Sim3d S{1.7,
                 Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized())),
                 {5.0, -4.0, 2.0}};
   votes.Transform(S);
   EXPECT_TRUE(votes.MeanCamera().isApprox(S * Eigen::Vector3d(2, 1, 0)));
-  EXPECT_NEAR(votes.CameraSpread(), 1.7 * std::sqrt(2.0), 1e-9);
+  EXPECT_NEAR(votes.CameraSpread(S * above), 1.7 * std::sqrt(2.0), 1e-9);
 }
 
 TEST(Landmark, TwoOfAKindAcrossEachOtherAreOne) {

@@ -16,11 +16,21 @@ RefinementProblem MakeProblem(bool exact_contact) {
   const auto random = [&] { return Eigen::Vector3d(unit(generator), unit(generator), unit(generator)); };
   for (int i = 0; i < 24; ++i) {
     const Eigen::Vector3d camera = 4.0 * random().normalized();
-    problem.edges.push_back({random(), camera, -camera.normalized(), 100.0, i % 3 != 0});
+    problem.edges.push_back({random(), camera, -camera.normalized(), 100.0, i % 4, 3.0, i % 3 != 0});
     problem.points.push_back({0.5 * random(), 40.0, 0.7, i % 2 == 0});
   }
   problem.contact = RefinementProblem::Contact{-0.28, 20.0, exact_contact};
-  problem.prior = {0.3, 0.5, 5.0, 0.2, 4.0, std::log(0.2), 3.0};
+  problem.prior = {.log_width_ratio = 0.4,
+                   .width_factor = 3.0,
+                   .log_height_ratio = -1.5,
+                   .height_factor = 2.0,
+                   .log_size = -2.0,
+                   .size_factor = 4.0,
+                   .exponents = {0.3, 0.5},
+                   .exponent_factor = 5.0,
+                   .yaw = 0.2,
+                   .yaw_factor = 4.0,
+                   .bias_factor = 30.0};
   problem.max_log_half = std::log(0.35);  // one half size is beyond
   problem.min_log_half = problem.max_log_half - 6.0;
   return problem;
@@ -39,11 +49,12 @@ TEST(RefinementProblem, JacobianAgreesWithTheNumericOne) {
          {std::pair(0.3, 0.4), std::pair(1.0, 1.0), std::pair(1.6, 0.2), std::pair(0.15, 1.8)}) {
       const RefinementProblem problem = MakeProblem(exact_contact);
       const int rows = problem.NumResiduals();
-      const RefinementProblem::Parameters x = RefinementProblem::Pack(MakeSuperquadric(e1, e2));
+      RefinementProblem::Parameters x = RefinementProblem::Pack(MakeSuperquadric(e1, e2));
+      x.tail<4>() << 0.02, -0.01, 0.03, 0.04;
       Eigen::VectorXd residuals(rows);
-      Eigen::MatrixXd jacobian(rows, 9);
+      Eigen::MatrixXd jacobian(rows, 13);
       ASSERT_TRUE(problem(x.data(), residuals.data(), jacobian.data()));
-      for (int i = 0; i < 9; ++i) {
+      for (int i = 0; i < 13; ++i) {
         constexpr double kStep = 1e-6;
         RefinementProblem::Parameters low = x;
         RefinementProblem::Parameters high = x;
@@ -78,7 +89,11 @@ TEST(RefinementProblem, CovarianceIsThatOfTheMeasurements) {
   RefinementProblem problem;
   problem.max_log_half = 1.0;
   problem.min_log_half = -9.0;
-  problem.prior = {0.5, 0.5, 5.0, 0.6, 4.0};
+  problem.prior.exponents = {0.5, 0.5};
+  problem.prior.exponent_factor = 5.0;
+  problem.prior.yaw = 0.6;
+  problem.prior.yaw_factor = 4.0;
+  problem.prior.bias_factor = 1e6;
   const PosedSuperquadric box = MakeSuperquadric(0.5, 0.5);
   const double bottom = box.T_map_object.translation.z() - box.shape.half_size.z();
   problem.contact = RefinementProblem::Contact{bottom, 1.0 / 0.02, true};
@@ -90,7 +105,7 @@ TEST(RefinementProblem, CovarianceIsThatOfTheMeasurements) {
     for (const double up : {1.0, -1.0}) {
       const Eigen::Vector3d normal(0.0, 0.0, up);
       problem.edges.push_back({normal - up * up * box.shape.half_size.z() / 1000.0 * towards, camera, towards,
-                               1000.0 / 0.01, true});
+                               1000.0 / 0.01, up > 0.0 ? 1 : 3, 1.0, true});
     }
   }
   const auto covariance = problem.Covariance(RefinementProblem::Pack(box));
@@ -101,34 +116,62 @@ TEST(RefinementProblem, CovarianceIsThatOfTheMeasurements) {
   EXPECT_TRUE(covariance.isApprox(covariance.transpose(), 1e-9));
 }
 
-TEST(RefinementProblem, FlatThingsMayBeThinnerThanTheirRatioNotThicker) {
+TEST(RefinementProblem, AYawAnEighthOfATurnOffIsWorstNotFree) {
   RefinementProblem problem;
   problem.max_log_half = 1.0;
   problem.min_log_half = -9.0;
-  PosedSuperquadric screen = MakeSuperquadric(0.3, 0.3);
-  screen.shape.half_size = {0.3, 0.04, 0.2};
-  const auto cost = [&] {
+  problem.prior.yaw_factor = 4.0;
+  const auto cost = [&](double yaw) {
+    RefinementProblem::Parameters x = RefinementProblem::Pack(MakeSuperquadric(0.3, 0.3));
+    x[RefinementProblem::kYaw] = yaw;
     Eigen::VectorXd residuals(problem.NumResiduals());
-    problem(RefinementProblem::Pack(screen).data(), residuals.data(), nullptr);
+    problem(x.data(), residuals.data(), nullptr);
     return 0.5 * residuals.squaredNorm();
   };
-  const double unaware = cost();
-  problem.prior.flat_log_ratio = std::log(0.1);
-  problem.prior.flat_factor = 2.0;
-  EXPECT_NEAR(cost() - unaware, 2.0 * std::pow(std::log(0.04 / 0.3) - std::log(0.1), 2), 1e-12);
-  screen.shape.half_size.y() = 0.02;
-  problem.prior.flat_factor = 0.0;
-  const double thin = cost();
-  problem.prior.flat_factor = 2.0;
-  EXPECT_DOUBLE_EQ(cost(), thin);
+  EXPECT_NEAR(cost(0.0), 0.0, 1e-12);
+  EXPECT_NEAR(cost(M_PI / 2.0), 0.0, 1e-12);  // a quarter turn is the same yaw
+  EXPECT_NEAR(cost(0.01), 0.5 * 16.0 * 0.01 * 0.01, 1e-6);
+  for (const double yaw : {0.1, 0.4, 0.7}) {
+    EXPECT_LT(cost(yaw), cost(M_PI / 4.0));
+  }
+}
+
+TEST(RefinementProblem, ASideThatADetectorAlwaysPutsTooFarOutIsABiasNotSize) {
+  // Level cameras before and beside the solid that box it a hundred times each.
+  const PosedSuperquadric solid = MakeSuperquadric(0.3, 0.3);
+  const auto width_sigma = [&](double bias_factor) {
+    RefinementProblem problem;
+    problem.max_log_half = 1.0;
+    problem.min_log_half = -9.0;
+    problem.prior.exponent_factor = problem.prior.yaw_factor = 100.0;
+    problem.prior.width_factor = problem.prior.height_factor = 100.0;
+    problem.prior.bias_factor = bias_factor;
+    for (const Eigen::Vector3d& forward : {Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(-1, 0, 0)}) {
+      for (const double outward : {-1.0, 1.0}) {
+        const Eigen::Vector3d right = outward * forward.cross(Eigen::Vector3d::UnitZ());
+        const Eigen::Vector3d offset = 10.0 * forward;
+        Eigen::Vector3d normal = right;
+        for (int i = 0; i < 5; ++i) {  // turned until the plane touches
+          normal = right - SupportExtent(solid, normal) / offset.norm() * forward;
+        }
+        const RefinementProblem::Edge edge{
+            normal, solid.T_map_object.translation - offset, forward, 1000.0, outward < 0.0 ? 0 : 2, 200.0,
+            true};
+        problem.edges.insert(problem.edges.end(), 100, edge);
+      }
+    }
+    return std::sqrt(problem.Covariance(RefinementProblem::Pack(solid))(3, 3));
+  };
+  // A hundred boxes make a size no surer than the detector's habit allows.
+  EXPECT_GT(width_sigma(1.0 / 0.02), 3.0 * width_sigma(1e6));
 }
 
 TEST(RefinementProblem, OneSidedResidualsAreZeroOnTheirFreeSide) {
   RefinementProblem problem;
   problem.max_log_half = 1.0;
   problem.min_log_half = -9.0;
-  problem.edges.push_back({{1, 0, 0}, {0, -4, 0}, {0, 1, 0}, 100.0, false});  // through the middle
-  problem.points.push_back({{0, 0, 2}, 40.0, 1.0, false});                    // far outside
+  problem.edges.push_back({{1, 0, 0}, {0, -4, 0}, {0, 1, 0}, 100.0, 2, 1.0, false});  // through the middle
+  problem.points.push_back({{0, 0, 2}, 40.0, 1.0, false});                            // far outside
   problem.contact = RefinementProblem::Contact{-5.0, 20.0, false};
   const RefinementProblem::Parameters x = RefinementProblem::Pack(MakeSuperquadric(0.5, 0.5));
   Eigen::VectorXd residuals(problem.NumResiduals());

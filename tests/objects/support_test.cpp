@@ -50,6 +50,21 @@ TEST(SupportSurfaces, AreFoundUnderWhatStandsThere) {
   EXPECT_THAT(SupportSurfaces::Everywhere(0.4).Under({9.0, 9.0}, 0.1, 1.0), ElementsAre(0.4));
 }
 
+TEST(SupportSurfaces, TheTopOfAThingIsNoneForItsNeighbours) {
+  std::vector<Eigen::Vector3d> points = Room();
+  PosedSuperquadric keyboard;  // on the desk
+  keyboard.shape = {{0.4, 0.2, 0.04}, 0.1, 0.1};
+  keyboard.T_map_object.translation = {0.0, 0.0, 0.74};
+  for (int i = 0; i < 200; ++i) {
+    points.emplace_back(-0.38 + 0.04 * (i % 20), -0.18 + 0.04 * (i / 20), 0.78);
+  }
+  const SupportSurfaces surfaces = SupportSurfaces::Find(points, GravityOptions());
+  ASSERT_EQ(surfaces.All().size(), 3u);
+  EXPECT_EQ(surfaces.Around({0.8, 0.0}, {&keyboard, 1}).All().size(), 2u);  // a cup beside it
+  EXPECT_EQ(surfaces.Around({0.1, 0.1}, {&keyboard, 1}).All().size(), 3u);  // a pen on it
+  EXPECT_EQ(surfaces.Around({0.8, 0.0}, {}).All().size(), 3u);
+}
+
 TEST(SupportSurfaces, MoveWithTheMap) {
   SupportSurfaces surfaces = SupportSurfaces::Find(Room(), GravityOptions());
   const Sim3d move{

@@ -52,6 +52,27 @@ TEST(PictureTest, MinimalWithoutBackgroundLooksLikeItsBaseline) {
   ExpectBaseline(RenderPicture(HandMadeMap(), options), "map_minimal");
 }
 
+TEST(PictureTest, UncertainObjectsAreOutlinesOrLeftOut) {
+  MapSnapshot map = HandMadeMap();
+  for (SnapshotObject& object : map.objects) {
+    object.fit.reliability = 0.1;
+  }
+  PictureOptions options = SmallPicture();
+  options.style.text.legend = false;
+  const auto colour = [&](UncertainObjects uncertain, const MapSnapshot& shown) {
+    options.style.objects.uncertain = uncertain;
+    cv::Mat hsv;
+    cv::cvtColor(RenderPicture(shown, options), hsv, cv::COLOR_BGR2HSV);
+    return cv::countNonZero(hsv.reshape(1, hsv.rows * hsv.cols).col(1) > 60);
+  };
+  const int solid = colour(UncertainObjects::kSolid, map);
+  const int outline = colour(UncertainObjects::kOutline, map);
+  const int hidden = colour(UncertainObjects::kHide, map);
+  EXPECT_LT(outline, 0.5 * solid);
+  EXPECT_LT(hidden, outline);
+  EXPECT_EQ(colour(UncertainObjects::kOutline, HandMadeMap()), solid);
+}
+
 // A section through book and ball, the keyframes' graph, and a true path beside the estimated one.
 PictureOptions SectionWithLayers() {
   PictureOptions options = SmallPicture();

@@ -35,7 +35,7 @@ MapSnapshot MakeSnapshot(int number, int points = 100) {
   }
   SnapshotObject object{4, "cup", 0.5, 6, 7, 0.25, {}};
   object.superquadric.shape = {{0.1, 0.2, 0.3}, 0.4, 0.5};
-  object.fit = {0.7, 0.02, Eigen::Matrix<double, 9, 9>::Identity()};
+  object.fit = {0.7, 0.02, 0.55, Eigen::Matrix<double, 9, 9>::Identity()};
   object.fit.covariance(3, 8) = 0.5;
   snapshot.objects = {object};
   snapshot.detections = {{{"cup", 0.75, {1.0, 2.0, 3.0, 4.0}}, 4}};
@@ -76,6 +76,7 @@ TEST(SnapshotCodec, EveryFieldComesBack) {
   EXPECT_EQ(read.objects[0].superquadric.shape.half_size, Eigen::Vector3d(0.1, 0.2, 0.3));
   EXPECT_EQ(read.objects[0].superquadric.shape.e2, 0.5);
   EXPECT_EQ(read.objects[0].fit.box_agreement, 0.7);
+  EXPECT_EQ(read.objects[0].fit.reliability, 0.55);
   EXPECT_EQ(read.objects[0].fit.point_rms, 0.02);
   EXPECT_EQ(read.objects[0].fit.covariance, snapshot.objects[0].fit.covariance);
   ASSERT_EQ(read.detections.size(), 1u);
@@ -156,6 +157,7 @@ std::string WithoutTail(const MapSnapshot& snapshot, std::uint64_t tail) {
 }
 
 constexpr std::uint64_t kEmptyList = sizeof(std::uint32_t);  // its length
+constexpr std::uint64_t kReliabilities = sizeof(double);     // of one object
 
 // As the program wrote it when snapshots said nothing of the run's progress: also without the byte which says
 // that there is none.
@@ -163,7 +165,7 @@ TEST(SnapshotCodec, Version3IsReadWithoutProgress) {
   MapSnapshot snapshot = MakeSnapshot(1);
   snapshot.progress.reset();
   snapshot.covisibility.clear();
-  const std::string old = WithoutTail(snapshot, kEmptyList + 1);
+  const std::string old = WithoutTail(snapshot, kReliabilities + kEmptyList + 1);
   const MapSnapshot read = DecodeSnapshot(old, 3);
   EXPECT_EQ(read.points.at(42).anomaly, 0.328125F);
   EXPECT_EQ(read.support_height, 0.75);
@@ -174,11 +176,18 @@ TEST(SnapshotCodec, Version3IsReadWithoutProgress) {
 TEST(SnapshotCodec, Version4IsReadWithoutCovisibility) {
   MapSnapshot snapshot = MakeSnapshot(1);
   snapshot.covisibility.clear();
-  const std::string old = WithoutTail(snapshot, kEmptyList);
+  const std::string old = WithoutTail(snapshot, kReliabilities + kEmptyList);
   const MapSnapshot read = DecodeSnapshot(old, 4);
   EXPECT_EQ(read.progress->counters.merges, 1);
   EXPECT_TRUE(read.covisibility.empty());
   EXPECT_THROW(DecodeSnapshot(old), InputError);
+}
+
+TEST(SnapshotCodec, Version5IsReadAsReliable) {
+  const MapSnapshot snapshot = MakeSnapshot(1);
+  const MapSnapshot read = DecodeSnapshot(WithoutTail(snapshot, kReliabilities), 5);
+  EXPECT_EQ(read.covisibility.size(), snapshot.covisibility.size());
+  EXPECT_TRUE(IsReliable(read.objects.at(0)));
 }
 
 TEST(SnapshotCodec, BrokenBytesAreRefused) {
@@ -248,10 +257,10 @@ TEST(Recording, OfVersion2IsReadableAndOfUnknownOnesRefused) {
   RecordingWriter(path, {"s", "v", "c"}).Add(MakeSnapshot(0));
   Rewrite(path, "2", SnapshotOfVersion2());
   ExpectSnapshotOfVersion2(*RecordingReader(path).Last());
-  for (const char* version : {"1", "6", "two"}) {
+  for (const char* version : {"1", "7", "two"}) {
     Rewrite(path, version, "");
     EXPECT_THAT(InputErrorOf([&] { RecordingReader reader(path); }),
-                HasSubstr(std::string("version ") + version + ", expected a map.sqmap of version 2 to 5"));
+                HasSubstr(std::string("version ") + version + ", expected a map.sqmap of version 2 to 6"));
   }
 }
 

@@ -131,7 +131,7 @@ class Reader {
  public:
   explicit Reader(const fs::path& path)
       : file_(app::MapFile(path)),
-        recording_(app::OpenMap(file_, "", HiddenObjects::kKeep)),
+        recording_(app::OpenMap(file_, {}, HiddenObjects::kKeep)),
         last_(recording_.Last()) {}
 
   OpenedRecording Opened() const { return {file_, recording_.Info(), last_}; }

@@ -1,0 +1,131 @@
+#include "slam/objects/class_priors.h"
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "slam/util/enum_names.h"
+#include "slam/util/error.h"
+#include "slam/util/options.h"
+
+namespace sqslam {
+namespace {
+
+// One entry of the file, bound like any other options.
+struct ClassEntry {
+  std::array<double, 3> size = {0.0, 0.0, 0.0};  // typical width, depth and height, metres
+  double spread = 0.4;                           // standard deviation of the logarithm of the size as a whole
+  std::array<double, 2> aspect = {0.3, 0.3};     // and of the ratios in plan, and of the height to the plan
+  double box = 0.0;                              // shares of the shapes
+  double cylinder = 0.0;
+  double ellipsoid = 0.0;
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("size", size, 1e-4, 100.0);
+    visit("spread", spread, 0.01, 10.0);
+    visit("aspect", aspect, 0.01, 10.0);
+    visit("box", box, 0.0, 1.0);
+    visit("cylinder", cylinder, 0.0, 1.0);
+    visit("ellipsoid", ellipsoid, 0.0, 1.0);
+  }
+};
+
+ClassPrior ToPrior(const ClassEntry& entry) {
+  constexpr double kLeastShare = 0.02;  // no shape is impossible
+  ClassPrior prior;
+  const auto& [width, depth, height] = entry.size;
+  const double log_area = std::log(width) + std::log(depth);
+  prior.log_width_ratio = std::abs(std::log(width / depth));
+  prior.log_height_ratio = std::log(height) - 0.5 * log_area;
+  prior.width_sigma = entry.aspect[0];
+  prior.height_sigma = entry.aspect[1];
+  prior.log_metres = (log_area + std::log(height)) / 3.0;
+  prior.size_sigma = entry.spread;
+  prior.shapes = {entry.box, entry.cylinder, entry.ellipsoid};
+  double sum = 0.0;
+  for (double& share : prior.shapes) {
+    share = std::max(share, kLeastShare);
+    sum += share;
+  }
+  for (double& share : prior.shapes) {
+    share /= sum;
+  }
+  return prior;
+}
+
+}  // namespace
+
+std::array<double, 2> ExponentsOf(ShapeKind kind) {
+  constexpr double kFlat = 0.15;
+  return {kind == ShapeKind::kEllipsoid ? 1.0 : kFlat, kind == ShapeKind::kBox ? kFlat : 1.0};
+}
+
+ShapeKind NearestKind(double e1, double e2) {
+  return *std::ranges::min_element(kShapeKinds, {}, [&](ShapeKind kind) {
+    const auto [a, b] = ExponentsOf(kind);
+    return std::hypot(e1 - a, e2 - b);
+  });
+}
+
+ClassPriors ClassPriors::Read(const std::filesystem::path& path) {
+  ClassPriors priors;
+  YAML::Node file;
+  try {
+    file = YAML::LoadFile(path.string());
+  } catch (const YAML::Exception& e) {
+    throw InputError(
+        fmt::format("{}: {}, expected labels with what is known of them", path.string(), e.what()));
+  }
+  if (!file.IsMap()) {
+    throw InputError(fmt::format("{}: expected labels with what is known of them", path.string()));
+  }
+  for (const auto& node : file) {
+    ClassEntry entry;
+    const std::string label = node.first.Scalar();
+    AssignOptions(node.second, path.string(), OptionFields(entry));
+    if (*std::ranges::min_element(entry.size) <= 0.0) {
+      throw InputError(fmt::format("{}:{}: {} has no size, expected size: [width, depth, height] in metres",
+                                   path.string(), node.first.Mark().line + 1, label));
+    }
+    priors.by_label_[label] = ToPrior(entry);
+  }
+  return priors;
+}
+
+const ClassPrior& ClassPriors::Of(const std::string& label) const {
+  const auto it = by_label_.find(label);
+  return it == by_label_.end() ? unknown_ : it->second;
+}
+
+std::optional<MetricScale> ScaleWithout(int id, const std::vector<SizedObject>& objects) {
+  constexpr int kLeast = 3;
+  constexpr int kRounds = 10;
+  std::vector<SizedObject> others;
+  std::ranges::copy_if(objects, std::back_inserter(others), [&](const SizedObject& o) { return o.id != id; });
+  if (static_cast<int>(others.size()) < kLeast) {
+    return std::nullopt;
+  }
+  auto middle = others.begin() + static_cast<std::ptrdiff_t>(others.size() / 2);
+  std::ranges::nth_element(others, middle, {}, &SizedObject::log_scale);
+  MetricScale scale{middle->log_scale, 0.0};
+  for (int round = 0; round < kRounds; ++round) {
+    double sum = 0.0;
+    double weights = 0.0;
+    for (const SizedObject& other : others) {
+      const double residual = (other.log_scale - scale.log_scale) / other.sigma;
+      const double weight = 1.0 / (other.sigma * other.sigma * (1.0 + residual * residual));
+      sum += weight * other.log_scale;
+      weights += weight;
+    }
+    scale = {sum / weights, 1.0 / std::sqrt(weights)};
+  }
+  return scale;
+}
+
+double LogSize(const Superquadric& shape) { return (2.0 * shape.half_size).array().log().mean(); }
+
+}  // namespace sqslam

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "slam/geometry/superquadric.h"
+#include "slam/objects/class_priors.h"
+
+namespace sqslam {
+
+// Evidence for an object that its estimate did not use, or that says how firmly it stands.
+struct ReliabilityEvidence {
+  int observations = 0;
+  double held_out_agreement = 0.0;  // mean IoU with boxes that the fit did not use, in [0, 1]
+  double log_size_sigma = 0.0;      // root mean square over the axes of sigma(half size) / half size
+  double class_surprise = 0.0;      // chi square of size and proportions under the class's prior, three terms
+};
+
+// Chi square of the size and of the two ratios under the prior, each over its standard deviation.
+double ClassSurprise(const Superquadric& shape, const ClassPrior& prior,
+                     const std::optional<MetricScale>& scale);
+
+// In [0, 1]; rises with the mean 3D IoU that objects of this reliability have (docs/evaluation.md).
+double Reliability(const ReliabilityEvidence& evidence);
+
+}  // namespace sqslam

@@ -1,0 +1,100 @@
+#include "slam/objects/class_priors.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "slam/objects/reliability.h"
+#include "slam/util/data_path.h"
+#include "slam/util/error.h"
+
+namespace sqslam {
+namespace {
+
+std::filesystem::path FileWith(const std::string& text) {
+  const std::filesystem::path path = std::filesystem::path(::testing::TempDir()) / "classes.yaml";
+  std::ofstream(path) << text;
+  return path;
+}
+
+TEST(ClassPriors, KnowTheClassesThatComeWithTheProgram) {
+  const ClassPriors priors = ClassPriors::Read(DataPath("configs/classes.yaml"));
+  const ClassPrior& bottle = priors.Of("bottle");
+  EXPECT_GT(bottle.shapes[1], 0.9);
+  EXPECT_GT(bottle.log_height_ratio, std::log(2.0));
+  ASSERT_TRUE(bottle.log_metres);
+  EXPECT_LT(*bottle.log_metres, *priors.Of("couch").log_metres);
+  EXPECT_FALSE(priors.Of("something nobody has named").log_metres);
+  EXPECT_EQ(priors.Of("something nobody has named").width_sigma, ClassPrior().width_sigma);
+}
+
+TEST(ClassPriors, NameTheLineOfWhatTheyCannotRead) {
+  const auto message = [](const std::string& text) -> std::string {
+    try {
+      ClassPriors::Read(FileWith(text));
+    } catch (const std::exception& e) {
+      return e.what();
+    }
+    return "";
+  };
+  EXPECT_NE(message("cup: {size: [0.1, 0.1, 0.1], sprad: 0.2}\n").find("spread"), std::string::npos);
+  EXPECT_NE(message("mug: {size: [1, 1, 1]}\ncup: {spread: 0.2}\n").find(":2: cup has no size"),
+            std::string::npos);
+  EXPECT_NE(message("- a list\n").find("expected labels"), std::string::npos);
+  EXPECT_NE(message("cup: {size: [0.1,").find("classes.yaml"), std::string::npos);
+}
+
+TEST(ClassPriors, EveryKindIsNearestToItself) {
+  for (const ShapeKind kind : kShapeKinds) {
+    const auto [e1, e2] = ExponentsOf(kind);
+    EXPECT_EQ(NearestKind(e1, e2), kind);
+  }
+}
+
+TEST(MetricScale, IsThatOfTheOthersAndForgivesAWrongLabel) {
+  std::vector<SizedObject> objects;
+  for (int i = 0; i < 6; ++i) {
+    objects.push_back({i, 0.7 + 0.1 * (i % 3 - 1), 0.3});
+  }
+  const auto scale = ScaleWithout(0, objects);
+  ASSERT_TRUE(scale);
+  EXPECT_NEAR(scale->log_scale, 0.72, 0.05);
+  objects.push_back({9, 4.0, 0.3});  // a box taken for a phone
+  EXPECT_NEAR(ScaleWithout(0, objects)->log_scale, scale->log_scale, 0.1);
+  EXPECT_FALSE(ScaleWithout(1, {objects.begin(), objects.begin() + 3}));
+}
+
+TEST(Reliability, FallsWithEveryReasonForDoubt) {
+  const ReliabilityEvidence good{200, 0.95, 0.03, 1.0};
+  EXPECT_GT(Reliability(good), 0.8);
+  const auto with = [&](auto change) {
+    ReliabilityEvidence evidence = good;
+    change(evidence);
+    return Reliability(evidence);
+  };
+  EXPECT_LT(with([](auto& e) { e.observations = 10; }), 0.55);
+  EXPECT_LT(with([](auto& e) { e.held_out_agreement = 0.5; }), 0.4);
+  EXPECT_LT(with([](auto& e) { e.log_size_sigma = 0.4; }), 0.4);
+  EXPECT_LT(with([](auto& e) { e.class_surprise = 200.0; }), 0.55);
+  EXPECT_EQ(with([](auto& e) { e.held_out_agreement = 0.2; }), 0.0);
+}
+
+TEST(ClassSurprise, IsNoneForATypicalThingAtTheRightScale) {
+  ClassPrior prior;
+  prior.log_width_ratio = std::log(2.0);
+  prior.log_height_ratio = 0.0;
+  prior.width_sigma = prior.height_sigma = 0.3;
+  prior.log_metres = std::log(0.2);
+  prior.size_sigma = 0.2;
+  const double root = std::sqrt(2.0);
+  Superquadric typical{{0.05 / root, 0.05 * root, 0.05}, 0.1, 0.1};  // full sizes about 0.1 map units
+  const MetricScale doubled{std::log(2.0), 0.0};
+  EXPECT_NEAR(ClassSurprise(typical, prior, doubled), 0.0, 1e-9);
+  EXPECT_NEAR(ClassSurprise(typical, prior, MetricScale{0.0, 0.0}), std::pow(std::log(2.0) / 0.2, 2), 1e-9);
+  std::swap(typical.half_size.x(), typical.half_size.y());  // along which axis does not matter
+  EXPECT_NEAR(ClassSurprise(typical, prior, std::nullopt), 0.0, 1e-9);
+}
+
+}  // namespace
+}  // namespace sqslam
