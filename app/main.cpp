@@ -63,6 +63,7 @@ int ParseAndRun(const std::vector<std::string>& words) {
   program.Group("Mapping");
   AddDemoCommand(program);
   AddRunCommand(program);
+  AddDensifyCommand(program);
   AddDetectCommand(program);
   AddCalibrateCommand(program);
   program.Group("Results");

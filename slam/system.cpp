@@ -242,6 +242,7 @@ RunResult System::Finish() {
   s.RethrowMappingFailure();
   RunResult result;
   result.frames = s.frames;
+  result.readout = s.tracker.Readout();
   result.others = s.mapper.Finish();
   if (result.others.empty()) {
     result.no_map_reason = s.tracker.NoMapReason();

@@ -26,6 +26,7 @@ enum class TrackingState { kNotInitialized, kTracking, kLost };
 struct RunResult {
   int frames = 0;
   int tracked = 0;
+  double readout = 0.0;  // seconds between the first and the last row of an image, as learnt; 0: none
   RunCounters counters;
   FinishedMap map;  // the one with the most frames; its snapshot is null where no map could be built
   std::vector<FinishedMap> others;  // submaps that could not be merged with it, each in a frame of its own

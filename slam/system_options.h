@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 
+#include "slam/dense/dense_options.h"
 #include "slam/detection/background_detector.h"
 #include "slam/mapping/mapping_options.h"
 #include "slam/objects/object_options.h"
@@ -23,6 +24,7 @@ struct SystemOptions {
   TrackingOptions tracking;
   MappingOptions mapping;
   ObjectOptions objects;
+  DenseOptions dense;  // of `sqslam densify` and run --dense
 
   void VisitFields(auto&& visit) {
     visit("deterministic", deterministic);
@@ -33,6 +35,7 @@ struct SystemOptions {
     visit("tracking", tracking);
     visit("mapping", mapping);
     visit("objects", objects);
+    visit("dense", dense);
   }
 };
 

@@ -8,6 +8,7 @@
 #include "app/commands/commands.h"
 #include "app/report/report.h"
 #include "slam/evaluation/comparison.h"
+#include "slam/evaluation/dense_evaluation.h"
 #include "slam/evaluation/evaluation.h"
 #include "slam/util/options.h"
 
@@ -20,6 +21,7 @@ Examples:
   sqslam eval out/desk --ground-truth data/desk --set matching.min_iou=0.25
   sqslam eval out/fire --ground-truth fire/seq-01
   sqslam eval out/desk out/desk-2 out/desk-3 --ground-truth data/desk    several runs side by side
+  sqslam eval out/desk --dense --ground-truth data/desk    after sqslam densify out/desk
   sqslam eval out/sq out/quadric --ground-truth data/desk -o compared.tex
 
 The trajectory is aligned to the ground truth by a similarity (scale, rotation, translation); the objects go
@@ -34,6 +36,7 @@ struct EvalArguments {
   std::string ground_truth;
   std::string output;
   std::vector<std::string> set;
+  bool dense = false;
   bool quiet = false;
 };
 
@@ -59,6 +62,18 @@ void PrintEvaluations(const std::vector<NamedEvaluation>& results) {
   }
 }
 
+// The depth maps of densified results, one after the other.
+void EvaluateDepth(const EvalArguments& arguments, const std::vector<std::string>& names) {
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::filesystem::path result = arguments.results[i];
+    const DenseEvaluation evaluation = EvaluateDense(result, arguments.ground_truth);
+    WriteDenseEvaluation(result / "dense_eval.json", evaluation);
+    if (!arguments.quiet) {
+      fmt::print("{}{}", names.size() > 1 ? names[i] + "\n" : "", FormatDense(evaluation));
+    }
+  }
+}
+
 void Evaluate(const EvalArguments& arguments) {
   EvaluationOptions options;
   SetOptions(arguments.set, options);
@@ -67,6 +82,10 @@ void Evaluate(const EvalArguments& arguments) {
     CheckComparisonPath(arguments.output);
   }
   const std::vector<std::string> names = ShortNames({arguments.results.begin(), arguments.results.end()});
+  if (arguments.dense) {
+    EvaluateDepth(arguments, names);
+    return;
+  }
   std::vector<NamedEvaluation> results;
   for (std::size_t i = 0; i < names.size(); ++i) {
     results.push_back({names[i], EvaluateFolder(arguments.results[i], arguments.ground_truth, options)});
@@ -104,6 +123,8 @@ void AddEvalCommand(Command& program) {
           "Sequence folder with poses: groundtruth.txt, or those of 7-Scenes, RGB-D Scenes v2 or ICL-NUIM; "
           "objects_gt.json if there is one")
       .Required();
+  command.Flag("--dense", a->dense,
+               "Instead, hold the depth maps of sqslam densify against the truth (dense_eval.json)");
   command.Option("--set KEY=VALUE", a->set, "Override one option of the evaluation; may be repeated");
   command.Group("Output");
   command.Option("--output,-o FILE", a->output,

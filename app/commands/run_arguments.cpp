@@ -88,6 +88,8 @@ void RunArguments::AddTo(Command& command) {
   command.Option("--output,-o DIR", output, "Result folder; default: out/NAME, out/NAME-2, ...");
   command.Option("--video FILE.mp4", video,
                  "Afterwards, make a video of the map's growth, as `sqslam render --growth` does");
+  command.Flag("--dense", dense,
+               "Afterwards, make depth maps and a dense coloured cloud, as `sqslam densify` does");
   command.Flag("--no-render", no_render, "No pictures and no report");
   command.Group("Mapping");
   command.Option("--config FILE", config, "Options of the pipeline (YAML, see configs/default.yaml)");
@@ -153,6 +155,7 @@ RunRequest RunArguments::Request() const {
                 "out", request.live_camera ? fmt::format("camera{}", *request.live_camera) : NameOf(input))
           : fs::path(output);
   request.options = Options();
+  request.dense = dense;
   request.realtime = realtime;
   return request;
 }

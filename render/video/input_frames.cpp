@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <iterator>
 
 #include "render/video/video_alignment.h"
@@ -13,22 +12,6 @@
 
 namespace sqslam {
 namespace fs = std::filesystem;
-
-PosesByFrame ReadFramePoses(const fs::path& trajectory, const Sequence& sequence) {
-  constexpr double kSameTime = 1e-4;  // seconds; files have six digits
-  PosesByFrame poses;
-  std::size_t at = 0;
-  for (const TimedPose& pose : fs::exists(trajectory) ? ReadTrajectory(trajectory) : Trajectory()) {
-    while (at < sequence.frames.size() && sequence.frames[at].timestamp < pose.timestamp - kSameTime) {
-      ++at;
-    }
-    if (at < sequence.frames.size() &&
-        std::abs(sequence.frames[at].timestamp - pose.timestamp) <= kSameTime) {
-      poses.emplace(static_cast<std::int64_t>(at), pose.T_map_camera);
-    }
-  }
-  return poses;
-}
 
 InputFrames::InputFrames(const RecordingReader& recording, const fs::path& map_file) {
   const MapSnapshotPtr last = recording.Last();
@@ -42,7 +25,7 @@ InputFrames::InputFrames(const RecordingReader& recording, const fs::path& map_f
     why_no_sequence_ = error.what();
   }
   if (sequence_) {
-    poses_ = ReadFramePoses(map_file.parent_path() / "trajectory.txt", *sequence_);
+    poses_ = ReadPosesByFrame(map_file.parent_path() / "trajectory.txt", *sequence_);
   }
   // Poses without a trajectory: of keyframes, then of the newest frames of the snapshots.
   PosesByFrame recorded;

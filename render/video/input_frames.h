@@ -8,15 +8,10 @@
 #include <string>
 
 #include "slam/io/sequence.h"
+#include "slam/io/trajectory.h"
 #include "slam/snapshot/recording.h"
 
 namespace sqslam {
-
-using PosesByFrame = std::map<std::int64_t, Rigid3d>;  // T_map_camera by index of the frame
-
-// The poses of a trajectory.txt, whose times tell the frames of the sequence. Empty where the file is not
-// there; throws InputError where it is broken.
-PosesByFrame ReadFramePoses(const std::filesystem::path& trajectory, const Sequence& sequence);
 
 // The frames that went into a map: their poses in the finished map and, where the sequence is still there,
 // their images.

@@ -86,6 +86,7 @@ void ParseObjects(const fs::path& path, GroundTruth& truth) {
       object.name = entry.value("name", std::string());
       object.solid = ParseSolid(entry);
       object.detections = entry.value("detector_boxes", 0);
+      object.hull_fill = entry.value("hull_fill", 1.0);
       object.scored = entry.value("scored", false);
       truth.has_scored = truth.has_scored || entry.contains("scored");
       truth.has_detection_counts = truth.has_detection_counts || entry.contains("detector_boxes");

@@ -14,9 +14,10 @@ struct GroundTruthObject {
   int id = 0;
   std::string name;  // empty where the file has none
   std::string label;
-  Solid solid;         // in the world frame of the ground truth, metres
-  int detections = 0;  // boxes of it that the detector gave; 0 where nothing tells
-  bool scored = true;  // known well enough for its 3D IoU to mean something
+  Solid solid;             // in the world frame of the ground truth, metres
+  int detections = 0;      // boxes of it that the detector gave; 0 where nothing tells
+  bool scored = true;      // known well enough for its 3D IoU to mean something
+  double hull_fill = 1.0;  // volume of the real object's convex hull over that of the solid
 };
 
 // The object's name, or its label where it has none.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "slam/io/sequence.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/text_lines.h"
 
@@ -34,6 +35,23 @@ Trajectory ReadTrajectory(const std::filesystem::path& path) {
     trajectory.push_back({v[0], {rotation.normalized(), {v[1], v[2], v[3]}}});
   }
   return trajectory;
+}
+
+PosesByFrame ReadPosesByFrame(const std::filesystem::path& trajectory, const Sequence& sequence) {
+  constexpr double kSameTime = 1e-4;  // seconds; files have six digits
+  PosesByFrame poses;
+  std::size_t at = 0;
+  for (const TimedPose& pose :
+       std::filesystem::exists(trajectory) ? ReadTrajectory(trajectory) : Trajectory()) {
+    while (at < sequence.frames.size() && sequence.frames[at].timestamp < pose.timestamp - kSameTime) {
+      ++at;
+    }
+    if (at < sequence.frames.size() &&
+        std::abs(sequence.frames[at].timestamp - pose.timestamp) <= kSameTime) {
+      poses.emplace(static_cast<std::int64_t>(at), pose.T_map_camera);
+    }
+  }
+  return poses;
 }
 
 void WriteTrajectory(const std::filesystem::path& path, const Trajectory& trajectory) {

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <map>
 #include <vector>
 
 #include "slam/geometry/rigid3.h"
@@ -16,5 +18,12 @@ using Trajectory = std::vector<TimedPose>;
 // TUM format: "timestamp tx ty tz qx qy qz qw". Reading throws InputError that names file and line.
 Trajectory ReadTrajectory(const std::filesystem::path& path);
 void WriteTrajectory(const std::filesystem::path& path, const Trajectory& trajectory);
+
+struct Sequence;
+using PosesByFrame = std::map<std::int64_t, Rigid3d>;  // T_map_camera by index of the frame
+
+// The poses of a trajectory.txt, whose times tell the frames of the sequence. Empty where the file is not
+// there; throws InputError where it is broken.
+PosesByFrame ReadPosesByFrame(const std::filesystem::path& trajectory, const Sequence& sequence);
 
 }  // namespace sqslam

@@ -35,6 +35,9 @@ void CheckRequest(const RunRequest& request, const Sequence& sequence) {
         "--deterministic: which frames are dropped differs from run to run, expected no --realtime and no "
         "live camera");
   }
+  if (request.dense && request.live_camera) {
+    throw UsageError("--dense: needs the images again, expected a recording instead of a live camera");
+  }
   if (request.options.mapping.camera.what == LearntPart::kFocalAndRadial) {
     throw UsageError(
         "mapping.camera.what=focal+radial: keypoints of a run stay undistorted as the camera given says, "

@@ -22,6 +22,7 @@ struct RunRequest {
   FrameRange range;
   std::filesystem::path output;  // folder that is made; must not exist or be empty
   SystemOptions options;
+  bool dense = false;     // afterwards, make depth maps and a dense cloud (options.dense)
   bool realtime = false;  // play at the sequence's own speed and drop late frames
 
   bool HasRealClock() const { return realtime || live_camera; }

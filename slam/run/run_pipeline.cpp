@@ -5,9 +5,11 @@
 #include <sys/resource.h>
 
 #include <chrono>
+#include <cmath>
 #include <exception>
 #include <utility>
 
+#include "slam/dense/densify.h"
 #include "slam/io/cameras.h"
 #include "slam/io/trajectory.h"
 #include "slam/run/auto_camera.h"
@@ -83,6 +85,7 @@ void TakeLearntCamera(const RunResult& result, AutoCamera& camera) {
   if (result.map.learnt_camera) {
     camera.Take(*result.map.learnt_camera);
   }
+  camera.camera.readout_ms = std::round(1e4 * result.readout) / 10.0;
   if (camera.IsGuessed()) {
     spdlog::log(camera.learnt ? spdlog::level::info : spdlog::level::warn, camera.Text());
   }
@@ -121,6 +124,28 @@ RunStats MakeStats(const RunResult& result, const RunInput& input, const Detecti
   stats.timing_ms = result.timing_ms;
   stats.timing_ms.merge(feed.Times());
   return stats;
+}
+
+// A map without depth is a map all the same.
+void MakeDense(const RunRequest& request, const FinishedRun& run, RunHost& host) {
+  if (!request.dense || run.interrupted) {
+    return;
+  }
+  try {
+    const DensifySummary dense = Densify({run.output, {}, request.options.dense},
+                                         [&host](int done, int total, const std::string& state) {
+                                           host.ShowProgress(done, total, state);
+                                           if (done == total) {
+                                             host.EndProgress();
+                                           }
+                                           return !host.Stopped();
+                                         });
+    if (!dense.interrupted) {
+      host.Say(dense.Text());
+    }
+  } catch (const NoMapError& error) {
+    spdlog::warn(error.what());
+  }
 }
 
 void Draw(FinishedRun& run, RunHost& host) {
@@ -222,7 +247,7 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
   AttemptAll({[&] { WriteCamera(run.output / "camera.yaml", camera.camera, camera.Text()); },
               [&] { WriteMapFiles(run.output, run.result.map); },
               [&] { WriteSubmaps(run.output, run.result.others); }, [&] { recorder.Close(); },
-              [&] { Draw(run, host); }, [&] { host.Film(run); },
+              [&] { MakeDense(request, run, host); }, [&] { Draw(run, host); }, [&] { host.Film(run); },
               [&] { WriteStats(run.output / "stats.json", run.stats); }, [&] { host.Report(run); },
               [&] { feed.ThrowFailure(); }});
   run.interrupted = host.Stopped();

@@ -1,102 +1,22 @@
 #include "slam/snapshot/recording.h"
 
 #include <fmt/format.h>
-#include <sqlite3.h>
 
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "slam/snapshot/snapshot_codec.h"
+#include "slam/snapshot/sqlite_file.h"
 #include "slam/util/error.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
-namespace {
-
-constexpr const char* kFormat = "sqslam-map";
-
-struct CloseDatabase {
-  void operator()(sqlite3* db) const { sqlite3_close_v2(db); }
-};
-using Database = std::unique_ptr<sqlite3, CloseDatabase>;
-
-struct Blob {
-  std::string_view bytes;
-};
-
-// One prepared statement, stepped by its methods. Failures throw InputError that names the file.
-class Statement {
- public:
-  // Binds the values in order. Texts and bytes must live until the statement has been stepped.
-  template <typename... Values>
-  Statement(sqlite3* db, const fs::path& path, const char* sql, const Values&... values)
-      : db_(db), path_(path) {
-    Check(sqlite3_prepare_v2(db, sql, -1, &statement_, nullptr), SQLITE_OK);
-    int index = 0;
-    (Bind(++index, values), ...);
-  }
-  ~Statement() { sqlite3_finalize(statement_); }
-  Statement(const Statement&) = delete;
-  Statement& operator=(const Statement&) = delete;
-
-  void Run() { Check(sqlite3_step(statement_), SQLITE_DONE); }
-  bool Next() {
-    const int code = sqlite3_step(statement_);
-    if (code != SQLITE_ROW) {
-      Check(code, SQLITE_DONE);
-    }
-    return code == SQLITE_ROW;
-  }
-  std::int64_t Int(int column) { return sqlite3_column_int64(statement_, column); }
-  std::string Bytes(int column) {
-    const void* data = sqlite3_column_blob(statement_, column);
-    const int size = sqlite3_column_bytes(statement_, column);
-    return data == nullptr ? std::string()
-                           : std::string(static_cast<const char*>(data), static_cast<std::size_t>(size));
-  }
-
- private:
-  void Bind(int index, std::int64_t value) { Check(sqlite3_bind_int64(statement_, index, value), SQLITE_OK); }
-  void Bind(int index, double value) { Check(sqlite3_bind_double(statement_, index, value), SQLITE_OK); }
-  void Bind(int index, std::string_view text) {
-    Check(sqlite3_bind_text64(statement_, index, text.data(), text.size(), SQLITE_STATIC, SQLITE_UTF8),
-          SQLITE_OK);
-  }
-  void Bind(int index, const Blob& blob) {
-    Check(sqlite3_bind_blob64(statement_, index, blob.bytes.data(), blob.bytes.size(), SQLITE_STATIC),
-          SQLITE_OK);
-  }
-  void Check(int code, int expected) const {
-    if (code != expected) {
-      throw InputError(fmt::format("{}: {}", path_.string(), sqlite3_errmsg(db_)));
-    }
-  }
-
-  sqlite3* db_;  // not owned
-  fs::path path_;
-  sqlite3_stmt* statement_ = nullptr;
-};
-
-Database Open(const fs::path& path, int flags) {
-  sqlite3* raw = nullptr;
-  const int code = sqlite3_open_v2(path.c_str(), &raw, flags, nullptr);
-  Database db(raw);
-  if (code != SQLITE_OK) {
-    throw InputError(fmt::format("{}: cannot be opened ({})", path.string(), sqlite3_errstr(code)));
-  }
-  sqlite3_busy_timeout(db.get(), 5000);
-  return db;
-}
-
-void Execute(sqlite3* db, const fs::path& path, const char* sql) {
-  if (sqlite3_exec(db, sql, nullptr, nullptr, nullptr) != SQLITE_OK) {
-    throw InputError(fmt::format("{}: {}", path.string(), sqlite3_errmsg(db)));
-  }
-}
-
-}  // namespace
-
+using sqlite::Blob;
+using sqlite::Database;
+using sqlite::Execute;
+using sqlite::Open;
+using sqlite::Statement;
 struct RecordingWriter::Impl {
   fs::path path;
   Database db;
@@ -124,7 +44,7 @@ RecordingWriter::RecordingWriter(const fs::path& path, const RecordingInfo& info
       "CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL);"
       "CREATE TABLE snapshots (id INTEGER PRIMARY KEY, frame_index INTEGER NOT NULL, timestamp REAL NOT NULL,"
       " data BLOB NOT NULL);");
-  impl_->SetMeta("format", kFormat);
+  impl_->SetMeta("format", kRecordingFormat);
   impl_->SetMeta("version", std::to_string(kSnapshotFormatVersion));
   impl_->SetMeta("sequence_path", info.sequence_path);
   impl_->SetMeta("program_version", info.program_version);
@@ -188,7 +108,7 @@ RecordingReader::RecordingReader(const fs::path& path, Edit edit) : impl_(std::m
   impl_->db = Open(path, SQLITE_OPEN_READONLY | SQLITE_OPEN_FULLMUTEX);
   std::string version;
   try {
-    if (impl_->Meta("format") == kFormat) {
+    if (impl_->Meta("format") == kRecordingFormat) {
       version = impl_->Meta("version");
     }
   } catch (const InputError&) {

@@ -57,6 +57,7 @@ class Tracker {
                                            const std::vector<Detection>& detections);
 
   // The frame that was tracked last.
+  double Readout() const { return shutter_.Readout(); }  // seconds, as learnt; 0: all rows at once
   FrameView Newest() const;
 
   bool Initialized() const { return view_ != nullptr; }

@@ -82,7 +82,7 @@ RunFrames::RunFrames(const RecordingReader& recording, const fs::path& map_file)
   }
   try {
     if (sequence_) {
-      poses_ = ReadFramePoses(map_file.parent_path() / "trajectory.txt", *sequence_);
+      poses_ = ReadPosesByFrame(map_file.parent_path() / "trajectory.txt", *sequence_);
     }
   } catch (const InputError&) {  // a broken file: the poses of the snapshots are left
   }

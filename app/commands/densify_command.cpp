@@ -1,0 +1,94 @@
+#include <fmt/format.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/commands/commands.h"
+#include "app/terminal/terminal.h"
+#include "slam/dense/densify.h"
+#include "slam/system_options.h"
+#include "slam/util/options.h"
+
+namespace sqslam::app {
+namespace {
+
+constexpr const char* kDensifyNotes = R"(
+Writes dense.ply into the result folder, and depth maps of the keyframes into its map.sqmap. It needs the
+images that were mapped. Called again it goes on where it was stopped; with other options it begins anew.
+
+Examples:
+  sqslam densify out/kitchen
+  sqslam densify out/kitchen --images /media/disk/kitchen    the images have moved
+  sqslam densify out/kitchen --set dense.scale=1             images in full size: finer, four times as slow
+  sqslam densify out/kitchen --set dense.fusion.min_views=3  fewer points, and surer ones
+)";
+
+struct DensifyArguments {
+  std::string result;
+  std::string images;
+  std::string config;
+  std::vector<std::string> set;
+  int threads = 0;
+  bool quiet = false;
+};
+
+int RunDensify(const DensifyArguments& a) {
+  SystemOptions options;
+  if (!a.config.empty()) {
+    LoadOptions(a.config, options);
+  }
+  for (const std::string& assignment : a.set) {
+    SetOption(assignment, options);
+  }
+  const InterruptGuard interrupt;
+  std::optional<Progress> progress;
+  const DensifySummary summary = Densify({a.result, a.images, options.dense, a.threads},
+                                         [&](int done, int total, const std::string& state) {
+                                           if (!progress) {
+                                             progress.emplace(total, a.quiet, "keyframe");
+                                           }
+                                           progress->Update(done, state);
+                                           if (done == total) {
+                                             progress->Finish();
+                                             progress.reset();
+                                           }
+                                           return !interrupt.Interrupted();
+                                         });
+  if (progress) {
+    progress->Finish();
+  }
+  if (summary.interrupted) {
+    fmt::print(stderr, "sqslam: stopped after {} depth maps; the same command goes on from there\n",
+               summary.estimated + summary.resumed);
+    return 130;
+  }
+  if (!a.quiet) {
+    fmt::print("{}\nwritten: {}\n", summary.Text(), (std::filesystem::path(a.result) / "dense.ply").string());
+  }
+  return 0;
+}
+
+}  // namespace
+
+void AddDensifyCommand(Command& program) {
+  const auto a = std::make_shared<DensifyArguments>();
+  Command& command = program.AddCommand("densify", "Depth maps and a dense coloured cloud of a finished run");
+  command.Group("Input");
+  command.Positional("RESULT", a->result, "Result folder of sqslam run").Required();
+  command.Option("--images PATH", a->images,
+                 "The sequence that was mapped, where it is not at its old place any more");
+  command.Group("Depth");
+  command.Option("--config FILE", a->config, "Options (YAML, see `dense` in configs/default.yaml)");
+  command.Option("--set KEY=VALUE", a->set,
+                 "Override one option, such as dense.stereo.planes=128; may be repeated");
+  command.Option("--threads N", a->threads, "Keyframes at a time; 0 (default): as many as there are cores")
+      .Range(0, 256);
+  command.Group("General");
+  command.Flag("--quiet,-q", a->quiet, "No progress and no summary");
+  command.Notes(kDensifyNotes);
+  command.OnRun([a] { return RunDensify(*a); });
+}
+
+}  // namespace sqslam::app

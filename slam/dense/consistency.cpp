@@ -1,0 +1,74 @@
+#include "slam/dense/consistency.h"
+
+#include <cmath>
+
+namespace sqslam {
+namespace {
+
+// Depth of the map at a place between its pixels, from those of the four about it that are near `expected`;
+// 0 where there is none.
+double DepthNear(const cv::Mat& depth, double u, double v, double expected, double tolerance) {
+  const int x = static_cast<int>(u);
+  const int y = static_cast<int>(v);
+  double sum = 0.0, weights = 0.0;
+  for (int dy = 0; dy < 2; ++dy) {
+    for (int dx = 0; dx < 2; ++dx) {
+      const double z = depth.at<float>(y + dy, x + dx);
+      if (std::abs(z - expected) <= tolerance) {
+        const double weight = (1.0 - std::abs(u - x - dx)) * (1.0 - std::abs(v - y - dy)) + 1e-6;
+        sum += weight * z;
+        weights += weight;
+      }
+    }
+  }
+  return weights > 0.0 ? sum / weights : 0.0;
+}
+
+}  // namespace
+
+DepthMap KeepConsistent(const DepthMap& map, const std::vector<DepthMap>& neighbours,
+                        const DepthFusionOptions& options) {
+  DepthMap kept = map;
+  kept.depth = cv::Mat(map.depth.size(), CV_32F, cv::Scalar(0));
+  kept.views = cv::Mat(map.depth.size(), CV_8U, cv::Scalar(0));
+  std::vector<Rigid3d> T_neighbour_map;
+  for (const DepthMap& neighbour : neighbours) {
+    T_neighbour_map.push_back(neighbour.T_map_camera.Inverse());
+  }
+  for (int y = 0; y < map.depth.rows; ++y) {
+    for (int x = 0; x < map.depth.cols; ++x) {
+      const double z = map.depth.at<float>(y, x);
+      if (!(z > 0.0)) {
+        continue;
+      }
+      const Eigen::Vector3d p_map = map.PointAt(x, y);
+      double ratios = 1.0;
+      int views = 0;
+      for (std::size_t i = 0; i < neighbours.size(); ++i) {
+        const DepthMap& other = neighbours[i];
+        const Eigen::Vector3d p = T_neighbour_map[i] * p_map;
+        if (!(p.z() > 0.0)) {
+          continue;
+        }
+        const Eigen::Vector2d pixel = other.camera.Project(p);
+        if (!(pixel.x() >= 0.0 && pixel.y() >= 0.0 && pixel.x() < other.depth.cols - 1 &&
+              pixel.y() < other.depth.rows - 1)) {
+          continue;
+        }
+        const double seen =
+            DepthNear(other.depth, pixel.x(), pixel.y(), p.z(), options.max_difference * p.z());
+        if (seen > 0.0) {
+          ratios += seen / p.z();
+          ++views;
+        }
+      }
+      if (views >= options.min_views) {
+        kept.depth.at<float>(y, x) = static_cast<float>(z * ratios / (1 + views));
+        kept.views.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(views);
+      }
+    }
+  }
+  return kept;
+}
+
+}  // namespace sqslam

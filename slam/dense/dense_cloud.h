@@ -1,0 +1,57 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <unordered_map>
+#include <vector>
+
+#include "slam/snapshot/depth_map.h"
+
+namespace sqslam {
+
+// A point of a surface, map frame.
+struct DensePoint {
+  Eigen::Vector3f p_map = Eigen::Vector3f::Zero();
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // unit vector to the side from which it was seen
+  std::array<std::uint8_t, 3> rgb{};
+  std::uint8_t views = 0;  // most depth maps that agree in it beside their own, or kFilledByPlane
+};
+using DenseCloud = std::vector<DensePoint>;
+
+// Gathers the points of depth maps in cubes and makes one point of each cube, at the mean of those in it. The
+// order of the points follows from the order of the maps.
+class CloudFusion {
+ public:
+  explicit CloudFusion(double spacing);  // edge of the cubes, map units
+
+  void Add(const DepthMap& map);
+  DenseCloud Cloud() const;
+
+ private:
+  struct Cell {
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();  // sums, weighted
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+    Eigen::Vector3d rgb = Eigen::Vector3d::Zero();
+    double weight = 0.0;
+    int views = 0;       // the most that agree
+    bool filled = true;  // no point of it was measured
+  };
+  struct KeyHash {
+    std::size_t operator()(const std::array<std::int32_t, 3>& key) const;
+  };
+
+  double spacing_;
+  std::unordered_map<std::array<std::int32_t, 3>, std::size_t, KeyHash> places_;
+  std::vector<Cell> cells_;
+};
+
+// Unit normal of a pixel's surface, towards the camera, map frame: across the pixels on both sides of it, as
+// far as their depths show one surface. Zero where they do not.
+Eigen::Vector3d NormalAt(const DepthMap& map, int x, int y);
+
+// dense.ply: binary little-endian PLY with x y z nx ny nz red green blue views.
+void WriteDenseCloud(const std::filesystem::path& path, const DenseCloud& cloud);
+
+}  // namespace sqslam

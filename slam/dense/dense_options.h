@@ -1,0 +1,94 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace sqslam {
+
+// Images that a keyframe's depth is found with.
+struct ViewOptions {
+  double small_angle = 3.0;  // degrees between the rays of the nearer pair of views
+  double large_angle = 6.0;  // degrees between the rays of the farther pair
+  double fine_angle =
+      12.0;  // degrees between the rays of the pair with which, and with the farther one, planes are refined
+  double min_angle = 0.8;     // degrees; a view with less says nothing about depth
+  double min_overlap = 0.5;   // share of the keyframe's map points that a view has to show
+  double near_margin = 1.25;  // inverse depth of the first plane over that of the nearest map points
+  double far_margin = 0.75;   // inverse depth of the last plane over that of the farthest map points
+  int window = 150;           // frames before and after the keyframe among which views are chosen
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("small_angle", small_angle, 0.1, 45.0);
+    visit("large_angle", large_angle, 0.1, 45.0);
+    visit("fine_angle", fine_angle, 0.1, 45.0);
+    visit("min_angle", min_angle, 0.0, 45.0);
+    visit("min_overlap", min_overlap, 0.0, 1.0);
+    visit("near_margin", near_margin, 1.0, 10.0);
+    visit("far_margin", far_margin, 0.0, 1.0);
+    visit("window", window, 1, 10000);
+  }
+};
+
+// Matching costs of a plane sweep, and their aggregation.
+struct StereoOptions {
+  int planes = 96;     // hypotheses, evenly spaced in inverse depth
+  double noise = 2.0;  // grey levels, standard deviation of an image's noise: fainter patterns count less
+  int small_penalty =
+      8;  // cost of a step to the next plane between neighbouring pixels; a ZNCC of 0 costs 254
+  int large_penalty = 60;     // cost of any farther step
+  double edge_contrast = 10;  // grey levels between neighbouring pixels that halve large_penalty
+  double max_cost = 150.0;    // matching cost of the plane found, above which a pixel has no depth
+  int refinements = 2;        // rounds of finer steps about the planes found
+
+  int smoothing = 6;  // pixels to each side over which a plane is laid through depths of one surface; 0: none
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("planes", planes, 8, 1024);
+    visit("noise", noise, 0.1, 100.0);
+    visit("small_penalty", small_penalty, 0, 1000);
+    visit("large_penalty", large_penalty, 0, 1000);
+    visit("edge_contrast", edge_contrast, 0.1, 1000.0);
+    visit("max_cost", max_cost, 0.0, 255.0);
+    visit("refinements", refinements, 0, 10);
+    visit("smoothing", smoothing, 0, 50);
+  }
+};
+
+// Agreement of depth maps, and the cloud that is made of them.
+struct DepthFusionOptions {
+  int neighbours = 8;            // depth maps that each is held against
+  int min_views = 2;             // of them that must agree for a pixel to be kept
+  double max_difference = 0.01;  // of the depth, up to which two agree
+  double spacing =
+      1.0;  // pixels: the cloud has one point in a cube of the width of so many, at the median depth
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("neighbours", neighbours, 1, 100);
+    visit("min_views", min_views, 1, 100);
+    visit("max_difference", max_difference, 0.0, 1.0);
+    visit("spacing", spacing, 0.1, 100.0);
+  }
+};
+
+struct DenseOptions {
+  double scale = 0.5;  // size of the images that depth is found in, over that of the frames
+  // Detections of these labels move by themselves: their boxes get no depth.
+  std::vector<std::string> moving_labels = {"person", "cat", "dog", "bird"};
+  ViewOptions views;
+  StereoOptions stereo;
+  DepthFusionOptions fusion;
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("scale", scale, 0.05, 1.0);
+    visit("moving_labels", moving_labels);
+    visit("views", views);
+    visit("stereo", stereo);
+    visit("fusion", fusion);
+  }
+};
+
+}  // namespace sqslam

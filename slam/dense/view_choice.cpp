@@ -1,0 +1,151 @@
+#include "slam/dense/view_choice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "slam/util/statistics.h"
+
+namespace sqslam {
+namespace {
+
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+
+bool IsSeen(const Eigen::Vector3d& p_camera, const Camera& camera) {
+  if (p_camera.z() <= 0.0) {
+    return false;
+  }
+  const Eigen::Vector2d pixel = camera.Project(p_camera);
+  return pixel.x() >= 0.0 && pixel.y() >= 0.0 && pixel.x() <= camera.width - 1 &&
+         pixel.y() <= camera.height - 1;
+}
+
+// 1 at the wanted angle, less the farther from it by ratio.
+double Fit(double angle, double wanted) {
+  constexpr double kWidth = 0.5;  // standard deviation, octaves
+  const double octaves = std::log2(angle / wanted) / kWidth;
+  return std::exp(-0.5 * octaves * octaves);
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector3d> PointsInView(const std::vector<Eigen::Vector3d>& points, const Camera& camera,
+                                          const Rigid3d& T_map_camera, std::size_t most) {
+  constexpr double kCut = 0.01;  // share of the points at each end
+  const Rigid3d T_camera_map = T_map_camera.Inverse();
+  std::vector<std::pair<double, Eigen::Vector3d>> seen;
+  for (const Eigen::Vector3d& p_map : points) {
+    if (const Eigen::Vector3d p_camera = T_camera_map * p_map; IsSeen(p_camera, camera)) {
+      seen.emplace_back(p_camera.z(), p_map);
+    }
+  }
+  std::stable_sort(seen.begin(), seen.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  const auto cut = static_cast<std::size_t>(std::ceil(kCut * static_cast<double>(seen.size())));
+  std::vector<Eigen::Vector3d> in_view;
+  if (seen.size() > 2 * cut) {
+    const std::size_t left = seen.size() - 2 * cut;
+    const std::size_t taken = std::min(left, most);
+    for (std::size_t i = 0; i < taken; ++i) {
+      in_view.push_back(seen[cut + (taken > 1 ? i * (left - 1) / (taken - 1) : 0)].second);
+    }
+  }
+  return in_view;
+}
+
+std::optional<DepthRange> RangeOf(const std::vector<Eigen::Vector3d>& in_view, const Rigid3d& T_map_camera,
+                                  const ViewOptions& options) {
+  constexpr std::size_t kEnough = 10;
+  if (in_view.size() < kEnough) {
+    return std::nullopt;
+  }
+  const Rigid3d T_camera_map = T_map_camera.Inverse();  // nearest first, see PointsInView
+  const double nearest = (T_camera_map * in_view.front()).z();
+  const double farthest = (T_camera_map * in_view.back()).z();
+  return DepthRange{nearest / options.near_margin, farthest / std::max(options.far_margin, 1e-3)};
+}
+
+Parallax ParallaxOf(const std::vector<Eigen::Vector3d>& in_view, const Camera& camera,
+                    const Rigid3d& keyframe, const Rigid3d& frame) {
+  const Rigid3d T_frame_map = frame.Inverse();
+  std::vector<double> angles;
+  for (const Eigen::Vector3d& p : in_view) {
+    if (IsSeen(T_frame_map * p, camera)) {
+      const Eigen::Vector3d a = (keyframe.translation - p).normalized();
+      const Eigen::Vector3d b = (frame.translation - p).normalized();
+      angles.push_back(2.0 * std::asin(std::min(0.5 * (a - b).norm(), 1.0)) * kDegrees);
+    }
+  }
+  if (angles.empty()) {
+    return {};
+  }
+  const double overlap = static_cast<double>(angles.size()) / static_cast<double>(in_view.size());
+  return {overlap, UpperMedian(std::move(angles))};
+}
+
+std::vector<std::size_t> ChooseViews(const PosedFrame& keyframe, const std::vector<PosedFrame>& frames,
+                                     const std::vector<Eigen::Vector3d>& in_view, const Camera& camera,
+                                     const std::vector<double>& angles, const ViewOptions& options) {
+  struct Candidate {
+    std::size_t position;
+    Parallax parallax;
+    Eigen::Vector3d side;  // unit vector from the keyframe to it
+    bool taken = false;
+  };
+  std::vector<Candidate> candidates;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const Eigen::Vector3d way = frames[i].T_map_camera.translation - keyframe.T_map_camera.translation;
+    if (std::abs(frames[i].index - keyframe.index) > options.window || !(way.norm() > 0.0)) {
+      continue;
+    }
+    const Parallax parallax = ParallaxOf(in_view, camera, keyframe.T_map_camera, frames[i].T_map_camera);
+    if (parallax.overlap >= options.min_overlap && parallax.angle >= options.min_angle) {
+      candidates.push_back({i, parallax, way.normalized()});
+    }
+  }
+  std::vector<std::size_t> chosen;
+  for (const double wanted : angles) {
+    const Candidate* first = nullptr;
+    for (int k = 0; k < 2; ++k) {
+      Candidate* best = nullptr;
+      double best_score = 0.0;
+      for (Candidate& c : candidates) {
+        const double opposite = first != nullptr ? 0.5 * (1.0 - first->side.dot(c.side)) : 1.0;
+        const double score =
+            c.parallax.overlap * c.parallax.overlap * Fit(c.parallax.angle, wanted) * (0.1 + 0.9 * opposite);
+        if (!c.taken && score > best_score) {
+          best = &c;
+          best_score = score;
+        }
+      }
+      if (best != nullptr) {
+        best->taken = true;
+        chosen.push_back(best->position);
+        first = best;
+      }
+    }
+  }
+  return chosen;
+}
+
+std::vector<std::size_t> ChooseNeighbours(std::size_t keyframe, const std::vector<PosedFrame>& keyframes,
+                                          const std::vector<Eigen::Vector3d>& in_view, const Camera& camera,
+                                          int count) {
+  constexpr double kWanted = 8.0;  // degrees: errors of two maps are then fairly independent
+  std::vector<std::pair<double, std::size_t>> scored;
+  for (std::size_t i = 0; i < keyframes.size(); ++i) {
+    const Parallax parallax =
+        ParallaxOf(in_view, camera, keyframes[keyframe].T_map_camera, keyframes[i].T_map_camera);
+    if (i != keyframe && parallax.overlap > 0.0) {
+      const double far = std::max(parallax.angle, kWanted);
+      scored.emplace_back(-parallax.overlap * kWanted / far, i);
+    }
+  }
+  std::sort(scored.begin(), scored.end());
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < scored.size() && i < static_cast<std::size_t>(count); ++i) {
+    chosen.push_back(scored[i].second);
+  }
+  return chosen;
+}
+
+}  // namespace sqslam

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "slam/evaluation/ground_truth.h"
+#include "slam/evaluation/trajectory_error.h"
+
+namespace sqslam {
+
+struct DenseEvaluationOptions {
+  double min_hull_fill = 0.975;  // solids that are less of their object's hull tell nothing of its surface
+  std::vector<std::string> hollow_labels = {"bookshelf"};  // their solids are hulls that one looks into
+  int stride = 2;  // every so many pixels in both directions are held against the truth
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("min_hull_fill", min_hull_fill, 0.0, 1.0);
+    visit("hollow_labels", hollow_labels);
+    visit("stride", stride, 1, 100);
+  }
+};
+
+// Distances, in the unit of the ground truth.
+struct DistanceSummary {
+  int count = 0;
+  double median = 0.0;
+  double p90 = 0.0;
+};
+
+// Depth maps of a densified run held against the truth.
+struct DenseEvaluation {
+  int keyframes = 0;
+  double complete = 0.0;  // share of the pixels of all keyframes with a measured depth
+  double filled = 0.0;    // and with one by a plane
+  DistanceSummary measured;
+  DistanceSummary by_plane;   // of the pixels that a plane filled
+  double tested = 0.0;        // share of the pixels whose depth could be held against the truth
+  std::optional<double> top;  // root mean square distance of the 95 % of the points of the table top nearest
+                              // to their own plane; empty without a table that is known
+};
+
+// Points are brought into the world frame by the similarity that aligns the trajectory. The truth of a pixel
+// is the surface that its ray from the true pose hits first, of the known solids and of the planes on which
+// these stand (each within the hull of their footprints); its error is the point's distance to that surface.
+// Where the sequence comes with a cloud (dense.ply, world frame), it is the distance to the cloud's nearest
+// point instead. Pixels that show something else are left out.
+//
+// The table top is the top face of the widest cuboid labelled dining_table or, without one, the plane on
+// which most of the solids stand, within their footprints' hull. Its points are those of dense.ply up to 30
+// mm above or below, but for its border and the footprints of the solids on it, each with 20 mm about them.
+//
+// Throws InputError where the result has no depth maps or its trajectory cannot be aligned.
+DenseEvaluation EvaluateDense(const std::filesystem::path& result, const std::filesystem::path& sequence,
+                              const DenseEvaluationOptions& options = {});
+
+// Lines for the terminal.
+std::string FormatDense(const DenseEvaluation& evaluation);
+
+// dense_eval.json.
+void WriteDenseEvaluation(const std::filesystem::path& path, const DenseEvaluation& evaluation);
+
+}  // namespace sqslam

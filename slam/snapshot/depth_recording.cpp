@@ -1,0 +1,301 @@
+#include "slam/snapshot/depth_recording.h"
+
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <opencv2/imgcodecs.hpp>
+#include <utility>
+
+#include "slam/snapshot/sqlite_file.h"
+
+namespace sqslam {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* kDepthVersion = "1";
+
+// Camera and pose of a row: width, height, fx, fy, cx, cy, quaternion x y z w, translation.
+using Header = std::array<double, 13>;
+
+Header HeaderOf(const DepthMap& map) {
+  const Camera& c = map.camera;
+  const auto& q = map.T_map_camera.rotation.coeffs();
+  const Eigen::Vector3d& t = map.T_map_camera.translation;
+  return {static_cast<double>(c.width),
+          static_cast<double>(c.height),
+          c.fx,
+          c.fy,
+          c.cx,
+          c.cy,
+          q[0],
+          q[1],
+          q[2],
+          q[3],
+          t[0],
+          t[1],
+          t[2]};
+}
+
+template <typename Value>
+void AppendBytes(std::string& bytes, const Value& value) {
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
+}
+
+[[noreturn]] void ThrowCutOff() { throw InputError("a depth map is cut off"); }
+
+template <typename Value>
+Value ReadBytes(std::string_view& bytes) {
+  Value value;
+  if (bytes.size() < sizeof(value)) {
+    ThrowCutOff();
+  }
+  std::memcpy(&value, bytes.data(), sizeof(value));
+  bytes.remove_prefix(sizeof(value));
+  return value;
+}
+
+std::string Pack(const std::string& raw) {
+  uLongf size = compressBound(raw.size());
+  std::string packed(size, '\0');
+  compress2(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(raw.data()),
+            raw.size(), 1);
+  packed.resize(size);
+  return packed;
+}
+
+std::string Unpack(std::string_view packed, std::size_t expected) {
+  std::string raw(expected, '\0');
+  uLongf size = raw.size();
+  if (uncompress(reinterpret_cast<Bytef*>(raw.data()), &size, reinterpret_cast<const Bytef*>(packed.data()),
+                 packed.size()) != Z_OK ||
+      size != expected) {
+    ThrowCutOff();
+  }
+  return raw;
+}
+
+// Smallest and largest inverse depth, then for each pixel 0 for none or 1 to 65535 between these, as
+// differences to the pixel on its left: all low bytes, then all high ones, which packs best.
+std::string EncodeDepth(const cv::Mat& depth) {
+  constexpr double kSteps = 65534.0;
+  double smallest = 0.0, largest = 0.0;
+  for (auto z = depth.begin<float>(); z != depth.end<float>(); ++z) {
+    if (*z > 0.0F) {
+      const double inverse = 1.0 / *z;
+      smallest = smallest == 0.0 ? inverse : std::min(smallest, inverse);
+      largest = std::max(largest, inverse);
+    }
+  }
+  const double scale = largest > smallest ? kSteps / (largest - smallest) : 0.0;
+  std::string raw(2 * depth.total(), '\0');
+  std::uint16_t left = 0;
+  std::size_t i = 0;
+  for (auto z = depth.begin<float>(); z != depth.end<float>(); ++z, ++i) {
+    const auto value =
+        static_cast<std::uint16_t>(*z > 0.0F ? 1.0 + std::round((1.0 / *z - smallest) * scale) : 0.0);
+    const auto difference = static_cast<std::uint16_t>(value - left);
+    left = value;
+    raw[i] = static_cast<char>(difference & 255U);
+    raw[i + depth.total()] = static_cast<char>(difference >> 8U);
+  }
+  std::string bytes;
+  AppendBytes(bytes, smallest);
+  AppendBytes(bytes, largest);
+  return bytes + Pack(raw);
+}
+
+cv::Mat DecodeDepth(std::string_view bytes, cv::Size size) {
+  constexpr double kSteps = 65534.0;
+  const auto smallest = ReadBytes<double>(bytes);
+  const auto largest = ReadBytes<double>(bytes);
+  cv::Mat depth(size, CV_32F);
+  const std::string raw = Unpack(bytes, 2 * depth.total());
+  std::uint16_t value = 0;
+  for (std::size_t i = 0; i < depth.total(); ++i) {
+    const auto low = static_cast<std::uint8_t>(raw[i]);
+    const auto high = static_cast<std::uint8_t>(raw[i + depth.total()]);
+    value = static_cast<std::uint16_t>(value + low + 256U * high);
+    depth.at<float>(static_cast<int>(i)) =
+        value == 0 ? 0.0F
+                   : static_cast<float>(1.0 / (smallest + (value - 1) / kSteps * (largest - smallest)));
+  }
+  return depth;
+}
+
+std::string EncodeImage(const cv::Mat& bgr) {
+  std::vector<std::uint8_t> jpeg;
+  cv::imencode(".jpg", bgr, jpeg, {cv::IMWRITE_JPEG_QUALITY, 92});
+  return {jpeg.begin(), jpeg.end()};
+}
+
+}  // namespace
+
+struct DepthRecording::Impl {
+  fs::path path;
+  sqlite::Database db;
+  Access access = Access::kRead;
+  bool has_table = false;
+
+  [[noreturn]] void ThrowBroken(std::int64_t keyframe) const {
+    throw InputError(fmt::format("{}: the depth map of keyframe {} is broken", path.string(), keyframe));
+  }
+
+  sqlite::Statement Prepare(const char* sql, const auto&... values) const {
+    return {db.get(), path, sql, values...};
+  }
+
+  std::vector<std::int64_t> List(const char* sql) const {
+    std::vector<std::int64_t> keyframes;
+    if (has_table) {
+      sqlite::Statement select = Prepare(sql);
+      while (select.Next()) {
+        keyframes.push_back(select.Int(0));
+      }
+    }
+    return keyframes;
+  }
+
+  // The statement selects frame_index, camera, image, depth, views; without bytes of views they are left
+  // empty.
+  DepthMap Read(std::int64_t keyframe, const char* sql) const {
+    sqlite::Statement select = Prepare(sql, keyframe);
+    if (!has_table || !select.Next()) {
+      throw InputError(fmt::format("{}: no depth map of keyframe {}", path.string(), keyframe));
+    }
+    DepthMap map;
+    map.keyframe = keyframe;
+    map.frame_index = select.Int(0);
+    const std::string header_bytes = select.Bytes(1);
+    std::string_view bytes = header_bytes;
+    const auto h = ReadBytes<Header>(bytes);
+    map.camera.width = static_cast<int>(h[0]);
+    map.camera.height = static_cast<int>(h[1]);
+    std::tie(map.camera.fx, map.camera.fy, map.camera.cx, map.camera.cy) = std::tie(h[2], h[3], h[4], h[5]);
+    map.T_map_camera = {Eigen::Quaterniond(h[9], h[6], h[7], h[8]), {h[10], h[11], h[12]}};
+    const std::string image = select.Bytes(2);
+    if (!image.empty()) {
+      map.bgr = cv::imdecode(std::vector<char>(image.begin(), image.end()), cv::IMREAD_COLOR);
+    }
+    if (map.bgr.empty() || map.bgr.size() != cv::Size(map.camera.width, map.camera.height)) {
+      ThrowBroken(keyframe);
+    }
+    try {
+      map.depth = DecodeDepth(select.Bytes(3), map.bgr.size());
+      if (const std::string views = select.Bytes(4); !views.empty()) {
+        const std::string raw = Unpack(views, map.depth.total());
+        map.views.create(map.depth.size(), CV_8U);
+        std::copy(raw.begin(), raw.end(), map.views.begin<std::uint8_t>());
+      }
+    } catch (const InputError&) {
+      ThrowBroken(keyframe);
+    }
+    return map;
+  }
+};
+
+DepthRecording::DepthRecording(const fs::path& recording, Access access) : impl_(std::make_unique<Impl>()) {
+  impl_->path = recording;
+  impl_->access = access;
+  const bool write = access == Access::kWrite;
+  impl_->db =
+      sqlite::Open(recording, (write ? SQLITE_OPEN_READWRITE : SQLITE_OPEN_READONLY) | SQLITE_OPEN_FULLMUTEX);
+  std::string version;
+  {
+    sqlite::Statement select = impl_->Prepare("SELECT value FROM meta WHERE key = 'depth_version'");
+    version = select.Next() ? select.Bytes(0) : "";
+  }
+  if (!version.empty() && version != kDepthVersion) {
+    throw InputError(fmt::format("{}: depth maps of version {}, expected version {}", recording.string(),
+                                 version, kDepthVersion));
+  }
+  if (write) {
+    sqlite::Execute(impl_->db.get(), recording, "PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;");
+    sqlite::Execute(impl_->db.get(), recording,
+                    "BEGIN;"
+                    "CREATE TABLE IF NOT EXISTS depth_maps (keyframe INTEGER PRIMARY KEY,"
+                    " frame_index INTEGER NOT NULL, settings TEXT NOT NULL, camera BLOB NOT NULL,"
+                    " image BLOB NOT NULL, estimate BLOB NOT NULL, kept BLOB, views BLOB);"
+                    "INSERT OR IGNORE INTO meta (key, value) VALUES ('depth_version', '1');"
+                    "COMMIT");
+  }
+  impl_->has_table = write || !version.empty();
+}
+
+DepthRecording::~DepthRecording() {
+  try {
+    if (impl_) {
+      Close();
+    }
+  } catch (const InputError&) {
+    // The file is readable with its WAL beside it; a destructor has nobody to tell.
+  }
+}
+
+DepthRecording::DepthRecording(DepthRecording&&) noexcept = default;
+
+std::vector<std::int64_t> DepthRecording::Keyframes() const {
+  return impl_->List("SELECT keyframe FROM depth_maps WHERE kept IS NOT NULL ORDER BY frame_index, keyframe");
+}
+
+std::vector<std::int64_t> DepthRecording::Estimated() const {
+  return impl_->List("SELECT keyframe FROM depth_maps ORDER BY frame_index, keyframe");
+}
+
+DepthMap DepthRecording::Kept(std::int64_t keyframe) const {
+  return impl_->Read(keyframe,
+                     "SELECT frame_index, camera, image, kept, views FROM depth_maps WHERE keyframe = ? AND "
+                     "kept IS NOT NULL");
+}
+
+DepthMap DepthRecording::Estimate(std::int64_t keyframe) const {
+  return impl_->Read(keyframe,
+                     "SELECT frame_index, camera, image, estimate, '' FROM depth_maps WHERE keyframe = ?");
+}
+
+bool DepthRecording::HasEstimate(std::int64_t keyframe, const std::string& settings) const {
+  if (!impl_->has_table) {
+    return false;
+  }
+  sqlite::Statement select =
+      impl_->Prepare("SELECT 1 FROM depth_maps WHERE keyframe = ? AND settings = ?", keyframe, settings);
+  return select.Next();
+}
+
+void DepthRecording::PutEstimate(const DepthMap& map, const std::string& settings) {
+  const Header header = HeaderOf(map);
+  const std::string image = EncodeImage(map.bgr);
+  const std::string estimate = EncodeDepth(map.depth);
+  sqlite::Statement insert = impl_->Prepare(
+      "INSERT OR REPLACE INTO depth_maps (keyframe, frame_index, settings, camera, image, estimate)"
+      " VALUES (?, ?, ?, ?, ?, ?)",
+      map.keyframe, map.frame_index, settings,
+      sqlite::Blob{{reinterpret_cast<const char*>(header.data()), sizeof(header)}}, sqlite::Blob{image},
+      sqlite::Blob{estimate});
+  insert.Run();
+}
+
+void DepthRecording::PutKept(const DepthMap& map) {
+  const std::string kept = EncodeDepth(map.depth);
+  const std::string views = Pack({map.views.begin<std::uint8_t>(), map.views.end<std::uint8_t>()});
+  sqlite::Statement update = impl_->Prepare("UPDATE depth_maps SET kept = ?, views = ? WHERE keyframe = ?",
+                                            sqlite::Blob{kept}, sqlite::Blob{views}, map.keyframe);
+  update.Run();
+}
+
+void DepthRecording::Remove(std::int64_t keyframe) {
+  sqlite::Statement remove = impl_->Prepare("DELETE FROM depth_maps WHERE keyframe = ?", keyframe);
+  remove.Run();
+}
+
+void DepthRecording::Close() {
+  if (impl_->db && impl_->access == Access::kWrite) {
+    const sqlite::Database db = std::move(impl_->db);
+    sqlite::Execute(db.get(), impl_->path, "PRAGMA journal_mode=DELETE");
+  }
+}
+
+}  // namespace sqslam

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "slam/snapshot/depth_map.h"
+
+namespace sqslam {
+
+// The depth maps in a recording (map.sqmap): a table beside the snapshots, one row a keyframe, which programs
+// that do not know it pass over. A row holds the depth as it was estimated, with the settings that it was
+// estimated with, and once it has been held against its neighbours what of it is kept. Depths are stored as
+// inverse depths of 16 bits between the smallest and the largest of a map, images as JPEG.
+//
+// Each Put is one transaction: a kill at any moment leaves what was put before. All methods throw InputError
+// that names the file, on a full disk too.
+class DepthRecording {
+ public:
+  enum class Access { kRead, kWrite };
+
+  // Of a recording that was not densified yet, a table without rows; kWrite adds it.
+  explicit DepthRecording(const std::filesystem::path& recording, Access access = Access::kRead);
+  ~DepthRecording();
+  DepthRecording(DepthRecording&&) noexcept;
+
+  // Keyframes with a kept depth map, by frame.
+  std::vector<std::int64_t> Keyframes() const;
+
+  // The kept depth map of a keyframe.
+  DepthMap Kept(std::int64_t keyframe) const;
+
+  // The keyframe's depth before it was held against its neighbours; without `views`.
+  DepthMap Estimate(std::int64_t keyframe) const;
+
+  // True where the keyframe's depth was estimated with these settings.
+  bool HasEstimate(std::int64_t keyframe, const std::string& settings) const;
+
+  void PutEstimate(const DepthMap& map, const std::string& settings);  // drops what was kept of an older one
+  void PutKept(const DepthMap& map);                                   // of a keyframe with an estimate
+  void Remove(std::int64_t keyframe);
+
+  // Keyframes with an estimate, by frame.
+  std::vector<std::int64_t> Estimated() const;
+
+  void Close();  // folds what was written into the one file; also done by the destructor
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace sqslam

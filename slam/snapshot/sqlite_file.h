@@ -1,0 +1,101 @@
+#pragma once
+
+#include <fmt/format.h>
+#include <sqlite3.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "slam/util/error.h"
+
+namespace sqslam {
+
+// The word by which a database is known as a recording, in its table `meta`.
+inline constexpr const char* kRecordingFormat = "sqslam-map";
+
+namespace sqlite {
+
+struct CloseDatabase {
+  void operator()(sqlite3* db) const { sqlite3_close_v2(db); }
+};
+using Database = std::unique_ptr<sqlite3, CloseDatabase>;
+
+struct Blob {
+  std::string_view bytes;
+};
+
+// One prepared statement, stepped by its methods. Failures throw InputError that names the file.
+class Statement {
+ public:
+  // Binds the values in order. Texts and bytes must live until the statement has been stepped.
+  template <typename... Values>
+  Statement(sqlite3* db, const std::filesystem::path& path, const char* sql, const Values&... values)
+      : db_(db), path_(path) {
+    Check(sqlite3_prepare_v2(db, sql, -1, &statement_, nullptr), SQLITE_OK);
+    int index = 0;
+    (Bind(++index, values), ...);
+  }
+  ~Statement() { sqlite3_finalize(statement_); }
+  Statement(const Statement&) = delete;
+  Statement& operator=(const Statement&) = delete;
+
+  void Run() { Check(sqlite3_step(statement_), SQLITE_DONE); }
+  bool Next() {
+    const int code = sqlite3_step(statement_);
+    if (code != SQLITE_ROW) {
+      Check(code, SQLITE_DONE);
+    }
+    return code == SQLITE_ROW;
+  }
+  std::int64_t Int(int column) { return sqlite3_column_int64(statement_, column); }
+  std::string Bytes(int column) {
+    const void* data = sqlite3_column_blob(statement_, column);
+    const int size = sqlite3_column_bytes(statement_, column);
+    return data == nullptr ? std::string()
+                           : std::string(static_cast<const char*>(data), static_cast<std::size_t>(size));
+  }
+
+ private:
+  void Bind(int index, std::int64_t value) { Check(sqlite3_bind_int64(statement_, index, value), SQLITE_OK); }
+  void Bind(int index, double value) { Check(sqlite3_bind_double(statement_, index, value), SQLITE_OK); }
+  void Bind(int index, std::string_view text) {
+    Check(sqlite3_bind_text64(statement_, index, text.data(), text.size(), SQLITE_STATIC, SQLITE_UTF8),
+          SQLITE_OK);
+  }
+  void Bind(int index, const Blob& blob) {
+    Check(sqlite3_bind_blob64(statement_, index, blob.bytes.data(), blob.bytes.size(), SQLITE_STATIC),
+          SQLITE_OK);
+  }
+  void Check(int code, int expected) const {
+    if (code != expected) {
+      throw InputError(fmt::format("{}: {}", path_.string(), sqlite3_errmsg(db_)));
+    }
+  }
+
+  sqlite3* db_;  // not owned
+  std::filesystem::path path_;
+  sqlite3_stmt* statement_ = nullptr;
+};
+
+inline Database Open(const std::filesystem::path& path, int flags) {
+  sqlite3* raw = nullptr;
+  const int code = sqlite3_open_v2(path.c_str(), &raw, flags, nullptr);
+  Database db(raw);
+  if (code != SQLITE_OK) {
+    throw InputError(fmt::format("{}: cannot be opened ({})", path.string(), sqlite3_errstr(code)));
+  }
+  sqlite3_busy_timeout(db.get(), 5000);
+  return db;
+}
+
+inline void Execute(sqlite3* db, const std::filesystem::path& path, const char* sql) {
+  if (sqlite3_exec(db, sql, nullptr, nullptr, nullptr) != SQLITE_OK) {
+    throw InputError(fmt::format("{}: {}", path.string(), sqlite3_errmsg(db)));
+  }
+}
+
+}  // namespace sqlite
+}  // namespace sqslam

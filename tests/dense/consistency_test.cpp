@@ -1,0 +1,70 @@
+#include "slam/dense/consistency.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/dense/panel_world.h"
+
+namespace sqslam::testing {
+namespace {
+
+DepthMap TrueMap(const TexturedWorld& world, const Eigen::Vector3d& place) {
+  DepthMap map;
+  map.camera = world.GetCamera();
+  map.T_map_camera = {Eigen::Quaterniond::Identity(), place};
+  map.depth = TrueDepths(world, map.camera, map.T_map_camera);
+  return map;
+}
+
+class Consistency : public ::testing::Test {
+ protected:
+  const TexturedWorld world_;
+  const DepthMap map_ = TrueMap(world_, {0.0, 0.0, 0.0});
+  const std::vector<DepthMap> neighbours_ = {
+      TrueMap(world_, {0.2, 0.0, 0.0}), TrueMap(world_, {-0.2, 0.0, 0.0}), TrueMap(world_, {0.0, 0.1, 0.1})};
+};
+
+TEST_F(Consistency, TrueDepthsAreKeptAsTheyAre) {
+  const DepthMap kept = KeepConsistent(map_, neighbours_, {});
+  const double pixels = static_cast<double>(map_.depth.total());
+  EXPECT_GT(cv::countNonZero(kept.depth > 0.0), 0.9 * pixels);
+  cv::Mat difference;
+  cv::absdiff(kept.depth, map_.depth, difference);
+  EXPECT_GT(cv::countNonZero(difference < 0.002 * map_.depth), 0.9 * pixels);
+  EXPECT_EQ(kept.views.at<std::uint8_t>(60, 160), 3);
+}
+
+TEST_F(Consistency, AnOutlierIsRemovedAndTheGivenMapStays) {
+  DepthMap map = map_;
+  map.depth = map_.depth.clone();
+  const float truth = map.depth.at<float>(60, 160);
+  map.depth.at<float>(60, 160) = 0.9F * truth;
+  const DepthMap kept = KeepConsistent(map, neighbours_, {});
+  EXPECT_EQ(kept.depth.at<float>(60, 160), 0.0F);
+  EXPECT_EQ(kept.views.at<std::uint8_t>(60, 160), 0);
+  EXPECT_GT(kept.depth.at<float>(60, 161), 0.0F);
+  EXPECT_EQ(map.depth.at<float>(60, 160), 0.9F * truth);
+}
+
+TEST_F(Consistency, OneNeighbourThatAgreesIsNotEnough) {
+  std::vector<DepthMap> neighbours = neighbours_;
+  for (const std::size_t wrong : {1U, 2U}) {
+    neighbours[wrong].depth = neighbours[wrong].depth * 1.05;
+  }
+  EXPECT_EQ(cv::countNonZero(KeepConsistent(map_, neighbours, {}).depth > 0.0), 0);
+  DepthFusionOptions options;
+  options.min_views = 1;
+  const DepthMap kept = KeepConsistent(map_, neighbours, options);
+  EXPECT_GT(cv::countNonZero(kept.views == 1), 0.8 * static_cast<double>(map_.depth.total()));
+}
+
+TEST_F(Consistency, DepthsThatAgreeAreAveraged) {
+  std::vector<DepthMap> neighbours = neighbours_;
+  for (DepthMap& neighbour : neighbours) {
+    neighbour.depth = neighbour.depth * 1.004;
+  }
+  const DepthMap kept = KeepConsistent(map_, neighbours, {});
+  EXPECT_NEAR(kept.depth.at<float>(60, 160) / map_.depth.at<float>(60, 160), 1.003, 2e-4);
+}
+
+}  // namespace
+}  // namespace sqslam::testing

@@ -1,0 +1,96 @@
+#include "slam/dense/dense_cloud.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "slam/io/point_cloud.h"
+#include "tests/io/temporary_folder.h"
+
+namespace sqslam {
+namespace {
+
+// A camera half a metre above a table (z = 0), looking down aslant.
+DepthMap TableFromAbove() {
+  DepthMap map;
+  map.camera = {80, 60, 70.0, 70.0, 40.0, 30.0, {}, 30.0};
+  map.T_map_camera.rotation = Eigen::AngleAxisd(2.5, Eigen::Vector3d::UnitX());
+  map.T_map_camera.translation = {0.1, 0.2, 0.5};
+  map.depth = cv::Mat(60, 80, CV_32F);
+  map.views = cv::Mat(60, 80, CV_8U, cv::Scalar(3));
+  map.bgr = cv::Mat(60, 80, CV_8UC3, cv::Scalar(30, 20, 10));
+  for (int y = 0; y < 60; ++y) {
+    for (int x = 0; x < 80; ++x) {
+      const Eigen::Vector3d ray =
+          map.T_map_camera.rotation * map.camera.Unproject({static_cast<double>(x), static_cast<double>(y)});
+      map.depth.at<float>(y, x) = static_cast<float>(-0.5 / ray.z());
+    }
+  }
+  return map;
+}
+
+TEST(DenseCloud, PointsOfATableLieOnItAndPointUp) {
+  CloudFusion fusion(0.01);
+  fusion.Add(TableFromAbove());
+  const DenseCloud cloud = fusion.Cloud();
+  ASSERT_GT(cloud.size(), 1000U);
+  for (const DensePoint& point : cloud) {
+    EXPECT_NEAR(point.p_map.z(), 0.0F, 1e-5F);
+    EXPECT_GT(point.normal.z(), 0.999F);
+    EXPECT_EQ(point.rgb, (std::array<std::uint8_t, 3>{10, 20, 30}));
+    EXPECT_EQ(point.views, 3);
+  }
+}
+
+TEST(DenseCloud, TheSameSurfaceSeenTwiceIsThere) {
+  CloudFusion once(0.02);
+  once.Add(TableFromAbove());
+  CloudFusion twice(0.02);
+  twice.Add(TableFromAbove());
+  twice.Add(TableFromAbove());
+  EXPECT_EQ(once.Cloud().size(), twice.Cloud().size());
+}
+
+TEST(DenseCloud, WhatWasMeasuredGoesBeforeWhatWasFilledIn) {
+  const DepthMap measured = TableFromAbove();
+  DepthMap filled = TableFromAbove();
+  filled.views = cv::Mat(60, 80, CV_8U, cv::Scalar(kFilledByPlane));
+  filled.bgr = cv::Mat(60, 80, CV_8UC3, cv::Scalar(255, 255, 255));
+  for (const bool measured_first : {true, false}) {
+    CloudFusion fusion(0.02);
+    fusion.Add(measured_first ? measured : filled);
+    fusion.Add(measured_first ? filled : measured);
+    for (const DensePoint& point : fusion.Cloud()) {
+      EXPECT_EQ(point.views, 3);
+      EXPECT_EQ(point.rgb[0], 10);
+    }
+  }
+}
+
+TEST(DenseCloud, AnEdgeOfDepthHasNoNormalAcrossIt) {
+  DepthMap map = TableFromAbove();
+  for (int y = 0; y < 60; ++y) {
+    for (int x = 40; x < 80; ++x) {
+      map.depth.at<float>(y, x) *= 0.5F;
+    }
+  }
+  EXPECT_GT(NormalAt(map, 39, 30).z(), 0.999);  // from its own side alone
+  map.depth.col(38).setTo(0.0F);
+  map.depth.col(37).setTo(0.0F);
+  EXPECT_EQ(NormalAt(map, 39, 30), Eigen::Vector3d::Zero());
+}
+
+TEST(DenseCloud, OtherProgramsReadTheFile) {
+  CloudFusion fusion(0.02);
+  fusion.Add(TableFromAbove());
+  const DenseCloud cloud = fusion.Cloud();
+  const TemporaryFolder folder;
+  WriteDenseCloud(folder.Path() / "dense.ply", cloud);
+  const PointCloud read = ReadPointCloud(folder.Path() / "dense.ply");
+  ASSERT_EQ(read.points.size(), cloud.size());
+  EXPECT_EQ(read.points[5].cast<float>(), cloud[5].p_map);
+  EXPECT_EQ(read.rgb[5], cloud[5].rgb);
+}
+
+}  // namespace
+}  // namespace sqslam
