@@ -1,5 +1,3 @@
-#include "render/scene/scene_geometry.h"
-
 #include <gtest/gtest.h>
 #include <vtkActor.h>
 #include <vtkCamera.h>
@@ -13,6 +11,7 @@
 
 #include "render/gl/offscreen_window.h"
 #include "render/gl/picture_pass.h"
+#include "render/scene/scene_geometry.h"
 
 namespace sqslam {
 namespace {
