@@ -10,7 +10,7 @@
 #include "slam/snapshot/snapshot.h"
 #include "slam/system_options.h"
 
-// What figures read from results, and images on their pages. Reading throws InputError or UsageError that
+// Reads results for figures, and puts images on their pages. Reading throws InputError or UsageError that
 // says what is missing or wrong.
 namespace sqslam {
 

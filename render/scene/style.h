@@ -35,7 +35,7 @@ struct OverlayStyle {
 enum class AntiAliasing { kSsaa, kFxaa, kNone };
 constexpr auto EnumNames(AntiAliasing) { return std::array{"ssaa", "fxaa", "none"}; }
 
-// How objects are drawn that are more likely wrong than right (IsReliable): as thin lines, like the others,
+// Drawing of objects that are more likely wrong than right (IsReliable): as thin lines, like the others,
 // or not at all.
 enum class UncertainObjects { kOutline, kSolid, kHide };
 constexpr auto EnumNames(UncertainObjects) { return std::array{"outline", "solid", "hide"}; }

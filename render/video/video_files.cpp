@@ -202,7 +202,7 @@ std::vector<Opened> Checked(const std::vector<Part>& parts) {
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const auto [first, end] = FramesOf(parts[i].shard, 0, total);
     if (end - first != opened[i].frames) {
-      // Where one was cut short, all the others seem too long: the shortest is to blame.
+      // If one was cut short, all the others seem too long: the shortest is to blame.
       const auto [shortest, longest] = std::ranges::minmax_element(opened, {}, &Opened::frames);
       throw InputError(
           fmt::format("{}: {} frames, expected about {} as in the other pieces; was it interrupted?",

@@ -10,8 +10,8 @@ struct ViewOptions {
   double small_angle = 3.0;  // degrees between the rays of the nearer pair of views
   double large_angle = 6.0;  // degrees between the rays of the farther pair
   double fine_angle =
-      12.0;  // degrees between the rays of the pair with which, and with the farther one, planes are refined
-  double min_angle = 0.8;     // degrees; a view with less says nothing about depth
+      12.0;                // degrees between the rays of the pair that, with the farther one, refines planes
+  double min_angle = 0.8;  // degrees; a view with less says nothing about depth
   double min_overlap = 0.5;   // share of the keyframe's map points that a view has to show
   double near_margin = 1.25;  // inverse depth of the first plane over that of the nearest map points
   double far_margin = 0.75;   // inverse depth of the last plane over that of the farthest map points
@@ -34,11 +34,11 @@ struct ViewOptions {
 struct StereoOptions {
   int planes = 96;     // hypotheses, evenly spaced in inverse depth
   double noise = 2.0;  // grey levels, standard deviation of an image's noise: fainter patterns count less
-  int small_penalty =
-      8;  // cost of a step to the next plane between neighbouring pixels; a ZNCC of 0 costs 254
-  int large_penalty = 60;     // cost of any farther step
+  // Costs on the scale of matching costs, where a ZNCC of 1 costs 0 and one of 0 costs 254.
+  int small_penalty = 8;      // of a step to the next plane between neighbouring pixels
+  int large_penalty = 60;     // of any farther step
   double edge_contrast = 10;  // grey levels between neighbouring pixels that halve large_penalty
-  double max_cost = 150.0;    // matching cost of the plane found, above which a pixel has no depth
+  double max_cost = 150.0;    // of the plane found, above which a pixel has no depth
   int refinements = 2;        // rounds of finer steps about the planes found
 
   int smoothing = 6;  // pixels to each side over which a plane is laid through depths of one surface; 0: none
@@ -61,8 +61,8 @@ struct DepthFusionOptions {
   int neighbours = 8;            // depth maps that each is held against
   int min_views = 2;             // of them that must agree for a pixel to be kept
   double max_difference = 0.01;  // of the depth, up to which two agree
-  double spacing =
-      1.0;  // pixels: the cloud has one point in a cube of the width of so many, at the median depth
+  // The cloud has one point in a cube as wide as so many pixels are at the median depth, pixels.
+  double spacing = 1.0;
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {

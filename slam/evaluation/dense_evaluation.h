@@ -45,8 +45,8 @@ struct DenseEvaluation {
 // Points are brought into the world frame by the similarity that aligns the trajectory. The truth of a pixel
 // is the surface that its ray from the true pose hits first, of the known solids and of the planes on which
 // these stand (each within the hull of their footprints); its error is the point's distance to that surface.
-// Where the sequence comes with a cloud (dense.ply, world frame), it is the distance to the cloud's nearest
-// point instead. Pixels that show something else are left out.
+// For a sequence with a cloud (dense.ply, world frame) it is the distance to the cloud's nearest point
+// instead. Pixels that show something else are left out.
 //
 // The table top is the top face of the widest cuboid labelled dining_table or, without one, the plane on
 // which most of the solids stand, within their footprints' hull. Its points are those of dense.ply up to 30

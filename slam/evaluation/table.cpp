@@ -22,7 +22,7 @@ std::string Fixed(double value, int decimals) {
   return is_zero && text.starts_with('-') ? text.substr(1) : text;  // no "-0.00"
 }
 
-// What `make` makes of each.
+// Calls `make` on each and returns the results.
 template <typename Items, typename Make>
 std::vector<std::string> Each(const Items& items, const Make& make) {
   std::vector<std::string> made;

@@ -237,7 +237,7 @@ bool HasRoles(const std::vector<std::size_t>& roles, std::size_t first) {
          std::ranges::count(roles, first + 2) > 0;
 }
 
-// What is no number is dark. Real numbers go to 1, or where any is far above that to 255.
+// NaN is dark. Real numbers go to 1, or to 255 where any is far above 1.
 std::vector<std::array<std::uint8_t, 3>> InEightBits(const std::vector<std::array<float, 3>>& colors,
                                                      float full) {
   constexpr float kFarAboveOne = 2.0F;

@@ -20,7 +20,7 @@ inline constexpr std::array kShapeKinds = {ShapeKind::kBox, ShapeKind::kCylinder
 std::array<double, 2> ExponentsOf(ShapeKind kind);
 ShapeKind NearestKind(double e1, double e2);
 
-// What is known of a class of things before any of them is seen.
+// Prior knowledge of a class of things: the shapes, proportions and sizes to expect.
 struct ClassPrior {
   std::array<double, 3> shapes = {0.5, 0.3, 0.2};  // probabilities, in the order of ShapeKind
   double log_width_ratio = 0.0;   // natural logarithm of the longer horizontal size over the shorter, >= 0

@@ -193,7 +193,7 @@ void KeepPromising(const RefinementInput& input, const RefinementOptions& option
   }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; });
-  // Of two kinds of shape: the short look hardly tells these apart.
+  // At least two kinds of shape stay: the short look hardly tells these apart.
   const auto kind = [](const Candidate& candidate) {
     return NearestKind(candidate.start.shape.e1, candidate.start.shape.e2);
   };

@@ -219,7 +219,7 @@ Eigen::Matrix<double, 9, 9> RefinementProblem::Covariance(const Parameters& para
 }
 
 double RefinementProblem::HalfLogInformation(const Parameters& parameters) const {
-  // Of the exponents each kind of shape has its own prior of the same width; a yaw that nothing fixes is
+  // Exponents are left out, as each kind of shape has a prior of the same width; a yaw that nothing fixes is
   // known to lie within a quarter turn.
   constexpr int kKept = 7;
   constexpr double kYawSigma = 0.4534;  // a quarter turn over the square root of 12

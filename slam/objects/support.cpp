@@ -67,7 +67,7 @@ double WidestGap(const std::vector<Eigen::Vector2d>& points, const Eigen::Vector
 
 // True where `p` (x and y) lies over the solid, grown by this factor.
 bool IsOver(const Eigen::Vector2d& p, const PosedSuperquadric& solid, double grown) {
-  Eigen::Vector3d q =
+  const Eigen::Vector3d q =
       solid.T_map_object.Inverse() * Eigen::Vector3d(p.x(), p.y(), solid.T_map_object.translation.z());
   return solid.shape.RadialScale(q) < grown;
 }

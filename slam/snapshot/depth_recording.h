@@ -21,7 +21,7 @@ class DepthRecording {
  public:
   enum class Access { kRead, kWrite };
 
-  // Of a recording that was not densified yet, a table without rows; kWrite adds it.
+  // A recording that was not densified yet has no rows; kWrite adds the table.
   explicit DepthRecording(const std::filesystem::path& recording, Access access = Access::kRead);
   ~DepthRecording();
   DepthRecording(DepthRecording&&) noexcept;
