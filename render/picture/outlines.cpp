@@ -152,7 +152,8 @@ void DrawOutlines(cv::Mat& image, std::vector<ObjectOutline>& outlines, const La
       cv::Mat nearer = covered(masks.area);
       // What is behind something becomes faint, the rest keeps its strength.
       cv::Mat strength;
-      nearer.convertTo(strength, CV_32F, (style.hidden - 1.0) / 255.0, 1.0);
+      const double whole = IsReliable(*outline.object) ? 1.0 : style.hidden;
+      nearer.convertTo(strength, CV_32F, (style.hidden - whole) / 255.0, whole);
       cv::Mat line;
       masks.line.convertTo(line, CV_32F);
       cv::multiply(line, strength, line);
@@ -167,7 +168,9 @@ void DrawOutlines(cv::Mat& image, std::vector<ObjectOutline>& outlines, const La
   for (std::size_t i = all.size(); i-- > 0;) {
     if (!all[i].area.empty()) {
       const Eigen::Vector3d color = colors(outlines[i].object->label);
-      Blend(image, all[i].inside, all[i].area.tl(), color, style.fill);
+      if (IsReliable(*outlines[i].object)) {
+        Blend(image, all[i].inside, all[i].area.tl(), color, style.fill);
+      }
       Blend(image, all[i].line, all[i].area.tl(), color);
     }
   }

@@ -34,8 +34,8 @@ struct ObjectOutline {
 std::vector<ObjectOutline> OutlinesOf(const std::vector<SnapshotObject>& objects, const Camera& camera,
                                       const Rigid3d& T_map_camera);
 
-// Draws outlines, farther ones first; where nearer objects cover them they are faint. `scale`: pixels for one
-// of the style's. Fills in how much of each is seen.
+// Draws outlines, farther ones first; faint where nearer objects cover them; uncertain objects are faint all
+// over, and not filled. `scale`: pixels for one of the style's. Fills in how much of each is seen.
 void DrawOutlines(cv::Mat& image, std::vector<ObjectOutline>& outlines, const LabelColors& colors,
                   const OverlayStyle& style, double scale);
 

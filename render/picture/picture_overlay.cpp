@@ -121,13 +121,19 @@ std::vector<SceneLegendEntry> SceneLegend(const std::vector<SnapshotObject>& obj
                                           const PictureCaptions& captions, const SceneStyle& style) {
   std::vector<SceneLegendEntry> entries;
   std::map<std::string, int> counts;
+  int uncertain = 0;
   for (const SnapshotObject& object : objects) {
-    counts[object.label] += style.objects.show ? 1 : 0;
+    const bool solid = style.objects.uncertain == UncertainObjects::kSolid || IsReliable(object);
+    counts[object.label] += style.objects.show && solid ? 1 : 0;
+    uncertain += style.objects.show && !solid ? 1 : 0;
   }
   for (const auto& [label, count] : counts) {
     if (count > 0) {
       entries.push_back({ReadableLabel(label), std::to_string(count), captions.colors(label)});
     }
+  }
+  if (uncertain > 0) {
+    entries.push_back({"uncertain", std::to_string(uncertain), ParseColor(style.grid.color), true});
   }
   const auto line = [&](const char* name, const std::string& color) {
     entries.push_back({name, "", ParseColor(color), true});
@@ -250,7 +256,7 @@ void DrawLabels(cv::Mat& image, const std::vector<SnapshotObject>& objects, cons
   for (const SnapshotObject& object : objects) {
     const cv::Rect bounds = SeenBounds(object.superquadric, camera, image.size());
     if (!bounds.empty()) {
-      names.push_back(ReadableLabel(ShownName(object)));
+      names.push_back(ReadableLabel(ShownName(object)) + (IsReliable(object) ? "" : "?"));
       requests.push_back({bounds,
                           {text.Width(names.back(), size) + Pixels(0.4 * size), Pixels(1.2 * size)},
                           (object.superquadric.T_map_object.translation - camera.position).norm()});
@@ -292,7 +298,8 @@ void DrawTexts(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera,
                const PictureCaptions& captions, const SceneStyle& style, const TextPainter& text) {
   std::vector<SnapshotObject> objects = map.objects;
   std::erase_if(objects, [&](const SnapshotObject& object) {
-    return captions.clip && !captions.clip->KeepsSomeOf(object.superquadric);
+    return (captions.clip && !captions.clip->KeepsSomeOf(object.superquadric)) ||
+           (style.objects.uncertain == UncertainObjects::kHide && !IsReliable(object));
   });
   const double scale = PictureScale(image.size());
   std::vector<cv::Rect> taken;

@@ -167,6 +167,31 @@ TEST(RefineJointly, GetsTheSizeOfABoxFromItsSilhouettesAlone) {
   EXPECT_GT(SolidIoU(result.superquadric, truth), 0.85);
 }
 
+TEST(RefineJointly, CostsTheSameFromEveryStartThatEndsInOnePlace) {
+  const SyntheticDesk desk(1);
+  const PosedSuperquadric truth = desk.Objects()[5].superquadric;
+  RefinementInput input = InputOf(desk, truth);
+  input.yaw = YawEstimate{35.0 * M_PI / 180.0, 1.0};
+  input.support_height = 0.0;
+  input.lowest = 0.0;
+  for (int i = 0; i < 60; ++i) {
+    input.points.push_back(truth.T_map_object * truth.shape.PointAt(-1.2 + 0.04 * i, -3.0 + 0.1 * i));
+    input.point_cameras.push_back({desk.Pose(0).translation, 0.5});
+  }
+  RefinementOptions options;
+  options.max_iterations = 200;
+  options.cost_tolerance = 1e-9;
+  const auto from = [&](double factor) {
+    PosedSuperquadric start = truth;
+    start.shape.half_size *= factor;
+    return RefineJointly(start, input, options);
+  };
+  const RefinementResult small = from(0.8);
+  const RefinementResult large = from(1.25);
+  ASSERT_GT(SolidIoU(small.superquadric, large.superquadric), 0.99);
+  EXPECT_NEAR(small.cost, large.cost, 0.02);
+}
+
 TEST(RefineJointly, FreeSpaceKeepsTheObjectBehindItsPoints) {
   const SyntheticDesk desk(1);
   const PosedSuperquadric truth = desk.Objects()[0].superquadric;

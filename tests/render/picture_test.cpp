@@ -58,7 +58,6 @@ TEST(PictureTest, UncertainObjectsAreOutlinesOrLeftOut) {
     object.fit.reliability = 0.1;
   }
   PictureOptions options = SmallPicture();
-  options.style.text.legend = false;
   const auto colour = [&](UncertainObjects uncertain, const MapSnapshot& shown) {
     options.style.objects.uncertain = uncertain;
     cv::Mat hsv;
