@@ -92,8 +92,7 @@ int Demo(const DemoArguments& arguments) {
   RenderSequence(arguments, sequence, steps);
   const FinishedRun run = MapSequence(arguments, sequence, result, steps);
   if (run.interrupted) {
-    fmt::print(stderr, "sqslam: interrupted; what had been mapped is in {}\n", result.string());
-    return 130;
+    return EndInterrupted(run);
   }
   steps.Begin("Holding the map against the ground truth");
   const Evaluation evaluation = EvaluateResult(result, sequence);

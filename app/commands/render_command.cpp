@@ -16,6 +16,7 @@
 #include "render/picture/picture_difference.h"
 #include "render/video/input_frames.h"
 #include "render/video/video_alignment.h"
+#include "slam/io/image_files.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/error.h"
 
@@ -42,7 +43,7 @@ fs::path WriteDifference(const RenderArguments& a, const cv::Mat& image, const c
 }
 
 int CompareWithReference(const RenderArguments& a, const cv::Mat& image) {
-  const cv::Mat reference = cv::imread(a.reference, cv::IMREAD_UNCHANGED);
+  const cv::Mat reference = ReadImage(a.reference, cv::IMREAD_UNCHANGED);
   if (reference.empty()) {
     throw InputError(fmt::format("{}: cannot be read as a picture, expected the reference", a.reference));
   }

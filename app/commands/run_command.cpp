@@ -44,8 +44,7 @@ int Run(const RunArguments& arguments) {
     Print(run);
   }
   if (run.interrupted) {
-    fmt::print(stderr, "sqslam: interrupted; what had been mapped is in {}\n", run.output.string());
-    return 130;
+    return EndInterrupted(run);
   }
   return 0;
 }

@@ -7,8 +7,8 @@
 #include <iterator>
 #include <set>
 
-#include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
+#include "slam/util/json_file.h"
 #include "slam/util/text_lines.h"
 
 namespace sqslam::app {
@@ -243,7 +243,7 @@ void WriteCellRecord(const fs::path& run, const nlohmann::ordered_json& settings
                                          {"jobs", jobs},
                                          {"program", program},
                                          {"settings", settings}};
-  WriteFileAtomically(run / "cell.json", record.dump(1) + "\n");
+  WriteJsonFile(run / "cell.json", record);
 }
 
 std::optional<CellResult> ReadCellResult(const fs::path& run, const ExperimentCell& cell,
@@ -252,7 +252,7 @@ std::optional<CellResult> ReadCellResult(const fs::path& run, const ExperimentCe
     return std::nullopt;
   }
   try {
-    const auto record = nlohmann::ordered_json::parse(ReadFile(run / "cell.json", "the record of a cell"));
+    const auto record = ReadJsonFile(run / "cell.json", "the record of a cell");
     if (record.at("settings") != settings) {
       return std::nullopt;
     }
@@ -262,7 +262,7 @@ std::optional<CellResult> ReadCellResult(const fs::path& run, const ExperimentCe
     result.program = record.at("program").get<std::string>();
     result.stats = ReadStats(run / "stats.json");
     if (!settings.at("eval").empty()) {
-      ReadScores(json::parse(ReadFile(run / "eval.json", "an evaluation")), result);
+      ReadScores(ReadJsonFile<json>(run / "eval.json", "an evaluation"), result);
     }
     return result;
   } catch (const InputError&) {  // missing or broken files

@@ -265,6 +265,9 @@ ExperimentConfig ReadExperiment(const fs::path& path) {
 }
 
 fs::path ResolvePath(const ExperimentConfig& config, const fs::path& path) {
+  if (path.string().starts_with('-')) {  // not an option of the run that gets it
+    return ResolvePath(config, "." / path);
+  }
   if (path.empty() || path.is_absolute() || fs::exists(path)) {
     return path;
   }

@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "slam/util/json_file.h"
+
 namespace sqslam::app {
 namespace {
 
@@ -160,7 +162,7 @@ std::string GlbFile::Bytes(int root, const std::string& scene_name) const {
   if (!binary.empty()) {
     json["buffers"] = Json::array({Json{{"byteLength", buffer_.size()}}});
   }
-  std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  std::string text = JsonText(json, -1);
   Pad(text, ' ');
   std::string body;
   AppendChunk(body, 0x4E4F534A, text);  // "JSON"

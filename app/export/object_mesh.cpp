@@ -128,7 +128,13 @@ void WriteObjectMeshes(const std::filesystem::path& path, const std::vector<Snap
   }
   const std::filesystem::path colors = std::filesystem::path(path).replace_extension(".mtl");
   WriteFileAtomically(colors, MtlText(objects));  // first: the .obj refers to it
-  WriteFileAtomically(path, ObjText(objects, colors.filename().string()));
+  try {
+    WriteFileAtomically(path, ObjText(objects, colors.filename().string()));
+  } catch (...) {
+    std::error_code none;
+    std::filesystem::remove(colors, none);  // nothing refers to it
+    throw;
+  }
 }
 
 }  // namespace sqslam::app

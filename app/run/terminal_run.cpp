@@ -1,5 +1,6 @@
 #include "app/run/terminal_run.h"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <string>
@@ -36,6 +37,13 @@ void DrawRun(const FinishedRun& run, StageTimes& times, RenderBackend backend) {
     turn.elevation = view.elevation;
     WritePicture(run.output / view.file, renderer.Render(turn.ApplyTo(renderer.DefaultCamera())));
   }
+}
+
+int EndInterrupted(const FinishedRun& run) {
+  fmt::print(stderr, "sqslam: interrupted{}\n",
+             run.result.map.snapshot ? fmt::format("; what had been mapped is in {}", run.output.string())
+                                     : " before there was a map");
+  return 130;
 }
 
 TerminalRun::TerminalRun(RunPictures pictures, bool quiet) : pictures_(std::move(pictures)), quiet_(quiet) {}

@@ -14,6 +14,9 @@ namespace sqslam::app {
 // written.
 void DrawRun(const FinishedRun& run, StageTimes& times, RenderBackend backend = RenderBackend::kAuto);
 
+// Says on stderr that Ctrl-C ended the run, and what there is of it. Returns the exit code, 130.
+int EndInterrupted(const FinishedRun& run);
+
 struct RunPictures {
   std::filesystem::path video;  // growth of the map as a video; empty: none
   bool draw = true;             // map.png, figures/ and report.html

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <spawn.h>
+#include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <sys/wait.h>
@@ -12,12 +13,15 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
+#include <new>
 #include <opencv2/core/utils/logger.hpp>
 #include <optional>
 #include <thread>
 
 #include "slam/util/error.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam::app {
 using Clock = std::chrono::steady_clock;
@@ -27,12 +31,47 @@ volatile std::sig_atomic_t interrupted = 0;  // a signal handler can reach nothi
 
 void Handle(int) { interrupted = 1; }
 
+// SIGHUP: the terminal was closed. What was ignored when the program began (nohup, a script's background job)
+// stays ignored.
 void Install(void (*handler)(int)) {
   struct sigaction action {};
   action.sa_handler = handler;
   action.sa_flags = SA_RESTART | (handler == SIG_DFL ? 0 : static_cast<int>(SA_RESETHAND));
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction before {};
+    if (sigaction(signal, nullptr, &before) == 0 && before.sa_handler != SIG_IGN) {
+      sigaction(signal, &action, nullptr);
+    }
+  }
+}
+
+// Runs the work; throws where its words did not get through, a full disk for example.
+int RunAndFlush(const std::function<int()>& work) {
+  const int code = work();
+  errno = 0;
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+    throw InputError(fmt::format("standard output cannot be written ({})",
+                                 errno != 0 ? std::strerror(errno) : "an earlier write failed"));
+  }
+  return code;
+}
+
+// The message of a log line. Labels and paths in it come from anywhere.
+class CleanMessage : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message, const std::tm&, spdlog::memory_buf_t& line) override {
+    const std::string clean = WithoutControls({message.payload.data(), message.payload.size()});
+    line.append(clean.data(), clean.data() + clean.size());
+  }
+  std::unique_ptr<custom_flag_formatter> clone() const override { return std::make_unique<CleanMessage>(); }
+};
+
+// The message without the middle of what no terminal can show, such as a path of thousands of characters.
+std::string Shortened(const std::string& message) {
+  constexpr std::size_t kEnd = 1000;
+  return message.size() <= 2 * kEnd
+             ? message
+             : fmt::format("{} ... {}", message.substr(0, kEnd), message.substr(message.size() - kEnd));
 }
 
 }  // namespace
@@ -49,6 +88,16 @@ int ExitCodeOf(const std::function<int()>& work, const std::function<void(const 
   } catch (const NoMapError& e) {
     fail(e.what());
     return 4;
+  } catch (const std::filesystem::filesystem_error& e) {  // a path too long, a loop of links
+    constexpr std::size_t kShown = 200;
+    fail(fmt::format("{}: {}", e.path1().string().substr(0, kShown), e.code().message()));
+    return 3;
+  } catch (const std::system_error& e) {  // words that do not get through, to a full disk for example
+    fail(e.what());
+    return 3;
+  } catch (const std::bad_alloc&) {
+    fail("there is not enough memory for this input");
+    return 3;
   } catch (const std::exception& e) {
     fail(fmt::format("internal error: {}", e.what()));
     return 1;
@@ -58,11 +107,16 @@ int ExitCodeOf(const std::function<int()>& work, const std::function<void(const 
 int RunProgram(const std::string& name, const std::function<int()>& work) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file size limit is then reported like a full disk
   const auto logger = spdlog::stderr_color_mt(name);
-  logger->set_pattern(name + ": %^%l%$: %v");
+  auto formatter = std::make_unique<spdlog::pattern_formatter>();
+  formatter->add_flag<CleanMessage>('*').set_pattern(name + ": %^%l%$: %*");
+  logger->set_formatter(std::move(formatter));
   spdlog::set_default_logger(logger);
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
   ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
-  return ExitCodeOf(work, [&](const std::string& message) { fmt::print(stderr, "{}: {}\n", name, message); });
+  return ExitCodeOf([&] { return RunAndFlush(work); },
+                    [&](const std::string& message) {
+                      fmt::print(stderr, "{}: {}\n", name, Shortened(WithoutControls(message)));
+                    });
 }
 
 InterruptGuard::InterruptGuard() {

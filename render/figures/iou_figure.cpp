@@ -12,7 +12,7 @@
 #include "slam/geometry/angles.h"
 #include "slam/io/result_files.h"
 #include "slam/util/error.h"
-#include "slam/util/text_lines.h"
+#include "slam/util/json_file.h"
 
 namespace sqslam {
 namespace {
@@ -205,7 +205,7 @@ struct IouScores {
 
 IouScores ReadScores(const std::filesystem::path& path) {
   try {
-    const auto eval = nlohmann::json::parse(ReadFile(path, "an eval.json"));
+    const auto eval = ReadJsonFile<nlohmann::json>(path, "an eval.json");
     IouScores scores;
     scores.ground_truth = eval.at("ground_truth").get<std::string>();
     if (!eval.contains("objects")) {

@@ -55,18 +55,33 @@ Eigen::Vector3d ParseColor(std::string_view text) {
 
 void CheckStyle(const SceneStyle& style) {
   CheckOptions(style);
-  for (const std::string& color :
-       {style.background, style.cameras.color, style.cameras.current_color, style.covisibility.color,
-        style.ground_truth.color, style.dense_cloud.color, style.grid.color, style.light.outline_color,
-        style.text.color}) {
-    ParseColor(color);
+  for (const auto& [key, color] : std::initializer_list<std::pair<const char*, const std::string&>>{
+           {"background", style.background},
+           {"cameras.color", style.cameras.color},
+           {"cameras.current_color", style.cameras.current_color},
+           {"covisibility.color", style.covisibility.color},
+           {"ground_truth.color", style.ground_truth.color},
+           {"dense_cloud.color", style.dense_cloud.color},
+           {"grid.color", style.grid.color},
+           {"light.outline_color", style.light.outline_color},
+           {"text.color", style.text.color}}) {
+    try {
+      ParseColor(color);
+    } catch (const UsageError& error) {
+      throw UsageError(fmt::format("{}: {}", key, error.what()));
+    }
   }
 }
 
 SceneStyle LoadStyle(const std::string& name_or_file) {
   SceneStyle style;
-  LoadOptions(ConfigFile("configs/styles", "style", name_or_file), style);
-  CheckStyle(style);
+  const std::filesystem::path file = ConfigFile("configs/styles", "style", name_or_file);
+  LoadOptions(file, style);
+  try {
+    CheckStyle(style);
+  } catch (const UsageError& error) {
+    throw UsageError(fmt::format("{}: {}", file.string(), error.what()));
+  }
   return style;
 }
 

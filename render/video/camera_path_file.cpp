@@ -95,6 +95,9 @@ class Reader {
       FailAt(node, fmt::format("expected a {} with {}", what, all));
     }
     for (const auto& entry : node) {
+      if (!entry.first.IsScalar()) {
+        FailAt(entry.first, fmt::format("expected a word before the colon, one of {}", all));
+      }
       const auto name = entry.first.as<std::string>();
       if (std::find(names.begin(), names.end(), name) == names.end()) {
         const std::string nearest = NearestWord(name, names);

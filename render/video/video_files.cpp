@@ -280,7 +280,7 @@ int JoinPictures(const std::vector<std::string>& pieces, const fs::path& output,
   cv::Size size;
   int done = 0;
   for (const std::string& file : files) {
-    const cv::Mat picture = cv::imread(file, cv::IMREAD_COLOR);
+    const cv::Mat picture = ReadImage(file, cv::IMREAD_COLOR);
     if (picture.empty()) {
       throw InputError(fmt::format("{}: cannot be read as a picture", file));
     }

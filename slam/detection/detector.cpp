@@ -12,6 +12,7 @@
 #include "slam/util/data_path.h"
 #include "slam/util/enum_names.h"
 #include "slam/util/error.h"
+#include "slam/util/limits.h"
 #include "slam/util/options.h"
 #include "slam/util/text_lines.h"
 
@@ -25,7 +26,7 @@ std::vector<std::string> ClassNames(const NetworkOptions& options) {
   }
   std::vector<std::string> names;
   for (const std::string& name : options.classes) {
-    names.push_back(NormalizedLabel(name));
+    names.push_back(NormalizedLabel(ValidText(name).substr(0, kMaxLabelBytes)));
   }
   return names;
 }

@@ -11,6 +11,7 @@
 #include "slam/geometry/angles.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
+#include "slam/util/json_file.h"
 
 namespace sqslam {
 namespace {
@@ -294,7 +295,7 @@ void WriteComparison(const std::filesystem::path& path, const std::vector<NamedE
       entry["name"] = result.name;
       document["results"].push_back(std::move(entry));
     }
-    WriteFileAtomically(path, document.dump(1) + "\n");
+    WriteJsonFile(path, document);
     return;
   }
   const std::vector<Table> tables = CompareEvaluations(results);

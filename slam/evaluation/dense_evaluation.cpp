@@ -15,8 +15,8 @@
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/depth_recording.h"
 #include "slam/snapshot/recording.h"
-#include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
+#include "slam/util/json_file.h"
 #include "slam/util/statistics.h"
 
 namespace sqslam {
@@ -412,7 +412,7 @@ void WriteDenseEvaluation(const fs::path& path, const DenseEvaluation& e) {
   if (e.top) {
     document["table_top_rms"] = *e.top;
   }
-  WriteFileAtomically(path, document.dump(1) + "\n");
+  WriteJsonFile(path, document);
 }
 
 }  // namespace sqslam

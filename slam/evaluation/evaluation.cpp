@@ -10,6 +10,7 @@
 #include "slam/io/result_files.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
+#include "slam/util/json_file.h"
 
 namespace sqslam {
 namespace {
@@ -371,7 +372,7 @@ std::string EvaluationJson(const Evaluation& evaluation) {
     document["objects"] = ObjectsJson(evaluation);
   }
   document["ground_truth_positions_map"] = PositionsJson(evaluation.truth_positions_map);
-  return document.dump(1) + "\n";
+  return JsonText(document) + "\n";
 }
 
 void WriteEvaluation(const std::filesystem::path& path, const Evaluation& evaluation) {

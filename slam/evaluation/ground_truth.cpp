@@ -17,6 +17,7 @@
 #include "slam/io/sequence.h"
 #include "slam/util/enum_names.h"
 #include "slam/util/error.h"
+#include "slam/util/json_file.h"
 #include "slam/util/text_lines.h"
 
 namespace sqslam {
@@ -66,13 +67,8 @@ Solid ParseSolid(const json& entry) {
 
 // Fills in what the file says of objects.
 void ParseObjects(const fs::path& path, GroundTruth& truth) {
-  json document;
-  try {
-    document = json::parse(ReadFile(path, "a list of ground-truth objects"));
-  } catch (const json::exception& error) {
-    throw InputError(fmt::format("{}: no valid JSON ({})", path.string(), error.what()));
-  }
-  const json list = document.is_object() && document.contains("objects") ? document["objects"] : document;
+  const json document = ReadJsonFile<json>(path, "a list of ground-truth objects");
+  const json list = document.is_object() && document.contains("objects") ? document.at("objects") : document;
   if (!list.is_array()) {
     throw InputError(fmt::format("{}: expected a list of objects, or an object whose key 'objects' holds it",
                                  path.string()));
@@ -82,8 +78,8 @@ void ParseObjects(const fs::path& path, GroundTruth& truth) {
     try {
       GroundTruthObject object;
       object.id = entry.at("id").get<int>();
-      object.label = entry.at("label").get<std::string>();
-      object.name = entry.value("name", std::string());
+      object.label = ValidText(entry.at("label").get<std::string>());
+      object.name = ValidText(entry.value("name", std::string()));
       object.solid = ParseSolid(entry);
       object.detections = entry.value("detector_boxes", 0);
       object.hull_fill = entry.value("hull_fill", 1.0);

@@ -227,8 +227,12 @@ std::string EscapeLatex(std::string_view text) {
 }
 
 std::string EscapeCsv(std::string_view text) {
-  const bool plain = text.find_first_of(",\"\r\n") == std::string_view::npos;
-  return plain ? std::string(text) : fmt::format("\"{}\"", Escaped(text, {{'"', "\"\""}}));
+  // A spreadsheet computes what begins like a formula; an apostrophe makes it text.
+  const std::size_t first = text.find_first_of("=@+-\t\r");
+  const bool number = text.find_first_not_of("+-0123456789.,eE%() ") == std::string_view::npos;
+  const std::string cell = fmt::format("{}{}", first == 0 && !number ? "'" : "", text);
+  const bool plain = cell.find_first_of(",\"\r\n") == std::string::npos;
+  return plain ? cell : fmt::format("\"{}\"", Escaped(cell, {{'"', "\"\""}}));
 }
 
 }  // namespace sqslam

@@ -13,15 +13,16 @@
 #include <sstream>
 #include <string>
 
+#include "slam/io/image_files.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/data_path.h"
 #include "slam/util/error.h"
+#include "slam/util/limits.h"
 #include "slam/util/text_lines.h"
 
 namespace sqslam {
 namespace {
 
-constexpr int kMaxImageSide = 16384;   // pixels
 constexpr double kMaxReadout = 100.0;  // ms
 
 class CameraReader {
@@ -200,9 +201,13 @@ CameraGuess GuessCamera(int width, int height, double fps) {
 }
 
 std::optional<CameraGuess> GuessCamera(const std::filesystem::path& image, double fps) {
-  const cv::Mat read = cv::imread(image.string(), cv::IMREAD_COLOR);  // turned as its EXIF says
+  const cv::Mat read = ReadImage(image, cv::IMREAD_COLOR);  // turned as its EXIF says
   if (read.empty()) {
     return std::nullopt;
+  }
+  if (std::min(read.cols, read.rows) < kMinImageSide || std::max(read.cols, read.rows) > kMaxImageSide) {
+    throw InputError(fmt::format("{}: {}x{} pixels, expected sides from {} to {}", image.string(), read.cols,
+                                 read.rows, kMinImageSide, kMaxImageSide));
   }
   if (const std::optional<double> film = FocalLength35mm(image)) {
     // The diagonal counts, as the standard has it for pictures of other proportions than the film's.

@@ -15,6 +15,7 @@
 #include "slam/io/coco.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
+#include "slam/util/limits.h"
 #include "slam/util/text_lines.h"
 
 namespace sqslam {
@@ -96,7 +97,10 @@ class DetectionReader {
       }
       const double timestamp = NumberAt(path, line, 0, kExpected);
       Detection detection;
-      detection.label = line.words[1];
+      detection.label = ValidText(line.words[1]);
+      if (detection.label.size() > kMaxLabelBytes) {
+        ThrowBadLine(path, line, fmt::format("a label of at most {} bytes", kMaxLabelBytes));
+      }
       detection.score = NumberAt(path, line, 2, kExpected);
       detection.box = BoxAt(path, line, 3, kExpected);
       for (std::size_t i = 7; i < line.words.size(); ++i) {

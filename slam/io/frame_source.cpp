@@ -47,6 +47,10 @@ struct Decoded {
 };
 
 Decoded DecodeFile(const std::filesystem::path& path) {
+  std::error_code none;
+  if (std::filesystem::is_fifo(path, none)) {  // would be waited for
+    return {{}, "is a pipe"};
+  }
   std::ifstream file(path, std::ios::binary);
   if (!file) {
     return {{}, "cannot be opened"};

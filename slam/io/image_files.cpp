@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "slam/util/error.h"
+#include "slam/util/limits.h"
 #include "slam/util/text_lines.h"
 
 namespace sqslam {
@@ -49,11 +50,8 @@ std::vector<fs::path> FilesWhere(const fs::path& folder, const auto& choose) {
   return files;
 }
 
-constexpr int kMinSide = 16;  // pixels; less is a slip
-constexpr int kMaxSide = 16384;
-
 bool IsSide(double number) {
-  return number == std::floor(number) && number >= kMinSide && number <= kMaxSide;
+  return number == std::floor(number) && number >= kMinImageSide && number <= kMaxImageSide;
 }
 
 }  // namespace
@@ -110,11 +108,16 @@ std::vector<fs::path> ListColorImages(const fs::path& folder) {
 }
 
 cv::Size ImageResize::Of(cv::Size image) const {
-  const auto rounded = [](double side) { return std::max(1, static_cast<int>(std::lround(side))); };
-  if (width <= 0) {
-    return {rounded(scale * image.width), rounded(scale * image.height)};
+  const auto rounded = [](double side) { return static_cast<int>(std::lround(std::min(side, 1e9))); };
+  const double share = width > 0 ? static_cast<double>(width) / image.width : scale;
+  const cv::Size size(width > 0 ? width : rounded(share * image.width),
+                      height > 0 ? height : rounded(share * image.height));
+  if (!IsSide(size.width) || !IsSide(size.height)) {
+    throw UsageError(
+        fmt::format("--resize makes images of {}x{} pixels into {}x{}, expected sides from {} to {}",
+                    image.width, image.height, size.width, size.height, kMinImageSide, kMaxImageSide));
   }
-  return {width, height > 0 ? height : rounded(static_cast<double>(width) * image.height / image.width)};
+  return size;
 }
 
 ImageResize ParseImageResize(const std::string& text) {
@@ -135,7 +138,7 @@ ImageResize ParseImageResize(const std::string& text) {
   }
   throw UsageError(fmt::format(
       "--resize {}: expected WIDTH or WIDTH,HEIGHT in pixels (from {} to {}), or a factor of at most 1", text,
-      kMinSide, kMaxSide));
+      kMinImageSide, kMaxImageSide));
 }
 
 cv::Mat Resized(const cv::Mat& image, cv::Size size) {
@@ -147,8 +150,20 @@ cv::Mat Resized(const cv::Mat& image, cv::Size size) {
   return resized;
 }
 
+cv::Mat ReadImage(const fs::path& path, int flags) {
+  std::error_code none;
+  if (!fs::is_regular_file(path, none)) {  // a pipe in an image's place would be waited for
+    return {};
+  }
+  try {
+    return cv::imread(path.string(), flags);
+  } catch (const cv::Exception&) {  // a header that claims more pixels than OpenCV reads
+    return {};
+  }
+}
+
 cv::Mat ReadImageInSize(const std::string& path, cv::Size size) {
-  return Resized(cv::imread(path, cv::IMREAD_COLOR), size);
+  return Resized(ReadImage(path, cv::IMREAD_COLOR), size);
 }
 
 }  // namespace sqslam

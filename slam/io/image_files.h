@@ -38,7 +38,8 @@ struct ImageResize {
   double scale = 1.0;  // used where there is no width
 
   bool Changes() const { return width > 0 || scale != 1.0; }
-  cv::Size Of(cv::Size image) const;  // at least one pixel each way
+  // Throws UsageError where a side gets too small or too large to be tracked.
+  cv::Size Of(cv::Size image) const;
 };
 
 // "640", "640,480" (pixels) or "0.5" (a factor, at most 1). Throws UsageError for anything else; empty: as
@@ -48,6 +49,9 @@ ImageResize ParseImageResize(const std::string& text);
 // The image in another size, averaged over the pixels that fall together; itself where it has that size or
 // none is given.
 cv::Mat Resized(const cv::Mat& image, cv::Size size);
+
+// A file's image, read with OpenCV's flags (cv::IMREAD_COLOR, ...); empty where it cannot be read.
+cv::Mat ReadImage(const std::filesystem::path& path, int flags);
 
 // A file's image in this size, 8UC3; empty where it cannot be read.
 cv::Mat ReadImageInSize(const std::string& path, cv::Size size);

@@ -8,7 +8,7 @@
 #include "slam/io/pose_json.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
-#include "slam/util/text_lines.h"
+#include "slam/util/json_file.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -89,15 +89,6 @@ SnapshotObject ObjectFromJson(const Json& json) {
   return object;
 }
 
-Json ParseJson(const fs::path& path, const std::string& expected) {
-  try {
-    return Json::parse(ReadFile(path, expected));
-  } catch (const nlohmann::json::parse_error& e) {
-    throw InputError(
-        fmt::format("{}: no valid JSON at byte {}, expected {}", path.string(), e.byte, expected));
-  }
-}
-
 // Calls visit(name, value, always) for each number of stats.json, in its order; `always`: also in the files
 // of older programs.
 template <typename Stats, typename Visit>
@@ -142,17 +133,17 @@ void WriteObjects(const fs::path& path, const std::vector<SnapshotObject>& objec
     list.push_back(ToJson(object));
   }
   const Json root = {{"format", "sqslam-objects"}, {"version", 1}, {"objects", list}};
-  WriteFileAtomically(path, root.dump(1) + "\n");
+  WriteJsonFile(path, root);
 }
 
 std::vector<SnapshotObject> ReadObjects(const fs::path& path) {
-  const Json root = ParseJson(path, "an objects.json");
-  if (!root.is_object() || root.value("format", "") != "sqslam-objects" || !root.contains("objects")) {
+  const Json root = ReadJsonFile(path, "an objects.json");
+  if (!root.is_object() || root.value("format", Json()) != "sqslam-objects" || !root.contains("objects")) {
     throw InputError(
         fmt::format("{}: expected \"format\": \"sqslam-objects\" and \"objects\"", path.string()));
   }
-  if (root.value("version", 0) != 1) {
-    throw InputError(fmt::format("{}: version {}, expected 1", path.string(), root.value("version", 0)));
+  if (const Json version = root.value("version", Json()); version != 1) {
+    throw InputError(fmt::format("{}: version {}, expected 1", path.string(), JsonText(version)));
   }
   std::vector<SnapshotObject> objects;
   for (const Json& json : root.at("objects")) {
@@ -177,11 +168,11 @@ void WriteStats(const fs::path& path, const RunStats& stats) {
                      {"max", summary.max},
                      {"count", summary.count}};
   }
-  WriteFileAtomically(path, root.dump(1) + "\n");
+  WriteJsonFile(path, root);
 }
 
 RunStats ReadStats(const fs::path& path) {
-  const Json root = ParseJson(path, "a stats.json");
+  const Json root = ReadJsonFile(path, "a stats.json");
   try {
     RunStats stats;
     VisitStats(stats, [&root](const char* name, auto& value, bool always) {

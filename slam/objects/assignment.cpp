@@ -1,5 +1,6 @@
 #include "slam/objects/assignment.h"
 
+#include <algorithm>
 #include <limits>
 
 namespace sqslam {
@@ -49,9 +50,8 @@ void AddRow(const Eigen::MatrixXd& cost, int row, std::vector<double>& u, std::v
   }
 }
 
-}  // namespace
-
-std::vector<int> AssignOptimally(const Eigen::MatrixXd& gain) {
+// The Hungarian method on the whole matrix.
+std::vector<int> AssignDensely(const Eigen::MatrixXd& gain) {
   const int rows = static_cast<int>(gain.rows());
   const int real_columns = static_cast<int>(gain.cols());
   // One spare column a row, at no cost: "not assigned".
@@ -68,6 +68,57 @@ std::vector<int> AssignOptimally(const Eigen::MatrixXd& gain) {
     const int row = row_of_column[j] - 1;
     if (row >= 0 && gain(row, j - 1) > 0.0) {
       result[row] = j - 1;
+    }
+  }
+  return result;
+}
+
+// Rows and columns that gains above 0 tie together.
+struct Block {
+  std::vector<int> rows;
+  std::vector<int> columns;
+};
+
+// The block of a row; marks its columns as seen.
+Block BlockOf(const Eigen::MatrixXd& gain, int row, std::vector<bool>& row_seen,
+              std::vector<bool>& column_seen) {
+  Block block{{row}, {}};
+  row_seen[row] = true;
+  for (std::size_t r = 0; r < block.rows.size(); ++r) {
+    for (int j = 0; j < gain.cols(); ++j) {
+      if (column_seen[j] || !(gain(block.rows[r], j) > 0.0)) {
+        continue;
+      }
+      column_seen[j] = true;
+      block.columns.push_back(j);
+      for (int i = 0; i < gain.rows(); ++i) {
+        if (!row_seen[i] && gain(i, j) > 0.0) {
+          row_seen[i] = true;
+          block.rows.push_back(i);
+        }
+      }
+    }
+  }
+  return block;
+}
+
+}  // namespace
+
+std::vector<int> AssignOptimally(const Eigen::MatrixXd& gain) {
+  std::vector<int> result(gain.rows(), -1);
+  std::vector<bool> row_seen(gain.rows(), false);
+  std::vector<bool> column_seen(gain.cols(), false);
+  for (int row = 0; row < gain.rows(); ++row) {
+    if (row_seen[row]) {
+      continue;
+    }
+    // Boxes compete with their neighbours only: one by one the blocks take a fraction of the cubic time.
+    Block block = BlockOf(gain, row, row_seen, column_seen);
+    std::ranges::sort(block.rows);
+    std::ranges::sort(block.columns);
+    const std::vector<int> assigned = AssignDensely(gain(block.rows, block.columns));
+    for (std::size_t i = 0; i < assigned.size(); ++i) {
+      result[block.rows[i]] = assigned[i] >= 0 ? block.columns[assigned[i]] : -1;
     }
   }
   return result;

@@ -97,7 +97,7 @@ void ForEachTrainingImage(const TrainingSource& source, int stride,
     used = VisitVideo(source.path, stride, visit);
   }
   for (std::size_t i = 0; i < source.images.size(); i += static_cast<std::size_t>(stride)) {
-    const cv::Mat image = cv::imread(source.images[i].string(), cv::IMREAD_GRAYSCALE);
+    const cv::Mat image = ReadImage(source.images[i], cv::IMREAD_GRAYSCALE);
     if (image.empty()) {
       spdlog::warn("{}: cannot be read as an image, skipped", source.images[i].string());
       continue;

@@ -102,6 +102,15 @@ void WarnOfLeftOut(const RunResult& result) {
   }
 }
 
+void WarnOfFewTracked(const RunStats& stats) {
+  if (2 * stats.tracked < stats.frames) {
+    spdlog::warn(
+        "only {} of {} frames are in the map: the camera may turn on the spot, move too fast, or see too "
+        "little texture",
+        stats.tracked, stats.frames);
+  }
+}
+
 double PeakMemoryMib() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -244,6 +253,7 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
     }
     return run;
   }
+  WarnOfFewTracked(run.stats);
   AttemptAll({[&] { WriteCamera(run.output / "camera.yaml", camera.camera, camera.Text()); },
               [&] { WriteMapFiles(run.output, run.result.map); },
               [&] { WriteSubmaps(run.output, run.result.others); }, [&] { recorder.Close(); },

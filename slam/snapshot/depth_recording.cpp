@@ -201,8 +201,7 @@ DepthRecording::DepthRecording(const fs::path& recording, Access access) : impl_
   impl_->path = recording;
   impl_->access = access;
   const bool write = access == Access::kWrite;
-  impl_->db =
-      sqlite::Open(recording, (write ? SQLITE_OPEN_READWRITE : SQLITE_OPEN_READONLY) | SQLITE_OPEN_FULLMUTEX);
+  impl_->db = sqlite::OpenRecording(recording, write ? SQLITE_OPEN_READWRITE : SQLITE_OPEN_READONLY);
   std::string version;
   {
     sqlite::Statement select = impl_->Prepare("SELECT value FROM meta WHERE key = 'depth_version'");

@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
+#include "slam/util/json_file.h"
 #include "slam/util/options.h"
 #include "slam/util/text_lines.h"
 
@@ -91,7 +91,7 @@ std::pair<int, ObjectEdit> ParseEdit(const std::filesystem::path& path, const st
       }
     } else if (key == "name" || key == "label") {
       check(value.is_string() && !value.get<std::string>().empty(), "a text that is not empty");
-      (key == "name" ? edit.name : edit.label) = value.get<std::string>();
+      (key == "name" ? edit.name : edit.label) = ValidText(value.get<std::string>());
     } else if (key == "hidden" || key == "deleted") {
       check(value.is_boolean(), "true or false");
       (key == "hidden" ? edit.hidden : edit.deleted) = value.get<bool>();
@@ -122,15 +122,7 @@ void CheckMerges(const std::filesystem::path& path, const std::map<int, ObjectEd
 }
 
 Json ParseDocument(const std::filesystem::path& path) {
-  const std::string text = ReadFile(path, "edits of a map");
-  Json root;
-  try {
-    root = Json::parse(text);
-  } catch (const nlohmann::json::parse_error& error) {
-    const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, text.size()));
-    throw InputError(fmt::format("{}:{}: no valid JSON, expected edits of a map", path.string(),
-                                 1 + std::count(text.begin(), end, '\n')));
-  }
+  const Json root = ReadJsonFile(path, "edits of a map");
   const Json format = root.is_object() ? root.value("format", Json()) : Json();
   if (format != kEditsFormat || !root.contains("objects") || !root["objects"].is_array()) {
     throw InputError(fmt::format("{}: expected edits of a map: \"format\": \"{}\" and a list \"objects\"",
@@ -274,7 +266,7 @@ void WriteObjectEdits(const std::filesystem::path& path, const ObjectEdits& edit
     list.push_back(std::move(entry));
   }
   const Json root = {{"format", kEditsFormat}, {"version", kEditsVersion}, {"objects", list}};
-  WriteFileAtomically(path, root.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+  WriteJsonFile(path, root);
 }
 
 ObjectEdits ReadObjectEdits(const std::filesystem::path& path) {

@@ -105,7 +105,7 @@ RecordingReader::RecordingReader(const fs::path& path, Edit edit) : impl_(std::m
   }
   impl_->path = path;
   impl_->edit = std::move(edit);
-  impl_->db = Open(path, SQLITE_OPEN_READONLY | SQLITE_OPEN_FULLMUTEX);
+  impl_->db = sqlite::OpenRecording(path, SQLITE_OPEN_READONLY);
   std::string version;
   try {
     if (impl_->Meta("format") == kRecordingFormat) {

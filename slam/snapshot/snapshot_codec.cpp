@@ -1,11 +1,14 @@
 #include "slam/snapshot/snapshot_codec.h"
 
+#include <fmt/format.h>
 #include <zlib.h>
 
 #include <cstring>
 #include <type_traits>
 
 #include "slam/util/error.h"
+#include "slam/util/limits.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam {
 namespace {
@@ -37,6 +40,16 @@ class Writer {
   std::string bytes_;
 };
 
+// Bytes that an item takes at least, of those that take many.
+template <typename Item>
+constexpr std::size_t kLeastBytes = 4;
+template <>
+constexpr std::size_t kLeastBytes<SnapshotPoint> = 19;
+template <>
+constexpr std::size_t kLeastBytes<SnapshotKeyframe> = 80;
+template <>
+constexpr std::size_t kLeastBytes<SnapshotObject> = 81 * sizeof(double);
+
 class Reader {
  public:
   Reader(std::string_view bytes, int version) : version_(version), bytes_(bytes) {}
@@ -55,7 +68,8 @@ class Reader {
   std::size_t Size(std::vector<Item>& items) {
     std::uint32_t size = 0;
     (*this)(size);
-    if (size > bytes_.size()) {  // every item takes at least a byte: never allocate for a broken count
+    // Never allocate for a broken count: what an item takes here is a fair part of what it takes in memory.
+    if (size > bytes_.size() / kLeastBytes<Item>) {
       throw InputError("a snapshot is cut off");
     }
     items.resize(size);
@@ -206,6 +220,23 @@ void Visit(Archive& archive, Like<Archive, MapSnapshot> snapshot) {
   }
 }
 
+// Makes labels fit to be shown, and throws InputError for objects that cannot be drawn.
+void Check(MapSnapshot& snapshot) {
+  for (SnapshotObject& object : snapshot.objects) {
+    const auto& [shape, T_map_object] = object.superquadric;
+    const bool sized = shape.half_size.minCoeff() >= 0.0 && shape.half_size.maxCoeff() <= kMaxMapUnits;
+    const bool shaped = shape.e1 >= 0.0 && shape.e1 <= 2.0 && shape.e2 >= 0.0 && shape.e2 <= 2.0;
+    if (!sized || !shaped || !(T_map_object.translation.norm() <= kMaxMapUnits)) {
+      throw InputError(
+          fmt::format("object {} of a snapshot has an impossible size, shape or place", object.id));
+    }
+    object.label = ValidText(object.label).substr(0, kMaxLabelBytes);
+  }
+  for (SnapshotDetection& item : snapshot.detections) {
+    item.detection.label = ValidText(item.detection.label).substr(0, kMaxLabelBytes);
+  }
+}
+
 }  // namespace
 
 std::string EncodeSnapshot(const MapSnapshot& snapshot) {
@@ -247,6 +278,7 @@ MapSnapshot DecodeSnapshot(std::string_view bytes, int version) {
   if (!reader.AtEnd()) {
     throw InputError("a snapshot has another layout than its version");
   }
+  Check(snapshot);
   return snapshot;
 }
 

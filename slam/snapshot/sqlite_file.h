@@ -97,5 +97,28 @@ inline void Execute(sqlite3* db, const std::filesystem::path& path, const char* 
   }
 }
 
+// Opens an existing recording. A file that somebody else made holds tables and nothing that computes: throws
+// InputError for views, triggers, virtual tables and generated columns, whose queries need not end.
+inline Database OpenRecording(const std::filesystem::path& path, int access) {
+  Database db = Open(path, access | SQLITE_OPEN_FULLMUTEX);
+  sqlite3_db_config(db.get(), SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+  sqlite3_db_config(db.get(), SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+  bool computes = false;
+  try {
+    computes =
+        Statement(db.get(), path,
+                  "SELECT 1 FROM sqlite_master WHERE type IN ('view', 'trigger') OR sql LIKE '%VIRTUAL%' "
+                  "OR sql LIKE '%GENERATED%' OR sql LIKE '% AS %'")
+            .Next();
+  } catch (const InputError&) {
+    return db;  // no database: its reader says what it expected
+  }
+  if (computes) {
+    throw InputError(fmt::format(
+        "{}: holds a view, a trigger or a computed column, expected a recording's tables", path.string()));
+  }
+  return db;
+}
+
 }  // namespace sqlite
 }  // namespace sqslam

@@ -87,6 +87,9 @@ struct AssignFromNode {
 struct AllowedCheck {
   const OptionField& field;
   bool operator()(const auto* value) const { return *value >= field.min && *value <= field.max; }
+  bool operator()(const double* value) const {
+    return std::isfinite(*value) && *value >= field.min && *value <= field.max;
+  }
   bool operator()(std::span<double> values) const {
     return std::ranges::all_of(values, [&](const double& value) { return (*this)(&value); });
   }
@@ -98,7 +101,7 @@ struct AllowedCheck {
   bool operator()(const std::vector<std::string>*) const { return true; }
 };
 
-// True where the value as it stands is allowed. NaN never is.
+// True where the value as it stands is allowed. NaN and infinity never are.
 bool IsAllowed(const OptionField& field) { return std::visit(AllowedCheck{field}, field.value); }
 
 struct ValueFormat {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -10,17 +11,69 @@
 #include <sstream>
 
 #include "slam/util/error.h"
+#include "slam/util/limits.h"
 
 namespace sqslam {
+namespace fs = std::filesystem;
 
 std::string ReadFile(const std::filesystem::path& path, std::string_view expected) {
   errno = 0;
+  std::error_code none;
   std::ifstream file(path, std::ios::binary);
-  if (!file || std::filesystem::is_directory(path)) {
+  // A pipe is welcome (`<(...)`); /dev/zero would never end.
+  if (!file || fs::is_directory(path, none) || fs::is_character_file(path, none)) {
     throw InputError(fmt::format("{}: cannot be read ({}), expected {}", path.string(),
                                  errno != 0 ? std::strerror(errno) : "not a file", expected));
   }
+  if (fs::is_regular_file(path, none) && fs::file_size(path, none) > kMaxFileBytes) {
+    throw InputError(
+        fmt::format("{}: larger than {} bytes, expected {}", path.string(), kMaxFileBytes, expected));
+  }
   return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::string WithoutControls(std::string_view text) {
+  std::string clean(text);
+  std::ranges::replace_if(
+      clean, [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '?');
+  return clean;
+}
+
+namespace {
+
+// Bytes of the character that begins there, by its first byte and the range of its second (RFC 3629); 0
+// where none does.
+std::size_t CharacterSize(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u; };
+  const unsigned first = byte(0);
+  if (first < 0x80) {
+    return 1;
+  }
+  const std::size_t size = first >= 0xc2 && first < 0xe0   ? 2
+                           : first >= 0xe0 && first < 0xf0 ? 3
+                           : first >= 0xf0 && first < 0xf5 ? 4
+                                                           : 0;
+  for (std::size_t i = 1; i < size; ++i) {
+    if (byte(i) < 0x80 || byte(i) > 0xbf) {
+      return 0;
+    }
+  }
+  const unsigned second = byte(1);
+  const bool overlong = (first == 0xe0 && second < 0xa0) || (first == 0xf0 && second < 0x90);
+  const bool surrogate = first == 0xed && second > 0x9f;
+  return overlong || surrogate || (first == 0xf4 && second > 0x8f) ? 0 : size;
+}
+
+}  // namespace
+
+std::string ValidText(std::string_view text) {
+  std::string valid;
+  while (!text.empty()) {
+    const std::size_t size = CharacterSize(text);
+    valid += size == 0 ? "\xef\xbf\xbd" : WithoutControls(text.substr(0, size));
+    text.remove_prefix(std::max<std::size_t>(size, 1));
+  }
+  return valid;
 }
 
 std::vector<TextLine> ReadTextLines(const std::filesystem::path& path, std::string_view expected) {
@@ -43,10 +96,8 @@ std::vector<TextLine> ReadTextLines(const std::filesystem::path& path, std::stri
 
 void ThrowBadLine(const std::filesystem::path& path, const TextLine& line, std::string_view expected) {
   constexpr std::size_t kShown = 80;  // a binary file taken for text must not flood the terminal
-  std::string shown = line.text.substr(0, kShown) + (line.text.size() > kShown ? "..." : "");
-  for (char& c : shown) {
-    c = static_cast<unsigned char>(c) < 0x20 ? '?' : c;
-  }
+  const std::string shown =
+      WithoutControls(line.text.substr(0, kShown)) + (line.text.size() > kShown ? "..." : "");
   throw InputError(fmt::format("{}:{}: '{}', expected {}", path.string(), line.number, shown, expected));
 }
 

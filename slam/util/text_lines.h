@@ -19,6 +19,14 @@ std::optional<Number> ParseNumber(std::string_view text) {
   return error == std::errc() && end == text.data() + text.size() ? std::optional(number) : std::nullopt;
 }
 
+// The text without control characters: a question mark in the place of each, so that no file writes to the
+// terminal more than words.
+std::string WithoutControls(std::string_view text);
+
+// The text as UTF-8 without control characters; U+FFFD in the place of each byte that belongs to no
+// character.
+std::string ValidText(std::string_view text);
+
 // One line of a text file that carries data: not blank, no comment.
 struct TextLine {
   int number = 0;  // 1-based

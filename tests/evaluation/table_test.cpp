@@ -37,6 +37,9 @@ TEST(Escapes, LeaveSpecialCharactersReadable) {
   EXPECT_EQ(EscapeLatex("50 % & $x_1^2$ {#} ~\\"),
             "50 \\% \\& \\$x\\_1\\textasciicircum{}2\\$ \\{\\#\\} \\textasciitilde{}\\textbackslash{}");
   EXPECT_EQ(EscapeCsv("plain"), "plain");
+  EXPECT_EQ(EscapeCsv("-0.5 (1e-3)"), "-0.5 (1e-3)");
+  EXPECT_EQ(EscapeCsv("=HYPERLINK(1)"), "'=HYPERLINK(1)");
+  EXPECT_EQ(EscapeCsv("-2+3+cmd|' /C calc'!A0"), "'-2+3+cmd|' /C calc'!A0");
   EXPECT_EQ(EscapeCsv("a,\"b\""), "\"a,\"\"b\"\"\"");
 }
 

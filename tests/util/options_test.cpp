@@ -149,6 +149,8 @@ TEST(Options, CheckFindsWhatCodeSetWrongly) {
   EXPECT_NO_THROW(CheckOptions(options));
   options.tracking.ratio = std::nan("");
   EXPECT_THROW(CheckOptions(options), UsageError);
+  options.tracking.ratio = std::numeric_limits<double>::infinity();
+  EXPECT_THROW(CheckOptions(options), UsageError);
   options = {};
   options.kind = static_cast<Kind>(7);
   EXPECT_THROW(CheckOptions(options), UsageError);

@@ -13,7 +13,7 @@
 #include "slam/io/trajectory.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
-#include "slam/util/text_lines.h"
+#include "slam/util/json_file.h"
 
 namespace sqslam::viewer {
 namespace fs = std::filesystem;
@@ -77,7 +77,7 @@ Json ToJson(const AnnotatedSolid& annotated, const Sim3d& S_file_annotation) {
 
 Annotation ReadAnnotation(const fs::path& path, const Sim3d& S_file_annotation) {
   const std::vector<GroundTruthObject> objects = ReadGroundTruthObjects(path);  // says what is wrong
-  const Json root = Json::parse(ReadFile(path, "a list of ground-truth objects"));
+  const Json root = ReadJsonFile(path, "a list of ground-truth objects");
   const Json& list = root.is_object() ? root.at("objects") : root;
   Annotation annotation;
   if (root.is_object()) {

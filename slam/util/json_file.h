@@ -1,0 +1,43 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+
+#include "slam/util/atomic_file.h"
+#include "slam/util/error.h"
+#include "slam/util/text_lines.h"
+
+namespace sqslam {
+
+// The document in a JSON file. Throws InputError "FILE:LINE: no valid JSON ..., expected EXPECTED".
+template <typename Json = nlohmann::ordered_json>
+Json ReadJsonFile(const std::filesystem::path& path, std::string_view expected) {
+  const std::string text = ReadFile(path, expected);
+  try {
+    return Json::parse(text);
+  } catch (const nlohmann::json::parse_error& error) {
+    const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, text.size()));
+    throw InputError(fmt::format("{}:{}: no valid JSON, expected {}", path.string(),
+                                 1 + std::count(text.begin(), end, '\n'), expected));
+  } catch (const nlohmann::json::out_of_range&) {
+    throw InputError(fmt::format("{}: a number is beyond all ranges, expected {}", path.string(), expected));
+  }
+}
+
+// The document indented, with U+FFFD for what is not UTF-8: a bad label costs itself, not the file.
+template <typename Json>
+std::string JsonText(const Json& document, int indent = 1) {
+  return document.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
+template <typename Json>
+void WriteJsonFile(const std::filesystem::path& path, const Json& document) {
+  WriteFileAtomically(path, JsonText(document) + "\n");
+}
+
+}  // namespace sqslam

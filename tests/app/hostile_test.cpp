@@ -1,0 +1,152 @@
+// Inputs that once made the program fail, kept in tests/hostile: each is refused with a line that names it,
+// in little memory and time.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <string>
+
+#include "slam/evaluation/ground_truth.h"
+#include "slam/io/result_files.h"
+#include "slam/io/trajectory.h"
+#include "slam/snapshot/recording.h"
+#include "slam/util/error.h"
+#include "slam/util/text_lines.h"
+#include "tests/app/run_program.h"
+#include "tests/app/written_sequence.h"
+
+namespace sqslam::testing {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+const fs::path kHostile = fs::path(SQSLAM_SOURCE_DIR) / "tests/hostile";
+
+// Little more addresses than the libraries map, and a minute, within which no runaway query ends.
+ProgramRun RunTightly(const std::string& arguments) {
+  return RunProgram(arguments, "ulimit -v 6000000; ulimit -t 60");
+}
+
+void ExpectRefused(const std::string& arguments, int exit_code, const std::string& message) {
+  const ProgramRun run = RunTightly(arguments);
+  EXPECT_EQ(run.exit_code, exit_code) << arguments << "\n" << run.err;
+  EXPECT_THAT(run.ErrorLines(), ElementsAre(HasSubstr(message))) << arguments;
+}
+
+std::string File(const std::string& name) { return (kHostile / name).string(); }
+
+// A map of a moment, to draw and to edit.
+fs::path WriteMap(const fs::path& folder) {
+  RecordingWriter writer(folder / "map.sqmap", {"a sequence", "1.0", ""});
+  MapSnapshot map;
+  map.camera = {64, 48, 50.0, 50.0, 32.0, 24.0};
+  map.points.resize(10);
+  writer.Add(map);
+  writer.Close();
+  return folder / "map.sqmap";
+}
+
+TEST(Hostile, RecordingsAreRefusedBeforeTheyTakeMemoryOrTime) {
+  ExpectRefused("info " + File("bomb_objects_16M.sqmap"), 3, "bomb_objects_16M.sqmap: snapshot 0");
+  ExpectRefused("info " + File("bomb_objects_200M.sqmap"), 3, "bomb_objects_200M.sqmap: snapshot 0");
+  ExpectRefused("info " + File("recursive_view.sqmap"), 3, "recursive_view.sqmap: holds a view");
+  for (const std::string name : {"hostile_1017.sqmap", "hostile_1050.sqmap"}) {
+    ExpectRefused("render " + File(name) + " --output picture.png", 3, "impossible size");
+  }
+}
+
+TEST(Hostile, NumbersBeyondAllRangesNameTheirFile) {
+  for (const std::string name : {"objects_number_out_of_range.json", "eval_objects.json"}) {
+    try {
+      ReadObjects(kHostile / name);
+      ADD_FAILURE() << name;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(name));
+    }
+  }
+  EXPECT_THROW(ReadStats(kHostile / "stats_number_out_of_range.json"), InputError);
+  const TemporaryFolder folder;
+  ExpectRefused(
+      "info " + WriteMap(folder.Path()).string() + " --edits " + File("edits_number_out_of_range.json"), 3,
+      "edits_number_out_of_range.json: a number is beyond all ranges");
+}
+
+TEST(Hostile, ListsOfAGroundTruthNameTheirLine) {
+  const WrittenSequence sequence = TinySequence();
+  sequence.Write("rgb.txt", ReadFile(kHostile / "gtseq_18_rgb.txt", ""));
+  EXPECT_NE(RunTightly("run " + sequence.Path().string() + " --detector none --output " +
+                       (sequence.Path() / "result").string())
+                .exit_code,
+            1);
+  sequence.Write("groundtruth.txt", ReadFile(kHostile / "gtseq_6_groundtruth.txt", ""));
+  try {
+    ReadGroundTruth(sequence.Path());
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("groundtruth.txt:"));
+  }
+}
+
+TEST(Hostile, PathsAndKeysOfYamlFilesAreRefused) {
+  const TemporaryFolder folder;
+  const std::string map = WriteMap(folder.Path()).string();
+  const std::string video = " --output " + (folder.Path() / "a.mp4").string();
+  ExpectRefused("render " + map + video + " --camera-path " + File("camera_path_bad.yaml"), 2,
+                "camera_path_bad.yaml:10: expected a word");
+  ExpectRefused("render " + map + video + " --camera-path " + File("campath_key.yaml"), 2,
+                "campath_key.yaml:2: expected a word");
+  const WrittenSequence sequence = TinySequence();
+  ExpectRefused("detect " + sequence.Path().string() + " --detector " + File("detector_long_path.yaml") +
+                    " --output boxes.txt",
+                3, "File name too long");
+}
+
+TEST(Hostile, ImagesThatNoCameraTakesAreRefused) {
+  const TemporaryFolder folder;
+  const std::string options = " --detector none --output " + (folder.Path() / "result").string();
+  ExpectRefused("run " + File("img_1x1") + options, 3, "0.png: 1x1 pixels, expected sides from 16");
+  ExpectRefused("run " + File("img_pgm.pgm") + options, 3, "0.pgm: cannot be read");
+  const WrittenSequence sequence = TinySequence();
+  ExpectRefused("run " + sequence.Path().string() + options + " --resize 0.00001", 2, "--resize");
+  ExpectRefused("run " + sequence.Path().string() + options + " --camera /dev/zero", 3,
+                "/dev/zero: cannot be read");
+  EXPECT_FALSE(fs::exists(folder.Path() / "result"));
+}
+
+TEST(Hostile, APipeInAnImagesPlaceIsSkipped) {
+  const WrittenSequence sequence = TinySequence();
+  fs::remove(sequence.Image(0));
+  ASSERT_EQ(mkfifo(sequence.Image(0).c_str(), 0600), 0);
+  const ProgramRun run = RunProgram("run " + sequence.Path().string() + " --detector none --output " +
+                                    (sequence.Path() / "result").string());
+  EXPECT_THAT(run.err, HasSubstr("is a pipe"));
+}
+
+TEST(Hostile, LabelsThatAreNoTextCostThemselvesAndNotTheFile) {
+  const TemporaryFolder folder;
+  SnapshotObject object;
+  object.label = "caf\xe9 \x1b[31m";
+  object.superquadric.shape.half_size = {1.0, 1.0, 1.0};
+  WriteObjects(folder.Path() / "objects.json", {object});
+  EXPECT_THAT(ReadObjects(folder.Path() / "objects.json").at(0).label, HasSubstr("caf\xef\xbf\xbd"));
+  const WrittenSequence sequence = TinySequence();
+  sequence.Write("boxes.txt", ReadFile(kHostile / "boxes_latin1.txt", ""));
+  ExpectRefused("run " + sequence.Path().string() + " --output " + (folder.Path() / "result").string(), 3,
+                "expected a label of at most 200 bytes");
+}
+
+TEST(Hostile, WordsThatDoNotGetThroughAreNoSuccess) {
+  const ProgramRun run = RunProgram("run --dump-config >/dev/full");
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.ErrorLines(), ElementsAre(HasSubstr("No space left")));
+}
+
+TEST(Hostile, MessagesWriteNoControlCharacters) {
+  const ProgramRun run = RunProgram("info \"$(printf 'a\\033[31mb')\"");
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.ErrorLines(), ElementsAre(HasSubstr("a?[31mb")));
+}
+
+}  // namespace
+}  // namespace sqslam::testing
