@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <sstream>
 
+#include "slam/io/coco.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/data_path.h"
 #include "slam/util/error.h"
@@ -31,6 +33,19 @@ std::optional<int> LiveCameraOf(const std::string& input) {
       input.size() <= kMaxDigits &&
       std::all_of(input.begin(), input.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
   return is_number && !fs::exists(input) ? std::optional(std::stoi(input)) : std::nullopt;
+}
+
+// "person,potted plant" as the boxes name them; none for "none".
+std::vector<std::string> Labels(const std::string& text) {
+  std::vector<std::string> labels;
+  std::istringstream words(text);
+  for (std::string label; text != "none" && std::getline(words, label, ',');) {
+    if (label.empty()) {
+      throw UsageError(fmt::format("--ignore {}: expected labels such as person,car, or none", text));
+    }
+    labels.push_back(NormalizedLabel(label));
+  }
+  return labels;
 }
 
 // Before the run rather than after it.
@@ -84,6 +99,12 @@ void RunArguments::AddTo(Command& command) {
           ConfigNameList("configs/detectors") +
           "), FILE.yaml, or none. Default: boxes of the sequence, else the first of yolox-nano and "
           "centernet whose weights are there");
+  command.Option("--mask PATH", mask,
+                 "Parts of the images that are not looked at, black: one image for all, or a folder with "
+                 "IMAGE.png for each, such as 0001.jpg.png");
+  command.Option("--ignore LABELS", ignore,
+                 "Classes of moving things, such as person,car: nothing in their boxes is tracked or mapped; "
+                 "none: track everything. Default: people, animals and vehicles (tracking.moving.labels)");
   command.Group("Output");
   command.Option("--output,-o DIR", output, "Result folder; default: out/NAME, out/NAME-2, ...");
   command.Option("--video FILE.mp4", video,
@@ -119,6 +140,11 @@ SystemOptions RunArguments::Options() const {
   if (!detector.empty()) {
     options.detection.network = detector;
   }
+  if (!ignore.empty()) {
+    options.tracking.moving.labels = Labels(ignore);
+    options.objects.detections.ignored_labels = options.tracking.moving.labels;
+    options.dense.moving_labels = options.tracking.moving.labels;
+  }
   options.objects.representation = representation.value_or(options.objects.representation);
   options.objects.association.method = association.value_or(options.objects.association.method);
   CheckOptions(options);
@@ -144,10 +170,14 @@ RunRequest RunArguments::Request() const {
   RunRequest request;
   request.sequence = SequenceArguments::Request();
   request.sequence.detections = detections;
+  request.sequence.mask = mask;
   if (camera_index && !input.empty()) {
     throw UsageError("INPUT and --camera-index: expected one of them");
   }
   request.live_camera = camera_index ? camera_index : LiveCameraOf(input);
+  if (request.live_camera && !mask.empty()) {
+    throw UsageError("--mask: a live camera has no recorded images, expected a sequence or a video");
+  }
   request.range = Range();
   request.output =
       output.empty()

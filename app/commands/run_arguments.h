@@ -37,6 +37,8 @@ struct RunArguments : SequenceArguments {
   std::vector<std::string> set;
   std::string detections;
   std::string detector;
+  std::string mask;
+  std::string ignore;
   std::string output;
   bool deterministic = false;
   std::optional<std::int64_t> seed;

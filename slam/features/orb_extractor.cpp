@@ -49,11 +49,19 @@ OrbExtractor::OrbExtractor(const OrbOptions& options)
   }
 }
 
-std::vector<cv::KeyPoint> OrbExtractor::DetectLevel(std::size_t octave) {
+std::vector<cv::KeyPoint> OrbExtractor::DetectLevel(std::size_t octave, const cv::Mat& ignored) {
   const cv::Mat& image = levels_[octave];
   const cv::Rect inner(kBorder, kBorder, image.cols - 2 * kBorder, image.rows - 2 * kBorder);
+  std::vector<cv::KeyPoint> found = detector_.Detect(image, inner);
+  if (!ignored.empty()) {  // before they are spread, so that the rest of the image gets their share
+    std::erase_if(found, [&](const cv::KeyPoint& corner) {
+      const Eigen::Vector2d place =
+          InFullImage(corner.pt + cv::Point2f(inner.tl()), image.size(), ignored.size());
+      return ignored.at<std::uint8_t>(cvRound(place.y()), cvRound(place.x())) != 0;
+    });
+  }
   std::vector<cv::KeyPoint> corners =
-      DistributeByQuadtree(detector_.Detect(image, inner), inner.size(), features_per_level_[octave]);
+      DistributeByQuadtree(std::move(found), inner.size(), features_per_level_[octave]);
   for (cv::KeyPoint& corner : corners) {
     corner.pt += cv::Point2f(inner.tl());
   }
@@ -61,8 +69,8 @@ std::vector<cv::KeyPoint> OrbExtractor::DetectLevel(std::size_t octave) {
 }
 
 void OrbExtractor::ExtractLevel(std::size_t octave, double scale, const cv::Mat& bgr, const Camera& camera,
-                                FrameFeatures& features) {
-  const std::vector<cv::KeyPoint> corners = DetectLevel(octave);
+                                const cv::Mat& ignored, FrameFeatures& features) {
+  const std::vector<cv::KeyPoint> corners = DetectLevel(octave, ignored);
   if (corners.empty()) {
     return;
   }
@@ -81,7 +89,8 @@ void OrbExtractor::ExtractLevel(std::size_t octave, double scale, const cv::Mat&
   }
 }
 
-FrameFeatures OrbExtractor::Extract(const cv::Mat& gray, const cv::Mat& bgr, const Camera& camera) {
+FrameFeatures OrbExtractor::Extract(const cv::Mat& gray, const cv::Mat& bgr, const Camera& camera,
+                                    const cv::Mat& ignored) {
   FrameFeatures features;
   const auto expected = static_cast<std::size_t>(options_.num_features) * 11 / 10;
   features.keypoints.reserve(expected);
@@ -95,7 +104,7 @@ FrameFeatures OrbExtractor::Extract(const cv::Mat& gray, const cv::Mat& bgr, con
       cv::resize(levels_[octave - 1], levels_[octave],
                  {cvRound(gray.cols / scale), cvRound(gray.rows / scale)}, 0, 0, cv::INTER_LINEAR);
     }
-    ExtractLevel(octave, scale, bgr, camera, features);
+    ExtractLevel(octave, scale, bgr, camera, ignored, features);
   }
   levels_[0].release();  // the caller's
   features.grid = KeypointGrid(features.keypoints, camera.width, camera.height);

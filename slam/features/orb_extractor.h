@@ -51,12 +51,15 @@ class ScaleLevels {
 class OrbExtractor {
  public:
   explicit OrbExtractor(const OrbOptions& options);
-  FrameFeatures Extract(const cv::Mat& gray, const cv::Mat& bgr, const Camera& camera);
+
+  // `ignored`: 8UC1 of the image's size, not 0 where there are to be no keypoints; empty: nowhere.
+  FrameFeatures Extract(const cv::Mat& gray, const cv::Mat& bgr, const Camera& camera,
+                        const cv::Mat& ignored = {});
 
  private:
-  std::vector<cv::KeyPoint> DetectLevel(std::size_t octave);
+  std::vector<cv::KeyPoint> DetectLevel(std::size_t octave, const cv::Mat& ignored);
   void ExtractLevel(std::size_t octave, double scale, const cv::Mat& bgr, const Camera& camera,
-                    FrameFeatures& features);
+                    const cv::Mat& ignored, FrameFeatures& features);
 
   OrbOptions options_;
   std::vector<int> features_per_level_;

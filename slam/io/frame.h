@@ -16,6 +16,7 @@ struct Frame {
   std::string image_path;  // absolute; empty where there is no file
   cv::Mat bgr;             // 8UC3, as recorded (distorted)
   cv::Mat gray;            // 8UC1
+  cv::Mat ignored;         // 8UC1, not 0 where a mask says that nothing is to be tracked; empty: nowhere
   std::vector<Detection> detections;
   bool detections_follow = false;  // a detector is at work on them: see System::AddDetections
 };

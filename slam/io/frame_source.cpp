@@ -185,7 +185,27 @@ struct FrameSource::Impl {
     frame.bgr = Resized(decoded.bgr, size);
     cv::cvtColor(frame.bgr, frame.gray, cv::COLOR_BGR2GRAY);
     frame.detections = listed.detections;
+    frame.ignored = Ignored(index, listed.mask_path, decoded.bgr.size(), size);
     return frame;
+  }
+
+  // The mask with 255 where it is black, in the size of the frames.
+  static cv::Mat Ignored(std::int64_t index, const std::filesystem::path& file, cv::Size image,
+                         cv::Size frame) {
+    if (file.empty()) {
+      return {};
+    }
+    const cv::Mat mask = ReadImage(file, cv::IMREAD_GRAYSCALE);
+    if (mask.size() != image) {
+      spdlog::warn("frame {} has no mask: {} {}", index, file.string(),
+                   mask.empty() ? "cannot be read"
+                                : fmt::format("is {}x{}, expected the image's {}x{}", mask.cols, mask.rows,
+                                              image.width, image.height));
+      return {};
+    }
+    cv::Mat ignored;
+    cv::resize(mask == 0, ignored, frame, 0.0, 0.0, cv::INTER_NEAREST);
+    return ignored;
   }
 
   void Run(const std::stop_token& stop) {

@@ -5,6 +5,8 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <map>
+#include <opencv2/imgcodecs.hpp>
 
 #include "slam/io/cameras.h"
 #include "slam/io/dataset_layouts.h"
@@ -217,6 +219,57 @@ void AttachDetections(const SequenceRequest& request, Sequence& sequence) {
   sequence.has_detections = true;
 }
 
+// The mask of an image in a folder of masks; empty where there is none.
+fs::path MaskOf(const fs::path& masks, const fs::path& sequence, const fs::path& image) {
+  const fs::path name = image.filename();
+  for (fs::path candidate : {masks / image.lexically_relative(sequence), masks / name}) {
+    candidate += ".png";
+    if (fs::exists(candidate)) {
+      return candidate;
+    }
+  }
+  const fs::path bare = (masks / name).replace_extension(".png");
+  return fs::exists(bare) ? bare : fs::path();
+}
+
+void AttachMasks(const fs::path& masks, Sequence& sequence) {
+  if (!fs::is_directory(masks)) {
+    if (ReadImage(masks, cv::IMREAD_GRAYSCALE).empty()) {
+      throw InputError(fmt::format(
+          "{}: cannot be read, expected an image (black: ignored) or a folder of them", masks.string()));
+    }
+    for (SequenceFrame& frame : sequence.frames) {
+      frame.mask_path = masks;
+    }
+    return;
+  }
+  std::map<std::int64_t, fs::path> by_number;  // of a video's frames
+  if (!sequence.video_path.empty()) {
+    for (const fs::path& file : ListColorImages(masks)) {
+      by_number[LastNumber(file.filename().string()).value_or(-1)] = file;
+    }
+  }
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < sequence.frames.size(); ++i) {
+    SequenceFrame& frame = sequence.frames[i];
+    if (const auto it = by_number.find(static_cast<std::int64_t>(i)); it != by_number.end()) {
+      frame.mask_path = it->second;
+    } else if (!frame.image_path.empty()) {
+      frame.mask_path = MaskOf(masks, sequence.path, frame.image_path);
+    }
+    found += frame.mask_path.empty() ? 0 : 1;
+  }
+  if (found == 0) {
+    throw InputError(fmt::format("{}: no mask for any of the {} frames, expected {}", masks.string(),
+                                 sequence.frames.size(),
+                                 sequence.video_path.empty() ? "files named IMAGE.png, such as 0001.jpg.png"
+                                                             : "numbers of frames, such as 0.png"));
+  }
+  if (found < sequence.frames.size()) {
+    spdlog::info("{}: masks for {} of {} frames", masks.string(), found, sequence.frames.size());
+  }
+}
+
 }  // namespace
 
 Sequence OpenSequence(const SequenceRequest& request) {
@@ -234,6 +287,9 @@ Sequence OpenSequence(const SequenceRequest& request) {
   sequence.any_image_size = request.known_camera.has_value();
   if (!request.known_camera) {
     AttachDetections(request, sequence);
+    if (!request.mask.empty()) {
+      AttachMasks(request.mask, sequence);
+    }
     ResizeSequence(resize, sequence);
   }
   return sequence;

@@ -17,6 +17,7 @@ struct SequenceFrame {
   double timestamp = 0.0;            // seconds, rising
   std::filesystem::path image_path;  // empty for a video
   std::vector<Detection> detections;
+  std::filesystem::path mask_path = {};  // black: ignored, as COLMAP has it; empty: none
 };
 
 // Layouts of a sequence, see DetectFormat(); kAuto: by the names in it.
@@ -48,6 +49,9 @@ struct SequenceRequest {
   std::string camera = {};
   // boxes.txt or folder; empty: boxes.txt of the sequence folder if it is there.
   std::filesystem::path detections = {};
+  // A mask for all images, or a folder with a mask for each: IMAGE.png (as COLMAP has it: a.jpg.png) or, for
+  // the frames of a video, numbers; empty: none.
+  std::filesystem::path mask = {};
   std::string resize = {};  // WIDTH, WIDTH,HEIGHT or a factor (ParseImageResize); empty: as the images are
   // That of the frames as they were once handed out, instead of `camera` and `resize`: the images are brought
   // to its size, whatever they have, and boxes are left out.

@@ -15,6 +15,7 @@ Tracker::Tracker(const Camera& camera, const TrackingOptions& options, const Obj
     : camera_(camera),
       options_(options),
       extractor_(options.features),
+      ignored_(options.moving),
       pose_tracker_(camera, options),
       shutter_(camera, options.rolling_shutter),
       initializer_(camera, options.initialization, pose_tracker_.Levels(), std::move(ids)),
@@ -28,10 +29,13 @@ TrackingReport Tracker::Track(const Frame& frame, const AtlasViewPtr& atlas, int
   current_ = {};
   current_.index = frame.index;
   current_.timestamp = frame.timestamp;
+  if (!frame.detections_follow) {
+    ignored_.See(frame.timestamp, frame.detections);
+  }
   {
     const StageTimes::Scope features_timer(times_, "tracking.features");
-    current_.features =
-        std::make_shared<const FrameFeatures>(extractor_.Extract(frame.gray, frame.bgr, camera_));
+    current_.features = std::make_shared<const FrameFeatures>(
+        extractor_.Extract(frame.gray, frame.bgr, camera_, ignored_.In(frame)));
   }
   current_.ForgetPoints();
 
@@ -331,6 +335,7 @@ std::optional<SeenObjects> Tracker::AddDetections(std::int64_t frame_index,
   WaitingFrame waiting = std::move(waiting_.front());
   waiting_.pop_front();
   SeenObjects& seen = waiting.seen;
+  ignored_.See(seen.timestamp, detections);
   for (const Detection& detection : detections) {
     seen.detections.push_back({detection, -1});
   }

@@ -96,6 +96,7 @@ class Tracker {
   Camera camera_;
   TrackingOptions options_;
   OrbExtractor extractor_;
+  IgnoredRegions ignored_;
   PoseTracker pose_tracker_;
   RollingShutter shutter_;
   Initializer initializer_;

@@ -2,6 +2,7 @@
 
 #include "slam/estimation/two_view.h"
 #include "slam/features/orb_extractor.h"
+#include "slam/tracking/ignored_regions.h"
 #include "slam/tracking/rolling_shutter.h"
 
 namespace sqslam {
@@ -45,6 +46,7 @@ struct TrackingOptions {
   InitializationOptions initialization;
   KeyframeOptions keyframes;
   RollingShutterOptions rolling_shutter;
+  MovingOptions moving;
   double motion_radius = 15.0;    // px at level 0, search around the place that the motion model predicts
   int min_inliers = 25;           // map points a tracked frame needs
   int min_recovery_inliers = 50;  // map points a frame needs to end a loss, or to be tracked backward
@@ -57,6 +59,7 @@ struct TrackingOptions {
     visit("initialization", initialization);
     visit("keyframes", keyframes);
     visit("rolling_shutter", rolling_shutter);
+    visit("moving", moving);
     visit("motion_radius", motion_radius, 1.0, 200.0);
     visit("min_inliers", min_inliers, 10, 1000);
     visit("min_recovery_inliers", min_recovery_inliers, 10, 1000);

@@ -36,6 +36,18 @@ TEST(OrbExtractor, SpreadsFeaturesOverImageAndScales) {
   EXPECT_GE(per_octave[4], 10);
 }
 
+TEST(OrbExtractor, LeavesOutWhatIsIgnoredAndSpreadsOverTheRest) {
+  const TexturedWorld world;
+  const Frame frame = world.Render(0, {});
+  cv::Mat ignored = cv::Mat::zeros(frame.gray.size(), CV_8UC1);
+  ignored(cv::Rect(0, 0, ignored.cols / 2, ignored.rows)).setTo(255);
+  const FrameFeatures features = OrbExtractor({}).Extract(frame.gray, frame.bgr, world.GetCamera(), ignored);
+  EXPECT_TRUE(std::ranges::all_of(features.keypoints, [&](const Keypoint& keypoint) {
+    return keypoint.raw_pixel.x() > ignored.cols / 2 - 2.0;
+  }));
+  EXPECT_GT(features.Size(), 6 * ExtractFirstImage().Size() / 10);
+}
+
 TEST(OrbExtractor, RepeatsItself) {
   const FrameFeatures first = ExtractFirstImage();
   const FrameFeatures second = ExtractFirstImage();

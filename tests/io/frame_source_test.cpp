@@ -111,6 +111,37 @@ TEST_F(FrameSourceTest, UnusableImagesAreSkippedAndNamed) {
   EXPECT_THAT(log.Text(), HasSubstr("5.png is cut off"));
 }
 
+TEST_F(FrameSourceTest, MasksAreBlackWhereNothingIsLookedAt) {
+  cv::Mat mask(48, 64, CV_8UC1, cv::Scalar(255));
+  mask(cv::Rect(0, 0, 64, 10)).setTo(0);
+  const std::filesystem::path masks = folder_.Path() / "masks";
+  std::filesystem::create_directories(masks);
+  for (const int i : {0, 2, 3}) {
+    cv::imwrite((masks / (std::to_string(i) + ".png.png")).string(), i == 3 ? cv::Mat(mask, {0, 20}) : mask);
+  }
+  for (int i = 0; i < 8; ++i) {
+    sequence_.frames[i].mask_path = i == 0 || i == 3 ? masks / (std::to_string(i) + ".png.png") : "";
+  }
+  const CapturedLog log;
+  FrameSource source(sequence_);
+  EXPECT_EQ(cv::countNonZero(source.Next()->ignored), 640);
+  EXPECT_TRUE(source.Next()->ignored.empty());
+  EXPECT_TRUE(source.Next()->ignored.empty());
+  EXPECT_TRUE(source.Next()->ignored.empty());
+  EXPECT_THAT(log.Text(), HasSubstr("frame 3 has no mask"));
+
+  folder_.Write("camera.yaml", "width: 64\nheight: 48\nfx: 50\nfy: 50\ncx: 32\ncy: 24\n");
+  const auto masks_found = [&](const std::filesystem::path& path) {
+    const Sequence sequence = OpenSequence({.path = folder_.Path(), .mask = path});
+    return std::ranges::count_if(sequence.frames, [](const auto& f) { return !f.mask_path.empty(); });
+  };
+  EXPECT_EQ(masks_found(masks), 3);
+  EXPECT_EQ(masks_found(masks / "0.png.png"), 8);
+  EXPECT_THROW(masks_found(folder_.Path() / "nowhere"), InputError);
+  std::filesystem::create_directories(folder_.Path() / "none");
+  EXPECT_THROW(masks_found(folder_.Path() / "none"), InputError);
+}
+
 TEST_F(FrameSourceTest, CanBeLeftBeforeTheEnd) {
   FrameSource source(sequence_, {}, 1);
   EXPECT_TRUE(source.Next().has_value());

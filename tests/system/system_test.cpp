@@ -95,6 +95,40 @@ TEST(System, MapsATexturedWorld) {
   EXPECT_GE(run.result.map.keyframes.size(), 3U);
 }
 
+// Somebody walks by, as large as a third of the image, with all the texture that corners like. The boxes of a
+// detector say where; a mask could say so too.
+TEST(System, WhatMovesTakesNoPart) {
+  const std::vector<Rigid3d> path = HandHeldPath(120);
+  cv::Mat cloth(70, 40, CV_8UC1);
+  cv::randu(cloth, 0, 255);
+  cv::resize(cloth, cloth, {}, 3.0, 3.0, cv::INTER_CUBIC);
+  const auto run = [&](const std::vector<std::string>& labels) {
+    const TexturedWorld world;
+    SystemOptions options = TestOptions(true);
+    options.tracking.moving.labels = labels;
+    SystemRun run;
+    System system(world.GetCamera(), options, [](const MapSnapshotPtr&) {});
+    for (std::size_t i = 0; i < path.size(); ++i) {
+      Frame frame = world.Render(static_cast<std::int64_t>(i), path[i]);
+      const cv::Rect walker(static_cast<int>(10 + 2 * i) % 190, 20, cloth.cols, cloth.rows);
+      cloth.copyTo(frame.gray(walker));
+      cv::cvtColor(frame.gray, frame.bgr, cv::COLOR_GRAY2BGR);
+      const Box2d box{1.0 * walker.x, 1.0 * walker.y, 1.0 * walker.width, 1.0 * walker.height};
+      frame.detections = {{"person", 0.9, box}};
+      system.Process(frame);
+    }
+    run.result = system.Finish();
+    return run;
+  };
+  const SystemRun with = run({"person"});
+  ASSERT_NE(with.result.map.snapshot, nullptr) << with.result.no_map_reason;
+  EXPECT_EQ(with.result.tracked, 120);
+  EXPECT_LT(TrajectoryError(with, path), 0.02);
+  const SystemRun without = run({});
+  EXPECT_TRUE(!without.result.map.snapshot || without.result.tracked < 100 ||
+              TrajectoryError(without, path) > 2.0 * TrajectoryError(with, path));
+}
+
 TEST(System, IsBitIdenticalInDeterministicMode) {
   const std::vector<Rigid3d> path = HandHeldPath(80);
   const SystemRun first = RunPath(path, TestOptions(true));
