@@ -1,6 +1,8 @@
 #include "slam/system.h"
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <condition_variable>
 #include <deque>
 #include <exception>
@@ -132,7 +134,6 @@ class ViewSlot {
 struct System::Impl {
   Impl(const Camera& camera, const SystemOptions& system_options, SnapshotCallback on_snapshot)
       : options(system_options),
-        frame_interval(static_cast<std::int64_t>(1e6 / camera.fps)),
         vocabulary(LoadVocabulary(options.vocabulary)),
         tracker(camera, options.tracking, options.objects, ids, vocabulary, times),
         mapper(camera, OptionsOfMapper(options), vocabulary,
@@ -176,7 +177,8 @@ struct System::Impl {
   }
 
   SystemOptions options;
-  std::chrono::microseconds frame_interval;
+  double frame_interval = 1.0;  // s, the least that has been between two frames, at most a second
+  std::optional<double> last_timestamp;
   StageTimes times;
   std::shared_ptr<const Vocabulary> vocabulary;  // null: places are not recognised
   std::shared_ptr<IdSource> ids = std::make_shared<IdSource>();
@@ -199,6 +201,10 @@ TrackingState System::Process(const Frame& frame) {
   Impl& s = *impl_;
   s.RethrowMappingFailure();
   ++s.frames;
+  if (s.last_timestamp && frame.timestamp > *s.last_timestamp) {
+    s.frame_interval = std::min(s.frame_interval, frame.timestamp - *s.last_timestamp);
+  }
+  s.last_timestamp = frame.timestamp;
   const auto started = std::chrono::steady_clock::now();
   TrackingReport report = s.tracker.Track(frame, s.view.Get(), s.queue.PendingKeyframes());
   if (s.options.deterministic) {  // the recording must not depend on the clock
@@ -212,7 +218,7 @@ TrackingState System::Process(const Frame& frame) {
       // Files can be read much faster than a camera delivers. Where that would starve the map of keyframes,
       // frames are taken at the camera's rate; what comes at that rate itself never waits longer than for the
       // next.
-      s.queue.WaitForKeyframes(started + s.frame_interval);
+      s.queue.WaitForKeyframes(started + std::chrono::microseconds(std::llround(1e6 * s.frame_interval)));
     }
   }
   return !s.tracker.Initialized() ? TrackingState::kNotInitialized

@@ -14,11 +14,11 @@ namespace {
 
 constexpr int kMinInliers = 10;
 
-// Pairs (keypoint of the keyframe that has a map point, keypoint of the frame).
-std::vector<std::pair<int, int>> MatchDescriptors(const ViewKeyframe& keyframe, const TrackedFrame& frame,
-                                                  double ratio) {
-  return MatchAll(*keyframe.features, *frame.features, HavePoints(keyframe.points), {}, kStrictDistance,
-                  ratio);
+// Pairs (keypoint of the known view that has a map point, keypoint of the frame).
+std::vector<std::pair<int, int>> MatchDescriptors(const FrameFeatures& known,
+                                                  const std::vector<PointId>& points,
+                                                  const TrackedFrame& frame, double ratio) {
+  return MatchAll(known, *frame.features, HavePoints(points), {}, kStrictDistance, ratio);
 }
 
 // Pose from points and pixels with outliers, in closed form on samples of three.
@@ -92,7 +92,7 @@ bool PoseTracker::TrackReferenceKeyframe(const TrackingView& view, const Tracked
                                          TrackedFrame& frame) const {
   constexpr int kMinMatches = 15;
   const ViewKeyframe& keyframe = ExistingKeyframe(view, last.anchor.reference);
-  const auto matches = MatchDescriptors(keyframe, frame, 0.7);
+  const auto matches = MatchDescriptors(*keyframe.features, keyframe.points, frame, 0.7);
   frame.ForgetPoints();
   for (const auto& [i, j] : matches) {
     frame.points[j] = keyframe.points[i];
@@ -150,17 +150,17 @@ bool PoseTracker::TrackLocalMap(const TrackingView& view, const LocalSearch& sea
   return true;
 }
 
-bool PoseTracker::LocateFrom(const TrackingView& view, const ViewKeyframe& keyframe,
-                             TrackedFrame& frame) const {
+bool PoseTracker::LocateFrom(const TrackingView& view, const FrameFeatures& known,
+                             const std::vector<PointId>& known_points, TrackedFrame& frame) const {
   constexpr int kMinMatches = 15;
-  const auto matches = MatchDescriptors(keyframe, frame, 0.75);
+  const auto matches = MatchDescriptors(known, known_points, frame, 0.75);
   if (static_cast<int>(matches.size()) < kMinMatches) {
     return false;
   }
   std::vector<cv::Point3d> points;
   std::vector<cv::Point2d> pixels;
   for (const auto& [i, j] : matches) {
-    const Eigen::Vector3d& p = view.Point(keyframe.points[i]).p_map;
+    const Eigen::Vector3d& p = view.Point(known_points[i]).p_map;
     const Eigen::Vector2d& pixel = frame.features->keypoints[j].pixel;
     points.emplace_back(p.x(), p.y(), p.z());
     pixels.emplace_back(pixel.x(), pixel.y());
@@ -174,20 +174,46 @@ bool PoseTracker::LocateFrom(const TrackingView& view, const ViewKeyframe& keyfr
   frame.ForgetPoints();
   for (const int inlier : inliers) {
     const auto& [i, j] = matches[inlier];
-    frame.points[j] = keyframe.points[i];
+    frame.points[j] = known_points[i];
   }
-  frame.anchor = {keyframe.id, {}, keyframe.pose.scale};
   return Optimize(view, kMinInliers, frame);
 }
 
 bool PoseTracker::Relocate(const TrackingView& view, const ViewKeyframe& keyframe,
                            TrackedFrame& frame) const {
+  SeenPoints seen;
+  frame.anchor = {keyframe.id, {}, keyframe.pose.scale};
+  return LocateFrom(view, *keyframe.features, keyframe.points, frame) && ConfirmPose(view, frame, seen);
+}
+
+bool PoseTracker::TrackWithoutPrediction(const TrackingView& view, const TrackedFrame& last,
+                                         TrackedFrame& frame, SeenPoints& seen) const {
+  std::vector<PointId> points = last.points;
+  std::ranges::replace_if(
+      points, [&](PointId point) { return !view.Has(point); }, kNoPoint);
+  frame.anchor = last.anchor;
+  if (LocateFrom(view, *last.features, points, frame) && ConfirmPose(view, frame, seen)) {
+    return true;
+  }
+  constexpr int kNewest = 2;  // may show what has just come into view
+  std::vector<KeyframeId> keyframes{ExistingKeyframe(view, last.anchor.reference).id};
+  for (const auto& [id, keyframe] : view.keyframes | std::views::reverse | std::views::take(kNewest)) {
+    keyframes.push_back(id);
+  }
+  return std::ranges::any_of(keyframes, [&](KeyframeId id) {
+    const ViewKeyframe& keyframe = view.keyframes.at(id);
+    frame.anchor = {id, {}, keyframe.pose.scale};
+    return LocateFrom(view, *keyframe.features, keyframe.points, frame) && ConfirmPose(view, frame, seen);
+  });
+}
+
+// Searches of the local map that trust descriptors only where they agree well: a wrong pose finds many map
+// points by chance where descriptors may differ more, and stays wrong.
+bool PoseTracker::ConfirmPose(const TrackingView& view, TrackedFrame& frame, SeenPoints& seen) const {
   constexpr double kWide = 3.0;
   const LocalSearch wide{kWide, kStrictDistance, false, options_.min_inliers};
   const LocalSearch anew{1.0, kStrictDistance, true, options_.min_recovery_inliers / 2};
-  SeenPoints seen;
-  return LocateFrom(view, keyframe, frame) && TrackLocalMap(view, wide, frame, seen) &&
-         TrackLocalMap(view, anew, frame, seen);
+  return TrackLocalMap(view, wide, frame, seen) && TrackLocalMap(view, anew, frame, seen);
 }
 
 // Refines the pose from all matches and forgets the matches that don't fit.

@@ -69,15 +69,20 @@ class PoseTracker {
   bool TrackLocalMap(const TrackingView& view, const LocalSearch& search, TrackedFrame& frame,
                      SeenPoints& seen) const;
 
-  // No pose is known: descriptors of a keyframe, P3P in RANSAC, then searches of the local map that trust
-  // descriptors only where they agree well. A wrong pose finds many map points by chance where descriptors
-  // may differ more, and stays wrong.
+  // No pose is known: descriptors of a keyframe, P3P in RANSAC, then careful searches of the local map.
   bool Relocate(const TrackingView& view, const ViewKeyframe& keyframe, TrackedFrame& frame) const;
+
+  // The same from the last frame, its reference keyframe and the newest ones: where images are far apart no
+  // prediction leads to the next.
+  bool TrackWithoutPrediction(const TrackingView& view, const TrackedFrame& last, TrackedFrame& frame,
+                              SeenPoints& seen) const;
 
   const ScaleLevels& Levels() const { return levels_; }
 
  private:
-  bool LocateFrom(const TrackingView& view, const ViewKeyframe& keyframe, TrackedFrame& frame) const;
+  bool LocateFrom(const TrackingView& view, const FrameFeatures& known,
+                  const std::vector<PointId>& known_points, TrackedFrame& frame) const;
+  bool ConfirmPose(const TrackingView& view, TrackedFrame& frame, SeenPoints& seen) const;
   bool Optimize(const TrackingView& view, int min_inliers, TrackedFrame& frame) const;
 
   Camera camera_;

@@ -135,6 +135,7 @@ bool Tracker::TrackFrame(TrackingReport& report) {
     tracked =
         pose_tracker_.TrackLocalMap(*view_, {.min_inliers = options_.min_inliers}, current_, report.seen);
   }
+  tracked = tracked || (last_ && pose_tracker_.TrackWithoutPrediction(*view_, *last_, current_, report.seen));
   if (tracked) {
     if (const auto motion = Motion()) {
       shutter_.Learn(*current_.features, *motion, ShutterObservations());

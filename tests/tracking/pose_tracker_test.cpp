@@ -100,6 +100,35 @@ TEST_F(PoseTrackerTest, FindsNothingInAnotherWorld) {
   EXPECT_FALSE(tracker_.TrackReferenceKeyframe(view, AsTracked(world_.map, 3), blank));
 }
 
+TEST_F(PoseTrackerTest, TracksAcrossALargeStepWithoutAPrediction) {
+  // Half way round the cloud and turned in the image plane: no motion model leads there.
+  const Rigid3d turn = Turn(0.5, Eigen::Vector3d::UnitZ()) * Turn(0.3, Eigen::Vector3d::UnitX());
+  const SyntheticWorld::View seen = world_.See(turn * PoseOnArc(5.0), kPoorSight);
+  shown_ = seen.points;
+  TrackedFrame frame = NewFrame(seen.features);
+  const TrackedFrame last = AsTracked(world_.map, 0);
+  ASSERT_FALSE(tracker_.TrackMotion(View(), last, {}, frame));
+  SeenPoints points;
+  ASSERT_TRUE(tracker_.TrackWithoutPrediction(View(), last, frame, points));
+  EXPECT_LT(CenterDistance(frame.T_camera_map, PoseOnArc(5.0)), kMillimetre);
+  EXPECT_EQ(WrongMatches(frame), 0);
+  EXPECT_GT(points.found.size(), 100U);
+}
+
+TEST_F(PoseTrackerTest, WithoutAPredictionTheNewestKeyframesHelp) {
+  // The last frame knows no point any more, and its reference keyframe is gone.
+  TrackedFrame last = AsTracked(world_.map, 3);
+  last.ForgetPoints();
+  last.anchor.reference = 77;
+  TrackedFrame frame = See(4.6, kPoorSight);
+  SeenPoints points;
+  ASSERT_TRUE(tracker_.TrackWithoutPrediction(View(), last, frame, points));
+  EXPECT_LT(CenterDistance(frame.T_camera_map, PoseOnArc(4.6)), kMillimetre);
+  const SyntheticMap elsewhere = MakeSyntheticMap({.seed = 99});
+  TrackedFrame other = NewFrame(elsewhere.See(PoseOnArc(3)).features);
+  EXPECT_FALSE(tracker_.TrackWithoutPrediction(View(), last, other, points));
+}
+
 TEST_F(PoseTrackerTest, TracksTheReferenceKeyframeAfterAnyMotion) {
   const Rigid3d turn = Turn(0.25, Eigen::Vector3d::UnitX());
   const SyntheticWorld::View seen = world_.See(turn * PoseOnArc(4.5), kPoorSight);
