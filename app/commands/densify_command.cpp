@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/commands/commands.h"
+#include "app/export/surface_file.h"
 #include "app/terminal/terminal.h"
 #include "slam/dense/densify.h"
 #include "slam/system_options.h"
@@ -15,8 +16,9 @@ namespace sqslam::app {
 namespace {
 
 constexpr const char* kDensifyNotes = R"(
-Writes dense.ply into the result folder, and depth maps of the keyframes into its map.sqmap. It needs the
-images that were mapped. Called again it goes on where it was stopped; with other options it begins anew.
+Writes dense.ply (a cloud) and dense.glb (a coloured mesh with holes where nothing was seen) into the result
+folder, and depth maps of the keyframes into its map.sqmap. It needs the images that were mapped. Called again
+it goes on where it was stopped; with other options it begins anew.
 
 Examples:
   sqslam densify out/kitchen
@@ -31,6 +33,7 @@ struct DensifyArguments {
   std::string config;
   std::vector<std::string> set;
   int threads = 0;
+  bool no_mesh = false;
   bool quiet = false;
 };
 
@@ -43,29 +46,24 @@ int RunDensify(const DensifyArguments& a) {
     SetOption(assignment, options);
   }
   const InterruptGuard interrupt;
-  std::optional<Progress> progress;
-  const DensifySummary summary = Densify({a.result, a.images, options.dense, a.threads},
-                                         [&](int done, int total, const std::string& state) {
-                                           if (!progress) {
-                                             progress.emplace(total, a.quiet, "keyframe");
-                                           }
-                                           progress->Update(done, state);
-                                           if (done == total) {
-                                             progress->Finish();
-                                             progress.reset();
-                                           }
-                                           return !interrupt.Interrupted();
-                                         });
-  if (progress) {
-    progress->Finish();
-  }
-  if (summary.interrupted) {
+  std::optional<StepProgress> steps(std::in_place, a.quiet, "keyframe");
+  const DensifyProgress progress = [&](int done, int total, const std::string& state) {
+    steps->Update(done, total, state);
+    return !interrupt.Interrupted();
+  };
+  const DensifySummary summary = Densify({a.result, a.images, options.dense, a.threads}, progress);
+  const bool meshed = !summary.interrupted && !a.no_mesh &&
+                      WriteSurface(a.result, options.dense.surface, a.threads, progress);
+  steps.reset();
+  if (interrupt.Interrupted()) {
     fmt::print(stderr, "sqslam: stopped after {} depth maps; the same command goes on from there\n",
                summary.estimated + summary.resumed);
     return 130;
   }
   if (!a.quiet) {
-    fmt::print("{}\nwritten: {}\n", summary.Text(), (std::filesystem::path(a.result) / "dense.ply").string());
+    const std::filesystem::path result = a.result;
+    fmt::print("{}\nwritten: {}{}\n", summary.Text(), (result / "dense.ply").string(),
+               meshed ? ", " + (result / "dense.glb").string() : "");
   }
   return 0;
 }
@@ -74,7 +72,8 @@ int RunDensify(const DensifyArguments& a) {
 
 void AddDensifyCommand(Command& program) {
   const auto a = std::make_shared<DensifyArguments>();
-  Command& command = program.AddCommand("densify", "Depth maps and a dense coloured cloud of a finished run");
+  Command& command =
+      program.AddCommand("densify", "Depth maps, a dense coloured cloud and a mesh of a finished run");
   command.Group("Input");
   command.Positional("RESULT", a->result, "Result folder of sqslam run").Required();
   command.Option("--images PATH", a->images,
@@ -85,6 +84,7 @@ void AddDensifyCommand(Command& program) {
                  "Override one option, such as dense.stereo.planes=128; may be repeated");
   command.Option("--threads N", a->threads, "Keyframes at a time; 0 (default): as many as there are cores")
       .Range(0, 256);
+  command.Flag("--no-mesh", a->no_mesh, "Leave out dense.glb");
   command.Group("General");
   command.Flag("--quiet,-q", a->quiet, "No progress and no summary");
   command.Notes(kDensifyNotes);

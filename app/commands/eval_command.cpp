@@ -64,9 +64,12 @@ void PrintEvaluations(const std::vector<NamedEvaluation>& results) {
 
 // The depth maps of densified results, one after the other.
 void EvaluateDepth(const EvalArguments& arguments, const std::vector<std::string>& names) {
+  DenseEvaluationOptions options;
+  SetOptions(arguments.set, options);
+  CheckOptions(options);
   for (std::size_t i = 0; i < names.size(); ++i) {
     const std::filesystem::path result = arguments.results[i];
-    const DenseEvaluation evaluation = EvaluateDense(result, arguments.ground_truth);
+    const DenseEvaluation evaluation = EvaluateDense(result, arguments.ground_truth, options);
     WriteDenseEvaluation(result / "dense_eval.json", evaluation);
     if (!arguments.quiet) {
       fmt::print("{}{}", names.size() > 1 ? names[i] + "\n" : "", FormatDense(evaluation));
@@ -75,16 +78,16 @@ void EvaluateDepth(const EvalArguments& arguments, const std::vector<std::string
 }
 
 void Evaluate(const EvalArguments& arguments) {
+  const std::vector<std::string> names = ShortNames({arguments.results.begin(), arguments.results.end()});
+  if (arguments.dense) {
+    EvaluateDepth(arguments, names);
+    return;
+  }
   EvaluationOptions options;
   SetOptions(arguments.set, options);
   CheckOptions(options);
   if (!arguments.output.empty()) {
     CheckComparisonPath(arguments.output);
-  }
-  const std::vector<std::string> names = ShortNames({arguments.results.begin(), arguments.results.end()});
-  if (arguments.dense) {
-    EvaluateDepth(arguments, names);
-    return;
   }
   std::vector<NamedEvaluation> results;
   for (std::size_t i = 0; i < names.size(); ++i) {

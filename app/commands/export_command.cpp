@@ -8,7 +8,9 @@
 
 #include "app/commands/commands.h"
 #include "app/export/map_export.h"
+#include "app/export/surface_file.h"
 #include "app/result/map_input.h"
+#include "app/terminal/terminal.h"
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/recording.h"
@@ -32,6 +34,7 @@ struct ExportArguments {
   std::string output;
   ObjectArguments objects;
   bool meshes = false;
+  bool surface = false;
 };
 
 // Poses of all tracked frames, where the result folder has them.
@@ -50,6 +53,22 @@ void CheckArguments(const ExportArguments& a, const std::string& extension) {
     throw UsageError(fmt::format(
         "--meshes: chooses what a .ply holds, expected --output FILE.ply instead of {}", a.output));
   }
+  if (a.surface && extension != ".glb") {
+    throw UsageError(
+        fmt::format("--surface: adds to a .glb, expected --output FILE.glb instead of {}", a.output));
+  }
+}
+
+// The mesh of a densified result; without triangles where none is wanted.
+SurfaceMesh WantedSurface(const ExportArguments& a, const fs::path& map_path) {
+  StepProgress steps(false, "depth map");
+  return a.surface ? SurfaceOf(map_path, {}, 0,
+                               [&](int done, int total, const std::string& state) {
+                                 steps.Update(done, total, state);
+                                 return true;
+                               })
+                         .value()
+                   : SurfaceMesh();
 }
 
 void Export(const ExportArguments& a) {
@@ -59,7 +78,8 @@ void Export(const ExportArguments& a) {
   CheckArguments(a, extension);
   const MapSnapshotPtr map = OpenMap(map_path, a.objects, HiddenObjects::kKeep).Last();
   if (extension == ".glb") {
-    WriteFileAtomically(output, MapGlb(*map, TrackedPoses(map_path), "sqslam " SQSLAM_VERSION));
+    WriteFileAtomically(
+        output, MapGlb(*map, TrackedPoses(map_path), WantedSurface(a, map_path), "sqslam " SQSLAM_VERSION));
   } else if (extension == ".obj" || a.meshes) {
     WriteObjectMeshes(output, map->objects);
   } else if (extension == ".ply") {
@@ -75,7 +95,7 @@ constexpr const char* kExportNotes = R"(
 By extension:
   .glb   everything for 3D programs (binary glTF 2.0, y up): a node "ID label" for each object, with its
          class's colour and, as extras, half_size, e1, e2, label, id and observations; the points; the camera's
-         path; a camera for each keyframe
+         path; a camera for each keyframe; with --surface the mesh that sqslam densify makes
   .obj   superquadrics as meshes, one named object each, colours in a .mtl file beside it
   .ply   points (x y z red green blue object_id); with --meshes the superquadrics as one mesh with colours
   .json  objects with all their parameters
@@ -84,6 +104,7 @@ All but .glb are in the map frame, z up. With --edits hidden objects are written
 
 Examples:
   sqslam export out/kitchen -o kitchen.glb
+  sqslam export out/kitchen -o kitchen.glb --surface         after sqslam densify out/kitchen
   sqslam export out/kitchen/map.sqmap -o kitchen.obj
   sqslam export out/kitchen -o points.ply
   sqslam export out/kitchen -o objects.ply --meshes
@@ -104,6 +125,8 @@ void AddExportCommand(Command& program) {
               "FILE.glb, .obj, .ply, .json or .txt; an existing one is replaced")
       .Required();
   command.Flag("--meshes", a->meshes, "In a .ply: the superquadrics as meshes, not the points");
+  command.Flag("--surface", a->surface,
+               "In a .glb: also the dense surface of a densified result, a coloured mesh");
   command.Notes(kExportNotes);
   command.OnRun([a] { Export(*a); });
 }

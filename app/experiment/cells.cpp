@@ -8,6 +8,7 @@
 #include <set>
 
 #include "slam/util/error.h"
+#include "slam/util/fingerprint.h"
 #include "slam/util/json_file.h"
 #include "slam/util/text_lines.h"
 
@@ -226,14 +227,6 @@ fs::path BoxesOf(const PreparedSequence& sequence) {
     throw InputError(fmt::format("{}: max_objects needs a boxes.txt, expected one there", boxes.string()));
   }
   return boxes;
-}
-
-std::string Fingerprint(std::string_view text) {
-  std::uint64_t hash = 14695981039346656037ULL;
-  for (const char c : text) {
-    hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ULL;
-  }
-  return fmt::format("{:016x}", hash);
 }
 
 void WriteCellRecord(const fs::path& run, const nlohmann::ordered_json& settings, int jobs,

@@ -4,7 +4,6 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "app/experiment/config.h"
@@ -68,9 +67,6 @@ std::string NameOfBoxes(const ExperimentCell& cell);
 
 // The boxes.txt that a sequence is run with; throws InputError where it is none whose objects can be limited.
 std::filesystem::path BoxesOf(const PreparedSequence& sequence);
-
-// 16 hexadecimal digits (FNV-1a) by which equal texts are recognised.
-std::string Fingerprint(std::string_view text);
 
 // The score of one ground-truth object in one run.
 struct ObjectScore {

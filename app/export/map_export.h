@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "render/surface/surface_mesh.h"
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/snapshot.h"
 
@@ -16,11 +17,16 @@ namespace sqslam::app {
 //                  in the colour of the class, and as extras id, label, score, observations, points,
 //                  half_size, e1, e2 and yaw
 //     points       POINTS with the colours of the images
+//     surface      TRIANGLES with colours
 //     trajectory   LINE_STRIP through the camera's centres: `trajectory`, or the keyframes where that is
 //     empty keyframes    one camera node a keyframe with the calibration's view angles, and LINES for all
 //     frusta
 // A group without content is left out. `generator`: name and version of the program.
-std::string MapGlb(const MapSnapshot& map, const Trajectory& trajectory, const std::string& generator);
+std::string MapGlb(const MapSnapshot& map, const Trajectory& trajectory, const SurfaceMesh& surface,
+                   const std::string& generator);
+
+// The surface alone.
+std::string SurfaceGlb(const MapSnapshot& map, const SurfaceMesh& surface, const std::string& generator);
 
 // Superquadrics as meshes in the map frame: quads of Eq. 1 on a regular grid, with normals, in the colours of
 // their classes. By extension: .obj (one named object each, with the colours as materials in a .mtl file

@@ -65,6 +65,23 @@ class MapWriter {
     AddDrawing("points", GlbFile::Mode::kPoints, positions, file_.AddColors(colors), Eigen::Vector3d::Ones());
   }
 
+  void AddSurface(const SurfaceMesh& surface) {
+    if (surface.triangles.empty()) {
+      return;
+    }
+    std::vector<std::uint32_t> indices;
+    for (const auto& triangle : surface.triangles) {
+      indices.insert(indices.end(), triangle.begin(), triangle.end());
+    }
+    // The images' colours hold the room's light.
+    const int material = file_.AddMaterial("surface", Eigen::Vector3d::Ones(), false);
+    const int mesh = file_.AddMesh("surface", {.positions = file_.AddPositions(surface.vertices),
+                                               .colors = file_.AddColors(surface.rgb),
+                                               .indices = file_.AddIndices(indices),
+                                               .material = material});
+    children_.push_back(file_.AddNode({{"name", "surface"}, {"mesh", mesh}}));
+  }
+
   void AddTrajectory(const Trajectory& trajectory) {
     std::vector<Eigen::Vector3f> centers;
     for (const TimedPose& pose : trajectory) {
@@ -189,12 +206,20 @@ class MapWriter {
 
 }  // namespace
 
-std::string MapGlb(const MapSnapshot& map, const Trajectory& trajectory, const std::string& generator) {
+std::string MapGlb(const MapSnapshot& map, const Trajectory& trajectory, const SurfaceMesh& surface,
+                   const std::string& generator) {
   MapWriter writer(map, generator);
   writer.AddObjects();
   writer.AddPoints();
+  writer.AddSurface(surface);
   writer.AddTrajectory(trajectory);
   writer.AddKeyframes();
+  return writer.Bytes();
+}
+
+std::string SurfaceGlb(const MapSnapshot& map, const SurfaceMesh& surface, const std::string& generator) {
+  MapWriter writer(map, generator);
+  writer.AddSurface(surface);
   return writer.Bytes();
 }
 

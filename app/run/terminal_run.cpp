@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "app/export/surface_file.h"
 #include "app/report/report.h"
 #include "render/video/video.h"
 #include "slam/snapshot/recording.h"
@@ -65,6 +66,14 @@ void TerminalRun::Draw(const FinishedRun& run, StageTimes& times) {
   if (pictures_.draw) {
     DrawRun(run, times);
   }
+}
+
+void TerminalRun::Mesh(const FinishedRun& run, const SurfaceOptions& options) {
+  WriteSurface(run.output, options, 0, [this](int done, int total, const std::string& state) {
+    ShowProgress(done, total, state);
+    return !Stopped();
+  });
+  EndProgress();
 }
 
 void TerminalRun::Film(const FinishedRun& run) {

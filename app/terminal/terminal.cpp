@@ -215,6 +215,16 @@ std::string LastLine(const std::filesystem::path& log) {
 
 }  // namespace
 
+void StepProgress::Update(std::int64_t done, std::int64_t total, const std::string& state) {
+  if (!progress_) {
+    progress_.emplace(total, quiet_, unit_);
+  }
+  progress_->Update(done, state);
+  if (done == total) {
+    progress_.reset();
+  }
+}
+
 ChildResult RunChild(const std::vector<std::string>& arguments, const std::filesystem::path& log,
                      const std::function<bool()>& stop, const std::filesystem::path& program) {
   ChildResult result;

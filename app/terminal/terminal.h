@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace sqslam::app {
@@ -54,6 +56,19 @@ class Progress {
   bool line_open_ = false;
   Clock::time_point start_ = Clock::now();
   Clock::time_point last_ = start_;
+};
+
+// Progress of work in steps, each with a total of its own.
+class StepProgress {
+ public:
+  StepProgress(bool quiet, std::string unit) : quiet_(quiet), unit_(std::move(unit)) {}
+
+  void Update(std::int64_t done, std::int64_t total, const std::string& state);
+
+ private:
+  bool quiet_;
+  std::string unit_;
+  std::optional<Progress> progress_;
 };
 
 struct ChildResult {

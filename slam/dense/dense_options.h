@@ -73,6 +73,24 @@ struct DepthFusionOptions {
   }
 };
 
+// The surface that is fused of the depth maps, and its mesh.
+struct SurfaceOptions {
+  double voxel = 2.0;          // edge of the volume's cubes, pixels at the median depth
+  double truncation = 4.0;     // voxels before and behind a depth that it says something of
+  double memory_mib = 192.0;   // of the volume; where it would need more its voxels grow
+  int min_island = 400;        // triangles; smaller pieces of the mesh are left out
+  int max_triangles = 600000;  // of the mesh, which is thinned out to so many
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("voxel", voxel, 0.1, 100.0);
+    visit("truncation", truncation, 1.0, 20.0);
+    visit("memory_mib", memory_mib, 1.0, 100000.0);
+    visit("min_island", min_island, 0, 1000000000);
+    visit("max_triangles", max_triangles, 100, 1000000000);
+  }
+};
+
 struct DenseOptions {
   double scale = 0.5;  // size of the images that depth is found in, over that of the frames
   // Detections of these labels move by themselves: their boxes get no depth.
@@ -80,6 +98,7 @@ struct DenseOptions {
   ViewOptions views;
   StereoOptions stereo;
   DepthFusionOptions fusion;
+  SurfaceOptions surface;
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
@@ -88,6 +107,7 @@ struct DenseOptions {
     visit("views", views);
     visit("stereo", stereo);
     visit("fusion", fusion);
+    visit("surface", surface);
   }
 };
 

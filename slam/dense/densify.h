@@ -2,10 +2,10 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <functional>
 #include <string>
 
 #include "slam/dense/dense_options.h"
+#include "slam/dense/depth_fusion.h"
 
 namespace sqslam {
 
@@ -28,9 +28,6 @@ struct DensifySummary {
 
   std::string Text() const;  // one line
 };
-
-// Says how far it is: depth maps, then keyframes fused. False ends it; the depth maps that are done stay.
-using DensifyProgress = std::function<bool(int done, int total, const std::string& state)>;
 
 // Makes a dense cloud of a finished run: depth maps of its keyframes, in parallel; what of each the others
 // confirm; the points of all. Writes the depth maps into the recording and the cloud to dense.ply. The result

@@ -1,16 +1,17 @@
 #include "slam/evaluation/dense_evaluation.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <map>
 #include <nanoflann.hpp>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgproc.hpp>
 #include <utility>
 
+#include "slam/evaluation/known_surfaces.h"
 #include "slam/io/point_cloud.h"
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/depth_recording.h"
@@ -22,204 +23,6 @@
 namespace sqslam {
 namespace fs = std::filesystem;
 namespace {
-
-constexpr double kFar = std::numeric_limits<double>::infinity();
-
-// A plane on which solids stand: `up` . p = height.
-struct StandPlane {
-  double height = 0.0;
-  int solids = 0;
-  std::vector<cv::Point2f> footprints;  // corners, along the plane's axes
-  std::vector<cv::Point2f> hull;
-};
-
-// The known part of a scene: solids, and planes on which they stand.
-class KnownSurfaces {
- public:
-  KnownSurfaces(const std::vector<GroundTruthObject>& objects, const DenseEvaluationOptions& options)
-      : objects_(objects), options_(options) {
-    if (objects.empty()) {
-      return;
-    }
-    up_ = objects.front().solid.T_map_object.rotation * Eigen::Vector3d::UnitZ();
-    along_ = up_.unitOrthogonal();
-    across_ = up_.cross(along_);
-    for (const GroundTruthObject& object : objects) {
-      AddFootprint(object.solid);
-    }
-    for (StandPlane& plane : planes_) {
-      cv::convexHull(plane.footprints, plane.hull);
-    }
-  }
-
-  // Distance of a point from the surface that a ray hits first; empty where it hits none, or one that is not
-  // known well enough.
-  std::optional<double> Distance(const Eigen::Vector3d& origin, const Eigen::Vector3d& ray,
-                                 const Eigen::Vector3d& p_world) const {
-    double nearest = kFar;
-    const GroundTruthObject* hit = nullptr;
-    for (const GroundTruthObject& object : objects_) {
-      if (const double along = HitSolid(object.solid, origin, ray); along < nearest) {
-        nearest = along;
-        hit = &object;
-      }
-    }
-    const StandPlane* on = nullptr;
-    for (const StandPlane& plane : planes_) {
-      const double along = (plane.height - up_.dot(origin)) / up_.dot(ray);
-      if (along > 0.0 && along < nearest && Within(plane, origin + along * ray)) {
-        nearest = along;
-        on = &plane;
-      }
-    }
-    if (on != nullptr) {
-      return DistanceToPlanes(on->height, up_.dot(p_world));
-    }
-    const auto& hollow = options_.hollow_labels;
-    if (hit == nullptr || hit->hull_fill < options_.min_hull_fill ||
-        std::find(hollow.begin(), hollow.end(), hit->label) != hollow.end()) {
-      return std::nullopt;
-    }
-    return DistanceTo(hit->solid, p_world);
-  }
-
-  // The points of a cloud (world frame) that lie on the table's top; empty without a table.
-  std::vector<Eigen::Vector3d> OnTable(const std::vector<Eigen::Vector3d>& cloud) const {
-    constexpr double kThick = 0.03;   // metres, above and below
-    constexpr double kMargin = 0.02;  // about things on it, and along its border
-    const std::optional<StandPlane> table = Table();
-    std::vector<Eigen::Vector3d> points;
-    for (const Eigen::Vector3d& p : cloud) {
-      if (table && std::abs(up_.dot(p) - table->height) <= kThick && Within(*table, p, kMargin) &&
-          std::none_of(objects_.begin(), objects_.end(), [&](const GroundTruthObject& object) {
-            return StandsOver(object.solid, *table, p, kMargin);
-          })) {
-        points.push_back(p);
-      }
-    }
-    return points;
-  }
-
- private:
-  cv::Point2f OnPlane(const Eigen::Vector3d& p) const {
-    return {static_cast<float>(along_.dot(p)), static_cast<float>(across_.dot(p))};
-  }
-  bool Within(const StandPlane& plane, const Eigen::Vector3d& p, double margin = 0.0) const {
-    return cv::pointPolygonTest(plane.hull, OnPlane(p), true) >= margin;
-  }
-  std::vector<cv::Point2f> Footprint(const Solid& solid) const {
-    std::vector<cv::Point2f> corners;
-    for (const double x : {-1.0, 1.0}) {
-      for (const double y : {-1.0, 1.0}) {
-        corners.push_back(OnPlane(solid.T_map_object *
-                                  Eigen::Vector3d(x * solid.half_size.x(), y * solid.half_size.y(), 0.0)));
-      }
-    }
-    return corners;
-  }
-  double Bottom(const Solid& solid) const {
-    return up_.dot(solid.T_map_object.translation) - solid.half_size.z();
-  }
-
-  void AddFootprint(const Solid& solid) {
-    constexpr double kSame = 0.003;  // metres
-    const double bottom = Bottom(solid);
-    auto plane = std::find_if(planes_.begin(), planes_.end(),
-                              [&](const StandPlane& p) { return std::abs(p.height - bottom) < kSame; });
-    if (plane == planes_.end()) {
-      plane = planes_.insert(plane, {bottom, 0, {}, {}});
-    }
-    ++plane->solids;
-    for (const cv::Point2f& corner : Footprint(solid)) {
-      plane->footprints.push_back(corner);
-    }
-  }
-
-  // A rug lies on the floor: of planes this near to each other any may be meant.
-  double DistanceToPlanes(double hit, double height) const {
-    constexpr double kNear = 0.02;  // metres
-    double least = kFar;
-    for (const StandPlane& plane : planes_) {
-      if (std::abs(plane.height - hit) < kNear) {
-        least = std::min(least, std::abs(plane.height - height));
-      }
-    }
-    return least;
-  }
-
-  // Place on the ray (in lengths of it) where it enters the solid.
-  static double HitSolid(const Solid& solid, const Eigen::Vector3d& origin, const Eigen::Vector3d& ray) {
-    constexpr int kSteps = 64;
-    const Rigid3d T_object_world = solid.T_map_object.Inverse();
-    const Eigen::Vector3d start = T_object_world * origin;
-    const Eigen::Vector3d way = T_object_world.rotation * ray;
-    double enter = 0.0, leave = kFar;
-    for (int i = 0; i < 3; ++i) {
-      const double a = (-solid.half_size[i] - start[i]) / way[i];
-      const double b = (solid.half_size[i] - start[i]) / way[i];
-      enter = std::max(enter, std::min(a, b));
-      leave = std::min(leave, std::max(a, b));
-    }
-    if (!(enter < leave)) {
-      return kFar;
-    }
-    for (int step = 0; step <= kSteps; ++step) {
-      const double along = enter + (leave - enter) * step / kSteps;
-      if (solid.kind == SolidKind::kCuboid || solid.RadialScale(start + along * way) <= 1.0) {
-        return along;
-      }
-    }
-    return kFar;
-  }
-
-  static double DistanceTo(const Solid& solid, const Eigen::Vector3d& p_world) {
-    const Eigen::Vector3d p = solid.T_map_object.Inverse() * p_world;
-    if (solid.kind != SolidKind::kCuboid) {
-      return p.norm() * std::abs(1.0 - 1.0 / solid.RadialScale(p));
-    }
-    const Eigen::Vector3d beyond = p.cwiseAbs() - solid.half_size;
-    return beyond.maxCoeff() < 0.0 ? -beyond.maxCoeff() : beyond.cwiseMax(0.0).norm();
-  }
-
-  bool StandsOver(const Solid& solid, const StandPlane& plane, const Eigen::Vector3d& p,
-                  double margin) const {
-    constexpr double kOnIt = 0.03;  // metres between a thing's bottom and the table's top
-    if (std::abs(Bottom(solid) - plane.height) > kOnIt) {
-      return false;
-    }
-    std::vector<cv::Point2f> hull;
-    cv::convexHull(Footprint(solid), hull);
-    return cv::pointPolygonTest(hull, OnPlane(p), true) >= -margin;
-  }
-
-  std::optional<StandPlane> Table() const {
-    const GroundTruthObject* widest = nullptr;
-    const auto width = [](const GroundTruthObject& object) {
-      return object.solid.half_size.x() * object.solid.half_size.y();
-    };
-    for (const GroundTruthObject& object : objects_) {
-      if (object.label == "dining_table" && (widest == nullptr || width(object) > width(*widest))) {
-        widest = &object;
-      }
-    }
-    if (widest != nullptr) {
-      const Solid& solid = widest->solid;
-      StandPlane top{Bottom(solid) + 2.0 * solid.half_size.z(), 1, Footprint(solid), {}};
-      cv::convexHull(top.footprints, top.hull);
-      return top;
-    }
-    const auto most = std::max_element(planes_.begin(), planes_.end(),
-                                       [](const auto& a, const auto& b) { return a.solids < b.solids; });
-    return most != planes_.end() && most->solids > 2 ? std::optional(*most) : std::nullopt;
-  }
-
-  const std::vector<GroundTruthObject>& objects_;
-  const DenseEvaluationOptions& options_;
-  Eigen::Vector3d up_ = Eigen::Vector3d::UnitZ();
-  Eigen::Vector3d along_ = Eigen::Vector3d::UnitX();
-  Eigen::Vector3d across_ = Eigen::Vector3d::UnitY();
-  std::vector<StandPlane> planes_;
-};
 
 // Nearest points of a cloud.
 class CloudDistance {
@@ -292,7 +95,6 @@ std::optional<double> Flatness(std::vector<Eigen::Vector3d> points) {
   return rms;
 }
 
-// Timestamps and true poses of the keyframes.
 std::optional<Rigid3d> TruePoseAt(const Trajectory& truth, double timestamp, double max_difference) {
   const auto pairs = AssociateByTime({{timestamp, {}}}, truth, max_difference);
   return pairs.empty() ? std::nullopt : std::optional(truth[pairs.front().second].T_map_camera);
@@ -306,6 +108,100 @@ std::vector<Eigen::Vector3d> InWorld(const std::vector<Eigen::Vector3d>& points,
   return moved;
 }
 
+// Depth maps held against the truth, pixel by pixel.
+class DepthTally {
+ public:
+  DepthTally(const GroundTruth& truth, const fs::path& sequence, const Sim3d& S_world_map,
+             const DenseEvaluationOptions& options)
+      : truth_(truth),
+        S_world_map_(S_world_map),
+        options_(options),
+        known_(truth.objects, options.min_hull_fill) {
+    if (fs::exists(sequence / "dense.ply")) {
+      cloud_.emplace(ReadPointCloud(sequence / "dense.ply").points);
+    }
+  }
+
+  void Add(const DepthMap& map, double timestamp) {
+    constexpr double kMaxTimeDifference = 0.02;  // seconds
+    const std::optional<Rigid3d> true_pose = TruePoseAt(truth_.trajectory, timestamp, kMaxTimeDifference);
+    pixels_ = map.depth.total();
+    for (int y = 0; y < map.depth.rows; ++y) {
+      for (int x = 0; x < map.depth.cols; ++x) {
+        if (!(map.depth.at<float>(y, x) > 0.0F)) {
+          continue;
+        }
+        const bool filled = map.views.at<std::uint8_t>(y, x) == kFilledByPlane;
+        ++(filled ? filled_ : complete_);
+        if (x % options_.stride == 0 && y % options_.stride == 0) {
+          if (const auto miss = MissOf(map, x, y, true_pose)) {
+            Distances& of = distances_[miss->object];
+            (filled ? of.by_plane : of.measured).push_back(miss->distance);
+          }
+        }
+      }
+    }
+  }
+
+  void Summarize(DenseEvaluation& evaluation) const {
+    const double all = static_cast<double>(pixels_) * evaluation.keyframes;
+    evaluation.complete = static_cast<double>(complete_) / all;
+    evaluation.filled = static_cast<double>(filled_) / all;
+    std::vector<double> measured, by_plane, in_hollow;
+    for (const auto& [object, distances] : distances_) {
+      const auto& all_of = distances.measured;
+      if (object != nullptr && !all_of.empty() && UpperMedian(all_of) < -options_.max_inside) {
+        evaluation.hollow.push_back(ShownName(*object));
+        AppendLengths(all_of, in_hollow);
+      } else {
+        AppendLengths(all_of, measured);
+        AppendLengths(distances.by_plane, by_plane);
+      }
+    }
+    std::ranges::sort(evaluation.hollow);
+    evaluation.tested = static_cast<double>(measured.size()) * options_.stride * options_.stride / all;
+    evaluation.measured = Summarized(measured);
+    evaluation.by_plane = Summarized(by_plane);
+    evaluation.in_hollow = Summarized(in_hollow);
+  }
+
+  const KnownSurfaces& Known() const { return known_; }
+
+ private:
+  using Miss = KnownSurfaces::Miss;
+  struct Distances {
+    std::vector<double> measured, by_plane;  // negative inside a solid
+  };
+
+  static void AppendLengths(const std::vector<double>& distances, std::vector<double>& lengths) {
+    for (const double distance : distances) {
+      lengths.push_back(std::abs(distance));
+    }
+  }
+
+  std::optional<Miss> MissOf(const DepthMap& map, int x, int y,
+                             const std::optional<Rigid3d>& true_pose) const {
+    const Eigen::Vector3d p_world = S_world_map_ * map.PointAt(x, y);
+    if (cloud_) {
+      return Miss{cloud_->To(p_world), nullptr};
+    }
+    if (!true_pose) {
+      return std::nullopt;
+    }
+    const Eigen::Vector3d ray = map.camera.Unproject({static_cast<double>(x), static_cast<double>(y)});
+    return known_.MissOf(true_pose->translation, true_pose->rotation * ray, p_world);
+  }
+
+  const GroundTruth& truth_;
+  const Sim3d& S_world_map_;
+  const DenseEvaluationOptions& options_;
+  const KnownSurfaces known_;
+  std::optional<CloudDistance> cloud_;
+  std::map<const GroundTruthObject*, Distances> distances_;  // by what a ray hits first
+  std::size_t pixels_ = 0;                                   // of a map
+  std::size_t complete_ = 0, filled_ = 0;
+};
+
 }  // namespace
 
 DenseEvaluation EvaluateDense(const fs::path& result, const fs::path& sequence,
@@ -313,7 +209,8 @@ DenseEvaluation EvaluateDense(const fs::path& result, const fs::path& sequence,
   constexpr double kMaxTimeDifference = 0.02;  // seconds
   const GroundTruth truth = ReadGroundTruth(sequence);
   const DepthRecording depths(result / "map.sqmap");
-  if (depths.Keyframes().empty()) {
+  const std::vector<std::int64_t> there = depths.Keyframes();
+  if (there.empty()) {
     throw InputError(fmt::format("{}: holds no depth maps, expected those of sqslam densify",
                                  (result / "map.sqmap").string()));
   }
@@ -323,59 +220,19 @@ DenseEvaluation EvaluateDense(const fs::path& result, const fs::path& sequence,
     throw InputError(fmt::format("{}: cannot be aligned, expected three or more true poses of its time",
                                  (result / "trajectory.txt").string()));
   }
-  const Sim3d& S_world_map = aligned->S_world_map;
-  const KnownSurfaces known(truth.objects, options);
-  std::optional<CloudDistance> cloud;
-  if (fs::exists(sequence / "dense.ply")) {
-    cloud.emplace(ReadPointCloud(sequence / "dense.ply").points);
-  }
+  DepthTally tally(truth, sequence, aligned->S_world_map, options);
   DenseEvaluation evaluation;
-  std::vector<double> measured, by_plane;
-  std::size_t pixels = 0, complete = 0, filled = 0;
   const MapSnapshotPtr map = RecordingReader(result / "map.sqmap").Last();
-  const std::vector<std::int64_t> there = depths.Keyframes();
   for (const SnapshotKeyframe& keyframe : map->keyframes) {
     ++evaluation.keyframes;
-    if (std::find(there.begin(), there.end(), keyframe.id) == there.end()) {
-      continue;
-    }
-    const DepthMap depth = depths.Kept(keyframe.id);
-    const std::optional<Rigid3d> true_pose =
-        TruePoseAt(truth.trajectory, keyframe.timestamp, kMaxTimeDifference);
-    pixels = depth.depth.total();
-    for (int y = 0; y < depth.depth.rows; ++y) {
-      for (int x = 0; x < depth.depth.cols; ++x) {
-        if (!(depth.depth.at<float>(y, x) > 0.0F)) {
-          continue;
-        }
-        const bool is_filled = depth.views.at<std::uint8_t>(y, x) == kFilledByPlane;
-        ++(is_filled ? filled : complete);
-        if (x % options.stride != 0 || y % options.stride != 0) {
-          continue;
-        }
-        const Eigen::Vector3d p_world = S_world_map * depth.PointAt(x, y);
-        std::optional<double> distance;
-        if (cloud) {
-          distance = cloud->To(p_world);
-        } else if (true_pose) {
-          const Eigen::Vector3d ray = true_pose->rotation * depth.camera.Unproject({double(x), double(y)});
-          distance = known.Distance(true_pose->translation, ray, p_world);
-        }
-        if (distance) {
-          (is_filled ? by_plane : measured).push_back(*distance);
-        }
-      }
+    if (std::find(there.begin(), there.end(), keyframe.id) != there.end()) {
+      tally.Add(depths.Kept(keyframe.id), keyframe.timestamp);
     }
   }
-  const double all = static_cast<double>(pixels) * evaluation.keyframes;
-  evaluation.complete = static_cast<double>(complete) / all;
-  evaluation.filled = static_cast<double>(filled) / all;
-  evaluation.tested = static_cast<double>(measured.size()) * options.stride * options.stride / all;
-  evaluation.measured = Summarized(measured);
-  evaluation.by_plane = Summarized(by_plane);
+  tally.Summarize(evaluation);
   if (fs::exists(result / "dense.ply")) {
-    evaluation.top =
-        Flatness(known.OnTable(InWorld(ReadPointCloud(result / "dense.ply").points, S_world_map)));
+    evaluation.top = Flatness(
+        tally.Known().OnTable(InWorld(ReadPointCloud(result / "dense.ply").points, aligned->S_world_map)));
   }
   return evaluation;
 }
@@ -390,6 +247,10 @@ std::string FormatDense(const DenseEvaluation& e) {
                   100.0 * e.complete, e.keyframes, distances(e.measured), 100.0 * e.tested);
   if (e.filled > 0.0) {
     text += fmt::format("  filled by planes: {:.1f} %, {}\n", 100.0 * e.filled, distances(e.by_plane));
+  }
+  if (!e.hollow.empty()) {
+    text += fmt::format("  left out as hollow, most of their points inside: {}, {}\n",
+                        fmt::join(e.hollow, ", "), distances(e.in_hollow));
   }
   if (e.top) {
     text += fmt::format("  table top: flat to {:.1f} mm rms over 95 % of its points\n", 1e3 * *e.top);
@@ -408,7 +269,9 @@ void WriteDenseEvaluation(const fs::path& path, const DenseEvaluation& e) {
                                      {"filled", e.filled},
                                      {"tested", e.tested},
                                      {"measured", distances(e.measured)},
-                                     {"by_plane", distances(e.by_plane)}};
+                                     {"by_plane", distances(e.by_plane)},
+                                     {"hollow", e.hollow},
+                                     {"in_hollow", distances(e.in_hollow)}};
   if (e.top) {
     document["table_top_rms"] = *e.top;
   }

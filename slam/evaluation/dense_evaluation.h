@@ -12,13 +12,15 @@ namespace sqslam {
 
 struct DenseEvaluationOptions {
   double min_hull_fill = 0.975;  // solids that are less of their object's hull tell nothing of its surface
-  std::vector<std::string> hollow_labels = {"bookshelf"};  // their solids are hulls that one looks into
+  // Solids that half of their points or more lie farther inside are hollow, metres: hulls of something that
+  // one looks into, such as a shelf.
+  double max_inside = 0.03;
   int stride = 2;  // every so many pixels in both directions are held against the truth
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
     visit("min_hull_fill", min_hull_fill, 0.0, 1.0);
-    visit("hollow_labels", hollow_labels);
+    visit("max_inside", max_inside, 0.0, 100.0);
     visit("stride", stride, 1, 100);
   }
 };
@@ -36,21 +38,19 @@ struct DenseEvaluation {
   double complete = 0.0;  // share of the pixels of all keyframes with a measured depth
   double filled = 0.0;    // and with one by a plane
   DistanceSummary measured;
-  DistanceSummary by_plane;   // of the pixels that a plane filled
-  double tested = 0.0;        // share of the pixels whose depth could be held against the truth
+  DistanceSummary by_plane;         // of the pixels that a plane filled
+  DistanceSummary in_hollow;        // of the points of hollow solids, which the two above leave out
+  std::vector<std::string> hollow;  // names of these solids
+  double tested = 0.0;              // share of the pixels whose depth could be held against the truth
   std::optional<double> top;  // root mean square distance of the 95 % of the points of the table top nearest
                               // to their own plane; empty without a table that is known
 };
 
 // Points are brought into the world frame by the similarity that aligns the trajectory. The truth of a pixel
-// is the surface that its ray from the true pose hits first, of the known solids and of the planes on which
-// these stand (each within the hull of their footprints); its error is the point's distance to that surface.
+// is the surface that its ray from the true pose hits first, of the KnownSurfaces; its error is the point's
+// distance to that surface.
 // For a sequence with a cloud (dense.ply, world frame) it is the distance to the cloud's nearest point
 // instead. Pixels that show something else are left out.
-//
-// The table top is the top face of the widest cuboid labelled dining_table or, without one, the plane on
-// which most of the solids stand, within their footprints' hull. Its points are those of dense.ply up to 30
-// mm above or below, but for its border and the footprints of the solids on it, each with 20 mm about them.
 //
 // Throws InputError where the result has no depth maps or its trajectory cannot be aligned.
 DenseEvaluation EvaluateDense(const std::filesystem::path& result, const std::filesystem::path& sequence,

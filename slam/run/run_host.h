@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 
+#include "slam/dense/dense_options.h"
 #include "slam/io/frame.h"
 #include "slam/io/result_files.h"
 #include "slam/snapshot/snapshot.h"
@@ -36,6 +37,9 @@ class RunHost {
   virtual void EndProgress() {}
   virtual void Tracked(const Frame&, TrackingState, const System&) {}  // from the tracking thread
   virtual void Mapped(const MapSnapshotPtr&) {}                        // from the mapping thread
+
+  // Depth maps and cloud are written; a mesh of them is the host's to make.
+  virtual void Mesh(const FinishedRun&, const SurfaceOptions&) {}
 
   // Pictures of the map, a video of its growth and a page, all in the result folder or beside it, once its
   // other files are written. What one of them throws keeps nothing else from being made.

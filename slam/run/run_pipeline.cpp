@@ -151,6 +151,7 @@ void MakeDense(const RunRequest& request, const FinishedRun& run, RunHost& host)
                                          });
     if (!dense.interrupted) {
       host.Say(dense.Text());
+      host.Mesh(run, request.options.dense.surface);
     }
   } catch (const NoMapError& error) {
     spdlog::warn(error.what());

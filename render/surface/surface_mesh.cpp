@@ -1,0 +1,309 @@
+#include "render/surface/surface_mesh.h"
+
+#include <vtkCellArray.h>
+#include <vtkFloatArray.h>
+#include <vtkFlyingEdges3D.h>
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+#include <vtkQuadricDecimation.h>
+#include <vtkUnsignedCharArray.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <set>
+#include <unordered_map>
+
+namespace sqslam {
+namespace {
+
+using Place = SurfaceVolume::Place;
+
+constexpr int kVoxels = SurfaceVolume::kEdge;
+constexpr int kChunk = 8;                      // blocks along the part that is marched at a time
+constexpr int kAcross = kChunk * kVoxels + 1;  // voxels along it, with the first ones of the next part
+
+// Samples of a cubic part of the volume.
+class Chunk {
+ public:
+  Chunk() : voxels_(static_cast<std::size_t>(kAcross) * kAcross * kAcross) {}
+
+  void Fill(const SurfaceVolume& volume, const std::map<Place, std::size_t>& blocks, const Place& chunk) {
+    std::fill(voxels_.begin(), voxels_.end(), nullptr);
+    for (int z = 0; z <= kChunk; ++z) {
+      for (int y = 0; y <= kChunk; ++y) {
+        for (int x = 0; x <= kChunk; ++x) {
+          const auto block =
+              blocks.find({chunk[0] * kChunk + x, chunk[1] * kChunk + y, chunk[2] * kChunk + z});
+          if (block != blocks.end()) {
+            Copy(volume.blocks[block->second], x * kVoxels, y * kVoxels, z * kVoxels);
+          }
+        }
+      }
+    }
+  }
+
+  // Null where no camera saw the voxel.
+  const SurfaceVolume::Voxel* At(int x, int y, int z) const { return voxels_[Index(x, y, z)]; }
+
+  vtkNew<vtkImageData> Image() const {
+    vtkNew<vtkImageData> image;
+    image->SetDimensions(kAcross, kAcross, kAcross);
+    image->AllocateScalars(VTK_FLOAT, 1);
+    auto* values = static_cast<float*>(image->GetScalarPointer());
+    for (const SurfaceVolume::Voxel* voxel : voxels_) {
+      *values++ = voxel != nullptr ? voxel->distance : 1.0F;
+    }
+    return image;
+  }
+
+ private:
+  static std::size_t Index(int x, int y, int z) {
+    return static_cast<std::size_t>((z * kAcross + y) * kAcross + x);
+  }
+  void Copy(const SurfaceVolume::Block& block, int x0, int y0, int z0) {
+    for (int z = 0; z < std::min(kVoxels, kAcross - z0); ++z) {
+      for (int y = 0; y < std::min(kVoxels, kAcross - y0); ++y) {
+        for (int x = 0; x < std::min(kVoxels, kAcross - x0); ++x) {
+          const SurfaceVolume::Voxel& voxel = block[SurfaceVolume::IndexOf(x, y, z)];
+          voxels_[Index(x0 + x, y0 + y, z0 + z)] = voxel.weight > 0.0F ? &voxel : nullptr;
+        }
+      }
+    }
+  }
+
+  std::vector<const SurfaceVolume::Voxel*> voxels_;
+};
+
+// The edge of the grid that a vertex lies on: its lower voxel and its axis (3: at the voxel itself).
+struct GridEdge {
+  Place voxel;
+  int axis = 3;
+  double share = 0.0;  // of the way to the upper voxel
+
+  static GridEdge Of(const double* p) {
+    constexpr double kAtVoxel = 1e-4;
+    GridEdge edge;
+    for (int i = 0; i < 3; ++i) {
+      const double whole = std::floor(p[i] + kAtVoxel);
+      edge.voxel[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(whole);
+      if (p[i] - whole > kAtVoxel) {
+        edge.axis = i;
+        edge.share = p[i] - whole;
+      }
+    }
+    return edge;
+  }
+};
+
+// Puts the parts together: vertices on one edge of the grid become one.
+class SurfaceBuilder {
+ public:
+  explicit SurfaceBuilder(double voxel) : voxel_(voxel) {}
+
+  void Add(const Chunk& chunk, const Place& place, vtkPolyData& part) {
+    std::vector<std::int64_t> vertices(static_cast<std::size_t>(part.GetNumberOfPoints()));
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      std::array<double, 3> p{};
+      part.GetPoint(static_cast<vtkIdType>(i), p.data());
+      vertices[i] = Vertex(chunk, place, GridEdge::Of(p.data()));
+    }
+    vtkNew<vtkIdList> corners;
+    part.GetPolys()->InitTraversal();
+    while (part.GetPolys()->GetNextCell(corners) != 0) {
+      const auto a = vertices[static_cast<std::size_t>(corners->GetId(0))];
+      const auto b = vertices[static_cast<std::size_t>(corners->GetId(1))];
+      const auto c = vertices[static_cast<std::size_t>(corners->GetId(2))];
+      if (a >= 0 && b >= 0 && c >= 0 && a != b && b != c && c != a) {
+        // The filter has the corners in the other turn.
+        mesh_.triangles.push_back(
+            {static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(c), static_cast<std::uint32_t>(b)});
+      }
+    }
+  }
+  SurfaceMesh Take() { return std::move(mesh_); }
+
+ private:
+  struct KeyHash {
+    std::size_t operator()(const std::array<std::int32_t, 4>& key) const {
+      std::size_t hash = 0;
+      for (const std::int32_t number : key) {
+        hash = hash * 1000003U + static_cast<std::uint32_t>(number);
+      }
+      return hash;
+    }
+  };
+
+  // -1 where one of the edge's voxels was not seen.
+  std::int64_t Vertex(const Chunk& chunk, const Place& place, const GridEdge& edge) {
+    Place upper = edge.voxel;
+    if (edge.axis < 3) {
+      ++upper[static_cast<std::size_t>(edge.axis)];
+    }
+    const SurfaceVolume::Voxel* a = chunk.At(edge.voxel[0], edge.voxel[1], edge.voxel[2]);
+    const SurfaceVolume::Voxel* b = chunk.At(upper[0], upper[1], upper[2]);
+    if (a == nullptr || b == nullptr) {
+      return -1;
+    }
+    std::array<std::int32_t, 4> key{};
+    Eigen::Vector3d p;
+    for (std::size_t i = 0; i < 3; ++i) {
+      key[i] = place[i] * kChunk * kVoxels + edge.voxel[i];
+      p[static_cast<int>(i)] = key[i] + (edge.axis == static_cast<int>(i) ? edge.share : 0.0);
+    }
+    key[3] = edge.axis;
+    const auto [found, is_new] = places_.try_emplace(key, mesh_.vertices.size());
+    if (is_new) {
+      mesh_.vertices.push_back((voxel_ * p).cast<float>());
+      std::array<std::uint8_t, 3> rgb{};
+      for (std::size_t i = 0; i < 3; ++i) {
+        const double color = (a->rgb[i] + edge.share * (b->rgb[i] - a->rgb[i])) / 256.0;
+        rgb[i] = static_cast<std::uint8_t>(std::clamp(std::lround(color), 0L, 255L));
+      }
+      mesh_.rgb.push_back(rgb);
+    }
+    return static_cast<std::int64_t>(found->second);
+  }
+
+  double voxel_;
+  SurfaceMesh mesh_;
+  std::unordered_map<std::array<std::int32_t, 4>, std::size_t, KeyHash> places_;
+};
+
+// Leaves out the triangles that `drop` names, and the vertices that no other one has.
+SurfaceMesh Without(const SurfaceMesh& mesh, const std::vector<bool>& drop) {
+  constexpr std::uint32_t kNone = 0xFFFFFFFF;
+  SurfaceMesh kept;
+  std::vector<std::uint32_t> places(mesh.vertices.size(), kNone);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (drop[t]) {
+      continue;
+    }
+    kept.triangles.push_back(mesh.triangles[t]);
+    for (std::uint32_t& corner : kept.triangles.back()) {
+      if (places[corner] == kNone) {
+        places[corner] = static_cast<std::uint32_t>(kept.vertices.size());
+        kept.vertices.push_back(mesh.vertices[corner]);
+        kept.rgb.push_back(mesh.rgb[corner]);
+      }
+      corner = places[corner];
+    }
+  }
+  return kept;
+}
+
+SurfaceMesh WithoutIslands(const SurfaceMesh& mesh, int min_triangles) {
+  std::vector<std::uint32_t> parent(mesh.vertices.size());  // disjoint sets of connected vertices
+  std::iota(parent.begin(), parent.end(), 0U);
+  const auto root = [&parent](std::uint32_t v) {
+    while (parent[v] != v) {
+      v = parent[v] = parent[parent[v]];
+    }
+    return v;
+  };
+  for (const auto& [a, b, c] : mesh.triangles) {
+    parent[root(a)] = root(b);
+    parent[root(b)] = root(c);
+  }
+  std::vector<int> size(mesh.vertices.size());
+  for (const auto& triangle : mesh.triangles) {
+    ++size[root(triangle[0])];
+  }
+  std::vector<bool> drop;
+  for (const auto& triangle : mesh.triangles) {
+    drop.push_back(size[root(triangle[0])] < min_triangles);
+  }
+  return Without(mesh, drop);
+}
+
+vtkNew<vtkPolyData> ToPolyData(const SurfaceMesh& mesh) {
+  vtkNew<vtkPolyData> data;
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkUnsignedCharArray> colors;
+  colors->SetNumberOfComponents(3);
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    const Eigen::Vector3f& p = mesh.vertices[i];
+    points->InsertNextPoint(p.x(), p.y(), p.z());
+    colors->InsertNextTypedTuple(mesh.rgb[i].data());
+  }
+  vtkNew<vtkCellArray> triangles;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    triangles->InsertNextCell({a, b, c});
+  }
+  data->SetPoints(points);
+  data->SetPolys(triangles);
+  data->GetPointData()->SetScalars(colors);
+  return data;
+}
+
+SurfaceMesh FromPolyData(vtkPolyData& data) {
+  SurfaceMesh mesh;
+  auto* colors = data.GetPointData()->GetScalars();
+  for (vtkIdType i = 0; i < data.GetNumberOfPoints(); ++i) {
+    std::array<double, 3> p{};
+    data.GetPoint(i, p.data());
+    mesh.vertices.emplace_back(static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2]));
+    std::array<std::uint8_t, 3> rgb{};
+    for (int k = 0; k < 3; ++k) {
+      rgb[static_cast<std::size_t>(k)] =
+          static_cast<std::uint8_t>(std::clamp(std::lround(colors->GetComponent(i, k)), 0L, 255L));
+    }
+    mesh.rgb.push_back(rgb);
+  }
+  vtkNew<vtkIdList> corners;
+  data.GetPolys()->InitTraversal();
+  while (data.GetPolys()->GetNextCell(corners) != 0) {
+    mesh.triangles.push_back({static_cast<std::uint32_t>(corners->GetId(0)),
+                              static_cast<std::uint32_t>(corners->GetId(1)),
+                              static_cast<std::uint32_t>(corners->GetId(2))});
+  }
+  return mesh;
+}
+
+SurfaceMesh ThinnedOut(const SurfaceMesh& mesh, int max_triangles) {
+  const auto wanted = static_cast<std::size_t>(max_triangles);
+  if (mesh.triangles.size() <= wanted) {
+    return mesh;
+  }
+  vtkNew<vtkQuadricDecimation> decimation;
+  decimation->SetInputData(ToPolyData(mesh));
+  decimation->SetTargetReduction(1.0 -
+                                 static_cast<double>(wanted) / static_cast<double>(mesh.triangles.size()));
+  decimation->AttributeErrorMetricOn();
+  decimation->Update();
+  const SurfaceMesh thin = FromPolyData(*decimation->GetOutput());
+  return Without(thin, std::vector<bool>(thin.triangles.size()));
+}
+
+}  // namespace
+
+SurfaceMesh MarchSurface(const SurfaceVolume& volume, const SurfaceOptions& options) {
+  std::map<Place, std::size_t> blocks;
+  std::set<Place> parts;
+  for (std::size_t b = 0; b < volume.places.size(); ++b) {
+    blocks.emplace(volume.places[b], b);
+    Place part = volume.places[b];
+    for (std::int32_t& coordinate : part) {
+      coordinate = static_cast<std::int32_t>(std::floor(static_cast<double>(coordinate) / kChunk));
+    }
+    parts.insert(part);
+  }
+  SurfaceBuilder builder(volume.voxel);
+  Chunk chunk;
+  for (const Place& part : parts) {
+    chunk.Fill(volume, blocks, part);
+    vtkNew<vtkFlyingEdges3D> march;
+    march->SetInputData(chunk.Image());
+    march->SetValue(0, 0.0);
+    march->ComputeNormalsOff();
+    march->ComputeScalarsOff();
+    march->Update();
+    builder.Add(chunk, part, *march->GetOutput());
+  }
+  return ThinnedOut(WithoutIslands(builder.Take(), options.min_island), options.max_triangles);
+}
+
+}  // namespace sqslam

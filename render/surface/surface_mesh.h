@@ -1,0 +1,25 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "slam/dense/dense_options.h"
+#include "slam/snapshot/surface_volume.h"
+
+namespace sqslam {
+
+// A coloured mesh with holes where nothing was seen.
+struct SurfaceMesh {
+  std::vector<Eigen::Vector3f> vertices;  // map frame
+  std::vector<std::array<std::uint8_t, 3>> rgb;
+  std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise seen from the cameras' side
+};
+
+// Triangles where the volume's distance is 0 between voxels that were both seen (flying edges: Schroeder,
+// Maynard and Geveci, LDAV 2015). Small pieces are left out; a mesh with more than the wanted triangles is
+// thinned out by quadric errors of place and colour (Garland and Heckbert, VIS 1998).
+SurfaceMesh MarchSurface(const SurfaceVolume& volume, const SurfaceOptions& options);
+
+}  // namespace sqslam

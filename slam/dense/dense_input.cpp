@@ -1,0 +1,97 @@
+#include "slam/dense/dense_input.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "slam/io/cameras.h"
+#include "slam/io/trajectory.h"
+#include "slam/snapshot/recording.h"
+#include "slam/util/error.h"
+
+namespace sqslam {
+namespace fs = std::filesystem;
+namespace {
+
+Sequence OpenImages(const fs::path& result, const fs::path& images, const RecordingInfo& info,
+                    const Camera& camera) {
+  SequenceRequest wanted;
+  wanted.path = images.empty() ? fs::path(info.sequence_path) : images;
+  wanted.known_camera = camera;
+  try {
+    return OpenSequence(wanted);
+  } catch (const InputError& error) {
+    throw InputError(
+        fmt::format("{}: the images that it was made from are needed, expected them at {} or by "
+                    "--images ({})",
+                    result.string(), wanted.path.string(), error.what()));
+  }
+}
+
+// Poses of the frames whose images are there.
+std::vector<PosedFrame> FramesWithImages(const fs::path& result, const Sequence& sequence) {
+  std::vector<PosedFrame> frames;
+  std::vector<std::string> missing;
+  for (const auto& [index, pose] : ReadPosesByFrame(result / "trajectory.txt", sequence)) {
+    const fs::path& image = sequence.frames[static_cast<std::size_t>(index)].image_path;
+    if (sequence.video_path.empty() && !fs::exists(image)) {
+      missing.push_back(image.string());
+    } else {
+      frames.push_back({index, pose});
+    }
+  }
+  if (frames.empty() && !missing.empty()) {
+    throw InputError(
+        fmt::format("{}: none of the {} images that it was made from is there, such as {}, expected "
+                    "them there or by --images",
+                    result.string(), missing.size(), missing.front()));
+  }
+  if (!missing.empty()) {
+    spdlog::warn("{}: {} images that it was made from are not there, such as {}", result.string(),
+                 missing.size(), missing.front());
+  }
+  return frames;
+}
+
+}  // namespace
+
+void DenseInput::TakeMap(const MapSnapshot& map, double scale) {
+  recorded = map.camera;
+  camera = ResizedCamera(recorded, std::max(1, static_cast<int>(std::lround(recorded.width * scale))),
+                         std::max(1, static_cast<int>(std::lround(recorded.height * scale))));
+  camera.distortion = {};
+  std::vector<SnapshotKeyframe> sorted = map.keyframes;
+  std::sort(sorted.begin(), sorted.end(),
+            [](const auto& a, const auto& b) { return a.frame_index < b.frame_index; });
+  keyframes.clear();
+  ids.clear();
+  points.clear();
+  for (const SnapshotKeyframe& keyframe : sorted) {
+    keyframes.push_back({keyframe.frame_index, keyframe.T_map_camera});
+    ids.push_back(keyframe.id);
+  }
+  for (const SnapshotPoint& point : map.points) {
+    points.push_back(point.p_map.cast<double>());
+  }
+}
+
+DenseInput ReadDenseInput(const fs::path& result, const fs::path& images, const DenseOptions& options) {
+  const RecordingReader recording(result / "map.sqmap");
+  if (recording.Size() == 0) {
+    throw InputError(fmt::format("{}: holds no map", (result / "map.sqmap").string()));
+  }
+  DenseInput input;
+  input.TakeMap(*recording.Last(), options.scale);
+  input.sequence = OpenImages(result, images, recording.Info(), input.recorded);
+  input.frames = FramesWithImages(result, input.sequence);
+  if (const fs::path used = result / "camera.yaml"; fs::exists(used)) {
+    input.readout = 1e-3 * ReadCamera(used).readout_ms;
+  }
+  input.moving = MovingMask(result, input.sequence, options.moving_labels);
+  return input;
+}
+
+}  // namespace sqslam

@@ -1,0 +1,65 @@
+#include "slam/dense/keyframe_plan.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <utility>
+
+#include "slam/util/fingerprint.h"
+#include "slam/util/options.h"
+
+namespace sqslam {
+namespace {
+
+std::string SettingsOf(const DenseInput& input, const PosedFrame& keyframe, const KeyframePlan& plan,
+                       const DenseOptions& options) {
+  const auto numbers = [](const Rigid3d& pose) {
+    const auto& q = pose.rotation.coeffs();
+    const Eigen::Vector3d& t = pose.translation;
+    return fmt::format("{} {} {} {} {} {} {}\n", q[0], q[1], q[2], q[3], t[0], t[1], t[2]);
+  };
+  DenseOptions estimation = options;
+  estimation.fusion = {};  // both say what becomes of estimates
+  estimation.surface = {};
+  const Camera& c = input.recorded;
+  std::string text =
+      DumpOptions(estimation) + input.sequence.path.string() +
+      fmt::format("\n{} {} {} {} {} {} {} {}\n{} {}\n", input.readout, c.width, c.height, c.fx, c.fy, c.cx,
+                  c.cy, fmt::join(c.distortion, " "), plan.range->nearest, plan.range->farthest) +
+      numbers(keyframe.T_map_camera);
+  for (const std::vector<std::size_t>* views : {&plan.views, &plan.fine}) {
+    for (const std::size_t view : *views) {
+      text += fmt::format("{} ", input.frames[view].index) + numbers(input.frames[view].T_map_camera);
+    }
+  }
+  return Fingerprint(text);
+}
+
+}  // namespace
+
+std::vector<KeyframePlan> PlanKeyframes(const DenseInput& input, const DenseOptions& options) {
+  constexpr std::size_t kSamples = 100;  // map points that tell which views see the same
+  constexpr std::size_t kAll = 1U << 24U;
+  std::vector<KeyframePlan> plans;
+  const ViewOptions& views = options.views;
+  for (const PosedFrame& keyframe : input.keyframes) {
+    KeyframePlan plan;
+    const Rigid3d& pose = keyframe.T_map_camera;
+    plan.range = RangeOf(PointsInView(input.points, input.camera, pose, kAll), pose, views);
+    plan.in_view = PointsInView(input.points, input.camera, pose, kSamples);
+    plan.views = ChooseViews(keyframe, input.frames, plan.in_view, input.camera,
+                             {views.large_angle, views.small_angle}, views);
+    plan.fine = ChooseViews(keyframe, input.frames, plan.in_view, input.camera,
+                            {views.fine_angle, views.large_angle}, views);
+    if (plan.views.size() < 2) {
+      plan.range.reset();
+    }
+    if (plan.range) {
+      plan.settings = SettingsOf(input, keyframe, plan, options);
+    }
+    plans.push_back(std::move(plan));
+  }
+  return plans;
+}
+
+}  // namespace sqslam

@@ -1,0 +1,203 @@
+#include "slam/dense/surface_fusion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <thread>
+#include <unordered_set>
+
+#include "slam/util/statistics.h"
+
+namespace sqslam {
+namespace {
+
+constexpr int kEdge = SurfaceVolume::kEdge;
+
+// Depth of the middle of the pixels that some of the maps know, over their focal length: what a pixel is wide
+// there.
+double PixelAtMedianDepth(const DepthRecording& depths, const std::vector<std::int64_t>& keyframes) {
+  constexpr std::size_t kMaps = 20;
+  constexpr int kStride = 8;  // pixels
+  std::vector<double> widths;
+  for (std::size_t i = 0; i < keyframes.size(); i += std::max<std::size_t>(1, keyframes.size() / kMaps)) {
+    const DepthMap map = depths.Kept(keyframes[i]);
+    for (int y = 0; y < map.depth.rows; y += kStride) {
+      for (int x = 0; x < map.depth.cols; x += kStride) {
+        if (const float z = map.depth.at<float>(y, x); z > 0.0F) {
+          widths.push_back(z / map.camera.fx);
+        }
+      }
+    }
+  }
+  return widths.empty() ? 0.0 : UpperMedian(std::move(widths));
+}
+
+struct PlaceHash {
+  std::size_t operator()(const SurfaceVolume::Place& place) const {
+    std::size_t hash = 0;
+    for (const std::int32_t coordinate : place) {
+      hash = hash * 73856093U + static_cast<std::uint32_t>(coordinate);
+    }
+    return hash;
+  }
+};
+
+// The blocks through which the rays of the maps' pixels pass within the truncation of their surfaces. Empty
+// where these are more than `most`.
+std::optional<std::vector<SurfaceVolume::Place>> PlacesOf(const DepthRecording& depths,
+                                                          const std::vector<std::int64_t>& keyframes,
+                                                          double voxel, double truncation, std::size_t most) {
+  constexpr int kStride = 2;     // pixels
+  constexpr double kHalf = 0.5;  // voxels have their centres at whole numbers
+  const double step = 0.5 * kEdge * voxel;
+  std::unordered_set<SurfaceVolume::Place, PlaceHash> places;
+  for (const std::int64_t keyframe : keyframes) {
+    const DepthMap map = depths.Kept(keyframe);
+    const Eigen::Vector3d& center = map.T_map_camera.translation;
+    for (int y = 0; y < map.depth.rows; y += kStride) {
+      for (int x = 0; x < map.depth.cols; x += kStride) {
+        if (!(map.depth.at<float>(y, x) > 0.0F)) {
+          continue;
+        }
+        const Eigen::Vector3d p = map.PointAt(x, y);
+        const Eigen::Vector3d ray = (p - center).normalized();
+        for (double along = -truncation; along <= truncation + 0.5 * step; along += step) {
+          const Eigen::Vector3d in_blocks =
+              ((p + std::min(along, truncation) * ray) / voxel).array() / kEdge + kHalf / kEdge;
+          places.insert({static_cast<std::int32_t>(std::floor(in_blocks.x())),
+                         static_cast<std::int32_t>(std::floor(in_blocks.y())),
+                         static_cast<std::int32_t>(std::floor(in_blocks.z()))});
+        }
+      }
+    }
+    if (places.size() > most) {
+      return std::nullopt;
+    }
+  }
+  std::vector<SurfaceVolume::Place> sorted(places.begin(), places.end());
+  std::sort(sorted.begin(), sorted.end());
+  return sorted;
+}
+
+void TakeSample(double distance, double weight, const cv::Vec3b& bgr, SurfaceVolume::Voxel& voxel) {
+  const double share = weight / (voxel.weight + weight);
+  const auto mean = [share](double old, double now) { return old + share * (now - old); };
+  voxel.distance = static_cast<float>(mean(voxel.distance, distance));
+  for (int i = 0; i < 3; ++i) {
+    std::uint16_t& color = voxel.rgb[static_cast<std::size_t>(i)];
+    color = static_cast<std::uint16_t>(std::lround(mean(color, 256.0 * bgr[2 - i])));
+  }
+  voxel.weight += static_cast<float>(weight);
+}
+
+// A block in the frame of a depth map's camera.
+struct BlockInView {
+  Eigen::Vector3d first;  // centre of its first voxel
+  Eigen::Matrix3d steps;  // from a voxel to the next along x, y, z: columns
+  double radius = 0.0;    // of the ball about it
+
+  bool MayBeSeen(const Camera& camera) const {
+    const Eigen::Vector3d center = first + steps * Eigen::Vector3d::Constant(0.5 * (kEdge - 1));
+    if (center.z() < -radius) {
+      return false;
+    }
+    const double z = std::max(center.z(), 1e-9);
+    const double reach = radius / std::max(z - radius, 1e-9);
+    const Eigen::Vector2d pixel = camera.Project({center.x(), center.y(), z});
+    return z <= radius || (pixel.x() > -reach * camera.fx && pixel.x() < camera.width + reach * camera.fx &&
+                           pixel.y() > -reach * camera.fy && pixel.y() < camera.height + reach * camera.fy);
+  }
+};
+
+void IntegrateInto(const DepthMap& map, const BlockInView& view, double truncation,
+                   SurfaceVolume::Block& block) {
+  const Camera& camera = map.camera;
+  std::size_t i = 0;
+  for (int z = 0; z < kEdge; ++z) {
+    for (int y = 0; y < kEdge; ++y) {
+      Eigen::Vector3d p = view.first + y * view.steps.col(1) + z * view.steps.col(2);
+      for (int x = 0; x < kEdge; ++x, ++i, p += view.steps.col(0)) {
+        if (!(p.z() > 0.0)) {
+          continue;
+        }
+        const int u = static_cast<int>(std::floor(camera.fx * p.x() / p.z() + camera.cx + 0.5));
+        const int v = static_cast<int>(std::floor(camera.fy * p.y() / p.z() + camera.cy + 0.5));
+        if (u < 0 || v < 0 || u >= map.depth.cols || v >= map.depth.rows) {
+          continue;
+        }
+        const double depth = map.depth.at<float>(v, u);
+        const double distance = (depth - p.z()) / truncation;
+        if (!(depth > 0.0) || distance < -1.0) {
+          continue;
+        }
+        const std::uint8_t views = map.views.at<std::uint8_t>(v, u);
+        const double agreement = views == kFilledByPlane ? 1.0 : std::max<double>(views, 1.0);
+        TakeSample(std::min(distance, 1.0), agreement / (depth * depth), map.bgr.at<cv::Vec3b>(v, u),
+                   block[i]);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void IntegrateDepth(const DepthMap& map, double truncation, std::size_t first_block, std::size_t end_block,
+                    SurfaceVolume& volume) {
+  const Rigid3d T_camera_map = map.T_map_camera.Inverse();
+  BlockInView view;
+  view.steps = volume.voxel * T_camera_map.RotationMatrix();
+  view.radius = 0.5 * std::sqrt(3.0) * kEdge * volume.voxel;
+  for (std::size_t b = first_block; b < end_block; ++b) {
+    const auto& [x, y, z] = volume.places[b];
+    view.first = T_camera_map * (volume.voxel * kEdge * Eigen::Vector3d(x, y, z));
+    if (view.MayBeSeen(map.camera)) {
+      IntegrateInto(map, view, truncation, volume.blocks[b]);
+    }
+  }
+}
+
+std::optional<SurfaceVolume> FuseSurface(const DepthRecording& depths, const SurfaceOptions& options,
+                                         int threads, const DensifyProgress& progress) {
+  constexpr std::size_t kBatch = 8;  // depth maps at a time
+  constexpr double kCoarser = 1.3;
+  const std::vector<std::int64_t> keyframes = depths.Keyframes();
+  const double pixel = PixelAtMedianDepth(depths, keyframes);
+  if (!(pixel > 0.0)) {
+    return std::nullopt;
+  }
+  const auto most = static_cast<std::size_t>(options.memory_mib * 1048576.0 / sizeof(SurfaceVolume::Block));
+  SurfaceVolume volume;
+  volume.voxel = options.voxel * pixel;
+  std::optional<std::vector<SurfaceVolume::Place>> places;
+  while (!(places = PlacesOf(depths, keyframes, volume.voxel, options.truncation * volume.voxel, most))) {
+    volume.voxel *= kCoarser;
+  }
+  volume.places = std::move(*places);
+  volume.blocks.resize(volume.places.size());
+
+  const std::size_t asked =
+      threads > 0 ? static_cast<std::size_t>(threads) : std::thread::hardware_concurrency();
+  const std::size_t parts = std::clamp<std::size_t>(asked, 1, 64);
+  for (std::size_t first = 0; first < keyframes.size(); first += kBatch) {
+    std::vector<DepthMap> maps;
+    for (std::size_t i = first; i < std::min(first + kBatch, keyframes.size()); ++i) {
+      maps.push_back(depths.Kept(keyframes[i]));
+    }
+    std::vector<std::jthread> workers;  // each with blocks of its own: their maps come in one order
+    for (std::size_t part = 0; part < parts; ++part) {
+      workers.emplace_back([&, part] {
+        for (const DepthMap& map : maps) {
+          IntegrateDepth(map, options.truncation * volume.voxel, volume.blocks.size() * part / parts,
+                         volume.blocks.size() * (part + 1) / parts, volume);
+        }
+      });
+    }
+    workers.clear();
+    if (!progress(static_cast<int>(first + maps.size()), static_cast<int>(keyframes.size()), "surface")) {
+      return std::nullopt;
+    }
+  }
+  return volume;
+}
+
+}  // namespace sqslam
