@@ -118,8 +118,11 @@ void RunArguments::AddTo(Command& command) {
   command.Flag("--dump-config", dump_config, "Print all options as they would be used, and end");
   command.Option(
       "--representation NAME", representation,
-      "Shape that objects are shown and written as: superquadric (default); ellipsoid, cuboid: at the same "
-      "place and of the same size; quadric: the dual quadric of the boxes alone, as in QuadricSLAM");
+      "Shape that objects are shown and written as: superquadric (default); ellipsoid, cuboid: the one that "
+      "shares the most space with it; quadric: the dual quadric of the boxes alone, as in QuadricSLAM");
+  command.Option("--quadric-init NAME", quadric_init,
+                 "Beginning of quadrics: boxes of several views (multi-view, default), or one view on the "
+                 "support, with the proportions of the class and symmetric texture, as in SO-SLAM");
   command.Option("--association NAME", association, "Tests that associate boxes with objects");
   command.Flag("--deterministic", deterministic, "Track and map in turn: the same result from run to run");
   command.Option("--seed N", seed, "Seed of every random source").AtLeast(0);
@@ -146,6 +149,7 @@ SystemOptions RunArguments::Options() const {
     options.dense.moving_labels = options.tracking.moving.labels;
   }
   options.objects.representation = representation.value_or(options.objects.representation);
+  options.objects.quadric_init = quadric_init.value_or(options.objects.quadric_init);
   options.objects.association.method = association.value_or(options.objects.association.method);
   CheckOptions(options);
   return options;

@@ -45,6 +45,7 @@ struct RunArguments : SequenceArguments {
   bool dense = false;
   bool realtime = false;
   std::optional<Representation> representation;
+  std::optional<QuadricInit> quadric_init;
   std::optional<AssociationMethod> association;
   std::string video;
   bool no_render = false;

@@ -30,6 +30,9 @@ void Print(const FinishedRun& run) {
   fmt::print("{} of {} frames tracked{}, {} keyframes, {} points, {} objects in {:.1f} s\nresult: {}\n",
              stats.tracked, stats.frames, dropped, stats.keyframes, stats.points, stats.objects,
              stats.wall_seconds, run.output.string());
+  if (stats.detector_frames > 0) {
+    fmt::print("detector saw {} of {} frames\n", stats.detector_frames, stats.frames);
+  }
 }
 
 int Run(const RunArguments& arguments) {

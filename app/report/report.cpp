@@ -35,7 +35,10 @@ void AppendFiguresOfRun(Output out, const ReportData& data) {
     const double share = stats.frames > 0 ? 100.0 * stats.tracked / stats.frames : 0.0;
     AppendFigureOfRun(out, "Frames tracked", fmt::format("{:.1f}", share), "%",
                       fmt::format("{} of {}", stats.tracked, stats.frames));
-    AppendFigureOfRun(out, "Objects", std::to_string(stats.objects), "", "");
+    AppendFigureOfRun(out, "Objects", std::to_string(stats.objects), "",
+                      stats.detector_frames > 0
+                          ? fmt::format("detector saw {} of {} frames", stats.detector_frames, stats.frames)
+                          : "");
     AppendFigureOfRun(out, "Map points", std::to_string(stats.points), "",
                       fmt::format("{} keyframes", stats.keyframes));
   }

@@ -10,7 +10,7 @@
 #include "render/picture/picture_text.h"
 #include "slam/fitting/fixed_shape_fit.h"
 #include "slam/fitting/surface_measures.h"
-#include "slam/geometry/solid_iou.h"
+#include "slam/geometry/nearest_solid.h"
 #include "slam/util/error.h"
 #include "slam/util/statistics.h"
 
@@ -112,11 +112,12 @@ namespace {
 
 struct CompareOptions {
   std::vector<std::string> kinds;
-  std::string sizes = "same";
+  std::string sizes = "nearest";
   bool values = false;
   void VisitFields(auto&& visit) {
     visit("--as SHAPE", "Only superquadric, ellipsoid or cuboid; may be repeated", kinds);
-    visit("--sizes NAME", "same as the map's object, or fitted to its points", sizes, {"same", "fitted"});
+    visit("--sizes NAME", "nearest to the map's object, the same as it has, or fitted to its points", sizes,
+          {"nearest", "same", "fitted"});
     visit("--values", "Distance of the points below each solid", values);
   }
 };
@@ -188,10 +189,14 @@ std::vector<int> MostDifferent(const MapSnapshot& map) {
 }
 
 PosedSuperquadric As(const ComparedSolid& kind, const PosedSuperquadric& object,
-                     const std::vector<Eigen::Vector3d>& points, bool fitted) {
-  PosedSuperquadric solid = object;
-  SetExponents(kind.kind, solid.shape.e1, solid.shape.e2);
-  return fitted ? FitPlaceAndSize(points, solid) : solid;
+                     const std::vector<Eigen::Vector3d>& points, const std::string& sizes) {
+  if (sizes == "same") {
+    PosedSuperquadric solid = object;
+    SetExponents(kind.kind, solid.shape.e1, solid.shape.e2);
+    return solid;
+  }
+  const PosedSuperquadric nearest = NearestOfKind(kind.kind, object);
+  return sizes == "fitted" ? FitPlaceAndSize(points, nearest) : nearest;
 }
 
 std::string DistanceNote(const PosedSuperquadric& solid, const std::vector<Eigen::Vector3d>& points,
@@ -224,7 +229,7 @@ CompareFigure::Object Compared(const MapSnapshot& map, const SnapshotObject& obj
     }
   }
   for (const ComparedSolid& solid : solids) {
-    compared.solids.push_back(As(solid, object.superquadric, points, options.sizes == "fitted"));
+    compared.solids.push_back(As(solid, object.superquadric, points, options.sizes));
     if (options.values) {
       compared.notes.push_back(
           DistanceNote(compared.solids.back(), points, object.superquadric.shape.half_size.mean()));
@@ -258,10 +263,11 @@ Each object over its map points as a superquadric, an ellipsoid (a quadric: both
 exponents 0.1), seen from the same place. Without --object: the object with the most points and up to three of
 other classes whose exponents differ most.
 
---sizes same gives all three the place and size of the map's object, as --representation does in a run; it shows
-what the exponents alone are worth. --sizes fitted moves and scales each of the three, in the object's
-orientation, until its surface is as near as possible to the object's points (robust least squares of the
-distances; sides that no point shows keep the object's), so that each shape is at its best. --values writes the
+--sizes nearest gives each the size that shares the most space with the map's object, as --representation does in
+a run. --sizes same gives all three the half sizes of the map's object; it shows what the exponents alone are
+worth. --sizes fitted moves and scales each of the three, in the object's orientation, until its surface is as
+near as possible to the object's points (robust least squares of the distances; sides that no point shows keep
+those of the nearest), so that each shape is at its best. --values writes the
 median distance of the points to each surface below it, in map units and as a share of the object's mean half
 size.
 

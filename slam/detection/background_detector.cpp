@@ -9,7 +9,7 @@
 namespace sqslam {
 namespace {
 
-constexpr int kDeterministicInterval = 3;  // frames
+constexpr int kRecordingInterval = 3;  // frames
 
 // A network so slow that more frames than these lie between two that it sees leaves them without boxes:
 // corners are rarely tracked that far, and tracking must not take so long that even more frames wait the next
@@ -18,13 +18,13 @@ constexpr std::size_t kMostTracked = 90;
 
 }  // namespace
 
-BackgroundDetector::BackgroundDetector(Detector detector, const DetectionOptions& options, bool deterministic)
+BackgroundDetector::BackgroundDetector(Detector detector, const DetectionOptions& options, DetectionPace pace)
     : detector_(std::move(detector)),
       follow_(options.follow),
-      interval_(options.interval > 0 ? options.interval
-                : deterministic      ? kDeterministicInterval
-                                     : 1),
-      wait_for_boxes_(deterministic),
+      interval_(options.interval > 0               ? options.interval
+                : pace == DetectionPace::kEveryNth ? kRecordingInterval
+                                                   : 1),
+      pace_(pace),
       thread_([this] { Work(); }) {}
 
 BackgroundDetector::~BackgroundDetector() {
@@ -37,13 +37,12 @@ BackgroundDetector::~BackgroundDetector() {
 }
 
 std::size_t BackgroundDetector::Due() const {
-  for (std::size_t i = waiting_.size(); i > 0; --i) {
-    const bool last = finishing_ && i == waiting_.size();
-    if (last || (taken_ + static_cast<std::int64_t>(i) - 1) % interval_ == 0) {
-      return i;
-    }
+  const bool newest = pace_ == DetectionPace::kNewest;
+  std::size_t due = finishing_ ? waiting_.size() : 0;
+  for (std::size_t i = waiting_.size(); i > 0 && !(newest && due > 0); --i) {
+    due = IsForNetwork(taken_ + static_cast<std::int64_t>(i) - 1) ? i : due;
   }
-  return 0;
+  return due;
 }
 
 void BackgroundDetector::Work() {
@@ -106,18 +105,19 @@ std::vector<FrameBoxes> BackgroundDetector::TakeReady() {
   return std::exchange(ready_, {});
 }
 
-void BackgroundDetector::Add(const Frame& frame) {
+std::vector<FrameBoxes> BackgroundDetector::Add(const Frame& frame) {
   std::unique_lock lock(mutex_);
+  const bool for_network = IsForNetwork(taken_ + static_cast<std::int64_t>(waiting_.size()));
+  if (pace_ == DetectionPace::kEveryNth && for_network) {
+    changed_.wait(lock, [&] { return stopped_ || (!busy_ && Due() == 0); });
+  }
+  std::vector<FrameBoxes> boxes;
+  if (pace_ == DetectionPace::kNewest || for_network) {
+    boxes = TakeReady();
+  }
   waiting_.push_back(frame);
   changed_.notify_all();
-  if (wait_for_boxes_) {
-    changed_.wait(lock, [&] { return IsFree(); });
-  }
-}
-
-std::vector<FrameBoxes> BackgroundDetector::Take() {
-  const std::lock_guard lock(mutex_);
-  return TakeReady();
+  return boxes;
 }
 
 std::vector<FrameBoxes> BackgroundDetector::Finish() {
@@ -126,11 +126,6 @@ std::vector<FrameBoxes> BackgroundDetector::Finish() {
   changed_.notify_all();
   changed_.wait(lock, [&] { return stopped_ || (!busy_ && waiting_.empty()); });
   return TakeReady();
-}
-
-void BackgroundDetector::WaitUntilFree(std::chrono::steady_clock::time_point deadline) {
-  std::unique_lock lock(mutex_);
-  changed_.wait_until(lock, deadline, [&] { return IsFree(); });
 }
 
 }  // namespace sqslam

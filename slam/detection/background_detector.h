@@ -1,6 +1,5 @@
 #pragma once
 
-#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -22,8 +21,8 @@ struct DetectionOptions {
   // Name of a file in configs/detectors or a YAML file; auto: the boxes of the sequence, and where there are
   // none the first network whose weights are there; none.
   std::string network = "auto";
-  // Frames from one that the network sees to the next. 0: as soon as it is free; in deterministic runs, where
-  // frames wait for their boxes, every third.
+  // Frames from one that the network sees to the next. 0: every third of a recording, which waits for the
+  // network; of a live camera the newest, whenever it is free.
   int interval = 0;
   bool follow = true;  // carry boxes through the frames between by the corners in them
 
@@ -42,25 +41,29 @@ struct FrameBoxes {
   bool seen = false;  // by the network itself
 };
 
-// A detector on a thread of its own. It looks at the newest frame whenever it is free; the frames between two
-// that it has seen get their boxes by TrackBoxes, or none where the detector is too slow for that.
+// Frames that a detector on a thread of its own looks at.
+enum class DetectionPace {
+  kNewest,    // the newest one whenever it is free: nothing waits for it (live cameras)
+  kEveryNth,  // the same ones on a fast and on a slow machine: the frames wait for it (recordings)
+};
+
+// A detector on a thread of its own. The frames between two that it has seen get their boxes by TrackBoxes,
+// or none where the detector is too slow for that.
 //
-//   BackgroundDetector detector(Detector(network), options, deterministic);
-//   for each frame { detector.Add(frame); for (const FrameBoxes& boxes : detector.Take()) ... }
+//   BackgroundDetector detector(Detector(network), options, DetectionPace::kEveryNth);
+//   for each frame { for (const FrameBoxes& boxes : detector.Add(frame)) ... }
 //   for (const FrameBoxes& boxes : detector.Finish()) ...
 class BackgroundDetector {
  public:
-  // `deterministic`: Add waits for the boxes of every frame that the network is due to see.
-  BackgroundDetector(Detector detector, const DetectionOptions& options, bool deterministic);
+  BackgroundDetector(Detector detector, const DetectionOptions& options, DetectionPace pace);
   ~BackgroundDetector();  // drops what has not been looked at
 
-  // Copies nothing: the frame's images must not change any more. All throw what the network threw.
-  void Add(const Frame& frame);
-  std::vector<FrameBoxes> Take();    // boxes of frames that are ready, in the order of Add, each once
+  // Copies nothing: the frame's images must not change any more. Returns the boxes of earlier frames, in
+  // their order, each once. At pace kEveryNth these are those up to the last frame that the network was
+  // given, once it is to be given the next, and none in between, so that they depend on no clock. Throws what
+  // the network threw; so does Finish.
+  std::vector<FrameBoxes> Add(const Frame& frame);
   std::vector<FrameBoxes> Finish();  // those of all others; the network sees the last frame in any case
-
-  // Waits until the network is free, but no longer than `deadline`.
-  void WaitUntilFree(std::chrono::steady_clock::time_point deadline);
 
   // Stages `detection` (the network on one image) and `detection.following` (box tracking through the frames
   // between two).
@@ -68,16 +71,16 @@ class BackgroundDetector {
 
  private:
   void Work();
-  std::size_t Due()
-      const;  // number of waiting frames to work on, the last of them by the network; 0: none is due
-  bool IsFree() const { return stopped_ || (!busy_ && Due() == 0); }
+  // Returns the number of waiting frames to work on, the last of them by the network; 0: none is due.
+  std::size_t Due() const;
+  bool IsForNetwork(std::int64_t frame) const { return frame % interval_ == 0; }  // counted by Add
   std::vector<FrameBoxes> BoxesOf(const std::vector<Frame>& batch);  // the network sees the last frame
   std::vector<FrameBoxes> TakeReady();
 
   Detector detector_;
   bool follow_;
   std::int64_t interval_;
-  bool wait_for_boxes_;
+  DetectionPace pace_;
   StageTimes times_;
 
   cv::Mat last_image_;                 // the newest that the network has seen

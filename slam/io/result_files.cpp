@@ -96,6 +96,7 @@ void VisitStats(Stats& stats, Visit&& visit) {
   visit("frames", stats.frames, true);
   visit("skipped", stats.skipped, false);
   visit("dropped", stats.dropped, false);
+  visit("detector_frames", stats.detector_frames, false);
   visit("tracked", stats.tracked, true);
   visit("keyframes", stats.keyframes, true);
   visit("points", stats.points, true);

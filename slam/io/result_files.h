@@ -27,9 +27,10 @@ std::vector<SnapshotObject> ReadObjects(const std::filesystem::path& path);
 
 // The contents of stats.json.
 struct RunStats {
-  int frames = 0;   // read and handed to the tracker
-  int skipped = 0;  // frames that could not be read
-  int dropped = 0;  // frames that came too fast (--realtime, live cameras)
+  int frames = 0;           // read and handed to the tracker
+  int skipped = 0;          // frames that could not be read
+  int dropped = 0;          // frames that came too fast (--realtime, live cameras)
+  int detector_frames = 0;  // that the detector of the run has looked at itself
   int tracked = 0;
   int keyframes = 0;
   int points = 0;

@@ -9,10 +9,25 @@
 
 namespace sqslam {
 
+namespace {
+
+// The paper's method holds the joint optimisation of shape, poses and points (Eq. 13), without priors.
+MapperOptions WithJointStep(MapperOptions options) {
+  constexpr double kNone = 1e6;
+  if (options.objects.method == ObjectMethod::kPaper) {
+    JointObjectOptions& joint = options.mapping.joint_objects;
+    joint.mode = JointMode::kBoth;
+    joint.prior = joint.huber = kNone;
+  }
+  return options;
+}
+
+}  // namespace
+
 Mapper::Mapper(const Camera& camera, const MapperOptions& options,
                std::shared_ptr<const Vocabulary> vocabulary, Outputs outputs, StageTimes& times)
     : camera_(camera),
-      options_(options),
+      options_(WithJointStep(options)),
       outputs_(std::move(outputs)),
       times_(times),
       pose_tracker_(camera, options.tracking),
@@ -211,7 +226,7 @@ bool Mapper::CloseLoop(KeyframeId keyframe) {
   const auto known = std::ranges::find_if(
       submaps_, [&](const auto& entry) { return entry.second.Map().HasKeyframe(loop->known); });
   if (&known->second == active_) {
-    CorrectLoop(active_->Map(), camera_, *loop, options, loop_edges_);
+    active_->Bend([&](Map& map) { CorrectLoop(map, camera_, *loop, options, loop_edges_); });
     ++counters_.loops;
   } else {
     MergeSubmaps(*loop, known->second);
@@ -229,7 +244,7 @@ void Mapper::MergeSubmaps(const LoopCandidate& loop, Submap& known) {
   Submap& dropped = keep_known ? *active_ : known;
   const Sim3d S_kept_dropped = keep_known ? S_known_active : S_known_active.Inverse();
   const std::int64_t number = dropped.Number();
-  dropped.Transform(S_kept_dropped);
+  dropped.Bend([&](Map& map) { map.Transform(S_kept_dropped); });
   kept.Absorb(std::move(dropped));
   MoveOrigins(number, S_kept_dropped, kept.Number());
   submaps_.erase(number);
@@ -259,7 +274,7 @@ bool Mapper::TakeAdjustment() {
   const StageTimes::Scope timer(times_, "mapping.take_adjustment");
   const Sim3d S_now_then = atlas_.origins.at(job->submap).S_map_origin * job->S_map_origin.Inverse();
   Submap& submap = submaps_.at(job->submap);
-  ApplyAdjustment(std::move(job->problem), S_now_then, submap.Map());
+  submap.Bend([&](Map& map) { ApplyAdjustment(std::move(job->problem), S_now_then, map); });
   atlas_.submaps[job->submap] = submap.MakeView();
   return job->submap == active_->Number();
 }

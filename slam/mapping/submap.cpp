@@ -105,6 +105,23 @@ void Submap::Transform(const Sim3d& S_new_old) {
   objects_.Transform(S_new_old);
 }
 
+void Submap::Bend(const std::function<void(sqslam::Map&)>& change) {
+  std::map<KeyframeId, ScaledPose> before;
+  for (const auto& [index, record] : frames_) {
+    before.try_emplace(record.pose.reference, map_->PoseOf(record.pose.reference));
+  }
+  change(*map_);
+  objects_.MoveWith([&](std::int64_t frame) {
+    auto it = frames_.lower_bound(frame);  // a frame that was never recorded moves like its neighbour
+    it = it == frames_.end() ? std::prev(it) : it;
+    const KeyframeId reference = it->second.pose.reference;
+    const ScaledPose& old = before.at(reference);
+    const ScaledPose now = map_->PoseOf(reference);
+    return Sim3d::FromRigid(now.T_camera_map.Inverse()) *
+           Sim3d{now.scale / old.scale, {1, 0, 0, 0}, {0, 0, 0}} * Sim3d::FromRigid(old.T_camera_map);
+  });
+}
+
 void Submap::Absorb(Submap&& other) {
   map_->Absorb(std::move(*other.map_));
   young_points_.merge(other.young_points_);

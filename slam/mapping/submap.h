@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -56,6 +57,10 @@ class Submap {
 
   // Moves everything: p_new = S_new_old * p_old.
   void Transform(const Sim3d& S_new_old);
+
+  // Lets `change` bend the map (a loop, an adjustment of all of it), and carries each object along with the
+  // keyframes that saw it.
+  void Bend(const std::function<void(sqslam::Map&)>& change);
 
   // Takes over what another submap holds, which must be in this one's frame already.
   void Absorb(Submap&& other);

@@ -27,14 +27,17 @@ double SharedPoints(const BoxCandidate& box, const KnownLandmark& landmark,
 }
 
 // Gain of an inter-frame association; 0: impossible.
-double InterFrameGain(const BoxCandidate& box, const KnownLandmark& landmark, const AssociationParts& parts,
+double InterFrameGain(const BoxCandidate& box, const KnownLandmark& landmark, const AssociationRules& rules,
                       const AssociationOptions& options) {
+  const AssociationParts& parts = rules.parts;
   const bool same_label = box.detection.label == landmark.labels.Best();
-  if (!landmark.predicted_box || !parts.predicted_box || (!same_label && !parts.other_labels)) {
+  const std::optional<Box2d> last =
+      landmark.predicted_box && rules.still ? std::optional(landmark.last_box) : landmark.predicted_box;
+  if (!last || !parts.predicted_box || (!same_label && !parts.other_labels)) {
     return 0.0;
   }
   constexpr double kLeastOverlap = 0.2;  // below, not even all points in common would do
-  const double iou = std::max(BoxIoU(landmark.predicted_box, box.detection.box),
+  const double iou = std::max(BoxIoU(last, box.detection.box),
                               parts.projection ? BoxIoU(landmark.projected_box, box.detection.box) : 0.0);
   if (iou <= kLeastOverlap) {
     return 0.0;
@@ -52,14 +55,14 @@ double InterFrameGain(const BoxCandidate& box, const KnownLandmark& landmark, co
   return by_iou || by_both || by_points ? iou + shared : 0.0;
 }
 
-bool PassesTTest(const BoxCandidate& box, const KnownLandmark& landmark, const AssociationOptions& options) {
+bool PassesTTest(const BoxCandidate& box, const KnownLandmark& landmark, const AssociationRules& rules,
+                 const AssociationOptions& options) {
   if (!box.centroid || landmark.centroids.count < options.min_t_samples) {
     return false;
   }
-  // Centroids of one-sided clouds move with the viewpoint: the spread is at least a tenth of the object.
-  const double min_sigma = 0.1 * landmark.Radius();
-  return IsSampleOf(landmark.centroids, *box.centroid, options.alpha, min_sigma, OneSampleTest::kOfSingle,
-                    options.t_test);
+  // Centroids of one-sided clouds move with the viewpoint, so that their spread has a lower limit.
+  return IsSampleOf(landmark.centroids, *box.centroid, options.alpha, rules.least_spread * landmark.Radius(),
+                    rules.one_sample, options.t_test);
 }
 
 bool PassesRankSum(const BoxCandidate& box, const KnownLandmark& landmark,
@@ -87,14 +90,15 @@ bool IsNear(const BoxCandidate& box, const KnownLandmark& landmark, const Associ
 }
 
 // Gain of an association across a gap; 0: impossible.
-double GeometricGain(const BoxCandidate& box, const KnownLandmark& landmark, const AssociationParts& parts,
+double GeometricGain(const BoxCandidate& box, const KnownLandmark& landmark, const AssociationRules& rules,
                      const AssociationOptions& options) {
+  const AssociationParts& parts = rules.parts;
   const bool same_label = box.detection.label == landmark.labels.Best();
   if ((!same_label && !parts.other_labels) || (parts.projection && !IsNear(box, landmark, options))) {
     return 0.0;
   }
   const double iou = parts.projection ? BoxIoU(landmark.projected_box, box.detection.box) : 0.0;
-  const double shared = parts.points ? SharedPoints(box, landmark, options) : 0.0;
+  const double shared = parts.points && rules.points_later ? SharedPoints(box, landmark, options) : 0.0;
   if (!same_label) {
     const bool same = iou >= options.other_label_iou || (shared >= options.other_label_shared && iou >= 0.3);
     return same ? 0.5 * (iou + shared) : 0.0;
@@ -104,22 +108,33 @@ double GeometricGain(const BoxCandidate& box, const KnownLandmark& landmark, con
   const bool by_place = iou >= options.projected_iou_alone;
   const bool same = by_points || by_place || (parts.rank_sum && PassesRankSum(box, landmark, options)) ||
                     (parts.one_sample && (!projected || iou >= options.projected_iou) &&
-                     PassesTTest(box, landmark, options));
+                     PassesTTest(box, landmark, rules, options));
   return same ? 0.1 * Nearness(box, landmark) + iou + shared : 0.0;
 }
 
 }  // namespace
 
+AssociationRules RulesOf(const ObjectOptions& options) {
+  const AssociationMethod method = options.association.method;
+  if (options.method != ObjectMethod::kPaper || method != AssociationMethod::kFull) {
+    return {.parts = PartsOf(method)};
+  }
+  return {.parts = {.predicted_box = true, .points = true, .one_sample = true, .merge_by_test = true},
+          .one_sample = OneSampleTest::kOfMean,
+          .least_spread = 1e-6,
+          .still = true,
+          .points_later = false};
+}
+
 std::vector<int> Associate(const std::vector<BoxCandidate>& boxes,
                            const std::vector<const KnownLandmark*>& landmarks,
-                           const AssociationOptions& options) {
-  const AssociationParts parts = PartsOf(options.method);
+                           const AssociationOptions& options, const AssociationRules& rules) {
   const auto rows = static_cast<Eigen::Index>(boxes.size());
   const auto columns = static_cast<Eigen::Index>(landmarks.size());
   Eigen::MatrixXd gain(rows, columns);
   for (Eigen::Index i = 0; i < rows; ++i) {
     for (Eigen::Index j = 0; j < columns; ++j) {
-      gain(i, j) = InterFrameGain(boxes[i], *landmarks[j], parts, options);
+      gain(i, j) = InterFrameGain(boxes[i], *landmarks[j], rules, options);
     }
   }
   std::vector<int> result = AssignOptimally(gain);
@@ -131,7 +146,7 @@ std::vector<int> Associate(const std::vector<BoxCandidate>& boxes,
   }
   for (Eigen::Index i = 0; i < rows; ++i) {
     for (Eigen::Index j = 0; j < columns; ++j) {
-      gain(i, j) = result[i] < 0 && !taken[j] ? GeometricGain(boxes[i], *landmarks[j], parts, options) : 0.0;
+      gain(i, j) = result[i] < 0 && !taken[j] ? GeometricGain(boxes[i], *landmarks[j], rules, options) : 0.0;
     }
   }
   const std::vector<int> geometric = AssignOptimally(gain);

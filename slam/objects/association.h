@@ -37,6 +37,18 @@ struct KnownLandmark {
   void Absorb(KnownLandmark&& other);  // the two are one object
 };
 
+// What the association method and the way of estimation ask for.
+struct AssociationRules {
+  AssociationParts parts;
+  OneSampleTest one_sample = OneSampleTest::kOfSingle;
+  double least_spread = 0.1;  // of centroids, standard deviation in units of the largest half size
+  bool still = false;         // boxes are compared with the last one as it was, not as predicted
+  bool points_later = true;   // shared points count after a gap as well
+};
+
+// Those of objects.association.method; of the paper for `objects.method: paper` with the full association.
+AssociationRules RulesOf(const ObjectOptions& options);
+
 // Assigns boxes to landmarks (section "Data Association"): returns for each box the index into `landmarks`,
 // or -1; one landmark a box and one box a landmark. First between consecutive frames (overlap with the
 // predicted box, shared map points), then by geometry (one-sample t-test on the centroid, projected
@@ -44,6 +56,6 @@ struct KnownLandmark {
 // the boxes.
 std::vector<int> Associate(const std::vector<BoxCandidate>& boxes,
                            const std::vector<const KnownLandmark*>& landmarks,
-                           const AssociationOptions& options);
+                           const AssociationOptions& options, const AssociationRules& rules);
 
 }  // namespace sqslam

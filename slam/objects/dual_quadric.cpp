@@ -73,6 +73,28 @@ struct BoxEdgeCost {
   }
 };
 
+// The priors, as of the parameters of a start that stands upright.
+struct PriorCost {
+  QuadricPriors priors;  // in the frame of the parameters
+
+  template <typename T>
+  bool operator()(const T* parameters, T* residuals) const {
+    using std::exp;
+    constexpr double kUpright = 0.02;  // rad
+    constexpr double kContact = 0.02;  // half diagonals of the box
+    constexpr double kFixed = 0.002;   // rad
+    const T* log_half = parameters + kLogHalf;
+    residuals[0] = parameters[kTurn] / kUpright;
+    residuals[1] = parameters[kTurn + 1] / kUpright;
+    residuals[2] = priors.keeps_yaw ? parameters[kTurn + 2] / kFixed : T(0.0);
+    residuals[3] = (log_half[0] - log_half[1] - priors.log_width_ratio) / priors.width_sigma;
+    residuals[4] =
+        (log_half[2] - 0.5 * (log_half[0] + log_half[1]) - priors.log_height_ratio) / priors.height_sigma;
+    residuals[5] = (parameters[kCentre + 2] - exp(log_half[2]) - priors.support) / kContact;
+    return true;
+  }
+};
+
 bool IsBeforeCamera(const PosedSuperquadric& ellipsoid, const ConditionedView& view) {
   const Eigen::Vector3d centre = view.R_camera_map * ellipsoid.T_map_object.translation + view.t_camera_map;
   const Eigen::Vector3d forward =
@@ -207,10 +229,16 @@ std::optional<Eigen::Matrix4d> LinearDualQuadric(const std::vector<ConditionedVi
   return quadric;
 }
 
+Bounds WholeImage(const Camera& camera) {
+  const Box2d image{0.0, 0.0, static_cast<double>(camera.width), static_cast<double>(camera.height)};
+  return NormalisedBounds(UndistortBox(image, camera), camera);
+}
+
 // Step 2: the boxes of the visible parts. Empty where the result is no bounded ellipsoid before the cameras.
 std::optional<PosedSuperquadric> RefineByBoxes(const PosedSuperquadric& start,
                                                const std::vector<ConditionedView>& views, const Bounds& image,
-                                               const RefinementOptions& options) {
+                                               const RefinementOptions& options,
+                                               const std::optional<QuadricPriors>& priors) {
   constexpr double kLargest = 20.0;   // half axis, in half diagonals of the boxes
   constexpr double kThinnest = 1e-3;  // the same; what ends there is a disc
   std::array<double, kParameterCount> parameters{};
@@ -228,6 +256,11 @@ std::optional<PosedSuperquadric> RefineByBoxes(const PosedSuperquadric& start,
                                  new ceres::CauchyLoss(2.0), parameters.data());
       }
     }
+  }
+  if (priors) {
+    problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<PriorCost, 6, kParameterCount>(new PriorCost{*priors}), nullptr,
+        parameters.data());
   }
   for (int i = kLogHalf; i < kLogHalf + 3; ++i) {
     problem.SetParameterLowerBound(parameters.data(), i, std::log(kThinnest));
@@ -294,6 +327,22 @@ std::optional<PosedSuperquadric> EllipsoidOf(const Eigen::Matrix4d& dual_quadric
   return ellipsoid;
 }
 
+std::optional<PosedSuperquadric> RefineDualQuadric(const PosedSuperquadric& start,
+                                                   std::span<const BoxView> views, const Camera& camera,
+                                                   const ObjectOptions& options,
+                                                   const std::optional<QuadricPriors>& priors) {
+  const Sim3d S_map_frame{start.shape.half_size.norm(), Eigen::Quaterniond::Identity(),
+                          start.T_map_object.translation};
+  std::optional<QuadricPriors> in_frame = priors;
+  if (in_frame) {
+    in_frame->support = (priors->support - S_map_frame.translation.z()) / S_map_frame.scale;
+  }
+  const std::optional<PosedSuperquadric> refined =
+      RefineByBoxes(S_map_frame.Inverse() * start, ConditionedViews(views, camera, S_map_frame, options),
+                    WholeImage(camera), options.refinement, in_frame);
+  return refined ? std::optional(S_map_frame * *refined) : std::nullopt;
+}
+
 std::optional<PosedSuperquadric> EstimateDualQuadric(std::span<const BoxView> views, const Camera& camera,
                                                      const ObjectOptions& options) {
   constexpr std::size_t kLeastViews = 3;
@@ -311,9 +360,8 @@ std::optional<PosedSuperquadric> EstimateDualQuadric(std::span<const BoxView> vi
                              [&](const ConditionedView& view) { return IsBeforeCamera(*start, view); })) {
     return std::nullopt;
   }
-  const Box2d whole_image{0.0, 0.0, static_cast<double>(camera.width), static_cast<double>(camera.height)};
-  const Bounds image = NormalisedBounds(UndistortBox(whole_image, camera), camera);
-  std::optional<PosedSuperquadric> refined = RefineByBoxes(*start, conditioned, image, options.refinement);
+  std::optional<PosedSuperquadric> refined =
+      RefineByBoxes(*start, conditioned, WholeImage(camera), options.refinement, std::nullopt);
   if (refined) {
     refined = EllipsoidOf(DualQuadricOf(*refined));
   }

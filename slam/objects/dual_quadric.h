@@ -25,6 +25,24 @@ Eigen::Matrix4d DualQuadricOf(const PosedSuperquadric& ellipsoid);
 // map's x.
 std::optional<PosedSuperquadric> EllipsoidOf(const Eigen::Matrix4d& dual_quadric);
 
+// What is known of an ellipsoid before its boxes, beside that it stands upright.
+struct QuadricPriors {
+  double log_width_ratio = 0.0;  // of the x over the y axis, natural logarithm
+  double width_sigma = 1.0;
+  double log_height_ratio = 0.0;  // of the z axis over the geometric mean of the others
+  double height_sigma = 1.0;
+  double support = 0.0;    // height of the plane that it touches from above, map frame
+  bool keeps_yaw = false;  // that of the start
+};
+
+// The ellipsoid near `start` whose visible parts' boxes agree with those of the views, and with the priors
+// where there are some (step 2 below). Its axes are those of the start, turned. Empty where it is no bounded
+// ellipsoid before the cameras.
+std::optional<PosedSuperquadric> RefineDualQuadric(const PosedSuperquadric& start,
+                                                   std::span<const BoxView> views, const Camera& camera,
+                                                   const ObjectOptions& options,
+                                                   const std::optional<QuadricPriors>& priors);
+
 // The ellipsoid of a landmark from its boxes:
 //  1. Each box edge that shows where the object ends spans a plane pi = P^T l; the dual quadric with the
 //     least squared pi^T Q* pi, all in a frame about the object's place and of its size.

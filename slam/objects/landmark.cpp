@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace sqslam {
 
@@ -36,6 +37,7 @@ double LabelVotes::BestScore() const {
 
 void Landmark::PointVotes::SeeInside(const Eigen::Vector3d& camera_centre) {
   ++inside;
+  newest_inside = true;
   camera_sum += camera_centre;
   camera_outer_sum += camera_centre * camera_centre.transpose();
 }
@@ -43,6 +45,7 @@ void Landmark::PointVotes::SeeInside(const Eigen::Vector3d& camera_centre) {
 void Landmark::PointVotes::Merge(const PointVotes& other) {
   inside += other.inside;
   outside += other.outside;
+  newest_inside = newest_inside || other.newest_inside;
   camera_sum += other.camera_sum;
   camera_outer_sum += other.camera_outer_sum;
 }
@@ -68,6 +71,11 @@ double Landmark::PointVotes::CameraSpread(const Eigen::Vector3d& p_map) const {
 void Landmark::Add(const ObjectObservation& observation) {
   constexpr std::size_t kMaxLineViews = 60;
   ++observations;
+  if (!observation.gray.empty() && std::ranges::all_of(observation.edge_free, std::identity())) {
+    Offer({{observation.frame_index, observation.T_map_camera, observation.detection.box,
+            observation.edge_free},
+           observation.gray});
+  }
   labels.Add(observation.detection.label, observation.detection.score);
   if (KeepsViewOf(observation.frame_index)) {
     views.push_back({observation.frame_index, observation.T_map_camera, observation.detection.box,
@@ -79,6 +87,7 @@ void Landmark::Add(const ObjectObservation& observation) {
   }
   for (const std::int64_t point : observation.reprojected_outside) {
     ++votes[point].outside;
+    votes[point].newest_inside = false;
   }
   if (observation.centroid) {
     centroids.Add(*observation.centroid);
@@ -95,6 +104,12 @@ void Landmark::Add(const ObjectObservation& observation) {
       lines.resize((lines.size() + 1) / 2);
     }
     lines.emplace_back(observation.frame_index, LineView{observation.T_map_camera, observation.lines});
+  }
+}
+
+void Landmark::Offer(const ClearView& other) {
+  if (!clearest || other.view.box.Area() > clearest->view.box.Area()) {
+    clearest = other;
   }
 }
 
@@ -124,6 +139,9 @@ void Landmark::Absorb(Landmark&& other) {
   for (const auto& [point, theirs] : other.votes) {
     votes[point].Merge(theirs);
   }
+  if (other.clearest) {
+    Offer(*other.clearest);
+  }
   centroids.Merge(other.centroids);
   yaw.Merge(other.yaw);
   lines.insert(lines.end(), other.lines.begin(), other.lines.end());
@@ -131,13 +149,72 @@ void Landmark::Absorb(Landmark&& other) {
 }
 
 void Landmark::Transform(const Sim3d& S_new_old) {
-  const Eigen::Matrix3d R = S_new_old.rotation.toRotationMatrix();
+  constexpr double kUpright = 0.9999;  // cosine of a tilt
   for (BoxView& view : views) {
     view.T_map_camera = S_new_old * view.T_map_camera;
   }
   for (auto& [frame, view] : lines) {
     view.T_map_camera = S_new_old * view.T_map_camera;
   }
+  if (clearest) {
+    clearest->view.T_map_camera = S_new_old * clearest->view.T_map_camera;
+  }
+  MoveSums(S_new_old);
+  MoveSolid(S_new_old);
+  if ((S_new_old.rotation * Eigen::Vector3d::UnitZ()).z() <= kUpright) {
+    ForgetUpright();
+  }
+}
+
+void Landmark::ForgetUpright() {
+  yaw = YawMean();  // angles about another axis mean nothing now
+  // The object was boxed along axes that are no longer upright; estimate it anew.
+  estimated_at = 0;
+  refined = false;
+}
+
+void Landmark::MoveWith(const MotionLookup& S_new_old) {
+  constexpr double kDrift = 0.98;  // cosine of the largest tilt that is one
+  if (views.empty()) {
+    return;
+  }
+  const Eigen::Vector3d center = estimated             ? superquadric.T_map_object.translation
+                                 : centroids.count > 0 ? centroids.mean
+                                                       : views.back().T_map_camera.translation;
+  double log_scale = 0.0;
+  Eigen::Vector4d rotation = Eigen::Vector4d::Zero();  // alike: the mean of their quaternions will do
+  Eigen::Vector3d moved = Eigen::Vector3d::Zero();
+  for (BoxView& view : views) {
+    const Sim3d S = S_new_old(view.frame_index);
+    log_scale += std::log(S.scale);
+    rotation += (rotation.dot(S.rotation.coeffs()) < 0.0 ? -1.0 : 1.0) * S.rotation.coeffs();
+    moved += S * center;
+    view.T_map_camera = S * view.T_map_camera;
+  }
+  for (auto& [frame, view] : lines) {
+    view.T_map_camera = S_new_old(frame) * view.T_map_camera;
+  }
+  if (clearest) {
+    clearest->view.T_map_camera = S_new_old(clearest->view.frame_index) * clearest->view.T_map_camera;
+  }
+  const auto count = static_cast<double>(views.size());
+  const auto about_center = [&](const Eigen::Quaterniond& turn) {
+    const double scale = std::exp(log_scale / count);
+    return Sim3d{scale, turn, moved / count - scale * (turn * center)};
+  };
+  const Eigen::Quaterniond mean = Eigen::Quaterniond(rotation).normalized();
+  MoveSums(about_center(mean));
+  if ((mean * Eigen::Vector3d::UnitZ()).z() <= kDrift) {
+    MoveSolid(about_center(mean));
+    ForgetUpright();
+    return;
+  }
+  const Eigen::Vector3d x = mean * Eigen::Vector3d::UnitX();
+  MoveSolid(about_center(
+      Eigen::Quaterniond(Eigen::AngleAxisd(std::atan2(x.y(), x.x()), Eigen::Vector3d::UnitZ()))));
+}
+
+void Landmark::MoveSums(const Sim3d& S_new_old) {
   for (auto& [point, vote] : votes) {
     vote.Transform(S_new_old);
   }
@@ -145,27 +222,23 @@ void Landmark::Transform(const Sim3d& S_new_old) {
     p = S_new_old * p;
   }
   centroids.Transform(S_new_old);
+}
+
+void Landmark::MoveSolid(const Sim3d& S_new_old) {
+  const Eigen::Matrix3d R = S_new_old.rotation.toRotationMatrix();
   superquadric = S_new_old * superquadric;
+  visible = S_new_old * visible;
   Eigen::Matrix<double, 9, 9> moved = Eigen::Matrix<double, 9, 9>::Identity();
   moved.topLeftCorner<3, 3>() = S_new_old.scale * R;
   moved.block<3, 3>(3, 3) *= S_new_old.scale;
   covariance = moved * covariance * moved.transpose();
-  visible = S_new_old * visible;
   if (support) {
     *support = S_new_old.scale * *support + S_new_old.translation.z();
   }
   if (quadric) {
     quadric = S_new_old * *quadric;
   }
-  const Eigen::Vector3d up = R.col(2);
-  if (up.z() > 0.9999) {
-    yaw.Rotate(std::atan2(R(1, 0), R(0, 0)));
-  } else {
-    yaw = YawMean();  // angles about another axis mean nothing now
-    // The object was boxed along axes that are no longer upright; estimate it anew.
-    estimated_at = 0;
-    refined = false;
-  }
+  yaw.Rotate(std::atan2(R(1, 0), R(0, 0)));
 }
 
 }  // namespace sqslam

@@ -59,6 +59,7 @@ struct Landmark {
   struct PointVotes {
     int inside = 0;
     int outside = 0;
+    bool newest_inside = false;                            // in the newest frame that tells
     Eigen::Vector3d camera_sum = Eigen::Vector3d::Zero();  // centres at the `inside` sightings, map frame
     Eigen::Matrix3d camera_outer_sum = Eigen::Matrix3d::Zero();  // their outer products
 
@@ -80,6 +81,13 @@ struct Landmark {
   YawMean yaw;                                           // of single frames (the paper's running mean)
   std::vector<std::pair<std::int64_t, LineView>> lines;  // frame index and lines
 
+  // The largest box that was seen whole, with its image; only for quadrics from a single view.
+  struct ClearView {
+    BoxView view;
+    cv::Mat gray;
+  };
+  std::optional<ClearView> clearest;
+
   // Results of the last estimation.
   bool estimated = false;
   bool refined = false;  // by the joint refinement
@@ -99,7 +107,15 @@ struct Landmark {
   void Absorb(Landmark&& other);  // the two are one object; estimated anew at the next update
   void Transform(const Sim3d& S_new_old);
 
+  // Carries the landmark along with the frames that saw it: each view with its own frame, what was summed up
+  // over frames with their mean motion. What stood upright stays upright: a small tilt is drift.
+  void MoveWith(const MotionLookup& S_new_old);
+
  private:
+  void ForgetUpright();
+  void MoveSums(const Sim3d& S_new_old);
+  void MoveSolid(const Sim3d& S_new_old);  // and the yaw
+  void Offer(const ClearView& other);
   bool KeepsViewOf(std::int64_t frame_index) const;
   void ThinViews();
 

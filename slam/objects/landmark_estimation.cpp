@@ -203,7 +203,9 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
       return;
     }
   }
-  landmark.superquadric = SuperquadricAtYaw(points, paper_yaw, options.size_shape);
+  landmark.superquadric = SuperquadricAtYaw(
+      points, paper_yaw, options.size_shape, true,
+      options.method == ObjectMethod::kPaper ? CloudCentre::kCentroid : CloudCentre::kMiddle);
   landmark.visible = landmark.superquadric;
   landmark.covariance.setZero();
   landmark.box_agreement = BoxAgreement(landmark.superquadric, views, context.camera);

@@ -22,7 +22,8 @@ NamedPoints Keep(const NamedPoints& points, const std::vector<bool>& keep) {
 }
 
 // Looks every voted point up; votes of fused points are added, culled points are forgotten.
-NamedPoints ResolvePoints(Landmark& landmark, const PointLookup& lookup, const OutlierOptions& options) {
+NamedPoints ResolvePoints(Landmark& landmark, const PointLookup& lookup, const ObjectOptions& all) {
+  const OutlierOptions& options = all.outliers;
   std::map<std::int64_t, Landmark::PointVotes> votes;
   std::map<std::int64_t, Eigen::Vector3d> positions;
   for (const auto& [old_id, vote] : landmark.votes) {
@@ -39,7 +40,10 @@ NamedPoints ResolvePoints(Landmark& landmark, const PointLookup& lookup, const O
   for (const auto& [id, p] : positions) {
     const Landmark::PointVotes& vote = landmark.votes.at(id);
     const double share = static_cast<double>(vote.inside) / std::max(1, vote.inside + vote.outside);
-    if (vote.inside >= min_votes && share >= options.min_inside_share) {
+    const bool inside = all.method == ObjectMethod::kPaper && options.reprojection != ReprojectionVotes::kNone
+                            ? vote.newest_inside
+                            : vote.inside >= min_votes && share >= options.min_inside_share;
+    if (inside) {
       points.emplace_back(id, p);
     }
   }
@@ -175,11 +179,12 @@ SupportHeights PossibleSupports(const NamedPoints& points, const EstimationConte
 NamedPoints RemoveOutliers(Landmark& landmark, const std::vector<BoxView>& views,
                            const EstimationContext& context) {
   const ObjectOptions& options = *context.options;
-  NamedPoints points = ResolvePoints(landmark, *context.points, options.outliers);
-  if (options.outliers.reprojection != ReprojectionVotes::kNone) {
+  NamedPoints points = ResolvePoints(landmark, *context.points, options);
+  const bool refined = options.method == ObjectMethod::kRefined;
+  if (refined && options.outliers.reprojection != ReprojectionVotes::kNone) {
     points = Keep(points, InsideBoxes(points, views, context));
   }
-  if (options.method == ObjectMethod::kRefined) {
+  if (refined) {
     for (const double height : PossibleSupports(points, context).near) {
       points = WithoutSurface(points, height);
     }

@@ -86,11 +86,24 @@ int FramesSeenApart(const Landmark& a, const Landmark& b, bool parts_are_one, in
   });
 }
 
-bool AreSameObject(const Landmark& a, const Landmark& b, const AssociationOptions& association,
-                   const MergingOptions& options, const Camera& camera) {
+bool AreSameObject(const Landmark& a, const Landmark& b, const ObjectOptions& all, const Camera& camera) {
   constexpr double kPart = 0.75;  // of the smaller volume
-  const AssociationParts parts = PartsOf(association.method);
+  const AssociationRules rules = RulesOf(all);
+  const AssociationParts& parts = rules.parts;
+  const MergingOptions& options = all.merging;
   const bool same_label = a.labels.Best() == b.labels.Best();
+  const double size_a = a.estimated ? a.superquadric.shape.half_size.maxCoeff() : 0.0;
+  const double size_b = b.estimated ? b.superquadric.shape.half_size.maxCoeff() : 0.0;
+  const auto passes_t_test = [&] {
+    // The spread of centroids has a lower limit; else long histories would never agree.
+    return parts.merge_by_test && same_label && a.centroids.count >= options.min_samples &&
+           b.centroids.count >= options.min_samples &&
+           AreSamePopulation(a.centroids, b.centroids, options.alpha,
+                             rules.least_spread * std::min(size_a, size_b), all.association.t_test);
+  };
+  if (all.method == ObjectMethod::kPaper) {
+    return passes_t_test();
+  }
   const int limit = std::max(options.max_seen_together,
                              static_cast<int>(options.max_seen_together_share *
                                               static_cast<double>(std::min(a.views.size(), b.views.size()))));
@@ -98,16 +111,8 @@ bool AreSameObject(const Landmark& a, const Landmark& b, const AssociationOption
   if (FramesSeenApart(a, b, same_label, limit + 1) > limit || AreMostlySeenTogether(a, b)) {
     return false;
   }
-  const double size_a = a.estimated ? a.superquadric.shape.half_size.maxCoeff() : 0.0;
-  const double size_b = b.estimated ? b.superquadric.shape.half_size.maxCoeff() : 0.0;
-  bool same = false;
+  bool same = passes_t_test();
   bool is_part = false;
-  if (parts.merge_by_test && same_label && a.centroids.count >= options.min_samples &&
-      b.centroids.count >= options.min_samples) {
-    // The spread of centroids is at least a tenth of the object; else long histories would never agree.
-    const double min_sigma = 0.1 * std::min(size_a, size_b);
-    same = AreSamePopulation(a.centroids, b.centroids, options.alpha, min_sigma, association.t_test);
-  }
   if (!same && parts.merge_by_volume && a.estimated && b.estimated) {
     const double needed = same_label ? options.overlap : options.overlap_other_label;
     const double shared = OverlapOfSmaller(a.superquadric, b.superquadric);

@@ -6,11 +6,13 @@
 #include <set>
 
 #include "slam/geometry/angles.h"
-#include "slam/geometry/solid_iou.h"
+#include "slam/geometry/nearest_solid.h"
 #include "slam/objects/dual_quadric.h"
 #include "slam/objects/landmark.h"
 #include "slam/objects/landmark_estimation.h"
 #include "slam/objects/merging.h"
+#include "slam/objects/paper_method.h"
+#include "slam/objects/single_view_quadric.h"
 #include "slam/util/data_path.h"
 
 namespace sqslam {
@@ -62,6 +64,10 @@ struct ObjectMapper::Impl {
     for (auto& [frame, lines] : landmark.lines) {
       lines.T_map_camera = poses(frame).value_or(lines.T_map_camera);
     }
+    if (landmark.clearest) {
+      BoxView& clear = landmark.clearest->view;
+      clear.T_map_camera = poses(clear.frame_index).value_or(clear.T_map_camera);
+    }
   }
 
   void Update(const PointLookup& points, const Camera& camera, const PoseLookup& poses, bool all) {
@@ -90,8 +96,10 @@ struct ObjectMapper::Impl {
       context.scale = ScaleWithout(id, SizedObjects());
       EstimateLandmark(landmark, context);
       if (options.representation == Representation::kQuadric) {
-        landmark.quadric = EstimateDualQuadric(SpreadViews(landmark.views, options.refinement.max_views),
-                                               context.camera, options);
+        const std::vector<BoxView> views = SpreadViews(landmark.views, options.refinement.max_views);
+        landmark.quadric = options.quadric_init == QuadricInit::kSingleView
+                               ? EstimateQuadricOnSupport(landmark, views, context)
+                               : EstimateDualQuadric(views, context.camera, options);
       }
     }
   }
@@ -142,7 +150,7 @@ struct ObjectMapper::Impl {
   std::optional<std::pair<int, int>> MergeOnePair() {
     for (auto a = landmarks.begin(); a != landmarks.end(); ++a) {
       for (auto b = std::next(a); b != landmarks.end(); ++b) {
-        if (AreSameObject(a->second, b->second, options.association, options.merging, *last_camera)) {
+        if (AreSameObject(a->second, b->second, options, *last_camera)) {
           merges.emplace_back(b->first, a->first);
           merged_into[b->first] = a->first;
           a->second.Absorb(std::move(b->second));
@@ -189,7 +197,11 @@ struct ObjectMapper::Impl {
     PosedSuperquadric solid = landmark.superquadric;
     if (options.representation != Representation::kSuperquadric) {
       const bool round = options.representation == Representation::kEllipsoid;
-      SetExponents(round ? SolidKind::kEllipsoid : SolidKind::kCuboid, solid.shape.e1, solid.shape.e2);
+      const SolidKind kind = round ? SolidKind::kEllipsoid : SolidKind::kCuboid;
+      if (options.method != ObjectMethod::kPaper) {
+        return NearestOfKind(kind, solid);
+      }
+      SetExponents(kind, solid.shape.e1, solid.shape.e2);  // "both of which have the same pose and size"
     }
     return solid;
   }
@@ -218,7 +230,8 @@ struct ObjectMapper::Impl {
                                  .estimated = landmark.estimated,
                                  .shown = IsShown(landmark),
                                  .superquadric = landmark.superquadric,
-                                 .support = landmark.support});
+                                 .support = landmark.support,
+                                 .centroids = landmark.centroids});
     }
     next->merges = merges;
     next->deleted = deleted;
@@ -227,9 +240,9 @@ struct ObjectMapper::Impl {
 };
 
 ObjectMapper::ObjectMapper(const ObjectOptions& options, std::uint64_t seed) : impl_(new Impl) {
-  impl_->options = options;
+  impl_->options = OptionsOfMethod(options);
   impl_->seed = seed;
-  if (options.class_priors != "off") {
+  if (impl_->options.class_priors != "off") {
     impl_->classes =
         ClassPriors::Read(options.class_priors == "default" ? DataPath("configs/classes.yaml")
                                                             : std::filesystem::path(options.class_priors));
@@ -285,7 +298,7 @@ bool ObjectMapper::Correct(int id, const PosedSuperquadric& superquadric, const 
   const std::vector<BoxView> views = SpreadViews(landmark.views, impl_->options.refinement.max_views);
   const double before = BoxAgreement(landmark.superquadric, views, camera);
   const double agreement = BoxAgreement(superquadric, views, camera);
-  if (agreement < before - kMayLose) {
+  if (impl_->options.method == ObjectMethod::kRefined && agreement < before - kMayLose) {
     return false;
   }
   landmark.superquadric = superquadric;
@@ -300,6 +313,13 @@ void ObjectMapper::Transform(const Sim3d& S_new_old) {
     landmark.Transform(S_new_old);
   }
   impl_->supports.Transform(S_new_old);  // other motions than those about z come with a new SetUpright()
+  impl_->Publish();
+}
+
+void ObjectMapper::MoveWith(const MotionLookup& S_new_old) {
+  for (auto& [id, landmark] : impl_->landmarks) {
+    landmark.MoveWith(S_new_old);
+  }
   impl_->Publish();
 }
 

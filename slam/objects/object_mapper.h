@@ -47,6 +47,9 @@ class ObjectMapper {
   // The map frame was changed: p_new = S_new_old * p_old.
   void Transform(const Sim3d& S_new_old);
 
+  // The map was bent: each landmark goes along with the frames that saw it.
+  void MoveWith(const MotionLookup& S_new_old);
+
   // Takes over the landmarks of another submap, which must be in this map's frame already. Those that are the
   // same object are merged at the next update.
   void Absorb(ObjectMapper&& other);

@@ -259,16 +259,22 @@ enum class ObjectMethod { kPaper, kRefined };
 constexpr auto EnumNames(ObjectMethod) { return std::array{"paper", "refined"}; }
 
 // The form in which objects are shown, written and scored; no other step depends on it. Ellipsoids and
-// cuboids stand at the superquadric's place and have its size, with exponents 1 and 0.1; a quadric is the
-// dual quadric of the boxes alone.
+// cuboids take up the superquadric's space as far as they can (method "paper": have its size, with exponents
+// 1 and 0.1); a quadric is the dual quadric of the boxes alone.
 enum class Representation { kSuperquadric, kEllipsoid, kQuadric, kCuboid };
 constexpr auto EnumNames(Representation) {
   return std::array{"superquadric", "ellipsoid", "quadric", "cuboid"};
 }
 
+// Beginnings of a quadric: the boxes of several views (QuadricSLAM), or one view of it on its support, with
+// the proportions of its class and the symmetry of its texture (SO-SLAM). Both are refined by the boxes.
+enum class QuadricInit { kMultiView, kSingleView };
+constexpr auto EnumNames(QuadricInit) { return std::array{"multi-view", "single-view"}; }
+
 struct ObjectOptions {
   ObjectMethod method = ObjectMethod::kRefined;
   Representation representation = Representation::kSuperquadric;
+  QuadricInit quadric_init = QuadricInit::kMultiView;  // of representation "quadric"
   std::string class_priors =
       "default";              // what is known of classes: default (configs/classes.yaml), off, or a file
   int min_observations = 10;  // boxes an object needs to be shown
@@ -290,6 +296,7 @@ struct ObjectOptions {
   void VisitFields(Visitor&& visit) {
     visit("method", method);
     visit("representation", representation);
+    visit("quadric_init", quadric_init);
     visit("class_priors", class_priors);
     visit("min_observations", min_observations, 1, 10000);
     visit("min_points", min_points, 0, 10000);

@@ -8,6 +8,7 @@
 #include "slam/objects/association.h"
 #include "slam/objects/detection_filter.h"
 #include "slam/objects/landmark_geometry.h"
+#include "slam/objects/paper_method.h"
 #include "slam/objects/surroundings.h"
 #include "slam/objects/yaw.h"
 
@@ -15,7 +16,8 @@ namespace sqslam {
 
 struct ObjectTracker::Impl {
   ObjectOptions options;
-  AssociationParts parts;
+  AssociationRules rules;
+  AssociationParts parts;  // of the rules
   int next_id = 0;
   std::map<int, KnownLandmark> tracks;  // by landmark id
   std::int64_t view_version = -1;
@@ -55,6 +57,8 @@ struct ObjectTracker::Impl {
         track.labels.Add(landmark.label, 1.0);
       }
       track.view = &landmark;
+      track.centroids =
+          landmark.centroids;  // which follow the map when it is bent; the newest ones come later
       if (landmark.estimated) {
         // Points that passed the outlier removal, plus those seen since; the rest is background.
         track.point_ids.clear();
@@ -115,7 +119,7 @@ struct ObjectTracker::Impl {
       known.push_back(&track);
       ids_of_known.push_back(id);
     }
-    std::vector<int> ids = Associate(boxes, known, options.association);
+    std::vector<int> ids = Associate(boxes, known, options.association, rules);
     for (int& id : ids) {
       id = id >= 0 ? ids_of_known[id] : -1;
     }
@@ -167,10 +171,14 @@ struct ObjectTracker::Impl {
     if (parts.rank_sum && track.cloud.size() < kMaxPoints) {
       track.cloud.insert(track.cloud.end(), box.positions.begin(), box.positions.end());
     }
-    // The centroid of a part says nothing about the whole.
-    if (box.centroid && !box.AnyEdgeCut()) {
-      track.centroids.Add(*box.centroid);
+    if (const auto centroid = Centroid(box)) {
+      track.centroids.Add(*centroid);
     }
+  }
+
+  // The centroid of a part says nothing about the whole, which the paper does not ask.
+  std::optional<Eigen::Vector3d> Centroid(const BoxCandidate& box) const {
+    return box.AnyEdgeCut() && options.method != ObjectMethod::kPaper ? std::nullopt : box.centroid;
   }
 
   std::vector<std::int64_t> PointsOutside(const KnownLandmark& track, const ObjectFrame& frame,
@@ -181,7 +189,8 @@ struct ObjectTracker::Impl {
     }
     const Rigid3d T_camera_map = frame.T_map_camera.Inverse();
     const double margin = options.outliers.box_margin * std::max(box.width, box.height);
-    const bool only_observed = options.outliers.reprojection == ReprojectionVotes::kObserved;
+    const bool paper = options.method == ObjectMethod::kPaper;
+    const bool only_observed = !paper && options.outliers.reprojection == ReprojectionVotes::kObserved;
     for (const auto& [point, p_map] : track.view->points) {
       if (only_observed && !std::binary_search(observed.begin(), observed.end(), point)) {
         continue;
@@ -192,7 +201,8 @@ struct ObjectTracker::Impl {
       }
       const Eigen::Vector2d pixel = frame.camera.ProjectDistorted(p);
       // Beyond an edge that something else hides the object may well go on.
-      if (frame.camera.InImage(pixel) && IsBeyondEdge(box, edge_free, pixel, margin)) {
+      const bool beyond = paper ? !box.Contains(pixel) : IsBeyondEdge(box, edge_free, pixel, margin);
+      if (frame.camera.InImage(pixel) && beyond) {
         outside.push_back(point);
       }
     }
@@ -205,16 +215,21 @@ struct ObjectTracker::Impl {
     observation.frame_index = frame.frame_index;
     observation.detection_index = box.detection_index;
     observation.detection = box.detection;
+    if (frame.box_at_once) {
+      observation.detection.box = frame.box_at_once(box.detection.box, box.median_depth);
+    }
     observation.T_map_camera = frame.T_map_camera;
     observation.point_ids = box.point_ids;
     for (int edge = 0; edge < 4; ++edge) {
       observation.edge_free[edge] = !box.edge_cut[edge] && !box.edge_hidden[edge];
     }
-    if (!box.AnyEdgeCut()) {
-      observation.centroid = box.centroid;
+    observation.centroid = Centroid(box);
+    if (options.representation == Representation::kQuadric &&
+        options.quadric_init == QuadricInit::kSingleView) {
+      observation.gray = frame.gray;
     }
     observation.reprojected_outside =
-        PointsOutside(tracks.at(id), frame, box.detection.box, observation.edge_free);
+        PointsOutside(tracks.at(id), frame, observation.detection.box, observation.edge_free);
     return observation;
   }
 
@@ -240,8 +255,9 @@ struct ObjectTracker::Impl {
 };
 
 ObjectTracker::ObjectTracker(const ObjectOptions& options) : impl_(new Impl) {
-  impl_->options = options;
-  impl_->parts = PartsOf(options.association.method);
+  impl_->options = OptionsOfMethod(options);
+  impl_->rules = RulesOf(options);
+  impl_->parts = impl_->rules.parts;
 }
 ObjectTracker::~ObjectTracker() = default;
 ObjectTracker::ObjectTracker(ObjectTracker&&) noexcept = default;
@@ -279,8 +295,13 @@ std::vector<ObjectObservation> ObjectTracker::Track(const ObjectFrame& frame, co
       observation.lines = LinesInBox(lines, UndistortBox(boxes[i].detection.box, frame.camera), yaw);
     }
     if (view.upright && !observation.lines.empty()) {
-      const LineView line_view{frame.T_map_camera, observation.lines};
-      observation.yaw = YawFromLines({&line_view, 1}, frame.camera, yaw);
+      LineView line_view{frame.T_map_camera, observation.lines, {}};
+      const bool paper = impl.options.method == ObjectMethod::kPaper;
+      if (paper) {
+        line_view.p_axes = boxes[i].centroid;
+      }
+      observation.yaw =
+          YawFromLines({&line_view, 1}, frame.camera, yaw, paper ? LineFit::kPaper : LineFit::kRobust);
     }
     observations.push_back(std::move(observation));
   }

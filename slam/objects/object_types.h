@@ -14,6 +14,7 @@
 #include "slam/geometry/camera.h"
 #include "slam/geometry/rigid3.h"
 #include "slam/geometry/superquadric.h"
+#include "slam/objects/statistical_tests.h"
 
 namespace sqslam {
 
@@ -32,6 +33,9 @@ struct ObjectFrame {
   std::vector<Detection> detections;
   std::vector<TrackedPoint> points;
   cv::Mat gray;  // 8UC1, distorted as recorded; empty: no lines
+  // A box as a camera without rolling shutter would show it, of a thing so far before it (0: unknown). Empty:
+  // boxes are as they are.
+  std::function<Box2d(const Box2d& box, double depth)> box_at_once = {};
 };
 
 // Line segment in the image, undistorted px.
@@ -62,6 +66,7 @@ struct ObjectObservation {
   std::optional<Eigen::Vector3d> centroid;  // of point_ids, map frame; empty where there are too few points
   std::optional<YawEstimate> yaw;           // from the lines of this frame
   std::vector<LineSegment> lines;           // within the box; empty in most frames
+  cv::Mat gray;  // the frame, 8UC1, distorted as recorded; only for quadrics from a single view
 };
 
 // One landmark as the mapping thread knows it.
@@ -74,6 +79,7 @@ struct ObjectLandmarkView {
   bool shown = false;                                            // good enough to be part of the object map
   PosedSuperquadric superquadric;
   std::optional<double> support;  // height of the surface that it was found to stand on
+  PointStatistics centroids;
 };
 
 // Outcome of outlier removal for a map point, over all objects that are shown.
@@ -97,5 +103,8 @@ using PointLookup = std::function<std::optional<Eigen::Vector3d>(std::int64_t& p
 
 // Newest estimate of the pose of a past frame (T_map_camera); nullopt: keep what was known.
 using PoseLookup = std::function<std::optional<Rigid3d>(std::int64_t frame_index)>;
+
+// Motion of a frame, and of what was seen from it, when the map was bent: p_new = S_new_old * p_old.
+using MotionLookup = std::function<Sim3d(std::int64_t frame_index)>;
 
 }  // namespace sqslam

@@ -150,14 +150,20 @@ ShapeFit FitShape(std::span<const Eigen::Vector3d> p_object, const Eigen::Vector
 }
 
 PosedSuperquadric SuperquadricAtYaw(std::span<const Eigen::Vector3d> p_map, double yaw,
-                                    const SizeShapeOptions& options, bool with_shape) {
+                                    const SizeShapeOptions& options, bool with_shape, CloudCentre centre) {
   const Eigen::Quaterniond R_map_object(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()));
   std::vector<Eigen::Vector3d> turned;
   turned.reserve(p_map.size());
   for (const Eigen::Vector3d& p : p_map) {
     turned.push_back(R_map_object.conjugate() * p);
   }
-  const Extents extents = EstimateExtents(turned, options);
+  Extents extents = EstimateExtents(turned, options);
+  if (centre == CloudCentre::kCentroid && !turned.empty()) {
+    extents.centre =
+        Eigen::Map<const Eigen::Matrix3Xd>(turned.front().data(), 3, static_cast<Eigen::Index>(turned.size()))
+            .rowwise()
+            .mean();
+  }
   for (Eigen::Vector3d& p : turned) {
     p -= extents.centre;
   }

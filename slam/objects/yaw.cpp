@@ -14,12 +14,13 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 
 // A line in normalised image coordinates, as far as the yaw is concerned: the image of the map direction (cos
-// yaw, sin yaw, 0) at the line's midpoint is `image` * (cos yaw, sin yaw), not normalised.
+// yaw, sin yaw, 0) at the line's midpoint (or where the axes are projected) is `image` * (cos yaw, sin yaw),
+// not normalised.
 struct NormalisedLine {
   Eigen::Matrix2d image = Eigen::Matrix2d::Zero();
   Eigen::Vector2d normal = Eigen::Vector2d::Zero();  // unit
   double sine_to_vertical = 0.0;
-  double length = 0.0;  // px
+  double weight = 0.0;
 };
 
 // Sine of the angle between the line and the image of the map direction (axis.x, axis.y, 0).
@@ -30,10 +31,14 @@ double SineToAxis(const NormalisedLine& line, const Eigen::Vector2d& axis) {
 
 Eigen::Vector2d AxisAt(double yaw) { return {std::cos(yaw), std::sin(yaw)}; }
 
-std::vector<NormalisedLine> Normalise(std::span<const LineView> views, const Camera& camera) {
+std::vector<NormalisedLine> Normalise(std::span<const LineView> views, const Camera& camera, LineFit fit) {
   std::vector<NormalisedLine> lines;
   for (const LineView& view : views) {
     const Eigen::Matrix3d R_camera_map = view.T_map_camera.RotationMatrix().transpose();
+    std::optional<Eigen::Vector2d> axes;
+    if (view.p_axes) {
+      axes = (view.T_map_camera.Inverse() * *view.p_axes).hnormalized();
+    }
     for (const LineSegment& segment : view.lines) {
       const Eigen::Vector2d a = camera.Unproject(segment.a).head<2>();
       const Eigen::Vector2d b = camera.Unproject(segment.b).head<2>();
@@ -41,11 +46,12 @@ std::vector<NormalisedLine> Normalise(std::span<const LineView> views, const Cam
         continue;
       }
       const Eigen::Matrix<double, 2, 3> image =
-          R_camera_map.topRows<2>() - 0.5 * (a + b) * R_camera_map.row(2);
+          R_camera_map.topRows<2>() - axes.value_or(0.5 * (a + b)) * R_camera_map.row(2);
       const Eigen::Vector2d direction = (b - a).normalized();
       const Eigen::Vector2d normal(direction.y(), -direction.x());
       const double to_vertical = image.col(2).dot(normal) / std::max(image.col(2).norm(), 1e-12);
-      lines.push_back({image.leftCols<2>(), normal, to_vertical, segment.Length()});
+      const double weight = fit == LineFit::kPaper ? 1.0 : segment.Length();
+      lines.push_back({image.leftCols<2>(), normal, to_vertical, weight});
     }
   }
   return lines;
@@ -58,7 +64,7 @@ struct Match {
 
 // Lines that agree with the horizontal axes at this yaw; those nearer to the vertical axis are left out, as
 // they say nothing about yaw.
-void MatchLines(const std::vector<NormalisedLine>& lines, double yaw, double max_sine,
+void MatchLines(const std::vector<NormalisedLine>& lines, double yaw, double max_sine, LineFit fit,
                 std::vector<Match>& matches, double& score) {
   const Eigen::Vector2d x_axis = AxisAt(yaw);
   const Eigen::Vector2d y_axis(-x_axis.y(), x_axis.x());
@@ -70,19 +76,20 @@ void MatchLines(const std::vector<NormalisedLine>& lines, double yaw, double max
     const double best = std::min(x, y);
     if (best < max_sine && best <= std::abs(lines[i].sine_to_vertical)) {
       matches.push_back({i, x <= y ? 0.0 : kPi / 2.0});
-      score += lines[i].length * (1.0 - 0.5 * best / max_sine);
+      score += lines[i].weight * (fit == LineFit::kPaper ? 1.0 : 1.0 - 0.5 * best / max_sine);
     }
   }
 }
 
 // Residuals of the matched lines for ceres::TinySolver: half the sum of squares is the sum of Cauchy losses
-// of their sines, weighted by the lines' lengths.
+// of their sines, weighted by the lines' lengths; for the paper's fit the residuals are the angles.
 struct YawProblem {
   using Scalar = double;
   enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = 1 };
 
   const std::vector<NormalisedLine>* lines;
   const std::vector<Match>* matches;
+  LineFit fit = LineFit::kRobust;
 
   int NumResiduals() const { return static_cast<int>(matches->size()); }
 
@@ -95,8 +102,16 @@ struct YawProblem {
       const Eigen::Vector2d slope = line.image * Eigen::Vector2d(-axis.y(), axis.x());
       const double norm = std::sqrt(d.squaredNorm() + 1e-12);
       const double sine = d.dot(line.normal) / norm;
+      if (fit == LineFit::kPaper) {
+        *residuals++ = std::asin(sine);
+        if (jacobian != nullptr) {
+          *jacobian++ = (slope.dot(line.normal) / norm - sine * d.dot(slope) / (norm * norm)) /
+                        std::sqrt(std::max(1e-12, 1.0 - sine * sine));
+        }
+        continue;
+      }
       const double square = sine * sine / (kWidth * kWidth);
-      const double root = std::sqrt(line.length);
+      const double root = std::sqrt(line.weight);
       // The signed root of the loss, log(1 + square), which is the sine itself about zero.
       const bool tiny = square < 1e-9;
       const double robust = tiny ? sine : std::copysign(kWidth * std::sqrt(std::log(1.0 + square)), sine);
@@ -110,11 +125,12 @@ struct YawProblem {
   }
 };
 
-double RefineYaw(const std::vector<NormalisedLine>& lines, const std::vector<Match>& matches, double start) {
+double RefineYaw(const std::vector<NormalisedLine>& lines, const std::vector<Match>& matches, double start,
+                 LineFit fit) {
   Eigen::Matrix<double, 1, 1> yaw(start);
   ceres::TinySolver<YawProblem> solver;
   solver.options.max_num_iterations = 10;
-  solver.Solve(YawProblem{&lines, &matches}, &yaw);
+  solver.Solve(YawProblem{&lines, &matches, fit}, &yaw);
   return yaw[0];
 }
 
@@ -169,15 +185,15 @@ AxisOfLine NearestAxis(const LineSegment& line, const Rigid3d& T_map_camera, con
 }
 
 std::optional<YawEstimate> YawFromLines(std::span<const LineView> views, const Camera& camera,
-                                        const YawOptions& options) {
-  const std::vector<NormalisedLine> lines = Normalise(views, camera);
+                                        const YawOptions& options, LineFit fit) {
+  const std::vector<NormalisedLine> lines = Normalise(views, camera, fit);
   if (static_cast<int>(lines.size()) < options.min_lines) {
     return std::nullopt;
   }
   const double max_sine = std::sin(options.match_angle_deg * kRadiansPerDegree);
   double total = 0.0;
   for (const NormalisedLine& line : lines) {
-    total += line.length;
+    total += line.weight;
   }
   double best_score = 0.0;
   double best_yaw = 0.0;
@@ -186,7 +202,7 @@ std::optional<YawEstimate> YawFromLines(std::span<const LineView> views, const C
   for (int i = 0; i < options.samples; ++i) {
     const double yaw = -kPi / 4.0 + (i + 0.5) * (kPi / 2.0) / options.samples;
     double score = 0.0;
-    MatchLines(lines, yaw, max_sine, matches, score);
+    MatchLines(lines, yaw, max_sine, fit, matches, score);
     if (score > best_score) {
       best_score = score;
       best_yaw = yaw;
@@ -196,9 +212,10 @@ std::optional<YawEstimate> YawFromLines(std::span<const LineView> views, const C
   if (static_cast<int>(best_matches.size()) < std::max(1, options.min_lines - 1)) {
     return std::nullopt;
   }
-  const double refined = RefineYaw(lines, best_matches, best_yaw);
+  const double refined = RefineYaw(lines, best_matches, best_yaw, fit);
   const bool accepted = std::abs(refined - best_yaw) <= options.max_refinement_deg * kRadiansPerDegree;
-  return YawEstimate{WrapQuarter(accepted ? refined : best_yaw), best_score / total};
+  const double quality = fit == LineFit::kPaper ? 1.0 : best_score / total;  // all frames alike (Eq. 9)
+  return YawEstimate{WrapQuarter(accepted ? refined : best_yaw), quality};
 }
 
 std::optional<YawEstimate> YawFromPoints(std::span<const Eigen::Vector3d> points, const YawOptions& options) {

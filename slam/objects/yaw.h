@@ -20,7 +20,14 @@ namespace sqslam {
 struct LineView {
   Rigid3d T_map_camera;
   std::vector<LineSegment> lines;  // undistorted px
+  // Point (map frame) at which the object's axes are projected; empty: at each line's midpoint, which spares
+  // lines away from it a perspective error.
+  std::optional<Eigen::Vector3d> p_axes = {};
 };
+
+// Weights of lines: by their length, with a robust loss, or as in the paper: all the same, least squares of
+// the angles (Eq. 7), and the start with the most matches.
+enum class LineFit { kRobust, kPaper };
 
 // Angle between a line and the image that a direction of the map has at the line's midpoint (where that image
 // points to the direction's vanishing point), radians in [0, pi/2]; pi/2 for a line without length.
@@ -42,7 +49,7 @@ AxisOfLine NearestAxis(const LineSegment& line, const Rigid3d& T_map_camera, con
 // lines away from the object's centre are compared without a perspective error. One view is the paper's
 // estimate, many views give the joint one. Empty where the lines match no horizontal axis.
 std::optional<YawEstimate> YawFromLines(std::span<const LineView> views, const Camera& camera,
-                                        const YawOptions& options);
+                                        const YawOptions& options, LineFit fit = LineFit::kRobust);
 
 // Yaw from the principal axis of the points' horizontal projection, for objects without straight edges. Empty
 // where the cloud is round (variance ratio below options.pca_min_ratio) or small.

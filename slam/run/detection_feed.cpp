@@ -2,16 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <utility>
 
 #include "slam/util/error.h"
 
 namespace sqslam {
-using Clock = std::chrono::steady_clock;
 
 DetectionFeed::DetectionFeed(Detector detector, Options options) : options_(std::move(options)) {
-  detector_.emplace(std::move(detector), options_.detection, options_.deterministic);
+  detector_.emplace(std::move(detector), options_.detection, options_.pace);
   writer_.emplace(options_.boxes, options_.settings, options_.file_pixels);
 }
 
@@ -19,25 +17,22 @@ TrackingState DetectionFeed::Process(const Frame& given, System& system) {
   if (!detector_) {
     return system.Process(given);
   }
-  const Clock::time_point started = Clock::now();
   Frame frame = given;
   frame.detections.clear();
   frame.detections_follow = true;
-  detector_->Add(frame);
-  const TrackingState state = system.Process(frame);
-  Deliver(TakeBoxes(false), system);
-  if (options_.frame_interval > 0.0 && !options_.deterministic) {
-    detector_->WaitUntilFree(started + std::chrono::duration_cast<Clock::duration>(
-                                           std::chrono::duration<double>(options_.frame_interval)));
-  }
-  return state;
+  std::vector<FrameBoxes> boxes;
+  Attempt([&] { boxes = detector_->Add(frame); });
+  Deliver(boxes, system);
+  return system.Process(frame);
 }
 
 void DetectionFeed::Finish(System& system) {
   if (!detector_ || Failed()) {
     return;
   }
-  Deliver(TakeBoxes(true), system);
+  std::vector<FrameBoxes> boxes;
+  Attempt([&] { boxes = detector_->Finish(); });
+  Deliver(boxes, system);
   Attempt([this] { writer_->Finish(); });
 }
 
@@ -63,14 +58,9 @@ std::map<std::string, StageTimes::Summary> DetectionFeed::Times() const {
   return detector_ ? detector_->Times() : std::map<std::string, StageTimes::Summary>{};
 }
 
-std::vector<FrameBoxes> DetectionFeed::TakeBoxes(bool all) {
-  std::vector<FrameBoxes> boxes;
-  Attempt([&] { boxes = all ? detector_->Finish() : detector_->Take(); });
-  return boxes;
-}
-
 void DetectionFeed::Deliver(const std::vector<FrameBoxes>& frames, System& system) {
   for (const FrameBoxes& frame : frames) {
+    seen_ += frame.seen ? 1 : 0;
     system.AddDetections(frame.frame_index, frame.detections);
     Attempt([&] { writer_->Add(frame.timestamp, frame.detections); });
   }

@@ -18,10 +18,7 @@ class DetectionFeed {
  public:
   struct Options {
     DetectionOptions detection;
-    bool deterministic = false;
-    // A recording is read no faster than the camera took it while the network is at work, so that most
-    // objects are seen. 0: whoever delivers the frames keeps the time.
-    double frame_interval = 0.0;            // s
+    DetectionPace pace = DetectionPace::kEveryNth;
     std::filesystem::path boxes;            // boxes.txt to write
     std::string settings;                   // what the boxes are made with, its first line
     Eigen::Vector2d file_pixels{1.0, 1.0};  // see FilePixels()
@@ -41,16 +38,17 @@ class DetectionFeed {
   void ThrowFailure() const;
 
   std::map<std::string, StageTimes::Summary> Times() const;
+  int Seen() const { return seen_; }  // frames that the network itself has looked at
 
  private:
   void Attempt(const auto& work);  // unless something has failed; keeps what fails now
-  std::vector<FrameBoxes> TakeBoxes(bool all);
   void Deliver(const std::vector<FrameBoxes>& frames, System& system);
 
   Options options_;
   std::optional<BackgroundDetector> detector_;
   std::optional<DetectionWriter> writer_;
   std::string failure_;
+  int seen_ = 0;
 };
 
 }  // namespace sqslam

@@ -99,12 +99,4 @@ std::optional<double> NextTimestamp(const FrameRange& range, const Sequence& seq
   return there ? std::optional(sequence.frames[static_cast<std::size_t>(next)].timestamp) : std::nullopt;
 }
 
-double FrameInterval(const FrameRange& range, const Sequence& sequence) {
-  const std::vector<SequenceFrame>& frames = sequence.frames;
-  const double interval = frames.size() < 2 ? 1.0 / sequence.camera.fps
-                                            : (frames.back().timestamp - frames.front().timestamp) /
-                                                  static_cast<double>(frames.size() - 1);
-  return interval * static_cast<double>(range.stride);
-}
-
 }  // namespace sqslam

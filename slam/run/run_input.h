@@ -46,8 +46,4 @@ std::optional<NetworkOptions> NetworkFor(const DetectionOptions& options, const 
 // Timestamp of the frame that is played after this one; empty for the last.
 std::optional<double> NextTimestamp(const FrameRange& range, const Sequence& sequence, const Frame& frame);
 
-// Mean time between the frames that are played, seconds. Lists of images need not say how many there are a
-// second.
-double FrameInterval(const FrameRange& range, const Sequence& sequence);
-
 }  // namespace sqslam

@@ -30,12 +30,12 @@ DetectionFeed MakeFeed(const RunRequest& request, RunInput& input, RunHost& host
     return {};
   }
   host.Say(fmt::format("boxes by {}", fs::path(input.network->file).filename().string()));
-  return {std::move(*input.detector),
-          {request.options.detection, request.options.deterministic,
-           request.HasRealClock() ? 0.0 : FrameInterval(request.range, input.sequence),
-           request.output / "boxes.txt",
-           fmt::format("boxes of {}, {}", input.sequence.path.string(), Fingerprint(*input.network)),
-           FilePixels(input.sequence)}};
+  return {
+      std::move(*input.detector),
+      {request.options.detection, request.HasRealClock() ? DetectionPace::kNewest : DetectionPace::kEveryNth,
+       request.output / "boxes.txt",
+       fmt::format("boxes of {}, {}", input.sequence.path.string(), Fingerprint(*input.network)),
+       FilePixels(input.sequence)}};
 }
 
 // A camera that is only guessed is learnt on during the run.
@@ -121,6 +121,7 @@ RunStats MakeStats(const RunResult& result, const RunInput& input, const Detecti
   RunStats stats;
   stats.frames = result.frames;
   stats.skipped = input.frames->Skipped();
+  stats.detector_frames = feed.Seen();
   stats.tracked = result.tracked;
   stats.keyframes = static_cast<int>(result.map.keyframes.size());
   if (result.map.snapshot) {

@@ -71,9 +71,7 @@ RollingShutter::RollingShutter(const Camera& camera, const RollingShutterOptions
       options_(options),
       known_readout_(1e-3 * (options.readout_ms != 0.0 ? options.readout_ms : camera.readout_ms)) {}
 
-double RollingShutter::RowDelay(const Keypoint& keypoint) const {
-  return (keypoint.raw_pixel.y() + 0.5) / camera_.height - 0.5;
-}
+double RollingShutter::RowDelay(double raw_row) const { return (raw_row + 0.5) / camera_.height - 0.5; }
 
 double RollingShutter::Readout() const {
   constexpr double kTrusted = 1.0e-3;  // s, standard deviation
@@ -98,10 +96,25 @@ FrameFeaturesPtr RollingShutter::Correct(const FrameFeaturesPtr& features, const
     Keypoint& keypoint = corrected->keypoints[i];
     const double depth = depths[i] > 0.0 ? depths[i] : 1.0 / inverse_depths.At(keypoint.pixel);
     const Eigen::Vector3d p_camera = depth * camera_.Unproject(keypoint.pixel);
-    keypoint.pixel -= readout * RowDelay(keypoint) * motion.InImage(camera_, p_camera);
+    keypoint.pixel -= readout * RowDelay(keypoint.raw_pixel.y()) * motion.InImage(camera_, p_camera);
   }
   corrected->grid = KeypointGrid(corrected->keypoints, camera_.width, camera_.height);
   return corrected;
+}
+
+Box2d RollingShutter::Correct(const Box2d& box, const CameraMotion& motion, double depth) const {
+  constexpr double kFarAway = 1e6;  // map units
+  const auto moved = [&](double x, double y) -> Eigen::Vector2d {
+    const Eigen::Vector3d p_camera =
+        (depth > 0.0 ? depth : kFarAway) * camera_.Unproject(camera_.Undistort({x, y}));
+    return Eigen::Vector2d(x, y) - Readout() * RowDelay(y) * motion.InImage(camera_, p_camera);
+  };
+  const Eigen::Vector2d middle = box.Center();
+  const double left = moved(box.x, middle.y()).x();
+  const double right = moved(box.x + box.width, middle.y()).x();
+  const double top = moved(middle.x(), box.y).y();
+  const double bottom = moved(middle.x(), box.y + box.height).y();
+  return {left, top, right - left, bottom - top};
 }
 
 void RollingShutter::Learn(const FrameFeatures& features, const CameraMotion& motion,
@@ -125,7 +138,7 @@ void RollingShutter::Learn(const FrameFeatures& features, const CameraMotion& mo
     Eigen::Matrix<double, 2, 6> d_pose;
     d_pose.leftCols<3>() = -d_point * Skew(o.p_camera);
     d_pose.rightCols<3>() = d_point;
-    const Eigen::Vector2d d_readout = RowDelay(keypoint) * motion.InImage(camera_, o.p_camera);
+    const Eigen::Vector2d d_readout = RowDelay(keypoint.raw_pixel.y()) * motion.InImage(camera_, o.p_camera);
     poses.noalias() += d_pose.transpose() * d_pose / o.variance;
     pose_readout.noalias() += d_pose.transpose() * d_readout / o.variance;
     pose_residual.noalias() += d_pose.transpose() * residual / o.variance;

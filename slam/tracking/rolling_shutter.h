@@ -3,6 +3,7 @@
 #include <span>
 
 #include "slam/features/frame_features.h"
+#include "slam/geometry/box2.h"
 #include "slam/geometry/camera.h"
 #include "slam/geometry/lie.h"
 #include "slam/geometry/rigid3.h"
@@ -62,12 +63,16 @@ class RollingShutter {
   FrameFeaturesPtr Correct(const FrameFeaturesPtr& features, const CameraMotion& motion,
                            std::span<const ShutterObservation> observations) const;
 
+  // A box around something `depth` before the camera (map units, 0: far away) as seen at once: each side from
+  // the moment of its own row, those of the left and the right side from that of the box's middle.
+  Box2d Correct(const Box2d& box, const CameraMotion& motion, double depth) const;
+
   // Learns from a tracked frame, corrected or not.
   void Learn(const FrameFeatures& features, const CameraMotion& motion,
              std::span<const ShutterObservation> observations);
 
  private:
-  double RowDelay(const Keypoint& keypoint) const;  // in units of the readout time, -0.5 to 0.5
+  double RowDelay(double raw_row) const;  // in units of the readout time, -0.5 to 0.5
 
   Camera camera_;
   RollingShutterOptions options_;

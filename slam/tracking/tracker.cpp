@@ -38,6 +38,7 @@ TrackingReport Tracker::Track(const Frame& frame, const AtlasViewPtr& atlas, int
         extractor_.Extract(frame.gray, frame.bgr, camera_, ignored_.In(frame)));
   }
   current_.ForgetPoints();
+  motion_.reset();
 
   AdoptAtlas(atlas);
   const bool tracked = view_ && (Lost() ? Relocalize(report) : TrackFrame(report));
@@ -137,8 +138,9 @@ bool Tracker::TrackFrame(TrackingReport& report) {
   }
   tracked = tracked || (last_ && pose_tracker_.TrackWithoutPrediction(*view_, *last_, current_, report.seen));
   if (tracked) {
-    if (const auto motion = Motion()) {
-      shutter_.Learn(*current_.features, *motion, ShutterObservations());
+    motion_ = Motion();
+    if (motion_) {
+      shutter_.Learn(*current_.features, *motion_, ShutterObservations());
     }
   }
   velocity_.reset();
@@ -300,6 +302,11 @@ ObjectFrame Tracker::MakeObjectFrame(const Frame& frame) const {
   objects.T_map_camera = current_.T_camera_map.Inverse();
   objects.camera = camera_;
   objects.gray = frame.gray;
+  if (motion_ && shutter_.Readout() != 0.0) {
+    objects.box_at_once = [shutter = shutter_, motion = *motion_](const Box2d& box, double depth) {
+      return shutter.Correct(box, motion, depth);
+    };
+  }
   for (std::size_t i = 0; i < current_.points.size(); ++i) {
     if (view_->Has(current_.points[i])) {
       objects.points.push_back({current_.points[i], current_.features->keypoints[i].raw_pixel,

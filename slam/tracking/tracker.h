@@ -114,6 +114,7 @@ class Tracker {
   TrackedFrame current_;
   std::optional<TrackedFrame> last_;
   std::optional<FrameMotion> velocity_;  // between the last two frames that were tracked
+  std::optional<CameraMotion> motion_;   // at the current frame, where that was tracked from the last
   std::vector<TrackedFrame> untracked_;  // since the last tracked frame
   std::deque<WaitingFrame> waiting_;     // the oldest first
   std::int64_t last_keyframe_index_ = 0;

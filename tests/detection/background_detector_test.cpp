@@ -1,11 +1,14 @@
 #include "slam/detection/background_detector.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <opencv2/imgproc.hpp>
+#include <thread>
 
 #include "slam/util/error.h"
 #include "tests/detection/hand_made_network.h"
@@ -13,6 +16,7 @@
 namespace sqslam {
 namespace {
 namespace fs = std::filesystem;
+using testing::ElementsAre;
 
 class BackgroundDetectorTest : public testing::Test {
  protected:
@@ -41,8 +45,8 @@ class BackgroundDetectorTest : public testing::Test {
     return frame;
   }
 
-  BackgroundDetector Make(int interval, bool follow, bool deterministic) const {
-    return {Detector(network_), {"", interval, follow}, deterministic};
+  BackgroundDetector Make(int interval, bool follow, DetectionPace pace) const {
+    return {Detector(network_), {"", interval, follow}, pace};
   }
 
   fs::path file_;
@@ -50,15 +54,14 @@ class BackgroundDetectorTest : public testing::Test {
 };
 
 TEST_F(BackgroundDetectorTest, EveryFrameComesOnceAndInOrder) {
-  for (const bool deterministic : {false, true}) {
-    BackgroundDetector detector = Make(0, true, deterministic);
+  for (const DetectionPace pace : {DetectionPace::kNewest, DetectionPace::kEveryNth}) {
+    BackgroundDetector detector = Make(0, true, pace);
     std::vector<FrameBoxes> all;
     const auto take = [&](const std::vector<FrameBoxes>& some) {
       all.insert(all.end(), some.begin(), some.end());
     };
     for (int i = 0; i < 50; ++i) {
-      detector.Add(FrameAt(i));
-      take(detector.Take());
+      take(detector.Add(FrameAt(i)));
     }
     take(detector.Finish());
     ASSERT_EQ(all.size(), 50U);
@@ -69,57 +72,58 @@ TEST_F(BackgroundDetectorTest, EveryFrameComesOnceAndInOrder) {
     EXPECT_TRUE(all.back().seen);
     ASSERT_EQ(all.back().detections.size(), 1U);
     EXPECT_NEAR(all.back().detections[0].box.x, 20 + 4 * (49 / 4 % 6) - 8, 1e-3);
-    EXPECT_TRUE(detector.Take().empty());
+    EXPECT_TRUE(detector.Finish().empty());
   }
 }
 
-TEST_F(BackgroundDetectorTest, DeterministicRunsWaitForEveryNthFrame) {
-  BackgroundDetector detector = Make(4, false, true);
-  for (int i = 0; i < 9; ++i) {
-    detector.Add(FrameAt(i));
-    const std::vector<FrameBoxes> boxes = detector.Take();
-    if (i % 4 == 0) {
-      ASSERT_EQ(boxes.size(), i == 0 ? 1U : 4U) << i;
-      EXPECT_TRUE(boxes.back().seen);
-      EXPECT_EQ(boxes.back().detections.size(), 1U);
-      EXPECT_TRUE(i == 0 || boxes.front().detections.empty());  // nothing is carried
-    } else {
-      EXPECT_TRUE(boxes.empty()) << i;
+// However fast frames come, and however long they are waited for: the network sees the same ones, and their
+// boxes are handed over at the same frames.
+TEST_F(BackgroundDetectorTest, ARecordingWaitsForEveryNthFrame) {
+  for (const bool slowly : {false, true}) {
+    BackgroundDetector detector = Make(4, false, DetectionPace::kEveryNth);
+    std::vector<std::size_t> handed_over;
+    std::vector<FrameBoxes> all;
+    for (int i = 0; i < 11; ++i) {
+      const std::vector<FrameBoxes> boxes = detector.Add(FrameAt(i));
+      handed_over.push_back(boxes.size());
+      all.insert(all.end(), boxes.begin(), boxes.end());
+      if (slowly) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      }
+    }
+    EXPECT_THAT(handed_over, ElementsAre(0, 0, 0, 0, 1, 0, 0, 0, 4, 0, 0));
+    const std::vector<FrameBoxes> rest = detector.Finish();
+    EXPECT_EQ(rest.size(), 6U);
+    all.insert(all.end(), rest.begin(), rest.end());
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      EXPECT_EQ(all[i].seen, i % 4 == 0 || i == 10) << i;
+      EXPECT_EQ(all[i].detections.size(), all[i].seen ? 1U : 0U) << i << ": nothing is carried";
     }
   }
 }
 
 TEST_F(BackgroundDetectorTest, FramesBetweenGetTheirBoxesFromTheirNeighbours) {
-  BackgroundDetector detector = Make(4, true, true);
-  detector.Add(FrameAt(0));
-  const std::vector<FrameBoxes> first = detector.Take();
-  ASSERT_EQ(first.size(), 1U);
-  ASSERT_EQ(first[0].detections.size(), 1U);
-  std::vector<FrameBoxes> last;
-  for (int i = 1; i < 5; ++i) {
+  BackgroundDetector detector = Make(4, true, DetectionPace::kEveryNth);
+  for (int i = 0; i < 5; ++i) {
     detector.Add(FrameAt(i));
-    last = detector.Take();
   }
-  ASSERT_EQ(last.size(), 4U);
-  const double start = first[0].detections[0].box.Center().x();
-  for (std::size_t i = 0; i < last.size(); ++i) {
-    ASSERT_EQ(last[i].detections.size(), 1U);
-    const double moved = last[i].detections[0].box.Center().x() - start;
+  const std::vector<FrameBoxes> boxes = detector.Finish();
+  ASSERT_EQ(boxes.size(), 4U);
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    ASSERT_EQ(boxes[i].detections.size(), 1U);
+    const double moved = boxes[i].detections[0].box.Center().x() - 20.0;
     EXPECT_NEAR(moved, i == 3 ? 4.0 : 0.0, 1.5) << "the block stands still until the last frame, " << i;
-    EXPECT_EQ(last[i].seen, i == 3);
+    EXPECT_EQ(boxes[i].seen, i == 3);
   }
 }
 
 TEST_F(BackgroundDetectorTest, BoxesAreNotCarriedOverLongGaps) {
   constexpr int kFar = 95;
-  BackgroundDetector detector = Make(kFar, true, true);
-  detector.Add(FrameAt(0));
-  detector.Take();
-  std::vector<FrameBoxes> last;
-  for (int i = 1; i <= kFar; ++i) {
+  BackgroundDetector detector = Make(kFar, true, DetectionPace::kEveryNth);
+  for (int i = 0; i <= kFar; ++i) {
     detector.Add(FrameAt(i));
-    last = detector.Take();
   }
+  const std::vector<FrameBoxes> last = detector.Finish();
   ASSERT_EQ(last.size(), static_cast<std::size_t>(kFar));
   EXPECT_TRUE(last.front().detections.empty());
   EXPECT_FALSE(last.back().detections.empty());
@@ -127,15 +131,15 @@ TEST_F(BackgroundDetectorTest, BoxesAreNotCarriedOverLongGaps) {
 
 // Images of a size that the letterbox cannot fill make OpenCV throw on the detector's thread.
 TEST_F(BackgroundDetectorTest, WhatFailsInTheBackgroundIsThrownInTheForeground) {
-  BackgroundDetector detector = Make(1, true, true);
+  BackgroundDetector detector = Make(1, true, DetectionPace::kEveryNth);
   Frame frame;
   frame.bgr = cv::Mat(4, 4, CV_32FC1, cv::Scalar(0));
   detector.Add(frame);
-  EXPECT_ANY_THROW(detector.Take());
+  EXPECT_ANY_THROW(detector.Add(frame));
 }
 
 TEST_F(BackgroundDetectorTest, ItCanBeDroppedWhileAtWork) {
-  BackgroundDetector detector = Make(1, true, false);
+  BackgroundDetector detector = Make(1, true, DetectionPace::kNewest);
   for (int i = 0; i < 20; ++i) {
     detector.Add(FrameAt(i));
   }

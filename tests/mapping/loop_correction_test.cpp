@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "slam/mapping/submap.h"
 #include "tests/support/synthetic_map.h"
 
 namespace sqslam {
@@ -67,6 +68,34 @@ TEST(CorrectLoop, ChangesNothingWhereThereIsNoDrift) {
   LoopEdges edges;
   CorrectLoop(ring.map, ring.camera, PerfectPlace(ring, options), {}, edges);
   EXPECT_LT(CenterError(ring), 1e-6);
+}
+
+// Something two metres before each keyframe, seen by it alone.
+TEST(CorrectLoop, TakesLandmarksToWhereTheirKeyframesSeeThem) {
+  const RingMapOptions options;
+  SyntheticMap ring = MakeRingMap(options);
+  const LoopCandidate place = PerfectPlace(ring, options);
+  std::vector<ObjectObservation> observations;
+  for (const auto& [id, keyframe] : ring.map.Keyframes()) {
+    ObjectObservation o;
+    o.object_id = static_cast<int>(id);
+    o.frame_index = keyframe.frame_index;
+    o.detection = {"cup", 0.9, {300.0, 200.0, 50.0, 50.0}};
+    o.T_map_camera = keyframe.T_camera_map.Inverse();
+    o.centroid = o.T_map_camera * Eigen::Vector3d(0.0, 0.0, 2.0);
+    observations.push_back(o);
+  }
+  Submap submap(0, std::make_unique<Map>(std::move(ring.map)), MapperOptions{});
+  submap.Objects().AddObservations(observations);
+  LoopEdges edges;
+  submap.Bend([&](Map& map) { CorrectLoop(map, ring.camera, place, {}, edges); });
+  const auto view = submap.Objects().View();
+  ASSERT_EQ(view->landmarks.size(), observations.size());
+  for (const ObjectLandmarkView& landmark : view->landmarks) {
+    const Keyframe& keyframe = submap.Map().At(landmark.id);
+    const Eigen::Vector3d p_camera = keyframe.T_camera_map * landmark.centroids.mean;
+    EXPECT_LT((p_camera - Eigen::Vector3d(0.0, 0.0, 2.0 * keyframe.scale)).norm(), 1e-9) << landmark.id;
+  }
 }
 
 TEST(SimilarityOfMaps, BringsTheCurrentCameraToTheKnownOne) {

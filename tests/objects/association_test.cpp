@@ -113,7 +113,9 @@ std::vector<int> AssociateAll(const std::vector<BoxCandidate>& boxes,
   for (const KnownLandmark& landmark : landmarks) {
     pointers.push_back(&landmark);
   }
-  return Associate(boxes, pointers, options);
+  ObjectOptions all;
+  all.association = options;
+  return Associate(boxes, pointers, options, RulesOf(all));
 }
 
 BoxCandidate Candidate(const std::string& label, double score, const Box2d& box,

@@ -80,16 +80,16 @@ TEST(Landmark, APartSeenWithItsWholeIsNotApart) {
   chair.superquadric.shape = {{0.2, 0.2, 0.4}, 0.2, 0.2};
   back.superquadric.shape = {{0.15, 0.05, 0.15}, 0.2, 0.2};
   back.superquadric.T_map_object.translation.z() = 0.2;
-  EXPECT_TRUE(AreSameObject(chair, back, AssociationOptions(), MergingOptions(), Camera()));
+  EXPECT_TRUE(AreSameObject(chair, back, ObjectOptions(), Camera()));
   back.superquadric.T_map_object.translation.z() = 0.4;  // half outside
-  EXPECT_FALSE(AreSameObject(chair, back, AssociationOptions(), MergingOptions(), Camera()));
+  EXPECT_FALSE(AreSameObject(chair, back, ObjectOptions(), Camera()));
   // One nearly always boxed with the other is another thing, however much the two have in common.
   back.superquadric.T_map_object.translation.z() = 0.2;
   for (int frame = 0; frame < 20; ++frame) {
     chair.Add(ObservationOf("chair", {100, 100, 100, 300}, 200 + frame));
     back.Add(ObservationOf("chair", {105, 100, 90, 100}, 200 + frame));
   }
-  EXPECT_FALSE(AreSameObject(chair, back, AssociationOptions(), MergingOptions(), Camera()));
+  EXPECT_FALSE(AreSameObject(chair, back, ObjectOptions(), Camera()));
 }
 
 TEST(PointVotes, TellWhereTheCamerasWere) {
@@ -115,6 +115,54 @@ TEST(PointVotes, TellWhereTheCamerasWere) {
   EXPECT_NEAR(votes.CameraSpread(S * above), 1.7 * std::sqrt(2.0), 1e-9);
 }
 
+// A landmark with a few points, seen from frames of which the even ones move by one similarity and the odd
+// ones by another, in a map that was bent.
+TEST(Landmark, GoesWithTheFramesThatSawIt) {
+  const auto motion = [](double side) {
+    return Sim3d{std::exp(0.1 * side),
+                 Eigen::Quaterniond(Eigen::AngleAxisd(0.5 + 0.05 * side, Eigen::Vector3d::UnitZ()) *
+                                    Eigen::AngleAxisd(0.04, Eigen::Vector3d::UnitX())),
+                 {3.0, 0.1 * side, -0.2}};
+  };
+  const Eigen::Vector3d center(1.0, 2.0, 0.5);
+  Landmark landmark;
+  for (int frame = 0; frame < 10; ++frame) {
+    ObjectObservation o = ObservationOf("cup", {100, 100, 40, 50}, frame);
+    o.T_map_camera.translation = center + Eigen::Vector3d(2.0 * std::cos(frame), 2.0 * std::sin(frame), 1.0);
+    o.point_ids = {7};
+    o.centroid = center;
+    o.yaw = YawEstimate{0.2, 1.0};
+    o.lines = {{{0.0, 0.0}, {9.0, 0.0}}};
+    landmark.Add(o);
+  }
+  landmark.estimated = landmark.refined = true;
+  landmark.superquadric = {{{0.1, 0.2, 0.3}, 0.5, 0.5},
+                           {Eigen::Quaterniond(Eigen::AngleAxisd(0.2, Eigen::Vector3d::UnitZ())), center}};
+  landmark.visible = landmark.superquadric;
+  const Landmark before = landmark;
+  landmark.MoveWith([&](std::int64_t frame) { return motion(frame % 2 == 0 ? 1.0 : -1.0); });
+  for (std::size_t i = 0; i < before.views.size(); ++i) {
+    const Sim3d S = motion(before.views[i].frame_index % 2 == 0 ? 1.0 : -1.0);
+    EXPECT_TRUE(
+        landmark.views[i].T_map_camera.Matrix().isApprox((S * before.views[i].T_map_camera).Matrix()));
+    EXPECT_TRUE(landmark.lines[i].second.T_map_camera.Matrix().isApprox(
+        (S * before.lines[i].second.T_map_camera).Matrix()));
+  }
+  const Eigen::Vector3d moved = 0.5 * (motion(1.0) * center + motion(-1.0) * center);
+  EXPECT_LT((landmark.centroids.mean - moved).norm(), 1e-9);
+  EXPECT_LT((landmark.superquadric.T_map_object.translation - moved).norm(), 1e-9);
+  EXPECT_TRUE(landmark.superquadric.shape.half_size.isApprox(before.superquadric.shape.half_size));
+  // Upright as before, and turned as the map was about its vertical.
+  EXPECT_TRUE((landmark.superquadric.T_map_object.rotation * Eigen::Vector3d::UnitZ())
+                  .isApprox(Eigen::Vector3d::UnitZ()));
+  EXPECT_NEAR(landmark.yaw.Mean(), 0.7, 1e-3);
+  EXPECT_TRUE(landmark.refined);
+  const auto distance = [&](const Landmark& l) {
+    return (l.votes.at(7).MeanCamera() - l.centroids.mean).norm();
+  };
+  EXPECT_NEAR(distance(landmark), distance(before), 1e-6);
+}
+
 TEST(Landmark, TwoOfAKindAcrossEachOtherAreOne) {
   Landmark a = SeenAt(100.0, 10);
   Landmark b;
@@ -125,7 +173,7 @@ TEST(Landmark, TwoOfAKindAcrossEachOtherAreOne) {
   b.superquadric.T_map_object = {Eigen::Quaterniond(Eigen::AngleAxisd(1.3, Eigen::Vector3d::UnitZ())),
                                  {0.03, 0.0, 0.0}};
   a.estimated = b.estimated = true;
-  const auto same = [&] { return AreSameObject(a, b, AssociationOptions(), MergingOptions(), Camera()); };
+  const auto same = [&] { return AreSameObject(a, b, ObjectOptions(), Camera()); };
   EXPECT_TRUE(same());
   b.superquadric.T_map_object.translation.x() = 0.06;
   EXPECT_FALSE(same());
@@ -157,9 +205,7 @@ TEST(Landmark, APictureOnAScreenIsTheScreen) {
   };
   see(screen, 0, 20);
   see(picture, 50, 8);
-  const auto same = [&] {
-    return AreSameObject(screen, picture, AssociationOptions(), MergingOptions(), camera);
-  };
+  const auto same = [&] { return AreSameObject(screen, picture, ObjectOptions(), camera); };
   ASSERT_LT(OverlapOfSmaller(screen.superquadric, picture.superquadric), MergingOptions().overlap);
   EXPECT_TRUE(same());
   // On another screen behind it.
@@ -169,7 +215,7 @@ TEST(Landmark, APictureOnAScreenIsTheScreen) {
   picture.superquadric.T_map_object.translation.y() = 0.035;
   Landmark sticker = picture;
   see(sticker, 10, 5);
-  EXPECT_FALSE(AreSameObject(screen, sticker, AssociationOptions(), MergingOptions(), camera));
+  EXPECT_FALSE(AreSameObject(screen, sticker, ObjectOptions(), camera));
   // The same size, not a part of the screen.
   picture.superquadric.T_map_object.translation.y() = 0.035;
   EXPECT_TRUE(same());
@@ -223,9 +269,9 @@ TEST(Merging, FollowsTheAssociationMethod) {
   Landmark inside = WithCentroids({0.04, 0.04, 0.04}, 100);
   inside.superquadric = a.superquadric;
   const auto merges = [&](AssociationMethod method, const Landmark& b) {
-    AssociationOptions association;
-    association.method = method;
-    return AreSameObject(a, b, association, MergingOptions(), Camera());
+    ObjectOptions options;
+    options.association.method = method;
+    return AreSameObject(a, b, options, Camera());
   };
   for (const auto method : {kIou, kIouPoints, kNonparametric}) {
     EXPECT_FALSE(merges(method, same)) << NameOf(method);

@@ -174,8 +174,7 @@ TEST(RemoveOutliers, SaysWhatItMadeOfEveryPoint) {
   const PointLookup lookup = [&](std::int64_t& id) -> std::optional<Eigen::Vector3d> {
     return Eigen::Vector3d(points[static_cast<std::size_t>(id)] + Eigen::Vector3d(0.0, 0.0, 3.0));
   };
-  ObjectOptions options;
-  options.method = ObjectMethod::kPaper;
+  const ObjectOptions options;
   const SupportSurfaces surfaces;
   EstimationContext context;
   context.options = &options;

@@ -13,10 +13,11 @@ namespace {
 
 using testing::SyntheticDesk;
 
-ObjectMapper MapDeskAs(const SyntheticDesk& desk, Representation representation) {
+ObjectMapper MapDeskAs(const SyntheticDesk& desk, Representation representation,
+                       ObjectMethod method = ObjectMethod::kPaper) {  // the quicker one
   ObjectOptions options;
   options.representation = representation;
-  options.method = ObjectMethod::kPaper;  // the quicker one; what follows is the same for both
+  options.method = method;
   ObjectTracker tracker(options);
   ObjectMapper mapper(options, 1);
   const PointLookup lookup = [&](std::int64_t& id) { return desk.Position(id); };
@@ -39,7 +40,7 @@ std::set<int> Ids(const std::vector<SnapshotObject>& objects) {
   return ids;
 }
 
-TEST(Representation, EllipsoidsAndCuboidsDifferFromSuperquadricsInTheirExponentsOnly) {
+TEST(Representation, EllipsoidsAndCuboidsOfThePaperDifferFromSuperquadricsInTheirExponentsOnly) {
   const SyntheticDesk desk(1);
   const auto superquadrics = MapDeskAs(desk, Representation::kSuperquadric).Objects();
   ASSERT_FALSE(superquadrics.empty());
@@ -57,6 +58,21 @@ TEST(Representation, EllipsoidsAndCuboidsDifferFromSuperquadricsInTheirExponents
       EXPECT_EQ(a.T_map_object.translation, b.T_map_object.translation);
       EXPECT_EQ(a.shape.e1, exponent);
       EXPECT_EQ(a.shape.e2, exponent);
+    }
+  }
+}
+
+TEST(Representation, EllipsoidsAndCuboidsTakeUpTheSpaceOfTheSuperquadric) {
+  const SyntheticDesk desk(1);
+  const auto superquadrics = MapDeskAs(desk, Representation::kSuperquadric, ObjectMethod::kRefined).Objects();
+  ASSERT_FALSE(superquadrics.empty());
+  for (const Representation representation : {Representation::kEllipsoid, Representation::kCuboid}) {
+    const auto objects = MapDeskAs(desk, representation, ObjectMethod::kRefined).Objects();
+    ASSERT_EQ(objects.size(), superquadrics.size());
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+      EXPECT_NEAR(objects[i].superquadric.shape.Volume() / superquadrics[i].superquadric.shape.Volume(), 1.0,
+                  0.3)
+          << superquadrics[i].label;
     }
   }
 }

@@ -101,6 +101,40 @@ TEST(RollingShutter, LearnsTheReadoutTime) {
   }
 }
 
+// The box of what lies in one part of the image, as the rows show it and as they would be seen at once.
+TEST(RollingShutter, CarriesTheSidesOfABoxToWhereAGlobalShutterSeesThem) {
+  SwingingCamera world(0.027, 0.0);
+  const RollingShutter shutter(TestCamera(), {.estimate = false, .readout_ms = 27.0});
+  double before = 0.0;
+  double after = 0.0;
+  for (const int index : {8, 15, 31}) {
+    const SwingingCamera::View view = world.Frame(index);
+    for (const bool upper : {true, false}) {
+      Eigen::AlignedBox2d seen;
+      Eigen::AlignedBox2d at_once;
+      double depth = 0.0;
+      int count = 0;
+      for (const ShutterObservation& o : view.observations) {
+        const Eigen::Vector2d& pixel = view.features->keypoints[static_cast<std::size_t>(o.keypoint)].pixel;
+        if (std::abs(pixel.x() - 320.0) < 80.0 && std::abs(pixel.y() - (upper ? 60.0 : 420.0)) < 50.0) {
+          seen.extend(pixel);
+          at_once.extend(view.at_once[static_cast<std::size_t>(o.keypoint)]);
+          depth += o.p_camera.z();
+          ++count;
+        }
+      }
+      const Box2d corrected = shutter.Correct(
+          {seen.min().x(), seen.min().y(), seen.sizes().x(), seen.sizes().y()}, view.motion, depth / count);
+      const Eigen::Vector2d corner(corrected.x, corrected.y);
+      const Eigen::Vector2d opposite(corrected.x + corrected.width, corrected.y + corrected.height);
+      before += (seen.min() - at_once.min()).norm() + (seen.max() - at_once.max()).norm();
+      after += (corner - at_once.min()).norm() + (opposite - at_once.max()).norm();
+    }
+  }
+  EXPECT_GT(before, 6.0);
+  EXPECT_LT(after, 0.4 * before);
+}
+
 TEST(RollingShutter, CarriesKeypointsToWhereAGlobalShutterSeesThem) {
   SwingingCamera world(0.027, 0.0);
   RollingShutter shutter(TestCamera(), {.estimate = false, .readout_ms = 27.0});

@@ -11,6 +11,7 @@
 
 #include "slam/fitting/surface_measures.h"
 #include "slam/geometry/angles.h"
+#include "slam/geometry/nearest_solid.h"
 #include "slam/util/options.h"
 #include "slam/util/text_lines.h"
 
@@ -221,7 +222,8 @@ MapSnapshotPtr Represented(const MapSnapshotPtr& map, SolidKind kind) {
   }
   auto represented = std::make_shared<MapSnapshot>(*map);
   for (SnapshotObject& object : represented->objects) {
-    SetExponents(kind, object.superquadric.shape.e1, object.superquadric.shape.e2);
+    object.superquadric = NearestOfKind(kind, object.superquadric);
+    object.yaw = sqslam::YawOf(object.superquadric.T_map_object.rotation);
   }
   return represented;
 }

@@ -1,0 +1,35 @@
+#include "slam/objects/paper_method.h"
+
+namespace sqslam {
+
+ObjectOptions OptionsOfMethod(ObjectOptions options) {
+  if (options.method != ObjectMethod::kPaper) {
+    return options;
+  }
+  constexpr int kNever = 1000000;  // frames
+  options.min_box_agreement = 0.0;
+  options.pointless_box_agreement = 0.0;
+  options.forget_after = kNever;
+  options.max_estimates = 0;
+  options.association.t_test = MeanTest::kPerAxis;
+  options.association.min_t_samples = 2;
+  options.merging.alpha = options.association.alpha;
+  options.merging.min_samples = 2;
+  OutlierOptions& outliers = options.outliers;
+  outliers.depth_iqr = 0.0;
+  outliers.box_margin = 0.0;
+  outliers.isolation_forest.min_points = 4;
+  options.yaw.line_interval = 1;
+  options.yaw.max_box_share = 1.0;
+  options.yaw.pca_min_ratio = 1.0;
+  options.yaw.pca_min_points = 3;
+  SizeShapeOptions& shape = options.size_shape;
+  shape.size_method = SizeMethod::kMinMax;
+  shape.thinnest_share = 0.001;
+  shape.huber = 10.0;  // mean half sizes: beyond all residuals
+  shape.regularisation = 0.0;
+  shape.prior_exponent = 1.0;
+  return options;
+}
+
+}  // namespace sqslam
