@@ -8,6 +8,7 @@
 #include "app/commands/commands.h"
 #include "app/terminal/terminal.h"
 #include "slam/dense/densify.h"
+#include "slam/run/dense_objects.h"
 #include "slam/system_options.h"
 #include "slam/util/options.h"
 
@@ -16,7 +17,9 @@ namespace {
 
 constexpr const char* kDensifyNotes = R"(
 Writes dense.ply into the result folder, and depth maps of the keyframes into its map.sqmap. It needs the
-images that were mapped. Called again it goes on where it was stopped; with other options it begins anew.
+images that were mapped. Objects that the cloud shows better than their boxes are estimated again, in
+objects.json and in the recording (objects.dense_evidence). Called again it goes on where it was stopped; with
+other options it begins anew.
 
 Examples:
   sqslam densify out/kitchen
@@ -63,6 +66,10 @@ int RunDensify(const DensifyArguments& a) {
     fmt::print(stderr, "sqslam: stopped after {} depth maps; the same command goes on from there\n",
                summary.estimated + summary.resumed);
     return 130;
+  }
+  const DenseObjects objects = RefineObjectsWithCloud(a.result, options.objects);
+  if (!a.quiet && objects.map) {
+    fmt::print("{}\n", objects.Text());
   }
   if (!a.quiet) {
     fmt::print("{}\nwritten: {}\n", summary.Text(), (std::filesystem::path(a.result) / "dense.ply").string());
