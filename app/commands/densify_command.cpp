@@ -9,6 +9,7 @@
 #include "app/export/surface_file.h"
 #include "app/terminal/terminal.h"
 #include "slam/dense/densify.h"
+#include "slam/run/dense_objects.h"
 #include "slam/system_options.h"
 #include "slam/util/options.h"
 
@@ -17,8 +18,9 @@ namespace {
 
 constexpr const char* kDensifyNotes = R"(
 Writes dense.ply (a cloud) and dense.glb (a coloured mesh with holes where nothing was seen) into the result
-folder, and depth maps of the keyframes into its map.sqmap. It needs the images that were mapped. Called again
-it goes on where it was stopped; with other options it begins anew.
+folder, and depth maps of the keyframes into its map.sqmap. It needs the images that were mapped. Objects that
+the cloud shows better than their boxes are estimated again, in objects.json and in the recording
+(objects.dense_evidence). Called again it goes on where it was stopped; with other options it begins anew.
 
 Examples:
   sqslam densify out/kitchen
@@ -59,6 +61,10 @@ int RunDensify(const DensifyArguments& a) {
     fmt::print(stderr, "sqslam: stopped after {} depth maps; the same command goes on from there\n",
                summary.estimated + summary.resumed);
     return 130;
+  }
+  const DenseObjects objects = RefineObjectsWithCloud(a.result, options.objects);
+  if (!a.quiet && objects.map) {
+    fmt::print("{}\n", objects.Text());
   }
   if (!a.quiet) {
     const std::filesystem::path result = a.result;

@@ -6,9 +6,14 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
 #include <string>
 
 #include "slam/util/atomic_file.h"
+#include "slam/util/error.h"
 
 namespace sqslam {
 namespace {
@@ -36,6 +41,15 @@ Eigen::Vector3d Tangent(const DepthMap& map, int x, int y, int dx, int dy) {
 
 std::uint8_t Rounded(double value) {
   return static_cast<std::uint8_t>(std::clamp(std::lround(value), 0L, 255L));
+}
+
+std::string HeaderOf(std::size_t points) {
+  return fmt::format(
+      "ply\nformat binary_little_endian 1.0\ncomment map frame, z up; views {}: filled by a plane\n"
+      "element vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
+      "property float nx\nproperty float ny\nproperty float nz\n"
+      "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar views\nend_header\n",
+      kFilledByPlane, points);
 }
 
 }  // namespace
@@ -116,12 +130,7 @@ DenseCloud CloudFusion::Cloud() const {
 }
 
 void WriteDenseCloud(const std::filesystem::path& path, const DenseCloud& cloud) {
-  std::string bytes = fmt::format(
-      "ply\nformat binary_little_endian 1.0\ncomment map frame, z up; views {}: filled by a plane\n"
-      "element vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
-      "property float nx\nproperty float ny\nproperty float nz\n"
-      "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar views\nend_header\n",
-      kFilledByPlane, cloud.size());
+  std::string bytes = HeaderOf(cloud.size());
   const auto append = [&bytes](const auto& value) {
     bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
   };
@@ -135,6 +144,34 @@ void WriteDenseCloud(const std::filesystem::path& path, const DenseCloud& cloud)
     append(point.views);
   }
   WriteFileAtomically(path, bytes);
+}
+
+DenseCloud ReadDensePoints(const std::filesystem::path& path) {
+  constexpr std::size_t kPointBytes = 28;
+  std::ifstream file(path, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  const std::size_t count_at = bytes.find("element vertex ");
+  const std::size_t points =
+      count_at == std::string::npos
+          ? 0
+          : static_cast<std::size_t>(std::strtoull(bytes.c_str() + count_at + 15, nullptr, 10));
+  const std::string header = HeaderOf(points);
+  if (!bytes.starts_with(header) || bytes.size() != header.size() + kPointBytes * points) {
+    throw InputError(fmt::format("{}: expected a dense.ply as sqslam densify writes it", path.string()));
+  }
+  DenseCloud cloud(points);
+  const char* at = bytes.data() + header.size();
+  const auto take = [&at](void* value, std::size_t size) {
+    std::memcpy(value, at, size);
+    at += size;
+  };
+  for (DensePoint& point : cloud) {
+    take(point.p_map.data(), 3 * sizeof(float));
+    take(point.normal.data(), 3 * sizeof(float));
+    take(point.rgb.data(), point.rgb.size());
+    take(&point.views, 1);
+  }
+  return cloud;
 }
 
 }  // namespace sqslam

@@ -54,4 +54,7 @@ Eigen::Vector3d NormalAt(const DepthMap& map, int x, int y);
 // dense.ply: binary little-endian PLY with x y z nx ny nz red green blue views.
 void WriteDenseCloud(const std::filesystem::path& path, const DenseCloud& cloud);
 
+// Reads such a file back. Throws InputError where it is missing, is none of these, or is cut off.
+DenseCloud ReadDensePoints(const std::filesystem::path& path);
+
 }  // namespace sqslam

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "slam/util/data_path.h"
 #include "slam/util/enum_names.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
@@ -94,6 +95,12 @@ ClassPriors ClassPriors::Read(const std::filesystem::path& path) {
     priors.by_label_[label] = ToPrior(entry);
   }
   return priors;
+}
+
+ClassPriors ClassPriors::Named(const std::string& option) {
+  return option == "off"
+             ? ClassPriors()
+             : Read(option == "default" ? DataPath("configs/classes.yaml") : std::filesystem::path(option));
 }
 
 const ClassPrior& ClassPriors::Of(const std::string& label) const {

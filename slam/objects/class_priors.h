@@ -39,6 +39,9 @@ class ClassPriors {
   // Reads configs/classes.yaml or a file like it. Throws InputError that names file, line and label.
   static ClassPriors Read(const std::filesystem::path& path);
 
+  // Those that the option objects.class_priors means: default, off, or a file.
+  static ClassPriors Named(const std::string& option);
+
   const ClassPrior& Of(const std::string& label) const;  // the wide default for an unknown label
 
  private:

@@ -113,6 +113,14 @@ void AddPoints(const RefinementInput& input, const Eigen::Vector3d& place, doubl
   }
 }
 
+void AddSurface(const RefinementInput& input, const RefinementOptions& options, RefinementProblem& problem) {
+  const double weight =
+      options.dense_weight / static_cast<double>(std::max<std::size_t>(1, input.surface.size()));
+  for (const Eigen::Vector3d& p : input.surface) {
+    problem.points.push_back({p, 1.0 / input.surface_sigma, weight, true});
+  }
+}
+
 void AddContact(const RefinementInput& input, double shown, const RefinementOptions& options,
                 RefinementProblem& problem) {
   const std::optional<double>& floor = input.support_height ? input.support_height : input.lowest;
@@ -196,6 +204,7 @@ RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementI
   const Eigen::Vector3d place = PlaceOf(input);
   const double shown = LargestShown(input, place);
   AddPoints(input, place, shown, options, problem);
+  AddSurface(input, options, problem);
   AddContact(input, shown, options, problem);
   AddPrior(start.shape, input, options, problem);
   SetBounds(start, shown, options, problem);

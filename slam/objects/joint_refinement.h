@@ -31,6 +31,8 @@ struct RefinementInput {
   std::vector<SilhouetteView> views;
   std::vector<Eigen::Vector3d> points;      // inliers, map frame
   std::vector<PointCameras> point_cameras;  // for each point those that saw it; may be empty
+  std::vector<Eigen::Vector3d> surface;     // further points on it, of dense depth, map frame
+  double surface_sigma = 0.0;               // standard deviation of their distance to the surface, map units
   std::optional<YawEstimate> yaw;           // from lines
   std::optional<double> support_height;     // z of the surface that it stands on; empty: none
   std::optional<double> lowest;             // z below which nothing of it can be: a surface under it

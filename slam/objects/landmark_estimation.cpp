@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -37,25 +38,6 @@ void CompleteHiddenPart(Landmark& landmark, const std::vector<BoxView>& views,
   }
 }
 
-// Edges of boxes behind what is known by now to stand before the object: when the box was seen it may not
-// have been mapped yet.
-void MarkHiddenEdges(const Landmark& landmark, const EstimationContext& context,
-                     std::vector<BoxView>& views) {
-  for (BoxView& view : views) {
-    const double depth = (view.T_map_camera.Inverse() * landmark.visible.T_map_object.translation).z();
-    if (depth <= 0.0) {
-      continue;
-    }
-    const Box2d box = UndistortBox(view.box, context.camera);
-    for (const PosedSuperquadric& other : context.surroundings.hiders) {
-      const std::array<bool, 4> hidden = EdgesHiddenBy(box, depth, view.T_map_camera, context.camera, other);
-      for (std::size_t edge = 0; edge < 4; ++edge) {
-        view.edge_free[edge] = view.edge_free[edge] && !hidden[edge];
-      }
-    }
-  }
-}
-
 // The box with its edges that are not free moved out to those of `projected`, where that goes on behind them.
 Box2d Continued(const Box2d& box, const std::array<bool, 4>& edge_free, const Box2d& projected) {
   double left = box.x;
@@ -67,28 +49,6 @@ Box2d Continued(const Box2d& box, const std::array<bool, 4>& edge_free, const Bo
   right = edge_free[2] ? right : std::max(right, projected.x + projected.width);
   bottom = edge_free[3] ? bottom : std::max(bottom, projected.y + projected.height);
   return {left, top, right - left, bottom - top};
-}
-
-// At most `count` of the landmark's views that are not among `used`, evenly; `used` where there are hardly
-// any.
-std::vector<BoxView> HeldOutViews(const std::vector<BoxView>& all, const std::vector<BoxView>& used,
-                                  std::size_t count) {
-  constexpr std::size_t kFewest = 5;
-  std::vector<BoxView> others;
-  for (const BoxView& view : all) {
-    if (std::ranges::find(used, view.frame_index, &BoxView::frame_index) == used.end()) {
-      others.push_back(view);
-    }
-  }
-  if (others.size() < kFewest) {
-    return used;
-  }
-  std::vector<BoxView> held_out;
-  const std::size_t stride = (others.size() + count - 1) / count;
-  for (std::size_t i = 0; i < others.size(); i += stride) {
-    held_out.push_back(others[i]);
-  }
-  return held_out;
 }
 
 // Renews the landmark's reliability; `used`: the views that its estimate is made of.
@@ -123,6 +83,65 @@ std::vector<int> IdsInOrder(std::vector<std::pair<double, int>> keyed) {
 
 }  // namespace
 
+void MarkHiddenEdges(const Landmark& landmark, const EstimationContext& context,
+                     std::vector<BoxView>& views) {
+  for (BoxView& view : views) {
+    const double depth = (view.T_map_camera.Inverse() * landmark.visible.T_map_object.translation).z();
+    if (depth <= 0.0) {
+      continue;
+    }
+    const Box2d box = UndistortBox(view.box, context.camera);
+    for (const PosedSuperquadric& other : context.surroundings.hiders) {
+      const std::array<bool, 4> hidden = EdgesHiddenBy(box, depth, view.T_map_camera, context.camera, other);
+      for (std::size_t edge = 0; edge < 4; ++edge) {
+        view.edge_free[edge] = view.edge_free[edge] && !hidden[edge];
+      }
+    }
+  }
+}
+
+std::vector<BoxView> HeldOutViews(const std::vector<BoxView>& all, const std::vector<BoxView>& used,
+                                  std::size_t count) {
+  constexpr std::size_t kFewest = 5;
+  std::vector<BoxView> others;
+  for (const BoxView& view : all) {
+    if (std::ranges::find(used, view.frame_index, &BoxView::frame_index) == used.end()) {
+      others.push_back(view);
+    }
+  }
+  if (others.size() < kFewest) {
+    return used;
+  }
+  std::vector<BoxView> held_out;
+  const std::size_t stride = (others.size() + count - 1) / count;
+  for (std::size_t i = 0; i < others.size(); i += stride) {
+    held_out.push_back(others[i]);
+  }
+  return held_out;
+}
+
+void TakeFit(Landmark& landmark, const StandingFit& fit, const std::vector<BoxView>& views,
+             const EstimationContext& context) {
+  landmark.visible = fit.superquadric;
+  landmark.superquadric = fit.superquadric;
+  landmark.support = fit.support;
+  landmark.covariance = fit.covariance;
+  CompleteHiddenPart(landmark, views, context);
+  landmark.box_agreement = BoxAgreement(fit.superquadric, views, context.camera);
+  landmark.refined = true;
+  JudgeReliability(landmark, views, context);
+}
+
+std::optional<SizedObject> SizedBy(const Landmark& landmark, const ClassPriors& classes) {
+  constexpr double kMapped = 0.15;  // standard deviation of the logarithm of a mapped size
+  const ClassPrior& known = classes.Of(landmark.labels.Best());
+  if (!known.log_metres) {
+    return std::nullopt;
+  }
+  return SizedObject{landmark.id, *known.log_metres - LogSize(landmark.superquadric.shape),
+                     std::hypot(known.size_sigma, kMapped)};
+}
+
 double BoxAgreement(const PosedSuperquadric& superquadric, const std::vector<BoxView>& views,
                     const Camera& camera) {
   double sum = 0.0;
@@ -135,6 +154,16 @@ double BoxAgreement(const PosedSuperquadric& superquadric, const std::vector<Box
     sum += IoU(projected, Continued(UndistortBox(view.box, camera), view.edge_free, projected));
   }
   return views.empty() ? 0.0 : sum / static_cast<double>(views.size());
+}
+
+double PointRms(const Landmark& landmark, const PosedSuperquadric& solid) {
+  const Rigid3d T_object_map = solid.T_map_object.Inverse();
+  double sum = 0.0;
+  for (const auto& [id, p] : landmark.points) {
+    const double distance = solid.shape.RadialDistance(T_object_map * p);
+    sum += distance * distance;
+  }
+  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, landmark.points.size())));
 }
 
 std::vector<BoxView> SpreadViews(const std::vector<BoxView>& views, int count) {
@@ -192,14 +221,7 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
     const PosedSuperquadric cloud = SuperquadricAtYaw(points, paper_yaw, options.size_shape, false);
     const double agreement = BoxAgreement(refined.superquadric, views, context.camera);
     if (agreement > 0.9 * BoxAgreement(cloud, views, context.camera)) {
-      landmark.visible = refined.superquadric;
-      landmark.superquadric = refined.superquadric;
-      landmark.support = refined.support;
-      landmark.covariance = refined.covariance;
-      CompleteHiddenPart(landmark, views, context);
-      landmark.box_agreement = agreement;
-      landmark.refined = true;
-      JudgeReliability(landmark, views, context);
+      TakeFit(landmark, refined, views, context);
       return;
     }
   }

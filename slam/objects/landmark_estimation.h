@@ -13,6 +13,8 @@
 
 namespace sqslam {
 
+struct StandingFit;  // landmark_refinement.h
+
 struct EstimationContext {
   const ObjectOptions* options = nullptr;
   const PointLookup* points = nullptr;
@@ -31,9 +33,28 @@ struct EstimationContext {
 // points.
 void EstimateLandmark(Landmark& landmark, const EstimationContext& context);
 
+// Makes `fit` the landmark's estimate, with what follows from it. `views`: those that it was fitted to.
+void TakeFit(Landmark& landmark, const StandingFit& fit, const std::vector<BoxView>& views,
+             const EstimationContext& context);
+
+// Takes from the views' free edges those behind what is known by now to stand before the object: when the
+// box was seen it may not have been mapped yet.
+void MarkHiddenEdges(const Landmark& landmark, const EstimationContext& context, std::vector<BoxView>& views);
+
+// At most `count` of the landmark's views that are not among `used`, evenly; `used` where there are hardly
+// any.
+std::vector<BoxView> HeldOutViews(const std::vector<BoxView>& all, const std::vector<BoxView>& used,
+                                  std::size_t count);
+
+// Says of an object whose class has a size what the map's scale is; empty for others.
+std::optional<SizedObject> SizedBy(const Landmark& landmark, const ClassPriors& classes);
+
 // Mean IoU of the superquadric's projections and the boxes of the views, in [0, 1].
 double BoxAgreement(const PosedSuperquadric& superquadric, const std::vector<BoxView>& views,
                     const Camera& camera);
+
+// Root mean square of the radial distances (Eq. 11) of the landmark's points, map units.
+double PointRms(const Landmark& landmark, const PosedSuperquadric& solid);
 
 // Views spread over the camera positions, at most `count`, in the order of their frames (farthest-point
 // sampling).

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "slam/objects/dense_evidence.h"
 #include "slam/objects/joint_refinement.h"
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/landmark_outliers.h"
@@ -281,6 +282,29 @@ StandingFit RefineLandmark(const Landmark& landmark, const std::vector<BoxView>&
   const std::optional<double> support = input.support_height;
   const RefinementResult result = RefineJointly(landmark.visible, input, options.refinement);
   return {result.superquadric, support, result.cost, result.covariance};
+}
+
+StandingFit RefineLandmarkWithSurface(const Landmark& landmark, const std::vector<BoxView>& views,
+                                      std::span<const SurfacePoint> surface, double sigma,
+                                      const EstimationContext& context) {
+  constexpr std::size_t kMost = 400;
+  const ObjectOptions& options = *context.options;
+  RefinementInput input = InputOf(landmark, views, context);
+  input.yaw = YawFromAllLines(landmark, context);
+  const std::size_t stride = (surface.size() + kMost - 1) / kMost;
+  for (std::size_t i = 0; i < surface.size(); i += stride) {
+    input.surface.push_back(surface[i].p_map);
+  }
+  input.surface_sigma = sigma;
+  const SupportHeights supports = PossibleSupports(landmark.points, context);
+  std::vector<PosedSuperquadric> starts;
+  for (const std::vector<Eigen::Vector3d>* points : {&input.points, &input.surface}) {
+    if (!points->empty()) {
+      const auto more = RefinementStarts(landmark, *points, input, options);
+      starts.insert(starts.end(), more.begin(), more.end());
+    }
+  }
+  return RefineStanding(starts, std::move(input), supports, options.refinement, SearchEffort::kThorough);
 }
 
 StandingFit RefineStanding(std::span<const PosedSuperquadric> starts, RefinementInput input,

@@ -10,6 +10,8 @@
 
 namespace sqslam {
 
+struct SurfacePoint;
+
 struct StandingFit {
   PosedSuperquadric superquadric;
   std::optional<double> support;  // height of the surface that it stands on; empty: on none of them
@@ -51,5 +53,10 @@ bool IsBottomSeen(const std::vector<BoxView>& views);
 // as well); otherwise on from the last result.
 StandingFit RefineLandmark(const Landmark& landmark, const std::vector<BoxView>& views, bool thorough,
                            const EstimationContext& context);
+
+// The same from all starts, with points that lie on its surface, `sigma` (map units) precise.
+StandingFit RefineLandmarkWithSurface(const Landmark& landmark, const std::vector<BoxView>& views,
+                                      std::span<const SurfacePoint> surface, double sigma,
+                                      const EstimationContext& context);
 
 }  // namespace sqslam

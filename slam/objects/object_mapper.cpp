@@ -13,24 +13,8 @@
 #include "slam/objects/merging.h"
 #include "slam/objects/paper_method.h"
 #include "slam/objects/single_view_quadric.h"
-#include "slam/util/data_path.h"
 
 namespace sqslam {
-
-namespace {
-
-// Root mean square of the radial distances (Eq. 11), map units.
-double PointRms(const Landmark& landmark, const PosedSuperquadric& solid) {
-  const Rigid3d T_object_map = solid.T_map_object.Inverse();
-  double sum = 0.0;
-  for (const auto& [id, p] : landmark.points) {
-    const double distance = solid.shape.RadialDistance(T_object_map * p);
-    sum += distance * distance;
-  }
-  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, landmark.points.size())));
-}
-
-}  // namespace
 
 struct ObjectMapper::Impl {
   ObjectOptions options;
@@ -124,13 +108,10 @@ struct ObjectMapper::Impl {
 
   // The shown objects whose class has a size.
   std::vector<SizedObject> SizedObjects() const {
-    constexpr double kMapped = 0.15;  // standard deviation of the logarithm of a mapped size
     std::vector<SizedObject> sized;
     for (const Landmark* landmark : Shown()) {
-      const ClassPrior& known = classes.Of(landmark->labels.Best());
-      if (known.log_metres) {
-        sized.push_back({landmark->id, *known.log_metres - LogSize(landmark->superquadric.shape),
-                         std::hypot(known.size_sigma, kMapped)});
+      if (const std::optional<SizedObject> size = SizedBy(*landmark, classes)) {
+        sized.push_back(*size);
       }
     }
     return sized;
@@ -242,11 +223,7 @@ struct ObjectMapper::Impl {
 ObjectMapper::ObjectMapper(const ObjectOptions& options, std::uint64_t seed) : impl_(new Impl) {
   impl_->options = OptionsOfMethod(options);
   impl_->seed = seed;
-  if (impl_->options.class_priors != "off") {
-    impl_->classes =
-        ClassPriors::Read(options.class_priors == "default" ? DataPath("configs/classes.yaml")
-                                                            : std::filesystem::path(options.class_priors));
-  }
+  impl_->classes = ClassPriors::Named(impl_->options.class_priors);
 }
 ObjectMapper::~ObjectMapper() = default;
 ObjectMapper::ObjectMapper(ObjectMapper&&) noexcept = default;

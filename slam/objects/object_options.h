@@ -183,7 +183,11 @@ struct RefinementOptions {
   // Standard deviation of a point's image, px: the less the cameras moved that saw it, the less its depth
   // counts; 0: as much as the rest.
   double depth_sigma_px = 3.0;
-  double point_weight = 1.0;     // the points together weigh at most as much as so many views
+  double point_weight = 1.0;  // the points together weigh at most as much as so many views
+  // Points of a dense cloud, all together, weigh as much as so many observations of this precision, share of
+  // their depth.
+  double dense_weight = 20.0;
+  double dense_sigma_share = 0.004;
   double contact_sigma = 0.05;   // standard deviation of the gap to the support, share of the shown size
   double contact_weight = 10.0;  // of contact against one box edge
   double floating_cost = 8.0;    // half the chi square that standing on nothing must save
@@ -202,6 +206,8 @@ struct RefinementOptions {
     visit("point_sigma_px", point_sigma_px, 0.01, 100.0);
     visit("depth_sigma_px", depth_sigma_px, 0.0, 100.0);
     visit("point_weight", point_weight, 0.0, 10000.0);
+    visit("dense_weight", dense_weight, 0.0, 1000.0);
+    visit("dense_sigma_share", dense_sigma_share, 1e-5, 1.0);
     visit("contact_sigma", contact_sigma, 1e-4, 10.0);
     visit("exponent_sigma", exponent_sigma, 0.01, 100.0);
     visit("edge_bias_sigma", edge_bias_sigma, 1e-6, 1.0);
@@ -271,14 +277,19 @@ constexpr auto EnumNames(Representation) {
 enum class QuadricInit { kMultiView, kSingleView };
 constexpr auto EnumNames(QuadricInit) { return std::array{"multi-view", "single-view"}; }
 
+// Evidence of a dense cloud for the objects, once there is one: taken where it helps, or none.
+enum class DenseEvidence { kAuto, kOff };
+constexpr auto EnumNames(DenseEvidence) { return std::array{"auto", "off"}; }
+
 struct ObjectOptions {
   ObjectMethod method = ObjectMethod::kRefined;
   Representation representation = Representation::kSuperquadric;
   QuadricInit quadric_init = QuadricInit::kMultiView;  // of representation "quadric"
   std::string class_priors =
-      "default";              // what is known of classes: default (configs/classes.yaml), off, or a file
-  int min_observations = 10;  // boxes an object needs to be shown
-  int min_points = 4;         // map points an object needs to be shown
+      "default";  // what is known of classes: default (configs/classes.yaml), off, or a file
+  DenseEvidence dense_evidence = DenseEvidence::kAuto;  // of sqslam densify and run --dense
+  int min_observations = 10;                            // boxes an object needs to be shown
+  int min_points = 4;                                   // map points an object needs to be shown
   double min_box_agreement = 0.35;  // mean IoU of projected object and boxes that an object needs to be shown
   double pointless_box_agreement = 0.6;  // the same for an object with fewer than min_points
   int forget_after = 300;  // frames without a box after which an object that was never good is deleted
@@ -298,6 +309,7 @@ struct ObjectOptions {
     visit("representation", representation);
     visit("quadric_init", quadric_init);
     visit("class_priors", class_priors);
+    visit("dense_evidence", dense_evidence);
     visit("min_observations", min_observations, 1, 10000);
     visit("min_points", min_points, 0, 10000);
     visit("min_box_agreement", min_box_agreement, 0.0, 1.0);

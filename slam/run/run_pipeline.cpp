@@ -13,6 +13,7 @@
 #include "slam/io/cameras.h"
 #include "slam/io/trajectory.h"
 #include "slam/run/auto_camera.h"
+#include "slam/run/dense_objects.h"
 #include "slam/run/detection_feed.h"
 #include "slam/run/pace.h"
 #include "slam/run/recorder.h"
@@ -137,7 +138,7 @@ RunStats MakeStats(const RunResult& result, const RunInput& input, const Detecti
 }
 
 // A map without depth is a map all the same.
-void MakeDense(const RunRequest& request, const FinishedRun& run, RunHost& host) {
+void MakeDense(const RunRequest& request, FinishedRun& run, RunHost& host) {
   if (!request.dense || run.interrupted) {
     return;
   }
@@ -152,6 +153,11 @@ void MakeDense(const RunRequest& request, const FinishedRun& run, RunHost& host)
                                          });
     if (!dense.interrupted) {
       host.Say(dense.Text());
+      const DenseObjects objects = RefineObjectsWithCloud(run.output, request.options.objects);
+      if (objects.map) {
+        run.result.map.snapshot = objects.map;
+        host.Say(objects.Text());
+      }
       host.Mesh(run, request.options.dense.surface);
     }
   } catch (const NoMapError& error) {

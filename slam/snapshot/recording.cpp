@@ -85,6 +85,16 @@ void RecordingWriter::Close() {
           "PRAGMA journal_mode=DELETE");  // one plain file, readable from read-only media
 }
 
+void AppendToRecording(const fs::path& path, const MapSnapshot& snapshot) {
+  const Database db = Open(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_FULLMUTEX);
+  const std::string data = EncodeSnapshot(snapshot);
+  Statement(db.get(), path,
+            "INSERT INTO snapshots (id, frame_index, timestamp, data)"
+            " SELECT MAX(id) + 1, ?, ?, ? FROM snapshots",
+            snapshot.frame_index, snapshot.timestamp, Blob{data})
+      .Run();
+}
+
 struct RecordingReader::Impl {
   fs::path path;
   Database db;

@@ -34,6 +34,9 @@ class RecordingWriter {
   std::unique_ptr<Impl> impl_;
 };
 
+// Adds a state to a finished recording, in one transaction. Throws InputError.
+void AppendToRecording(const std::filesystem::path& path, const MapSnapshot& snapshot);
+
 class RecordingReader {
  public:
   // Changes what is read, such as edits of the map do: whoever reads sees only the changed snapshots.
