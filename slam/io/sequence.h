@@ -49,13 +49,13 @@ struct SequenceRequest {
   std::string camera = {};
   // boxes.txt or folder; empty: boxes.txt of the sequence folder if it is there.
   std::filesystem::path detections = {};
-  // A mask for all images, or a folder with a mask for each: IMAGE.png (as COLMAP has it: a.jpg.png) or, for
-  // the frames of a video, numbers; empty: none.
-  std::filesystem::path mask = {};
   std::string resize = {};  // WIDTH, WIDTH,HEIGHT or a factor (ParseImageResize); empty: as the images are
   // That of the frames as they were once handed out, instead of `camera` and `resize`: the images are brought
   // to its size, whatever they have, and boxes are left out.
   std::optional<Camera> known_camera = {};
+  // A mask for all images, or a folder with a mask for each: IMAGE.png (as COLMAP has it: a.jpg.png) or, for
+  // the frames of a video, numbers; empty: none.
+  std::filesystem::path mask = {};
 };
 
 // The word that --camera takes for a camera without a calibration.
