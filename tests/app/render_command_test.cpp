@@ -59,6 +59,7 @@ class RenderCommandTest : public ::testing::Test {
     const std::string err = Out("err.txt");
     const pid_t child = ::fork();
     if (child == 0) {
+      ::signal(SIGINT, SIG_DFL);  // whatever the tests were started by
       if (::freopen(err.c_str(), "w", stderr) != nullptr) {
         ::execl(SQSLAM_PROGRAM, "sqslam", "render", folder_.Path().c_str(), "--output", output.c_str(),
                 "--resolution", "320,240", "--seconds", "36000", "--fps", "60", "--quiet",
