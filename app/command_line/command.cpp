@@ -76,6 +76,11 @@ Argument& Argument::Several() {
   return *this;
 }
 
+Argument& Argument::Alone(std::string value) {
+  alone = std::move(value);
+  return *this;
+}
+
 Command::Command(std::string name, std::string summary)
     : name_(std::move(name)), summary_(std::move(summary)) {}
 
@@ -179,7 +184,7 @@ class Command::Parser {
       words.emplace_back("--help");
     }
     try {
-      root_.parse(Reversed(words));
+      root_.parse(Reversed(Completed(words)));
     } catch (const CLI::CallForVersion& version) {
       fmt::print("{}\n", version.what());
       return 0;
@@ -226,6 +231,27 @@ class Command::Parser {
       child->fallthrough(!command.options_.empty());
       Declare(*child, subcommand);
     }
+  }
+
+  // The words, with a value after each option that may stand alone and is followed by none of its own.
+  std::vector<std::string> Completed(const std::vector<std::string>& words) const {
+    std::vector<std::string> completed;
+    Command* command = &program_;
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      completed.push_back(words[i]);
+      if (Command* subcommand = command->FindCommand(words[i])) {
+        command = subcommand;
+        continue;
+      }
+      const Argument* option = command->FindOption(words[i]);
+      if (option != nullptr && !option->alone.empty()) {
+        const std::vector<std::string>& own = option->fields.front().allowed;
+        if (i + 1 == words.size() || std::ranges::find(own, words[i + 1]) == own.end()) {
+          completed.push_back(option->alone);
+        }
+      }
+    }
+    return completed;
   }
 
   // As CLI11 takes the words: the last first. "--option=" is an empty value, not the next word.

@@ -21,6 +21,7 @@ struct Argument {
   std::vector<OptionField> fields;  // the variables of its numbers (one but for "W,H"), and what they may be
   std::function<void()> store;      // takes over what has been read, where that is not the variable itself
   std::string default_text;         // shown in --help; empty: none
+  std::string alone;                // the value of an option that none of its words follows; empty: an error
   bool required = false;
   bool list = false;     // may be given again and again
   bool several = false;  // takes all values up to the next option each time
@@ -31,6 +32,7 @@ struct Argument {
   Argument& Range(double min, double max);  // both ends allowed
   Argument& OneOf(std::vector<std::string> words);
   Argument& Several();
+  Argument& Alone(std::string value);
 
   bool IsFlag() const { return std::holds_alternative<bool*>(fields.front().value); }
 };

@@ -109,8 +109,13 @@ void RunArguments::AddTo(Command& command) {
   command.Option("--output,-o DIR", output, "Result folder; default: out/NAME, out/NAME-2, ...");
   command.Option("--video FILE.mp4", video,
                  "Afterwards, make a video of the map's growth, as `sqslam render --growth` does");
-  command.Flag("--dense", dense,
-               "Afterwards, make depth maps and a dense coloured cloud, as `sqslam densify` does");
+  command
+      .Option(
+          "--dense [final|live]", dense,
+          "Make depth maps, a dense coloured cloud and a mesh, as `sqslam densify` does: afterwards (final, "
+          "also where the word is left out), or from the first keyframes on in the background, where they "
+          "appear in the recording one by one (live)")
+      .Alone("final");
   command.Flag("--no-render", no_render, "No pictures and no report");
   command.Group("Mapping");
   command.Option("--config FILE", config, "Options of the pipeline (YAML, see configs/default.yaml)");

@@ -42,7 +42,7 @@ struct RunArguments : SequenceArguments {
   std::string output;
   bool deterministic = false;
   std::optional<std::int64_t> seed;
-  bool dense = false;
+  std::optional<DenseTime> dense;
   bool realtime = false;
   std::optional<Representation> representation;
   std::optional<QuadricInit> quadric_init;

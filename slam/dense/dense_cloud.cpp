@@ -10,6 +10,7 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <span>
 #include <string>
 
 #include "slam/util/atomic_file.h"
@@ -52,6 +53,90 @@ std::string HeaderOf(std::size_t points) {
       kFilledByPlane, points);
 }
 
+std::size_t HashOf(std::span<const std::int32_t> key) {
+  std::uint64_t hash = 0;
+  for (const std::int32_t number : key) {
+    hash = (hash ^ static_cast<std::uint32_t>(number)) * 0x9E3779B97F4A7C15ULL;
+    hash ^= hash >> 32U;
+  }
+  return hash;
+}
+
+constexpr double kSheet = 4.0;  // edge of the cubes that a sheet is averaged over, in those of the cloud
+
+// Mean planes of points in cubes: one for each side that the points' normals look to.
+class SheetField {
+ public:
+  explicit SheetField(double edge) : edge_(edge) {}
+
+  void Add(const Eigen::Vector3d& p, const Eigen::Vector3d& normal, double weight) {
+    if (const double length = normal.norm(); length > 0.0) {
+      const Eigen::Vector3d place = p / edge_;
+      Sheet& sheet = sheets_[KeyOf(place.array().floor(), SideOf(normal))];
+      sheet.position += weight * p;
+      sheet.normal += weight / length * normal;
+      sheet.weight += weight;
+    }
+  }
+
+  // The point carried along its normal to the mean of the planes of its side about it; itself where there are
+  // none, or where these are another surface's.
+  Eigen::Vector3d Flattened(const Eigen::Vector3d& p, const Eigen::Vector3d& normal) const {
+    const double length = normal.norm();
+    if (!(length > 0.0)) {
+      return p;
+    }
+    const Eigen::Vector3d unit = normal / length;
+    const Eigen::Array3d place = p.array() / edge_ - 0.5;
+    const Eigen::Array3d first = place.floor();
+    double offset = 0.0, weights = 0.0;
+    for (int corner = 0; corner < 8; ++corner) {
+      const Eigen::Array3d step(corner & 1, corner >> 1 & 1, corner >> 2);
+      const auto found = sheets_.find(KeyOf(first + step, SideOf(normal)));
+      if (found == sheets_.end()) {
+        continue;
+      }
+      const Sheet& sheet = found->second;
+      const Eigen::Vector3d plane = sheet.normal.normalized();
+      const double along = plane.dot(sheet.position / sheet.weight - p);
+      const double facing = plane.dot(unit);
+      constexpr double kAlike = 0.8;  // cosine between normals of one surface
+      if (facing > kAlike && std::abs(along) < 0.5 * edge_) {
+        const double weight = (1.0 - (place - first - step).abs()).prod() * sheet.weight;
+        offset += weight * along / facing;
+        weights += weight;
+      }
+    }
+    return weights > 0.0 ? Eigen::Vector3d(p + offset / weights * unit) : p;
+  }
+
+ private:
+  struct Sheet {
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();  // sums, weighted
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+    double weight = 0.0;
+  };
+  using Key = std::array<std::int32_t, 4>;
+  struct SheetHash {
+    std::size_t operator()(const Key& key) const { return HashOf(key); }
+  };
+
+  // The axis that a normal is nearest to, and its sign.
+  static std::int32_t SideOf(const Eigen::Vector3d& normal) {
+    Eigen::Index axis = 0;
+    normal.cwiseAbs().maxCoeff(&axis);
+    return static_cast<std::int32_t>(2 * axis + (normal[axis] > 0.0 ? 1 : 0));
+  }
+  static Key KeyOf(const Eigen::Array3d& cube, std::int32_t side) {
+    const Eigen::Array3d within = cube.max(-2147483000.0).min(2147483000.0);
+    return {static_cast<std::int32_t>(within.x()), static_cast<std::int32_t>(within.y()),
+            static_cast<std::int32_t>(within.z()), side};
+  }
+
+  double edge_;
+  std::unordered_map<Key, Sheet, SheetHash> sheets_;
+};
+
 }  // namespace
 
 Eigen::Vector3d NormalAt(const DepthMap& map, int x, int y) {
@@ -65,16 +150,37 @@ Eigen::Vector3d NormalAt(const DepthMap& map, int x, int y) {
   return normal / (towards ? length : -length);
 }
 
-CloudFusion::CloudFusion(double spacing) : spacing_(spacing) {}
-
-std::size_t CloudFusion::KeyHash::operator()(const std::array<std::int32_t, 3>& key) const {
-  std::uint64_t hash = 0;
-  for (const std::int32_t coordinate : key) {
-    hash = (hash ^ static_cast<std::uint32_t>(coordinate)) * 0x9E3779B97F4A7C15ULL;
-    hash ^= hash >> 32U;
+void CloudFusion::Cell::Add(const Cell& other) {
+  if (filled && !other.filled) {
+    *this = other;
+  } else if (filled == other.filled) {
+    position += other.position;
+    normal += other.normal;
+    rgb += other.rgb;
+    weight += other.weight;
+    views = std::max(views, other.views);
   }
-  return hash;
 }
+
+std::size_t CloudFusion::Grid::KeyHash::operator()(const std::array<std::int32_t, 3>& key) const {
+  return HashOf(key);
+}
+
+void CloudFusion::Grid::Add(const Eigen::Vector3d& p_map, const Cell& cell) {
+  std::array<std::int32_t, 3> key{};
+  for (int i = 0; i < 3; ++i) {
+    key[static_cast<std::size_t>(i)] =
+        static_cast<std::int32_t>(std::clamp(std::floor(p_map[i] / edge_), -2147483000.0, 2147483000.0));
+  }
+  const auto [place, is_new] = places_.try_emplace(key, cells_.size());
+  if (is_new) {
+    cells_.push_back(cell);
+  } else {
+    cells_[place->second].Add(cell);
+  }
+}
+
+CloudFusion::CloudFusion(double spacing) : spacing_(spacing), grid_(spacing) {}
 
 void CloudFusion::Add(const DepthMap& map) {
   for (int y = 0; y < map.depth.rows; ++y) {
@@ -84,38 +190,37 @@ void CloudFusion::Add(const DepthMap& map) {
         continue;
       }
       const Eigen::Vector3d p_map = map.PointAt(x, y);
-      std::array<std::int32_t, 3> key{};
-      for (int i = 0; i < 3; ++i) {
-        key[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(
-            std::clamp(std::floor(p_map[i] / spacing_), -2147483000.0, 2147483000.0));
-      }
-      const auto [place, is_new] = places_.try_emplace(key, cells_.size());
-      if (is_new) {
-        cells_.emplace_back();
-      }
-      Cell& cell = cells_[place->second];
       const std::uint8_t views = map.views.at<std::uint8_t>(y, x);
-      if (views != kFilledByPlane && cell.filled) {
-        cell = Cell();  // what was measured goes before what was filled in
-        cell.filled = false;
-      } else if (views == kFilledByPlane && !cell.filled) {
-        continue;
-      }
       const double weight = 1.0 / (z * z);
       const cv::Vec3b& bgr = map.bgr.at<cv::Vec3b>(y, x);
-      cell.position += weight * p_map;
-      cell.normal += weight * NormalAt(map, x, y);
-      cell.rgb += weight * Eigen::Vector3d(bgr[2], bgr[1], bgr[0]);
-      cell.weight += weight;
-      cell.views = std::max<int>(cell.views, views);
+      grid_.Add(p_map,
+                {weight * p_map, weight * NormalAt(map, x, y),
+                 weight * Eigen::Vector3d(bgr[2], bgr[1], bgr[0]), weight, views, views == kFilledByPlane});
     }
   }
 }
 
+// The mean surface about a point is blended of the sheets that lie in the eight wider cubes about it.
+CloudFusion::Grid CloudFusion::Flattened() const {
+  SheetField sheets(kSheet * spacing_);
+  for (const Cell& cell : grid_.Cells()) {
+    sheets.Add(cell.position / cell.weight, cell.normal / cell.weight, cell.weight * cell.views);
+  }
+  Grid flat(spacing_);
+  for (const Cell& cell : grid_.Cells()) {
+    Cell moved = cell;
+    const Eigen::Vector3d p = sheets.Flattened(cell.position / cell.weight, cell.normal / cell.weight);
+    moved.position = cell.weight * p;
+    flat.Add(p, moved);
+  }
+  return flat;
+}
+
 DenseCloud CloudFusion::Cloud() const {
+  const Grid flat = Flattened();
   DenseCloud cloud;
-  cloud.reserve(cells_.size());
-  for (const Cell& cell : cells_) {
+  cloud.reserve(flat.Cells().size());
+  for (const Cell& cell : flat.Cells()) {
     const double length = cell.normal.norm();
     DensePoint point;
     point.p_map = (cell.position / cell.weight).cast<float>();

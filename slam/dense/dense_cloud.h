@@ -20,7 +20,9 @@ struct DensePoint {
 };
 using DenseCloud = std::vector<DensePoint>;
 
-// Gathers the points of depth maps in cubes and makes one point of each cube, at the mean of those in it. The
+// Gathers the points of depth maps in cubes and makes one point of each cube, at the mean of those in it.
+// Depth maps that differ by more than a cube would leave several layers of one surface: each point is carried
+// along its normal to the mean surface about it, and what then falls into one cube becomes one point. The
 // order of the points follows from the order of the maps.
 class CloudFusion {
  public:
@@ -30,21 +32,39 @@ class CloudFusion {
   DenseCloud Cloud() const;
 
  private:
+  // What fell into a cube: sums, weighted.
   struct Cell {
-    Eigen::Vector3d position = Eigen::Vector3d::Zero();  // sums, weighted
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
     Eigen::Vector3d rgb = Eigen::Vector3d::Zero();
     double weight = 0.0;
     int views = 0;       // the most that agree
     bool filled = true;  // no point of it was measured
-  };
-  struct KeyHash {
-    std::size_t operator()(const std::array<std::int32_t, 3>& key) const;
+
+    void Add(const Cell& other);  // what was measured goes before what was filled in
   };
 
+  // Cells by the cubes that they lie in, in the order in which these were met.
+  class Grid {
+   public:
+    explicit Grid(double edge) : edge_(edge) {}
+    void Add(const Eigen::Vector3d& p_map, const Cell& cell);
+    const std::vector<Cell>& Cells() const { return cells_; }
+
+   private:
+    struct KeyHash {
+      std::size_t operator()(const std::array<std::int32_t, 3>& key) const;
+    };
+
+    double edge_;
+    std::unordered_map<std::array<std::int32_t, 3>, std::size_t, KeyHash> places_;
+    std::vector<Cell> cells_;
+  };
+
+  Grid Flattened() const;
+
   double spacing_;
-  std::unordered_map<std::array<std::int32_t, 3>, std::size_t, KeyHash> places_;
-  std::vector<Cell> cells_;
+  Grid grid_;
 };
 
 // Unit normal of a pixel's surface, towards the camera, map frame: across the pixels on both sides of it, as

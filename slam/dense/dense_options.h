@@ -73,6 +73,24 @@ struct DepthFusionOptions {
   }
 };
 
+// Planes that fill regions of one colour, which no patch can be told apart in.
+struct FillOptions {
+  bool enabled = true;
+  double max_step = 3.0;         // grey levels of any channel between neighbouring pixels of a region
+  int min_pixels = 60;           // of a region without depth, and with one
+  double min_support = 0.7;      // share of its known depths that lie on one plane
+  double max_difference = 0.02;  // of the depth, up to which they do
+
+  template <typename Visitor>
+  void VisitFields(Visitor&& visit) {
+    visit("enabled", enabled);
+    visit("max_step", max_step, 0.0, 255.0);
+    visit("min_pixels", min_pixels, 3, 1000000);
+    visit("min_support", min_support, 0.0, 1.0);
+    visit("max_difference", max_difference, 0.0, 1.0);
+  }
+};
+
 // The surface that is fused of the depth maps, and its mesh.
 struct SurfaceOptions {
   double voxel = 2.0;          // edge of the volume's cubes, pixels at the median depth
@@ -98,6 +116,7 @@ struct DenseOptions {
   ViewOptions views;
   StereoOptions stereo;
   DepthFusionOptions fusion;
+  FillOptions fill;
   SurfaceOptions surface;
 
   template <typename Visitor>
@@ -107,6 +126,7 @@ struct DenseOptions {
     visit("views", views);
     visit("stereo", stereo);
     visit("fusion", fusion);
+    visit("fill", fill);
     visit("surface", surface);
   }
 };

@@ -26,9 +26,27 @@ namespace {
                   request.result.string(), input.keyframes.size(), request.options.views.min_angle));
 }
 
+// Takes over a depth map that the run itself estimated, if the finished map leaves it valid.
+bool TakeLive(const std::vector<LiveEstimate>& live, const DenseInput& input, std::size_t k,
+              const KeyframePlan& plan, DepthRecording& recording) {
+  const auto estimate = std::find_if(live.begin(), live.end(),
+                                     [&](const LiveEstimate& one) { return one.keyframe == input.ids[k]; });
+  const auto scale = estimate != live.end() ? ScaleIfValid(*estimate, input, k, *plan.range) : std::nullopt;
+  if (!scale) {
+    return false;
+  }
+  DepthMap map = recording.Estimate(input.ids[k]);
+  map.T_map_camera = input.keyframes[k].T_map_camera;
+  map.depth *= *scale;
+  input.moving.Apply(map);
+  recording.PutEstimate(map, plan.settings);
+  return true;
+}
+
 // The keyframes whose depth is to be estimated; drops the depth of those that have none any more.
 std::vector<std::size_t> OpenJobs(const DenseInput& input, const std::vector<KeyframePlan>& plans,
-                                  DepthRecording& recording, DensifySummary& summary) {
+                                  const std::vector<LiveEstimate>& live, DepthRecording& recording,
+                                  DensifySummary& summary) {
   std::vector<std::size_t> jobs;
   for (std::size_t k = 0; k < plans.size(); ++k) {
     if (!plans[k].range) {
@@ -36,6 +54,8 @@ std::vector<std::size_t> OpenJobs(const DenseInput& input, const std::vector<Key
       ++summary.without;
     } else if (recording.HasEstimate(input.ids[k], plans[k].settings)) {
       ++summary.resumed;
+    } else if (TakeLive(live, input, k, plans[k], recording)) {
+      ++summary.live;
     } else {
       jobs.push_back(k);
     }
@@ -46,8 +66,9 @@ std::vector<std::size_t> OpenJobs(const DenseInput& input, const std::vector<Key
 }  // namespace
 
 std::string DensifySummary::Text() const {
-  return fmt::format("{} points of {} depth maps ({} new); depth of {:.1f} % of the pixels{}", points,
-                     estimated + resumed, estimated, 100.0 * complete,
+  return fmt::format("{} points of {} depth maps ({}{} new); depth of {:.1f} % of the pixels{}", points,
+                     estimated + live + resumed, live > 0 ? fmt::format("{} of the run, ", live) : "",
+                     estimated, 100.0 * complete,
                      filled > 0.0 ? fmt::format(", and of {:.1f} % by planes", 100.0 * filled) : "");
 }
 
@@ -62,7 +83,7 @@ DensifySummary Densify(const DensifyRequest& request, const DensifyProgress& pro
     RefuseMotion(request, input);
   }
   DepthRecording recording(request.result / "map.sqmap", DepthRecording::Access::kWrite);
-  const std::vector<std::size_t> jobs = OpenJobs(input, plans, recording, summary);
+  const std::vector<std::size_t> jobs = OpenJobs(input, plans, request.live, recording, summary);
   int done = 0;
   const auto put = [&](std::size_t k, const std::optional<DepthMap>& map) {
     if (map) {
@@ -76,7 +97,7 @@ DensifySummary Densify(const DensifyRequest& request, const DensifyProgress& pro
   };
   std::optional<FusedDepth> fused;
   if (EstimateDepthMaps(input, plans, jobs, options.stereo, request.threads, put)) {
-    fused = FuseDepthMaps(input, plans, options.fusion, recording, progress);
+    fused = FuseDepthMaps(input, plans, options, recording, progress);
   }
   recording.Close();
   summary.interrupted = !fused.has_value();
@@ -87,7 +108,8 @@ DensifySummary Densify(const DensifyRequest& request, const DensifyProgress& pro
     throw NoMapError(fmt::format(
         "{}: no depth: of {} depth maps no point is confirmed by {} others, expected more keyframes that see "
         "the same",
-        request.result.string(), summary.estimated + summary.resumed, options.fusion.min_views));
+        request.result.string(), summary.estimated + summary.live + summary.resumed,
+        options.fusion.min_views));
   }
   const double pixels = static_cast<double>(plans.size()) * input.camera.width * input.camera.height;
   summary.points = fused->cloud.size();

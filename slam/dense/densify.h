@@ -3,9 +3,11 @@
 #include <cstddef>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "slam/dense/dense_options.h"
 #include "slam/dense/depth_fusion.h"
+#include "slam/dense/live_depth.h"
 
 namespace sqslam {
 
@@ -13,12 +15,14 @@ struct DensifyRequest {
   std::filesystem::path result;  // folder of a run
   std::filesystem::path images;  // the sequence that was mapped, where it has moved; empty: as the run says
   DenseOptions options;
-  int threads = 0;  // 0: as many as the machine runs at a time
+  int threads = 0;                      // 0: as many as the machine runs at a time
+  std::vector<LiveEstimate> live = {};  // estimates of the run itself, in its recording
 };
 
 struct DensifySummary {
   int keyframes = 0;
   int estimated = 0;  // depth maps that were estimated now
+  int live = 0;       // that the run itself had estimated, and that still hold
   int resumed = 0;    // and those that an earlier call had estimated with the same settings
   int without = 0;    // keyframes without depth: too few map points, views or images
   std::size_t points = 0;

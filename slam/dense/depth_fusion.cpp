@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "slam/dense/consistency.h"
+#include "slam/dense/plane_fill.h"
 #include "slam/util/statistics.h"
 
 namespace sqslam {
@@ -78,29 +79,54 @@ std::vector<Neighbourhood> NeighbourhoodsOf(const DenseInput& input, const std::
   return all;
 }
 
-}  // namespace
-
-std::optional<FusedDepth> FuseDepthMaps(const DenseInput& input, const std::vector<KeyframePlan>& plans,
-                                        const DepthFusionOptions& options, DepthRecording& recording,
-                                        const DensifyProgress& progress) {
-  const std::vector<Neighbourhood> all =
-      NeighbourhoodsOf(input, plans, recording.Estimated(), options.neighbours);
-  DepthCache estimates(static_cast<std::size_t>(options.neighbours) * 4,
-                       [&recording](std::int64_t keyframe) { return recording.Estimate(keyframe); });
-  CloudFusion fusion(SpacingOf(input, plans, options.spacing));
-  FusedDepth fused;
+// Puts what `make` makes of each depth map and its neighbours into the recording. False: ended by `progress`.
+bool PutAll(const std::vector<Neighbourhood>& all, DepthCache& cache, const std::string& state,
+            const std::function<DepthMap(const DepthMap&, const std::vector<DepthMap>&)>& make,
+            DepthRecording& recording, const DensifyProgress& progress) {
   for (std::size_t i = 0; i < all.size(); ++i) {
     std::vector<DepthMap> neighbours;
     for (const std::int64_t neighbour : all[i].neighbours) {
-      neighbours.push_back(estimates.Get(neighbour));
+      neighbours.push_back(cache.Get(neighbour));
     }
-    recording.PutKept(KeepConsistent(estimates.Get(all[i].keyframe), neighbours, options));
-    const DepthMap kept = recording.Kept(all[i].keyframe);  // as any reader will find it
+    recording.PutKept(make(cache.Get(all[i].keyframe), neighbours));
+    if (!progress(static_cast<int>(i) + 1, static_cast<int>(all.size()), state)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+std::optional<FusedDepth> FuseDepthMaps(const DenseInput& input, const std::vector<KeyframePlan>& plans,
+                                        const DenseOptions& options, DepthRecording& recording,
+                                        const DensifyProgress& progress) {
+  const std::vector<Neighbourhood> all =
+      NeighbourhoodsOf(input, plans, recording.Estimated(), options.fusion.neighbours);
+  const std::size_t most = static_cast<std::size_t>(options.fusion.neighbours) * 4;
+  DepthCache estimates(most, [&](std::int64_t keyframe) { return recording.Estimate(keyframe); });
+  const auto keep = [&](const DepthMap& map, const std::vector<DepthMap>& neighbours) {
+    return KeepConsistent(map, neighbours, options.fusion);
+  };
+  if (!PutAll(all, estimates, "fused", keep, recording, progress)) {
+    return std::nullopt;
+  }
+  DepthCache with_fills(
+      most, [&](std::int64_t keyframe) { return FillPlanes(recording.Kept(keyframe), options.fill); });
+  const auto confirm = [&](const DepthMap& map, const std::vector<DepthMap>& neighbours) {
+    return KeepConfirmedFills(map, neighbours, options.fusion);
+  };
+  if (options.fill.enabled && !PutAll(all, with_fills, "filled", confirm, recording, progress)) {
+    return std::nullopt;
+  }
+  CloudFusion fusion(SpacingOf(input, plans, options.fusion.spacing));
+  FusedDepth fused;
+  for (const Neighbourhood& one : all) {
+    const DepthMap kept = recording.Kept(one.keyframe);
+    const auto planes = static_cast<std::size_t>(cv::countNonZero(kept.views == kFilledByPlane));
+    fused.measured += static_cast<std::size_t>(cv::countNonZero(kept.depth > 0.0)) - planes;
+    fused.filled += planes;
     fusion.Add(kept);
-    fused.measured += static_cast<std::size_t>(cv::countNonZero(kept.depth > 0.0));
-    if (!progress(static_cast<int>(i) + 1, static_cast<int>(all.size()), "fused")) {
-      return std::nullopt;
-    }
   }
   fused.cloud = fusion.Cloud();
   return fused;

@@ -19,7 +19,8 @@ std::string SettingsOf(const DenseInput& input, const PosedFrame& keyframe, cons
     return fmt::format("{} {} {} {} {} {} {}\n", q[0], q[1], q[2], q[3], t[0], t[1], t[2]);
   };
   DenseOptions estimation = options;
-  estimation.fusion = {};  // both say what becomes of estimates
+  estimation.fusion = {};  // these say what becomes of estimates
+  estimation.fill = {};
   estimation.surface = {};
   const Camera& c = input.recorded;
   std::string text =
@@ -37,27 +38,32 @@ std::string SettingsOf(const DenseInput& input, const PosedFrame& keyframe, cons
 
 }  // namespace
 
-std::vector<KeyframePlan> PlanKeyframes(const DenseInput& input, const DenseOptions& options) {
+KeyframePlan PlanKeyframe(const DenseInput& input, std::size_t k, const DenseOptions& options) {
   constexpr std::size_t kSamples = 100;  // map points that tell which views see the same
   constexpr std::size_t kAll = 1U << 24U;
-  std::vector<KeyframePlan> plans;
   const ViewOptions& views = options.views;
-  for (const PosedFrame& keyframe : input.keyframes) {
-    KeyframePlan plan;
-    const Rigid3d& pose = keyframe.T_map_camera;
-    plan.range = RangeOf(PointsInView(input.points, input.camera, pose, kAll), pose, views);
-    plan.in_view = PointsInView(input.points, input.camera, pose, kSamples);
-    plan.views = ChooseViews(keyframe, input.frames, plan.in_view, input.camera,
-                             {views.large_angle, views.small_angle}, views);
-    plan.fine = ChooseViews(keyframe, input.frames, plan.in_view, input.camera,
-                            {views.fine_angle, views.large_angle}, views);
-    if (plan.views.size() < 2) {
-      plan.range.reset();
-    }
-    if (plan.range) {
-      plan.settings = SettingsOf(input, keyframe, plan, options);
-    }
-    plans.push_back(std::move(plan));
+  const PosedFrame& keyframe = input.keyframes[k];
+  const Rigid3d& pose = keyframe.T_map_camera;
+  KeyframePlan plan;
+  plan.range = RangeOf(PointsInView(input.points, input.camera, pose, kAll), pose, views);
+  plan.in_view = PointsInView(input.points, input.camera, pose, kSamples);
+  plan.views = ChooseViews(keyframe, input.frames, plan.in_view, input.camera,
+                           {views.large_angle, views.small_angle}, views);
+  plan.fine = ChooseViews(keyframe, input.frames, plan.in_view, input.camera,
+                          {views.fine_angle, views.large_angle}, views);
+  if (plan.views.size() < 2) {
+    plan.range.reset();
+  }
+  if (plan.range) {
+    plan.settings = SettingsOf(input, keyframe, plan, options);
+  }
+  return plan;
+}
+
+std::vector<KeyframePlan> PlanKeyframes(const DenseInput& input, const DenseOptions& options) {
+  std::vector<KeyframePlan> plans;
+  for (std::size_t k = 0; k < input.keyframes.size(); ++k) {
+    plans.push_back(PlanKeyframe(input, k, options));
   }
   return plans;
 }

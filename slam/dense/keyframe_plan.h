@@ -16,6 +16,9 @@ struct KeyframePlan {
   std::string settings;                  // all that its depth follows from but the images, in short
 };
 
+// The plan for a keyframe (a position in DenseInput::keyframes).
+KeyframePlan PlanKeyframe(const DenseInput& input, std::size_t k, const DenseOptions& options);
+
 // Plans for all keyframes of the input, in their order.
 std::vector<KeyframePlan> PlanKeyframes(const DenseInput& input, const DenseOptions& options);
 

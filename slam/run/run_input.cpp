@@ -38,6 +38,12 @@ void CheckRequest(const RunRequest& request, const Sequence& sequence) {
   if (request.dense && request.live_camera) {
     throw UsageError("--dense: needs the images again, expected a recording instead of a live camera");
   }
+  if (request.dense == DenseTime::kLive && request.options.deterministic) {
+    throw UsageError(
+        "--dense live: which depth maps come from the run differs from run to run, expected --dense final "
+        "with "
+        "--deterministic");
+  }
   if (request.options.mapping.camera.what == LearntPart::kFocalAndRadial) {
     throw UsageError(
         "mapping.camera.what=focal+radial: keypoints of a run stay undistorted as the camera given says, "

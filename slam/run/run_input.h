@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -15,6 +16,10 @@ namespace sqslam {
 
 using CameraOpener = std::function<FrameGrabber(int index, const Camera& camera)>;
 
+// The time at which a run makes depth maps: once the map is finished, or while it grows.
+enum class DenseTime { kFinal, kLive };
+constexpr auto EnumNames(DenseTime) { return std::array{"final", "live"}; }
+
 struct RunRequest {
   SequenceRequest sequence;        // of a live camera only its calibration counts
   std::optional<int> live_camera;  // index of a camera of this machine, instead of a sequence
@@ -22,8 +27,8 @@ struct RunRequest {
   FrameRange range;
   std::filesystem::path output;  // folder that is made; must not exist or be empty
   SystemOptions options;
-  bool dense = false;     // afterwards, make depth maps and a dense cloud (options.dense)
-  bool realtime = false;  // play at the sequence's own speed and drop late frames
+  std::optional<DenseTime> dense;  // when to make depth maps and a dense cloud (options.dense); empty: not
+  bool realtime = false;           // play at the sequence's own speed and drop late frames
 
   bool HasRealClock() const { return realtime || live_camera; }
 };

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <exception>
+#include <memory>
 #include <utility>
 
 #include "slam/dense/densify.h"
@@ -58,9 +59,9 @@ std::string StateText(TrackingState state, const Recorder& recorder) {
 }
 
 // Plays the frames into the system until they end, the host stops the run, or a disk or the network fails.
-// Returns the number of frames that came too fast.
+// Returns the number of frames that came too fast. `live` may be null.
 int Play(const RunRequest& request, const RunInput& input, const Recorder& recorder, DetectionFeed& feed,
-         System& system, RunHost& host) {
+         System& system, LiveDepth* live, RunHost& host) {
   const FrameRange& range = request.range;
   const std::int64_t total = request.live_camera ? 0 : range.SizeIn(input.sequence);
   const bool paced = request.realtime && !request.live_camera;  // a live camera keeps its own time
@@ -75,6 +76,12 @@ int Play(const RunRequest& request, const RunInput& input, const Recorder& recor
     }
     const TrackingState state = feed.Process(*frame, system);
     host.Tracked(*frame, state, system);
+    if (live != nullptr && state == TrackingState::kTracking) {
+      const FrameView view = system.Newest();
+      if (view.T_map_camera) {
+        live->Tracked(view.frame_index, *view.T_map_camera);
+      }
+    }
     host.ShowProgress((frame->index - range.start) / range.stride + 1, total, StateText(state, recorder));
   }
   host.EndProgress();
@@ -137,13 +144,42 @@ RunStats MakeStats(const RunResult& result, const RunInput& input, const Detecti
   return stats;
 }
 
+// Null where depth maps are not to be made during the run, or where the frames would have to be decoded anew
+// for each: those of a video.
+std::unique_ptr<LiveDepth> MakeLiveDepth(const RunRequest& request, const RunInput& input) {
+  if (request.dense != DenseTime::kLive) {
+    return nullptr;
+  }
+  if (!input.sequence.video_path.empty()) {
+    spdlog::warn("--dense live: of a video depth maps are made at the end, expected images in files");
+    return nullptr;
+  }
+  return std::make_unique<LiveDepth>(request.output / "map.sqmap", input.sequence, request.options.dense);
+}
+
+// What went wrong in the background costs its depth maps only.
+std::vector<LiveEstimate> FinishLive(std::unique_ptr<LiveDepth> live, RunHost& host) {
+  if (!live) {
+    return {};
+  }
+  try {
+    std::vector<LiveEstimate> estimates = live->Finish();
+    host.Say(fmt::format("{} depth maps during the run", estimates.size()));
+    return estimates;
+  } catch (const InputError& error) {
+    spdlog::warn("--dense live: {}", error.what());
+    return {};
+  }
+}
+
 // A map without depth is a map all the same.
-void MakeDense(const RunRequest& request, FinishedRun& run, RunHost& host) {
+void MakeDense(const RunRequest& request, FinishedRun& run, const std::vector<LiveEstimate>& live,
+               RunHost& host) {
   if (!request.dense || run.interrupted) {
     return;
   }
   try {
-    const DensifySummary dense = Densify({run.output, {}, request.options.dense},
+    const DensifySummary dense = Densify({run.output, {}, request.options.dense, 0, live},
                                          [&host](int done, int total, const std::string& state) {
                                            host.ShowProgress(done, total, state);
                                            if (done == total) {
@@ -239,13 +275,18 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
   const SystemOptions options = OptionsFor(camera, request.options);
   Recorder recorder(request.output / "map.sqmap",
                     {input.sequence.path.string(), SQSLAM_VERSION, DumpOptions(options)});
+  std::unique_ptr<LiveDepth> live = MakeLiveDepth(request, input);
   System system(camera.camera, options, [&](const MapSnapshotPtr& map) {
     recorder.Add(map);
+    if (live) {
+      live->Mapped(map);
+    }
     host.Mapped(map);
   });
-  const int dropped = Play(request, input, recorder, feed, system, host);
+  const int dropped = Play(request, input, recorder, feed, system, live.get(), host);
   feed.Finish(system);
   FinishedRun run{request.output, input.sequence.path.string(), system.Finish(), {}};
+  const std::vector<LiveEstimate> live_depth = FinishLive(std::move(live), host);
   TakeLearntCamera(run.result, camera);
   WarnOfLeftOut(run.result);
 
@@ -265,9 +306,9 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
   AttemptAll({[&] { WriteCamera(run.output / "camera.yaml", camera.camera, camera.Text()); },
               [&] { WriteMapFiles(run.output, run.result.map); },
               [&] { WriteSubmaps(run.output, run.result.others); }, [&] { recorder.Close(); },
-              [&] { MakeDense(request, run, host); }, [&] { Draw(run, host); }, [&] { host.Film(run); },
-              [&] { WriteStats(run.output / "stats.json", run.stats); }, [&] { host.Report(run); },
-              [&] { feed.ThrowFailure(); }});
+              [&] { MakeDense(request, run, live_depth, host); }, [&] { Draw(run, host); },
+              [&] { host.Film(run); }, [&] { WriteStats(run.output / "stats.json", run.stats); },
+              [&] { host.Report(run); }, [&] { feed.ThrowFailure(); }});
   run.interrupted = host.Stopped();
   return run;
 }

@@ -200,7 +200,7 @@ struct DepthRecording::Impl {
 DepthRecording::DepthRecording(const fs::path& recording, Access access) : impl_(std::make_unique<Impl>()) {
   impl_->path = recording;
   impl_->access = access;
-  const bool write = access == Access::kWrite;
+  const bool write = access != Access::kRead;
   impl_->db = sqlite::OpenRecording(recording, write ? SQLITE_OPEN_READWRITE : SQLITE_OPEN_READONLY);
   std::string version;
   {
@@ -291,8 +291,8 @@ void DepthRecording::Remove(std::int64_t keyframe) {
 }
 
 void DepthRecording::Close() {
-  if (impl_->db && impl_->access == Access::kWrite) {
-    const sqlite::Database db = std::move(impl_->db);
+  const sqlite::Database db = std::move(impl_->db);
+  if (db && impl_->access == Access::kWrite) {
     sqlite::Execute(db.get(), impl_->path, "PRAGMA journal_mode=DELETE");
   }
 }

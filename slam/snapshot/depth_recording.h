@@ -19,9 +19,10 @@ namespace sqslam {
 // that names the file, on a full disk too.
 class DepthRecording {
  public:
-  enum class Access { kRead, kWrite };
+  // kBeside: writes while another connection goes on writing the recording, which also closes it.
+  enum class Access { kRead, kWrite, kBeside };
 
-  // A recording that was not densified yet has no rows; kWrite adds the table.
+  // A recording that was not densified yet has no rows; kWrite and kBeside add the table.
   explicit DepthRecording(const std::filesystem::path& recording, Access access = Access::kRead);
   ~DepthRecording();
   DepthRecording(DepthRecording&&) noexcept;

@@ -51,6 +51,39 @@ TEST(DenseCloud, TheSameSurfaceSeenTwiceIsThere) {
   EXPECT_EQ(once.Cloud().size(), twice.Cloud().size());
 }
 
+TEST(DenseCloud, LayersOfOneSurfaceBecomeOne) {
+  DepthMap lower = TableFromAbove();
+  DepthMap upper = TableFromAbove();
+  DepthMap between = TableFromAbove();
+  lower.T_map_camera.translation.z() -= 0.001;
+  between.T_map_camera.translation.z() += 0.005;
+  upper.T_map_camera.translation.z() += 0.011;
+  CloudFusion one(0.01);
+  one.Add(between);
+  CloudFusion both(0.01);
+  both.Add(lower);
+  both.Add(upper);
+  const DenseCloud cloud = both.Cloud();
+  double squares = 0.0;
+  for (const DensePoint& point : cloud) {
+    squares += std::pow(point.p_map.z() - 0.005, 2);
+  }
+  EXPECT_LT(std::sqrt(squares / static_cast<double>(cloud.size())), 0.002);
+  EXPECT_LT(static_cast<double>(cloud.size()), 1.3 * static_cast<double>(one.Cloud().size()));
+}
+
+TEST(DenseCloud, TheTopOfABoxStaysWhereItIs) {
+  CloudFusion fusion(0.01);
+  fusion.Add(TableFromAbove());
+  DepthMap box = TableFromAbove();
+  box.T_map_camera.translation.z() += 0.05;  // its top is well above the table
+  box.depth.colRange(40, 80).setTo(0.0F);
+  fusion.Add(box);
+  for (const DensePoint& point : fusion.Cloud()) {
+    EXPECT_LT(std::min(std::abs(point.p_map.z()), std::abs(point.p_map.z() - 0.05F)), 1e-4F);
+  }
+}
+
 TEST(DenseCloud, WhatWasMeasuredGoesBeforeWhatWasFilledIn) {
   const DepthMap measured = TableFromAbove();
   DepthMap filled = TableFromAbove();

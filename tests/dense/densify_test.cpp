@@ -8,12 +8,10 @@
 #include <string>
 
 #include "slam/io/point_cloud.h"
-#include "slam/io/trajectory.h"
 #include "slam/snapshot/depth_recording.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/error.h"
-#include "tests/app/written_sequence.h"
-#include "tests/dense/panel_world.h"
+#include "tests/dense/true_result.h"
 
 namespace sqslam::testing {
 namespace {
@@ -28,52 +26,6 @@ std::string Bytes(const fs::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// A pan to the right, six centimetres a frame.
-std::vector<Rigid3d> Pan(int frames, double step) {
-  std::vector<Rigid3d> path;
-  for (int i = 0; i < frames; ++i) {
-    path.push_back({Eigen::Quaterniond::Identity(), {step * (i - frames / 2), 0.01 * (i % 3), 0.0}});
-  }
-  return path;
-}
-
-// The result folder of a run that found the truth.
-class Result {
- public:
-  explicit Result(const std::vector<Rigid3d>& path, int keyframe_interval = 2) : sequence_(path) {
-    MapSnapshot map;
-    map.camera = world_.GetCamera();
-    Trajectory trajectory;
-    for (std::size_t i = 0; i < path.size(); ++i) {
-      const auto index = static_cast<std::int64_t>(i);
-      trajectory.push_back({static_cast<double>(index) / 30.0, path[i]});
-      if (index % keyframe_interval == 0) {
-        map.keyframes.push_back({100 + index, index, trajectory.back().timestamp, path[i]});
-      }
-    }
-    for (int v = 5; v < 240; v += 15) {
-      for (int u = 5; u < 320; u += 15) {
-        const double z = TrueDepth(world_, map.camera, path[0], u, v);
-        map.points.push_back(
-            {(path[0] * Eigen::Vector3d(z * map.camera.Unproject({double(u), double(v)}))).cast<float>(),
-             {},
-             -1});
-      }
-    }
-    WriteTrajectory(Path() / "trajectory.txt", trajectory);
-    RecordingWriter recording(Path() / "map.sqmap", {sequence_.Path().string(), "test", ""});
-    recording.Add(map);
-  }
-  fs::path Path() const { return folder_.Path(); }
-  const WrittenSequence& Images() const { return sequence_; }
-  const TexturedWorld& World() const { return world_; }
-
- private:
-  const TexturedWorld world_;
-  WrittenSequence sequence_;
-  TemporaryFolder folder_;
-};
-
 DensifySummary MakeDense(const fs::path& result, int threads = 1, const fs::path& images = {}) {
   DensifyRequest request{result, images, {}, threads};
   request.options.views.min_overlap = 0.3;
@@ -82,7 +34,7 @@ DensifySummary MakeDense(const fs::path& result, int threads = 1, const fs::path
 }
 
 TEST(Densify, PointsLieOnTheSurfacesOfTheWorld) {
-  const Result result(Pan(kFrames, 0.06));
+  const TrueResult result(Pan(kFrames, 0.06));
   const DensifySummary summary = MakeDense(result.Path());
   EXPECT_EQ(summary.keyframes, 7);
   EXPECT_EQ(summary.estimated, 7);
@@ -110,16 +62,16 @@ TEST(Densify, PointsLieOnTheSurfacesOfTheWorld) {
 }
 
 TEST(Densify, TheCloudIsTheSameWithAnyNumberOfThreads) {
-  const Result result(Pan(kFrames, 0.06));
+  const TrueResult result(Pan(kFrames, 0.06));
   MakeDense(result.Path(), 1);
   const std::string first = Bytes(result.Path() / "dense.ply");
-  const Result again(Pan(kFrames, 0.06));
+  const TrueResult again(Pan(kFrames, 0.06));
   MakeDense(again.Path(), 3);
   EXPECT_TRUE(first == Bytes(again.Path() / "dense.ply"));
 }
 
 TEST(Densify, GoesOnWhereItWasStopped) {
-  const Result result(Pan(kFrames, 0.06));
+  const TrueResult result(Pan(kFrames, 0.06));
   DensifyRequest request{result.Path(), {}, {}, 1};
   request.options.views.min_overlap = 0.3;
   request.options.stereo.planes = 48;
@@ -139,7 +91,7 @@ TEST(Densify, GoesOnWhereItWasStopped) {
 }
 
 TEST(Densify, BoxesOfPeopleGetNoDepth) {
-  const Result result(Pan(kFrames, 0.06));
+  const TrueResult result(Pan(kFrames, 0.06));
   std::string boxes;
   for (int i = 0; i < kFrames; ++i) {
     boxes += std::to_string(i / 30.0) + " person 0.9 100 60 80 100\n";
@@ -162,7 +114,7 @@ std::string MessageOf(const std::function<void()>& action) {
 }
 
 TEST(Densify, ImagesThatAreGoneAreNamedAndMayLieElsewhere) {
-  const Result result(Pan(kFrames, 0.06));
+  const TrueResult result(Pan(kFrames, 0.06));
   const TemporaryFolder elsewhere;
   fs::copy(result.Images().Path(), elsewhere.Path() / "moved", fs::copy_options::recursive);
   fs::remove_all(result.Images().Path() / "rgb");
@@ -176,7 +128,7 @@ TEST(Densify, ImagesThatAreGoneAreNamedAndMayLieElsewhere) {
 }
 
 TEST(Densify, AnImageThatCannotBeReadCostsItsKeyframeOnly) {
-  const Result result(Pan(kFrames, 0.06));
+  const TrueResult result(Pan(kFrames, 0.06));
   std::ofstream(result.Images().Image(6)) << "no image";
   const DensifySummary summary = MakeDense(result.Path());
   EXPECT_EQ(summary.without, 1);
@@ -184,16 +136,16 @@ TEST(Densify, AnImageThatCannotBeReadCostsItsKeyframeOnly) {
 }
 
 TEST(Densify, ACameraThatDoesNotMoveSidewaysGivesNoDepth) {
-  const Result result(Pan(kFrames, 0.0001));
+  const TrueResult result(Pan(kFrames, 0.0001));
   EXPECT_THAT(MessageOf<NoMapError>([&] { MakeDense(result.Path()); }),
               HasSubstr("expected a camera that moves sideways"));
   EXPECT_FALSE(fs::exists(result.Path() / "dense.ply"));
 }
 
 TEST(Densify, ThreeKeyframesAreEnoughAndTwoAreNot) {
-  const Result three(Pan(kFrames, 0.06), 6);
+  const TrueResult three(Pan(kFrames, 0.06), 6);
   EXPECT_GT(MakeDense(three.Path()).complete, 0.3);
-  const Result two(Pan(kFrames, 0.06), 12);
+  const TrueResult two(Pan(kFrames, 0.06), 12);
   EXPECT_THAT(MessageOf<NoMapError>([&] { MakeDense(two.Path()); }), HasSubstr("expected"));
 }
 

@@ -1,0 +1,238 @@
+#include "slam/dense/plane_fill.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <numeric>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+
+namespace sqslam {
+namespace {
+
+// Number of the region of each pixel (32SC1): connected pixels of like colours.
+cv::Mat RegionsOf(const cv::Mat& bgr, double max_step) {
+  cv::Mat smooth;
+  cv::GaussianBlur(bgr, smooth, {3, 3}, 0.0);
+  const int cols = smooth.cols;
+  std::vector<std::int32_t> parent(smooth.total());  // disjoint sets
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&parent](std::int32_t i) {
+    while (parent[static_cast<std::size_t>(i)] != i) {
+      i = parent[static_cast<std::size_t>(i)] =
+          parent[static_cast<std::size_t>(parent[static_cast<std::size_t>(i)])];
+    }
+    return i;
+  };
+  const auto join = [&](const cv::Vec3b& a, const cv::Vec3b& b, int i, int j) {
+    const int step = std::max({std::abs(a[0] - b[0]), std::abs(a[1] - b[1]), std::abs(a[2] - b[2])});
+    if (step <= max_step) {
+      parent[static_cast<std::size_t>(root(i))] = root(j);
+    }
+  };
+  for (int y = 0; y < smooth.rows; ++y) {
+    const cv::Vec3b* row = smooth.ptr<cv::Vec3b>(y);
+    const cv::Vec3b* below = y + 1 < smooth.rows ? smooth.ptr<cv::Vec3b>(y + 1) : nullptr;
+    for (int x = 0; x < cols; ++x) {
+      if (x + 1 < cols) {
+        join(row[x], row[x + 1], y * cols + x, y * cols + x + 1);
+      }
+      if (below != nullptr) {
+        join(row[x], below[x], y * cols + x, (y + 1) * cols + x);
+      }
+    }
+  }
+  cv::Mat regions(smooth.size(), CV_32S);
+  for (int i = 0; i < static_cast<int>(smooth.total()); ++i) {
+    regions.at<std::int32_t>(i / cols, i % cols) = root(i);
+  }
+  return regions;
+}
+
+// Inverse depth over the image, linear as that of any plane: (u, v, 1) . plane.
+struct Support {
+  Eigen::Vector3d pixel;  // u, v, 1
+  double inverse = 0.0;
+};
+
+std::optional<Eigen::Vector3d> PlaneThrough(const std::vector<Support>& support) {
+  Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  for (const Support& s : support) {
+    A += s.pixel * s.pixel.transpose();
+    b += s.pixel * s.inverse;
+  }
+  const Eigen::Vector3d plane = A.ldlt().solve(b);
+  return plane.allFinite() ? std::optional(plane) : std::nullopt;
+}
+
+// The plane on which all but a share of the supports lie, found by random triples; empty where there is none.
+std::optional<Eigen::Vector3d> CommonPlane(const std::vector<Support>& support, const FillOptions& options,
+                                           cv::RNG& random, std::vector<Support>& on_it) {
+  constexpr int kTrials = 40;
+  constexpr std::size_t kCounted = 200;  // supports that vote in a trial
+  const std::size_t stride = std::max<std::size_t>(1, support.size() / kCounted);
+  const auto lies_on = [&](const Eigen::Vector3d& plane, const Support& s) {
+    return std::abs(plane.dot(s.pixel) - s.inverse) <= options.max_difference * s.inverse;
+  };
+  std::size_t most = 0;
+  Eigen::Vector3d best = Eigen::Vector3d::Zero();
+  for (int trial = 0; trial < kTrials; ++trial) {
+    Eigen::Matrix3d pixels;
+    Eigen::Vector3d inverses;
+    for (int i = 0; i < 3; ++i) {
+      const Support& s =
+          support[static_cast<std::size_t>(random.uniform(0, static_cast<int>(support.size())))];
+      pixels.row(i) = s.pixel.transpose();
+      inverses[i] = s.inverse;
+    }
+    const double area = std::abs(pixels.determinant());  // twice the triangle's, pixels^2
+    if (area < 20.0) {
+      continue;
+    }
+    const Eigen::Vector3d plane = pixels.partialPivLu().solve(inverses);
+    std::size_t votes = 0;
+    for (std::size_t i = 0; i < support.size(); i += stride) {
+      votes += lies_on(plane, support[i]) ? 1U : 0U;
+    }
+    if (votes > most) {
+      most = votes;
+      best = plane;
+    }
+  }
+  for (int round = 0; round < 2 && most > 0; ++round) {
+    on_it.clear();
+    std::copy_if(support.begin(), support.end(), std::back_inserter(on_it),
+                 [&](const Support& s) { return lies_on(best, s); });
+    if (static_cast<double>(on_it.size()) < options.min_support * static_cast<double>(support.size())) {
+      return std::nullopt;
+    }
+    const auto fitted = PlaneThrough(on_it);
+    if (!fitted) {
+      return std::nullopt;
+    }
+    best = *fitted;
+  }
+  return most > 0 ? std::optional(best) : std::nullopt;
+}
+
+struct Region {
+  std::vector<cv::Point> empty;  // pixels without depth
+  std::vector<Support> support;
+};
+
+// Regions with enough empty pixels and enough supports, by their first pixel.
+std::vector<Region> EmptyRegions(const DepthMap& map, const FillOptions& options) {
+  const cv::Mat labels = RegionsOf(map.bgr, options.max_step);
+  std::vector<Region> regions(labels.total());
+  constexpr int kReach = 2;  // pixels beyond the border: there the colour is a mixture
+  for (int y = 0; y < labels.rows; ++y) {
+    for (int x = 0; x < labels.cols; ++x) {
+      const auto own = static_cast<std::size_t>(labels.at<std::int32_t>(y, x));
+      const float z = map.depth.at<float>(y, x);
+      if (!(z > 0.0F)) {
+        regions[own].empty.emplace_back(x, y);
+        continue;
+      }
+      const Support support{{double(x), double(y), 1.0}, 1.0 / z};
+      regions[own].support.push_back(support);
+      std::array<std::size_t, 4> others{own, own, own, own};
+      std::size_t count = 0;
+      for (const auto& [dx, dy] : {std::pair(-kReach, 0), {kReach, 0}, {0, -kReach}, {0, kReach}}) {
+        if (x + dx < 0 || y + dy < 0 || x + dx >= labels.cols || y + dy >= labels.rows) {
+          continue;
+        }
+        const auto other = static_cast<std::size_t>(labels.at<std::int32_t>(y + dy, x + dx));
+        if (std::find(others.begin(), others.end(), other) == others.end()) {
+          others[count++] = other;
+          regions[other].support.push_back(support);
+        }
+      }
+    }
+  }
+  std::erase_if(regions, [&](const Region& region) {
+    return static_cast<int>(region.empty.size()) < options.min_pixels ||
+           static_cast<int>(region.support.size()) < options.min_pixels;
+  });
+  return regions;
+}
+
+}  // namespace
+
+DepthMap FillPlanes(const DepthMap& map, const FillOptions& options) {
+  constexpr double kSteepest = 10.0;  // tangent of the slope of a plane that is believed
+  DepthMap filled = map;
+  filled.depth = map.depth.clone();
+  filled.views = map.views.clone();
+  const cv::Mat earlier = map.views == kFilledByPlane;
+  filled.depth.setTo(0.0F, earlier);
+  filled.views.setTo(0, earlier);
+  cv::RNG random(1);
+  for (const Region& region : EmptyRegions(filled, options)) {
+    std::vector<Support> on_it;
+    const auto plane = CommonPlane(region.support, options, random, on_it);
+    if (!plane) {
+      continue;
+    }
+    std::vector<cv::Point2f> corners, hull;
+    for (const Support& s : on_it) {
+      corners.emplace_back(static_cast<float>(s.pixel.x()), static_cast<float>(s.pixel.y()));
+    }
+    cv::convexHull(corners, hull);
+    for (const cv::Point& pixel : region.empty) {
+      const double inverse = plane->dot(Eigen::Vector3d(pixel.x, pixel.y, 1.0));
+      const double slope = plane->head<2>().norm() * map.camera.fx / std::max(inverse, 1e-12);
+      if (inverse > 0.0 && slope < kSteepest &&
+          cv::pointPolygonTest(hull, cv::Point2f(pixel), false) >= 0.0) {
+        filled.depth.at<float>(pixel) = static_cast<float>(1.0 / inverse);
+        filled.views.at<std::uint8_t>(pixel) = kFilledByPlane;
+      }
+    }
+  }
+  return filled;
+}
+
+DepthMap KeepConfirmedFills(const DepthMap& map, const std::vector<DepthMap>& neighbours,
+                            const DepthFusionOptions& options) {
+  DepthMap kept = map;
+  kept.depth = map.depth.clone();
+  kept.views = map.views.clone();
+  std::vector<Rigid3d> T_neighbour_map;
+  for (const DepthMap& neighbour : neighbours) {
+    T_neighbour_map.push_back(neighbour.T_map_camera.Inverse());
+  }
+  for (int y = 0; y < map.depth.rows; ++y) {
+    for (int x = 0; x < map.depth.cols; ++x) {
+      if (map.views.at<std::uint8_t>(y, x) != kFilledByPlane) {
+        continue;
+      }
+      const Eigen::Vector3d p_map = map.PointAt(x, y);
+      int agree = 0;
+      bool seen_through = false;
+      for (std::size_t i = 0; i < neighbours.size() && !seen_through; ++i) {
+        const DepthMap& other = neighbours[i];
+        const Eigen::Vector3d p = T_neighbour_map[i] * p_map;
+        const Eigen::Vector2d pixel = p.z() > 0.0 ? other.camera.Project(p) : Eigen::Vector2d(-1.0, -1.0);
+        const auto u = static_cast<int>(std::lround(pixel.x()));
+        const auto v = static_cast<int>(std::lround(pixel.y()));
+        if (u < 0 || v < 0 || u >= other.depth.cols || v >= other.depth.rows) {
+          continue;
+        }
+        const double z = other.depth.at<float>(v, u);
+        agree += std::abs(z - p.z()) <= options.max_difference * p.z() ? 1 : 0;
+        seen_through = other.views.at<std::uint8_t>(v, u) != kFilledByPlane &&
+                       z > (1.0 + 3.0 * options.max_difference) * p.z();
+      }
+      if (seen_through || agree < options.min_views) {
+        kept.depth.at<float>(y, x) = 0.0F;
+        kept.views.at<std::uint8_t>(y, x) = 0;
+      }
+    }
+  }
+  return kept;
+}
+
+}  // namespace sqslam

@@ -1,0 +1,85 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "slam/io/point_cloud.h"
+#include "slam/snapshot/depth_recording.h"
+#include "tests/app/run_program.h"
+#include "tests/dense/true_result.h"
+
+namespace sqslam::testing {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+constexpr const char* kFast =
+    " --set dense.stereo.planes=32 --set dense.views.min_overlap=0.3 --set dense.surface.min_island=50";
+
+TEST(DensifyCommand, WritesACloudAndAMeshThatExportTakesOver) {
+  const TrueResult result(Pan(13, 0.06));
+  const ProgramRun run = RunProgram("densify " + result.Path().string() + kFast);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("dense.glb"));
+  EXPECT_GT(ReadPointCloud(result.Path() / "dense.ply").points.size(), 1000U);
+  EXPECT_THAT(Slurp(result.Path() / "dense.glb"), HasSubstr(R"("name":"surface")"));
+
+  const fs::path whole = result.Path() / "whole.glb";
+  const std::string export_it = "export " + result.Path().string() + " -o " + whole.string();
+  ASSERT_EQ(RunProgram(export_it).exit_code, 0);
+  EXPECT_THAT(Slurp(whole), Not(HasSubstr(R"("name":"surface")")));
+  ASSERT_EQ(RunProgram(export_it + " --surface").exit_code, 0);
+  EXPECT_THAT(Slurp(whole), HasSubstr(R"("name":"surface")"));
+  EXPECT_EQ(RunProgram("export " + result.Path().string() + " -o x.json --surface").exit_code, 2);
+}
+
+TEST(DensifyCommand, TheMeshMayBeLeftOut) {
+  const TrueResult result(Pan(13, 0.06));
+  ASSERT_EQ(RunProgram("densify --no-mesh -q " + result.Path().string() + kFast).exit_code, 0);
+  EXPECT_TRUE(fs::exists(result.Path() / "dense.ply"));
+  EXPECT_FALSE(fs::exists(result.Path() / "dense.glb"));
+}
+
+TEST(DensifyCommand, BadInputsAreOneLineAndKeepTheMap) {
+  const TrueResult still(Pan(13, 0.0001));
+  const ProgramRun no_motion = RunProgram("densify " + still.Path().string() + kFast);
+  EXPECT_EQ(no_motion.exit_code, 4);
+  EXPECT_THAT(no_motion.ErrorLines(), ElementsAre(HasSubstr("expected a camera that moves sideways")));
+
+  const TrueResult result(Pan(13, 0.06));
+  fs::rename(result.Images().Path() / "rgb", result.Images().Path() / "elsewhere");
+  const ProgramRun no_images = RunProgram("densify " + result.Path().string() + kFast);
+  EXPECT_EQ(no_images.exit_code, 3);
+  EXPECT_THAT(no_images.ErrorLines(), ElementsAre(HasSubstr("expected them there or by --images")));
+  fs::rename(result.Images().Path() / "elsewhere", result.Images().Path() / "rgb");
+
+  const ProgramRun full_disk =  // files may grow to 64 KiB: not even the depth maps fit
+      RunProgram("densify " + result.Path().string() + kFast, "trap '' XFSZ; ulimit -f 64");
+  EXPECT_EQ(full_disk.exit_code, 3);
+  EXPECT_THAT(full_disk.ErrorLines(), ElementsAre(HasSubstr("map.sqmap")));
+  EXPECT_EQ(RecordingReader(result.Path() / "map.sqmap").Size(), 1);
+  EXPECT_EQ(RunProgram("densify -q " + result.Path().string() + kFast).exit_code, 0);  // and it goes on
+}
+
+TEST(DensifyCommand, ExportOfASurfaceWantsADensifiedResult) {
+  const TrueResult result(Pan(13, 0.06));
+  const ProgramRun run =
+      RunProgram("export " + result.Path().string() + " --surface -o " + (result.Path() / "x.glb").string());
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.ErrorLines(), ElementsAre(HasSubstr("expected those of sqslam densify")));
+}
+
+TEST(RunCommand, DenseStandsAloneOrTakesItsWord) {
+  const TrueResult result(Pan(13, 0.06));
+  const std::string images = result.Images().Path().string();
+  const ProgramRun live = RunProgram("run --dense live --deterministic " + images);
+  EXPECT_EQ(live.exit_code, 2);
+  EXPECT_THAT(live.ErrorLines(), ElementsAre(HasSubstr("expected --dense final with --deterministic")));
+  EXPECT_THAT(RunProgram("run --dense " + images + "/nothing").ErrorLines(),  // the word after it is INPUT
+              ElementsAre(HasSubstr("nothing")));
+  EXPECT_THAT(RunProgram("run --dense=later " + images).ErrorLines(),
+              ElementsAre(HasSubstr("expected one of final, live")));
+}
+
+}  // namespace
+}  // namespace sqslam::testing
