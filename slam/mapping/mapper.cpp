@@ -9,25 +9,10 @@
 
 namespace sqslam {
 
-namespace {
-
-// The paper's method holds the joint optimisation of shape, poses and points (Eq. 13), without priors.
-MapperOptions WithJointStep(MapperOptions options) {
-  constexpr double kNone = 1e6;
-  if (options.objects.method == ObjectMethod::kPaper) {
-    JointObjectOptions& joint = options.mapping.joint_objects;
-    joint.mode = JointMode::kBoth;
-    joint.prior = joint.huber = kNone;
-  }
-  return options;
-}
-
-}  // namespace
-
 Mapper::Mapper(const Camera& camera, const MapperOptions& options,
                std::shared_ptr<const Vocabulary> vocabulary, Outputs outputs, StageTimes& times)
     : camera_(camera),
-      options_(WithJointStep(options)),
+      options_(options),
       outputs_(std::move(outputs)),
       times_(times),
       pose_tracker_(camera, options.tracking),

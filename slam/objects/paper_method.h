@@ -17,8 +17,9 @@ namespace sqslam {
 // frames alike (Eq. 9), modulo 90 degrees on the circle.
 //
 // IV-C. Half sizes from the extreme points (Eq. 10). Exponents by radial distance and weights (Eq. 11, 12)
-// from the best sample: no prior, no robust loss. Shape, camera poses and points together (Eq. 13) in bundle
-// adjustment, local and at the end.
+// from the best sample: no prior, no robust loss. Camera poses and points are held;
+// mapping.joint_objects.mode lets them take part (Eq. 13). That is off, because with all of Lambda free a
+// cloud seen from one side pulls the half sizes out without bounds.
 //
 // IV-D. Between frames (at most objects.association.inter_frame_gap apart) same label, overlap of the two
 // boxes as they were, and shared points; else the one-sample t-test with sqrt(n) (Eq. 14), of centroids as
