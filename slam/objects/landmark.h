@@ -102,6 +102,7 @@ struct Landmark {
  private:
   bool KeepsViewOf(std::int64_t frame_index) const;
   void ThinViews();
+  void DropPartsBoxedWithTheWhole();
 
   int halvings_ = 0;  // times that half of all frames was given up
 };
