@@ -134,6 +134,7 @@ void Landmark::Absorb(Landmark&& other) {
   views.insert(views.end(), other.views.begin(), other.views.end());
   std::stable_sort(views.begin(), views.end(),
                    [](const BoxView& a, const BoxView& b) { return a.frame_index < b.frame_index; });
+  DropPartsBoxedWithTheWhole();
   halvings_ = std::max(halvings_, other.halvings_);
   ThinViews();
   for (const auto& [point, theirs] : other.votes) {
@@ -146,6 +147,21 @@ void Landmark::Absorb(Landmark&& other) {
   yaw.Merge(other.yaw);
   lines.insert(lines.end(), other.lines.begin(), other.lines.end());
   estimated_at = 0;
+}
+
+// A frame that has a box around the thing and another around a part of it shows by the larger where it ends.
+void Landmark::DropPartsBoxedWithTheWhole() {
+  constexpr double kPart = 0.9;  // of the smaller box
+  std::vector<BoxView> kept;
+  for (const BoxView& view : views) {
+    if (!kept.empty() && kept.back().frame_index == view.frame_index &&
+        ShareOfSmaller(kept.back().box, view.box) >= kPart) {
+      kept.back() = kept.back().box.Area() >= view.box.Area() ? kept.back() : view;
+    } else {
+      kept.push_back(view);
+    }
+  }
+  views = std::move(kept);
 }
 
 void Landmark::Transform(const Sim3d& S_new_old) {

@@ -118,6 +118,7 @@ struct Landmark {
   void Offer(const ClearView& other);
   bool KeepsViewOf(std::int64_t frame_index) const;
   void ThinViews();
+  void DropPartsBoxedWithTheWhole();
 
   int halvings_ = 0;  // times that half of all frames was given up
 };

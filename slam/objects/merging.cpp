@@ -76,6 +76,33 @@ bool ShowsPartOf(const Landmark& part, const Landmark& whole, double shared, con
   return static_cast<double>(inside) >= kViews * static_cast<double>(views.size());
 }
 
+// True where the detector boxes a thing and a part of it at once: the rarer of the two is seen with the other
+// more often than not, then nearly always with one box within the other, and on the same map points. Of two
+// things one behind the other the points differ, because each box keeps those of one depth.
+bool IsBoxedTwice(const Landmark& a, const Landmark& b) {
+  constexpr int kFewest = 5;          // frames
+  constexpr double kOften = 0.5;      // of the views of the rarer one
+  constexpr double kNested = 0.9;     // of the smaller box, and of the frames
+  constexpr double kOwnPoints = 0.5;  // of the points of the one with fewer
+  const int all = static_cast<int>(std::min(a.views.size(), b.views.size())) + 1;
+  const int together = CountFrames(a, b, all, [](auto&&...) { return true; });
+  if (together < kFewest || together < kOften * (all - 1)) {
+    return false;
+  }
+  const int nested = CountFrames(
+      a, b, all, [](const Box2d& one, const Box2d& other) { return ShareOfSmaller(one, other) >= kNested; });
+  if (nested < kNested * together) {
+    return false;
+  }
+  const auto is_own = [](const auto& vote) { return vote.second.inside >= 2; };
+  const auto shared = std::ranges::count_if(a.votes, [&](const auto& vote) {
+    const auto other = b.votes.find(vote.first);
+    return is_own(vote) && other != b.votes.end() && is_own(*other);
+  });
+  const auto fewer = std::min(std::ranges::count_if(a.votes, is_own), std::ranges::count_if(b.votes, is_own));
+  return fewer >= kFewest && static_cast<double>(shared) >= kOwnPoints * static_cast<double>(fewer);
+}
+
 }  // namespace
 
 int FramesSeenApart(const Landmark& a, const Landmark& b, bool parts_are_one, int enough) {
@@ -118,7 +145,7 @@ bool AreSameObject(const Landmark& a, const Landmark& b, const ObjectOptions& al
     const double shared = OverlapOfSmaller(a.superquadric, b.superquadric);
     same = shared > needed;
     is_part = same_label && (shared > kPart || ShowsPartOf(a, b, shared, options, camera) ||
-                             ShowsPartOf(b, a, shared, options, camera));
+                             ShowsPartOf(b, a, shared, options, camera) || IsBoxedTwice(a, b));
     same = same || is_part || (same_label && AreConcentric(a, b, options));
   }
   return same && FramesSeenApart(a, b, is_part, limit + 1) <= limit;

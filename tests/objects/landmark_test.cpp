@@ -92,6 +92,37 @@ TEST(Landmark, APartSeenWithItsWholeIsNotApart) {
   EXPECT_FALSE(AreSameObject(chair, back, ObjectOptions(), Camera()));
 }
 
+// A detector that boxes a chair and its back at once, on the same points, while the chair is near; of what
+// stands behind a chair in as many frames the points are others.
+TEST(Landmark, AThingBoxedTwiceForAWhileIsOne) {
+  for (const bool same_points : {true, false}) {
+    Landmark back;
+    Landmark chair;
+    for (int frame = 0; frame < 100; ++frame) {
+      ObjectObservation part = ObservationOf("chair", {105, 100, 90, 100}, frame);
+      ObjectObservation whole = ObservationOf("chair", {100, 100, 100, 300}, frame);
+      for (std::int64_t point = 0; point < 20; ++point) {
+        part.point_ids.push_back(point);
+        whole.point_ids.push_back(same_points ? point + 5 : point + 100);
+      }
+      back.Add(part);
+      if (frame < 20) {
+        chair.Add(whole);
+      }
+    }
+    chair.estimated = back.estimated = true;
+    chair.superquadric.shape = back.superquadric.shape = {{0.2, 0.2, 0.4}, 0.2, 0.2};
+    chair.superquadric.T_map_object.translation.x() = 0.45;  // their estimates don't meet
+    EXPECT_EQ(AreSameObject(chair, back, AssociationOptions(), MergingOptions(), Camera()), same_points);
+    if (same_points) {
+      back.Absorb(std::move(chair));
+      EXPECT_EQ(back.views.size(), 100U) << "one box a frame";
+      EXPECT_EQ(back.views.front().box.height, 300.0) << "the whole";
+      EXPECT_EQ(back.views.back().box.height, 100.0);
+    }
+  }
+}
+
 TEST(PointVotes, TellWhereTheCamerasWere) {
   const std::vector<Eigen::Vector3d> cameras = {{1, 0, 0}, {3, 0, 0}, {1, 2, 0}, {3, 2, 0}};
   Landmark::PointVotes votes;
