@@ -84,15 +84,12 @@ void main() {
 //// kSplatFragment
 //VTK::System::Dec
 //VTK::Output::Dec
-//VTK::SplatShape::Dec
 flat in vec4 splatColor;
 void main() {
-#ifdef ROUND
   vec2 away = gl_PointCoord - 0.5;
   if (dot(away, away) > 0.25) {
     discard;
   }
-#endif
   gl_FragData[0] = splatColor;
 }
 

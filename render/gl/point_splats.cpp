@@ -52,13 +52,8 @@ void PointSplats::Draw(vtkRenderer* renderer, int height) {
     return;
   }
   auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow());
-  std::string& fragment = fragments_[look_.round ? 1 : 0];
-  if (fragment.empty()) {
-    fragment = shaders::kSplatFragment;
-    vtkShaderProgram::Substitute(fragment, "//VTK::SplatShape::Dec", look_.round ? "#define ROUND" : "");
-  }
   vtkShaderProgram* program =
-      window->GetShaderCache()->ReadyShaderProgram(shaders::kSplatVertex, fragment.c_str(), "");
+      window->GetShaderCache()->ReadyShaderProgram(shaders::kSplatVertex, shaders::kSplatFragment, "");
   Upload(program);
   vtkMatrix4x4* to_view = nullptr;
   vtkMatrix3x3* normals = nullptr;

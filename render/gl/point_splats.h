@@ -8,18 +8,15 @@
 #include <array>
 #include <cstdint>
 #include <limits>
-#include <string>
 #include <utility>
 #include <vector>
 
-class vtkOpenGLRenderer;
-class vtkOpenGLRenderWindow;
 class vtkRenderer;
 class vtkShaderProgram;
 
 namespace sqslam {
 
-// Coloured points as splats, drawn straight from one buffer: VTK's mappers take several times as long,
+// Coloured points as discs, drawn straight from one buffer: VTK's mappers take several times as long,
 // know one size for all points of an actor, and copy the points whenever some of them are to be left out. For
 // the sources of render/ only.
 class PointSplats {
@@ -37,19 +34,15 @@ class PointSplats {
     float least_size = 0.0F;
   };
   struct Look {
-    bool round = true;          // discs; squares, where they overlap, take half the time
-    bool in_map_units = false;  // sizes shrink with the distance
-    float scale = 1.0F;         // of the sizes
-    float least = 1.0F;         // diameter, samples
+    bool in_map_units = false;                         // sizes shrink with the distance
+    float scale = 1.0F;                                // of the sizes
+    float least = 1.0F;                                // diameter, samples
     float newest = std::numeric_limits<float>::max();  // frame: later points are not drawn
     // Points in front of this plane are not drawn, normal . p > height: normal and height, map frame.
     Eigen::Vector4f cut = Eigen::Vector4f(0.0F, 0.0F, 0.0F, 1.0F);
   };
 
   void SetVertices(std::vector<Vertex> vertices);
-  bool Empty() const { return count_ == 0; }
-  int Count() const { return count_; }
-
   void SetRanges(std::vector<Range> ranges) { ranges_ = std::move(ranges); }
   void SetLook(const Look& look) { look_ = look; }
 
@@ -67,8 +60,7 @@ class PointSplats {
   Look look_;
   vtkNew<vtkOpenGLBufferObject> buffer_;
   vtkNew<vtkOpenGLVertexArrayObject> array_;
-  std::array<std::string, 2> fragments_;  // programs for squares and discs
-  vtkShaderProgram* program_ = nullptr;   // that `array_` was made for; belongs to VTK's cache
+  vtkShaderProgram* program_ = nullptr;  // that `array_` was made for; belongs to VTK's cache
 };
 
 }  // namespace sqslam

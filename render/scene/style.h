@@ -148,7 +148,7 @@ struct SceneStyle {
     bool show = true;
     bool points = false;            // the map's points beside it
     double size = 1.5;              // diameter of its points over the distance between them
-    double detail = 1.25;           // least distance between points of the finished picture, its own pixels
+    double detail = 2.0;            // least distance between points of the finished picture, its own pixels
     std::string color = "#8a929b";  // of a cloud without colours of its own
     bool operator==(const DenseCloud&) const = default;
     void VisitFields(auto&& visit) {
