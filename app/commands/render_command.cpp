@@ -196,7 +196,7 @@ int Render(const RenderArguments& a) {
     options.width = camera.width;
     options.height = camera.height;
   }
-  options.layers = ReadLayers(a.layers, *reader.Last(), reader.Info().sequence_path);
+  options.layers = ReadLayers(a.layers, reader, MapFile(a.map), options.style);
   return MakesFrames(a) ? RenderFrames(a, options, reader) : RenderStill(a, options, reader);
 }
 
@@ -208,6 +208,10 @@ video_anti_aliasing=ssaa, ...). covisibility.show=true draws lines between keyfr
 covisibility.min_points map points or more. clip.axis=x, y, z or view cuts away what is above a plane along that
 axis (view: nearer to the camera), of points, objects and dense cloud; clip.offset moves it from the middle of
 what the picture frames (1: by its radius), clip.flip=true cuts the other side.
+
+The dense cloud of sqslam densify is drawn with the map, its objects then of glass: dense_cloud.show=false leaves
+it out, dense_cloud.points=true draws the map's points beside it; objects.look=solid, glass or outline, and
+objects.glass, objects.line, objects.line_width, dense_cloud.size and dense_cloud.detail change the look.
 
 Names of views are meant from where the cameras stood on average: that is the front, right is to the right of
 somebody who stands there, top looks straight down with the front below. --overlay is set by overlay.width,
@@ -224,6 +228,7 @@ Examples:
   sqslam render out/kitchen -o early.png --at-frame 120
   sqslam render out/kitchen -o seen.png --camera-frame 240 --overlay
   sqslam render out/kitchen -o paths.png --view top --ground-truth auto --set covisibility.show=true
+  sqslam render out/kitchen -o lines.png --set objects.look=outline --style dark
   sqslam render out/kitchen -o dense.png --dense-cloud room.ply --dense-cloud-frame world
   sqslam render out/kitchen -o section.png --set clip.axis=z --set clip.offset=0.1
   sqslam render out/kitchen -o turn.mp4 --camera-path turntable

@@ -104,24 +104,37 @@ void AddLayerOptions(Command& command, LayerArguments& a) {
       "Sequence folder: its true camera path, laid over the keyframes by the best similarity; auto: of "
       "the sequence that was mapped");
   command.Option("--dense-cloud FILE", a.dense_cloud,
-                 ".ply with x y z, and red green blue if it has them, or a text with x y z");
+                 ".ply with x y z, and red green blue if it has them, or a text with x y z, instead of what "
+                 "sqslam densify left in the map; --set dense_cloud.show=false leaves out both");
   command
       .Option("--dense-cloud-frame NAME", a.dense_cloud_frame,
               "world: that of the true poses of --ground-truth (without it: of the sequence that was mapped)")
       .OneOf({"map", "world"});
 }
 
-std::shared_ptr<const ColoredPoints> PlaceCloud(const PointCloud& cloud, const Sim3d& S_map_file) {
-  auto placed = std::make_shared<ColoredPoints>();
-  placed->p_map.reserve(cloud.points.size());
+CloudLayerPtr PlaceCloud(const PointCloud& cloud, const Sim3d& S_map_file, const Eigen::Vector3d& color) {
+  const Eigen::Vector3i plain = (255.0 * color).array().round().cast<int>();
+  std::vector<Eigen::Vector3f> points;
+  points.reserve(cloud.points.size());
   for (const Eigen::Vector3d& p : cloud.points) {
-    placed->p_map.push_back((S_map_file * p).cast<float>());
+    points.push_back((S_map_file * p).cast<float>());
   }
-  placed->rgb = cloud.rgb;
-  return placed;
+  const double spacing = SpacingOf(points);
+  CloudLayerBuilder builder(0.5 * spacing);  // cubes that hardly two points share: the cloud stays as it is
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const std::array<std::uint8_t, 3> own =
+        cloud.rgb.empty()
+            ? std::array{static_cast<std::uint8_t>(plain[0]), static_cast<std::uint8_t>(plain[1]),
+                         static_cast<std::uint8_t>(plain[2])}
+            : cloud.rgb[i];
+    builder.Add(points[i], own, static_cast<float>(spacing));
+  }
+  return builder.Finish();
 }
 
-SceneLayers ReadLayers(const LayerArguments& a, const MapSnapshot& map, const fs::path& sequence) {
+SceneLayers ReadLayers(const LayerArguments& a, const RecordingReader& reader, const fs::path& recording,
+                       const SceneStyle& style) {
+  const fs::path sequence = reader.Info().sequence_path;
   SceneLayers layers;
   const bool in_world = !a.dense_cloud.empty() && a.dense_cloud_frame == "world";
   Sim3d S_map_file;
@@ -130,14 +143,16 @@ SceneLayers ReadLayers(const LayerArguments& a, const MapSnapshot& map, const fs
     if (own && sequence.empty()) {
       throw UsageError("the map does not say what was mapped, expected --ground-truth SEQUENCE");
     }
-    const TruePath path = LayOver(map, own ? sequence : fs::path(a.ground_truth));
+    const TruePath path = LayOver(*reader.Last(), own ? sequence : fs::path(a.ground_truth));
     if (!a.ground_truth.empty()) {
       layers.true_path = path.pieces;
     }
     S_map_file = in_world ? path.S_world_map.Inverse() : Sim3d();
   }
-  if (!a.dense_cloud.empty()) {
-    layers.dense_cloud = PlaceCloud(ReadDenseCloud(a.dense_cloud), S_map_file);
+  if (style.dense_cloud.show) {
+    layers.dense_cloud = a.dense_cloud.empty() ? ReadCloudLayer(recording)
+                                               : PlaceCloud(ReadDenseCloud(a.dense_cloud), S_map_file,
+                                                            ParseColor(style.dense_cloud.color));
   }
   return layers;
 }

@@ -40,16 +40,17 @@ RecordingReader OpenMap(const std::filesystem::path& recording, const ObjectArgu
 // Layers that are drawn with a map besides what it holds: options of `sqslam render` and of the viewer.
 struct LayerArguments {
   std::string ground_truth;               // a sequence; "auto": the one that was mapped; empty: no true path
-  std::string dense_cloud;                // a file; empty: none
+  std::string dense_cloud;                // a file; empty: that of the recording
   std::string dense_cloud_frame = "map";  // "map", or "world": that of the true poses
 };
 
 void AddLayerOptions(Command& command, LayerArguments& arguments);
 
-// Reads what the arguments name and lays it over the finished map. `sequence`: what was mapped. Throws
-// InputError that names the file, UsageError where "auto" has nothing to mean.
-SceneLayers ReadLayers(const LayerArguments& arguments, const MapSnapshot& map,
-                       const std::filesystem::path& sequence);
+// Reads what the arguments name, or else the recording's own dense cloud, and lays it over the finished map;
+// no cloud that the style does not show. Throws InputError that names the file, UsageError where "auto" has
+// nothing to mean.
+SceneLayers ReadLayers(const LayerArguments& arguments, const RecordingReader& reader,
+                       const std::filesystem::path& recording, const SceneStyle& style);
 
 // The message for true poses that LayTruePath cannot lay over a map.
 std::string CannotBeLaid(const std::filesystem::path& sequence);
@@ -57,7 +58,7 @@ std::string CannotBeLaid(const std::filesystem::path& sequence);
 // ReadPointCloud, but a cloud without points is an error and points that are none are told.
 PointCloud ReadDenseCloud(const std::filesystem::path& file);
 
-// A cloud in the frame of a map.
-std::shared_ptr<const ColoredPoints> PlaceCloud(const PointCloud& cloud, const Sim3d& S_map_file);
+// A cloud in the frame of a map; `color` where it has none of its own.
+CloudLayerPtr PlaceCloud(const PointCloud& cloud, const Sim3d& S_map_file, const Eigen::Vector3d& color);
 
 }  // namespace sqslam::app

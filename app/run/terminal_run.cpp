@@ -26,6 +26,7 @@ struct PictureView {
 void DrawRun(const FinishedRun& run, StageTimes& times, RenderBackend backend) {
   PictureOptions options;
   options.backend = backend;
+  options.layers.dense_cloud = ReadCloudLayer(run.output / "map.sqmap");
   PictureRenderer renderer(options);
   renderer.SetMap(*run.result.map.snapshot);
   fs::create_directories(run.output / "figures");
@@ -36,7 +37,7 @@ void DrawRun(const FinishedRun& run, StageTimes& times, RenderBackend backend) {
     CameraOverrides turn;
     turn.azimuth = view.azimuth;
     turn.elevation = view.elevation;
-    WritePicture(run.output / view.file, renderer.Render(turn.ApplyTo(renderer.DefaultCamera())));
+    WritePicture(run.output / view.file, renderer.Render(renderer.ViewOf(turn)));
   }
 }
 
@@ -88,6 +89,7 @@ void TerminalRun::Film(const FinishedRun& run) {
   VideoOptions options;
   options.fps = 15.0;  // half a camera's rate: new maps come a few times a second
   options.seconds = 20.0;
+  options.picture.layers.dense_cloud = ReadCloudLayer(run.output / "map.sqmap");
   WriteGrowthVideo(RecordingReader(run.output / "map.sqmap"), options, pictures_.video,
                    [this](int done, int total) {
                      ShowProgress(done, total, "of the video");

@@ -23,7 +23,7 @@ std::string StateValue(const ViewerState& state, const std::string& key) {
   for (const Notice& notice : state.messages.notices) {
     error = notice.error ? notice.text : error;
   }
-  const std::shared_ptr<const ColoredPoints>& cloud = state.layers.drawn.dense_cloud;
+  const CloudLayerPtr& cloud = state.layers.drawn.dense_cloud;
   const std::vector<std::pair<std::string, std::string>> values = {
       {"title", document.title},
       {"selected", id(state.selection.selected)},
@@ -43,7 +43,7 @@ std::string StateValue(const ViewerState& state, const std::string& key) {
       {"cut", NameOf(state.view.clip.axis)},
       {"covisibility", flag(state.view.style.covisibility.show)},
       {"true_path", flag(!state.layers.drawn.true_path.empty())},
-      {"cloud", std::to_string(cloud ? cloud->p_map.size() : 0)},
+      {"cloud", std::to_string(cloud ? cloud->points.size() : 0)},
       {"error", word(error)},
   };
   std::string known;

@@ -48,7 +48,6 @@ struct Arguments {
 void Want(const app::LayerArguments& wanted, Layers& layers) {
   layers.true_path = !wanted.ground_truth.empty();
   layers.sequence = wanted.ground_truth == "auto" ? "" : wanted.ground_truth;
-  layers.dense_cloud = !wanted.dense_cloud.empty();
   layers.cloud_file = wanted.dense_cloud;
   layers.cloud_in_world = wanted.dense_cloud_frame == "world";
 }

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <numbers>
 
 #include "slam/geometry/angles.h"
 #include "slam/util/error.h"
@@ -169,22 +168,42 @@ SceneFocus FindFocus(const MapSnapshot& map) {
   }
   focus.front = FrontDirection(map, focus);
   focus.view_depth = depths.empty() ? 2.0 * focus.radius : LowerQuantile(depths, 0.5);
+  for (const SnapshotKeyframe& keyframe : map.keyframes) {  // the path is shown, but says nothing of scale
+    focus.outline.push_back(keyframe.T_map_camera.translation);
+  }
   return focus;
 }
+
+namespace {
+
+// Tangents of half the angles of view that the outline may take.
+Eigen::Vector2d FreeTangents(const ViewCamera& camera, double aspect, double margin) {
+  const double tan_y = std::tan(0.5 * camera.view_angle * kRadiansPerDegree) * (1.0 - 2.0 * margin);
+  return {tan_y * aspect, tan_y};
+}
+
+// The least distance from the focal point, along the line of sight, from which the outline is inside.
+double DistanceFor(const ViewCamera& camera, const std::vector<Eigen::Vector3d>& outline,
+                   const Eigen::Vector2d& tangents) {
+  const auto [right, up, back] = AxesOf(camera);
+  double distance = 1e-6;
+  for (const Eigen::Vector3d& p : outline) {
+    const Eigen::Vector3d d = p - camera.focal_point;
+    distance = std::max({distance, std::abs(d.dot(right)) / tangents.x() + d.dot(back),
+                         std::abs(d.dot(up)) / tangents.y() + d.dot(back)});
+  }
+  return distance;
+}
+
+}  // namespace
 
 ViewCamera FitOutline(const ViewCamera& camera, const std::vector<Eigen::Vector3d>& outline, double aspect,
                       double margin) {
   const auto [right, up, back] = AxesOf(camera);
-  const double tan_y = std::tan(0.5 * camera.view_angle * std::numbers::pi / 180.0) * (1.0 - 2.0 * margin);
-  const double tan_x = tan_y * aspect;
+  const Eigen::Vector2d tangents = FreeTangents(camera, aspect, margin);
   ViewCamera fitted = camera;
   for (int round = 0; round < 4; ++round) {  // centring changes the distance and the other way round
-    double distance = 1e-6;
-    for (const Eigen::Vector3d& p : outline) {
-      const Eigen::Vector3d d = p - fitted.focal_point;
-      distance = std::max({distance, std::abs(d.dot(right)) / tan_x + d.dot(back),
-                           std::abs(d.dot(up)) / tan_y + d.dot(back)});
-    }
+    const double distance = DistanceFor(fitted, outline, tangents);
     fitted.position = fitted.focal_point + distance * back;
     Eigen::AlignedBox2d seen;
     for (const Eigen::Vector3d& p : outline) {
@@ -198,6 +217,16 @@ ViewCamera FitOutline(const ViewCamera& camera, const std::vector<Eigen::Vector3
     }
   }
   return fitted;
+}
+
+double DistanceForAll(const std::vector<ViewCamera>& views, const std::vector<Eigen::Vector3d>& outline,
+                      double aspect, double margin) {
+  double distance = 0.0;
+  for (const ViewCamera& view : views) {
+    distance =
+        std::max({distance, view.Distance(), DistanceFor(view, outline, FreeTangents(view, aspect, margin))});
+  }
+  return distance;
 }
 
 ViewCamera FrameScene(const SceneFocus& focus, double aspect, double view_angle) {

@@ -11,7 +11,8 @@
 namespace sqslam {
 
 // The part of a map that a picture should show: the objects and their surroundings, or the bulk of the points
-// where there are no objects. A few stray points, however far away, change nothing.
+// where there are no objects, and the path of the camera. A few stray points, however far away, change
+// nothing.
 struct SceneFocus {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   double radius = 1.0;  // map units
@@ -32,6 +33,10 @@ ViewCamera FrameScene(const SceneFocus& focus, double aspect, double view_angle 
 // the part of the picture left free at each side.
 ViewCamera FitOutline(const ViewCamera& camera, const std::vector<Eigen::Vector3d>& outline, double aspect,
                       double margin = 0.08);
+
+// The distance from their focal points at which all of the views hold the outline; not less than they have.
+double DistanceForAll(const std::vector<ViewCamera>& views, const std::vector<Eigen::Vector3d>& outline,
+                      double aspect, double margin = 0.03);
 
 // Corners of the box around a solid, map frame.
 std::array<Eigen::Vector3d, 8> BoxCorners(const PosedSuperquadric& solid);

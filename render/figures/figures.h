@@ -153,6 +153,7 @@ struct MapsFigure {
     MapSnapshot map;
     cv::Mat image;  // empty: none
     std::vector<Box> boxes;
+    CloudLayerPtr dense_cloud;  // null: none
   };
   std::vector<Panel> panels;
   int columns = 0;      // 0: all in one row up to five

@@ -11,6 +11,7 @@
 #include "render/picture/picture_overlay.h"
 #include "slam/geometry/superquadric.h"
 #include "slam/io/image_files.h"
+#include "slam/io/result_files.h"
 #include "slam/util/error.h"
 
 namespace sqslam {
@@ -36,15 +37,36 @@ std::map<std::string, Eigen::Vector3d> CommonColors(const MapsFigure& figure) {
   return result;
 }
 
-std::vector<LegendEntry> ClassLegend(const std::map<std::string, Eigen::Vector3d>& colors) {
+// Classes of which a certain object or a box is shown, and what faint lines stand for.
+std::vector<LegendEntry> ClassLegend(const MapsFigure& figure, UncertainObjects uncertain,
+                                     const std::map<std::string, Eigen::Vector3d>& colors,
+                                     const FigureTheme& theme) {
+  std::set<std::string> labels;
+  bool faint = false;
+  for (const MapsFigure::Panel& panel : figure.panels) {
+    for (const SnapshotObject& object : panel.map.objects) {
+      const bool certain = uncertain == UncertainObjects::kSolid || IsReliable(object);
+      faint = faint || (!certain && uncertain == UncertainObjects::kOutline);
+      if (certain) {
+        labels.insert(object.label);
+      }
+    }
+    for (const MapsFigure::Box& box : panel.boxes) {
+      labels.insert(box.label);
+    }
+  }
   std::vector<LegendEntry> entries;
-  for (const auto& [label, color] : colors) {
-    entries.push_back(LegendEntry::Bar(ReadableLabel(label), {color, {}, 0}));
+  for (const std::string& label : labels) {
+    entries.push_back(LegendEntry::Bar(ReadableLabel(label), {colors.at(label), {}, 0}));
+  }
+  if (faint) {
+    entries.push_back(LegendEntry::Line("uncertain", theme.Axis()));
   }
   return entries;
 }
 
-PanelGrid LayOutMaps(const MapsFigure& figure, const FigureTheme& theme, double width) {
+PanelGrid LayOutMaps(const MapsFigure& figure, UncertainObjects uncertain, const FigureTheme& theme,
+                     double width) {
   const int count = static_cast<int>(figure.panels.size());
   const int columns = std::clamp(figure.columns > 0 ? figure.columns : std::min(count, 5), 1, count);
   PanelGrid grid = PanelGrid::Of(columns, (count + columns - 1) / columns, width);
@@ -56,7 +78,7 @@ PanelGrid LayOutMaps(const MapsFigure& figure, const FigureTheme& theme, double 
         grid.width / (static_cast<double>(with_image->image.cols) / with_image->image.rows);
   }
   grid.texts = 1.9 * theme.font;
-  grid.below = LegendHeight(ClassLegend(CommonColors(figure)), width, theme);
+  grid.below = LegendHeight(ClassLegend(figure, uncertain, CommonColors(figure), theme), width, theme);
   return grid;
 }
 
@@ -85,16 +107,22 @@ void DrawImageWithBoxes(FigurePage& page, const MapsFigure::Panel& panel, const 
 
 // Names above the objects, the nearest first; a name that would cover another moves up a line, one that finds
 // no room there is left out: farther up it would seem to belong to something else.
-void DrawObjectNames(FigurePage& page, const MapSnapshot& map, const ViewCamera& camera, cv::Size pixels,
-                     const FigureRect& area, const FigureTheme& theme) {
+void DrawObjectNames(FigurePage& page, const MapSnapshot& map, UncertainObjects uncertain,
+                     const ViewCamera& camera, cv::Size pixels, const FigureRect& area,
+                     const FigureTheme& theme) {
   struct Name {
     std::string text;
     Eigen::Vector2d anchor;
     double depth;
+    bool certain;
   };
   const double size = 0.85 * theme.small;
   std::vector<Name> names;
   for (const SnapshotObject& object : map.objects) {
+    const bool certain = uncertain == UncertainObjects::kSolid || IsReliable(object);
+    if (!certain && uncertain == UncertainObjects::kHide) {
+      continue;
+    }
     const Eigen::Vector3d up = camera.view_up.normalized();
     const Eigen::Vector3d top =
         object.superquadric.T_map_object.translation + SupportExtent(object.superquadric, up) * up;
@@ -103,7 +131,8 @@ void DrawObjectNames(FigurePage& page, const MapSnapshot& map, const ViewCamera&
       names.push_back({ReadableLabel(object.label),
                        {area.x + seen.pixel.x / pixels.width * area.width,
                         area.y + seen.pixel.y / pixels.height * area.height - 0.8 * size},
-                       seen.depth});
+                       seen.depth,
+                       certain});
     }
   }
   std::sort(names.begin(), names.end(), [](const Name& a, const Name& b) { return a.depth < b.depth; });
@@ -120,7 +149,8 @@ void DrawObjectNames(FigurePage& page, const MapSnapshot& map, const ViewCamera&
     }
     if (area.Contains(box) && std::none_of(taken.begin(), taken.end(), covers)) {
       taken.push_back(box);
-      page.Text({name.text, box.Center(), size, theme.ink, TextAlign::kCenter, false, 0.0, theme.background});
+      page.Text({name.text, box.Center(), size, name.certain ? theme.ink : theme.muted, TextAlign::kCenter,
+                 false, 0.0, theme.background});
     }
   }
 }
@@ -132,11 +162,13 @@ FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options, cons
     throw UsageError("no maps, expected at least one");
   }
   const double own_width = figure.panels.size() == 1 ? kColumnWidth : kTextWidth;
-  FigureSheet sheet = MakeSheet(
-      options, own_width, "Object maps",
-      [&](double width, const FigureTheme& theme) { return LayOutMaps(figure, theme, width).Height(); });
+  const UncertainObjects uncertain = options.style.objects.uncertain;
+  FigureSheet sheet =
+      MakeSheet(options, own_width, "Object maps", [&](double width, const FigureTheme& theme) {
+        return LayOutMaps(figure, uncertain, theme, width).Height();
+      });
   const auto colors = CommonColors(figure);
-  PanelGrid grid = LayOutMaps(figure, sheet.theme, sheet.area.width);
+  PanelGrid grid = LayOutMaps(figure, uncertain, sheet.theme, sheet.area.width);
   // Where the height was asked for: what is spare is the maps', what is missing is taken from both.
   const double spare = grid.Spare(sheet.area);
   const double shared = spare > 0.0 ? 0.0 : grid.image / (grid.image + grid.height);
@@ -155,18 +187,20 @@ FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options, cons
       const FigureRect above = grid.ImageAt(sheet.area, i / grid.columns, i % grid.columns);
       DrawImageWithBoxes(sheet.page, panel, above, colors, sheet.theme);
     }
+    renderer.SetLayers({{}, panel.dense_cloud});
     renderer.SetMap(panel.map);
     const cv::Mat picture = renderer.Render();
     PlacePanel(sheet.page, picture, area);
     if (figure.labels) {
-      DrawObjectNames(sheet.page, panel.map, renderer.DefaultCamera(), picture.size(), area, sheet.theme);
+      DrawObjectNames(sheet.page, panel.map, uncertain, renderer.DefaultCamera(), picture.size(), area,
+                      sheet.theme);
     }
     const std::string letter = count < 2 || i > 25 ? "" : fmt::format("({}) ", static_cast<char>('a' + i));
     sheet.page.Label(letter + panel.name, {area.Center().x(), area.Bottom() + 0.9 * sheet.theme.font},
                      sheet.theme.font, sheet.theme.ink, grid.width);
     Tell(progress, i + 1, count);
   }
-  DrawLegend(sheet.page, ClassLegend(colors),
+  DrawLegend(sheet.page, ClassLegend(figure, uncertain, colors, sheet.theme),
              {sheet.area.x, sheet.area.Bottom() - grid.below, sheet.area.width, grid.below}, sheet.theme);
   return std::move(sheet.page);
 }
@@ -242,6 +276,9 @@ MapsFigure::Panel ReadPanel(const FigureRequest& request, std::size_t index, con
   MapsFigure::Panel panel;
   panel.name = name;
   panel.map = *map.last;
+  if (request.page.style.dense_cloud.show) {
+    panel.dense_cloud = ReadCloudLayer(ResultFile(result, "map.sqmap"));
+  }
   if (moment) {
     panel.image = HasImage(*moment)
                       ? ReadImageInSize(moment->image_path, {moment->camera.width, moment->camera.height})

@@ -9,7 +9,6 @@
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkOpenGLCamera.h>
-#include <vtkOpenGLFXAAFilter.h>
 #include <vtkOpenGLFramebufferObject.h>
 #include <vtkOpenGLQuadHelper.h>
 #include <vtkOpenGLRenderUtilities.h>
@@ -25,9 +24,11 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <string>
 
 #include "picture_shaders.h"
+#include "render/gl/point_splats.h"
 
 namespace sqslam {
 namespace {
@@ -147,12 +148,13 @@ struct PicturePass::Impl {
   void DrawScene(vtkRenderer* renderer, int width, int height);
   void DrawOcclusion(vtkOpenGLRenderWindow* window, const Lens& lens, int width, int height);
   std::string FinishSwitches() const;
+  vtkTextureObject* LineColors(vtkOpenGLRenderWindow* window);
   void DrawFinish(vtkOpenGLRenderWindow* window, const Lens& lens);
+  void SmoothEdges(vtkOpenGLRenderWindow* window);
 
   PictureEffects effects;
   PictureLayers layers;
   vtkNew<vtkLightsPass> lights;
-  vtkNew<vtkOpenGLFXAAFilter> fxaa;
   vtkSmartPointer<vtkOpenGLFramebufferObject> scene;
   vtkSmartPointer<vtkOpenGLFramebufferObject> occlusion_buffer;
   Target color;
@@ -160,9 +162,12 @@ struct PicturePass::Impl {
   Target depth;
   Target occlusion;
   Target smooth_occlusion;
+  Target finished;  // before its edges are smoothed
+  vtkSmartPointer<vtkTextureObject> line_colors;
   ScreenProgram occlusion_program;
   ScreenProgram smoothing_program;
   ScreenProgram finish_program;
+  ScreenProgram edges_program;
 };
 
 vtkStandardNewMacro(PicturePass);
@@ -179,7 +184,7 @@ void PicturePass::Impl::DrawScene(vtkRenderer* renderer, int width, int height) 
   BindReady(scene, window);
   scene->AddColorAttachment(0, color.texture);
   if (NeedsSurfaces()) {
-    surfaces.Ensure(window, width, height, GL_RGBA8);
+    surfaces.Ensure(window, width, height, GL_RGBA8, true);
     scene->AddColorAttachment(1, surfaces.texture);
   } else {
     scene->RemoveColorAttachment(1);
@@ -191,7 +196,8 @@ void PicturePass::Impl::DrawScene(vtkRenderer* renderer, int width, int height) 
   state->vtkglColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   state->vtkglEnable(GL_DEPTH_TEST);
   state->vtkglEnable(GL_BLEND);
-  const std::array<float, 4> background = Floats(effects.background);
+  std::array<float, 4> background = Floats(effects.background);
+  background[3] = 0.0F;  // alpha is the share of what is drawn on it
   const std::array<float, 4> nothing{};
   const float farthest = 1.0F;
   glClearBufferfv(GL_COLOR, 0, background.data());
@@ -203,6 +209,11 @@ void PicturePass::Impl::DrawScene(vtkRenderer* renderer, int width, int height) 
   constexpr std::array<GLenum, 2> kColorOnly = {GL_COLOR_ATTACHMENT0, GL_NONE};
   constexpr std::array<GLenum, 2> kBoth = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
   glDrawBuffers(2, kColorOnly.data());
+  state->vtkglDisable(GL_BLEND);
+  for (PointSplats* points : layers.points) {
+    points->Draw(renderer, height);
+  }
+  state->vtkglEnable(GL_BLEND);
   for (vtkProp* prop : layers.opaque) {
     prop->RenderOpaqueGeometry(renderer);
   }
@@ -214,8 +225,13 @@ void PicturePass::Impl::DrawScene(vtkRenderer* renderer, int width, int height) 
   }
   glDisablei(GL_BLEND, 1);  // the last solid drawn at a pixel is the nearest: it alone is handed on
   for (vtkActor* solid : layers.solids) {
-    solid->RenderOpaqueGeometry(renderer);
+    if (effects.see_through) {  // writes no depth
+      solid->RenderTranslucentPolygonalGeometry(renderer);
+    } else {
+      solid->RenderOpaqueGeometry(renderer);
+    }
   }
+  state->vtkglDepthMask(GL_TRUE);
   scene->ActivateDrawBuffers(1);
 }
 
@@ -256,17 +272,37 @@ void PicturePass::Impl::DrawOcclusion(vtkOpenGLRenderWindow* window, const Lens&
 }
 
 std::string PicturePass::Impl::FinishSwitches() const {
-  return fmt::format("#define SAMPLES {}\n#define OCCLUSION {}\n#define OUTLINE {}\n#define EYE_DOME {}\n",
-                     effects.samples, effects.occlusion > 0.0 ? 1 : 0, effects.outline > 0.0 ? 1 : 0,
-                     effects.eye_dome > 0.0 ? 1 : 0);
+  return fmt::format(
+      "#define SAMPLES {}\n#define OCCLUSION {}\n#define OUTLINE {}\n#define EYE_DOME {}\n#define "
+      "SEE_THROUGH {}\n",
+      effects.samples, effects.occlusion > 0.0 ? 1 : 0, effects.outline > 0.0 ? 1 : 0,
+      effects.eye_dome > 0.0 ? 1 : 0, effects.see_through ? 1 : 0);
+}
+
+// One row, a colour for each number that solids write.
+vtkTextureObject* PicturePass::Impl::LineColors(vtkOpenGLRenderWindow* window) {
+  std::array<unsigned char, 256 * 4> row{};
+  for (std::size_t i = 0; i < layers.line_colors.size(); ++i) {
+    for (int c = 0; c < 3; ++c) {
+      row[4 * (i % 250 + 2) + static_cast<std::size_t>(c)] =
+          static_cast<unsigned char>(std::lround(255.0 * std::clamp(layers.line_colors[i][c], 0.0, 1.0)));
+    }
+  }
+  line_colors = vtkSmartPointer<vtkTextureObject>::New();
+  line_colors->SetContext(window);
+  line_colors->Create2DFromRaw(256, 1, 4, VTK_UNSIGNED_CHAR, row.data());
+  return line_colors;
 }
 
 void PicturePass::Impl::DrawFinish(vtkOpenGLRenderWindow* window, const Lens& lens) {
   vtkShaderProgram* program = finish_program.Ready(
       window, FinishSwitches() + shaders::kLens + shaders::kFinishDeclarations, shaders::kFinish);
-  vtkTextureObject* open = NeedsSurfaces() ? smooth_occlusion.texture : color.texture;
+  vtkTextureObject* open = smooth_occlusion.texture ? smooth_occlusion.texture : color.texture;
   std::vector<vtkTextureObject*> textures = {color.texture, surfaces.texture, depth.texture,
                                              smooth_occlusion.texture};
+  if (effects.see_through) {
+    textures.push_back(LineColors(window));
+  }
   std::erase(textures, nullptr);
   for (vtkTextureObject* texture : textures) {
     texture->Activate();
@@ -274,6 +310,10 @@ void PicturePass::Impl::DrawFinish(vtkOpenGLRenderWindow* window, const Lens& le
   program->SetUniformi("colors", color.texture->GetTextureUnit());
   if (NeedsSurfaces()) {
     program->SetUniformi("surfaces", surfaces.texture->GetTextureUnit());
+  }
+  if (effects.see_through) {
+    program->SetUniformi("lineColors", line_colors->GetTextureUnit());
+    program->SetUniform3f("surfaceRange", effects.surface_range.data());
   }
   program->SetUniformi("depths", depth.texture->GetTextureUnit());
   program->SetUniformi("occlusion", open->GetTextureUnit());
@@ -283,12 +323,22 @@ void PicturePass::Impl::DrawFinish(vtkOpenGLRenderWindow* window, const Lens& le
   program->SetUniformf("outline", static_cast<float>(effects.outline));
   program->SetUniformf("outlineWidth", static_cast<float>(effects.outline_width));
   program->SetUniform3f("outlineColor", effects.outline_color.data());
+  program->SetUniform4f("background", Floats(effects.background).data());
   program->SetUniformf("eyeDome", static_cast<float>(effects.eye_dome));
   program->SetUniform2f("depthRange", lens.depth_range.data());
   finish_program.quad->Render();
   for (vtkTextureObject* texture : textures) {
     texture->Deactivate();
   }
+}
+
+void PicturePass::Impl::SmoothEdges(vtkOpenGLRenderWindow* window) {
+  vtkShaderProgram* program =
+      edges_program.Ready(window, shaders::kSmoothEdgesDeclarations, shaders::kSmoothEdges);
+  finished.texture->Activate();
+  program->SetUniformi("finished", finished.texture->GetTextureUnit());
+  edges_program.quad->Render();
+  finished.texture->Deactivate();
 }
 
 void PicturePass::Render(const vtkRenderState* state) {
@@ -314,9 +364,16 @@ void PicturePass::Render(const vtkRenderState* state) {
     s.DrawScene(renderer, width * s.effects.samples, height * s.effects.samples);
     gl->vtkglDisable(GL_BLEND);
     gl->vtkglDisable(GL_DEPTH_TEST);
-    if (s.NeedsSurfaces()) {
+    if (s.effects.occlusion > 0.0 || s.effects.outline > 0.0) {
       s.DrawOcclusion(window, lens, (width + kOcclusionStep - 1) / kOcclusionStep,
                       (height + kOcclusionStep - 1) / kOcclusionStep);
+    }
+    if (s.effects.fxaa) {
+      s.finished.Ensure(window, width, height, GL_RGBA8, true);
+      BindReady(s.occlusion_buffer, window);
+      s.occlusion_buffer->AddColorAttachment(0, s.finished.texture);
+      Use(s.occlusion_buffer, 1, gl, width, height);
+      s.DrawFinish(window, lens);
     }
   }
   gl->PopFramebufferBindings();
@@ -327,25 +384,33 @@ void PicturePass::Render(const vtkRenderState* state) {
   gl->vtkglDisable(GL_DEPTH_TEST);
   gl->vtkglViewport(left, bottom, width, height);
   gl->vtkglScissor(left, bottom, width, height);
-  s.DrawFinish(window, lens);
-  gl->vtkglEnable(GL_BLEND);
   if (s.effects.fxaa) {
-    s.fxaa->Execute(vtkOpenGLRenderer::SafeDownCast(renderer));
+    s.SmoothEdges(window);
+  } else {
+    s.DrawFinish(window, lens);
   }
+  gl->vtkglEnable(GL_BLEND);
 }
 
 void PicturePass::ReleaseGraphicsResources(vtkWindow* window) {
   Impl& s = *impl_;
   s.lights->ReleaseGraphicsResources(window);
-  s.fxaa->ReleaseGraphicsResources();
-  for (ScreenProgram* program : {&s.occlusion_program, &s.smoothing_program, &s.finish_program}) {
+  for (ScreenProgram* program :
+       {&s.occlusion_program, &s.smoothing_program, &s.finish_program, &s.edges_program}) {
     program->quad.reset();
   }
-  for (Target* target : {&s.color, &s.surfaces, &s.depth, &s.occlusion, &s.smooth_occlusion}) {
+  for (Target* target : {&s.color, &s.surfaces, &s.depth, &s.occlusion, &s.smooth_occlusion, &s.finished}) {
     if (target->texture) {
       target->texture->ReleaseGraphicsResources(window);
       target->texture = nullptr;
     }
+  }
+  if (s.line_colors) {
+    s.line_colors->ReleaseGraphicsResources(window);
+    s.line_colors = nullptr;
+  }
+  for (PointSplats* points : s.layers.points) {
+    points->ReleaseGraphicsResources();
   }
   for (auto* buffer : {&s.scene, &s.occlusion_buffer}) {
     if (*buffer) {

@@ -12,6 +12,8 @@ class vtkProp;
 
 namespace sqslam {
 
+class PointSplats;
+
 // The effects that PicturePass adds to a drawn scene. Widths in pixels of the picture.
 struct PictureEffects {
   int samples = 2;                // along each side of a pixel, 1 or 2
@@ -21,6 +23,8 @@ struct PictureEffects {
   double outline = 0.0;           // opacity of the lines around solids, [0, 1]
   double outline_width = 1.0;
   Eigen::Vector3d outline_color = Eigen::Vector3d::Zero();
+  bool see_through = false;  // solids hide nothing, and their lines have the colours of the layers
+  Eigen::Vector3f surface_range = Eigen::Vector3f::Ones();  // see SolidActors::Surroundings
   double eye_dome = 0.0;  // how strongly points stand out against points behind them, [0, 1]
   Eigen::Vector4d background = Eigen::Vector4d::Ones();    // red, green, blue times alpha, and alpha
   bool has_ground = false;                                 // the plane takes part in ambient occlusion
@@ -29,9 +33,11 @@ struct PictureEffects {
 
 // Props in the order in which they are drawn.
 struct PictureLayers {
-  std::vector<vtkProp*> opaque;   // points and lines
+  std::vector<PointSplats*> points;
+  std::vector<vtkProp*> opaque;   // lines
   std::vector<vtkProp*> ground;   // blended over them: shadow and grid
   std::vector<vtkActor*> solids;  // farthest first where they are translucent; shaded as SolidActors does
+  std::vector<Eigen::Vector3d> line_colors;  // of see-through solids, by their numbers from 1
 };
 
 // Draws a scene in layers and finishes the picture in screen space: ambient occlusion, outlines, eye-dome

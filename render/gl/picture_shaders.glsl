@@ -28,8 +28,19 @@
 //// kSurfaceOutput
 // The solids' fragments hand on, besides colour and depth: the normal seen from the camera and a number
 // that tells the solids apart, both from 0 to 1 in eight bits. Nothing else is there: a wider target costs a
-// software renderer more than all effects together.
-  gl_FragData[1] = vec4(0.5 * normalVCVSOutput.xy + 0.5, (mod(floor(solidNumber - 0.5), 250.0) + 2.0) / 255.0, 1.0);
+// software renderer more than all effects together. Where they write no depth, the last eight bits say how far
+// away they are: log2(distance / surfaceRange.x) * surfaceRange.y.
+#ifdef SEE_THROUGH
+  float far = clamp(log2(-vertexVC.z / surfaceRange.x) * surfaceRange.y, 0.0, 1.0);
+#else
+  float far = 1.0;
+#endif
+  gl_FragData[1] = vec4(0.5 * normalVCVSOutput.xy + 0.5, (mod(floor(solidNumber - 0.5), 250.0) + 2.0) / 255.0, far);
+
+//// kNearer
+// Brings a solid a little nearer: by the same part of its distance wherever it is, which is a constant here.
+//VTK::PositionVC::Impl
+  gl_Position.z -= nearer;
 
 //// kNumberVertexDeclaration
 // The number as a property of the vertices.
@@ -45,6 +56,43 @@ solidNumber = solidNumberMC;
 in float solidNumber;
 //VTK::Normal::Dec
 
+//// kSplatVertex
+//VTK::System::Dec
+in vec3 placeMC;
+in float size;
+in float frame;
+in vec4 rgba;
+uniform mat4 toDevice;
+uniform float focal;
+uniform float scale;
+uniform int inMapUnits;
+uniform float least;
+uniform float leastSize;
+uniform float newest;
+uniform vec4 cut;
+flat out vec4 splatColor;
+void main() {
+  splatColor = rgba;
+  gl_Position = toDevice * vec4(placeMC, 1.0);
+  float diameter = max(size, leastSize) * (inMapUnits != 0 ? focal / gl_Position.w : scale);
+  gl_PointSize = clamp(diameter, least, 60.0);
+  if (frame > newest || dot(cut.xyz, placeMC) > cut.w) {
+    gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+  }
+}
+
+//// kSplatFragment
+//VTK::System::Dec
+//VTK::Output::Dec
+flat in vec4 splatColor;
+void main() {
+  vec2 away = gl_PointCoord - 0.5;
+  if (dot(away, away) > 0.25) {
+    discard;
+  }
+  gl_FragData[0] = splatColor;
+}
+
 //// kLens
 // Shared by the programs below: the distance along the line of sight, and from a distance and a place in the
 // picture to a point seen from the camera. `lens` is (P00, P11, P02, P12) of the projection.
@@ -52,11 +100,10 @@ uniform vec4 lens;
 uniform vec2 depthRange;
 uniform sampler2D surfaces;
 uniform sampler2D depths;
-float distanceAt(ivec2 at) {
-  float device = 2.0 * texelFetch(depths, at, 0).x - 1.0;
-  return 2.0 * depthRange.x * depthRange.y /
-         (depthRange.y + depthRange.x - device * (depthRange.y - depthRange.x));
+float nearnessAt(ivec2 at) {  // 1 / distance
+  return mix(1.0 / depthRange.x, 1.0 / depthRange.y, texelFetch(depths, at, 0).x);
 }
+float distanceAt(ivec2 at) { return 1.0 / nearnessAt(at); }
 vec3 pointAt(vec2 at, float depth) {
   vec2 device = 2.0 * at - 1.0;
   return vec3(depth * (device.x + lens.z) / lens.x, depth * (device.y + lens.w) / lens.y, -depth);
@@ -143,11 +190,13 @@ uniform float radius;
                         middle.y > 0.0 ? middle.y : (beside > 0.0 ? -1.0 : 0.0), 0.0, 1.0);
 
 //// kFinishDeclarations
-// One pixel of the picture from its samples. SAMPLES, OCCLUSION, OUTLINE and EYE_DOME are defined before;
-// what only some pixels need stands in loops that the others leave at once, because a software renderer runs
-// through both sides of every branch.
+// One pixel of the picture from its samples. SAMPLES, OCCLUSION, OUTLINE, EYE_DOME and SEE_THROUGH are defined
+// before; what only some pixels need stands in loops that the others leave at once, because a software renderer
+// runs through both sides of every branch.
 uniform sampler2D colors;
 uniform sampler2D occlusion;
+uniform sampler2D lineColors;
+uniform vec3 surfaceRange;  // as solids hand on their distances, and how much nearer still counts as behind them
 uniform int occlusionStep;
 uniform float occlusionStrength;
 uniform float radius;
@@ -155,18 +204,29 @@ uniform float outline;
 uniform float outlineWidth;
 uniform vec3 outlineColor;
 uniform float eyeDome;
+uniform vec4 background;  // red, green, blue times alpha, and alpha
+
+// Darkens what is drawn on the background; the alpha of `sum` is its share.
+vec3 shaded(vec4 sum, float light) {
+  vec3 paper = (1.0 - sum.a) * background.rgb;
+  return paper + light * (sum.rgb - paper);
+}
 
 // 0 within an even surface, more than 0.4 where it may end or bend.
 float changeBetween(vec4 a, vec4 b) {
-  return (a.z != b.z ? 1.0 : 0.0) + 2.0 * max(abs(a.x - b.x), abs(a.y - b.y));
+  return (abs(a.z - b.z) > 1e-4 ? 1.0 : 0.0) + 2.0 * max(abs(a.x - b.x), abs(a.y - b.y));
 }
 
 // 1 where another solid, or none, begins at `other` and this one is the nearer; less at a crease.
 float edgeTowards(vec4 surface, float distance, ivec2 other) {
   vec4 beside = texelFetch(surfaces, other, 0);
   vec2 turn = 2.0 * abs(beside.xy - surface.xy);
-  return beside.z != surface.z ? (distanceAt(other) > distance ? 1.0 : 0.0)
-                               : 0.45 * smoothstep(0.45, 0.8, max(turn.x, turn.y));
+#if SEE_THROUGH
+  bool nearer = beside.z > 0.0 ? beside.z < surface.z : distanceAt(other) > surfaceRange.z * distance;
+#else
+  bool nearer = distanceAt(other) > distance;
+#endif
+  return beside.z != surface.z ? (nearer ? 1.0 : 0.0) : 0.45 * smoothstep(0.45, 0.8, max(turn.x, turn.y));
 }
 
 float openness(vec2 at, float depth) {
@@ -188,76 +248,107 @@ float openness(vec2 at, float depth) {
 }
 
 //// kFinish
-  // The filter of the texture takes the mean of the 2 x 2 samples of a pixel.
+  // The filter of a texture takes the mean of the 2 x 2 samples of a pixel.
   vec4 sum = texture(colors, texCoord);
 #if OCCLUSION || OUTLINE || EYE_DOME
   ivec2 size = textureSize(colors, 0);
   ivec2 last = size - 1;
   ivec2 pixel = ivec2(texCoord * vec2(size / SAMPLES));
   ivec2 corner = pixel * SAMPLES;
-  const float kShare = 1.0 / float(SAMPLES * SAMPLES);
-  float solids = 0.0;
+#if EYE_DOME
+  // Eye-dome lighting (Boucheny, 2009) with the four neighbours.
+  int points = texelFetch(depths, corner, 0).x < 1.0 ? 1 : 0;
+#if !SEE_THROUGH
+  points = texelFetch(surfaces, corner, 0).z > 0.0 ? 0 : points;
+#endif
+  for (int once = 0; once < points; ++once) {
+    float nearest = max(max(nearnessAt(ivec2(max(corner.x - SAMPLES, 0), corner.y)),
+                            nearnessAt(ivec2(min(corner.x + SAMPLES, last.x), corner.y))),
+                        max(nearnessAt(ivec2(corner.x, max(corner.y - SAMPLES, 0))),
+                            nearnessAt(ivec2(corner.x, min(corner.y + SAMPLES, last.y)))));
+    sum.rgb = shaded(sum, 1.0 - eyeDome * (1.0 - exp2(-25.0 * max(0.0, nearest / nearnessAt(corner) - 1.0))));
+  }
+#endif
+#if OCCLUSION || OUTLINE
   int near = texelFetch(occlusion, corner / occlusionStep, 0).y != 0.0 ? 1 : 0;
   for (int once = 0; once < near; ++once) {
-    int reach = max(1, int(0.5 * outlineWidth * float(SAMPLES) + 0.5));
     vec4 first = texelFetch(surfaces, corner, 0);
-    float change = 0.0;
-    vec3 onSolids = vec3(0.0);
-    for (int y = 0; y < SAMPLES; ++y) {
-      for (int x = 0; x < SAMPLES; ++x) {
-        vec4 surface = texelFetch(surfaces, corner + ivec2(x, y), 0);
-        float solid = surface.z > 0.0 ? 1.0 : 0.0;
-        solids += solid;
-        onSolids += solid * texelFetch(colors, corner + ivec2(x, y), 0).rgb;
-        change = max(change, changeBetween(first, surface));
-      }
-    }
+    vec4 mean = texture(surfaces, texCoord);
 #if OCCLUSION
     float open = openness((vec2(corner) + 0.5 * float(SAMPLES)) / float(occlusionStep), distanceAt(corner));
-    sum.rgb -= occlusionStrength * (1.0 - open) * kShare * onSolids;
+    sum.rgb = shaded(sum, 1.0 - occlusionStrength * (1.0 - open) * mean.w);
 #endif
 #if OUTLINE
+    int reach = max(1, int(0.5 * outlineWidth * float(SAMPLES) + 0.5));
     ivec2 beyond = min(corner + reach + SAMPLES - 1, last);
     ivec2 before = max(corner - reach, ivec2(0));
+    float change = float(SAMPLES * SAMPLES) * changeBetween(first, mean);
     change = max(change, changeBetween(first, texelFetch(surfaces, ivec2(beyond.x, corner.y), 0)));
     change = max(change, changeBetween(first, texelFetch(surfaces, ivec2(corner.x, beyond.y), 0)));
     change = max(change, changeBetween(first, texelFetch(surfaces, ivec2(before.x, corner.y), 0)));
     change = max(change, changeBetween(first, texelFetch(surfaces, ivec2(corner.x, before.y), 0)));
-    int edges = solids > 0.0 && change > 0.4 ? SAMPLES : 0;
+    int edges = mean.z > 0.0 && change > 0.4 ? SAMPLES : 0;
     float edge = 0.0;
-    for (int y = 0; y < edges; ++y) {
-      for (int x = 0; x < SAMPLES; ++x) {
-        ivec2 at = corner + ivec2(x, y);
-        vec4 surface = texelFetch(surfaces, at, 0);
-        float far = distanceAt(at);
-        float here = edgeTowards(surface, far, ivec2(max(at.x - reach, 0), at.y));
-        here = max(here, edgeTowards(surface, far, ivec2(min(at.x + reach, last.x), at.y)));
-        here = max(here, edgeTowards(surface, far, ivec2(at.x, max(at.y - reach, 0))));
-        here = max(here, edgeTowards(surface, far, ivec2(at.x, min(at.y + reach, last.y))));
-        edge += surface.z > 0.0 ? here : 0.0;
-      }
-    }
-    edge *= outline * kShare;
-    sum = vec4(mix(sum.rgb, outlineColor, edge), mix(sum.a, 1.0, edge));
+    vec3 ink = vec3(0.0);
+    for (int i = 0; i < edges; ++i) {  // two of four samples are enough for smooth lines
+      ivec2 at = corner + i;
+      vec4 surface = texelFetch(surfaces, at, 0);
+#if SEE_THROUGH
+      float far = surfaceRange.x * exp2(surface.w / surfaceRange.y);
+#else
+      float far = distanceAt(at);
 #endif
-  }
-#if EYE_DOME
-  int points = solids == 0.0 && texelFetch(depths, corner, 0).x < 1.0 ? 1 : 0;
-  for (int once = 0; once < points; ++once) {
-    vec3 onPoints = vec3(0.0);
-    for (int y = 0; y < SAMPLES; ++y) {
-      for (int x = 0; x < SAMPLES; ++x) {
-        ivec2 at = corner + ivec2(x, y);
-        onPoints += texelFetch(depths, at, 0).x < 1.0 ? texelFetch(colors, at, 0).rgb : vec3(0.0);
-      }
+      float here = edgeTowards(surface, far, ivec2(max(at.x - reach, 0), at.y));
+      here = max(here, edgeTowards(surface, far, ivec2(min(at.x + reach, last.x), at.y)));
+      here = max(here, edgeTowards(surface, far, ivec2(at.x, max(at.y - reach, 0))));
+      here = max(here, edgeTowards(surface, far, ivec2(at.x, min(at.y + reach, last.y))));
+      here *= surface.z > 0.0 ? 1.0 : 0.0;
+      edge += here;
+#if SEE_THROUGH
+      ink += here * texelFetch(lineColors, ivec2(int(255.0 * surface.z + 0.5), 0), 0).rgb;
+#endif
     }
-    float here = distanceAt(corner);
-    float nearest = min(min(distanceAt(ivec2(max(corner.x - SAMPLES, 0), corner.y)),
-                            distanceAt(ivec2(min(corner.x + SAMPLES, last.x), corner.y))),
-                        min(distanceAt(ivec2(corner.x, max(corner.y - SAMPLES, 0))),
-                            distanceAt(ivec2(corner.x, min(corner.y + SAMPLES, last.y)))));
-    sum.rgb -= eyeDome * (1.0 - exp2(-25.0 * max(0.0, here / nearest - 1.0))) * kShare * onPoints;
+#if SEE_THROUGH
+    ink /= max(edge, 1e-6);
+#else
+    ink = outlineColor;
+#endif
+    edge *= outline / float(SAMPLES);
+    sum = vec4(mix(sum.rgb, ink, edge), mix(sum.a, 1.0, edge));
+#endif
   }
 #endif
 #endif
-  gl_FragData[0] = sum;
+  gl_FragData[0] = vec4(sum.rgb, max(sum.a, background.a));
+
+//// kSmoothEdgesDeclarations
+// Smooth edges after Lottes, "FXAA" (2009), in the short form that takes four corners for the direction of an
+// edge and blurs along it. Pixels without contrast leave the loop at once.
+uniform sampler2D finished;
+float luma(vec4 color) { return dot(color.rgb, vec3(0.299, 0.587, 0.114)); }
+
+//// kSmoothEdges
+  ivec2 size = textureSize(finished, 0);
+  ivec2 at = ivec2(texCoord * vec2(size));
+  ivec2 low = max(at - 1, ivec2(0));
+  ivec2 high = min(at + 1, size - 1);
+  vec4 color = texelFetch(finished, at, 0);
+  float middle = luma(color);
+  float a = luma(texelFetch(finished, low, 0));
+  float b = luma(texelFetch(finished, ivec2(high.x, low.y), 0));
+  float c = luma(texelFetch(finished, ivec2(low.x, high.y), 0));
+  float d = luma(texelFetch(finished, high, 0));
+  float darkest = min(middle, min(min(a, b), min(c, d)));
+  float brightest = max(middle, max(max(a, b), max(c, d)));
+  int edge = brightest - darkest > max(0.04, 0.125 * brightest) ? 1 : 0;
+  for (int once = 0; once < edge; ++once) {
+    vec2 along = vec2(a + b - c - d, b + d - a - c);
+    float flatness = max((a + b + c + d) * 0.03125, 0.0078125);
+    along = clamp(along / (min(abs(along.x), abs(along.y)) + flatness), -8.0, 8.0) / vec2(size);
+    vec4 near = 0.5 * (texture(finished, texCoord - along / 6.0) + texture(finished, texCoord + along / 6.0));
+    vec4 wide = 0.5 * near + 0.25 * (texture(finished, texCoord - 0.5 * along) +
+                                     texture(finished, texCoord + 0.5 * along));
+    float light = luma(wide);
+    color = light < darkest || light > brightest ? near : wide;
+  }
+  gl_FragData[0] = color;

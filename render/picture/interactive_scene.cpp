@@ -36,6 +36,7 @@ Scene::Quality QualityOf(const SceneStyle& style, Detail detail, cv::Size size) 
 SceneStyle StyleFor(SceneStyle style, Detail detail) {
   if (detail == Detail::kDraft) {
     style.light.ambient_occlusion = style.light.outline = style.light.eye_dome = 0.0;
+    style.dense_cloud.detail *= 2.0;
     style.objects.segments = std::min(style.objects.segments, 32);
   }
   return style;
@@ -145,7 +146,7 @@ unsigned InteractiveScene::Draw(const ViewCamera& camera, cv::Size size, Detail 
     canvas->drawn.reset();
   }
   if (!canvas->drawn || !SameView(*canvas->drawn, camera)) {
-    canvas->scene.LookFrom(camera, size.height);
+    canvas->scene.LookFrom(camera, size);
     canvas->texture = canvas->window.Draw();
     canvas->drawn = camera;
   }

@@ -69,9 +69,10 @@ struct PictureRenderer::Impl {
     window.AddRenderer(scene.Renderer());
     scene.SetLayers(options.layers);
   }
+  ~Impl() { window.Context().MakeCurrent(); }  // what the scene has on it is freed there
 
   cv::Mat RenderSharp(const ViewCamera& view) {
-    scene.LookFrom(view, options.height);
+    scene.LookFrom(view, {options.width, options.height});
     return window.Render();
   }
 
@@ -137,12 +138,29 @@ void PictureRenderer::SetMap(const MapSnapshot& map) {
   Impl& s = *impl_;
   s.colors = LabelColors::Of(map.objects, s.options.label_colors);
   s.focus = FindFocus(map);
-  const CameraOverrides& overrides = s.options.camera;
-  const double aspect = static_cast<double>(s.options.width) / s.options.height;
-  const double angle = overrides.view_angle.value_or(30.0);
-  s.camera = overrides.ApplyTo(overrides.view.empty() ? FrameScene(s.focus, aspect, angle)
-                                                      : PresetView(overrides.view, s.focus, aspect, angle));
+  s.camera = ViewOf(s.options.camera);
   SetMapKeepingFrame(map);
+}
+
+ViewCamera PictureRenderer::ViewOf(const CameraOverrides& overrides) const {
+  const SceneFocus& focus = impl_->focus;
+  const double aspect = static_cast<double>(impl_->options.width) / impl_->options.height;
+  const double angle = overrides.view_angle.value_or(30.0);
+  const ViewCamera framed = overrides.view.empty() ? FrameScene(focus, aspect, angle)
+                                                   : PresetView(overrides.view, focus, aspect, angle);
+  const bool turned = overrides.azimuth != 0.0 || overrides.elevation != 0.0 || overrides.view_up;
+  if (!turned || overrides.position || overrides.focal_point || focus.outline.empty()) {
+    return overrides.ApplyTo(framed);
+  }
+  CameraOverrides turn = overrides;
+  turn.zoom = 1.0;
+  return Zoom(FitOutline(turn.ApplyTo(framed), focus.outline, aspect), overrides.zoom);
+}
+
+void PictureRenderer::SetLayers(const SceneLayers& layers) {
+  impl_->window.Context().MakeCurrent();
+  impl_->options.layers = layers;
+  impl_->scene.SetLayers(layers);
 }
 
 void PictureRenderer::SetMapKeepingFrame(const MapSnapshot& map) {

@@ -62,6 +62,11 @@ class PictureRenderer {
 
   // The automatic view of the map of SetMap, with the overrides of the options.
   ViewCamera DefaultCamera() const;
+  // The same with other overrides. A view that they only turn is framed anew.
+  ViewCamera ViewOf(const CameraOverrides& overrides) const;
+
+  // Draws these with every map from now on.
+  void SetLayers(const SceneLayers& layers);
 
   // The focus of that map.
   const SceneFocus& Focus() const;

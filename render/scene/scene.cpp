@@ -7,6 +7,7 @@
 #include <vtkTexture.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "render/gl/offscreen_window.h"
@@ -39,9 +40,6 @@ Scene::Scene(const SceneStyle& style, const Quality& quality)
       grid_(MakeActor(style.grid.width * Scale())),
       shadow_(MakeActor(1.0)),
       covisibility_(MakeActor(style.covisibility.width * Scale())),
-      points_(style.points.size * Scale(), clip_planes_),
-      object_points_(style.points.object_size * Scale(), clip_planes_),
-      dense_cloud_(style.dense_cloud.size * Scale(), clip_planes_),
       true_path_(MakeActor(style.ground_truth.width * Scale())),
       trajectory_(MakeActor(style.cameras.width * Scale())),
       frusta_(MakeActor(style.cameras.keyframe_width * Scale())),
@@ -60,6 +58,8 @@ Scene::Scene(const SceneStyle& style, const Quality& quality)
   }
   renderer_->SetPass(pass_);
 }
+
+Scene::~Scene() { pass_->SetLayers({}); }  // which the window's renderer goes on to hold
 
 void Scene::Cut(const std::optional<ClipPlane>& plane) {
   if (!plane) {
@@ -98,7 +98,7 @@ void Scene::CastShadow(const std::optional<ClipPlane>& plane) {
   shadow_->SetVisibility(!cast.darkness.empty());
   if (!cast.darkness.empty()) {
     SetGeometry(shadow_, ShadowQuad(cast), true);
-    shadow_->SetTexture(ShadowTexture(cast, style_.light.shadow));
+    shadow_->SetTexture(ShadowTexture(cast, style_.light.shadow, ParseColor(style_.background)));
   }
 }
 
@@ -112,6 +112,12 @@ PictureEffects Scene::Effects() const {
   effects.outline_width = style_.light.outline_width * quality_.pixel_scale;
   effects.outline_color = ParseColor(style_.light.outline_color);
   effects.eye_dome = style_.light.eye_dome;
+  if (Look() != ObjectLook::kSolid) {
+    effects.see_through = true;
+    effects.occlusion = 0.0;
+    effects.outline = style_.objects.line;
+    effects.outline_width = style_.objects.line_width * quality_.pixel_scale;
+  }
   if (quality_.transparent) {
     effects.background.setZero();
   } else {
@@ -126,8 +132,8 @@ void Scene::Show(const MapSnapshot& map, const SceneFocus& focus, const LabelCol
   focus_ = focus;
   const SceneStyle& style = style_;
   SetGeometry(grid_, GroundGrid(focus, style), style.grid.show);
-  points_.Show(PointCloud(map, false, style));
-  object_points_.Show(PointCloud(map, true, style));
+  points_.SetVertices(MapPoints(map, style, Scale()));
+  frame_ = map.frame_index;
   const double frustum = 2.0 * style.cameras.size * std::min(focus.radius, focus.view_depth);
   SetGeometry(trajectory_, TrajectoryLine(map, style), style.cameras.trajectory);
   SetGeometry(frusta_, KeyframeFrusta(map, frustum, style), style.cameras.keyframes);
@@ -136,35 +142,65 @@ void Scene::Show(const MapSnapshot& map, const SceneFocus& focus, const LabelCol
   studio_ = {focus.up, focus.front};
   casters_.clear();
   casting_.reset();
-  std::vector<SnapshotObject> solid;
+  solid_objects_.clear();
+  colors_ = colors;
   const bool all = style.objects.uncertain == UncertainObjects::kSolid;
-  std::ranges::copy_if(map.objects, std::back_inserter(solid),
+  std::ranges::copy_if(map.objects, std::back_inserter(solid_objects_),
                        [all](const SnapshotObject& object) { return all || IsReliable(object); });
   SetGeometry(uncertain_, UncertainOutlines(map, colors, style),
               style.objects.show && style.objects.uncertain == UncertainObjects::kOutline);
-  for (const SnapshotObject& object : solid) {
+  for (const SnapshotObject& object : solid_objects_) {
     const Eigen::Vector3d offset = object.superquadric.T_map_object.translation - focus.center;
     if (offset.norm() < 3.0 * focus.radius) {  // one stray object would cost all others their sharpness
       casters_.push_back(object.superquadric);
     }
   }
-  solids_.Show(solid, colors);
-  pass_->SetEffects(Effects());
+  ShowSolids();
 }
+
+ObjectLook Scene::Look() const {
+  const ObjectLook wanted = style_.objects.look;
+  return wanted != ObjectLook::kAuto ? wanted : HasCloud() ? ObjectLook::kGlass : ObjectLook::kSolid;
+}
+
+void Scene::ShowSolids() { solids_.Show(solid_objects_, colors_, Look()); }
 
 void Scene::SetLayers(const SceneLayers& layers) {
   SetGeometry(true_path_, PathLines(layers.true_path, ParseColor(style_.ground_truth.color)),
               style_.ground_truth.show);
   if (shown_cloud_ != layers.dense_cloud) {
     shown_cloud_ = layers.dense_cloud;
-    dense_cloud_.Show(DensePoints(shown_cloud_ ? *shown_cloud_ : ColoredPoints(), style_));
+    cloud_.Show(HasCloud() ? shown_cloud_ : nullptr);
+    ShowSolids();
   }
 }
 
-void Scene::LookFrom(const ViewCamera& view, int height) {
+void Scene::ArrangePoints(const ViewCamera& view, cv::Size size, const std::optional<ClipPlane>& clip,
+                          PictureLayers& layers) {
+  PointSplats::Look look;
+  if (clip) {
+    look.cut << clip->normal.cast<float>(), static_cast<float>(clip->height);
+  }
+  if (style_.points.show && (!HasCloud() || style_.dense_cloud.points)) {
+    points_.SetLook(look);
+    layers.points.push_back(&points_);
+  }
+  if (HasCloud()) {
+    const double samples = quality_.samples;
+    cloud_.LookFrom(view, samples * size.height, static_cast<double>(size.width) / size.height,
+                    samples * style_.dense_cloud.detail, frame_);
+    look.in_map_units = true;
+    look.scale = static_cast<float>(style_.dense_cloud.size);
+    look.newest = static_cast<float>(frame_);
+    cloud_.Splats().SetLook(look);
+    layers.points.push_back(&cloud_.Splats());
+  }
+}
+
+void Scene::LookFrom(const ViewCamera& view, cv::Size size) {
   const std::optional<ClipPlane> clip = MakeClipPlane(style_.clip, focus_, view);
   Cut(clip);
-  if (style_.light.shadow > 0.0 && style_.objects.show) {
+  if (style_.light.shadow > 0.0 && style_.objects.show && Look() == ObjectLook::kSolid) {
     CastShadow(clip);
   } else {
     shadow_->SetVisibility(false);
@@ -175,37 +211,50 @@ void Scene::LookFrom(const ViewCamera& view, int height) {
       layer.push_back(actor);
     }
   };
-  const double samples = height * quality_.samples;
-  const auto add_points = [&](const PointActors& points) {
-    for (vtkActor* actor : points.Arrange(view, samples)) {
-      layers.opaque.push_back(actor);
-    }
-  };
-  add_points(dense_cloud_);
-  if (style_.points.show) {
-    add_points(points_);
-    add_points(object_points_);
-  }
-  for (const auto& actor : {true_path_, trajectory_, frusta_, current_, uncertain_}) {
-    add(actor, layers.opaque);
-  }
+  ArrangePoints(view, size, clip, layers);
   for (const auto& actor : {shadow_, grid_, covisibility_}) {
     add(actor, layers.ground);
   }
-  layers.solids = solids_.Arrange(view, samples, studio_);
+  // Over a dense cloud lines are thin and lie upon it: eye-dome lighting would give them black rims.
+  const bool upon = HasCloud();
+  frusta_->GetProperty()->SetOpacity(upon ? 0.5 : 1.0);
+  for (const auto& actor : {uncertain_, frusta_, true_path_, trajectory_, current_}) {
+    actor->SetForceTranslucent(upon);
+    actor->SetForceOpaque(!upon);
+    add(actor, upon ? layers.ground : layers.opaque);
+  }
+  // From what the picture is about, not from the bounds of all points: one stray point would cost the depth
+  // buffer its precision.
+  const double distance = (view.position - focus_.center).norm();
+  const double nearest = 0.01 * (distance + focus_.radius);
+  const double farthest = 1200.0 * nearest;
+  // Points of a dense cloud that lie on a solid are to be seen in it, whatever their error.
+  constexpr double kDepthError = 0.02;  // of the distance from which they were seen
+  const double nearer = kDepthError * std::min(1.0, focus_.view_depth / std::max(distance, 1e-9));
+  SolidActors::Surroundings around;
+  around.studio = studio_;
+  const double first = 5.0 * nearest;  // solids are rarely nearer than this, or 80 times as far away
+  const double steps = std::log2(80.0);
+  around.range = Eigen::Vector3d(first, 1.0 / steps, 1.0 - nearer - 0.5 * steps / 255.0).cast<float>();
+  around.nearer = static_cast<float>(2.0 * farthest * nearest / (farthest - nearest) * nearer);
+  layers.solids = solids_.Arrange(view, size.height * quality_.samples, around);
+  PictureEffects effects = Effects();
+  effects.surface_range = around.range;
+  pass_->SetEffects(effects);
+  for (const Eigen::Vector3d& color : solids_.Colors()) {
+    layers.line_colors.push_back(
+        ReadableOn(ParseColor(style_.background), color, style_.points.min_contrast));
+  }
   pass_->SetLayers(std::move(layers));
   vtkCamera* camera = renderer_->GetActiveCamera();
   camera->SetPosition(view.position.data());
   camera->SetFocalPoint(view.focal_point.data());
   camera->SetViewUp(view.view_up.data());
   camera->SetViewAngle(view.view_angle);
-  // From what the picture is about, not from the bounds of all points: one stray point would cost the depth
-  // buffer its precision.
-  const double reach = (view.position - focus_.center).norm() + focus_.radius;
-  camera->SetClippingRange(0.01 * reach, 12.0 * reach);
+  camera->SetClippingRange(nearest, farthest);
   camera->UseExplicitProjectionTransformMatrixOff();
   if (view.pinhole) {
-    SetPinholeCamera(*view.pinhole, PoseOf(view), 0.01 * reach, 12.0 * reach, camera);
+    SetPinholeCamera(*view.pinhole, PoseOf(view), nearest, farthest, camera);
   }
 }
 

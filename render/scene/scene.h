@@ -8,14 +8,16 @@
 #include <vtkSmartPointer.h>
 
 #include <memory>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <vector>
 
 #include "render/camera/camera_path.h"
 #include "render/camera/scene_framing.h"
 #include "render/gl/picture_pass.h"
+#include "render/gl/point_splats.h"
 #include "render/scene/clip_plane.h"
-#include "render/scene/point_actors.h"
+#include "render/scene/cloud_view.h"
 #include "render/scene/solid_actors.h"
 #include "render/scene/studio_light.h"
 #include "render/scene/style.h"
@@ -37,6 +39,9 @@ class Scene {
     bool draft = false;        // shadows of fewer directions of light, while something moves
   };
   Scene(const SceneStyle& style, const Quality& quality);
+  ~Scene();
+  Scene(const Scene&) = delete;
+  Scene& operator=(const Scene&) = delete;
 
   vtkRenderer* Renderer() const { return renderer_; }
 
@@ -50,11 +55,16 @@ class Scene {
   // Cuts as this says instead of as the style does.
   void SetClip(const SceneStyle::Clip& clip) { style_.clip = clip; }
 
-  // Places the camera, puts translucent surfaces in order for it and chooses their detail for a window of
-  // this height (pixels). To be called before each frame.
-  void LookFrom(const ViewCamera& camera, int height);
+  // Places the camera, puts translucent surfaces in order for it and chooses the detail of all for a window
+  // of this size (pixels). To be called before each frame.
+  void LookFrom(const ViewCamera& camera, cv::Size size);
 
  private:
+  bool HasCloud() const { return style_.dense_cloud.show && shown_cloud_ != nullptr; }
+  ObjectLook Look() const;
+  void ShowSolids();
+  void ArrangePoints(const ViewCamera& view, cv::Size size, const std::optional<ClipPlane>& clip,
+                     PictureLayers& layers);
   double Scale() const { return quality_.pixel_scale * quality_.samples; }
   void Cut(const std::optional<ClipPlane>& plane);
   void CastShadow(const std::optional<ClipPlane>& plane);
@@ -71,16 +81,18 @@ class Scene {
   vtkSmartPointer<vtkActor> covisibility_;
   vtkNew<vtkPlane> clip_plane_;
   vtkNew<vtkPlaneCollection> clip_planes_;  // that one or none; all that is cut shares it
-  PointActors points_;
-  PointActors object_points_;
-  PointActors dense_cloud_;
-  std::shared_ptr<const ColoredPoints> shown_cloud_;
+  PointSplats points_;
+  CloudView cloud_;
+  CloudLayerPtr shown_cloud_;
+  std::int64_t frame_ = 0;  // of the map
   vtkSmartPointer<vtkActor> true_path_;
   vtkSmartPointer<vtkActor> trajectory_;
   vtkSmartPointer<vtkActor> frusta_;
   vtkSmartPointer<vtkActor> current_;
   vtkSmartPointer<vtkActor> uncertain_;
   SolidActors solids_;
+  std::vector<SnapshotObject> solid_objects_;  // that `solids_` shows
+  LabelColors colors_;
   std::vector<PosedSuperquadric> casters_;    // of shadows, where nothing is cut
   std::optional<std::vector<bool>> casting_;  // which of them the shadow shows; empty: none was cast yet
 };

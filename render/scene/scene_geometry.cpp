@@ -42,13 +42,11 @@ class MeshBuilder {
     colors_->InsertNextTypedTuple(color.data());
     return points_->InsertNextPoint(p.data());
   }
-  void Vertex(vtkIdType a) { vertices_->InsertNextCell(1, &a); }
   void Line(vtkIdType a, vtkIdType b) { lines_->InsertNextCell({a, b}); }
   vtkSmartPointer<vtkPolyData> Finish() const {
     const auto mesh = vtkSmartPointer<vtkPolyData>::New();
     mesh->SetPoints(points_);
     mesh->GetPointData()->SetScalars(colors_);
-    mesh->SetVerts(vertices_);
     mesh->SetLines(lines_);
     return mesh;
   }
@@ -56,21 +54,8 @@ class MeshBuilder {
  private:
   vtkNew<vtkPoints> points_;
   vtkNew<vtkUnsignedCharArray> colors_;
-  vtkNew<vtkCellArray> vertices_;
   vtkNew<vtkCellArray> lines_;
 };
-
-// The colour made darker on a light background, lighter on a dark one, until it stands out.
-Eigen::Vector3d Readable(const Eigen::Vector3d& color, double background, double min_contrast) {
-  const double lightness = Lightness(color);
-  if (background >= 0.5) {
-    const double most = background - min_contrast;
-    return lightness > most ? Eigen::Vector3d(color * (most / lightness)) : color;
-  }
-  const double least = background + min_contrast;
-  const double mix = lightness < least ? (least - lightness) / (1.0 - lightness) : 0.0;
-  return (1.0 - mix) * color + Eigen::Vector3d::Constant(mix);
-}
 
 void AddFrustum(MeshBuilder& builder, const Rigid3d& pose, const Camera& camera, double height,
                 const Rgba& color) {
@@ -227,17 +212,17 @@ void SortTriangles(GroupedSurface& surface, const Eigen::Vector3d& eye) {
   surface.centers = std::move(centers);
 }
 
-vtkSmartPointer<vtkPolyData> PointCloud(const MapSnapshot& map, bool of_objects, const SceneStyle& style) {
-  const double background = Lightness(ParseColor(style.background));
-  MeshBuilder builder;
+std::vector<PointSplats::Vertex> MapPoints(const MapSnapshot& map, const SceneStyle& style, double scale) {
+  const Eigen::Vector3d background = ParseColor(style.background);
+  std::vector<PointSplats::Vertex> vertices;
+  vertices.reserve(map.points.size());
   for (const SnapshotPoint& point : map.points) {
-    if ((point.object_id >= 0) == of_objects) {
-      const Eigen::Vector3d own = Eigen::Vector3d(point.rgb[0], point.rgb[1], point.rgb[2]) / 255.0;
-      const Rgba color = ToRgba(Readable(own, background, style.points.min_contrast));
-      builder.Vertex(builder.Add(point.p_map.cast<double>(), color));
-    }
+    const Eigen::Vector3d own = Eigen::Vector3d(point.rgb[0], point.rgb[1], point.rgb[2]) / 255.0;
+    const double size = point.object_id >= 0 ? style.points.object_size : style.points.size;
+    vertices.push_back({point.p_map, static_cast<float>(size * scale), 0.0F,
+                        ToRgba(ReadableOn(background, own, style.points.min_contrast))});
   }
-  return builder.Finish();
+  return vertices;
 }
 
 vtkSmartPointer<vtkPolyData> TrajectoryLine(const MapSnapshot& map, const SceneStyle& style) {
@@ -261,7 +246,8 @@ vtkSmartPointer<vtkPolyData> UncertainOutlines(const MapSnapshot& map, const Lab
       continue;
     }
     const Eigen::Vector3d background = ParseColor(style.background);
-    const Rgba color = ToRgba(kFaint * colors(object.label) + (1.0 - kFaint) * background);
+    const Eigen::Vector3d own = ReadableOn(background, colors(object.label), style.points.min_contrast);
+    const Rgba color = ToRgba(kFaint * own + (1.0 - kFaint) * background);
     const PosedSuperquadric& solid = object.superquadric;
     const auto curve = [&](const auto& point_at) {
       vtkIdType last = -1;
@@ -348,16 +334,6 @@ vtkSmartPointer<vtkPolyData> PathLines(const std::vector<std::vector<Eigen::Vect
   return builder.Finish();
 }
 
-vtkSmartPointer<vtkPolyData> DensePoints(const ColoredPoints& cloud, const SceneStyle& style) {
-  const Rgba plain = ToRgba(ParseColor(style.dense_cloud.color));
-  MeshBuilder builder;
-  for (std::size_t i = 0; i < cloud.p_map.size(); ++i) {
-    const Rgba own = cloud.rgb.empty() ? plain : Rgba{cloud.rgb[i][0], cloud.rgb[i][1], cloud.rgb[i][2], 255};
-    builder.Add(cloud.p_map[i].cast<double>(), own);
-  }
-  return builder.Finish();
-}
-
 vtkSmartPointer<vtkPolyData> GroundGrid(const SceneFocus& focus, const SceneStyle& style) {
   const Eigen::Vector3d up = focus.up;
   const Eigen::Vector3d x = (std::abs(up.z()) > 0.999 ? Eigen::Vector3d::UnitX() : up.unitOrthogonal());
@@ -407,15 +383,26 @@ vtkSmartPointer<vtkPolyData> ShadowQuad(const GroundShadow& shadow) {
   return mesh;
 }
 
-vtkSmartPointer<vtkTexture> ShadowTexture(const GroundShadow& shadow, double strength) {
+vtkSmartPointer<vtkTexture> ShadowTexture(const GroundShadow& shadow, double strength,
+                                          const Eigen::Vector3d& background) {
+  constexpr double kFloor = 0.5;  // opacity of the light on the floor for the same strength
+  const bool lit = Lightness(background) < 0.25;
   const vtkNew<vtkImageData> image;
   image->SetDimensions(shadow.darkness.cols, shadow.darkness.rows, 1);
   image->AllocateScalars(VTK_UNSIGNED_CHAR, 4);
-  auto* black = static_cast<Rgba*>(image->GetScalarPointer());
+  auto* pixel = static_cast<Rgba*>(image->GetScalarPointer());
+  const Rgba floor = ToRgba(0.5 * background + Eigen::Vector3d::Constant(0.5));
   for (int y = 0; y < shadow.darkness.rows; ++y) {
     for (int x = 0; x < shadow.darkness.cols; ++x) {
-      const double alpha = strength * shadow.darkness.at<std::uint8_t>(y, x);
-      *black++ = {0, 0, 0, static_cast<unsigned char>(std::lround(alpha))};
+      const double dark = shadow.darkness.at<std::uint8_t>(y, x);
+      double alpha = strength * dark;
+      if (lit) {
+        const double rim = std::hypot(2.0 * (x + 0.5) / shadow.darkness.cols - 1.0,
+                                      2.0 * (y + 0.5) / shadow.darkness.rows - 1.0);
+        alpha = kFloor * strength * std::clamp(2.0 - 2.0 * rim, 0.0, 1.0) * (255.0 - dark);
+      }
+      *pixel++ = {lit ? floor[0] : std::uint8_t{0}, lit ? floor[1] : std::uint8_t{0},
+                  lit ? floor[2] : std::uint8_t{0}, static_cast<unsigned char>(std::lround(alpha))};
     }
   }
   const auto texture = vtkSmartPointer<vtkTexture>::New();

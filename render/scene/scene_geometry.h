@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "render/camera/scene_framing.h"
+#include "render/gl/point_splats.h"
 #include "render/scene/style.h"
 #include "render/solids/ground_shadow.h"
 #include "slam/snapshot/snapshot.h"
@@ -42,8 +43,8 @@ void SortTriangles(GroupedSurface& surface, const Eigen::Vector3d& eye);
 
 // ---- The rest of a map
 
-// Points of objects, or the others; colours kept apart from the background.
-vtkSmartPointer<vtkPolyData> PointCloud(const MapSnapshot& map, bool of_objects, const SceneStyle& style);
+// The map's points; colours kept apart from the background. `scale`: samples for a pixel of the style.
+std::vector<PointSplats::Vertex> MapPoints(const MapSnapshot& map, const SceneStyle& style, double scale);
 
 // A line through the keyframes, on to the current camera.
 vtkSmartPointer<vtkPolyData> TrajectoryLine(const MapSnapshot& map, const SceneStyle& style);
@@ -65,13 +66,13 @@ vtkSmartPointer<vtkPolyData> CovisibilityLines(const MapSnapshot& map, const Sce
 vtkSmartPointer<vtkPolyData> PathLines(const std::vector<std::vector<Eigen::Vector3d>>& pieces,
                                        const Eigen::Vector3d& color);
 
-vtkSmartPointer<vtkPolyData> DensePoints(const ColoredPoints& cloud, const SceneStyle& style);
-
 // A grid at the ground around the centre of the focus that fades outwards; cells of GridCell().
 vtkSmartPointer<vtkPolyData> GroundGrid(const SceneFocus& focus, const SceneStyle& style);
 
-// The place of a shadow, and the texture that darkens the ground there by at most `strength`.
+// The place of a shadow, and the texture that darkens the ground there by at most `strength`. On a dark
+// background, where nothing can be darker, it is a floor in faint light instead that the shadow leaves out.
 vtkSmartPointer<vtkPolyData> ShadowQuad(const GroundShadow& shadow);
-vtkSmartPointer<vtkTexture> ShadowTexture(const GroundShadow& shadow, double strength);
+vtkSmartPointer<vtkTexture> ShadowTexture(const GroundShadow& shadow, double strength,
+                                          const Eigen::Vector3d& background);
 
 }  // namespace sqslam

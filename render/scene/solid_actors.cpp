@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "picture_shaders.h"
@@ -22,14 +23,18 @@ namespace {
 
 constexpr int kGroupSegments = 48;  // of solids that are sorted by triangles: the seams show its steps
 
-vtkSmartPointer<vtkActor> MakeActor(const SceneStyle::Objects& style, vtkPlaneCollection* clip) {
+vtkSmartPointer<vtkActor> MakeActor(double opacity, bool see_through, vtkPlaneCollection* clip) {
   const vtkNew<vtkPolyDataMapper> mapper;
   const auto actor = vtkSmartPointer<vtkActor>::New();
   mapper->SetClippingPlanes(clip);
   actor->SetMapper(mapper);
   actor->SetUserMatrix(vtkNew<vtkMatrix4x4>());
-  actor->GetProperty()->SetOpacity(style.opacity);
-  actor->ForceOpaqueOn();  // blended all the same, but writes depth, which the picture's effects need
+  actor->GetProperty()->SetOpacity(opacity);
+  if (see_through) {
+    actor->ForceTranslucentOn();
+  } else {
+    actor->ForceOpaqueOn();  // blended all the same, but writes depth, which the picture's effects need
+  }
   return actor;
 }
 
@@ -40,6 +45,7 @@ struct SolidShading {
   int number = 0;                      // 1, 2, ...: what outlines tell apart
   const char* number_array = nullptr;  // instead of `number`: a data array of the vertices
   bool far_side = false;               // seen through the near side only
+  bool see_through = false;
 };
 
 void SetSolidShader(vtkActor* actor, const SolidShading& shading) {
@@ -48,9 +54,14 @@ void SetSolidShader(vtkActor* actor, const SolidShading& shading) {
   shader->ClearAllShaderReplacements();
   // "before VTK's own replacements", so that VTK does not write its light there.
   shader->AddFragmentShaderReplacement("//VTK::Light::Dec", true,
-                                       (shading.far_side ? "#define FAR_SIDE\n" : "") + kStudio, false);
+                                       std::string(shading.far_side ? "#define FAR_SIDE\n" : "") +
+                                           (shading.see_through ? "#define SEE_THROUGH\n" : "") + kStudio,
+                                       false);
   shader->AddFragmentShaderReplacement("//VTK::Light::Impl", true,
                                        std::string(shaders::kLight) + shaders::kSurfaceOutput, false);
+  if (shading.see_through) {
+    shader->AddVertexShaderReplacement("//VTK::PositionVC::Impl", true, shaders::kNearer, false);
+  }
   auto* uniforms = shader->GetFragmentCustomUniforms();
   uniforms->SetUniformf("roughness", static_cast<float>(shading.style.roughness));
   uniforms->SetUniformf("metallic", static_cast<float>(shading.style.metallic));
@@ -68,23 +79,43 @@ void SetSolidShader(vtkActor* actor, const SolidShading& shading) {
 
 }  // namespace
 
-void SolidActors::Show(const std::vector<SnapshotObject>& objects, const LabelColors& colors) {
+SolidActors::Solid SolidActors::MakeSolid(int number) const {
+  constexpr double kUnseen = 1e-3;  // draws nothing but what lines are made from
+  const double opacity = look_ == ObjectLook::kSolid   ? style_.opacity
+                         : look_ == ObjectLook::kGlass ? std::max(style_.glass, kUnseen)
+                                                       : kUnseen;
+  Solid solid;
+  solid.back = MakeActor(opacity, SeeThrough(), clip_);
+  solid.front = MakeActor(opacity, SeeThrough(), clip_);
+  for (vtkActor* actor : {solid.back.Get(), solid.front.Get()}) {
+    MapperOf(actor)->ScalarVisibilityOff();
+  }
+  SetSolidShader(solid.front, {.style = style_, .number = number, .see_through = SeeThrough()});
+  SetSolidShader(solid.back,
+                 {.style = style_, .number = number, .far_side = true, .see_through = SeeThrough()});
+  solid.back->GetProperty()->FrontfaceCullingOn();
+  solid.front->GetProperty()->BackfaceCullingOn();
+  return solid;
+}
+
+std::vector<Eigen::Vector3d> SolidActors::Colors() const {
+  std::vector<Eigen::Vector3d> colors;
+  std::ranges::transform(solids_, std::back_inserter(colors), &Solid::color);
+  return colors;
+}
+
+void SolidActors::Show(const std::vector<SnapshotObject>& objects, const LabelColors& colors,
+                       ObjectLook look) {
+  if (std::exchange(look_, look) != look) {
+    solids_.clear();
+  }
   solids_.resize(objects.size());
   groups_.clear();
   std::vector<PosedSuperquadric> posed;
   for (std::size_t i = 0; i < objects.size(); ++i) {
     Solid& solid = solids_[i];
     if (!solid.front) {
-      solid.back = MakeActor(style_, clip_);
-      solid.front = MakeActor(style_, clip_);
-      for (vtkActor* actor : {solid.back.Get(), solid.front.Get()}) {
-        MapperOf(actor)->ScalarVisibilityOff();
-      }
-      const int number = static_cast<int>(i) + 1;
-      SetSolidShader(solid.front, {.style = style_, .number = number});
-      SetSolidShader(solid.back, {.style = style_, .number = number, .far_side = true});
-      solid.back->GetProperty()->FrontfaceCullingOn();
-      solid.front->GetProperty()->BackfaceCullingOn();
+      solid = MakeSolid(static_cast<int>(i) + 1);
     }
     const Superquadric& shape = objects[i].superquadric.shape;
     const Superquadric& before = solid.posed.shape;
@@ -100,7 +131,7 @@ void SolidActors::Show(const std::vector<SnapshotObject>& objects, const LabelCo
       actor->GetProperty()->SetColor(solid.color.x(), solid.color.y(), solid.color.z());
     }
   }
-  order_ = style_.opacity < 1.0 ? SolidOrder(std::move(posed)) : SolidOrder();
+  order_ = SeeThrough() || style_.opacity < 1.0 ? SolidOrder(std::move(posed)) : SolidOrder();
 }
 
 int SolidActors::SegmentsFor(const PosedSuperquadric& solid, const ViewCamera& camera, double pixels) const {
@@ -144,18 +175,20 @@ SolidActors::Group& SolidActors::GroupOf(const std::vector<int>& members) {
     parts.push_back({solid.posed, solid.color, index + 1});
   }
   group.surface = MakeGroupedSurface(parts, std::min(kGroupSegments, std::max(style_.segments, 16)));
-  group.actor = MakeActor(style_, clip_);
+  group.actor = MakeActor(style_.opacity, false, clip_);
   MapperOf(group.actor)->SetInputData(group.surface.mesh);
   SetSolidShader(group.actor, {.style = style_, .number_array = kSolidNumberArray});
   return group;
 }
 
-std::vector<vtkActor*> SolidActors::Arrange(const ViewCamera& camera, double pixels, const Studio& studio) {
+std::vector<vtkActor*> SolidActors::Arrange(const ViewCamera& camera, double pixels,
+                                            const Surroundings& around) {
   std::vector<vtkActor*> actors = InOrder(camera, pixels);
   // Directions of the studio seen from the camera: x right, y up, z towards the viewer.
   const ViewAxes axes = AxesOf(camera);
-  const std::pair<const char*, Eigen::Vector3d> directions[] = {
-      {"roomUp", studio.up}, {"roomLamp", studio.Lamp()}, {"roomWindow", studio.Window()}};
+  const std::pair<const char*, Eigen::Vector3d> directions[] = {{"roomUp", around.studio.up},
+                                                                {"roomLamp", around.studio.Lamp()},
+                                                                {"roomWindow", around.studio.Window()}};
   for (const auto& [name, d] : directions) {
     const Eigen::Vector3f seen =
         Eigen::Vector3d(d.dot(axes.right), d.dot(axes.up), d.dot(axes.back)).cast<float>();
@@ -163,16 +196,24 @@ std::vector<vtkActor*> SolidActors::Arrange(const ViewCamera& camera, double pix
       actor->GetShaderProperty()->GetFragmentCustomUniforms()->SetUniform3f(name, seen.data());
     }
   }
+  if (SeeThrough()) {
+    for (vtkActor* actor : actors) {
+      actor->GetShaderProperty()->GetFragmentCustomUniforms()->SetUniform3f("surfaceRange",
+                                                                            around.range.data());
+      actor->GetShaderProperty()->GetVertexCustomUniforms()->SetUniformf("nearer", around.nearer);
+    }
+  }
   return actors;
 }
 
 std::vector<vtkActor*> SolidActors::InOrder(const ViewCamera& camera, double pixels) {
   std::vector<vtkActor*> actors;
-  if (!style_.show || style_.opacity <= 0.0) {
+  if (!style_.show || (!SeeThrough() && style_.opacity <= 0.0)) {
     return actors;
   }
-  const bool translucent = style_.opacity < 1.0;
-  const bool inside = translucent || clip_->GetNumberOfItems() > 0;  // one looks into what is cut
+  const bool translucent = SeeThrough() || style_.opacity < 1.0;
+  // One looks into what is cut; a second pane behind each would only make glass duller.
+  const bool inside = (translucent && !SeeThrough()) || clip_->GetNumberOfItems() > 0;
   const auto add = [&](Solid& solid) {
     SetDetail(solid, SegmentsFor(solid.posed, camera, pixels));
     if (inside) {
@@ -185,8 +226,10 @@ std::vector<vtkActor*> SolidActors::InOrder(const ViewCamera& camera, double pix
     return actors;
   }
   for (const std::vector<int>& members : order_.BackToFront(camera.position)) {
-    if (members.size() == 1) {
-      add(solids_[static_cast<std::size_t>(members.front())]);
+    if (members.size() == 1 || SeeThrough()) {
+      for (const int member : members) {
+        add(solids_[static_cast<std::size_t>(member)]);
+      }
     } else {
       Group& group = GroupOf(members);
       SortTriangles(group.surface, camera.position);

@@ -85,6 +85,18 @@ SceneStyle LoadStyle(const std::string& name_or_file) {
   return style;
 }
 
+Eigen::Vector3d ReadableOn(const Eigen::Vector3d& background, const Eigen::Vector3d& color,
+                           double min_contrast) {
+  const double lightness = Lightness(color);
+  if (const double paper = Lightness(background); paper >= 0.5) {
+    const double most = paper - min_contrast;
+    return lightness > most ? Eigen::Vector3d(color * (most / lightness)) : color;
+  }
+  const double least = Lightness(background) + min_contrast;
+  const double mix = lightness < least ? (least - lightness) / (1.0 - lightness) : 0.0;
+  return (1.0 - mix) * color + Eigen::Vector3d::Constant(mix);
+}
+
 LabelColors::LabelColors(std::span<const std::string> labels, std::map<std::string, Eigen::Vector3d> fixed)
     : fixed_(std::move(fixed)) {
   std::set<int> taken;

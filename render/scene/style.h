@@ -10,6 +10,8 @@
 #include <string_view>
 #include <vector>
 
+#include "render/scene/cloud_layer.h"
+
 namespace sqslam {
 
 // Style of a map over a photograph. Widths and sizes are pixels of a picture 720 pixels high.
@@ -40,6 +42,11 @@ constexpr auto EnumNames(AntiAliasing) { return std::array{"ssaa", "fxaa", "none
 enum class UncertainObjects { kOutline, kSolid, kHide };
 constexpr auto EnumNames(UncertainObjects) { return std::array{"outline", "solid", "hide"}; }
 
+// Surfaces with light on them, panes that show what is in them, or lines alone; auto: glass where there is a
+// dense cloud to be seen, solid elsewhere.
+enum class ObjectLook { kAuto, kSolid, kGlass, kOutline };
+constexpr auto EnumNames(ObjectLook) { return std::array{"auto", "solid", "glass", "outline"}; }
+
 // Along the map's axes, or towards the camera.
 enum class ClipAxis { kNone, kX, kY, kZ, kView };
 constexpr auto EnumNames(ClipAxis) { return std::array{"none", "x", "y", "z", "view"}; }
@@ -49,16 +56,24 @@ constexpr auto EnumNames(ClipAxis) { return std::array{"none", "x", "y", "z", "v
 struct SceneStyle {
   struct Objects {
     bool show = true;
-    double opacity = 0.85;   // of the surfaces, 1 draws them solid
-    bool labels = false;     // names beside the objects
-    double roughness = 0.5;  // of the surfaces: 0 a mirror, 1 chalk
-    double metallic = 0.0;   // 0 paint, 1 metal
+    ObjectLook look = ObjectLook::kAuto;
+    double opacity = 0.85;    // of solid surfaces, 1 draws them opaque
+    double glass = 0.22;      // opacity of surfaces of glass
+    double line = 0.9;        // opacity of the lines of glass and outlines
+    double line_width = 3.0;  // pixels
+    bool labels = false;      // names beside the objects
+    double roughness = 0.5;   // of the surfaces: 0 a mirror, 1 chalk
+    double metallic = 0.0;    // 0 paint, 1 metal
     UncertainObjects uncertain = UncertainObjects::kOutline;
     int segments = 128;  // at most so many steps of longitude for a superquadric; small ones get fewer
     bool operator==(const Objects&) const = default;
     void VisitFields(auto&& visit) {
       visit("show", show);
+      visit("look", look);
       visit("opacity", opacity, 0.0, 1.0);
+      visit("glass", glass, 0.0, 1.0);
+      visit("line", line, 0.0, 1.0);
+      visit("line_width", line_width, 0.1, 50.0);
       visit("labels", labels);
       visit("roughness", roughness, 0.0, 1.0);
       visit("metallic", metallic, 0.0, 1.0);
@@ -128,13 +143,19 @@ struct SceneStyle {
       visit("width", width, 0.1, 50.0);
     }
   };
-  // A dense cloud of points, where a picture is given one.
+  // The dense cloud of points of a densified map, or one that a picture is given.
   struct DenseCloud {
-    double size = 1.6;              // diameter of the points, pixels
+    bool show = true;
+    bool points = false;            // the map's points beside it
+    double size = 1.5;              // diameter of its points over the distance between them
+    double detail = 2.0;            // least distance between points of the finished picture, its own pixels
     std::string color = "#8a929b";  // of a cloud without colours of its own
     bool operator==(const DenseCloud&) const = default;
     void VisitFields(auto&& visit) {
-      visit("size", size, 0.5, 50.0);
+      visit("show", show);
+      visit("points", points);
+      visit("size", size, 0.1, 20.0);
+      visit("detail", detail, 0.1, 100.0);
       visit("color", color);
     }
   };
@@ -243,15 +264,10 @@ struct SceneStyle {
   }
 };
 
-struct ColoredPoints {
-  std::vector<Eigen::Vector3f> p_map;
-  std::vector<std::array<std::uint8_t, 3>> rgb;  // as many as points, or none: in the style's colour
-};
-
 // Drawn with a map without being part of it, in its frame. A value; the cloud is shared.
 struct SceneLayers {
   std::vector<std::vector<Eigen::Vector3d>> true_path;  // of the camera, in pieces
-  std::shared_ptr<const ColoredPoints> dense_cloud;     // or null
+  CloudLayerPtr dense_cloud;                            // or null
 
   bool operator==(const SceneLayers&) const = default;
 };
@@ -271,6 +287,11 @@ std::string FormatColor(const Eigen::Vector3d& color);
 inline double Lightness(const Eigen::Vector3d& color) {
   return color.dot(Eigen::Vector3d(0.2126, 0.7152, 0.0722));
 }
+
+// The colour made darker on a light background, lighter on a dark one, until their lightness differs by so
+// much.
+Eigen::Vector3d ReadableOn(const Eigen::Vector3d& background, const Eigen::Vector3d& color,
+                           double min_contrast);
 
 // Colours of classes that people with any colour vision tell apart (Okabe and Ito), at further lightness
 // levels where there are more classes than colours. A label keeps its colour from map to map unless two

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "render/camera/camera_path.h"
+#include "render/camera/scene_framing.h"
 #include "render/picture/outlines.h"
 #include "render/picture/picture_text.h"
 #include "render/video/video_alignment.h"
@@ -226,9 +227,18 @@ std::vector<ViewCamera> ViewsOf(const MapSnapshot& map, const VideoOptions& opti
   switch (options.path) {
     case CameraPath::kStill:
       return std::vector<ViewCamera>(static_cast<std::size_t>(frames), renderer.DefaultCamera());
-    case CameraPath::kOrbit:
-      return turn(renderer.DefaultCamera(), frames,
-                  options.picture.camera.view_up.value_or(renderer.Focus().up));
+    case CameraPath::kOrbit: {
+      const CameraOverrides& wanted = options.picture.camera;
+      const Eigen::Vector3d up = wanted.view_up.value_or(renderer.Focus().up);
+      ViewCamera view = renderer.DefaultCamera();
+      if (!wanted.position && !wanted.focal_point) {
+        const double aspect = static_cast<double>(picture.width) / picture.height;
+        const ViewCamera whole = Zoom(view, 1.0 / wanted.zoom);
+        view = Zoom(view,
+                    whole.Distance() / DistanceForAll(turn(whole, 24, up), renderer.Focus().outline, aspect));
+      }
+      return turn(view, frames, up);
+    }
     default:
       return PathAlong(poses(), options.path, map.camera, renderer);
   }

@@ -132,7 +132,7 @@ struct VideoEncoder::Impl {
     codec->global_quality = 3 * FF_QP2LAMBDA;  // MPEG-4 only
     codec->flags |= found->id == AV_CODEC_ID_MPEG4 ? AV_CODEC_FLAG_QSCALE : 0;
     codec->flags |= file.WantsGlobalHeader() ? AV_CODEC_FLAG_GLOBAL_HEADER : 0;
-    av_opt_set(codec->priv_data, "preset", "fast", 0);
+    av_opt_set(codec->priv_data, "preset", "veryfast", 0);
     av_opt_set(codec->priv_data, "crf", "20", 0);
     return avcodec_open2(codec.get(), found, nullptr) == 0;
   }

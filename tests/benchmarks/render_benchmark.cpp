@@ -129,6 +129,44 @@ BENCHMARK_CAPTURE(BM_Huge, translucent_ssaa, "ssaa", 0.85)
     ->MeasureProcessCPUTime()
     ->UseRealTime();
 
+// 20 superquadrics in a room of about 300,000 dense points: floor and two walls.
+CloudLayerPtr Room() {
+  constexpr float kSide = 5.0F;
+  constexpr int kSteps = 380;  // along a side
+  constexpr float kStep = kSide / kSteps;
+  CloudLayerBuilder cloud(kStep);
+  for (int i = 0; i < kSteps; ++i) {
+    for (int k = 0; k < kSteps; ++k) {
+      const float a = kStep * (static_cast<float>(i) + 0.5F) - 0.5F * kSide;
+      const float b = kStep * (static_cast<float>(k) + 0.5F);
+      const auto level = static_cast<std::uint8_t>(60 + (i / 20 + k / 20) % 2 * 120);
+      cloud.Add({a, b - 0.5F * kSide, 0.0F}, {level, 130, 90}, kStep);
+      if (k < kSteps * 11 / 20) {
+        cloud.Add({a, 0.5F * kSide, b}, {90, level, 130}, kStep);
+        cloud.Add({-0.5F * kSide, a, b}, {130, 90, level}, kStep);
+      }
+    }
+  }
+  return cloud.Finish();
+}
+
+void BM_Dense(benchmark::State& state, const char* anti_aliasing) {
+  PictureOptions options;
+  options.backend = RenderBackend::kOsmesa;
+  options.style.anti_aliasing = *FromName<AntiAliasing>(anti_aliasing);
+  options.layers.dense_cloud = Room();
+  state.counters["points"] = static_cast<double>(options.layers.dense_cloud->points.size());
+  DrawFrames(state, options, LargeMap(20, 4000));
+}
+BENCHMARK_CAPTURE(BM_Dense, fxaa, "fxaa")
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
+BENCHMARK_CAPTURE(BM_Dense, ssaa, "ssaa")
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
+
 // From nothing to the first frame of a small map.
 void BM_FirstFrame(benchmark::State& state) {
   PictureOptions options;

@@ -3,11 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
+#include <numbers>
 #include <opencv2/imgproc.hpp>
 
 #include "baseline.h"
 #include "hand_made_map.h"
+#include "render/camera/scene_framing.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
 
@@ -20,6 +23,12 @@ PictureOptions SmallPicture() {
   options.width = 320;
   options.height = 240;
   options.backend = RenderBackend::kOsmesa;
+  // Nearer than the automatic view, which holds the path: the objects are what these tests look at.
+  SceneFocus focus = FindFocus(HandMadeMap());
+  focus.outline.resize(focus.outline.size() - HandMadeMap().keyframes.size());
+  const ViewCamera close = FrameScene(focus, 320.0 / 240.0);
+  options.camera.position = close.position;
+  options.camera.focal_point = close.focal_point;
   return options;
 }
 
@@ -72,6 +81,87 @@ TEST(PictureTest, UncertainObjectsAreOutlinesOrLeftOut) {
   EXPECT_EQ(colour(UncertainObjects::kOutline, HandMadeMap()), solid);
 }
 
+// What stereo would see of the desk: its top with holes, and red stripes on book and cup.
+CloudLayerPtr CloudOfTheDesk() {
+  CloudLayerBuilder cloud(0.012);
+  for (int i = 0; i < 16000; ++i) {
+    const double angle = 2.399963 * i;
+    const double radius = 0.0085 * std::sqrt(i);
+    if (i % 4000 > 3600) {
+      continue;
+    }
+    const auto level = static_cast<std::uint8_t>(120 + 60 * std::sin(40.0 * radius));
+    cloud.Add(Eigen::Vector3d(radius * std::cos(angle), radius * std::sin(angle), 0.0).cast<float>(),
+              {level, 130, 90}, 0.012F);
+  }
+  for (const SnapshotObject& object : HandMadeMap().objects) {
+    for (int i = 0; i < (object.label == "sports_ball" ? 0 : 3000); ++i) {
+      const double latitude = std::asin(2.0 * (i + 0.5) / 3000.0 - 1.0);
+      const double longitude = std::remainder(2.399963 * i, 2.0 * std::numbers::pi);
+      const PosedSuperquadric& solid = object.superquadric;
+      const auto level = static_cast<std::uint8_t>(60 + 40 * (i / 200 % 4));
+      cloud.Add((solid.T_map_object * solid.shape.PointAt(latitude, longitude)).cast<float>(),
+                {200, level, level}, 0.012F, 1.0F, 20 * object.id);
+    }
+  }
+  return cloud.Finish();
+}
+
+PictureOptions DensePicture(ObjectLook look) {
+  PictureOptions options = SmallPicture();
+  options.layers.dense_cloud = CloudOfTheDesk();
+  options.style.objects.look = look;
+  options.style.dense_cloud.detail = 1.25;
+  return options;
+}
+
+TEST(PictureTest, ADenseCloudWithSolidsOfGlassLooksLikeItsBaseline) {
+  ExpectBaseline(RenderPicture(HandMadeMap(), DensePicture(ObjectLook::kAuto)), "map_dense");
+}
+
+TEST(PictureTest, OutlinesInADenseCloudLookLikeTheirBaseline) {
+  PictureOptions options = DensePicture(ObjectLook::kOutline);
+  options.style = LoadStyle("dark");
+  options.style.objects.look = ObjectLook::kOutline;
+  options.style.dense_cloud.detail = 1.25;
+  ExpectBaseline(RenderPicture(HandMadeMap(), options), "map_outline");
+}
+
+TEST(PictureTest, SolidsOfGlassWithoutACloudLookLikeTheirBaseline) {
+  PictureOptions options = SmallPicture();
+  options.style.objects.look = ObjectLook::kGlass;
+  ExpectBaseline(RenderPicture(HandMadeMap(), options), "map_glass");
+}
+
+TEST(PictureTest, ADenseCloudHidesTheMapsPointsUnlessTheyAreAskedFor) {
+  PictureOptions options = DensePicture(ObjectLook::kAuto);
+  MapSnapshot bare = HandMadeMap();
+  bare.points.clear();
+  const cv::Mat dense = RenderPicture(HandMadeMap(), options);
+  EXPECT_TRUE(SameBytes(dense, RenderPicture(bare, options)) ||
+              PictureDifference(dense, RenderPicture(bare, options)) < kThreshold);
+  options.style.dense_cloud.points = true;
+  EXPECT_FALSE(SameBytes(dense, RenderPicture(HandMadeMap(), options)));
+  options.style.dense_cloud.show = false;
+  PictureOptions without = options;
+  without.layers.dense_cloud.reset();
+  EXPECT_TRUE(SameBytes(RenderPicture(HandMadeMap(), options), RenderPicture(HandMadeMap(), without)));
+}
+
+TEST(PictureTest, ACloudGrowsWithTheFramesOfTheMap) {
+  PictureRenderer renderer(DensePicture(ObjectLook::kAuto));
+  MapSnapshot map = HandMadeMap();
+  renderer.SetMap(map);
+  const cv::Mat all = renderer.Render();
+  map.frame_index = 19;  // the cup is seen from frame 20 on
+  renderer.SetMapKeepingFrame(map);
+  const cv::Mat early = renderer.Render();
+  EXPECT_GT(cv::norm(all, early, cv::NORM_L1), 0.0);
+  map.frame_index = 40;
+  renderer.SetMapKeepingFrame(map);
+  EXPECT_TRUE(SameBytes(renderer.Render(), all));
+}
+
 // A section through book and ball, the keyframes' graph, and a true path beside the estimated one.
 PictureOptions SectionWithLayers() {
   PictureOptions options = SmallPicture();
@@ -86,13 +176,13 @@ PictureOptions SectionWithLayers() {
   for (const SnapshotKeyframe& keyframe : HandMadeMap().keyframes) {
     options.layers.true_path.back().push_back(1.06 * keyframe.T_map_camera.translation);
   }
-  auto cloud = std::make_shared<ColoredPoints>();
+  CloudLayerBuilder cloud(0.02);
   for (int i = 0; i < 900; ++i) {  // a wall behind the desk
-    cloud->p_map.emplace_back(-0.9F + 0.06F * static_cast<float>(i % 30), 0.9F,
-                              0.02F * static_cast<float>(i / 30));
-    cloud->rgb.push_back({static_cast<std::uint8_t>(8 * (i % 30)), 90, 200});
+    cloud.Add({-0.9F + 0.06F * static_cast<float>(i % 30), 0.9F, 0.02F * static_cast<float>(i / 30)},
+              {static_cast<std::uint8_t>(8 * (i % 30)), 90, 200}, 0.02F);
   }
-  options.layers.dense_cloud = cloud;
+  options.layers.dense_cloud = cloud.Finish();
+  options.style.dense_cloud.detail = 1.25;
   options.camera.position = Eigen::Vector3d(2.6, -3.9, 3.0);
   options.camera.focal_point = Eigen::Vector3d(0.1, -0.8, 0.35);
   options.camera.view_angle = 31.0;
@@ -150,7 +240,8 @@ TEST(PictureTest, OneLooksIntoACutSolid) {
   options.style.clip.axis = ClipAxis::kZ;
   MapSnapshot map = HandMadeMap();
   map.objects.resize(1);  // the book, from above
-  options.camera.view = "top";
+  options.camera = {.view = "top"};
+  map.keyframes.clear();
   const cv::Mat image = RenderPicture(map, options);
   const cv::Vec3b middle = image.at<cv::Vec3b>(image.rows / 2, image.cols / 2);
   EXPECT_LT(*std::min_element(middle.val, middle.val + 3), 200) << "not the white background";

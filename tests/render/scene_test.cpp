@@ -47,6 +47,32 @@ TEST(FramingTest, EveryObjectIsInsideThePicture) {
   }
 }
 
+TEST(FramingTest, ThePathIsInsideThePictureAndSaysNothingOfScale) {
+  MapSnapshot map = HandMadeMap();
+  const double radius = FindFocus(map).radius;
+  map.keyframes.push_back(map.keyframes.back());
+  map.keyframes.back().T_map_camera.translation = {4.0, -3.0, 1.0};
+  const SceneFocus focus = FindFocus(map);
+  EXPECT_NEAR(focus.radius, radius, 1e-9);
+  const cv::Size size(1280, 720);
+  const double aspect = 1280.0 / 720.0;
+  std::vector<ViewCamera> views = {FrameScene(focus, aspect), PresetView("top", focus, aspect)};
+  const ViewCamera turned = Azimuth(views.front(), 50.0);
+  views.push_back(FitOutline(turned, focus.outline, aspect));
+  const std::vector<ViewCamera> orbit = OrbitPath(views.front(), 24, focus.up);
+  const double distance = DistanceForAll(orbit, focus.outline, aspect);
+  for (const ViewCamera& view : orbit) {
+    views.push_back(Zoom(view, view.Distance() / distance));
+  }
+  for (const ViewCamera& view : views) {
+    for (const SnapshotKeyframe& keyframe : map.keyframes) {
+      const SeenPoint seen = Project(view, size, keyframe.T_map_camera.translation);
+      EXPECT_GT(seen.depth, 0.0);
+      EXPECT_TRUE(cv::Rect(cv::Point(), size).contains(seen.pixel));
+    }
+  }
+}
+
 TEST(FramingTest, LooksDownFromTheSideOfTheCameras) {
   const MapSnapshot map = HandMadeMap();
   const ViewCamera camera = FrameScene(FindFocus(map), 1.5);

@@ -168,13 +168,14 @@ TEST(PickingTest, PointsAreThoseOfMapAndCloudThatAreNotCutAway) {
   ViewCamera camera;
   camera.position = {0.0, -4.0, 2.0};  // looks at the first point, past the second one
   const Eigen::Vector2d pixel(400.0, 300.0);
-  const auto picked = [&](const std::optional<ClipPlane>& cut, const ColoredPoints* cloud = nullptr) {
+  const auto picked = [&](const std::optional<ClipPlane>& cut, const CloudLayer* cloud = nullptr) {
     return PickPoint(camera, pixel, kWindow, map, cut, cloud);
   };
   EXPECT_EQ(picked({}), Eigen::Vector3d(0.0, -1.0, 0.5));
   EXPECT_EQ(picked(ClipPlane{Eigen::Vector3d::UnitZ(), 0.2}), Eigen::Vector3d(0.0, 0.0, 0.0));
-  ColoredPoints cloud;
-  cloud.p_map = {{0.0F, -2.0F, 1.0F}};
+  CloudLayer cloud;
+  cloud.points.resize(1);
+  cloud.points[0].p_map = {0.0F, -2.0F, 1.0F};
   EXPECT_EQ(picked({}, &cloud), Eigen::Vector3d(0.0, -2.0, 1.0));
   EXPECT_EQ(picked(ClipPlane{Eigen::Vector3d::UnitZ(), 0.7}, &cloud), Eigen::Vector3d(0.0, -1.0, 0.5));
 }

@@ -103,7 +103,7 @@ class ViewPanel : public Panel {
     Tip("Of the camera, as it comes with the sequence, laid over the keyframes by the best similarity (P)");
     ImGui::SameLine(column);
     ImGui::Checkbox("dense cloud", &layers_.dense_cloud);
-    Tip("From a .ply file: type its name below, or drop it on the window");
+    Tip("Of a densified map, or from a .ply file: type its name below, or drop it on the window");
     ImGui::EndDisabled();
     if (layers_.true_path && layers_.path_pairs > 0) {
       Dim(fmt::format("{:.1f} mm off, RMSE over {} keyframes", 1000.0 * layers_.path_error,
@@ -130,7 +130,9 @@ class ViewPanel : public Panel {
     Tip("A .ply with x y z, and red green blue if it has them; Enter reads it");
     ImGui::Checkbox("in the world's frame", &layers_.cloud_in_world);
     Tip("Of the true camera poses, in metres; otherwise it is in the map's frame");
-    Slide("cloud points", style_.dense_cloud.size, 0.5F, 6.0F, "%.1f px");
+    Slide("cloud points", style_.dense_cloud.size, 0.5F, 4.0F, "%.1f");
+    Tip("Diameter of its points over the distance between them");
+    ImGui::Checkbox("map points beside it", &style_.dense_cloud.points);
   }
 
   void DrawCut() {
@@ -157,6 +159,13 @@ class ViewPanel : public Panel {
     const std::vector<std::string> names = ConfigNames("configs/styles");
     if (const auto chosen = Choice("style", view_.style_name, names, -8.5F)) {
       messages_.Try([&] { view_.UseStyle(names[*chosen]); });
+    }
+    if (const auto look = OneOf({{"auto", "Glass where there is a dense cloud, solid elsewhere"},
+                                 {"solid", "Surfaces in light"},
+                                 {"glass", "Panes that show what is in them"},
+                                 {"outline", "Lines alone"}},
+                                static_cast<int>(style_.objects.look))) {
+      style_.objects.look = static_cast<ObjectLook>(*look);
     }
     Slide("opacity", style_.objects.opacity, 0.05F, 1.0F, "%.2f");
     Slide("points", style_.points.size, 0.5F, 8.0F, "%.1f px");

@@ -50,12 +50,21 @@ void LayerSession::Update(Layers& layers, const Document& document, Messages& me
     layers.cloud_file.clear();
     messages.Complain(*problem);
   }
+  if (const auto problem = own_.Take(document.file)) {
+    layers.dense_cloud = false;
+    messages.Complain(*problem);
+  }
   if (document.last) {
     if (layers.true_path || (layers.dense_cloud && layers.cloud_in_world)) {
       truth_.Want(sequence, ReadTruePoses);
     }
     if (layers.dense_cloud && !layers.cloud_file.empty()) {
       cloud_.Want(layers.cloud_file, app::ReadDenseCloud);
+    } else if (layers.dense_cloud && !document.run.active) {
+      own_.Want(document.file, [](const fs::path& recording) {
+        const CloudLayerPtr cloud = ReadCloudLayer(recording);
+        return cloud ? *cloud : CloudLayer();
+      });
     }
   }
   layers.reading = Busy();
@@ -67,7 +76,8 @@ void LayerSession::Update(Layers& layers, const Document& document, Messages& me
 // The path follows every new state of a growing map. A cloud in the world waits for the end of the run.
 void LayerSession::LayOver(Layers& layers, const Document& document, Messages& messages) {
   const bool wants_path = layers.true_path && truth_.Get() != nullptr;
-  const bool wants_cloud = layers.dense_cloud && cloud_.Get() != nullptr;
+  const bool has_file = !layers.cloud_file.empty();
+  const bool wants_cloud = layers.dense_cloud && has_file && cloud_.Get() != nullptr;
   const bool in_world =
       wants_cloud && layers.cloud_in_world && truth_.Get() != nullptr && !document.run.active;
   const TruePath* path = wants_path || in_world ? PathOver(document.last) : nullptr;
@@ -88,7 +98,9 @@ void LayerSession::LayOver(Layers& layers, const Document& document, Messages& m
   if (!S_map_file) {
     placed_ = {};
   }
-  layers.drawn.dense_cloud = S_map_file ? PlacedCloud(*S_map_file) : nullptr;
+  const bool own = layers.dense_cloud && !has_file && own_.Get() != nullptr && !own_.Get()->points.empty() &&
+                   own_.Source() == document.file;
+  layers.drawn.dense_cloud = S_map_file ? PlacedCloud(*S_map_file) : own ? own_.Get() : nullptr;
 }
 
 const TruePath* LayerSession::PathOver(const MapSnapshotPtr& map) {
@@ -98,9 +110,10 @@ const TruePath* LayerSession::PathOver(const MapSnapshotPtr& map) {
   return laid_.path ? &*laid_.path : nullptr;
 }
 
-std::shared_ptr<const ColoredPoints> LayerSession::PlacedCloud(const Sim3d& S_map_file) {
+CloudLayerPtr LayerSession::PlacedCloud(const Sim3d& S_map_file) {
   if (placed_.cloud != cloud_.Get() || !(placed_.S_map_file == S_map_file)) {
-    placed_ = {cloud_.Get(), S_map_file, app::PlaceCloud(*cloud_.Get(), S_map_file)};
+    placed_ = {cloud_.Get(), S_map_file,
+               app::PlaceCloud(*cloud_.Get(), S_map_file, ParseColor(SceneStyle().dense_cloud.color))};
   }
   return placed_.points;
 }

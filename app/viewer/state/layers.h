@@ -17,11 +17,11 @@ namespace sqslam::viewer {
 // Things that are drawn with the map and are no part of it. Panels set what is wanted; LayerSession reads it
 // and fills in the rest.
 struct Layers {
-  bool true_path = false;          // wanted
-  std::filesystem::path sequence;  // whose; empty: the one that was mapped
-  bool dense_cloud = false;        // wanted
-  std::filesystem::path cloud_file;
-  bool cloud_in_world = false;  // the file is in the frame of the true poses, otherwise in the map's
+  bool true_path = false;            // wanted
+  std::filesystem::path sequence;    // whose; empty: the one that was mapped
+  bool dense_cloud = true;           // wanted
+  std::filesystem::path cloud_file;  // empty: the cloud that the recording has, if any
+  bool cloud_in_world = false;       // the file is in the frame of the true poses, otherwise in the map's
 
   SceneLayers drawn;        // map frame
   double path_error = 0.0;  // RMSE between keyframes and the true path, metres
@@ -73,15 +73,16 @@ class LayerSession {
  public:
   // Once a frame. Files that cannot be read are said in the window and no longer wanted.
   void Update(Layers& layers, const Document& document, Messages& messages);
-  bool Busy() const { return truth_.Busy() || cloud_.Busy(); }
+  bool Busy() const { return truth_.Busy() || cloud_.Busy() || own_.Busy(); }
 
  private:
   void LayOver(Layers& layers, const Document& document, Messages& messages);
   const TruePath* PathOver(const MapSnapshotPtr& map);
-  std::shared_ptr<const ColoredPoints> PlacedCloud(const Sim3d& S_map_file);
+  CloudLayerPtr PlacedCloud(const Sim3d& S_map_file);
 
   BackgroundFile<Trajectory> truth_;  // of a sequence
-  BackgroundFile<PointCloud> cloud_;
+  BackgroundFile<PointCloud> cloud_;  // of a file
+  BackgroundFile<CloudLayer> own_;    // of the recording; without points where it has none
 
   struct {
     MapSnapshotPtr map;
@@ -91,7 +92,7 @@ class LayerSession {
   struct {
     std::shared_ptr<const PointCloud> cloud;
     Sim3d S_map_file;
-    std::shared_ptr<const ColoredPoints> points;  // map frame
+    CloudLayerPtr points;  // map frame
   } placed_;
 };
 

@@ -96,6 +96,9 @@ std::string RenderCommandLine(const ViewerState& state, cv::Size size, bool tran
     add("--dense-cloud", fs::absolute(layers.cloud_file).string());
     add("--dense-cloud-frame", in_world ? "world" : "map");
   }
+  if (!layers.dense_cloud) {
+    add("--set", "dense_cloud.show=false");
+  }
   add("--camera-position", VectorText(view.camera.position));
   add("--camera-focal-point", VectorText(view.camera.focal_point));
   add("--camera-view-up", VectorText(view.camera.view_up));

@@ -117,7 +117,7 @@ std::optional<int> PickObject(const Ray& ray, const std::vector<SnapshotObject>&
 
 std::optional<Eigen::Vector3d> PickPoint(const ViewCamera& camera, const Eigen::Vector2d& pixel,
                                          cv::Size window, const MapSnapshot& map,
-                                         const std::optional<ClipPlane>& cut, const ColoredPoints* cloud,
+                                         const std::optional<ClipPlane>& cut, const CloudLayer* cloud,
                                          double reach) {
   const Camera pinhole = PinholeOf(camera, window);
   const Rigid3d T_view_map = PoseOf(camera).Inverse();
@@ -136,8 +136,10 @@ std::optional<Eigen::Vector3d> PickPoint(const ViewCamera& camera, const Eigen::
   for (const SnapshotPoint& point : map.points) {
     offer(point.p_map.cast<double>());
   }
-  for (std::size_t i = 0; cloud != nullptr && i < cloud->p_map.size(); ++i) {
-    offer(cloud->p_map[i].cast<double>());
+  if (cloud != nullptr) {
+    for (const CloudPoint& point : cloud->points) {
+      offer(point.p_map.cast<double>());
+    }
   }
   const Ray ray = RayOf(camera, pixel, window);
   if (const std::optional<Hit> hit = NearestHit(ray, map.objects, cut)) {

@@ -89,6 +89,6 @@ std::optional<int> PickObject(const Ray& ray, const std::vector<SnapshotObject>&
 std::optional<Eigen::Vector3d> PickPoint(const ViewCamera& camera, const Eigen::Vector2d& pixel,
                                          cv::Size window, const MapSnapshot& map,
                                          const std::optional<ClipPlane>& cut = {},
-                                         const ColoredPoints* cloud = nullptr, double reach = 6.0);
+                                         const CloudLayer* cloud = nullptr, double reach = 6.0);
 
 }  // namespace sqslam::viewer

@@ -1,0 +1,197 @@
+#include "render/scene/cloud_layer.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "slam/snapshot/depth_recording.h"
+#include "slam/util/statistics.h"
+
+namespace sqslam {
+namespace {
+
+Eigen::Array3i CubeOf(const Eigen::Vector3f& p, double edge) {
+  constexpr double kLargest = (1 << 20) - 1;  // coordinates are packed into 21 bits
+  return (p.cast<double>().array() / edge).floor().max(-kLargest).min(kLargest).cast<int>();
+}
+
+}  // namespace
+
+CubeMap::CubeMap(std::size_t expected) : slots_(std::bit_ceil(2 * expected + 1024)) {}
+
+std::int32_t CubeMap::At(const Eigen::Vector3f& p, double edge, std::int32_t fresh) {
+  const Eigen::Array3i cube = CubeOf(p, edge);
+  std::uint64_t key = 0;
+  for (int i = 0; i < 3; ++i) {
+    key = (key << 21U) | (static_cast<std::uint32_t>(cube[i]) & 0x1FFFFFU);
+  }
+  Slot& slot = SlotOf(key);
+  if (slot.index >= 0) {
+    return slot.index;
+  }
+  slot = {key, fresh};
+  if (2 * ++used_ > slots_.size()) {
+    std::vector<Slot> before(2 * slots_.size());
+    std::swap(before, slots_);
+    for (const Slot& other : before) {
+      if (other.index >= 0) {
+        SlotOf(other.key) = other;
+      }
+    }
+  }
+  return fresh;
+}
+
+CubeMap::Slot& CubeMap::SlotOf(std::uint64_t key) {
+  std::uint64_t hash = key * 0x9E3779B97F4A7C15ULL;
+  hash ^= hash >> 32U;
+  std::size_t at = hash & (slots_.size() - 1);
+  while (slots_[at].index >= 0 && slots_[at].key != key) {
+    at = (at + 1) & (slots_.size() - 1);
+  }
+  return slots_[at];
+}
+
+CloudLayerBuilder::CloudLayerBuilder(double spacing, std::size_t most) : spacing_(spacing), most_(most) {}
+
+void CloudLayerBuilder::Add(const Eigen::Vector3f& p_map, const std::array<std::uint8_t, 3>& rgb,
+                            float distance, float weight, std::int32_t frame) {
+  const auto fresh = static_cast<std::int32_t>(cells_.size());
+  const std::int32_t index = cubes_.At(p_map, spacing_, fresh);
+  if (index == fresh) {
+    cells_.push_back({.first = p_map, .distance = distance, .frame = frame});
+  }
+  Cell& cell = cells_[static_cast<std::size_t>(index)];
+  cell.position += weight * (p_map - cell.first);
+  cell.rgb += weight * Eigen::Vector3f(rgb[0], rgb[1], rgb[2]);
+  cell.weight += weight;
+  cell.distance = std::min(cell.distance, distance);
+  if (cells_.size() > most_) {
+    Coarsen();
+  }
+}
+
+void CloudLayerBuilder::Add(const DepthMap& map) {
+  for (int y = 0; y < map.depth.rows; ++y) {
+    const auto* depth = map.depth.ptr<float>(y);
+    const auto* bgr = map.bgr.ptr<cv::Vec3b>(y);
+    for (int x = 0; x < map.depth.cols; ++x) {
+      if (const float z = depth[x]; z > 0.0F) {
+        Add(map.PointAt(x, y).cast<float>(), {bgr[x][2], bgr[x][1], bgr[x][0]},
+            z / static_cast<float>(map.camera.fx), 1.0F / (z * z),
+            static_cast<std::int32_t>(map.frame_index));
+      }
+    }
+  }
+}
+
+void CloudLayerBuilder::Coarsen() {
+  spacing_ *= 2.0;
+  cubes_ = CubeMap(cells_.size() / 3);
+  std::vector<Cell> before;
+  std::swap(before, cells_);
+  for (const Cell& cell : before) {
+    const auto fresh = static_cast<std::int32_t>(cells_.size());
+    const std::int32_t index = cubes_.At(cell.first, spacing_, fresh);
+    if (index == fresh) {
+      cells_.push_back(cell);
+      continue;
+    }
+    Cell& sum = cells_[static_cast<std::size_t>(index)];
+    sum.position += cell.position + cell.weight * (cell.first - sum.first);
+    sum.rgb += cell.rgb;
+    sum.weight += cell.weight;
+    sum.distance = std::min(sum.distance, cell.distance);
+  }
+}
+
+// Each second cube of a chessboard stays on the way from one even level to the next, which keeps the first
+// point in each cube of twice the edge.
+void CloudLayerBuilder::Rank(CloudLayer& layer) const {
+  std::vector<std::int32_t> level(layer.points.size());
+  for (std::size_t i = 0; i < level.size(); ++i) {
+    level[i] = static_cast<std::int32_t>(i);
+  }
+  double edge = spacing_;
+  for (int rank = 1; rank < CloudLayer::kRanks; rank += 2, edge *= 2.0) {
+    CubeMap cubes(level.size() / 3);
+    std::vector<std::int32_t> next;
+    for (const std::int32_t index : level) {
+      CloudPoint& point = layer.points[static_cast<std::size_t>(index)];
+      const Eigen::Vector3f& in_cube = cells_[static_cast<std::size_t>(index)].first;
+      if (cubes.At(in_cube, 2.0 * edge, index) == index) {
+        point.rank = static_cast<std::uint8_t>(rank + 1);
+        next.push_back(index);
+      } else if ((CubeOf(in_cube, edge).sum() & 1) == 0) {
+        point.rank = static_cast<std::uint8_t>(rank);
+      }
+    }
+    level = std::move(next);
+  }
+}
+
+CloudLayerPtr CloudLayerBuilder::Finish() const {
+  auto layer = std::make_shared<CloudLayer>();
+  layer->spacing = spacing_;
+  layer->points.reserve(cells_.size());
+  for (const Cell& cell : cells_) {
+    CloudPoint& point = layer->points.emplace_back();
+    point.p_map = cell.first + cell.position / cell.weight;
+    point.spacing = std::max(cell.distance, static_cast<float>(spacing_));
+    for (int i = 0; i < 3; ++i) {
+      point.rgb[static_cast<std::size_t>(i)] =
+          static_cast<std::uint8_t>(std::clamp(std::lround(cell.rgb[i] / cell.weight), 0L, 255L));
+    }
+    point.frame = cell.frame;
+  }
+  Rank(*layer);
+  return layer;
+}
+
+double SpacingOf(const std::vector<Eigen::Vector3f>& points) {
+  // Cubes with two points each on average are 1.4 times as wide as a point's share of the surface.
+  constexpr double kPerCube = 2.0;
+  constexpr int kRounds = 8;
+  Eigen::AlignedBox3f box;
+  for (const Eigen::Vector3f& p : points) {
+    box.extend(p);
+  }
+  const double extent = points.empty() ? 1.0 : std::max(static_cast<double>(box.diagonal().norm()), 1e-6);
+  double edge = extent / std::sqrt(static_cast<double>(points.size()) + 1.0);
+  for (int round = 0; round < kRounds; ++round) {
+    CubeMap cubes(points.size() / 2);
+    for (const Eigen::Vector3f& p : points) {
+      cubes.At(p, edge, 0);
+    }
+    const double per_cube = static_cast<double>(points.size()) / std::max<double>(cubes.Size(), 1.0);
+    edge = std::clamp(edge * std::sqrt(kPerCube / std::max(per_cube, 1e-9)), 1e-5 * extent, extent);
+  }
+  return edge / std::sqrt(kPerCube);
+}
+
+CloudLayerPtr ReadCloudLayer(const std::filesystem::path& recording) {
+  const DepthRecording depths(recording);
+  const std::vector<std::int64_t> keyframes = depths.Keyframes();
+  // Cubes as wide as a pixel at the median depth of a few depth maps from all over the run.
+  constexpr std::size_t kLookedAt = 5;
+  std::vector<double> pixels;
+  for (std::size_t i = 0; i < std::min(kLookedAt, keyframes.size()); ++i) {
+    const DepthMap map = depths.Kept(keyframes[i * keyframes.size() / kLookedAt]);
+    for (auto z = map.depth.begin<float>(); z != map.depth.end<float>(); ++z) {
+      if (*z > 0.0F) {
+        pixels.push_back(*z / map.camera.fx);
+      }
+    }
+  }
+  if (pixels.empty()) {
+    return nullptr;
+  }
+  CloudLayerBuilder builder(LowerQuantile(std::move(pixels), 0.5));
+  for (const std::int64_t keyframe : keyframes) {
+    builder.Add(depths.Kept(keyframe));
+  }
+  return builder.Finish();
+}
+
+}  // namespace sqslam
