@@ -18,9 +18,9 @@ namespace {
 
 constexpr const char* kDensifyNotes = R"(
 Writes dense.ply (a cloud) and dense.glb (a coloured mesh with holes where nothing was seen) into the result
-folder, and depth maps of the keyframes into its map.sqmap. It needs the images that were mapped. Objects that
-the cloud shows better than their boxes are estimated again, in objects.json and in the recording
-(objects.dense_evidence). Called again it goes on where it was stopped; with other options it begins anew.
+folder, and depth maps of the keyframes into its map.sqmap. It needs the images that were mapped. With --set
+objects.dense_evidence=auto, objects that the cloud shows better than their boxes are estimated again, in
+objects.json and in the recording. Called again it goes on where it was stopped; with other options it begins anew.
 
 Examples:
   sqslam densify out/kitchen

@@ -287,7 +287,7 @@ struct ObjectOptions {
   QuadricInit quadric_init = QuadricInit::kMultiView;  // of representation "quadric"
   std::string class_priors =
       "default";  // what is known of classes: default (configs/classes.yaml), off, or a file
-  DenseEvidence dense_evidence = DenseEvidence::kAuto;  // of sqslam densify and run --dense
+  DenseEvidence dense_evidence = DenseEvidence::kOff;  // of sqslam densify and run --dense
   int min_observations = 10;                            // boxes an object needs to be shown
   int min_points = 4;                                   // map points an object needs to be shown
   double min_box_agreement = 0.35;  // mean IoU of projected object and boxes that an object needs to be shown

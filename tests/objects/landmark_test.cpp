@@ -113,7 +113,7 @@ TEST(Landmark, AThingBoxedTwiceForAWhileIsOne) {
     chair.estimated = back.estimated = true;
     chair.superquadric.shape = back.superquadric.shape = {{0.2, 0.2, 0.4}, 0.2, 0.2};
     chair.superquadric.T_map_object.translation.x() = 0.45;  // their estimates don't meet
-    EXPECT_EQ(AreSameObject(chair, back, AssociationOptions(), MergingOptions(), Camera()), same_points);
+    EXPECT_EQ(AreSameObject(chair, back, ObjectOptions(), Camera()), same_points);
     if (same_points) {
       back.Absorb(std::move(chair));
       EXPECT_EQ(back.views.size(), 100U) << "one box a frame";

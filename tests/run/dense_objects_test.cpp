@@ -6,8 +6,8 @@
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/recording.h"
-#include "tests/objects/dense_box_scene.h"
 #include "tests/io/temporary_folder.h"
+#include "tests/objects/dense_box_scene.h"
 
 namespace sqslam {
 namespace {
@@ -58,7 +58,9 @@ class DenseObjectsResult : public ::testing::Test {
 };
 
 TEST_F(DenseObjectsResult, GetsTheEstimatesOfTheCloud) {
-  const DenseObjects objects = RefineObjectsWithCloud(folder_.Path(), {});
+  ObjectOptions options;
+  options.dense_evidence = DenseEvidence::kAuto;
+  const DenseObjects objects = RefineObjectsWithCloud(folder_.Path(), options);
   EXPECT_EQ(objects.Text(), "estimated again with the dense cloud: 3 box");
   EXPECT_NEAR(Volume(), scene_.truth.shape.Volume(), 0.1 * scene_.truth.shape.Volume());
   const RecordingReader recording(folder_.Path() / "map.sqmap");
