@@ -273,7 +273,11 @@ SurfaceMesh ThinnedOut(const SurfaceMesh& mesh, int max_triangles) {
   decimation->SetTargetReduction(1.0 -
                                  static_cast<double>(wanted) / static_cast<double>(mesh.triangles.size()));
   decimation->AttributeErrorMetricOn();
+  const int warnings = vtkObject::GetGlobalWarningDisplay();
+  vtkObject::GlobalWarningDisplayOff();  // it prints each edge whose best place no equations tell, and takes
+                                         // its middle
   decimation->Update();
+  vtkObject::SetGlobalWarningDisplay(warnings);
   const SurfaceMesh thin = FromPolyData(*decimation->GetOutput());
   return Without(thin, std::vector<bool>(thin.triangles.size()));
 }

@@ -288,8 +288,8 @@ struct ObjectOptions {
   std::string class_priors =
       "default";  // what is known of classes: default (configs/classes.yaml), off, or a file
   DenseEvidence dense_evidence = DenseEvidence::kOff;  // of sqslam densify and run --dense
-  int min_observations = 10;                            // boxes an object needs to be shown
-  int min_points = 4;                                   // map points an object needs to be shown
+  int min_observations = 10;                           // boxes an object needs to be shown
+  int min_points = 4;                                  // map points an object needs to be shown
   double min_box_agreement = 0.35;  // mean IoU of projected object and boxes that an object needs to be shown
   double pointless_box_agreement = 0.6;  // the same for an object with fewer than min_points
   int forget_after = 300;  // frames without a box after which an object that was never good is deleted
