@@ -2,7 +2,7 @@
 # Draws README's pictures of maps into assets/pictures. Look at them before committing.
 # usage: scripts/readme-pictures.sh [DEMO [KITCHEN]]
 #   DEMO     what `sqslam demo --output DEMO` made; else it is made anew
-#   KITCHEN  a result of 7-Scenes redkitchen; without it that picture stays as it is
+#   KITCHEN  a result of 7-Scenes redkitchen, made with --dense; without it that picture stays as it is
 set -eu
 cd "$(dirname "$0")/.."
 scripts/install-packages.sh ffmpeg gifsicle pngquant
@@ -16,6 +16,7 @@ if [ -z "$demo" ]; then
   demo=$work/demo
   "$sqslam" demo --output "$demo" --deterministic --no-video --quiet
 fi
+"$sqslam" densify "$demo/result" --quiet
 
 # The growth of the map: each picture a state of it, the last one held for two seconds.
 "$sqslam" render "$demo/result" --growth --output "$work/growth/{frame:04}.png" --resolution 960,400 --quiet
@@ -30,9 +31,12 @@ picture() {  # NAME RESULT OPTIONS...
   "$sqslam" render "$result" --output "$work/$name.png" --quiet "$@"
   pngquant --force --speed 1 --nofs --output "$pictures/$name.png" 256 "$work/$name.png"
 }
-picture blueprint "$demo/result" --resolution 800,520 --style blueprint --view isometric
 picture overlay "$demo/result" --camera-frame 120 --overlay --set overlay.fill=0.3
-[ -z "$kitchen" ] || picture kitchen "$kitchen" --resolution 800,520 --set objects.labels=true
+# The sparse map is what one sees of a result that was not densified.
+picture blueprint "$demo/result" --resolution 800,520 --style blueprint --view isometric --set dense_cloud.show=false
+[ -z "$kitchen" ] || picture kitchen "$kitchen" --resolution 1280,720 --reliable-only --set objects.labels=true \
+  --camera-azimuth-angle -12 --camera-elevation-angle -6 --camera-zoom-factor 1.12 --set cameras.keyframes=false \
+  --set cameras.current=false --set dense_cloud.detail=1
 
 "$sqslam" figure compare "$demo/result" --output "$work/compare.png" --dpi 150
 pngquant --force --speed 1 --nofs --output "$pictures/compare.png" 256 "$work/compare.png"

@@ -302,7 +302,7 @@ ObjectFrame Tracker::MakeObjectFrame(const Frame& frame) const {
   objects.T_map_camera = current_.T_camera_map.Inverse();
   objects.camera = camera_;
   objects.gray = frame.gray;
-  if (motion_ && shutter_.Readout() != 0.0) {
+  if (options_.rolling_shutter.boxes && motion_ && shutter_.Readout() != 0.0) {
     objects.box_at_once = [shutter = shutter_, motion = *motion_](const Box2d& box, double depth) {
       return shutter.Correct(box, motion, depth);
     };

@@ -145,7 +145,7 @@ TEST(SilhouetteTest, DistortedOutlineIsWhereTheLensShowsIt) {
   Camera lens = kCamera;
   lens.distortion = {-0.25, 0.08, 0.001, -0.0005, 0.0};
   const PosedSuperquadric box = {{{0.5, 0.4, 0.3}, 0.1, 0.1}, {}};
-  const Rigid3d pose = LookAt({1.2, -1.0, 0.8}, {});
+  const Rigid3d pose = LookAt({1.2, -1.0, 0.8}, Eigen::Vector3d::Zero());
   const auto outline = Silhouette(box, lens, pose);
   const auto distorted = DistortedOutline(outline, lens);
   ASSERT_GT(distorted.size(), outline.size());
