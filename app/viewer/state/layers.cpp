@@ -60,7 +60,9 @@ void LayerSession::Update(Layers& layers, const Document& document, Messages& me
     }
     if (layers.dense_cloud && !layers.cloud_file.empty()) {
       cloud_.Want(layers.cloud_file, app::ReadDenseCloud);
-    } else if (layers.dense_cloud && !document.run.active) {
+    } else if (std::error_code none;
+               layers.dense_cloud && !document.run.active &&
+               fs::is_regular_file(document.file, none)) {  // of a run just over: a folder
       own_.Want(document.file, [](const fs::path& recording) {
         const CloudLayerPtr cloud = ReadCloudLayer(recording);
         return cloud ? *cloud : CloudLayer();
