@@ -30,7 +30,7 @@ class SolidActors {
   // The surroundings that solids are seen in.
   struct Surroundings {
     Studio studio;
-    // Of what is seen through. Distances are handed on to the picture's effects as
+    // Translucent solids. Distances are handed on to the picture's effects as
     // log2(distance / range.x) * range.y, 0 to 1 in eight bits; range.z: how much nearer still counts as
     // behind.
     Eigen::Vector3f range = Eigen::Vector3f::Ones();

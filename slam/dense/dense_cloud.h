@@ -32,7 +32,7 @@ class CloudFusion {
   DenseCloud Cloud() const;
 
  private:
-  // What fell into a cube: sums, weighted.
+  // Weighted sums of the points in a cube.
   struct Cell {
     Eigen::Vector3d position = Eigen::Vector3d::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();

@@ -37,7 +37,7 @@ struct KnownLandmark {
   void Absorb(KnownLandmark&& other);  // the two are one object
 };
 
-// What the association method and the way of estimation ask for.
+// Steps that the association method and the way of estimation ask for.
 struct AssociationRules {
   AssociationParts parts;
   OneSampleTest one_sample = OneSampleTest::kOfSingle;

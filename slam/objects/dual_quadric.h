@@ -25,7 +25,7 @@ Eigen::Matrix4d DualQuadricOf(const PosedSuperquadric& ellipsoid);
 // map's x.
 std::optional<PosedSuperquadric> EllipsoidOf(const Eigen::Matrix4d& dual_quadric);
 
-// What is known of an ellipsoid before its boxes, beside that it stands upright.
+// Knowledge of an ellipsoid before its boxes, beside that it stands upright.
 struct QuadricPriors {
   double log_width_ratio = 0.0;  // of the x over the y axis, natural logarithm
   double width_sigma = 1.0;

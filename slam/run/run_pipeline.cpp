@@ -157,7 +157,7 @@ std::unique_ptr<LiveDepth> MakeLiveDepth(const RunRequest& request, const RunInp
   return std::make_unique<LiveDepth>(request.output / "map.sqmap", input.sequence, request.options.dense);
 }
 
-// What went wrong in the background costs its depth maps only.
+// Ends live depth. A failure in the background costs its depth maps only.
 std::vector<LiveEstimate> FinishLive(std::unique_ptr<LiveDepth> live, RunHost& host) {
   if (!live) {
     return {};

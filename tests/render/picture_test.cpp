@@ -81,7 +81,7 @@ TEST(PictureTest, UncertainObjectsAreOutlinesOrLeftOut) {
   EXPECT_EQ(colour(UncertainObjects::kOutline, HandMadeMap()), solid);
 }
 
-// What stereo would see of the desk: its top with holes, and red stripes on book and cup.
+// The desk as stereo would see it: its top with holes, and red stripes on book and cup.
 CloudLayerPtr CloudOfTheDesk() {
   CloudLayerBuilder cloud(0.012);
   for (int i = 0; i < 16000; ++i) {
