@@ -169,7 +169,7 @@ FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options, cons
       });
   const auto colors = CommonColors(figure);
   PanelGrid grid = LayOutMaps(figure, uncertain, sheet.theme, sheet.area.width);
-  // Where the height was asked for: what is spare is the maps', what is missing is taken from both.
+  // With a height that was asked for, spare room is the maps', and missing room is taken from both.
   const double spare = grid.Spare(sheet.area);
   const double shared = spare > 0.0 ? 0.0 : grid.image / (grid.image + grid.height);
   grid.image += shared * spare;

@@ -180,7 +180,7 @@ int DrawPointsAround(FigurePage& page, const OutliersFigure::Object& object, con
       seen.push_back({&point, at, projected.depth});
     }
   }
-  // What was removed without a score lies below, what the forest removed above; the near before the far.
+  // Points removed without a score lie below, those the forest removed above; near ones before far ones.
   const auto layer = [](const Seen& s) {
     return s.point->fate == PointFate::kRemovedBefore ? 0 : s.point->fate == PointFate::kKept ? 1 : 2;
   };

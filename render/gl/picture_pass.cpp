@@ -10,11 +10,8 @@
 #include <vtkObjectFactory.h>
 #include <vtkOpenGLCamera.h>
 #include <vtkOpenGLFramebufferObject.h>
-#include <vtkOpenGLQuadHelper.h>
-#include <vtkOpenGLRenderUtilities.h>
 #include <vtkOpenGLRenderWindow.h>
 #include <vtkOpenGLRenderer.h>
-#include <vtkOpenGLShaderCache.h>
 #include <vtkOpenGLState.h>
 #include <vtkRenderState.h>
 #include <vtkShaderProgram.h>
@@ -29,6 +26,7 @@
 
 #include "picture_shaders.h"
 #include "render/gl/point_splats.h"
+#include "render/gl/screen_program.h"
 
 namespace sqslam {
 namespace {
@@ -38,79 +36,6 @@ constexpr int kOcclusionStep = 2;  // pixels of the picture for one of ambient o
 std::array<float, 4> Floats(const Eigen::Vector4d& v) {
   const Eigen::Vector4f f = v.cast<float>();
   return {f[0], f[1], f[2], f[3]};
-}
-
-// A texture to draw into, of the size last asked for.
-struct Target {
-  void Ensure(vtkOpenGLRenderWindow* window, int wanted_width, int wanted_height, int format,
-              bool smooth = false) {
-    if (texture && width == wanted_width && height == wanted_height) {
-      return;
-    }
-    width = wanted_width;
-    height = wanted_height;
-    texture = vtkSmartPointer<vtkTextureObject>::New();
-    texture->SetContext(window);
-    const auto filter = smooth ? vtkTextureObject::Linear : vtkTextureObject::Nearest;
-    texture->SetMinificationFilter(filter);
-    texture->SetMagnificationFilter(filter);
-    texture->SetWrapS(vtkTextureObject::ClampToEdge);
-    texture->SetWrapT(vtkTextureObject::ClampToEdge);
-    if (format == GL_DEPTH_COMPONENT) {
-      texture->AllocateDepth(static_cast<unsigned>(width), static_cast<unsigned>(height),
-                             vtkTextureObject::Float32);
-      return;
-    }
-    const int components = format == GL_RG16F ? 2 : 4;
-    const bool bytes = format == GL_RGBA8;
-    texture->SetInternalFormat(static_cast<unsigned>(format));
-    texture->SetFormat(components == 2 ? GL_RG : GL_RGBA);
-    texture->SetDataType(bytes ? GL_UNSIGNED_BYTE : GL_FLOAT);
-    texture->Allocate2D(static_cast<unsigned>(width), static_cast<unsigned>(height), components,
-                        bytes ? VTK_UNSIGNED_CHAR : VTK_FLOAT);
-  }
-
-  int width = 0;
-  int height = 0;
-  vtkSmartPointer<vtkTextureObject> texture;
-};
-
-// A fragment program over the whole target, made anew where its text changes.
-struct ScreenProgram {
-  std::unique_ptr<vtkOpenGLQuadHelper> quad;
-  std::string text;
-
-  vtkShaderProgram* Ready(vtkOpenGLRenderWindow* window, const std::string& declarations,
-                          const std::string& code) {
-    if (!quad || text != declarations + code) {
-      text = declarations + code;
-      std::string source = vtkOpenGLRenderUtilities::GetFullScreenQuadFragmentShaderTemplate();
-      vtkShaderProgram::Substitute(source, "//VTK::FSQ::Decl", declarations);
-      vtkShaderProgram::Substitute(source, "//VTK::FSQ::Impl", code);
-      quad = std::make_unique<vtkOpenGLQuadHelper>(
-          window, vtkOpenGLRenderUtilities::GetFullScreenQuadVertexShader().c_str(), source.c_str(), "");
-    } else {
-      window->GetShaderCache()->ReadyShaderProgram(quad->Program);
-    }
-    return quad->Program;
-  }
-};
-
-void BindReady(vtkSmartPointer<vtkOpenGLFramebufferObject>& buffer, vtkOpenGLRenderWindow* window) {
-  if (!buffer) {
-    buffer = vtkSmartPointer<vtkOpenGLFramebufferObject>::New();
-    buffer->SetContext(window);
-  }
-  buffer->Bind();
-}
-
-// Draws into all of the buffer from here on.
-void Use(vtkOpenGLFramebufferObject* buffer, unsigned draw_buffers, vtkOpenGLState* state, int width,
-         int height) {
-  buffer->ActivateDrawBuffers(draw_buffers);
-  buffer->StartNonOrtho(width, height);
-  state->vtkglViewport(0, 0, width, height);
-  state->vtkglScissor(0, 0, width, height);
 }
 
 // The camera as the screen-space programs see it.

@@ -8,24 +8,17 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <iterator>
 #include <memory>
 #include <numbers>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
-#include "render/scene/style.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
-#include "slam/util/markup.h"
 
 namespace sqslam {
 namespace {
-
-// Distance of a text's baseline below its anchor, of the text's size: half the height of DejaVu's capitals.
-constexpr double kBaselineBelowAnchor = 0.3645;
-constexpr double kHaloWidth = 0.12;  // of a text's halo on each side, of the text's size
 
 using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
 using Context = std::unique_ptr<cairo_t, decltype(&cairo_destroy)>;
@@ -94,15 +87,15 @@ void Draw(cairo_t* cairo, const FigureText& text) {
   cairo_translate(cairo, text.anchor.x(), text.anchor.y());
   cairo_rotate(cairo, -text.angle * std::numbers::pi / 180.0);
   const double left = text.align == TextAlign::kLeft ? 0.0 : text.align == TextAlign::kCenter ? 0.5 : 1.0;
-  cairo_move_to(cairo, -left * width, kBaselineBelowAnchor * text.size);
+  cairo_move_to(cairo, -left * width, FigureText::kBaselineBelowAnchor * text.size);
   if (text.halo) {
     cairo_text_path(cairo, text.text.c_str());
     SetColor(cairo, *text.halo);
     cairo_set_dash(cairo, nullptr, 0, 0.0);
     cairo_set_line_join(cairo, CAIRO_LINE_JOIN_ROUND);
-    cairo_set_line_width(cairo, 2.0 * kHaloWidth * text.size);
+    cairo_set_line_width(cairo, 2.0 * FigureText::kHaloWidth * text.size);
     cairo_stroke(cairo);
-    cairo_move_to(cairo, -left * width, kBaselineBelowAnchor * text.size);
+    cairo_move_to(cairo, -left * width, FigureText::kBaselineBelowAnchor * text.size);
   }
   SetColor(cairo, text.color);
   cairo_show_text(cairo, text.text.c_str());
@@ -206,69 +199,6 @@ std::string PageToPdf(const FigurePage& page) {
   return pdf;
 }
 
-using Output = std::back_insert_iterator<std::string>;
-
-// A thousandth of a point is finer than any printer; no "-0".
-std::string Number(double value) {
-  const double rounded = std::round(value * 1000.0) / 1000.0;
-  return fmt::format("{:.7g}", rounded == 0.0 ? 0.0 : rounded);
-}
-
-void Write(Output out, const FigurePath& path) {
-  fmt::format_to(out, "<path d=\"");
-  for (std::size_t i = 0; i < path.points.size(); ++i) {
-    fmt::format_to(out, "{}{} {}", i == 0 ? "M" : "L", Number(path.points[i].x()),
-                   Number(path.points[i].y()));
-  }
-  fmt::format_to(out, "{}\" fill=\"{}\"", path.closed ? "Z" : "",
-                 path.fill ? FormatColor(*path.fill) : "none");
-  if (path.fill && path.fill_opacity < 1.0) {
-    fmt::format_to(out, " fill-opacity=\"{}\"", Number(path.fill_opacity));
-  }
-  if (path.stroke) {
-    fmt::format_to(out, " stroke=\"{}\" stroke-width=\"{}\" stroke-linejoin=\"round\" stroke-linecap=\"{}\"",
-                   FormatColor(path.stroke->color), Number(path.stroke->width),
-                   path.stroke->dash.empty() ? "square" : "butt");
-    for (std::size_t i = 0; i < path.stroke->dash.size(); ++i) {
-      fmt::format_to(out, "{}{}", i == 0 ? " stroke-dasharray=\"" : ",", Number(path.stroke->dash[i]));
-    }
-    fmt::format_to(out, "{}", path.stroke->dash.empty() ? "" : "\"");
-  }
-  fmt::format_to(out, "/>\n");
-}
-
-void Write(Output out, const FigureText& text) {
-  const char* anchor = text.align == TextAlign::kLeft     ? "start"
-                       : text.align == TextAlign::kCenter ? "middle"
-                                                          : "end";
-  fmt::format_to(out, "<text x=\"0\" y=\"{}\" transform=\"translate({} {})",
-                 Number(kBaselineBelowAnchor * text.size), Number(text.anchor.x()), Number(text.anchor.y()));
-  if (text.angle != 0.0) {
-    fmt::format_to(out, " rotate({})", Number(-text.angle));
-  }
-  fmt::format_to(out, "\" font-size=\"{}\" text-anchor=\"{}\" fill=\"{}\"", Number(text.size), anchor,
-                 FormatColor(text.color));
-  if (text.bold) {
-    fmt::format_to(out, " font-weight=\"bold\"");
-  }
-  if (text.halo) {
-    fmt::format_to(out, " stroke=\"{}\" stroke-width=\"{}\" stroke-linejoin=\"round\" paint-order=\"stroke\"",
-                   FormatColor(*text.halo), Number(2.0 * kHaloWidth * text.size));
-  }
-  fmt::format_to(out, ">{}</text>\n", EscapeMarkup(text.text));
-}
-
-void Write(Output out, const FigureImage& element) {
-  std::vector<unsigned char> png;
-  cv::imencode(".png", element.image, png);
-  const std::string_view bytes(reinterpret_cast<const char*>(png.data()), png.size());
-  const FigureRect& area = element.area;
-  fmt::format_to(out,
-                 "<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" "
-                 "xlink:href=\"data:image/png;base64,{}\"/>\n",
-                 Number(area.x), Number(area.y), Number(area.width), Number(area.height), Base64(bytes));
-}
-
 void AppendBigEndian(std::string& bytes, std::uint32_t value) {
   for (const unsigned shift : {24u, 16u, 8u, 0u}) {
     bytes += static_cast<char>((value >> shift) & 255u);
@@ -351,28 +281,6 @@ std::string FittingText(const std::string& text, double size, double width, bool
     shown = fitting + "…";
   }
   return shown;
-}
-
-std::string SvgElement(const FigurePage& page) {
-  std::string svg;
-  const Output out(svg);
-  fmt::format_to(out,
-                 "<svg xmlns=\"http://www.w3.org/2000/svg\" xmlns:xlink=\"http://www.w3.org/1999/xlink\" "
-                 "width=\"{0}pt\" height=\"{1}pt\" viewBox=\"0 0 {0} {1}\" "
-                 "font-family=\"'DejaVu Sans', Verdana, sans-serif\">\n",
-                 Number(page.width), Number(page.height));
-  if (!page.title.empty()) {
-    fmt::format_to(out, "<title>{}</title>\n", EscapeMarkup(page.title));
-  }
-  if (page.background) {
-    fmt::format_to(out, "<rect width=\"{}\" height=\"{}\" fill=\"{}\"/>\n", Number(page.width),
-                   Number(page.height), FormatColor(*page.background));
-  }
-  for (const FigureElement& element : page.elements) {
-    std::visit([out](const auto& e) { Write(out, e); }, element);
-  }
-  svg += "</svg>\n";
-  return svg;
 }
 
 void CheckFigurePath(const std::filesystem::path& path) {

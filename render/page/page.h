@@ -62,6 +62,11 @@ struct FigureText {
   bool bold = false;
   double angle = 0.0;                     // degrees, counter-clockwise about the anchor
   std::optional<Eigen::Vector3d> halo{};  // a soft edge, for text over a picture
+
+  // Shares of the size: the baseline below the anchor (half the height of DejaVu's capitals), and the halo's
+  // width on each side.
+  static constexpr double kBaselineBelowAnchor = 0.3645;
+  static constexpr double kHaloWidth = 0.12;
 };
 
 // 8UC3 (BGR) or 8UC4 (BGRA, straight alpha), stretched over the area.

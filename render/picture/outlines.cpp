@@ -150,7 +150,7 @@ void DrawOutlines(cv::Mat& image, std::vector<ObjectOutline>& outlines, const La
     Masks masks = MasksOf(outline, image.size(), width);
     if (!masks.area.empty()) {
       cv::Mat nearer = covered(masks.area);
-      // What is behind something becomes faint, the rest keeps its strength.
+      // Hidden parts become faint, the rest keeps its strength.
       cv::Mat strength;
       const double whole = IsReliable(*outline.object) ? 1.0 : style.hidden;
       nearer.convertTo(strength, CV_32F, (style.hidden - whole) / 255.0, whole);

@@ -14,10 +14,7 @@
 #include <cstdint>
 #include <map>
 #include <numbers>
-#include <numeric>
 #include <utility>
-
-#include "render/solids/tessellation.h"
 
 namespace sqslam {
 namespace {
@@ -80,137 +77,7 @@ void AddFrustum(MeshBuilder& builder, const Rigid3d& pose, const Camera& camera,
   builder.Line(top, corners[1]);
 }
 
-// Halves the longest sides until none is longer than `longest`.
-void Refine(TriangleMesh& mesh, float longest) {
-  std::map<std::pair<std::int32_t, std::int32_t>, std::int32_t> middles;
-  const auto middle_of = [&](std::int32_t a, std::int32_t b) {
-    const auto [at, added] = middles.try_emplace(std::minmax(a, b), 0);
-    if (added) {
-      const auto i = static_cast<std::size_t>(a);
-      const auto j = static_cast<std::size_t>(b);
-      at->second = static_cast<std::int32_t>(mesh.vertices.size());
-      mesh.vertices.push_back(0.5F * (mesh.vertices[i] + mesh.vertices[j]));
-      mesh.normals.push_back((mesh.normals[i] + mesh.normals[j]).normalized());
-    }
-    return at->second;
-  };
-  for (std::size_t t = 0; t < mesh.triangles.size();) {
-    const std::array<std::int32_t, 3> corners = mesh.triangles[t];
-    std::size_t side = 0;
-    float length = 0.0F;
-    for (std::size_t s = 0; s < 3; ++s) {
-      const auto a = static_cast<std::size_t>(corners[s]);
-      const auto b = static_cast<std::size_t>(corners[(s + 1) % 3]);
-      const float l = (mesh.vertices[a] - mesh.vertices[b]).norm();
-      side = l > length ? s : side;
-      length = std::max(length, l);
-    }
-    if (length <= longest) {
-      ++t;
-      continue;
-    }
-    const std::int32_t a = corners[side];
-    const std::int32_t b = corners[(side + 1) % 3];
-    const std::int32_t c = corners[(side + 2) % 3];
-    const std::int32_t m = middle_of(a, b);
-    mesh.triangles[t] = {a, m, c};
-    mesh.triangles.push_back({m, b, c});
-  }
-}
-
 }  // namespace
-
-vtkSmartPointer<vtkPolyData> SuperquadricMesh(const Superquadric& shape, int segments) {
-  const TriangleMesh surface = Tessellate(shape, std::max(8, segments / 4 * 4));
-  const vtkNew<vtkPoints> points;
-  points->SetDataTypeToFloat();
-  const vtkNew<vtkFloatArray> normals;
-  normals->SetNumberOfComponents(3);
-  for (std::size_t i = 0; i < surface.vertices.size(); ++i) {
-    points->InsertNextPoint(surface.vertices[i].data());
-    normals->InsertNextTypedTuple(surface.normals[i].data());
-  }
-  const vtkNew<vtkCellArray> triangles;
-  for (const auto& t : surface.triangles) {
-    triangles->InsertNextCell({t[0], t[1], t[2]});
-  }
-  const auto mesh = vtkSmartPointer<vtkPolyData>::New();
-  mesh->SetPoints(points);
-  mesh->SetPolys(triangles);
-  mesh->GetPointData()->SetNormals(normals);
-  return mesh;
-}
-
-GroupedSurface MakeGroupedSurface(std::span<const ColoredSolid> solids, int segments) {
-  const vtkNew<vtkPoints> points;
-  points->SetDataTypeToFloat();
-  const vtkNew<vtkFloatArray> normals;
-  normals->SetNumberOfComponents(3);
-  const vtkNew<vtkUnsignedCharArray> colors;
-  colors->SetNumberOfComponents(3);
-  const vtkNew<vtkFloatArray> numbers;
-  numbers->SetName(kSolidNumberArray);
-  const vtkNew<vtkCellArray> triangles;
-  GroupedSurface surface;
-  for (const ColoredSolid& solid : solids) {
-    TriangleMesh mesh = Tessellate(solid.posed.shape, segments / 4 * 4);
-    Refine(mesh, static_cast<float>(8.0 * solid.posed.shape.half_size.maxCoeff() / segments));
-    const vtkIdType first = points->GetNumberOfPoints();
-    const Eigen::Matrix<unsigned char, 3, 1> rgb =
-        (255.0 * solid.color).array().round().cast<unsigned char>();
-    std::vector<Eigen::Vector3d> placed;
-    for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-      placed.push_back(solid.posed.T_map_object * mesh.vertices[i].cast<double>());
-      points->InsertNextPoint(placed.back().data());
-      const Eigen::Vector3f n =
-          (solid.posed.T_map_object.rotation * mesh.normals[i].cast<double>()).cast<float>();
-      normals->InsertNextTypedTuple(n.data());
-      colors->InsertNextTypedTuple(rgb.data());
-      numbers->InsertNextValue(static_cast<float>(solid.number));
-    }
-    for (const auto& t : mesh.triangles) {
-      triangles->InsertNextCell({first + t[0], first + t[1], first + t[2]});
-      Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-      for (const std::int32_t corner : t) {
-        sum += placed[static_cast<std::size_t>(corner)];
-      }
-      surface.centers.push_back(sum / 3.0);
-    }
-  }
-  surface.mesh = vtkSmartPointer<vtkPolyData>::New();
-  surface.mesh->SetPoints(points);
-  surface.mesh->SetPolys(triangles);
-  surface.mesh->GetPointData()->SetNormals(normals);
-  surface.mesh->GetPointData()->SetScalars(colors);
-  surface.mesh->GetPointData()->AddArray(numbers);
-  return surface;
-}
-
-void SortTriangles(GroupedSurface& surface, const Eigen::Vector3d& eye) {
-  const std::size_t count = surface.centers.size();
-  std::vector<double> distances(count);
-  std::vector<std::size_t> order(count);
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  for (std::size_t i = 0; i < count; ++i) {
-    distances[i] = (surface.centers[i] - eye).squaredNorm();
-  }
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return distances[a] > distances[b]; });
-  vtkCellArray* before = surface.mesh->GetPolys();
-  const vtkNew<vtkCellArray> sorted;
-  sorted->AllocateEstimate(static_cast<vtkIdType>(count), 3);
-  std::vector<Eigen::Vector3d> centers;
-  centers.reserve(count);
-  for (const std::size_t i : order) {
-    vtkIdType size = 0;
-    const vtkIdType* corners = nullptr;
-    before->GetCellAtId(static_cast<vtkIdType>(i), size, corners);
-    sorted->InsertNextCell(size, corners);
-    centers.push_back(surface.centers[i]);
-  }
-  surface.mesh->SetPolys(sorted);
-  surface.centers = std::move(centers);
-}
 
 std::vector<PointSplats::Vertex> MapPoints(const MapSnapshot& map, const SceneStyle& style, double scale) {
   const Eigen::Vector3d background = ParseColor(style.background);

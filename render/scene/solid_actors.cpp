@@ -15,7 +15,7 @@
 #include <utility>
 
 #include "picture_shaders.h"
-#include "render/scene/scene_geometry.h"
+#include "render/scene/solid_meshes.h"
 #include "render/scene/studio_light.h"
 
 namespace sqslam {

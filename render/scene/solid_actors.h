@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "render/camera/camera_path.h"
-#include "render/scene/scene_geometry.h"
+#include "render/scene/solid_meshes.h"
 #include "render/scene/studio_light.h"
 #include "render/scene/style.h"
 #include "render/solids/scene_order.h"

@@ -30,7 +30,7 @@ struct SuperellipsePoint {
 };
 
 // Points at equal steps of the parameter of Eq. 1 from angle `first` to `last` (radians), both included.
-// Where e is small they crowd at the corners, which is what a silhouette needs.
+// They crowd at the corners for small e, which is what a silhouette needs.
 std::vector<SuperellipsePoint> SampleUniformInParameter(double e, double first, double last, int segments);
 
 // The same at equal steps of the polar angle: even coverage of flat sides, which shading by vertex needs.

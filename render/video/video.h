@@ -91,7 +91,7 @@ struct VideoOptions {
   std::optional<CameraPathFile> path_file;  // instead of `path`
   FramePoses frame_poses;                   // for the keys of path_file that name frames of the run
   double fps = 30.0;
-  // Of a video of one map, unless path_file says; a video of growth is as long as the run, but no longer.
+  // The length of a video of one map, unless path_file has one; for growth an upper limit to that of the run.
   double seconds = 10.0;
   int first = 0;           // frames to write: [first, end)
   int end = -1;            // -1: to the last

@@ -33,7 +33,7 @@ using ::testing::HasSubstr;
 using testing::RunProgram;
 using testing::Slurp;
 
-// What another program sees of a node: its geometry in the world of the file.
+// A node as another program sees it: its geometry in the world of the file.
 struct SeenNode {
   vtkSmartPointer<vtkPolyData> geometry;
   std::array<double, 16> matrix{};

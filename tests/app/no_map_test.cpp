@@ -90,7 +90,7 @@ class NoMap : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-// What a user reads of a camera that stands still: it does not move, or nothing but noise moves.
+// The message for a camera that stands still: it does not move, or nothing but noise moves.
 const auto kHardlyMoves = HasSubstr("the camera hardly moves");
 const auto kOnlyTurns = HasSubstr("the camera only turns");
 const auto kNoTexture = HasSubstr("too little texture");

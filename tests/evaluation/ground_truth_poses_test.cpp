@@ -127,14 +127,14 @@ TEST(GroundTruthPoses, PlainImagesHaveThoseOfTheirGroundtruthFile) {
   EXPECT_EQ(ReadGroundTruth(folder.Path()).frames, 1);
 }
 
-// What ICL-NUIM publishes: fx 481.20, fy -480.00, cx 319.50, cy 239.50 and T_world_camera.
+// The camera that ICL-NUIM publishes: fx 481.20, fy -480.00, cx 319.50, cy 239.50 and T_world_camera.
 Eigen::Vector2d PixelAsPublished(const Rigid3d& published, const Eigen::Vector3d& p_world) {
   const Eigen::Vector3d p = published.Inverse() * p_world;
   return {481.20 * p.x() / p.z() + 319.50, -480.00 * p.y() / p.z() + 239.50};
 }
 
-// Where two rays, from two poses of a camera with fy = +480, come nearest to each other: their distance there
-// and the depths along both.
+// The nearest approach of two rays, from two poses of a camera with fy = +480: their distance there and the
+// depths along both.
 struct RayMeeting {
   double gap = 0.0;
   double depth_a = 0.0;

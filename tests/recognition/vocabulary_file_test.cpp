@@ -25,7 +25,7 @@ class VocabularyFile : public ::testing::Test {
     bytes_ = ReadFile(path_, "");
   }
 
-  // What Load says about the bytes, after their checksum has been put right or not.
+  // The error of Load for the bytes, after their checksum has been put right or not.
   std::string ErrorOf(std::string bytes, bool with_checksum) const {
     if (with_checksum) {
       const auto sum = static_cast<std::uint32_t>(

@@ -11,7 +11,7 @@
 
 #include "render/gl/offscreen_window.h"
 #include "render/gl/picture_pass.h"
-#include "render/scene/scene_geometry.h"
+#include "render/scene/solid_meshes.h"
 
 namespace sqslam {
 namespace {
