@@ -3,6 +3,8 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cmath>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -12,6 +14,7 @@
 #include "app/commands/run_arguments.h"
 #include "app/terminal/terminal.h"
 #include "slam/detection/detector.h"
+#include "slam/io/box_formats.h"
 #include "slam/io/detections.h"
 #include "slam/io/frame_source.h"
 #include "slam/util/data_path.h"
@@ -19,6 +22,8 @@
 
 namespace sqslam::app {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr const char* kDetectNotes = R"(
 Writes a boxes.txt that `sqslam run INPUT --detections boxes.txt` takes. A job that was stopped goes on where
@@ -29,6 +34,7 @@ Examples:
   sqslam detect film.mp4 --camera phone.yaml -o boxes.txt
   sqslam detect film.mp4 --camera auto --resize 960 -o boxes.txt
   sqslam detect data/kitchen --detector yolox-nano --set threshold=0.4 -o boxes.txt
+  sqslam detect film.mp4 --camera auto --output-format coco -o boxes.json
   sqslam detect --check boxes.txt data/kitchen      what is missing, unknown or outside
 )";
 
@@ -37,6 +43,7 @@ struct DetectArguments {
   std::string detector = "auto";
   std::vector<std::string> set;
   std::string output;
+  BoxFormat format = BoxFormat::kBoxes;
   std::string check;
   bool quiet = false;
 };
@@ -60,11 +67,8 @@ int Check(const DetectArguments& a) {
   const Sequence sequence = OpenSequence(request);
   const FrameRange range = a.sequence.Range();
   range.CheckHasFrames(sequence);
-  std::vector<double> timestamps;
-  for (const SequenceFrame& frame : sequence.frames) {
-    timestamps.push_back(frame.timestamp);
-  }
-  const auto [frames, report] = CheckDetections(a.check, sequence.camera, timestamps);
+  const std::vector<double> timestamps = Timestamps(sequence);
+  const auto [frames, report] = CheckDetections(a.check, sequence.camera, timestamps, ImageNames(sequence));
   std::vector<double> without;
   for (std::int64_t i = 0; i < range.SizeIn(sequence); ++i) {
     const auto frame = static_cast<std::size_t>(range.start + i * range.stride);
@@ -80,7 +84,7 @@ int Check(const DetectArguments& a) {
                report.unknown_labels.contains(label) ? "   not a label of COCO or of the program" : "");
   }
   List("frames without a box, by time", without);
-  List("boxes whose time is no frame's", report.no_frame);
+  List("boxes of frames that are not there", report.no_frame);
   List("boxes outside the image", report.outside);
   List("boxes that reach out of the image", report.clipped);
   return report.HasErrors() ? 3 : 0;
@@ -106,12 +110,34 @@ bool DetectAll(const DetectArguments& a, const Sequence& sequence, const FrameRa
   return !interrupt.Interrupted();
 }
 
+// From a boxes.txt into another format.
+void Convert(const fs::path& boxes, const fs::path& output, BoxFormat format, const Sequence& sequence) {
+  Camera camera = sequence.camera;
+  const Eigen::Vector2d pixels = FilePixels(sequence);
+  camera.width = static_cast<int>(std::lround(camera.width * pixels.x()));
+  camera.height = static_cast<int>(std::lround(camera.height * pixels.y()));
+  const CheckedDetections checked =
+      CheckDetections(boxes, camera, Timestamps(sequence), ImageNames(sequence));
+  const bool video = !sequence.video_path.empty();
+  std::vector<ImageBoxes> frames;
+  for (std::size_t i = 0; i < sequence.frames.size(); ++i) {
+    const SequenceFrame& frame = sequence.frames[i];
+    frames.push_back({frame.timestamp, static_cast<std::int64_t>(i),
+                      (video ? sequence.video_path : frame.image_path).filename().string(),
+                      checked.frames[i]});
+  }
+  WriteBoxFile(output, format, {camera.width, camera.height}, video, frames);
+}
+
 int Detect(const DetectArguments& a) {
   if (!a.check.empty()) {
     return Check(a);
   }
   if (a.output.empty()) {
     throw UsageError("detect: nothing to do, expected --output FILE or --check FILE");
+  }
+  if (a.format == BoxFormat::kCsv) {
+    throw UsageError("--output-format csv: can be read only, expected boxes, yolo, coco or mot");
   }
   const std::optional<NetworkOptions> network = ChooseNetwork(a.detector, a.set);
   if (!network) {
@@ -121,8 +147,12 @@ int Detect(const DetectArguments& a) {
   const FrameRange range = a.sequence.Range();
   range.CheckHasFrames(sequence);
   Detector detector(*network);
-  DetectionWriter writer(a.output,
-                         fmt::format("boxes of {}, {}", sequence.path.string(), Fingerprint(*network)),
+  const bool plain = a.format == BoxFormat::kBoxes;
+  const fs::path boxes = plain ? a.output : a.output + ".boxes.txt";
+  if (!plain && fs::exists(a.output)) {
+    throw UsageError(fmt::format("--output {}: exists already, expected a new name", a.output));
+  }
+  DetectionWriter writer(boxes, fmt::format("boxes of {}, {}", sequence.path.string(), Fingerprint(*network)),
                          FilePixels(sequence));
   if (writer.Frames() > 0 && !a.quiet) {
     fmt::print(stderr, "{} frames are done already, going on\n", writer.Frames());
@@ -133,6 +163,10 @@ int Detect(const DetectArguments& a) {
     return 130;
   }
   writer.Finish();
+  if (!plain) {
+    Convert(boxes, a.output, a.format, sequence);
+    fs::remove(boxes);
+  }
   if (!a.quiet) {
     fmt::print("{}: {} boxes in {} frames\n", a.output, writer.Boxes(), writer.Frames());
   }
@@ -152,8 +186,11 @@ void AddDetectCommand(Command& program) {
                      "weights are there");
   command.Option("--set KEY=VALUE", a->set, "Override one value of the detector's file; may be repeated");
   command.Group("Output");
-  command.Option("--output,-o FILE", a->output, "boxes.txt to write");
-  command.Option("--check FILE", a->check, "A boxes.txt to look through instead");
+  command.Option("--output,-o FILE", a->output, "File (yolo: folder) to write");
+  command.Option(
+      "--output-format NAME", a->format,
+      "boxes: a boxes.txt; yolo: a folder with a file for each image; coco: JSON; mot: MOTChallenge");
+  command.Option("--check FILE", a->check, "Boxes in any of the formats to look through instead");
   command.Group("General");
   command.Flag("--quiet,-q", a->quiet, "No progress");
   command.Notes(kDetectNotes);

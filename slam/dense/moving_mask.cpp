@@ -37,11 +37,8 @@ MovingMask::MovingMask(const fs::path& result, const Sequence& sequence,
   const cv::Size size = FileSize(sequence);
   camera.width = size.width;
   camera.height = size.height;
-  std::vector<double> timestamps;
-  for (const SequenceFrame& frame : sequence.frames) {
-    timestamps.push_back(frame.timestamp);
-  }
-  const CheckedDetections detections = CheckDetections(file, camera, timestamps);
+  const CheckedDetections detections =
+      CheckDetections(file, camera, Timestamps(sequence), ImageNames(sequence));
   for (std::size_t i = 0; i < detections.frames.size(); ++i) {
     for (const Detection& detection : detections.frames[i]) {
       if (std::find(labels.begin(), labels.end(), detection.label) != labels.end()) {

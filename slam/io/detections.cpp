@@ -12,10 +12,10 @@
 #include <string_view>
 #include <utility>
 
+#include "slam/io/box_formats.h"
 #include "slam/io/coco.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
-#include "slam/util/limits.h"
 #include "slam/util/text_lines.h"
 
 namespace sqslam {
@@ -67,10 +67,6 @@ std::string NormalizedLabel(std::string_view label) {
 
 namespace {
 
-std::string PlaceOf(const fs::path& path, const TextLine& line) {
-  return fmt::format("{}:{}", path.string(), line.number);
-}
-
 // Once for a kind of thing, with the number of times it happened.
 void WarnOf(const std::vector<std::string>& places, std::string_view what) {
   if (!places.empty()) {
@@ -78,108 +74,104 @@ void WarnOf(const std::vector<std::string>& places, std::string_view what) {
   }
 }
 
-class DetectionReader {
+// Puts boxes of files to the frames that they belong to.
+class DetectionSorter {
  public:
-  DetectionReader(const Camera& camera, const std::vector<double>& timestamps)
+  DetectionSorter(const Camera& camera, const std::vector<double>& timestamps,
+                  const std::vector<std::string>& images)
       : camera_(camera), timestamps_(timestamps), frames_(timestamps.size()) {
     // A tenth of a frame: room for rounded timestamps, but never for the neighbour.
     if (timestamps.size() > 1) {
       tolerance_ = std::max(tolerance_, 0.1 * (timestamps.back() - timestamps.front()) /
                                             static_cast<double>(timestamps.size() - 1));
     }
-  }
-
-  void ReadBoxesFile(const fs::path& path) {
-    constexpr const char* kExpected = "'timestamp label score x y w h [object_id [visible_fraction]]'";
-    for (const TextLine& line : ReadTextLines(path, "a boxes.txt")) {
-      if (line.words.size() < 7 || line.words.size() > 9) {
-        ThrowBadLine(path, line, kExpected);
+    for (std::size_t i = 0; i < images.size(); ++i) {
+      const std::string stem = fs::path(images[i]).stem().string();
+      names_.emplace(stem, i);
+      if (const auto number = ParseNumber<std::int64_t>(stem)) {
+        numbers_.emplace(*number, i);
       }
-      const double timestamp = NumberAt(path, line, 0, kExpected);
-      Detection detection;
-      detection.label = ValidText(line.words[1]);
-      if (detection.label.size() > kMaxLabelBytes) {
-        ThrowBadLine(path, line, fmt::format("a label of at most {} bytes", kMaxLabelBytes));
-      }
-      detection.score = NumberAt(path, line, 2, kExpected);
-      detection.box = BoxAt(path, line, 3, kExpected);
-      for (std::size_t i = 7; i < line.words.size(); ++i) {
-        NumberAt(path, line, i, kExpected);
-      }
-      Add(path, line, timestamp, std::move(detection));
     }
   }
 
-  void ReadFrameFile(const fs::path& path, double timestamp) {
-    constexpr const char* kExpected = "'class x y w h score' with a COCO class number from 0 to 79";
-    for (const TextLine& line : ReadTextLines(path, "a file with the boxes of one frame")) {
-      const double number = NumberAt(path, line, 0, kExpected);
-      if (line.words.size() != 6 || number < 0.0 || number != static_cast<int>(number)) {
-        ThrowBadLine(path, line, kExpected);
-      }
-      const auto index = static_cast<std::size_t>(number);
-      Detection detection;
-      detection.label =
-          index < kCocoNames.size() ? std::string(kCocoNames[index]) : fmt::format("class_{}", index);
-      detection.box = BoxAt(path, line, 1, kExpected);
-      detection.score = NumberAt(path, line, 5, kExpected);
-      Add(path, line, timestamp, std::move(detection));
+  void Add(const FileBox& box) {
+    Detection detection = box.detection;
+    if (!(detection.score >= 0.0 && detection.score <= 1.0)) {
+      throw InputError(fmt::format("{}: score {}, expected a score from 0 to 1", box.place, detection.score));
+    }
+    ++report_.boxes;
+    ++report_.labels[detection.label];
+    if (!IsKnownLabel(detection.label)) {
+      report_.unknown_labels[detection.label].push_back(box.place);
+    }
+    const std::optional<std::size_t> frame =
+        std::visit([&](const auto& key) { return FrameOf(key, box.place); }, box.frame);
+    if (!frame || *frame >= frames_.size()) {
+      report_.no_frame.push_back(box.place);
+    } else if (Clip(box.place, detection.box)) {
+      frames_[*frame].push_back(std::move(detection));
     }
   }
 
   CheckedDetections Finish() { return {std::move(frames_), std::move(report_)}; }
 
  private:
-  static Box2d BoxAt(const fs::path& path, const TextLine& line, std::size_t first, const char* expected) {
-    const Box2d box{NumberAt(path, line, first, expected), NumberAt(path, line, first + 1, expected),
-                    NumberAt(path, line, first + 2, expected), NumberAt(path, line, first + 3, expected)};
-    if (box.width <= 0.0 || box.height <= 0.0) {
-      ThrowBadLine(path, line, "a box with w and h above 0");
-    }
-    return box;
-  }
+  using Frame = std::optional<std::size_t>;
 
-  std::optional<std::size_t> FrameAt(double timestamp) const {
-    const auto after = std::lower_bound(timestamps_.begin(), timestamps_.end(), timestamp - tolerance_);
-    if (after == timestamps_.end() || *after > timestamp + tolerance_) {
+  Frame FrameOf(FrameTime time, const std::string&) const {
+    const auto after = std::lower_bound(timestamps_.begin(), timestamps_.end(), time.seconds - tolerance_);
+    if (after == timestamps_.end() || *after > time.seconds + tolerance_) {
       return std::nullopt;
     }
     return static_cast<std::size_t>(after - timestamps_.begin());
   }
-
-  void Add(const fs::path& path, const TextLine& line, double timestamp, Detection detection) {
-    if (detection.score < 0.0 || detection.score > 1.0) {
-      ThrowBadLine(path, line, "a score from 0 to 1");
+  Frame FrameOf(FrameNumber frame, const std::string&) const {
+    return static_cast<std::size_t>(frame.number);
+  }
+  Frame FrameOf(ImageNumber image, const std::string& place) const {
+    if (numbers_.empty()) {
+      throw InputError(
+          fmt::format("{}: image_id {} is no image's name, expected the file names under \"images\"", place,
+                      image.number));
     }
-    ++report_.boxes;
-    ++report_.labels[detection.label];
-    if (!IsKnownLabel(detection.label)) {
-      report_.unknown_labels[detection.label].push_back(PlaceOf(path, line));
+    const auto found = numbers_.find(image.number);
+    return found == numbers_.end() ? std::nullopt : Frame(found->second);
+  }
+  // The image of that name; without one the frame NAME_NUMBER of a video, from 1, or the frame of that time.
+  Frame FrameOf(const std::string& name, const std::string& place) const {
+    if (const auto found = names_.find(name); found != names_.end()) {
+      return found->second;
     }
-    const std::optional<std::size_t> frame = FrameAt(timestamp);
-    if (!frame) {
-      report_.no_frame.push_back(PlaceOf(path, line));
-      return;
+    const std::size_t before = name.rfind('_');
+    const auto number =
+        before == std::string::npos ? std::nullopt : ParseNumber<std::int64_t>(name.substr(before + 1));
+    if (names_.empty() && number && *number > 0) {
+      return static_cast<std::size_t>(*number - 1);
     }
-    if (Clip(path, line, detection.box)) {
-      frames_[*frame].push_back(std::move(detection));
+    if (const auto time = ParseNumber<double>(name)) {
+      return FrameOf(FrameTime{*time}, place);
     }
+    if (names_.empty()) {
+      throw InputError(
+          fmt::format("{}: '{}' names no frame, expected NAME_NUMBER (from 1) or a timestamp", place, name));
+    }
+    return std::nullopt;
   }
 
   // False where nothing of the box is left.
-  bool Clip(const fs::path& path, const TextLine& line, Box2d& box) {
+  bool Clip(const std::string& place, Box2d& box) {
     constexpr double kSlack = 2.0;  // pixels that detectors round over the border; not worth a warning
     const double left = std::max(box.x, 0.0);
     const double top = std::max(box.y, 0.0);
     const double right = std::min(box.x + box.width, static_cast<double>(camera_.width));
     const double bottom = std::min(box.y + box.height, static_cast<double>(camera_.height));
     if (right - left < 1.0 || bottom - top < 1.0) {
-      report_.outside.push_back(PlaceOf(path, line));
+      report_.outside.push_back(place);
       return false;
     }
     if (box.x < -kSlack || box.y < -kSlack || box.x + box.width > camera_.width + kSlack ||
         box.y + box.height > camera_.height + kSlack) {
-      report_.clipped.push_back(PlaceOf(path, line));
+      report_.clipped.push_back(place);
     }
     box = {left, top, right - left, bottom - top};
     return true;
@@ -187,52 +179,33 @@ class DetectionReader {
 
   const Camera& camera_;
   const std::vector<double>& timestamps_;
-  double tolerance_ = 1e-3;  // seconds
+  double tolerance_ = 1e-3;                      // seconds
+  std::map<std::string, std::size_t> names_;     // of the images, without ending
+  std::map<std::int64_t, std::size_t> numbers_;  // of the images whose names are numbers
   std::vector<std::vector<Detection>> frames_;
   DetectionReport report_;
 };
 
-double TimestampOfName(const fs::path& path) {
-  const std::optional<double> timestamp = ParseNumber<double>(path.stem().string());
-  if (!timestamp) {
-    throw InputError(fmt::format("{}: expected a file named TIMESTAMP.txt", path.string()));
-  }
-  return *timestamp;
-}
-
 }  // namespace
 
 CheckedDetections CheckDetections(const fs::path& path, const Camera& camera,
-                                  const std::vector<double>& frame_timestamps) {
-  DetectionReader reader(camera, frame_timestamps);
-  if (!fs::is_directory(path)) {
-    reader.ReadBoxesFile(path);
-    return reader.Finish();
+                                  const std::vector<double>& frame_timestamps,
+                                  const std::vector<std::string>& image_names) {
+  DetectionSorter sorter(camera, frame_timestamps, image_names);
+  for (const FileBox& box : ReadBoxFile(path, {camera.width, camera.height})) {
+    sorter.Add(box);
   }
-  std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(path)) {
-    if (entry.path().extension() == ".txt") {
-      files.push_back(entry.path());
-    }
-  }
-  if (files.empty()) {
-    throw InputError(
-        fmt::format("{}: no TIMESTAMP.txt in it, expected one for each frame with boxes", path.string()));
-  }
-  std::sort(files.begin(), files.end());  // warnings come in the same order on every machine
-  for (const fs::path& file : files) {
-    reader.ReadFrameFile(file, TimestampOfName(file));
-  }
-  return reader.Finish();
+  return sorter.Finish();
 }
 
 std::vector<std::vector<Detection>> ReadDetections(const fs::path& path, const Camera& camera,
-                                                   const std::vector<double>& frame_timestamps) {
-  CheckedDetections checked = CheckDetections(path, camera, frame_timestamps);
+                                                   const std::vector<double>& frame_timestamps,
+                                                   const std::vector<std::string>& image_names) {
+  CheckedDetections checked = CheckDetections(path, camera, frame_timestamps, image_names);
   for (const auto& [label, places] : checked.report.unknown_labels) {
     WarnOf(places, fmt::format("label '{}' is not known, used as it is", label));
   }
-  WarnOf(checked.report.no_frame, "box at a time at which there is no frame, left out");
+  WarnOf(checked.report.no_frame, "box of a frame that is not there, left out");
   WarnOf(checked.report.outside, "box outside the image, left out");
   WarnOf(checked.report.clipped, "box reaches more than two pixels out of the image, clipped");
   return std::move(checked.frames);

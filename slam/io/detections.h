@@ -15,23 +15,24 @@ namespace sqslam {
 
 // Boxes of a whole sequence, as read: one list for each of the given frames.
 //
-// `path` is either boxes.txt (`timestamp label score x y w h [object_id [visible_fraction]]`) or a folder
-// with one TIMESTAMP.txt a frame (`class x y w h score`, COCO class numbers from 0). frame_timestamps rise.
+// `path` is a file or a folder in one of the formats of BoxFormat, told apart by their content.
+// frame_timestamps rise; image_names are the file names of the images, empty for a video.
 //
 // Boxes are clipped to the image, those wholly outside dropped. Warns (spdlog), at most once per kind or
-// label, of boxes outside, boxes whose timestamp is no frame's, and labels that no list knows. Throws
+// label, of boxes outside, boxes of frames that are not there, and labels that no list knows. Throws
 // InputError that names file and line for a broken line.
 std::vector<std::vector<Detection>> ReadDetections(const std::filesystem::path& path, const Camera& camera,
-                                                   const std::vector<double>& frame_timestamps);
+                                                   const std::vector<double>& frame_timestamps,
+                                                   const std::vector<std::string>& image_names = {});
 
 // Oddities among the boxes of a sequence, worth a look. Places are FILE:LINE.
 struct DetectionReport {
   int boxes = 0;                                                   // in the file, those left out included
   std::map<std::string, int> labels;                               // and how often they occur
   std::map<std::string, std::vector<std::string>> unknown_labels;  // those of no list
-  std::vector<std::string> no_frame;  // at a time at which there is no frame: left out
-  std::vector<std::string> outside;   // boxes wholly outside the image: left out
-  std::vector<std::string> clipped;   // those that reach more than two pixels out of the image
+  std::vector<std::string> no_frame;                               // of frames that are not there: left out
+  std::vector<std::string> outside;                                // boxes wholly outside the image: left out
+  std::vector<std::string> clipped;  // those that reach more than two pixels out of the image
 
   // Boxes that a run leaves out or cuts.
   bool HasErrors() const { return !no_frame.empty() || !outside.empty() || !clipped.empty(); }
@@ -44,7 +45,8 @@ struct CheckedDetections {
 
 // ReadDetections with a report instead of warnings.
 CheckedDetections CheckDetections(const std::filesystem::path& path, const Camera& camera,
-                                  const std::vector<double>& frame_timestamps);
+                                  const std::vector<double>& frame_timestamps,
+                                  const std::vector<std::string>& image_names = {});
 
 // boxes.txt, frame by frame. Until Finish() the lines stand in FILE.part, which says after each frame that it
 // is complete: a job that was stopped goes on from there.

@@ -205,14 +205,10 @@ void AttachDetections(const SequenceRequest& request, Sequence& sequence) {
     return;
   }
   if (!fs::exists(path)) {
-    throw InputError(
-        fmt::format("{}: does not exist, expected boxes.txt or a folder of box files", path.string()));
+    throw InputError(fmt::format("{}: does not exist, expected a file or folder with boxes", path.string()));
   }
-  std::vector<double> timestamps;
-  for (const SequenceFrame& frame : sequence.frames) {
-    timestamps.push_back(frame.timestamp);
-  }
-  std::vector<std::vector<Detection>> detections = ReadDetections(path, sequence.camera, timestamps);
+  std::vector<std::vector<Detection>> detections =
+      ReadDetections(path, sequence.camera, Timestamps(sequence), ImageNames(sequence));
   for (std::size_t i = 0; i < detections.size(); ++i) {
     sequence.frames[i].detections = std::move(detections[i]);
   }
@@ -293,6 +289,24 @@ Sequence OpenSequence(const SequenceRequest& request) {
     ResizeSequence(resize, sequence);
   }
   return sequence;
+}
+
+std::vector<double> Timestamps(const Sequence& sequence) {
+  std::vector<double> timestamps;
+  for (const SequenceFrame& frame : sequence.frames) {
+    timestamps.push_back(frame.timestamp);
+  }
+  return timestamps;
+}
+
+std::vector<std::string> ImageNames(const Sequence& sequence) {
+  std::vector<std::string> names;
+  for (const SequenceFrame& frame : sequence.frames) {
+    if (!frame.image_path.empty()) {
+      names.push_back(frame.image_path.filename().string());
+    }
+  }
+  return names;
 }
 
 Eigen::Vector2d FilePixels(const Sequence& sequence) {

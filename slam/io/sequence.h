@@ -71,6 +71,10 @@ inline constexpr const char* kAutoCamera = "auto";
 // used), but for a guessed camera, which needs the first.
 Sequence OpenSequence(const SequenceRequest& request);
 
+// The frames' times, and the file names of their images (none for a video).
+std::vector<double> Timestamps(const Sequence& sequence);
+std::vector<std::string> ImageNames(const Sequence& sequence);
+
 // Pixels of the images as they lie in the files for one of the frames that come of them, x and y.
 Eigen::Vector2d FilePixels(const Sequence& sequence);
 

@@ -7,10 +7,12 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <opencv2/imgcodecs.hpp>
 #include <utility>
 
 #include "slam/snapshot/sqlite_file.h"
+#include "slam/util/limits.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -112,6 +114,9 @@ cv::Mat DecodeDepth(std::string_view bytes, cv::Size size) {
   constexpr double kSteps = 65534.0;
   const auto smallest = ReadBytes<double>(bytes);
   const auto largest = ReadBytes<double>(bytes);
+  if (!(smallest >= 0.0 && largest >= smallest && largest < std::numeric_limits<double>::infinity())) {
+    ThrowCutOff();
+  }
   cv::Mat depth(size, CV_32F);
   const std::string raw = Unpack(bytes, 2 * depth.total());
   std::uint16_t value = 0;
@@ -166,12 +171,29 @@ struct DepthRecording::Impl {
     if (!has_table || !select.Next()) {
       throw InputError(fmt::format("{}: no depth map of keyframe {}", path.string(), keyframe));
     }
+    try {
+      DepthMap map = Decode(select);
+      map.keyframe = keyframe;
+      return map;
+    } catch (const InputError&) {
+      ThrowBroken(keyframe);
+    } catch (const cv::Exception&) {  // an image that is none
+      ThrowBroken(keyframe);
+    }
+  }
+
+  // Throws InputError or cv::Exception where the columns are no depth map.
+  static DepthMap Decode(sqlite::Statement& select) {
     DepthMap map;
-    map.keyframe = keyframe;
     map.frame_index = select.Int(0);
     const std::string header_bytes = select.Bytes(1);
     std::string_view bytes = header_bytes;
     const auto h = ReadBytes<Header>(bytes);
+    const bool sizes = h[0] >= 1 && h[1] >= 1 && h[0] <= kMaxImageSide && h[1] <= kMaxImageSide;
+    if (!sizes || !std::ranges::all_of(h, [](double v) { return std::abs(v) <= kMaxMapUnits; }) ||
+        !(h[2] * h[3] > 0.0)) {
+      ThrowCutOff();
+    }
     map.camera.width = static_cast<int>(h[0]);
     map.camera.height = static_cast<int>(h[1]);
     std::tie(map.camera.fx, map.camera.fy, map.camera.cx, map.camera.cy) = std::tie(h[2], h[3], h[4], h[5]);
@@ -181,17 +203,13 @@ struct DepthRecording::Impl {
       map.bgr = cv::imdecode(std::vector<char>(image.begin(), image.end()), cv::IMREAD_COLOR);
     }
     if (map.bgr.empty() || map.bgr.size() != cv::Size(map.camera.width, map.camera.height)) {
-      ThrowBroken(keyframe);
+      ThrowCutOff();
     }
-    try {
-      map.depth = DecodeDepth(select.Bytes(3), map.bgr.size());
-      if (const std::string views = select.Bytes(4); !views.empty()) {
-        const std::string raw = Unpack(views, map.depth.total());
-        map.views.create(map.depth.size(), CV_8U);
-        std::copy(raw.begin(), raw.end(), map.views.begin<std::uint8_t>());
-      }
-    } catch (const InputError&) {
-      ThrowBroken(keyframe);
+    map.depth = DecodeDepth(select.Bytes(3), map.bgr.size());
+    if (const std::string views = select.Bytes(4); !views.empty()) {
+      const std::string raw = Unpack(views, map.depth.total());
+      map.views.create(map.depth.size(), CV_8U);
+      std::copy(raw.begin(), raw.end(), map.views.begin<std::uint8_t>());
     }
     return map;
   }

@@ -1,16 +1,21 @@
 #include "slam/util/atomic_file.h"
 
 #include <fmt/format.h>
+#include <signal.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
 #include "slam/util/error.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -21,11 +26,40 @@ namespace {
                                path.string(), reason));
 }
 
+// The name says who writes: programs on several machines may share a folder.
+std::string Prefix(const fs::path& path) {
+  std::array<char, 256> host{};
+  ::gethostname(host.data(), host.size() - 1);
+  return fmt::format(".{}.{}.", path.stem().string(), host.data());
+}
+
+fs::path TemporaryName(const fs::path& path) {
+  return path.parent_path() / fmt::format("{}{}.tmp{}", Prefix(path), ::getpid(), path.extension().string());
+}
+
+// Removes temporary files of the path that programs on this machine left which are no more.
+void RemoveLeftovers(const fs::path& path) {
+  const std::string prefix = Prefix(path);
+  const std::string suffix = ".tmp" + path.extension().string();
+  std::error_code ignored;
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(prefix) || !name.ends_with(suffix)) {
+      continue;
+    }
+    const std::optional<int> writer = ParseNumber<int>(
+        std::string_view(name).substr(prefix.size(), name.size() - prefix.size() - suffix.size()));
+    if (writer && *writer > 0 && ::kill(*writer, 0) != 0 && errno == ESRCH) {
+      fs::remove_all(entry.path(), ignored);
+    }
+  }
+}
+
 }  // namespace
 
-AtomicPath::AtomicPath(fs::path path) : path_(std::move(path)) {
-  temporary_ = path_.parent_path() /
-               fmt::format(".{}.{}.tmp{}", path_.stem().string(), ::getpid(), path_.extension().string());
+AtomicPath::AtomicPath(fs::path path) : path_(std::move(path)), temporary_(TemporaryName(path_)) {
+  RemoveLeftovers(path_);
 }
 
 AtomicPath::~AtomicPath() {
@@ -42,8 +76,8 @@ void AtomicPath::Commit() {
 }
 
 void WriteFileAtomically(const fs::path& path, std::string_view contents) {
-  AtomicPath temporary(path);
-  std::FILE* file = std::fopen(temporary.Path().c_str(), "wbe");
+  const fs::path temporary = TemporaryName(path);
+  std::FILE* file = std::fopen(temporary.c_str(), "wbe");
   bool written = file != nullptr &&
                  std::fwrite(contents.data(), 1, contents.size(), file) == contents.size() &&
                  std::fflush(file) == 0 && ::fsync(::fileno(file)) == 0;
@@ -52,10 +86,15 @@ void WriteFileAtomically(const fs::path& path, std::string_view contents) {
     written = false;
     reason = errno;
   }
-  if (!written) {
-    ThrowCannotWrite(path, std::strerror(reason));
+  std::error_code error;
+  if (written) {
+    fs::rename(temporary, path, error);
   }
-  temporary.Commit();
+  if (!written || error) {
+    std::error_code ignored;
+    fs::remove(temporary, ignored);
+    ThrowCannotWrite(path, written ? error.message() : std::strerror(reason));
+  }
 }
 
 void CreateResultFolder(const fs::path& path) {

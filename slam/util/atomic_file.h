@@ -11,7 +11,8 @@ namespace sqslam {
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view contents);
 
 // A path for files that a library writes, or for a folder: write to Path() (same folder and extension), then
-// Commit() renames it to its real name. Without Commit the temporary file or folder is removed.
+// Commit() renames it to its real name. Without Commit the temporary file or folder is removed; one that a
+// killed program has left for the same path is removed by the next to write there.
 class AtomicPath {
  public:
   explicit AtomicPath(std::filesystem::path path);

@@ -2,12 +2,9 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
-#include <csignal>
 #include <cstring>
 
-#include "slam/util/atomic_file.h"
 #include "slam/util/text_lines.h"
 #include "tests/io/temporary_folder.h"
 
@@ -16,62 +13,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
-
-std::vector<std::string> FileNames(const fs::path& folder) {
-  std::vector<std::string> names;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    names.push_back(entry.path().filename().string());
-  }
-  return names;
-}
-
-TEST(AtomicFile, ReplacesAFileAndLeavesNothingElse) {
-  const TemporaryFolder folder;
-  WriteFileAtomically(folder.Path() / "a.txt", "old");
-  WriteFileAtomically(folder.Path() / "a.txt", "new");
-  EXPECT_EQ(ReadFile(folder.Path() / "a.txt", ""), "new");
-  EXPECT_THAT(FileNames(folder.Path()), ::testing::ElementsAre("a.txt"));
-}
-
-TEST(AtomicFile, AFullDiskIsReportedAndLeavesTheOldFile) {
-  const TemporaryFolder folder;
-  WriteFileAtomically(folder.Path() / "a.txt", "old");
-  rlimit old_limit{};
-  getrlimit(RLIMIT_FSIZE, &old_limit);
-  const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
-  const rlimit limit{1000, old_limit.rlim_max};
-  setrlimit(RLIMIT_FSIZE, &limit);
-  const std::string message =
-      InputErrorOf([&] { WriteFileAtomically(folder.Path() / "a.txt", std::string(5000, 'x')); });
-  setrlimit(RLIMIT_FSIZE, &old_limit);
-  std::signal(SIGXFSZ, old_handler);
-  EXPECT_THAT(message, HasSubstr("a.txt: cannot be written (File too large)"));
-  EXPECT_EQ(ReadFile(folder.Path() / "a.txt", ""), "old");
-  EXPECT_THAT(FileNames(folder.Path()), ::testing::ElementsAre("a.txt"));
-}
-
-TEST(AtomicFile, APathThatIsNotCommittedLeavesNothing) {
-  const TemporaryFolder folder;
-  {
-    const AtomicPath path(folder.Path() / "map.png");
-    EXPECT_EQ(path.Path().extension(), ".png");
-    WriteFileAtomically(path.Path(), "half");
-  }
-  EXPECT_TRUE(fs::is_empty(folder.Path()));
-}
-
-TEST(ResultFolder, IsMadeButNeverOverwritten) {
-  const TemporaryFolder folder;
-  CreateResultFolder(folder.Path() / "a" / "b");
-  EXPECT_TRUE(fs::is_directory(folder.Path() / "a" / "b"));
-  EXPECT_NO_THROW(CreateResultFolder(folder.Path() / "a" / "b"));  // empty: nothing to lose
-  EXPECT_THROW(CreateResultFolder(folder.Path() / "a"), UsageError);
-  folder.Write("file", "x");
-  EXPECT_THROW(CreateResultFolder(folder.Path() / "file"), UsageError);
-  EXPECT_THROW(CreateResultFolder(folder.Path() / "file" / "below"), InputError);
-  EXPECT_EQ(FreeResultFolder(folder.Path(), "a").filename(), "a-2");
-  EXPECT_EQ(FreeResultFolder(folder.Path(), "new").filename(), "new");
-}
 
 SnapshotObject Chair() {
   SnapshotObject object;

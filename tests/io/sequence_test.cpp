@@ -165,7 +165,7 @@ TEST_F(DetectionsTest, BoxesOfMissingFramesAreLeftOutWithAWarning) {
   const auto frames = Read("0.0333 cup 0.5 1 1 10 10\n0.05 cup 0.5 1 1 10 10\n9 cup 0.5 1 1 10 10\n");
   EXPECT_EQ(frames[0].size() + frames[2].size(), 0u);
   EXPECT_EQ(frames[1].size(), 1u);
-  EXPECT_THAT(log.Text(), HasSubstr("boxes.txt:2: box at a time at which there is no frame"));
+  EXPECT_THAT(log.Text(), HasSubstr("boxes.txt:2: box of a frame that is not there"));
 }
 
 TEST_F(DetectionsTest, UnknownLabelIsKeptAndWarnedOfOnce) {
@@ -197,7 +197,7 @@ TEST_F(DetectionsTest, FolderOfFilesNamesClassesOfCoco) {
   EXPECT_EQ(frames[1][0].score, 0.75);
   EXPECT_EQ(frames[1][1].label, "class_93");
   EXPECT_THAT(log.Text(), HasSubstr("'class_93' is not known"));
-  EXPECT_THAT(log.Text(), HasSubstr("5.0.txt:1: box at a time"));
+  EXPECT_THAT(log.Text(), HasSubstr("5.0.txt:1: box of a frame that is not there"));
   folder_.Write("boxes/0.0.txt", "cup 1 2 10 12 0.75\n");
   EXPECT_THAT(InputErrorOf([&] { ReadDetections(folder_.Path() / "boxes", camera_, {0.0}); }),
               HasSubstr("0.0.txt:1:"));

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "slam/geometry/box2.h"
+
+namespace sqslam {
+
+// Files of boxes as detectors, labelling tools and trackers write them.
+enum class BoxFormat {
+  kBoxes,   // lines `timestamp label score x y w h [object_id [visible_fraction]]`
+  kFolder,  // one text file a frame, lines `class x y w h score` in pixels from the top-left corner, or
+            // `class cx cy w h [score]` in parts of the image (Ultralytics, darknet)
+  kCoco,    // JSON: a data set with images, annotations and categories, or a list of results
+  kMot,     // lines `frame,id,x,y,w,h,score[,class,...]`, frames and pixels from 1 (MOTChallenge)
+  kCsv,     // a first line of names
+};
+constexpr auto EnumNames(BoxFormat) { return std::array{"boxes", "yolo", "coco", "mot", "csv"}; }
+
+// The frame that a box belongs to, as its file has it.
+struct ImageNumber {
+  std::int64_t number;  // that the name of the image is, whatever zeros it begins with
+};
+struct FrameNumber {
+  std::int64_t number;  // from 0
+};
+struct FrameTime {
+  double seconds;
+};
+using FrameKey = std::variant<FrameTime, FrameNumber, ImageNumber, std::string>;  // last: the image's name
+
+struct FileBox {
+  std::string place;  // FILE:LINE, or FILE with the number of the annotation
+  FrameKey frame;
+  Detection detection;  // pixels, top-left corner
+};
+
+// The format of a file or folder, by its content.
+BoxFormat DetectBoxFormat(const std::filesystem::path& path);
+
+// All boxes of the file or folder; `image`: size of the images that they were found in, pixels. Labels are
+// those of the file's own categories, of classes.txt in the folder (labels.txt beside a MOT file), else
+// COCO's (MOTChallenge's). Throws InputError that names file and line, also where the content allows two
+// readings.
+std::vector<FileBox> ReadBoxFile(const std::filesystem::path& path, const cv::Size& image);
+
+// The boxes of one frame, for writing.
+struct ImageBoxes {
+  double timestamp = 0.0;
+  std::int64_t number = 0;  // from 0
+  std::string name;         // of the image, or of the video
+  std::vector<Detection> detections;
+};
+
+// Writes kFolder (in parts of the image, with classes.txt), kCoco or kMot (with labels.txt beside it), which
+// ReadBoxFile reads back. Throws InputError where they cannot be written, UsageError for other formats.
+void WriteBoxFile(const std::filesystem::path& path, BoxFormat format, const cv::Size& image, bool video,
+                  const std::vector<ImageBoxes>& frames);
+
+}  // namespace sqslam

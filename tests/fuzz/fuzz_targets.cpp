@@ -1,0 +1,302 @@
+#include "tests/fuzz/fuzz_targets.h"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <stdexcept>
+#include <vector>
+
+#include "app/experiment/config.h"
+#include "app/viewer/model/edited_document.h"
+#include "render/scene/style.h"
+#include "render/synthetic/scene_description.h"
+#include "render/video/video.h"
+#include "slam/dense/dense_cloud.h"
+#include "slam/detection/detector.h"
+#include "slam/evaluation/ground_truth.h"
+#include "slam/io/cameras.h"
+#include "slam/io/detections.h"
+#include "slam/io/point_cloud.h"
+#include "slam/io/result_files.h"
+#include "slam/io/sequence.h"
+#include "slam/io/trajectory.h"
+#include "slam/objects/class_priors.h"
+#include "slam/recognition/vocabulary.h"
+#include "slam/snapshot/depth_recording.h"
+#include "slam/snapshot/object_edits.h"
+#include "slam/snapshot/recording.h"
+#include "slam/snapshot/snapshot_codec.h"
+#include "slam/system_options.h"
+#include "slam/util/options.h"
+#include "slam/util/text_lines.h"
+#include "tests/io/temporary_folder.h"
+#include "tests/recognition/random_descriptors.h"
+
+namespace sqslam::testing {
+namespace {
+
+namespace fs = std::filesystem;
+
+const Camera kCamera{64, 48, 50.0, 50.0, 32.0, 24.0};
+
+std::string FileOfProject(const char* name) {
+  return ReadFile(fs::path(SQSLAM_SOURCE_DIR) / name, "a file of the project");
+}
+
+// The bytes that `write` puts into the file it is given.
+std::string Written(const std::string& name, const std::function<void(const fs::path& file)>& write) {
+  const TemporaryFolder folder;
+  write(folder.Path() / name);
+  return ReadFile(folder.Path() / name, "a seed");
+}
+
+SnapshotObject Cup() {
+  SnapshotObject cup;
+  cup.id = 3;
+  cup.label = "cup";
+  cup.observations = 7;
+  cup.superquadric.shape.half_size = {0.04, 0.04, 0.05};
+  return cup;
+}
+
+MapSnapshot SmallMap() {
+  MapSnapshot map;
+  map.camera = kCamera;
+  map.image_path = "a.png";
+  map.T_map_camera = Rigid3d();
+  map.keyframes.resize(2);
+  map.keyframes[1].id = 1;
+  map.points.resize(5);
+  map.objects = {Cup()};
+  map.detections = {{{"cup", 0.5, {1, 2, 3, 4}}, 3}};
+  map.support_height = 0.1;
+  map.covisibility = {{0, 1, 20}};
+  return map;
+}
+
+std::string Photograph() {
+  std::vector<unsigned char> jpeg;
+  cv::imencode(".jpg", cv::Mat(16, 16, CV_8UC3, cv::Scalar::all(99)), jpeg);
+  // Exif of one entry: the focal length for 35 mm film, 26 mm.
+  static constexpr unsigned char kExif[] = {0xFF, 0xE1, 0, 46, 'E', 'x', 'i',  'f',  0, 0, 'I',  'I',  '*', 0,
+                                            8,    0,    0, 0,  1,   0,   0x69, 0x87, 4, 0, 1,    0,    0,   0,
+                                            26,   0,    0, 0,  0,   0,   0,    0,    1, 0, 0x05, 0xA4, 3,   0,
+                                            1,    0,    0, 0,  26,  0,   0,    0,    0, 0, 0,    0};
+  std::string bytes(jpeg.begin(), jpeg.end());
+  bytes.insert(2, reinterpret_cast<const char*>(kExif), sizeof(kExif));
+  bytes[5] = static_cast<char>(sizeof(kExif) - 2);
+  return bytes;
+}
+
+std::string DensifiedRecording() {
+  return Written("map.sqmap", [](const fs::path& file) {
+    RecordingWriter writer(file, {"sequence", "1.0", ""});
+    writer.Add(SmallMap());
+    writer.Close();
+    DepthRecording depths(file, DepthRecording::Access::kWrite);
+    DepthMap map;
+    map.camera = {16, 16, 12.0, 12.0, 8.0, 8.0};
+    map.depth = cv::Mat(16, 16, CV_32FC1, cv::Scalar(1.5));
+    map.views = cv::Mat(16, 16, CV_8UC1, cv::Scalar(2));
+    map.bgr = cv::Mat(16, 16, CV_8UC3, cv::Scalar::all(80));
+    depths.PutEstimate(map, "settings");
+    depths.PutKept(map);
+    depths.Close();
+  });
+}
+
+void ReadBoxes(const fs::path& file) { ReadDetections(file, kCamera, {0.0, 0.033, 0.067, 0.1}); }
+
+void ReadRecording(const fs::path& file) {
+  const RecordingReader reader(file);
+  for (int i = 0; i < std::min(reader.Size(), 20); ++i) {
+    reader.FrameIndex(i);
+    reader.Read(i);
+  }
+  const DepthRecording depths(file);
+  for (const std::int64_t keyframe : depths.Keyframes()) {
+    depths.Kept(keyframe);
+  }
+  for (const std::int64_t keyframe : depths.Estimated()) {
+    depths.Estimate(keyframe);
+  }
+}
+
+// Reads the poses of a sequence of one frame, whose image nobody opens.
+void ReadTruth(const fs::path& file) {
+  if (const fs::path images = file.parent_path() / "rgb.txt"; !fs::exists(images)) {
+    std::ofstream(images) << "0.0 groundtruth.txt\n";
+  }
+  ReadGroundTruth(file.parent_path());
+}
+
+// As EncodeSnapshot packs it.
+std::string Deflated(std::string_view bytes) {
+  const std::uint64_t raw_size = bytes.size();
+  uLongf size = compressBound(bytes.size());
+  std::string out(sizeof(raw_size) + size, '\0');
+  std::memcpy(out.data(), &raw_size, sizeof(raw_size));
+  compress2(reinterpret_cast<Bytef*>(out.data() + sizeof(raw_size)), &size,
+            reinterpret_cast<const Bytef*>(bytes.data()), bytes.size(), 1);
+  out.resize(sizeof(raw_size) + size);
+  return out;
+}
+
+constexpr std::array kTargets{
+    FuzzTarget{"annotation", "objects_gt.json", [](const fs::path& file) { viewer::ReadAnnotation(file); },
+               [] {
+                 return std::string(
+                     R"({"up_world": [0, 0, 1], "objects": [{"id": 1, "label": "cup", "primitive": "cylinder",
+ "yaw": 0.1, "center": [1, 2, 3], "half_size": [0.04, 0.04, 0.05], "shape": [0.1, 1.0],
+ "T_world_object": [[1, 0, 0, 1], [0, 1, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]]}]})");
+               }},
+    FuzzTarget{"boxes", "boxes.txt", ReadBoxes,
+               [] {
+                 return std::string(
+                     "# timestamp label score x y w h\n0.000 cup 0.7 10 12 20 22\n0.033 tv 1 1 2 60 40\n");
+               }},
+    FuzzTarget{
+        "boxes_coco", "boxes.json", ReadBoxes,
+        [] {
+          return std::string(
+              R"({"images": [{"id": 7, "file_name": "0.033.png"}], "categories": [{"id": 3, "name": "pot"}],
+ "annotations": [{"id": 1, "image_id": 7, "category_id": 3, "bbox": [10, 12, 20, 22], "score": 0.5}]})");
+        }},
+    FuzzTarget{"boxes_table", "boxes.csv", ReadBoxes,
+               [] { return std::string("frame;class;conf;xmin;ymin;xmax;ymax\n1;cup;0.5;10;12;30;40\n"); }},
+    FuzzTarget{"boxes_tracks", "boxes.txt", ReadBoxes,
+               [] { return std::string("1,-1,11,12,20,22,0.5,-1,-1,-1\n2,4,1,1,60,40,1,3,1\n"); }},
+    FuzzTarget{"camera", "camera.yaml", [](const fs::path& file) { ReadCamera(file); },
+               [] { return FileOfProject("configs/cameras/tum-freiburg1.yaml"); }},
+    FuzzTarget{"camera_path", "tour.yaml", [](const fs::path& file) { ReadCameraPath(file, 30.0); },
+               [] { return FileOfProject("configs/camera_paths/tour.yaml"); }},
+    FuzzTarget{"classes", "classes.yaml", [](const fs::path& file) { ClassPriors::Read(file); },
+               [] { return FileOfProject("configs/classes.yaml"); }},
+    FuzzTarget{"config", "config.yaml",
+               [](const fs::path& file) {
+                 SystemOptions options;
+                 LoadOptions(file, options);
+               },
+               [] { return FileOfProject("configs/default.yaml"); }},
+    FuzzTarget{"dense_points", "dense.ply", [](const fs::path& file) { ReadDensePoints(file); },
+               [] {
+                 return Written("dense.ply",
+                                [](const fs::path& file) { WriteDenseCloud(file, DenseCloud(3)); });
+               }},
+    FuzzTarget{"edits", "map.sqmap.edits.json", [](const fs::path& file) { ReadObjectEdits(file); },
+               [] {
+                 return Written("edits.json", [](const fs::path& file) {
+                   ObjectEdits edits;
+                   edits.SetLabel(1, "mug");
+                   edits.Hide(2);
+                   edits.Merge(4, 5);
+                   WriteObjectEdits(file, edits);
+                 });
+               }},
+    FuzzTarget{"experiment", "experiment.yaml", [](const fs::path& file) { app::ReadExperiment(file); },
+               [] { return FileOfProject("configs/experiments/desk.yaml"); }},
+    FuzzTarget{"ground_truth", "groundtruth.txt", ReadTruth,
+               [] {
+                 return std::string(
+                     "# timestamp tx ty tz qx qy qz qw\n0.0 1 2 3 0 0 0 1\n0.033 1 2 4 0 0 0 1\n");
+               }},
+    FuzzTarget{"network", "network.yaml", [](const fs::path& file) { LoadNetwork(file.string()); },
+               [] { return FileOfProject("configs/detectors/yolox-nano.yaml"); }},
+    FuzzTarget{
+        "objects", "objects.json", [](const fs::path& file) { ReadObjects(file); },
+        [] { return Written("objects.json", [](const fs::path& file) { WriteObjects(file, {Cup()}); }); }},
+    FuzzTarget{"photograph", "photo.jpg", [](const fs::path& file) { GuessCamera(file, 30.0); }, Photograph},
+    FuzzTarget{"point_cloud", "cloud.ply", [](const fs::path& file) { ReadPointCloud(file); },
+               [] {
+                 return std::string(
+                     "ply\nformat ascii 1.0\ncomment made by hand\nelement vertex 2\nproperty float "
+                     "x\nproperty float "
+                     "y\nproperty double z\nproperty uchar red\nproperty uchar green\nproperty uchar "
+                     "blue\nelement face "
+                     "0\nproperty list uchar int vertex_indices\nend_header\n0 1 2 3 4 5\n1 2 3 4 5 6\n");
+               }},
+    FuzzTarget{"recording", "map.sqmap", ReadRecording, DensifiedRecording},
+    FuzzTarget{"scene", "scene.yaml", [](const fs::path& file) { ReadScene(file); },
+               [] { return FileOfProject("assets/scenes/desk.yaml"); }},
+    FuzzTarget{"sequence", "rgb.txt",
+               [](const fs::path& file) {
+                 OpenSequence(
+                     {.path = file.parent_path(), .format = SequenceFormat::kTum, .camera = "tum-freiburg1"});
+               },
+               [] { return std::string("# timestamp filename\n0.0 rgb.txt\n0.033 rgb.txt\n"); }},
+    FuzzTarget{"snapshot", "snapshot",
+               [](const fs::path& file) { DecodeSnapshot(ReadFile(file, "a snapshot")); },
+               [] { return EncodeSnapshot(SmallMap()); }, Deflated,
+               [](std::string_view file) {
+                 file.remove_prefix(sizeof(std::uint64_t));
+                 std::string bytes(1 << 16, '\0');
+                 uLongf size = bytes.size();
+                 uncompress(reinterpret_cast<Bytef*>(bytes.data()), &size,
+                            reinterpret_cast<const Bytef*>(file.data()), file.size());
+                 bytes.resize(size);
+                 return bytes;
+               }},
+    FuzzTarget{"stats", "stats.json", [](const fs::path& file) { ReadStats(file); },
+               [] {
+                 return Written("stats.json", [](const fs::path& file) {
+                   RunStats stats;
+                   stats.timing_ms["tracking"] = {};
+                   WriteStats(file, stats);
+                 });
+               }},
+    FuzzTarget{"style", "style.yaml", [](const fs::path& file) { CheckStyle(LoadStyle(file.string())); },
+               [] { return FileOfProject("configs/styles/paper.yaml"); }},
+    FuzzTarget{"trajectory", "trajectory.txt", [](const fs::path& file) { ReadTrajectory(file); },
+               [] {
+                 return Written("trajectory.txt", [](const fs::path& file) {
+                   WriteTrajectory(file, {{0.0, Rigid3d()}, {0.033, Rigid3d()}});
+                 });
+               }},
+    FuzzTarget{"vocabulary", "words.bin", [](const fs::path& file) { Vocabulary::Load(file); },
+               [] {
+                 return Written("words.bin", [](const fs::path& file) {
+                   Vocabulary::Train(ClusteredImages(3, 8, 4, 2), {.branching = 2, .depth = 2}).Save(file);
+                 });
+               },
+               [](std::string_view bytes) {
+                 std::string file(bytes);
+                 if (file.size() >= 4) {  // the checksum at the end
+                   const auto sum = static_cast<std::uint32_t>(
+                       ::crc32_z(0, reinterpret_cast<const Bytef*>(file.data()), file.size() - 4));
+                   std::memcpy(file.data() + file.size() - 4, &sum, 4);
+                 }
+                 return file;
+               }},
+};
+
+}  // namespace
+
+std::span<const FuzzTarget> FuzzTargets() { return kTargets; }
+
+const FuzzTarget& FindFuzzTarget(std::string_view name) {
+  const auto* const found = std::ranges::find(kTargets, name, &FuzzTarget::name);
+  if (found == kTargets.end()) {
+    throw std::out_of_range("no such fuzz target");
+  }
+  return *found;
+}
+
+std::string ReadFuzzed(const FuzzTarget& target, const fs::path& folder, std::string_view bytes) {
+  const fs::path file = folder / target.file;
+  std::ofstream(file, std::ios::binary) << target.wrap(bytes);
+  try {
+    target.read(file);
+  } catch (const InputError& error) {
+    return error.what();
+  } catch (const UsageError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace sqslam::testing

@@ -1,0 +1,160 @@
+#include "slam/io/box_formats.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "slam/io/detections.h"
+#include "tests/io/temporary_folder.h"
+
+namespace sqslam {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
+
+class BoxFormats : public ::testing::Test {
+ protected:
+  BoxFormats() {
+    camera_.width = 200;
+    camera_.height = 100;
+  }
+
+  std::vector<std::vector<Detection>> Read(const fs::path& path,
+                                           const std::vector<std::string>& images = {}) const {
+    return ReadDetections(path, camera_, {0.0, 0.1, 0.2}, images);
+  }
+  std::string ErrorOf(const fs::path& path, const std::vector<std::string>& images = {}) const {
+    return InputErrorOf([&] { Read(path, images); });
+  }
+  static void ExpectBox(const std::vector<Detection>& frame, const std::string& label, double score,
+                        const Box2d& box) {
+    ASSERT_THAT(frame, SizeIs(1));
+    EXPECT_EQ(frame[0].label, label);
+    EXPECT_NEAR(frame[0].score, score, 1e-9);
+    EXPECT_NEAR(frame[0].box.x, box.x, 1e-3);
+    EXPECT_NEAR(frame[0].box.y, box.y, 1e-3);
+    EXPECT_NEAR(frame[0].box.width, box.width, 1e-3);
+    EXPECT_NEAR(frame[0].box.height, box.height, 1e-3);
+  }
+
+  Camera camera_;
+  TemporaryFolder folder_;
+  const std::vector<std::string> images_{"000.png", "001.png", "002.png"};
+};
+
+TEST_F(BoxFormats, ReadsWhatUltralyticsWritesOfAVideo) {
+  folder_.Write("labels/film_1.txt", "41 0.5 0.5 0.1 0.2 0.75\n");
+  folder_.Write("labels/film_3.txt", "0 0.25 0.5 0.5 1.0 0.5\n");
+  const auto frames = Read(folder_.Path() / "labels");
+  ExpectBox(frames[0], "cup", 0.75, {90, 40, 20, 20});
+  EXPECT_TRUE(frames[1].empty());
+  ExpectBox(frames[2], "person", 0.5, {0, 0, 100, 100});
+}
+
+TEST_F(BoxFormats, ReadsWhatLabellingToolsWriteOfImages) {
+  folder_.Write("labels/classes.txt", "tea pot\nspoon\n");
+  folder_.Write("labels/001.txt", "0 0.5 0.5 0.1 0.2\n");  // without a score
+  ExpectBox(Read(folder_.Path() / "labels", images_)[1], "tea_pot", 1.0, {90, 40, 20, 20});
+}
+
+TEST_F(BoxFormats, ReadsPixelsByTime) {
+  folder_.Write("boxes/0.1.txt", "41 10 20 30 40 0.5\n");
+  ExpectBox(Read(folder_.Path() / "boxes")[1], "cup", 0.5, {10, 20, 30, 40});
+}
+
+TEST_F(BoxFormats, AskForAScoreInPixels) {
+  folder_.Write("boxes/0.1.txt", "41 10 20 30 40\n");
+  EXPECT_THAT(ErrorOf(folder_.Path() / "boxes"), HasSubstr("0.1.txt:1: a box without a score"));
+}
+
+TEST_F(BoxFormats, AskForAFrameThatCanBeTold) {
+  folder_.Write("labels/film.txt", "41 0.5 0.5 0.1 0.2 0.75\n");
+  EXPECT_THAT(ErrorOf(folder_.Path() / "labels"), HasSubstr("'film' names no frame, expected NAME_NUMBER"));
+}
+
+TEST_F(BoxFormats, RefuseBoxesTxtInPartsOfTheImage) {
+  EXPECT_THAT(ErrorOf(folder_.Write("boxes.txt", "0.0 cup 0.5 0.4 0.4 0.1 0.2\n")),
+              HasSubstr("boxes.txt: all boxes are smaller than a pixel"));
+}
+
+TEST_F(BoxFormats, ReadCocosDataSets) {
+  const auto file = folder_.Write(
+      "boxes.json",
+      R"({"images": [{"id": 7, "file_name": "rgb/002.png"}], "categories": [{"id": 3, "name": "tea pot"}],
+          "annotations": [{"id": 1, "image_id": 7, "category_id": 3, "bbox": [10, 20, 30, 40]}]})");
+  ExpectBox(Read(file, images_)[2], "tea_pot", 1.0, {10, 20, 30, 40});
+}
+
+// COCO's own category numbers leave gaps: 90 is the last of 80.
+TEST_F(BoxFormats, ReadCocosResults) {
+  const auto file =
+      folder_.Write("boxes.json",
+                    R"([{"image_id": 1, "category_id": 90, "bbox": [10, 20, 30, 40], "score": 0.5},
+          {"image_id": "000", "category_id": 47, "bbox": [10, 20, 30, 40], "score": 0.5}])");
+  const auto frames = Read(file, images_);
+  ExpectBox(frames[1], "toothbrush", 0.5, {10, 20, 30, 40});
+  ExpectBox(frames[0], "cup", 0.5, {10, 20, 30, 40});
+  EXPECT_THAT(ErrorOf(file), HasSubstr("boxes.json: box 0: image_id 1 is no image's name"));  // a video
+}
+
+TEST_F(BoxFormats, NameTheAnnotationThatIsBroken) {
+  EXPECT_THAT(ErrorOf(folder_.Write("a.json", R"([{"image_id": 1, "category_id": 1}])"), images_),
+              HasSubstr("a.json: box 0: expected COCO's annotations"));
+  EXPECT_THAT(ErrorOf(folder_.Write("b.json", R"([{"image_id": 1, "category_id": 1, "bbox": [1, 2, 0, 4]}])"),
+                      images_),
+              HasSubstr("b.json: box 0: expected a bbox"));
+  EXPECT_THAT(ErrorOf(folder_.Write("c.json", R"({"images": []})")),
+              HasSubstr("c.json: box 0: expected COCO's"));
+}
+
+TEST_F(BoxFormats, ReadTracksOfMotChallenge) {
+  const auto file = folder_.Write("det.txt", "2,-1,11,21,30,40,0.5,-1,-1,-1\n3,5,1,1,200,100,1,3,1\n");
+  const auto frames = Read(file);
+  ExpectBox(frames[1], "person", 0.5, {10, 20, 30, 40});
+  ExpectBox(frames[2], "car", 1.0, {0, 0, 200, 100});
+  EXPECT_THAT(ErrorOf(folder_.Write("bad.txt", "0,-1,11,21,30,40,0.5\n")), HasSubstr("bad.txt:1: "));
+}
+
+TEST_F(BoxFormats, ReadTablesByTheNamesOfTheirColumns) {
+  ExpectBox(Read(folder_.Write("a.csv", "frame,class,conf,xmin,ymin,xmax,ymax\n1,cup,0.5,10,20,40,60\n"))[1],
+            "cup", 0.5, {10, 20, 30, 40});
+  ExpectBox(Read(folder_.Write("b.csv",
+                               "image; label; cx; cy; w; h\n\"002.png\"; \"tea pot\"; 0.5; 0.5; 0.1; 0.2\n"),
+                 images_)[2],
+            "tea_pot", 1.0, {90, 40, 20, 20});
+  EXPECT_THAT(ErrorOf(folder_.Write("c.csv", "frame,label,x,y\n1,cup,1,2\n")), HasSubstr("c.csv:1: "));
+  EXPECT_THAT(ErrorOf(folder_.Write("d.csv", "frame,label,x,y,w,h\n1,cup,1,2,3\n")), HasSubstr("d.csv:2: "));
+}
+
+TEST_F(BoxFormats, RefuseScoresThatAreNone) {
+  EXPECT_THAT(ErrorOf(folder_.Write("boxes.txt", "0.0 cup 50 10 20 30 40\n")),
+              HasSubstr("boxes.txt:1: score 50"));
+}
+
+class WrittenBoxes : public BoxFormats, public ::testing::WithParamInterface<std::tuple<BoxFormat, bool>> {};
+
+TEST_P(WrittenBoxes, AreReadBack) {
+  const auto [format, video] = GetParam();
+  std::vector<ImageBoxes> frames{{0.0, 0, "", {{"cup", 0.5, {10, 20, 30, 40}}}},
+                                 {0.1, 1, "", {}},
+                                 {0.2, 2, "", {{"tea_pot", 0.25, {0, 0, 200, 100}}}}};
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    frames[i].name = video ? "film.mp4" : images_[i];
+  }
+  const fs::path path = folder_.Path() / "written";
+  WriteBoxFile(path, format, {200, 100}, video, frames);
+  EXPECT_EQ(DetectBoxFormat(path), format);
+  const auto read = Read(path, video ? std::vector<std::string>() : images_);
+  ExpectBox(read[0], "cup", 0.5, {10, 20, 30, 40});
+  EXPECT_TRUE(read[1].empty());
+  ExpectBox(read[2], "tea_pot", 0.25, {0, 0, 200, 100});
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats, WrittenBoxes,
+                         ::testing::Combine(::testing::Values(BoxFormat::kFolder, BoxFormat::kCoco,
+                                                              BoxFormat::kMot),
+                                            ::testing::Bool()));
+
+}  // namespace
+}  // namespace sqslam
