@@ -63,6 +63,7 @@ int ParseAndRun(const std::vector<std::string>& words) {
   program.Group("Mapping");
   AddDemoCommand(program);
   AddRunCommand(program);
+  AddLocalizeCommand(program);
   AddDensifyCommand(program);
   AddDetectCommand(program);
   AddCalibrateCommand(program);

@@ -15,8 +15,8 @@
 #include "slam/map/map.h"
 #include "slam/mapping/mapper.h"
 #include "slam/recognition/vocabulary.h"
+#include "slam/system_parts.h"
 #include "slam/tracking/tracker.h"
-#include "slam/util/data_path.h"
 
 namespace sqslam {
 namespace {
@@ -98,20 +98,6 @@ class ReportQueue {
   bool closed_ = false;
 };
 
-std::shared_ptr<const Vocabulary> LoadVocabulary(const std::string& name) {
-  if (name == "none") {
-    return nullptr;
-  }
-  return std::make_shared<const Vocabulary>(
-      Vocabulary::Load(name == "auto" ? DataPath("assets/vocabulary.bin") : std::filesystem::path(name)));
-}
-
-MapperOptions OptionsOfMapper(const SystemOptions& options) {
-  return {options.deterministic, static_cast<std::uint64_t>(options.seed),
-          options.gravity,       options.tracking,
-          options.mapping,       options.objects};
-}
-
 // The newest value that one thread publishes and another reads.
 class ViewSlot {
  public:
@@ -132,17 +118,39 @@ class ViewSlot {
 }  // namespace
 
 struct System::Impl {
-  Impl(const Camera& camera, const SystemOptions& system_options, SnapshotCallback on_snapshot)
+  Impl(const Camera& camera, const SystemOptions& system_options, std::shared_ptr<const Vocabulary> words,
+       SnapshotCallback on_snapshot)
       : options(system_options),
-        vocabulary(LoadVocabulary(options.vocabulary)),
+        vocabulary(std::move(words)),
         tracker(camera, options.tracking, options.objects, ids, vocabulary, times),
         mapper(camera, OptionsOfMapper(options), vocabulary,
                {[this](AtlasViewPtr new_view) { view.Set(std::move(new_view)); }, std::move(on_snapshot),
                 [this] { return !options.deterministic && queue.WaitingKeyframes() > 0; }},
-               times) {
+               times) {}
+
+  void BeginMapping() {
     if (!options.deterministic) {
       mapping_thread = std::thread([this] { MapInBackground(); });
     }
+  }
+
+  void BeginIn(const KeptMap& map, const std::string& name) {
+    const std::int64_t main = mapper.Restore(map.state, name, ids);
+    tracker.BeginIn(view.Get(), main);
+    end_of_map = mapper.NewestFrame();
+  }
+
+  // The frame as the map counts: behind all that it holds.
+  Frame Renumbered(Frame frame) {
+    if (end_of_map && !first_frame) {
+      constexpr double kGap = 1.0;  // s
+      index_shift = frame.index > end_of_map->first ? 0 : end_of_map->first + 1 - frame.index;
+      time_shift = frame.timestamp > end_of_map->second ? 0.0 : end_of_map->second + kGap - frame.timestamp;
+    }
+    frame.index += index_shift;
+    frame.timestamp += time_shift;
+    first_frame = first_frame.value_or(frame.timestamp);
+    return frame;
   }
 
   ~Impl() { StopMapping(); }
@@ -186,6 +194,10 @@ struct System::Impl {
   ViewSlot view;
   Tracker tracker;
   Mapper mapper;
+  std::optional<std::pair<std::int64_t, double>> end_of_map;  // newest frame of the map that is extended
+  std::int64_t index_shift = 0;
+  double time_shift = 0.0;            // s
+  std::optional<double> first_frame;  // its time
   int frames = 0;
   std::mutex failure_mutex;
   std::exception_ptr failure;
@@ -193,14 +205,25 @@ struct System::Impl {
 };
 
 System::System(const Camera& camera, const SystemOptions& options, SnapshotCallback on_snapshot)
-    : impl_(std::make_unique<Impl>(camera, options, std::move(on_snapshot))) {}
+    : impl_(std::make_unique<Impl>(camera, options, LoadVocabulary(options), std::move(on_snapshot))) {
+  impl_->BeginMapping();
+}
+
+System::System(const KeptMap& map, const std::string& name, const SystemOptions& options,
+               SnapshotCallback on_snapshot)
+    : impl_(std::make_unique<Impl>(map.camera, options, LoadVocabularyFor(map, name, options),
+                                   std::move(on_snapshot))) {
+  impl_->BeginIn(map, name);
+  impl_->BeginMapping();
+}
 
 System::~System() = default;
 
-TrackingState System::Process(const Frame& frame) {
+TrackingState System::Process(const Frame& new_frame) {
   Impl& s = *impl_;
   s.RethrowMappingFailure();
   ++s.frames;
+  const Frame frame = s.Renumbered(new_frame);
   if (s.last_timestamp && frame.timestamp > *s.last_timestamp) {
     s.frame_interval = std::min(s.frame_interval, frame.timestamp - *s.last_timestamp);
   }
@@ -229,7 +252,7 @@ TrackingState System::Process(const Frame& frame) {
 void System::AddDetections(std::int64_t frame_index, const std::vector<Detection>& detections) {
   Impl& s = *impl_;
   s.RethrowMappingFailure();
-  std::optional<SeenObjects> seen = s.tracker.AddDetections(frame_index, detections);
+  std::optional<SeenObjects> seen = s.tracker.AddDetections(frame_index + s.index_shift, detections);
   if (!seen) {
     return;
   }
@@ -255,8 +278,10 @@ RunResult System::Finish() {
   } else {
     result.map = std::move(result.others.front());
     result.others.erase(result.others.begin());
+    result.kept = {s.mapper.GetCamera(), s.vocabulary ? s.vocabulary->Fingerprint() : "", s.mapper.Save()};
   }
-  result.tracked = static_cast<int>(result.map.trajectory.size());
+  result.tracked = static_cast<int>(std::ranges::count_if(
+      result.map.trajectory, [&](const TimedPose& pose) { return pose.timestamp >= s.first_frame; }));
   result.counters = s.tracker.Counters() + s.mapper.Counters();
   result.timing_ms = s.times.Summaries();
   return result;

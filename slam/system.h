@@ -12,6 +12,7 @@
 #include "slam/io/frame.h"
 #include "slam/io/trajectory.h"
 #include "slam/mapping/finished_map.h"
+#include "slam/snapshot/kept_map.h"
 #include "slam/snapshot/snapshot.h"
 #include "slam/system_options.h"
 #include "slam/tracking/frame_view.h"
@@ -32,6 +33,7 @@ struct RunResult {
   std::vector<FinishedMap> others;  // submaps that could not be merged with it, each in a frame of its own
   std::string no_map_reason;        // one line, where map is null: static camera, no texture, ...
   std::map<std::string, StageTimes::Summary> timing_ms;
+  KeptMap kept;  // the map and the others, to go on with; its state is empty where there is none
 };
 
 // The only door to the SLAM core.
@@ -47,6 +49,12 @@ class System {
   using SnapshotCallback = std::function<void(MapSnapshotPtr)>;
 
   System(const Camera& camera, const SystemOptions& options, SnapshotCallback on_snapshot);
+
+  // Goes on mapping in a kept map, as a camera that is lost in it: until it is found there, a map of its own
+  // grows beside. Frames and times are numbered on from where the map ends, unless they are later anyway.
+  // `name` of the map stands at the beginning of messages. Throws InputError as Localizer does.
+  System(const KeptMap& map, const std::string& name, const SystemOptions& options,
+         SnapshotCallback on_snapshot);
   ~System();
   System(const System&) = delete;
   System& operator=(const System&) = delete;

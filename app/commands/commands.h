@@ -20,6 +20,7 @@ void AddSynthCommand(Command& program);
 void AddVocabularyCommand(Command& program);
 void AddFitCommand(Command& program);
 void AddExportCommand(Command& program);
+void AddLocalizeCommand(Command& program);
 void AddInfoCommand(Command& program);
 
 }  // namespace sqslam::app

@@ -1,13 +1,16 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "app/commands/commands.h"
 #include "app/export/map_export.h"
+#include "app/export/model_folder.h"
 #include "app/export/surface_file.h"
 #include "app/result/map_input.h"
 #include "app/terminal/terminal.h"
@@ -35,6 +38,8 @@ struct ExportArguments {
   ObjectArguments objects;
   bool meshes = false;
   bool surface = false;
+  std::optional<ModelFormat> format;
+  std::string images;
 };
 
 // Poses of all tracked frames, where the result folder has them.
@@ -71,7 +76,32 @@ SurfaceMesh WantedSurface(const ExportArguments& a, const fs::path& map_path) {
                    : SurfaceMesh();
 }
 
+// The keyframes with their images, for programs that go on from there.
+void ExportForPrograms(const ExportArguments& a) {
+  if (a.meshes || a.surface || a.objects.reliable_only || !a.objects.edits.empty()) {
+    throw UsageError(
+        fmt::format("--format {}: holds no objects, expected neither --meshes, --surface, --edits "
+                    "nor --reliable-only",
+                    NameOf(*a.format)));
+  }
+  StepProgress steps(false, "image");
+  const ModelSummary summary = ExportModel(a.map, a.images, a.output, *a.format,
+                                           [&](int done, int total) { steps.Update(done, total, ""); });
+  fmt::print("{} images, {} points, mean reprojection error {:.3f} px\nwritten: {}\n", summary.images,
+             summary.points, summary.error, a.output);
+  if (summary.without_image > 0) {
+    spdlog::warn("{} keyframes are of another sequence and are left out (--images)", summary.without_image);
+  }
+}
+
 void Export(const ExportArguments& a) {
+  if (a.format) {
+    ExportForPrograms(a);
+    return;
+  }
+  if (!a.images.empty()) {
+    throw UsageError("--images: are exported with --format alone, expected --format colmap or nerfstudio");
+  }
   const fs::path map_path = MapFile(a.map);
   const fs::path output = a.output;
   const std::string extension = output.extension().string();
@@ -100,7 +130,12 @@ By extension:
   .ply   points (x y z red green blue object_id); with --meshes the superquadrics as one mesh with colours
   .json  objects with all their parameters
   .txt   keyframe poses (TUM)
-All but .glb are in the map frame, z up. With --edits hidden objects are written too, deleted ones are not.
+By --format, into a new folder, from the recording of a finished run: its keyframes with their images
+  colmap      sparse/0 with cameras, images and points3D, as .bin and as .txt, tracks and distortion
+              included; images/
+  nerfstudio  transforms.json, points.ply, images/
+images/ is a link to the sequence where its images are files of the size that was mapped; those of a video or with
+--resize are written. All but .glb are in the map frame, z up. With --edits hidden objects are written too, deleted ones are not.
 
 Examples:
   sqslam export out/kitchen -o kitchen.glb
@@ -109,6 +144,8 @@ Examples:
   sqslam export out/kitchen -o points.ply
   sqslam export out/kitchen -o objects.ply --meshes
   sqslam export out/kitchen -o objects.json --edits auto
+  sqslam export out/kitchen -o out/kitchen-colmap --format colmap
+  sqslam export out/film -o out/film-nerf --format nerfstudio
 )";
 
 }  // namespace
@@ -122,8 +159,12 @@ void AddExportCommand(Command& program) {
   command.Group("Output");
   command
       .Option("--output,-o FILE", a->output,
-              "FILE.glb, .obj, .ply, .json or .txt; an existing one is replaced")
+              "FILE.glb, .obj, .ply, .json or .txt; an existing one is replaced. With --format a new folder")
       .Required();
+  command.Option("--format NAME", a->format,
+                 "For other programs: a folder with keyframes, tracks and images, instead of one file");
+  command.Option("--images PATH", a->images,
+                 "With --format: the sequence that was mapped, where it is not at its old place any more");
   command.Flag("--meshes", a->meshes, "In a .ply: the superquadrics as meshes, not the points");
   command.Flag("--surface", a->surface,
                "In a .glb: also the dense surface of a densified result, a coloured mesh");

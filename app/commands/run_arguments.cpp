@@ -17,15 +17,6 @@ namespace sqslam::app {
 namespace fs = std::filesystem;
 namespace {
 
-// The name of the sequence, for the default result folder: that of the folder even for "." or
-// "data/kitchen/".
-std::string NameOf(const fs::path& input) {
-  const fs::path path = fs::absolute(input).lexically_normal();
-  const std::string name =
-      path.has_filename() ? path.stem().string() : path.parent_path().filename().string();
-  return name.empty() ? "run" : name;
-}
-
 // A camera index: a small number that is no file or folder.
 std::optional<int> LiveCameraOf(const std::string& input) {
   constexpr std::size_t kMaxDigits = 3;
@@ -61,6 +52,13 @@ void CheckVideoName(const fs::path& video) {
 }
 
 }  // namespace
+
+std::string NameOfInput(const fs::path& input) {
+  const fs::path path = fs::absolute(input).lexically_normal();
+  const std::string name =
+      path.has_filename() ? path.stem().string() : path.parent_path().filename().string();
+  return name.empty() ? "run" : name;
+}
 
 Argument& SequenceArguments::AddTo(Command& command, const std::string& input_help, bool with_camera) {
   command.Group("Input");
@@ -105,6 +103,10 @@ void RunArguments::AddTo(Command& command) {
   command.Option("--ignore LABELS", ignore,
                  "Classes of moving things, such as person,car: nothing in their boxes is tracked or mapped; "
                  "none: track everything. Default: people, animals and vehicles (tracking.moving.labels)");
+  command.Option(
+      "--extend RESULT", extend,
+      "Go on with the map of a finished run, with its options: frames begin in it, or beside it until "
+      "they meet; the new result holds both, and objects keep their ids");
   command.Group("Output");
   command.Option("--output,-o DIR", output, "Result folder; default: out/NAME, out/NAME-2, ...");
   command.Option("--video FILE.mp4", video,
@@ -138,7 +140,7 @@ void RunArguments::AddTo(Command& command) {
 }
 
 SystemOptions RunArguments::Options() const {
-  SystemOptions options;
+  SystemOptions options = extend.empty() ? SystemOptions() : OptionsOfRun(extend);
   if (!config.empty()) {
     LoadOptions(config, options);
   }
@@ -188,10 +190,11 @@ RunRequest RunArguments::Request() const {
     throw UsageError("--mask: a live camera has no recorded images, expected a sequence or a video");
   }
   request.range = Range();
+  request.extend = extend;
   request.output =
       output.empty()
-          ? FreeResultFolder(
-                "out", request.live_camera ? fmt::format("camera{}", *request.live_camera) : NameOf(input))
+          ? FreeResultFolder("out", request.live_camera ? fmt::format("camera{}", *request.live_camera)
+                                                        : NameOfInput(input))
           : fs::path(output);
   request.options = Options();
   request.dense = dense;

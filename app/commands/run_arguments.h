@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +13,10 @@
 #include "slam/run/run_pipeline.h"
 
 namespace sqslam::app {
+
+// The name of the sequence, for the default result folder: that of the folder even for "." or
+// "data/kitchen/".
+std::string NameOfInput(const std::filesystem::path& input);
 
 // The options that say which images a command works on.
 struct SequenceArguments {
@@ -39,6 +44,7 @@ struct RunArguments : SequenceArguments {
   std::string detector;
   std::string mask;
   std::string ignore;
+  std::string extend;
   std::string output;
   bool deterministic = false;
   std::optional<std::int64_t> seed;

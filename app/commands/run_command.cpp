@@ -21,6 +21,7 @@ Examples:
   sqslam run film.mp4 --resize 960               a phone's video, its camera guessed and refined, boxes found
   sqslam run film.mp4 --camera phone.yaml --set tracking.features.num_features=1500
   sqslam run data/kitchen --video kitchen.mp4
+  sqslam run data/kitchen2 --extend out/kitchen      go on with yesterday's map; a new result with both
   sqslam run --dump-config > my.yaml             every option with its default
 )";
 

@@ -249,6 +249,11 @@ void Map::Transform(const Sim3d& S_new_old) {
   }
 }
 
+KeyframeId Map::IdBound() const {
+  const KeyframeId removed = removed_.empty() ? kNoKeyframe : removed_.rbegin()->first;
+  return std::max(NewestKeyframe(), removed) + 1;
+}
+
 void Map::Absorb(Map&& other) {
   keyframes_.merge(other.keyframes_);
   removed_.merge(other.removed_);

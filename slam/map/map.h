@@ -30,6 +30,11 @@ struct AnchoredPose {
   KeyframeId reference = kNoKeyframe;
   Rigid3d T_camera_reference;
   double scale = 1.0;  // scale of the reference when this was written
+
+  template <typename Self, typename Visit>
+  static void VisitState(Self& self, Visit&& visit) {
+    visit(self.reference, self.T_camera_reference, self.scale);
+  }
 };
 
 // T_camera_map of an anchored frame, from the reference's present pose.
@@ -48,6 +53,11 @@ inline Rigid3d MoveCamera(const Rigid3d& T_camera_map, const Sim3d& S_new_old) {
 struct Observation {
   KeyframeId keyframe = kNoKeyframe;
   int keypoint = 0;
+
+  template <typename Self, typename Visit>
+  static void VisitState(Self& self, Visit&& visit) {
+    visit(self.keyframe, self.keypoint);
+  }
 };
 
 // A map point as far as it is needed to find it in an image.
@@ -83,6 +93,12 @@ struct MapPoint : PointAppearance {
 
   double FoundRatio() const { return static_cast<double>(found) / visible; }
   bool IsSeenBy(KeyframeId keyframe) const;
+
+  // All but the appearance and the colour, which follow from the observations.
+  template <typename Self, typename Visit>
+  static void VisitState(Self& self, Visit&& visit) {
+    visit(self.id, self.p_map, self.observations, self.first_keyframe, self.visible, self.found);
+  }
 };
 
 using BagOfWordsPtr = std::shared_ptr<const BagOfWords>;
@@ -111,6 +127,13 @@ struct Keyframe {
 
   // The `count` most covisible keyframes, best first.
   std::vector<KeyframeId> BestCovisible(int count) const;
+
+  // All but the features and what follows from them and from the observations.
+  template <typename Self, typename Visit>
+  static void VisitState(Self& self, Visit&& visit) {
+    visit(self.id, self.frame_index, self.timestamp, self.T_camera_map, self.scale, self.covisibility,
+          self.parent);
+  }
 };
 
 // Keyframes and map points with their mutual references kept consistent. Owned by one thread; others see
@@ -165,13 +188,24 @@ class Map {
   int NumPoints() const { return points_.Size(); }
   const ScaleLevels& Levels() const { return levels_; }
   KeyframeId OldestKeyframe() const { return keyframes_.empty() ? kNoKeyframe : keyframes_.begin()->first; }
+  KeyframeId IdBound() const;  // every keyframe's id is below, also those of removed ones
   KeyframeId NewestKeyframe() const { return keyframes_.empty() ? kNoKeyframe : keyframes_.rbegin()->first; }
 
   struct RemovedKeyframe {
     AnchoredPose pose;  // relative to its parent
     double scale = 1.0;
+
+    template <typename Self, typename Visit>
+    static void VisitState(Self& self, Visit&& visit) {
+      visit(self.pose, self.scale);
+    }
   };
   const std::map<KeyframeId, RemovedKeyframe>& Removed() const { return removed_; }
+
+  template <typename Self, typename Visit>
+  static void VisitState(Self& self, Visit&& visit) {
+    visit(self.keyframes_, self.removed_, self.points_);
+  }
 
  private:
   ScaleLevels levels_;
@@ -228,6 +262,11 @@ struct AtlasView {
   struct Origin {
     std::int64_t submap = 0;
     Sim3d S_map_origin;  // from the frame in which it began to the present frame of `submap`
+
+    template <typename Self, typename Visit>
+    static void VisitState(Self& self, Visit&& visit) {
+      visit(self.submap, self.S_map_origin);
+    }
   };
   std::map<std::int64_t, TrackingViewPtr> submaps;
   std::map<std::int64_t, Origin> origins;  // by number, of every submap that ever began

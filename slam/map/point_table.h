@@ -89,8 +89,47 @@ class PointTable {
   }
 
   int Size() const { return static_cast<int>(values_.size() - free_.size()); }  // of what is alive
-  int Slots() const { return static_cast<int>(values_.size()); }             // values that memory is held for
+  int Slots() const { return static_cast<int>(values_.size()); }  // values that memory is held for
+  // True where every id leads to one value or to nothing, and every value has its id: bytes may lie.
+  bool IsSound() const {
+    std::vector<bool> used(values_.size());
+    const auto use = [&used](std::int64_t slot) {
+      const bool fresh = slot >= 0 && slot < static_cast<std::int64_t>(used.size()) && !used[slot];
+      if (fresh) {
+        used[slot] = true;
+      }
+      return fresh;
+    };
+    std::vector<bool> ends(entries_.size());  // a replacement is the end of no circle
+    for (std::size_t i = 0; i < entries_.size(); ++i) {
+      if (entries_[i] >= 0 && !use(entries_[i])) {
+        return false;
+      }
+      std::vector<std::size_t> way;
+      for (std::size_t id = i; !ends[id];) {
+        way.push_back(id);
+        const std::int64_t next = kFirstReplaced - entries_[id];
+        if (entries_[id] >= kGone) {
+          break;
+        }
+        if (next >= IdBound() || way.size() > entries_.size()) {
+          return false;
+        }
+        id = static_cast<std::size_t>(next);
+      }
+      for (const std::size_t id : way) {
+        ends[id] = true;
+      }
+    }
+    return std::ranges::all_of(free_, use) && std::ranges::find(used, false) == used.end();
+  }
+
   PointId IdBound() const { return static_cast<PointId>(entries_.size()); }  // every id is below
+
+  template <typename Self, typename Visit>
+  static void VisitState(Self& self, Visit&& visit) {
+    visit(self.entries_, self.values_, self.free_);
+  }
 
   // The same ids and replacements with other values.
   template <typename Other, typename Convert>

@@ -348,14 +348,27 @@ std::vector<FinishedMap> Mapper::Finish() {
     const auto keyframes = static_cast<int>(submap->Map().Keyframes().size());
     if (!finished.empty() && keyframes < options_.mapping.min_submap_keyframes) {
       ++counters_.resets;
+      Drop(submap->Number());
       continue;
     }
     FinishSubmap(*submap);
     finished.push_back({MakeSnapshot(), submap->FrameTrajectory(), submap->KeyframeTrajectory(),
                         finished.empty() ? learnt_camera_ : std::nullopt, submap->Objects().LeftOut()});
   }
+  active_ = ranked.front();
   outputs_.publish_snapshot(finished.front().snapshot);
   return finished;
+}
+
+// A submap that never grew.
+void Mapper::Drop(std::int64_t submap) {
+  for (const auto& [id, keyframe] : submaps_.at(submap).Map().Keyframes()) {
+    places_.Remove(id);
+    std::erase_if(loop_edges_, [id = id](const auto& edge) { return edge.first == id || edge.second == id; });
+  }
+  std::erase_if(atlas_.origins, [submap](const auto& origin) { return origin.second.submap == submap; });
+  atlas_.submaps.erase(submap);
+  submaps_.erase(submap);
 }
 
 void Mapper::PublishView() {

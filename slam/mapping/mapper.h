@@ -5,6 +5,9 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "slam/mapping/background_adjustment.h"
@@ -40,7 +43,23 @@ class Mapper {
   // that never grew are dropped. Call once.
   std::vector<FinishedMap> Finish();
 
-  RunCounters Counters() const { return counters_; }  // resets, loops, returns and merges
+  // The live map as bytes, once Finish has been called: what Restore takes over into a mapper of the same
+  // options. Written again it gives the same bytes.
+  std::string Save() const;
+
+  // Goes on with a map that was saved, and publishes it. `ids`: will not give out again what the map uses.
+  // Returns the number of the main submap. Throws InputError that begins with `what` where the bytes are no
+  // such map.
+  std::int64_t Restore(std::string_view state, const std::string& what, const std::shared_ptr<IdSource>& ids);
+
+  // The live map of a submap, taken out of the mapper, which ends with it.
+  Map MapOf(std::int64_t submap) && { return std::move(submaps_.at(submap).Map()); }
+
+  // Index and time (seconds) of the newest frame of all submaps; empty before the first.
+  std::optional<std::pair<std::int64_t, double>> NewestFrame() const;
+
+  const Camera& GetCamera() const { return camera_; }  // as learnt, once Finish has been called
+  RunCounters Counters() const { return counters_; }   // resets, loops, returns and merges
 
  private:
   void MapKeyframe(const TrackingReport& report, bool begins);
@@ -64,6 +83,7 @@ class Mapper {
   SnapshotProgress TakeProgress();
   void FinishSubmap(Submap& submap);
   void LearnFrom(Submap& submap);
+  void Drop(std::int64_t submap);
 
   Camera camera_;
   std::optional<LearntCamera> learnt_camera_;

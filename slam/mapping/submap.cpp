@@ -1,9 +1,12 @@
 #include "slam/mapping/submap.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <iterator>
 #include <unordered_map>
 
+#include "slam/map/map_codec.h"
 #include "slam/objects/size_shape.h"
 
 namespace sqslam {
@@ -17,6 +20,34 @@ Submap::Submap(std::int64_t number, std::unique_ptr<sqslam::Map> map, const Mapp
   for (const auto& [id, keyframe] : map_->Keyframes()) {
     RecordFrame(keyframe.frame_index, keyframe.timestamp, {id, {}, keyframe.scale});
   }
+}
+
+Submap::Submap(ByteReader& reader, std::unique_ptr<sqslam::Map> map, const Camera& camera,
+               const MapperOptions& options)
+    : Submap(0, std::move(map), options) {
+  reader(number_);
+  ReadMap(reader, camera, *map_);
+  reader(young_points_, frames_, upright_);
+  objects_.Load(reader);
+  std::erase_if(young_points_, [this](PointId point) { return !map_->IsAlive(point); });
+  for (const auto& [index, record] : frames_) {
+    if (!map_->Knows(record.pose.reference) || !(record.pose.scale > 0.0)) {
+      reader.Refuse(fmt::format("has no place for frame {}", index));
+    }
+  }
+  if (frames_.empty() || frames_.begin()->first < 0 || map_->Keyframes().empty()) {
+    reader.Refuse("has a part without frames");
+  }
+  refined_below_ = NewestFrame() + 1;
+}
+
+void Submap::Save(ByteWriter& writer) const {
+  std::set<PointId> young = young_points_;
+  std::erase_if(young, [this](PointId point) { return !map_->IsAlive(point); });
+  writer(number_);
+  WriteMap(*map_, writer);
+  writer(young, frames_, upright_);
+  objects_.Save(writer);
 }
 
 void Submap::RecordFrame(std::int64_t index, double timestamp, const AnchoredPose& pose,

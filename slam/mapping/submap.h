@@ -20,10 +20,20 @@
 
 namespace sqslam {
 
+class ByteReader;
+class ByteWriter;
+
 // One connected map with all that belongs to it. Its frame begins as the first camera's.
 class Submap {
  public:
   Submap(std::int64_t number, std::unique_ptr<Map> map, const MapperOptions& options);
+
+  // Reads what Save wrote into an empty map. Throws InputError.
+  Submap(ByteReader& reader, std::unique_ptr<sqslam::Map> map, const Camera& camera,
+         const MapperOptions& options);
+
+  // At the end of a run: by what points frames were found is forgotten.
+  void Save(ByteWriter& writer) const;
 
   std::int64_t Number() const { return number_; }
   sqslam::Map& Map() { return *map_; }
@@ -40,6 +50,10 @@ class Submap {
   void RefineFrames(const Camera& camera, int min_inliers, int keep = 0);
 
   bool HasFrame(std::int64_t index) const { return frames_.contains(index); }
+  std::int64_t NewestFrame() const { return frames_.rbegin()->first; }
+  std::pair<std::int64_t, double> NewestFrameTime() const {
+    return {frames_.rbegin()->first, frames_.rbegin()->second.timestamp};
+  }
   int NumFrames() const { return static_cast<int>(frames_.size()); }
   std::optional<Rigid3d> FramePose(std::int64_t index) const;  // T_map_camera
 
@@ -75,6 +89,11 @@ class Submap {
     double timestamp = 0.0;
     AnchoredPose pose;
     std::vector<FrameMatch> matches;
+
+    template <typename Self, typename Visit>
+    static void VisitState(Self& self, Visit&& visit) {
+      visit(self.timestamp, self.pose);
+    }
   };
   Rigid3d PoseOf(const FrameRecord& record) const;  // T_map_camera
   PointLookup LookupPoints() const;

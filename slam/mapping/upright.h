@@ -28,6 +28,11 @@ class UprightEstimator {
   bool Known() const { return known_; }
   std::optional<double> SupportHeight() const { return support_height_; }
 
+  template <typename Self, typename Visit>
+  static void VisitState(Self& self, Visit&& visit) {
+    visit(self.known_, self.evidence_, self.support_height_);
+  }
+
  private:
   std::optional<Rigid3d> UpdateFromMap(const Map& map, std::span<const ObjectLandmarkView> objects,
                                        bool last);

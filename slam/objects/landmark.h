@@ -27,10 +27,20 @@ class LabelVotes {
   const std::string& Best() const;  // empty where nothing was added
   double BestScore() const;         // mean score of the observations that carry the best label
 
+  template <typename Self, typename Visit>
+  static void VisitState(Self& self, Visit&& visit) {
+    visit(self.tallies_, self.best_);
+  }
+
  private:
   struct Tally {
     double sum = 0.0;
     int count = 0;
+
+    template <typename Self, typename Visit>
+    static void VisitState(Self& self, Visit&& visit) {
+      visit(self.sum, self.count);
+    }
   };
   std::map<std::string, Tally> tallies_;
   std::string best_;
@@ -42,6 +52,11 @@ struct BoxView {
   Rigid3d T_map_camera;
   Box2d box;                        // distorted px
   std::array<bool, 4> edge_free{};  // left, top, right, bottom: neither cut off by the image nor hidden
+
+  template <typename Self, typename Visit>
+  static void VisitState(Self& self, Visit&& visit) {
+    visit(self.frame_index, self.T_map_camera, self.box, self.edge_free);
+  }
 };
 
 // Outcome of outlier removal for a map point that was seen in a landmark's boxes.
@@ -50,6 +65,11 @@ struct PointVerdict {
   int sightings = 0;     // in the landmark's boxes
   double anomaly = 0.0;  // score in the isolation forest, in (0, 1); 0 where the point did not get so far
   bool kept = false;
+
+  template <typename Self, typename Visit>
+  static void VisitState(Self& self, Visit&& visit) {
+    visit(self.point, self.sightings, self.anomaly, self.kept);
+  }
 };
 
 // An object as the mapping thread keeps it. Plain data; the steps that work on it are in
@@ -70,6 +90,11 @@ struct Landmark {
     // Root mean square distance of the cameras from the line through that and `p`: what they moved towards a
     // point tells nothing of its depth.
     double CameraSpread(const Eigen::Vector3d& p_map) const;
+
+    template <typename Self, typename Visit>
+    static void VisitState(Self& self, Visit&& visit) {
+      visit(self.inside, self.outside, self.newest_inside, self.camera_sum, self.camera_outer_sum);
+    }
   };
 
   int id = 0;
@@ -110,6 +135,15 @@ struct Landmark {
   // Carries the landmark along with the frames that saw it: each view with its own frame, what was summed up
   // over frames with their mean motion. What stood upright stays upright: a small tilt is drift.
   void MoveWith(const MotionLookup& S_new_old);
+
+  // All but the clearest view, whose image is large and only for quadrics from a single view.
+  template <typename Self, typename Visit>
+  static void VisitState(Self& self, Visit&& visit) {
+    visit(self.id, self.labels, self.observations, self.views, self.votes, self.centroids, self.yaw,
+          self.lines, self.estimated, self.refined, self.thorough_at, self.estimated_at, self.points,
+          self.verdicts, self.superquadric, self.visible, self.support, self.quadric, self.covariance,
+          self.reliability, self.box_agreement, self.halvings_);
+  }
 
  private:
   void ForgetUpright();

@@ -1,5 +1,7 @@
 #include "slam/objects/object_mapper.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -13,6 +15,8 @@
 #include "slam/objects/merging.h"
 #include "slam/objects/paper_method.h"
 #include "slam/objects/single_view_quadric.h"
+#include "slam/snapshot/byte_archive.h"
+#include "slam/util/limits.h"
 
 namespace sqslam {
 
@@ -30,6 +34,29 @@ struct ObjectMapper::Impl {
   std::int64_t newest_frame = 0;
   std::int64_t version = 0;
   std::shared_ptr<const ObjectMapView> view = std::make_shared<ObjectMapView>();
+
+  template <typename Self, typename Visit>
+  static void VisitState(Self& self, Visit&& visit) {
+    visit(self.landmarks, self.merged_into, self.merges, self.deleted, self.upright, self.newest_frame);
+  }
+
+  // Throws InputError where what was read would lead astray: loops among merges, objects of impossible size.
+  void Check(const ByteReader& reader) const {
+    for (const auto& [from, to] : merged_into) {
+      if (to >= from) {  // the older one stays
+        reader.Refuse("has objects that were merged in a circle");
+      }
+    }
+    for (const auto& [id, landmark] : landmarks) {
+      const auto& [shape, T_map_object] = landmark.superquadric;
+      const bool sound = shape.half_size.minCoeff() > 0.0 && shape.half_size.maxCoeff() <= kMaxMapUnits &&
+                         shape.e1 > 0.0 && shape.e1 < 2.0 && shape.e2 > 0.0 && shape.e2 < 2.0 &&
+                         T_map_object.translation.norm() <= kMaxMapUnits;
+      if (id < 0 || id != landmark.id || landmark.views.empty() || !sound) {
+        reader.Refuse(fmt::format("has an impossible object {}", id));
+      }
+    }
+  }
 
   int Surviving(int id) const {
     for (auto it = merged_into.find(id); it != merged_into.end(); it = merged_into.find(id)) {
@@ -339,6 +366,14 @@ int ObjectMapper::LeftOut() const {
       std::count_if(impl_->landmarks.begin(), impl_->landmarks.end(), [&](const auto& landmark) {
         return impl_->IsShown(landmark.second) && !impl_->Represented(landmark.second);
       }));
+}
+
+void ObjectMapper::Save(ByteWriter& writer) const { writer(*impl_); }
+
+void ObjectMapper::Load(ByteReader& reader) {
+  reader(*impl_);
+  impl_->Check(reader);
+  impl_->Publish();
 }
 
 std::shared_ptr<const ObjectMapView> ObjectMapper::View() const { return impl_->view; }

@@ -13,6 +13,9 @@
 
 namespace sqslam {
 
+class ByteReader;
+class ByteWriter;
+
 // The objects' share of the mapping thread: owns the landmarks, removes outliers, estimates the superquadrics
 // and merges landmarks that are the same object. No threads inside; deterministic for a seed.
 //
@@ -60,6 +63,11 @@ class ObjectMapper {
   int LeftOut() const;
   std::shared_ptr<const ObjectMapView> View() const;
   std::unordered_map<std::int64_t, int> PointObjects() const;  // map point id -> id of a shown object
+  // Writes the landmarks with all that they are estimated from, and takes them over into a mapper without
+  // any. Load throws InputError.
+  void Save(ByteWriter& writer) const;
+  void Load(ByteReader& reader);
+
   // By map point id; points that were never in the box of a shown object are left out.
   std::unordered_map<std::int64_t, PointEvidence> Evidence() const;
 

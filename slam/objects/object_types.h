@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -44,6 +45,11 @@ struct LineSegment {
   Eigen::Vector2d b = Eigen::Vector2d::Zero();
 
   double Length() const { return (b - a).norm(); }
+
+  template <typename Self, typename Visit>
+  static void VisitState(Self& self, Visit&& visit) {
+    visit(self.a, self.b);
+  }
 };
 
 // An angle about the map's z axis, modulo 90 degrees, and how far to trust it.
@@ -96,6 +102,21 @@ struct ObjectMapView {
   std::vector<ObjectLandmarkView> landmarks;
   std::vector<std::pair<int, int>> merges;  // old id -> surviving id, all that ever happened, in order
   std::vector<int> deleted;                 // all that ever happened, in order
+
+  // Every id that was ever given out is below.
+  int IdBound() const {
+    int bound = 0;
+    for (const ObjectLandmarkView& landmark : landmarks) {
+      bound = std::max(bound, landmark.id + 1);
+    }
+    for (const auto& [merged, kept] : merges) {
+      bound = std::max(bound, merged + 1);
+    }
+    for (const int id : deleted) {
+      bound = std::max(bound, id + 1);
+    }
+    return bound;
+  }
 };
 
 // Position of a map point. Follows fusions (the id is updated); nullopt where the point was culled.

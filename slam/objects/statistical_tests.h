@@ -21,6 +21,11 @@ struct PointStatistics {
   void Transform(const Sim3d& S_new_old);
   Eigen::Matrix3d Covariance() const;  // unbiased; zero for fewer than two points
   Eigen::Vector3d Variance() const;    // its diagonal
+
+  template <typename Self, typename Visit>
+  static void VisitState(Self& self, Visit&& visit) {
+    visit(self.count, self.mean, self.scatter);
+  }
 };
 
 // Tests of three coordinates at once.

@@ -23,6 +23,11 @@ struct LineView {
   // Point (map frame) at which the object's axes are projected; empty: at each line's midpoint, which spares
   // lines away from it a perspective error.
   std::optional<Eigen::Vector3d> p_axes = {};
+
+  template <typename Self, typename Visit>
+  static void VisitState(Self& self, Visit&& visit) {
+    visit(self.T_map_camera, self.lines, self.p_axes);
+  }
 };
 
 // Weights of lines: by their length, with a robust loss, or as in the paper: all the same, least squares of
@@ -65,6 +70,11 @@ class YawMean {
   bool Empty() const { return weight_ <= 0.0; }
   double Mean() const { return WrapQuarter(std::arg(sum_) / 4.0); }
   double Concentration() const { return weight_ > 0.0 ? std::abs(sum_) / weight_ : 0.0; }  // 1: all the same
+
+  template <typename Self, typename Visit>
+  static void VisitState(Self& self, Visit&& visit) {
+    visit(self.sum_, self.weight_);
+  }
 
  private:
   std::complex<double> sum_ = 0.0;

@@ -138,6 +138,14 @@ BagOfWords Vocabulary::Transform(const std::vector<Descriptor>& descriptors) con
   return bag;
 }
 
+std::string Vocabulary::Fingerprint() const {
+  std::string bytes;
+  Append(bytes, tree_.ChildCounts().data(), Nodes());
+  Append(bytes, tree_.Centers().data() + 1, Nodes() - 1);
+  Append(bytes, idf_.data(), idf_.size());
+  return fmt::format("{:08x}", Checksum(bytes));
+}
+
 bool Vocabulary::IsVocabularyFile(const std::filesystem::path& path) {
   std::string start(kMagic.size(), '\0');
   std::ifstream file(path, std::ios::binary);

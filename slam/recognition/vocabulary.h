@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "slam/recognition/word_tree.h"
@@ -61,6 +62,9 @@ class Vocabulary {
 
   // The words of an image.
   BagOfWords Transform(const std::vector<Descriptor>& descriptors) const;
+
+  // Tells two vocabularies apart: a checksum of what they hold, as text.
+  std::string Fingerprint() const;
 
   std::size_t Words() const { return tree_.Words(); }
   std::size_t Nodes() const { return tree_.Nodes(); }

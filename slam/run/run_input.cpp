@@ -4,6 +4,8 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <system_error>
 
 #include "slam/io/cameras.h"
 #include "slam/util/error.h"
@@ -27,6 +29,21 @@ Sequence LiveSequence(const RunRequest& request) {
     sequence.camera = ReadCamera(CameraFile(request.sequence.camera));
   }
   return sequence;
+}
+
+void CheckExtension(const RunRequest& request) {
+  if (request.live_camera) {
+    throw UsageError("--extend: expected a recording instead of a live camera");
+  }
+  if (request.dense) {
+    throw UsageError(
+        "--extend and --dense: the images of the map's first part are elsewhere, expected one of them");
+  }
+  std::error_code none;
+  if (std::filesystem::equivalent(request.extend, request.output, none)) {
+    throw InputError(fmt::format("--extend {}: cannot be extended into itself, expected another --output",
+                                 request.extend.string()));
+  }
 }
 
 void CheckRequest(const RunRequest& request, const Sequence& sequence) {
@@ -70,7 +87,13 @@ std::unique_ptr<FrameStream> OpenFrames(const RunRequest& request, const Sequenc
 
 RunInput OpenInput(const RunRequest& request, const RunHost& host) {
   RunInput input;
-  input.sequence = request.live_camera ? LiveSequence(request) : OpenSequence(request.sequence);
+  if (!request.extend.empty()) {
+    CheckExtension(request);
+    input.known = ReadKnownMap(request.extend);
+  }
+  input.sequence = request.live_camera ? LiveSequence(request)
+                   : input.known       ? OpenSequenceFor(*input.known, request.sequence)
+                                       : OpenSequence(request.sequence);
   CheckRequest(request, input.sequence);
   input.network = NetworkFor(request.options.detection, input.sequence);
   input.frames = OpenFrames(request, input.sequence, host);

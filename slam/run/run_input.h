@@ -9,6 +9,7 @@
 #include "slam/io/frame_source.h"
 #include "slam/io/live_source.h"
 #include "slam/io/sequence.h"
+#include "slam/run/known_map.h"
 #include "slam/run/run_host.h"
 #include "slam/system_options.h"
 
@@ -25,6 +26,7 @@ struct RunRequest {
   std::optional<int> live_camera;  // index of a camera of this machine, instead of a sequence
   CameraOpener open_camera = OpenCamera;
   FrameRange range;
+  std::filesystem::path extend;  // a result whose map is gone on with; empty: a new map
   std::filesystem::path output;  // folder that is made; must not exist or be empty
   SystemOptions options;
   std::optional<DenseTime> dense;  // when to make depth maps and a dense cloud (options.dense); empty: not
@@ -33,9 +35,10 @@ struct RunRequest {
   bool HasRealClock() const { return realtime || live_camera; }
 };
 
-// The frames of a run, and the network for their boxes.
+// The frames of a run, the map that it goes on with, and the network for the boxes.
 struct RunInput {
-  Sequence sequence;  // without frames for a live camera
+  Sequence sequence;              // without frames for a live camera
+  std::optional<KnownMap> known;  // empty for a new map
   std::unique_ptr<FrameStream> frames;
   std::optional<NetworkOptions> network;  // empty where the boxes come with the sequence, or there is none
   std::optional<Detector> detector;       // the network loaded

@@ -49,6 +49,13 @@ SystemOptions OptionsFor(const AutoCamera& camera, SystemOptions options) {
   return options;
 }
 
+std::unique_ptr<System> MakeSystem(const RunInput& input, const Camera& camera, const SystemOptions& options,
+                                   System::SnapshotCallback on_snapshot) {
+  return input.known ? std::make_unique<System>(input.known->map, input.known->recording.string(), options,
+                                                std::move(on_snapshot))
+                     : std::make_unique<System>(camera, options, std::move(on_snapshot));
+}
+
 std::string StateText(TrackingState state, const Recorder& recorder) {
   if (state != TrackingState::kTracking) {
     return state == TrackingState::kLost ? "lost" : "waiting for motion";
@@ -276,16 +283,17 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
   Recorder recorder(request.output / "map.sqmap",
                     {input.sequence.path.string(), SQSLAM_VERSION, DumpOptions(options)});
   std::unique_ptr<LiveDepth> live = MakeLiveDepth(request, input);
-  System system(camera.camera, options, [&](const MapSnapshotPtr& map) {
-    recorder.Add(map);
-    if (live) {
-      live->Mapped(map);
-    }
-    host.Mapped(map);
-  });
-  const int dropped = Play(request, input, recorder, feed, system, live.get(), host);
-  feed.Finish(system);
-  FinishedRun run{request.output, input.sequence.path.string(), system.Finish(), {}};
+  const std::unique_ptr<System> system =
+      MakeSystem(input, camera.camera, options, [&](const MapSnapshotPtr& map) {
+        recorder.Add(map);
+        if (live) {
+          live->Mapped(map);
+        }
+        host.Mapped(map);
+      });
+  const int dropped = Play(request, input, recorder, feed, *system, live.get(), host);
+  feed.Finish(*system);
+  FinishedRun run{request.output, input.sequence.path.string(), system->Finish(), {}};
   const std::vector<LiveEstimate> live_depth = FinishLive(std::move(live), host);
   TakeLearntCamera(run.result, camera);
   WarnOfLeftOut(run.result);
@@ -306,6 +314,7 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
   AttemptAll({[&] { WriteCamera(run.output / "camera.yaml", camera.camera, camera.Text()); },
               [&] { WriteMapFiles(run.output, run.result.map); },
               [&] { WriteSubmaps(run.output, run.result.others); }, [&] { recorder.Close(); },
+              [&] { AddToRecording(run.output / "map.sqmap", run.result.kept); },
               [&] { MakeDense(request, run, live_depth, host); }, [&] { Draw(run, host); },
               [&] { host.Film(run); }, [&] { WriteStats(run.output / "stats.json", run.stats); },
               [&] { host.Report(run); }, [&] { feed.ThrowFailure(); }});

@@ -144,6 +144,7 @@ RecordingReader::~RecordingReader() = default;
 RecordingReader::RecordingReader(RecordingReader&&) noexcept = default;
 
 const RecordingInfo& RecordingReader::Info() const { return impl_->info; }
+int RecordingReader::Version() const { return impl_->version; }
 int RecordingReader::Size() const { return static_cast<int>(impl_->frame_indices.size()); }
 
 std::int64_t RecordingReader::FrameIndex(int index) const {

@@ -48,6 +48,7 @@ class RecordingReader {
   RecordingReader(RecordingReader&&) noexcept;
 
   const RecordingInfo& Info() const;
+  int Version() const;                   // of the format that it is written in
   int Size() const;                      // number of snapshots
   MapSnapshotPtr Read(int index) const;  // index in [0, Size())
   MapSnapshotPtr Last() const;

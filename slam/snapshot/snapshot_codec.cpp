@@ -1,11 +1,11 @@
 #include "slam/snapshot/snapshot_codec.h"
 
 #include <fmt/format.h>
-#include <zlib.h>
 
 #include <cstring>
 #include <type_traits>
 
+#include "slam/snapshot/byte_archive.h"
 #include "slam/util/error.h"
 #include "slam/util/limits.h"
 #include "slam/util/text_lines.h"
@@ -242,36 +242,11 @@ void Check(MapSnapshot& snapshot) {
 std::string EncodeSnapshot(const MapSnapshot& snapshot) {
   Writer writer;
   Visit(writer, snapshot);
-  const std::string raw = writer.Take();
-  const auto raw_size = static_cast<std::uint64_t>(raw.size());
-  uLongf packed_size = compressBound(raw.size());
-  std::string bytes(sizeof(raw_size) + packed_size, '\0');
-  std::memcpy(bytes.data(), &raw_size, sizeof(raw_size));
-  // Level 1: three times as fast as the default for a tenth more bytes (floats hardly compress at all).
-  compress2(reinterpret_cast<Bytef*>(bytes.data() + sizeof(raw_size)), &packed_size,
-            reinterpret_cast<const Bytef*>(raw.data()), raw.size(), 1);
-  bytes.resize(sizeof(raw_size) + packed_size);
-  return bytes;
+  return PackBytes(writer.Take());
 }
 
 MapSnapshot DecodeSnapshot(std::string_view bytes, int version) {
-  std::uint64_t raw_size = 0;
-  constexpr std::uint64_t kMaxRatio = 1100;  // zlib cannot pack tighter: more is a broken size
-  if (bytes.size() < sizeof(raw_size)) {
-    throw InputError("a snapshot is cut off");
-  }
-  std::memcpy(&raw_size, bytes.data(), sizeof(raw_size));
-  bytes.remove_prefix(sizeof(raw_size));
-  if (raw_size > kMaxRatio * bytes.size()) {
-    throw InputError("a snapshot is broken");
-  }
-  std::string raw(raw_size, '\0');
-  uLongf size = raw.size();
-  if (uncompress(reinterpret_cast<Bytef*>(raw.data()), &size, reinterpret_cast<const Bytef*>(bytes.data()),
-                 bytes.size()) != Z_OK ||
-      size != raw_size) {
-    throw InputError("a snapshot is broken");
-  }
+  const std::string raw = UnpackBytes(bytes, "a snapshot");
   MapSnapshot snapshot;
   Reader reader(raw, version);
   Visit(reader, snapshot);

@@ -7,9 +7,9 @@
 
 namespace sqslam {
 
-inline constexpr int kSnapshotFormatVersion = 6;
+inline constexpr int kSnapshotFormatVersion = 7;
 // The oldest that can be read: 2 has no anomaly, no rejected_by; 3 no progress; 4 no covisibility; 5 no
-// reliability.
+// reliability. 6 differs from 7 in that no recording keeps a live map.
 inline constexpr int kOldestSnapshotFormatVersion = 2;
 
 // A snapshot as bytes: little-endian, points as float32 and by columns (which packs better), then zlib.

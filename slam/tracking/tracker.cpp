@@ -23,6 +23,18 @@ Tracker::Tracker(const Camera& camera, const TrackingOptions& options, const Obj
       object_options_(objects),
       times_(times) {}
 
+void Tracker::BeginIn(const AtlasViewPtr& atlas, std::int64_t submap) {
+  int next_object = 0;
+  for (const auto& [number, view] : atlas->submaps) {
+    next_object = std::max(next_object, view->objects->IdBound());
+  }
+  atlas_ = atlas;
+  submaps_begun_ = atlas->origins.rbegin()->first + 1;
+  lost_frames_ = 1;
+  SwitchSubmap(submap, atlas->submaps.at(submap), atlas->origins.at(submap).S_map_origin);
+  Objects().StartIdsAt(next_object);
+}
+
 TrackingReport Tracker::Track(const Frame& frame, const AtlasViewPtr& atlas, int pending_keyframes) {
   const StageTimes::Scope timer(times_, "tracking");
   TrackingReport report;

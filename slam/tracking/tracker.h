@@ -47,6 +47,9 @@ class Tracker {
   Tracker(const Camera& camera, const TrackingOptions& options, const ObjectOptions& objects,
           std::shared_ptr<IdSource> ids, std::shared_ptr<const Vocabulary> vocabulary, StageTimes& times);
 
+  // Begins in maps that are there already, as a camera that is lost in one of them. Before the first frame.
+  void BeginIn(const AtlasViewPtr& atlas, std::int64_t submap);
+
   // Tracks one frame. `atlas`: the newest that the mapping thread has published (null before the first).
   // `pending_keyframes`: keyframes posted that the mapping thread has not taken in yet.
   TrackingReport Track(const Frame& frame, const AtlasViewPtr& atlas, int pending_keyframes);

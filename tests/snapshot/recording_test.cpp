@@ -257,10 +257,10 @@ TEST(Recording, OfVersion2IsReadableAndOfUnknownOnesRefused) {
   RecordingWriter(path, {"s", "v", "c"}).Add(MakeSnapshot(0));
   Rewrite(path, "2", SnapshotOfVersion2());
   ExpectSnapshotOfVersion2(*RecordingReader(path).Last());
-  for (const char* version : {"1", "7", "two"}) {
+  for (const char* version : {"1", "8", "two"}) {
     Rewrite(path, version, "");
     EXPECT_THAT(InputErrorOf([&] { RecordingReader reader(path); }),
-                HasSubstr(std::string("version ") + version + ", expected a map.sqmap of version 2 to 6"));
+                HasSubstr(std::string("version ") + version + ", expected a map.sqmap of version 2 to 7"));
   }
 }
 

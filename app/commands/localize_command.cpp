@@ -1,0 +1,74 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/commands/commands.h"
+#include "app/commands/run_arguments.h"
+#include "app/run/terminal_run.h"
+#include "slam/run/localize_pipeline.h"
+#include "slam/util/atomic_file.h"
+
+namespace sqslam::app {
+namespace {
+
+constexpr const char* kLocalizeNotes = R"(
+The map stays as it is; the poses are in its frame and unit. INPUT is of the camera that made the map: without a
+calibration of its own it is taken to be, and another one is refused. The result folder holds trajectory.txt,
+stats.json and a map.sqmap with the map and the new poses, for render and export.
+
+Examples:
+  sqslam localize data/kitchen2 --map out/kitchen
+  sqslam localize film2.mp4 --map out/film --resize 960      the film was mapped with --resize 960
+  sqslam localize photos/ --map out/kitchen -o out/photos
+  sqslam render out/photos --output found.png                where they were taken
+)";
+
+struct LocalizeArguments : SequenceArguments {
+  std::string map;
+  std::string output;
+  std::vector<std::string> set;
+  bool quiet = false;
+};
+
+int RunLocalize(const LocalizeArguments& a) {
+  LocalizeRequest request;
+  request.sequence = a.Request();
+  request.range = a.Range();
+  request.map = a.map;
+  request.output =
+      a.output.empty() ? FreeResultFolder("out", NameOfInput(a.input)) : std::filesystem::path(a.output);
+  request.set = a.set;
+  TerminalRun host({"", false}, a.quiet);
+  const LocalizedRun run = LocalizeSequence(request, host);
+  if (!a.quiet) {
+    fmt::print("{} of {} frames found in {:.1f} s\nresult: {}\n", run.stats.tracked, run.stats.frames,
+               run.stats.wall_seconds, request.output.string());
+  }
+  return run.interrupted ? 130 : 0;
+}
+
+}  // namespace
+
+void AddLocalizeCommand(Command& program) {
+  const auto a = std::make_shared<LocalizeArguments>();
+  Command& command =
+      program.AddCommand("localize", "Find the poses of images or of a video in a finished map");
+  a->AddTo(command, "Sequence folder, dataset folder, image folder or video").Required();
+  command
+      .Option("--map RESULT", a->map,
+              "Result folder of sqslam run (or its map.sqmap) whose map the frames are looked for in")
+      .Required();
+  command.Group("Output");
+  command.Option("--output,-o DIR", a->output, "Result folder; default: out/NAME, out/NAME-2, ...");
+  command.Group("General");
+  command.Option("--set KEY=VALUE", a->set,
+                 "Override one option of the run that made the map; may be repeated");
+  command.Flag("--quiet,-q", a->quiet, "No progress and no summary; warnings and errors stay");
+  command.Notes(kLocalizeNotes);
+  command.OnRun([a] { return RunLocalize(*a); });
+}
+
+}  // namespace sqslam::app

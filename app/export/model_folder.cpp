@@ -1,0 +1,154 @@
+#include "app/export/model_folder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <opencv2/imgcodecs.hpp>
+#include <string>
+
+#include "app/export/camera_model.h"
+#include "slam/io/frame_source.h"
+#include "slam/io/result_files.h"
+#include "slam/io/sequence.h"
+#include "slam/run/known_map.h"
+#include "slam/snapshot/recording.h"
+#include "slam/system_parts.h"
+#include "slam/util/atomic_file.h"
+#include "slam/util/error.h"
+
+namespace sqslam::app {
+namespace fs = std::filesystem;
+namespace {
+
+Sequence OpenMapped(const KnownMap& known, const fs::path& moved_to) {
+  SequenceRequest request;
+  request.path =
+      moved_to.empty() ? fs::path(RecordingReader(known.recording).Info().sequence_path) : moved_to;
+  request.known_camera = known.map.camera;
+  return OpenSequence(request);
+}
+
+// True where images can be taken as they lie in their folder.
+bool AreFilesAsMapped(const Sequence& sequence, const CameraModel& model) {
+  if (!sequence.video_path.empty()) {
+    return false;
+  }
+  const fs::path& first =
+      sequence.frames[static_cast<std::size_t>(model.images.front().frame_index)].image_path;
+  const cv::Mat image = cv::imread(first.string());
+  return image.size() == cv::Size(model.camera.width, model.camera.height) &&
+         std::ranges::all_of(model.images, [&](const CameraModel::Image& keyframe) {
+           const fs::path& file = sequence.frames[static_cast<std::size_t>(keyframe.frame_index)].image_path;
+           const fs::path below = file.lexically_relative(sequence.path);
+           return !below.empty() && *below.begin() != "..";
+         });
+}
+
+// The frames in the size of the camera, as JPEG.
+void WriteImages(const Sequence& sequence, const CameraModel& model, const fs::path& folder,
+                 const std::function<void(int, int)>& progress) {
+  constexpr int kQuality = 95;
+  fs::create_directories(folder);
+  std::map<std::int64_t, std::string> names;
+  for (const CameraModel::Image& image : model.images) {
+    names[image.frame_index] = image.name;
+  }
+  const std::int64_t first = names.begin()->first;
+  FrameSource source(sequence, {first, names.rbegin()->first - first + 1, 1});
+  int written = 0;
+  while (const std::optional<Frame> frame = source.Next()) {
+    const auto name = names.find(frame->index);
+    if (name == names.end()) {
+      continue;
+    }
+    AtomicPath path(folder / name->second);
+    cv::imwrite(path.Path().string(), frame->bgr, {cv::IMWRITE_JPEG_QUALITY, kQuality});
+    path.Commit();
+    progress(++written, static_cast<int>(names.size()));
+  }
+}
+
+// The colours and places of the points.
+std::vector<SnapshotPoint> CloudOf(const CameraModel& model) {
+  std::vector<SnapshotPoint> cloud;
+  for (const CameraModel::Point& point : model.points) {
+    cloud.push_back({.p_map = point.p_map.cast<float>(), .rgb = point.rgb});
+  }
+  return cloud;
+}
+
+// Keyframes that the sequence does not have (those of an older run that was extended), with their share of
+// the tracks. Points keep what is left of theirs.
+int DropWithoutImage(const Sequence& sequence, CameraModel& model) {
+  std::vector<std::uint32_t> index_of;  // by old index
+  std::vector<CameraModel::Image> kept;
+  constexpr auto kGone = static_cast<std::uint32_t>(-1);
+  for (CameraModel::Image& image : model.images) {
+    const bool there = image.frame_index < static_cast<std::int64_t>(sequence.frames.size());
+    index_of.push_back(there ? static_cast<std::uint32_t>(kept.size()) : kGone);
+    if (there) {
+      kept.push_back(std::move(image));
+    }
+  }
+  const auto dropped = static_cast<int>(model.images.size() - kept.size());
+  model.images = std::move(kept);
+  for (CameraModel::Point& point : model.points) {
+    std::erase_if(point.track, [&](const auto& sight) { return index_of[sight.first] == kGone; });
+    for (auto& [image, pixel] : point.track) {
+      image = index_of[image];
+    }
+  }
+  for (CameraModel::Point& point : model.points) {
+    for (const auto& [image, pixel] : point.track) {
+      if (point.track.size() < 2) {
+        model.images[image].points[pixel] = kNoPoint;
+      }
+    }
+  }
+  std::erase_if(model.points, [](const CameraModel::Point& point) { return point.track.size() < 2; });
+  return dropped;
+}
+
+}  // namespace
+
+ModelSummary ExportModel(const fs::path& result, const fs::path& sequence_path, const fs::path& folder,
+                         ModelFormat format, const std::function<void(int, int)>& progress) {
+  const KnownMap known = ReadKnownMap(result);
+  const Sequence sequence = OpenMapped(known, sequence_path);
+  CameraModel model =
+      ModelOf(MainMapOf(known.map, known.recording.string(), known.options), known.map.camera);
+  ModelSummary summary;
+  summary.without_image = DropWithoutImage(sequence, model);
+  if (model.images.empty()) {
+    throw InputError(
+        fmt::format("{}: has no keyframe among the {} images of {}, expected the sequence that was "
+                    "mapped (--images)",
+                    known.recording.string(), sequence.frames.size(), sequence.path.string()));
+  }
+  CreateResultFolder(folder);
+  const bool linked = AreFilesAsMapped(sequence, model);
+  for (CameraModel::Image& image : model.images) {
+    const fs::path& file = sequence.frames[static_cast<std::size_t>(image.frame_index)].image_path;
+    image.name = linked ? file.lexically_relative(sequence.path).generic_string()
+                        : fmt::format("{:06}.jpg", image.frame_index);
+  }
+  if (linked) {
+    fs::create_directory_symlink(fs::absolute(sequence.path), folder / "images");
+  } else {
+    WriteImages(sequence, model, folder / "images", progress);
+  }
+  if (format == ModelFormat::kColmap) {
+    fs::create_directories(folder / "sparse" / "0");
+    WriteColmap(folder / "sparse" / "0", model);
+  } else {
+    WritePoints(folder / "points.ply", CloudOf(model));
+    WriteTransforms(folder / "transforms.json", model, "points.ply");
+  }
+  summary.images = static_cast<int>(model.images.size());
+  summary.points = static_cast<int>(model.points.size());
+  summary.error = model.MeanError();
+  return summary;
+}
+
+}  // namespace sqslam::app

@@ -1,0 +1,154 @@
+#include "slam/map/map_codec.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+
+#include "slam/util/limits.h"
+
+namespace sqslam {
+namespace {
+
+constexpr double kPixelSteps = 64.0;
+constexpr double kAngleSteps = 65536.0 / 360.0;
+
+// Keypoints by columns, which pack better than rows.
+struct KeypointColumns {
+  std::vector<std::int32_t> x, y;          // undistorted, 1/64 px
+  std::vector<std::int16_t> raw_x, raw_y;  // as the lens shows it, less x and y
+  std::vector<std::uint16_t> angle;
+  std::vector<std::uint8_t> octave;
+
+  template <typename Self, typename Visit>
+  static void VisitState(Self& self, Visit&& visit) {
+    visit(self.x, self.y, self.raw_x, self.raw_y, self.angle, self.octave);
+  }
+};
+
+KeypointColumns ToColumns(const std::vector<Keypoint>& keypoints) {
+  KeypointColumns columns;
+  const auto step = [](double value) { return static_cast<std::int32_t>(std::lround(kPixelSteps * value)); };
+  for (const Keypoint& keypoint : keypoints) {
+    columns.x.push_back(step(keypoint.pixel.x()));
+    columns.y.push_back(step(keypoint.pixel.y()));
+    columns.raw_x.push_back(static_cast<std::int16_t>(step(keypoint.raw_pixel.x()) - columns.x.back()));
+    columns.raw_y.push_back(static_cast<std::int16_t>(step(keypoint.raw_pixel.y()) - columns.y.back()));
+    columns.angle.push_back(static_cast<std::uint16_t>(std::lround(kAngleSteps * keypoint.angle)));
+    columns.octave.push_back(static_cast<std::uint8_t>(keypoint.octave));
+  }
+  return columns;
+}
+
+void WriteFeatures(const FrameFeatures& features, ByteWriter& writer) {
+  writer(ToColumns(features.keypoints), features.colors, features.descriptors);
+}
+
+FrameFeaturesPtr ReadFeatures(ByteReader& reader, const Camera& camera, int levels) {
+  KeypointColumns columns;
+  auto features = std::make_shared<FrameFeatures>();
+  reader(columns, features->colors, features->descriptors);
+  const std::size_t count = features->descriptors.size();
+  for (const std::size_t size :
+       {columns.x.size(), columns.y.size(), columns.raw_x.size(), columns.raw_y.size(), columns.angle.size(),
+        columns.octave.size(), features->colors.size()}) {
+    if (size != count) {
+      reader.Refuse("has a keyframe with columns of different lengths");
+    }
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    if (columns.octave[i] >= levels || std::abs(columns.x[i]) > kPixelSteps * 2 * kMaxImageSide ||
+        std::abs(columns.y[i]) > kPixelSteps * 2 * kMaxImageSide) {
+      reader.Refuse("has a keypoint far outside its image or on a pyramid level that there is none of");
+    }
+    features->keypoints.push_back(
+        {Eigen::Vector2d(columns.x[i], columns.y[i]) / kPixelSteps,
+         Eigen::Vector2d(columns.x[i] + columns.raw_x[i], columns.y[i] + columns.raw_y[i]) / kPixelSteps,
+         static_cast<float>(columns.angle[i] / kAngleSteps), columns.octave[i]});
+  }
+  features->grid = KeypointGrid(features->keypoints, camera.width, camera.height);
+  return features;
+}
+
+bool IsPose(const Rigid3d& T) {
+  constexpr double kUnit = 1e-6;
+  return std::abs(T.rotation.norm() - 1.0) <= kUnit && T.translation.norm() <= kMaxMapUnits;
+}
+
+void CheckKeyframes(const ByteReader& reader, const Map& map) {
+  for (const auto& [id, keyframe] : map.Keyframes()) {
+    bool sound = id >= 0 && id == keyframe.id && IsPose(keyframe.T_camera_map) && keyframe.scale > 0.0 &&
+                 (keyframe.parent == kNoKeyframe || map.HasKeyframe(keyframe.parent));
+    for (const auto& [other, weight] : keyframe.covisibility) {
+      sound = sound && other != id && map.HasKeyframe(other) && map.At(other).covisibility.contains(id);
+    }
+    if (!sound) {
+      reader.Refuse(fmt::format("has an impossible keyframe {}", id));
+    }
+  }
+  std::set<KeyframeId> placed;  // removed ones whose references lead to a keyframe that is there
+  for (const auto& [first, removed] : map.Removed()) {
+    std::set<KeyframeId> way;
+    KeyframeId id = first;
+    while (!map.HasKeyframe(id) && !placed.contains(id)) {
+      const auto it = map.Removed().find(id);
+      if (it == map.Removed().end() || !way.insert(id).second ||
+          !IsPose(it->second.pose.T_camera_reference) || !(it->second.pose.scale > 0.0) ||
+          !(it->second.scale > 0.0)) {
+        reader.Refuse(fmt::format("has no place for the removed keyframe {}", first));
+      }
+      id = it->second.pose.reference;
+    }
+    if (map.HasKeyframe(first)) {
+      reader.Refuse(fmt::format("has removed the keyframe {} that is there", first));
+    }
+    placed.merge(way);
+  }
+}
+
+// Gives the keyframes their points.
+void TieObservations(const ByteReader& reader, Map& map) {
+  for (const MapPoint& point : map.Points()) {
+    bool sound = map.IsAlive(point.id) && &map.Point(point.id) == &point && point.observations.size() >= 2 &&
+                 point.p_map.norm() <= kMaxMapUnits && point.visible > 0;
+    for (std::size_t i = 0; sound && i < point.observations.size(); ++i) {
+      const auto& [id, keypoint] = point.observations[i];
+      sound = map.HasKeyframe(id) && keypoint >= 0 && keypoint < static_cast<int>(map.At(id).points.size()) &&
+              map.At(id).points[keypoint] == kNoPoint;
+      if (sound) {
+        map.At(id).points[keypoint] = point.id;
+      }
+    }
+    if (!sound) {
+      reader.Refuse(fmt::format("has an impossible map point {}", point.id));
+    }
+  }
+}
+
+}  // namespace
+
+void WriteMap(const Map& map, ByteWriter& writer) {
+  Map::VisitState(map, writer);
+  for (const auto& [id, keyframe] : map.Keyframes()) {
+    WriteFeatures(*keyframe.features, writer);
+  }
+}
+
+void ReadMap(ByteReader& reader, const Camera& camera, Map& map) {
+  Map::VisitState(map, reader);
+  CheckKeyframes(reader, map);
+  if (!map.Points().IsSound()) {
+    reader.Refuse("has map points whose ids lead nowhere");
+  }
+  for (const auto& [id, const_keyframe] : map.Keyframes()) {
+    Keyframe& keyframe = map.At(id);
+    keyframe.features = ReadFeatures(reader, camera, map.Levels().Count());
+    keyframe.points.assign(keyframe.features->Size(), kNoPoint);
+  }
+  TieObservations(reader, map);
+  for (const MapPoint& point : map.Points()) {
+    map.UpdateAppearance(point.id);
+  }
+}
+
+}  // namespace sqslam

@@ -1,0 +1,72 @@
+#include "slam/run/known_map.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+
+#include "slam/io/result_files.h"
+#include "slam/snapshot/recording.h"
+#include "slam/util/error.h"
+#include "slam/util/options.h"
+
+namespace sqslam {
+namespace fs = std::filesystem;
+namespace {
+
+std::string CameraText(const Camera& c) {
+  return fmt::format("{}x{}, fx {:.1f}, fy {:.1f}, cx {:.1f}, cy {:.1f}", c.width, c.height, c.fx, c.fy, c.cx,
+                     c.cy);
+}
+
+// The farthest that a point on the image's border lies from where the other camera would show it, in pixels.
+double LargestShift(const Camera& a, const Camera& b) {
+  double largest = 0.0;
+  for (const double x : {0.0, 0.5, 1.0}) {
+    for (const double y : {0.0, 0.5, 1.0}) {
+      const Eigen::Vector2d pixel(x * (a.width - 1), y * (a.height - 1));
+      const Eigen::Vector3d ray = a.Unproject(a.Undistort(pixel));
+      largest = std::max(largest, (b.ProjectDistorted(ray) - pixel).norm());
+    }
+  }
+  return largest;
+}
+
+}  // namespace
+
+SystemOptions OptionsOfRun(const fs::path& result) {
+  const fs::path recording = ResultFile(result, "map.sqmap");
+  SystemOptions options;
+  try {
+    ParseOptions(RecordingReader(recording).Info().config, "its options", options);
+  } catch (const UsageError& error) {
+    throw InputError(fmt::format("{}: {}", recording.string(), error.what()));
+  }
+  return options;
+}
+
+KnownMap ReadKnownMap(const fs::path& result) {
+  const fs::path recording = ResultFile(result, "map.sqmap");
+  return {recording, ReadKeptMap(recording), OptionsOfRun(result)};
+}
+
+Sequence OpenSequenceFor(const KnownMap& map, const SequenceRequest& request) {
+  constexpr double kMostShift = 0.02;  // of the image's width
+  Sequence sequence = OpenSequence(request);
+  const Camera& known = map.map.camera;
+  const bool same_size = sequence.camera.width == known.width && sequence.camera.height == known.height;
+  const bool guessed = !sequence.guessed_by.empty();
+  if (!same_size || (!guessed && LargestShift(sequence.camera, known) > kMostShift * known.width)) {
+    throw InputError(fmt::format(
+        "{}: its camera ({}) is not that of {}, expected {}{}", request.path.string(),
+        CameraText(sequence.camera), map.recording.string(), CameraText(known),
+        same_size ? "" : fmt::format(" (--resize {},{} changes the size)", known.width, known.height)));
+  }
+  const double fps = sequence.camera.fps;
+  sequence.camera = known;  // what the map was optimised with
+  sequence.camera.fps = fps;
+  sequence.guessed_by.clear();
+  return sequence;
+}
+
+}  // namespace sqslam

@@ -1,0 +1,267 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <cstdint>
+#include <cstring>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "slam/geometry/box2.h"
+#include "slam/geometry/camera.h"
+#include "slam/geometry/rigid3.h"
+#include "slam/geometry/superquadric.h"
+#include "slam/util/error.h"
+
+// State as bytes, little-endian. A type names its members once, for writing and for reading:
+//
+//   template <typename Self, typename Visit>
+//   static void VisitState(Self& self, Visit&& visit) { visit(self.first, self.second); }
+namespace sqslam {
+
+namespace byte_archive {
+
+struct Probe {
+  void operator()(const auto&...) const {}
+};
+
+template <typename T>
+concept HasState = requires(T& value) {
+  T::VisitState(value, Probe());
+};
+
+// The members of the geometric types, which know nothing of archives.
+template <typename Self, typename Visit>
+void VisitGeometry(Self& self, Visit&& visit) {
+  using T = std::remove_const_t<Self>;
+  if constexpr (std::is_same_v<T, Eigen::Quaterniond>) {
+    visit(self.coeffs());
+  } else if constexpr (std::is_same_v<T, Rigid3d>) {
+    visit(self.rotation, self.translation);
+  } else if constexpr (std::is_same_v<T, Sim3d>) {
+    visit(self.scale, self.rotation, self.translation);
+  } else if constexpr (std::is_same_v<T, Box2d>) {
+    visit(self.x, self.y, self.width, self.height);
+  } else if constexpr (std::is_same_v<T, Superquadric>) {
+    visit(self.half_size, self.e1, self.e2);
+  } else if constexpr (std::is_same_v<T, PosedSuperquadric>) {
+    visit(self.shape, self.T_map_object);
+  } else if constexpr (std::is_same_v<T, Camera>) {
+    visit(self.width, self.height, self.fx, self.fy, self.cx, self.cy, self.distortion, self.fps,
+          self.readout_ms);
+  } else {
+    static_assert(sizeof(T) == 0, "a type without VisitState");
+  }
+}
+
+}  // namespace byte_archive
+
+class ByteWriter {
+ public:
+  template <typename... Values>
+  void operator()(const Values&... values) {
+    (Put(values), ...);
+  }
+  const std::string& Bytes() const { return bytes_; }
+  std::string Take() { return std::move(bytes_); }
+
+ private:
+  template <typename T>
+  requires(std::is_arithmetic_v<T> || std::is_enum_v<T>) void Put(const T& value) {
+    bytes_.append(reinterpret_cast<const char*>(&value), sizeof(value));
+  }
+  void Put(const std::string& text) {
+    PutSize(text.size());
+    bytes_ += text;
+  }
+  template <typename A, typename B>
+  void Put(const std::pair<A, B>& pair) {
+    (*this)(pair.first, pair.second);
+  }
+  template <typename T>
+  void Put(const std::optional<T>& value) {
+    Put(value.has_value());
+    if (value) {
+      Put(*value);
+    }
+  }
+  template <typename T>
+  void Put(const std::complex<T>& value) {
+    (*this)(value.real(), value.imag());
+  }
+  template <typename T, std::size_t N>
+  void Put(const std::array<T, N>& items) {
+    for (const T& item : items) {
+      Put(item);
+    }
+  }
+  template <typename T>
+  void Put(const std::vector<T>& items) {
+    PutItems(items);
+  }
+  template <typename T>
+  void Put(const std::set<T>& items) {
+    PutItems(items);
+  }
+  template <typename K, typename V>
+  void Put(const std::map<K, V>& items) {
+    PutItems(items);
+  }
+  template <typename T, int R, int C>
+  void Put(const Eigen::Matrix<T, R, C>& matrix) {
+    bytes_.append(reinterpret_cast<const char*>(matrix.data()), sizeof(T) * R * C);
+  }
+  template <typename T>
+  requires std::is_class_v<T>
+  void Put(const T& value) {
+    if constexpr (byte_archive::HasState<T>) {
+      T::VisitState(value, *this);
+    } else {
+      byte_archive::VisitGeometry(value, *this);
+    }
+  }
+
+  void PutSize(std::size_t size) { Put(static_cast<std::uint32_t>(size)); }
+  void PutItems(const auto& items) {
+    PutSize(items.size());
+    for (const auto& item : items) {
+      Put(item);
+    }
+  }
+
+  std::string bytes_;
+};
+
+// Throws InputError that begins with `what` where the bytes end too early or hold numbers that are none.
+class ByteReader {
+ public:
+  ByteReader(std::string_view bytes, std::string what) : bytes_(bytes), what_(std::move(what)) {}
+
+  template <typename... Values>
+  void operator()(Values&... values) {
+    (Get(values), ...);
+  }
+  bool AtEnd() const { return bytes_.empty(); }
+  [[noreturn]] void Refuse(const std::string& problem) const { throw InputError(what_ + " " + problem); }
+
+ private:
+  template <typename T>
+  requires(std::is_arithmetic_v<T> || std::is_enum_v<T>) void Get(T& value) {
+    if constexpr (std::is_same_v<T, bool>) {
+      std::uint8_t byte = 0;
+      Get(byte);
+      value = byte != 0;
+    } else {
+      std::memcpy(&value, TakeBytes(sizeof(value)).data(), sizeof(value));
+    }
+    if constexpr (std::is_floating_point_v<T>) {
+      if (!std::isfinite(value)) {
+        Refuse("holds a number that is none");
+      }
+    }
+  }
+  void Get(std::string& text) { text = std::string(TakeBytes(GetSize())); }
+  template <typename A, typename B>
+  void Get(std::pair<A, B>& pair) {
+    (*this)(pair.first, pair.second);
+  }
+  template <typename T>
+  void Get(std::optional<T>& value) {
+    bool present = false;
+    Get(present);
+    value.reset();
+    if (present) {
+      Get(value.emplace());
+    }
+  }
+  template <typename T>
+  void Get(std::complex<T>& value) {
+    T real{}, imaginary{};
+    (*this)(real, imaginary);
+    value = {real, imaginary};
+  }
+  template <typename T, std::size_t N>
+  void Get(std::array<T, N>& items) {
+    for (T& item : items) {
+      Get(item);
+    }
+  }
+  template <typename T>
+  void Get(std::vector<T>& items) {
+    items.clear();
+    for (std::size_t left = GetSize(); left > 0; --left) {  // grows as bytes come: a broken count takes none
+      Get(items.emplace_back());
+    }
+  }
+  template <typename T>
+  void Get(std::set<T>& items) {
+    items.clear();
+    for (std::size_t left = GetSize(); left > 0; --left) {
+      T item{};
+      Get(item);
+      items.insert(items.end(), std::move(item));
+    }
+  }
+  template <typename K, typename V>
+  void Get(std::map<K, V>& items) {
+    items.clear();
+    for (std::size_t left = GetSize(); left > 0; --left) {
+      K key{};
+      Get(key);
+      Get(items[std::move(key)]);
+    }
+  }
+  template <typename T, int R, int C>
+  void Get(Eigen::Matrix<T, R, C>& matrix) {
+    for (T* value = matrix.data(); value != matrix.data() + R * C; ++value) {
+      Get(*value);
+    }
+  }
+  template <typename T>
+  requires std::is_class_v<T>
+  void Get(T& value) {
+    if constexpr (byte_archive::HasState<T>) {
+      T::VisitState(value, *this);
+    } else {
+      byte_archive::VisitGeometry(value, *this);
+    }
+  }
+
+  std::size_t GetSize() {
+    std::uint32_t size = 0;
+    Get(size);
+    if (size > bytes_.size()) {
+      Refuse("is cut off");
+    }
+    return size;
+  }
+  std::string_view TakeBytes(std::size_t size) {
+    if (size > bytes_.size()) {
+      Refuse("is cut off");
+    }
+    const std::string_view taken = bytes_.substr(0, size);
+    bytes_.remove_prefix(size);
+    return taken;
+  }
+
+  std::string_view bytes_;
+  std::string what_;
+};
+
+// Packs bytes with zlib behind their size. Level 1 is three times as fast as the default for a tenth more
+// bytes (floats hardly compress at all).
+std::string PackBytes(std::string_view raw);
+
+// Throws InputError that begins with `what` for bytes that PackBytes did not make.
+std::string UnpackBytes(std::string_view packed, const std::string& what);
+
+}  // namespace sqslam

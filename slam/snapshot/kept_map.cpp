@@ -1,0 +1,69 @@
+#include "slam/snapshot/kept_map.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "slam/snapshot/byte_archive.h"
+#include "slam/snapshot/recording.h"
+#include "slam/snapshot/sqlite_file.h"
+#include "slam/util/limits.h"
+
+namespace sqslam {
+namespace {
+
+constexpr std::size_t kPieceBytes = std::size_t{32} << 20;  // a row of SQLite holds less than a gigabyte
+constexpr int kFirstVersion = 7;                            // of the recordings that keep their maps
+
+bool IsCamera(const Camera& c) {
+  const auto side = [](int pixels) { return pixels >= kMinImageSide && pixels <= kMaxImageSide; };
+  return side(c.width) && side(c.height) && c.fx > 0.0 && c.fy > 0.0;
+}
+
+}  // namespace
+
+void AddToRecording(const std::filesystem::path& recording, const KeptMap& map) {
+  ByteWriter writer;
+  writer(map.camera, map.vocabulary, map.state);
+  const std::string_view bytes = writer.Bytes();
+  const sqlite::Database db = sqlite::OpenRecording(recording, SQLITE_OPEN_READWRITE);
+  sqlite::Execute(db.get(), recording,
+                  "BEGIN; CREATE TABLE live_map (piece INTEGER PRIMARY KEY, data BLOB NOT NULL);");
+  for (std::size_t begin = 0; begin < bytes.size(); begin += kPieceBytes) {
+    const std::string piece = PackBytes(bytes.substr(begin, kPieceBytes));
+    sqlite::Statement(db.get(), recording, "INSERT INTO live_map (data) VALUES (?)", sqlite::Blob{piece})
+        .Run();
+  }
+  sqlite::Execute(db.get(), recording, "COMMIT");
+}
+
+KeptMap ReadKeptMap(const std::filesystem::path& recording) {
+  const int version = RecordingReader(recording).Version();  // throws where it is no recording
+  if (version < kFirstVersion) {
+    throw InputError(
+        fmt::format("{}: version {} keeps pictures of its map, without keypoints and descriptors, expected "
+                    "version {} or newer (map the sequence again)",
+                    recording.string(), version, kFirstVersion));
+  }
+  const sqlite::Database db = sqlite::OpenRecording(recording, SQLITE_OPEN_READONLY);
+  const std::string what = recording.string() + ": the map that it keeps";
+  std::string bytes;
+  if (!sqlite::Statement(db.get(), recording, "SELECT 1 FROM sqlite_master WHERE name = 'live_map'").Next()) {
+    throw InputError(
+        fmt::format("{}: keeps no map to go on with, expected the recording of a run that came to its end",
+                    recording.string()));
+  }
+  sqlite::Statement select(db.get(), recording, "SELECT data FROM live_map ORDER BY piece");
+  while (select.Next()) {
+    bytes += UnpackBytes(select.Bytes(0), what);
+  }
+  ByteReader reader(bytes, what);
+  KeptMap map;
+  reader(map.camera, map.vocabulary, map.state);
+  if (!reader.AtEnd() || !IsCamera(map.camera)) {
+    reader.Refuse("is broken");
+  }
+  return map;
+}
+
+}  // namespace sqslam

@@ -1,0 +1,49 @@
+#include "slam/system_parts.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <utility>
+
+#include "slam/mapping/mapper.h"
+#include "slam/util/data_path.h"
+#include "slam/util/error.h"
+
+namespace sqslam {
+
+MapperOptions OptionsOfMapper(const SystemOptions& options) {
+  return {options.deterministic, static_cast<std::uint64_t>(options.seed),
+          options.gravity,       options.tracking,
+          options.mapping,       options.objects};
+}
+
+std::shared_ptr<const Vocabulary> LoadVocabulary(const SystemOptions& options) {
+  const std::string& name = options.vocabulary;
+  if (name == "none") {
+    return nullptr;
+  }
+  return std::make_shared<const Vocabulary>(
+      Vocabulary::Load(name == "auto" ? DataPath("assets/vocabulary.bin") : std::filesystem::path(name)));
+}
+
+std::shared_ptr<const Vocabulary> LoadVocabularyFor(const KeptMap& map, const std::string& name,
+                                                    const SystemOptions& options) {
+  std::shared_ptr<const Vocabulary> words = LoadVocabulary(options);
+  if (!words) {
+    throw UsageError("vocabulary=none: nothing is found again in a map without visual words, expected some");
+  }
+  if (!map.vocabulary.empty() && map.vocabulary != words->Fingerprint()) {
+    throw InputError(
+        fmt::format("{}: was made with another vocabulary than {}, expected the same (--set vocabulary=FILE)",
+                    name, options.vocabulary == "auto" ? "the program's own" : options.vocabulary));
+  }
+  return words;
+}
+
+Map MainMapOf(const KeptMap& map, const std::string& name, const SystemOptions& options) {
+  StageTimes times;
+  Mapper mapper(map.camera, OptionsOfMapper(options), nullptr, {[](const AtlasViewPtr&) {}, {}, {}}, times);
+  return std::move(mapper).MapOf(mapper.Restore(map.state, name, std::make_shared<IdSource>()));
+}
+
+}  // namespace sqslam

@@ -1,0 +1,263 @@
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <sstream>
+
+#include "slam/io/result_files.h"
+#include "slam/io/trajectory.h"
+#include "slam/snapshot/recording.h"
+#include "tests/app/run_program.h"
+#include "tests/app/written_sequence.h"
+#include "tests/support/textured_world.h"
+
+namespace sqslam::testing {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+constexpr int kWayFrames = 90;
+constexpr int kWayMapped = 60;
+
+// One map for all tests, which none of them may change.
+class KeptMapCommands : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    sequence_ = std::make_unique<WrittenSequence>(HandHeldPath(kWayFrames));
+    folder_ = std::make_unique<TemporaryFolder>();
+    const ProgramRun run =
+        RunProgram("run " + sequence_->Path().string() + " --no-render --deterministic " +
+                   "--detector none --frames " + std::to_string(kWayMapped) + " -o " + Map());
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    recording_ = Slurp(fs::path(Map()) / "map.sqmap");
+  }
+  static void TearDownTestSuite() {
+    EXPECT_EQ(Slurp(fs::path(Map()) / "map.sqmap"), recording_) << "a kept map was changed";
+    sequence_.reset();
+    folder_.reset();
+  }
+  static std::string Map() { return (folder_->Path() / "map").string(); }
+  static fs::path Out(const std::string& name) { return folder_->Path() / name; }
+  static std::string Input() { return sequence_->Path().string(); }
+  static void ExpectRefused(const std::string& arguments, int exit_code, const std::string& message) {
+    const ProgramRun run = RunProgram(arguments + " -o " + Out("refused").string());
+    EXPECT_EQ(run.exit_code, exit_code) << run.err;
+    EXPECT_THAT(run.ErrorLines(), ElementsAre(HasSubstr(message)));
+    EXPECT_FALSE(fs::exists(Out("refused")));
+  }
+
+  static inline std::unique_ptr<WrittenSequence> sequence_;
+  static inline std::unique_ptr<TemporaryFolder> folder_;
+  static inline std::string recording_;
+};
+
+TEST_F(KeptMapCommands, LocalizeFindsFramesInTheMapsOwnFrame) {
+  const ProgramRun run =
+      RunProgram("localize " + Input() + " --map " + Map() + " --frames 20: -o " + Out("found").string());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr(" frames found in "));
+  const Trajectory mapped = ReadTrajectory(fs::path(Map()) / "trajectory.txt");
+  const Trajectory found = ReadTrajectory(Out("found") / "trajectory.txt");
+  const RunStats stats = ReadStats(Out("found") / "stats.json");
+  EXPECT_EQ(stats.frames, kWayFrames - 20);
+  EXPECT_EQ(stats.tracked, static_cast<int>(found.size()));
+  EXPECT_GE(stats.tracked, kWayMapped - 20);
+  const double way =
+      (mapped.back().T_map_camera.translation - mapped.front().T_map_camera.translation).norm();
+  int compared = 0;
+  for (const TimedPose& pose : found) {
+    for (const TimedPose& known : mapped) {
+      if (std::abs(known.timestamp - pose.timestamp) < 1e-3) {
+        EXPECT_LT((known.T_map_camera.translation - pose.T_map_camera.translation).norm(), 0.02 * way);
+        ++compared;
+      }
+    }
+  }
+  EXPECT_GE(compared, kWayMapped - 20);
+  const RecordingReader drawn(Out("found") / "map.sqmap");
+  const RecordingReader original(fs::path(Map()) / "map.sqmap");
+  EXPECT_EQ(drawn.Last()->points.size(), original.Last()->points.size());
+  EXPECT_FALSE(drawn.Last()->keyframes.empty());
+  const ProgramRun render =
+      RunProgram("render " + Out("found").string() + " --resolution 160,120 -o " + Out("found.png").string());
+  EXPECT_EQ(render.exit_code, 0) << render.err;
+}
+
+TEST_F(KeptMapCommands, ExtendGoesOnInTheOldMap) {
+  const ProgramRun run = RunProgram("run " + Input() + " --extend " + Map() +
+                                    " --frames 40: --no-render -o " + Out("both").string());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const RunStats before = ReadStats(fs::path(Map()) / "stats.json");
+  const RunStats after = ReadStats(Out("both") / "stats.json");
+  EXPECT_EQ(after.frames, kWayFrames - 40);
+  EXPECT_GE(after.keyframes, before.keyframes);
+  EXPECT_GT(ReadTrajectory(Out("both") / "trajectory.txt").size(),
+            ReadTrajectory(fs::path(Map()) / "trajectory.txt").size() + 30);
+  const ProgramRun again =
+      RunProgram("localize " + Input() + " --map " + Out("both").string() + " -o " + Out("again").string());
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+}
+
+TEST_F(KeptMapCommands, WhatCannotBeUsedIsRefusedInOneLine) {
+  const std::string localize = "localize " + Input() + " --map ";
+  ExpectRefused(localize + "nowhere", 3, "nowhere: does not exist");
+  ExpectRefused(localize + Map() + " --set vocabulary=none", 2, "vocabulary=none");
+  fs::create_directories(Out("cut"));
+  std::ofstream(Out("cut") / "map.sqmap", std::ios::binary) << recording_.substr(0, recording_.size() / 2);
+  ExpectRefused(localize + Out("cut").string(), 3, "map.sqmap: ");
+  ExpectRefused("run " + Input() + " --extend " + Out("cut").string(), 3, "map.sqmap: ");
+  const WrittenSequence other = TinySequence();
+  other.Write("camera.yaml", "width: 320\nheight: 240\nfx: 600\nfy: 600\ncx: 160\ncy: 120\n");
+  ExpectRefused("localize " + other.Path().string() + " --map " + Map(), 3, "is not that of ");
+  ExpectRefused("localize " + Input() + " --resize 0.5 --map " + Map(), 3, "--resize 320,240");
+  const ProgramRun itself = RunProgram("run " + Input() + " --extend " + Map() + " -o " + Map());
+  EXPECT_EQ(itself.exit_code, 3);
+  EXPECT_THAT(itself.ErrorLines(), ElementsAre(HasSubstr("cannot be extended into itself")));
+}
+
+// The texts as COLMAP's documentation describes them, read on their own terms.
+TEST_F(KeptMapCommands, ColmapsModelHasTheErrorThatWeHave) {
+  const ProgramRun run = RunProgram("export " + Map() + " --format colmap -o " + Out("colmap").string());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const fs::path model = Out("colmap") / "sparse" / "0";
+  std::istringstream cameras(Slurp(model / "cameras.txt"));
+  std::string line, name;
+  std::getline(cameras, line);
+  int id = 0, width = 0, height = 0;
+  double fx = 0.0, fy = 0.0, cx = 0.0, cy = 0.0;
+  cameras >> id >> name >> width >> height >> fx >> fy >> cx >> cy;
+  EXPECT_EQ(name, "PINHOLE");
+  EXPECT_EQ(width, 320);
+
+  struct Image {
+    Rigid3d T_camera_map;
+    std::vector<std::array<double, 3>> points;  // x, y, id
+  };
+  std::map<int, Image> images;
+  std::istringstream text(Slurp(model / "images.txt"));
+  while (std::getline(text, line)) {
+    if (line.starts_with("#")) {
+      continue;
+    }
+    std::istringstream head(line);
+    double w = 0.0, x = 0.0, y = 0.0, z = 0.0;
+    Image image;
+    Eigen::Vector3d& t = image.T_camera_map.translation;
+    int camera = 0;
+    head >> id >> w >> x >> y >> z >> t.x() >> t.y() >> t.z() >> camera >> name;
+    image.T_camera_map.rotation = {w, x, y, z};
+    EXPECT_TRUE(fs::exists(Out("colmap") / "images" / name)) << name;
+    std::getline(text, line);
+    std::istringstream row(line);
+    for (std::array<double, 3> p{}; row >> p[0] >> p[1] >> p[2];) {
+      image.points.push_back(p);
+    }
+    images[id] = image;
+  }
+  EXPECT_EQ(static_cast<int>(images.size()), ReadStats(fs::path(Map()) / "stats.json").keyframes);
+
+  double sum = 0.0;
+  int points = 0;
+  std::istringstream cloud(Slurp(model / "points3D.txt"));
+  while (std::getline(cloud, line)) {
+    if (line.starts_with("#")) {
+      continue;
+    }
+    std::istringstream row(line);
+    Eigen::Vector3d p;
+    int r = 0, g = 0, b = 0, image = 0, k = 0, length = 0;
+    double error = 0.0, own = 0.0;
+    row >> id >> p.x() >> p.y() >> p.z() >> r >> g >> b >> error;
+    while (row >> image >> k) {
+      const std::array<double, 3>& seen = images.at(image).points.at(static_cast<std::size_t>(k));
+      EXPECT_EQ(static_cast<int>(seen[2]), id);
+      const Eigen::Vector3d q = images.at(image).T_camera_map * p;
+      own += std::hypot(fx * q.x() / q.z() + cx - seen[0], fy * q.y() / q.z() + cy - seen[1]);
+      ++length;
+    }
+    ASSERT_GE(length, 2);
+    EXPECT_NEAR(own / length, error, 1e-4);
+    sum += error;
+    ++points;
+  }
+  EXPECT_EQ(points, ReadStats(fs::path(Map()) / "stats.json").points);
+  EXPECT_LT(sum / points, 1.5);
+  EXPECT_THAT(run.out, HasSubstr(fmt::format("mean reprojection error {:.3f} px", sum / points)));
+}
+
+TEST_F(KeptMapCommands, ColmapItselfReadsTheModel) {
+  if (std::system("command -v colmap >/dev/null 2>&1") != 0) {
+    GTEST_SKIP() << "colmap is not installed (apt-get install colmap)";
+  }
+  const ProgramRun run = RunProgram("export " + Map() + " --format colmap -o " + Out("analysed").string());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const fs::path report = Out("analysis.txt");
+  const fs::path model = Out("analysed") / "sparse" / "0";
+  for (const char* only : {".bin", ".txt"}) {
+    const fs::path part = Out(std::string("only") + only);
+    fs::create_directories(part);
+    for (const char* file : {"cameras", "images", "points3D"}) {
+      fs::copy_file(model / (std::string(file) + only), part / (std::string(file) + only));
+    }
+    const std::string command = "QT_QPA_PLATFORM=offscreen colmap model_analyzer --path " + part.string() +
+                                " >" + report.string() + " 2>&1";
+    ASSERT_EQ(std::system(command.c_str()), 0) << Slurp(report);
+    const std::string text = Slurp(report);
+    const std::string key = "Mean reprojection error: ";
+    ASSERT_THAT(text, HasSubstr(key));
+    const double error = std::stod(text.substr(text.find(key) + key.size()));
+    EXPECT_THAT(run.out, HasSubstr(fmt::format("mean reprojection error {:.3f} px", error)));
+  }
+}
+
+TEST_F(KeptMapCommands, NerfstudiosCamerasLookAlongMinusZ) {
+  const ProgramRun run = RunProgram("export " + Map() + " --format nerfstudio -o " + Out("nerf").string());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto json = nlohmann::json::parse(Slurp(Out("nerf") / "transforms.json"));
+  EXPECT_EQ(json.at("w"), 320);
+  EXPECT_TRUE(fs::exists(Out("nerf") / json.at("ply_file_path").get<std::string>()));
+  const Trajectory keyframes = ReadTrajectory(fs::path(Map()) / "keyframes.txt");
+  ASSERT_EQ(json.at("frames").size(), keyframes.size());
+  for (std::size_t i = 0; i < keyframes.size(); ++i) {
+    const auto& frame = json.at("frames").at(i);
+    EXPECT_TRUE(fs::exists(Out("nerf") / frame.at("file_path").get<std::string>()));
+    const Eigen::Matrix3d ours = keyframes[i].T_map_camera.RotationMatrix();
+    for (int row = 0; row < 3; ++row) {
+      const auto& theirs = frame.at("transform_matrix").at(static_cast<std::size_t>(row));
+      EXPECT_NEAR(theirs.at(0).get<double>(), ours(row, 0), 1e-5);
+      EXPECT_NEAR(theirs.at(1).get<double>(), -ours(row, 1), 1e-5);
+      EXPECT_NEAR(theirs.at(2).get<double>(), -ours(row, 2), 1e-5);
+      EXPECT_NEAR(theirs.at(3).get<double>(), keyframes[i].T_map_camera.translation[row], 1e-5);
+    }
+  }
+}
+
+// The images of a resized sequence are written, in the size that the camera of the model has.
+TEST_F(KeptMapCommands, ImagesThatWereResizedAreWritten) {
+  const ProgramRun run = RunProgram("run " + Input() + " --no-render --deterministic --detector none " +
+                                    "--resize 0.75 --frames 50 -o " + Out("small").string());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const ProgramRun exported =
+      RunProgram("export " + Out("small").string() + " --format colmap -o " + Out("small-colmap").string());
+  ASSERT_EQ(exported.exit_code, 0) << exported.err;
+  int images = 0;
+  for (const fs::directory_entry& file : fs::directory_iterator(Out("small-colmap") / "images")) {
+    EXPECT_EQ(cv::imread(file.path().string()).size(), cv::Size(240, 180)) << file.path();
+    ++images;
+  }
+  EXPECT_EQ(images, ReadStats(Out("small") / "stats.json").keyframes);
+}
+
+TEST_F(KeptMapCommands, FormatsAreForMapsThatWereKept) {
+  ExpectRefused("export " + Map() + " --format colmap --meshes", 2, "--format colmap: holds no objects");
+  ExpectRefused("export " + Map() + " --images " + Input(), 2, "--images: ");
+}
+
+}  // namespace
+}  // namespace sqslam::testing

@@ -1,0 +1,120 @@
+#include "slam/map/map_codec.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/support/synthetic_map.h"
+
+namespace sqslam {
+namespace {
+
+using testing::CountBrokenReferences;
+using testing::MakeSyntheticMap;
+using testing::SyntheticMap;
+
+// A map with all that a long run leaves: fused and removed points, a removed keyframe, clutter.
+SyntheticMap LivedIn() {
+  SyntheticMap world = MakeSyntheticMap({.pixel_noise = 0.3});
+  Map& map = world.map;
+  for (PointId id = 0; id < 30; id += 3) {
+    map.Fuse(id, id + 1);
+    map.RemovePoint(id + 2);
+  }
+  for (const auto& [id, keyframe] : map.Keyframes()) {
+    map.UpdateCovisibility(id);
+  }
+  map.RemoveKeyframe(3);
+  map.AddPoint({}, 0);
+  map.RemovePoint(map.Points().IdBound() - 1);
+  map.Point(1).visible = 9;
+  map.Point(1).found = 4;
+  return world;
+}
+
+std::string Written(const Map& map) {
+  ByteWriter writer;
+  WriteMap(map, writer);
+  return writer.Take();
+}
+
+Map Read(const std::string& bytes, const Camera& camera) {
+  Map map{ScaleLevels(OrbOptions{})};
+  ByteReader reader(bytes, "the map");
+  ReadMap(reader, camera, map);
+  EXPECT_TRUE(reader.AtEnd());
+  return map;
+}
+
+TEST(MapCodec, IsTheSameMapAfterwards) {
+  const SyntheticMap world = LivedIn();
+  const std::string bytes = Written(world.map);
+  const Map read = Read(bytes, world.camera);
+  EXPECT_TRUE(Written(read) == bytes);
+  EXPECT_EQ(CountBrokenReferences(read), 0);
+  ASSERT_EQ(read.NumPoints(), world.map.NumPoints());
+  for (const MapPoint& point : world.map.Points()) {
+    const MapPoint& same = read.Point(point.id);
+    EXPECT_EQ(same.p_map, point.p_map);
+    EXPECT_EQ(same.descriptor, point.descriptor);
+    EXPECT_EQ(same.visible, point.visible);
+    EXPECT_EQ(same.found, point.found);
+    ASSERT_EQ(same.observations.size(), point.observations.size());
+  }
+  ASSERT_EQ(read.Keyframes().size(), world.map.Keyframes().size());
+  for (const auto& [id, keyframe] : world.map.Keyframes()) {
+    const Keyframe& same = read.At(id);
+    EXPECT_EQ(same.points, keyframe.points);
+    EXPECT_EQ(same.covisibility, keyframe.covisibility);
+    EXPECT_EQ(same.parent, keyframe.parent);
+    EXPECT_EQ(same.features->descriptors, keyframe.features->descriptors);
+    for (std::size_t i = 0; i < keyframe.features->Size(); ++i) {
+      EXPECT_LE((same.features->keypoints[i].pixel - keyframe.features->keypoints[i].pixel).norm(), 0.012);
+    }
+  }
+  EXPECT_EQ(read.Resolve(0), world.map.Resolve(0));
+  EXPECT_EQ(read.Resolve(2), kNoPoint);
+  EXPECT_TRUE(read.PoseOf(3).T_camera_map.Matrix().isApprox(world.map.PoseOf(3).T_camera_map.Matrix()));
+}
+
+TEST(MapCodec, RefusesBytesThatWereCutOff) {
+  const SyntheticMap world = LivedIn();
+  const std::string bytes = Written(world.map);
+  for (std::size_t size = 0; size < bytes.size(); size += 1 + bytes.size() / 97) {
+    EXPECT_THROW(Read(bytes.substr(0, size), world.camera), InputError) << size;
+  }
+}
+
+// What it does not notice (a coordinate, a bit of a descriptor) must at least be a map.
+TEST(MapCodec, DamagedBytesGiveAnErrorOrASoundMap) {
+  const SyntheticMap world = LivedIn();
+  const std::string bytes = Written(world.map);
+  std::mt19937 random(3);
+  int refused = 0;
+  for (int i = 0; i < 300; ++i) {
+    std::string damaged = bytes;
+    // Ids, counts and poses come first, keypoints and descriptors later.
+    const std::size_t place = random() % (i % 2 == 0 ? bytes.size() : bytes.size() / 8);
+    damaged[place] = static_cast<char>(random());
+    try {
+      EXPECT_EQ(CountBrokenReferences(Read(damaged, world.camera)), 0);
+    } catch (const InputError&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 20);
+}
+
+TEST(PointTable, KnowsIdsThatLeadInACircle) {
+  PointTable<int> table;
+  table.Add(0, 5);
+  table.Add(1, 6);
+  EXPECT_TRUE(table.IsSound());
+  table.Remove(0, 1);
+  EXPECT_TRUE(table.IsSound());
+  table.Remove(1, 0);
+  EXPECT_FALSE(table.IsSound());
+}
+
+}  // namespace
+}  // namespace sqslam

@@ -1,0 +1,74 @@
+#include "slam/snapshot/kept_map.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+
+#include "slam/snapshot/recording.h"
+#include "slam/util/error.h"
+#include "tests/io/temporary_folder.h"
+
+namespace sqslam {
+namespace {
+
+using ::testing::HasSubstr;
+
+class KeptMapTest : public ::testing::Test {
+ protected:
+  KeptMapTest() {
+    RecordingWriter(path_, {"sequence", "version", "config"}).Add(MapSnapshot());
+    map_.camera = {640, 480, 500.0, 510.0, 320.0, 240.0, {0.1}, 30.0, 12.0};
+    map_.vocabulary = "00c0ffee";
+    map_.state = std::string(100000, 'm') + std::string("\0\1\2", 3);
+  }
+  void Execute(const std::string& sql) const {
+    sqlite3* db = nullptr;
+    ASSERT_EQ(sqlite3_open(path_.c_str(), &db), SQLITE_OK);
+    EXPECT_EQ(sqlite3_exec(db, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(db);
+    sqlite3_close(db);
+  }
+  void ExpectRefused(const std::string& message) const {
+    try {
+      ReadKeptMap(path_);
+      FAIL() << "expected: " << message;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("map.sqmap: "));
+      EXPECT_THAT(error.what(), HasSubstr(message));
+    }
+  }
+
+  const TemporaryFolder folder_;
+  const std::filesystem::path path_ = folder_.Path() / "map.sqmap";
+  KeptMap map_;
+};
+
+TEST_F(KeptMapTest, IsReadAsItWasWritten) {
+  AddToRecording(path_, map_);
+  const KeptMap read = ReadKeptMap(path_);
+  EXPECT_TRUE(read.state == map_.state);
+  EXPECT_EQ(read.vocabulary, map_.vocabulary);
+  EXPECT_EQ(read.camera.fy, map_.camera.fy);
+  EXPECT_EQ(read.camera.distortion, map_.camera.distortion);
+  EXPECT_EQ(read.camera.readout_ms, map_.camera.readout_ms);
+  EXPECT_EQ(RecordingReader(path_).Size(), 1) << "the pictures stay";
+}
+
+TEST_F(KeptMapTest, OfARunThatWasKilledIsNotThere) { ExpectRefused("keeps no map to go on with"); }
+
+TEST_F(KeptMapTest, OfAnOlderProgramIsNotThere) {
+  Execute("UPDATE meta SET value = '6' WHERE key = 'version'");
+  ExpectRefused("version 6 keeps pictures of its map, without keypoints and descriptors");
+}
+
+TEST_F(KeptMapTest, ThatIsDamagedIsRefused) {
+  AddToRecording(path_, map_);
+  Execute("UPDATE live_map SET data = substr(data, 1, length(data) - 5)");
+  ExpectRefused("the map that it keeps is broken");
+  Execute("UPDATE live_map SET data = x'0011'");
+  ExpectRefused("the map that it keeps is cut off");
+  Execute("DELETE FROM live_map");
+  ExpectRefused("the map that it keeps is cut off");
+}
+
+}  // namespace
+}  // namespace sqslam
