@@ -72,6 +72,18 @@ bool IsOver(const Eigen::Vector2d& p, const PosedSuperquadric& solid, double gro
   return solid.shape.RadialScale(q) < grown;
 }
 
+// True where the surface is the top of something under `place`. What is there stands on it, whatever else is
+// taken to cover it: a second, wrong solid within a table takes the table from nothing that stands on it.
+bool IsTopUnder(const Eigen::Vector2d& place, double height, std::span<const PosedSuperquadric> others,
+                double tolerance) {
+  constexpr double kPrecise = 0.1;  // of a mapped height, where that is more than a surface's layer
+  return std::ranges::any_of(others, [&](const PosedSuperquadric& other) {
+    const double half = other.shape.half_size.z();
+    const double top = other.T_map_object.translation.z() + half;
+    return std::abs(top - height) < 2.0 * std::max(tolerance, kPrecise * half) && IsOver(place, other, 1.0);
+  });
+}
+
 }  // namespace
 
 CloudMiddle MiddleOf(std::span<const Eigen::Vector3d> points) {
@@ -162,7 +174,9 @@ SupportSurfaces SupportSurfaces::Around(const Eigen::Vector2d& place,
         std::erase_if(left.points, [&](const Eigen::Vector2d& p) { return IsOver(p, other, kOnTop); });
       }
     }
-    if (surface.points.empty() || 2 * left.points.size() >= surface.points.size()) {
+    const bool stays = 2 * left.points.size() >= surface.points.size() ||
+                       (!left.points.empty() && IsTopUnder(place, surface.height, others, tolerance_));
+    if (surface.points.empty() || stays) {
       result.surfaces_.push_back(std::move(left));
     }
   }

@@ -65,6 +65,21 @@ TEST(SupportSurfaces, TheTopOfAThingIsNoneForItsNeighbours) {
   EXPECT_EQ(surfaces.Around({0.8, 0.0}, {}).All().size(), 3u);
 }
 
+TEST(SupportSurfaces, TheTopOfATableStaysUnderWhatStandsThereWhateverElseCoversIt) {
+  const SupportSurfaces surfaces = SupportSurfaces::Find(Room(), GravityOptions());
+  PosedSuperquadric table;  // mapped a little too short
+  table.shape = {{0.85, 0.95, 0.36}, 0.1, 0.1};
+  table.T_map_object.translation = {-0.1, 0.0, 0.35};
+  PosedSuperquadric wrong;  // a second landmark within it, over most of its points
+  wrong.shape = {{0.7, 0.9, 0.33}, 0.1, 0.1};
+  wrong.T_map_object.translation = {-0.4, 0.0, 0.4};
+  const std::vector<PosedSuperquadric> others = {table, wrong};
+  const Eigen::Vector2d place(0.65, 0.3);
+  EXPECT_THAT(surfaces.Around(place, others).Under(place, 0.4, 0.8),
+              ElementsAre(DoubleNear(0.7, 0.01), DoubleNear(0.0, 0.01)));
+  EXPECT_EQ(surfaces.Around({0.65, 0.3}, {&wrong, 1}).All().size(), 1u);  // nothing says that it is a table
+}
+
 TEST(SupportSurfaces, MoveWithTheMap) {
   SupportSurfaces surfaces = SupportSurfaces::Find(Room(), GravityOptions());
   const Sim3d move{
