@@ -29,6 +29,19 @@ TEST(ClassPriors, KnowTheClassesThatComeWithTheProgram) {
   EXPECT_EQ(priors.Of("something nobody has named").width_sigma, ClassPrior().width_sigma);
 }
 
+TEST(ClassPriors, TakeAScreenWithItsFootForNoStranger) {
+  const ClassPriors priors = ClassPriors::Read(DataPath("configs/classes.yaml"));
+  const double hung = 0.06;  // depths, metres
+  const double on_foot = 0.23;
+  for (const auto& [label, width] : {std::pair("tv", 0.95), std::pair("monitor", 0.55)}) {
+    const ClassPrior& screen = priors.Of(label);
+    for (const double depth : {hung, on_foot}) {
+      const double error = std::log(width / depth) - screen.log_width_ratio;
+      EXPECT_LT(std::abs(error), 1.5 * screen.width_sigma) << label << " " << depth;
+    }
+  }
+}
+
 TEST(ClassPriors, NameTheLineOfWhatTheyCannotRead) {
   const auto message = [](const std::string& text) -> std::string {
     try {
