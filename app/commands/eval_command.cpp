@@ -9,7 +9,10 @@
 #include "app/report/report.h"
 #include "slam/evaluation/comparison.h"
 #include "slam/evaluation/dense_evaluation.h"
+#include "slam/evaluation/error_budget.h"
 #include "slam/evaluation/evaluation.h"
+#include "slam/snapshot/recording.h"
+#include "slam/system_options.h"
 #include "slam/util/options.h"
 
 namespace sqslam::app {
@@ -22,6 +25,7 @@ Examples:
   sqslam eval out/fire --ground-truth fire/seq-01
   sqslam eval out/desk out/desk-2 out/desk-3 --ground-truth data/desk    several runs side by side
   sqslam eval out/desk --dense --ground-truth data/desk    after sqslam densify out/desk
+  sqslam eval out/desk --budget --ground-truth data/desk   where the objects' IoU is lost
   sqslam eval out/sq out/quadric --ground-truth data/desk -o compared.tex
 
 The trajectory is aligned to the ground truth by a similarity (scale, rotation, translation); the objects go
@@ -29,6 +33,10 @@ with it. A mapped object stands for a ground-truth object where they overlap (3D
 more), or where their centres are near and their sizes alike; labels do not decide. Thin objects (a half size
 below 15 mm or 5 % of the largest) also get the IoU of their outlines seen from above. Landmarks that are no
 ground-truth object are listed with where they lie.
+
+--budget fits each mapped object again, offline, with one part of what is known of it replaced by the truth at
+a time: the cameras' poses, the boxes, which boxes and points are its own, its yaw, the height that it stands
+on, its kind of shape. What its 3D IoU gains by each says where the rest is lost.
 )";
 
 struct EvalArguments {
@@ -37,6 +45,7 @@ struct EvalArguments {
   std::string output;
   std::vector<std::string> set;
   bool dense = false;
+  bool budget = false;
   bool quiet = false;
 };
 
@@ -77,8 +86,30 @@ void EvaluateDepth(const EvalArguments& arguments, const std::vector<std::string
   }
 }
 
+// The error budgets of results, one after the other, with the options that each was made with.
+void EvaluateBudgets(const EvalArguments& arguments, const std::vector<std::string>& names) {
+  EvaluationOptions options;
+  SetOptions(arguments.set, options);
+  CheckOptions(options);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::filesystem::path result = arguments.results[i];
+    SystemOptions run;
+    ParseOptions(RecordingReader(result / "map.sqmap").Info().config, (result / "map.sqmap").string(), run);
+    const ErrorBudget budget = ComputeErrorBudget(result, arguments.ground_truth, run.objects, options);
+    WriteBudget(result / "budget.json", budget);
+    if (!arguments.quiet) {
+      fmt::print("{}{}written: {}\n", names.size() > 1 ? names[i] + "\n" : "", FormatBudget(budget),
+                 (result / "budget.json").string());
+    }
+  }
+}
+
 void Evaluate(const EvalArguments& arguments) {
   const std::vector<std::string> names = ShortNames({arguments.results.begin(), arguments.results.end()});
+  if (arguments.budget) {
+    EvaluateBudgets(arguments, names);
+    return;
+  }
   if (arguments.dense) {
     EvaluateDepth(arguments, names);
     return;
@@ -128,6 +159,9 @@ void AddEvalCommand(Command& program) {
       .Required();
   command.Flag("--dense", a->dense,
                "Instead, hold the depth maps of sqslam densify against the truth (dense_eval.json)");
+  command.Flag(
+      "--budget", a->budget,
+      "Instead, refit the objects with one part of the truth at a time: what each gains (budget.json)");
   command.Option("--set KEY=VALUE", a->set, "Override one option of the evaluation; may be repeated");
   command.Group("Output");
   command.Option("--output,-o FILE", a->output,

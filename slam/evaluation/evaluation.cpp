@@ -49,6 +49,26 @@ std::vector<CoverageCount> CountCoverage(const Evaluation& evaluation) {
   return coverage;
 }
 
+std::vector<ReliabilityBin> ReliabilityCurve(const Evaluation& evaluation) {
+  constexpr int kBins = 5;
+  std::vector<double> ious(evaluation.mapped.size(), 0.0);
+  for (const ObjectMatch& match : evaluation.objects.matches) {
+    ious[static_cast<std::size_t>(match.mapped)] = match.iou;
+  }
+  std::vector<ReliabilityBin> bins;
+  for (int i = 0; i < kBins; ++i) {
+    bins.push_back({static_cast<double>(i) / kBins});
+  }
+  for (std::size_t i = 0; i < ious.size(); ++i) {
+    const double reliability = evaluation.mapped[i].fit.reliability;
+    ReliabilityBin& bin =
+        bins[static_cast<std::size_t>(std::clamp(static_cast<int>(kBins * reliability), 0, kBins - 1))];
+    bin.mean_iou = (bin.mean_iou * bin.objects + ious[i]) / (bin.objects + 1);
+    ++bin.objects;
+  }
+  return bins;
+}
+
 std::vector<ExtraLandmark> DescribeExtra(const Evaluation& evaluation) {
   std::vector<ExtraLandmark> described;
   for (const int index : evaluation.objects.extra) {
@@ -182,6 +202,11 @@ ordered_json SummaryJson(const Evaluation& evaluation) {
     summary["mean_iou_scored_ellipsoid"] = evaluation.scored_iou.mean_ellipsoid;
     summary["mean_iou_scored_all"] = evaluation.scored_iou.mean_all;
   }
+  summary["reliability"] = ordered_json::array();
+  for (const ReliabilityBin& bin : evaluation.reliability) {
+    summary["reliability"].push_back(
+        {{"least", bin.least}, {"objects", bin.objects}, {"mean_iou", bin.mean_iou}});
+  }
   summary["coverage"] = ordered_json::array();
   for (const CoverageCount& count : evaluation.coverage) {
     summary["coverage"].push_back(
@@ -291,6 +316,7 @@ Evaluation Evaluate(const Trajectory& estimated, const std::vector<SnapshotObjec
     evaluation.iou = Summarize(evaluation, false);
     evaluation.scored_iou = Summarize(evaluation, true);
     evaluation.extra = DescribeExtra(evaluation);
+    evaluation.reliability = ReliabilityCurve(evaluation);
     evaluation.uncertain = static_cast<int>(
         std::ranges::count_if(mapped, [](const SnapshotObject& o) { return !IsReliable(o); }));
     evaluation.extra_reliable = static_cast<int>(std::ranges::count_if(
@@ -339,6 +365,14 @@ std::string FormatEvaluation(const Evaluation& evaluation) {
     fmt::format_to(out, "  uncertain        {} of {} mapped; of the extra ones {} are not\n",
                    evaluation.uncertain, evaluation.mapped.size(), evaluation.extra_reliable);
   }
+  fmt::format_to(out, "  by reliability  ");
+  for (const ReliabilityBin& bin : evaluation.reliability) {
+    if (bin.objects > 0) {
+      fmt::format_to(out, " {:.1f}: IoU {:.2f} of {}{}", bin.least, bin.mean_iou, bin.objects,
+                     &bin == &evaluation.reliability.back() ? "" : ";");
+    }
+  }
+  fmt::format_to(out, "\n");
   for (const CoverageCount& count : evaluation.coverage) {
     fmt::format_to(out, "  with {} or more detections mapped: {} of {}\n", count.min_detections, count.mapped,
                    count.total);

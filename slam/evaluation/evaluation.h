@@ -50,6 +50,13 @@ struct IouSummary {
   double mean_all = 0.0;        // over all, a missed one counting 0
 };
 
+// Mapped objects of about the same reliability. It is worth something where the mean rises with it.
+struct ReliabilityBin {
+  double least = 0.0;  // reliability, up to that of the next bin
+  int objects = 0;
+  double mean_iou = 0.0;  // with the objects that they stand for; extra ones and duplicates count 0
+};
+
 // A run held against the ground truth of its sequence. The index fields of `objects` point into mapped and
 // truth.
 struct Evaluation {
@@ -64,12 +71,13 @@ struct Evaluation {
   std::vector<SnapshotObject> mapped;  // in the map frame
   std::vector<GroundTruthObject> truth;
   ObjectMatching objects;
-  std::vector<ExtraLandmark> extra;     // in the order of objects.extra
-  int uncertain = 0;                    // mapped objects that are not reliable (IsReliable)
-  int extra_reliable = 0;               // extra ones that claim to be
-  IouSummary iou;                       // of all ground-truth objects
-  IouSummary scored_iou;                // of those whose IoU counts
-  std::vector<CoverageCount> coverage;  // for 20 and for 60 detections, where counts are known
+  std::vector<ExtraLandmark> extra;         // in the order of objects.extra
+  int uncertain = 0;                        // mapped objects that are not reliable (IsReliable)
+  int extra_reliable = 0;                   // extra ones that claim to be
+  std::vector<ReliabilityBin> reliability;  // five, each a fifth wide
+  IouSummary iou;                           // of all ground-truth objects
+  IouSummary scored_iou;                    // of those whose IoU counts
+  std::vector<CoverageCount> coverage;      // for 20 and for 60 detections, where counts are known
 
   // The ground-truth camera positions in the map frame, for drawing beside the estimated ones.
   std::vector<Eigen::Vector3d> truth_positions_map;

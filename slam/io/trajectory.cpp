@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <utility>
 
 #include "slam/io/sequence.h"
 #include "slam/util/atomic_file.h"
@@ -35,6 +37,15 @@ Trajectory ReadTrajectory(const std::filesystem::path& path) {
     trajectory.push_back({v[0], {rotation.normalized(), {v[1], v[2], v[3]}}});
   }
   return trajectory;
+}
+
+std::function<std::optional<Rigid3d>(double timestamp)> PosesByTime(Trajectory trajectory) {
+  return [trajectory = std::move(trajectory)](double timestamp) -> std::optional<Rigid3d> {
+    constexpr double kSame = 1e-4;  // seconds; files have six digits
+    const auto it = std::ranges::lower_bound(trajectory, timestamp - kSame, {}, &TimedPose::timestamp);
+    return it != trajectory.end() && it->timestamp < timestamp + kSame ? std::optional(it->T_map_camera)
+                                                                       : std::nullopt;
+  };
 }
 
 PosesByFrame ReadPosesByFrame(const std::filesystem::path& trajectory, const Sequence& sequence) {

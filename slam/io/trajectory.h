@@ -2,7 +2,9 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "slam/geometry/rigid3.h"
@@ -18,6 +20,9 @@ using Trajectory = std::vector<TimedPose>;
 // TUM format: "timestamp tx ty tz qx qy qz qw". Reading throws InputError that names file and line.
 Trajectory ReadTrajectory(const std::filesystem::path& path);
 void WriteTrajectory(const std::filesystem::path& path, const Trajectory& trajectory);
+
+// Returns the pose of the frame at a time (to 0.1 ms), or none.
+std::function<std::optional<Rigid3d>(double timestamp)> PosesByTime(Trajectory trajectory);
 
 struct Sequence;
 using PosesByFrame = std::map<std::int64_t, Rigid3d>;  // T_map_camera by index of the frame

@@ -314,7 +314,7 @@ void Mapper::FinishSubmap(Submap& submap) {
   LearnFrom(submap);
   submap.RefineFrames(camera_, options_.tracking.min_inliers);
   KeepUpright(true);
-  submap.MapObjects(camera_, true);
+  submap.MapObjectsLast(camera_);
   if (options_.mapping.joint_objects.Final()) {
     OptimizeGlobally(true);
   }

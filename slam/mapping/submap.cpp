@@ -92,13 +92,17 @@ std::optional<Rigid3d> Submap::KeepUpright(bool last) {
   return T_new_old;
 }
 
-void Submap::MapObjects(const Camera& camera, bool all) {
+void Submap::MapObjects(const Camera& camera, bool moved_everywhere) {
   objects_.SetUpright(upright_.Known(), upright_.FindSurfaces(*map_));
-  if (all) {
-    objects_.UpdateAll(LookupPoints(), camera, LookupPoses());
-  } else {
-    objects_.Update(LookupPoints(), camera, LookupPoses());
+  if (moved_everywhere) {
+    objects_.Outdate();
   }
+  objects_.Update(LookupPoints(), camera, LookupPoses());
+}
+
+void Submap::MapObjectsLast(const Camera& camera) {
+  objects_.SetUpright(upright_.Known(), upright_.FindSurfaces(*map_));
+  objects_.UpdateAll(LookupPoints(), camera, LookupPoses());
 }
 
 std::vector<ObjectTerm> Submap::ObjectTerms(const JointObjectOptions& options) const {

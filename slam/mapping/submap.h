@@ -60,8 +60,10 @@ class Submap {
   // Turns the map upright where that is known better now. Returns how the frame was moved.
   std::optional<Rigid3d> KeepUpright(bool last);
 
-  // Estimates the objects that were seen since, or all of them.
-  void MapObjects(const Camera& camera, bool all);
+  // Estimates the objects that were seen since, a few at a time; `moved_everywhere` puts all of them in the
+  // queue. The last time all of them, from all starts.
+  void MapObjects(const Camera& camera, bool moved_everywhere);
+  void MapObjectsLast(const Camera& camera);
 
   // The objects that are known well enough to take part in bundle adjustment, by id; and what it made of
   // them.

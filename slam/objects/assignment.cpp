@@ -79,20 +79,36 @@ struct Block {
   std::vector<int> columns;
 };
 
+// Gains above 0: for each row their columns, for each column its rows.
+struct Ties {
+  std::vector<std::vector<int>> of_row;
+  std::vector<std::vector<int>> of_column;
+
+  explicit Ties(const Eigen::MatrixXd& gain) : of_row(gain.rows()), of_column(gain.cols()) {
+    for (int j = 0; j < gain.cols(); ++j) {
+      for (int i = 0; i < gain.rows(); ++i) {
+        if (gain(i, j) > 0.0) {
+          of_row[i].push_back(j);
+          of_column[j].push_back(i);
+        }
+      }
+    }
+  }
+};
+
 // The block of a row; marks its columns as seen.
-Block BlockOf(const Eigen::MatrixXd& gain, int row, std::vector<bool>& row_seen,
-              std::vector<bool>& column_seen) {
+Block BlockOf(const Ties& ties, int row, std::vector<bool>& row_seen, std::vector<bool>& column_seen) {
   Block block{{row}, {}};
   row_seen[row] = true;
   for (std::size_t r = 0; r < block.rows.size(); ++r) {
-    for (int j = 0; j < gain.cols(); ++j) {
-      if (column_seen[j] || !(gain(block.rows[r], j) > 0.0)) {
+    for (const int j : ties.of_row[block.rows[r]]) {
+      if (column_seen[j]) {
         continue;
       }
       column_seen[j] = true;
       block.columns.push_back(j);
-      for (int i = 0; i < gain.rows(); ++i) {
-        if (!row_seen[i] && gain(i, j) > 0.0) {
+      for (const int i : ties.of_column[j]) {
+        if (!row_seen[i]) {
           row_seen[i] = true;
           block.rows.push_back(i);
         }
@@ -105,6 +121,7 @@ Block BlockOf(const Eigen::MatrixXd& gain, int row, std::vector<bool>& row_seen,
 }  // namespace
 
 std::vector<int> AssignOptimally(const Eigen::MatrixXd& gain) {
+  const Ties ties(gain);
   std::vector<int> result(gain.rows(), -1);
   std::vector<bool> row_seen(gain.rows(), false);
   std::vector<bool> column_seen(gain.cols(), false);
@@ -113,7 +130,7 @@ std::vector<int> AssignOptimally(const Eigen::MatrixXd& gain) {
       continue;
     }
     // Boxes compete with their neighbours only: one by one the blocks take a fraction of the cubic time.
-    Block block = BlockOf(gain, row, row_seen, column_seen);
+    Block block = BlockOf(ties, row, row_seen, column_seen);
     std::ranges::sort(block.rows);
     std::ranges::sort(block.columns);
     const std::vector<int> assigned = AssignDensely(gain(block.rows, block.columns));

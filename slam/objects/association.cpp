@@ -30,16 +30,18 @@ double SharedPoints(const BoxCandidate& box, const KnownLandmark& landmark,
 double InterFrameGain(const BoxCandidate& box, const KnownLandmark& landmark, const AssociationRules& rules,
                       const AssociationOptions& options) {
   const AssociationParts& parts = rules.parts;
-  const bool same_label = box.detection.label == landmark.labels.Best();
-  const std::optional<Box2d> last =
-      landmark.predicted_box && rules.still ? std::optional(landmark.last_box) : landmark.predicted_box;
-  if (!last || !parts.predicted_box || (!same_label && !parts.other_labels)) {
+  if (!landmark.predicted_box || !parts.predicted_box) {
     return 0.0;
   }
   constexpr double kLeastOverlap = 0.2;  // below, not even all points in common would do
-  const double iou = std::max(BoxIoU(last, box.detection.box),
+  const Box2d& last = rules.still ? landmark.last_box : *landmark.predicted_box;
+  const double iou = std::max(IoU(last, box.detection.box),
                               parts.projection ? BoxIoU(landmark.projected_box, box.detection.box) : 0.0);
   if (iou <= kLeastOverlap) {
+    return 0.0;
+  }
+  const bool same_label = box.detection.label == landmark.labels.Best();
+  if (!same_label && !parts.other_labels) {
     return 0.0;
   }
   const double shared = parts.points ? SharedPoints(box, landmark, options) : 0.0;
@@ -132,8 +134,8 @@ std::vector<int> Associate(const std::vector<BoxCandidate>& boxes,
   const auto rows = static_cast<Eigen::Index>(boxes.size());
   const auto columns = static_cast<Eigen::Index>(landmarks.size());
   Eigen::MatrixXd gain(rows, columns);
-  for (Eigen::Index i = 0; i < rows; ++i) {
-    for (Eigen::Index j = 0; j < columns; ++j) {
+  for (Eigen::Index j = 0; j < columns; ++j) {
+    for (Eigen::Index i = 0; i < rows; ++i) {
       gain(i, j) = InterFrameGain(boxes[i], *landmarks[j], rules, options);
     }
   }
@@ -144,8 +146,8 @@ std::vector<int> Associate(const std::vector<BoxCandidate>& boxes,
       taken[landmark] = true;
     }
   }
-  for (Eigen::Index i = 0; i < rows; ++i) {
-    for (Eigen::Index j = 0; j < columns; ++j) {
+  for (Eigen::Index j = 0; j < columns; ++j) {
+    for (Eigen::Index i = 0; i < rows; ++i) {
       gain(i, j) = result[i] < 0 && !taken[j] ? GeometricGain(boxes[i], *landmarks[j], rules, options) : 0.0;
     }
   }
@@ -187,6 +189,7 @@ void KnownLandmark::Absorb(KnownLandmark&& other) {
   centroids.Merge(other.centroids);
   point_ids.merge(other.point_ids);
   cloud.insert(cloud.end(), other.cloud.begin(), other.cloud.end());
+  lines_frame = std::max(lines_frame, other.lines_frame);
   if (other.last_frame > last_frame) {
     last_frame = other.last_frame;
     last_box = other.last_box;

@@ -1,6 +1,7 @@
 #include "slam/objects/detection_filter.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "slam/util/statistics.h"
 
@@ -45,29 +46,58 @@ std::vector<int> UsableDetections(const ObjectFrame& frame, const DetectionFilte
   return kept;
 }
 
-void GatherPoints(const ObjectFrame& frame, const Rigid3d& T_camera_map, double depth_iqr,
-                  BoxCandidate& candidate) {
-  const Box2d& box = candidate.detection.box;
-  std::vector<const TrackedPoint*> inside;
-  std::vector<double> depths;
-  for (const TrackedPoint& point : frame.points) {
-    if (box.Contains(point.pixel)) {
-      const double depth = (T_camera_map * point.p_map).z();
-      if (depth > 0.0) {
-        inside.push_back(&point);
-        depths.push_back(depth);
+// The points of a frame before the camera, from left to right.
+class PointsByColumn {
+ public:
+  struct Entry {
+    double column;  // px
+    const TrackedPoint* point;
+    double depth;  // map units
+  };
+
+  explicit PointsByColumn(const ObjectFrame& frame) {
+    const Rigid3d T_camera_map = frame.T_map_camera.Inverse();
+    for (const TrackedPoint& point : frame.points) {
+      if (const double depth = (T_camera_map * point.p_map).z(); depth > 0.0) {
+        entries_.push_back({point.pixel.x(), &point, depth});
       }
     }
+    std::ranges::stable_sort(entries_, {}, &Entry::column);
+  }
+
+  // In the order of the frame's points.
+  std::vector<Entry> In(const Box2d& box) const {
+    std::vector<Entry> inside;
+    const auto begin = std::ranges::lower_bound(entries_, box.x, {}, &Entry::column);
+    for (auto it = begin; it != entries_.end() && it->column <= box.x + box.width; ++it) {
+      if (box.Contains(it->point->pixel)) {
+        inside.push_back(*it);
+      }
+    }
+    std::ranges::sort(inside, {}, &Entry::point);
+    return inside;
+  }
+
+ private:
+  std::vector<Entry> entries_;
+};
+
+void GatherPoints(const PointsByColumn& points, double depth_iqr, BoxCandidate& candidate) {
+  const std::vector<PointsByColumn::Entry> inside = points.In(candidate.detection.box);
+  std::vector<double> depths;
+  for (const PointsByColumn::Entry& entry : inside) {
+    depths.push_back(entry.depth);
   }
   const std::vector<bool> keep = GateDepths(depths, depth_iqr);
   std::vector<double> kept_depths;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < inside.size(); ++i) {
     if (keep[i]) {
-      candidate.point_ids.push_back(inside[i]->point_id);
-      candidate.positions.push_back(inside[i]->p_map);
+      const TrackedPoint& point = *inside[i].point;
+      candidate.point_ids.push_back(point.point_id);
+      candidate.positions.push_back(point.p_map);
       kept_depths.push_back(depths[i]);
-      sum += inside[i]->p_map;
+      sum += point.p_map;
     }
   }
   if (kept_depths.empty()) {
@@ -79,6 +109,8 @@ void GatherPoints(const ObjectFrame& frame, const Rigid3d& T_camera_map, double 
   candidate.median_depth = UpperMedian(std::move(kept_depths));
 }
 
+constexpr double kTouching = 2.0;  // px; an edge that touches another box was probably made by it
+
 // Share of the edge (0 left, 1 top, 2 right, 3 bottom) of `box` that runs through `other`.
 double CoveredShare(const Box2d& box, int edge, const Box2d& other) {
   const bool vertical = edge % 2 == 0;
@@ -88,8 +120,7 @@ double CoveredShare(const Box2d& box, int edge, const Box2d& other) {
                                 : box.y + box.height;
   const double other_begin = vertical ? other.x : other.y;
   const double other_end = other_begin + (vertical ? other.width : other.height);
-  const double slack = 2.0;  // px; an edge that touches the other box was probably made by it
-  if (at < other_begin - slack || at > other_end + slack) {
+  if (at < other_begin - kTouching || at > other_end + kTouching) {
     return 0.0;
   }
   const double begin = vertical ? box.y : box.x;
@@ -102,13 +133,23 @@ double CoveredShare(const Box2d& box, int edge, const Box2d& other) {
 
 void MarkHiddenEdges(std::vector<BoxCandidate>& candidates) {
   constexpr double kHidden = 0.25;
+  std::vector<int> from_left(candidates.size());
+  std::iota(from_left.begin(), from_left.end(), 0);
+  const auto left = [&](int i) { return candidates[i].detection.box.x; };
+  std::ranges::sort(from_left, {}, left);
   for (BoxCandidate& candidate : candidates) {
     const Box2d& box = candidate.detection.box;
-    for (const BoxCandidate& other : candidates) {
-      if (&other == &candidate) {
+    for (const int i : from_left) {
+      const BoxCandidate& other = candidates[i];
+      const Box2d& other_box = other.detection.box;
+      if (other_box.x > box.x + box.width + kTouching) {
+        break;
+      }
+      if (&other == &candidate || other_box.x + other_box.width < box.x - kTouching ||
+          other_box.y > box.y + box.height + kTouching ||
+          other_box.y + other_box.height < box.y - kTouching) {
         continue;
       }
-      const Box2d& other_box = other.detection.box;
       // Things on one support are the nearer the lower they end in the image; depths decide where that is
       // unclear.
       const bool depths_known = candidate.median_depth > 0.0 && other.median_depth > 0.0;
@@ -143,14 +184,14 @@ std::vector<bool> GateDepths(const std::vector<double>& depths, double iqr_facto
 
 std::vector<BoxCandidate> SelectBoxes(const ObjectFrame& frame, const DetectionFilterOptions& options,
                                       double depth_iqr) {
-  const Rigid3d T_camera_map = frame.T_map_camera.Inverse();
+  const PointsByColumn points(frame);
   std::vector<BoxCandidate> candidates;
   for (const int index : UsableDetections(frame, options)) {
     BoxCandidate candidate;
     candidate.detection = frame.detections[index];
     candidate.detection_index = index;
     candidate.edge_cut = CutEdges(candidate.detection.box, frame.camera, options.border_margin);
-    GatherPoints(frame, T_camera_map, depth_iqr, candidate);
+    GatherPoints(points, depth_iqr, candidate);
     candidates.push_back(std::move(candidate));
   }
   MarkHiddenEdges(candidates);

@@ -15,6 +15,13 @@ namespace sqslam {
 
 struct StandingFit;  // landmark_refinement.h
 
+// Parts of an object that are known beforehand and replace what is estimated of them: for error budgets.
+struct GivenParts {
+  std::optional<double> yaw;      // radians about the map's z axis
+  std::optional<double> support;  // height of what it stands on, map frame
+  std::optional<ShapeKind> kind;
+};
+
 struct EstimationContext {
   const ObjectOptions* options = nullptr;
   const PointLookup* points = nullptr;
@@ -26,6 +33,7 @@ struct EstimationContext {
   std::optional<MetricScale> scale;  // of the map, by the other objects
   bool thorough = false;             // refine from all starts, not only on from the last result
   std::uint64_t seed = 0;
+  GivenParts given = {};
 };
 
 // All steps from observations to a superquadric: current point positions, outlier removal, yaw, size, shape,

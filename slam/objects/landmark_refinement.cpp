@@ -19,6 +19,10 @@ namespace {
 constexpr double kUnlikely = 0.1;  // kinds of shape with a smaller share are not tried
 
 std::optional<YawEstimate> YawFromAllLines(const Landmark& landmark, const EstimationContext& context) {
+  constexpr double kGiven = 20.0;  // quality: a quarter of a degree
+  if (context.given.yaw) {
+    return YawEstimate{WrapQuarter(*context.given.yaw), kGiven};
+  }
   std::vector<LineView> views;
   for (const auto& [frame, view] : landmark.lines) {
     views.push_back(view);
@@ -87,6 +91,10 @@ RefinementInput InputOf(const Landmark& landmark, const std::vector<BoxView>& vi
   }
   input.camera = context.camera;
   input.prior = context.classes->Of(landmark.labels.Best());
+  if (context.given.kind) {
+    input.prior.shapes.fill(1e-6);
+    input.prior.shapes[static_cast<std::size_t>(*context.given.kind)] = 1.0;
+  }
   input.scale = context.scale;
   input.support_sigma = 0.5 * context.supports->Tolerance();
   const bool bottom_seen = IsBottomSeen(views);
@@ -263,7 +271,8 @@ StandingFit RefineLandmark(const Landmark& landmark, const std::vector<BoxView>&
   const ObjectOptions& options = *context.options;
   RefinementInput input = InputOf(landmark, views, context);
   input.yaw = YawFromAllLines(landmark, context);
-  const SupportHeights supports = PossibleSupports(landmark.points, context);
+  const SupportHeights supports = context.given.support ? SupportHeights{{*context.given.support}, {}}
+                                                        : PossibleSupports(landmark.points, context);
   if (thorough || !landmark.refined) {
     const auto starts = RefinementStarts(landmark, input.points, input, options);
     return RefineStanding(starts, std::move(input), supports, options.refinement,

@@ -94,7 +94,11 @@ struct ObjectMapper::Impl {
                               .thorough = all,
                               .seed = seed};
     Estimate(all ? Ids() : MostOutdated(landmarks, options.max_estimates), poses, context);
-    Estimate(MergeAllPairs(), poses, context);
+    std::vector<int> merged = MergeAllPairs();
+    if (!all && options.max_estimates > 0) {
+      merged.resize(std::min(merged.size(), static_cast<std::size_t>(options.max_estimates)));
+    }
+    Estimate(merged, poses, context);
     DeleteForgotten();
     Publish();
   }
@@ -272,9 +276,7 @@ void ObjectMapper::AddObservations(std::span<const ObjectObservation> observatio
 
 void ObjectMapper::SetUpright(bool upright, SupportSurfaces supports) {
   if (upright != impl_->upright) {
-    for (auto& [id, landmark] : impl_->landmarks) {
-      landmark.estimated_at = 0;
-    }
+    Outdate();
   }
   impl_->upright = upright;
   impl_->supports = std::move(supports);
@@ -282,6 +284,12 @@ void ObjectMapper::SetUpright(bool upright, SupportSurfaces supports) {
 
 void ObjectMapper::Update(const PointLookup& points, const Camera& camera, const PoseLookup& poses) {
   impl_->Update(points, camera, poses, false);
+}
+
+void ObjectMapper::Outdate() {
+  for (auto& [id, landmark] : impl_->landmarks) {
+    landmark.estimated_at = 0;
+  }
 }
 
 void ObjectMapper::UpdateAll(const PointLookup& points, const Camera& camera, const PoseLookup& poses) {
@@ -329,9 +337,7 @@ void ObjectMapper::MoveWith(const MotionLookup& S_new_old) {
 
 void ObjectMapper::Absorb(ObjectMapper&& other) {
   Impl& theirs = *other.impl_;
-  for (auto& [id, landmark] : theirs.landmarks) {
-    landmark.estimated_at = 0;
-  }
+  other.Outdate();
   impl_->landmarks.merge(theirs.landmarks);
   impl_->merged_into.merge(theirs.merged_into);
   impl_->merges.insert(impl_->merges.end(), theirs.merges.begin(), theirs.merges.end());

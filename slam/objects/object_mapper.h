@@ -36,11 +36,14 @@ class ObjectMapper {
   void SetUpright(bool upright, SupportSurfaces supports);
 
   // Re-estimates the landmarks with the largest share of new boxes, at most options.max_estimates; merges,
-  // and re-estimates what was merged; deletes. `poses`, where given, renews the camera poses of past
-  // observations first.
+  // and re-estimates as many of those that were merged; deletes. `poses`, where given, renews the camera
+  // poses of past observations first.
   void Update(const PointLookup& points, const Camera& camera, const PoseLookup& poses = {});
 
-  // Re-estimates every landmark (end of the run, or after the map has changed everywhere).
+  // Puts every landmark in the queue for Update(): the map has changed everywhere.
+  void Outdate();
+
+  // Re-estimates every landmark, from all starts (end of the run).
   void UpdateAll(const PointLookup& points, const Camera& camera, const PoseLookup& poses = {});
 
   // Takes over a superquadric that was estimated elsewhere, unless the boxes of the landmark speak against it

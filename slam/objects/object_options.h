@@ -117,7 +117,8 @@ struct OutlierOptions {
 
 // Yaw from line segments and from the point cloud (section "Pose Estimation").
 struct YawOptions {
-  int line_interval = 5;            // an object's lines are extracted in every n-th frame; 0: never
+  int line_interval = 5;    // an object's lines are extracted in every n-th frame at most; 0: never
+  int line_pixels = 18000;  // of the boxes that lines are extracted from, per frame on average; 0: no limit
   double max_box_share = 0.3;       // not from boxes that cover more of the image, share of the image area
   double min_line_length = 15.0;    // px
   double box_margin = 10.0;         // boxes are grown by so much for the search of lines, px
@@ -131,6 +132,7 @@ struct YawOptions {
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
     visit("line_interval", line_interval, 0, 1000);
+    visit("line_pixels", line_pixels, 0, 100000000);
     visit("max_box_share", max_box_share, 0.0, 1.0);
     visit("min_line_length", min_line_length, 1.0, 1000.0);
     visit("box_margin", box_margin, 0.0, 100.0);

@@ -25,6 +25,7 @@ struct ObjectTracker::Impl {
   std::size_t merges_seen = 0;
   std::size_t deleted_seen = 0;
   std::vector<std::int64_t> observed;  // ids of the current frame's points, sorted
+  double line_credit = 0.0;            // px that lines may be looked for in, see YawOptions::line_pixels
 
   // Follows merges and deletions, and points the tracks at what the mapping thread knows.
   void TakeView(const ObjectMapView& newest) {
@@ -136,6 +137,12 @@ struct ObjectTracker::Impl {
   void MarkHiddenEdges(const ObjectFrame& frame, const std::vector<int>& ids,
                        std::vector<BoxCandidate>& boxes) const {
     const Rigid3d T_camera_map = frame.T_map_camera.Inverse();
+    std::vector<std::pair<int, const PosedSuperquadric*>> shown;
+    for (const auto& [id, track] : tracks) {
+      if (track.view && track.view->shown) {
+        shown.emplace_back(id, &track.view->superquadric);
+      }
+    }
     for (std::size_t i = 0; i < boxes.size(); ++i) {
       const auto own = tracks.find(ids[i]);
       if (own == tracks.end() || !own->second.IsEstimated()) {
@@ -144,15 +151,12 @@ struct ObjectTracker::Impl {
       const ObjectLandmarkView& object = *own->second.view;
       const double depth = (T_camera_map * object.superquadric.T_map_object.translation).z();
       const Box2d box = UndistortBox(boxes[i].detection.box, frame.camera);
-      for (const auto& [id, track] : tracks) {
-        if (id == ids[i] || !track.view || !track.view->shown || depth <= 0.0) {
+      for (const auto& [id, other] : shown) {
+        if (id == ids[i] || depth <= 0.0 || !MayHide(*other, object.superquadric)) {
           continue;
         }
-        if (!MayHide(track.view->superquadric, object.superquadric)) {
-          continue;
-        }
-        const PosedSuperquadric& other = track.view->superquadric;
-        const std::array<bool, 4> hidden = EdgesHiddenBy(box, depth, frame.T_map_camera, frame.camera, other);
+        const std::array<bool, 4> hidden =
+            EdgesHiddenBy(box, depth, frame.T_map_camera, frame.camera, *other);
         for (std::size_t edge = 0; edge < 4; ++edge) {
           boxes[i].edge_hidden[edge] = boxes[i].edge_hidden[edge] || hidden[edge];
         }
@@ -233,24 +237,44 @@ struct ObjectTracker::Impl {
     return observation;
   }
 
-  // Lines cost time: each object's are looked for in every n-th frame, in turn. The lines in the box of a
-  // table are those of the things on it.
-  bool IsLinesTurn(const ObjectFrame& frame, const Box2d& box, int id) const {
-    const double share = box.Area() / (static_cast<double>(frame.camera.width) * frame.camera.height);
-    return id >= 0 && options.yaw.line_interval > 0 &&
-           (frame.frame_index + id) % options.yaw.line_interval == 0 && share <= options.yaw.max_box_share;
-  }
-
-  std::vector<LineSegment> Lines(const ObjectFrame& frame, const std::vector<BoxCandidate>& boxes,
-                                 const std::vector<int>& ids) const {
-    std::vector<Box2d> regions;
-    for (std::size_t i = 0; i < boxes.size(); ++i) {
-      const Box2d& box = boxes[i].detection.box;
-      if (IsLinesTurn(frame, box, ids[i])) {
-        regions.push_back(box);
+  // Looks for lines in some of the boxes; returns those boxes' lines in the order of the boxes, none for the
+  // others. Lines cost time, so that objects take turns, those that have waited longest first. The lines in
+  // the box of a table are those of the things on it.
+  std::vector<std::vector<LineSegment>> Lines(const ObjectFrame& frame,
+                                              const std::vector<BoxCandidate>& boxes,
+                                              const std::vector<int>& ids) {
+    const YawOptions& yaw = options.yaw;
+    std::vector<std::vector<LineSegment>> lines(boxes.size());
+    std::vector<std::pair<std::int64_t, std::size_t>> waiting;  // since which frame, and the box
+    for (std::size_t i = 0; i < boxes.size() && yaw.line_interval > 0; ++i) {
+      const double share =
+          boxes[i].detection.box.Area() / (static_cast<double>(frame.camera.width) * frame.camera.height);
+      if (ids[i] >= 0 && share <= yaw.max_box_share) {
+        KnownLandmark& track = tracks[ids[i]];
+        track.lines_frame = track.last_frame < 0 ? frame.frame_index - 1 : track.lines_frame;
+        if (frame.frame_index - track.lines_frame >= yaw.line_interval) {
+          waiting.emplace_back(track.lines_frame, i);
+        }
       }
     }
-    return ExtractLines(frame.gray, frame.camera, regions, options.yaw);
+    std::ranges::sort(waiting);
+    line_credit = std::min(line_credit, 0.0) + yaw.line_pixels;
+    std::vector<Box2d> regions;
+    std::vector<std::size_t> chosen;
+    for (const auto& [since, i] : waiting) {
+      if (yaw.line_pixels > 0 && line_credit <= 0.0) {
+        break;
+      }
+      tracks.at(ids[i]).lines_frame = frame.frame_index;
+      line_credit -= LineArea(boxes[i].detection.box, yaw);
+      regions.push_back(boxes[i].detection.box);
+      chosen.push_back(i);
+    }
+    const std::vector<LineSegment> found = ExtractLines(frame.gray, frame.camera, regions, yaw);
+    for (const std::size_t i : chosen) {
+      lines[i] = LinesInBox(found, UndistortBox(boxes[i].detection.box, frame.camera), yaw);
+    }
+    return lines;
   }
 };
 
@@ -278,7 +302,7 @@ std::vector<ObjectObservation> ObjectTracker::Track(const ObjectFrame& frame, co
   }();
   impl.MarkHiddenEdges(frame, ids, boxes);
   const YawOptions& yaw = impl.options.yaw;
-  const std::vector<LineSegment> lines = impl.Lines(frame, boxes, ids);
+  std::vector<std::vector<LineSegment>> lines = impl.Lines(frame, boxes, ids);
   impl.observed.clear();
   for (const TrackedPoint& point : frame.points) {
     impl.observed.push_back(point.point_id);
@@ -291,9 +315,7 @@ std::vector<ObjectObservation> ObjectTracker::Track(const ObjectFrame& frame, co
     }
     impl.Remember(ids[i], frame, boxes[i]);
     ObjectObservation observation = impl.Observe(ids[i], frame, boxes[i]);
-    if (impl.IsLinesTurn(frame, boxes[i].detection.box, ids[i])) {
-      observation.lines = LinesInBox(lines, UndistortBox(boxes[i].detection.box, frame.camera), yaw);
-    }
+    observation.lines = std::move(lines[i]);
     if (view.upright && !observation.lines.empty()) {
       LineView line_view{frame.T_map_camera, observation.lines, {}};
       const bool paper = impl.options.method == ObjectMethod::kPaper;

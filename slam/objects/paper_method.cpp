@@ -20,6 +20,7 @@ ObjectOptions OptionsOfMethod(ObjectOptions options) {
   outliers.box_margin = 0.0;
   outliers.isolation_forest.min_points = 4;
   options.yaw.line_interval = 1;
+  options.yaw.line_pixels = 0;
   options.yaw.max_box_share = 1.0;
   options.yaw.pca_min_ratio = 1.0;
   options.yaw.pca_min_points = 3;

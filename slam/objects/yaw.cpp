@@ -134,6 +134,8 @@ double RefineYaw(const std::vector<NormalisedLine>& lines, const std::vector<Mat
   return yaw[0];
 }
 
+constexpr double kRing = 10.0;  // px around boxes beyond the margin of LinesInBox()
+
 // The boxes grown by `margin` px, within the image; those that overlap as one.
 std::vector<cv::Rect> Regions(const std::vector<Box2d>& boxes, const cv::Size& image, double margin) {
   std::vector<cv::Rect> regions;
@@ -247,9 +249,13 @@ void YawMean::Add(const YawEstimate& estimate) {
   weight_ += estimate.quality;
 }
 
+double LineArea(const Box2d& box, const YawOptions& options) {
+  const double grown = 2.0 * (options.box_margin + kRing);
+  return (box.width + grown) * (box.height + grown);
+}
+
 std::vector<LineSegment> ExtractLines(const cv::Mat& gray, const Camera& camera,
                                       const std::vector<Box2d>& boxes, const YawOptions& options) {
-  constexpr double kRing = 10.0;  // px beyond the margin of LinesInBox()
   std::vector<LineSegment> lines;
   if (gray.empty() || boxes.empty()) {
     return lines;

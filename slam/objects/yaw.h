@@ -60,6 +60,9 @@ std::optional<YawEstimate> YawFromLines(std::span<const LineView> views, const C
 // where the cloud is round (variance ratio below options.pca_min_ratio) or small.
 std::optional<YawEstimate> YawFromPoints(std::span<const Eigen::Vector3d> points, const YawOptions& options);
 
+// Size of the part of the image that lines of a box are looked for in, px.
+double LineArea(const Box2d& box, const YawOptions& options);
+
 // Weighted running mean of angles modulo 90 degrees, taken on the circle of 4 * yaw: the mean of 44 and -44
 // degrees is 45, not 0.
 class YawMean {

@@ -1,0 +1,416 @@
+#include "slam/evaluation/error_budget.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <tuple>
+#include <utility>
+
+#include "slam/geometry/angles.h"
+#include "slam/io/image_files.h"
+#include "slam/objects/detection_filter.h"
+#include "slam/objects/landmark_geometry.h"
+#include "slam/objects/landmark_refinement.h"
+#include "slam/objects/recorded_landmarks.h"
+#include "slam/objects/yaw.h"
+#include "slam/util/error.h"
+#include "slam/util/json_file.h"
+
+namespace sqslam {
+namespace fs = std::filesystem;
+namespace {
+
+// A recorded frame with a pose.
+struct BudgetFrame {
+  std::int64_t index = 0;
+  Rigid3d T_map_camera;
+  std::optional<Rigid3d> true_T_map_camera;
+  std::vector<BoxCandidate> boxes;
+  std::vector<LineSegment> lines;
+};
+
+Rigid3d TruePose(const BudgetFrame& frame) { return frame.true_T_map_camera.value_or(frame.T_map_camera); }
+
+LineView LinesOfBox(const BudgetFrame& frame, const Box2d& box, const Camera& camera,
+                    const YawOptions& options) {
+  const double share = box.Area() / (static_cast<double>(camera.width) * camera.height);
+  return {frame.T_map_camera, share > options.max_box_share
+                                  ? std::vector<LineSegment>()
+                                  : LinesInBox(frame.lines, UndistortBox(box, camera), options)};
+}
+
+std::optional<Box2d> ShownBox(const PosedSuperquadric& solid, const Rigid3d& T_map_camera,
+                              const Camera& camera) {
+  const std::optional<Box2d> box = ProjectToBox(solid, T_map_camera, camera);
+  const Box2d shown = box ? ClipToImage(DistortBox(*box, camera), camera) : Box2d();
+  return shown.Area() > 0.0 ? std::optional(shown) : std::nullopt;
+}
+
+std::vector<BudgetFrame> ReadFrames(const RecordingReader& recording, const PoseAtTime& T_map_camera,
+                                    const PoseAtTime& true_T_map_camera, const ObjectOptions& options) {
+  std::vector<BudgetFrame> frames;
+  for (int i = 0; i < recording.Size(); ++i) {
+    const MapSnapshotPtr map = recording.Read(i);
+    const std::optional<Rigid3d> pose = T_map_camera(map->timestamp);
+    if (!pose || (!frames.empty() && map->frame_index <= frames.back().index)) {
+      continue;
+    }
+    ObjectFrame frame{map->frame_index, *pose, map->camera, {}, {}, {}};
+    std::vector<Box2d> regions;
+    for (const SnapshotDetection& detection : map->detections) {
+      frame.detections.push_back(detection.detection);
+      regions.push_back(detection.detection.box);
+    }
+    const cv::Mat gray =
+        Resized(ReadImage(map->image_path, cv::IMREAD_GRAYSCALE), {map->camera.width, map->camera.height});
+    frames.push_back({map->frame_index, *pose, true_T_map_camera(map->timestamp),
+                      SelectBoxes(frame, options.detections, options.outliers.depth_iqr),
+                      ExtractLines(gray, map->camera, regions, options.yaw)});
+  }
+  return frames;
+}
+
+// Index of the box in each frame that is the object's by the true solids' projections, or -1: pairs with the
+// largest overlap go first.
+std::vector<std::vector<int>> TrueBoxes(const std::vector<BudgetFrame>& frames,
+                                        const std::vector<PosedSuperquadric>& solids, const Camera& camera) {
+  constexpr double kLeast = 0.3;  // IoU
+  std::vector<std::vector<int>> boxes(solids.size(), std::vector<int>(frames.size(), -1));
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    std::vector<std::tuple<double, std::size_t, int>> pairs;  // negative IoU, object, box
+    for (std::size_t k = 0; k < solids.size(); ++k) {
+      const std::optional<Box2d> shown = ShownBox(solids[k], TruePose(frames[f]), camera);
+      for (int b = 0; shown && b < static_cast<int>(frames[f].boxes.size()); ++b) {
+        const double iou = IoU(*shown, frames[f].boxes[static_cast<std::size_t>(b)].detection.box);
+        if (iou >= kLeast) {
+          pairs.emplace_back(-iou, k, b);
+        }
+      }
+    }
+    std::ranges::sort(pairs);
+    std::vector<bool> taken(frames[f].boxes.size(), false);
+    for (const auto& [iou, k, b] : pairs) {
+      if (boxes[k][f] < 0 && !taken[static_cast<std::size_t>(b)]) {
+        boxes[k][f] = b;
+        taken[static_cast<std::size_t>(b)] = true;
+      }
+    }
+  }
+  return boxes;
+}
+
+// A landmark's evidence, of which parts are replaced.
+class Refit {
+ public:
+  Refit(const MapSnapshot& map, const std::vector<BudgetFrame>& frames, const Solid& truth,
+        const std::vector<int>& true_boxes, Landmark landmark, EstimationContext context)
+      : map_(map),
+        frames_(frames),
+        truth_(truth),
+        true_boxes_(true_boxes),
+        landmark_(std::move(landmark)),
+        context_(std::move(context)) {}
+
+  void Replace(TruePart part) {
+    const PosedSuperquadric solid = truth_.ToSuperquadric();
+    const bool all = part == TruePart::kAll;
+    if (all || part == TruePart::kAssociation) {
+      TakeTrueBoxesAndPoints();
+    }
+    if (all || part == TruePart::kPoses) {
+      TakeTruePoses();
+    }
+    if (all || part == TruePart::kBoxes) {
+      ProjectBoxes(solid);
+    }
+    if (all || part == TruePart::kYaw) {
+      context_.given.yaw = YawOf(solid.T_map_object.rotation);
+    }
+    if (all || part == TruePart::kSupport) {
+      context_.given.support =
+          solid.T_map_object.translation.z() - SupportExtent(solid, -Eigen::Vector3d::UnitZ());
+    }
+    if (all || part == TruePart::kShape) {
+      context_.given.kind = NearestKind(solid.shape.e1, solid.shape.e2);
+    }
+  }
+
+  // 3D IoU with the truth; empty where there is too little to fit.
+  std::optional<double> Fit() {
+    constexpr std::size_t kFewestViews = 5;  // as many as EstimateLandmark() asks for
+    constexpr std::size_t kFewestPoints = 4;
+    std::vector<BoxView> views = SpreadViews(landmark_.views, context_.options->refinement.max_views);
+    if (views.size() < kFewestViews || landmark_.points.size() < kFewestPoints) {
+      return std::nullopt;
+    }
+    if (!whole_boxes_) {
+      MarkHiddenEdges(landmark_, context_, views);
+    }
+    TakeFit(landmark_, RefineLandmark(landmark_, views, true, context_), views, context_);
+    return IoU(Solid::FromSuperquadric(landmark_.superquadric), truth_);
+  }
+
+ private:
+  const BudgetFrame* FrameOf(std::int64_t index) const {
+    const auto it = std::ranges::lower_bound(frames_, index, {}, &BudgetFrame::index);
+    return it != frames_.end() && it->index == index ? &*it : nullptr;
+  }
+
+  void TakeTrueBoxesAndPoints() {
+    constexpr double kGrown = 1.05;
+    landmark_.views.clear();
+    landmark_.lines.clear();
+    for (std::size_t f = 0; f < frames_.size(); ++f) {
+      if (true_boxes_[f] < 0) {
+        continue;
+      }
+      const BudgetFrame& frame = frames_[f];
+      const BoxCandidate& box = frame.boxes[static_cast<std::size_t>(true_boxes_[f])];
+      BoxView view{frame.index, frame.T_map_camera, box.detection.box, {}};
+      for (std::size_t edge = 0; edge < 4; ++edge) {
+        view.edge_free[edge] = !box.edge_cut[edge] && !box.edge_hidden[edge];
+      }
+      landmark_.views.push_back(view);
+      landmark_.lines.emplace_back(frame.index,
+                                   LinesOfBox(frame, view.box, context_.camera, context_.options->yaw));
+    }
+    const Rigid3d T_object_map = truth_.T_map_object.Inverse();
+    SetPoints(map_, landmark_, [&](std::size_t i) {
+      return truth_.RadialScale(T_object_map * map_.points[i].p_map.cast<double>()) < kGrown;
+    });
+  }
+
+  void TakeTruePoses() {
+    for (BoxView& view : landmark_.views) {
+      if (const BudgetFrame* frame = FrameOf(view.frame_index)) {
+        view.T_map_camera = TruePose(*frame);
+      }
+    }
+    for (auto& [index, lines] : landmark_.lines) {
+      if (const BudgetFrame* frame = FrameOf(index)) {
+        lines.T_map_camera = TruePose(*frame);
+      }
+    }
+  }
+
+  void ProjectBoxes(const PosedSuperquadric& solid) {
+    constexpr double kBorder = 1.0;  // px
+    whole_boxes_ = true;
+    std::vector<BoxView> views;
+    for (BoxView view : landmark_.views) {
+      const BudgetFrame* frame = FrameOf(view.frame_index);
+      if (const auto box = frame != nullptr ? ShownBox(solid, TruePose(*frame), context_.camera)
+                                            : std::optional<Box2d>()) {
+        view.box = *box;
+        view.edge_free = {box->x > kBorder, box->y > kBorder,
+                          box->x + box->width < context_.camera.width - kBorder,
+                          box->y + box->height < context_.camera.height - kBorder};
+        views.push_back(view);
+      }
+    }
+    landmark_.views = std::move(views);
+  }
+
+  const MapSnapshot& map_;
+  const std::vector<BudgetFrame>& frames_;
+  Solid truth_;  // map frame
+  const std::vector<int>& true_boxes_;
+  Landmark landmark_;
+  EstimationContext context_;
+  bool whole_boxes_ = false;  // the boxes show what is hidden as well
+};
+
+void AddLines(const std::vector<BudgetFrame>& frames, const Camera& camera, const YawOptions& options,
+              Landmark& landmark) {
+  for (const BoxView& view : landmark.views) {
+    const auto frame = std::ranges::lower_bound(frames, view.frame_index, {}, &BudgetFrame::index);
+    if (frame != frames.end() && frame->index == view.frame_index) {
+      landmark.lines.emplace_back(view.frame_index, LinesOfBox(*frame, view.box, camera, options));
+    }
+  }
+}
+
+// Mean over the objects that count: of the run, of the refit, and gains by part, each with how many.
+struct MeanBudget {
+  int objects = 0;
+  double run_iou = 0.0;
+  double iou = 0.0;
+  std::array<double, kTrueParts> gain{};
+
+  MeanBudget(const ErrorBudget& budget, bool only_scored) {
+    std::array<int, kTrueParts> known{};
+    for (const ObjectBudget& object : budget.objects) {
+      if (only_scored && !budget.evaluation.Truth(object.truth).scored) {
+        continue;
+      }
+      ++objects;
+      run_iou += object.run_iou;
+      iou += object.iou;
+      for (std::size_t part = 0; part < kTrueParts; ++part) {
+        known[part] += object.with[part] ? 1 : 0;
+        gain[part] += object.Gain(part).value_or(0.0);
+      }
+    }
+    run_iou /= std::max(1, objects);
+    iou /= std::max(1, objects);
+    for (std::size_t part = 0; part < kTrueParts; ++part) {
+      gain[part] /= std::max(1, known[part]);
+    }
+  }
+};
+
+nlohmann::ordered_json MeanJson(const MeanBudget& mean) {
+  nlohmann::ordered_json gains;
+  for (std::size_t part = 0; part < kTrueParts; ++part) {
+    gains[EnumNames(TruePart())[part]] = mean.gain[part];
+  }
+  return {{"objects", mean.objects}, {"iou_run", mean.run_iou}, {"iou", mean.iou}, {"gain", gains}};
+}
+
+}  // namespace
+
+ErrorBudget ComputeErrorBudget(const fs::path& result, const fs::path& sequence, const ObjectOptions& options,
+                               const EvaluationOptions& evaluation_options) {
+  ErrorBudget budget{EvaluateResult(result, sequence, evaluation_options), {}};
+  const Evaluation& evaluation = budget.evaluation;
+  const fs::path file = result / "map.sqmap";
+  if (!evaluation.has_objects) {
+    throw InputError(
+        fmt::format("{}: holds no objects_gt.json, expected the true objects", sequence.string()));
+  }
+  const RecordingReader recording(file);
+  const MapSnapshotPtr map = recording.Last();
+  if (options.method != ObjectMethod::kRefined || !map->gravity_known) {
+    throw InputError(fmt::format(
+        "{}: holds no refined objects, expected an upright map of objects.method=refined", file.string()));
+  }
+  const Sim3d S_map_world = evaluation.trajectory.S_world_map.Inverse();
+  const PoseAtTime poses = PosesByTime(ReadTrajectory(result / "trajectory.txt"));
+  const Trajectory truth = ReadTruePoses(sequence);
+  const PoseAtTime true_poses = [&](double timestamp) -> std::optional<Rigid3d> {
+    const auto pair = AssociateByTime({{timestamp, {}}}, truth, evaluation_options.max_time_difference);
+    return pair.empty() ? std::nullopt : std::optional(S_map_world * truth[pair.front().second].T_map_camera);
+  };
+  const std::vector<BudgetFrame> frames = ReadFrames(recording, poses, true_poses, options);
+  std::vector<Eigen::Vector3d> points;
+  for (const SnapshotPoint& point : map->points) {
+    points.push_back(point.p_map.cast<double>());
+  }
+  const SupportSurfaces supports = SupportSurfaces::Find(points, options.gravity);
+  const ClassPriors classes = ClassPriors::Named(options.class_priors);
+  std::map<int, Landmark> landmarks = RecordedLandmarks(recording, *map, poses, supports, options);
+  std::vector<const Landmark*> all;
+  std::vector<SizedObject> sized;
+  for (auto& [id, landmark] : landmarks) {
+    AddLines(frames, map->camera, options.yaw, landmark);
+    all.push_back(&landmark);
+    if (const auto size = SizedBy(landmark, classes)) {
+      sized.push_back(*size);
+    }
+  }
+  std::vector<PosedSuperquadric> true_solids;
+  for (const GroundTruthObject& object : evaluation.truth) {
+    true_solids.push_back(S_map_world * object.solid.ToSuperquadric());
+  }
+  const std::vector<std::vector<int>> true_boxes = TrueBoxes(frames, true_solids, map->camera);
+  for (const ObjectMatch& match : evaluation.objects.matches) {
+    const auto landmark = landmarks.find(evaluation.Mapped(match.mapped).id);
+    if (landmark == landmarks.end()) {
+      continue;
+    }
+    const EstimationContext context{.options = &options,
+                                    .camera = map->camera,
+                                    .upright = true,
+                                    .supports = &supports,
+                                    .surroundings = SurroundingsOf(landmark->second, all),
+                                    .classes = &classes,
+                                    .scale = ScaleWithout(landmark->first, sized),
+                                    .thorough = true};
+    const Refit refit(*map, frames, Transform(S_map_world, evaluation.Truth(match.truth).solid),
+                      true_boxes[static_cast<std::size_t>(match.truth)], landmark->second, context);
+    const std::optional<double> own = Refit(refit).Fit();
+    if (!own) {
+      continue;
+    }
+    ObjectBudget object{match.mapped, match.truth, match.iou, *own, {}};
+    for (std::size_t part = 0; part < kTrueParts; ++part) {
+      Refit replaced = refit;
+      replaced.Replace(static_cast<TruePart>(part));
+      object.with[part] = replaced.Fit();
+    }
+    budget.objects.push_back(object);
+  }
+  if (budget.objects.empty()) {
+    throw InputError(fmt::format(
+        "{}: no mapped object of the ground truth with five recorded boxes and four points, expected one",
+        file.string()));
+  }
+  return budget;
+}
+
+std::string FormatBudget(const ErrorBudget& budget) {
+  const Evaluation& evaluation = budget.evaluation;
+  std::string text;
+  const auto out = std::back_inserter(text);
+  fmt::format_to(
+      out, "3D IoU of {} objects, refitted, and what it gains by a part of the truth\n\n  {:<24} {:>6} {:>6}",
+      budget.objects.size(), "ground truth", "run", "refit");
+  for (const char* name : EnumNames(TruePart())) {
+    fmt::format_to(out, " {:>11}", name);
+  }
+  for (const ObjectBudget& object : budget.objects) {
+    fmt::format_to(out, "\n  {:<24} {:>6.3f} {:>6.3f}", NumberedName(evaluation.Truth(object.truth)),
+                   object.run_iou, object.iou);
+    for (std::size_t part = 0; part < kTrueParts; ++part) {
+      const std::optional<double> gain = object.Gain(part);
+      fmt::format_to(out, " {:>11}", gain ? fmt::format("{:+.3f}", *gain) : "-");
+    }
+  }
+  for (const bool only_scored : {false, true}) {
+    if (only_scored && !evaluation.has_scored) {
+      continue;
+    }
+    const MeanBudget mean(budget, only_scored);
+    fmt::format_to(out, "\n  {:<24} {:>6.3f} {:>6.3f}", only_scored ? "mean of the scored ones" : "mean",
+                   mean.run_iou, mean.iou);
+    for (const double gain : mean.gain) {
+      fmt::format_to(out, " {:>+11.3f}", gain);
+    }
+  }
+  return text + "\n";
+}
+
+void WriteBudget(const fs::path& path, const ErrorBudget& budget) {
+  const Evaluation& evaluation = budget.evaluation;
+  nlohmann::ordered_json objects = nlohmann::ordered_json::array();
+  for (const ObjectBudget& object : budget.objects) {
+    const GroundTruthObject& truth = evaluation.Truth(object.truth);
+    nlohmann::ordered_json gains;
+    for (std::size_t part = 0; part < kTrueParts; ++part) {
+      const std::optional<double> gain = object.Gain(part);
+      gains[EnumNames(TruePart())[part]] = gain ? nlohmann::ordered_json(*gain) : nlohmann::ordered_json();
+    }
+    objects.push_back({{"object", evaluation.Mapped(object.mapped).id},
+                       {"ground_truth", truth.id},
+                       {"name", ShownName(truth)},
+                       {"scored", truth.scored},
+                       {"iou_run", object.run_iou},
+                       {"iou", object.iou},
+                       {"gain", gains}});
+  }
+  nlohmann::ordered_json document = {{"format", "sqslam-budget"},
+                                     {"version", 1},
+                                     {"ground_truth", evaluation.sequence},
+                                     {"objects", objects},
+                                     {"mean", MeanJson(MeanBudget(budget, false))}};
+  if (evaluation.has_scored) {
+    document["mean_scored"] = MeanJson(MeanBudget(budget, true));
+  }
+  WriteJsonFile(path, document);
+}
+
+}  // namespace sqslam
