@@ -54,8 +54,7 @@ int RunDensify(const DensifyArguments& a) {
     return !interrupt.Interrupted();
   };
   const DensifySummary summary = Densify({a.result, a.images, options.dense, a.threads}, progress);
-  const bool meshed = !summary.interrupted && !a.no_mesh &&
-                      WriteSurface(a.result, options.dense.surface, a.threads, progress);
+  const bool meshed = !summary.interrupted && !a.no_mesh && WriteSurface(a.result, a.threads, progress);
   steps.reset();
   if (interrupt.Interrupted()) {
     fmt::print(stderr, "sqslam: stopped after {} depth maps; the same command goes on from there\n",

@@ -67,7 +67,7 @@ void CheckArguments(const ExportArguments& a, const std::string& extension) {
 // The mesh of a densified result; without triangles where none is wanted.
 SurfaceMesh WantedSurface(const ExportArguments& a, const fs::path& map_path) {
   StepProgress steps(false, "depth map");
-  return a.surface ? SurfaceOf(map_path, {}, 0,
+  return a.surface ? SurfaceOf(map_path, 0,
                                [&](int done, int total, const std::string& state) {
                                  steps.Update(done, total, state);
                                  return true;

@@ -7,25 +7,29 @@
 #include "slam/snapshot/recording.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
+#include "slam/util/options.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
 
-std::optional<SurfaceMesh> SurfaceOf(const fs::path& recording, const SurfaceOptions& options, int threads,
+std::optional<SurfaceMesh> SurfaceOf(const fs::path& recording, int threads,
                                      const DensifyProgress& progress) {
   const DepthRecording depths(recording);
   if (depths.Keyframes().empty()) {
     throw InputError(
         fmt::format("{}: holds no depth maps, expected those of sqslam densify", recording.string()));
   }
+  SurfaceOptions options;
+  if (const std::string text = depths.Text(kSurfaceOptions); !text.empty()) {
+    ParseOptions(text, recording.string(), options);
+  }
   const std::optional<SurfaceVolume> volume = FuseSurface(depths, options, threads, progress);
   return volume ? std::optional(MarchSurface(*volume, options)) : std::nullopt;
 }
 
-bool WriteSurface(const fs::path& result, const SurfaceOptions& options, int threads,
-                  const DensifyProgress& progress) {
+bool WriteSurface(const fs::path& result, int threads, const DensifyProgress& progress) {
   const fs::path recording = result / "map.sqmap";
-  const std::optional<SurfaceMesh> mesh = SurfaceOf(recording, options, threads, progress);
+  const std::optional<SurfaceMesh> mesh = SurfaceOf(recording, threads, progress);
   if (mesh) {
     WriteFileAtomically(result / "dense.glb",
                         SurfaceGlb(*RecordingReader(recording).Last(), *mesh, "sqslam " SQSLAM_VERSION));

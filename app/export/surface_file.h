@@ -8,14 +8,13 @@
 
 namespace sqslam::app {
 
-// The mesh of the depth maps in a densified recording (map.sqmap). Empty where `progress` ended it. Throws
-// InputError where the recording has no depth maps.
-std::optional<SurfaceMesh> SurfaceOf(const std::filesystem::path& recording, const SurfaceOptions& options,
-                                     int threads, const DensifyProgress& progress);
+// The mesh of the depth maps in a densified recording (map.sqmap), with the options that it was densified
+// with. Empty where `progress` ended it. Throws InputError where the recording has no depth maps.
+std::optional<SurfaceMesh> SurfaceOf(const std::filesystem::path& recording, int threads,
+                                     const DensifyProgress& progress);
 
 // Writes that mesh to dense.glb in the result folder. Returns false where `progress` ended it: an older
 // dense.glb is then left as it is.
-bool WriteSurface(const std::filesystem::path& result, const SurfaceOptions& options, int threads,
-                  const DensifyProgress& progress);
+bool WriteSurface(const std::filesystem::path& result, int threads, const DensifyProgress& progress);
 
 }  // namespace sqslam::app

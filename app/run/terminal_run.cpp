@@ -69,8 +69,8 @@ void TerminalRun::Draw(const FinishedRun& run, StageTimes& times) {
   }
 }
 
-void TerminalRun::Mesh(const FinishedRun& run, const SurfaceOptions& options) {
-  WriteSurface(run.output, options, 0, [this](int done, int total, const std::string& state) {
+void TerminalRun::Mesh(const FinishedRun& run) {
+  WriteSurface(run.output, 0, [this](int done, int total, const std::string& state) {
     ShowProgress(done, total, state);
     return !Stopped();
   });

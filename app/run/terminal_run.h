@@ -32,7 +32,7 @@ class TerminalRun : public RunHost {
   void Say(const std::string& news) override;
   void ShowProgress(std::int64_t done, std::int64_t total, const std::string& state) override;
   void EndProgress() override { progress_.reset(); }
-  void Mesh(const FinishedRun& run, const SurfaceOptions& options) override;  // dense.glb
+  void Mesh(const FinishedRun& run) override;  // dense.glb
   void Draw(const FinishedRun& run, StageTimes& times) override;
   void Film(const FinishedRun& run) override;  // twenty seconds at most; Ctrl-C ends it where it is
   void Report(const FinishedRun& run) override;

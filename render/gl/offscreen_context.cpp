@@ -5,7 +5,9 @@
 #include <GL/gl.h>
 #include <fmt/format.h>
 
+#include <array>
 #include <stdexcept>
+#include <string_view>
 
 #include "render/gl/context_backend.h"
 
@@ -13,16 +15,46 @@ namespace sqslam {
 
 namespace {
 
+// The first device that is no software renderer: drivers such as NVIDIA's do not know Mesa's surfaceless
+// platform, where a software renderer would answer in their place. EGL_NO_DISPLAY where there is none.
+EGLDisplay DisplayOfGpu(PFNEGLGETPLATFORMDISPLAYEXTPROC get_display) {
+  const auto list =
+      reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(eglGetProcAddress("eglQueryDevicesEXT"));  // NOLINT
+  const auto extensions_of = reinterpret_cast<PFNEGLQUERYDEVICESTRINGEXTPROC>(
+      eglGetProcAddress("eglQueryDeviceStringEXT"));  // NOLINT
+  std::array<EGLDeviceEXT, 16> devices{};
+  EGLint count = 0;
+  if (list == nullptr || extensions_of == nullptr ||
+      list(static_cast<EGLint>(devices.size()), devices.data(), &count) != EGL_TRUE) {
+    return EGL_NO_DISPLAY;
+  }
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+    const char* extensions = extensions_of(devices[i], EGL_EXTENSIONS);
+    if (extensions == nullptr ||
+        std::string_view(extensions).find("EGL_MESA_device_software") != std::string_view::npos) {
+      continue;
+    }
+    EGLDisplay display = get_display(EGL_PLATFORM_DEVICE_EXT, devices[i], nullptr);
+    if (display != EGL_NO_DISPLAY && eglInitialize(display, nullptr, nullptr) == EGL_TRUE) {
+      return display;
+    }
+  }
+  return EGL_NO_DISPLAY;
+}
+
 class EglContext : public OffscreenContext::Impl {
  public:
   EglContext() : Impl(RenderBackend::kEgl) {
     const auto get_display = reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(  // NOLINT: EGL's way
         eglGetProcAddress("eglGetPlatformDisplayEXT"));
     if (get_display != nullptr) {
-      display_ = get_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
+      display_ = DisplayOfGpu(get_display);
+      if (display_ == EGL_NO_DISPLAY) {
+        display_ = get_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
+      }
     }
     if (display_ == EGL_NO_DISPLAY || eglInitialize(display_, nullptr, nullptr) != EGL_TRUE) {
-      throw std::runtime_error("EGL has no surfaceless display");
+      throw std::runtime_error("EGL has neither a device nor a surfaceless display");
     }
     eglBindAPI(EGL_OPENGL_API);
     // clang-format off

@@ -75,31 +75,35 @@ void Scene::Cut(const std::optional<ClipPlane>& plane) {
   }
 }
 
-// The shadow of the solids that are not cut away; cast anew where they are others.
+// The shadow of the solids that are not cut away; cast anew where they, the ground or the lamp are others.
 void Scene::CastShadow(const std::optional<ClipPlane>& plane) {
-  std::vector<bool> kept;
-  std::vector<PosedSuperquadric> solids_there;
-  for (const PosedSuperquadric& solid : casters_) {
-    kept.push_back(!plane || plane->KeepsSomeOf(solid));
-    if (kept.back()) {
-      solids_there.push_back(solid);
-    }
-  }
-  if (casting_ == kept) {
-    return;
-  }
-  casting_ = std::move(kept);
+  std::vector<PosedSuperquadric> casters;
   ShadowLight light;
   light.towards = studio_.Lamp();
-  if (quality_.draft) {
-    light.lamp_samples = light.sky_samples = 8;
+  std::vector<double> cast = {focus_.up.x(),     focus_.up.y(),     focus_.up.z(),       light.towards.x(),
+                              light.towards.y(), light.towards.z(), focus_.ground_height};
+  for (const SnapshotObject& object : solid_objects_) {
+    const PosedSuperquadric& solid = object.superquadric;
+    const Eigen::Vector3d offset = solid.T_map_object.translation - focus_.center;
+    // One stray object would cost all others their sharpness.
+    if (offset.norm() < 3.0 * focus_.radius && (!plane || plane->KeepsSomeOf(solid))) {
+      casters.push_back(solid);
+      const SuperquadricParameters parameters = ToParameters(solid);
+      cast.insert(cast.end(), parameters.begin(), parameters.end());
+    }
   }
-  const GroundShadow cast = CastGroundShadow(solids_there, focus_.up, focus_.ground_height, light);
-  shadow_->SetVisibility(!cast.darkness.empty());
-  if (!cast.darkness.empty()) {
-    SetGeometry(shadow_, ShadowQuad(cast), true);
-    shadow_->SetTexture(ShadowTexture(cast, style_.light.shadow, ParseColor(style_.background)));
+  if (std::exchange(cast_, cast) != cast) {
+    if (quality_.draft) {
+      light.lamp_samples = light.sky_samples = 8;
+    }
+    const GroundShadow shadow = CastGroundShadow(casters, focus_.up, focus_.ground_height, light);
+    shadow_->SetTexture(nullptr);
+    if (!shadow.darkness.empty()) {
+      SetGeometry(shadow_, ShadowQuad(shadow), true);
+      shadow_->SetTexture(ShadowTexture(shadow, style_.light.shadow, ParseColor(style_.background)));
+    }
   }
+  shadow_->SetVisibility(shadow_->GetTexture() != nullptr);
 }
 
 PictureEffects Scene::Effects() const {
@@ -140,8 +144,6 @@ void Scene::Show(const MapSnapshot& map, const SceneFocus& focus, const LabelCol
   SetGeometry(current_, CurrentFrustum(map, 1.6 * frustum, style), style.cameras.current);
   SetGeometry(covisibility_, CovisibilityLines(map, style), style.covisibility.show);
   studio_ = {focus.up, focus.front};
-  casters_.clear();
-  casting_.reset();
   solid_objects_.clear();
   colors_ = colors;
   const bool all = style.objects.uncertain == UncertainObjects::kSolid;
@@ -149,12 +151,6 @@ void Scene::Show(const MapSnapshot& map, const SceneFocus& focus, const LabelCol
                        [all](const SnapshotObject& object) { return all || IsReliable(object); });
   SetGeometry(uncertain_, UncertainOutlines(map, colors, style),
               style.objects.show && style.objects.uncertain == UncertainObjects::kOutline);
-  for (const SnapshotObject& object : solid_objects_) {
-    const Eigen::Vector3d offset = object.superquadric.T_map_object.translation - focus.center;
-    if (offset.norm() < 3.0 * focus.radius) {  // one stray object would cost all others their sharpness
-      casters_.push_back(object.superquadric);
-    }
-  }
   ShowSolids();
 }
 

@@ -93,8 +93,7 @@ class Scene {
   SolidActors solids_;
   std::vector<SnapshotObject> solid_objects_;  // that `solids_` shows
   LabelColors colors_;
-  std::vector<PosedSuperquadric> casters_;    // of shadows, where nothing is cut
-  std::optional<std::vector<bool>> casting_;  // which of them the shadow shows; empty: none was cast yet
+  std::vector<double> cast_;  // numbers that the shadow shown was cast from: the ground, the lamp, the solids
 };
 
 }  // namespace sqslam

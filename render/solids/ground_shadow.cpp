@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 #include <vector>
@@ -22,46 +23,91 @@ PlaneAxes AxesOf(const Eigen::Vector3d& up) {
   return {x, up.cross(x), up};
 }
 
-// Directions to the light with their weights, which sum to 1.
-struct LightSample {
-  Eigen::Vector3d towards;
-  double weight;
-};
-
-std::vector<LightSample> SampleLight(const ShadowLight& light, const Eigen::Vector3d& up) {
-  std::vector<LightSample> samples;
+// Directions to the lamp, and to the sky as many of each height as the cosine law sends.
+std::vector<Eigen::Vector3d> LampDirections(const ShadowLight& light) {
   const PlaneAxes lamp = AxesOf(light.towards.normalized());
+  std::vector<Eigen::Vector3d> directions;
   for (int i = 0; i < light.lamp_samples; ++i) {
     const double radius = std::tan(light.size) * std::sqrt((i + 0.5) / light.lamp_samples);
     const double angle = kGoldenAngle * i;
-    samples.push_back(
-        {(lamp.up + radius * (std::cos(angle) * lamp.x + std::sin(angle) * lamp.y)).normalized(),
-         light.lamp / light.lamp_samples});
+    directions.push_back(
+        (lamp.up + radius * (std::cos(angle) * lamp.x + std::sin(angle) * lamp.y)).normalized());
   }
-  const PlaneAxes sky = AxesOf(up);
-  for (int i = 0; i < light.sky_samples; ++i) {  // as many as the cosine law sends
-    const double sine = std::sqrt((i + 0.5) / light.sky_samples);
-    const double angle = kGoldenAngle * i;
-    samples.push_back(
-        {std::sqrt(1.0 - sine * sine) * sky.up + sine * (std::cos(angle) * sky.x + std::sin(angle) * sky.y),
-         (1.0 - light.lamp) / light.sky_samples});
-  }
-  return samples;
+  return directions;
 }
 
-// Outline of the shadow of one solid by one direction of light, in the plane's x and y.
-std::vector<Eigen::Vector2d> Outline(const PosedSuperquadric& solid, const Eigen::Vector3d& towards,
-                                     const PlaneAxes& plane, double height) {
+std::vector<Eigen::Vector3d> SkyDirections(const ShadowLight& light, const Eigen::Vector3d& up) {
+  const PlaneAxes sky = AxesOf(up);
+  std::vector<Eigen::Vector3d> directions;
+  for (int i = 0; i < light.sky_samples; ++i) {
+    const double sine = std::sqrt((i + 0.5) / light.sky_samples);
+    const double angle = kGoldenAngle * i;
+    directions.push_back(std::sqrt(1.0 - sine * sine) * sky.up +
+                         sine * (std::cos(angle) * sky.x + std::sin(angle) * sky.y));
+  }
+  return directions;
+}
+
+// Where the pixels of the shadow's picture lie on the plane.
+struct ShadowPlane {
+  PlaneAxes axes;
+  double height = 0.0;
+  Eigen::Vector2d corner = Eigen::Vector2d::Zero();  // in the plane's x and y
+  double pixel = 0.0;                                // map units
+  cv::Size size;
+};
+
+constexpr int kShift = 4;  // polygons are placed to a sixteenth of a pixel
+
+// Outline of the shadow of one solid by one direction of light, pixels.
+std::vector<cv::Point> Outline(const PosedSuperquadric& solid, const Eigen::Vector3d& towards,
+                               const ShadowPlane& plane) {
   const PlaneAxes across = AxesOf(towards);
-  std::vector<Eigen::Vector2d> outline;
-  for (int i = 0; i < kOutlinePoints; ++i) {
+  const Eigen::Vector3d& center = solid.T_map_object.translation;
+  std::vector<cv::Point> outline;
+  const auto add = [&](const Eigen::Vector3d& p) {
+    const double above = std::max(0.0, p.dot(plane.axes.up) - plane.height);
+    const Eigen::Vector3d on_plane = p - above / towards.dot(plane.axes.up) * towards;
+    const Eigen::Vector2d in_plane(on_plane.dot(plane.axes.x), on_plane.dot(plane.axes.y));
+    const Eigen::Vector2d at = (in_plane - plane.corner) / plane.pixel * (1 << kShift);
+    outline.emplace_back(static_cast<int>(std::lround(std::clamp(at.x(), -1e6, 1e6))),
+                         static_cast<int>(std::lround(std::clamp(at.y(), -1e6, 1e6))));
+  };
+  for (int i = 0; i < kOutlinePoints / 2; ++i) {
     const double angle = 2.0 * std::numbers::pi * i / kOutlinePoints;
     const Eigen::Vector3d p = SupportPoint(solid, std::cos(angle) * across.x + std::sin(angle) * across.y);
-    const double above = std::max(0.0, p.dot(plane.up) - height);
-    const Eigen::Vector3d on_plane = p - above / towards.dot(plane.up) * towards;
-    outline.emplace_back(on_plane.dot(plane.x), on_plane.dot(plane.y));
+    add(p);
+    add(2.0 * center - p);  // which lies farthest the other way
   }
-  return outline;
+  std::vector<cv::Point> hull;
+  cv::convexHull(outline, hull);
+  return hull;
+}
+
+// Sum over the directions of what the solids keep dark (32FC1, 255 for each). The sums of threads are whole
+// numbers: their order does not matter.
+cv::Mat SumOfShadows(const std::vector<PosedSuperquadric>& solids,
+                     const std::vector<Eigen::Vector3d>& directions, const ShadowPlane& plane) {
+  cv::Mat sum = cv::Mat::zeros(plane.size, CV_32F);
+  std::mutex mutex;
+  cv::parallel_for_(
+      {0, static_cast<int>(directions.size())},
+      [&](const cv::Range& range) {
+        cv::Mat own = cv::Mat::zeros(plane.size, CV_32F);
+        cv::Mat dark(plane.size, CV_8U);
+        for (int i = range.start; i < range.end; ++i) {
+          dark.setTo(0);
+          for (const PosedSuperquadric& solid : solids) {
+            cv::fillConvexPoly(dark, Outline(solid, directions[static_cast<std::size_t>(i)], plane), 255,
+                               cv::LINE_AA, kShift);
+          }
+          cv::accumulate(dark, own);
+        }
+        const std::lock_guard lock(mutex);
+        sum += own;
+      },
+      cv::getNumThreads());
+  return sum;
 }
 
 }  // namespace
@@ -86,33 +132,19 @@ GroundShadow CastGroundShadow(std::span<const PosedSuperquadric> solids, const E
     return shadow;
   }
   // Always a square of the same size: a software renderer compiles its programs anew for other shapes.
-  const cv::Size size(resolution, resolution);
-  const double pixel = bounds.sizes().maxCoeff() / resolution;
-  cv::Mat sum = cv::Mat::zeros(size, CV_32F);
-  cv::Mat dark(size, CV_8U);
-  constexpr int kShift = 4;  // polygons are placed to a sixteenth of a pixel
-  for (const LightSample& sample : SampleLight(light, up)) {
-    dark.setTo(0);
-    for (const PosedSuperquadric& solid : casting) {
-      std::vector<cv::Point> polygon;
-      for (const Eigen::Vector2d& p : Outline(solid, sample.towards, plane, height)) {
-        const Eigen::Vector2d at = (p - bounds.min()) / pixel * (1 << kShift);
-        polygon.emplace_back(static_cast<int>(std::lround(std::clamp(at.x(), -1e6, 1e6))),
-                             static_cast<int>(std::lround(std::clamp(at.y(), -1e6, 1e6))));
-      }
-      std::vector<cv::Point> hull;
-      cv::convexHull(polygon, hull);
-      cv::fillConvexPoly(dark, hull, 255, cv::LINE_AA, kShift);
-    }
-    cv::scaleAdd(cv::Mat_<float>(dark), sample.weight, sum, sum);
-  }
+  const ShadowPlane picture{
+      plane, height, bounds.min(), bounds.sizes().maxCoeff() / resolution, {resolution, resolution}};
+  cv::Mat sum;
+  cv::addWeighted(SumOfShadows(casting, LampDirections(light), picture),
+                  light.lamp / std::max(1, light.lamp_samples),
+                  SumOfShadows(casting, SkyDirections(light, up), picture),
+                  (1.0 - light.lamp) / std::max(1, light.sky_samples), 0.0, sum);
   // The faintest part, which reaches far, would only make the paper look grey.
   constexpr double kUnseen = 16.0;
   sum.convertTo(shadow.darkness, CV_8U, 255.0 / (255.0 - kUnseen), -255.0 * kUnseen / (255.0 - kUnseen));
-  const Eigen::Vector2d low = bounds.min();
-  shadow.corner = low.x() * plane.x + low.y() * plane.y + height * up;
-  shadow.across = size.width * pixel * plane.x;
-  shadow.down = size.height * pixel * plane.y;
+  shadow.corner = picture.corner.x() * plane.x + picture.corner.y() * plane.y + height * up;
+  shadow.across = resolution * picture.pixel * plane.x;
+  shadow.down = resolution * picture.pixel * plane.y;
   return shadow;
 }
 

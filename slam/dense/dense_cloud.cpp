@@ -10,7 +10,6 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
-#include <span>
 #include <string>
 
 #include "slam/util/atomic_file.h"
@@ -53,89 +52,65 @@ std::string HeaderOf(std::size_t points) {
       kFilledByPlane, points);
 }
 
-std::size_t HashOf(std::span<const std::int32_t> key) {
-  std::uint64_t hash = 0;
-  for (const std::int32_t number : key) {
-    hash = (hash ^ static_cast<std::uint32_t>(number)) * 0x9E3779B97F4A7C15ULL;
-    hash ^= hash >> 32U;
-  }
-  return hash;
+template <std::size_t kNumbers = 3>
+std::array<std::int32_t, kNumbers> CubeAt(const Eigen::Array3d& place) {
+  const Eigen::Array3d within = place.floor().max(-2147483000.0).min(2147483000.0);
+  return {static_cast<std::int32_t>(within.x()), static_cast<std::int32_t>(within.y()),
+          static_cast<std::int32_t>(within.z())};
 }
 
 constexpr double kSheet = 4.0;  // edge of the cubes that a sheet is averaged over, in those of the cloud
 
-// Mean planes of points in cubes: one for each side that the points' normals look to.
-class SheetField {
- public:
-  explicit SheetField(double edge) : edge_(edge) {}
+// Mean plane of the points in a cube whose normals look to one side: weighted sums.
+struct Sheet {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  double weight = 0.0;
 
-  void Add(const Eigen::Vector3d& p, const Eigen::Vector3d& normal, double weight) {
-    if (const double length = normal.norm(); length > 0.0) {
-      const Eigen::Vector3d place = p / edge_;
-      Sheet& sheet = sheets_[KeyOf(place.array().floor(), SideOf(normal))];
-      sheet.position += weight * p;
-      sheet.normal += weight / length * normal;
-      sheet.weight += weight;
-    }
+  void Add(const Sheet& other) {
+    position += other.position;
+    normal += other.normal;
+    weight += other.weight;
   }
-
-  // The point carried along its normal to the mean of the planes of its side about it; itself where there are
-  // none, or where these are another surface's.
-  Eigen::Vector3d Flattened(const Eigen::Vector3d& p, const Eigen::Vector3d& normal) const {
-    const double length = normal.norm();
-    if (!(length > 0.0)) {
-      return p;
-    }
-    const Eigen::Vector3d unit = normal / length;
-    const Eigen::Array3d place = p.array() / edge_ - 0.5;
-    const Eigen::Array3d first = place.floor();
-    double offset = 0.0, weights = 0.0;
-    for (int corner = 0; corner < 8; ++corner) {
-      const Eigen::Array3d step(corner & 1, corner >> 1 & 1, corner >> 2);
-      const auto found = sheets_.find(KeyOf(first + step, SideOf(normal)));
-      if (found == sheets_.end()) {
-        continue;
-      }
-      const Sheet& sheet = found->second;
-      const Eigen::Vector3d plane = sheet.normal.normalized();
-      const double along = plane.dot(sheet.position / sheet.weight - p);
-      const double facing = plane.dot(unit);
-      constexpr double kAlike = 0.8;  // cosine between normals of one surface
-      if (facing > kAlike && std::abs(along) < 0.5 * edge_) {
-        const double weight = (1.0 - (place - first - step).abs()).prod() * sheet.weight;
-        offset += weight * along / facing;
-        weights += weight;
-      }
-    }
-    return weights > 0.0 ? Eigen::Vector3d(p + offset / weights * unit) : p;
-  }
-
- private:
-  struct Sheet {
-    Eigen::Vector3d position = Eigen::Vector3d::Zero();  // sums, weighted
-    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-    double weight = 0.0;
-  };
-  using Key = std::array<std::int32_t, 4>;
-  struct SheetHash {
-    std::size_t operator()(const Key& key) const { return HashOf(key); }
-  };
-
-  // The axis that a normal is nearest to, and its sign.
-  static std::int32_t SideOf(const Eigen::Vector3d& normal) {
-    Eigen::Index axis = 0;
-    normal.cwiseAbs().maxCoeff(&axis);
-    return static_cast<std::int32_t>(2 * axis + (normal[axis] > 0.0 ? 1 : 0));
-  }
-  static Key KeyOf(const Eigen::Array3d& cube, std::int32_t side) {
-    const Eigen::Array3d within = cube.max(-2147483000.0).min(2147483000.0);
-    return {static_cast<std::int32_t>(within.x()), static_cast<std::int32_t>(within.y()),
-            static_cast<std::int32_t>(within.z()), side};
-  }
-
-  double edge_;
-  std::unordered_map<Key, Sheet, SheetHash> sheets_;
 };
+
+// The sheets in cubes of space: the last number of a key is the axis that the normals are nearest to, and its
+// sign.
+using SheetTable = VoxelTable<4, Sheet>;
+
+SheetTable::Key SheetKey(const Eigen::Array3d& place, const Eigen::Vector3d& normal) {
+  Eigen::Index axis = 0;
+  normal.cwiseAbs().maxCoeff(&axis);
+  SheetTable::Key key = CubeAt<4>(place);
+  key[3] = static_cast<std::int32_t>(2 * axis + (normal[axis] > 0.0 ? 1 : 0));
+  return key;
+}
+
+// The point carried along its unit normal to the mean of the sheets of its side in the eight cubes about it;
+// itself where there are none, or where these are another surface's.
+Eigen::Vector3d CarriedToSheets(const SheetTable& sheets, double edge, const Eigen::Vector3d& p,
+                                const Eigen::Vector3d& unit) {
+  const Eigen::Array3d place = p.array() / edge - 0.5;
+  const Eigen::Array3d first = place.floor();
+  double offset = 0.0, weights = 0.0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Eigen::Array3d step(corner & 1, corner >> 1 & 1, corner >> 2);
+    const Sheet* sheet = sheets.Find(SheetKey(first + step, unit));
+    if (sheet == nullptr) {
+      continue;
+    }
+    const Eigen::Vector3d plane = sheet->normal.normalized();
+    const double along = plane.dot(sheet->position / sheet->weight - p);
+    const double facing = plane.dot(unit);
+    constexpr double kAlike = 0.8;  // cosine between normals of one surface
+    if (facing > kAlike && std::abs(along) < 0.5 * edge) {
+      const double weight = (1.0 - (place - first - step).abs()).prod() * sheet->weight;
+      offset += weight * along / facing;
+      weights += weight;
+    }
+  }
+  return weights > 0.0 ? Eigen::Vector3d(p + offset / weights * unit) : p;
+}
 
 }  // namespace
 
@@ -162,56 +137,54 @@ void CloudFusion::Cell::Add(const Cell& other) {
   }
 }
 
-std::size_t CloudFusion::Grid::KeyHash::operator()(const std::array<std::int32_t, 3>& key) const {
-  return HashOf(key);
-}
-
-void CloudFusion::Grid::Add(const Eigen::Vector3d& p_map, const Cell& cell) {
-  std::array<std::int32_t, 3> key{};
-  for (int i = 0; i < 3; ++i) {
-    key[static_cast<std::size_t>(i)] =
-        static_cast<std::int32_t>(std::clamp(std::floor(p_map[i] / edge_), -2147483000.0, 2147483000.0));
-  }
-  const auto [place, is_new] = places_.try_emplace(key, cells_.size());
-  if (is_new) {
-    cells_.push_back(cell);
-  } else {
-    cells_[place->second].Add(cell);
-  }
-}
-
-CloudFusion::CloudFusion(double spacing) : spacing_(spacing), grid_(spacing) {}
-
 void CloudFusion::Add(const DepthMap& map) {
-  for (int y = 0; y < map.depth.rows; ++y) {
-    for (int x = 0; x < map.depth.cols; ++x) {
-      const double z = map.depth.at<float>(y, x);
-      if (!(z > 0.0)) {
-        continue;
+  constexpr int kParts = 16;  // of the rows
+  grid_.Add(kParts, threads_, [&](std::size_t part, const auto& put) {
+    const int first = map.depth.rows * static_cast<int>(part) / kParts;
+    const int end = map.depth.rows * (static_cast<int>(part) + 1) / kParts;
+    for (int y = first; y < end; ++y) {
+      for (int x = 0; x < map.depth.cols; ++x) {
+        const double z = map.depth.at<float>(y, x);
+        if (!(z > 0.0)) {
+          continue;
+        }
+        const Eigen::Vector3d p_map = map.PointAt(x, y);
+        const std::uint8_t views = map.views.at<std::uint8_t>(y, x);
+        const double weight = 1.0 / (z * z);
+        const cv::Vec3b& bgr = map.bgr.at<cv::Vec3b>(y, x);
+        put(CubeAt(p_map.array() / spacing_),
+            {weight * p_map, weight * NormalAt(map, x, y), weight * Eigen::Vector3d(bgr[2], bgr[1], bgr[0]),
+             weight, views, views == kFilledByPlane});
       }
-      const Eigen::Vector3d p_map = map.PointAt(x, y);
-      const std::uint8_t views = map.views.at<std::uint8_t>(y, x);
-      const double weight = 1.0 / (z * z);
-      const cv::Vec3b& bgr = map.bgr.at<cv::Vec3b>(y, x);
-      grid_.Add(p_map,
-                {weight * p_map, weight * NormalAt(map, x, y),
-                 weight * Eigen::Vector3d(bgr[2], bgr[1], bgr[0]), weight, views, views == kFilledByPlane});
     }
-  }
+  });
 }
 
-// The mean surface about a point is blended of the sheets that lie in the eight wider cubes about it.
 CloudFusion::Grid CloudFusion::Flattened() const {
-  SheetField sheets(kSheet * spacing_);
-  for (const Cell& cell : grid_.Cells()) {
-    sheets.Add(cell.position / cell.weight, cell.normal / cell.weight, cell.weight * cell.views);
-  }
-  Grid flat(spacing_);
-  for (const Cell& cell : grid_.Cells()) {
-    Cell moved = cell;
-    const Eigen::Vector3d p = sheets.Flattened(cell.position / cell.weight, cell.normal / cell.weight);
-    moved.position = cell.weight * p;
-    flat.Add(p, moved);
+  const double edge = kSheet * spacing_;
+  SheetTable sheets;
+  sheets.Add(Grid::kShards, threads_, [&](std::size_t shard, const auto& put) {
+    for (const Cell& cell : grid_.Values(shard)) {
+      if (const double length = cell.normal.norm(); length > 0.0) {
+        const double weight = cell.weight * cell.views;
+        put(SheetKey(cell.Mean().array() / edge, cell.normal),
+            {weight * cell.Mean(), weight / length * cell.normal, weight});
+      }
+    }
+  });
+  Grid flat;
+  constexpr std::size_t kAtOnce = 4;  // shards: copies of all cells would take a lot of memory
+  for (std::size_t first = 0; first < Grid::kShards; first += kAtOnce) {
+    flat.Add(kAtOnce, threads_, [&](std::size_t part, const auto& put) {
+      for (Cell cell : grid_.Values(first + part)) {
+        Eigen::Vector3d p = cell.Mean();
+        if (const double length = cell.normal.norm(); length > 0.0) {
+          p = CarriedToSheets(sheets, edge, p, cell.normal / length);
+        }
+        cell.position = cell.weight * p;
+        put(CubeAt(p.array() / spacing_), cell);
+      }
+    });
   }
   return flat;
 }
@@ -219,17 +192,18 @@ CloudFusion::Grid CloudFusion::Flattened() const {
 DenseCloud CloudFusion::Cloud() const {
   const Grid flat = Flattened();
   DenseCloud cloud;
-  cloud.reserve(flat.Cells().size());
-  for (const Cell& cell : flat.Cells()) {
-    const double length = cell.normal.norm();
-    DensePoint point;
-    point.p_map = (cell.position / cell.weight).cast<float>();
-    point.normal = (length > 0.0 ? cell.normal / length : cell.normal).cast<float>();
-    for (int i = 0; i < 3; ++i) {
-      point.rgb[static_cast<std::size_t>(i)] = Rounded(cell.rgb[i] / cell.weight);
+  for (std::size_t shard = 0; shard < Grid::kShards; ++shard) {
+    for (const Cell& cell : flat.Values(shard)) {
+      const double length = cell.normal.norm();
+      DensePoint point;
+      point.p_map = cell.Mean().cast<float>();
+      point.normal = (length > 0.0 ? cell.normal / length : cell.normal).cast<float>();
+      for (int i = 0; i < 3; ++i) {
+        point.rgb[static_cast<std::size_t>(i)] = Rounded(cell.rgb[i] / cell.weight);
+      }
+      point.views = static_cast<std::uint8_t>(cell.views);
+      cloud.push_back(point);
     }
-    point.views = static_cast<std::uint8_t>(cell.views);
-    cloud.push_back(point);
   }
   return cloud;
 }

@@ -4,9 +4,9 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
-#include <unordered_map>
 #include <vector>
 
+#include "slam/dense/voxel_table.h"
 #include "slam/snapshot/depth_map.h"
 
 namespace sqslam {
@@ -23,10 +23,11 @@ using DenseCloud = std::vector<DensePoint>;
 // Gathers the points of depth maps in cubes and makes one point of each cube, at the mean of those in it.
 // Depth maps that differ by more than a cube would leave several layers of one surface: each point is carried
 // along its normal to the mean surface about it, and what then falls into one cube becomes one point. The
-// order of the points follows from the order of the maps.
+// points and their order follow from the order of the maps, whatever the number of threads.
 class CloudFusion {
  public:
-  explicit CloudFusion(double spacing);  // edge of the cubes, map units
+  // `spacing`: edge of the cubes, map units. `threads`: 0 for as many as the machine runs at a time.
+  explicit CloudFusion(double spacing, int threads = 0) : spacing_(spacing), threads_(threads) {}
 
   void Add(const DepthMap& map);
   DenseCloud Cloud() const;
@@ -41,29 +42,15 @@ class CloudFusion {
     int views = 0;       // the most that agree
     bool filled = true;  // no point of it was measured
 
+    Eigen::Vector3d Mean() const { return position / weight; }
     void Add(const Cell& other);  // what was measured goes before what was filled in
   };
-
-  // Cells by the cubes that they lie in, in the order in which these were met.
-  class Grid {
-   public:
-    explicit Grid(double edge) : edge_(edge) {}
-    void Add(const Eigen::Vector3d& p_map, const Cell& cell);
-    const std::vector<Cell>& Cells() const { return cells_; }
-
-   private:
-    struct KeyHash {
-      std::size_t operator()(const std::array<std::int32_t, 3>& key) const;
-    };
-
-    double edge_;
-    std::unordered_map<std::array<std::int32_t, 3>, std::size_t, KeyHash> places_;
-    std::vector<Cell> cells_;
-  };
+  using Grid = VoxelTable<3, Cell>;
 
   Grid Flattened() const;
 
   double spacing_;
+  int threads_;
   Grid grid_;
 };
 

@@ -7,6 +7,7 @@
 
 #include "slam/dense/dense_cloud.h"
 #include "slam/dense/depth_estimation.h"
+#include "slam/dense/surface_fusion.h"
 #include "slam/snapshot/depth_recording.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
@@ -83,6 +84,7 @@ DensifySummary Densify(const DensifyRequest& request, const DensifyProgress& pro
     RefuseMotion(request, input);
   }
   DepthRecording recording(request.result / "map.sqmap", DepthRecording::Access::kWrite);
+  recording.PutText(kSurfaceOptions, DumpOptions(options.surface));
   const std::vector<std::size_t> jobs = OpenJobs(input, plans, request.live, recording, summary);
   int done = 0;
   const auto put = [&](std::size_t k, const std::optional<DepthMap>& map) {
@@ -97,7 +99,7 @@ DensifySummary Densify(const DensifyRequest& request, const DensifyProgress& pro
   };
   std::optional<FusedDepth> fused;
   if (EstimateDepthMaps(input, plans, jobs, options.stereo, request.threads, put)) {
-    fused = FuseDepthMaps(input, plans, options, recording, progress);
+    fused = FuseDepthMaps(input, plans, options, request.threads, recording, progress);
   }
   recording.Close();
   summary.interrupted = !fused.has_value();

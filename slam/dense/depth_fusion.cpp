@@ -1,41 +1,57 @@
 #include "slam/dense/depth_fusion.h"
 
 #include <algorithm>
-#include <deque>
+#include <map>
 #include <set>
 #include <utility>
 
 #include "slam/dense/consistency.h"
 #include "slam/dense/plane_fill.h"
+#include "slam/util/parallel.h"
 #include "slam/util/statistics.h"
 
 namespace sqslam {
 namespace {
 
-// The depth maps read last, so that neighbours that several keyframes share are decoded once.
+// Depth maps that were asked for last, so that neighbours that several keyframes share are decoded once.
 class DepthCache {
  public:
-  DepthCache(std::size_t most, std::function<DepthMap(std::int64_t)> read)
-      : most_(most), read_(std::move(read)) {}
+  DepthCache(std::size_t most, int threads, std::function<DepthMap(std::int64_t)> read)
+      : most_(most), threads_(threads), read_(std::move(read)) {}
 
-  const DepthMap& Get(std::int64_t keyframe) {
-    const auto found = std::find_if(maps_.begin(), maps_.end(),
-                                    [keyframe](const DepthMap& map) { return map.keyframe == keyframe; });
-    if (found != maps_.end()) {
-      std::rotate(found, std::next(found), maps_.end());
-    } else {
-      if (maps_.size() == most_) {
-        maps_.pop_front();
+  // Reads those of the keyframes that are not there, at a time, and gives up as many others of them as were
+  // not asked for longest.
+  void Hold(const std::set<std::int64_t>& keyframes) {
+    ++asked_;
+    std::vector<std::pair<std::int64_t, Entry*>> missing;
+    for (const std::int64_t keyframe : keyframes) {
+      Entry& entry = maps_[keyframe];
+      if (entry.asked == 0) {
+        missing.emplace_back(keyframe, &entry);
       }
-      maps_.push_back(read_(keyframe));
+      entry.asked = asked_;
     }
-    return maps_.back();
+    while (maps_.size() > std::max(most_, keyframes.size())) {
+      maps_.erase(std::min_element(maps_.begin(), maps_.end(), [](const auto& a, const auto& b) {
+        return a.second.asked < b.second.asked;
+      }));
+    }
+    ParallelFor(missing.size(), threads_,
+                [&](std::size_t i) { missing[i].second->map = read_(missing[i].first); });
   }
+  const DepthMap& Get(std::int64_t keyframe) const { return maps_.at(keyframe).map; }
 
  private:
+  struct Entry {
+    DepthMap map;
+    int asked = 0;
+  };
+
   std::size_t most_;
+  int threads_;
   std::function<DepthMap(std::int64_t)> read_;
-  std::deque<DepthMap> maps_;  // the one asked for last at the end
+  std::map<std::int64_t, Entry> maps_;
+  int asked_ = 0;
 };
 
 // Edge of the cloud's cubes: so many pixels at the median depth of the map points.
@@ -79,57 +95,84 @@ std::vector<Neighbourhood> NeighbourhoodsOf(const DenseInput& input, const std::
   return all;
 }
 
+constexpr std::size_t kBatch = 8;  // depth maps that are read, and then dealt with, at a time
+
 // Puts what `make` makes of each depth map and its neighbours into the recording. False: ended by `progress`.
-bool PutAll(const std::vector<Neighbourhood>& all, DepthCache& cache, const std::string& state,
+bool PutAll(const std::vector<Neighbourhood>& all, DepthCache& cache, int threads, const std::string& state,
             const std::function<DepthMap(const DepthMap&, const std::vector<DepthMap>&)>& make,
             DepthRecording& recording, const DensifyProgress& progress) {
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    std::vector<DepthMap> neighbours;
-    for (const std::int64_t neighbour : all[i].neighbours) {
-      neighbours.push_back(cache.Get(neighbour));
+  for (std::size_t first = 0; first < all.size(); first += kBatch) {
+    const std::size_t end = std::min(first + kBatch, all.size());
+    std::set<std::int64_t> needed;
+    for (std::size_t i = first; i < end; ++i) {
+      needed.insert(all[i].keyframe);
+      needed.insert(all[i].neighbours.begin(), all[i].neighbours.end());
     }
-    recording.PutKept(make(cache.Get(all[i].keyframe), neighbours));
-    if (!progress(static_cast<int>(i) + 1, static_cast<int>(all.size()), state)) {
+    cache.Hold(needed);
+    ParallelFor(end - first, threads, [&](std::size_t i) {
+      const Neighbourhood& one = all[first + i];
+      std::vector<DepthMap> neighbours;
+      for (const std::int64_t neighbour : one.neighbours) {
+        neighbours.push_back(cache.Get(neighbour));
+      }
+      recording.PutKept(make(cache.Get(one.keyframe), neighbours));
+    });
+    if (!progress(static_cast<int>(end), static_cast<int>(all.size()), state)) {
       return false;
     }
   }
   return true;
 }
 
+// Gathers what is kept of the depth maps.
+FusedDepth Gather(const std::vector<Neighbourhood>& all, double spacing, int threads,
+                  const DepthRecording& recording) {
+  CloudFusion fusion(spacing, threads);
+  FusedDepth fused;
+  for (std::size_t first = 0; first < all.size(); first += kBatch) {
+    std::vector<DepthMap> maps(std::min(kBatch, all.size() - first));
+    ParallelFor(maps.size(), threads,
+                [&](std::size_t i) { maps[i] = recording.Kept(all[first + i].keyframe); });
+    for (const DepthMap& kept : maps) {
+      const auto planes = static_cast<std::size_t>(cv::countNonZero(kept.views == kFilledByPlane));
+      fused.measured += static_cast<std::size_t>(cv::countNonZero(kept.depth > 0.0)) - planes;
+      fused.filled += planes;
+      fusion.Add(kept);
+    }
+  }
+  fused.cloud = fusion.Cloud();
+  return fused;
+}
+
 }  // namespace
 
 std::optional<FusedDepth> FuseDepthMaps(const DenseInput& input, const std::vector<KeyframePlan>& plans,
-                                        const DenseOptions& options, DepthRecording& recording,
+                                        const DenseOptions& options, int threads, DepthRecording& recording,
                                         const DensifyProgress& progress) {
   const std::vector<Neighbourhood> all =
       NeighbourhoodsOf(input, plans, recording.Estimated(), options.fusion.neighbours);
   const std::size_t most = static_cast<std::size_t>(options.fusion.neighbours) * 4;
-  DepthCache estimates(most, [&](std::int64_t keyframe) { return recording.Estimate(keyframe); });
-  const auto keep = [&](const DepthMap& map, const std::vector<DepthMap>& neighbours) {
-    return KeepConsistent(map, neighbours, options.fusion);
-  };
-  if (!PutAll(all, estimates, "fused", keep, recording, progress)) {
-    return std::nullopt;
+  {
+    DepthCache estimates(most, threads, [&](std::int64_t keyframe) { return recording.Estimate(keyframe); });
+    const auto keep = [&](const DepthMap& map, const std::vector<DepthMap>& neighbours) {
+      return KeepConsistent(map, neighbours, options.fusion);
+    };
+    if (!PutAll(all, estimates, threads, "fused", keep, recording, progress)) {
+      return std::nullopt;
+    }
   }
-  DepthCache with_fills(
-      most, [&](std::int64_t keyframe) { return FillPlanes(recording.Kept(keyframe), options.fill); });
-  const auto confirm = [&](const DepthMap& map, const std::vector<DepthMap>& neighbours) {
-    return KeepConfirmedFills(map, neighbours, options.fusion);
-  };
-  if (options.fill.enabled && !PutAll(all, with_fills, "filled", confirm, recording, progress)) {
-    return std::nullopt;
+  if (options.fill.enabled) {
+    DepthCache with_fills(most, threads, [&](std::int64_t keyframe) {
+      return FillPlanes(recording.Kept(keyframe), options.fill);
+    });
+    const auto confirm = [&](const DepthMap& map, const std::vector<DepthMap>& neighbours) {
+      return KeepConfirmedFills(map, neighbours, options.fusion);
+    };
+    if (!PutAll(all, with_fills, threads, "filled", confirm, recording, progress)) {
+      return std::nullopt;
+    }
   }
-  CloudFusion fusion(SpacingOf(input, plans, options.fusion.spacing));
-  FusedDepth fused;
-  for (const Neighbourhood& one : all) {
-    const DepthMap kept = recording.Kept(one.keyframe);
-    const auto planes = static_cast<std::size_t>(cv::countNonZero(kept.views == kFilledByPlane));
-    fused.measured += static_cast<std::size_t>(cv::countNonZero(kept.depth > 0.0)) - planes;
-    fused.filled += planes;
-    fusion.Add(kept);
-  }
-  fused.cloud = fusion.Cloud();
-  return fused;
+  return Gather(all, SpacingOf(input, plans, options.fusion.spacing), threads, recording);
 }
 
 }  // namespace sqslam

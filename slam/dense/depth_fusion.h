@@ -21,10 +21,10 @@ struct FusedDepth {
 };
 
 // Holds each estimated depth map of the recording against those of its neighbours, puts what they confirm
-// back into it, fills plain regions by planes where that is wanted, and gathers the cloud of all. Empty where
-// `progress` ended it.
+// back into it, fills plain regions by planes where that is wanted, and gathers the cloud of all, on so many
+// threads (0: as many as the machine runs at a time). Empty where `progress` ended it.
 std::optional<FusedDepth> FuseDepthMaps(const DenseInput& input, const std::vector<KeyframePlan>& plans,
-                                        const DenseOptions& options, DepthRecording& recording,
+                                        const DenseOptions& options, int threads, DepthRecording& recording,
                                         const DensifyProgress& progress);
 
 }  // namespace sqslam

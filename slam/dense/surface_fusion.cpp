@@ -2,16 +2,24 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
-#include <thread>
 #include <unordered_set>
 
+#include "slam/util/parallel.h"
 #include "slam/util/statistics.h"
 
 namespace sqslam {
 namespace {
 
 constexpr int kEdge = SurfaceVolume::kEdge;
+constexpr std::size_t kMapsAtOnce = 8;  // depth maps at a time
+
+// The kept depth maps of up to so many keyframes from the first on, decoded at a time.
+std::vector<DepthMap> ReadKept(const DepthRecording& depths, const std::vector<std::int64_t>& keyframes,
+                               std::size_t first, std::size_t most, int threads) {
+  std::vector<DepthMap> maps(std::min(most, keyframes.size() - first));
+  ParallelFor(maps.size(), threads, [&](std::size_t i) { maps[i] = depths.Kept(keyframes[first + i]); });
+  return maps;
+}
 
 // Depth of the middle of the pixels that some of the maps know, over their focal length: what a pixel is wide
 // there.
@@ -42,33 +50,45 @@ struct PlaceHash {
   }
 };
 
-// The blocks through which the rays of the maps' pixels pass within the truncation of their surfaces. Empty
-// where these are more than `most`.
-std::optional<std::vector<SurfaceVolume::Place>> PlacesOf(const DepthRecording& depths,
-                                                          const std::vector<std::int64_t>& keyframes,
-                                                          double voxel, double truncation, std::size_t most) {
+using Places = std::unordered_set<SurfaceVolume::Place, PlaceHash>;
+
+// Adds the blocks through which the rays of a map's pixels pass within the truncation of their surfaces.
+void AddPlaces(const DepthMap& map, double voxel, double truncation, Places& places) {
   constexpr int kStride = 2;     // pixels
   constexpr double kHalf = 0.5;  // voxels have their centres at whole numbers
   const double step = 0.5 * kEdge * voxel;
-  std::unordered_set<SurfaceVolume::Place, PlaceHash> places;
-  for (const std::int64_t keyframe : keyframes) {
-    const DepthMap map = depths.Kept(keyframe);
-    const Eigen::Vector3d& center = map.T_map_camera.translation;
-    for (int y = 0; y < map.depth.rows; y += kStride) {
-      for (int x = 0; x < map.depth.cols; x += kStride) {
-        if (!(map.depth.at<float>(y, x) > 0.0F)) {
-          continue;
-        }
-        const Eigen::Vector3d p = map.PointAt(x, y);
-        const Eigen::Vector3d ray = (p - center).normalized();
-        for (double along = -truncation; along <= truncation + 0.5 * step; along += step) {
-          const Eigen::Vector3d in_blocks =
-              ((p + std::min(along, truncation) * ray) / voxel).array() / kEdge + kHalf / kEdge;
-          places.insert({static_cast<std::int32_t>(std::floor(in_blocks.x())),
-                         static_cast<std::int32_t>(std::floor(in_blocks.y())),
-                         static_cast<std::int32_t>(std::floor(in_blocks.z()))});
-        }
+  const Eigen::Vector3d& center = map.T_map_camera.translation;
+  for (int y = 0; y < map.depth.rows; y += kStride) {
+    for (int x = 0; x < map.depth.cols; x += kStride) {
+      if (!(map.depth.at<float>(y, x) > 0.0F)) {
+        continue;
       }
+      const Eigen::Vector3d p = map.PointAt(x, y);
+      const Eigen::Vector3d ray = (p - center).normalized();
+      for (double along = -truncation; along <= truncation + 0.5 * step; along += step) {
+        const Eigen::Vector3d in_blocks =
+            ((p + std::min(along, truncation) * ray) / voxel).array() / kEdge + kHalf / kEdge;
+        places.insert({static_cast<std::int32_t>(std::floor(in_blocks.x())),
+                       static_cast<std::int32_t>(std::floor(in_blocks.y())),
+                       static_cast<std::int32_t>(std::floor(in_blocks.z()))});
+      }
+    }
+  }
+}
+
+// The blocks of all maps. Empty where these are more than `most`.
+std::optional<std::vector<SurfaceVolume::Place>> PlacesOf(const DepthRecording& depths,
+                                                          const std::vector<std::int64_t>& keyframes,
+                                                          double voxel, double truncation, std::size_t most,
+                                                          int threads) {
+  Places places;
+  for (std::size_t first = 0; first < keyframes.size(); first += kMapsAtOnce) {
+    const std::vector<DepthMap> maps = ReadKept(depths, keyframes, first, kMapsAtOnce, threads);
+    std::vector<Places> of_map(maps.size());
+    ParallelFor(maps.size(), threads,
+                [&](std::size_t i) { AddPlaces(maps[i], voxel, truncation, of_map[i]); });
+    for (const Places& some : of_map) {
+      places.insert(some.begin(), some.end());
     }
     if (places.size() > most) {
       return std::nullopt;
@@ -158,7 +178,6 @@ void IntegrateDepth(const DepthMap& map, double truncation, std::size_t first_bl
 
 std::optional<SurfaceVolume> FuseSurface(const DepthRecording& depths, const SurfaceOptions& options,
                                          int threads, const DensifyProgress& progress) {
-  constexpr std::size_t kBatch = 8;  // depth maps at a time
   constexpr double kCoarser = 1.3;
   const std::vector<std::int64_t> keyframes = depths.Keyframes();
   const double pixel = PixelAtMedianDepth(depths, keyframes);
@@ -169,30 +188,22 @@ std::optional<SurfaceVolume> FuseSurface(const DepthRecording& depths, const Sur
   SurfaceVolume volume;
   volume.voxel = options.voxel * pixel;
   std::optional<std::vector<SurfaceVolume::Place>> places;
-  while (!(places = PlacesOf(depths, keyframes, volume.voxel, options.truncation * volume.voxel, most))) {
+  while (!(places =
+               PlacesOf(depths, keyframes, volume.voxel, options.truncation * volume.voxel, most, threads))) {
     volume.voxel *= kCoarser;
   }
   volume.places = std::move(*places);
   volume.blocks.resize(volume.places.size());
 
-  const std::size_t asked =
-      threads > 0 ? static_cast<std::size_t>(threads) : std::thread::hardware_concurrency();
-  const std::size_t parts = std::clamp<std::size_t>(asked, 1, 64);
-  for (std::size_t first = 0; first < keyframes.size(); first += kBatch) {
-    std::vector<DepthMap> maps;
-    for (std::size_t i = first; i < std::min(first + kBatch, keyframes.size()); ++i) {
-      maps.push_back(depths.Kept(keyframes[i]));
-    }
-    std::vector<std::jthread> workers;  // each with blocks of its own: their maps come in one order
-    for (std::size_t part = 0; part < parts; ++part) {
-      workers.emplace_back([&, part] {
-        for (const DepthMap& map : maps) {
-          IntegrateDepth(map, options.truncation * volume.voxel, volume.blocks.size() * part / parts,
-                         volume.blocks.size() * (part + 1) / parts, volume);
-        }
-      });
-    }
-    workers.clear();
+  constexpr std::size_t kParts = 64;  // of the blocks: maps come to each in one order
+  for (std::size_t first = 0; first < keyframes.size(); first += kMapsAtOnce) {
+    const std::vector<DepthMap> maps = ReadKept(depths, keyframes, first, kMapsAtOnce, threads);
+    ParallelFor(kParts, threads, [&](std::size_t part) {
+      for (const DepthMap& map : maps) {
+        IntegrateDepth(map, options.truncation * volume.voxel, volume.blocks.size() * part / kParts,
+                       volume.blocks.size() * (part + 1) / kParts, volume);
+      }
+    });
     if (!progress(static_cast<int>(first + maps.size()), static_cast<int>(keyframes.size()), "surface")) {
       return std::nullopt;
     }

@@ -9,6 +9,9 @@
 
 namespace sqslam {
 
+// Name of the options, as YAML, that the mesh of a densified recording is made with (DepthRecording::Text).
+inline constexpr const char* kSurfaceOptions = "surface";
+
 // Fuses the kept depth maps of a recording into a volume. Each pixel counts by the number of depth maps that
 // agree with it over its squared depth; what a ray passes on its way to the surface is held free. The voxels
 // grow where the volume would take more than its share of memory. The same with any number of threads (0: as

@@ -39,7 +39,7 @@ class RunHost {
   virtual void Mapped(const MapSnapshotPtr&) {}                        // from the mapping thread
 
   // Depth maps and cloud are written; a mesh of them is the host's to make.
-  virtual void Mesh(const FinishedRun&, const SurfaceOptions&) {}
+  virtual void Mesh(const FinishedRun&) {}
 
   // Pictures of the map, a video of its growth and a page, all in the result folder or beside it, once its
   // other files are written. What one of them throws keeps nothing else from being made.

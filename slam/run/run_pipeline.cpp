@@ -201,7 +201,7 @@ void MakeDense(const RunRequest& request, FinishedRun& run, const std::vector<Li
         run.result.map.snapshot = objects.map;
         host.Say(objects.Text());
       }
-      host.Mesh(run, request.options.dense.surface);
+      host.Mesh(run);
     }
   } catch (const NoMapError& error) {
     spdlog::warn(error.what());

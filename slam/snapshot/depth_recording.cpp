@@ -308,6 +308,17 @@ void DepthRecording::Remove(std::int64_t keyframe) {
   remove.Run();
 }
 
+void DepthRecording::PutText(const std::string& name, const std::string& text) {
+  sqlite::Statement insert =
+      impl_->Prepare("INSERT OR REPLACE INTO meta (key, value) VALUES ('dense.' || ?, ?)", name, text);
+  insert.Run();
+}
+
+std::string DepthRecording::Text(const std::string& name) const {
+  sqlite::Statement select = impl_->Prepare("SELECT value FROM meta WHERE key = 'dense.' || ?", name);
+  return select.Next() ? select.Bytes(0) : "";
+}
+
 void DepthRecording::Close() {
   const sqlite::Database db = std::move(impl_->db);
   if (db && impl_->access == Access::kWrite) {

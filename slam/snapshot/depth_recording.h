@@ -46,6 +46,10 @@ class DepthRecording {
   // Keyframes with an estimate, by frame.
   std::vector<std::int64_t> Estimated() const;
 
+  // Text kept beside the depth maps, such as options of what is made of them; empty where none was put.
+  void PutText(const std::string& name, const std::string& text);
+  std::string Text(const std::string& name) const;
+
   void Close();  // folds what was written into the one file; also done by the destructor
 
  private:

@@ -1,8 +1,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <thread>
 
 #include "slam/io/point_cloud.h"
 #include "slam/snapshot/depth_recording.h"
+#include "slam/util/error.h"
 #include "tests/app/run_program.h"
 #include "tests/dense/true_result.h"
 
@@ -31,6 +38,12 @@ TEST(DensifyCommand, WritesACloudAndAMeshThatExportTakesOver) {
   ASSERT_EQ(RunProgram(export_it + " --surface").exit_code, 0);
   EXPECT_THAT(Slurp(whole), HasSubstr(R"("name":"surface")"));
   EXPECT_EQ(RunProgram("export " + result.Path().string() + " -o x.json --surface").exit_code, 2);
+  const auto fine = fs::file_size(whole);  // the mesh is made as the result was densified
+  ASSERT_EQ(
+      RunProgram("densify -q " + result.Path().string() + kFast + " --set dense.surface.voxel=6").exit_code,
+      0);
+  ASSERT_EQ(RunProgram(export_it + " --surface").exit_code, 0);
+  EXPECT_LT(fs::file_size(whole), fine / 2);
 }
 
 TEST(DensifyCommand, TheMeshMayBeLeftOut) {
@@ -67,6 +80,51 @@ TEST(DensifyCommand, ExportOfASurfaceWantsADensifiedResult) {
       RunProgram("export " + result.Path().string() + " --surface -o " + (result.Path() / "x.glb").string());
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_THAT(run.ErrorLines(), ElementsAre(HasSubstr("expected those of sqslam densify")));
+}
+
+// Keyframes with an estimate in a recording that may not be there yet.
+std::size_t Estimated(const fs::path& result) {
+  try {
+    return DepthRecording(result / "map.sqmap").Estimated().size();
+  } catch (const InputError&) {
+    return 0;
+  }
+}
+
+TEST(DensifyCommand, CtrlCKeepsWhatIsDoneAndTheNextCallGoesOnToTheSameCloud) {
+  const TrueResult stopped(Pan(61, 0.015)), whole(Pan(61, 0.015));
+  const std::string slow = " --set dense.stereo.planes=256 --set dense.views.min_overlap=0.3 --no-mesh";
+  ASSERT_EQ(RunProgram("densify -q --threads 3 " + whole.Path().string() + slow).exit_code, 0);
+
+  const std::string err = (stopped.Path() / "err.txt").string();
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::signal(SIGINT, SIG_DFL);  // whatever the tests were started by
+    if (::freopen(err.c_str(), "w", stderr) != nullptr) {
+      ::execl(SQSLAM_PROGRAM, "sqslam", "densify", stopped.Path().c_str(), "--threads", "1", "--no-mesh",
+              "--set", "dense.stereo.planes=256", "--set", "dense.views.min_overlap=0.3", nullptr);
+    }
+    ::_exit(99);
+  }
+  int status = 0;
+  while (Estimated(stopped.Path()) < 2 && ::waitpid(child, &status, WNOHANG) == 0) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  ::kill(child, SIGINT);
+  ::waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+  const std::size_t done = Estimated(stopped.Path());
+  EXPECT_GE(done, 2U);
+  EXPECT_LT(done, Estimated(whole.Path()));
+  EXPECT_THAT(Slurp(err),
+              HasSubstr("stopped after " + std::to_string(done) + " depth maps; the same command goes on"));
+  EXPECT_FALSE(fs::exists(stopped.Path() / "dense.ply"));
+
+  const ProgramRun second = RunProgram("densify --threads 2 " + stopped.Path().string() + slow);
+  ASSERT_EQ(second.exit_code, 0) << second.err;
+  EXPECT_THAT(second.out, HasSubstr("(" + std::to_string(Estimated(whole.Path()) - done) + " new)"));
+  EXPECT_EQ(Slurp(stopped.Path() / "dense.ply"), Slurp(whole.Path() / "dense.ply"));
 }
 
 TEST(RunCommand, DenseStandsAloneOrTakesItsWord) {

@@ -1,13 +1,19 @@
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
+#include <string_view>
 
+#include "render/gl/offscreen_context.h"
 #include "render/picture/picture.h"
 #include "slam/util/enum_names.h"
+#include "slam/util/error.h"
 
 namespace sqslam {
 namespace {
+
+RenderBackend backend = RenderBackend::kOsmesa;  // of all benchmarks, as --rendering-backend says
 
 // Superquadrics on a square grid and points around them in a room.
 MapSnapshot LargeMap(int objects, int points) {
@@ -65,7 +71,7 @@ void DrawFrames(benchmark::State& state, const PictureOptions& options, const Ma
 
 void BM_Plain(benchmark::State& state, const char* anti_aliasing, double opacity) {
   PictureOptions options;
-  options.backend = RenderBackend::kOsmesa;
+  options.backend = backend;
   options.style.anti_aliasing = *FromName<AntiAliasing>(anti_aliasing);
   options.style.objects.opacity = opacity;
   Plain(options.style);
@@ -91,7 +97,7 @@ BENCHMARK_CAPTURE(BM_Plain, translucent_ssaa, "ssaa", 0.5)
 // The default style: ambient occlusion, outlines, eye-dome lighting, shadow.
 void BM_Paper(benchmark::State& state, const char* anti_aliasing) {
   PictureOptions options;
-  options.backend = RenderBackend::kOsmesa;
+  options.backend = backend;
   options.style.anti_aliasing = *FromName<AntiAliasing>(anti_aliasing);
   DrawFrames(state, options, LargeMap(30, 100000));
 }
@@ -111,7 +117,7 @@ BENCHMARK_CAPTURE(BM_Paper, ssaa, "ssaa")
 // 500 superquadrics and a million points.
 void BM_Huge(benchmark::State& state, const char* anti_aliasing, double opacity) {
   PictureOptions options;
-  options.backend = RenderBackend::kOsmesa;
+  options.backend = backend;
   options.style.anti_aliasing = *FromName<AntiAliasing>(anti_aliasing);
   options.style.objects.opacity = opacity;
   DrawFrames(state, options, LargeMap(500, 1000000));
@@ -152,7 +158,7 @@ CloudLayerPtr Room() {
 
 void BM_Dense(benchmark::State& state, const char* anti_aliasing) {
   PictureOptions options;
-  options.backend = RenderBackend::kOsmesa;
+  options.backend = backend;
   options.style.anti_aliasing = *FromName<AntiAliasing>(anti_aliasing);
   options.layers.dense_cloud = Room();
   state.counters["points"] = static_cast<double>(options.layers.dense_cloud->points.size());
@@ -170,7 +176,7 @@ BENCHMARK_CAPTURE(BM_Dense, ssaa, "ssaa")
 // From nothing to the first frame of a small map.
 void BM_FirstFrame(benchmark::State& state) {
   PictureOptions options;
-  options.backend = RenderBackend::kOsmesa;
+  options.backend = backend;
   const MapSnapshot map = LargeMap(30, 100000);
   for (auto _ : state) {
     benchmark::DoNotOptimize(RenderPicture(map, options));
@@ -181,7 +187,7 @@ BENCHMARK(BM_FirstFrame)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()
 // A new map on the device and a frame of it, as for each frame of a growth video.
 void BM_NewMapAndFrame(benchmark::State& state) {
   PictureOptions options;
-  options.backend = RenderBackend::kOsmesa;
+  options.backend = backend;
   PictureRenderer renderer(options);
   const MapSnapshot map = LargeMap(30, 100000);
   renderer.SetMap(map);
@@ -192,7 +198,30 @@ void BM_NewMapAndFrame(benchmark::State& state) {
 }
 BENCHMARK(BM_NewMapAndFrame)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->UseRealTime();
 
+// Takes --rendering-backend=NAME out of the arguments.
+void TakeBackend(int& argc, char** argv) {
+  constexpr std::string_view kFlag = "--rendering-backend=";
+  const auto flag =
+      std::find_if(argv, argv + argc, [&](const char* a) { return std::string_view(a).starts_with(kFlag); });
+  if (flag == argv + argc) {
+    return;
+  }
+  const auto named = FromName<RenderBackend>(std::string_view(*flag).substr(kFlag.size()));
+  if (!named) {
+    throw UsageError(std::string(*flag) + ": expected auto, osmesa or egl");
+  }
+  backend = *named;
+  std::rotate(flag, flag + 1, argv + argc);
+  --argc;
+}
+
 }  // namespace
 }  // namespace sqslam
 
-BENCHMARK_MAIN();
+int main(int argc, char** argv) {
+  sqslam::TakeBackend(argc, argv);
+  benchmark::Initialize(&argc, argv);
+  benchmark::AddCustomContext("drawn by", sqslam::OffscreenContext(sqslam::backend).Description());
+  benchmark::RunSpecifiedBenchmarks();
+  return 0;
+}

@@ -1,0 +1,112 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "slam/util/parallel.h"
+
+namespace sqslam {
+
+// Values by whole numbers, such as those of the cube of space that they lie in. Values of one key become one
+// by Value::Add(const Value&). Keys are dealt out to a fixed number of shards, each of which takes its values
+// in the order in which they were given, by whichever thread: what comes out, and in which order, depends on
+// no number of threads.
+template <std::size_t kNumbers, typename Value>
+class VoxelTable {
+ public:
+  using Key = std::array<std::int32_t, kNumbers>;
+  static constexpr std::size_t kShards = 16;
+
+  // Takes over what `give(part, put)` puts by calls of `put(key, value)`, for each part below `parts`. The
+  // parts are asked at a time.
+  template <typename Give>
+  void Add(std::size_t parts, int threads, const Give& give) {
+    std::vector<std::array<std::vector<Item>, kShards>> dealt(parts);
+    ParallelFor(parts, threads, [&](std::size_t part) {
+      give(part, [&](const Key& key, const Value& value) {
+        const std::uint64_t hash = HashOf(key);
+        dealt[part][hash % kShards].push_back({hash, key, value});
+      });
+    });
+    ParallelFor(kShards, threads, [&](std::size_t shard) {
+      for (const auto& of_part : dealt) {
+        for (const Item& item : of_part[shard]) {
+          shards_[shard].Take(item);
+        }
+      }
+    });
+  }
+
+  // Null where there is none.
+  const Value* Find(const Key& key) const {
+    const std::uint64_t hash = HashOf(key);
+    const Shard& shard = shards_[hash % kShards];
+    const std::uint32_t number = shard.slots.empty() ? kNone : shard.slots[shard.SlotOf(hash, key)].number;
+    return number == kNone ? nullptr : &shard.values[number];
+  }
+
+  const std::vector<Value>& Values(std::size_t shard) const { return shards_[shard].values; }
+
+ private:
+  static constexpr std::uint32_t kNone = 0xFFFFFFFF;
+  struct Item {
+    std::uint64_t hash;
+    Key key;
+    Value value;
+  };
+  struct Slot {
+    Key key{};
+    std::uint32_t number = kNone;  // of the value
+  };
+  struct Shard {
+    std::vector<Slot>
+        slots;  // a power of two, half of them free; a key stands in the first free one from its own on
+    std::vector<Value> values;
+
+    std::size_t SlotOf(std::uint64_t hash, const Key& key) const {
+      std::size_t slot = hash / kShards % slots.size();
+      while (slots[slot].number != kNone && slots[slot].key != key) {
+        slot = (slot + 1) % slots.size();
+      }
+      return slot;
+    }
+    void Take(const Item& item) {
+      if (2 * values.size() >= slots.size()) {
+        Grow();
+      }
+      Slot& slot = slots[SlotOf(item.hash, item.key)];
+      if (slot.number == kNone) {
+        slot = {item.key, static_cast<std::uint32_t>(values.size())};
+        values.push_back(item.value);
+      } else {
+        values[slot.number].Add(item.value);
+      }
+    }
+    void Grow() {
+      constexpr std::size_t kFirst = 64;
+      const std::vector<Slot> old =
+          std::exchange(slots, std::vector<Slot>(std::max(kFirst, 2 * slots.size())));
+      for (const Slot& slot : old) {
+        if (slot.number != kNone) {
+          slots[SlotOf(HashOf(slot.key), slot.key)] = slot;
+        }
+      }
+    }
+  };
+
+  static std::uint64_t HashOf(const Key& key) {
+    std::uint64_t hash = 0;
+    for (const std::int32_t number : key) {
+      hash = (hash ^ static_cast<std::uint32_t>(number)) * 0x9E3779B97F4A7C15ULL;
+      hash ^= hash >> 32U;
+    }
+    return hash;
+  }
+
+  std::array<Shard, kShards> shards_;
+};
+
+}  // namespace sqslam

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace sqslam {
+
+// Calls `work(i)` for each i below `count`, on so many threads (0: as many as the machine runs at a time) and
+// in no order. Throws what a call has thrown; numbers that were not begun by then are left out.
+template <typename Work>
+void ParallelFor(std::size_t count, int threads, const Work& work) {
+  std::atomic<std::size_t> next = 0;
+  std::mutex mutex;
+  std::exception_ptr failure;
+  const auto run = [&] {
+    try {
+      for (std::size_t i = next++; i < count; i = next++) {
+        work(i);
+      }
+    } catch (...) {
+      next = count;
+      const std::lock_guard lock(mutex);
+      failure = std::current_exception();
+    }
+  };
+  const std::size_t asked =
+      threads > 0 ? static_cast<std::size_t>(threads) : std::thread::hardware_concurrency();
+  {
+    std::vector<std::jthread> others;
+    for (std::size_t i = 1; i < std::min(asked, count); ++i) {
+      others.emplace_back(run);
+    }
+    run();
+  }
+  if (failure) {
+    std::rethrow_exception(failure);
+  }
+}
+
+}  // namespace sqslam
