@@ -165,8 +165,7 @@ void Landmark::DropPartsBoxedWithTheWhole() {
 }
 
 void Landmark::Transform(const Sim3d& S_new_old) {
-  constexpr double kUpright = 0.9999;   // cosine of a tilt
-  constexpr double kSlightTilt = 0.99;  // the last result is still a start
+  constexpr double kUpright = 0.9999;  // cosine of a tilt
   for (BoxView& view : views) {
     view.T_map_camera = S_new_old * view.T_map_camera;
   }
@@ -178,11 +177,8 @@ void Landmark::Transform(const Sim3d& S_new_old) {
   }
   MoveSums(S_new_old);
   MoveSolid(S_new_old);
-  const double tilt = (S_new_old.rotation * Eigen::Vector3d::UnitZ()).z();
-  if (tilt <= kUpright) {
-    const bool goes_on = refined && tilt > kSlightTilt;
+  if ((S_new_old.rotation * Eigen::Vector3d::UnitZ()).z() <= kUpright) {
     ForgetUpright();
-    refined = goes_on;
   }
 }
 

@@ -289,6 +289,7 @@ void ObjectMapper::Update(const PointLookup& points, const Camera& camera, const
 void ObjectMapper::Outdate() {
   for (auto& [id, landmark] : impl_->landmarks) {
     landmark.estimated_at = 0;
+    landmark.thorough_at = 0;
   }
 }
 

@@ -40,7 +40,8 @@ class ObjectMapper {
   // poses of past observations first.
   void Update(const PointLookup& points, const Camera& camera, const PoseLookup& poses = {});
 
-  // Puts every landmark in the queue for Update(): the map has changed everywhere.
+  // Puts every landmark in the queue for Update(), to be estimated from scratch: the map has changed
+  // everywhere.
   void Outdate();
 
   // Re-estimates every landmark, from all starts (end of the run).

@@ -17,16 +17,16 @@ namespace {
 
 using sqslam::testing::DenseBoxScene;
 
-// The result folder of a run on the box, and its ground truth, which is the map's frame. `grown`: what the
-// detector adds to the boxes' right sides, share of their width.
+// The result folder of a run that took the box for `seen`, as its boxes show it, and the ground truth in the
+// map's frame. `grown`: what the detector adds at the boxes' right sides, share of their width.
 class ErrorBudgetTest : public ::testing::Test {
  protected:
-  void Write(const PosedSuperquadric& mapped, double grown) {
+  void Write(const PosedSuperquadric& seen, double grown) {
     SnapshotObject object;
     object.id = 3;
     object.label = "box";
     object.observations = static_cast<int>(scene_.poses.size());
-    object.superquadric = mapped;
+    object.superquadric = seen;
     object.fit.covariance.setIdentity();
     std::string images = "# timestamp path\n";
     Trajectory trajectory;
@@ -38,7 +38,7 @@ class ErrorBudgetTest : public ::testing::Test {
       map.camera = scene_.camera;
       map.gravity_known = true;
       map.objects = {object};
-      Box2d box = scene_.Box(i);
+      Box2d box = *ProjectToBox(seen, scene_.poses[i], scene_.camera);
       box.width *= 1.0 + grown;
       map.detections = {{{"box", 0.9, box}, 3}};
       for (std::size_t k = 0; k < scene_.faces.size(); k += 20) {

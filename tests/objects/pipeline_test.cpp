@@ -120,6 +120,44 @@ TEST(ObjectPipeline, SurvivesMissedWrongAndFalseBoxes) {
 }
 
 // A thing seen too rarely to be shown is deleted when it stays away, and its id is never used again.
+TEST(ObjectPipeline, OutdatedObjectsAreEstimatedAFewAtATime) {
+  const SyntheticDesk desk(5);
+  ObjectOptions options;
+  options.max_estimates = 2;
+  ObjectTracker tracker(options);
+  ObjectMapper mapper(options, 1);
+  mapper.SetUpright(true, SupportSurfaces::Everywhere(0.0));
+  for (int i = 0; i < SyntheticDesk::kFrames; ++i) {
+    mapper.AddObservations(tracker.Track(desk.Frame(i), *mapper.View()));
+  }
+  const auto lookup = [&](std::int64_t& id) { return desk.Position(id); };
+  mapper.UpdateAll(lookup, desk.Camera());
+  // The map moves: what is estimated anew follows its points.
+  const auto moved = [&](std::int64_t& id) -> std::optional<Eigen::Vector3d> {
+    const auto p = desk.Position(id);
+    return p ? std::optional<Eigen::Vector3d>(*p + Eigen::Vector3d(0.0, 0.0, 0.01)) : std::nullopt;
+  };
+  const auto changed = [&](const std::vector<SnapshotObject>& before) {
+    const std::vector<SnapshotObject> after = mapper.Objects();
+    return std::ranges::count_if(after, [&](const SnapshotObject& object) {
+      const auto old = std::ranges::find(before, object.id, &SnapshotObject::id);
+      return old != before.end() &&
+             old->superquadric.T_map_object.translation != object.superquadric.T_map_object.translation;
+    });
+  };
+  const std::vector<SnapshotObject> before = mapper.Objects();
+  ASSERT_GE(before.size(), 6u);
+  mapper.Update(moved, desk.Camera());
+  EXPECT_EQ(changed(before), 0);  // nothing is outdated
+  mapper.Outdate();
+  mapper.Update(moved, desk.Camera());
+  EXPECT_EQ(changed(before), 2);
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    mapper.Update(moved, desk.Camera());
+  }
+  EXPECT_EQ(changed(before), static_cast<std::ptrdiff_t>(before.size()));
+}
+
 TEST(ObjectPipeline, ForgetsWhatWasSeenOnceOnly) {
   const SyntheticDesk desk(1);
   ObjectOptions options;
