@@ -1,5 +1,6 @@
 #include "slam/dense/consistency.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace sqslam {
@@ -24,6 +25,13 @@ double DepthNear(const cv::Mat& depth, double u, double v, double expected, doub
   return weights > 0.0 ? sum / weights : 0.0;
 }
 
+// True where the map has a surface at the pixel that lies clearly behind `expected`.
+bool SeesThrough(const cv::Mat& depth, const Eigen::Vector2d& pixel, double expected, double max_difference) {
+  constexpr double kClearly = 3.0;  // times what still agrees
+  return depth.at<float>(static_cast<int>(pixel.y() + 0.5), static_cast<int>(pixel.x() + 0.5)) >
+         (1.0 + kClearly * max_difference) * expected;
+}
+
 }  // namespace
 
 DepthMap KeepConsistent(const DepthMap& map, const std::vector<DepthMap>& neighbours,
@@ -43,7 +51,7 @@ DepthMap KeepConsistent(const DepthMap& map, const std::vector<DepthMap>& neighb
       }
       const Eigen::Vector3d p_map = map.PointAt(x, y);
       double ratios = 1.0;
-      int views = 0;
+      int views = 0, against = 0;
       for (std::size_t i = 0; i < neighbours.size(); ++i) {
         const DepthMap& other = neighbours[i];
         const Eigen::Vector3d p = T_neighbour_map[i] * p_map;
@@ -60,9 +68,11 @@ DepthMap KeepConsistent(const DepthMap& map, const std::vector<DepthMap>& neighb
         if (seen > 0.0) {
           ratios += seen / p.z();
           ++views;
+        } else if (SeesThrough(other.depth, pixel, p.z(), options.max_difference)) {
+          ++against;
         }
       }
-      if (views >= options.min_views) {
+      if (views >= std::max(options.min_views, against)) {
         kept.depth.at<float>(y, x) = static_cast<float>(z * ratios / (1 + views));
         kept.views.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(views);
       }

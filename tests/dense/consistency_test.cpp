@@ -48,13 +48,30 @@ TEST_F(Consistency, AnOutlierIsRemovedAndTheGivenMapStays) {
 TEST_F(Consistency, OneNeighbourThatAgreesIsNotEnough) {
   std::vector<DepthMap> neighbours = neighbours_;
   for (const std::size_t wrong : {1U, 2U}) {
-    neighbours[wrong].depth = neighbours[wrong].depth * 1.05;
+    neighbours[wrong].depth = neighbours[wrong].depth * 0.95;
   }
   EXPECT_EQ(cv::countNonZero(KeepConsistent(map_, neighbours, {}).depth > 0.0), 0);
   DepthFusionOptions options;
   options.min_views = 1;
   const DepthMap kept = KeepConsistent(map_, neighbours, options);
   EXPECT_GT(cv::countNonZero(kept.views == 1), 0.8 * static_cast<double>(map_.depth.total()));
+}
+
+TEST_F(Consistency, WhatMoreOfThemSeeThroughThanAgreeInIsRemoved) {
+  std::vector<DepthMap> neighbours = neighbours_;
+  neighbours.push_back(TrueMap(world_, {-0.1, 0.0, 0.0}));
+  neighbours.push_back(TrueMap(world_, {0.1, 0.0, 0.0}));
+  const auto kept_against = [&](std::size_t against, double seen) {
+    std::vector<DepthMap> others = neighbours;
+    for (std::size_t i = 0; i < against; ++i) {
+      others[i].depth = others[i].depth * seen;
+    }
+    return KeepConsistent(map_, others, {}).depth.at<float>(60, 160) > 0.0F;
+  };
+  EXPECT_TRUE(kept_against(2, 1.1));
+  EXPECT_FALSE(kept_against(3, 1.1));
+  EXPECT_TRUE(kept_against(3, 0.9));   // something before it may hide it
+  EXPECT_TRUE(kept_against(3, 1.02));  // not clearly behind it
 }
 
 TEST_F(Consistency, DepthsThatAgreeAreAveraged) {
