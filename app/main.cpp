@@ -64,6 +64,7 @@ int ParseAndRun(const std::vector<std::string>& words) {
   AddDemoCommand(program);
   AddRunCommand(program);
   AddLocalizeCommand(program);
+  AddMergeCommand(program);
   AddDensifyCommand(program);
   AddDetectCommand(program);
   AddCalibrateCommand(program);

@@ -21,6 +21,7 @@ void AddVocabularyCommand(Command& program);
 void AddFitCommand(Command& program);
 void AddExportCommand(Command& program);
 void AddLocalizeCommand(Command& program);
+void AddMergeCommand(Command& program);
 void AddInfoCommand(Command& program);
 
 }  // namespace sqslam::app

@@ -20,6 +20,8 @@
 
 namespace sqslam {
 
+struct IdShift;
+
 // The mapping thread's pipeline and the only owner of the live map. Takes the tracking thread's reports in
 // order and publishes immutable copies: AtlasView for tracking, MapSnapshot for everyone else.
 class Mapper {
@@ -47,10 +49,13 @@ class Mapper {
   // options. Written again it gives the same bytes.
   std::string Save() const;
 
-  // Goes on with a map that was saved, and publishes it. `ids`: will not give out again what the map uses.
-  // Returns the number of the main submap. Throws InputError that begins with `what` where the bytes are no
-  // such map.
+  // Goes on with a map that was saved, and publishes it; beside another one its ids, frames and times are
+  // raised. `ids`: will not give out again what the map uses. Returns the number of the main submap. Throws
+  // InputError that begins with `what` where the bytes are no such map.
   std::int64_t Restore(std::string_view state, const std::string& what, const std::shared_ptr<IdSource>& ids);
+
+  // Looks for a place that the submap shares with another one, and makes them one. False where there is none.
+  bool TieToOthers(std::int64_t submap);
 
   // The live map of a submap, taken out of the mapper, which ends with it.
   Map MapOf(std::int64_t submap) && { return std::move(submaps_.at(submap).Map()); }
@@ -84,6 +89,8 @@ class Mapper {
   void FinishSubmap(Submap& submap);
   void LearnFrom(Submap& submap);
   void Drop(std::int64_t submap);
+  struct State;
+  IdShift ShiftFor(const State& state, const IdSource& ids) const;
 
   Camera camera_;
   std::optional<LearntCamera> learnt_camera_;

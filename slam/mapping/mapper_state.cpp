@@ -2,8 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <ranges>
+#include <set>
+#include <vector>
 
+#include "slam/map/renumber.h"
 #include "slam/mapping/mapper.h"
 #include "slam/snapshot/byte_archive.h"
 
@@ -18,47 +20,146 @@ std::string Mapper::Save() const {
   return writer.Take();
 }
 
-std::int64_t Mapper::Restore(std::string_view state, const std::string& what,
-                             const std::shared_ptr<IdSource>& ids) {
-  ByteReader reader(state, what);
-  std::size_t count = 0;
+// What Mapper::Save wrote.
+struct Mapper::State {
   std::int64_t active = 0;
-  reader(count, active, last_loop_, loop_edges_, atlas_.origins);
+  KeyframeId last_loop = kNoKeyframe;
+  LoopEdges loop_edges;
+  std::map<std::int64_t, AtlasView::Origin> origins;
+  std::vector<Submap> submaps;
+
+  void Check(const ByteReader& reader) const;
+  void Renumber(const IdShift& shift);
+};
+
+void Mapper::State::Check(const ByteReader& reader) const {
+  std::set<std::int64_t> numbers;
+  for (const Submap& submap : submaps) {
+    if (submap.Number() < 0 || !origins.contains(submap.Number()) ||
+        !numbers.insert(submap.Number()).second) {
+      reader.Refuse(fmt::format("has no place for its part {}", submap.Number()));
+    }
+  }
+  for (const auto& [number, origin] : origins) {
+    if (!numbers.contains(origin.submap) || !(origin.S_map_origin.scale > 0.0)) {
+      reader.Refuse(fmt::format("lacks the part that holds part {}", number));
+    }
+  }
+  const auto known = [this](KeyframeId id) {
+    return std::ranges::any_of(submaps, [id](const Submap& submap) { return submap.Map().HasKeyframe(id); });
+  };
+  if (!reader.AtEnd() || !numbers.contains(active) || !std::ranges::all_of(loop_edges, [&](const auto& edge) {
+        return known(edge.first) && known(edge.second);
+      })) {
+    reader.Refuse("is broken");
+  }
+}
+
+void Mapper::State::Renumber(const IdShift& shift) {
+  active += shift.submap;
+  last_loop += last_loop == kNoKeyframe ? 0 : shift.keyframe;
+  LoopEdges raised_edges;
+  for (const auto& [a, b] : loop_edges) {
+    raised_edges.insert({a + shift.keyframe, b + shift.keyframe});
+  }
+  loop_edges = std::move(raised_edges);
+  std::map<std::int64_t, AtlasView::Origin> raised_origins;
+  for (const auto& [number, origin] : origins) {
+    raised_origins[number + shift.submap] = {origin.submap + shift.submap, origin.S_map_origin};
+  }
+  origins = std::move(raised_origins);
+  for (Submap& submap : submaps) {
+    submap.Renumber(shift);
+  }
+}
+
+// The least by which the state's ids and times are raised to be new here.
+IdShift Mapper::ShiftFor(const State& state, const IdSource& ids) const {
+  IdShift shift{ids.next_keyframe, ids.next_point, 0, atlas_.origins.rbegin()->first + 1, 0, 0.0};
+  for (const auto& [number, submap] : submaps_) {
+    shift.object = std::max(shift.object, submap.Objects().View()->IdBound());
+  }
+  constexpr double kGap = 1.0;  // s
+  const auto [end_frame, end_time] = *NewestFrame();
+  for (const Submap& submap : state.submaps) {
+    const auto [frame, time] = submap.OldestFrameTime();
+    shift.frame = std::max(shift.frame, end_frame + 1 - frame);
+    shift.time = std::max(shift.time, time > end_time ? 0.0 : end_time + kGap - time);
+  }
+  return shift;
+}
+
+std::int64_t Mapper::Restore(std::string_view bytes, const std::string& what,
+                             const std::shared_ptr<IdSource>& ids) {
+  ByteReader reader(bytes, what);
+  State state;
+  std::size_t count = 0;
+  reader(count, state.active, state.last_loop, state.loop_edges, state.origins);
   for (; count > 0; --count) {
-    Submap submap(reader, std::make_unique<Map>(pose_tracker_.Levels(), ids), camera_, options_);
-    const std::int64_t number = submap.Number();
+    state.submaps.emplace_back(reader, std::make_unique<Map>(pose_tracker_.Levels(), ids), camera_, options_);
+  }
+  state.Check(reader);
+  if (!submaps_.empty()) {
+    state.Renumber(ShiftFor(state, *ids));
+  }
+  last_loop_ = std::max(last_loop_, state.last_loop);
+  loop_edges_.merge(state.loop_edges);
+  atlas_.origins.merge(state.origins);
+  for (Submap& restored : state.submaps) {
+    const std::int64_t number = restored.Number();
+    Submap& submap = submaps_.emplace(number, std::move(restored)).first->second;
     Map& map = submap.Map();
     ids->next_keyframe = std::max(ids->next_keyframe.load(), map.IdBound());
     ids->next_point = std::max(ids->next_point.load(), map.Points().IdBound());
     for (const auto& [id, keyframe] : map.Keyframes()) {
       places_.Add(map.At(id));
     }
-    if (number < 0 || !atlas_.origins.contains(number) ||
-        !submaps_.emplace(number, std::move(submap)).second) {
-      reader.Refuse(fmt::format("has no place for its part {}", number));
-    }
-  }
-  for (const auto& [number, origin] : atlas_.origins) {
-    if (!submaps_.contains(origin.submap) || !(origin.S_map_origin.scale > 0.0)) {
-      reader.Refuse(fmt::format("lacks the part that holds part {}", number));
-    }
-  }
-  const auto known = [this](KeyframeId id) {
-    return std::ranges::any_of(std::views::values(submaps_),
-                               [id](const Submap& submap) { return submap.Map().HasKeyframe(id); });
-  };
-  if (!reader.AtEnd() || !submaps_.contains(active) ||
-      !std::ranges::all_of(loop_edges_,
-                           [&](const auto& edge) { return known(edge.first) && known(edge.second); })) {
-    reader.Refuse("is broken");
-  }
-  for (auto& [number, submap] : submaps_) {
     atlas_.submaps[number] = submap.MakeView();
   }
-  active_ = &submaps_.at(active);
+  active_ = &submaps_.at(state.active);
   shown_.frame_index = active_->NewestFrame();
   PublishView();
-  return active;
+  return state.active;
+}
+
+bool Mapper::TieToOthers(std::int64_t submap) {
+  active_ = &submaps_.at(submap);
+  std::vector<const Map*> maps{&active_->Map()};
+  for (const auto& [number, other] : submaps_) {
+    if (number != submap) {
+      maps.push_back(&other.Map());
+    }
+  }
+  std::vector<KeyframeId> own;
+  std::optional<LoopCandidate> best;
+  for (const auto& [id, keyframe] : active_->Map().Keyframes()) {
+    own.push_back(id);
+    std::optional<LoopCandidate> loop = places_.Recognize(maps, id);
+    if (loop && !active_->Map().HasKeyframe(loop->known) &&
+        (!best || loop->confirmed.size() > best->confirmed.size())) {
+      best = std::move(loop);
+    }
+  }
+  if (!best) {
+    return false;
+  }
+  const auto known = std::ranges::find_if(
+      submaps_, [&](const auto& entry) { return entry.second.Map().HasKeyframe(best->known); });
+  MergeSubmaps(*best, known->second);
+  ++counters_.merges;
+  // Both sides show the same in more places than one: fused first where the two already lie near each other,
+  // and after an adjustment the rest.
+  for (int pass = 0; pass < 2; ++pass) {
+    for (const KeyframeId id : own) {
+      if (const auto loop = places_.Recognize({&active_->Map()}, id)) {
+        FuseLoop(active_->Map(), camera_, *loop, options_.mapping.loops);
+        loop_edges_.insert(std::minmax(loop->current, loop->known));
+      }
+    }
+    active_->Bend([this](Map&) { OptimizeGlobally(false); });
+  }
+  PublishView();
+  return true;
 }
 
 std::optional<std::pair<std::int64_t, double>> Mapper::NewestFrame() const {

@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "slam/map/map_codec.h"
+#include "slam/map/renumber.h"
 #include "slam/objects/size_shape.h"
 
 namespace sqslam {
@@ -48,6 +49,25 @@ void Submap::Save(ByteWriter& writer) const {
   WriteMap(*map_, writer);
   writer(young, frames_, upright_);
   objects_.Save(writer);
+}
+
+void Submap::Renumber(const IdShift& shift) {
+  number_ += shift.submap;
+  sqslam::Renumber(shift, *map_);
+  std::set<PointId> young;
+  for (const PointId point : young_points_) {
+    young.insert(point + shift.point);
+  }
+  young_points_ = std::move(young);
+  std::map<std::int64_t, FrameRecord> frames;
+  for (auto& [index, record] : frames_) {
+    record.timestamp += shift.time;
+    record.pose.reference += shift.keyframe;
+    frames.emplace_hint(frames.end(), index + shift.frame, std::move(record));
+  }
+  frames_ = std::move(frames);
+  refined_below_ += shift.frame;
+  objects_.Renumber(shift.object, shift.point, shift.frame);
 }
 
 void Submap::RecordFrame(std::int64_t index, double timestamp, const AnchoredPose& pose,

@@ -22,6 +22,7 @@ namespace sqslam {
 
 class ByteReader;
 class ByteWriter;
+struct IdShift;
 
 // One connected map with all that belongs to it. Its frame begins as the first camera's.
 class Submap {
@@ -35,11 +36,15 @@ class Submap {
   // At the end of a run: by what points frames were found is forgotten.
   void Save(ByteWriter& writer) const;
 
+  // Raises all ids, indices of frames and times.
+  void Renumber(const IdShift& shift);
+
   std::int64_t Number() const { return number_; }
   sqslam::Map& Map() { return *map_; }
   const sqslam::Map& Map() const { return *map_; }
   std::set<PointId>& YoungPoints() { return young_points_; }
   ObjectMapper& Objects() { return objects_; }
+  const ObjectMapper& Objects() const { return objects_; }
 
   // Frames by their anchors, see AnchoredPose.
   void RecordFrame(std::int64_t index, double timestamp, const AnchoredPose& pose,
@@ -50,6 +55,9 @@ class Submap {
   void RefineFrames(const Camera& camera, int min_inliers, int keep = 0);
 
   bool HasFrame(std::int64_t index) const { return frames_.contains(index); }
+  std::pair<std::int64_t, double> OldestFrameTime() const {
+    return {frames_.begin()->first, frames_.begin()->second.timestamp};
+  }
   std::int64_t NewestFrame() const { return frames_.rbegin()->first; }
   std::pair<std::int64_t, double> NewestFrameTime() const {
     return {frames_.rbegin()->first, frames_.rbegin()->second.timestamp};

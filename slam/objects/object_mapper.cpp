@@ -14,6 +14,7 @@
 #include "slam/objects/landmark_estimation.h"
 #include "slam/objects/merging.h"
 #include "slam/objects/paper_method.h"
+#include "slam/objects/renumber.h"
 #include "slam/objects/single_view_quadric.h"
 #include "slam/snapshot/byte_archive.h"
 #include "slam/util/limits.h"
@@ -373,6 +374,29 @@ int ObjectMapper::LeftOut() const {
       std::count_if(impl_->landmarks.begin(), impl_->landmarks.end(), [&](const auto& landmark) {
         return impl_->IsShown(landmark.second) && !impl_->Represented(landmark.second);
       }));
+}
+
+void ObjectMapper::Renumber(int id_shift, std::int64_t point_shift, std::int64_t frame_shift) {
+  std::map<int, Landmark> landmarks;
+  for (auto& [id, landmark] : impl_->landmarks) {
+    sqslam::Renumber(id_shift, point_shift, frame_shift, landmark);
+    landmarks.emplace(landmark.id, std::move(landmark));
+  }
+  impl_->landmarks = std::move(landmarks);
+  std::map<int, int> merged_into;
+  for (const auto& [from, to] : impl_->merged_into) {
+    merged_into.emplace(from + id_shift, to + id_shift);
+  }
+  impl_->merged_into = std::move(merged_into);
+  for (auto& [from, to] : impl_->merges) {
+    from += id_shift;
+    to += id_shift;
+  }
+  for (int& id : impl_->deleted) {
+    id += id_shift;
+  }
+  impl_->newest_frame += frame_shift;
+  impl_->Publish();
 }
 
 void ObjectMapper::Save(ByteWriter& writer) const { writer(*impl_); }

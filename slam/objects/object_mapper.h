@@ -67,6 +67,9 @@ class ObjectMapper {
   int LeftOut() const;
   std::shared_ptr<const ObjectMapView> View() const;
   std::unordered_map<std::int64_t, int> PointObjects() const;  // map point id -> id of a shown object
+  // Raises the ids of landmarks and of map points, and the indices of frames.
+  void Renumber(int id_shift, std::int64_t point_shift, std::int64_t frame_shift);
+
   // Writes the landmarks with all that they are estimated from, and takes them over into a mapper without
   // any. Load throws InputError.
   void Save(ByteWriter& writer) const;

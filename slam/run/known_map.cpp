@@ -50,18 +50,25 @@ KnownMap ReadKnownMap(const fs::path& result) {
   return {recording, ReadKeptMap(recording), OptionsOfRun(result)};
 }
 
-Sequence OpenSequenceFor(const KnownMap& map, const SequenceRequest& request) {
+void CheckSameCamera(const fs::path& source, const Camera& camera, const KnownMap& map) {
   constexpr double kMostShift = 0.02;  // of the image's width
-  Sequence sequence = OpenSequence(request);
   const Camera& known = map.map.camera;
-  const bool same_size = sequence.camera.width == known.width && sequence.camera.height == known.height;
-  const bool guessed = !sequence.guessed_by.empty();
-  if (!same_size || (!guessed && LargestShift(sequence.camera, known) > kMostShift * known.width)) {
+  const bool same_size = camera.width == known.width && camera.height == known.height;
+  if (!same_size || LargestShift(camera, known) > kMostShift * known.width) {
     throw InputError(fmt::format(
-        "{}: its camera ({}) is not that of {}, expected {}{}", request.path.string(),
-        CameraText(sequence.camera), map.recording.string(), CameraText(known),
+        "{}: its camera ({}) is not that of {}, expected {}{}", source.string(), CameraText(camera),
+        map.recording.string(), CameraText(known),
         same_size ? "" : fmt::format(" (--resize {},{} changes the size)", known.width, known.height)));
   }
+}
+
+Sequence OpenSequenceFor(const KnownMap& map, const SequenceRequest& request) {
+  Sequence sequence = OpenSequence(request);
+  const Camera& known = map.map.camera;
+  Camera stated = known;  // what nobody has calibrated is taken to be the map's
+  stated.width = sequence.camera.width;
+  stated.height = sequence.camera.height;
+  CheckSameCamera(request.path, sequence.guessed_by.empty() ? sequence.camera : stated, map);
   const double fps = sequence.camera.fps;
   sequence.camera = known;  // what the map was optimised with
   sequence.camera.fps = fps;

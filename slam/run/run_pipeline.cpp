@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
-#include <sys/resource.h>
 
 #include <chrono>
 #include <cmath>
@@ -16,6 +15,7 @@
 #include "slam/run/auto_camera.h"
 #include "slam/run/dense_objects.h"
 #include "slam/run/detection_feed.h"
+#include "slam/run/map_files.h"
 #include "slam/run/pace.h"
 #include "slam/run/recorder.h"
 #include "slam/util/atomic_file.h"
@@ -126,27 +126,10 @@ void WarnOfFewTracked(const RunStats& stats) {
   }
 }
 
-double PeakMemoryMib() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024.0;
-}
-
 RunStats MakeStats(const RunResult& result, const RunInput& input, const DetectionFeed& feed) {
-  RunStats stats;
-  stats.frames = result.frames;
+  RunStats stats = StatsOf(result);
   stats.skipped = input.frames->Skipped();
   stats.detector_frames = feed.Seen();
-  stats.tracked = result.tracked;
-  stats.keyframes = static_cast<int>(result.map.keyframes.size());
-  if (result.map.snapshot) {
-    stats.points = static_cast<int>(result.map.snapshot->points.size());
-    stats.objects = static_cast<int>(result.map.snapshot->objects.size());
-  }
-  stats.counters = result.counters;
-  stats.submaps = static_cast<int>(result.others.size());
-  stats.peak_memory_mib = PeakMemoryMib();
-  stats.timing_ms = result.timing_ms;
   stats.timing_ms.merge(feed.Times());
   return stats;
 }
@@ -214,30 +197,6 @@ void Draw(FinishedRun& run, RunHost& host) {
   run.stats.timing_ms.merge(times.Summaries());
 }
 
-// trajectory.txt, keyframes.txt, points.ply and objects.json.
-void WriteMapFiles(const fs::path& folder, const FinishedMap& map) {
-  AttemptAll({[&] { WriteTrajectory(folder / "trajectory.txt", map.trajectory); },
-              [&] { WriteTrajectory(folder / "keyframes.txt", map.keyframes); },
-              [&] { WritePoints(folder / "points.ply", map.snapshot->points); },
-              [&] { WriteObjects(folder / "objects.json", map.snapshot->objects); }});
-}
-
-// Maps that could not be tied to the main one: the same files in submaps/1, submaps/2, ..., each in a frame
-// and scale of its own.
-void WriteSubmaps(const fs::path& folder, const std::vector<FinishedMap>& submaps) {
-  std::size_t frames = 0;
-  for (std::size_t i = 0; i < submaps.size(); ++i) {
-    const fs::path submap_folder = folder / "submaps" / std::to_string(i + 1);
-    CreateResultFolder(submap_folder);
-    WriteMapFiles(submap_folder, submaps[i]);
-    frames += submaps[i].trajectory.size();
-  }
-  if (!submaps.empty()) {
-    spdlog::warn("{} frames lie in {} further map{} that could not be tied to the main one: see {}", frames,
-                 submaps.size(), submaps.size() == 1 ? "" : "s", (folder / "submaps").string());
-  }
-}
-
 // A run without a map leaves stats.json alone: nothing is in the recording, and nobody should take it for a
 // map.
 void SaveWithoutMap(const FinishedRun& run, Recorder& recorder) {
@@ -256,20 +215,6 @@ void SaveWithoutMap(const FinishedRun& run, Recorder& recorder) {
 }
 
 }  // namespace
-
-void AttemptAll(const std::vector<std::function<void()>>& steps) {
-  std::exception_ptr failure;
-  for (const auto& step : steps) {
-    try {
-      step();
-    } catch (...) {
-      failure = failure ? failure : std::current_exception();
-    }
-  }
-  if (failure) {
-    std::rethrow_exception(failure);
-  }
-}
 
 FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
   CheckOptions(request.options);
@@ -312,8 +257,7 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
   }
   WarnOfFewTracked(run.stats);
   AttemptAll({[&] { WriteCamera(run.output / "camera.yaml", camera.camera, camera.Text()); },
-              [&] { WriteMapFiles(run.output, run.result.map); },
-              [&] { WriteSubmaps(run.output, run.result.others); }, [&] { recorder.Close(); },
+              [&] { WriteMapFiles(run.output, run.result); }, [&] { recorder.Close(); },
               [&] { AddToRecording(run.output / "map.sqmap", run.result.kept); },
               [&] { MakeDense(request, run, live_depth, host); }, [&] { Draw(run, host); },
               [&] { host.Film(run); }, [&] { WriteStats(run.output / "stats.json", run.stats); },

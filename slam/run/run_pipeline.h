@@ -1,8 +1,5 @@
 #pragma once
 
-#include <functional>
-#include <vector>
-
 #include "slam/run/run_host.h"
 #include "slam/run/run_input.h"
 
@@ -13,9 +10,5 @@ namespace sqslam {
 // the run, or range.count frames. Throws InputError (sequence, disk full), UsageError (options, output
 // folder) and NoMapError (with stats.json written); whatever could be written before stays.
 FinishedRun RunPipeline(const RunRequest& request, RunHost& host);
-
-// Runs every step even if one fails, so that a full disk or a missing display costs no more than it must; the
-// first failure is thrown at the end.
-void AttemptAll(const std::vector<std::function<void()>>& steps);
 
 }  // namespace sqslam

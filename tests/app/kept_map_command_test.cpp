@@ -121,6 +121,26 @@ TEST_F(KeptMapCommands, WhatCannotBeUsedIsRefusedInOneLine) {
   EXPECT_THAT(itself.ErrorLines(), ElementsAre(HasSubstr("cannot be extended into itself")));
 }
 
+TEST_F(KeptMapCommands, MergeMakesOneMapOfTwo) {
+  const ProgramRun run =
+      RunProgram("run " + Input() + " --no-render --deterministic --detector none --frames 30: -o " +
+                 Out("second").string());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const ProgramRun merge = RunProgram("merge " + Map() + " " + Out("second").string() + " --no-render -o " +
+                                      Out("merged").string());
+  ASSERT_EQ(merge.exit_code, 0) << merge.err;
+  EXPECT_THAT(merge.out, HasSubstr(" objects in one map"));
+  EXPECT_EQ(ReadTrajectory(Out("merged") / "trajectory.txt").size(),
+            ReadTrajectory(fs::path(Map()) / "trajectory.txt").size() +
+                ReadTrajectory(Out("second") / "trajectory.txt").size());
+  EXPECT_FALSE(fs::exists(Out("merged") / "submaps"));
+  EXPECT_EQ(RecordingReader(Out("merged") / "map.sqmap").Size(), 1);
+  const ProgramRun found = RunProgram("localize " + Input() + " --map " + Out("merged").string() + " -o " +
+                                      Out("in-merged").string());
+  EXPECT_EQ(found.exit_code, 0) << found.err;
+  ExpectRefused("merge " + Map() + " nowhere", 3, "nowhere: does not exist");
+}
+
 // The texts as COLMAP's documentation describes them, read on their own terms.
 TEST_F(KeptMapCommands, ColmapsModelHasTheErrorThatWeHave) {
   const ProgramRun run = RunProgram("export " + Map() + " --format colmap -o " + Out("colmap").string());

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <opencv2/core.hpp>
 
 #include "slam/localizer.h"
+#include "slam/map_merge.h"
 #include "slam/mapping/mapper.h"
 #include "slam/system.h"
 #include "slam/system_parts.h"
@@ -14,6 +16,7 @@
 namespace sqslam {
 namespace {
 
+using testing::AlignedError;
 using testing::HandHeldPath;
 using testing::TexturedWorld;
 
@@ -151,6 +154,49 @@ TEST_F(KeptSystem, TheSecondRunGoesOnInTheOldMap) {
     EXPECT_EQ(after.label, before.label);
     EXPECT_GT(after.observations, before.observations);
   }
+}
+
+// Two runs that know nothing of each other, each with a scale and frame of its own.
+TEST_F(KeptSystem, TheMapsOfTwoRunsBecomeOne) {
+  System other(world_->GetCamera(), KeptOptions(), [](const MapSnapshotPtr&) {});
+  Play(45, kFrames, [&](const Frame& frame) { other.Process(frame); });
+  const RunResult second = other.Finish();
+  ASSERT_NE(second.map.snapshot, nullptr);
+  const RunResult both = MergeMaps(first_.kept, "first", second.kept, "second", KeptOptions());
+  EXPECT_TRUE(both.others.empty());
+  EXPECT_EQ(both.counters.merges, 1);
+  EXPECT_EQ(both.map.trajectory.size(), first_.map.trajectory.size() + second.map.trajectory.size());
+  EXPECT_EQ(both.map.snapshot->objects.size(), first_.map.snapshot->objects.size())
+      << "one thing is one object";
+  EXPECT_EQ(both.map.snapshot->objects.front().id, first_.map.snapshot->objects.front().id);
+  std::vector<Eigen::Vector3d> estimate;
+  std::vector<Eigen::Vector3d> truth;
+  const double shift =
+      both.map.trajectory[first_.map.trajectory.size()].timestamp - second.map.trajectory.front().timestamp;
+  for (std::size_t i = 0; i < both.map.trajectory.size(); ++i) {
+    const TimedPose& pose = both.map.trajectory[i];
+    const double time = pose.timestamp - (i < first_.map.trajectory.size() ? 0.0 : shift);
+    estimate.push_back(pose.T_map_camera.translation);
+    truth.push_back(path_[static_cast<std::size_t>(std::lround(30.0 * time))].translation);
+  }
+  EXPECT_LT(AlignedError(estimate, truth), 0.02);
+  // What was made is a map to go on with.
+  Localizer localizer(both.kept, "both", KeptOptions());
+  Play(60, 70, [&](const Frame& frame) { localizer.Process(frame); });
+  EXPECT_EQ(localizer.Finish().poses.size(), 10U);
+}
+
+TEST_F(KeptSystem, MapsOfOtherPlacesStayApart) {
+  System other(world_->GetCamera(), KeptOptions(), [](const MapSnapshotPtr&) {});
+  Play(0, kMapped, [&](Frame frame) {
+    cv::flip(frame.gray, frame.gray, 0);  // a place that looks different to every descriptor
+    cv::flip(frame.bgr, frame.bgr, 0);
+    frame.detections.clear();
+    other.Process(frame);
+  });
+  const RunResult second = other.Finish();
+  ASSERT_NE(second.map.snapshot, nullptr) << second.no_map_reason;
+  EXPECT_THROW(MergeMaps(first_.kept, "first", second.kept, "second", KeptOptions()), NoMapError);
 }
 
 }  // namespace

@@ -1,0 +1,59 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "app/commands/commands.h"
+#include "app/run/terminal_run.h"
+#include "slam/run/merge_pipeline.h"
+#include "slam/util/atomic_file.h"
+
+namespace sqslam::app {
+namespace {
+
+constexpr const char* kMergeNotes = R"(
+The two must have been made by the same camera and show a common place: the second is brought into the frame and
+scale of the first. Objects of the first keep their ids. No images are needed; the results stay as they are.
+
+Examples:
+  sqslam merge out/kitchen out/kitchen-2 -o out/both
+)";
+
+struct MergeArguments {
+  std::string first;
+  std::string second;
+  std::string output;
+  bool no_render = false;
+  bool quiet = false;
+};
+
+void Merge(const MergeArguments& a) {
+  const std::filesystem::path output =
+      a.output.empty() ? FreeResultFolder("out", "merged") : std::filesystem::path(a.output);
+  TerminalRun host({"", !a.no_render}, a.quiet);
+  const FinishedRun run = MergeResults(a.first, a.second, output, host);
+  if (!a.quiet) {
+    fmt::print("{} frames, {} keyframes, {} points, {} objects in one map\nresult: {}\n", run.stats.tracked,
+               run.stats.keyframes, run.stats.points, run.stats.objects, output.string());
+  }
+}
+
+}  // namespace
+
+void AddMergeCommand(Command& program) {
+  const auto a = std::make_shared<MergeArguments>();
+  Command& command = program.AddCommand("merge", "Make one map of two that show a common place");
+  command.Group("Input");
+  command.Positional("A", a->first, "Result folder of sqslam run (or its map.sqmap)").Required();
+  command.Positional("B", a->second, "Another one").Required();
+  command.Group("Output");
+  command.Option("--output,-o DIR", a->output, "Result folder; default: out/merged, out/merged-2, ...");
+  command.Flag("--no-render", a->no_render, "No pictures and no report");
+  command.Group("General");
+  command.Flag("--quiet,-q", a->quiet, "No summary; warnings and errors stay");
+  command.Notes(kMergeNotes);
+  command.OnRun([a] { Merge(*a); });
+}
+
+}  // namespace sqslam::app

@@ -1,0 +1,67 @@
+#include "slam/map/renumber.h"
+
+#include <map>
+#include <utility>
+#include <vector>
+
+namespace sqslam {
+namespace {
+
+void RenumberKeyframes(const IdShift& shift, std::map<KeyframeId, Keyframe>& keyframes) {
+  std::map<KeyframeId, Keyframe> raised;
+  for (auto& [id, keyframe] : keyframes) {
+    keyframe.id += shift.keyframe;
+    keyframe.parent += keyframe.parent == kNoKeyframe ? 0 : shift.keyframe;
+    keyframe.frame_index += shift.frame;
+    keyframe.timestamp += shift.time;
+    std::map<KeyframeId, int> covisibility;
+    for (const auto& [other, weight] : keyframe.covisibility) {
+      covisibility.emplace(other + shift.keyframe, weight);
+    }
+    keyframe.covisibility = std::move(covisibility);
+    for (PointId& point : keyframe.points) {
+      point += point == kNoPoint ? 0 : shift.point;
+    }
+    raised.emplace(keyframe.id, std::move(keyframe));
+  }
+  keyframes = std::move(raised);
+}
+
+void RenumberRemoved(const IdShift& shift, std::map<KeyframeId, Map::RemovedKeyframe>& removed) {
+  std::map<KeyframeId, Map::RemovedKeyframe> raised;
+  for (auto& [id, keyframe] : removed) {
+    keyframe.pose.reference += shift.keyframe;
+    raised.emplace(id + shift.keyframe, keyframe);
+  }
+  removed = std::move(raised);
+}
+
+void RenumberPoints(const IdShift& shift, PointTable<MapPoint>& points) {
+  PointTable<MapPoint>::VisitState(points, [&](std::vector<std::int64_t>& entries, auto&, auto&) {
+    constexpr std::int64_t kGone = -1;  // below, ids of replacements: see PointTable
+    for (std::int64_t& entry : entries) {
+      entry -= entry < kGone ? shift.point : 0;
+    }
+    entries.insert(entries.begin(), static_cast<std::size_t>(shift.point), kGone);
+  });
+  for (const MapPoint& const_point : points) {
+    MapPoint& point = points.At(const_point.id + shift.point);
+    point.id += shift.point;
+    point.first_keyframe += shift.keyframe;
+    for (Observation& o : point.observations) {
+      o.keyframe += shift.keyframe;
+    }
+  }
+}
+
+}  // namespace
+
+void Renumber(const IdShift& shift, Map& map) {
+  Map::VisitState(map, [&](auto& keyframes, auto& removed, auto& points) {
+    RenumberKeyframes(shift, keyframes);
+    RenumberRemoved(shift, removed);
+    RenumberPoints(shift, points);
+  });
+}
+
+}  // namespace sqslam

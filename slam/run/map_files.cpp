@@ -1,0 +1,80 @@
+#include "slam/run/map_files.h"
+
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+
+#include <exception>
+#include <string>
+
+#include "slam/io/trajectory.h"
+#include "slam/util/atomic_file.h"
+
+namespace sqslam {
+namespace fs = std::filesystem;
+namespace {
+
+// trajectory.txt, keyframes.txt, points.ply and objects.json.
+void WriteOneMap(const fs::path& folder, const FinishedMap& map) {
+  AttemptAll({[&] { WriteTrajectory(folder / "trajectory.txt", map.trajectory); },
+              [&] { WriteTrajectory(folder / "keyframes.txt", map.keyframes); },
+              [&] { WritePoints(folder / "points.ply", map.snapshot->points); },
+              [&] { WriteObjects(folder / "objects.json", map.snapshot->objects); }});
+}
+
+void WriteSubmaps(const fs::path& folder, const std::vector<FinishedMap>& submaps) {
+  std::size_t frames = 0;
+  for (std::size_t i = 0; i < submaps.size(); ++i) {
+    const fs::path submap_folder = folder / "submaps" / std::to_string(i + 1);
+    CreateResultFolder(submap_folder);
+    WriteOneMap(submap_folder, submaps[i]);
+    frames += submaps[i].trajectory.size();
+  }
+  if (!submaps.empty()) {
+    spdlog::warn("{} frames lie in {} further map{} that could not be tied to the main one: see {}", frames,
+                 submaps.size(), submaps.size() == 1 ? "" : "s", (folder / "submaps").string());
+  }
+}
+
+double PeakMemoryMib() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024.0;
+}
+
+}  // namespace
+
+void AttemptAll(const std::vector<std::function<void()>>& steps) {
+  std::exception_ptr failure;
+  for (const auto& step : steps) {
+    try {
+      step();
+    } catch (...) {
+      failure = failure ? failure : std::current_exception();
+    }
+  }
+  if (failure) {
+    std::rethrow_exception(failure);
+  }
+}
+
+RunStats StatsOf(const RunResult& result) {
+  RunStats stats;
+  stats.frames = result.frames;
+  stats.tracked = result.tracked;
+  stats.keyframes = static_cast<int>(result.map.keyframes.size());
+  if (result.map.snapshot) {
+    stats.points = static_cast<int>(result.map.snapshot->points.size());
+    stats.objects = static_cast<int>(result.map.snapshot->objects.size());
+  }
+  stats.counters = result.counters;
+  stats.submaps = static_cast<int>(result.others.size());
+  stats.peak_memory_mib = PeakMemoryMib();
+  stats.timing_ms = result.timing_ms;
+  return stats;
+}
+
+void WriteMapFiles(const fs::path& folder, const RunResult& result) {
+  AttemptAll({[&] { WriteOneMap(folder, result.map); }, [&] { WriteSubmaps(folder, result.others); }});
+}
+
+}  // namespace sqslam

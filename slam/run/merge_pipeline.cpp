@@ -1,0 +1,44 @@
+#include "slam/run/merge_pipeline.h"
+
+#include <chrono>
+
+#include "slam/io/cameras.h"
+#include "slam/map_merge.h"
+#include "slam/run/known_map.h"
+#include "slam/run/map_files.h"
+#include "slam/snapshot/recording.h"
+#include "slam/util/atomic_file.h"
+#include "slam/util/options.h"
+
+namespace sqslam {
+namespace fs = std::filesystem;
+
+FinishedRun MergeResults(const fs::path& first, const fs::path& second, const fs::path& output,
+                         RunHost& host) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point start = Clock::now();
+  const KnownMap a = ReadKnownMap(first);
+  const KnownMap b = ReadKnownMap(second);
+  CheckSameCamera(b.recording, b.map.camera, a);
+  const std::string sequence = RecordingReader(a.recording).Info().sequence_path;
+  FinishedRun run{
+      output, sequence, MergeMaps(a.map, a.recording.string(), b.map, b.recording.string(), a.options), {}};
+  CreateResultFolder(output);
+  run.stats = StatsOf(run.result);
+  run.stats.wall_seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  AttemptAll({[&] { WriteCamera(output / "camera.yaml", run.result.kept.camera); },
+              [&] { WriteMapFiles(output, run.result); },
+              [&] {
+                RecordingWriter(output / "map.sqmap", {sequence, SQSLAM_VERSION, DumpOptions(a.options)})
+                    .Add(*run.result.map.snapshot);
+                AddToRecording(output / "map.sqmap", run.result.kept);
+              },
+              [&] {
+                StageTimes times;
+                host.Draw(run, times);
+              },
+              [&] { WriteStats(output / "stats.json", run.stats); }, [&] { host.Report(run); }});
+  return run;
+}
+
+}  // namespace sqslam
