@@ -9,7 +9,7 @@
 #include "slam/snapshot/kept_map.h"
 #include "slam/system_options.h"
 
-// What System and Localizer are both put together from.
+// The parts that System and Localizer are both put together from.
 namespace sqslam {
 
 MapperOptions OptionsOfMapper(const SystemOptions& options);

@@ -48,7 +48,7 @@ std::vector<Eigen::Vector3d> SkyDirections(const ShadowLight& light, const Eigen
   return directions;
 }
 
-// Where the pixels of the shadow's picture lie on the plane.
+// The places of the shadow's pixels on the plane.
 struct ShadowPlane {
   PlaneAxes axes;
   double height = 0.0;

@@ -28,7 +28,7 @@ struct ObjectBudget {
   int truth = 0;         // index into Evaluation::truth
   double run_iou = 0.0;  // of the run
   double iou = 0.0;      // of the refit with the run's own evidence
-  // Of refits with a part of the truth; empty where too little evidence was left.
+  // IoU of refits with a part of the truth; empty where too little evidence was left.
   std::array<std::optional<double>, kTrueParts> with;
 
   std::optional<double> Gain(std::size_t part) const {

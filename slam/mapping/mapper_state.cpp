@@ -1,4 +1,4 @@
-// What Mapper keeps beyond a run: its state as bytes.
+// The state that Mapper keeps beyond a run, as bytes.
 #include <fmt/format.h>
 
 #include <algorithm>

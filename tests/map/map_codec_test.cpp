@@ -85,7 +85,7 @@ TEST(MapCodec, RefusesBytesThatWereCutOff) {
   }
 }
 
-// What it does not notice (a coordinate, a bit of a descriptor) must at least be a map.
+// Damage that it does not notice (a coordinate, a bit of a descriptor) must at least give a map.
 TEST(MapCodec, DamagedBytesGiveAnErrorOrASoundMap) {
   const SyntheticMap world = LivedIn();
   const std::string bytes = Written(world.map);
