@@ -59,7 +59,7 @@ struct StereoOptions {
 // Agreement of depth maps, and the cloud that is made of them.
 struct DepthFusionOptions {
   int neighbours = 8;  // depth maps that each is held against
-  // Of them that must agree for a pixel to be kept; and at least as many as see through what it shows.
+  // Neighbours that must agree for a pixel to be kept, and at least as many as see through it.
   int min_views = 2;
   double max_difference = 0.0125;  // of the depth, up to which two agree
   // The cloud has one point in a cube as wide as so many pixels are at the median depth, pixels.

@@ -20,7 +20,7 @@ std::string Mapper::Save() const {
   return writer.Take();
 }
 
-// What Mapper::Save wrote.
+// The state that Mapper::Save wrote.
 struct Mapper::State {
   std::int64_t active = 0;
   KeyframeId last_loop = kNoKeyframe;

@@ -1,4 +1,4 @@
-// Measures how well superquadrics are recovered from half-seen, noisy clouds with outliers over the range of shapes:
+// Measures how well superquadrics are recovered from half-seen, noisy clouds with outliers over all shapes:
 // quartiles of the 3D IoU, in total and for each (e1, e2); how exactly the fit commutes with similarities and
 // permutations of the cloud; the time of a fit.
 // Usage: fit_benchmark [CLOUDS_PER_SHAPE [POINTS [SEED [OPTION=VALUE ...]]]]

@@ -5,6 +5,7 @@
 
 #include <stdexcept>
 
+#include "slam/run/map_files.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/error.h"
 #include "slam/util/text_lines.h"

@@ -180,7 +180,7 @@ TEST_F(KeptSystem, TheMapsOfTwoRunsBecomeOne) {
     truth.push_back(path_[static_cast<std::size_t>(std::lround(30.0 * time))].translation);
   }
   EXPECT_LT(AlignedError(estimate, truth), 0.02);
-  // What was made is a map to go on with.
+  // The result is a map to go on with.
   Localizer localizer(both.kept, "both", KeptOptions());
   Play(60, 70, [&](const Frame& frame) { localizer.Process(frame); });
   EXPECT_EQ(localizer.Finish().poses.size(), 10U);
