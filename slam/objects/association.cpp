@@ -190,6 +190,7 @@ void KnownLandmark::Absorb(KnownLandmark&& other) {
   point_ids.merge(other.point_ids);
   cloud.insert(cloud.end(), other.cloud.begin(), other.cloud.end());
   lines_frame = std::max(lines_frame, other.lines_frame);
+  line_views += other.line_views;
   if (other.last_frame > last_frame) {
     last_frame = other.last_frame;
     last_box = other.last_box;

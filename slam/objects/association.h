@@ -22,6 +22,7 @@ struct KnownLandmark {
   Box2d box_velocity;  // per frame
   std::int64_t last_frame = -1;
   std::int64_t lines_frame = -1;  // in which its lines were looked for last, or that it was first seen in
+  int line_views = 0;             // frames in which its lines were looked for
   std::unordered_set<std::int64_t> point_ids;
   PointStatistics centroids;
   std::vector<Eigen::Vector3d> cloud;        // map frame; only kept for the rank-sum test

@@ -119,6 +119,7 @@ struct OutlierOptions {
 struct YawOptions {
   int line_interval = 5;    // an object's lines are extracted in every n-th frame at most; 0: never
   int line_pixels = 18000;  // of the boxes that lines are extracted from, per frame on average; 0: no limit
+  int line_views = 30;      // frames with lines that an object gets without waiting for others
   double max_box_share = 0.3;       // not from boxes that cover more of the image, share of the image area
   double min_line_length = 15.0;    // px
   double box_margin = 10.0;         // boxes are grown by so much for the search of lines, px
@@ -133,6 +134,7 @@ struct YawOptions {
   void VisitFields(Visitor&& visit) {
     visit("line_interval", line_interval, 0, 1000);
     visit("line_pixels", line_pixels, 0, 100000000);
+    visit("line_views", line_views, 0, 100000);
     visit("max_box_share", max_box_share, 0.0, 1.0);
     visit("min_line_length", min_line_length, 1.0, 1000.0);
     visit("box_margin", box_margin, 0.0, 100.0);

@@ -238,8 +238,8 @@ struct ObjectTracker::Impl {
   }
 
   // Looks for lines in some of the boxes; returns those boxes' lines in the order of the boxes, none for the
-  // others. Lines cost time, so that objects take turns, those that have waited longest first. The lines in
-  // the box of a table are those of the things on it.
+  // others. Lines cost time, so that objects take turns, those that have waited longest first; objects with
+  // few views yet need not wait. The lines in the box of a table are those of the things on it.
   std::vector<std::vector<LineSegment>> Lines(const ObjectFrame& frame,
                                               const std::vector<BoxCandidate>& boxes,
                                               const std::vector<int>& ids) {
@@ -262,10 +262,12 @@ struct ObjectTracker::Impl {
     std::vector<Box2d> regions;
     std::vector<std::size_t> chosen;
     for (const auto& [since, i] : waiting) {
-      if (yaw.line_pixels > 0 && line_credit <= 0.0) {
-        break;
+      KnownLandmark& track = tracks.at(ids[i]);
+      if (yaw.line_pixels > 0 && line_credit <= 0.0 && track.line_views >= yaw.line_views) {
+        continue;
       }
-      tracks.at(ids[i]).lines_frame = frame.frame_index;
+      track.lines_frame = frame.frame_index;
+      ++track.line_views;
       line_credit -= LineArea(boxes[i].detection.box, yaw);
       regions.push_back(boxes[i].detection.box);
       chosen.push_back(i);

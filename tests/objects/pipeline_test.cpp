@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
+#include <numeric>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "posed_mapping.h"
 #include "slam/objects/object_mapper.h"
@@ -241,6 +244,42 @@ TEST(ObjectTracker, TellsOfPointsOutsideAsItsOptionSays) {
   EXPECT_EQ(outside_points(ReprojectionVotes::kNone), 0u);
   EXPECT_GT(observed, 0u);
   EXPECT_GT(all, observed);
+}
+
+TEST(ObjectTracker, LooksForLinesWithinItsBudgetButAlwaysInNewObjects) {
+  const SyntheticDesk desk(1, 0.12);
+  const auto looks = [&](int line_pixels, int line_views) {
+    ObjectOptions options;
+    options.yaw.line_interval = 1;
+    options.yaw.line_pixels = line_pixels;
+    options.yaw.line_views = line_views;
+    ObjectTracker tracker(options);
+    std::map<int, int> views_with_lines;  // by object
+    for (int i = 0; i < 20; ++i) {
+      ObjectFrame frame = desk.Frame(i);
+      frame.gray = cv::Mat(frame.camera.height, frame.camera.width, CV_8U, cv::Scalar(40));
+      for (int y = 0; y < frame.gray.rows; y += 32) {
+        for (int x = 0; x < frame.gray.cols; x += 32) {
+          cv::rectangle(frame.gray, {x, y}, {x + 23, y + 23}, cv::Scalar(220), cv::FILLED);
+        }
+      }
+      for (const ObjectObservation& observation : tracker.Track(frame, ObjectMapView())) {
+        views_with_lines[observation.object_id] += observation.lines.empty() ? 0 : 1;
+      }
+    }
+    return views_with_lines;
+  };
+  const auto most = [](const std::map<int, int>& views) {
+    return std::ranges::max_element(views, {}, [](const auto& v) { return v.second; })->second;
+  };
+  const auto sum = [](const std::map<int, int>& views) {
+    return std::accumulate(views.begin(), views.end(), 0, [](int n, const auto& v) { return n + v.second; });
+  };
+  EXPECT_EQ(sum(looks(1, 0)), 1);  // the first box is a debt for ever
+  const auto few = looks(1, 3);
+  EXPECT_EQ(most(few), 3);
+  EXPECT_GE(sum(few), 2 * static_cast<int>(few.size()));
+  EXPECT_GT(most(looks(0, 0)), 10);
 }
 
 TEST(ObjectPipeline, IsDeterministic) {
