@@ -61,9 +61,8 @@ class Lab:
     def run_command(self, output, sequence=None):
         return ["run", sequence or self.sequence, "--no-render", "--seed", "1", "--output", output]
 
-    def render_command(self, result, film):
-        return ["render", result, "--output", film, "--growth", "--width", "320", "--height", "240",
-                "--seconds", "2"]
+    def render_command(self, result, film, size="320,240"):
+        return ["render", result, "--output", film, "--growth", "--resolution", size, "--seconds", "2"]
 
     def start(self, command, **options):
         options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, **options}
@@ -180,7 +179,7 @@ def full_disk(lab):
             code = lab.end(lab.start(lab.run_command(folder / "result")))
             lab.check_recording(folder / "result")
         else:
-            code = lab.end(lab.start(lab.render_command(lab.whole, folder / "film.mp4") + ["--width", "1280"]))
+            code = lab.end(lab.start(lab.render_command(lab.whole, folder / "film.mp4", "1280,720")))
             check(code != 0 or (folder / "film.mp4").stat().st_size > 1000, "says done without a film")
         lab.check_no_leftovers(folder)
     finally:
