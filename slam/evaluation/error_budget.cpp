@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iterator>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <tuple>
 #include <utility>
@@ -18,7 +16,6 @@
 #include "slam/objects/recorded_landmarks.h"
 #include "slam/objects/yaw.h"
 #include "slam/util/error.h"
-#include "slam/util/json_file.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -234,41 +231,68 @@ void AddLines(const std::vector<BudgetFrame>& frames, const Camera& camera, cons
   }
 }
 
-// Mean over the objects that count: of the run, of the refit, and gains by part, each with how many.
-struct MeanBudget {
-  int objects = 0;
-  double run_iou = 0.0;
-  double iou = 0.0;
-  std::array<double, kTrueParts> gain{};
+std::vector<Eigen::Vector3d> Positions(const MapSnapshot& map) {
+  std::vector<Eigen::Vector3d> points;
+  for (const SnapshotPoint& point : map.points) {
+    points.push_back(point.p_map.cast<double>());
+  }
+  return points;
+}
 
-  MeanBudget(const ErrorBudget& budget, bool only_scored) {
-    std::array<int, kTrueParts> known{};
-    for (const ObjectBudget& object : budget.objects) {
-      if (only_scored && !budget.evaluation.Truth(object.truth).scored) {
-        continue;
-      }
-      ++objects;
-      run_iou += object.run_iou;
-      iou += object.iou;
-      for (std::size_t part = 0; part < kTrueParts; ++part) {
-        known[part] += object.with[part] ? 1 : 0;
-        gain[part] += object.Gain(part).value_or(0.0);
+// All that a run recorded of its objects, with lines taken from the images again.
+struct RecordedEvidence {
+  MapSnapshotPtr map;  // the last
+  std::vector<BudgetFrame> frames;
+  SupportSurfaces supports;
+  ClassPriors classes;
+  std::map<int, Landmark> landmarks;  // by id
+  std::vector<SizedObject> sized;     // for the scale of the map
+
+  RecordedEvidence(const RecordingReader& recording, const PoseAtTime& poses, const PoseAtTime& true_poses,
+                   const ObjectOptions& options)
+      : map(recording.Last()),
+        frames(ReadFrames(recording, poses, true_poses, options)),
+        supports(SupportSurfaces::Find(Positions(*map), options.gravity)),
+        classes(ClassPriors::Named(options.class_priors)),
+        landmarks(RecordedLandmarks(recording, *map, poses, supports, options)) {
+    for (auto& [id, landmark] : landmarks) {
+      AddLines(frames, map->camera, options.yaw, landmark);
+      if (const auto size = SizedBy(landmark, classes)) {
+        sized.push_back(*size);
       }
     }
-    run_iou /= std::max(1, objects);
-    iou /= std::max(1, objects);
-    for (std::size_t part = 0; part < kTrueParts; ++part) {
-      gain[part] /= std::max(1, known[part]);
+  }
+
+  EstimationContext ContextOf(int id, const ObjectOptions& options) const {
+    std::vector<const Landmark*> all;
+    for (const auto& [other, landmark] : landmarks) {
+      all.push_back(&landmark);
     }
+    return {.options = &options,
+            .camera = map->camera,
+            .upright = true,
+            .supports = &supports,
+            .surroundings = SurroundingsOf(landmarks.at(id), all),
+            .classes = &classes,
+            .scale = ScaleWithout(id, sized),
+            .thorough = true};
   }
 };
 
-nlohmann::ordered_json MeanJson(const MeanBudget& mean) {
-  nlohmann::ordered_json gains;
-  for (std::size_t part = 0; part < kTrueParts; ++part) {
-    gains[EnumNames(TruePart())[part]] = mean.gain[part];
+// IoU of the refits of one object with each part of the truth in turn; empty where there is too little to
+// fit.
+std::optional<ObjectBudget> BudgetOf(const ObjectMatch& match, const Refit& refit) {
+  const std::optional<double> own = Refit(refit).Fit();
+  if (!own) {
+    return std::nullopt;
   }
-  return {{"objects", mean.objects}, {"iou_run", mean.run_iou}, {"iou", mean.iou}, {"gain", gains}};
+  ObjectBudget object{match.mapped, match.truth, match.iou, *own, {}};
+  for (std::size_t part = 0; part < kTrueParts; ++part) {
+    Refit replaced = refit;
+    replaced.Replace(static_cast<TruePart>(part));
+    object.with[part] = replaced.Fit();
+  }
+  return object;
 }
 
 }  // namespace
@@ -283,66 +307,37 @@ ErrorBudget ComputeErrorBudget(const fs::path& result, const fs::path& sequence,
         fmt::format("{}: holds no objects_gt.json, expected the true objects", sequence.string()));
   }
   const RecordingReader recording(file);
-  const MapSnapshotPtr map = recording.Last();
-  if (options.method != ObjectMethod::kRefined || !map->gravity_known) {
+  if (const MapSnapshotPtr map = recording.Last();
+      options.method != ObjectMethod::kRefined || !map->gravity_known) {
     throw InputError(fmt::format(
         "{}: holds no refined objects, expected an upright map of objects.method=refined", file.string()));
   }
   const Sim3d S_map_world = evaluation.trajectory.S_world_map.Inverse();
-  const PoseAtTime poses = PosesByTime(ReadTrajectory(result / "trajectory.txt"));
   const Trajectory truth = ReadTruePoses(sequence);
   const PoseAtTime true_poses = [&](double timestamp) -> std::optional<Rigid3d> {
     const auto pair = AssociateByTime({{timestamp, {}}}, truth, evaluation_options.max_time_difference);
     return pair.empty() ? std::nullopt : std::optional(S_map_world * truth[pair.front().second].T_map_camera);
   };
-  const std::vector<BudgetFrame> frames = ReadFrames(recording, poses, true_poses, options);
-  std::vector<Eigen::Vector3d> points;
-  for (const SnapshotPoint& point : map->points) {
-    points.push_back(point.p_map.cast<double>());
-  }
-  const SupportSurfaces supports = SupportSurfaces::Find(points, options.gravity);
-  const ClassPriors classes = ClassPriors::Named(options.class_priors);
-  std::map<int, Landmark> landmarks = RecordedLandmarks(recording, *map, poses, supports, options);
-  std::vector<const Landmark*> all;
-  std::vector<SizedObject> sized;
-  for (auto& [id, landmark] : landmarks) {
-    AddLines(frames, map->camera, options.yaw, landmark);
-    all.push_back(&landmark);
-    if (const auto size = SizedBy(landmark, classes)) {
-      sized.push_back(*size);
-    }
-  }
+  const RecordedEvidence evidence(recording, PosesByTime(ReadTrajectory(result / "trajectory.txt")),
+                                  true_poses, options);
   std::vector<PosedSuperquadric> true_solids;
   for (const GroundTruthObject& object : evaluation.truth) {
     true_solids.push_back(S_map_world * object.solid.ToSuperquadric());
   }
-  const std::vector<std::vector<int>> true_boxes = TrueBoxes(frames, true_solids, map->camera);
+  const std::vector<std::vector<int>> true_boxes =
+      TrueBoxes(evidence.frames, true_solids, evidence.map->camera);
   for (const ObjectMatch& match : evaluation.objects.matches) {
-    const auto landmark = landmarks.find(evaluation.Mapped(match.mapped).id);
-    if (landmark == landmarks.end()) {
+    const auto landmark = evidence.landmarks.find(evaluation.Mapped(match.mapped).id);
+    if (landmark == evidence.landmarks.end()) {
       continue;
     }
-    const EstimationContext context{.options = &options,
-                                    .camera = map->camera,
-                                    .upright = true,
-                                    .supports = &supports,
-                                    .surroundings = SurroundingsOf(landmark->second, all),
-                                    .classes = &classes,
-                                    .scale = ScaleWithout(landmark->first, sized),
-                                    .thorough = true};
-    const Refit refit(*map, frames, Transform(S_map_world, evaluation.Truth(match.truth).solid),
-                      true_boxes[static_cast<std::size_t>(match.truth)], landmark->second, context);
-    const std::optional<double> own = Refit(refit).Fit();
-    if (!own) {
-      continue;
+    const Refit refit(*evidence.map, evidence.frames,
+                      Transform(S_map_world, evaluation.Truth(match.truth).solid),
+                      true_boxes[static_cast<std::size_t>(match.truth)], landmark->second,
+                      evidence.ContextOf(landmark->first, options));
+    if (const std::optional<ObjectBudget> object = BudgetOf(match, refit)) {
+      budget.objects.push_back(*object);
     }
-    ObjectBudget object{match.mapped, match.truth, match.iou, *own, {}};
-    for (std::size_t part = 0; part < kTrueParts; ++part) {
-      Refit replaced = refit;
-      replaced.Replace(static_cast<TruePart>(part));
-      object.with[part] = replaced.Fit();
-    }
-    budget.objects.push_back(object);
   }
   if (budget.objects.empty()) {
     throw InputError(fmt::format(
@@ -350,67 +345,6 @@ ErrorBudget ComputeErrorBudget(const fs::path& result, const fs::path& sequence,
         file.string()));
   }
   return budget;
-}
-
-std::string FormatBudget(const ErrorBudget& budget) {
-  const Evaluation& evaluation = budget.evaluation;
-  std::string text;
-  const auto out = std::back_inserter(text);
-  fmt::format_to(
-      out, "3D IoU of {} objects, refitted, and what it gains by a part of the truth\n\n  {:<24} {:>6} {:>6}",
-      budget.objects.size(), "ground truth", "run", "refit");
-  for (const char* name : EnumNames(TruePart())) {
-    fmt::format_to(out, " {:>11}", name);
-  }
-  for (const ObjectBudget& object : budget.objects) {
-    fmt::format_to(out, "\n  {:<24} {:>6.3f} {:>6.3f}", NumberedName(evaluation.Truth(object.truth)),
-                   object.run_iou, object.iou);
-    for (std::size_t part = 0; part < kTrueParts; ++part) {
-      const std::optional<double> gain = object.Gain(part);
-      fmt::format_to(out, " {:>11}", gain ? fmt::format("{:+.3f}", *gain) : "-");
-    }
-  }
-  for (const bool only_scored : {false, true}) {
-    if (only_scored && !evaluation.has_scored) {
-      continue;
-    }
-    const MeanBudget mean(budget, only_scored);
-    fmt::format_to(out, "\n  {:<24} {:>6.3f} {:>6.3f}", only_scored ? "mean of the scored ones" : "mean",
-                   mean.run_iou, mean.iou);
-    for (const double gain : mean.gain) {
-      fmt::format_to(out, " {:>+11.3f}", gain);
-    }
-  }
-  return text + "\n";
-}
-
-void WriteBudget(const fs::path& path, const ErrorBudget& budget) {
-  const Evaluation& evaluation = budget.evaluation;
-  nlohmann::ordered_json objects = nlohmann::ordered_json::array();
-  for (const ObjectBudget& object : budget.objects) {
-    const GroundTruthObject& truth = evaluation.Truth(object.truth);
-    nlohmann::ordered_json gains;
-    for (std::size_t part = 0; part < kTrueParts; ++part) {
-      const std::optional<double> gain = object.Gain(part);
-      gains[EnumNames(TruePart())[part]] = gain ? nlohmann::ordered_json(*gain) : nlohmann::ordered_json();
-    }
-    objects.push_back({{"object", evaluation.Mapped(object.mapped).id},
-                       {"ground_truth", truth.id},
-                       {"name", ShownName(truth)},
-                       {"scored", truth.scored},
-                       {"iou_run", object.run_iou},
-                       {"iou", object.iou},
-                       {"gain", gains}});
-  }
-  nlohmann::ordered_json document = {{"format", "sqslam-budget"},
-                                     {"version", 1},
-                                     {"ground_truth", evaluation.sequence},
-                                     {"objects", objects},
-                                     {"mean", MeanJson(MeanBudget(budget, false))}};
-  if (evaluation.has_scored) {
-    document["mean_scored"] = MeanJson(MeanBudget(budget, true));
-  }
-  WriteJsonFile(path, document);
 }
 
 }  // namespace sqslam

@@ -27,6 +27,7 @@
 #include "slam/io/trajectory.h"
 #include "slam/objects/class_priors.h"
 #include "slam/recognition/vocabulary.h"
+#include "slam/snapshot/byte_archive.h"
 #include "slam/snapshot/depth_recording.h"
 #include "slam/snapshot/object_edits.h"
 #include "slam/snapshot/recording.h"
@@ -143,18 +144,6 @@ void ReadTruth(const fs::path& file) {
   ReadGroundTruth(file.parent_path());
 }
 
-// As EncodeSnapshot packs it.
-std::string Deflated(std::string_view bytes) {
-  const std::uint64_t raw_size = bytes.size();
-  uLongf size = compressBound(bytes.size());
-  std::string out(sizeof(raw_size) + size, '\0');
-  std::memcpy(out.data(), &raw_size, sizeof(raw_size));
-  compress2(reinterpret_cast<Bytef*>(out.data() + sizeof(raw_size)), &size,
-            reinterpret_cast<const Bytef*>(bytes.data()), bytes.size(), 1);
-  out.resize(sizeof(raw_size) + size);
-  return out;
-}
-
 constexpr std::array kTargets{
     FuzzTarget{"annotation", "objects_gt.json", [](const fs::path& file) { viewer::ReadAnnotation(file); },
                [] {
@@ -239,16 +228,8 @@ constexpr std::array kTargets{
                [] { return std::string("# timestamp filename\n0.0 rgb.txt\n0.033 rgb.txt\n"); }},
     FuzzTarget{"snapshot", "snapshot",
                [](const fs::path& file) { DecodeSnapshot(ReadFile(file, "a snapshot")); },
-               [] { return EncodeSnapshot(SmallMap()); }, Deflated,
-               [](std::string_view file) {
-                 file.remove_prefix(sizeof(std::uint64_t));
-                 std::string bytes(1 << 16, '\0');
-                 uLongf size = bytes.size();
-                 uncompress(reinterpret_cast<Bytef*>(bytes.data()), &size,
-                            reinterpret_cast<const Bytef*>(file.data()), file.size());
-                 bytes.resize(size);
-                 return bytes;
-               }},
+               [] { return EncodeSnapshot(SmallMap()); }, PackBytes,
+               [](std::string_view file) { return UnpackBytes(file, "a seed"); }},
     FuzzTarget{"stats", "stats.json", [](const fs::path& file) { ReadStats(file); },
                [] {
                  return Written("stats.json", [](const fs::path& file) {

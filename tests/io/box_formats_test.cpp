@@ -127,6 +127,11 @@ TEST_F(BoxFormats, ReadTablesByTheNamesOfTheirColumns) {
   EXPECT_THAT(ErrorOf(folder_.Write("d.csv", "frame,label,x,y,w,h\n1,cup,1,2,3\n")), HasSubstr("d.csv:2: "));
 }
 
+TEST_F(BoxFormats, TakeACommaInALabelForALabel) {
+  ExpectBox(Read(folder_.Write("boxes.txt", "0.1 cup,red 0.5 10 20 30 40\n"))[1], "cup,red", 0.5,
+            {10, 20, 30, 40});
+}
+
 TEST_F(BoxFormats, RefuseScoresThatAreNone) {
   EXPECT_THAT(ErrorOf(folder_.Write("boxes.txt", "0.0 cup 50 10 20 30 40\n")),
               HasSubstr("boxes.txt:1: score 50"));

@@ -1,0 +1,265 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "slam/evaluation/evaluation.h"
+#include "slam/geometry/angles.h"
+#include "slam/util/atomic_file.h"
+#include "slam/util/json_file.h"
+
+namespace sqslam {
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json Numbers(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+ordered_json TrajectoryJson(const Evaluation& evaluation) {
+  const TrajectoryError& error = evaluation.trajectory;
+  const Eigen::Quaterniond& q = error.S_world_map.rotation;
+  return {{"ate_rmse", error.rmse},
+          {"ate_mean", error.mean},
+          {"ate_median", error.median},
+          {"ate_max", error.max},
+          {"pairs", error.pairs},
+          {"path_length", error.path_length},
+          {"ate_share_of_path", error.path_length > 0.0 ? error.rmse / error.path_length : 0.0},
+          {"S_world_map",
+           {{"scale", error.S_world_map.scale},
+            {"rotation", {q.x(), q.y(), q.z(), q.w()}},
+            {"translation", Numbers(error.S_world_map.translation)}}}};
+}
+
+ordered_json TruthJson(const GroundTruthObject& truth) {
+  return {{"ground_truth", truth.id},
+          {"name", ShownName(truth)},
+          {"label", truth.label},
+          {"detections", truth.detections},
+          {"scored", truth.scored}};
+}
+
+ordered_json ObjectsJson(const Evaluation& evaluation) {
+  ordered_json matched = ordered_json::array();
+  for (const ObjectMatch& match : evaluation.objects.matches) {
+    const GroundTruthObject& truth = evaluation.Truth(match.truth);
+    const SnapshotObject& mapped = evaluation.Mapped(match.mapped);
+    ordered_json entry = TruthJson(truth);
+    entry.update({{"object", mapped.id},
+                  {"object_label", mapped.label},
+                  {"label_agrees", match.label_agrees},
+                  {"iou", match.iou},
+                  {"iou_ellipsoid", match.iou_ellipsoid},
+                  {"center_error", match.center_error},
+                  {"size_error", match.size_error},
+                  {"tilt_error", match.tilt_error},
+                  {"yaw_error", match.yaw_error},
+                  {"thin", IsThin(truth.solid)},
+                  {"footprint_iou", match.footprint_iou}});
+    matched.push_back(std::move(entry));
+  }
+  ordered_json missed = ordered_json::array();
+  for (const int index : evaluation.objects.missed) {
+    missed.push_back(TruthJson(evaluation.Truth(index)));
+  }
+  ordered_json extra = ordered_json::array();
+  for (const ExtraLandmark& landmark : evaluation.extra) {
+    const SnapshotObject& mapped = evaluation.Mapped(landmark.mapped);
+    ordered_json entry = {{"object", mapped.id},
+                          {"label", mapped.label},
+                          {"observations", mapped.observations},
+                          {"center_world", Numbers(landmark.center_world)},
+                          {"half_size", Numbers(landmark.half_size)}};
+    if (landmark.nearest >= 0) {
+      const GroundTruthObject& nearest = evaluation.Truth(landmark.nearest);
+      entry["nearest"] = {{"ground_truth", nearest.id},
+                          {"name", ShownName(nearest)},
+                          {"distance", landmark.distance},
+                          {"iou", landmark.iou},
+                          {"inside", landmark.inside}};
+    }
+    extra.push_back(std::move(entry));
+  }
+  ordered_json doubles = ordered_json::array();
+  for (const ObjectDuplicate& twice : evaluation.objects.duplicates) {
+    doubles.push_back(
+        {{"object", evaluation.Mapped(twice.mapped).id}, {"ground_truth", evaluation.Truth(twice.truth).id}});
+  }
+  return {{"matched", matched}, {"missed", missed}, {"extra", extra}, {"doubles", doubles}};
+}
+
+ordered_json SummaryJson(const Evaluation& evaluation) {
+  const ObjectMatching& objects = evaluation.objects;
+  const auto agreeing = std::count_if(objects.matches.begin(), objects.matches.end(),
+                                      [](const ObjectMatch& match) { return match.label_agrees; });
+  ordered_json summary = {{"ground_truth", evaluation.truth.size()},
+                          {"mapped", evaluation.mapped.size()},
+                          {"matched", objects.matches.size()},
+                          {"missed", objects.missed.size()},
+                          {"extra", objects.extra.size()},
+                          {"doubles", objects.duplicates.size()},
+                          {"uncertain", evaluation.uncertain},
+                          {"extra_reliable", evaluation.extra_reliable},
+                          {"labels_agree", agreeing},
+                          {"mean_iou", evaluation.iou.mean},
+                          {"mean_iou_ellipsoid", evaluation.iou.mean_ellipsoid},
+                          {"mean_iou_all", evaluation.iou.mean_all}};
+  if (evaluation.has_scored) {
+    summary["scored"] = evaluation.scored_iou.objects;
+    summary["scored_matched"] = evaluation.scored_iou.matched;
+    summary["mean_iou_scored"] = evaluation.scored_iou.mean;
+    summary["mean_iou_scored_ellipsoid"] = evaluation.scored_iou.mean_ellipsoid;
+    summary["mean_iou_scored_all"] = evaluation.scored_iou.mean_all;
+  }
+  summary["reliability"] = ordered_json::array();
+  for (const ReliabilityBin& bin : evaluation.reliability) {
+    summary["reliability"].push_back(
+        {{"least", bin.least}, {"objects", bin.objects}, {"mean_iou", bin.mean_iou}});
+  }
+  summary["coverage"] = ordered_json::array();
+  for (const CoverageCount& count : evaluation.coverage) {
+    summary["coverage"].push_back(
+        {{"min_detections", count.min_detections}, {"mapped", count.mapped}, {"total", count.total}});
+  }
+  return summary;
+}
+
+// Takes at most 500 of the positions, evenly: enough for a plot.
+ordered_json PositionsJson(const std::vector<Eigen::Vector3d>& positions) {
+  const std::size_t step = std::max<std::size_t>(1, (positions.size() + 499) / 500);
+  ordered_json list = ordered_json::array();
+  for (std::size_t i = 0; i < positions.size(); i += step) {
+    list.push_back(Numbers(positions[i]));
+  }
+  return list;
+}
+
+void FormatObjectTable(const Evaluation& evaluation, std::back_insert_iterator<std::string> out) {
+  fmt::format_to(out, "\n  {:<22} {:<16} {:>6} {:>6} {:>8} {:>9} {:>9} {:>6} {:>6}\n", "ground truth",
+                 "mapped as", "boxes", "IoU", "ellips.", "centre m", "size m", "tilt°", "yaw°");
+  for (const ObjectMatch& match : evaluation.objects.matches) {
+    const GroundTruthObject& truth = evaluation.Truth(match.truth);
+    const SnapshotObject& mapped = evaluation.Mapped(match.mapped);
+    fmt::format_to(out, "  {:<22} {:<16} {:>6} {:>6.3f} {:>8.3f} {:>9.4f} {:>9.4f} {:>6.1f} {:>6.1f}{}{}\n",
+                   NumberedName(truth), NumberedName(mapped), truth.detections, match.iou,
+                   match.iou_ellipsoid, match.center_error, match.size_error,
+                   match.tilt_error * kDegreesPerRadian, match.yaw_error * kDegreesPerRadian,
+                   IsThin(truth.solid) ? fmt::format("  footprint {:.3f}", match.footprint_iou) : "",
+                   evaluation.has_scored && truth.scored ? "  scored" : "");
+  }
+  for (const int index : evaluation.objects.missed) {
+    const GroundTruthObject& truth = evaluation.Truth(index);
+    fmt::format_to(out, "  {:<22} {:<16} {:>6}{}\n", NumberedName(truth), "missed", truth.detections,
+                   evaluation.has_scored && truth.scored ? "  scored" : "");
+  }
+  for (const ObjectDuplicate& twice : evaluation.objects.duplicates) {
+    fmt::format_to(out, "  {:<22} {}\n", fmt::format("{} again", evaluation.Truth(twice.truth).id),
+                   NumberedName(evaluation.Mapped(twice.mapped)));
+  }
+}
+
+void FormatExtra(const Evaluation& evaluation, std::back_insert_iterator<std::string> out) {
+  if (evaluation.extra.empty()) {
+    return;
+  }
+  fmt::format_to(out, "\n  {:<22} {:>6} {:>23} {:>20}  {}\n", "no ground truth", "seen",
+                 "centre in the world m", "half sizes m", "nearest ground truth");
+  for (const ExtraLandmark& extra : evaluation.extra) {
+    const SnapshotObject& mapped = evaluation.Mapped(extra.mapped);
+    const Eigen::Vector3d& c = extra.center_world;
+    const Eigen::Vector3d& h = extra.half_size;
+    fmt::format_to(out, "  {:<22} {:>6} {:>23} {:>20}", NumberedName(mapped), mapped.observations,
+                   fmt::format("{:.2f} {:.2f} {:.2f}", c.x(), c.y(), c.z()),
+                   fmt::format("{:.3f} {:.3f} {:.3f}", h.x(), h.y(), h.z()));
+    if (extra.nearest >= 0) {
+      const GroundTruthObject& nearest = evaluation.Truth(extra.nearest);
+      fmt::format_to(out, "  {} {}, {:.2f} m away, IoU {:.3f}, {:.0f} % inside", nearest.id,
+                     ShownName(nearest), extra.distance, extra.iou, 100.0 * extra.inside);
+    }
+    fmt::format_to(out, "\n");
+  }
+}
+
+}  // namespace
+
+std::string NumberedName(const GroundTruthObject& object) {
+  return fmt::format("{} {}", object.id, ShownName(object));
+}
+
+std::string NumberedName(const SnapshotObject& object) {
+  return fmt::format("{} {}", object.id, object.label);
+}
+
+std::string FormatEvaluation(const Evaluation& evaluation) {
+  std::string text;
+  const auto out = std::back_inserter(text);
+  const TrajectoryError& error = evaluation.trajectory;
+  fmt::format_to(out, "frames tracked     {} of {} ({:.1f} %)\n", evaluation.tracked, evaluation.frames,
+                 100.0 * evaluation.tracked_share);
+  fmt::format_to(out, "ATE RMSE           {:.4f} m (median {:.4f}, max {:.4f}; {} poses, Sim(3) alignment)\n",
+                 error.rmse, error.median, error.max, error.pairs);
+  fmt::format_to(out, "path length        {:.2f} m; ATE is {:.2f} % of it\n", error.path_length,
+                 error.path_length > 0.0 ? 100.0 * error.rmse / error.path_length : 0.0);
+  if (!evaluation.has_objects) {
+    fmt::format_to(out, "objects            {} mapped; the sequence has no objects_gt.json\n",
+                   evaluation.mapped.size());
+    return text;
+  }
+  const ObjectMatching& objects = evaluation.objects;
+  fmt::format_to(out, "objects            {} matched, {} missed, {} extra, {} doubles\n",
+                 objects.matches.size(), objects.missed.size(), objects.extra.size(),
+                 objects.duplicates.size());
+  if (evaluation.uncertain > 0) {
+    fmt::format_to(out, "  uncertain        {} of {} mapped; of the extra ones {} are not\n",
+                   evaluation.uncertain, evaluation.mapped.size(), evaluation.extra_reliable);
+  }
+  fmt::format_to(out, "  by reliability  ");
+  for (const ReliabilityBin& bin : evaluation.reliability) {
+    if (bin.objects > 0) {
+      fmt::format_to(out, " {:.1f}: IoU {:.2f} of {}{}", bin.least, bin.mean_iou, bin.objects,
+                     &bin == &evaluation.reliability.back() ? "" : ";");
+    }
+  }
+  fmt::format_to(out, "\n");
+  for (const CoverageCount& count : evaluation.coverage) {
+    fmt::format_to(out, "  with {} or more detections mapped: {} of {}\n", count.min_detections, count.mapped,
+                   count.total);
+  }
+  fmt::format_to(
+      out,
+      "mean 3D IoU        {:.3f} over {} matched (as ellipsoids {:.3f}; missed ones as 0: {:.3f} of {})\n",
+      evaluation.iou.mean, objects.matches.size(), evaluation.iou.mean_ellipsoid, evaluation.iou.mean_all,
+      evaluation.truth.size());
+  if (evaluation.has_scored) {
+    fmt::format_to(
+        out, "  scored objects   {:.3f} over {} of {} (as ellipsoids {:.3f}; missed ones as 0: {:.3f})\n",
+        evaluation.scored_iou.mean, evaluation.scored_iou.matched, evaluation.scored_iou.objects,
+        evaluation.scored_iou.mean_ellipsoid, evaluation.scored_iou.mean_all);
+  }
+  FormatObjectTable(evaluation, out);
+  FormatExtra(evaluation, out);
+  return text;
+}
+
+std::string EvaluationJson(const Evaluation& evaluation) {
+  ordered_json document = {{"format", "sqslam-eval"},
+                           {"version", 1},
+                           {"ground_truth", evaluation.sequence},
+                           {"frames", evaluation.frames},
+                           {"tracked", evaluation.tracked},
+                           {"tracked_share", evaluation.tracked_share},
+                           {"trajectory", TrajectoryJson(evaluation)}};
+  if (evaluation.has_objects) {
+    document["summary"] = SummaryJson(evaluation);
+    document["objects"] = ObjectsJson(evaluation);
+  }
+  document["ground_truth_positions_map"] = PositionsJson(evaluation.truth_positions_map);
+  return JsonText(document) + "\n";
+}
+
+void WriteEvaluation(const std::filesystem::path& path, const Evaluation& evaluation) {
+  WriteFileAtomically(path, EvaluationJson(evaluation));
+}
+
+}  // namespace sqslam
