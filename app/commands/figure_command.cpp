@@ -97,18 +97,8 @@ void CompletePage(const FigureEntry& figure, FigureArguments& a) {
   CheckFigureOptions(page);
 }
 
-FrameImages VideoOf(const std::string& result) {
-  const std::filesystem::path file = MapFile(result);
-  const auto frames = std::make_shared<InputFrames>(RecordingReader(file), file);
-  if (!frames->HasVideo()) {
-    return nullptr;
-  }
-  return [frames](std::int64_t frame) { return frames->ImageOf(frame); };
-}
-
 void DrawFigure(const FigureEntry& figure, FigureArguments& a) {
   CompletePage(figure, a);
-  a.request.video_of = VideoOf;
   std::optional<Progress> progress;
   a.request.progress = [&](int done, int total) {
     if (!progress) {

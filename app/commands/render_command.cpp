@@ -67,7 +67,7 @@ int CompareWithReference(const RenderArguments& a, const cv::Mat& image) {
 
 // The view of the input camera at one frame: the map from there, or over the photograph.
 cv::Mat RenderCameraFrame(const RenderArguments& a, PictureOptions options, const RecordingReader& reader) {
-  const InputFrames frames(reader, MapFile(a.map));
+  InputFrames frames(reader, MapFile(a.map));
   const MapSnapshotPtr map = reader.Last();
   Rigid3d pose;
   try {

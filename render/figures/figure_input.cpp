@@ -11,7 +11,6 @@
 
 #include "render/camera/scene_framing.h"
 #include "slam/evaluation/comparison.h"
-#include "slam/io/image_files.h"
 #include "slam/io/result_files.h"
 #include "slam/util/error.h"
 #include "slam/util/text_lines.h"
@@ -60,7 +59,8 @@ RecordedMap OpenMap(const std::string& result) {
     throw InputError(fmt::format("{}: holds no snapshot, expected a map", result));
   }
   MapSnapshotPtr last = reader->Last();
-  return {std::move(reader), std::move(last)};
+  auto images = std::make_shared<InputImages>(*reader);
+  return {std::move(reader), std::move(last), std::move(images)};
 }
 
 RecordedMap OpenObjectMap(const std::string& result) {
@@ -93,11 +93,6 @@ const SnapshotObject& ObjectById(const MapSnapshot& map, int id, const std::stri
       fmt::format("{}: has no object {}, expected one of {}", result, id, fmt::join(known, ", ")));
 }
 
-bool HasImage(const MapSnapshot& map) {
-  std::error_code error;
-  return !map.image_path.empty() && std::filesystem::is_regular_file(map.image_path, error);
-}
-
 std::map<int, std::vector<ObjectView>> ObjectViews(const RecordedMap& map, bool all) {
   constexpr std::size_t kMostRead = 300;
   std::map<std::int64_t, Rigid3d> poses;
@@ -115,11 +110,10 @@ std::map<int, std::vector<ObjectView>> ObjectViews(const RecordedMap& map, bool 
   const std::size_t step = all ? 1 : std::max<std::size_t>(1, of_keyframes.size() / kMostRead);
   for (std::size_t i = 0; i < of_keyframes.size(); i += step) {
     const MapSnapshotPtr moment = map.reader->Read(of_keyframes[i]);
-    const bool has_image = HasImage(*moment);
+    const bool has_image = map.images->Has(*moment);
     for (const SnapshotDetection& seen_box : moment->detections) {
       if (has_image && seen_box.object_id >= 0) {
-        views[seen_box.object_id].push_back(
-            {moment->frame_index, moment->image_path, poses.at(moment->frame_index), seen_box.detection.box});
+        views[seen_box.object_id].push_back({moment, poses.at(moment->frame_index), seen_box.detection.box});
       }
     }
   }
@@ -140,10 +134,10 @@ std::vector<ObjectView> ViewsOfFrame(const std::vector<ObjectView>& views, const
   std::vector<ObjectView> chosen;
   std::vector<std::string> known;
   for (const ObjectView& view : views) {
-    if (view.frame_index == request.frames.front()) {
+    if (view.moment->frame_index == request.frames.front()) {
       chosen.push_back(view);
     }
-    known.push_back(std::to_string(view.frame_index));
+    known.push_back(std::to_string(view.moment->frame_index));
   }
   if (chosen.empty()) {
     throw InputError(fmt::format("{}: not in a keyframe {}, expected one of {}", what, request.frames.front(),
@@ -152,11 +146,13 @@ std::vector<ObjectView> ViewsOfFrame(const std::vector<ObjectView>& views, const
   return chosen;
 }
 
-cv::Mat ImageOf(const ObjectView& view, const Camera& camera) {
-  cv::Mat image = ReadImageInSize(view.image_path, {camera.width, camera.height});
+cv::Mat ImageOf(const ObjectView& view, const RecordedMap& map) {
+  const Camera& camera = map.last->camera;
+  cv::Mat image = map.images->Read(*view.moment);
   if (image.cols != camera.width || image.rows != camera.height) {
-    throw InputError(fmt::format("{}: {}x{} pixels, expected an image of {}x{}", view.image_path, image.cols,
-                                 image.rows, camera.width, camera.height));
+    throw InputError(fmt::format("frame {}: its image has {}x{} pixels, expected {}x{} ({})",
+                                 view.moment->frame_index, image.cols, image.rows, camera.width,
+                                 camera.height, map.images->WhyNot()));
   }
   return image;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "render/figures/figures.h"
+#include "slam/io/input_images.h"
 #include "slam/snapshot/recording.h"
 #include "slam/snapshot/snapshot.h"
 #include "slam/system_options.h"
@@ -25,10 +26,11 @@ std::vector<std::string> ResultNames(const FigureRequest& request);
 // "0.1,0.5,1" to numbers; `option` is named in errors.
 std::vector<double> ParseNumberList(const std::string& option, const std::string& text);
 
-// A recording of a run with its last map.
+// A recording of a run with its last map and the images that it was made from.
 struct RecordedMap {
   std::unique_ptr<RecordingReader> reader;
   MapSnapshotPtr last;
+  std::shared_ptr<InputImages> images;
 };
 RecordedMap OpenMap(const std::string& result);
 
@@ -41,15 +43,11 @@ SystemOptions ConfigOf(const RecordingReader& reader);
 // Throws an InputError that lists the objects there are.
 const SnapshotObject& ObjectById(const MapSnapshot& map, int id, const std::string& result);
 
-// True where a snapshot's image is still there.
-bool HasImage(const MapSnapshot& map);
-
 // A frame in which an object was detected.
 struct ObjectView {
-  std::int64_t frame_index = 0;
-  std::string image_path;
-  Rigid3d T_map_camera;  // in the finished map
-  Box2d box;             // the detector's, distorted px
+  MapSnapshotPtr moment;  // the state of the map after that frame
+  Rigid3d T_map_camera;   // in the finished map
+  Box2d box;              // the detector's, distorted px
 };
 
 // By object id and frame: the frames among the keyframes of the last map, whose poses the end of the run
@@ -60,8 +58,8 @@ std::map<int, std::vector<ObjectView>> ObjectViews(const RecordedMap& map, bool 
 std::vector<ObjectView> ViewsOfFrame(const std::vector<ObjectView>& views, const FigureRequest& request,
                                      const std::string& what);
 
-// The image of a view as the map's camera took it.
-cv::Mat ImageOf(const ObjectView& view, const Camera& camera);
+// The image of a view as the map's camera took it. Throws InputError where it cannot be read.
+cv::Mat ImageOf(const ObjectView& view, const RecordedMap& map);
 
 // Quarter turns clockwise after which up in the map is up in the image; 0 where the camera looks down or
 // gravity is not known.

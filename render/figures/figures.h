@@ -29,9 +29,6 @@ inline void Tell(const FigureProgress& progress, int done, int total) {
   }
 }
 
-// The image of a frame, 8UC3.
-using FrameImages = std::function<cv::Mat(std::int64_t frame)>;
-
 // The request for a figure, beside its own options. Empty lists leave the choice to the figure.
 struct FigureRequest {
   FigureOptions page;
@@ -40,8 +37,6 @@ struct FigureRequest {
   std::vector<int> objects;          // ids
   std::vector<std::int64_t> frames;
   FigureProgress progress;
-  // The frames of the video that a result was mapped from; null where there is none.
-  std::function<FrameImages(const std::string& result)> video_of;
 };
 
 // An option of a figure's own, as a command line offers it.

@@ -10,7 +10,6 @@
 #include "render/picture/picture.h"
 #include "render/picture/picture_overlay.h"
 #include "slam/geometry/superquadric.h"
-#include "slam/io/image_files.h"
 #include "slam/io/result_files.h"
 #include "slam/util/error.h"
 
@@ -221,8 +220,8 @@ struct MapsOptions {
 };
 
 // The snapshot whose image is shown; null where no image is left.
-MapSnapshotPtr Representative(const RecordingReader& reader, std::optional<std::int64_t> frame,
-                              bool in_video) {
+MapSnapshotPtr Representative(const RecordedMap& recorded, std::optional<std::int64_t> frame) {
+  const RecordingReader& reader = *recorded.reader;
   if (frame) {
     int nearest = 0;
     for (int i = 0; i < reader.Size(); ++i) {
@@ -231,7 +230,7 @@ MapSnapshotPtr Representative(const RecordingReader& reader, std::optional<std::
       }
     }
     const MapSnapshotPtr map = reader.Read(nearest);
-    return in_video || HasImage(*map) ? map : nullptr;
+    return recorded.images->Has(*map) ? map : nullptr;
   }
   constexpr int kMostRead = 120;  // snapshots looked at, evenly over the run
   const int step = std::max(1, reader.Size() / kMostRead);
@@ -241,7 +240,7 @@ MapSnapshotPtr Representative(const RecordingReader& reader, std::optional<std::
     const MapSnapshotPtr map = reader.Read(i);
     const auto value = std::count_if(map->detections.begin(), map->detections.end(),
                                      [](const SnapshotDetection& box) { return box.object_id >= 0; });
-    if (value > best_value && (in_video || HasImage(*map))) {
+    if (value > best_value && recorded.images->Has(*map)) {
       best = map;
       best_value = value;
     }
@@ -269,10 +268,8 @@ MapsFigure::Panel ReadPanel(const FigureRequest& request, std::size_t index, con
                             const MapsOptions& options) {
   const std::string& result = request.results[index];
   const RecordedMap map = OpenMap(result);
-  const FrameImages video = options.no_images || !request.video_of ? nullptr : request.video_of(result);
   const auto frame = request.frames.empty() ? std::nullopt : std::optional(request.frames[index]);
-  const MapSnapshotPtr moment =
-      options.no_images ? nullptr : Representative(*map.reader, frame, video != nullptr);
+  const MapSnapshotPtr moment = options.no_images ? nullptr : Representative(map, frame);
   MapsFigure::Panel panel;
   panel.name = name;
   panel.map = *map.last;
@@ -280,9 +277,7 @@ MapsFigure::Panel ReadPanel(const FigureRequest& request, std::size_t index, con
     panel.dense_cloud = ReadCloudLayer(ResultFile(result, "map.sqmap"));
   }
   if (moment) {
-    panel.image = HasImage(*moment)
-                      ? ReadImageInSize(moment->image_path, {moment->camera.width, moment->camera.height})
-                      : video(moment->frame_index);
+    panel.image = map.images->Read(*moment);
     if (options.boxes && !panel.image.empty()) {
       panel.boxes = BoxesOf(*moment, panel.map);
     }

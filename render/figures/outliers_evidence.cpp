@@ -139,7 +139,7 @@ FigurePage DrawOutliersOf(const FigureRequest& request, const OutliersOptions& o
     if (!request.frames.empty() || !views[id].empty()) {
       const std::string what = fmt::format("{}: object {} ({})", result, id, shown.name);
       const ObjectView view = ClearestView(ViewsOfFrame(views[id], request, what), shown.points, map.camera);
-      shown.image = ImageOf(view, map.camera);
+      shown.image = ImageOf(view, recorded);
       shown.points = ProjectedPoints(std::move(shown.points), view, map.camera);
       shown.box = view.box;
       shown.quarter_turns = UprightTurns(view, map);

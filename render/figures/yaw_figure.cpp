@@ -152,6 +152,7 @@ FigurePage DrawYaw(const YawFigure& figure, const FigureOptions& options) {
 namespace {
 
 struct YawContext {
+  const RecordedMap& recorded;
   MapSnapshotPtr map;
   YawOptions options;
 };
@@ -298,7 +299,7 @@ std::optional<YawFigure::Object> MeasureYaw(const YawContext& context, const Sna
   shown.name = ReadableLabel(object.label);
   shown.yaw = yaw / kRadiansPerDegree;
   shown.quarter_turns = UprightTurns(view, *context.map);
-  const cv::Mat image = ImageOf(view, camera);
+  const cv::Mat image = ImageOf(view, context.recorded);
   cv::Mat gray;
   cv::cvtColor(image, gray, cv::COLOR_BGR2GRAY);
   MatchLines(context, view,
@@ -358,7 +359,7 @@ FigurePage DrawYawOf(const FigureRequest& request) {
   }
   const std::string& result = request.results.front();
   const RecordedMap recorded = OpenMap(result);
-  const YawContext context{recorded.last, ConfigOf(*recorded.reader).objects.yaw};
+  const YawContext context{recorded, recorded.last, ConfigOf(*recorded.reader).objects.yaw};
   const auto views = ObjectViews(recorded, !request.frames.empty());
   YawFigure figure;
   for (const int id : request.objects) {

@@ -5,7 +5,6 @@
 #include <iterator>
 
 #include "render/video/video_alignment.h"
-#include "slam/io/frame_source.h"
 #include "slam/io/image_files.h"
 #include "slam/io/trajectory.h"
 #include "slam/util/error.h"
@@ -13,19 +12,11 @@
 namespace sqslam {
 namespace fs = std::filesystem;
 
-InputFrames::InputFrames(const RecordingReader& recording, const fs::path& map_file) {
+InputFrames::InputFrames(const RecordingReader& recording, const fs::path& map_file) : images_(recording) {
   const MapSnapshotPtr last = recording.Last();
   camera_ = last->camera;
-  try {
-    SequenceRequest request;
-    request.path = recording.Info().sequence_path;
-    request.known_camera = camera_;
-    sequence_ = OpenSequence(request);
-  } catch (const std::runtime_error& error) {  // InputError, UsageError
-    why_no_sequence_ = error.what();
-  }
-  if (sequence_) {
-    poses_ = ReadPosesByFrame(map_file.parent_path() / "trajectory.txt", *sequence_);
+  if (const Sequence* sequence = images_.FindSequence()) {
+    poses_ = ReadPosesByFrame(map_file.parent_path() / "trajectory.txt", *sequence);
   }
   // Poses without a trajectory: of keyframes, then of the newest frames of the snapshots.
   PosesByFrame recorded;
@@ -35,7 +26,7 @@ InputFrames::InputFrames(const RecordingReader& recording, const fs::path& map_f
   for (int i = 0; i < recording.Size(); ++i) {
     const MapSnapshotPtr map = recording.Read(i);
     if (!map->image_path.empty()) {
-      images_.emplace(map->frame_index, map->image_path);
+      files_.emplace(map->frame_index, map->image_path);
     }
     if (map->T_map_camera) {
       const Sim3d s = AlignByKeyframes(*map, *last);
@@ -64,23 +55,20 @@ Rigid3d InputFrames::PoseOf(std::int64_t frame) const {
                   frame, poses_.size(), poses_.begin()->first, poses_.rbegin()->first, nearest->first));
 }
 
-cv::Mat InputFrames::ImageOf(std::int64_t frame) const {
-  if (const auto image = images_.find(frame); image != images_.end()) {
-    if (cv::Mat read = ReadImageInSize(image->second, {camera_.width, camera_.height}); !read.empty()) {
-      return read;
-    }
+cv::Mat InputFrames::ImageOf(std::int64_t frame) {
+  cv::Mat image;
+  if (const auto file = files_.find(frame); file != files_.end()) {
+    image = ReadImageInSize(file->second, {camera_.width, camera_.height});
   }
-  if (!sequence_) {
+  if (image.empty()) {
+    image = images_.Read(frame);
+  }
+  if (image.empty()) {
     throw InputError(
         fmt::format("frame {}: its image is not there, expected the sequence that was mapped ({})", frame,
-                    why_no_sequence_));
+                    images_.WhyNot()));
   }
-  FrameSource source(*sequence_, {.start = frame, .count = 1});
-  const std::optional<Frame> read = source.Next();
-  if (!read || read->bgr.empty()) {
-    throw InputError(fmt::format("{}: frame {} cannot be read", sequence_->path.string(), frame));
-  }
-  return read->bgr;
+  return image;
 }
 
 }  // namespace sqslam

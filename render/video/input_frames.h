@@ -4,10 +4,9 @@
 #include <filesystem>
 #include <map>
 #include <opencv2/core.hpp>
-#include <optional>
 #include <string>
 
-#include "slam/io/sequence.h"
+#include "slam/io/input_images.h"
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/recording.h"
 
@@ -24,18 +23,14 @@ class InputFrames {
   // T_map_camera. Throws UsageError that tells which frames were tracked.
   Rigid3d PoseOf(std::int64_t frame) const;
 
-  // True where the images are in a video that is still there.
-  bool HasVideo() const { return sequence_ && !sequence_->video_path.empty(); }
-
   // 8UC3, as it was mapped (a resized one in that size). Throws InputError where it cannot be found or read.
-  cv::Mat ImageOf(std::int64_t frame) const;
+  cv::Mat ImageOf(std::int64_t frame);
 
  private:
+  InputImages images_;
   Camera camera_;
-  std::optional<Sequence> sequence_;
   PosesByFrame poses_;
-  std::map<std::int64_t, std::string> images_;  // of snapshots, by index of the frame
-  std::string why_no_sequence_;
+  std::map<std::int64_t, std::string> files_;  // images of snapshots, by index of the frame
 };
 
 }  // namespace sqslam

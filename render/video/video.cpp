@@ -15,7 +15,6 @@
 #include "render/picture/picture_text.h"
 #include "render/video/video_alignment.h"
 #include "render/video/video_encoder.h"
-#include "slam/io/image_files.h"
 #include "slam/util/error.h"
 #include "slam/util/worker_thread.h"
 
@@ -66,13 +65,17 @@ struct GrowthTimes {
 class GrowthPage {
  public:
   GrowthPage(const GrowthLayout& layout, const SceneStyle& style, const LabelColors& colors,
-             GrowthTimes times)
-      : layout_(layout), style_(style), colors_(colors), times_(std::move(times)) {}
+             GrowthTimes times, InputImages images)
+      : layout_(layout),
+        style_(style),
+        colors_(colors),
+        times_(std::move(times)),
+        images_(std::move(images)) {}
 
   cv::Mat Compose(const cv::Mat& view, const MapSnapshotPtr& map);
 
  private:
-  cv::Mat DrawImage(const MapSnapshot& map) const;
+  cv::Mat DrawImage(const MapSnapshot& map);
   void DrawObjects(cv::Mat& part, const cv::Mat& image, const MapSnapshot& map) const;
   void DrawBoxes(cv::Mat& part, const cv::Mat& image, const MapSnapshot& map) const;
   void DrawTimeline(cv::Mat& page, const MapSnapshot& map) const;
@@ -81,6 +84,7 @@ class GrowthPage {
   SceneStyle style_;
   LabelColors colors_;
   GrowthTimes times_;
+  InputImages images_;
   TextPainter text_;
   MapSnapshotPtr shown_;  // the map whose image was drawn last
   cv::Mat image_;
@@ -100,12 +104,10 @@ cv::Mat GrowthPage::Compose(const cv::Mat& view, const MapSnapshotPtr& map) {
   return page;
 }
 
-cv::Mat GrowthPage::DrawImage(const MapSnapshot& map) const {
+cv::Mat GrowthPage::DrawImage(const MapSnapshot& map) {
   const Eigen::Vector3d ink = ParseColor(style_.text.color);
   const Eigen::Vector3d paper = ParseColor(style_.background);
-  const cv::Mat image = map.image_path.empty()
-                            ? cv::Mat()
-                            : ReadImageInSize(map.image_path, {map.camera.width, map.camera.height});
+  const cv::Mat image = images_.Read(map);
   cv::Mat part(layout_.image.size(), CV_8UC3);
   if (image.empty()) {
     part.setTo(ToBgr(0.92 * paper + 0.08 * ink));
@@ -375,7 +377,7 @@ int WriteGrowthVideo(const RecordingReader& recording, const VideoOptions& optio
   const std::vector<ViewCamera> views = ViewsOf(*last, options, view, total, renderer, swing,
                                                 [&] { return PosesOfGrowth(recording, snapshots, *last); });
   // Pages are put together while the next view is drawn and the last page encoded.
-  GrowthPage page(layout, view.style, renderer.Colors(), TimesOf(recording, *last));
+  GrowthPage page(layout, view.style, renderer.Colors(), TimesOf(recording, *last), InputImages(recording));
   WorkerThread<ComposerJob> composer(3, [&page, &writer](const ComposerJob& job) {
     writer.Add(page.Compose(job.view, job.map), job.number);
   });

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <map>
-#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <tuple>
 #include <utility>
 
 #include "slam/geometry/angles.h"
-#include "slam/io/image_files.h"
+#include "slam/io/input_images.h"
 #include "slam/objects/detection_filter.h"
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/landmark_refinement.h"
@@ -50,6 +50,7 @@ std::optional<Box2d> ShownBox(const PosedSuperquadric& solid, const Rigid3d& T_m
 std::vector<BudgetFrame> ReadFrames(const RecordingReader& recording, const PoseAtTime& T_map_camera,
                                     const PoseAtTime& true_T_map_camera, const ObjectOptions& options) {
   std::vector<BudgetFrame> frames;
+  InputImages images(recording);
   for (int i = 0; i < recording.Size(); ++i) {
     const MapSnapshotPtr map = recording.Read(i);
     const std::optional<Rigid3d> pose = T_map_camera(map->timestamp);
@@ -62,8 +63,14 @@ std::vector<BudgetFrame> ReadFrames(const RecordingReader& recording, const Pose
       frame.detections.push_back(detection.detection);
       regions.push_back(detection.detection.box);
     }
-    const cv::Mat gray =
-        Resized(ReadImage(map->image_path, cv::IMREAD_GRAYSCALE), {map->camera.width, map->camera.height});
+    const cv::Mat image = images.Read(*map);
+    if (image.empty()) {
+      throw InputError(
+          fmt::format("frame {}: its image is not there, expected the sequence that was mapped ({})",
+                      map->frame_index, images.WhyNot()));
+    }
+    cv::Mat gray;
+    cv::cvtColor(image, gray, cv::COLOR_BGR2GRAY);
     frames.push_back({map->frame_index, *pose, true_T_map_camera(map->timestamp),
                       SelectBoxes(frame, options.detections, options.outliers.depth_iqr),
                       ExtractLines(gray, map->camera, regions, options.yaw)});

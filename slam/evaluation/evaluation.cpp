@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "slam/geometry/angles.h"
 #include "slam/io/result_files.h"
 #include "slam/util/error.h"
 

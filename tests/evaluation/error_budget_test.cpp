@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <opencv2/imgcodecs.hpp>
 
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
@@ -30,7 +31,7 @@ class ErrorBudgetTest : public ::testing::Test {
     object.fit.covariance.setIdentity();
     std::string images = "# timestamp path\n";
     Trajectory trajectory;
-    RecordingWriter recording(Result() / "map.sqmap", {"images", "test", ""});
+    RecordingWriter recording(Result() / "map.sqmap", {Sequence().string(), "test", ""});
     for (std::size_t i = 0; i < scene_.poses.size(); ++i) {
       MapSnapshot map;
       map.sequence_number = map.frame_index = static_cast<std::int64_t>(i);
@@ -50,6 +51,8 @@ class ErrorBudgetTest : public ::testing::Test {
       trajectory.push_back({map.timestamp, scene_.poses[i]});
       recording.Add(map);
       images += std::to_string(i) + ".0 " + std::to_string(i) + ".png\n";
+      cv::imwrite((Sequence() / (std::to_string(i) + ".png")).string(),
+                  cv::Mat(48, 64, CV_8UC3, cv::Scalar(90)));
     }
     WriteTrajectory(Result() / "trajectory.txt", trajectory);
     WriteTrajectory(Sequence() / "groundtruth.txt", trajectory);
@@ -108,6 +111,13 @@ TEST_F(ErrorBudgetTest, ItsTableAndFileNameEveryPart) {
     EXPECT_THAT(json, ::testing::HasSubstr(name));
   }
   EXPECT_THAT(table, ::testing::HasSubstr("1 box"));
+}
+
+TEST_F(ErrorBudgetTest, WithoutTheImagesItSaysWhichAreMissing) {
+  Write(scene_.truth, 0.0);
+  std::filesystem::remove(Sequence() / "3.png");
+  EXPECT_THAT(InputErrorOf([&] { ComputeErrorBudget(Result(), Sequence(), {}); }),
+              ::testing::HasSubstr("frame 3: its image is not there"));
 }
 
 TEST_F(ErrorBudgetTest, WithoutTrueObjectsThereIsNone) {

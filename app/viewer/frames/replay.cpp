@@ -11,15 +11,13 @@
 #include "app/result/map_input.h"
 #include "render/video/input_frames.h"
 #include "render/video/video_alignment.h"
-#include "slam/io/frame_source.h"
+#include "slam/io/input_images.h"
 #include "slam/io/sequence.h"
 #include "slam/util/error.h"
 
 namespace sqslam::viewer {
 namespace fs = std::filesystem;
 namespace {
-
-constexpr std::int64_t kReadOver = 8;  // frames that are decoded in vain rather than opening the file anew
 
 // Without the sequence: times are those of keyframes, which most snapshots end with.
 std::vector<Moment> MomentsOfSnapshots(const RecordingReader& recording, const MapSnapshot& last) {
@@ -63,20 +61,20 @@ class RunFrames {
   }
 
   // 8UC3, or empty. Frames in rising order are read fastest.
-  cv::Mat ImageOf(std::int64_t frame);
+  cv::Mat ImageOf(std::int64_t frame) { return images_ ? images_->Read(frame) : cv::Mat(); }
   const std::string& WhyNoImages() const { return why_no_images_; }
 
  private:
   std::optional<Sequence> sequence_;
   std::map<std::int64_t, Rigid3d> poses_;
-  std::unique_ptr<FrameSource> source_;
-  std::int64_t next_ = 0;  // frame that source_ gives next
+  std::optional<InputImages> images_;
   std::string why_no_images_ = "This image cannot be read.";
 };
 
 RunFrames::RunFrames(const RecordingReader& recording, const fs::path& map_file) {
   try {
     sequence_ = OpenSequence({.path = recording.Info().sequence_path, .camera = {}, .detections = {}});
+    images_.emplace(*sequence_);
   } catch (const std::exception& error) {  // moved, deleted, or a live camera
     why_no_images_ = error.what();
   }
@@ -104,26 +102,6 @@ std::vector<Moment> RunFrames::Moments(const RecordingReader& recording, const M
     moments.push_back({frame, sequence_->frames[static_cast<std::size_t>(frame)].timestamp, snapshot});
   }
   return moments;
-}
-
-cv::Mat RunFrames::ImageOf(std::int64_t frame) {
-  if (!sequence_) {
-    return {};
-  }
-  if (!source_ || frame < next_ || frame >= next_ + kReadOver) {
-    source_ = std::make_unique<FrameSource>(*sequence_, FrameRange{.start = frame}, 2);
-    next_ = frame;
-  }
-  while (std::optional<Frame> read = source_->Next()) {
-    next_ = read->index + 1;
-    if (read->index == frame) {
-      return read->bgr;
-    }
-    if (read->index > frame) {
-      break;  // it could not be read and was skipped
-    }
-  }
-  return {};
 }
 
 // Reads moments of a recording; not shared between threads.

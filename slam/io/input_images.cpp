@@ -1,0 +1,67 @@
+#include "slam/io/input_images.h"
+
+#include <filesystem>
+
+#include "slam/io/image_files.h"
+
+namespace sqslam {
+namespace {
+
+bool IsThere(const std::string& file) {
+  std::error_code error;
+  return !file.empty() && std::filesystem::is_regular_file(file, error);
+}
+
+}  // namespace
+
+InputImages::InputImages(const RecordingReader& recording) : camera_(recording.Last()->camera) {
+  try {
+    SequenceRequest request;
+    request.path = recording.Info().sequence_path;
+    request.known_camera = camera_;
+    sequence_ = OpenSequence(request);
+  } catch (const std::exception& error) {  // moved, deleted, or a live camera
+    why_not_ = error.what();
+  }
+}
+
+cv::Mat InputImages::Read(std::int64_t frame) {
+  constexpr std::int64_t kReadOver = 30;  // frames decoded in vain rather than opening the file anew
+  if (!sequence_ || frame < 0 || frame >= static_cast<std::int64_t>(sequence_->frames.size())) {
+    return {};
+  }
+  if (sequence_->video_path.empty()) {
+    return ReadImageInSize(sequence_->frames[static_cast<std::size_t>(frame)].image_path.string(),
+                           {camera_.width, camera_.height});
+  }
+  if (!source_ || frame < next_ || frame >= next_ + kReadOver) {
+    source_ = std::make_unique<FrameSource>(*sequence_, FrameRange{.start = frame}, 2);
+    next_ = frame;
+  }
+  while (std::optional<Frame> read = source_->Next()) {
+    next_ = read->index + 1;
+    if (read->index >= frame) {
+      return read->index == frame ? read->bgr : cv::Mat();  // a later one: it was skipped as unreadable
+    }
+  }
+  return {};
+}
+
+cv::Mat InputImages::Read(const MapSnapshot& map) {
+  return IsThere(map.image_path) ? ReadImageInSize(map.image_path, {map.camera.width, map.camera.height})
+                                 : Read(map.frame_index);
+}
+
+bool InputImages::Has(const MapSnapshot& map) const {
+  if (IsThere(map.image_path)) {
+    return true;
+  }
+  if (!sequence_ || map.frame_index < 0 ||
+      map.frame_index >= static_cast<std::int64_t>(sequence_->frames.size())) {
+    return false;
+  }
+  return !sequence_->video_path.empty() ||
+         IsThere(sequence_->frames[static_cast<std::size_t>(map.frame_index)].image_path.string());
+}
+
+}  // namespace sqslam

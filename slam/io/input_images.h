@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+
+#include "slam/io/frame_source.h"
+#include "slam/io/sequence.h"
+#include "slam/snapshot/recording.h"
+
+namespace sqslam {
+
+// The images that a recording was made from, wherever they lie: in files or in a video. Not for several
+// threads at once.
+class InputImages {
+ public:
+  // Never fails: what is not there any more is left out, and WhyNot() says so.
+  explicit InputImages(const RecordingReader& recording);
+  explicit InputImages(const Sequence& sequence) : camera_(sequence.camera), sequence_(sequence) {}
+
+  // 8UC3 in the size of the recording's camera; empty where it is not there. Frames in rising order are read
+  // fastest.
+  cv::Mat Read(std::int64_t frame);
+  cv::Mat Read(const MapSnapshot& map);  // of the snapshot's frame
+
+  // True where Read() will most likely find the image, told without reading it.
+  bool Has(const MapSnapshot& map) const;
+
+  // The sequence, with images in the size of the recording's camera; null where it is not there.
+  const Sequence* FindSequence() const { return sequence_ ? &*sequence_ : nullptr; }
+
+  const std::string& WhyNot() const { return why_not_; }
+
+ private:
+  Camera camera_;
+  std::optional<Sequence> sequence_;
+  std::unique_ptr<FrameSource> source_;
+  std::int64_t next_ = 0;  // frame that source_ gives next
+  std::string why_not_ = "this image cannot be read";
+};
+
+}  // namespace sqslam
