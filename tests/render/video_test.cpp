@@ -10,6 +10,7 @@
 
 #include "hand_made_map.h"
 #include "slam/util/error.h"
+#include "tests/support/film.h"
 
 namespace sqslam {
 namespace {
@@ -18,7 +19,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 // A recording of three snapshots, the map growing object by object, in a folder that goes with the test.
-class VideoTest : public testing::Test {
+class VideoTest : public ::testing::Test {
  protected:
   void SetUp() override {
     unsetenv("DISPLAY");
@@ -71,6 +72,24 @@ TEST_F(VideoTest, GrowthLastsAsLongAsTheRun) {
   EXPECT_EQ(frames, 8);
   EXPECT_LT(cv::norm(image_center, cv::Vec3b(200, 120, 60), cv::NORM_INF),
             40.0);  // the input image stands left
+}
+
+TEST_F(VideoTest, GrowthOfAFilmShowsItsFrames) {
+  const fs::path film = folder_ / "film.mp4";
+  std::vector<double> seconds(30);
+  std::generate(seconds.begin(), seconds.end(), [i = 0]() mutable { return 0.1 * i++; });
+  sqslam::testing::WriteFilm(film, seconds,
+                             [](int i) { return cv::Mat(240, 320, CV_8UC3, cv::Scalar::all(10 * i)); });
+  RecordingWriter writer(folder_ / "film.sqmap", {film.string(), "test", ""});
+  MapSnapshot map = HandMadeMap();
+  map.objects.clear();
+  map.frame_index = 20;
+  writer.Add(map);
+  writer.Close();
+  WriteGrowthVideo(RecordingReader(folder_ / "film.sqmap"), options_, folder_ / "growth-{frame}.png");
+  const cv::Mat frame = cv::imread((folder_ / "growth-0.png").string());
+  ASSERT_FALSE(frame.empty());
+  EXPECT_NEAR(frame.at<cv::Vec3b>(90, 60)[1], 200, 8);
 }
 
 TEST_F(VideoTest, GrowthHasAFrameForEachSnapshotOfAShortRun) {
