@@ -10,6 +10,7 @@
 
 #include "app/commands/commands.h"
 #include "app/export/map_export.h"
+#include "app/export/map_view.h"
 #include "app/export/model_folder.h"
 #include "app/export/surface_file.h"
 #include "app/result/map_input.h"
@@ -38,6 +39,7 @@ struct ExportArguments {
   ObjectArguments objects;
   bool meshes = false;
   bool surface = false;
+  std::string ground_truth;
   std::optional<ModelFormat> format;
   std::string images;
 };
@@ -49,7 +51,7 @@ Trajectory TrackedPoses(const fs::path& map_path) {
 }
 
 void CheckArguments(const ExportArguments& a, const std::string& extension) {
-  static const std::vector<std::string> kExtensions = {".glb", ".obj", ".ply", ".json", ".txt"};
+  static const std::vector<std::string> kExtensions = {".glb", ".obj", ".ply", ".json", ".txt", ".html"};
   if (std::find(kExtensions.begin(), kExtensions.end(), extension) == kExtensions.end()) {
     throw UsageError(
         fmt::format("--output {}: unknown extension, expected {}", a.output, fmt::join(kExtensions, ", ")));
@@ -61,6 +63,10 @@ void CheckArguments(const ExportArguments& a, const std::string& extension) {
   if (a.surface && extension != ".glb") {
     throw UsageError(
         fmt::format("--surface: adds to a .glb, expected --output FILE.glb instead of {}", a.output));
+  }
+  if (!a.ground_truth.empty() && extension != ".html") {
+    throw UsageError(
+        fmt::format("--ground-truth: adds to a .html, expected --output FILE.html instead of {}", a.output));
   }
 }
 
@@ -74,6 +80,20 @@ SurfaceMesh WantedSurface(const ExportArguments& a, const fs::path& map_path) {
                                })
                          .value()
                    : SurfaceMesh();
+}
+
+// The map as a page that people turn in their browser.
+void WriteViewPage(const ExportArguments& a, const fs::path& map_path) {
+  const RecordingReader reader = OpenMap(map_path, a.objects, HiddenObjects::kLeaveOut);
+  const std::string sequence = reader.Info().sequence_path;
+  MapViewExtras extras;
+  extras.title = FolderName(sequence.empty() ? map_path.parent_path() : fs::path(sequence));
+  if (!a.ground_truth.empty()) {
+    LayerArguments layers;
+    layers.ground_truth = a.ground_truth;
+    extras.true_path = ReadLayers(layers, reader, map_path, {}).true_path;
+  }
+  WriteFileAtomically(a.output, MapViewPage(ReadMapView(reader, map_path, extras), extras.title));
 }
 
 // The keyframes with their images, for programs that go on from there.
@@ -106,6 +126,10 @@ void Export(const ExportArguments& a) {
   const fs::path output = a.output;
   const std::string extension = output.extension().string();
   CheckArguments(a, extension);
+  if (extension == ".html") {
+    WriteViewPage(a, map_path);
+    return;
+  }
   const MapSnapshotPtr map = OpenMap(map_path, a.objects, HiddenObjects::kKeep).Last();
   if (extension == ".glb") {
     WriteFileAtomically(
@@ -123,6 +147,8 @@ void Export(const ExportArguments& a) {
 
 constexpr const char* kExportNotes = R"(
 By extension:
+  .html  a page to turn in any browser, one file without a server: objects, points, dense cloud, camera path,
+         keyframes with their images, the growth of the map
   .glb   everything for 3D programs (binary glTF 2.0, y up): a node "ID label" for each object, with its
          class's colour and, as extras, half_size, e1, e2, label, id and observations; the points; the camera's
          path; a camera for each keyframe; with --surface the mesh that sqslam densify makes
@@ -138,6 +164,7 @@ images/ is a link to the sequence where its images are files of the size that wa
 --resize are written. All but .glb are in the map frame, z up. With --edits hidden objects are written too, deleted ones are not.
 
 Examples:
+  sqslam export out/kitchen -o kitchen.html
   sqslam export out/kitchen -o kitchen.glb
   sqslam export out/kitchen -o kitchen.glb --surface         after sqslam densify out/kitchen
   sqslam export out/kitchen/map.sqmap -o kitchen.obj
@@ -159,7 +186,8 @@ void AddExportCommand(Command& program) {
   command.Group("Output");
   command
       .Option("--output,-o FILE", a->output,
-              "FILE.glb, .obj, .ply, .json or .txt; an existing one is replaced. With --format a new folder")
+              "FILE.html, .glb, .obj, .ply, .json or .txt; an existing one is replaced. With --format a new "
+              "folder")
       .Required();
   command.Option("--format NAME", a->format,
                  "For other programs: a folder with keyframes, tracks and images, instead of one file");
@@ -168,6 +196,9 @@ void AddExportCommand(Command& program) {
   command.Flag("--meshes", a->meshes, "In a .ply: the superquadrics as meshes, not the points");
   command.Flag("--surface", a->surface,
                "In a .glb: also the dense surface of a densified result, a coloured mesh");
+  command.Option("--ground-truth SEQUENCE", a->ground_truth,
+                 "In a .html: sequence folder whose true camera path is laid over the map; auto: of the "
+                 "sequence that was mapped");
   command.Notes(kExportNotes);
   command.OnRun([a] { Export(*a); });
 }

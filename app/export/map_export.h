@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "render/scene/cloud_layer.h"
 #include "render/surface/surface_mesh.h"
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/snapshot.h"
@@ -24,6 +25,11 @@ namespace sqslam::app {
 // A group without content is left out. `generator`: name and version of the program.
 std::string MapGlb(const MapSnapshot& map, const Trajectory& trajectory, const SurfaceMesh& surface,
                    const std::string& generator);
+
+// The objects, of so many steps of longitude, the points, and those of a dense cloud as "cloud": what the
+// page of a map draws.
+std::string ViewGlb(const MapSnapshot& map, const std::vector<CloudPoint>& cloud, int segments,
+                    const std::string& generator);
 
 // The surface alone.
 std::string SurfaceGlb(const MapSnapshot& map, const SurfaceMesh& surface, const std::string& generator);

@@ -15,8 +15,6 @@ namespace {
 
 using GlbJson = nlohmann::ordered_json;
 
-constexpr int kSegments = 64;  // steps of longitude of a superquadric
-
 void SetPose(GlbJson& node, const Rigid3d& pose) {
   const Eigen::Quaterniond q = pose.rotation.normalized();
   node["translation"] = {pose.translation.x(), pose.translation.y(), pose.translation.z()};
@@ -41,7 +39,8 @@ class MapWriter {
   MapWriter(const MapSnapshot& map, const std::string& generator)
       : map_(map), file_(generator), colors_(LabelColors::Of(map.objects)) {}
 
-  void AddObjects() {
+  void AddObjects(int segments = 64) {
+    segments_ = segments;
     GlbJson nodes = GlbJson::array();
     for (const SnapshotObject& object : map_.objects) {
       const std::string name = fmt::format("{} {}", object.id, ShownName(object));
@@ -52,17 +51,17 @@ class MapWriter {
     AddGroup("objects", std::move(nodes));
   }
 
-  void AddPoints() {
-    if (map_.points.empty()) {
+  void AddPoints(const std::string& name, const auto& points) {
+    if (points.empty()) {
       return;
     }
     std::vector<Eigen::Vector3f> positions;
     std::vector<std::array<std::uint8_t, 3>> colors;
-    for (const SnapshotPoint& point : map_.points) {
+    for (const auto& point : points) {
       positions.push_back(point.p_map);
       colors.push_back(point.rgb);
     }
-    AddDrawing("points", GlbFile::Mode::kPoints, positions, file_.AddColors(colors), Eigen::Vector3d::Ones());
+    AddDrawing(name, GlbFile::Mode::kPoints, positions, file_.AddColors(colors), Eigen::Vector3d::Ones());
   }
 
   void AddSurface(const SurfaceMesh& surface) {
@@ -135,7 +134,7 @@ class MapWriter {
 
  private:
   int AddMesh(const std::string& name, const SnapshotObject& object) {
-    const TriangleMesh mesh = Tessellate(object.superquadric.shape, kSegments);
+    const TriangleMesh mesh = Tessellate(object.superquadric.shape, segments_);
     std::vector<std::uint32_t> indices;
     for (const auto& [a, b, c] : mesh.triangles) {
       for (const std::int32_t corner : {a, b, c}) {
@@ -200,6 +199,7 @@ class MapWriter {
   GlbFile file_;
   LabelColors colors_;
   SceneStyle style_;
+  int segments_ = 0;  // steps of longitude of a superquadric
   std::map<std::string, int> materials_;
   GlbJson children_ = GlbJson::array();
 };
@@ -210,10 +210,19 @@ std::string MapGlb(const MapSnapshot& map, const Trajectory& trajectory, const S
                    const std::string& generator) {
   MapWriter writer(map, generator);
   writer.AddObjects();
-  writer.AddPoints();
+  writer.AddPoints("points", map.points);
   writer.AddSurface(surface);
   writer.AddTrajectory(trajectory);
   writer.AddKeyframes();
+  return writer.Bytes();
+}
+
+std::string ViewGlb(const MapSnapshot& map, const std::vector<CloudPoint>& cloud, int segments,
+                    const std::string& generator) {
+  MapWriter writer(map, generator);
+  writer.AddObjects(segments);
+  writer.AddPoints("points", map.points);
+  writer.AddPoints("cloud", cloud);
   return writer.Bytes();
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "app/result/map_input.h"
 #include "render/picture/picture_text.h"
 #include "slam/geometry/angles.h"
 #include "slam/snapshot/recording.h"
@@ -252,12 +253,6 @@ void AppendGallery(Output out, const fs::path& folder) {
                    EscapeMarkup(caption), DataUri(picture, "image/png"));
   }
   fmt::format_to(out, "</div></section>\n");
-}
-
-// The last part of a path, also of "kitchen/" and ".".
-std::string FolderName(const fs::path& path) {
-  const fs::path normal = fs::absolute(path).lexically_normal();
-  return normal.has_filename() ? normal.filename().string() : normal.parent_path().filename().string();
 }
 
 // The sequence that the run says it mapped.

@@ -16,6 +16,9 @@ namespace sqslam::app {
 // The recording that the user means: the file itself, or map.sqmap in a result folder.
 std::filesystem::path MapFile(const std::filesystem::path& map);
 
+// The last part of a path, also of "kitchen/" and ".".
+std::string FolderName(const std::filesystem::path& path);
+
 // Which objects of a map a command works on.
 struct ObjectArguments {
   std::string edits;           // file of the viewer's edits, or "auto"; empty: as they were mapped

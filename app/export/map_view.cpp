@@ -1,0 +1,366 @@
+#include "app/export/map_view.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "app/export/map_export.h"
+#include "app/export/view_history.h"
+#include "render/camera/scene_framing.h"
+#include "render/picture/outlines.h"
+#include "render/picture/picture_text.h"
+#include "render/scene/style.h"
+#include "render/video/input_frames.h"
+#include "slam/io/image_files.h"
+#include "slam/io/trajectory.h"
+#include "slam/util/error.h"
+#include "slam/util/json_file.h"
+
+namespace sqslam::app {
+namespace fs = std::filesystem;
+namespace {
+
+using ViewJson = nlohmann::ordered_json;
+
+// Five digits are finer than any map is exact, and half as long.
+double Short(double value) {
+  if (value == 0.0 || !std::isfinite(value)) {
+    return 0.0;
+  }
+  const double unit = std::pow(10.0, 4.0 - std::floor(std::log10(std::abs(value))));
+  return std::round(value * unit) / unit;
+}
+
+void Append(ViewJson& list, const auto& vector) {
+  for (Eigen::Index i = 0; i < vector.size(); ++i) {
+    list.push_back(Short(vector[i]));
+  }
+}
+
+ViewJson ListOf(const auto& vector) {
+  ViewJson list = ViewJson::array();
+  Append(list, vector);
+  return list;
+}
+
+ViewJson PoseOf(const Rigid3d& pose) {
+  ViewJson list = ListOf(pose.translation);
+  Append(list, pose.rotation.coeffs());  // x y z w
+  return list;
+}
+
+// Every k-th of a list that is too long.
+template <typename Item>
+std::vector<Item> Thinned(std::vector<Item> items, std::size_t most) {
+  const std::size_t step = (items.size() + most - 1) / std::max<std::size_t>(1, most);
+  if (step > 1) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < items.size(); i += step) {
+      items[kept++] = items[i];
+    }
+    items.resize(kept);
+  }
+  return items;
+}
+
+// An outline over a keyframe's image.
+struct SeenOutline {
+  std::size_t keyframe = 0;
+  std::size_t object = 0;
+  bool detected = false;  // the object had a box there
+  double share = 0.0;     // of the image that it covers
+  bool whole = false;     // all of it is in the image
+  std::vector<cv::Point> polygon;
+};
+
+class MapViewWriter {
+ public:
+  MapViewWriter(const RecordingReader& reader, const fs::path& recording, const MapViewExtras& extras,
+                const MapViewOptions& options)
+      : reader_(reader), recording_(recording), extras_(extras), options_(options), map_(*reader.Last()) {
+    std::ranges::sort(map_.keyframes, {}, &SnapshotKeyframe::timestamp);
+    colors_ = LabelColors::Of(map_.objects);
+    history_ = ReadHistory(reader);
+    start_ = map_.keyframes.empty() ? 0.0 : map_.keyframes.front().timestamp;
+  }
+
+  MapView Write() {
+    FindOutlines();
+    AddImages();
+    scene_["title"] = extras_.title;
+    scene_["program"] = "sqslam " SQSLAM_VERSION;
+    scene_["metres"] = Short(extras_.metres);
+    scene_["upright"] = map_.gravity_known;
+    AddLook();
+    AddObjects();
+    AddKeyframes();
+    AddPath();
+    AddGeometry();
+    view_.scene = scene_.dump(-1, ' ', false, ViewJson::error_handler_t::replace);
+    return std::move(view_);
+  }
+
+ private:
+  double Since(double timestamp) const { return std::max(0.0, Short(timestamp - start_)); }
+
+  // Outlines of all objects in all keyframes.
+  void FindOutlines() {
+    const Camera& camera = map_.camera;
+    if (camera.width <= 0 || !(camera.fx > 0.0)) {
+      return;
+    }
+    const double area = static_cast<double>(camera.width) * camera.height;
+    const cv::Rect image(0, 0, camera.width, camera.height);
+    for (std::size_t k = 0; k < map_.keyframes.size(); ++k) {
+      const SnapshotKeyframe& keyframe = map_.keyframes[k];
+      const auto seen = history_.seen_in.find(keyframe.frame_index);
+      for (const ObjectOutline& outline : OutlinesOf(map_.objects, camera, keyframe.T_map_camera)) {
+        SeenOutline& out = outlines_.emplace_back();
+        out.keyframe = k;
+        out.object = static_cast<std::size_t>(outline.object - map_.objects.data());
+        out.detected = seen != history_.seen_in.end() && seen->second.contains(outline.object->id);
+        std::vector<cv::Point2f> exact(outline.polygon.begin(), outline.polygon.end());
+        std::vector<cv::Point2f> simple;
+        cv::approxPolyDP(exact, simple, options_.outline_tolerance, true);
+        for (const cv::Point2f& p : simple) {
+          out.polygon.emplace_back(cvRound(p.x), cvRound(p.y));
+        }
+        const cv::Rect bounds = cv::boundingRect(out.polygon);
+        out.whole = (bounds & image) == bounds;
+        out.share = (bounds & image).area() == 0 ? 0.0
+                                                 : cv::contourArea(out.polygon) * (bounds & image).area() /
+                                                       std::max(1, bounds.area()) / area;
+      }
+    }
+  }
+
+  // Up to three views of an object: in which it is large and whole, from different sides.
+  std::vector<std::size_t> BestViews(std::size_t object) const {
+    std::vector<std::pair<double, std::size_t>> ranked;
+    for (const SeenOutline& outline : outlines_) {
+      if (outline.object == object && outline.share > 0.0) {
+        const double rank =
+            std::sqrt(outline.share) * (outline.whole ? 1.0 : 0.4) * (outline.detected ? 1.0 : 0.1);
+        ranked.emplace_back(rank, outline.keyframe);
+      }
+    }
+    std::ranges::sort(ranked, std::greater());
+    constexpr double kApart = 0.94;  // cosine of 20 degrees
+    const Eigen::Vector3d center = map_.objects[object].superquadric.T_map_object.translation;
+    const auto direction = [&](std::size_t k) {
+      return Eigen::Vector3d((map_.keyframes[k].T_map_camera.translation - center).normalized());
+    };
+    std::vector<std::size_t> best;
+    for (const auto& [rank, k] : ranked) {
+      if (best.size() < 3 && std::ranges::all_of(best, [&, k = k](std::size_t other) {
+            return direction(k).dot(direction(other)) < kApart;
+          })) {
+        best.push_back(k);
+      }
+    }
+    return best;
+  }
+
+  // An even share of the keyframes, and the best views of the objects first of all.
+  void AddImages() {
+    std::set<std::size_t> wanted;
+    for (std::size_t i = 0; i < map_.objects.size(); ++i) {
+      best_views_.push_back(BestViews(i));
+      wanted.insert(best_views_.back().begin(), best_views_.back().end());
+    }
+    const std::size_t count = map_.keyframes.size();
+    const std::size_t room = static_cast<std::size_t>(options_.images) -
+                             std::min<std::size_t>(wanted.size(), static_cast<std::size_t>(options_.images));
+    for (std::size_t i = 0; i < std::min(room, count); ++i) {
+      wanted.insert(i * count / std::min(room, count));
+    }
+    image_of_.assign(count, -1);
+    const InputFrames frames(reader_, recording_);
+    for (const std::size_t k : wanted) {
+      try {
+        const cv::Mat image = frames.ImageOf(map_.keyframes[k].frame_index);
+        const int height = cvRound(static_cast<double>(options_.image_width) * image.rows / image.cols);
+        std::vector<std::uint8_t> jpeg;
+        cv::imencode(".jpg", Resized(image, {options_.image_width, height}), jpeg,
+                     {cv::IMWRITE_JPEG_QUALITY, options_.image_quality});
+        image_of_[k] = static_cast<int>(view_.images.size());
+        view_.images.emplace_back(jpeg.begin(), jpeg.end());
+      } catch (const InputError&) {  // not there any more: a keyframe without its image
+      }
+    }
+  }
+
+  void AddLook() {
+    const SceneFocus focus = FindFocus(map_);
+    const ViewCamera eye = FrameScene(focus, 16.0 / 9.0);
+    scene_["look"] = {{"eye", ListOf(eye.position)},    {"at", ListOf(eye.focal_point)},
+                      {"angle", eye.view_angle},        {"center", ListOf(focus.center)},
+                      {"radius", Short(focus.radius)},  {"ground", Short(focus.ground_height)},
+                      {"cell", Short(GridCell(focus))}, {"up", ListOf(focus.up)}};
+    const SceneStyle style;
+    const Camera& camera = map_.camera;
+    scene_["lens"] = {{"width", camera.width},
+                      {"height", camera.height},
+                      {"fx", Short(camera.fx)},
+                      {"fy", Short(camera.fy)},
+                      {"cx", Short(camera.cx)},
+                      {"cy", Short(camera.cy)},
+                      {"size", Short(style.cameras.size * focus.radius)}};
+  }
+
+  void AddObjects() {
+    scene_["objects"] = ViewJson::array();
+    for (std::size_t i = 0; i < map_.objects.size(); ++i) {
+      const SnapshotObject& object = map_.objects[i];
+      const Superquadric& shape = object.superquadric.shape;
+      const auto first = history_.first_seen.find(object.id);
+      scene_["objects"].push_back({{"id", object.id},
+                                   {"name", ReadableLabel(ShownName(object))},
+                                   {"label", ReadableLabel(object.label)},
+                                   {"color", FormatColor(colors_(object.label))},
+                                   {"score", Short(object.score)},
+                                   {"seen", object.observations},
+                                   {"points", object.points},
+                                   {"reliability", Short(object.fit.reliability)},
+                                   {"uncertain", !IsReliable(object)},
+                                   {"size", ListOf(Eigen::Vector3d(2.0 * shape.half_size))},
+                                   {"shape", {Short(shape.e1), Short(shape.e2)}},
+                                   {"yaw", Short(object.yaw)},
+                                   {"pose", PoseOf(object.superquadric.T_map_object)},
+                                   {"first", first == history_.first_seen.end() ? 0.0 : Since(first->second)},
+                                   {"views", best_views_[i]}});
+    }
+  }
+
+  void AddKeyframes() {
+    ViewJson& list = scene_["keyframes"] = ViewJson::array();
+    for (std::size_t k = 0; k < map_.keyframes.size(); ++k) {
+      const SnapshotKeyframe& keyframe = map_.keyframes[k];
+      list.push_back({{"id", keyframe.id},
+                      {"frame", keyframe.frame_index},
+                      {"time", Since(keyframe.timestamp)},
+                      {"pose", PoseOf(keyframe.T_map_camera)},
+                      {"image", image_of_[k]},
+                      {"outlines", ViewJson::array()}});
+    }
+    for (const SeenOutline& outline : outlines_) {  // nearest first
+      if (image_of_[outline.keyframe] >= 0) {
+        ViewJson polygon = ViewJson::array();
+        for (const cv::Point& p : outline.polygon) {
+          polygon.push_back(p.x);
+          polygon.push_back(p.y);
+        }
+        list[outline.keyframe]["outlines"].push_back(
+            {outline.object, outline.detected ? 1 : 0, std::move(polygon)});
+      }
+    }
+  }
+
+  // The camera at every tracked frame (a share of them, if there are many), and its true path.
+  void AddPath() {
+    constexpr std::size_t kPoses = 3000;
+    const fs::path file = recording_.parent_path() / "trajectory.txt";
+    Trajectory trajectory = fs::exists(file) ? ReadTrajectory(file) : Trajectory();
+    if (trajectory.empty()) {
+      for (const SnapshotKeyframe& keyframe : map_.keyframes) {
+        trajectory.push_back({keyframe.timestamp, keyframe.T_map_camera});
+      }
+    }
+    ViewJson times = ViewJson::array();
+    ViewJson poses = ViewJson::array();
+    for (const TimedPose& pose : Thinned(std::move(trajectory), kPoses)) {
+      times.push_back(Since(pose.timestamp));
+      for (const ViewJson& value : PoseOf(pose.T_map_camera)) {
+        poses.push_back(value);
+      }
+    }
+    scene_["path"] = {{"times", std::move(times)}, {"poses", std::move(poses)}};
+    scene_["truth"] = ViewJson::array();
+    for (const std::vector<Eigen::Vector3d>& piece : extras_.true_path) {
+      ViewJson list = ViewJson::array();
+      for (const Eigen::Vector3d& p : Thinned(piece, kPoses)) {
+        Append(list, p);
+      }
+      scene_["truth"].push_back(std::move(list));
+    }
+  }
+
+  // Points on a grid far finer than they are exact: zeros at the end of a number cost nothing.
+  Eigen::Vector3f Snapped(const Eigen::Vector3f& p, float step) const {
+    return (p / step).array().round().matrix() * step;
+  }
+
+  // For each keyframe the number of points that were seen until then; they are put in that order.
+  template <typename Point>
+  ViewJson SortByFirstView(std::vector<Point>& points) const {
+    std::vector<Eigen::Vector3f> places;
+    std::ranges::transform(points, std::back_inserter(places), &Point::p_map);
+    const std::vector<std::size_t> first = FirstViews(map_, places);
+    std::vector<std::size_t> order(points.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::stable_sort(order, {}, [&](std::size_t i) { return first[i]; });
+    std::vector<Point> sorted;
+    std::vector<int> counts(std::max<std::size_t>(1, map_.keyframes.size()), 0);
+    for (const std::size_t i : order) {
+      sorted.push_back(points[i]);
+      ++counts[first[i]];
+    }
+    points = std::move(sorted);
+    std::partial_sum(counts.begin(), counts.end(), counts.begin());
+    return counts;
+  }
+
+  void AddGeometry() {
+    const double radius = std::max(1e-6, scene_["look"]["radius"].get<double>());
+    const auto step = static_cast<float>(std::exp2(std::floor(std::log2(radius / 4096.0))));
+    MapSnapshot drawn = map_;
+    drawn.points = Thinned(std::move(drawn.points), options_.points);
+    scene_["points"] = SortByFirstView(drawn.points);
+    for (SnapshotPoint& point : drawn.points) {
+      point.p_map = Snapped(point.p_map, step);
+    }
+    std::vector<CloudPoint> cloud;
+    if (const CloudLayerPtr layer = ReadCloudLayer(recording_)) {
+      int rank = 0;
+      while (std::ranges::count_if(layer->points, [&](const CloudPoint& p) { return p.rank >= rank; }) >
+                 static_cast<std::ptrdiff_t>(options_.cloud) &&
+             rank < CloudLayer::kRanks) {
+        ++rank;
+      }
+      std::ranges::copy_if(layer->points, std::back_inserter(cloud),
+                           [&](const CloudPoint& p) { return p.rank >= rank; });
+      scene_["cloud_spacing"] = Short(layer->spacing * std::exp2(0.5 * rank));
+    }
+    scene_["cloud"] = SortByFirstView(cloud);
+    for (CloudPoint& point : cloud) {
+      point.p_map = Snapped(point.p_map, step);
+    }
+    view_.glb = ViewGlb(drawn, cloud, options_.segments, "sqslam " SQSLAM_VERSION);
+  }
+
+  const RecordingReader& reader_;
+  fs::path recording_;
+  const MapViewExtras& extras_;
+  MapViewOptions options_;
+  MapSnapshot map_;
+  LabelColors colors_;
+  ViewHistory history_;
+  double start_ = 0.0;  // seconds
+  std::vector<SeenOutline> outlines_;
+  std::vector<std::vector<std::size_t>> best_views_;  // keyframes, by object
+  std::vector<int> image_of_;                         // by keyframe; -1: none
+  ViewJson scene_;
+  MapView view_;
+};
+
+}  // namespace
+
+MapView ReadMapView(const RecordingReader& reader, const fs::path& recording, const MapViewExtras& extras,
+                    const MapViewOptions& options) {
+  return MapViewWriter(reader, recording, extras, options).Write();
+}
+
+}  // namespace sqslam::app

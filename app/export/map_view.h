@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "slam/snapshot/recording.h"
+#include "slam/snapshot/snapshot.h"
+
+namespace sqslam::app {
+
+// How much of a run a page carries. Its view is a file to be sent: it is kept small.
+struct MapViewOptions {
+  int image_width = 420;           // px of the keyframes' images
+  int image_quality = 68;          // of their JPEG, 0 to 100
+  int images = 110;                // at most so many keyframes have one
+  std::size_t points = 60'000;     // at most so many map points
+  std::size_t cloud = 180'000;     // and of the dense cloud
+  int segments = 36;               // steps of longitude of a superquadric
+  double outline_tolerance = 0.5;  // px by which outlines over images may be simpler than they are
+};
+
+// What lies over the map besides what the recording holds.
+struct MapViewExtras {
+  std::string title;
+  double metres = 0.0;                                  // of a map unit; 0: nobody knows
+  std::vector<std::vector<Eigen::Vector3d>> true_path;  // map frame, in pieces
+};
+
+// A finished run as the page in a browser takes it: geometry as .glb, all else as JSON, and images.
+struct MapView {
+  std::string glb;    // objects, points and dense cloud, the latter two in the order in which they were seen
+  std::string scene;  // JSON: objects, keyframes, path, colours, the first look
+  std::vector<std::string> images;  // JPEG files; keyframes name them by number
+};
+
+// Reads a recording, trajectory.txt beside it, and the images that were mapped, where they are still there.
+// Throws InputError that names the file.
+MapView ReadMapView(const RecordingReader& reader, const std::filesystem::path& recording,
+                    const MapViewExtras& extras, const MapViewOptions& options = {});
+
+// Elements of a page: the view's stage and all that it is made of, three.js with it. Nothing is loaded from
+// elsewhere. Throws InputError where three.js is not installed.
+std::string MapViewElements(const MapView& view);
+
+// A page that is the view alone.
+std::string MapViewPage(const MapView& view, const std::string& title);
+
+}  // namespace sqslam::app

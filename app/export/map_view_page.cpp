@@ -1,0 +1,103 @@
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include <array>
+#include <filesystem>
+#include <stdexcept>
+
+#include "app/export/map_view.h"
+#include "slam/util/data_path.h"
+#include "slam/util/error.h"
+#include "slam/util/markup.h"
+#include "slam/util/text_lines.h"
+
+namespace sqslam::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Of three.js, in the order in which they need one another.
+constexpr std::array kLibraries = {"three.min.js", "examples/js/controls/OrbitControls.js",
+                                   "examples/js/loaders/GLTFLoader.js"};
+
+constexpr std::array kScripts = {"data.js",    "materials.js", "lines.js",  "scene.js", "outlines.js",
+                                 "cameras.js", "motion.js",    "labels.js", "photo.js", "timeline.js",
+                                 "panel.js",   "measure.js",   "main.js"};
+
+constexpr const char* kLicence =
+    "three.js, https://threejs.org, copyright 2010-2019 three.js authors, MIT licence: Permission is hereby "
+    "granted, free of charge, to any person obtaining a copy of this software and associated documentation "
+    "files (the \"Software\"), to deal in the Software without restriction, including without limitation the "
+    "rights to use, copy, modify, merge, publish, distribute, sublicense, and/or sell copies of the "
+    "Software, and to permit persons to whom the Software is furnished to do so, subject to the following "
+    "conditions: The above copyright notice and this permission notice shall be included in all copies or "
+    "substantial portions of the Software. THE SOFTWARE IS PROVIDED \"AS IS\", WITHOUT WARRANTY OF ANY KIND, "
+    "EXPRESS OR IMPLIED, INCLUDING BUT NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY, FITNESS FOR A "
+    "PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE AUTHORS OR COPYRIGHT HOLDERS BE LIABLE "
+    "FOR ANY CLAIM, DAMAGES OR OTHER LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING "
+    "FROM, OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE.";
+
+// zlib, then base64: what DecompressionStream("deflate") of browsers reads.
+std::string Packed(const std::string& bytes) {
+  uLongf size = compressBound(bytes.size());
+  std::string packed(size, '\0');
+  if (compress2(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(bytes.data()),
+                bytes.size(), Z_BEST_COMPRESSION) != Z_OK) {
+    throw std::runtime_error("zlib cannot compress");
+  }
+  packed.resize(size);
+  return Base64(packed);
+}
+
+std::string DataElement(const char* id, const std::string& text) {
+  return fmt::format("<script type=\"text/plain\" id=\"{}\">{}</script>\n", id, text);
+}
+
+std::string ViewFile(const char* name) {
+  return ReadFile(DataPath(fs::path("assets/view") / name), "a part of the view");
+}
+
+std::string Library() {
+  const fs::path folder = SQSLAM_THREE_FOLDER;
+  std::string text = fmt::format("<script>\n/* {} */\n", kLicence);
+  for (const char* file : kLibraries) {
+    if (!fs::exists(folder / file)) {
+      throw InputError(
+          fmt::format("{}: not there, expected three.js for the view to turn: Debian's package libjs-three",
+                      (folder / file).string()));
+    }
+    text += ReadFile(folder / file, "three.js");
+    text += "\n;\n";
+  }
+  text += "</script>\n";
+  return text;
+}
+
+}  // namespace
+
+std::string MapViewElements(const MapView& view) {
+  std::string images;
+  for (const std::string& image : view.images) {
+    images += Base64(image);
+    images += '\n';
+  }
+  std::string page =
+      fmt::format("<style>\n{}</style>\n{}{}{}{}{}<script>\n\"use strict\";\nconst sq = {{}};\n",
+                  ViewFile("view.css"), ViewFile("view.html"), DataElement("sq-scene", Packed(view.scene)),
+                  DataElement("sq-glb", Packed(view.glb)), DataElement("sq-images", images), Library());
+  for (const char* script : kScripts) {
+    page += ViewFile(script);
+  }
+  page += "</script>\n";
+  return page;
+}
+
+std::string MapViewPage(const MapView& view, const std::string& title) {
+  return fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\" class=\"sq-alone\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<title>{}</title>\n<style>\n{}</style>\n</head>\n<body>\n{}</body>\n</html>\n",
+      EscapeMarkup(title), ReadFile(DataPath("assets/theme.css"), "a style sheet"), MapViewElements(view));
+}
+
+}  // namespace sqslam::app

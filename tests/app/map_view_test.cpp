@@ -1,0 +1,150 @@
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "run_program.h"
+#include "slam/snapshot/recording.h"
+#include "tests/render/baseline.h"
+#include "tests/render/hand_made_map.h"
+
+namespace sqslam {
+namespace {
+namespace fs = std::filesystem;
+using nlohmann::json;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using testing::RunProgram;
+using testing::Slurp;
+
+constexpr int kFirstObjectAlone = 30;  // frame at which the map holds but one object
+
+// A recording of two states: the book alone, then all; the last keyframe with its image.
+class MapViewTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const fs::path image = folder_.Path() / "70.png";
+    cv::Mat picture(240, 320, CV_8UC3, cv::Scalar(90, 120, 160));
+    cv::circle(picture, {160, 120}, 40, {30, 60, 200}, cv::FILLED);
+    cv::imwrite(image.string(), picture);
+    MapSnapshot map = HandMadeMap();
+    map.image_path = image.string();
+    map.objects[1].fit.reliability = 0.1;
+    for (SnapshotObject& object : map.objects) {
+      map.detections.push_back({{}, object.id});
+    }
+    MapSnapshot first = map;
+    first.frame_index = kFirstObjectAlone;
+    first.timestamp = 1.0;
+    first.objects.resize(1);
+    first.detections.clear();
+    first.image_path.clear();
+    RecordingWriter writer(folder_.Path() / "map.sqmap", {});
+    writer.Add(first);
+    writer.Add(map);
+    writer.Close();
+  }
+
+  std::string Export() {
+    const fs::path page = folder_.Path() / "map.html";
+    const auto run = RunProgram("export " + folder_.Path().string() + " --output " + page.string());
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return page.string();
+  }
+
+  TemporaryFolder folder_;
+};
+
+class MapViewInBrowserTest : public MapViewTest {
+ protected:
+  void SetUp() override {
+    MapViewTest::SetUp();
+    if (std::system("command -v chromium >/dev/null && command -v python3 >/dev/null") != 0) {
+      GTEST_SKIP() << "no chromium or python3: packages-test.txt";
+    }
+  }
+
+  // What the page does in Chromium (tests/support/browser.py). `then` follows once the view is there.
+  json InBrowser(const std::string& page, json then) {
+    json steps = json::array({{{"wait", "document.querySelector('[data-ready],[data-failed]') !== null"}}});
+    for (json& step : then) {
+      steps.push_back(std::move(step));
+    }
+    const fs::path out = folder_.Path() / "seen.json";
+    std::string quoted = steps.dump();
+    for (std::size_t at = 0; (at = quoted.find('\'', at)) != std::string::npos; at += 4) {
+      quoted.replace(at, 1, "'\\''");
+    }
+    const std::string command = fmt::format("python3 {}/tests/support/browser.py {} 640,400 '{}' >{}",
+                                            SQSLAM_SOURCE_DIR, page, quoted, out.string());
+    EXPECT_EQ(std::system(command.c_str()), 0) << command;
+    return json::parse(Slurp(out), nullptr, false);
+  }
+};
+
+TEST_F(MapViewTest, IsOneFileThatNamesItsLibrary) {
+  const std::string page = Slurp(Export());
+  EXPECT_THAT(page, HasSubstr("three.js authors, MIT licence"));
+  for (const char* of_others : {"<link", " src=", "url(", "import("}) {
+    EXPECT_THAT(page.substr(0, page.find("three.js authors")), Not(HasSubstr(of_others)));
+  }
+  EXPECT_LT(page.size(), 2u << 20);
+}
+
+TEST_F(MapViewTest, TrueCameraPathIsOfPagesOnly) {
+  const auto run = RunProgram("export " + folder_.Path().string() + " -o x.glb --ground-truth auto");
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, HasSubstr(".html"));
+}
+
+TEST_F(MapViewInBrowserTest, OpensInABrowserWithoutAMessageAndLooksAsItShould) {
+  const fs::path shot = folder_.Path() / "view.png";
+  const json seen = InBrowser(
+      Export(),
+      {{{"eval", "document.querySelectorAll('.sq > :not(canvas)').forEach(e => e.style.display = 'none')"}},
+       {{"shot", shot.string()}}});
+  EXPECT_THAT(seen["console"], IsEmpty()) << seen["console"];
+  EXPECT_EQ(seen["requests"].size(), 1u) << seen["requests"];  // the page itself
+  ExpectBaseline(cv::imread(shot.string()), "map_page");
+}
+
+TEST_F(MapViewInBrowserTest, AClickSelectsAnObjectAndShowsItsBestView) {
+  const json seen = InBrowser(
+      Export(),
+      {{{"click",
+         "(() => { const at = sq.view.project(sq.view.objects[0].center); return [at.x, at.y]; })()"}},
+       {{"eval", "document.querySelector('.sq-detail h3').textContent"}},
+       {{"eval", "document.querySelectorAll('.sq-detail .sq-photo polygon.sq-chosen').length"}},
+       {{"key", "Escape"}},
+       {{"eval", "sq.view.state.selected"}}});
+  EXPECT_THAT(seen["results"], ElementsAre("book 0", 1, -1)) << seen;
+}
+
+TEST_F(MapViewInBrowserTest, KeyframesShowTheirImagesWithOutlines) {
+  const json seen = InBrowser(
+      Export(),
+      {{{"click",
+         "(() => { const at = sq.view.project(new THREE.Vector3(...sq.view.data.keyframes[7].pose)); "
+         "return [at.x, at.y]; })()"}},
+       {{"eval", "document.querySelector('.sq-box figcaption span').textContent"}},
+       {{"eval", "document.querySelectorAll('.sq-box polygon').length"}}});
+  EXPECT_THAT(seen["results"], ElementsAre("Keyframe 7, frame 70, 0:02.3", 3)) << seen;
+}
+
+TEST_F(MapViewInBrowserTest, TheSliderShowsWhatWasKnownThen) {
+  const json seen = InBrowser(
+      Export(),
+      {{{"eval", "sq.view.objects.map(o => o.solid.visible ? 1 : 0).join('')"}},
+       {{"eval", "sq.setTime(sq.view, 1.5), sq.view.objects.map(o => o.solid.visible ? 1 : 0).join('')"}},
+       {{"eval", "sq.view.points.geometry.drawRange.count <= 400"}},
+       {{"eval", "sq.setTime(sq.view, 0.5), sq.view.objects.map(o => o.solid.visible ? 1 : 0).join('')"}}});
+  EXPECT_THAT(seen["results"], ElementsAre("111", "100", true, "000")) << seen;
+}
+
+}  // namespace
+}  // namespace sqslam
