@@ -178,7 +178,7 @@ class MapViewWriter {
       wanted.insert(i * count / std::min(room, count));
     }
     image_of_.assign(count, -1);
-    const InputFrames frames(reader_, recording_);
+    InputFrames frames(reader_, recording_);
     for (const std::size_t k : wanted) {
       try {
         const cv::Mat image = frames.ImageOf(map_.keyframes[k].frame_index);
