@@ -67,6 +67,7 @@ int ParseAndRun(const std::vector<std::string>& words) {
   AddMergeCommand(program);
   AddDensifyCommand(program);
   AddDetectCommand(program);
+  AddDoctorCommand(program);
   AddCalibrateCommand(program);
   program.Group("Results");
   AddInfoCommand(program);

@@ -11,6 +11,7 @@ void AddDemoCommand(Command& program);
 void AddRunCommand(Command& program);
 void AddCalibrateCommand(Command& program);
 void AddDetectCommand(Command& program);
+void AddDoctorCommand(Command& program);
 void AddDensifyCommand(Command& program);
 void AddEvalCommand(Command& program);
 void AddExperimentCommand(Command& program);

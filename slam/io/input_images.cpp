@@ -26,7 +26,6 @@ InputImages::InputImages(const RecordingReader& recording) : camera_(recording.L
 }
 
 cv::Mat InputImages::Read(std::int64_t frame) {
-  constexpr std::int64_t kReadOver = 30;  // frames decoded in vain rather than opening the file anew
   if (!sequence_ || frame < 0 || frame >= static_cast<std::int64_t>(sequence_->frames.size())) {
     return {};
   }
@@ -34,7 +33,8 @@ cv::Mat InputImages::Read(std::int64_t frame) {
     return ReadImageInSize(sequence_->frames[static_cast<std::size_t>(frame)].image_path.string(),
                            {camera_.width, camera_.height});
   }
-  if (!source_ || frame < next_ || frame >= next_ + kReadOver) {
+  // A video opened anew is decoded from its start, but without handing out the frames on the way.
+  if (!source_ || frame < next_ || frame - next_ > next_) {
     source_ = std::make_unique<FrameSource>(*sequence_, FrameRange{.start = frame}, 2);
     next_ = frame;
   }

@@ -211,7 +211,8 @@ void SaveWithoutMap(const FinishedRun& run, Recorder& recorder) {
                                  sequence.path.string(), input.frames->Skipped(), sequence.camera.width,
                                  sequence.camera.height));
   }
-  throw NoMapError(fmt::format("{}: no map: {}", sequence.path.string(), result.no_map_reason));
+  throw NoMapError(fmt::format("{0}: no map: {1}; sqslam doctor {0} looks closer", sequence.path.string(),
+                               result.no_map_reason));
 }
 
 }  // namespace

@@ -1,0 +1,220 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "app/commands/commands.h"
+#include "app/commands/run_arguments.h"
+#include "app/terminal/terminal.h"
+#include "slam/detection/detector.h"
+#include "slam/inspection/film_inspection.h"
+#include "slam/util/error.h"
+#include "slam/util/json_file.h"
+#include "slam/util/options.h"
+#include "slam/util/statistics.h"
+
+namespace sqslam::app {
+namespace {
+
+constexpr const char* kDoctorNotes = R"(
+Looks at a sample of the frames and says in words, with times, what will keep the film from being mapped: where
+the camera stands still or only turns, moves too fast, where pictures are blurred, too dark or too bright, or
+show nothing to hold on to. A film is fit where six tenths of it can be followed without a break and the camera
+moves well in three tenths.
+Ends with 0 for a film that is fit, else with 3.
+
+Examples:
+  sqslam doctor film.mp4
+  sqslam doctor data/kitchen --frames 500: -o kitchen.json
+  sqslam doctor film.mp4 --set max_blur=0.7
+)";
+
+struct DoctorArguments {
+  SequenceArguments sequence;
+  std::string detector = "auto";
+  std::vector<std::string> set;
+  std::string output;
+  bool quiet = false;
+};
+
+std::string LimitNames() {
+  InspectionOptions options;
+  std::vector<std::string> names;
+  for (const OptionField& field : OptionFields(options)) {
+    names.push_back(field.key);
+  }
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+Sequence OpenSmall(const SequenceArguments& arguments) {
+  constexpr int kWidth = 640;  // px: more says nothing new, and takes its time
+  SequenceRequest request = arguments.Request();
+  Sequence sequence = OpenSequence(request);
+  if (sequence.camera.width > kWidth && request.resize.empty()) {
+    request.resize = std::to_string(kWidth);
+    sequence = OpenSequence(request);
+  }
+  return sequence;
+}
+
+// The middle of the samples' values, and the worst tenth of them.
+void PrintValue(const std::vector<FilmMoment>& moments, double FilmMoment::*value, const char* name,
+                double factor, const char* unit, bool high_is_bad) {
+  std::vector<double> values;
+  for (const FilmMoment& moment : moments) {
+    values.push_back(factor * (moment.*value));
+  }
+  fmt::print("  {:<34} {:>7.2f} {:>9.2f}  {}\n", name, MeanMedian(values),
+             LinearQuantile(values, high_is_bad ? 0.9 : 0.1), unit);
+}
+
+void PrintInspection(const Sequence& sequence, const FilmInspection& inspection) {
+  const std::vector<FilmMoment>& moments = inspection.moments;
+  fmt::print("{}: {:.1f} s, {} frames, looked at {}\n", sequence.path.string(), inspection.seconds,
+             sequence.frames.size(), moments.size());
+  if (!sequence.guessed_by.empty()) {
+    fmt::print("focal length {:.2f} of the width, from {}; a calibration makes a better map\n",
+               sequence.camera.fx / sequence.camera.width, sequence.guessed_by);
+  }
+  fmt::print("\n  {:<34} {:>7} {:>9}\n", "", "median", "worst 10%");
+  PrintValue(moments, &FilmMoment::blur, "blur", 1.0, "0 sharp, 1 none left", true);
+  PrintValue(moments, &FilmMoment::clipped, "black or white", 100.0, "% of the picture", true);
+  PrintValue(moments, &FilmMoment::coverage, "picture with detail", 100.0, "%", false);
+  PrintValue(moments, &FilmMoment::shared, "shared with the next frame", 100.0, "% of the keypoints", false);
+  PrintValue(moments, &FilmMoment::flow, "motion", 100.0, "% of the width a second", true);
+  PrintValue(moments, &FilmMoment::sideways, "motion that is no turning", 100.0, "%", false);
+  int looked = 0;
+  int things = 0;
+  int with_some = 0;
+  for (const FilmMoment& moment : moments) {
+    looked += moment.things >= 0 ? 1 : 0;
+    with_some += moment.things > 0 ? 1 : 0;
+    things += std::max(0, moment.things);
+  }
+  if (looked > 0) {
+    fmt::print("  the detector saw {} things in {} of {} pictures\n", things, with_some, looked);
+  } else {
+    fmt::print("  no detector: scripts/fetch-detector.sh obtains one, or give boxes of your own\n");
+  }
+  constexpr double kMuchSkew = 0.005;  // of the width
+  if (inspection.skew > kMuchSkew) {
+    fmt::print(
+        "  fast motion: a rolling shutter of 20 ms shears the picture by up to {:.1f} % of its width\n",
+        100.0 * inspection.skew);
+  }
+  fmt::print("\n");
+  for (const FilmFinding& finding : inspection.findings) {
+    fmt::print("{}\n", InWords(finding));
+  }
+}
+
+std::string Verdict(const FilmInspection& inspection) {
+  const double whole = std::max(inspection.seconds, 1e-9);
+  if (inspection.findings.empty()) {
+    return "good to be mapped";
+  }
+  if (inspection.IsFit()) {
+    return fmt::format("can be mapped; the camera moves well in {:.0f} % of it",
+                       100.0 * inspection.moving / whole);
+  }
+  return fmt::format(
+      "not fit to be mapped: the camera moves well in {:.0f} % of it, and the longest part that can "
+      "be followed is {:.0f} %",
+      100.0 * inspection.moving / whole, 100.0 * inspection.longest / whole);
+}
+
+void WriteInspection(const std::string& path, const FilmInspection& inspection) {
+  nlohmann::ordered_json findings = nlohmann::ordered_json::array();
+  for (const FilmFinding& finding : inspection.findings) {
+    findings.push_back({{"trouble", EnumNames(FilmTrouble())[static_cast<std::size_t>(finding.trouble)]},
+                        {"begin", finding.begin},
+                        {"breaks", finding.breaks},
+                        {"end", finding.end}});
+  }
+  nlohmann::ordered_json moments = nlohmann::ordered_json::array();
+  for (const FilmMoment& m : inspection.moments) {
+    moments.push_back(
+        {{"frame", m.frame},
+         {"seconds", m.seconds},
+         {"clipped", m.clipped},
+         {"blur", m.blur},
+         {"coverage", m.coverage},
+         {"shared", m.shared},
+         {"kept", m.kept},
+         {"flow", m.flow},
+         {"sideways", m.sideways},
+         {"things", m.things < 0 ? nlohmann::ordered_json() : nlohmann::ordered_json(m.things)}});
+  }
+  WriteJsonFile(path, nlohmann::ordered_json{{"format", "sqslam-inspection"},
+                                             {"version", 1},
+                                             {"fit", inspection.IsFit()},
+                                             {"seconds", inspection.seconds},
+                                             {"moving", inspection.moving},
+                                             {"longest", inspection.longest},
+                                             {"findings", findings},
+                                             {"samples", moments}});
+}
+
+int Examine(const DoctorArguments& a) {
+  InspectionOptions options;
+  SetOptions(a.set, options);
+  const Sequence sequence = OpenSmall(a.sequence);
+  const FrameRange range = a.sequence.Range();
+  range.CheckHasFrames(sequence);
+  std::optional<Detector> detector;
+  if (a.detector != "none") {
+    if (const std::optional<NetworkOptions> network = ChooseNetwork(a.detector)) {
+      detector.emplace(*network);
+    }
+  }
+  ThingCounter count;
+  if (detector) {
+    count = [&](const cv::Mat& bgr) { return static_cast<int>(detector->Detect(bgr).size()); };
+  }
+  const InterruptGuard interrupt;
+  std::optional<Progress> progress;
+  const FilmInspection inspection =
+      InspectFilm(sequence, range, options, count, [&](std::int64_t done, std::int64_t total) {
+        if (!progress) {
+          progress.emplace(total, a.quiet);
+        }
+        progress->Update(done, "looking");
+        return !interrupt.Interrupted();
+      });
+  progress->Finish();
+  if (interrupt.Interrupted()) {
+    return 130;
+  }
+  if (!a.output.empty()) {
+    WriteInspection(a.output, inspection);
+  }
+  if (!a.quiet) {
+    PrintInspection(sequence, inspection);
+  }
+  fmt::print("{}: {}\n", sequence.path.string(), Verdict(inspection));
+  return inspection.IsFit() ? 0 : 3;
+}
+
+}  // namespace
+
+void AddDoctorCommand(Command& program) {
+  const auto a = std::make_shared<DoctorArguments>();
+  Command& command = program.AddCommand("doctor", "Is this film fit to be mapped, and if not, why and when");
+  a->sequence.AddTo(command, "Sequence folder, folder of images, or video").Required();
+  command.Group("Inspection");
+  command.Option("--detector NAME", a->detector,
+                 "Counts things in a few of the pictures: as in `sqslam detect`, or none");
+  command.Option("--set KEY=VALUE", a->set, "Override one limit: " + LimitNames() + "; may be repeated");
+  command.Group("Output");
+  command.Option("--output,-o FILE", a->output, "JSON with all samples and findings");
+  command.Group("General");
+  command.Flag("--quiet,-q", a->quiet, "The verdict alone, no progress");
+  command.Notes(kDoctorNotes);
+  command.OnRun([a] { return Examine(*a); });
+}
+
+}  // namespace sqslam::app

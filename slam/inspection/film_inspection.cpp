@@ -1,0 +1,303 @@
+#include "slam/inspection/film_inspection.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bitset>
+#include <cmath>
+#include <deque>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+
+#include "slam/estimation/two_view.h"
+#include "slam/features/matching.h"
+#include "slam/features/orb_extractor.h"
+#include "slam/util/error.h"
+#include "slam/util/statistics.h"
+
+namespace sqslam {
+namespace {
+
+constexpr int kThingSamples = 8;
+
+// A sample whose followers are still to come.
+struct Sample {
+  std::size_t moment = 0;
+  FrameFeatures features;
+  FrameFeatures neighbour;         // of the frame after it
+  double neighbour_seconds = 1.0;  // until that frame
+};
+
+double ClippedShare(const cv::Mat& gray) {
+  constexpr double kDark = 6.0;
+  constexpr double kBright = 249.0;
+  return static_cast<double>(cv::countNonZero((gray < kDark) | (gray > kBright))) /
+         static_cast<double>(gray.total());
+}
+
+double CoverageOf(const FrameFeatures& features, const Camera& camera) {
+  constexpr int kColumns = 8;
+  constexpr int kRows = 6;
+  std::bitset<kColumns * kRows> taken;
+  for (const Keypoint& keypoint : features.keypoints) {
+    const int column =
+        std::clamp(static_cast<int>(keypoint.pixel.x() * kColumns / camera.width), 0, kColumns - 1);
+    const int row = std::clamp(static_cast<int>(keypoint.pixel.y() * kRows / camera.height), 0, kRows - 1);
+    taken.set(static_cast<std::size_t>(row * kColumns + column));
+  }
+  return static_cast<double>(taken.count()) / static_cast<double>(taken.size());
+}
+
+std::vector<TwoViewMatch> MatchesOf(const FrameFeatures& a, const FrameFeatures& b) {
+  constexpr double kRatio = 0.8;
+  std::vector<TwoViewMatch> matches;
+  for (const auto& [i, j] : MatchAll(a, b, {}, {}, kStrictDistance, kRatio)) {
+    matches.push_back(
+        {a.keypoints[static_cast<std::size_t>(i)].pixel, b.keypoints[static_cast<std::size_t>(j)].pixel});
+  }
+  return matches;
+}
+
+// Median length, px.
+double FlowOf(const std::vector<TwoViewMatch>& matches) {
+  std::vector<double> lengths;
+  for (const TwoViewMatch& match : matches) {
+    lengths.push_back((match.pixel2 - match.pixel1).norm());
+  }
+  return UpperMedian(std::move(lengths));
+}
+
+double ShareOf(const std::vector<TwoViewMatch>& matches, const FrameFeatures& features) {
+  return static_cast<double>(matches.size()) / std::max(1.0, static_cast<double>(features.Size()));
+}
+
+// What the sample has in common with the frame after it and with the next sample.
+void Compare(const FrameFeatures& features, const FrameFeatures& neighbour, double neighbour_seconds,
+             const FrameFeatures& next, double next_seconds, const Camera& camera, FilmMoment& moment) {
+  constexpr double kEnough = 0.05;  // of the keypoints, for the motion over the longer time
+  const std::vector<TwoViewMatch> near = MatchesOf(features, neighbour);
+  const std::vector<TwoViewMatch> far = MatchesOf(features, next);
+  moment.shared = ShareOf(near, features);
+  moment.kept = ShareOf(far, features);
+  const bool by_far = moment.kept >= kEnough || near.empty();
+  const std::vector<TwoViewMatch>& matches = by_far ? far : near;
+  if (!matches.empty()) {
+    moment.flow = FlowOf(matches) / camera.width / (by_far ? next_seconds : neighbour_seconds);
+  }
+}
+
+// The share of the motion that no turn of the camera explains; 1 where too little is shared to tell.
+double SidewaysShare(const FrameFeatures& a, const FrameFeatures& b, const Camera& camera) {
+  constexpr std::size_t kFewest = 20;
+  constexpr double kNoise = 1.0;  // px, of matched keypoints
+  const std::vector<TwoViewMatch> matches = MatchesOf(a, b);
+  if (matches.size() < kFewest) {
+    return 1.0;
+  }
+  const double rest = FlowWithoutRotation(camera, matches);
+  return std::max(0.0, rest - kNoise) / std::max(FlowOf(matches), kNoise);
+}
+
+// Trouble of the picture alone.
+std::optional<FilmTrouble> PictureTrouble(const FilmMoment& moment, const InspectionOptions& options) {
+  if (moment.clipped > options.max_clipped) {
+    return FilmTrouble::kExposure;
+  }
+  if (moment.blur > options.max_blur) {
+    return FilmTrouble::kBlur;
+  }
+  return moment.coverage < options.min_coverage ? std::optional(FilmTrouble::kTexture) : std::nullopt;
+}
+
+std::optional<FilmTrouble> TroubleOf(const FilmMoment& moment, const FilmMoment& next,
+                                     const InspectionOptions& options) {
+  if (const std::optional<FilmTrouble> trouble = PictureTrouble(moment, options)) {
+    return trouble;
+  }
+  if (moment.shared < options.min_shared ||
+      moment.kept < options.min_kept) {  // a bad picture shares nothing, but that is its own trouble
+    return PictureTrouble(next, options) ? std::nullopt : std::optional(FilmTrouble::kJump);
+  }
+  if (moment.flow < options.min_flow) {
+    return FilmTrouble::kStandstill;
+  }
+  return moment.sideways < options.max_turning ? std::optional(FilmTrouble::kTurning) : std::nullopt;
+}
+
+// Seconds of the film that a sample stands for, until the next one.
+double Duration(const std::vector<FilmMoment>& moments, std::size_t i) {
+  return i + 1 < moments.size() ? moments[i + 1].seconds - moments[i].seconds : 0.0;
+}
+
+void Summarize(FilmInspection& inspection) {
+  const std::vector<FilmMoment>& moments = inspection.moments;
+  inspection.seconds = moments.back().seconds;
+  double unbroken = 0.0;
+  std::vector<double> skews;
+  for (std::size_t i = 0; i < moments.size(); ++i) {
+    const double seconds = Duration(moments, i);
+    const double middle = moments[i].seconds + 0.5 * seconds;
+    const auto finding = std::ranges::find_if(
+        inspection.findings, [&](const FilmFinding& f) { return f.begin <= middle && middle < f.end; });
+    const bool in_trouble = finding != inspection.findings.end();
+    unbroken = in_trouble && finding->breaks ? 0.0 : unbroken + seconds;
+    inspection.longest = std::max(inspection.longest, unbroken);
+    inspection.moving += in_trouble ? 0.0 : seconds;
+    constexpr double kReadout = 0.02;  // seconds, of a phone's rolling shutter
+    skews.push_back(moments[i].flow * kReadout);
+  }
+  inspection.skew = LinearQuantile(skews, 0.95);
+}
+
+std::string ClockTime(double seconds) {
+  const int whole = static_cast<int>(std::lround(seconds));
+  return fmt::format("{}:{:02}", whole / 60, whole % 60);
+}
+
+}  // namespace
+
+bool FilmInspection::IsFit() const {
+  constexpr double kLeastLongest = 0.6;  // of the film
+  constexpr double kLeastMoving = 0.3;
+  return seconds > 0.0 && longest >= kLeastLongest * seconds && moving >= kLeastMoving * seconds;
+}
+
+double BlurOf(const cv::Mat& gray) {
+  constexpr int kTaps = 9;
+  cv::Mat image;
+  gray.convertTo(image, CV_32F);
+  double blur = 0.0;
+  for (const bool across : {true, false}) {
+    cv::Mat blurred;
+    cv::blur(image, blurred, across ? cv::Size(kTaps, 1) : cv::Size(1, kTaps));
+    const cv::Rect first =
+        across ? cv::Rect(0, 0, gray.cols - 1, gray.rows) : cv::Rect(0, 0, gray.cols, gray.rows - 1);
+    const cv::Rect second = first + (across ? cv::Point(1, 0) : cv::Point(0, 1));
+    const cv::Mat sharp_steps = cv::abs(image(second) - image(first));
+    const cv::Mat blurred_steps = cv::abs(blurred(second) - blurred(first));
+    const double all = cv::sum(sharp_steps)[0];
+    const double lost = cv::sum(cv::max(sharp_steps - blurred_steps, 0.0))[0];
+    blur = std::max(blur, all > 0.0 ? (all - lost) / all : 1.0);
+  }
+  return blur;
+}
+
+FilmInspection InspectFilm(const Sequence& sequence, const FrameRange& range,
+                           const InspectionOptions& options, const ThingCounter& count,
+                           const InspectionProgress& progress) {
+  const double fps = sequence.camera.fps > 0.0 ? sequence.camera.fps : 30.0;
+  FrameRange samples = range;
+  const std::int64_t played = range.SizeIn(sequence);
+  const auto step = std::max<std::int64_t>(
+      1, std::lround(options.sample_interval * fps / static_cast<double>(range.stride)));
+  samples.stride = range.stride * step;
+  samples.count = (played + step - 1) / step;
+  const std::int64_t thing_step = std::max<std::int64_t>(1, samples.count / kThingSamples);
+  OrbOptions orb;
+  orb.num_features = options.keypoints;
+  OrbExtractor extractor(orb);
+  const Camera& camera = sequence.camera;
+  FilmInspection inspection;
+  std::deque<Sample> before;  // the last two samples
+  FrameSource source(sequence, samples);
+  FrameRange after = samples;
+  after.start += range.stride;
+  const bool all = step == 1;  // the next frame is the next sample
+  std::optional<FrameSource> neighbours;
+  if (!all && after.SizeIn(sequence) > 0) {
+    neighbours.emplace(sequence, after);
+  }
+  double start = 0.0;
+  for (std::int64_t i = 0; const std::optional<Frame> frame = source.Next(); ++i) {
+    start = i == 0 ? frame->timestamp : start;
+    FilmMoment moment{.frame = frame->index, .seconds = frame->timestamp - start};
+    FrameFeatures features = extractor.Extract(frame->gray, frame->bgr, camera);
+    moment.clipped = ClippedShare(frame->gray);
+    moment.blur = BlurOf(frame->gray);
+    moment.coverage = CoverageOf(features, camera);
+    moment.things = count && i % thing_step == 0 ? count(frame->bgr) : -1;
+    if (!before.empty()) {
+      FilmMoment& last = inspection.moments.back();
+      const Sample& sample = before.back();
+      const FrameFeatures& neighbour = all ? features : sample.neighbour;
+      Compare(sample.features, neighbour, all ? moment.seconds - last.seconds : sample.neighbour_seconds,
+              features, moment.seconds - last.seconds, camera, last);
+    }
+    if (before.size() == 2) {
+      inspection.moments[before.front().moment].sideways =
+          SidewaysShare(before.front().features, features, camera);
+      before.pop_front();
+    }
+    inspection.moments.push_back(moment);
+    before.push_back({inspection.moments.size() - 1, std::move(features), {}, 1.0});
+    if (const std::optional<Frame> neighbour = neighbours ? neighbours->Next() : std::nullopt) {
+      before.back().neighbour = extractor.Extract(neighbour->gray, neighbour->bgr, camera);
+      before.back().neighbour_seconds = neighbour->timestamp - frame->timestamp;
+    }
+    if (progress && !progress(i + 1, samples.count)) {
+      break;
+    }
+  }
+  if (inspection.moments.size() < 3) {
+    throw InputError(fmt::format("{}: {} frames to look at, expected at least three", sequence.path.string(),
+                                 inspection.moments.size()));
+  }
+  // The last samples have no followers.
+  std::vector<FilmMoment>& moments = inspection.moments;
+  for (std::size_t i = moments.size() - 2; i < moments.size(); ++i) {
+    moments[i].sideways = moments[i - 1].sideways;
+  }
+  moments.back().flow = moments[moments.size() - 2].flow;
+  inspection.findings = FindTrouble(moments, options);
+  Summarize(inspection);
+  return inspection;
+}
+
+std::vector<FilmFinding> FindTrouble(const std::vector<FilmMoment>& moments,
+                                     const InspectionOptions& options) {
+  std::vector<FilmFinding> findings;
+  for (std::size_t i = 0; i + 1 < moments.size(); ++i) {
+    const std::optional<FilmTrouble> trouble = TroubleOf(moments[i], moments[i + 1], options);
+    if (!trouble) {
+      continue;
+    }
+    const double end = moments[i + 1].seconds;
+    if (!findings.empty() && findings.back().trouble == *trouble &&
+        moments[i].seconds - findings.back().end < options.min_trouble) {
+      findings.back().end = end;
+    } else {
+      findings.push_back({*trouble, moments[i].seconds, end});
+    }
+  }
+  // A jump needs no time to do harm.
+  std::erase_if(findings, [&](const FilmFinding& finding) {
+    return finding.trouble != FilmTrouble::kJump && finding.end - finding.begin < options.min_trouble;
+  });
+  for (FilmFinding& finding : findings) {
+    double turn = 0.0;
+    for (std::size_t i = 0; i + 1 < moments.size(); ++i) {
+      const bool within = finding.begin <= moments[i].seconds && moments[i].seconds < finding.end;
+      turn += within ? moments[i].flow * Duration(moments, i) : 0.0;
+    }
+    finding.breaks = finding.trouble == FilmTrouble::kTurning ? turn > options.max_turn
+                                                              : finding.trouble != FilmTrouble::kStandstill;
+  }
+  return findings;
+}
+
+std::string InWords(const FilmFinding& finding) {
+  constexpr std::array kWords = {
+      "too dark or too bright: film with more or less light",
+      "blurred: move slower, or use more light",
+      "hardly any texture: keep things with detail in the picture",
+      "the camera stands still: walk sideways there",
+      "the camera turns on the spot: walk sideways there",
+      "neighbouring frames hardly share anything: a cut? Else move slower, or film at a higher rate",
+  };
+  const std::string begin = ClockTime(finding.begin);
+  const std::string end = ClockTime(finding.end);
+  return fmt::format("{:<13} {}", begin == end ? begin : begin + " to " + end,
+                     kWords[static_cast<std::size_t>(finding.trouble)]);
+}
+
+}  // namespace sqslam
