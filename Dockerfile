@@ -1,0 +1,11 @@
+# docker build -t sqslam . && docker run --rm -v "$PWD:/work" sqslam run /work/film.mp4 -o /work/out
+FROM debian:bookworm-slim AS build
+WORKDIR /src
+COPY . .
+RUN scripts/package.sh
+
+FROM debian:bookworm-slim
+COPY --from=build /src/build/release/sqslam_*.deb /tmp/
+RUN apt-get update && apt-get install -y --no-install-recommends /tmp/sqslam_*.deb && rm -rf /tmp/*.deb /var/lib/apt/lists/*
+WORKDIR /work
+ENTRYPOINT ["sqslam"]
