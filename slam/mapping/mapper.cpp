@@ -17,9 +17,13 @@ Mapper::Mapper(const Camera& camera, const MapperOptions& options,
       times_(times),
       pose_tracker_(camera, options.tracking),
       places_(camera, options.mapping.loops, std::move(vocabulary)),
-      adjustment_(!options.deterministic) {}
+      adjustment_(!options.deterministic),
+      leftovers_(options.mapping.completion.max_frames) {}
 
 void Mapper::Process(TrackingReport report) {
+  if (report.unplaced) {
+    leftovers_.Add({report.frame_index, report.timestamp, std::move(report.unplaced)});
+  }
   const bool begins = report.initial_map != nullptr;
   if (begins) {
     BeginSubmap(report);
@@ -129,13 +133,24 @@ void Mapper::RecordObjects(SeenObjects objects) {
 }
 
 KeyframeId Mapper::AddKeyframe(const TrackingReport& report) {
+  const ScaledPose pose = Resolve(*report.pose, active_->Map().PoseOf(report.pose->reference));
+  TrackedFrame frame;
+  frame.index = report.frame_index;
+  frame.timestamp = report.timestamp;
+  frame.features = report.keyframe->features;
+  frame.points = report.keyframe->points;
+  frame.T_camera_map = pose.T_camera_map;
+  const KeyframeId id = AddKeyframe(frame, report.matches);
+  CountReturn(id);
+  return id;
+}
+
+KeyframeId Mapper::AddKeyframe(const TrackedFrame& frame, std::vector<FrameMatch> matches) {
   Map& map = active_->Map();
-  const ScaledPose pose = Resolve(*report.pose, map.PoseOf(report.pose->reference));
-  const KeyframeId id =
-      map.AddKeyframe(report.frame_index, report.timestamp, pose.T_camera_map, report.keyframe->features);
+  const KeyframeId id = map.AddKeyframe(frame.index, frame.timestamp, frame.T_camera_map, frame.features);
   std::set<PointId> used;
-  for (std::size_t i = 0; i < report.keyframe->points.size(); ++i) {
-    const PointId point = map.Resolve(report.keyframe->points[i]);
+  for (std::size_t i = 0; i < frame.points.size(); ++i) {
+    const PointId point = map.Resolve(frame.points[i]);
     if (point != kNoPoint && used.insert(point).second) {
       map.AddObservation(point, id, static_cast<int>(i));
       map.UpdateAppearance(point);
@@ -143,15 +158,12 @@ KeyframeId Mapper::AddKeyframe(const TrackingReport& report) {
   }
   map.UpdateCovisibility(id);
   places_.Add(map.At(id));
-  active_->RecordFrame(report.frame_index, report.timestamp, {id, {}, map.At(id).scale}, report.matches);
-  {
-    const StageTimes::Scope timer(times_, "mapping.new_points");
-    CullPoints(map, active_->YoungPoints(), id, options_.mapping.culling);
-    const std::vector<PointId> created = CreateNewPoints(map, camera_, id, options_.mapping.new_points);
-    active_->YoungPoints().insert(created.begin(), created.end());
-    FuseWithNeighbours(map, camera_, id, options_.mapping.fusion);
-  }
-  CountReturn(id);
+  active_->RecordFrame(frame.index, frame.timestamp, {id, {}, map.At(id).scale}, std::move(matches));
+  const StageTimes::Scope timer(times_, "mapping.new_points");
+  CullPoints(map, active_->YoungPoints(), id, options_.mapping.culling);
+  const std::vector<PointId> created = CreateNewPoints(map, camera_, id, options_.mapping.new_points);
+  active_->YoungPoints().insert(created.begin(), created.end());
+  FuseWithNeighbours(map, camera_, id, options_.mapping.fusion);
   return id;
 }
 
@@ -337,12 +349,8 @@ std::vector<FinishedMap> Mapper::Finish() {
   const StageTimes::Scope timer(times_, "mapping.final");
   adjustment_.Stop();
   TrackBacklog();
-  std::vector<Submap*> ranked;
-  for (auto& [number, submap] : submaps_) {
-    ranked.push_back(&submap);
-  }
-  std::ranges::stable_sort(ranked,
-                           [](const Submap* a, const Submap* b) { return a->NumFrames() > b->NumFrames(); });
+  Complete();
+  const std::vector<Submap*> ranked = RankedSubmaps();
   std::vector<FinishedMap> finished;
   for (Submap* submap : ranked) {
     const auto keyframes = static_cast<int>(submap->Map().Keyframes().size());

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "slam/mapping/background_adjustment.h"
+#include "slam/mapping/completion.h"
 #include "slam/mapping/finished_map.h"
 #include "slam/mapping/loop_correction.h"
 #include "slam/mapping/place_recognizer.h"
@@ -73,6 +74,7 @@ class Mapper {
   void RecordFrame(TrackingReport& report);
   void RecordObjects(SeenObjects objects);
   KeyframeId AddKeyframe(const TrackingReport& report);
+  KeyframeId AddKeyframe(const TrackedFrame& frame, std::vector<FrameMatch> matches);
   void CountReturn(KeyframeId keyframe);
   void OptimizeLocally(KeyframeId keyframe);
   void OptimizeGlobally(bool with_objects);
@@ -86,6 +88,12 @@ class Mapper {
   void PublishView();
   MapSnapshotPtr MakeSnapshot();
   SnapshotProgress TakeProgress();
+  void Complete();
+  bool TieLeftoverSubmaps(const Completion& completion);
+  void DissolveSmallSubmaps();
+  bool PlaceLeftovers(const Completion& completion, Submap& submap);
+  bool PlaceOnce(Submap& submap, const Completion& completion, bool by_two_views);
+  std::vector<Submap*> RankedSubmaps();
   void FinishSubmap(Submap& submap);
   void LearnFrom(Submap& submap);
   void Drop(std::int64_t submap);
@@ -107,6 +115,7 @@ class Mapper {
   LoopEdges loop_edges_;
   KeyframeId last_loop_ = kNoKeyframe;  // keyframe at which the last loop was closed
   BackgroundAdjustment adjustment_;
+  LeftoverFrames leftovers_;
   RunCounters counters_;
   bool returned_ = false;  // the newest keyframe sees what an old one saw
 

@@ -77,6 +77,30 @@ struct LoopOptions {
   }
 };
 
+// The frames and submaps that a run has left over, at its end (completion.h).
+struct CompletionOptions {
+  int max_frames = 400;  // frames without a pose that are kept until then, 0.1 MB each; 0: nothing is tried
+  int neighbours = 4;    // keyframes before and after in time that a frame is compared with
+  int candidates = 6;    // keyframes that look alike that it is compared with
+  int min_inliers = 20;  // map points that confirm its pose
+  double keyframe_share =
+      0.8;  // it becomes a keyframe where it shows fewer of its reference's points than this
+  int max_tie_attempts = 30;   // keyframes of a submap that are looked for in another one
+  int min_shared_points = 12;  // known to both, that tell the ratio of the two units of length
+  int rounds = 5;              // of tying submaps and placing frames, while there is progress
+
+  void VisitFields(auto&& visit) {
+    visit("max_frames", max_frames, 0, 100000);
+    visit("neighbours", neighbours, 1, 100);
+    visit("candidates", candidates, 0, 100);
+    visit("min_inliers", min_inliers, 10, 1000);
+    visit("keyframe_share", keyframe_share, 0.0, 1.0);
+    visit("max_tie_attempts", max_tie_attempts, 1, 10000);
+    visit("min_shared_points", min_shared_points, 5, 1000);
+    visit("rounds", rounds, 1, 100);
+  }
+};
+
 struct MappingOptions {
   NewPointOptions new_points;
   FusionOptions fusion;
@@ -84,6 +108,7 @@ struct MappingOptions {
   BundleAdjustmentOptions bundle_adjustment;
   JointObjectOptions joint_objects;
   LoopOptions loops;
+  CompletionOptions completion;
   CameraLearningOptions camera;  // at the end of a run
   int final_iterations = 10;     // of the bundle adjustment over the whole map at the end; 0: none
   int min_submap_keyframes = 5;  // a submap with fewer is dropped at the end, unless there is no other
@@ -95,6 +120,7 @@ struct MappingOptions {
     visit("bundle_adjustment", bundle_adjustment);
     visit("joint_objects", joint_objects);
     visit("loops", loops);
+    visit("completion", completion);
     visit("camera", camera);
     visit("final_iterations", final_iterations, 0, 1000);
     visit("min_submap_keyframes", min_submap_keyframes, 2, 1000);

@@ -49,6 +49,20 @@ void PlaceRecognizer::Add(Keyframe& keyframe) {
   }
 }
 
+std::vector<KeyframeId> PlaceRecognizer::Alike(const Map& map, const FrameFeatures& features,
+                                               int count) const {
+  std::vector<KeyframeId> alike;
+  if (vocabulary_) {
+    const BagOfWords words = vocabulary_->Transform(features.descriptors);
+    PlaceQuery query;
+    query.bow = &words;
+    query.max_candidates = count;
+    query.exclude = [&map](KeyframeId id) { return !map.HasKeyframe(id); };
+    std::ranges::transform(index_.Query(query), std::back_inserter(alike), &PlaceCandidate::id);
+  }
+  return alike;
+}
+
 std::vector<PlaceCandidate> PlaceRecognizer::FindCandidates(const std::vector<const Map*>& maps,
                                                             const Keyframe& current) const {
   PlaceQuery query;

@@ -35,6 +35,9 @@ class PlaceRecognizer {
   void Add(Keyframe& keyframe);
   void Remove(KeyframeId keyframe) { index_.Remove(keyframe); }
 
+  // The keyframes of one map that look most like an image, best first.
+  std::vector<KeyframeId> Alike(const Map& map, const FrameFeatures& features, int count) const;
+
   // `maps`: all submaps; `current` is in maps.front().
   std::optional<LoopCandidate> Recognize(const std::vector<const Map*>& maps, KeyframeId current) const;
 

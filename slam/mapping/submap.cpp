@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <unordered_map>
@@ -238,6 +239,8 @@ Trajectory Submap::KeyframeTrajectory() const {
   for (const auto& [id, keyframe] : map_->Keyframes()) {
     trajectory.push_back({keyframe.timestamp, keyframe.T_camera_map.Inverse()});
   }
+  // Frames that were placed at the end have younger ids than those after them.
+  std::ranges::stable_sort(trajectory, {}, &TimedPose::timestamp);
   return trajectory;
 }
 

@@ -1,5 +1,6 @@
 #include "slam/run/map_files.h"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
 
@@ -21,17 +22,22 @@ void WriteOneMap(const fs::path& folder, const FinishedMap& map) {
               [&] { WriteObjects(folder / "objects.json", map.snapshot->objects); }});
 }
 
-void WriteSubmaps(const fs::path& folder, const std::vector<FinishedMap>& submaps) {
-  std::size_t frames = 0;
-  for (std::size_t i = 0; i < submaps.size(); ++i) {
+void WriteSubmaps(const fs::path& folder, const RunResult& result) {
+  std::string shares;
+  for (std::size_t i = 0; i < result.others.size(); ++i) {
     const fs::path submap_folder = folder / "submaps" / std::to_string(i + 1);
     CreateResultFolder(submap_folder);
-    WriteOneMap(submap_folder, submaps[i]);
-    frames += submaps[i].trajectory.size();
+    WriteOneMap(submap_folder, result.others[i]);
+    const auto frames = static_cast<double>(result.others[i].trajectory.size());
+    shares += fmt::format("{}{:.0f}", shares.empty() ? "" : ", ", 100.0 * frames / result.frames);
   }
-  if (!submaps.empty()) {
-    spdlog::warn("{} frames lie in {} further map{} that could not be tied to the main one: see {}", frames,
-                 submaps.size(), submaps.size() == 1 ? "" : "s", (folder / "submaps").string());
+  if (!result.others.empty()) {
+    const std::size_t count = result.others.size();
+    spdlog::warn(
+        "{:.0f} % of the frames lie in the main map, {} % in {} further one{} that share no place with it: "
+        "see {}",
+        100.0 * static_cast<double>(result.map.trajectory.size()) / result.frames, shares, count,
+        count == 1 ? "" : "s", (folder / "submaps").string());
   }
 }
 
@@ -74,7 +80,7 @@ RunStats StatsOf(const RunResult& result) {
 }
 
 void WriteMapFiles(const fs::path& folder, const RunResult& result) {
-  AttemptAll({[&] { WriteOneMap(folder, result.map); }, [&] { WriteSubmaps(folder, result.others); }});
+  AttemptAll({[&] { WriteOneMap(folder, result.map); }, [&] { WriteSubmaps(folder, result); }});
 }
 
 }  // namespace sqslam

@@ -126,6 +126,19 @@ void WarnOfFewTracked(const RunStats& stats) {
   }
 }
 
+// Tells what was found once all had been seen.
+std::string CompletionText(const RunCounters& counters) {
+  const auto count = [](int n, const char* what) {
+    return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s");
+  };
+  const std::string frames = counters.placed_at_end > 0
+                                 ? fmt::format("{} found a place", count(counters.placed_at_end, "frame"))
+                                 : "";
+  const std::string maps =
+      counters.tied_at_end > 0 ? fmt::format("{} joined another", count(counters.tied_at_end, "map")) : "";
+  return fmt::format("at the end {}{}{}", frames, frames.empty() || maps.empty() ? "" : ", ", maps);
+}
+
 RunStats MakeStats(const RunResult& result, const RunInput& input, const DetectionFeed& feed) {
   RunStats stats = StatsOf(result);
   stats.skipped = input.frames->Skipped();
@@ -257,6 +270,9 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
     return run;
   }
   WarnOfFewTracked(run.stats);
+  if (run.stats.counters.placed_at_end + run.stats.counters.tied_at_end > 0) {
+    host.Say(CompletionText(run.stats.counters));
+  }
   AttemptAll({[&] { WriteCamera(run.output / "camera.yaml", camera.camera, camera.Text()); },
               [&] { WriteMapFiles(run.output, run.result); }, [&] { recorder.Close(); },
               [&] { AddToRecording(run.output / "map.sqmap", run.result.kept); },

@@ -2,12 +2,14 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <map>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 #include <ranges>
 #include <set>
 
 #include "slam/estimation/reprojection_error.h"
+#include "slam/util/statistics.h"
 
 namespace sqslam {
 namespace {
@@ -23,15 +25,15 @@ std::vector<std::pair<int, int>> MatchDescriptors(const FrameFeatures& known,
 
 // Pose from points and pixels with outliers, in closed form on samples of three.
 std::optional<Rigid3d> LocateByP3P(const Camera& camera, const std::vector<cv::Point3d>& points,
-                                   const std::vector<cv::Point2d>& pixels, std::vector<int>& inliers) {
-  constexpr int kIterations = 300;
+                                   const std::vector<cv::Point2d>& pixels, int iterations,
+                                   std::vector<int>& inliers) {
   constexpr float kMaxError = 4.0F;  // px
   constexpr double kConfidence = 0.99;
   cv::Mat K;
   cv::eigen2cv(camera.K(), K);
   cv::Mat rotation_vector;
   cv::Mat translation;
-  if (!cv::solvePnPRansac(points, pixels, K, cv::noArray(), rotation_vector, translation, false, kIterations,
+  if (!cv::solvePnPRansac(points, pixels, K, cv::noArray(), rotation_vector, translation, false, iterations,
                           kMaxError, kConfidence, inliers, cv::SOLVEPNP_AP3P)) {
     return std::nullopt;
   }
@@ -152,29 +154,40 @@ bool PoseTracker::TrackLocalMap(const TrackingView& view, const LocalSearch& sea
 
 bool PoseTracker::LocateFrom(const TrackingView& view, const FrameFeatures& known,
                              const std::vector<PointId>& known_points, TrackedFrame& frame) const {
-  constexpr int kMinMatches = 15;
-  const auto matches = MatchDescriptors(known, known_points, frame, 0.75);
-  if (static_cast<int>(matches.size()) < kMinMatches) {
+  constexpr int kIterations = 300;
+  std::vector<std::pair<PointId, int>> matches;
+  for (const auto& [i, j] : MatchDescriptors(known, known_points, frame, 0.75)) {
+    matches.emplace_back(known_points[i], j);
+  }
+  return LocateByMatches(view, matches, kIterations, frame);
+}
+
+// Matches: map points with keypoints of the frame.
+bool PoseTracker::LocateByMatches(const TrackingView& view,
+                                  const std::vector<std::pair<PointId, int>>& matches, int iterations,
+                                  TrackedFrame& frame) const {
+  constexpr std::size_t kMinMatches = 15;
+  if (matches.size() < kMinMatches) {
     return false;
   }
   std::vector<cv::Point3d> points;
   std::vector<cv::Point2d> pixels;
-  for (const auto& [i, j] : matches) {
-    const Eigen::Vector3d& p = view.Point(known_points[i]).p_map;
-    const Eigen::Vector2d& pixel = frame.features->keypoints[j].pixel;
+  for (const auto& [point, keypoint] : matches) {
+    const Eigen::Vector3d& p = view.Point(point).p_map;
+    const Eigen::Vector2d& pixel = frame.features->keypoints[keypoint].pixel;
     points.emplace_back(p.x(), p.y(), p.z());
     pixels.emplace_back(pixel.x(), pixel.y());
   }
   std::vector<int> inliers;
-  const std::optional<Rigid3d> T_camera_map = LocateByP3P(camera_, points, pixels, inliers);
+  const std::optional<Rigid3d> T_camera_map = LocateByP3P(camera_, points, pixels, iterations, inliers);
   if (!T_camera_map || static_cast<int>(inliers.size()) < kMinInliers) {
     return false;
   }
   frame.T_camera_map = *T_camera_map;
   frame.ForgetPoints();
   for (const int inlier : inliers) {
-    const auto& [i, j] = matches[inlier];
-    frame.points[j] = known_points[i];
+    const auto& [point, keypoint] = matches[inlier];
+    frame.points[keypoint] = point;
   }
   return Optimize(view, kMinInliers, frame);
 }
@@ -183,7 +196,8 @@ bool PoseTracker::Relocate(const TrackingView& view, const ViewKeyframe& keyfram
                            TrackedFrame& frame) const {
   SeenPoints seen;
   frame.anchor = {keyframe.id, {}, keyframe.pose.scale};
-  return LocateFrom(view, *keyframe.features, keyframe.points, frame) && ConfirmPose(view, frame, seen);
+  return LocateFrom(view, *keyframe.features, keyframe.points, frame) &&
+         ConfirmPose(view, options_.min_recovery_inliers / 2, frame, seen);
 }
 
 bool PoseTracker::TrackWithoutPrediction(const TrackingView& view, const TrackedFrame& last,
@@ -192,7 +206,8 @@ bool PoseTracker::TrackWithoutPrediction(const TrackingView& view, const Tracked
   std::ranges::replace_if(
       points, [&](PointId point) { return !view.Has(point); }, kNoPoint);
   frame.anchor = last.anchor;
-  if (LocateFrom(view, *last.features, points, frame) && ConfirmPose(view, frame, seen)) {
+  if (LocateFrom(view, *last.features, points, frame) &&
+      ConfirmPose(view, options_.min_recovery_inliers / 2, frame, seen)) {
     return true;
   }
   constexpr int kNewest = 2;  // may show what has just come into view
@@ -203,17 +218,77 @@ bool PoseTracker::TrackWithoutPrediction(const TrackingView& view, const Tracked
   return std::ranges::any_of(keyframes, [&](KeyframeId id) {
     const ViewKeyframe& keyframe = view.keyframes.at(id);
     frame.anchor = {id, {}, keyframe.pose.scale};
-    return LocateFrom(view, *keyframe.features, keyframe.points, frame) && ConfirmPose(view, frame, seen);
+    return LocateFrom(view, *keyframe.features, keyframe.points, frame) &&
+           ConfirmPose(view, options_.min_recovery_inliers / 2, frame, seen);
   });
+}
+
+bool PoseTracker::LocateAmong(const TrackingView& view, const std::set<KeyframeId>& keyframes,
+                              int min_inliers, TrackedFrame& frame) const {
+  constexpr int kIterations = 2000;
+  constexpr double kRatio = 0.8;
+  std::map<int, NearestTwo> best;  // by keypoint of the frame; indices are those of the map points
+  std::map<PointId, KeyframeId> seen_in;
+  for (const KeyframeId id : keyframes) {
+    const ViewKeyframe& keyframe = view.keyframes.at(id);
+    for (const auto& [i, j] : MatchDescriptors(*keyframe.features, keyframe.points, frame, kRatio)) {
+      best[j].Add(HammingDistance(keyframe.features->descriptors[i], frame.features->descriptors[j]),
+                  static_cast<int>(keyframe.points[i]));
+      seen_in[keyframe.points[i]] = id;
+    }
+  }
+  std::vector<std::pair<PointId, int>> matches;
+  std::map<KeyframeId, int> votes;
+  for (const auto& [keypoint, nearest] : best) {
+    matches.emplace_back(nearest.best.index, keypoint);
+    ++votes[seen_in.at(nearest.best.index)];
+  }
+  if (matches.empty() || !LocateByMatches(view, matches, kIterations, frame)) {
+    return false;
+  }
+  const auto most = std::ranges::max_element(votes, {}, &std::pair<const KeyframeId, int>::second);
+  frame.anchor = {most->first, {}, view.keyframes.at(most->first).pose.scale};
+  SeenPoints seen;
+  return ConfirmPose(view, min_inliers, frame, seen);
 }
 
 // Searches of the local map that trust descriptors only where they agree well: a wrong pose finds many map
 // points by chance where descriptors may differ more, and stays wrong.
-bool PoseTracker::ConfirmPose(const TrackingView& view, TrackedFrame& frame, SeenPoints& seen) const {
+bool PoseTracker::ConfirmPose(const TrackingView& view, int min_inliers, TrackedFrame& frame,
+                              SeenPoints& seen) const {
   constexpr double kWide = 3.0;
-  const LocalSearch wide{kWide, kStrictDistance, false, options_.min_inliers};
-  const LocalSearch anew{1.0, kStrictDistance, true, options_.min_recovery_inliers / 2};
+  const LocalSearch wide{kWide, kStrictDistance, false, std::min(min_inliers, options_.min_inliers)};
+  const LocalSearch anew{1.0, kStrictDistance, true, min_inliers};
   return TrackLocalMap(view, wide, frame, seen) && TrackLocalMap(view, anew, frame, seen);
+}
+
+void PoseTracker::DoubtWideStep(const TrackingView& view, const TrackedFrame& last, TrackedFrame& frame,
+                                SeenPoints& seen) const {
+  constexpr double kWideStep = 0.03;  // of the image's width
+  constexpr double kFewFound = 0.35;  // of the points that should be seen
+  const auto found = static_cast<double>(seen.found.size());
+  if (found >= kFewFound * static_cast<double>(seen.visible.size())) {
+    return;
+  }
+  std::vector<double> steps;
+  for (const PointId id : seen.found) {
+    const Eigen::Vector3d& p_map = view.Point(id).p_map;
+    const Eigen::Vector3d before = last.T_camera_map * p_map;
+    if (before.z() > 0.0) {
+      steps.push_back((camera_.Project(frame.T_camera_map * p_map) - camera_.Project(before)).norm());
+    }
+  }
+  if (!steps.empty() && UpperMedian(std::move(steps)) < kWideStep * camera_.width) {
+    return;
+  }
+  TrackedFrame other = frame;
+  SeenPoints other_seen;
+  if (TrackWithoutPrediction(view, last, other, other_seen) &&
+      TrackLocalMap(view, {.min_inliers = options_.min_inliers}, other, other_seen) &&
+      other.inliers > frame.inliers) {
+    frame = std::move(other);
+    seen = std::move(other_seen);
+  }
 }
 
 // Refines the pose from all matches and forgets the matches that don't fit.
@@ -327,6 +402,7 @@ std::vector<TrackedFrame> TrackBackward(const PoseTracker& tracker, const Tracki
       }
       continue;
     }
+    tracker.DoubtWideStep(view, last, current, seen);
     velocity = current.T_camera_map * last.T_camera_map.Inverse();
     failures = 0;
     tracked.push_back(current);

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "slam/features/matching.h"
@@ -77,12 +79,25 @@ class PoseTracker {
   bool TrackWithoutPrediction(const TrackingView& view, const TrackedFrame& last, TrackedFrame& frame,
                               SeenPoints& seen) const;
 
+  // The same from several keyframes at once: of views that are far apart each shares too little with the
+  // frame, all of them together may not.
+  bool LocateAmong(const TrackingView& view, const std::set<KeyframeId>& keyframes, int min_inliers,
+                   TrackedFrame& frame) const;
+
+  // Where the image has moved far since `last` and the frame shows few of the points that it should, the
+  // search around a wrong prediction may have found only what is far away and hardly moves: the pose is
+  // looked for without a prediction too, and the better one stays.
+  void DoubtWideStep(const TrackingView& view, const TrackedFrame& last, TrackedFrame& frame,
+                     SeenPoints& seen) const;
+
   const ScaleLevels& Levels() const { return levels_; }
 
  private:
   bool LocateFrom(const TrackingView& view, const FrameFeatures& known,
                   const std::vector<PointId>& known_points, TrackedFrame& frame) const;
-  bool ConfirmPose(const TrackingView& view, TrackedFrame& frame, SeenPoints& seen) const;
+  bool LocateByMatches(const TrackingView& view, const std::vector<std::pair<PointId, int>>& matches,
+                       int iterations, TrackedFrame& frame) const;
+  bool ConfirmPose(const TrackingView& view, int min_inliers, TrackedFrame& frame, SeenPoints& seen) const;
   bool Optimize(const TrackingView& view, int min_inliers, TrackedFrame& frame) const;
 
   Camera camera_;

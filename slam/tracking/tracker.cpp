@@ -148,6 +148,9 @@ bool Tracker::TrackFrame(TrackingReport& report) {
     tracked =
         pose_tracker_.TrackLocalMap(*view_, {.min_inliers = options_.min_inliers}, current_, report.seen);
   }
+  if (tracked) {
+    pose_tracker_.DoubtWideStep(*view_, *last_, current_, report.seen);
+  }
   tracked = tracked || (last_ && pose_tracker_.TrackWithoutPrediction(*view_, *last_, current_, report.seen));
   if (tracked) {
     motion_ = Motion();
@@ -249,6 +252,7 @@ void Tracker::Initialize(TrackingReport& report) {
     map = initializer_.Add(current_.index, current_.timestamp, current_.features);
   }
   if (!map) {
+    report.unplaced = current_.features;
     RememberUntracked();
     return;
   }

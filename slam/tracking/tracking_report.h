@@ -42,6 +42,7 @@ struct TrackingReport : FrameStamp {
   SeenPoints seen;
   std::optional<KeyframeCandidate> keyframe;
   bool keyframe_postponed = false;     // one was due, but the mapping thread is busy
+  FrameFeaturesPtr unplaced;           // what it showed, where it has no pose
   std::optional<Backlog> backlog;      // set when tracking begins or was found again
   std::optional<SeenObjects> objects;  // empty while a detector is at work on the frame
 };

@@ -13,18 +13,22 @@ struct RunCounters {
   int loops = 0;            // loops closed
   int returns = 0;          // returns to places that tracking tied to the map without a loop to close
   int merges = 0;           // submaps merged into others
+  int placed_at_end = 0;    // frames without a pose that were placed when all had been seen
+  int tied_at_end = 0;      // of the merges those then
 
   bool operator==(const RunCounters&) const = default;
 };
 
 // Names of the counters in stats.json, in its order.
-inline constexpr std::array<std::pair<const char*, int RunCounters::*>, 6> kRunCounters = {
+inline constexpr std::array<std::pair<const char*, int RunCounters::*>, 8> kRunCounters = {
     {{"resets", &RunCounters::resets},
      {"losses", &RunCounters::losses},
      {"relocalisations", &RunCounters::relocalizations},
      {"loops", &RunCounters::loops},
      {"returns", &RunCounters::returns},
-     {"merges", &RunCounters::merges}}};
+     {"merges", &RunCounters::merges},
+     {"placed_at_end", &RunCounters::placed_at_end},
+     {"tied_at_end", &RunCounters::tied_at_end}}};
 
 inline RunCounters operator+(RunCounters a, const RunCounters& b) {
   for (const auto& [name, counter] : kRunCounters) {

@@ -249,6 +249,8 @@ TEST_F(MapperTest, RemovesNewPointsThatTrackingDoesNotFind) {
 }
 
 TEST_F(MapperTest, KeepsSubmapsApartAndDropsThoseThatNeverGrew) {
+  options_.mapping.completion.max_frames = 0;
+  Restart();
   Begin(0);
   Walk(5);
   mapper_->Process(Beginning(
@@ -264,6 +266,57 @@ TEST_F(MapperTest, KeepsSubmapsApartAndDropsThoseThatNeverGrew) {
   EXPECT_EQ(finished[1].trajectory.size(), 8U);
   EXPECT_EQ(mapper_->Counters().resets, 1);
   EXPECT_EQ(mapper_->Counters().merges, 0) << "without words";
+}
+
+// Frames that tracking has lost are found at the end; what they show anew becomes a part of the map.
+TEST_F(MapperTest, PlacesFramesThatWereLeftOver) {
+  Begin();
+  Walk(5);
+  for (int i = 0; i < 3; ++i) {
+    TrackingReport lost = Report(11 + i);
+    lost.unplaced = world_.See(PoseOnArc(5.5 + 0.5 * i), {.pixel_noise = 0.2}).features;
+    mapper_->Process(std::move(lost));
+  }
+  TrackingReport elsewhere = Report(14);
+  elsewhere.unplaced = MakeSyntheticMap({.seed = 99}).See(PoseOnArc(3.0)).features;
+  mapper_->Process(std::move(elsewhere));
+  const std::vector<FinishedMap> finished = mapper_->Finish();
+  ASSERT_EQ(finished.size(), 1U);
+  EXPECT_EQ(mapper_->Counters().placed_at_end, 3);
+  const Trajectory& trajectory = finished[0].trajectory;
+  ASSERT_EQ(trajectory.size(), 13U);  // 0, 1, 3 to 10 and the three
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_LT(CenterDistance(trajectory[static_cast<std::size_t>(10 + i)].T_map_camera.Inverse(),
+                             PoseOnArc(5.5 + 0.5 * i)),
+              10.0 * kOneMillimetre);
+  }
+}
+
+TEST_F(MapperTest, LeavesFramesOutWhereNothingIsToBeCompleted) {
+  options_.mapping.completion.max_frames = 0;
+  Restart();
+  Begin();
+  Walk(5);
+  TrackingReport lost = Report(11);
+  lost.unplaced = world_.See(PoseOnArc(5.5)).features;
+  mapper_->Process(std::move(lost));
+  EXPECT_EQ(mapper_->Finish().at(0).trajectory.size(), 10U);
+  EXPECT_EQ(mapper_->Counters().placed_at_end, 0);
+}
+
+// Without words and in a unit of its own.
+TEST_F(MapperTest, TiesSubmapsAtTheEnd) {
+  mapper_->Process(Beginning(0, MakeRingMap(ExactRing()).map));
+  RingMapOptions later = ExactRing();
+  later.first_id = 100;
+  later.keyframes = 8;
+  Map map = MakeRingMap(later).map;
+  map.Transform(
+      {2.5, Eigen::Quaterniond(Eigen::AngleAxisd(0.8, Eigen::Vector3d::UnitZ())), {3.0, -1.0, 7.0}});
+  mapper_->Process(Beginning(1, std::move(map)));
+  EXPECT_EQ(mapper_->Counters().merges, 0);
+  ASSERT_EQ(mapper_->Finish().size(), 1U);
+  EXPECT_EQ(mapper_->Counters().tied_at_end, 1);
 }
 
 class MapperWithWords : public MapperTest {

@@ -241,5 +241,41 @@ TEST_F(PoseTrackerTest, CommutesWithASimilarity) {
   EXPECT_NEAR(moved.anchor.scale, 2.5, 1e-12);
 }
 
+// All keyframes together show what none of them shows enough of alone.
+TEST_F(PoseTrackerTest, LocatesByThePooledMatchesOfSeveralKeyframes) {
+  constexpr int kKeyframes = 6;
+  for (const MapPoint& const_point : world_.map.Points()) {
+    for (KeyframeId id = 0; id < kKeyframes; ++id) {
+      if (const_point.id % kKeyframes != id && (const_point.id + 1) % kKeyframes != id) {
+        world_.map.RemoveObservation(const_point.id, id);
+      }
+    }
+  }
+  TrackedFrame frame = See(7.0, {.pixel_noise = 0.15, .flipped_bits = 15, .clutter = 500});
+  const TrackingView view = View();
+  ASSERT_TRUE(tracker_.LocateAmong(view, {0, 1, 2, 3, 4, 5}, 100, frame));
+  EXPECT_LT(CenterDistance(frame.T_camera_map, PoseOnArc(7.0)), 2.0 * kMillimetre);
+  EXPECT_EQ(WrongMatches(frame), 0);
+  EXPECT_FALSE(tracker_.LocateAmong(view, {}, 20, frame));
+}
+
+// A pose that only a few points hold, far from the truth, gives way to the one that descriptors lead to.
+TEST_F(PoseTrackerTest, DoubtsAWideStepThatShowsFewOfItsPoints) {
+  const TrackedFrame last = AsTracked(world_.map, 0);
+  const Rigid3d turn = Turn(0.3, Eigen::Vector3d::UnitX());
+  TrackedFrame frame = NewFrame(world_.See(turn * PoseOnArc(3.0)).features);
+  frame.anchor = last.anchor;
+  frame.T_camera_map = turn * PoseOnArc(2.0);
+  frame.inliers = 30;
+  SeenPoints seen;
+  for (PointId id = 0; id < 300; ++id) {
+    seen.visible.push_back(id);
+  }
+  seen.found.assign(seen.visible.begin(), seen.visible.begin() + frame.inliers);
+  tracker_.DoubtWideStep(View(), last, frame, seen);
+  EXPECT_LT(CenterDistance(frame.T_camera_map, PoseOnArc(3.0)), kMillimetre);
+  EXPECT_GT(seen.found.size(), 100U);
+}
+
 }  // namespace
 }  // namespace sqslam

@@ -1,0 +1,243 @@
+#include "slam/mapping/completion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <ranges>
+#include <utility>
+
+#include "slam/estimation/two_view.h"
+#include "slam/features/matching.h"
+#include "slam/mapping/local_mapping.h"
+#include "slam/util/statistics.h"
+
+namespace sqslam {
+namespace {
+
+// Frames between this one and the nearest keyframe of the map.
+std::int64_t TimeDistance(const Map& map, std::int64_t frame_index) {
+  std::int64_t nearest = std::numeric_limits<std::int64_t>::max();
+  for (const auto& [id, keyframe] : map.Keyframes()) {
+    nearest = std::min(nearest, std::abs(keyframe.frame_index - frame_index));
+  }
+  return nearest;
+}
+
+// How many units of the first map make one of the second, from the distances of common points to a camera
+// that has a pose in both; and the matches that agree with it.
+struct CommonScale {
+  double scale = 1.0;
+  std::vector<Sim3Match> matches;
+};
+
+std::optional<CommonScale> FindCommonScale(const std::vector<Sim3Match>& matches, int min_matches) {
+  constexpr double kSlack = 0.2;  // of the ratio
+  if (static_cast<int>(matches.size()) < min_matches) {
+    return std::nullopt;
+  }
+  const auto ratio = [](const Sim3Match& match) { return match.p_camera1.norm() / match.p_camera2.norm(); };
+  std::vector<double> ratios;
+  std::ranges::transform(matches, std::back_inserter(ratios), ratio);
+  CommonScale common{UpperMedian(std::move(ratios)), {}};
+  std::ranges::copy_if(matches, std::back_inserter(common.matches), [&](const Sim3Match& match) {
+    return std::abs(ratio(match) / common.scale - 1.0) <= kSlack;
+  });
+  const bool agreed =
+      static_cast<int>(common.matches.size()) >= min_matches && 2 * common.matches.size() >= matches.size();
+  return agreed ? std::optional(std::move(common)) : std::nullopt;
+}
+
+// Up to `count` keyframes before and as many after a frame.
+std::set<KeyframeId> NextInTime(const Map& map, std::int64_t frame_index, int count) {
+  std::map<std::int64_t, KeyframeId> by_frame;
+  for (const auto& [id, keyframe] : map.Keyframes()) {
+    by_frame[keyframe.frame_index] = id;
+  }
+  std::set<KeyframeId> ids;
+  const auto next = by_frame.lower_bound(frame_index);
+  for (const auto& [index, id] : std::ranges::subrange(next, by_frame.end()) | std::views::take(count)) {
+    ids.insert(id);
+  }
+  for (const auto& [index, id] :
+       std::ranges::subrange(by_frame.begin(), next) | std::views::reverse | std::views::take(count)) {
+    ids.insert(id);
+  }
+  return ids;
+}
+
+}  // namespace
+
+void LeftoverFrames::Add(LeftoverFrame frame) {
+  if (offered_++ % every_ != 0 || most_ == 0) {
+    return;
+  }
+  if (static_cast<int>(frames_.size()) >= most_) {
+    every_ *= 2;
+    bool odd = false;
+    std::erase_if(frames_, [&](const auto&) { return std::exchange(odd, !odd); });
+  }
+  const std::int64_t index = frame.index;
+  frames_.insert_or_assign(index, std::move(frame));
+}
+
+std::vector<std::int64_t> LeftoverFrames::Indices() const {
+  std::vector<std::int64_t> indices;
+  std::ranges::copy(std::views::keys(frames_), std::back_inserter(indices));
+  return indices;
+}
+
+std::vector<std::int64_t> Completion::InTurn(const Map& map, const LeftoverFrames& frames) const {
+  std::vector<std::int64_t> indices = frames.Indices();
+  std::ranges::stable_sort(indices, {}, [&](std::int64_t index) { return TimeDistance(map, index); });
+  return indices;
+}
+
+std::set<KeyframeId> Completion::Candidates(const Map& map, std::int64_t frame_index,
+                                            const FrameFeatures& features) const {
+  std::set<KeyframeId> candidates = NextInTime(map, frame_index, options_.neighbours);
+  for (const KeyframeId id : places_.Alike(map, features, options_.candidates)) {
+    candidates.insert(id);
+  }
+  return candidates;
+}
+
+std::optional<TrackedFrame> Completion::Locate(const Map& map, const TrackingView& view,
+                                               const LeftoverFrame& leftover) const {
+  TrackedFrame frame;
+  frame.index = leftover.index;
+  frame.timestamp = leftover.timestamp;
+  frame.features = leftover.features;
+  frame.ForgetPoints();
+  const bool found = tracker_.LocateAmong(view, Candidates(map, leftover.index, *leftover.features),
+                                          options_.min_inliers, frame);
+  return found ? std::optional(std::move(frame)) : std::nullopt;
+}
+
+std::optional<TrackedFrame> Completion::LocateByTwoViews(const Map& map,
+                                                         const LeftoverFrame& leftover) const {
+  constexpr int kNeighbours = 2;
+  std::optional<TrackedFrame> best;
+  for (const KeyframeId id : NextInTime(map, leftover.index, kNeighbours)) {
+    std::optional<TrackedFrame> frame = StepFrom(map, map.At(id), leftover);
+    if (frame && (!best || frame->inliers > best->inliers)) {
+      best = std::move(frame);
+    }
+  }
+  return best;
+}
+
+std::optional<TrackedFrame> Completion::StepFrom(const Map& map, const Keyframe& keyframe,
+                                                 const LeftoverFrame& leftover) const {
+  constexpr double kRatio = 0.85;
+  constexpr int kMaxDistance = 64;  // bits
+  constexpr int kMinCommon = 6;     // map points
+  TwoViewOptions two_view;
+  two_view.min_points = 25;  // fewer than a map may begin with: the common points are a proof of their own
+  const auto pairs = MatchAll(*keyframe.features, *leftover.features, {}, {}, kMaxDistance, kRatio);
+  std::vector<TwoViewMatch> matches;
+  for (const auto& [i, j] : pairs) {
+    matches.push_back({keyframe.features->keypoints[i].pixel, leftover.features->keypoints[j].pixel});
+  }
+  const std::optional<TwoViewGeometry> step = EstimateTwoView(camera_, matches, two_view).geometry;
+  if (!step) {
+    return std::nullopt;
+  }
+  TrackedFrame frame;
+  frame.index = leftover.index;
+  frame.timestamp = leftover.timestamp;
+  frame.features = leftover.features;
+  frame.ForgetPoints();
+  std::vector<Sim3Match> common_points;
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    const auto& [i, j] = pairs[k];
+    if (step->points[k] && keyframe.points[i] != kNoPoint) {
+      frame.points[j] = keyframe.points[i];
+      common_points.push_back(
+          {keyframe.T_camera_map * map.Point(keyframe.points[i]).p_map, *step->points[k], {}, {}});
+    }
+  }
+  const std::optional<CommonScale> common = FindCommonScale(common_points, kMinCommon);
+  if (!common) {
+    return std::nullopt;
+  }
+  Rigid3d T_frame_keyframe = step->T_camera2_camera1;
+  T_frame_keyframe.translation *= common->scale;
+  frame.T_camera_map = T_frame_keyframe * keyframe.T_camera_map;
+  frame.anchor = {keyframe.id, T_frame_keyframe, keyframe.scale};
+  frame.inliers = static_cast<int>(common->matches.size());
+  return frame;
+}
+
+// The keyframes that are nearest in time to the other map come first.
+std::vector<KeyframeId> Completion::LikeliestToTie(const Map& current, const Map& known) const {
+  std::vector<std::pair<std::int64_t, KeyframeId>> ranked;
+  for (const auto& [id, keyframe] : current.Keyframes()) {
+    ranked.emplace_back(TimeDistance(known, keyframe.frame_index), id);
+  }
+  std::ranges::sort(ranked);
+  std::vector<KeyframeId> likeliest;
+  for (const auto& [distance, id] : ranked | std::views::take(options_.max_tie_attempts)) {
+    likeliest.push_back(id);
+  }
+  return likeliest;
+}
+
+std::optional<SubmapTie> Completion::Tie(const Map& current, const Map& known,
+                                         const TrackingView& known_view) const {
+  std::optional<SubmapTie> best;
+  for (const KeyframeId id : LikeliestToTie(current, known)) {
+    const Keyframe& keyframe = current.At(id);
+    const std::optional<TrackedFrame> located =
+        Locate(known, known_view, {keyframe.frame_index, keyframe.timestamp, keyframe.features});
+    if (!located) {
+      continue;
+    }
+    std::optional<SubmapTie> tie = TieFrom(current, keyframe, known, *located);
+    if (tie && (!best || tie->shared_points > best->shared_points)) {
+      best = std::move(tie);
+    }
+  }
+  return best;
+}
+
+std::optional<SubmapTie> Completion::TieFrom(const Map& current, const Keyframe& keyframe, const Map& known,
+                                             const TrackedFrame& located) const {
+  std::vector<Sim3Match> matches;
+  SubmapTie tie;
+  std::set<PointId> points;
+  for (std::size_t i = 0; i < located.points.size(); ++i) {
+    const PointId point = located.points[i];
+    if (point == kNoPoint) {
+      continue;
+    }
+    points.insert(point);
+    tie.loop.confirmed.emplace_back(point, static_cast<int>(i));
+    if (keyframe.points[i] == kNoPoint) {
+      continue;
+    }
+    const Keypoint& keypoint = keyframe.features->keypoints[i];
+    const double variance = known.Levels().Variance(keypoint.octave);
+    matches.push_back({keyframe.T_camera_map * current.Point(keyframe.points[i]).p_map,
+                       located.T_camera_map * known.Point(point).p_map, keypoint.pixel, keypoint.pixel,
+                       variance, variance});
+  }
+  const std::optional<CommonScale> common = FindCommonScale(matches, options_.min_shared_points);
+  if (!common) {
+    return std::nullopt;
+  }
+  // From the camera's pose in the known map to its pose in the current one: it is the same camera.
+  Sim3d S_current_located{common->scale, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()};
+  std::vector<bool> inliers;
+  RefineSim3(camera_, common->matches, S_current_located, inliers);
+  const KeyframeId reference = located.anchor.reference;
+  tie.loop.current = keyframe.id;
+  tie.loop.known = reference;
+  tie.loop.S_current_known = S_current_located * Sim3d::FromRigid(located.T_camera_map) *
+                             Sim3d::FromRigid(known.At(reference).T_camera_map).Inverse();
+  points.merge(PointsOf(known, reference));
+  tie.loop.known_points.assign(points.begin(), points.end());
+  tie.shared_points = static_cast<int>(common->matches.size());
+  return tie;
+}
+
+}  // namespace sqslam

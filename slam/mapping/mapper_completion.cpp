@@ -1,0 +1,143 @@
+// The end of a run: what it has left over is tried once more.
+#include <algorithm>
+#include <ranges>
+#include <set>
+
+#include "slam/mapping/local_mapping.h"
+#include "slam/mapping/mapper.h"
+
+namespace sqslam {
+namespace {
+
+bool IsPlaced(const std::map<std::int64_t, Submap>& submaps, std::int64_t frame) {
+  return std::ranges::any_of(std::views::values(submaps),
+                             [&](const Submap& submap) { return submap.HasFrame(frame); });
+}
+
+// True where the frame shows enough that its reference keyframe does not.
+bool AddsToMap(const Map& map, const TrackedFrame& frame, double keyframe_share) {
+  auto points = map.At(frame.anchor.reference).SeenPoints();
+  const auto seen = static_cast<double>(std::distance(points.begin(), points.end()));
+  return frame.inliers < keyframe_share * seen;
+}
+
+}  // namespace
+
+// The one with the most frames first.
+std::vector<Submap*> Mapper::RankedSubmaps() {
+  std::vector<Submap*> ranked;
+  for (auto& [number, submap] : submaps_) {
+    ranked.push_back(&submap);
+  }
+  std::ranges::stable_sort(ranked,
+                           [](const Submap* a, const Submap* b) { return a->NumFrames() > b->NumFrames(); });
+  return ranked;
+}
+
+void Mapper::Complete() {
+  const CompletionOptions& options = options_.mapping.completion;
+  for (const std::int64_t index : leftovers_.Indices()) {
+    if (IsPlaced(submaps_, index)) {
+      leftovers_.Remove(index);
+    }
+  }
+  if (options.max_frames == 0 || (leftovers_.ByIndex().empty() && submaps_.size() == 1)) {
+    return;
+  }
+  const StageTimes::Scope timer(times_, "mapping.completion");
+  const Completion completion(camera_, options, pose_tracker_, places_);
+  bool progress = true;
+  for (int round = 0; progress && round < options.rounds; ++round) {
+    progress = TieLeftoverSubmaps(completion);
+    if (round == 0) {
+      DissolveSmallSubmaps();
+    }
+    for (Submap* submap : RankedSubmaps()) {
+      progress = PlaceLeftovers(completion, *submap) || progress;
+    }
+  }
+}
+
+// Joins submaps, the largest first, until no two of them are found to share a place.
+bool Mapper::TieLeftoverSubmaps(const Completion& completion) {
+  bool any = false;
+  bool tied = true;
+  while (tied && submaps_.size() > 1) {
+    tied = false;
+    const std::vector<Submap*> ranked = RankedSubmaps();
+    for (std::size_t i = 0; i < ranked.size() && !tied; ++i) {
+      const TrackingViewPtr view = ranked[i]->MakeView();
+      for (std::size_t j = i + 1; j < ranked.size() && !tied; ++j) {
+        const auto tie = completion.Tie(ranked[j]->Map(), ranked[i]->Map(), *view);
+        if (tie) {
+          active_ = ranked[j];
+          MergeSubmaps(tie->loop, *ranked[i]);
+          active_->Bend([this](sqslam::Map&) { OptimizeGlobally(false); });
+          ++counters_.merges;
+          ++counters_.tied_at_end;
+          any = tied = true;
+        }
+      }
+    }
+  }
+  return any;
+}
+
+// Submaps that never grew: their frames may be found in the others one by one.
+void Mapper::DissolveSmallSubmaps() {
+  const std::vector<Submap*> ranked = RankedSubmaps();
+  for (Submap* submap : ranked | std::views::drop(1)) {
+    const auto& keyframes = submap->Map().Keyframes();
+    if (static_cast<int>(keyframes.size()) < options_.mapping.min_submap_keyframes) {
+      for (const auto& [id, keyframe] : keyframes) {
+        leftovers_.Add({keyframe.frame_index, keyframe.timestamp, keyframe.features});
+      }
+      ++counters_.resets;
+      Drop(submap->Number());
+    }
+  }
+}
+
+// Places frames in the submap, those next to it in time first; each that shows something new helps the next.
+// Two views alone are asked only where nothing else goes on: they are the weaker tie.
+bool Mapper::PlaceLeftovers(const Completion& completion, Submap& submap) {
+  active_ = &submap;
+  bool any = false;
+  bool progress = true;
+  while (progress) {
+    progress = PlaceOnce(submap, completion, false) || PlaceOnce(submap, completion, true);
+    any = any || progress;
+  }
+  return any;
+}
+
+// Goes through the frames once, by two views until the first that is placed. True where one was.
+bool Mapper::PlaceOnce(Submap& submap, const Completion& completion, bool by_two_views) {
+  bool any = false;
+  TrackingViewPtr view = submap.MakeView();
+  for (const std::int64_t index : completion.InTurn(submap.Map(), leftovers_)) {
+    const LeftoverFrame& leftover = leftovers_.ByIndex().at(index);
+    const std::optional<TrackedFrame> frame = by_two_views
+                                                  ? completion.LocateByTwoViews(submap.Map(), leftover)
+                                                  : completion.Locate(submap.Map(), *view, leftover);
+    if (!frame) {
+      continue;
+    }
+    const std::vector<FrameMatch> matches = MatchesOf(*frame, pose_tracker_.Levels());
+    if (by_two_views || AddsToMap(submap.Map(), *frame, options_.mapping.completion.keyframe_share)) {
+      OptimizeLocally(AddKeyframe(*frame, matches));
+      view = submap.MakeView();
+    } else {
+      submap.RecordFrame(index, frame->timestamp, frame->anchor, matches);
+    }
+    leftovers_.Remove(index);
+    ++counters_.placed_at_end;
+    any = true;
+    if (by_two_views) {
+      return true;
+    }
+  }
+  return any;
+}
+
+}  // namespace sqslam
