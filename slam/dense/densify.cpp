@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
+#include <set>
 #include <vector>
 
 #include "slam/dense/dense_cloud.h"
 #include "slam/dense/depth_estimation.h"
+#include "slam/dense/live_depth.h"
 #include "slam/dense/surface_fusion.h"
 #include "slam/snapshot/depth_recording.h"
 #include "slam/util/error.h"
@@ -27,13 +30,33 @@ namespace {
                   request.result.string(), input.keyframes.size(), request.options.views.min_angle));
 }
 
-// Takes over a depth map that the run itself estimated, if the finished map leaves it valid.
-bool TakeLive(const std::vector<LiveEstimate>& live, const DenseInput& input, std::size_t k,
+// True where the views that the plan has do not stand much farther aside than those that the run had by then.
+bool StandAsWide(const LiveEstimate& estimate, double scale, const DenseInput& input, std::size_t k,
+                 const KeyframePlan& plan) {
+  constexpr double kAsWide = 0.8;  // of the mean distance
+  double then = 0.0, now = 0.0;
+  for (const auto& [frame, T_keyframe_view] : estimate.T_keyframe_view) {
+    then += scale * T_keyframe_view.translation.norm() / static_cast<double>(estimate.T_keyframe_view.size());
+  }
+  std::set<std::size_t> views(plan.views.begin(), plan.views.end());
+  views.insert(plan.fine.begin(), plan.fine.end());
+  for (const std::size_t view : views) {
+    now +=
+        (input.frames[view].T_map_camera.translation - input.keyframes[k].T_map_camera.translation).norm() /
+        static_cast<double>(views.size());
+  }
+  return then >= kAsWide * now;
+}
+
+// Takes over a depth map that the run itself estimated with these options, if the finished map leaves it
+// valid.
+bool TakeLive(const std::string& text, const std::string& settings, const DenseInput& input, std::size_t k,
               const KeyframePlan& plan, DepthRecording& recording) {
-  const auto estimate = std::find_if(live.begin(), live.end(),
-                                     [&](const LiveEstimate& one) { return one.keyframe == input.ids[k]; });
-  const auto scale = estimate != live.end() ? ScaleIfValid(*estimate, input, k, *plan.range) : std::nullopt;
-  if (!scale) {
+  const std::optional<LiveEstimate> estimate = LiveEstimate::FromText(text);
+  const auto scale = estimate && estimate->settings == settings
+                         ? ScaleIfValid(*estimate, input, k, *plan.range)
+                         : std::nullopt;
+  if (!scale || !StandAsWide(*estimate, *scale, input, k, plan)) {
     return false;
   }
   DepthMap map = recording.Estimate(input.ids[k]);
@@ -44,21 +67,34 @@ bool TakeLive(const std::vector<LiveEstimate>& live, const DenseInput& input, st
   return true;
 }
 
-// The keyframes whose depth is to be estimated; drops the depth of those that have none any more.
+// The keyframes whose depth is to be estimated; drops the depth of those that have none any more, or are no
+// keyframes any more.
 std::vector<std::size_t> OpenJobs(const DenseInput& input, const std::vector<KeyframePlan>& plans,
-                                  const std::vector<LiveEstimate>& live, DepthRecording& recording,
+                                  const DensifyRequest& request, DepthRecording& recording,
                                   DensifySummary& summary) {
+  const std::string settings = EstimationSettings(request.options);
   std::vector<std::size_t> jobs;
+  std::set<std::int64_t> there;
   for (std::size_t k = 0; k < plans.size(); ++k) {
+    there.insert(input.ids[k]);
+    const std::string text = recording.Settings(input.ids[k]);
     if (!plans[k].range) {
       recording.Remove(input.ids[k]);
       ++summary.without;
-    } else if (recording.HasEstimate(input.ids[k], plans[k].settings)) {
+    } else if (text == plans[k].settings) {
       ++summary.resumed;
-    } else if (TakeLive(live, input, k, plans[k], recording)) {
+    } else if (TakeLive(text, settings, input, k, plans[k], recording)) {
       ++summary.live;
-    } else {
+    } else if (request.estimate) {
       jobs.push_back(k);
+    } else {
+      recording.Remove(input.ids[k]);
+      ++summary.without;
+    }
+  }
+  for (const std::int64_t keyframe : recording.Estimated()) {
+    if (!there.contains(keyframe)) {
+      recording.Remove(keyframe);
     }
   }
   return jobs;
@@ -85,7 +121,7 @@ DensifySummary Densify(const DensifyRequest& request, const DensifyProgress& pro
   }
   DepthRecording recording(request.result / "map.sqmap", DepthRecording::Access::kWrite);
   recording.PutText(kSurfaceOptions, DumpOptions(options.surface));
-  const std::vector<std::size_t> jobs = OpenJobs(input, plans, request.live, recording, summary);
+  const std::vector<std::size_t> jobs = OpenJobs(input, plans, request, recording, summary);
   int done = 0;
   const auto put = [&](std::size_t k, const std::optional<DepthMap>& map) {
     if (map) {

@@ -3,20 +3,19 @@
 #include <cstddef>
 #include <filesystem>
 #include <string>
-#include <vector>
 
 #include "slam/dense/dense_options.h"
 #include "slam/dense/depth_fusion.h"
-#include "slam/dense/live_depth.h"
 
 namespace sqslam {
 
 struct DensifyRequest {
   std::filesystem::path result;  // folder of a run
-  std::filesystem::path images;  // the sequence that was mapped, where it has moved; empty: as the run says
+  std::filesystem::path images =
+      {};  // the sequence that was mapped, where it has moved; empty: as the run says
   DenseOptions options;
-  int threads = 0;                      // 0: as many as the machine runs at a time
-  std::vector<LiveEstimate> live = {};  // estimates of the run itself, in its recording
+  int threads = 0;       // 0: as many as the machine runs at a time
+  bool estimate = true;  // false: makes the cloud of the depth maps that there are, of a run that was stopped
 };
 
 struct DensifySummary {

@@ -18,13 +18,9 @@ std::string SettingsOf(const DenseInput& input, const PosedFrame& keyframe, cons
     const Eigen::Vector3d& t = pose.translation;
     return fmt::format("{} {} {} {} {} {} {}\n", q[0], q[1], q[2], q[3], t[0], t[1], t[2]);
   };
-  DenseOptions estimation = options;
-  estimation.fusion = {};  // these say what becomes of estimates
-  estimation.fill = {};
-  estimation.surface = {};
   const Camera& c = input.recorded;
   std::string text =
-      DumpOptions(estimation) + input.sequence.path.string() +
+      EstimationSettings(options) + input.sequence.path.string() +
       fmt::format("\n{} {} {} {} {} {} {} {}\n{} {}\n", input.readout, c.width, c.height, c.fx, c.fy, c.cx,
                   c.cy, fmt::join(c.distortion, " "), plan.range->nearest, plan.range->farthest) +
       numbers(keyframe.T_map_camera);
@@ -37,6 +33,14 @@ std::string SettingsOf(const DenseInput& input, const PosedFrame& keyframe, cons
 }
 
 }  // namespace
+
+std::string EstimationSettings(const DenseOptions& options) {
+  DenseOptions estimation = options;
+  estimation.fusion = {};
+  estimation.fill = {};
+  estimation.surface = {};
+  return Fingerprint(DumpOptions(estimation));
+}
 
 KeyframePlan PlanKeyframe(const DenseInput& input, std::size_t k, const DenseOptions& options) {
   constexpr std::size_t kSamples = 100;  // map points that tell which views see the same

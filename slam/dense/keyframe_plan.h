@@ -16,6 +16,9 @@ struct KeyframePlan {
   std::string settings;                  // all that its depth follows from but the images, in short
 };
 
+// Those of the options that depth maps are estimated by, in short; the others say what becomes of them.
+std::string EstimationSettings(const DenseOptions& options);
+
 // The plan for a keyframe (a position in DenseInput::keyframes).
 KeyframePlan PlanKeyframe(const DenseInput& input, std::size_t k, const DenseOptions& options);
 

@@ -1,5 +1,6 @@
 #include "slam/dense/live_depth.h"
 
+#include <fmt/format.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -10,8 +11,10 @@
 #include <exception>
 #include <mutex>
 #include <set>
+#include <sstream>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "slam/dense/consistency.h"
 #include "slam/dense/depth_estimation.h"
@@ -70,8 +73,9 @@ double ShutterShift(const DenseInput& input, std::int64_t frame, double middle) 
          std::abs(input.readout);
 }
 
-LiveEstimate EstimateOf(const DenseInput& input, std::size_t k, const KeyframePlan& plan) {
-  LiveEstimate estimate{input.ids[k], {}};
+LiveEstimate EstimateOf(const DenseInput& input, std::size_t k, const KeyframePlan& plan,
+                        const DenseOptions& options) {
+  LiveEstimate estimate{EstimationSettings(options), {}};
   const Rigid3d T_keyframe_map = input.keyframes[k].T_map_camera.Inverse();
   for (const std::vector<std::size_t>* views : {&plan.views, &plan.fine}) {
     for (const std::size_t view : *views) {
@@ -81,7 +85,42 @@ LiveEstimate EstimateOf(const DenseInput& input, std::size_t k, const KeyframePl
   return estimate;
 }
 
+constexpr const char* kLive = "live";  // the first word of a live estimate's text
+
 }  // namespace
+
+std::string LiveEstimate::Text() const {
+  std::string text = fmt::format("{} {}", kLive, settings);
+  for (const auto& [frame, pose] : T_keyframe_view) {
+    const auto& q = pose.rotation.coeffs();
+    const Eigen::Vector3d& t = pose.translation;
+    text += fmt::format("\n{} {} {} {} {} {} {} {}", frame, q[0], q[1], q[2], q[3], t[0], t[1], t[2]);
+  }
+  return text;
+}
+
+std::optional<LiveEstimate> LiveEstimate::FromText(const std::string& text) {
+  std::istringstream words(text);
+  std::string kind;
+  LiveEstimate estimate;
+  if (!(words >> kind >> estimate.settings) || kind != kLive) {
+    return std::nullopt;
+  }
+  std::int64_t frame = 0;
+  while (words >> frame) {
+    Eigen::Vector4d q;
+    Rigid3d pose;
+    for (double* value :
+         {&q[0], &q[1], &q[2], &q[3], &pose.translation[0], &pose.translation[1], &pose.translation[2]}) {
+      if (!(words >> *value)) {
+        return std::nullopt;
+      }
+    }
+    pose.rotation.coeffs() = q;
+    estimate.T_keyframe_view[frame] = pose;
+  }
+  return estimate.T_keyframe_view.empty() ? std::nullopt : std::optional(estimate);
+}
 
 std::optional<double> ScaleIfValid(const LiveEstimate& estimate, const DenseInput& input,
                                    std::size_t keyframe, const DepthRange& range) {
@@ -120,14 +159,15 @@ struct LiveDepth::Impl {
   const DenseOptions options;
   DenseInput input;  // of the thread, as are these
   std::optional<DepthRecording> recording;
-  std::vector<LiveEstimate> estimates;
+  PosesByFrame tracked;
+  int made = 0;                  // depth maps
   std::set<std::int64_t> tried;  // keyframes
   std::vector<DepthMap> last;    // the depth maps made last
 
-  std::mutex mutex;  // guards these
+  std::mutex mutex;  // guards these, and is held for a few words only: tracking must not wait for the thread
   std::condition_variable changed;
   MapSnapshotPtr newest;
-  PosesByFrame tracked;
+  std::vector<PosedFrame> fresh;  // frames tracked since the thread looked
   bool closed = false;
   std::exception_ptr failure;
   std::thread thread;
@@ -136,7 +176,7 @@ struct LiveDepth::Impl {
   std::optional<std::size_t> Next() {
     for (;;) {
       MapSnapshotPtr map;
-      PosesByFrame poses;
+      std::vector<PosedFrame> frames;
       {
         std::unique_lock lock(mutex);
         changed.wait(lock, [this] { return newest || closed; });
@@ -144,10 +184,13 @@ struct LiveDepth::Impl {
           return std::nullopt;
         }
         map = newest;
-        poses = tracked;
+        frames.swap(fresh);
+      }
+      for (const PosedFrame& frame : frames) {
+        tracked[frame.index] = frame.T_map_camera;
       }
       input.TakeMap(*map, options.scale);
-      input.frames = MovedWithKeyframes(poses, input.keyframes);
+      input.frames = MovedWithKeyframes(tracked, input.keyframes);
       for (std::size_t k = 0; k + kSettled < input.keyframes.size(); ++k) {
         if (!tried.contains(input.ids[k])) {
           return k;
@@ -169,19 +212,19 @@ struct LiveDepth::Impl {
     }
     EstimateDepthMaps(input, plans, {k}, options.stereo, 1, [&](std::size_t, const auto& map) {
       if (map) {
-        Put(*map);
-        estimates.push_back(EstimateOf(input, k, plans[k]));
+        Put(*map, EstimateOf(input, k, plans[k], options));
+        ++made;
       }
       return true;
     });
   }
 
   // A recording that the next state of a run may be added to at any moment.
-  void Put(const DepthMap& map) {
+  void Put(const DepthMap& map, const LiveEstimate& estimate) {
     if (!recording) {
       recording.emplace(path, DepthRecording::Access::kBeside);
     }
-    recording->PutEstimate(map, "live");
+    recording->PutEstimate(map, estimate.Text());
     recording->PutKept(KeepConsistent(map, last, options.fusion));
     last.push_back(map);
     if (last.size() > static_cast<std::size_t>(options.fusion.neighbours)) {
@@ -221,7 +264,7 @@ LiveDepth::~LiveDepth() {
 
 void LiveDepth::Tracked(std::int64_t frame, const Rigid3d& T_map_camera) {
   const std::lock_guard lock(impl_->mutex);
-  impl_->tracked[frame] = T_map_camera;
+  impl_->fresh.push_back({frame, T_map_camera});
 }
 
 void LiveDepth::Mapped(const MapSnapshotPtr& map) {
@@ -230,7 +273,7 @@ void LiveDepth::Mapped(const MapSnapshotPtr& map) {
   impl_->changed.notify_all();
 }
 
-std::vector<LiveEstimate> LiveDepth::Finish() {
+int LiveDepth::Finish() {
   {
     const std::lock_guard lock(impl_->mutex);
     impl_->closed = true;
@@ -241,7 +284,7 @@ std::vector<LiveEstimate> LiveDepth::Finish() {
   if (impl_->failure) {
     std::rethrow_exception(impl_->failure);
   }
-  return std::move(impl_->estimates);
+  return impl_->made;
 }
 
 }  // namespace sqslam

@@ -1,20 +1,24 @@
 #pragma once
 
 #include <filesystem>
-#include <map>
 #include <memory>
-#include <vector>
+#include <optional>
+#include <string>
 
 #include "slam/dense/keyframe_plan.h"
 #include "slam/io/trajectory.h"
 
 namespace sqslam {
 
-// A depth map that was estimated during a run, in the recording: what the frames that it was made from were
-// thought to be.
+// What a depth map that was estimated during a run was made from. It is kept in the recording, as the depth
+// map's settings, so that the map holds for whoever densifies the result, also after a run that was stopped.
 struct LiveEstimate {
-  std::int64_t keyframe = 0;     // id
-  PosesByFrame T_keyframe_view;  // of these frames, in units of the depth
+  std::string settings;          // see EstimationSettings
+  PosesByFrame T_keyframe_view;  // of the frames as they were thought to be, in units of the depth
+
+  std::string Text() const;
+  // Empty where the text is that of another kind of depth map.
+  static std::optional<LiveEstimate> FromText(const std::string& text);
 };
 
 // Scale by which the estimate's depths become those of the finished map, where the relative poses that it was
@@ -39,9 +43,9 @@ class LiveDepth {
   void Tracked(std::int64_t frame, const Rigid3d& T_map_camera);
   void Mapped(const MapSnapshotPtr& map);
 
-  // Ends the work with the depth map under way, and closes the recording. Throws InputError where a depth map
-  // could not be written.
-  std::vector<LiveEstimate> Finish();
+  // Ends the work with the depth map under way, and closes the recording. Returns how many there are; throws
+  // InputError where one could not be written.
+  int Finish();
 
  private:
   struct Impl;

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "slam/dense/densify.h"
+#include "slam/dense/live_depth.h"
 #include "slam/io/cameras.h"
 #include "slam/io/trajectory.h"
 #include "slam/run/auto_camera.h"
@@ -160,36 +161,39 @@ std::unique_ptr<LiveDepth> MakeLiveDepth(const RunRequest& request, const RunInp
   return std::make_unique<LiveDepth>(request.output / "map.sqmap", input.sequence, request.options.dense);
 }
 
-// Ends live depth. A failure in the background costs its depth maps only.
-std::vector<LiveEstimate> FinishLive(std::unique_ptr<LiveDepth> live, RunHost& host) {
+// Ends live depth and returns how many depth maps there are. A failure in the background costs its depth maps
+// only.
+int FinishLive(std::unique_ptr<LiveDepth> live, RunHost& host) {
   if (!live) {
-    return {};
+    return 0;
   }
   try {
-    std::vector<LiveEstimate> estimates = live->Finish();
-    host.Say(fmt::format("{} depth maps during the run", estimates.size()));
-    return estimates;
+    const int made = live->Finish();
+    host.Say(fmt::format("{} depth maps during the run", made));
+    return made;
   } catch (const InputError& error) {
     spdlog::warn("--dense live: {}", error.what());
-    return {};
+    return 0;
   }
 }
 
-// A map without depth is a map all the same.
-void MakeDense(const RunRequest& request, FinishedRun& run, const std::vector<LiveEstimate>& live,
-               RunHost& host) {
-  if (!request.dense || run.interrupted) {
+// A map without depth is a map all the same. Of a run that was stopped the depth maps made until then are
+// laid into the finished map, and no others are made.
+void MakeDense(const RunRequest& request, FinishedRun& run, int live, RunHost& host) {
+  const bool stopped = run.interrupted;
+  if (!request.dense || (stopped && live == 0)) {
     return;
   }
   try {
-    const DensifySummary dense = Densify({run.output, {}, request.options.dense, 0, live},
-                                         [&host](int done, int total, const std::string& state) {
-                                           host.ShowProgress(done, total, state);
-                                           if (done == total) {
-                                             host.EndProgress();
-                                           }
-                                           return !host.Stopped();
-                                         });
+    const DensifySummary dense =
+        Densify({.result = run.output, .options = request.options.dense, .estimate = !stopped},
+                [&](int done, int total, const std::string& state) {
+                  host.ShowProgress(done, total, state);
+                  if (done == total) {
+                    host.EndProgress();
+                  }
+                  return stopped || !host.Stopped();
+                });
     if (!dense.interrupted) {
       host.Say(dense.Text());
       const DenseObjects objects = RefineObjectsWithCloud(run.output, request.options.objects);
@@ -253,7 +257,7 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
   const int dropped = Play(request, input, recorder, feed, *system, live.get(), host);
   feed.Finish(*system);
   FinishedRun run{request.output, input.sequence.path.string(), system->Finish(), {}};
-  const std::vector<LiveEstimate> live_depth = FinishLive(std::move(live), host);
+  const int live_depth = FinishLive(std::move(live), host);
   TakeLearntCamera(run.result, camera);
   WarnOfLeftOut(run.result);
 

@@ -273,13 +273,12 @@ DepthMap DepthRecording::Estimate(std::int64_t keyframe) const {
                      "SELECT frame_index, camera, image, estimate, '' FROM depth_maps WHERE keyframe = ?");
 }
 
-bool DepthRecording::HasEstimate(std::int64_t keyframe, const std::string& settings) const {
+std::string DepthRecording::Settings(std::int64_t keyframe) const {
   if (!impl_->has_table) {
-    return false;
+    return {};
   }
-  sqlite::Statement select =
-      impl_->Prepare("SELECT 1 FROM depth_maps WHERE keyframe = ? AND settings = ?", keyframe, settings);
-  return select.Next();
+  sqlite::Statement select = impl_->Prepare("SELECT settings FROM depth_maps WHERE keyframe = ?", keyframe);
+  return select.Next() ? select.Bytes(0) : "";
 }
 
 void DepthRecording::PutEstimate(const DepthMap& map, const std::string& settings) {

@@ -36,8 +36,8 @@ class DepthRecording {
   // The keyframe's depth before it was held against its neighbours; without `views`.
   DepthMap Estimate(std::int64_t keyframe) const;
 
-  // True where the keyframe's depth was estimated with these settings.
-  bool HasEstimate(std::int64_t keyframe, const std::string& settings) const;
+  // The settings that the keyframe's depth was estimated with; empty where it has none.
+  std::string Settings(std::int64_t keyframe) const;
 
   void PutEstimate(const DepthMap& map, const std::string& settings);  // drops what was kept of an older one
   void PutKept(const DepthMap& map);                                   // of a keyframe with an estimate

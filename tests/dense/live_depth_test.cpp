@@ -28,7 +28,7 @@ DenseInput ThreeFrames() {
 }
 
 LiveEstimate EstimateFrom(const DenseInput& input, double scale) {
-  LiveEstimate estimate{7, {}};
+  LiveEstimate estimate{"as-ever", {}};
   const Rigid3d T_keyframe_map = input.keyframes[0].T_map_camera.Inverse();
   for (const std::size_t view : {0U, 2U}) {
     Rigid3d pose = T_keyframe_map * input.frames[view].T_map_camera;
@@ -58,6 +58,19 @@ TEST(LiveDepth, AViewThatMovedByMoreThanHalfAPixelOrIsGoneInvalidatesDepth) {
   EXPECT_FALSE(ScaleIfValid(estimate, input, 0, kRange));
   input.frames.pop_back();
   EXPECT_FALSE(ScaleIfValid(estimate, input, 0, kRange));
+}
+
+TEST(LiveDepth, WhatAnEstimateWasMadeFromIsReadBack) {
+  const LiveEstimate estimate = EstimateFrom(ThreeFrames(), 3.0);
+  const auto read = LiveEstimate::FromText(estimate.Text());
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->settings, "as-ever");
+  EXPECT_EQ(read->Text(), estimate.Text());
+  EXPECT_EQ(read->T_keyframe_view.at(2).translation, estimate.T_keyframe_view.at(2).translation);
+  const std::string whole = estimate.Text();
+  EXPECT_FALSE(LiveEstimate::FromText(whole.substr(0, whole.size() - 8)));
+  EXPECT_FALSE(LiveEstimate::FromText("0123456789abcdef"));
+  EXPECT_FALSE(LiveEstimate::FromText(""));
 }
 
 TEST(LiveDepth, AShutterThatIsLearntLaterInvalidatesDepthOfAFastCamera) {
@@ -109,11 +122,12 @@ TEST(LiveDepth, DepthMapsAppearWhileTheRecordingIsWritten) {
     seen = DepthRecording(file).Keyframes().size();
   }
   EXPECT_GE(seen, 2U);
-  const std::vector<LiveEstimate> estimates = live.Finish();
+  const int made = live.Finish();
   writer.Close();
-  ASSERT_GE(estimates.size(), 2U);
-  EXPECT_LE(estimates.size(), 4U);  // ten keyframes after one, its pose has settled
-  EXPECT_EQ(estimates.front().keyframe, 100);
+  ASSERT_GE(made, 2);
+  EXPECT_LE(made, 4);  // ten keyframes after one, its pose has settled
+  EXPECT_EQ(DepthRecording(file).Estimated().front(), 100);
+  EXPECT_TRUE(LiveEstimate::FromText(DepthRecording(file).Settings(101)));
   const DepthMap depth = DepthRecording(file).Estimate(101);
   EXPECT_NEAR(depth.depth.at<float>(30, 80), TrueDepth(world, depth.camera, path[1], 80, 30), 0.06);
 }

@@ -80,13 +80,12 @@ TEST_F(DepthRecordingTest, SettingsTellWhatIsUpToDate) {
   DepthRecording recording(path_, DepthRecording::Access::kWrite);
   recording.PutEstimate(MakeMap(4, 1.0), "some");
   recording.PutKept(MakeMap(4, 1.0));
-  EXPECT_TRUE(recording.HasEstimate(4, "some"));
-  EXPECT_FALSE(recording.HasEstimate(4, "other"));
+  EXPECT_EQ(recording.Settings(4), "some");
   recording.PutEstimate(MakeMap(4, 1.0), "other");
-  EXPECT_TRUE(recording.HasEstimate(4, "other"));
+  EXPECT_EQ(recording.Settings(4), "other");
   EXPECT_THAT(recording.Keyframes(), IsEmpty());  // what was kept was kept of the older one
   recording.Remove(4);
-  EXPECT_FALSE(recording.HasEstimate(4, "other"));
+  EXPECT_EQ(recording.Settings(4), "");
 }
 
 TEST_F(DepthRecordingTest, TheSnapshotsAreReadAsBefore) {
@@ -98,7 +97,7 @@ TEST_F(DepthRecordingTest, TheSnapshotsAreReadAsBefore) {
 TEST_F(DepthRecordingTest, ARecordingWithoutDepthHasNone) {
   const DepthRecording recording(path_);
   EXPECT_THAT(recording.Keyframes(), IsEmpty());
-  EXPECT_FALSE(recording.HasEstimate(4, ""));
+  EXPECT_EQ(recording.Settings(4), "");
   EXPECT_THAT(InputErrorOf([&] { recording.Kept(4); }), HasSubstr("map.sqmap: "));
 }
 
