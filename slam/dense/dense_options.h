@@ -62,6 +62,8 @@ struct DepthFusionOptions {
   // Neighbours that must agree for a pixel to be kept, and at least as many as see through it.
   int min_views = 2;
   double max_difference = 0.0125;  // of the depth, up to which two agree
+  // Pieces of the cloud that hang together with nothing and are smaller are left out, share of an image.
+  double min_piece = 0.01;
   // The cloud has one point in a cube as wide as so many pixels are at the median depth, pixels.
   double spacing = 1.0;
 
@@ -70,6 +72,7 @@ struct DepthFusionOptions {
     visit("neighbours", neighbours, 1, 100);
     visit("min_views", min_views, 1, 100);
     visit("max_difference", max_difference, 0.0, 1.0);
+    visit("min_piece", min_piece, 0.0, 1.0);
     visit("spacing", spacing, 0.1, 100.0);
   }
 };
@@ -80,7 +83,8 @@ struct FillOptions {
   double max_step = 3.0;         // grey levels of any channel between neighbouring pixels of a region
   int min_pixels = 60;           // of a region without depth, and with one
   double min_support = 0.7;      // share of its known depths that lie on one plane
-  double max_difference = 0.02;  // of the depth, up to which they do
+  double min_share = 0.15;       // of them that lie on each of several planes, where no one has enough
+  double max_difference = 0.02;  // of the depth, up to which they lie on one; half of it for several
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
@@ -88,6 +92,7 @@ struct FillOptions {
     visit("max_step", max_step, 0.0, 255.0);
     visit("min_pixels", min_pixels, 3, 1000000);
     visit("min_support", min_support, 0.0, 1.0);
+    visit("min_share", min_share, 0.01, 1.0);
     visit("max_difference", max_difference, 0.0, 1.0);
   }
 };

@@ -5,6 +5,7 @@
 #include <set>
 #include <utility>
 
+#include "slam/dense/cloud_pieces.h"
 #include "slam/dense/consistency.h"
 #include "slam/dense/plane_fill.h"
 #include "slam/util/parallel.h"
@@ -152,25 +153,30 @@ std::optional<FusedDepth> FuseDepthMaps(const DenseInput& input, const std::vect
   const std::vector<Neighbourhood> all =
       NeighbourhoodsOf(input, plans, recording.Estimated(), options.fusion.neighbours);
   const std::size_t most = static_cast<std::size_t>(options.fusion.neighbours) * 4;
+  CloudPieces pieces;
   {
     DepthCache estimates(most, threads, [&](std::int64_t keyframe) { return recording.Estimate(keyframe); });
     const auto keep = [&](const DepthMap& map, const std::vector<DepthMap>& neighbours) {
-      return KeepConsistent(map, neighbours, options.fusion);
+      const DepthMap kept = KeepConsistent(map, neighbours, options.fusion);
+      pieces.Add(kept);
+      return kept;
     };
     if (!PutAll(all, estimates, threads, "fused", keep, recording, progress)) {
       return std::nullopt;
     }
   }
-  if (options.fill.enabled) {
-    DepthCache with_fills(most, threads, [&](std::int64_t keyframe) {
-      return FillPlanes(recording.Kept(keyframe), options.fill);
-    });
-    const auto confirm = [&](const DepthMap& map, const std::vector<DepthMap>& neighbours) {
-      return KeepConfirmedFills(map, neighbours, options.fusion);
-    };
-    if (!PutAll(all, with_fills, threads, "filled", confirm, recording, progress)) {
-      return std::nullopt;
-    }
+  pieces.Join(options.fusion.min_piece * input.camera.width * input.camera.height);
+  DepthCache sifted(most, threads, [&](std::int64_t keyframe) {
+    DepthMap map = recording.Kept(keyframe);
+    map.depth.setTo(0.0F, map.views == kFilledByPlane);  // of a neighbour that was dealt with already
+    pieces.DropSmall(map);
+    return options.fill.enabled ? FillPlanes(map, options.fill) : map;
+  });
+  const auto confirm = [&](const DepthMap& map, const std::vector<DepthMap>& neighbours) {
+    return KeepConfirmedFills(map, neighbours, options.fusion);
+  };
+  if (!PutAll(all, sifted, threads, "filled", confirm, recording, progress)) {
+    return std::nullopt;
   }
   return Gather(all, SpacingOf(input, plans, options.fusion.spacing), threads, recording);
 }

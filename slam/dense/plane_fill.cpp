@@ -13,6 +13,9 @@
 namespace sqslam {
 namespace {
 
+constexpr int kReach =
+    2;  // pixels beyond a region's border that tell of its depth: there colour is a mixture
+
 // Number of the region of each pixel (32SC1): connected pixels of like colours.
 cv::Mat RegionsOf(const cv::Mat& bgr, double max_step) {
   cv::Mat smooth;
@@ -69,18 +72,28 @@ std::optional<Eigen::Vector3d> PlaneThrough(const std::vector<Support>& support)
   return plane.allFinite() ? std::optional(plane) : std::nullopt;
 }
 
-// The plane on which all but a share of the supports lie, found by random triples; empty where there is none.
-std::optional<Eigen::Vector3d> CommonPlane(const std::vector<Support>& support, const FillOptions& options,
+// What makes a plane that of many supports.
+struct Agreement {
+  int trials = 40;
+  double max_difference = 0.02;  // of the depth
+  double enough = 0.0;           // supports that lie on it
+};
+
+bool LiesOn(const Eigen::Vector3d& plane, const Support& s, double max_difference) {
+  return std::abs(plane.dot(s.pixel) - s.inverse) <= max_difference * s.inverse;
+}
+
+// The plane on which most of the supports lie, found by random triples; empty where these are not enough.
+std::optional<Eigen::Vector3d> CommonPlane(const std::vector<Support>& support, const Agreement& agreement,
                                            cv::RNG& random, std::vector<Support>& on_it) {
-  constexpr int kTrials = 40;
   constexpr std::size_t kCounted = 200;  // supports that vote in a trial
   const std::size_t stride = std::max<std::size_t>(1, support.size() / kCounted);
   const auto lies_on = [&](const Eigen::Vector3d& plane, const Support& s) {
-    return std::abs(plane.dot(s.pixel) - s.inverse) <= options.max_difference * s.inverse;
+    return LiesOn(plane, s, agreement.max_difference);
   };
   std::size_t most = 0;
   Eigen::Vector3d best = Eigen::Vector3d::Zero();
-  for (int trial = 0; trial < kTrials; ++trial) {
+  for (int trial = 0; trial < agreement.trials; ++trial) {
     Eigen::Matrix3d pixels;
     Eigen::Vector3d inverses;
     for (int i = 0; i < 3; ++i) {
@@ -107,7 +120,7 @@ std::optional<Eigen::Vector3d> CommonPlane(const std::vector<Support>& support, 
     on_it.clear();
     std::copy_if(support.begin(), support.end(), std::back_inserter(on_it),
                  [&](const Support& s) { return lies_on(best, s); });
-    if (static_cast<double>(on_it.size()) < options.min_support * static_cast<double>(support.size())) {
+    if (static_cast<double>(on_it.size()) < agreement.enough) {
       return std::nullopt;
     }
     const auto fitted = PlaneThrough(on_it);
@@ -119,16 +132,36 @@ std::optional<Eigen::Vector3d> CommonPlane(const std::vector<Support>& support, 
   return most > 0 ? std::optional(best) : std::nullopt;
 }
 
+// The planes of a region of one colour that goes round corners, such as doors of a kitchen: each with a share
+// of the supports, those with most first.
+std::vector<Eigen::Vector3d> SeveralPlanes(std::vector<Support> support, const FillOptions& options,
+                                           cv::RNG& random) {
+  constexpr std::size_t kMost = 4;
+  constexpr int kTrials = 400;  // finds a plane of a fifth of the supports in 19 of 20 cases
+  const double difference = 0.5 * options.max_difference;
+  const double enough =
+      std::max(options.min_share * static_cast<double>(support.size()), double(options.min_pixels));
+  std::vector<Eigen::Vector3d> planes;
+  std::vector<Support> on_it;
+  while (planes.size() < kMost && static_cast<double>(support.size()) >= enough) {
+    const auto plane = CommonPlane(support, {kTrials, difference, enough}, random, on_it);
+    if (!plane) {
+      break;
+    }
+    planes.push_back(*plane);
+    std::erase_if(support, [&](const Support& s) { return LiesOn(*plane, s, difference); });
+  }
+  return planes;
+}
+
 struct Region {
   std::vector<cv::Point> empty;  // pixels without depth
   std::vector<Support> support;
 };
 
 // Regions with enough empty pixels and enough supports, by their first pixel.
-std::vector<Region> EmptyRegions(const DepthMap& map, const FillOptions& options) {
-  const cv::Mat labels = RegionsOf(map.bgr, options.max_step);
+std::vector<Region> EmptyRegions(const DepthMap& map, const cv::Mat& labels, const FillOptions& options) {
   std::vector<Region> regions(labels.total());
-  constexpr int kReach = 2;  // pixels beyond the border: there the colour is a mixture
   for (int y = 0; y < labels.rows; ++y) {
     for (int x = 0; x < labels.cols; ++x) {
       const auto own = static_cast<std::size_t>(labels.at<std::int32_t>(y, x));
@@ -160,10 +193,88 @@ std::vector<Region> EmptyRegions(const DepthMap& map, const FillOptions& options
   return regions;
 }
 
+// The pixels with a depth that each pixel of a region meets first along lines in eight directions, through
+// its region and a little beyond.
+class Sight {
+ public:
+  Sight(const cv::Mat& labels, const cv::Mat& depth) {
+    for (std::size_t d = 0; d < kDirections.size(); ++d) {
+      Look(labels, depth, kDirections[d], met_[d]);
+    }
+  }
+
+  // The plane that most of the lines meet, four of eight or more, and more than meet something else; null
+  // where there is none.
+  const Eigen::Vector3d* PlaneAt(const cv::Point& pixel, const std::vector<Eigen::Vector3d>& planes,
+                                 const cv::Mat& depth, double max_difference) const {
+    constexpr int kEnough = 4;
+    std::vector<int> votes(planes.size());
+    int met = 0;
+    for (const cv::Mat& of_direction : met_) {
+      const std::int32_t at = of_direction.at<std::int32_t>(pixel);
+      if (at < 0) {
+        continue;
+      }
+      ++met;
+      const cv::Point there(at % depth.cols, at / depth.cols);
+      const Support support{{double(there.x), double(there.y), 1.0}, 1.0 / depth.at<float>(there)};
+      for (std::size_t i = 0; i < planes.size(); ++i) {
+        votes[i] += LiesOn(planes[i], support, max_difference) ? 1 : 0;
+      }
+    }
+    const auto most = std::max_element(votes.begin(), votes.end());
+    return most != votes.end() && *most >= kEnough && 2 * *most > met
+               ? &planes[std::size_t(most - votes.begin())]
+               : nullptr;
+  }
+
+ private:
+  static constexpr std::array<std::array<int, 2>, 8> kDirections = {
+      {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, -1}, {1, -1}, {-1, 1}}};
+
+  static void Look(const cv::Mat& labels, const cv::Mat& depth, const std::array<int, 2>& step,
+                   cv::Mat& met) {
+    const auto [dx, dy] = step;
+    met = cv::Mat(labels.size(), CV_32S, cv::Scalar(-1));
+    const cv::Rect whole({0, 0}, labels.size());
+    for (int i = 0; i < labels.rows; ++i) {
+      const int y = dy > 0 ? labels.rows - 1 - i : i;  // what is ahead has been looked at
+      for (int k = 0; k < labels.cols; ++k) {
+        const int x = dx > 0 ? labels.cols - 1 - k : k;
+        cv::Point ahead(x + dx, y + dy);
+        if (!whole.contains(ahead)) {
+          continue;
+        }
+        std::int32_t& own = met.at<std::int32_t>(y, x);
+        if (labels.at<std::int32_t>(ahead) == labels.at<std::int32_t>(y, x)) {
+          own = depth.at<float>(ahead) > 0.0F ? ahead.y * labels.cols + ahead.x : met.at<std::int32_t>(ahead);
+          continue;
+        }
+        for (int beyond = 0; beyond < kReach && own < 0 && whole.contains(ahead); ++beyond) {
+          own = depth.at<float>(ahead) > 0.0F ? ahead.y * labels.cols + ahead.x : -1;
+          ahead += cv::Point(dx, dy);
+        }
+      }
+    }
+  }
+
+  std::array<cv::Mat, kDirections.size()> met_;  // 32SC1: row and column in one number; -1: nothing
+};
+
+// Gives a pixel the depth of a plane, unless that is seen too flatly.
+void Fill(const cv::Point& pixel, const Eigen::Vector3d& plane, DepthMap& map) {
+  constexpr double kSteepest = 10.0;  // tangent of the slope of a plane that is believed
+  const double inverse = plane.dot(Eigen::Vector3d(pixel.x, pixel.y, 1.0));
+  const double slope = plane.head<2>().norm() * map.camera.fx / std::max(inverse, 1e-12);
+  if (inverse > 0.0 && slope < kSteepest) {
+    map.depth.at<float>(pixel) = static_cast<float>(1.0 / inverse);
+    map.views.at<std::uint8_t>(pixel) = kFilledByPlane;
+  }
+}
+
 }  // namespace
 
 DepthMap FillPlanes(const DepthMap& map, const FillOptions& options) {
-  constexpr double kSteepest = 10.0;  // tangent of the slope of a plane that is believed
   DepthMap filled = map;
   filled.depth = map.depth.clone();
   filled.views = map.views.clone();
@@ -171,10 +282,25 @@ DepthMap FillPlanes(const DepthMap& map, const FillOptions& options) {
   filled.depth.setTo(0.0F, earlier);
   filled.views.setTo(0, earlier);
   cv::RNG random(1);
-  for (const Region& region : EmptyRegions(filled, options)) {
+  const cv::Mat labels = RegionsOf(map.bgr, options.max_step);
+  const cv::Mat known = filled.depth.clone();
+  std::optional<Sight> sight;  // made where it is needed
+  for (const Region& region : EmptyRegions(filled, labels, options)) {
     std::vector<Support> on_it;
-    const auto plane = CommonPlane(region.support, options, random, on_it);
+    const double enough = options.min_support * static_cast<double>(region.support.size());
+    const auto plane = CommonPlane(
+        region.support, {.max_difference = options.max_difference, .enough = enough}, random, on_it);
     if (!plane) {
+      if (const auto planes = SeveralPlanes(region.support, options, random); !planes.empty()) {
+        if (!sight) {
+          sight.emplace(labels, known);
+        }
+        for (const cv::Point& pixel : region.empty) {
+          if (const auto* met = sight->PlaneAt(pixel, planes, known, 0.5 * options.max_difference)) {
+            Fill(pixel, *met, filled);
+          }
+        }
+      }
       continue;
     }
     std::vector<cv::Point2f> corners, hull;
@@ -183,12 +309,8 @@ DepthMap FillPlanes(const DepthMap& map, const FillOptions& options) {
     }
     cv::convexHull(corners, hull);
     for (const cv::Point& pixel : region.empty) {
-      const double inverse = plane->dot(Eigen::Vector3d(pixel.x, pixel.y, 1.0));
-      const double slope = plane->head<2>().norm() * map.camera.fx / std::max(inverse, 1e-12);
-      if (inverse > 0.0 && slope < kSteepest &&
-          cv::pointPolygonTest(hull, cv::Point2f(pixel), false) >= 0.0) {
-        filled.depth.at<float>(pixel) = static_cast<float>(1.0 / inverse);
-        filled.views.at<std::uint8_t>(pixel) = kFilledByPlane;
+      if (cv::pointPolygonTest(hull, cv::Point2f(pixel), false) >= 0.0) {
+        Fill(pixel, *plane, filled);
       }
     }
   }

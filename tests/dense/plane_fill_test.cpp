@@ -58,6 +58,38 @@ TEST(PlaneFill, NothingIsFilledBeyondWhatIsKnown) {
   EXPECT_EQ(cv::countNonZero(filled.views.colRange(100, 160) == kFilledByPlane), 0);
 }
 
+// Plain doors that go round a corner of the room: z = 2 + x on the left of it, z = 2 - x on the right.
+DepthMap DoorsAtACorner() {
+  DepthMap map = WallWithDoor();
+  map.bgr(cv::Rect(20, 30, 120, 60)).setTo(cv::Scalar(20, 20, 160));
+  for (int y = 0; y < 120; ++y) {
+    for (int x = 0; x < 160; ++x) {
+      const double ray = std::abs(map.camera.Unproject({double(x), double(y)}).x());
+      map.depth.at<float>(y, x) = static_cast<float>(2.0 / (1.0 + ray));
+    }
+  }
+  map.depth(cv::Rect(25, 35, 110, 50)).setTo(0.0F);
+  map.views.setTo(4);
+  map.views(cv::Rect(25, 35, 110, 50)).setTo(0);
+  return map;
+}
+
+TEST(PlaneFill, ARegionThatGoesRoundACornerIsFilledWithThePlaneOnEachSide) {
+  const DepthMap filled = FillPlanes(DoorsAtACorner(), {});
+  for (const int x : {45, 115}) {
+    EXPECT_EQ(filled.views.at<std::uint8_t>(60, x), kFilledByPlane);
+    EXPECT_NEAR(filled.depth.at<float>(60, x), 2.0 / (1.0 + 35.0 / 150.0), 0.005);
+  }
+  for (int y = 35; y < 85; ++y) {
+    for (int x = 25; x < 135; ++x) {
+      if (const float z = filled.depth.at<float>(y, x); z > 0.0F) {
+        EXPECT_NEAR(z, 2.0 / (1.0 + std::abs(x - 80.0) / 150.0), 0.1);
+      }
+    }
+  }
+  EXPECT_GT(cv::countNonZero(filled.views == kFilledByPlane), 2500);
+}
+
 TEST(PlaneFill, AFillStaysWhereOthersHaveTheSameAndNobodySeesThroughIt) {
   const DepthFusionOptions options;
   const DepthMap own = FillPlanes(WallWithDoor(), {});
