@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "slam/snapshot/depth_recording.h"
 #include "tests/app/run_program.h"
 #include "tests/app/written_sequence.h"
 #include "tests/render/baseline.h"
@@ -194,6 +195,48 @@ TEST_F(ViewerScript, LayersAreSwitchedOnAndTheCopiedCommandDrawsThemToo) {
   EXPECT_THAT(command, HasSubstr("--ground-truth=auto"));
   EXPECT_THAT(command, HasSubstr("--dense-cloud="));
   ExpectSamePicture(command);
+}
+
+// A green wall behind the desk, as densifying a map leaves it in the recording.
+void AddWall(const fs::path& recording) {
+  DepthMap wall;
+  wall.camera = {64, 48, 60.0, 60.0, 31.5, 23.5, {}, 30.0};
+  wall.T_map_camera = {Eigen::Quaterniond(Eigen::AngleAxisd(-0.5 * M_PI, Eigen::Vector3d::UnitX())),
+                       {0.0, -1.5, 0.3}};
+  wall.depth = cv::Mat(48, 64, CV_32F, cv::Scalar(2.3));
+  wall.views = cv::Mat(48, 64, CV_8U, cv::Scalar(3));
+  wall.bgr = cv::Mat(48, 64, CV_8UC3, cv::Scalar(0, 255, 0));
+  DepthRecording depths(recording, DepthRecording::Access::kWrite);
+  depths.PutEstimate(wall, "settings");
+  depths.PutKept(wall);
+}
+
+int GreenPixels(const fs::path& picture) {
+  cv::Mat green;
+  cv::inRange(cv::imread(picture.string()), cv::Scalar(0, 120, 0), cv::Scalar(60, 255, 60), green);
+  return cv::countNonZero(green);
+}
+
+TEST_F(ViewerScript, ADensifiedMapShowsItsCloudAndTheCopiedCommandDrawsItToo) {
+  const fs::path map = WriteGrowingMap(folder_.Path());
+  AddWall(map);
+  const ProgramRun run = Play(
+      "wait idle\nexpect cloud not 0\nexpect error none\npicture window.png\n"
+      "key F12\nframes 2\ncommand command.txt\nclose\n",
+      "desk");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_GT(GreenPixels(folder_.Path() / "window.png"), 2000);
+  const std::string command = Slurp(folder_.Path() / "command.txt");
+  EXPECT_THAT(command, Not(HasSubstr("dense")));
+  ExpectSamePicture(command);
+
+  sqlite3* db = nullptr;
+  ASSERT_EQ(sqlite3_open(map.c_str(), &db), SQLITE_OK);
+  sqlite3_exec(db, "UPDATE depth_maps SET kept = x'00'", nullptr, nullptr, nullptr);
+  sqlite3_close(db);
+  const ProgramRun broken =
+      Play("wait idle\nexpect cloud 0\nexpect error not none\nexpect objects 3\nclose\n", "desk");
+  EXPECT_EQ(broken.exit_code, 0) << broken.err;
 }
 
 TEST_F(ViewerScript, LayersCanBeAskedForOnTheCommandLine) {
