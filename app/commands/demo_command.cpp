@@ -8,6 +8,7 @@
 #include "app/commands/render_arguments.h"
 #include "app/report/report.h"
 #include "app/run/terminal_run.h"
+#include "app/terminal/terminal.h"
 #include "slam/evaluation/evaluation.h"
 #include "slam/run/run_pipeline.h"
 #include "slam/util/atomic_file.h"
@@ -73,6 +74,7 @@ FinishedRun MapSequence(const DemoArguments& arguments, const fs::path& sequence
   RunRequest request;
   request.sequence.path = sequence;
   request.output = result;
+  request.command = CommandLine();
   request.options.deterministic = arguments.deterministic;
   TerminalRun host({arguments.no_video ? "" : result / "growth.mp4"}, arguments.scene.quiet);
   FinishedRun run = RunPipeline(request, host);

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <sstream>
 
+#include "app/terminal/terminal.h"
 #include "slam/io/coco.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/data_path.h"
@@ -179,6 +180,7 @@ RunRequest RunArguments::Request() const {
         "--detections and --detector: boxes come from a file or from a network, expected one of them");
   }
   RunRequest request;
+  request.command = CommandLine();
   request.sequence = SequenceArguments::Request();
   request.sequence.detections = detections;
   request.sequence.mask = mask;

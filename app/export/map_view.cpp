@@ -10,7 +10,6 @@
 #include "app/export/map_export.h"
 #include "app/export/view_history.h"
 #include "render/camera/scene_framing.h"
-#include "render/picture/outlines.h"
 #include "render/picture/picture_text.h"
 #include "render/scene/style.h"
 #include "render/video/input_frames.h"
@@ -66,16 +65,6 @@ std::vector<Item> Thinned(std::vector<Item> items, std::size_t most) {
   return items;
 }
 
-// An outline over a keyframe's image.
-struct SeenOutline {
-  std::size_t keyframe = 0;
-  std::size_t object = 0;
-  bool detected = false;  // the object had a box there
-  double share = 0.0;     // of the image that it covers
-  bool whole = false;     // all of it is in the image
-  std::vector<cv::Point> polygon;
-};
-
 class MapViewWriter {
  public:
   MapViewWriter(const RecordingReader& reader, const fs::path& recording, const MapViewExtras& extras,
@@ -88,7 +77,7 @@ class MapViewWriter {
   }
 
   MapView Write() {
-    FindOutlines();
+    outlines_ = FindOutlines(map_, history_, options_.outline_tolerance);
     AddImages();
     scene_["title"] = extras_.title;
     scene_["program"] = "sqslam " SQSLAM_VERSION;
@@ -105,37 +94,6 @@ class MapViewWriter {
 
  private:
   double Since(double timestamp) const { return std::max(0.0, Short(timestamp - start_)); }
-
-  // Outlines of all objects in all keyframes.
-  void FindOutlines() {
-    const Camera& camera = map_.camera;
-    if (camera.width <= 0 || !(camera.fx > 0.0)) {
-      return;
-    }
-    const double area = static_cast<double>(camera.width) * camera.height;
-    const cv::Rect image(0, 0, camera.width, camera.height);
-    for (std::size_t k = 0; k < map_.keyframes.size(); ++k) {
-      const SnapshotKeyframe& keyframe = map_.keyframes[k];
-      const auto seen = history_.seen_in.find(keyframe.frame_index);
-      for (const ObjectOutline& outline : OutlinesOf(map_.objects, camera, keyframe.T_map_camera)) {
-        SeenOutline& out = outlines_.emplace_back();
-        out.keyframe = k;
-        out.object = static_cast<std::size_t>(outline.object - map_.objects.data());
-        out.detected = seen != history_.seen_in.end() && seen->second.contains(outline.object->id);
-        std::vector<cv::Point2f> exact(outline.polygon.begin(), outline.polygon.end());
-        std::vector<cv::Point2f> simple;
-        cv::approxPolyDP(exact, simple, options_.outline_tolerance, true);
-        for (const cv::Point2f& p : simple) {
-          out.polygon.emplace_back(cvRound(p.x), cvRound(p.y));
-        }
-        const cv::Rect bounds = cv::boundingRect(out.polygon);
-        out.whole = (bounds & image) == bounds;
-        out.share = (bounds & image).area() == 0 ? 0.0
-                                                 : cv::contourArea(out.polygon) * (bounds & image).area() /
-                                                       std::max(1, bounds.area()) / area;
-      }
-    }
-  }
 
   // Up to three views of an object: in which it is large and whole, from different sides.
   std::vector<std::size_t> BestViews(std::size_t object) const {

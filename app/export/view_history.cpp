@@ -1,7 +1,9 @@
 #include "app/export/view_history.h"
 
 #include <algorithm>
+#include <opencv2/imgproc.hpp>
 
+#include "render/picture/outlines.h"
 #include "slam/util/statistics.h"
 
 namespace sqslam::app {
@@ -20,6 +22,37 @@ ViewHistory ReadHistory(const RecordingReader& reader) {
     }
   }
   return history;
+}
+
+std::vector<SeenOutline> FindOutlines(const MapSnapshot& map, const ViewHistory& history, double tolerance) {
+  const Camera& camera = map.camera;
+  if (camera.width <= 0 || !(camera.fx > 0.0)) {
+    return {};
+  }
+  const double area = static_cast<double>(camera.width) * camera.height;
+  const cv::Rect image(0, 0, camera.width, camera.height);
+  std::vector<SeenOutline> outlines;
+  for (std::size_t k = 0; k < map.keyframes.size(); ++k) {
+    const SnapshotKeyframe& keyframe = map.keyframes[k];
+    const auto seen = history.seen_in.find(keyframe.frame_index);
+    for (const ObjectOutline& outline : OutlinesOf(map.objects, camera, keyframe.T_map_camera)) {
+      SeenOutline& out = outlines.emplace_back();
+      out.keyframe = k;
+      out.object = static_cast<std::size_t>(outline.object - map.objects.data());
+      out.detected = seen != history.seen_in.end() && seen->second.contains(outline.object->id);
+      const std::vector<cv::Point2f> exact(outline.polygon.begin(), outline.polygon.end());
+      std::vector<cv::Point2f> simple;
+      cv::approxPolyDP(exact, simple, tolerance, true);
+      for (const cv::Point2f& p : simple) {
+        out.polygon.emplace_back(cvRound(p.x), cvRound(p.y));
+      }
+      const cv::Rect bounds = cv::boundingRect(out.polygon);
+      const cv::Rect inside = bounds & image;
+      out.whole = inside == bounds;
+      out.share = cv::contourArea(out.polygon) * inside.area() / std::max(1, bounds.area()) / area;
+    }
+  }
+  return outlines;
 }
 
 std::vector<std::size_t> FirstViews(const MapSnapshot& map, const std::vector<Eigen::Vector3f>& points) {

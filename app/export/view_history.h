@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <opencv2/core.hpp>
 #include <set>
 #include <vector>
 
@@ -14,6 +15,20 @@ struct ViewHistory {
   std::map<std::int32_t, double> first_seen;  // object id: time of the first state that holds it, seconds
   std::map<std::int64_t, std::set<std::int32_t>> seen_in;  // frame: ids of objects that had a box in it
 };
+
+// The outline of an object over the image of a keyframe.
+struct SeenOutline {
+  std::size_t keyframe = 0;  // number of the keyframe and of the object in the map
+  std::size_t object = 0;
+  bool detected = false;           // the object had a box there
+  double share = 0.0;              // of the image that it covers
+  bool whole = false;              // all of it is in the image
+  std::vector<cv::Point> polygon;  // px of the camera's images, as the lens shows it
+};
+
+// Outlines of all objects in all keyframes, the nearest object of each first; `tolerance`: px by which they
+// may be simpler than they are.
+std::vector<SeenOutline> FindOutlines(const MapSnapshot& map, const ViewHistory& history, double tolerance);
 
 ViewHistory ReadHistory(const RecordingReader& reader);
 

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -11,6 +13,7 @@
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
 #include "slam/run/run_host.h"
+#include "slam/snapshot/recording.h"
 #include "slam/snapshot/snapshot.h"
 
 namespace sqslam::app {
@@ -19,7 +22,7 @@ struct ReportInputs {
   std::filesystem::path result;  // result folder; report.html is written into it
   std::string title;             // empty: the name of the sequence, or of the result folder
   std::string sequence;          // what was mapped, as shown under the title; empty: as the recording says
-  std::filesystem::path video;   // embedded if smaller than 8 MiB; empty: growth.mp4 or map.mp4 if there
+  std::filesystem::path video;   // embedded up to 3 MiB; empty: growth.mp4 or map.mp4 if there
   const FinishedRun* run = nullptr;  // the run that was just made: its values instead of its files
   const Evaluation* evaluation = nullptr;
 };
@@ -30,6 +33,7 @@ struct ReportData {
   std::vector<SnapshotObject> objects;
   std::optional<RunStats> stats;
   const Evaluation* evaluation = nullptr;
+  std::shared_ptr<const RecordingReader> recording;  // null where there is none
 
   double Scale() const {  // metres per map unit
     return evaluation != nullptr ? evaluation->trajectory.S_world_map.scale : 1.0;
@@ -37,15 +41,35 @@ struct ReportData {
   std::string Unit() const { return evaluation != nullptr ? "m" : "map units"; }
 };
 
-// One self-contained page: figures of the run, map.png, top view of trajectory and objects, tables of objects
-// and of times, figures/*.png, all embedded; a picture that is missing is left out. Throws InputError where a
-// file is broken or the page cannot be written.
+// One self-contained page: figures of the run, an input image with outlines, the map to be turned, a top view
+// of trajectory and objects, tables, figures/*.png, how the run was made; all embedded, and what is missing
+// is left out. Throws InputError where a file is broken or the page cannot be written.
 void WriteReport(const ReportInputs& inputs);
 
 // Parts of the page.
 
 // "data:image/png;base64,..." of a file. Throws InputError where it cannot be read.
 std::string DataUri(const std::filesystem::path& file, std::string_view mime_type);
+
+// The same of a picture as people look at it: in whatever format is smallest.
+std::string PictureUri(const cv::Mat& picture);
+std::string PictureUri(const std::filesystem::path& file);
+
+// The input image that shows most reliable objects, with their outlines and names.
+struct OutlinedPhoto {
+  cv::Mat picture;
+  std::string caption;
+};
+std::optional<OutlinedPhoto> BestPhoto(const RecordingReader& reader, const std::filesystem::path& recording);
+
+// Tables, each a section: of the objects, of the objects held against the ground truth, of times.
+void AppendObjects(std::string& page, const ReportData& data, const LabelColors& colors);
+void AppendComparison(std::string& page, const ReportData& data, const LabelColors& colors);
+void AppendTiming(std::string& page, const ReportData& data);
+
+// How the run was made and how it went: camera, detector, losses, submaps, gravity, warnings, settings that
+// differ from the defaults, command and version.
+void AppendRun(std::string& page, const ReportData& data);
 
 // The whole page around its body, with the style sheet.
 std::string HtmlPage(const std::string& title, const std::string& body);

@@ -8,6 +8,7 @@
 #include "app/report/report.h"
 #include "render/figures/figures.h"
 #include "render/page/page.h"
+#include "render/picture/picture_text.h"
 #include "slam/util/data_path.h"
 #include "slam/util/markup.h"
 #include "slam/util/text_lines.h"
@@ -20,7 +21,7 @@ constexpr int kOutlinePoints = 72;
 // The horizontal cross-section at the middle of a solid, map frame times `scale`.
 TrajectoryFigure::Footprint FootprintOf(const SnapshotObject& object, const Eigen::Vector3d& color,
                                         double scale) {
-  TrajectoryFigure::Footprint footprint{fmt::format("{} {}", object.id, object.label), color, {}};
+  TrajectoryFigure::Footprint footprint{ReadableLabel(ShownName(object)), color, {}};
   const PosedSuperquadric& solid = object.superquadric;
   for (int i = 0; i < kOutlinePoints; ++i) {
     const double omega = 2.0 * std::numbers::pi * i / kOutlinePoints - std::numbers::pi;
@@ -39,8 +40,9 @@ std::string HtmlPage(const std::string& title, const std::string& body) {
   return fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<title>{}</title>\n<style>\n{}</style>\n</head>\n<body>\n{}</body>\n</html>\n",
-      EscapeMarkup(title), ReadFile(DataPath("assets/report.css"), "a style sheet"), body);
+      "<title>{}</title>\n<style>\n{}{}</style>\n</head>\n<body>\n{}</body>\n</html>\n",
+      EscapeMarkup(title), ReadFile(DataPath("assets/theme.css"), "a style sheet"),
+      ReadFile(DataPath("assets/report.css"), "a style sheet"), body);
 }
 
 std::string TopViewSvg(const ReportData& data, const LabelColors& colors) {

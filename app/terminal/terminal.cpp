@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <spawn.h>
 #include <spdlog/pattern_formatter.h>
+#include <spdlog/sinks/dist_sink.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <sys/wait.h>
@@ -106,7 +107,11 @@ int ExitCodeOf(const std::function<int()>& work, const std::function<void(const 
 
 int RunProgram(const std::string& name, const std::function<int()>& work) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file size limit is then reported like a full disk
-  const auto logger = spdlog::stderr_color_mt(name);
+  // Behind a sink of sinks: a run takes down its own warnings (WarningLog).
+  const auto screen = std::make_shared<spdlog::sinks::stderr_color_sink_mt>();
+  const auto sinks = std::make_shared<spdlog::sinks::dist_sink_mt>();
+  sinks->add_sink(screen);
+  const auto logger = std::make_shared<spdlog::logger>(name, sinks);
   auto formatter = std::make_unique<spdlog::pattern_formatter>();
   formatter->add_flag<CleanMessage>('*').set_pattern(name + ": %^%l%$: %*");
   logger->set_formatter(std::move(formatter));
@@ -117,6 +122,22 @@ int RunProgram(const std::string& name, const std::function<int()>& work) {
                     [&](const std::string& message) {
                       fmt::print(stderr, "{}: {}\n", name, Shortened(WithoutControls(message)));
                     });
+}
+
+std::string CommandLine() {
+  std::ifstream file("/proc/self/cmdline", std::ios::binary);
+  std::string line;
+  for (std::string word; std::getline(file, word, '\0');) {
+    const bool plain = !word.empty() && word.find_first_not_of(
+                                            "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"
+                                            "-_=+./,:@%") == std::string::npos;
+    if (line.empty()) {
+      word = std::filesystem::path(word).filename().string();
+    }
+    line += line.empty() ? "" : " ";
+    line += plain ? word : fmt::format("'{}'", word);
+  }
+  return line;
 }
 
 InterruptGuard::InterruptGuard() {

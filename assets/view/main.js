@@ -59,7 +59,10 @@ sq.resize = (view, detail = 1) => {
   view.renderer.setPixelRatio(view.ratio);
   view.renderer.setSize(width, height, false);
   view.eye.aspect = width / Math.max(1, height);
-  view.eye.updateProjectionMatrix();
+  // The middle of the picture is that of the part which the list leaves free.
+  const list = width >= 760 && !view.side.classList.contains("sq-folded") ? view.side.offsetWidth + 12 : 0;
+  view.free = (width - list) / Math.max(1, height);
+  view.eye.setViewOffset(width, height, list / 2, 0, width, height);
   view.shared.canvas.value.set(width, height);
   for (const [points, size] of [[view.points, 2.4], [view.cloud, 1.5]]) {
     if (points) points.material.uniforms.size.value = size * view.ratio;

@@ -17,7 +17,7 @@ sq.home = (view, smooth = true) => {
   const {look} = view.data;
   const at = new THREE.Vector3(...look.at);
   const eye = new THREE.Vector3(...look.eye);
-  const narrow = Math.max(1, 1.35 / view.eye.aspect);
+  const narrow = Math.max(1, 1.5 / view.free);
   eye.sub(at).multiplyScalar(narrow).add(at);
   sq.moveTo(view, {eye, at, angle: look.angle}, smooth);
 };

@@ -57,10 +57,15 @@ sq.buildLayers = (view) => {
 sq.acts = {
   home: (view) => sq.home(view),
   play: (view) => sq.play(view),
-  fold: (view) => (view.state.selected >= 0 && view.root.clientWidth < 760 ? sq.select(view, -1) : view.side.classList.toggle("sq-folded")),
+  fold: (view) => (view.state.selected >= 0 && view.root.clientWidth < 760 ? sq.select(view, -1) : sq.fold(view)),
   measure: (view) => sq.setMeasuring(view, !view.state.measuring),
   theme: (view) => sq.setTheme(view, view.state.theme === "dark" ? "light" : "dark"),
   full: (view) => (document.fullscreenElement ? document.exitFullscreen() : view.root.requestFullscreen()),
+};
+
+sq.fold = (view) => {
+  view.side.classList.toggle("sq-folded");
+  sq.resize(view);
 };
 
 sq.escape = (view) => {

@@ -108,6 +108,10 @@ void VisitStats(Stats& stats, Visit&& visit) {
   visit("interrupted", stats.interrupted, false);
   visit("wall_seconds", stats.wall_seconds, true);
   visit("peak_memory_mib", stats.peak_memory_mib, true);
+  visit("command", stats.command, false);
+  visit("camera", stats.camera, false);
+  visit("detector", stats.detector, false);
+  visit("warnings", stats.warnings, false);
 }
 
 }  // namespace

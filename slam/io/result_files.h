@@ -40,6 +40,10 @@ struct RunStats {
   bool interrupted = false;   // ended by Ctrl-C
   double wall_seconds = 0.0;  // from the first frame to the last optimisation
   double peak_memory_mib = 0.0;
+  std::string command;   // that made it, as it was typed
+  std::string camera;    // how the focal length was found, in words
+  std::string detector;  // where the boxes came from, in words
+  std::vector<std::string> warnings;
   std::map<std::string, StageTimes::Summary> timing_ms;
 };
 

@@ -30,6 +30,7 @@ struct RunRequest {
   std::filesystem::path output;  // folder that is made; must not exist or be empty
   SystemOptions options;
   std::optional<DenseTime> dense;  // when to make depth maps and a dense cloud (options.dense); empty: not
+  std::string command;             // as it was typed, for the report; empty: not known
   bool realtime = false;           // play at the sequence's own speed and drop late frames
 
   bool HasRealClock() const { return realtime || live_camera; }

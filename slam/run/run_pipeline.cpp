@@ -19,6 +19,7 @@
 #include "slam/run/map_files.h"
 #include "slam/run/pace.h"
 #include "slam/run/recorder.h"
+#include "slam/run/warning_log.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
@@ -144,6 +145,9 @@ RunStats MakeStats(const RunResult& result, const RunInput& input, const Detecti
   RunStats stats = StatsOf(result);
   stats.skipped = input.frames->Skipped();
   stats.detector_frames = feed.Seen();
+  stats.detector = input.network                   ? fs::path(input.network->file).filename().string()
+                   : input.sequence.has_detections ? "boxes that came with the images"
+                                                   : "none";
   stats.timing_ms.merge(feed.Times());
   return stats;
 }
@@ -236,6 +240,7 @@ void SaveWithoutMap(const FinishedRun& run, Recorder& recorder) {
 
 FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
   CheckOptions(request.options);
+  const WarningLog warnings;
   RunInput input = OpenInput(request, host);  // before the folder: one that cannot be used leaves nothing
   CreateResultFolder(request.output);
   DetectionFeed feed = MakeFeed(request, input, host);
@@ -264,6 +269,8 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
   run.stats = MakeStats(run.result, input, feed);
   run.stats.dropped = dropped;
   run.stats.interrupted = run.interrupted = host.Stopped();
+  run.stats.command = request.command;
+  run.stats.camera = camera.IsGuessed() ? camera.Text() : "calibrated";
   run.stats.wall_seconds = std::chrono::duration<double>(Clock::now() - start).count();
   if (!run.result.map.snapshot) {
     SaveWithoutMap(run, recorder);
@@ -277,6 +284,7 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
   if (run.stats.counters.placed_at_end + run.stats.counters.tied_at_end > 0) {
     host.Say(CompletionText(run.stats.counters));
   }
+  run.stats.warnings = warnings.Lines();
   AttemptAll({[&] { WriteCamera(run.output / "camera.yaml", camera.camera, camera.Text()); },
               [&] { WriteMapFiles(run.output, run.result); }, [&] { recorder.Close(); },
               [&] { AddToRecording(run.output / "map.sqmap", run.result.kept); },

@@ -8,9 +8,13 @@
 #include "slam/evaluation/evaluation.h"
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
+#include "slam/snapshot/recording.h"
+#include "slam/system_options.h"
 #include "slam/util/error.h"
+#include "slam/util/options.h"
 #include "tests/app/run_program.h"
 #include "tests/io/temporary_folder.h"
+#include "tests/render/hand_made_map.h"
 
 namespace sqslam::app {
 namespace {
@@ -90,8 +94,64 @@ TEST(Report, ShowsTheEvaluationInMetricUnitsWhereThereIsOne) {
   const std::string page = sqslam::testing::Slurp(folder.Path() / "report.html");
   EXPECT_THAT(page, HasSubstr("Against the ground truth"));
   EXPECT_THAT(page, HasSubstr("16.0 × 16.0 × 20.0"));  // cm
-  EXPECT_THAT(page, HasSubstr("1 white_mug"));
-  EXPECT_THAT(page, HasSubstr("2 teapot</td><td>0</td><td class=\"l\" colspan=\"7\">missed"));
+  EXPECT_THAT(page, HasSubstr("white mug <span class=\"id\">1</span>"));
+  EXPECT_THAT(page, Not(HasSubstr("white_mug")));
+  EXPECT_THAT(page,
+              HasSubstr("teapot <span class=\"id\">2</span></td><td class=\"wide\">0</td><td class=\"l\" "
+                        "colspan=\"7\">missed"));
+}
+
+// A recording, a run that went badly, and an image that was mapped.
+void AddRecording(const fs::path& folder) {
+  MapSnapshot map = HandMadeMap();
+  map.image_path = (folder / "70.png").string();
+  cv::imwrite(map.image_path, cv::Mat(240, 320, CV_8UC3, cv::Scalar(90, 120, 160)));
+  map.detections.push_back({{}, 0});
+  map.gravity_known = false;
+  SystemOptions options;
+  options.seed = 12345;
+  RecordingWriter writer(folder / "map.sqmap", {"data/desk", "9.8.7", DumpOptions(options)});
+  writer.Add(map);
+  writer.Close();
+  RunStats stats = ReadStats(folder / "stats.json");
+  stats.tracked = 3;
+  stats.counters.losses = 2;
+  stats.submaps = 4;
+  stats.detector = "net.onnx";
+  stats.detector_frames = 8;
+  stats.camera = "a guess from the lens";
+  stats.command = "sqslam run 'my film' --seed 12345";
+  stats.warnings = {"the <camera> turns on the spot"};
+  WriteStats(folder / "stats.json", stats);
+}
+
+TEST(Report, TellsHowTheRunWasMadeAndHowItWent) {
+  const TemporaryFolder folder;
+  WriteResult(folder.Path());
+  AddRecording(folder.Path());
+  WriteReport({folder.Path(), "", "", {}});
+  const std::string page = sqslam::testing::Slurp(folder.Path() / "report.html");
+  for (const char* told :
+       {"Most of this run failed", "Only 3 of 10 frames", "focal length 300.0 px", "a guess from the lens",
+        "net.onnx, which saw 8 of 10 frames", "2 times", "4 left on their own", "the map may lean",
+        "sqslam run 'my film' --seed 12345", "sqslam 9.8.7", "the &lt;camera&gt; turns on the spot",
+        "<code>seed</code></td><td>12345</td>"}) {
+    EXPECT_THAT(page, HasSubstr(told));
+  }
+}
+
+TEST(Report, ShowsTheInputWithOutlinesBeforeTheMapToBeTurned) {
+  const TemporaryFolder folder;
+  WriteResult(folder.Path());
+  AddRecording(folder.Path());
+  WriteReport({folder.Path(), "", "", {}});
+  const std::string page = sqslam::testing::Slurp(folder.Path() / "report.html");
+  const std::size_t photo = page.find("Frame 70 of the input");
+  const std::size_t view = page.find("id=\"sq\"");
+  ASSERT_NE(photo, std::string::npos);
+  ASSERT_NE(view, std::string::npos);
+  EXPECT_LT(photo, view);
+  EXPECT_THAT(page, Not(HasSubstr("alt=\"The map\"")));  // the view stands in its place
 }
 
 TEST(Report, MissingFilesLeaveTheirSectionsOutAndBrokenOnesAreNamed) {

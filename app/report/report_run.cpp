@@ -1,0 +1,214 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <opencv2/imgcodecs.hpp>
+#include <set>
+
+#include "app/export/view_history.h"
+#include "app/report/report.h"
+#include "render/picture/outlines.h"
+#include "render/picture/picture_text.h"
+#include "render/video/input_frames.h"
+#include "slam/evaluation/trajectory_error.h"
+#include "slam/geometry/angles.h"
+#include "slam/system_options.h"
+#include "slam/util/error.h"
+#include "slam/util/markup.h"
+#include "slam/util/options.h"
+
+namespace sqslam::app {
+namespace fs = std::filesystem;
+namespace {
+
+// "0:12.5".
+std::string ClockText(double seconds) {
+  const int minutes = static_cast<int>(seconds) / 60;
+  return fmt::format("{}:{:04.1f}", minutes, seconds - 60.0 * minutes);
+}
+
+// The times at which the camera was not in the map, from the start of the path on.
+std::string GapsText(const Trajectory& trajectory) {
+  std::vector<std::string> gaps;
+  const std::vector<Trajectory> pieces = SplitAtGaps(trajectory);
+  for (std::size_t i = 1; i < pieces.size(); ++i) {
+    const double start = trajectory.front().timestamp;
+    gaps.push_back(fmt::format("{} to {}", ClockText(pieces[i - 1].back().timestamp - start),
+                               ClockText(pieces[i].front().timestamp - start)));
+  }
+  constexpr std::size_t kMost = 8;
+  if (gaps.size() > kMost) {
+    gaps.resize(kMost);
+    gaps.emplace_back("…");
+  }
+  return fmt::format("{}", fmt::join(gaps, ", "));
+}
+
+// Key, value and default of each setting that is not as it is by default.
+std::vector<std::array<std::string, 3>> ChangedSettings(const std::string& config) {
+  SystemOptions used;
+  SystemOptions defaults;
+  try {
+    ParseOptions(config, "map.sqmap", used);
+  } catch (const UsageError&) {  // of another version of the program
+    return {};
+  }
+  const std::vector<OptionField> fields = OptionFields(used);
+  const std::vector<OptionField> plain = OptionFields(defaults);
+  std::vector<std::array<std::string, 3>> changed;
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    const std::string value = OptionText(fields[i]);
+    const std::string before = OptionText(plain[i]);
+    if (value != before) {
+      changed.push_back({fields[i].key, value, before});
+    }
+  }
+  return changed;
+}
+
+// The facts of a run, one line each: name and text.
+using Facts = std::vector<std::pair<std::string, std::string>>;
+
+Facts FactsOf(const ReportData& data) {
+  Facts facts;
+  const MapSnapshotPtr map = data.recording ? data.recording->Last() : nullptr;
+  if (map && map->camera.width > 0) {
+    const Camera& camera = map->camera;
+    facts.emplace_back(
+        "Camera", fmt::format("{} × {} pixels, focal length {:.1f} px ({:.0f}° wide)", camera.width,
+                              camera.height, camera.fx, kDegreesPerRadian * HorizontalFieldOfView(camera)));
+  }
+  if (data.stats) {
+    const RunStats& stats = *data.stats;
+    const RunCounters& counters = stats.counters;
+    if (!stats.camera.empty()) {
+      facts.emplace_back("Focal length from", stats.camera);
+    }
+    if (!stats.detector.empty()) {
+      facts.emplace_back("Boxes from", stats.detector_frames > 0
+                                           ? fmt::format("{}, which saw {} of {} frames", stats.detector,
+                                                         stats.detector_frames, stats.frames)
+                                           : stats.detector);
+    }
+    const std::string gaps = GapsText(data.trajectory);
+    facts.emplace_back(
+        "Tracking lost",
+        fmt::format("{}{}", counters.losses == 0 ? "never" : fmt::format("{} times", counters.losses),
+                    gaps.empty() ? "" : "; not in the map: " + gaps));
+    if (counters.losses > 0) {
+      facts.emplace_back("Found again", fmt::format("{} times", counters.relocalizations));
+    }
+    facts.emplace_back("Loops closed",
+                       fmt::format("{}, and {} returns to known places", counters.loops, counters.returns));
+    facts.emplace_back("Submaps", fmt::format("{} merged, {} left on their own, {} given up", counters.merges,
+                                              stats.submaps, counters.resets));
+    if (stats.skipped + stats.dropped > 0) {
+      facts.emplace_back("Frames left out",
+                         fmt::format("{} unreadable, {} too late", stats.skipped, stats.dropped));
+    }
+  }
+  if (map) {
+    facts.emplace_back("Gravity",
+                       map->gravity_known ? "known: the map stands upright" : "not found: the map may lean");
+  }
+  if (data.stats && !data.stats->command.empty()) {
+    facts.emplace_back("Made by", data.stats->command);
+  }
+  if (data.recording) {
+    facts.emplace_back("Version", "sqslam " + data.recording->Info().program_version);
+  }
+  return facts;
+}
+
+}  // namespace
+
+void AppendRun(std::string& page, const ReportData& data) {
+  const Facts facts = FactsOf(data);
+  if (facts.empty()) {
+    return;
+  }
+  const auto out = std::back_inserter(page);
+  fmt::format_to(out, "<section><h2>How it was made</h2>\n<table class=\"facts\"><tbody>\n");
+  for (const auto& [name, text] : facts) {
+    fmt::format_to(out, "<tr><th>{}</th><td>{}</td></tr>\n", name, EscapeMarkup(text));
+  }
+  fmt::format_to(out, "</tbody></table>\n");
+  if (data.stats && !data.stats->warnings.empty()) {
+    fmt::format_to(out, "<h3>Warnings</h3>\n<ul class=\"warnings\">\n");
+    for (const std::string& warning : data.stats->warnings) {
+      fmt::format_to(out, "<li>{}</li>\n", EscapeMarkup(warning));
+    }
+    fmt::format_to(out, "</ul>\n");
+  }
+  const auto settings = data.recording ? ChangedSettings(data.recording->Info().config)
+                                       : std::vector<std::array<std::string, 3>>();
+  if (!settings.empty()) {
+    fmt::format_to(
+        out,
+        "<h3>Settings that differ from the defaults</h3>\n<div class=\"scroll\"><table><thead><tr><th "
+        "class=\"l\">Setting</th><th>Value</th><th>Default</th></tr></thead><tbody>\n");
+    for (const auto& [key, value, before] : settings) {
+      fmt::format_to(out, "<tr><td class=\"l\"><code>{}</code></td><td>{}</td><td>{}</td></tr>\n",
+                     EscapeMarkup(key), EscapeMarkup(value), EscapeMarkup(before));
+    }
+    fmt::format_to(out, "</tbody></table></div>\n");
+  }
+  fmt::format_to(out, "</section>\n");
+}
+
+std::optional<OutlinedPhoto> BestPhoto(const RecordingReader& reader, const fs::path& recording) {
+  MapSnapshot map = *reader.Last();
+  std::map<std::size_t, double> worth;  // of keyframes
+  std::map<std::size_t, std::set<std::size_t>> shown;
+  for (const SeenOutline& outline : FindOutlines(map, ReadHistory(reader), 0.5)) {
+    if (outline.detected) {
+      const bool reliable = IsReliable(map.objects[outline.object]);
+      worth[outline.keyframe] +=
+          (reliable ? 1.0 : 0.1) * (outline.whole ? 1.0 : 0.4) * std::min(0.3, std::sqrt(outline.share));
+      shown[outline.keyframe].insert(outline.object);
+    }
+  }
+  if (worth.empty()) {
+    return std::nullopt;
+  }
+  const std::size_t best = std::ranges::max_element(worth, {}, [](const auto& w) { return w.second; })->first;
+  const SnapshotKeyframe keyframe = map.keyframes[best];
+  std::vector<SnapshotObject> objects;
+  for (const std::size_t object : shown[best]) {
+    objects.push_back(map.objects[object]);
+  }
+  map.objects = std::move(objects);
+  try {
+    InputFrames frames(reader, recording);
+    const cv::Mat image = frames.ImageOf(keyframe.frame_index);
+    PictureOptions options;
+    options.width = 1280;
+    options.height = 1280 * image.rows / image.cols;
+    return OutlinedPhoto{
+        RenderOverPhoto(map, image, keyframe.T_map_camera, options),
+        fmt::format("Frame {} of the input, with the outlines of the mapped objects that the "
+                    "detector saw in it.",
+                    keyframe.frame_index)};
+  } catch (const InputError&) {  // the images are not there any more
+    return std::nullopt;
+  }
+}
+
+std::string PictureUri(const cv::Mat& picture) {
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".webp", picture, bytes, {cv::IMWRITE_WEBP_QUALITY, 86});
+  return "data:image/webp;base64," + Base64({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+std::string PictureUri(const fs::path& file) {
+  const cv::Mat picture = cv::imread(file.string());
+  if (picture.empty()) {
+    throw InputError(fmt::format("{}: cannot be read, expected a picture", file.string()));
+  }
+  return PictureUri(picture);
+}
+
+}  // namespace sqslam::app

@@ -1,0 +1,163 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <iterator>
+#include <map>
+
+#include "app/report/report.h"
+#include "render/picture/picture_text.h"
+#include "slam/geometry/angles.h"
+#include "slam/util/markup.h"
+#include "slam/util/text_lines.h"
+
+namespace sqslam::app {
+namespace {
+
+using TableOutput = std::back_insert_iterator<std::string>;
+
+// The name as people write it, made safe.
+std::string NameIn(const auto& object) { return EscapeMarkup(ReadableLabel(ShownName(object))); }
+
+// The dot in the colour of a class, "#rrggbb" as in the pictures of the map.
+std::string Dot(const LabelColors& colors, const std::string& label) {
+  return fmt::format("<span class=\"dot\" style=\"background:{}\"></span>", FormatColor(colors(label)));
+}
+
+// An object's number beside its name: what tells two of a class apart.
+std::string Number(int id) { return fmt::format(" <span class=\"id\">{}</span>", id); }
+
+void AppendObjectRow(TableOutput out, const ReportData& data, const SnapshotObject& object,
+                     const LabelColors& colors) {
+  const Superquadric& shape = object.superquadric.shape;
+  const double factor =
+      2.0 * data.Scale() * (data.evaluation != nullptr ? 100.0 : 1.0);  // centimetres where metric
+  const int digits = data.evaluation != nullptr ? 1 : 3;
+  fmt::format_to(out, "<tr{}><td class=\"l\">{}{}{}</td>", IsReliable(object) ? "" : " class=\"unsure\"",
+                 Dot(colors, object.label), NameIn(object), Number(object.id));
+  fmt::format_to(out, "<td>{}</td><td class=\"wide\">{:.2f}</td><td class=\"wide\">{:.2f}</td>",
+                 ShapeGlyphSvg(object, colors(object.label)), shape.e1, shape.e2);
+  fmt::format_to(out, "<td>{:.{}f} × {:.{}f} × {:.{}f}</td>", factor * shape.half_size.x(), digits,
+                 factor * shape.half_size.y(), digits, factor * shape.half_size.z(), digits);
+  fmt::format_to(out,
+                 "<td>{}</td><td class=\"wide\">{}</td><td class=\"wide\">{:.2f}</td><td>{:.2f}</td></tr>\n",
+                 object.observations, object.points, object.score, object.fit.reliability);
+}
+
+// An object of the ground truth with its number.
+std::string TruthCell(const GroundTruthObject& truth) {
+  return fmt::format("<td class=\"l\">{}{}</td><td class=\"wide\">{}</td>", NameIn(truth), Number(truth.id),
+                     truth.detections);
+}
+
+void AppendMatchRow(TableOutput out, const Evaluation& evaluation, const ObjectMatch& match,
+                    const LabelColors& colors) {
+  const SnapshotObject& object = evaluation.mapped.at(static_cast<std::size_t>(match.mapped));
+  fmt::format_to(out, "<tr>{}<td class=\"l\">{}{}{}</td>",
+                 TruthCell(evaluation.truth.at(static_cast<std::size_t>(match.truth))),
+                 Dot(colors, object.label), NameIn(object), Number(object.id));
+  fmt::format_to(out,
+                 "<td class=\"bars wide\"><span class=\"bar\"><i "
+                 "style=\"width:{:.0f}%\"></i></span></td><td>{:.3f}</td>",
+                 100.0 * match.iou, match.iou);
+  fmt::format_to(out,
+                 "<td class=\"wide\">{:.3f}</td><td>{:.1f}</td><td class=\"wide\">{:.1f}</td>"
+                 "<td class=\"wide\">{:.1f}</td></tr>\n",
+                 match.iou_ellipsoid, 100.0 * match.center_error, 100.0 * match.size_error,
+                 kDegreesPerRadian * match.yaw_error);
+}
+
+// "chair, cup (2)", or "none".
+std::string MappedOf(const Evaluation& evaluation, const auto& items) {
+  std::map<std::string, int> counts;
+  for (const auto& item : items) {
+    ++counts[NameIn(evaluation.mapped.at(static_cast<std::size_t>(item.mapped)))];
+  }
+  std::vector<std::string> names;
+  for (const auto& [name, count] : counts) {
+    names.push_back(count > 1 ? fmt::format("{} ({})", name, count) : name);
+  }
+  return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
+}
+
+}  // namespace
+
+void AppendObjects(std::string& page, const ReportData& data, const LabelColors& colors) {
+  const TableOutput out(page);
+  if (data.objects.empty()) {
+    return;
+  }
+  fmt::format_to(
+      out,
+      "<section><h2>Objects</h2>\n<div class=\"scroll\"><table><thead><tr><th class=\"l\">Object</th>"
+      "<th>From above, side</th><th class=\"wide\">ε₁</th><th class=\"wide\">ε₂</th><th>Size, "
+      "{}</th><th>Seen "
+      "in</th><th class=\"wide\">Points</th><th "
+      "class=\"wide\">Score</th><th>Reliability</th></tr></thead><tbody>\n",
+      data.evaluation != nullptr ? "cm" : "map units");
+  for (const SnapshotObject& object : data.objects) {
+    AppendObjectRow(out, data, object, colors);
+  }
+  fmt::format_to(out, "</tbody></table></div></section>\n");
+}
+
+void AppendComparison(std::string& page, const ReportData& data, const LabelColors& colors) {
+  const TableOutput out(page);
+  if (data.evaluation == nullptr || !data.evaluation->has_objects) {
+    return;
+  }
+  const Evaluation& evaluation = *data.evaluation;
+  fmt::format_to(
+      out,
+      "<section><h2>Against the ground truth</h2>\n<div class=\"scroll\"><table><thead><tr>"
+      "<th class=\"l\">Ground truth</th><th class=\"wide\">Boxes</th><th class=\"l\">Mapped as</th><th "
+      "class=\"wide\"></th><th>3D IoU</th><th class=\"wide\">as ellipsoid</th><th>Centre off, cm</th><th "
+      "class=\"wide\">Size off, cm</th><th class=\"wide\">Yaw off, °</th></tr></thead><tbody>\n");
+  for (const ObjectMatch& match : evaluation.objects.matches) {
+    AppendMatchRow(out, evaluation, match, colors);
+  }
+  for (const int missed : evaluation.objects.missed) {
+    fmt::format_to(out, "<tr class=\"missed\">{}<td class=\"l\" colspan=\"7\">missed</td></tr>\n",
+                   TruthCell(evaluation.truth.at(static_cast<std::size_t>(missed))));
+  }
+  fmt::format_to(out, "</tbody></table></div>\n<div class=\"after\"></div>\n");
+  for (const CoverageCount& count : evaluation.coverage) {
+    fmt::format_to(out, "<p class=\"note\">Objects with {} or more detections in the map: {} of {}.</p>\n",
+                   count.min_detections, count.mapped, count.total);
+  }
+  fmt::format_to(out,
+                 "<p class=\"note\">In the map without ground truth: {}. Mapped twice: {}.</p></section>\n",
+                 MappedOf(evaluation, evaluation.extra), MappedOf(evaluation, evaluation.objects.duplicates));
+}
+
+void AppendTiming(std::string& page, const ReportData& data) {
+  const TableOutput out(page);
+  if (!data.stats || data.stats->timing_ms.empty()) {
+    return;
+  }
+  double largest = 1e-9;
+  for (const auto& [stage, summary] : data.stats->timing_ms) {
+    largest = std::max(largest, summary.mean);
+  }
+  fmt::format_to(
+      out,
+      "<section><h2>Time</h2>\n<div class=\"scroll\"><table><thead><tr><th class=\"l\">Stage, milliseconds"
+      "</th><th class=\"wide\"></th><th>Mean</th><th class=\"wide\">Median</th><th>95 "
+      "%</th><th class=\"wide\">Longest</th><th>Times</th></tr></thead><tbody>\n");
+  for (const auto& [stage, summary] : data.stats->timing_ms) {  // sorted: a stage stands before its parts
+    const std::size_t dot = stage.find('.');
+    const std::string name = ReadableLabel(dot == std::string::npos ? stage : stage.substr(dot + 1));
+    fmt::format_to(
+        out,
+        "<tr class=\"{}\"><td class=\"stage\">{}</td><td class=\"bars wide\"><span class=\"bar\"><i "
+        "style=\"width:{:.0f}%\"></i>"
+        "</span></td><td>{:.2f}</td><td class=\"wide\">{:.2f}</td><td>{:.2f}</td><td "
+        "class=\"wide\">{:.1f}</td>"
+        "<td>{}</td></tr>\n",
+        dot == std::string::npos ? "stage1" : "sub", EscapeMarkup(name), 100.0 * summary.mean / largest,
+        summary.mean, summary.median, summary.p95, summary.max, summary.count);
+  }
+  fmt::format_to(out, "</tbody></table></div></section>\n");
+}
+
+}  // namespace sqslam::app
