@@ -22,7 +22,7 @@ struct MapViewOptions {
   double outline_tolerance = 0.5;  // px by which outlines over images may be simpler than they are
 };
 
-// What lies over the map besides what the recording holds.
+// Layers over the map besides those of the recording.
 struct MapViewExtras {
   std::string title;
   double metres = 0.0;                                  // of a map unit; 0: nobody knows

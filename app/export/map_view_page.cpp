@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of three.js, in the order in which they need one another.
+// Files of three.js, in the order in which they need one another.
 constexpr std::array kLibraries = {"three.min.js", "examples/js/controls/OrbitControls.js",
                                    "examples/js/loaders/GLTFLoader.js"};
 

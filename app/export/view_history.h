@@ -10,7 +10,7 @@
 
 namespace sqslam::app {
 
-// What the states of a run tell that the finished map does not.
+// Facts that the states of a run tell and the finished map does not.
 struct ViewHistory {
   std::map<std::int32_t, double> first_seen;  // object id: time of the first state that holds it, seconds
   std::map<std::int64_t, std::set<std::int32_t>> seen_in;  // frame: ids of objects that had a box in it

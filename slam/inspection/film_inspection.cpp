@@ -71,7 +71,7 @@ double ShareOf(const std::vector<TwoViewMatch>& matches, const FrameFeatures& fe
   return static_cast<double>(matches.size()) / std::max(1.0, static_cast<double>(features.Size()));
 }
 
-// What the sample has in common with the frame after it and with the next sample.
+// Compares the sample with the frame after it and with the next sample.
 void Compare(const FrameFeatures& features, const FrameFeatures& neighbour, double neighbour_seconds,
              const FrameFeatures& next, double next_seconds, const Camera& camera, FilmMoment& moment) {
   constexpr double kEnough = 0.05;  // of the keypoints, for the motion over the longer time

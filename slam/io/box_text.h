@@ -12,7 +12,7 @@
 #include "slam/io/box_formats.h"
 #include "slam/util/text_lines.h"
 
-// What the readers of box files share; only box_formats.cpp and box_tables.cpp include it.
+// Helpers that the readers of box files share; only box_formats.cpp and box_tables.cpp include them.
 namespace sqslam {
 
 // The text as a label; throws InputError that names the file where it is empty or too long.
