@@ -9,6 +9,7 @@
 
 #include "app/terminal/terminal.h"
 #include "slam/io/coco.h"
+#include "slam/io/network_stream.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/data_path.h"
 #include "slam/util/error.h"
@@ -88,7 +89,7 @@ SequenceRequest SequenceArguments::Request() const { return {input, format, came
 void RunArguments::AddTo(Command& command) {
   SequenceArguments::AddTo(command,
                            "Sequence folder (rgb.txt, camera.yaml, boxes.txt), dataset folder, image folder, "
-                           "video, or the index of a live camera");
+                           "video, the index of a live camera, or its address (rtsp://..., http://...)");
   command.Option("--camera-index N", camera_index, "A live camera of this machine, instead of INPUT")
       .AtLeast(0);
   command.Option("--detections PATH", detections, "boxes.txt, or a folder with one TIMESTAMP.txt a frame");
@@ -173,7 +174,8 @@ RunPictures RunArguments::Pictures() const {
 RunRequest RunArguments::Request() const {
   if (input.empty() && !camera_index) {
     throw UsageError(
-        "run: INPUT is missing, expected a sequence folder, an image folder, a video or a camera index");
+        "run: INPUT is missing, expected a sequence folder, an image folder, a video, a camera index or "
+        "an address");
   }
   if (!detections.empty() && !detector.empty() && detector != "none") {
     throw UsageError(
@@ -188,7 +190,8 @@ RunRequest RunArguments::Request() const {
     throw UsageError("INPUT and --camera-index: expected one of them");
   }
   request.live_camera = camera_index ? camera_index : LiveCameraOf(input);
-  if (request.live_camera && !mask.empty()) {
+  request.stream = IsStreamAddress(input) ? input : "";
+  if (request.IsLive() && !mask.empty()) {
     throw UsageError("--mask: a live camera has no recorded images, expected a sequence or a video");
   }
   request.range = Range();
@@ -196,6 +199,7 @@ RunRequest RunArguments::Request() const {
   request.output =
       output.empty()
           ? FreeResultFolder("out", request.live_camera ? fmt::format("camera{}", *request.live_camera)
+                                    : request.IsLive()  ? "stream"
                                                         : NameOfInput(input))
           : fs::path(output);
   request.options = Options();

@@ -18,6 +18,7 @@ Examples:
   sqslam run living_room_traj2_frei_png          ICL-NUIM, RGB-D Scenes v2 and 7-Scenes as downloaded
   sqslam run rgbd_dataset_freiburg1_xyz --camera tum-freiburg1
   sqslam run --camera-index 0 --camera webcam.yaml   a live camera, until Ctrl-C
+  sqslam run rtsp://192.168.1.20/main --camera door.yaml   one over the network
   sqslam run film.mp4 --resize 960               a phone's video, its camera guessed and refined, boxes found
   sqslam run film.mp4 --camera phone.yaml --set tracking.features.num_features=1500
   sqslam run data/kitchen --video kitchen.mp4

@@ -8,21 +8,25 @@
 #include <system_error>
 
 #include "slam/io/cameras.h"
+#include "slam/io/network_stream.h"
 #include "slam/util/error.h"
 
 namespace sqslam {
 namespace {
 
-Sequence LiveSequence(const RunRequest& request) {
+// `images`: of a stream; null for a camera of this machine.
+Sequence LiveSequence(const RunRequest& request, const NetworkStream* images) {
   if (!request.sequence.detections.empty()) {
     throw UsageError("--detections: boxes of a recording, expected none with a live camera");
   }
   Sequence sequence;
-  sequence.path = fmt::format("camera {}", *request.live_camera);
+  sequence.path =
+      images != nullptr ? PublicAddress(request.stream) : fmt::format("camera {}", *request.live_camera);
   if (request.sequence.camera.empty() || request.sequence.camera == kAutoCamera) {
-    constexpr int kWidth = 640;  // what every camera can give
-    constexpr int kHeight = 480;
-    const CameraGuess guess = GuessCamera(kWidth, kHeight, Camera().fps);
+    const cv::Size size =
+        images != nullptr ? images->ImageSize() : cv::Size(640, 480);  // every camera has that
+    const double fps = images != nullptr && images->Fps() > 0.0 ? images->Fps() : Camera().fps;
+    const CameraGuess guess = GuessCamera(size.width, size.height, fps);
     sequence.camera = guess.camera;
     sequence.guessed_by = guess.source;
   } else {
@@ -32,7 +36,7 @@ Sequence LiveSequence(const RunRequest& request) {
 }
 
 void CheckExtension(const RunRequest& request) {
-  if (request.live_camera) {
+  if (request.IsLive()) {
     throw UsageError("--extend: expected a recording instead of a live camera");
   }
   if (request.dense) {
@@ -52,7 +56,7 @@ void CheckRequest(const RunRequest& request, const Sequence& sequence) {
         "--deterministic: which frames are dropped differs from run to run, expected no --realtime and no "
         "live camera");
   }
-  if (request.dense && request.live_camera) {
+  if (request.dense && request.IsLive()) {
     throw UsageError("--dense: needs the images again, expected a recording instead of a live camera");
   }
   if (request.dense == DenseTime::kLive && request.options.deterministic) {
@@ -66,7 +70,7 @@ void CheckRequest(const RunRequest& request, const Sequence& sequence) {
         "mapping.camera.what=focal+radial: keypoints of a run stay undistorted as the camera given says, "
         "expected none or focal; --camera auto learns both before the run");
   }
-  if (!request.live_camera && request.range.SizeIn(sequence) <= 0) {
+  if (!request.IsLive() && request.range.SizeIn(sequence) <= 0) {
     throw UsageError(
         fmt::format("--start {} --frames {}: nothing left, expected a part of the sequence's {} frames",
                     request.range.start, request.range.count, sequence.frames.size()));
@@ -74,13 +78,14 @@ void CheckRequest(const RunRequest& request, const Sequence& sequence) {
 }
 
 std::unique_ptr<FrameStream> OpenFrames(const RunRequest& request, const Sequence& sequence,
-                                        const RunHost& host) {
-  if (request.live_camera) {
-    return std::make_unique<LiveSource>(request.open_camera(*request.live_camera, sequence.camera),
-                                        sequence.camera, sequence.path.string(), request.range, LiveClock(),
-                                        [&host] { return host.Stopped(); });
+                                        const RunHost& host, std::shared_ptr<NetworkStream> images) {
+  if (!request.IsLive()) {
+    return std::make_unique<FrameSource>(sequence, request.range);
   }
-  return std::make_unique<FrameSource>(sequence, request.range);
+  const FrameGrabber grabber = images ? FrameGrabber([images](cv::Mat& bgr) { return images->Read(bgr); })
+                                      : request.open_camera(*request.live_camera, sequence.camera);
+  return std::make_unique<LiveSource>(grabber, sequence.camera, sequence.path.string(), request.range,
+                                      LiveClock(), [&host] { return host.Stopped(); });
 }
 
 }  // namespace
@@ -91,12 +96,18 @@ RunInput OpenInput(const RunRequest& request, const RunHost& host) {
     CheckExtension(request);
     input.known = ReadKnownMap(request.extend);
   }
-  input.sequence = request.live_camera ? LiveSequence(request)
-                   : input.known       ? OpenSequenceFor(*input.known, request.sequence)
-                                       : OpenSequence(request.sequence);
+  std::shared_ptr<NetworkStream> images;
+  if (!request.stream.empty()) {
+    StreamOptions options;
+    options.stopped = [&host] { return host.Stopped(); };
+    images = std::make_shared<NetworkStream>(request.stream, options);
+  }
+  input.sequence = request.IsLive() ? LiveSequence(request, images.get())
+                   : input.known    ? OpenSequenceFor(*input.known, request.sequence)
+                                    : OpenSequence(request.sequence);
   CheckRequest(request, input.sequence);
   input.network = NetworkFor(request.options.detection, input.sequence);
-  input.frames = OpenFrames(request, input.sequence, host);
+  input.frames = OpenFrames(request, input.sequence, host, std::move(images));
   if (input.network) {
     input.detector.emplace(*input.network);
   }

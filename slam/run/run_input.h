@@ -25,6 +25,7 @@ struct RunRequest {
   SequenceRequest sequence;        // of a live camera only its calibration counts
   std::optional<int> live_camera;  // index of a camera of this machine, instead of a sequence
   CameraOpener open_camera = OpenCamera;
+  std::string stream;  // address of live images over the network, instead of a sequence; empty: none
   FrameRange range;
   std::filesystem::path extend;  // a result whose map is gone on with; empty: a new map
   std::filesystem::path output;  // folder that is made; must not exist or be empty
@@ -33,7 +34,8 @@ struct RunRequest {
   std::string command;             // as it was typed, for the report; empty: not known
   bool realtime = false;           // play at the sequence's own speed and drop late frames
 
-  bool HasRealClock() const { return realtime || live_camera; }
+  bool IsLive() const { return live_camera || !stream.empty(); }
+  bool HasRealClock() const { return realtime || IsLive(); }
 };
 
 // The frames of a run, the map that it goes on with, and the network for the boxes.

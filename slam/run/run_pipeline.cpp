@@ -72,8 +72,8 @@ std::string StateText(TrackingState state, const Recorder& recorder) {
 int Play(const RunRequest& request, const RunInput& input, const Recorder& recorder, DetectionFeed& feed,
          System& system, LiveDepth* live, RunHost& host) {
   const FrameRange& range = request.range;
-  const std::int64_t total = request.live_camera ? 0 : range.SizeIn(input.sequence);
-  const bool paced = request.realtime && !request.live_camera;  // a live camera keeps its own time
+  const std::int64_t total = request.IsLive() ? 0 : range.SizeIn(input.sequence);
+  const bool paced = request.realtime && !request.IsLive();  // a live camera keeps its own time
   Pace pace(SteadyPaceClock([&host] { return host.Stopped(); }));
   while (!recorder.Failed() && !feed.Failed() && host.AdmitFrame()) {
     const std::optional<Frame> frame = input.frames->Next();

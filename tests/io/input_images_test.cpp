@@ -14,9 +14,9 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-constexpr int kFrames = 50;
+constexpr int kFilmFrames = 50;
 
-cv::Mat Picture(int index) { return cv::Mat(96, 128, CV_8UC3, cv::Scalar::all(4.0 * index + 20.0)); }
+cv::Mat GreyPicture(int index) { return cv::Mat(96, 128, CV_8UC3, cv::Scalar::all(4.0 * index + 20.0)); }
 
 // The index of the picture that the image is, by its brightness; -1 for no image.
 int IndexOf(const cv::Mat& image) {
@@ -36,10 +36,10 @@ class InputImagesTest : public ::testing::Test {
   fs::path Film() const {
     const fs::path file = folder_.Path() / "film.mp4";
     std::vector<double> seconds;
-    for (int i = 0; i < kFrames; ++i) {
+    for (int i = 0; i < kFilmFrames; ++i) {
       seconds.push_back(i / 25.0);
     }
-    testing::WriteFilm(file, seconds, Picture);
+    testing::WriteFilm(file, seconds, GreyPicture);
     return file;
   }
 
@@ -54,13 +54,13 @@ TEST_F(InputImagesTest, ReadFramesOfAFilmInAnyOrder) {
     EXPECT_EQ(IndexOf(image), frame);
     EXPECT_EQ(image.size(), cv::Size(64, 48));
   }
-  EXPECT_TRUE(images.Read(kFrames).empty());
+  EXPECT_TRUE(images.Read(kFilmFrames).empty());
   EXPECT_TRUE(images.Read(-1).empty());
 }
 
 TEST_F(InputImagesTest, ReadTheFilesOfAFolder) {
   for (int i = 0; i < 5; ++i) {
-    cv::imwrite((folder_.Path() / ("images" + std::to_string(i) + ".png")).string(), Picture(i));
+    cv::imwrite((folder_.Path() / ("images" + std::to_string(i) + ".png")).string(), GreyPicture(i));
   }
   InputImages images(Record(folder_.Path()));
   EXPECT_EQ(IndexOf(images.Read(3)), 3);
@@ -69,7 +69,7 @@ TEST_F(InputImagesTest, ReadTheFilesOfAFolder) {
 
 TEST_F(InputImagesTest, PreferTheFileThatTheSnapshotNames) {
   const fs::path named = folder_.Path() / "named.png";
-  cv::imwrite(named.string(), Picture(33));
+  cv::imwrite(named.string(), GreyPicture(33));
   MapSnapshot map;
   map.camera = {64, 48, 60.0, 60.0, 32.0, 24.0};
   map.frame_index = 7;
