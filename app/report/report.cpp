@@ -138,7 +138,7 @@ void AppendTopView(Output out, const ReportData& data, const LabelColors& colors
   fmt::format_to(
       out,
       "<section><h2>Seen from above</h2>\n<figure>{}<figcaption>Camera path, and the objects’ horizontal "
-      "outlines.{}</figcaption></figure></section>\n",
+      "outlines, dashed where uncertain.{}</figcaption></figure></section>\n",
       svg,
       data.evaluation != nullptr ? " The ground truth is aligned by a similarity."
                                  : " A map from one camera has no scale: "

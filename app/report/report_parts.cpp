@@ -21,7 +21,7 @@ constexpr int kOutlinePoints = 72;
 // The horizontal cross-section at the middle of a solid, map frame times `scale`.
 TrajectoryFigure::Footprint FootprintOf(const SnapshotObject& object, const Eigen::Vector3d& color,
                                         double scale) {
-  TrajectoryFigure::Footprint footprint{ReadableLabel(ShownName(object)), color, {}};
+  TrajectoryFigure::Footprint footprint{ReadableLabel(ShownName(object)), color, {}, !IsReliable(object)};
   const PosedSuperquadric& solid = object.superquadric;
   for (int i = 0; i < kOutlinePoints; ++i) {
     const double omega = 2.0 * std::numbers::pi * i / kOutlinePoints - std::numbers::pi;

@@ -172,6 +172,7 @@ struct TrajectoryFigure {
     std::string name;
     Eigen::Vector3d color = Eigen::Vector3d::Zero();
     std::vector<Eigen::Vector3d> outline;
+    bool uncertain = false;  // drawn as dashes, without a filling
   };
   std::optional<Path> truth;
   std::vector<Path> paths;

@@ -114,14 +114,18 @@ void DrawFootprints(FigurePage& page, const PlotArea& plot, const TrajectoryFigu
   std::vector<FigureText> names;
   for (const TrajectoryFigure::Footprint& object : figure.objects) {
     FigurePath path{{}, true, object.color, 0.22, FigureStroke{object.color, 0.8, {}}};
+    if (object.uncertain) {
+      path.fill.reset();
+      path.stroke->dash = {2.0, 2.0};
+    }
     Eigen::Vector2d middle = Eigen::Vector2d::Zero();
     for (const Eigen::Vector3d& p : object.outline) {
       path.points.push_back(plot.At(p.x(), p.y()));
       middle += path.points.back() / static_cast<double>(object.outline.size());
     }
     page.elements.emplace_back(std::move(path));
-    names.push_back(
-        {object.name, middle, theme.small, theme.ink, TextAlign::kCenter, false, 0.0, theme.background});
+    names.push_back({object.name, middle, theme.small, object.uncertain ? theme.muted : theme.ink,
+                     TextAlign::kCenter, false, 0.0, theme.background});
   }
   std::stable_sort(names.begin(), names.end(),
                    [](const FigureText& a, const FigureText& b) { return a.anchor.y() < b.anchor.y(); });

@@ -216,6 +216,23 @@ TEST(FigureTest, PathsHaveOneScaleForBothAxes) {
   FAIL() << "the path is not on the page";
 }
 
+TEST(FigureTest, UncertainObjectsAreDashesFromAbove) {
+  TrajectoryFigure figure;
+  figure.objects = {{"cup", {1, 0, 0}, {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}}, false},
+                    {"oven", {0, 0, 1}, {{2, 0, 0}, {3, 0, 0}, {3, 1, 0}}, true}};
+  int filled = 0;
+  int dashed = 0;
+  for (const FigureElement& element : DrawTrajectories(figure, {}).elements) {
+    const auto* path = std::get_if<FigurePath>(&element);
+    if (path != nullptr && path->closed && path->points.size() == 3 && path->stroke) {
+      filled += path->fill && path->stroke->dash.empty() ? 1 : 0;
+      dashed += !path->fill && !path->stroke->dash.empty() ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(filled, 1);
+  EXPECT_EQ(dashed, 1);
+}
+
 TEST(FigureTest, BarsReachToTheirValues) {
   const FigurePage page = DrawIou({{"cup"}, {{"run", {0.5}}}}, {});
   std::vector<double> heights;
