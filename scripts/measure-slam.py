@@ -7,6 +7,9 @@ the bundled synthetic desk. Prints one table in Markdown: medians, with the lowe
 
     scripts/measure-slam.py ../data out/measure
     scripts/measure-slam.py ../data out/measure --only redkitchen gap --runs 3 -- --deterministic
+
+A name like redkitchen:20 stands for every 20th frame of a sequence, as photographs a second apart would show it;
+"strides" for all of these. Runs of one sequence have the seeds 1, 2, 3, ...
 """
 import argparse
 import json
@@ -22,6 +25,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 GAP = range(400, 461)  # frames of redkitchen that are black in "gap"
+STRIDES = [("redkitchen", 10), ("redkitchen", 15), ("redkitchen", 20), ("tsukuba", 6), ("blender_desk_a", 10)]
 FPS = 30.0
 SAMPLE_INTERVAL = 1.0  # s, between two looks at a run's memory
 
@@ -103,6 +107,8 @@ def make_sequences(arguments):
             subprocess.run([arguments.sqslam, "synth", scene, "--output", desk, "--noise", "--quiet"], check=True)
         count = len(read_rows(desk / "rgb.txt"))
         folders["laps"] = write_variant(desk, work / "laps", there_and_back(count, arguments.laps))
+    for name, stride in STRIDES:
+        folders[f"{name}:{stride}"] = data / name
     return {name: folder for name, folder in folders.items() if folder.exists() and name in arguments.only}
 
 
@@ -131,11 +137,12 @@ def newest_frame(recording):
         return None
 
 
-def run(arguments, sequence, output):
+def run(arguments, name, sequence, output, seed):
     """Runs once; returns memory over time as (frame, MiB), or None where the run failed."""
     shutil.rmtree(output, ignore_errors=True)
     output.parent.mkdir(parents=True, exist_ok=True)
     command = [arguments.sqslam, "run", sequence, "--output", output, "--no-render", "--quiet"]
+    command += ["--seed", str(seed)] + (["--stride", name.split(":")[1]] if ":" in name else [])
     process = subprocess.Popen(command + arguments.options, stderr=subprocess.DEVNULL)
     memory = []
     while process.poll() is None:
@@ -153,9 +160,9 @@ def history(arguments, output):
     return [(int(words[0]), int(words[2]), int(words[3])) for words in map(str.split, lines)]
 
 
-def measure(arguments, name, sequence, output):
+def measure(arguments, name, sequence, output, seed):
     """All figures of one run, by column; None where the run made no map."""
-    memory = run(arguments, sequence, output)
+    memory = run(arguments, name, sequence, output, seed)
     if memory is None:
         return None
     subprocess.run([arguments.sqslam, "eval", output, "--ground-truth", sequence, "--quiet"], check=True)
@@ -176,6 +183,7 @@ def measure(arguments, name, sequence, output):
         "loops": stats["loops"],
         "merges": stats["merges"],
         "submaps": stats["submaps"],
+        "placed at the end": stats["placed_at_end"],
         "tracking ms": tracking["mean"],
         "without objects": without_objects,
         "p95": tracking["p95"],
@@ -276,16 +284,22 @@ def print_header(columns):
 
 
 def parse_arguments():
-    names = ["redkitchen", "twice", "gap", "tsukuba", "blender_desk_a", "laps"]
+    plain = ["redkitchen", "twice", "gap", "tsukuba", "blender_desk_a", "laps"]
+    strides = [f"{name}:{stride}" for name, stride in STRIDES]
+    names = plain + strides + ["strides"]
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("data", type=Path, help="folder that holds the sequence folders")
     parser.add_argument("work", type=Path, help="folder for variants and results")
     parser.add_argument("--sqslam", type=Path, default=ROOT / "build/release/bin/sqslam", help="the program")
     parser.add_argument("--runs", type=int, default=5, help="of each sequence (default: %(default)s)")
     parser.add_argument("--laps", type=int, default=10, help="around the desk (default: %(default)s)")
-    parser.add_argument("--only", nargs="+", choices=names, default=names, help="sequences (default: all)")
+    parser.add_argument("--only", nargs="+", choices=names, default=plain, metavar="NAME",
+                        help=f"sequences: {', '.join(names)} (default: the first {len(plain)})")
     parser.add_argument("options", nargs="*", help="options of sqslam run, after --")
-    return parser.parse_args()
+    arguments = parser.parse_args()
+    if "strides" in arguments.only:
+        arguments.only = [name for name in arguments.only if name != "strides"] + strides
+    return arguments
 
 
 def main():
@@ -300,8 +314,8 @@ def main():
             continue
         results = []
         for i in range(arguments.runs):
-            output = arguments.work / "runs" / f"{name}-{i + 1}"
-            results.append(measure(arguments, name, sequences[name], output))
+            output = arguments.work / "runs" / f"{name.replace(':', '-')}-{i + 1}"
+            results.append(measure(arguments, name, sequences[name], output, i + 1))
             figures = results[-1]
             if figures and not headed:
                 print_header([column for column in figures if column != "note"])

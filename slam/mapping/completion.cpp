@@ -6,6 +6,7 @@
 #include <ranges>
 #include <utility>
 
+#include "slam/estimation/reprojection_error.h"
 #include "slam/estimation/two_view.h"
 #include "slam/features/matching.h"
 #include "slam/mapping/local_mapping.h"
@@ -129,8 +130,10 @@ std::optional<TrackedFrame> Completion::LocateByTwoViews(const Map& map,
 std::optional<TrackedFrame> Completion::StepFrom(const Map& map, const Keyframe& keyframe,
                                                  const LeftoverFrame& leftover) const {
   constexpr double kRatio = 0.85;
-  constexpr int kMaxDistance = 64;  // bits
-  constexpr int kMinCommon = 6;     // map points
+  constexpr int kMaxDistance = 64;   // bits
+  constexpr int kMinCommon = 8;      // map points
+  constexpr double kMaxError = 4.0;  // px at level 0, of their reprojection: the step's length is not exact
+  constexpr double kAgreed = 0.5;    // of the map points that were matched
   TwoViewOptions two_view;
   two_view.min_points = 25;  // fewer than a map may begin with: the common points are a proof of their own
   const auto pairs = MatchAll(*keyframe.features, *leftover.features, {}, {}, kMaxDistance, kRatio);
@@ -142,18 +145,11 @@ std::optional<TrackedFrame> Completion::StepFrom(const Map& map, const Keyframe&
   if (!step) {
     return std::nullopt;
   }
-  TrackedFrame frame;
-  frame.index = leftover.index;
-  frame.timestamp = leftover.timestamp;
-  frame.features = leftover.features;
-  frame.ForgetPoints();
   std::vector<Sim3Match> common_points;
   for (std::size_t k = 0; k < pairs.size(); ++k) {
-    const auto& [i, j] = pairs[k];
-    if (step->points[k] && keyframe.points[i] != kNoPoint) {
-      frame.points[j] = keyframe.points[i];
-      common_points.push_back(
-          {keyframe.T_camera_map * map.Point(keyframe.points[i]).p_map, *step->points[k], {}, {}});
+    const PointId point = keyframe.points[pairs[k].first];
+    if (step->points[k] && point != kNoPoint) {
+      common_points.push_back({keyframe.T_camera_map * map.Point(point).p_map, *step->points[k], {}, {}});
     }
   }
   const std::optional<CommonScale> common = FindCommonScale(common_points, kMinCommon);
@@ -162,10 +158,28 @@ std::optional<TrackedFrame> Completion::StepFrom(const Map& map, const Keyframe&
   }
   Rigid3d T_frame_keyframe = step->T_camera2_camera1;
   T_frame_keyframe.translation *= common->scale;
+  TrackedFrame frame;
+  frame.index = leftover.index;
+  frame.timestamp = leftover.timestamp;
+  frame.features = leftover.features;
+  frame.ForgetPoints();
   frame.T_camera_map = T_frame_keyframe * keyframe.T_camera_map;
   frame.anchor = {keyframe.id, T_frame_keyframe, keyframe.scale};
-  frame.inliers = static_cast<int>(common->matches.size());
-  return frame;
+  int known = 0;
+  for (const auto& [i, j] : pairs) {
+    if (keyframe.points[i] != kNoPoint) {
+      const Keypoint& keypoint = frame.features->keypoints[j];
+      const double error = SquaredError(camera_, frame.T_camera_map * map.Point(keyframe.points[i]).p_map,
+                                        keypoint.pixel, map.Levels().Variance(keypoint.octave));
+      ++known;
+      if (error <= kMaxError * kMaxError) {
+        frame.points[j] = keyframe.points[i];
+        ++frame.inliers;
+      }
+    }
+  }
+  return frame.inliers >= kMinCommon && frame.inliers >= kAgreed * known ? std::optional(frame)
+                                                                         : std::nullopt;
 }
 
 // The keyframes that are nearest in time to the other map come first.

@@ -293,15 +293,14 @@ void Tracker::ShareBacklog(TrackingReport& report) {
 Tracker::KeyframeDecision Tracker::DecideKeyframe(int pending_keyframes) const {
   const KeyframeOptions& options = options_.keyframes;
   const std::int64_t interval = current_.index - last_keyframe_index_;
-  if (interval < options.min_interval) {
-    return KeyframeDecision::kNo;
-  }
   const bool young = view_->keyframes.size() <= 2;
   const std::vector<PointId>& points = view_->keyframes.at(current_.anchor.reference).points;
   const auto reference_points = std::ranges::count_if(
       points, [&](PointId id) { return id != kNoPoint && (young || view_->Point(id).well_observed); });
   const double tracked_share = current_.inliers / std::max(1.0, static_cast<double>(reference_points));
-  if (interval < options.max_interval && tracked_share >= options.tracked_share) {
+  constexpr double kSameView = 0.5;  // of images far apart each shows something of its own
+  const bool too_soon = interval < options.min_interval && tracked_share >= kSameView;
+  if (too_soon || (interval < options.max_interval && tracked_share >= options.tracked_share)) {
     return KeyframeDecision::kNo;
   }
   const bool urgent = tracked_share < options.urgent_share && pending_keyframes <= options.max_pending;
