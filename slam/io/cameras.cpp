@@ -13,6 +13,7 @@
 #include <sstream>
 #include <string>
 
+#include "slam/io/foreign_cameras.h"
 #include "slam/io/image_files.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/data_path.h"
@@ -38,6 +39,7 @@ class CameraReader {
       throw InputError(
           fmt::format("{}:1: expected lines 'name: value' (width, height, fx, fy, cx, cy)", path.string()));
     }
+    root_ = InOwnNames(root_, path);
   }
 
   // `otherwise`: where it may be missing.

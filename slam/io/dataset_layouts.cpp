@@ -6,6 +6,8 @@
 #include <array>
 #include <regex>
 
+#include "slam/io/cameras.h"
+#include "slam/io/foreign_cameras.h"
 #include "slam/io/image_files.h"
 #include "slam/util/error.h"
 #include "slam/util/text_lines.h"
@@ -87,7 +89,93 @@ std::vector<SequenceFrame> ListByName(const NumberedLayout& layout, const fs::pa
   return frames;
 }
 
+// The camera's folder; empty where there is none.
+fs::path EurocCamera(const fs::path& path) {
+  for (const fs::path& folder : {path, path / "cam0", path / "mav0" / "cam0"}) {
+    if (fs::is_regular_file(folder / "data.csv") && fs::is_directory(folder / "data")) {
+      return folder;
+    }
+  }
+  return {};
+}
+
+// The colour camera where it is there, else the grey one; -1: neither.
+int KittiCamera(const fs::path& path) {
+  for (const int number : {2, 0}) {
+    if (fs::is_regular_file(path / "times.txt") && fs::is_directory(path / fmt::format("image_{}", number))) {
+      return number;
+    }
+  }
+  return -1;
+}
+
+std::vector<SequenceFrame> ListEuroc(const fs::path& folder) {
+  constexpr const char* kExpected = "'timestamp in ns,file'";
+  const fs::path list = folder / "data.csv";
+  std::vector<SequenceFrame> frames;
+  for (const TextLine& line : ReadTextLines(list, kExpected)) {
+    const std::size_t comma = line.text.find(',');
+    const std::string time = line.text.substr(0, comma);
+    if (comma == std::string::npos || !IsWholeNumber(time) || time.size() > 19) {
+      ThrowBadLine(list, line, kExpected);
+    }
+    const std::size_t end = line.text.find_last_not_of(" \t\r");
+    frames.push_back(
+        {1e-9 * std::stod(time), folder / "data" / line.text.substr(comma + 1, end - comma), {}});
+  }
+  return frames;
+}
+
+std::vector<SequenceFrame> ListKitti(const fs::path& folder) {
+  constexpr const char* kExpected = "a time in seconds a line";
+  const fs::path list = folder / "times.txt";
+  const std::vector<fs::path> images =
+      ImagesLike(folder / fmt::format("image_{}", KittiCamera(folder)), R"(\d+\.(png|jpg))");
+  std::vector<SequenceFrame> frames;
+  for (const TextLine& line : ReadTextLines(list, kExpected)) {
+    if (frames.size() == images.size()) {
+      break;
+    }
+    frames.push_back({NumberAt(list, line, 0, kExpected), images[frames.size()], {}});
+  }
+  return frames;
+}
+
 }  // namespace
+
+std::optional<Camera> CameraOfDataset(SequenceFormat format, const fs::path& folder) {
+  if (format == SequenceFormat::kEuroc) {
+    return ReadCamera(EurocCamera(folder) / "sensor.yaml");
+  }
+  if (format != SequenceFormat::kKitti) {
+    return std::nullopt;
+  }
+  const std::vector<SequenceFrame> frames = ListTimed(format, folder);
+  const double seconds = frames.back().timestamp - frames.front().timestamp;
+  const double fps = seconds > 0.0 ? static_cast<double>(frames.size() - 1) / seconds : 10.0;
+  return ReadKittiCamera(folder / "calib.txt", KittiCamera(folder), frames.front().image_path, fps);
+}
+
+std::vector<SequenceFrame> ListTimed(SequenceFormat format, const fs::path& folder) {
+  const bool euroc = format == SequenceFormat::kEuroc;
+  if (euroc ? EurocCamera(folder).empty() : KittiCamera(folder) < 0) {
+    throw InputError(fmt::format("{}: not of the {} layout, expected {}", folder.string(), NameOf(format),
+                                 euroc ? "mav0/cam0 with data.csv and data/" : "times.txt beside image_2"));
+  }
+  std::vector<SequenceFrame> frames = euroc ? ListEuroc(EurocCamera(folder)) : ListKitti(folder);
+  if (frames.empty()) {
+    throw InputError(fmt::format("{}: no image of the {} layout in it, expected at least one",
+                                 folder.string(), NameOf(format)));
+  }
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    if (frames[i].timestamp <= frames[i - 1].timestamp) {
+      throw InputError(fmt::format("{}: its time does not follow that of {}, expected rising times",
+                                   frames[i].image_path.string(),
+                                   frames[i - 1].image_path.filename().string()));
+    }
+  }
+  return frames;
+}
 
 SequenceFormat DetectFormat(const fs::path& path) {
   if (!fs::exists(path)) {
@@ -102,6 +190,12 @@ SequenceFormat DetectFormat(const fs::path& path) {
   }
   if (fs::is_directory(path / "rgb") && (HasNumberedAssociations(path) || HasFreiburgPoses(path))) {
     return SequenceFormat::kIclNuim;
+  }
+  if (!EurocCamera(path).empty()) {
+    return SequenceFormat::kEuroc;
+  }
+  if (KittiCamera(path) >= 0) {
+    return SequenceFormat::kKitti;
   }
   for (const NumberedLayout& layout : kLayouts) {
     if (!ImagesLike(path, layout.pattern).empty()) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,12 +16,21 @@ namespace sqslam {
 //              renderer's own scene_00_0000.png (Handa et al., ICRA 2014)
 //   scenes-v2  00000-color.png, ... (RGB-D Scenes v2, Lai et al., ICRA 2014: imgs/scene_NN)
 //   7-scenes   frame-000000.color.png, ... (Shotton et al., CVPR 2013: SCENE/seq-NN)
+//   euroc      mav0/cam0 with data.csv and data/ (Burri et al., IJRR 2016), or a folder above it
+//   kitti      times.txt beside image_2 or image_0 (Geiger et al., CVPR 2012: sequences/NN)
 //   images     any other folder;  video: any file
 SequenceFormat DetectFormat(const std::filesystem::path& path);
 
 // The preset that fits a dataset's camera; empty where there is none. TUM folders are told apart by the
 // dataset's folder names (..._freiburg1_...).
 std::string PresetOf(SequenceFormat format, const std::filesystem::path& folder);
+
+// The calibration that comes with the data themselves: EuRoC's sensor.yaml, KITTI's calib.txt. Empty for the
+// other layouts.
+std::optional<Camera> CameraOfDataset(SequenceFormat format, const std::filesystem::path& folder);
+
+// The frames of EuRoC and KITTI, with their own times. Throws InputError.
+std::vector<SequenceFrame> ListTimed(SequenceFormat format, const std::filesystem::path& folder);
 
 // The frames of one of the three numbered layouts: times are frame numbers over fps, so that a missing image
 // leaves a gap. Throws InputError where there is none or where two have one number.

@@ -42,6 +42,9 @@ Camera CameraOf(const SequenceRequest& request, SequenceFormat format) {
   if (fs::exists(beside)) {
     return ReadCamera(beside);
   }
+  if (const std::optional<Camera> own = CameraOfDataset(format, request.path)) {
+    return *own;
+  }
   const std::string preset = PresetOf(format, request.path);
   if (preset.empty()) {
     throw InputError(
@@ -141,6 +144,9 @@ std::vector<SequenceFrame> ListFrames(SequenceFormat format, const fs::path& pat
       return ListTum(path);
     case SequenceFormat::kImages:
       return ListImages(path, fps);
+    case SequenceFormat::kEuroc:
+    case SequenceFormat::kKitti:
+      return ListTimed(format, path);
     default:
       return ListNumbered(format, path, fps);
   }

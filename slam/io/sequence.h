@@ -21,9 +21,9 @@ struct SequenceFrame {
 };
 
 // Layouts of a sequence, see DetectFormat(); kAuto: by the names in it.
-enum class SequenceFormat { kAuto, kTum, kIclNuim, kScenesV2, k7Scenes, kImages, kVideo };
+enum class SequenceFormat { kAuto, kTum, kIclNuim, kScenesV2, k7Scenes, kEuroc, kKitti, kImages, kVideo };
 constexpr auto EnumNames(SequenceFormat) {
-  return std::array{"auto", "tum", "icl-nuim", "scenes-v2", "7-scenes", "images", "video"};
+  return std::array{"auto", "tum", "icl-nuim", "scenes-v2", "7-scenes", "euroc", "kitti", "images", "video"};
 }
 
 // An image sequence that has been listed but not decoded.

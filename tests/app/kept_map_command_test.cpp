@@ -11,6 +11,7 @@
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/recording.h"
+#include "slam/util/atomic_file.h"
 #include "tests/app/run_program.h"
 #include "tests/app/written_sequence.h"
 #include "tests/support/textured_world.h"
@@ -234,6 +235,55 @@ TEST_F(KeptMapCommands, ColmapItselfReadsTheModel) {
     const double error = std::stod(text.substr(text.find(key) + key.size()));
     EXPECT_THAT(run.out, HasSubstr(fmt::format("mean reprojection error {:.3f} px", error)));
   }
+}
+
+// COLMAP goes on with the model: it adjusts it, and triangulates points of its own from its poses.
+TEST_F(KeptMapCommands, ColmapItselfGoesOnWithTheModel) {
+  if (std::system("command -v colmap >/dev/null 2>&1") != 0) {
+    GTEST_SKIP() << "colmap is not installed (apt-get install colmap)";
+  }
+  const ProgramRun run = RunProgram("export " + Map() + " --format colmap -o " + Out("handed").string());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const std::string model = (Out("handed") / "sparse" / "0").string();
+  const std::string images = (Out("handed") / "images").string();
+  const std::string database = Out("handed.db").string();
+  const fs::path report = Out("handed.txt");
+  const auto colmap = [&](const std::string& arguments) {
+    const std::string command =
+        "QT_QPA_PLATFORM=offscreen colmap " + arguments + " >" + report.string() + " 2>&1";
+    ASSERT_EQ(std::system(command.c_str()), 0) << arguments << Slurp(report);
+  };
+  fs::create_directories(Out("adjusted"));
+  colmap("bundle_adjuster --input_path " + model + " --output_path " + Out("adjusted").string());
+  EXPECT_THAT(Slurp(report), HasSubstr("Final cost"));
+  std::string names, line;
+  std::istringstream list(Slurp(fs::path(model) / "images.txt"));
+  while (std::getline(list, line)) {
+    if (!line.starts_with("#")) {
+      names += line.substr(line.rfind(' ') + 1) + "\n";
+      std::getline(list, line);
+    }
+  }
+  WriteFileAtomically(Out("names.txt"), names);
+  std::string camera;
+  std::istringstream cameras(Slurp(fs::path(model) / "cameras.txt"));
+  while (std::getline(cameras, line)) {
+    camera = line.starts_with("#") ? camera : line;
+  }
+  std::istringstream words(camera);
+  std::string id, kind, width, height, number, parameters;
+  words >> id >> kind >> width >> height;
+  while (words >> number) {
+    parameters += (parameters.empty() ? "" : ",") + number;
+  }
+  colmap("feature_extractor --SiftExtraction.use_gpu 0 --ImageReader.single_camera 1 --database_path " +
+         database + " --image_path " + images + " --image_list_path " + Out("names.txt").string() +
+         " --ImageReader.camera_model " + kind + " --ImageReader.camera_params " + parameters);
+  colmap("sequential_matcher --SiftMatching.use_gpu 0 --database_path " + database);
+  fs::create_directories(Out("triangulated"));
+  colmap("point_triangulator --database_path " + database + " --image_path " + images + " --input_path " +
+         model + " --output_path " + Out("triangulated").string());
+  EXPECT_TRUE(fs::exists(Out("triangulated") / "points3D.bin"));
 }
 
 TEST_F(KeptMapCommands, NerfstudiosCamerasLookAlongMinusZ) {

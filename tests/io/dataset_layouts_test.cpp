@@ -3,6 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+
+#include "slam/io/cameras.h"
 #include "slam/io/image_files.h"
 #include "slam/io/sequence.h"
 #include "tests/io/captured_log.h"
@@ -177,6 +181,91 @@ TEST(DatasetLayouts, TheFolderAboveASequenceHintsAtIt) {
   folder.Write("seq-01/frame-000000.color.png", "");
   EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = folder.Path()}); }),
               AllOf(HasSubstr("no image in it"), HasSubstr("did you mean"), HasSubstr("seq-01?")));
+}
+
+TEST(DatasetLayouts, EurocTakesTimesAndCameraFromItsOwnFiles) {
+  const TemporaryFolder folder;
+  folder.Write("mav0/cam0/data.csv",
+               "#timestamp [ns],filename\r\n1403636579763555584,1403636579763555584.png\r\n"
+               "1403636579813555456,1403636579813555456.png\r\n");
+  folder.Write("mav0/cam0/data/1403636579763555584.png", "");
+  folder.Write("mav0/cam0/sensor.yaml",
+               "sensor_type: camera\nrate_hz: 20\nresolution: [752, 480]\ncamera_model: pinhole\n"
+               "intrinsics: [458.654, 457.296, 367.215, 248.375]\ndistortion_model: radial-tangential\n"
+               "distortion_coefficients: [-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05]\n");
+  for (const char* below : {"", "mav0", "mav0/cam0"}) {
+    const Sequence sequence = OpenSequence({.path = folder.Path() / below});
+    EXPECT_EQ(sequence.format, SequenceFormat::kEuroc);
+    ASSERT_EQ(sequence.frames.size(), 2U);
+    EXPECT_EQ(sequence.frames[1].image_path.filename(), "1403636579813555456.png");
+    EXPECT_NEAR(sequence.frames[1].timestamp - sequence.frames[0].timestamp, 0.05, 1e-6);
+    EXPECT_EQ(sequence.camera.width, 752);
+    EXPECT_EQ(sequence.camera.fy, 457.296);
+    EXPECT_EQ(sequence.camera.distortion[1], 0.07395907);
+    EXPECT_EQ(sequence.camera.fps, 20.0);
+  }
+  folder.Write("mav0/cam0/data.csv", "1.5,a.png\n");
+  EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = folder.Path()}); }),
+              HasSubstr("data.csv:1: '1.5,a.png', expected 'timestamp in ns,file'"));
+}
+
+TEST(DatasetLayouts, KittiPrefersItsColourCamera) {
+  const TemporaryFolder folder;
+  folder.Write("times.txt", "0.0\n0.1037\n0.2073\n");
+  folder.Write(
+      "calib.txt",
+      "P0: 718.8 0 607.1 0 0 718.8 185.2 0 0 0 1 0\nP2: 700.5 0 600.1 45.3 0 701.5 180.2 0 0 0 1 0\n");
+  cv::imwrite((folder.Path() / "0.png").string(), cv::Mat(96, 128, CV_8UC3));
+  for (const char* camera : {"image_0", "image_2"}) {
+    std::filesystem::create_directories(folder.Path() / camera);
+    for (const char* name : {"000000.png", "000001.png", "000002.png"}) {
+      std::filesystem::copy_file(folder.Path() / "0.png", folder.Path() / camera / name);
+    }
+  }
+  const Sequence sequence = OpenSequence({.path = folder.Path()});
+  EXPECT_EQ(sequence.format, SequenceFormat::kKitti);
+  EXPECT_THAT(Names(sequence), ElementsAre("image_2/000000.png", "image_2/000001.png", "image_2/000002.png"));
+  EXPECT_DOUBLE_EQ(sequence.frames[1].timestamp, 0.1037);
+  EXPECT_EQ(sequence.camera.width, 128);
+  EXPECT_EQ(sequence.camera.fx, 700.5);
+  EXPECT_EQ(sequence.camera.fy, 701.5);
+  EXPECT_EQ(sequence.camera.cy, 180.2);
+  EXPECT_NEAR(sequence.camera.fps, 2 / 0.2073, 1e-6);
+  folder.Write("calib.txt", "P2: 700.5 0\n");
+  EXPECT_THAT(InputErrorOf([&] { OpenSequence({.path = folder.Path()}); }), HasSubstr("calib.txt:1: "));
+}
+
+TEST(ForeignCameras, KalibrAndRosAreRead) {
+  const TemporaryFolder folder;
+  folder.Write("kalibr.yaml",
+               "cam0:\n  camera_model: pinhole\n  intrinsics: [461.6, 460.3, 363.0, 248.1]\n"
+               "  distortion_model: radtan\n  distortion_coeffs: [-0.27, 0.06, 0.001, 0.002]\n"
+               "  resolution: [752, 480]\n");
+  const Camera kalibr = ReadCamera(folder.Path() / "kalibr.yaml");
+  EXPECT_EQ(kalibr.height, 480);
+  EXPECT_EQ(kalibr.cx, 363.0);
+  EXPECT_EQ(kalibr.distortion[3], 0.002);
+  EXPECT_EQ(kalibr.distortion[4], 0.0);
+  folder.Write(
+      "ros.yaml",
+      "image_width: 640\nimage_height: 480\ncamera_name: head\ncamera_matrix:\n  rows: 3\n  cols: 3\n"
+      "  data: [520.1, 0, 321.5, 0, 521.2, 239.5, 0, 0, 1]\ndistortion_model: plumb_bob\n"
+      "distortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [0.1, -0.2, 0.003, 0.004, 0.05]\n");
+  const Camera ros = ReadCamera(folder.Path() / "ros.yaml");
+  EXPECT_EQ(ros.width, 640);
+  EXPECT_EQ(ros.fy, 521.2);
+  EXPECT_EQ(ros.cx, 321.5);
+  EXPECT_EQ(ros.distortion[4], 0.05);
+}
+
+TEST(ForeignCameras, OtherLensModelsAreRefused) {
+  const TemporaryFolder folder;
+  folder.Write("kalibr.yaml", "cam0:\n  camera_model: pinhole\n  distortion_model: equidistant\n");
+  EXPECT_THAT(InputErrorOf([&] { ReadCamera(folder.Path() / "kalibr.yaml"); }),
+              HasSubstr("kalibr.yaml:3: distortion_model is equidistant, expected "));
+  folder.Write("omni.yaml", "camera_model: omni\nintrinsics: [1, 2, 3, 4]\n");
+  EXPECT_THAT(InputErrorOf([&] { ReadCamera(folder.Path() / "omni.yaml"); }),
+              HasSubstr("omni.yaml:1: camera_model is omni, expected pinhole"));
 }
 
 }  // namespace
