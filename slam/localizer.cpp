@@ -40,7 +40,7 @@ struct Localizer::Impl {
         tracker(map.camera, tracking, options.objects, ids, vocabulary, times) {
     Mapper mapper(map.camera, OptionsOfMapper(options), vocabulary,
                   {[this](AtlasViewPtr published) { atlas = std::move(published); }, {}, {}}, times);
-    const std::int64_t main = mapper.Restore(map.state, name, ids);
+    const std::int64_t main = mapper.Restore(map.state, name, ids).submap;
     atlas = MainPart(*atlas, main);
     view = atlas->submaps.at(main);
     tracker.BeginIn(atlas, main);

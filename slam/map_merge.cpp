@@ -20,8 +20,8 @@ RunResult MergeMaps(const KeptMap& first, const std::string& first_name, const K
                 {[](const AtlasViewPtr&) {}, [](const MapSnapshotPtr&) {}, {}}, times);
   const auto ids = std::make_shared<IdSource>();
   mapper.Restore(first.state, first_name, ids);
-  const std::int64_t added = mapper.Restore(second.state, second_name, ids);
-  if (!mapper.TieToOthers(added)) {
+  const Mapper::Restored added = mapper.Restore(second.state, second_name, ids);
+  if (!mapper.TieToOthers(added.submap)) {
     throw NoMapError(
         fmt::format("{} and {}: show no common place, expected maps that overlap", first_name, second_name));
   }
@@ -32,6 +32,7 @@ RunResult MergeMaps(const KeptMap& first, const std::string& first_name, const K
   result.frames = result.tracked = static_cast<int>(result.map.trajectory.size());
   result.counters = mapper.Counters();
   result.timing_ms = times.Summaries();
+  result.added = {added.oldest_frame, added.index_shift, added.time_shift};
   result.kept = {mapper.GetCamera(), vocabulary->Fingerprint(), mapper.Save()};
   return result;
 }

@@ -119,14 +119,25 @@ class ViewSlot {
 
 struct System::Impl {
   Impl(const Camera& camera, const SystemOptions& system_options, std::shared_ptr<const Vocabulary> words,
-       SnapshotCallback on_snapshot)
+       SnapshotCallback on_snapshot, const KeptCallback& on_kept)
       : options(system_options),
         vocabulary(std::move(words)),
         tracker(camera, options.tracking, options.objects, ids, vocabulary, times),
         mapper(camera, OptionsOfMapper(options), vocabulary,
                {[this](AtlasViewPtr new_view) { view.Set(std::move(new_view)); }, std::move(on_snapshot),
-                [this] { return !options.deterministic && queue.WaitingKeyframes() > 0; }},
+                [this] { return !options.deterministic && queue.WaitingKeyframes() > 0; }, KeepBy(on_kept)},
                times) {}
+
+  std::function<void(std::string)> KeepBy(const KeptCallback& on_kept) {
+    if (!on_kept) {
+      return {};
+    }
+    return [this, on_kept](std::string state) { on_kept(Kept(std::move(state))); };
+  }
+
+  KeptMap Kept(std::string state) const {
+    return {mapper.GetCamera(), vocabulary ? vocabulary->Fingerprint() : "", std::move(state)};
+  }
 
   void BeginMapping() {
     if (!options.deterministic) {
@@ -135,7 +146,7 @@ struct System::Impl {
   }
 
   void BeginIn(const KeptMap& map, const std::string& name) {
-    const std::int64_t main = mapper.Restore(map.state, name, ids);
+    const std::int64_t main = mapper.Restore(map.state, name, ids).submap;
     tracker.BeginIn(view.Get(), main);
     end_of_map = mapper.NewestFrame();
   }
@@ -150,6 +161,7 @@ struct System::Impl {
     frame.index += index_shift;
     frame.timestamp += time_shift;
     first_frame = first_frame.value_or(frame.timestamp);
+    first_index = first_index.value_or(frame.index);
     return frame;
   }
 
@@ -198,21 +210,24 @@ struct System::Impl {
   std::int64_t index_shift = 0;
   double time_shift = 0.0;            // s
   std::optional<double> first_frame;  // its time
+  std::optional<std::int64_t> first_index;
   int frames = 0;
   std::mutex failure_mutex;
   std::exception_ptr failure;
   std::thread mapping_thread;
 };
 
-System::System(const Camera& camera, const SystemOptions& options, SnapshotCallback on_snapshot)
-    : impl_(std::make_unique<Impl>(camera, options, LoadVocabulary(options), std::move(on_snapshot))) {
+System::System(const Camera& camera, const SystemOptions& options, SnapshotCallback on_snapshot,
+               KeptCallback on_kept)
+    : impl_(
+          std::make_unique<Impl>(camera, options, LoadVocabulary(options), std::move(on_snapshot), on_kept)) {
   impl_->BeginMapping();
 }
 
 System::System(const KeptMap& map, const std::string& name, const SystemOptions& options,
-               SnapshotCallback on_snapshot)
+               SnapshotCallback on_snapshot, KeptCallback on_kept)
     : impl_(std::make_unique<Impl>(map.camera, options, LoadVocabularyFor(map, name, options),
-                                   std::move(on_snapshot))) {
+                                   std::move(on_snapshot), on_kept)) {
   impl_->BeginIn(map, name);
   impl_->BeginMapping();
 }
@@ -278,7 +293,10 @@ RunResult System::Finish() {
   } else {
     result.map = std::move(result.others.front());
     result.others.erase(result.others.begin());
-    result.kept = {s.mapper.GetCamera(), s.vocabulary ? s.vocabulary->Fingerprint() : "", s.mapper.Save()};
+    result.kept = s.Kept(s.mapper.Save());
+    if (s.end_of_map && s.first_index) {
+      result.added = {*s.first_index, s.index_shift, s.time_shift};
+    }
   }
   result.tracked = static_cast<int>(std::ranges::count_if(
       result.map.trajectory, [&](const TimedPose& pose) { return pose.timestamp >= s.first_frame; }));

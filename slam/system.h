@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,7 @@ struct RunResult {
   std::string no_map_reason;        // one line, where map is null: static camera, no texture, ...
   std::map<std::string, StageTimes::Summary> timing_ms;
   KeptMap kept;  // the map and the others, to go on with; its state is empty where there is none
+  std::optional<AddedFrames> added;  // where a kept map was gone on with
 };
 
 // The only door to the SLAM core.
@@ -43,18 +45,21 @@ struct RunResult {
 //   RunResult result = system.Finish();
 //
 // Process() tracks on the caller's thread; mapping runs on a thread of its own, or in turn with tracking
-// where options.deterministic is set. on_snapshot is called from the mapping thread, one call at a time.
+// where options.deterministic is set. on_snapshot is called from the mapping thread, one call at a time, and
+// so is on_kept, each time that the live map has grown by a quarter.
 class System {
  public:
   using SnapshotCallback = std::function<void(MapSnapshotPtr)>;
+  using KeptCallback = std::function<void(KeptMap)>;
 
-  System(const Camera& camera, const SystemOptions& options, SnapshotCallback on_snapshot);
+  System(const Camera& camera, const SystemOptions& options, SnapshotCallback on_snapshot,
+         KeptCallback on_kept = {});
 
   // Goes on mapping in a kept map, as a camera that is lost in it: until it is found there, a map of its own
   // grows beside. Frames and times are numbered on from where the map ends, unless they are later anyway.
   // `name` of the map stands at the beginning of messages. Throws InputError as Localizer does.
   System(const KeptMap& map, const std::string& name, const SystemOptions& options,
-         SnapshotCallback on_snapshot);
+         SnapshotCallback on_snapshot, KeptCallback on_kept = {});
   ~System();
   System(const System&) = delete;
   System& operator=(const System&) = delete;

@@ -43,7 +43,7 @@ std::shared_ptr<const Vocabulary> LoadVocabularyFor(const KeptMap& map, const st
 Map MainMapOf(const KeptMap& map, const std::string& name, const SystemOptions& options) {
   StageTimes times;
   Mapper mapper(map.camera, OptionsOfMapper(options), nullptr, {[](const AtlasViewPtr&) {}, {}, {}}, times);
-  return std::move(mapper).MapOf(mapper.Restore(map.state, name, std::make_shared<IdSource>()));
+  return std::move(mapper).MapOf(mapper.Restore(map.state, name, std::make_shared<IdSource>()).submap);
 }
 
 }  // namespace sqslam

@@ -66,6 +66,24 @@ void Mapper::MapKeyframe(const TrackingReport& report, bool begins) {
   TrackBacklog();
   outputs_.publish_snapshot(MakeSnapshot());
   step_start_.reset();
+  KeepGrownMap();
+}
+
+// Once the map has grown by a share of itself, so that a keyframe costs the same in a long run as in a short
+// one.
+void Mapper::KeepGrownMap() {
+  constexpr int kFewest = 10;      // keyframes
+  constexpr double kShare = 0.25;  // of those there are
+  std::size_t keyframes = 0;
+  for (const auto& [number, submap] : submaps_) {
+    keyframes += submap.Map().Keyframes().size();
+  }
+  ++keyframes_since_kept_;
+  if (outputs_.keep && keyframes_since_kept_ >= std::max(kFewest, static_cast<int>(kShare * keyframes))) {
+    const StageTimes::Scope timer(times_, "mapping.keep");
+    keyframes_since_kept_ = 0;
+    outputs_.keep(Save());
+  }
 }
 
 void Mapper::Process(SeenObjects objects) {

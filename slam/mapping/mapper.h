@@ -31,6 +31,8 @@ class Mapper {
     std::function<void(AtlasViewPtr)> publish_atlas;
     std::function<void(MapSnapshotPtr)> publish_snapshot;
     std::function<bool()> keyframe_waiting;  // a waiting keyframe interrupts the bundle adjustment
+    // The map as Save() writes it, while it grows, so that a run that is killed leaves it; empty: not.
+    std::function<void(std::string)> keep = {};
   };
 
   // `vocabulary`: null leaves loops open and submaps apart.
@@ -50,10 +52,17 @@ class Mapper {
   // options. Written again it gives the same bytes.
   std::string Save() const;
 
+  struct Restored {
+    std::int64_t submap = 0;        // number of the main one
+    std::int64_t oldest_frame = 0;  // of all, as numbered here
+    std::int64_t index_shift = 0;   // by which frames and times (s) were raised
+    double time_shift = 0.0;
+  };
+
   // Goes on with a map that was saved, and publishes it; beside another one its ids, frames and times are
-  // raised. `ids`: will not give out again what the map uses. Returns the number of the main submap. Throws
-  // InputError that begins with `what` where the bytes are no such map.
-  std::int64_t Restore(std::string_view state, const std::string& what, const std::shared_ptr<IdSource>& ids);
+  // raised. `ids`: will not give out again what the map uses. Throws InputError that begins with `what` where
+  // the bytes are no such map.
+  Restored Restore(std::string_view state, const std::string& what, const std::shared_ptr<IdSource>& ids);
 
   // Looks for a place that the submap shares with another one, and makes them one. False where there is none.
   bool TieToOthers(std::int64_t submap);
@@ -69,6 +78,7 @@ class Mapper {
 
  private:
   void MapKeyframe(const TrackingReport& report, bool begins);
+  void KeepGrownMap();
   void BeginSubmap(TrackingReport& report);
   Submap* Activate(const TrackingReport& report);
   void RecordFrame(TrackingReport& report);
@@ -127,6 +137,7 @@ class Mapper {
   int tracking_count_ = 0;
   std::optional<std::chrono::steady_clock::time_point> step_start_;  // of the mapping step at work
   std::int64_t snapshots_ = 0;
+  int keyframes_since_kept_ = 0;
 };
 
 }  // namespace sqslam

@@ -89,8 +89,8 @@ IdShift Mapper::ShiftFor(const State& state, const IdSource& ids) const {
   return shift;
 }
 
-std::int64_t Mapper::Restore(std::string_view bytes, const std::string& what,
-                             const std::shared_ptr<IdSource>& ids) {
+Mapper::Restored Mapper::Restore(std::string_view bytes, const std::string& what,
+                                 const std::shared_ptr<IdSource>& ids) {
   ByteReader reader(bytes, what);
   State state;
   std::size_t count = 0;
@@ -99,9 +99,16 @@ std::int64_t Mapper::Restore(std::string_view bytes, const std::string& what,
     state.submaps.emplace_back(reader, std::make_unique<Map>(pose_tracker_.Levels(), ids), camera_, options_);
   }
   state.Check(reader);
+  Restored result;
   if (!submaps_.empty()) {
-    state.Renumber(ShiftFor(state, *ids));
+    const IdShift shift = ShiftFor(state, *ids);
+    state.Renumber(shift);
+    result.index_shift = shift.frame;
+    result.time_shift = shift.time;
   }
+  result.submap = state.active;
+  const auto frame = [](const Submap& submap) { return submap.OldestFrameTime().first; };
+  result.oldest_frame = frame(*std::ranges::min_element(state.submaps, {}, frame));
   last_loop_ = std::max(last_loop_, state.last_loop);
   loop_edges_.merge(state.loop_edges);
   atlas_.origins.merge(state.origins);
@@ -119,7 +126,7 @@ std::int64_t Mapper::Restore(std::string_view bytes, const std::string& what,
   active_ = &submaps_.at(state.active);
   shown_.frame_index = active_->NewestFrame();
   PublishView();
-  return state.active;
+  return result;
 }
 
 bool Mapper::TieToOthers(std::int64_t submap) {

@@ -29,6 +29,7 @@ struct ObjectMapper::Impl {
   std::map<int, int> merged_into;     // old id -> surviving id (may have been merged on)
   std::vector<std::pair<int, int>> merges;
   std::vector<int> deleted;
+  std::set<int> known;  // that an earlier run has shown: they keep their ids, and so what people say of them
   bool upright = false;
   SupportSurfaces supports;
   std::optional<Camera> last_camera;  // of the last update
@@ -167,6 +168,9 @@ struct ObjectMapper::Impl {
           merges.emplace_back(b->first, a->first);
           merged_into[b->first] = a->first;
           a->second.Absorb(std::move(b->second));
+          if (known.erase(b->first) > 0) {
+            known.insert(a->first);
+          }
           // If both were equally wrong about the extent, the points decide at the next estimation; until then
           // the merged one must not swallow others.
           a->second.estimated = false;
@@ -183,7 +187,7 @@ struct ObjectMapper::Impl {
     for (auto it = landmarks.begin(); it != landmarks.end();) {
       const Landmark& landmark = it->second;
       const std::int64_t age = newest_frame - landmark.views.back().frame_index;
-      if (age > options.forget_after && !IsShown(landmark)) {
+      if (age > options.forget_after && !IsShown(landmark) && !known.contains(it->first)) {
         deleted.push_back(it->first);
         it = landmarks.erase(it);
       } else {
@@ -193,6 +197,9 @@ struct ObjectMapper::Impl {
   }
 
   bool IsShown(const Landmark& landmark) const {
+    if (known.contains(landmark.id)) {
+      return landmark.estimated;
+    }
     return landmark.estimated && landmark.observations >= options.min_observations &&
            landmark.box_agreement >= (static_cast<int>(landmark.points.size()) >= options.min_points
                                           ? options.min_box_agreement
@@ -342,6 +349,7 @@ void ObjectMapper::Absorb(ObjectMapper&& other) {
   other.Outdate();
   impl_->landmarks.merge(theirs.landmarks);
   impl_->merged_into.merge(theirs.merged_into);
+  impl_->known.merge(theirs.known);
   impl_->merges.insert(impl_->merges.end(), theirs.merges.begin(), theirs.merges.end());
   impl_->deleted.insert(impl_->deleted.end(), theirs.deleted.begin(), theirs.deleted.end());
   impl_->newest_frame = std::max(impl_->newest_frame, theirs.newest_frame);
@@ -395,6 +403,11 @@ void ObjectMapper::Renumber(int id_shift, std::int64_t point_shift, std::int64_t
   for (int& id : impl_->deleted) {
     id += id_shift;
   }
+  std::set<int> known;
+  for (const int id : impl_->known) {
+    known.insert(id + id_shift);
+  }
+  impl_->known = std::move(known);
   impl_->newest_frame += frame_shift;
   impl_->Publish();
 }
@@ -404,6 +417,9 @@ void ObjectMapper::Save(ByteWriter& writer) const { writer(*impl_); }
 void ObjectMapper::Load(ByteReader& reader) {
   reader(*impl_);
   impl_->Check(reader);
+  for (const Landmark* landmark : impl_->Shown()) {
+    impl_->known.insert(landmark->id);
+  }
   impl_->Publish();
 }
 

@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <exception>
 #include <string>
 
@@ -23,21 +24,27 @@ void WriteOneMap(const fs::path& folder, const FinishedMap& map) {
 }
 
 void WriteSubmaps(const fs::path& folder, const RunResult& result) {
+  auto all =
+      static_cast<double>(result.map.trajectory.size());  // more than this run's, where a map is extended
+  for (const FinishedMap& other : result.others) {
+    all += static_cast<double>(other.trajectory.size());
+  }
+  all = std::max(all, static_cast<double>(result.frames));
   std::string shares;
   for (std::size_t i = 0; i < result.others.size(); ++i) {
     const fs::path submap_folder = folder / "submaps" / std::to_string(i + 1);
     CreateResultFolder(submap_folder);
     WriteOneMap(submap_folder, result.others[i]);
     const auto frames = static_cast<double>(result.others[i].trajectory.size());
-    shares += fmt::format("{}{:.0f}", shares.empty() ? "" : ", ", 100.0 * frames / result.frames);
+    shares += fmt::format("{}{:.0f}", shares.empty() ? "" : ", ", 100.0 * frames / all);
   }
   if (!result.others.empty()) {
     const std::size_t count = result.others.size();
     spdlog::warn(
         "{:.0f} % of the frames lie in the main map, {} % in {} further one{} that share no place with it: "
         "see {}",
-        100.0 * static_cast<double>(result.map.trajectory.size()) / result.frames, shares, count,
-        count == 1 ? "" : "s", (folder / "submaps").string());
+        100.0 * static_cast<double>(result.map.trajectory.size()) / all, shares, count, count == 1 ? "" : "s",
+        (folder / "submaps").string());
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include "slam/io/cameras.h"
 #include "slam/map_merge.h"
+#include "slam/run/joined_sequence.h"
 #include "slam/run/known_map.h"
 #include "slam/run/map_files.h"
 #include "slam/snapshot/recording.h"
@@ -24,14 +25,18 @@ FinishedRun MergeResults(const fs::path& first, const fs::path& second, const fs
   FinishedRun run{
       output, sequence, MergeMaps(a.map, a.recording.string(), b.map, b.recording.string(), a.options), {}};
   CreateResultFolder(output);
+  const fs::path joined =
+      WriteJoinedSequence(output, sequence, RecordingReader(b.recording).Info().sequence_path,
+                          *run.result.added, run.result.kept.camera);
+  run.sequence = joined.empty() ? sequence : joined.string();
   run.stats = StatsOf(run.result);
   run.stats.wall_seconds = std::chrono::duration<double>(Clock::now() - start).count();
   AttemptAll({[&] { WriteCamera(output / "camera.yaml", run.result.kept.camera); },
               [&] { WriteMapFiles(output, run.result); },
               [&] {
-                RecordingWriter(output / "map.sqmap", {sequence, SQSLAM_VERSION, DumpOptions(a.options)})
+                RecordingWriter(output / "map.sqmap", {run.sequence, SQSLAM_VERSION, DumpOptions(a.options)})
                     .Add(*run.result.map.snapshot);
-                AddToRecording(output / "map.sqmap", run.result.kept);
+                KeepInRecording(output / "map.sqmap", run.result.kept);
               },
               [&] {
                 StageTimes times;

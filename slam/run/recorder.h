@@ -1,8 +1,12 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <mutex>
+#include <utility>
+#include <variant>
 
+#include "slam/snapshot/kept_map.h"
 #include "slam/snapshot/recording.h"
 #include "slam/snapshot/snapshot.h"
 #include "slam/util/worker_thread.h"
@@ -15,8 +19,13 @@ namespace sqslam {
 class Recorder {
  public:
   Recorder(const std::filesystem::path& path, const RecordingInfo& info)
-      : writer_(path, info),
-        writing_(kMaxWaiting, [this](const MapSnapshotPtr& snapshot) { writer_.Add(*snapshot); }) {}
+      : writer_(path, info), writing_(kMaxWaiting, [this, path](const Item& item) {
+          if (const auto* snapshot = std::get_if<MapSnapshotPtr>(&item)) {
+            writer_.Add(**snapshot);
+          } else {
+            KeepInRecording(path, *std::get<KeptMapPtr>(item));
+          }
+        }) {}
 
   // Queues a snapshot; from one thread at a time, in the order of the recording. Waits while the queue is
   // full, so that a slow disk does not fill the memory with maps.
@@ -27,6 +36,9 @@ class Recorder {
     }
     writing_.Offer(snapshot);
   }
+
+  // Queues the live map, which takes the place of the one kept before.
+  void Keep(KeptMap map) { writing_.Offer(std::make_shared<const KeptMap>(std::move(map))); }
 
   // Writes what still waits and closes the file. Throws the failure of the first snapshot that could not be
   // written (InputError on a full disk); none after it was.
@@ -46,8 +58,11 @@ class Recorder {
  private:
   static constexpr std::size_t kMaxWaiting = 16;  // one snapshot of a large map takes tens of megabytes
 
+  using KeptMapPtr = std::shared_ptr<const KeptMap>;
+  using Item = std::variant<MapSnapshotPtr, KeptMapPtr>;
+
   RecordingWriter writer_;  // of the thread while it runs, then of whoever has joined it
-  WorkerThread<MapSnapshotPtr> writing_;
+  WorkerThread<Item> writing_;
   mutable std::mutex mutex_;  // guards the next
   MapSnapshotPtr newest_;
 };

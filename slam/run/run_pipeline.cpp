@@ -16,6 +16,7 @@
 #include "slam/run/auto_camera.h"
 #include "slam/run/dense_objects.h"
 #include "slam/run/detection_feed.h"
+#include "slam/run/joined_sequence.h"
 #include "slam/run/map_files.h"
 #include "slam/run/pace.h"
 #include "slam/run/recorder.h"
@@ -52,10 +53,10 @@ SystemOptions OptionsFor(const AutoCamera& camera, SystemOptions options) {
 }
 
 std::unique_ptr<System> MakeSystem(const RunInput& input, const Camera& camera, const SystemOptions& options,
-                                   System::SnapshotCallback on_snapshot) {
+                                   System::SnapshotCallback on_snapshot, System::KeptCallback on_kept) {
   return input.known ? std::make_unique<System>(input.known->map, input.known->recording.string(), options,
-                                                std::move(on_snapshot))
-                     : std::make_unique<System>(camera, options, std::move(on_snapshot));
+                                                std::move(on_snapshot), std::move(on_kept))
+                     : std::make_unique<System>(camera, options, std::move(on_snapshot), std::move(on_kept));
 }
 
 std::string StateText(TrackingState state, const Recorder& recorder) {
@@ -236,6 +237,20 @@ void SaveWithoutMap(const FinishedRun& run, Recorder& recorder) {
                                result.no_map_reason));
 }
 
+// A map that was gone on with knows the images of both parts.
+void JoinSequences(const RunInput& input, FinishedRun& run) {
+  if (!input.known || !run.result.added) {
+    return;
+  }
+  const fs::path known = RecordingReader(input.known->recording).Info().sequence_path;
+  const fs::path joined =
+      WriteJoinedSequence(run.output, known, input.sequence.path, *run.result.added, run.result.kept.camera);
+  if (!joined.empty()) {
+    SetSequencePath(run.output / "map.sqmap", joined.string());
+    run.sequence = joined.string();
+  }
+}
+
 }  // namespace
 
 FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
@@ -251,14 +266,16 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
   Recorder recorder(request.output / "map.sqmap",
                     {input.sequence.path.string(), SQSLAM_VERSION, DumpOptions(options)});
   std::unique_ptr<LiveDepth> live = MakeLiveDepth(request, input);
-  const std::unique_ptr<System> system =
-      MakeSystem(input, camera.camera, options, [&](const MapSnapshotPtr& map) {
+  const std::unique_ptr<System> system = MakeSystem(
+      input, camera.camera, options,
+      [&](const MapSnapshotPtr& map) {
         recorder.Add(map);
         if (live) {
           live->Mapped(map);
         }
         host.Mapped(map);
-      });
+      },
+      [&](KeptMap map) { recorder.Keep(std::move(map)); });
   const int dropped = Play(request, input, recorder, feed, *system, live.get(), host);
   feed.Finish(*system);
   FinishedRun run{request.output, input.sequence.path.string(), system->Finish(), {}};
@@ -287,10 +304,11 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
   run.stats.warnings = warnings.Lines();
   AttemptAll({[&] { WriteCamera(run.output / "camera.yaml", camera.camera, camera.Text()); },
               [&] { WriteMapFiles(run.output, run.result); }, [&] { recorder.Close(); },
-              [&] { AddToRecording(run.output / "map.sqmap", run.result.kept); },
-              [&] { MakeDense(request, run, live_depth, host); }, [&] { Draw(run, host); },
-              [&] { host.Film(run); }, [&] { WriteStats(run.output / "stats.json", run.stats); },
-              [&] { host.Report(run); }, [&] { feed.ThrowFailure(); }});
+              [&] { KeepInRecording(run.output / "map.sqmap", run.result.kept); },
+              [&] { JoinSequences(input, run); }, [&] { MakeDense(request, run, live_depth, host); },
+              [&] { Draw(run, host); }, [&] { host.Film(run); },
+              [&] { WriteStats(run.output / "stats.json", run.stats); }, [&] { host.Report(run); },
+              [&] { feed.ThrowFailure(); }});
   run.interrupted = host.Stopped();
   return run;
 }

@@ -22,13 +22,14 @@ bool IsCamera(const Camera& c) {
 
 }  // namespace
 
-void AddToRecording(const std::filesystem::path& recording, const KeptMap& map) {
+void KeepInRecording(const std::filesystem::path& recording, const KeptMap& map) {
   ByteWriter writer;
   writer(map.camera, map.vocabulary, map.state);
   const std::string_view bytes = writer.Bytes();
   const sqlite::Database db = sqlite::OpenRecording(recording, SQLITE_OPEN_READWRITE);
   sqlite::Execute(db.get(), recording,
-                  "BEGIN; CREATE TABLE live_map (piece INTEGER PRIMARY KEY, data BLOB NOT NULL);");
+                  "BEGIN IMMEDIATE; CREATE TABLE IF NOT EXISTS live_map"
+                  " (piece INTEGER PRIMARY KEY, data BLOB NOT NULL); DELETE FROM live_map;");
   for (std::size_t begin = 0; begin < bytes.size(); begin += kPieceBytes) {
     const std::string piece = PackBytes(bytes.substr(begin, kPieceBytes));
     sqlite::Statement(db.get(), recording, "INSERT INTO live_map (data) VALUES (?)", sqlite::Blob{piece})

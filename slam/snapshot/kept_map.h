@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 
@@ -15,12 +16,20 @@ struct KeptMap {
   std::string state;       // what Mapper::Save wrote
 };
 
-// Adds the map to a finished recording, in a table of its own (live_map) and in one transaction. Throws
-// InputError.
-void AddToRecording(const std::filesystem::path& recording, const KeptMap& map);
+// The frames that were added to a kept map: the number of the first in the map, and by how much their numbers
+// and times (s) in the map exceed those in their own sequence.
+struct AddedFrames {
+  std::int64_t first = 0;
+  std::int64_t index_shift = 0;
+  double time_shift = 0.0;
+};
+
+// Puts the map into a recording in place of the one that is there, in a table of its own (live_map) and in
+// one transaction: who reads finds the one or the other whole. Throws InputError.
+void KeepInRecording(const std::filesystem::path& recording, const KeptMap& map);
 
 // Throws InputError where the file is no recording, older than version 7 (which kept pictures alone), of a
-// run that was killed before it could keep its map, or damaged.
+// run that was killed before it first kept its map, or damaged.
 KeptMap ReadKeptMap(const std::filesystem::path& recording);
 
 }  // namespace sqslam

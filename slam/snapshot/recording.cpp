@@ -95,6 +95,11 @@ void AppendToRecording(const fs::path& path, const MapSnapshot& snapshot) {
       .Run();
 }
 
+void SetSequencePath(const fs::path& path, const std::string& sequence_path) {
+  const Database db = Open(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_FULLMUTEX);
+  Statement(db.get(), path, "UPDATE meta SET value = ? WHERE key = 'sequence_path'", sequence_path).Run();
+}
+
 struct RecordingReader::Impl {
   fs::path path;
   Database db;

@@ -34,6 +34,9 @@ class RecordingWriter {
   std::unique_ptr<Impl> impl_;
 };
 
+// Says anew where the images of a finished recording lie. Throws InputError.
+void SetSequencePath(const std::filesystem::path& path, const std::string& sequence_path);
+
 // Adds a state to a finished recording, in one transaction. Throws InputError.
 void AppendToRecording(const std::filesystem::path& path, const MapSnapshot& snapshot);
 

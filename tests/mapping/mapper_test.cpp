@@ -41,7 +41,8 @@ class MapperTest : public ::testing::Test {
         world_.camera, options_, std::move(words),
         Mapper::Outputs{[this](AtlasViewPtr atlas) { atlas_ = std::move(atlas); },
                         [this](MapSnapshotPtr snapshot) { snapshots_.push_back(std::move(snapshot)); },
-                        {}},
+                        {},
+                        [this](std::string state) { kept_.push_back(std::move(state)); }},
         times_);
   }
 
@@ -101,6 +102,7 @@ class MapperTest : public ::testing::Test {
   StageTimes times_;
   AtlasViewPtr atlas_;
   std::vector<MapSnapshotPtr> snapshots_;
+  std::vector<std::string> kept_;
   std::unique_ptr<Mapper> mapper_;
 };
 
@@ -160,6 +162,22 @@ TEST_F(MapperTest, GivesEveryFrameThatWasTrackedAPose) {
   EXPECT_EQ(snapshots_.back()->frame_index, 9);
   EXPECT_FALSE(snapshots_.back()->T_map_camera);
   EXPECT_LE(finished[0].keyframes.size(), 5U);
+}
+
+// A run that is killed leaves the map as it last was kept, which is a whole map.
+TEST_F(MapperTest, KeepsTheMapEachTimeThatItHasGrown) {
+  Begin();
+  Walk(8);
+  EXPECT_TRUE(kept_.empty());
+  for (int i = 17; i <= 22; ++i) {
+    mapper_->Process(Seen(i, 0.5 * i, i % 2 == 0));
+  }
+  ASSERT_EQ(kept_.size(), 1U);
+  Mapper other(world_.camera, options_, nullptr,
+               {[this](AtlasViewPtr atlas) { atlas_ = std::move(atlas); }, {}, {}}, times_);
+  other.Restore(kept_.front(), "the kept map", std::make_shared<IdSource>());
+  EXPECT_GE(View().keyframes.size() + View().removed_poses.size(), 10U);
+  EXPECT_LT(CenterDistance(View().PoseOf(5).T_camera_map, PoseOnArc(5.0)), 10.0 * kOneMillimetre);
 }
 
 TEST_F(MapperTest, RemovesRedundantKeyframesAndKnowsWhereTheyWere) {

@@ -10,6 +10,7 @@
 #include "posed_mapping.h"
 #include "slam/objects/object_mapper.h"
 #include "slam/objects/object_tracker.h"
+#include "slam/snapshot/byte_archive.h"
 #include "solid_overlap.h"
 #include "synthetic_desk.h"
 
@@ -322,6 +323,40 @@ TEST(ObjectPipeline, FollowsFusedPointsAndForgetsCulledOnes) {
   for (const auto& [point, object] : mapper.PointObjects()) {
     EXPECT_EQ(point % 2, 0);
   }
+}
+
+// What an earlier run has shown keeps its id in the next, also where that one would not have shown it.
+TEST(ObjectPipeline, AnEarlierRunsObjectsStay) {
+  const SyntheticDesk desk(1);
+  ObjectTracker tracker((ObjectOptions()));
+  ObjectMapper first(ObjectOptions(), 1);
+  first.SetUpright(true, SupportSurfaces::Everywhere(0.0));
+  for (int i = 0; i < 30; ++i) {
+    first.AddObservations(tracker.Track(desk.Frame(i), *first.View()));
+  }
+  const PointLookup lookup = [&](std::int64_t& id) { return desk.Position(id); };
+  first.UpdateAll(lookup, desk.Camera());
+  ByteWriter writer;
+  first.Save(writer);
+  ByteReader reader(writer.Bytes(), "the map");
+  ObjectMapper second(ObjectOptions(), 1);
+  second.Load(reader);
+  ASSERT_FALSE(first.Objects().empty());
+  const int id = first.Objects().front().id;
+  // Far later and elsewhere: all else that is not shown would be forgotten.
+  ObjectObservation later;
+  later.object_id = 1000;
+  later.frame_index = 100000;
+  later.T_map_camera = desk.Frame(0).T_map_camera;
+  later.detection = desk.Frame(0).detections.front();
+  second.AddObservations({&later, 1});
+  const PointLookup gone = [](std::int64_t&) -> std::optional<Eigen::Vector3d> { return std::nullopt; };
+  second.UpdateAll(gone, desk.Camera());
+  std::vector<int> ids;
+  for (const ObjectLandmarkView& landmark : second.View()->landmarks) {
+    ids.push_back(landmark.id);
+  }
+  EXPECT_NE(std::ranges::find(ids, id), ids.end());
 }
 
 TEST(ObjectTracker, MakesNothingOfAFrameWithoutPointsOrBoxes) {

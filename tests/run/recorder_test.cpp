@@ -38,6 +38,31 @@ TEST(Recorder, WritesTheSameBytesAsAWriterWithoutAThread) {
   EXPECT_EQ(ReadFile(queued, "a recording"), ReadFile(direct, "a recording"));
 }
 
+// As a kill would leave it: the recording is read while it is still open.
+TEST(Recorder, KeepsTheNewestMapWhileTheRunGoesOn) {
+  const TemporaryFolder folder;
+  const std::filesystem::path path = folder.Path() / "map.sqmap";
+  Recorder recorder(path, {});
+  recorder.Add(Snapshot(0));
+  const Camera camera{640, 480, 500.0, 500.0, 320.0, 240.0, {}, 30.0};
+  recorder.Keep({camera, "words", "the map of then"});
+  recorder.Add(Snapshot(1));
+  recorder.Keep({camera, "words", "the map of now"});
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  std::string state;
+  while (state != "the map of now" && std::chrono::steady_clock::now() < deadline) {
+    try {
+      state = ReadKeptMap(path).state;
+    } catch (const InputError&) {  // not there yet
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  EXPECT_EQ(state, "the map of now");
+  recorder.Close();
+  EXPECT_EQ(RecordingReader(path).Size(), 2);
+  EXPECT_EQ(ReadKeptMap(path).state, "the map of now");
+}
+
 TEST(Recorder, WhatWaitsIsWrittenWhenARunFailsElsewhere) {
   const TemporaryFolder folder;
   const std::filesystem::path path = folder.Path() / "map.sqmap";

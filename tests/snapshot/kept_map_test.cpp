@@ -43,7 +43,7 @@ class KeptMapTest : public ::testing::Test {
 };
 
 TEST_F(KeptMapTest, IsReadAsItWasWritten) {
-  AddToRecording(path_, map_);
+  KeepInRecording(path_, map_);
   const KeptMap read = ReadKeptMap(path_);
   EXPECT_TRUE(read.state == map_.state);
   EXPECT_EQ(read.vocabulary, map_.vocabulary);
@@ -53,7 +53,17 @@ TEST_F(KeptMapTest, IsReadAsItWasWritten) {
   EXPECT_EQ(RecordingReader(path_).Size(), 1) << "the pictures stay";
 }
 
-TEST_F(KeptMapTest, OfARunThatWasKilledIsNotThere) { ExpectRefused("keeps no map to go on with"); }
+TEST_F(KeptMapTest, TakesThePlaceOfTheOneBefore) {
+  KeepInRecording(path_, map_);
+  KeptMap grown = map_;
+  grown.state += grown.state;
+  KeepInRecording(path_, grown);
+  EXPECT_TRUE(ReadKeptMap(path_).state == grown.state);
+  KeepInRecording(path_, map_);
+  EXPECT_TRUE(ReadKeptMap(path_).state == map_.state);
+}
+
+TEST_F(KeptMapTest, OfARunThatWasKilledAtOnceIsNotThere) { ExpectRefused("keeps no map to go on with"); }
 
 TEST_F(KeptMapTest, OfAnOlderProgramIsNotThere) {
   Execute("UPDATE meta SET value = '6' WHERE key = 'version'");
@@ -61,7 +71,7 @@ TEST_F(KeptMapTest, OfAnOlderProgramIsNotThere) {
 }
 
 TEST_F(KeptMapTest, ThatIsDamagedIsRefused) {
-  AddToRecording(path_, map_);
+  KeepInRecording(path_, map_);
   Execute("UPDATE live_map SET data = substr(data, 1, length(data) - 5)");
   ExpectRefused("the map that it keeps is broken");
   Execute("UPDATE live_map SET data = x'0011'");

@@ -83,7 +83,7 @@ TEST_F(KeptSystem, SavedLoadedAndSavedAgainIsByteIdentical) {
   Mapper mapper(first_.kept.camera, OptionsOfMapper(options), LoadVocabulary(options),
                 {[&](AtlasViewPtr view) { atlas = std::move(view); }, {}, {}}, times);
   const auto ids = std::make_shared<IdSource>();
-  const std::int64_t main = mapper.Restore(first_.kept.state, "the map", ids);
+  const std::int64_t main = mapper.Restore(first_.kept.state, "the map", ids).submap;
   const std::string again = mapper.Save();
   const auto [a, b] = std::ranges::mismatch(again, first_.kept.state);
   EXPECT_TRUE(a == again.end() && b == first_.kept.state.end())
