@@ -154,7 +154,9 @@ class Refit {
     if (!whole_boxes_) {
       MarkHiddenEdges(landmark_, context_, views);
     }
-    TakeFit(landmark_, RefineLandmark(landmark_, views, true, context_), views, context_);
+    if (const std::optional<StandingFit> fit = RefineLandmark(landmark_, views, true, context_)) {
+      TakeFit(landmark_, *fit, views, context_);
+    }
     return IoU(Solid::FromSuperquadric(landmark_.superquadric), truth_);
   }
 

@@ -136,26 +136,6 @@ std::optional<Eigen::Vector3d> PlaceOf(std::span<const BoxView> views, const Cam
   return A.ldlt().solve(b);
 }
 
-// A frame about the object's place in which its size is about 1, p_map = S * p: what the estimation needs to
-// be well conditioned. Empty where the place is not known, or is behind a camera.
-std::optional<Sim3d> ConditionedFrame(std::span<const BoxView> views, const Camera& camera) {
-  const std::optional<Eigen::Vector3d> place = PlaceOf(views, camera);
-  if (!place) {
-    return std::nullopt;
-  }
-  std::vector<double> sizes;
-  for (const BoxView& view : views) {
-    const double depth = (view.T_map_camera.Inverse() * *place).z();
-    if (depth <= 0.0) {
-      return std::nullopt;
-    }
-    const Box2d box = UndistortBox(view.box, camera);
-    sizes.push_back(0.5 * depth * std::hypot(box.width / camera.fx, box.height / camera.fy));
-  }
-  const double size = UpperMedian(std::move(sizes));
-  return size > 0.0 ? std::optional(Sim3d{size, Eigen::Quaterniond::Identity(), *place}) : std::nullopt;
-}
-
 std::vector<ConditionedView> ConditionedViews(std::span<const BoxView> views, const Camera& camera,
                                               const Sim3d& S_map_frame, const ObjectOptions& options) {
   std::vector<ConditionedView> conditioned;
@@ -290,6 +270,24 @@ std::optional<PosedSuperquadric> RefineByBoxes(const PosedSuperquadric& start,
 
 }  // namespace
 
+std::optional<Sim3d> FrameOfBoxes(std::span<const BoxView> views, const Camera& camera) {
+  const std::optional<Eigen::Vector3d> place = PlaceOf(views, camera);
+  if (!place) {
+    return std::nullopt;
+  }
+  std::vector<double> sizes;
+  for (const BoxView& view : views) {
+    const double depth = (view.T_map_camera.Inverse() * *place).z();
+    if (depth <= 0.0) {
+      return std::nullopt;
+    }
+    const Box2d box = UndistortBox(view.box, camera);
+    sizes.push_back(0.5 * depth * std::hypot(box.width / camera.fx, box.height / camera.fy));
+  }
+  const double size = UpperMedian(std::move(sizes));
+  return size > 0.0 ? std::optional(Sim3d{size, Eigen::Quaterniond::Identity(), *place}) : std::nullopt;
+}
+
 Eigen::Matrix4d DualQuadricOf(const PosedSuperquadric& ellipsoid) {
   Eigen::Vector4d diagonal;
   diagonal << ellipsoid.shape.half_size.cwiseAbs2(), -1.0;
@@ -349,7 +347,7 @@ std::optional<PosedSuperquadric> EstimateDualQuadric(std::span<const BoxView> vi
   if (views.size() < kLeastViews) {
     return std::nullopt;
   }
-  const std::optional<Sim3d> S_map_frame = ConditionedFrame(views, camera);
+  const std::optional<Sim3d> S_map_frame = FrameOfBoxes(views, camera);
   if (!S_map_frame) {
     return std::nullopt;
   }

@@ -43,6 +43,10 @@ std::optional<PosedSuperquadric> RefineDualQuadric(const PosedSuperquadric& star
                                                    const ObjectOptions& options,
                                                    const std::optional<QuadricPriors>& priors);
 
+// A frame about the place that the boxes show, in which their median half diagonal is 1: p_map = S * p. Empty
+// where they do not tell the place, or it is behind a camera.
+std::optional<Sim3d> FrameOfBoxes(std::span<const BoxView> views, const Camera& camera);
+
 // The ellipsoid of a landmark from its boxes:
 //  1. Each box edge that shows where the object ends spans a plane pi = P^T l; the dual quadric with the
 //     least squared pi^T Q* pi, all in a frame about the object's place and of its size.

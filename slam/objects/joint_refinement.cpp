@@ -130,9 +130,17 @@ void AddContact(const RefinementInput& input, double shown, const RefinementOpti
   }
 }
 
-void AddPrior(const Superquadric& start, const RefinementInput& input, const RefinementOptions& options,
-              RefinementProblem& problem) {
-  constexpr double kYawSigma = 5.0 * kRadiansPerDegree;
+// The angle that a start means; null without lines.
+const YawMode* YawMeant(const PosedSuperquadric& start, const RefinementInput& input) {
+  const double yaw = YawOf(start.T_map_object.rotation);
+  const auto nearest = std::ranges::min_element(
+      input.yaws, {}, [yaw](const YawMode& mode) { return std::abs(WrapQuarter(mode.yaw - yaw)); });
+  return nearest == input.yaws.end() ? nullptr : &*nearest;
+}
+
+void AddPrior(const Superquadric& start, const YawMode* yaw, const RefinementInput& input,
+              const RefinementOptions& options, RefinementProblem& problem) {
+  constexpr double kNoDoubt = 1e6;
   const ClassPrior& known = input.prior;
   RefinementProblem::Prior& prior = problem.prior;
   const double longer = start.half_size.x() >= start.half_size.y() ? 1.0 : -1.0;
@@ -146,8 +154,9 @@ void AddPrior(const Superquadric& start, const RefinementInput& input, const Ref
   }
   prior.exponents = ExponentsOf(NearestKind(start.e1, start.e2));
   prior.exponent_factor = 1.0 / options.exponent_sigma;
-  prior.yaw = input.yaw ? input.yaw->yaw : 0.0;
-  prior.yaw_factor = input.yaw ? input.yaw->quality / kYawSigma : 0.0;
+  prior.yaw = yaw != nullptr ? yaw->yaw : 0.0;
+  prior.yaw_factor = yaw != nullptr ? 1.0 / yaw->sigma : 0.0;
+  prior.yaw_width = input.yaw_is_given ? kNoDoubt : prior.yaw_width;
   prior.bias_factor = 1.0 / options.edge_bias_sigma;
 }
 
@@ -206,7 +215,8 @@ RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementI
   AddPoints(input, place, shown, options, problem);
   AddSurface(input, options, problem);
   AddContact(input, shown, options, problem);
-  AddPrior(start.shape, input, options, problem);
+  const YawMode* yaw = YawMeant(start, input);
+  AddPrior(start.shape, yaw, input, options, problem);
   SetBounds(start, shown, options, problem);
   RefinementProblem::Parameters parameters = RefinementProblem::Pack(start);
   auto log_half = parameters.segment<3>(RefinementProblem::kLogHalf);
@@ -220,9 +230,10 @@ RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementI
                           Eigen::Matrix<double, 9, 9>::Zero()};
   result.cost -=
       std::log(input.prior.shapes[static_cast<std::size_t>(NearestKind(start.shape.e1, start.shape.e2))]);
+  result.cost -= yaw != nullptr ? std::log(yaw->share) : 0.0;
   if (with_covariance) {
     result.covariance = problem.Covariance(parameters);
-    result.cost += problem.HalfLogInformation(parameters);
+    result.cost += problem.HalfLogInformation(parameters) + (yaw != nullptr ? std::log(yaw->sigma) : 0.0);
   }
   return result;
 }

@@ -11,6 +11,7 @@
 #include "slam/objects/class_priors.h"
 #include "slam/objects/object_options.h"
 #include "slam/objects/object_types.h"
+#include "slam/objects/yaw.h"
 
 namespace sqslam {
 
@@ -33,7 +34,8 @@ struct RefinementInput {
   std::vector<PointCameras> point_cameras;  // for each point those that saw it; may be empty
   std::vector<Eigen::Vector3d> surface;     // further points on it, of dense depth, map frame
   double surface_sigma = 0.0;               // standard deviation of their distance to the surface, map units
-  std::optional<YawEstimate> yaw;           // from lines
+  std::vector<YawMode> yaws;                // from lines; the start tells which is meant: the nearest
+  bool yaw_is_given = false;                // known, not a guess from lines
   std::optional<double> support_height;     // z of the surface that it stands on; empty: none
   std::optional<double> lowest;             // z below which nothing of it can be: a surface under it
   Camera camera;
@@ -58,8 +60,9 @@ struct RefinementResult {
 // normal n (camera frame, scaled so that n . p is the offset in the image times depth) the condition is n . c
 // + h(R^T n) = 0, where c is the object's centre and h the support function of the superquadric: exact,
 // smooth, and no silhouette has to be traced. Points give the radial distance of Eq. 11, the support gives
-// contact: lowest point = height. The prior has modes, for the kind of shape and for the longer horizontal
-// axis; the start tells which of them is meant. Without `with_covariance` that of the result is zero.
+// contact: lowest point = height. The prior has modes, for the kind of shape, for the longer horizontal
+// axis and for the yaw; the start tells which of them is meant. Without `with_covariance` that of the result
+// is zero.
 RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementInput& input,
                                const RefinementOptions& options, bool with_covariance = true);
 

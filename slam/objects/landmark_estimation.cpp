@@ -51,6 +51,13 @@ Box2d Continued(const Box2d& box, const std::array<bool, 4>& edge_free, const Bo
   return {left, top, right - left, bottom - top};
 }
 
+constexpr std::size_t kMinViews = 5;  // of a refinement
+
+// Root mean square over the axes of sigma(half size) / half size.
+double LogSizeSigma(const Superquadric& shape, const Eigen::Matrix<double, 9, 9>& covariance) {
+  return std::sqrt(covariance.diagonal().segment<3>(3).cwiseQuotient(shape.half_size.cwiseAbs2()).mean());
+}
+
 // Renews the landmark's reliability; `used`: the views that its estimate is made of.
 void JudgeReliability(Landmark& landmark, const std::vector<BoxView>& used,
                       const EstimationContext& context) {
@@ -58,18 +65,34 @@ void JudgeReliability(Landmark& landmark, const std::vector<BoxView>& used,
   std::vector<BoxView> held_out = HeldOutViews(landmark.views, used, used.size());
   MarkHiddenEdges(landmark, context, held_out);
   const Superquadric& shape = landmark.superquadric.shape;
-  const Eigen::Vector3d variances = landmark.covariance.diagonal().segment<3>(3);
   ReliabilityEvidence evidence;
   evidence.observations = landmark.observations;
   evidence.held_out_agreement = BoxAgreement(landmark.visible, held_out, context.camera);
   if (context.options->method == ObjectMethod::kRefined) {
-    evidence.log_size_sigma = landmark.refined
-                                  ? std::sqrt(variances.cwiseQuotient(shape.half_size.cwiseAbs2()).mean())
-                                  : kUnknownSigma;
+    evidence.log_size_sigma = landmark.refined ? LogSizeSigma(shape, landmark.covariance) : kUnknownSigma;
     evidence.class_surprise =
         ClassSurprise(shape, context.classes->Of(landmark.labels.Best()), context.scale);
   }
   landmark.reliability = Reliability(evidence);
+}
+
+// Estimates an object without points: its boxes and what it stands on are enough where they fix its size. An
+// estimate that had points stays true when these are lost.
+void EstimateFromBoxes(Landmark& landmark, const std::vector<BoxView>& views,
+                       const EstimationContext& context) {
+  constexpr double kKnownSize = 0.2;  // standard deviation of the logarithm
+  if (context.options->method == ObjectMethod::kRefined && context.upright && views.size() >= kMinViews) {
+    const std::optional<StandingFit> fit =
+        RefineLandmark(landmark, views, landmark.observations >= 2 * landmark.thorough_at, context);
+    if (fit && LogSizeSigma(fit->superquadric.shape, fit->covariance) < kKnownSize) {
+      landmark.thorough_at = landmark.observations;
+      landmark.estimated = true;
+      TakeFit(landmark, *fit, views, context);
+      return;
+    }
+  }
+  landmark.estimated = landmark.estimated && landmark.refined;
+  landmark.box_agreement = landmark.estimated ? BoxAgreement(landmark.visible, views, context.camera) : 0.0;
 }
 
 std::vector<int> IdsInOrder(std::vector<std::pair<double, int>> keyed) {
@@ -192,7 +215,6 @@ std::vector<BoxView> SpreadViews(const std::vector<BoxView>& views, int count) {
 }
 
 void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
-  constexpr std::size_t kMinPoints = 4;
   const ObjectOptions& options = *context.options;
   std::vector<BoxView> views = SpreadViews(landmark.views, options.refinement.max_views);
   if (landmark.estimated) {
@@ -201,9 +223,7 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
   landmark.points = RemoveOutliers(landmark, views, context);
   landmark.estimated_at = landmark.observations;
   if (landmark.points.size() < kMinPoints) {
-    // An estimate from the boxes of many views stays true when its few points are lost.
-    landmark.estimated = landmark.estimated && landmark.refined;
-    landmark.box_agreement = landmark.estimated ? BoxAgreement(landmark.visible, views, context.camera) : 0.0;
+    EstimateFromBoxes(landmark, views, context);
     return;
   }
   landmark.estimated = true;
@@ -212,11 +232,11 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
       context.upright ? PaperYaw(landmark, points, context) : std::optional<YawEstimate>();
   const double paper_yaw = yaw ? yaw->yaw : 0.0;
   landmark.support.reset();
-  if (options.method == ObjectMethod::kRefined && context.upright && views.size() >= 5) {
+  if (options.method == ObjectMethod::kRefined && context.upright && views.size() >= kMinViews) {
     // From scratch as often as the evidence doubles: small steps don't leave a wrong start behind.
     const bool thorough = context.thorough || landmark.observations >= 2 * landmark.thorough_at;
     landmark.thorough_at = thorough ? landmark.observations : landmark.thorough_at;
-    const StandingFit refined = RefineLandmark(landmark, views, thorough, context);
+    const StandingFit refined = *RefineLandmark(landmark, views, thorough, context);
     // A refinement that runs away explains the boxes worse than the cloud alone.
     const PosedSuperquadric cloud = SuperquadricAtYaw(points, paper_yaw, options.size_shape, false);
     const double agreement = BoxAgreement(refined.superquadric, views, context.camera);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "slam/objects/dense_evidence.h"
+#include "slam/objects/dual_quadric.h"
 #include "slam/objects/joint_refinement.h"
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/landmark_outliers.h"
@@ -18,30 +19,31 @@ namespace {
 
 constexpr double kUnlikely = 0.1;  // kinds of shape with a smaller share are not tried
 
-std::optional<YawEstimate> YawFromAllLines(const Landmark& landmark, const EstimationContext& context) {
-  constexpr double kGiven = 20.0;  // quality: a quarter of a degree
+std::vector<YawMode> YawsOfAllLines(const Landmark& landmark, const EstimationContext& context) {
+  constexpr double kGiven = 0.25 * kRadiansPerDegree;
   if (context.given.yaw) {
-    return YawEstimate{WrapQuarter(*context.given.yaw), kGiven};
+    return {{WrapQuarter(*context.given.yaw), kGiven, 1.0}};
   }
   std::vector<LineView> views;
   for (const auto& [frame, view] : landmark.lines) {
     views.push_back(view);
   }
-  return YawFromLines(views, context.camera, context.options->yaw);
+  return YawModesFromLines(views, context.camera, context.options->yaw);
 }
 
-// Box-like, cylinder-like and ball-like at the yaw of the lines and of the cloud, and the last result. A box
+// Box-like, cylinder-like and ball-like at the yaws of the lines and of the cloud, and the last result. A box
 // can't turn into a ball by small steps that each fit better. A screen that stands is thin along either axis.
 std::vector<PosedSuperquadric> RefinementStarts(const Landmark& landmark,
                                                 const std::vector<Eigen::Vector3d>& points,
                                                 const RefinementInput& input, const ObjectOptions& options) {
-  const std::optional<YawEstimate>& line_yaw = input.yaw;
+  constexpr double kOther = 0.1;  // radians
   std::vector<double> yaws;
-  if (line_yaw) {
-    yaws.push_back(line_yaw->yaw);
+  for (const YawMode& mode : input.yaws) {
+    yaws.push_back(mode.yaw);
   }
   const auto pca = YawFromPoints(points, options.yaw);
-  if (pca && (!line_yaw || std::abs(WrapQuarter(pca->yaw - line_yaw->yaw)) > 0.1)) {
+  if (pca && std::ranges::none_of(
+                 yaws, [&](double yaw) { return std::abs(WrapQuarter(pca->yaw - yaw)) <= kOther; })) {
     yaws.push_back(pca->yaw);
   }
   if (yaws.empty()) {
@@ -81,6 +83,20 @@ std::vector<PosedSuperquadric> RefinementStarts(const Landmark& landmark,
   return starts;
 }
 
+// Something to start from where an object has no points: the corners of an upright cube about the place that
+// its boxes show, of their size. Empty where they do not tell.
+NamedPoints CornersOf(const std::vector<BoxView>& views, const Camera& camera) {
+  constexpr double kHalf = 0.6;  // of the median half diagonal of the boxes
+  NamedPoints corners;
+  if (const std::optional<Sim3d> S_map_cube = FrameOfBoxes(views, camera)) {
+    for (int corner = 0; corner < 8; ++corner) {
+      const Eigen::Vector3d signs(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+      corners.emplace_back(corner, *S_map_cube * (kHalf * signs));
+    }
+  }
+  return corners;
+}
+
 RefinementInput InputOf(const Landmark& landmark, const std::vector<BoxView>& views,
                         const EstimationContext& context) {
   RefinementInput input;
@@ -91,6 +107,8 @@ RefinementInput InputOf(const Landmark& landmark, const std::vector<BoxView>& vi
   }
   input.camera = context.camera;
   input.prior = context.classes->Of(landmark.labels.Best());
+  input.yaws = YawsOfAllLines(landmark, context);
+  input.yaw_is_given = context.given.yaw.has_value();
   if (context.given.kind) {
     input.prior.shapes.fill(1e-6);
     input.prior.shapes[static_cast<std::size_t>(*context.given.kind)] = 1.0;
@@ -266,15 +284,19 @@ bool IsBottomSeen(const std::vector<BoxView>& views) {
   return static_cast<double>(free) >= kMostlyHidden * static_cast<double>(views.size());
 }
 
-StandingFit RefineLandmark(const Landmark& landmark, const std::vector<BoxView>& views, bool thorough,
-                           const EstimationContext& context) {
+std::optional<StandingFit> RefineLandmark(const Landmark& landmark, const std::vector<BoxView>& views,
+                                          bool thorough, const EstimationContext& context) {
   const ObjectOptions& options = *context.options;
+  const NamedPoints cloud =
+      landmark.points.size() < kMinPoints ? CornersOf(views, context.camera) : landmark.points;
+  if (cloud.empty()) {
+    return std::nullopt;
+  }
   RefinementInput input = InputOf(landmark, views, context);
-  input.yaw = YawFromAllLines(landmark, context);
-  const SupportHeights supports = context.given.support ? SupportHeights{{*context.given.support}, {}}
-                                                        : PossibleSupports(landmark.points, context);
+  const SupportHeights supports =
+      context.given.support ? SupportHeights{{*context.given.support}, {}} : PossibleSupports(cloud, context);
   if (thorough || !landmark.refined) {
-    const auto starts = RefinementStarts(landmark, input.points, input, options);
+    const auto starts = RefinementStarts(landmark, Positions(cloud), input, options);
     return RefineStanding(starts, std::move(input), supports, options.refinement,
                           context.thorough ? SearchEffort::kThorough : SearchEffort::kPromising);
   }
@@ -290,7 +312,7 @@ StandingFit RefineLandmark(const Landmark& landmark, const std::vector<BoxView>&
   }
   const std::optional<double> support = input.support_height;
   const RefinementResult result = RefineJointly(landmark.visible, input, options.refinement);
-  return {result.superquadric, support, result.cost, result.covariance};
+  return StandingFit{result.superquadric, support, result.cost, result.covariance};
 }
 
 StandingFit RefineLandmarkWithSurface(const Landmark& landmark, const std::vector<BoxView>& views,
@@ -299,7 +321,6 @@ StandingFit RefineLandmarkWithSurface(const Landmark& landmark, const std::vecto
   constexpr std::size_t kMost = 400;
   const ObjectOptions& options = *context.options;
   RefinementInput input = InputOf(landmark, views, context);
-  input.yaw = YawFromAllLines(landmark, context);
   const std::size_t stride = (surface.size() + kMost - 1) / kMost;
   for (std::size_t i = 0; i < surface.size(); i += stride) {
     input.surface.push_back(surface[i].p_map);

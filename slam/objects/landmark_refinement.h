@@ -48,11 +48,15 @@ PosedSuperquadric StretchedTo(PosedSuperquadric superquadric, double height);
 // the few other views have missed what hides it.
 bool IsBottomSeen(const std::vector<BoxView>& views);
 
+// Inliers that make a start; of an object with fewer its boxes do.
+inline constexpr std::size_t kMinPoints = 4;
+
 // RefineStanding for a landmark with its inliers in landmark.points. `views`: those whose box edges are used.
 // `thorough`: from all starts under all assumptions (the more of them followed where the context is thorough
-// as well); otherwise on from the last result.
-StandingFit RefineLandmark(const Landmark& landmark, const std::vector<BoxView>& views, bool thorough,
-                           const EstimationContext& context);
+// as well); otherwise on from the last result. Empty where there are fewer than kMinPoints inliers and the
+// boxes do not tell the place.
+std::optional<StandingFit> RefineLandmark(const Landmark& landmark, const std::vector<BoxView>& views,
+                                          bool thorough, const EstimationContext& context);
 
 // The same from all starts, with points that lie on its surface, `sigma` (map units) precise.
 StandingFit RefineLandmarkWithSurface(const Landmark& landmark, const std::vector<BoxView>& views,

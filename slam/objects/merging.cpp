@@ -30,9 +30,21 @@ int CountFrames(const Landmark& a, const Landmark& b, int enough, Predicate&& ar
   return count;
 }
 
+bool AreSeenTogether(const Landmark& a, const Landmark& b, int more_than) {
+  return CountFrames(a, b, more_than + 1, [](auto&&...) { return true; }) > more_than;
+}
+
 bool AreRarelySeenTogether(const Landmark& a, const Landmark& b, const MergingOptions& options) {
-  const int limit = options.max_seen_together;
-  return CountFrames(a, b, limit + 1, [](auto&&...) { return true; }) <= limit;
+  return !AreSeenTogether(a, b, options.max_seen_together);
+}
+
+// Share of the smaller volume from which on two landmarks are one.
+double OverlapOfOne(const Landmark& a, const Landmark& b, bool same_label, const MergingOptions& options) {
+  constexpr double kReachIn = 0.15;  // two of a kind that never show in one image can't reach into each other
+  if (!same_label) {
+    return options.overlap_other_label;
+  }
+  return AreSeenTogether(a, b, 0) ? options.overlap : std::min(kReachIn, options.overlap);
 }
 
 // A detector boxes many a thing twice for a while, a chair and its back; what it boxes twice nearly always is
@@ -141,9 +153,8 @@ bool AreSameObject(const Landmark& a, const Landmark& b, const ObjectOptions& al
   bool same = passes_t_test();
   bool is_part = false;
   if (!same && parts.merge_by_volume && a.estimated && b.estimated) {
-    const double needed = same_label ? options.overlap : options.overlap_other_label;
     const double shared = OverlapOfSmaller(a.superquadric, b.superquadric);
-    same = shared > needed;
+    same = shared > OverlapOfOne(a, b, same_label, options);
     is_part = same_label && (shared > kPart || ShowsPartOf(a, b, shared, options, camera) ||
                              ShowsPartOf(b, a, shared, options, camera) || IsBoxedTwice(a, b));
     same = same || is_part || (same_label && AreConcentric(a, b, options));

@@ -101,6 +101,10 @@ struct ObjectMapper::Impl {
       merged.resize(std::min(merged.size(), static_cast<std::size_t>(options.max_estimates)));
     }
     Estimate(merged, poses, context);
+    while (all && !merged.empty()) {  // what has an estimate again may prove to be a third one as well
+      merged = MergeAllPairs();
+      Estimate(merged, poses, context);
+    }
     DeleteForgotten();
     Publish();
   }

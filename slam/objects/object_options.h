@@ -118,14 +118,15 @@ struct OutlierOptions {
 // Yaw from line segments and from the point cloud (section "Pose Estimation").
 struct YawOptions {
   int line_interval = 5;    // an object's lines are extracted in every n-th frame at most; 0: never
-  int line_pixels = 18000;  // of the boxes that lines are extracted from, per frame on average; 0: no limit
-  int line_views = 30;      // frames with lines that an object gets without waiting for others
+  int line_pixels = 15000;  // of the boxes that lines are extracted from, per frame on average; 0: no limit
+  int line_views = 20;      // frames with lines that an object gets without waiting for others
   double max_box_share = 0.3;       // not from boxes that cover more of the image, share of the image area
   double min_line_length = 15.0;    // px
   double box_margin = 10.0;         // boxes are grown by so much for the search of lines, px
   int samples = 18;                 // start angles, evenly over 90 degrees
   double match_angle_deg = 5.0;     // a line matches an axis below this angle in the image
   int min_lines = 3;                // lines a box needs
+  double independent_views = 4.0;   // views that all views of an object are worth: they share their faults
   double max_refinement_deg = 5.0;  // refinements that go farther from the best sample are rejected
   double pca_min_ratio = 1.21;      // variance along the first axis over that along the second
   int pca_min_points = 20;          // points the cloud needs
@@ -141,6 +142,7 @@ struct YawOptions {
     visit("samples", samples, 2, 360);
     visit("match_angle_deg", match_angle_deg, 0.1, 45.0);
     visit("min_lines", min_lines, 1, 100);
+    visit("independent_views", independent_views, 0.1, 1000.0);
     visit("max_refinement_deg", max_refinement_deg, 0.1, 45.0);
     visit("pca_min_ratio", pca_min_ratio, 1.0, 100.0);
     visit("pca_min_points", pca_min_points, 3, 1000);

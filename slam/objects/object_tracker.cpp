@@ -94,12 +94,27 @@ struct ObjectTracker::Impl {
     }
   }
 
-  // A new landmark needs points, and must not be a second box around something that has one already.
+  // True where a known landmark is expected to be seen about there.
+  bool IsExpected(const Box2d& box) const {
+    constexpr double kAboutThere = 0.2;  // IoU
+    return std::ranges::any_of(tracks, [&](const auto& entry) {
+      const KnownLandmark& track = entry.second;
+      return (track.predicted_box && IoU(*track.predicted_box, box) > kAboutThere) ||
+             (track.projected_box && IoU(*track.projected_box, box) > kAboutThere);
+    });
+  }
+
+  // A new landmark must not be a second box around something that has one already. Without points nothing but
+  // its place tells it from what is known, so that only a whole box where nothing is known begins one.
   bool MayStart(const ObjectFrame& frame, const BoxCandidate& box, const std::vector<BoxCandidate>& boxes,
                 const std::vector<int>& ids) const {
     const Box2d& b = box.detection.box;
     const double share = b.Area() / (static_cast<double>(frame.camera.width) * frame.camera.height);
-    if (static_cast<int>(box.point_ids.size()) < options.association.min_points ||
+    if (frame.points.empty()) {
+      return false;  // the frame's own place is not sure
+    }
+    const bool bare = static_cast<int>(box.point_ids.size()) < options.association.min_points;
+    if ((bare && (options.method == ObjectMethod::kPaper || box.AnyEdgeCut() || IsExpected(b))) ||
         (box.AnyEdgeCut() && share < options.detections.max_cut_share)) {
       return false;
     }

@@ -162,6 +162,7 @@ Residual PriorResidual(const State& state, const double* x, const RefinementProb
     const double half = 2.0 * (x[RefinementProblem::kYaw] - prior.yaw);
     residual.value = prior.yaw_factor * std::sin(half) / 2.0;
     residual.gradient[RefinementProblem::kYaw] = prior.yaw_factor * std::cos(half);
+    residual.MakeRobust(prior.yaw_width, 1.0);
   } else {
     const int side = RefinementProblem::kBias + index - 6;
     residual.value = prior.bias_factor * x[side];

@@ -62,6 +62,7 @@ class RefinementProblem {
     double exponent_factor = 0.0;
     double yaw = 0.0;
     double yaw_factor = 0.0;
+    double yaw_width = 1.0;    // of Cauchy's loss: lines may be those of a pattern
     double bias_factor = 0.0;  // of the boxes' sides
   };
 

@@ -4,7 +4,9 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <opencv2/ximgproc.hpp>
 
@@ -134,6 +136,63 @@ double RefineYaw(const std::vector<NormalisedLine>& lines, const std::vector<Mat
   return yaw[0];
 }
 
+// Likelihood of an angle about the vertical by all lines, see YawModesFromLines.
+class YawLikelihood {
+ public:
+  YawLikelihood(std::span<const LineView> views, const Camera& camera, const YawOptions& options) {
+    constexpr double kAlong = 1.0 * kRadiansPerDegree;  // of edges to the axes of the solid
+    constexpr double kAcross = 1.0;                     // px, of a line's ends
+    constexpr double kVertical = 0.1;                   // shares of the lines
+    constexpr double kClutter = 0.8;
+    constexpr double kFullWeight = 40.0;  // px: what is shorter is clutter more often, and edges are long
+    const auto with_lines =
+        std::ranges::count_if(views, [](const LineView& view) { return !view.lines.empty(); });
+    const double share =
+        std::min(1.0, options.independent_views / std::max(1.0, static_cast<double>(with_lines)));
+    for (const NormalisedLine& line : Normalise(views, camera, LineFit::kRobust)) {
+      const double sigma = std::hypot(kAlong, kAcross / line.weight);
+      const double a = line.sine_to_vertical / sigma;
+      const double other = kVertical / sigma * std::exp(-0.5 * a * a) + kClutter * std::sqrt(2.0 / kPi);
+      lines_.push_back({line.image, line.normal, 0.5 / (sigma * sigma),
+                        0.5 * (1.0 - kVertical - kClutter) / (sigma * other),
+                        share * line.weight / kFullWeight});
+    }
+  }
+
+  bool Empty() const { return lines_.empty(); }
+
+  // Up to a constant.
+  double Log(double yaw) const {
+    const Eigen::Vector2d x_axis = AxisAt(yaw);
+    const Eigen::Vector2d y_axis(-x_axis.y(), x_axis.x());
+    double sum = 0.0;
+    for (const Line& line : lines_) {
+      const double likelihood = line.Kernel(x_axis) + line.Kernel(y_axis);
+      sum += likelihood > 0.0 ? line.weight * std::log1p(line.ratio * likelihood) : 0.0;
+    }
+    return sum;
+  }
+
+ private:
+  struct Line {
+    Eigen::Matrix2d image;
+    Eigen::Vector2d normal;
+    double factor;  // half the inverse variance of its angle
+    double ratio;   // likelihood of a horizontal axis that fits over that of anything else
+    double weight;
+
+    double Kernel(const Eigen::Vector2d& axis) const {
+      constexpr double kNone = 9.0;
+      const Eigen::Vector2d d = image * axis;
+      const double across = d.dot(normal);
+      const double half_square = factor * across * across;
+      const double norm = d.squaredNorm() + 1e-12;
+      return half_square < kNone * norm ? std::exp(-half_square / norm) : 0.0;
+    }
+  };
+  std::vector<Line> lines_;
+};
+
 constexpr double kRing = 10.0;  // px around boxes beyond the margin of LinesInBox()
 
 // The boxes grown by `margin` px, within the image; those that overlap as one.
@@ -218,6 +277,58 @@ std::optional<YawEstimate> YawFromLines(std::span<const LineView> views, const C
   const bool accepted = std::abs(refined - best_yaw) <= options.max_refinement_deg * kRadiansPerDegree;
   const double quality = fit == LineFit::kPaper ? 1.0 : best_score / total;  // all frames alike (Eq. 9)
   return YawEstimate{WrapQuarter(accepted ? refined : best_yaw), quality};
+}
+
+std::vector<YawMode> YawModesFromLines(std::span<const LineView> views, const Camera& camera,
+                                       const YawOptions& options) {
+  constexpr int kSamples = 60;
+  constexpr double kStep = 0.5 * kPi / kSamples;
+  constexpr double kFine = 0.5 * kRadiansPerDegree;
+  constexpr double kParallel = 1.0 * kRadiansPerDegree;  // standard deviation of edges from the solid's axes
+  constexpr double kMostSigma = 0.5 * kPi / 3.46;        // that of any angle
+  constexpr double kLeastShare = 0.05;
+  constexpr std::size_t kMost = 3;
+  const YawLikelihood likelihood(views, camera, options);
+  std::vector<YawMode> modes;
+  if (likelihood.Empty()) {
+    return modes;
+  }
+  std::array<double, kSamples> logs{};
+  for (int i = 0; i < kSamples; ++i) {
+    logs[i] = likelihood.Log(i * kStep);
+  }
+  const double best = *std::ranges::max_element(logs);
+  double sum = 0.0;
+  for (int i = 0; i < kSamples; ++i) {
+    if (logs[i] < logs[(i + 1) % kSamples] || logs[i] <= logs[(i + kSamples - 1) % kSamples] ||
+        logs[i] < best - 10.0) {
+      continue;
+    }
+    double yaw = i * kStep;
+    double height = logs[i];
+    for (double step = 0.5 * kStep; step > 0.1 * kFine; step *= 0.5) {
+      for (const double other : {yaw - step, yaw + step}) {
+        const double log = likelihood.Log(other);
+        if (log > height) {
+          yaw = other;
+          height = log;
+        }
+      }
+    }
+    const double curvature =
+        (2.0 * height - likelihood.Log(yaw - kFine) - likelihood.Log(yaw + kFine)) / (kFine * kFine);
+    const double sigma =
+        std::min(kMostSigma, std::hypot(kParallel, 1.0 / std::sqrt(std::max(curvature, 1e-9))));
+    modes.push_back({WrapQuarter(yaw), sigma, std::exp(height - best) * sigma});
+    sum += modes.back().share;
+  }
+  std::ranges::sort(modes, std::greater(), &YawMode::share);
+  for (YawMode& mode : modes) {
+    mode.share /= sum;
+  }
+  std::erase_if(modes, [](const YawMode& mode) { return mode.share < kLeastShare; });
+  modes.resize(std::min(modes.size(), kMost));
+  return modes;
 }
 
 std::optional<YawEstimate> YawFromPoints(std::span<const Eigen::Vector3d> points, const YawOptions& options) {

@@ -56,6 +56,21 @@ AxisOfLine NearestAxis(const LineSegment& line, const Rigid3d& T_map_camera, con
 std::optional<YawEstimate> YawFromLines(std::span<const LineView> views, const Camera& camera,
                                         const YawOptions& options, LineFit fit = LineFit::kRobust);
 
+// An angle about the map's z axis, modulo 90 degrees, that lines may mean.
+struct YawMode {
+  double yaw = 0.0;    // radians, in [-pi/4, pi/4)
+  double sigma = 0.0;  // standard deviation, radians
+  double share = 1.0;  // probability that it is this one
+};
+
+// The angles that the lines of many views may mean, the likeliest first; at most three, each likely enough to
+// be worth a try. A line shows one of the two horizontal axes, or the vertical one, or nothing of the object;
+// the likelihood of an angle is that of all lines, its precision the curvature there, its share the mass of
+// its peak. Lines come back in every view with the same faults, so that many views tell no more than
+// options.independent_views. Empty without lines, or where all of them are as likely as none.
+std::vector<YawMode> YawModesFromLines(std::span<const LineView> views, const Camera& camera,
+                                       const YawOptions& options);
+
 // Yaw from the principal axis of the points' horizontal projection, for objects without straight edges. Empty
 // where the cloud is round (variance ratio below options.pca_min_ratio) or small.
 std::optional<YawEstimate> YawFromPoints(std::span<const Eigen::Vector3d> points, const YawOptions& options);

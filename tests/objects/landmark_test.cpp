@@ -214,6 +214,28 @@ TEST(Landmark, TwoOfAKindAcrossEachOtherAreOne) {
   EXPECT_FALSE(same());
 }
 
+TEST(Landmark, TwoOfAKindThatReachIntoEachOtherAreOneUnlessSeenTogether) {
+  const Landmark a = [] {
+    Landmark seen = SeenAt(100.0, 20);
+    seen.superquadric.shape = {{0.1, 0.1, 0.1}, 0.1, 0.1};
+    seen.estimated = true;
+    return seen;
+  }();
+  const auto same_at = [&](double distance, std::int64_t first_frame) {
+    Landmark b = a;
+    b.views.clear();
+    for (int i = 0; i < 20; ++i) {
+      b.Add(ObservationOf("cup", {180, 100, 40, 50}, i == 0 ? first_frame : 50 + i));
+    }
+    b.superquadric.T_map_object.translation.x() = distance;
+    return AreSameObject(a, b, ObjectOptions(), Camera());
+  };
+  EXPECT_TRUE(same_at(0.15, 50));
+  EXPECT_FALSE(same_at(0.19, 50)) << "side by side, as far as anyone can tell";
+  EXPECT_FALSE(same_at(0.15, 10));
+  EXPECT_TRUE(same_at(0.1, 10));
+}
+
 // A screen and what boxes of the picture on it gave: thin, and mostly behind the screen's surface.
 TEST(Landmark, APictureOnAScreenIsTheScreen) {
   const Camera camera = testing::TestCamera();

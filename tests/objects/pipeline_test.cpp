@@ -283,6 +283,58 @@ TEST(ObjectTracker, LooksForLinesWithinItsBudgetButAlwaysInNewObjects) {
   EXPECT_GT(most(looks(0, 0)), 10);
 }
 
+// A thing without a single map point: its boxes and the surface under it are enough.
+TEST(ObjectPipeline, MapsABareThing) {
+  const SyntheticDesk desk(1);
+  for (const std::size_t bare : {0U, 3U, 6U}) {
+    const PosedSuperquadric& truth = desk.Objects()[bare].superquadric;
+    const Rigid3d T_object_world = truth.T_map_object.Inverse();
+    const auto is_on_it = [&](const Eigen::Vector3d& p) {
+      return truth.shape.RadialScale(T_object_world * p) < 1.5;
+    };
+    ObjectTracker tracker((ObjectOptions()));
+    ObjectMapper mapper(ObjectOptions(), 1);
+    mapper.SetUpright(true, SupportSurfaces::Everywhere(0.0));
+    const PointLookup lookup = [&](std::int64_t& id) { return desk.Position(id); };
+    for (int i = 0; i < SyntheticDesk::kFrames; i += 2) {
+      ObjectFrame frame = desk.Frame(i);
+      std::erase_if(frame.points, [&](const TrackedPoint& point) { return is_on_it(point.p_map); });
+      mapper.AddObservations(tracker.Track(frame, *mapper.View()));
+      if (i % 20 == 18) {
+        mapper.Update(lookup, desk.Camera());
+      }
+    }
+    mapper.UpdateAll(lookup, desk.Camera());
+    double best = 0.0;
+    int found = 0;
+    for (const SnapshotObject& object : mapper.Objects()) {
+      const double iou = SolidIoU(object.superquadric, truth, 32);
+      best = std::max(best, iou);
+      found += iou > 0.1 ? 1 : 0;
+    }
+    EXPECT_GT(best, 0.5) << desk.Objects()[bare].label;
+    EXPECT_EQ(found, 1) << desk.Objects()[bare].label;
+  }
+}
+
+// But not a second time where it is known, or where something else is expected.
+TEST(ObjectTracker, ABareBoxBeginsNothingWhereAThingIsExpected) {
+  const SyntheticDesk desk(1);
+  ObjectTracker tracker((ObjectOptions()));
+  ObjectFrame frame = desk.Frame(0);
+  frame.points = {{1, {20.0, 20.0}, {0.0, 0.0, 0.0}}};
+  frame.detections = {{"cup", 0.9, {200.0, 200.0, 60.0, 60.0}}};
+  EXPECT_EQ(tracker.Track(frame, ObjectMapView()).size(), 1U);
+  ++frame.frame_index;
+  frame.detections = {{"bowl", 0.9, {230.0, 210.0, 60.0, 60.0}}};
+  EXPECT_TRUE(tracker.Track(frame, ObjectMapView()).empty());
+  frame.detections = {{"bowl", 0.9, {400.0, 210.0, 60.0, 60.0}}};
+  EXPECT_EQ(tracker.Track(frame, ObjectMapView()).size(), 1U);
+  ObjectOptions paper;
+  paper.method = ObjectMethod::kPaper;
+  EXPECT_TRUE(ObjectTracker(paper).Track(frame, ObjectMapView()).empty()) << "the paper needs points";
+}
+
 TEST(ObjectPipeline, IsDeterministic) {
   const SyntheticDesk desk(3);
   const DeskMap a = MapDesk(desk, ObjectOptions());

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <random>
 
+#include "slam/geometry/angles.h"
+
 namespace sqslam {
 namespace {
 
@@ -145,6 +147,7 @@ TEST(RefinementProblem, ASideThatADetectorAlwaysPutsTooFarOutIsABiasNotSize) {
     problem.min_log_half = -9.0;
     problem.prior.exponent_factor = problem.prior.yaw_factor = 100.0;
     problem.prior.width_factor = problem.prior.height_factor = 100.0;
+    problem.prior.yaw = YawOf(solid.T_map_object.rotation);
     problem.prior.bias_factor = bias_factor;
     for (const Eigen::Vector3d& forward : {Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(-1, 0, 0)}) {
       for (const double outward : {-1.0, 1.0}) {

@@ -164,7 +164,7 @@ TEST(RefineJointly, GetsTheSizeOfABoxFromItsSilhouettesAlone) {
   start.shape.e1 = start.shape.e2 = 0.4;
   start.T_map_object.translation += Eigen::Vector3d(0.02, -0.03, 0.01);
   RefinementInput input = InputOf(desk, truth);
-  input.yaw = YawEstimate{35.0 * M_PI / 180.0, 1.0};
+  input.yaws = {{35.0 * M_PI / 180.0, 5.0 * M_PI / 180.0, 1.0}};
   input.support_height = 0.0;
   const RefinementResult result = RefineJointly(start, input, RefinementOptions());
   EXPECT_GT(SolidIoU(result.superquadric, truth), 0.85);
@@ -174,7 +174,7 @@ TEST(RefineJointly, CostsTheSameFromEveryStartThatEndsInOnePlace) {
   const SyntheticDesk desk(1);
   const PosedSuperquadric truth = desk.Objects()[5].superquadric;
   RefinementInput input = InputOf(desk, truth);
-  input.yaw = YawEstimate{35.0 * M_PI / 180.0, 1.0};
+  input.yaws = {{35.0 * M_PI / 180.0, 5.0 * M_PI / 180.0, 1.0}};
   input.support_height = 0.0;
   input.lowest = 0.0;
   for (int i = 0; i < 60; ++i) {
@@ -222,7 +222,7 @@ TEST(RefineJointly, FreeSpaceKeepsTheObjectBehindItsPoints) {
 RefinementInput WithFrontTooNear(const SyntheticDesk& desk, const PosedSuperquadric& truth, double spread) {
   RefinementInput input = InputOf(desk, truth);
   input.support_height = 0.0;
-  input.yaw = YawEstimate{35.0 * M_PI / 180.0, 1.0};
+  input.yaws = {{35.0 * M_PI / 180.0, 5.0 * M_PI / 180.0, 1.0}};
   const Eigen::Vector3d half = truth.shape.half_size;
   const Eigen::Vector3d outward = truth.T_map_object.rotation * Eigen::Vector3d(0.0, -1.0, 0.0);
   const Eigen::Vector3d centre = truth.T_map_object.translation;
@@ -254,7 +254,7 @@ TEST(RefineJointly, WhatNoViewShowsComesFromTheClass) {
   truth.shape.half_size = {0.2, 0.015, 0.12};
   truth.T_map_object.translation.z() = 0.12;
   RefinementInput input = InputOf(desk, truth);
-  input.yaw = YawEstimate{35.0 * M_PI / 180.0, 1.0};
+  input.yaws = {{35.0 * M_PI / 180.0, 5.0 * M_PI / 180.0, 1.0}};
   input.views.resize(3);  // hardly a change of direction
   PosedSuperquadric start = truth;
   start.shape.half_size.y() = 0.06;
@@ -405,7 +405,7 @@ TEST(RefineLandmark, KeepsToPartsThatAreGiven) {
   context.supports = &supports;
   context.classes = &classes;
   context.thorough = true;
-  const auto fit = [&] { return RefineLandmark(landmark, landmark.views, true, context); };
+  const auto fit = [&] { return *RefineLandmark(landmark, landmark.views, true, context); };
   const auto yaw = [](const StandingFit& f) {
     return WrapQuarter(YawOf(f.superquadric.T_map_object.rotation));
   };

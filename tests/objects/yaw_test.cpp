@@ -106,6 +106,76 @@ TEST(YawFromLines, SaysNothingWithoutLines) {
   EXPECT_FALSE(YawFromLines({&view, 1}, kCamera, YawOptions()));
 }
 
+// Every fourth line is one of the box, the others of a pattern on it at another angle but shorter, or of
+// anything.
+TEST(YawModesFromLines, LongEdgesOutweighMoreShortLines) {
+  std::mt19937 generator(4);
+  std::uniform_real_distribution<double> uniform(150.0, 450.0);
+  std::vector<LineView> views;
+  for (int i = 0; i < 20; ++i) {
+    const Rigid3d T = LookAtOrigin(-2.0 + 0.05 * i, 0.6);
+    views.push_back({T, BoxEdges(T, 0.3, 1.0, generator)});
+    for (const LineSegment& line : BoxEdges(T, 0.75, 0.3, generator)) {
+      for (const double part : {0.0, 0.4, 0.8}) {
+        views.back().lines.push_back(
+            {line.a + part * (line.b - line.a), line.a + (part + 0.15) * (line.b - line.a)});
+      }
+    }
+    for (int j = 0; j < 8; ++j) {
+      const Eigen::Vector2d a(uniform(generator), uniform(generator));
+      views.back().lines.push_back({a, a + Eigen::Vector2d(0.05 * uniform(generator), 12.0)});
+    }
+  }
+  const std::vector<YawMode> modes = YawModesFromLines(views, kCamera, YawOptions());
+  ASSERT_FALSE(modes.empty());
+  EXPECT_LT(QuarterError(modes[0].yaw, 0.3), 1.5 * kDeg);
+  EXPECT_GT(modes[0].share, 0.5);
+}
+
+// Two ways a thing may stand, and edges of both: neither is thrown away.
+TEST(YawModesFromLines, OfferBothAnglesOfADoubt) {
+  std::mt19937 generator(5);
+  const Rigid3d T = LookAtOrigin(-1.3, 0.6);
+  LineView view{T, BoxEdges(T, 0.2, 0.5, generator)};
+  const std::vector<LineSegment> others = BoxEdges(T, -0.4, 0.5, generator);
+  view.lines.insert(view.lines.end(), others.begin(), others.end());
+  const std::vector<YawMode> modes = YawModesFromLines({&view, 1}, kCamera, YawOptions());
+  ASSERT_GE(modes.size(), 2U);
+  double sum = 0.0;
+  for (const YawMode& mode : modes) {
+    sum += mode.share;
+  }
+  EXPECT_LE(sum, 1.0 + 1e-9);
+  EXPECT_LT(std::min(QuarterError(modes[0].yaw, 0.2), QuarterError(modes[0].yaw, -0.4)), 1.0 * kDeg);
+  EXPECT_GT(QuarterError(modes[0].yaw, modes[1].yaw), 0.4);
+}
+
+// The standard deviation is that of what comes out, within its floor, from one view to many; and a view seen
+// often is no more than options.independent_views.
+TEST(YawModesFromLines, KnowHowPreciseTheyAre) {
+  std::mt19937 generator(6);
+  const auto estimate = [&](int count) {
+    std::vector<LineView> views;
+    for (int i = 0; i < count; ++i) {
+      const Rigid3d T = LookAtOrigin(-1.3 + 0.02 * i, 0.6);
+      views.push_back({T, BoxEdges(T, 0.1, 3.0, generator)});
+    }
+    const std::vector<YawMode> modes = YawModesFromLines(views, kCamera, YawOptions());
+    return modes.empty() ? YawMode{0.0, 10.0, 0.0} : modes.front();
+  };
+  int within = 0;
+  constexpr int kTries = 100;
+  for (int i = 0; i < kTries; ++i) {
+    const YawMode mode = estimate(1);
+    within += QuarterError(mode.yaw, 0.1) < 2.0 * mode.sigma ? 1 : 0;
+  }
+  EXPECT_GE(within, 90);
+  EXPECT_NEAR(estimate(40).sigma, estimate(4).sigma, 0.3 * kDeg);
+  EXPECT_GE(estimate(40).sigma, 1.0 * kDeg);
+  const LineView none{LookAtOrigin(0.0, 0.5), {}};
+  EXPECT_TRUE(YawModesFromLines({&none, 1}, kCamera, YawOptions()).empty());
+}
+
 TEST(YawFromPoints, FollowsTheLongAxisAndRefusesARoundCloud) {
   std::mt19937 generator(3);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
