@@ -31,6 +31,10 @@ sq.build = (view) => {
   const wish = document.documentElement.dataset.theme;
   sq.setTheme(view, wish || (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light"));
   sq.buildScene(view);
+  if (view.cloud) {  // as in the pictures: what is in the glass can be seen, and its points need no others
+    view.state.look = "glass";
+    view.state.layers.points = false;
+  }
   view.objectGroup = view.map.getObjectByName("objects") || new THREE.Group();
   sq.buildOutlines(view);
   sq.buildCameras(view);
@@ -79,9 +83,11 @@ sq.makeLoop = (view) => {
   let slow = 0;
   let detail = 1;
   let rest = 0;
+  let known = false;  // that this machine is too slow for all of it
   const setDetail = (wanted) => {
     if (wanted === detail) return;
     detail = wanted;
+    sq.setCoarse(view, detail < 1);
     sq.resize(view, detail);
   };
   const frame = (now) => {
@@ -92,7 +98,8 @@ sq.makeLoop = (view) => {
     const going = sq.step(view, now, seconds) || view.state.playing;
     if (going && moving) {
       slow = 0.8 * slow + 0.2 * seconds;
-      if (slow > 0.045 && detail === 1) setDetail(0.7);
+      known = known || slow > 0.045;
+      if (known && detail === 1) setDetail(0.7);
     }
     moving = going;
     clearTimeout(rest);

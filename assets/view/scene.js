@@ -40,6 +40,22 @@ sq.makePoints = (view, name, size, contrast, spacing) => {
   return found;
 };
 
+sq.cloudStep = 5;  // of the points of a dense cloud that are drawn while the map turns and drawing is slow
+
+// Every so many points of the dense cloud, larger ones; or all of them.
+sq.setCoarse = (view, coarse) => {
+  if (!view.cloud) return;
+  const {geometry, material} = view.cloud;
+  if (!view.coarseIndex) {
+    const index = new Uint32Array(Math.ceil(geometry.attributes.position.count / sq.cloudStep)).map((_, i) => i * sq.cloudStep);
+    view.coarseIndex = new THREE.BufferAttribute(index, 1);
+  }
+  view.coarse = coarse;
+  geometry.setIndex(coarse ? view.coarseIndex : null);
+  material.uniforms.spacing.value = 1.4 * (view.data.cloud_spacing || 0) * (coarse ? Math.sqrt(sq.cloudStep) : 1);
+  sq.applyTime(view);
+};
+
 // Solid and shadow of one object.
 sq.makeObject = (view, data, index) => {
   const solid = view.solids.get(data.id);
