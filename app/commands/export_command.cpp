@@ -13,6 +13,7 @@
 #include "app/export/map_view.h"
 #include "app/export/model_folder.h"
 #include "app/export/surface_file.h"
+#include "app/export/view_history.h"
 #include "app/result/map_input.h"
 #include "app/terminal/terminal.h"
 #include "slam/io/result_files.h"
@@ -130,10 +131,11 @@ void Export(const ExportArguments& a) {
     WriteViewPage(a, map_path);
     return;
   }
-  const MapSnapshotPtr map = OpenMap(map_path, a.objects, HiddenObjects::kKeep).Last();
+  const RecordingReader reader = OpenMap(map_path, a.objects, HiddenObjects::kKeep);
+  const MapSnapshotPtr map = reader.Last();
   if (extension == ".glb") {
-    WriteFileAtomically(
-        output, MapGlb(*map, TrackedPoses(map_path), WantedSurface(a, map_path), "sqslam " SQSLAM_VERSION));
+    WriteFileAtomically(output, MapGlb(*map, TrackedPoses(map_path), WantedSurface(a, map_path),
+                                       ReadHistory(reader).first_seen, "sqslam " SQSLAM_VERSION));
   } else if (extension == ".obj" || a.meshes) {
     WriteObjectMeshes(output, map->objects);
   } else if (extension == ".ply") {
@@ -151,7 +153,8 @@ By extension:
          keyframes with their images, the growth of the map
   .glb   everything for 3D programs (binary glTF 2.0, y up): a node "ID label" for each object, with its
          class's colour and, as extras, half_size, e1, e2, label, id and observations; the points; the camera's
-         path; a camera for each keyframe; with --surface the mesh that sqslam densify makes
+         path; a camera for each keyframe; an animation: the camera "flight" flies the path,
+         objects appear when they were first seen; with --surface the mesh that sqslam densify makes
   .obj   superquadrics as meshes, one named object each, colours in a .mtl file beside it
   .ply   points (x y z red green blue object_id); with --meshes the superquadrics as one mesh with colours
   .json  objects with all their parameters

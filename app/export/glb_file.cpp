@@ -21,6 +21,7 @@ constexpr int kUnsignedInt = 5125;
 constexpr int kFloat = 5126;
 constexpr int kArrayBuffer = 34962;
 constexpr int kElementArrayBuffer = 34963;
+constexpr int kNoTarget = 0;           // of values that move nodes
 constexpr std::size_t kAlignment = 4;  // of buffer views and chunks
 
 // glTF's factors and vertex colours are linear; colours of pictures are sRGB (IEC 61966-2-1).
@@ -58,10 +59,11 @@ int GlbFile::AddAccessor(const auto& elements, Json accessor, int target) {
     throw std::invalid_argument("an accessor of no element");
   }
   Pad(buffer_, '\0');
-  accessor["bufferView"] = Append("bufferViews", {{"buffer", 0},
-                                                  {"byteOffset", buffer_.size()},
-                                                  {"byteLength", values.size_bytes()},
-                                                  {"target", target}});
+  Json view = {{"buffer", 0}, {"byteOffset", buffer_.size()}, {"byteLength", values.size_bytes()}};
+  if (target != kNoTarget) {
+    view["target"] = target;
+  }
+  accessor["bufferView"] = Append("bufferViews", std::move(view));
   buffer_.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());  // NOLINT: bytes
   return Append("accessors", std::move(accessor));
 }
@@ -149,6 +151,33 @@ int GlbFile::AddCamera(const std::string& name, double view_angle, double aspect
                  {"perspective", {{"yfov", view_angle}, {"aspectRatio", aspect}, {"znear", near_plane}}}});
 }
 
+int GlbFile::AddTimes(std::span<const float> times) {
+  return AddAccessor(times,
+                     {{"componentType", kFloat},
+                      {"count", times.size()},
+                      {"type", "SCALAR"},
+                      {"min", {times.empty() ? 0.0F : times.front()}},
+                      {"max", {times.empty() ? 0.0F : times.back()}}},
+                     kNoTarget);
+}
+
+void GlbFile::AddSampler(int node, const char* path, int times, int values, const char* interpolation) {
+  const std::size_t sampler = animation_["samplers"].size();
+  animation_["samplers"].push_back({{"input", times}, {"output", values}, {"interpolation", interpolation}});
+  animation_["channels"].push_back({{"sampler", sampler}, {"target", {{"node", node}, {"path", path}}}});
+}
+
+void GlbFile::AddChannel(int node, const char* path, int times, std::span<const Eigen::Vector3f> values,
+                         bool steps) {
+  const Json accessor = {{"componentType", kFloat}, {"count", values.size()}, {"type", "VEC3"}};
+  AddSampler(node, path, times, AddAccessor(values, accessor, kNoTarget), steps ? "STEP" : "LINEAR");
+}
+
+void GlbFile::AddRotations(int node, int times, std::span<const Eigen::Vector4f> values) {
+  const Json accessor = {{"componentType", kFloat}, {"count", values.size()}, {"type", "VEC4"}};
+  AddSampler(node, "rotation", times, AddAccessor(values, accessor, kNoTarget), "LINEAR");
+}
+
 int GlbFile::AddNode(Json node) { return Append("nodes", std::move(node)); }
 
 std::string GlbFile::Bytes(int root, const std::string& scene_name) const {
@@ -157,6 +186,11 @@ std::string GlbFile::Bytes(int root, const std::string& scene_name) const {
   Json scene = {{"name", scene_name}};
   scene["nodes"] = Json::array({root});
   json["scenes"] = Json::array({scene});
+  if (!animation_.is_null()) {
+    Json animation = {{"name", scene_name}};
+    animation.update(animation_);
+    json["animations"] = Json::array({std::move(animation)});
+  }
   std::string binary = buffer_;
   Pad(binary, '\0');
   if (!binary.empty()) {

@@ -42,14 +42,22 @@ class GlbFile {
   int AddCamera(const std::string& name, double view_angle, double aspect, double near_plane);  // radians
   int AddNode(nlohmann::ordered_json node);  // returns its number
 
-  // The whole file; `root` is the one node of its scene.
+  // Moves of nodes along a time axis. A channel takes the place of what the node says: "translation",
+  // "rotation" (x y z w) or "scale". `times` (seconds, rising) may serve several channels.
+  int AddTimes(std::span<const float> times);
+  void AddChannel(int node, const char* path, int times, std::span<const Eigen::Vector3f> values, bool steps);
+  void AddRotations(int node, int times, std::span<const Eigen::Vector4f> values);
+
+  // The whole file; `root` is the one node of its scene. All channels are one animation of this name.
   std::string Bytes(int root, const std::string& scene_name) const;
 
  private:
   int AddAccessor(const auto& elements, nlohmann::ordered_json accessor, int target);
   int Append(const char* list, nlohmann::ordered_json value);
+  void AddSampler(int node, const char* path, int times, int values, const char* interpolation);
 
   nlohmann::ordered_json json_;
+  nlohmann::ordered_json animation_;  // null: nothing moves
   std::string buffer_;
 };
 

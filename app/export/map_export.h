@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -22,9 +24,13 @@ namespace sqslam::app {
 //     trajectory   LINE_STRIP through the camera's centres: `trajectory`, or the keyframes where that is
 //     empty keyframes    one camera node a keyframe with the calibration's view angles, and LINES for all
 //     frusta
-// A group without content is left out. `generator`: name and version of the program.
+//     flight       a camera that flies along the path
+// An animation of the run's own length moves the flight and gives each object its size when it was first
+// seen. Names are unique, and no longer than Blender keeps them. A group without content is left out.
+// `first_seen`: time of each object's first sight, by id, seconds; `generator`: name and version of the
+// program.
 std::string MapGlb(const MapSnapshot& map, const Trajectory& trajectory, const SurfaceMesh& surface,
-                   const std::string& generator);
+                   const std::map<std::int32_t, double>& first_seen, const std::string& generator);
 
 // The objects, of so many steps of longitude, the points, and those of a dense cloud as "cloud": what the
 // page of a map draws.

@@ -21,6 +21,25 @@ void SetPose(GlbJson& node, const Rigid3d& pose) {
   node["rotation"] = {q.x(), q.y(), q.z(), q.w()};
 }
 
+// Number first, so that what is cut off tells no two apart: Blender keeps 63 bytes of a name.
+std::string NodeName(const SnapshotObject& object) {
+  constexpr std::size_t kMost = 63;
+  std::string name = fmt::format("{} {}", object.id, ShownName(object));
+  if (name.size() > kMost) {
+    std::size_t end = kMost;
+    while (end > 0 && (static_cast<unsigned char>(name[end]) & 0xC0) == 0x80) {  // within a letter of UTF-8
+      --end;
+    }
+    name.resize(end);
+  }
+  return name;
+}
+
+// glTF's cameras look along -z with y up.
+Rigid3d GlbCameraPose(const Rigid3d& T_map_camera) {
+  return {T_map_camera.rotation * Eigen::Quaterniond(0.0, 1.0, 0.0, 0.0), T_map_camera.translation};
+}
+
 GlbJson Extras(const SnapshotObject& object) {
   const Superquadric& shape = object.superquadric.shape;
   return {{"id", object.id},
@@ -43,10 +62,11 @@ class MapWriter {
     segments_ = segments;
     GlbJson nodes = GlbJson::array();
     for (const SnapshotObject& object : map_.objects) {
-      const std::string name = fmt::format("{} {}", object.id, ShownName(object));
+      const std::string name = NodeName(object);
       GlbJson node = {{"name", name}, {"mesh", AddMesh(name, object)}, {"extras", Extras(object)}};
       SetPose(node, object.superquadric.T_map_object);
       nodes.push_back(file_.AddNode(std::move(node)));
+      node_of_[object.id] = nodes.back();
     }
     AddGroup("objects", std::move(nodes));
   }
@@ -81,15 +101,20 @@ class MapWriter {
     children_.push_back(file_.AddNode({{"name", "surface"}, {"mesh", mesh}}));
   }
 
-  void AddTrajectory(const Trajectory& trajectory) {
-    std::vector<Eigen::Vector3f> centers;
-    for (const TimedPose& pose : trajectory) {
-      centers.push_back(pose.T_map_camera.translation.cast<float>());
-    }
-    for (const SnapshotKeyframe& keyframe : map_.keyframes) {
-      if (trajectory.empty()) {
-        centers.push_back(keyframe.T_map_camera.translation.cast<float>());
+  // The poses of the frames, or of the keyframes where those are not known.
+  void SetPath(const Trajectory& trajectory) {
+    path_ = trajectory;
+    if (path_.empty()) {
+      for (const SnapshotKeyframe& keyframe : map_.keyframes) {
+        path_.push_back({keyframe.timestamp, keyframe.T_map_camera});
       }
+    }
+  }
+
+  void AddTrajectory() {
+    std::vector<Eigen::Vector3f> centers;
+    for (const TimedPose& pose : path_) {
+      centers.push_back(pose.T_map_camera.translation.cast<float>());
     }
     if (centers.size() >= 2) {
       AddDrawing("trajectory", GlbFile::Mode::kLineStrip, centers, -1, ParseColor(style_.cameras.color));
@@ -102,22 +127,59 @@ class MapWriter {
       return;
     }
     const double size = FrustumSize();
-    // glTF's cameras look along -z with y up.
-    const Eigen::Quaterniond flip(0.0, 1.0, 0.0, 0.0);
-    const int lens = file_.AddCamera("camera", 2.0 * std::atan(0.5 * camera.height / camera.fy),
-                                     camera.fy * camera.width / (camera.fx * camera.height), 0.1 * size);
+    lens_ = file_.AddCamera("camera", 2.0 * std::atan(0.5 * camera.height / camera.fy),
+                            camera.fy * camera.width / (camera.fx * camera.height), 0.1 * size);
     GlbJson nodes = GlbJson::array();
     std::vector<Eigen::Vector3f> lines;
     for (const SnapshotKeyframe& keyframe : map_.keyframes) {
       GlbJson node = {{"name", fmt::format("keyframe {}", keyframe.id)},
-                      {"camera", lens},
+                      {"camera", lens_},
                       {"extras", {{"frame", keyframe.frame_index}, {"timestamp", keyframe.timestamp}}}};
-      SetPose(node, {keyframe.T_map_camera.rotation * flip, keyframe.T_map_camera.translation});
+      SetPose(node, GlbCameraPose(keyframe.T_map_camera));
       nodes.push_back(file_.AddNode(std::move(node)));
       AppendFrustum(keyframe.T_map_camera, size, lines);
     }
     AddGroup("keyframes", std::move(nodes));
     AddDrawing("frusta", GlbFile::Mode::kLines, lines, -1, ParseColor(style_.cameras.color));
+  }
+
+  // The camera flies its path, objects have no size before they were first seen. After AddKeyframes.
+  void AddFlight(const std::map<std::int32_t, double>& first_seen) {
+    if (path_.size() < 2 || lens_ < 0) {
+      return;
+    }
+    std::vector<float> times;
+    std::vector<Eigen::Vector3f> places;
+    std::vector<Eigen::Vector4f> turns;
+    const double start = path_.front().timestamp;
+    for (const TimedPose& pose : path_) {
+      const auto time = static_cast<float>(pose.timestamp - start);
+      if (!times.empty() && time <= times.back()) {
+        continue;
+      }
+      const Rigid3d camera = GlbCameraPose(pose.T_map_camera);
+      Eigen::Vector4f turn = camera.rotation.normalized().coeffs().cast<float>();
+      if (!turns.empty() && turn.dot(turns.back()) < 0.0F) {
+        turn = -turn;  // the same turn, on the short way from the one before also number by number
+      }
+      times.push_back(time);
+      places.push_back(camera.translation.cast<float>());
+      turns.push_back(turn.normalized());
+    }
+    GlbJson node = {{"name", "flight"}, {"camera", lens_}};
+    SetPose(node, GlbCameraPose(path_.front().T_map_camera));
+    children_.push_back(file_.AddNode(std::move(node)));
+    const int axis = file_.AddTimes(times);
+    file_.AddChannel(children_.back(), "translation", axis, places, false);
+    file_.AddRotations(children_.back(), axis, turns);
+    for (const auto& [id, seen] : first_seen) {
+      const auto object = node_of_.find(id);
+      const auto time = std::min(static_cast<float>(seen - start), times.back());
+      if (object != node_of_.end() && time > 0.0F) {
+        const std::array<Eigen::Vector3f, 2> sizes = {Eigen::Vector3f::Zero(), Eigen::Vector3f::Ones()};
+        file_.AddChannel(object->second, "scale", file_.AddTimes(std::array{0.0F, time}), sizes, true);
+      }
+    }
   }
 
   std::string Bytes() {
@@ -200,6 +262,9 @@ class MapWriter {
   LabelColors colors_;
   SceneStyle style_;
   int segments_ = 0;  // steps of longitude of a superquadric
+  Trajectory path_;
+  int lens_ = -1;                        // the camera; -1: none
+  std::map<std::int32_t, int> node_of_;  // by id of the object
   std::map<std::string, int> materials_;
   GlbJson children_ = GlbJson::array();
 };
@@ -207,13 +272,15 @@ class MapWriter {
 }  // namespace
 
 std::string MapGlb(const MapSnapshot& map, const Trajectory& trajectory, const SurfaceMesh& surface,
-                   const std::string& generator) {
+                   const std::map<std::int32_t, double>& first_seen, const std::string& generator) {
   MapWriter writer(map, generator);
   writer.AddObjects();
   writer.AddPoints("points", map.points);
   writer.AddSurface(surface);
-  writer.AddTrajectory(trajectory);
+  writer.SetPath(trajectory);
+  writer.AddTrajectory();
   writer.AddKeyframes();
+  writer.AddFlight(first_seen);
   return writer.Bytes();
 }
 
