@@ -281,8 +281,8 @@ TEST_F(KeptMapCommands, ColmapItselfGoesOnWithTheModel) {
          " --ImageReader.camera_model " + kind + " --ImageReader.camera_params " + parameters);
   colmap("sequential_matcher --SiftMatching.use_gpu 0 --database_path " + database);
   fs::create_directories(Out("triangulated"));
-  colmap("point_triangulator --database_path " + database + " --image_path " + images + " --input_path " +
-         model + " --output_path " + Out("triangulated").string());
+  colmap("point_triangulator --clear_points 1 --database_path " + database + " --image_path " + images +
+         " --input_path " + model + " --output_path " + Out("triangulated").string());
   EXPECT_TRUE(fs::exists(Out("triangulated") / "points3D.bin"));
 }
 
