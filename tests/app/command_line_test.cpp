@@ -116,7 +116,7 @@ TEST(CommandLine, WrongUsageIsOneLineAndCodeTwo) {
                                       "run x --stride 0",
                                       "run x --frames none",
                                       "run x --no-such-option",
-                                      "run x --format kitti",
+                                      "run x --format kiti",
                                       "run x --set tracking.min_inlier=30",
                                       "run x --set seed",
                                       "run x --config /nonexistent.yaml",

@@ -296,8 +296,12 @@ SystemRun RunWithBoxes(const std::vector<Rigid3d>& path, const SystemOptions& op
 
 TEST(System, BoxesThatComeLateJoinTheirFrames) {
   const std::vector<Rigid3d> path = HandHeldPath(100);
-  const SystemRun at_once = RunWithBoxes(path, TestOptions(true), 0);
-  const SystemRun late = RunWithBoxes(path, TestOptions(true), 7);
+  // A panel that leans fits no upright solid well, and two starts of the refined estimate are about as good:
+  // the paper's method has one.
+  SystemOptions options = TestOptions(true);
+  options.objects.method = ObjectMethod::kPaper;
+  const SystemRun at_once = RunWithBoxes(path, options, 0);
+  const SystemRun late = RunWithBoxes(path, options, 7);
   ASSERT_NE(at_once.result.map.snapshot, nullptr);
   ASSERT_NE(late.result.map.snapshot, nullptr);
   ASSERT_EQ(at_once.result.map.snapshot->objects.size(), 1U);
