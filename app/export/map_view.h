@@ -11,7 +11,7 @@
 
 namespace sqslam::app {
 
-// How much of a run a page carries. Its view is a file to be sent: it is kept small.
+// Limits of what a page carries of a run: a file to be sent is kept small.
 struct MapViewOptions {
   int image_width = 420;           // px of the keyframes' images
   int image_quality = 68;          // of their JPEG, 0 to 100

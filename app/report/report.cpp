@@ -193,7 +193,7 @@ ReportData ReadReportData(const ReportInputs& inputs) {
   return data;
 }
 
-// What a reader must know before anything else: a run that failed in most frames.
+// Warns at the top of a run that failed in most frames.
 void AppendBanner(Output out, const ReportData& data) {
   if (!data.stats || 2 * data.stats->tracked >= data.stats->frames) {
     return;

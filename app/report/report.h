@@ -67,8 +67,8 @@ void AppendObjects(std::string& page, const ReportData& data, const LabelColors&
 void AppendComparison(std::string& page, const ReportData& data, const LabelColors& colors);
 void AppendTiming(std::string& page, const ReportData& data);
 
-// How the run was made and how it went: camera, detector, losses, submaps, gravity, warnings, settings that
-// differ from the defaults, command and version.
+// Adds how the run was made and how it went: camera, detector, losses, submaps, gravity, warnings, settings
+// that differ from the defaults, command and version.
 void AppendRun(std::string& page, const ReportData& data);
 
 // The whole page around its body, with the style sheet.

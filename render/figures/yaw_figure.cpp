@@ -11,6 +11,7 @@
 #include "render/picture/outlines.h"
 #include "render/picture/picture_text.h"
 #include "slam/geometry/angles.h"
+#include "slam/objects/box_lines.h"
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/yaw.h"
 #include "slam/util/error.h"

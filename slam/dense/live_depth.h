@@ -10,8 +10,8 @@
 
 namespace sqslam {
 
-// What a depth map that was estimated during a run was made from. It is kept in the recording, as the depth
-// map's settings, so that the map holds for whoever densifies the result, also after a run that was stopped.
+// Settings and views that a depth map was estimated with during a run. The recording keeps them beside it, so
+// that the map holds for whoever densifies the result, also after a run that was stopped.
 struct LiveEstimate {
   std::string settings;          // see EstimationSettings
   PosesByFrame T_keyframe_view;  // of the frames as they were thought to be, in units of the depth

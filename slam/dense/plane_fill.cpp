@@ -72,7 +72,7 @@ std::optional<Eigen::Vector3d> PlaneThrough(const std::vector<Support>& support)
   return plane.allFinite() ? std::optional(plane) : std::nullopt;
 }
 
-// What makes a plane that of many supports.
+// Limits for a plane that many supports share.
 struct Agreement {
   int trials = 40;
   double max_difference = 0.02;  // of the depth

@@ -10,6 +10,7 @@
 
 #include "slam/geometry/angles.h"
 #include "slam/io/input_images.h"
+#include "slam/objects/box_lines.h"
 #include "slam/objects/detection_filter.h"
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/landmark_refinement.h"

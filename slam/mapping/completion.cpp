@@ -24,8 +24,8 @@ std::int64_t TimeDistance(const Map& map, std::int64_t frame_index) {
   return nearest;
 }
 
-// How many units of the first map make one of the second, from the distances of common points to a camera
-// that has a pose in both; and the matches that agree with it.
+// Scale between two maps, units of the first to one of the second, from the distances of common points to a
+// camera that has a pose in both; and the matches that agree with it.
 struct CommonScale {
   double scale = 1.0;
   std::vector<Sim3Match> matches;

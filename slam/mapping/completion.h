@@ -10,7 +10,7 @@
 #include "slam/mapping/place_recognizer.h"
 #include "slam/tracking/pose_tracker.h"
 
-// What a run has left over, frames without a pose and submaps that stayed apart, tried once more when all has
+// Tries leftovers of a run, frames without a pose and submaps that stayed apart, once more when all has
 // been seen, as a structure-from-motion program would do (Schoenberger and Frahm 2016).
 namespace sqslam {
 

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "slam/objects/association.h"
+#include "slam/objects/box_lines.h"
 #include "slam/objects/detection_filter.h"
 #include "slam/objects/landmark_geometry.h"
 #include "slam/objects/paper_method.h"

@@ -2,13 +2,11 @@
 
 #include <Eigen/Core>
 #include <complex>
-#include <opencv2/core.hpp>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "slam/geometry/angles.h"
-#include "slam/geometry/box2.h"
 #include "slam/geometry/camera.h"
 #include "slam/geometry/rigid3.h"
 #include "slam/objects/object_options.h"
@@ -75,9 +73,6 @@ std::vector<YawMode> YawModesFromLines(std::span<const LineView> views, const Ca
 // where the cloud is round (variance ratio below options.pca_min_ratio) or small.
 std::optional<YawEstimate> YawFromPoints(std::span<const Eigen::Vector3d> points, const YawOptions& options);
 
-// Size of the part of the image that lines of a box are looked for in, px.
-double LineArea(const Box2d& box, const YawOptions& options);
-
 // Weighted running mean of angles modulo 90 degrees, taken on the circle of 4 * yaw: the mean of 44 and -44
 // degrees is 45, not 0.
 class YawMean {
@@ -98,15 +93,5 @@ class YawMean {
   std::complex<double> sum_ = 0.0;
   double weight_ = 0.0;
 };
-
-// Line segments by EDLines (Akinlar and Topal 2011) in and around the boxes (distorted px); the image
-// elsewhere isn't looked at. `gray`: 8UC1 as recorded. The segments' ends are undistorted px. A line that
-// leaves a box is followed far enough for LinesInBox() to see that.
-std::vector<LineSegment> ExtractLines(const cv::Mat& gray, const Camera& camera,
-                                      const std::vector<Box2d>& boxes, const YawOptions& options);
-
-// Those with both ends in the box (undistorted px) grown by options.box_margin.
-std::vector<LineSegment> LinesInBox(const std::vector<LineSegment>& lines, const Box2d& box,
-                                    const YawOptions& options);
 
 }  // namespace sqslam

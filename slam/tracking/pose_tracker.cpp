@@ -3,11 +3,10 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <map>
-#include <opencv2/calib3d.hpp>
-#include <opencv2/core/eigen.hpp>
 #include <ranges>
 #include <set>
 
+#include "slam/estimation/absolute_pose.h"
 #include "slam/estimation/reprojection_error.h"
 #include "slam/util/statistics.h"
 
@@ -21,29 +20,6 @@ std::vector<std::pair<int, int>> MatchDescriptors(const FrameFeatures& known,
                                                   const std::vector<PointId>& points,
                                                   const TrackedFrame& frame, double ratio) {
   return MatchAll(known, *frame.features, HavePoints(points), {}, kStrictDistance, ratio);
-}
-
-// Pose from points and pixels with outliers, in closed form on samples of three.
-std::optional<Rigid3d> LocateByP3P(const Camera& camera, const std::vector<cv::Point3d>& points,
-                                   const std::vector<cv::Point2d>& pixels, int iterations,
-                                   std::vector<int>& inliers) {
-  constexpr float kMaxError = 4.0F;  // px
-  constexpr double kConfidence = 0.99;
-  cv::Mat K;
-  cv::eigen2cv(camera.K(), K);
-  cv::Mat rotation_vector;
-  cv::Mat translation;
-  if (!cv::solvePnPRansac(points, pixels, K, cv::noArray(), rotation_vector, translation, false, iterations,
-                          kMaxError, kConfidence, inliers, cv::SOLVEPNP_AP3P)) {
-    return std::nullopt;
-  }
-  cv::Mat rotation;
-  cv::Rodrigues(rotation_vector, rotation);
-  Eigen::Matrix3d R;
-  Eigen::Vector3d t;
-  cv::cv2eigen(rotation, R);
-  cv::cv2eigen(translation, t);
-  return Rigid3d{Eigen::Quaterniond(R).normalized(), t};
 }
 
 // The keyframe itself where it still exists, else the newest one.
@@ -170,13 +146,11 @@ bool PoseTracker::LocateByMatches(const TrackingView& view,
   if (matches.size() < kMinMatches) {
     return false;
   }
-  std::vector<cv::Point3d> points;
-  std::vector<cv::Point2d> pixels;
+  std::vector<Eigen::Vector3d> points;
+  std::vector<Eigen::Vector2d> pixels;
   for (const auto& [point, keypoint] : matches) {
-    const Eigen::Vector3d& p = view.Point(point).p_map;
-    const Eigen::Vector2d& pixel = frame.features->keypoints[keypoint].pixel;
-    points.emplace_back(p.x(), p.y(), p.z());
-    pixels.emplace_back(pixel.x(), pixel.y());
+    points.push_back(view.Point(point).p_map);
+    pixels.push_back(frame.features->keypoints[keypoint].pixel);
   }
   std::vector<int> inliers;
   const std::optional<Rigid3d> T_camera_map = LocateByP3P(camera_, points, pixels, iterations, inliers);

@@ -84,9 +84,9 @@ class PoseTracker {
   bool LocateAmong(const TrackingView& view, const std::set<KeyframeId>& keyframes, int min_inliers,
                    TrackedFrame& frame) const;
 
-  // Where the image has moved far since `last` and the frame shows few of the points that it should, the
-  // search around a wrong prediction may have found only what is far away and hardly moves: the pose is
-  // looked for without a prediction too, and the better one stays.
+  // Looks for the pose without a prediction too, and keeps the better one, where the image has moved far
+  // since `last` and the frame shows few of the points that it should: the search around a wrong prediction
+  // may have found only what is far away and hardly moves.
   void DoubtWideStep(const TrackingView& view, const TrackedFrame& last, TrackedFrame& frame,
                      SeenPoints& seen) const;
 

@@ -7,6 +7,8 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
+#include "slam/objects/box_lines.h"
+
 namespace sqslam {
 namespace {
 

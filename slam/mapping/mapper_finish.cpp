@@ -1,4 +1,4 @@
-// The end of a run: what it has left over is tried once more.
+// The end of a run: leftovers are tried once more, then every submap gets its last adjustment.
 #include <algorithm>
 #include <ranges>
 #include <set>
@@ -138,6 +138,79 @@ bool Mapper::PlaceOnce(Submap& submap, const Completion& completion, bool by_two
     }
   }
   return any;
+}
+
+// The last bundle adjustments of the active submap.
+void Mapper::OptimizeGlobally(bool with_objects) {
+  const MappingOptions& options = options_.mapping;
+  if (options.final_iterations == 0 || active_->Map().Keyframes().size() <= 2) {
+    return;
+  }
+  const std::vector<ObjectTerm> terms =
+      with_objects ? active_->ObjectTerms(options.joint_objects) : std::vector<ObjectTerm>();
+  const BundleAdjustmentReport report =
+      GlobalBundleAdjustment(active_->Map(), camera_, options.final_iterations, options.bundle_adjustment,
+                             {terms, options.joint_objects});
+  active_->CorrectObjects(report.objects, camera_);
+}
+
+void Mapper::FinishSubmap(Submap& submap) {
+  active_ = &submap;
+  OptimizeGlobally(false);
+  LearnFrom(submap);
+  submap.RefineFrames(camera_, options_.tracking.min_inliers);
+  KeepUpright(true);
+  submap.MapObjectsLast(camera_);
+  if (options_.mapping.joint_objects.Final()) {
+    OptimizeGlobally(true);
+  }
+}
+
+// The first submap is the one with the most frames: its camera is that of the others.
+void Mapper::LearnFrom(Submap& submap) {
+  const CameraLearningOptions& options = options_.mapping.camera;
+  if (options.what == LearntPart::kNone || learnt_camera_ || submap.Map().Keyframes().size() <= 2) {
+    return;
+  }
+  learnt_camera_ = LearnCamera(submap.Map(), camera_, options, options_.mapping.bundle_adjustment.threads);
+  camera_ = learnt_camera_->camera;
+}
+
+std::vector<FinishedMap> Mapper::Finish() {
+  if (submaps_.empty()) {
+    return {};
+  }
+  const StageTimes::Scope timer(times_, "mapping.final");
+  adjustment_.Stop();
+  TrackBacklog();
+  Complete();
+  const std::vector<Submap*> ranked = RankedSubmaps();
+  std::vector<FinishedMap> finished;
+  for (Submap* submap : ranked) {
+    const auto keyframes = static_cast<int>(submap->Map().Keyframes().size());
+    if (!finished.empty() && keyframes < options_.mapping.min_submap_keyframes) {
+      ++counters_.resets;
+      Drop(submap->Number());
+      continue;
+    }
+    FinishSubmap(*submap);
+    finished.push_back({MakeSnapshot(), submap->FrameTrajectory(), submap->KeyframeTrajectory(),
+                        finished.empty() ? learnt_camera_ : std::nullopt, submap->Objects().LeftOut()});
+  }
+  active_ = ranked.front();
+  outputs_.publish_snapshot(finished.front().snapshot);
+  return finished;
+}
+
+// A submap that never grew.
+void Mapper::Drop(std::int64_t submap) {
+  for (const auto& [id, keyframe] : submaps_.at(submap).Map().Keyframes()) {
+    places_.Remove(id);
+    std::erase_if(loop_edges_, [id = id](const auto& edge) { return edge.first == id || edge.second == id; });
+  }
+  std::erase_if(atlas_.origins, [submap](const auto& origin) { return origin.second.submap == submap; });
+  atlas_.submaps.erase(submap);
+  submaps_.erase(submap);
 }
 
 }  // namespace sqslam

@@ -1,0 +1,111 @@
+#include "slam/objects/object_tracker.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+
+#include "slam/objects/object_mapper.h"
+#include "synthetic_desk.h"
+
+namespace sqslam {
+namespace {
+
+using testing::SyntheticDesk;
+
+TEST(ObjectTracker, TellsOfPointsOutsideAsItsOptionSays) {
+  const SyntheticDesk desk(1, 0.12);
+  const auto outside_points = [&](ReprojectionVotes reprojection) {
+    ObjectOptions options;
+    options.outliers.reprojection = reprojection;
+    ObjectTracker tracker(options);
+    ObjectMapper mapper(options, 1);
+    mapper.SetUpright(true, SupportSurfaces::Everywhere(0.0));
+    const PointLookup lookup = [&](std::int64_t& id) { return desk.Position(id); };
+    std::size_t count = 0;
+    for (int i = 0; i < 40; ++i) {
+      const std::vector<ObjectObservation> observations = tracker.Track(desk.Frame(i), *mapper.View());
+      for (const ObjectObservation& observation : observations) {
+        count += observation.reprojected_outside.size();
+      }
+      mapper.AddObservations(observations);
+      if (i % 10 == 9) {
+        mapper.Update(lookup, desk.Camera());
+      }
+    }
+    return count;
+  };
+  const std::size_t all = outside_points(ReprojectionVotes::kAll);
+  const std::size_t observed = outside_points(ReprojectionVotes::kObserved);
+  EXPECT_EQ(outside_points(ReprojectionVotes::kNone), 0u);
+  EXPECT_GT(observed, 0u);
+  EXPECT_GT(all, observed);
+}
+
+TEST(ObjectTracker, LooksForLinesWithinItsBudgetButAlwaysInNewObjects) {
+  const SyntheticDesk desk(1, 0.12);
+  const auto looks = [&](int line_pixels, int line_views) {
+    ObjectOptions options;
+    options.yaw.line_interval = 1;
+    options.yaw.line_pixels = line_pixels;
+    options.yaw.line_views = line_views;
+    ObjectTracker tracker(options);
+    std::map<int, int> views_with_lines;  // by object
+    for (int i = 0; i < 20; ++i) {
+      ObjectFrame frame = desk.Frame(i);
+      frame.gray = cv::Mat(frame.camera.height, frame.camera.width, CV_8U, cv::Scalar(40));
+      for (int y = 0; y < frame.gray.rows; y += 32) {
+        for (int x = 0; x < frame.gray.cols; x += 32) {
+          cv::rectangle(frame.gray, {x, y}, {x + 23, y + 23}, cv::Scalar(220), cv::FILLED);
+        }
+      }
+      for (const ObjectObservation& observation : tracker.Track(frame, ObjectMapView())) {
+        views_with_lines[observation.object_id] += observation.lines.empty() ? 0 : 1;
+      }
+    }
+    return views_with_lines;
+  };
+  const auto most = [](const std::map<int, int>& views) {
+    return std::ranges::max_element(views, {}, [](const auto& v) { return v.second; })->second;
+  };
+  const auto sum = [](const std::map<int, int>& views) {
+    return std::accumulate(views.begin(), views.end(), 0, [](int n, const auto& v) { return n + v.second; });
+  };
+  EXPECT_EQ(sum(looks(1, 0)), 1);  // the first box is a debt for ever
+  const auto few = looks(1, 3);
+  EXPECT_EQ(most(few), 3);
+  EXPECT_GE(sum(few), 2 * static_cast<int>(few.size()));
+  EXPECT_GT(most(looks(0, 0)), 10);
+}
+
+// But not a second time where it is known, or where something else is expected.
+TEST(ObjectTracker, ABareBoxBeginsNothingWhereAThingIsExpected) {
+  const SyntheticDesk desk(1);
+  ObjectTracker tracker((ObjectOptions()));
+  ObjectFrame frame = desk.Frame(0);
+  frame.points = {{1, {20.0, 20.0}, {0.0, 0.0, 0.0}}};
+  frame.detections = {{"cup", 0.9, {200.0, 200.0, 60.0, 60.0}}};
+  EXPECT_EQ(tracker.Track(frame, ObjectMapView()).size(), 1U);
+  ++frame.frame_index;
+  frame.detections = {{"bowl", 0.9, {230.0, 210.0, 60.0, 60.0}}};
+  EXPECT_TRUE(tracker.Track(frame, ObjectMapView()).empty());
+  frame.detections = {{"bowl", 0.9, {400.0, 210.0, 60.0, 60.0}}};
+  EXPECT_EQ(tracker.Track(frame, ObjectMapView()).size(), 1U);
+  ObjectOptions paper;
+  paper.method = ObjectMethod::kPaper;
+  EXPECT_TRUE(ObjectTracker(paper).Track(frame, ObjectMapView()).empty()) << "the paper needs points";
+}
+
+TEST(ObjectTracker, MakesNothingOfAFrameWithoutPointsOrBoxes) {
+  const SyntheticDesk desk(1);
+  ObjectTracker tracker((ObjectOptions()));
+  ObjectFrame frame = desk.Frame(0);
+  frame.points.clear();
+  EXPECT_TRUE(tracker.Track(frame, ObjectMapView()).empty());
+  frame = desk.Frame(1);
+  frame.detections.clear();
+  EXPECT_TRUE(tracker.Track(frame, ObjectMapView()).empty());
+}
+
+}  // namespace
+}  // namespace sqslam
