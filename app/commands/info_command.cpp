@@ -106,7 +106,9 @@ void PrintInfo(const std::filesystem::path& path, bool config, bool history, con
     return;
   }
   fmt::print("map        {}\nsequence   {}\nwritten by sqslam {}\nsnapshots  {}\n", path.string(),
-             reader.Info().sequence_path, reader.Info().program_version, reader.Size());
+             reader.Info().sequence_path.empty() ? "images of two inputs that no list can join"
+                                                 : reader.Info().sequence_path,
+             reader.Info().program_version, reader.Size());
   PrintEdits(path, objects.edits);
   if (reader.Size() == 0) {
     return;

@@ -23,10 +23,10 @@ void SetPose(GlbJson& node, const Rigid3d& pose) {
 
 // Number first, so that what is cut off tells no two apart: Blender keeps 63 bytes of a name.
 std::string NodeName(const SnapshotObject& object) {
-  constexpr std::size_t kMost = 63;
+  constexpr std::size_t kLongestName = 63;
   std::string name = fmt::format("{} {}", object.id, ShownName(object));
-  if (name.size() > kMost) {
-    std::size_t end = kMost;
+  if (name.size() > kLongestName) {
+    std::size_t end = kLongestName;
     while (end > 0 && (static_cast<unsigned char>(name[end]) & 0xC0) == 0x80) {  // within a letter of UTF-8
       --end;
     }

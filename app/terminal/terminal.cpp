@@ -21,6 +21,7 @@
 #include <optional>
 #include <thread>
 
+#include "slam/io/network_stream.h"
 #include "slam/util/error.h"
 #include "slam/util/text_lines.h"
 
@@ -126,18 +127,19 @@ int RunProgram(const std::string& name, const std::function<int()>& work) {
 
 std::string CommandLine() {
   std::ifstream file("/proc/self/cmdline", std::ios::binary);
-  std::string line;
+  std::vector<std::string> words;
   for (std::string word; std::getline(file, word, '\0');) {
-    const bool plain = !word.empty() && word.find_first_not_of(
-                                            "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"
-                                            "-_=+./,:@%") == std::string::npos;
-    if (line.empty()) {
-      word = std::filesystem::path(word).filename().string();
-    }
-    line += line.empty() ? "" : " ";
-    line += plain ? word : fmt::format("'{}'", word);
+    words.push_back(word);
   }
-  return line;
+  return ShownCommandLine(std::move(words));
+}
+
+std::string ShownCommandLine(std::vector<std::string> words) {
+  words.front() = std::filesystem::path(words.front()).filename().string();
+  for (std::string& word : words) {
+    word = IsStreamAddress(word) ? PublicAddress(word) : word;
+  }
+  return ShellLine(words);
 }
 
 InterruptGuard::InterruptGuard() {

@@ -18,8 +18,9 @@ int ExitCodeOf(const std::function<int()>& work, const std::function<void(const 
 // themselves are silenced: what they find comes back to the reader, which says it with file and frame.
 int RunProgram(const std::string& name, const std::function<int()>& work);
 
-// The command that this process was started with, as a shell takes it.
+// The command that this process was started with, as a shell takes it, without passwords of addresses.
 std::string CommandLine();
+std::string ShownCommandLine(std::vector<std::string> words);  // the same of the words given, at least one
 
 // While one lives, the first Ctrl-C (SIGINT) or SIGTERM only sets a flag; the second ends the program as
 // usual.

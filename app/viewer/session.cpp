@@ -57,7 +57,7 @@ void Session::Watch(std::unique_ptr<LiveRun> run, const RunRequest& request) {
   document.kind = Document::Kind::kRun;
   document.file = request.output / "map.sqmap";
   document.title = request.output.filename().string();
-  document.info.sequence_path = fs::absolute(request.sequence.path).string();
+  document.info.sequence_path = request.IsLive() ? "" : fs::absolute(request.sequence.path).string();
   document.run = LiveRun::News().status;
 }
 

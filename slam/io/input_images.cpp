@@ -15,6 +15,10 @@ bool IsThere(const std::string& file) {
 }  // namespace
 
 InputImages::InputImages(const RecordingReader& recording) : camera_(recording.Last()->camera) {
+  if (recording.Info().sequence_path.empty()) {
+    why_not_ = "its frames are of two inputs, at least one of them a video or gone";
+    return;
+  }
   try {
     SequenceRequest request;
     request.path = recording.Info().sequence_path;

@@ -81,22 +81,25 @@ struct LiveSource::Impl {
     changed.notify_all();
   }
 
+  void Skip(int images) {
+    grabbed += images;
+    const std::lock_guard lock(mutex);
+    skipped += images;
+  }
+
   void Run(const std::stop_token& stop) {
     int failures = 0;
     while (!stop.stop_requested() && failures < kMaxFailures) {
       cv::Mat bgr;
       if (grabber(bgr) && bgr.size() == cv::Size(camera.width, camera.height) && bgr.type() == CV_8UC3) {
-        failures = 0;
+        Skip(std::exchange(failures, 0));  // those at the end are none: no image was there to skip
         Publish(bgr);
         continue;
       }
       ++failures;
-      ++grabbed;
-      const std::lock_guard lock(mutex);
-      ++skipped;
     }
     if (failures == kMaxFailures) {
-      spdlog::warn("{}: gives no more images after {}", name, grabbed - failures);
+      spdlog::warn("{}: gives no more images after {}", name, grabbed);
     }
     const std::lock_guard lock(mutex);
     finished = true;

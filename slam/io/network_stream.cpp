@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -33,10 +34,17 @@ bool IsStreamAddress(const std::string& text) {
 }
 
 std::string PublicAddress(const std::string& address) {
-  const std::size_t host = address.find("://") + 3;
-  const std::size_t path = std::min(address.find('/', host), address.size());
-  const std::size_t at = address.rfind('@', path);
-  return at == std::string::npos || at < host ? address : address.substr(0, host) + address.substr(at + 1);
+  const std::string shown = address.substr(0, address.find('?'));
+  const std::size_t host = shown.find("://") + 3;
+  std::size_t path = std::min(shown.find('/', host), shown.size());
+  // A port is a number: what else follows a ':' is a password with a '/' in it.
+  const std::size_t colon = shown.find(':', host);
+  if (colon < path && shown.find('@', host) > path &&
+      shown.find_first_not_of("0123456789", colon + 1) < path) {
+    path = shown.size();
+  }
+  const std::size_t at = shown.rfind('@', path);
+  return at == std::string::npos || at < host ? shown : shown.substr(0, host) + shown.substr(at + 1);
 }
 
 struct NetworkStream::Impl {
@@ -66,13 +74,12 @@ struct NetworkStream::Impl {
         start + std::chrono::duration_cast<Clock::duration>(Seconds(static_cast<double>(given) / fps)));
   }
 
-  bool OpenAgain() {
+  bool OpenAgain(cv::Mat& bgr) {
     const Clock::time_point lost = Clock::now();
     spdlog::warn("{}: the connection is lost, trying again for {:.0f} s", PublicAddress(address),
                  options.retry_seconds);
     while (!Stopped() && Seconds(Clock::now() - lost).count() < options.retry_seconds) {
-      cv::Mat image;
-      if (Open() && video.read(image)) {
+      if (Open() && video.read(bgr)) {
         spdlog::warn("{}: connected again after {:.1f} s", PublicAddress(address),
                      Seconds(Clock::now() - lost).count());
         return true;
@@ -88,7 +95,7 @@ struct NetworkStream::Impl {
     }
     bool read = video.read(bgr);
     if (!read && !IsFilm() && !ended) {
-      read = OpenAgain() && video.read(bgr);
+      read = OpenAgain(bgr);
     }
     ended = !read;
     given += read ? 1 : 0;

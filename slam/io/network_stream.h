@@ -10,7 +10,7 @@ namespace sqslam {
 // True for addresses that images come from over the network: rtsp://..., http://... and the like.
 bool IsStreamAddress(const std::string& text);
 
-// The address without user and password: for messages, names and files.
+// The address without user, password and what follows a '?' (often a key): for messages, names and files.
 std::string PublicAddress(const std::string& address);
 
 struct StreamOptions {

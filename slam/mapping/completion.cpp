@@ -145,11 +145,12 @@ std::optional<TrackedFrame> Completion::StepFrom(const Map& map, const Keyframe&
   if (!step) {
     return std::nullopt;
   }
+  const Eigen::Vector2d none = Eigen::Vector2d::Zero();  // pixels play no part in the scale
   std::vector<Sim3Match> common_points;
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const PointId point = keyframe.points[pairs[k].first];
     if (step->points[k] && point != kNoPoint) {
-      common_points.push_back({keyframe.T_camera_map * map.Point(point).p_map, *step->points[k], {}, {}});
+      common_points.push_back({keyframe.T_camera_map * map.Point(point).p_map, *step->points[k], none, none});
     }
   }
   const std::optional<CommonScale> common = FindCommonScale(common_points, kMinCommon);

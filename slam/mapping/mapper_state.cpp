@@ -13,7 +13,9 @@ namespace sqslam {
 
 std::string Mapper::Save() const {
   ByteWriter writer;
-  writer(submaps_.size(), active_->Number(), last_loop_, loop_edges_, atlas_.origins);
+  const auto main =
+      std::ranges::max_element(submaps_, {}, [](const auto& submap) { return submap.second.NumFrames(); });
+  writer(submaps_.size(), main->first, last_loop_, loop_edges_, atlas_.origins);
   for (const auto& [number, submap] : submaps_) {
     submap.Save(writer);
   }

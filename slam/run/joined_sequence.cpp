@@ -34,7 +34,7 @@ fs::path WriteJoinedSequence(const fs::path& result, const fs::path& first, cons
                              const AddedFrames& added, const Camera& camera) {
   std::error_code error;
   if (added.index_shift == 0 && fs::equivalent(first, second, error)) {
-    return {};
+    return first;
   }
   const std::optional<Sequence> a = ListFiles(first, camera);
   const std::optional<Sequence> b = ListFiles(second, camera);

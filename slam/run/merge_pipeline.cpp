@@ -21,14 +21,13 @@ FinishedRun MergeResults(const fs::path& first, const fs::path& second, const fs
   const KnownMap a = ReadKnownMap(first);
   const KnownMap b = ReadKnownMap(second);
   CheckSameCamera(b.recording, b.map.camera, a);
-  const std::string sequence = RecordingReader(a.recording).Info().sequence_path;
   FinishedRun run{
-      output, sequence, MergeMaps(a.map, a.recording.string(), b.map, b.recording.string(), a.options), {}};
+      output, "", MergeMaps(a.map, a.recording.string(), b.map, b.recording.string(), a.options), {}};
   CreateResultFolder(output);
-  const fs::path joined =
-      WriteJoinedSequence(output, sequence, RecordingReader(b.recording).Info().sequence_path,
-                          *run.result.added, run.result.kept.camera);
-  run.sequence = joined.empty() ? sequence : joined.string();
+  run.sequence = WriteJoinedSequence(output, RecordingReader(a.recording).Info().sequence_path,
+                                     RecordingReader(b.recording).Info().sequence_path, *run.result.added,
+                                     run.result.kept.camera)
+                     .string();
   run.stats = StatsOf(run.result);
   run.stats.wall_seconds = std::chrono::duration<double>(Clock::now() - start).count();
   AttemptAll({[&] { WriteCamera(output / "camera.yaml", run.result.kept.camera); },

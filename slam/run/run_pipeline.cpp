@@ -243,12 +243,10 @@ void JoinSequences(const RunInput& input, FinishedRun& run) {
     return;
   }
   const fs::path known = RecordingReader(input.known->recording).Info().sequence_path;
-  const fs::path joined =
-      WriteJoinedSequence(run.output, known, input.sequence.path, *run.result.added, run.result.kept.camera);
-  if (!joined.empty()) {
-    SetSequencePath(run.output / "map.sqmap", joined.string());
-    run.sequence = joined.string();
-  }
+  run.sequence =
+      WriteJoinedSequence(run.output, known, input.sequence.path, *run.result.added, run.result.kept.camera)
+          .string();
+  SetSequencePath(run.output / "map.sqmap", run.sequence);
 }
 
 }  // namespace
@@ -290,6 +288,7 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
   run.stats.camera = camera.IsGuessed() ? camera.Text() : "calibrated";
   run.stats.wall_seconds = std::chrono::duration<double>(Clock::now() - start).count();
   if (!run.result.map.snapshot) {
+    run.stats.warnings = warnings.Lines();
     SaveWithoutMap(run, recorder);
     feed.ThrowFailure();
     if (!run.interrupted) {
@@ -301,14 +300,16 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
   if (run.stats.counters.placed_at_end + run.stats.counters.tied_at_end > 0) {
     host.Say(CompletionText(run.stats.counters));
   }
-  run.stats.warnings = warnings.Lines();
   AttemptAll({[&] { WriteCamera(run.output / "camera.yaml", camera.camera, camera.Text()); },
               [&] { WriteMapFiles(run.output, run.result); }, [&] { recorder.Close(); },
               [&] { KeepInRecording(run.output / "map.sqmap", run.result.kept); },
               [&] { JoinSequences(input, run); }, [&] { MakeDense(request, run, live_depth, host); },
               [&] { Draw(run, host); }, [&] { host.Film(run); },
-              [&] { WriteStats(run.output / "stats.json", run.stats); }, [&] { host.Report(run); },
-              [&] { feed.ThrowFailure(); }});
+              [&] {
+                run.stats.warnings = warnings.Lines();
+                WriteStats(run.output / "stats.json", run.stats);
+              },
+              [&] { host.Report(run); }, [&] { feed.ThrowFailure(); }});
   run.interrupted = host.Stopped();
   return run;
 }

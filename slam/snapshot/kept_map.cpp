@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <string>
+#include <vector>
 
 #include "slam/snapshot/byte_archive.h"
 #include "slam/snapshot/recording.h"
@@ -26,12 +28,15 @@ void KeepInRecording(const std::filesystem::path& recording, const KeptMap& map)
   ByteWriter writer;
   writer(map.camera, map.vocabulary, map.state);
   const std::string_view bytes = writer.Bytes();
+  std::vector<std::string> pieces;  // packed before the file is locked
+  for (std::size_t begin = 0; begin < bytes.size(); begin += kPieceBytes) {
+    pieces.push_back(PackBytes(bytes.substr(begin, kPieceBytes)));
+  }
   const sqlite::Database db = sqlite::OpenRecording(recording, SQLITE_OPEN_READWRITE);
   sqlite::Execute(db.get(), recording,
                   "BEGIN IMMEDIATE; CREATE TABLE IF NOT EXISTS live_map"
                   " (piece INTEGER PRIMARY KEY, data BLOB NOT NULL); DELETE FROM live_map;");
-  for (std::size_t begin = 0; begin < bytes.size(); begin += kPieceBytes) {
-    const std::string piece = PackBytes(bytes.substr(begin, kPieceBytes));
+  for (const std::string& piece : pieces) {
     sqlite::Statement(db.get(), recording, "INSERT INTO live_map (data) VALUES (?)", sqlite::Blob{piece})
         .Run();
   }

@@ -27,6 +27,9 @@ std::string WithoutControls(std::string_view text);
 // character.
 std::string ValidText(std::string_view text);
 
+// The words as one line that a shell takes apart into the same words again.
+std::string ShellLine(const std::vector<std::string>& words);
+
 // One line of a text file that carries data: not blank, no comment.
 struct TextLine {
   int number = 0;  // 1-based

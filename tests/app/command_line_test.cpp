@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "app/command_line/command.h"
+#include "app/terminal/terminal.h"
 #include "slam/io/result_files.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/error.h"
@@ -312,6 +313,12 @@ TEST_F(MapCommands, ExportWritesByExtension) {
   EXPECT_THAT(write("a.obj"), AllOf(HasSubstr("o teapot_7\n"), HasSubstr("\nf ")));
   write("a.json");
   EXPECT_EQ(ReadObjects(folder_.Path() / "a.json").at(0).label, "teapot");
+}
+
+TEST(ShownCommandLine, HoldsNoPassword) {
+  EXPECT_EQ(
+      app::ShownCommandLine({"/opt/bin/sqslam", "run", "rtsp://me:secret@camera/main?key=1", "-o", "my run"}),
+      "sqslam run rtsp://camera/main -o 'my run'");
 }
 
 }  // namespace

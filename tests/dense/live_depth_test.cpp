@@ -5,6 +5,8 @@
 #include <chrono>
 #include <thread>
 
+#include "slam/dense/densify.h"
+#include "slam/io/trajectory.h"
 #include "slam/snapshot/depth_recording.h"
 #include "slam/snapshot/recording.h"
 #include "tests/app/written_sequence.h"
@@ -130,6 +132,15 @@ TEST(LiveDepth, DepthMapsAppearWhileTheRecordingIsWritten) {
   EXPECT_TRUE(LiveEstimate::FromText(DepthRecording(file).Settings(101)));
   const DepthMap depth = DepthRecording(file).Estimate(101);
   EXPECT_NEAR(depth.depth.at<float>(30, 80), TrueDepth(world, depth.camera, path[1], 80, 30), 0.06);
+
+  Trajectory trajectory;  // nothing moved since: all of them hold
+  for (int i = 0; i < kFrames; ++i) {
+    trajectory.push_back({i / 30.0, path[static_cast<std::size_t>(i)]});
+  }
+  WriteTrajectory(folder.Path() / "trajectory.txt", trajectory);
+  const DensifySummary final = Densify({.result = folder.Path(), .images = {}, .options = options},
+                                       [](int, int, const std::string&) { return true; });
+  EXPECT_EQ(final.live, made);
 }
 
 }  // namespace

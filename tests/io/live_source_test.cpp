@@ -142,6 +142,7 @@ TEST(LiveSource, AnImageThatDoesNotComeIsSkipped) {
   EXPECT_EQ(source.Skipped(), 1);
   open.set_value();
   EXPECT_THAT(Indices(source), ElementsAre(3));
+  EXPECT_EQ(source.Skipped(), 1);  // the end skips nothing
 }
 
 TEST(LiveSource, ImagesOfAnotherSizeThanTheCalibrationsAreRefused) {

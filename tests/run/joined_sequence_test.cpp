@@ -54,7 +54,13 @@ TEST(JoinedSequence, CountsNumbersThatNeitherHas) {
 TEST(JoinedSequence, LeavesOneSequenceAsItIs) {
   const TemporaryFolder folder;
   const fs::path a = WriteList(folder, "a", 10);
-  EXPECT_TRUE(WriteJoinedSequence(folder.Path() / "result", a, a / "", {.first = 5}, kJoinedCamera).empty());
+  EXPECT_EQ(WriteJoinedSequence(folder.Path() / "result", a, a / "", {.first = 5}, kJoinedCamera), a);
+  EXPECT_FALSE(fs::exists(folder.Path() / "result"));
+}
+
+TEST(JoinedSequence, GivesNoImagesRatherThanWrongOnes) {
+  const TemporaryFolder folder;
+  const fs::path a = WriteList(folder, "a", 10);
   EXPECT_TRUE(
       WriteJoinedSequence(folder.Path() / "result", a, folder.Path() / "gone", {.first = 10}, kJoinedCamera)
           .empty());

@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <spdlog/sinks/dist_sink.h>
+#include <spdlog/spdlog.h>
 
 #include <stdexcept>
 
@@ -16,6 +18,7 @@ namespace sqslam {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::Contains;
 using ::testing::ElementsAre;
 
 constexpr int kFrames = 40;
@@ -32,6 +35,7 @@ class WatchfulHost : public RunHost {
     EXPECT_TRUE(fs::exists(run.output / "trajectory.txt"));
     EXPECT_EQ(RecordingReader(run.output / "map.sqmap").Size(), snapshots);
     EXPECT_FALSE(fs::exists(run.output / "stats.json"));
+    spdlog::warn("it is dark");
     if (blind) {
       throw std::runtime_error("no display");
     }
@@ -86,6 +90,16 @@ TEST_F(RunPipelineTest, APictureThatFailsKeepsNothingElseFromBeingMade) {
   host.blind = true;
   EXPECT_THROW(RunPipeline(Request("a"), host), std::runtime_error);
   EXPECT_THAT(host.steps, ElementsAre("draw", "film", "report"));
+}
+
+TEST_F(RunPipelineTest, WarningsOfItsLastStepsAreKeptToo) {
+  const auto before = spdlog::default_logger();
+  spdlog::set_default_logger(
+      std::make_shared<spdlog::logger>("test", std::make_shared<spdlog::sinks::dist_sink_mt>()));
+  WatchfulHost host;
+  const FinishedRun run = RunPipeline(Request("a"), host);
+  spdlog::set_default_logger(before);
+  EXPECT_THAT(ReadStats(run.output / "stats.json").warnings, Contains("it is dark"));
 }
 
 TEST_F(RunPipelineTest, ARunThatTheHostEndsSavesWhatItHasMapped) {

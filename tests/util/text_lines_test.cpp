@@ -25,6 +25,11 @@ TEST(ValidText, ReplacesWhatIsNoCharacter) {
   EXPECT_EQ(ValidText("a\x1b[31mb\n"), "a?[31mb?");
 }
 
+TEST(ShellLine, QuotesWhatAShellWouldTakeApart) {
+  EXPECT_EQ(ShellLine({"sqslam", "--output=a/b.png", "two words", "", "it's", "$HOME"}),
+            R"(sqslam --output=a/b.png 'two words' '' 'it'\''s' '$HOME')");
+}
+
 TEST(JsonFile, SaysWhereItIsBroken) {
   const TemporaryFolder folder;
   const auto message = [&](const std::string& text) {

@@ -8,25 +8,11 @@
 #include "render/picture/picture.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam::viewer {
 namespace fs = std::filesystem;
 namespace {
-
-std::string Quoted(const std::string& word) {
-  const auto plain = [](unsigned char c) {
-    return std::isalnum(c) != 0 ||
-           std::string_view("_-+./,:=@%").find(static_cast<char>(c)) != std::string::npos;
-  };
-  if (!word.empty() && std::all_of(word.begin(), word.end(), plain)) {
-    return word;
-  }
-  std::string quoted = "'";
-  for (const char c : word) {
-    quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  }
-  return quoted + "'";
-}
 
 // The value as --set takes it.
 std::string ValueText(const OptionField& field) {
@@ -103,11 +89,7 @@ std::string RenderCommandLine(const ViewerState& state, cv::Size size, bool tran
   add("--camera-focal-point", VectorText(view.camera.focal_point));
   add("--camera-view-up", VectorText(view.camera.view_up));
   add("--camera-view-angle", fmt::format("{:.7g}", view.camera.view_angle));
-  std::string line;
-  for (const std::string& word : words) {
-    line.append(line.empty() ? "" : " ").append(Quoted(word));
-  }
-  return line;
+  return ShellLine(words);
 }
 
 void WriteScreenshot(const ViewerState& state, cv::Size size, bool transparent, const fs::path& file) {
