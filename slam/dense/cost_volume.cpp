@@ -6,12 +6,14 @@
 #include <cstdlib>
 #include <limits>
 
+#include "slam/util/wide_registers.h"
+
 namespace sqslam {
 namespace {
 
 constexpr int kGroup = 16;  // planes that are swept before they are sorted into the volume
 
-void CostsOf(int width, const float* __restrict score, std::uint8_t* __restrict cost) {
+SQSLAM_WIDE_REGISTERS void CostsOf(int width, const float* __restrict score, std::uint8_t* __restrict cost) {
   for (int x = 0; x < width; ++x) {
     const float agreement = score[x] > 0.0F ? score[x] : 0.0F;
     cost[x] = static_cast<std::uint8_t>(static_cast<std::int32_t>(254.5F - 254.0F * agreement));
@@ -21,9 +23,10 @@ void CostsOf(int width, const float* __restrict score, std::uint8_t* __restrict 
 // Cost along a path that comes to a pixel, for all planes (Eq. 13 of the paper): `last` that of the pixel
 // before, with a large one before its first and after its last plane, `least` the smallest of them. Adds to
 // `sums` and returns the smallest.
-std::int16_t Step(int planes, const std::uint8_t* __restrict costs, const std::int16_t* __restrict last,
-                  std::int16_t least, std::int16_t small_penalty, std::int16_t large_penalty,
-                  std::int16_t* __restrict path, std::int16_t* __restrict sums) {
+SQSLAM_WIDE_REGISTERS std::int16_t Step(int planes, const std::uint8_t* __restrict costs,
+                                        const std::int16_t* __restrict last, std::int16_t least,
+                                        std::int16_t small_penalty, std::int16_t large_penalty,
+                                        std::int16_t* __restrict path, std::int16_t* __restrict sums) {
   const auto jump = static_cast<std::int16_t>(least + large_penalty);
   std::int16_t smallest = std::numeric_limits<std::int16_t>::max();
   for (int d = 0; d < planes; ++d) {
@@ -123,7 +126,7 @@ class Pass {
 };
 
 // The plane of the least sum, between planes by the parabola through it and its neighbours.
-float LeastPlane(const std::int16_t* sums, int planes) {
+SQSLAM_WIDE_REGISTERS float LeastPlane(const std::int16_t* sums, int planes) {
   std::int16_t least = sums[0];
   for (int d = 1; d < planes; ++d) {
     least = sums[d] < least ? sums[d] : least;

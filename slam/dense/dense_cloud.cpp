@@ -92,10 +92,19 @@ Eigen::Vector3d CarriedToSheets(const SheetTable& sheets, double edge, const Eig
                                 const Eigen::Vector3d& unit) {
   const Eigen::Array3d place = p.array() / edge - 0.5;
   const Eigen::Array3d first = place.floor();
+  constexpr std::size_t kCorners = 8;
+  const auto step_to = [](std::size_t corner) {
+    return Eigen::Array3d(double(corner & 1U), double(corner >> 1U & 1U), double(corner >> 2U));
+  };
+  std::array<SheetTable::Key, kCorners> keys;
+  for (std::size_t corner = 0; corner < kCorners; ++corner) {
+    keys[corner] = SheetKey(first + step_to(corner), unit);
+  }
+  const auto found = sheets.Find(keys);
   double offset = 0.0, weights = 0.0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Array3d step(corner & 1, corner >> 1 & 1, corner >> 2);
-    const Sheet* sheet = sheets.Find(SheetKey(first + step, unit));
+  for (std::size_t corner = 0; corner < kCorners; ++corner) {
+    const Eigen::Array3d step = step_to(corner);
+    const Sheet* sheet = found[corner];
     if (sheet == nullptr) {
       continue;
     }

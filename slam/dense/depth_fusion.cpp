@@ -152,7 +152,10 @@ std::optional<FusedDepth> FuseDepthMaps(const DenseInput& input, const std::vect
                                         const DensifyProgress& progress) {
   const std::vector<Neighbourhood> all =
       NeighbourhoodsOf(input, plans, recording.Estimated(), options.fusion.neighbours);
-  const std::size_t most = static_cast<std::size_t>(options.fusion.neighbours) * 4;
+  constexpr std::size_t kMemory = 96U << 20U;  // bytes for depth maps
+  constexpr std::size_t kPixel = sizeof(float) + 4 * sizeof(std::uint8_t);
+  const std::size_t most =
+      kMemory / (kPixel * static_cast<std::size_t>(input.camera.width * input.camera.height));
   CloudPieces pieces;
   {
     DepthCache estimates(most, threads, [&](std::int64_t keyframe) { return recording.Estimate(keyframe); });

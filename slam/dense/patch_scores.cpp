@@ -4,6 +4,8 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "slam/util/wide_registers.h"
+
 namespace sqslam {
 namespace {
 
@@ -36,10 +38,11 @@ Eigen::Matrix3d CameraMatrix(const Camera& camera) {
 // instructions of any processor.
 
 // Places of the samples of a row in the view. Outside of it: those at its border, and `inside` is 0.
-void Project(const Eigen::Matrix3f& H, const Eigen::Vector3f& epipole, int y, int width, int height,
-             const float* __restrict columns, const float* __restrict inverse_depth,
-             std::int32_t* __restrict places, float* __restrict right, float* __restrict down,
-             float* __restrict inside) {
+SQSLAM_WIDE_REGISTERS void Project(const Eigen::Matrix3f& H, const Eigen::Vector3f& epipole, int y, int width,
+                                   int height, const float* __restrict columns,
+                                   const float* __restrict inverse_depth, std::int32_t* __restrict places,
+                                   float* __restrict right, float* __restrict down,
+                                   float* __restrict inside) {
   const Eigen::Vector3f start = H.col(1) * static_cast<float>(y) + H.col(2);
   const float x0 = start.x(), y0 = start.y(), z0 = start.z();
   const float x1 = H(0, 0), y1 = H(1, 0), z1 = H(2, 0);
@@ -66,9 +69,17 @@ void Project(const Eigen::Matrix3f& H, const Eigen::Vector3f& epipole, int y, in
   }
 }
 
+SQSLAM_WIDE_REGISTERS void Gather(int width, const std::uint32_t* __restrict corners,
+                                  const std::int32_t* __restrict places, std::uint32_t* __restrict found) {
+  for (int x = 0; x < width; ++x) {
+    found[x] = corners[places[x]];
+  }
+}
+
 // Bilinear values from the corners that were found.
-void Interpolate(int width, const std::uint32_t* __restrict found, const float* __restrict right,
-                 const float* __restrict down, float* __restrict value) {
+SQSLAM_WIDE_REGISTERS void Interpolate(int width, const std::uint32_t* __restrict found,
+                                       const float* __restrict right, const float* __restrict down,
+                                       float* __restrict value) {
   for (int x = 0; x < width; ++x) {
     const auto a = static_cast<float>(static_cast<std::int32_t>(found[x] & 255U));
     const auto b = static_cast<float>(static_cast<std::int32_t>(found[x] >> 8U & 255U));
@@ -81,9 +92,10 @@ void Interpolate(int width, const std::uint32_t* __restrict found, const float* 
 }
 
 // Takes a row into the sums of columns in place of the one that leaves the patches.
-void Replace(int width, const float* __restrict value, const float* __restrict keyframe,
-             float* __restrict old_value, float* __restrict old_square, float* __restrict old_product,
-             float* __restrict values, float* __restrict squares, float* __restrict products) {
+SQSLAM_WIDE_REGISTERS void Replace(int width, const float* __restrict value, const float* __restrict keyframe,
+                                   float* __restrict old_value, float* __restrict old_square,
+                                   float* __restrict old_product, float* __restrict values,
+                                   float* __restrict squares, float* __restrict products) {
   for (int x = 0; x < width; ++x) {
     const float v = value[x];
     const float square = v * v;
@@ -99,10 +111,10 @@ void Replace(int width, const float* __restrict value, const float* __restrict k
 
 float PatchSum(const float* c) { return (c[0] + c[1]) + (c[2] + c[3]) + c[4]; }
 
-void Correlate(int width, float noise, const float* __restrict values, const float* __restrict squares,
-               const float* __restrict products, const float* __restrict mean,
-               const float* __restrict inverse_sigma, const float* __restrict inside,
-               float* __restrict score) {
+SQSLAM_WIDE_REGISTERS void Correlate(int width, float noise, const float* __restrict values,
+                                     const float* __restrict squares, const float* __restrict products,
+                                     const float* __restrict mean, const float* __restrict inverse_sigma,
+                                     const float* __restrict inside, float* __restrict score) {
   constexpr float kShare = 1.0F / kPatch;
   for (int x = 0; x < width; ++x) {
     const float v = PatchSum(values + x);
@@ -114,7 +126,8 @@ void Correlate(int width, float noise, const float* __restrict values, const flo
   }
 }
 
-void KeepBestTwo(int width, const float* __restrict score, float* __restrict best, float* __restrict second) {
+SQSLAM_WIDE_REGISTERS void KeepBestTwo(int width, const float* __restrict score, float* __restrict best,
+                                       float* __restrict second) {
   for (int x = 0; x < width; ++x) {
     const float s = score[x];
     const float b = best[x];
@@ -185,10 +198,7 @@ void PatchScores::Sample(View& view, int y, int slot, const float* inverse_depth
   const auto s = static_cast<std::size_t>(slot);
   Project(view.H_0, view.epipole, y, width_, height_, columns_.data(), inverse_depth, places_.data(),
           right_.data(), down_.data(), view.inside[s].data());
-  for (int x = 0; x < width_; ++x) {
-    found_[static_cast<std::size_t>(x)] =
-        view.corners[static_cast<std::size_t>(places_[static_cast<std::size_t>(x)])];
-  }
+  Gather(width_, view.corners.data(), places_.data(), found_.data());
   Interpolate(width_, found_.data(), right_.data(), down_.data(), score_.data());
 }
 

@@ -105,7 +105,7 @@ void TakeSample(double distance, double weight, const cv::Vec3b& bgr, SurfaceVol
   voxel.distance = static_cast<float>(mean(voxel.distance, distance));
   for (int i = 0; i < 3; ++i) {
     std::uint16_t& color = voxel.rgb[static_cast<std::size_t>(i)];
-    color = static_cast<std::uint16_t>(std::lround(mean(color, 256.0 * bgr[2 - i])));
+    color = static_cast<std::uint16_t>(mean(color, 256.0 * bgr[2 - i]) + 0.5);
   }
   voxel.weight += static_cast<float>(weight);
 }
@@ -140,11 +140,13 @@ void IntegrateInto(const DepthMap& map, const BlockInView& view, double truncati
         if (!(p.z() > 0.0)) {
           continue;
         }
-        const int u = static_cast<int>(std::floor(camera.fx * p.x() / p.z() + camera.cx + 0.5));
-        const int v = static_cast<int>(std::floor(camera.fy * p.y() / p.z() + camera.cy + 0.5));
-        if (u < 0 || v < 0 || u >= map.depth.cols || v >= map.depth.rows) {
+        const double right = camera.fx * p.x() / p.z() + camera.cx + 0.5;
+        const double down = camera.fy * p.y() / p.z() + camera.cy + 0.5;
+        if (!(right >= 0.0 && down >= 0.0 && right < map.depth.cols && down < map.depth.rows)) {
           continue;
         }
+        const int u = static_cast<int>(right);
+        const int v = static_cast<int>(down);
         const double depth = map.depth.at<float>(v, u);
         const double distance = (depth - p.z()) / truncation;
         if (!(depth > 0.0) || distance < -1.0) {

@@ -33,25 +33,46 @@ class VoxelTable {
     });
     ParallelFor(kShards, threads, [&](std::size_t shard) {
       for (const auto& of_part : dealt) {
-        for (const Item& item : of_part[shard]) {
-          shards_[shard].Take(item);
+        const std::vector<Item>& items = of_part[shard];
+        for (std::size_t i = 0; i < items.size(); ++i) {
+          if (i + kAhead < items.size()) {
+            shards_[shard].Fetch(items[i + kAhead].hash);
+          }
+          shards_[shard].Take(items[i]);
         }
       }
     });
   }
 
-  // Null where there is none.
-  const Value* Find(const Key& key) const {
-    const std::uint64_t hash = HashOf(key);
-    const Shard& shard = shards_[hash % kShards];
-    const std::uint32_t number = shard.slots.empty() ? kNone : shard.slots[shard.SlotOf(hash, key)].number;
-    return number == kNone ? nullptr : &shard.values[number];
+  // The values of some keys, null where there is none. Memory is asked for them all before the first is
+  // needed.
+  template <std::size_t kKeys>
+  std::array<const Value*, kKeys> Find(const std::array<Key, kKeys>& keys) const {
+    std::array<std::uint64_t, kKeys> hashes;
+    for (std::size_t i = 0; i < kKeys; ++i) {
+      hashes[i] = HashOf(keys[i]);
+      shards_[hashes[i] % kShards].Fetch(hashes[i]);
+    }
+    std::array<const Value*, kKeys> values{};
+    for (std::size_t i = 0; i < kKeys; ++i) {
+      const Shard& shard = shards_[hashes[i] % kShards];
+      const std::uint32_t number =
+          shard.slots.empty() ? kNone : shard.slots[shard.SlotOf(hashes[i], keys[i])].number;
+      if (number != kNone) {
+        values[i] = &shard.values[number];
+        FetchMemory(values[i]);
+      }
+    }
+    return values;
   }
 
   const std::vector<Value>& Values(std::size_t shard) const { return shards_[shard].values; }
 
  private:
   static constexpr std::uint32_t kNone = 0xFFFFFFFF;
+  static constexpr std::size_t kAhead = 8;  // items: their slots are on the way while others are taken
+  static void FetchMemory(const void* place) { __builtin_prefetch(place); }
+
   struct Item {
     std::uint64_t hash;
     Key key;
@@ -66,12 +87,18 @@ class VoxelTable {
         slots;  // a power of two, half of them free; a key stands in the first free one from its own on
     std::vector<Value> values;
 
+    std::size_t FirstSlot(std::uint64_t hash) const { return hash / kShards & (slots.size() - 1); }
     std::size_t SlotOf(std::uint64_t hash, const Key& key) const {
-      std::size_t slot = hash / kShards % slots.size();
+      std::size_t slot = FirstSlot(hash);
       while (slots[slot].number != kNone && slots[slot].key != key) {
-        slot = (slot + 1) % slots.size();
+        slot = (slot + 1) & (slots.size() - 1);
       }
       return slot;
+    }
+    void Fetch(std::uint64_t hash) const {
+      if (!slots.empty()) {
+        FetchMemory(&slots[FirstSlot(hash)]);
+      }
     }
     void Take(const Item& item) {
       if (2 * values.size() >= slots.size()) {

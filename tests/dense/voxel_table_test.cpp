@@ -56,13 +56,13 @@ TEST(VoxelTable, ValuesOfOneKeyBecomeOneInTheOrderInWhichTheyWereGiven) {
   }
   EXPECT_EQ(count, expected.size());
   for (const auto& [key, sum] : expected) {
-    const Sum* found = table.Find(key);
+    const auto [found, none] = table.Find(std::array{key, Table::Key{100, 0, 0}});
     ASSERT_NE(found, nullptr);
+    EXPECT_EQ(none, nullptr);
     EXPECT_EQ(found->total, sum.total);
     EXPECT_EQ(found->first, sum.first);
   }
-  EXPECT_EQ(table.Find({100, 0, 0}), nullptr);
-  EXPECT_EQ(Table().Find({0, 0, 0}), nullptr);
+  EXPECT_EQ(Table().Find(std::array{Table::Key{}})[0], nullptr);
 }
 
 TEST(VoxelTable, TheOrderIsTheSameWithAnyNumberOfThreads) {
