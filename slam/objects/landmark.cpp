@@ -129,6 +129,18 @@ void Landmark::ThinViews() {
 }
 
 void Landmark::Absorb(Landmark&& other) {
+  constexpr double kHardly = 1.0 / 6.0;
+  if (other.observations > observations) {
+    std::swap(*this, other);
+    std::swap(id, other.id);
+  }
+  // If both were equally wrong about the extent, the points decide at the next estimation; until then this
+  // one must not swallow others. A few more boxes change hardly anything.
+  if (other.observations > kHardly * observations) {
+    estimated = false;
+    refined = false;
+    estimated_at = 0;
+  }
   observations += other.observations;
   labels.Merge(other.labels);
   views.insert(views.end(), other.views.begin(), other.views.end());
@@ -146,7 +158,6 @@ void Landmark::Absorb(Landmark&& other) {
   centroids.Merge(other.centroids);
   yaw.Merge(other.yaw);
   lines.insert(lines.end(), other.lines.begin(), other.lines.end());
-  estimated_at = 0;
 }
 
 // A frame that has a box around the thing and another around a part of it shows by the larger where it ends.
@@ -165,7 +176,6 @@ void Landmark::DropPartsBoxedWithTheWhole() {
 }
 
 void Landmark::Transform(const Sim3d& S_new_old) {
-  constexpr double kUpright = 0.9999;  // cosine of a tilt
   for (BoxView& view : views) {
     view.T_map_camera = S_new_old * view.T_map_camera;
   }
@@ -177,9 +187,6 @@ void Landmark::Transform(const Sim3d& S_new_old) {
   }
   MoveSums(S_new_old);
   MoveSolid(S_new_old);
-  if ((S_new_old.rotation * Eigen::Vector3d::UnitZ()).z() <= kUpright) {
-    ForgetUpright();
-  }
 }
 
 void Landmark::ForgetUpright() {
@@ -190,7 +197,6 @@ void Landmark::ForgetUpright() {
 }
 
 void Landmark::MoveWith(const MotionLookup& S_new_old) {
-  constexpr double kDrift = 0.98;  // cosine of the largest tilt that is one
   if (views.empty()) {
     return;
   }
@@ -214,20 +220,11 @@ void Landmark::MoveWith(const MotionLookup& S_new_old) {
     clearest->view.T_map_camera = S_new_old(clearest->view.frame_index) * clearest->view.T_map_camera;
   }
   const auto count = static_cast<double>(views.size());
-  const auto about_center = [&](const Eigen::Quaterniond& turn) {
-    const double scale = std::exp(log_scale / count);
-    return Sim3d{scale, turn, moved / count - scale * (turn * center)};
-  };
   const Eigen::Quaterniond mean = Eigen::Quaterniond(rotation).normalized();
-  MoveSums(about_center(mean));
-  if ((mean * Eigen::Vector3d::UnitZ()).z() <= kDrift) {
-    MoveSolid(about_center(mean));
-    ForgetUpright();
-    return;
-  }
-  const Eigen::Vector3d x = mean * Eigen::Vector3d::UnitX();
-  MoveSolid(about_center(
-      Eigen::Quaterniond(Eigen::AngleAxisd(std::atan2(x.y(), x.x()), Eigen::Vector3d::UnitZ()))));
+  const double scale = std::exp(log_scale / count);
+  const Sim3d S = {scale, mean, moved / count - scale * (mean * center)};
+  MoveSums(S);
+  MoveSolid(S);
 }
 
 void Landmark::MoveSums(const Sim3d& S_new_old) {
@@ -240,7 +237,17 @@ void Landmark::MoveSums(const Sim3d& S_new_old) {
   centroids.Transform(S_new_old);
 }
 
-void Landmark::MoveSolid(const Sim3d& S_new_old) {
+void Landmark::MoveSolid(const Sim3d& motion) {
+  constexpr double kDrift = 0.98;  // cosine of the largest tilt that is one
+  Sim3d S_new_old = motion;
+  if ((motion.rotation * Eigen::Vector3d::UnitZ()).z() <= kDrift) {
+    ForgetUpright();
+  } else {
+    const Eigen::Vector3d& center = superquadric.T_map_object.translation;
+    const Eigen::Vector3d x = motion.rotation * Eigen::Vector3d::UnitX();
+    S_new_old.rotation = Eigen::AngleAxisd(std::atan2(x.y(), x.x()), Eigen::Vector3d::UnitZ());
+    S_new_old.translation = motion * center - motion.scale * (S_new_old.rotation * center);
+  }
   const Eigen::Matrix3d R = S_new_old.rotation.toRotationMatrix();
   superquadric = S_new_old * superquadric;
   visible = S_new_old * visible;

@@ -129,11 +129,12 @@ struct Landmark {
   double box_agreement = 0.0;  // mean IoU of the projected superquadric and the boxes, in [0, 1]
 
   void Add(const ObjectObservation& observation);
-  void Absorb(Landmark&& other);  // the two are one object; estimated anew at the next update
+  void Absorb(Landmark&& other);  // the two are one object; the estimate of a much better known one stays
+  // What stood upright stays upright: a small tilt is drift.
   void Transform(const Sim3d& S_new_old);
 
   // Carries the landmark along with the frames that saw it: each view with its own frame, what was summed up
-  // over frames with their mean motion. What stood upright stays upright: a small tilt is drift.
+  // over frames with their mean motion.
   void MoveWith(const MotionLookup& S_new_old);
 
   // All but the clearest view, whose image is large and only for quadrics from a single view.

@@ -76,6 +76,13 @@ void JudgeReliability(Landmark& landmark, const std::vector<BoxView>& used,
   landmark.reliability = Reliability(evidence);
 }
 
+// From scratch as often as the evidence doubles: small steps don't leave a wrong start behind.
+bool IsThoroughNow(Landmark& landmark, const EstimationContext& context) {
+  const bool thorough = context.thorough || landmark.observations >= 2 * landmark.thorough_at;
+  landmark.thorough_at = thorough ? landmark.observations : landmark.thorough_at;
+  return thorough;
+}
+
 // Estimates an object without points: its boxes and what it stands on are enough where they fix its size. An
 // estimate that had points stays true when these are lost.
 void EstimateFromBoxes(Landmark& landmark, const std::vector<BoxView>& views,
@@ -83,9 +90,8 @@ void EstimateFromBoxes(Landmark& landmark, const std::vector<BoxView>& views,
   constexpr double kKnownSize = 0.2;  // standard deviation of the logarithm
   if (context.options->method == ObjectMethod::kRefined && context.upright && views.size() >= kMinViews) {
     const std::optional<StandingFit> fit =
-        RefineLandmark(landmark, views, landmark.observations >= 2 * landmark.thorough_at, context);
+        RefineLandmark(landmark, views, IsThoroughNow(landmark, context), context);
     if (fit && LogSizeSigma(fit->superquadric.shape, fit->covariance) < kKnownSize) {
-      landmark.thorough_at = landmark.observations;
       landmark.estimated = true;
       TakeFit(landmark, *fit, views, context);
       return;
@@ -233,10 +239,7 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
   const double paper_yaw = yaw ? yaw->yaw : 0.0;
   landmark.support.reset();
   if (options.method == ObjectMethod::kRefined && context.upright && views.size() >= kMinViews) {
-    // From scratch as often as the evidence doubles: small steps don't leave a wrong start behind.
-    const bool thorough = context.thorough || landmark.observations >= 2 * landmark.thorough_at;
-    landmark.thorough_at = thorough ? landmark.observations : landmark.thorough_at;
-    const StandingFit refined = *RefineLandmark(landmark, views, thorough, context);
+    const StandingFit refined = *RefineLandmark(landmark, views, IsThoroughNow(landmark, context), context);
     // A refinement that runs away explains the boxes worse than the cloud alone.
     const PosedSuperquadric cloud = SuperquadricAtYaw(points, paper_yaw, options.size_shape, false);
     const double agreement = BoxAgreement(refined.superquadric, views, context.camera);
@@ -245,8 +248,10 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
       return;
     }
   }
+  // Which shape a young object has its first refinement tells.
+  const bool with_shape = options.method == ObjectMethod::kPaper || views.size() >= kMinViews;
   landmark.superquadric = SuperquadricAtYaw(
-      points, paper_yaw, options.size_shape, true,
+      points, paper_yaw, options.size_shape, with_shape,
       options.method == ObjectMethod::kPaper ? CloudCentre::kCentroid : CloudCentre::kMiddle);
   landmark.visible = landmark.superquadric;
   landmark.covariance.setZero();

@@ -93,6 +93,34 @@ std::array<double, 4> NormalisedBounds(const Box2d& box, const Camera& camera) {
           (box.x + box.width - camera.cx) / camera.fx, (box.y + box.height - camera.cy) / camera.fy};
 }
 
+namespace {
+
+// Answers many times whether a point, in units of the half sizes, lies in one solid: between the simple
+// bodies within it and around it only the powers tell.
+class Interior {
+ public:
+  explicit Interior(const Superquadric& shape)
+      : unit_{Eigen::Vector3d::Ones(), shape.e1, shape.e2},
+        holds_ball_(std::max(shape.e1, shape.e2) <= 1.0),
+        in_ball_(std::min(shape.e1, shape.e2) >= 1.0) {}
+
+  bool Contains(const Eigen::Vector3d& unit) const {
+    const Eigen::Vector3d p = unit.cwiseAbs();
+    const double square = p.squaredNorm();
+    if (p.maxCoeff() > 1.0 || (in_ball_ && square > 1.0)) {
+      return false;
+    }
+    return p.sum() <= 1.0 || (holds_ball_ && square <= 1.0) || unit_.RadialScale(p) <= 1.0;
+  }
+
+ private:
+  Superquadric unit_;
+  bool holds_ball_;
+  bool in_ball_;
+};
+
+}  // namespace
+
 double OverlapOfSmaller(const PosedSuperquadric& a, const PosedSuperquadric& b, int samples) {
   const bool a_smaller = a.shape.Volume() <= b.shape.Volume();
   const PosedSuperquadric& small = a_smaller ? a : b;
@@ -101,26 +129,26 @@ double OverlapOfSmaller(const PosedSuperquadric& a, const PosedSuperquadric& b, 
     return 0.0;
   }
   const Rigid3d T_large_small = large.T_map_object.Inverse() * small.T_map_object;
-  const auto in_large = [&](const Eigen::Vector3d& p) {
-    const Eigen::Vector3d unit = (T_large_small * p).cwiseQuotient(large.shape.half_size).cwiseAbs();
-    // Between the octahedron and the box only the powers tell.
-    return unit.maxCoeff() <= 1.0 && (unit.sum() <= 1.0 || large.shape.RadialScale(T_large_small * p) <= 1.0);
-  };
+  const Eigen::Matrix3d R = large.shape.half_size.cwiseInverse().asDiagonal() *
+                            T_large_small.RotationMatrix() * small.shape.half_size.asDiagonal();
+  const Eigen::Vector3d t = T_large_small.translation.cwiseQuotient(large.shape.half_size);
+  const Interior in_small(small.shape);
+  const Interior in_large(large.shape);
   // The grid has the symmetry of the solid: an eighth of it tells which points are inside.
   const int half = std::max(1, samples / 2);
   int inside_small = 0;
   int inside_both = 0;
   for (int i = 0; i < half * half * half; ++i) {
     const Eigen::Vector3d cell(i % half, (i / half) % half, i / (half * half));
-    const Eigen::Vector3d p = ((cell.array() + 0.5) / half).matrix().cwiseProduct(small.shape.half_size);
-    if (small.shape.RadialScale(p) > 1.0) {
+    const Eigen::Vector3d p = (cell.array() + 0.5) / half;
+    if (!in_small.Contains(p)) {
       continue;
     }
     for (int octant = 0; octant < 8; ++octant) {
       const Eigen::Vector3d signs((octant & 1) != 0 ? -1.0 : 1.0, (octant & 2) != 0 ? -1.0 : 1.0,
                                   (octant & 4) != 0 ? -1.0 : 1.0);
       ++inside_small;
-      inside_both += in_large(signs.cwiseProduct(p)) ? 1 : 0;
+      inside_both += in_large.Contains(R * signs.cwiseProduct(p) + t) ? 1 : 0;
     }
   }
   return inside_small > 0 ? static_cast<double>(inside_both) / inside_small : 0.0;

@@ -180,8 +180,9 @@ std::vector<Candidate> AllCandidates(std::span<const PosedSuperquadric> starts,
   return candidates;
 }
 
-// Every `stride`-th view and point of the input.
+// Every `stride`-th view of the input, and as small a share of its points, at most 50.
 RefinementInput Thinned(const RefinementInput& input, std::size_t stride) {
+  constexpr std::size_t kMostPoints = 50;
   RefinementInput thinned = input;
   thinned.views.clear();
   for (std::size_t i = 0; i < input.views.size(); i += stride) {
@@ -189,6 +190,7 @@ RefinementInput Thinned(const RefinementInput& input, std::size_t stride) {
   }
   thinned.points.clear();
   thinned.point_cameras.clear();
+  stride = std::max(stride, (input.points.size() + kMostPoints - 1) / kMostPoints);
   for (std::size_t i = 0; i < input.points.size(); i += stride) {
     thinned.points.push_back(input.points[i]);
     if (i < input.point_cameras.size()) {
@@ -204,22 +206,30 @@ void KeepPromising(const RefinementInput& input, const RefinementOptions& option
                    std::vector<Candidate>& candidates) {
   constexpr std::size_t kKept = 3;
   constexpr std::size_t kViews = 10;
+  constexpr std::size_t kFinalists = 20;  // that are followed further than their first steps
+  constexpr int kFirstSteps = 3;
   constexpr int kSteps = 8;
   const std::size_t stride = std::max<std::size_t>(1, input.views.size() / kViews);
   RefinementInput part = Thinned(input, stride);
   // Terms other than the boxes weigh as much less as there are fewer boxes.
   const double share = 1.0 / static_cast<double>(stride);
   RefinementOptions quick = options;
-  quick.max_iterations = std::min(kSteps, options.max_iterations);
   quick.point_weight *= share;
   quick.contact_weight *= share;
-  for (Candidate& candidate : candidates) {
-    Assume(candidate.assumption, part);
-    candidate.cost =
-        RefineJointly(candidate.start, part, quick, false).cost + share * candidate.assumption.cost;
+  const auto rank = [&](int steps) {
+    quick.max_iterations = std::min(steps, options.max_iterations);
+    for (Candidate& candidate : candidates) {
+      Assume(candidate.assumption, part);
+      candidate.cost =
+          RefineJointly(candidate.start, part, quick, false).cost + share * candidate.assumption.cost;
+    }
+    std::ranges::stable_sort(candidates, {}, &Candidate::cost);
+  };
+  if (candidates.size() > kFinalists) {
+    rank(kFirstSteps);
+    candidates.resize(kFinalists);
   }
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; });
+  rank(kSteps);
   // At least two kinds of shape stay: the short look hardly tells these apart.
   const auto kind = [](const Candidate& candidate) {
     return NearestKind(candidate.start.shape.e1, candidate.start.shape.e2);

@@ -99,6 +99,7 @@ struct ObjectMapper::Impl {
     Estimate(all ? Ids() : MostOutdated(landmarks, options.max_estimates), poses, context);
     std::vector<int> merged = MergeAllPairs();
     if (!all && options.max_estimates > 0) {
+      std::erase_if(merged, [&](int id) { return landmarks.at(id).estimated; });
       merged.resize(std::min(merged.size(), static_cast<std::size_t>(options.max_estimates)));
     }
     Estimate(merged, poses, context);
@@ -176,10 +177,6 @@ struct ObjectMapper::Impl {
           if (known.erase(b->first) > 0) {
             known.insert(a->first);
           }
-          // If both were equally wrong about the extent, the points decide at the next estimation; until then
-          // the merged one must not swallow others.
-          a->second.estimated = false;
-          a->second.refined = false;
           landmarks.erase(b);
           return merges.back();
         }

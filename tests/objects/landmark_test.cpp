@@ -283,6 +283,48 @@ TEST(Landmark, AbsorbingCountsAllObservations) {
   EXPECT_LE(landmark.views.size(), 2000U);
 }
 
+Landmark EstimatedAt(double x, int frames, double size) {
+  Landmark landmark = SeenAt(x, frames);
+  landmark.estimated = landmark.refined = true;
+  landmark.estimated_at = frames;
+  landmark.superquadric.shape.half_size *= size;
+  return landmark;
+}
+
+TEST(Landmark, TheEstimateOfAMuchBetterKnownOneStays) {
+  for (const bool old_first : {true, false}) {
+    Landmark landmark = EstimatedAt(100.0, old_first ? 100 : 10, old_first ? 2.0 : 1.0);
+    landmark.id = 7;
+    landmark.Absorb(EstimatedAt(100.0, old_first ? 10 : 100, old_first ? 1.0 : 2.0));
+    EXPECT_EQ(landmark.id, 7);
+    EXPECT_TRUE(landmark.estimated);
+    EXPECT_TRUE(landmark.refined);
+    EXPECT_EQ(landmark.superquadric.shape.half_size.x(), 2.0);
+    EXPECT_EQ(landmark.observations, 110);
+  }
+  Landmark equal = EstimatedAt(100.0, 100, 1.0);
+  equal.Absorb(EstimatedAt(100.0, 80, 1.0));
+  EXPECT_FALSE(equal.estimated);
+}
+
+TEST(Landmark, StaysUprightUnlessTheMapTurnsOver) {
+  Landmark landmark = EstimatedAt(100.0, 10, 1.0);
+  landmark.superquadric.T_map_object.translation = {1.0, 2.0, 3.0};
+  const auto tilt = [](double radians) {
+    Sim3d S;
+    S.rotation = Eigen::AngleAxisd(radians, Eigen::Vector3d::UnitX());
+    return S;
+  };
+  landmark.Transform(tilt(0.05));
+  EXPECT_TRUE(landmark.refined);
+  const Rigid3d& T = landmark.superquadric.T_map_object;
+  EXPECT_NEAR((T.rotation * Eigen::Vector3d::UnitZ()).z(), 1.0, 1e-12);
+  EXPECT_TRUE(T.translation.isApprox(tilt(0.05) * Eigen::Vector3d(1.0, 2.0, 3.0), 1e-12));
+  landmark.Transform(tilt(0.5));
+  EXPECT_FALSE(landmark.refined);
+  EXPECT_EQ(landmark.estimated_at, 0);
+}
+
 TEST(LabelVotes, ScoresDecideNotCounts) {
   LabelVotes votes;
   votes.Add("cup", 0.9);
