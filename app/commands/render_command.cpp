@@ -196,6 +196,9 @@ int Render(const RenderArguments& a) {
     options.width = camera.width;
     options.height = camera.height;
   }
+  if (a.growth || a.at_frame) {
+    options.style.dense_cloud.look = DenseLook::kPoints;
+  }
   options.layers = ReadLayers(a.layers, reader, MapFile(a.map), options.style);
   return MakesFrames(a) ? RenderFrames(a, options, reader) : RenderStill(a, options, reader);
 }
@@ -210,7 +213,8 @@ axis (view: nearer to the camera), of points, objects and dense cloud; clip.offs
 what the picture frames (1: by its radius), clip.flip=true cuts the other side.
 
 The dense cloud of sqslam densify is drawn with the map, its objects then of glass: dense_cloud.show=false leaves
-it out, dense_cloud.points=true draws the map's points beside it; objects.look=solid, glass or outline, and
+it out, dense_cloud.look=mesh draws the surface that is fused of its depth maps in its place (not in a map on its way,
+which has its points as they come); dense_cloud.points=true draws the map's points beside it; objects.look=solid, glass or outline, and
 objects.glass, objects.line, objects.line_width, dense_cloud.size and dense_cloud.detail change the look.
 
 Names of views are meant from where the cameras stood on average: that is the front, right is to the right of
@@ -228,6 +232,7 @@ Examples:
   sqslam render out/kitchen -o early.png --at-frame 120
   sqslam render out/kitchen -o seen.png --camera-frame 240 --overlay
   sqslam render out/kitchen -o paths.png --view top --ground-truth auto --set covisibility.show=true
+  sqslam render out/kitchen -o mesh.png --set dense_cloud.look=mesh
   sqslam render out/kitchen -o lines.png --set objects.look=outline --style dark
   sqslam render out/kitchen -o dense.png --dense-cloud room.ply --dense-cloud-frame world
   sqslam render out/kitchen -o section.png --set clip.axis=z --set clip.offset=0.1

@@ -4,9 +4,11 @@
 #include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
+#include "app/export/surface_file.h"
 #include "slam/evaluation/ground_truth.h"
 #include "slam/evaluation/trajectory_error.h"
 #include "slam/io/result_files.h"
+#include "slam/snapshot/depth_recording.h"
 #include "slam/util/error.h"
 
 namespace sqslam::app {
@@ -137,6 +139,14 @@ CloudLayerPtr PlaceCloud(const PointCloud& cloud, const Sim3d& S_map_file, const
   return builder.Finish();
 }
 
+SurfaceMeshPtr ReadMesh(const fs::path& recording) {
+  if (DepthRecording(recording).Keyframes().empty()) {
+    return nullptr;
+  }
+  return std::make_shared<const SurfaceMesh>(
+      *SurfaceOf(recording, 0, [](int, int, const std::string&) { return true; }));
+}
+
 SceneLayers ReadLayers(const LayerArguments& a, const RecordingReader& reader, const fs::path& recording,
                        const SceneStyle& style) {
   const fs::path sequence = reader.Info().sequence_path;
@@ -154,10 +164,13 @@ SceneLayers ReadLayers(const LayerArguments& a, const RecordingReader& reader, c
     }
     S_map_file = in_world ? path.S_world_map.Inverse() : Sim3d();
   }
-  if (style.dense_cloud.show) {
-    layers.dense_cloud = a.dense_cloud.empty() ? ReadCloudLayer(recording)
-                                               : PlaceCloud(ReadDenseCloud(a.dense_cloud), S_map_file,
-                                                            ParseColor(style.dense_cloud.color));
+  const bool own = a.dense_cloud.empty();
+  if (style.dense_cloud.show && own && style.dense_cloud.look == DenseLook::kMesh) {
+    layers.dense_mesh = ReadMesh(recording);
+  } else if (style.dense_cloud.show) {
+    layers.dense_cloud =
+        own ? ReadCloudLayer(recording)
+            : PlaceCloud(ReadDenseCloud(a.dense_cloud), S_map_file, ParseColor(style.dense_cloud.color));
   }
   return layers;
 }

@@ -55,6 +55,10 @@ void AddLayerOptions(Command& command, LayerArguments& arguments);
 SceneLayers ReadLayers(const LayerArguments& arguments, const RecordingReader& reader,
                        const std::filesystem::path& recording, const SceneStyle& style);
 
+// The mesh of a densified recording, null of another one. Throws InputError that names the file where it is
+// broken.
+SurfaceMeshPtr ReadMesh(const std::filesystem::path& recording);
+
 // The message for true poses that LayTruePath cannot lay over a map.
 std::string CannotBeLaid(const std::filesystem::path& sequence);
 

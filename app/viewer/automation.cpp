@@ -24,6 +24,7 @@ std::string StateValue(const ViewerState& state, const std::string& key) {
     error = notice.error ? notice.text : error;
   }
   const CloudLayerPtr& cloud = state.layers.drawn.dense_cloud;
+  const SurfaceMeshPtr& mesh = state.layers.drawn.dense_mesh;
   const std::vector<std::pair<std::string, std::string>> values = {
       {"title", document.title},
       {"selected", id(state.selection.selected)},
@@ -44,6 +45,7 @@ std::string StateValue(const ViewerState& state, const std::string& key) {
       {"covisibility", flag(state.view.style.covisibility.show)},
       {"true_path", flag(!state.layers.drawn.true_path.empty())},
       {"cloud", std::to_string(cloud ? cloud->points.size() : 0)},
+      {"mesh", std::to_string(mesh ? mesh->triangles.size() : 0)},
       {"error", word(error)},
   };
   std::string known;

@@ -91,6 +91,7 @@ bool Viewer::Frame(double seconds) {
     s.preferences.memory.Remember(s.document.file);
     s.preferences.KeepMemory(s.messages);
   }
+  s.layers.mesh = s.view.style.dense_cloud.look == DenseLook::kMesh;
   layers_.Update(s.layers, s.document, s.messages);
   session_.RequestFrame(seconds);
   if (window_.width < 1 || window_.height < 1) {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <optional>
 
 #include "slam/geometry/angles.h"
 #include "slam/util/error.h"
@@ -174,57 +175,140 @@ SceneFocus FindFocus(const MapSnapshot& map) {
   return focus;
 }
 
+void IncludeCloud(const std::vector<Eigen::Vector3d>& cloud, SceneFocus& focus) {
+  constexpr double kAbout = 0.5;    // of the diagonal of what is framed without the cloud
+  constexpr double kStray = 0.004;  // share of the points that no picture needs at each of its sides
+  constexpr int kDirections = 40;   // over half a ball: those of the sides
+  Eigen::AlignedBox3d about = BoxAround(focus.outline);
+  const double margin = kAbout * about.diagonal().norm();
+  about.min().array() -= margin;
+  about.max().array() += margin;
+  std::vector<Eigen::Vector3d> bulk;
+  std::ranges::copy_if(cloud, std::back_inserter(bulk),
+                       [&about](const Eigen::Vector3d& p) { return about.isEmpty() || about.contains(p); });
+  std::vector<bool> stray(bulk.size());
+  for (int i = 0; i < kDirections; ++i) {  // spiral: Fibonacci's lattice
+    const double z = (i + 0.5) / kDirections, turn = 2.399963229728653 * i;
+    const double level = std::sqrt(1.0 - z * z);
+    const Eigen::Vector3d direction(level * std::cos(turn), level * std::sin(turn), z);
+    std::vector<double> along;
+    std::ranges::transform(bulk, std::back_inserter(along),
+                           [&](const Eigen::Vector3d& p) { return p.dot(direction); });
+    if (along.empty()) {
+      return;
+    }
+    const double first = LowerQuantile(along, kStray), last = LowerQuantile(along, 1.0 - kStray);
+    for (std::size_t k = 0; k < bulk.size(); ++k) {
+      stray[k] = stray[k] || along[k] < first || along[k] > last;
+    }
+  }
+  for (std::size_t k = 0; k < bulk.size(); ++k) {
+    if (!stray[k]) {
+      focus.outline.push_back(bulk[k]);
+    }
+  }
+}
+
 namespace {
 
-// Tangents of half the angles of view that the outline may take.
-Eigen::Vector2d FreeTangents(const ViewCamera& camera, double aspect, double margin) {
-  const double tan_y = std::tan(0.5 * camera.view_angle * kRadiansPerDegree) * (1.0 - 2.0 * margin);
-  return {tan_y * aspect, tan_y};
+// The part of a picture as tangents of the angles from its middle, to the right and up.
+Eigen::AlignedBox2d TangentsOf(const ViewCamera& camera, double aspect, const PicturePart& part) {
+  const double up = std::tan(0.5 * camera.view_angle * kRadiansPerDegree);
+  const Eigen::Array2d whole(up * aspect, -up);
+  const Eigen::Vector2d a = (2.0 * part.min().array() - 1.0) * whole,
+                        b = (2.0 * part.max().array() - 1.0) * whole;
+  return {a.cwiseMin(b), a.cwiseMax(b)};
 }
 
 // The least distance from the focal point, along the line of sight, from which the outline is inside.
 double DistanceFor(const ViewCamera& camera, const std::vector<Eigen::Vector3d>& outline,
-                   const Eigen::Vector2d& tangents) {
+                   const Eigen::AlignedBox2d& tangents) {
   const auto [right, up, back] = AxesOf(camera);
   double distance = 1e-6;
   for (const Eigen::Vector3d& p : outline) {
     const Eigen::Vector3d d = p - camera.focal_point;
-    distance = std::max({distance, std::abs(d.dot(right)) / tangents.x() + d.dot(back),
-                         std::abs(d.dot(up)) / tangents.y() + d.dot(back)});
+    const double x = d.dot(right), y = d.dot(up);
+    distance = std::max({distance, x / (x > 0.0 ? tangents.max() : tangents.min()).x() + d.dot(back),
+                         y / (y > 0.0 ? tangents.max() : tangents.min()).y() + d.dot(back)});
   }
   return distance;
 }
 
+// Where a point is seen, as tangents.
+Eigen::Vector2d SeenAt(const ViewCamera& camera, const ViewAxes& axes, const Eigen::Vector3d& p) {
+  const Eigen::Vector3d d = p - camera.position;
+  return Eigen::Vector2d(d.dot(axes.right), d.dot(axes.up)) / std::max(-d.dot(axes.back), 1e-9);
+}
+
 }  // namespace
 
+PicturePart WithinMargin(double margin) {
+  return {Eigen::Vector2d::Constant(margin), Eigen::Vector2d::Constant(1.0 - margin)};
+}
+
 ViewCamera FitOutline(const ViewCamera& camera, const std::vector<Eigen::Vector3d>& outline, double aspect,
-                      double margin) {
-  const auto [right, up, back] = AxesOf(camera);
-  const Eigen::Vector2d tangents = FreeTangents(camera, aspect, margin);
+                      const PicturePart& part) {
+  const ViewAxes axes = AxesOf(camera);
+  const Eigen::AlignedBox2d tangents = TangentsOf(camera, aspect, part);
   ViewCamera fitted = camera;
   for (int round = 0; round < 4; ++round) {  // centring changes the distance and the other way round
     const double distance = DistanceFor(fitted, outline, tangents);
-    fitted.position = fitted.focal_point + distance * back;
+    fitted.position = fitted.focal_point + distance * axes.back;
     Eigen::AlignedBox2d seen;
     for (const Eigen::Vector3d& p : outline) {
-      const Eigen::Vector3d d = p - fitted.position;
-      seen.extend(Eigen::Vector2d(d.dot(right), d.dot(up)) / std::max(-d.dot(back), 1e-9));
+      seen.extend(SeenAt(fitted, axes, p));
     }
-    const Eigen::Vector2d shift = 0.5 * (seen.min() + seen.max()) * distance;
+    const Eigen::Vector2d shift = (seen.center() - tangents.center()) * distance;
     if (round < 3) {
-      fitted.focal_point += shift.x() * right + shift.y() * up;
-      fitted.position += shift.x() * right + shift.y() * up;
+      fitted.focal_point += shift.x() * axes.right + shift.y() * axes.up;
+      fitted.position += shift.x() * axes.right + shift.y() * axes.up;
     }
   }
   return fitted;
+}
+
+ViewCamera FitBeside(const ViewCamera& camera, const std::vector<Eigen::Vector3d>& outline, double aspect,
+                     std::span<const PicturePart> written) {
+  constexpr double kGap = 0.015;   // between the outline and what is written
+  constexpr double kMiddle = 0.1;  // to each side of the middle: the least that is a picture
+  std::vector<PicturePart> parts = {WithinMargin(0.08)};
+  for (const PicturePart& text : written) {
+    for (std::size_t i = 0, before = parts.size(); i < before; ++i) {
+      for (int axis = 0; axis < 2; ++axis) {
+        PicturePart part = parts[i];
+        if (text.center()[axis] < 0.5) {
+          part.min()[axis] = std::max(part.min()[axis], text.max()[axis] + kGap);
+        } else {
+          part.max()[axis] = std::min(part.max()[axis], text.min()[axis] - kGap);
+        }
+        if (part.min()[axis] < 0.5 - kMiddle && part.max()[axis] > 0.5 + kMiddle) {
+          parts.push_back(part);
+        }
+      }
+    }
+  }
+  const ViewAxes axes = AxesOf(camera);
+  std::optional<ViewCamera> nearest;
+  for (const PicturePart& part : parts) {
+    const ViewCamera view = FitOutline(camera, outline, aspect, part);
+    const bool clear = std::none_of(written.begin(), written.end(), [&](const PicturePart& text) {
+      const Eigen::AlignedBox2d tangents = TangentsOf(view, aspect, text);
+      return std::any_of(outline.begin(), outline.end(),
+                         [&](const Eigen::Vector3d& p) { return tangents.contains(SeenAt(view, axes, p)); });
+    });
+    if (clear && (!nearest || view.Distance() < nearest->Distance())) {
+      nearest = view;
+    }
+  }
+  return nearest ? *nearest : FitOutline(camera, outline, aspect, parts.front());
 }
 
 double DistanceForAll(const std::vector<ViewCamera>& views, const std::vector<Eigen::Vector3d>& outline,
                       double aspect, double margin) {
   double distance = 0.0;
   for (const ViewCamera& view : views) {
-    distance =
-        std::max({distance, view.Distance(), DistanceFor(view, outline, FreeTangents(view, aspect, margin))});
+    distance = std::max({distance, view.Distance(),
+                         DistanceFor(view, outline, TangentsOf(view, aspect, WithinMargin(margin)))});
   }
   return distance;
 }

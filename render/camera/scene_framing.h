@@ -1,7 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -25,14 +27,29 @@ struct SceneFocus {
 
 SceneFocus FindFocus(const MapSnapshot& map);
 
+// Takes the bulk of a cloud into the outline: what lies about the objects and the path, without stray points.
+// The scale of the scene stays.
+void IncludeCloud(const std::vector<Eigen::Vector3d>& cloud, SceneFocus& focus);
+
 // A three-quarter view from the side of the cameras that holds the outline; aspect is width / height,
 // view_angle is vertical, in degrees.
 ViewCamera FrameScene(const SceneFocus& focus, double aspect, double view_angle = 30.0);
 
-// Moves the camera along its line of sight, and sideways, until the outline fills the picture. `margin` is
-// the part of the picture left free at each side.
+// A part of a picture in shares of its width and height, from the top-left corner.
+using PicturePart = Eigen::AlignedBox2d;
+
+// All of it but a margin.
+PicturePart WithinMargin(double margin);
+
+// Moves the camera along its line of sight, and sideways, until the outline fills that part of the picture,
+// which must hold its middle.
 ViewCamera FitOutline(const ViewCamera& camera, const std::vector<Eigen::Vector3d>& outline, double aspect,
-                      double margin = 0.08);
+                      const PicturePart& part = WithinMargin(0.08));
+
+// The nearest of such views in which the outline keeps clear of what is written into corners of the picture,
+// beside or below it. What leaves no room is written over.
+ViewCamera FitBeside(const ViewCamera& camera, const std::vector<Eigen::Vector3d>& outline, double aspect,
+                     std::span<const PicturePart> written);
 
 // The distance from their focal points at which all of the views hold the outline; not less than they have.
 double DistanceForAll(const std::vector<ViewCamera>& views, const std::vector<Eigen::Vector3d>& outline,

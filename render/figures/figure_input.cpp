@@ -178,7 +178,7 @@ ViewCamera EyeOn(const MapSnapshot& map, const std::vector<PosedSuperquadric>& s
   std::copy_if(points.begin(), points.end(), std::back_inserter(outline), [&](const Eigen::Vector3d& p) {
     return (p - first.T_map_object.translation).norm() < reach * first.shape.half_size.norm();
   });
-  return FitOutline(FrameScene(FindFocus(map), aspect), outline, aspect, 0.06);
+  return FitOutline(FrameScene(FindFocus(map), aspect), outline, aspect, WithinMargin(0.06));
 }
 
 void DrawNoImage(FigurePage& page, const FigureRect& area, const FigureTheme& theme) {

@@ -186,7 +186,7 @@ FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options, cons
       const FigureRect above = grid.ImageAt(sheet.area, i / grid.columns, i % grid.columns);
       DrawImageWithBoxes(sheet.page, panel, above, colors, sheet.theme);
     }
-    renderer.SetLayers({{}, panel.dense_cloud});
+    renderer.SetLayers({{}, panel.dense_cloud, nullptr});
     renderer.SetMap(panel.map);
     const cv::Mat picture = renderer.Render();
     PlacePanel(sheet.page, picture, area);

@@ -34,7 +34,7 @@ ViewCamera EyeOnShapes(const ShapesFigure& figure, double aspect) {
   camera.position = 10.0 * Eigen::Vector3d(std::cos(elevation) * std::cos(azimuth),
                                            std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
   const std::array<Eigen::Vector3d, 8> corners = BoxCorners({{Eigen::Vector3d::Ones(), 1.0, 1.0}, {}});
-  return FitOutline(camera, {corners.begin(), corners.end()}, aspect, 0.04);
+  return FitOutline(camera, {corners.begin(), corners.end()}, aspect, WithinMargin(0.04));
 }
 
 struct ShapesGrid {

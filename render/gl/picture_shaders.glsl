@@ -25,6 +25,10 @@
 #endif
   gl_FragData[0] = vec4(sqrt(clamp(lit, 0.0, 1.0)), opacity);
 
+//// kPhotographed
+// Light on colours that hold the light of their room: a little more, from over the viewer's left shoulder.
+  gl_FragData[0] = vec4(diffuseColor * (0.84 + 0.22 * dot(normalVCVSOutput, vec3(-0.36, 0.56, 0.75))), 1.0);
+
 //// kSurfaceOutput
 // The solids' fragments hand on, besides colour and depth: the normal seen from the camera and a number
 // that tells the solids apart, both from 0 to 1 in eight bits. Nothing else is there: a wider target costs a

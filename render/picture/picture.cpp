@@ -33,6 +33,20 @@ const PictureOptions& Checked(const PictureOptions& options) {
   return options;
 }
 
+// Points of what the layers show of a room, enough to frame it.
+std::vector<Eigen::Vector3d> DenseSample(const SceneLayers& layers) {
+  constexpr std::size_t kPoints = 4000;
+  if (layers.dense_cloud) {
+    return EvenSample(*layers.dense_cloud, kPoints);
+  }
+  std::vector<Eigen::Vector3d> sample;
+  const std::size_t vertices = layers.dense_mesh ? layers.dense_mesh->vertices.size() : 0;
+  for (std::size_t i = 0; i < vertices; i += vertices / kPoints + 1) {
+    sample.push_back(layers.dense_mesh->vertices[i].cast<double>());
+  }
+  return sample;
+}
+
 // Colours multiplied by alpha to straight colours.
 void Unmultiply(cv::Mat& bgra) {
   bgra.forEach<cv::Vec4b>([](cv::Vec4b& pixel, const int*) {
@@ -120,6 +134,20 @@ struct PictureRenderer::Impl {
     return image;
   }
 
+  // The parts of the picture that legend and axes take.
+  std::vector<PicturePart> Captioned(const ViewCamera& view) const {
+    const cv::Size size(options.width, options.height);
+    const PictureCaptions captions(options.style, map, options.layers, focus, colors, view);
+    const auto share = [&](const cv::Point& pixel) {
+      return Eigen::Vector2d(double(pixel.x) / size.width, double(pixel.y) / size.height);
+    };
+    std::vector<PicturePart> parts;
+    for (const cv::Rect& area : CaptionAreas(size, map, captions, options.style, text)) {
+      parts.emplace_back(share(area.tl()), share(area.br()));
+    }
+    return parts;
+  }
+
   PictureOptions options;
   OffscreenWindow window;  // before the scene: it holds the context that the scene needs to the end
   Scene scene;
@@ -138,23 +166,30 @@ void PictureRenderer::SetMap(const MapSnapshot& map) {
   Impl& s = *impl_;
   s.colors = LabelColors::Of(map.objects, s.options.label_colors);
   s.focus = FindFocus(map);
-  s.camera = ViewOf(s.options.camera);
+  if (s.options.style.dense_cloud.show) {
+    IncludeCloud(DenseSample(s.options.layers), s.focus);
+  }
   SetMapKeepingFrame(map);
+  s.camera = ViewOf(s.options.camera);
 }
 
-ViewCamera PictureRenderer::ViewOf(const CameraOverrides& overrides) const {
+ViewCamera PictureRenderer::ViewOf(const CameraOverrides& overrides, bool beside_captions) const {
   const SceneFocus& focus = impl_->focus;
   const double aspect = static_cast<double>(impl_->options.width) / impl_->options.height;
   const double angle = overrides.view_angle.value_or(30.0);
   const ViewCamera framed = overrides.view.empty() ? FrameScene(focus, aspect, angle)
                                                    : PresetView(overrides.view, focus, aspect, angle);
-  const bool turned = overrides.azimuth != 0.0 || overrides.elevation != 0.0 || overrides.view_up;
-  if (!turned || overrides.position || overrides.focal_point || focus.outline.empty()) {
+  if (overrides.position || overrides.focal_point || focus.outline.empty()) {
     return overrides.ApplyTo(framed);
   }
   CameraOverrides turn = overrides;
   turn.zoom = 1.0;
-  return Zoom(FitOutline(turn.ApplyTo(framed), focus.outline, aspect), overrides.zoom);
+  const ViewCamera view = turn.ApplyTo(framed);
+  const std::vector<PicturePart> written =
+      beside_captions ? impl_->Captioned(view) : std::vector<PicturePart>();
+  const bool turned = overrides.azimuth != 0.0 || overrides.elevation != 0.0 || overrides.view_up;
+  return Zoom(turned || !written.empty() ? FitBeside(view, focus.outline, aspect, written) : framed,
+              overrides.zoom);
 }
 
 void PictureRenderer::SetLayers(const SceneLayers& layers) {

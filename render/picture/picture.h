@@ -62,8 +62,10 @@ class PictureRenderer {
 
   // The automatic view of the map of SetMap, with the overrides of the options.
   ViewCamera DefaultCamera() const;
-  // The same with other overrides. A view that they only turn is framed anew.
-  ViewCamera ViewOf(const CameraOverrides& overrides) const;
+  // The same with other overrides. A view that they only turn is framed anew. `beside_captions`: what is
+  // framed keeps clear of legend and axes; otherwise it has the middle of the picture, as views that go round
+  // it need.
+  ViewCamera ViewOf(const CameraOverrides& overrides, bool beside_captions = true) const;
 
   // Draws these with every map from now on.
   void SetLayers(const SceneLayers& layers);

@@ -150,53 +150,85 @@ std::vector<SceneLegendEntry> SceneLegend(const std::vector<SnapshotObject>& obj
   return entries;
 }
 
-// In the top-right corner. `scale`: pixels for one of the style's. Returns the area that it covers.
-cv::Rect DrawSceneLegend(cv::Mat& image, const std::vector<SceneLegendEntry>& entries, bool panel_behind,
-                         const SceneStyle& style, const TextPainter& text, double scale) {
-  if (entries.empty()) {
-    return {};
+// Measures of the legend, in the top-right corner. `scale`: pixels for one of the style's.
+struct LegendLayout {
+  LegendLayout(cv::Size picture, const std::vector<SceneLegendEntry>& entries, const SceneStyle& style,
+               const TextPainter& text, double scale)
+      : size(TextSize(style, scale)),
+        line(Pixels(1.55 * size)),
+        swatch(Pixels(0.85 * size)),
+        gap(Pixels(0.6 * size)) {
+    if (entries.empty()) {
+      return;
+    }
+    int widest = 0;
+    int widest_count = 0;
+    for (const SceneLegendEntry& entry : entries) {
+      widest = std::max(widest, text.Width(entry.name, size));
+      widest_count = std::max(widest_count, text.Width(entry.count, size));
+    }
+    const int margin = Pixels(1.2 * size);
+    width = swatch + gap + widest + (widest_count > 0 ? 2 * gap + widest_count : 0);
+    panel = {picture.width - margin - width - gap, margin - gap, width + 2 * gap,
+             line * static_cast<int>(entries.size()) + 2 * gap};
   }
-  const double size = TextSize(style, scale);
-  const int line = Pixels(1.55 * size);
-  int widest = 0;
-  int widest_count = 0;
-  for (const SceneLegendEntry& entry : entries) {
-    widest = std::max(widest, text.Width(entry.name, size));
-    widest_count = std::max(widest_count, text.Width(entry.count, size));
-  }
-  const int swatch = Pixels(0.85 * size);
-  const int gap = Pixels(0.6 * size);
-  const int margin = Pixels(1.2 * size);
-  const int width = swatch + gap + widest + (widest_count > 0 ? 2 * gap + widest_count : 0);
-  const int left = image.cols - margin - width;
+
+  double size;
+  int line, swatch, gap;
+  int width = 0;   // of the lines
+  cv::Rect panel;  // behind it; empty without entries
+};
+
+void DrawSceneLegend(cv::Mat& image, const std::vector<SceneLegendEntry>& entries, const LegendLayout& layout,
+                     bool panel_behind, const SceneStyle& style, const TextPainter& text) {
+  const double size = layout.size;
   const Eigen::Vector3d ink = ParseColor(style.text.color);
-  const cv::Rect panel(left - gap, margin - gap, width + 2 * gap,
-                       line * static_cast<int>(entries.size()) + 2 * gap);
-  if (panel_behind) {
-    DrawPanel(image, panel, 0.4 * size, ParseColor(style.background), 0.8);
+  if (panel_behind && !layout.panel.empty()) {
+    DrawPanel(image, layout.panel, 0.4 * size, ParseColor(style.background), 0.8);
   }
-  int y = margin + line / 2;
+  const int left = layout.panel.x + layout.gap;
+  int y = layout.panel.y + layout.gap + layout.line / 2;
   for (const SceneLegendEntry& entry : entries) {
     if (entry.line) {
-      DrawLine(image, cv::Point2d(left, y), cv::Point2d(left + swatch, y), 0.16 * size, entry.color);
+      DrawLine(image, cv::Point2d(left, y), cv::Point2d(left + layout.swatch, y), 0.16 * size, entry.color);
     } else {
-      DrawPanel(image, {left, y - swatch / 2, swatch, swatch}, 0.2 * size, entry.color);
+      DrawPanel(image, {left, y - layout.swatch / 2, layout.swatch, layout.swatch}, 0.2 * size, entry.color);
     }
-    text.Draw(image, entry.name, {left + swatch + gap, y}, size, ink);
-    text.Draw(image, entry.count, {left + width, y}, size, 0.6 * ink + 0.4 * ParseColor(style.background),
-              TextPainter::Align::kRight);
-    y += line;
+    text.Draw(image, entry.name, {left + layout.swatch + layout.gap, y}, size, ink);
+    text.Draw(image, entry.count, {left + layout.width, y}, size,
+              0.6 * ink + 0.4 * ParseColor(style.background), TextPainter::Align::kRight);
+    y += layout.line;
   }
-  return panel;
 }
 
-// The map's axes as the camera sees them, and what a cell of the grid measures, in the bottom-left corner.
-// Returns the area that they cover.
-cv::Rect DrawAxes(cv::Mat& image, const ViewCamera& camera, double grid_cell, const SceneStyle& style,
-                  const TextPainter& text, double scale) {
-  const double size = TextSize(style, scale);
-  const double length = 2.2 * size;
-  const cv::Point2d origin(1.6 * size + length, image.rows - 1.6 * size - 0.9 * length);
+// Measures of the map's axes and of what tells how wide a cell of the grid is, in the bottom-left corner.
+struct AxesLayout {
+  AxesLayout(cv::Size picture, double grid_cell, const SceneStyle& style, const TextPainter& text,
+             double scale)
+      : size(TextSize(style, scale)),
+        small(std::max(0.85 * size, kLeastText)),
+        length(2.2 * size),
+        origin(1.6 * size + length, picture.height - 1.6 * size - 0.9 * length),
+        cell_at(Pixels(2.0 * length + 3.0 * size), Pixels(picture.height - 1.6 * size)) {
+    int right = Pixels(origin.x + length + size);
+    if (style.grid.show) {
+      cell = fmt::format("grid {:.4g} map unit{}", grid_cell, grid_cell == 1.0 ? "" : "s");
+      right = std::max(right, cell_at.x + text.Width(cell, small));
+    }
+    const int top = Pixels(origin.y - length - size);
+    area = {0, top, right, picture.height - top};
+  }
+
+  double size, small, length;
+  cv::Point2d origin;
+  cv::Point cell_at;
+  std::string cell;  // or nothing
+  cv::Rect area;     // of them all
+};
+
+// The map's axes as the camera sees them.
+void DrawAxes(cv::Mat& image, const ViewCamera& camera, const AxesLayout& layout, const SceneStyle& style,
+              const TextPainter& text) {
   const ViewAxes view = AxesOf(camera);
   const std::array<const char*, 3> names = {"x", "y", "z"};
   const std::array<Eigen::Vector3d, 3> colors = {ParseColor("#c0392b"), ParseColor("#2e8b57"),
@@ -206,21 +238,14 @@ cv::Rect DrawAxes(cv::Mat& image, const ViewCamera& camera, double grid_cell, co
   for (const int axis : order) {
     const auto at = static_cast<std::size_t>(axis);
     const cv::Point2d direction(view.right[axis], -view.up[axis]);
-    DrawLine(image, origin, origin + length * direction, 0.13 * size, colors[at]);
-    text.Draw(image, names[at], origin + (length + 0.7 * size) * direction, std::max(0.85 * size, kLeastText),
+    DrawLine(image, layout.origin, layout.origin + layout.length * direction, 0.13 * layout.size, colors[at]);
+    text.Draw(image, names[at], layout.origin + (layout.length + 0.7 * layout.size) * direction, layout.small,
               colors[at], TextPainter::Align::kCenter);
   }
-  int right = Pixels(origin.x + length + size);
-  if (style.grid.show) {
+  if (!layout.cell.empty()) {
     const Eigen::Vector3d ink = 0.75 * ParseColor(style.text.color) + 0.25 * ParseColor(style.background);
-    const std::string cell = fmt::format("grid {:.4g} map unit{}", grid_cell, grid_cell == 1.0 ? "" : "s");
-    const double small = std::max(0.85 * size, kLeastText);
-    const int left = Pixels(2.0 * length + 3.0 * size);
-    text.Draw(image, cell, {left, Pixels(image.rows - 1.6 * size)}, small, ink);
-    right = std::max(right, left + text.Width(cell, small));
+    text.Draw(image, layout.cell, layout.cell_at, layout.small, ink);
   }
-  const int top = Pixels(origin.y - length - size);
-  return {0, top, right, image.rows - top};
 }
 
 // Bounds of an object's surface as it is seen, from points spread over it; empty where it reaches behind the
@@ -294,24 +319,51 @@ PictureCaptions::PictureCaptions(const SceneStyle& style, const MapSnapshot& map
 
 double PictureScale(cv::Size picture) { return std::min(picture.height / 720.0, picture.width / 960.0); }
 
-void DrawTexts(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera,
-               const PictureCaptions& captions, const SceneStyle& style, const TextPainter& text) {
+namespace {
+
+std::vector<SnapshotObject> NamedObjects(const MapSnapshot& map, const PictureCaptions& captions,
+                                         const SceneStyle& style) {
   std::vector<SnapshotObject> objects = map.objects;
   std::erase_if(objects, [&](const SnapshotObject& object) {
     return (captions.clip && !captions.clip->KeepsSomeOf(object.superquadric)) ||
            (style.objects.uncertain == UncertainObjects::kHide && !IsReliable(object));
   });
-  const double scale = PictureScale(image.size());
-  std::vector<cv::Rect> taken;
+  return objects;
+}
+
+}  // namespace
+
+std::vector<cv::Rect> CaptionAreas(cv::Size picture, const MapSnapshot& map, const PictureCaptions& captions,
+                                   const SceneStyle& style, const TextPainter& text) {
+  const double scale = PictureScale(picture);
+  std::vector<cv::Rect> areas;
   if (style.text.legend) {
-    taken.push_back(DrawSceneLegend(image, SceneLegend(objects, !map.keyframes.empty(), captions, style),
-                                    captions.panel || image.channels() == 3, style, text, scale));
+    const auto entries =
+        SceneLegend(NamedObjects(map, captions, style), !map.keyframes.empty(), captions, style);
+    areas.push_back(LegendLayout(picture, entries, style, text, scale).panel);
   }
   if (style.text.scale) {
-    taken.push_back(DrawAxes(image, camera, captions.grid_cell, style, text, scale));
+    areas.push_back(AxesLayout(picture, captions.grid_cell, style, text, scale).area);
+  }
+  std::erase_if(areas, [](const cv::Rect& area) { return area.empty(); });
+  return areas;
+}
+
+void DrawTexts(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera,
+               const PictureCaptions& captions, const SceneStyle& style, const TextPainter& text) {
+  const std::vector<SnapshotObject> objects = NamedObjects(map, captions, style);
+  const double scale = PictureScale(image.size());
+  if (style.text.legend) {
+    const auto entries = SceneLegend(objects, !map.keyframes.empty(), captions, style);
+    DrawSceneLegend(image, entries, {image.size(), entries, style, text, scale},
+                    captions.panel || image.channels() == 3, style, text);
+  }
+  if (style.text.scale) {
+    DrawAxes(image, camera, {image.size(), captions.grid_cell, style, text, scale}, style, text);
   }
   if (style.objects.labels && style.objects.show) {
-    DrawLabels(image, objects, camera, style, text, scale, taken);
+    DrawLabels(image, objects, camera, style, text, scale,
+               CaptionAreas(image.size(), map, captions, style, text));
   }
 }
 

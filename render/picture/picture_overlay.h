@@ -36,6 +36,10 @@ struct PictureCaptions {
   bool panel = false;  // behind the legend also where there is no background: something else lies there
 };
 
+// What the legend and the axes cover of a picture of this size.
+std::vector<cv::Rect> CaptionAreas(cv::Size picture, const MapSnapshot& map, const PictureCaptions& captions,
+                                   const SceneStyle& style, const TextPainter& text);
+
 // Legend, axes and names over a picture of the map (8UC3, or 8UC4 with straight alpha), as the style asks for
 // them.
 void DrawTexts(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera,

@@ -149,6 +149,24 @@ CloudLayerPtr CloudLayerBuilder::Finish() const {
   return layer;
 }
 
+std::vector<Eigen::Vector3d> EvenSample(const CloudLayer& cloud, std::size_t most) {
+  std::vector<Eigen::Vector3d> level;
+  for (int rank = 0; rank < CloudLayer::kRanks && (rank == 0 || level.size() > most); ++rank) {
+    level.clear();
+    for (const CloudPoint& point : cloud.points) {
+      if (point.rank >= rank) {
+        level.push_back(point.p_map.cast<double>());
+      }
+    }
+  }
+  const std::size_t stride = level.size() / std::max<std::size_t>(most, 1) + 1;
+  std::vector<Eigen::Vector3d> sample;
+  for (std::size_t i = 0; i < level.size(); i += stride) {
+    sample.push_back(level[i]);
+  }
+  return sample;
+}
+
 double SpacingOf(const std::vector<Eigen::Vector3f>& points) {
   // Cubes with two points each on average are 1.4 times as wide as a point's share of the surface.
   constexpr double kPerCube = 2.0;

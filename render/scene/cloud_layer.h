@@ -82,6 +82,9 @@ class CloudLayerBuilder {
   std::vector<Cell> cells_;
 };
 
+// Points all over a cloud, about as many from each square of its surfaces: so many, or a few less.
+std::vector<Eigen::Vector3d> EvenSample(const CloudLayer& cloud, std::size_t most);
+
 // Distance between neighbouring points of a cloud of surfaces, in its unit.
 double SpacingOf(const std::vector<Eigen::Vector3f>& points);
 

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "render/gl/offscreen_window.h"
+#include "render/scene/mesh_actor.h"
 #include "render/scene/scene_geometry.h"
 #include "render/solids/ground_shadow.h"
 
@@ -156,7 +157,7 @@ void Scene::Show(const MapSnapshot& map, const SceneFocus& focus, const LabelCol
 
 ObjectLook Scene::Look() const {
   const ObjectLook wanted = style_.objects.look;
-  return wanted != ObjectLook::kAuto ? wanted : HasCloud() ? ObjectLook::kGlass : ObjectLook::kSolid;
+  return wanted != ObjectLook::kAuto ? wanted : IsDense() ? ObjectLook::kGlass : ObjectLook::kSolid;
 }
 
 void Scene::ShowSolids() { solids_.Show(solid_objects_, colors_, Look()); }
@@ -164,10 +165,23 @@ void Scene::ShowSolids() { solids_.Show(solid_objects_, colors_, Look()); }
 void Scene::SetLayers(const SceneLayers& layers) {
   SetGeometry(true_path_, PathLines(layers.true_path, ParseColor(style_.ground_truth.color)),
               style_.ground_truth.show);
-  if (shown_cloud_ != layers.dense_cloud) {
+  if (shown_cloud_ != layers.dense_cloud || shown_mesh_ != layers.dense_mesh) {
     shown_cloud_ = layers.dense_cloud;
+    shown_mesh_ = layers.dense_mesh;
+    ShowMesh();
     cloud_.Show(HasCloud() ? shown_cloud_ : nullptr);
     ShowSolids();
+  }
+}
+
+void Scene::ShowMesh() {
+  if (mesh_) {
+    renderer_->RemoveActor(mesh_);
+    mesh_ = nullptr;
+  }
+  if (shown_mesh_ && style_.dense_cloud.look == DenseLook::kMesh) {
+    mesh_ = MakeMeshActor(*shown_mesh_, clip_planes_);
+    renderer_->AddActor(mesh_);
   }
 }
 
@@ -177,7 +191,7 @@ void Scene::ArrangePoints(const ViewCamera& view, cv::Size size, const std::opti
   if (clip) {
     look.cut << clip->normal.cast<float>(), static_cast<float>(clip->height);
   }
-  if (style_.points.show && (!HasCloud() || style_.dense_cloud.points)) {
+  if (style_.points.show && (!IsDense() || style_.dense_cloud.points)) {
     points_.SetLook(look);
     layers.points.push_back(&points_);
   }
@@ -211,8 +225,11 @@ void Scene::LookFrom(const ViewCamera& view, cv::Size size) {
   for (const auto& actor : {shadow_, grid_, covisibility_}) {
     add(actor, layers.ground);
   }
-  // Over a dense cloud lines are thin and lie upon it: eye-dome lighting would give them black rims.
-  const bool upon = HasCloud();
+  if (HasMesh()) {
+    layers.opaque.push_back(mesh_);
+  }
+  // Over dense surfaces lines are thin and lie upon them: eye-dome lighting would give them black rims.
+  const bool upon = IsDense();
   frusta_->GetProperty()->SetOpacity(upon ? 0.5 : 1.0);
   for (const auto& actor : {uncertain_, frusta_, true_path_, trajectory_, current_}) {
     actor->SetForceTranslucent(upon);

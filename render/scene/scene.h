@@ -60,9 +60,12 @@ class Scene {
   void LookFrom(const ViewCamera& camera, cv::Size size);
 
  private:
-  bool HasCloud() const { return style_.dense_cloud.show && shown_cloud_ != nullptr; }
+  bool HasMesh() const { return style_.dense_cloud.show && mesh_ != nullptr; }
+  bool HasCloud() const { return style_.dense_cloud.show && shown_cloud_ != nullptr && !HasMesh(); }
+  bool IsDense() const { return HasCloud() || HasMesh(); }
   ObjectLook Look() const;
   void ShowSolids();
+  void ShowMesh();
   void ArrangePoints(const ViewCamera& view, cv::Size size, const std::optional<ClipPlane>& clip,
                      PictureLayers& layers);
   double Scale() const { return quality_.pixel_scale * quality_.samples; }
@@ -84,7 +87,9 @@ class Scene {
   PointSplats points_;
   CloudView cloud_;
   CloudLayerPtr shown_cloud_;
-  std::int64_t frame_ = 0;  // of the map
+  SurfaceMeshPtr shown_mesh_;
+  vtkSmartPointer<vtkActor> mesh_;  // null: none is to be seen
+  std::int64_t frame_ = 0;          // of the map
   vtkSmartPointer<vtkActor> true_path_;
   vtkSmartPointer<vtkActor> trajectory_;
   vtkSmartPointer<vtkActor> frusta_;

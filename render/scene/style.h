@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "render/scene/cloud_layer.h"
+#include "render/surface/surface_mesh.h"
 
 namespace sqslam {
 
@@ -46,6 +47,10 @@ constexpr auto EnumNames(UncertainObjects) { return std::array{"outline", "solid
 // dense cloud to be seen, solid elsewhere.
 enum class ObjectLook { kAuto, kSolid, kGlass, kOutline };
 constexpr auto EnumNames(ObjectLook) { return std::array{"auto", "solid", "glass", "outline"}; }
+
+// What the depth maps of a densified map are drawn as: their points, or the surface that is fused of them.
+enum class DenseLook { kPoints, kMesh };
+constexpr auto EnumNames(DenseLook) { return std::array{"points", "mesh"}; }
 
 // Along the map's axes, or towards the camera.
 enum class ClipAxis { kNone, kX, kY, kZ, kView };
@@ -146,6 +151,7 @@ struct SceneStyle {
   // The dense cloud of points of a densified map, or one that a picture is given.
   struct DenseCloud {
     bool show = true;
+    DenseLook look = DenseLook::kPoints;
     bool points = false;            // the map's points beside it
     double size = 1.5;              // diameter of its points over the distance between them
     double detail = 2.0;            // least distance between points of the finished picture, its own pixels
@@ -153,6 +159,7 @@ struct SceneStyle {
     bool operator==(const DenseCloud&) const = default;
     void VisitFields(auto&& visit) {
       visit("show", show);
+      visit("look", look);
       visit("points", points);
       visit("size", size, 0.1, 20.0);
       visit("detail", detail, 0.1, 100.0);
@@ -264,10 +271,11 @@ struct SceneStyle {
   }
 };
 
-// Drawn with a map without being part of it, in its frame. A value; the cloud is shared.
+// Drawn with a map without being part of it, in its frame. A value; cloud and mesh are shared.
 struct SceneLayers {
   std::vector<std::vector<Eigen::Vector3d>> true_path;  // of the camera, in pieces
   CloudLayerPtr dense_cloud;                            // or null
+  SurfaceMeshPtr dense_mesh;  // or null; in place of the cloud where the style wants it
 
   bool operator==(const SceneLayers&) const = default;
 };

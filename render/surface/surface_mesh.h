@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "slam/dense/dense_options.h"
@@ -16,6 +17,7 @@ struct SurfaceMesh {
   std::vector<std::array<std::uint8_t, 3>> rgb;
   std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise seen from the cameras' side
 };
+using SurfaceMeshPtr = std::shared_ptr<const SurfaceMesh>;
 
 // Triangles where the volume's distance is 0 between voxels that were both seen (flying edges: Schroeder,
 // Maynard and Geveci, LDAV 2015). Small pieces are left out; a mesh with more than the wanted triangles is

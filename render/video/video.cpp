@@ -232,7 +232,7 @@ std::vector<ViewCamera> ViewsOf(const MapSnapshot& map, const VideoOptions& opti
     case CameraPath::kOrbit: {
       const CameraOverrides& wanted = options.picture.camera;
       const Eigen::Vector3d up = wanted.view_up.value_or(renderer.Focus().up);
-      ViewCamera view = renderer.DefaultCamera();
+      ViewCamera view = renderer.ViewOf(wanted, false);
       if (!wanted.position && !wanted.focal_point) {
         const double aspect = static_cast<double>(picture.width) / picture.height;
         const ViewCamera whole = Zoom(view, 1.0 / wanted.zoom);

@@ -162,6 +162,68 @@ TEST(PictureTest, ACloudGrowsWithTheFramesOfTheMap) {
   EXPECT_TRUE(SameBytes(renderer.Render(), all));
 }
 
+// The desk as a mesh: a waved sheet with a hole, striped, and its upper side to the cameras.
+SurfaceMeshPtr MeshOfTheDesk() {
+  constexpr std::uint32_t kAcross = 61;
+  auto mesh = std::make_shared<SurfaceMesh>();
+  for (std::uint32_t i = 0; i < kAcross * kAcross; ++i) {
+    const auto column = i % kAcross, row = i / kAcross;
+    const float x = 0.04F * static_cast<float>(column) - 1.2F, y = 0.04F * static_cast<float>(row) - 1.2F;
+    mesh->vertices.emplace_back(x, y, 0.05F * std::sin(6.0F * x) - 0.1F);
+    mesh->rgb.push_back({static_cast<std::uint8_t>(row / 10 % 2 == 0 ? 200 : 90), 140, 90});
+    const bool hole = column > 40 && column < 50 && row > 40 && row < 50;
+    if (column + 1 < kAcross && row + 1 < kAcross && !hole) {
+      mesh->triangles.push_back({i, i + 1, i + 1 + kAcross});
+      mesh->triangles.push_back({i, i + 1 + kAcross, i + kAcross});
+    }
+  }
+  return mesh;
+}
+
+PictureOptions MeshPicture() {
+  PictureOptions options = DensePicture(ObjectLook::kAuto);
+  options.layers.dense_mesh = MeshOfTheDesk();
+  options.style.dense_cloud.look = DenseLook::kMesh;
+  return options;
+}
+
+TEST(PictureTest, ADenseMeshLooksLikeItsBaseline) {
+  ExpectBaseline(RenderPicture(HandMadeMap(), MeshPicture()), "map_mesh");
+}
+
+TEST(PictureTest, AMeshIsDrawnInPlaceOfTheCloudWhereItIsAskedFor) {
+  PictureOptions mesh = MeshPicture(), cloud = MeshPicture(), without_cloud = MeshPicture();
+  without_cloud.layers.dense_cloud.reset();
+  const cv::Mat meshed = RenderPicture(HandMadeMap(), mesh);
+  EXPECT_TRUE(SameBytes(meshed, RenderPicture(HandMadeMap(), without_cloud)));
+  cloud.style.dense_cloud.look = DenseLook::kPoints;
+  EXPECT_TRUE(SameBytes(RenderPicture(HandMadeMap(), cloud),
+                        RenderPicture(HandMadeMap(), DensePicture(ObjectLook::kAuto))));
+  mesh.style.dense_cloud.show = false;
+  EXPECT_GT(PictureDifference(RenderPicture(HandMadeMap(), mesh), meshed), kThreshold);
+}
+
+TEST(PictureTest, AMeshIsLitAndIsNotSeenFromBehind) {
+  PictureOptions options = MeshPicture();
+  options.style.objects.show = options.style.cameras.keyframes = options.style.grid.show = false;
+  options.style.cameras.trajectory = options.style.cameras.current = options.style.text.legend = false;
+  options.style.text.scale = options.style.points.show = false;
+  const auto hues = [&] {  // stripes have two colours; light makes more of them
+    cv::Mat red;
+    cv::extractChannel(RenderPicture(HandMadeMap(), options), red, 2);
+    cv::Mat histogram;
+    const int bins = 256;
+    const float range[] = {0.0F, 256.0F};
+    const float* ranges = range;
+    const int channel = 0;
+    cv::calcHist(&red, 1, &channel, cv::Mat(), histogram, 1, &bins, &ranges);
+    return cv::countNonZero(histogram > 20);
+  };
+  EXPECT_GT(hues(), 12);
+  options.camera.position->z() = -options.camera.position->z();
+  EXPECT_EQ(hues(), 1) << "paper alone";
+}
+
 // A section through book and ball, the keyframes' graph, and a true path beside the estimated one.
 PictureOptions SectionWithLayers() {
   PictureOptions options = SmallPicture();

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numbers>
 
 #include "hand_made_map.h"
@@ -71,6 +72,66 @@ TEST(FramingTest, ThePathIsInsideThePictureAndSaysNothingOfScale) {
       EXPECT_TRUE(cv::Rect(cv::Point(), size).contains(seen.pixel));
     }
   }
+}
+
+// A wall behind the objects, and a stray point.
+std::vector<Eigen::Vector3d> Wall(const SceneFocus& focus) {
+  std::vector<Eigen::Vector3d> wall;
+  for (int i = 0; i < 2500; ++i) {
+    wall.push_back(focus.center +
+                   focus.radius * Eigen::Vector3d(0.04 * (i % 50) - 1.0, 0.9, 0.03 * (i / 50)));
+  }
+  wall.emplace_back(focus.center + 40.0 * focus.radius * Eigen::Vector3d::UnitX());
+  return wall;
+}
+
+bool Inside(const ViewCamera& view, const Eigen::Vector3d& p, const cv::Rect& area) {
+  const SeenPoint seen = Project(view, {1280, 720}, p);
+  return seen.depth > 0.0 && area.contains(seen.pixel);
+}
+
+TEST(FramingTest, TheBulkOfACloudIsInsideThePictureAndSaysNothingOfScale) {
+  const MapSnapshot map = HandMadeMap();
+  SceneFocus focus = FindFocus(map);
+  const SceneFocus before = focus;
+  const std::vector<Eigen::Vector3d> wall = Wall(focus);
+  IncludeCloud(wall, focus);
+  EXPECT_EQ(focus.radius, before.radius);
+  EXPECT_EQ(focus.center, before.center);
+  const auto inside = [&](const SceneFocus& framed) {
+    const ViewCamera view = FrameScene(framed, 1280.0 / 720.0);
+    return std::count_if(wall.begin(), wall.end(), [&](const auto& p) {
+      return Inside(view, p, {0, 0, 1280, 720});
+    });
+  };
+  EXPECT_LT(inside(before), 2300);
+  EXPECT_EQ(inside(focus), 2500);
+  EXPECT_LT(FrameScene(focus, 1.5).Distance(), 3.0 * FrameScene(before, 1.5).Distance())
+      << "without the stray point";
+}
+
+TEST(FramingTest, WhatIsFramedKeepsClearOfWhatIsWritten) {
+  SceneFocus focus = FindFocus(HandMadeMap());
+  IncludeCloud(Wall(focus), focus);
+  const double aspect = 1280.0 / 720.0;
+  const ViewCamera plain = FrameScene(focus, aspect);
+  const auto covered = [&](const ViewCamera& view, const cv::Rect& area) {
+    return std::any_of(focus.outline.begin(), focus.outline.end(),
+                       [&](const Eigen::Vector3d& p) { return Inside(view, p, area); });
+  };
+  for (const cv::Rect& text :
+       {cv::Rect(1000, 0, 280, 300), cv::Rect(0, 420, 400, 300), cv::Rect(0, 0, 1280, 150)}) {
+    const std::vector<PicturePart> written = {{Eigen::Vector2d(text.x / 1280.0, text.y / 720.0),
+                                               Eigen::Vector2d(text.br().x / 1280.0, text.br().y / 720.0)}};
+    EXPECT_TRUE(covered(plain, text));
+    const ViewCamera view = FitBeside(plain, focus.outline, aspect, written);
+    EXPECT_FALSE(covered(view, text));
+    for (const Eigen::Vector3d& p : focus.outline) {
+      EXPECT_TRUE(Inside(view, p, {0, 0, 1280, 720}));
+    }
+  }
+  const ViewCamera same = FitBeside(plain, focus.outline, aspect, {});
+  EXPECT_LT((same.position - plain.position).norm(), 1e-3 * plain.Distance());
 }
 
 TEST(FramingTest, LooksDownFromTheSideOfTheCameras) {

@@ -5,9 +5,13 @@
 #include <sqlite3.h>
 
 #include <Eigen/Geometry>
+#include <chrono>
 #include <cmath>
+#include <thread>
 
+#include "app/viewer/state/layers.h"
 #include "slam/snapshot/depth_recording.h"
+#include "slam/snapshot/recording.h"
 #include "tests/app/run_program.h"
 #include "tests/app/written_sequence.h"
 #include "tests/render/baseline.h"
@@ -215,6 +219,33 @@ int GreenPixels(const fs::path& picture) {
   cv::Mat green;
   cv::inRange(cv::imread(picture.string()), cv::Scalar(0, 120, 0), cv::Scalar(60, 255, 60), green);
   return cv::countNonZero(green);
+}
+
+TEST_F(ViewerScript, ADensifiedMapIsAMeshWhereTheStyleSaysSo) {
+  Document document;
+  document.file = WriteGrowingMap(folder_.Path());
+  AddWall(document.file);
+  document.last = RecordingReader(document.file).Last();
+  Layers layers;
+  layers.mesh = true;
+  LayerSession session;
+  Messages messages;
+  const auto update = [&] {
+    do {
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      session.Update(layers, document, messages);
+    } while (session.Busy());
+    session.Update(layers, document, messages);
+  };
+  update();
+  ASSERT_NE(layers.drawn.dense_mesh, nullptr);
+  EXPECT_GT(layers.drawn.dense_mesh->triangles.size(), 500U);
+  auto early = std::make_shared<MapSnapshot>(*document.last);
+  early->frame_index -= 1;
+  document.shown = early;
+  update();
+  EXPECT_EQ(layers.drawn.dense_mesh, nullptr) << "a map on its way has its points";
+  EXPECT_NE(layers.drawn.dense_cloud, nullptr);
 }
 
 TEST_F(ViewerScript, ADensifiedMapShowsItsCloudAndTheCopiedCommandDrawsItToo) {

@@ -133,6 +133,14 @@ class ViewPanel : public Panel {
     Slide("cloud points", style_.dense_cloud.size, 0.5F, 4.0F, "%.1f");
     Tip("Diameter of its points over the distance between them");
     ImGui::Checkbox("map points beside it", &style_.dense_cloud.points);
+    if (layers_.cloud_file.empty()) {
+      bool mesh = style_.dense_cloud.look == DenseLook::kMesh;
+      ImGui::SameLine();
+      if (ImGui::Checkbox("as a mesh", &mesh)) {
+        style_.dense_cloud.look = mesh ? DenseLook::kMesh : DenseLook::kPoints;
+      }
+      Tip("The surface fused of the depth maps instead of their points; it takes some seconds to be made");
+    }
   }
 
   void DrawCut() {

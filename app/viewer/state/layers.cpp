@@ -54,6 +54,10 @@ void LayerSession::Update(Layers& layers, const Document& document, Messages& me
     layers.dense_cloud = false;
     messages.Complain(*problem);
   }
+  if (const auto problem = mesh_.Take(document.file)) {
+    layers.dense_cloud = false;
+    messages.Complain(*problem);
+  }
   if (document.last) {
     if (layers.true_path || (layers.dense_cloud && layers.cloud_in_world)) {
       truth_.Want(sequence, ReadTruePoses);
@@ -67,6 +71,12 @@ void LayerSession::Update(Layers& layers, const Document& document, Messages& me
         const CloudLayerPtr cloud = ReadCloudLayer(recording);
         return cloud ? *cloud : CloudLayer();
       });
+      if (layers.mesh) {
+        mesh_.Want(document.file, [](const fs::path& recording) {
+          const SurfaceMeshPtr mesh = app::ReadMesh(recording);
+          return mesh ? *mesh : SurfaceMesh();
+        });
+      }
     }
   }
   layers.reading = Busy();
@@ -102,6 +112,10 @@ void LayerSession::LayOver(Layers& layers, const Document& document, Messages& m
   }
   const bool own = layers.dense_cloud && !has_file && own_.Get() != nullptr && !own_.Get()->points.empty() &&
                    own_.Source() == document.file;
+  const bool whole = !document.shown || document.shown->frame_index == document.last->frame_index;
+  const bool meshed =
+      own && whole && layers.mesh && mesh_.Get() != nullptr && mesh_.Source() == document.file;
+  layers.drawn.dense_mesh = meshed ? mesh_.Get() : nullptr;
   layers.drawn.dense_cloud = S_map_file ? PlacedCloud(*S_map_file) : own ? own_.Get() : nullptr;
 }
 

@@ -20,6 +20,7 @@ struct Layers {
   bool true_path = false;            // wanted
   std::filesystem::path sequence;    // whose; empty: the one that was mapped
   bool dense_cloud = true;           // wanted
+  bool mesh = false;                 // in place of the recording's cloud, as the style says
   std::filesystem::path cloud_file;  // empty: the cloud that the recording has, if any
   bool cloud_in_world = false;       // the file is in the frame of the true poses, otherwise in the map's
 
@@ -73,7 +74,7 @@ class LayerSession {
  public:
   // Once a frame. Files that cannot be read are said in the window and no longer wanted.
   void Update(Layers& layers, const Document& document, Messages& messages);
-  bool Busy() const { return truth_.Busy() || cloud_.Busy() || own_.Busy(); }
+  bool Busy() const { return truth_.Busy() || cloud_.Busy() || own_.Busy() || mesh_.Busy(); }
 
  private:
   void LayOver(Layers& layers, const Document& document, Messages& messages);
@@ -83,6 +84,8 @@ class LayerSession {
   BackgroundFile<Trajectory> truth_;  // of a sequence
   BackgroundFile<PointCloud> cloud_;  // of a file
   BackgroundFile<CloudLayer> own_;    // of the recording; without points where it has none
+
+  BackgroundFile<SurfaceMesh> mesh_;  // the same as a surface
 
   struct {
     MapSnapshotPtr map;
