@@ -62,7 +62,7 @@ TEST(VoxelTable, ValuesOfOneKeyBecomeOneInTheOrderInWhichTheyWereGiven) {
     EXPECT_EQ(found->total, sum.total);
     EXPECT_EQ(found->first, sum.first);
   }
-  EXPECT_EQ(Table().Find(std::array{Table::Key{}})[0], nullptr);
+  EXPECT_EQ(Table().Find(std::array<Table::Key, 1>{})[0], nullptr);
 }
 
 TEST(VoxelTable, TheOrderIsTheSameWithAnyNumberOfThreads) {
