@@ -87,7 +87,7 @@ double RadialSigma(const Eigen::Vector3d& p, const PointCameras& cameras, const 
 
 void AddPoints(const RefinementInput& input, const Eigen::Vector3d& place, double shown,
                const RefinementOptions& options, RefinementProblem& problem) {
-  constexpr std::size_t kMaxPoints = 150;
+  constexpr std::size_t kMaxPoints = 75;
   if (input.points.empty()) {
     return;
   }
