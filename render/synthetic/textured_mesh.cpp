@@ -258,7 +258,7 @@ Eigen::Vector3d SceneLighting::IrradianceAt(const Eigen::Vector3d& p_world,
     }
     irradiance += light.rgb * (sum / (kLampSamples * kLampSamples));
   }
-  const Eigen::Quaterniond to_normal = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), normal);
+  const Eigen::Quaterniond to_normal = RotationBetween(Eigen::Vector3d::UnitZ(), normal);
   int open = 0;
   for (int i = 0; i < kAmbientSamples; ++i) {
     open += Blocked(origin, origin + kAmbientReach * (to_normal * HemisphereDirection(i, kAmbientSamples)))

@@ -1,10 +1,11 @@
 #include "render/video/video_alignment.h"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <map>
 #include <utility>
 #include <vector>
+
+#include "slam/geometry/eigen_system.h"
 
 namespace sqslam {
 Sim3d AlignByKeyframes(const MapSnapshot& map, const MapSnapshot& target) {
@@ -35,8 +36,8 @@ Sim3d AlignByKeyframes(const MapSnapshot& map, const MapSnapshot& target) {
     mean += from.translation / count;
     target_mean += to.translation / count;
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> solver(sum);
-  s.rotation = Eigen::Quaterniond(Eigen::Vector4d(solver.eigenvectors().col(3))).normalized();
+  const EigenSystem<4> solver = EigenSystemOf(sum);
+  s.rotation = Eigen::Quaterniond(Eigen::Vector4d(solver.vectors.col(3))).normalized();
   double spread = 0.0;
   double target_spread = 0.0;
   for (const auto& [from, to] : shared) {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -12,6 +11,7 @@
 #include <utility>
 
 #include "slam/evaluation/known_surfaces.h"
+#include "slam/geometry/eigen_system.h"
 #include "slam/io/point_cloud.h"
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/depth_recording.h"
@@ -80,8 +80,7 @@ std::optional<double> Flatness(std::vector<Eigen::Vector3d> points) {
     for (auto p = points.begin(); p != end; ++p) {
       scatter += (*p - mean) * (*p - mean).transpose();
     }
-    const Eigen::Vector3d normal =
-        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvectors().col(0);
+    const Eigen::Vector3d normal = EigenSystemOf(scatter).vectors.col(0);
     end = points.begin() + nearest;
     std::nth_element(points.begin(), end, points.end(), [&](const auto& a, const auto& b) {
       return std::abs(normal.dot(a - mean)) < std::abs(normal.dot(b - mean));

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -14,6 +13,7 @@
 #include <utility>
 
 #include "slam/fitting/surface_measures.h"
+#include "slam/geometry/eigen_system.h"
 #include "slam/util/error.h"
 #include "slam/util/statistics.h"
 
@@ -56,15 +56,15 @@ Matrix3d PrincipalAxes(const Matrix3d& covariance, const std::vector<Vector3d>& 
                        bool upright) {
   Matrix3d axes = Matrix3d::Identity();
   if (upright) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(covariance.topLeftCorner<2, 2>());
-    axes.col(0).head<2>() = solver.eigenvectors().col(1);
+    const EigenSystem<2> solver = EigenSystemOf(Eigen::Matrix2d(covariance.topLeftCorner<2, 2>()));
+    axes.col(0).head<2>() = solver.vectors.col(1);
     axes.col(0) = Directed(axes.col(0), points, mean);
     axes.col(1) = axes.col(2).cross(axes.col(0));
     return axes;
   }
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(covariance);
-  axes.col(0) = Directed(solver.eigenvectors().col(2), points, mean);
-  axes.col(1) = Directed(solver.eigenvectors().col(1), points, mean);
+  const EigenSystem<3> solver = EigenSystemOf(covariance);
+  axes.col(0) = Directed(solver.vectors.col(2), points, mean);
+  axes.col(1) = Directed(solver.vectors.col(1), points, mean);
   axes.col(2) = axes.col(0).cross(axes.col(1));
   return axes;
 }
@@ -77,8 +77,8 @@ std::ptrdiff_t CountNear(const std::vector<Vector3d>& points, const Plane& plane
 Plane LeastSquares(const std::vector<Vector3d>& points, const Plane& start, double distance) {
   const Moments moments = WeightedMoments(
       points, [&](const Vector3d& p) { return std::abs(start.Distance(p)) < distance ? 1.0 : 0.0; });
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(moments.covariance);
-  const Vector3d normal = solver.eigenvectors().col(0);
+  const EigenSystem<3> solver = EigenSystemOf(moments.covariance);
+  const Vector3d normal = solver.vectors.col(0);
   return {normal, normal.dot(moments.mean)};
 }
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cmath>
 
 namespace sqslam {
 
@@ -31,6 +32,22 @@ struct Rigid3d {
     return matrix;
   }
 };
+
+// The smallest turn that takes the direction of `a` to that of `b`, neither zero. Where they are opposite,
+// half a turn about an axis across them. (Eigen's FromTwoVectors compiles a singular value decomposition for
+// that.)
+inline Eigen::Quaterniond RotationBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  const Eigen::Vector3d from = a.normalized();
+  const Eigen::Vector3d to = b.normalized();
+  const double cosine = to.dot(from);
+  if (cosine < -1.0 + 1e-12) {
+    const Eigen::Vector3d axis = from.unitOrthogonal();
+    return {0.0, axis.x(), axis.y(), axis.z()};
+  }
+  const double twice_w = std::sqrt((1.0 + cosine) * 2.0);
+  const Eigen::Vector3d axis = from.cross(to) * (1.0 / twice_w);
+  return {0.5 * twice_w, axis.x(), axis.y(), axis.z()};
+}
 
 // Similarity S_a_b: p_a = scale * rotation * p_b + translation.
 struct Sim3d {

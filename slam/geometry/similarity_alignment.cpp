@@ -14,9 +14,7 @@ constexpr double kMinSpreadRatio = 1e-4;
 bool SpansAPlane(const Eigen::Matrix3Xd& points) {
   const Eigen::Vector3d mean = points.rowwise().mean();
   const Eigen::Matrix3Xd centered = points.colwise() - mean;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(centered * centered.transpose(),
-                                                              Eigen::EigenvaluesOnly);
-  const Eigen::Vector3d variance = solver.eigenvalues();  // ascending
+  const Eigen::Vector3d variance = EigenSystemOf(Eigen::Matrix3d(centered * centered.transpose())).values;
   // Written so that NaN fails; the second condition is about points so close together that only rounding is
   // left.
   return variance[1] > kMinSpreadRatio * kMinSpreadRatio * variance[2] &&

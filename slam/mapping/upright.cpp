@@ -100,13 +100,8 @@ std::optional<Rigid3d> UprightEstimator::UpdateFromMap(const Map& map,
   if (known_ && turn < kSmallestTurn) {
     return std::nullopt;
   }
-  // The first turn fixes the heading; later ones are as small as they can be, so that headings stay.
-  const Rigid3d T_new_old =
-      known_
-          ? Rigid3d{Eigen::Quaterniond::FromTwoVectors(plane->up, Eigen::Vector3d::UnitZ()), {0.0, 0.0, 0.0}}
-          : UprightTransform(plane->up);
   known_ = true;
-  return T_new_old;
+  return UprightTransform(plane->up);
 }
 
 SupportSurfaces UprightEstimator::FindSurfaces(const Map& map) const {

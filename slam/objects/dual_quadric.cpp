@@ -3,13 +3,12 @@
 #include <ceres/ceres.h>
 #include <ceres/rotation.h>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
 
+#include "slam/geometry/eigen_system.h"
 #include "slam/objects/dual_conic.h"
 #include "slam/objects/landmark_geometry.h"
 #include "slam/util/statistics.h"
@@ -129,8 +128,7 @@ std::optional<Eigen::Vector3d> PlaceOf(std::span<const BoxView> views, const Cam
     A += across;
     b += across * view.T_map_camera.translation;
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(A);
-  if (eigen.eigenvalues()[0] < kLeastSpread * static_cast<double>(views.size())) {
+  if (EigenSystemOf(A).values[0] < kLeastSpread * static_cast<double>(views.size())) {
     return std::nullopt;
   }
   return A.ldlt().solve(b);
@@ -181,28 +179,29 @@ std::optional<Eigen::Matrix4d> LinearDualQuadric(const std::vector<ConditionedVi
   if (planes.size() < kUnknowns) {
     return std::nullopt;
   }
-  Eigen::MatrixXd A(planes.size(), kUnknowns);
-  Eigen::VectorXd b(planes.size());
-  for (Eigen::Index row = 0; row < A.rows(); ++row) {
+  cv::Mat_<double> A(static_cast<int>(planes.size()), kUnknowns);
+  cv::Mat_<double> b(A.rows, 1);
+  for (int row = 0; row < A.rows; ++row) {
     const Eigen::Vector4d& plane = planes[static_cast<std::size_t>(row)];
-    Eigen::Index column = 0;
+    int column = 0;
     for (int i = 0; i < 3; ++i) {
       for (int j = i; j < 4; ++j) {
         A(row, column++) = (i == j ? 1.0 : 2.0) * plane[i] * plane[j];
       }
     }
-    b[row] = plane[3] * plane[3];
+    b(row) = plane[3] * plane[3];
   }
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(A, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  if (svd.singularValues()[kUnknowns - 1] < kLeastRank * svd.singularValues()[0]) {
+  const cv::SVD svd(A);
+  if (svd.w.at<double>(kUnknowns - 1) < kLeastRank * svd.w.at<double>(0)) {
     return std::nullopt;
   }
-  const Eigen::VectorXd q = svd.solve(b);
+  cv::Mat_<double> q;
+  svd.backSubst(b, q);
   Eigen::Matrix4d quadric = Eigen::Matrix4d::Zero();
-  Eigen::Index column = 0;
+  int column = 0;
   for (int i = 0; i < 3; ++i) {
     for (int j = i; j < 4; ++j) {
-      quadric(i, j) = quadric(j, i) = q[column++];
+      quadric(i, j) = quadric(j, i) = q(column++);
     }
   }
   quadric(3, 3) = -1.0;
@@ -303,11 +302,11 @@ std::optional<PosedSuperquadric> EllipsoidOf(const Eigen::Matrix4d& dual_quadric
   const Eigen::Matrix4d Q = dual_quadric / -last;
   const Eigen::Vector3d centre = -Q.topRightCorner<3, 1>();
   const Eigen::Matrix3d squares = Q.topLeftCorner<3, 3>() + centre * centre.transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(squares);
-  if (!squares.allFinite() || eigen.info() != Eigen::Success || !(eigen.eigenvalues()[0] > 0.0)) {
+  const EigenSystem<3> eigen = EigenSystemOf(squares);
+  if (!squares.allFinite() || !(eigen.values[0] > 0.0)) {
     return std::nullopt;
   }
-  const Eigen::Matrix3d axes = eigen.eigenvectors();
+  const Eigen::Matrix3d axes = eigen.vectors;
   Eigen::Index z = 0;
   axes.row(2).cwiseAbs().maxCoeff(&z);
   const Eigen::Index first = (z + 1) % 3;
@@ -319,8 +318,7 @@ std::optional<PosedSuperquadric> EllipsoidOf(const Eigen::Matrix4d& dual_quadric
   R.col(2) = std::copysign(1.0, axes(2, z)) * axes.col(z);
   R.col(1) = R.col(2).cross(R.col(0));
   PosedSuperquadric ellipsoid;
-  ellipsoid.shape.half_size =
-      Eigen::Vector3d(eigen.eigenvalues()[x], eigen.eigenvalues()[y], eigen.eigenvalues()[z]).cwiseSqrt();
+  ellipsoid.shape.half_size = Eigen::Vector3d(eigen.values[x], eigen.values[y], eigen.values[z]).cwiseSqrt();
   ellipsoid.T_map_object = {Eigen::Quaterniond(R), centre};
   return ellipsoid;
 }

@@ -1,12 +1,12 @@
 #include "slam/objects/gravity.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <random>
 
 #include "slam/geometry/angles.h"
+#include "slam/geometry/eigen_system.h"
 #include "slam/objects/support.h"
 #include "slam/util/statistics.h"
 
@@ -206,12 +206,12 @@ std::optional<Fit> FitPlane(const Scene& scene, const Plane& plane, double toler
     const Eigen::Vector3d d = scene.points[i] - mean;
     covariance += weights[i] / sum * d * d.transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
+  const EigenSystem<3> solver = EigenSystemOf(covariance);
   Fit fit;
-  fit.plane.normal = solver.eigenvectors().col(0);
+  fit.plane.normal = solver.vectors.col(0);
   fit.plane.normal *= fit.plane.normal.dot(plane.normal) < 0.0 ? -1.0 : 1.0;
   fit.plane.height = fit.plane.normal.dot(mean);
-  fit.spread = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  fit.spread = solver.values.cwiseMax(0.0).cwiseSqrt();
   fit.inliers = inliers;
   return fit;
 }
@@ -309,7 +309,7 @@ std::optional<double> EstimateSupportHeight(std::span<const Eigen::Vector3d> poi
 }
 
 Rigid3d UprightTransform(const Eigen::Vector3d& up) {
-  return {Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ()), Eigen::Vector3d::Zero()};
+  return {RotationBetween(up, Eigen::Vector3d::UnitZ()), Eigen::Vector3d::Zero()};
 }
 
 }  // namespace sqslam
