@@ -240,8 +240,8 @@ TEST_F(ViewerScript, ADensifiedMapIsAMeshWhereTheStyleSaysSo) {
   update();
   ASSERT_NE(layers.drawn.dense_mesh, nullptr);
   EXPECT_GT(layers.drawn.dense_mesh->triangles.size(), 500U);
-  auto early = std::make_shared<MapSnapshot>(*document.last);
-  early->frame_index -= 1;
+  auto early = std::make_shared<ShownFrame>();
+  early->frame_index = document.last->frame_index - 1;
   document.shown = early;
   update();
   EXPECT_EQ(layers.drawn.dense_mesh, nullptr) << "a map on its way has its points";
