@@ -24,8 +24,8 @@ constexpr int kThingSamples = 8;
 struct Sample {
   std::size_t moment = 0;
   FrameFeatures features;
-  FrameFeatures neighbour;         // of the frame after it
-  double neighbour_seconds = 1.0;  // until that frame
+  std::optional<FrameFeatures> neighbour;  // of the frame after it; empty where that cannot be read
+  double neighbour_seconds = 1.0;          // until that frame
 };
 
 double ClippedShare(const cv::Mat& gray) {
@@ -72,12 +72,14 @@ double ShareOf(const std::vector<TwoViewMatch>& matches, const FrameFeatures& fe
 }
 
 // Compares the sample with the frame after it and with the next sample.
-void Compare(const FrameFeatures& features, const FrameFeatures& neighbour, double neighbour_seconds,
-             const FrameFeatures& next, double next_seconds, const Camera& camera, FilmMoment& moment) {
+void Compare(const FrameFeatures& features, const std::optional<FrameFeatures>& neighbour,
+             double neighbour_seconds, const FrameFeatures& next, double next_seconds, const Camera& camera,
+             FilmMoment& moment) {
   constexpr double kEnough = 0.05;  // of the keypoints, for the motion over the longer time
-  const std::vector<TwoViewMatch> near = MatchesOf(features, neighbour);
+  const std::vector<TwoViewMatch> near =
+      neighbour ? MatchesOf(features, *neighbour) : std::vector<TwoViewMatch>();
   const std::vector<TwoViewMatch> far = MatchesOf(features, next);
-  moment.shared = ShareOf(near, features);
+  moment.shared = neighbour ? ShareOf(near, features) : moment.shared;
   moment.kept = ShareOf(far, features);
   const bool by_far = moment.kept >= kEnough || near.empty();
   const std::vector<TwoViewMatch>& matches = by_far ? far : near;
@@ -207,6 +209,7 @@ FilmInspection InspectFilm(const Sequence& sequence, const FrameRange& range,
   if (!all && after.SizeIn(sequence) > 0) {
     neighbours.emplace(sequence, after);
   }
+  std::optional<Frame> neighbour;
   double start = 0.0;
   for (std::int64_t i = 0; const std::optional<Frame> frame = source.Next(); ++i) {
     start = i == 0 ? frame->timestamp : start;
@@ -219,9 +222,9 @@ FilmInspection InspectFilm(const Sequence& sequence, const FrameRange& range,
     if (!before.empty()) {
       FilmMoment& last = inspection.moments.back();
       const Sample& sample = before.back();
-      const FrameFeatures& neighbour = all ? features : sample.neighbour;
-      Compare(sample.features, neighbour, all ? moment.seconds - last.seconds : sample.neighbour_seconds,
-              features, moment.seconds - last.seconds, camera, last);
+      Compare(sample.features, all ? features : sample.neighbour,
+              all ? moment.seconds - last.seconds : sample.neighbour_seconds, features,
+              moment.seconds - last.seconds, camera, last);
     }
     if (before.size() == 2) {
       inspection.moments[before.front().moment].sideways =
@@ -230,12 +233,16 @@ FilmInspection InspectFilm(const Sequence& sequence, const FrameRange& range,
     }
     inspection.moments.push_back(moment);
     before.push_back({inspection.moments.size() - 1, std::move(features), {}, 1.0});
-    if (const std::optional<Frame> neighbour = neighbours ? neighbours->Next() : std::nullopt) {
+    // Unreadable frames are passed over by both sources, each on its own.
+    const std::int64_t wanted = frame->index + range.stride;
+    while (neighbours && (!neighbour || neighbour->index < wanted) && (neighbour = neighbours->Next())) {
+    }
+    if (neighbour && neighbour->index == wanted) {
       before.back().neighbour = extractor.Extract(neighbour->gray, neighbour->bgr, camera);
       before.back().neighbour_seconds = neighbour->timestamp - frame->timestamp;
     }
     if (progress && !progress(i + 1, samples.count)) {
-      break;
+      return inspection;
     }
   }
   if (inspection.moments.size() < 3) {

@@ -15,15 +15,15 @@ namespace sqslam {
 // Looks through a film before it is mapped: a sample of its frames, each held against the next ones.
 struct InspectionOptions {
   double sample_interval = 0.25;  // seconds between samples; frames that are farther apart are all looked at
-  int keypoints = 500;            // looked for in each
+  int keypoints = 500;            // number looked for in each
   // A sample is in trouble where
-  double max_blur = 0.6;      // its blur (BlurOf) is above
-  double min_coverage = 0.3;  // keypoints lie in less of an 8x6 grid
-  double max_clipped = 0.4;   // more of its pixels are black or white
-  double min_shared = 0.12;   // less of its keypoints are found again in the next frame
-  double min_kept = 0.02;     // less of them in the next sample
-  double min_flow = 0.002;    // keypoints move by less, image widths a second: the camera stands still
-  double max_turning = 0.04;  // less of the motion is left without the best pure rotation: it only turns
+  double max_blur = 0.6;      // its blur (BlurOf, 0 sharp to 1) is above
+  double min_coverage = 0.3;  // keypoints lie in a smaller share of an 8x6 grid's cells
+  double max_clipped = 0.4;   // a larger share of its pixels is black or white
+  double min_shared = 0.12;   // a smaller share of its keypoints is found again in the next frame
+  double min_kept = 0.02;     // a smaller share of them in the next sample
+  double min_flow = 0.002;    // keypoints move by fewer image widths a second: the camera stands still
+  double max_turning = 0.04;  // a smaller share of the motion is no pure rotation: the camera only turns
   double max_turn = 0.7;      // image widths: after a longer turn nothing known is left in the picture
   double min_trouble = 1.0;   // seconds that trouble lasts before it is told
 
@@ -87,7 +87,8 @@ double BlurOf(const cv::Mat& gray);
 
 // Counts the things in an image (8UC3).
 using ThingCounter = std::function<int(const cv::Mat& bgr)>;
-// Told after each sample; false ends the inspection early.
+// Told after each sample; false ends the inspection: it then holds the samples until there and nothing of
+// them all.
 using InspectionProgress = std::function<bool(std::int64_t done, std::int64_t total)>;
 
 // Looks at the frames of the range; `count` (may be null) at eight of them. Throws InputError where fewer

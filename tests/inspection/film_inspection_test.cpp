@@ -66,18 +66,23 @@ cv::Mat Walking(int i) { return TwoWalls(0.0, 0.004 * i); }
 class FilmInspectionTest : public ::testing::Test {
  protected:
   FilmInspection Inspect(int frames, const std::function<cv::Mat(int)>& image,
-                         const InspectionOptions& options = {}) const {
+                         const InspectionOptions& options = {},
+                         const InspectionProgress& progress = nullptr) const {
     Sequence sequence;
     sequence.path = folder_.Path();
     sequence.camera = kCamera;
     for (int i = 0; i < frames; ++i) {
       const auto file = folder_.Path() / (std::to_string(i) + ".png");
-      cv::imwrite(file.string(), image(i));
+      if (const cv::Mat pixels = image(i); !pixels.empty()) {
+        cv::imwrite(file.string(), pixels);
+      } else {
+        std::filesystem::remove(file);  // of an earlier film
+      }
       sequence.frames.emplace_back();
       sequence.frames.back().timestamp = 100.0 + i / kFps;
       sequence.frames.back().image_path = file;
     }
-    return InspectFilm(sequence, {}, options);
+    return InspectFilm(sequence, {}, options, nullptr, progress);
   }
   static std::vector<FilmTrouble> Troubles(const FilmInspection& inspection) {
     std::vector<FilmTrouble> troubles;
@@ -159,6 +164,34 @@ TEST_F(FilmInspectionTest, ShortTroubleIsPassedOver) {
     return image;
   };
   EXPECT_THAT(Troubles(Inspect(60, blurred_once)), IsEmpty());
+}
+
+// A frame that cannot be read shifts neither samples nor their neighbours against each other: each sample is
+// compared with the frame after it.
+TEST_F(FilmInspectionTest, AnUnreadableFrameBreaksNothing) {
+  InspectionOptions options;
+  options.sample_interval = 0.4;
+  options.min_trouble = 0.3;
+  const auto whole = Inspect(80, Walking, options);
+  for (const int missing : {20, 21}) {  // a sample; the frame after one
+    const auto inspection = Inspect(
+        80, [&](int i) { return i == missing ? cv::Mat() : Walking(i); }, options);
+    EXPECT_THAT(inspection.findings, IsEmpty()) << missing;
+    for (const FilmMoment& moment : inspection.moments) {
+      const auto same = std::ranges::find(whole.moments, moment.frame, &FilmMoment::frame);
+      ASSERT_NE(same, whole.moments.end());
+      if (moment.frame != 16 && moment.frame != 20) {
+        EXPECT_EQ(moment.shared, same->shared) << moment.frame << " without " << missing;
+      }
+    }
+  }
+}
+
+TEST_F(FilmInspectionTest, EndsEarlyWithoutAWordWhereItIsToldTo) {
+  const FilmInspection inspection =
+      Inspect(40, Walking, {}, [](std::int64_t done, std::int64_t) { return done < 2; });
+  EXPECT_EQ(inspection.moments.size(), 2u);
+  EXPECT_THAT(inspection.findings, IsEmpty());
 }
 
 TEST_F(FilmInspectionTest, TooFewFramesAreAnError) {
