@@ -71,6 +71,7 @@ int ParseAndRun(const std::vector<std::string>& words) {
   AddCalibrateCommand(program);
   program.Group("Results");
   AddInfoCommand(program);
+  AddScaleCommand(program);
   AddEvalCommand(program);
   AddRenderCommand(program);
   AddFigureCommand(program);

@@ -23,6 +23,7 @@ void AddFitCommand(Command& program);
 void AddExportCommand(Command& program);
 void AddLocalizeCommand(Command& program);
 void AddMergeCommand(Command& program);
+void AddScaleCommand(Command& program);
 void AddInfoCommand(Command& program);
 
 }  // namespace sqslam::app

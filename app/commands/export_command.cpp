@@ -94,7 +94,8 @@ void WriteViewPage(const ExportArguments& a, const fs::path& map_path) {
     layers.ground_truth = a.ground_truth;
     extras.true_path = ReadLayers(layers, reader, map_path, {}).true_path;
   }
-  WriteFileAtomically(a.output, MapViewPage(ReadMapView(reader, map_path, extras), extras.title));
+  WriteFileAtomically(a.output,
+                      MapViewPage(ReadMapView(reader, ReadHistory(reader), map_path, extras), extras.title));
 }
 
 // The keyframes with their images, for programs that go on from there.

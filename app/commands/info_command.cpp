@@ -109,6 +109,8 @@ void PrintInfo(const std::filesystem::path& path, bool config, bool history, con
              reader.Info().sequence_path.empty() ? "images of two inputs that no list can join"
                                                  : reader.Info().sequence_path,
              reader.Info().program_version, reader.Size());
+  fmt::print("lengths    {}\n",
+             reader.Info().scale ? "metres: " + ScaleText(*reader.Info().scale) : "map units (sqslam scale)");
   PrintEdits(path, objects.edits);
   if (reader.Size() == 0) {
     return;

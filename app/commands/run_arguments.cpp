@@ -109,6 +109,11 @@ void RunArguments::AddTo(Command& command) {
       "--extend RESULT", extend,
       "Go on with the map of a finished run, with its options: frames begin in it, or beside it until "
       "they meet; the new result holds both, and objects keep their ids");
+  command.Option(
+      "--scale-from THING", scale_from,
+      "Metres from a thing of known size, as `sqslam scale` has it: LABEL=METRES, the height of an "
+      "object such as cup=0.096; board, or board=COLUMNSxROWS,SQUARE,MARKER[,DICTIONARY] (mm), a "
+      "ChArUco board in the images");
   command.Group("Output");
   command.Option("--output,-o DIR", output, "Result folder; default: out/NAME, out/NAME-2, ...");
   command.Option("--video FILE.mp4", video,
@@ -196,6 +201,9 @@ RunRequest RunArguments::Request() const {
   }
   request.range = Range();
   request.extend = extend;
+  if (!scale_from.empty()) {
+    request.scale_from = ParseScaleReference(scale_from);
+  }
   request.output =
       output.empty()
           ? FreeResultFolder("out", request.live_camera ? fmt::format("camera{}", *request.live_camera)

@@ -45,6 +45,7 @@ struct RunArguments : SequenceArguments {
   std::string mask;
   std::string ignore;
   std::string extend;
+  std::string scale_from;
   std::string output;
   bool deterministic = false;
   std::optional<std::int64_t> seed;

@@ -23,6 +23,7 @@ Examples:
   sqslam run film.mp4 --camera phone.yaml --set tracking.features.num_features=1500
   sqslam run data/kitchen --video kitchen.mp4
   sqslam run data/kitchen2 --extend out/kitchen      go on with yesterday's map; a new result with both
+  sqslam run film.mp4 --scale-from cup=0.096         in metres: the cup is 9.6 cm high
   sqslam run --dump-config > my.yaml             every option with its default
 )";
 

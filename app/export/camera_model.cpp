@@ -144,6 +144,15 @@ std::string TextPoints(const CameraModel& model) {
 
 }  // namespace
 
+void CameraModel::Scale(double factor) {
+  for (Image& image : images) {
+    image.T_camera_map.translation *= factor;
+  }
+  for (Point& point : points) {
+    point.p_map *= factor;
+  }
+}
+
 double CameraModel::MeanError() const {
   double sum = 0.0;
   for (const Point& point : points) {

@@ -35,7 +35,8 @@ struct CameraModel {
   std::vector<Image> images;
   std::vector<Point> points;
 
-  double MeanError() const;  // px, of all points
+  void Scale(double factor);  // multiplies its lengths
+  double MeanError() const;   // px, of all points
 };
 
 // Keyframes become images without names yet.

@@ -12,8 +12,8 @@
 #include "render/camera/scene_framing.h"
 #include "render/picture/picture_text.h"
 #include "render/scene/style.h"
-#include "render/video/input_frames.h"
 #include "slam/io/image_files.h"
+#include "slam/io/input_images.h"
 #include "slam/io/trajectory.h"
 #include "slam/util/error.h"
 #include "slam/util/json_file.h"
@@ -65,14 +65,20 @@ std::vector<Item> Thinned(std::vector<Item> items, std::size_t most) {
   return items;
 }
 
+constexpr std::size_t kBestViews = 3;  // of an object, at most
+
 class MapViewWriter {
  public:
-  MapViewWriter(const RecordingReader& reader, const fs::path& recording, const MapViewExtras& extras,
-                const MapViewOptions& options)
-      : reader_(reader), recording_(recording), extras_(extras), options_(options), map_(*reader.Last()) {
+  MapViewWriter(const RecordingReader& reader, const ViewHistory& history, const fs::path& recording,
+                const MapViewExtras& extras, const MapViewOptions& options)
+      : reader_(reader),
+        recording_(recording),
+        extras_(extras),
+        options_(options),
+        map_(*reader.Last()),
+        history_(history) {
     std::ranges::sort(map_.keyframes, {}, &SnapshotKeyframe::timestamp);
     colors_ = LabelColors::Of(map_.objects);
-    history_ = ReadHistory(reader);
     start_ = map_.keyframes.empty() ? 0.0 : map_.keyframes.front().timestamp;
   }
 
@@ -81,7 +87,7 @@ class MapViewWriter {
     AddImages();
     scene_["title"] = extras_.title;
     scene_["program"] = "sqslam " SQSLAM_VERSION;
-    scene_["metres"] = Short(extras_.metres);
+    scene_["metres"] = Short(extras_.metres > 0.0 ? extras_.metres : map_.metric ? 1.0 : 0.0);
     scene_["upright"] = map_.gravity_known;
     AddLook();
     AddObjects();
@@ -95,7 +101,7 @@ class MapViewWriter {
  private:
   double Since(double timestamp) const { return std::max(0.0, Short(timestamp - start_)); }
 
-  // Up to three views of an object: in which it is large and whole, from different sides.
+  // The views of an object that are shown: in which it is large and whole, from different sides.
   std::vector<std::size_t> BestViews(std::size_t object) const {
     std::vector<std::pair<double, std::size_t>> ranked;
     for (const SeenOutline& outline : outlines_) {
@@ -113,7 +119,7 @@ class MapViewWriter {
     };
     std::vector<std::size_t> best;
     for (const auto& [rank, k] : ranked) {
-      if (best.size() < 3 && std::ranges::all_of(best, [&, k = k](std::size_t other) {
+      if (best.size() < kBestViews && std::ranges::all_of(best, [&, k = k](std::size_t other) {
             return direction(k).dot(direction(other)) < kApart;
           })) {
         best.push_back(k);
@@ -122,32 +128,44 @@ class MapViewWriter {
     return best;
   }
 
-  // An even share of the keyframes, and the best views of the objects first of all.
-  void AddImages() {
+  // The keyframes that have an image: the best views of the objects, of each one the first before the second
+  // of any, then an even share of all.
+  std::set<std::size_t> ChooseImages() {
+    const auto most = static_cast<std::size_t>(options_.images);
     std::set<std::size_t> wanted;
     for (std::size_t i = 0; i < map_.objects.size(); ++i) {
       best_views_.push_back(BestViews(i));
-      wanted.insert(best_views_.back().begin(), best_views_.back().end());
+    }
+    for (std::size_t rank = 0; rank < kBestViews; ++rank) {
+      for (const std::vector<std::size_t>& views : best_views_) {
+        if (rank < views.size() && wanted.size() < most) {
+          wanted.insert(views[rank]);
+        }
+      }
     }
     const std::size_t count = map_.keyframes.size();
-    const std::size_t room = static_cast<std::size_t>(options_.images) -
-                             std::min<std::size_t>(wanted.size(), static_cast<std::size_t>(options_.images));
+    const std::size_t room = most - wanted.size();
     for (std::size_t i = 0; i < std::min(room, count); ++i) {
       wanted.insert(i * count / std::min(room, count));
     }
-    image_of_.assign(count, -1);
-    InputFrames frames(reader_, recording_);
+    return wanted;
+  }
+
+  void AddImages() {
+    const std::set<std::size_t> wanted = ChooseImages();
+    image_of_.assign(map_.keyframes.size(), -1);
+    InputImages images(reader_);
     for (const std::size_t k : wanted) {
-      try {
-        const cv::Mat image = frames.ImageOf(map_.keyframes[k].frame_index);
-        const int height = cvRound(static_cast<double>(options_.image_width) * image.rows / image.cols);
-        std::vector<std::uint8_t> jpeg;
-        cv::imencode(".jpg", Resized(image, {options_.image_width, height}), jpeg,
-                     {cv::IMWRITE_JPEG_QUALITY, options_.image_quality});
-        image_of_[k] = static_cast<int>(view_.images.size());
-        view_.images.emplace_back(jpeg.begin(), jpeg.end());
-      } catch (const InputError&) {  // not there any more: a keyframe without its image
+      const cv::Mat image = PhotoOf(history_, map_.keyframes[k].frame_index, images);
+      if (image.empty()) {  // not there any more: a keyframe without its image
+        continue;
       }
+      const int height = cvRound(static_cast<double>(options_.image_width) * image.rows / image.cols);
+      std::vector<std::uint8_t> jpeg;
+      cv::imencode(".jpg", Resized(image, {options_.image_width, height}), jpeg,
+                   {cv::IMWRITE_JPEG_QUALITY, options_.image_quality});
+      image_of_[k] = static_cast<int>(view_.images.size());
+      view_.images.emplace_back(jpeg.begin(), jpeg.end());
     }
   }
 
@@ -304,8 +322,8 @@ class MapViewWriter {
   const MapViewExtras& extras_;
   MapViewOptions options_;
   MapSnapshot map_;
+  const ViewHistory& history_;
   LabelColors colors_;
-  ViewHistory history_;
   double start_ = 0.0;  // seconds
   std::vector<SeenOutline> outlines_;
   std::vector<std::vector<std::size_t>> best_views_;  // keyframes, by object
@@ -316,9 +334,9 @@ class MapViewWriter {
 
 }  // namespace
 
-MapView ReadMapView(const RecordingReader& reader, const fs::path& recording, const MapViewExtras& extras,
-                    const MapViewOptions& options) {
-  return MapViewWriter(reader, recording, extras, options).Write();
+MapView ReadMapView(const RecordingReader& reader, const ViewHistory& history, const fs::path& recording,
+                    const MapViewExtras& extras, const MapViewOptions& options) {
+  return MapViewWriter(reader, history, recording, extras, options).Write();
 }
 
 }  // namespace sqslam::app

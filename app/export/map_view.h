@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/export/view_history.h"
 #include "slam/snapshot/recording.h"
 #include "slam/snapshot/snapshot.h"
 
@@ -25,7 +26,7 @@ struct MapViewOptions {
 // Layers over the map besides those of the recording.
 struct MapViewExtras {
   std::string title;
-  double metres = 0.0;                                  // of a map unit; 0: nobody knows
+  double metres = 0.0;  // of a unit of the recording as it is read; 0: as that says
   std::vector<std::vector<Eigen::Vector3d>> true_path;  // map frame, in pieces
 };
 
@@ -36,10 +37,11 @@ struct MapView {
   std::vector<std::string> images;  // JPEG files; keyframes name them by number
 };
 
-// Reads a recording, trajectory.txt beside it, and the images that were mapped, where they are still there.
-// Throws InputError that names the file.
-MapView ReadMapView(const RecordingReader& reader, const std::filesystem::path& recording,
-                    const MapViewExtras& extras, const MapViewOptions& options = {});
+// Of a recording and its history (ReadHistory), trajectory.txt beside it, and the images that were mapped,
+// where they are still there. Throws InputError that names the file.
+MapView ReadMapView(const RecordingReader& reader, const ViewHistory& history,
+                    const std::filesystem::path& recording, const MapViewExtras& extras,
+                    const MapViewOptions& options = {});
 
 // Elements of a page: the view's stage and all that it is made of, three.js with it. Nothing is loaded from
 // elsewhere. Throws InputError where three.js is not installed.

@@ -116,8 +116,12 @@ ModelSummary ExportModel(const fs::path& result, const fs::path& sequence_path, 
                          ModelFormat format, const std::function<void(int, int)>& progress) {
   const KnownMap known = ReadKnownMap(result);
   const Sequence sequence = OpenMapped(known, sequence_path);
+  const std::optional<MapScale> scale = ReadMapScale(known.recording);
   CameraModel model =
       ModelOf(MainMapOf(known.map, known.recording.string(), known.options), known.map.camera);
+  if (scale) {
+    model.Scale(scale->metres);
+  }
   ModelSummary summary;
   summary.without_image = DropWithoutImage(sequence, model);
   if (model.images.empty()) {

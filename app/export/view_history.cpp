@@ -12,6 +12,9 @@ ViewHistory ReadHistory(const RecordingReader& reader) {
   ViewHistory history;
   for (int i = 0; i < reader.Size(); ++i) {
     const MapSnapshotPtr map = reader.Read(i);
+    if (!map->image_path.empty()) {
+      history.image_files.emplace(map->frame_index, map->image_path);
+    }
     for (const SnapshotObject& object : map->objects) {
       history.first_seen.try_emplace(object.id, map->timestamp);
     }
@@ -22,6 +25,11 @@ ViewHistory ReadHistory(const RecordingReader& reader) {
     }
   }
   return history;
+}
+
+cv::Mat PhotoOf(const ViewHistory& history, std::int64_t frame, InputImages& images) {
+  const auto file = history.image_files.find(frame);
+  return file == history.image_files.end() ? images.Read(frame) : images.Read(file->second, frame);
 }
 
 std::vector<SeenOutline> FindOutlines(const MapSnapshot& map, const ViewHistory& history, double tolerance) {

@@ -4,8 +4,10 @@
 #include <map>
 #include <opencv2/core.hpp>
 #include <set>
+#include <string>
 #include <vector>
 
+#include "slam/io/input_images.h"
 #include "slam/snapshot/recording.h"
 
 namespace sqslam::app {
@@ -14,6 +16,7 @@ namespace sqslam::app {
 struct ViewHistory {
   std::map<std::int32_t, double> first_seen;  // object id: time of the first state that holds it, seconds
   std::map<std::int64_t, std::set<std::int32_t>> seen_in;  // frame: ids of objects that had a box in it
+  std::map<std::int64_t, std::string> image_files;         // frame: image of a state, where it was in a file
 };
 
 // The outline of an object over the image of a keyframe.
@@ -30,7 +33,11 @@ struct SeenOutline {
 // may be simpler than they are.
 std::vector<SeenOutline> FindOutlines(const MapSnapshot& map, const ViewHistory& history, double tolerance);
 
+// Reads every state, which takes long: once for all that is made of a recording.
 ViewHistory ReadHistory(const RecordingReader& reader);
+
+// The image of a frame, 8UC3; empty where it is not there any more.
+cv::Mat PhotoOf(const ViewHistory& history, std::int64_t frame, InputImages& images);
 
 // For each point the first keyframe that has it in view and not much farther than what it mostly looks at;
 // the last one for points that none has. Numbers of keyframes of the map.

@@ -106,17 +106,18 @@ bool AppendViews(std::string& page, const ReportInputs& inputs, const ReportData
     return false;
   }
   const Output out(page);
-  if (const auto photo = BestPhoto(*data.recording, inputs.result / "map.sqmap")) {
+  const ViewHistory history = ReadHistory(*data.recording);
+  if (const auto photo = BestPhoto(*data.recording, history)) {
     AppendFigure(out, PictureUri(photo->picture), "An input image with the outlines of the objects",
                  photo->caption);
   }
   try {
     MapViewExtras extras;
-    extras.metres = data.evaluation != nullptr ? data.Scale() : 0.0;
+    extras.metres = data.IsMetric() ? data.Scale() : 0.0;
     if (data.evaluation != nullptr && !data.evaluation->truth_positions_map.empty()) {
       extras.true_path.push_back(data.evaluation->truth_positions_map);
     }
-    const MapView view = ReadMapView(*data.recording, inputs.result / "map.sqmap", extras);
+    const MapView view = ReadMapView(*data.recording, history, inputs.result / "map.sqmap", extras);
     fmt::format_to(
         out,
         "<figure class=\"turn\">{}<figcaption>The map. Drag to turn it, click an object for its "
@@ -141,8 +142,8 @@ void AppendTopView(Output out, const ReportData& data, const LabelColors& colors
       "outlines, dashed where uncertain.{}</figcaption></figure></section>\n",
       svg,
       data.evaluation != nullptr ? " The ground truth is aligned by a similarity."
-                                 : " A map from one camera has no scale: "
-                                   "lengths are in map units.");
+      : data.scale               ? " " + EscapeMarkup(ScaleText(*data.scale)) + "."
+                                 : " A map from one camera has no scale: lengths are in map units.");
 }
 
 void AppendGallery(Output out, const fs::path& folder) {
@@ -188,6 +189,7 @@ ReportData ReadReportData(const ReportInputs& inputs) {
   }
   if (has("map.sqmap")) {
     data.recording = std::make_shared<RecordingReader>(folder / "map.sqmap");
+    data.scale = data.recording->Info().scale;
     data.recording = data.recording->Size() > 0 ? data.recording : nullptr;
   }
   return data;

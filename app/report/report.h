@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "app/export/view_history.h"
 #include "render/scene/style.h"
 #include "slam/evaluation/evaluation.h"
 #include "slam/io/result_files.h"
@@ -35,10 +36,13 @@ struct ReportData {
   const Evaluation* evaluation = nullptr;
   std::shared_ptr<const RecordingReader> recording;  // null where there is none
 
-  double Scale() const {  // metres per map unit
-    return evaluation != nullptr ? evaluation->trajectory.S_world_map.scale : 1.0;
+  std::optional<MapScale> scale;  // empty: lengths are map units
+
+  bool IsMetric() const { return scale || evaluation != nullptr; }
+  double Scale() const {  // metres per length of the files: what somebody measured goes before the true poses
+    return !scale && evaluation != nullptr ? evaluation->trajectory.S_world_map.scale : 1.0;
   }
-  std::string Unit() const { return evaluation != nullptr ? "m" : "map units"; }
+  std::string Unit() const { return IsMetric() ? "m" : "map units"; }
 };
 
 // One self-contained page: figures of the run, an input image with outlines, the map to be turned, a top view
@@ -60,7 +64,7 @@ struct OutlinedPhoto {
   cv::Mat picture;
   std::string caption;
 };
-std::optional<OutlinedPhoto> BestPhoto(const RecordingReader& reader, const std::filesystem::path& recording);
+std::optional<OutlinedPhoto> BestPhoto(const RecordingReader& reader, const ViewHistory& history);
 
 // Tables, each a section: of the objects, of the objects held against the ground truth, of times.
 void AppendObjects(std::string& page, const ReportData& data, const LabelColors& colors);

@@ -12,9 +12,9 @@
 #include "app/report/report.h"
 #include "render/picture/outlines.h"
 #include "render/picture/picture_text.h"
-#include "render/video/input_frames.h"
 #include "slam/evaluation/trajectory_error.h"
 #include "slam/geometry/angles.h"
+#include "slam/io/input_images.h"
 #include "slam/system_options.h"
 #include "slam/util/error.h"
 #include "slam/util/markup.h"
@@ -159,11 +159,11 @@ void AppendRun(std::string& page, const ReportData& data) {
   fmt::format_to(out, "</section>\n");
 }
 
-std::optional<OutlinedPhoto> BestPhoto(const RecordingReader& reader, const fs::path& recording) {
+std::optional<OutlinedPhoto> BestPhoto(const RecordingReader& reader, const ViewHistory& history) {
   MapSnapshot map = *reader.Last();
   std::map<std::size_t, double> worth;  // of keyframes
   std::map<std::size_t, std::set<std::size_t>> shown;
-  for (const SeenOutline& outline : FindOutlines(map, ReadHistory(reader), 0.5)) {
+  for (const SeenOutline& outline : FindOutlines(map, history, 0.5)) {
     if (outline.detected) {
       const bool reliable = IsReliable(map.objects[outline.object]);
       worth[outline.keyframe] +=
@@ -181,20 +181,18 @@ std::optional<OutlinedPhoto> BestPhoto(const RecordingReader& reader, const fs::
     objects.push_back(map.objects[object]);
   }
   map.objects = std::move(objects);
-  try {
-    InputFrames frames(reader, recording);
-    const cv::Mat image = frames.ImageOf(keyframe.frame_index);
-    PictureOptions options;
-    options.width = 1280;
-    options.height = 1280 * image.rows / image.cols;
-    return OutlinedPhoto{
-        RenderOverPhoto(map, image, keyframe.T_map_camera, options),
-        fmt::format("Frame {} of the input, with the outlines of the mapped objects that the "
-                    "detector saw in it.",
-                    keyframe.frame_index)};
-  } catch (const InputError&) {  // the images are not there any more
+  InputImages images(reader);
+  const cv::Mat image = PhotoOf(history, keyframe.frame_index, images);
+  if (image.empty()) {
     return std::nullopt;
   }
+  PictureOptions options;
+  options.width = 1280;
+  options.height = 1280 * image.rows / image.cols;
+  return OutlinedPhoto{RenderOverPhoto(map, image, keyframe.T_map_camera, options),
+                       fmt::format("Frame {} of the input, with the outlines of the mapped objects that the "
+                                   "detector saw in it.",
+                                   keyframe.frame_index)};
 }
 
 std::string PictureUri(const cv::Mat& picture) {

@@ -30,9 +30,8 @@ std::string Number(int id) { return fmt::format(" <span class=\"id\">{}</span>",
 void AppendObjectRow(TableOutput out, const ReportData& data, const SnapshotObject& object,
                      const LabelColors& colors) {
   const Superquadric& shape = object.superquadric.shape;
-  const double factor =
-      2.0 * data.Scale() * (data.evaluation != nullptr ? 100.0 : 1.0);  // centimetres where metric
-  const int digits = data.evaluation != nullptr ? 1 : 3;
+  const double factor = 2.0 * data.Scale() * (data.IsMetric() ? 100.0 : 1.0);  // centimetres where metric
+  const int digits = data.IsMetric() ? 1 : 3;
   fmt::format_to(out, "<tr{}><td class=\"l\">{}{}{}</td>", IsReliable(object) ? "" : " class=\"unsure\"",
                  Dot(colors, object.label), NameIn(object), Number(object.id));
   fmt::format_to(out, "<td>{}</td><td class=\"wide\">{:.2f}</td><td class=\"wide\">{:.2f}</td>",
@@ -94,7 +93,7 @@ void AppendObjects(std::string& page, const ReportData& data, const LabelColors&
       "{}</th><th>Seen "
       "in</th><th class=\"wide\">Points</th><th "
       "class=\"wide\">Score</th><th>Reliability</th></tr></thead><tbody>\n",
-      data.evaluation != nullptr ? "cm" : "map units");
+      data.IsMetric() ? "cm" : "map units");
   for (const SnapshotObject& object : data.objects) {
     AppendObjectRow(out, data, object, colors);
   }

@@ -10,9 +10,11 @@
 #include "slam/evaluation/trajectory_error.h"
 #include "slam/io/result_files.h"
 #include "slam/io/trajectory.h"
+#include "slam/snapshot/map_scale.h"
 #include "slam/util/error.h"
 
 namespace sqslam {
+namespace fs = std::filesystem;
 namespace {
 
 constexpr double kTruthWidth = 2.6;  // points; the estimates are drawn over it
@@ -292,7 +294,8 @@ TrajectoryFigure AgainstTruth(const FigureRequest& request, const PathOptions& o
 TrajectoryFigure WithoutTruth(const FigureRequest& request, const PathOptions& options,
                               const std::vector<std::string>& names) {
   TrajectoryFigure figure;
-  figure.unit = "map units";
+  const fs::path recording = fs::path(request.results.front()) / "map.sqmap";
+  figure.unit = fs::exists(recording) && ReadMapScale(recording) ? "m" : "map units";
   const Trajectory first = ReadPath(request.results.front());
   for (std::size_t i = 0; i < request.results.size(); ++i) {
     const Trajectory path = ReadPath(request.results[i]);
@@ -321,7 +324,7 @@ FigureEntry TrajectoryEntry() {
 Camera paths (trajectory.txt) seen from above, both axes at one scale. With --ground-truth each path is laid over
 the true one by the best similarity (scale, rotation, translation); the legend says what error is left (ATE,
 RMSE over all tracked frames), and lengths are metres. Up is up in the first result's map. Without it the first
-path is drawn in its map's units and further ones are laid over it. Paths break where tracking was lost.
+path is drawn in its map's units (metres after sqslam scale) and further ones are laid over it. Paths break where tracking was lost.
 
 Examples:
   sqslam figure trajectory out/desk --ground-truth data/desk -o path.pdf

@@ -205,6 +205,7 @@ void PictureRenderer::SetMapKeepingFrame(const MapSnapshot& map) {
   s.map.objects = map.objects;
   s.map.keyframes = map.keyframes;
   s.map.covisibility = map.covisibility;
+  s.map.metric = map.metric;
 }
 
 ViewCamera PictureRenderer::DefaultCamera() const { return impl_->camera; }

@@ -203,8 +203,8 @@ void DrawSceneLegend(cv::Mat& image, const std::vector<SceneLegendEntry>& entrie
 
 // Measures of the map's axes and of what tells how wide a cell of the grid is, in the bottom-left corner.
 struct AxesLayout {
-  AxesLayout(cv::Size picture, double grid_cell, const SceneStyle& style, const TextPainter& text,
-             double scale)
+  AxesLayout(cv::Size picture, double grid_cell, bool metric, const SceneStyle& style,
+             const TextPainter& text, double scale)
       : size(TextSize(style, scale)),
         small(std::max(0.85 * size, kLeastText)),
         length(2.2 * size),
@@ -212,7 +212,8 @@ struct AxesLayout {
         cell_at(Pixels(2.0 * length + 3.0 * size), Pixels(picture.height - 1.6 * size)) {
     int right = Pixels(origin.x + length + size);
     if (style.grid.show) {
-      cell = fmt::format("grid {:.4g} map unit{}", grid_cell, grid_cell == 1.0 ? "" : "s");
+      cell = metric ? fmt::format("grid {:.4g} m", grid_cell)
+                    : fmt::format("grid {:.4g} map unit{}", grid_cell, grid_cell == 1.0 ? "" : "s");
       right = std::max(right, cell_at.x + text.Width(cell, small));
     }
     const int top = Pixels(origin.y - length - size);
@@ -343,7 +344,7 @@ std::vector<cv::Rect> CaptionAreas(cv::Size picture, const MapSnapshot& map, con
     areas.push_back(LegendLayout(picture, entries, style, text, scale).panel);
   }
   if (style.text.scale) {
-    areas.push_back(AxesLayout(picture, captions.grid_cell, style, text, scale).area);
+    areas.push_back(AxesLayout(picture, captions.grid_cell, map.metric, style, text, scale).area);
   }
   std::erase_if(areas, [](const cv::Rect& area) { return area.empty(); });
   return areas;
@@ -359,7 +360,7 @@ void DrawTexts(cv::Mat& image, const MapSnapshot& map, const ViewCamera& camera,
                     captions.panel || image.channels() == 3, style, text);
   }
   if (style.text.scale) {
-    DrawAxes(image, camera, {image.size(), captions.grid_cell, style, text, scale}, style, text);
+    DrawAxes(image, camera, {image.size(), captions.grid_cell, map.metric, style, text, scale}, style, text);
   }
   if (style.objects.labels && style.objects.show) {
     DrawLabels(image, objects, camera, style, text, scale,

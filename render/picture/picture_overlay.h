@@ -29,7 +29,7 @@ struct PictureCaptions {
                   const SceneFocus& focus, const LabelColors& label_colors, const ViewCamera& camera);
 
   LabelColors colors;
-  double grid_cell = 1.0;         // map units
+  double grid_cell = 1.0;         // of the map's unit
   std::optional<ClipPlane> clip;  // objects that it cuts away are not named
   bool covisibility = false;      // the picture holds such lines
   bool true_path = false;         // and the true path of the camera

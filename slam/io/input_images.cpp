@@ -51,9 +51,8 @@ cv::Mat InputImages::Read(std::int64_t frame) {
   return {};
 }
 
-cv::Mat InputImages::Read(const MapSnapshot& map) {
-  return IsThere(map.image_path) ? ReadImageInSize(map.image_path, {map.camera.width, map.camera.height})
-                                 : Read(map.frame_index);
+cv::Mat InputImages::Read(const std::string& file, std::int64_t frame) {
+  return IsThere(file) ? ReadImageInSize(file, {camera_.width, camera_.height}) : Read(frame);
 }
 
 bool InputImages::Has(const MapSnapshot& map) const {

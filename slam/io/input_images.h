@@ -23,7 +23,8 @@ class InputImages {
   // 8UC3 in the size of the recording's camera; empty where it is not there. Frames in rising order are read
   // fastest.
   cv::Mat Read(std::int64_t frame);
-  cv::Mat Read(const MapSnapshot& map);  // of the snapshot's frame
+  cv::Mat Read(const MapSnapshot& map) { return Read(map.image_path, map.frame_index); }
+  cv::Mat Read(const std::string& file, std::int64_t frame);  // from the file where that is still there
 
   // True where Read() will most likely find the image, told without reading it.
   bool Has(const MapSnapshot& map) const;

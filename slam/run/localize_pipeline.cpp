@@ -96,15 +96,21 @@ LocalizedRun LocalizeSequence(const LocalizeRequest& request, RunHost& host) {
     }
     return run;
   }
+  const std::optional<MapScale>& scale = recording.Info().scale;
+  if (scale) {
+    for (auto& [index, pose] : run.result.poses) {
+      pose.T_map_camera.translation *= scale->metres;
+    }
+  }
   Trajectory trajectory;
   for (const auto& [index, pose] : run.result.poses) {
     trajectory.push_back({pose.timestamp, pose.T_map_camera});
   }
   WriteTrajectory(request.output / "trajectory.txt", trajectory);
   WriteCamera(request.output / "camera.yaml", sequence.camera);
-  RecordingWriter writer(request.output / "map.sqmap",
-                         {sequence.path.string(), recording.Info().program_version, recording.Info().config});
-  writer.Add(PictureOf(*last, run.result.poses));
+  RecordingInfo info = recording.Info();
+  info.sequence_path = sequence.path.string();
+  RecordingWriter(request.output / "map.sqmap", info).Add(PictureOf(*last, run.result.poses));
   return run;
 }
 

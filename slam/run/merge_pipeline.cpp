@@ -7,6 +7,7 @@
 #include "slam/run/joined_sequence.h"
 #include "slam/run/known_map.h"
 #include "slam/run/map_files.h"
+#include "slam/run/scaled_result.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/options.h"
@@ -36,6 +37,11 @@ FinishedRun MergeResults(const fs::path& first, const fs::path& second, const fs
                 RecordingWriter(output / "map.sqmap", {run.sequence, SQSLAM_VERSION, DumpOptions(a.options)})
                     .Add(*run.result.map.snapshot);
                 KeepInRecording(output / "map.sqmap", run.result.kept);
+              },
+              [&] {
+                if (const auto scale = ReadMapScale(a.recording)) {
+                  ScaleRun(*scale, run);
+                }
               },
               [&] {
                 StageTimes times;

@@ -11,6 +11,7 @@
 #include "slam/io/sequence.h"
 #include "slam/run/known_map.h"
 #include "slam/run/run_host.h"
+#include "slam/run/scale_estimation.h"
 #include "slam/system_options.h"
 
 namespace sqslam {
@@ -32,7 +33,8 @@ struct RunRequest {
   SystemOptions options;
   std::optional<DenseTime> dense;  // when to make depth maps and a dense cloud (options.dense); empty: not
   std::string command;             // as it was typed, for the report; empty: not known
-  bool realtime = false;           // play at the sequence's own speed and drop late frames
+  std::optional<ScaleReference> scale_from;  // what the map is brought to metres by; empty: nothing
+  bool realtime = false;                     // play at the sequence's own speed and drop late frames
 
   bool IsLive() const { return live_camera || !stream.empty(); }
   bool HasRealClock() const { return realtime || IsLive(); }

@@ -20,6 +20,7 @@
 #include "slam/run/map_files.h"
 #include "slam/run/pace.h"
 #include "slam/run/recorder.h"
+#include "slam/run/scaled_result.h"
 #include "slam/run/warning_log.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
@@ -213,6 +214,26 @@ void MakeDense(const RunRequest& request, FinishedRun& run, int live, RunHost& h
   }
 }
 
+// Brings the files to metres: by what the request knows, or as the map is that was gone on with. A thing that
+// is not found costs the metres, not the map.
+void Scale(const RunRequest& request, const RunInput& input, FinishedRun& run, RunHost& host) {
+  std::optional<MapScale> scale;
+  if (input.known) {
+    scale = ReadMapScale(input.known->recording);
+  }
+  if (request.scale_from) {
+    try {
+      scale = EstimateScale(run.output / "map.sqmap", *request.scale_from);
+    } catch (const InputError& error) {
+      spdlog::warn("--scale-from: {}; sqslam scale says it later", error.what());
+    }
+  }
+  if (scale) {
+    ScaleRun(*scale, run);
+    host.Say(ScaleText(*scale));
+  }
+}
+
 void Draw(FinishedRun& run, RunHost& host) {
   StageTimes times;
   host.Draw(run, times);
@@ -226,15 +247,16 @@ void SaveWithoutMap(const FinishedRun& run, Recorder& recorder) {
               [&] { WriteStats(run.output / "stats.json", run.stats); }});
 }
 
-[[noreturn]] void RefuseMap(const RunInput& input, const RunResult& result) {
+[[noreturn]] void RefuseMap(const RunRequest& request, const RunInput& input, const RunResult& result) {
   const Sequence& sequence = input.sequence;
   if (result.frames == 0) {
     throw InputError(fmt::format("{}: none of the {} images could be used, expected readable images of {}x{}",
                                  sequence.path.string(), input.frames->Skipped(), sequence.camera.width,
                                  sequence.camera.height));
   }
-  throw NoMapError(fmt::format("{0}: no map: {1}; sqslam doctor {0} looks closer", sequence.path.string(),
-                               result.no_map_reason));
+  const std::string path = sequence.path.string();  // of live images there is nothing left to look at
+  throw NoMapError(fmt::format("{}: no map: {}{}", path, result.no_map_reason,
+                               request.IsLive() ? "" : fmt::format("; sqslam doctor {} looks closer", path)));
 }
 
 // A map that was gone on with knows the images of both parts.
@@ -292,7 +314,7 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
     SaveWithoutMap(run, recorder);
     feed.ThrowFailure();
     if (!run.interrupted) {
-      RefuseMap(input, run.result);
+      RefuseMap(request, input, run.result);
     }
     return run;
   }
@@ -303,8 +325,9 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
   AttemptAll({[&] { WriteCamera(run.output / "camera.yaml", camera.camera, camera.Text()); },
               [&] { WriteMapFiles(run.output, run.result); }, [&] { recorder.Close(); },
               [&] { KeepInRecording(run.output / "map.sqmap", run.result.kept); },
-              [&] { JoinSequences(input, run); }, [&] { MakeDense(request, run, live_depth, host); },
-              [&] { Draw(run, host); }, [&] { host.Film(run); },
+              [&] { JoinSequences(input, run); }, [&] { Scale(request, input, run, host); },
+              [&] { MakeDense(request, run, live_depth, host); }, [&] { Draw(run, host); },
+              [&] { host.Film(run); },
               [&] {
                 run.stats.warnings = warnings.Lines();
                 WriteStats(run.output / "stats.json", run.stats);

@@ -11,6 +11,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <utility>
 
+#include "slam/snapshot/map_scale.h"
 #include "slam/snapshot/sqlite_file.h"
 #include "slam/util/limits.h"
 
@@ -23,10 +24,10 @@ constexpr const char* kDepthVersion = "1";
 // Camera and pose of a row: width, height, fx, fy, cx, cy, quaternion x y z w, translation.
 using Header = std::array<double, 13>;
 
-Header HeaderOf(const DepthMap& map) {
+Header HeaderOf(const DepthMap& map, double metres) {
   const Camera& c = map.camera;
   const auto& q = map.T_map_camera.rotation.coeffs();
-  const Eigen::Vector3d& t = map.T_map_camera.translation;
+  const Eigen::Vector3d t = map.T_map_camera.translation / metres;
   return {static_cast<double>(c.width),
           static_cast<double>(c.height),
           c.fx,
@@ -80,10 +81,11 @@ std::string Unpack(std::string_view packed, std::size_t expected) {
   return raw;
 }
 
-// Smallest and largest inverse depth, then for each pixel 0 for none or 1 to 65535 between these, as
-// differences to the pixel on its left: all low bytes, then all high ones, which packs best.
-std::string EncodeDepth(const cv::Mat& depth) {
+// Smallest and largest inverse depth in the map's units, then for each pixel 0 for none or 1 to 65535 between
+// these, as differences to the pixel on its left: all low bytes, then all high ones, which packs best.
+std::string EncodeDepth(const cv::Mat& metric_depth, double metres) {
   constexpr double kSteps = 65534.0;
+  const cv::Mat depth = metres == 1.0 ? metric_depth : cv::Mat(metric_depth / metres);
   double smallest = 0.0, largest = 0.0;
   for (auto z = depth.begin<float>(); z != depth.end<float>(); ++z) {
     if (*z > 0.0F) {
@@ -143,6 +145,7 @@ struct DepthRecording::Impl {
   fs::path path;
   sqlite::Database db;
   Access access = Access::kRead;
+  double metres = 1.0;
   bool has_table = false;
 
   [[noreturn]] void ThrowBroken(std::int64_t keyframe) const {
@@ -174,6 +177,8 @@ struct DepthRecording::Impl {
     try {
       DepthMap map = Decode(select);
       map.keyframe = keyframe;
+      map.T_map_camera.translation *= metres;
+      map.depth *= metres;
       return map;
     } catch (const InputError&) {
       ThrowBroken(keyframe);
@@ -220,6 +225,8 @@ DepthRecording::DepthRecording(const fs::path& recording, Access access) : impl_
   impl_->access = access;
   const bool write = access != Access::kRead;
   impl_->db = sqlite::OpenRecording(recording, write ? SQLITE_OPEN_READWRITE : SQLITE_OPEN_READONLY);
+  const std::optional<MapScale> scale = ReadMapScale(recording);
+  impl_->metres = scale ? scale->metres : 1.0;
   std::string version;
   {
     sqlite::Statement select = impl_->Prepare("SELECT value FROM meta WHERE key = 'depth_version'");
@@ -273,6 +280,8 @@ DepthMap DepthRecording::Estimate(std::int64_t keyframe) const {
                      "SELECT frame_index, camera, image, estimate, '' FROM depth_maps WHERE keyframe = ?");
 }
 
+double DepthRecording::Metres() const { return impl_->metres; }
+
 std::string DepthRecording::Settings(std::int64_t keyframe) const {
   if (!impl_->has_table) {
     return {};
@@ -282,9 +291,9 @@ std::string DepthRecording::Settings(std::int64_t keyframe) const {
 }
 
 void DepthRecording::PutEstimate(const DepthMap& map, const std::string& settings) {
-  const Header header = HeaderOf(map);
+  const Header header = HeaderOf(map, impl_->metres);
   const std::string image = EncodeImage(map.bgr);
-  const std::string estimate = EncodeDepth(map.depth);
+  const std::string estimate = EncodeDepth(map.depth, impl_->metres);
   sqlite::Statement insert = impl_->Prepare(
       "INSERT OR REPLACE INTO depth_maps (keyframe, frame_index, settings, camera, image, estimate)"
       " VALUES (?, ?, ?, ?, ?, ?)",
@@ -295,7 +304,7 @@ void DepthRecording::PutEstimate(const DepthMap& map, const std::string& setting
 }
 
 void DepthRecording::PutKept(const DepthMap& map) {
-  const std::string kept = EncodeDepth(map.depth);
+  const std::string kept = EncodeDepth(map.depth, impl_->metres);
   const std::string views = Pack({map.views.begin<std::uint8_t>(), map.views.end<std::uint8_t>()});
   sqlite::Statement update = impl_->Prepare("UPDATE depth_maps SET kept = ?, views = ? WHERE keyframe = ?",
                                             sqlite::Blob{kept}, sqlite::Blob{views}, map.keyframe);

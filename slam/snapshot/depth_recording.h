@@ -15,6 +15,9 @@ namespace sqslam {
 // estimated with, and once it has been held against its neighbours what of it is kept. Depths are stored as
 // inverse depths of 16 bits between the smallest and the largest of a map, images as JPEG.
 //
+// Where the recording keeps a MapScale, depths and poses are metres, read and put; the rows stay in the
+// map's units.
+//
 // Each Put is one transaction: a kill at any moment leaves what was put before. All methods throw InputError
 // that names the file, on a full disk too.
 class DepthRecording {
@@ -35,6 +38,8 @@ class DepthRecording {
 
   // The keyframe's depth before it was held against its neighbours; without `views`.
   DepthMap Estimate(std::int64_t keyframe) const;
+
+  double Metres() const;  // of a unit of the rows; 1 where the recording keeps no scale
 
   // The settings that the keyframe's depth was estimated with; empty where it has none.
   std::string Settings(std::int64_t keyframe) const;

@@ -17,9 +17,24 @@ using sqlite::Database;
 using sqlite::Execute;
 using sqlite::Open;
 using sqlite::Statement;
+namespace {
+
+// A recording holds its map's own units.
+std::string EncodeInUnits(const MapSnapshot& snapshot, const std::optional<MapScale>& scale) {
+  if (!snapshot.metric || !scale) {
+    return EncodeSnapshot(snapshot);
+  }
+  MapSnapshot in_units = snapshot;
+  ScaleLengths(1.0 / scale->metres, in_units);
+  return EncodeSnapshot(in_units);
+}
+
+}  // namespace
+
 struct RecordingWriter::Impl {
   fs::path path;
   Database db;
+  std::optional<MapScale> scale;
   std::int64_t next = 0;
 
   void SetMeta(std::string_view key, std::string_view value) {
@@ -50,6 +65,10 @@ RecordingWriter::RecordingWriter(const fs::path& path, const RecordingInfo& info
   impl_->SetMeta("program_version", info.program_version);
   impl_->SetMeta("config", info.config);
   Execute(db, path, "COMMIT");
+  if (info.scale) {
+    KeepMapScale(path, info.scale);
+    impl_->scale = info.scale;
+  }
 }
 
 RecordingWriter::~RecordingWriter() {
@@ -68,7 +87,7 @@ void RecordingWriter::Add(const MapSnapshot& snapshot) {
   if (!impl_->db) {
     throw std::logic_error("snapshot added to a recording that is closed");
   }
-  const std::string data = EncodeSnapshot(snapshot);
+  const std::string data = EncodeInUnits(snapshot, impl_->scale);
   Statement(impl_->db.get(), impl_->path,
             "INSERT INTO snapshots (id, frame_index, timestamp, data) VALUES (?, ?, ?, ?)", impl_->next,
             snapshot.frame_index, snapshot.timestamp, Blob{data})
@@ -86,8 +105,8 @@ void RecordingWriter::Close() {
 }
 
 void AppendToRecording(const fs::path& path, const MapSnapshot& snapshot) {
+  const std::string data = EncodeInUnits(snapshot, ReadMapScale(path));
   const Database db = Open(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_FULLMUTEX);
-  const std::string data = EncodeSnapshot(snapshot);
   Statement(db.get(), path,
             "INSERT INTO snapshots (id, frame_index, timestamp, data)"
             " SELECT MAX(id) + 1, ?, ?, ? FROM snapshots",
@@ -138,7 +157,8 @@ RecordingReader::RecordingReader(const fs::path& path, Edit edit) : impl_(std::m
                                  version.empty() ? "no recording of a map" : "version " + version,
                                  kOldestSnapshotFormatVersion, kSnapshotFormatVersion));
   }
-  impl_->info = {impl_->Meta("sequence_path"), impl_->Meta("program_version"), impl_->Meta("config")};
+  impl_->info = {impl_->Meta("sequence_path"), impl_->Meta("program_version"), impl_->Meta("config"),
+                 ReadMapScale(path)};
   Statement select(impl_->db.get(), path, "SELECT frame_index FROM snapshots ORDER BY id");
   while (select.Next()) {
     impl_->frame_indices.push_back(select.Int(0));
@@ -164,7 +184,11 @@ MapSnapshotPtr RecordingReader::Read(int index) const {
         fmt::format("{}: no snapshot {}, expected 0 to {}", impl_->path.string(), index, Size() - 1));
   }
   try {
-    auto snapshot = std::make_shared<const MapSnapshot>(DecodeSnapshot(select.Bytes(0), impl_->version));
+    auto snapshot = std::make_shared<MapSnapshot>(DecodeSnapshot(select.Bytes(0), impl_->version));
+    if (impl_->info.scale) {
+      ScaleLengths(impl_->info.scale->metres, *snapshot);
+      snapshot->metric = true;
+    }
     return impl_->edit ? impl_->edit(std::move(snapshot)) : snapshot;
   } catch (const InputError& e) {
     throw InputError(fmt::format("{}: snapshot {}: {}", impl_->path.string(), index, e.what()));

@@ -4,8 +4,10 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
+#include "slam/snapshot/map_scale.h"
 #include "slam/snapshot/snapshot.h"
 
 namespace sqslam {
@@ -13,7 +15,8 @@ namespace sqslam {
 struct RecordingInfo {
   std::string sequence_path;  // the sequence that was mapped
   std::string program_version;
-  std::string config;  // the whole configuration as YAML
+  std::string config;                  // the whole configuration as YAML
+  std::optional<MapScale> scale = {};  // where it is known, states are read in metres
 };
 
 // Writes map.sqmap: one SQLite database (WAL), one row per snapshot, each snapshot complete
@@ -37,7 +40,8 @@ class RecordingWriter {
 // Says anew where the images of a finished recording lie. Throws InputError.
 void SetSequencePath(const std::filesystem::path& path, const std::string& sequence_path);
 
-// Adds a state to a finished recording, in one transaction. Throws InputError.
+// Adds a state to a finished recording, in one transaction and in the units of its map, also where the state
+// is in metres. Throws InputError.
 void AppendToRecording(const std::filesystem::path& path, const MapSnapshot& snapshot);
 
 class RecordingReader {

@@ -105,9 +105,15 @@ struct MapSnapshot {
   bool gravity_known = false;
   std::optional<double> support_height;      // z of the main support plane (desk or floor), map units
   std::optional<SnapshotProgress> progress;  // empty in recordings of older programs
+  // Lengths are metres: somebody said how large something is. Not recorded: readers of a recording that keeps
+  // a MapScale set it.
+  bool metric = false;
   // Every pair that shares enough to count as covisible, once; empty in recordings of older programs.
   std::vector<SnapshotCovisibility> covisibility;
 };
+
+// The unit of the snapshot's lengths, in words.
+inline const char* UnitOf(const MapSnapshot& map) { return map.metric ? "m" : "map units"; }
 
 using MapSnapshotPtr = std::shared_ptr<const MapSnapshot>;
 

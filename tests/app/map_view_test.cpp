@@ -1,3 +1,5 @@
+#include "app/export/map_view.h"
+
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,6 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "app/report/report.h"
 #include "run_program.h"
 #include "slam/snapshot/recording.h"
 #include "tests/render/baseline.h"
@@ -100,6 +103,33 @@ TEST_F(MapViewTest, TrueCameraPathIsOfPagesOnly) {
   const auto run = RunProgram("export " + folder_.Path().string() + " -o x.glb --ground-truth auto");
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_THAT(run.err, HasSubstr(".html"));
+}
+
+TEST_F(MapViewTest, CarriesNoMoreImagesThanItMay) {
+  const RecordingReader reader(folder_.Path() / "map.sqmap");
+  app::ViewHistory history = app::ReadHistory(reader);
+  for (const SnapshotKeyframe& keyframe : reader.Last()->keyframes) {
+    history.image_files[keyframe.frame_index] = reader.Last()->image_path;
+  }
+  for (const int most : {0, 1, 2, 8}) {
+    app::MapViewOptions options;
+    options.images = most;
+    const app::MapView view = app::ReadMapView(reader, history, folder_.Path() / "map.sqmap", {}, options);
+    EXPECT_LE(static_cast<int>(view.images.size()), most);
+    EXPECT_EQ(view.images.empty(), most == 0);
+  }
+}
+
+TEST_F(MapViewTest, StatesAreReadOnce) {
+  int read = 0;
+  const RecordingReader reader(folder_.Path() / "map.sqmap", [&](MapSnapshotPtr map) {
+    read += map->frame_index == kFirstObjectAlone ? 1 : 0;
+    return map;
+  });
+  const app::ViewHistory history = app::ReadHistory(reader);
+  EXPECT_TRUE(app::BestPhoto(reader, history));
+  app::ReadMapView(reader, history, folder_.Path() / "map.sqmap", {});
+  EXPECT_EQ(read, 1);
 }
 
 TEST_F(MapViewInBrowserTest, OpensInABrowserWithoutAMessageAndLooksAsItShould) {

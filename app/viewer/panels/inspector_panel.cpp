@@ -14,7 +14,7 @@
 namespace sqslam::viewer {
 namespace {
 
-void DrawNumbers(const SnapshotObject& object) {
+void DrawNumbers(const SnapshotObject& object, const char* unit) {
   if (!Section("Numbers")) {
     return;
   }
@@ -38,7 +38,7 @@ void DrawNumbers(const SnapshotObject& object) {
   const std::string unknown = "\u2013";
   Row("IoU with boxes",
       object.fit.box_agreement > 0.0 ? fmt::format("{:.2f}", object.fit.box_agreement) : unknown);
-  Row("residual", object.points > 0 ? fmt::format("{:.2g} map units rms", object.fit.point_rms) : unknown);
+  Row("residual", object.points > 0 ? fmt::format("{:.2g} {} rms", object.fit.point_rms, unit) : unknown);
 }
 
 void DrawPoints(Editing& editing) {
@@ -74,7 +74,7 @@ class InspectorPanel : public Panel {
     ImGui::BeginChild("inspector");
     ImGui::PushID(object->id);
     DrawEditing(*object);
-    DrawNumbers(*object);
+    DrawNumbers(*object, UnitOf(*document_.Map()));
     DrawHistory(*object);
     DrawPoints(context_.editing);
     ImGui::PopID();
@@ -194,7 +194,7 @@ void InspectorPanel::DrawPlots(const std::vector<ObjectSample>& samples) {
   }
   const std::string x_name = by_frame_ ? "frame" : "observations";
   const std::array<Plot, 3> plots = {
-      {{"half sizes, map units",
+      {{document_.Map()->metric ? "half sizes, m" : "half sizes, map units",
         x,
         {{"ax", palette.plot_a, values[0]},
          {"ay", palette.plot_b, values[1]},

@@ -108,7 +108,7 @@ class SceneMarks {
     }
     if (seen.size() == 2) {
       Stroke(seen, palette_.accent, 2.0F, 2.0F, false, IM_COL32(0, 0, 0, 140));
-      DrawTag(fmt::format("{:.4g} map units", (points[0] - points[1]).norm()),
+      DrawTag(fmt::format("{:.4g} {}", (points[0] - points[1]).norm(), UnitOf(*document_.Map())),
               ImVec2(0.5F * (seen[0].x + seen[1].x), 0.5F * (seen[0].y + seen[1].y)), {0.337, 0.706, 0.914});
     }
     for (const ImVec2& p : seen) {

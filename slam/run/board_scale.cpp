@@ -1,0 +1,116 @@
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "slam/geometry/similarity_alignment.h"
+#include "slam/run/scale_estimation.h"
+
+namespace sqslam {
+namespace {
+
+struct Sightline {
+  Eigen::Vector3d center;
+  Eigen::Vector3d direction;  // unit vector, map frame
+};
+
+// The place nearest to all rays, by their angles. Empty where they are nearly parallel.
+std::optional<Eigen::Vector3d> Meet(const std::vector<Sightline>& rays) {
+  constexpr double kLeastAngle = 0.02;  // rad between the outermost rays
+  constexpr int kRounds = 3;            // the first takes every ray to be equally long
+  const bool apart = std::ranges::any_of(rays, [&](const Sightline& ray) {
+    return ray.direction.cross(rays.front().direction).norm() > kLeastAngle;
+  });
+  if (rays.size() < 2 || !apart) {
+    return std::nullopt;
+  }
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();
+  for (int round = 0; round < kRounds; ++round) {
+    Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    for (const Sightline& ray : rays) {
+      const double weight = round == 0 ? 1.0 : 1.0 / (place - ray.center).squaredNorm();
+      const Eigen::Matrix3d across =
+          weight * (Eigen::Matrix3d::Identity() - ray.direction * ray.direction.transpose());
+      matrix += across;
+      right += across * ray.center;
+    }
+    place = matrix.ldlt().solve(right);
+  }
+  return place.allFinite() ? std::optional(place) : std::nullopt;
+}
+
+struct Fit {
+  Sim3d S_board_map;
+  double rms = 0.0;
+  int corners = 0;
+};
+
+// `left_out`: index of a sight that is not used.
+std::optional<Fit> FitCorners(const std::vector<BoardSight>& sights, std::size_t left_out,
+                              const Camera& camera, const CalibrationBoard& board) {
+  std::map<int, std::vector<Sightline>> rays;  // by corner
+  for (std::size_t i = 0; i < sights.size(); ++i) {
+    if (i == left_out) {
+      continue;
+    }
+    const auto& [pose, view] = sights[i];
+    for (std::size_t k = 0; k < view.ids.size(); ++k) {
+      const Eigen::Vector2d pixel(view.corners[k].x, view.corners[k].y);
+      const Eigen::Vector3d ray = camera.Unproject(camera.Undistort(pixel));
+      rays[view.ids[k]].push_back({pose.translation, (pose.rotation * ray).normalized()});
+    }
+  }
+  const std::vector<cv::Point3f> corners = BoardCorners(board);
+  std::vector<Eigen::Vector3d> in_map, on_board;
+  for (const auto& [id, lines] : rays) {
+    if (const auto place = Meet(lines)) {
+      const cv::Point3f& corner = corners[static_cast<std::size_t>(id)];
+      in_map.push_back(*place);
+      on_board.push_back(1e-3 * Eigen::Vector3d(corner.x, corner.y, corner.z));
+    }
+  }
+  const std::optional<Sim3d> fitted = AlignSimilarity(in_map, on_board);
+  if (!fitted) {
+    return std::nullopt;
+  }
+  Fit fit{*fitted, 0.0, static_cast<int>(in_map.size())};
+  for (std::size_t i = 0; i < in_map.size(); ++i) {
+    fit.rms += (*fitted * in_map[i] - on_board[i]).squaredNorm();
+  }
+  fit.rms = std::sqrt(fit.rms / static_cast<double>(in_map.size()));
+  return fit;
+}
+
+}  // namespace
+
+std::optional<BoardScale> ScaleByBoard(const std::vector<BoardSight>& sights, const Camera& camera,
+                                       const CalibrationBoard& board) {
+  constexpr std::size_t kFewest = 4;
+  const std::optional<Fit> all = FitCorners(sights, sights.size(), camera, board);
+  if (!all || sights.size() < kFewest) {
+    return std::nullopt;
+  }
+  std::vector<double> logs;
+  for (std::size_t i = 0; i < sights.size(); ++i) {
+    const std::optional<Fit> others = FitCorners(sights, i, camera, board);
+    if (!others) {
+      return std::nullopt;  // it all hangs on one keyframe
+    }
+    logs.push_back(std::log(others->S_board_map.scale));
+  }
+  const auto count = static_cast<double>(logs.size());
+  double mean = 0.0, squares = 0.0;
+  for (const double log : logs) {
+    mean += log / count;
+  }
+  for (const double log : logs) {
+    squares += (log - mean) * (log - mean);
+  }
+  const double metres = all->S_board_map.scale;
+  // So few tell little of their own spread: Student's t, whose variance is as much larger than 1.
+  const double student = (count - 1.0) / (count - 3.0);
+  return BoardScale{metres, metres * std::sqrt(student * (count - 1.0) / count * squares), all->rms,
+                    all->corners};
+}
+
+}  // namespace sqslam

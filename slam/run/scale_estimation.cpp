@@ -1,0 +1,359 @@
+#include "slam/run/scale_estimation.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+#include <sstream>
+
+#include "slam/io/input_images.h"
+#include "slam/run/known_map.h"
+#include "slam/snapshot/recording.h"
+#include "slam/system_parts.h"
+#include "slam/util/error.h"
+#include "slam/util/options.h"
+#include "slam/util/text_lines.h"
+
+namespace sqslam {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr double kVague = 0.05;  // relative deviation from which a scale is called vague
+
+std::vector<std::string> Split(const std::string& text, char separator) {
+  std::vector<std::string> parts;
+  std::istringstream words(text);
+  for (std::string part; std::getline(words, part, separator);) {
+    parts.push_back(part);
+  }
+  return parts;
+}
+
+CalibrationBoard ParseBoard(const std::string& text) {
+  const std::vector<std::string> parts = Split(text, ',');
+  const std::vector<std::string> sides = parts.empty() ? parts : Split(parts[0], 'x');
+  CalibrationBoard board{.kind = BoardKind::kCharuco};
+  const auto columns = sides.size() == 2 ? ParseNumber<int>(sides[0]) : std::nullopt;
+  const auto rows = sides.size() == 2 ? ParseNumber<int>(sides[1]) : std::nullopt;
+  const auto square = parts.size() >= 3 ? ParseNumber<double>(parts[1]) : std::nullopt;
+  const auto marker = parts.size() >= 3 ? ParseNumber<double>(parts[2]) : std::nullopt;
+  if (!columns || !rows || !square || !marker || parts.size() > 4) {
+    throw UsageError(fmt::format(
+        "board={}: expected COLUMNSxROWS,SQUARE,MARKER in mm, such as board=10x7,25,18,4X4_50", text));
+  }
+  board.columns = *columns;
+  board.rows = *rows;
+  board.square_mm = *square;
+  board.marker_mm = *marker;
+  board.dictionary = parts.size() == 4 ? parts[3] : board.dictionary;
+  return board;
+}
+
+std::string NameOf(const SnapshotObject& object) { return fmt::format("{} {}", object.id, object.label); }
+
+// Vertical extent and its standard deviation, by the half sizes' covariance; 0 where there is none.
+std::pair<double, double> HeightOf(const SnapshotObject& object) {
+  const Superquadric& shape = object.superquadric.shape;
+  const Eigen::Vector3d up = object.superquadric.T_map_object.rotation.conjugate() * Eigen::Vector3d::UnitZ();
+  // The support point grows with the half sizes, so that its parts are their shares in the extent.
+  const Eigen::Vector3d by_half_size =
+      2.0 * shape.SupportPoint(up).cwiseProduct(up).cwiseQuotient(shape.half_size);
+  const double variance = by_half_size.dot(object.fit.covariance.block<3, 3>(3, 3) * by_half_size);
+  return {2.0 * shape.SupportExtent(up), std::sqrt(std::max(0.0, variance))};
+}
+
+[[noreturn]] void RefuseObject(const MapSnapshot& map, const std::string& wanted) {
+  std::vector<std::string> names;
+  for (const SnapshotObject& object : map.objects) {
+    names.push_back(NameOf(object));
+  }
+  throw InputError(names.empty() ? fmt::format("the map has no objects, expected {}", wanted)
+                                 : fmt::format("the map has no object {}, expected one of {}", wanted,
+                                               fmt::join(names, ", ")));
+}
+
+void WarnIfUncertain(const SnapshotObject& object) {
+  if (!IsReliable(object)) {
+    spdlog::warn(
+        "{} is uncertain (reliability {:.2f}): its size may be wrong by much more than its deviation",
+        NameOf(object), object.fit.reliability);
+  }
+}
+
+// Of a label the object whose height is relatively surest, uncertain ones last.
+const SnapshotObject& FindObject(const MapSnapshot& map, const std::string& wanted) {
+  const auto id = ParseNumber<int>(wanted);
+  const SnapshotObject* best = nullptr;
+  const auto rank = [](const SnapshotObject& object) {
+    const auto [height, deviation] = HeightOf(object);
+    return std::pair(!IsReliable(object),
+                     deviation > 0.0 ? deviation / height : std::numeric_limits<double>::infinity());
+  };
+  for (const SnapshotObject& object : map.objects) {
+    const bool fits = id ? object.id == *id : object.label == wanted;
+    if (fits && (best == nullptr || rank(object) < rank(*best))) {
+      best = &object;
+    }
+  }
+  if (best == nullptr) {
+    RefuseObject(map, wanted);
+  }
+  return *best;
+}
+
+// A place with its covariance, in the snapshot's lengths.
+struct Place {
+  Eigen::Vector3d at;
+  Eigen::Matrix3d covariance;
+  std::string what;
+};
+
+Place PlaceOfObject(const MapSnapshot& map, const std::string& text) {
+  const SnapshotObject& object = FindObject(map, text);
+  WarnIfUncertain(object);
+  const Eigen::Matrix3d covariance = object.fit.covariance.topLeftCorner<3, 3>();
+  if (!(covariance.trace() > 0.0)) {
+    throw InputError(
+        fmt::format("{} was never refined: nobody knows how far its centre is off, expected another object",
+                    NameOf(object)));
+  }
+  return {object.superquadric.T_map_object.translation, covariance, NameOf(object)};
+}
+
+Place PlaceOfPoint(const MapSnapshot& map, const Eigen::Vector3d& wanted, const Map& live, double unit) {
+  constexpr double kNear = 0.02;  // of its distance to the nearest keyframe
+  const MapPoint* nearest = nullptr;
+  double least = std::numeric_limits<double>::infinity();
+  for (const MapPoint& point : live.Points()) {
+    const double distance = (unit * point.p_map - wanted).norm();
+    if (distance < least) {
+      nearest = &point;
+      least = distance;
+    }
+  }
+  double view = std::numeric_limits<double>::infinity();
+  for (const SnapshotKeyframe& keyframe : map.keyframes) {
+    view = std::min(view, (keyframe.T_map_camera.translation - wanted).norm());
+  }
+  if (nearest == nullptr || least > kNear * view) {
+    throw InputError(
+        fmt::format("no map point lies at {:.4g},{:.4g},{:.4g}{}", wanted.x(), wanted.y(), wanted.z(),
+                    nearest == nullptr ? std::string()
+                                       : fmt::format(", the nearest is {:.2g} {} away", least, UnitOf(map))));
+  }
+  const double variance = PixelVariance(live, map.camera);
+  return {unit * nearest->p_map, unit * unit * PointCovariance(live, map.camera, nearest->id, variance),
+          fmt::format("{:.4g},{:.4g},{:.4g}", wanted.x(), wanted.y(), wanted.z())};
+}
+
+std::vector<BoardSight> FindBoards(const RecordingReader& recording, const MapSnapshot& map,
+                                   const CalibrationBoard& board,
+                                   const std::function<void(int, int)>& progress) {
+  constexpr std::size_t kMost = 120;  // keyframes that are searched
+  std::vector<SnapshotKeyframe> keyframes = map.keyframes;
+  std::ranges::sort(keyframes, {}, &SnapshotKeyframe::frame_index);
+  InputImages images(recording);
+  std::vector<BoardSight> sights;
+  bool any = false;
+  const std::size_t count = std::min(kMost, keyframes.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    const SnapshotKeyframe& keyframe = keyframes[i * keyframes.size() / count];
+    const cv::Mat image = images.Read(keyframe.frame_index);
+    if (!image.empty()) {
+      any = true;
+      cv::Mat gray;
+      cv::cvtColor(image, gray, cv::COLOR_BGR2GRAY);
+      if (std::optional<BoardView> view = FindBoard(gray, board)) {
+        sights.push_back({keyframe.T_map_camera, std::move(*view)});
+      }
+    }
+    if (progress) {
+      progress(static_cast<int>(i) + 1, static_cast<int>(count));
+    }
+  }
+  if (!any) {
+    throw InputError(fmt::format("{}: the images that were mapped are needed to find a board: {}",
+                                 recording.Info().sequence_path, images.WhyNot()));
+  }
+  return sights;
+}
+
+MapScale ScaleFrom(const MeasuredLength& measured, double metres) {
+  return {metres / measured.length, metres * measured.deviation / (measured.length * measured.length),
+          fmt::format("{}, {:.4g} m", measured.what, metres)};
+}
+
+// By the snapshot's lengths.
+MapScale ScaleByBoardIn(const RecordingReader& recording, const MapSnapshot& map,
+                        const CalibrationBoard& board, const std::function<void(int, int)>& progress) {
+  const std::vector<BoardSight> sights = FindBoards(recording, map, board, progress);
+  const std::optional<BoardScale> scale = ScaleByBoard(sights, map.camera, board);
+  if (!scale) {
+    throw InputError(
+        fmt::format("a {} is seen in {} of {} keyframes, expected four or more from places apart",
+                    BoardText(board), sights.size(), map.keyframes.size()));
+  }
+  return {scale->metres, scale->deviation,
+          fmt::format("{}, in {} keyframes", BoardText(board), sights.size())};
+}
+
+}  // namespace
+
+ScaleReference ParseScaleReference(const std::string& text) {
+  ScaleReference reference;
+  const std::size_t equals = text.find('=');
+  const std::string what = text.substr(0, equals);
+  if (what == "board") {
+    reference = equals == std::string::npos ? CalibrationBoard{.kind = BoardKind::kCharuco}
+                                            : ParseBoard(text.substr(equals + 1));
+  } else {
+    const auto metres =
+        equals == std::string::npos ? std::nullopt : ParseNumber<double>(text.substr(equals + 1));
+    if (what.empty() || !metres) {
+      throw UsageError(fmt::format(
+          "{}: expected LABEL=METRES such as cup=0.096, board, or board=COLUMNSxROWS,SQUARE,MARKER", text));
+    }
+    reference = KnownHeight{what, *metres};
+  }
+  CheckScaleReference(reference);
+  return reference;
+}
+
+void CheckScaleReference(const ScaleReference& reference) {
+  const auto check = [](double metres) {
+    if (!(metres > 0.0) || !std::isfinite(metres)) {
+      throw UsageError(fmt::format("{} m: expected a length above 0", metres));
+    }
+  };
+  if (const auto* board = std::get_if<CalibrationBoard>(&reference)) {
+    CheckBoard(*board);
+  } else if (const auto* height = std::get_if<KnownHeight>(&reference)) {
+    check(height->metres);
+  } else {
+    check(std::get<KnownDistance>(reference).metres);
+  }
+}
+
+MeasuredLength MeasureHeight(const MapSnapshot& map, const std::string& wanted) {
+  const SnapshotObject& object = FindObject(map, wanted);
+  if (!map.gravity_known) {
+    throw InputError(
+        "the map does not know what is up, so objects have no height; expected --distance or --board");
+  }
+  const auto [height, deviation] = HeightOf(object);
+  if (!(deviation > 0.0)) {
+    throw InputError(
+        fmt::format("{} was never refined: nobody knows how far its height is off, expected another object",
+                    NameOf(object)));
+  }
+  WarnIfUncertain(object);
+  return {height, deviation, "height of " + NameOf(object)};
+}
+
+MeasuredLength MeasureDistance(const MapSnapshot& map, const KnownDistance& distance,
+                               const std::function<Map()>& points, double unit) {
+  std::optional<Map> live;
+  const auto place = [&](const std::string& text) {
+    const std::vector<std::string> parts = Split(text, ',');
+    if (parts.size() != 3) {
+      return PlaceOfObject(map, text);
+    }
+    Eigen::Vector3d at;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto number = ParseNumber<double>(parts[i]);
+      if (!number || !std::isfinite(*number)) {
+        throw UsageError(fmt::format("{}: expected the id of an object, or a place as X,Y,Z", text));
+      }
+      at[static_cast<Eigen::Index>(i)] = *number;
+    }
+    if (!live) {
+      live.emplace(points());
+    }
+    return PlaceOfPoint(map, at, *live, unit);
+  };
+  const Place a = place(distance.from);
+  const Place b = place(distance.to);
+  const Eigen::Vector3d way = b.at - a.at;
+  const double length = way.norm();
+  const Eigen::Matrix3d covariance = a.covariance + b.covariance;
+  if (!(length > 0.0)) {
+    throw InputError(fmt::format("{} and {} are one place, expected two", a.what, b.what));
+  }
+  return {length, std::sqrt(way.dot(covariance * way)) / length,
+          fmt::format("distance of {} and {}", a.what, b.what)};
+}
+
+Eigen::Matrix3d PointCovariance(const Map& map, const Camera& camera, PointId id, double pixel_variance) {
+  const MapPoint& point = map.Point(id);
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  for (const Observation& observation : point.observations) {
+    const Rigid3d& T_camera_map = map.At(observation.keyframe).T_camera_map;
+    const Eigen::Vector3d p = T_camera_map * point.p_map;
+    Eigen::Matrix<double, 2, 3> by_camera;
+    by_camera << camera.fx / p.z(), 0.0, -camera.fx * p.x() / (p.z() * p.z()), 0.0, camera.fy / p.z(),
+        -camera.fy * p.y() / (p.z() * p.z());
+    const Eigen::Matrix<double, 2, 3> by_map = by_camera * T_camera_map.RotationMatrix();
+    information += by_map.transpose() * by_map /
+                   (pixel_variance * map.Levels().Variance(map.KeypointOf(observation).octave));
+  }
+  return information.inverse();
+}
+
+double PixelVariance(const Map& map, const Camera& camera) {
+  constexpr double kLeast = 1e-6;  // px^2
+  double squares = 0.0, freedom = 0.0;
+  for (const MapPoint& point : map.Points()) {
+    for (const Observation& observation : point.observations) {
+      const Keypoint& keypoint = map.KeypointOf(observation);
+      const Eigen::Vector2d error =
+          camera.Project(map.At(observation.keyframe).T_camera_map * point.p_map) - keypoint.pixel;
+      squares += error.squaredNorm() / map.Levels().Variance(keypoint.octave);
+      freedom += 2.0;
+    }
+    freedom -= 3.0;  // of its place
+  }
+  return std::max(kLeast, squares / std::max(1.0, freedom));
+}
+
+MapScale EstimateScale(const fs::path& recording, const ScaleReference& reference,
+                       const std::function<void(int, int)>& progress) {
+  CheckScaleReference(reference);
+  const RecordingReader reader(recording);
+  if (reader.Size() == 0) {
+    throw InputError(fmt::format("{}: holds no snapshot, expected a map", recording.string()));
+  }
+  const MapSnapshotPtr map = reader.Last();
+  const double unit = reader.Info().scale ? reader.Info().scale->metres : 1.0;
+  const auto live = [&] {
+    const KnownMap known = ReadKnownMap(recording);
+    return MainMapOf(known.map, recording.string(), known.options);
+  };
+  MapScale scale;
+  try {
+    if (const auto* height = std::get_if<KnownHeight>(&reference)) {
+      scale = ScaleFrom(MeasureHeight(*map, height->object), height->metres);
+    } else if (const auto* distance = std::get_if<KnownDistance>(&reference)) {
+      scale = ScaleFrom(MeasureDistance(*map, *distance, live, unit), distance->metres);
+    } else {
+      scale = ScaleByBoardIn(reader, *map, std::get<CalibrationBoard>(reference), progress);
+    }
+  } catch (const InputError& error) {
+    const std::string what = error.what();
+    const bool names_file = what.starts_with(recording.string());
+    throw InputError(names_file ? what : fmt::format("{}: {}", recording.string(), what));
+  }
+  if (scale.deviation > kVague * scale.metres) {
+    spdlog::warn("the scale is known to {:.0f} % only: {}", 100.0 * scale.deviation / scale.metres,
+                 scale.source);
+  }
+  scale.metres *= unit;
+  scale.deviation *= unit;
+  return scale;
+}
+
+}  // namespace sqslam
