@@ -176,9 +176,9 @@ SceneFocus FindFocus(const MapSnapshot& map) {
 }
 
 void IncludeCloud(const std::vector<Eigen::Vector3d>& cloud, SceneFocus& focus) {
-  constexpr double kAbout = 0.5;    // of the diagonal of what is framed without the cloud
+  constexpr double kAbout = 0.5;   // of the diagonal of what is framed without the cloud
   constexpr double kStray = 0.01;  // share of the points that no picture needs at each of its sides
-  constexpr int kDirections = 40;   // over half a ball: those of the sides
+  constexpr int kDirections = 40;  // over half a ball: those of the sides
   Eigen::AlignedBox3d about = BoxAround(focus.outline);
   const double margin = kAbout * about.diagonal().norm();
   about.min().array() -= margin;
