@@ -68,6 +68,21 @@ BundleProblem ExtractBundleProblem(const Map& map, const Camera& camera) {
   return ExtractBundleProblem(map, camera, free, fixed);
 }
 
+void AddFrames(std::span<const BundleFrame> frames, BundleProblem& problem) {
+  for (const BundleFrame& frame : frames) {
+    for (const BundleFrame::Match& match : frame.matches) {
+      const auto point = std::ranges::lower_bound(problem.points, match.point, {}, &BundlePoint::id);
+      if (point != problem.points.end() && point->id == match.point) {
+        problem.observations.push_back({problem.poses.size(),
+                                        static_cast<std::size_t>(point - problem.points.begin()), match.pixel,
+                                        match.sigma, true});
+      }
+    }
+    problem.poses.push_back({kNoKeyframe, false, frame.T_camera_map});
+  }
+  std::ranges::stable_sort(problem.observations, {}, &BundleObservation::point);
+}
+
 void AddObjects(std::span<const ObjectTerm> objects, const JointObjectOptions& options, const Map& map,
                 BundleProblem& problem) {
   for (const ObjectTerm& term : objects) {
@@ -105,7 +120,7 @@ int ApplyBundle(const BundleProblem& problem, Map& map) {
   }
   int outliers = 0;
   for (const BundleObservation& o : problem.observations) {
-    if (!o.inlier) {
+    if (!o.inlier && problem.poses[o.pose].id != kNoKeyframe) {
       map.RemoveObservation(problem.points[o.point].id, problem.poses[o.pose].id);
       ++outliers;
     }
@@ -155,8 +170,11 @@ BundleAdjustmentReport LocalBundleAdjustment(Map& map, const Camera& camera, Key
 
 BundleAdjustmentReport GlobalBundleAdjustment(Map& map, const Camera& camera, int iterations,
                                               const BundleAdjustmentOptions& options,
-                                              const JointObjects& objects) {
-  return Run(map, ExtractBundleProblem(map, camera), {iterations, iterations, options.threads}, {}, objects);
+                                              const JointObjects& objects,
+                                              std::span<const BundleFrame> frames) {
+  BundleProblem problem = ExtractBundleProblem(map, camera);
+  AddFrames(frames, problem);
+  return Run(map, std::move(problem), {iterations, iterations, options.threads}, {}, objects);
 }
 
 LearntCamera LearnCamera(Map& map, const Camera& camera, const CameraLearningOptions& options, int threads) {

@@ -125,6 +125,21 @@ BundleProblem ExtractBundleProblem(const Map& map, const Camera& camera, const s
 // The same of the whole map, the oldest keyframe fixed.
 BundleProblem ExtractBundleProblem(const Map& map, const Camera& camera);
 
+// A frame between the keyframes, as a bundle adjustment takes it.
+struct BundleFrame {
+  struct Match {
+    PointId point = kNoPoint;
+    Eigen::Vector2d pixel;  // undistorted
+    double sigma = 1.0;     // standard deviation of the pixel, px
+  };
+  Rigid3d T_camera_map;
+  std::vector<Match> matches;
+};
+
+// Adds the frames' poses and what they see of the problem's points. They hold the points better in place than
+// keyframes alone do; they are no part of the map and are forgotten with the problem.
+void AddFrames(std::span<const BundleFrame> frames, BundleProblem& problem);
+
 // Adds the objects of which the problem adjusts enough points, in the order given.
 void AddObjects(std::span<const ObjectTerm> objects, const JointObjectOptions& options, const Map& map,
                 BundleProblem& problem);
@@ -182,7 +197,8 @@ BundleAdjustmentReport LocalBundleAdjustment(Map& map, const Camera& camera, Key
 // The same over the whole map, the oldest keyframe fixed.
 BundleAdjustmentReport GlobalBundleAdjustment(Map& map, const Camera& camera, int iterations,
                                               const BundleAdjustmentOptions& options,
-                                              const JointObjects& objects = {});
+                                              const JointObjects& objects = {},
+                                              std::span<const BundleFrame> frames = {});
 
 // Parts of the camera that are learnt from a map: the focal length, and the first radial coefficient.
 enum class LearntPart { kNone, kFocal, kFocalAndRadial };

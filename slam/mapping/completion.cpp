@@ -68,25 +68,6 @@ std::set<KeyframeId> NextInTime(const Map& map, std::int64_t frame_index, int co
 
 }  // namespace
 
-void LeftoverFrames::Add(LeftoverFrame frame) {
-  if (offered_++ % every_ != 0 || most_ == 0) {
-    return;
-  }
-  if (static_cast<int>(frames_.size()) >= most_) {
-    every_ *= 2;
-    bool odd = false;
-    std::erase_if(frames_, [&](const auto&) { return std::exchange(odd, !odd); });
-  }
-  const std::int64_t index = frame.index;
-  frames_.insert_or_assign(index, std::move(frame));
-}
-
-std::vector<std::int64_t> LeftoverFrames::Indices() const {
-  std::vector<std::int64_t> indices;
-  std::ranges::copy(std::views::keys(frames_), std::back_inserter(indices));
-  return indices;
-}
-
 std::vector<std::int64_t> Completion::InTurn(const Map& map, const LeftoverFrames& frames) const {
   std::vector<std::int64_t> indices = frames.Indices();
   std::ranges::stable_sort(indices, {}, [&](std::int64_t index) { return TimeDistance(map, index); });

@@ -8,6 +8,7 @@
 
 #include "slam/map/map.h"
 #include "slam/mapping/place_recognizer.h"
+#include "slam/mapping/thinned_frames.h"
 #include "slam/tracking/pose_tracker.h"
 
 // Tries leftovers of a run, frames without a pose and submaps that stayed apart, once more when all has
@@ -21,21 +22,7 @@ struct LeftoverFrame {
   FrameFeaturesPtr features;
 };
 
-// The frames without a pose, thinned out evenly where there are too many to keep.
-class LeftoverFrames {
- public:
-  explicit LeftoverFrames(int most) : most_(most) {}
-  void Add(LeftoverFrame frame);
-  void Remove(std::int64_t index) { frames_.erase(index); }
-  const std::map<std::int64_t, LeftoverFrame>& ByIndex() const { return frames_; }
-  std::vector<std::int64_t> Indices() const;
-
- private:
-  int most_;
-  std::int64_t every_ = 1;    // frames of which one is kept
-  std::int64_t offered_ = 0;  // since the beginning
-  std::map<std::int64_t, LeftoverFrame> frames_;
-};
+using LeftoverFrames = ThinnedFrames<LeftoverFrame>;
 
 // A keyframe of one submap as another submap sees it.
 struct SubmapTie {

@@ -87,7 +87,7 @@ class Mapper {
   KeyframeId AddKeyframe(const TrackedFrame& frame, std::vector<FrameMatch> matches);
   void CountReturn(KeyframeId keyframe);
   void OptimizeLocally(KeyframeId keyframe);
-  void OptimizeGlobally(bool with_objects);
+  void OptimizeGlobally(bool with_objects, bool with_frames = false);
   bool CloseLoop(KeyframeId keyframe);
   void MergeSubmaps(const LoopCandidate& loop, Submap& known);
   void AdjustInBackground();

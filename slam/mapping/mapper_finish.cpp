@@ -141,28 +141,28 @@ bool Mapper::PlaceOnce(Submap& submap, const Completion& completion, bool by_two
 }
 
 // The last bundle adjustments of the active submap.
-void Mapper::OptimizeGlobally(bool with_objects) {
+void Mapper::OptimizeGlobally(bool with_objects, bool with_frames) {
   const MappingOptions& options = options_.mapping;
   if (options.final_iterations == 0 || active_->Map().Keyframes().size() <= 2) {
     return;
   }
   const std::vector<ObjectTerm> terms =
       with_objects ? active_->ObjectTerms(options.joint_objects) : std::vector<ObjectTerm>();
-  const BundleAdjustmentReport report =
-      GlobalBundleAdjustment(active_->Map(), camera_, options.final_iterations, options.bundle_adjustment,
-                             {terms, options.joint_objects});
+  const BundleAdjustmentReport report = GlobalBundleAdjustment(
+      active_->Map(), camera_, options.final_iterations, options.bundle_adjustment,
+      {terms, options.joint_objects}, active_->FramesBetween(with_frames ? options.final_frames : 0));
   active_->CorrectObjects(report.objects, camera_);
 }
 
 void Mapper::FinishSubmap(Submap& submap) {
   active_ = &submap;
-  OptimizeGlobally(false);
+  OptimizeGlobally(false, true);
   LearnFrom(submap);
   submap.RefineFrames(camera_, options_.tracking.min_inliers);
   KeepUpright(true);
   submap.MapObjectsLast(camera_);
   if (options_.mapping.joint_objects.Final()) {
-    OptimizeGlobally(true);
+    OptimizeGlobally(true, true);
   }
 }
 

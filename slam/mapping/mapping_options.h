@@ -111,6 +111,7 @@ struct MappingOptions {
   CompletionOptions completion;
   CameraLearningOptions camera;  // at the end of a run
   int final_iterations = 10;     // of the bundle adjustment over the whole map at the end; 0: none
+  int final_frames = 120;  // frames between the keyframes that take part in it: they hold points in place
   int min_submap_keyframes = 5;  // a submap with fewer is dropped at the end, unless there is no other
 
   void VisitFields(auto&& visit) {
@@ -123,6 +124,7 @@ struct MappingOptions {
     visit("completion", completion);
     visit("camera", camera);
     visit("final_iterations", final_iterations, 0, 1000);
+    visit("final_frames", final_frames, 0, 2000);
     visit("min_submap_keyframes", min_submap_keyframes, 2, 1000);
   }
 };

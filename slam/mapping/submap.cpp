@@ -17,6 +17,7 @@ Submap::Submap(std::int64_t number, std::unique_ptr<sqslam::Map> map, const Mapp
     : number_(number),
       map_(std::move(map)),
       // A gravity that is given is that in the first camera of the run.
+      between_(2 * options.mapping.final_frames),
       upright_(number == 0 ? options.gravity : "auto", options.objects.gravity, options.seed),
       objects_(options.objects, options.seed) {
   for (const auto& [id, keyframe] : map_->Keyframes()) {
@@ -83,7 +84,7 @@ void Submap::RefineFrames(const Camera& camera, int min_inliers, int keep) {
   const auto end = std::prev(frames_.end(), keep);
   for (auto it = keep > 0 ? frames_.lower_bound(refined_below_) : frames_.begin(); it != end; ++it) {
     auto& [index, record] = *it;
-    const std::vector<FrameMatch> matches = std::exchange(record.matches, {});
+    std::vector<FrameMatch> matches = std::exchange(record.matches, {});
     const KeyframeId reference = record.pose.reference;
     if (matches.empty() || (map_->HasKeyframe(reference) && map_->At(reference).frame_index == index)) {
       continue;  // refined before, or moved by bundle adjustment already
@@ -92,8 +93,35 @@ void Submap::RefineFrames(const Camera& camera, int min_inliers, int keep) {
     const Rigid3d T_camera_map =
         RefineFrame(*map_, camera, matches, min_inliers, Resolve(record.pose, anchor).T_camera_map);
     record.pose = {reference, T_camera_map * anchor.T_camera_map.Inverse(), anchor.scale};
+    between_.Add({index, std::move(matches)});
   }
   refined_below_ = end == frames_.end() ? std::prev(end)->first + 1 : end->first;
+}
+
+std::vector<BundleFrame> Submap::FramesBetween(int most) const {
+  std::map<std::int64_t, const std::vector<FrameMatch>*> known;
+  for (const auto& [index, frame] : between_.ByIndex()) {
+    known[index] = &frame.matches;
+  }
+  for (const auto& [index, record] : frames_) {
+    const KeyframeId reference = record.pose.reference;
+    if (!record.matches.empty() &&
+        !(map_->HasKeyframe(reference) && map_->At(reference).frame_index == index)) {
+      known[index] = &record.matches;  // not refined yet
+    }
+  }
+  const std::vector<std::pair<std::int64_t, const std::vector<FrameMatch>*>> frames(known.begin(),
+                                                                                    known.end());
+  const std::size_t count = std::min(frames.size(), static_cast<std::size_t>(most));
+  std::vector<BundleFrame> picked;
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto& [index, matches] = frames[i * frames.size() / count];
+    BundleFrame& frame = picked.emplace_back(BundleFrame{PoseOf(frames_.at(index)).Inverse(), {}});
+    for (const FrameMatch& match : *matches) {
+      frame.matches.push_back({match.point, match.pixel.cast<double>(), std::sqrt(match.variance)});
+    }
+  }
+  return picked;
 }
 
 Rigid3d Submap::PoseOf(const FrameRecord& record) const {
@@ -182,6 +210,9 @@ void Submap::Absorb(Submap&& other) {
   map_->Absorb(std::move(*other.map_));
   young_points_.merge(other.young_points_);
   frames_.merge(other.frames_);
+  for (const auto& [index, frame] : other.between_.ByIndex()) {
+    between_.Add(frame);
+  }
   objects_.Absorb(std::move(other.objects_));
 }
 

@@ -13,6 +13,7 @@
 #include "slam/io/trajectory.h"
 #include "slam/map/map.h"
 #include "slam/mapping/mapping_options.h"
+#include "slam/mapping/thinned_frames.h"
 #include "slam/mapping/upright.h"
 #include "slam/objects/object_mapper.h"
 #include "slam/snapshot/snapshot.h"
@@ -53,6 +54,10 @@ class Submap {
   // Finds the frames between the keyframes again in the map as it is now, all but the `keep` newest, and
   // forgets by what they were found: from then on they follow their keyframes.
   void RefineFrames(const Camera& camera, int min_inliers, int keep = 0);
+
+  // At most `most` of the frames between the keyframes, evenly spread, with what they saw of the points: for
+  // the bundle adjustment at the end.
+  std::vector<BundleFrame> FramesBetween(int most) const;
 
   bool HasFrame(std::int64_t index) const { return frames_.contains(index); }
   std::pair<std::int64_t, double> OldestFrameTime() const {
@@ -105,6 +110,10 @@ class Submap {
       visit(self.timestamp, self.pose);
     }
   };
+  struct FrameMatches {
+    std::int64_t index = 0;
+    std::vector<FrameMatch> matches;
+  };
   Rigid3d PoseOf(const FrameRecord& record) const;  // T_map_camera
   PointLookup LookupPoints() const;
   PoseLookup LookupPoses() const;
@@ -114,6 +123,7 @@ class Submap {
   std::set<PointId> young_points_;              // not yet proven, see CullPoints()
   std::map<std::int64_t, FrameRecord> frames_;  // by frame index
   std::int64_t refined_below_ = 0;              // frames below this index need not be refined again
+  ThinnedFrames<FrameMatches> between_;         // of frames that were refined
   UprightEstimator upright_;
   ObjectMapper objects_;
 };

@@ -73,6 +73,17 @@ TEST_F(SubmapFrames, FollowTheirKeyframesFromThenOn) {
   EXPECT_LT(Error(kNewer), 1e-5);         // is found among the points, which have stayed
 }
 
+TEST_F(SubmapFrames, TakePartInTheLastAdjustmentThoughTheyWereRefined) {
+  submap_->RefineFrames(camera_, kMinInliers, 1);
+  const std::vector<BundleFrame> frames = submap_->FramesBetween(10);
+  ASSERT_EQ(frames.size(), 2U);
+  EXPECT_LT((frames[0].T_camera_map.Inverse().translation - truth_.translation).norm(), 1e-5);
+  EXPECT_GT((frames[1].T_camera_map.Inverse().translation - truth_.translation).norm(), 0.01);
+  EXPECT_EQ(frames[0].matches.size(), frames[1].matches.size());
+  EXPECT_GT(frames[0].matches.size(), 100U);
+  EXPECT_EQ(submap_->FramesBetween(1).size(), 1U);
+}
+
 TEST(SubmapGravity, ThatIsGivenIsOfTheFirstSubmapsFirstCamera) {
   MapperOptions options;
   options.gravity = "[0, 1, 0.3]";

@@ -300,6 +300,7 @@ TEST(System, BoxesThatComeLateJoinTheirFrames) {
   // the paper's method has one.
   SystemOptions options = TestOptions(true);
   options.objects.method = ObjectMethod::kPaper;
+  options.gravity = "[0, 1, 0]";  // nothing in its world tells which way is up
   const SystemRun at_once = RunWithBoxes(path, options, 0);
   const SystemRun late = RunWithBoxes(path, options, 7);
   ASSERT_NE(at_once.result.map.snapshot, nullptr);

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <iterator>
+#include <map>
+#include <ranges>
+#include <utility>
+#include <vector>
+
+namespace sqslam {
+
+// Frames by their `index`, thinned out evenly where there are too many to keep.
+template <typename Frame>
+class ThinnedFrames {
+ public:
+  explicit ThinnedFrames(int most) : most_(most) {}
+
+  void Add(Frame frame) {
+    if (offered_++ % every_ != 0 || most_ == 0) {
+      return;
+    }
+    if (static_cast<int>(frames_.size()) >= most_) {
+      every_ *= 2;
+      bool odd = false;
+      std::erase_if(frames_, [&](const auto&) { return std::exchange(odd, !odd); });
+    }
+    const std::int64_t index = frame.index;
+    frames_.insert_or_assign(index, std::move(frame));
+  }
+  void Remove(std::int64_t index) { frames_.erase(index); }
+
+  const std::map<std::int64_t, Frame>& ByIndex() const { return frames_; }
+  std::vector<std::int64_t> Indices() const {
+    std::vector<std::int64_t> indices;
+    std::ranges::copy(std::views::keys(frames_), std::back_inserter(indices));
+    return indices;
+  }
+
+ private:
+  int most_;
+  std::int64_t every_ = 1;    // frames of which one is kept
+  std::int64_t offered_ = 0;  // since the beginning
+  std::map<std::int64_t, Frame> frames_;
+};
+
+}  // namespace sqslam
