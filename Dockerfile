@@ -1,4 +1,4 @@
-# docker build -t sqslam . && docker run --rm -v "$PWD:/work" sqslam run /work/film.mp4 -o /work/out
+# docker build -t sqslam . && docker run --rm -v "$PWD:/data" sqslam run /data/film.mp4 -o /data/out
 FROM debian:bookworm-slim AS build
 WORKDIR /src
 COPY . .
@@ -7,5 +7,5 @@ RUN scripts/package.sh
 FROM debian:bookworm-slim
 COPY --from=build /src/build/release/sqslam_*.deb /tmp/
 RUN apt-get update && apt-get install -y --no-install-recommends /tmp/sqslam_*.deb && rm -rf /tmp/*.deb /var/lib/apt/lists/*
-WORKDIR /work
+WORKDIR /data
 ENTRYPOINT ["sqslam"]

@@ -37,8 +37,8 @@ struct MapView {
   std::vector<std::string> images;  // JPEG files; keyframes name them by number
 };
 
-// Of a recording and its history (ReadHistory), trajectory.txt beside it, and the images that were mapped,
-// where they are still there. Throws InputError that names the file.
+// Gathers the view from a recording and its history (ReadHistory), from trajectory.txt beside it, and from
+// the mapped images where they are still there. Throws InputError that names the file.
 MapView ReadMapView(const RecordingReader& reader, const ViewHistory& history,
                     const std::filesystem::path& recording, const MapViewExtras& extras,
                     const MapViewOptions& options = {});

@@ -234,7 +234,7 @@ double DistanceFor(const ViewCamera& camera, const std::vector<Eigen::Vector3d>&
   return distance;
 }
 
-// Where a point is seen, as tangents.
+// Image coordinates of a point as tangents, x right and y up.
 Eigen::Vector2d SeenAt(const ViewCamera& camera, const ViewAxes& axes, const Eigen::Vector3d& p) {
   const Eigen::Vector3d d = p - camera.position;
   return Eigen::Vector2d(d.dot(axes.right), d.dot(axes.up)) / std::max(-d.dot(axes.back), 1e-9);

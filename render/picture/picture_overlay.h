@@ -36,7 +36,7 @@ struct PictureCaptions {
   bool panel = false;  // behind the legend also where there is no background: something else lies there
 };
 
-// What the legend and the axes cover of a picture of this size.
+// Returns the areas that the legend and the axes cover in a picture of this size.
 std::vector<cv::Rect> CaptionAreas(cv::Size picture, const MapSnapshot& map, const PictureCaptions& captions,
                                    const SceneStyle& style, const TextPainter& text);
 

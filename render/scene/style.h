@@ -48,7 +48,7 @@ constexpr auto EnumNames(UncertainObjects) { return std::array{"outline", "solid
 enum class ObjectLook { kAuto, kSolid, kGlass, kOutline };
 constexpr auto EnumNames(ObjectLook) { return std::array{"auto", "solid", "glass", "outline"}; }
 
-// What the depth maps of a densified map are drawn as: their points, or the surface that is fused of them.
+// The form that a densified map is drawn in: the points of its depth maps, or the surface fused from them.
 enum class DenseLook { kPoints, kMesh };
 constexpr auto EnumNames(DenseLook) { return std::array{"points", "mesh"}; }
 

@@ -130,7 +130,7 @@ struct Landmark {
 
   void Add(const ObjectObservation& observation);
   void Absorb(Landmark&& other);  // the two are one object; the estimate of a much better known one stays
-  // What stood upright stays upright: a small tilt is drift.
+  // An upright object stays upright: a small tilt is drift.
   void Transform(const Sim3d& S_new_old);
 
   // Carries the landmark along with the frames that saw it: each view with its own frame, what was summed up

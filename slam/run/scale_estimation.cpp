@@ -85,7 +85,8 @@ void WarnIfUncertain(const SnapshotObject& object) {
   }
 }
 
-// Of a label the object whose height is relatively surest, uncertain ones last.
+// Returns the object with this id, or the one of this label whose height is relatively surest; uncertain ones
+// come last.
 const SnapshotObject& FindObject(const MapSnapshot& map, const std::string& wanted) {
   const auto id = ParseNumber<int>(wanted);
   const SnapshotObject* best = nullptr;

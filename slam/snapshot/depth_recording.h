@@ -15,7 +15,7 @@ namespace sqslam {
 // estimated with, and once it has been held against its neighbours what of it is kept. Depths are stored as
 // inverse depths of 16 bits between the smallest and the largest of a map, images as JPEG.
 //
-// Where the recording keeps a MapScale, depths and poses are metres, read and put; the rows stay in the
+// Depths and poses are given and taken in metres where the recording keeps a MapScale; the rows stay in the
 // map's units.
 //
 // Each Put is one transaction: a kill at any moment leaves what was put before. All methods throw InputError

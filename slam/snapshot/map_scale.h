@@ -8,8 +8,8 @@
 
 namespace sqslam {
 
-// How long a unit of a map is, as somebody found out from a thing of known size. The map itself stays in its
-// own units; whoever reads its recording sees metres.
+// The length of a map unit in metres, found from a thing of known size. The map itself stays in its own
+// units; readers of its recording see metres.
 struct MapScale {
   double metres = 1.0;     // of a map unit
   double deviation = 0.0;  // standard deviation of `metres`
@@ -18,7 +18,7 @@ struct MapScale {
   bool operator==(const MapScale&) const = default;
 };
 
-// "1 map unit is 2.06 m, give or take 0.05 (2.4 %): by the height of 4 cup, 0.096 m".
+// Returns "1 map unit is 2.06 m, give or take 0.05 (2.4 %): by the height of 4 cup, 0.096 m".
 std::string ScaleText(const MapScale& scale);
 
 // Multiplies every length in the snapshot, covariances with them.

@@ -15,7 +15,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-// What bash offers for the last of the words, a line.
+// Asks bash what it offers for the last word of a command line.
 class CompletionTest : public ::testing::Test {
  protected:
   CompletionTest() {

@@ -72,7 +72,8 @@ class MapViewInBrowserTest : public MapViewTest {
     }
   }
 
-  // What the page does in Chromium (tests/support/browser.py). `then` follows once the view is there.
+  // Runs the page in Chromium (tests/support/browser.py) and returns its report. The steps of `then` follow
+  // once the view is there.
   json InBrowser(const std::string& page, json then) {
     json steps = json::array({{{"wait", "document.querySelector('[data-ready],[data-failed]') !== null"}}});
     for (json& step : then) {

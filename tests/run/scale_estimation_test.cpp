@@ -23,7 +23,7 @@ using ::testing::HasSubstr;
 using testing::MakeSyntheticMap;
 using testing::SyntheticMap;
 
-// What a call refuses with.
+// Returns the message that a call is refused with.
 template <typename Error>
 std::string Refusal(const auto& call) {
   try {
@@ -34,7 +34,7 @@ std::string Refusal(const auto& call) {
   return "nothing was refused";
 }
 
-// Of errors that were told with a deviation each: about two thirds lie within one, nearly all within two.
+// Expects about two thirds of the errors within one deviation, nearly all within two.
 void ExpectCoverage(const std::vector<double>& in_deviations) {
   const auto within = [&](double most) {
     return static_cast<double>(

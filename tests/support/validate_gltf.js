@@ -1,4 +1,4 @@
-// What the validator of Khronos says of a .glb, as JSON of its issues. Exit code 77 where it is not installed
+// Prints the issues that Khronos' validator finds in a .glb, as JSON. Exit code 77 where it is not installed
 // (npm install -g gltf-validator).
 "use strict";
 const fs = require("fs");
