@@ -23,6 +23,7 @@ struct ClassEntry {
   double box = 0.0;                              // shares of the shapes
   double cylinder = 0.0;
   double ellipsoid = 0.0;
+  bool hollow = false;  // one sees into or through the hull
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
@@ -32,6 +33,7 @@ struct ClassEntry {
     visit("box", box, 0.0, 1.0);
     visit("cylinder", cylinder, 0.0, 1.0);
     visit("ellipsoid", ellipsoid, 0.0, 1.0);
+    visit("hollow", hollow);
   }
 };
 
@@ -46,6 +48,7 @@ ClassPrior ToPrior(const ClassEntry& entry) {
   prior.height_sigma = entry.aspect[1];
   prior.log_metres = (log_area + std::log(height)) / 3.0;
   prior.size_sigma = entry.spread;
+  prior.hollow = entry.hollow;
   prior.shapes = {entry.box, entry.cylinder, entry.ellipsoid};
   double sum = 0.0;
   for (double& share : prior.shapes) {

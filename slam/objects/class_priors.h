@@ -29,6 +29,7 @@ struct ClassPrior {
   double height_sigma = 1.5;
   std::optional<double> log_metres;  // of the geometric mean of the three full sizes; empty: any size
   double size_sigma = 0.0;           // standard deviation of that
+  bool hollow = false;               // lines of sight run through its hull: below a chair's or a table's top
 };
 
 // Sizes and shapes of things by their label.

@@ -8,11 +8,6 @@
 namespace sqslam {
 namespace {
 
-std::array<bool, 4> CutEdges(const Box2d& box, const Camera& camera, double margin) {
-  return {box.x <= margin, box.y <= margin, box.x + box.width >= camera.width - 1.0 - margin,
-          box.y + box.height >= camera.height - 1.0 - margin};
-}
-
 bool IsUsable(const Detection& detection, const Camera& camera, const DetectionFilterOptions& options) {
   const auto& ignored = options.ignored_labels;
   if (detection.score < options.min_score ||
@@ -168,6 +163,13 @@ void MarkHiddenEdges(std::vector<BoxCandidate>& candidates) {
 
 }  // namespace
 
+std::array<bool, 4> CutEdges(const Box2d& box, const Camera& camera, const DetectionFilterOptions& options) {
+  const double x_margin = options.border_margin + options.border_share * box.width;
+  const double y_margin = options.border_margin + options.border_share * box.height;
+  return {box.x <= x_margin, box.y <= y_margin, box.x + box.width >= camera.width - 1.0 - x_margin,
+          box.y + box.height >= camera.height - 1.0 - y_margin};
+}
+
 std::vector<bool> GateDepths(const std::vector<double>& depths, double iqr_factor) {
   std::vector<bool> keep(depths.size(), true);
   if (depths.size() < 4 || iqr_factor <= 0.0) {
@@ -190,7 +192,7 @@ std::vector<BoxCandidate> SelectBoxes(const ObjectFrame& frame, const DetectionF
     BoxCandidate candidate;
     candidate.detection = frame.detections[index];
     candidate.detection_index = index;
-    candidate.edge_cut = CutEdges(candidate.detection.box, frame.camera, options.border_margin);
+    candidate.edge_cut = CutEdges(candidate.detection.box, frame.camera, options);
     GatherPoints(points, depth_iqr, candidate);
     candidates.push_back(std::move(candidate));
   }

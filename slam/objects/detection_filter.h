@@ -25,6 +25,10 @@ struct BoxCandidate {
   bool AnyEdgeCut() const { return edge_cut[0] || edge_cut[1] || edge_cut[2] || edge_cut[3]; }
 };
 
+// The edges of a box (distorted px: left, top, right, bottom) that the image cuts off. Detectors end a large
+// box short of the border that cuts it, by a share of its size.
+std::array<bool, 4> CutEdges(const Box2d& box, const Camera& camera, const DetectionFilterOptions& options);
+
 // Drops ignored labels, weak, tiny and huge boxes and duplicates, gathers each box's points behind the depth
 // gate, and marks edges that are cut off by the image or hidden by a nearer box.
 std::vector<BoxCandidate> SelectBoxes(const ObjectFrame& frame, const DetectionFilterOptions& options,

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "slam/geometry/eigen_system.h"
+#include "slam/objects/detection_filter.h"
 #include "slam/objects/dual_conic.h"
 #include "slam/objects/landmark_geometry.h"
 #include "slam/util/statistics.h"
@@ -101,12 +102,9 @@ bool IsBeforeCamera(const PosedSuperquadric& ellipsoid, const ConditionedView& v
   return centre.z() > ellipsoid.shape.half_size.cwiseProduct(forward).norm();
 }
 
-std::array<EdgeKind, 4> KindsOf(const BoxView& view, const Camera& camera, double margin) {
-  const Box2d& box = view.box;
-  const double right = camera.width - margin;
-  const double bottom = camera.height - margin;
-  const std::array<bool, 4> at_border = {(box.x < margin), (box.y < margin), (box.x + box.width > right),
-                                         (box.y + box.height > bottom)};
+std::array<EdgeKind, 4> KindsOf(const BoxView& view, const Camera& camera,
+                                const DetectionFilterOptions& options) {
+  const std::array<bool, 4> at_border = CutEdges(view.box, camera, options);
   std::array<EdgeKind, 4> kinds;
   for (std::size_t edge = 0; edge < 4; ++edge) {
     kinds[edge] = view.edge_free[edge] ? EdgeKind::kFree
@@ -144,7 +142,7 @@ std::vector<ConditionedView> ConditionedViews(std::span<const BoxView> views, co
     out.R_camera_map = T_camera_map.RotationMatrix();
     out.t_camera_map = (T_camera_map * S_map_frame.translation) / S_map_frame.scale;
     out.box = NormalisedBounds(box, camera);
-    out.kinds = KindsOf(view, camera, options.detections.border_margin);
+    out.kinds = KindsOf(view, camera, options.detections);
     for (std::size_t edge = 0; edge < 4; ++edge) {
       const bool vertical = edge % 2 == 1;
       const double sigma = options.refinement.edge_sigma_px +

@@ -105,7 +105,7 @@ void AddPoints(const RefinementInput& input, const Eigen::Vector3d& place, doubl
     }
     const double radial = RadialSigma(p, input.point_cameras[i], place, input.camera, options.depth_sigma_px);
     problem.points.push_back({p, 1.0 / std::hypot(sigma, radial), weight, true});
-    if (i / stride % 2 == 0) {
+    if (i / stride % 2 == 0 && !input.prior.hollow) {
       // On the line of sight before the point: outside.
       const Eigen::Vector3d to_camera = (input.point_cameras[i].mean - p).normalized();
       problem.points.push_back({p + step * to_camera, 1.0 / sigma, 2.0 * weight, false});
@@ -160,12 +160,22 @@ void AddPrior(const Superquadric& start, const YawMode* yaw, const RefinementInp
   prior.bias_factor = 1.0 / options.edge_bias_sigma;
 }
 
-void SetBounds(const PosedSuperquadric& start, double shown, const RefinementOptions& options,
-               RefinementProblem& problem) {
+// Half sizes between bounds that follow what the boxes show. Where none of them shows the lower end, an
+// object may be as high as its support asks for.
+void SetBounds(const PosedSuperquadric& start, const RefinementInput& input, double shown,
+               const RefinementOptions& options, RefinementProblem& problem) {
   constexpr double kLogRange = 6.5;
-  problem.max_log_half =
-      std::log(shown > 0.0 ? options.max_stretch * shown : 4.5 * start.shape.half_size.maxCoeff());
-  problem.min_log_half = problem.max_log_half - kLogRange;
+  constexpr double kTaller = 1.2;  // the top is not known exactly
+  const double most = shown > 0.0 ? options.max_stretch * shown : 4.5 * start.shape.half_size.maxCoeff();
+  Eigen::Vector3d max_half = Eigen::Vector3d::Constant(most);
+  const bool bottom_is_seen = std::ranges::any_of(
+      input.views, [](const SilhouetteView& view) { return view.edge_exact[kBottomEdge]; });
+  if (input.support_height && !bottom_is_seen) {
+    const double top = start.T_map_object.translation.z() + start.shape.half_size.z();
+    max_half.z() = std::max(most, kTaller * 0.5 * (top - *input.support_height));
+  }
+  problem.max_log_half = max_half.array().log();
+  problem.min_log_half.setConstant(std::log(most) - kLogRange);
 }
 
 // TinySolver evaluates each step twice: for its cost, and once it is accepted for the derivatives as well,
@@ -217,10 +227,11 @@ RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementI
   AddContact(input, shown, options, problem);
   const YawMode* yaw = YawMeant(start, input);
   AddPrior(start.shape, yaw, input, options, problem);
-  SetBounds(start, shown, options, problem);
+  SetBounds(start, input, shown, options, problem);
   RefinementProblem::Parameters parameters = RefinementProblem::Pack(start);
   auto log_half = parameters.segment<3>(RefinementProblem::kLogHalf);
-  log_half = log_half.cwiseMax(problem.min_log_half + 0.5).cwiseMin(problem.max_log_half - 0.01);
+  log_half =
+      log_half.array().max(problem.min_log_half.array() + 0.5).min(problem.max_log_half.array() - 0.01);
   const RememberingProblem remembering(problem);
   ceres::TinySolver<RememberingProblem> solver;
   solver.options.max_num_iterations = options.max_iterations;

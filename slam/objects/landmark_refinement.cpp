@@ -131,11 +131,14 @@ struct Assumption {
   double cost = 0.0;              // half the chi square that it must save
 };
 
-std::vector<Assumption> Assumptions(const SupportHeights& supports, const RefinementOptions& options,
-                                    SearchEffort effort, bool bottom_is_seen) {
-  // An object on a lower surface reaches past those above it. Where no box shows its lower end, nothing
-  // else speaks against that.
-  const double past = bottom_is_seen ? 0.25 : 1.0;  // of the floating cost
+std::vector<Assumption> Assumptions(const SupportHeights& supports, const RefinementInput& input,
+                                    const RefinementOptions& options, SearchEffort effort) {
+  // An object on a lower surface reaches past those above it. Where no box shows its lower end and its class
+  // does not tell its size, nothing else speaks against that.
+  const bool bottom_is_seen = std::ranges::any_of(
+      input.views, [](const SilhouetteView& view) { return view.edge_exact[kBottomEdge]; });
+  const bool size_is_known = input.scale && input.prior.log_metres;
+  const double past = bottom_is_seen || size_is_known ? 0.25 : 1.0;  // of the floating cost
   const auto cost_of = [&](double height, double least) {
     const auto above = std::ranges::count_if(supports.near, [&](double other) { return other > height; });
     return past * options.floating_cost * std::max(least, static_cast<double>(above));
@@ -352,10 +355,7 @@ StandingFit RefineStanding(std::span<const PosedSuperquadric> starts, Refinement
                            SearchEffort effort) {
   constexpr int kMostRounds = 4;
   constexpr double kEnough = 0.5;  // half a chi square
-  const bool bottom_is_seen = std::ranges::any_of(
-      input.views, [](const SilhouetteView& view) { return view.edge_exact[kBottomEdge]; });
-  std::vector<Candidate> candidates =
-      AllCandidates(starts, Assumptions(supports, options, effort, bottom_is_seen));
+  std::vector<Candidate> candidates = AllCandidates(starts, Assumptions(supports, input, options, effort));
   if (effort == SearchEffort::kPromising) {
     KeepPromising(input, options, candidates);
   }

@@ -16,7 +16,8 @@ struct DetectionFilterOptions {
   double max_box_share = 0.9;     // boxes that cover more of the image are dropped, share of the image area
   double min_box_share = 0.0005;  // boxes that cover less of the image are dropped, share of the image area
   double duplicate_iou = 0.7;     // of two boxes that overlap more, the one with the lower score is dropped
-  double border_margin = 4.0;     // a box edge nearer to the image border counts as cut off, px
+  double border_margin = 3.0;     // a box edge nearer to the image border counts as cut off, px
+  double border_share = 0.05;     // and this share of the box's size across the edge farther
   double max_cut_share = 0.03;    // a cut-off box with a smaller share of the image can't start an object
 
   template <typename Visitor>
@@ -27,6 +28,7 @@ struct DetectionFilterOptions {
     visit("min_box_share", min_box_share, 0.0, 1.0);
     visit("duplicate_iou", duplicate_iou, 0.0, 1.0);
     visit("border_margin", border_margin, 0.0, 100.0);
+    visit("border_share", border_share, 0.0, 0.5);
     visit("max_cut_share", max_cut_share, 0.0, 1.0);
   }
 };

@@ -11,6 +11,8 @@ ObjectOptions OptionsOfMethod(ObjectOptions options) {
   options.pointless_box_agreement = 0.0;
   options.forget_after = kNever;
   options.max_estimates = 0;
+  options.detections.border_margin = 4.0;
+  options.detections.border_share = 0.0;
   options.association.t_test = MeanTest::kPerAxis;
   options.association.min_t_samples = 2;
   options.merging.alpha = options.association.alpha;

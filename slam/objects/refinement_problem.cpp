@@ -273,12 +273,13 @@ bool RefinementProblem::operator()(const double* parameters, double* residuals, 
   for (int i = 0; i < kPriors; ++i) {
     put(PriorResidual(state, parameters, prior, i));
   }
-  for (int i = kLogHalf; i < kLogHalf + kBounds; ++i) {
+  for (int i = 0; i < kBounds; ++i) {
     Residual residual;
+    const double log_half = parameters[kLogHalf + i];
     const double beyond =
-        std::max(0.0, parameters[i] - max_log_half) + std::min(0.0, parameters[i] - min_log_half);
+        std::max(0.0, log_half - max_log_half[i]) + std::min(0.0, log_half - min_log_half[i]);
     residual.value = beyond / kBoundSigma;
-    residual.gradient[i] = beyond != 0.0 ? 1.0 / kBoundSigma : 0.0;
+    residual.gradient[kLogHalf + i] = beyond != 0.0 ? 1.0 / kBoundSigma : 0.0;
     put(residual);
   }
   return true;

@@ -70,8 +70,8 @@ class RefinementProblem {
   std::vector<Point> points;
   std::optional<Contact> contact;
   Prior prior{};
-  double max_log_half = 0.0;
-  double min_log_half = 0.0;
+  Eigen::Vector3d max_log_half = Eigen::Vector3d::Zero();
+  Eigen::Vector3d min_log_half = Eigen::Vector3d::Zero();
 
   static Parameters Pack(const PosedSuperquadric& superquadric);
   static PosedSuperquadric Unpack(const Parameters& parameters);

@@ -63,7 +63,7 @@ Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* 
 }
 
 bool MayHide(const PosedSuperquadric& other, const PosedSuperquadric& object) {
-  constexpr double kMuchLarger = 8.0;  // volumes
+  constexpr double kMuchLarger = 4.0;  // volumes
   // Every superquadric fills between 1/6 (the octahedron) and all of the box around it: that decides mostly.
   const double other_box = other.shape.half_size.prod();
   const double object_box = object.shape.half_size.prod();

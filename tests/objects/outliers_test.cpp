@@ -241,6 +241,18 @@ TEST(SelectBoxes, MarksEdgesThatTheImageOrAnotherObjectCuts) {
   EXPECT_NEAR(boxes[1].centroid->z(), 1.0, 1e-12);
 }
 
+// Detectors end the box of a large thing short of the border that cuts it.
+TEST(SelectBoxes, AnEdgeIsCutTheFartherFromTheBorderTheLargerTheBox) {
+  const ObjectFrame frame = FrameWith({{"chair", 0.9, {12, 100, 300, 200}},
+                                       {"cup", 0.9, {12, 400, 40, 40}},
+                                       {"couch", 0.9, {330, 220, 200, 250}}});
+  const std::vector<BoxCandidate> boxes = SelectBoxes(frame, DetectionFilterOptions(), 1.5);
+  ASSERT_EQ(boxes.size(), 3u);
+  EXPECT_EQ(boxes[0].edge_cut, (std::array<bool, 4>{true, false, false, false}));
+  EXPECT_EQ(boxes[1].edge_cut, (std::array<bool, 4>{false, false, false, false}));
+  EXPECT_EQ(boxes[2].edge_cut, (std::array<bool, 4>{false, false, false, true}));
+}
+
 // A table's box holds the boxes of what stands on it and may be nearer by its median depth.
 TEST(SelectBoxes, ATableHidesNothingThatStandsOnIt) {
   ObjectFrame frame =

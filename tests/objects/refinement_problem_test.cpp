@@ -33,8 +33,8 @@ RefinementProblem MakeProblem(bool exact_contact) {
                    .yaw = 0.2,
                    .yaw_factor = 4.0,
                    .bias_factor = 30.0};
-  problem.max_log_half = std::log(0.35);  // one half size is beyond
-  problem.min_log_half = problem.max_log_half - 6.0;
+  problem.max_log_half.setConstant(std::log(0.35));  // one half size is beyond
+  problem.min_log_half = problem.max_log_half.array() - 6.0;
   return problem;
 }
 
@@ -89,8 +89,8 @@ TEST(RefinementProblem, PackingIsUndoneByUnpacking) {
 TEST(RefinementProblem, CovarianceIsThatOfTheMeasurements) {
   // A box on the floor whose height above it is measured once: half of it is as uncertain as half the height.
   RefinementProblem problem;
-  problem.max_log_half = 1.0;
-  problem.min_log_half = -9.0;
+  problem.max_log_half.setConstant(1.0);
+  problem.min_log_half.setConstant(-9.0);
   problem.prior.exponents = {0.5, 0.5};
   problem.prior.exponent_factor = 5.0;
   problem.prior.yaw = 0.6;
@@ -120,8 +120,8 @@ TEST(RefinementProblem, CovarianceIsThatOfTheMeasurements) {
 
 TEST(RefinementProblem, AYawAnEighthOfATurnOffIsWorstNotFree) {
   RefinementProblem problem;
-  problem.max_log_half = 1.0;
-  problem.min_log_half = -9.0;
+  problem.max_log_half.setConstant(1.0);
+  problem.min_log_half.setConstant(-9.0);
   problem.prior.yaw_factor = 4.0;
   const auto cost = [&](double yaw) {
     RefinementProblem::Parameters x = RefinementProblem::Pack(MakeSuperquadric(0.3, 0.3));
@@ -143,8 +143,8 @@ TEST(RefinementProblem, ASideThatADetectorAlwaysPutsTooFarOutIsABiasNotSize) {
   const PosedSuperquadric solid = MakeSuperquadric(0.3, 0.3);
   const auto width_sigma = [&](double bias_factor) {
     RefinementProblem problem;
-    problem.max_log_half = 1.0;
-    problem.min_log_half = -9.0;
+    problem.max_log_half.setConstant(1.0);
+    problem.min_log_half.setConstant(-9.0);
     problem.prior.exponent_factor = problem.prior.yaw_factor = 100.0;
     problem.prior.width_factor = problem.prior.height_factor = 100.0;
     problem.prior.yaw = YawOf(solid.T_map_object.rotation);
@@ -171,8 +171,8 @@ TEST(RefinementProblem, ASideThatADetectorAlwaysPutsTooFarOutIsABiasNotSize) {
 
 TEST(RefinementProblem, OneSidedResidualsAreZeroOnTheirFreeSide) {
   RefinementProblem problem;
-  problem.max_log_half = 1.0;
-  problem.min_log_half = -9.0;
+  problem.max_log_half.setConstant(1.0);
+  problem.min_log_half.setConstant(-9.0);
   problem.edges.push_back({{1, 0, 0}, {0, -4, 0}, {0, 1, 0}, 100.0, 2, 1.0, false});  // through the middle
   problem.points.push_back({{0, 0, 2}, 40.0, 1.0, false});                            // far outside
   problem.contact = RefinementProblem::Contact{-5.0, 20.0, false};

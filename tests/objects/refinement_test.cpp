@@ -90,6 +90,9 @@ TEST(RefineJointly, FreeSpaceKeepsTheObjectBehindItsPoints) {
   start.T_map_object.translation = truth.T_map_object * Eigen::Vector3d(0.0, -2.0 * half.y(), 0.0);
   const RefinementResult front = RefineJointly(start, input, RefinementOptions());
   EXPECT_LT(behind.cost, 0.7 * front.cost);
+  // The back of a chair is seen over its seat.
+  input.prior.hollow = true;
+  EXPECT_LT(RefineJointly(start, input, RefinementOptions()).cost, 0.7 * front.cost);
 }
 
 // Points on the front of a box as a camera that hardly moved gives them: all too near.
@@ -228,6 +231,51 @@ TEST(RefineStanding, AHiddenLowerPartReachesDownToTheSupport) {
       RefineStanding({&upper, 1}, input, supports, RefinementOptions(), SearchEffort::kAll);
   EXPECT_EQ(fit.support, 0.0);
   EXPECT_GT(SolidIoU(fit.superquadric, truth), 0.7);
+}
+
+TEST(RefineStanding, HowLittleTheBoxesShowDoesNotBoundTheHeightOverAHiddenEnd) {
+  const SyntheticDesk desk(1);
+  PosedSuperquadric truth = desk.Objects()[5].superquadric;
+  truth.shape.half_size.z() *= 6.0;
+  truth.T_map_object.translation.z() = truth.shape.half_size.z();
+  RefinementInput input = InputOf(desk, truth);
+  for (SilhouetteView& view : input.views) {
+    view.box.height *= 0.15;
+    view.edge_exact[kBottomEdge] = false;
+  }
+  const PosedSuperquadric upper = StretchedTo(truth, 1.7 * truth.shape.half_size.z());
+  const SupportHeights supports{{0.0}, {}};
+  const StandingFit fit =
+      RefineStanding({&upper, 1}, input, supports, RefinementOptions(), SearchEffort::kAll);
+  EXPECT_EQ(fit.support, 0.0);
+  EXPECT_GT(SolidIoU(fit.superquadric, truth), 0.7);
+}
+
+TEST(RefineStanding, AnObjectOfKnownSizeReachesPastASurfaceThatHidesItsLowerPart) {
+  const SyntheticDesk desk(1);
+  PosedSuperquadric truth = desk.Objects()[5].superquadric;
+  truth.shape.half_size.z() *= 2.0;
+  truth.T_map_object.translation.z() = truth.shape.half_size.z();
+  RefinementInput input = InputOf(desk, truth);
+  for (SilhouetteView& view : input.views) {
+    view.box.height *= 0.4;
+    view.edge_exact[kBottomEdge] = false;
+  }
+  const double table = truth.shape.half_size.z();
+  const PosedSuperquadric upper = StretchedTo(truth, 1.2 * truth.shape.half_size.z());
+  const SupportHeights supports{{table, 0.0}, {}};
+  const auto support = [&] {
+    return RefineStanding({&upper, 1}, input, supports, RefinementOptions(), SearchEffort::kAll).support;
+  };
+  EXPECT_EQ(support(), table);
+  input.prior.log_metres = LogSize(truth.shape);
+  input.prior.size_sigma = 0.1;
+  input.prior.log_height_ratio =
+      std::log(truth.shape.half_size.z() / std::sqrt(truth.shape.half_size.x() * truth.shape.half_size.y()));
+  input.prior.height_sigma = 0.2;
+  EXPECT_EQ(support(), table) << "the map has no scale";
+  input.scale = MetricScale{0.0, 0.05};
+  EXPECT_EQ(support(), 0.0);
 }
 
 TEST(RefineJointly, NothingReachesThroughTheSurfaceUnderIt) {
