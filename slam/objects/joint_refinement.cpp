@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 
 #include "slam/geometry/angles.h"
@@ -29,7 +30,7 @@ void AddEdges(const SilhouetteView& view, const Camera& camera, const Refinement
         options.edge_sigma_px + options.edge_sigma_share * (axis == 0 ? box.width : box.height);
     problem.edges.push_back({R * normal, view.T_map_camera.translation, R.col(2),
                              (axis == 0 ? camera.fx : camera.fy) / sigma, static_cast<int>(edge),
-                             (axis == 0 ? box.width : box.height) / sigma, view.edge_exact[edge]});
+                             (axis == 0 ? box.width : box.height) / sigma, view.edge_exact[edge], false});
   }
 }
 
@@ -123,10 +124,16 @@ void AddSurface(const RefinementInput& input, const RefinementOptions& options, 
 
 void AddContact(const RefinementInput& input, double shown, const RefinementOptions& options,
                 RefinementProblem& problem) {
+  constexpr double kFlat = 0.01;  // standard deviation of a top that others stand on, share of the shown size
+  const auto factor = [&](double share) {
+    return std::sqrt(options.contact_weight) / std::hypot(share * shown, input.support_sigma);
+  };
   const std::optional<double>& floor = input.support_height ? input.support_height : input.lowest;
   if (floor) {
-    const double sigma = std::hypot(options.contact_sigma * shown, input.support_sigma);
-    problem.contact = {*floor, std::sqrt(options.contact_weight) / sigma, input.support_height.has_value()};
+    problem.contact = {*floor, factor(options.contact_sigma), input.support_height.has_value()};
+  }
+  if (input.top_height) {
+    problem.top = {*input.top_height, factor(kFlat), true};
   }
 }
 
@@ -176,6 +183,16 @@ void SetBounds(const PosedSuperquadric& start, const RefinementInput& input, dou
   }
   problem.max_log_half = max_half.array().log();
   problem.min_log_half.setConstant(std::log(most) - kLogRange);
+}
+
+// Marks the edges of views that show the whole object. Returns whether there are any.
+bool MarkWholeViews(const RefinementInput& input, RefinementProblem& problem) {
+  bool any = false;
+  for (std::size_t i = 0; i < problem.edges.size(); ++i) {
+    problem.edges[i].whole = std::ranges::all_of(input.views[i / 4].edge_exact, std::identity());
+    any = any || problem.edges[i].whole;
+  }
+  return any;
 }
 
 // TinySolver evaluates each step twice: for its cost, and once it is accepted for the derivatives as well,
@@ -232,13 +249,19 @@ RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementI
   auto log_half = parameters.segment<3>(RefinementProblem::kLogHalf);
   log_half =
       log_half.array().max(problem.min_log_half.array() + 0.5).min(problem.max_log_half.array() - 0.01);
-  const RememberingProblem remembering(problem);
-  ceres::TinySolver<RememberingProblem> solver;
-  solver.options.max_num_iterations = options.max_iterations;
-  solver.options.function_tolerance = options.cost_tolerance;
-  const auto summary = solver.Solve(remembering, &parameters);
-  RefinementResult result{RefinementProblem::Unpack(parameters), summary.final_cost,
-                          Eigen::Matrix<double, 9, 9>::Zero()};
+  const auto solve = [&] {
+    const RememberingProblem remembering(problem);
+    ceres::TinySolver<RememberingProblem> solver;
+    solver.options.max_num_iterations = options.max_iterations;
+    solver.options.function_tolerance = options.cost_tolerance;
+    return solver.Solve(remembering, &parameters).final_cost;
+  };
+  double cost = solve();
+  // From inside all boxes at once the way to the minimum is barred more often.
+  if (MarkWholeViews(input, problem)) {
+    cost = solve();
+  }
+  RefinementResult result{RefinementProblem::Unpack(parameters), cost, Eigen::Matrix<double, 9, 9>::Zero()};
   result.cost -=
       std::log(input.prior.shapes[static_cast<std::size_t>(NearestKind(start.shape.e1, start.shape.e2))]);
   result.cost -= yaw != nullptr ? std::log(yaw->share) : 0.0;

@@ -38,6 +38,7 @@ struct RefinementInput {
   bool yaw_is_given = false;                // known, not a guess from lines
   std::optional<double> support_height;     // z of the surface that it stands on; empty: none
   std::optional<double> lowest;             // z below which nothing of it can be: a surface under it
+  std::optional<double> top_height;         // z of its top, where other objects stand on it
   Camera camera;
   Eigen::Vector3d place =
       Eigen::Vector3d::Zero();  // within the object, map frame: sets the scale of all terms

@@ -115,6 +115,7 @@ RefinementInput InputOf(const Landmark& landmark, const std::vector<BoxView>& vi
   }
   input.scale = context.scale;
   input.support_sigma = 0.5 * context.supports->Tolerance();
+  input.top_height = context.surroundings.stood_on;
   const bool bottom_seen = IsBottomSeen(views);
   for (const BoxView& view : views) {
     std::array<bool, 4> exact = view.edge_free;

@@ -123,15 +123,16 @@ Residual PointResidual(const State& state, const RefinementProblem::Point& point
   return residual;
 }
 
-Residual ContactResidual(const State& state, const RefinementProblem::Contact& contact) {
+// `side`: -1 of the lowest point, 1 of the highest.
+Residual ContactResidual(const State& state, const RefinementProblem::Contact& contact, double side) {
   Residual residual;
-  residual.value = contact.factor * (state.centre.z() - state.half.z() - contact.height);
+  residual.value = contact.factor * (state.centre.z() + side * state.half.z() - contact.height);
   if (!contact.exact && residual.value > 0.0) {
     residual.value = 0.0;
     return residual;
   }
   residual.gradient[2] = contact.factor;
-  residual.gradient[RefinementProblem::kLogHalf + 2] = -contact.factor * state.half.z();
+  residual.gradient[RefinementProblem::kLogHalf + 2] = side * contact.factor * state.half.z();
   return residual;
 }
 
@@ -235,12 +236,13 @@ double RefinementProblem::HalfLogInformation(const Parameters& parameters) const
 }
 
 int RefinementProblem::NumResiduals() const {
-  return static_cast<int>(edges.size() + points.size()) + (contact ? 1 : 0) + kPriors + kBounds;
+  return static_cast<int>(edges.size() + points.size()) + (contact ? 1 : 0) + (top ? 1 : 0) + kPriors +
+         kBounds;
 }
 
 bool RefinementProblem::operator()(const double* parameters, double* residuals, double* jacobian) const {
   constexpr double kEdgeWidth = 1.5;
-  constexpr double kBeyondWidth = 0.7;  // something unseen may hide a side, or the detector cut it short
+  constexpr double kBeyondWidth = 0.7;  // what hides or cuts off one edge may shorten the others
   constexpr double kPointWidth = 1.5;
   constexpr double kInside = 0.5;       // things are hollow between their parts more often than they bulge
   constexpr double kBoundSigma = 0.05;  // of the log of a half size beyond its bound
@@ -256,7 +258,7 @@ bool RefinementProblem::operator()(const double* parameters, double* residuals, 
   };
   for (const Edge& edge : edges) {
     Residual residual = EdgeResidual(state, parameters, edge);
-    residual.MakeRobust(residual.value > 0.0 ? kBeyondWidth : kEdgeWidth, 1.0);
+    residual.MakeRobust(residual.value > 0.0 && !edge.whole ? kBeyondWidth : kEdgeWidth, 1.0);
     put(residual);
   }
   for (const Point& point : points) {
@@ -268,7 +270,10 @@ bool RefinementProblem::operator()(const double* parameters, double* residuals, 
     put(residual);
   }
   if (contact) {
-    put(ContactResidual(state, *contact));
+    put(ContactResidual(state, *contact, -1.0));
+  }
+  if (top) {
+    put(ContactResidual(state, *top, 1.0));
   }
   for (int i = 0; i < kPriors; ++i) {
     put(PriorResidual(state, parameters, prior, i));

@@ -32,6 +32,7 @@ class RefinementProblem {
     int side;                       // 0 left, 1 top, 2 right, 3 bottom
     double size;                    // of the box across the edge, in standard deviations
     bool exact;                     // false: the silhouette reaches at least to the edge
+    bool whole;                     // the box shows the whole object: none of its edges is hidden or cut off
   };
 
   // A point on the surface, or a place that is known to lie outside of it.
@@ -42,7 +43,7 @@ class RefinementProblem {
     bool on_surface;
   };
 
-  // The lowest point of the object is at `height`, or not below.
+  // The lowest point of the object is at `height`, or not below; the highest, where it is a top.
   struct Contact {
     double height;
     double factor;  // 1 / standard deviation, map units
@@ -69,6 +70,7 @@ class RefinementProblem {
   std::vector<Edge> edges;
   std::vector<Point> points;
   std::optional<Contact> contact;
+  std::optional<Contact> top;
   Prior prior{};
   Eigen::Vector3d max_log_half = Eigen::Vector3d::Zero();
   Eigen::Vector3d min_log_half = Eigen::Vector3d::Zero();

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "slam/util/statistics.h"
+
 namespace sqslam {
 namespace {
 
@@ -31,6 +33,19 @@ bool IsBlocked(const Eigen::Vector2d& pixel, double depth, const Rigid3d& T_othe
   return false;
 }
 
+// True where `other` stands on the object: above it, on a surface about as high as its top.
+bool StandsOn(const Landmark& other, const PosedSuperquadric& object) {
+  constexpr double kAbout = 0.15;  // of the object's height
+  if (!other.support) {
+    return false;
+  }
+  const double top = object.T_map_object.translation.z() + object.shape.half_size.z();
+  Eigen::Vector3d p = object.T_map_object.Inverse() * other.superquadric.T_map_object.translation;
+  p.z() = 0.0;
+  return std::abs(*other.support - top) < kAbout * 2.0 * object.shape.half_size.z() &&
+         object.shape.RadialScale(p) < 1.0;
+}
+
 }  // namespace
 
 Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* const> shown) {
@@ -42,6 +57,7 @@ Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* 
   }
   const double volume = landmark.superquadric.shape.Volume();
   double nearest = kNear;
+  std::vector<double> tops;
   for (const Landmark* other : shown) {
     if (other->id == landmark.id) {
       continue;
@@ -49,6 +65,9 @@ Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* 
     result.others.push_back(other->superquadric);
     if (other->superquadric.shape.Volume() < kMuchSmaller * volume) {
       result.smaller.push_back(other->superquadric);
+      if (StandsOn(*other, landmark.superquadric)) {
+        tops.push_back(*other->support);
+      }
     }
     if (MayHide(other->superquadric, landmark.visible)) {
       result.hiders.push_back(other->superquadric);
@@ -58,6 +77,9 @@ Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* 
         result.hidden_support = other->support;
       }
     }
+  }
+  if (!tops.empty()) {
+    result.stood_on = UpperMedian(std::move(tops));
   }
   return result;
 }

@@ -19,6 +19,7 @@ struct Surroundings {
   std::vector<PosedSuperquadric> others;   // all of them: they have tops of their own
   std::vector<PosedSuperquadric> hiders;   // larger ones that may stand before it: MayHide()
   std::optional<double> hidden_support;    // height of what the nearest of these stands on; it may as well
+  std::optional<double> stood_on;          // height at which smaller ones stand on it: its top
 };
 
 // `shown`: the landmarks that are known well, itself or not. Empty for what has no estimate yet.

@@ -18,10 +18,12 @@ RefinementProblem MakeProblem(bool exact_contact) {
   const auto random = [&] { return Eigen::Vector3d(unit(generator), unit(generator), unit(generator)); };
   for (int i = 0; i < 24; ++i) {
     const Eigen::Vector3d camera = 4.0 * random().normalized();
-    problem.edges.push_back({random(), camera, -camera.normalized(), 100.0, i % 4, 3.0, i % 3 != 0});
+    problem.edges.push_back(
+        {random(), camera, -camera.normalized(), 100.0, i % 4, 3.0, i % 3 != 0, i % 5 == 0});
     problem.points.push_back({0.5 * random(), 40.0, 0.7, i % 2 == 0});
   }
   problem.contact = RefinementProblem::Contact{-0.28, 20.0, exact_contact};
+  problem.top = RefinementProblem::Contact{0.3, 30.0, true};
   problem.prior = {.log_width_ratio = 0.4,
                    .width_factor = 3.0,
                    .log_height_ratio = -1.5,

@@ -44,6 +44,27 @@ TEST(RefineJointly, GetsTheSizeOfABoxFromItsSilhouettesAlone) {
   EXPECT_GT(SolidIoU(result.superquadric, truth), 0.85);
 }
 
+TEST(RefineJointly, BoxesTooLargeAndTooSmallBalanceWhereNothingIsHidden) {
+  const SyntheticDesk desk(1);
+  const PosedSuperquadric truth = desk.Objects()[5].superquadric;
+  RefinementInput input = InputOf(desk, truth);
+  input.yaws = {{35.0 * M_PI / 180.0, 5.0 * M_PI / 180.0, 1.0}};
+  input.support_height = 0.0;
+  for (std::size_t i = 0; i < input.views.size(); ++i) {
+    Box2d& box = input.views[i].box;
+    const double factor = i % 2 == 0 ? 1.06 : 0.94;
+    const Eigen::Vector2d centre = box.Center();
+    box = {centre.x() - 0.5 * factor * box.width, centre.y() - 0.5 * factor * box.height, factor * box.width,
+           factor * box.height};
+  }
+  const Superquadric shape = RefineJointly(truth, input, RefinementOptions()).superquadric.shape;
+  EXPECT_NEAR(std::cbrt(shape.Volume() / truth.shape.Volume()), 1.0, 0.03);
+  for (SilhouetteView& view : input.views) {
+    view.edge_exact[kBottomEdge] = false;  // then the smaller boxes may be cut short
+  }
+  EXPECT_GT(RefineJointly(truth, input, RefinementOptions()).superquadric.shape.Volume(), shape.Volume());
+}
+
 TEST(RefineJointly, CostsTheSameFromEveryStartThatEndsInOnePlace) {
   const SyntheticDesk desk(1);
   const PosedSuperquadric truth = desk.Objects()[5].superquadric;
@@ -286,6 +307,24 @@ TEST(RefineJointly, NothingReachesThroughTheSurfaceUnderIt) {
   EXPECT_LT(Bottom(RefineJointly(truth, input, RefinementOptions()).superquadric), lowest - 0.05);
   input.lowest = lowest;
   EXPECT_GT(Bottom(RefineJointly(truth, input, RefinementOptions()).superquadric), lowest - 0.02);
+}
+
+TEST(RefineJointly, ATopThatOthersStandOnIsAtTheirHeight) {
+  const SyntheticDesk desk(1);
+  const PosedSuperquadric truth = desk.Objects()[3].superquadric;
+  RefinementInput input = InputOf(desk, truth);
+  for (SilhouetteView& view : input.views) {
+    view.box.y -= 0.1 * view.box.height;  // a detector that boxes too much above
+    view.box.height *= 1.1;
+  }
+  const auto top = [&] {
+    const PosedSuperquadric s = RefineJointly(truth, input, RefinementOptions()).superquadric;
+    return s.T_map_object.translation.z() + s.shape.half_size.z();
+  };
+  const double height = truth.T_map_object.translation.z() + truth.shape.half_size.z();
+  const double off = top() - height;
+  input.top_height = height;
+  EXPECT_LT(std::abs(top() - height), 0.3 * off);
 }
 
 TEST(IsBottomSeen, AsksForAThirdOfTheViews) {

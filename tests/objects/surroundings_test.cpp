@@ -38,6 +38,19 @@ TEST(Surroundings, TellWhatLiesInItAndWhatMayHideIt) {
   EXPECT_EQ(of_chair.hidden_support, 0.0);
 }
 
+TEST(Surroundings, TellATopByWhatStandsOnIt) {
+  const Landmark table = MappedBox(1, {0.0, 2.0, 0.36}, {0.8, 0.5, 0.36});
+  Landmark cup = MappedBox(2, {0.3, 2.1, 0.75}, {0.04, 0.04, 0.05});
+  cup.support = 0.7;
+  Landmark bin = MappedBox(3, {0.0, 2.0, 0.2}, {0.1, 0.1, 0.2});  // under the table
+  bin.support = 0.0;
+  Landmark beside = MappedBox(4, {2.0, 2.0, 0.8}, {0.1, 0.1, 0.1});
+  beside.support = 0.69;
+  const std::vector<const Landmark*> shown = {&table, &cup, &bin, &beside};
+  EXPECT_EQ(SurroundingsOf(table, shown).stood_on, 0.7);
+  EXPECT_EQ(SurroundingsOf(cup, shown).stood_on, std::nullopt);
+}
+
 TEST(Surroundings, OfFarHidersGiveNoSupportAndNothingIsKnownWithoutAnEstimate) {
   Landmark table = MappedBox(1, {0.0, 2.0, 0.35}, {0.8, 0.5, 0.35});
   table.support = 0.0;
