@@ -18,7 +18,7 @@
 namespace sqslam::app {
 namespace fs = std::filesystem;
 using Words = std::vector<std::string>;
-using RenderHere = std::function<int(const RenderArguments&)>;
+using DrawsHere = std::function<int(const RenderArguments&)>;
 namespace {
 
 // The pieces of one video, in FILE.mp4.pieces.
@@ -89,7 +89,7 @@ void ClaimFolder(const VideoPieces& pieces, const std::string& settings) {
 }
 
 int RenderPiece(const VideoPieces& pieces, const RenderArguments& a, const SlurmOptions& options,
-                const RenderHere& render) {
+                const DrawsHere& render) {
   const Shard shard = ParseShard(a.task);
   if (shard.count != pieces.Count()) {
     throw UsageError(fmt::format("--task {}: expected a piece of {}", a.task, pieces.Count()));
@@ -150,7 +150,7 @@ int FailureOf(const VideoPieces& pieces, const Words& missing) {
   return code;
 }
 
-int Join(const VideoPieces& pieces, const RenderArguments& a, const RenderHere& render) {
+int Join(const VideoPieces& pieces, const RenderArguments& a, const DrawsHere& render) {
   RenderArguments join = a;
   for (int i = 1; i <= pieces.Count(); ++i) {
     join.join.push_back(pieces.Piece(i).string());
@@ -164,7 +164,7 @@ int Join(const VideoPieces& pieces, const RenderArguments& a, const RenderHere& 
 
 }  // namespace
 
-int RenderOnSlurm(const RenderArguments& a, const RenderHere& render) {
+int RenderOnSlurm(const RenderArguments& a, const DrawsHere& render) {
   const VideoPieces pieces(a);
   SlurmOptions options;
   if (!a.slurm.empty()) {
