@@ -9,6 +9,7 @@
 #include <cctype>
 #include <cstdio>
 #include <sstream>
+#include <string_view>
 
 #include "slam/util/error.h"
 #include "slam/util/fingerprint.h"
@@ -65,6 +66,13 @@ std::string InScript(const fs::path& path) {
   return text;
 }
 
+// This program, also where a new build has taken the place of the file that it was started from.
+std::string OwnPath() {
+  constexpr std::string_view kReplaced = " (deleted)";
+  std::string path = fs::read_symlink("/proc/self/exe").string();
+  return path.ends_with(kReplaced) ? path.substr(0, path.size() - kReplaced.size()) : path;
+}
+
 }  // namespace
 
 std::string JobScript(const SlurmJobText& job, const SlurmOptions& options) {
@@ -93,8 +101,7 @@ std::string JobScript(const SlurmJobText& job, const SlurmOptions& options) {
   for (const std::string& line : options.setup) {
     text += line + "\n";
   }
-  const std::string program =
-      options.program.empty() ? ShellLine({fs::read_symlink("/proc/self/exe").string()}) : options.program;
+  const std::string program = options.program.empty() ? ShellLine({OwnPath()}) : options.program;
   text += fmt::format("tasks=({})\nexec {} {} --task \"${{tasks[${{SLURM_ARRAY_TASK_ID:-0}}]}}\"\n",
                       ShellLine(job.words), program, ShellLine(job.command));
   return text;

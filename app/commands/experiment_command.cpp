@@ -49,8 +49,8 @@ settings or inputs have changed. Each run is a process of its own; its output is
 |   sbatch: [--account=maps]   # further options
 |   setup: [module load x]     # lines of shell before the program
 |   program: sqslam            # instead of this one: a container
-|   retries: 2                 # times that a run without a result is made
-|   poll: 5                    # again; seconds between looks at the queue
+|   retries: 2                 # of a run that ends without a result
+|   poll: 5                    # seconds between looks at the queue
 
 On a Slurm cluster each run is a task of an array. The command follows them as it does at home and makes the
 tables. Ctrl-C leaves the tasks at work; the same command takes up again. With --submit-only a last job makes

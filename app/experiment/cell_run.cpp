@@ -27,12 +27,10 @@ std::vector<std::string> Redirected(std::vector<std::string> words, const fs::pa
   return words;
 }
 
-// The run says in its files with which command it was made: with the name that the folder has in the end.
-void NameFolderInStats(const fs::path& stats, const fs::path& from, const fs::path& to) {
-  std::string text = ReadFile(stats, "what a run says of itself");
-  if (const std::size_t at = text.find(from.string()); at != std::string::npos) {
-    WriteFileAtomically(stats, text.replace(at, from.string().size(), to.string()));
-  }
+// A text of the run with the name that its folder has in the end.
+std::string Renamed(std::string text, const fs::path& from, const fs::path& to) {
+  const std::size_t at = text.find(from.string());
+  return at == std::string::npos ? text : text.replace(at, from.string().size(), to.string());
 }
 
 }  // namespace
@@ -89,8 +87,10 @@ ChildResult RunCell(const ExperimentPlan& plan, const PlannedCell& planned, cons
   }
   // The terminal gives its Ctrl-C to the child as well, which may have ended before it was asked.
   child.stopped = child.stopped || (child.exit_code != 0 && stop());
+  child.message = Renamed(child.message, made.Path(), run);
   if (child.exit_code == 0 && !child.stopped) {
-    NameFolderInStats(made.Path() / "stats.json", made.Path(), run);
+    const fs::path stats = made.Path() / "stats.json";  // says with which command it was made
+    WriteFileAtomically(stats, Renamed(ReadFile(stats, "what a run says of itself"), made.Path(), run));
     WriteCellRecord(made.Path(), settings, plan.config.jobs, program);
     fs::remove_all(run);
     made.Commit();

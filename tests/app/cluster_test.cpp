@@ -99,7 +99,7 @@ class ClusterTest : public ::testing::Test {
 class StandIn : public ClusterTest {
  protected:
   StandIn() {
-    folder_.Write("bin/sbatch", R"(#!/bin/bash
+    folder_.Write("bin/sbatch", R"sh(#!/bin/bash
 cd "$(dirname "$0")/.."
 if [ -e refuse ]; then echo 'sbatch: error: invalid partition specified: none' >&2; exit 1; fi
 echo job >>jobs
@@ -123,13 +123,13 @@ for k in $(seq 0 ${last:-0}); do touch queue/$number,$name,$k; done
   done
 ) >/dev/null 2>&1 &
 echo $number
-)");
-    folder_.Write("bin/squeue", R"(#!/bin/bash
+)sh");
+    folder_.Write("bin/squeue", R"sh(#!/bin/bash
 cd "$(dirname "$0")/.."
 name=$(echo "$@" | sed 's/.*-n \([^ ]*\).*/\1/')
 for task in queue/*,$name,*; do if [ -e "$task" ]; then basename "$task" | cut -d, -f1; fi; done
 exit 0
-)");
+)sh");
     fs::permissions(folder_.Path() / "bin/sbatch", fs::perms::owner_all);
     fs::permissions(folder_.Path() / "bin/squeue", fs::perms::owner_all);
   }
