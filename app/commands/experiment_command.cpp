@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
@@ -79,6 +80,7 @@ struct ExperimentArguments {
 void ClaimFolder(const fs::path& folder) {
   if (!fs::exists(folder / "experiment.lock")) {
     CreateResultFolder(folder);
+    std::ofstream(folder / "experiment.lock", std::ios::app);
   }
 }
 

@@ -244,6 +244,13 @@ TEST_F(StandIn, DrawsAVideoInPiecesAndThoseAgainThatAreCut) {
   EXPECT_EQ(render("film.png", on_slurm).exit_code, 2);
 }
 
+TEST_F(StandIn, ATaskByHandLeavesAFolderThatIsGoneOnWith) {
+  EXPECT_EQ(Run("--task tiny-quadric-full-refined-1").exit_code, 0);
+  EXPECT_FALSE(fs::exists(Output() / "tables.md"));
+  EXPECT_THAT(Run("--dry-run").out, HasSubstr("2 runs, 1 finished"));
+  EXPECT_THAT(Run("").out, HasSubstr("2 finished (1 of them before)"));
+}
+
 TEST(FullDisk, AnErrorThatCannotBePrintedKeepsItsExitCode) {
   EXPECT_EQ(RunProgram("info /nonexistent 2>/dev/full").exit_code, 3);
 }
