@@ -244,6 +244,13 @@ TEST_F(StandIn, DrawsAVideoInPiecesAndThoseAgainThatAreCut) {
   EXPECT_EQ(render("film.png", on_slurm).exit_code, 2);
 }
 
+TEST_F(StandIn, ATaskThatIsTakenOffItsNodeAgainAndAgainIsGivenUp) {
+  const ProgramRun run =
+      RunProgram(Command("--task tiny-quadric-full-refined-1"), "export SLURM_RESTART_COUNT=2");
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(Slurp(Output() / "runs/tiny-quadric-full-refined-1.failed"), HasSubstr("taken off its node"));
+}
+
 TEST_F(StandIn, ATaskByHandLeavesAFolderThatIsGoneOnWith) {
   EXPECT_EQ(Run("--task tiny-quadric-full-refined-1").exit_code, 0);
   EXPECT_FALSE(fs::exists(Output() / "tables.md"));
