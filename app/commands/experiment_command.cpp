@@ -119,7 +119,8 @@ int RunIn(const fs::path& folder, const ExperimentConfig& config, const Experime
   ClaimFolder(folder);
   const InterruptGuard interrupt;
   const auto stop = [&] { return interrupt.Interrupted(); };
-  const bool last = arguments.task == kLastTask;
+  const bool here = arguments.where == "here";
+  const bool last = !here && arguments.task == kLastTask;
   if (!arguments.task.empty() && !last) {
     return RunTask(config, {folder}, arguments.task, stop);
   }
@@ -141,10 +142,12 @@ int RunIn(const fs::path& folder, const ExperimentConfig& config, const Experime
   for (PlannedCell& planned : plan.cells) {
     if (arguments.fresh && !last) {
       planned.finished.reset();
-      fs::remove(plan.folder.Run(planned.cell) / "cell.json");
+      if (!here) {  // where only the folder tells which runs are finished
+        fs::remove(plan.folder.Run(planned.cell) / "cell.json");
+      }
     }
   }
-  if (arguments.where == "here") {
+  if (here) {
     return Finish(config, RunExperiment(std::move(plan), stop, print), folder, arguments.quiet);
   }
   const ClusterOutcome made = RunOnSlurm(plan, {arguments.submit_only || last, last}, stop, print);
