@@ -159,6 +159,7 @@ int RunTask(const ExperimentConfig& config, const ExperimentFolder& folder, cons
     fs::remove(FailureOf(folder, name));
     return 0;
   }
+  fs::create_directories(folder.path / "runs");
   WriteTaskFailure(FailureOf(folder, name), {code, message});
   fmt::print(stderr, "sqslam: {} failed: {}\n", name, message);
   return code;
