@@ -1,18 +1,18 @@
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <unistd.h>
 
+#include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
 
 #include "app/commands/commands.h"
+#include "app/experiment/cluster_run.h"
 #include "app/experiment/runner.h"
 #include "app/experiment/tables.h"
 #include "app/terminal/terminal.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
+#include "slam/util/file_lock.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -44,10 +44,23 @@ settings or inputs have changed. Each run is a process of its own; its output is
 | jobs: 1                      # runs at a time; times are only good with 1
 | objects: [kitchen/mug-1]     # get rows of their own in Table I
 | # also: output, config (pipeline options), seed, deterministic
+| slurm:                       # with --on slurm; all may be left out
+|   partition: batch           # so time and memory: as sbatch takes them
+|   cpus: 2                    # for each run
+|   sbatch: [--account=maps]   # further options
+|   setup: [module load x]     # lines of shell before the program
+|   program: sqslam            # instead of this one: a container
+|   retries: 2                 # of a run that ends without a result
+|   poll: 5                    # seconds between looks at the queue
+
+On a Slurm cluster each run is a task of an array. The command follows them as it does at home and makes the
+tables. Ctrl-C leaves the tasks at work; the same command takes up again. With --submit-only a last job makes
+again what failed, and the tables.
 
 Examples:
   sqslam experiment configs/experiments/desk.yaml
   sqslam experiment paper.yaml -o out/paper --jobs 4
+  sqslam experiment paper.yaml --on slurm --jobs 40
   sqslam experiment paper.yaml --dry-run           which runs there are, and which are finished
 )";
 
@@ -58,36 +71,16 @@ struct ExperimentArguments {
   bool dry_run = false;
   bool fresh = false;
   bool quiet = false;
-};
-
-// Keeps a second program out of the folder. The descriptor is left open in child processes on purpose: should
-// this program be killed, the runs that it left behind still hold the folder until they end.
-class FolderLock {
- public:
-  explicit FolderLock(const fs::path& folder)
-      : file_(::open((folder / "experiment.lock").c_str(), O_RDWR | O_CREAT, 0644)) {
-    if (file_ < 0) {
-      throw InputError(
-          fmt::format("{}: cannot be written, expected a folder for the experiment", folder.string()));
-    }
-    if (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
-      ::close(file_);
-      throw InputError(
-          fmt::format("{}: an experiment is at work in it, expected to be the only one", folder.string()));
-    }
-  }
-  ~FolderLock() { ::close(file_); }
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
-
- private:
-  int file_;
+  std::string where = "here";
+  bool submit_only = false;
+  std::string task;
 };
 
 // Makes the folder, or takes one that an experiment has made; nothing else is touched.
 void ClaimFolder(const fs::path& folder) {
   if (!fs::exists(folder / "experiment.lock")) {
     CreateResultFolder(folder);
+    std::ofstream(folder / "experiment.lock", std::ios::app);
   }
 }
 
@@ -110,24 +103,11 @@ void PrintOutcome(const ExperimentOutcome& outcome, const fs::path& tables, bool
   }
 }
 
-int RunIn(const fs::path& folder, const ExperimentConfig& config, bool fresh, bool quiet) {
-  ClaimFolder(folder);
-  const FolderLock lock(folder);
-  const InterruptGuard interrupt;
-  const auto print = [quiet](const std::string& line) {
-    if (!quiet) {
-      fmt::print("{}\n", line);
-      std::fflush(stdout);
-    }
-  };
-  ExperimentPlan plan = PlanExperiment(config, {folder});
-  for (PlannedCell& planned : plan.cells) {
-    planned.finished = fresh ? std::nullopt : planned.finished;
-  }
-  const ExperimentOutcome outcome = RunExperiment(
-      std::move(plan), [&] { return interrupt.Interrupted(); }, print);
+// Says what there is, writes the tables, and returns the exit code.
+int Finish(const ExperimentConfig& config, const ExperimentOutcome& outcome, const fs::path& folder,
+           bool quiet) {
   PrintOutcome(outcome, WriteTables(config, outcome, folder), quiet);
-  if (outcome.interrupted) {
+  if (outcome.interrupted) {  // tasks of a cluster go on by themselves
     fmt::print(stderr, "sqslam: interrupted; the same command goes on with the other {} runs\n",
                outcome.cells - static_cast<int>(outcome.results.size() + outcome.failures.size()));
     return 130;
@@ -135,9 +115,55 @@ int RunIn(const fs::path& folder, const ExperimentConfig& config, bool fresh, bo
   return outcome.failures.empty() ? 0 : outcome.failures.front().exit_code;
 }
 
+int RunIn(const fs::path& folder, const ExperimentConfig& config, const ExperimentArguments& arguments) {
+  ClaimFolder(folder);
+  const InterruptGuard interrupt;
+  const auto stop = [&] { return interrupt.Interrupted(); };
+  const bool here = arguments.where == "here";
+  const bool last = !here && arguments.task == kLastTask;
+  if (!arguments.task.empty() && !last) {
+    return RunTask(config, {folder}, arguments.task, stop);
+  }
+  const std::optional<FileLock> lock = FileLock::Try(folder / "experiment.lock");
+  if (!lock && last) {
+    return 0;  // somebody follows the tasks and will make the tables
+  }
+  if (!lock) {
+    throw InputError(
+        fmt::format("{}: an experiment is at work in it, expected to be the only one", folder.string()));
+  }
+  const auto print = [&arguments](const std::string& line) {
+    if (!arguments.quiet) {
+      fmt::print("{}\n", line);
+      std::fflush(stdout);
+    }
+  };
+  ExperimentPlan plan = PlanExperiment(config, {folder});
+  for (PlannedCell& planned : plan.cells) {
+    if (arguments.fresh && !last) {
+      planned.finished.reset();
+      if (!here) {  // where only the folder tells which runs are finished
+        fs::remove(plan.folder.Run(planned.cell) / "cell.json");
+      }
+    }
+  }
+  if (here) {
+    return Finish(config, RunExperiment(std::move(plan), stop, print), folder, arguments.quiet);
+  }
+  const ClusterOutcome made = RunOnSlurm(plan, {arguments.submit_only || last, last}, stop, print);
+  if (made.end == ArrayEnd::kSubmitted) {
+    print(fmt::format("a last job makes the tables: {}", (folder / "tables.md").string()));
+    return 0;
+  }
+  return Finish(config, made.outcome, folder, arguments.quiet);
+}
+
 int Experiment(const ExperimentArguments& arguments) {
   ExperimentConfig config = ReadExperiment(arguments.config);
   config.jobs = arguments.jobs.value_or(config.jobs);
+  if (arguments.submit_only && arguments.where == "here") {
+    throw UsageError("--submit-only: expected --on slurm");
+  }
   const fs::path output = arguments.output.empty() ? config.output : arguments.output;
   fs::path folder = fs::absolute(output).lexically_normal();
   if (!folder.has_filename()) {  // "out/desk/"
@@ -147,7 +173,7 @@ int Experiment(const ExperimentArguments& arguments) {
     PrintPlan(PlanExperiment(config, {folder}));
     return 0;
   }
-  return RunIn(folder, config, arguments.fresh, arguments.quiet);
+  return RunIn(folder, config, arguments);
 }
 
 }  // namespace
@@ -165,6 +191,12 @@ void AddExperimentCommand(Command& program) {
   command.Option("--jobs N", a->jobs, "Runs at a time, instead of jobs of CONFIG").AtLeast(1);
   command.Flag("--dry-run", a->dry_run, "List the runs and whether they are finished, and end");
   command.Flag("--fresh", a->fresh, "Make every run again, as after a new build of the program");
+  command.Group("Cluster");
+  command.Option("--on WHERE", a->where, "Make the runs on this computer or on a cluster")
+      .OneOf({"here", "slurm"});
+  command.Flag("--submit-only", a->submit_only,
+               "With --on slurm: hand everything over and end; a last job makes the tables");
+  command.Option("--task RUN", a->task, "Make only this run, without tables; tasks of a cluster are this");
   command.Group("General");
   command.Flag("--quiet,-q", a->quiet, "Print nothing but errors");
   command.Notes(kExperimentNotes);

@@ -75,6 +75,27 @@ void AddVideoOptions(Command& command, RenderArguments& a) {
       .Several();
 }
 
+void AddClusterOptions(Command& command, RenderArguments& a) {
+  command.Group("Cluster");
+  command.Option("--on WHERE", a.where, "Draw a video on this computer or in pieces on a cluster")
+      .OneOf({"here", "slurm"});
+  command.Option("--shards N", a.shards, "With --on slurm: pieces, each a task").Range(2, 1000);
+  command.Option("--slurm FILE", a.slurm,
+                 "partition, time, memory, ... (YAML), as the group slurm of sqslam experiment has them");
+  command.Flag("--submit-only", a.submit_only,
+               "With --on slurm: hand everything over and end; a last job joins the pieces");
+  command.Option("--task I/N", a.task, "With --on slurm: draw only this piece; tasks of a cluster are this");
+}
+
+void CheckClusterArguments(const RenderArguments& a) {
+  if (a.where == "here" && (a.shards || !a.slurm.empty() || a.submit_only || !a.task.empty())) {
+    throw UsageError("--shards, --slurm, --submit-only and --task: expected --on slurm");
+  }
+  if (a.where == "slurm" && (!a.shards || !a.shard.empty() || fs::path(a.output).extension() != ".mp4")) {
+    throw UsageError("--on slurm: expected --shards N, --output FILE.mp4 and no --shard");
+  }
+}
+
 }  // namespace
 
 PictureOptions MakePictureOptions(const RenderArguments& a) {
@@ -119,10 +140,12 @@ bool MakesFrames(const RenderArguments& a) {
 
 void CheckRenderArguments(const RenderArguments& a) {
   const bool frames = MakesFrames(a);
+  CheckClusterArguments(a);
   ParseFrameRange(a.frames);  // refuses wrong ranges before anything is read
   if (!a.join.empty()) {
-    if (fs::path(a.output).extension() != ".mp4" || !a.map.empty() || !a.objects.edits.empty()) {
-      throw UsageError("--join: expected pieces and --output FILE.mp4, and no MAP or --edits");
+    if (a.where != "here" || fs::path(a.output).extension() != ".mp4" || !a.map.empty() ||
+        !a.objects.edits.empty()) {
+      throw UsageError("--join: expected pieces and --output FILE.mp4, and no MAP, --edits or --on");
     }
     return;
   }
@@ -241,6 +264,7 @@ void AddRenderOptions(Command& command, RenderArguments& a) {
   command.Flag("--no-background", a.picture.transparent, "Transparent instead of the style's background");
   AddCameraOptions(command, a);
   AddVideoOptions(command, a);
+  AddClusterOptions(command, a);
   command.Group("General");
   AddBackendOption(command, a.picture.backend);
   command.Flag("--quiet,-q", a.quiet, "No progress");

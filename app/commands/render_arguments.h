@@ -56,6 +56,11 @@ struct RenderArguments {
   double seconds = 10.0;
   std::string shard;
   std::vector<std::string> join;
+  std::string where = "here";  // or slurm
+  std::optional<int> shards;
+  std::string slurm;  // file
+  bool submit_only = false;
+  std::string task;
   std::string reference;
   double threshold = 0.04;
   bool quiet = false;

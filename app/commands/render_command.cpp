@@ -10,6 +10,7 @@
 
 #include "app/commands/commands.h"
 #include "app/commands/render_arguments.h"
+#include "app/commands/render_pieces.h"
 #include "app/result/map_input.h"
 #include "app/terminal/terminal.h"
 #include "render/picture/outlines.h"
@@ -184,8 +185,7 @@ int Join(const RenderArguments& a) {
   return report.Finish(written, a.output);
 }
 
-int Render(const RenderArguments& a) {
-  CheckRenderArguments(a);
+int RenderHere(const RenderArguments& a) {
   if (!a.join.empty()) {
     return Join(a);
   }
@@ -201,6 +201,11 @@ int Render(const RenderArguments& a) {
   }
   options.layers = ReadLayers(a.layers, reader, MapFile(a.map), options.style);
   return MakesFrames(a) ? RenderFrames(a, options, reader) : RenderStill(a, options, reader);
+}
+
+int Render(const RenderArguments& a) {
+  CheckRenderArguments(a);
+  return a.where == "here" ? RenderHere(a) : RenderOnSlurm(a, RenderHere);
 }
 
 constexpr const char* kRenderNotes = R"(
@@ -221,7 +226,9 @@ Names of views are meant from where the cameras stood on average: that is the fr
 somebody who stands there, top looks straight down with the front below. --overlay is set by overlay.width,
 overlay.fill, overlay.hidden, overlay.labels and overlay.points.
 
-Ctrl-C ends a video with the last frame that was drawn. --join puts pieces together as they are.
+Ctrl-C ends a video with the last frame that was drawn. --join puts pieces together as they are. With --on slurm
+pieces are drawn in FILE.pieces as tasks of a cluster, and joined when all are there; after Ctrl-C the same command
+takes up again.
 
 Examples:
   sqslam render out/kitchen -o kitchen.png
@@ -241,6 +248,7 @@ Examples:
   sqslam render out/kitchen -o growth.mp4 --growth --resolution 1280,480
   sqslam render out/kitchen -o 'frames/{frame:04}.png' --growth --frames 0:30
   sqslam render out/kitchen -o growth.mp4 --growth --shard 2/8
+  sqslam render out/kitchen -o growth.mp4 --growth --on slurm --shards 8
   sqslam render --join growth.part-*-of-8.mp4 -o growth.mp4
   sqslam render --join 'frames/{frame:04}.png' --fps 25 -o growth.mp4
   sqslam render out/kitchen --reference kitchen.png --reference-threshold 0.04

@@ -121,6 +121,7 @@ struct ConfigFields : AxesFields {
     visit("seed", config.seed, std::int64_t{0}, std::numeric_limits<std::int64_t>::max());
     visit("jobs", config.jobs, 1, kMost);
     visit("objects", config.objects);
+    visit("slurm", config.slurm);
   }
 };
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/cluster/slurm.h"
 #include "slam/io/frame_source.h"
 
 namespace sqslam::app {
@@ -73,6 +74,7 @@ struct ExperimentConfig {
   bool deterministic = false;
   std::int64_t seed = 1;             // of the first repetition, one more for each further
   int jobs = 1;                      // runs at a time; above 1 the measured times suffer
+  SlurmOptions slurm;                // with --on slurm
   std::vector<std::string> objects;  // names or labels that get rows of their own in Table I
   std::vector<ExperimentSequence> sequences;
   std::vector<ExperimentVariant> variants;  // the first is the unnamed one

@@ -9,9 +9,7 @@
 #include <set>
 #include <thread>
 
-#include "app/terminal/terminal.h"
-#include "slam/io/detections.h"
-#include "slam/util/atomic_file.h"
+#include "app/experiment/cell_run.h"
 #include "slam/util/error.h"
 
 namespace sqslam::app {
@@ -21,27 +19,6 @@ namespace {
 
 double SecondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-std::string Duration(double seconds) {
-  const auto whole = static_cast<long>(seconds + 0.5);
-  return whole >= 3600 ? fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60)
-                       : fmt::format("{}:{:02}", whole / 60, whole % 60);
-}
-
-// "0.712 mean IoU, 12 of 13 found"
-std::string Headline(const CellResult& result) {
-  if (!result.has_objects) {
-    return fmt::format("{} of {} frames tracked", result.stats.tracked, result.stats.frames);
-  }
-  int found = 0;
-  double sum = 0.0;
-  for (const ObjectScore& object : result.objects) {
-    found += object.found ? 1 : 0;
-    sum += object.iou;
-  }
-  return fmt::format("{} of {} objects found, their mean IoU {:.3f}", found, result.objects.size(),
-                     sum / std::max(1, found));
 }
 
 // Makes the unfinished cells of a plan, several at a time.
@@ -86,18 +63,12 @@ class Workers {
   void PrepareInputs() {
     for (const std::size_t index : todo_) {
       const ExperimentCell& cell = plan_.cells[index].cell;
-      const PreparedSequence& sequence = plan_.sequences.at(cell.sequence);
       if (stop_()) {
         return;
       }
-      Attempt(cell.sequence, [&] { Render(sequence); });
+      Attempt(cell.sequence, [&] { RenderSequence(plan_, cell, stop_, print_); });
       if (cell.max_objects != kAllObjects && !broken_.contains(cell.sequence) && !stop_()) {
-        const std::string limited = NameOfBoxes(cell);
-        Attempt(limited, [&] {
-          const fs::path path = plan_.folder.Boxes(limited);
-          fs::create_directories(path.parent_path());
-          WriteFileAtomically(path, LimitBoxes(BoxesOf(sequence), cell.max_objects));
-        });
+        Attempt(NameOfBoxes(cell), [&] { WriteLimitedBoxes(plan_, cell); });
       }
     }
   }
@@ -114,25 +85,6 @@ class Workers {
     }
   }
 
-  // A rendered folder without the mark is one that was left half-way.
-  void Render(const PreparedSequence& sequence) {
-    const fs::path mark = sequence.path.string() + ".done";
-    if (sequence.rendering.empty() || fs::exists(mark)) {
-      return;
-    }
-    fs::remove_all(sequence.path);
-    fs::create_directories(sequence.path.parent_path());
-    print_(fmt::format("rendering {}", sequence.path.filename().string()));
-    const fs::path log = sequence.path.string() + ".log";
-    fs::remove(log);
-    const ChildResult child = RunChild(sequence.rendering, log, stop_);
-    if (child.exit_code == 0) {
-      WriteFileAtomically(mark, "");
-    } else if (!stop_()) {
-      throw InputError(child.message);
-    }
-  }
-
   void Work() {
     while (!stop_()) {
       const std::size_t next = next_++;
@@ -142,9 +94,9 @@ class Workers {
       const Clock::time_point start = Clock::now();
       ChildResult child;
       try {
-        child = RunCell(todo_[next]);
+        child = Run(todo_[next]);
       } catch (const std::exception& error) {  // a full disk, a folder that cannot be removed
-        child = {1, false, error.what()};
+        child = {3, false, error.what()};
       }
       if (!child.stopped) {
         Report(todo_[next], child, SecondsSince(start));
@@ -152,28 +104,14 @@ class Workers {
     }
   }
 
-  ChildResult RunCell(std::size_t index) const {
-    const auto& [cell, commands, settings, finished] = plan_.cells[index];
+  ChildResult Run(std::size_t index) const {
+    const ExperimentCell& cell = plan_.cells[index].cell;
     for (const std::string& needed : {cell.sequence, NameOfBoxes(cell)}) {
       if (const auto broken = broken_.find(needed); broken != broken_.end()) {
         return {3, false, broken->second};
       }
     }
-    const fs::path run = plan_.folder.Run(cell);
-    const fs::path log = plan_.folder.Log(cell);
-    fs::remove_all(run);
-    fs::create_directories(run.parent_path());
-    fs::remove(log);
-    ChildResult child = RunChild(commands.run, log, stop_);
-    if (child.exit_code == 0 && !commands.eval.empty()) {
-      child = RunChild(commands.eval, log, stop_);
-    }
-    // The terminal gives its Ctrl-C to the child as well, which may have ended before it was asked.
-    child.stopped = child.stopped || (child.exit_code != 0 && stop_());
-    if (child.exit_code == 0 && !child.stopped) {
-      WriteCellRecord(run, settings, plan_.config.jobs, program_);
-    }
-    return child;
+    return RunCell(plan_, plan_.cells[index], program_, stop_);
   }
 
   void Report(std::size_t index, const ChildResult& child, double seconds) {
@@ -194,10 +132,7 @@ class Workers {
       const int code = child.exit_code > 0 && child.exit_code < 128 ? child.exit_code : 1;
       failures_[index] = {cell.name, code, child.exit_code == 0 ? what : child.message};
     }
-    const double elapsed = SecondsSince(start_);
-    const auto left = static_cast<double>(todo_.size() - done_) * elapsed / static_cast<double>(done_);
-    print_(fmt::format("[{}/{}] {}: {} ({:.1f} s); {:.1f} runs/min, {} left", done_, todo_.size(), cell.name,
-                       what, seconds, 60.0 * static_cast<double>(done_) / elapsed, Duration(left)));
+    print_(ProgressLine(done_, todo_.size(), SecondsSince(start_), cell.name, what, seconds));
   }
 
   const ExperimentPlan& plan_;
@@ -218,14 +153,19 @@ class Workers {
 
 }  // namespace
 
-ExperimentPlan PlanExperiment(const ExperimentConfig& config, const ExperimentFolder& folder) {
+ExperimentPlan PlanExperiment(const ExperimentConfig& config, const ExperimentFolder& folder,
+                              const std::string& only) {
+  std::vector<ExperimentCell> cells = ListCells(config);
+  std::erase_if(cells, [&](const ExperimentCell& cell) { return !only.empty() && cell.name != only; });
   ExperimentPlan plan;
   plan.config = config;
   plan.folder = folder;
   for (const ExperimentSequence& sequence : config.sequences) {
-    plan.sequences[sequence.name] = Prepare(config, sequence, folder);
+    if (std::ranges::find(cells, sequence.name, &ExperimentCell::sequence) != cells.end()) {
+      plan.sequences[sequence.name] = Prepare(config, sequence, folder);
+    }
   }
-  for (const ExperimentCell& cell : ListCells(config)) {
+  for (const ExperimentCell& cell : cells) {
     const PreparedSequence& sequence = plan.sequences.at(cell.sequence);
     const CellCommands commands = CommandsOf(config, sequence, cell, folder);
     const nlohmann::ordered_json settings = SettingsOf(config, sequence, commands, folder);

@@ -37,7 +37,9 @@ struct ExperimentPlan {
   std::vector<PlannedCell> cells;
 };
 
-ExperimentPlan PlanExperiment(const ExperimentConfig& config, const ExperimentFolder& folder);
+// All cells, or that of the name `only` where it is not empty.
+ExperimentPlan PlanExperiment(const ExperimentConfig& config, const ExperimentFolder& folder,
+                              const std::string& only = "");
 
 using StopRequest = std::function<bool()>;
 using LinePrinter = std::function<void(const std::string&)>;

@@ -120,19 +120,22 @@ int RunProgram(const std::string& name, const std::function<int()>& work) {
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
   ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
   return ExitCodeOf([&] { return RunAndFlush(work); },
-                    [&](const std::string& message) {
-                      fmt::print(stderr, "{}: {}\n", name, Shortened(WithoutControls(message)));
+                    [&](const std::string& message) {  // fmt::print would throw where stderr is full too
+                      const std::string line = Shortened(WithoutControls(message));
+                      std::fprintf(stderr, "%s: %s\n", name.c_str(), line.c_str());
                     });
 }
 
-std::string CommandLine() {
+std::vector<std::string> CommandWords() {
   std::ifstream file("/proc/self/cmdline", std::ios::binary);
   std::vector<std::string> words;
   for (std::string word; std::getline(file, word, '\0');) {
     words.push_back(word);
   }
-  return ShownCommandLine(std::move(words));
+  return words;
 }
+
+std::string CommandLine() { return ShownCommandLine(CommandWords()); }
 
 std::string ShownCommandLine(std::vector<std::string> words) {
   words.front() = std::filesystem::path(words.front()).filename().string();

@@ -18,6 +18,9 @@ int ExitCodeOf(const std::function<int()>& work, const std::function<void(const 
 // themselves are silenced: what they find comes back to the reader, which says it with file and frame.
 int RunProgram(const std::string& name, const std::function<int()>& work);
 
+// The words that this process was started with, the program first.
+std::vector<std::string> CommandWords();
+
 // The command that this process was started with, as a shell takes it, without passwords of addresses.
 std::string CommandLine();
 std::string ShownCommandLine(std::vector<std::string> words);  // the same of the words given, at least one

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <string>
 
@@ -213,6 +215,7 @@ int CopyVideos(const std::vector<fs::path>& videos, const std::vector<int>& fram
   int done = 0;
   int before = 0;  // frames of the videos before this one
   bool go_on = true;
+  std::int64_t last_dts = std::numeric_limits<std::int64_t>::min();
   for (std::size_t i = 0; i < videos.size() && go_on; ++i) {
     const VideoStream source = OpenVideoStream(videos[i], kComplaint);
     if (!SameCoding(*source.stream->codecpar, *first.stream->codecpar)) {
@@ -224,7 +227,9 @@ int CopyVideos(const std::vector<fs::path>& videos, const std::vector<int>& fram
       if (packet->stream_index == source.stream->index) {
         av_packet_rescale_ts(packet.get(), source.stream->time_base, stream->time_base);
         packet->pts += offset;
-        packet->dts += offset;
+        // Two frames are too few to be put in another order: their piece begins to decode later than others
+        // do.
+        packet->dts = last_dts = std::max(packet->dts + offset, last_dts + 1);
         packet->pos = -1;
         packet->stream_index = stream->index;
         file.Write(packet.get());

@@ -108,6 +108,9 @@ void VisitStats(Stats& stats, Visit&& visit) {
   visit("interrupted", stats.interrupted, false);
   visit("wall_seconds", stats.wall_seconds, true);
   visit("peak_memory_mib", stats.peak_memory_mib, true);
+  visit("version", stats.version, false);
+  visit("host", stats.host, false);
+  visit("job", stats.job, false);
   visit("command", stats.command, false);
   visit("camera", stats.camera, false);
   visit("detector", stats.detector, false);

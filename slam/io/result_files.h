@@ -40,6 +40,9 @@ struct RunStats {
   bool interrupted = false;   // ended by Ctrl-C
   double wall_seconds = 0.0;  // from the first frame to the last optimisation
   double peak_memory_mib = 0.0;
+  std::string version;   // of the program
+  std::string host;      // name of the computer
+  std::string job;       // of Slurm, see SlurmJob; empty: none
   std::string command;   // that made it, as it was typed
   std::string camera;    // how the focal length was found, in words
   std::string detector;  // where the boxes came from, in words

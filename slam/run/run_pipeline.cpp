@@ -24,6 +24,7 @@
 #include "slam/run/warning_log.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
+#include "slam/util/host.h"
 #include "slam/util/options.h"
 
 namespace sqslam {
@@ -306,6 +307,9 @@ FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
   run.stats = MakeStats(run.result, input, feed);
   run.stats.dropped = dropped;
   run.stats.interrupted = run.interrupted = host.Stopped();
+  run.stats.version = SQSLAM_VERSION;
+  run.stats.host = HostName();
+  run.stats.job = SlurmJob();
   run.stats.command = request.command;
   run.stats.camera = camera.IsGuessed() ? camera.Text() : "calibrated";
   run.stats.wall_seconds = std::chrono::duration<double>(Clock::now() - start).count();

@@ -4,7 +4,6 @@
 #include <signal.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -15,6 +14,7 @@
 #include <utility>
 
 #include "slam/util/error.h"
+#include "slam/util/host.h"
 #include "slam/util/text_lines.h"
 
 namespace sqslam {
@@ -27,11 +27,7 @@ namespace {
 }
 
 // The name says who writes: programs on several machines may share a folder.
-std::string Prefix(const fs::path& path) {
-  std::array<char, 256> host{};
-  ::gethostname(host.data(), host.size() - 1);
-  return fmt::format(".{}.{}.", path.stem().string(), host.data());
-}
+std::string Prefix(const fs::path& path) { return fmt::format(".{}.{}.", path.stem().string(), HostName()); }
 
 fs::path TemporaryName(const fs::path& path) {
   return path.parent_path() / fmt::format("{}{}.tmp{}", Prefix(path), ::getpid(), path.extension().string());

@@ -51,6 +51,8 @@ TEST(ParseExperiment, ErrorsNameTheLineAndTheNearestWord) {
   EXPECT_THAT(UsageErrorOf("sequences:\n  - path: a\n    detection: b\n"),
               AllOf(HasSubstr("x/e.yaml:3:"), HasSubstr("'detections'?")));
   EXPECT_THAT(UsageErrorOf(one + "repetitions: three\n"), AllOf(HasSubstr(":2:"), HasSubstr("'three'")));
+  EXPECT_THAT(UsageErrorOf(one + "slurm:\n  partitio: batch\n"),
+              AllOf(HasSubstr(":3:"), HasSubstr("partition'?")));
   EXPECT_THAT(UsageErrorOf(one + "repetitions: 0\n"), HasSubstr("from 1 to"));
   EXPECT_THAT(UsageErrorOf(one + "deterministic: [1]\n"), HasSubstr("true or false"));
   EXPECT_THAT(UsageErrorOf(one + "associations: [full, iou+point]\n"), HasSubstr("'iou+points'?"));

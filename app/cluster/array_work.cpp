@@ -1,0 +1,199 @@
+#include "app/cluster/array_work.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <thread>
+
+#include "app/terminal/terminal.h"
+#include "slam/util/error.h"
+#include "slam/util/host.h"
+#include "slam/util/json_file.h"
+#include "slam/util/text_lines.h"
+
+namespace sqslam::app {
+namespace fs = std::filesystem;
+using Words = std::vector<std::string>;
+using Clock = std::chrono::steady_clock;
+namespace {
+
+constexpr std::size_t kMostTasks =
+    1000;  // of an array, as Slurm's MaxArraySize is unless a cluster raises it
+
+// How often each task has been handed over.
+using Attempts = std::map<std::string, int>;
+
+Attempts ReadAttempts(const fs::path& path) {
+  try {
+    return fs::exists(path) ? ReadJsonFile(path, "counts of tasks").at("attempts").get<Attempts>()
+                            : Attempts();
+  } catch (const std::exception&) {  // half a file of another program: counted from the start
+    return {};
+  }
+}
+
+void WriteAttempts(const fs::path& path, const Attempts& attempts) {
+  WriteJsonFile(path,
+                nlohmann::ordered_json{{"format", "sqslam-tasks"}, {"version", 1}, {"attempts", attempts}});
+}
+
+// Waits; false where `stop` said so.
+bool Sleep(double seconds, const std::function<bool()>& stop) {
+  const auto end = Clock::now() + std::chrono::duration<double>(seconds);
+  while (!stop() && Clock::now() < end) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  return !stop();
+}
+
+// The jobs of one piece of work in Slurm's queue.
+class ArrayJobs {
+ public:
+  ArrayJobs(const ArrayWork& work, const SlurmOptions& options)
+      : work_(work), options_(options), name_(JobName(work.title, work.folder)) {}
+
+  const std::string& Name() const { return name_; }
+
+  // Numbers of the jobs in the queue. Where Slurm does not answer, empty once it has answered before.
+  std::optional<Words> Queued() {
+    std::string problem;
+    std::optional<Words> jobs = QueuedJobs(name_, problem);
+    if (!jobs && !answered_) {
+      throw InputError(fmt::format("{}, expected a Slurm cluster here", problem));
+    }
+    if (!jobs && !complained_) {
+      spdlog::warn("{}; asked again every {:g} s", problem, options_.poll);
+    }
+    complained_ = !jobs;
+    answered_ = true;
+    return jobs;
+  }
+
+  std::string Submit(const Words& words) const {
+    return SubmitJob(Script("job.sh", {name_, work_.folder, words, work_.at_once, work_.command}));
+  }
+
+  // A job that does --task end once these have ended; not where one waits already.
+  void SubmitEnd(Words jobs) const {
+    std::string problem;
+    const std::string name = name_ + "-end";
+    const std::optional<Words> waiting = QueuedJobs(name, problem);
+    const std::string own = SlurmJob();
+    if (waiting && std::ranges::any_of(*waiting, [&](const std::string& job) { return job != own; })) {
+      return;
+    }
+    std::ranges::sort(jobs);
+    jobs.erase(std::ranges::unique(jobs).begin(), jobs.end());
+    SubmitJob(Script("end.sh", {name, work_.folder, {kLastTask}, 1, work_.command}), jobs);
+  }
+
+ private:
+  fs::path Script(const char* file, const SlurmJobText& job) const {
+    WriteFileAtomically(work_.folder / file, JobScript(job, options_));
+    return work_.folder / file;
+  }
+
+  const ArrayWork& work_;
+  const SlurmOptions& options_;
+  std::string name_;
+  bool answered_ = false;
+  bool complained_ = false;
+};
+
+// The tasks that may be made once more, at most as many as an array takes.
+Words NextTasks(const Words& unfinished, const Attempts& attempts, int retries) {
+  Words next;
+  for (const std::string& word : unfinished) {
+    const auto made = attempts.find(word);
+    if ((made == attempts.end() || made->second <= retries) && next.size() < kMostTasks) {
+      next.push_back(word);
+    }
+  }
+  return next;
+}
+
+}  // namespace
+
+void WriteTaskFailure(const fs::path& path, const TaskFailure& failure) {
+  WriteJsonFile(path, nlohmann::ordered_json{{"exit_code", failure.exit_code},
+                                             {"message", failure.message},
+                                             {"host", HostName()},
+                                             {"job", SlurmJob()}});
+}
+
+TaskFailure ReadTaskFailure(const fs::path& path) {
+  try {
+    const auto record = ReadJsonFile(path, "a failed task");
+    return {record.at("exit_code").get<int>(), record.at("message").get<std::string>()};
+  } catch (const std::exception&) {  // none, or none that was written whole
+    return {3, "ended without a result: killed, out of time or memory, or never begun"};
+  }
+}
+
+bool RequeuedTooOften(const SlurmOptions& options) {
+  const char* count = std::getenv("SLURM_RESTART_COUNT");
+  return count != nullptr && ParseNumber<int>(count).value_or(0) > options.retries;
+}
+
+ArrayEnd FollowArray(const ArrayWork& work, const SlurmOptions& options, const ArrayCall& call,
+                     const std::function<bool()>& stop,
+                     const std::function<void(const std::string&)>& print) {
+  fs::create_directories(work.folder);
+  const fs::path counts = work.folder / "tasks.json";
+  ArrayJobs jobs(work, options);
+  Attempts attempts = ReadAttempts(counts);
+  if (work.unfinished().empty()) {
+    return ArrayEnd::kEnded;  // Slurm need not be there to say so
+  }
+  for (bool first = true; !stop(); first = false) {
+    const std::optional<Words> queued = jobs.Queued();
+    const Words unfinished = work.unfinished();  // after the queue: who has left it has left a result
+    if (unfinished.empty()) {
+      return ArrayEnd::kEnded;
+    }
+    if (queued && queued->empty()) {
+      if (first && !call.last_job) {
+        attempts.clear();
+      }
+      const Words next = NextTasks(unfinished, attempts, options.retries);
+      if (next.empty()) {
+        return ArrayEnd::kEnded;
+      }
+      work.prepare(next);
+      for (const std::string& word : next) {
+        ++attempts[word];
+      }
+      WriteAttempts(counts, attempts);
+      const std::string job = jobs.Submit(next);
+      print(fmt::format("job {} of {} {} handed to Slurm", job, next.size(),
+                        next.size() == 1 ? "task" : "tasks"));
+      if (call.submit_only) {
+        jobs.SubmitEnd({job});
+        return ArrayEnd::kSubmitted;
+      }
+    } else if (queued && first) {
+      print(fmt::format("{} tasks of {} are in the queue", queued->size(), jobs.Name()));
+      if (call.submit_only) {
+        jobs.SubmitEnd(*queued);
+        return ArrayEnd::kSubmitted;
+      }
+    }
+    Sleep(options.poll, stop);
+  }
+  spdlog::info("the tasks stay in the queue; scancel -n {} takes them out", jobs.Name());
+  return ArrayEnd::kStopped;
+}
+
+Words ArgumentsWithoutTask() {
+  Words words = CommandWords();
+  words.erase(words.begin());
+  if (words.size() >= 2 && words[words.size() - 2] == "--task") {
+    words.resize(words.size() - 2);
+  }
+  return words;
+}
+
+}  // namespace sqslam::app

@@ -1,0 +1,145 @@
+#include "app/cluster/slurm.h"
+
+#include <fmt/format.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstdio>
+#include <sstream>
+#include <string_view>
+
+#include "slam/util/error.h"
+#include "slam/util/fingerprint.h"
+#include "slam/util/text_lines.h"
+
+namespace sqslam::app {
+namespace fs = std::filesystem;
+using Words = std::vector<std::string>;
+namespace {
+
+struct ProgramOutput {
+  int exit_code = 0;
+  std::string text;  // stdout and stderr
+};
+
+ProgramOutput OutputOf(const Words& words) {
+  ProgramOutput output;
+  FILE* const pipe = ::popen((ShellLine(words) + " 2>&1").c_str(), "r");
+  if (pipe == nullptr) {
+    throw InputError(fmt::format("{}: cannot be started, expected Slurm's programs", words.front()));
+  }
+  std::array<char, 4096> part{};
+  while (const std::size_t size = std::fread(part.data(), 1, part.size(), pipe)) {
+    output.text.append(part.data(), size);
+  }
+  const int status = ::pclose(pipe);
+  output.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 1;
+  return output;
+}
+
+Words Lines(const std::string& text) {
+  Words lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) {
+    if (!line.empty()) {
+      lines.push_back(line);
+    }
+  }
+  return lines;
+}
+
+// What a program of Slurm complained of, in one line.
+std::string Complaint(const ProgramOutput& output) {
+  const Words lines = Lines(output.text);
+  return lines.empty() ? fmt::format("exit code {}", output.exit_code) : lines.back();
+}
+
+// A path within the quotes of an #SBATCH line, where %a and the like are Slurm's.
+std::string InScript(const fs::path& path) {
+  std::string text;
+  for (const char c : path.string()) {
+    text += c == '%' ? "%%" : c == '"' ? "\\\"" : std::string(1, c);
+  }
+  return text;
+}
+
+// This program, also where a new build has taken the place of the file that it was started from.
+std::string OwnPath() {
+  constexpr std::string_view kReplaced = " (deleted)";
+  std::string path = fs::read_symlink("/proc/self/exe").string();
+  return path.ends_with(kReplaced) ? path.substr(0, path.size() - kReplaced.size()) : path;
+}
+
+}  // namespace
+
+std::string JobScript(const SlurmJobText& job, const SlurmOptions& options) {
+  const bool array = job.words.size() > 1;
+  std::string text = "#!/bin/bash\n# Written by sqslam; the same command writes it anew.\n";
+  const auto add = [&text](const std::string& option) { text += fmt::format("#SBATCH {}\n", option); };
+  add("--job-name=" + job.name);
+  if (array) {
+    add(fmt::format("--array=0-{}%{}", job.words.size() - 1, job.at_once));
+  }
+  add(fmt::format("--output=\"{}/{}.log\"", InScript(job.logs), array ? "%a" : job.name));
+  add("--open-mode=append");
+  add("--requeue");  // Slurm itself makes a task again whose node was lost or taken away
+  add(fmt::format("--cpus-per-task={}", options.cpus));
+  const auto add_if = [&](const char* name, const std::string& value) {
+    if (!value.empty()) {
+      add(fmt::format("--{}={}", name, value));
+    }
+  };
+  add_if("partition", options.partition);
+  add_if("time", options.time);
+  add_if("mem", options.memory);
+  for (const std::string& option : options.sbatch) {
+    add(option);
+  }
+  for (const std::string& line : options.setup) {
+    text += line + "\n";
+  }
+  const std::string program = options.program.empty() ? ShellLine({OwnPath()}) : options.program;
+  text += fmt::format("tasks=({})\nexec {} {} --task \"${{tasks[${{SLURM_ARRAY_TASK_ID:-0}}]}}\"\n",
+                      ShellLine(job.words), program, ShellLine(job.command));
+  return text;
+}
+
+std::string JobName(const std::string& title, const fs::path& folder) {
+  std::string plain = title;
+  std::ranges::replace_if(
+      plain, [](unsigned char c) { return std::isalnum(c) == 0 && c != '.' && c != '_'; }, '-');
+  return fmt::format("sqslam-{}-{}", plain, Fingerprint(folder.string()).substr(0, 8));
+}
+
+std::string SubmitJob(const fs::path& script, const Words& after) {
+  Words words = {"sbatch", "--parsable"};
+  if (!after.empty()) {
+    std::string dependency = "--dependency=afterany";
+    for (const std::string& job : after) {
+      dependency += ":" + job;
+    }
+    words.push_back(dependency);
+  }
+  words.push_back(script.string());
+  const ProgramOutput output = OutputOf(words);
+  const Words lines = Lines(output.text);
+  if (output.exit_code != 0 || lines.empty()) {
+    throw InputError(fmt::format("{}: sbatch did not take it: {}", script.string(), Complaint(output)));
+  }
+  return lines.back().substr(0, lines.back().find(';'));  // JOB;CLUSTER
+}
+
+std::optional<Words> QueuedJobs(const std::string& name, std::string& problem) {
+  const ProgramOutput output =
+      OutputOf({"squeue", "-h", "-r", "-u", std::to_string(::getuid()), "-n", name, "-o", "%F"});
+  if (output.exit_code != 0) {
+    problem = "squeue: " + Complaint(output);
+    return std::nullopt;
+  }
+  return Lines(output.text);
+}
+
+}  // namespace sqslam::app

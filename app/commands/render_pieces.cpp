@@ -1,0 +1,212 @@
+#include "app/commands/render_pieces.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "app/cluster/array_work.h"
+#include "app/terminal/terminal.h"
+#include "slam/util/atomic_file.h"
+#include "slam/util/error.h"
+#include "slam/util/file_lock.h"
+#include "slam/util/json_file.h"
+#include "slam/util/options.h"
+
+namespace sqslam::app {
+namespace fs = std::filesystem;
+using Words = std::vector<std::string>;
+using DrawsHere = std::function<int(const RenderArguments&)>;
+namespace {
+
+// The pieces of one video, in FILE.mp4.pieces.
+class VideoPieces {
+ public:
+  explicit VideoPieces(const RenderArguments& a)
+      : output_(fs::absolute(a.output).lexically_normal()), count_(*a.shards) {}
+
+  fs::path Folder() const { return output_.string() + ".pieces"; }
+  fs::path Piece(int index) const { return PartName(Folder() / output_.filename(), {index, count_}); }
+  fs::path Beside(int index, const char* extension) const { return Piece(index).string() + extension; }
+  int Count() const { return count_; }
+  std::string Name(int index) const { return fmt::format("{}/{}", index, count_); }
+  std::string Title() const { return output_.stem().string(); }
+
+  // There, and as long as it was when it was finished.
+  bool IsWhole(int index) const {
+    std::error_code missing;
+    const auto size = fs::file_size(Piece(index), missing);
+    return !missing && fs::exists(Beside(index, ".size")) &&
+           ReadFile(Beside(index, ".size"), "a size") == std::to_string(size);
+  }
+
+  Words Missing() const {
+    Words names;
+    for (int i = 1; i <= count_; ++i) {
+      if (!IsWhole(i)) {
+        names.push_back(Name(i));
+      }
+    }
+    return names;
+  }
+
+ private:
+  fs::path output_;
+  int count_;
+};
+
+// What the pieces look like follows from these.
+std::string SettingsOf(const RenderArguments& a) {
+  Words words = ArgumentsWithoutTask();
+  std::erase_if(words, [](const std::string& word) {
+    return word == "--submit-only" || word == "--quiet" || word == "-q";
+  });
+  const fs::path map = MapFile(a.map);
+  const nlohmann::ordered_json settings = {{"arguments", words},
+                                           {"map_bytes", fs::file_size(map)},
+                                           {"map_time", fs::last_write_time(map).time_since_epoch().count()}};
+  return JsonText(settings);
+}
+
+// Takes the folder for these settings; pieces of other ones are removed.
+void ClaimFolder(const VideoPieces& pieces, const std::string& settings) {
+  const fs::path file = pieces.Folder() / "settings.json";
+  if (fs::exists(file) && ReadFile(file, "settings of pieces") == settings) {
+    return;
+  }
+  const std::string name = JobName(pieces.Title(), pieces.Folder());
+  std::string problem;
+  if (const auto queued = QueuedJobs(name, problem); fs::exists(file) && queued && !queued->empty()) {
+    throw InputError(fmt::format("{}: pieces of another video are drawn there, expected none (scancel -n {})",
+                                 pieces.Folder().string(), name));
+  }
+  for (int i = 1; i <= pieces.Count(); ++i) {
+    fs::remove(pieces.Beside(i, ".size"));
+  }
+  WriteFileAtomically(file, settings);
+}
+
+int RenderPiece(const VideoPieces& pieces, const RenderArguments& a, const SlurmOptions& options,
+                const DrawsHere& render) {
+  const Shard shard = ParseShard(a.task);
+  if (shard.count != pieces.Count()) {
+    throw UsageError(fmt::format("--task {}: expected a piece of {}", a.task, pieces.Count()));
+  }
+  if (pieces.IsWhole(shard.index)) {
+    return 0;
+  }
+  fs::create_directories(pieces.Folder());
+  std::string message;
+  const auto work = [&] {
+    const auto lock = FileLock::Try(pieces.Beside(shard.index, ".lock"));
+    if (!lock || RequeuedTooOften(options)) {
+      throw InputError(lock ? "taken off its node too often" : "another program draws this piece");
+    }
+    AtomicPath draft(pieces.Folder() / std::to_string(shard.index));
+    fs::create_directory(draft.Path());
+    RenderArguments part = a;
+    part.shard = a.task;
+    part.output = draft.Path() / fs::path(a.output).filename();
+    const int code = render(part);
+    if (code == 0) {
+      const fs::path drawn = PartName(part.output, shard);
+      const auto size = fs::file_size(drawn);
+      fs::remove(pieces.Beside(shard.index, ".size"));
+      fs::rename(drawn, pieces.Piece(shard.index));
+      WriteFileAtomically(pieces.Beside(shard.index, ".size"), std::to_string(size));
+    }
+    return code;
+  };
+  const int code = ExitCodeOf(work, [&](const std::string& error) { message = error; });
+  if (!message.empty()) {
+    WriteTaskFailure(pieces.Beside(shard.index, ".failed"), {code, message});
+    fmt::print(stderr, "sqslam: piece {}: {}\n", a.task, message);
+  }
+  return code;
+}
+
+// Removes what tasks that are no more have left of these pieces.
+void Clear(const VideoPieces& pieces, const Words& names) {
+  for (const std::string& name : names) {
+    fs::remove(pieces.Beside(ParseShard(name).index, ".failed"));
+  }
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(pieces.Folder(), ignored)) {
+    if (entry.path().filename().string().starts_with('.')) {  // see AtomicPath
+      fs::remove_all(entry.path(), ignored);
+    }
+  }
+}
+
+int FailureOf(const VideoPieces& pieces, const Words& missing) {
+  int code = 0;
+  for (const std::string& name : missing) {
+    const TaskFailure failure = ReadTaskFailure(pieces.Beside(ParseShard(name).index, ".failed"));
+    fmt::print(stderr, "sqslam: piece {} failed: {}\n", name, failure.message);
+    code = code == 0 ? failure.exit_code : code;
+  }
+  return code;
+}
+
+int Join(const VideoPieces& pieces, const RenderArguments& a, const DrawsHere& render) {
+  RenderArguments join = a;
+  for (int i = 1; i <= pieces.Count(); ++i) {
+    join.join.push_back(pieces.Piece(i).string());
+  }
+  const int code = render(join);
+  if (code == 0) {
+    fs::remove_all(pieces.Folder());
+  }
+  return code;
+}
+
+}  // namespace
+
+int RenderOnSlurm(const RenderArguments& a, const DrawsHere& render) {
+  const VideoPieces pieces(a);
+  SlurmOptions options;
+  if (!a.slurm.empty()) {
+    LoadOptions(a.slurm, options);
+  }
+  const bool last = a.task == kLastTask;
+  if (!a.task.empty() && !last) {
+    return RenderPiece(pieces, a, options, render);
+  }
+  const std::string settings = SettingsOf(a);
+  fs::create_directories(pieces.Folder());
+  const auto lock = FileLock::Try(pieces.Folder() / "render.lock");
+  if (!lock && last) {
+    return 0;  // somebody follows the tasks and will join the pieces
+  }
+  if (!lock) {
+    throw InputError(
+        fmt::format("{}: somebody follows its tasks, expected to be the only one", pieces.Folder().string()));
+  }
+  ClaimFolder(pieces, settings);
+  const InterruptGuard interrupt;
+  StepProgress progress(a.quiet, "piece");
+  const auto unfinished = [&] {
+    Words missing = pieces.Missing();
+    progress.Update(pieces.Count() - static_cast<int>(missing.size()), pieces.Count(), "");
+    return missing;
+  };
+  const auto print = [&](const std::string& line) {
+    if (!a.quiet) {
+      fmt::print("{}\n", line);
+      std::fflush(stdout);
+    }
+  };
+  const ArrayWork work{pieces.Title(), pieces.Folder(), ArgumentsWithoutTask(),
+                       pieces.Count(), unfinished,      [&](const Words& names) { Clear(pieces, names); }};
+  const ArrayEnd end = FollowArray(
+      work, options, {a.submit_only || last, last}, [&] { return interrupt.Interrupted(); }, print);
+  if (end != ArrayEnd::kEnded) {
+    return end == ArrayEnd::kStopped ? 130 : 0;
+  }
+  const Words missing = pieces.Missing();
+  return missing.empty() ? Join(pieces, a, render) : FailureOf(pieces, missing);
+}
+
+}  // namespace sqslam::app

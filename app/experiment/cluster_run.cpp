@@ -1,0 +1,168 @@
+#include "app/experiment/cluster_run.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <set>
+
+#include "app/experiment/cell_run.h"
+#include "app/terminal/terminal.h"
+#include "slam/util/error.h"
+
+namespace sqslam::app {
+namespace fs = std::filesystem;
+namespace {
+
+fs::path FailureOf(const ExperimentFolder& folder, const std::string& cell) {
+  return folder.path / "runs" / (cell + ".failed");
+}
+
+// What the folder of an experiment says of its cells while tasks make them.
+class FollowedCells {
+ public:
+  FollowedCells(const ExperimentPlan& plan, const LinePrinter& print)
+      : plan_(plan), print_(print), results_(plan.cells.size()) {
+    for (std::size_t i = 0; i < plan.cells.size(); ++i) {
+      results_[i] = plan.cells[i].finished;
+      todo_ += results_[i] ? 0 : 1;
+    }
+  }
+
+  // Names of the cells without a result; says which have ended since it was asked last.
+  std::vector<std::string> Unfinished() {
+    std::error_code ignored;
+    fs::directory_iterator(plan_.folder.path / "runs", ignored);  // NFS: opened, a folder is looked at anew
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < results_.size(); ++i) {
+      const auto& [cell, commands, settings, finished] = plan_.cells[i];
+      if (!results_[i] && (results_[i] = ReadCellResult(plan_.folder.Run(cell), cell, settings))) {
+        ++done_;
+        Say(cell.name, Headline(*results_[i]), results_[i]->stats.wall_seconds);
+      }
+      if (!results_[i]) {
+        names.push_back(cell.name);
+        if (!told_.contains(cell.name) && fs::exists(FailureOf(plan_.folder, cell.name))) {
+          told_.insert(cell.name);
+          print_(fmt::format("{}: FAILED: {}", cell.name,
+                             ReadTaskFailure(FailureOf(plan_.folder, cell.name)).message));
+        }
+      }
+    }
+    return names;
+  }
+
+  // Removes what tasks that are no more have left of these cells.
+  void Clear(const std::vector<std::string>& names) {
+    for (const std::string& name : names) {
+      told_.erase(name);
+      fs::remove(FailureOf(plan_.folder, name));
+    }
+    fs::create_directories(plan_.folder.path / "runs");
+    for (const char* folder : {"runs", "sequences"}) {
+      std::error_code ignored;
+      for (const auto& entry : fs::directory_iterator(plan_.folder.path / folder, ignored)) {
+        if (entry.path().filename().string().starts_with('.')) {  // see AtomicPath
+          fs::remove_all(entry.path(), ignored);
+        }
+      }
+    }
+  }
+
+  ExperimentOutcome Outcome(bool ended, bool interrupted) {
+    ExperimentOutcome outcome;
+    outcome.cells = static_cast<int>(results_.size());
+    outcome.reused = outcome.cells - static_cast<int>(todo_);
+    outcome.interrupted = interrupted;
+    for (std::size_t i = 0; i < results_.size(); ++i) {
+      const std::string& name = plan_.cells[i].cell.name;
+      if (results_[i]) {
+        outcome.results.push_back(std::move(*results_[i]));
+      } else if (ended) {
+        const TaskFailure failure = ReadTaskFailure(FailureOf(plan_.folder, name));
+        outcome.failures.push_back({name, failure.exit_code, failure.message});
+      }
+    }
+    return outcome;
+  }
+
+ private:
+  void Say(const std::string& name, const std::string& what, double seconds) {
+    const double elapsed = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    print_(ProgressLine(done_, todo_, elapsed, name, what, seconds));
+  }
+
+  const ExperimentPlan& plan_;
+  const LinePrinter& print_;
+  std::vector<std::optional<CellResult>> results_;
+  std::set<std::string> told_;  // failures
+  std::size_t todo_ = 0;
+  std::size_t done_ = 0;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace
+
+ClusterOutcome RunOnSlurm(const ExperimentPlan& plan, const ArrayCall& call, const StopRequest& stop,
+                          const LinePrinter& print) {
+  FollowedCells cells(plan, print);
+  const ArrayWork work{plan.folder.path.filename().string(),
+                       plan.folder.path / "slurm",
+                       ArgumentsWithoutTask(),
+                       plan.config.jobs,
+                       [&] { return cells.Unfinished(); },
+                       [&](const std::vector<std::string>& names) { cells.Clear(names); }};
+  ArrayEnd end = ArrayEnd::kEnded;
+  try {
+    end = FollowArray(work, plan.config.slurm, call, stop, print);
+  } catch (const InputError& error) {
+    if (!call.last_job) {
+      throw;
+    }
+    // Where a node may hand over no jobs the tables are of what there is.
+    spdlog::warn("{}; no run is made again", error.what());
+    cells.Unfinished();
+  }
+  return {cells.Outcome(end == ArrayEnd::kEnded, end == ArrayEnd::kStopped), end};
+}
+
+int RunTask(const ExperimentConfig& config, const ExperimentFolder& folder, const std::string& name,
+            const StopRequest& stop) {
+  const ExperimentPlan plan = PlanExperiment(config, folder, name);
+  if (plan.cells.empty()) {
+    throw UsageError(fmt::format("--task {}: there is no such run, --dry-run lists them", name));
+  }
+  const PlannedCell& planned = plan.cells.front();
+  if (planned.finished) {
+    return 0;
+  }
+  ChildResult child;
+  std::string message;
+  const auto work = [&] {
+    if (RequeuedTooOften(config.slurm)) {
+      throw InputError("taken off its node too often");
+    }
+    RenderSequence(plan, planned.cell, stop, [](const std::string&) {});
+    if (planned.cell.max_objects != kAllObjects && !stop()) {
+      WriteLimitedBoxes(plan, planned.cell);
+    }
+    child = stop() ? ChildResult{130, true, ""} : RunCell(plan, planned, ProgramFingerprint(), stop);
+    message = child.message;
+    return child.exit_code > 0 && child.exit_code < 128 ? child.exit_code : child.exit_code == 0 ? 0 : 1;
+  };
+  const int code = ExitCodeOf(work, [&](const std::string& error) { message = error; });
+  if (child.stopped) {
+    return 130;
+  }
+  if (code == 0) {
+    fs::remove(FailureOf(folder, name));
+    return 0;
+  }
+  fs::create_directories(folder.path / "runs");
+  WriteTaskFailure(FailureOf(folder, name), {code, message});
+  fmt::print(stderr, "sqslam: {} failed: {}\n", name, message);
+  return code;
+}
+
+}  // namespace sqslam::app
