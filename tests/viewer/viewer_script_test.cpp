@@ -244,7 +244,9 @@ TEST_F(ViewerScript, ADensifiedMapIsAMeshWhereTheStyleSaysSo) {
   early->frame_index = document.last->frame_index - 1;
   document.shown = early;
   update();
-  EXPECT_EQ(layers.drawn.dense_mesh, nullptr) << "a map on its way has its points";
+  ASSERT_NE(layers.drawn.dense_mesh, nullptr);
+  EXPECT_EQ(layers.drawn.dense_mesh->frames.size(), layers.drawn.dense_mesh->vertices.size())
+      << "a map on its way has what was seen until then";
   EXPECT_NE(layers.drawn.dense_cloud, nullptr);
 }
 
