@@ -127,7 +127,9 @@ void DrawIouBar(FigurePage& page, const PlotArea& plot, double left, double widt
   if (TextWidth(text, size) < width + 1.0) {
     page.Text(number);
   } else if (width > 0.75 * size) {
-    number.anchor.y() = top - 2.0;
+    const double room = TextWidth(text, size);
+    const bool above = top - 2.0 - room > plot.area.y - kIouGap;  // else it would stand in the legend
+    number.anchor.y() = above ? top - 2.0 : top + 2.0 + room;
     number.align = TextAlign::kLeft;
     number.angle = 90.0;
     page.Text(number);

@@ -261,6 +261,24 @@ TEST(FigureTest, MeansOfIouSayOfHowMany) {
               Contains("quadrics: mean 0.00 of 6, none found"));
 }
 
+TEST(FigureTest, UprightNumbersOfIouKeepOutOfTheLegend) {
+  IouFigure figure = TwoScored();
+  while (figure.series.size() < 12) {
+    figure.series.push_back({"more", {0.99, 0.98, 0.97}});
+  }
+  FigureOptions options;
+  options.width_mm = 90.0;
+  double legend = 0.0, numbers = 1e9;
+  for (const FigureElement& element : DrawIou(figure, options).elements) {
+    if (const auto* text = std::get_if<FigureText>(&element)) {
+      legend = text->text.starts_with("more") ? std::max(legend, text->anchor.y()) : legend;
+      numbers = text->text == "0.99" ? std::min(numbers, text->anchor.y() - TextWidth(text->text, text->size))
+                                     : numbers;
+    }
+  }
+  EXPECT_GT(numbers, legend);
+}
+
 TEST(FigureTest, WithMoreClassesThanColoursNamesStandInTheMaps) {
   MapsFigure figure;
   figure.panels.push_back({"desk", HandMadeMap(), cv::Mat(120, 160, CV_8UC3, cv::Scalar(150, 160, 170)), {}});
