@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "app/viewer/state/scene_view.h"
+#include "render/picture/picture.h"
 
 namespace sqslam::viewer {
 namespace fs = std::filesystem;
@@ -83,6 +84,25 @@ void Session::Frame(const MapSnapshotPtr& map) {
   document.frame = map;
   document.colors = LabelColors::Of(map->objects);
   state_.view.focus = focus;
+  IncludeLayers(framed_layers_, state_.view.focus);
+}
+
+void Session::FrameLayers() {
+  // The surface and the points of one recording fill the same room.
+  const SceneLayers& drawn = state_.layers.drawn;
+  const SceneLayers layers{{}, drawn.dense_cloud, drawn.dense_cloud ? nullptr : drawn.dense_mesh};
+  if (layers == framed_layers_) {
+    return;
+  }
+  framed_layers_ = layers;
+  SceneView& view = state_.view;
+  if (const MapSnapshotPtr& map = state_.document.frame) {
+    view.focus = FindFocus(*map);
+    IncludeLayers(framed_layers_, view.focus);
+    if (view.automatic && view.mode == CameraMode::kFree && view.size.area() > 0) {
+      view.LookFrom(view.preset);
+    }
+  }
 }
 
 void Session::TakeRunNews() {

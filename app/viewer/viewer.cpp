@@ -113,6 +113,7 @@ bool Viewer::Frame(double seconds) {
   if (Holds(asked, news)) {
     ImGui::EndFrame();
     return false;
+  session_.FrameLayers();
   }
   ImGui::Render();
   glViewport(0, 0, window_.width, window_.height);

@@ -250,6 +250,32 @@ TEST_F(ViewerScript, ADensifiedMapIsAMeshWhereTheStyleSaysSo) {
   EXPECT_NE(layers.drawn.dense_cloud, nullptr);
 }
 
+TEST(ViewerFraming, HoldsTheDenseCloudAsPicturesDo) {
+  const TemporaryFolder folder;
+  const fs::path bare = WriteGrowingMap(folder.Path() / "bare");
+  const fs::path dense = WriteGrowingMap(folder.Path() / "dense");
+  AddWall(dense);
+  UiStage stage;
+  const auto open = [&](const fs::path& map) -> const SceneView& {
+    stage.viewer->Open(map);
+    stage.Settle();
+    return stage.State().view;
+  };
+  const auto of_wall = [](const SceneView& view) {
+    return std::ranges::count_if(view.focus.outline,
+                                 [](const Eigen::Vector3d& p) { return std::abs(p.y() - 0.8) < 0.01; });
+  };
+  EXPECT_EQ(of_wall(open(bare)), 0);
+  const SceneView& view = open(dense);
+  EXPECT_GT(of_wall(view), 20);
+  const Camera pinhole = PinholeOf(view.camera, view.size);
+  for (const Eigen::Vector3d& p : view.focus.outline) {
+    const Eigen::Vector2d pixel = pinhole.Project(PoseOf(view.camera).Inverse() * p);
+    EXPECT_TRUE(pixel.minCoeff() > 0.0 && pixel.x() < view.size.width && pixel.y() < view.size.height)
+        << pixel.transpose();
+  }
+}
+
 TEST_F(ViewerScript, ADensifiedMapShowsItsCloudAndTheCopiedCommandDrawsItToo) {
   const fs::path map = WriteGrowingMap(folder_.Path());
   AddWall(map);
