@@ -128,12 +128,16 @@ void Session::FinishRun(const LiveRun::News& news) {
   exit_code_ = news.exit_code;
   state_.document.run = {};
   run_.reset();
-  if (!news.error.empty()) {
-    state_.messages.Complain(news.error);
+  if (!news.error.empty()) {  // for the terminal too: the window may be closed before anybody reads it
+    fmt::print(stderr, "sqslam-viewer: {}\n", news.error);
   }
   if (news.result.empty()) {
     Close();
+    state_.document.failure = news.error.empty() ? "The run ended without a map." : news.error;
     return;
+  }
+  if (!news.error.empty()) {
+    state_.messages.Complain(news.error);
   }
   state_.messages.Say(fmt::format("The map is saved in {}", news.result.string()));
   finished_run_ = true;
@@ -238,7 +242,7 @@ void Session::MoveCamera() {
   if (view.mode == CameraMode::kFollow && map->T_map_camera) {
     view.camera = Behind(*map->T_map_camera, view.focus.up, 0.6 * view.focus.radius);
   } else if (view.mode == CameraMode::kFirstPerson && map->T_map_camera) {
-    view.camera = FirstPerson(*map->T_map_camera, map->camera, view.focus.radius);
+    view.camera = LookThrough(*map->T_map_camera, map->camera, view.size, view.focus.radius);
   }
 }
 

@@ -346,11 +346,26 @@ TEST_F(ViewerScript, ClosingWhileMappingEndsTheRunAndSavesIt) {
 
 TEST_F(ViewerScript, ARunThatEndsIsShownAsARecording) {
   const sqslam::testing::WrittenSequence sequence(Sideways(40));
-  const ProgramRun run =
-      Play("wait map\nwait end\nwait idle\nexpect running no\nexpect image yes\nexpect error none\nclose\n",
-           "run " + sequence.Path().string() + " --output result");
+  const ProgramRun run = Play(
+      "wait map\nwait end\nwait idle\nexpect running no\nexpect image yes\nexpect error none\n"
+      "picture outside.png\nkey C\nframes 5\nwait idle\npicture through.png\nclose\n",
+      "run " + sequence.Path().string() + " --output result");
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(Slurp(folder_.Path() / "result" / "stats.json"), HasSubstr("\"interrupted\": false"));
+  // Through the camera its photograph lies beneath; the bare scene is dark.
+  const auto brightness = [&](const char* picture) {
+    return cv::mean(cv::imread((folder_.Path() / picture).string())(cv::Rect(120, 120, 300, 220)))[1];
+  };
+  EXPECT_GT(brightness("through.png"), 2.0 * brightness("outside.png"));
+}
+
+TEST_F(ViewerScript, AFailureAtTheStartOfARunStaysInTheWindowAndGoesToTheTerminal) {
+  folder_.Write("empty/notes.txt", "no image");
+  const ProgramRun run = Play("wait end\nframes 30\nexpect failure not none\nexpect running no\nclose\n",
+                              "run empty --output result");
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("empty: no rgb.txt"));
 }
 
 TEST_F(ViewerScript, WithoutADisplayOneLineSaysWhatToDoInstead) {

@@ -78,7 +78,7 @@ struct LiveRun::Impl : RunHost {
     Tell([&] {
       pose = view.T_map_camera;
       news.frame = std::move(shown);
-      news.moments.push_back({frame.index, frame.timestamp, 0});
+      news.moments.push_back({frame.index, frame.timestamp, 0, state == TrackingState::kTracking});
       status.state = StateName(state);
       ++status.frames;
     });
