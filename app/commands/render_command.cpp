@@ -196,10 +196,7 @@ int RenderHere(const RenderArguments& a) {
     options.width = camera.width;
     options.height = camera.height;
   }
-  if (a.growth || a.at_frame) {
-    options.style.dense_cloud.look = DenseLook::kPoints;
-  }
-  options.layers = ReadLayers(a.layers, reader, MapFile(a.map), options.style);
+  options.layers = ReadLayers(a.layers, reader, MapFile(a.map), options.style, a.growth || a.at_frame);
   return MakesFrames(a) ? RenderFrames(a, options, reader) : RenderStill(a, options, reader);
 }
 
@@ -218,8 +215,8 @@ axis (view: nearer to the camera), of points, objects and dense cloud; clip.offs
 what the picture frames (1: by its radius), clip.flip=true cuts the other side.
 
 The dense cloud of sqslam densify is drawn with the map, its objects then of glass: dense_cloud.show=false leaves
-it out, dense_cloud.look=mesh draws the surface that is fused of its depth maps in its place (not in a map on its way,
-which has its points as they come); dense_cloud.points=true draws the map's points beside it; objects.look=solid, glass or outline, and
+it out, dense_cloud.look=mesh draws the surface that is fused of its depth maps in its place, of which a map on its
+way has what was seen until then; dense_cloud.points=true draws the map's points beside it; objects.look=solid, glass or outline, and
 objects.glass, objects.line, objects.line_width, dense_cloud.size and dense_cloud.detail change the look.
 
 Names of views are meant from where the cameras stood on average: that is the front, right is to the right of
@@ -246,6 +243,7 @@ Examples:
   sqslam render out/kitchen -o turn.mp4 --camera-path turntable
   sqslam render out/kitchen -o tour.mp4 --camera-path configs/camera_paths/tour.yaml
   sqslam render out/kitchen -o growth.mp4 --growth --resolution 1280,480
+  sqslam render out/kitchen -o growth.mp4 --growth --set dense_cloud.look=mesh
   sqslam render out/kitchen -o 'frames/{frame:04}.png' --growth --frames 0:30
   sqslam render out/kitchen -o growth.mp4 --growth --shard 2/8
   sqslam render out/kitchen -o growth.mp4 --growth --on slurm --shards 8

@@ -139,16 +139,20 @@ CloudLayerPtr PlaceCloud(const PointCloud& cloud, const Sim3d& S_map_file, const
   return builder.Finish();
 }
 
-SurfaceMeshPtr ReadMesh(const fs::path& recording) {
-  if (DepthRecording(recording).Keyframes().empty()) {
+SurfaceMeshPtr ReadMesh(const fs::path& recording, bool growing) {
+  const DepthRecording depths(recording);
+  if (depths.Keyframes().empty()) {
     return nullptr;
   }
-  return std::make_shared<const SurfaceMesh>(
-      *SurfaceOf(recording, 0, [](int, int, const std::string&) { return true; }));
+  SurfaceMesh mesh = *SurfaceOf(recording, 0, [](int, int, const std::string&) { return true; });
+  if (growing) {
+    MarkFirstSeen(depths, mesh);
+  }
+  return std::make_shared<const SurfaceMesh>(std::move(mesh));
 }
 
 SceneLayers ReadLayers(const LayerArguments& a, const RecordingReader& reader, const fs::path& recording,
-                       const SceneStyle& style) {
+                       const SceneStyle& style, bool growing) {
   const fs::path sequence = reader.Info().sequence_path;
   SceneLayers layers;
   const bool in_world = !a.dense_cloud.empty() && a.dense_cloud_frame == "world";
@@ -166,7 +170,11 @@ SceneLayers ReadLayers(const LayerArguments& a, const RecordingReader& reader, c
   }
   const bool own = a.dense_cloud.empty();
   if (style.dense_cloud.show && own && style.dense_cloud.look == DenseLook::kMesh) {
-    layers.dense_mesh = ReadMesh(recording);
+    layers.dense_mesh = ReadMesh(recording, growing);
+    if (!layers.dense_mesh) {
+      spdlog::warn("{}: holds no dense surface, the picture has the sparse map; sqslam densify makes one",
+                   recording.string());
+    }
   } else if (style.dense_cloud.show) {
     layers.dense_cloud =
         own ? ReadCloudLayer(recording)

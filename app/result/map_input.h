@@ -50,14 +50,14 @@ struct LayerArguments {
 void AddLayerOptions(Command& command, LayerArguments& arguments);
 
 // Reads what the arguments name, or else the recording's own dense cloud, and lays it over the finished map;
-// no cloud that the style does not show. Throws InputError that names the file, UsageError where "auto" has
-// nothing to mean.
+// no cloud that the style does not show. `growing`: for maps on their way too. Throws InputError that names
+// the file, UsageError where "auto" has nothing to mean.
 SceneLayers ReadLayers(const LayerArguments& arguments, const RecordingReader& reader,
-                       const std::filesystem::path& recording, const SceneStyle& style);
+                       const std::filesystem::path& recording, const SceneStyle& style, bool growing = false);
 
-// The mesh of a densified recording, null of another one. Throws InputError that names the file where it is
-// broken.
-SurfaceMeshPtr ReadMesh(const std::filesystem::path& recording);
+// The mesh of a densified recording, null of another one; `growing`: with the frames from which its parts are
+// seen. Throws InputError that names the file where it is broken.
+SurfaceMeshPtr ReadMesh(const std::filesystem::path& recording, bool growing);
 
 // The message for true poses that LayTruePath cannot lay over a map.
 std::string CannotBeLaid(const std::filesystem::path& sequence);

@@ -47,6 +47,7 @@ std::string StateValue(const ViewerState& state, const std::string& key) {
       {"cloud", std::to_string(cloud ? cloud->points.size() : 0)},
       {"mesh", std::to_string(mesh ? mesh->triangles.size() : 0)},
       {"error", word(error)},
+      {"failure", word(document.failure)},
   };
   std::string known;
   for (const auto& [name, value] : values) {

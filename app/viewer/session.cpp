@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "app/viewer/state/scene_view.h"
+#include "render/picture/picture.h"
 
 namespace sqslam::viewer {
 namespace fs = std::filesystem;
@@ -83,6 +84,25 @@ void Session::Frame(const MapSnapshotPtr& map) {
   document.frame = map;
   document.colors = LabelColors::Of(map->objects);
   state_.view.focus = focus;
+  IncludeLayers(framed_layers_, state_.view.focus);
+}
+
+void Session::FrameLayers() {
+  // The surface and the points of one recording fill the same room.
+  const SceneLayers& drawn = state_.layers.drawn;
+  const SceneLayers layers{{}, drawn.dense_cloud, drawn.dense_cloud ? nullptr : drawn.dense_mesh};
+  if (layers == framed_layers_) {
+    return;
+  }
+  framed_layers_ = layers;
+  SceneView& view = state_.view;
+  if (const MapSnapshotPtr& map = state_.document.frame) {
+    view.focus = FindFocus(*map);
+    IncludeLayers(framed_layers_, view.focus);
+    if (view.automatic && view.mode == CameraMode::kFree && view.size.area() > 0) {
+      view.LookFrom(view.preset);
+    }
+  }
 }
 
 void Session::TakeRunNews() {
@@ -108,12 +128,16 @@ void Session::FinishRun(const LiveRun::News& news) {
   exit_code_ = news.exit_code;
   state_.document.run = {};
   run_.reset();
-  if (!news.error.empty()) {
-    state_.messages.Complain(news.error);
+  if (!news.error.empty()) {  // for the terminal too: the window may be closed before anybody reads it
+    fmt::print(stderr, "sqslam-viewer: {}\n", news.error);
   }
   if (news.result.empty()) {
     Close();
+    state_.document.failure = news.error.empty() ? "The run ended without a map." : news.error;
     return;
+  }
+  if (!news.error.empty()) {
+    state_.messages.Complain(news.error);
   }
   state_.messages.Say(fmt::format("The map is saved in {}", news.result.string()));
   finished_run_ = true;
@@ -218,7 +242,7 @@ void Session::MoveCamera() {
   if (view.mode == CameraMode::kFollow && map->T_map_camera) {
     view.camera = Behind(*map->T_map_camera, view.focus.up, 0.6 * view.focus.radius);
   } else if (view.mode == CameraMode::kFirstPerson && map->T_map_camera) {
-    view.camera = FirstPerson(*map->T_map_camera, map->camera, view.focus.radius);
+    view.camera = LookThrough(*map->T_map_camera, map->camera, view.size, view.focus.radius);
   }
 }
 

@@ -30,6 +30,9 @@ class Session {
   // before.
   bool RequestFrame(double seconds);
 
+  // Frames the map with the dense cloud that is drawn with it, where that is another one than before.
+  void FrameLayers();
+
   // Moves the camera where it moves by itself.
   void MoveCamera();
 
@@ -52,6 +55,7 @@ class Session {
   std::unique_ptr<Replay> replay_;
   std::optional<Moment> requested_;  // the last frame that was asked of the replay
   bool finished_run_ = false;        // the recording that is read is that of the run that was watched
+  SceneLayers framed_layers_;        // the cloud that is framed with it
   MapSnapshotPtr framed_;            // the map before which the camera stands by itself
   int exit_code_ = 0;
 };

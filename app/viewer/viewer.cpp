@@ -8,6 +8,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "app/viewer/widgets/widgets.h"
@@ -25,7 +26,7 @@ std::vector<PanelPtr> AllPanels(ViewerState& s) {
   std::vector<PanelPtr> panels;
   for (const auto make : {MakeScenePanel, MakeImagePanel, MakeObjectsPanel, MakeInspectorPanel, MakeViewPanel,
                           MakeAnnotationPanel, MakePicturePanel, MakeTimelinePanel, MakeHelpPanel,
-                          MakeSettingsPanel, MakeUnsavedPanel, MakeMessagesPanel}) {
+                          MakeSettingsPanel, MakeOpenPanel, MakeUnsavedPanel, MakeMessagesPanel}) {
     panels.push_back(make(s));
   }
   return panels;
@@ -66,15 +67,34 @@ void Viewer::Open(const fs::path& path) {
 
 void Viewer::Handle(const InputEvent& event) {
   using Kind = InputEvent::Kind;
-  ApplyToUi(event);
   if (event.kind == Kind::kResize) {
+    ApplyToUi(event);
     window_ = {static_cast<int>(event.x), static_cast<int>(event.y)};
-  } else if (event.kind == Kind::kKeyDown) {
-    keys_.push_back(event);
   } else if (event.kind == Kind::kDrop) {
     state_.requests.Ask(OpenRequest{event.text});
   } else if (event.kind == Kind::kClose) {
     state_.requests.Ask(QuitRequest{});
+  } else {
+    waiting_.push_back(event);
+  }
+}
+
+// Hands on what waits until an event would undo, or move away from, what the frame has not seen yet.
+void Viewer::TakeInput() {
+  using Kind = InputEvent::Kind;
+  std::set<int> buttons, keys;  // that change in this frame
+  for (; !waiting_.empty(); waiting_.pop_front()) {
+    const InputEvent& event = waiting_.front();
+    const bool button = event.kind == Kind::kPress || event.kind == Kind::kRelease;
+    const bool key = event.kind == Kind::kKeyDown || event.kind == Kind::kKeyUp;
+    if ((button && !buttons.insert(event.code).second) || (key && !keys.insert(event.code).second) ||
+        (event.kind == Kind::kMove && !buttons.empty())) {
+      return;
+    }
+    ApplyToUi(event);
+    if (event.kind == Kind::kKeyDown) {
+      keys_.push_back(event);
+    }
   }
 }
 
@@ -93,6 +113,7 @@ bool Viewer::Frame(double seconds) {
   }
   s.layers.mesh = s.view.style.dense_cloud.look == DenseLook::kMesh;
   layers_.Update(s.layers, s.document, s.messages);
+  session_.FrameLayers();
   session_.RequestFrame(seconds);
   if (window_.width < 1 || window_.height < 1) {
     return false;  // minimised
@@ -102,6 +123,7 @@ bool Viewer::Frame(double seconds) {
     applied_theme_ = s.window.theme;
   }
   ImGui::GetIO().DeltaTime = static_cast<float>(std::max(seconds, 1e-4));
+  TakeInput();
   ImGui_ImplOpenGL3_NewFrame();
   ImGui::NewFrame();
   RunShortcuts();
@@ -142,13 +164,13 @@ bool Viewer::Busy() const { return !Idle() || state_.playback.playing || film_ |
 bool Viewer::Idle() const {
   const bool settled = std::ranges::none_of(
       panels_, [](const PanelPtr& panel) { return panel->place == Place::kScene && panel->Busy(); });
-  return session_.Idle() && settled && !layers_.Busy() && state_.requests.Empty();
+  return session_.Idle() && settled && !layers_.Busy() && state_.requests.Empty() && waiting_.empty();
 }
 
 bool Viewer::OnlyReads() const {
   const bool patient = !held_ || std::chrono::steady_clock::now() - *held_ < kHoldAtMost;
   return patient && session_.Reads() && !AnyBusy() && !session_.Runs() && !film_ &&
-         !state_.playback.playing && state_.requests.Empty();
+         !state_.playback.playing && state_.requests.Empty() && waiting_.empty();
 }
 
 void Viewer::RunShortcuts() {

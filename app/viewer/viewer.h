@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <deque>
 #include <filesystem>
 #include <memory>
 #include <opencv2/core.hpp>
@@ -44,6 +45,8 @@ class Viewer {
   // The program's: that of the run, as `sqslam run` would end; 0 without one.
   int ExitCode() const { return session_.ExitCode(); }
 
+  // Mouse and keys take effect with the next frame, or with a later one where a frame must come between: one
+  // that sees a button or a key only as it was let go would miss the click.
   void Handle(const InputEvent& event);
 
   // One frame: takes what is new, draws all; `seconds` since the frame before. False where nothing was drawn:
@@ -71,6 +74,7 @@ class Viewer {
  private:
   bool Holds(bool asked, bool news);
   bool AnyBusy() const;
+  void TakeInput();
   void RunShortcuts();
   void Film(bool on);
   void FilmFrame();
@@ -95,7 +99,8 @@ class Viewer {
   bool closing_ = false;
   std::optional<std::string> clipboard_;
   std::optional<Theme> applied_theme_;
-  std::vector<InputEvent> keys_;  // pressed since the last frame
+  std::deque<InputEvent> waiting_;  // of mouse and keys, for the next frames
+  std::vector<InputEvent> keys_;    // pressed since the last frame
 };
 
 }  // namespace sqslam::viewer

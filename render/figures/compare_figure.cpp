@@ -149,15 +149,19 @@ std::vector<ComparedSolid> ChosenSolids(const std::vector<std::string>& names) {
   return chosen;
 }
 
-// Up to four objects of different classes and exponents: that with the most points, then always the one whose
-// exponents are farthest from all taken before, among those with a fair number of points.
+// Up to four objects of different classes and exponents, reliable ones where there are any: that with the
+// most points, then always the one whose exponents are farthest from all taken before, among those with a
+// fair number of points.
 std::vector<int> MostDifferent(const MapSnapshot& map) {
   const auto exponents = [](const SnapshotObject& object) {
     return Eigen::Vector2d(object.superquadric.shape.e1, object.superquadric.shape.e2);
   };
   std::vector<const SnapshotObject*> ranked;
+  const bool any_reliable = std::any_of(map.objects.begin(), map.objects.end(), IsReliable);
   for (const SnapshotObject& object : map.objects) {
-    ranked.push_back(&object);
+    if (IsReliable(object) || !any_reliable) {
+      ranked.push_back(&object);
+    }
   }
   std::stable_sort(ranked.begin(), ranked.end(),
                    [](const auto* a, const auto* b) { return a->points > b->points; });
@@ -260,8 +264,8 @@ FigureEntry CompareEntry() {
           .help = "Objects as superquadric, ellipsoid and cuboid",
           .details = R"(
 Each object over its map points as a superquadric, an ellipsoid (a quadric: both exponents 1) and a cuboid (both
-exponents 0.1), seen from the same place. Without --object: the object with the most points and up to three of
-other classes whose exponents differ most.
+exponents 0.1), seen from the same place. Without --object: of the reliable objects that with the most points
+and up to three of other classes whose exponents differ most.
 
 --sizes nearest gives each the size that shares the most space with the map's object, as --representation does in
 a run. --sizes same gives all three the half sizes of the map's object; it shows what the exponents alone are

@@ -152,7 +152,7 @@ struct MapsFigure {
   };
   std::vector<Panel> panels;
   int columns = 0;      // 0: all in one row up to five
-  bool labels = false;  // names over the objects
+  bool labels = false;  // names over the objects and in the boxes; always with more than twelve classes
 };
 FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options,
                     const FigureProgress& progress = {});
@@ -199,7 +199,8 @@ struct TimingFigure {
 };
 FigurePage DrawTiming(const TimingFigure& figure, const FigureOptions& options);
 
-// 3D IoU object by object, and the means over them, objects that a series has not found counting 0.
+// 3D IoU object by object, and the means over all there are, objects that a series has not found counting 0;
+// the legend adds the means over those found.
 struct IouFigure {
   struct Series {
     std::string name;
@@ -207,6 +208,7 @@ struct IouFigure {
   };
   std::vector<std::string> objects;
   std::vector<Series> series;
+  std::size_t not_shown = 0;  // further objects, which no series has found
 };
 FigurePage DrawIou(const IouFigure& figure, const FigureOptions& options);
 

@@ -32,12 +32,31 @@ void CheckIou(const IouFigure& figure) {
   }
 }
 
-double MeanIou(const IouFigure::Series& series) {
+std::size_t AllObjects(const IouFigure& figure) { return figure.objects.size() + figure.not_shown; }
+
+// Means as `sqslam eval` has them.
+struct SeriesMeans {
+  double all = 0.0;  // missed ones count 0
+  double of_found = 0.0;
+  std::size_t found = 0;
+};
+SeriesMeans MeansOf(const IouFigure& figure, const IouFigure::Series& series) {
+  SeriesMeans means;
   double sum = 0.0;
   for (const std::optional<double>& value : series.values) {
     sum += value.value_or(0.0);
+    means.found += value ? 1 : 0;
   }
-  return sum / static_cast<double>(series.values.size());
+  means.all = sum / static_cast<double>(AllObjects(figure));
+  means.of_found = sum / static_cast<double>(std::max<std::size_t>(means.found, 1));
+  return means;
+}
+
+std::string MeansText(const IouFigure& figure, const IouFigure::Series& series) {
+  const SeriesMeans means = MeansOf(figure, series);
+  const std::string found =
+      means.found > 0 ? fmt::format("{} found: {:.2f}", means.found, means.of_found) : "none found";
+  return fmt::format("{}: mean {:.2f} of {}, {}", series.name, means.all, AllObjects(figure), found);
 }
 
 bool AnyMissed(const IouFigure& figure) {
@@ -48,8 +67,8 @@ bool AnyMissed(const IouFigure& figure) {
 
 std::vector<LegendEntry> IouLegend(const IouFigure& figure, const FigureTheme& theme) {
   std::vector<LegendEntry> entries;
-  for (std::size_t i = 0; i < figure.series.size() && figure.series.size() > 1; ++i) {
-    entries.push_back(LegendEntry::Bar(figure.series[i].name, LookOfSeries(i)));
+  for (std::size_t i = 0; i < figure.series.size(); ++i) {
+    entries.push_back(LegendEntry::Bar(MeansText(figure, figure.series[i]), LookOfSeries(i)));
   }
   if (AnyMissed(figure)) {
     entries.push_back(LegendEntry::OfMark("not found", {Mark::Shape::kCross, 5.0, theme.muted}));
@@ -63,7 +82,7 @@ struct NameRoom {
   double left = 0.0;    // how far the first one reaches beyond its place
 };
 
-std::string MeanName(const IouFigure& figure) { return fmt::format("mean of {}", figure.objects.size()); }
+std::string MeanName(const IouFigure& figure) { return fmt::format("mean of {}", AllObjects(figure)); }
 
 NameRoom MeasureNames(const IouFigure& figure, double slot, const FigureTheme& theme) {
   double widest = TextWidth(MeanName(figure), theme.small, true);
@@ -108,7 +127,9 @@ void DrawIouBar(FigurePage& page, const PlotArea& plot, double left, double widt
   if (TextWidth(text, size) < width + 1.0) {
     page.Text(number);
   } else if (width > 0.75 * size) {
-    number.anchor.y() = top - 2.0;
+    const double room = TextWidth(text, size);
+    const bool above = top - 2.0 - room > plot.area.y - kIouGap;  // else it would stand in the legend
+    number.anchor.y() = above ? top - 2.0 : top + 2.0 + room;
     number.align = TextAlign::kLeft;
     number.angle = 90.0;
     page.Text(number);
@@ -137,7 +158,8 @@ void DrawIouBars(FigurePage& page, const PlotArea& plot, const IouFigure& figure
     const double middle = plot.area.x + (static_cast<double>(i) + 0.5 + (mean ? kMeanGap : 0.0)) * slot;
     for (std::size_t k = 0; k < figure.series.size(); ++k) {
       const double left = middle + (static_cast<double>(k) - 0.5 * series) * bar;
-      const std::optional<double> value = mean ? MeanIou(figure.series[k]) : figure.series[k].values[i];
+      const std::optional<double> value =
+          mean ? MeansOf(figure, figure.series[k]).all : figure.series[k].values[i];
       DrawIouBar(page, plot, left + 0.04 * bar, 0.92 * bar, value, LookOfSeries(k), theme);
     }
     DrawIouName(page, mean ? MeanName(figure) : figure.objects[i], middle, plot.area.Bottom(), names.slanted,
@@ -186,7 +208,7 @@ struct IouOptions {
   std::string objects = "found";
   bool ellipsoids = false;
   void VisitFields(auto&& visit) {
-    visit("--objects NAME", "Objects that are shown", objects, {"found", "scored", "all"});
+    visit("--objects NAME", "Objects that get a bar", objects, {"found", "scored", "all"});
     visit("--ellipsoids", "Also as ellipsoids", ellipsoids);
   }
 };
@@ -283,6 +305,7 @@ FigurePage DrawIouOf(const FigureRequest& request, const IouOptions& options) {
   for (const auto& [id, name] : shown) {
     figure.objects.push_back(name);
   }
+  figure.not_shown = options.objects == "found" ? all.front().objects.size() - shown.size() : 0;
   const bool unnamed = all.size() == 1 && request.names.empty();
   for (std::size_t i = 0; i < all.size(); ++i) {
     IouFigure::Series series{unnamed ? "superquadrics" : names[i], {}};
@@ -308,9 +331,10 @@ FigureEntry IouEntry() {
           .help = "3D IoU of each object, and the means, of one or more results",
           .details = R"(
 From the eval.json of results held against one ground truth (sqslam eval writes it): a bar for each ground-truth
-object, and at the right the means over the objects shown, one that was not found counting 0. --objects says
-which are shown: found (in at least one of the results; the default), scored (those whose ground truth fixes the
-shape), all. --ellipsoids adds each result's objects with both exponents set to 1, in the same place and size.
+object, and at the right the means over all objects, also those without a bar, one that was not found counting
+0, as the legend says beside the means over those found: the numbers that sqslam eval prints. --objects says
+which get a bar: found (in at least one of the results; the default), scored (those whose ground truth fixes the
+shape; the means are theirs then), all. --ellipsoids adds each result's objects with both exponents set to 1, in the same place and size.
 
 Examples:
   sqslam figure iou out/desk -o iou.pdf

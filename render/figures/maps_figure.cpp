@@ -81,8 +81,8 @@ PanelGrid LayOutMaps(const MapsFigure& figure, UncertainObjects uncertain, const
   return grid;
 }
 
-// The image as large as it fits, its boxes as outlines with the classes' colours.
-void DrawImageWithBoxes(FigurePage& page, const MapsFigure::Panel& panel, const FigureRect& area,
+// The image as large as it fits, its boxes as outlines with the classes' colours and, if wanted, names.
+void DrawImageWithBoxes(FigurePage& page, const MapsFigure::Panel& panel, const FigureRect& area, bool names,
                         const std::map<std::string, Eigen::Vector3d>& colors, const FigureTheme& theme) {
   if (panel.image.empty()) {
     DrawNoImage(page, area, theme);
@@ -101,6 +101,12 @@ void DrawImageWithBoxes(FigurePage& page, const MapsFigure::Panel& panel, const 
                              scale * (bottom - top)};
     page.Rect(outline, {}, FigureStroke{{0.0, 0.0, 0.0}, 1.6 * stroke, {}});  // visible on any image
     page.Rect(outline, {}, FigureStroke{colors.at(box.label), stroke, {}});
+    if (const double size = 0.75 * theme.small; names && outline.height > 1.2 * size) {
+      FigureText name = NarrowText({ReadableLabel(box.label), {}, size, theme.ink}, outline.width - 2.0);
+      name.anchor = {outline.x + 1.5, outline.y + 0.75 * size};
+      name.halo = theme.background;
+      page.Text(name);
+    }
   }
 }
 
@@ -126,7 +132,9 @@ void DrawObjectNames(FigurePage& page, const MapSnapshot& map, UncertainObjects 
     const Eigen::Vector3d top =
         object.superquadric.T_map_object.translation + SupportExtent(object.superquadric, up) * up;
     const SeenPoint seen = Project(camera, pixels, top);
-    if (seen.depth > 0.0) {
+    const bool inside = seen.pixel.x >= 0.0 && seen.pixel.y >= 0.0 && seen.pixel.x < pixels.width &&
+                        seen.pixel.y < pixels.height;
+    if (seen.depth > 0.0 && inside) {
       names.push_back({ReadableLabel(object.label),
                        {area.x + seen.pixel.x / pixels.width * area.width,
                         area.y + seen.pixel.y / pixels.height * area.height - 0.8 * size},
@@ -139,6 +147,8 @@ void DrawObjectNames(FigurePage& page, const MapSnapshot& map, UncertainObjects 
   for (const Name& name : names) {
     const double width = TextWidth(name.text, size);
     FigureRect box{name.anchor.x() - 0.5 * width, name.anchor.y() - 0.55 * size, width, 1.1 * size};
+    box.x = std::clamp(box.x, area.x, std::max(area.x, area.Right() - width));  // whole, within the panel
+    box.y = std::max(box.y, area.y);
     const auto covers = [&box](const FigureRect& other) {
       return box.x < other.Right() + 2.0 && other.x < box.Right() + 2.0 && box.y < other.Bottom() &&
              other.y < box.Bottom();
@@ -167,6 +177,9 @@ FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options, cons
         return LayOutMaps(figure, uncertain, theme, width).Height();
       });
   const auto colors = CommonColors(figure);
+  // More colours than these nobody tells apart.
+  constexpr std::size_t kMostColors = 12;
+  const bool names = figure.labels || colors.size() > kMostColors;
   PanelGrid grid = LayOutMaps(figure, uncertain, sheet.theme, sheet.area.width);
   // With a height that was asked for, spare room is the maps', and missing room is taken from both.
   const double spare = grid.Spare(sheet.area);
@@ -184,13 +197,13 @@ FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options, cons
     const FigureRect area = grid.PanelAt(sheet.area, i / grid.columns, i % grid.columns);
     if (grid.image > 0.0) {
       const FigureRect above = grid.ImageAt(sheet.area, i / grid.columns, i % grid.columns);
-      DrawImageWithBoxes(sheet.page, panel, above, colors, sheet.theme);
+      DrawImageWithBoxes(sheet.page, panel, above, names, colors, sheet.theme);
     }
     renderer.SetLayers({{}, panel.dense_cloud, nullptr});
     renderer.SetMap(panel.map);
     const cv::Mat picture = renderer.Render();
     PlacePanel(sheet.page, picture, area);
-    if (figure.labels) {
+    if (names) {
       DrawObjectNames(sheet.page, panel.map, uncertain, renderer.DefaultCamera(), picture.size(), area,
                       sheet.theme);
     }
@@ -214,7 +227,8 @@ struct MapsOptions {
   void VisitFields(auto&& visit) {
     visit("--columns N", "Maps in a row; default: all, up to five", columns, 1, 20);
     visit("--boxes", "Draw the boxes of objects on the images", boxes);
-    visit("--labels", "Names over the objects", labels);
+    visit("--labels", "Names over the objects and in their boxes; always with more than twelve classes",
+          labels);
     visit("--no-images", "Maps only", no_images);
   }
 };
@@ -308,7 +322,8 @@ FigureEntry MapsEntry() {
           .details = R"(
 Above each map stands an input image of its run: the frame in which most boxes belonged to objects, or that
 nearest to --frame. --boxes draws these boxes. A class has one colour in all maps and boxes; one legend below
-serves all. Results without images (live cameras, images and videos that have gone) get an empty place, or only
+serves all; with more than twelve classes, whose colours nobody tells apart, names stand over the objects and in
+the boxes as well (--labels: always). Results without images (live cameras, images and videos that have gone) get an empty place, or only
 their map where none has any.
 
 Examples:

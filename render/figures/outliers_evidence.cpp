@@ -33,12 +33,12 @@ std::vector<OutliersFigure::Point> PointsWithFate(const MapSnapshot& map, int id
   return points;
 }
 
-// Up to three with the most isolated points, then the most kept ones.
-std::vector<int> MostIsolated(const MapSnapshot& map) {
+// Up to three with the most isolated points, then the most kept ones, among those that are reliable and have
+// an image; where none is, or has, among the others.
+std::vector<int> MostTelling(const MapSnapshot& map, const std::map<int, std::vector<ObjectView>>& views) {
   struct Ranked {
     std::ptrdiff_t isolated;
-    int kept;
-    int id;
+    const SnapshotObject* object;
   };
   std::vector<Ranked> ranked;
   for (const SnapshotObject& object : map.objects) {
@@ -46,14 +46,21 @@ std::vector<int> MostIsolated(const MapSnapshot& map) {
     const auto isolated = std::count_if(points.begin(), points.end(), [](const OutliersFigure::Point& point) {
       return point.fate == OutliersFigure::Fate::kIsolated;
     });
-    ranked.push_back({isolated, object.points, object.id});
+    ranked.push_back({isolated, &object});
   }
+  const auto prefer = [&ranked](const auto& good) {
+    if (std::any_of(ranked.begin(), ranked.end(), [&](const Ranked& r) { return good(*r.object); })) {
+      std::erase_if(ranked, [&](const Ranked& r) { return !good(*r.object); });
+    }
+  };
+  prefer(IsReliable);
+  prefer([&views](const SnapshotObject& object) { return views.contains(object.id); });
   std::stable_sort(ranked.begin(), ranked.end(), [](const Ranked& a, const Ranked& b) {
-    return std::pair(a.isolated, a.kept) > std::pair(b.isolated, b.kept);
+    return std::pair(a.isolated, a.object->points) > std::pair(b.isolated, b.object->points);
   });
   std::vector<int> ids;
   for (std::size_t i = 0; i < std::min<std::size_t>(3, ranked.size()); ++i) {
-    ids.push_back(ranked[i].id);
+    ids.push_back(ranked[i].object->id);
   }
   std::sort(ids.begin(), ids.end());
   return ids;
@@ -134,7 +141,7 @@ FigurePage DrawOutliersOf(const FigureRequest& request, const OutliersOptions& o
   }
   OutliersFigure figure;
   figure.threshold = ConfigOf(*recorded.reader).objects.outliers.isolation_forest.threshold;
-  for (const int id : request.objects.empty() ? MostIsolated(map) : request.objects) {
+  for (const int id : request.objects.empty() ? MostTelling(map, views) : request.objects) {
     OutliersFigure::Object shown = ObjectWithFates(map, ObjectById(map, id, result));
     if (!request.frames.empty() || !views[id].empty()) {
       const std::string what = fmt::format("{}: object {} ({})", result, id, shown.name);
@@ -162,7 +169,8 @@ object, or another object's now. Colour is the anomaly score; grey discs have no
 objects took away counts for the one in whose boxes it was seen most.
 
 Above each, a keyframe with the detector's box and the same points: by default that in which most removed points
-lie beside the box. Without --object: the three objects with the most isolated points. The map must have been
+lie beside the box. Without --object: of the objects that are reliable and have an image, the three with the most
+isolated points. The map must have been
 recorded by a version that keeps this evidence (format 3 of map.sqmap); --no-images leaves the images out.
 
 Examples:

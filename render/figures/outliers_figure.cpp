@@ -106,6 +106,18 @@ std::vector<std::pair<PointFate, std::string>> FateTexts(const OutliersFigure& f
 }
 
 constexpr double kLegendHeight = 1.7;  // of the letters
+constexpr double kNoteHeight = 1.3;
+// What the rings of the legend are.
+constexpr const char* kWithoutScore =
+    "without score: taken away before the isolation forest, for being seen in too few of the object's boxes, "
+    "beside them, or on another thing";
+
+// Points removed without a score are explained where there are any.
+std::vector<std::string> NoteLines(const OutliersFigure& figure, const FigureTheme& theme, double width) {
+  const bool any = std::any_of(figure.objects.begin(), figure.objects.end(),
+                               [](const auto& o) { return CountOf(o, PointFate::kRemovedBefore) > 0; });
+  return any ? WrappedText(kWithoutScore, theme.small, width) : std::vector<std::string>();
+}
 double RampHeight(const FigureTheme& theme) { return ColorBarHeight(theme) + 0.3 * theme.small; }
 
 PanelGrid LayOutOutliers(const OutliersFigure& figure, const FigureTheme& theme, double width) {
@@ -115,7 +127,8 @@ PanelGrid LayOutOutliers(const OutliersFigure& figure, const FigureTheme& theme,
   grid.image = images ? 0.75 * grid.width : 0.0;
   grid.height = 0.85 * grid.width;
   grid.texts = 1.7 * theme.font + 1.6 * theme.small;
-  grid.below = kLegendHeight * theme.small + RampHeight(theme);
+  grid.below = kLegendHeight * theme.small + RampHeight(theme) +
+               kNoteHeight * theme.small * static_cast<double>(NoteLines(figure, theme, width).size());
   return grid;
 }
 
@@ -278,8 +291,14 @@ FigurePage DrawOutliers(const OutliersFigure& figure, const FigureOptions& optio
   }
   Tell(progress, grid.columns, grid.columns);
   const double ramp = RampHeight(sheet.theme);
-  const double legend_y = sheet.area.Bottom() - ramp - 0.5 * kLegendHeight * sheet.theme.small;
-  DrawMarkLegend(sheet.page, figure, marks, axis, legend_y, sheet.area, sheet.theme);
+  const double small = sheet.theme.small;
+  double y = sheet.area.Bottom() - grid.below + 0.5 * kLegendHeight * small;
+  DrawMarkLegend(sheet.page, figure, marks, axis, y, sheet.area, sheet.theme);
+  y += 0.5 * (kLegendHeight - kNoteHeight) * small;
+  for (const std::string& line : NoteLines(figure, sheet.theme, sheet.area.width)) {
+    y += kNoteHeight * small;
+    sheet.page.Text(line, {sheet.area.Center().x(), y}, small, sheet.theme.muted, TextAlign::kCenter);
+  }
   DrawColorBar(sheet.page,
                {axis, "anomaly score", figure.threshold, fmt::format("removed above {:g}", figure.threshold)},
                {sheet.area.x, sheet.area.Bottom() - ramp, sheet.area.width, ramp}, sheet.theme);

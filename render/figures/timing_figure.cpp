@@ -84,7 +84,10 @@ void DrawTimes(FigurePage& page, const PlotArea& plot, double top, double height
   DrawMark(page, {plot.X(times.median), middle}, {Mark::Shape::kDiamond, 4.5, theme.ink});
   const double size = std::min(theme.small, 1.15 * height);
   if (size >= 3.5) {
-    page.Text(MeanText(times.mean), {std::max(p95, plot.X(times.mean)) + 3.5, middle}, size, theme.ink);
+    const double right = std::max({p95, plot.X(times.mean), plot.X(times.median) + 3.0});  // of all marks
+    FigureText number{MeanText(times.mean), {right + 3.5, middle}, size, theme.ink};
+    number.halo = theme.background;  // grid lines pass behind it
+    page.Text(number);
   }
 }
 

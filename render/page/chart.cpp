@@ -111,8 +111,9 @@ SeriesLook LookOfSeries(std::size_t index) {
   // Okabe and Ito, the pairs that differ most in lightness first.
   static constexpr std::array<const char*, 6> kColors = {"#0072b2", "#e69f00", "#009e73",
                                                          "#d55e00", "#56b4e9", "#cc79a7"};
-  static const std::array<std::vector<double>, 4> kDashes = {
-      std::vector<double>{}, {5.0, 2.0}, {1.5, 1.5}, {6.0, 1.5, 1.5, 1.5}};
+  // Five, as the hatches: with six colours thirty series differ.
+  static const std::array<std::vector<double>, 5> kDashes = {
+      std::vector<double>{}, {5.0, 2.0}, {1.5, 1.5}, {6.0, 1.5, 1.5, 1.5}, {9.0, 3.0}};
   SeriesLook look;
   look.color = ParseColor(kColors[index % kColors.size()]);
   look.dash = kDashes[index % kDashes.size()];

@@ -12,6 +12,7 @@
 #include <numbers>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <sstream>
 #include <stdexcept>
 
 #include "slam/util/atomic_file.h"
@@ -281,6 +282,20 @@ std::string FittingText(const std::string& text, double size, double width, bool
     shown = fitting + "…";
   }
   return shown;
+}
+
+std::vector<std::string> WrappedText(const std::string& text, double size, double width) {
+  std::vector<std::string> lines;
+  std::istringstream words(text);
+  for (std::string word; words >> word;) {
+    const std::string longer = lines.empty() ? word : lines.back() + " " + word;
+    if (!lines.empty() && TextWidth(longer, size) <= width) {
+      lines.back() = longer;
+    } else {
+      lines.push_back(word);
+    }
+  }
+  return lines;
 }
 
 void CheckFigurePath(const std::filesystem::path& path) {

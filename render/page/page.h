@@ -113,6 +113,9 @@ double TextWidth(const std::string& text, double size, bool bold = false);
 // The text cut at its end, with an ellipsis, until it is no wider than `width`.
 std::string FittingText(const std::string& text, double size, double width, bool bold = false);
 
+// The text in lines that are no wider than `width`, broken at blanks; a longer word has a line of its own.
+std::vector<std::string> WrappedText(const std::string& text, double size, double width);
+
 // Throws UsageError unless the name ends in .png, .svg or .pdf: to be asked before any work is done.
 void CheckFigurePath(const std::filesystem::path& path);
 

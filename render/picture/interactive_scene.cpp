@@ -24,12 +24,12 @@ bool SameView(const ViewCamera& a, const ViewCamera& b) {
          a.view_angle == b.view_angle && lens(a.pinhole) == lens(b.pinhole);
 }
 
-Scene::Quality QualityOf(const SceneStyle& style, Detail detail, cv::Size size) {
+Scene::Quality QualityOf(const SceneStyle& style, Detail detail, cv::Size size, bool transparent) {
   const bool fine = detail == Detail::kFine;
   return {.pixel_scale = PictureScale(size),
           .samples = fine && style.anti_aliasing == AntiAliasing::kSsaa ? 2 : 1,
-          .fxaa = fine && style.anti_aliasing == AntiAliasing::kFxaa,
-          .transparent = false,
+          .fxaa = fine && !transparent && style.anti_aliasing == AntiAliasing::kFxaa,  // which knows no alpha
+          .transparent = transparent,
           .draft = !fine};
 }
 
@@ -44,10 +44,13 @@ SceneStyle StyleFor(SceneStyle style, Detail detail) {
 
 // A scene in one detail. The size is part of it, since widths of lines grow with the picture.
 struct DetailCanvas {
-  DetailCanvas(const SceneStyle& style, Detail detail, cv::Size wanted)
+  DetailCanvas(const SceneStyle& style, Detail detail, cv::Size wanted, bool transparent)
       : size(wanted),
-        window({.width = size.width, .height = size.height, .backend = RenderBackend::kCurrent}),
-        scene(StyleFor(style, detail), QualityOf(style, detail, size)) {
+        window({.width = size.width,
+                .height = size.height,
+                .alpha = transparent,
+                .backend = RenderBackend::kCurrent}),
+        scene(StyleFor(style, detail), QualityOf(style, detail, size, transparent)) {
     window.AddRenderer(scene.Renderer());
   }
 
@@ -81,6 +84,7 @@ struct InteractiveScene::Impl {
   LabelColors colors;
   MapSnapshotPtr map = std::make_shared<const MapSnapshot>();
   TextPainter text;
+  bool transparent = false;
   std::array<std::optional<DetailCanvas>, 2> canvases;
 };
 
@@ -123,6 +127,14 @@ void InteractiveScene::SetClip(const SceneStyle::Clip& clip) {
   });
 }
 
+void InteractiveScene::SetTransparent(bool transparent) {
+  if (std::exchange(impl_->transparent, transparent) != transparent) {
+    for (std::optional<DetailCanvas>& canvas : impl_->canvases) {
+      canvas.reset();
+    }
+  }
+}
+
 const SceneFocus& InteractiveScene::Focus() const { return impl_->focus; }
 const LabelColors& InteractiveScene::Colors() const { return impl_->colors; }
 
@@ -134,7 +146,7 @@ unsigned InteractiveScene::Draw(const ViewCamera& camera, cv::Size size, Detail 
   std::optional<DetailCanvas>& canvas = s.CanvasOf(detail);
   if (!canvas || canvas->size != size) {
     canvas.reset();
-    canvas.emplace(s.style, detail, size);
+    canvas.emplace(s.style, detail, size, s.transparent);
   }
   if (canvas->map_is_new) {
     canvas->scene.Show(*s.map, s.focus, s.colors);

@@ -38,6 +38,9 @@ class InteractiveScene {
   // Cuts as this says, not as the style does; unlike a new style at no cost.
   void SetClip(const SceneStyle::Clip& clip);
 
+  // Draws no background: colours are multiplied by their alpha then. For something to be laid beneath.
+  void SetTransparent(bool transparent);
+
   const SceneFocus& Focus() const;
   const LabelColors& Colors() const;
 

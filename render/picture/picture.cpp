@@ -33,20 +33,6 @@ const PictureOptions& Checked(const PictureOptions& options) {
   return options;
 }
 
-// Points of what the layers show of a room, enough to frame it.
-std::vector<Eigen::Vector3d> DenseSample(const SceneLayers& layers) {
-  constexpr std::size_t kPoints = 4000;
-  if (layers.dense_cloud) {
-    return EvenSample(*layers.dense_cloud, kPoints);
-  }
-  std::vector<Eigen::Vector3d> sample;
-  const std::size_t vertices = layers.dense_mesh ? layers.dense_mesh->vertices.size() : 0;
-  for (std::size_t i = 0; i < vertices; i += vertices / kPoints + 1) {
-    sample.push_back(layers.dense_mesh->vertices[i].cast<double>());
-  }
-  return sample;
-}
-
 // Colours multiplied by alpha to straight colours.
 void Unmultiply(cv::Mat& bgra) {
   bgra.forEach<cv::Vec4b>([](cv::Vec4b& pixel, const int*) {
@@ -59,6 +45,20 @@ void Unmultiply(cv::Mat& bgra) {
 }
 
 }  // namespace
+
+void IncludeLayers(const SceneLayers& layers, SceneFocus& focus) {
+  constexpr std::size_t kPoints = 4000;  // enough to frame a room
+  std::vector<Eigen::Vector3d> sample;
+  if (layers.dense_cloud) {
+    sample = EvenSample(*layers.dense_cloud, kPoints);
+  } else if (layers.dense_mesh) {
+    const std::vector<Eigen::Vector3f>& vertices = layers.dense_mesh->vertices;
+    for (std::size_t i = 0; i < vertices.size(); i += vertices.size() / kPoints + 1) {
+      sample.push_back(vertices[i].cast<double>());
+    }
+  }
+  IncludeCloud(sample, focus);
+}
 
 ViewCamera CameraOverrides::ApplyTo(ViewCamera camera) const {
   camera.position = position.value_or(camera.position);
@@ -167,7 +167,7 @@ void PictureRenderer::SetMap(const MapSnapshot& map) {
   s.colors = LabelColors::Of(map.objects, s.options.label_colors);
   s.focus = FindFocus(map);
   if (s.options.style.dense_cloud.show) {
-    IncludeCloud(DenseSample(s.options.layers), s.focus);
+    IncludeLayers(s.options.layers, s.focus);
   }
   SetMapKeepingFrame(map);
   s.camera = ViewOf(s.options.camera);

@@ -45,6 +45,9 @@ struct PictureOptions {
   SceneLayers layers;  // drawn with every map, in the frame of the one that is framed
 };
 
+// Takes the dense cloud or mesh of the layers into the outline of what is framed (IncludeCloud).
+void IncludeLayers(const SceneLayers& layers, SceneFocus& focus);
+
 // Draws pictures of maps on one off-screen context: for many frames, or many views of one map. Belongs to the
 // thread that made it. The same map, options and back end give the same bytes.
 class PictureRenderer {

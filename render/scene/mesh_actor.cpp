@@ -77,4 +77,16 @@ vtkSmartPointer<vtkActor> MakeMeshActor(const SurfaceMesh& mesh, vtkPlaneCollect
   return actor;
 }
 
+void ShowUntil(std::int64_t frame, const SurfaceMesh& mesh, vtkActor& actor) {
+  vtkPolyData* data = vtkPolyDataMapper::SafeDownCast(actor.GetMapper())->GetInput();
+  const vtkNew<vtkCellArray> triangles;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    if (mesh.frames[a] <= frame && mesh.frames[b] <= frame && mesh.frames[c] <= frame) {
+      triangles->InsertNextCell({a, b, c});
+    }
+  }
+  actor.SetVisibility(triangles->GetNumberOfCells() > 0);
+  data->SetPolys(triangles);
+}
+
 }  // namespace sqslam

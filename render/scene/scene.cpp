@@ -139,6 +139,7 @@ void Scene::Show(const MapSnapshot& map, const SceneFocus& focus, const LabelCol
   SetGeometry(grid_, GroundGrid(focus, style), style.grid.show);
   points_.SetVertices(MapPoints(map, style, Scale()));
   frame_ = map.frame_index;
+  GrowMesh();
   const double frustum = 2.0 * style.cameras.size * std::min(focus.radius, focus.view_depth);
   SetGeometry(trajectory_, TrajectoryLine(map, style), style.cameras.trajectory);
   SetGeometry(frusta_, KeyframeFrusta(map, frustum, style), style.cameras.keyframes);
@@ -182,6 +183,22 @@ void Scene::ShowMesh() {
   if (shown_mesh_ && style_.dense_cloud.look == DenseLook::kMesh) {
     mesh_ = MakeMeshActor(*shown_mesh_, clip_planes_);
     renderer_->AddActor(mesh_);
+    mesh_frames_ = {shown_mesh_->frames.begin(), shown_mesh_->frames.end()};
+    grown_until_.reset();
+    GrowMesh();
+  }
+}
+
+void Scene::GrowMesh() {
+  if (!mesh_ || shown_mesh_->frames.empty()) {
+    return;
+  }
+  // Between two depth maps nothing is new.
+  const auto last = mesh_frames_.upper_bound(frame_);
+  const std::int64_t until = last == mesh_frames_.begin() ? -1 : *std::prev(last);
+  if (grown_until_ != until) {
+    ShowUntil(until, *shown_mesh_, *mesh_);
+    grown_until_ = until;
   }
 }
 
@@ -226,7 +243,7 @@ void Scene::LookFrom(const ViewCamera& view, cv::Size size) {
     add(actor, layers.ground);
   }
   if (HasMesh()) {
-    layers.opaque.push_back(mesh_);
+    add(mesh_, layers.opaque);
   }
   // Over dense surfaces lines are thin and lie upon them: eye-dome lighting would give them black rims.
   const bool upon = IsDense();

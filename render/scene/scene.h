@@ -10,6 +10,7 @@
 #include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "render/camera/camera_path.h"
@@ -66,6 +67,7 @@ class Scene {
   ObjectLook Look() const;
   void ShowSolids();
   void ShowMesh();
+  void GrowMesh();
   void ArrangePoints(const ViewCamera& view, cv::Size size, const std::optional<ClipPlane>& clip,
                      PictureLayers& layers);
   double Scale() const { return quality_.pixel_scale * quality_.samples; }
@@ -88,8 +90,10 @@ class Scene {
   CloudView cloud_;
   CloudLayerPtr shown_cloud_;
   SurfaceMeshPtr shown_mesh_;
-  vtkSmartPointer<vtkActor> mesh_;  // null: none is to be seen
-  std::int64_t frame_ = 0;          // of the map
+  vtkSmartPointer<vtkActor> mesh_;           // null: none is to be seen
+  std::set<std::int64_t> mesh_frames_;       // from which parts of it are seen
+  std::optional<std::int64_t> grown_until_;  // the last of them that is shown
+  std::int64_t frame_ = 0;                   // of the map
   vtkSmartPointer<vtkActor> true_path_;
   vtkSmartPointer<vtkActor> trajectory_;
   vtkSmartPointer<vtkActor> frusta_;

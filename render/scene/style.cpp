@@ -122,14 +122,11 @@ Eigen::Vector3d LabelColors::operator()(const std::string& label) const {
   const int slot = found == slots_.end() ? PreferredSlot(label) : found->second;
   const int colors = static_cast<int>(kPalette.size());
   const Eigen::Vector3d base = ParseColor(kPalette[static_cast<std::size_t>(slot % colors)]);
-  switch ((slot / colors) % 3) {  // further classes: darker, then lighter
-    case 1:
-      return 0.62 * base;
-    case 2:
-      return 0.5 * base + Eigen::Vector3d::Constant(0.5);
-    default:
-      return base;
-  }
+  // Further classes: darker, then lighter, then darker by more and by less.
+  constexpr std::array<std::pair<double, double>, 5> kLevels = {
+      {{1.0, 0.0}, {0.62, 0.0}, {0.5, 0.5}, {0.46, 0.0}, {0.82, 0.0}}};
+  const auto& [share, white] = kLevels[static_cast<std::size_t>(slot / colors) % kLevels.size()];
+  return share * base + Eigen::Vector3d::Constant(white);
 }
 
 }  // namespace sqslam

@@ -12,10 +12,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <set>
 #include <unordered_map>
+
+#include "slam/util/parallel.h"
 
 namespace sqslam {
 namespace {
@@ -308,6 +311,50 @@ SurfaceMesh MarchSurface(const SurfaceVolume& volume, const SurfaceOptions& opti
     builder.Add(chunk, part, *march->GetOutput());
   }
   return ThinnedOut(WithoutIslands(builder.Take(), options.min_island), options.max_triangles);
+}
+
+void MarkFirstSeen(const DepthRecording& depths, SurfaceMesh& mesh) {
+  constexpr double kNear = 0.04;  // of the depth: the fused surface lies between the maps'
+  constexpr std::size_t kAtOnce = 1 << 14;
+  constexpr std::int32_t kNever = std::numeric_limits<std::int32_t>::max();
+  mesh.frames.assign(mesh.vertices.size(), kNever);
+  std::int32_t last = 0;
+  for (const std::int64_t keyframe : depths.Keyframes()) {
+    const DepthMap map = depths.Kept(keyframe);
+    const Rigid3d T_camera_map = map.T_map_camera.Inverse();
+    last = static_cast<std::int32_t>(map.frame_index);
+    ParallelFor(mesh.vertices.size() / kAtOnce + 1, 0, [&](std::size_t part) {
+      const std::size_t end = std::min(mesh.vertices.size(), (part + 1) * kAtOnce);
+      for (std::size_t i = part * kAtOnce; i < end; ++i) {
+        if (mesh.frames[i] != kNever) {
+          continue;
+        }
+        const Eigen::Vector3d p = T_camera_map * mesh.vertices[i].cast<double>();
+        const Eigen::Vector2d pixel = p.z() > 0.0 ? map.camera.Project(p) : Eigen::Vector2d(-1.0, -1.0);
+        const cv::Point at(cvRound(pixel.x()), cvRound(pixel.y()));
+        if (cv::Rect({}, map.depth.size()).contains(at) &&
+            std::abs(map.depth.at<float>(at) - p.z()) < kNear * p.z()) {
+          mesh.frames[i] = last;
+        }
+      }
+    });
+  }
+  // Where all maps are off, or have a hole that the surface closes: with the last of its neighbours.
+  for (bool found = true; found;) {
+    found = false;
+    for (const auto& triangle : mesh.triangles) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        std::int32_t& frame = mesh.frames[triangle[k]];
+        const std::int32_t other =
+            std::min(mesh.frames[triangle[(k + 1) % 3]], mesh.frames[triangle[(k + 2) % 3]]);
+        if (frame == kNever && other != kNever) {
+          frame = other;
+          found = true;
+        }
+      }
+    }
+  }
+  std::replace(mesh.frames.begin(), mesh.frames.end(), kNever, last);
 }
 
 }  // namespace sqslam

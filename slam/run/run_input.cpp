@@ -116,10 +116,6 @@ RunInput OpenInput(const RunRequest& request, const RunHost& host) {
 
 std::optional<NetworkOptions> NetworkFor(const DetectionOptions& options, const Sequence& sequence) {
   if (options.network == "none" || (options.network == "auto" && sequence.has_detections)) {
-    if (!sequence.has_detections) {
-      spdlog::warn("{}: no boxes.txt, no --detections and no --detector, so the map will hold no objects",
-                   sequence.path.string());
-    }
     return std::nullopt;
   }
   std::optional<NetworkOptions> network = ChooseNetwork(options.network);

@@ -159,7 +159,14 @@ TEST_F(FigureCommandTest, ResultsStandSideBySide) {
   WriteEval(folder_.Path() / "other", false);
   EXPECT_THAT(
       Svg("iou " + result_.string() + " " + (folder_.Path() / "other").string() + " --name A --name B"),
-      AllOf(HasSubstr(">A<"), HasSubstr(">B<"), HasSubstr(">not found<"), HasSubstr(">0.00<")));
+      AllOf(HasSubstr(">A: mean 0.62 of 1, 1 found: 0.62<"), HasSubstr(">B: mean 0.00 of 1, none found<"),
+            HasSubstr(">not found<"), HasSubstr(">0.00<")));
+}
+
+TEST_F(FigureCommandTest, OutliersAreShownOfObjectsThatHaveAnImage) {
+  EXPECT_THAT(Svg("outliers " + result_.string()),
+              AllOf(HasSubstr(">book<"), Not(HasSubstr(">cup<")), Not(HasSubstr(">no image<"))));
+  EXPECT_THAT(Svg("outliers " + result_.string() + " --no-images"), HasSubstr(">cup<"));
 }
 
 TEST_F(FigureCommandTest, UnknownObjectsAreAnsweredWithThoseThereAre) {

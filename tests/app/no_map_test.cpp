@@ -23,6 +23,7 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Matcher;
+using ::testing::Not;
 
 constexpr int kFrames = 60;
 constexpr double kNoise = 3.0;  // grey levels, standard deviation of a sensor in a dim room
@@ -73,6 +74,7 @@ class NoMap : public ::testing::Test {
                    " --no-render --deterministic --detector none --output " + output.string());
     EXPECT_EQ(run.exit_code, 4) << run.out << run.err;
     EXPECT_THAT(run.ErrorLines(), ElementsAre(AllOf(HasSubstr("no map: "), reason)));
+    EXPECT_THAT(run.err, Not(HasSubstr("no objects"))) << "without boxes, as was asked for";
     ASSERT_TRUE(fs::exists(output / "stats.json"));
     std::vector<std::string> files;
     for (const auto& entry : fs::directory_iterator(output)) {

@@ -81,6 +81,7 @@ TEST(FigureTest, OutliersAreCountedByTheirFate) {
                            Contains("removed without score (4)"), Contains("no image"),
                            Contains("anomaly score"), Contains("removed above 0.6")));
   EXPECT_THAT(texts, Contains("24 kept, 1 isolated, 2 without score"));
+  EXPECT_THAT(texts, Contains(::testing::StartsWith("without score: taken away before")));
   figure.objects[0].points[24].p_map.z() += 40.0;
   EXPECT_THAT(SvgTexts(EncodeFigure(DrawOutliers(figure, SmallFigure()), "figure.svg")),
               Contains("24 kept, 1 isolated, 2 without score; 1 not in view"));
@@ -242,9 +243,97 @@ TEST(FigureTest, BarsReachToTheirValues) {
       heights.push_back(path->points[2].y() - path->points[0].y());
     }
   }
+  std::erase_if(heights, [](double height) { return height < 10.0; });  // of the legend
   ASSERT_EQ(heights.size(), 2u) << "the object's bar and the mean";
   EXPECT_NEAR(heights[0], 60.0, 1e-9) << "half of a plot of 120 points";
   EXPECT_NEAR(heights[1], 60.0, 1e-9);
+}
+
+TEST(FigureTest, MeansOfIouSayOfHowMany) {
+  IouFigure figure = TwoScored();
+  figure.not_shown = 3;
+  EXPECT_THAT(SvgTexts(EncodeFigure(DrawIou(figure, {}), "figure.svg")),
+              AllOf(Contains("superquadrics: mean 0.35 of 6, 3 found: 0.71"),
+                    Contains("quadrics: mean 0.23 of 6, 2 found: 0.69"), Contains("mean of 6"),
+                    Contains("0.35"), Contains("0.23")));
+  figure.series[1].values = {std::nullopt, std::nullopt, std::nullopt};
+  EXPECT_THAT(SvgTexts(EncodeFigure(DrawIou(figure, {}), "figure.svg")),
+              Contains("quadrics: mean 0.00 of 6, none found"));
+}
+
+TEST(FigureTest, UprightNumbersOfIouKeepOutOfTheLegend) {
+  IouFigure figure = TwoScored();
+  while (figure.series.size() < 12) {
+    figure.series.push_back({"more", {0.99, 0.98, 0.97}});
+  }
+  FigureOptions options;
+  options.width_mm = 90.0;
+  double legend = 0.0, numbers = 1e9;
+  for (const FigureElement& element : DrawIou(figure, options).elements) {
+    if (const auto* text = std::get_if<FigureText>(&element)) {
+      legend = text->text.starts_with("more") ? std::max(legend, text->anchor.y()) : legend;
+      numbers = text->text == "0.99" ? std::min(numbers, text->anchor.y() - TextWidth(text->text, text->size))
+                                     : numbers;
+    }
+  }
+  EXPECT_GT(numbers, legend);
+}
+
+TEST(FigureTest, WithMoreClassesThanColoursNamesStandInTheMaps) {
+  MapsFigure figure;
+  figure.panels.push_back({"desk", HandMadeMap(), cv::Mat(120, 160, CV_8UC3, cv::Scalar(150, 160, 170)), {}});
+  std::vector<SnapshotObject>& objects = figure.panels[0].map.objects;
+  const auto times = [&](const std::string& name) {
+    const auto texts = SvgTexts(EncodeFigure(DrawMaps(figure, {}), "figure.svg"));
+    return std::count(texts.begin(), texts.end(), name);
+  };
+  for (int i = 0; i < 9; ++i) {
+    objects.push_back(objects[2]);
+    objects.back().label = "thing " + std::to_string(i);
+    objects.back().superquadric.T_map_object.translation.x() -= 0.12 * i;
+  }
+  EXPECT_EQ(times("book"), 1) << "in the legend";
+  figure.panels[0].boxes = {{"lamp", {40.0, 50.0, 60.0, 40.0}}};  // a thirteenth class
+  EXPECT_EQ(times("book"), 2) << "and over the object";
+  EXPECT_EQ(times("lamp"), 2) << "and in the box";
+}
+
+TEST(FigureTest, ManyClassesAndSeriesLookDifferent) {
+  std::vector<std::string> labels;
+  for (int i = 0; i < 35; ++i) {
+    labels.push_back("class " + std::to_string(i));
+  }
+  const LabelColors colors(labels);
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      EXPECT_GT((colors(labels[i]) - colors(labels[k])).norm(), 0.08) << labels[i] << ", " << labels[k];
+    }
+  }
+  for (std::size_t i = 0; i < 30; ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      const SeriesLook a = LookOfSeries(i), b = LookOfSeries(k);
+      EXPECT_TRUE(a.color != b.color || (a.hatch != b.hatch && a.dash != b.dash)) << i << ", " << k;
+    }
+  }
+}
+
+TEST(FigureTest, NumbersOfTimesKeepClearOfAllMarks) {
+  TimingFigure figure;
+  figure.stages = {"tracking"};
+  figure.series = {{"run", {{"tracking", {5.0, 20.0, 20.0}}}}};  // the median at the end of the whisker
+  double number = 0.0, farthest = 0.0;
+  for (const FigureElement& element : DrawTiming(figure, {}).elements) {
+    if (const auto* text = std::get_if<FigureText>(&element); text != nullptr && text->text == "5.00") {
+      number = text->anchor.x();
+    }
+    if (const auto* path = std::get_if<FigurePath>(&element); path != nullptr && path->closed) {
+      for (const Eigen::Vector2d& p : path->points) {
+        farthest = p.y() > 20.0 ? std::max(farthest, p.x()) : farthest;  // below the legend
+      }
+    }
+  }
+  EXPECT_GT(number, farthest + 1.0);
+  EXPECT_GT(farthest, 100.0);
 }
 
 TEST(FigureTest, AxesHaveRoundNumbers) {
@@ -279,6 +368,18 @@ TEST(FigureTest, LongTextsAreCutBetweenLetters) {
   EXPECT_LE(TextWidth(cut, 8.0), 30.0);
   EXPECT_TRUE(cut.ends_with("…"));
   EXPECT_TRUE(text.starts_with(cut.substr(0, cut.size() - std::strlen("…"))));
+}
+
+TEST(FigureTest, LongTextsAreBrokenAtBlanks) {
+  const std::string text = "points that nobody can tell apart";
+  EXPECT_THAT(WrappedText(text, 8.0, 1000.0), ::testing::ElementsAre(text));
+  std::string joined;
+  for (const std::string& line : WrappedText(text, 8.0, 60.0)) {
+    EXPECT_LE(TextWidth(line, 8.0), 60.0);
+    joined += (joined.empty() ? "" : " ") + line;
+  }
+  EXPECT_EQ(joined, text);
+  EXPECT_EQ(WrappedText(text, 8.0, 1.0).size(), 6U);
 }
 
 TEST(FigureTest, NamesGetSmallerBeforeTheyAreCut) {

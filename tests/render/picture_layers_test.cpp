@@ -133,6 +133,31 @@ TEST(PictureLayersTest, AMeshIsDrawnInPlaceOfTheCloudWhereItIsAskedFor) {
   EXPECT_GT(PictureDifference(RenderPicture(HandMadeMap(), mesh), meshed), kThreshold);
 }
 
+TEST(PictureLayersTest, AMeshGrowsWithTheFramesOfTheMap) {
+  auto mesh = std::make_shared<SurfaceMesh>(*MeshOfTheDesk());
+  for (const Eigen::Vector3f& p : mesh->vertices) {
+    mesh->frames.push_back(p.x() < 0.0F ? 10 : 30);
+  }
+  PictureOptions options = MeshPicture();
+  options.layers.dense_mesh = mesh;
+  PictureRenderer renderer(options);
+  MapSnapshot map = HandMadeMap();
+  renderer.SetMap(map);
+  EXPECT_TRUE(SameBytes(renderer.Render(), RenderPicture(HandMadeMap(), MeshPicture()))) << "the whole of it";
+  const auto striped = [&](std::int64_t frame) {
+    map.frame_index = frame;
+    renderer.SetMapKeepingFrame(map);
+    cv::Mat stripes;
+    cv::inRange(renderer.Render(), cv::Scalar(40, 80, 120), cv::Scalar(110, 160, 255), stripes);
+    return cv::countNonZero(stripes);
+  };
+  const int half = striped(29), all = striped(30);
+  EXPECT_GT(all, 2000);
+  EXPECT_LT(half, 3 * all / 4);
+  EXPECT_GT(half, all / 4);
+  EXPECT_LT(striped(9), all / 20);
+}
+
 TEST(PictureLayersTest, AMeshIsLitAndIsNotSeenFromBehind) {
   PictureOptions options = MeshPicture();
   options.style.objects.show = options.style.cameras.keyframes = options.style.grid.show = false;

@@ -4,8 +4,11 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <filesystem>
 #include <functional>
 #include <set>
+
+#include "slam/snapshot/recording.h"
 
 namespace sqslam {
 namespace {
@@ -109,6 +112,42 @@ TEST(SurfaceMesh, IsThinnedOutToTheWantedTriangles) {
 }
 
 TEST(SurfaceMesh, AnEmptyVolumeGivesNone) { EXPECT_TRUE(MarchSurface({}, Whole()).triangles.empty()); }
+
+TEST(SurfaceMesh, APartIsSeenFromTheFirstDepthMapOnThatHasItAndAHoleWithItsRim) {
+  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "seen.sqmap";
+  RecordingWriter(file, {}).Add({});
+  {
+    DepthRecording depths(file, DepthRecording::Access::kWrite);
+    for (const int frame : {5, 9}) {  // the left half of a wall, then all of it
+      DepthMap wall;
+      wall.keyframe = wall.frame_index = frame;
+      wall.camera = {64, 48, 60.0, 60.0, 31.5, 23.5, {}, 30.0};
+      wall.depth = cv::Mat(48, 64, CV_32F, cv::Scalar(2.0));
+      wall.depth(frame == 5 ? cv::Rect(32, 0, 32, 48) : cv::Rect(46, 0, 6, 48)).setTo(0.0);
+      wall.views = cv::Mat(48, 64, CV_8U, cv::Scalar(3));
+      wall.bgr = cv::Mat(48, 64, CV_8UC3, cv::Scalar(0, 255, 0));
+      depths.PutEstimate(wall, "settings");
+      depths.PutKept(wall);
+    }
+  }
+  SurfaceMesh mesh;
+  constexpr std::uint32_t kAcross = 19;
+  for (std::uint32_t i = 0; i < kAcross; ++i) {
+    for (const float y : {-0.5F, 0.5F}) {
+      mesh.vertices.emplace_back(0.1F * static_cast<float>(i) - 0.9F, y, 2.0F);
+    }
+    if (i + 1 < kAcross) {
+      mesh.triangles.push_back({2 * i, 2 * i + 1, 2 * i + 2});
+    }
+  }
+  mesh.vertices.emplace_back(0.0F, 0.0F, 1.0F);  // before the wall, on no map
+  MarkFirstSeen(DepthRecording(file), mesh);
+  std::filesystem::remove(file);
+  for (std::size_t i = 0; i + 1 < mesh.vertices.size(); ++i) {
+    EXPECT_EQ(mesh.frames[i], mesh.vertices[i].x() < -0.01F ? 5 : 9) << mesh.vertices[i].transpose();
+  }
+  EXPECT_EQ(mesh.frames.back(), 9);
+}
 
 }  // namespace
 }  // namespace sqslam

@@ -38,6 +38,19 @@ TEST(TimelineTest, FindsTheNewestMomentAtATime) {
   EXPECT_EQ(Timeline().At(1.0), -1);
 }
 
+TEST(TimelineTest, HasGapsWhereNoPoseIsKnown) {
+  Timeline timeline = TenSeconds();
+  EXPECT_TRUE(timeline.Gaps().empty());
+  for (const int frame : {3, 4, 5, 99, 100}) {
+    timeline.moments[static_cast<std::size_t>(frame)].tracked = false;
+  }
+  const auto gaps = timeline.Gaps();
+  ASSERT_EQ(gaps.size(), 2U);
+  EXPECT_NEAR(gaps[0].first, 5.3, 1e-9);
+  EXPECT_NEAR(gaps[0].second, 5.6, 1e-9) << "to the first frame that is there again";
+  EXPECT_NEAR(gaps[1].second, timeline.End(), 1e-9);
+}
+
 TEST(PlaybackTest, PlaysForwardAndBackwardAndStopsAtTheEnds) {
   const Timeline timeline = TenSeconds();
   Playback playback;
@@ -74,6 +87,30 @@ const cv::Size kWindow(800, 600);
 
 Eigen::Vector2d Seen(const ViewCamera& camera, const Eigen::Vector3d& p) {
   return PinholeOf(camera, kWindow).Project(PoseOf(camera).Inverse() * p) + Eigen::Vector2d(0.5, 0.5);
+}
+
+TEST(SceneViewTest, ThroughTheCameraThePhotographLiesUnderWhatItShows) {
+  const Camera camera{320, 240, 290.0, 310.0, 150.0, 131.0, {}, 30.0};
+  const Rigid3d T_map_camera{
+      Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1.0, 2.0, 0.5).normalized())),
+      {0.3, -1.0, 2.0}};
+  for (const cv::Size window : {cv::Size(800, 600), cv::Size(500, 700)}) {
+    const ViewCamera view = LookThrough(T_map_camera, camera, window, 2.0);
+    const cv::Rect2d photo = PhotoArea(camera, view, window);
+    EXPECT_GE(photo.x, -1e-6);
+    EXPECT_GE(photo.y, -1e-6);
+    EXPECT_LE(photo.br().x, window.width + 1e-6);
+    EXPECT_LE(photo.br().y, window.height + 1e-6);
+    const Eigen::Vector3d p_camera(0.4, -0.3, 1.7);
+    const Eigen::Vector2d pixel = camera.Project(p_camera) + Eigen::Vector2d(0.5, 0.5);
+    const Eigen::Vector2d on_photo(photo.x + pixel.x() / camera.width * photo.width,
+                                   photo.y + pixel.y() / camera.height * photo.height);
+    const Eigen::Vector2d seen =
+        PinholeOf(view, window).Project(PoseOf(view).Inverse() * (T_map_camera * p_camera)) +
+        Eigen::Vector2d(0.5, 0.5);
+    EXPECT_NEAR(seen.y(), on_photo.y(), 0.01);
+    EXPECT_NEAR(seen.x(), on_photo.x(), 0.01);
+  }
 }
 
 TEST(CameraControlTest, OrbitKeepsTheFocalPointAndTheDistance) {

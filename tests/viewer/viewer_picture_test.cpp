@@ -1,6 +1,9 @@
 // The whole window, drawn without one.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <imgui_internal.h>
+
+#include <string_view>
 
 #include "app/viewer/input/input_events.h"
 #include "app/viewer/state/pictures.h"
@@ -105,6 +108,47 @@ TEST_F(ViewerWindow, ScrubbingOnTheTimelineShowsThatState) {
   stage_.Settle();
   EXPECT_GT(stage_.State().document.shown->frame_index, 10);
   EXPECT_LT(stage_.State().document.shown->frame_index, 70);
+}
+
+TEST_F(ViewerWindow, AClickWithinOneFrameIsNotLost) {
+  Open();
+  using Kind = InputEvent::Kind;
+  for (const InputEvent& event :
+       {InputEvent{.kind = Kind::kMove, .x = 560.0, .y = 560.0}, InputEvent{.kind = Kind::kPress},
+        InputEvent{.kind = Kind::kRelease}, InputEvent{.kind = Kind::kMove, .x = 10.0, .y = 300.0}}) {
+    stage_.viewer->Handle(event);
+  }
+  EXPECT_FALSE(stage_.viewer->Idle()) << "another frame is needed";
+  stage_.Settle();
+  EXPECT_LT(stage_.State().document.shown->frame_index, 70);
+}
+
+TEST_F(ViewerWindow, AFolderIsFoundInTheBrowserAndItsResultOpened) {
+  stage_.viewer->State().window.show_open = true;  // with nothing open: the working folder
+  stage_.Frames(2);
+  stage_.Key(key::kEscape);
+  EXPECT_FALSE(stage_.State().window.show_open);
+  Open();
+  WriteGrowingMap(folder_.Path() / "other");
+  stage_.Handle({.kind = InputEvent::Kind::kKeyDown, .code = key::kLeftControl});
+  stage_.Key('O');
+  stage_.Handle({.kind = InputEvent::Kind::kKeyUp, .code = key::kLeftControl});
+  stage_.Frames(3);
+  ASSERT_TRUE(stage_.State().window.show_open);
+  const auto click = [&](int row) {  // 0: the folder above
+    for (const ImGuiWindow* window : ImGui::GetCurrentContext()->Windows) {
+      if (std::string_view(window->Name).find("/entries_") != std::string_view::npos) {
+        stage_.Click(window->Pos.x + 40.0, window->Pos.y + window->WindowPadding.y +
+                                               (row + 0.5) * ImGui::GetTextLineHeightWithSpacing());
+      }
+    }
+    stage_.Settle();
+  };
+  click(2);  // after the result that is open
+  EXPECT_TRUE(stage_.State().window.show_open);
+  click(1);
+  EXPECT_FALSE(stage_.State().window.show_open);
+  EXPECT_EQ(stage_.State().document.file, folder_.Path() / "other" / "desk" / "map.sqmap");
 }
 
 TEST_F(ViewerWindow, WithoutSizeNothingIsDrawnAndAllComesBack) {

@@ -244,8 +244,36 @@ TEST_F(ViewerScript, ADensifiedMapIsAMeshWhereTheStyleSaysSo) {
   early->frame_index = document.last->frame_index - 1;
   document.shown = early;
   update();
-  EXPECT_EQ(layers.drawn.dense_mesh, nullptr) << "a map on its way has its points";
+  ASSERT_NE(layers.drawn.dense_mesh, nullptr);
+  EXPECT_EQ(layers.drawn.dense_mesh->frames.size(), layers.drawn.dense_mesh->vertices.size())
+      << "a map on its way has what was seen until then";
   EXPECT_NE(layers.drawn.dense_cloud, nullptr);
+}
+
+TEST(ViewerFraming, HoldsTheDenseCloudAsPicturesDo) {
+  const TemporaryFolder folder;
+  const fs::path bare = WriteGrowingMap(folder.Path() / "bare");
+  const fs::path dense = WriteGrowingMap(folder.Path() / "dense");
+  AddWall(dense);
+  UiStage stage;
+  const auto open = [&](const fs::path& map) -> const SceneView& {
+    stage.viewer->Open(map);
+    stage.Settle();
+    return stage.State().view;
+  };
+  const auto of_wall = [](const SceneView& view) {
+    return std::ranges::count_if(view.focus.outline,
+                                 [](const Eigen::Vector3d& p) { return std::abs(p.y() - 0.8) < 0.01; });
+  };
+  EXPECT_EQ(of_wall(open(bare)), 0);
+  const SceneView& view = open(dense);
+  EXPECT_GT(of_wall(view), 20);
+  const Camera pinhole = PinholeOf(view.camera, view.size);
+  for (const Eigen::Vector3d& p : view.focus.outline) {
+    const Eigen::Vector2d pixel = pinhole.Project(PoseOf(view.camera).Inverse() * p);
+    EXPECT_TRUE(pixel.minCoeff() > 0.0 && pixel.x() < view.size.width && pixel.y() < view.size.height)
+        << pixel.transpose();
+  }
 }
 
 TEST_F(ViewerScript, ADensifiedMapShowsItsCloudAndTheCopiedCommandDrawsItToo) {
@@ -318,11 +346,26 @@ TEST_F(ViewerScript, ClosingWhileMappingEndsTheRunAndSavesIt) {
 
 TEST_F(ViewerScript, ARunThatEndsIsShownAsARecording) {
   const sqslam::testing::WrittenSequence sequence(Sideways(40));
-  const ProgramRun run =
-      Play("wait map\nwait end\nwait idle\nexpect running no\nexpect image yes\nexpect error none\nclose\n",
-           "run " + sequence.Path().string() + " --output result");
+  const ProgramRun run = Play(
+      "wait map\nwait end\nwait idle\nexpect running no\nexpect image yes\nexpect error none\n"
+      "picture outside.png\nkey C\nframes 5\nwait idle\npicture through.png\nclose\n",
+      "run " + sequence.Path().string() + " --output result");
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(Slurp(folder_.Path() / "result" / "stats.json"), HasSubstr("\"interrupted\": false"));
+  // Through the camera its photograph lies beneath; the bare scene is dark.
+  const auto brightness = [&](const char* picture) {
+    return cv::mean(cv::imread((folder_.Path() / picture).string())(cv::Rect(120, 120, 300, 220)))[1];
+  };
+  EXPECT_GT(brightness("through.png"), 2.0 * brightness("outside.png"));
+}
+
+TEST_F(ViewerScript, AFailureAtTheStartOfARunStaysInTheWindowAndGoesToTheTerminal) {
+  folder_.Write("empty/notes.txt", "no image");
+  const ProgramRun run = Play("wait end\nframes 30\nexpect failure not none\nexpect running no\nclose\n",
+                              "run empty --output result");
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("empty: no rgb.txt"));
 }
 
 TEST_F(ViewerScript, WithoutADisplayOneLineSaysWhatToDoInstead) {

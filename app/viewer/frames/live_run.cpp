@@ -78,7 +78,8 @@ struct LiveRun::Impl : RunHost {
     Tell([&] {
       pose = view.T_map_camera;
       news.frame = std::move(shown);
-      news.moments.push_back({frame.index, frame.timestamp, 0});
+      tracks |= state == TrackingState::kTracking;  // no gap before the map begins
+      news.moments.push_back({frame.index, frame.timestamp, 0, !tracks || state == TrackingState::kTracking});
       status.state = StateName(state);
       ++status.frames;
     });
@@ -161,6 +162,7 @@ struct LiveRun::Impl : RunHost {
   std::optional<Rigid3d> pose;  // of the newest frame
   RunSeries series;
   RunSeries polled_series;
+  bool tracks = false;  // has tracked once
   bool ended = false;
   bool abandoned = false;
   int steps = 0;

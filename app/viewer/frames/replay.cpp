@@ -99,7 +99,9 @@ std::vector<Moment> RunFrames::Moments(const RecordingReader& recording, const M
     while (snapshot + 1 < snapshots && recording.FrameIndex(snapshot + 1) <= frame) {
       ++snapshot;
     }
-    moments.push_back({frame, sequence_->frames[static_cast<std::size_t>(frame)].timestamp, snapshot});
+    const bool tracked = poses_.empty() || poses_.contains(frame);
+    moments.push_back(
+        {frame, sequence_->frames[static_cast<std::size_t>(frame)].timestamp, snapshot, tracked});
   }
   return moments;
 }

@@ -13,6 +13,20 @@ int Timeline::At(double time) const {
   return std::max(0, static_cast<int>(after - moments.begin()) - 1);
 }
 
+std::vector<std::pair<double, double>> Timeline::Gaps() const {
+  std::vector<std::pair<double, double>> gaps;
+  bool open = false;
+  for (const Moment& moment : moments) {
+    if (open) {
+      gaps.back().second = moment.timestamp;
+    } else if (!moment.tracked) {
+      gaps.emplace_back(moment.timestamp, moment.timestamp);
+    }
+    open = !moment.tracked;
+  }
+  return gaps;
+}
+
 int Timeline::OfSnapshot(int snapshot) const {
   const auto found = std::ranges::lower_bound(moments, snapshot, {}, &Moment::snapshot);
   return found == moments.end() ? Last() : static_cast<int>(found - moments.begin());

@@ -4,6 +4,7 @@
 #include <memory>
 #include <opencv2/core.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/viewer/model/run_history.h"
@@ -31,6 +32,7 @@ struct Moment {
   std::int64_t frame_index = 0;
   double timestamp = 0.0;  // seconds
   int snapshot = 0;        // of the recording
+  bool tracked = true;     // its pose in the map is known, as far as anybody can tell
 };
 
 // The time axis of a run: its frames in order, and marks on it.
@@ -46,6 +48,10 @@ struct Timeline {
   // The newest moment that is not after `time` (seconds); the first one before that. -1 where there is none.
   int At(double time) const;
   const Moment& MomentAt(double time) const { return moments.at(static_cast<std::size_t>(At(time))); }
+
+  // Spans of time (seconds) without poses in the map: tracking was lost, or what was mapped then never found
+  // its place in it.
+  std::vector<std::pair<double, double>> Gaps() const;
 
   // The moment that shows the state of the map at a snapshot for the first time; -1 where there is none.
   int OfSnapshot(int snapshot) const;

@@ -3,7 +3,9 @@
 #include <imgui_stdlib.h>
 
 #include <algorithm>
+#include <array>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/viewer/model/map_objects.h"
@@ -81,14 +83,37 @@ class ObjectsPanel : public Panel {
     return columns;
   }
 
+  static float WidthOf(const ColumnInfo& info) {  // ems
+    return info.column == ObjectColumn::kName ? 8.4F : info.title.size() > 5 ? 3.9F : 3.0F;
+  }
+
+  // Shows as many columns as there is room for, what the inspector tells as well last; others by a right
+  // click on the heads. Within a table.
+  void FitColumns(float room) {
+    using enum ObjectColumn;
+    constexpr std::array kByNeed = {kName,  kObservations, kPoints, kE1,    kE2,      kAgreement,
+                                    kSizeX, kSizeY,        kSizeZ,  kScore, kResidual};
+    if (std::exchange(room_, room) == room) {
+      return;
+    }
+    const float em = ImGui::GetFontSize();
+    for (const ObjectColumn column : kByNeed) {
+      const auto found = std::ranges::find(columns_, column, &ColumnInfo::column);
+      room -= WidthOf(*found) * em + 2.0F * ImGui::GetStyle().CellPadding.x;
+      ImGui::TableSetColumnEnabled(static_cast<int>(found - columns_.begin()), room >= 0.0F);
+    }
+  }
+
   void DrawTable(float height) {
     const ImGuiTableFlags flags = ImGuiTableFlags_ScrollX | ImGuiTableFlags_ScrollY | ImGuiTableFlags_RowBg |
                                   ImGuiTableFlags_Sortable | ImGuiTableFlags_Resizable |
                                   ImGuiTableFlags_Hideable | ImGuiTableFlags_NoSavedSettings;
+    const float width = ImGui::GetContentRegionAvail().x;
     if (!ImGui::BeginTable("objects", static_cast<int>(columns_.size()), flags, ImVec2(0.0F, height))) {
       return;
     }
     const float em = ImGui::GetFontSize();
+    FitColumns(width - ImGui::GetStyle().ScrollbarSize);
     ImGui::TableSetupScrollFreeze(1, 1);
     for (const ColumnInfo& info : columns_) {
       const bool name = info.column == ObjectColumn::kName;
@@ -97,11 +122,7 @@ class ObjectsPanel : public Panel {
                               ImGuiTableColumnFlags_WidthFixed |
                                   (counts ? ImGuiTableColumnFlags_PreferSortDescending : 0) |
                                   (name ? ImGuiTableColumnFlags_NoHide : 0),
-                              (name                    ? 9.2F
-                               : info.title.size() > 5 ? 4.9F
-                                                       : 3.6F) *
-                                  em,
-                              static_cast<ImGuiID>(info.column));
+                              WidthOf(info) * em, static_cast<ImGuiID>(info.column));
     }
     TakeOrder();
     ImGui::TableNextRow(ImGuiTableRowFlags_Headers);
@@ -197,6 +218,7 @@ class ObjectsPanel : public Panel {
   MapSnapshotPtr map_;
   ObjectEdits edits_;
   std::vector<ObjectRow> rows_;
+  float room_ = 0.0F;  // that the columns were chosen for, pixels
 };
 
 }  // namespace

@@ -46,6 +46,7 @@ void DrawFileMenu(ViewerState& s) {
   if (!ImGui::BeginMenu("File")) {
     return;
   }
+  KeyItem(s, "Open ...", "Ctrl O");
   const std::vector<std::string>& recent = s.preferences.memory.recent_files;
   if (ImGui::BeginMenu("Open recent", !recent.empty())) {
     for (const std::string& file : recent) {
@@ -170,13 +171,20 @@ void DrawLines(WindowState& state, const Layout& parts, cv::Size size) {
   line("##top line", parts.top_line, state.layout.top, 1.0, 120.0, 0.6 * size.height);
 }
 
+// What stands in the place of a map. A failure stays until something else is opened.
 void DrawWelcome(const ViewerState& s, const cv::Rect2d& scene) {
-  const char* text = s.document.run.active ? "The map begins when the camera has moved sideways"
-                     : s.document.loading  ? "Loading ..."
-                                           : "Drop a result folder or a map.sqmap here";
-  const ImVec2 size = ImGui::CalcTextSize(text);
-  const ImVec2 middle = Vec(scene.x + 0.5 * (scene.width - size.x), scene.y + 0.5 * (scene.height - size.y));
-  ImGui::GetWindowDrawList()->AddText(middle, PaletteOf(s.window.theme).dim_text, text);
+  const std::string& failure = s.document.failure;
+  const std::string text = !failure.empty()        ? "The run has left no map.\n\n" + failure
+                           : s.document.run.active ? "The map begins when the camera has moved sideways"
+                           : s.document.loading    ? "Loading ..."
+                                                : "Drop a result folder or a map.sqmap here, or File, Open";
+  const auto width = static_cast<float>(0.8 * scene.width);
+  const ImVec2 size = ImGui::CalcTextSize(text.c_str(), nullptr, false, width);
+  const ImVec2 corner = Vec(scene.x + 0.5 * (scene.width - size.x), scene.y + 0.5 * (scene.height - size.y));
+  const Palette& palette = PaletteOf(s.window.theme);
+  ImGui::GetWindowDrawList()->AddText(ImGui::GetFont(), ImGui::GetFontSize(), corner,
+                                      failure.empty() ? palette.dim_text : palette.bad, text.c_str(), nullptr,
+                                      width);
 }
 
 }  // namespace

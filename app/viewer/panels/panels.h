@@ -56,6 +56,7 @@ PanelPtr MakeAnnotationPanel(ViewerState& s);
 PanelPtr MakePicturePanel(ViewerState& s);
 PanelPtr MakeTimelinePanel(ViewerState& s);
 PanelPtr MakeHelpPanel(ViewerState& s);
+PanelPtr MakeOpenPanel(ViewerState& s);
 PanelPtr MakeSettingsPanel(ViewerState& s);
 PanelPtr MakeUnsavedPanel(ViewerState& s);  // asks what becomes of changes
 PanelPtr MakeMessagesPanel(ViewerState& s);

@@ -12,6 +12,7 @@
 #include "app/viewer/state/scene_view.h"
 #include "app/viewer/widgets/widgets.h"
 #include "render/picture/interactive_scene.h"
+#include "render/picture/outlines.h"
 
 namespace sqslam::viewer {
 namespace {
@@ -78,8 +79,17 @@ class ScenePanel : public Panel {
   // Brings what is drawn up to what the state says.
   void Synchronize() {
     const bool live = document_.run.active;
+    if (Renew(photo_of_, Photo()) && photo_of_) {
+      photo_.Upload(Undistorted(photo_of_->image, photo_of_->map->camera));
+    }
     SceneStyle style = view_.style;
     style.cameras.current = style.cameras.current && !live;  // DrawSceneMarks() does that
+    if (photo_of_) {                                         // what would hide it is left out, or of glass
+      style.dense_cloud.show = style.cameras.trajectory = style.cameras.keyframes = style.cameras.current =
+          false;
+      style.objects.look = style.objects.look == ObjectLook::kAuto ? ObjectLook::kGlass : style.objects.look;
+    }
+    scene_.SetTransparent(photo_of_ != nullptr);
     const bool restyled = Renew(style_, style);
     if (restyled) {
       scene_.SetStyle(style);
@@ -198,11 +208,39 @@ class ScenePanel : public Panel {
     size_ = view_.size;
     const unsigned texture = scene_.Draw(camera, size_, settled_ ? Detail::kFine : Detail::kDraft);
     ImDrawList* list = ImGui::GetWindowDrawList();
+    if (photo_of_) {
+      DrawPhoto();
+      // The scene has its colours multiplied by alpha.
+      list->AddCallback(
+          [](const ImDrawList*, const ImDrawCmd*) { glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA); }, nullptr);
+    }
     list->AddImage(TextureId(texture), origin_, End(), ImVec2(0.0F, 1.0F), ImVec2(1.0F, 0.0F));
+    if (photo_of_) {
+      list->AddCallback(ImDrawCallback_ResetRenderState, nullptr);
+    }
     if (dirty) {
       TakeTexts(document_.Map() != nullptr ? scene_.Texts(camera, size_) : cv::Mat());
     }
     DrawTexts();
+  }
+
+  // The image of the frame, which is laid beneath the scene while that is seen through its camera; null where
+  // there is none.
+  ShownFramePtr Photo() const {
+    const ShownFramePtr& shown = document_.shown;
+    const bool has = view_.mode == CameraMode::kFirstPerson && shown && shown->map &&
+                     shown->map->T_map_camera &&
+                     shown->image.size() == cv::Size(shown->map->camera.width, shown->map->camera.height);
+    return has ? shown : nullptr;
+  }
+
+  void DrawPhoto() {
+    const Camera& camera = photo_of_->map->camera;
+    const cv::Rect2d area = PhotoArea(camera, view_.camera, view_.size);
+    ImDrawList* list = ImGui::GetWindowDrawList();
+    list->AddRectFilled(origin_, End(), Packed(ParseColor(view_.style.background)));
+    list->AddImage(photo_.Id(), Vec(origin_.x + area.x, origin_.y + area.y),
+                   Vec(origin_.x + area.br().x, origin_.y + area.br().y));
   }
 
   // Most of that image is empty, and blending costs time: only cells that hold something are drawn.
@@ -240,6 +278,8 @@ class ScenePanel : public Panel {
   const Layers& layers_;
   const WindowState& window_;
   InteractiveScene scene_;
+  GlTexture photo_;
+  ShownFramePtr photo_of_;
   GlTexture texts_;
   std::vector<cv::Rect> text_cells_;  // of it, where there is something
   // State that the scene shows.

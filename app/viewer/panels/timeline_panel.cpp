@@ -188,6 +188,7 @@ class TimelinePanel : public Panel {
       const float top = corner.y + static_cast<float>(i) * height;
       DrawCurve(curves[i], axes, top + 2.0F, top + height - 2.0F, now);
     }
+    DrawGaps(axes);
     DrawMarks(axes);
     const ImU32 accent = PaletteOf(window_.theme).accent;
     const float x = std::floor(axes.X(now)) + 0.5F;
@@ -197,6 +198,18 @@ class TimelinePanel : public Panel {
                             ImVec2(x, axes.low.y + 7.0F), accent);
     if (hovered && !document_.run.active) {
       DrawPointer(curves, axes.TimeAt(mouse), axes.TimeAt(mouse + 5.0F) - axes.TimeAt(mouse));
+    }
+  }
+
+  // The axis is interrupted where the camera has no place in the map.
+  void DrawGaps(const Axes& axes) const {
+    ImDrawList* list = ImGui::GetWindowDrawList();
+    for (const auto& [begin, end] : timeline_.Gaps()) {
+      const float left = axes.X(begin), right = std::max(axes.X(end), left + 2.0F);
+      list->AddRectFilled(ImVec2(left, axes.low.y), ImVec2(right, axes.high.y),
+                          ImGui::GetColorU32(ImGuiCol_WindowBg));
+      list->AddRectFilled(ImVec2(left, axes.high.y - axes.marks), ImVec2(right, axes.high.y - 2.0F),
+                          PaletteOf(window_.theme).bad);
     }
   }
 
@@ -272,6 +285,9 @@ class TimelinePanel : public Panel {
       if (const auto value = ValueAt(*curve.series, time)) {
         Dim(curve.Name() + "  " + ValueText(*curve.series, *value));
       }
+    }
+    if (!timeline_.MomentAt(time).tracked) {
+      ImGui::TextUnformatted("no place in the map: tracking was lost, or a submap was never joined");
     }
     for (const RunMark& mark : timeline_.series.Marks()) {
       if (mark.kind != RunMark::Kind::kKeyframe && std::abs(mark.timestamp - time) <= reach) {

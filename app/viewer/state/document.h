@@ -33,6 +33,7 @@ struct Document {
   ShownFramePtr shown;                               // null: nothing yet
   ShownFramePtr recorded;                            // the same without edits
   RunStatus run;
+  std::string failure;  // why the run left no map; empty: it did, or there was none
 
   const MapSnapshot* Map() const { return MapOf(shown); }
 

@@ -73,7 +73,7 @@ void LayerSession::Update(Layers& layers, const Document& document, Messages& me
       });
       if (layers.mesh) {
         mesh_.Want(document.file, [](const fs::path& recording) {
-          const SurfaceMeshPtr mesh = app::ReadMesh(recording);
+          const SurfaceMeshPtr mesh = app::ReadMesh(recording, true);
           return mesh ? *mesh : SurfaceMesh();
         });
       }
@@ -112,9 +112,7 @@ void LayerSession::LayOver(Layers& layers, const Document& document, Messages& m
   }
   const bool own = layers.dense_cloud && !has_file && own_.Get() != nullptr && !own_.Get()->points.empty() &&
                    own_.Source() == document.file;
-  const bool whole = !document.shown || document.shown->frame_index == document.last->frame_index;
-  const bool meshed =
-      own && whole && layers.mesh && mesh_.Get() != nullptr && mesh_.Source() == document.file;
+  const bool meshed = own && layers.mesh && mesh_.Get() != nullptr && mesh_.Source() == document.file;
   layers.drawn.dense_mesh = meshed ? mesh_.Get() : nullptr;
   layers.drawn.dense_cloud = S_map_file ? PlacedCloud(*S_map_file) : own ? own_.Get() : nullptr;
 }

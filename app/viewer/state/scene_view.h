@@ -74,6 +74,12 @@ struct SceneView {
   void SwitchCut() { clip.axis = clip.axis == ClipAxis::kNone ? ClipAxis::kView : ClipAxis::kNone; }
 };
 
+// Looks through the input camera so that its whole image is in the window; `depth`: of the focal point.
+ViewCamera LookThrough(const Rigid3d& T_map_camera, const Camera& camera, cv::Size window, double depth);
+
+// The place of that camera's image, without distortion, in the window: pixels.
+cv::Rect2d PhotoArea(const Camera& camera, const ViewCamera& view, cv::Size window);
+
 // Picking: what of a map lies under the mouse. Returns the distance along the ray (map units) at which it
 // meets the solid, or its inside where the near side is cut away; 0 from inside, empty where it passes by.
 std::optional<double> Meet(const Ray& ray, const PosedSuperquadric& solid,

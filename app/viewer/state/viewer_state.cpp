@@ -130,7 +130,9 @@ Action Flip(bool& (*flag)(ViewerState&)) {
 }
 
 void Escape(ViewerState& s) {
-  if (s.window.show_help) {
+  if (s.window.show_open) {
+    s.window.show_open = false;
+  } else if (s.window.show_help) {
     s.window.show_help = false;
   } else if (s.editing.annotation.active) {
     s.editing.annotation.selected.reset();
@@ -190,6 +192,7 @@ std::vector<Shortcut> MakeShortcuts() {
       On('I', "I", "show or hide the image", Flip([](State& s) -> bool& { return s.window.show_image; })),
       On('T', "T", "dark or light", [](State& s) { SwitchTheme(s.window, s.view, s.messages); }),
       On('H', "H", "this help", Flip([](State& s) -> bool& { return s.window.show_help; })),
+      On('O', "Ctrl O", "open a result", Flip([](State& s) -> bool& { return s.window.show_open; })),
       On(key::kDelete, "Delete", "delete what is selected", [](State& s) { DeleteSelected(s.Editor()); }),
       On('Z', "Ctrl Z", "undo", [](State& s) { s.editing.document.Undo(); }),
       On('Y', "Ctrl Y", "redo", [](State& s) { s.editing.document.Redo(); }),

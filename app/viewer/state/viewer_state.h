@@ -20,6 +20,7 @@ struct WindowState {
   bool show_image = true;
   bool show_help = false;
   bool show_settings = false;
+  bool show_open = false;        // the browser of folders
   std::string to_front;          // title of a tab that is to be shown; empty: none
   double seconds = 1.0 / 60.0;   // since the last frame of the window
   bool filming = false;          // what is on the screen goes into a video
