@@ -38,15 +38,30 @@ function(sqslam_reuse_precompiled target name)
   endif()
 endfunction()
 
-# sqslam_library(<name> SOURCES ... DEPENDS ...): one small static library per folder, target sqslam_<name>.
+# sqslam_export(<name> TARGET): the target is installed for other projects, which know it as sqslam::<name>.
+function(sqslam_export name target)
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
+  install(TARGETS ${target} EXPORT sqslamTargets COMPONENT libsqslam-dev
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} OBJECTS DESTINATION ${CMAKE_INSTALL_LIBDIR}/sqslam
+    INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/sqslam)
+endfunction()
+
+# sqslam_library(<name> SOURCES ... DEPENDS ...): one small static library per folder, target sqslam_<name>. Those of
+# slam/ and render/ are installed for other projects.
 function(sqslam_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
   add_library(sqslam_${name} STATIC ${ARG_SOURCES})
-  target_include_directories(sqslam_${name} PUBLIC ${PROJECT_SOURCE_DIR})
+  target_include_directories(sqslam_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
+  target_compile_features(sqslam_${name} PUBLIC cxx_std_20)
   target_link_libraries(sqslam_${name} PUBLIC ${ARG_DEPENDS})
   target_compile_options(sqslam_${name} PRIVATE -Wall -Wextra -Wshadow -Wnon-virtual-dtor)
   sqslam_group_sources(sqslam_${name})
   sqslam_reuse_precompiled(sqslam_${name} sqslam_common_headers)
+  cmake_path(RELATIVE_PATH CMAKE_CURRENT_SOURCE_DIR BASE_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_VARIABLE folder)
+  if(folder MATCHES "^(slam|render)")
+    sqslam_export(${name} sqslam_${name})
+    set_property(GLOBAL APPEND PROPERTY SQSLAM_LIBRARIES sqslam_${name})
+  endif()
 endfunction()
 
 # A test's own code runs for moments and is compiled in every full build: -O1 takes a quarter less time than -O3. The

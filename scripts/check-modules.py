@@ -85,7 +85,7 @@ def read_targets():
                 target.is_library = True
                 target.sources |= {str((folder / s).relative_to(ROOT)) for s in parts["SOURCES"]}
                 target.links.update({library: True for library in parts["DEPENDS"]})
-            elif call in ("add_executable", "add_library", "target_sources"):
+            elif call in ("add_executable", "add_library", "pybind11_add_module", "target_sources"):
                 target = targets.setdefault(words[0], Target(words[0]))
                 target.sources |= {str((folder / s).relative_to(ROOT)) for s in words[1:] if s.endswith(".cpp")}
             elif call == "target_link_libraries":

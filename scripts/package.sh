@@ -1,10 +1,11 @@
 #!/bin/bash
-# Makes sqslam_VERSION_amd64.deb and sqslam-viewer_VERSION_amd64.deb in build/release, with man pages from the help
-# texts and completion for bash and zsh. Install them with: apt install ./build/release/sqslam_*.deb
+# Makes the packages sqslam, sqslam-viewer, libsqslam-dev and python3-sqslam (NAME_VERSION_amd64.deb) in build/release,
+# with man pages from the help texts and completion for bash and zsh. Install them with:
+# apt install ./build/release/sqslam_*.deb
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-scripts/install-packages.sh help2man dpkg-dev fakeroot file python3
+scripts/install-packages.sh help2man dpkg-dev fakeroot file python3 python3-dev pybind11-dev
 scripts/build.sh programs
 folder=build/release/package
 program=build/release/bin/sqslam
@@ -31,7 +32,7 @@ for command in $commands; do
 done
 man_page sqslam-viewer sqslam-viewer "looks at object maps" build/release/bin/sqslam-viewer
 scripts/make-completion.py "$program" "$folder/sqslam"
-for part in sqslam sqslam-viewer; do
+for part in sqslam sqslam-viewer libsqslam-dev python3-sqslam; do
   mkdir -p "$folder/$part/doc/$part"
   {
     printf '%s (%s) stable; urgency=low\n\n  * docs/changes.md tells what is new.\n\n' "$part" "$version"

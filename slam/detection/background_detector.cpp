@@ -18,7 +18,8 @@ constexpr std::size_t kMostTracked = 90;
 
 }  // namespace
 
-BackgroundDetector::BackgroundDetector(Detector detector, const DetectionOptions& options, DetectionPace pace)
+BackgroundDetector::BackgroundDetector(std::shared_ptr<ObjectDetector> detector,
+                                       const DetectionOptions& options, DetectionPace pace)
     : detector_(std::move(detector)),
       follow_(options.follow),
       interval_(options.interval > 0               ? options.interval
@@ -81,7 +82,7 @@ std::vector<FrameBoxes> BackgroundDetector::BoxesOf(const std::vector<Frame>& ba
   }
   {
     const StageTimes::Scope timer(times_, "detection");
-    boxes.back().detections = detector_.Detect(batch.back().bgr);
+    boxes.back().detections = detector_->Detect(batch.back().bgr);
     boxes.back().seen = true;
   }
   if (follow_ && batch.size() > 1 && batch.size() <= kMostTracked && !last_image_.empty()) {

@@ -5,6 +5,7 @@
 #include <deque>
 #include <exception>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -50,12 +51,13 @@ enum class DetectionPace {
 // A detector on a thread of its own. The frames between two that it has seen get their boxes by TrackBoxes,
 // or none where the detector is too slow for that.
 //
-//   BackgroundDetector detector(Detector(network), options, DetectionPace::kEveryNth);
+//   BackgroundDetector detector(std::make_shared<Detector>(network), options, DetectionPace::kEveryNth);
 //   for each frame { for (const FrameBoxes& boxes : detector.Add(frame)) ... }
 //   for (const FrameBoxes& boxes : detector.Finish()) ...
 class BackgroundDetector {
  public:
-  BackgroundDetector(Detector detector, const DetectionOptions& options, DetectionPace pace);
+  BackgroundDetector(std::shared_ptr<ObjectDetector> detector, const DetectionOptions& options,
+                     DetectionPace pace);
   ~BackgroundDetector();  // drops what has not been looked at
 
   // Copies nothing: the frame's images must not change any more. Returns the boxes of earlier frames, in
@@ -77,7 +79,7 @@ class BackgroundDetector {
   std::vector<FrameBoxes> BoxesOf(const std::vector<Frame>& batch);  // the network sees the last frame
   std::vector<FrameBoxes> TakeReady();
 
-  Detector detector_;
+  std::shared_ptr<ObjectDetector> detector_;
   bool follow_;
   std::int64_t interval_;
   DetectionPace pace_;

@@ -142,6 +142,9 @@ std::vector<Detection> Detector::Detect(const cv::Mat& bgr) {
   return detections;
 }
 
+std::string Detector::Name() const { return fs::path(impl_->options.file).filename().string(); }
+std::string Detector::Settings() const { return Fingerprint(impl_->options); }
+
 NetworkOptions LoadNetwork(const std::string& name_or_file, const std::vector<std::string>& settings) {
   const fs::path path = ConfigFile("configs/detectors", "detector", name_or_file);
   NetworkOptions options;

@@ -65,18 +65,33 @@ std::optional<NetworkOptions> ChooseNetwork(const std::string& name_or_file,
 // All that boxes depend on in one line: every option, and a checksum of the weights.
 std::string Fingerprint(const NetworkOptions& options);
 
-// A network that finds things in images, run by OpenCV on the processor. Used by one thread at a time.
-class Detector {
+// Finds things in images: a network, or what a program brings of its own (RunRequest::detector). Used by one
+// thread at a time.
+class ObjectDetector {
+ public:
+  virtual ~ObjectDetector() = default;
+
+  // Boxes of an image (8UC3) in its own pixels, clipped to it, strongest first; labels have no blanks. What
+  // it throws ends a run, which saves its map first.
+  virtual std::vector<Detection> Detect(const cv::Mat& bgr) = 0;
+
+  virtual std::string Name() const { return "a detector of the program's own"; }  // for people
+  virtual std::string Settings() const { return Name(); }  // all that boxes depend on in one line
+};
+
+// A network, run by OpenCV on the processor.
+class Detector final : public ObjectDetector {
  public:
   // Throws InputError that names the file: no ONNX network that OpenCV can read, unknown output names (with
   // those there are), an output whose shape the decoder or the number of classes does not fit. The last is
   // found by a trial run.
   explicit Detector(const NetworkOptions& options);
-  ~Detector();
+  ~Detector() override;
   Detector(Detector&&) noexcept;
 
-  // Boxes of an image (8UC3) in its own pixels, clipped to it, strongest first.
-  std::vector<Detection> Detect(const cv::Mat& bgr);
+  std::vector<Detection> Detect(const cv::Mat& bgr) override;
+  std::string Name() const override;  // of its file
+  std::string Settings() const override;
 
  private:
   struct Impl;

@@ -2,15 +2,18 @@
 
 #include <fmt/format.h>
 
+#include <exception>
 #include <utility>
 
 #include "slam/util/error.h"
 
 namespace sqslam {
 
-DetectionFeed::DetectionFeed(Detector detector, Options options) : options_(std::move(options)) {
+DetectionFeed::DetectionFeed(std::shared_ptr<ObjectDetector> detector, Options options)
+    : options_(std::move(options)) {
+  const std::string settings = fmt::format("boxes of {}, {}", options_.sequence, detector->Settings());
   detector_.emplace(std::move(detector), options_.detection, options_.pace);
-  writer_.emplace(options_.boxes, options_.settings, options_.file_pixels);
+  writer_.emplace(options_.boxes, settings, options_.file_pixels);
 }
 
 TrackingState DetectionFeed::Process(const Frame& given, System& system) {
@@ -45,6 +48,8 @@ void DetectionFeed::Attempt(const auto& work) {
     failure_ = e.what();
   } catch (const cv::Exception& e) {
     failure_ = fmt::format("the detector fails: {}", e.err);
+  } catch (const std::exception& e) {  // one that the program brings may throw anything
+    failure_ = fmt::format("the detector fails: {}", e.what());
   }
 }
 

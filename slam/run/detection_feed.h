@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,12 +21,12 @@ class DetectionFeed {
     DetectionOptions detection;
     DetectionPace pace = DetectionPace::kEveryNth;
     std::filesystem::path boxes;            // boxes.txt to write
-    std::string settings;                   // what the boxes are made with, its first line
+    std::string sequence;                   // what the boxes are of, for its first line
     Eigen::Vector2d file_pixels{1.0, 1.0};  // see FilePixels()
   };
 
   DetectionFeed() = default;
-  DetectionFeed(Detector detector, Options options);
+  DetectionFeed(std::shared_ptr<ObjectDetector> detector, Options options);
 
   TrackingState Process(const Frame& frame, System& system);
 

@@ -106,10 +106,12 @@ RunInput OpenInput(const RunRequest& request, const RunHost& host) {
                    : input.known    ? OpenSequenceFor(*input.known, request.sequence)
                                     : OpenSequence(request.sequence);
   CheckRequest(request, input.sequence);
-  input.network = NetworkFor(request.options.detection, input.sequence);
+  input.detector = request.detector;
+  const std::optional<NetworkOptions> network =
+      input.detector ? std::nullopt : NetworkFor(request.options.detection, input.sequence);
   input.frames = OpenFrames(request, input.sequence, host, std::move(images));
-  if (input.network) {
-    input.detector.emplace(*input.network);
+  if (network) {
+    input.detector = std::make_shared<Detector>(*network);
   }
   return input;
 }

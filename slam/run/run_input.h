@@ -31,6 +31,7 @@ struct RunRequest {
   std::filesystem::path extend;  // a result whose map is gone on with; empty: a new map
   std::filesystem::path output;  // folder that is made; must not exist or be empty
   SystemOptions options;
+  std::shared_ptr<ObjectDetector> detector;  // finds the boxes instead of options.detection.network
   std::optional<DenseTime> dense;  // when to make depth maps and a dense cloud (options.dense); empty: not
   std::string command;             // as it was typed, for the report; empty: not known
   std::optional<ScaleReference> scale_from;  // what the map is brought to metres by; empty: nothing
@@ -40,13 +41,12 @@ struct RunRequest {
   bool HasRealClock() const { return realtime || IsLive(); }
 };
 
-// The frames of a run, the map that it goes on with, and the network for the boxes.
+// The frames of a run, the map that it goes on with, and the detector for the boxes.
 struct RunInput {
   Sequence sequence;              // without frames for a live camera
   std::optional<KnownMap> known;  // empty for a new map
   std::unique_ptr<FrameStream> frames;
-  std::optional<NetworkOptions> network;  // empty where the boxes come with the sequence, or there is none
-  std::optional<Detector> detector;       // the network loaded
+  std::shared_ptr<ObjectDetector> detector;  // null where the boxes come with the sequence, or there is none
 };
 
 // Throws InputError and UsageError for what cannot be used or makes no sense. Writes nothing.

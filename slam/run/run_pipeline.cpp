@@ -32,17 +32,15 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 namespace {
 
-DetectionFeed MakeFeed(const RunRequest& request, RunInput& input, RunHost& host) {
+DetectionFeed MakeFeed(const RunRequest& request, const RunInput& input, RunHost& host) {
   if (!input.detector) {
     return {};
   }
-  host.Say(fmt::format("boxes by {}", fs::path(input.network->file).filename().string()));
+  host.Say(fmt::format("boxes by {}", input.detector->Name()));
   return {
-      std::move(*input.detector),
+      input.detector,
       {request.options.detection, request.HasRealClock() ? DetectionPace::kNewest : DetectionPace::kEveryNth,
-       request.output / "boxes.txt",
-       fmt::format("boxes of {}, {}", input.sequence.path.string(), Fingerprint(*input.network)),
-       FilePixels(input.sequence)}};
+       request.output / "boxes.txt", input.sequence.path.string(), FilePixels(input.sequence)}};
 }
 
 // A camera that is only guessed is learnt on during the run.
@@ -148,7 +146,7 @@ RunStats MakeStats(const RunResult& result, const RunInput& input, const Detecti
   RunStats stats = StatsOf(result);
   stats.skipped = input.frames->Skipped();
   stats.detector_frames = feed.Seen();
-  stats.detector = input.network                   ? fs::path(input.network->file).filename().string()
+  stats.detector = input.detector                  ? input.detector->Name()
                    : input.sequence.has_detections ? "boxes that came with the images"
                                                    : "none";
   stats.timing_ms.merge(feed.Times());

@@ -12,12 +12,23 @@
 namespace sqslam {
 namespace fs = std::filesystem;
 
+namespace {
+
+fs::path& DataFolder() {
+  static fs::path folder;
+  return folder;
+}
+
+}  // namespace
+
+void SetDataFolder(const fs::path& folder) { DataFolder() = folder; }
+
 fs::path DataPath(const fs::path& name) {
   std::error_code error;
   const fs::path bin = fs::read_symlink("/proc/self/exe", error).parent_path();
-  for (const fs::path& root : {bin / ".." / "share" / "sqslam", bin / ".." / ".." / ".."}) {
+  for (const fs::path& root : {DataFolder(), bin / ".." / "share" / "sqslam", bin / ".." / ".." / ".."}) {
     const fs::path candidate = (root / name).lexically_normal();
-    if (fs::exists(candidate, error)) {
+    if (!root.empty() && fs::exists(candidate, error)) {
       return candidate;
     }
   }

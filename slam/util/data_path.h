@@ -7,9 +7,13 @@
 namespace sqslam {
 
 // Finds a file that comes with the program, e.g. "assets/scenes/desk.yaml" or "configs/default.yaml":
-// below PREFIX/share/sqslam of an installed program, or in the source tree of one that runs from
-// build/PRESET/bin. Throws InputError where it is in neither.
+// below the folder of SetDataFolder, below PREFIX/share/sqslam of an installed program, or in the source tree
+// of one that runs from build/PRESET/bin. Throws InputError where it is in none.
 std::filesystem::path DataPath(const std::filesystem::path& name);
+
+// Says where the data lie for a program that is not installed beside them. The targets of
+// find_package(sqslam) do it for whoever links them.
+void SetDataFolder(const std::filesystem::path& folder);
 
 // Names of the NAME.yaml in such a folder ("configs/styles"), sorted.
 std::vector<std::string> ConfigNames(const std::filesystem::path& folder);

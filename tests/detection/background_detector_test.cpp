@@ -46,7 +46,7 @@ class BackgroundDetectorTest : public testing::Test {
   }
 
   BackgroundDetector Make(int interval, bool follow, DetectionPace pace) const {
-    return {Detector(network_), {"", interval, follow}, pace};
+    return {std::make_shared<Detector>(network_), {"", interval, follow}, pace};
   }
 
   fs::path file_;

@@ -1,0 +1,303 @@
+// The Python module: sqslam/__init__.pyi says what each name is, and is what people read.
+
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "app/command_line/command.h"
+#include "app/export/map_view.h"
+#include "app/export/view_history.h"
+#include "app/python/arrays.h"
+#include "app/result/map_input.h"
+#include "render/picture/picture.h"
+#include "render/scene/cloud_layer.h"
+#include "slam/fitting/fitting.h"
+#include "slam/geometry/solid_iou.h"
+#include "slam/snapshot/recording.h"
+#include "slam/util/data_path.h"
+#include "slam/util/error.h"
+#include "slam/util/options.h"
+
+namespace sqslam::python {
+namespace {
+namespace fs = std::filesystem;
+using py::literals::operator""_a;
+
+// A result: every state of its recording, read when it is asked for.
+class Result {
+ public:
+  Result(const fs::path& path, const std::string& edits, bool reliable_only)
+      : file_(app::MapFile(path)),
+        reader_(app::OpenMap(file_, {edits, reliable_only}, HiddenObjects::kLeaveOut)),
+        last_(reader_.Last()) {}
+
+  int Size() const { return reader_.Size(); }
+  const RecordingInfo& Info() const { return reader_.Info(); }
+  const fs::path& File() const { return file_; }
+  const MapSnapshotPtr& Last() const { return last_; }
+
+  MapSnapshotPtr State(int index) const {
+    const int from_start = index < 0 ? index + Size() : index;
+    if (from_start < 0 || from_start >= Size()) {
+      throw py::index_error(fmt::format("state {} of {}", index, Size()));
+    }
+    return reader_.Read(from_start);
+  }
+
+  // Every tracked frame; the keyframes where the recording stands alone.
+  Trajectory Tracked() const {
+    const fs::path file = file_.parent_path() / "trajectory.txt";
+    return fs::exists(file) ? ReadTrajectory(file) : KeyframeTrajectory(*last_);
+  }
+
+  // The page of `sqslam export FILE.html`.
+  std::string Page() const {
+    const fs::path sequence = Info().sequence_path;
+    const std::string title = app::FolderName(sequence.empty() ? file_.parent_path() : sequence);
+    return app::MapViewPage(
+        app::ReadMapView(reader_, app::ReadHistory(reader_), file_, {.title = title, .true_path = {}}),
+        title);
+  }
+
+ private:
+  fs::path file_;
+  RecordingReader reader_;
+  MapSnapshotPtr last_;
+};
+
+// A page within an attribute. EscapeMarkup is for texts of one line: it would end no comment of a script.
+std::string Quoted(const std::string& page) {
+  std::string quoted;
+  quoted.reserve(page.size() + page.size() / 16);
+  for (const char c : page) {
+    if (c == '&' || c == '"') {
+      quoted += c == '&' ? "&amp;" : "&quot;";
+    } else {
+      quoted += c;
+    }
+  }
+  return quoted;
+}
+
+// One state of a map.
+struct State {
+  MapSnapshotPtr map;
+};
+
+const MapSnapshot& MapOf(const State& state) { return *state.map; }
+const MapSnapshot& MapOf(const Result& result) { return *result.Last(); }
+
+py::array_t<std::uint8_t> Render(const std::variant<const Result*, const State*>& what, int width, int height,
+                                 const std::string& style, const std::vector<std::string>& settings,
+                                 const CameraOverrides& camera, bool transparent) {
+  cv::Mat image;
+  {
+    const py::gil_scoped_release others_run;
+    PictureOptions options;
+    options.width = width;
+    options.height = height;
+    options.transparent = transparent;
+    options.camera = camera;
+    options.style = LoadStyle(style);
+    app::SetOptions(settings, options.style);
+    CheckStyle(options.style);
+    if (const auto* result = std::get_if<const Result*>(&what)) {  // one on its way has no dense cloud yet
+      options.layers.dense_cloud =
+          options.style.dense_cloud.show ? ReadCloudLayer((*result)->File()) : nullptr;
+    }
+    image = RenderPicture(std::visit([](const auto* map) { return MapOf(*map); }, what), options);
+  }
+  return Image(image);
+}
+
+std::vector<SuperquadricFit> Fit(const py::array_t<double, py::array::c_style | py::array::forcecast>& cloud,
+                                 bool upright, std::optional<int> clusters, bool remove_plane,
+                                 const std::vector<std::string>& settings) {
+  const std::vector<Eigen::Vector3d> points = Points(cloud);
+  const py::gil_scoped_release others_run;
+  MultiFitOptions options;
+  app::SetOptions(settings, options);
+  options.fit.upright |= upright;
+  options.remove_plane |= remove_plane;
+  options.clusters = clusters.value_or(0);
+  CheckOptions(options);
+  return FitSuperquadrics(points, options);
+}
+
+PosedSuperquadric MakeSuperquadric(const Eigen::Vector3d& half_size, const std::array<double, 2>& shape,
+                                   const Eigen::Matrix4d& T_map_object) {
+  const Eigen::Matrix3d rotation = T_map_object.topLeftCorner<3, 3>();
+  const bool rigid = (rotation * rotation.transpose()).isIdentity(1e-6) && rotation.determinant() > 0.0;
+  if (!rigid || T_map_object.row(3) != Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0)) {
+    throw UsageError("T_map_object: expected a rotation and a translation");
+  }
+  const PosedSuperquadric made = {
+      {half_size, shape[0], shape[1]},
+      {Eigen::Quaterniond(rotation).normalized(), T_map_object.topRightCorner<3, 1>()}};
+  const auto in_range = [](double e) { return e >= kMinShapeExponent && e <= kMaxShapeExponent; };
+  if (!Solid::FromSuperquadric(made).IsUsable() || !in_range(made.shape.e1) || !in_range(made.shape.e2)) {
+    throw UsageError(fmt::format("half_size, shape: expected sizes above 0 and exponents from {} to {}",
+                                 kMinShapeExponent, kMaxShapeExponent));
+  }
+  return made;
+}
+
+// What everything with a superquadric has; `of` takes it out.
+template <typename T>
+void BindSolid(py::class_<T>& type, const PosedSuperquadric& (*of)(const T&)) {
+  type.def_property_readonly("half_size", [of](const T& t) { return of(t).shape.half_size; })
+      .def_property_readonly("shape", [of](const T& t) { return std::pair(of(t).shape.e1, of(t).shape.e2); })
+      .def_property_readonly("center", [of](const T& t) { return of(t).T_map_object.translation; })
+      .def_property_readonly("T_map_object", [of](const T& t) { return of(t).T_map_object.Matrix(); })
+      .def_property_readonly("parameters", [of](const T& t) { return ToParameters(of(t)); })
+      .def_property_readonly("volume", [of](const T& t) { return of(t).shape.Volume(); });
+}
+
+void BindSolids(py::module_& m) {
+  py::class_<PosedSuperquadric> solid(m, "Superquadric");
+  solid.def(py::init(&MakeSuperquadric), "half_size"_a, "shape"_a,
+            "T_map_object"_a = Eigen::Matrix4d::Identity());
+  BindSolid<PosedSuperquadric>(solid,
+                               [](const PosedSuperquadric& s) -> const PosedSuperquadric& { return s; });
+
+  py::class_<SnapshotObject> object(m, "Object");
+  BindSolid<SnapshotObject>(
+      object, [](const SnapshotObject& o) -> const PosedSuperquadric& { return o.superquadric; });
+  object.def_readonly("id", &SnapshotObject::id)
+      .def_readonly("label", &SnapshotObject::label)
+      .def_property_readonly("name", [](const SnapshotObject& o) { return ShownName(o); })
+      .def_readonly("score", &SnapshotObject::score)
+      .def_readonly("observations", &SnapshotObject::observations)
+      .def_readonly("points", &SnapshotObject::points)
+      .def_readonly("yaw", &SnapshotObject::yaw)
+      .def_property_readonly("reliability", [](const SnapshotObject& o) { return o.fit.reliability; })
+      .def_property_readonly("uncertain", [](const SnapshotObject& o) { return !IsReliable(o); })
+      .def("__repr__", [](const SnapshotObject& o) {
+        return fmt::format("<sqslam.Object {} {}, {} observations>", o.id, ShownName(o), o.observations);
+      });
+
+  py::class_<SuperquadricFit> fit(m, "Fit");
+  BindSolid<SuperquadricFit>(
+      fit, [](const SuperquadricFit& f) -> const PosedSuperquadric& { return f.superquadric; });
+  fit.def_readonly("rms", &SuperquadricFit::rms)
+      .def_readonly("noise", &SuperquadricFit::noise)
+      .def_readonly("inlier_share", &SuperquadricFit::inlier_share)
+      .def_property_readonly("inliers", [](const SuperquadricFit& f) {
+        py::array_t<bool> inliers(static_cast<py::ssize_t>(f.inlier.size()));
+        std::ranges::copy(f.inlier, inliers.mutable_data());
+        return inliers;
+      });
+
+  // Objects and fits go wherever a Superquadric does.
+  solid.def(py::init([](const SnapshotObject& o) { return o.superquadric; }));
+  solid.def(py::init([](const SuperquadricFit& f) { return f.superquadric; }));
+  py::implicitly_convertible<SnapshotObject, PosedSuperquadric>();
+  py::implicitly_convertible<SuperquadricFit, PosedSuperquadric>();
+  m.def(
+      "iou",
+      [](const PosedSuperquadric& a, const PosedSuperquadric& b) {
+        return IoU(Solid::FromSuperquadric(a), Solid::FromSuperquadric(b));
+      },
+      "a"_a, "b"_a, "3D intersection over union of two solids.", py::call_guard<py::gil_scoped_release>());
+  m.def("fit", &Fit, "points"_a, py::kw_only(), "upright"_a = false, "clusters"_a = 1,
+        "remove_plane"_a = false, "set"_a = std::vector<std::string>(),
+        "Fits superquadrics to an N x 3 cloud.");
+}
+
+// What a state has, and a result of its last one.
+template <typename T>
+void BindMap(py::class_<T>& type) {
+  type.def_property_readonly("poses", [](const T& t) { return Poses(KeyframeTrajectory(MapOf(t))); })
+      .def_property_readonly("times", [](const T& t) { return Times(KeyframeTrajectory(MapOf(t))); })
+      .def_property_readonly("points", [](const T& t) { return PointPositions(MapOf(t)); })
+      .def_property_readonly("colors", [](const T& t) { return PointColors(MapOf(t)); })
+      .def_property_readonly("point_objects", [](const T& t) { return PointObjects(MapOf(t)); })
+      .def_property_readonly("objects", [](const T& t) { return MapOf(t).objects; })
+      .def_property_readonly("K", [](const T& t) { return MapOf(t).camera.K(); })
+      .def_property_readonly("distortion", [](const T& t) { return MapOf(t).camera.distortion; })
+      .def_property_readonly(
+          "image_size", [](const T& t) { return std::pair(MapOf(t).camera.width, MapOf(t).camera.height); })
+      .def_property_readonly("metric", [](const T& t) { return MapOf(t).metric; })
+      .def("__repr__", [](const T& t) {
+        const MapSnapshot& map = MapOf(t);
+        return fmt::format("<sqslam.{}: {} keyframes, {} points, {} objects>",
+                           std::is_same_v<T, State> ? "State" : "Result", map.keyframes.size(),
+                           map.points.size(), map.objects.size());
+      });
+}
+
+void BindMaps(py::module_& m) {
+  py::class_<State> state(m, "State");
+  BindMap(state);
+  state.def_property_readonly("frame", [](const State& s) { return s.map->frame_index; })
+      .def_property_readonly("time", [](const State& s) { return s.map->timestamp; })
+      .def_property_readonly("image", [](const State& s) { return s.map->image_path; })
+      .def_property_readonly("pose", [](const State& s) {
+        return s.map->T_map_camera ? std::optional(s.map->T_map_camera->Matrix()) : std::nullopt;
+      });
+
+  py::class_<Result> result(m, "Result");
+  BindMap(result);
+  result.def("__len__", &Result::Size)
+      .def(
+          "__getitem__", [](const Result& r, int index) { return State{r.State(index)}; }, "index"_a)
+      .def_property_readonly("trajectory",
+                             [](const Result& r) {
+                               const Trajectory tracked = r.Tracked();
+                               return std::pair(Times(tracked), Poses(tracked));
+                             })
+      .def_property_readonly("sequence", [](const Result& r) { return r.Info().sequence_path; })
+      .def_property_readonly("version", [](const Result& r) { return r.Info().program_version; })
+      .def("page", &Result::Page, py::call_guard<py::gil_scoped_release>())
+      .def("_repr_html_", [](const Result& r) {
+        return fmt::format(
+            "<iframe srcdoc=\"{}\" width=\"100%\" height=\"600\" style=\"border: 0\"></iframe>",
+            Quoted(r.Page()));
+      });
+
+  m.def(
+      "read",
+      [](const fs::path& path, const std::string& edits, bool reliable_only) {
+        return std::make_unique<Result>(path, edits, reliable_only);
+      },
+      "result"_a, py::kw_only(), "edits"_a = "", "reliable_only"_a = false,
+      "Opens a result folder or its map.sqmap.", py::call_guard<py::gil_scoped_release>());
+  m.def(
+      "render",
+      [](const std::variant<const Result*, const State*>& map, int width, int height,
+         const std::string& style, const std::vector<std::string>& settings, const std::string& view,
+         double azimuth, double elevation, double zoom, bool transparent) {
+        CameraOverrides camera;
+        camera.view = view;
+        camera.azimuth = azimuth;
+        camera.elevation = elevation;
+        camera.zoom = zoom;
+        return Render(map, width, height, style, settings, camera, transparent);
+      },
+      "map"_a, py::kw_only(), "width"_a = 1280, "height"_a = 720, "style"_a = "paper",
+      "set"_a = std::vector<std::string>(), "view"_a = "", "azimuth"_a = 0.0, "elevation"_a = 0.0,
+      "zoom"_a = 1.0, "transparent"_a = false, "Draws a map into an H x W x 3 (or 4) array.");
+}
+
+}  // namespace
+}  // namespace sqslam::python
+
+PYBIND11_MODULE(_sqslam, m) {
+  using namespace sqslam;  // NOLINT: of the whole module
+  m.attr("__version__") = SQSLAM_VERSION;
+  pybind11::register_exception<InputError>(m, "InputError", PyExc_ValueError);
+  pybind11::register_exception<UsageError>(m, "UsageError", PyExc_ValueError);
+  m.def("set_data_folder", &SetDataFolder, pybind11::arg("folder"));
+  python::BindSolids(m);
+  python::BindMaps(m);
+}

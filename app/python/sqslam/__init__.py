@@ -1,0 +1,28 @@
+"""Results of sqslam as NumPy arrays; fits of superquadrics; pictures of maps. docs/library.md shows it at work."""
+import pathlib
+import sys
+
+
+def _check_vtk():
+    """Refuses to be loaded after another copy of VTK, whose OpenGL wants a display and would crash."""
+    with open("/proc/self/maps", encoding="utf-8", errors="replace") as maps:
+        names = {line.rsplit("/", 1)[-1].strip() for line in maps if "/" in line}
+    if any(name.startswith(("libvtk", "libGLEW")) for name in names):
+        raise ImportError("sqslam: another module has loaded VTK before, expected `import sqslam` first")
+
+
+if "sqslam._sqslam" not in sys.modules:
+    _check_vtk()
+
+from . import _sqslam  # noqa: E402
+from ._sqslam import (Fit, InputError, Object, Result, State, Superquadric, UsageError,  # noqa: E402
+                      __version__, fit, iou, read, render)
+
+__all__ = ["Fit", "InputError", "Object", "Result", "State", "Superquadric", "UsageError", "__version__", "fit",
+           "iou", "read", "render"]
+
+_PREFIX = pathlib.Path(__file__).resolve().parents[4]  # of PREFIX/lib/python3/dist-packages/sqslam, or the sources
+for _folder in (_PREFIX / "share" / "sqslam", _PREFIX):
+    if (_folder / "configs").is_dir():
+        _sqslam.set_data_folder(str(_folder))
+        break

@@ -1,0 +1,116 @@
+"""Results of sqslam as NumPy arrays; fits of superquadrics; pictures of maps.
+
+Lengths are metres where the map's scale is known (`metric`) and map units where it is not, angles radians.
+T_a_b maps a point given in frame b into frame a. Arrays are copies. Import sqslam before other modules that
+load VTK.
+"""
+import os
+from typing import Iterator, Optional, Sequence, Tuple, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__version__: str
+
+class InputError(ValueError):
+    """Input that cannot be used; the message names the file and what was expected."""
+
+class UsageError(ValueError):
+    """Arguments that make no sense."""
+
+class Superquadric:
+    """A superquadric placed in the map: Eq. 1 of the paper."""
+    def __init__(self, half_size: ArrayLike, shape: Tuple[float, float], T_map_object: ArrayLike = ...) -> None: ...
+    @property
+    def half_size(self) -> NDArray[np.float64]:
+        """(3,), along the object's axes."""
+    @property
+    def shape(self) -> Tuple[float, float]:
+        """Exponents e1 (profile) and e2 (cross-section), from 0.1 (a box) over 1 (an ellipsoid) to 1.9."""
+    @property
+    def center(self) -> NDArray[np.float64]:
+        """(3,), map frame."""
+    @property
+    def T_map_object(self) -> NDArray[np.float64]:
+        """(4, 4)."""
+    @property
+    def parameters(self) -> NDArray[np.float64]:
+        """(11,): half sizes, e1, e2, roll, pitch, yaw, centre."""
+    @property
+    def volume(self) -> float: ...
+
+class Object(Superquadric):
+    """An object of a map. At run time no subclass of Superquadric, but taken wherever one is."""
+    id: int
+    label: str
+    name: str  # given by a person, or the label
+    score: float  # mean of the detector, [0, 1]
+    observations: int  # frames with a box of it
+    points: int  # map points of it
+    yaw: float
+    reliability: float  # about the 3D IoU to be expected, [0, 1]
+    uncertain: bool  # more likely wrong than right
+
+class Fit(Superquadric):
+    """A superquadric of a cloud. At run time no subclass of Superquadric, but taken wherever one is."""
+    rms: float  # of the radial distances of the inliers
+    noise: float  # standard deviation of the inliers from the surface
+    inlier_share: float
+    inliers: NDArray[np.bool_]  # for each point of the cloud
+
+class _Map:
+    poses: NDArray[np.float64]  # (N, 4, 4), T_map_camera of the keyframes
+    times: NDArray[np.float64]  # (N,), seconds
+    points: NDArray[np.float32]  # (M, 3), map frame
+    colors: NDArray[np.uint8]  # (M, 3), red green blue
+    point_objects: NDArray[np.int32]  # (M,), id of the object that the point belongs to, -1: none
+    objects: list[Object]
+    K: NDArray[np.float64]  # (3, 3), camera matrix
+    distortion: list[float]  # k1, k2, p1, p2, k3
+    image_size: Tuple[int, int]  # width, height
+    metric: bool  # lengths are metres
+
+class State(_Map):
+    """The map at one moment of the run."""
+    frame: int
+    time: float  # seconds
+    image: str  # file of the frame's image; empty: there is none
+    pose: Optional[NDArray[np.float64]]  # (4, 4), T_map_camera of the frame; None while tracking was lost
+
+class Result(_Map):
+    """A finished run: itself the map at the end, and a sequence of its states. A notebook shows it as a page to turn."""
+    trajectory: Tuple[NDArray[np.float64], NDArray[np.float64]]  # times (N,), poses (N, 4, 4) of all tracked frames
+    sequence: str  # what was mapped
+    version: str  # of the program that mapped it
+    def __len__(self) -> int: ...
+    def __getitem__(self, index: int) -> State: ...
+    def __iter__(self) -> Iterator[State]: ...
+    def page(self) -> str:
+        """HTML that needs nothing else, as `sqslam export FILE.html` writes it."""
+    def _repr_html_(self) -> str: ...
+
+def read(result: Union[str, os.PathLike[str]], *, edits: str = "", reliable_only: bool = False) -> Result:
+    """Opens a result folder or its map.sqmap.
+
+    edits: a file of the viewer's edits, "auto" for the one beside the map. reliable_only: without uncertain objects.
+    Raises InputError.
+    """
+
+def fit(points: ArrayLike, *, upright: bool = False, clusters: Optional[int] = 1, remove_plane: bool = False,
+        set: Sequence[str] = ()) -> list[Fit]:
+    """Fits superquadrics to an N x 3 cloud, as `sqslam fit` does: one, or the largest `clusters`; None: all.
+
+    set: further options, "fit.outlier_share=0.2". Raises InputError for fewer than 11 points and for no finite ones.
+    """
+
+def iou(a: Superquadric, b: Superquadric) -> float:
+    """3D intersection over union in [0, 1], to 0.2 %."""
+
+def render(map: Union[Result, State], *, width: int = 1280, height: int = 720, style: str = "paper",
+           set: Sequence[str] = (), view: str = "", azimuth: float = 0.0, elevation: float = 0.0, zoom: float = 1.0,
+           transparent: bool = False) -> NDArray[np.uint8]:
+    """Draws a map without a display: (height, width, 3) RGB, or RGBA where transparent.
+
+    style: one of configs/styles or a FILE.yaml; set: values of it, "objects.labels=true"; view: "top", "front", ...;
+    azimuth and elevation in degrees, as `sqslam render --camera-...` has them. Raises UsageError.
+    """

@@ -1,0 +1,80 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+
+#include "slam/run/run_pipeline.h"
+#include "slam/snapshot/recording.h"
+#include "slam/util/error.h"
+#include "slam/util/text_lines.h"
+#include "tests/app/written_sequence.h"
+#include "tests/support/textured_world.h"
+
+namespace sqslam {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+// Says the same box of every image, until it breaks.
+class ConstantDetector : public ObjectDetector {
+ public:
+  explicit ConstantDetector(int breaks_after = 1000) : left_(breaks_after) {}
+  std::vector<Detection> Detect(const cv::Mat& bgr) override {
+    if (left_-- == 0) {
+      throw std::logic_error("the lamp is broken");
+    }
+    return {{"panel", 0.9, {0.25 * bgr.cols, 0.25 * bgr.rows, 0.4 * bgr.cols, 0.4 * bgr.rows}}};
+  }
+  std::string Name() const override { return "constant"; }
+
+ private:
+  int left_;
+};
+
+class OwnDetectorTest : public ::testing::Test {
+ protected:
+  RunRequest Request() const {
+    RunRequest request;
+    request.sequence.path = sequence_.Path();
+    request.output = folder_.Path() / "result";
+    request.options.deterministic = true;
+    request.options.vocabulary = "none";
+    request.options.detection.interval = 5;
+    return request;
+  }
+
+  const testing::WrittenSequence sequence_{testing::HandHeldPath(40)};
+  const TemporaryFolder folder_;
+};
+
+TEST_F(OwnDetectorTest, TakesThePlaceOfBoxesThatCameWithTheImages) {
+  sequence_.Write("boxes.txt", "0 cup 0.9 1 1 50 50\n");
+  RunRequest request = Request();
+  request.detector = std::make_shared<ConstantDetector>();
+  RunHost host;
+  const FinishedRun run = RunPipeline(request, host);
+  EXPECT_EQ(run.stats.detector, "constant");
+  EXPECT_EQ(run.stats.detector_frames, 9);  // every fifth of 40 and the last
+  const std::string boxes = ReadFile(run.output / "boxes.txt", "boxes");
+  EXPECT_THAT(boxes, StartsWith("# boxes of " + sequence_.Path().string() + ", constant"));
+  EXPECT_THAT(boxes, HasSubstr(" panel "));
+  EXPECT_THAT(boxes, Not(HasSubstr(" cup ")));
+}
+
+TEST_F(OwnDetectorTest, WhatItThrowsEndsTheRunAfterTheMapIsSaved) {
+  RunRequest request = Request();
+  request.detector = std::make_shared<ConstantDetector>(5);
+  RunHost host;
+  try {
+    RunPipeline(request, host);
+    FAIL() << "nothing thrown";
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(), "the detector fails: the lamp is broken");
+  }
+  EXPECT_GT(RecordingReader(request.output / "map.sqmap").Size(), 0);
+  EXPECT_TRUE(std::filesystem::exists(request.output / "trajectory.txt"));
+}
+
+}  // namespace
+}  // namespace sqslam
