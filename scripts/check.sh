@@ -26,7 +26,9 @@ check_modules() {
 
 check_asan-slam() {
   scripts/build.sh asan-slam
-  ctest --preset asan-slam --parallel "$(nproc)"
+  # A process a program, not a test as with ctest: each takes half a second to start here, and there are a thousand.
+  LSAN_OPTIONS="suppressions=$PWD/scripts/leak-sanitizer.supp:print_suppressions=0" \
+    xargs --max-procs "$(nproc)" -I{} env {} --gtest_brief=1 < <(printf '%s\n' build/asan/bin/*_test)
 }
 
 check_asan() {
