@@ -32,7 +32,7 @@ class DepthHost : public RunHost {
   bool AdmitFrame() override {
     constexpr std::size_t kSettling = 12;  // keyframes from which on the first have settled
     constexpr std::size_t kEnough = 5;     // depth maps
-    for (int wait = 0; wait < 20 && seen_ < kEnough && keyframes_ >= kSettling; ++wait) {
+    for (int wait = 0; wait < 80 && seen_ < kEnough && keyframes_ >= kSettling; ++wait) {
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
       seen_ = DepthRecording(recording_).Keyframes().size();
     }
