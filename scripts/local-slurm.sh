@@ -16,8 +16,12 @@ port=${SLURM_PORT:-16817}
 export SLURM_CONF=$folder/slurm.conf
 
 if [ "$1" = stop ]; then
+  daemons=$(cat "$folder/slurmctld.pid" "$folder/slurmd.pid")
   scancel --user=root --quiet || true
   scontrol shutdown
+  for daemon in $daemons; do  # they write their state as they end
+    timeout 30 tail --pid="$daemon" -f /dev/null
+  done
   if [ -s "$folder/munged.pid" ]; then kill "$(cat "$folder/munged.pid")"; fi
   exit 0
 fi
