@@ -18,7 +18,7 @@ struct TaskFailure {
   std::string message;
 };
 void WriteTaskFailure(const std::filesystem::path& path, const TaskFailure& failure);
-// Where there is none a task was killed, or never began.
+// A missing one means that the task was killed, or never began.
 TaskFailure ReadTaskFailure(const std::filesystem::path& path);
 
 // True where Slurm itself has begun this task anew more often than it may be made again.

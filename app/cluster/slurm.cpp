@@ -51,7 +51,7 @@ Words Lines(const std::string& text) {
   return lines;
 }
 
-// What a program of Slurm complained of, in one line.
+// Returns the complaint of a Slurm program in one line.
 std::string Complaint(const ProgramOutput& output) {
   const Words lines = Lines(output.text);
   return lines.empty() ? fmt::format("exit code {}", output.exit_code) : lines.back();

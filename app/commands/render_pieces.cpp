@@ -57,7 +57,7 @@ class VideoPieces {
   int count_;
 };
 
-// What the pieces look like follows from these.
+// The look of the pieces follows from these.
 std::string SettingsOf(const RenderArguments& a) {
   Words words = ArgumentsWithoutTask();
   std::erase_if(words, [](const std::string& word) {

@@ -19,7 +19,7 @@ fs::path FailureOf(const ExperimentFolder& folder, const std::string& cell) {
   return folder.path / "runs" / (cell + ".failed");
 }
 
-// What the folder of an experiment says of its cells while tasks make them.
+// State of the cells in an experiment's folder while tasks make them.
 class FollowedCells {
  public:
   FollowedCells(const ExperimentPlan& plan, const LinePrinter& print)

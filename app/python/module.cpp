@@ -152,7 +152,7 @@ PosedSuperquadric MakeSuperquadric(const Eigen::Vector3d& half_size, const std::
   return made;
 }
 
-// What everything with a superquadric has; `of` takes it out.
+// Binds the properties of everything with a superquadric; `of` takes it out.
 template <typename T>
 void BindSolid(py::class_<T>& type, const PosedSuperquadric& (*of)(const T&)) {
   type.def_property_readonly("half_size", [of](const T& t) { return of(t).shape.half_size; })
@@ -214,7 +214,7 @@ void BindSolids(py::module_& m) {
         "Fits superquadrics to an N x 3 cloud.");
 }
 
-// What a state has, and a result of its last one.
+// Binds the properties of a state, which a result has of its last one.
 template <typename T>
 void BindMap(py::class_<T>& type) {
   type.def_property_readonly("poses", [](const T& t) { return Poses(KeyframeTrajectory(MapOf(t))); })

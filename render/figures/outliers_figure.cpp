@@ -107,7 +107,7 @@ std::vector<std::pair<PointFate, std::string>> FateTexts(const OutliersFigure& f
 
 constexpr double kLegendHeight = 1.7;  // of the letters
 constexpr double kNoteHeight = 1.3;
-// What the rings of the legend are.
+// The line that explains the rings of the legend.
 constexpr const char* kWithoutScore =
     "without score: taken away before the isolation forest, for being seen in too few of the object's boxes, "
     "beside them, or on another thing";

@@ -171,7 +171,7 @@ void DrawLines(WindowState& state, const Layout& parts, cv::Size size) {
   line("##top line", parts.top_line, state.layout.top, 1.0, 120.0, 0.6 * size.height);
 }
 
-// What stands in the place of a map. A failure stays until something else is opened.
+// The text that stands in the place of a map. A failure stays until something else is opened.
 void DrawWelcome(const ViewerState& s, const cv::Rect2d& scene) {
   const std::string& failure = s.document.failure;
   const std::string text = !failure.empty()        ? "The run has left no map.\n\n" + failure
