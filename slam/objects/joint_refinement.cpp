@@ -20,6 +20,7 @@ void AddEdges(const SilhouetteView& view, const Camera& camera, const Refinement
   const Eigen::Matrix3d R = view.T_map_camera.RotationMatrix();
   const Box2d& box = view.box;
   const std::array<double, 4> at = NormalisedBounds(box, camera);
+  const bool whole = std::ranges::all_of(view.edge_exact, std::identity());
   for (std::size_t edge = 0; edge < 4; ++edge) {
     const int axis = static_cast<int>(edge % 2);
     const double outward = edge < 2 ? -1.0 : 1.0;
@@ -30,7 +31,7 @@ void AddEdges(const SilhouetteView& view, const Camera& camera, const Refinement
         options.edge_sigma_px + options.edge_sigma_share * (axis == 0 ? box.width : box.height);
     problem.edges.push_back({R * normal, view.T_map_camera.translation, R.col(2),
                              (axis == 0 ? camera.fx : camera.fy) / sigma, static_cast<int>(edge),
-                             (axis == 0 ? box.width : box.height) / sigma, view.edge_exact[edge], false});
+                             (axis == 0 ? box.width : box.height) / sigma, view.edge_exact[edge], whole});
   }
 }
 
@@ -175,24 +176,12 @@ void SetBounds(const PosedSuperquadric& start, const RefinementInput& input, dou
   constexpr double kTaller = 1.2;  // the top is not known exactly
   const double most = shown > 0.0 ? options.max_stretch * shown : 4.5 * start.shape.half_size.maxCoeff();
   Eigen::Vector3d max_half = Eigen::Vector3d::Constant(most);
-  const bool bottom_is_seen = std::ranges::any_of(
-      input.views, [](const SilhouetteView& view) { return view.edge_exact[kBottomEdge]; });
-  if (input.support_height && !bottom_is_seen) {
+  if (input.support_height && !input.ShowsBottom()) {
     const double top = start.T_map_object.translation.z() + start.shape.half_size.z();
     max_half.z() = std::max(most, kTaller * 0.5 * (top - *input.support_height));
   }
   problem.max_log_half = max_half.array().log();
   problem.min_log_half.setConstant(std::log(most) - kLogRange);
-}
-
-// Marks the edges of views that show the whole object. Returns whether there are any.
-bool MarkWholeViews(const RefinementInput& input, RefinementProblem& problem) {
-  bool any = false;
-  for (std::size_t i = 0; i < problem.edges.size(); ++i) {
-    problem.edges[i].whole = std::ranges::all_of(input.views[i / 4].edge_exact, std::identity());
-    any = any || problem.edges[i].whole;
-  }
-  return any;
 }
 
 // TinySolver evaluates each step twice: for its cost, and once it is accepted for the derivatives as well,
@@ -231,6 +220,10 @@ class RememberingProblem {
 
 }  // namespace
 
+bool RefinementInput::ShowsBottom() const {
+  return std::ranges::any_of(views, [](const SilhouetteView& view) { return view.edge_exact[kBottomEdge]; });
+}
+
 RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementInput& input,
                                const RefinementOptions& options, bool with_covariance) {
   RefinementProblem problem;
@@ -258,7 +251,8 @@ RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementI
   };
   double cost = solve();
   // From inside all boxes at once the way to the minimum is barred more often.
-  if (MarkWholeViews(input, problem)) {
+  problem.symmetric = std::ranges::any_of(problem.edges, &RefinementProblem::Edge::whole);
+  if (problem.symmetric) {
     cost = solve();
   }
   RefinementResult result{RefinementProblem::Unpack(parameters), cost, Eigen::Matrix<double, 9, 9>::Zero()};

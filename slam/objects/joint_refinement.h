@@ -40,11 +40,11 @@ struct RefinementInput {
   std::optional<double> lowest;             // z below which nothing of it can be: a surface under it
   std::optional<double> top_height;         // z of its top, where other objects stand on it
   Camera camera;
-  Eigen::Vector3d place =
-      Eigen::Vector3d::Zero();  // within the object, map frame: sets the scale of all terms
   ClassPrior prior;
   std::optional<MetricScale> scale;  // empty: the prior's sizes in metres say nothing
   double support_sigma = 0.0;        // standard deviation of the surfaces' heights, map units
+
+  bool ShowsBottom() const;  // in any view
 };
 
 struct RefinementResult {

@@ -136,10 +136,8 @@ std::vector<Assumption> Assumptions(const SupportHeights& supports, const Refine
                                     const RefinementOptions& options, SearchEffort effort) {
   // An object on a lower surface reaches past those above it. Where no box shows its lower end and its class
   // does not tell its size, nothing else speaks against that.
-  const bool bottom_is_seen = std::ranges::any_of(
-      input.views, [](const SilhouetteView& view) { return view.edge_exact[kBottomEdge]; });
   const bool size_is_known = input.scale && input.prior.log_metres;
-  const double past = bottom_is_seen || size_is_known ? 0.25 : 1.0;  // of the floating cost
+  const double past = input.ShowsBottom() || size_is_known ? 0.25 : 1.0;  // of the floating cost
   const auto cost_of = [&](double height, double least) {
     const auto above = std::ranges::count_if(supports.near, [&](double other) { return other > height; });
     return past * options.floating_cost * std::max(least, static_cast<double>(above));

@@ -258,7 +258,8 @@ bool RefinementProblem::operator()(const double* parameters, double* residuals, 
   };
   for (const Edge& edge : edges) {
     Residual residual = EdgeResidual(state, parameters, edge);
-    residual.MakeRobust(residual.value > 0.0 && !edge.whole ? kBeyondWidth : kEdgeWidth, 1.0);
+    const bool alike = symmetric && edge.whole;
+    residual.MakeRobust(residual.value > 0.0 && !alike ? kBeyondWidth : kEdgeWidth, 1.0);
     put(residual);
   }
   for (const Point& point : points) {

@@ -72,6 +72,7 @@ class RefinementProblem {
   std::optional<Contact> contact;
   std::optional<Contact> top;
   Prior prior{};
+  bool symmetric = false;  // beyond the edges of a whole view costs what short of them does
   Eigen::Vector3d max_log_half = Eigen::Vector3d::Zero();
   Eigen::Vector3d min_log_half = Eigen::Vector3d::Zero();
 
