@@ -16,9 +16,9 @@ port=${SLURM_PORT:-16817}
 export SLURM_CONF=$folder/slurm.conf
 
 if [ "$1" = stop ]; then
-  daemons=$(cat "$folder/slurmctld.pid" "$folder/slurmd.pid")
+  daemons=$(cat "$folder/slurmctld.pid" "$folder/slurmd.pid" 2>/dev/null || true)  # one may have failed to start
   scancel --user=root --quiet || true
-  scontrol shutdown
+  scontrol shutdown || kill $daemons || true
   for daemon in $daemons; do  # they write their state as they end
     timeout 30 tail --pid="$daemon" -f /dev/null
   done
@@ -66,5 +66,6 @@ for _ in $(seq 60); do  # until the node is there
   fi
   sleep 0.5
 done
+"$0" stop "$folder" || true
 echo "local-slurm: no node after half a minute; see $folder/slurmctld.log" >&2
 exit 1

@@ -20,17 +20,15 @@ using Words = std::vector<std::string>;
 using Clock = std::chrono::steady_clock;
 namespace {
 
-constexpr std::size_t kMostTasks =
-    1000;  // of an array, as Slurm's MaxArraySize is unless a cluster raises it
+constexpr std::size_t kMostTasks = 1000;  // of an array: Slurm's MaxArraySize unless a cluster raises it
 
 // How often each task has been handed over.
 using Attempts = std::map<std::string, int>;
 
 Attempts ReadAttempts(const fs::path& path) {
   try {
-    return fs::exists(path) ? ReadJsonFile(path, "counts of tasks").at("attempts").get<Attempts>()
-                            : Attempts();
-  } catch (const std::exception&) {  // half a file of another program: counted from the start
+    return ReadJsonFile(path, "counts of tasks").at("attempts").get<Attempts>();
+  } catch (const std::exception&) {  // none yet, or none of ours
     return {};
   }
 }
@@ -40,13 +38,12 @@ void WriteAttempts(const fs::path& path, const Attempts& attempts) {
                 nlohmann::ordered_json{{"format", "sqslam-tasks"}, {"version", 1}, {"attempts", attempts}});
 }
 
-// Waits; false where `stop` said so.
-bool Sleep(double seconds, const std::function<bool()>& stop) {
+// Waits, not longer than `stop` lets it.
+void Sleep(double seconds, const std::function<bool()>& stop) {
   const auto end = Clock::now() + std::chrono::duration<double>(seconds);
   while (!stop() && Clock::now() < end) {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
-  return !stop();
 }
 
 // The jobs of one piece of work in Slurm's queue.

@@ -10,22 +10,22 @@
 
 namespace sqslam::app {
 
-inline constexpr const char* kLastTask = "end";  // of the job that comes after an array
+inline constexpr const char* kLastTask = "end";  // the task of the job that comes after an array
 
-// Why a task ended without a result; kept beside where the result would be.
+// The reason for which a task ended without a result; kept beside where the result would be.
 struct TaskFailure {
   int exit_code = 3;
   std::string message;
 };
 void WriteTaskFailure(const std::filesystem::path& path, const TaskFailure& failure);
-// A missing one means that the task was killed, or never began.
+// Returns a failure of its own where there is none: the task was killed, or never began.
 TaskFailure ReadTaskFailure(const std::filesystem::path& path);
 
 // True where Slurm itself has begun this task anew more often than it may be made again.
 bool RequeuedTooOften(const SlurmOptions& options);
 
-// Work for an array of Slurm: a task for each word that has no result yet. Its folder is the state: whoever
-// looks finds there what is done, and in Slurm's queue, by the job's name, what is under way.
+// Work for an array of Slurm: a task for each word that has no result yet. What is done is read from its
+// folder each time, what is under way from Slurm's queue by the job's name; nothing else is remembered.
 struct ArrayWork {
   std::string title;                 // part of the job's name
   std::filesystem::path folder;      // for the script, what tasks print, and counts; made where it is missing
@@ -51,7 +51,7 @@ struct ArrayCall {
 ArrayEnd FollowArray(const ArrayWork& work, const SlurmOptions& options, const ArrayCall& call,
                      const std::function<bool()>& stop, const std::function<void(const std::string&)>& print);
 
-// The arguments that this program was started with, without --task WORD at their end.
+// Returns the arguments that this program was started with, without --task WORD at their end.
 std::vector<std::string> ArgumentsWithoutTask();
 
 }  // namespace sqslam::app

@@ -25,9 +25,14 @@ struct ProgramOutput {
   std::string text;  // stdout and stderr
 };
 
+// Runs a Slurm program out of reach of Ctrl-C, which would leave a job handed over without its number, and
+// without what the surrounding job says of itself: sbatch hands that on to the new one.
 ProgramOutput OutputOf(const Words& words) {
   ProgramOutput output;
-  FILE* const pipe = ::popen((ShellLine(words) + " 2>&1").c_str(), "r");
+  const std::string line =
+      "trap '' INT HUP; unset SLURM_ARRAY_JOB_ID SLURM_ARRAY_TASK_ID SLURM_RESTART_COUNT; " +
+      ShellLine(words) + " 2>&1";
+  FILE* const pipe = ::popen(line.c_str(), "r");
   if (pipe == nullptr) {
     throw InputError(fmt::format("{}: cannot be started, expected Slurm's programs", words.front()));
   }
@@ -49,6 +54,17 @@ Words Lines(const std::string& text) {
     }
   }
   return lines;
+}
+
+// The lines that are numbers of jobs, "12" or "12;CLUSTER"; the others are warnings.
+Words JobNumbers(const ProgramOutput& output) {
+  Words numbers;
+  for (const std::string& line : Lines(output.text)) {
+    if (std::isdigit(static_cast<unsigned char>(line.front())) != 0) {
+      numbers.push_back(line.substr(0, line.find(';')));
+    }
+  }
+  return numbers;
 }
 
 // Returns the complaint of a Slurm program in one line.
@@ -125,11 +141,11 @@ std::string SubmitJob(const fs::path& script, const Words& after) {
   }
   words.push_back(script.string());
   const ProgramOutput output = OutputOf(words);
-  const Words lines = Lines(output.text);
-  if (output.exit_code != 0 || lines.empty()) {
+  const Words numbers = JobNumbers(output);
+  if (output.exit_code != 0 || numbers.empty()) {
     throw InputError(fmt::format("{}: sbatch did not take it: {}", script.string(), Complaint(output)));
   }
-  return lines.back().substr(0, lines.back().find(';'));  // JOB;CLUSTER
+  return numbers.back();
 }
 
 std::optional<Words> QueuedJobs(const std::string& name, std::string& problem) {
@@ -139,7 +155,7 @@ std::optional<Words> QueuedJobs(const std::string& name, std::string& problem) {
     problem = "squeue: " + Complaint(output);
     return std::nullopt;
   }
-  return Lines(output.text);
+  return JobNumbers(output);
 }
 
 }  // namespace sqslam::app

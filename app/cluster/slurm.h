@@ -7,7 +7,7 @@
 
 namespace sqslam::app {
 
-// How work is handed to Slurm: the group `slurm` of an experiment, or the file of `sqslam render --slurm`.
+// Options of jobs for Slurm: the group `slurm` of an experiment, or the file of `sqslam render --slurm`.
 struct SlurmOptions {
   std::string partition;            // empty: the cluster's own choice, so for time and memory
   std::string time;                 // as sbatch takes it
@@ -32,7 +32,7 @@ struct SlurmOptions {
   }
 };
 
-// A job of Slurm in which the program does one thing for each word.
+// A job in which the program does one thing for each word.
 struct SlurmJobText {
   std::string name;
   std::filesystem::path logs;      // folder; what task K of an array prints goes to K.log, else to NAME.log

@@ -42,15 +42,13 @@ class Steps {
   void Begin(const std::string& what) {
     start_ = Clock::now();
     if (!quiet_) {
-      fmt::print("{}/3  {}\n", ++number_, what);
-      std::fflush(stdout);
+      PrintLine(fmt::format("{}/3  {}", ++number_, what));
     }
   }
   void End(const std::string& result) const {
     if (!quiet_) {
       const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
-      fmt::print("     {} ({:.1f} s)\n", result, seconds);
-      std::fflush(stdout);
+      PrintLine(fmt::format("     {} ({:.1f} s)", result, seconds));
     }
   }
 

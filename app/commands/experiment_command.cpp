@@ -134,13 +134,12 @@ int RunIn(const fs::path& folder, const ExperimentConfig& config, const Experime
   }
   const auto print = [&arguments](const std::string& line) {
     if (!arguments.quiet) {
-      fmt::print("{}\n", line);
-      std::fflush(stdout);
+      PrintLine(line);
     }
   };
   ExperimentPlan plan = PlanExperiment(config, {folder});
-  for (PlannedCell& planned : plan.cells) {
-    if (arguments.fresh && !last) {
+  if (arguments.fresh && !last) {
+    for (PlannedCell& planned : plan.cells) {
       planned.finished.reset();
       if (!here) {  // where only the folder tells which runs are finished
         fs::remove(plan.folder.Run(planned.cell) / "cell.json");

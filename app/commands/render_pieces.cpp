@@ -76,11 +76,19 @@ void ClaimFolder(const VideoPieces& pieces, const std::string& settings) {
   if (fs::exists(file) && ReadFile(file, "settings of pieces") == settings) {
     return;
   }
-  const std::string name = JobName(pieces.Title(), pieces.Folder());
-  std::string problem;
-  if (const auto queued = QueuedJobs(name, problem); fs::exists(file) && queued && !queued->empty()) {
-    throw InputError(fmt::format("{}: pieces of another video are drawn there, expected none (scancel -n {})",
-                                 pieces.Folder().string(), name));
+  if (fs::exists(file)) {
+    const std::string name = JobName(pieces.Title(), pieces.Folder());
+    std::string problem;
+    const auto queued = QueuedJobs(name, problem);
+    if (!queued) {
+      throw InputError(fmt::format("{}, so pieces of another video may be drawn in {} now", problem,
+                                   pieces.Folder().string()));
+    }
+    if (!queued->empty()) {
+      throw InputError(
+          fmt::format("{}: pieces of another video are drawn there, expected none (scancel -n {})",
+                      pieces.Folder().string(), name));
+    }
   }
   for (int i = 1; i <= pieces.Count(); ++i) {
     fs::remove(pieces.Beside(i, ".size"));
@@ -132,12 +140,7 @@ void Clear(const VideoPieces& pieces, const Words& names) {
   for (const std::string& name : names) {
     fs::remove(pieces.Beside(ParseShard(name).index, ".failed"));
   }
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(pieces.Folder(), ignored)) {
-    if (entry.path().filename().string().starts_with('.')) {  // see AtomicPath
-      fs::remove_all(entry.path(), ignored);
-    }
-  }
+  RemoveDrafts(pieces.Folder());
 }
 
 int FailureOf(const VideoPieces& pieces, const Words& missing) {
@@ -194,8 +197,7 @@ int RenderOnSlurm(const RenderArguments& a, const DrawsHere& render) {
   };
   const auto print = [&](const std::string& line) {
     if (!a.quiet) {
-      fmt::print("{}\n", line);
-      std::fflush(stdout);
+      PrintLine(line);
     }
   };
   const ArrayWork work{pieces.Title(), pieces.Folder(), ArgumentsWithoutTask(),

@@ -9,6 +9,7 @@
 
 #include "app/experiment/cell_run.h"
 #include "app/terminal/terminal.h"
+#include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 
 namespace sqslam::app {
@@ -60,14 +61,8 @@ class FollowedCells {
       fs::remove(FailureOf(plan_.folder, name));
     }
     fs::create_directories(plan_.folder.path / "runs");
-    for (const char* folder : {"runs", "sequences"}) {
-      std::error_code ignored;
-      for (const auto& entry : fs::directory_iterator(plan_.folder.path / folder, ignored)) {
-        if (entry.path().filename().string().starts_with('.')) {  // see AtomicPath
-          fs::remove_all(entry.path(), ignored);
-        }
-      }
-    }
+    RemoveDrafts(plan_.folder.path / "runs");
+    RemoveDrafts(plan_.folder.path / "sequences");
   }
 
   ExperimentOutcome Outcome(bool ended, bool interrupted) {
@@ -120,7 +115,7 @@ ClusterOutcome RunOnSlurm(const ExperimentPlan& plan, const ArrayCall& call, con
     if (!call.last_job) {
       throw;
     }
-    // Where a node may hand over no jobs the tables are of what there is.
+    // Some clusters take no jobs from their nodes: the tables are then made of what there is.
     spdlog::warn("{}; no run is made again", error.what());
     cells.Unfinished();
   }
@@ -149,7 +144,10 @@ int RunTask(const ExperimentConfig& config, const ExperimentFolder& folder, cons
     }
     child = stop() ? ChildResult{130, true, ""} : RunCell(plan, planned, ProgramFingerprint(), stop);
     message = child.message;
-    return child.exit_code > 0 && child.exit_code < 128 ? child.exit_code : child.exit_code == 0 ? 0 : 1;
+    if (child.exit_code == 0 && !ReadCellResult(folder.Run(planned.cell), planned.cell, planned.settings)) {
+      throw InputError("its files cannot be read back");
+    }
+    return child.exit_code < 128 ? child.exit_code : 1;
   };
   const int code = ExitCodeOf(work, [&](const std::string& error) { message = error; });
   if (child.stopped) {

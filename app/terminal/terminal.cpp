@@ -145,6 +145,11 @@ std::string ShownCommandLine(std::vector<std::string> words) {
   return ShellLine(words);
 }
 
+void PrintLine(const std::string& line) {
+  fmt::print("{}\n", line);
+  std::fflush(stdout);
+}
+
 InterruptGuard::InterruptGuard() {
   interrupted = 0;
   Install(Handle);

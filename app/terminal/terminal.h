@@ -25,6 +25,8 @@ std::vector<std::string> CommandWords();
 std::string CommandLine();
 std::string ShownCommandLine(std::vector<std::string> words);  // the same of the words given, at least one
 
+void PrintLine(const std::string& line);  // on stdout, at once: it may be a pipe that somebody follows
+
 // While one lives, the first Ctrl-C (SIGINT) or SIGTERM only sets a flag; the second ends the program as
 // usual.
 class InterruptGuard {

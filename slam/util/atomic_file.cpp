@@ -54,6 +54,16 @@ void RemoveLeftovers(const fs::path& path) {
 
 }  // namespace
 
+void RemoveDrafts(const fs::path& folder) {
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with('.') && name.find(".tmp") != std::string::npos) {
+      fs::remove_all(entry.path(), ignored);
+    }
+  }
+}
+
 AtomicPath::AtomicPath(fs::path path) : path_(std::move(path)), temporary_(TemporaryName(path_)) {
   RemoveLeftovers(path_);
 }

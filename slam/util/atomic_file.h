@@ -28,6 +28,10 @@ class AtomicPath {
   std::filesystem::path temporary_;
 };
 
+// Removes what killed programs have left of an AtomicPath or a file in this folder. Nobody may be writing
+// there.
+void RemoveDrafts(const std::filesystem::path& folder);
+
 // Makes an empty folder for results, parents included. Throws UsageError where it exists and is not empty
 // (results are never overwritten), InputError where it cannot be made.
 void CreateResultFolder(const std::filesystem::path& path);

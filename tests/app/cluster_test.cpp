@@ -69,7 +69,7 @@ class ClusterTest : public ::testing::Test {
     return fs::exists(file);
   }
 
-  // What must be true of any cluster: the tables of home, from tasks that say where they were made.
+  // Holds on any cluster: the tables are those of home, from tasks that say where they were made.
   void ExpectTheTablesOfHome() const {
     const ProgramRun home = Run("", "home");
     EXPECT_EQ(home.exit_code, 0) << home.err;
@@ -123,10 +123,12 @@ for k in $(seq 0 ${last:-0}); do touch queue/$number,$name,$k; done
   done
 ) >/dev/null 2>&1 &
 echo $number
+echo 'sbatch: warning: this cluster is down on Monday' >&2
 )sh");
     folder_.Write("bin/squeue", R"sh(#!/bin/bash
 cd "$(dirname "$0")/.."
 name=$(echo "$@" | sed 's/.*-n \([^ ]*\).*/\1/')
+echo 'squeue: warning: slow today' >&2
 for task in queue/*,$name,*; do if [ -e "$task" ]; then basename "$task" | cut -d, -f1; fi; done
 exit 0
 )sh");
