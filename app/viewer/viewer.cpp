@@ -11,6 +11,7 @@
 #include <set>
 #include <utility>
 
+#include "app/viewer/model/folder_list.h"
 #include "app/viewer/widgets/widgets.h"
 #include "slam/util/atomic_file.h"
 

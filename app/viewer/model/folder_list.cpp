@@ -7,7 +7,8 @@
 
 namespace sqslam::viewer {
 namespace fs = std::filesystem;
-namespace {
+
+bool IsCloudFile(const fs::path& file) { return file.extension() == ".ply" || file.extension() == ".PLY"; }
 
 std::optional<FolderEntry::Kind> KindOf(const fs::path& path) {
   std::error_code unreadable;
@@ -15,12 +16,9 @@ std::optional<FolderEntry::Kind> KindOf(const fs::path& path) {
     return fs::is_regular_file(path / "map.sqmap", unreadable) ? FolderEntry::Kind::kResult
                                                                : FolderEntry::Kind::kFolder;
   }
-  const fs::path extension = path.extension();
-  const bool opens = extension == ".sqmap" || extension == ".ply" || extension == ".PLY";
+  const bool opens = path.extension() == ".sqmap" || IsCloudFile(path);
   return opens ? std::optional(FolderEntry::Kind::kFile) : std::nullopt;
 }
-
-}  // namespace
 
 std::vector<FolderEntry> ListFolder(const fs::path& folder) {
   std::vector<FolderEntry> entries;
@@ -33,13 +31,7 @@ std::vector<FolderEntry> ListFolder(const fs::path& folder) {
       entries.push_back({*kind, at->path(), name});
     }
   }
-  const auto rank = [](const FolderEntry& entry) {
-    return std::tuple(entry.kind == FolderEntry::Kind::kResult   ? 0
-                      : entry.kind == FolderEntry::Kind::kFolder ? 1
-                                                                 : 2,
-                      entry.name);
-  };
-  std::ranges::sort(entries, {}, rank);
+  std::ranges::sort(entries, {}, [](const FolderEntry& entry) { return std::tie(entry.kind, entry.name); });
   return entries;
 }
 

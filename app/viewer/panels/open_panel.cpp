@@ -55,9 +55,9 @@ class OpenPanel : public Panel {
     const float em = ImGui::GetFontSize();
     Heading("Open a result");
     ImGui::SetNextItemWidth(-1.0F);
-    if (ImGui::InputText("##folder", &text_, ImGuiInputTextFlags_EnterReturnsTrue)) {
+    if (ImGui::InputText("##folder", &text_, ImGuiInputTextFlags_EnterReturnsTrue) && !text_.empty()) {
       std::error_code none;
-      const bool enters = fs::is_directory(text_, none) && !fs::exists(fs::path(text_) / "map.sqmap", none);
+      const bool enters = KindOf(text_) == FolderEntry::Kind::kFolder;
       enters ? Enter(fs::absolute(text_, none)) : Take(text_);
     }
     Tip("A folder, a result or a file; Enter goes there or opens it");

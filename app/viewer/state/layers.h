@@ -36,11 +36,6 @@ struct Layers {
   }
 };
 
-// Tells by its name whether a file can be a dense cloud.
-inline bool IsCloudFile(const std::filesystem::path& file) {
-  return file.extension() == ".ply" || file.extension() == ".PLY";
-}
-
 // A file that is read on a thread of its own, and another one as soon as that is wanted.
 template <typename Value>
 class BackgroundFile {
