@@ -66,7 +66,7 @@ set(CPACK_COMPONENT_SQSLAM-VIEWER_DESCRIPTION "The desktop viewer: shows maps of
  and afterwards, and edits their objects.")
 set(CPACK_DEBIAN_LIBSQSLAM-DEV_PACKAGE_NAME libsqslam-dev)
 set(CPACK_DEBIAN_LIBSQSLAM-DEV_PACKAGE_SECTION libdevel)
-# What the targets of cmake/sqslamConfig.cmake.in link, as packages.txt has it.
+# The packages of packages.txt that the targets of cmake/sqslamConfig.cmake.in link.
 string(CONCAT CPACK_DEBIAN_LIBSQSLAM-DEV_PACKAGE_DEPENDS "sqslam (= ${PROJECT_VERSION}), "
   "libeigen3-dev, libceres-dev, libopencv-dev, libopencv-contrib-dev, libavformat-dev, libavcodec-dev, libswscale-dev, "
   "libexif-dev, libvtk9-dev, libosmesa6-dev, libegl-dev, libgl-dev, libcairo2-dev, libyaml-cpp-dev, "
