@@ -49,7 +49,7 @@ void ApplyAdjustment(BundleProblem problem, const Sim3d& S_now_then, Map& map) {
     point.p_map = S_now_then * point.p_map;
     adjusted.insert(point.id);
   }
-  // Parents are older than their children, so that one pass in the order of ids carries all along.
+  // Parents are older than their children: one pass in the order of ids moves every descendant.
   for (const auto& [id, T_camera_map] : before) {
     const KeyframeId parent = map.At(id).parent;
     if (!after.contains(id) && after.contains(parent) && before.contains(parent)) {

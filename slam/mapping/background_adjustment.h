@@ -9,10 +9,10 @@
 
 namespace sqslam {
 
-// A full bundle adjustment that runs beside mapping, on a copy. One at a time.
+// Runs a full bundle adjustment on a copy of the map while mapping goes on. One at a time.
 class BackgroundAdjustment {
  public:
-  // `in_background`: false solves at once, on the caller's thread, for runs that must be repeatable.
+  // If `in_background` is false, Start() solves at once on the caller's thread: for repeatable runs.
   explicit BackgroundAdjustment(bool in_background) : in_background_(in_background) {}
   ~BackgroundAdjustment() { Stop(); }
   BackgroundAdjustment(const BackgroundAdjustment&) = delete;
@@ -24,13 +24,13 @@ class BackgroundAdjustment {
     BundleProblem problem;
   };
 
-  // Stops what is under way.
+  // Cancels a running adjustment first.
   void Start(Job job, const BundleSolverOptions& options);
 
-  // The solution, once, when it is there.
+  // Returns the solution once it is there, and only once.
   std::optional<Job> TakeFinished();
 
-  // Waits for what is under way, and drops it.
+  // Cancels the running adjustment and discards its result.
   void Stop();
 
  private:
@@ -39,8 +39,8 @@ class BackgroundAdjustment {
   std::future<std::optional<Job>> running_;
 };
 
-// Writes a solution into a map that may have grown and moved since: S_now_then is how the map frame was
-// moved. What is new follows the keyframe that it hangs on.
+// Writes a solution into a map that may have grown since, and whose frame was moved by S_now_then meanwhile.
+// New keyframes follow their parent, new points the first keyframe that observes them.
 void ApplyAdjustment(BundleProblem problem, const Sim3d& S_now_then, Map& map);
 
 }  // namespace sqslam

@@ -24,8 +24,8 @@ std::int64_t TimeDistance(const Map& map, std::int64_t frame_index) {
   return nearest;
 }
 
-// Scale between two maps, units of the first to one of the second, from the distances of common points to a
-// camera that has a pose in both; and the matches that agree with it.
+// Ratio of the units of length of two maps (first over second), from the distances of common points to a
+// camera with a pose in both, and the matches that agree with it.
 struct CommonScale {
   double scale = 1.0;
   std::vector<Sim3Match> matches;
@@ -116,7 +116,7 @@ std::optional<TrackedFrame> Completion::StepFrom(const Map& map, const Keyframe&
   constexpr double kMaxError = 4.0;  // px at level 0, of their reprojection: the step's length is not exact
   constexpr double kAgreed = 0.5;    // of the map points that were matched
   TwoViewOptions two_view;
-  two_view.min_points = 25;  // fewer than a map may begin with: the common points are a proof of their own
+  two_view.min_points = 25;  // fewer than for a new map: the common points confirm the pose too
   const auto pairs = MatchAll(*keyframe.features, *leftover.features, {}, {}, kMaxDistance, kRatio);
   std::vector<TwoViewMatch> matches;
   for (const auto& [i, j] : pairs) {
@@ -126,7 +126,7 @@ std::optional<TrackedFrame> Completion::StepFrom(const Map& map, const Keyframe&
   if (!step) {
     return std::nullopt;
   }
-  const Eigen::Vector2d none = Eigen::Vector2d::Zero();  // pixels play no part in the scale
+  const Eigen::Vector2d none = Eigen::Vector2d::Zero();  // pixels don't affect the scale
   std::vector<Sim3Match> common_points;
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const PointId point = keyframe.points[pairs[k].first];
@@ -164,7 +164,7 @@ std::optional<TrackedFrame> Completion::StepFrom(const Map& map, const Keyframe&
                                                                          : std::nullopt;
 }
 
-// The keyframes that are nearest in time to the other map come first.
+// Keyframes nearest in time to the other map come first.
 std::vector<KeyframeId> Completion::LikeliestToTie(const Map& current, const Map& known) const {
   std::vector<std::pair<std::int64_t, KeyframeId>> ranked;
   for (const auto& [id, keyframe] : current.Keyframes()) {
@@ -221,7 +221,7 @@ std::optional<SubmapTie> Completion::TieFrom(const Map& current, const Keyframe&
   if (!common) {
     return std::nullopt;
   }
-  // From the camera's pose in the known map to its pose in the current one: it is the same camera.
+  // Both poses are of the same camera: only the scale differs.
   Sim3d S_current_located{common->scale, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()};
   std::vector<bool> inliers;
   RefineSim3(camera_, common->matches, S_current_located, inliers);

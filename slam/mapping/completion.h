@@ -11,11 +11,11 @@
 #include "slam/mapping/thinned_frames.h"
 #include "slam/tracking/pose_tracker.h"
 
-// Tries leftovers of a run, frames without a pose and submaps that stayed apart, once more when all has
-// been seen, as a structure-from-motion program would do (Schoenberger and Frahm 2016).
+// Tries leftovers of a run (frames without a pose and unconnected submaps) once more at its end, as
+// structure-from-motion programs do (Schoenberger and Frahm 2016).
 namespace sqslam {
 
-// A frame that no map holds yet.
+// A frame without a pose in any map.
 struct LeftoverFrame {
   std::int64_t index = 0;
   double timestamp = 0.0;
@@ -24,10 +24,10 @@ struct LeftoverFrame {
 
 using LeftoverFrames = ThinnedFrames<LeftoverFrame>;
 
-// A keyframe of one submap as another submap sees it.
+// A keyframe of one submap, located in another submap.
 struct SubmapTie {
   LoopCandidate loop;
-  int shared_points = 0;  // that both submaps know
+  int shared_points = 0;  // seen in both submaps
 };
 
 class Completion {
@@ -36,20 +36,20 @@ class Completion {
              const PlaceRecognizer& places)
       : camera_(camera), options_(options), tracker_(tracker), places_(places) {}
 
-  // Finds a frame in a map: matches with the keyframes next to it in time and with those that look alike are
-  // pooled, the pose comes from them by P3P, and the map points that it leads to must confirm it.
+  // Locates a frame in a map: pools its matches with keyframes close in time and similar in appearance,
+  // estimates the pose by P3P, and verifies it by searching the local map.
   std::optional<TrackedFrame> Locate(const Map& map, const TrackingView& view,
                                      const LeftoverFrame& frame) const;
 
-  // The same by the geometry of two views, where too few map points are in common with any: the pose relative
-  // to a keyframe next in time, with the length of the step from the few points that are.
+  // Locates a frame that shares too few map points with any keyframe: two-view geometry gives its pose
+  // relative to a keyframe next in time, the few shared points give the length of the baseline.
   std::optional<TrackedFrame> LocateByTwoViews(const Map& map, const LeftoverFrame& frame) const;
 
-  // Indices of the frames, those next to a keyframe of the map in time first.
+  // Returns the indices of the frames, those closest in time to a keyframe of the map first.
   std::vector<std::int64_t> InTurn(const Map& map, const LeftoverFrames& frames) const;
 
-  // Finds a keyframe of `current` in `known`, with the unit of length from the points that both know there.
-  // The loop is as PlaceRecognizer::Recognize() gives it.
+  // Locates a keyframe of `current` in `known` and estimates the scale from the points that both maps have
+  // there. The loop has the form that PlaceRecognizer::Recognize() returns.
   std::optional<SubmapTie> Tie(const Map& current, const Map& known, const TrackingView& known_view) const;
 
  private:

@@ -13,8 +13,7 @@ struct FinishedMap {
   MapSnapshotPtr snapshot;
   Trajectory trajectory;  // every tracked frame
   Trajectory keyframes;
-  // The camera as learnt from the map; empty where nothing was to be learnt (mapping.camera.what), or it was
-  // learnt from another map of the same run.
+  // Learnt from this map; empty if learning is off (mapping.camera.what) or used another map of the run.
   std::optional<LearntCamera> learnt_camera;
   int left_out = 0;  // objects that the chosen representation can't show, see ObjectMapper::Objects()
 };

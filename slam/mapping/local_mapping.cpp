@@ -52,7 +52,7 @@ std::vector<int> FreeKeypoints(const Keyframe& keyframe) {
   return free;
 }
 
-// Pairs of free keypoints of two keyframes whose descriptors agree on the epipolar line.
+// Pairs of keypoints without a map point whose descriptors agree along the epipolar line.
 std::vector<std::pair<int, int>> MatchAlongEpipolarLines(const Map& map, const Camera& camera,
                                                          const Keyframe& keyframe1,
                                                          const Keyframe& keyframe2) {
@@ -261,7 +261,7 @@ std::vector<KeyframeId> CullKeyframes(Map& map, KeyframeId center, const Culling
   for (const auto& [i, j] : loop_edges) {
     kept.insert({i, j});
   }
-  const KeyframeId second = std::next(map.Keyframes().begin())->first;  // these two hold a young map's scale
+  const KeyframeId second = std::next(map.Keyframes().begin())->first;  // these two fix a young map's scale
   std::vector<KeyframeId> culled;
   for (const KeyframeId id : map.At(center).BestCovisible(static_cast<int>(map.Keyframes().size()))) {
     if (id > second && !kept.contains(id) && IsRedundant(map, map.At(id), options)) {

@@ -25,10 +25,10 @@ Similarities CurrentSimilarities(const Map& map) {
   return similarities;
 }
 
-// The keyframe with which each point moves.
+// The keyframe that each point moves with.
 using Carriers = std::map<PointId, KeyframeId>;
 
-// Writes the new poses, and moves each point along with its carrier.
+// Writes the new poses and moves each point with its carrier.
 void MoveMap(Map& map, const Similarities& before, const Similarities& after, const Carriers& carriers) {
   for (const auto& [id, carrier] : carriers) {
     MapPoint& point = map.Point(id);
@@ -43,8 +43,8 @@ void MoveMap(Map& map, const Similarities& before, const Similarities& after, co
   }
 }
 
-// Each point that a keyframe of the group sees, with the oldest that does. Points in `known` keep the carrier
-// that they have there.
+// Maps each point that the group observes to the oldest of its observers in the group. Points in `known` keep
+// their carrier.
 Carriers FindCarriers(const Map& map, const Similarities& group, const Carriers& known) {
   Carriers carriers;
   for (const MapPoint& point : map.Points()) {
@@ -65,7 +65,7 @@ Carriers FindCarriers(const Map& map, const Similarities& group, const Carriers&
   return carriers;
 }
 
-// Loop edges first and from the corrected poses, all others from the poses before.
+// Measures new links between corrected poses, and all other edges between the poses before.
 std::vector<PoseGraphEdge> EssentialGraph(const Map& map, const Similarities& before,
                                           const Similarities& corrected, const LoopEdges& new_links,
                                           const LoopEdges& loop_edges, const LoopOptions& options) {
@@ -93,7 +93,7 @@ std::vector<PoseGraphEdge> EssentialGraph(const Map& map, const Similarities& be
   return edges;
 }
 
-// Ties between the two sides of the loop that are there since their points were fused.
+// The loop edge, and covisibility between the two sides that arose when their points were fused.
 LoopEdges NewLinks(const Map& map, const Similarities& group,
                    const std::map<KeyframeId, std::map<KeyframeId, int>>& covisibility_before,
                    const LoopCandidate& loop) {
@@ -158,7 +158,7 @@ void CorrectLoop(Map& map, const Camera& camera, const LoopCandidate& loop, cons
   const Similarities before = CurrentSimilarities(map);
   std::map<KeyframeId, std::map<KeyframeId, int>> covisibility_before;
   Similarities group;
-  // The current camera as the other side of the loop sees it; its neighbours keep their poses relative to it.
+  // The current camera as seen from the known side of the loop; its neighbours keep their relative poses.
   const Sim3d S_current_map = loop.S_current_known * before.at(loop.known);
   for (const KeyframeId id : Group(map, loop.current)) {
     group[id] = before.at(id) * before.at(loop.current).Inverse() * S_current_map;
@@ -178,7 +178,7 @@ void CorrectLoop(Map& map, const Camera& camera, const LoopCandidate& loop, cons
   edges.insert(std::minmax(loop.current, loop.known));
   OptimizePoseGraph(nodes, EssentialGraph(map, before, corrected, new_links, edges, options),
                     options.pose_graph);
-  // The group has been moved once already: what is left to do starts from there.
+  // The group was moved above: start from its present poses.
   Similarities from;
   Similarities to;
   for (const PoseGraphNode& node : nodes) {

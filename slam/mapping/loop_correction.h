@@ -14,11 +14,11 @@ namespace sqslam {
 void CorrectLoop(Map& map, const Camera& camera, const LoopCandidate& loop, const LoopOptions& options,
                  LoopEdges& edges);
 
-// The similarity that brings the current keyframe's map into the frame of the known one's.
+// Returns the similarity from the frame of the current keyframe's map to the frame of the known one's.
 Sim3d SimilarityOfMaps(const Map& current_map, const Map& known_map, const LoopCandidate& loop);
 
-// Fuses the points that the keyframes around `loop.current` and the known keyframe both have; both must be in
-// one map and one frame already. Renews the covisibility of all keyframes concerned.
+// Fuses the points that the keyframes around `loop.current` share with the known side. Both sides must be in
+// one map and one frame. Updates the covisibility of the keyframes around `loop.current`.
 void FuseLoop(Map& map, const Camera& camera, const LoopCandidate& loop, const LoopOptions& options);
 
 }  // namespace sqslam

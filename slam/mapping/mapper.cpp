@@ -39,7 +39,7 @@ void Mapper::Process(TrackingReport report) {
 }
 
 void Mapper::MapKeyframe(const TrackingReport& report, bool begins) {
-  constexpr int kMatchedFrames = 1500;  // whose matches are kept for the end: 20 to 30 MiB
+  constexpr int kMatchedFrames = 1500;  // that keep their matches for the final refinement: 20 to 30 MiB
   const StageTimes::Scope timer(times_, "mapping");
   if (!options_.deterministic) {
     step_start_ = std::chrono::steady_clock::now();
@@ -54,7 +54,7 @@ void Mapper::MapKeyframe(const TrackingReport& report, bool begins) {
        CullKeyframes(active_->Map(), newest, options_.mapping.culling, loop_edges_)) {
     places_.Remove(culled);
   }
-  const bool adjusted = TakeAdjustment();  // first: a loop that is closed makes it out of date
+  const bool adjusted = TakeAdjustment();  // before CloseLoop(), which makes it obsolete
   const bool moved_everywhere = CloseLoop(newest) || adjusted;
   KeepUpright(false);
   active_->RefineFrames(camera_, options_.tracking.min_inliers, kMatchedFrames);
@@ -69,11 +69,11 @@ void Mapper::MapKeyframe(const TrackingReport& report, bool begins) {
   KeepGrownMap();
 }
 
-// Once the map has grown by a share of itself, so that a keyframe costs the same in a long run as in a short
-// one.
+// Saves only when the map has grown by a share of its size, so that the cost per keyframe stays constant in
+// long runs.
 void Mapper::KeepGrownMap() {
   constexpr int kFewest = 10;      // keyframes
-  constexpr double kShare = 0.25;  // of those there are
+  constexpr double kShare = 0.25;  // of all keyframes
   std::size_t keyframes = 0;
   for (const auto& [number, submap] : submaps_) {
     keyframes += submap.Map().Keyframes().size();
@@ -101,7 +101,7 @@ void Mapper::BeginSubmap(TrackingReport& report) {
   }
 }
 
-// The submap that the report is about, which may have been merged into another one meanwhile.
+// Returns the submap of the report, which may have been merged into another one meanwhile.
 Submap* Mapper::Activate(const TrackingReport& report) {
   const auto origin = atlas_.origins.find(report.submap);
   return origin != atlas_.origins.end() ? &submaps_.at(origin->second.submap) : active_;
@@ -185,7 +185,7 @@ KeyframeId Mapper::AddKeyframe(const TrackedFrame& frame, std::vector<FrameMatch
   return id;
 }
 
-// The camera has come back where a keyframe sees the same as an old one, but not the same as those between.
+// Counts a return to a known place: the keyframe is covisible with an old one, but not with those between.
 void Mapper::CountReturn(KeyframeId id) {
   constexpr int kBetween = 3;  // keyframes
   const Map& map = active_->Map();
@@ -218,8 +218,8 @@ void Mapper::KeepUpright(bool last) {
   }
 }
 
-// Closes a loop or merges two submaps, where the keyframe shows a place that is mapped already. True where it
-// did.
+// Closes a loop or merges two submaps if the keyframe shows a place that is already mapped. Returns true if
+// it did.
 bool Mapper::CloseLoop(KeyframeId keyframe) {
   const LoopOptions& options = options_.mapping.loops;
   if (!options.close || (last_loop_ != kNoKeyframe && keyframe - last_loop_ < options.rest)) {
@@ -251,7 +251,7 @@ bool Mapper::CloseLoop(KeyframeId keyframe) {
   return true;
 }
 
-// The younger submap becomes a part of the older one.
+// Merges the younger submap into the older one.
 void Mapper::MergeSubmaps(const LoopCandidate& loop, Submap& known) {
   const Sim3d S_known_active = SimilarityOfMaps(active_->Map(), known.Map(), loop);
   const bool keep_known = known.Number() < active_->Number();
@@ -270,7 +270,7 @@ void Mapper::MergeSubmaps(const LoopCandidate& loop, Submap& known) {
   OptimizeLocally(loop.current);
 }
 
-// The whole map, on a copy, while mapping goes on.
+// Adjusts a copy of the whole map while mapping goes on.
 void Mapper::AdjustInBackground() {
   const int iterations = options_.mapping.loops.bundle_iterations;
   if (iterations > 0) {
@@ -280,7 +280,7 @@ void Mapper::AdjustInBackground() {
   }
 }
 
-// Takes the result of the bundle adjustment in the background. True where the active map was changed.
+// Takes the result of the background bundle adjustment. Returns true if the active map changed.
 bool Mapper::TakeAdjustment() {
   std::optional<BackgroundAdjustment::Job> job = adjustment_.TakeFinished();
   if (!job) {
@@ -294,7 +294,7 @@ bool Mapper::TakeAdjustment() {
   return job->submap == active_->Number();
 }
 
-// The content of `submap` was moved by S_new_old and lies in `new_submap` now.
+// Records that the content of `submap` was moved by S_new_old and now belongs to `new_submap`.
 void Mapper::MoveOrigins(std::int64_t submap, const Sim3d& S_new_old, std::int64_t new_submap) {
   for (auto& [number, origin] : atlas_.origins) {
     if (origin.submap == submap) {
@@ -303,7 +303,7 @@ void Mapper::MoveOrigins(std::int64_t submap, const Sim3d& S_new_old, std::int64
   }
 }
 
-// The frames before the map was there, as soon as it is solid enough to find them.
+// Tracks the frames before the map's first keyframe once the map is large enough to locate them.
 void Mapper::TrackBacklog() {
   constexpr std::size_t kSolid = 4;  // keyframes
   if (!backlog_ || active_->Map().Keyframes().size() < kSolid) {

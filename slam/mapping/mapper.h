@@ -31,43 +31,43 @@ class Mapper {
     std::function<void(AtlasViewPtr)> publish_atlas;
     std::function<void(MapSnapshotPtr)> publish_snapshot;
     std::function<bool()> keyframe_waiting;  // a waiting keyframe interrupts the bundle adjustment
-    // The map as Save() writes it, while it grows, so that a run that is killed leaves it; empty: not.
+    // Save() of the growing map, so that it survives if the run is killed. Empty: never called.
     std::function<void(std::string)> keep = {};
   };
 
-  // `vocabulary`: null leaves loops open and submaps apart.
+  // A null `vocabulary` turns off loop closure and merging of submaps.
   Mapper(const Camera& camera, const MapperOptions& options, std::shared_ptr<const Vocabulary> vocabulary,
          Outputs outputs, StageTimes& times);
 
   void Process(TrackingReport report);
 
-  // Takes the objects of a frame whose report came before.
+  // Takes the objects of a frame whose report was processed before.
   void Process(SeenObjects objects);
 
-  // Last optimisation, last snapshot. The submaps that are left, the one with the most frames first; those
-  // that never grew are dropped. Call once.
+  // Runs the last optimisation and publishes the last snapshot. Returns the remaining submaps, the one with
+  // the most frames first; drops submaps that never grew. Call once.
   std::vector<FinishedMap> Finish();
 
-  // The live map as bytes, once Finish has been called: what Restore takes over into a mapper of the same
-  // options. Written again it gives the same bytes.
+  // Serializes the live map, once Finish has been called, for Restore of a mapper with the same options. A
+  // restored map serializes to the same bytes.
   std::string Save() const;
 
   struct Restored {
-    std::int64_t submap = 0;        // number of the main one
-    std::int64_t oldest_frame = 0;  // of all, as numbered here
-    std::int64_t index_shift = 0;   // by which frames and times (s) were raised
+    std::int64_t submap = 0;        // number of the main submap, the one with the most frames
+    std::int64_t oldest_frame = 0;  // of all restored submaps, after renumbering
+    std::int64_t index_shift = 0;   // added to frame indices and times (s)
     double time_shift = 0.0;
   };
 
-  // Goes on with a map that was saved, and publishes it; beside another one its ids, frames and times are
-  // raised. `ids`: will not give out again what the map uses. Throws InputError that begins with `what` where
-  // the bytes are no such map.
+  // Restores a saved map to continue from, and publishes it. If the mapper has a map already, ids, frames and
+  // times of the restored one are raised. `ids` will not issue ids that the map uses. Throws InputError, with
+  // a message that begins with `what`, if the bytes are no valid map.
   Restored Restore(std::string_view state, const std::string& what, const std::shared_ptr<IdSource>& ids);
 
-  // Looks for a place that the submap shares with another one, and makes them one. False where there is none.
+  // Merges the submap with another one if they share a place. Returns false if they don't.
   bool TieToOthers(std::int64_t submap);
 
-  // The live map of a submap, taken out of the mapper, which ends with it.
+  // Moves the live map of a submap out of the mapper, which must not be used afterwards.
   Map MapOf(std::int64_t submap) && { return std::move(submaps_.at(submap).Map()); }
 
   // Index and time (seconds) of the newest frame of all submaps; empty before the first.
@@ -118,7 +118,7 @@ class Mapper {
   PoseTracker pose_tracker_;
 
   std::map<std::int64_t, Submap> submaps_;  // by number
-  Submap* active_ = nullptr;                // the one that is tracked in
+  Submap* active_ = nullptr;                // the submap that is being tracked
   AtlasView atlas_;                         // as last published
   std::optional<Backlog> backlog_;          // frames before the active submap began
   PlaceRecognizer places_;
@@ -129,13 +129,13 @@ class Mapper {
   RunCounters counters_;
   bool returned_ = false;  // the newest keyframe sees what an old one saw
 
-  SeenObjects shown_;          // the newest frame whose boxes are known, for the snapshot
-  bool objects_seen_ = false;  // boxes of any frame came until now
+  SeenObjects shown_;          // the newest frame with known bounding boxes, for the snapshot
+  bool objects_seen_ = false;  // true once bounding boxes of any frame have arrived
   int tracked_points_ = 0;
   // Tracking time of the frames since the last snapshot.
   double tracking_ms_ = 0.0;
   int tracking_count_ = 0;
-  std::optional<std::chrono::steady_clock::time_point> step_start_;  // of the mapping step at work
+  std::optional<std::chrono::steady_clock::time_point> step_start_;  // start of the current mapping step
   std::int64_t snapshots_ = 0;
   int keyframes_since_kept_ = 0;
 };

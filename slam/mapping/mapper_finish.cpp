@@ -14,7 +14,7 @@ bool IsPlaced(const std::map<std::int64_t, Submap>& submaps, std::int64_t frame)
                              [&](const Submap& submap) { return submap.HasFrame(frame); });
 }
 
-// True where the frame shows enough that its reference keyframe does not.
+// Returns true if the frame shows enough that its reference keyframe does not.
 bool AddsToMap(const Map& map, const TrackedFrame& frame, double keyframe_share) {
   auto points = map.At(frame.anchor.reference).SeenPoints();
   const auto seen = static_cast<double>(std::distance(points.begin(), points.end()));
@@ -23,7 +23,7 @@ bool AddsToMap(const Map& map, const TrackedFrame& frame, double keyframe_share)
 
 }  // namespace
 
-// The one with the most frames first.
+// Returns all submaps, the one with the most frames first.
 std::vector<Submap*> Mapper::RankedSubmaps() {
   std::vector<Submap*> ranked;
   for (auto& [number, submap] : submaps_) {
@@ -58,7 +58,7 @@ void Mapper::Complete() {
   }
 }
 
-// Joins submaps, the largest first, until no two of them are found to share a place.
+// Merges submaps, the largest first, until no two of them share a recognised place.
 bool Mapper::TieLeftoverSubmaps(const Completion& completion) {
   bool any = false;
   bool tied = true;
@@ -83,7 +83,7 @@ bool Mapper::TieLeftoverSubmaps(const Completion& completion) {
   return any;
 }
 
-// Submaps that never grew: their frames may be found in the others one by one.
+// Drops submaps that never grew: their frames may still be located in others one by one.
 void Mapper::DissolveSmallSubmaps() {
   const std::vector<Submap*> ranked = RankedSubmaps();
   for (Submap* submap : ranked | std::views::drop(1)) {
@@ -98,8 +98,8 @@ void Mapper::DissolveSmallSubmaps() {
   }
 }
 
-// Places frames in the submap, those next to it in time first; each that shows something new helps the next.
-// Two views alone are asked only where nothing else goes on: they are the weaker tie.
+// Places frames in the submap, those closest in time first; each new keyframe helps the next. Two-view
+// geometry is the weaker constraint: it is only tried when nothing else makes progress.
 bool Mapper::PlaceLeftovers(const Completion& completion, Submap& submap) {
   active_ = &submap;
   bool any = false;
@@ -111,7 +111,7 @@ bool Mapper::PlaceLeftovers(const Completion& completion, Submap& submap) {
   return any;
 }
 
-// Goes through the frames once, by two views until the first that is placed. True where one was.
+// Tries each frame once; with `by_two_views`, stops at the first that is placed. Returns true if any was.
 bool Mapper::PlaceOnce(Submap& submap, const Completion& completion, bool by_two_views) {
   bool any = false;
   TrackingViewPtr view = submap.MakeView();
@@ -140,7 +140,7 @@ bool Mapper::PlaceOnce(Submap& submap, const Completion& completion, bool by_two
   return any;
 }
 
-// The last bundle adjustments of the active submap.
+// Runs the final bundle adjustment of the active submap.
 void Mapper::OptimizeGlobally(bool with_objects, bool with_frames) {
   const MappingOptions& options = options_.mapping;
   if (options.final_iterations == 0 || active_->Map().Keyframes().size() <= 2) {
@@ -166,7 +166,7 @@ void Mapper::FinishSubmap(Submap& submap) {
   }
 }
 
-// The first submap is the one with the most frames: its camera is that of the others.
+// The first submap is the one with the most frames: the others use the camera learnt from it.
 void Mapper::LearnFrom(Submap& submap) {
   const CameraLearningOptions& options = options_.mapping.camera;
   if (options.what == LearntPart::kNone || learnt_camera_ || submap.Map().Keyframes().size() <= 2) {
@@ -202,7 +202,7 @@ std::vector<FinishedMap> Mapper::Finish() {
   return finished;
 }
 
-// A submap that never grew.
+// Drops a submap that never grew.
 void Mapper::Drop(std::int64_t submap) {
   for (const auto& [id, keyframe] : submaps_.at(submap).Map().Keyframes()) {
     places_.Remove(id);

@@ -1,4 +1,4 @@
-// The state that Mapper keeps beyond a run, as bytes.
+// Serialization of the state that Mapper keeps between runs.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -22,7 +22,6 @@ std::string Mapper::Save() const {
   return writer.Take();
 }
 
-// The state that Mapper::Save wrote.
 struct Mapper::State {
   std::int64_t active = 0;
   KeyframeId last_loop = kNoKeyframe;
@@ -75,7 +74,7 @@ void Mapper::State::Renumber(const IdShift& shift) {
   }
 }
 
-// The least by which the state's ids and times are raised to be new here.
+// Returns the least shift that makes the state's ids and times unique in this mapper.
 IdShift Mapper::ShiftFor(const State& state, const IdSource& ids) const {
   IdShift shift{ids.next_keyframe, ids.next_point, 0, atlas_.origins.rbegin()->first + 1, 0, 0.0};
   for (const auto& [number, submap] : submaps_) {
@@ -156,8 +155,8 @@ bool Mapper::TieToOthers(std::int64_t submap) {
       submaps_, [&](const auto& entry) { return entry.second.Map().HasKeyframe(best->known); });
   MergeSubmaps(*best, known->second);
   ++counters_.merges;
-  // Both sides show the same in more places than one: fused first where the two already lie near each other,
-  // and after an adjustment the rest.
+  // The two sides overlap in more than one place: the first pass fuses where they already align, and the
+  // second, after an adjustment, the rest.
   for (int pass = 0; pass < 2; ++pass) {
     for (const KeyframeId id : own) {
       if (const auto loop = places_.Recognize({&active_->Map()}, id)) {

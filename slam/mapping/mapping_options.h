@@ -12,9 +12,9 @@
 namespace sqslam {
 
 struct NewPointOptions {
-  int neighbours = 15;               // covisible keyframes that are searched
+  int neighbours = 15;               // covisible keyframes to triangulate with
   double min_baseline = 0.01;        // distance to the neighbour, in units of its median depth
-  double max_parallax_cos = 0.9998;  // cosine of the angle between two rays above which no point is made
+  double max_parallax_cos = 0.9998;  // cosine of the parallax angle above which no point is triangulated
   double ratio_factor = 1.5;         // slack of the scale consistency test, in pyramid factors
 
   void VisitFields(auto&& visit) {
@@ -27,9 +27,9 @@ struct NewPointOptions {
 
 struct CullingOptions {
   double min_found_ratio = 0.25;   // young points found in a smaller share of their frames are removed
-  int min_observations = 3;        // keyframes that must see a point two keyframes after it was made
-  double redundant_share = 0.9;    // a keyframe is redundant when so many of its points ...
-  int redundant_observations = 3;  // ... are seen by so many others at the same or a finer scale
+  int min_observations = 3;        // keyframes that must observe a point two keyframes after its creation
+  double redundant_share = 0.9;    // a keyframe is redundant if this share of its points ...
+  int redundant_observations = 3;  // ... is seen by this many others at the same or a finer scale
 
   void VisitFields(auto&& visit) {
     visit("min_found_ratio", min_found_ratio, 0.0, 1.0);
@@ -41,7 +41,7 @@ struct CullingOptions {
 
 struct FusionOptions {
   int neighbours = 15;        // covisible keyframes
-  int second_neighbours = 5;  // covisible keyframes of each of them
+  int second_neighbours = 5;  // covisible keyframes of each neighbour
   double radius = 3.0;        // px at level 0
 
   void VisitFields(auto&& visit) {
@@ -53,15 +53,15 @@ struct FusionOptions {
 
 struct LoopOptions {
   bool close = true;           // look for loop candidates after each keyframe: close loops and merge submaps
-  int rest = 10;               // keyframes after a closed loop in which no further one is looked for
-  int max_candidates = 5;      // keyframes that are compared with the newest
+  int rest = 10;               // keyframes after a loop closure before the next search
+  int max_candidates = 5;      // keyframes compared with the newest
   int min_matches = 20;        // map points matched by their descriptors
-  Sim3Options similarity;      // from these matches
-  double search_radius = 8.0;  // px at level 0, of the search that confirms a loop
-  int min_confirmed = 50;      // map points of the other side that the newest keyframe must show
-  int strong_covisibility = 100;  // shared map points above which two keyframes are tied in the pose graph
+  Sim3Options similarity;      // estimated from these matches
+  double search_radius = 8.0;  // px at level 0, radius of the search that verifies a loop
+  int min_confirmed = 50;      // map points of the known side that the newest keyframe must match
+  int strong_covisibility = 100;  // shared map points from which two keyframes get a pose graph edge
   PoseGraphOptions pose_graph;
-  int bundle_iterations = 10;  // iterations of the full bundle adjustment in the background after it; 0: none
+  int bundle_iterations = 10;  // of the background bundle adjustment after a loop closure; 0: none
 
   void VisitFields(auto&& visit) {
     visit("close", close);
@@ -77,17 +77,17 @@ struct LoopOptions {
   }
 };
 
-// The frames and submaps that a run has left over, at its end (completion.h).
+// Frames without a pose and unconnected submaps at the end of a run (completion.h).
 struct CompletionOptions {
-  int max_frames = 400;  // frames without a pose that are kept until then, 0.1 MB each; 0: nothing is tried
-  int neighbours = 4;    // keyframes before and after in time that a frame is compared with
-  int candidates = 6;    // keyframes that look alike that it is compared with
-  int min_inliers = 20;  // map points that confirm its pose
+  int max_frames = 400;  // frames without a pose kept until then, 0.1 MB each; 0: completion is off
+  int neighbours = 4;    // keyframes before and after in time that a frame is matched with
+  int candidates = 6;    // keyframes of similar appearance that it is matched with
+  int min_inliers = 20;  // map points that must confirm its pose
   double keyframe_share =
-      0.8;  // it becomes a keyframe where it shows fewer of its reference's points than this
-  int max_tie_attempts = 30;   // keyframes of a submap that are looked for in another one
-  int min_shared_points = 12;  // known to both, that tell the ratio of the two units of length
-  int rounds = 5;              // of tying submaps and placing frames, while there is progress
+      0.8;  // a frame becomes a keyframe if it tracks less than this share of its reference's points
+  int max_tie_attempts = 30;   // keyframes of a submap that are located in another one
+  int min_shared_points = 12;  // shared points that determine the scale between two submaps
+  int rounds = 5;              // of merging submaps and placing frames, while there is progress
 
   void VisitFields(auto&& visit) {
     visit("max_frames", max_frames, 0, 100000);
@@ -111,7 +111,7 @@ struct MappingOptions {
   CompletionOptions completion;
   CameraLearningOptions camera;  // at the end of a run
   int final_iterations = 10;     // of the bundle adjustment over the whole map at the end; 0: none
-  int final_frames = 120;  // frames between the keyframes that take part in it: they hold points in place
+  int final_frames = 120;        // frames between keyframes that take part in it as constraints on the points
   int min_submap_keyframes = 5;  // a submap with fewer is dropped at the end, unless there is no other
 
   void VisitFields(auto&& visit) {
@@ -131,10 +131,10 @@ struct MappingOptions {
 
 // The options of the mapping thread.
 struct MapperOptions {
-  bool deterministic = false;    // nothing depends on the clock, nothing runs in the background
+  bool deterministic = false;    // no dependence on the clock, no background threads
   std::uint64_t seed = 1;        // seeds every random source
   std::string gravity = "auto";  // see UprightEstimator
-  TrackingOptions tracking;      // frames are also tracked backward and refined in the map
+  TrackingOptions tracking;      // for backward tracking and frame refinement
   MappingOptions mapping;
   ObjectOptions objects;
 };

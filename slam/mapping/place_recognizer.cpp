@@ -9,15 +9,15 @@
 namespace sqslam {
 namespace {
 
-constexpr int kNeighbours = 10;  // covisible with the known keyframe, whose points are looked for too
+constexpr int kNeighbours = 10;  // of the known keyframe, whose points are searched for too
 
-// The one that has the keyframe; null: none.
+// Returns the map that has the keyframe, or null.
 const Map* MapOf(const std::vector<const Map*>& maps, KeyframeId id) {
   const auto it = std::ranges::find_if(maps, [&](const Map* map) { return map->HasKeyframe(id); });
   return it != maps.end() ? *it : nullptr;
 }
 
-// Pairs of map points that look the same in the two keyframes.
+// Pairs of different map points with matching descriptors in the two keyframes.
 std::vector<Sim3Match> MatchPoints(const Map& map, const Keyframe& current, const Map& known_map,
                                    const Keyframe& known) {
   constexpr double kRatio = 0.75;
@@ -27,7 +27,7 @@ std::vector<Sim3Match> MatchPoints(const Map& map, const Keyframe& current, cons
     const auto a = static_cast<std::size_t>(i);
     const auto b = static_cast<std::size_t>(j);
     if (current.points[a] == known.points[b]) {
-      continue;  // one point already
+      continue;  // already the same point
     }
     const Keypoint& keypoint1 = current.features->keypoints[a];
     const Keypoint& keypoint2 = known.features->keypoints[b];
@@ -75,7 +75,7 @@ std::vector<PlaceCandidate> PlaceRecognizer::FindCandidates(const std::vector<co
     const Map* map = MapOf(maps, id);
     return map != nullptr ? map->At(id).BestCovisible(kNeighbours) : std::vector<KeyframeId>{};
   };
-  // The same place should look no less alike than a neighbour from which the map does know it.
+  // The same place should score no lower than the least similar covisible keyframe (ORB-SLAM VII-A).
   query.min_score = 1.0;
   for (const auto& [id, weight] : current.covisibility) {
     const BagOfWordsPtr& words = maps.front()->At(id).words;
@@ -125,8 +125,7 @@ std::optional<LoopCandidate> PlaceRecognizer::Verify(const Map& map, const Keyfr
                                                                            : std::nullopt;
 }
 
-// Looks for the points of the other side in the current keyframe, whose pose in the known map the similarity
-// tells.
+// Searches the current keyframe for the points of the known side, with the pose that the similarity implies.
 void PlaceRecognizer::Confirm(const Keyframe& current, const Map& known_map, double radius,
                               LoopCandidate& loop) const {
   const Keyframe& known = known_map.At(loop.known);

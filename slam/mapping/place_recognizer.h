@@ -13,32 +13,32 @@
 
 namespace sqslam {
 
-// A keyframe that shows the same place as an older one, although nothing in the map ties them yet.
+// A keyframe that shows the same place as an older one, without a covisibility link between them yet.
 struct LoopCandidate {
   KeyframeId current = kNoKeyframe;
   KeyframeId known = kNoKeyframe;  // in the same map or in another one
-  Sim3d S_current_known;           // from the known keyframe's camera to the current one's, units of each map
+  Sim3d S_current_known;  // from the known camera frame to the current one, each in the units of its map
   std::vector<PointId> known_points;               // seen by the known keyframe and its neighbours
-  std::vector<std::pair<PointId, int>> confirmed;  // those that the current keyframe shows, with its keypoint
+  std::vector<std::pair<PointId, int>> confirmed;  // those matched in the current keyframe, with the keypoint
 };
 
-// Recognises places among the keyframes of all submaps: by their words, then by geometry (ORB-SLAM,
-// Mur-Artal et al. 2015, VII A-B).
+// Recognises places among the keyframes of all submaps: bag of words for candidates, geometry for
+// verification (ORB-SLAM, Mur-Artal et al. 2015, VII A-B).
 class PlaceRecognizer {
  public:
-  // `vocabulary`: null turns recognition off.
+  // A null `vocabulary` turns recognition off.
   PlaceRecognizer(const Camera& camera, const LoopOptions& options,
                   std::shared_ptr<const Vocabulary> vocabulary)
       : camera_(camera), options_(options), vocabulary_(std::move(vocabulary)) {}
 
-  // Gives the keyframe its words and makes it known. Does nothing without a vocabulary.
+  // Computes the keyframe's bag of words and indexes it. Does nothing without a vocabulary.
   void Add(Keyframe& keyframe);
   void Remove(KeyframeId keyframe) { index_.Remove(keyframe); }
 
-  // The keyframes of one map that look most like an image, best first.
+  // Returns the keyframes of one map most similar to an image, best first.
   std::vector<KeyframeId> Alike(const Map& map, const FrameFeatures& features, int count) const;
 
-  // `maps`: all submaps; `current` is in maps.front().
+  // Returns a verified loop, if any. `maps`: all submaps; `current` is in maps.front().
   std::optional<LoopCandidate> Recognize(const std::vector<const Map*>& maps, KeyframeId current) const;
 
  private:

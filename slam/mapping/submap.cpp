@@ -16,8 +16,8 @@ namespace sqslam {
 Submap::Submap(std::int64_t number, std::unique_ptr<sqslam::Map> map, const MapperOptions& options)
     : number_(number),
       map_(std::move(map)),
-      // A gravity that is given is that in the first camera of the run.
       between_(2 * options.mapping.final_frames),
+      // A given gravity is in the frame of the run's first camera, which only submap 0 starts from.
       upright_(number == 0 ? options.gravity : "auto", options.objects.gravity, options.seed),
       objects_(options.objects, options.seed) {
   for (const auto& [id, keyframe] : map_->Keyframes()) {
@@ -87,7 +87,7 @@ void Submap::RefineFrames(const Camera& camera, int min_inliers, int keep) {
     std::vector<FrameMatch> matches = std::exchange(record.matches, {});
     const KeyframeId reference = record.pose.reference;
     if (matches.empty() || (map_->HasKeyframe(reference) && map_->At(reference).frame_index == index)) {
-      continue;  // refined before, or moved by bundle adjustment already
+      continue;  // already refined, or adjusted as a keyframe
     }
     const ScaledPose anchor = map_->PoseOf(reference);
     const Rigid3d T_camera_map =
@@ -196,7 +196,7 @@ void Submap::Bend(const std::function<void(sqslam::Map&)>& change) {
   }
   change(*map_);
   objects_.MoveWith([&](std::int64_t frame) {
-    auto it = frames_.lower_bound(frame);  // a frame that was never recorded moves like its neighbour
+    auto it = frames_.lower_bound(frame);  // a frame without a record moves like its neighbour
     it = it == frames_.end() ? std::prev(it) : it;
     const KeyframeId reference = it->second.pose.reference;
     const ScaledPose& old = before.at(reference);
@@ -247,7 +247,7 @@ void Submap::FillSnapshot(MapSnapshot& snapshot) const {
   for (const MapPoint& point : map_->Points()) {
     const auto it = evidence.find(point.id);
     const PointEvidence known = it != evidence.end() ? it->second : PointEvidence();
-    // To 1/256: finer steps tell nothing, and their digits do not pack.
+    // Rounded to 1/256: finer steps carry no information and compress badly.
     const auto anomaly = static_cast<float>(std::round(256.0 * known.anomaly) / 256.0);
     snapshot.points.push_back(
         {point.p_map.cast<float>(), point.rgb, known.object_id, anomaly, known.rejected_by});
@@ -270,7 +270,7 @@ Trajectory Submap::KeyframeTrajectory() const {
   for (const auto& [id, keyframe] : map_->Keyframes()) {
     trajectory.push_back({keyframe.timestamp, keyframe.T_camera_map.Inverse()});
   }
-  // Frames that were placed at the end have younger ids than those after them.
+  // Frames placed at the end have higher ids than later frames.
   std::ranges::stable_sort(trajectory, {}, &TimedPose::timestamp);
   return trajectory;
 }

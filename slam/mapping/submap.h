@@ -25,19 +25,19 @@ class ByteReader;
 class ByteWriter;
 struct IdShift;
 
-// One connected map with all that belongs to it. Its frame begins as the first camera's.
+// One connected map with its frames and objects. Its frame starts as that of its first camera.
 class Submap {
  public:
   Submap(std::int64_t number, std::unique_ptr<Map> map, const MapperOptions& options);
 
-  // Reads what Save wrote into an empty map. Throws InputError.
+  // Reads what Save wrote into an empty map. Throws InputError if it is invalid.
   Submap(ByteReader& reader, std::unique_ptr<sqslam::Map> map, const Camera& camera,
          const MapperOptions& options);
 
-  // At the end of a run: by what points frames were found is forgotten.
+  // Serializes the submap at the end of a run, without the matches of its frames.
   void Save(ByteWriter& writer) const;
 
-  // Raises all ids, indices of frames and times.
+  // Shifts all ids, frame indices and times.
   void Renumber(const IdShift& shift);
 
   std::int64_t Number() const { return number_; }
@@ -47,16 +47,15 @@ class Submap {
   ObjectMapper& Objects() { return objects_; }
   const ObjectMapper& Objects() const { return objects_; }
 
-  // Frames by their anchors, see AnchoredPose.
+  // Records a frame relative to its reference keyframe.
   void RecordFrame(std::int64_t index, double timestamp, const AnchoredPose& pose,
                    std::vector<FrameMatch> matches = {});
 
-  // Finds the frames between the keyframes again in the map as it is now, all but the `keep` newest, and
-  // forgets by what they were found: from then on they follow their keyframes.
+  // Refines the poses of non-keyframes in the present map, except the `keep` newest frames, and drops their
+  // matches: from then on they follow their keyframes.
   void RefineFrames(const Camera& camera, int min_inliers, int keep = 0);
 
-  // At most `most` of the frames between the keyframes, evenly spread, with what they saw of the points: for
-  // the bundle adjustment at the end.
+  // Returns at most `most` non-keyframes, evenly spread, with their matches: for the final bundle adjustment.
   std::vector<BundleFrame> FramesBetween(int most) const;
 
   bool HasFrame(std::int64_t index) const { return frames_.contains(index); }
@@ -70,28 +69,27 @@ class Submap {
   int NumFrames() const { return static_cast<int>(frames_.size()); }
   std::optional<Rigid3d> FramePose(std::int64_t index) const;  // T_map_camera
 
-  // Turns the map upright where that is known better now. Returns how the frame was moved.
+  // Turns the map upright if a better estimate of gravity exists. Returns the change of the map frame.
   std::optional<Rigid3d> KeepUpright(bool last);
 
-  // Estimates the objects that were seen since, a few at a time; `moved_everywhere` puts all of them in the
-  // queue. The last time all of them, from all starts.
+  // Updates the objects observed since the last call, a few at a time; `moved_everywhere` queues all of them.
+  // MapObjectsLast updates all of them, from all initial guesses.
   void MapObjects(const Camera& camera, bool moved_everywhere);
   void MapObjectsLast(const Camera& camera);
 
-  // The objects that are known well enough to take part in bundle adjustment, by id; and what it made of
-  // them.
+  // Objects that are reliable enough for bundle adjustment, and the results that it returns by object id.
   std::vector<ObjectTerm> ObjectTerms(const JointObjectOptions& options) const;
   void CorrectObjects(const std::vector<std::pair<int, PosedSuperquadric>>& corrections,
                       const Camera& camera);
 
-  // Moves everything: p_new = S_new_old * p_old.
+  // Moves map and objects: p_new = S_new_old * p_old.
   void Transform(const Sim3d& S_new_old);
 
-  // Lets `change` bend the map (a loop, an adjustment of all of it), and carries each object along with the
-  // keyframes that saw it.
+  // Lets `change` deform the map (loop closure, full adjustment), and moves each object with the keyframes
+  // that observed it.
   void Bend(const std::function<void(sqslam::Map&)>& change);
 
-  // Takes over what another submap holds, which must be in this one's frame already.
+  // Takes over the content of another submap, which must be in this one's frame already.
   void Absorb(Submap&& other);
 
   TrackingViewPtr MakeView() const;
@@ -123,7 +121,7 @@ class Submap {
   std::set<PointId> young_points_;              // not yet proven, see CullPoints()
   std::map<std::int64_t, FrameRecord> frames_;  // by frame index
   std::int64_t refined_below_ = 0;              // frames below this index need not be refined again
-  ThinnedFrames<FrameMatches> between_;         // of frames that were refined
+  ThinnedFrames<FrameMatches> between_;         // matches of refined frames
   UprightEstimator upright_;
   ObjectMapper objects_;
 };

@@ -10,7 +10,7 @@
 
 namespace sqslam {
 
-// Frames by their `index`, thinned out evenly where there are too many to keep.
+// Keeps about `most` frames by their `index`, thinned out evenly.
 template <typename Frame>
 class ThinnedFrames {
  public:
@@ -39,8 +39,8 @@ class ThinnedFrames {
 
  private:
   int most_;
-  std::int64_t every_ = 1;    // frames of which one is kept
-  std::int64_t offered_ = 0;  // since the beginning
+  std::int64_t every_ = 1;    // one frame in this many is kept
+  std::int64_t offered_ = 0;  // number of Add() calls
   std::map<std::int64_t, Frame> frames_;
 };
 

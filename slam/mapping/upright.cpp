@@ -72,10 +72,10 @@ std::optional<Rigid3d> UprightEstimator::Update(const Map& map, std::span<const 
 std::optional<Rigid3d> UprightEstimator::UpdateFromMap(const Map& map,
                                                        std::span<const ObjectLandmarkView> objects,
                                                        bool last) {
-  constexpr KeyframeId kEager = 12;  // keyframes during which every one is used,
-  constexpr KeyframeId kPeriod = 5;  // and later one in so many
+  constexpr KeyframeId kEager = 12;  // the first keyframes that are all used;
+  constexpr KeyframeId kPeriod = 5;  // later, one in this many
   constexpr double kSmallestTurn = 0.2 * std::numbers::pi / 180.0;
-  constexpr double kLosesTo = 0.8;  // a later estimate must have nearly the evidence of the best before it
+  constexpr double kLosesTo = 0.8;  // a later estimate needs this share of the best evidence so far
   const KeyframeId newest = map.NewestKeyframe() - map.OldestKeyframe();
   if (!last && known_ && newest > kEager && newest % kPeriod != 0) {
     return std::nullopt;
@@ -88,8 +88,8 @@ std::optional<Rigid3d> UprightEstimator::UpdateFromMap(const Map& map,
   if (!plane) {
     return std::nullopt;
   }
-  // Few points on a small plane are soon all inliers: confidence alone would let an early estimate stand for
-  // ever.
+  // A few points on a small plane are soon all inliers: by confidence alone an early estimate would never be
+  // replaced.
   const double evidence = plane->confidence * std::sqrt(static_cast<double>(plane->inliers));
   if (evidence < kLosesTo * evidence_) {
     return std::nullopt;

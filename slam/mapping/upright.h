@@ -12,17 +12,17 @@
 
 namespace sqslam {
 
-// Keeps the map upright: finds the direction that its z axis should have, and the turn that takes it there.
+// Keeps the map upright: estimates the direction of its z axis and the rotation that aligns it.
 class UprightEstimator {
  public:
   // `gravity`: auto | level-start | [x, y, z] (direction of gravity in the first camera). Throws UsageError.
   UprightEstimator(const std::string& gravity, const GravityOptions& options, std::uint64_t seed);
 
-  // After a keyframe: the turn T_new_old that the map needs, if any; `last`: no keyframe will follow. The map
-  // frame begins as the first camera's frame.
+  // Call after each keyframe. Returns the rotation T_new_old that the map needs, if any. `last`: no keyframe
+  // will follow. The map frame starts as the first camera's frame.
   std::optional<Rigid3d> Update(const Map& map, std::span<const ObjectLandmarkView> objects, bool last);
 
-  // Surfaces that things may stand on; none before the up direction is known.
+  // Returns the surfaces that objects may stand on; none before the up direction is known.
   SupportSurfaces FindSurfaces(const Map& map) const;
 
   bool Known() const { return known_; }
@@ -37,11 +37,11 @@ class UprightEstimator {
   std::optional<Rigid3d> UpdateFromMap(const Map& map, std::span<const ObjectLandmarkView> objects,
                                        bool last);
 
-  std::optional<Eigen::Vector3d> given_up_;  // in the first camera's frame; empty: from the map
+  std::optional<Eigen::Vector3d> given_up_;  // in the first camera's frame; empty: estimated from the map
   GravityOptions options_;
   std::uint64_t seed_;
   bool known_ = false;
-  double evidence_ = 0.0;  // evidence of the best estimate so far
+  double evidence_ = 0.0;  // of the best estimate so far
   std::optional<double> support_height_;
 };
 
