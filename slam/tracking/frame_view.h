@@ -9,14 +9,14 @@
 
 namespace sqslam {
 
-// A tracked frame as displays of a run show it.
+// A tracked frame, for display.
 struct FrameView {
   struct Feature {
-    Eigen::Vector2f pixel;  // as the lens shows it
+    Eigen::Vector2f pixel;  // in the image as taken, distorted
     bool tracked = false;   // a map point was found there
   };
   std::int64_t frame_index = 0;
-  std::optional<Rigid3d> T_map_camera;  // in the map as tracking knew it; empty while it is lost
+  std::optional<Rigid3d> T_map_camera;  // in tracking's view of the map; empty while lost
   std::vector<Feature> features;
 };
 

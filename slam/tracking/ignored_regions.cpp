@@ -13,7 +13,7 @@ void IgnoredRegions::See(double timestamp, const std::vector<Detection>& detecti
       boxes.push_back(detection.box);
     }
   }
-  if (!boxes.empty() && (boxes_.empty() || timestamp > timestamp_)) {  // detectors miss things now and then
+  if (!boxes.empty() && (boxes_.empty() || timestamp > timestamp_)) {  // detectors miss objects now and then
     boxes_ = std::move(boxes);
     timestamp_ = timestamp;
   }

@@ -9,15 +9,15 @@
 namespace sqslam {
 
 struct MovingOptions {
-  // Classes of things that move by themselves: keypoints in their boxes are neither tracked nor mapped.
+  // Classes that move by themselves: keypoints in their boxes are neither tracked nor mapped.
   std::vector<std::string> labels = {"person", "bird",       "cat",  "dog",   "horse",   "sheep",
                                      "cow",    "elephant",   "bear", "zebra", "giraffe", "bicycle",
                                      "car",    "motorcycle", "bus",  "train", "truck"};
-  double min_score = 0.25;  // detector score below which a box is not believed, in [0, 1]
-  double margin = 0.05;     // share of a box's sides by which it is enlarged all round
-  double hold = 0.3;        // s that boxes hold for frames that the detector has not seen
-  // Share of the image that boxes may cover. Beyond it they hide more than they help, or the thing is what is
-  // filmed (somebody walks around a parked car).
+  double min_score = 0.25;  // detections with a lower score are ignored, in [0, 1]
+  double margin = 0.05;     // share of a box's width and height added on each side
+  double hold = 0.3;        // s, maximum time between a frame and the boxes that apply to it
+  // Share of the image above which boxes are ignored: they hide more than they help, or the object is the
+  // subject of the video (somebody walks around a parked car).
   double max_share = 0.6;
 
   void VisitFields(auto&& visit) {
@@ -29,15 +29,15 @@ struct MovingOptions {
   }
 };
 
-// Parts of the images that take no part in the map: those that a mask names, and boxes of things that move.
+// Regions of the images to keep out of the map: masked ones, and boxes of objects that move.
 class IgnoredRegions {
  public:
   explicit IgnoredRegions(MovingOptions options) : options_(std::move(options)) {}
 
-  // Takes the boxes of a frame. The newest that show something moving count, until they are too old.
+  // Takes a frame's detections. Boxes of moving classes replace older ones; if there are none, those stay.
   void See(double timestamp, const std::vector<Detection>& detections);
 
-  // 8UC1 of the frame's size, not 0 where keypoints are ignored; empty where nothing is.
+  // Returns an 8UC1 mask of the frame's size, nonzero where keypoints are ignored; may be empty.
   cv::Mat In(const Frame& frame) const;
 
  private:

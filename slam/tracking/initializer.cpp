@@ -11,7 +11,7 @@
 namespace sqslam {
 namespace {
 
-// Makes the median depth in the first keyframe 1.
+// Scales the map to a median depth of 1 in the first keyframe.
 void NormalizeScale(Map& map) {
   const Keyframe& first = map.Keyframes().begin()->second;
   std::vector<double> depths;

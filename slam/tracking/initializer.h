@@ -18,13 +18,13 @@ class Initializer {
               std::shared_ptr<IdSource> ids = nullptr)
       : camera_(camera), options_(options), levels_(levels), ids_(std::move(ids)) {}
 
-  // Feeds one frame; returns a map of two keyframes when it is time.
+  // Adds a frame. Returns a map of two keyframes once initialization succeeds, null until then.
   std::unique_ptr<Map> Add(std::int64_t frame_index, double timestamp, const FrameFeaturesPtr& features);
 
-  // Forgets the first frame: the frames to come have nothing to do with those before.
+  // Forgets the first frame, when later frames are unrelated to it.
   void Reset() { start_.reset(); }
 
-  // The reason, in words, why there is no map yet.
+  // Returns why there is no map yet, as a message.
   std::string Reason() const;
 
  private:
@@ -44,9 +44,9 @@ class Initializer {
   ScaleLevels levels_;
   std::shared_ptr<IdSource> ids_;
   std::optional<View> start_;
-  std::vector<Eigen::Vector2d> expected_;  // last seen place of each feature of the start, px
+  std::vector<Eigen::Vector2d> expected_;  // last matched position of each feature of start_, px
   std::string refusal_;
-  double largest_flow_ = 0.0;  // px, median over the matches
+  double largest_flow_ = 0.0;  // px, of the median over the matches
 };
 
 }  // namespace sqslam

@@ -22,7 +22,7 @@ std::vector<std::pair<int, int>> MatchDescriptors(const FrameFeatures& known,
   return MatchAll(known, *frame.features, HavePoints(points), {}, kStrictDistance, ratio);
 }
 
-// The keyframe itself where it still exists, else the newest one.
+// Returns the keyframe, or the newest one if it no longer exists.
 const ViewKeyframe& ExistingKeyframe(const TrackingView& view, KeyframeId id) {
   const auto it = view.keyframes.find(id);
   return it != view.keyframes.end() ? it->second : view.keyframes.rbegin()->second;
@@ -138,7 +138,7 @@ bool PoseTracker::LocateFrom(const TrackingView& view, const FrameFeatures& know
   return LocateByMatches(view, matches, kIterations, frame);
 }
 
-// Matches: map points with keypoints of the frame.
+// `matches`: pairs of a map point and a keypoint of the frame.
 bool PoseTracker::LocateByMatches(const TrackingView& view,
                                   const std::vector<std::pair<PointId, int>>& matches, int iterations,
                                   TrackedFrame& frame) const {
@@ -201,7 +201,7 @@ bool PoseTracker::LocateAmong(const TrackingView& view, const std::set<KeyframeI
                               int min_inliers, TrackedFrame& frame) const {
   constexpr int kIterations = 2000;
   constexpr double kRatio = 0.8;
-  std::map<int, NearestTwo> best;  // by keypoint of the frame; indices are those of the map points
+  std::map<int, NearestTwo> best;  // by keypoint of the frame; the index is the map point's id
   std::map<PointId, KeyframeId> seen_in;
   for (const KeyframeId id : keyframes) {
     const ViewKeyframe& keyframe = view.keyframes.at(id);
@@ -226,8 +226,8 @@ bool PoseTracker::LocateAmong(const TrackingView& view, const std::set<KeyframeI
   return ConfirmPose(view, min_inliers, frame, seen);
 }
 
-// Searches of the local map that trust descriptors only where they agree well: a wrong pose finds many map
-// points by chance where descriptors may differ more, and stays wrong.
+// Searches the local map with the strict descriptor threshold only: with the loose one, a wrong pose finds
+// enough chance matches to look confirmed.
 bool PoseTracker::ConfirmPose(const TrackingView& view, int min_inliers, TrackedFrame& frame,
                               SeenPoints& seen) const {
   constexpr double kWide = 3.0;
@@ -238,7 +238,7 @@ bool PoseTracker::ConfirmPose(const TrackingView& view, int min_inliers, Tracked
 
 void PoseTracker::DoubtWideStep(const TrackingView& view, const TrackedFrame& last, TrackedFrame& frame,
                                 SeenPoints& seen) const {
-  constexpr double kWideStep = 0.03;  // of the image's width
+  constexpr double kWideStep = 0.03;  // of the image width
   constexpr double kFewFound = 0.35;  // of the points that should be seen
   const auto found = static_cast<double>(seen.found.size());
   if (found >= kFewFound * static_cast<double>(seen.visible.size())) {
@@ -265,7 +265,7 @@ void PoseTracker::DoubtWideStep(const TrackingView& view, const TrackedFrame& la
   }
 }
 
-// Refines the pose from all matches and forgets the matches that don't fit.
+// Refines the pose from all matches and drops the outliers.
 bool PoseTracker::Optimize(const TrackingView& view, int min_inliers, TrackedFrame& frame) const {
   std::vector<PointObservation> observations;
   std::vector<std::size_t> keypoints;

@@ -12,12 +12,12 @@
 
 namespace sqslam {
 
-// A frame while its pose is found.
+// A frame whose pose is being estimated.
 struct TrackedFrame {
   std::int64_t index = 0;
   double timestamp = 0.0;
   FrameFeaturesPtr features;
-  std::vector<PointId> points;  // one per keypoint, kNoPoint where none
+  std::vector<PointId> points;  // one per keypoint, kNoPoint if none
   Rigid3d T_camera_map;
   AnchoredPose anchor;
   int inliers = 0;  // map points that fit the pose
@@ -25,17 +25,17 @@ struct TrackedFrame {
   void ForgetPoints() { points.assign(features->Size(), kNoPoint); }
 };
 
-// Map points that a frame should show, and the ones of them that it does show.
+// Map points predicted to be visible in a frame, and those found in it.
 struct SeenPoints {
   std::vector<PointId> visible;
   std::vector<PointId> found;
 };
 
-// Search for points around the places where the pose predicts them.
+// Parameters of the search for map points around their predicted positions.
 struct LocalSearch {
   double radius_factor = 1.0;         // widens the search
   int max_distance = kLooseDistance;  // bits
-  bool anew = false;                  // matches made before are forgotten: only the pose is kept
+  bool anew = false;                  // discards earlier matches and keeps only the pose
   int min_inliers = 0;
 };
 
@@ -45,48 +45,47 @@ struct LocalMap {
   std::vector<PointId> points;         // points of the local keyframes, each once, alive
 };
 
-// `points`: what the frame is known to see (kNoPoint allowed). The search begins at the last reference
-// keyframe and spreads over two steps of covisibility.
+// `points`: map points matched in the frame (kNoPoint allowed). Starts at the last reference keyframe and
+// covers two steps of covisibility.
 LocalMap FindLocalMap(const TrackingView& view, const std::vector<PointId>& points, KeyframeId last_reference,
                       int max_keyframes);
 
-// The steps by which the pose of one frame is found against an immutable view of the map (after ORB-SLAM,
-// Mur-Artal et al. 2015, V-B to V-D). No state between
-// frames: tracking forward, tracking backward and relocalisation are made of the same steps. Each returns
-// true where it succeeded; `frame` is then the better for it.
+// Estimates the pose of one frame against an immutable view of the map (after ORB-SLAM, Mur-Artal et al.
+// 2015, V-B to V-D). Stateless between frames: forward tracking, backward tracking and relocalisation combine
+// the same steps. Each returns true on success and writes its result to `frame`.
 class PoseTracker {
  public:
   PoseTracker(const Camera& camera, const TrackingOptions& options);
 
-  // Motion model: the points of a neighbouring frame, projected with T_frame_last as prediction.
+  // Searches the last frame's points around their projections, predicted by the motion T_frame_last.
   bool TrackMotion(const TrackingView& view, const TrackedFrame& last, const Rigid3d& T_frame_last,
                    TrackedFrame& frame) const;
 
-  // Descriptors of the last frame's reference keyframe, for the times when the motion model fails: no
-  // assumption on the motion.
+  // Matches descriptors of the last frame's reference keyframe, without assumptions on the motion: for when
+  // the motion model fails.
   bool TrackReferenceKeyframe(const TrackingView& view, const TrackedFrame& last, TrackedFrame& frame) const;
 
-  // Searches the points of all keyframes that see the same part of the scene, refines the pose with all of
-  // them, and anchors the frame. frame.anchor.reference says where to begin.
+  // Searches the points of all local keyframes, starting at frame.anchor.reference, refines the pose from all
+  // matches, and anchors the frame.
   bool TrackLocalMap(const TrackingView& view, const LocalSearch& search, TrackedFrame& frame,
                      SeenPoints& seen) const;
 
-  // No pose is known: descriptors of a keyframe, P3P in RANSAC, then careful searches of the local map.
+  // Needs no prior pose: matches a keyframe's descriptors, runs P3P in RANSAC, then verifies strictly.
   bool Relocate(const TrackingView& view, const ViewKeyframe& keyframe, TrackedFrame& frame) const;
 
-  // The same from the last frame, its reference keyframe and the newest ones: where images are far apart no
-  // prediction leads to the next.
+  // Like Relocate(), from the last frame, its reference keyframe and the newest ones: for consecutive images
+  // too far apart for a prediction.
   bool TrackWithoutPrediction(const TrackingView& view, const TrackedFrame& last, TrackedFrame& frame,
                               SeenPoints& seen) const;
 
-  // The same from several keyframes at once: of views that are far apart each shares too little with the
-  // frame, all of them together may not.
+  // Like Relocate(), with matches pooled from several keyframes: if views are far apart, each alone may share
+  // too few points with the frame.
   bool LocateAmong(const TrackingView& view, const std::set<KeyframeId>& keyframes, int min_inliers,
                    TrackedFrame& frame) const;
 
-  // Looks for the pose without a prediction too, and keeps the better one, where the image has moved far
-  // since `last` and the frame shows few of the points that it should: the search around a wrong prediction
-  // may have found only what is far away and hardly moves.
+  // Checks a suspicious step: if the image moved far since `last` and few of the visible points were found,
+  // the search around a wrong prediction may have matched only distant points, which hardly move. Tries
+  // without a prediction too and keeps the better pose.
   void DoubtWideStep(const TrackingView& view, const TrackedFrame& last, TrackedFrame& frame,
                      SeenPoints& seen) const;
 
@@ -105,7 +104,7 @@ class PoseTracker {
   ScaleLevels levels_;
 };
 
-// A map point as a frame shows it: what is kept of a frame to find its pose again.
+// A map point matched in a frame, kept to refine the frame's pose later.
 struct FrameMatch {
   PointId point = kNoPoint;
   Eigen::Vector2f pixel = Eigen::Vector2f::Zero();  // undistorted
@@ -114,17 +113,17 @@ struct FrameMatch {
 
 std::vector<FrameMatch> MatchesOf(const TrackedFrame& frame, const ScaleLevels& levels);
 
-// Pose T_camera_map of a frame in the map as it is now, from the points that it was tracked by; the frame was
-// tracked in a younger map, which bundle adjustment has bent straight since. Returns `T_camera_map` where
-// fewer than `min_inliers` points are left that fit.
+// Returns the pose T_camera_map of a frame, refined from its matches in the present map, which bundle
+// adjustment has changed since the frame was tracked. Returns `T_camera_map` if fewer than `min_inliers`
+// points fit.
 Rigid3d RefineFrame(const Map& map, const Camera& camera, const std::vector<FrameMatch>& matches,
                     int min_inliers, const Rigid3d& T_camera_map);
 
-// Frames that could not be tracked when they came, and the first one that could after them: from there they
-// are tracked backward, once the map has grown.
+// Frames that could not be tracked on arrival, and the next one that was: they are tracked backward from it
+// once the map has grown.
 struct Backlog {
   TrackedFrame next;                  // tracked
-  std::vector<TrackedFrame> earlier;  // not tracked, the oldest first
+  std::vector<TrackedFrame> earlier;  // not tracked, oldest first
 };
 
 // Tracks the earlier frames from the newest to the oldest. Returns those whose pose was found.

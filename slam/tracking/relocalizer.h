@@ -13,11 +13,11 @@
 
 namespace sqslam {
 
-// Finds keyframes of all submaps that may show the same place as a frame. Follows the views that the mapping
-// thread publishes with an index of its own, so that neither thread waits for the other.
+// Finds keyframes of all submaps that may show the same place as a frame. Keeps its own index of the views
+// that the mapping thread publishes, so that neither thread waits for the other.
 class Relocalizer {
  public:
-  // `vocabulary`: null leaves only the keyframe that was tracked last.
+  // A null `vocabulary` leaves only the last reference keyframe.
   explicit Relocalizer(std::shared_ptr<const Vocabulary> vocabulary) : vocabulary_(std::move(vocabulary)) {}
 
   struct Candidate {
@@ -25,8 +25,8 @@ class Relocalizer {
     KeyframeId keyframe = kNoKeyframe;
   };
 
-  // Best first, and before all others the keyframe that was tracked last. `view`: newest of the submap
-  // tracked last, which the atlas (null allowed) may not know yet.
+  // Returns the last reference keyframe, then the most similar ones, best first. `view`: newest view of the
+  // submap tracked last, which the atlas (null allowed) may not contain yet.
   std::vector<Candidate> Candidates(const AtlasViewPtr& atlas, const TrackingViewPtr& view,
                                     const std::optional<TrackedFrame>& last, const TrackedFrame& frame);
 
@@ -35,7 +35,7 @@ class Relocalizer {
 
   std::shared_ptr<const Vocabulary> vocabulary_;
   std::map<std::int64_t, TrackingViewPtr> views_;  // by submap, as indexed
-  std::map<KeyframeId, std::int64_t> submap_of_;   // submaps of the keyframes that are indexed
+  std::map<KeyframeId, std::int64_t> submap_of_;   // submap of each indexed keyframe
   PlaceIndex index_;
 };
 

@@ -12,7 +12,7 @@
 namespace sqslam {
 namespace {
 
-// Mean inverse depth around a pixel, drawn towards the median of the whole image where few points are near.
+// Mean inverse depth around a pixel, shrunk towards the median of the image if few points are near.
 class InverseDepths {
  public:
   InverseDepths(const Camera& camera, const FrameFeatures& features,
@@ -119,8 +119,8 @@ Box2d RollingShutter::Correct(const Box2d& box, const CameraMotion& motion, doub
 
 void RollingShutter::Learn(const FrameFeatures& features, const CameraMotion& motion,
                            std::span<const ShutterObservation> observations) {
-  // Old evidence counts at most as much as a measurement with this standard deviation (s): it is forgotten
-  // as new evidence comes, but not while the camera stands.
+  // Caps the information of past frames at that of one measurement with this standard deviation (s): new
+  // frames replace old ones, but nothing is forgotten while the camera stands still.
   constexpr double kMemory = 0.7e-3;
   constexpr std::size_t kMinPoints = 30;
   if (!options_.estimate || observations.size() < kMinPoints) {

@@ -11,13 +11,13 @@
 namespace sqslam {
 
 struct RollingShutterOptions {
-  bool estimate = true;  // learn the readout time from the images; off: trust the known one
-  // Time from the first to the last row, known or to begin with. 0: the camera's, and where that is unknown,
-  // all rows at once.
+  bool estimate = true;  // estimate the readout time from the images; off: use the known one
+  // Time from the first to the last row, known or as an initial value. 0: the camera's, or a global shutter
+  // if that is unknown.
   double readout_ms = 0.0;
-  double min_readout_ms = 5.0;  // a shorter time is taken for no rolling shutter at all
-  // Corrects the sides of boxes as well as keypoints. Off: a detector's own errors are larger, and the real
-  // kitchen's objects came out worse with it (docs/evaluation.md).
+  double min_readout_ms = 5.0;  // a shorter time counts as a global shutter
+  // Corrects bounding boxes as well as keypoints. Off: a detector's own errors are larger, and the
+  // correction made the real kitchen's objects worse (docs/evaluation.md).
   bool boxes = false;
 
   void VisitFields(auto&& visit) {
@@ -28,7 +28,7 @@ struct RollingShutterOptions {
   }
 };
 
-// The camera's motion, from two poses: rotation vector and translation per second, in the camera frame.
+// Camera motion between two poses: rotation vector and translation per second, in the camera frame.
 struct CameraMotion {
   Eigen::Vector3d turn = Eigen::Vector3d::Zero();      // rad/s: p' = turn x p + velocity
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // map units/s
@@ -38,40 +38,39 @@ struct CameraMotion {
   Eigen::Vector2d InImage(const Camera& camera, const Eigen::Vector3d& p_camera) const;
 };
 
-// A keypoint of the image and the point it shows.
+// A keypoint and the position of its map point.
 struct ShutterObservation {
   int keypoint = 0;
   Eigen::Vector3d p_camera;
   double variance = 1.0;  // px^2
 };
 
-// Cameras without a global shutter read their image row by row while they move. Over the 20 to 30 ms of a
-// phone or webcam a hand-held camera turns by several pixels, many times what a corner's place is uncertain
-// by. The keypoints are carried to where they would be had the whole image been taken with its middle row: by
-// the row's delay times the motion of the point in the image.
+// Corrects keypoints for a rolling shutter. Phones and webcams read an image row by row in 20 to 30 ms, in
+// which a hand-held camera turns by several pixels: many times the uncertainty of a corner. Keypoints are
+// moved to where they would be if all rows had been taken with the middle one: by the row's delay times the
+// point's image motion.
 //
-// The readout time comes from the images themselves: it is the one factor by which the residuals of tracked
-// points follow delay times image motion, once each frame's pose has taken up what it can (linear least
-// squares, poses marginalised; old frames are forgotten because the first ones were mapped without
-// correction).
+// The readout time is estimated from the images: it is the factor by which the residuals of tracked points
+// follow delay times image motion, after each frame's pose has absorbed what it can (linear least squares,
+// poses marginalised). Old frames are forgotten because the first ones were mapped without correction.
 class RollingShutter {
  public:
   RollingShutter(const Camera& camera, const RollingShutterOptions& options);
 
-  // Seconds; 0 while there is nothing to correct.
+  // Returns the readout time in seconds; 0 if there is nothing to correct.
   double Readout() const;
 
-  // The features as seen at once; the same where there is nothing to correct. `motion` is that of the camera
-  // at this frame, `observations` tell how deep the scene is (nearby points' mean where a keypoint shows no
-  // point).
+  // Returns the features as if all rows were taken at once, or the same features if there is nothing to
+  // correct. `motion`: of the camera at this frame. `observations` give the depth; keypoints without one take
+  // the mean of nearby points.
   FrameFeaturesPtr Correct(const FrameFeaturesPtr& features, const CameraMotion& motion,
                            std::span<const ShutterObservation> observations) const;
 
-  // A box around something `depth` before the camera (map units, 0: far away) as seen at once: each side from
-  // the moment of its own row, those of the left and the right side from that of the box's middle.
+  // Returns the bounding box of an object at `depth` (map units, 0: far away) as if all rows were taken at
+  // once: top and bottom by the delay of their rows, left and right by that of the centre.
   Box2d Correct(const Box2d& box, const CameraMotion& motion, double depth) const;
 
-  // Learns from a tracked frame, corrected or not.
+  // Updates the readout time from a tracked frame, corrected or not.
   void Learn(const FrameFeatures& features, const CameraMotion& motion,
              std::span<const ShutterObservation> observations);
 

@@ -5,7 +5,7 @@
 namespace sqslam {
 namespace {
 
-constexpr double kMaxInterval = 0.5;  // s, between frames whose motion says what the next will be
+constexpr double kMaxInterval = 0.5;  // s, longest time between frames over which motion is extrapolated
 
 }  // namespace
 
@@ -79,8 +79,8 @@ FrameView Tracker::Newest() const {
   return view;
 }
 
-// Takes the newest view of the submap, follows it where it was merged into another one, and moves the last
-// pose along with its reference keyframe.
+// Adopts the newest view of the submap, follows it if it was merged into another one, and moves the last pose
+// with its reference keyframe.
 void Tracker::AdoptAtlas(const AtlasViewPtr& atlas) {
   if (!atlas || atlas == atlas_) {
     return;
@@ -88,7 +88,7 @@ void Tracker::AdoptAtlas(const AtlasViewPtr& atlas) {
   atlas_ = atlas;
   const auto origin = atlas->origins.find(submap_);
   if (origin == atlas->origins.end()) {
-    return;  // the mapping thread has not taken in the submap's beginning yet
+    return;  // the mapping thread has not processed the start of the submap yet
   }
   const auto& [submap, S_map_origin] = origin->second;
   const TrackingViewPtr& view = atlas->submaps.at(submap);
@@ -165,13 +165,13 @@ bool Tracker::TrackFrame(TrackingReport& report) {
   return tracked;
 }
 
-// Motion from the last frame to the current one.
+// Returns the motion from the last frame to the current one, at constant velocity.
 Rigid3d Tracker::PredictedMotion() const {
   const bool known = velocity_ && current_.timestamp - last_->timestamp <= kMaxInterval;
   return known ? velocity_->Across(current_.index - last_->index) : Rigid3d{};
 }
 
-// The camera's motion since the last frame, if that is not long ago.
+// Returns the camera's motion since the last frame, or nothing if that frame is too old.
 std::optional<CameraMotion> Tracker::Motion() const {
   constexpr double kMaxShutterInterval = 0.2;  // s
   const double interval = current_.timestamp - last_->timestamp;
@@ -196,7 +196,7 @@ std::vector<ShutterObservation> Tracker::ShutterObservations() const {
   return observations;
 }
 
-// Looks for the place in all submaps.
+// Relocates the frame in any submap.
 bool Tracker::Relocalize(TrackingReport& report) {
   const StageTimes::Scope timer(times_, "tracking.relocalization");
   std::optional<TrackedFrame> best;
@@ -237,7 +237,7 @@ void Tracker::FinishTracked(int pending_keyframes, TrackingReport& report) {
   untracked_.clear();
 }
 
-// Without a map, or where tracking has been lost for long: tries to begin a submap.
+// Tries to begin a submap if there is none yet or tracking has been lost for long.
 void Tracker::Initialize(TrackingReport& report) {
   report.seen = {};
   current_.ForgetPoints();
@@ -298,7 +298,7 @@ Tracker::KeyframeDecision Tracker::DecideKeyframe(int pending_keyframes) const {
   const auto reference_points = std::ranges::count_if(
       points, [&](PointId id) { return id != kNoPoint && (young || view_->Point(id).well_observed); });
   const double tracked_share = current_.inliers / std::max(1.0, static_cast<double>(reference_points));
-  constexpr double kSameView = 0.5;  // of images far apart each shows something of its own
+  constexpr double kSameView = 0.5;  // images far apart each show something new
   const bool too_soon = interval < options.min_interval && tracked_share >= kSameView;
   if (too_soon || (interval < options.max_interval && tracked_share >= options.tracked_share)) {
     return KeyframeDecision::kNo;
@@ -331,7 +331,7 @@ ObjectFrame Tracker::MakeObjectFrame(const Frame& frame) const {
   return objects;
 }
 
-// Tracks the objects in the boxes of the frame where they are known; otherwise the frame waits for its boxes.
+// Tracks the objects in the frame's boxes if these are known; else queues the frame until they arrive.
 void Tracker::SeeObjects(const Frame& frame, bool tracked, TrackingReport& report) {
   constexpr std::size_t kMaxWaiting = 300;  // frames; about 100 MB
   WaitingFrame waiting{{StampOf(frame), {}, {}}, std::nullopt};
@@ -374,12 +374,12 @@ std::optional<SeenObjects> Tracker::AddDetections(std::int64_t frame_index,
   return std::move(seen);
 }
 
-// Brings a frame that has waited into the map as it is now: the map may have been moved since, or merged into
-// an older one. False where its objects are not tracked any more.
+// Moves a waiting frame into the present map, which may have been moved or merged into an older one since.
+// Returns false if its objects are no longer tracked.
 bool Tracker::FollowMap(WaitingFrame& waiting) const {
   SeenObjects& seen = waiting.seen;
   if (!atlas_ || !atlas_->origins.contains(seen.submap)) {
-    return seen.submap == submap_;  // it has just begun
+    return seen.submap == submap_;  // the submap has just begun
   }
   const auto& [submap, S_map_origin] = atlas_->origins.at(seen.submap);
   if (!object_trackers_.contains(submap)) {

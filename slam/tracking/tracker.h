@@ -24,9 +24,9 @@ namespace sqslam {
 // The camera's motion from one tracked frame to the next.
 struct FrameMotion {
   Rigid3d T_current_last;
-  std::int64_t frames = 1;  // of the camera from the one to the other: more where some are left out
+  std::int64_t frames = 1;  // from the one to the other: more than 1 if frames were left out
 
-  // The motion at constant velocity over another number of frames.
+  // Returns the motion over another number of frames, at constant velocity.
   Rigid3d Across(std::int64_t other_frames) const {
     if (other_frames == frames) {
       return T_current_last;
@@ -37,31 +37,30 @@ struct FrameMotion {
   }
 };
 
-// The tracking thread's pipeline: pose of each frame against an immutable view of the map, and the objects'
-// share of the front end. Holds no reference to the live map. The order of attempts (constant velocity, then
-// the reference keyframe, then the local map; relocalisation by words once lost) and the rules for new
-// keyframes are those of ORB-SLAM (Mur-Artal et al. 2015, V).
+// The tracking thread's pipeline: estimates the pose of each frame against an immutable view of the map, and
+// tracks objects. Holds no reference to the live map. The order of attempts (constant velocity, then the
+// reference keyframe, then the local map; relocalisation by bag of words once lost) and the rules for new
+// keyframes follow ORB-SLAM (Mur-Artal et al. 2015, V).
 class Tracker {
  public:
-  // `ids`: shared with the mapping thread. `vocabulary`: null leaves only the way back to the last keyframe.
+  // `ids`: shared with the mapping thread. Without a `vocabulary`, relocalises in the last keyframe only.
   Tracker(const Camera& camera, const TrackingOptions& options, const ObjectOptions& objects,
           std::shared_ptr<IdSource> ids, std::shared_ptr<const Vocabulary> vocabulary, StageTimes& times);
 
-  // Begins in maps that are there already, as a camera that is lost in one of them. Before the first frame.
+  // Begins lost in one of several existing maps. Call before the first frame.
   void BeginIn(const AtlasViewPtr& atlas, std::int64_t submap);
 
-  // Tracks one frame. `atlas`: the newest that the mapping thread has published (null before the first).
-  // `pending_keyframes`: keyframes posted that the mapping thread has not taken in yet.
+  // Tracks one frame. `atlas`: the newest from the mapping thread (null before the first).
+  // `pending_keyframes`: posted keyframes that the mapping thread has not processed yet.
   TrackingReport Track(const Frame& frame, const AtlasViewPtr& atlas, int pending_keyframes);
 
-  // The boxes of a frame that was tracked with detections_follow, frames in order. Empty where that frame is
-  // not waiting any more.
+  // Takes the boxes of a frame tracked with detections_follow; call in the order of frames. Returns nothing
+  // if that frame is no longer waiting.
   std::optional<SeenObjects> AddDetections(std::int64_t frame_index,
                                            const std::vector<Detection>& detections);
 
-  // The frame that was tracked last.
   double Readout() const { return shutter_.Readout(); }  // seconds, as learnt; 0: all rows at once
-  FrameView Newest() const;
+  FrameView Newest() const;                              // the frame tracked last
 
   bool Initialized() const { return view_ != nullptr; }
   bool Lost() const { return lost_frames_ > 0; }
@@ -74,7 +73,7 @@ class Tracker {
   // A frame whose boxes have not come yet.
   struct WaitingFrame {
     SeenObjects seen;
-    std::optional<ObjectFrame> objects;  // empty where it was not tracked
+    std::optional<ObjectFrame> objects;  // empty if the frame was not tracked
   };
 
   FrameStamp StampOf(const Frame& frame) const;
@@ -108,7 +107,7 @@ class Tracker {
   StageTimes& times_;
 
   AtlasViewPtr atlas_;
-  std::int64_t submap_ = -1;  // the one tracked in; -1: none has begun
+  std::int64_t submap_ = -1;  // the submap being tracked; -1: none has begun
   std::int64_t submaps_begun_ = 0;
   TrackingViewPtr view_;                                   // view of submap_
   Sim3d S_map_origin_;                                     // origin of view_
@@ -117,7 +116,7 @@ class Tracker {
   TrackedFrame current_;
   std::optional<TrackedFrame> last_;
   std::optional<FrameMotion> velocity_;  // between the last two frames that were tracked
-  std::optional<CameraMotion> motion_;   // at the current frame, where that was tracked from the last
+  std::optional<CameraMotion> motion_;   // at the current frame, if it was tracked from the last one
   std::vector<TrackedFrame> untracked_;  // since the last tracked frame
   std::deque<WaitingFrame> waiting_;     // the oldest first
   std::int64_t last_keyframe_index_ = 0;

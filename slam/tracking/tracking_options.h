@@ -8,11 +8,11 @@
 namespace sqslam {
 
 struct InitializationOptions {
-  int min_features = 100;      // features a frame needs to start from
+  int min_features = 100;      // features that the first frame needs
   int min_matches = 100;       // matches between the two frames
-  double search_radius = 100;  // px, around a feature's place in the first frame
-  int max_frames = 60;         // frames after which a new first frame is taken
-  double min_flow = 5.0;       // px, median motion of the matches below which the frames are not tried
+  double search_radius = 100;  // px, around the last matched position of a feature
+  int max_frames = 60;         // frames after which a new first frame is chosen
+  double min_flow = 5.0;       // px, median motion of the matches below which no map is tried
   TwoViewOptions two_view;
 
   void VisitFields(auto&& visit) {
@@ -28,9 +28,9 @@ struct InitializationOptions {
 struct KeyframeOptions {
   int max_interval = 30;       // frames after which a keyframe is made in any case
   int min_interval = 2;        // frames between two keyframes
-  double tracked_share = 0.9;  // a keyframe is made when fewer of the reference keyframe's points are tracked
-  double urgent_share = 0.5;   // while the mapping thread is busy, only when fewer than these are tracked
-  int max_pending = 2;         // keyframes that the mapping thread may be behind by
+  double tracked_share = 0.9;  // a keyframe is made if a smaller share of the reference's points is tracked
+  double urgent_share = 0.5;   // this share instead while the mapping thread is busy
+  int max_pending = 2;         // keyframes that the mapping thread may lag behind
 
   void VisitFields(auto&& visit) {
     visit("max_interval", max_interval, 1, 1000);
@@ -47,12 +47,12 @@ struct TrackingOptions {
   KeyframeOptions keyframes;
   RollingShutterOptions rolling_shutter;
   MovingOptions moving;
-  double motion_radius = 15.0;    // px at level 0, search around the place that the motion model predicts
+  double motion_radius = 15.0;    // px at level 0, search radius around the predicted position
   int min_inliers = 25;           // map points a tracked frame needs
-  int min_recovery_inliers = 50;  // map points a frame needs to end a loss, or to be tracked backward
+  int min_recovery_inliers = 50;  // map points for relocalisation or backward tracking
   int max_local_keyframes = 40;   // keyframes whose points are searched in each frame
   int submap_after = 15;          // lost frames after which a new submap may begin
-  int max_backlog = 150;          // frames without a pose that are kept to be tracked backward
+  int max_backlog = 150;          // frames without a pose kept for backward tracking
 
   void VisitFields(auto&& visit) {
     visit("features", features);

@@ -17,16 +17,16 @@ struct KeyframeCandidate {
   std::vector<PointId> points;  // one per keypoint
 };
 
-// A frame, and the map that it was tracked in.
+// A frame and the map in which it was tracked.
 struct FrameStamp {
   std::int64_t submap = 0;
-  Sim3d S_map_origin;  // origin of the map frame of then, see AtlasView::Origin
+  Sim3d S_map_origin;  // origin of the map frame at that time, see AtlasView::Origin
   std::int64_t frame_index = 0;
   double timestamp = 0.0;
   std::string image_path;
 };
 
-// The boxes of one frame, and the objects that they show. Boxes of a detector in the process come some frames
+// Bounding boxes of one frame and the objects they show. Boxes of an in-process detector arrive some frames
 // late.
 struct SeenObjects : FrameStamp {
   std::vector<SnapshotDetection> detections;
@@ -35,16 +35,16 @@ struct SeenObjects : FrameStamp {
 
 // The tracking thread's message to the mapping thread after each frame.
 struct TrackingReport : FrameStamp {
-  double tracking_ms = 0.0;          // that the frame took; 0: not measured
+  double tracking_ms = 0.0;          // time spent on the frame; 0: not measured
   std::unique_ptr<Map> initial_map;  // set once, when a submap begins
   std::optional<AnchoredPose> pose;  // empty while lost
-  std::vector<FrameMatch> matches;   // by which it was found
+  std::vector<FrameMatch> matches;   // that give the pose
   SeenPoints seen;
   std::optional<KeyframeCandidate> keyframe;
-  bool keyframe_postponed = false;     // one was due, but the mapping thread is busy
-  FrameFeaturesPtr unplaced;           // what it showed, where it has no pose
-  std::optional<Backlog> backlog;      // set when tracking begins or was found again
-  std::optional<SeenObjects> objects;  // empty while a detector is at work on the frame
+  bool keyframe_postponed = false;     // a keyframe was due, but the mapping thread is busy
+  FrameFeaturesPtr unplaced;           // features of a frame without a pose
+  std::optional<Backlog> backlog;      // set when tracking begins or resumes
+  std::optional<SeenObjects> objects;  // empty until the detector has processed the frame
 };
 
 }  // namespace sqslam
