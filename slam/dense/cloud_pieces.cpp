@@ -10,9 +10,9 @@
 namespace sqslam {
 namespace {
 
-// A cube of space. Its edge is a power of two, so that each lies within one of the next level.
+// A cube of space with a power of two as its edge: each cube lies within one of the next level.
 struct Cube {
-  static constexpr std::int64_t kMost = (1 << 18) - 1;  // places are packed into 19 bits, levels into 7
+  static constexpr std::int64_t kMost = (1 << 18) - 1;  // coordinates are packed into 19 bits, levels into 7
   static constexpr int kLevels = 64;
 
   int level = 0;  // log2 of the edge
@@ -33,7 +33,7 @@ struct Cube {
   }
   Cube Parent() const { return {level + 1, x >> 1, y >> 1, z >> 1}; }
 
-  // 2 to 4 pixels wide.
+  // Returns the cube of a pixel's point, 2 to 4 pixels wide at its depth.
   static Cube Of(const DepthMap& map, int u, int v) {
     const double pixel = map.depth.at<float>(v, u) / map.camera.fx;
     const int level = std::ilogb(pixel) + 2;
@@ -74,7 +74,7 @@ void CloudPieces::Add(const DepthMap& map) {
 }
 
 void CloudPieces::Join(double min_pixels) {
-  constexpr int kCoarser = 3;  // levels: the same surface seen from so many times as far, as a power of two
+  constexpr int kCoarser = 3;  // levels between connected cubes: one surface seen from different distances
   const std::vector<std::uint64_t> keys(cubes_.begin(), cubes_.end());
   std::unordered_map<std::uint64_t, std::size_t> numbers(2 * keys.size());
   for (std::size_t i = 0; i < keys.size(); ++i) {
@@ -95,7 +95,7 @@ void CloudPieces::Join(double min_pixels) {
   };
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const Cube cube = Cube::FromKey(keys[i]);
-    for (int step = 14; step < 27; ++step) {  // half of the neighbours: the other half have it as theirs
+    for (int step = 14; step < 27; ++step) {  // half of the neighbours: the other half join this cube
       join(i, {cube.level, cube.x + step / 9 - 1, cube.y + step / 3 % 3 - 1, cube.z + step % 3 - 1});
     }
     Cube around = cube;

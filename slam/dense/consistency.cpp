@@ -6,8 +6,8 @@
 namespace sqslam {
 namespace {
 
-// Depth of the map at a place between its pixels, from those of the four about it that are near `expected`;
-// 0 where there is none.
+// Interpolates the depth between pixels, from those of the four neighbours that are near `expected`; 0 if
+// there is none.
 double DepthNear(const cv::Mat& depth, double u, double v, double expected, double tolerance) {
   const int x = static_cast<int>(u);
   const int y = static_cast<int>(v);
@@ -25,9 +25,9 @@ double DepthNear(const cv::Mat& depth, double u, double v, double expected, doub
   return weights > 0.0 ? sum / weights : 0.0;
 }
 
-// True where the map has a surface at the pixel that lies clearly behind `expected`.
+// Returns true if the map's surface at the pixel lies clearly behind `expected`.
 bool SeesThrough(const cv::Mat& depth, const Eigen::Vector2d& pixel, double expected, double max_difference) {
-  constexpr double kClearly = 3.0;  // times what still agrees
+  constexpr double kClearly = 3.0;  // times max_difference
   return depth.at<float>(static_cast<int>(pixel.y() + 0.5), static_cast<int>(pixel.x() + 0.5)) >
          (1.0 + kClearly * max_difference) * expected;
 }

@@ -11,7 +11,7 @@
 namespace sqslam {
 namespace {
 
-constexpr int kGroup = 16;  // planes that are swept before they are sorted into the volume
+constexpr int kGroup = 16;  // planes swept before they are transposed into the volume
 
 SQSLAM_WIDE_REGISTERS void CostsOf(int width, const float* __restrict score, std::uint8_t* __restrict cost) {
   for (int x = 0; x < width; ++x) {
@@ -20,9 +20,8 @@ SQSLAM_WIDE_REGISTERS void CostsOf(int width, const float* __restrict score, std
   }
 }
 
-// Cost along a path that comes to a pixel, for all planes (Eq. 13 of the paper): `last` that of the pixel
-// before, with a large one before its first and after its last plane, `least` the smallest of them. Adds to
-// `sums` and returns the smallest.
+// Costs of a path at a pixel for all planes (Eq. 13 of the paper). `last`: those at the previous pixel,
+// padded with a large cost on both ends; `least`: their minimum. Adds to `sums` and returns the new minimum.
 SQSLAM_WIDE_REGISTERS std::int16_t Step(int planes, const std::uint8_t* __restrict costs,
                                         const std::int16_t* __restrict last, std::int16_t least,
                                         std::int16_t small_penalty, std::int16_t large_penalty,
@@ -44,7 +43,7 @@ SQSLAM_WIDE_REGISTERS std::int16_t Step(int planes, const std::uint8_t* __restri
   return smallest;
 }
 
-// Costs of a path at the pixels of a row; each pixel has a large cost on both ends.
+// Path costs at the pixels of a row, each padded with a large cost on both ends.
 class PathRow {
  public:
   PathRow(int width, int planes)
@@ -62,8 +61,7 @@ class PathRow {
   std::vector<std::int16_t> least_;
 };
 
-// Half of the paths: those that come from the left and from above, or on the way back those that come from
-// the right and from below.
+// Half of the paths: from the left and from above, or if `back`, from the right and from below.
 class Pass {
  public:
   Pass(const CostVolume& volume, const cv::Mat& gray, const StereoOptions& options, bool back)
@@ -125,7 +123,7 @@ class Pass {
   std::vector<PathRow> now_, before_;      // by path
 };
 
-// The plane of the least sum, between planes by the parabola through it and its neighbours.
+// Returns the plane of the least sum, refined by the parabola through it and its neighbours.
 SQSLAM_WIDE_REGISTERS float LeastPlane(const std::int16_t* sums, int planes) {
   std::int16_t least = sums[0];
   for (int d = 1; d < planes; ++d) {

@@ -9,14 +9,14 @@
 
 namespace sqslam {
 
-// Depths between which a surface is looked for, map units.
+// Range of depths to search, map units.
 struct DepthRange {
   double nearest = 0.0;
   double farthest = 0.0;
 };
 
-// Matching costs of a keyframe's pixels on planes in front of it, of even steps in inverse depth from the
-// farthest (0) to the nearest: 0 for perfect agreement, 254 for none. The costs of a pixel lie side by side.
+// Matching costs of a keyframe's pixels on planes parallel to its image, evenly spaced in inverse depth from
+// the farthest (0) to the nearest: 0 for perfect agreement, 254 for none. A pixel's costs are contiguous.
 struct CostVolume {
   int width = 0;
   int height = 0;
@@ -30,18 +30,18 @@ struct CostVolume {
   }
 };
 
-// The plane sweep (Collins 1996; Gallup et al., CVPR 2007, with planes parallel to the image).
+// Computes the costs by a plane sweep (Collins 1996; Gallup et al., CVPR 2007).
 CostVolume SweepPlanes(PatchScores& scores, const DepthRange& range, int planes);
 
-// Planes found, one for each pixel.
+// The plane found for each pixel.
 struct PlaneMap {
-  cv::Mat plane;  // 32FC1, between planes too; below 0: none
+  cv::Mat plane;  // 32FC1, may lie between planes; below 0: none
   cv::Mat cost;   // 8UC1, matching cost on the plane found
 };
 
-// Semi-global matching (Hirschmueller, PAMI 2008) along eight paths: the plane of the least sum of matching
-// cost and of steps between neighbouring pixels, and from the costs of the planes next to it the place
-// between them (parabola). `gray`: the keyframe (8UC1); steps are cheaper where it has an edge.
+// Semi-global matching (Hirschmueller, PAMI 2008) along eight paths: minimizes the sum of matching costs and
+// of penalties for steps between neighbouring pixels, then refines the plane by a parabola. `gray`: the
+// keyframe (8UC1); large steps cost less at its edges.
 PlaneMap AggregateSemiGlobally(const CostVolume& volume, const cv::Mat& gray, const StereoOptions& options);
 
 }  // namespace sqslam

@@ -20,10 +20,10 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "the file is written in the machine's byte order");
 
-// Vector along the surface between the pixels at (dx, dy) before and after this one, or from it to the one
-// that shows the same surface; zero where neither does.
+// Returns a tangent of the surface: between the pixels at (dx, dy) before and after this one, or from it to
+// the one that shows the same surface; zero if neither does.
 Eigen::Vector3d Tangent(const DepthMap& map, int x, int y, int dx, int dy) {
-  constexpr double kSteepest = 5.0;  // tangent of a surface's slope: a greater step is another surface
+  constexpr double kSteepest = 5.0;  // largest slope of a surface (tangent); beyond is another surface
   const double z = map.depth.at<float>(y, x);
   const double step = kSteepest * std::max(dx, dy) / map.camera.fx * z;
   const auto shows = [&](int u, int v) {
@@ -59,9 +59,9 @@ std::array<std::int32_t, kNumbers> CubeAt(const Eigen::Array3d& place) {
           static_cast<std::int32_t>(within.z())};
 }
 
-constexpr double kSheet = 4.0;  // edge of the cubes that a sheet is averaged over, in those of the cloud
+constexpr double kSheet = 4.0;  // edge of the cubes that a sheet is averaged over, in cubes of the cloud
 
-// Mean plane of the points in a cube whose normals look to one side: weighted sums.
+// Mean plane of the points in a cube with normals towards one side: weighted sums.
 struct Sheet {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
@@ -74,8 +74,7 @@ struct Sheet {
   }
 };
 
-// The sheets in cubes of space: the last number of a key is the axis that the normals are nearest to, and its
-// sign.
+// Sheets by cube. The last number of a key is the dominant axis of the normals with its sign.
 using SheetTable = VoxelTable<4, Sheet>;
 
 SheetTable::Key SheetKey(const Eigen::Array3d& place, const Eigen::Vector3d& normal) {
@@ -86,8 +85,8 @@ SheetTable::Key SheetKey(const Eigen::Array3d& place, const Eigen::Vector3d& nor
   return key;
 }
 
-// The point carried along its unit normal to the mean of the sheets of its side in the eight cubes about it;
-// itself where there are none, or where these are another surface's.
+// Moves a point along its unit normal to the mean of the sheets in the eight cubes around it. Returns the
+// point itself if there are none, or only those of other surfaces.
 Eigen::Vector3d CarriedToSheets(const SheetTable& sheets, double edge, const Eigen::Vector3d& p,
                                 const Eigen::Vector3d& unit) {
   const Eigen::Array3d place = p.array() / edge - 0.5;
@@ -124,7 +123,7 @@ Eigen::Vector3d CarriedToSheets(const SheetTable& sheets, double edge, const Eig
 }  // namespace
 
 Eigen::Vector3d NormalAt(const DepthMap& map, int x, int y) {
-  constexpr int kReach = 2;  // pixels: noise of the depth counts less than next to the pixel
+  constexpr int kReach = 2;  // pixels: depth noise matters less than between adjacent pixels
   const Eigen::Vector3d normal = Tangent(map, x, y, kReach, 0).cross(Tangent(map, x, y, 0, kReach));
   const double length = normal.norm();
   if (!(length > 0.0)) {

@@ -16,17 +16,16 @@ struct DensePoint {
   Eigen::Vector3f p_map = Eigen::Vector3f::Zero();
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // unit vector to the side from which it was seen
   std::array<std::uint8_t, 3> rgb{};
-  std::uint8_t views = 0;  // most depth maps that agree in it beside their own, or kFilledByPlane
+  std::uint8_t views = 0;  // most depth maps that confirm it besides its own, or kFilledByPlane
 };
 using DenseCloud = std::vector<DensePoint>;
 
-// Gathers the points of depth maps in cubes and makes one point of each cube, at the mean of those in it.
-// Depth maps that differ by more than a cube would leave several layers of one surface: each point is carried
-// along its normal to the mean surface about it, and what then falls into one cube becomes one point. The
-// points and their order follow from the order of the maps, whatever the number of threads.
+// Merges the points of depth maps into one per cube, at their mean. Depth maps that differ by more than a
+// cube would leave several layers of one surface: each point is moved along its normal to the mean surface
+// around it, and merged again. The result depends on the order of the maps, not on the number of threads.
 class CloudFusion {
  public:
-  // `spacing`: edge of the cubes, map units. `threads`: 0 for as many as the machine runs at a time.
+  // `spacing`: edge of the cubes, map units. `threads`: 0 for all hardware threads.
   explicit CloudFusion(double spacing, int threads = 0) : spacing_(spacing), threads_(threads) {}
 
   void Add(const DepthMap& map);
@@ -39,11 +38,11 @@ class CloudFusion {
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
     Eigen::Vector3d rgb = Eigen::Vector3d::Zero();
     double weight = 0.0;
-    int views = 0;       // the most that agree
-    bool filled = true;  // no point of it was measured
+    int views = 0;       // the most of any point
+    bool filled = true;  // no point in it was measured
 
     Eigen::Vector3d Mean() const { return position / weight; }
-    void Add(const Cell& other);  // what was measured goes before what was filled in
+    void Add(const Cell& other);  // measured points replace filled ones
   };
   using Grid = VoxelTable<3, Cell>;
 
@@ -54,14 +53,14 @@ class CloudFusion {
   Grid grid_;
 };
 
-// Unit normal of a pixel's surface, towards the camera, map frame: across the pixels on both sides of it, as
-// far as their depths show one surface. Zero where they do not.
+// Returns the unit normal of a pixel's surface towards the camera, map frame, from the pixels on both sides
+// that show the same surface. Zero if there are none.
 Eigen::Vector3d NormalAt(const DepthMap& map, int x, int y);
 
 // dense.ply: binary little-endian PLY with x y z nx ny nz red green blue views.
 void WriteDenseCloud(const std::filesystem::path& path, const DenseCloud& cloud);
 
-// Reads such a file back. Throws InputError where it is missing, is none of these, or is cut off.
+// Reads such a file. Throws InputError if it is missing, of another kind or truncated.
 DenseCloud ReadDensePoints(const std::filesystem::path& path);
 
 }  // namespace sqslam

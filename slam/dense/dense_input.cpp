@@ -31,7 +31,7 @@ Sequence OpenImages(const fs::path& result, const fs::path& images, const Record
   }
 }
 
-// Poses of the frames whose images are there.
+// Returns the poses of frames whose images exist.
 std::vector<PosedFrame> FramesWithImages(const fs::path& result, const Sequence& sequence) {
   std::vector<PosedFrame> frames;
   std::vector<std::string> missing;

@@ -5,14 +5,13 @@
 
 namespace sqslam {
 
-// Images that a keyframe's depth is found with.
+// Choice of the views from which a keyframe's depth is estimated.
 struct ViewOptions {
-  double small_angle = 3.0;  // degrees between the rays of the nearer pair of views
-  double large_angle = 6.0;  // degrees between the rays of the farther pair
-  double fine_angle =
-      12.0;                // degrees between the rays of the pair that, with the farther one, refines planes
-  double min_angle = 0.8;  // degrees; a view with less says nothing about depth
-  double min_overlap = 0.5;   // share of the keyframe's map points that a view has to show
+  double small_angle = 3.0;   // degrees between the rays of the nearer pair of views
+  double large_angle = 6.0;   // degrees between the rays of the farther pair
+  double fine_angle = 12.0;   // degrees, for the pair that refines planes together with the farther one
+  double min_angle = 0.8;     // degrees; views with less carry no information on depth
+  double min_overlap = 0.5;   // share of the keyframe's map points that a view must see
   double near_margin = 1.25;  // inverse depth of the first plane over that of the nearest map points
   double far_margin = 0.75;   // inverse depth of the last plane over that of the farthest map points
   int window = 150;           // frames before and after the keyframe among which views are chosen
@@ -33,7 +32,7 @@ struct ViewOptions {
 // Matching costs of a plane sweep, and their aggregation.
 struct StereoOptions {
   int planes = 96;     // hypotheses, evenly spaced in inverse depth
-  double noise = 2.0;  // grey levels, standard deviation of an image's noise: fainter patterns count less
+  double noise = 2.0;  // grey levels, standard deviation of image noise: fainter texture counts less
   // Costs on the scale of matching costs, where a ZNCC of 1 costs 0 and one of 0 costs 254.
   int small_penalty = 8;      // of a step to the next plane between neighbouring pixels
   int large_penalty = 60;     // of any farther step
@@ -41,7 +40,7 @@ struct StereoOptions {
   double max_cost = 150.0;    // of the plane found, above which a pixel has no depth
   int refinements = 2;        // rounds of finer steps about the planes found
 
-  int smoothing = 6;  // pixels to each side over which a plane is laid through depths of one surface; 0: none
+  int smoothing = 6;  // pixels, radius in which a plane is fitted to depths of one surface; 0: none
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
@@ -56,15 +55,15 @@ struct StereoOptions {
   }
 };
 
-// Agreement of depth maps, and the cloud that is made of them.
+// Consistency of depth maps, and the cloud made from them.
 struct DepthFusionOptions {
-  int neighbours = 8;  // depth maps that each is held against
-  // Neighbours that must agree for a pixel to be kept, and at least as many as see through it.
+  int neighbours = 8;  // depth maps that each one is compared with
+  // Neighbours that must confirm a pixel; it is dropped if more of them see through it.
   int min_views = 2;
-  double max_difference = 0.0125;  // of the depth, up to which two agree
-  // Pieces of the cloud that hang together with nothing and are smaller are left out, share of an image.
+  double max_difference = 0.0125;  // share of the depth by which agreeing depths may differ
+  // Smaller isolated pieces of the cloud are dropped; share of an image.
   double min_piece = 0.01;
-  // The cloud has one point in a cube as wide as so many pixels are at the median depth, pixels.
+  // Edge of the cubes that each hold one point of the cloud, pixels at the median depth.
   double spacing = 1.0;
 
   template <typename Visitor>
@@ -77,14 +76,14 @@ struct DepthFusionOptions {
   }
 };
 
-// Planes that fill regions of one colour, which no patch can be told apart in.
+// Planes that fill regions of one colour, which have no texture to match.
 struct FillOptions {
   bool enabled = true;
   double max_step = 3.0;         // grey levels of any channel between neighbouring pixels of a region
-  int min_pixels = 60;           // of a region without depth, and with one
-  double min_support = 0.7;      // share of its known depths that lie on one plane
-  double min_share = 0.15;       // of them that lie on each of several planes, where no one has enough
-  double max_difference = 0.02;  // of the depth, up to which they lie on one; half of it for several
+  int min_pixels = 60;           // of a region, both without and with depth
+  double min_support = 0.7;      // share of its known depths that must lie on one plane
+  double min_share = 0.15;       // share that must lie on each of several planes, if no single one has enough
+  double max_difference = 0.02;  // of the depth, from a plane; half of it for several planes
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
@@ -97,13 +96,13 @@ struct FillOptions {
   }
 };
 
-// The surface that is fused of the depth maps, and its mesh.
+// The surface fused from the depth maps, and its mesh.
 struct SurfaceOptions {
   double voxel = 2.0;          // edge of the volume's cubes, pixels at the median depth
-  double truncation = 4.0;     // voxels before and behind a depth that it says something of
-  double memory_mib = 192.0;   // of the volume; where it would need more its voxels grow
-  int min_island = 400;        // triangles; smaller pieces of the mesh are left out
-  int max_triangles = 600000;  // of the mesh, which is thinned out to so many
+  double truncation = 4.0;     // voxels in front of and behind a measured depth
+  double memory_mib = 192.0;   // of the volume; voxels grow if it would need more
+  int min_island = 400;        // triangles; smaller pieces of the mesh are dropped
+  int max_triangles = 600000;  // of the mesh, which is simplified to this many
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
@@ -116,8 +115,8 @@ struct SurfaceOptions {
 };
 
 struct DenseOptions {
-  double scale = 0.5;  // size of the images that depth is found in, over that of the frames
-  // Detections of these labels move by themselves: their boxes get no depth.
+  double scale = 0.5;  // size of the images for depth estimation over that of the frames
+  // Detections with these labels are moving objects: their boxes get no depth.
   std::vector<std::string> moving_labels = {"person", "cat", "dog", "bird"};
   ViewOptions views;
   StereoOptions stereo;

@@ -30,10 +30,10 @@ namespace {
                   request.result.string(), input.keyframes.size(), request.options.views.min_angle));
 }
 
-// True where the views that the plan has do not stand much farther aside than those that the run had by then.
+// Returns true if the live estimate's views had nearly the mean distance that the planned ones have.
 bool StandAsWide(const LiveEstimate& estimate, double scale, const DenseInput& input, std::size_t k,
                  const KeyframePlan& plan) {
-  constexpr double kAsWide = 0.8;  // of the mean distance
+  constexpr double kAsWide = 0.8;  // of the mean distance now
   double then = 0.0, now = 0.0;
   for (const auto& [frame, T_keyframe_view] : estimate.T_keyframe_view) {
     then += scale * T_keyframe_view.translation.norm() / static_cast<double>(estimate.T_keyframe_view.size());
@@ -48,8 +48,8 @@ bool StandAsWide(const LiveEstimate& estimate, double scale, const DenseInput& i
   return then >= kAsWide * now;
 }
 
-// Takes over a depth map that the run itself estimated with these options, if the finished map leaves it
-// valid.
+// Adopts a depth map that the run itself estimated with these options. Returns false if it is not valid in
+// the finished map.
 bool TakeLive(const std::string& text, const std::string& settings, const DenseInput& input, std::size_t k,
               const KeyframePlan& plan, DepthRecording& recording) {
   const std::optional<LiveEstimate> estimate = LiveEstimate::FromText(text);
@@ -67,8 +67,8 @@ bool TakeLive(const std::string& text, const std::string& settings, const DenseI
   return true;
 }
 
-// The keyframes whose depth is to be estimated; drops the depth of those that have none any more, or are no
-// keyframes any more.
+// Returns the keyframes whose depth must be estimated. Drops the depth of those that have none any more or no
+// longer exist.
 std::vector<std::size_t> OpenJobs(const DenseInput& input, const std::vector<KeyframePlan>& plans,
                                   const DensifyRequest& request, DepthRecording& recording,
                                   DensifySummary& summary) {

@@ -15,7 +15,7 @@
 namespace sqslam {
 namespace {
 
-// A keyframe's depth; empty where its images cannot be read.
+// Estimates a keyframe's depth. Returns nothing if its images cannot be read.
 std::optional<DepthMap> EstimateKeyframe(const DenseInput& input, std::size_t k, const KeyframePlan& plan,
                                          const std::map<std::int64_t, DenseImage>& images,
                                          const StereoOptions& options) {
@@ -42,7 +42,7 @@ std::optional<DepthMap> EstimateKeyframe(const DenseInput& input, std::size_t k,
 }
 
 int ThreadsFor(int asked, const StereoOptions& options, const Camera& camera) {
-  constexpr double kMemory = 400e6;  // bytes for all
+  constexpr double kMemory = 400e6;  // bytes for all threads
   const double bytes = (4.0 * options.planes + 60.0) * camera.width * camera.height;
   const int most = std::max(1, static_cast<int>(kMemory / bytes));
   return std::clamp(asked > 0 ? asked : static_cast<int>(std::thread::hardware_concurrency()), 1, most);
@@ -67,12 +67,12 @@ std::vector<std::vector<std::int64_t>> FramesOf(const DenseInput& input,
   return needed;
 }
 
-// Hands the maps that threads have made to the one that takes them.
+// Passes depth maps from the worker threads to the consumer.
 class DepthQueue {
  public:
   using Entry = std::pair<std::size_t, std::optional<DepthMap>>;
 
-  bool Put(Entry entry) {  // false: no more are wanted
+  bool Put(Entry entry) {  // returns false if no more are wanted
     const std::lock_guard lock(mutex_);
     if (closed_ || failure_) {
       return false;
@@ -86,7 +86,7 @@ class DepthQueue {
     failure_ = std::move(failure);
     changed_.notify_all();
   }
-  Entry Take() {  // waits; throws what a thread failed with
+  Entry Take() {  // waits; rethrows the failure of a worker
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [this] { return !maps_.empty() || failure_; });
     if (failure_) {

@@ -14,14 +14,13 @@
 namespace sqslam {
 namespace {
 
-// Depth maps that were asked for last, so that neighbours that several keyframes share are decoded once.
+// Cache of depth maps: neighbours that several keyframes share are decoded once.
 class DepthCache {
  public:
   DepthCache(std::size_t most, int threads, std::function<DepthMap(std::int64_t)> read)
       : most_(most), threads_(threads), read_(std::move(read)) {}
 
-  // Reads those of the keyframes that are not there, at a time, and gives up as many others of them as were
-  // not asked for longest.
+  // Reads the missing depth maps of these keyframes in parallel, and evicts the least recently used others.
   void Hold(const std::set<std::int64_t>& keyframes) {
     ++asked_;
     std::vector<std::pair<std::int64_t, Entry*>> missing;
@@ -55,7 +54,7 @@ class DepthCache {
   int asked_ = 0;
 };
 
-// Edge of the cloud's cubes: so many pixels at the median depth of the map points.
+// Returns the edge of the cloud's cubes: this many pixels at the median depth of the map points.
 double SpacingOf(const DenseInput& input, const std::vector<KeyframePlan>& plans, double pixels) {
   std::vector<double> depths;
   for (std::size_t k = 0; k < plans.size(); ++k) {
@@ -67,7 +66,7 @@ double SpacingOf(const DenseInput& input, const std::vector<KeyframePlan>& plans
   return pixels * UpperMedian(std::move(depths)) / input.camera.fx;
 }
 
-// The keyframes whose depth was estimated, with the other ones that each is held against.
+// A keyframe with an estimated depth, and the others that it is compared with.
 struct Neighbourhood {
   std::int64_t keyframe = 0;  // id
   std::vector<std::int64_t> neighbours;
@@ -96,9 +95,9 @@ std::vector<Neighbourhood> NeighbourhoodsOf(const DenseInput& input, const std::
   return all;
 }
 
-constexpr std::size_t kBatch = 8;  // depth maps that are read, and then dealt with, at a time
+constexpr std::size_t kBatch = 8;  // depth maps read and processed at a time
 
-// Puts what `make` makes of each depth map and its neighbours into the recording. False: ended by `progress`.
+// Records the result of `make` for each depth map. Returns false if `progress` ended it.
 bool PutAll(const std::vector<Neighbourhood>& all, DepthCache& cache, int threads, const std::string& state,
             const std::function<DepthMap(const DepthMap&, const std::vector<DepthMap>&)>& make,
             DepthRecording& recording, const DensifyProgress& progress) {
@@ -125,7 +124,7 @@ bool PutAll(const std::vector<Neighbourhood>& all, DepthCache& cache, int thread
   return true;
 }
 
-// Gathers what is kept of the depth maps.
+// Merges the kept depth maps into a cloud.
 FusedDepth Gather(const std::vector<Neighbourhood>& all, double spacing, int threads,
                   const DepthRecording& recording) {
   CloudFusion fusion(spacing, threads);
@@ -171,7 +170,7 @@ std::optional<FusedDepth> FuseDepthMaps(const DenseInput& input, const std::vect
   pieces.Join(options.fusion.min_piece * input.camera.width * input.camera.height);
   DepthCache sifted(most, threads, [&](std::int64_t keyframe) {
     DepthMap map = recording.Kept(keyframe);
-    map.depth.setTo(0.0F, map.views == kFilledByPlane);  // of a neighbour that was dealt with already
+    map.depth.setTo(0.0F, map.views == kFilledByPlane);  // fills of neighbours that were processed before
     pieces.DropSmall(map);
     return options.fill.enabled ? FillPlanes(map, options.fill) : map;
   });

@@ -43,7 +43,7 @@ std::string EstimationSettings(const DenseOptions& options) {
 }
 
 KeyframePlan PlanKeyframe(const DenseInput& input, std::size_t k, const DenseOptions& options) {
-  constexpr std::size_t kSamples = 100;  // map points that tell which views see the same
+  constexpr std::size_t kSamples = 100;  // map points for choosing views
   constexpr std::size_t kAll = 1U << 24U;
   const ViewOptions& views = options.views;
   const PosedFrame& keyframe = input.keyframes[k];

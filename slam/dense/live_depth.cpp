@@ -23,7 +23,7 @@
 namespace sqslam {
 namespace {
 
-constexpr std::size_t kSettled = 10;  // keyframes after one, once its pose changes by little
+constexpr std::size_t kSettled = 10;  // keyframes after which a pose hardly changes
 
 std::optional<Rigid3d> PoseOf(const std::vector<PosedFrame>& frames, std::int64_t index) {
   const auto found =
@@ -32,8 +32,7 @@ std::optional<Rigid3d> PoseOf(const std::vector<PosedFrame>& frames, std::int64_
   return found != frames.end() && found->index == index ? std::optional(found->T_map_camera) : std::nullopt;
 }
 
-// Poses in the map as it is now of frames that were tracked in the map as it was: each moves with the
-// keyframe before it.
+// Moves poses from the map that they were tracked in to the present one, each with the keyframe before it.
 std::vector<PosedFrame> MovedWithKeyframes(const PosesByFrame& tracked,
                                            const std::vector<PosedFrame>& keyframes) {
   std::vector<PosedFrame> frames;
@@ -52,14 +51,14 @@ std::vector<PosedFrame> MovedWithKeyframes(const PosesByFrame& tracked,
   return frames;
 }
 
-// Pixels by which a point in the middle of the depths moves between two views.
+// Returns the pixels by which a point at the middle depth moves between two views.
 double Motion(const Rigid3d& a, const Rigid3d& b, double scale_of_a, double middle, const Camera& camera) {
   const double turned = a.rotation.angularDistance(b.rotation);
   return (turned + (b.translation - scale_of_a * a.translation).norm() / middle) * camera.fx;
 }
 
-// Pixels by which rows of a frame's image are off because they were not taken at once; the correction needs a
-// readout time that is known at the end of a run only.
+// Returns the pixels by which the rolling shutter shifts rows of a frame. Live estimates don't correct it,
+// because the readout time is known only at the end of a run.
 double ShutterShift(const DenseInput& input, std::int64_t frame, double middle) {
   const std::optional<Rigid3d> before = PoseOf(input.frames, frame - 1);
   const std::optional<Rigid3d> after = PoseOf(input.frames, frame + 1);
@@ -85,7 +84,7 @@ LiveEstimate EstimateOf(const DenseInput& input, std::size_t k, const KeyframePl
   return estimate;
 }
 
-constexpr const char* kLive = "live";  // the first word of a live estimate's text
+constexpr const char* kLive = "live";  // first word of a live estimate's text
 
 }  // namespace
 
@@ -157,22 +156,22 @@ struct LiveDepth::Impl {
 
   const std::filesystem::path path;
   const DenseOptions options;
-  DenseInput input;  // of the thread, as are these
+  DenseInput input;  // owned by the thread, like the following
   std::optional<DepthRecording> recording;
   PosesByFrame tracked;
   int made = 0;                  // depth maps
   std::set<std::int64_t> tried;  // keyframes
-  std::vector<DepthMap> last;    // the depth maps made last
+  std::vector<DepthMap> last;    // the latest depth maps
 
-  std::mutex mutex;  // guards these, and is held for a few words only: tracking must not wait for the thread
+  std::mutex mutex;  // guards the following; held briefly, since tracking must not wait for the thread
   std::condition_variable changed;
   MapSnapshotPtr newest;
-  std::vector<PosedFrame> fresh;  // frames tracked since the thread looked
+  std::vector<PosedFrame> fresh;  // frames tracked since the thread last looked
   bool closed = false;
   std::exception_ptr failure;
   std::thread thread;
 
-  // Takes over the newest map and returns a keyframe of it whose turn it is. Empty: the work is to end.
+  // Takes over the newest map and returns its next keyframe to estimate, or nothing if the work is to end.
   std::optional<std::size_t> Next() {
     for (;;) {
       MapSnapshotPtr map;
@@ -219,7 +218,7 @@ struct LiveDepth::Impl {
     });
   }
 
-  // A recording that the next state of a run may be added to at any moment.
+  // Opens the recording beside its writer: the run may add its next state at any moment.
   void Put(const DepthMap& map, const LiveEstimate& estimate) {
     if (!recording) {
       recording.emplace(path, DepthRecording::Access::kBeside);
@@ -234,7 +233,7 @@ struct LiveDepth::Impl {
 
   void Run() {
     constexpr int kNice = 15;
-    setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNice);  // of this thread (Linux)
+    setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNice);  // this thread only (Linux)
     try {
       while (const std::optional<std::size_t> k = Next()) {
         Estimate(*k);
@@ -257,7 +256,7 @@ LiveDepth::~LiveDepth() {
     try {
       Finish();
     } catch (const std::exception&) {
-      // Whoever cares has called Finish().
+      // The error is only reported to those who call Finish().
     }
   }
 }

@@ -10,41 +10,40 @@
 
 namespace sqslam {
 
-// Settings and views that a depth map was estimated with during a run. The recording keeps them beside it, so
-// that the map holds for whoever densifies the result, also after a run that was stopped.
+// Settings and views of a depth map that was estimated during a run. The recording keeps them with the map,
+// which densifying the result can then reuse, even if the run was stopped.
 struct LiveEstimate {
   std::string settings;          // see EstimationSettings
-  PosesByFrame T_keyframe_view;  // of the frames as they were thought to be, in units of the depth
+  PosesByFrame T_keyframe_view;  // as estimated at that time, in units of the depth
 
   std::string Text() const;
-  // Empty where the text is that of another kind of depth map.
+  // Returns nothing if the text is that of another kind of depth map.
   static std::optional<LiveEstimate> FromText(const std::string& text);
 };
 
-// Scale by which the estimate's depths become those of the finished map, where the relative poses that it was
-// made from still hold: nothing in the middle of the depths has moved by more than half a pixel in any of the
-// views, nor by the correction of a rolling shutter, which a run knows at its end. Empty where it has, or
-// where a frame is no longer there.
+// Returns the scale from the estimate's depths to those of the finished map, if its relative poses still
+// hold: no point at the middle depth has moved by more than half a pixel in any view, nor by the rolling
+// shutter correction, which is only known at the end of a run. Returns nothing otherwise, or if a frame is
+// gone.
 std::optional<double> ScaleIfValid(const LiveEstimate& estimate, const DenseInput& input,
                                    std::size_t keyframe, const DepthRange& range);
 
-// Estimates depth maps while a run goes on, on one thread of low priority: of keyframes that enough others
-// have followed for their poses to have settled, the oldest first. Each is put into the recording as soon as
-// it is there, with what those before it confirm of it.
+// Estimates depth maps during a run, on one thread of low priority: of keyframes that are old enough for
+// their poses to have settled, oldest first. Each is recorded at once, filtered by the ones before it.
 class LiveDepth {
  public:
-  // `recording`: the run's, which is being written. `sequence`: images in files.
+  // `recording`: of the run, which is writing it. `sequence`: image files.
   LiveDepth(const std::filesystem::path& recording, Sequence sequence, const DenseOptions& options);
   ~LiveDepth();
   LiveDepth(const LiveDepth&) = delete;
   LiveDepth& operator=(const LiveDepth&) = delete;
 
-  // Neither waits for the thread. Any thread may call them.
+  // Neither waits for the thread. Thread-safe.
   void Tracked(std::int64_t frame, const Rigid3d& T_map_camera);
   void Mapped(const MapSnapshotPtr& map);
 
-  // Ends the work with the depth map under way, and closes the recording. Returns how many there are; throws
-  // InputError where one could not be written.
+  // Completes the depth map in progress and closes the recording. Returns the number of depth maps. Throws
+  // InputError if one could not be written.
   int Finish();
 
  private:

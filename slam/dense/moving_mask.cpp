@@ -12,7 +12,7 @@ namespace sqslam {
 namespace fs = std::filesystem;
 namespace {
 
-// Boxes are those of the images as they lie in the files, which may be larger than the frames were.
+// Boxes refer to the images in the files, which may be larger than the frames were.
 cv::Size FileSize(const Sequence& sequence) {
   if (!sequence.video_path.empty()) {
     const VideoIndex video = IndexVideo(sequence.video_path);

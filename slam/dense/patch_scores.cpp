@@ -9,7 +9,7 @@
 namespace sqslam {
 namespace {
 
-constexpr float kMiddle = 128.0F;  // grey values are taken from here, so that sums of squares stay small
+constexpr float kMiddle = 128.0F;  // subtracted from grey values to keep sums of squares small
 constexpr int kPatch = 25;         // pixels
 
 std::vector<std::uint32_t> Corners(const cv::Mat& gray) {
@@ -34,10 +34,9 @@ Eigen::Matrix3d CameraMatrix(const Camera& camera) {
   return K;
 }
 
-// The loops below run over rows of floats and are written so that compilers turn them into vector
-// instructions of any processor.
+// The loops below run over rows of floats and are written so that compilers can vectorise them.
 
-// Places of the samples of a row in the view. Outside of it: those at its border, and `inside` is 0.
+// Positions of a row's samples in the view. Outside, they are clamped to its border and `inside` is 0.
 SQSLAM_WIDE_REGISTERS void Project(const Eigen::Matrix3f& H, const Eigen::Vector3f& epipole, int y, int width,
                                    int height, const float* __restrict columns,
                                    const float* __restrict inverse_depth, std::int32_t* __restrict places,
@@ -76,7 +75,7 @@ SQSLAM_WIDE_REGISTERS void Gather(int width, const std::uint32_t* __restrict cor
   }
 }
 
-// Bilinear values from the corners that were found.
+// Interpolates bilinearly between the gathered corners.
 SQSLAM_WIDE_REGISTERS void Interpolate(int width, const std::uint32_t* __restrict found,
                                        const float* __restrict right, const float* __restrict down,
                                        float* __restrict value) {
@@ -91,7 +90,7 @@ SQSLAM_WIDE_REGISTERS void Interpolate(int width, const std::uint32_t* __restric
   }
 }
 
-// Takes a row into the sums of columns in place of the one that leaves the patches.
+// Replaces the row that leaves the patches by a new one in the column sums.
 SQSLAM_WIDE_REGISTERS void Replace(int width, const float* __restrict value, const float* __restrict keyframe,
                                    float* __restrict old_value, float* __restrict old_square,
                                    float* __restrict old_product, float* __restrict values,
@@ -218,7 +217,7 @@ void PatchScores::Take(int y, const float* inverse_depth) {
               view.products.data() + kRadius);
     };
     take(s);
-    for (int above = 1; y == 0 && above <= kRadius; ++above) {  // the first row stands for those above it
+    for (int above = 1; y == 0 && above <= kRadius; ++above) {  // replicates the first row above the image
       take(static_cast<std::size_t>(kRows - above));
     }
     for (auto* sums : {&view.values, &view.squares, &view.products}) {

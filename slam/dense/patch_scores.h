@@ -11,20 +11,18 @@
 
 namespace sqslam {
 
-// An image for stereo, with the pose from which it was taken. All images of a set have one camera, without
-// distortion.
+// An image for stereo, with its pose. All images of a set share one camera, without distortion.
 struct StereoView {
   cv::Mat gray;  // 8UC1
   Rigid3d T_map_camera;
 };
 
-// Agreement of the patches about a keyframe's pixels with those that other views show of them, at inverse
-// depths to be tried: zero-mean normalised cross-correlation (ZNCC) over 5x5 pixels, with a share of noise in
-// both variances, and of all views the mean of the best two (a surface that is hidden in some views is seen
-// in others).
+// Compares patches around a keyframe's pixels with other views at given inverse depths: zero-mean normalised
+// cross-correlation (ZNCC) over 5x5 pixels, with the noise variance added to both variances. The score is the
+// mean of the best two views, because a surface may be occluded in some.
 //
-// A view is sampled where each pixel of the patch falls at its own inverse depth: patches follow slanted and
-// bent surfaces as far as the given inverse depths do.
+// Each pixel of a patch is projected at its own inverse depth: patches follow slanted and curved surfaces as
+// far as the given inverse depths do.
 class PatchScores {
  public:
   // `views`: two or more. `noise`: standard deviation of the images' noise, grey levels.
@@ -35,8 +33,8 @@ class PatchScores {
   int Height() const { return height_; }
 
   // Calls `row(y, scores)` for each row from the top, with a score in [-1, 1] for each pixel.
-  // `inverse_depth(y)` is the row's inverse depths (Width() of them, valid until the next call), in 1 / map
-  // units. A pixel outside a view scores -1 there.
+  // `inverse_depth(y)` returns the row's inverse depths in 1 / map units (Width() of them, valid until the
+  // next call). A pixel outside a view scores -1 there.
   template <typename InverseDepth, typename Row>
   void Visit(const InverseDepth& inverse_depth, const Row& row) {
     Restart();
@@ -46,7 +44,7 @@ class PatchScores {
         row(y - kRadius, Scores(y - kRadius));
       }
     }
-    for (int y = height_; y < height_ + kRadius; ++y) {  // the last row stands for those below it
+    for (int y = height_; y < height_ + kRadius; ++y) {  // replicates the last row below the image
       Take(y, nullptr);
       row(y - kRadius, Scores(y - kRadius));
     }
@@ -56,15 +54,15 @@ class PatchScores {
   static constexpr int kRadius = 2;
   static constexpr int kRows = 2 * kRadius + 1;
 
-  // A view, and sums over the columns of the patches about the current row.
+  // A view, with column sums of the patches around the current row.
   struct View {
     std::vector<std::uint32_t>
-        corners;              // of each pixel, the grey values of it and its right, lower neighbours
+        corners;              // grey values of each pixel and of its right, lower and lower right neighbour
     Eigen::Matrix3f H_0;      // pixel of the keyframe at infinity -> homogeneous pixel of the view
-    Eigen::Vector3f epipole;  // what is added to it for each unit of inverse depth
-    std::array<std::vector<float>, kRows> value, square, product;  // the last rows
+    Eigen::Vector3f epipole;  // added to it per unit of inverse depth
+    std::array<std::vector<float>, kRows> value, square, product;  // of the last rows
     std::array<std::vector<float>, kRows> inside;  // 1 where the pixel falls into the view, else 0
-    std::vector<float> values, squares, products;  // sums of the columns, two wider on each side
+    std::vector<float> values, squares, products;  // column sums, padded by two on each side
   };
 
   void Restart();
@@ -74,8 +72,8 @@ class PatchScores {
 
   int width_;
   int height_;
-  float noise_;            // of a whole patch: variance times its pixels
-  cv::Mat keyframe_;       // 32FC1, less half of the largest grey value
+  float noise_;            // of a whole patch: noise variance times its pixels
+  cv::Mat keyframe_;       // 32FC1, minus kMiddle
   cv::Mat mean_;           // 32FC1, of the patches
   cv::Mat inverse_sigma_;  // 32FC1, 1 / square root of the patches' sums of squared deviations
   std::vector<View> views_;

@@ -13,10 +13,9 @@
 namespace sqslam {
 namespace {
 
-constexpr int kReach =
-    2;  // pixels beyond a region's border that tell of its depth: there colour is a mixture
+constexpr int kReach = 2;  // pixels beyond a region's border that support its depth: colours mix there
 
-// Number of the region of each pixel (32SC1): connected pixels of like colours.
+// Returns the label of each pixel's region (32SC1): connected pixels of similar colour.
 cv::Mat RegionsOf(const cv::Mat& bgr, double max_step) {
   cv::Mat smooth;
   cv::GaussianBlur(bgr, smooth, {3, 3}, 0.0);
@@ -55,7 +54,7 @@ cv::Mat RegionsOf(const cv::Mat& bgr, double max_step) {
   return regions;
 }
 
-// Inverse depth over the image, linear as that of any plane: (u, v, 1) . plane.
+// Inverse depth at a pixel: for a plane it is linear over the image, (u, v, 1) . plane.
 struct Support {
   Eigen::Vector3d pixel;  // u, v, 1
   double inverse = 0.0;
@@ -72,21 +71,21 @@ std::optional<Eigen::Vector3d> PlaneThrough(const std::vector<Support>& support)
   return plane.allFinite() ? std::optional(plane) : std::nullopt;
 }
 
-// Limits for a plane that many supports share.
+// Criteria for a plane that many supports share.
 struct Agreement {
   int trials = 40;
-  double max_difference = 0.02;  // of the depth
-  double enough = 0.0;           // supports that lie on it
+  double max_difference = 0.02;  // of the depth, up to which a support lies on the plane
+  double enough = 0.0;           // supports that must lie on it
 };
 
 bool LiesOn(const Eigen::Vector3d& plane, const Support& s, double max_difference) {
   return std::abs(plane.dot(s.pixel) - s.inverse) <= max_difference * s.inverse;
 }
 
-// The plane on which most of the supports lie, found by random triples; empty where these are not enough.
+// Returns the plane with the most inliers (RANSAC), or nothing if they are not enough.
 std::optional<Eigen::Vector3d> CommonPlane(const std::vector<Support>& support, const Agreement& agreement,
                                            cv::RNG& random, std::vector<Support>& on_it) {
-  constexpr std::size_t kCounted = 200;  // supports that vote in a trial
+  constexpr std::size_t kCounted = 200;  // supports tested per trial
   const std::size_t stride = std::max<std::size_t>(1, support.size() / kCounted);
   const auto lies_on = [&](const Eigen::Vector3d& plane, const Support& s) {
     return LiesOn(plane, s, agreement.max_difference);
@@ -132,8 +131,8 @@ std::optional<Eigen::Vector3d> CommonPlane(const std::vector<Support>& support, 
   return most > 0 ? std::optional(best) : std::nullopt;
 }
 
-// The planes of a region of one colour that goes round corners, such as doors of a kitchen: each with a share
-// of the supports, those with most first.
+// Returns the planes of a region of one colour that extends around corners, such as doors of a kitchen: each
+// holds a share of the supports, the largest first.
 std::vector<Eigen::Vector3d> SeveralPlanes(std::vector<Support> support, const FillOptions& options,
                                            cv::RNG& random) {
   constexpr std::size_t kMost = 4;
@@ -159,7 +158,7 @@ struct Region {
   std::vector<Support> support;
 };
 
-// Regions with enough empty pixels and enough supports, by their first pixel.
+// Returns the regions with enough empty pixels and enough supports, in the order of their labels.
 std::vector<Region> EmptyRegions(const DepthMap& map, const cv::Mat& labels, const FillOptions& options) {
   std::vector<Region> regions(labels.total());
   for (int y = 0; y < labels.rows; ++y) {
@@ -193,8 +192,8 @@ std::vector<Region> EmptyRegions(const DepthMap& map, const cv::Mat& labels, con
   return regions;
 }
 
-// The pixels with a depth that each pixel of a region meets first along lines in eight directions, through
-// its region and a little beyond.
+// For each pixel of a region, the first pixels with depth along eight directions, within the region or up to
+// kReach beyond.
 class Sight {
  public:
   Sight(const cv::Mat& labels, const cv::Mat& depth) {
@@ -203,8 +202,8 @@ class Sight {
     }
   }
 
-  // The plane that most of the lines meet, four of eight or more, and more than meet something else; null
-  // where there is none.
+  // Returns the plane that most lines meet: at least four lines, and most of those that meet anything. Null
+  // if there is none.
   const Eigen::Vector3d* PlaneAt(const cv::Point& pixel, const std::vector<Eigen::Vector3d>& planes,
                                  const cv::Mat& depth, double max_difference) const {
     constexpr int kEnough = 4;
@@ -238,7 +237,7 @@ class Sight {
     met = cv::Mat(labels.size(), CV_32S, cv::Scalar(-1));
     const cv::Rect whole({0, 0}, labels.size());
     for (int i = 0; i < labels.rows; ++i) {
-      const int y = dy > 0 ? labels.rows - 1 - i : i;  // what is ahead has been looked at
+      const int y = dy > 0 ? labels.rows - 1 - i : i;  // the pixel ahead comes first
       for (int k = 0; k < labels.cols; ++k) {
         const int x = dx > 0 ? labels.cols - 1 - k : k;
         cv::Point ahead(x + dx, y + dy);
@@ -258,12 +257,12 @@ class Sight {
     }
   }
 
-  std::array<cv::Mat, kDirections.size()> met_;  // 32SC1: row and column in one number; -1: nothing
+  std::array<cv::Mat, kDirections.size()> met_;  // 32SC1: row and column in one number; -1: none
 };
 
-// Gives a pixel the depth of a plane, unless that is seen too flatly.
+// Gives a pixel the depth of a plane, unless the plane is seen at a grazing angle.
 void Fill(const cv::Point& pixel, const Eigen::Vector3d& plane, DepthMap& map) {
-  constexpr double kSteepest = 10.0;  // tangent of the slope of a plane that is believed
+  constexpr double kSteepest = 10.0;  // largest slope of a trusted plane (tangent)
   const double inverse = plane.dot(Eigen::Vector3d(pixel.x, pixel.y, 1.0));
   const double slope = plane.head<2>().norm() * map.camera.fx / std::max(inverse, 1e-12);
   if (inverse > 0.0 && slope < kSteepest) {
@@ -284,7 +283,7 @@ DepthMap FillPlanes(const DepthMap& map, const FillOptions& options) {
   cv::RNG random(1);
   const cv::Mat labels = RegionsOf(map.bgr, options.max_step);
   const cv::Mat known = filled.depth.clone();
-  std::optional<Sight> sight;  // made where it is needed
+  std::optional<Sight> sight;  // created on demand
   for (const Region& region : EmptyRegions(filled, labels, options)) {
     std::vector<Support> on_it;
     const double enough = options.min_support * static_cast<double>(region.support.size());

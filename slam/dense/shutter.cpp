@@ -12,7 +12,7 @@
 namespace sqslam {
 namespace {
 
-// Inverse depth over an image: value in its middle, slopes over its width and height, and the least of it.
+// Inverse depth over an image: value at the centre, slopes over width and height, and lower bound.
 struct InverseDepthPlane {
   Eigen::Vector3d coefficients;
   double least = 0.0;
@@ -25,7 +25,7 @@ struct InverseDepthPlane {
 std::optional<InverseDepthPlane> PlaneThrough(const std::vector<Eigen::Vector3d>& in_view,
                                               const Camera& camera, const Rigid3d& T_map_camera) {
   constexpr std::size_t kEnough = 10;
-  constexpr double kDamping = 0.01;  // of the slopes, which few points leave open
+  constexpr double kDamping = 0.01;  // of the slopes, which few points determine poorly
   if (in_view.size() < kEnough) {
     return std::nullopt;
   }

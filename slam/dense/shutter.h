@@ -11,18 +11,17 @@
 
 namespace sqslam {
 
-// Images of a camera that reads its rows one after the other, as they were had all rows been taken with the
-// middle one, to which the poses belong. The motion within an image comes from the poses of the frames before
-// and after, the depth of what it moves past from a plane through the inverse depths of the map points in
-// view.
+// Corrects images of a rolling shutter as if all rows had been taken with the middle one, to which the poses
+// belong. The motion comes from the poses of the frames before and after, the scene depth from a plane
+// through the inverse depths of the map points in view.
 class ShutterCorrection {
  public:
-  // `camera`: of the images to be corrected, without distortion. `readout`: seconds from the first to the
-  // last row; 0: nothing is corrected.
+  // `camera`: of the images to correct, without distortion. `readout`: seconds from the first to the last
+  // row; 0: no correction.
   ShutterCorrection(const Camera& camera, double readout, const Sequence& sequence, PosesByFrame poses,
                     std::vector<Eigen::Vector3d> points);
 
-  // The image of a frame, corrected; itself where its motion is not known.
+  // Returns the corrected image of a frame, or the same image if its motion is unknown.
   cv::Mat Apply(std::int64_t frame, const cv::Mat& image) const;
 
  private:

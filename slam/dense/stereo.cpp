@@ -8,9 +8,9 @@
 namespace sqslam {
 namespace {
 
-// One round: scores at the inverse depths and a step to either side, then to the top of the parabola through
-// them, or to the better side where that is no top. Where no score is `enough`, such as where the surface is
-// hidden in these views, the inverse depth stays.
+// Refines once: scores the inverse depths and a step to either side, then moves to the top of the parabola
+// through them, or to the better side if there is no top. If no score is `enough`, for example if these views
+// don't see the surface, the inverse depth stays.
 void RefineOnce(PatchScores& scores, float step, float enough, cv::Mat& inverse_depth, cv::Mat& score) {
   std::array<cv::Mat, 3> tried;
   std::vector<float> row_depth(static_cast<std::size_t>(scores.Width()));
@@ -44,11 +44,11 @@ void RefineOnce(PatchScores& scores, float step, float enough, cv::Mat& inverse_
   }
 }
 
-// Lays a plane through the inverse depths about each pixel that are of its surface, and takes its value
-// there: inverse depth is linear over the image of any plane. Pixels with a poor score are passed over.
+// Smooths each inverse depth by a plane fitted to its neighbours on the same surface: inverse depth is linear
+// over the image of a plane. Pixels with a poor score are skipped.
 cv::Mat Smoothed(const cv::Mat& inverse_depth, const cv::Mat& score, float enough, int reach) {
   constexpr float kOneSurface = 0.02F;  // of the inverse depth
-  constexpr int kStep = 2;              // every other pixel says as much
+  constexpr int kStep = 2;              // a denser grid adds nothing
   cv::Mat smoothed = inverse_depth.clone();
   for (int y = 0; y < smoothed.rows; ++y) {
     for (int x = 0; x < smoothed.cols; ++x) {

@@ -9,9 +9,9 @@
 
 namespace sqslam {
 
-// Depth of a keyframe's pixels (32FC1, map units, 0 where nothing is found) from two or more views: the plane
-// sweep, semi-global aggregation, and rounds of finer steps in which patches take on the slope of the surface
-// found, with views of larger angles. Takes about 400 bytes a pixel meanwhile.
+// Returns the depth of a keyframe's pixels (32FC1, map units, 0 if unknown) from two or more views: plane
+// sweep, semi-global aggregation, then refinement with the wider `fine_views`, in which patches follow the
+// slope of the surface. Takes about 400 bytes per pixel.
 cv::Mat EstimateDepth(const StereoView& keyframe, const std::vector<StereoView>& views,
                       const std::vector<StereoView>& fine_views, const Camera& camera,
                       const DepthRange& range, const StereoOptions& options);

@@ -13,7 +13,7 @@ namespace {
 constexpr int kEdge = SurfaceVolume::kEdge;
 constexpr std::size_t kMapsAtOnce = 8;  // depth maps at a time
 
-// The kept depth maps of up to so many keyframes from the first on, decoded at a time.
+// Reads the kept depth maps of at most `most` keyframes from `first` on, in parallel.
 std::vector<DepthMap> ReadKept(const DepthRecording& depths, const std::vector<std::int64_t>& keyframes,
                                std::size_t first, std::size_t most, int threads) {
   std::vector<DepthMap> maps(std::min(most, keyframes.size() - first));
@@ -21,8 +21,7 @@ std::vector<DepthMap> ReadKept(const DepthRecording& depths, const std::vector<s
   return maps;
 }
 
-// Depth of the middle of the pixels that some of the maps know, over their focal length: what a pixel is wide
-// there.
+// Returns the width of a pixel at the median depth of a sample of the maps, map units.
 double PixelAtMedianDepth(const DepthRecording& depths, const std::vector<std::int64_t>& keyframes) {
   constexpr std::size_t kMaps = 20;
   constexpr int kStride = 8;  // pixels
@@ -52,7 +51,7 @@ struct PlaceHash {
 
 using Places = std::unordered_set<SurfaceVolume::Place, PlaceHash>;
 
-// Adds the blocks through which the rays of a map's pixels pass within the truncation of their surfaces.
+// Adds the blocks that the rays of a map's pixels cross within the truncation of their surfaces.
 void AddPlaces(const DepthMap& map, double voxel, double truncation, Places& places) {
   constexpr int kStride = 2;     // pixels
   constexpr double kHalf = 0.5;  // voxels have their centres at whole numbers
@@ -76,7 +75,7 @@ void AddPlaces(const DepthMap& map, double voxel, double truncation, Places& pla
   }
 }
 
-// The blocks of all maps. Empty where these are more than `most`.
+// Returns the blocks of all maps, or nothing if there are more than `most`.
 std::optional<std::vector<SurfaceVolume::Place>> PlacesOf(const DepthRecording& depths,
                                                           const std::vector<std::int64_t>& keyframes,
                                                           double voxel, double truncation, std::size_t most,
@@ -114,7 +113,7 @@ void TakeSample(double distance, double weight, const cv::Vec3b& bgr, SurfaceVol
 struct BlockInView {
   Eigen::Vector3d first;  // centre of its first voxel
   Eigen::Matrix3d steps;  // from a voxel to the next along x, y, z: columns
-  double radius = 0.0;    // of the ball about it
+  double radius = 0.0;    // of its bounding sphere
 
   bool MayBeSeen(const Camera& camera) const {
     const Eigen::Vector3d center = first + steps * Eigen::Vector3d::Constant(0.5 * (kEdge - 1));
@@ -197,7 +196,7 @@ std::optional<SurfaceVolume> FuseSurface(const DepthRecording& depths, const Sur
   volume.places = std::move(*places);
   volume.blocks.resize(volume.places.size());
 
-  constexpr std::size_t kParts = 64;  // of the blocks: maps come to each in one order
+  constexpr std::size_t kParts = 64;  // of the blocks: each takes the maps in the same order
   for (std::size_t first = 0; first < keyframes.size(); first += kMapsAtOnce) {
     const std::vector<DepthMap> maps = ReadKept(depths, keyframes, first, kMapsAtOnce, threads);
     ParallelFor(kParts, threads, [&](std::size_t part) {

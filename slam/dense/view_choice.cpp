@@ -20,7 +20,7 @@ bool IsSeen(const Eigen::Vector3d& p_camera, const Camera& camera) {
          pixel.y() <= camera.height - 1;
 }
 
-// 1 at the wanted angle, less the farther from it by ratio.
+// Scores an angle: 1 if it is the wanted one, less the larger the ratio between them.
 double Fit(double angle, double wanted) {
   constexpr double kWidth = 0.5;  // standard deviation, octaves
   const double octaves = std::log2(angle / wanted) / kWidth;
@@ -130,7 +130,7 @@ std::vector<std::size_t> ChooseViews(const PosedFrame& keyframe, const std::vect
 std::vector<std::size_t> ChooseNeighbours(std::size_t keyframe, const std::vector<PosedFrame>& keyframes,
                                           const std::vector<Eigen::Vector3d>& in_view, const Camera& camera,
                                           int count) {
-  constexpr double kWanted = 8.0;  // degrees: errors of two maps are then fairly independent
+  constexpr double kWanted = 8.0;  // degrees: errors of two maps are then nearly independent
   std::vector<std::pair<double, std::size_t>> scored;
   for (std::size_t i = 0; i < keyframes.size(); ++i) {
     const Parallax parallax =

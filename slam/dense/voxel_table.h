@@ -10,18 +10,17 @@
 
 namespace sqslam {
 
-// Values by whole numbers, such as those of the cube of space that they lie in. Values of one key become one
-// by Value::Add(const Value&). Keys are dealt out to a fixed number of shards, each of which takes its values
-// in the order in which they were given, by whichever thread: what comes out, and in which order, depends on
-// no number of threads.
+// Hash table by integer keys, such as voxel coordinates. Values of one key are merged by Value::Add(const
+// Value&). Each of a fixed number of shards takes its values in the order given: content and order do not
+// depend on the number of threads.
 template <std::size_t kNumbers, typename Value>
 class VoxelTable {
  public:
   using Key = std::array<std::int32_t, kNumbers>;
   static constexpr std::size_t kShards = 16;
 
-  // Takes over what `give(part, put)` puts by calls of `put(key, value)`, for each part below `parts`. The
-  // parts are asked at a time.
+  // Adds the values that `give(part, put)` passes to `put(key, value)`, for each part below `parts`, in
+  // parallel.
   template <typename Give>
   void Add(std::size_t parts, int threads, const Give& give) {
     std::vector<std::array<std::vector<Item>, kShards>> dealt(parts);
@@ -44,8 +43,7 @@ class VoxelTable {
     });
   }
 
-  // The values of some keys, null where there is none. Memory is asked for them all before the first is
-  // needed.
+  // Returns the values of some keys, null for missing ones. Prefetches all slots before the first is needed.
   template <std::size_t kKeys>
   std::array<const Value*, kKeys> Find(const std::array<Key, kKeys>& keys) const {
     std::array<std::uint64_t, kKeys> hashes;
@@ -70,7 +68,7 @@ class VoxelTable {
 
  private:
   static constexpr std::uint32_t kNone = 0xFFFFFFFF;
-  static constexpr std::size_t kAhead = 8;  // items: their slots are on the way while others are taken
+  static constexpr std::size_t kAhead = 8;  // items whose slots are prefetched
   static void FetchMemory(const void* place) { __builtin_prefetch(place); }
 
   struct Item {
@@ -83,8 +81,7 @@ class VoxelTable {
     std::uint32_t number = kNone;  // of the value
   };
   struct Shard {
-    std::vector<Slot>
-        slots;  // a power of two, half of them free; a key stands in the first free one from its own on
+    std::vector<Slot> slots;  // power-of-two size, at most half full, linear probing
     std::vector<Value> values;
 
     std::size_t FirstSlot(std::uint64_t hash) const { return hash / kShards & (slots.size() - 1); }
