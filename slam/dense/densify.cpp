@@ -61,7 +61,7 @@ bool TakeLive(const std::string& text, const std::string& settings, const DenseI
   }
   DepthMap map = recording.Estimate(input.ids[k]);
   map.T_map_camera = input.keyframes[k].T_map_camera;
-  map.depth *= *scale / recording.Metres();  // of a live unit, which a row has
+  map.depth *= *scale / recording.Metres();  // metres back to live units, which rows have
   input.moving.Apply(map);
   recording.PutEstimate(map, plan.settings);
   return true;

@@ -11,7 +11,7 @@
 namespace sqslam {
 namespace {
 
-constexpr std::int64_t kFirstFrames = 400;  // of the first maps: over ten seconds, a few for the program
+constexpr std::int64_t kFirstFrames = 400;  // of the first passes: over ten seconds of video
 constexpr int kPasses = 6;
 constexpr double kSettled = 0.003;  // relative change of the focal length
 
@@ -20,7 +20,7 @@ std::string InWords(const Camera& camera) {
                      HorizontalFieldOfView(camera) * 180.0 / std::numbers::pi);
 }
 
-// Objects know nothing of the camera, and boxes cost time.
+// Leaves objects out: they don't constrain the camera, and boxes cost time.
 SystemOptions LearningOptions(SystemOptions options) {
   options.deterministic = true;
   options.mapping.camera.what = LearntPart::kFocalAndRadial;
@@ -29,7 +29,7 @@ SystemOptions LearningOptions(SystemOptions options) {
 }
 
 struct LearningPass {
-  std::optional<LearntCamera> learnt;  // empty where there is no map
+  std::optional<LearntCamera> learnt;  // empty if there is no map
   std::int64_t played = 0;             // frames
 };
 
@@ -95,7 +95,7 @@ AutoCamera LearnCamera(const Sequence& sequence, const FrameRange& range, const 
     }
     frames += pass.played;
     if (pass.played < part.count && !sequence.video_path.empty()) {
-      available = part.count = pass.played;  // the file ends early, and need not say so each time
+      available = part.count = pass.played;  // the file ends early: warn only once
     }
     if (pass.learnt && pass.learnt->trusted) {
       result.Take(*pass.learnt);

@@ -13,10 +13,10 @@ struct Sightline {
   Eigen::Vector3d direction;  // unit vector, map frame
 };
 
-// The place nearest to all rays, by their angles. Empty where they are nearly parallel.
+// Returns the point nearest to all rays by angle, or nothing if they are nearly parallel.
 std::optional<Eigen::Vector3d> Meet(const std::vector<Sightline>& rays) {
   constexpr double kLeastAngle = 0.02;  // rad between the outermost rays
-  constexpr int kRounds = 3;            // the first takes every ray to be equally long
+  constexpr int kRounds = 3;            // the first takes all rays as equally long
   const bool apart = std::ranges::any_of(rays, [&](const Sightline& ray) {
     return ray.direction.cross(rays.front().direction).norm() > kLeastAngle;
   });
@@ -45,7 +45,7 @@ struct Fit {
   int corners = 0;
 };
 
-// `left_out`: index of a sight that is not used.
+// `left_out`: index of a sight to leave out.
 std::optional<Fit> FitCorners(const std::vector<BoardSight>& sights, std::size_t left_out,
                               const Camera& camera, const CalibrationBoard& board) {
   std::map<int, std::vector<Sightline>> rays;  // by corner
@@ -94,7 +94,7 @@ std::optional<BoardScale> ScaleByBoard(const std::vector<BoardSight>& sights, co
   for (std::size_t i = 0; i < sights.size(); ++i) {
     const std::optional<Fit> others = FitCorners(sights, i, camera, board);
     if (!others) {
-      return std::nullopt;  // it all hangs on one keyframe
+      return std::nullopt;  // depends on a single keyframe
     }
     logs.push_back(std::log(others->S_board_map.scale));
   }
@@ -107,7 +107,7 @@ std::optional<BoardScale> ScaleByBoard(const std::vector<BoardSight>& sights, co
     squares += (log - mean) * (log - mean);
   }
   const double metres = all->S_board_map.scale;
-  // So few tell little of their own spread: Student's t, whose variance is as much larger than 1.
+  // So few samples underestimate their spread: scale to the variance of Student's t.
   const double student = (count - 1.0) / (count - 3.0);
   return BoardScale{metres, metres * std::sqrt(student * (count - 1.0) / count * squares), all->rms,
                     all->corners};

@@ -48,7 +48,7 @@ void DetectionFeed::Attempt(const auto& work) {
     failure_ = e.what();
   } catch (const cv::Exception& e) {
     failure_ = fmt::format("the detector fails: {}", e.err);
-  } catch (const std::exception& e) {  // one that the program brings may throw anything
+  } catch (const std::exception& e) {  // a detector of the embedding program may throw anything
     failure_ = fmt::format("the detector fails: {}", e.what());
   }
 }

@@ -13,15 +13,15 @@
 
 namespace sqslam {
 
-// Feeds frames to a system and, a little later, the boxes that a detector finds in them, which it also keeps
-// in a file. Without a detector frames are passed on with the boxes that they have.
+// Feeds frames to a system and, a few frames later, the boxes that a detector finds in them, which it also
+// writes to a file. Without a detector, frames keep the boxes they have.
 class DetectionFeed {
  public:
   struct Options {
     DetectionOptions detection;
     DetectionPace pace = DetectionPace::kEveryNth;
     std::filesystem::path boxes;            // boxes.txt to write
-    std::string sequence;                   // what the boxes are of, for its first line
+    std::string sequence;                   // name of the sequence, for the first line of the file
     Eigen::Vector2d file_pixels{1.0, 1.0};  // see FilePixels()
   };
 
@@ -30,19 +30,19 @@ class DetectionFeed {
 
   TrackingState Process(const Frame& frame, System& system);
 
-  // Waits for the boxes of the last frames, and gives the file its name.
+  // Waits for the boxes of the last frames and completes the file.
   void Finish(System& system);
 
-  // The network or the disk failed: nothing more will come. What was mapped is to be saved first; then
-  // ThrowFailure throws InputError where there was one.
+  // True if the network or the disk failed: no more boxes will come. Callers save the map first, then call
+  // ThrowFailure, which throws InputError if anything failed.
   bool Failed() const { return !failure_.empty(); }
   void ThrowFailure() const;
 
   std::map<std::string, StageTimes::Summary> Times() const;
-  int Seen() const { return seen_; }  // frames that the network itself has looked at
+  int Seen() const { return seen_; }  // frames that the detector itself has processed
 
  private:
-  void Attempt(const auto& work);  // unless something has failed; keeps what fails now
+  void Attempt(const auto& work);  // does nothing after a failure; keeps the first one
   void Deliver(const std::vector<FrameBoxes>& frames, System& system);
 
   Options options_;

@@ -15,7 +15,7 @@ namespace sqslam {
 namespace fs = std::filesystem;
 namespace {
 
-// Empty where there are no files to list.
+// Returns nothing if there are no image files to list.
 std::optional<Sequence> ListFiles(const fs::path& path, const Camera& camera) {
   try {
     SequenceRequest request;
@@ -57,7 +57,7 @@ fs::path WriteJoinedSequence(const fs::path& result, const fs::path& first, cons
   if (time >= first_time) {
     return {};
   }
-  // Numbers that neither has stand for nothing, but are counted.
+  // Frame numbers that neither sequence has are listed with any image, to keep the count.
   const double gap = (first_time - time) / static_cast<double>(added.first - listed + 1);
   for (std::int64_t i = listed; i < added.first; ++i) {
     list(time + gap, a->frames.back().image_path);

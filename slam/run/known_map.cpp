@@ -19,7 +19,7 @@ std::string CameraText(const Camera& c) {
                      c.cy);
 }
 
-// The farthest that a point on the image's border lies from where the other camera would show it, in pixels.
+// Returns the largest shift of a point in the image between the two cameras, px.
 double LargestShift(const Camera& a, const Camera& b) {
   double largest = 0.0;
   for (const double x : {0.0, 0.5, 1.0}) {
@@ -65,7 +65,7 @@ void CheckSameCamera(const fs::path& source, const Camera& camera, const KnownMa
 Sequence OpenSequenceFor(const KnownMap& map, const SequenceRequest& request) {
   Sequence sequence = OpenSequence(request);
   const Camera& known = map.map.camera;
-  Camera stated = known;  // what nobody has calibrated is taken to be the map's
+  Camera stated = known;  // an uncalibrated camera is assumed to be the map's
   stated.width = sequence.camera.width;
   stated.height = sequence.camera.height;
   CheckSameCamera(request.path, sequence.guessed_by.empty() ? sequence.camera : stated, map);

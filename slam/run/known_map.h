@@ -15,19 +15,18 @@ struct KnownMap {
   SystemOptions options;
 };
 
-// The options that a result was made with. Throws InputError.
+// Returns the options that a result was made with. Throws InputError.
 SystemOptions OptionsOfRun(const std::filesystem::path& result);
 
-// `result`: a result folder or its map.sqmap. Throws InputError where it keeps no map that can be used.
+// `result`: a result folder or its map.sqmap. Throws InputError if it has no usable map.
 KnownMap ReadKnownMap(const std::filesystem::path& result);
 
-// Throws InputError that names `source` where its camera is not that of the map: another size, or a
-// calibration that differs by more than refining it in a run would change it.
+// Throws InputError that names `source` if its camera is not the map's: another size, or a calibration that
+// differs by more than a run would refine it.
 void CheckSameCamera(const std::filesystem::path& source, const Camera& camera, const KnownMap& map);
 
-// Lists a sequence whose frames are to be found in the map. A camera without a calibration is taken to be
-// that of the map. Throws InputError where it is another one: another size, or a calibration that differs by
-// more than refining it in a run would change it.
+// Opens a sequence to be located in the map. An uncalibrated camera is assumed to be the map's. Throws
+// InputError as CheckSameCamera does.
 Sequence OpenSequenceFor(const KnownMap& map, const SequenceRequest& request);
 
 }  // namespace sqslam

@@ -19,9 +19,9 @@ namespace sqslam {
 namespace fs = std::filesystem;
 namespace {
 
-// The last state of the old map with the poses as its keyframes.
+// Returns the last state of the old map with the poses as its keyframes.
 MapSnapshot PictureOf(const MapSnapshot& map, const std::map<std::int64_t, Localization::Pose>& poses) {
-  constexpr std::size_t kMostCameras = 100;  // more hide the map
+  constexpr std::size_t kMostCameras = 100;  // more would hide the map
   MapSnapshot picture = map;
   picture.sequence_number = 0;
   picture.keyframes.clear();
@@ -43,7 +43,7 @@ MapSnapshot PictureOf(const MapSnapshot& map, const std::map<std::int64_t, Local
   return picture;
 }
 
-// Returns true where the host ended it.
+// Returns true if the host stopped it.
 bool PlayInto(Localizer& localizer, FrameSource& frames, std::int64_t total, RunHost& host) {
   std::int64_t done = 0;
   int found = 0;

@@ -15,8 +15,8 @@ struct LocalizeRequest {
   SequenceRequest sequence;
   FrameRange range;
   std::filesystem::path map;     // a result folder or its map.sqmap
-  std::filesystem::path output;  // folder that is made; must not exist or be empty
-  std::vector<std::string> set;  // options that replace those of the map, KEY=VALUE
+  std::filesystem::path output;  // created; must not exist or be empty
+  std::vector<std::string> set;  // options that override those of the map, KEY=VALUE
 };
 
 struct LocalizedRun {
@@ -25,10 +25,9 @@ struct LocalizedRun {
   bool interrupted = false;
 };
 
-// Finds the poses of a sequence's frames in a kept map, which stays as it is, and leaves trajectory.txt,
-// stats.json, camera.yaml and, to be drawn, a map.sqmap of the map with the poses as its keyframes. Throws
-// InputError and UsageError before anything is written, and NoMapError (with stats.json written) where no
-// frame was found.
+// Locates the frames of a sequence in a kept map, which stays unchanged. Writes trajectory.txt, stats.json,
+// camera.yaml and, for display, a map.sqmap of the map with the poses as its keyframes. Throws InputError and
+// UsageError before anything is written, and NoMapError (with stats.json written) if no frame was found.
 LocalizedRun LocalizeSequence(const LocalizeRequest& request, RunHost& host);
 
 }  // namespace sqslam

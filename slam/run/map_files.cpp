@@ -24,8 +24,7 @@ void WriteOneMap(const fs::path& folder, const FinishedMap& map) {
 }
 
 void WriteSubmaps(const fs::path& folder, const RunResult& result) {
-  auto all =
-      static_cast<double>(result.map.trajectory.size());  // more than this run's, where a map is extended
+  auto all = static_cast<double>(result.map.trajectory.size());  // more than this run's if a map is extended
   for (const FinishedMap& other : result.others) {
     all += static_cast<double>(other.trajectory.size());
   }

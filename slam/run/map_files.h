@@ -9,15 +9,15 @@
 
 namespace sqslam {
 
-// Runs every step even if one fails, so that a full disk or a missing display costs no more than it must; the
-// first failure is thrown at the end.
+// Runs every step even if one fails, to save what can be saved (full disk, no display), then throws the first
+// failure.
 void AttemptAll(const std::vector<std::function<void()>>& steps);
 
-// Writes trajectory.txt, keyframes.txt, points.ply and objects.json of the map; of the maps that could not be
-// tied to it the same files in submaps/1, submaps/2, ..., each in a frame and scale of its own.
+// Writes trajectory.txt, keyframes.txt, points.ply and objects.json of the map, and the same files of each
+// unconnected map in submaps/1, submaps/2, ..., in its own frame and scale.
 void WriteMapFiles(const std::filesystem::path& folder, const RunResult& result);
 
-// Counts and times of a result as stats.json has them; the memory is that of this process until now.
+// Returns the counts and times of a result for stats.json, with this process's peak memory so far.
 RunStats StatsOf(const RunResult& result);
 
 }  // namespace sqslam

@@ -9,7 +9,7 @@
 
 namespace sqslam {
 
-// The time as Pace sees it; a test brings its own.
+// Clock of Pace; replaced in tests.
 struct PaceClock {
   std::function<double()> now;           // seconds from any start
   std::function<void(double)> sleep;     // seconds
@@ -21,16 +21,16 @@ inline PaceClock SteadyPaceClock(std::function<bool()> stop) {
           [](double seconds) { std::this_thread::sleep_for(Seconds(seconds)); }, std::move(stop)};
 }
 
-// Plays a recording as a live camera would give it: a frame is there from its time on, and whoever comes late
-// gets the newest one; those before it are dropped. The first frame's time is when it is first asked for.
+// Plays a recording like a live camera: a frame is available from its time on, and a late reader gets the
+// newest one; older ones are dropped. The first frame's time is when it is first requested.
 class Pace {
  public:
   explicit Pace(PaceClock clock) : clock_(std::move(clock)) {}
 
-  // Waits for the frame's time (timestamps in seconds). False where the frame after it is there already: this
+  // Waits for the frame's time (timestamps in seconds). Returns false if the next frame is due already: this
   // one is dropped. The last frame (no next) is never dropped.
   bool Admit(double timestamp, std::optional<double> next_timestamp) {
-    constexpr double kMaxSleep = 0.1;  // seconds; a gap in the recording must not keep Ctrl-C waiting
+    constexpr double kMaxSleep = 0.1;  // seconds; a gap in the recording must not delay Ctrl-C
     if (!offset_) {
       offset_ = clock_.now() - timestamp;
     }

@@ -14,8 +14,8 @@
 namespace sqslam {
 
 // Writes the snapshots of a run into map.sqmap on a thread of its own: mapping waits neither for their
-// serialisation and compression nor for the disk. A disk that fills up does not end the mapping: the failure
-// is kept for the thread that plays the frames, which stops the run and saves the rest.
+// serialisation and compression nor for the disk. A full disk does not end the mapping: the thread that plays
+// the frames sees the failure, stops the run and saves the rest.
 class Recorder {
  public:
   Recorder(const std::filesystem::path& path, const RecordingInfo& info)
@@ -27,7 +27,7 @@ class Recorder {
           }
         }) {}
 
-  // Queues a snapshot; from one thread at a time, in the order of the recording. Waits while the queue is
+  // Queues a snapshot; call in the order of the recording, one thread at a time. Blocks while the queue is
   // full, so that a slow disk does not fill the memory with maps.
   void Add(const MapSnapshotPtr& snapshot) {
     {
@@ -37,11 +37,11 @@ class Recorder {
     writing_.Offer(snapshot);
   }
 
-  // Queues the live map, which takes the place of the one kept before.
+  // Queues the live map, which replaces the previous one.
   void Keep(KeptMap map) { writing_.Offer(std::make_shared<const KeptMap>(std::move(map))); }
 
-  // Writes what still waits and closes the file. Throws the failure of the first snapshot that could not be
-  // written (InputError on a full disk); none after it was.
+  // Writes all that is queued and closes the file. Throws the first failed write (InputError on a full disk);
+  // nothing after it was written.
   void Close() {
     writing_.Finish();
     writer_.Close();
@@ -49,7 +49,7 @@ class Recorder {
 
   bool Failed() const { return writing_.Failed(); }
 
-  // The one queued last; null before the first.
+  // Returns the snapshot queued last; null before the first.
   MapSnapshotPtr Newest() const {
     const std::lock_guard lock(mutex_);
     return newest_;
@@ -61,9 +61,9 @@ class Recorder {
   using KeptMapPtr = std::shared_ptr<const KeptMap>;
   using Item = std::variant<MapSnapshotPtr, KeptMapPtr>;
 
-  RecordingWriter writer_;  // of the thread while it runs, then of whoever has joined it
+  RecordingWriter writer_;  // used by the thread while it runs, then by Close()
   WorkerThread<Item> writing_;
-  mutable std::mutex mutex_;  // guards the next
+  mutable std::mutex mutex_;  // guards newest_
   MapSnapshotPtr newest_;
 };
 

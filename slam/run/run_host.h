@@ -13,17 +13,17 @@
 
 namespace sqslam {
 
-// All that a run came to.
+// Everything that a run produced.
 struct FinishedRun {
   std::filesystem::path output;  // its result folder
   std::string sequence;          // what was mapped
   RunResult result;
   RunStats stats;
-  bool interrupted = false;  // the host ended it; what had been mapped is saved all the same
+  bool interrupted = false;  // stopped by the host; the map until then is saved all the same
 };
 
-// The program that a run is made for: it may end the run, shows how far it is, and draws what comes of it.
-// Called from the threads of the run; only AdmitFrame and the pictures may take long.
+// The program that a run is made for: it may stop the run, shows progress, and draws the result. Called from
+// the threads of the run; only AdmitFrame and the pictures may take long.
 class RunHost {
  public:
   virtual ~RunHost() = default;
@@ -32,17 +32,17 @@ class RunHost {
   virtual bool AdmitFrame() { return !Stopped(); }  // before each frame; false ends the run
 
   virtual void Say(const std::string& /*news*/) {}
-  // `total` frames are to come, 0: nobody knows how many. EndProgress comes before anything else is said.
+  // `total`: 0 if unknown. EndProgress comes before any other message.
   virtual void ShowProgress(std::int64_t /*done*/, std::int64_t /*total*/, const std::string& /*state*/) {}
   virtual void EndProgress() {}
   virtual void Tracked(const Frame&, TrackingState, const System&) {}  // from the tracking thread
   virtual void Mapped(const MapSnapshotPtr&) {}                        // from the mapping thread
 
-  // Depth maps and cloud are written; a mesh of them is the host's to make.
+  // Called once depth maps and cloud are written, for the host to make a mesh.
   virtual void Mesh(const FinishedRun&) {}
 
-  // Pictures of the map, a video of its growth and a page, all in the result folder or beside it, once its
-  // other files are written. What one of them throws keeps nothing else from being made.
+  // Pictures of the map, a video of its growth and a page, in the result folder or beside it, after all other
+  // files. An exception from one of them does not prevent the others.
   virtual void Draw(const FinishedRun&, StageTimes& /*times*/) {}
   virtual void Film(const FinishedRun&) {}
   virtual void Report(const FinishedRun&) {}

@@ -14,7 +14,7 @@
 namespace sqslam {
 namespace {
 
-// `images`: of a stream; null for a camera of this machine.
+// `images`: of a stream; null for a local camera.
 Sequence LiveSequence(const RunRequest& request, const NetworkStream* images) {
   if (!request.sequence.detections.empty()) {
     throw UsageError("--detections: boxes of a recording, expected none with a live camera");
@@ -24,7 +24,7 @@ Sequence LiveSequence(const RunRequest& request, const NetworkStream* images) {
       images != nullptr ? PublicAddress(request.stream) : fmt::format("camera {}", *request.live_camera);
   if (request.sequence.camera.empty() || request.sequence.camera == kAutoCamera) {
     const cv::Size size =
-        images != nullptr ? images->ImageSize() : cv::Size(640, 480);  // every camera has that
+        images != nullptr ? images->ImageSize() : cv::Size(640, 480);  // every camera supports it
     const double fps = images != nullptr && images->Fps() > 0.0 ? images->Fps() : Camera().fps;
     const CameraGuess guess = GuessCamera(size.width, size.height, fps);
     sequence.camera = guess.camera;

@@ -18,45 +18,45 @@ namespace sqslam {
 
 using CameraOpener = std::function<FrameGrabber(int index, const Camera& camera)>;
 
-// The time at which a run makes depth maps: once the map is finished, or while it grows.
+// When a run makes depth maps: after the map is finished, or while it grows.
 enum class DenseTime { kFinal, kLive };
 constexpr auto EnumNames(DenseTime) { return std::array{"final", "live"}; }
 
 struct RunRequest {
-  SequenceRequest sequence;        // of a live camera only its calibration counts
-  std::optional<int> live_camera;  // index of a camera of this machine, instead of a sequence
+  SequenceRequest sequence;        // for a live camera only its calibration is used
+  std::optional<int> live_camera;  // index of a local camera, instead of a sequence
   CameraOpener open_camera = OpenCamera;
   std::string stream;  // address of live images over the network, instead of a sequence; empty: none
   FrameRange range;
-  std::filesystem::path extend;  // a result whose map is gone on with; empty: a new map
-  std::filesystem::path output;  // folder that is made; must not exist or be empty
+  std::filesystem::path extend;  // a result whose map is extended; empty: a new map
+  std::filesystem::path output;  // created; must not exist or be empty
   SystemOptions options;
   std::shared_ptr<ObjectDetector> detector;  // finds the boxes instead of options.detection.network
-  std::optional<DenseTime> dense;  // when to make depth maps and a dense cloud (options.dense); empty: not
-  std::string command;             // as it was typed, for the report; empty: not known
-  std::optional<ScaleReference> scale_from;  // what the map is brought to metres by; empty: nothing
+  std::optional<DenseTime> dense;  // when to make depth maps and a dense cloud (options.dense); empty: never
+  std::string command;             // as typed, for the report; empty: unknown
+  std::optional<ScaleReference> scale_from;  // reference that scales the map to metres; empty: none
   bool realtime = false;                     // play at the sequence's own speed and drop late frames
 
   bool IsLive() const { return live_camera || !stream.empty(); }
   bool HasRealClock() const { return realtime || IsLive(); }
 };
 
-// The frames of a run, the map that it goes on with, and the detector for the boxes.
+// The frames of a run, the map that it extends, and the detector.
 struct RunInput {
   Sequence sequence;              // without frames for a live camera
   std::optional<KnownMap> known;  // empty for a new map
   std::unique_ptr<FrameStream> frames;
-  std::shared_ptr<ObjectDetector> detector;  // null where the boxes come with the sequence, or there is none
+  std::shared_ptr<ObjectDetector> detector;  // null if the sequence has boxes or there is no detector
 };
 
-// Throws InputError and UsageError for what cannot be used or makes no sense. Writes nothing.
+// Throws InputError and UsageError for unusable or contradictory requests. Writes nothing.
 RunInput OpenInput(const RunRequest& request, const RunHost& host);
 
-// The network that is to find the boxes of a sequence; empty where they come with it, or where there is none
-// (a warning then says what would help). Throws as LoadNetwork does.
+// Returns the detection network for a sequence; nothing if the sequence has boxes or there is no network (a
+// warning then says how to get one). Throws as LoadNetwork does.
 std::optional<NetworkOptions> NetworkFor(const DetectionOptions& options, const Sequence& sequence);
 
-// Timestamp of the frame that is played after this one; empty for the last.
+// Returns the timestamp of the frame played after this one; nothing for the last.
 std::optional<double> NextTimestamp(const FrameRange& range, const Sequence& sequence, const Frame& frame);
 
 }  // namespace sqslam

@@ -43,7 +43,7 @@ DetectionFeed MakeFeed(const RunRequest& request, const RunInput& input, RunHost
        request.output / "boxes.txt", input.sequence.path.string(), FilePixels(input.sequence)}};
 }
 
-// A camera that is only guessed is learnt on during the run.
+// Lets the run refine a camera that is only guessed.
 SystemOptions OptionsFor(const AutoCamera& camera, SystemOptions options) {
   if (camera.IsGuessed() && options.mapping.camera.what == LearntPart::kNone) {
     // Keypoints are undistorted by the radial coefficient: it stays.
@@ -69,7 +69,7 @@ std::string StateText(TrackingState state, const Recorder& recorder) {
 }
 
 // Plays the frames into the system until they end, the host stops the run, or a disk or the network fails.
-// Returns the number of frames that came too fast. `live` may be null.
+// Returns the number of dropped frames. `live` may be null.
 int Play(const RunRequest& request, const RunInput& input, const Recorder& recorder, DetectionFeed& feed,
          System& system, LiveDepth* live, RunHost& host) {
   const FrameRange& range = request.range;
@@ -98,7 +98,7 @@ int Play(const RunRequest& request, const RunInput& input, const Recorder& recor
   return pace.Dropped() + input.frames->Dropped();
 }
 
-// The whole run knows more of the camera than its beginning.
+// The whole run determines the camera better than its beginning.
 void TakeLearntCamera(const RunResult& result, AutoCamera& camera) {
   if (result.map.learnt_camera) {
     camera.Take(*result.map.learnt_camera);
@@ -129,7 +129,7 @@ void WarnOfFewTracked(const RunStats& stats) {
   }
 }
 
-// Tells what was found once all had been seen.
+// Reports what was recovered at the end of the run.
 std::string CompletionText(const RunCounters& counters) {
   const auto count = [](int n, const char* what) {
     return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s");
@@ -153,8 +153,8 @@ RunStats MakeStats(const RunResult& result, const RunInput& input, const Detecti
   return stats;
 }
 
-// Null where depth maps are not to be made during the run, or where the frames would have to be decoded anew
-// for each: those of a video.
+// Returns null if no depth maps are wanted during the run, and for videos, whose frames would have to be
+// decoded again for each.
 std::unique_ptr<LiveDepth> MakeLiveDepth(const RunRequest& request, const RunInput& input) {
   if (request.dense != DenseTime::kLive) {
     return nullptr;
@@ -166,8 +166,7 @@ std::unique_ptr<LiveDepth> MakeLiveDepth(const RunRequest& request, const RunInp
   return std::make_unique<LiveDepth>(request.output / "map.sqmap", input.sequence, request.options.dense);
 }
 
-// Ends live depth and returns how many depth maps there are. A failure in the background costs its depth maps
-// only.
+// Ends live depth and returns the number of depth maps. A failure in the background costs only these.
 int FinishLive(std::unique_ptr<LiveDepth> live, RunHost& host) {
   if (!live) {
     return 0;
@@ -182,8 +181,8 @@ int FinishLive(std::unique_ptr<LiveDepth> live, RunHost& host) {
   }
 }
 
-// A map without depth is a map all the same. Of a run that was stopped the depth maps made until then are
-// laid into the finished map, and no others are made.
+// Failing to find depth leaves the map as it is. A stopped run makes no further depth maps; those made until
+// then are merged.
 void MakeDense(const RunRequest& request, FinishedRun& run, int live, RunHost& host) {
   const bool stopped = run.interrupted;
   if (!request.dense || (stopped && live == 0)) {
@@ -213,8 +212,8 @@ void MakeDense(const RunRequest& request, FinishedRun& run, int live, RunHost& h
   }
 }
 
-// Brings the files to metres: by what the request knows, or as the map is that was gone on with. A thing that
-// is not found costs the metres, not the map.
+// Scales the files to metres: by the request's reference, or as the extended map was. If the reference is not
+// found, the map stays without scale.
 void Scale(const RunRequest& request, const RunInput& input, FinishedRun& run, RunHost& host) {
   std::optional<MapScale> scale;
   if (input.known) {
@@ -239,8 +238,7 @@ void Draw(FinishedRun& run, RunHost& host) {
   run.stats.timing_ms.merge(times.Summaries());
 }
 
-// A run without a map leaves stats.json alone: nothing is in the recording, and nobody should take it for a
-// map.
+// Leaves only stats.json of a run without a map: the recording is empty and must not be taken for a map.
 void SaveWithoutMap(const FinishedRun& run, Recorder& recorder) {
   AttemptAll({[&] { recorder.Close(); }, [&] { fs::remove(run.output / "map.sqmap"); },
               [&] { WriteStats(run.output / "stats.json", run.stats); }});
@@ -253,12 +251,12 @@ void SaveWithoutMap(const FinishedRun& run, Recorder& recorder) {
                                  sequence.path.string(), input.frames->Skipped(), sequence.camera.width,
                                  sequence.camera.height));
   }
-  const std::string path = sequence.path.string();  // of live images there is nothing left to look at
+  const std::string path = sequence.path.string();  // live images cannot be examined again
   throw NoMapError(fmt::format("{}: no map: {}{}", path, result.no_map_reason,
                                request.IsLive() ? "" : fmt::format("; sqslam doctor {} looks closer", path)));
 }
 
-// A map that was gone on with knows the images of both parts.
+// An extended map needs the images of both parts.
 void JoinSequences(const RunInput& input, FinishedRun& run) {
   if (!input.known || !run.result.added) {
     return;
@@ -275,7 +273,7 @@ void JoinSequences(const RunInput& input, FinishedRun& run) {
 FinishedRun RunPipeline(const RunRequest& request, RunHost& host) {
   CheckOptions(request.options);
   const WarningLog warnings;
-  RunInput input = OpenInput(request, host);  // before the folder: one that cannot be used leaves nothing
+  RunInput input = OpenInput(request, host);  // before the folder: unusable input leaves nothing behind
   CreateResultFolder(request.output);
   DetectionFeed feed = MakeFeed(request, input, host);
 

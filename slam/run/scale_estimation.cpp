@@ -23,7 +23,7 @@ namespace sqslam {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double kVague = 0.05;  // relative deviation from which a scale is called vague
+constexpr double kVague = 0.05;  // relative deviation above which a scale is called vague
 
 std::vector<std::string> Split(const std::string& text, char separator) {
   std::vector<std::string> parts;
@@ -56,11 +56,11 @@ CalibrationBoard ParseBoard(const std::string& text) {
 
 std::string NameOf(const SnapshotObject& object) { return fmt::format("{} {}", object.id, object.label); }
 
-// Vertical extent and its standard deviation, by the half sizes' covariance; 0 where there is none.
+// Returns the vertical extent and its standard deviation from the half sizes' covariance; 0 if unknown.
 std::pair<double, double> HeightOf(const SnapshotObject& object) {
   const Superquadric& shape = object.superquadric.shape;
   const Eigen::Vector3d up = object.superquadric.T_map_object.rotation.conjugate() * Eigen::Vector3d::UnitZ();
-  // The support point grows with the half sizes, so that its parts are their shares in the extent.
+  // The support point scales with the half sizes: its components are their shares in the extent.
   const Eigen::Vector3d by_half_size =
       2.0 * shape.SupportPoint(up).cwiseProduct(up).cwiseQuotient(shape.half_size);
   const double variance = by_half_size.dot(object.fit.covariance.block<3, 3>(3, 3) * by_half_size);
@@ -85,8 +85,8 @@ void WarnIfUncertain(const SnapshotObject& object) {
   }
 }
 
-// Returns the object with this id, or the one of this label whose height is relatively surest; uncertain ones
-// come last.
+// Returns the object with this id, or the one of this label with the smallest relative deviation of its
+// height; uncertain ones come last.
 const SnapshotObject& FindObject(const MapSnapshot& map, const std::string& wanted) {
   const auto id = ParseNumber<int>(wanted);
   const SnapshotObject* best = nullptr;
@@ -107,7 +107,7 @@ const SnapshotObject& FindObject(const MapSnapshot& map, const std::string& want
   return *best;
 }
 
-// A place with its covariance, in the snapshot's lengths.
+// A point with its covariance, in units of the snapshot.
 struct Place {
   Eigen::Vector3d at;
   Eigen::Matrix3d covariance;
@@ -189,7 +189,7 @@ MapScale ScaleFrom(const MeasuredLength& measured, double metres) {
           fmt::format("{}, {:.4g} m", measured.what, metres)};
 }
 
-// By the snapshot's lengths.
+// Measures in units of the snapshot.
 MapScale ScaleByBoardIn(const RecordingReader& recording, const MapSnapshot& map,
                         const CalibrationBoard& board, const std::function<void(int, int)>& progress) {
   const std::vector<BoardSight> sights = FindBoards(recording, map, board, progress);
@@ -316,7 +316,7 @@ double PixelVariance(const Map& map, const Camera& camera) {
       squares += error.squaredNorm() / map.Levels().Variance(keypoint.octave);
       freedom += 2.0;
     }
-    freedom -= 3.0;  // of its place
+    freedom -= 3.0;  // of its position
   }
   return std::max(kLeast, squares / std::max(1.0, freedom));
 }

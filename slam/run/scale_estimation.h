@@ -14,9 +14,9 @@
 
 namespace sqslam {
 
-// A thing whose size somebody knows, in metres.
+// An object of known height, in metres.
 struct KnownHeight {
-  std::string object;  // its id, or a label: then the object of that label whose height is surest
+  std::string object;  // its id, or a label: then the object of that label with the surest height
   double metres = 0.0;
 };
 struct KnownDistance {
@@ -30,7 +30,7 @@ using ScaleReference = std::variant<KnownHeight, KnownDistance, CalibrationBoard
 // UsageError.
 ScaleReference ParseScaleReference(const std::string& text);
 
-// Throws UsageError for lengths that are not above 0 and for boards that are none, or no ChArUco board.
+// Throws UsageError for lengths that are not positive and for boards that are invalid or not ChArUco.
 void CheckScaleReference(const ScaleReference& reference);
 
 // A length in the units of a map with its standard deviation.
@@ -40,33 +40,33 @@ struct MeasuredLength {
   std::string what;  // "height of 4 cup"
 };
 
-// The vertical extent of an object; its deviation is that of the object's covariance. Throws InputError where
-// there is no such object, or no height: nothing tells what is up, or the object was never refined.
+// Returns the vertical extent of an object with the deviation from its covariance. Throws InputError if there
+// is no such object, the up direction is unknown, or the object was never refined.
 MeasuredLength MeasureHeight(const MapSnapshot& map, const std::string& object);
 
-// The distance between the centres of two objects or between two map points, with the deviation of their
-// covariances, taken to be independent. `points`: the live map of the same frame, in whose `unit` of the
-// snapshot's lengths; it is asked for where a place is named. Throws InputError.
+// Returns the distance between the centres of two objects or between two map points, with the deviation from
+// their covariances, taken to be independent. `points`: returns the live map of the same frame, called only
+// for map points. `unit`: of that map, in units of the snapshot. Throws InputError.
 MeasuredLength MeasureDistance(const MapSnapshot& map, const KnownDistance& distance,
                                const std::function<Map()>& points, double unit);
 
-// Covariance of a map point by the keypoints that show it, which err by as much as all of the map do on
-// average; the keyframes are taken to be right.
+// Returns the covariance of a map point from its observations, with `pixel_variance` at octave 0; the
+// keyframes are taken to be exact.
 Eigen::Matrix3d PointCovariance(const Map& map, const Camera& camera, PointId point, double pixel_variance);
 
-// Mean squared distance of keypoints from their points, px^2 at octave 0, as errors that were not fitted
-// away.
+// Returns the variance of all reprojection errors, px^2 at octave 0, corrected for the degrees of freedom of
+// the points.
 double PixelVariance(const Map& map, const Camera& camera);
 
-// A board as one keyframe shows it.
+// A board as seen in one keyframe.
 struct BoardSight {
   Rigid3d T_map_camera;
   BoardView view;
 };
 
-// Metres per unit of the map, of the best similarity between the board and its corners as the keyframes'
-// rays meet; the deviation is what leaving out one keyframe at a time tells (jackknife). Empty where fewer
-// than four keyframes show corners from places apart.
+// Metres per unit of the map, from the best similarity between the board and its corners as triangulated from
+// the keyframes; the deviation is a jackknife over the keyframes. Empty if fewer than four keyframes show
+// corners from places apart.
 struct BoardScale {
   double metres = 0.0;
   double deviation = 0.0;
@@ -76,8 +76,8 @@ struct BoardScale {
 std::optional<BoardScale> ScaleByBoard(const std::vector<BoardSight>& sights, const Camera& camera,
                                        const CalibrationBoard& board);
 
-// The scale of a recording's map from a known thing, whether it has a scale already or not; says in warnings
-// what makes it doubtful. `progress` is told of the images that are searched for a board. Throws InputError.
+// Returns the scale of a recording's map from a known object, whether or not it has a scale already; warns
+// about what makes it doubtful. `progress`: over the images searched for a board. Throws InputError.
 MapScale EstimateScale(const std::filesystem::path& recording, const ScaleReference& reference,
                        const std::function<void(int done, int total)>& progress = {});
 

@@ -8,12 +8,12 @@
 
 namespace sqslam {
 
-// Keeps a scale in the recording of a result folder in place of the one that is there, or takes that away,
-// and writes trajectory.txt, keyframes.txt, points.ply, objects.json and dense.ply anew, those that are
-// there: in metres, or in the map's units. The live map and submaps keep theirs. Throws InputError.
+// Replaces or removes the scale in the recording of a result folder, and rewrites those of trajectory.txt,
+// keyframes.txt, points.ply, objects.json and dense.ply that exist: in metres, or in the map's units. The
+// live map and submaps keep their units. Throws InputError.
 void ScaleResult(const std::filesystem::path& result, const std::optional<MapScale>& scale);
 
-// The same for a run that has just written its files; its values follow.
+// Same for a run that has just written its files; also scales the values of `run`.
 void ScaleRun(const MapScale& scale, FinishedRun& run);
 
 }  // namespace sqslam

@@ -6,8 +6,8 @@
 
 namespace sqslam {
 
-// Takes down the warnings that the program gives as long as it lives, if the program's log passes them on
-// (a sink of sinks, as app/terminal makes it).
+// Collects the warnings that the program logs during its lifetime, if the program's logger allows it (a sink
+// of sinks, as app/terminal makes it).
 class WarningLog {
  public:
   WarningLog();
