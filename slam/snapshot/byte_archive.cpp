@@ -17,7 +17,7 @@ std::string PackBytes(std::string_view raw) {
 
 std::string UnpackBytes(std::string_view packed, const std::string& what) {
   std::uint64_t raw_size = 0;
-  constexpr std::uint64_t kMaxRatio = 1100;  // zlib cannot pack tighter: more is a broken size
+  constexpr std::uint64_t kMaxRatio = 1100;  // zlib cannot compress further: a larger ratio is a broken size
   if (packed.size() < sizeof(raw_size)) {
     throw InputError(what + " is cut off");
   }

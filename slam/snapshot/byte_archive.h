@@ -22,7 +22,7 @@
 #include "slam/geometry/superquadric.h"
 #include "slam/util/error.h"
 
-// State as bytes, little-endian. A type names its members once, for writing and for reading:
+// Serialization of state, little-endian. A type lists its members once, for writing and for reading:
 //
 //   template <typename Self, typename Visit>
 //   static void VisitState(Self& self, Visit&& visit) { visit(self.first, self.second); }
@@ -39,7 +39,7 @@ concept HasState = requires(T& value) {
   T::VisitState(value, Probe());
 };
 
-// The members of the geometric types, which know nothing of archives.
+// Members of the geometric types, which don't define VisitState themselves.
 template <typename Self, typename Visit>
 void VisitGeometry(Self& self, Visit&& visit) {
   using T = std::remove_const_t<Self>;
@@ -141,7 +141,7 @@ class ByteWriter {
   std::string bytes_;
 };
 
-// Throws InputError that begins with `what` where the bytes end too early or hold numbers that are none.
+// Throws InputError that begins with `what` if the bytes end too early or hold non-finite numbers.
 class ByteReader {
  public:
   ByteReader(std::string_view bytes, std::string what) : bytes_(bytes), what_(std::move(what)) {}
@@ -198,7 +198,7 @@ class ByteReader {
   template <typename T>
   void Get(std::vector<T>& items) {
     items.clear();
-    for (std::size_t left = GetSize(); left > 0; --left) {  // grows as bytes come: a broken count takes none
+    for (std::size_t left = GetSize(); left > 0; --left) {  // grows with the data: a broken count costs none
       Get(items.emplace_back());
     }
   }
@@ -257,11 +257,11 @@ class ByteReader {
   std::string what_;
 };
 
-// Packs bytes with zlib behind their size. Level 1 is three times as fast as the default for a tenth more
+// Compresses bytes with zlib behind their size. Level 1 is three times as fast as the default for 10 % more
 // bytes (floats hardly compress at all).
 std::string PackBytes(std::string_view raw);
 
-// Throws InputError that begins with `what` for bytes that PackBytes did not make.
+// Throws InputError that begins with `what` if PackBytes did not make the bytes.
 std::string UnpackBytes(std::string_view packed, const std::string& what);
 
 }  // namespace sqslam

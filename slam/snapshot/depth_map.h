@@ -8,22 +8,21 @@
 
 namespace sqslam {
 
-// In DepthMap::views: no other depth map saw the pixel's surface, a plane that its surroundings support fills
-// it.
+// In DepthMap::views: no other depth map saw the pixel's surface; its depth is from a plane that its
+// surroundings support.
 inline constexpr std::uint8_t kFilledByPlane = 255;
 
-// Depth of the pixels of a keyframe. A value: the images are never changed once it is made (copies of it
-// share them).
+// Depth of a keyframe's pixels. A value: its images never change once made (copies share them).
 struct DepthMap {
   std::int64_t keyframe = 0;  // id
   std::int64_t frame_index = 0;
   Camera camera;  // without distortion, of the images below
   Rigid3d T_map_camera;
-  cv::Mat depth;  // 32FC1, along the camera's z axis, map units; 0: not known
+  cv::Mat depth;  // 32FC1, along the camera's z axis, map units; 0: unknown
   cv::Mat views;  // 8UC1, neighbouring depth maps that agree with the pixel, or kFilledByPlane
   cv::Mat bgr;    // 8UC3
 
-  // The point that a pixel shows (map frame), which must have a depth.
+  // Returns the point that a pixel with depth shows, map frame.
   Eigen::Vector3d PointAt(int x, int y) const {
     const double z = depth.at<float>(y, x);
     return T_map_camera * (z * camera.Unproject({static_cast<double>(x), static_cast<double>(y)}));

@@ -81,8 +81,8 @@ std::string Unpack(std::string_view packed, std::size_t expected) {
   return raw;
 }
 
-// Smallest and largest inverse depth in the map's units, then for each pixel 0 for none or 1 to 65535 between
-// these, as differences to the pixel on its left: all low bytes, then all high ones, which packs best.
+// Smallest and largest inverse depth in the map's units, then for each pixel 0 for no depth or 1 to 65535
+// between these, as difference to the pixel on its left: low bytes first, then high bytes (compresses best).
 std::string EncodeDepth(const cv::Mat& metric_depth, double metres) {
   constexpr double kSteps = 65534.0;
   const cv::Mat depth = metres == 1.0 ? metric_depth : cv::Mat(metric_depth / metres);
@@ -167,8 +167,7 @@ struct DepthRecording::Impl {
     return keyframes;
   }
 
-  // The statement selects frame_index, camera, image, depth, views; without bytes of views they are left
-  // empty.
+  // The statement selects frame_index, camera, image, depth, views; empty bytes leave `views` empty.
   DepthMap Read(std::int64_t keyframe, const char* sql) const {
     sqlite::Statement select = Prepare(sql, keyframe);
     if (!has_table || !select.Next()) {
@@ -182,12 +181,12 @@ struct DepthRecording::Impl {
       return map;
     } catch (const InputError&) {
       ThrowBroken(keyframe);
-    } catch (const cv::Exception&) {  // an image that is none
+    } catch (const cv::Exception&) {  // not an image
       ThrowBroken(keyframe);
     }
   }
 
-  // Throws InputError or cv::Exception where the columns are no depth map.
+  // Throws InputError or cv::Exception if the columns are no depth map.
   static DepthMap Decode(sqlite::Statement& select) {
     DepthMap map;
     map.frame_index = select.Int(0);
@@ -255,7 +254,7 @@ DepthRecording::~DepthRecording() {
       Close();
     }
   } catch (const InputError&) {
-    // The file is readable with its WAL beside it; a destructor has nobody to tell.
+    // The file is readable with its WAL beside it; a destructor cannot report the error.
   }
 }
 

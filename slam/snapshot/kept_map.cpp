@@ -44,7 +44,7 @@ void KeepInRecording(const std::filesystem::path& recording, const KeptMap& map)
 }
 
 KeptMap ReadKeptMap(const std::filesystem::path& recording) {
-  const int version = RecordingReader(recording).Version();  // throws where it is no recording
+  const int version = RecordingReader(recording).Version();  // throws if it is no recording
   if (version < kFirstVersion) {
     throw InputError(
         fmt::format("{}: version {} keeps pictures of its map, without keypoints and descriptors, expected "

@@ -8,28 +8,28 @@
 
 namespace sqslam {
 
-// The live map at the end of a run: all that mapping on and finding the way in it take. A snapshot is a
-// picture of a map, this is the map.
+// The live map at the end of a run: all that extending it or locating in it needs. A snapshot only shows a
+// map.
 struct KeptMap {
   Camera camera;           // that the map was made with
-  std::string vocabulary;  // fingerprint of the visual words (Vocabulary::Fingerprint); empty: none
+  std::string vocabulary;  // fingerprint of the vocabulary (Vocabulary::Fingerprint); empty: none
   std::string state;       // what Mapper::Save wrote
 };
 
-// The frames that were added to a kept map: the number of the first in the map, and by how much their numbers
-// and times (s) in the map exceed those in their own sequence.
+// Frames that were added to a kept map: the index of the first one in the map, and the shifts of indices and
+// times (s) from their own sequence to the map.
 struct AddedFrames {
   std::int64_t first = 0;
   std::int64_t index_shift = 0;
   double time_shift = 0.0;
 };
 
-// Puts the map into a recording in place of the one that is there, in a table of its own (live_map) and in
-// one transaction: who reads finds the one or the other whole. Throws InputError.
+// Stores the map in a recording, replacing an earlier one, in a table of its own (live_map) and in one
+// transaction: readers find the old or the new map. Throws InputError.
 void KeepInRecording(const std::filesystem::path& recording, const KeptMap& map);
 
-// Throws InputError where the file is no recording, older than version 7 (which kept pictures alone), of a
-// run that was killed before it first kept its map, or damaged.
+// Throws InputError if the file is no recording, older than version 7 (which had snapshots only), of a run
+// that was killed before it first kept its map, or damaged.
 KeptMap ReadKeptMap(const std::filesystem::path& recording);
 
 }  // namespace sqslam

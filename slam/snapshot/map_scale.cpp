@@ -53,7 +53,7 @@ std::optional<MapScale> ReadMapScale(const fs::path& recording) {
     if (scale.metres > 0.0 && std::isfinite(scale.metres) && std::isfinite(scale.deviation)) {
       return scale;
     }
-  } catch (const nlohmann::json::exception&) {  // told below
+  } catch (const nlohmann::json::exception&) {  // thrown below
   }
   throw InputError(fmt::format("{}: its scale is broken, expected metres above 0", recording.string()));
 }

@@ -8,12 +8,12 @@
 
 namespace sqslam {
 
-// The length of a map unit in metres, found from a thing of known size. The map itself stays in its own
-// units; readers of its recording see metres.
+// Length of a map unit in metres, from a reference of known size. The map itself stays in its own units;
+// readers of its recording get metres.
 struct MapScale {
   double metres = 1.0;     // of a map unit
   double deviation = 0.0;  // standard deviation of `metres`
-  std::string source;      // in words: what was known
+  std::string source;      // the reference, in words
 
   bool operator==(const MapScale&) const = default;
 };
@@ -21,14 +21,13 @@ struct MapScale {
 // Returns "1 map unit is 2.06 m, give or take 0.05 (2.4 %): by the height of 4 cup, 0.096 m".
 std::string ScaleText(const MapScale& scale);
 
-// Multiplies every length in the snapshot, covariances with them.
+// Multiplies every length in the snapshot, and covariances accordingly.
 void ScaleLengths(double factor, MapSnapshot& snapshot);
 
-// The scale that a recording keeps; empty where it has none. Throws InputError where it is broken.
+// Returns the scale of a recording, or nothing if it has none. Throws InputError if it is broken.
 std::optional<MapScale> ReadMapScale(const std::filesystem::path& recording);
 
-// Keeps a scale in a finished recording in place of the one that is there, or takes it away. Throws
-// InputError.
+// Stores a scale in a finished recording, replacing an earlier one; empty removes it. Throws InputError.
 void KeepMapScale(const std::filesystem::path& recording, const std::optional<MapScale>& scale);
 
 }  // namespace sqslam

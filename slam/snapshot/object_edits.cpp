@@ -22,7 +22,7 @@ std::string Trimmed(const std::string& text) {
   return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1);
 }
 
-// Maps the id of an object to the one under which its points and boxes are now: -1 where it is left out.
+// Maps an object's id to the one that owns its points and boxes after the edits; -1 if it is left out.
 using Destinations = std::function<int(int)>;
 
 void Join(SnapshotObject& kept, const SnapshotObject& absorbed) {
@@ -34,7 +34,7 @@ void Join(SnapshotObject& kept, const SnapshotObject& absorbed) {
   kept.points += absorbed.points;
 }
 
-// The objects under their new ids; the order is that of the map.
+// Returns the objects under their new ids, in the order of the map.
 std::vector<SnapshotObject> Joined(const std::vector<SnapshotObject>& objects,
                                    const Destinations& destinations) {
   std::vector<SnapshotObject> joined;
@@ -106,7 +106,7 @@ std::pair<int, ObjectEdit> ParseEdit(const std::filesystem::path& path, const st
   return parsed;
 }
 
-// Merges must end at an object: following them from any must not come back to where it began.
+// Merges must end at an object: a chain of them must not be a cycle.
 void CheckMerges(const std::filesystem::path& path, const std::map<int, ObjectEdit>& edits) {
   for (const auto& [id, edit] : edits) {
     std::set<int> seen{id};

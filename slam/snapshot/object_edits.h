@@ -10,36 +10,36 @@
 
 namespace sqslam {
 
-// Changes that somebody made to one object of a map.
+// A user's changes to one object of a map.
 struct ObjectEdit {
-  std::string name;   // what it is called; empty: by its label
-  std::string label;  // its class; empty: the map's
+  std::string name;   // shown name; empty: the label
+  std::string label;  // class; empty: that of the map
   bool hidden = false;
   bool deleted = false;
-  std::optional<int> merged_into;  // id of the object that it is a part of
+  std::optional<int> merged_into;  // id of the object that it is part of
 
   bool operator==(const ObjectEdit&) const = default;
 };
 
-// Edits of the objects of a map, by id. A value: the recording of the map is never changed, and what is read
-// from it is edited on the way (Apply).
+// A user's edits of the objects of a map, by id. A value: the recording never changes; readers apply the
+// edits to what they read (Apply).
 class ObjectEdits {
  public:
-  // Blanks at the ends are taken off. An empty name or label gives back the map's own.
+  // Leading and trailing blanks are removed. An empty name or label restores that of the map.
   void Rename(int id, const std::string& name);
   void SetLabel(int id, const std::string& label);  // blanks become underscores, as in boxes.txt
   void Hide(int id, bool hidden = true);
   void Delete(int id, bool deleted = true);
 
-  // `absorbed` becomes a part of `kept`, which keeps its id and its solid. Both may have been merged before:
-  // then all of their parts belong together. Throws UsageError where they are one object already.
+  // Makes `absorbed` a part of `kept`, which keeps its id and its solid. If either was merged before, all of
+  // their parts are joined. Throws UsageError if they are one object already.
   void Merge(int kept, int absorbed);
-  void Separate(int absorbed);  // takes a merge back
+  void Separate(int absorbed);  // undoes a merge
 
   bool Empty() const { return edits_.empty(); }
   const std::map<int, ObjectEdit>& All() const { return edits_; }
-  ObjectEdit Of(int id) const;             // nothing where it was not edited
-  int KeptIdOf(int id) const;              // the object that it is a part of now; itself if it was not merged
+  ObjectEdit Of(int id) const;             // default if it was not edited
+  int KeptIdOf(int id) const;              // the object that it is part of now; itself if not merged
   std::vector<int> PartsOf(int id) const;  // ids merged into it, directly or through others, ascending
 
   bool operator==(const ObjectEdits&) const = default;
@@ -49,7 +49,7 @@ class ObjectEdits {
 
   void Update(int id, auto change);
 
-  std::map<int, ObjectEdit> edits_;  // only objects about which something was changed
+  std::map<int, ObjectEdit> edits_;  // edited objects only
 };
 
 enum class HiddenObjects {
@@ -57,22 +57,21 @@ enum class HiddenObjects {
   kKeep       // in files and lists: hidden is not deleted
 };
 
-// The snapshot as edited. Objects that it does not hold (yet) are passed over; of two merged ones the
-// absorbed alone goes under the id of the kept one, and where both are there, observations, points and boxes
-// are joined and the kept one's solid stays. Points and boxes of objects that are left out belong to no
-// object.
+// Returns the edited snapshot. Edits of objects that it does not hold (yet) are ignored. If it holds both of
+// two merged objects, their observations, points and boxes are joined and the kept one's solid stays; if only
+// the absorbed one, that takes the id of the kept one. Points and boxes of objects that are left out belong
+// to no object.
 MapSnapshotPtr Apply(const ObjectEdits& edits, const MapSnapshot& snapshot,
                      HiddenObjects hidden = HiddenObjects::kLeaveOut);
 
-// Ids of the edits that the map does not know, ascending: edits of another map have many.
+// Returns the ids of edits that the map does not have, ascending: many if they belong to another map.
 std::vector<int> UnknownIds(const ObjectEdits& edits, const MapSnapshot& map);
 
-// The file with the edits of a recording: map.sqmap.edits.json beside it.
+// Returns the file with the edits of a recording: map.sqmap.edits.json beside it.
 std::filesystem::path EditsFileOf(const std::filesystem::path& recording);
 
 // {"format": "sqslam-edits", "version": 1, "objects": [{"id", "name", "label", "hidden", "deleted",
-// "merged_into"}]}; of each object only what was changed. Reading throws InputError that names file and
-// field.
+// "merged_into"}]}, with changed fields only. Reading throws InputError that names file and field.
 void WriteObjectEdits(const std::filesystem::path& path, const ObjectEdits& edits);
 ObjectEdits ReadObjectEdits(const std::filesystem::path& path);
 

@@ -19,7 +19,7 @@ using sqlite::Open;
 using sqlite::Statement;
 namespace {
 
-// A recording holds its map's own units.
+// Recordings store snapshots in the map's own units.
 std::string EncodeInUnits(const MapSnapshot& snapshot, const std::optional<MapScale>& scale) {
   if (!snapshot.metric || !scale) {
     return EncodeSnapshot(snapshot);
@@ -50,8 +50,7 @@ RecordingWriter::RecordingWriter(const fs::path& path, const RecordingInfo& info
   impl_->path = path;
   impl_->db = Open(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_FULLMUTEX);
   sqlite3* db = impl_->db.get();
-  // WAL: a commit is one append; NORMAL: a killed process loses nothing, a power cut the last snapshots at
-  // most.
+  // WAL: a commit is one append; NORMAL: a killed process loses nothing, a power cut only the last snapshots.
   Execute(db, path, "PRAGMA page_size=8192; PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;");
   Execute(
       db, path,
@@ -77,7 +76,7 @@ RecordingWriter::~RecordingWriter() {
       Close();
     }
   } catch (const InputError&) {
-    // The file is readable with its WAL beside it; a destructor has nobody to tell.
+    // The file is readable with its WAL beside it; a destructor cannot report the error.
   }
 }
 
@@ -146,7 +145,7 @@ RecordingReader::RecordingReader(const fs::path& path, Edit edit) : impl_(std::m
       version = impl_->Meta("version");
     }
   } catch (const InputError&) {
-    version.clear();  // some other file
+    version.clear();  // not a recording
   }
   impl_->version = kOldestSnapshotFormatVersion;
   while (impl_->version <= kSnapshotFormatVersion && version != std::to_string(impl_->version)) {

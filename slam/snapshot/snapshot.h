@@ -34,20 +34,20 @@ struct SnapshotPoint {
   Eigen::Vector3f p_map = Eigen::Vector3f::Zero();
   std::array<std::uint8_t, 3> rgb{};
   std::int32_t object_id = -1;  // -1: belongs to no object
-  // Isolation score of the point at the last estimate of the object that it belongs to, otherwise of the one
-  // that rejected it, in [0, 1] to 1/256; 0 where it got none.
+  // Isolation score of the point in the last estimate of its object, or else of the object that rejected it,
+  // in [0, 1] in steps of 1/256; 0 if it has none.
   float anomaly = 0.0F;
-  std::int32_t rejected_by = -1;  // object whose outlier removal took the point away; -1: none
+  std::int32_t rejected_by = -1;  // object that removed the point as an outlier; -1: none
 };
 
 // Quality of an object's fit to the data.
 struct ObjectFit {
   double box_agreement = 0.0;  // mean IoU of the projected object and the detector's boxes, in [0, 1]
   double point_rms = 0.0;      // radial distance of the object's points to its surface, map units
-  // In [0, 1], about the 3D IoU to be expected (docs/evaluation.md); 1 in recordings of older programs.
+  // In [0, 1], about the expected 3D IoU (docs/evaluation.md); 1 in recordings of older programs.
   double reliability = 1.0;
-  // Covariance of centre (map frame), half sizes, yaw, e1 and e2, in this order: the inverse curvature of the
-  // cost, if box edges and points err independently. Zero where the object was not refined.
+  // Covariance of centre (map frame), half sizes, yaw, e1 and e2, in this order: the inverse Hessian of the
+  // cost, assuming independent errors of box edges and points. Zero if the object was not refined.
   Eigen::Matrix<double, 9, 9> covariance = Eigen::Matrix<double, 9, 9>::Zero();
 };
 
@@ -60,15 +60,15 @@ struct SnapshotObject {
   double yaw = 0.0;      // radians, about the map's z axis
   PosedSuperquadric superquadric;
   ObjectFit fit;
-  std::string name;  // given by a person; empty: none was. Not recorded: it comes from edits of the map
+  std::string name;  // given by a user; empty: none. Not recorded: it comes from edits of the map
 };
 
-// The object's name, or its label where it has none.
+// Returns the object's name, or its label if it has none.
 inline const std::string& ShownName(const SnapshotObject& object) {
   return object.name.empty() ? object.label : object.name;
 }
 
-// False for an object that is more likely wrong than right: drawn faintly and counted apart.
+// Returns false for an object that is more likely wrong than right: drawn faintly and counted separately.
 inline bool IsReliable(const SnapshotObject& object) {
   constexpr double kLeast = 0.4;
   return object.fit.reliability >= kLeast;
@@ -82,20 +82,20 @@ struct SnapshotDetection {
 // State of the run at the time of a snapshot.
 struct SnapshotProgress {
   int tracked_points = 0;    // map points found in the frame; 0 while tracking is lost
-  double tracking_ms = 0.0;  // mean per frame since the snapshot before; 0: not measured (deterministic runs)
+  double tracking_ms = 0.0;  // mean per frame since the last snapshot; 0: not measured (deterministic runs)
   double mapping_ms = 0.0;   // time of the mapping step that made the snapshot; 0: not measured
-  RunCounters counters;      // until then; a recording keeps loops and merges only
+  RunCounters counters;      // so far; a recording keeps loops and merges only
 };
 
-// An immutable picture of the map at one moment, in the map frame (z up once gravity is known). A value:
-// consumers (recorder, renderer, report) hold it as long as they like, and nothing in it ever changes.
+// An immutable copy of the map at one moment, in the map frame (z up once gravity is known). A value:
+// consumers (recorder, renderer, report) may hold it for any time; it never changes.
 struct MapSnapshot {
   std::int64_t sequence_number = 0;  // 0, 1, 2, ... in the order of publication
-  // The newest frame whose boxes are known: where a detector is at work in the process, some frames before
-  // the newest one that was tracked.
+  // The newest frame whose boxes are known: with an in-process detector, some frames behind the newest
+  // tracked frame.
   std::int64_t frame_index = 0;
   double timestamp = 0.0;  // seconds, of that frame
-  std::string image_path;  // image of that frame; empty where there is none (camera)
+  std::string image_path;  // of that frame; empty if there is none (camera)
   Camera camera;
   std::optional<Rigid3d> T_map_camera;  // empty while tracking is lost
   std::vector<SnapshotKeyframe> keyframes;
@@ -105,14 +105,13 @@ struct MapSnapshot {
   bool gravity_known = false;
   std::optional<double> support_height;      // z of the main support plane (desk or floor), map units
   std::optional<SnapshotProgress> progress;  // empty in recordings of older programs
-  // Lengths are metres: somebody said how large something is. Not recorded: readers of a recording that keeps
-  // a MapScale set it.
+  // Lengths are in metres. Not recorded: readers of a recording with a MapScale set it.
   bool metric = false;
-  // Every pair that shares enough to count as covisible, once; empty in recordings of older programs.
+  // Each pair of covisible keyframes, once; empty in recordings of older programs.
   std::vector<SnapshotCovisibility> covisibility;
 };
 
-// The unit of the snapshot's lengths, in words.
+// Returns the unit of the snapshot's lengths, in words.
 inline const char* UnitOf(const MapSnapshot& map) { return map.metric ? "m" : "map units"; }
 
 using MapSnapshotPtr = std::shared_ptr<const MapSnapshot>;

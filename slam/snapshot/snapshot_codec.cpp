@@ -13,7 +13,7 @@
 namespace sqslam {
 namespace {
 
-// The same Visit functions below describe the layout once, for writing and for reading.
+// The Visit functions below describe the layout once, for writing and for reading.
 class Writer {
  public:
   static constexpr int Version() { return kSnapshotFormatVersion; }
@@ -40,7 +40,7 @@ class Writer {
   std::string bytes_;
 };
 
-// Bytes that an item takes at least, of those that take many.
+// Fewest bytes of an item, for types that take many.
 template <typename Item>
 constexpr std::size_t kLeastBytes = 4;
 template <>
@@ -68,7 +68,7 @@ class Reader {
   std::size_t Size(std::vector<Item>& items) {
     std::uint32_t size = 0;
     (*this)(size);
-    // Never allocate for a broken count: what an item takes here is a fair part of what it takes in memory.
+    // Never allocate for a broken count: an item's bytes here are comparable to its memory.
     if (size > bytes_.size() / kLeastBytes<Item>) {
       throw InputError("a snapshot is cut off");
     }
@@ -220,7 +220,7 @@ void Visit(Archive& archive, Like<Archive, MapSnapshot> snapshot) {
   }
 }
 
-// Makes labels fit to be shown, and throws InputError for objects that cannot be drawn.
+// Sanitizes labels, and throws InputError for objects that cannot be drawn.
 void Check(MapSnapshot& snapshot) {
   for (SnapshotObject& object : snapshot.objects) {
     const auto& [shape, T_map_object] = object.superquadric;

@@ -8,15 +8,15 @@
 namespace sqslam {
 
 inline constexpr int kSnapshotFormatVersion = 7;
-// The oldest that can be read: 2 has no anomaly, no rejected_by; 3 no progress; 4 no covisibility; 5 no
-// reliability. 6 differs from 7 in that no recording keeps a live map.
+// The oldest readable version: 2 has no anomaly and no rejected_by, 3 no progress, 4 no covisibility, 5 no
+// reliability. In 6, no recording keeps a live map.
 inline constexpr int kOldestSnapshotFormatVersion = 2;
 
-// A snapshot as bytes: little-endian, points as float32 and by columns (which packs better), then zlib.
+// Serializes a snapshot: little-endian, points as float32 by columns (which compress better), then zlib.
 std::string EncodeSnapshot(const MapSnapshot& snapshot);
 
-// Throws InputError where the bytes are no snapshot of the version. Fields that it did not have yet are left
-// at their defaults.
+// Throws InputError if the bytes are no snapshot of the version. Fields that the version lacks keep their
+// defaults.
 MapSnapshot DecodeSnapshot(std::string_view bytes, int version = kSnapshotFormatVersion);
 
 }  // namespace sqslam

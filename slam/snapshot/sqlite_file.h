@@ -13,7 +13,7 @@
 
 namespace sqslam {
 
-// The word by which a database is known as a recording, in its table `meta`.
+// Marks a database as a recording, in its table `meta`.
 inline constexpr const char* kRecordingFormat = "sqslam-map";
 
 namespace sqlite {
@@ -27,10 +27,10 @@ struct Blob {
   std::string_view bytes;
 };
 
-// One prepared statement, stepped by its methods. Failures throw InputError that names the file.
+// A prepared statement. Failures throw InputError that names the file.
 class Statement {
  public:
-  // Binds the values in order. Texts and bytes must live until the statement has been stepped.
+  // Binds the values in order. Texts and bytes must outlive the stepping of the statement.
   template <typename... Values>
   Statement(sqlite3* db, const std::filesystem::path& path, const char* sql, const Values&... values)
       : db_(db), path_(path) {
@@ -97,8 +97,8 @@ inline void Execute(sqlite3* db, const std::filesystem::path& path, const char* 
   }
 }
 
-// Opens an existing recording. A file that somebody else made holds tables and nothing that computes: throws
-// InputError for views, triggers, virtual tables and generated columns, whose queries need not end.
+// Opens an existing recording. A file from elsewhere must hold plain tables only: throws InputError for
+// views, triggers, virtual tables and generated columns, whose queries might never end.
 inline Database OpenRecording(const std::filesystem::path& path, int access) {
   Database db = Open(path, access | SQLITE_OPEN_FULLMUTEX);
   sqlite3_db_config(db.get(), SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
@@ -111,7 +111,7 @@ inline Database OpenRecording(const std::filesystem::path& path, int access) {
                   "OR sql LIKE '%GENERATED%' OR sql LIKE '% AS %'")
             .Next();
   } catch (const InputError&) {
-    return db;  // no database: its reader says what it expected
+    return db;  // no database: its reader reports that
   }
   if (computes) {
     throw InputError(fmt::format(

@@ -7,13 +7,13 @@
 
 namespace sqslam {
 
-// A truncated signed distance function on a grid of cubes, kept in blocks of them about the surface only
-// (Curless and Levoy, SIGGRAPH 1996; blocks as in Niessner et al., SIGGRAPH Asia 2013). A value.
+// A truncated signed distance function on a voxel grid, stored in blocks around the surface only (Curless and
+// Levoy, SIGGRAPH 1996; blocks as in Niessner et al., SIGGRAPH Asia 2013). A value.
 struct SurfaceVolume {
   static constexpr int kEdge = 8;  // voxels along a block
 
   struct Voxel {
-    float distance = 1.0F;  // from the surface in truncations, -1 to 1, above 0 on the side of the cameras
+    float distance = 1.0F;  // from the surface in truncations, -1 to 1, positive towards the cameras
     float weight = 0.0F;    // 0: no camera saw it
     std::array<std::uint16_t, 3> rgb{};  // mean colour, in 256ths of a grey level
   };
@@ -21,7 +21,7 @@ struct SurfaceVolume {
   using Place = std::array<std::int32_t, 3>;  // of a block, in blocks from the map's origin
 
   double voxel = 0.0;         // edge, map units; voxel (i, j, k) has its centre at voxel * (i, j, k)
-  std::vector<Place> places;  // rising
+  std::vector<Place> places;  // ascending
   std::vector<Block> blocks;  // one for each place
 
   static std::size_t IndexOf(int x, int y, int z) {
