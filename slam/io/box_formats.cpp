@@ -19,7 +19,7 @@ namespace {
 
 constexpr const char* kBoxesLine = "'timestamp label score x y w h [object_id [visible_fraction]]'";
 
-// COCO's category numbers go to 90 and leave these out.
+// COCO's category ids go up to 90 and skip these.
 constexpr std::array kCocoGaps = {12, 26, 29, 30, 45, 66, 68, 69, 71, 83};
 
 // ---- boxes.txt
@@ -69,7 +69,7 @@ std::vector<FileBox> ReadFolder(const fs::path& folder, const cv::Size& image) {
     throw InputError(
         fmt::format("{}: no text file in it, expected one for each frame with boxes", folder.string()));
   }
-  std::sort(files.begin(), files.end());  // warnings come in the same order on every machine
+  std::sort(files.begin(), files.end());  // same order of warnings on every machine
   std::vector<FileBox> boxes;
   std::optional<std::string> without_score;
   for (const fs::path& file : files) {

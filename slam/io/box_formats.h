@@ -12,20 +12,20 @@
 
 namespace sqslam {
 
-// Files of boxes as detectors, labelling tools and trackers write them.
+// Formats of box files, as detectors, labelling tools and trackers write them.
 enum class BoxFormat {
   kBoxes,   // lines `timestamp label score x y w h [object_id [visible_fraction]]`
   kFolder,  // one text file a frame, lines `class x y w h score` in pixels from the top-left corner, or
             // `class cx cy w h [score]` in parts of the image (Ultralytics, darknet)
   kCoco,    // JSON: a data set with images, annotations and categories, or a list of results
   kMot,     // lines `frame,id,x,y,w,h,score[,class,...]`, frames and pixels from 1 (MOTChallenge)
-  kCsv,     // a first line of names
+  kCsv,     // a table with a header line
 };
 constexpr auto EnumNames(BoxFormat) { return std::array{"boxes", "yolo", "coco", "mot", "csv"}; }
 
-// The frame that a box belongs to, as its file has it.
+// The frame that a box belongs to, as its file gives it.
 struct ImageNumber {
-  std::int64_t number;  // that the name of the image is, whatever zeros it begins with
+  std::int64_t number;  // that the image's name consists of, leading zeros ignored
 };
 struct FrameNumber {
   std::int64_t number;  // from 0
@@ -41,13 +41,12 @@ struct FileBox {
   Detection detection;  // pixels, top-left corner
 };
 
-// The format of a file or folder, by its content.
+// Detects the format of a file or folder by its content.
 BoxFormat DetectBoxFormat(const std::filesystem::path& path);
 
-// All boxes of the file or folder; `image`: size of the images that they were found in, pixels. Labels are
+// Reads all boxes of a file or folder. `image`: size of the images that they refer to, pixels. Labels are
 // those of the file's own categories, of classes.txt in the folder (labels.txt beside a MOT file), else
-// COCO's (MOTChallenge's). Throws InputError that names file and line, also where the content allows two
-// readings.
+// COCO's (MOTChallenge's). Throws InputError that names file and line, also if the content is ambiguous.
 std::vector<FileBox> ReadBoxFile(const std::filesystem::path& path, const cv::Size& image);
 
 // The boxes of one frame, for writing.
@@ -59,7 +58,7 @@ struct ImageBoxes {
 };
 
 // Writes kFolder (in parts of the image, with classes.txt), kCoco or kMot (with labels.txt beside it), which
-// ReadBoxFile reads back. Throws InputError where they cannot be written, UsageError for other formats.
+// ReadBoxFile reads back. Throws InputError if they cannot be written, UsageError for other formats.
 void WriteBoxFile(const std::filesystem::path& path, BoxFormat format, const cv::Size& image, bool video,
                   const std::vector<ImageBoxes>& frames);
 

@@ -16,7 +16,7 @@ constexpr std::array<std::string_view, 12> kMotNames = {
     "person", "person", "car",        "bicycle",  "motorcycle",         "vehicle",
     "person", "person", "distractor", "occluder", "occluder_on_ground", "occluder"};
 
-// Names of columns, and the kinds that they are of.
+// Column names and their kinds.
 using ColumnName = std::pair<std::string_view, const char*>;
 constexpr std::array kColumnNames = std::to_array<ColumnName>({{"timestamp", "time"},
                                                                {"time", "time"},
@@ -65,7 +65,7 @@ constexpr std::array kColumnNames = std::to_array<ColumnName>({{"timestamp", "ti
                                                                {"y_max", "y2"},
                                                                {"bottom", "y2"}});
 
-// The columns of a table by their kinds.
+// Columns of a table by kind.
 class Columns {
  public:
   Columns(const fs::path& path, const TextLine& header) {

@@ -11,7 +11,7 @@ namespace sqslam {
 namespace fs = std::filesystem;
 namespace {
 
-// No box in pixels is smaller than a pixel and lies in the first one.
+// A box in pixels never lies within the first pixel.
 bool IsPartOfImage(const Box2d& box) {
   return std::max({std::abs(box.x), std::abs(box.y), box.width, box.height}) <= 1.0;
 }

@@ -13,7 +13,7 @@ namespace sqslam {
 namespace fs = std::filesystem;
 namespace {
 
-// The labels that occur, COCO's first where they are COCO's own.
+// Returns COCO's class names, followed by the other labels that occur.
 std::vector<std::string> Classes(const std::vector<ImageBoxes>& frames) {
   std::vector<std::string> names(kCocoNames.begin(), kCocoNames.end());
   for (const ImageBoxes& frame : frames) {
@@ -30,7 +30,7 @@ std::int64_t IndexOf(const std::vector<std::string>& names, const std::string& n
   return std::ranges::find(names, name) - names.begin();
 }
 
-// NAME_NUMBER from 1 for the frames of a video, as Ultralytics names them.
+// Names a video's frames NAME_NUMBER, from 1, as Ultralytics does.
 std::string NameOf(const ImageBoxes& frame, bool video) {
   const std::string stem = fs::path(frame.name).stem().string();
   return video ? fmt::format("{}_{}", stem, frame.number + 1) : stem;

@@ -42,7 +42,7 @@ class CameraReader {
     root_ = InOwnNames(root_, path);
   }
 
-  // `otherwise`: where it may be missing.
+  // `otherwise`: the value if the entry is missing; without it, the entry is required.
   double Number(const std::string& key, double min, double max,
                 std::optional<double> otherwise = std::nullopt) const {
     const YAML::Node node = root_[key];
@@ -102,16 +102,16 @@ std::optional<double> NumberOf(ExifData& data, ExifTag tag) {
   return number > 0.0 ? std::optional(number) : std::nullopt;
 }
 
-// Length of one unit of the focal plane's resolution, mm.
+// Returns the length of the unit of the focal plane's resolution, mm.
 double ResolutionUnit(ExifData& data) {
   constexpr int kCentimetre = 3;
   const std::optional<double> unit = NumberOf(data, EXIF_TAG_FOCAL_PLANE_RESOLUTION_UNIT);
   return unit && static_cast<int>(*unit) == kCentimetre ? 10.0 : 25.4;
 }
 
-// The focal length that a photograph's EXIF gives for a 35 mm film of the same field of view, mm: the tag
-// FocalLengthIn35mmFilm, else the focal length itself with the sensor's resolution (FocalPlaneXResolution).
-// Empty where the file has neither (screenshots, videos, pictures sent by messengers).
+// Returns a photograph's focal length in mm for a 35 mm film with the same field of view, from the EXIF tag
+// FocalLengthIn35mmFilm, or else from focal length and sensor resolution (FocalPlaneXResolution). Returns
+// nothing if the file has neither (screenshots, videos, pictures sent by messengers).
 std::optional<double> FocalLength35mm(const std::filesystem::path& image) {
   const std::unique_ptr<ExifData, Unref> data(exif_data_new_from_file(image.c_str()));
   if (!data) {
@@ -153,7 +153,7 @@ Camera ReadCamera(const std::filesystem::path& path) {
   Camera camera;
   camera.width = side("width");
   camera.height = side("height");
-  // Fields of view from 0.6 to 179 degrees: beyond that the number is a slip, not a lens.
+  // Fields of view from 0.6 to 179 degrees: anything beyond is a mistake, not a lens.
   const double max_focal = 100.0 * std::max(camera.width, camera.height);
   camera.fx = reader.Number("fx", 0.005 * camera.width, max_focal);
   camera.fy = reader.Number("fy", 0.005 * camera.height, max_focal);
@@ -203,7 +203,7 @@ CameraGuess GuessCamera(int width, int height, double fps) {
 }
 
 std::optional<CameraGuess> GuessCamera(const std::filesystem::path& image, double fps) {
-  const cv::Mat read = ReadImage(image, cv::IMREAD_COLOR);  // turned as its EXIF says
+  const cv::Mat read = ReadImage(image, cv::IMREAD_COLOR);  // rotated as its EXIF says
   if (read.empty()) {
     return std::nullopt;
   }
@@ -212,7 +212,7 @@ std::optional<CameraGuess> GuessCamera(const std::filesystem::path& image, doubl
                                  read.rows, kMinImageSide, kMaxImageSide));
   }
   if (const std::optional<double> film = FocalLength35mm(image)) {
-    // The diagonal counts, as the standard has it for pictures of other proportions than the film's.
+    // By the diagonal, as the standard defines it for aspect ratios other than the film's.
     return WithFocal(read.cols, read.rows, fps, *film / kFilmDiagonal * std::hypot(read.cols, read.rows),
                      fmt::format("the {:.4g} mm (35 mm film) of {}", *film, image.filename().string()));
   }

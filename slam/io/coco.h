@@ -6,7 +6,7 @@
 
 namespace sqslam {
 
-// The 80 classes of COCO in the order of detectors' class numbers (0-based), blanks written as underscores.
+// The 80 classes of COCO in the order of detectors' class indices (0-based), with underscores for blanks.
 // clang-format off
 inline constexpr std::array<std::string_view, 80> kCocoNames = {
     "person", "bicycle", "car", "motorcycle", "airplane", "bus", "train", "truck", "boat", "traffic_light",
@@ -20,16 +20,15 @@ inline constexpr std::array<std::string_view, 80> kCocoNames = {
     "scissors", "teddy_bear", "hair_drier", "toothbrush"};
 // clang-format on
 
-// Things of desks and rooms that detectors beyond COCO (and our synthetic scenes) name.
+// Indoor objects that detectors beyond COCO (and our synthetic scenes) name.
 inline constexpr std::array<std::string_view, 16> kMoreNames = {
     "ball",    "box", "can",    "cereal_box", "cylinder", "globe", "jar", "lamp",
     "monitor", "mug", "pillow", "plate",      "speaker",  "table", "tin", "toy"};
 
-// True for a label in one of the two lists. Others work all the same; a reader warns, since it may be a
-// slip.
+// Returns true for a label in one of the two lists. Others work too, but readers warn, as it may be a typo.
 bool IsKnownLabel(std::string_view label);
 
-// Blanks to underscores.
+// Replaces blanks by underscores.
 std::string NormalizedLabel(std::string_view label);
 
 }  // namespace sqslam

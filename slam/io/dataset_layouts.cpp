@@ -31,7 +31,7 @@ bool IsWholeNumber(const std::string& word) {
   return !word.empty() && word.find_first_not_of("0123456789") == std::string::npos;
 }
 
-// "number path number path", with the colour image first or second. TUM's files of that name hold seconds.
+// "number path number path", with the colour image first or second. TUM's file of that name has seconds.
 bool HasNumberedAssociations(const fs::path& folder) {
   if (!fs::exists(folder / "associations.txt")) {
     return false;
@@ -46,7 +46,7 @@ bool HasFreiburgPoses(const fs::path& folder) {
   });
 }
 
-// The images of associations.txt with their numbers.
+// Lists the images of associations.txt with their numbers.
 std::vector<SequenceFrame> ListAssociations(const fs::path& folder, double fps) {
   const fs::path list = folder / "associations.txt";
   constexpr const char* kExpected = "'number depth/FILE number rgb/FILE'";
@@ -89,7 +89,7 @@ std::vector<SequenceFrame> ListByName(const NumberedLayout& layout, const fs::pa
   return frames;
 }
 
-// The camera's folder; empty where there is none.
+// Returns the camera's folder; empty if there is none.
 fs::path EurocCamera(const fs::path& path) {
   for (const fs::path& folder : {path, path / "cam0", path / "mav0" / "cam0"}) {
     if (fs::is_regular_file(folder / "data.csv") && fs::is_directory(folder / "data")) {
@@ -99,7 +99,7 @@ fs::path EurocCamera(const fs::path& path) {
   return {};
 }
 
-// The colour camera where it is there, else the grey one; -1: neither.
+// Returns the colour camera if it exists, else the grey one; -1: neither.
 int KittiCamera(const fs::path& path) {
   for (const int number : {2, 0}) {
     if (fs::is_regular_file(path / "times.txt") && fs::is_directory(path / fmt::format("image_{}", number))) {

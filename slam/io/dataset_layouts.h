@@ -9,7 +9,7 @@
 
 namespace sqslam {
 
-// Tells a path's layout by the names in it. Throws InputError where it does not exist.
+// Detects a path's layout by its file names. Throws InputError if the path does not exist.
 //
 //   tum        rgb.txt
 //   icl-nuim   rgb/0.png, rgb/1.png, ... with associations.txt (frame numbers) or *.gt.freiburg, or the
@@ -21,19 +21,19 @@ namespace sqslam {
 //   images     any other folder;  video: any file
 SequenceFormat DetectFormat(const std::filesystem::path& path);
 
-// The preset that fits a dataset's camera; empty where there is none. TUM folders are told apart by the
+// Returns the preset of a dataset's camera; empty if there is none. TUM cameras are told apart by the
 // dataset's folder names (..._freiburg1_...).
 std::string PresetOf(SequenceFormat format, const std::filesystem::path& folder);
 
-// The calibration that comes with the data themselves: EuRoC's sensor.yaml, KITTI's calib.txt. Empty for the
-// other layouts.
+// Returns the calibration that comes with the data: EuRoC's sensor.yaml, KITTI's calib.txt. Returns nothing
+// for other layouts.
 std::optional<Camera> CameraOfDataset(SequenceFormat format, const std::filesystem::path& folder);
 
-// The frames of EuRoC and KITTI, with their own times. Throws InputError.
+// Lists the frames of EuRoC and KITTI with their own timestamps. Throws InputError.
 std::vector<SequenceFrame> ListTimed(SequenceFormat format, const std::filesystem::path& folder);
 
-// The frames of one of the three numbered layouts: times are frame numbers over fps, so that a missing image
-// leaves a gap. Throws InputError where there is none or where two have one number.
+// Lists the frames of one of the three numbered layouts. Timestamps are frame numbers over fps, so that a
+// missing image leaves a gap. Throws InputError if there are none or two share a number.
 std::vector<SequenceFrame> ListNumbered(SequenceFormat format, const std::filesystem::path& folder,
                                         double fps);
 

@@ -32,8 +32,8 @@ std::string FileHeader(const std::string& settings) {
   return fmt::format("# {}\n# timestamp label score x y w h\n", settings);
 }
 
-// The lines of the frames that a part file holds whole. What comes after the last whole line that ends a
-// frame was cut off; that frame is done again.
+// Returns the lines of the complete frames in a part file. What follows the last end-of-frame line was cut
+// off; that frame is repeated.
 std::vector<std::string> WholeFrames(const fs::path& part, const std::string& header) {
   std::ifstream in(part, std::ios::binary);
   const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
@@ -67,20 +67,20 @@ std::string NormalizedLabel(std::string_view label) {
 
 namespace {
 
-// Once for a kind of thing, with the number of times it happened.
+// Warns once per kind of problem, with the number of occurrences.
 void WarnOf(const std::vector<std::string>& places, std::string_view what) {
   if (!places.empty()) {
     spdlog::warn("{}: {} (lines like this: {})", places.front(), what, places.size());
   }
 }
 
-// Puts boxes of files to the frames that they belong to.
+// Assigns the boxes of files to frames.
 class DetectionSorter {
  public:
   DetectionSorter(const Camera& camera, const std::vector<double>& timestamps,
                   const std::vector<std::string>& images)
       : camera_(camera), timestamps_(timestamps), frames_(timestamps.size()) {
-    // A tenth of a frame: room for rounded timestamps, but never for the neighbour.
+    // A tenth of a frame interval: enough for rounded timestamps, never for the neighbour.
     if (timestamps.size() > 1) {
       tolerance_ = std::max(tolerance_, 0.1 * (timestamps.back() - timestamps.front()) /
                                             static_cast<double>(timestamps.size() - 1));
@@ -137,7 +137,7 @@ class DetectionSorter {
     const auto found = numbers_.find(image.number);
     return found == numbers_.end() ? std::nullopt : Frame(found->second);
   }
-  // The image of that name; without one the frame NAME_NUMBER of a video, from 1, or the frame of that time.
+  // The image of that name; without images, frame NAME_NUMBER of a video (from 1), or the frame of that time.
   Frame FrameOf(const std::string& name, const std::string& place) const {
     if (const auto found = names_.find(name); found != names_.end()) {
       return found->second;
@@ -158,9 +158,9 @@ class DetectionSorter {
     return std::nullopt;
   }
 
-  // False where nothing of the box is left.
+  // Returns false if nothing of the box is left.
   bool Clip(const std::string& place, Box2d& box) {
-    constexpr double kSlack = 2.0;  // pixels that detectors round over the border; not worth a warning
+    constexpr double kSlack = 2.0;  // pixels; detectors round over the border, not worth a warning
     const double left = std::max(box.x, 0.0);
     const double top = std::max(box.y, 0.0);
     const double right = std::min(box.x + box.width, static_cast<double>(camera_.width));
@@ -275,7 +275,7 @@ std::string LimitBoxes(const std::filesystem::path& boxes, int count) {
   }
   const bool has_ids = std::ranges::all_of(lines, [](const auto& line) { return line.words.size() > kId; });
   const std::size_t column = has_ids ? kId : kLabel;
-  const auto is_object = [&](const TextLine& line) {  // an id below 0 is nothing that is there
+  const auto is_object = [&](const TextLine& line) {  // a negative id stands for no object
     return !has_ids || !line.words[kId].starts_with('-');
   };
   std::map<std::string, int> counts;

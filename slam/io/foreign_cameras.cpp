@@ -22,7 +22,7 @@ void CheckModel(const YAML::Node& camera, const char* key, const std::set<std::s
   }
 }
 
-// The numbers of a list under the names given, in order; those beyond are left out.
+// Assigns the names to the numbers of a list in order, skipping empty names; further numbers are ignored.
 void Name(const YAML::Node& list, std::initializer_list<const char*> names, YAML::Node& own) {
   if (!list || !list.IsSequence()) {
     return;

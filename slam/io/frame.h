@@ -13,12 +13,12 @@ namespace sqslam {
 struct Frame {
   std::int64_t index = 0;  // position in the sequence (0-based, counts skipped frames)
   double timestamp = 0.0;  // seconds
-  std::string image_path;  // absolute; empty where there is no file
+  std::string image_path;  // absolute; empty if there is no file
   cv::Mat bgr;             // 8UC3, as recorded (distorted)
   cv::Mat gray;            // 8UC1
-  cv::Mat ignored;         // 8UC1, not 0 where a mask says that nothing is to be tracked; empty: nowhere
+  cv::Mat ignored;         // 8UC1, nonzero where a mask forbids tracking; may be empty
   std::vector<Detection> detections;
-  bool detections_follow = false;  // a detector is at work on them: see System::AddDetections
+  bool detections_follow = false;  // a detector delivers them later, see System::AddDetections
 };
 
 }  // namespace sqslam

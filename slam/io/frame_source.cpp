@@ -25,8 +25,7 @@
 namespace sqslam {
 namespace {
 
-// A file that was cut off can decode to a half-grey image without any error, so look for the format's end
-// marker.
+// A truncated file can decode to a half-grey image without any error, so look for the format's end marker.
 bool IsCutOff(const std::vector<unsigned char>& bytes) {
   struct Format {
     std::string_view start;
@@ -43,12 +42,12 @@ bool IsCutOff(const std::vector<unsigned char>& bytes) {
 
 struct Decoded {
   cv::Mat bgr;
-  std::string problem;  // empty where the image is fine
+  std::string problem;  // empty if the image is fine
 };
 
 Decoded DecodeFile(const std::filesystem::path& path) {
   std::error_code none;
-  if (std::filesystem::is_fifo(path, none)) {  // would be waited for
+  if (std::filesystem::is_fifo(path, none)) {  // reading it would block
     return {{}, "is a pipe"};
   }
   std::ifstream file(path, std::ios::binary);
@@ -58,7 +57,7 @@ Decoded DecodeFile(const std::filesystem::path& path) {
   std::vector<unsigned char> bytes;
   try {
     bytes.assign(std::istreambuf_iterator<char>(file), {});
-  } catch (const std::exception&) {  // a folder, or a medium that fails
+  } catch (const std::exception&) {  // a folder, or a failing medium
     return {{}, "cannot be read"};
   }
   if (bytes.empty() || IsCutOff(bytes)) {
@@ -130,7 +129,7 @@ struct FrameSource::Impl {
         range(range_in),
         capacity(static_cast<std::size_t>(std::max(1, decoded_ahead))) {
     if (!sequence.video_path.empty()) {
-      // Turned here, because not every version of the reader knows every way to say so.
+      // Rotated here, because not all versions of the reader support every way to do so.
       video.open(sequence.video_path.string(), cv::CAP_FFMPEG);
       video.set(cv::CAP_PROP_ORIENTATION_AUTO, 0);
     }
@@ -189,7 +188,7 @@ struct FrameSource::Impl {
     return frame;
   }
 
-  // The mask with 255 where it is black, in the size of the frames.
+  // Returns the mask in the size of the frames, with 255 where it is black.
   static cv::Mat Ignored(std::int64_t index, const std::filesystem::path& file, cv::Size image,
                          cv::Size frame) {
     if (file.empty()) {

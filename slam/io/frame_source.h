@@ -11,19 +11,18 @@
 
 namespace sqslam {
 
-// Frames of a sequence to play: start, start + stride, ... at most `count` of them.
+// Range of frames to play: start, start + stride, ..., at most `count` of them.
 struct FrameRange {
   std::int64_t start = 0;
   std::int64_t count = std::numeric_limits<std::int64_t>::max();
   std::int64_t stride = 1;
 
-  std::int64_t SizeIn(const Sequence& sequence) const;  // frames that will be played
-  void CheckHasFrames(const Sequence& sequence) const;  // throws UsageError where there is none
+  std::int64_t SizeIn(const Sequence& sequence) const;  // number of frames that will be played
+  void CheckHasFrames(const Sequence& sequence) const;  // throws UsageError if there are none
 };
 
-// The range that --frames, --start and --stride name. `frames` is "N", the first N that are played from the
-// start on, or "A:B", frame A up to but not including frame B, either of which may be left out; empty: all.
-// Throws UsageError.
+// Returns the range for --frames, --start and --stride. `frames` is "N" for N frames from the start, or "A:B"
+// for frame A up to but not including frame B, either of which may be omitted; empty: all. Throws UsageError.
 FrameRange ParseFrameRange(const std::string& frames, std::optional<std::int64_t> start = std::nullopt,
                            std::int64_t stride = 1);
 
@@ -36,14 +35,13 @@ class FrameStream {
   FrameStream& operator=(const FrameStream&) = delete;
 
   virtual std::optional<Frame> Next() = 0;  // empty at the end
-  virtual int Skipped() const = 0;          // frames that could not be used until now
+  virtual int Skipped() const = 0;          // frames that could not be used so far
   virtual int Dropped() const = 0;          // frames that came faster than they were taken
 };
 
-// Decodes the frames of a sequence ahead of their use, on a thread of its own (joined by the destructor), and
-// hands them out in order. An image that is missing, unreadable or of another size than the camera's is
-// skipped with a warning that names it; a video that ends before it should is warned of once, and its missing
-// frames count as skipped.
+// Decodes the frames of a sequence ahead on its own thread (joined by the destructor), and returns them in
+// order. An image that is missing, unreadable or not of the camera's size is skipped with a warning that
+// names it; a video that ends early causes one warning, and its missing frames count as skipped.
 //
 //   FrameSource source(sequence, {.start = 0, .count = 100});
 //   while (std::optional<Frame> frame = source.Next()) { ... }

@@ -28,7 +28,7 @@ std::string Lower(std::string text) {
   return text;
 }
 
-// Takes the digits at the start of `text` away; returns them without leading zeros.
+// Removes the digits at the start of `text` and returns them without leading zeros.
 std::string_view TakeNumber(std::string_view& text) {
   const std::size_t length = std::min(text.find_first_not_of(kDigits), text.size());
   std::string_view digits = text.substr(0, length);
@@ -152,7 +152,7 @@ cv::Mat Resized(const cv::Mat& image, cv::Size size) {
 
 cv::Mat ReadImage(const fs::path& path, int flags) {
   std::error_code none;
-  if (!fs::is_regular_file(path, none)) {  // a pipe in an image's place would be waited for
+  if (!fs::is_regular_file(path, none)) {  // reading a pipe would block
     return {};
   }
   try {

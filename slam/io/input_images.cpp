@@ -45,7 +45,7 @@ cv::Mat InputImages::Read(std::int64_t frame) {
   while (std::optional<Frame> read = source_->Next()) {
     next_ = read->index + 1;
     if (read->index >= frame) {
-      return read->index == frame ? read->bgr : cv::Mat();  // a later one: it was skipped as unreadable
+      return read->index == frame ? read->bgr : cv::Mat();  // a later one: this frame was unreadable
     }
   }
   return {};

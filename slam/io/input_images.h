@@ -12,24 +12,23 @@
 
 namespace sqslam {
 
-// The images that a recording was made from, wherever they lie: in files or in a video. Not for several
-// threads at once.
+// The images that a recording was made from, in files or in a video. Not thread-safe.
 class InputImages {
  public:
-  // Never fails: what is not there any more is left out, and WhyNot() says so.
+  // Never fails: missing images are left out, and WhyNot() gives the reason.
   explicit InputImages(const RecordingReader& recording);
   explicit InputImages(const Sequence& sequence) : camera_(sequence.camera), sequence_(sequence) {}
 
-  // 8UC3 in the size of the recording's camera; empty where it is not there. Frames in rising order are read
-  // fastest.
+  // Returns an image, 8UC3 in the size of the recording's camera; empty if it is missing. Reading frames in
+  // ascending order is fastest.
   cv::Mat Read(std::int64_t frame);
   cv::Mat Read(const MapSnapshot& map) { return Read(map.image_path, map.frame_index); }
-  cv::Mat Read(const std::string& file, std::int64_t frame);  // from the file where that is still there
+  cv::Mat Read(const std::string& file, std::int64_t frame);  // from the file if it still exists
 
-  // True where Read() will most likely find the image, told without reading it.
+  // Returns true if Read() will most likely find the image, without reading it.
   bool Has(const MapSnapshot& map) const;
 
-  // The sequence, with images in the size of the recording's camera; null where it is not there.
+  // Returns the sequence, with images in the size of the recording's camera; null if it is missing.
   const Sequence* FindSequence() const { return sequence_ ? &*sequence_ : nullptr; }
 
   const std::string& WhyNot() const { return why_not_; }

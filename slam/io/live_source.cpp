@@ -17,7 +17,7 @@
 namespace sqslam {
 namespace {
 
-constexpr int kMaxFailures = 3;  // images in a row that do not come before the camera counts as gone
+constexpr int kMaxFailures = 3;  // missing images in a row after which the camera counts as gone
 
 }  // namespace
 
@@ -92,7 +92,7 @@ struct LiveSource::Impl {
     while (!stop.stop_requested() && failures < kMaxFailures) {
       cv::Mat bgr;
       if (grabber(bgr) && bgr.size() == cv::Size(camera.width, camera.height) && bgr.type() == CV_8UC3) {
-        Skip(std::exchange(failures, 0));  // those at the end are none: no image was there to skip
+        Skip(std::exchange(failures, 0));  // not those at the end, where no image was there to skip
         Publish(bgr);
         continue;
       }
@@ -120,8 +120,8 @@ struct LiveSource::Impl {
     return std::exchange(newest, std::nullopt);
   }
 
-  static constexpr std::chrono::milliseconds kPatience{100};  // between two looks at `stopped`
-  static constexpr double kMinStep = 1e-6;  // seconds; timestamps rise even where the clock does not
+  static constexpr std::chrono::milliseconds kPatience{100};  // between two checks of `stopped`
+  static constexpr double kMinStep = 1e-6;  // seconds; timestamps rise even if the clock does not
 
   const FrameGrabber grabber;
   const Camera camera;

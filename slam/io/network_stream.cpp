@@ -37,7 +37,7 @@ std::string PublicAddress(const std::string& address) {
   const std::string shown = address.substr(0, address.find('?'));
   const std::size_t host = shown.find("://") + 3;
   std::size_t path = std::min(shown.find('/', host), shown.size());
-  // A port is a number: what else follows a ':' is a password with a '/' in it.
+  // A port is a number: anything else after a ':' is a password that contains a '/'.
   const std::size_t colon = shown.find(':', host);
   if (colon < path && shown.find('@', host) > path &&
       shown.find_first_not_of("0123456789", colon + 1) < path) {

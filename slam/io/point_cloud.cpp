@@ -36,7 +36,7 @@ struct Scalar {
   std::array<std::string_view, 2> names;
   std::size_t size;                   // bytes
   double (*read)(const char* bytes);  // in this machine's order
-  float full;  // brightness of a channel of a colour; 0: 1, or 255 as some programs write
+  float full;  // value of full brightness in a colour channel; 0: 1, or 255 as some programs write
 };
 template <typename T>
 constexpr Scalar ScalarOf(std::string_view name, std::string_view alias, float full) {
@@ -143,7 +143,7 @@ Header ReadHeader(const fs::path& path, const std::string& bytes) {
   return header;
 }
 
-// The numbers of a body, item by item: an ascii body has one item a line.
+// Reads the numbers of a body, item by item: an ascii body has one item per line.
 class Body {
  public:
   Body(const fs::path& path, const std::string& bytes, const Header& header)
@@ -210,7 +210,7 @@ bool AddPoint(const Eigen::Vector3d& point, PointCloud& cloud) {
   return true;
 }
 
-// Meanings of a vertex' properties: coordinates, then channels of the colour.
+// Names of a vertex's properties by role: coordinates, then colour channels.
 constexpr std::size_t kRed = 3;
 constexpr std::array<std::array<std::string_view, 3>, 6> kRoles = {{{"x"},
                                                                     {"y"},
@@ -219,7 +219,7 @@ constexpr std::array<std::array<std::string_view, 3>, 6> kRoles = {{{"x"},
                                                                     {"green", "g", "diffuse_green"},
                                                                     {"blue", "b", "diffuse_blue"}}};
 
-// The place of each property's meaning; as many as roles where it has none.
+// Returns the role of each property, or the number of roles if it has none.
 std::vector<std::size_t> RolesOf(const Element& element) {
   std::vector<std::size_t> roles;
   for (const Property& property : element.properties) {
@@ -237,7 +237,7 @@ bool HasRoles(const std::vector<std::size_t>& roles, std::size_t first) {
          std::ranges::count(roles, first + 2) > 0;
 }
 
-// NaN is dark. Real numbers go to 1, or to 255 where any is far above 1.
+// NaN becomes 0. Floating-point colours range up to 1, or up to 255 if any is far above 1.
 std::vector<std::array<std::uint8_t, 3>> InEightBits(const std::vector<std::array<float, 3>>& colors,
                                                      float full) {
   constexpr float kFarAboveOne = 2.0F;
@@ -257,7 +257,7 @@ std::vector<std::array<std::uint8_t, 3>> InEightBits(const std::vector<std::arra
   return rgb;
 }
 
-// The numbers of an item by their roles; lists are passed over.
+// Returns the numbers of an item by role; lists are skipped.
 std::array<double, kRoles.size() + 1> ReadItem(Body& body, const Element& element,
                                                const std::vector<std::size_t>& roles) {
   std::array<double, kRoles.size() + 1> values{};

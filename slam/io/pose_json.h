@@ -9,8 +9,8 @@
 
 namespace sqslam {
 
-// The pose that a JSON document holds under `key` as a 4x4 matrix: four rows, or 16 numbers row by row.
-// Throws InputError where it is none.
+// Returns the pose under `key` of a JSON document, a 4x4 matrix: four rows, or 16 numbers row by row. Throws
+// InputError if it is no pose.
 template <typename Json>
 Rigid3d PoseFromJson(const Json& json, const std::string& key) {
   std::vector<double> v;

@@ -89,8 +89,8 @@ SnapshotObject ObjectFromJson(const Json& json) {
   return object;
 }
 
-// Calls visit(name, value, always) for each number of stats.json, in its order; `always`: also in the files
-// of older programs.
+// Calls visit(name, value, always) for each entry of stats.json, in order. `always`: also present in files of
+// older programs.
 template <typename Stats, typename Visit>
 void VisitStats(Stats& stats, Visit&& visit) {
   visit("frames", stats.frames, true);

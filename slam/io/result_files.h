@@ -11,7 +11,7 @@
 
 namespace sqslam {
 
-// The file that the user means: `name` in a result folder, or the file itself.
+// Returns `name` in a result folder, or the file itself.
 inline std::filesystem::path ResultFile(const std::filesystem::path& result, const char* name) {
   return std::filesystem::is_directory(result) ? result / name : result;
 }
@@ -20,8 +20,8 @@ inline std::filesystem::path ResultFile(const std::filesystem::path& result, con
 void WritePoints(const std::filesystem::path& path, const std::vector<SnapshotPoint>& points);
 
 // objects.json: {"format": "sqslam-objects", "version": 1, "objects": [...]}, angles in radians, T_map_object
-// as four rows. Reading takes the matrix as rows or as 16 numbers, and throws InputError that names the
-// object at fault.
+// as four rows. Reading accepts the matrix as rows or as 16 numbers, and throws InputError that names the
+// broken object.
 void WriteObjects(const std::filesystem::path& path, const std::vector<SnapshotObject>& objects);
 std::vector<SnapshotObject> ReadObjects(const std::filesystem::path& path);
 
@@ -30,20 +30,20 @@ struct RunStats {
   int frames = 0;           // read and handed to the tracker
   int skipped = 0;          // frames that could not be read
   int dropped = 0;          // frames that came too fast (--realtime, live cameras)
-  int detector_frames = 0;  // that the detector of the run has looked at itself
+  int detector_frames = 0;  // frames that the run's detector processed itself
   int tracked = 0;
   int keyframes = 0;
   int points = 0;
   int objects = 0;
   RunCounters counters;
-  int submaps = 0;            // that could not be merged with the map
+  int submaps = 0;            // maps that could not be merged with the main one
   bool interrupted = false;   // ended by Ctrl-C
   double wall_seconds = 0.0;  // from the first frame to the last optimisation
   double peak_memory_mib = 0.0;
   std::string version;   // of the program
   std::string host;      // name of the computer
   std::string job;       // of Slurm, see SlurmJob; empty: none
-  std::string command;   // that made it, as it was typed
+  std::string command;   // command line of the run, as typed
   std::string camera;    // how the focal length was found, in words
   std::string detector;  // where the boxes came from, in words
   std::vector<std::string> warnings;

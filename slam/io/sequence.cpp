@@ -25,15 +25,15 @@ fs::path CameraBeside(const SequenceRequest& request) {
   return folder / "camera.yaml";
 }
 
-// Pictures of one's own, without a calibration beside them. A dataset has one: there a guess would only hide
-// that it is missing.
+// Returns true for a user's own pictures without a calibration beside them. For a dataset, a guess would only
+// hide that its calibration is missing.
 bool IsToBeGuessed(const SequenceRequest& request, SequenceFormat format) {
   const bool own = format == SequenceFormat::kVideo || format == SequenceFormat::kImages;
   return !request.known_camera && (request.camera == kAutoCamera ||
                                    (request.camera.empty() && own && !fs::exists(CameraBeside(request))));
 }
 
-// The calibration that was asked for, the sequence's own, or that of the dataset it comes from.
+// Returns the requested calibration, the sequence's own, or that of its dataset.
 Camera CameraOf(const SequenceRequest& request, SequenceFormat format) {
   if (!request.camera.empty()) {
     return ReadCamera(CameraFile(request.camera));
@@ -83,7 +83,7 @@ std::vector<SequenceFrame> ListTum(const fs::path& folder) {
   return frames;
 }
 
-// A folder below that holds images, for those who name the folder above; empty where there is none.
+// Suggests a subfolder with images; empty if there is none.
 std::string HintBelow(const fs::path& folder) {
   std::vector<fs::path> below;
   for (const auto& entry : fs::directory_iterator(folder)) {
@@ -109,8 +109,8 @@ std::vector<SequenceFrame> ListImages(const fs::path& folder, double fps) {
   return frames;
 }
 
-// The calibration of a video's pictures as they are shown. One that was made for the pictures as they are
-// stored, before a phone's rotation flag turned them, is turned with them.
+// Returns the calibration of a video's pictures as shown. A calibration of the stored pictures, before a
+// phone's rotation flag is applied, is rotated with them.
 Camera VideoCamera(Camera camera, const VideoIndex& video, const fs::path& path) {
   const auto [width, height] = video.ShownSize();
   if (width != camera.width || height != camera.height) {
@@ -126,7 +126,7 @@ Camera VideoCamera(Camera camera, const VideoIndex& video, const fs::path& path)
   return camera;
 }
 
-// The first image that can be read tells the size.
+// The first readable image gives the size.
 CameraGuess GuessFromImages(const std::vector<SequenceFrame>& frames, double fps) {
   constexpr std::size_t kTried = 20;
   for (std::size_t i = 0; i < std::min(kTried, frames.size()); ++i) {
@@ -152,7 +152,7 @@ std::vector<SequenceFrame> ListFrames(SequenceFormat format, const fs::path& pat
   }
 }
 
-// Frames and camera, both as they lie in the files.
+// Lists frames and camera, both as in the files.
 void ListSequence(const SequenceRequest& request, Sequence& sequence) {
   const bool guess = IsToBeGuessed(request, sequence.format);
   const Camera camera = request.known_camera ? *request.known_camera
@@ -183,7 +183,7 @@ void ListSequence(const SequenceRequest& request, Sequence& sequence) {
   }
 }
 
-// From here on, camera and boxes are those of the images as they are handed out.
+// From here on, camera and boxes are those of the resized images.
 void ResizeSequence(const ImageResize& resize, Sequence& sequence) {
   sequence.image_width = sequence.camera.width;
   sequence.image_height = sequence.camera.height;
@@ -221,7 +221,7 @@ void AttachDetections(const SequenceRequest& request, Sequence& sequence) {
   sequence.has_detections = true;
 }
 
-// The mask of an image in a folder of masks; empty where there is none.
+// Returns the mask of an image in a folder of masks; empty if there is none.
 fs::path MaskOf(const fs::path& masks, const fs::path& sequence, const fs::path& image) {
   const fs::path name = image.filename();
   for (fs::path candidate : {masks / image.lexically_relative(sequence), masks / name}) {

@@ -21,14 +21,14 @@ using Trajectory = std::vector<TimedPose>;
 Trajectory ReadTrajectory(const std::filesystem::path& path);
 void WriteTrajectory(const std::filesystem::path& path, const Trajectory& trajectory);
 
-// Returns the pose of the frame at a time (to 0.1 ms), or none.
+// Returns a function for the pose at a timestamp (to 0.1 ms), which returns nothing if there is none.
 std::function<std::optional<Rigid3d>(double timestamp)> PosesByTime(Trajectory trajectory);
 
 struct Sequence;
 using PosesByFrame = std::map<std::int64_t, Rigid3d>;  // T_map_camera by index of the frame
 
-// The poses of a trajectory.txt, whose times tell the frames of the sequence. Empty where the file is not
-// there; throws InputError where it is broken.
+// Returns the poses of a trajectory.txt by the frames of the sequence with the same times. Empty if the file
+// is missing; throws InputError if it is broken.
 PosesByFrame ReadPosesByFrame(const std::filesystem::path& trajectory, const Sequence& sequence);
 
 }  // namespace sqslam

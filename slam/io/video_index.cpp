@@ -33,18 +33,18 @@ int QuarterTurnsOf(const AVStream& stream) {
   return ((static_cast<int>(std::lround(-counter_clockwise / 90.0)) % 4) + 4) % 4;
 }
 
-// Presentation times in the stream's units, in the order shown; empty entries where the container has none.
+// Presentation times of packets in the stream's units; AV_NOPTS_VALUE if the container has none.
 struct Packets {
   std::vector<std::int64_t> times;
   std::size_t without_time = 0;
-  std::size_t read = 0;  // with those that the container says not to show
+  std::size_t read = 0;  // including packets that are not to be shown
 };
 
 Packets ReadPackets(AVFormatContext& format, const AVStream& stream) {
   const auto drop = [](AVPacket* used) { av_packet_free(&used); };
   const std::unique_ptr<AVPacket, decltype(drop)> packet(av_packet_alloc(), drop);
   Packets packets;
-  bool last_corrupt = false;  // a packet that was cut off shows half a picture
+  bool last_corrupt = false;  // a truncated packet shows half a picture
   while (av_read_frame(&format, packet.get()) >= 0) {
     packets.read += packet->stream_index == stream.index ? 1 : 0;
     if (packet->stream_index == stream.index && (packet->flags & AV_PKT_FLAG_DISCARD) == 0) {
