@@ -23,7 +23,7 @@ const std::vector<std::string> kDictionaries = {
     "4X4_50",  "4X4_100", "4X4_250",  "4X4_1000", "5X5_50",  "5X5_100", "5X5_250",  "5X5_1000", "6X6_50",
     "6X6_100", "6X6_250", "6X6_1000", "7X7_50",   "7X7_100", "7X7_250", "7X7_1000", "ORIGINAL"};
 
-// Null where there is none of that name.
+// Returns null if there is none of that name.
 cv::Ptr<cv::aruco::Dictionary> DictionaryOf(const CalibrationBoard& board) {
   const auto number = std::ranges::find(kDictionaries, board.dictionary) - kDictionaries.begin();
   return number < std::ssize(kDictionaries) ? cv::aruco::getPredefinedDictionary(static_cast<int>(number))
@@ -36,7 +36,7 @@ cv::Ptr<cv::aruco::CharucoBoard> MakeCharucoBoard(const CalibrationBoard& board)
                                          static_cast<float>(board.marker_mm), DictionaryOf(board));
 }
 
-// The cells of a marker: black all over, and the white bits on it.
+// Adds a marker: its black area, then the white bits on it.
 void AddMarker(const cv::Ptr<cv::aruco::Dictionary>& dictionary, int id, const cv::Rect2d& area,
                std::vector<BoardArea>& areas) {
   const int cells = dictionary->markerSize + 2;
@@ -44,7 +44,7 @@ void AddMarker(const cv::Ptr<cv::aruco::Dictionary>& dictionary, int id, const c
   dictionary->drawMarker(id, cells, bits, 1);
   areas.push_back({area, true});
   const double side = area.width / cells;
-  // Rows and columns both, so that no seam shows between cells that touch.
+  // Both rows and columns, so that no seam shows between adjacent cells.
   for (const bool across : {true, false}) {
     const cv::Mat lines = across ? bits : cv::Mat(bits.t());
     for (int line = 0; line < cells; ++line) {
@@ -65,7 +65,7 @@ void AddMarker(const cv::Ptr<cv::aruco::Dictionary>& dictionary, int id, const c
 
 constexpr int kMinCorners = 8;  // of a view
 
-// The smallest distance between two corners: how much room there is around one.
+// Returns the smallest distance between two corners, a measure of the free space around each.
 double Spacing(const std::vector<cv::Point2f>& corners) {
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < corners.size(); ++i) {
@@ -76,7 +76,7 @@ double Spacing(const std::vector<cv::Point2f>& corners) {
   return least;
 }
 
-// `room`: around a corner to the next thing that is none of its edges, in squares.
+// `room`: distance from a corner to the nearest thing other than its own edges, in squares.
 void Refine(const cv::Mat& gray, double room, std::vector<cv::Point2f>& corners) {
   constexpr int kMaxWindow = 11;  // px, half
   const int window = std::clamp(static_cast<int>(room * Spacing(corners)), 2, kMaxWindow);
@@ -84,8 +84,8 @@ void Refine(const cv::Mat& gray, double room, std::vector<cv::Point2f>& corners)
                    {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 50, 1e-3});
 }
 
-// The search runs on a smaller image, which is much faster and blind to noise; corners are refined in the
-// whole one.
+// Searches a smaller image, which is much faster and less sensitive to noise, and refines the corners in the
+// full one.
 bool FindChessboard(const cv::Mat& gray, const CalibrationBoard& board, BoardView& view) {
   constexpr int kSearched = 960;  // px, longer side
   constexpr int kFlags =
@@ -125,7 +125,7 @@ bool FindCharuco(const cv::Mat& gray, const CalibrationBoard& board, BoardView& 
   return true;
 }
 
-// Takes away corners that lie nowhere near where the others have them: but for the lens, the board is flat.
+// Drops corners that are outliers of a homography: but for lens distortion, the board is flat.
 void DropStrays(const CalibrationBoard& board, BoardView& view) {
   constexpr double kSlack = 0.15;  // squares; lenses bend a board by less
   const std::vector<cv::Point3f> all = BoardCorners(board);
@@ -150,7 +150,7 @@ void DropStrays(const CalibrationBoard& board, BoardView& view) {
   view = kept;
 }
 
-// Corners on one line tell no pose.
+// Collinear corners don't determine a pose.
 bool SpansAnArea(const std::vector<cv::Point2f>& corners) {
   constexpr double kMinSide = 10.0;  // px
   const cv::RotatedRect around = cv::minAreaRect(corners);
@@ -243,7 +243,7 @@ std::vector<BoardArea> BoardAreas(const CalibrationBoard& board) {
   const bool charuco = board.kind == CalibrationBoard::Kind::kCharuco;
   const cv::Ptr<cv::aruco::Dictionary> dictionary = DictionaryOf(board);
   const double margin = 0.5 * (side - board.marker_mm);
-  // As OpenCV 4 lays its boards out: the lowest row begins black for ChArUco, markers are numbered row by
+  // The layout of OpenCV 4: on ChArUco boards the lowest row begins black, and markers are numbered row by
   // row.
   int marker = 0;
   for (int y = 0; y < board.rows; ++y) {

@@ -11,7 +11,7 @@ namespace sqslam {
 enum class BoardKind { kChessboard, kCharuco };
 constexpr auto EnumNames(BoardKind) { return std::array{"chessboard", "charuco"}; }
 
-// A flat board with corners at known places.
+// A flat board with corners at known positions.
 struct CalibrationBoard {
   using Kind = BoardKind;
 
@@ -25,33 +25,33 @@ struct CalibrationBoard {
   int InnerCorners() const { return (columns - 1) * (rows - 1); }
 };
 
-// Throws UsageError that says what was expected: sizes, a marker in its square, a dictionary of OpenCV that
-// has enough markers.
+// Throws UsageError with what was expected: sizes, a marker smaller than its square, an OpenCV dictionary
+// with enough markers.
 void CheckBoard(const CalibrationBoard& board);
 
-// "10 x 7 squares of 25 mm, chessboard".
+// Returns for example "chessboard, 10 x 7 squares of 25 mm".
 std::string BoardText(const CalibrationBoard& board);
 
-// Inner corners in the board's own frame, mm, z = 0, in the order of their numbers.
+// Returns the inner corners in the board's own frame, mm, z = 0, in the order of their ids.
 std::vector<cv::Point3f> BoardCorners(const CalibrationBoard& board);
 
-// A part of a printed board, mm from its top-left corner; later ones lie over earlier ones.
+// A part of a printed board, mm from its top-left corner; later ones cover earlier ones.
 struct BoardArea {
   cv::Rect2d area;
   bool black = true;
 };
 std::vector<BoardArea> BoardAreas(const CalibrationBoard& board);
 
-// A board as one image shows it.
+// A board as seen in one image.
 struct BoardView {
   std::string name;                  // of the image or frame, for messages
-  std::vector<int> ids;              // of the corners that were found, into BoardCorners()
+  std::vector<int> ids;              // of the found corners, indices into BoardCorners()
   std::vector<cv::Point2f> corners;  // px, distorted
   double sharpness = 0.0;  // steepness of the edges at the corners: 0.5 where black turns white within
                            // a pixel, less the more they are blurred
 };
 
-// Finds the board, or enough of it for a view (a chessboard must be seen whole). `gray`: 8UC1.
+// Finds the board, or enough of it for a view (a chessboard must be fully visible). `gray`: 8UC1.
 std::optional<BoardView> FindBoard(const cv::Mat& gray, const CalibrationBoard& board);
 
 }  // namespace sqslam

@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kMinViews = 3;
 
-// Corners of the views, and what came out of the last calibration.
+// Corners of the views, and the result of the last calibration.
 class Solver {
  public:
   Solver(const std::vector<BoardView>& views, const CalibrationBoard& board, cv::Size image)
@@ -53,7 +53,7 @@ class Solver {
     }
   }
 
-  // Found minus modelled.
+  // Returns found minus projected corners, px.
   std::vector<cv::Point2f> Errors(std::size_t view) const {
     std::vector<cv::Point2f> modelled;
     cv::projectPoints(points_[view], rotations_[view], translations_[view], K_, distortion_, modelled);
@@ -64,7 +64,7 @@ class Solver {
     return errors;
   }
 
-  // Returns the names of the views that were taken away.
+  // Returns the names of the dropped views.
   std::vector<std::string> DropViews(double max_error) {
     constexpr double kAlwaysFine = 0.3;  // px
     std::vector<double> errors;
@@ -83,7 +83,7 @@ class Solver {
     return dropped;
   }
 
-  // Returns how many corners were taken away; needs poses of all views, so before DropViews().
+  // Returns the number of dropped corners. Needs the poses of all views: call before DropViews().
   int DropCorners(double max_error) {
     constexpr double kAlwaysFine = 0.5;  // px
     constexpr double kMadToSigma = 1.4826;
@@ -115,7 +115,7 @@ class Solver {
   double Deviation(int i) const { return deviations_.at<double>(i); }
   std::size_t Size() const { return views_.size(); }
 
-  // False where rays farther out always show farther out, up to the image's corners.
+  // Returns true if the distortion folds: rays farther out appear farther in, up to the image's corners.
   bool Folds() const {
     const double x = std::max(K_.at<double>(0, 2), image_.width - K_.at<double>(0, 2)) / K_.at<double>(0, 0);
     const double y = std::max(K_.at<double>(1, 2), image_.height - K_.at<double>(1, 2)) / K_.at<double>(1, 1);
@@ -197,7 +197,7 @@ double LargestAngle(const std::vector<CalibratedView>& views) {
   return largest;
 }
 
-// Place of the whole board in the image, and how it leans.
+// Position of the whole board in the image, and its tilt.
 using Descriptor = Eigen::Matrix<double, 6, 1>;
 
 Descriptor Describe(const BoardView& view, const std::vector<cv::Point3f>& board, cv::Size image) {
@@ -227,13 +227,13 @@ Descriptor Describe(const BoardView& view, const std::vector<cv::Point3f>& board
   return descriptor;
 }
 
-// The indices of at most `count` views that differ from one another the most, sharp ones first: in the
-// board's place in the image, its size and its tilt both ways. Views like one that was chosen are left out,
-// and so are those much blurrier than the rest.
+// Returns the indices of at most `count` views that differ most from one another, sharp ones first: in the
+// board's position in the image, its size and its tilt in both directions. Skips views similar to a chosen
+// one, and those much blurrier than the rest.
 std::vector<int> SelectViews(const std::vector<BoardView>& views, const CalibrationBoard& board,
                              cv::Size image, int count) {
   constexpr double kSame = 0.03;         // distance below which a view adds nothing
-  constexpr double kMinSharpness = 0.6;  // of the sharp ones
+  constexpr double kMinSharpness = 0.6;  // relative to the sharp views
   if (views.empty()) {
     return {};
   }
@@ -245,7 +245,7 @@ std::vector<int> SelectViews(const std::vector<BoardView>& views, const Calibrat
     sharpness.push_back(view.sharpness);
   }
   const double reference = std::max(1e-6, LowerQuantile(std::move(sharpness), 0.8));
-  std::vector<double> gain(views.size(), 1e3);  // to be the first, only sharpness counts
+  std::vector<double> gain(views.size(), 1e3);  // the first view is chosen by sharpness only
   std::vector<int> chosen;
   while (static_cast<int>(chosen.size()) < count) {
     int best = -1;

@@ -11,9 +11,8 @@ namespace {
 
 constexpr int kRecordingInterval = 3;  // frames
 
-// A network so slow that more frames than these lie between two that it sees leaves them without boxes:
-// corners are rarely tracked that far, and tracking must not take so long that even more frames wait the next
-// time.
+// If more frames than this lie between two that the network sees, they get no boxes: corners are rarely
+// tracked that far, and tracking must not take so long that even more frames wait the next time.
 constexpr std::size_t kMostTracked = 90;
 
 }  // namespace

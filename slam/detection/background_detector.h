@@ -17,39 +17,39 @@
 
 namespace sqslam {
 
-// Boxes that are found while the images are mapped.
+// Detection of boxes while the images are mapped.
 struct DetectionOptions {
-  // Name of a file in configs/detectors or a YAML file; auto: the boxes of the sequence, and where there are
-  // none the first network whose weights are there; none.
+  // Name of a file in configs/detectors, or a YAML file; auto: the boxes of the sequence, or if it has none,
+  // the first network with existing weights; none.
   std::string network = "auto";
-  // Frames from one that the network sees to the next. 0: every third of a recording, which waits for the
-  // network; of a live camera the newest, whenever it is free.
+  // Interval of frames that the network sees. 0: every third of a recording, which waits for the network; of
+  // a live camera the newest whenever the network is free.
   int interval = 0;
-  bool follow = true;  // carry boxes through the frames between by the corners in them
+  bool follow = true;  // carry boxes through the frames between by tracked corners
 
   void VisitFields(auto&& visit) {
     visit("network", network);
-    visit("interval", interval, 0, 90);  // farther, nothing is carried
+    visit("interval", interval, 0, 90);  // beyond, nothing is carried
     visit("follow", follow);
   }
 };
 
-// The boxes of one frame, found or carried there from its neighbours.
+// The boxes of one frame, detected or carried from its neighbours.
 struct FrameBoxes {
   std::int64_t frame_index = 0;
   double timestamp = 0.0;
   std::vector<Detection> detections;
-  bool seen = false;  // by the network itself
+  bool seen = false;  // true if the network processed the frame
 };
 
-// Frames that a detector on a thread of its own looks at.
+// Frames that a detector on its own thread processes.
 enum class DetectionPace {
-  kNewest,    // the newest one whenever it is free: nothing waits for it (live cameras)
-  kEveryNth,  // the same ones on a fast and on a slow machine: the frames wait for it (recordings)
+  kNewest,    // the newest one whenever the detector is free: nothing waits (live cameras)
+  kEveryNth,  // the same ones on any machine: frames wait for the detector (recordings)
 };
 
-// A detector on a thread of its own. The frames between two that it has seen get their boxes by TrackBoxes,
-// or none where the detector is too slow for that.
+// Runs a detector on its own thread. Frames between two processed ones get their boxes by TrackBoxes, or none
+// if the detector is too slow for that.
 //
 //   BackgroundDetector detector(std::make_shared<Detector>(network), options, DetectionPace::kEveryNth);
 //   for each frame { for (const FrameBoxes& boxes : detector.Add(frame)) ... }
@@ -58,17 +58,17 @@ class BackgroundDetector {
  public:
   BackgroundDetector(std::shared_ptr<ObjectDetector> detector, const DetectionOptions& options,
                      DetectionPace pace);
-  ~BackgroundDetector();  // drops what has not been looked at
+  ~BackgroundDetector();  // drops unprocessed frames
 
   // Copies nothing: the frame's images must not change any more. Returns the boxes of earlier frames, in
-  // their order, each once. At pace kEveryNth these are those up to the last frame that the network was
-  // given, once it is to be given the next, and none in between, so that they depend on no clock. Throws what
-  // the network threw; so does Finish.
+  // order, each once. At pace kEveryNth, returns those up to the last frame given to the network when the
+  // next one is due, and none in between, so that results don't depend on timing. Throws what the network
+  // threw; so does Finish.
   std::vector<FrameBoxes> Add(const Frame& frame);
-  std::vector<FrameBoxes> Finish();  // those of all others; the network sees the last frame in any case
+  std::vector<FrameBoxes> Finish();  // boxes of all remaining frames; the network always sees the last one
 
-  // Stages `detection` (the network on one image) and `detection.following` (box tracking through the frames
-  // between two).
+  // Stages `detection` (the network on one image) and `detection.following` (box tracking between two
+  // images).
   std::map<std::string, StageTimes::Summary> Times() const { return times_.Summaries(); }
 
  private:
@@ -76,7 +76,7 @@ class BackgroundDetector {
   // Returns the number of waiting frames to work on, the last of them by the network; 0: none is due.
   std::size_t Due() const;
   bool IsForNetwork(std::int64_t frame) const { return frame % interval_ == 0; }  // counted by Add
-  std::vector<FrameBoxes> BoxesOf(const std::vector<Frame>& batch);  // the network sees the last frame
+  std::vector<FrameBoxes> BoxesOf(const std::vector<Frame>& batch);  // the network sees the last frame only
   std::vector<FrameBoxes> TakeReady();
 
   std::shared_ptr<ObjectDetector> detector_;
@@ -85,19 +85,19 @@ class BackgroundDetector {
   DetectionPace pace_;
   StageTimes times_;
 
-  cv::Mat last_image_;                 // the newest that the network has seen
+  cv::Mat last_image_;                 // the latest one that the network has seen
   std::vector<Detection> last_boxes_;  // in it
 
-  std::mutex mutex_;  // guards all below
+  std::mutex mutex_;  // guards the following
   std::condition_variable changed_;
   std::deque<Frame> waiting_;
   std::vector<FrameBoxes> ready_;
-  std::int64_t taken_ = 0;  // frames, out of `waiting_`
+  std::int64_t taken_ = 0;  // frames removed from `waiting_`
   bool busy_ = false;
   bool finishing_ = false;
   bool stopped_ = false;
   std::exception_ptr failure_;
-  std::thread thread_;  // last: it uses the rest
+  std::thread thread_;  // last: uses the other members
 };
 
 }  // namespace sqslam

@@ -12,9 +12,9 @@
 namespace sqslam {
 namespace {
 
-constexpr int kMinCorners = 4;   // that agree, to carry a box
+constexpr int kMinCorners = 4;   // consistent corners needed to carry a box
 constexpr int kMaxCorners = 24;  // in a box
-constexpr int kLevels = 3;       // pyramid levels beside the image itself
+constexpr int kLevels = 3;       // pyramid levels above the image itself
 const cv::Size kWindow(13, 13);  // pixels
 
 using Pyramid = std::vector<cv::Mat>;
@@ -41,10 +41,10 @@ std::vector<cv::Point2f> CornersIn(const cv::Mat& image, const Box2d& box) {
   return corners;
 }
 
-// The box after the motion of the corners in it: growth and shift, each the median.
+// Returns the box moved by the median growth and shift of its corners, or nothing if they are unreliable.
 std::optional<Box2d> Moved(const Box2d& box,
                            const std::vector<std::pair<cv::Point2f, cv::Point2f>>& corners) {
-  constexpr double kMinDistance = 4.0;  // px, between corners that tell the growth
+  constexpr double kMinDistance = 4.0;  // px, between corners used for the growth
   constexpr double kMaxGrowth = 1.25;   // from one image to the next
   if (corners.size() < kMinCorners) {
     return std::nullopt;
@@ -72,10 +72,10 @@ std::optional<Box2d> Moved(const Box2d& box,
                growth * box.height};
 }
 
-// The boxes in the next image; empty where they are lost.
+// Returns the boxes in the next image; empty entries for lost ones.
 std::vector<std::optional<Box2d>> TrackToNext(const cv::Mat& image, const Pyramid& from, const Pyramid& to,
                                               const std::vector<std::optional<Box2d>>& boxes) {
-  constexpr float kMaxReturnError = 0.7F;  // px, between a corner and where the way there and back ends
+  constexpr float kMaxReturnError = 0.7F;  // px, forward-backward error of a corner
   std::vector<cv::Point2f> corners;
   std::vector<std::size_t> box_of;
   for (std::size_t b = 0; b < boxes.size(); ++b) {
@@ -117,7 +117,7 @@ struct Arrival {
   double iou;
 };
 
-// Pairs of a box where it ended and a box of its class there, the best first, each box once.
+// Pairs tracked boxes with overlapping boxes of their class in the last image, best first, each box once.
 std::vector<Arrival> Arrivals(const std::vector<Box2d>& ends, const std::vector<Detection>& first,
                               const std::vector<Detection>& last) {
   constexpr double kSameThing = 0.5;  // IoU
@@ -179,7 +179,7 @@ std::vector<std::vector<Detection>> TrackBoxes(const std::vector<cv::Mat>& image
     const bool carried = ways[steps][arrival.first].has_value();
     for (std::size_t i = 1; i < steps; ++i) {
       const double t = static_cast<double>(i) / static_cast<double>(steps);
-      // The error with which the carried box arrives has grown on the way.
+      // The error at arrival is spread over the images.
       const Box2d moved = carried ? *ways[i][arrival.first] : start.box;
       const Box2d& target = end.box;
       const Box2d& reached = ends[arrival.first];

@@ -7,14 +7,13 @@
 
 namespace sqslam {
 
-// Tracks boxes through the images between two that a detector has looked at. `images` (8UC1, all of one size)
-// begin with the one that shows `first` and end with the one that shows `last`.
+// Tracks boxes through the images between two that a detector has processed. `images` (8UC1, all of one size)
+// begin with that of `first` and end with that of `last`.
 //
-// Each box of the first image is carried from image to image by the corners in it (pyramidal Lucas-Kanade,
-// there and back): it moves and grows as they do in the median. Where it arrives on a box of its class in the
-// last image, it is what the detector would have seen on the way, once the rest of the way is spread over the
-// images; otherwise one of the two is wrong and it is left out. Boxes without texture go straight from one
-// place to the other if these overlap.
+// Each box of the first image is carried from image to image by the corners in it (pyramidal Lucas-Kanade
+// with forward-backward check): it takes their median shift and growth. If it arrives at a box of its class
+// in the last image, the remaining error is spread over the images; otherwise one of the two boxes is wrong
+// and it is dropped. Boxes without texture are interpolated linearly if the two overlap.
 //
 // Returns the boxes of images 1 to N - 2, those of an image in the order of `first`.
 std::vector<std::vector<Detection>> TrackBoxes(const std::vector<cv::Mat>& images,

@@ -24,7 +24,7 @@ void CheckShape(const cv::Mat& blob, std::initializer_list<int> expected, const 
   }
 }
 
-// The index and value of the largest of `count` numbers that lie `step` apart.
+// Returns index and value of the largest of `count` numbers with stride `step`.
 std::pair<int, float> Largest(const float* values, int count, std::ptrdiff_t step) {
   int best = 0;
   for (int i = 1; i < count; ++i) {

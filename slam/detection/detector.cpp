@@ -61,7 +61,7 @@ fs::path FindWeights(const fs::path& yaml, const std::string& file) {
   std::vector<fs::path> places = {yaml.parent_path() / file};
   try {
     places.push_back(DataPath("assets") / "detectors" / file);
-  } catch (const InputError&) {  // no assets: the place beside the YAML file is left
+  } catch (const InputError&) {  // no assets: only the place beside the YAML file is left
   }
   std::vector<std::string> names;
   for (const fs::path& place : places) {
@@ -108,7 +108,7 @@ struct Detector::Impl {
   std::vector<ScoredBox> Decode(const std::vector<cv::Mat>& blobs) const {
     const int count = static_cast<int>(classes.size());
     if (options.decoder == NetworkDecoder::kCenterNet) {
-      // Non-maximum suppression takes some out afterwards: more peaks than boxes are wanted.
+      // Non-maximum suppression follows: decode more peaks than boxes are wanted.
       return DecodeCenterNet(blobs[0], blobs[1], options.InputSize(), count, options.threshold,
                              4 * options.max_boxes);
     }
@@ -172,7 +172,7 @@ std::optional<NetworkOptions> ChooseNetwork(const std::string& name_or_file,
   for (const char* name : {"yolox-nano", "centernet"}) {  // the better one first
     try {
       return LoadNetwork(name, settings);
-    } catch (const InputError&) {  // its weights are not there
+    } catch (const InputError&) {  // its weights are missing
     }
   }
   return std::nullopt;

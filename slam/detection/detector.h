@@ -11,7 +11,7 @@
 
 namespace sqslam {
 
-// Way in which boxes are read from the network's output.
+// How boxes are decoded from the network's output.
 enum class NetworkDecoder { kYolox, kCenterNet, kYoloV8 };
 constexpr auto EnumNames(NetworkDecoder) { return std::array{"yolox", "centernet", "yolov8"}; }
 
@@ -26,13 +26,13 @@ struct NetworkOptions {
   int width = 640;  // input, pixels; a multiple of 32
   int height = 480;
   ChannelOrder color = ChannelOrder::kBgr;
-  double scale = 1.0;                // factor on pixel values from 0 to 255
+  double scale = 1.0;                // factor on pixel values of 0 to 255
   std::vector<std::string> outputs;  // names, in the order that the decoder expects; none: the file's own
   std::vector<std::string> classes;  // names in the order of class numbers; none: the 80 of COCO
-  double threshold = 0.25;           // least score of a box, [0, 1]
-  double suppression_iou = 0.5;      // overlap above which the weaker of two boxes of one class goes
-  double min_area = 16.0;            // smaller boxes are left out, pixels^2 of the image; at least 1
-  int max_boxes = 100;               // in one image, strongest first
+  double threshold = 0.25;           // minimum score of a box, [0, 1]
+  double suppression_iou = 0.5;      // IoU above which the weaker of two boxes of one class is dropped
+  double min_area = 16.0;            // smaller boxes are dropped, pixels^2 of the image; at least 1
+  int max_boxes = 100;               // per image, strongest first
 
   void VisitFields(auto&& visit) {
     visit("file", file);
@@ -52,45 +52,45 @@ struct NetworkOptions {
   cv::Size InputSize() const { return {width, height}; }
 };
 
-// A network by the name of its file in configs/detectors, or from a YAML file, with `settings` (key=value)
-// over it. `file` is then an absolute path that exists. Throws UsageError for unknown names and bad values,
-// InputError where the weights are missing: it says where they were looked for and what fetches them.
+// Loads a network by the name of its file in configs/detectors or from a YAML file, with `settings`
+// (key=value) applied on top. `file` is then an existing absolute path. Throws UsageError for unknown names
+// and bad values, and InputError if the weights are missing, with the places searched and how to fetch them.
 NetworkOptions LoadNetwork(const std::string& name_or_file, const std::vector<std::string>& settings = {});
 
-// The same, where "auto" is the better one of those in configs/detectors whose weights are there; empty where
-// none is.
+// Like LoadNetwork, but "auto" is the best one of those in configs/detectors whose weights exist; nothing if
+// there are none.
 std::optional<NetworkOptions> ChooseNetwork(const std::string& name_or_file,
                                             const std::vector<std::string>& settings = {});
 
-// All that boxes depend on in one line: every option, and a checksum of the weights.
+// Returns all that boxes depend on in one line: every option, and a checksum of the weights.
 std::string Fingerprint(const NetworkOptions& options);
 
-// Finds things in images: a network, or what a program brings of its own (RunRequest::detector). Used by one
-// thread at a time.
+// Finds objects in images: a network, or a detector of the embedding program (RunRequest::detector). Used by
+// one thread at a time.
 class ObjectDetector {
  public:
   virtual ~ObjectDetector() = default;
 
-  // Boxes of an image (8UC3) in its own pixels, clipped to it, strongest first; labels have no blanks. What
-  // it throws ends a run, which saves its map first.
+  // Returns the boxes of an image (8UC3) in its own pixels, clipped to it, strongest first; labels have no
+  // blanks. An exception ends the run, which saves its map first.
   virtual std::vector<Detection> Detect(const cv::Mat& bgr) = 0;
 
-  virtual std::string Name() const { return "a detector of the program's own"; }  // for people
-  virtual std::string Settings() const { return Name(); }  // all that boxes depend on in one line
+  virtual std::string Name() const { return "a detector of the program's own"; }  // for display
+  virtual std::string Settings() const { return Name(); }  // all that boxes depend on, in one line
 };
 
-// A network, run by OpenCV on the processor.
+// A network, run by OpenCV on the CPU.
 class Detector final : public ObjectDetector {
  public:
-  // Throws InputError that names the file: no ONNX network that OpenCV can read, unknown output names (with
-  // those there are), an output whose shape the decoder or the number of classes does not fit. The last is
-  // found by a trial run.
+  // Throws InputError that names the file: no ONNX network that OpenCV can read, unknown output names (the
+  // message lists the existing ones), or an output shape that does not fit the decoder or the number of
+  // classes (found by a trial run).
   explicit Detector(const NetworkOptions& options);
   ~Detector() override;
   Detector(Detector&&) noexcept;
 
   std::vector<Detection> Detect(const cv::Mat& bgr) override;
-  std::string Name() const override;  // of its file
+  std::string Name() const override;  // file name of the weights
   std::string Settings() const override;
 
  private:

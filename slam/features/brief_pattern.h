@@ -5,7 +5,7 @@
 
 namespace sqslam {
 
-// Two pixels relative to the centre of a patch of 31x31 pixels whose grey values one descriptor bit compares.
+// Two pixels relative to the centre of a patch of 31x31 pixels, compared by one descriptor bit.
 struct BriefPair {
   std::int8_t x0, y0, x1, y1;
 };

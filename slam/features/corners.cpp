@@ -15,7 +15,7 @@ namespace sqslam {
 namespace {
 
 constexpr int kCellSize = 32;   // at least, pixels
-constexpr int kFastRadius = 3;  // pixels that FAST leaves out at the edges
+constexpr int kFastRadius = 3;  // pixels that FAST skips at the borders
 
 cv::Rect Grown(const cv::Rect& area) {
   return {area.x - kFastRadius, area.y - kFastRadius, area.width + 2 * kFastRadius,
@@ -28,7 +28,7 @@ int CellAt(float place, int length, int cells) {
 }
 
 constexpr int kCircle = 16;  // pixels of the circle of radius 3
-constexpr int kArc = 9;      // so many of them in a row are darker or brighter than the centre of a corner
+constexpr int kArc = 9;      // pixels in a row that are darker or brighter than the centre of a corner
 
 constexpr std::array<int, kCircle> kCircleX{0, 1, 2, 3, 3, 3, 2, 1, 0, -1, -2, -3, -3, -3, -2, -1};
 constexpr std::array<int, kCircle> kCircleY{3, 3, 2, 1, 0, -1, -2, -3, -3, -3, -2, -1, 0, 1, 2, 3};
@@ -39,19 +39,19 @@ int LoadWord(const std::uint8_t* bytes) {
   return word;
 }
 
-// Four pixels of a row in the lower half and the four below them in the upper half.
+// Loads four pixels of a row into the lower half and the four below them into the upper half.
 cv::v_int16x8 LoadTwoRows(const std::uint8_t* pixels, std::ptrdiff_t step) {
   const cv::v_uint8x16 rows =
       cv::v_reinterpret_as_u8(cv::v_int32x4(LoadWord(pixels), LoadWord(pixels + step), 0, 0));
   return cv::v_reinterpret_as_s16(cv::v_expand_low(rows));
 }
 
-// FAST scores of the pixel at `pixels`, of its three right neighbours and of the four pixels below them;
-// negative where a pixel is no corner at any threshold. Minima over 9 in a row as minima of minima over 2, 4
-// and 8.
+// Returns the FAST scores of the pixel at `pixels`, of its three right neighbours and of the four pixels
+// below them; negative if a pixel is no corner at any threshold. Minima over 9 in a row are built from minima
+// over 2, 4 and 8.
 cv::v_int16x8 FastScores(const std::uint8_t* pixels, std::ptrdiff_t step) {
   const cv::v_int16x8 centers = LoadTwoRows(pixels, step);
-  // The circle, with its first pixels repeated so that no arc runs over the end.
+  // The circle, with its first pixels repeated so that no arc wraps around.
   std::array<cv::v_int16x8, kCircle + kArc - 1> darker;  // than the centres by how much
   for (std::size_t i = 0; i < kCircle; ++i) {
     darker[i] = centers - LoadTwoRows(pixels + kCircleY[i] * step + kCircleX[i], step);
@@ -78,7 +78,7 @@ cv::v_int16x8 FastScores(const std::uint8_t* pixels, std::ptrdiff_t step) {
   return cv::v_max(all_darker, cv::v_setzero_s16() - all_brighter);
 }
 
-// Place of the top of the parabola through three neighbouring values; zero where it has none.
+// Returns the offset of the top of the parabola through three neighbouring values; 0 if it has none.
 float TopOfParabola(float before, float middle, float after) {
   const float curvature = before - 2.0F * middle + after;
   return curvature < 0.0F
@@ -88,7 +88,7 @@ float TopOfParabola(float before, float middle, float after) {
 
 using CornerSpan = std::span<const cv::KeyPoint*>;
 
-// The corners at the places chosen, and the others; both keep their order.
+// Partitions corners by their positions; both parts keep their order.
 std::pair<CornerSpan, CornerSpan> SplitCorners(CornerSpan corners, auto&& chosen) {
   const auto middle = std::stable_partition(corners.begin(), corners.end(),
                                             [&](const cv::KeyPoint* corner) { return chosen(corner->pt); });
@@ -116,12 +116,12 @@ class Quadtree {
     }
   }
 
-  // Splits the leaf with the most corners, of equals the older one, until `count` leaves are filled.
+  // Splits the leaf with the most corners (the older one of equals) until `count` leaves are non-empty.
   void Split(int count) {
     while (filled_ < count && !open_.empty()) {
       const int index = -open_.top().second;
       open_.pop();
-      if (leaves_[index].area.width >= 1.0F) {  // else coinciding corners: their leaf stays as it is
+      if (leaves_[index].area.width >= 1.0F) {  // else the corners coincide: their leaf stays
         --filled_;
         SplitLeaf(std::exchange(leaves_[index], {}));
       }
@@ -166,10 +166,10 @@ class Quadtree {
     }
   }
 
-  std::vector<const cv::KeyPoint*> order_;  // those of one leaf next to each other
+  std::vector<const cv::KeyPoint*> order_;  // grouped by leaf
   std::vector<Leaf> leaves_;
   std::priority_queue<std::pair<std::size_t, int>>
-      open_;  // corners of a leaf that can be split, minus its index
+      open_;  // number of corners of a splittable leaf, minus its index
   int filled_ = 0;
 };
 
@@ -193,7 +193,7 @@ const std::vector<cv::KeyPoint>& CornerDetector::Detect(const cv::Mat& image, co
     const int y0 = inner.height * row / rows;
     const int y1 = inner.height * (row + 1) / rows;
     const char* filled = &filled_[row * columns];
-    // Empty neighbours at once: each call of FAST has its price.
+    // Adjacent empty cells are joined: each call of FAST has an overhead.
     for (int begin = 0, end = 0; begin < columns; begin = end + 1) {
       for (end = begin; end < columns && filled[end] == 0; ++end) {
       }
@@ -222,7 +222,7 @@ cv::Point2f RefineCorner(const cv::Mat& image, const cv::Point& corner) {
   cv::v_store(scores.data(), FastScores(first, step));
   cv::v_store(&scores[8], FastScores(first + step, step));
   const auto score = [&](int x, int y) {
-    // The second block begins one row further down, so that nothing below the neighbourhood is read.
+    // The second block begins one row further down to avoid reading below the neighbourhood.
     return static_cast<float>(scores[x + 4 * (y < 2 ? y : 3)]);
   };
   std::array<float, 3> rows{};

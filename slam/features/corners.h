@@ -5,19 +5,20 @@
 
 namespace sqslam {
 
-// FAST-9/16 corners (Rosten and Drummond 2006) with a threshold that adapts to each cell of the image: where
-// the usual one finds nothing, a lower one is tried. Keeps its buffers between images.
+// FAST-9/16 corners (Rosten and Drummond 2006) with a threshold per cell of the image: if the usual one finds
+// nothing, a lower one is tried. Reuses its buffers between images.
 class CornerDetector {
  public:
   // Thresholds in grey levels.
   CornerDetector(int threshold, int min_threshold) : threshold_(threshold), min_threshold_(min_threshold) {}
 
-  // Corners within `inner`, relative to its corner, in a fixed order; valid until the next call. `image` is 8
-  // bit, and `inner` at least 3 pixels from its edges. Nothing where `inner` is smaller than one cell.
+  // Returns the corners within `inner`, relative to its top-left corner, in a fixed order; valid until the
+  // next call. `image` is 8 bit, `inner` at least 3 pixels from its edges. None if `inner` is smaller than a
+  // cell.
   const std::vector<cv::KeyPoint>& Detect(const cv::Mat& image, const cv::Rect& inner);
 
  private:
-  // Tries the lower threshold on `cells`, given relative to the corner of `inner`.
+  // Tries the lower threshold on `cells`, relative to the top-left corner of `inner`.
   void DetectWeak(const cv::Mat& image, const cv::Rect& inner, const cv::Rect& cells);
 
   int threshold_;
@@ -27,19 +28,19 @@ class CornerDetector {
   std::vector<char> filled_;  // cells, row by row
 };
 
-// Offset in pixels, at most kMaxCornerOffset along each axis, from a FAST corner to the place between the
-// pixels where its score is greatest. FAST itself knows whole pixels only, and on a coarse pyramid level half
-// a pixel is several pixels of the image. The score is that of FAST-9/16 (Rosten and Drummond 2006): the
-// greatest threshold at which the pixel is a corner. Parabolas are laid through the sums of rows and columns
-// of its 3x3 neighbourhood, the middle one counted twice. `image` is 8 bit; `corner` is at least five pixels
-// from its edges.
+// Returns the offset in pixels, at most kMaxCornerOffset along each axis, from a FAST corner to the sub-pixel
+// maximum of its score. FAST only returns integer pixels, and on a coarse pyramid level half a pixel is
+// several pixels of the image. The score is that of FAST-9/16 (Rosten and Drummond 2006): the greatest
+// threshold at which the pixel is a corner. Parabolas are fitted to the sums of rows and columns of its 3x3
+// neighbourhood, with double weight on the middle. `image` is 8 bit; `corner` is at least five pixels from
+// its edges.
 cv::Point2f RefineCorner(const cv::Mat& image, const cv::Point& corner);
 
 inline constexpr float kMaxCornerOffset = 0.75F;
 
-// Keeps about `count` of the corners so that they cover the image evenly, as ORB-SLAM's extractor does
-// (Mur-Artal et al. 2015, V-A, and its code): the area is split as a quadtree until it has `count` non-empty
-// leaves, and the strongest corner of each leaf stays.
+// Selects about `count` corners that cover the image evenly, as ORB-SLAM's extractor does (Mur-Artal et al.
+// 2015, V-A, and its code): splits the area as a quadtree until it has `count` non-empty leaves, and keeps
+// the strongest corner of each.
 std::vector<cv::KeyPoint> DistributeByQuadtree(const std::vector<cv::KeyPoint>& corners, cv::Size area,
                                                int count);
 

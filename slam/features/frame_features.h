@@ -12,12 +12,12 @@ using Descriptor = std::array<std::uint8_t, 32>;
 
 struct Keypoint {
   Eigen::Vector2d pixel;      // undistorted, pixels of the full image
-  Eigen::Vector2d raw_pixel;  // as the lens shows it
+  Eigen::Vector2d raw_pixel;  // distorted, as in the image
   float angle = 0.0F;         // orientation of the patch, degrees in [0, 360)
   int octave = 0;             // pyramid level, 0 = full resolution
 };
 
-// Keypoints by image cell, for look-ups around a pixel.
+// Keypoints by image cell, for searches around a pixel.
 class KeypointGrid {
  public:
   KeypointGrid() = default;
@@ -70,7 +70,7 @@ class KeypointGrid {
   std::vector<int> indices_;  // keypoint indices sorted by cell
 };
 
-// All that later stages keep of an image. Immutable once extracted; shared between threads.
+// Everything that later stages need of an image. Immutable once extracted; shared between threads.
 struct FrameFeatures {
   std::vector<Keypoint> keypoints;
   std::vector<Descriptor> descriptors;              // one per keypoint

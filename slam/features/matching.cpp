@@ -14,7 +14,7 @@ int HammingDistance(const Descriptor& a, const Descriptor& b) {
 std::vector<int> ConsistentRotations(const std::vector<std::pair<float, float>>& angles) {
   constexpr int kBins = 30;
   constexpr float kBinWidth = 360.0F / kBins;
-  constexpr double kMinShareOfFullest = 0.1;  // a second or third peak counts only if it is no mere noise
+  constexpr double kMinShareOfFullest = 0.1;  // lower second and third peaks are noise
   const auto bin_of = [&](const std::pair<float, float>& pair) {
     float difference = pair.first - pair.second;
     difference += difference < 0.0F ? 360.0F : 0.0F;

@@ -12,10 +12,10 @@ namespace sqslam {
 // Number of differing bits, 0 to 256.
 int HammingDistance(const Descriptor& a, const Descriptor& b);
 
-inline constexpr int kStrictDistance = 50;  // bits: two views of the same point, nothing else known
-inline constexpr int kLooseDistance = 100;  // bits: where geometry already restricts the candidates
+inline constexpr int kStrictDistance = 50;  // bits: nothing else restricts the match
+inline constexpr int kLooseDistance = 100;  // bits: geometry already restricts the candidates
 
-// The nearest two of the descriptors that one is compared with; of equals the first.
+// The two nearest descriptors to a given one; of equals the first.
 struct NearestTwo {
   struct Candidate {
     int distance = std::numeric_limits<int>::max();  // bits
@@ -38,30 +38,30 @@ struct PredictedPoint {
   int tag = 0;  // the caller's own index, returned with the match
   Eigen::Vector2d pixel;
   double radius = 0.0;  // search radius in pixels
-  int octave = 0;       // of the keypoint, or one beside it
+  int octave = 0;       // of the keypoint; adjacent ones match too
   const Descriptor* descriptor = nullptr;
   float angle = -1.0F;  // degrees; negative: unknown, no rotation check
 };
 
-// Pairs (tag, keypoint): the best keypoint for each prediction, each keypoint used once (the nearer
+// Returns pairs (tag, keypoint): the best keypoint for each prediction, each keypoint used once (the nearer
 // descriptor wins). `taken[i]` excludes keypoint i from the search. A match needs a distance of at most
-// `max_distance` and, among candidates of the same octave, best < ratio * second. Where angles are known,
-// matches off the dominant rotation are dropped.
+// `max_distance` and, among candidates of the same octave, best < ratio * second. If all angles are known,
+// matches off the dominant rotations are dropped.
 std::vector<std::pair<int, int>> MatchPredictions(std::span<const PredictedPoint> predictions,
                                                   const FrameFeatures& features,
                                                   const std::vector<bool>& taken, int max_distance,
                                                   double ratio);
 
-// Pairs (index in a, index in b) by mutual search over all descriptors with ratio test and rotation check;
+// Returns pairs (index in a, index in b) of mutual nearest neighbours, with ratio test and rotation check.
 // `use_a`, `use_b` restrict the search (empty: all).
 std::vector<std::pair<int, int>> MatchAll(const FrameFeatures& a, const FrameFeatures& b,
                                           const std::vector<bool>& use_a, const std::vector<bool>& use_b,
                                           int max_distance, double ratio);
 
-// Indices of pairs whose rotation (angle_a - angle_b, degrees) lies in one of the three fullest of 30 bins.
+// Returns the indices of pairs with angle_a - angle_b (degrees) in one of the three fullest of 30 bins.
 std::vector<int> ConsistentRotations(const std::vector<std::pair<float, float>>& angles);
 
-// The matches that are left when those off the dominant rotations are dropped.
+// Returns the matches without those off the dominant rotations.
 template <typename Match>
 std::vector<Match> KeepConsistent(const std::vector<Match>& matches,
                                   const std::vector<std::pair<float, float>>& angles) {

@@ -10,10 +10,10 @@
 namespace sqslam {
 namespace {
 
-constexpr int kBorder = kBriefReach;  // no corner nearer to a level's edge: the turned patch must fit
+constexpr int kBorder = kBriefReach;  // pixels at a level's edges without corners: the rotated patch must fit
 
-// A place on a pyramid level in pixels of the full image. Pixel centres lie at whole numbers, so that the
-// image begins half a pixel before the first one: this half pixel is larger on a coarser level.
+// Converts a position on a pyramid level to pixels of the full image. Pixel centres are at integers, so that
+// the image begins half a pixel before the first one; on a coarser level this half pixel is larger.
 Eigen::Vector2d InFullImage(const cv::Point2f& place, const cv::Size& level, const cv::Size& full) {
   return {(place.x + 0.5) * full.width / level.width - 0.5,
           (place.y + 0.5) * full.height / level.height - 0.5};
@@ -53,7 +53,7 @@ std::vector<cv::KeyPoint> OrbExtractor::DetectLevel(std::size_t octave, const cv
   const cv::Mat& image = levels_[octave];
   const cv::Rect inner(kBorder, kBorder, image.cols - 2 * kBorder, image.rows - 2 * kBorder);
   std::vector<cv::KeyPoint> found = detector_.Detect(image, inner);
-  if (!ignored.empty()) {  // before they are spread, so that the rest of the image gets their share
+  if (!ignored.empty()) {  // before they are distributed, so that the rest of the image gets their share
     std::erase_if(found, [&](const cv::KeyPoint& corner) {
       const Eigen::Vector2d place =
           InFullImage(corner.pt + cv::Point2f(inner.tl()), image.size(), ignored.size());
@@ -77,7 +77,7 @@ void OrbExtractor::ExtractLevel(std::size_t octave, double scale, const cv::Mat&
   const cv::Mat& level = levels_[octave];
   BlurForDescriptors(level, blurred_[octave]);
   for (const cv::KeyPoint& corner : corners) {
-    const cv::Point pixel = corner.pt;  // FAST knows whole pixels only
+    const cv::Point pixel = corner.pt;  // FAST only returns integer pixels
     const Eigen::Vector2d place =
         InFullImage(corner.pt + RefineCorner(level, pixel), level.size(), bgr.size());
     const float angle = PatchAngle(level, pixel);
@@ -106,7 +106,7 @@ FrameFeatures OrbExtractor::Extract(const cv::Mat& gray, const cv::Mat& bgr, con
     }
     ExtractLevel(octave, scale, bgr, camera, ignored, features);
   }
-  levels_[0].release();  // the caller's
+  levels_[0].release();  // owned by the caller
   features.grid = KeypointGrid(features.keypoints, camera.width, camera.height);
   return features;
 }

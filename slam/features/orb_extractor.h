@@ -11,10 +11,10 @@ namespace sqslam {
 
 struct OrbOptions {
   int num_features = 1000;     // keypoints per image
-  double scale_factor = 1.2;   // ratio of the sizes of two pyramid levels
+  double scale_factor = 1.2;   // ratio of the sizes of adjacent pyramid levels
   int levels = 8;              // pyramid levels
   int fast_threshold = 20;     // grey levels, tried first in each cell
-  int min_fast_threshold = 7;  // grey levels, tried where a cell would stay empty
+  int min_fast_threshold = 7;  // grey levels, tried in cells that would stay empty
 
   void VisitFields(auto&& visit) {
     visit("num_features", num_features, 100, 10000);
@@ -35,7 +35,7 @@ class ScaleLevels {
   // Variance of a keypoint's position in full-resolution pixels^2, relative to level 0.
   double Variance(int octave) const { return Scale(octave) * Scale(octave); }
 
-  // Level at which a point is expected to be seen at `distance`, if level 0 would see it at most at
+  // Returns the level at which a point should be seen at `distance`, if level 0 sees it up to
   // `level_zero_distance`.
   int PredictOctave(double distance, double level_zero_distance) const;
 
@@ -46,13 +46,13 @@ class ScaleLevels {
 };
 
 // ORB features spread evenly over the image and over the scales: FAST with a threshold that adapts to each
-// cell, the strongest corner of each quadtree leaf, orientation by intensity centroid, steered BRIEF. Keeps
-// its buffers between images, so that one extractor serves one thread.
+// cell, the strongest corner of each quadtree leaf, orientation by intensity centroid, steered BRIEF. Reuses
+// its buffers between images: one extractor per thread.
 class OrbExtractor {
  public:
   explicit OrbExtractor(const OrbOptions& options);
 
-  // `ignored`: 8UC1 of the image's size, not 0 where there are to be no keypoints; empty: nowhere.
+  // `ignored`: 8UC1 of the image's size, nonzero where keypoints are excluded; may be empty.
   FrameFeatures Extract(const cv::Mat& gray, const cv::Mat& bgr, const Camera& camera,
                         const cv::Mat& ignored = {});
 

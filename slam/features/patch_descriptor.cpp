@@ -15,7 +15,7 @@ namespace {
 constexpr int kLanes = 8;                         // numbers of 16 bits
 constexpr int kRowLength = 2 * kPatchRadius + 2;  // one pixel more than the patch, to fill the lanes
 
-// For one row of the patch: u and v of each of its pixels, zero outside the circle.
+// u and v of the pixels in a row of the patch, zero outside the circle.
 struct RowWeights {
   alignas(16) std::array<std::int16_t, kRowLength> u{};
   alignas(16) std::array<std::int16_t, kRowLength> v{};
@@ -38,7 +38,7 @@ constexpr std::array<RowWeights, kPatchRadius + 1> MakeWeights() {
 
 constexpr auto kWeights = MakeWeights();
 
-// The pattern as the loops below read it: first the first pixels of all pairs, then the second ones.
+// The pattern in the order of the loops below: the first pixels of all pairs, then the second ones.
 constexpr std::size_t kSamples = 2 * kBriefBits;
 struct Samples {
   alignas(16) std::array<float, kSamples> x{};
@@ -62,7 +62,7 @@ cv::v_int16x8 LoadPixels(const std::uint8_t* pixels) {
   return cv::v_reinterpret_as_s16(cv::v_load_expand(pixels));
 }
 
-// Distances in memory from the centre to the samples turned by `angle` degrees.
+// Computes the memory offsets from the centre to the samples rotated by `angle` degrees.
 void TurnSamples(float angle, std::size_t step, std::array<int, kSamples>& offsets) {
   const float radians = angle * static_cast<float>(std::numbers::pi / 180.0);
   const cv::v_float32x4 cosine = cv::v_setall_f32(static_cast<float>(std::cos(static_cast<double>(radians))));

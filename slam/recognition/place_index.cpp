@@ -75,7 +75,7 @@ std::vector<PlaceCandidate> PlaceIndex::Query(const PlaceQuery& query) const {
     groups.push_back(best);
   }
   std::erase_if(groups, [&](const auto& g) { return g.group_score < query.min_group_score * best_group; });
-  // A keyframe that is the best of several groups is one candidate, with the best of these groups.
+  // If a keyframe is the best of several groups, only the best of these groups stays.
   std::ranges::sort(groups, [](const auto& a, const auto& b) {
     return a.id != b.id ? a.id < b.id : a.group_score > b.group_score;
   });

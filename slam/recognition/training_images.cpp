@@ -21,7 +21,7 @@ namespace {
 constexpr int kViewWidth = 640;  // pixels
 constexpr int kViewHeight = 480;
 
-// By its own name, or by that of the folder that a dataset keeps its depth images in.
+// By its own name, or by a dataset's folder for depth images.
 bool IsDepth(const fs::path& path) { return IsDepthImage(path) || path.parent_path().filename() == "depth"; }
 
 std::vector<fs::path> ListSequence(const fs::path& folder) {
@@ -116,7 +116,7 @@ cv::Mat RandomView(const cv::Mat& photograph, std::uint64_t seed) {
   cv::RNG random(seed * 0x9E3779B97F4A7C15U + 1U);
   const double widest =
       std::min<double>(photograph.cols, photograph.rows * double{kViewWidth} / double{kViewHeight});
-  // The view spans so many of the photograph's pixels, evenly over the logarithm: scenes are near or far.
+  // Pixels of the photograph that the view spans, uniform in the logarithm: scenes are near or far.
   const double narrowest = std::min<double>(widest, kViewWidth);
   const double span = narrowest * std::pow(widest / narrowest, random.uniform(0.0, 1.0));
   const double shrink = std::min(1.0, kViewWidth / span);
@@ -127,7 +127,7 @@ cv::Mat RandomView(const cv::Mat& photograph, std::uint64_t seed) {
   const float height = width * kViewHeight / kViewWidth;
   const auto x = static_cast<float>(random.uniform(0.0, std::max(0.0, double{source.cols - width}) + 1e-6));
   const auto y = static_cast<float>(random.uniform(0.0, std::max(0.0, double{source.rows - height}) + 1e-6));
-  constexpr float kTilt = 0.12F;  // of the view's size, that each corner moves by at most
+  constexpr float kTilt = 0.12F;  // largest shift of each corner, share of the view's size
   const auto moved = [&](float u, float v) {
     return cv::Point2f(x + width * (u + random.uniform(-kTilt, kTilt)),
                        y + height * (v + random.uniform(-kTilt, kTilt)));

@@ -52,7 +52,7 @@ void Take(std::string_view& bytes, auto* values, std::size_t count) {
   throw InputError(fmt::format("{}: {}, expected {}", path.string(), problem, kExpected));
 }
 
-// Everything about the file that can be said before its contents are looked at.
+// Checks magic, version, size and checksum of a file before its contents are parsed.
 Header CheckedHeader(const std::filesystem::path& path, std::string_view bytes) {
   Header header;
   if (bytes.size() < sizeof(header) || !bytes.starts_with(kMagic)) {
@@ -77,7 +77,7 @@ Header CheckedHeader(const std::filesystem::path& path, std::string_view bytes) 
   return header;
 }
 
-// One for each descriptor, in rising order.
+// Returns the word of each descriptor, ascending.
 std::vector<WordId> WordsOf(const WordTree& tree, const std::vector<Descriptor>& descriptors) {
   std::vector<WordId> words;
   words.reserve(descriptors.size());
@@ -112,7 +112,7 @@ Vocabulary Vocabulary::Train(const std::vector<std::vector<Descriptor>>& images,
     }
   }
   for (const std::uint32_t count : images_with) {
-    // A word that no training image comes down to (its cluster's borders moved last) is as rare as one.
+    // A word that no training image reaches (its cluster's borders moved last) counts as seen once.
     const double seen = std::max(1.0, static_cast<double>(count));
     vocabulary.idf_.push_back(static_cast<float>(std::log(static_cast<double>(images.size()) / seen)));
   }
@@ -126,7 +126,7 @@ BagOfWords Vocabulary::Transform(const std::vector<Descriptor>& descriptors) con
   for (auto word = words.begin(); word != words.end();) {
     const auto next = std::upper_bound(word, words.end(), *word);
     const float weight = static_cast<float>(next - word) * idf_[*word];
-    if (weight > 0.0F) {  // a word that every training image showed says nothing
+    if (weight > 0.0F) {  // a word in every training image carries no information
       bag.words.push_back({*word, weight});
       total += static_cast<double>(weight);
     }

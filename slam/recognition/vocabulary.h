@@ -16,15 +16,15 @@ struct WordWeight {
   friend bool operator==(const WordWeight&, const WordWeight&) = default;
 };
 
-// An image as the words it shows: rising word ids, positive weights that add up to 1 (empty for an image
-// without features).
+// An image as its visual words: ascending word ids and positive weights that sum to 1 (empty without
+// features).
 struct BagOfWords {
   std::vector<WordWeight> words;
   friend bool operator==(const BagOfWords&, const BagOfWords&) = default;
 };
 
-// 1 - |v - w|_1 / 2 (Galvez-Lopez & Tardos 2012, eq. 2): 1 for the same words in the same shares, 0 where no
-// word is shared.
+// Returns 1 - |v - w|_1 / 2 (Galvez-Lopez & Tardos 2012, eq. 2): 1 for the same words with the same weights,
+// 0 if no word is shared.
 inline double Similarity(const BagOfWords& v, const BagOfWords& w) {
   // As both sum up to 1, 1 - |v - w| / 2 is the sum of the smaller weights.
   double sum = 0.0;
@@ -44,26 +44,25 @@ inline double Similarity(const BagOfWords& v, const BagOfWords& w) {
   return sum;
 }
 
-// Visual words for ORB descriptors, with the weight of each: how much seeing it says about the place (tf-idf;
-// Sivic & Zisserman 2003, Galvez-Lopez & Tardos 2012). A value; all members that are const may be called from
-// several threads.
+// Visual words for ORB descriptors, weighted by how much they say about the place (tf-idf; Sivic & Zisserman
+// 2003, Galvez-Lopez & Tardos 2012). A value; const members are thread-safe.
 class Vocabulary {
  public:
-  // Learns from the descriptors of many images, one inner vector an image. Throws InputError where there is
-  // no descriptor at all.
+  // Learns from the descriptors of many images, one inner vector per image. Throws InputError if there is no
+  // descriptor at all.
   static Vocabulary Train(const std::vector<std::vector<Descriptor>>& images,
                           const VocabularyOptions& options, const TrainingProgress& progress = {});
 
-  // Throws InputError that names the file and what was expected: no vocabulary, another version, cut short,
+  // Throws InputError that names the file and what was expected: no vocabulary, another version, truncated,
   // damaged.
   static Vocabulary Load(const std::filesystem::path& path);
-  void Save(const std::filesystem::path& path) const;  // whole or not at all; InputError where it cannot
+  void Save(const std::filesystem::path& path) const;               // atomic; throws InputError on failure
   static bool IsVocabularyFile(const std::filesystem::path& path);  // by its first bytes
 
-  // The words of an image.
+  // Returns the bag of words of an image.
   BagOfWords Transform(const std::vector<Descriptor>& descriptors) const;
 
-  // Tells two vocabularies apart: a checksum of what they hold, as text.
+  // Returns a checksum of the contents as text, to tell vocabularies apart.
   std::string Fingerprint() const;
 
   std::size_t Words() const { return tree_.Words(); }

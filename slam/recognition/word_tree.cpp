@@ -12,9 +12,9 @@
 namespace sqslam {
 namespace {
 
-// k-means++ (Arthur & Vassilvitskii 2007): each further centre is a descriptor drawn with a probability in
-// proportion to its squared distance from the nearest centre so far. Fewer than `count` where the descriptors
-// are not that different. Whole numbers throughout, so that every machine draws the same.
+// k-means++ (Arthur & Vassilvitskii 2007): draws each further centre with a probability proportional to its
+// squared distance from the nearest centre so far. Returns fewer than `count` if there are too few different
+// descriptors. Integer arithmetic throughout, so that every machine draws the same.
 std::vector<DescriptorBits> DrawCenters(const std::vector<DescriptorBits>& descriptors, int count,
                                         std::mt19937_64& random) {
   std::vector<DescriptorBits> centers = {descriptors[random() % descriptors.size()]};
@@ -46,7 +46,7 @@ struct Cluster {
   std::vector<DescriptorBits> members;
 };
 
-// Returns at least two clusters that are not empty, or none where all descriptors are the same.
+// Returns at least two non-empty clusters, or none if all descriptors are equal.
 std::vector<Cluster> SplitIntoClusters(std::vector<DescriptorBits> descriptors,
                                        const VocabularyOptions& options, std::mt19937_64& random) {
   std::vector<DescriptorBits> centers = DrawCenters(descriptors, options.branching, random);
@@ -162,7 +162,7 @@ NearestBits FindNearest(std::span<const DescriptorBits> candidates, const Descri
 }
 
 DescriptorBits MajorityOf(std::span<const DescriptorBits> descriptors) {
-  // 256 counters side by side: planes[p] holds bit p of each, and a descriptor is added to all of them at
+  // 256 counters as bit planes: planes[p] holds bit p of each, and a descriptor is added to all of them at
   // once by carrying from plane to plane.
   std::vector<DescriptorBits> planes;
   for (const DescriptorBits& descriptor : descriptors) {

@@ -11,7 +11,7 @@
 
 namespace sqslam {
 
-// A 256-bit descriptor as whole machine words, for counting bits four times instead of 32.
+// A 256-bit descriptor as machine words, to count bits in four steps instead of 32.
 using DescriptorBits = std::array<std::uint64_t, 4>;
 
 inline DescriptorBits ToBits(const Descriptor& descriptor) {
@@ -20,13 +20,13 @@ inline DescriptorBits ToBits(const Descriptor& descriptor) {
 
 struct NearestBits {
   int index = -1;
-  int distance = 257;  // differing bits, 0 to 256; more where there was no candidate
+  int distance = 257;  // differing bits, 0 to 256; 257 without candidates
 };
 
-// The candidate with the fewest bits that differ from the query; of equals the first.
+// Returns the candidate with the smallest Hamming distance to the query; of equals the first.
 NearestBits FindNearest(std::span<const DescriptorBits> candidates, const DescriptorBits& query);
 
-// Bit by bit what more than half of the descriptors say: their median under the Hamming distance.
+// Returns the bitwise majority of the descriptors: their median under the Hamming distance.
 DescriptorBits MajorityOf(std::span<const DescriptorBits> descriptors);
 
 using WordId = std::uint32_t;
@@ -35,7 +35,7 @@ using NodeId = std::uint32_t;
 struct VocabularyOptions {
   int branching = 10;      // children of a node
   int depth = 5;           // levels below the root: at most branching^depth words
-  int iterations = 12;     // rounds of each clustering, fewer where nothing moves any more
+  int iterations = 12;     // rounds per clustering, fewer if it converges
   std::uint64_t seed = 1;  // seeds the choice of first cluster centres
 
   void VisitFields(auto&& visit) {
@@ -46,26 +46,26 @@ struct VocabularyOptions {
   }
 };
 
-// Hears the share of the work that is done, in [0, 1].
+// Receives the finished share of the work, in [0, 1].
 using TrainingProgress = std::function<void(double)>;
 
-// A tree of binary descriptors: every node stands for a cluster, its children for the clusters within, and
-// the leaves are the words of a vocabulary (Nister & Stewenius, CVPR 2006). Nodes are numbered breadth first,
-// so that siblings lie side by side; words are the leaves in the same order.
+// Vocabulary tree of binary descriptors: each node is a cluster, its children are the clusters within, and
+// the leaves are the words (Nister & Stewenius, CVPR 2006). Nodes are numbered breadth first, so that
+// siblings are adjacent; words are the leaves in the same order.
 class WordTree {
  public:
   WordTree() : WordTree({0}, {DescriptorBits{}}) {}  // the root alone: one word
 
-  // child_counts[i] children and cluster centre centers[i] of node i, breadth first (the root's centre is not
-  // used). Throws std::invalid_argument that says what is wrong where the counts make no tree.
+  // `child_counts[i]`, `centers[i]`: number of children and cluster centre of node i, breadth first (the
+  // root's centre is unused). Throws std::invalid_argument with the reason if the counts make no tree.
   WordTree(std::vector<std::uint8_t> child_counts, std::vector<DescriptorBits> centers);
 
   // Hierarchical k-medians under the Hamming distance, each clustering seeded by k-means++ (Galvez-Lopez &
-  // Tardos, T-RO 2012). Same result for the same descriptors, order and options, on any machine.
+  // Tardos, T-RO 2012). Deterministic for the same descriptors, order and options, on any machine.
   static WordTree Train(std::vector<DescriptorBits> descriptors, const VocabularyOptions& options,
                         const TrainingProgress& progress = {});
 
-  // Follows the nearest centre down to a leaf.
+  // Descends along the nearest centres to a leaf.
   WordId WordOf(const DescriptorBits& descriptor) const;
 
   std::size_t Nodes() const { return child_counts_.size(); }
