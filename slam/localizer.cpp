@@ -12,13 +12,13 @@
 namespace sqslam {
 namespace {
 
-// Nobody makes keyframes or begins maps.
+// Localization makes no keyframes and begins no maps.
 TrackingOptions OnlyTracking(TrackingOptions options) {
   options.submap_after = std::numeric_limits<int>::max();
   return options;
 }
 
-// The main map alone.
+// Returns the atlas with the main map only.
 AtlasViewPtr MainPart(const AtlasView& atlas, std::int64_t main) {
   AtlasView part;
   part.submaps[main] = atlas.submaps.at(main);
@@ -51,7 +51,7 @@ struct Localizer::Impl {
     result.poses.emplace(index, std::move(pose));
   }
 
-  // Frames between a loss and the return, followed back from where tracking has found its way again.
+  // Tracks the frames of a loss backward, from where tracking resumed.
   void TakeBacklog(const Backlog& backlog) {
     for (const TrackedFrame& frame :
          TrackBackward(pose_tracker, *view, backlog, tracking.min_recovery_inliers)) {
@@ -69,7 +69,7 @@ struct Localizer::Impl {
   PoseTracker pose_tracker;
   Tracker tracker;
   std::optional<Clock::time_point> start;
-  std::map<std::int64_t, std::string> images;  // of the frames that were lost, by index
+  std::map<std::int64_t, std::string> images;  // of lost frames, by index
   Localization result;
 };
 
@@ -79,7 +79,7 @@ Localizer::Localizer(const KeptMap& map, const std::string& name, const SystemOp
 Localizer::~Localizer() = default;
 
 TrackingState Localizer::Process(const Frame& frame) {
-  constexpr int kBusy = std::numeric_limits<int>::max();  // keyframes that wait: no further one is made
+  constexpr int kBusy = std::numeric_limits<int>::max();  // waiting keyframes: prevents new ones
   Impl& s = *impl_;
   if (!s.start) {
     s.start = Impl::Clock::now();

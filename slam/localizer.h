@@ -27,17 +27,17 @@ struct Localization {
   int frames = 0;
   std::map<std::int64_t, Pose> poses;  // by index of the frame
   RunCounters counters;
-  // Stages as in a run, and localization.first_pose: from the first frame to the first pose.
+  // Stages as in a run, and localization.first_pose: time from the first frame to the first pose.
   std::map<std::string, StageTimes::Summary> timing_ms;
 };
 
-// Finds the poses of frames in a map that stays as it is: the pipeline of the tracking thread, with nobody at
-// the other end. Parts of the map that stayed apart are left out, for poses in them would be in other frames.
+// Finds the poses of frames in a map that stays unchanged: the tracking thread's pipeline without mapping.
+// Uses the main map only, as poses in unconnected submaps would be in other frames.
 class Localizer {
  public:
-  // `options`: of the run that made the map. `name` of the map stands at the beginning of messages. Throws
-  // InputError where the map is broken or was made with another vocabulary than the options name, UsageError
-  // where they name none.
+  // `options`: of the run that made the map. `name`: of the map, at the beginning of messages. Throws
+  // InputError if the map is broken or was made with another vocabulary than that of the options, UsageError
+  // if these name none.
   Localizer(const KeptMap& map, const std::string& name, const SystemOptions& options);
   ~Localizer();
   Localizer(const Localizer&) = delete;

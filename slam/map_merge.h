@@ -8,12 +8,11 @@
 
 namespace sqslam {
 
-// Makes one map of two that show a common place: the second is brought into the frame and the scale of the
-// first, points and objects that are the same are fused, and all is optimised. The first keeps its ids; those
-// of the second are raised, and so are its frames and times unless they are later anyway. Parts of either
-// that had stayed apart are tried as well. The names of the maps stand at the beginning of messages. Throws
-// InputError where a map is broken or was made with other visual words, NoMapError where they show no common
-// place.
+// Merges two maps that show a common place: moves the second into the frame and scale of the first, fuses
+// common points and objects, and optimises everything. The first keeps its ids; those of the second are
+// raised, and so are its frames and times unless they are later anyway. Unconnected submaps of both are tried
+// too. The names of the maps begin messages. Throws InputError if a map is broken or was made with another
+// vocabulary, NoMapError if they show no common place.
 RunResult MergeMaps(const KeptMap& first, const std::string& first_name, const KeptMap& second,
                     const std::string& second_name, const SystemOptions& options);
 

@@ -33,8 +33,8 @@ bool BeginsMap(const MappingTask& task) {
   return report != nullptr && report->initial_map != nullptr;
 }
 
-// Reports on their way from tracking to mapping. Unbounded: a report is small but for keyframes, and the
-// tracker makes no keyframe while some are waiting.
+// Reports from tracking to mapping. Unbounded: reports are small except for keyframes, and the tracker makes
+// no keyframe while some are waiting.
 class ReportQueue {
  public:
   void Push(MappingTask task) {
@@ -46,7 +46,7 @@ class ReportQueue {
     changed_.notify_one();
   }
 
-  // Waits; returns nullopt once closed and empty.
+  // Waits for a task; returns nullopt once closed and empty.
   std::optional<MappingTask> Pop() {
     std::unique_lock lock(mutex_);
     keyframe_in_work_ = false;
@@ -62,7 +62,7 @@ class ReportQueue {
     return task;
   }
 
-  // Waits until no keyframe is pending, but no longer than `deadline`.
+  // Waits until no keyframe is pending, at most until `deadline`.
   void WaitForKeyframes(std::chrono::steady_clock::time_point deadline) {
     std::unique_lock lock(mutex_);
     idle_.wait_until(lock, deadline, [&] { return keyframes_ == 0 && !keyframe_in_work_; });
@@ -76,13 +76,13 @@ class ReportQueue {
     changed_.notify_one();
   }
 
-  // Keyframes that were pushed and not popped yet.
+  // Returns the number of keyframes that were pushed and not popped yet.
   int WaitingKeyframes() const {
     const std::lock_guard lock(mutex_);
     return keyframes_;
   }
 
-  // The same and the one in work, if any.
+  // Returns the same including the one in work.
   int PendingKeyframes() const {
     const std::lock_guard lock(mutex_);
     return keyframes_ + (keyframe_in_work_ ? 1 : 0);
@@ -151,7 +151,7 @@ struct System::Impl {
     end_of_map = mapper.NewestFrame();
   }
 
-  // The frame as the map counts: behind all that it holds.
+  // Renumbers a frame to follow those of the extended map.
   Frame Renumbered(Frame frame) {
     if (end_of_map && !first_frame) {
       constexpr double kGap = 1.0;  // s
@@ -197,19 +197,19 @@ struct System::Impl {
   }
 
   SystemOptions options;
-  double frame_interval = 1.0;  // s, the least that has been between two frames, at most a second
+  double frame_interval = 1.0;  // s, shortest so far between two frames, at most 1
   std::optional<double> last_timestamp;
   StageTimes times;
-  std::shared_ptr<const Vocabulary> vocabulary;  // null: places are not recognised
+  std::shared_ptr<const Vocabulary> vocabulary;  // null: no place recognition
   std::shared_ptr<IdSource> ids = std::make_shared<IdSource>();
   ReportQueue queue;
   ViewSlot view;
   Tracker tracker;
   Mapper mapper;
-  std::optional<std::pair<std::int64_t, double>> end_of_map;  // newest frame of the map that is extended
+  std::optional<std::pair<std::int64_t, double>> end_of_map;  // newest frame of the extended map
   std::int64_t index_shift = 0;
   double time_shift = 0.0;            // s
-  std::optional<double> first_frame;  // its time
+  std::optional<double> first_frame;  // its timestamp
   std::optional<std::int64_t> first_index;
   int frames = 0;
   std::mutex failure_mutex;
@@ -253,9 +253,9 @@ TrackingState System::Process(const Frame& new_frame) {
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - started).count();
     s.queue.Push(std::move(report));
     if (postponed) {
-      // Files can be read much faster than a camera delivers. Where that would starve the map of keyframes,
-      // frames are taken at the camera's rate; what comes at that rate itself never waits longer than for the
-      // next.
+      // Files can be read much faster than a camera delivers. If that would starve the map of keyframes,
+      // frames are taken at the camera's rate; frames that come at that rate never wait longer than for the
+      // next one.
       s.queue.WaitForKeyframes(started + std::chrono::microseconds(std::llround(1e6 * s.frame_interval)));
     }
   }

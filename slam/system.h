@@ -24,29 +24,29 @@ namespace sqslam {
 
 enum class TrackingState { kNotInitialized, kTracking, kLost };
 
-// Outcome of a run, after the last optimisation.
+// Result of a run, after the last optimisation.
 struct RunResult {
   int frames = 0;
   int tracked = 0;
-  double readout = 0.0;  // seconds between the first and the last row of an image, as learnt; 0: none
+  double readout = 0.0;  // learnt time between the first and the last row of an image, seconds; 0: none
   RunCounters counters;
-  FinishedMap map;  // the one with the most frames; its snapshot is null where no map could be built
-  std::vector<FinishedMap> others;  // submaps that could not be merged with it, each in a frame of its own
-  std::string no_map_reason;        // one line, where map is null: static camera, no texture, ...
+  FinishedMap map;  // the map with the most frames; its snapshot is null if no map could be built
+  std::vector<FinishedMap> others;  // submaps that could not be merged with it, each in its own frame
+  std::string no_map_reason;        // one line, if there is no map: static camera, no texture, ...
   std::map<std::string, StageTimes::Summary> timing_ms;
-  KeptMap kept;  // the map and the others, to go on with; its state is empty where there is none
-  std::optional<AddedFrames> added;  // where a kept map was gone on with
+  KeptMap kept;  // the map and the others, to continue from; its state is empty if there is no map
+  std::optional<AddedFrames> added;  // if a kept map was extended
 };
 
-// The only door to the SLAM core.
+// The public interface of the SLAM core.
 //
 //   System system(camera, options, [&](MapSnapshotPtr snapshot) { recorder.Add(*snapshot); });
 //   while (auto frame = source.Next()) system.Process(*frame);
 //   RunResult result = system.Finish();
 //
-// Process() tracks on the caller's thread; mapping runs on a thread of its own, or in turn with tracking
-// where options.deterministic is set. on_snapshot is called from the mapping thread, one call at a time, and
-// so is on_kept, each time that the live map has grown by a quarter.
+// Process() tracks on the caller's thread; mapping runs on its own thread, or alternates with tracking if
+// options.deterministic is set. The mapping thread calls on_snapshot, one call at a time, and on_kept
+// whenever the live map has grown by a quarter.
 class System {
  public:
   using SnapshotCallback = std::function<void(MapSnapshotPtr)>;
@@ -55,9 +55,9 @@ class System {
   System(const Camera& camera, const SystemOptions& options, SnapshotCallback on_snapshot,
          KeptCallback on_kept = {});
 
-  // Goes on mapping in a kept map, as a camera that is lost in it: until it is found there, a map of its own
-  // grows beside. Frames and times are numbered on from where the map ends, unless they are later anyway.
-  // `name` of the map stands at the beginning of messages. Throws InputError as Localizer does.
+  // Extends a kept map, starting lost in it: until relocalised there, the camera builds a separate submap.
+  // Frames and times continue after those of the map, unless they are later anyway. `name`: of the map, at
+  // the beginning of messages. Throws InputError as Localizer does.
   System(const KeptMap& map, const std::string& name, const SystemOptions& options,
          SnapshotCallback on_snapshot, KeptCallback on_kept = {});
   ~System();
@@ -66,11 +66,11 @@ class System {
 
   TrackingState Process(const Frame& frame);
 
-  // Takes the boxes of a frame that was processed with detections_follow, from the thread that calls
-  // Process(), frames in order. Those of a frame that was left out are not waited for.
+  // Takes the boxes of a frame that was processed with detections_follow; call from the thread that calls
+  // Process(), in the order of frames. Frames may be left out.
   void AddDetections(std::int64_t frame_index, const std::vector<Detection>& detections);
 
-  FrameView Newest() const;  // the frame processed last; for the thread that calls Process()
+  FrameView Newest() const;  // the frame processed last; call from the thread that calls Process()
   RunResult Finish();        // ends mapping, publishes the final snapshot; call once
 
  private:

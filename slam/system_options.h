@@ -12,13 +12,13 @@
 namespace sqslam {
 
 struct SystemOptions {
-  bool deterministic = false;  // tracking and mapping in turn: bit-identical results from run to run
+  bool deterministic = false;  // tracking and mapping alternate: bit-identical results from run to run
   std::int64_t seed = 1;       // seeds every random source
   // The up direction: auto (from the map itself), level-start (the first camera was held level), or the
   // direction of gravity in the first camera's frame (x right, y down, z forward) as [x, y, z].
   std::string gravity = "auto";
-  // Visual words by which places are recognised: auto (the vocabulary that comes with the program), none, or
-  // a file made by `sqslam vocabulary`.
+  // Vocabulary for place recognition: auto (the one that comes with the program), none, or a file made by
+  // `sqslam vocabulary`.
   std::string vocabulary = "auto";
   DetectionOptions detection;
   TrackingOptions tracking;

@@ -9,20 +9,20 @@
 #include "slam/snapshot/kept_map.h"
 #include "slam/system_options.h"
 
-// The parts that System and Localizer are both put together from.
+// Parts shared by System and Localizer.
 namespace sqslam {
 
 MapperOptions OptionsOfMapper(const SystemOptions& options);
 
-// The visual words that options.vocabulary names; null for none. Throws InputError.
+// Loads the vocabulary of options.vocabulary; null for none. Throws InputError.
 std::shared_ptr<const Vocabulary> LoadVocabulary(const SystemOptions& options);
 
-// The same for a kept map. Throws InputError that begins with `name` where the map was made with other words,
-// UsageError where the options name none: without words nothing is found again.
+// Same for a kept map. Throws InputError that begins with `name` if the map was made with another vocabulary,
+// UsageError if the options name none, as relocalisation needs one.
 std::shared_ptr<const Vocabulary> LoadVocabularyFor(const KeptMap& map, const std::string& name,
                                                     const SystemOptions& options);
 
-// The main submap of a kept map, without words. Throws InputError that begins with `name`.
+// Returns the main submap of a kept map, without bags of words. Throws InputError that begins with `name`.
 Map MainMapOf(const KeptMap& map, const std::string& name, const SystemOptions& options);
 
 }  // namespace sqslam

@@ -26,14 +26,14 @@ namespace {
                                path.string(), reason));
 }
 
-// The name says who writes: programs on several machines may share a folder.
+// The name includes the host: programs on several machines may share a folder.
 std::string Prefix(const fs::path& path) { return fmt::format(".{}.{}.", path.stem().string(), HostName()); }
 
 fs::path TemporaryName(const fs::path& path) {
   return path.parent_path() / fmt::format("{}{}.tmp{}", Prefix(path), ::getpid(), path.extension().string());
 }
 
-// Removes temporary files of the path that programs on this machine left which are no more.
+// Removes temporary files of the path left by programs on this machine that no longer run.
 void RemoveLeftovers(const fs::path& path) {
   const std::string prefix = Prefix(path);
   const std::string suffix = ".tmp" + path.extension().string();
@@ -88,7 +88,7 @@ void WriteFileAtomically(const fs::path& path, std::string_view contents) {
                  std::fwrite(contents.data(), 1, contents.size(), file) == contents.size() &&
                  std::fflush(file) == 0 && ::fsync(::fileno(file)) == 0;
   int reason = errno;
-  if (file != nullptr && std::fclose(file) != 0 && written) {  // a full disk may show only there
+  if (file != nullptr && std::fclose(file) != 0 && written) {  // a full disk may only be reported here
     written = false;
     reason = errno;
   }

@@ -5,14 +5,14 @@
 
 namespace sqslam {
 
-// Writes the file whole or not at all: under a temporary name in the same folder, then renamed. An existing
-// file is replaced. Throws InputError that says why (disk full, no permission, ...), and leaves no temporary
-// file behind.
+// Writes a file atomically: under a temporary name in the same folder, then renamed. Replaces an existing
+// file. Throws InputError with the reason (disk full, no permission, ...), and leaves no temporary file
+// behind.
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view contents);
 
-// A path for files that a library writes, or for a folder: write to Path() (same folder and extension), then
-// Commit() renames it to its real name. Without Commit the temporary file or folder is removed; one that a
-// killed program has left for the same path is removed by the next to write there.
+// A path for a folder, or for files that a library writes: write to Path() (same folder and extension), then
+// Commit() renames it to its real name. Without Commit the temporary file or folder is removed. What a killed
+// program left for the same path is removed by the next writer.
 class AtomicPath {
  public:
   explicit AtomicPath(std::filesystem::path path);
@@ -21,22 +21,21 @@ class AtomicPath {
   AtomicPath& operator=(const AtomicPath&) = delete;
 
   const std::filesystem::path& Path() const { return temporary_; }
-  void Commit();  // throws InputError where nothing was written or the rename fails
+  void Commit();  // throws InputError if nothing was written or the rename fails
 
  private:
   std::filesystem::path path_;
   std::filesystem::path temporary_;
 };
 
-// Removes what killed programs have left of an AtomicPath or a file in this folder. Nobody may be writing
-// there.
+// Removes temporary files that killed programs left in this folder. Nobody may be writing there.
 void RemoveDrafts(const std::filesystem::path& folder);
 
-// Makes an empty folder for results, parents included. Throws UsageError where it exists and is not empty
-// (results are never overwritten), InputError where it cannot be made.
+// Creates an empty folder for results, with its parents. Throws UsageError if it exists and is not empty
+// (results are never overwritten), InputError if it cannot be created.
 void CreateResultFolder(const std::filesystem::path& path);
 
-// parent/name, or parent/name-2, parent/name-3, ...: the first that is free.
+// Returns the first free one of parent/name, parent/name-2, parent/name-3, ...
 std::filesystem::path FreeResultFolder(const std::filesystem::path& parent, std::string_view name);
 
 }  // namespace sqslam

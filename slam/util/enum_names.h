@@ -32,7 +32,7 @@ std::vector<std::string> AllNames() {
   return {kNames.begin(), kNames.end()};
 }
 
-// The value of that name; empty where none has it.
+// Returns the value of that name, or nothing if there is none.
 template <NamedEnum Enum>
 constexpr std::optional<Enum> FromName(std::string_view name) {
   constexpr auto kNames = EnumNames(Enum());

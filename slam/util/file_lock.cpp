@@ -15,7 +15,7 @@
 namespace sqslam {
 
 std::optional<FileLock> FileLock::Try(const std::filesystem::path& path) {
-  const int file = ::open(path.c_str(), O_RDWR | O_CREAT, 0644);  // left open in children on purpose
+  const int file = ::open(path.c_str(), O_RDWR | O_CREAT, 0644);  // inherited by children on purpose
   if (file < 0) {
     throw InputError(fmt::format("{}: cannot be written ({}), expected a writable folder", path.string(),
                                  std::strerror(errno)));

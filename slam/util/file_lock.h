@@ -7,15 +7,15 @@
 
 namespace sqslam {
 
-// A lock on a file that all programs respect which ask for it, also those of other machines where the shared
-// file system knows flock. It goes with its holder, however that ends; the file stays. Children that are
-// started meanwhile hold it too: what a killed program has left at work still keeps others out.
+// An advisory lock on a file, also across machines if the shared file system supports flock. It is released
+// when its holder ends, however that happens; the file stays. Child processes started meanwhile hold it too:
+// those of a killed program still keep others out.
 class FileLock {
  public:
-  // Empty where somebody else holds it. A file system without locks keeps nobody out: what is written under a
-  // lock must also be renamed into place. Throws InputError where the file cannot be opened.
+  // Returns nothing if another holder has it. A file system without locks keeps nobody out: what is written
+  // under a lock must also be renamed into place. Throws InputError if the file cannot be opened.
   static std::optional<FileLock> Try(const std::filesystem::path& path);
-  // Waits for it; empty where `stop` said so before.
+  // Waits for the lock. Returns nothing if `stop` returned true before.
   static std::optional<FileLock> Wait(const std::filesystem::path& path, const std::function<bool()>& stop);
 
   FileLock(FileLock&& other) noexcept : file_(std::exchange(other.file_, -1)) {}

@@ -5,7 +5,7 @@
 
 namespace sqslam {
 
-// 16 hexadecimal digits (FNV-1a of 64 bits) by which equal texts are recognised.
+// Returns 16 hexadecimal digits (64-bit FNV-1a) that identify equal texts.
 std::string Fingerprint(std::string_view text);
 
 }  // namespace sqslam

@@ -14,8 +14,8 @@ inline std::string HostName() {
   return host.data();
 }
 
-// The number of the Slurm job that this program is part of, "17", with its task in an array "17_3"; empty
-// outside.
+// Returns the Slurm job that this program is part of, "17", or with its array task "17_3"; empty outside of
+// Slurm.
 inline std::string SlurmJob() {
   const auto variable = [](const char* name) {
     const char* value = std::getenv(name);

@@ -14,7 +14,7 @@
 
 namespace sqslam {
 
-// The document in a JSON file. Throws InputError "FILE:LINE: no valid JSON ..., expected EXPECTED".
+// Reads a JSON file. Throws InputError "FILE:LINE: no valid JSON ..., expected EXPECTED".
 template <typename Json = nlohmann::ordered_json>
 Json ReadJsonFile(const std::filesystem::path& path, std::string_view expected) {
   const std::string text = ReadFile(path, expected);
@@ -29,7 +29,7 @@ Json ReadJsonFile(const std::filesystem::path& path, std::string_view expected) 
   }
 }
 
-// The document indented, with U+FFFD for what is not UTF-8: a bad label costs itself, not the file.
+// Returns the document indented, with U+FFFD for invalid UTF-8: a bad label must not cost the file.
 template <typename Json>
 std::string JsonText(const Json& document, int indent = 1) {
   return document.dump(indent, ' ', false, Json::error_handler_t::replace);

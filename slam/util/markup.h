@@ -5,11 +5,11 @@
 
 namespace sqslam {
 
-// Text made safe for HTML and SVG, values of attributes in double quotes included. Control characters become
+// Escapes text for HTML and SVG, including attribute values in double quotes. Control characters become
 // blanks.
 std::string EscapeMarkup(std::string_view text);
 
-// As in RFC 4648, with padding.
+// Encodes as in RFC 4648, with padding.
 std::string Base64(std::string_view bytes);
 
 }  // namespace sqslam

@@ -42,7 +42,7 @@ bool ReadNumber(const YAML::Node& node, Number& value) {
   return number.has_value();
 }
 
-// Assigns from YAML; false where the node is of the wrong kind.
+// Assigns from YAML; returns false if the node is of the wrong kind.
 struct AssignFromNode {
   const YAML::Node& node;
   const OptionField& field;
@@ -55,7 +55,7 @@ struct AssignFromNode {
     if (node.IsMap()) {
       return false;
     }
-    *value = NodeText(node);  // a list stays readable as text: gravity: [0, 0, 1]
+    *value = NodeText(node);  // a list is kept as text: gravity: [0, 0, 1]
     return true;
   }
   bool operator()(const EnumOption& option) const {
@@ -101,7 +101,7 @@ struct AllowedCheck {
   bool operator()(const std::vector<std::string>*) const { return true; }
 };
 
-// True where the value as it stands is allowed. NaN and infinity never are.
+// Returns true if the present value is allowed. NaN and infinity never are.
 bool IsAllowed(const OptionField& field) { return std::visit(AllowedCheck{field}, field.value); }
 
 struct ValueFormat {
@@ -128,7 +128,7 @@ std::string Hint(const std::string& nearest) {
 [[noreturn]] void ThrowUnknown(const std::string& where, const std::string& key,
                                const std::vector<OptionField>& fields, std::vector<std::string> keys = {}) {
   std::ranges::transform(fields, std::back_inserter(keys), [](const auto& field) { return field.key; });
-  // A name given without its group is nearer than any misspelling.
+  // A name without its group is a better hint than any misspelling.
   const auto tail = std::ranges::find_if(keys, [&](const auto& k) { return k.ends_with("." + key); });
   throw UsageError(fmt::format("{}: unknown option '{}'{}", where, key,
                                Hint(tail != keys.end() ? *tail : NearestWord(key, keys))));
@@ -156,7 +156,7 @@ void AssignGroup(const YAML::Node& group, const std::string& prefix, const std::
       }
     } else if (entry.second.IsMap()) {
       AssignGroup(entry.second, key + ".", source, fields, others);
-    } else if (!entry.second.IsNull()) {  // a group whose entries are all commented out is fine
+    } else if (!entry.second.IsNull()) {  // a group with all entries commented out is fine
       throw UsageError(
           fmt::format("{}: {} is '{}', expected a group of options", where, key, NodeText(entry.second)));
     }
@@ -216,7 +216,7 @@ std::string OptionText(const OptionField& field) {
 
 std::string NearestWord(std::string_view word, const std::vector<std::string>& candidates) {
   std::string nearest;
-  std::size_t best = std::max<std::size_t>(2, word.size() / 2) + 1;  // farther than that is no misspelling
+  std::size_t best = std::max<std::size_t>(2, word.size() / 2) + 1;  // anything farther is no misspelling
   for (const std::string& candidate : candidates) {
     const std::size_t distance = EditDistance(word, candidate);
     if (distance < best) {

@@ -22,25 +22,25 @@ class Node;
 
 namespace sqslam {
 
-// An enum among options, as the position of its name.
+// An enum option, by the position of its name.
 struct EnumOption {
   std::function<std::size_t()> get;
   std::function<void(std::size_t)> set;
 };
 
-// One value of an options struct, found by visiting it: its dotted name, where it lives and what it may be.
+// One value of an options struct, found by visiting it: dotted name, address and allowed values.
 struct OptionField {
   using Value = std::variant<int*, std::int64_t*, std::uint64_t*, double*, std::span<double>, bool*,
                              std::string*, EnumOption, std::vector<std::string>*>;
 
   std::string key;  // e.g. "tracking.features"
   Value value;
-  double min = -std::numeric_limits<double>::infinity();  // numbers only, both ends allowed
+  double min = -std::numeric_limits<double>::infinity();  // numbers only, inclusive
   double max = std::numeric_limits<double>::infinity();
-  std::vector<std::string> allowed;  // an enum's names; of a string: empty: any text
+  std::vector<std::string> allowed;  // names of an enum, or allowed words of a string (empty: any text)
 };
 
-// The visitor that options structs are written for (see the example further down).
+// The visitor for VisitFields of options structs (see the example below).
 class OptionCollector {
  public:
   OptionCollector(std::vector<OptionField>& fields, std::string prefix)
@@ -88,15 +88,15 @@ class OptionCollector {
   std::string prefix_;
 };
 
-// Every value of an options struct, nested ones included, in the order of declaration. The fields point into
-// `options`, which must outlive them.
+// Returns every value of an options struct, including nested ones, in the order of declaration. The fields
+// point into `options`, which must outlive them.
 std::vector<OptionField> OptionFields(auto& options) {
   std::vector<OptionField> fields;
   options.VisitFields(OptionCollector(fields, ""));
   return fields;
 }
 
-// A field without a name, for a value that stands alone.
+// Returns a field without a name, for a single value.
 template <typename T>
 OptionField FieldOf(T& value) {
   if constexpr (NamedEnum<T>) {
@@ -110,23 +110,23 @@ OptionField FieldOf(T& value) {
   }
 }
 
-// One value as a command line gives it: `text` is the value itself, not YAML. False, with the value
-// unspecified, where the field may not have it.
+// Reads a value from a command line: `text` is the value itself, not YAML. Returns false, with the value
+// unspecified, if the field does not allow it.
 bool ReadOption(const std::string& text, const OptionField& field);
 
-// "a whole number of at least 3", "one of auto, tum".
+// Returns for example "a whole number of at least 3" or "one of auto, tum".
 std::string OptionExpectation(const OptionField& field);
 
-// The value as ReadOption takes it; empty where the field may not have it, as one that stands for a choice.
+// Returns the value as ReadOption takes it; empty if the field does not allow its present value.
 std::string OptionText(const OptionField& field);
 
-// The same from a document that the caller has read: one value, or a map of them with its groups, in which
-// keys among `others` are passed over. Throw UsageError that begins with `where`, or with SOURCE:LINE.
+// Assign from a parsed document: one value, or a map of them with groups, in which keys among `others` are
+// ignored. Throw UsageError that begins with `where`, or with SOURCE:LINE.
 void AssignOption(const YAML::Node& node, const OptionField& field, const std::string& where);
 void AssignOptions(const YAML::Node& map, const std::string& source, const std::vector<OptionField>& fields,
                    const std::vector<std::string>& others = {});
 
-// The work, without templates. `source` names the origin in messages: a file, or "--set".
+// Implementations without templates. `source`: origin for messages, a file or "--set".
 void LoadOptionFields(const std::filesystem::path& path, const std::vector<OptionField>& fields);
 void ParseOptionFields(const std::string& yaml, const std::string& source,
                        const std::vector<OptionField>& fields);
@@ -149,12 +149,12 @@ std::string DumpOptionFields(const std::vector<OptionField>& fields);
 //   SetOption("threshold=0.5", options);
 //
 // All throw UsageError that names file and line (or the --set), the key, what was expected, and for an
-// unknown key the nearest valid one. Where they throw, `options` may have been changed in part.
+// unknown key the nearest valid one. `options` may then be partly changed.
 void LoadOptions(const std::filesystem::path& path, auto& options) {
   LoadOptionFields(path, OptionFields(options));
 }
 
-// The same from YAML text.
+// Same for YAML text.
 void ParseOptions(const std::string& yaml, const std::string& source, auto& options) {
   ParseOptionFields(yaml, source, OptionFields(options));
 }
@@ -164,22 +164,22 @@ void SetOption(const std::string& assignment, auto& options) {
   SetOptionField(assignment, OptionFields(options));
 }
 
-// Checks ranges and allowed words of a struct that was filled by code.
+// Checks ranges and allowed words of a struct that was filled in code.
 void CheckOptions(const auto& options) {
   auto copy = options;
   CheckOptionFields(OptionFields(copy));
 }
 
-// YAML text that LoadOptions reads back to the same values.
+// Returns YAML text that LoadOptions reads back to the same values.
 std::string DumpOptions(const auto& options) {
   auto copy = options;
   return DumpOptionFields(OptionFields(copy));
 }
 
-// The word of `candidates` with the fewest edits to `word` (Levenshtein); empty where there is none near.
+// Returns the word of `candidates` with the smallest edit distance to `word`; empty if none is near.
 std::string NearestWord(std::string_view word, const std::vector<std::string>& candidates);
 
-// "; did you mean 'WORD'?" for the end of an error message; empty where no candidate is near.
+// Returns "; did you mean 'WORD'?" for the end of an error message; empty if no candidate is near.
 std::string DidYouMean(std::string_view word, const std::vector<std::string>& candidates);
 
 }  // namespace sqslam

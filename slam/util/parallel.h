@@ -10,8 +10,8 @@
 
 namespace sqslam {
 
-// Calls `work(i)` for each i below `count`, on so many threads (0: as many as the machine runs at a time) and
-// in no order. Throws what a call has thrown; numbers that were not begun by then are left out.
+// Calls `work(i)` for each i below `count`, in any order, on `threads` threads (0: all hardware threads).
+// Rethrows the failure of a call; calls that had not begun by then are skipped.
 template <typename Work>
 void ParallelFor(std::size_t count, int threads, const Work& work) {
   std::atomic<std::size_t> next = 0;

@@ -5,16 +5,16 @@
 
 namespace sqslam {
 
-// Events of a run that are counted.
+// Counted events of a run.
 struct RunCounters {
-  int resets = 0;           // submaps given up because they never grew
+  int resets = 0;           // submaps dropped because they never grew
   int losses = 0;           // times that tracking was lost
-  int relocalizations = 0;  // times that it was found again in a mapped place
+  int relocalizations = 0;  // times that it was found again by relocalisation
   int loops = 0;            // loops closed
-  int returns = 0;          // returns to places that tracking tied to the map without a loop to close
+  int returns = 0;          // returns to mapped places that tracking recognised, without a loop closure
   int merges = 0;           // submaps merged into others
-  int placed_at_end = 0;    // frames without a pose that were placed when all had been seen
-  int tied_at_end = 0;      // of the merges those then
+  int placed_at_end = 0;    // frames placed at the end of the run
+  int tied_at_end = 0;      // merges at the end of the run (counted in `merges` too)
 
   bool operator==(const RunCounters&) const = default;
 };

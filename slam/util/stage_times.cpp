@@ -7,7 +7,7 @@
 namespace sqslam {
 
 void StageTimes::Samples::Add(double milliseconds) {
-  constexpr std::size_t kMostKept = 16384;  // of each stage: nine minutes of one that runs each frame
+  constexpr std::size_t kMostKept = 16384;  // per stage: nine minutes of one that runs each frame
   sum += milliseconds;
   max = std::max(max, milliseconds);
   if (count++ % every != 0) {

@@ -9,9 +9,9 @@
 
 namespace sqslam {
 
-// Durations of named stages ("tracking", "mapping.bundle_adjustment", ...), collected from any thread. Of a
-// stage that runs very often, median and p95 come from an even share of its durations, so that memory stays
-// small however long a run lasts.
+// Durations of named stages ("tracking", "mapping.bundle_adjustment", ...), collected from any thread. For
+// very frequent stages, median and p95 come from an even sample of the durations, to bound the memory in long
+// runs.
 class StageTimes {
  public:
   struct Summary {
@@ -22,7 +22,7 @@ class StageTimes {
     int count = 0;
   };
 
-  // Measures from construction to destruction. Example: { StageTimes::Scope scope(times, "mapping"); ... }
+  // Measures from construction to destruction: { StageTimes::Scope scope(times, "mapping"); ... }
   class Scope {
    public:
     Scope(StageTimes& times, std::string_view stage) : times_(times), stage_(stage) {}
@@ -45,8 +45,8 @@ class StageTimes {
     double sum = 0.0;
     double max = 0.0;
     int count = 0;
-    int every = 1;             // one duration in so many is kept
-    std::vector<double> kept;  // in the order in which they came
+    int every = 1;             // one in this many durations is kept
+    std::vector<double> kept;  // in the order of arrival
 
     void Add(double milliseconds);
     Summary Summarize() const;

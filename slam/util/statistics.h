@@ -6,9 +6,9 @@
 
 namespace sqslam {
 
-// Order statistics. None of them takes an empty set of values.
+// Order statistics. The set of values must not be empty.
 
-// The value with `rank` smaller ones before it when sorted; reorders the values.
+// Returns the value at index `rank` of the sorted values; reorders them.
 template <typename T>
 T NthSmallest(std::vector<T>& values, std::size_t rank) {
   const auto nth = values.begin() + rank;
@@ -25,8 +25,8 @@ T UpperMedian(std::vector<T> values) {
 // Median; of an even number of values the mean of the middle two.
 double MeanMedian(std::vector<double> values);
 
-// Quantiles for q in [0, 1], at the position q * (size - 1) of the sorted values: the value at or before it,
-// the value next to it, and the one interpolated linearly between its neighbours.
+// Quantiles for q in [0, 1], at position q * (size - 1) of the sorted values: the value at or before it, the
+// nearest value, and the linear interpolation between its neighbours.
 double LowerQuantile(std::vector<double> values, double q);
 double NearestQuantile(std::vector<double> values, double q);
 double LinearQuantile(std::vector<double> values, double q);

@@ -21,7 +21,7 @@ std::string ReadFile(const std::filesystem::path& path, std::string_view expecte
   errno = 0;
   std::error_code none;
   std::ifstream file(path, std::ios::binary);
-  // A pipe is welcome (`<(...)`); /dev/zero would never end.
+  // Pipes are allowed (`<(...)`); /dev/zero would never end.
   if (!file || fs::is_directory(path, none) || fs::is_character_file(path, none)) {
     throw InputError(fmt::format("{}: cannot be read ({}), expected {}", path.string(),
                                  errno != 0 ? std::strerror(errno) : "not a file", expected));
@@ -42,8 +42,8 @@ std::string WithoutControls(std::string_view text) {
 
 namespace {
 
-// Bytes of the character that begins there, by its first byte and the range of its second (RFC 3629); 0
-// where none does.
+// Returns the bytes of the character at the start, by its first byte and the range of its second (RFC 3629);
+// 0 if there is no valid one.
 std::size_t CharacterSize(std::string_view text) {
   const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u; };
   const unsigned first = byte(0);
@@ -117,7 +117,7 @@ std::vector<TextLine> ReadTextLines(const std::filesystem::path& path, std::stri
 }
 
 void ThrowBadLine(const std::filesystem::path& path, const TextLine& line, std::string_view expected) {
-  constexpr std::size_t kShown = 80;  // a binary file taken for text must not flood the terminal
+  constexpr std::size_t kShown = 80;  // a binary file read as text must not flood the terminal
   const std::string shown =
       WithoutControls(line.text.substr(0, kShown)) + (line.text.size() > kShown ? "..." : "");
   throw InputError(fmt::format("{}:{}: '{}', expected {}", path.string(), line.number, shown, expected));

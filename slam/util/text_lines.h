@@ -10,7 +10,7 @@
 
 namespace sqslam {
 
-// The number that the whole text is, with or without a plus before it; empty for anything else.
+// Parses the whole text as a number, with an optional plus sign; nothing for anything else.
 template <typename Number>
 std::optional<Number> ParseNumber(std::string_view text) {
   text.remove_prefix(text.starts_with('+') ? 1 : 0);
@@ -19,37 +19,35 @@ std::optional<Number> ParseNumber(std::string_view text) {
   return error == std::errc() && end == text.data() + text.size() ? std::optional(number) : std::nullopt;
 }
 
-// The text without control characters: a question mark in the place of each, so that no file writes to the
-// terminal more than words.
+// Replaces control characters by question marks, so that no file can send control sequences to the terminal.
 std::string WithoutControls(std::string_view text);
 
-// The text as UTF-8 without control characters; U+FFFD in the place of each byte that belongs to no
-// character.
+// Returns the text as UTF-8 without control characters, with U+FFFD for each invalid byte.
 std::string ValidText(std::string_view text);
 
-// The words as one line that a shell takes apart into the same words again.
+// Quotes the words into one line that a shell splits into the same words again.
 std::string ShellLine(const std::vector<std::string>& words);
 
-// One line of a text file that carries data: not blank, no comment.
+// A line of a text file with data: not blank, no comment.
 struct TextLine {
   int number = 0;  // 1-based
   std::string text;
   std::vector<std::string> words;  // separated by blanks or tabs
 };
 
-// All data lines; '#' starts a comment at the start of a line, ends of line may be CRLF. Throws InputError
-// where the file cannot be read.
+// Reads all data lines; '#' at the start of a line begins a comment, line ends may be CRLF. Throws InputError
+// if the file cannot be read.
 std::vector<TextLine> ReadTextLines(const std::filesystem::path& path, std::string_view expected);
 
 // Throws InputError "FILE:LINE: 'TEXT', expected EXPECTED".
 [[noreturn]] void ThrowBadLine(const std::filesystem::path& path, const TextLine& line,
                                std::string_view expected);
 
-// The finite number in words[index]; throws as ThrowBadLine where there is none.
+// Returns the finite number in words[index]. Throws as ThrowBadLine if there is none.
 double NumberAt(const std::filesystem::path& path, const TextLine& line, std::size_t index,
                 std::string_view expected);
 
-// The whole file as a string; throws InputError "FILE: cannot be read (reason), expected EXPECTED".
+// Returns the whole file. Throws InputError "FILE: cannot be read (reason), expected EXPECTED".
 std::string ReadFile(const std::filesystem::path& path, std::string_view expected);
 
 }  // namespace sqslam

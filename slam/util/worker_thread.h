@@ -11,9 +11,8 @@
 
 namespace sqslam {
 
-// A thread that does jobs in order, at most `capacity` of them waiting, so that a fast giver cannot fill the
-// memory. An error ends its work: jobs that still wait are dropped. Destroying a worker lets it do what
-// waits.
+// A thread that does jobs in order. At most `capacity` jobs wait, so that a fast producer cannot fill the
+// memory. An error ends the work and drops waiting jobs. The destructor completes waiting jobs.
 template <typename Job>
 class WorkerThread {
  public:
@@ -23,7 +22,7 @@ class WorkerThread {
   WorkerThread(const WorkerThread&) = delete;
   WorkerThread& operator=(const WorkerThread&) = delete;
 
-  // Waits for room. False after an error, and after Finish(): the job is then dropped.
+  // Waits for room. Returns false, with the job dropped, after an error and after Finish().
   bool Offer(Job job) {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [this] { return jobs_.size() < capacity_ || failure_ || closed_; });
@@ -35,14 +34,14 @@ class WorkerThread {
     return true;
   }
 
-  // The same, but throws what ended the work.
+  // Same, but rethrows the error that ended the work.
   void Add(Job job) {
     if (!Offer(std::move(job))) {
       Finish();
     }
   }
 
-  // Waits until all jobs are done. Throws what ended the work.
+  // Waits until all jobs are done. Rethrows the error that ended the work.
   void Finish() {
     Join();
     if (failure_) {
@@ -90,12 +89,12 @@ class WorkerThread {
 
   const std::size_t capacity_;
   const std::function<void(Job&)> work_;
-  mutable std::mutex mutex_;  // guards what follows
+  mutable std::mutex mutex_;  // guards the following
   std::condition_variable changed_;
   std::deque<Job> jobs_;
   bool closed_ = false;
   std::exception_ptr failure_;
-  std::thread thread_;  // last: it uses the rest
+  std::thread thread_;  // last: uses the other members
 };
 
 }  // namespace sqslam
