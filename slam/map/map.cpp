@@ -9,9 +9,9 @@
 namespace sqslam {
 namespace {
 
-constexpr int kMinSharedPoints = 15;  // for two keyframes to count as covisible
+constexpr int kMinSharedPoints = 15;  // for two keyframes to be covisible
 
-// The observed descriptor with the least median distance to the others.
+// Returns the descriptor with the least median distance to the others.
 Descriptor MedianDescriptor(const std::vector<const Descriptor*>& descriptors) {
   std::size_t best = 0;
   int best_median = std::numeric_limits<int>::max();
@@ -181,7 +181,7 @@ void Map::UpdateAppearance(PointId id) {
 }
 
 void Map::UpdateNormalAndRange(PointId id) {
-  // A point may be matched one and a half pyramid levels nearer or farther than the pyramid covers.
+  // A point may be matched 25 % nearer or farther than the pyramid covers.
   constexpr double kSlack = 1.25;
   if (!IsAlive(id) || Point(id).observations.empty()) {
     return;

@@ -17,19 +17,19 @@
 
 namespace sqslam {
 
-// Pose of a camera in a map whose unit of length may differ from place to place of its history: closing a
-// loop or merging two maps changes the scale of keyframes one by one. `scale` is the length that now stands
-// for one unit of the time when the keyframe was made.
+// Pose of a camera in a map whose unit of length differs between keyframes: closing a loop or merging maps
+// rescales keyframes one by one. `scale` is the present length of one unit of the time when the keyframe was
+// made.
 struct ScaledPose {
   Rigid3d T_camera_map;
   double scale = 1.0;
 };
 
-// Pose of a frame relative to a keyframe: stays right when the map is optimised, moved, turned or rescaled.
+// Pose of a frame relative to a keyframe: stays valid when the map is optimised, moved, rotated or rescaled.
 struct AnchoredPose {
   KeyframeId reference = kNoKeyframe;
   Rigid3d T_camera_reference;
-  double scale = 1.0;  // scale of the reference when this was written
+  double scale = 1.0;  // scale of the reference at the time of writing
 
   template <typename Self, typename Visit>
   static void VisitState(Self& self, Visit&& visit) {
@@ -37,14 +37,14 @@ struct AnchoredPose {
   }
 };
 
-// T_camera_map of an anchored frame, from the reference's present pose.
+// Returns T_camera_map of an anchored frame from the reference's present pose.
 inline ScaledPose Resolve(const AnchoredPose& anchor, const ScaledPose& reference) {
   Rigid3d T_camera_reference = anchor.T_camera_reference;
   T_camera_reference.translation *= reference.scale / anchor.scale;
   return {T_camera_reference * reference.T_camera_map, reference.scale};
 }
 
-// The camera's pose after the map was moved: p_new = S_new_old * p_old.
+// Returns the camera's pose after the map moved by p_new = S_new_old * p_old.
 inline Rigid3d MoveCamera(const Rigid3d& T_camera_map, const Sim3d& S_new_old) {
   const Eigen::Quaterniond rotation = (T_camera_map.rotation * S_new_old.rotation.conjugate()).normalized();
   return {rotation, S_new_old.scale * T_camera_map.translation - rotation * S_new_old.translation};
@@ -60,26 +60,26 @@ struct Observation {
   }
 };
 
-// A map point as far as it is needed to find it in an image.
+// What is needed of a map point to find it in an image.
 struct PointAppearance {
   Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // mean direction from which it was seen, unit length
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // mean viewing direction towards it, unit length
   double min_distance = 0.0;                         // camera distances at which it can be matched, map units
   double max_distance = 0.0;
-  double level_zero_distance = 0.0;  // at which the finest pyramid level shows it as it was first seen
-  Descriptor descriptor{};           // the observed one nearest to all others
+  double level_zero_distance = 0.0;  // at which level 0 shows it as it was first observed
+  Descriptor descriptor{};           // of its observations, the one nearest to all others
 };
 
-// A map point as a camera should see it.
+// Predicted view of a map point.
 struct PredictedSight {
   Eigen::Vector2d pixel;
   double distance = 0.0;  // from the camera, map units
   double cosine = 0.0;    // of the angle between the ray and the point's normal
 };
 
-// Predicts the sight of a point from a camera at `center`. Empty where it lies behind the camera, outside the
-// image, out of its range of distances, or is seen from a side from which it was never seen: over 60
-// degrees off its normal (ORB-SLAM, Mur-Artal et al. 2015, V-D).
+// Predicts the view of a point from a camera at `center`. Empty if it lies behind the camera, outside the
+// image or outside its range of distances, or is viewed over 60 degrees off its normal (ORB-SLAM, Mur-Artal
+// et al. 2015, V-D).
 std::optional<PredictedSight> PredictSight(const PointAppearance& point, const Camera& camera,
                                            const Rigid3d& T_camera_map, const Eigen::Vector3d& center);
 
@@ -94,7 +94,7 @@ struct MapPoint : PointAppearance {
   double FoundRatio() const { return static_cast<double>(found) / visible; }
   bool IsSeenBy(KeyframeId keyframe) const;
 
-  // All but the appearance and the colour, which follow from the observations.
+  // Without appearance and colour, which follow from the observations.
   template <typename Self, typename Visit>
   static void VisitState(Self& self, Visit&& visit) {
     visit(self.id, self.p_map, self.observations, self.first_keyframe, self.visible, self.found);
@@ -103,8 +103,8 @@ struct MapPoint : PointAppearance {
 
 using BagOfWordsPtr = std::shared_ptr<const BagOfWords>;
 
-// A frame that the map keeps, and its place in the covisibility graph and the spanning tree (ORB-SLAM,
-// Mur-Artal et al. 2015, III-C).
+// A frame that the map keeps, as a node of the covisibility graph and the spanning tree (ORB-SLAM, Mur-Artal
+// et al. 2015, III-C).
 struct Keyframe {
   KeyframeId id = kNoKeyframe;
   std::int64_t frame_index = 0;
@@ -112,23 +112,23 @@ struct Keyframe {
   Rigid3d T_camera_map;
   double scale = 1.0;  // see ScaledPose
   FrameFeaturesPtr features;
-  BagOfWordsPtr words;                     // null where places are not recognised
-  std::vector<PointId> points;             // one per keypoint, kNoPoint where none
-  std::map<KeyframeId, int> covisibility;  // shared map points, for keyframes that share enough
+  BagOfWordsPtr words;                     // null without place recognition
+  std::vector<PointId> points;             // one per keypoint, kNoPoint if none
+  std::map<KeyframeId, int> covisibility;  // shared map points per covisible keyframe
   KeyframeId parent = kNoKeyframe;         // the most covisible older keyframe
 
   ScaledPose Pose() const { return {T_camera_map, scale}; }
   Eigen::Vector3d Center() const { return T_camera_map.Inverse().translation; }
 
-  // The map points that it shows.
+  // Returns the map points that it observes.
   auto SeenPoints() const {
     return points | std::views::filter([](PointId point) { return point != kNoPoint; });
   }
 
-  // The `count` most covisible keyframes, best first.
+  // Returns the `count` most covisible keyframes, best first.
   std::vector<KeyframeId> BestCovisible(int count) const;
 
-  // All but the features and what follows from them and from the observations.
+  // Without features and anything that follows from them or from the observations.
   template <typename Self, typename Visit>
   static void VisitState(Self& self, Visit&& visit) {
     visit(self.id, self.frame_index, self.timestamp, self.T_camera_map, self.scale, self.covisibility,
@@ -136,12 +136,12 @@ struct Keyframe {
   }
 };
 
-// Keyframes and map points with their mutual references kept consistent. Owned by one thread; others see
-// TrackingView and MapSnapshot. Ids are never reused. Iteration is in the order of ids, so that runs can be
-// repeated. Memory follows what is alive: a removed point leaves eight bytes.
+// Keyframes and map points with consistent mutual references. Owned by one thread; others get TrackingView
+// and MapSnapshot. Ids are never reused. Iteration is in the order of ids, for repeatable runs. Memory
+// follows what is alive: a removed point leaves eight bytes.
 class Map {
  public:
-  // `ids`: shared with the other submaps of a run; null: a source of its own.
+  // `ids`: shared with the other submaps of a run; null: the map's own.
   explicit Map(const ScaleLevels& levels, std::shared_ptr<IdSource> ids = nullptr);
 
   KeyframeId AddKeyframe(std::int64_t frame_index, double timestamp, const Rigid3d& T_camera_map,
@@ -149,20 +149,21 @@ class Map {
   PointId AddPoint(const Eigen::Vector3d& p_map, KeyframeId first_keyframe);
 
   void AddObservation(PointId point, KeyframeId keyframe, int keypoint);
-  void RemoveObservation(PointId point, KeyframeId keyframe);  // and the point where fewer than 2 are left
+  void RemoveObservation(PointId point,
+                         KeyframeId keyframe);  // also removes the point if fewer than 2 are left
   void RemovePoint(PointId point);
   void Fuse(PointId dropped, PointId kept);
-  void RemoveKeyframe(KeyframeId keyframe);  // its pose stays known relative to its parent
+  void RemoveKeyframe(KeyframeId keyframe);  // its pose stays known, relative to its parent
 
-  // Recomputes what follows from the observations.
+  // Recompute what follows from the observations.
   void UpdateAppearance(PointId point);      // descriptor, normal, distance range
-  void UpdateNormalAndRange(PointId point);  // not the descriptor: after the point or a camera moved
+  void UpdateNormalAndRange(PointId point);  // not the descriptor: for when the point or a camera moved
   void UpdateCovisibility(KeyframeId keyframe);
 
   // Moves the whole map: p_new = S_new_old * p_old.
   void Transform(const Sim3d& S_new_old);
 
-  // Takes over all that another map of the same IdSource holds, which must be in this map's frame already.
+  // Takes over the content of another map with the same IdSource, which must be in this map's frame already.
   void Absorb(Map&& other);
 
   bool HasKeyframe(KeyframeId id) const { return keyframes_.contains(id); }
@@ -176,10 +177,10 @@ class Map {
     return At(o.keyframe).features->keypoints[o.keypoint];
   }
 
-  // Follows fusions; kNoPoint where the point is gone.
+  // Follows fusions; kNoPoint if the point was removed.
   PointId Resolve(PointId id) const { return points_.Resolve(id); }
 
-  // Pose of a keyframe, also of a removed one.
+  // Returns the pose of a present or removed keyframe.
   ScaledPose PoseOf(KeyframeId id) const;
   bool Knows(KeyframeId id) const { return keyframes_.contains(id) || removed_.contains(id); }
 
@@ -188,7 +189,7 @@ class Map {
   int NumPoints() const { return points_.Size(); }
   const ScaleLevels& Levels() const { return levels_; }
   KeyframeId OldestKeyframe() const { return keyframes_.empty() ? kNoKeyframe : keyframes_.begin()->first; }
-  KeyframeId IdBound() const;  // every keyframe's id is below, also those of removed ones
+  KeyframeId IdBound() const;  // above the ids of all keyframes, including removed ones
   KeyframeId NewestKeyframe() const { return keyframes_.empty() ? kNoKeyframe : keyframes_.rbegin()->first; }
 
   struct RemovedKeyframe {
@@ -217,9 +218,9 @@ class Map {
 
 struct ObjectMapView;  // slam/objects/object_types.h
 
-// A map point as far as the tracking thread needs it.
+// What the tracking thread needs of a map point.
 struct ViewPoint : PointAppearance {
-  bool well_observed = false;  // by three keyframes or more
+  bool well_observed = false;  // by three or more keyframes
 };
 
 struct ViewKeyframe {
@@ -231,8 +232,8 @@ struct ViewKeyframe {
   std::vector<KeyframeId> covisible;  // best first
 };
 
-// An immutable copy of one submap for the tracking thread, published by the mapping thread after each of its
-// steps, so that neither ever waits for the other.
+// Immutable copy of a submap for the tracking thread. The mapping thread publishes one after each step, so
+// that neither thread waits for the other.
 struct TrackingView {
   std::int64_t submap = 0;
   std::map<KeyframeId, ViewKeyframe> keyframes;
@@ -255,13 +256,13 @@ using TrackingViewPtr = std::shared_ptr<const TrackingView>;
 
 TrackingView MakeTrackingView(const Map& map);
 
-// All submaps of a run. A submap begins where tracking is lost and not found again; it is dormant while
+// All submaps of a run. A submap begins when tracking is lost and does not recover; it is dormant while
 // another one is tracked, and ends when it is merged into an older one.
 struct AtlasView {
-  // A submap's fate: the one that holds its content now, and the motion of its frame.
+  // Where the content of a submap is now, and how its frame moved.
   struct Origin {
     std::int64_t submap = 0;
-    Sim3d S_map_origin;  // from the frame in which it began to the present frame of `submap`
+    Sim3d S_map_origin;  // from its initial frame to the present frame of `submap`
 
     template <typename Self, typename Visit>
     static void VisitState(Self& self, Visit&& visit) {

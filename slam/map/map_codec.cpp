@@ -13,10 +13,10 @@ namespace {
 constexpr double kPixelSteps = 64.0;
 constexpr double kAngleSteps = 65536.0 / 360.0;
 
-// Keypoints by columns, which pack better than rows.
+// Keypoints by columns, which compress better than rows.
 struct KeypointColumns {
   std::vector<std::int32_t> x, y;          // undistorted, 1/64 px
-  std::vector<std::int16_t> raw_x, raw_y;  // as the lens shows it, less x and y
+  std::vector<std::int16_t> raw_x, raw_y;  // distorted, minus x and y
   std::vector<std::uint16_t> angle;
   std::vector<std::uint8_t> octave;
 
@@ -86,7 +86,7 @@ void CheckKeyframes(const ByteReader& reader, const Map& map) {
       reader.Refuse(fmt::format("has an impossible keyframe {}", id));
     }
   }
-  std::set<KeyframeId> placed;  // removed ones whose references lead to a keyframe that is there
+  std::set<KeyframeId> placed;  // removed keyframes whose references lead to an existing one
   for (const auto& [first, removed] : map.Removed()) {
     std::set<KeyframeId> way;
     KeyframeId id = first;
@@ -106,7 +106,7 @@ void CheckKeyframes(const ByteReader& reader, const Map& map) {
   }
 }
 
-// Gives the keyframes their points.
+// Sets the keyframes' points from the observations.
 void TieObservations(const ByteReader& reader, Map& map) {
   for (const MapPoint& point : map.Points()) {
     bool sound = map.IsAlive(point.id) && &map.Point(point.id) == &point && point.observations.size() >= 2 &&

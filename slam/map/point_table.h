@@ -13,23 +13,22 @@ using PointId = std::int64_t;
 inline constexpr PointId kNoPoint = -1;
 inline constexpr KeyframeId kNoKeyframe = -1;
 
-// Gives out the ids of keyframes and map points. All submaps of a run share one, on both threads, so that ids
-// stay unique, and stay the same when submaps are merged.
+// Issues the ids of keyframes and map points. All submaps of a run share one, on both threads: ids are unique
+// and don't change when submaps are merged.
 struct IdSource {
   std::atomic<KeyframeId> next_keyframe = 0;
   std::atomic<PointId> next_point = 0;
 };
 
-// True for each keypoint that shows a map point.
+// Returns true for each keypoint with a map point.
 inline std::vector<bool> HavePoints(const std::vector<PointId>& points) {
   std::vector<bool> have(points.size());
   std::transform(points.begin(), points.end(), have.begin(), [](PointId p) { return p != kNoPoint; });
   return have;
 }
 
-// Values by PointId: constant-time access, iteration in the order of ids, and memory that follows the values
-// that are alive. What a removed id was replaced by stays known. A reference stays valid until the next
-// Add().
+// Values by PointId: constant-time access, iteration in the order of ids, and memory in proportion to the
+// values that are alive. Remembers what replaced a removed id. A reference stays valid until the next Add().
 template <typename Value>
 class PointTable {
  public:
@@ -54,7 +53,7 @@ class PointTable {
     Entry(id) = replaced_by == kNoPoint ? kGone : kFirstReplaced - replaced_by;
   }
 
-  // Takes all values and replacements of another table; no id may be alive in both.
+  // Takes over all values and replacements of another table; no id may be alive in both.
   void Absorb(PointTable&& other) {
     if (other.entries_.size() > entries_.size()) {
       entries_.resize(other.entries_.size(), kGone);
@@ -76,7 +75,7 @@ class PointTable {
   Value& At(PointId id) { return values_[Entry(id)]; }
   const Value& At(PointId id) const { return values_[entries_[id]]; }
 
-  // Follows replacements; kNoPoint where the value is gone.
+  // Follows replacements; kNoPoint if the value is gone.
   PointId Resolve(PointId id) const {
     while (id >= 0 && id < static_cast<PointId>(entries_.size())) {
       const std::int64_t entry = entries_[id];
@@ -88,9 +87,12 @@ class PointTable {
     return kNoPoint;
   }
 
-  int Size() const { return static_cast<int>(values_.size() - free_.size()); }  // of what is alive
-  int Slots() const { return static_cast<int>(values_.size()); }  // values that memory is held for
-  // True where every id leads to one value or to nothing, and every value has its id: bytes may lie.
+  int Size() const {
+    return static_cast<int>(values_.size() - free_.size());
+  }                                                               // number of values that are alive
+  int Slots() const { return static_cast<int>(values_.size()); }  // allocated values
+  // Validates a table read from untrusted bytes: every id leads to one value or to none, every value has an
+  // id.
   bool IsSound() const {
     std::vector<bool> used(values_.size());
     const auto use = [&used](std::int64_t slot) {
@@ -100,7 +102,7 @@ class PointTable {
       }
       return fresh;
     };
-    std::vector<bool> ends(entries_.size());  // a replacement is the end of no circle
+    std::vector<bool> ends(entries_.size());  // replacements without a cycle
     for (std::size_t i = 0; i < entries_.size(); ++i) {
       if (entries_[i] >= 0 && !use(entries_[i])) {
         return false;
@@ -124,14 +126,14 @@ class PointTable {
     return std::ranges::all_of(free_, use) && std::ranges::find(used, false) == used.end();
   }
 
-  PointId IdBound() const { return static_cast<PointId>(entries_.size()); }  // every id is below
+  PointId IdBound() const { return static_cast<PointId>(entries_.size()); }  // above every id
 
   template <typename Self, typename Visit>
   static void VisitState(Self& self, Visit&& visit) {
     visit(self.entries_, self.values_, self.free_);
   }
 
-  // The same ids and replacements with other values.
+  // Returns a table with the same ids and replacements but converted values.
   template <typename Other, typename Convert>
   PointTable<Other> Map(Convert&& convert) const {
     PointTable<Other> result;
@@ -173,7 +175,7 @@ class PointTable {
   friend class PointTable;
 
   static constexpr std::int64_t kGone = -1;
-  static constexpr std::int64_t kFirstReplaced = -2;  // -2 - id: replaced by id
+  static constexpr std::int64_t kFirstReplaced = -2;  // -2 - id: replaced by that id
 
   std::int64_t& Entry(PointId id) { return entries_[id]; }
 

@@ -38,7 +38,7 @@ void RenumberRemoved(const IdShift& shift, std::map<KeyframeId, Map::RemovedKeyf
 
 void RenumberPoints(const IdShift& shift, PointTable<MapPoint>& points) {
   PointTable<MapPoint>::VisitState(points, [&](std::vector<std::int64_t>& entries, auto&, auto&) {
-    constexpr std::int64_t kGone = -1;  // below, ids of replacements: see PointTable
+    constexpr std::int64_t kGone = -1;  // smaller entries are ids of replacements, see PointTable
     for (std::int64_t& entry : entries) {
       entry -= entry < kGone ? shift.point : 0;
     }

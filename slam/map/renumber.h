@@ -6,7 +6,7 @@
 
 namespace sqslam {
 
-// The amounts by which the ids of one run are raised to stand beside those of another.
+// Shifts that make the ids of one run unique beside those of another.
 struct IdShift {
   KeyframeId keyframe = 0;
   PointId point = 0;
@@ -16,7 +16,7 @@ struct IdShift {
   double time = 0.0;  // s
 };
 
-// Raises all ids of a map, the indices of its frames and their times.
+// Shifts all ids of a map, and the indices and times of its frames.
 void Renumber(const IdShift& shift, Map& map);
 
 }  // namespace sqslam
