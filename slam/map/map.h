@@ -149,8 +149,7 @@ class Map {
   PointId AddPoint(const Eigen::Vector3d& p_map, KeyframeId first_keyframe);
 
   void AddObservation(PointId point, KeyframeId keyframe, int keypoint);
-  void RemoveObservation(PointId point,
-                         KeyframeId keyframe);  // also removes the point if fewer than 2 are left
+  void RemoveObservation(PointId point, KeyframeId keyframe);  // and the point if fewer than 2 are left
   void RemovePoint(PointId point);
   void Fuse(PointId dropped, PointId kept);
   void RemoveKeyframe(KeyframeId keyframe);  // its pose stays known, relative to its parent
@@ -259,7 +258,7 @@ TrackingView MakeTrackingView(const Map& map);
 // All submaps of a run. A submap begins when tracking is lost and does not recover; it is dormant while
 // another one is tracked, and ends when it is merged into an older one.
 struct AtlasView {
-  // Where the content of a submap is now, and how its frame moved.
+  // The submap that holds a submap's content now, and the motion of its frame.
   struct Origin {
     std::int64_t submap = 0;
     Sim3d S_map_origin;  // from its initial frame to the present frame of `submap`

@@ -87,12 +87,9 @@ class PointTable {
     return kNoPoint;
   }
 
-  int Size() const {
-    return static_cast<int>(values_.size() - free_.size());
-  }                                                               // number of values that are alive
-  int Slots() const { return static_cast<int>(values_.size()); }  // allocated values
-  // Validates a table read from untrusted bytes: every id leads to one value or to none, every value has an
-  // id.
+  int Size() const { return static_cast<int>(values_.size() - free_.size()); }  // alive values
+  int Slots() const { return static_cast<int>(values_.size()); }                // allocated values
+  // Validates a table from untrusted bytes: every id leads to one value or to none, every value has an id.
   bool IsSound() const {
     std::vector<bool> used(values_.size());
     const auto use = [&used](std::int64_t slot) {
