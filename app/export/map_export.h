@@ -16,8 +16,8 @@ namespace sqslam::app {
 // Returns a map as a binary glTF 2.0 file for 3D programs. The root node rotates the map's z axis to glTF's y
 // axis; everything below it is in the map frame and map units. Nodes:
 //   map
-//     objects      per object a node "ID label": mesh in the object frame, pose in the node, material in the
-//                  colour of the class; extras: id, label, score, observations, points, half_size, e1, e2, yaw
+//     objects      per object a node "ID label" with its pose: mesh in the object frame, material in the
+//                  class colour; extras: id, label, score, observations, points, half_size, e1, e2, yaw
 //     points       POINTS with the colours of the images
 //     surface      TRIANGLES with colours
 //     trajectory   LINE_STRIP through the camera centres: `trajectory`, or the keyframes if that is empty

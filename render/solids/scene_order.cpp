@@ -108,8 +108,7 @@ Separation Separate(const PosedSuperquadric& a, const PosedSuperquadric& b, int 
       best = along.gap > best.gap ? along : best;
     }
     if (best.gap > 0.0 && n == centers) {
-      return best;  // the usual case; otherwise tries all directions, so that swapping a and b changes
-                    // nothing
+      return best;  // the usual case; else all directions count, so that swapping a and b changes nothing
     }
   }
   // Finds the point of b - a (Minkowski difference) nearest to the origin, starting at the centres'

@@ -12,7 +12,7 @@
 
 namespace sqslam {
 
-// A coloured mesh, with holes where nothing was seen.
+// A coloured mesh, with holes where no camera saw a surface.
 struct SurfaceMesh {
   std::vector<Eigen::Vector3f> vertices;  // map frame
   std::vector<std::array<std::uint8_t, 3>> rgb;

@@ -15,8 +15,7 @@ namespace sqslam {
 // The input frames of a map: their poses in the finished map and, if the sequence still exists, their images.
 class InputFrames {
  public:
-  // `map_file`: the recording. Poses come from trajectory.txt beside it, else from its keyframes and
-  // snapshots.
+  // `map_file`: the recording. Poses come from trajectory.txt beside it, else from keyframes and snapshots.
   InputFrames(const RecordingReader& recording, const std::filesystem::path& map_file);
 
   // Returns T_map_camera. Throws UsageError that says which frames were tracked.
