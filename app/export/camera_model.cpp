@@ -16,7 +16,7 @@ constexpr std::uint32_t kCameraId = 1;
 
 struct ColmapCamera {
   const char* model;
-  std::int32_t id;  // of the model
+  std::int32_t id;  // COLMAP's number of the model
   std::vector<double> parameters;
 };
 
@@ -173,7 +173,7 @@ CameraModel ModelOf(const Map& map, const Camera& camera) {
     image.T_camera_map = keyframe.T_camera_map;
     image.points = keyframe.points;
     for (const Keypoint& keypoint : keyframe.features->keypoints) {
-      // The pixel without a rolling shutter, which the pose belongs to; without one it is the recorded one.
+      // Not the raw pixel: the pose belongs to the pixel that was corrected for the rolling shutter.
       image.pixels.emplace_back(camera.ProjectDistorted(camera.Unproject(keypoint.pixel)) + to_centre);
     }
   }

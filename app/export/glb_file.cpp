@@ -21,10 +21,10 @@ constexpr int kUnsignedInt = 5125;
 constexpr int kFloat = 5126;
 constexpr int kArrayBuffer = 34962;
 constexpr int kElementArrayBuffer = 34963;
-constexpr int kNoTarget = 0;           // of values that move nodes
-constexpr std::size_t kAlignment = 4;  // of buffer views and chunks
+constexpr int kNoTarget = 0;           // for animation data
+constexpr std::size_t kAlignment = 4;  // bytes; of buffer views and chunks
 
-// glTF's factors and vertex colours are linear; colours of pictures are sRGB (IEC 61966-2-1).
+// Converts sRGB (IEC 61966-2-1) to the linear values that glTF uses for factors and vertex colours.
 double Linear(double srgb) { return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4); }
 
 void Pad(std::string& bytes, char with) {
@@ -70,7 +70,7 @@ int GlbFile::AddAccessor(const auto& elements, Json accessor, int target) {
 
 int GlbFile::AddPositions(std::span<const Eigen::Vector3f> positions) {
   Json accessor = {{"componentType", kFloat}, {"count", positions.size()}, {"type", "VEC3"}};
-  if (!positions.empty()) {  // required of positions; exact, since every float is a double
+  if (!positions.empty()) {  // glTF requires bounds of positions; exact, as every float is a double
     Eigen::AlignedBox3f box;
     for (const Eigen::Vector3f& p : positions) {
       box.extend(p);
@@ -87,8 +87,7 @@ int GlbFile::AddNormals(std::span<const Eigen::Vector3f> normals) {
 }
 
 int GlbFile::AddColors(std::span<const std::array<std::uint8_t, 3>> srgb) {
-  // Sixteen bits: linear values of eight would run together in the shadows. Four channels keep every vertex
-  // at a multiple of four bytes.
+  // Eight bits would merge dark colours in linear space. Four channels align every vertex to four bytes.
   std::vector<std::array<std::uint16_t, 4>> linear;
   linear.reserve(srgb.size());
   const auto wide = [](std::uint8_t value) {
@@ -104,7 +103,7 @@ int GlbFile::AddColors(std::span<const std::array<std::uint8_t, 3>> srgb) {
 }
 
 int GlbFile::AddIndices(std::span<const std::uint32_t> indices) {
-  // The largest 16-bit number is kept free: some devices take it as the end of a strip.
+  // 65535 is not used: some devices take it as primitive restart.
   if (std::ranges::all_of(indices, [](std::uint32_t i) { return i < 65535; })) {
     const std::vector<std::uint16_t> narrow(indices.begin(), indices.end());
     return AddAccessor(narrow,

@@ -13,36 +13,34 @@
 
 namespace sqslam::app {
 
-// A map as a binary glTF 2.0 file for 3D programs, y up as glTF demands: the root node turns the map's z axis
-// there, everything below it is in the map frame and its units. Nodes:
+// Returns a map as a binary glTF 2.0 file for 3D programs. The root node rotates the map's z axis to glTF's y
+// axis; everything below it is in the map frame and map units. Nodes:
 //   map
-//     objects      one node "ID label" an object: mesh in the object's own frame, pose in the node, material
-//                  in the colour of the class, and as extras id, label, score, observations, points,
-//                  half_size, e1, e2 and yaw
+//     objects      per object a node "ID label" with its pose: mesh in the object frame, material in the
+//                  class colour; extras: id, label, score, observations, points, half_size, e1, e2, yaw
 //     points       POINTS with the colours of the images
 //     surface      TRIANGLES with colours
-//     trajectory   LINE_STRIP through the camera's centres: `trajectory`, or the keyframes where that is
-//     empty keyframes    one camera node a keyframe with the calibration's view angles, and LINES for all
-//     frusta
-//     flight       a camera that flies along the path
-// An animation of the run's own length moves the flight and gives each object its size when it was first
-// seen. Names are unique, and no longer than Blender keeps them. A group without content is left out.
-// `first_seen`: time of each object's first sight, by id, seconds; `generator`: name and version of the
-// program.
+//     trajectory   LINE_STRIP through the camera centres: `trajectory`, or the keyframes if that is empty
+//     keyframes    per keyframe a camera node with the calibration's view angles
+//     frusta       LINES: the frusta of all keyframes
+//     flight       a camera that follows the path
+// An animation of the run's length moves that camera and lets each object appear when it is first seen. Names
+// are unique and short enough for Blender. Empty groups are left out. `first_seen`: time of each object's
+// first sight, by id, seconds; `generator`: name and version of the program.
 std::string MapGlb(const MapSnapshot& map, const Trajectory& trajectory, const SurfaceMesh& surface,
                    const std::map<std::int32_t, double>& first_seen, const std::string& generator);
 
-// The objects, of so many steps of longitude, the points, and those of a dense cloud as "cloud": what the
-// page of a map draws.
+// Returns the geometry that the page of a map draws: objects with `segments` steps of longitude, map points,
+// and the dense cloud as "cloud".
 std::string ViewGlb(const MapSnapshot& map, const std::vector<CloudPoint>& cloud, int segments,
                     const std::string& generator);
 
-// The surface alone.
+// Returns a file with the surface alone.
 std::string SurfaceGlb(const MapSnapshot& map, const SurfaceMesh& surface, const std::string& generator);
 
-// Superquadrics as meshes in the map frame: quads of Eq. 1 on a regular grid, with normals, in the colours of
-// their classes. By extension: .obj (one named object each, with the colours as materials in a .mtl file
-// beside it) or .ply (ascii, all objects in one mesh). Throws UsageError for another one.
+// Writes superquadrics as quad meshes in the map frame (Eq. 1 on a regular grid) with normals, in the colours
+// of their classes. The extension selects the format: .obj (one named object each, with a .mtl file of the
+// colours beside it) or .ply (ASCII, all objects in one mesh). Throws UsageError on any other extension.
 void WriteObjectMeshes(const std::filesystem::path& path, const std::vector<SnapshotObject>& objects);
 
 }  // namespace sqslam::app

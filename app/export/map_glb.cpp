@@ -21,13 +21,13 @@ void SetPose(GlbJson& node, const Rigid3d& pose) {
   node["rotation"] = {q.x(), q.y(), q.z(), q.w()};
 }
 
-// Number first, so that what is cut off tells no two apart: Blender keeps 63 bytes of a name.
+// Starts with the id, so that names stay unique when cut: Blender keeps 63 bytes of a name.
 std::string NodeName(const SnapshotObject& object) {
   constexpr std::size_t kLongestName = 63;
   std::string name = fmt::format("{} {}", object.id, ShownName(object));
   if (name.size() > kLongestName) {
     std::size_t end = kLongestName;
-    while (end > 0 && (static_cast<unsigned char>(name[end]) & 0xC0) == 0x80) {  // within a letter of UTF-8
+    while (end > 0 && (static_cast<unsigned char>(name[end]) & 0xC0) == 0x80) {  // inside a UTF-8 character
       --end;
     }
     name.resize(end);
@@ -35,7 +35,7 @@ std::string NodeName(const SnapshotObject& object) {
   return name;
 }
 
-// glTF's cameras look along -z with y up.
+// Converts to glTF's camera frame, which looks along -z with y up.
 Rigid3d GlbCameraPose(const Rigid3d& T_map_camera) {
   return {T_map_camera.rotation * Eigen::Quaterniond(0.0, 1.0, 0.0, 0.0), T_map_camera.translation};
 }
@@ -92,7 +92,7 @@ class MapWriter {
     for (const auto& triangle : surface.triangles) {
       indices.insert(indices.end(), triangle.begin(), triangle.end());
     }
-    // The images' colours hold the room's light.
+    // Unlit: the colours from the images already contain the room's light.
     const int material = file_.AddMaterial("surface", Eigen::Vector3d::Ones(), false);
     const int mesh = file_.AddMesh("surface", {.positions = file_.AddPositions(surface.vertices),
                                                .colors = file_.AddColors(surface.rgb),
@@ -101,7 +101,7 @@ class MapWriter {
     children_.push_back(file_.AddNode({{"name", "surface"}, {"mesh", mesh}}));
   }
 
-  // The poses of the frames, or of the keyframes where those are not known.
+  // Takes the poses of the frames, or of the keyframes if the trajectory is empty.
   void SetPath(const Trajectory& trajectory) {
     path_ = trajectory;
     if (path_.empty()) {
@@ -143,7 +143,7 @@ class MapWriter {
     AddDrawing("frusta", GlbFile::Mode::kLines, lines, -1, ParseColor(style_.cameras.color));
   }
 
-  // The camera flies its path, objects have no size before they were first seen. After AddKeyframes.
+  // Animates the camera along its path; objects appear when they are first seen. Call after AddKeyframes.
   void AddFlight(const std::map<std::int32_t, double>& first_seen) {
     if (path_.size() < 2 || lens_ < 0) {
       return;
@@ -160,7 +160,7 @@ class MapWriter {
       const Rigid3d camera = GlbCameraPose(pose.T_map_camera);
       Eigen::Vector4f turn = camera.rotation.normalized().coeffs().cast<float>();
       if (!turns.empty() && turn.dot(turns.back()) < 0.0F) {
-        turn = -turn;  // the same turn, on the short way from the one before also number by number
+        turn = -turn;  // the same rotation, but the shorter way for componentwise interpolation
       }
       times.push_back(time);
       places.push_back(camera.translation.cast<float>());
@@ -185,7 +185,7 @@ class MapWriter {
   std::string Bytes() {
     GlbJson root = {{"name", "map"}};
     const double half = std::sqrt(0.5);
-    root["rotation"] = {-half, 0.0, 0.0, half};  // a quarter turn about x: z up becomes y up
+    root["rotation"] = {-half, 0.0, 0.0, half};  // a quarter turn about x turns z up into y up
     root["extras"] = {
         {"frame", map_.frame_index}, {"timestamp", map_.timestamp}, {"z_up", map_.gravity_known}};
     if (!children_.empty()) {
@@ -228,7 +228,7 @@ class MapWriter {
     }
   }
 
-  // A twentieth of the path's extent: small beside the map, yet to be seen.
+  // A twentieth of the path's extent: small against the map but visible.
   double FrustumSize() const {
     Eigen::AlignedBox3d path;
     for (const SnapshotKeyframe& keyframe : map_.keyframes) {
@@ -237,7 +237,7 @@ class MapWriter {
     return std::max(0.05 * path.diagonal().norm(), 1e-3);
   }
 
-  // Eight lines: from the centre to the corners of the image at depth `size`, and around it.
+  // Appends eight lines: from the camera centre to the image corners at depth `size`, and the image border.
   void AppendFrustum(const Rigid3d& T_map_camera, double size, std::vector<Eigen::Vector3f>& lines) const {
     const Camera& camera = map_.camera;
     const double right = camera.width - 0.5;
@@ -261,10 +261,10 @@ class MapWriter {
   GlbFile file_;
   LabelColors colors_;
   SceneStyle style_;
-  int segments_ = 0;  // steps of longitude of a superquadric
+  int segments_ = 0;  // steps of longitude of each superquadric
   Trajectory path_;
-  int lens_ = -1;                        // the camera; -1: none
-  std::map<std::int32_t, int> node_of_;  // by id of the object
+  int lens_ = -1;                        // index of the glTF camera; -1: none
+  std::map<std::int32_t, int> node_of_;  // by object id
   std::map<std::string, int> materials_;
   GlbJson children_ = GlbJson::array();
 };

@@ -24,7 +24,7 @@ namespace {
 
 using ViewJson = nlohmann::ordered_json;
 
-// Five digits are finer than any map is exact, and half as long.
+// Rounds to five significant digits: finer than any map's accuracy, at half the file size.
 double Short(double value) {
   if (value == 0.0 || !std::isfinite(value)) {
     return 0.0;
@@ -51,7 +51,7 @@ ViewJson PoseOf(const Rigid3d& pose) {
   return list;
 }
 
-// Every k-th of a list that is too long.
+// Keeps every k-th item of a list longer than `most`.
 template <typename Item>
 std::vector<Item> Thinned(std::vector<Item> items, std::size_t most) {
   const std::size_t step = (items.size() + most - 1) / std::max<std::size_t>(1, most);
@@ -65,7 +65,7 @@ std::vector<Item> Thinned(std::vector<Item> items, std::size_t most) {
   return items;
 }
 
-constexpr std::size_t kBestViews = 3;  // of an object, at most
+constexpr std::size_t kBestViews = 3;  // at most, per object
 
 class MapViewWriter {
  public:
@@ -101,7 +101,7 @@ class MapViewWriter {
  private:
   double Since(double timestamp) const { return std::max(0.0, Short(timestamp - start_)); }
 
-  // The views of an object that are shown: in which it is large and whole, from different sides.
+  // Selects the keyframes to show for an object: those that see it large and whole, from different sides.
   std::vector<std::size_t> BestViews(std::size_t object) const {
     std::vector<std::pair<double, std::size_t>> ranked;
     for (const SeenOutline& outline : outlines_) {
@@ -128,8 +128,8 @@ class MapViewWriter {
     return best;
   }
 
-  // The keyframes that have an image: the best views of the objects, of each one the first before the second
-  // of any, then an even share of all.
+  // Selects the keyframes that get an image: the objects' best views, ranked first for every object before
+  // ranked second for any, then an even sample of all keyframes.
   std::set<std::size_t> ChooseImages() {
     const auto most = static_cast<std::size_t>(options_.images);
     std::set<std::size_t> wanted;
@@ -157,7 +157,7 @@ class MapViewWriter {
     InputImages images(reader_);
     for (const std::size_t k : wanted) {
       const cv::Mat image = PhotoOf(history_, map_.keyframes[k].frame_index, images);
-      if (image.empty()) {  // not there any more: a keyframe without its image
+      if (image.empty()) {  // no longer available: the keyframe stays without an image
         continue;
       }
       const int height = cvRound(static_cast<double>(options_.image_width) * image.rows / image.cols);
@@ -235,7 +235,7 @@ class MapViewWriter {
     }
   }
 
-  // The camera at every tracked frame (a share of them, if there are many), and its true path.
+  // Adds the camera poses of all tracked frames (subsampled if there are many) and the true path.
   void AddPath() {
     constexpr std::size_t kPoses = 3000;
     const fs::path file = recording_.parent_path() / "trajectory.txt";
@@ -264,12 +264,13 @@ class MapViewWriter {
     }
   }
 
-  // Points on a grid far finer than they are exact: zeros at the end of a number cost nothing.
+  // Rounds to a grid far finer than the points' accuracy: trailing zero bits compress well.
   Eigen::Vector3f Snapped(const Eigen::Vector3f& p, float step) const {
     return (p / step).array().round().matrix() * step;
   }
 
-  // For each keyframe the number of points that were seen until then; they are put in that order.
+  // Sorts the points by the keyframe that first sees them. Returns, for each keyframe, the number of points
+  // seen up to it.
   template <typename Point>
   ViewJson SortByFirstView(std::vector<Point>& points) const {
     std::vector<Eigen::Vector3f> places;
@@ -326,8 +327,8 @@ class MapViewWriter {
   LabelColors colors_;
   double start_ = 0.0;  // seconds
   std::vector<SeenOutline> outlines_;
-  std::vector<std::vector<std::size_t>> best_views_;  // keyframes, by object
-  std::vector<int> image_of_;                         // by keyframe; -1: none
+  std::vector<std::vector<std::size_t>> best_views_;  // of each object: keyframes
+  std::vector<int> image_of_;                         // of each keyframe; -1: none
   ViewJson scene_;
   MapView view_;
 };

@@ -12,42 +12,42 @@
 
 namespace sqslam::app {
 
-// Limits of what a page carries of a run: a file to be sent is kept small.
+// Limits on what a page contains of a run, so that the file stays small enough to send.
 struct MapViewOptions {
   int image_width = 420;           // px of the keyframes' images
-  int image_quality = 68;          // of their JPEG, 0 to 100
-  int images = 110;                // at most so many keyframes have one
-  std::size_t points = 60'000;     // at most so many map points
-  std::size_t cloud = 180'000;     // and of the dense cloud
-  int segments = 36;               // steps of longitude of a superquadric
-  double outline_tolerance = 0.5;  // px by which outlines over images may be simpler than they are
+  int image_quality = 68;          // JPEG quality, 0 to 100
+  int images = 110;                // most keyframes that get an image
+  std::size_t points = 60'000;     // most map points
+  std::size_t cloud = 180'000;     // most points of the dense cloud
+  int segments = 36;               // steps of longitude of each superquadric
+  double outline_tolerance = 0.5;  // px; greatest error of the simplified outlines over images
 };
 
-// Layers over the map besides those of the recording.
+// Additional content that the recording does not hold.
 struct MapViewExtras {
   std::string title;
-  double metres = 0.0;  // of a unit of the recording as it is read; 0: as that says
-  std::vector<std::vector<Eigen::Vector3d>> true_path;  // map frame, in pieces
+  double metres = 0.0;  // per unit of the recording as read; 0: as the recording says
+  std::vector<std::vector<Eigen::Vector3d>> true_path;  // map frame, split at gaps
 };
 
-// A finished run as the page in a browser takes it: geometry as .glb, all else as JSON, and images.
+// A finished run in the form that the page reads: geometry as .glb, everything else as JSON, and images.
 struct MapView {
-  std::string glb;    // objects, points and dense cloud, the latter two in the order in which they were seen
-  std::string scene;  // JSON: objects, keyframes, path, colours, the first look
-  std::vector<std::string> images;  // JPEG files; keyframes name them by number
+  std::string glb;    // objects; points and dense cloud in the order in which they were first seen
+  std::string scene;  // JSON: objects, keyframes, path, colours, initial view
+  std::vector<std::string> images;  // JPEG files; keyframes refer to them by index
 };
 
-// Gathers the view from a recording and its history (ReadHistory), from trajectory.txt beside it, and from
-// the mapped images where they are still there. Throws InputError that names the file.
+// Builds the view from a recording, its history (ReadHistory), trajectory.txt beside it, and the mapped
+// images if they still exist. Throws InputError that names the file.
 MapView ReadMapView(const RecordingReader& reader, const ViewHistory& history,
                     const std::filesystem::path& recording, const MapViewExtras& extras,
                     const MapViewOptions& options = {});
 
-// Elements of a page: the view's stage and all that it is made of, three.js with it. Nothing is loaded from
-// elsewhere. Throws InputError where three.js is not installed.
+// Returns the HTML elements of the view with all its data and three.js embedded: the page loads nothing else.
+// Throws InputError if three.js is not installed.
 std::string MapViewElements(const MapView& view);
 
-// A page that is the view alone.
+// Returns a page with nothing but the view.
 std::string MapViewPage(const MapView& view, const std::string& title);
 
 }  // namespace sqslam::app

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Files of three.js, in the order in which they need one another.
+// Files of three.js, in order of dependency.
 constexpr std::array kLibraries = {"three.min.js", "examples/js/controls/OrbitControls.js",
                                    "examples/js/loaders/GLTFLoader.js"};
 
@@ -37,7 +37,7 @@ constexpr const char* kLicence =
     "FOR ANY CLAIM, DAMAGES OR OTHER LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING "
     "FROM, OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE.";
 
-// zlib, then base64: what DecompressionStream("deflate") of browsers reads.
+// Compresses for the browser's DecompressionStream("deflate"): zlib, then base64.
 std::string Packed(const std::string& bytes) {
   uLongf size = compressBound(bytes.size());
   std::string packed(size, '\0');

@@ -29,7 +29,7 @@ Sequence OpenMapped(const KnownMap& known, const fs::path& moved_to) {
   return OpenSequence(request);
 }
 
-// True where images can be taken as they lie in their folder.
+// True if the sequence's image files can be linked as they are: at the camera's size and inside its folder.
 bool AreFilesAsMapped(const Sequence& sequence, const CameraModel& model) {
   if (!sequence.video_path.empty()) {
     return false;
@@ -45,7 +45,7 @@ bool AreFilesAsMapped(const Sequence& sequence, const CameraModel& model) {
          });
 }
 
-// The frames in the size of the camera, as JPEG.
+// Writes the keyframes' images at the camera's size as JPEG.
 void WriteImages(const Sequence& sequence, const CameraModel& model, const fs::path& folder,
                  const std::function<void(int, int)>& progress) {
   constexpr int kQuality = 95;
@@ -69,7 +69,6 @@ void WriteImages(const Sequence& sequence, const CameraModel& model, const fs::p
   }
 }
 
-// The colours and places of the points.
 std::vector<SnapshotPoint> CloudOf(const CameraModel& model) {
   std::vector<SnapshotPoint> cloud;
   for (const CameraModel::Point& point : model.points) {
@@ -78,8 +77,8 @@ std::vector<SnapshotPoint> CloudOf(const CameraModel& model) {
   return cloud;
 }
 
-// Keyframes that the sequence does not have (those of an older run that was extended), with their share of
-// the tracks. Points keep what is left of theirs.
+// Drops keyframes that the sequence does not have (from an older run that was extended), their observations,
+// and points left with fewer than two. Returns the number of dropped keyframes.
 int DropWithoutImage(const Sequence& sequence, CameraModel& model) {
   std::vector<std::uint32_t> index_of;  // by old index
   std::vector<CameraModel::Image> kept;

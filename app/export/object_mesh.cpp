@@ -15,7 +15,7 @@
 namespace sqslam::app {
 namespace {
 
-constexpr int kRows = 32;     // steps of eta from pole to pole
+constexpr int kRows = 32;     // steps of eta, pole to pole
 constexpr int kColumns = 64;  // steps of omega around
 constexpr int kVertices = (kRows + 1) * kColumns;
 constexpr int kFaces = kRows * kColumns;
@@ -38,7 +38,7 @@ std::vector<Vertex> Vertices(const PosedSuperquadric& superquadric) {
   return vertices;
 }
 
-// Corners of each quad, counted from `base`, counter-clockwise from outside.
+// Returns the vertex indices of each quad, starting at `base`, counter-clockwise seen from outside.
 std::vector<std::array<int, 4>> Quads(int base) {
   std::vector<std::array<int, 4>> quads;
   for (int row = 0; row < kRows; ++row) {
@@ -51,7 +51,7 @@ std::vector<std::array<int, 4>> Quads(int base) {
   return quads;
 }
 
-// Names in .obj and .mtl files end at a blank.
+// Replaces blanks, which end a name in .obj and .mtl files.
 std::string MaterialName(std::string label) {
   std::replace(label.begin(), label.end(), ' ', '_');
   return label;
@@ -75,7 +75,7 @@ std::string MtlText(const std::vector<SnapshotObject>& objects) {
 std::string ObjText(const std::vector<SnapshotObject>& objects, const std::string& mtl_file) {
   std::string text = fmt::format("# superquadrics, map frame, z up\nmtllib {}\n", mtl_file);
   auto out = std::back_inserter(text);
-  int base = 1;  // OBJ counts from one, over the whole file
+  int base = 1;  // OBJ indices start at 1 and run over the whole file
   for (const SnapshotObject& object : objects) {
     fmt::format_to(out, "o {}_{}\nusemtl {}\n", MaterialName(ShownName(object)), object.id,
                    MaterialName(object.label));

@@ -64,7 +64,7 @@ std::vector<SeenOutline> FindOutlines(const MapSnapshot& map, const ViewHistory&
 }
 
 std::vector<std::size_t> FirstViews(const MapSnapshot& map, const std::vector<Eigen::Vector3f>& points) {
-  constexpr double kReach = 2.5;  // of the median depth of what is in view
+  constexpr double kReach = 2.5;  // times the median depth of the points in view
   const std::size_t last = map.keyframes.empty() ? 0 : map.keyframes.size() - 1;
   std::vector<std::size_t> first(points.size(), last);
   std::vector<bool> seen(points.size(), false);

@@ -10,7 +10,7 @@
 namespace sqslam::python {
 namespace {
 
-// An array of `columns` numbers for each item, or of one (columns 0). `fill(item, numbers)` writes them.
+// Returns an array with a row of shape `columns` per item (empty: one number). `fill(item, row)` writes it.
 template <typename Number, typename Items>
 py::array_t<Number> Rows(const Items& items, std::vector<py::ssize_t> columns, const auto& fill) {
   columns.insert(columns.begin(), static_cast<py::ssize_t>(items.size()));

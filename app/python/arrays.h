@@ -11,7 +11,7 @@
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/snapshot.h"
 
-// NumPy arrays of what a map holds, copied: an array lives on without the map.
+// Copies the contents of a map into NumPy arrays, which may outlive the map.
 namespace sqslam::python {
 namespace py = pybind11;
 
@@ -23,10 +23,10 @@ Trajectory KeyframeTrajectory(const MapSnapshot& map);
 py::array_t<double> Poses(const Trajectory& trajectory);  // N x 4 x 4, T_map_camera
 py::array_t<double> Times(const Trajectory& trajectory);  // N, seconds
 
-// An image (8UC3 BGR or 8UC4 BGRA) as H x W x 3 RGB or H x W x 4 RGBA.
+// Converts an image (8UC3 BGR or 8UC4 BGRA) to H x W x 3 RGB or H x W x 4 RGBA.
 py::array_t<std::uint8_t> Image(const cv::Mat& image);
 
-// Points of an N x 3 array of any type of number. Throws UsageError for another shape.
+// Reads points from an N x 3 array of any number type. Throws UsageError on any other shape.
 std::vector<Eigen::Vector3d> Points(
     const py::array_t<double, py::array::c_style | py::array::forcecast>& array);
 

@@ -1,4 +1,4 @@
-// The Python module: sqslam/__init__.pyi says what each name is, and is what people read.
+// The Python module. Its user documentation is in sqslam/__init__.pyi.
 
 #include <fmt/format.h>
 #include <pybind11/stl.h>
@@ -33,7 +33,7 @@ namespace {
 namespace fs = std::filesystem;
 using py::literals::operator""_a;
 
-// A result: every state of its recording, read when it is asked for.
+// A result of a run. States of its recording are read on demand.
 class Result {
  public:
   Result(const fs::path& path, const std::string& edits, bool reliable_only)
@@ -54,13 +54,13 @@ class Result {
     return reader_.Read(from_start);
   }
 
-  // Every tracked frame; the keyframes where the recording stands alone.
+  // Returns the poses of all tracked frames, or of the keyframes if there is no trajectory.txt.
   Trajectory Tracked() const {
     const fs::path file = file_.parent_path() / "trajectory.txt";
     return fs::exists(file) ? ReadTrajectory(file) : KeyframeTrajectory(*last_);
   }
 
-  // The page of `sqslam export FILE.html`.
+  // Returns the page that `sqslam export FILE.html` writes.
   std::string Page() const {
     const fs::path sequence = Info().sequence_path;
     const std::string title = app::FolderName(sequence.empty() ? file_.parent_path() : sequence);
@@ -75,7 +75,8 @@ class Result {
   MapSnapshotPtr last_;
 };
 
-// A page within an attribute. EscapeMarkup is for texts of one line: it would end no comment of a script.
+// Quotes a page for an HTML attribute. EscapeMarkup would not do: it turns newlines, which end script
+// comments, into blanks.
 std::string Quoted(const std::string& page) {
   std::string quoted;
   quoted.reserve(page.size() + page.size() / 16);
@@ -89,7 +90,6 @@ std::string Quoted(const std::string& page) {
   return quoted;
 }
 
-// One state of a map.
 struct State {
   MapSnapshotPtr map;
 };
@@ -111,7 +111,7 @@ py::array_t<std::uint8_t> Render(const std::variant<const Result*, const State*>
     options.style = LoadStyle(style);
     app::SetOptions(settings, options.style);
     CheckStyle(options.style);
-    if (const auto* result = std::get_if<const Result*>(&what)) {  // one on its way has no dense cloud yet
+    if (const auto* result = std::get_if<const Result*>(&what)) {  // a single state has no dense cloud
       options.layers.dense_cloud =
           options.style.dense_cloud.show ? ReadCloudLayer((*result)->File()) : nullptr;
     }
@@ -152,7 +152,7 @@ PosedSuperquadric MakeSuperquadric(const Eigen::Vector3d& half_size, const std::
   return made;
 }
 
-// Binds the properties of everything with a superquadric; `of` takes it out.
+// Binds the properties of a type with a superquadric; `of` returns it.
 template <typename T>
 void BindSolid(py::class_<T>& type, const PosedSuperquadric& (*of)(const T&)) {
   type.def_property_readonly("half_size", [of](const T& t) { return of(t).shape.half_size; })
@@ -198,7 +198,7 @@ void BindSolids(py::module_& m) {
         return inliers;
       });
 
-  // Objects and fits go wherever a Superquadric does.
+  // Objects and fits are accepted wherever a Superquadric is.
   solid.def(py::init([](const SnapshotObject& o) { return o.superquadric; }));
   solid.def(py::init([](const SuperquadricFit& f) { return f.superquadric; }));
   py::implicitly_convertible<SnapshotObject, PosedSuperquadric>();
@@ -214,7 +214,7 @@ void BindSolids(py::module_& m) {
         "Fits superquadrics to an N x 3 cloud.");
 }
 
-// Binds the properties of a state, which a result has of its last one.
+// Binds the properties of a state. A result has those of its last state.
 template <typename T>
 void BindMap(py::class_<T>& type) {
   type.def_property_readonly("poses", [](const T& t) { return Poses(KeyframeTrajectory(MapOf(t))); })

@@ -22,7 +22,7 @@ namespace {
 
 using Output = std::back_insert_iterator<std::string>;
 
-constexpr std::uintmax_t kLargestVideo = 3u << 20;  // bytes: the view shows the growth too
+constexpr std::uintmax_t kLargestVideo = 3u << 20;  // bytes: the interactive map shows the growth too
 
 void AppendFigureOfRun(Output out, std::string_view name, const std::string& value, std::string_view unit,
                        const std::string& note) {
@@ -78,7 +78,7 @@ std::optional<fs::path> VideoOf(const ReportInputs& inputs) {
   return std::nullopt;
 }
 
-// A picture that opens large by a click; its label is the switch, so that it needs no script.
+// Appends a picture that enlarges on click, without a script: a checkbox in its label holds the state.
 void AppendFigure(Output out, const std::string& uri, const std::string& text, const std::string& caption) {
   fmt::format_to(out,
                  "<figure><label class=\"zoom\"><input type=\"checkbox\"><img alt=\"{}\" src=\"{}\"></label>"
@@ -100,7 +100,7 @@ void AppendPictures(Output out, const ReportInputs& inputs, bool has_view) {
   }
 }
 
-// The input with the objects' outlines, and the map to be turned. False where there is no recording to show.
+// Appends an input image with the objects' outlines and the interactive map; returns false without the map.
 bool AppendViews(std::string& page, const ReportInputs& inputs, const ReportData& data) {
   if (!data.recording) {
     return false;
@@ -169,7 +169,7 @@ void AppendGallery(Output out, const fs::path& folder) {
   fmt::format_to(out, "</div></section>\n");
 }
 
-// Reads a result folder, or takes from the run what it would read of it.
+// Reads a result folder; values of a run in memory replace its files.
 ReportData ReadReportData(const ReportInputs& inputs) {
   const fs::path& folder = inputs.result;
   if (!fs::is_directory(folder)) {
@@ -195,7 +195,7 @@ ReportData ReadReportData(const ReportInputs& inputs) {
   return data;
 }
 
-// Warns at the top of a run that failed in most frames.
+// Appends a warning if most frames of the run failed.
 void AppendBanner(Output out, const ReportData& data) {
   if (!data.stats || 2 * data.stats->tracked >= data.stats->frames) {
     return;

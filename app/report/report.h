@@ -20,70 +20,69 @@
 namespace sqslam::app {
 
 struct ReportInputs {
-  std::filesystem::path result;  // result folder; report.html is written into it
-  std::string title;             // empty: the name of the sequence, or of the result folder
-  std::string sequence;          // what was mapped, as shown under the title; empty: as the recording says
-  std::filesystem::path video;   // embedded up to 3 MiB; empty: growth.mp4 or map.mp4 if there
-  const FinishedRun* run = nullptr;  // the run that was just made: its values instead of its files
+  std::filesystem::path result;      // result folder; report.html is written into it
+  std::string title;                 // empty: the name of the sequence, or of the result folder
+  std::string sequence;              // what was mapped, shown below the title; empty: from the recording
+  std::filesystem::path video;       // embedded up to 3 MiB; empty: growth.mp4 or map.mp4 if present
+  const FinishedRun* run = nullptr;  // the run just made; replaces the files of the result folder
   const Evaluation* evaluation = nullptr;
 };
 
-// The values that a page shows; what is empty or absent leaves its section out.
+// The values that a page shows. A section without values is left out.
 struct ReportData {
   Trajectory trajectory;
   std::vector<SnapshotObject> objects;
   std::optional<RunStats> stats;
   const Evaluation* evaluation = nullptr;
-  std::shared_ptr<const RecordingReader> recording;  // null where there is none
+  std::shared_ptr<const RecordingReader> recording;  // null: none
 
   std::optional<MapScale> scale;  // empty: lengths are map units
 
   bool IsMetric() const { return scale || evaluation != nullptr; }
-  double Scale() const {  // metres per length of the files: what somebody measured goes before the true poses
+  double Scale() const {  // metres per unit of length in the files; a measured scale overrides the true poses
     return !scale && evaluation != nullptr ? evaluation->trajectory.S_world_map.scale : 1.0;
   }
   std::string Unit() const { return IsMetric() ? "m" : "map units"; }
 };
 
-// One self-contained page: figures of the run, an input image with outlines, the map to be turned, a top view
-// of trajectory and objects, tables, figures/*.png, how the run was made; all embedded, and what is missing
-// is left out. Throws InputError where a file is broken or the page cannot be written.
+// Writes one self-contained page: key figures, an input image with outlines, the interactive map, a top view
+// of trajectory and objects, tables, figures/*.png, and how the run was made. Whatever is missing is left
+// out. Throws InputError if a file is broken or the page cannot be written.
 void WriteReport(const ReportInputs& inputs);
 
 // Parts of the page.
 
-// "data:image/png;base64,..." of a file. Throws InputError where it cannot be read.
+// Returns a file as "data:image/png;base64,...". Throws InputError if it cannot be read.
 std::string DataUri(const std::filesystem::path& file, std::string_view mime_type);
 
-// The same of a picture as people look at it: in whatever format is smallest.
+// The same for a picture, compressed as WebP.
 std::string PictureUri(const cv::Mat& picture);
 std::string PictureUri(const std::filesystem::path& file);
 
-// The input image that shows most reliable objects, with their outlines and names.
+// The input image that best shows the reliable objects, with outlines and names.
 struct OutlinedPhoto {
   cv::Mat picture;
   std::string caption;
 };
 std::optional<OutlinedPhoto> BestPhoto(const RecordingReader& reader, const ViewHistory& history);
 
-// Tables, each a section: of the objects, of the objects held against the ground truth, of times.
+// Append one section with a table each: objects, comparison with the ground truth, timing.
 void AppendObjects(std::string& page, const ReportData& data, const LabelColors& colors);
 void AppendComparison(std::string& page, const ReportData& data, const LabelColors& colors);
 void AppendTiming(std::string& page, const ReportData& data);
 
-// Adds how the run was made and how it went: camera, detector, losses, submaps, gravity, warnings, settings
-// that differ from the defaults, command and version.
+// Appends how the run was made and how it went: camera, detector, tracking losses, submaps, gravity,
+// warnings, settings that differ from the defaults, command and version.
 void AppendRun(std::string& page, const ReportData& data);
 
-// The whole page around its body, with the style sheet.
+// Returns the whole page for a body, with the style sheets.
 std::string HtmlPage(const std::string& title, const std::string& body);
 
-// Top view (x to the right, y up, seen against gravity) of the camera path, the ground truth's path where
-// there is one, and the outlines of the objects in their colours: an SVG element, empty where there is
-// nothing to show.
+// Returns an SVG element with the top view (x right, y up) of the camera path, the true path if known, and
+// the objects' outlines in their colours; empty if there is nothing to show.
 std::string TopViewSvg(const ReportData& data, const LabelColors& colors);
 
-// Cross-section and side view of one object as two small outlines.
+// Returns the cross-section and the side view of one object as two small outlines.
 std::string ShapeGlyphSvg(const SnapshotObject& object, const Eigen::Vector3d& color);
 
 }  // namespace sqslam::app

@@ -18,7 +18,7 @@ namespace {
 
 constexpr int kOutlinePoints = 72;
 
-// The horizontal cross-section at the middle of a solid, map frame times `scale`.
+// Returns the horizontal cross-section through an object's centre, in the map frame times `scale`.
 TrajectoryFigure::Footprint FootprintOf(const SnapshotObject& object, const Eigen::Vector3d& color,
                                         double scale) {
   TrajectoryFigure::Footprint footprint{ReadableLabel(ShownName(object)), color, {}, !IsReliable(object)};
@@ -58,7 +58,7 @@ std::string TopViewSvg(const ReportData& data, const LabelColors& colors) {
   }
   if (data.evaluation != nullptr && !data.evaluation->truth_positions_map.empty()) {
     const std::vector<Eigen::Vector3d>& truth = data.evaluation->truth_positions_map;
-    const std::size_t step = (truth.size() + 499) / 500;  // 500 are enough for a plot
+    const std::size_t step = (truth.size() + 499) / 500;  // 500 points are enough for a plot
     figure.truth = TrajectoryFigure::Path{"ground truth", TrajectoryFigure::Pieces(1)};
     for (std::size_t i = 0; i < truth.size(); i += step) {
       figure.truth->pieces[0].push_back({0.0, scale * truth[i]});

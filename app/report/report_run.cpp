@@ -24,13 +24,13 @@ namespace sqslam::app {
 namespace fs = std::filesystem;
 namespace {
 
-// "0:12.5".
+// Formats seconds as "0:12.5" (minutes and seconds).
 std::string ClockText(double seconds) {
   const int minutes = static_cast<int>(seconds) / 60;
   return fmt::format("{}:{:04.1f}", minutes, seconds - 60.0 * minutes);
 }
 
-// The times at which the camera was not in the map, from the start of the path on.
+// Lists the intervals without tracking, relative to the start of the path.
 std::string GapsText(const Trajectory& trajectory) {
   std::vector<std::string> gaps;
   const std::vector<Trajectory> pieces = SplitAtGaps(trajectory);
@@ -47,13 +47,13 @@ std::string GapsText(const Trajectory& trajectory) {
   return fmt::format("{}", fmt::join(gaps, ", "));
 }
 
-// Key, value and default of each setting that is not as it is by default.
+// Returns key, value and default of each setting that differs from its default.
 std::vector<std::array<std::string, 3>> ChangedSettings(const std::string& config) {
   SystemOptions used;
   SystemOptions defaults;
   try {
     ParseOptions(config, "map.sqmap", used);
-  } catch (const UsageError&) {  // of another version of the program
+  } catch (const UsageError&) {  // recorded by another version of the program
     return {};
   }
   const std::vector<OptionField> fields = OptionFields(used);
@@ -69,7 +69,7 @@ std::vector<std::array<std::string, 3>> ChangedSettings(const std::string& confi
   return changed;
 }
 
-// The facts of a run, one line each: name and text.
+// Name and text of each line.
 using Facts = std::vector<std::pair<std::string, std::string>>;
 
 Facts FactsOf(const ReportData& data) {

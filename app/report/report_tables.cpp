@@ -16,21 +16,21 @@ namespace {
 
 using TableOutput = std::back_insert_iterator<std::string>;
 
-// The name as people write it, made safe.
+// Returns the readable name, escaped for HTML.
 std::string NameIn(const auto& object) { return EscapeMarkup(ReadableLabel(ShownName(object))); }
 
-// The dot in the colour of a class, "#rrggbb" as in the pictures of the map.
+// Returns a dot in the colour that the class has in pictures of the map.
 std::string Dot(const LabelColors& colors, const std::string& label) {
   return fmt::format("<span class=\"dot\" style=\"background:{}\"></span>", FormatColor(colors(label)));
 }
 
-// An object's number beside its name: what tells two of a class apart.
+// Formats the id that distinguishes objects of one class.
 std::string Number(int id) { return fmt::format(" <span class=\"id\">{}</span>", id); }
 
 void AppendObjectRow(TableOutput out, const ReportData& data, const SnapshotObject& object,
                      const LabelColors& colors) {
   const Superquadric& shape = object.superquadric.shape;
-  const double factor = 2.0 * data.Scale() * (data.IsMetric() ? 100.0 : 1.0);  // centimetres where metric
+  const double factor = 2.0 * data.Scale() * (data.IsMetric() ? 100.0 : 1.0);  // centimetres if metric
   const int digits = data.IsMetric() ? 1 : 3;
   fmt::format_to(out, "<tr{}><td class=\"l\">{}{}{}</td>", IsReliable(object) ? "" : " class=\"unsure\"",
                  Dot(colors, object.label), NameIn(object), Number(object.id));
@@ -43,7 +43,7 @@ void AppendObjectRow(TableOutput out, const ReportData& data, const SnapshotObje
                  object.observations, object.points, object.score, object.fit.reliability);
 }
 
-// An object of the ground truth with its number.
+// Returns the cells of a ground-truth object: name, id and detections.
 std::string TruthCell(const GroundTruthObject& truth) {
   return fmt::format("<td class=\"l\">{}{}</td><td class=\"wide\">{}</td>", NameIn(truth), Number(truth.id),
                      truth.detections);
@@ -143,7 +143,7 @@ void AppendTiming(std::string& page, const ReportData& data) {
       "<section><h2>Time</h2>\n<div class=\"scroll\"><table><thead><tr><th class=\"l\">Stage, milliseconds"
       "</th><th class=\"wide\"></th><th>Mean</th><th class=\"wide\">Median</th><th>95 "
       "%</th><th class=\"wide\">Longest</th><th>Times</th></tr></thead><tbody>\n");
-  for (const auto& [stage, summary] : data.stats->timing_ms) {  // sorted: a stage stands before its parts
+  for (const auto& [stage, summary] : data.stats->timing_ms) {  // sorted: a stage precedes its parts
     const std::size_t dot = stage.find('.');
     const std::string name = ReadableLabel(dot == std::string::npos ? stage : stage.substr(dot + 1));
     fmt::format_to(

@@ -127,7 +127,7 @@ CloudLayerPtr PlaceCloud(const PointCloud& cloud, const Sim3d& S_map_file, const
     points.push_back((S_map_file * p).cast<float>());
   }
   const double spacing = SpacingOf(points);
-  CloudLayerBuilder builder(0.5 * spacing);  // cubes that hardly two points share: the cloud stays as it is
+  CloudLayerBuilder builder(0.5 * spacing);  // cubes so small that hardly any two points are merged
   for (std::size_t i = 0; i < points.size(); ++i) {
     const std::array<std::uint8_t, 3> own =
         cloud.rgb.empty()

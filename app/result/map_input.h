@@ -13,59 +13,59 @@
 
 namespace sqslam::app {
 
-// The recording that the user means: the file itself, or map.sqmap in a result folder.
+// Returns the recording for a path given by the user: the file itself, or map.sqmap in a result folder.
 std::filesystem::path MapFile(const std::filesystem::path& map);
 
-// The last part of a path, also of "kitchen/" and ".".
+// Returns the name of the last folder in a path, also for "kitchen/" and ".".
 std::string FolderName(const std::filesystem::path& path);
 
-// Which objects of a map a command works on.
+// Selects the objects of a map that a command works on.
 struct ObjectArguments {
-  std::string edits;           // file of the viewer's edits, or "auto"; empty: as they were mapped
-  bool reliable_only = false;  // without the uncertain ones
+  std::string edits;           // file of the viewer's edits, or "auto"; empty: none
+  bool reliable_only = false;  // leave out uncertain objects
 };
 
 void AddObjectOptions(Command& command, ObjectArguments& arguments);
 
-// The file that the option means: itself, with "auto" the one beside the recording; empty where it was not
-// given. Throws InputError where "auto" finds none.
+// Resolves the option to a file: "auto" is the one beside the recording; empty if the option was not given.
+// Throws InputError if "auto" finds none.
 std::filesystem::path EditsFile(const std::filesystem::path& recording, const std::string& edits);
 
-// A recording whose every snapshot is edited and sifted on the way. Warns of edits of objects that the map
-// does not have. Throws InputError that names the file.
+// Opens a recording whose snapshots are edited and filtered as they are read. Warns about edits of objects
+// that the map does not have. Throws InputError that names the file.
 RecordingReader OpenEdited(const std::filesystem::path& recording, const ObjectArguments& objects,
                            HiddenObjects hidden);
 
-// The same; throws InputError too where no snapshot is in it.
+// The same, but also throws InputError if the recording has no snapshot.
 RecordingReader OpenMap(const std::filesystem::path& recording, const ObjectArguments& objects,
                         HiddenObjects hidden);
 
-// Layers that are drawn with a map besides what it holds: options of `sqslam render` and of the viewer.
+// Additional layers to draw with a map: options of `sqslam render` and of the viewer.
 struct LayerArguments {
   std::string ground_truth;               // a sequence; "auto": the one that was mapped; empty: no true path
-  std::string dense_cloud;                // a file; empty: that of the recording
-  std::string dense_cloud_frame = "map";  // "map", or "world": that of the true poses
+  std::string dense_cloud;                // a file; empty: the recording's own
+  std::string dense_cloud_frame = "map";  // "map", or "world": the frame of the true poses
 };
 
 void AddLayerOptions(Command& command, LayerArguments& arguments);
 
-// Reads what the arguments name, or else the recording's own dense cloud, and lays it over the finished map;
-// no cloud that the style does not show. `growing`: for maps on their way too. Throws InputError that names
-// the file, UsageError where "auto" has nothing to mean.
+// Reads the layers that the arguments name, by default the recording's own dense cloud, and aligns them to
+// the finished map. Skips a cloud that the style does not show. `growing`: also for unfinished maps. Throws
+// InputError that names the file, UsageError if "auto" cannot be resolved.
 SceneLayers ReadLayers(const LayerArguments& arguments, const RecordingReader& reader,
                        const std::filesystem::path& recording, const SceneStyle& style, bool growing = false);
 
-// The mesh of a densified recording, null of another one; `growing`: with the frames from which its parts are
-// seen. Throws InputError that names the file where it is broken.
+// Returns the mesh of a densified recording, null for any other recording. `growing`: with the frame from
+// which each vertex is seen. Throws InputError that names the file if it is broken.
 SurfaceMeshPtr ReadMesh(const std::filesystem::path& recording, bool growing);
 
-// The message for true poses that LayTruePath cannot lay over a map.
+// Returns the error message for true poses that LayTruePath cannot align to a map.
 std::string CannotBeLaid(const std::filesystem::path& sequence);
 
-// ReadPointCloud, but a cloud without points is an error and points that are none are told.
+// ReadPointCloud, but throws InputError on an empty cloud and warns about points that are not finite.
 PointCloud ReadDenseCloud(const std::filesystem::path& file);
 
-// A cloud in the frame of a map; `color` where it has none of its own.
+// Transforms a cloud into the map frame; `color` is used if it has no colours of its own.
 CloudLayerPtr PlaceCloud(const PointCloud& cloud, const Sim3d& S_map_file, const Eigen::Vector3d& color);
 
 }  // namespace sqslam::app

@@ -8,7 +8,7 @@
 namespace sqslam {
 namespace {
 
-// Without the lens of an input camera: a view that is moved by hand is no longer that camera's.
+// Drops the input camera's calibration: a view moved by hand is no longer that camera's.
 ViewCamera WithoutPinhole(ViewCamera camera) {
   camera.pinhole.reset();
   return camera;
@@ -21,7 +21,7 @@ ViewCamera Shifted(const ViewCamera& camera, const Eigen::Vector3d& shift) {
   return moved;
 }
 
-// Map units at the focal point for one pixel.
+// Returns map units per pixel at the distance of the focal point.
 double UnitsPerPixel(const ViewCamera& camera, cv::Size window) {
   return camera.Distance() / camera.FocalLength(std::max(window.height, 1));
 }
@@ -33,7 +33,7 @@ ViewCamera Orbit(const ViewCamera& camera, const Eigen::Vector2d& pixels, cv::Si
   const double turn = 180.0 / std::max(window.height, 1);  // degrees a pixel
   ViewCamera moved = WithoutPinhole(camera);
   const Eigen::Vector3d offset = camera.position - camera.focal_point;
-  // From straight above the heading is that of the picture's top.
+  // Straight above, the heading is the direction of the picture's top.
   if (offset.normalized().cross(up).norm() < 0.02) {
     moved.position -= 0.02 * offset.norm() * (camera.view_up - camera.view_up.dot(up) * up).normalized();
   }
@@ -99,7 +99,7 @@ Camera PinholeOf(const ViewCamera& camera, cv::Size window) {
 Ray RayOf(const ViewCamera& camera, const Eigen::Vector2d& pixel, cv::Size window) {
   const Camera pinhole = PinholeOf(camera, window);
   const Rigid3d T_map_view = PoseOf(camera);
-  // Pixels of the window count from its corner, those of a camera from the middle of the first one.
+  // Window pixels start at the corner, camera pixels at the centre of the first pixel.
   const Eigen::Vector3d direction = pinhole.Unproject(pixel - Eigen::Vector2d::Constant(0.5));
   return {T_map_view.translation, (T_map_view.rotation * direction).normalized()};
 }

@@ -37,7 +37,7 @@ ViewCamera Elevation(const ViewCamera& camera, double degrees) {
   const double height = offset.dot(up);
   Eigen::Vector3d level = offset - height * up;
   if (level.norm() < 1e-9 * offset.norm()) {
-    level = up.unitOrthogonal();  // straight above: any heading is as good
+    level = up.unitOrthogonal();  // straight above: the heading is arbitrary
   }
   const double now = std::atan2(height, (offset - height * up).norm());
   const double angle =

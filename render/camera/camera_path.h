@@ -17,19 +17,19 @@ struct ViewCamera {
   Eigen::Vector3d focal_point = Eigen::Vector3d::Zero();
   Eigen::Vector3d view_up = Eigen::Vector3d::UnitZ();
   double view_angle = 30.0;  // vertical, degrees
-  // A real camera at this place, its y axis opposite to view_up: the picture, of any size, is then just what
-  // that camera sees (without distortion), and view_angle has no say.
+  // Calibration of a real camera at this pose, its y axis opposite to view_up. The picture then shows exactly
+  // what that camera sees, without distortion, at any size; view_angle is ignored.
   std::optional<Camera> pinhole;
 
   double Distance() const { return (position - focal_point).norm(); }
 
-  // In pixels of a picture of this height; without a pinhole.
+  // Pixels, for a picture of this height. Ignores `pinhole`.
   double FocalLength(double height) const {
     return 0.5 * height / std::tan(0.5 * view_angle * std::numbers::pi / 180.0);
   }
 };
 
-// The camera's axes in the map frame, unit length; `back` is against the line of sight.
+// The camera's axes in the map frame, unit length; `back` is opposite to the viewing direction.
 struct ViewAxes {
   Eigen::Vector3d right, up, back;
 };
@@ -38,35 +38,34 @@ ViewAxes AxesOf(const ViewCamera& camera);
 // Turns the camera around its focal point about view_up, counter-clockwise seen from above (degrees).
 ViewCamera Azimuth(const ViewCamera& camera, double degrees);
 
-// Raises the camera above the horizon of view_up, kept 1 degree short of the poles (degrees).
+// Raises the camera above the horizon of view_up (degrees); stops 1 degree short of the poles.
 ViewCamera Elevation(const ViewCamera& camera, double degrees);
 
 // Moves the camera to 1/factor of its distance.
 ViewCamera Zoom(const ViewCamera& camera, double factor);
 
-// One full turn about `up` in `frames` steps that starts at `first` and closes smoothly. (A view from above
-// has its own view_up: that turns with it.)
+// Returns one full turn about `up` in `frames` steps, starting at `first`. view_up turns with it, which
+// matters for a view from above.
 std::vector<ViewCamera> OrbitPath(const ViewCamera& first, int frames, const Eigen::Vector3d& up);
 
-// A slow swing about `up` from one side of `middle` to the other (`sweep` degrees in all), at rest at both
-// ends.
+// Returns a swing of `sweep` degrees about `up` from one side of `middle` to the other, at rest at both ends.
 std::vector<ViewCamera> SwingPath(const ViewCamera& middle, int frames, const Eigen::Vector3d& up,
                                   double sweep = 40.0);
 
-// Exactly what a posed camera sees (map frame), principal point included, and the pose of such a view.
+// Converts a posed camera (map frame) to a view of exactly what it sees, principal point included, and back.
 ViewCamera ThroughCamera(const Rigid3d& T_map_camera, const Camera& camera);
 Rigid3d PoseOf(const ViewCamera& view);
 
-// Through the eyes of a posed camera (map frame), with its vertical field of view.
+// Returns a view from a posed camera (map frame) with its vertical field of view.
 ViewCamera FirstPerson(const Rigid3d& T_map_camera, const Camera& camera, double scene_depth);
 
-// Behind and above a posed camera, looking where it looks; `distance` in map units.
+// Returns a view from behind and above a posed camera, in its direction; `distance` in map units.
 ViewCamera Behind(const Rigid3d& T_map_camera, const Eigen::Vector3d& up, double distance);
 
-// Gaussian smoothing over neighbouring frames; `radius` is the standard deviation in frames.
+// Smooths with a Gaussian over neighbouring frames; `radius` is its standard deviation in frames.
 std::vector<ViewCamera> Smooth(const std::vector<ViewCamera>& path, double radius);
 
-// `count` poses at equal steps of keyframe number along the keyframes, between them interpolated.
+// Interpolates `count` poses along the keyframes, at equal steps of the keyframe index.
 std::vector<Rigid3d> AlongKeyframes(const MapSnapshot& map, int count);
 
 }  // namespace sqslam

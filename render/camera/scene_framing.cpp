@@ -45,7 +45,7 @@ std::array<Eigen::Vector3d, 8> CornersOf(const Eigen::AlignedBox3d& box) {
   return corners;
 }
 
-// Corners of the objects' boxes; objects far outside the crowd of the others are left out.
+// Returns the corners of the objects' bounding boxes, without objects far from all others.
 std::vector<Eigen::Vector3d> ObjectCorners(const MapSnapshot& map) {
   if (map.objects.empty()) {
     return {};
@@ -73,7 +73,7 @@ std::vector<Eigen::Vector3d> ObjectCorners(const MapSnapshot& map) {
 std::vector<Eigen::Vector3d> Outline(const MapSnapshot& map) {
   std::vector<Eigen::Vector3d> outline = ObjectCorners(map);
   Eigen::AlignedBox3d around = BoxAround(outline);
-  if (!outline.empty()) {  // with surroundings
+  if (!outline.empty()) {  // with a margin for the surroundings
     const double margin = 0.25 * around.diagonal().norm();
     around.min().array() -= margin;
     around.max().array() += margin;
@@ -97,7 +97,7 @@ std::vector<Eigen::Vector3d> Outline(const MapSnapshot& map) {
   return outline;
 }
 
-// The map's z, or against the cameras' own down where gravity is not known.
+// Returns the map's z axis, or the cameras' mean up direction if gravity is not known.
 Eigen::Vector3d UpDirection(const MapSnapshot& map) {
   Eigen::Vector3d up = Eigen::Vector3d::Zero();
   if (!map.gravity_known) {
@@ -108,7 +108,7 @@ Eigen::Vector3d UpDirection(const MapSnapshot& map) {
   return up.norm() > 1e-6 ? up.normalized() : Eigen::Vector3d::UnitZ();
 }
 
-// Level, from the centre to the side of the cameras.
+// Returns the horizontal direction from the centre towards the cameras.
 Eigen::Vector3d FrontDirection(const MapSnapshot& map, const SceneFocus& focus) {
   Eigen::Vector3d side = Eigen::Vector3d::Zero();
   for (const SnapshotKeyframe& keyframe : map.keyframes) {
@@ -117,7 +117,7 @@ Eigen::Vector3d FrontDirection(const MapSnapshot& map, const SceneFocus& focus) 
   side -= side.dot(focus.up) * focus.up;
   const double agreement =
       map.keyframes.empty() ? 0.0 : side.norm() / static_cast<double>(map.keyframes.size());
-  if (agreement < 0.05) {  // cameras all around: any side is as good
+  if (agreement < 0.05) {  // cameras all around: any side will do
     side = focus.up.cross(Eigen::Vector3d::UnitX());
     side = side.norm() > 0.1 ? Eigen::Vector3d(-side) : focus.up.unitOrthogonal();
   }
@@ -169,16 +169,16 @@ SceneFocus FindFocus(const MapSnapshot& map) {
   }
   focus.front = FrontDirection(map, focus);
   focus.view_depth = depths.empty() ? 2.0 * focus.radius : LowerQuantile(depths, 0.5);
-  for (const SnapshotKeyframe& keyframe : map.keyframes) {  // the path is shown, but says nothing of scale
+  for (const SnapshotKeyframe& keyframe : map.keyframes) {  // the path does not affect the scale
     focus.outline.push_back(keyframe.T_map_camera.translation);
   }
   return focus;
 }
 
 void IncludeCloud(const std::vector<Eigen::Vector3d>& cloud, SceneFocus& focus) {
-  constexpr double kAbout = 0.5;   // of the diagonal of what is framed without the cloud
-  constexpr double kStray = 0.01;  // share of the points that no picture needs at each of its sides
-  constexpr int kDirections = 40;  // over half a ball: those of the sides
+  constexpr double kAbout = 0.5;   // margin: share of the outline's diagonal without the cloud
+  constexpr double kStray = 0.01;  // share of outliers cut off at each side
+  constexpr int kDirections = 40;  // on a half sphere; each gives two opposite sides
   Eigen::AlignedBox3d about = BoxAround(focus.outline);
   const double margin = kAbout * about.diagonal().norm();
   about.min().array() -= margin;
@@ -187,7 +187,7 @@ void IncludeCloud(const std::vector<Eigen::Vector3d>& cloud, SceneFocus& focus) 
   std::ranges::copy_if(cloud, std::back_inserter(bulk),
                        [&about](const Eigen::Vector3d& p) { return about.isEmpty() || about.contains(p); });
   std::vector<bool> stray(bulk.size());
-  for (int i = 0; i < kDirections; ++i) {  // spiral: Fibonacci's lattice
+  for (int i = 0; i < kDirections; ++i) {  // Fibonacci lattice
     const double z = (i + 0.5) / kDirections, turn = 2.399963229728653 * i;
     const double level = std::sqrt(1.0 - z * z);
     const Eigen::Vector3d direction(level * std::cos(turn), level * std::sin(turn), z);
@@ -211,7 +211,7 @@ void IncludeCloud(const std::vector<Eigen::Vector3d>& cloud, SceneFocus& focus) 
 
 namespace {
 
-// The part of a picture as tangents of the angles from its middle, to the right and up.
+// Converts a part of a picture to tangents of the angles from its centre, right and up.
 Eigen::AlignedBox2d TangentsOf(const ViewCamera& camera, double aspect, const PicturePart& part) {
   const double up = std::tan(0.5 * camera.view_angle * kRadiansPerDegree);
   const Eigen::Array2d whole(up * aspect, -up);
@@ -220,7 +220,7 @@ Eigen::AlignedBox2d TangentsOf(const ViewCamera& camera, double aspect, const Pi
   return {a.cwiseMin(b), a.cwiseMax(b)};
 }
 
-// The least distance from the focal point, along the line of sight, from which the outline is inside.
+// Returns the smallest distance from the focal point, along the line of sight, that keeps the outline inside.
 double DistanceFor(const ViewCamera& camera, const std::vector<Eigen::Vector3d>& outline,
                    const Eigen::AlignedBox2d& tangents) {
   const auto [right, up, back] = AxesOf(camera);
@@ -234,7 +234,7 @@ double DistanceFor(const ViewCamera& camera, const std::vector<Eigen::Vector3d>&
   return distance;
 }
 
-// Image coordinates of a point as tangents, x right and y up.
+// Projects a point to tangents, x right and y up.
 Eigen::Vector2d SeenAt(const ViewCamera& camera, const ViewAxes& axes, const Eigen::Vector3d& p) {
   const Eigen::Vector3d d = p - camera.position;
   return Eigen::Vector2d(d.dot(axes.right), d.dot(axes.up)) / std::max(-d.dot(axes.back), 1e-9);
@@ -251,7 +251,7 @@ ViewCamera FitOutline(const ViewCamera& camera, const std::vector<Eigen::Vector3
   const ViewAxes axes = AxesOf(camera);
   const Eigen::AlignedBox2d tangents = TangentsOf(camera, aspect, part);
   ViewCamera fitted = camera;
-  for (int round = 0; round < 4; ++round) {  // centring changes the distance and the other way round
+  for (int round = 0; round < 4; ++round) {  // centring changes the distance, and vice versa
     const double distance = DistanceFor(fitted, outline, tangents);
     fitted.position = fitted.focal_point + distance * axes.back;
     Eigen::AlignedBox2d seen;
@@ -269,8 +269,8 @@ ViewCamera FitOutline(const ViewCamera& camera, const std::vector<Eigen::Vector3
 
 ViewCamera FitBeside(const ViewCamera& camera, const std::vector<Eigen::Vector3d>& outline, double aspect,
                      std::span<const PicturePart> written) {
-  constexpr double kGap = 0.015;   // between the outline and what is written
-  constexpr double kMiddle = 0.1;  // to each side of the middle: the least that is a picture
+  constexpr double kGap = 0.015;   // between outline and text; share of the picture
+  constexpr double kMiddle = 0.1;  // minimum extent to each side of the centre
   std::vector<PicturePart> parts = {WithinMargin(0.08)};
   for (const PicturePart& text : written) {
     for (std::size_t i = 0, before = parts.size(); i < before; ++i) {

@@ -13,7 +13,7 @@ namespace sqslam {
 namespace {
 
 constexpr double kCalibrationGap = 14.0;  // points between panels
-constexpr int kCells = 8;                 // of the coverage, along the longer side
+constexpr int kCells = 8;                 // of the coverage grid, along the longer side
 
 std::vector<double> ErrorLengths(const CalibrationFigure& figure) {
   std::vector<double> lengths;
@@ -28,10 +28,10 @@ void DrawPanelTitle(FigurePage& page, const FigureRect& panel, const std::string
   page.Label(text, {panel.Center().x(), panel.y - theme.small}, theme.small, theme.ink, panel.width);
 }
 
-// Errors as arrows without heads: a dot at the corner, a line to where it should be, enlarged.
+// Draws each error, enlarged, as a line that starts at a dot on the detected corner.
 void DrawCornerErrors(FigurePage& page, const CalibrationFigure& figure, const FigureRect& panel,
                       const FigureTheme& theme) {
-  constexpr double kReach = 0.045;  // of the image's width: a large error as drawn
+  constexpr double kReach = 0.045;  // length of a large error as drawn, of the image's width
   const double points_per_pixel = panel.width / figure.width;
   const double large = std::max(1e-3, LowerQuantile(ErrorLengths(figure), 0.95));
   const double enlarged = std::max(1.0, RoundLength(kReach * figure.width / large));
@@ -152,8 +152,8 @@ FigurePage DrawCalibration(const CalibrationFigure& figure, const FigureOptions&
 }
 
 FigurePage DrawBoardSheet(const BoardSheet& sheet, double dpi) {
-  constexpr double kPoint = 72.0 / 25.4;  // of a mm
-  constexpr double kMargin = 8.0;         // mm; what printers leave white, and what the detector needs
+  constexpr double kPoint = 72.0 / 25.4;  // points per mm
+  constexpr double kMargin = 8.0;         // mm; white border that printers and the detector need
   constexpr double kCaption = 7.0;        // mm
   constexpr double kShort = 210.0;        // mm, A4
   constexpr double kLong = 297.0;

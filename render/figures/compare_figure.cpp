@@ -25,11 +25,11 @@ std::vector<Eigen::Vector3d> PointsOf(const MapSnapshot& map) {
   return points;
 }
 
-// The object's points and one of its solids.
+// Returns a map of the object's points and one of its solids.
 MapSnapshot WithSolid(const CompareFigure::Object& object, const CompareFigure::Kind& kind,
                       const PosedSuperquadric& solid) {
   MapSnapshot map = object.map;
-  map.support_height.reset();  // the grid lies below the object, wherever that stands
+  map.support_height.reset();  // so that the grid lies just below the object
   map.T_map_camera.reset();
   SnapshotObject drawn;
   drawn.label = kind.name;
@@ -38,7 +38,7 @@ MapSnapshot WithSolid(const CompareFigure::Object& object, const CompareFigure::
   return map;
 }
 
-// Objects stand side by side and their kinds below one another; a single object's kinds stand side by side.
+// One column per object, one row per kind of solid; for a single object, one column per kind.
 PanelGrid LayOutComparison(const CompareFigure& figure, const FigureTheme& theme, double width) {
   const int objects = static_cast<int>(figure.objects.size());
   const int kinds = static_cast<int>(figure.kinds.size());
@@ -126,7 +126,7 @@ struct ComparedSolid {
   const char* name;
   const char* shown;
   const char* color;
-  SolidKind kind;  // whose exponents it has instead of the object's own
+  SolidKind kind;  // determines the exponents
 };
 constexpr ComparedSolid kComparedSolids[] = {
     {"superquadric", "Superquadric", "#009e73", SolidKind::kSuperquadric},
@@ -149,9 +149,9 @@ std::vector<ComparedSolid> ChosenSolids(const std::vector<std::string>& names) {
   return chosen;
 }
 
-// Up to four objects of different classes and exponents, reliable ones where there are any: that with the
-// most points, then always the one whose exponents are farthest from all taken before, among those with a
-// fair number of points.
+// Selects up to four objects of different classes, only reliable ones if there are any: first the one with
+// the most points, then repeatedly, among those with enough points, the one whose exponents are farthest from
+// all selected before.
 std::vector<int> MostDifferent(const MapSnapshot& map) {
   const auto exponents = [](const SnapshotObject& object) {
     return Eigen::Vector2d(object.superquadric.shape.e1, object.superquadric.shape.e2);
@@ -227,7 +227,7 @@ CompareFigure::Object Compared(const MapSnapshot& map, const SnapshotObject& obj
   std::erase_if(compared.map.points,
                 [&](const SnapshotPoint& point) { return point.object_id != object.id; });
   const std::vector<Eigen::Vector3d> points = PointsOf(compared.map);
-  for (SnapshotPoint& point : compared.map.points) {  // dots of their own colours get lost on the solids
+  for (SnapshotPoint& point : compared.map.points) {  // own colours are hard to see on solids
     for (int c = 0; c < 3; ++c) {
       point.rgb[static_cast<std::size_t>(c)] = static_cast<std::uint8_t>(std::lround(255.0 * ink[c]));
     }
@@ -286,7 +286,7 @@ Examples:
           .view = true,
           .adapt_style =
               [](SceneStyle& style) {
-                style.objects.opacity = 0.6;  // points inside shine through
+                style.objects.opacity = 0.6;  // points inside stay visible
                 style.cameras.trajectory = style.cameras.keyframes = style.cameras.current = false;
                 style.points.object_size = 10.0;
                 style.grid.show = false;

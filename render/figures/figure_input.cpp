@@ -18,7 +18,7 @@
 namespace sqslam {
 namespace {
 
-// [begin, begin + length) within [0, limit), `length` long where that has room.
+// Returns begin and size of an interval of `length` around `center`, moved and cut to lie in [0, limit).
 std::pair<int, int> Within(double center, double length, int limit) {
   const int size = std::clamp(static_cast<int>(std::ceil(length)), 2, limit);
   const int begin = std::clamp(static_cast<int>(std::floor(center - 0.5 * size)), 0, limit - size);
@@ -99,7 +99,7 @@ std::map<int, std::vector<ObjectView>> ObjectViews(const RecordedMap& map, bool 
   for (const SnapshotKeyframe& keyframe : map.last->keyframes) {
     poses[keyframe.frame_index] = keyframe.T_map_camera;
   }
-  std::vector<int> of_keyframes;  // numbers of snapshots
+  std::vector<int> of_keyframes;  // snapshot indices
   std::set<std::int64_t> seen;
   for (int i = 0; i < map.reader->Size(); ++i) {
     if (poses.contains(map.reader->FrameIndex(i)) && seen.insert(map.reader->FrameIndex(i)).second) {
@@ -163,7 +163,7 @@ int UprightTurns(const ObjectView& view, const MapSnapshot& map) {
   if (!map.gravity_known || up.head<2>().norm() < kLeastUpright) {
     return 0;
   }
-  const double clockwise = std::atan2(up.x(), -up.y());  // of up in the image
+  const double clockwise = std::atan2(up.x(), -up.y());  // angle of up in the image
   return (4 - static_cast<int>(std::lround(clockwise / (0.5 * std::numbers::pi)))) % 4;
 }
 
@@ -202,7 +202,7 @@ ImageCrop::ImageCrop(const cv::Mat& image, const Box2d& region, int quarter_turn
 }
 
 Eigen::Vector2d ImageCrop::ToPage(const Eigen::Vector2d& pixel) const {
-  // Pixel centres lie at whole numbers; shares of the cut from its corner.
+  // Fractions of the cut-out from its corner; pixel centres lie at whole numbers.
   Eigen::Vector2d at((pixel.x() + 0.5 - cut_.x) / cut_.width, (pixel.y() + 0.5 - cut_.y) / cut_.height);
   for (int i = 0; i < turns_; ++i) {
     at = Eigen::Vector2d(1.0 - at.y(), at.x());

@@ -11,7 +11,7 @@
 #include "slam/snapshot/snapshot.h"
 #include "slam/system_options.h"
 
-// Reads results for figures, and puts images on their pages. Reading throws InputError or UsageError that
+// Reads results for figures and places images on their pages. Reading throws InputError or UsageError that
 // says what is missing or wrong.
 namespace sqslam {
 
@@ -20,13 +20,13 @@ inline constexpr const char* kMapOfARun = "Result folder of sqslam run, or its m
 inline constexpr const char* kNameInLegend = "Name in the legend; repeated for each result, in their order";
 inline constexpr const char* kKeyframeShown = "Keyframe whose image is shown";
 
-// A name for each result: those asked for, or the last folder names.
+// Returns a name for each result: the requested ones, or the last folder names.
 std::vector<std::string> ResultNames(const FigureRequest& request);
 
-// "0.1,0.5,1" to numbers; `option` is named in errors.
+// Parses "0.1,0.5,1"; `option` is named in errors.
 std::vector<double> ParseNumberList(const std::string& option, const std::string& text);
 
-// A recording of a run with its last map and the images that it was made from.
+// A recording of a run, its last map and its input images.
 struct RecordedMap {
   std::unique_ptr<RecordingReader> reader;
   MapSnapshotPtr last;
@@ -34,13 +34,13 @@ struct RecordedMap {
 };
 RecordedMap OpenMap(const std::string& result);
 
-// The same for figures of objects: refuses a map without any.
+// The same, but throws InputError if the map has no objects.
 RecordedMap OpenObjectMap(const std::string& result);
 
-// The configuration of the run; the defaults where it is that of another version of the program.
+// Returns the configuration of the run; the defaults if another version of the program recorded it.
 SystemOptions ConfigOf(const RecordingReader& reader);
 
-// Throws an InputError that lists the objects there are.
+// Throws InputError that lists the objects if there is none with this id.
 const SnapshotObject& ObjectById(const MapSnapshot& map, int id, const std::string& result);
 
 // A frame in which an object was detected.
@@ -50,47 +50,49 @@ struct ObjectView {
   Box2d box;              // the detector's, distorted px
 };
 
-// By object id and frame: the frames among the keyframes of the last map, whose poses the end of the run
-// knows, with images that are still there. Of long runs an even share, or all.
+// Returns, by object id, the views in keyframes of the last map (whose final poses are known) with images
+// that still exist. Without `all`, long runs are subsampled evenly.
 std::map<int, std::vector<ObjectView>> ObjectViews(const RecordedMap& map, bool all);
 
-// The views of the frame that is asked for, or all. Throws an InputError that lists the frames there are.
+// Returns the views in the requested frame, or all views if none is requested. Throws InputError that lists
+// the frames if there is no such view.
 std::vector<ObjectView> ViewsOfFrame(const std::vector<ObjectView>& views, const FigureRequest& request,
                                      const std::string& what);
 
-// The image of a view as the map's camera took it. Throws InputError where it cannot be read.
+// Returns the image of a view at the camera's size, with lens distortion. Throws InputError if it cannot be
+// read.
 cv::Mat ImageOf(const ObjectView& view, const RecordedMap& map);
 
-// Quarter turns clockwise after which up in the map is up in the image; 0 where the camera looks down or
-// gravity is not known.
+// Returns the clockwise quarter turns that bring up in the map to up in the image; 0 if the camera looks down
+// or gravity is not known.
 int UprightTurns(const ObjectView& view, const MapSnapshot& map);
 
-// A three-quarter view from the keyframes' side that holds all solids, and those points that are no farther
-// from the first than `reach` half diagonals of it.
+// Returns a three-quarter view from the keyframes' side that contains all solids and the points within
+// `reach` half diagonals of the first solid.
 ViewCamera EyeOn(const MapSnapshot& map, const std::vector<PosedSuperquadric>& solids,
                  const std::vector<Eigen::Vector3d>& points, double reach, double aspect);
 
-// Fills the place of an image that is missing.
+// Draws a placeholder for a missing image.
 void DrawNoImage(FigurePage& page, const FigureRect& area, const FigureTheme& theme);
 
-// A part of an image on a page, with the place on the page of what lies on the image.
+// A part of an image on a page; maps image pixels to the page.
 class ImageCrop {
  public:
-  // The part of the image around `region` (pixels), widened to the panel's shape as far as the image goes,
-  // turned by quarter turns clockwise and fitted into the panel.
+  // Cuts out `region` (pixels), extended to the panel's shape as far as the image reaches, turned by quarter
+  // turns clockwise and fitted into the panel.
   ImageCrop(const cv::Mat& image, const Box2d& region, int quarter_turns, const FigureRect& panel);
 
   void Draw(FigurePage& page) const { page.Image(image_, area_); }
   const FigureRect& Area() const { return area_; }
   Eigen::Vector2d ToPage(const Eigen::Vector2d& pixel) const;
   bool Contains(const Eigen::Vector2d& pixel) const;
-  // The part of a line between pixels that is shown.
+  // Draws the visible part of a line between pixels.
   void DrawLine(FigurePage& page, const Eigen::Vector2d& from, const Eigen::Vector2d& to,
                 const FigureStroke& stroke) const;
 
  private:
-  cv::Mat image_;  // cut and turned
-  cv::Rect cut_;   // of the image, before the turn
+  cv::Mat image_;  // cut out and turned
+  cv::Rect cut_;   // region of the image, before turning
   int turns_ = 0;  // 0 to 3
   FigureRect area_;
 };

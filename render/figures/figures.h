@@ -21,7 +21,7 @@
 
 namespace sqslam {
 
-// Told at the start and after each picture; may be null.
+// Called at the start and after each picture; may be null.
 using FigureProgress = std::function<void(int done, int total)>;
 inline void Tell(const FigureProgress& progress, int done, int total) {
   if (progress) {
@@ -29,7 +29,7 @@ inline void Tell(const FigureProgress& progress, int done, int total) {
   }
 }
 
-// The request for a figure, beside its own options. Empty lists leave the choice to the figure.
+// A request for a figure, without the figure's own options. Empty lists leave the choice to the figure.
 struct FigureRequest {
   FigureOptions page;
   std::vector<std::string> results;  // folders or files
@@ -39,14 +39,14 @@ struct FigureRequest {
   FigureProgress progress;
 };
 
-// An option of a figure's own, as a command line offers it.
+// A command-line option that belongs to one figure.
 struct FigureOption {
-  std::string names;  // with the word that stands for the value: "--columns N"
+  std::string names;  // with the placeholder of the value: "--columns N"
   std::string help;
   OptionField field;
 };
 
-// The visitor that options of figures are written for: that of slam/util/options.h with help texts.
+// Visitor of a figure's options: like OptionCollector (slam/util/options.h), with help texts.
 class FigureOptionCollector {
  public:
   explicit FigureOptionCollector(std::vector<FigureOption>& options) : options_(options) {}
@@ -67,28 +67,28 @@ class FigureOptionCollector {
   std::vector<FigureOption>& options_;
 };
 
-// One drawing to be made: `options` may be changed until `draw` is called.
+// One drawing to make. `options` may be changed until `draw` is called.
 struct FigureTask {
   std::vector<FigureOption> options;
   std::function<FigurePage(const FigureRequest&)> draw;
 };
 
-// A figure as `sqslam figure NAME` offers it: what it takes, and how it is drawn.
+// Describes a figure for `sqslam figure NAME`: its arguments and how it is drawn.
 struct FigureEntry {
   std::string name{};
   std::string help{};          // one line
   std::string details{};       // with examples, below the options
   std::string results_help{};  // empty: takes no results
-  bool several = false;        // results, frames
+  bool several = false;        // accepts several results and frames
   std::string names_help{};    // empty: takes no names of results
   bool objects = false;
   std::string frames_help{};                   // empty: takes no frames
-  bool pictures = false;                       // draws maps: takes a rendering back end
-  bool view = false;                           // takes camera angles
-  void (*adapt_style)(SceneStyle&) = nullptr;  // to what looks best here; before the user's own settings
+  bool pictures = false;                       // draws maps: accepts a rendering back end
+  bool view = false;                           // accepts camera angles
+  void (*adapt_style)(SceneStyle&) = nullptr;  // applied before the user's own settings
   std::function<FigureTask()> make{};
 
-  // A figure whose options are a struct with VisitFields. `draw` throws InputError or UsageError.
+  // Makes a figure whose options are a struct with VisitFields. `draw` throws InputError or UsageError.
   template <typename Options>
   static std::function<FigureTask()> Maker(FigurePage (*draw)(const FigureRequest&, const Options&)) {
     return [draw] {
@@ -104,11 +104,11 @@ struct FigureEntry {
   }
 };
 
-// ---- All figures, each as the values that it shows. A figure's file draws them, reads them from results and
-// says what options it has; a further one gets its file, its lines here and in CMakeLists.txt, and its test.
-// Drawing throws UsageError where the size leaves no room, and std::runtime_error without OpenGL.
+// ---- All figures, each as the values that it shows. A figure's own file draws them, reads them from results
+// and declares its options. A new figure needs such a file, entries here and in CMakeLists.txt, and a test.
+// Drawing throws UsageError if the size leaves no room, and std::runtime_error without OpenGL.
 
-// Superquadrics of equal half sizes on a grid of their exponents: rows e1, columns e2.
+// Superquadrics of equal half sizes on a grid of exponents: rows e1, columns e2.
 struct ShapesFigure {
   std::vector<double> e1 = {0.1, 0.5, 1.0, 1.5, 2.0};
   std::vector<double> e2 = {0.1, 0.5, 1.0, 1.5, 2.0};
@@ -127,7 +127,7 @@ struct CompareFigure {
   };
   struct Object {
     std::string name;
-    MapSnapshot map;  // the object's points and the keyframes, from which the view comes
+    MapSnapshot map;  // the object's points, and the keyframes, which determine the view
     std::vector<PosedSuperquadric> solids;  // one of each kind
     std::vector<std::string> notes;         // below each solid; empty: none
   };
@@ -152,7 +152,7 @@ struct MapsFigure {
   };
   std::vector<Panel> panels;
   int columns = 0;      // 0: all in one row up to five
-  bool labels = false;  // names over the objects and in the boxes; always with more than twelve classes
+  bool labels = false;  // names over objects and in boxes; always shown with more than twelve classes
 };
 FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options,
                     const FigureProgress& progress = {});
@@ -163,7 +163,7 @@ struct TrajectoryFigure {
     double time = 0.0;  // seconds
     Eigen::Vector3d position = Eigen::Vector3d::Zero();
   };
-  using Pieces = std::vector<std::vector<Pose>>;  // between losses of tracking
+  using Pieces = std::vector<std::vector<Pose>>;  // split where tracking was lost
   struct Path {
     std::string name;
     Pieces pieces;
@@ -172,18 +172,18 @@ struct TrajectoryFigure {
     std::string name;
     Eigen::Vector3d color = Eigen::Vector3d::Zero();
     std::vector<Eigen::Vector3d> outline;
-    bool uncertain = false;  // drawn as dashes, without a filling
+    bool uncertain = false;  // drawn dashed and unfilled
   };
   std::optional<Path> truth;
   std::vector<Path> paths;
-  std::vector<Footprint> objects;  // over the paths, later ones over earlier ones
+  std::vector<Footprint> objects;  // drawn over the paths, in this order
   std::string unit = "m";
   bool heights = false;  // z over time below
 };
 FigurePage DrawTrajectories(const TrajectoryFigure& figure, const FigureOptions& options);
 
-// Times of stages as bars of their means, with medians and 95th percentiles. A stage's name is
-// "group" or "group.stage"; each group has an axis of its own.
+// Stage times as bars of the means, with medians and 95th percentiles. A stage is named "group" or
+// "group.stage"; each group has its own axis.
 struct TimingFigure {
   struct Times {
     double mean = 0.0;  // milliseconds
@@ -199,8 +199,8 @@ struct TimingFigure {
 };
 FigurePage DrawTiming(const TimingFigure& figure, const FigureOptions& options);
 
-// 3D IoU object by object, and the means over all there are, objects that a series has not found counting 0;
-// the legend adds the means over those found.
+// 3D IoU per object and the means over all objects, where objects not found by a series count 0. The legend
+// adds the means over the objects found.
 struct IouFigure {
   struct Series {
     std::string name;
@@ -212,22 +212,22 @@ struct IouFigure {
 };
 FigurePage DrawIou(const IouFigure& figure, const FigureOptions& options);
 
-// The points that objects kept and those that outlier removal took away, over an image with the object's box
-// and around the translucent superquadric.
+// Inliers and outliers of an object's points, over an image with the object's box and around the translucent
+// superquadric.
 struct OutliersFigure {
-  enum class Fate { kKept, kIsolated, kRemovedBefore };  // isolated: by its score; before: without one
+  enum class Fate { kKept, kIsolated, kRemovedBefore };  // isolated: by its anomaly score; before: unscored
   struct Point {
     Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
     double anomaly = 0.0;  // in [0, 1]; 0: no score
     Fate fate = Fate::kKept;
-    std::optional<Eigen::Vector2d> pixel;  // on the image; empty: not in it
+    std::optional<Eigen::Vector2d> pixel;  // empty: outside the image
   };
   struct Object {
     std::string name;
-    MapSnapshot map;  // its keyframes, from whose side it is seen, and the one object
+    MapSnapshot map;  // the one object, and the keyframes, which determine the view
     std::vector<Point> points;
-    cv::Mat image;          // as recorded; empty: none
-    Box2d box;              // the object's, pixels of the image
+    cv::Mat image;          // with lens distortion; empty: none
+    Box2d box;              // of the object, pixels of the image
     int quarter_turns = 0;  // clockwise, that turn the image upright
   };
   std::vector<Object> objects;
@@ -236,40 +236,40 @@ struct OutliersFigure {
 FigurePage DrawOutliers(const OutliersFigure& figure, const FigureOptions& options,
                         const FigureProgress& progress = {});
 
-// Line segments of an object's image against the axes of its frame, moved to a corner of the box around it,
-// before and after yaw was estimated.
+// Line segments in an object's image and the object's axes, drawn from a corner of its bounding box, before
+// and after yaw estimation.
 struct YawFigure {
   struct Line {
     Eigen::Vector2d from = Eigen::Vector2d::Zero();  // pixels of the image
     Eigen::Vector2d to = Eigen::Vector2d::Zero();
-    int axis = -1;  // 0, 1, 2 (x, y, z) that it is matched to; -1: none
+    int axis = -1;  // matched axis: 0, 1, 2 (x, y, z); -1: none
   };
   struct View {
     Eigen::Vector2d corner = Eigen::Vector2d::Zero();  // pixels of the image
     std::array<Eigen::Vector2d, 3> ends{};             // of the axes
     std::vector<Line> lines;
-    double mean_angle = 0.0;  // of the lines that tell the yaw to their axes, degrees
+    double mean_angle = 0.0;  // between the lines that constrain yaw and their axes, degrees
   };
   struct Object {
     std::string name;
     cv::Mat image;          // without distortion
-    Box2d region;           // of the image that is shown at least
+    Box2d region;           // least part of the image to show
     int quarter_turns = 0;  // clockwise, that turn the image upright
     View before;
     View after;
-    int yaw_lines = 0;  // matched lines that tell the yaw
-    double yaw = 0.0;   // of the axes after, from those before, degrees
+    int yaw_lines = 0;  // matched lines that constrain yaw
+    double yaw = 0.0;   // rotation from the axes before to those after, degrees
   };
   std::vector<Object> objects;
 };
 FigurePage DrawYaw(const YawFigure& figure, const FigureOptions& options);
 
-// The fit of a calibration: the error of each corner as an arrow at its place in the image, how often each
-// part of the image was covered, and the distribution of the errors.
+// The fit of a calibration: the error of each corner at its place in the image, the coverage of the image
+// with corners, and a histogram of the errors.
 struct CalibrationFigure {
   struct Corner {
     Eigen::Vector2d pixel;
-    Eigen::Vector2d error;  // found minus modelled, px
+    Eigen::Vector2d error;  // detected minus reprojected, px
   };
   int width = 0;  // of the images, px
   int height = 0;
@@ -277,11 +277,11 @@ struct CalibrationFigure {
   double rms = 0.0;  // px
 };
 
-// Throws UsageError where the size leaves no room or there is no corner.
+// Throws UsageError if the size leaves no room or there are no corners.
 FigurePage DrawCalibration(const CalibrationFigure& figure, const FigureOptions& options);
 
-// Black and white rectangles at true scale on a page with a margin: A4 where they fit on it, upright or
-// across, otherwise a page of their own size. Lengths in mm.
+// Black and white rectangles at true scale on a page with a margin: A4 (portrait or landscape) if they fit,
+// otherwise a page of their size. Lengths in mm.
 struct BoardSheet {
   struct Area {
     FigureRect area;  // from the board's top-left corner
@@ -294,7 +294,7 @@ struct BoardSheet {
 };
 FigurePage DrawBoardSheet(const BoardSheet& sheet, double dpi);
 
-// As the command line offers them, in the order of its help.
+// All figures, in the order of the command line's help.
 FigureEntry ShapesEntry();
 FigureEntry CompareEntry();
 FigureEntry MapsEntry();

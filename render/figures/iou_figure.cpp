@@ -18,7 +18,7 @@ namespace sqslam {
 namespace {
 
 constexpr double kIouGap = 6.0;
-constexpr double kSlant = 40.0;  // degrees, of names that do not fit side by side
+constexpr double kSlant = 40.0;  // degrees; slant of names that do not fit side by side
 
 void CheckIou(const IouFigure& figure) {
   if (figure.objects.empty() || figure.series.empty()) {
@@ -34,9 +34,9 @@ void CheckIou(const IouFigure& figure) {
 
 std::size_t AllObjects(const IouFigure& figure) { return figure.objects.size() + figure.not_shown; }
 
-// Means as `sqslam eval` has them.
+// Means as defined by `sqslam eval`.
 struct SeriesMeans {
-  double all = 0.0;  // missed ones count 0
+  double all = 0.0;  // missed objects count 0
   double of_found = 0.0;
   std::size_t found = 0;
 };
@@ -79,7 +79,7 @@ std::vector<LegendEntry> IouLegend(const IouFigure& figure, const FigureTheme& t
 struct NameRoom {
   bool slanted = false;
   double height = 0.0;  // points below the plot
-  double left = 0.0;    // how far the first one reaches beyond its place
+  double left = 0.0;    // points by which the first name extends beyond its slot
 };
 
 std::string MeanName(const IouFigure& figure) { return fmt::format("mean of {}", AllObjects(figure)); }
@@ -97,7 +97,7 @@ NameRoom MeasureNames(const IouFigure& figure, double slot, const FigureTheme& t
   return names;
 }
 
-// One place more than there are objects for the means, with a gap before it.
+// One slot per object and one for the means, after a gap.
 constexpr double kMeanGap = 0.5;
 double IouSlots(const IouFigure& figure) {
   return static_cast<double>(figure.objects.size()) + 1.0 + kMeanGap;
@@ -123,12 +123,12 @@ void DrawIouBar(FigurePage& page, const PlotArea& plot, double left, double widt
   const std::string text = fmt::format("{:.2f}", *value);
   const double size = 0.8 * theme.small;
   FigureText number{text, {middle, top - 0.65 * size}, size, theme.ink, TextAlign::kCenter};
-  number.halo = theme.background;  // grid lines pass behind it
+  number.halo = theme.background;  // over grid lines
   if (TextWidth(text, size) < width + 1.0) {
     page.Text(number);
   } else if (width > 0.75 * size) {
     const double room = TextWidth(text, size);
-    const bool above = top - 2.0 - room > plot.area.y - kIouGap;  // else it would stand in the legend
+    const bool above = top - 2.0 - room > plot.area.y - kIouGap;  // otherwise it would overlap the legend
     number.anchor.y() = above ? top - 2.0 : top + 2.0 + room;
     number.align = TextAlign::kLeft;
     number.angle = 90.0;
@@ -222,7 +222,7 @@ struct ScoredObject {
 struct IouScores {
   std::string ground_truth;
   std::map<int, ScoredObject> objects;             // by ground-truth number
-  std::map<int, std::pair<double, double>> found;  // 3D IoU, and as an ellipsoid
+  std::map<int, std::pair<double, double>> found;  // 3D IoU as mapped, and as an ellipsoid
 };
 
 IouScores ReadScores(const std::filesystem::path& path) {
@@ -271,7 +271,8 @@ std::vector<IouScores> ReadAllScores(const std::vector<std::string>& results) {
   return all;
 }
 
-// Objects to show by ground-truth number; names that several carry are told apart by it.
+// Returns the names of the objects to show by ground-truth number, which is appended to names that are not
+// unique.
 std::map<int, std::string> ShownObjects(const std::vector<IouScores>& all, const std::string& which) {
   std::map<int, ScoredObject> objects = all.front().objects;
   for (const IouScores& scores : all) {

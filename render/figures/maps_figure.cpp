@@ -16,7 +16,7 @@
 namespace sqslam {
 namespace {
 
-// Classes of all maps, and of the boxes, with the colour that each has in every panel.
+// Returns the colours that all panels share, for the classes of all maps and boxes.
 std::map<std::string, Eigen::Vector3d> CommonColors(const MapsFigure& figure) {
   std::set<std::string> labels;
   for (const MapsFigure::Panel& panel : figure.panels) {
@@ -36,7 +36,7 @@ std::map<std::string, Eigen::Vector3d> CommonColors(const MapsFigure& figure) {
   return result;
 }
 
-// Classes of which a certain object or a box is shown, and what faint lines stand for.
+// Lists the classes of reliable objects and of boxes, and explains the faint lines of uncertain objects.
 std::vector<LegendEntry> ClassLegend(const MapsFigure& figure, UncertainObjects uncertain,
                                      const std::map<std::string, Eigen::Vector3d>& colors,
                                      const FigureTheme& theme) {
@@ -81,7 +81,7 @@ PanelGrid LayOutMaps(const MapsFigure& figure, UncertainObjects uncertain, const
   return grid;
 }
 
-// The image as large as it fits, its boxes as outlines with the classes' colours and, if wanted, names.
+// Draws the image as large as it fits, with boxes in the colours of their classes and, optionally, names.
 void DrawImageWithBoxes(FigurePage& page, const MapsFigure::Panel& panel, const FigureRect& area, bool names,
                         const std::map<std::string, Eigen::Vector3d>& colors, const FigureTheme& theme) {
   if (panel.image.empty()) {
@@ -110,8 +110,8 @@ void DrawImageWithBoxes(FigurePage& page, const MapsFigure::Panel& panel, const 
   }
 }
 
-// Names above the objects, the nearest first; a name that would cover another moves up a line, one that finds
-// no room there is left out: farther up it would seem to belong to something else.
+// Draws names above the objects, nearest first. A name that would cover another moves up one line; if there
+// is no room either, it is left out, as farther up it would seem to belong to something else.
 void DrawObjectNames(FigurePage& page, const MapSnapshot& map, UncertainObjects uncertain,
                      const ViewCamera& camera, cv::Size pixels, const FigureRect& area,
                      const FigureTheme& theme) {
@@ -147,7 +147,7 @@ void DrawObjectNames(FigurePage& page, const MapSnapshot& map, UncertainObjects 
   for (const Name& name : names) {
     const double width = TextWidth(name.text, size);
     FigureRect box{name.anchor.x() - 0.5 * width, name.anchor.y() - 0.55 * size, width, 1.1 * size};
-    box.x = std::clamp(box.x, area.x, std::max(area.x, area.Right() - width));  // whole, within the panel
+    box.x = std::clamp(box.x, area.x, std::max(area.x, area.Right() - width));  // inside the panel
     box.y = std::max(box.y, area.y);
     const auto covers = [&box](const FigureRect& other) {
       return box.x < other.Right() + 2.0 && other.x < box.Right() + 2.0 && box.y < other.Bottom() &&
@@ -177,11 +177,11 @@ FigurePage DrawMaps(const MapsFigure& figure, const FigureOptions& options, cons
         return LayOutMaps(figure, uncertain, theme, width).Height();
       });
   const auto colors = CommonColors(figure);
-  // More colours than these nobody tells apart.
+  // More colours cannot be told apart.
   constexpr std::size_t kMostColors = 12;
   const bool names = figure.labels || colors.size() > kMostColors;
   PanelGrid grid = LayOutMaps(figure, uncertain, sheet.theme, sheet.area.width);
-  // With a height that was asked for, spare room is the maps', and missing room is taken from both.
+  // If the height was given, spare room goes to the maps; missing room is taken from maps and images.
   const double spare = grid.Spare(sheet.area);
   const double shared = spare > 0.0 ? 0.0 : grid.image / (grid.image + grid.height);
   grid.image += shared * spare;
@@ -233,7 +233,7 @@ struct MapsOptions {
   }
 };
 
-// The snapshot whose image is shown; null where no image is left.
+// Returns the snapshot whose image is shown; null if no image is available.
 MapSnapshotPtr Representative(const RecordedMap& recorded, std::optional<std::int64_t> frame) {
   const RecordingReader& reader = *recorded.reader;
   if (frame) {
@@ -246,7 +246,7 @@ MapSnapshotPtr Representative(const RecordedMap& recorded, std::optional<std::in
     const MapSnapshotPtr map = reader.Read(nearest);
     return recorded.images->Has(*map) ? map : nullptr;
   }
-  constexpr int kMostRead = 120;  // snapshots looked at, evenly over the run
+  constexpr int kMostRead = 120;  // about so many snapshots are read, evenly over the run
   const int step = std::max(1, reader.Size() / kMostRead);
   MapSnapshotPtr best;
   std::int64_t best_value = -1;
@@ -262,7 +262,7 @@ MapSnapshotPtr Representative(const RecordedMap& recorded, std::optional<std::in
   return best;
 }
 
-// Boxes that belong to objects, under the labels that these have in the end.
+// Returns the boxes associated with objects, with the objects' final labels.
 std::vector<MapsFigure::Box> BoxesOf(const MapSnapshot& moment, const MapSnapshot& last) {
   std::vector<MapsFigure::Box> boxes;
   for (const SnapshotDetection& box : moment.detections) {

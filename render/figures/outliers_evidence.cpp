@@ -6,7 +6,7 @@
 #include "render/picture/picture_text.h"
 #include "slam/util/error.h"
 
-// The outliers figure's input: the fate of each point, and the image that shows it best.
+// Input of the outliers figure: the fate of each point, and the image that shows it best.
 namespace sqslam {
 namespace {
 
@@ -22,7 +22,7 @@ std::vector<OutliersFigure::Point> PointsWithFate(const MapSnapshot& map, int id
     if (!kept && point.rejected_by != id) {
       continue;
     }
-    // The score of another object's point is that object's.
+    // The score of a point that now belongs to another object refers to that object.
     const double anomaly = kept || point.object_id < 0 ? point.anomaly : 0.0;
     points.push_back({point.p_map.cast<double>(), anomaly,
                       kept            ? OutliersFigure::Fate::kKept
@@ -33,8 +33,8 @@ std::vector<OutliersFigure::Point> PointsWithFate(const MapSnapshot& map, int id
   return points;
 }
 
-// Up to three with the most isolated points, then the most kept ones, among those that are reliable and have
-// an image; where none is, or has, among the others.
+// Selects up to three objects with the most isolated points; ties go to more kept points. Only reliable
+// objects and objects with an image count, if there are any.
 std::vector<int> MostTelling(const MapSnapshot& map, const std::map<int, std::vector<ObjectView>>& views) {
   struct Ranked {
     std::ptrdiff_t isolated;
@@ -82,12 +82,12 @@ std::vector<OutliersFigure::Point> ProjectedPoints(std::vector<OutliersFigure::P
   return points;
 }
 
-// The view in which most removed points lie near the box but not in it; no small box where there are large
-// ones.
+// Returns the view in which most removed points lie near the box but outside it, ignoring views with much
+// smaller boxes than the largest.
 const ObjectView& ClearestView(const std::vector<ObjectView>& views,
                                const std::vector<OutliersFigure::Point>& points, const Camera& camera) {
   constexpr double kLarge = 0.4;  // of the largest box's area
-  constexpr double kNear = 0.35;  // of the box: what the figure shows
+  constexpr double kNear = 0.35;  // of the box; the margin that the figure shows
   double largest = 0.0;
   for (const ObjectView& view : views) {
     largest = std::max(largest, view.box.Area());
@@ -189,7 +189,7 @@ Examples:
                 style.objects.opacity = 0.35;
                 style.cameras.trajectory = style.cameras.keyframes = style.cameras.current = false;
                 style.grid.show = false;
-                style.light.shadow = 0.0;  // it would end at the edge of the panel
+                style.light.shadow = 0.0;  // it would be cut off at the panel's edge
               },
           .make = FigureEntry::Maker(DrawOutliersOf)};
 }

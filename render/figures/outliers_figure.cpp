@@ -16,14 +16,14 @@ namespace {
 using PointFate = OutliersFigure::Fate;
 using FatedPoint = OutliersFigure::Point;
 
-constexpr double kPointReach = 2.2;  // half diagonals of the object: how far from it points are framed
+constexpr double kPointReach = 2.2;  // half diagonals of the object; farther points are not framed
 
 int CountOf(const OutliersFigure::Object& object, PointFate fate) {
   return static_cast<int>(std::count_if(object.points.begin(), object.points.end(),
                                         [fate](const FatedPoint& p) { return p.fate == fate; }));
 }
 
-// Grey, as colours are for the scores.
+// All grey: colours encode the scores.
 std::map<std::string, Eigen::Vector3d> SolidColors(const OutliersFigure& figure) {
   std::map<std::string, Eigen::Vector3d> colors;
   for (const OutliersFigure::Object& object : figure.objects) {
@@ -32,7 +32,7 @@ std::map<std::string, Eigen::Vector3d> SolidColors(const OutliersFigure& figure)
   return colors;
 }
 
-// The scores of all objects on one ramp.
+// Returns one axis for the scores of all objects.
 ChartAxis ScoreAxis(const OutliersFigure& figure) {
   double low = figure.threshold > 0.0 ? figure.threshold : 1.0;
   double high = figure.threshold;
@@ -47,7 +47,7 @@ ChartAxis ScoreAxis(const OutliersFigure& figure) {
   return RoundAxis(std::min(low, high), std::max(low, high), 4, true);
 }
 
-// Draws points: by their fate a disc, a cross or a ring, in the colour of their score.
+// Draws points as discs, crosses or rings according to their fate, in the colour of their score.
 class PointMarks {
  public:
   PointMarks(const FigureTheme& theme, const ChartAxis& axis) : theme_(theme), axis_(axis) {}
@@ -68,7 +68,7 @@ class PointMarks {
       page.elements.emplace_back(std::move(disc));
       return;
     }
-    // Light under dark: visible on any image.
+    // A dark ring on a light one is visible on any image.
     disc.stroke = FigureStroke{theme_.background, 0.4 * size, {}};
     page.elements.emplace_back(disc);
     disc.stroke = FigureStroke{theme_.ink, 0.17 * size, {}};
@@ -85,14 +85,14 @@ class PointMarks {
   ChartAxis axis_;
 };
 
-// Many points get smaller marks. Points of the page.
+// Returns the size of marks in points; smaller if there are many.
 double MarkSize(const OutliersFigure::Object& object, double usual) {
   constexpr double kMany = 150.0;
   const double share = std::sqrt(kMany / static_cast<double>(std::max<std::size_t>(1, object.points.size())));
   return std::min(4.0, usual) * std::clamp(share, 0.5, 1.0);
 }
 
-// Totals over all objects, in the order of the fates.
+// Returns the legend of the fates with totals over all objects.
 std::vector<std::pair<PointFate, std::string>> FateTexts(const OutliersFigure& figure) {
   std::array<int, 3> counts{};
   for (const OutliersFigure::Object& object : figure.objects) {
@@ -105,14 +105,13 @@ std::vector<std::pair<PointFate, std::string>> FateTexts(const OutliersFigure& f
           {PointFate::kRemovedBefore, fmt::format("removed without score ({})", counts[2])}};
 }
 
-constexpr double kLegendHeight = 1.7;  // of the letters
+constexpr double kLegendHeight = 1.7;  // of the font size
 constexpr double kNoteHeight = 1.3;
-// The line that explains the rings of the legend.
 constexpr const char* kWithoutScore =
     "without score: taken away before the isolation forest, for being seen in too few of the object's boxes, "
     "beside them, or on another thing";
 
-// Points removed without a score are explained where there are any.
+// Returns the note on points removed without a score; empty if there are none.
 std::vector<std::string> NoteLines(const OutliersFigure& figure, const FigureTheme& theme, double width) {
   const bool any = std::any_of(figure.objects.begin(), figure.objects.end(),
                                [](const auto& o) { return CountOf(o, PointFate::kRemovedBefore) > 0; });
@@ -134,7 +133,7 @@ PanelGrid LayOutOutliers(const OutliersFigure& figure, const FigureTheme& theme,
 
 void DrawImagePanel(FigurePage& page, const OutliersFigure::Object& object, const FigureRect& panel,
                     const PointMarks& marks, const FigureTheme& theme) {
-  constexpr double kMargin = 0.35;  // of the box on each side
+  constexpr double kMargin = 0.35;  // share of the box, on each side
   if (object.image.empty()) {
     DrawNoImage(page, panel, theme);
     return;
@@ -166,7 +165,7 @@ void DrawImagePanel(FigurePage& page, const OutliersFigure::Object& object, cons
   }
 }
 
-// The view holds the solid, the points it kept, and of the others those that are not far off.
+// Returns a view of the solid and of its points, except those farther away than kPointReach.
 ViewCamera EyeOnOutliers(const OutliersFigure::Object& object, double aspect) {
   std::vector<Eigen::Vector3d> points;
   std::transform(object.points.begin(), object.points.end(), std::back_inserter(points),
@@ -174,7 +173,7 @@ ViewCamera EyeOnOutliers(const OutliersFigure::Object& object, double aspect) {
   return EyeOn(object.map, {object.map.objects.front().superquadric}, points, kPointReach, aspect);
 }
 
-// Returns how many points the picture does not hold.
+// Returns the number of points outside the picture.
 int DrawPointsAround(FigurePage& page, const OutliersFigure::Object& object, const ViewCamera& eye,
                      cv::Size pixels, const FigureRect& area, const PointMarks& marks) {
   struct Seen {
@@ -193,7 +192,7 @@ int DrawPointsAround(FigurePage& page, const OutliersFigure::Object& object, con
       seen.push_back({&point, at, projected.depth});
     }
   }
-  // Points removed without a score lie below, those the forest removed above; near ones before far ones.
+  // Layers from bottom to top: removed without a score, kept, isolated; within a layer, far points first.
   const auto layer = [](const Seen& s) {
     return s.point->fate == PointFate::kRemovedBefore ? 0 : s.point->fate == PointFate::kKept ? 1 : 2;
   };
@@ -229,7 +228,7 @@ void DrawMarkLegend(FigurePage& page, const OutliersFigure& figure, const PointM
   for (const auto& [fate, text] : texts) {
     width += sign + TextWidth(text, theme.small);
   }
-  // Narrow pages get smaller letters.
+  // Shrinks the text on narrow pages.
   const double shrink = std::min(1.0, area.width / width);
   double x = area.Center().x() - 0.5 * shrink * width;
   for (const auto& [fate, text] : texts) {
@@ -264,7 +263,7 @@ FigurePage DrawOutliers(const OutliersFigure& figure, const FigureOptions& optio
       options, figure.objects.size() == 1 ? kColumnWidth : kTextWidth, "Outlier removal",
       [&](double width, const FigureTheme& theme) { return LayOutOutliers(figure, theme, width).Height(); });
   PanelGrid grid = LayOutOutliers(figure, sheet.theme, sheet.area.width);
-  const double spare = grid.Spare(sheet.area);  // where the height was asked for
+  const double spare = grid.Spare(sheet.area);  // if the height was given
   const double share = grid.image / (grid.image + grid.height);
   grid.image += share * spare;
   grid.height += (1.0 - share) * spare;

@@ -24,7 +24,7 @@ MapSnapshot OneShape(double e1, double e2) {
   return map;
 }
 
-// Holds a cube from the side, so that every shape is drawn at the same scale.
+// Frames the bounding cube, so that all shapes are drawn at the same scale.
 ViewCamera EyeOnShapes(const ShapesFigure& figure, double aspect) {
   const double azimuth = figure.azimuth * kRadiansPerDegree;
   const double elevation = figure.elevation * kRadiansPerDegree;
@@ -44,7 +44,7 @@ struct ShapesGrid {
 
 std::string ExponentText(double e) { return fmt::format("{:.3g}", e); }
 
-// Room for the exponents: a line of names and one of values above, a column of each at the left.
+// Room above for the exponent's symbol and values; SideRoom is the same at the left.
 double HeadRoom(const FigureTheme& theme) { return 2.6 * theme.font; }
 
 double SideRoom(const ShapesFigure& figure, const FigureTheme& theme) {
@@ -114,7 +114,7 @@ FigurePage DrawShapes(const ShapesFigure& figure, const FigureOptions& options,
   const ShapesGrid grid = PlaceGrid(sheet, figure);
   PictureOptions panel =
       PanelOptions(options, sheet.page.dpi, grid.cell, grid.cell, {{kShapeLabel, figure.color}});
-  panel.style.light.shadow = 0.0;  // it would end at the edge of the panel
+  panel.style.light.shadow = 0.0;  // it would be cut off at the panel's edge
   PictureRenderer renderer(panel);
   const ViewCamera eye = EyeOnShapes(figure, 1.0);
   int done = 0;

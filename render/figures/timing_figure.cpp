@@ -22,7 +22,7 @@ struct StageGroup {
 
 std::string GroupOfStage(const std::string& stage) { return stage.substr(0, stage.find('.')); }
 
-// "bundle_adjustment" of "mapping.bundle_adjustment"; the group itself is its whole.
+// Returns "bundle adjustment" for "mapping.bundle_adjustment", and "mapping, all" for the group "mapping".
 std::string RowName(const std::string& stage) {
   const std::size_t dot = stage.find('.');
   return dot == std::string::npos ? stage + ", all" : ReadableLabel(stage.substr(dot + 1));
@@ -71,7 +71,7 @@ std::string MeanText(double milliseconds) {
                                 : fmt::format("{:.0f}", milliseconds);
 }
 
-// One bar with its marks: a diamond at the median, a line to the 95th percentile, the mean in numbers.
+// Draws a bar of the mean with its value, a diamond at the median and a line to the 95th percentile.
 void DrawTimes(FigurePage& page, const PlotArea& plot, double top, double height,
                const TimingFigure::Times& times, const SeriesLook& look, const FigureTheme& theme) {
   const double middle = top + 0.5 * height;
@@ -86,14 +86,14 @@ void DrawTimes(FigurePage& page, const PlotArea& plot, double top, double height
   if (size >= 3.5) {
     const double right = std::max({p95, plot.X(times.mean), plot.X(times.median) + 3.0});  // of all marks
     FigureText number{MeanText(times.mean), {right + 3.5, middle}, size, theme.ink};
-    number.halo = theme.background;  // grid lines pass behind it
+    number.halo = theme.background;  // over grid lines
     page.Text(number);
   }
 }
 
 struct TimingRows {
   double bar = 0.0;  // thickness of one bar
-  double row = 0.0;  // a stage's bars with the gap to the next
+  double row = 0.0;  // a stage's bars and the gap to the next stage
 };
 
 void DrawStageGroup(FigurePage& page, const TimingFigure& figure, const StageGroup& group,
@@ -120,7 +120,7 @@ void DrawStageGroup(FigurePage& page, const TimingFigure& figure, const StageGro
   }
 }
 
-// All that is not bars, in points.
+// Returns the height of everything but the bars, in points.
 double AroundBars(const TimingFigure& figure, const std::vector<StageGroup>& groups, const FigureTheme& theme,
                   double width) {
   return LegendHeight(TimingLegend(figure, theme), width, theme) +
@@ -173,7 +173,7 @@ struct TimingOptions {
   void VisitFields(auto&& visit) { visit("--stage NAME", "Only this stage; may be repeated", stages); }
 };
 
-// Wholes ("tracking") before their parts, the slowest part first.
+// Sorts groups ("tracking") before their stages, and each by decreasing time.
 std::vector<std::string> SlowestStages(const std::vector<RunStats>& runs) {
   std::map<std::string, double> slowest;
   for (const RunStats& run : runs) {
@@ -193,7 +193,7 @@ std::vector<std::string> SlowestStages(const std::vector<RunStats>& runs) {
   };
   std::stable_sort(stages.begin(), stages.end(),
                    [&rank](const std::string& a, const std::string& b) { return rank(a) < rank(b); });
-  // Tracking before mapping, as a frame goes through them.
+  // Tracking comes first, as it does for a frame.
   std::stable_partition(stages.begin(), stages.end(),
                         [](const std::string& stage) { return stage.starts_with("tracking"); });
   return stages;

@@ -53,7 +53,7 @@ PathBounds BoundsOf(const TrajectoryFigure& figure) {
     throw UsageError("no camera path to draw, expected at least one pose");
   }
   const double size = std::max(bounds.box.sizes().maxCoeff(), 1e-6);
-  const Eigen::Vector3d least = Eigen::Vector3d::Constant(0.1 * size);  // a straight path still gets a plot
+  const Eigen::Vector3d least = Eigen::Vector3d::Constant(0.1 * size);  // also for a straight path
   const Eigen::Vector3d missing =
       0.5 * (least - bounds.box.sizes()).cwiseMax(0.0) + Eigen::Vector3d::Constant(0.05 * size);
   bounds.box = {bounds.box.min() - missing, bounds.box.max() + missing};
@@ -77,10 +77,10 @@ std::vector<LegendEntry> PathLegend(const TrajectoryFigure& figure, const Figure
   return entries;
 }
 
-// A path in the plot; `place` says where a pose lies on the page.
+// Draws a path; `place` maps a pose to the page.
 void DrawPieces(FigurePage& page, const TrajectoryFigure::Pieces& pieces, const FigureStroke& stroke,
                 const auto& place) {
-  constexpr double kFinest = 0.1;  // points; what is finer cannot be seen and only makes the file larger
+  constexpr double kFinest = 0.1;  // points; finer steps are not visible and enlarge the file
   for (const auto& piece : pieces) {
     std::vector<Eigen::Vector2d> points;
     for (std::size_t i = 0; i < piece.size(); ++i) {
@@ -110,7 +110,8 @@ void DrawPaths(FigurePage& page, const TrajectoryFigure& figure, const FigureThe
   }
 }
 
-// Objects from above; from top to bottom, each name moves down until it covers none before it.
+// Draws objects from above. Names are placed from top to bottom, each moved down until it overlaps no earlier
+// one.
 void DrawFootprints(FigurePage& page, const PlotArea& plot, const TrajectoryFigure& figure,
                     const FigureTheme& theme) {
   std::vector<FigureText> names;
@@ -138,7 +139,7 @@ void DrawFootprints(FigurePage& page, const PlotArea& plot, const TrajectoryFigu
       const Eigen::Vector2d apart = (names[i].anchor - names[j].anchor).cwiseAbs();
       if (apart.x() < 0.5 * (width + TextWidth(names[j].text, theme.small)) && apart.y() < 0.99 * line) {
         names[i].anchor.y() = names[j].anchor.y() + line;
-        j = static_cast<std::size_t>(-1);  // once more from the first
+        j = static_cast<std::size_t>(-1);  // start again from the first name
       }
     }
     page.Text(names[i]);
@@ -147,13 +148,13 @@ void DrawFootprints(FigurePage& page, const PlotArea& plot, const TrajectoryFigu
 
 double HeightsBlock(const FigureTheme& theme) { return 60.0 + XAxisHeight(theme, true) + kTrajectoryGap; }
 
-// Height of all that stands above and below the plot of x and y, points.
+// Returns the height of everything above and below the x-y plot, points.
 double AroundPlot(const TrajectoryFigure& figure, const FigureTheme& theme, double width) {
   return LegendHeight(PathLegend(figure, theme), width, theme) + kTrajectoryGap + XAxisHeight(theme, true) +
          (figure.heights ? HeightsBlock(theme) : 0.0);
 }
 
-// Both axes at one scale, filling the area: the shorter range is widened.
+// Gives both axes the same scale; the shorter range is widened to fill the area.
 PlotArea EqualAxes(const FigureRect& area, const PathBounds& bounds) {
   const Eigen::Vector2d size = bounds.box.sizes().head<2>();
   const double scale = std::min(area.width / size.x(), area.height / size.y());
@@ -161,7 +162,7 @@ PlotArea EqualAxes(const FigureRect& area, const PathBounds& bounds) {
   const Eigen::Vector2d half = 0.5 * Eigen::Vector2d(area.width, area.height) / scale;
   PlotArea plot;
   plot.area = area;
-  constexpr double kTickSpacing = 28.0;  // points, about; the same for both axes: square cells
+  constexpr double kTickSpacing = 28.0;  // points, roughly; the same for both axes
   const double step = RoundAxis(0.0, kTickSpacing / scale, 1, false).step;
   plot.x = {middle.x() - half.x(), middle.x() + half.x(), step};
   plot.y = {middle.y() - half.y(), middle.y() + half.y(), step};
@@ -202,7 +203,7 @@ FigurePage DrawTrajectories(const TrajectoryFigure& figure, const FigureOptions&
   const std::vector<LegendEntry> entries = PathLegend(figure, theme);
   const double legend = LegendHeight(entries, area.width, theme);
   DrawLegend(sheet.page, entries, {area.x, area.y, area.width, legend}, theme);
-  // The room for the numbers depends on the axis, and that on the room: the widest number decides.
+  // The axis and the width of its tick labels depend on each other: the width of a first axis is used.
   FigureRect above{area.x, area.y + legend + kTrajectoryGap, area.width - 6.0, plot_height};
   const double left = YAxisWidth(EqualAxes(above, bounds).y, theme, true) + 2.0;
   above.x += left;
@@ -280,7 +281,7 @@ TrajectoryFigure AgainstTruth(const FigureRequest& request, const PathOptions& o
   for (std::size_t i = 0; i < request.results.size(); ++i) {
     const Trajectory path = ReadPath(request.results[i]);
     const TrajectoryError error = AlignPath(request.results[i], path, truth, options.max_time_difference);
-    if (i == 0) {  // the world's axes may point anywhere; the map's z is up
+    if (i == 0) {  // aligned to the map, as only its z axis is known to point up
       S_figure_world.rotation = error.S_world_map.rotation.conjugate();
       S_figure_world.translation = -(S_figure_world.rotation * truth.front().T_map_camera.translation);
       figure.truth = {"ground truth", PiecesOf(truth, S_figure_world)};

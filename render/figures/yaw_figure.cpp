@@ -19,7 +19,7 @@
 namespace sqslam {
 namespace {
 
-// Okabe and Ito; their order in lightness also tells them apart in grey.
+// From the palette of Okabe and Ito; the lightness differs, for greyscale prints.
 Eigen::Vector3d YawAxisColor(int axis) {
   static constexpr std::array<const char*, 3> kColors = {"#d55e00", "#00a878", "#4aa8ff"};
   return ParseColor(kColors[static_cast<std::size_t>(axis)]);
@@ -42,7 +42,7 @@ std::vector<LegendEntry> YawLegend() {
 PanelGrid LayOutYaw(const YawFigure& figure, const FigureTheme& theme, double width) {
   PanelGrid grid = PanelGrid::Of(2, static_cast<int>(figure.objects.size()), width, 1.8 * theme.font);
   grid.top = 1.8 * theme.font;
-  // As the regions are on average, so that little beside them is shown.
+  // The mean aspect ratio of the regions, so that little else is shown.
   double aspect = 0.0;
   for (const YawFigure::Object& object : figure.objects) {
     const double own = object.region.width / std::max(object.region.height, 1.0);
@@ -66,8 +66,8 @@ void DrawMatchedLines(FigurePage& page, const ImageCrop& crop, const YawFigure::
   }
 }
 
-// Axes as edges that meet in the corner, their letters beyond the ends. No arrows: a line has no sense of
-// direction, and the corner is that before the camera, wherever the axes point.
+// Draws the axes as edges that meet in the corner, with letters beyond their ends. Without arrowheads: lines
+// are undirected, and the corner is chosen for its visibility, not by the axes' signs.
 void DrawObjectAxes(FigurePage& page, const ImageCrop& crop, const YawFigure::View& view,
                     const FigureTheme& theme) {
   const Eigen::Vector2d from = crop.ToPage(view.corner);
@@ -158,14 +158,14 @@ struct YawContext {
   YawOptions options;
 };
 
-// Boxes so large are those of what other things stand on: the estimator leaves their lines alone.
+// Such boxes belong to objects that support others; the yaw estimator ignores their lines.
 bool IsTooLarge(const ObjectView& view, const YawContext& context) {
   const Camera& camera = context.map->camera;
   return view.box.Area() > context.options.max_box_share * camera.width * camera.height;
 }
 
-// Those with the largest boxes that the estimator takes lines from and that the image does not cut, or, where
-// there is none, the largest.
+// Selects the views with the largest boxes, preferring boxes that the yaw estimator uses, then boxes that are
+// not cut off by the image border.
 std::vector<ObjectView> LargestViews(std::vector<ObjectView> views, const YawContext& context) {
   const Camera& camera = context.map->camera;
   constexpr std::size_t kCount = 6;
@@ -183,7 +183,7 @@ std::vector<ObjectView> LargestViews(std::vector<ObjectView> views, const YawCon
   return views;
 }
 
-// The axes along the box's edges that meet in the corner; empty where part of them is behind the camera.
+// Projects the bounding box's three edges at a corner; empty if part of them is behind the camera.
 std::optional<YawFigure::View> AxesAt(const PosedSuperquadric& solid, const Eigen::Vector3d& corner_signs,
                                       const Rigid3d& T_map_camera, const Camera& camera) {
   const Rigid3d T_camera_object = T_map_camera.Inverse() * solid.T_map_object;
@@ -203,7 +203,7 @@ std::optional<YawFigure::View> AxesAt(const PosedSuperquadric& solid, const Eige
   return view;
 }
 
-// The part of the image that may be shown around an object's box: axes that reach farther end at the edge.
+// Returns the part of the image that may be shown around an object's box; longer axes are cut off.
 Box2d Around(const Box2d& box, const Camera& camera) {
   constexpr double kReach = 0.4;
   return ClipToImage({box.x - kReach * box.width, box.y - kReach * box.height,
@@ -211,12 +211,12 @@ Box2d Around(const Box2d& box, const Camera& camera) {
                      camera);
 }
 
-// Axes of the object before and after, at the corner that is nearest to the camera among those that show most
-// of them. False where part of the object is behind the camera.
+// Places the axes before and after at the corner that shows most of them; ties go to the nearest to the
+// camera. Returns false if part of the object is behind the camera.
 bool PlaceAxes(const PosedSuperquadric& start, const PosedSuperquadric& solid, const ObjectView& view,
                const Box2d& visible, const Camera& camera, YawFigure::Object& object) {
   const Eigen::Vector3d eye = solid.T_map_object.Inverse() * view.T_map_camera.translation;
-  std::pair<int, double> best(-1, 0.0);  // ends that are shown, less distance
+  std::pair<int, double> best(-1, 0.0);  // visible ends, minus distance
   for (int i = 0; i < 8; ++i) {
     const Eigen::Vector3d signs(i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0 : -1.0);
     const auto before = AxesAt(start, signs, view.T_map_camera, camera);
@@ -241,7 +241,7 @@ bool PlaceAxes(const PosedSuperquadric& start, const PosedSuperquadric& solid, c
   return true;
 }
 
-// The part of the image that the figure shows: the box and the axes, with a margin.
+// Returns the part of the image that the figure shows: box and axes with a margin.
 Box2d RegionOf(const Box2d& box, const Box2d& visible, const YawFigure::Object& object,
                const Camera& camera) {
   constexpr double kMargin = 0.1;
@@ -260,7 +260,7 @@ Box2d RegionOf(const Box2d& box, const Box2d& visible, const YawFigure::Object& 
                      camera);
 }
 
-// Lines by the axis that they run along after, and their mean angles to those that tell the yaw.
+// Matches lines to the estimated axes, and computes the mean angles of the lines that constrain yaw.
 void MatchLines(const YawContext& context, const ObjectView& view, const std::vector<LineSegment>& lines,
                 const PosedSuperquadric& start, const PosedSuperquadric& solid, YawFigure::Object& shown) {
   const Camera& camera = context.map->camera;
@@ -282,7 +282,7 @@ void MatchLines(const YawContext& context, const ObjectView& view, const std::ve
   shown.after.mean_angle /= std::max(1, shown.yaw_lines);
 }
 
-// Lines against axes in one view; empty where the object reaches behind the camera.
+// Compares lines with axes in one view; empty if the object reaches behind the camera.
 std::optional<YawFigure::Object> MeasureYaw(const YawContext& context, const SnapshotObject& object,
                                             const ObjectView& view) {
   const Camera& camera = context.map->camera;
@@ -323,7 +323,7 @@ std::optional<YawFigure::Object> BestMeasured(const YawContext& context, const S
   return best;
 }
 
-// The object with the most matched lines, with preference for those that are turned.
+// Returns the object with the most matched lines, preferring objects turned from the map's axes.
 YawFigure::Object ClearestYaw(const YawContext& context, const std::map<int, std::vector<ObjectView>>& views,
                               const FigureRequest& request) {
   constexpr double kTurned = 3.0;  // degrees

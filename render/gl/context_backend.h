@@ -4,8 +4,8 @@
 
 #include "render/gl/offscreen_context.h"
 
-// The seam between contexts with and without OSMesa. A program gets one of two sources: osmesa_context.cpp
-// with the target sqslam_render, without_osmesa.cpp with sqslam_render_window (render/CMakeLists.txt).
+// Separates contexts with and without OSMesa. A program links one of two sources: osmesa_context.cpp with the
+// target sqslam_render, without_osmesa.cpp with sqslam_render_window (render/CMakeLists.txt).
 namespace sqslam {
 
 struct OffscreenContext::Impl {
@@ -15,12 +15,12 @@ struct OffscreenContext::Impl {
   const RenderBackend backend;
 };
 
-// Throws std::runtime_error where there is none.
+// Throws std::runtime_error if OSMesa is not available.
 std::unique_ptr<OffscreenContext::Impl> MakeOsmesaContext();
 
-// OSMesa and EGL do not know of each other but share one dispatch table, so whoever takes over makes the
-// other let go first. Only then: letting go clears the table even for a context that the newcomer believes to
-// be current. The first tells whether there was a context to let go.
+// OSMesa and EGL are independent but share one dispatch table, so making a context current first releases the
+// other library's. A release clears the table even if the other library still takes its own context for
+// current. ReleaseOsmesaContext returns whether there was a context to release.
 bool ReleaseOsmesaContext();
 void ReleaseEglContext();
 

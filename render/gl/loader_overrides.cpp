@@ -1,11 +1,10 @@
-// Debian's VTK 9.1 finds OpenGL through libGLEW built for GLX, which gives up without an X display. The two
-// functions below take the place of GLEW's and libGL's in any program that has them: while an off-screen
-// context is current they serve it, otherwise they hand over to the originals, so that the desktop viewer
-// keeps working.
+// Debian's VTK 9.1 loads OpenGL through a libGLEW built for GLX, which fails without an X display. The two
+// functions below override those of GLEW and libGL: while an off-screen context is current they serve it,
+// otherwise they call the originals, so that the desktop viewer keeps working.
 //
-// They act only from the program itself (the dynamic linker looks there first), never from within a shared
-// library. That is why this file is an object library that sqslam_render passes on to the programs that link
-// it, and why both names are exported (render/CMakeLists.txt).
+// The overrides work only in the program itself (the dynamic linker looks there first), not in a shared
+// library. Therefore this file is an object library that sqslam_render passes on to the programs that link
+// it, and both names are exported (render/CMakeLists.txt).
 
 #include <EGL/egl.h>
 #include <GL/osmesa.h>

@@ -15,8 +15,8 @@ namespace sqslam {
 
 namespace {
 
-// The first device that is no software renderer: drivers such as NVIDIA's do not know Mesa's surfaceless
-// platform, where a software renderer would answer in their place. EGL_NO_DISPLAY where there is none.
+// Returns the display of the first device that is not a software renderer, or EGL_NO_DISPLAY. Drivers such as
+// NVIDIA's do not support Mesa's surfaceless platform, on which a software renderer would be used instead.
 EGLDisplay DisplayOfGpu(PFNEGLGETPLATFORMDISPLAYEXTPROC get_display) {
   const auto list =
       reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(eglGetProcAddress("eglQueryDevicesEXT"));  // NOLINT
@@ -76,12 +76,12 @@ class EglContext : public OffscreenContext::Impl {
     if (eglGetCurrentContext() == context_) {
       ReleaseEglContext();
     }
-    eglDestroyContext(display_, context_);  // the display is shared by the process: not terminated here
+    eglDestroyContext(display_, context_);  // not the display: the process shares it
   }
 
   void MakeCurrent() override {
     if (ReleaseOsmesaContext()) {
-      ReleaseEglContext();  // so that the call below sets the dispatch table anew
+      ReleaseEglContext();  // so that the call below sets the dispatch table again
     }
     if (eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_) != EGL_TRUE) {
       throw std::runtime_error("EGL cannot make its context current");
@@ -93,7 +93,7 @@ class EglContext : public OffscreenContext::Impl {
   ::EGLContext context_ = EGL_NO_CONTEXT;
 };
 
-// Whatever the program has made current on this thread: the context of its window.
+// The context that the program has made current on this thread, usually its window's.
 struct CurrentContext : OffscreenContext::Impl {
   CurrentContext() : Impl(RenderBackend::kCurrent) {}
   void MakeCurrent() override {}

@@ -8,12 +8,12 @@
 
 namespace sqslam {
 
-// The libraries that draw without a display.
+// Libraries that draw without a display.
 enum class RenderBackend {
-  kAuto,     // OSMesa, or EGL where OSMesa cannot make a context
+  kAuto,     // OSMesa, or EGL if OSMesa cannot make a context
   kOsmesa,   // Mesa in memory
   kEgl,      // EGL without a surface
-  kCurrent,  // the context that is current where the renderer is made, such as that of a window
+  kCurrent,  // the context that is current when the renderer is made, such as a window's
 };
 constexpr auto EnumNames(RenderBackend) { return std::array{"auto", "osmesa", "egl", "current"}; }
 
@@ -24,8 +24,7 @@ constexpr auto EnumNames(RenderBackend) { return std::array{"auto", "osmesa", "e
 // with a window link sqslam_render_window and use kCurrent.
 class OffscreenContext {
  public:
-  // Makes the context and makes it current. Throws std::runtime_error that says which back end failed and
-  // why.
+  // Creates the context and makes it current. Throws std::runtime_error with the back end and the reason.
   explicit OffscreenContext(RenderBackend backend);
   ~OffscreenContext();
   OffscreenContext(OffscreenContext&&) noexcept;

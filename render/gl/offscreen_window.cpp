@@ -13,7 +13,7 @@
 namespace sqslam {
 namespace {
 
-// VTK asks whether its context is current; only the owner of the context can know.
+// Answers VTK's question whether the context is current, which only the context's owner can know.
 void SayCurrent(vtkObject*, unsigned long, void*, void* call_data) { *static_cast<bool*>(call_data) = true; }
 
 }  // namespace

@@ -14,13 +14,13 @@ class vtkCamera;
 
 namespace sqslam {
 
-// A VTK render window over an OffscreenContext. For the sources of render/ only.
+// A VTK render window on an OffscreenContext. For the sources of render/ only.
 class OffscreenWindow {
  public:
   struct Options {
     int width = 640;     // pixels
     int height = 480;    // pixels
-    bool alpha = false;  // keep an alpha channel, for transparent backgrounds
+    bool alpha = false;  // with an alpha channel, for transparent backgrounds
     RenderBackend backend = RenderBackend::kAuto;
   };
 
@@ -34,8 +34,8 @@ class OffscreenWindow {
   // Draws and reads back: 8UC3 (BGR), or 8UC4 (BGRA, not premultiplied) with alpha; top row first.
   cv::Mat Render();
 
-  // Draws and leaves the picture where it is: the name of an OpenGL texture of the window's size, bottom row
-  // first, that lives until the next call or change of size.
+  // Draws without reading back. Returns the name of an OpenGL texture of the window's size, bottom row first,
+  // that is valid until the next call or change of size.
   unsigned Draw();
 
   OffscreenContext& Context() { return context_; }
@@ -47,9 +47,9 @@ class OffscreenWindow {
   bool alpha_;
 };
 
-// Makes VTK's camera see exactly what a pinhole camera at T_map_camera sees (distortion left out). Pixel
-// centres lie at whole numbers in Camera and half a pixel off the border in OpenGL; this is where the two
-// meet. The picture may have any multiple of the camera's size. near and far in map units.
+// Makes VTK's camera see exactly what a pinhole camera at T_map_camera sees, without distortion. Converts
+// between the pixel conventions: centres lie at whole numbers in Camera, half a pixel from the border in
+// OpenGL. The picture may have any multiple of the camera's size. Near and far planes in map units.
 void SetPinholeCamera(const Camera& camera, const Rigid3d& T_map_camera, double near_plane, double far_plane,
                       vtkCamera* vtk_camera);
 

@@ -27,7 +27,7 @@ class OsmesaContext : public OffscreenContext::Impl {
 
   void MakeCurrent() override {
     ReleaseEglContext();
-    // OSMesa wants a buffer to call its own although nothing is ever drawn into it.
+    // OSMesa requires a buffer although nothing is ever drawn into it.
     if (OSMesaMakeCurrent(context_, buffer_.data(), GL_UNSIGNED_BYTE, kSide, kSide) != GL_TRUE) {
       throw std::runtime_error("OSMesa cannot make its context current");
     }

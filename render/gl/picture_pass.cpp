@@ -31,7 +31,7 @@
 namespace sqslam {
 namespace {
 
-constexpr int kOcclusionStep = 2;  // pixels of the picture for one of ambient occlusion
+constexpr int kOcclusionStep = 2;  // pixels of the picture per pixel of ambient occlusion
 
 std::array<float, 4> Floats(const Eigen::Vector4d& v) {
   const Eigen::Vector4f f = v.cast<float>();
@@ -51,7 +51,7 @@ struct Lens {
     vtkMatrix4x4* projection = nullptr;
     vtkMatrix4x4* whole = nullptr;
     camera->GetKeyMatrices(renderer, to_view, normals, projection, whole);
-    // VTK keeps them transposed, as OpenGL reads them.
+    // VTK stores the matrices transposed, as OpenGL reads them.
     const auto element = [&](int row, int column) {
       return static_cast<float>(projection->GetElement(column, row));
     };
@@ -66,7 +66,7 @@ struct Lens {
 }  // namespace
 
 struct PicturePass::Impl {
-  // True where the finish looks at what lies beneath the colours.
+  // True if the finishing pass reads normals and numbers of the solids, not only colours.
   bool NeedsSurfaces() const {
     return effects.occlusion > 0.0 || effects.outline > 0.0 || effects.eye_dome > 0.0;
   }
@@ -87,7 +87,7 @@ struct PicturePass::Impl {
   Target depth;
   Target occlusion;
   Target smooth_occlusion;
-  Target finished;  // before its edges are smoothed
+  Target finished;  // before edge smoothing
   vtkSmartPointer<vtkTextureObject> line_colors;
   ScreenProgram occlusion_program;
   ScreenProgram smoothing_program;
@@ -122,7 +122,7 @@ void PicturePass::Impl::DrawScene(vtkRenderer* renderer, int width, int height) 
   state->vtkglEnable(GL_DEPTH_TEST);
   state->vtkglEnable(GL_BLEND);
   std::array<float, 4> background = Floats(effects.background);
-  background[3] = 0.0F;  // alpha is the share of what is drawn on it
+  background[3] = 0.0F;  // alpha: coverage by what is drawn
   const std::array<float, 4> nothing{};
   const float farthest = 1.0F;
   glClearBufferfv(GL_COLOR, 0, background.data());
@@ -148,7 +148,7 @@ void PicturePass::Impl::DrawScene(vtkRenderer* renderer, int width, int height) 
   if (NeedsSurfaces()) {
     glDrawBuffers(2, kBoth.data());
   }
-  glDisablei(GL_BLEND, 1);  // the last solid drawn at a pixel is the nearest: it alone is handed on
+  glDisablei(GL_BLEND, 1);  // no blending: the last solid drawn at a pixel is the nearest
   for (vtkActor* solid : layers.solids) {
     if (effects.see_through) {  // writes no depth
       solid->RenderTranslucentPolygonalGeometry(renderer);
@@ -204,7 +204,7 @@ std::string PicturePass::Impl::FinishSwitches() const {
       effects.eye_dome > 0.0 ? 1 : 0, effects.see_through ? 1 : 0);
 }
 
-// One row, a colour for each number that solids write.
+// Returns a texture of one row with a colour for each number that solids write.
 vtkTextureObject* PicturePass::Impl::LineColors(vtkOpenGLRenderWindow* window) {
   std::array<unsigned char, 256 * 4> row{};
   for (std::size_t i = 0; i < layers.line_colors.size(); ++i) {

@@ -14,36 +14,36 @@ namespace sqslam {
 
 class PointSplats;
 
-// The effects that PicturePass adds to a drawn scene. Widths in pixels of the picture.
+// The effects that PicturePass adds to a scene. Widths in pixels of the picture.
 struct PictureEffects {
   int samples = 2;                // along each side of a pixel, 1 or 2
-  bool fxaa = false;              // smooth edges of the picture afterwards
+  bool fxaa = false;              // smooth edges in the finished picture
   double occlusion = 0.0;         // strength of ambient occlusion on solids, [0, 1]
   double occlusion_radius = 0.1;  // reach of ambient occlusion, map units
   double outline = 0.0;           // opacity of the lines around solids, [0, 1]
   double outline_width = 1.0;
   Eigen::Vector3d outline_color = Eigen::Vector3d::Zero();
-  bool see_through = false;  // solids hide nothing, and their lines have the colours of the layers
+  bool see_through = false;  // solids hide nothing; their outlines have line_colors
   Eigen::Vector3f surface_range = Eigen::Vector3f::Ones();  // see SolidActors::Surroundings
   double eye_dome = 0.0;  // how strongly points stand out against points behind them, [0, 1]
-  Eigen::Vector4d background = Eigen::Vector4d::Ones();    // red, green, blue times alpha, and alpha
-  bool has_ground = false;                                 // the plane takes part in ambient occlusion
+  Eigen::Vector4d background = Eigen::Vector4d::Ones();    // premultiplied RGBA
+  bool has_ground = false;                                 // ground_plane takes part in ambient occlusion
   Eigen::Vector4d ground_plane = Eigen::Vector4d::Zero();  // n . p + d = 0 in the map frame
 };
 
-// Props in the order in which they are drawn.
+// Props in drawing order.
 struct PictureLayers {
   std::vector<PointSplats*> points;
-  std::vector<vtkProp*> opaque;   // lines
-  std::vector<vtkProp*> ground;   // blended over them: shadow and grid
-  std::vector<vtkActor*> solids;  // farthest first where they are translucent; shaded as SolidActors does
-  std::vector<Eigen::Vector3d> line_colors;  // of see-through solids, by their numbers from 1
+  std::vector<vtkProp*> opaque;              // lines
+  std::vector<vtkProp*> ground;              // shadow and grid, blended over the above
+  std::vector<vtkActor*> solids;             // if translucent, farthest first; shaded by SolidActors
+  std::vector<Eigen::Vector3d> line_colors;  // of see-through solids, in the order of their numbers
 };
 
-// Draws a scene in layers and finishes the picture in screen space: ambient occlusion, outlines, eye-dome
-// lighting, and several samples a pixel brought down to one. Translucent solids are plainly blended in the
-// order they come in: they are convex, so that drawing the far side before the near side, farthest solid
-// first, is exact without depth peeling.
+// Draws a scene in layers and finishes it in screen space: ambient occlusion, outlines, eye-dome lighting,
+// and averaging of several samples per pixel. Translucent solids are blended in the given order. As they are
+// convex, drawing the farthest solid first, and of each the far side before the near side, is exact without
+// depth peeling.
 class PicturePass : public vtkRenderPass {
  public:
   static PicturePass* New();

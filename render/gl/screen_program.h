@@ -14,7 +14,7 @@
 // Textures to draw into and programs that fill them. For the sources of render/gl only.
 namespace sqslam {
 
-// A texture to draw into, of the size last asked for.
+// A texture to draw into.
 struct Target {
   // `format`: GL_DEPTH_COMPONENT (32 bit floats), GL_RG16F, GL_RGBA8 or GL_RGBA16F.
   void Ensure(vtkOpenGLRenderWindow* window, int wanted_width, int wanted_height, int format,
@@ -25,7 +25,7 @@ struct Target {
   vtkSmartPointer<vtkTextureObject> texture;
 };
 
-// A fragment program over the whole target, made anew where its text changes.
+// A fragment program for the whole target; rebuilt if its text changes.
 struct ScreenProgram {
   vtkShaderProgram* Ready(vtkOpenGLRenderWindow* window, const std::string& declarations,
                           const std::string& code);
@@ -34,10 +34,10 @@ struct ScreenProgram {
   std::string text;
 };
 
-// Binds the buffer, which is made where there is none yet.
+// Binds the buffer; creates it first if needed.
 void BindReady(vtkSmartPointer<vtkOpenGLFramebufferObject>& buffer, vtkOpenGLRenderWindow* window);
 
-// Draws into all of the buffer from here on.
+// Directs drawing to the whole buffer.
 void Use(vtkOpenGLFramebufferObject* buffer, unsigned draw_buffers, vtkOpenGLState* state, int width,
          int height);
 

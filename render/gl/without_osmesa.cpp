@@ -1,4 +1,4 @@
-// For programs with a window, which must not link OSMesa: its OpenGL would take the place of the display's.
+// For programs with a window. They must not link OSMesa, whose OpenGL would replace the display's.
 
 #include <stdexcept>
 

@@ -26,8 +26,8 @@ std::vector<Eigen::Vector2d> MarkOutline(const Eigen::Vector2d& center, const Ma
   }
 }
 
-constexpr double kSwatch = 2.0;    // width of a legend's sign, of the letters' size
-constexpr double kSignGap = 0.5;   // between sign and text
+constexpr double kSwatch = 2.0;    // width of a legend symbol, of the font size
+constexpr double kSignGap = 0.5;   // between symbol and text
 constexpr double kEntryGap = 1.6;  // between entries
 constexpr double kLineHeight = 1.55;
 
@@ -108,10 +108,10 @@ ChartAxis RoundAxis(double low, double high, int ticks, bool whole_steps) {
 }
 
 SeriesLook LookOfSeries(std::size_t index) {
-  // Okabe and Ito, the pairs that differ most in lightness first.
+  // Palette of Okabe and Ito, starting with the pairs that differ most in lightness.
   static constexpr std::array<const char*, 6> kColors = {"#0072b2", "#e69f00", "#009e73",
                                                          "#d55e00", "#56b4e9", "#cc79a7"};
-  // Five, as the hatches: with six colours thirty series differ.
+  // Five dashes, like the hatches: with six colours, thirty series can be distinguished.
   static const std::array<std::vector<double>, 5> kDashes = {
       std::vector<double>{}, {5.0, 2.0}, {1.5, 1.5}, {6.0, 1.5, 1.5, 1.5}, {9.0, 3.0}};
   SeriesLook look;
@@ -159,7 +159,7 @@ void DrawBar(FigurePage& page, const FigureRect& bar, const SeriesLook& look,
   }
   page.Rect(bar, look.color);
   for (const auto& [from, to] : HatchLines(bar, look.hatch, 3.0)) {
-    // A dash as long as the line: its ends are cut off straight then and stay inside the bar.
+    // One dash as long as the line: its ends are butt caps, which stay inside the bar.
     page.Line(from, to, {stripes, 0.7, {(to - from).norm() + 1.0, 1.0}});
   }
 }
@@ -219,7 +219,7 @@ void DrawXAxis(FigurePage& page, const PlotArea& plot, const std::string& label,
     }
     const std::string text = plot.x.TickText(tick);
     const double half = 0.5 * TextWidth(text, theme.small);
-    if (x - half > last_right + 2.0) {  // numbers that would touch are left out
+    if (x - half > last_right + 2.0) {  // leave out numbers that would touch
       page.Text(text, {x, numbers_y}, theme.small, theme.muted, TextAlign::kCenter);
       last_right = x + half;
     }
@@ -278,19 +278,18 @@ double ColorBarHeight(const FigureTheme& theme) { return 2.7 * theme.small; }
 void DrawColorBar(FigurePage& page, const ColorBar& bar, const FigureRect& area,
                   const FigureTheme& page_theme) {
   constexpr int kSteps = 96;
-  constexpr double kLeastLength = 0.35;  // of the area's width
+  constexpr double kLeastLength = 0.35;  // share of the area's width
   FigureTheme theme = page_theme;
   const double texts =
       TextWidth(bar.meaning, theme.small) + TextWidth(bar.limit_meaning, theme.small) + 1.3 * theme.small;
-  theme.small *=
-      std::min(1.0, (1.0 - kLeastLength) * area.width / texts);  // narrow pages get smaller letters
+  theme.small *= std::min(1.0, (1.0 - kLeastLength) * area.width / texts);  // smaller text on narrow pages
   const double gap = 0.6 * theme.small;
   const double left_room = TextWidth(bar.meaning, theme.small);
   const double right_room = TextWidth(bar.limit_meaning, theme.small);
   const double length = std::min(22.0 * theme.small, area.width - left_room - right_room - 2.0 * gap);
   const double left = area.x + 0.5 * (area.width - left_room - length - right_room - 2.0 * gap);
   const FigureRect strip{left + left_room + gap, area.y + 0.4 * theme.small, length, 0.9 * theme.small};
-  // Each step reaches under the next one: no seams.
+  // Each step extends below the next one, to avoid seams.
   for (int i = 0; i < kSteps; ++i) {
     const double x = strip.x + strip.width * i / kSteps;
     page.Rect({x, strip.y, std::min(2.0 * strip.width / kSteps, strip.Right() - x), strip.height},

@@ -19,11 +19,10 @@ struct ChartAxis {
   std::string TickText(double value) const;  // with as many decimals as the step needs
 };
 
-// An axis over [low, high] with about `ticks` of them; its ends are moved outwards to ticks where
-// `whole_steps`.
+// Makes an axis over [low, high] with about `ticks` ticks. `whole_steps`: extends its ends to ticks.
 ChartAxis RoundAxis(double low, double high, int ticks, bool whole_steps);
 
-// The look that tells series of a chart apart: in colour, and for grey prints in dashes, hatches and marks.
+// The look that distinguishes the series of a chart: colours, and dashes and hatches for greyscale prints.
 struct SeriesLook {
   Eigen::Vector3d color = Eigen::Vector3d::Zero();
   std::vector<double> dash;  // points
@@ -31,10 +30,10 @@ struct SeriesLook {
 };
 SeriesLook LookOfSeries(std::size_t index);
 
-// A bar, with stripes in the colour of the background where the look has a hatch.
+// Draws a bar; a hatch is drawn as `stripes` in the background colour.
 void DrawBar(FigurePage& page, const FigureRect& bar, const SeriesLook& look, const Eigen::Vector3d& stripes);
 
-// Lines across a rectangle, in page coordinates: the stripes of a hatch, `spacing` points apart.
+// Returns the lines of a hatch across a rectangle, in page coordinates, `spacing` points apart.
 std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>> HatchLines(const FigureRect& rect, int hatch,
                                                                     double spacing);
 
@@ -46,7 +45,7 @@ struct Mark {
 };
 void DrawMark(FigurePage& page, const Eigen::Vector2d& center, const Mark& mark);
 
-// Corners of a regular polygon; the first lies at the angle `first`, radians.
+// Returns the corners of a regular polygon, the first one at angle `first` (radians).
 std::vector<Eigen::Vector2d> RegularPolygon(const Eigen::Vector2d& center, int corners, double radius,
                                             double first = 0.0);
 
@@ -70,12 +69,12 @@ struct LegendEntry {
   }
 };
 
-// Entries in lines as wide as there is room, each line centred. Points.
+// Entries are set in centred lines of at most the given width. Points.
 double LegendHeight(const std::vector<LegendEntry>& entries, double width, const FigureTheme& theme);
 void DrawLegend(FigurePage& page, const std::vector<LegendEntry>& entries, const FigureRect& area,
                 const FigureTheme& theme);
 
-// Part of a page onto which two axes are laid.
+// A part of a page with two axes.
 struct PlotArea {
   FigureRect area;
   ChartAxis x;
@@ -86,22 +85,22 @@ struct PlotArea {
   Eigen::Vector2d At(double x_value, double y_value) const { return {X(x_value), Y(y_value)}; }
 };
 
-// Grid lines and numbers of one axis each; the label stands outside the numbers. `grid` draws the lines.
+// Draw one axis each: numbers, the label outside them, and grid lines if `grid` is set.
 void DrawXAxis(FigurePage& page, const PlotArea& plot, const std::string& label, const FigureTheme& theme,
                bool grid = true);
 void DrawYAxis(FigurePage& page, const PlotArea& plot, const std::string& label, const FigureTheme& theme,
                bool grid = true);
 
-// Room that numbers and label of an axis take beside the plot, points.
+// Return the room that numbers and label of an axis take beside the plot, points.
 double XAxisHeight(const FigureTheme& theme, bool label);
 double YAxisWidth(const ChartAxis& axis, const FigureTheme& theme, bool label);
 
-// viridis of matplotlib (van der Walt and Smith, 2015) for values in [0, 1]: even steps look even, also to
-// colour-blind eyes and in grey. Values beyond are clamped.
+// Matplotlib's viridis (van der Walt and Smith, 2015) for values in [0, 1], clamped. It is perceptually
+// uniform, also for colour-blind people and in greyscale.
 Eigen::Vector3d Viridis(double value);
 
-// A bar of the ramp over the axis, numbers below, what they mean at the left. `limit`, where it lies on the
-// axis, is marked with a line and named at the right end.
+// A colour bar over the axis, with numbers below and their meaning at the left. If `limit` lies on the axis,
+// it is marked with a line and named at the right end.
 struct ColorBar {
   ChartAxis axis;
   std::string meaning;

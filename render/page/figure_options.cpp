@@ -18,7 +18,7 @@ Eigen::Vector3d Mix(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double s
   return (1.0 - share_of_b) * a + share_of_b * b;
 }
 
-// Width of the page in points, pixels per inch, and the page's height in points where the options give one.
+// Size of the page in points; the height only if the options give one.
 struct FigureSize {
   double width = 0.0;
   double dpi = 300.0;

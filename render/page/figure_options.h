@@ -13,29 +13,29 @@
 
 namespace sqslam {
 
-// Options that all figures have. Every figure has a width of its own (that of a column or of a page) and a
-// height that follows from what it shows; both can be overridden.
+// Options of all figures. Each figure has a default width (of a column or a page) and a height that depends
+// on its content; both can be overridden.
 struct FigureOptions {
   std::optional<double> width_mm;
   std::optional<double> height_mm;
-  std::optional<int> width_px;  // pixels of the PNG; without dpi the figure's own width becomes so many
+  std::optional<int> width_px;  // pixels of the PNG; without dpi, the default width is divided into so many
   std::optional<int> height_px;
-  std::optional<double> dpi;  // pixels per inch; 300 where nothing says otherwise
+  std::optional<double> dpi;  // pixels per inch; default 300
   std::string title;          // above the figure; empty: none
   double font_size = 8.0;     // points
   bool transparent = false;   // no background
   RenderBackend backend = RenderBackend::kAuto;
-  SceneStyle style;        // background and ink of all figures, and how maps are drawn
-  CameraOverrides camera;  // of figures with maps
+  SceneStyle style;        // background and text colour of all figures, and how maps are drawn
+  CameraOverrides camera;  // for figures with maps
 };
 
-// Throws UsageError on sizes that make no sense or contradict each other.
+// Throws UsageError on sizes that are out of range or contradict each other.
 void CheckFigureOptions(const FigureOptions& options);
 
-inline constexpr double kColumnWidth = 252.0;  // points: a column of a two-column paper, 88.9 mm
+inline constexpr double kColumnWidth = 252.0;  // points: one column of a two-column paper, 88.9 mm
 inline constexpr double kTextWidth = 516.0;    // points: both columns, 182 mm
 
-// Colours and sizes of a figure's lines and texts, from its options.
+// Colours and sizes of lines and texts, derived from the options.
 struct FigureTheme {
   Eigen::Vector3d background;
   Eigen::Vector3d ink;    // texts
@@ -50,52 +50,52 @@ struct FigureTheme {
   FigureStroke Grid() const { return {faint, 0.5, {}}; }
 };
 
-// The page and the part of it that is left for the figure: inside a margin and below the title.
+// A page and the part left for the figure, inside the margin and below the title.
 struct FigureSheet {
   FigurePage page;
   FigureRect area;
   FigureTheme theme;
 };
 
-// A page of this width (points) where the options give none. The figure's own height is asked for the width
-// that is left inside the margins. Throws UsageError where there is no room.
+// Makes a page; `own_width` (points) and `own_height` apply if the options give none. `own_height` is called
+// with the width inside the margins. Throws UsageError if there is no room.
 FigureSheet MakeSheet(const FigureOptions& options, double own_width, const std::string& description,
                       const std::function<double(double width, const FigureTheme& theme)>& own_height);
 
-// Panels of one size in rows and columns, each below an image where there are images. Points.
+// Panels of equal size in rows and columns, optionally with an image above each. Points.
 struct PanelGrid {
   int columns = 1;
   int rows = 1;
   double gap = 5.0;    // between panels, and below their images
   double left = 0.0;   // beside the first column
   double top = 0.0;    // above the first row
-  double width = 0.0;  // of a panel
+  double width = 0.0;  // of each panel
   double image = 0.0;  // height of the images; 0: none
   double height = 0.0;
   double texts = 0.0;  // below each panel
-  double below = 0.0;  // below all of them
+  double below = 0.0;  // below all panels
 
-  // Columns that share the width.
+  // Makes columns that share the width.
   static PanelGrid Of(int columns, int rows, double width, double left = 0.0);
 
   double ImageWithGap() const { return image > 0.0 ? image + gap : 0.0; }
   double Height() const { return top + rows * (ImageWithGap() + height + texts) + (rows - 1) * gap + below; }
-  // Height that is spare, or missing below 0, where the figure's was asked for; for each row.
+  // Returns the spare height per row in an area of given height; negative: missing.
   double Spare(const FigureRect& area) const { return (area.height - Height()) / rows; }
   FigureRect ImageAt(const FigureRect& area, int row, int column) const;
   FigureRect PanelAt(const FigureRect& area, int row, int column) const;
 };
 
-// Names above the first row and, upright, at the left of the first column.
+// Draw names above the first row and, rotated, at the left of the first column.
 void NameColumn(FigureSheet& sheet, const PanelGrid& grid, int column, const std::string& name);
 void NameRow(FigureSheet& sheet, const PanelGrid& grid, int row, const std::string& name);
 
-// Options of a picture of `width` x `height` points on a page: at its density, without texts of its own,
-// labels in the given colours.
+// Returns options for a picture of `width` x `height` points on a page of `dpi`, without texts, with classes
+// in the given colours.
 PictureOptions PanelOptions(const FigureOptions& options, double dpi, double width, double height,
                             const std::map<std::string, Eigen::Vector3d>& colors);
 
-// The picture at its own number of pixels, its top-left corner on the pixel next to the area's.
+// Places the picture unscaled, with its top-left corner on the pixel nearest to the area's.
 void PlacePanel(FigurePage& page, const cv::Mat& picture, const FigureRect& area);
 
 }  // namespace sqslam

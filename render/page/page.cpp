@@ -35,7 +35,7 @@ void Check(cairo_status_t status) {
   }
 }
 
-// The same letters in the same places at every size and on every machine: nothing is fitted to pixels.
+// Disables hinting, so that text has the same layout at every size and on every machine.
 void SelectFont(cairo_t* cairo, double size, bool bold) {
   cairo_select_font_face(cairo, "DejaVu Sans", CAIRO_FONT_SLANT_NORMAL,
                          bold ? CAIRO_FONT_WEIGHT_BOLD : CAIRO_FONT_WEIGHT_NORMAL);
@@ -103,7 +103,7 @@ void Draw(cairo_t* cairo, const FigureText& text) {
   cairo_restore(cairo);
 }
 
-// cairo's own order and alpha: 32 bits a pixel, colours multiplied by alpha.
+// Converts to cairo's format: 32 bits per pixel, premultiplied alpha.
 cv::Mat Premultiplied(const cv::Mat& image) {
   cv::Mat bgra;
   if (image.channels() == 3) {
@@ -130,11 +130,11 @@ void Draw(cairo_t* cairo, const FigureImage& element) {
   cairo_scale(cairo, element.area.width / pixels.cols, element.area.height / pixels.rows);
   cairo_set_source_surface(cairo, source.get(), 0.0, 0.0);
   cairo_pattern_set_filter(cairo_get_source(cairo), CAIRO_FILTER_GOOD);
-  cairo_pattern_set_extend(cairo_get_source(cairo), CAIRO_EXTEND_PAD);  // no soft border
+  cairo_pattern_set_extend(cairo_get_source(cairo), CAIRO_EXTEND_PAD);  // avoids a soft border
   cairo_rectangle(cairo, 0.0, 0.0, pixels.cols, pixels.rows);
   cairo_fill(cairo);
   cairo_restore(cairo);
-  cairo_surface_finish(source.get());  // before the pixels go
+  cairo_surface_finish(source.get());  // before the pixels are freed
 }
 
 void DrawPage(cairo_t* cairo, const FigurePage& page) {
@@ -153,7 +153,7 @@ cairo_status_t Append(void* target, const unsigned char* data, unsigned int leng
   return CAIRO_STATUS_SUCCESS;
 }
 
-// 8UC3, or 8UC4 (straight alpha) where the page has no background.
+// Returns 8UC3, or 8UC4 (straight alpha) if the page has no background.
 cv::Mat PageToPixels(const FigurePage& page) {
   const int width = static_cast<int>(std::lround(page.width * page.dpi / kPointsPerInch));
   const int height = static_cast<int>(std::lround(page.height * page.dpi / kPointsPerInch));
@@ -182,7 +182,7 @@ cv::Mat PageToPixels(const FigurePage& page) {
   return pixels;
 }
 
-// Fonts are embedded, and there is no date in it: the same page gives the same bytes.
+// Embeds fonts and writes no date, so that the same page gives the same bytes.
 std::string PageToPdf(const FigurePage& page) {
   std::string pdf;
   {
@@ -206,7 +206,7 @@ void AppendBigEndian(std::string& bytes, std::uint32_t value) {
   }
 }
 
-// Adds a pHYs chunk (pixels a metre), which OpenCV cannot write, behind the header chunk.
+// Inserts a pHYs chunk (pixels per metre), which OpenCV cannot write, after the header chunk.
 std::string WithDensity(const std::vector<std::uint8_t>& png, double dpi) {
   constexpr std::size_t kHeaderEnd = 8 + 25;  // signature and IHDR
   constexpr double kInchesPerMetre = 1.0 / 0.0254;
@@ -261,7 +261,7 @@ void FigurePage::Label(std::string text, const Eigen::Vector2d& anchor, double s
 }
 
 FigureText NarrowText(FigureText text, double width) {
-  constexpr double kLeastShare = 0.6;  // of the letters' size
+  constexpr double kLeastShare = 0.6;  // of the font size
   const double wide = TextWidth(text.text, text.size, text.bold);
   text.size *= wide > width ? std::max(kLeastShare, 0.99 * width / wide) : 1.0;
   text.text = FittingText(text.text, text.size, width, text.bold);
@@ -272,7 +272,7 @@ std::string FittingText(const std::string& text, double size, double width, bool
   std::string fitting = text;
   std::string shown = text;
   while (!fitting.empty() && TextWidth(shown, size, bold) > width) {
-    do {  // a whole character of UTF-8
+    do {  // remove a whole UTF-8 character
       const bool continuation = (static_cast<unsigned char>(fitting.back()) & 0xc0u) == 0x80u;
       fitting.pop_back();
       if (!continuation) {

@@ -11,9 +11,8 @@
 
 namespace sqslam {
 
-// A figure as a value: what stands where on one page. Lengths are points (1/72 inch), the origin is the
-// top-left corner, y points down; colours are red, green, blue in [0, 1]. The same page becomes a PNG, an SVG
-// or a PDF.
+// A figure as a value: the elements of one page, to be written as PNG, SVG or PDF. Lengths are points (1/72
+// inch), the origin is the top-left corner, y points down; colours are RGB in [0, 1].
 struct FigureRect {
   double x = 0.0;
   double y = 0.0;
@@ -23,7 +22,7 @@ struct FigureRect {
   double Right() const { return x + width; }
   double Bottom() const { return y + height; }
   Eigen::Vector2d Center() const { return {x + 0.5 * width, y + 0.5 * height}; }
-  // The largest of these proportions in the middle.
+  // Returns the largest centred rectangle of these proportions.
   FigureRect Fitted(double across, double down) const {
     const double scale = std::min(width / across, height / down);
     return {x + 0.5 * (width - scale * across), y + 0.5 * (height - scale * down), scale * across,
@@ -52,7 +51,7 @@ struct FigurePath {
 
 enum class TextAlign { kLeft, kCenter, kRight };
 
-// One line of text in DejaVu Sans. The anchor lies at half the height of the capitals.
+// One line of text in DejaVu Sans. The anchor lies at half the cap height.
 struct FigureText {
   std::string text;  // UTF-8
   Eigen::Vector2d anchor = Eigen::Vector2d::Zero();
@@ -61,10 +60,10 @@ struct FigureText {
   TextAlign align = TextAlign::kLeft;
   bool bold = false;
   double angle = 0.0;                     // degrees, counter-clockwise about the anchor
-  std::optional<Eigen::Vector3d> halo{};  // a soft edge, for text over a picture
+  std::optional<Eigen::Vector3d> halo{};  // outline, for text over a picture
 
-  // Shares of the size: the baseline below the anchor (half the height of DejaVu's capitals), and the halo's
-  // width on each side.
+  // Fractions of the size: the baseline below the anchor (half of DejaVu's cap height), and the halo's width
+  // on each side.
   static constexpr double kBaselineBelowAnchor = 0.3645;
   static constexpr double kHaloWidth = 0.12;
 };
@@ -80,22 +79,22 @@ using FigureElement = std::variant<FigurePath, FigureText, FigureImage>;
 struct FigurePage {
   double width = 0.0;
   double height = 0.0;
-  double dpi = 300.0;                         // of the PNG, and of the pictures in it
+  double dpi = 300.0;                         // of the PNG and of embedded pictures
   std::optional<Eigen::Vector3d> background;  // none: transparent
-  std::string title;                          // for the file's own description; not drawn
+  std::string title;                          // for the file's metadata; not drawn
   std::vector<FigureElement> elements;        // in drawing order
 
   void Line(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const FigureStroke& stroke);
   void Polyline(std::vector<Eigen::Vector2d> points, const FigureStroke& stroke);
   void Rect(const FigureRect& rect, const std::optional<Eigen::Vector3d>& fill,
             const std::optional<FigureStroke>& stroke = std::nullopt);
-  void Cross(const Eigen::Vector2d& center, double size, const FigureStroke& stroke);  // lying, as an x
+  void Cross(const Eigen::Vector2d& center, double size, const FigureStroke& stroke);  // drawn as an x
   void Text(FigureText text) { elements.emplace_back(std::move(text)); }
   void Text(std::string text, const Eigen::Vector2d& anchor, double size, const Eigen::Vector3d& color,
             TextAlign align = TextAlign::kLeft, bool bold = false) {
     elements.emplace_back(FigureText{std::move(text), anchor, size, color, align, bold});
   }
-  // Text around its anchor, no wider than `room` (NarrowText).
+  // Adds text centred at its anchor, no wider than `room` (NarrowText).
   void Label(std::string text, const Eigen::Vector2d& anchor, double size, const Eigen::Vector3d& color,
              double room, double angle = 0.0);
   void Image(const cv::Mat& image, const FigureRect& area) {
@@ -103,29 +102,28 @@ struct FigurePage {
   }
 };
 
-// A line that is no wider than `width`: in smaller letters where needed, and cut where these would be too
-// small.
+// Fits a line into `width`: reduces the font size, and cuts the text if that would become too small.
 FigureText NarrowText(FigureText text, double width);
 
-// Width of a line of text as it is drawn, points.
+// Returns the width of a line of text, points.
 double TextWidth(const std::string& text, double size, bool bold = false);
 
-// The text cut at its end, with an ellipsis, until it is no wider than `width`.
+// Cuts the end of the text, with an ellipsis, until it is no wider than `width`.
 std::string FittingText(const std::string& text, double size, double width, bool bold = false);
 
-// The text in lines that are no wider than `width`, broken at blanks; a longer word has a line of its own.
+// Breaks the text at blanks into lines no wider than `width`; a longer word gets a line of its own.
 std::vector<std::string> WrappedText(const std::string& text, double size, double width);
 
-// Throws UsageError unless the name ends in .png, .svg or .pdf: to be asked before any work is done.
+// Throws UsageError unless the name ends in .png, .svg or .pdf. Call it before any work is done.
 void CheckFigurePath(const std::filesystem::path& path);
 
-// The page in the format of the extension: a PNG that carries its density (dots per inch), or SVG and PDF
-// with lines and texts as such. The same page gives the same bytes. Throws UsageError for another extension
-// and sizes without sense, InputError where the file cannot be written.
+// Encode the page in the format of the extension: PNG with its resolution (dpi), or vector graphics in SVG
+// and PDF. The same page gives the same bytes. Throw UsageError on any other extension or a size out of
+// range, InputError if the file cannot be written.
 std::string EncodeFigure(const FigurePage& page, const std::filesystem::path& path);
 void WriteFigure(const FigurePage& page, const std::filesystem::path& path);
 
-// A part of an HTML page; texts stay texts, pictures are embedded as PNG.
+// Returns the page as an SVG element for HTML; texts stay texts, pictures are embedded as PNG.
 std::string SvgElement(const FigurePage& page);
 
 }  // namespace sqslam

@@ -14,7 +14,7 @@ namespace {
 
 using SvgOutput = std::back_insert_iterator<std::string>;
 
-// A thousandth of a point is finer than any printer; no "-0".
+// Rounds to a thousandth of a point, finer than any printer; avoids "-0".
 std::string Number(double value) {
   const double rounded = std::round(value * 1000.0) / 1000.0;
   return fmt::format("{:.7g}", rounded == 0.0 ? 0.0 : rounded);

@@ -28,7 +28,7 @@ Scene::Quality QualityOf(const SceneStyle& style, Detail detail, cv::Size size, 
   const bool fine = detail == Detail::kFine;
   return {.pixel_scale = PictureScale(size),
           .samples = fine && style.anti_aliasing == AntiAliasing::kSsaa ? 2 : 1,
-          .fxaa = fine && !transparent && style.anti_aliasing == AntiAliasing::kFxaa,  // which knows no alpha
+          .fxaa = fine && !transparent && style.anti_aliasing == AntiAliasing::kFxaa,  // it ignores alpha
           .transparent = transparent,
           .draft = !fine};
 }
@@ -42,7 +42,7 @@ SceneStyle StyleFor(SceneStyle style, Detail detail) {
   return style;
 }
 
-// A scene in one detail. The size is part of it, since widths of lines grow with the picture.
+// A scene at one level of detail and one size: line widths grow with the picture.
 struct DetailCanvas {
   DetailCanvas(const SceneStyle& style, Detail detail, cv::Size wanted, bool transparent)
       : size(wanted),
@@ -55,11 +55,11 @@ struct DetailCanvas {
   }
 
   cv::Size size;
-  OffscreenWindow window;  // before the scene, which needs its context to the end
+  OffscreenWindow window;  // before the scene, whose destructor needs its context
   Scene scene;
   bool map_is_new = true;
   bool layers_are_new = true;
-  std::optional<ViewCamera> drawn;  // the view that the texture shows
+  std::optional<ViewCamera> drawn;  // view of the texture
   unsigned texture = 0;
 };
 

@@ -10,44 +10,44 @@
 
 namespace sqslam {
 
-// The scene of the pictures for programs with a window: a map drawn into a texture of the OpenGL context that
-// is current where this is made, used and destroyed. Draws anew only what has changed.
+// Draws the scene of pictures in programs with a window: a map as a texture of the OpenGL context that must
+// be current whenever this is created, used or destroyed. Redraws only what has changed.
 class InteractiveScene {
  public:
   enum class Detail {
-    kDraft,  // one sample a pixel and no effects on the finished picture: while something moves
-    kFine,   // as the style says
+    kDraft,  // one sample per pixel and no screen-space effects, while something moves
+    kFine,   // as the style specifies
   };
 
   InteractiveScene();
   ~InteractiveScene();
   InteractiveScene(InteractiveScene&&) noexcept;
 
-  // Throws UsageError on values that make no sense; the style before then stays.
+  // Throws UsageError on values out of range; the previous style then stays.
   void SetStyle(const SceneStyle& style);
 
-  // Scale of frusta, place of the grid, light and colours of classes come from this map.
+  // Takes the scale of frusta, the place of the grid, the light and the colours of classes from this map.
   void SetFrame(const MapSnapshot& map);
 
-  // Sets the map to draw; null: nothing.
   void Show(MapSnapshotPtr map);
 
-  // Draws these with the map, in its frame.
+  // Sets layers in the map frame to draw with the map.
   void SetLayers(const SceneLayers& layers);
 
-  // Cuts as this says, not as the style does; unlike a new style at no cost.
+  // Overrides the style's clip plane; cheap, unlike a new style.
   void SetClip(const SceneStyle::Clip& clip);
 
-  // Draws no background: colours are multiplied by their alpha then. For something to be laid beneath.
+  // Draws no background, with colours premultiplied by alpha, for use over other content.
   void SetTransparent(bool transparent);
 
   const SceneFocus& Focus() const;
   const LabelColors& Colors() const;
 
-  // The name of the texture (bottom row first), or 0 for a window without size. Sides up to 8192 pixels.
+  // Returns the name of the texture (bottom row first), or 0 if `size` is empty or has a side over 8192
+  // pixels.
   unsigned Draw(const ViewCamera& camera, cv::Size size, Detail detail);
 
-  // Legend, axes and names as pictures of that size have them: 8UC4, straight alpha, top row first.
+  // Draws legend, axes and names as in pictures of that size: 8UC4, straight alpha, top row first.
   cv::Mat Texts(const ViewCamera& camera, cv::Size size) const;
 
  private:

@@ -17,9 +17,9 @@
 namespace sqslam {
 namespace {
 
-constexpr int kSamples = 4;  // along each side of a pixel, for smooth edges of any width
+constexpr int kSamples = 4;  // per side of a pixel, for smooth edges of any width
 
-// Share of each pixel that an outline's line and its inside cover, in a part of the image.
+// Coverage of each pixel by an outline's line and by its interior, in a part of the image.
 struct Masks {
   cv::Rect area;
   cv::Mat line;
@@ -105,7 +105,7 @@ ImagePlacement PlaceImage(const Camera& camera, const cv::Rect& part) {
   place.camera.height = part.br().y;
   place.camera.fx *= scale;
   place.camera.fy *= scale;
-  // Centres of pixels are half a pixel from their edges, at either size.
+  // Pixel centres are half a pixel from their edges at either scale.
   place.camera.cx = place.area.x + scale * (camera.cx + 0.5) - 0.5;
   place.camera.cy = place.area.y + scale * (camera.cy + 0.5) - 0.5;
   return place;
@@ -117,7 +117,7 @@ std::vector<ObjectOutline> OutlinesOf(const std::vector<SnapshotObject>& objects
   for (const SnapshotObject& object : objects) {
     solids.push_back(object.superquadric);
   }
-  std::vector<int> order;  // solids that reach into one another come as one entry, in any order
+  std::vector<int> order;  // interpenetrating solids form one entry, in any order
   for (const std::vector<int>& entry : SolidOrder(std::move(solids)).BackToFront(T_map_camera.translation)) {
     order.insert(order.end(), entry.begin(), entry.end());
   }
@@ -150,7 +150,7 @@ void DrawOutlines(cv::Mat& image, std::vector<ObjectOutline>& outlines, const La
     Masks masks = MasksOf(outline, image.size(), width);
     if (!masks.area.empty()) {
       cv::Mat nearer = covered(masks.area);
-      // Hidden parts become faint, the rest keeps its strength.
+      // Hidden parts become faint.
       cv::Mat strength;
       const double whole = IsReliable(*outline.object) ? 1.0 : style.hidden;
       nearer.convertTo(strength, CV_32F, (style.hidden - whole) / 255.0, whole);
@@ -208,13 +208,13 @@ cv::Mat Undistorted(const cv::Mat& image, const Camera& camera) {
 
 namespace {
 
-// A coloured tag with the name at the top of each outline, moved where it would cover another; after
-// DrawOutlines. What is all but hidden, or all but out of the picture, gets none.
+// Draws a coloured tag with the name at the top of each outline, moved to avoid overlap. Call after
+// DrawOutlines. Objects that are almost hidden or almost outside the picture get none.
 void DrawOutlineLabels(cv::Mat& image, const std::vector<ObjectOutline>& outlines, const LabelColors& colors,
                        const TextPainter& text, double size) {
   std::vector<cv::Rect> taken;
   const cv::Rect frame(0, 0, image.cols, image.rows);
-  constexpr double kLeastShare = 0.15;  // of an object that must be visible for a name
+  constexpr double kLeastShare = 0.15;  // visible share that an object needs for a name
   for (const ObjectOutline& outline : outlines) {
     if (outline.visible < kLeastShare * outline.inside || outline.visible < 4.0 * size) {
       continue;

@@ -12,45 +12,45 @@
 
 namespace sqslam {
 
-// The place of a camera's image on a picture: its calibration in pixels of the picture.
+// The place of a camera's image in a picture, with its calibration in pixels of the picture.
 struct ImagePlacement {
-  cv::Rect2d area;  // of the image, pixels of the picture (left and top edges, not centres of pixels)
-  Camera camera;    // of a picture whose top-left pixel is that of the whole picture
+  cv::Rect2d area;  // of the image, pixels of the picture (from pixel edges, not centres)
+  Camera camera;    // its pixels start at the top-left corner of the whole picture
 };
 
-// Fits an image of the camera into a picture (or a part of it), as large as it goes and in the middle.
+// Fits an image of the camera into a part of a picture, as large as possible and centred.
 ImagePlacement PlaceImage(const Camera& camera, const cv::Rect& part);
 
 // The silhouette of an object in an image, pixels (centres at whole numbers).
 struct ObjectOutline {
   const SnapshotObject* object = nullptr;
   std::vector<cv::Point2d> polygon;
-  double visible = 0.0;  // pixels of it in the picture that no nearer object covers
-  double inside = 0.0;   // pixels of it in the picture
+  double visible = 0.0;  // its pixels in the picture that no nearer object covers
+  double inside = 0.0;   // its pixels in the picture
 };
 
-// Outlines of those objects that the camera sees, nearest first; as its lens shows them. They refer to
-// `objects`, which must outlive them.
+// Returns the outlines of the objects that the camera sees, nearest first, with lens distortion. They refer
+// to `objects`, which must outlive them.
 std::vector<ObjectOutline> OutlinesOf(const std::vector<SnapshotObject>& objects, const Camera& camera,
                                       const Rigid3d& T_map_camera);
 
-// Draws outlines, farther ones first; faint where nearer objects cover them; uncertain objects are faint all
-// over, and not filled. `scale`: pixels for one of the style's. Fills in how much of each is seen.
+// Draws outlines, farthest first: faint where nearer objects hide them, faint and unfilled for uncertain
+// objects. `scale`: pixels per pixel of the style. Sets `visible` and `inside`.
 void DrawOutlines(cv::Mat& image, std::vector<ObjectOutline>& outlines, const LabelColors& colors,
                   const OverlayStyle& style, double scale);
 
-// A name on a panel of its class's colour, in whichever of black and white can be read there.
+// A name on a panel in its class's colour, in black or white, whichever is readable.
 cv::Size TagSize(const std::string& label, const TextPainter& text, double size);
 void DrawTag(cv::Mat& image, const std::string& label, cv::Point top_left, const Eigen::Vector3d& color,
              const TextPainter& text, double size);
 
-// The image without the distortion of its lens, in the same calibration; what the lens did not show is black.
+// Removes the lens distortion, keeping the calibration; pixels that the lens did not show are black.
 cv::Mat Undistorted(const cv::Mat& image, const Camera& camera);
 
-// The map over a photograph of it: exact outlines of the objects, their names and, if the style asks for
-// them, map points. `photo` (8UC3) is as recorded by map.camera from T_map_camera, distortion included, which
-// is taken off first. The picture has the size of the options, the photograph in its middle. Throws
-// InputError where the photograph has not the size of the camera's images.
+// Draws the map over a photograph: exact outlines of the objects and, if the style asks for them, names and
+// map points. `photo` (8UC3) is an image of map.camera at T_map_camera with lens distortion, which is removed
+// first. It is centred in a picture of the options' size. Throws InputError if `photo` does not have the
+// camera's image size.
 cv::Mat RenderOverPhoto(const MapSnapshot& map, const cv::Mat& photo, const Rigid3d& T_map_camera,
                         const PictureOptions& options);
 

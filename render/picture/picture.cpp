@@ -14,8 +14,8 @@
 namespace sqslam {
 namespace {
 
-// FXAA knows no alpha, so that pictures without a background are always supersampled or not smoothed at all.
-// Very large pictures have pixels enough, and four times as many would not fit into memory.
+// FXAA does not support alpha, so pictures without a background are supersampled instead. Very large pictures
+// are not: four times as many pixels would not fit into memory.
 int SamplesOf(const PictureOptions& options) {
   const bool large = static_cast<double>(options.width) * options.height > 16e6;
   const bool smooth = options.style.anti_aliasing == AntiAliasing::kSsaa ||
@@ -33,7 +33,7 @@ const PictureOptions& Checked(const PictureOptions& options) {
   return options;
 }
 
-// Colours multiplied by alpha to straight colours.
+// Converts premultiplied to straight alpha.
 void Unmultiply(cv::Mat& bgra) {
   bgra.forEach<cv::Vec4b>([](cv::Vec4b& pixel, const int*) {
     if (pixel[3] > 0 && pixel[3] < 255) {
@@ -83,15 +83,14 @@ struct PictureRenderer::Impl {
     window.AddRenderer(scene.Renderer());
     scene.SetLayers(options.layers);
   }
-  ~Impl() { window.Context().MakeCurrent(); }  // what the scene has on it is freed there
+  ~Impl() { window.Context().MakeCurrent(); }  // the scene frees its resources in this context
 
   cv::Mat RenderSharp(const ViewCamera& view) {
     scene.LookFrom(view, {options.width, options.height});
     return window.Render();
   }
 
-  // Depth of field: the mean of what is seen from points spread over the lens, all looking at the focal
-  // point.
+  // Renders depth of field: the mean of views from points spread over the lens.
   cv::Mat RenderThroughLens(const ViewCamera& view) {
     const SceneStyle::Lens& lens = options.style.lens;
     const ViewAxes axes = AxesOf(view);
@@ -109,7 +108,7 @@ struct PictureRenderer::Impl {
       ViewCamera moved = view;
       moved.position += shift;
       moved.focal_point += shift;
-      // The picture is moved back, so that the plane of the focal point stays where it is.
+      // Shifts the principal point, so that the plane of the focal point stays in place.
       moved.pinhole = pinhole;
       moved.pinhole->cx += focal * offset.x() / distance;
       moved.pinhole->cy -= focal * offset.y() / distance;
@@ -123,7 +122,7 @@ struct PictureRenderer::Impl {
 
   cv::Mat Render(const ViewCamera& view) {
     window.Context().MakeCurrent();
-    // The input camera's own picture has its own sharpness.
+    // Views through an input camera stay sharp.
     const bool blurred = options.style.lens.aperture > 0.0 && !view.pinhole;
     cv::Mat image = blurred ? RenderThroughLens(view) : RenderSharp(view);
     if (options.transparent) {
@@ -134,7 +133,7 @@ struct PictureRenderer::Impl {
     return image;
   }
 
-  // The parts of the picture that legend and axes take.
+  // Returns the parts of the picture that legend and axes cover.
   std::vector<PicturePart> Captioned(const ViewCamera& view) const {
     const cv::Size size(options.width, options.height);
     const PictureCaptions captions(options.style, map, options.layers, focus, colors, view);
@@ -149,7 +148,7 @@ struct PictureRenderer::Impl {
   }
 
   PictureOptions options;
-  OffscreenWindow window;  // before the scene: it holds the context that the scene needs to the end
+  OffscreenWindow window;  // before the scene, whose destructor needs its context
   Scene scene;
   TextPainter text;
   MapSnapshot map;  // without points, for the overlay

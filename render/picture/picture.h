@@ -16,9 +16,9 @@
 
 namespace sqslam {
 
-// Overrides of the automatic view; names and meaning as in f3d.
+// Overrides of the automatic view; names and meaning follow f3d.
 struct CameraOverrides {
-  std::string view;  // one of render/camera/view_presets.h instead of the automatic view; empty: that
+  std::string view;                            // preset (ViewPresetNames); empty: the automatic view
   std::optional<Eigen::Vector3d> position;     // map frame
   std::optional<Eigen::Vector3d> focal_point;  // map frame
   std::optional<Eigen::Vector3d> view_up;
@@ -27,7 +27,7 @@ struct CameraOverrides {
   double elevation = 0.0;            // raises it, degrees
   double zoom = 1.0;                 // > 1 moves it nearer
 
-  // Overrides `camera`, first the vectors, then the turns.
+  // Overrides `camera`: first the vectors and the view angle, then the rotations and the zoom.
   ViewCamera ApplyTo(ViewCamera camera) const;
 };
 
@@ -42,42 +42,41 @@ struct PictureOptions {
   SceneStyle style;
   std::map<std::string, Eigen::Vector3d>
       label_colors;    // fixed colours of labels (red, green, blue in [0, 1])
-  SceneLayers layers;  // drawn with every map, in the frame of the one that is framed
+  SceneLayers layers;  // drawn with every map, in the frame of SetMap's map
 };
 
-// Takes the dense cloud or mesh of the layers into the outline of what is framed (IncludeCloud).
+// Adds the dense cloud or mesh of the layers to the framed outline (IncludeCloud).
 void IncludeLayers(const SceneLayers& layers, SceneFocus& focus);
 
-// Draws pictures of maps on one off-screen context: for many frames, or many views of one map. Belongs to the
-// thread that made it. The same map, options and back end give the same bytes.
+// Draws pictures of maps in one off-screen context, for many frames or many views of one map. To be used on
+// the thread that created it. The same map, options and back end give the same bytes.
 class PictureRenderer {
  public:
-  // Throws UsageError on sizes and styles that make no sense, std::runtime_error without OpenGL.
+  // Throws UsageError on sizes and styles out of range, std::runtime_error without OpenGL.
   explicit PictureRenderer(const PictureOptions& options);
   ~PictureRenderer();
   PictureRenderer(PictureRenderer&&) noexcept;
 
-  // Shows a map, framed by itself, and keeps the classes' colours from this map on.
+  // Shows a map and takes the framing and the colours of classes from it.
   void SetMap(const MapSnapshot& map);
 
-  // Shows a map with the framing and the colours of an earlier SetMap: for the frames of a video.
+  // Shows a map with the framing and colours of the last SetMap, for the frames of a video.
   void SetMapKeepingFrame(const MapSnapshot& map);
 
-  // The automatic view of the map of SetMap, with the overrides of the options.
+  // Returns the automatic view of SetMap's map with the overrides of the options.
   ViewCamera DefaultCamera() const;
-  // The same with other overrides. A view that they only turn is framed anew. `beside_captions`: what is
-  // framed keeps clear of legend and axes; otherwise it has the middle of the picture, as views that go round
-  // it need.
+  // The same with other overrides. Views that are only rotated are framed again. `beside_captions`: keeps the
+  // framed outline clear of legend and axes; otherwise it is centred in the picture, as orbiting views need.
   ViewCamera ViewOf(const CameraOverrides& overrides, bool beside_captions = true) const;
 
-  // Draws these with every map from now on.
+  // Replaces the layers drawn with every map.
   void SetLayers(const SceneLayers& layers);
 
-  // The focus of that map.
+  // The focus of SetMap's map.
   const SceneFocus& Focus() const;
   const LabelColors& Colors() const;
 
-  // 8UC3 (BGR), or 8UC4 (BGRA, straight alpha) where the options ask for no background.
+  // Returns 8UC3 (BGR), or 8UC4 (BGRA, straight alpha) if the options ask for no background.
   cv::Mat Render(const ViewCamera& camera);
   cv::Mat Render() { return Render(DefaultCamera()); }
 
@@ -86,10 +85,9 @@ class PictureRenderer {
   std::unique_ptr<Impl> impl_;
 };
 
-// One picture of one map.
 cv::Mat RenderPicture(const MapSnapshot& map, const PictureOptions& options);
 
-// As PNG. Throws InputError where the file cannot be written.
+// Writes a PNG. Throws InputError if the file cannot be written.
 void WritePicture(const std::filesystem::path& path, const cv::Mat& picture);
 
 }  // namespace sqslam

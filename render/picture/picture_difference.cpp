@@ -30,7 +30,7 @@ cv::Scalar MostFrequentColor(const cv::Mat& picture) {
           static_cast<double>(best >> 16U & 255U), static_cast<double>(best >> 24U)};
 }
 
-// Largest difference to the background over the channels, grey levels; 32F.
+// Returns the largest difference to the background over the channels (grey levels, 32F).
 cv::Mat Contrast(const cv::Mat& picture, const cv::Scalar& background) {
   cv::Mat apart;
   cv::absdiff(picture, background, apart);

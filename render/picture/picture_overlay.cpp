@@ -14,7 +14,7 @@
 namespace sqslam {
 namespace {
 
-constexpr double kLeastText = 9.0;  // pixels; smaller letters cannot be read
+constexpr double kLeastText = 9.0;  // pixels; smaller text is not readable
 
 double TextSize(const SceneStyle& style, double scale) {
   return std::max(style.text.size * scale, kLeastText);
@@ -22,11 +22,11 @@ double TextSize(const SceneStyle& style, double scale) {
 
 int Pixels(double value) { return static_cast<int>(std::lround(value)); }
 
-constexpr int kFartherLines = 7;  // how many lines further away a text may stand
+constexpr int kFartherLines = 7;  // a text may be moved away by so many lines
 
-constexpr double kCoverCost = 4.0;  // of a text wholly on another thing, in places of the list
+constexpr double kCoverCost = 4.0;  // cost of fully covering another object, in ranks of the candidate list
 
-// Places in the order of preference, as top-left corners.
+// Returns the candidate places in order of preference.
 std::vector<LabelPlace> Candidates(const LabelRequest& request) {
   const cv::Rect& b = request.bounds;
   const cv::Size& s = request.size;
@@ -48,7 +48,7 @@ std::vector<LabelPlace> Candidates(const LabelRequest& request) {
   return places;
 }
 
-// The other things that the text would stand on, as shares of the text.
+// Returns the area of other objects that a text would cover, as a share of its own area.
 double Covered(const cv::Rect& area, std::span<const LabelRequest> requests, std::size_t own) {
   double sum = 0.0;
   for (std::size_t i = 0; i < requests.size(); ++i) {
@@ -63,7 +63,7 @@ SeenPoint Project(const ViewCamera& camera, cv::Size image, const Eigen::Vector3
   const ViewAxes axes = AxesOf(camera);
   const Eigen::Vector3d d = p_map - camera.position;
   const double depth = -d.dot(axes.back);
-  if (camera.pinhole) {  // pixels of any size, counted from the corner of the picture
+  if (camera.pinhole) {  // scaled to the picture; pixels start at its corner
     const Eigen::Vector2d pixel =
         camera.pinhole->Project({d.dot(axes.right), -d.dot(axes.up), depth}) + Eigen::Vector2d::Constant(0.5);
     return {
@@ -108,7 +108,7 @@ std::vector<LabelPlace> PlaceLabels(std::span<const LabelRequest> requests, cv::
 
 namespace {
 
-// A line of the legend: a thing's name after its colour.
+// A line of the legend.
 struct SceneLegendEntry {
   std::string name;
   std::string count;  // or nothing
@@ -116,7 +116,7 @@ struct SceneLegendEntry {
   bool line = false;  // drawn as a line, otherwise as a square
 };
 
-// The classes of the map with their counts, and lines that could be taken for one another.
+// Lists the map's classes with their counts, and the kinds of lines that need an explanation.
 std::vector<SceneLegendEntry> SceneLegend(const std::vector<SnapshotObject>& objects, bool keyframes,
                                           const PictureCaptions& captions, const SceneStyle& style) {
   std::vector<SceneLegendEntry> entries;
@@ -150,7 +150,7 @@ std::vector<SceneLegendEntry> SceneLegend(const std::vector<SnapshotObject>& obj
   return entries;
 }
 
-// Measures of the legend, in the top-right corner. `scale`: pixels for one of the style's.
+// Layout of the legend in the top-right corner. `scale`: pixels per pixel of the style.
 struct LegendLayout {
   LegendLayout(cv::Size picture, const std::vector<SceneLegendEntry>& entries, const SceneStyle& style,
                const TextPainter& text, double scale)
@@ -201,7 +201,7 @@ void DrawSceneLegend(cv::Mat& image, const std::vector<SceneLegendEntry>& entrie
   }
 }
 
-// Measures of the map's axes and of what tells how wide a cell of the grid is, in the bottom-left corner.
+// Layout of the map's axes and of the text with the grid's cell size, in the bottom-left corner.
 struct AxesLayout {
   AxesLayout(cv::Size picture, double grid_cell, bool metric, const SceneStyle& style,
              const TextPainter& text, double scale)
@@ -224,17 +224,16 @@ struct AxesLayout {
   cv::Point2d origin;
   cv::Point cell_at;
   std::string cell;  // or nothing
-  cv::Rect area;     // of them all
+  cv::Rect area;     // of axes and text
 };
 
-// The map's axes as the camera sees them.
 void DrawAxes(cv::Mat& image, const ViewCamera& camera, const AxesLayout& layout, const SceneStyle& style,
               const TextPainter& text) {
   const ViewAxes view = AxesOf(camera);
   const std::array<const char*, 3> names = {"x", "y", "z"};
   const std::array<Eigen::Vector3d, 3> colors = {ParseColor("#c0392b"), ParseColor("#2e8b57"),
                                                  ParseColor("#2f6db5")};
-  std::array<int, 3> order = {0, 1, 2};  // away from the viewer first
+  std::array<int, 3> order = {0, 1, 2};  // farthest from the viewer first
   std::sort(order.begin(), order.end(), [&](int a, int b) { return view.back[a] < view.back[b]; });
   for (const int axis : order) {
     const auto at = static_cast<std::size_t>(axis);
@@ -249,8 +248,8 @@ void DrawAxes(cv::Mat& image, const ViewCamera& camera, const AxesLayout& layout
   }
 }
 
-// Bounds of an object's surface as it is seen, from points spread over it; empty where it reaches behind the
-// camera.
+// Returns the bounding box of an object in the picture, from points on its surface; empty if the object
+// reaches behind the camera.
 cv::Rect SeenBounds(const PosedSuperquadric& solid, const ViewCamera& camera, cv::Size picture) {
   Eigen::AlignedBox2d bounds;
   constexpr int kSteps = 12;
@@ -271,7 +270,7 @@ cv::Rect SeenBounds(const PosedSuperquadric& solid, const ViewCamera& camera, cv
   return whole & cv::Rect({0, 0}, picture);
 }
 
-// Names beside the objects, none over another or over `taken`.
+// Draws names beside the objects without overlap with each other or `taken`.
 void DrawLabels(cv::Mat& image, const std::vector<SnapshotObject>& objects, const ViewCamera& camera,
                 const SceneStyle& style, const TextPainter& text, double scale,
                 std::span<const cv::Rect> taken) {

@@ -20,7 +20,7 @@ cv::Point Fixed(cv::Point2d p) {
           static_cast<int>(std::lround(p.y * (1 << kFractionalBits)))};
 }
 
-// A coverage mask over the part of the image around a shape, and where that part lies.
+// A coverage mask for the part of the image around a shape, and the origin of that part.
 struct Patch {
   cv::Mat coverage;
   cv::Point origin;
@@ -32,9 +32,10 @@ Patch PatchAround(const cv::Mat& image, cv::Point2d low, cv::Point2d high, doubl
   return {cv::Mat::zeros(std::max(area.height, 0), std::max(area.width, 0), CV_8UC1), area.tl()};
 }
 
-// Coverage of one line of text; all lines of one size have one height, so that baselines agree.
+// Returns the coverage of one line of text. All lines of one size have the same height, so that baselines
+// agree.
 cv::Mat Rasterize(const std::string& text, int pixels) {
-  // VTK's fonts are one for all threads; pictures and pages of a video are drawn on different ones.
+  // All threads share VTK's fonts; pictures and pages of a video are drawn on different threads.
   static std::mutex fonts;
   const std::lock_guard lock(fonts);
   const vtkNew<vtkTextProperty> property;

@@ -10,9 +10,9 @@
 
 namespace sqslam {
 
-// Cuts away one side of a scene, map frame: what lies where normal . p > height.
+// Cuts away the part of a scene with normal . p > height, map frame.
 struct ClipPlane {
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // of length 1
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // unit length
   double height = 0.0;                                // map units
 
   bool Keeps(const Eigen::Vector3d& p_map) const { return normal.dot(p_map) <= height; }
@@ -21,7 +21,7 @@ struct ClipPlane {
   }
 };
 
-// The plane that a style asks for; empty for none. "view" turns with the camera.
+// Returns the plane that a style asks for, nullopt for none. "view" turns with the camera.
 inline std::optional<ClipPlane> MakeClipPlane(const SceneStyle::Clip& clip, const SceneFocus& focus,
                                               const ViewCamera& camera) {
   if (clip.axis == ClipAxis::kNone) {

@@ -106,8 +106,8 @@ void CloudLayerBuilder::Coarsen() {
   }
 }
 
-// Each second cube of a chessboard stays on the way from one even level to the next, which keeps the first
-// point in each cube of twice the edge.
+// Each even level keeps the first point in every cube of twice the edge. The odd level in between also keeps
+// the points in every second cube, in a checkerboard pattern.
 void CloudLayerBuilder::Rank(CloudLayer& layer) const {
   std::vector<std::int32_t> level(layer.points.size());
   for (std::size_t i = 0; i < level.size(); ++i) {
@@ -168,7 +168,7 @@ std::vector<Eigen::Vector3d> EvenSample(const CloudLayer& cloud, std::size_t mos
 }
 
 double SpacingOf(const std::vector<Eigen::Vector3f>& points) {
-  // Cubes with two points each on average are 1.4 times as wide as a point's share of the surface.
+  // Cubes with two points on average are sqrt(2) times as wide as the spacing of points on a surface.
   constexpr double kPerCube = 2.0;
   constexpr int kRounds = 8;
   Eigen::AlignedBox3f box;
@@ -191,7 +191,7 @@ double SpacingOf(const std::vector<Eigen::Vector3f>& points) {
 CloudLayerPtr ReadCloudLayer(const std::filesystem::path& recording) {
   const DepthRecording depths(recording);
   const std::vector<std::int64_t> keyframes = depths.Keyframes();
-  // Cubes as wide as a pixel at the median depth of a few depth maps from all over the run.
+  // The cube's edge is a pixel at the median depth of a few depth maps from the whole run.
   constexpr std::size_t kLookedAt = 5;
   std::vector<double> pixels;
   for (std::size_t i = 0; i < std::min(kLookedAt, keyframes.size()); ++i) {

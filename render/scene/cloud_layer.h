@@ -12,17 +12,18 @@
 
 namespace sqslam {
 
-// A point of a dense cloud as pictures draw it, map frame.
+// A point of a dense cloud for drawing, map frame.
 struct CloudPoint {
   Eigen::Vector3f p_map = Eigen::Vector3f::Zero();
   float spacing = 0.0F;  // to its neighbours, map units
   std::array<std::uint8_t, 3> rgb{};
-  std::uint8_t rank = 0;   // of the coarsest level that it belongs to
-  std::int32_t frame = 0;  // from which it is seen in a growing map
+  std::uint8_t rank = 0;   // coarsest level that it belongs to
+  std::int32_t frame = 0;  // first frame that shows it in a growing map
 };
 
-// A dense cloud, in the order in which a growing map gets its points. Level k, the points of rank k or more,
-// is a cloud of its own whose points are 2^(k/2) times as far apart: of far parts no more need be drawn.
+// A dense cloud, in the order in which a growing map gets its points. Level k consists of the points of rank
+// k or more, which are 2^(k/2) times as far apart as those of level 0; distant parts are drawn at a coarse
+// level.
 struct CloudLayer {
   static constexpr int kRanks = 9;
 
@@ -31,11 +32,11 @@ struct CloudLayer {
 };
 using CloudLayerPtr = std::shared_ptr<const CloudLayer>;
 
-// Indices by cube, with open addressing: it takes most of the time that a cloud takes.
+// Hash map from cubes to indices. Uses open addressing, as it takes most of the time of building a cloud.
 class CubeMap {
  public:
   explicit CubeMap(std::size_t expected = 0);
-  // The index of the cube around a point; `fresh`, which is then remembered, for a new cube.
+  // Returns the index of the cube around a point; stores and returns `fresh` for a new cube.
   std::int32_t At(const Eigen::Vector3f& p, double edge, std::int32_t fresh);
   std::size_t Size() const { return used_; }
 
@@ -44,20 +45,20 @@ class CubeMap {
     std::uint64_t key = 0;
     std::int32_t index = -1;
   };
-  Slot& SlotOf(std::uint64_t key);  // that of the key, or the free one where it belongs
+  Slot& SlotOf(std::uint64_t key);  // slot of the key, or the free slot for it
   std::vector<Slot> slots_;
   std::size_t used_ = 0;
 };
 
-// Makes one point of all that lie in a cube, at their mean; it is there from the first of them on.
+// Merges all points in a cube into one at their mean, with the frame of the first.
 class CloudLayerBuilder {
  public:
   static constexpr std::int32_t kAlways = std::numeric_limits<std::int32_t>::min();
 
-  // `spacing`: edge of the cubes, map units; doubled whenever more than `most` points would be made.
+  // `spacing`: edge of the cubes, map units; doubled whenever there are more than `most` points.
   explicit CloudLayerBuilder(double spacing, std::size_t most = 3'000'000);
 
-  // `distance`: to its neighbours in its source, map units. Frames must not fall.
+  // `distance`: to its neighbours in its source, map units. Frames must not decrease.
   void Add(const Eigen::Vector3f& p_map, const std::array<std::uint8_t, 3>& rgb, float distance,
            float weight = 1.0F, std::int32_t frame = kAlways);
   void Add(const DepthMap& map);
@@ -66,11 +67,11 @@ class CloudLayerBuilder {
 
  private:
   struct Cell {
-    Eigen::Vector3f position = Eigen::Vector3f::Zero();  // sums, weighted, from the first point in it
+    Eigen::Vector3f position = Eigen::Vector3f::Zero();  // weighted sum, relative to `first`
     Eigen::Vector3f rgb = Eigen::Vector3f::Zero();
     Eigen::Vector3f first = Eigen::Vector3f::Zero();
     float weight = 0.0F;
-    float distance = 0.0F;  // the least
+    float distance = 0.0F;  // minimum
     std::int32_t frame = 0;
   };
   void Coarsen();
@@ -82,14 +83,14 @@ class CloudLayerBuilder {
   std::vector<Cell> cells_;
 };
 
-// Points all over a cloud, about as many from each square of its surfaces: so many, or a few less.
+// Samples up to `most` points of a cloud, evenly over its surfaces.
 std::vector<Eigen::Vector3d> EvenSample(const CloudLayer& cloud, std::size_t most);
 
-// Distance between neighbouring points of a cloud of surfaces, in its unit.
+// Estimates the distance between neighbouring points of a cloud that samples surfaces, in its unit.
 double SpacingOf(const std::vector<Eigen::Vector3f>& points);
 
-// The dense cloud that `sqslam densify` left in a recording; null where there is none. Throws InputError that
-// names the file where a depth map is broken.
+// Reads the dense cloud of a recording densified by `sqslam densify`; null if there is none. Throws
+// InputError that names the file if a depth map is broken.
 CloudLayerPtr ReadCloudLayer(const std::filesystem::path& recording);
 
 }  // namespace sqslam

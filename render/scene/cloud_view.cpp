@@ -9,7 +9,7 @@
 namespace sqslam {
 
 void CloudView::Show(const CloudLayerPtr& cloud) {
-  constexpr std::size_t kPart = 6000;  // points, one after the other as they came: near each other
+  constexpr std::size_t kPart = 6000;  // consecutive points, which are near each other
   parts_.clear();
   spacing_ = cloud ? cloud->spacing : 0.0;
   std::vector<PointSplats::Vertex> vertices;

@@ -11,16 +11,15 @@
 
 namespace sqslam {
 
-// A dense cloud as splats, no more of them than a view can show: parts that lie outside are left out, and of
-// each other part that level is drawn whose points are as far apart in the picture as asked for. For the
-// sources of render/ only.
+// Draws a dense cloud as splats with level of detail: skips parts outside the view, and draws each other part
+// at the level that gives the requested point distance in the picture. For the sources of render/ only.
 class CloudView {
  public:
-  // A null cloud: none.
+  // Sets the cloud; null: none.
   void Show(const CloudLayerPtr& cloud);
 
-  // Chooses what this view needs; `height` of the picture and `detail`, the least distance between points, in
-  // samples. `newest`: frame of the map; what comes later is left out.
+  // Selects parts and levels for a view. `height` of the picture and `detail`, the minimum distance of
+  // points, are in samples. `newest`: frame of the map; parts that start later are left out.
   void LookFrom(const ViewCamera& camera, double height, double aspect, double detail, std::int64_t newest);
 
   PointSplats& Splats() { return splats_; }
@@ -28,9 +27,9 @@ class CloudView {
  private:
   struct Part {
     Eigen::Vector3d center = Eigen::Vector3d::Zero();
-    double radius = 0.0;                           // of the ball around its points, map units
-    int first = 0;                                 // of the vertices, those of the highest rank first
-    std::array<int, CloudLayer::kRanks> counts{};  // of the levels
+    double radius = 0.0;                           // of the bounding sphere, map units
+    int first = 0;                                 // first vertex; vertices are sorted by descending rank
+    std::array<int, CloudLayer::kRanks> counts{};  // vertices of each level
     std::int32_t frame = 0;                        // of its first point
   };
 

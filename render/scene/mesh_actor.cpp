@@ -17,7 +17,7 @@
 namespace sqslam {
 namespace {
 
-// Sums of the normals of the triangles at each vertex, by their areas.
+// Returns area-weighted vertex normals.
 std::vector<Eigen::Vector3f> NormalsOf(const SurfaceMesh& mesh) {
   std::vector<Eigen::Vector3f> normals(mesh.vertices.size(), Eigen::Vector3f::Zero());
   for (const auto& [a, b, c] : mesh.triangles) {

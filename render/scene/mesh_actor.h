@@ -10,12 +10,12 @@
 
 namespace sqslam {
 
-// Actor of a mesh whose colours come from photographs. They hold the room's light already: a lamp over the
-// viewer's shoulder adds as much as sides need to be told apart. What is seen from behind is left out, such
-// as a wall between the viewer and the room. For the sources of render/ only.
+// Makes an actor for a mesh with colours from photographs, which already contain the room's light: a lamp
+// over the viewer's shoulder adds just enough shading to distinguish surfaces. Back faces are culled, such as
+// a wall between the viewer and the room. For the sources of render/ only.
 vtkSmartPointer<vtkActor> MakeMeshActor(const SurfaceMesh& mesh, vtkPlaneCollection* clip);
 
-// Leaves of that mesh the triangles whose corners are all seen until this frame.
+// Shows only the triangles of that mesh whose corners have all been seen by this frame.
 void ShowUntil(std::int64_t frame, const SurfaceMesh& mesh, vtkActor& actor);
 
 }  // namespace sqslam

@@ -48,7 +48,7 @@ Scene::Scene(const SceneStyle& style, const Quality& quality)
       uncertain_(MakeActor(style.cameras.keyframe_width * Scale())),
       solids_(style.objects, clip_planes_) {
   renderer_->AutomaticLightCreationOff();
-  renderer_->AddLight(vtkNew<vtkLight>());  // not used: solids have light of their own, all else has none
+  renderer_->AddLight(vtkNew<vtkLight>());  // unused: solids have their own shading, all else is unlit
   for (const auto& actor : {grid_, shadow_, covisibility_}) {
     actor->ForceTranslucentOn();
     renderer_->AddActor(actor);
@@ -60,7 +60,7 @@ Scene::Scene(const SceneStyle& style, const Quality& quality)
   renderer_->SetPass(pass_);
 }
 
-Scene::~Scene() { pass_->SetLayers({}); }  // which the window's renderer goes on to hold
+Scene::~Scene() { pass_->SetLayers({}); }  // the window's renderer keeps the pass
 
 void Scene::Cut(const std::optional<ClipPlane>& plane) {
   if (!plane) {
@@ -68,7 +68,7 @@ void Scene::Cut(const std::optional<ClipPlane>& plane) {
     return;
   }
   const Eigen::Vector3d at = plane->height * plane->normal;
-  const Eigen::Vector3d kept = -plane->normal;  // VTK keeps what lies in front of a plane
+  const Eigen::Vector3d kept = -plane->normal;  // VTK keeps the side that the normal points to
   clip_plane_->SetOrigin(at.data());
   clip_plane_->SetNormal(kept.data());
   if (clip_planes_->GetNumberOfItems() == 0) {
@@ -76,7 +76,7 @@ void Scene::Cut(const std::optional<ClipPlane>& plane) {
   }
 }
 
-// The shadow of the solids that are not cut away; cast anew where they, the ground or the lamp are others.
+// Updates the shadow of the solids that are not cut away, if they, the ground or the lamp have changed.
 void Scene::CastShadow(const std::optional<ClipPlane>& plane) {
   std::vector<PosedSuperquadric> casters;
   ShadowLight light;
@@ -86,7 +86,7 @@ void Scene::CastShadow(const std::optional<ClipPlane>& plane) {
   for (const SnapshotObject& object : solid_objects_) {
     const PosedSuperquadric& solid = object.superquadric;
     const Eigen::Vector3d offset = solid.T_map_object.translation - focus_.center;
-    // One stray object would cost all others their sharpness.
+    // A distant outlier would cost all other shadows their resolution.
     if (offset.norm() < 3.0 * focus_.radius && (!plane || plane->KeepsSomeOf(solid))) {
       casters.push_back(solid);
       const SuperquadricParameters parameters = ToParameters(solid);
@@ -193,7 +193,7 @@ void Scene::GrowMesh() {
   if (!mesh_ || shown_mesh_->frames.empty()) {
     return;
   }
-  // Between two depth maps nothing is new.
+  // Nothing appears between two depth maps.
   const auto last = mesh_frames_.upper_bound(frame_);
   const std::int64_t until = last == mesh_frames_.begin() ? -1 : *std::prev(last);
   if (grown_until_ != until) {
@@ -245,7 +245,8 @@ void Scene::LookFrom(const ViewCamera& view, cv::Size size) {
   if (HasMesh()) {
     add(mesh_, layers.opaque);
   }
-  // Over dense surfaces lines are thin and lie upon them: eye-dome lighting would give them black rims.
+  // Over dense surfaces lines are blended without writing depth: eye-dome lighting would give them black
+  // rims.
   const bool upon = IsDense();
   frusta_->GetProperty()->SetOpacity(upon ? 0.5 : 1.0);
   for (const auto& actor : {uncertain_, frusta_, true_path_, trajectory_, current_}) {
@@ -253,17 +254,17 @@ void Scene::LookFrom(const ViewCamera& view, cv::Size size) {
     actor->SetForceOpaque(!upon);
     add(actor, upon ? layers.ground : layers.opaque);
   }
-  // From what the picture is about, not from the bounds of all points: one stray point would cost the depth
-  // buffer its precision.
+  // Based on the focus, not on the bounds of all points: one outlier would cost the depth buffer its
+  // precision.
   const double distance = (view.position - focus_.center).norm();
   const double nearest = 0.01 * (distance + focus_.radius);
   const double farthest = 1200.0 * nearest;
-  // Points of a dense cloud that lie on a solid are to be seen in it, whatever their error.
-  constexpr double kDepthError = 0.02;  // of the distance from which they were seen
+  // Points of a dense cloud on a solid's surface must be visible in it despite their depth error.
+  constexpr double kDepthError = 0.02;  // relative to the distance from which they were seen
   const double nearer = kDepthError * std::min(1.0, focus_.view_depth / std::max(distance, 1e-9));
   SolidActors::Surroundings around;
   around.studio = studio_;
-  const double first = 5.0 * nearest;  // solids are rarely nearer than this, or 80 times as far away
+  const double first = 5.0 * nearest;  // solids are rarely nearer than this, or farther than 80 times this
   const double steps = std::log2(80.0);
   around.range = Eigen::Vector3d(first, 1.0 / steps, 1.0 - nearer - 0.5 * steps / 255.0).cast<float>();
   around.nearer = static_cast<float>(2.0 * farthest * nearest / (farthest - nearest) * nearer);

@@ -26,18 +26,17 @@
 
 namespace sqslam {
 
-// A map as VTK props in one renderer: grid, points, trajectory, frusta, superquadrics. For any window,
-// off-screen or on the desktop; text is not part of it. Uses the OpenGL context that is current. For the
-// sources of render/ only.
+// A map as VTK props in one renderer: grid, points, trajectory, frusta, superquadrics, but no text. For any
+// window, off-screen or on the desktop. Uses the current OpenGL context. For the sources of render/ only.
 class Scene {
  public:
-  // The renderer's own pixels against those of the picture.
+  // How finely to draw.
   struct Quality {
-    double pixel_scale = 1.0;  // pixels of the window for one pixel of the style's sizes
-    int samples = 2;           // drawn along each side of a pixel
-    bool fxaa = false;         // smooth edges afterwards
-    bool transparent = false;  // no background: colours are then multiplied by alpha
-    bool draft = false;        // shadows of fewer directions of light, while something moves
+    double pixel_scale = 1.0;  // pixels of the window per pixel of the style
+    int samples = 2;           // per side of a pixel
+    bool fxaa = false;         // smooth edges in the finished picture
+    bool transparent = false;  // no background, premultiplied alpha
+    bool draft = false;        // shadows from fewer light directions, while something moves
   };
   Scene(const SceneStyle& style, const Quality& quality);
   ~Scene();
@@ -46,18 +45,18 @@ class Scene {
 
   vtkRenderer* Renderer() const { return renderer_; }
 
-  // Shows the snapshot. `focus` gives the scale of the frusta, the place of the grid and where light comes
-  // from; keep the same one over the frames of a video.
+  // Shows the snapshot. `focus` determines the scale of the frusta, the place of the grid and the light; keep
+  // the same one for all frames of a video.
   void Show(const MapSnapshot& map, const SceneFocus& focus, const LabelColors& colors);
 
-  // Draws these with every map from now on; in the frame of the maps.
+  // Replaces the layers drawn with every map; in the map frame.
   void SetLayers(const SceneLayers& layers);
 
-  // Cuts as this says instead of as the style does.
+  // Overrides the style's clip plane.
   void SetClip(const SceneStyle::Clip& clip) { style_.clip = clip; }
 
-  // Places the camera, puts translucent surfaces in order for it and chooses the detail of all for a window
-  // of this size (pixels). To be called before each frame.
+  // Places the camera, sorts translucent surfaces for it, and selects the detail for a window of this size
+  // (pixels). Call before each frame.
   void LookFrom(const ViewCamera& camera, cv::Size size);
 
  private:
@@ -85,14 +84,14 @@ class Scene {
   vtkSmartPointer<vtkActor> shadow_;
   vtkSmartPointer<vtkActor> covisibility_;
   vtkNew<vtkPlane> clip_plane_;
-  vtkNew<vtkPlaneCollection> clip_planes_;  // that one or none; all that is cut shares it
+  vtkNew<vtkPlaneCollection> clip_planes_;  // clip_plane_ or none; shared by all clipped mappers
   PointSplats points_;
   CloudView cloud_;
   CloudLayerPtr shown_cloud_;
   SurfaceMeshPtr shown_mesh_;
-  vtkSmartPointer<vtkActor> mesh_;           // null: none is to be seen
-  std::set<std::int64_t> mesh_frames_;       // from which parts of it are seen
-  std::optional<std::int64_t> grown_until_;  // the last of them that is shown
+  vtkSmartPointer<vtkActor> mesh_;           // null: none
+  std::set<std::int64_t> mesh_frames_;       // frames at which parts of it appear
+  std::optional<std::int64_t> grown_until_;  // the last of these frames shown
   std::int64_t frame_ = 0;                   // of the map
   vtkSmartPointer<vtkActor> true_path_;
   vtkSmartPointer<vtkActor> trajectory_;
@@ -102,7 +101,7 @@ class Scene {
   SolidActors solids_;
   std::vector<SnapshotObject> solid_objects_;  // that `solids_` shows
   LabelColors colors_;
-  std::vector<double> cast_;  // numbers that the shadow shown was cast from: the ground, the lamp, the solids
+  std::vector<double> cast_;  // inputs of the current shadow: ground, lamp, solids
 };
 
 }  // namespace sqslam

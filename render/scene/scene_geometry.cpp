@@ -28,7 +28,7 @@ Rgba ToRgba(const Eigen::Vector3d& color, double opacity = 1.0) {
   return {byte(color.x()), byte(color.y()), byte(color.z()), byte(opacity)};
 }
 
-// Vertices with colours, and the cells over them.
+// Builds lines between coloured vertices.
 class MeshBuilder {
  public:
   MeshBuilder() {
@@ -72,7 +72,7 @@ void AddFrustum(MeshBuilder& builder, const Rigid3d& pose, const Camera& camera,
   for (std::size_t i = 0; i < 4; ++i) {
     builder.Line(corners[i], corners[(i + 1) % 4]);
   }
-  const vtkIdType top = add(0.0, -1.45 * y, z);  // says which way is up
+  const vtkIdType top = add(0.0, -1.45 * y, z);  // marks the up direction
   builder.Line(corners[0], top);
   builder.Line(top, corners[1]);
 }
@@ -127,7 +127,7 @@ vtkSmartPointer<vtkPolyData> UncertainOutlines(const MapSnapshot& map, const Lab
         last = next;
       }
     };
-    // The sections through the middle, and around the rims where it has any.
+    // Cross-sections through the centre, and latitudes that lie on the rims if it has any.
     const double rim = 0.25 * std::numbers::pi;
     for (const double latitude : {-rim, 0.0, rim}) {
       curve([&](double angle) { return solid.shape.PointAt(latitude, angle); });
@@ -218,7 +218,7 @@ vtkSmartPointer<vtkPolyData> GroundGrid(const SceneFocus& focus, const SceneStyl
     const Eigen::Vector3d p = (middle.x() + u) * x + (middle.y() + v) * y + focus.ground_height * up;
     return builder.Add(p, ToRgba(color, opacity));
   };
-  constexpr int kPieces = 2;  // of a cell, for the fading
+  constexpr int kPieces = 2;  // per cell, for fading
   for (int i = -reach; i <= reach; ++i) {
     for (int k = -reach * kPieces; k < reach * kPieces; ++k) {
       const double from = cell * k / kPieces;
@@ -252,7 +252,7 @@ vtkSmartPointer<vtkPolyData> ShadowQuad(const GroundShadow& shadow) {
 
 vtkSmartPointer<vtkTexture> ShadowTexture(const GroundShadow& shadow, double strength,
                                           const Eigen::Vector3d& background) {
-  constexpr double kFloor = 0.5;  // opacity of the light on the floor for the same strength
+  constexpr double kFloor = 0.5;  // opacity of the lit floor, relative to `strength`
   const bool lit = Lightness(background) < 0.25;
   const vtkNew<vtkImageData> image;
   image->SetDimensions(shadow.darkness.cols, shadow.darkness.rows, 1);

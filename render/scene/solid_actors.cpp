@@ -21,7 +21,7 @@
 namespace sqslam {
 namespace {
 
-constexpr int kGroupSegments = 48;  // of solids that are sorted by triangles: the seams show its steps
+constexpr int kGroupSegments = 48;  // of solids sorted by triangle; a coarse grid would show at the seams
 
 vtkSmartPointer<vtkActor> MakeActor(double opacity, bool see_through, vtkPlaneCollection* clip) {
   const vtkNew<vtkPolyDataMapper> mapper;
@@ -33,7 +33,7 @@ vtkSmartPointer<vtkActor> MakeActor(double opacity, bool see_through, vtkPlaneCo
   if (see_through) {
     actor->ForceTranslucentOn();
   } else {
-    actor->ForceOpaqueOn();  // blended all the same, but writes depth, which the picture's effects need
+    actor->ForceOpaqueOn();  // still blended, but writes depth, which the picture's effects need
   }
   return actor;
 }
@@ -42,9 +42,9 @@ vtkPolyDataMapper* MapperOf(vtkActor* actor) { return vtkPolyDataMapper::SafeDow
 
 struct SolidShading {
   const SceneStyle::Objects& style;
-  int number = 0;                      // 1, 2, ...: what outlines tell apart
-  const char* number_array = nullptr;  // instead of `number`: a data array of the vertices
-  bool far_side = false;               // seen through the near side only
+  int number = 0;                      // 1, 2, ...; separates solids for outlines
+  const char* number_array = nullptr;  // replaces `number`: data array of the vertices
+  bool far_side = false;               // only seen through the near side
   bool see_through = false;
 };
 
@@ -52,7 +52,7 @@ void SetSolidShader(vtkActor* actor, const SolidShading& shading) {
   static const std::string kStudio = StudioShader();
   auto* shader = actor->GetShaderProperty();
   shader->ClearAllShaderReplacements();
-  // "before VTK's own replacements", so that VTK does not write its light there.
+  // `true`: before VTK's own replacements, which would insert VTK's lighting there.
   shader->AddFragmentShaderReplacement("//VTK::Light::Dec", true,
                                        std::string(shading.far_side ? "#define FAR_SIDE\n" : "") +
                                            (shading.see_through ? "#define SEE_THROUGH\n" : "") + kStudio,
@@ -80,7 +80,7 @@ void SetSolidShader(vtkActor* actor, const SolidShading& shading) {
 }  // namespace
 
 SolidActors::Solid SolidActors::MakeSolid(int number) const {
-  constexpr double kUnseen = 1e-3;  // draws nothing but what lines are made from
+  constexpr double kUnseen = 1e-3;  // invisible, but still drawn: outlines are made from it
   const double opacity = look_ == ObjectLook::kSolid   ? style_.opacity
                          : look_ == ObjectLook::kGlass ? std::max(style_.glass, kUnseen)
                                                        : kUnseen;
@@ -125,7 +125,7 @@ void SolidActors::Show(const std::vector<SnapshotObject>& objects, const LabelCo
     solid.posed = objects[i].superquadric;
     solid.color = colors(objects[i].label);
     posed.push_back(solid.posed);
-    const Eigen::Matrix4d transposed = solid.posed.T_map_object.Matrix().transpose();  // VTK's: row by row
+    const Eigen::Matrix4d transposed = solid.posed.T_map_object.Matrix().transpose();  // VTK is row-major
     for (vtkActor* actor : {solid.back.Get(), solid.front.Get()}) {
       actor->GetUserMatrix()->DeepCopy(transposed.data());
       actor->GetProperty()->SetColor(solid.color.x(), solid.color.y(), solid.color.z());
@@ -135,8 +135,8 @@ void SolidActors::Show(const std::vector<SnapshotObject>& objects, const LabelCo
 }
 
 int SolidActors::SegmentsFor(const PosedSuperquadric& solid, const ViewCamera& camera, double pixels) const {
-  // A chord of n segments misses the curve by at most 5 / n^2 of the half axis at the exponents in use: a
-  // fifth of a sample is not seen.
+  // With n segments, a chord deviates from the curve by at most 5 / n^2 half axes at the exponents in use. A
+  // fifth of a sample is not visible.
   constexpr double kLeastError = 0.2;
   const double distance =
       std::max((solid.T_map_object.translation - camera.position).norm() - solid.shape.half_size.maxCoeff(),
@@ -184,7 +184,7 @@ SolidActors::Group& SolidActors::GroupOf(const std::vector<int>& members) {
 std::vector<vtkActor*> SolidActors::Arrange(const ViewCamera& camera, double pixels,
                                             const Surroundings& around) {
   std::vector<vtkActor*> actors = InOrder(camera, pixels);
-  // Directions of the studio seen from the camera: x right, y up, z towards the viewer.
+  // Directions of the studio in the view frame: x right, y up, z towards the viewer.
   const ViewAxes axes = AxesOf(camera);
   const std::pair<const char*, Eigen::Vector3d> directions[] = {{"roomUp", around.studio.up},
                                                                 {"roomLamp", around.studio.Lamp()},
@@ -212,7 +212,7 @@ std::vector<vtkActor*> SolidActors::InOrder(const ViewCamera& camera, double pix
     return actors;
   }
   const bool translucent = SeeThrough() || style_.opacity < 1.0;
-  // One looks into what is cut; a second pane behind each would only make glass duller.
+  // Far sides are visible in solids that are cut; in glass they would only make it duller.
   const bool inside = (translucent && !SeeThrough()) || clip_->GetNumberOfItems() > 0;
   const auto add = [&](Solid& solid) {
     SetDetail(solid, SegmentsFor(solid.posed, camera, pixels));

@@ -17,43 +17,41 @@
 
 namespace sqslam {
 
-// The superquadrics of a map as VTK actors, in the order and with the detail that a view asks for. For the
+// The superquadrics of a map as VTK actors, in the order and with the detail that a view needs. For the
 // sources of render/ only.
 class SolidActors {
  public:
-  // `clip`: planes that cut the solids, as they are when a picture is drawn.
+  // `clip`: planes that cut the solids; read whenever a picture is drawn.
   SolidActors(const SceneStyle::Objects& style, vtkPlaneCollection* clip) : style_(style), clip_(clip) {}
 
-  // `look` is not kAuto.
+  // `look` must not be kAuto.
   void Show(const std::vector<SnapshotObject>& objects, const LabelColors& colors, ObjectLook look);
 
-  // The surroundings that solids are seen in.
   struct Surroundings {
     Studio studio;
-    // Translucent solids. Distances are handed on to the picture's effects as
-    // log2(distance / range.x) * range.y, 0 to 1 in eight bits; range.z: how much nearer still counts as
-    // behind.
+    // For translucent solids. The picture's effects get distances as log2(distance / range.x) * range.y, 0 to
+    // 1 in eight bits. Surfaces farther than range.z times the distance count as behind.
     Eigen::Vector3f range = Eigen::Vector3f::Ones();
-    float nearer = 0.0F;  // subtracted from the depth in clip space: points on a solid then lie in it
+    float nearer = 0.0F;  // subtracted from clip-space depth, so that points on a solid lie inside it
   };
 
-  // The actors for this view, farthest first. `pixels` is the height of the picture in samples: the grid of
-  // a solid is as fine as its size in the picture asks for.
+  // Returns the actors for this view, farthest first. `pixels`: height of the picture in samples, from which
+  // the fineness of each solid's grid follows.
   std::vector<vtkActor*> Arrange(const ViewCamera& camera, double pixels, const Surroundings& around);
 
-  // By number.
+  // Returns the colours in the order of the solids' numbers.
   std::vector<Eigen::Vector3d> Colors() const;
 
  private:
-  // One superquadric: its far side and its near side, so that both blend in the right order.
+  // One superquadric, with actors for its far and its near side, so that they blend in the right order.
   struct Solid {
     PosedSuperquadric posed;
     Eigen::Vector3d color = Eigen::Vector3d::Zero();
-    int segments = 0;  // of the mesh that the actors show, 0: none yet
+    int segments = 0;  // of the actors' mesh; 0: none yet
     vtkSmartPointer<vtkActor> back;
     vtkSmartPointer<vtkActor> front;
   };
-  // Solids that reach into one another, as one surface whose triangles are put in order for each view.
+  // Interpenetrating solids, as one surface whose triangles are sorted for each view.
   struct Group {
     vtkSmartPointer<vtkActor> actor;
     GroupedSurface surface;

@@ -19,7 +19,7 @@
 namespace sqslam {
 namespace {
 
-// Halves the longest sides until none is longer than `longest`.
+// Splits triangles at their longest sides until none is longer than `longest`.
 void Refine(TriangleMesh& mesh, float longest) {
   std::map<std::pair<std::int32_t, std::int32_t>, std::int32_t> middles;
   const auto middle_of = [&](std::int32_t a, std::int32_t b) {

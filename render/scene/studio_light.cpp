@@ -12,7 +12,7 @@ const Eigen::Vector3d kWall(0.48, 0.487, 0.50);
 const Eigen::Vector3d kCeiling(0.62, 0.626, 0.636);
 const Eigen::Vector3d kLamp(3.5, 3.45, 3.36);
 const Eigen::Vector3d kWindow(0.70, 0.72, 0.74);
-constexpr double kLampRim[2] = {0.82, 0.97};  // cosines where the lamp begins and where it is full
+constexpr double kLampRim[2] = {0.82, 0.97};  // cosines at the lamp's edge and where it is fully bright
 constexpr double kWindowRim[2] = {0.80, 0.96};
 
 double Smooth(double low, double high, double value) {
@@ -27,8 +27,8 @@ Eigen::Vector3d Room(double up) {
 Eigen::Vector3d Lamp(double cosine) { return Smooth(kLampRim[0], kLampRim[1], cosine) * kLamp; }
 Eigen::Vector3d Window(double cosine) { return Smooth(kWindowRim[0], kWindowRim[1], cosine) * kWindow; }
 
-// The irradiance over pi that light symmetric about an axis gives: c0 + c1 x + c2 x^2, x the cosine of the
-// normal to the axis.
+// Irradiance / pi from light that is symmetric about an axis: c0 + c1 x + c2 x^2, x the cosine between normal
+// and axis.
 struct Zonal {
   Eigen::Vector3d c0, c1, c2;
   Eigen::Vector3d operator()(double x) const { return c0 + x * c1 + x * x * c2; }
@@ -46,7 +46,7 @@ Zonal Convolve(const auto& light) {
     f1 += 1.5 * t * value;
     f2 += 2.5 * (1.5 * t * t - 0.5) * value;
   }
-  // The cosine's own factors are 1, 2/3 and 1/4; the second harmonic is (3 x^2 - 1) / 2.
+  // The cosine lobe's factors are 1, 2/3 and 1/4; the second harmonic is (3 x^2 - 1) / 2.
   return {f0 - 0.125 * f2, 2.0 / 3.0 * f1, 0.375 * f2};
 }
 

@@ -16,7 +16,7 @@
 namespace sqslam {
 namespace {
 
-// Okabe and Ito, "Color Universal Design", without black (kept for text) and with yellow last (pale on
+// Okabe and Ito, "Color Universal Design", without black (used for text) and with yellow last (pale on
 // white).
 constexpr std::array<const char*, 7> kPalette = {"#0072b2", "#e69f00", "#009e73", "#cc79a7",
                                                  "#56b4e9", "#d55e00", "#f0e442"};
@@ -122,7 +122,7 @@ Eigen::Vector3d LabelColors::operator()(const std::string& label) const {
   const int slot = found == slots_.end() ? PreferredSlot(label) : found->second;
   const int colors = static_cast<int>(kPalette.size());
   const Eigen::Vector3d base = ParseColor(kPalette[static_cast<std::size_t>(slot % colors)]);
-  // Further classes: darker, then lighter, then darker by more and by less.
+  // Factor and added white for further classes: darker, lighter, much darker, slightly darker.
   constexpr std::array<std::pair<double, double>, 5> kLevels = {
       {{1.0, 0.0}, {0.62, 0.0}, {0.5, 0.5}, {0.46, 0.0}, {0.82, 0.0}}};
   const auto& [share, white] = kLevels[static_cast<std::size_t>(slot / colors) % kLevels.size()];

@@ -15,10 +15,10 @@
 
 namespace sqslam {
 
-// Style of a map over a photograph. Widths and sizes are pixels of a picture 720 pixels high.
+// Style of a map over a photograph. Widths and sizes are pixels in a picture 720 pixels high.
 struct OverlayStyle {
   double width = 2.6;     // of the outlines, pixels
-  double fill = 0.14;     // opacity of the surfaces, 0: outlines only
+  double fill = 0.14;     // opacity of the surfaces; 0: outlines only
   double hidden = 0.35;   // opacity of outlines behind nearer objects
   bool labels = true;     // names beside the outlines
   bool points = false;    // map points
@@ -34,43 +34,43 @@ struct OverlayStyle {
   }
 };
 
-// Four samples a pixel; edges that are smoothed afterwards, which is faster; none.
+// Four samples per pixel; edges smoothed afterwards, which is faster; none.
 enum class AntiAliasing { kSsaa, kFxaa, kNone };
 constexpr auto EnumNames(AntiAliasing) { return std::array{"ssaa", "fxaa", "none"}; }
 
-// Drawing of objects that are more likely wrong than right (IsReliable): as thin lines, like the others,
-// or not at all.
+// How to draw objects that are more likely wrong than right (IsReliable): as thin lines, like the others, or
+// not at all.
 enum class UncertainObjects { kOutline, kSolid, kHide };
 constexpr auto EnumNames(UncertainObjects) { return std::array{"outline", "solid", "hide"}; }
 
-// Surfaces with light on them, panes that show what is in them, or lines alone; auto: glass where there is a
-// dense cloud to be seen, solid elsewhere.
+// Shaded surfaces, transparent surfaces that show their content, or lines only. auto: glass if there is a
+// visible dense cloud, else solid.
 enum class ObjectLook { kAuto, kSolid, kGlass, kOutline };
 constexpr auto EnumNames(ObjectLook) { return std::array{"auto", "solid", "glass", "outline"}; }
 
-// The form that a densified map is drawn in: the points of its depth maps, or the surface fused from them.
+// How to draw a densified map: as points of its depth maps, or as the surface fused from them.
 enum class DenseLook { kPoints, kMesh };
 constexpr auto EnumNames(DenseLook) { return std::array{"points", "mesh"}; }
 
-// Along the map's axes, or towards the camera.
+// Normal of the clip plane: an axis of the map, or towards the camera.
 enum class ClipAxis { kNone, kX, kY, kZ, kView };
 constexpr auto EnumNames(ClipAxis) { return std::array{"none", "x", "y", "z", "view"}; }
 
-// Style of a map. Colours are "#rrggbb"; sizes and widths are pixels of a picture 720 pixels high and
-// grow with it; lengths are relative to what the picture frames.
+// Style of a map. Colours are "#rrggbb"; sizes and widths are pixels in a picture 720 pixels high and scale
+// with it; lengths are relative to the framed scene.
 struct SceneStyle {
   struct Objects {
     bool show = true;
     ObjectLook look = ObjectLook::kAuto;
-    double opacity = 0.85;    // of solid surfaces, 1 draws them opaque
-    double glass = 0.22;      // opacity of surfaces of glass
-    double line = 0.9;        // opacity of the lines of glass and outlines
+    double opacity = 0.85;    // of solid surfaces; 1: opaque
+    double glass = 0.22;      // opacity of glass surfaces
+    double line = 0.9;        // opacity of lines with glass and outline
     double line_width = 3.0;  // pixels
     bool labels = false;      // names beside the objects
-    double roughness = 0.5;   // of the surfaces: 0 a mirror, 1 chalk
-    double metallic = 0.0;    // 0 paint, 1 metal
+    double roughness = 0.5;   // 0: mirror, 1: chalk
+    double metallic = 0.0;    // 0: paint, 1: metal
     UncertainObjects uncertain = UncertainObjects::kOutline;
-    int segments = 128;  // at most so many steps of longitude for a superquadric; small ones get fewer
+    int segments = 128;  // maximum steps of longitude per superquadric; small ones get fewer
     bool operator==(const Objects&) const = default;
     void VisitFields(auto&& visit) {
       visit("show", show);
@@ -90,7 +90,7 @@ struct SceneStyle {
     bool show = true;
     double size = 2.2;           // diameter, pixels
     double object_size = 3.4;    // diameter of points that belong to objects, pixels
-    double min_contrast = 0.28;  // least difference in lightness to the background, in [0, 1]
+    double min_contrast = 0.28;  // minimum difference in lightness to the background, in [0, 1]
     bool operator==(const Points&) const = default;
     void VisitFields(auto&& visit) {
       visit("show", show);
@@ -103,11 +103,11 @@ struct SceneStyle {
     bool trajectory = true;         // line through the keyframes
     bool keyframes = true;          // their frusta
     bool current = true;            // the camera of the snapshot
-    std::string color = "#5b6b7a";  // of trajectory and keyframes
+    std::string color = "#5b6b7a";  // of the trajectory and the keyframes
     std::string current_color = "#d1495b";
     double width = 1.6;           // of the trajectory, pixels
     double keyframe_width = 1.0;  // of the frusta, pixels
-    double size = 0.035;          // half the height of a frustum, of the radius that the picture frames
+    double size = 0.035;          // half the height of a frustum, relative to the framed radius
     bool operator==(const Cameras&) const = default;
     void VisitFields(auto&& visit) {
       visit("trajectory", trajectory);
@@ -123,7 +123,7 @@ struct SceneStyle {
   // Lines between keyframes that see the same map points.
   struct Covisibility {
     bool show = false;
-    int min_points = 100;  // that two keyframes must share for a line
+    int min_points = 100;  // minimum number of shared map points for a line
     std::string color = "#2a8f6d";
     double width = 1.0;    // pixels
     double opacity = 0.5;  // 0 to 1
@@ -136,7 +136,7 @@ struct SceneStyle {
       visit("opacity", opacity, 0.0, 1.0);
     }
   };
-  // The true path of the camera, where a picture is given one.
+  // The camera's true path, if the picture has one.
   struct GroundTruth {
     bool show = true;
     std::string color = "#c2185b";
@@ -148,14 +148,14 @@ struct SceneStyle {
       visit("width", width, 0.1, 50.0);
     }
   };
-  // The dense cloud of points of a densified map, or one that a picture is given.
+  // The dense cloud of a densified map, or one given for the picture.
   struct DenseCloud {
     bool show = true;
     DenseLook look = DenseLook::kPoints;
-    bool points = false;            // the map's points beside it
-    double size = 1.5;              // diameter of its points over the distance between them
-    double detail = 2.0;            // least distance between points of the finished picture, its own pixels
-    std::string color = "#8a929b";  // of a cloud without colours of its own
+    bool points = false;            // also draw the map's points
+    double size = 1.5;              // diameter of its points relative to their distance
+    double detail = 2.0;            // minimum distance of points in the finished picture, its own pixels
+    std::string color = "#8a929b";  // if the cloud has no colours of its own
     bool operator==(const DenseCloud&) const = default;
     void VisitFields(auto&& visit) {
       visit("show", show);
@@ -166,11 +166,11 @@ struct SceneStyle {
       visit("color", color);
     }
   };
-  // A plane that cuts away one side of points, dense cloud and objects: what is above it along the axis.
+  // A plane that cuts away the part of points, dense cloud and objects above it along the axis.
   struct Clip {
     ClipAxis axis = ClipAxis::kNone;
-    double offset = 0.0;  // of the plane from the middle of what the picture frames, of its radius
-    bool flip = false;    // the other side goes
+    double offset = 0.0;  // from the centre of the framed scene, relative to its radius
+    bool flip = false;    // cut away the other side
     bool operator==(const Clip&) const = default;
     void VisitFields(auto&& visit) {
       visit("axis", axis);
@@ -182,8 +182,8 @@ struct SceneStyle {
     bool show = true;
     std::string color = "#b4b9bf";
     double width = 1.0;    // pixels
-    double opacity = 0.8;  // at its centre; it fades outwards
-    double radius = 2.0;   // of the radius that the picture frames
+    double opacity = 0.8;  // at the centre; fades outwards
+    double radius = 2.0;   // relative to the framed radius
     bool operator==(const Grid&) const = default;
     void VisitFields(auto&& visit) {
       visit("show", show);
@@ -194,13 +194,13 @@ struct SceneStyle {
     }
   };
   struct Light {
-    double shadow = 0.32;            // darkness of the solids' shadow on the ground, 0: none
-    double ambient_occlusion = 0.7;  // how dark corners and gaps are, 0: not at all
-    double occlusion_radius = 0.12;  // its reach, of the radius that the picture frames
-    double outline = 0.35;           // strength of the line around each solid, 0: none
+    double shadow = 0.32;            // darkness of the solids' shadow on the ground; 0: none
+    double ambient_occlusion = 0.7;  // darkness of corners and gaps; 0: none
+    double occlusion_radius = 0.12;  // its reach, relative to the framed radius
+    double outline = 0.35;           // strength of the line around each solid; 0: none
     double outline_width = 1.2;      // pixels
     std::string outline_color = "#101418";
-    double eye_dome = 0.5;  // how much points stand out against points behind them, 0: not at all
+    double eye_dome = 0.5;  // how much points stand out against points behind them; 0: not at all
     bool operator==(const Light&) const = default;
     void VisitFields(auto&& visit) {
       visit("shadow", shadow, 0.0, 1.0);
@@ -213,8 +213,8 @@ struct SceneStyle {
     }
   };
   struct Lens {
-    double aperture = 0.0;  // radius, of the distance to the focal point; 0: everything is sharp
-    int samples = 32;       // pictures that are averaged for one with depth of field
+    double aperture = 0.0;  // radius, relative to the distance to the focal point; 0: everything is sharp
+    int samples = 32;       // pictures averaged for depth of field
     bool operator==(const Lens&) const = default;
     void VisitFields(auto&& visit) {
       visit("aperture", aperture, 0.0, 0.5);
@@ -223,8 +223,8 @@ struct SceneStyle {
   };
   struct Text {
     bool legend = true;  // classes, colours and counts
-    bool scale = true;   // axes and what a cell of the grid measures
-    double size = 15.0;  // height of the letters, pixels
+    bool scale = true;   // axes and the cell size of the grid
+    double size = 15.0;  // font size, pixels
     std::string color = "#222222";
     bool operator==(const Text&) const = default;
     void VisitFields(auto&& visit) {
@@ -237,7 +237,7 @@ struct SceneStyle {
 
   std::string background = "#ffffff";
   AntiAliasing anti_aliasing = AntiAliasing::kSsaa;
-  AntiAliasing video_anti_aliasing = AntiAliasing::kFxaa;  // of videos, where the coding hides the difference
+  AntiAliasing video_anti_aliasing = AntiAliasing::kFxaa;  // of videos: compression hides the difference
   Objects objects;
   Points points;
   Cameras cameras;
@@ -249,7 +249,7 @@ struct SceneStyle {
   Light light;
   Lens lens;
   Text text;
-  OverlayStyle overlay;  // of maps over photographs
+  OverlayStyle overlay;  // for maps over photographs
   bool operator==(const SceneStyle&) const = default;
 
   void VisitFields(auto&& visit) {
@@ -271,47 +271,47 @@ struct SceneStyle {
   }
 };
 
-// Drawn with a map without being part of it, in its frame. A value; cloud and mesh are shared.
+// Content drawn with a map that is not part of it, in the map frame. A value; cloud and mesh are shared.
 struct SceneLayers {
-  std::vector<std::vector<Eigen::Vector3d>> true_path;  // of the camera, in pieces
-  CloudLayerPtr dense_cloud;                            // or null
-  SurfaceMeshPtr dense_mesh;  // or null; in place of the cloud where the style wants it
+  std::vector<std::vector<Eigen::Vector3d>> true_path;  // of the camera, split at gaps
+  CloudLayerPtr dense_cloud;                            // may be null
+  SurfaceMeshPtr dense_mesh;  // may be null; replaces the cloud if the style asks for it
 
   bool operator==(const SceneLayers&) const = default;
 };
 
-// A style by name (configs/styles/NAME.yaml) or from a file that ends in .yaml. Throws UsageError that names
-// the styles there are, or file and line of what is wrong.
+// Loads a style by name (configs/styles/NAME.yaml) or from a .yaml file. Throws UsageError that lists the
+// available styles, or names file and line of an error.
 SceneStyle LoadStyle(const std::string& name_or_file);
 
-// Throws UsageError on values out of range and colours that are none.
+// Throws UsageError on values out of range and invalid colours.
 void CheckStyle(const SceneStyle& style);
 
-// "#rrggbb" to red, green, blue in [0, 1] and back. Parsing throws UsageError on anything else.
+// Convert "#rrggbb" to RGB in [0, 1] and back. Parsing throws UsageError on anything else.
 Eigen::Vector3d ParseColor(std::string_view text);
 std::string FormatColor(const Eigen::Vector3d& color);
 
-// Relative luminance of a colour, [0, 1].
+// Returns the relative luminance of a colour, in [0, 1].
 inline double Lightness(const Eigen::Vector3d& color) {
   return color.dot(Eigen::Vector3d(0.2126, 0.7152, 0.0722));
 }
 
-// The colour made darker on a light background, lighter on a dark one, until their lightness differs by so
-// much.
+// Makes a colour darker on a light background, or lighter on a dark one, until the lightness differs by
+// `min_contrast`.
 Eigen::Vector3d ReadableOn(const Eigen::Vector3d& background, const Eigen::Vector3d& color,
                            double min_contrast);
 
-// Colours of classes that people with any colour vision tell apart (Okabe and Ito), at further lightness
-// levels where there are more classes than colours. A label keeps its colour from map to map unless two
-// labels of one map want the same.
+// Colours of classes, distinguishable with any colour vision (Okabe and Ito), at several lightness levels if
+// there are more classes than colours. A label has the same colour in every map unless two labels of one map
+// collide.
 class LabelColors {
  public:
   LabelColors() = default;
-  // `fixed` goes before the palette: one map's colours for others.
+  // `fixed` overrides the palette, to use one map's colours for others.
   explicit LabelColors(std::span<const std::string> labels,
                        std::map<std::string, Eigen::Vector3d> fixed = {});
 
-  // The colours of all objects that have a `label`.
+  // Returns colours for the labels of all objects.
   static LabelColors Of(const auto& objects, std::map<std::string, Eigen::Vector3d> fixed = {}) {
     std::vector<std::string> labels;
     for (const auto& object : objects) {

@@ -23,7 +23,7 @@ PlaneAxes AxesOf(const Eigen::Vector3d& up) {
   return {x, up.cross(x), up};
 }
 
-// Directions to the lamp, and to the sky as many of each height as the cosine law sends.
+// Directions to the lamp; SkyDirections samples the sky with cosine weighting.
 std::vector<Eigen::Vector3d> LampDirections(const ShadowLight& light) {
   const PlaneAxes lamp = AxesOf(light.towards.normalized());
   std::vector<Eigen::Vector3d> directions;
@@ -48,7 +48,7 @@ std::vector<Eigen::Vector3d> SkyDirections(const ShadowLight& light, const Eigen
   return directions;
 }
 
-// The places of the shadow's pixels on the plane.
+// Maps the shadow's pixels to the plane.
 struct ShadowPlane {
   PlaneAxes axes;
   double height = 0.0;
@@ -57,9 +57,9 @@ struct ShadowPlane {
   cv::Size size;
 };
 
-constexpr int kShift = 4;  // polygons are placed to a sixteenth of a pixel
+constexpr int kShift = 4;  // fractional bits of polygon coordinates
 
-// Outline of the shadow of one solid by one direction of light, pixels.
+// Returns the outline of one solid's shadow from one light direction, pixels.
 std::vector<cv::Point> Outline(const PosedSuperquadric& solid, const Eigen::Vector3d& towards,
                                const ShadowPlane& plane) {
   const PlaneAxes across = AxesOf(towards);
@@ -77,15 +77,15 @@ std::vector<cv::Point> Outline(const PosedSuperquadric& solid, const Eigen::Vect
     const double angle = 2.0 * std::numbers::pi * i / kOutlinePoints;
     const Eigen::Vector3d p = SupportPoint(solid, std::cos(angle) * across.x + std::sin(angle) * across.y);
     add(p);
-    add(2.0 * center - p);  // which lies farthest the other way
+    add(2.0 * center - p);  // by symmetry, the support point in the opposite direction
   }
   std::vector<cv::Point> hull;
   cv::convexHull(outline, hull);
   return hull;
 }
 
-// Sum over the directions of what the solids keep dark (32FC1, 255 for each). The sums of threads are whole
-// numbers: their order does not matter.
+// Sums the solids' shadows over the directions (32FC1, 255 each). The threads' sums are whole numbers, so
+// their order does not matter.
 cv::Mat SumOfShadows(const std::vector<PosedSuperquadric>& solids,
                      const std::vector<Eigen::Vector3d>& directions, const ShadowPlane& plane) {
   cv::Mat sum = cv::Mat::zeros(plane.size, CV_32F);
@@ -131,7 +131,7 @@ GroundShadow CastGroundShadow(std::span<const PosedSuperquadric> solids, const E
   if (casting.empty()) {
     return shadow;
   }
-  // Always a square of the same size: a software renderer compiles its programs anew for other shapes.
+  // Always a square of the same size: a software renderer recompiles its programs for other shapes.
   const ShadowPlane picture{
       plane, height, bounds.min(), bounds.sizes().maxCoeff() / resolution, {resolution, resolution}};
   cv::Mat sum;
@@ -139,7 +139,7 @@ GroundShadow CastGroundShadow(std::span<const PosedSuperquadric> solids, const E
                   light.lamp / std::max(1, light.lamp_samples),
                   SumOfShadows(casting, SkyDirections(light, up), picture),
                   (1.0 - light.lamp) / std::max(1, light.sky_samples), 0.0, sum);
-  // The faintest part, which reaches far, would only make the paper look grey.
+  // Cuts off the faintest part, which reaches far and would only make the background look grey.
   constexpr double kUnseen = 16.0;
   sum.convertTo(shadow.darkness, CV_8U, 255.0 / (255.0 - kUnseen), -255.0 * kUnseen / (255.0 - kUnseen));
   shadow.corner = picture.corner.x() * plane.x + picture.corner.y() * plane.y + height * up;

@@ -10,7 +10,7 @@
 namespace sqslam {
 namespace {
 
-// Tells solids apart that can be drawn in either order: farther first, then by where and how large.
+// Order among solids that can be drawn in any order: farther first, then by position and shape.
 auto Rank(const PosedSuperquadric& solid, const Eigen::Vector3d& eye) {
   const Eigen::Vector3d& c = solid.T_map_object.translation;
   const Eigen::Vector3d& a = solid.shape.half_size;
@@ -64,7 +64,7 @@ std::vector<std::vector<int>> SolidOrder::BackToFront(const Eigen::Vector3d& eye
   std::sort(ranked.begin(), ranked.end(),
             [&](int a, int b) { return Rank(solid(a), eye) < Rank(solid(b), eye); });
 
-  // votes[a * count + b] > 0: a is to be drawn before b. A group's members may disagree: the majority counts.
+  // votes[a * count + b] > 0: draw a before b. Members of a group may disagree: the majority decides.
   std::vector<int> votes(count * count, 0);
   for (const Plane& plane : planes_) {
     const double side = plane.normal.dot(eye) - plane.offset;
@@ -83,7 +83,7 @@ std::vector<std::vector<int>> SolidOrder::BackToFront(const Eigen::Vector3d& eye
     const auto free = std::find_if(ranked.begin(), ranked.end(), [&](int entry) {
       return waits_for[static_cast<std::size_t>(entry)] == 0;
     });
-    const auto next = free == ranked.end() ? ranked.begin() : free;  // a ring: start with the farthest
+    const auto next = free == ranked.end() ? ranked.begin() : free;  // a cycle: start with the farthest
     const auto drawn = static_cast<std::size_t>(*next);
     order.push_back(entries_[drawn]);
     ranked.erase(next);
@@ -108,10 +108,11 @@ Separation Separate(const PosedSuperquadric& a, const PosedSuperquadric& b, int 
       best = along.gap > best.gap ? along : best;
     }
     if (best.gap > 0.0 && n == centers) {
-      return best;  // the usual case; the others are all tried, so that swapping a and b changes nothing
+      return best;  // the usual case; else all directions count, so that swapping a and b changes nothing
     }
   }
-  // The point of b - a (Minkowski difference) nearest to the origin, from centre to centre.
+  // Finds the point of b - a (Minkowski difference) nearest to the origin, starting at the centres'
+  // difference.
   Eigen::Vector3d v = centers;
   for (int round = 0; round < rounds && best.gap < 0.0 && v.squaredNorm() > 1e-18; ++round) {
     const Eigen::Vector3d w = SupportPoint(b, -v) - SupportPoint(a, v);

@@ -8,19 +8,18 @@
 
 namespace sqslam {
 
-// The order in which to draw translucent superquadrics so that nearer ones cover farther ones. Two convex
-// solids that a plane separates can always be ordered: the one on the camera's side of the plane is drawn
-// later. Solids that reach into one another have no order and are to be drawn together. The order depends on
-// the solids alone, not on how they are numbered.
+// The drawing order of translucent superquadrics, such that nearer ones cover farther ones. Of two convex
+// solids separated by a plane, the one on the camera's side is drawn later. Interpenetrating solids have no
+// order and must be drawn together. The order does not depend on the numbering of the solids.
 class SolidOrder {
  public:
   SolidOrder() = default;
 
-  // Finds the planes, which hold for every view.
+  // Finds the separating planes, which are the same for all views.
   explicit SolidOrder(std::vector<PosedSuperquadric> solids);
 
-  // Farthest first; each entry is what is drawn at one go: the index of a single solid, or the indices of
-  // solids that reach into one another.
+  // Returns entries to draw, farthest first. Each is the index of a single solid or the indices of
+  // interpenetrating solids.
   std::vector<std::vector<int>> BackToFront(const Eigen::Vector3d& camera_position) const;
 
  private:
@@ -37,21 +36,21 @@ class SolidOrder {
   std::vector<Plane> planes_;
 };
 
-// Superquadrics as convex solids (both exponents at most 2).
+// The functions below treat superquadrics as convex solids (both exponents at most 2).
 
-// A direction along which all of b lies beyond all of a: any such, or the best there is where they overlap.
+// A direction along which all of b lies beyond all of a: any such direction, or the best one if they overlap.
 struct Separation {
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  // unit length, from a to b
-  double gap = 0.0;     // along it, map units; negative: they overlap by that much in this direction
-  double middle = 0.0;  // direction . p of the plane halfway between the two
+  double gap = 0.0;     // along `direction`, map units; negative: they overlap by that much
+  double middle = 0.0;  // direction . p of the plane halfway between a and b
 };
 
-// By the directions of centres and axes, then by Gilbert's algorithm for the nearest points of two convex
-// sets (1966), `rounds` steps at most.
+// Tries the directions of the centres and axes, then at most `rounds` steps of Gilbert's algorithm for the
+// nearest points of two convex sets (1966).
 Separation Separate(const PosedSuperquadric& a, const PosedSuperquadric& b, int rounds = 40);
 
-// Sets of solids that reach into one another, each with at least two members (indices, ascending); solids
-// that stand free are in none. `slack`: solids are shrunk by this share, so that mere contact does not count.
+// Returns groups of two or more interpenetrating solids (ascending indices). `slack`: share by which solids
+// are shrunk, so that mere contact does not count.
 std::vector<std::vector<int>> InterpenetratingGroups(std::span<const PosedSuperquadric> solids,
                                                      double slack = 0.03);
 

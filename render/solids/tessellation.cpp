@@ -12,9 +12,9 @@ double SignedPower(double base, double exponent) {
   return std::copysign(std::pow(std::abs(base), exponent), base);
 }
 
-// Points at equal steps of an angle, made of its cosine and sine.
+// Samples points at equal steps of an angle from its cosine and sine.
 std::vector<SuperellipsePoint> Sample(double first, double last, int segments, const auto& point_at) {
-  // Exactly zero at the quarter turns, where powers near zero would magnify rounding.
+  // Exactly zero at quarter turns: small exponents would amplify rounding errors near zero.
   const auto snap = [](double value) { return std::abs(value) < 1e-12 ? 0.0 : value; };
   std::vector<SuperellipsePoint> points;
   for (int i = 0; i <= segments; ++i) {

@@ -26,10 +26,10 @@ namespace {
 using Place = SurfaceVolume::Place;
 
 constexpr int kVoxels = SurfaceVolume::kEdge;
-constexpr int kChunk = 8;                      // blocks along the part that is marched at a time
-constexpr int kAcross = kChunk * kVoxels + 1;  // voxels along it, with the first ones of the next part
+constexpr int kChunk = 8;                      // blocks along the part marched at a time
+constexpr int kAcross = kChunk * kVoxels + 1;  // voxels along a part, with the first of the next part
 
-// Samples of a cubic part of the volume.
+// A cubic part of the volume.
 class Chunk {
  public:
   Chunk() : voxels_(static_cast<std::size_t>(kAcross) * kAcross * kAcross) {}
@@ -49,7 +49,7 @@ class Chunk {
     }
   }
 
-  // Null where no camera saw the voxel.
+  // Returns null if no camera saw the voxel.
   const SurfaceVolume::Voxel* At(int x, int y, int z) const { return voxels_[Index(x, y, z)]; }
 
   vtkNew<vtkImageData> Image() const {
@@ -81,11 +81,11 @@ class Chunk {
   std::vector<const SurfaceVolume::Voxel*> voxels_;
 };
 
-// The edge of the grid that a vertex lies on: its lower voxel and its axis (3: at the voxel itself).
+// The grid edge that a vertex lies on: its lower voxel and its axis (3: at the voxel itself).
 struct GridEdge {
   Place voxel;
   int axis = 3;
-  double share = 0.0;  // of the way to the upper voxel
+  double share = 0.0;  // position between lower (0) and upper voxel (1)
 
   static GridEdge Of(const double* p) {
     constexpr double kAtVoxel = 1e-4;
@@ -102,7 +102,7 @@ struct GridEdge {
   }
 };
 
-// Puts the parts together: vertices on one edge of the grid become one.
+// Joins the parts: vertices on the same grid edge are merged.
 class SurfaceBuilder {
  public:
   explicit SurfaceBuilder(double voxel) : voxel_(voxel) {}
@@ -121,7 +121,7 @@ class SurfaceBuilder {
       const auto b = vertices[static_cast<std::size_t>(corners->GetId(1))];
       const auto c = vertices[static_cast<std::size_t>(corners->GetId(2))];
       if (a >= 0 && b >= 0 && c >= 0 && a != b && b != c && c != a) {
-        // The filter has the corners in the other turn.
+        // The filter's corners have the opposite orientation.
         mesh_.triangles.push_back(
             {static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(c), static_cast<std::uint32_t>(b)});
       }
@@ -140,7 +140,7 @@ class SurfaceBuilder {
     }
   };
 
-  // -1 where one of the edge's voxels was not seen.
+  // Returns -1 if one of the edge's voxels was not seen.
   std::int64_t Vertex(const Chunk& chunk, const Place& place, const GridEdge& edge) {
     Place upper = edge.voxel;
     if (edge.axis < 3) {
@@ -176,7 +176,7 @@ class SurfaceBuilder {
   std::unordered_map<std::array<std::int32_t, 4>, std::size_t, KeyHash> places_;
 };
 
-// Leaves out the triangles that `drop` names, and the vertices that no other one has.
+// Removes the triangles marked in `drop`, and unused vertices.
 SurfaceMesh Without(const SurfaceMesh& mesh, const std::vector<bool>& drop) {
   constexpr std::uint32_t kNone = 0xFFFFFFFF;
   SurfaceMesh kept;
@@ -277,8 +277,7 @@ SurfaceMesh ThinnedOut(const SurfaceMesh& mesh, int max_triangles) {
                                  static_cast<double>(wanted) / static_cast<double>(mesh.triangles.size()));
   decimation->AttributeErrorMetricOn();
   const int warnings = vtkObject::GetGlobalWarningDisplay();
-  vtkObject::GlobalWarningDisplayOff();  // it prints each edge whose best place no equations tell, and takes
-                                         // its middle
+  vtkObject::GlobalWarningDisplayOff();  // it warns about every singular quadric
   decimation->Update();
   vtkObject::SetGlobalWarningDisplay(warnings);
   const SurfaceMesh thin = FromPolyData(*decimation->GetOutput());
@@ -314,7 +313,7 @@ SurfaceMesh MarchSurface(const SurfaceVolume& volume, const SurfaceOptions& opti
 }
 
 void MarkFirstSeen(const DepthRecording& depths, SurfaceMesh& mesh) {
-  constexpr double kNear = 0.04;  // of the depth: the fused surface lies between the maps'
+  constexpr double kNear = 0.04;  // relative to the depth; the fused surface averages the depth maps
   constexpr std::size_t kAtOnce = 1 << 14;
   constexpr std::int32_t kNever = std::numeric_limits<std::int32_t>::max();
   mesh.frames.assign(mesh.vertices.size(), kNever);
@@ -339,7 +338,8 @@ void MarkFirstSeen(const DepthRecording& depths, SurfaceMesh& mesh) {
       }
     });
   }
-  // Where all maps are off, or have a hole that the surface closes: with the last of its neighbours.
+  // Vertices that no depth map shows (depth too far off, or a hole that the surface closes) take the frame of
+  // a neighbour, the earlier one of two.
   for (bool found = true; found;) {
     found = false;
     for (const auto& triangle : mesh.triangles) {

@@ -71,7 +71,7 @@ std::vector<Detection> DetectorNoise::Apply(const std::vector<ExactBox>& boxes, 
   constexpr double kWrongLabel = 0.03;
   std::vector<Detection> detections;
   for (const ExactBox& exact : boxes) {
-    // All draws are made for every box, so that one decision does not shift the next.
+    // All random numbers are drawn for every box, so that one decision does not affect the next.
     const Box2d& box = exact.detection.box;
     const double left = box.x + random_.gaussian(kEdgeError * box.width);
     const double right = box.x + box.width + random_.gaussian(kEdgeError * box.width);

@@ -35,7 +35,7 @@ TextureDescription ReadTexture(const YAML::Node& node) {
   return texture;
 }
 
-// An object stands on `base` (the height of its lowest point) or, where that is missing, has a full 'center'.
+// 'base' (the height of the lowest point), if given, replaces the z of 'center'.
 SceneBody ReadBody(const YAML::Node& node) {
   SceneBody body;
   body.id = node["id"].as<std::int32_t>(0);

@@ -12,13 +12,13 @@
 
 namespace sqslam {
 
-// Lengths in metres, world frame with z up, angles in radians (degrees in the YAML).
+// Lengths are in metres, in a world frame with z up; angles are in radians (degrees in the YAML).
 
-// The painting on a surface. Patterns: see PaintTexture in textured_mesh.h.
+// The texture of a surface. Patterns: see PaintTexture in textured_mesh.h.
 struct TextureDescription {
   std::string pattern = "plaster";
-  std::vector<std::array<std::uint8_t, 3>> colors;  // RGB; the first is the ground
-  std::string title;                                // large print, for patterns that have some
+  std::vector<std::array<std::uint8_t, 3>> colors;  // RGB; the first is the background
+  std::string title;                                // large text, for patterns that have one
   std::uint64_t seed = 0;
 };
 
@@ -36,7 +36,7 @@ struct ScenePanel {
   Eigen::Vector3d corner = Eigen::Vector3d::Zero();
   Eigen::Vector3d edge_u = Eigen::Vector3d::UnitX();
   Eigen::Vector3d edge_v = Eigen::Vector3d::UnitY();
-  double shading_step = 0.05;  // distance of the points at which light is computed
+  double shading_step = 0.05;  // distance between the points at which light is computed
   TextureDescription texture;
 };
 
@@ -48,7 +48,7 @@ struct SceneLight {
   Eigen::Vector3d rgb = Eigen::Vector3d::Ones();  // radiance, relative
 };
 
-// A point of the camera's way; the way passes it smoothly.
+// A control point of the camera path.
 struct SceneWaypoint {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   Eigen::Vector3d look_at = Eigen::Vector3d::UnitX();
@@ -61,13 +61,13 @@ struct SceneDescription {
   std::vector<SceneBody> bodies;
   std::vector<ScenePanel> panels;
   std::vector<SceneLight> lights;
-  Eigen::Vector3d ambient = Eigen::Vector3d::Constant(0.3);  // light from everywhere, where nothing is near
+  Eigen::Vector3d ambient = Eigen::Vector3d::Constant(0.3);  // light from everywhere, far from other bodies
   std::vector<SceneWaypoint> waypoints;
-  double tremor_position = 0.002;  // metres, amplitude of the shaking hand
+  double tremor_position = 0.002;  // metres; amplitude of hand shake
   double tremor_angle = 0.004;     // radians
 };
 
-// Reads a scene. Throws InputError that names the file, the place in it and what was expected.
+// Reads a scene. Throws InputError that names the file, the position in it and what was expected.
 SceneDescription ReadScene(const std::filesystem::path& path);
 
 }  // namespace sqslam

@@ -14,14 +14,14 @@ namespace sqslam {
 // Draws a scene as its camera sees it. For the sources of render/ only.
 class SceneRenderer {
  public:
-  // Paints the textures and computes the light: seconds. Pictures are drawn at `supersampling` times the
-  // camera's size and averaged down.
+  // Paints the textures and computes the light, which takes seconds. Pictures are drawn at `supersampling`
+  // times the camera's size, then averaged.
   SceneRenderer(const SceneDescription& scene, int supersampling, RenderBackend backend);
 
   cv::Mat RenderColor(const Rigid3d& T_world_camera);  // 8UC3, camera size
 
-  // The object that each point of the picture shows (0 for none): 8UC1, `supersampling` times the camera's
-  // size. Its pixel (i, j) covers [i / s - 0.5, (i + 1) / s - 0.5] of the camera's columns, and so for rows.
+  // Returns the object id at each pixel (0: none): 8UC1, s = `supersampling` times the camera's size. Pixel
+  // (i, j) covers the camera's columns [i / s - 0.5, (i + 1) / s - 0.5], and rows likewise.
   cv::Mat RenderIds(const Rigid3d& T_world_camera);
 
  private:

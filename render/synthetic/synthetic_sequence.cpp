@@ -36,7 +36,7 @@ std::string FormatPose(double timestamp, const Rigid3d& pose) {
                      t.z(), q.x(), q.y(), q.z(), q.w());
 }
 
-// The name of a shape where it has one, "superquadric" elsewhere; readers go by `shape` then.
+// Returns the name of a shape if it has one, else "superquadric".
 std::string PrimitiveName(const Superquadric& shape) {
   const auto sharp = [](double e) { return e <= 0.3; };
   const auto round = [](double e) { return e >= 0.8 && e <= 1.2; };
@@ -97,7 +97,7 @@ void AddSensorNoise(cv::Mat& image, double sigma, std::uint64_t seed) {
   cv::add(image, noise, image, cv::noArray(), CV_8U);
 }
 
-// The text files of a sequence as they grow frame by frame.
+// The text files of a sequence, extended frame by frame.
 struct SequenceText {
   std::string images = "# color images\n# timestamp filename\n";
   std::string poses = "# ground truth trajectory: T_world_camera\n# timestamp tx ty tz qx qy qz qw\n";
@@ -142,8 +142,8 @@ Vector6d Waypoint(const SceneDescription& scene, int i) {
   return (Vector6d() << waypoint.position, waypoint.look_at).finished();
 }
 
-// Uniform cubic B-spline over the waypoints: two continuous derivatives, as a hand moves. It passes the ends
-// and rounds the way off at the waypoints between.
+// Uniform cubic B-spline over the waypoints, with two continuous derivatives like the motion of a hand. It
+// passes through the ends and near the waypoints between.
 Vector6d SplineAt(const SceneDescription& scene, double t) {
   const int i = static_cast<int>(std::floor(t));
   const double u = t - i;
@@ -157,15 +157,15 @@ Vector6d SplineAt(const SceneDescription& scene, double t) {
   return sum;
 }
 
-// Samples of the curve with the way made up to each, so that time can be spread evenly over it. Turning
-// counts too: a metre of the way and a metre that the aim moves cost the same time together.
+// Samples of the curve with the arc length at each, for motion at constant speed. Arc length is measured in
+// position and look-at point together, so that turning takes time too.
 struct MeasuredCurve {
   std::vector<Vector6d> samples;
   std::vector<double> way;
 
   explicit MeasuredCurve(const SceneDescription& scene) {
     constexpr int kSamplesPerSpan = 100;
-    const double first = -1.0;  // repeated end points make the curve start and end there
+    const double first = -1.0;  // repeated end points: the curve starts and ends there
     const double last = static_cast<double>(scene.waypoints.size());
     const int count = static_cast<int>((last - first) * kSamplesPerSpan);
     for (int i = 0; i <= count; ++i) {
@@ -183,10 +183,10 @@ struct MeasuredCurve {
   }
 };
 
-// Part of the way made after the part `t` of the time: even, with soft ends.
+// Returns the share of the path travelled after the share `t` of the time: constant speed with smooth ends.
 double Progress(double t) {
   constexpr double kRamp = 0.06;
-  const auto integral = [](double x) {  // of a speed that rises smoothly from 0 to 1 within kRamp
+  const auto integral = [](double x) {  // of a speed that smoothly rises from 0 to 1 within kRamp
     const double u = std::min(x / kRamp, 1.0);
     return kRamp * (u * u * u - 0.5 * u * u * u * u) + std::max(0.0, x - kRamp);
   };
@@ -194,7 +194,7 @@ double Progress(double t) {
   return t <= 0.5 ? integral(t) / total : 1.0 - integral(1.0 - t) / total;
 }
 
-// A sum of incommensurable sines for each of six axes.
+// Hand tremor: per axis (six), a sum of sines with incommensurable frequencies.
 class Tremor {
  public:
   explicit Tremor(std::uint64_t seed) {
@@ -236,7 +236,7 @@ SynthesisSummary WriteSyntheticSequence(const SceneDescription& scene, const fs:
   }
   SynthesisSummary summary;
   summary.frames = options.frames > 0 ? options.frames : scene.frames;
-  // Fewer frames are the beginning of the same motion, not the same way in less time.
+  // Fewer frames are the beginning of the same motion, not a faster one.
   std::vector<Rigid3d> poses = HandHeldMotion(scene, std::max(summary.frames, scene.frames), options.seed);
   poses.resize(static_cast<std::size_t>(summary.frames));
   AddMotion(poses, scene.camera.fps, summary);

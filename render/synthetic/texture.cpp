@@ -14,7 +14,7 @@
 namespace sqslam {
 namespace {
 
-// A picture being painted. Lengths are pixels; `unit` is one centimetre.
+// A texture being painted. Lengths are pixels; `unit` is one centimetre.
 struct Canvas {
   cv::Mat image;
   cv::RNG random;
@@ -30,8 +30,8 @@ struct Canvas {
   cv::Scalar RandomColor() { return Color(random.uniform(0, static_cast<int>(colors.size()))); }
 };
 
-// Smooth noise of standard deviation about 1 with octaves from `coarse` pixels a cell down to two. Built from
-// coarse to fine, so that only the last step works at full size.
+// Smooth noise of standard deviation about 1, with octaves from `coarse` pixels per cell down to two. Built
+// from coarse to fine, so that only the last step runs at full size.
 cv::Mat FractalNoise(cv::Size size, double coarse, double persistence, cv::RNG& random) {
   cv::Mat sum;
   double amplitude = 1.0;
@@ -97,7 +97,7 @@ void Text(Canvas& canvas, const std::string& text, cv::Point corner, double heig
               cv::LINE_AA);
 }
 
-// Lines of words that fill a rectangle, letters `height` pixels high.
+// Fills a rectangle with lines of words, letters `height` pixels high.
 void Paragraph(Canvas& canvas, const cv::Rect& box, double height, const cv::Scalar& color) {
   const int thickness = std::max(1, static_cast<int>(height / 9.0));
   for (double y = box.y + height; y < box.br().y; y += 1.9 * height) {
@@ -111,7 +111,7 @@ void Paragraph(Canvas& canvas, const cv::Rect& box, double height, const cv::Sca
   }
 }
 
-// Small filled shapes of many sizes at random places, `density` of them a square centimetre.
+// Draws small filled shapes of many sizes at random places, `density` per square centimetre.
 void Motifs(Canvas& canvas, double density, double smallest, double largest) {
   const double area = canvas.Width() * canvas.Height() / (canvas.unit * canvas.unit);
   const int count = static_cast<int>(density * area) + 3;
@@ -160,7 +160,7 @@ void Barcode(Canvas& canvas, const cv::Rect& box) {
   }
 }
 
-// The print of a cardboard box or a tin: repeated around the body every 12 cm or so, each panel different.
+// Paints the print of a cardboard box or a tin: panels about 12 cm wide around the body, each different.
 void PaintPackage(Canvas& canvas) {
   Clouds(canvas, canvas.Color(1), 6.0 * canvas.unit, 0.35);
   const double panel = std::min(12.0 * canvas.unit, static_cast<double>(canvas.Width()));

@@ -13,10 +13,9 @@ constexpr double kObjectPixelsPerMetre = 1400.0;
 constexpr double kFurniturePixelsPerMetre = 600.0;
 constexpr double kHiddenPixelsPerMetre = 100.0;  // undersides
 constexpr double kPanelPixelsPerMetre = 700.0;
-constexpr double kLargestTexture = 2048.0;  // pixels a side
+constexpr double kLargestTexture = 2048.0;  // pixels per side
 
-// Light as the eye sees it: the texture is stored with the gamma of screens, so light multiplies it in gamma
-// too.
+// Applies display gamma to light, as it multiplies textures stored with that gamma.
 std::array<std::uint8_t, 3> EncodeLight(const Eigen::Vector3d& irradiance) {
   std::array<std::uint8_t, 3> encoded{};
   for (int i = 0; i < 3; ++i) {
@@ -43,7 +42,7 @@ cv::Mat PaintFor(const TextureDescription& texture, double width, double height,
   return PaintTexture(texture, std::max(width, 0.01), std::max(height, 0.01), scale, variation);
 }
 
-// Parameter samples dense at corners (for the silhouette) and on flat sides (for the light), in order.
+// Returns ordered samples that are dense at corners (for the silhouette) and on flat sides (for the light).
 std::vector<SuperellipsePoint> DenseSamples(double e, double first, double last, int segments) {
   std::vector<SuperellipsePoint> samples = SampleUniformInParameter(e, first, last, segments);
   const std::vector<SuperellipsePoint> flat = SampleUniformInPolarAngle(e, first, last, segments);
@@ -54,7 +53,7 @@ std::vector<SuperellipsePoint> DenseSamples(double e, double first, double last,
   return samples;
 }
 
-// Lengths along the polyline of samples scaled by (scale_x, scale_y).
+// Returns the arc length at each sample of the polyline scaled by (scale_x, scale_y).
 std::vector<double> ArcLengths(const std::vector<SuperellipsePoint>& samples, double scale_x,
                                double scale_y) {
   std::vector<double> lengths(samples.size(), 0.0);
@@ -106,7 +105,7 @@ TexturedMesh BuildChart(const SceneBody& body, const SceneLighting& lighting, co
   return mesh;
 }
 
-// First row of the top cap: from where on the surface looks up by more than about 50 degrees.
+// Returns the first row of the top cap, where the normal is more than about 50 degrees above the horizon.
 std::size_t CapRow(const BodySamples& samples, const Superquadric& shape) {
   constexpr double kSlope = 1.2;
   const double radius = 0.5 * (shape.half_size.x() + shape.half_size.y());
@@ -119,13 +118,13 @@ std::size_t CapRow(const BodySamples& samples, const Superquadric& shape) {
   return samples.profile.size() - 2;
 }
 
-constexpr int kLampSamples = 5;        // a side
-constexpr int kAmbientSamples = 20;    // directions of the hemisphere
-constexpr double kAmbientReach = 0.5;  // metres; what is farther away does not dim ambient light
-constexpr double kLift = 2e-3;         // metres; a surface must not shadow itself
+constexpr int kLampSamples = 5;        // per side
+constexpr int kAmbientSamples = 20;    // directions in the hemisphere
+constexpr double kAmbientReach = 0.5;  // metres; bodies farther away do not dim ambient light
+constexpr double kLift = 2e-3;         // metres; offset to avoid self-shadowing
 
-// Does the segment from a to b (object frame) enter the body? The radial scale is a norm, hence convex along
-// the segment, and a golden-section search finds its least value.
+// Returns true if the segment from a to b (object frame) enters the body. The radial scale is a norm and thus
+// convex along the segment: a golden-section search finds its minimum.
 bool Enters(const Superquadric& shape, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   double begin = 0.0;
   double end = 1.0;
@@ -172,7 +171,7 @@ bool Enters(const Superquadric& shape, const Eigen::Vector3d& a, const Eigen::Ve
   return std::min(f_left, f_right) < 1.0;
 }
 
-// Direction i of n of a cosine-weighted hemisphere about z (Fibonacci spiral).
+// Returns direction i of n of a cosine-weighted hemisphere about z (Fibonacci spiral).
 Eigen::Vector3d HemisphereDirection(int i, int n) {
   const double radius = std::sqrt((i + 0.5) / n);
   const double angle = 2.0 * std::numbers::pi * std::fmod(i * 0.6180339887, 1.0);

@@ -53,7 +53,7 @@ class Reader {
     Fail(file_, node.Mark().line + 1, message);
   }
 
-  // The value under a key, if it is there.
+  // Returns the value of a key, if present.
   template <typename T>
   std::optional<T> Get(const YAML::Node& parent, const std::string& key, const std::string& expected) const {
     const YAML::Node node = parent[key];
@@ -168,8 +168,9 @@ class Reader {
   double fps_;
 };
 
-// Focal point, direction and logarithm of the distance from there, up and view angle as one vector, for the
-// splines: between two views of one thing the camera goes around it, not through it.
+// A view as a vector for the splines: focal point, direction and log-distance of the camera from it, up
+// vector, view angle. Between two views of one object, the camera then moves around the object, not through
+// it.
 using ViewVector = Eigen::Matrix<double, 11, 1>;
 
 ViewVector ToVector(const ViewCamera& view) {
@@ -194,15 +195,15 @@ struct Knot {
   ViewVector value;
 };
 
-// Appends the knots between two keys whose directions are far apart, so that none is more than this angle
-// from the next: the spline then stays near the sphere.
+// Appends intermediate knots if the directions of two keys differ by more than kMaxTurn, so that the spline
+// stays close to the unit sphere.
 void AppendBetween(const Knot& from, const Knot& to, std::vector<Knot>& knots) {
   constexpr double kMaxTurn = std::numbers::pi / 4.0;
   const Eigen::Vector3d a = from.value.segment<3>(3);
   const Eigen::Vector3d b = to.value.segment<3>(3);
   Eigen::Vector3d axis = a.cross(b);
   const double angle = std::atan2(axis.norm(), a.dot(b));
-  if (axis.norm() < 1e-3) {  // straight across: around the vertical, if that leads there
+  if (axis.norm() < 1e-3) {  // opposite directions: turn about the vertical if possible
     const Eigen::Vector3d up = from.value.segment<3>(7);
     axis = std::abs(up.dot(a)) < 0.9 ? Eigen::Vector3d(up - up.dot(a) * a) : a.unitOrthogonal();
   }
@@ -215,20 +216,20 @@ void AppendBetween(const Knot& from, const Knot& to, std::vector<Knot>& knots) {
   }
 }
 
-// The slope at knot i: that of the parabola through it and its neighbours.
+// Returns the slope at a knot of the parabola through it and its neighbours.
 ViewVector Slope(const Knot& before, const Knot& at, const Knot& after) {
   const double a = at.time - before.time;
   const double b = after.time - at.time;
   return (b * (at.value - before.value) / a + a * (after.value - at.value) / b) / (a + b);
 }
 
-// A cubic spline through knots with rising times. `rest`: at rest at both ends. With `period` > 0 it goes on
-// from the last knot to the first.
+// A cubic spline through knots with increasing times. `rest`: zero velocity at both ends. With `period` > 0,
+// the spline is closed: it continues from the last knot to the first.
 class Spline {
  public:
   Spline(std::vector<Knot> knots, bool rest, double period) : knots_(std::move(knots)) {
     const std::size_t n = knots_.size();
-    if (period > 0.0 && n >= 2) {  // one more at each side, so that all slopes have neighbours
+    if (period > 0.0 && n >= 2) {  // repeat knots at both ends, so that all slopes have neighbours
       const Knot last = knots_.back();
       for (const std::size_t i : {0, 1}) {
         knots_.push_back({knots_[i].time + period, knots_[i].value});
@@ -323,7 +324,7 @@ std::vector<ViewCamera> ViewsAlong(const CameraPathFile& file, const MapSnapshot
                                    double fps) {
   const SceneFocus focus = FindFocus(map);
   const double aspect = static_cast<double>(options.width) / options.height;
-  // With a loop the frame after the last would be the first again.
+  // In a loop, the frame after the last one would equal the first.
   const double video = std::max(1, file.loop ? frames : frames - 1) / fps;
   const double length = file.Length().value_or(video);
   const double gaps = static_cast<double>(file.keys.size()) - (file.loop ? 0.0 : 1.0);

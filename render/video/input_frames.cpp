@@ -18,7 +18,7 @@ InputFrames::InputFrames(const RecordingReader& recording, const fs::path& map_f
   if (const Sequence* sequence = images_.FindSequence()) {
     poses_ = ReadPosesByFrame(map_file.parent_path() / "trajectory.txt", *sequence);
   }
-  // Poses without a trajectory: of keyframes, then of the newest frames of the snapshots.
+  // Without a trajectory: poses of the keyframes, then of the snapshots' newest frames.
   PosesByFrame recorded;
   for (const SnapshotKeyframe& keyframe : last->keyframes) {
     recorded.emplace(keyframe.frame_index, keyframe.T_map_camera);

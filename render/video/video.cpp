@@ -21,13 +21,13 @@
 namespace sqslam {
 namespace {
 
-// Places of the parts of a frame of a growth video, pixels. All sides are even.
+// Layout of a frame of a growth video, pixels. All sides are even.
 struct GrowthLayout {
   cv::Size frame;
-  cv::Rect image;  // the input image; empty where it is not shown
+  cv::Rect image;  // the input image; empty: not shown
   cv::Rect view;   // the map
   cv::Rect timeline;
-  double scale = 1.0;  // pixels for one of the style's
+  double scale = 1.0;  // pixels per pixel of the style
 };
 
 int Even(double value) { return 2 * static_cast<int>(std::lround(0.5 * value)); }
@@ -53,15 +53,15 @@ GrowthLayout LayOut(cv::Size frame, bool show_image, const Camera& camera) {
   return layout;
 }
 
-// The times that the time line shows, in seconds of the run.
+// Times on the timeline, in seconds of the run.
 struct GrowthTimes {
-  double start = 0.0;             // of the first snapshot
-  double end = 0.0;               // of the last
+  double start = 0.0;             // first snapshot
+  double end = 0.0;               // last snapshot
   std::vector<double> keyframes;  // of the finished map
 };
 
-// Puts a frame together: the view of the map, the input image with its boxes and the outlines of the objects,
-// time line and counts. Belongs to one thread; keeps what stays the same from frame to frame.
+// Composes a frame: the view of the map, the input image with boxes and outlines of the objects, timeline and
+// counts. Caches what is equal in consecutive frames. Not thread-safe.
 class GrowthPage {
  public:
   GrowthPage(const GrowthLayout& layout, const SceneStyle& style, const LabelColors& colors,
@@ -121,7 +121,7 @@ cv::Mat GrowthPage::DrawImage(const MapSnapshot& map) {
   return part;
 }
 
-// The outlines where the lens shows the objects.
+// Draws outlines with lens distortion.
 void GrowthPage::DrawObjects(cv::Mat& part, const cv::Mat& image, const MapSnapshot& map) const {
   if (!map.T_map_camera || image.cols != map.camera.width || image.rows != map.camera.height) {
     return;
@@ -148,7 +148,7 @@ void GrowthPage::DrawBoxes(cv::Mat& part, const cv::Mat& image, const MapSnapsho
     const cv::Rect area(cv::Point(cvRound(box.x * sx), cvRound(box.y * sy)),
                         cv::Point(cvRound((box.x + box.width) * sx), cvRound((box.y + box.height) * sy)));
     DrawFrame(part, area, layout_.scale, color, mapped ? 1.0 : 0.7);
-    if (mapped) {  // not yet, or no longer, part of the map: a box without a name
+    if (mapped) {  // boxes that belong to no object of the map get no name
       const cv::Size tag = TagSize(seen.detection.label, text_, size);
       DrawTag(part, seen.detection.label,
               {std::clamp(area.x, 0, std::max(0, part.cols - tag.width)), std::max(0, area.y - tag.height)},
@@ -188,7 +188,7 @@ void GrowthPage::DrawTimeline(cv::Mat& page, const MapSnapshot& map) const {
   text_.Draw(page, counts, {area.br().x, y}, size, ink, TextPainter::Align::kRight);
 }
 
-// The frames to write: [first, second).
+// Returns the frames to write: [first, second).
 std::pair<int, int> RangeOf(const VideoOptions& options, int total) {
   const int last = options.end < 0 ? total : std::min(options.end, total);
   if (options.first < 0 || options.first >= last) {
@@ -205,7 +205,7 @@ std::pair<int, int> RangeOf(const VideoOptions& options, int total) {
   return {first, end};
 }
 
-// Views along the given poses; where a pose is missing (tracking lost), the one before stays.
+// Returns the views along the given poses.
 std::vector<ViewCamera> PathAlong(const std::vector<Rigid3d>& poses, CameraPath path, const Camera& camera,
                                   const PictureRenderer& renderer) {
   std::vector<ViewCamera> views;
@@ -217,8 +217,8 @@ std::vector<ViewCamera> PathAlong(const std::vector<Rigid3d>& poses, CameraPath 
   return path == CameraPath::kFollow ? Smooth(views, 4.0) : views;
 }
 
-// The views of a video's frames, in the frame of `map`. `turn`: about the vertical; `poses`: of the input
-// camera, where the path follows it.
+// Returns the views of a video's frames, in the map frame of `map`. `turn` makes a path about the vertical;
+// `poses` returns the input camera's poses, for paths that follow it.
 template <typename Turn, typename Poses>
 std::vector<ViewCamera> ViewsOf(const MapSnapshot& map, const VideoOptions& options,
                                 const PictureOptions& picture, int frames, const PictureRenderer& renderer,
@@ -246,8 +246,8 @@ std::vector<ViewCamera> ViewsOf(const MapSnapshot& map, const VideoOptions& opti
   }
 }
 
-// The snapshot that each frame of a growth video shows: the newest of its moment, so that the video keeps the
-// run's time.
+// Returns the snapshot that each frame of a growth video shows: the newest at its time, so that the video is
+// in step with the run.
 std::vector<int> SnapshotOfFrame(const RecordingReader& recording, const VideoOptions& options) {
   std::vector<double> times;
   for (int i = 0; i < recording.Size(); ++i) {
@@ -267,7 +267,8 @@ std::vector<int> SnapshotOfFrame(const RecordingReader& recording, const VideoOp
   return snapshots;
 }
 
-// The poses of the input camera in the map frame of the last snapshot, one for each frame.
+// Returns the input camera's pose at each frame, in the map frame of the last snapshot. While tracking is
+// lost, the previous pose stays.
 std::vector<Rigid3d> PosesOfGrowth(const RecordingReader& recording, const std::vector<int>& snapshots,
                                    const MapSnapshot& last) {
   std::vector<Rigid3d> of_snapshots;
@@ -284,7 +285,7 @@ std::vector<Rigid3d> PosesOfGrowth(const RecordingReader& recording, const std::
   return poses;
 }
 
-// Pictures of a video file are smoothed as the style says for videos.
+// Applies the style's anti-aliasing for videos, unless the output is numbered pictures.
 PictureOptions PicturesFor(const std::filesystem::path& output, PictureOptions picture) {
   if (!IsFrameTemplate(output.string())) {
     picture.style.anti_aliasing = picture.style.video_anti_aliasing;
@@ -300,7 +301,7 @@ GrowthTimes TimesOf(const RecordingReader& recording, const MapSnapshot& last) {
   return times;
 }
 
-// Returns how many frames of the range were drawn until `progress` ended it.
+// Draws the frames of a range until `progress` returns false. Returns the number of frames drawn.
 template <typename DrawFrame>
 int DrawFrames(const std::pair<int, int>& range, const VideoProgress& progress, const DrawFrame& draw) {
   int done = 0;
@@ -311,7 +312,7 @@ int DrawFrames(const std::pair<int, int>& range, const VideoProgress& progress, 
   return done;
 }
 
-// A page of a growth video to be put together.
+// A frame of a growth video to compose.
 struct ComposerJob {
   cv::Mat view;
   MapSnapshotPtr map;
@@ -330,7 +331,7 @@ int WriteOrbit(const MapSnapshot& map, const VideoOptions& options, const std::f
   }
   const double seconds =
       options.path_file ? options.path_file->Length().value_or(options.seconds) : options.seconds;
-  // A path from a file ends with its last key, unless it goes around.
+  // A path from a file ends at its last key, unless it is a loop.
   const int last = options.path_file && !options.path_file->loop ? 1 : 0;
   const int total = last + std::max(1, static_cast<int>(std::lround(seconds * options.fps)));
   const std::pair<int, int> range = RangeOf(options, total);
@@ -376,7 +377,7 @@ int WriteGrowthVideo(const RecordingReader& recording, const VideoOptions& optio
   };
   const std::vector<ViewCamera> views = ViewsOf(*last, options, view, total, renderer, swing,
                                                 [&] { return PosesOfGrowth(recording, snapshots, *last); });
-  // Pages are put together while the next view is drawn and the last page encoded.
+  // A page is composed while the next view is drawn and the previous page is encoded.
   GrowthPage page(layout, view.style, renderer.Colors(), TimesOf(recording, *last), InputImages(recording));
   WorkerThread<ComposerJob> composer(3, [&page, &writer](const ComposerJob& job) {
     writer.Add(page.Compose(job.view, job.map), job.number);

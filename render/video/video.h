@@ -13,14 +13,14 @@
 
 namespace sqslam {
 
-// Place of a virtual camera at one moment, as a camera path file says it: exactly one of a named view, a pose
-// of the input camera, or a position with its focal point; what else is given overrides that.
+// A key of a camera path file: exactly one of a named view, a pose of the input camera, or a position with a
+// focal point; other values override it.
 struct CameraKey {
-  int line = 0;                              // of the file, from 1
+  int line = 0;                              // in the file, from 1
   std::optional<double> time;                // seconds
-  std::string view;                          // a name of render/camera/view_presets.h, or "default"
+  std::string view;                          // a preset (ViewPresetNames), or "default"
   std::optional<std::int64_t> keyframe;      // id of a keyframe of the map
-  std::optional<std::int64_t> camera_frame;  // frame of the run
+  std::optional<std::int64_t> camera_frame;  // index of a frame of the run
   CameraOverrides overrides;                 // position, focal_point, view_up, view_angle, azimuth, ...
 };
 
@@ -42,43 +42,43 @@ struct CameraPathFile {
   bool smooth = true;
   bool loop = false;
   std::optional<double> duration;  // seconds
-  std::vector<CameraKey> keys;     // with rising times, or all without
+  std::vector<CameraKey> keys;     // with increasing times, or all without times
 
-  // Seconds that the path takes; empty where nothing in the file says.
+  // Returns the length of the path in seconds; nullopt if the file does not determine it.
   std::optional<double> Length() const;
 };
 
-// `fps` turns frames into seconds. Throws UsageError that names file, line, key and what was expected.
+// `fps` converts frames to seconds. Throws UsageError that names file, line, key and what was expected.
 CameraPathFile ReadCameraPath(const std::filesystem::path& path, double fps);
 
-// The pose T_map_camera of the input camera at a frame of the run. Throws UsageError where it was not
+// Returns the input camera's pose T_map_camera at a frame of the run. Throws UsageError if it was not
 // tracked.
 using FramePoses = std::function<Rigid3d(std::int64_t frame)>;
 
-// The views of a video of `frames` frames: focal points, directions and distances from there, up and view
-// angles run along cubic splines through the keys (Catmull-Rom, with tangents that take the times between
-// keys into account, so that no key is felt as a jolt). Keys without times are spread over the video. Throws
-// UsageError that names file, line and key.
+// Returns the views of a video of `frames` frames. Focal point, direction and distance from it, up vector and
+// view angle follow cubic splines through the keys (Catmull-Rom with tangents for uneven key times, so that
+// the motion is smooth at keys). Keys without times are spread over the video. Throws UsageError that names
+// file, line and key.
 std::vector<ViewCamera> ViewsAlong(const CameraPathFile& file, const MapSnapshot& map,
                                    const PictureOptions& options, const FramePoses& frame_poses, int frames,
                                    double fps);
 
-// One of several equal pieces of a video, for as many programs at once.
+// One of several equal parts of a video, to be drawn by as many programs in parallel.
 struct Shard {
   int index = 1;  // from 1
   int count = 1;
 };
 
-// "2/8". Throws UsageError on anything but 1 <= I <= N.
+// Parses "2/8". Throws UsageError unless it is I/N with 1 <= I <= N.
 Shard ParseShard(const std::string& text);
 
-// The frames of [first, end) that the shard makes: [first, second).
+// Returns the frames of [first, end) in the shard: [first, second).
 std::pair<int, int> FramesOf(const Shard& shard, int first, int end);
 
-// a/turn.mp4 -> a/turn.part-2-of-8.mp4. A numbered name stays: its files have the numbers of their frames.
+// Converts a/turn.mp4 to a/turn.part-2-of-8.mp4. Names of numbered pictures do not change.
 std::filesystem::path PartName(const std::filesystem::path& output, const Shard& shard);
 
-// True where the name has a {frame} field; FrameName fills it in.
+// Returns true if the name has a {frame} field, which FrameName fills in.
 bool IsFrameTemplate(const std::string& name);
 std::string FrameName(const std::string& name, int number);
 
@@ -91,33 +91,32 @@ struct VideoOptions {
   std::optional<CameraPathFile> path_file;  // instead of `path`
   FramePoses frame_poses;                   // for the keys of path_file that name frames of the run
   double fps = 30.0;
-  // The length of a video of one map, unless path_file has one; for growth an upper limit to that of the run.
+  // Length of a video of one map, unless path_file has one; for growth, an upper limit on the run's length.
   double seconds = 10.0;
   int first = 0;           // frames to write: [first, end)
-  int end = -1;            // -1: to the last
-  Shard shard;             // of these, the part to write; the caller names the file (PartName)
+  int end = -1;            // -1: through the last frame
+  Shard shard;             // part of these frames to write; the caller names the file (PartName)
   bool show_image = true;  // growth: the input image with its boxes beside the map
 };
 
-// Told after each frame; returns false to stop: a video then ends with this frame.
+// Called after each frame; returns false to stop, and the video then ends with this frame.
 using VideoProgress = std::function<bool(int done, int total)>;
 
-// The finished map along a camera path: a turntable (kOrbit), or along its keyframes. Returns frames written.
+// Writes a video of the finished map along a camera path. Returns the number of frames written.
 int WriteOrbit(const MapSnapshot& map, const VideoOptions& options, const std::filesystem::path& output,
                const VideoProgress& progress = {});
 
-// The map as it grew, in the run's time (each frame shows the newest snapshot of its moment): beside it the
-// input image with the detector's boxes and the outlines of the objects in the colours of their classes,
-// below it a time line with the keyframes, and counts. Framed once, for the final map. Draws the map, puts
-// pages together and encodes on three threads. Returns frames written.
+// Writes a video of the map's growth in the run's time (each frame shows the newest snapshot). Beside the map
+// are the input image with the detector's boxes and the objects' outlines in the colours of their classes,
+// below it a timeline with the keyframes, and counts. Framed once, for the final map. Draws, composes and
+// encodes on three threads. Returns the number of frames written.
 int WriteGrowthVideo(const RecordingReader& recording, const VideoOptions& options,
                      const std::filesystem::path& output, const VideoProgress& progress = {});
 
-// Puts videos made by shards, or numbered pictures, together in order: `pieces` are FILE.part-I-of-N.mp4 in
-// any order, or pictures with numbers in their names, or one name with {frame:04}. `fps` is that of pictures;
-// videos keep theirs, and are put together as they are, without encoding them anew.
-// Returns frames written. Throws InputError that names what is missing (parts, numbers), double, of another
-// size or rate, of another video, or cut short.
+// Joins the parts of a video, or numbered pictures. `pieces`: FILE.part-I-of-N.mp4 in any order, or pictures
+// with numbers in their names, or one name with {frame:04}. `fps` applies to pictures; parts of a video keep
+// theirs and are copied without re-encoding. Returns the number of frames written. Throws InputError on
+// pieces that are missing, duplicate, truncated, of another video, or of different size or frame rate.
 int JoinVideo(const std::vector<std::string>& pieces, const std::filesystem::path& output, double fps,
               const VideoProgress& progress = {});
 

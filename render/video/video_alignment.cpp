@@ -16,7 +16,7 @@ Sim3d AlignByKeyframes(const MapSnapshot& map, const MapSnapshot& target) {
   std::vector<std::pair<Rigid3d, Rigid3d>> shared;
   for (const SnapshotKeyframe& keyframe : map.keyframes) {
     const auto found = of_target.find(keyframe.id);
-    // After a reset ids may start anew: the same keyframe also has the same frame.
+    // Ids may restart after a reset, so the frame must agree too.
     if (found != of_target.end() && found->second->frame_index == keyframe.frame_index) {
       shared.emplace_back(keyframe.T_map_camera, found->second->T_map_camera);
     }
@@ -25,7 +25,7 @@ Sim3d AlignByKeyframes(const MapSnapshot& map, const MapSnapshot& target) {
   if (shared.size() < 2) {
     return s;
   }
-  // Orientations fix the rotation, even of a straight run on which positions alone would not.
+  // Orientations determine the rotation even on a straight path, where positions alone do not.
   Eigen::Matrix4d sum = Eigen::Matrix4d::Zero();
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   Eigen::Vector3d target_mean = Eigen::Vector3d::Zero();

@@ -5,9 +5,9 @@
 
 namespace sqslam {
 
-// The similarity S_target_map that lays an earlier snapshot over a later one by the keyframes they share: the
-// map turns when gravity becomes known and its scale may drift, and neither should be seen as motion. The
-// identity where they share fewer than two.
+// Returns the similarity S_target_map that aligns an earlier snapshot to a later one by their common
+// keyframes: the map rotates when gravity becomes known and its scale may drift, which must not look like
+// motion. The identity if they share fewer than two keyframes.
 Sim3d AlignByKeyframes(const MapSnapshot& map, const MapSnapshot& target);
 
 MapSnapshot Transformed(const Sim3d& S_target_map, const MapSnapshot& map);

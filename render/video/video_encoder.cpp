@@ -35,12 +35,12 @@ struct Free {
 template <typename T>
 using Owned = std::unique_ptr<T, Free>;
 
-// An MP4 file that packets are written to.
+// An MP4 file to write packets to.
 class Mp4File {
  public:
-  // Messages call it `name`.
+  // Error messages show `name`.
   Mp4File(const fs::path& path, const fs::path& name) : name_(name.string()) {
-    av_log_set_level(AV_LOG_FATAL);  // what goes wrong is thrown
+    av_log_set_level(AV_LOG_FATAL);  // errors are thrown instead
     AVFormatContext* format = nullptr;
     Check(avformat_alloc_output_context2(&format, nullptr, "mp4", path.c_str()));
     format_.reset(format);
@@ -54,7 +54,7 @@ class Mp4File {
     stream->time_base = time_base;
     stream->avg_frame_rate = av_inv_q(time_base);
     AVDictionary* options = nullptr;
-    av_dict_set(&options, "movflags", "+faststart", 0);  // plays while it is loaded
+    av_dict_set(&options, "movflags", "+faststart", 0);  // playable while loading
     const int result = avformat_write_header(format_.get(), &options);
     av_dict_free(&options);
     Check(result);
@@ -126,9 +126,9 @@ struct VideoEncoder::Impl {
     codec->pix_fmt = AV_PIX_FMT_YUV420P;
     codec->framerate = av_d2q(fps, 100000);
     codec->time_base = av_inv_q(codec->framerate);
-    codec->gop_size = std::max(1, static_cast<int>(std::lround(2.0 * fps)));  // seeking within two seconds
+    codec->gop_size = std::max(1, static_cast<int>(std::lround(2.0 * fps)));  // a keyframe every two seconds
     codec->color_range = AVCOL_RANGE_MPEG;
-    codec->colorspace = AVCOL_SPC_SMPTE170M;  // what programs that read no tags (OpenCV) take it for
+    codec->colorspace = AVCOL_SPC_SMPTE170M;  // the default of programs that read no tags (OpenCV)
     codec->color_primaries = AVCOL_PRI_BT709;
     codec->color_trc = AVCOL_TRC_BT709;
     codec->global_quality = 3 * FF_QP2LAMBDA;  // MPEG-4 only
@@ -139,7 +139,7 @@ struct VideoEncoder::Impl {
     return avcodec_open2(codec.get(), found, nullptr) == 0;
   }
 
-  // Sends a frame (nullptr: the end) and writes what the encoder has ready.
+  // Sends a frame (nullptr: end of video) and writes the packets that are ready.
   void Encode(AVFrame* next) {
     Check(avcodec_send_frame(codec.get(), next));
     for (;;) {
@@ -164,7 +164,7 @@ struct VideoEncoder::Impl {
   std::string name;
   Mp4File file;
   Owned<AVCodecContext> codec;
-  AVStream* stream = nullptr;  // belongs to the file
+  AVStream* stream = nullptr;  // owned by `file`
   Owned<AVFrame> frame;
   Owned<AVPacket> packet;
   Owned<SwsContext> scaler;
@@ -213,7 +213,7 @@ int CopyVideos(const std::vector<fs::path>& videos, const std::vector<int>& fram
   const Owned<AVPacket> packet(av_packet_alloc());
   const int total = std::accumulate(frames.begin(), frames.end(), 0);
   int done = 0;
-  int before = 0;  // frames of the videos before this one
+  int before = 0;  // frames of the previous videos
   bool go_on = true;
   std::int64_t last_dts = std::numeric_limits<std::int64_t>::min();
   for (std::size_t i = 0; i < videos.size() && go_on; ++i) {
@@ -227,8 +227,8 @@ int CopyVideos(const std::vector<fs::path>& videos, const std::vector<int>& fram
       if (packet->stream_index == source.stream->index) {
         av_packet_rescale_ts(packet.get(), source.stream->time_base, stream->time_base);
         packet->pts += offset;
-        // Two frames are too few to be put in another order: their piece begins to decode later than others
-        // do.
+        // A piece of two frames is too short for reordering: its decoding times start later than those of
+        // others.
         packet->dts = last_dts = std::max(packet->dts + offset, last_dts + 1);
         packet->pos = -1;
         packet->stream_index = stream->index;

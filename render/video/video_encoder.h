@@ -12,39 +12,39 @@
 
 namespace sqslam {
 
-// Writes one MP4 file: H.264 (MPEG-4 where FFmpeg has no x264), 4:2:0, its colours tagged. FFmpeg's libraries
-// are called directly because OpenCV's writer tells nobody of a full disk, rounds white to a greenish tint,
-// leaves players to guess the colour matrix, and cannot copy streams. Belongs to one thread at a time.
+// Writes one MP4 file: H.264 (MPEG-4 if FFmpeg has no x264), 4:2:0, with colour tags. Calls FFmpeg's
+// libraries directly, because OpenCV's writer does not report a full disk, gives white a greenish tint, does
+// not tag the colour matrix, and cannot copy streams. Not thread-safe.
 class VideoEncoder {
  public:
-  // Both sides even. Throws InputError that says why the file cannot be written; messages call it `name`
-  // where it will get another.
+  // Both sides must be even. Throws InputError that says why the file cannot be written. `name`: shown in
+  // messages instead of `path`, if the file is to be renamed.
   VideoEncoder(const std::filesystem::path& path, cv::Size size, double fps,
                const std::filesystem::path& name = {});
-  ~VideoEncoder();  // of an unfinished one: closes the file as it is
+  ~VideoEncoder();  // leaves an unfinished file incomplete
   VideoEncoder(const VideoEncoder&) = delete;
   VideoEncoder& operator=(const VideoEncoder&) = delete;
 
-  void Add(const cv::Mat& bgr);  // 8UC3; throws InputError where it cannot be written
-  void Finish();                 // the same; afterwards the file is whole
+  void Add(const cv::Mat& bgr);  // 8UC3; throws InputError if it cannot be written
+  void Finish();                 // throws likewise; completes the file
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
-// Takes the frames of a video (FILE.mp4) or of a numbered sequence of pictures (a name with {frame} or
-// {frame:04}); encodes on a thread of its own. A video appears at Close(), with all frames added until then,
-// or not at all. Throws UsageError on a name that is neither, InputError that says why a file cannot be
-// written.
+// Writes a video (FILE.mp4) or numbered pictures (a name with {frame} or {frame:04}), encoding on a thread of
+// its own. A video appears at Close(), with all frames, or not at all. Throws UsageError on any other name,
+// InputError that says why a file cannot be written.
 class FrameWriter {
  public:
   FrameWriter(const std::filesystem::path& output, cv::Size size, double fps);
 
-  // Waits while the encoder is several frames behind. `number` names the file of a sequence.
+  // Blocks while the encoder is several frames behind. `number`: for the file name of a picture.
   void Add(const cv::Mat& frame, int number);
 
-  // Ends the file, reads it back, and gives it its name. Throws InputError where frames are missing in it.
+  // Finishes the file, verifies it by reading it back, and renames it. Throws InputError if frames are
+  // missing.
   void Close();
 
  private:
@@ -58,15 +58,15 @@ class FrameWriter {
 
   std::filesystem::path output_;
   int added_ = 0;
-  std::optional<AtomicPath> file_;             // of a video
-  std::optional<VideoEncoder> video_;          // or numbered pictures
-  std::optional<WorkerThread<Job>> encoding_;  // last: it uses the rest
+  std::optional<AtomicPath> file_;             // the video, if any
+  std::optional<VideoEncoder> video_;          // empty: numbered pictures
+  std::optional<WorkerThread<Job>> encoding_;  // last: uses the other members
 };
 
-// Appends the streams of videos of one size, rate and coding to one file, as they are. `frames`: of each
-// video. `progress` is told after each frame and may stop; the file then ends there. Returns frames written.
-// Throws InputError that names the video that does not fit or cannot be read, or why the output cannot be
-// written.
+// Concatenates videos of equal size, frame rate and coding without re-encoding. `frames`: of each video.
+// `progress` is called after each frame and may stop; the file then ends there. Returns the number of frames
+// written. Throws InputError that names a video that does not match or cannot be read, or says why the output
+// cannot be written.
 int CopyVideos(const std::vector<std::filesystem::path>& videos, const std::vector<int>& frames,
                const std::filesystem::path& output,
                const std::function<bool(int done, int total)>& progress = {});

@@ -18,7 +18,7 @@ namespace sqslam {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::size_t kQueue = 4;  // frames that wait for the encoder
+constexpr std::size_t kQueue = 4;  // frames that may wait for the encoder
 
 const std::regex kFrameField(R"(\{frame(?::(\d+))?\})");  // {frame} or {frame:04}
 
@@ -74,7 +74,7 @@ void FrameWriter::Write(const Job& job) {
                       {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
-// Disks and network folders may lose what they have taken: whether all is there is seen from the file itself.
+// Disks and network folders may lose data that they accepted, so the file itself is checked.
 void FrameWriter::CheckVideo() const {
   std::error_code error;
   const auto bytes = fs::exists(file_->Path(), error) ? fs::file_size(file_->Path(), error) : 0;
@@ -109,7 +109,7 @@ constexpr int kMaxShards = 100000;
 
 struct Part {
   fs::path path;
-  std::string video;  // the name without the part
+  std::string video;  // name without the part
   Shard shard;
 };
 
@@ -123,7 +123,7 @@ std::optional<Part> ParsePart(const fs::path& path) {
   return Part{path, match[1].str() + match[4].str(), {std::stoi(match[2].str()), std::stoi(match[3].str())}};
 }
 
-// The parts in order, all of them there and of one video.
+// Returns the parts in order; throws InputError unless they are complete and of one video.
 std::vector<Part> SortedParts(const std::vector<std::string>& pieces) {
   std::map<int, Part> by_index;
   for (const std::string& piece : pieces) {
@@ -183,7 +183,7 @@ Opened Open(const fs::path& path) {
   return opened;
 }
 
-// Size, rate and lengths of all parts, before anything is written.
+// Reads and checks size, frame rate and lengths of all parts before anything is written.
 std::vector<Opened> Checked(const std::vector<Part>& parts) {
   std::vector<Opened> opened;
   int total = 0;
@@ -202,7 +202,7 @@ std::vector<Opened> Checked(const std::vector<Part>& parts) {
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const auto [first, end] = FramesOf(parts[i].shard, 0, total);
     if (end - first != opened[i].frames) {
-      // If one was cut short, all the others seem too long: the shortest is to blame.
+      // If one part is truncated, all others seem too long: report the shortest.
       const auto [shortest, longest] = std::ranges::minmax_element(opened, {}, &Opened::frames);
       throw InputError(
           fmt::format("{}: {} frames, expected about {} as in the other pieces; was it interrupted?",
@@ -228,7 +228,7 @@ int JoinParts(const std::vector<std::string>& pieces, const fs::path& output, co
   return done;
 }
 
-// Files that the name with a {frame} field stands for.
+// Returns the files that a name with a {frame} field matches.
 std::vector<std::string> FilesOf(const std::string& name) {
   const fs::path folder = fs::path(name).has_parent_path() ? fs::path(name).parent_path() : fs::path(".");
   std::vector<std::string> files;
