@@ -87,8 +87,8 @@ class ObjectsPanel : public Panel {
     return info.column == ObjectColumn::kName ? 8.4F : info.title.size() > 5 ? 3.9F : 3.0F;
   }
 
-  // Shows as many columns as fit, those that the inspector shows too last; a right click on the header shows
-  // others. Must be called within a table.
+  // Shows as many columns as fit, those of the inspector last; a right click on the header shows others. Must
+  // be called within a table.
   void FitColumns(float room) {
     using enum ObjectColumn;
     constexpr std::array kByNeed = {kName,  kObservations, kPoints, kE1,    kE2,      kAgreement,

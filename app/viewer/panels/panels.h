@@ -13,7 +13,7 @@
 
 namespace sqslam::viewer {
 
-// Where a panel is in the window.
+// Position of a panel in the window.
 enum class Place {
   kScene,   // the large view; one panel
   kSide,    // a tab of the column on the right

@@ -54,7 +54,7 @@ struct Document {
   }
 };
 
-// What the user has selected in the map, in any panel.
+// The user's selection in the map, in any panel.
 struct Selection {
   std::optional<int> selected;  // id of an object
   std::optional<int> hovered;   // the object under the mouse
