@@ -20,15 +20,15 @@ using Words = std::vector<std::string>;
 using Clock = std::chrono::steady_clock;
 namespace {
 
-constexpr std::size_t kMostTasks = 1000;  // of an array: Slurm's MaxArraySize unless a cluster raises it
+constexpr std::size_t kMostTasks = 1000;  // per array: the limit of Slurm's default MaxArraySize
 
-// How often each task has been handed over.
+// Number of submissions of each task.
 using Attempts = std::map<std::string, int>;
 
 Attempts ReadAttempts(const fs::path& path) {
   try {
     return ReadJsonFile(path, "counts of tasks").at("attempts").get<Attempts>();
-  } catch (const std::exception&) {  // none yet, or none of ours
+  } catch (const std::exception&) {  // missing, or not written by us
     return {};
   }
 }
@@ -38,7 +38,7 @@ void WriteAttempts(const fs::path& path, const Attempts& attempts) {
                 nlohmann::ordered_json{{"format", "sqslam-tasks"}, {"version", 1}, {"attempts", attempts}});
 }
 
-// Waits, not longer than `stop` lets it.
+// Sleeps, but returns as soon as `stop` is true.
 void Sleep(double seconds, const std::function<bool()>& stop) {
   const auto end = Clock::now() + std::chrono::duration<double>(seconds);
   while (!stop() && Clock::now() < end) {
@@ -46,7 +46,7 @@ void Sleep(double seconds, const std::function<bool()>& stop) {
   }
 }
 
-// The jobs of one piece of work in Slurm's queue.
+// The Slurm jobs of one ArrayWork.
 class ArrayJobs {
  public:
   ArrayJobs(const ArrayWork& work, const SlurmOptions& options)
@@ -54,7 +54,7 @@ class ArrayJobs {
 
   const std::string& Name() const { return name_; }
 
-  // Numbers of the jobs in the queue. Where Slurm does not answer, empty once it has answered before.
+  // Returns the ids of the queued jobs; empty if Slurm stops answering. Throws if it never answered.
   std::optional<Words> Queued() {
     std::string problem;
     std::optional<Words> jobs = QueuedJobs(name_, problem);
@@ -73,7 +73,7 @@ class ArrayJobs {
     return SubmitJob(Script("job.sh", {name_, work_.folder, words, work_.at_once, work_.command}));
   }
 
-  // A job that does --task end once these have ended; not where one waits already.
+  // Submits a job for --task end that waits for `jobs`, unless there is one already.
   void SubmitEnd(Words jobs) const {
     std::string problem;
     const std::string name = name_ + "-end";
@@ -100,7 +100,7 @@ class ArrayJobs {
   bool complained_ = false;
 };
 
-// The tasks that may be made once more, at most as many as an array takes.
+// Returns the tasks with attempts left, at most as many as fit in one array.
 Words NextTasks(const Words& unfinished, const Attempts& attempts, int retries) {
   Words next;
   for (const std::string& word : unfinished) {
@@ -125,7 +125,7 @@ TaskFailure ReadTaskFailure(const fs::path& path) {
   try {
     const auto record = ReadJsonFile(path, "a failed task");
     return {record.at("exit_code").get<int>(), record.at("message").get<std::string>()};
-  } catch (const std::exception&) {  // none, or none that was written whole
+  } catch (const std::exception&) {  // missing or incomplete
     return {3, "ended without a result: killed, out of time or memory, or never begun"};
   }
 }
@@ -143,11 +143,11 @@ ArrayEnd FollowArray(const ArrayWork& work, const SlurmOptions& options, const A
   ArrayJobs jobs(work, options);
   Attempts attempts = ReadAttempts(counts);
   if (work.unfinished().empty()) {
-    return ArrayEnd::kEnded;  // Slurm need not be there to say so
+    return ArrayEnd::kEnded;  // before Slurm is needed
   }
   for (bool first = true; !stop(); first = false) {
     const std::optional<Words> queued = jobs.Queued();
-    const Words unfinished = work.unfinished();  // after the queue: who has left it has left a result
+    const Words unfinished = work.unfinished();  // after the queue: tasks that left it have written results
     if (unfinished.empty()) {
       return ArrayEnd::kEnded;
     }

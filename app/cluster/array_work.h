@@ -10,48 +10,48 @@
 
 namespace sqslam::app {
 
-inline constexpr const char* kLastTask = "end";  // the task of the job that comes after an array
+inline constexpr const char* kLastTask = "end";  // task of the last job, which runs after an array
 
-// The reason for which a task ended without a result; kept beside where the result would be.
+// The reason why a task ended without a result; stored next to the place of the result.
 struct TaskFailure {
   int exit_code = 3;
   std::string message;
 };
 void WriteTaskFailure(const std::filesystem::path& path, const TaskFailure& failure);
-// Returns a failure of its own where there is none: the task was killed, or never began.
+// Returns a generic failure if there is no record: the task was killed, or never started.
 TaskFailure ReadTaskFailure(const std::filesystem::path& path);
 
-// True where Slurm itself has begun this task anew more often than it may be made again.
+// Returns true if Slurm has requeued this task more than `retries` times.
 bool RequeuedTooOften(const SlurmOptions& options);
 
-// Work for an array of Slurm: a task for each word that has no result yet. What is done is read from its
-// folder each time, what is under way from Slurm's queue by the job's name; nothing else is remembered.
+// Work for a Slurm job array: one task per word without a result. Results are read from the folder each time,
+// running tasks from the queue by job name; nothing else is kept but the counts of attempts.
 struct ArrayWork {
   std::string title;                 // part of the job's name
-  std::filesystem::path folder;      // for the script, what tasks print, and counts; made where it is missing
-  std::vector<std::string> command;  // arguments of the program, to which --task WORD is added
+  std::filesystem::path folder;      // of scripts, logs and counts; created if missing
+  std::vector<std::string> command;  // arguments of the program; --task WORD is appended
   int at_once = 1;
-  std::function<std::vector<std::string>()> unfinished;                // asked after each look at the queue
-  std::function<void(const std::vector<std::string>& words)> prepare;  // before they are handed over
+  std::function<std::vector<std::string>()> unfinished;                // words without a result
+  std::function<void(const std::vector<std::string>& words)> prepare;  // called before submission
 };
 
 enum class ArrayEnd {
-  kEnded,      // every task has a result, or was made again as often as it may be
-  kSubmitted,  // the rest is Slurm's; a last job does --task end
+  kEnded,      // every task has a result or has used up its retries
+  kSubmitted,  // left to Slurm; a last job runs --task end
   kStopped,
 };
 
 struct ArrayCall {
   bool submit_only = false;
-  bool last_job = false;  // the call is that of the last job: attempts of the tasks are counted on
+  bool last_job = false;  // called by the last job: attempts are not reset
 };
 
-// Hands over what is unfinished, follows it, and hands over again what ended without a result. Taken up again
-// it follows what is in the queue. Throws InputError where Slurm does not take the job.
+// Submits the unfinished tasks, waits for them, and resubmits those that ended without a result. Tasks of an
+// earlier call that are still in the queue are followed first. Throws InputError if Slurm rejects a job.
 ArrayEnd FollowArray(const ArrayWork& work, const SlurmOptions& options, const ArrayCall& call,
                      const std::function<bool()>& stop, const std::function<void(const std::string&)>& print);
 
-// Returns the arguments that this program was started with, without --task WORD at their end.
+// Returns the arguments of this process without a trailing --task WORD.
 std::vector<std::string> ArgumentsWithoutTask();
 
 }  // namespace sqslam::app

@@ -25,8 +25,8 @@ struct ProgramOutput {
   std::string text;  // stdout and stderr
 };
 
-// Runs a Slurm program out of reach of Ctrl-C, which would leave a job handed over without its number, and
-// without what the surrounding job says of itself: sbatch hands that on to the new one.
+// Runs a Slurm program shielded from Ctrl-C, which could lose the id of a submitted job, and without the
+// array variables of the surrounding job, which sbatch would pass on to the new one.
 ProgramOutput OutputOf(const Words& words) {
   ProgramOutput output;
   const std::string line =
@@ -56,7 +56,7 @@ Words Lines(const std::string& text) {
   return lines;
 }
 
-// The lines that are numbers of jobs, "12" or "12;CLUSTER"; the others are warnings.
+// Returns the lines that are job ids, "12" or "12;CLUSTER"; the others are warnings.
 Words JobNumbers(const ProgramOutput& output) {
   Words numbers;
   for (const std::string& line : Lines(output.text)) {
@@ -67,13 +67,13 @@ Words JobNumbers(const ProgramOutput& output) {
   return numbers;
 }
 
-// Returns the complaint of a Slurm program in one line.
+// Returns the error message of a Slurm program in one line.
 std::string Complaint(const ProgramOutput& output) {
   const Words lines = Lines(output.text);
   return lines.empty() ? fmt::format("exit code {}", output.exit_code) : lines.back();
 }
 
-// A path within the quotes of an #SBATCH line, where %a and the like are Slurm's.
+// Escapes a path for the quotes of an #SBATCH line, where Slurm expands %a and the like.
 std::string InScript(const fs::path& path) {
   std::string text;
   for (const char c : path.string()) {
@@ -82,7 +82,7 @@ std::string InScript(const fs::path& path) {
   return text;
 }
 
-// This program, also where a new build has taken the place of the file that it was started from.
+// Returns the path of this program, even if a new build has replaced the file it was started from.
 std::string OwnPath() {
   constexpr std::string_view kReplaced = " (deleted)";
   std::string path = fs::read_symlink("/proc/self/exe").string();
@@ -101,7 +101,7 @@ std::string JobScript(const SlurmJobText& job, const SlurmOptions& options) {
   }
   add(fmt::format("--output=\"{}/{}.log\"", InScript(job.logs), array ? "%a" : job.name));
   add("--open-mode=append");
-  add("--requeue");  // Slurm itself makes a task again whose node was lost or taken away
+  add("--requeue");  // Slurm restarts a task whose node failed or was taken away
   add(fmt::format("--cpus-per-task={}", options.cpus));
   const auto add_if = [&](const char* name, const std::string& value) {
     if (!value.empty()) {

@@ -7,17 +7,17 @@
 
 namespace sqslam::app {
 
-// Options of jobs for Slurm: the group `slurm` of an experiment, or the file of `sqslam render --slurm`.
+// Options of Slurm jobs: the group `slurm` of an experiment, or the file of `sqslam render --slurm`.
 struct SlurmOptions {
-  std::string partition;            // empty: the cluster's own choice, so for time and memory
+  std::string partition;            // empty: the cluster's default; likewise for time and memory
   std::string time;                 // as sbatch takes it
   std::string memory;               // as sbatch takes it
   int cpus = 1;                     // for each task
   std::vector<std::string> sbatch;  // further options, "--account=mapping"
-  std::vector<std::string> setup;   // lines of the shell before the program, "module load sqslam"
-  std::string program;              // as the shell takes it, "apptainer exec s.sif sqslam"; empty: this one
-  int retries = 2;                  // times that a task without a result is made again
-  double poll = 5.0;                // seconds from one look at the queue to the next
+  std::vector<std::string> setup;   // shell lines before the program, "module load sqslam"
+  std::string program;              // shell command, "apptainer exec s.sif sqslam"; empty: this program
+  int retries = 2;                  // times that a task without a result is repeated
+  double poll = 5.0;                // seconds between queries of the queue
 
   void VisitFields(auto&& visit) {
     visit("partition", partition);
@@ -32,27 +32,27 @@ struct SlurmOptions {
   }
 };
 
-// A job in which the program does one thing for each word.
+// A job that runs the program once per word.
 struct SlurmJobText {
   std::string name;
-  std::filesystem::path logs;      // folder; what task K of an array prints goes to K.log, else to NAME.log
-  std::vector<std::string> words;  // one task each, named by --task WORD; a single one: no array
+  std::filesystem::path logs;      // folder: K.log for task K of an array, NAME.log for a single job
+  std::vector<std::string> words;  // one task each, passed as --task WORD; a single one: no array
   int at_once = 1;
   std::vector<std::string> command;  // arguments of the program, without --task
 };
 
-// The script that sbatch takes.
+// Returns the script for sbatch.
 std::string JobScript(const SlurmJobText& job, const SlurmOptions& options);
 
-// A name for the jobs that work for a folder, which no other folder has: sqslam-TITLE-1a2b3c4d.
+// Returns a job name that is unique to the folder: sqslam-TITLE-1a2b3c4d.
 std::string JobName(const std::string& title, const std::filesystem::path& folder);
 
-// Hands a script to sbatch, after the end of the jobs `after`, however these end. Throws InputError with what
-// sbatch says. Returns the number of the job.
+// Submits a script, to start once the jobs `after` have ended, successfully or not. Returns the job id.
+// Throws InputError with the message of sbatch.
 std::string SubmitJob(const std::filesystem::path& script, const std::vector<std::string>& after = {});
 
-// Numbers of the user's jobs of this name that wait or run, one for each task. Empty where squeue fails, with
-// what it said in `problem`.
+// Returns the ids of the user's pending and running jobs of this name, one per task; empty if squeue fails,
+// with its message in `problem`.
 std::optional<std::vector<std::string>> QueuedJobs(const std::string& name, std::string& problem);
 
 }  // namespace sqslam::app

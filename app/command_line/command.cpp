@@ -20,7 +20,7 @@ bool LooksLikeOption(const std::string& word) {
          std::isdigit(static_cast<unsigned char>(word[1])) == 0;
 }
 
-// "; did you mean '--output'?", or nothing where no name is near. A name that holds the word is near to it.
+// Returns "; did you mean '--output'?", or "" if no name is near. Names that contain the word are near.
 std::string NearestName(const std::string& word, const std::vector<std::string>& names) {
   const std::string bare = word.substr(std::min(word.find_first_not_of('-'), word.size()));
   const auto longer = std::ranges::find_if(names, [&](const std::string& name) {
@@ -167,7 +167,7 @@ void Command::FailWithoutValue(const Argument& option) const {
   Fail(fmt::format("{}: the value is missing, expected {} {}", name, name, option.value_name));
 }
 
-// The commands as CLI11 reads them; its errors in our words.
+// Parses with CLI11, but words the errors itself.
 class Command::Parser {
  public:
   explicit Parser(Command& program) : program_(program), root_(program.summary_, program.name_) {
@@ -177,7 +177,7 @@ class Command::Parser {
     Declare(root_, program);
   }
 
-  // The exit code of what the words ask for.
+  // Parses the words, runs what they ask for, and returns the exit code.
   int Run(std::vector<std::string> words) {
     if (!words.empty() && words.front() == "help" && program_.positionals_.empty()) {
       words.erase(words.begin());  // `help figure maps` is `figure maps --help`
@@ -190,7 +190,7 @@ class Command::Parser {
       return 0;
     } catch (const CLI::CallForHelp&) {
       return PrintHelp();
-    } catch (const CLI::ArgumentMismatch& error) {  // nothing comes after an option that takes a value
+    } catch (const CLI::ArgumentMismatch& error) {  // the last option lacks its value
       const Argument* option = Chosen().FindOption(words.back());
       option != nullptr ? Chosen().FailWithoutValue(*option) : Chosen().Fail(error.what());
     } catch (const CLI::ParseError& error) {
@@ -203,7 +203,7 @@ class Command::Parser {
 
  private:
   void Declare(CLI::App& app, Command& command) {
-    app.require_subcommand(0, 1);  // a second word that names a command is an argument of the first
+    app.require_subcommand(0, 1);  // a second command name is an argument of the first
     for (std::deque<Argument>* arguments : {&command.positionals_, &command.options_}) {
       for (Argument& argument : *arguments) {
         const bool positional = arguments == &command.positionals_;
@@ -233,7 +233,7 @@ class Command::Parser {
     }
   }
 
-  // The words, with a value after each option that may stand alone and is followed by none of its own.
+  // Inserts Argument::alone after each option that has it and is not followed by one of its values.
   std::vector<std::string> Completed(const std::vector<std::string>& words) const {
     std::vector<std::string> completed;
     Command* command = &program_;
@@ -254,7 +254,7 @@ class Command::Parser {
     return completed;
   }
 
-  // As CLI11 takes the words: the last first. "--option=" is an empty value, not the next word.
+  // Reverses the words, as CLI11 expects them. "--option=" is an empty value, not the next word.
   static std::vector<std::string> Reversed(const std::vector<std::string>& words) {
     std::vector<std::string> reversed;
     for (auto word = words.rbegin(); word != words.rend(); ++word) {
@@ -267,7 +267,7 @@ class Command::Parser {
     return reversed;
   }
 
-  // The command that the words have named so far.
+  // Returns the innermost command parsed so far.
   Command& Chosen() {
     Command* command = &program_;
     for (const CLI::App* app = &root_; !app->get_subcommands().empty();) {
@@ -283,7 +283,7 @@ class Command::Parser {
     return 0;
   }
 
-  // Throws for words that nothing has taken; for help only where one of them should name a command.
+  // Throws UsageError for unconsumed words; for help only if one of them should name a command.
   void CheckLeftOver(bool for_help) {
     const Command& command = Chosen();
     std::vector<std::string> words = root_.remaining(true);

@@ -14,17 +14,17 @@ namespace sqslam::app {
 
 // An option, a flag or a positional argument: its names, its help, and the variable that takes its value.
 struct Argument {
-  std::vector<std::string> names;  // "--output", "-o"; of a positional argument the word that stands for it
+  std::vector<std::string> names;  // "--output", "-o"; for a positional argument its placeholder
   std::string value_name;          // "FILE"; empty for flags
   std::string help;
-  std::string group;                // the heading that it stands under in --help
-  std::vector<OptionField> fields;  // the variables of its numbers (one but for "W,H"), and what they may be
-  std::function<void()> store;      // takes over what has been read, where that is not the variable itself
+  std::string group;                // heading in --help
+  std::vector<OptionField> fields;  // target variables (several for "W,H") and their limits
+  std::function<void()> store;      // passes on the values if `fields` are temporaries
   std::string default_text;         // shown in --help; empty: none
-  std::string alone;                // the value of an option that none of its words follows; empty: an error
+  std::string alone;                // value of an option given without one; empty: an error
   bool required = false;
-  bool list = false;     // may be given again and again
-  bool several = false;  // takes all values up to the next option each time
+  bool list = false;     // may be repeated
+  bool several = false;  // takes all values up to the next option
   bool given = false;
 
   Argument& Required();
@@ -45,8 +45,8 @@ concept SeveralNumbers = requires(T values) {
 }
 &&!std::is_same_v<T, std::string>;
 
-// A command of a program, or the program itself: arguments bound to variables, the text of --help, and what
-// it does. Declared like this:
+// A command of a program, or the program itself: arguments bound to variables, the text of --help, and an
+// action. Example:
 //
 //   Command& info = program.AddCommand("info", "Say what is in a map");
 //   info.Positional("MAP", a->map, "map.sqmap, or the result folder that holds it").Required();
@@ -63,7 +63,7 @@ class Command {
 
   Command& AddCommand(std::string name, std::string summary);
 
-  // Arguments and commands that are added from now on stand under this heading in --help.
+  // Sets the --help heading of the arguments and commands added from now on.
   void Group(std::string heading) { group_ = std::move(heading); }
 
   Argument& Option(const std::string& names_and_value, auto& value, std::string help) {
@@ -79,8 +79,8 @@ class Command {
     return Add(positionals_, name, Bind(value), std::move(help));
   }
 
-  // Text below the options. Lines that begin at the margin are paragraphs; "  name   text" are items in two
-  // columns, whose text may go on in lines that are indented further; "| text" stays as it is.
+  // Sets the text below the options. Unindented lines are paragraphs; "  name   text" is an item in two
+  // columns, continued by lines that are indented further; "| text" stays as it is.
   void Notes(std::string text) { notes_ = std::move(text); }
 
   // The action returns the exit code, or nothing for 0.
@@ -94,9 +94,9 @@ class Command {
   }
   void OnVersion(std::function<std::string()> version) { version_ = std::move(version); }
 
-  // Reads a command line, runs the command that it names, and returns its exit code. Throws UsageError that
-  // names what is wrong, the nearest name that there is, and where help is. A command that does nothing by
-  // itself prints its help, as --help and `help COMMAND` do.
+  // Parses a command line, runs the command it names, and returns its exit code. Throws UsageError with the
+  // problem, the nearest valid name and a pointer to --help. A command without an action prints its help, as
+  // do --help and `help COMMAND`.
   int Run(const std::vector<std::string>& words);
 
   // The text of --help for a terminal of `width` columns.
@@ -148,7 +148,7 @@ class Command {
   std::string summary_;
   std::string notes_;
   std::string group_ = "Options";
-  std::string own_group_;  // the heading that it stands under in the help of the program
+  std::string own_group_;  // heading in the parent's --help
   Command* parent_ = nullptr;
   std::deque<Argument> positionals_;
   std::deque<Argument> options_;
@@ -157,7 +157,7 @@ class Command {
   std::function<std::string()> version_;
 };
 
-// Takes over what --set says, KEY=VALUE each. Throws UsageError.
+// Applies the assignments of --set, KEY=VALUE each. Throws UsageError.
 template <typename Options>
 void SetOptions(const std::vector<std::string>& assignments, Options& options) {
   for (const std::string& assignment : assignments) {
@@ -165,7 +165,7 @@ void SetOptions(const std::vector<std::string>& assignments, Options& options) {
   }
 }
 
-// The columns of the terminal that is written to; 80 where it is none.
+// Returns the width in columns of the terminal on stdout; 80 if stdout is no terminal.
 int TerminalWidth();
 
 }  // namespace sqslam::app

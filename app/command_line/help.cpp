@@ -12,15 +12,15 @@ namespace sqslam::app {
 namespace {
 
 constexpr std::size_t kIndent = 2;
-constexpr std::size_t kOptionColumn = 30;  // where the text of options begins
-constexpr std::size_t kContinued = 6;      // indentation of a command that goes on in the next line
+constexpr std::size_t kOptionColumn = 30;  // at which the text of options begins
+constexpr std::size_t kContinued = 6;      // indentation of continuation lines of a command
 
-// The columns that UTF-8 text takes, counting one for each code point.
+// Returns the width of UTF-8 text, counting one column per code point.
 std::size_t Columns(const std::string& text) {
   return static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return (c & 0xC0) != 0x80; }));
 }
 
-// Text in lines of at most `width` columns, broken at blanks; a longer word gets a line of its own.
+// Wraps text at blanks to lines of at most `width` columns; a longer word gets a line of its own.
 std::vector<std::string> Wrap(const std::string& text, std::size_t width) {
   std::vector<std::string> lines(1);
   std::istringstream words(text);
@@ -38,7 +38,7 @@ struct Item {
   std::string right;
 };
 
-// An example that is too long for a line, as it can be typed; an option stays with its value.
+// Breaks an example command that is too long for a line with backslashes; an option stays with its value.
 std::string WrapCommand(const std::string& command, std::size_t width) {
   if (Columns(command) + kIndent <= width) {
     return command;
@@ -59,7 +59,7 @@ std::string WrapCommand(const std::string& command, std::size_t width) {
   return text;
 }
 
-// Two columns, the second of which begins at `column`, or in the next line where the first is too long.
+// Formats two columns. The second begins at `column`, or on the next line if the first is too long.
 std::string FormatItem(const Item& item, std::size_t column, std::size_t width) {
   const std::string left = WrapCommand(item.left, width);
   std::string text = fmt::format("{:{}}{}", "", kIndent, left);
@@ -81,7 +81,7 @@ std::string FormatItem(const Item& item, std::size_t column, std::size_t width) 
   return text;
 }
 
-// Items one below the other; the second column begins behind the longest first one that leaves it room.
+// Formats items; the second column begins after the longest first one that fits in half the width.
 std::string FormatItems(const std::vector<Item>& items, std::size_t width) {
   std::size_t column = 0;
   for (const Item& item : items) {
@@ -154,7 +154,7 @@ class NotesFormatter {
   std::vector<Item> items_;
 };
 
-// "-o, --output FILE" and its text.
+// Returns "-o, --output FILE" and its help text.
 Item ItemOf(const Argument& argument) {
   std::vector<std::string> names = argument.names;
   std::ranges::stable_sort(names, {}, [](const std::string& name) { return name.size() > 2; });
@@ -177,7 +177,7 @@ Item ItemOf(const Argument& argument) {
 std::string Command::Help(int columns) const {
   const auto width = static_cast<std::size_t>(std::max(columns, 40));
   std::string usage = Path();
-  std::deque<std::pair<std::string, std::vector<Item>>> headings;  // in the order in which they first appear
+  std::deque<std::pair<std::string, std::vector<Item>>> headings;  // in order of first appearance
   const auto under = [&](const std::string& heading) -> std::vector<Item>& {
     const auto found = std::ranges::find(headings, heading, &decltype(headings)::value_type::first);
     return found != headings.end() ? found->second

@@ -48,7 +48,7 @@ struct CalibrateArguments {
   bool quiet = false;
 };
 
-// A board at true scale: vectors in PDF and SVG, 600 dots an inch in PNG.
+// Writes a board at true scale: as vectors in PDF and SVG, at 600 dpi in PNG.
 void PrintBoard(const CalibrateArguments& a) {
   constexpr double kDpi = 600.0;
   BoardSheet sheet;
@@ -69,11 +69,11 @@ void PrintBoard(const CalibrateArguments& a) {
 struct Search {
   bool interrupted = false;  // by Ctrl-C
   std::vector<BoardView> views;
-  int frames = 0;  // that were searched
+  int frames = 0;  // searched
   cv::Mat last;    // image, 8UC1
 };
 
-// The boards in an even share of the frames.
+// Finds the boards in up to 400 evenly spaced frames.
 Search FindBoards(const CalibrateArguments& a, const Sequence& sequence) {
   constexpr std::int64_t kMostFrames = 400;
   FrameRange range = a.sequence.Range();
@@ -100,7 +100,7 @@ Search FindBoards(const CalibrateArguments& a, const Sequence& sequence) {
   return search;
 }
 
-// People count inner corners as often as squares.
+// Suggests one more column and row: users often count inner corners instead of squares.
 std::string Hint(const CalibrateArguments& a, const Search& search) {
   CalibrationBoard other = a.board;
   other.columns += 1;
@@ -177,7 +177,7 @@ int CalibrateCamera(CalibrateArguments a) {
   CheckFigurePath(a.figure);
   SequenceRequest request = a.sequence.Request();
   request.camera = kAutoCamera;
-  a.sequence.Range();  // refuses wrong ranges before anything is read
+  a.sequence.Range();  // throws on invalid ranges before anything is read
   const Sequence sequence = OpenSequence(request);
   const Search search = FindBoards(a, sequence);
   if (search.interrupted) {

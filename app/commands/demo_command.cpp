@@ -34,7 +34,7 @@ struct DemoArguments {
   bool no_video = false;
 };
 
-// Prints "1/3  Rendering ..." before a step and what it took after it.
+// Prints "1/3  Rendering ..." before a step, and its result and duration after it.
 class Steps {
  public:
   explicit Steps(bool quiet) : quiet_(quiet) {}
@@ -82,7 +82,7 @@ FinishedRun MapSequence(const DemoArguments& arguments, const fs::path& sequence
 }
 
 int Demo(const DemoArguments& arguments) {
-  arguments.scene.Frames();  // refuses wrong ranges before anything is written
+  arguments.scene.Frames();  // throws on invalid ranges before anything is written
   const fs::path output =
       arguments.output.empty() ? FreeResultFolder("out", "demo") : fs::path(arguments.output);
   CreateResultFolder(output);

@@ -48,7 +48,7 @@ struct DetectArguments {
   bool quiet = false;
 };
 
-// The first few of many.
+// Prints how many items there are, and the first few.
 template <typename Item>
 void List(const char* what, const std::vector<Item>& items) {
   constexpr std::size_t kShown = 8;
@@ -60,10 +60,10 @@ void List(const char* what, const std::vector<Item>& items) {
   }
 }
 
-// Says what is odd; 3 where a run would leave boxes out or cut them.
+// Reports suspicious boxes; returns 3 if a run would drop or clip any.
 int Check(const DetectArguments& a) {
   SequenceRequest request = a.sequence.Request();
-  request.resize.clear();  // boxes in files are in pixels of the images in files
+  request.resize.clear();  // boxes in files are in pixels of the original images
   const Sequence sequence = OpenSequence(request);
   const FrameRange range = a.sequence.Range();
   range.CheckHasFrames(sequence);
@@ -90,7 +90,7 @@ int Check(const DetectArguments& a) {
   return report.HasErrors() ? 3 : 0;
 }
 
-// All frames that have not been done before. False after Ctrl-C.
+// Detects in all frames that `writer` does not have yet; returns false after Ctrl-C.
 bool DetectAll(const DetectArguments& a, const Sequence& sequence, const FrameRange& range,
                Detector& detector, DetectionWriter& writer) {
   const InterruptGuard interrupt;
@@ -110,7 +110,7 @@ bool DetectAll(const DetectArguments& a, const Sequence& sequence, const FrameRa
   return !interrupt.Interrupted();
 }
 
-// From a boxes.txt into another format.
+// Converts a boxes.txt to another format.
 void Convert(const fs::path& boxes, const fs::path& output, BoxFormat format, const Sequence& sequence) {
   Camera camera = sequence.camera;
   const Eigen::Vector2d pixels = FilePixels(sequence);

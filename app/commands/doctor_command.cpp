@@ -51,7 +51,7 @@ std::string LimitNames() {
 }
 
 Sequence OpenSmall(const SequenceArguments& arguments) {
-  constexpr int kWidth = 640;  // px: more says nothing new, and takes its time
+  constexpr int kWidth = 640;  // px; a larger image only costs time
   SequenceRequest request = arguments.Request();
   Sequence sequence = OpenSequence(request);
   if (sequence.camera.width > kWidth && request.resize.empty()) {
@@ -61,7 +61,7 @@ Sequence OpenSmall(const SequenceArguments& arguments) {
   return sequence;
 }
 
-// The middle of the samples' values, and the worst tenth of them.
+// Prints the median of the samples, and the bound of their worst tenth.
 void PrintValue(const std::vector<FilmMoment>& moments, double FilmMoment::*value, const char* name,
                 double factor, const char* unit, bool high_is_bad) {
   std::vector<double> values;

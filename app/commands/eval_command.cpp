@@ -49,7 +49,7 @@ struct EvalArguments {
   bool quiet = false;
 };
 
-// Evaluates one folder and leaves eval.json, and an up-to-date page where there is one, in it.
+// Evaluates one folder and writes eval.json into it; updates report.html if there is one.
 Evaluation EvaluateFolder(const std::filesystem::path& result, const std::string& ground_truth,
                           const EvaluationOptions& options) {
   Evaluation evaluation = EvaluateResult(result, ground_truth, options);
@@ -71,7 +71,7 @@ void PrintEvaluations(const std::vector<NamedEvaluation>& results) {
   }
 }
 
-// The depth maps of densified results, one after the other.
+// Evaluates the depth maps of densified results.
 void EvaluateDepth(const EvalArguments& arguments, const std::vector<std::string>& names) {
   DenseEvaluationOptions options;
   SetOptions(arguments.set, options);
@@ -86,7 +86,7 @@ void EvaluateDepth(const EvalArguments& arguments, const std::vector<std::string
   }
 }
 
-// The error budgets of results, one after the other, with the options that each was made with.
+// Evaluates the error budgets of results, each with the options of its run.
 void EvaluateBudgets(const EvalArguments& arguments, const std::vector<std::string>& names) {
   EvaluationOptions options;
   SetOptions(arguments.set, options);

@@ -76,7 +76,7 @@ struct ExperimentArguments {
   std::string task;
 };
 
-// Makes the folder, or takes one that an experiment has made; nothing else is touched.
+// Creates the folder, or takes one of an earlier experiment. Throws if it holds anything else.
 void ClaimFolder(const fs::path& folder) {
   if (!fs::exists(folder / "experiment.lock")) {
     CreateResultFolder(folder);
@@ -103,11 +103,11 @@ void PrintOutcome(const ExperimentOutcome& outcome, const fs::path& tables, bool
   }
 }
 
-// Says what there is, writes the tables, and returns the exit code.
+// Writes the tables, prints the outcome, and returns the exit code.
 int Finish(const ExperimentConfig& config, const ExperimentOutcome& outcome, const fs::path& folder,
            bool quiet) {
   PrintOutcome(outcome, WriteTables(config, outcome, folder), quiet);
-  if (outcome.interrupted) {  // tasks of a cluster go on by themselves
+  if (outcome.interrupted) {  // tasks of a cluster keep running
     fmt::print(stderr, "sqslam: interrupted; the same command goes on with the other {} runs\n",
                outcome.cells - static_cast<int>(outcome.results.size() + outcome.failures.size()));
     return 130;
@@ -126,7 +126,7 @@ int RunIn(const fs::path& folder, const ExperimentConfig& config, const Experime
   }
   const std::optional<FileLock> lock = FileLock::Try(folder / "experiment.lock");
   if (!lock && last) {
-    return 0;  // somebody follows the tasks and will make the tables
+    return 0;  // another program follows the tasks and will write the tables
   }
   if (!lock) {
     throw InputError(
@@ -141,7 +141,7 @@ int RunIn(const fs::path& folder, const ExperimentConfig& config, const Experime
   if (arguments.fresh && !last) {
     for (PlannedCell& planned : plan.cells) {
       planned.finished.reset();
-      if (!here) {  // where only the folder tells which runs are finished
+      if (!here) {  // tasks know only from the folder which runs are finished
         fs::remove(plan.folder.Run(planned.cell) / "cell.json");
       }
     }

@@ -45,7 +45,7 @@ struct ExportArguments {
   std::string images;
 };
 
-// Poses of all tracked frames, where the result folder has them.
+// Returns the poses of all tracked frames; empty if the result folder has none.
 Trajectory TrackedPoses(const fs::path& map_path) {
   const fs::path file = map_path.parent_path() / "trajectory.txt";
   return fs::exists(file) ? ReadTrajectory(file) : Trajectory();
@@ -71,7 +71,7 @@ void CheckArguments(const ExportArguments& a, const std::string& extension) {
   }
 }
 
-// The mesh of a densified result; without triangles where none is wanted.
+// Returns the mesh of a densified result; empty if none is wanted.
 SurfaceMesh WantedSurface(const ExportArguments& a, const fs::path& map_path) {
   StepProgress steps(false, "depth map");
   return a.surface ? SurfaceOf(map_path, 0,
@@ -83,7 +83,7 @@ SurfaceMesh WantedSurface(const ExportArguments& a, const fs::path& map_path) {
                    : SurfaceMesh();
 }
 
-// The map as a page that people turn in their browser.
+// Writes the map as an interactive page for a browser.
 void WriteViewPage(const ExportArguments& a, const fs::path& map_path) {
   const RecordingReader reader = OpenMap(map_path, a.objects, HiddenObjects::kLeaveOut);
   const std::string sequence = reader.Info().sequence_path;
@@ -98,7 +98,7 @@ void WriteViewPage(const ExportArguments& a, const fs::path& map_path) {
                       MapViewPage(ReadMapView(reader, ReadHistory(reader), map_path, extras), extras.title));
 }
 
-// The keyframes with their images, for programs that go on from there.
+// Exports keyframes, points and images for COLMAP or nerfstudio.
 void ExportForPrograms(const ExportArguments& a) {
   if (a.meshes || a.surface || a.objects.reliable_only || !a.objects.edits.empty()) {
     throw UsageError(

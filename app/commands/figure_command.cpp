@@ -30,7 +30,6 @@ Examples:
   sqslam figure NAME --help        options of a figure, with examples
 )";
 
-// The arguments of a figure on the command line.
 struct FigureArguments {
   FigureTask task;
   FigureRequest request;
@@ -61,7 +60,7 @@ void AddPageOptions(Command& command, const FigureEntry& figure, FigureArguments
   command.Flag("--quiet,-q", a.quiet, "No progress");
 }
 
-// The things that are drawn: results with their names, objects and frames, and from where maps are seen.
+// Adds the inputs: results and their names, objects, frames, and the view of maps.
 void AddInputs(Command& command, const FigureEntry& figure, FigureRequest& request) {
   command.Group("Figure");
   if (!figure.results_help.empty()) {
@@ -85,7 +84,7 @@ void AddInputs(Command& command, const FigureEntry& figure, FigureRequest& reque
   }
 }
 
-// Throws UsageError.
+// Fills in the rest of the page options. Throws UsageError.
 void CompletePage(const FigureEntry& figure, FigureArguments& a) {
   CheckFigurePath(a.output);
   FigureOptions& page = a.request.page;

@@ -63,7 +63,7 @@ void PrintHistory(const RecordingReader& reader) {
   }
 }
 
-// Prints what edits change or, where none were asked for, that there are some.
+// Prints what the edits change or, if none are applied, that there are some.
 void PrintEdits(const std::filesystem::path& path, const std::string& edits) {
   const std::filesystem::path file = EditsFile(path, edits);
   if (file.empty()) {

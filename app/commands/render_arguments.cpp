@@ -141,7 +141,7 @@ bool MakesFrames(const RenderArguments& a) {
 void CheckRenderArguments(const RenderArguments& a) {
   const bool frames = MakesFrames(a);
   CheckClusterArguments(a);
-  ParseFrameRange(a.frames);  // refuses wrong ranges before anything is read
+  ParseFrameRange(a.frames);  // throws on invalid ranges before anything is read
   if (!a.join.empty()) {
     if (a.where != "here" || fs::path(a.output).extension() != ".mp4" || !a.map.empty() ||
         !a.objects.edits.empty()) {

@@ -20,20 +20,20 @@ struct StyleArguments {
   std::vector<std::string> settings;
 
   void AddTo(Command& command);
-  // Throws UsageError. `adapt` changes the style before the settings do; null: nothing.
+  // Loads the style, applies `adapt` (null: nothing) and then the settings. Throws UsageError.
   SceneStyle Load(void (*adapt)(SceneStyle& style) = nullptr) const;
 };
 
 // --rendering-backend.
 void AddBackendOption(Command& command, RenderBackend& backend);
 
-// --frames, --seed, --noise ... of a scene that is rendered into a sequence.
+// --frames, --seed, --noise, ... of a scene that is rendered to a sequence.
 struct SceneArguments {
   std::string frames;
   SynthesisOptions options;
   bool quiet = false;
 
-  int Frames() const;  // 0: all. Throws UsageError where --frames does not begin at the first one
+  int Frames() const;  // 0: all. Throws UsageError if --frames does not begin at frame 0
   SynthesisSummary Render(const std::filesystem::path& scene, const std::filesystem::path& output) const;
 };
 
@@ -43,7 +43,7 @@ struct RenderArguments {
   ObjectArguments objects;
   std::string output;
   PictureOptions picture;
-  std::optional<std::array<int, 2>> resolution;  // default: 1280,720, or as the images with --camera-frame
+  std::optional<std::array<int, 2>> resolution;  // default: 1280,720; with --camera-frame that of the images
   StyleArguments style;
   LayerArguments layers;
   std::optional<std::int64_t> camera_frame;
@@ -68,9 +68,9 @@ struct RenderArguments {
 
 void AddRenderOptions(Command& command, RenderArguments& arguments);
 
-// Combinations that make no sense. Throws UsageError.
+// Throws UsageError on options that contradict each other.
 void CheckRenderArguments(const RenderArguments& arguments);
-bool MakesFrames(const RenderArguments& arguments);  // a video or numbered pictures
+bool MakesFrames(const RenderArguments& arguments);  // true for a video or numbered pictures
 
 // Throw UsageError that names the option.
 PictureOptions MakePictureOptions(const RenderArguments& arguments);

@@ -25,12 +25,12 @@ namespace sqslam::app {
 namespace fs = std::filesystem;
 namespace {
 
-// Picture, reference and difference side by side, in NAME-difference.png beside the picture, or in the
-// working folder where none is written.
+// Writes picture, reference and difference side by side to NAME-difference.png beside the picture, or in the
+// working folder if no picture is written.
 fs::path WriteDifference(const RenderArguments& a, const cv::Mat& image, const cv::Mat& reference) {
   cv::Mat apart;
   cv::absdiff(image, reference, apart);
-  if (apart.channels() == 4) {  // opaque, or nothing of it would be seen
+  if (apart.channels() == 4) {  // opaque, or the difference would be invisible
     apart.forEach<cv::Vec4b>([](cv::Vec4b& pixel, const int*) { pixel[3] = 255; });
   }
   cv::Mat side_by_side;
@@ -66,7 +66,7 @@ int CompareWithReference(const RenderArguments& a, const cv::Mat& image) {
   return 5;
 }
 
-// The view of the input camera at one frame: the map from there, or over the photograph.
+// Renders the map as the input camera saw it in one frame; with --overlay over its image.
 cv::Mat RenderCameraFrame(const RenderArguments& a, PictureOptions options, const RecordingReader& reader) {
   InputFrames frames(reader, MapFile(a.map));
   const MapSnapshotPtr map = reader.Last();
@@ -91,7 +91,7 @@ cv::Mat RenderCameraFrame(const RenderArguments& a, PictureOptions options, cons
   return renderer.Render(ThroughCamera(pose, place.camera));
 }
 
-// A state of the map on its way, in the frame of the finished one and with its framing and colours.
+// Renders the map as of --at-frame, in the frame of the finished one and with its framing and colours.
 cv::Mat RenderAtFrame(const RenderArguments& a, const PictureOptions& options,
                       const RecordingReader& reader) {
   int snapshot = -1;
@@ -108,7 +108,7 @@ cv::Mat RenderAtFrame(const RenderArguments& a, const PictureOptions& options,
   if (map.frame_index != *a.at_frame) {
     try {
       map.T_map_camera = InputFrames(reader, MapFile(a.map)).PoseOf(*a.at_frame);
-    } catch (const UsageError&) {  // it was lost there
+    } catch (const UsageError&) {  // tracking was lost
       map.T_map_camera.reset();
     }
   }
@@ -142,7 +142,7 @@ class FrameReport {
     return !interrupt_.Interrupted();
   }
 
-  // Exit code after `written` frames.
+  // Returns the exit code after `written` frames.
   int Finish(int written, const fs::path& output) {
     progress_.reset();
     if (!interrupt_.Interrupted() || written >= total_) {
@@ -160,7 +160,7 @@ class FrameReport {
 };
 
 int RenderFrames(const RenderArguments& a, const PictureOptions& picture, const RecordingReader& reader) {
-  // A run of any length plays in about twenty seconds unless told otherwise.
+  // By default a run of any length plays in about 20 s.
   const double growth_fps = std::clamp(std::round(reader.Size() / 20.0), 5.0, 30.0);
   VideoOptions options = MakeVideoOptions(a, picture, a.growth ? growth_fps : 30.0);
   std::optional<InputFrames> frames;

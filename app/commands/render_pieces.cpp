@@ -34,7 +34,7 @@ class VideoPieces {
   std::string Name(int index) const { return fmt::format("{}/{}", index, count_); }
   std::string Title() const { return output_.stem().string(); }
 
-  // There, and as long as it was when it was finished.
+  // Returns true if the piece exists and has the size that it had when it was finished.
   bool IsWhole(int index) const {
     std::error_code missing;
     const auto size = fs::file_size(Piece(index), missing);
@@ -57,7 +57,7 @@ class VideoPieces {
   int count_;
 };
 
-// The look of the pieces follows from these.
+// Returns all that the content of the pieces depends on.
 std::string SettingsOf(const RenderArguments& a) {
   Words words = ArgumentsWithoutTask();
   std::erase_if(words, [](const std::string& word) {
@@ -70,7 +70,7 @@ std::string SettingsOf(const RenderArguments& a) {
   return JsonText(settings);
 }
 
-// Takes the folder for these settings; pieces of other ones are removed.
+// Claims the folder for these settings; pieces of other settings become incomplete.
 void ClaimFolder(const VideoPieces& pieces, const std::string& settings) {
   const fs::path file = pieces.Folder() / "settings.json";
   if (fs::exists(file) && ReadFile(file, "settings of pieces") == settings) {
@@ -135,7 +135,7 @@ int RenderPiece(const VideoPieces& pieces, const RenderArguments& a, const Slurm
   return code;
 }
 
-// Removes what tasks that are no more have left of these pieces.
+// Removes the failure records of these pieces, and drafts that ended tasks have left.
 void Clear(const VideoPieces& pieces, const Words& names) {
   for (const std::string& name : names) {
     fs::remove(pieces.Beside(ParseShard(name).index, ".failed"));
@@ -181,7 +181,7 @@ int RenderOnSlurm(const RenderArguments& a, const DrawsHere& render) {
   fs::create_directories(pieces.Folder());
   const auto lock = FileLock::Try(pieces.Folder() / "render.lock");
   if (!lock && last) {
-    return 0;  // somebody follows the tasks and will join the pieces
+    return 0;  // another program follows the tasks and will join the pieces
   }
   if (!lock) {
     throw InputError(

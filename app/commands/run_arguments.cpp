@@ -19,7 +19,7 @@ namespace sqslam::app {
 namespace fs = std::filesystem;
 namespace {
 
-// A camera index: a small number that is no file or folder.
+// Returns a camera index: a number of up to three digits that is no file or folder.
 std::optional<int> LiveCameraOf(const std::string& input) {
   constexpr std::size_t kMaxDigits = 3;
   const bool is_number =
@@ -28,7 +28,7 @@ std::optional<int> LiveCameraOf(const std::string& input) {
   return is_number && !fs::exists(input) ? std::optional(std::stoi(input)) : std::nullopt;
 }
 
-// "person,potted plant" as the boxes name them; none for "none".
+// Splits "person,potted plant" into normalized labels; empty for "none".
 std::vector<std::string> Labels(const std::string& text) {
   std::vector<std::string> labels;
   std::istringstream words(text);
@@ -41,7 +41,7 @@ std::vector<std::string> Labels(const std::string& text) {
   return labels;
 }
 
-// Before the run rather than after it.
+// Checks the video path before the run rather than after it.
 void CheckVideoName(const fs::path& video) {
   if (video.extension() != ".mp4") {
     throw UsageError(fmt::format("--video {}: expected FILE.mp4", video.string()));

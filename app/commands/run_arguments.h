@@ -14,11 +14,10 @@
 
 namespace sqslam::app {
 
-// The name of the sequence, for the default result folder: that of the folder even for "." or
-// "data/kitchen/".
+// Returns the name of the sequence, for the default result folder, also for "." or "data/kitchen/".
 std::string NameOfInput(const std::filesystem::path& input);
 
-// The options that say which images a command works on.
+// Options that select the images of a command.
 struct SequenceArguments {
   std::string input;
   SequenceFormat format = SequenceFormat::kAuto;
@@ -28,7 +27,7 @@ struct SequenceArguments {
   std::string frames;
   std::int64_t stride = 1;
 
-  // Adds INPUT with this help, and with `with_camera` --camera.
+  // Adds INPUT with this help, the options below, and --camera if `with_camera`.
   Argument& AddTo(Command& command, const std::string& input_help, bool with_camera = true);
 
   SequenceRequest Request() const;  // without boxes
@@ -61,7 +60,7 @@ struct RunArguments : SequenceArguments {
 
   void AddTo(Command& command);
 
-  // All throw UsageError where what is said makes no sense.
+  // All throw UsageError on invalid or contradictory arguments.
   SystemOptions Options() const;
   RunPictures Pictures() const;
   RunRequest Request() const;

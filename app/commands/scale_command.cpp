@@ -53,7 +53,7 @@ struct ScaleArguments {
   bool quiet = false;
 };
 
-// Empty where none is given.
+// Returns the reference of known size; empty if none is given.
 std::optional<ScaleReference> ReferenceOf(const ScaleArguments& a) {
   if (a.object.empty() != !a.height) {
     throw UsageError(a.height ? "--height: expected --object ID with it"
@@ -81,7 +81,7 @@ std::optional<ScaleReference> ReferenceOf(const ScaleArguments& a) {
   return reference;
 }
 
-// Makes anew what shows lengths, where it was there: the mesh, the pictures, the report.
+// Renews the outputs that show lengths, if they exist: the mesh, the pictures, the report.
 void RenewPictures(const ScaleArguments& a) {
   const fs::path result = a.result;
   if (fs::exists(result / "dense.glb")) {

@@ -42,7 +42,7 @@ struct VocabularyArguments {
 std::vector<Descriptor> DescriptorsOf(OrbExtractor& extractor, const cv::Mat& gray) {
   cv::Mat color;
   cv::cvtColor(gray, color, cv::COLOR_GRAY2BGR);
-  Camera camera;  // of no account: descriptors are taken from the image as it is
+  Camera camera;  // irrelevant: descriptors are taken from the image as it is
   camera.width = gray.cols;
   camera.height = gray.rows;
   camera.fx = camera.fy = gray.cols;

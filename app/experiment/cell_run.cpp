@@ -20,14 +20,14 @@ std::string Duration(double seconds) {
                        : fmt::format("{}:{:02}", whole / 60, whole % 60);
 }
 
-// The arguments with another folder in the place of `from`.
+// Replaces the argument `from` by `to`.
 std::vector<std::string> Redirected(std::vector<std::string> words, const fs::path& from,
                                     const fs::path& to) {
   std::ranges::replace(words, from.string(), to.string());
   return words;
 }
 
-// A text of the run with the name that its folder has in the end.
+// Replaces the temporary folder of a run in a text by its final one.
 std::string Renamed(std::string text, const fs::path& from, const fs::path& to) {
   const std::size_t at = text.find(from.string());
   return at == std::string::npos ? text : text.replace(at, from.string().size(), to.string());
@@ -56,8 +56,8 @@ void RenderSequence(const ExperimentPlan& plan, const ExperimentCell& cell, cons
     if (!stop()) {
       throw InputError(child.message);
     }
-  } else if (!fs::exists(beside(".done"))) {  // a file system without locks: another was faster
-    fs::remove_all(sequence.path);            // without the mark it was left half-way
+  } else if (!fs::exists(beside(".done"))) {  // without file locks another program may be faster
+    fs::remove_all(sequence.path);            // not marked as done: incomplete
     rendered.Commit();
     WriteFileAtomically(beside(".done"), "");
   }
@@ -85,11 +85,11 @@ ChildResult RunCell(const ExperimentPlan& plan, const PlannedCell& planned, cons
   if (child.exit_code == 0 && !commands.eval.empty()) {
     child = RunChild(Redirected(commands.eval, run, made.Path()), log, stop);
   }
-  // The terminal gives its Ctrl-C to the child as well, which may have ended before it was asked.
+  // Ctrl-C in the terminal reaches the child too, which may end before `stop` is polled.
   child.stopped = child.stopped || (child.exit_code != 0 && stop());
   child.message = Renamed(child.message, made.Path(), run);
   if (child.exit_code == 0 && !child.stopped) {
-    const fs::path stats = made.Path() / "stats.json";  // says with which command it was made
+    const fs::path stats = made.Path() / "stats.json";  // holds the command line of the run
     WriteFileAtomically(stats, Renamed(ReadFile(stats, "what a run says of itself"), made.Path(), run));
     WriteCellRecord(made.Path(), settings, plan.config.jobs, program);
     fs::remove_all(run);

@@ -7,19 +7,19 @@
 
 namespace sqslam::app {
 
-// The steps of one cell, the same at home and in a task of a cluster. Each result is made under a temporary
-// name and renamed; locks keep programs that share the folder from doing the same work.
+// The steps of one cell, shared by local runs and cluster tasks. Results are written under a temporary name
+// and then renamed; locks keep programs that share the folder from doing the same work.
 
-// Renders the scene of the cell's sequence unless that is done; waits while another program is at it. Throws
-// InputError.
+// Renders the scene of the cell's sequence unless it is there; waits if another program is rendering it.
+// Throws InputError.
 void RenderSequence(const ExperimentPlan& plan, const ExperimentCell& cell, const StopRequest& stop,
                     const LinePrinter& print);
 
-// Writes the boxes of a cell that is limited to some objects. Throws InputError.
+// Writes the boxes of a cell with limited max_objects. Throws InputError.
 void WriteLimitedBoxes(const ExperimentPlan& plan, const ExperimentCell& cell);
 
-// Runs and scores the cell, and marks it as finished. `program` is ProgramFingerprint(). Throws InputError
-// where the folder cannot be written or another program makes the same cell.
+// Runs and scores the cell, and marks it as finished. `program` is ProgramFingerprint(). Throws InputError if
+// the folder cannot be written or another program is running the cell.
 ChildResult RunCell(const ExperimentPlan& plan, const PlannedCell& planned, const std::string& program,
                     const StopRequest& stop);
 

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 using Words = std::vector<std::string>;
 namespace {
 
-// Empty where the file cannot be read: whoever needs it will say so.
+// Returns "" if the file cannot be read: the program that needs it will report that.
 std::string Contents(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
@@ -73,10 +73,10 @@ void AddIf(bool wanted, const std::string& option, const std::string& value, Wor
   }
 }
 
-// Detections are given relative to the sequence folder, or as any other path of the configuration.
+// Resolves detections against the sequence folder, or else like any other path of the configuration.
 fs::path DetectionsOf(const ExperimentConfig& config, const ExperimentSequence& sequence,
                       const fs::path& path) {
-  const fs::path beside = path / sequence.detections;  // itself where it is absolute
+  const fs::path beside = path / sequence.detections;  // unchanged if absolute
   if (sequence.detections.empty() || beside == sequence.detections) {
     return sequence.detections;
   }
@@ -96,7 +96,7 @@ ObjectScore ScoreOf(const json& entry, bool found) {
 
 void ReadScores(const json& eval, CellResult& result) {
   if (!eval.contains("objects")) {
-    return;  // the sequence knows no objects
+    return;  // no ground truth of objects
   }
   const json& summary = eval.at("summary");
   const json& objects = eval.at("objects");
@@ -158,7 +158,7 @@ PreparedSequence Prepare(const ExperimentConfig& config, const ExperimentSequenc
   if (range.count < std::numeric_limits<std::int64_t>::max()) {
     AddIf(true, "--frames", std::to_string(range.start + range.count * range.stride), rendering);
   }
-  // The name changes with all that the images depend on, so that a rendered folder never is the wrong one.
+  // The name contains a hash of all that the images depend on, so that a stale folder is never used.
   std::string all = ReadFile(scene, "a scene description (YAML)");
   for (std::size_t i = 2; i < rendering.size(); ++i) {
     all.append("\n").append(rendering[i]);
@@ -218,7 +218,7 @@ nlohmann::ordered_json SettingsOf(const ExperimentConfig& config, const Prepared
 }
 
 std::string NameOfBoxes(const ExperimentCell& cell) {
-  return fmt::format("{}+{}", cell.sequence, cell.max_objects);  // names of sequences have no '+'
+  return fmt::format("{}+{}", cell.sequence, cell.max_objects);  // sequence names have no '+'
 }
 
 fs::path BoxesOf(const PreparedSequence& sequence) {

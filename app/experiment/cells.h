@@ -13,7 +13,7 @@ namespace sqslam::app {
 
 // One run of an experiment.
 struct ExperimentCell {
-  std::string name;  // of its folder: all that follows, joined by '-'
+  std::string name;  // of its folder: the fields below joined by '-'
   std::string sequence;
   std::string representation;
   std::string association;
@@ -23,11 +23,11 @@ struct ExperimentCell {
   int repetition = 1;             // from 1
 };
 
-// Every combination of every grid once, repetition by repetition, so that an experiment that is stopped early
-// has seen all combinations before it sees one again.
+// Lists every combination of every grid once per repetition. Repetitions are the outer loop, so that an
+// experiment that is stopped early has covered all combinations before it repeats one.
 std::vector<ExperimentCell> ListCells(const ExperimentConfig& config);
 
-// The folder of an experiment.
+// Paths in the folder of an experiment.
 struct ExperimentFolder {
   std::filesystem::path path;
 
@@ -39,17 +39,17 @@ struct ExperimentFolder {
 
 // The inputs of the cells of one sequence.
 struct PreparedSequence {
-  std::filesystem::path path;          // sequence folder; of a scene the one that it is rendered into
+  std::filesystem::path path;          // sequence folder; for a scene the folder it is rendered into
   std::filesystem::path detections;    // empty: the sequence's own
-  std::vector<std::string> rendering;  // arguments of the program that render it; empty: it is on disk
-  std::string inputs;                  // fingerprint of what a result depends on
+  std::vector<std::string> rendering;  // program arguments that render a scene; empty: no scene
+  std::string inputs;                  // fingerprint of the input files
 };
 
-// Finds the inputs of a sequence without rendering it. Throws InputError where a scene cannot be read.
+// Finds the inputs of a sequence without rendering it. Throws InputError if a scene cannot be read.
 PreparedSequence Prepare(const ExperimentConfig& config, const ExperimentSequence& sequence,
                          const ExperimentFolder& folder);
 
-// The program's arguments for the run of a cell and for its evaluation (empty: none wanted).
+// Program arguments that run a cell and evaluate it (empty: no evaluation).
 struct CellCommands {
   std::vector<std::string> run;
   std::vector<std::string> eval;
@@ -57,53 +57,53 @@ struct CellCommands {
 CellCommands CommandsOf(const ExperimentConfig& config, const PreparedSequence& sequence,
                         const ExperimentCell& cell, const ExperimentFolder& folder);
 
-// All that the result of a cell depends on but the program itself; the same wherever the experiment's folder
-// lies. A result made with other settings is made again.
+// Returns all that a cell's result depends on, except the program; independent of where the experiment's
+// folder is. A result made with other settings is made again.
 nlohmann::ordered_json SettingsOf(const ExperimentConfig& config, const PreparedSequence& sequence,
                                   const CellCommands& commands, const ExperimentFolder& folder);
 
-// Name of the limited boxes of a cell, for ExperimentFolder::Boxes; no sequence has it.
+// Returns the name of a cell's limited boxes for ExperimentFolder::Boxes; no sequence has this name.
 std::string NameOfBoxes(const ExperimentCell& cell);
 
-// The boxes.txt that a sequence is run with; throws InputError where it is none whose objects can be limited.
+// Returns the boxes.txt of a sequence, for max_objects. Throws InputError if there is no such file.
 std::filesystem::path BoxesOf(const PreparedSequence& sequence);
 
 // The score of one ground-truth object in one run.
 struct ObjectScore {
   int id = 0;
-  std::string name;  // the label where the ground truth has no name
+  std::string name;  // the label if the ground truth has no name
   std::string label;
-  bool scored = true;  // its 3D IoU means something
+  bool scored = true;  // counts for 3D IoU
   bool found = false;
-  double iou = 0.0;  // 0 where it is not found
+  double iou = 0.0;  // 0 if not found
 };
 
 // A finished cell, as far as the tables need it.
 struct CellResult {
   ExperimentCell cell;
-  int jobs = 1;         // runs at a time when it was made
+  int jobs = 1;         // parallel runs when it was made
   std::string program;  // fingerprint of the program that made it
   RunStats stats;
-  bool has_objects = false;  // held against objects; otherwise all below is empty
+  bool has_objects = false;  // evaluated against objects; otherwise all below is empty
   bool has_scored = false;   // the ground truth says which objects are scored
   int mapped = 0;
   int duplicates = 0;
   int extra = 0;
-  int found_60 = 0;  // of the objects with 60 or more boxes, where boxes are counted
+  int found_60 = 0;  // of the objects with 60 or more boxes, if boxes are counted
   int total_60 = 0;
   std::vector<ObjectScore> objects;  // by id
 };
 
-// Marks the cell as finished: cell.json, written last of all.
+// Writes cell.json, which marks the cell as finished. Must come last.
 void WriteCellRecord(const std::filesystem::path& run, const nlohmann::ordered_json& settings, int jobs,
                      const std::string& program);
 
-// Reads a cell that has finished with these settings; empty where it has not (never begun, stopped half-way,
-// broken files, other settings).
+// Reads a cell that finished with these settings; empty if there is none (never started, interrupted, broken
+// files, other settings).
 std::optional<CellResult> ReadCellResult(const std::filesystem::path& run, const ExperimentCell& cell,
                                          const nlohmann::ordered_json& settings);
 
-// Fingerprint of the executable, which tells one build of the program from another.
+// Returns a fingerprint of the executable, which differs between builds.
 std::string ProgramFingerprint();
 
 }  // namespace sqslam::app

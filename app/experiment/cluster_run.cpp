@@ -20,7 +20,7 @@ fs::path FailureOf(const ExperimentFolder& folder, const std::string& cell) {
   return folder.path / "runs" / (cell + ".failed");
 }
 
-// State of the cells in an experiment's folder while tasks make them.
+// Tracks the cells in an experiment's folder while tasks run them.
 class FollowedCells {
  public:
   FollowedCells(const ExperimentPlan& plan, const LinePrinter& print)
@@ -31,10 +31,10 @@ class FollowedCells {
     }
   }
 
-  // Names of the cells without a result; says which have ended since it was asked last.
+  // Returns the names of the cells without a result; prints those that ended since the last call.
   std::vector<std::string> Unfinished() {
     std::error_code ignored;
-    fs::directory_iterator(plan_.folder.path / "runs", ignored);  // NFS: opened, a folder is looked at anew
+    fs::directory_iterator(plan_.folder.path / "runs", ignored);  // opening it refreshes the cache of NFS
     std::vector<std::string> names;
     for (std::size_t i = 0; i < results_.size(); ++i) {
       const auto& [cell, commands, settings, finished] = plan_.cells[i];
@@ -54,7 +54,7 @@ class FollowedCells {
     return names;
   }
 
-  // Removes what tasks that are no more have left of these cells.
+  // Removes the failure records of these cells, and drafts that ended tasks have left.
   void Clear(const std::vector<std::string>& names) {
     for (const std::string& name : names) {
       told_.erase(name);
@@ -91,7 +91,7 @@ class FollowedCells {
   const ExperimentPlan& plan_;
   const LinePrinter& print_;
   std::vector<std::optional<CellResult>> results_;
-  std::set<std::string> told_;  // failures
+  std::set<std::string> told_;  // failures printed
   std::size_t todo_ = 0;
   std::size_t done_ = 0;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
@@ -115,7 +115,7 @@ ClusterOutcome RunOnSlurm(const ExperimentPlan& plan, const ArrayCall& call, con
     if (!call.last_job) {
       throw;
     }
-    // Some clusters take no jobs from their nodes: the tables are then made of what there is.
+    // Some clusters accept no jobs from their nodes: the tables then hold the results so far.
     spdlog::warn("{}; no run is made again", error.what());
     cells.Unfinished();
   }

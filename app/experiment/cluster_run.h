@@ -12,13 +12,13 @@ struct ClusterOutcome {
   ArrayEnd end = ArrayEnd::kEnded;
 };
 
-// Makes the unfinished cells of a plan on a Slurm cluster, each as a task. Lines for `print` as RunExperiment
-// has them. Throws InputError where Slurm does not take the job.
+// Runs the unfinished cells of a plan on a Slurm cluster, one task each. `print` gets lines as in
+// RunExperiment. Throws InputError if Slurm rejects a job.
 ClusterOutcome RunOnSlurm(const ExperimentPlan& plan, const ArrayCall& call, const StopRequest& stop,
                           const LinePrinter& print);
 
-// Makes one cell, as a task does. A failure is kept beside the place of the result, for RunOnSlurm. Returns
-// the exit code. Throws UsageError where there is no cell of this name.
+// Runs one cell as a task. A failure is recorded next to the place of the result, for RunOnSlurm. Returns the
+// exit code. Throws UsageError if there is no cell of this name.
 int RunTask(const ExperimentConfig& config, const ExperimentFolder& folder, const std::string& name,
             const StopRequest& stop);
 

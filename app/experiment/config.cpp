@@ -18,9 +18,9 @@ namespace fs = std::filesystem;
 using Words = std::vector<std::string>;
 namespace {
 
-constexpr int kMost = 1000000;  // repetitions, runs at a time
+constexpr int kMost = 1000000;  // upper limit of repetitions and parallel runs
 
-// A map of the file, whose keys are the fields of a struct.
+// A YAML map whose keys are the fields of a struct.
 class Group {
  public:
   Group(YAML::Node node, std::string source, std::string name)
@@ -30,12 +30,12 @@ class Group {
     }
   }
 
-  // Reads all but `lists`, which hold groups.
+  // Reads all keys but `lists`, which hold groups.
   void Read(auto&& fields, const Words& lists = {}) const {
     AssignOptions(node_, source_, OptionFields(fields), lists);
   }
 
-  std::vector<Group> Groups(const std::string& key) const {  // empty where the key is missing
+  std::vector<Group> Groups(const std::string& key) const {  // empty if the key is missing
     std::vector<Group> groups;
     if (const YAML::Node list = node_[key]) {
       if (!list.IsSequence() || list.size() == 0) {
@@ -48,7 +48,7 @@ class Group {
     return groups;
   }
 
-  // Throws UsageError "FILE:LINE: PROBLEM", with the line of the key, or of the group where it is missing.
+  // Throws UsageError "FILE:LINE: PROBLEM" with the line of the key, or of the group if the key is missing.
   [[noreturn]] void Fail(const std::string& key, const std::string& problem) const {
     int line = node_.Mark().line;
     for (const auto& entry : node_) {
@@ -59,7 +59,7 @@ class Group {
   [[noreturn]] void FailWithout(const std::string& key, const std::string& expected) const {
     Fail("", fmt::format("{} without '{}', expected {}", name_, key, expected));
   }
-  // Does something; a UsageError of it is one of the key.
+  // Runs `action`; a UsageError is rethrown with the line of the key.
   void Try(const std::string& key, auto action) const {
     try {
       action();
@@ -68,7 +68,7 @@ class Group {
     }
   }
 
-  // Completes words that must all be among `allowed`, or be `all` for those.
+  // Checks that all words are among `allowed`; a single `all` stands for all of them.
   void CheckWords(const std::string& key, const Words& allowed, Words& words) const {
     words = words == Words{"all"} ? allowed : words;
     for (const std::string& word : words) {
@@ -88,7 +88,7 @@ class Group {
   std::string name_;  // in messages: "the experiment", "an entry of grids"
 };
 
-// The axes of a grid that the whole experiment may have too.
+// The axes that a grid and the whole experiment may have.
 struct AxesFields {
   ExperimentGrid& grid;
   Words limits = {};  // max_objects: numbers, or `all`
@@ -141,7 +141,7 @@ void CheckAxes(const Group& group, const AxesFields& read) {
   }
 }
 
-// Tries options in a list of key=value, so that a misspelled one is found before the first run.
+// Checks options key=value, so that a misspelled one is found before the first run.
 void CheckSet(const Group& group, const Words& set) {
   SystemOptions options;
   for (const std::string& assignment : set) {
@@ -149,7 +149,7 @@ void CheckSet(const Group& group, const Words& set) {
   }
 }
 
-// Names become folder names.
+// Checks that a name is unique and can be part of a folder name.
 void CheckName(const Group& group, const std::string& name, const Words& taken) {
   const auto is_plain = [](unsigned char c) {
     return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.';
@@ -169,7 +169,7 @@ Words NamesOf(const std::vector<Item>& items) {
   return names;
 }
 
-// The names of the variants as a configuration says them: the unnamed one is `default`.
+// Returns the names of the variants as in a configuration: the unnamed one is `default`.
 Words VariantWords(const ExperimentConfig& config) {
   Words names = NamesOf(config.variants);
   names.front() = "default";
@@ -266,7 +266,7 @@ ExperimentConfig ReadExperiment(const fs::path& path) {
 }
 
 fs::path ResolvePath(const ExperimentConfig& config, const fs::path& path) {
-  if (path.string().starts_with('-')) {  // not an option of the run that gets it
+  if (path.string().starts_with('-')) {  // must not be taken for an option
     return ResolvePath(config, "." / path);
   }
   if (path.empty() || path.is_absolute() || fs::exists(path)) {
@@ -278,7 +278,7 @@ fs::path ResolvePath(const ExperimentConfig& config, const fs::path& path) {
   try {
     return DataPath(path);
   } catch (const InputError&) {
-    return path;  // the run that needs it will say that it is missing
+    return path;  // the run will report it as missing
   }
 }
 

@@ -13,8 +13,8 @@ namespace sqslam::app {
 
 // One input of an experiment: a sequence on disk, or a scene that is rendered first.
 struct ExperimentSequence {
-  std::string name;    // default: that of the folder or of the scene
-  std::string path;    // sequence folder, as for `sqslam run`; empty where there is a scene
+  std::string name;    // default: name of the folder or scene
+  std::string path;    // sequence folder, as for `sqslam run`; empty if there is a scene
   std::string scene;   // scene description, as for `sqslam synth`
   std::string format;  // as for `sqslam run`; empty: its default
   std::string camera;
@@ -40,10 +40,10 @@ struct ExperimentSequence {
   }
 };
 
-// Throws UsageError where `frames` is no range.
+// Throws UsageError if `frames` is no range.
 FrameRange FramesOf(const ExperimentSequence& sequence);
 
-// Options under a name, for what is no axis of its own.
+// Named options, to compare settings that have no axis of their own.
 struct ExperimentVariant {
   std::string name;  // empty: the defaults
   std::vector<std::string> set;
@@ -63,31 +63,31 @@ struct ExperimentGrid {
   std::vector<std::string> associations;
   std::vector<std::string> methods;
   std::vector<std::string> variants;  // names
-  std::vector<int> max_objects;       // boxes of so many objects only; kAllObjects: no limit
+  std::vector<int> max_objects;       // use the boxes of only so many objects; kAllObjects: no limit
   int repetitions = 1;
 };
 
 struct ExperimentConfig {
-  std::filesystem::path folder;  // of the file: where paths in it are looked for as well
+  std::filesystem::path folder;  // of the file; paths in it may be relative to it
   std::string output;            // default: out/NAME of the file
   std::string options;           // pipeline options, as for `sqslam run --config`
   bool deterministic = false;
-  std::int64_t seed = 1;             // of the first repetition, one more for each further
-  int jobs = 1;                      // runs at a time; above 1 the measured times suffer
+  std::int64_t seed = 1;             // of the first repetition; each further one adds 1
+  int jobs = 1;                      // parallel runs; measured times are only good with 1
   SlurmOptions slurm;                // with --on slurm
   std::vector<std::string> objects;  // names or labels that get rows of their own in Table I
   std::vector<ExperimentSequence> sequences;
-  std::vector<ExperimentVariant> variants;  // the first is the unnamed one
+  std::vector<ExperimentVariant> variants;  // the first is unnamed: the defaults
   std::vector<ExperimentGrid> grids;
 };
 
-// Reads and checks a whole configuration, options of the pipeline included. Throws UsageError that names file
-// and line, for an unknown key or word also the nearest valid one.
+// Reads and checks a configuration, including pipeline options in `set`. Throws UsageError with file and
+// line, and with the nearest valid name for an unknown key or word.
 ExperimentConfig ReadExperiment(const std::filesystem::path& path);
 ExperimentConfig ParseExperiment(const std::string& yaml, const std::string& source);
 
-// A path of the configuration: relative to the current folder, else to the file's, else one that comes with
-// the program; unchanged where it is nowhere.
+// Resolves a path of the configuration against the current folder, the folder of the file, and the data of
+// the program, in this order; returns it unchanged if none has it.
 std::filesystem::path ResolvePath(const ExperimentConfig& config, const std::filesystem::path& path);
 
 }  // namespace sqslam::app

@@ -21,7 +21,7 @@ double SecondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// Makes the unfinished cells of a plan, several at a time.
+// Runs the unfinished cells of a plan in several threads.
 class Workers {
  public:
   Workers(const ExperimentPlan& plan, const StopRequest& stop, const LinePrinter& print)
@@ -73,7 +73,7 @@ class Workers {
     }
   }
 
-  // Does something once; what it throws is remembered under the name.
+  // Runs `action` once per name; an InputError is kept under the name.
   void Attempt(const std::string& name, const std::function<void()>& action) {
     if (!attempted_.insert(name).second) {
       return;
@@ -141,11 +141,11 @@ class Workers {
   std::string program_;
   std::vector<std::size_t> todo_;              // indices of cells
   std::set<std::string> attempted_;            // inputs: names of sequences and of limited boxes
-  std::map<std::string, std::string> broken_;  // those that cannot be used, and why
+  std::map<std::string, std::string> broken_;  // inputs that cannot be used, and why
   std::atomic<std::size_t> next_ = 0;          // in todo_
   Clock::time_point start_;
 
-  std::mutex mutex_;  // guards what follows
+  std::mutex mutex_;  // guards the members below
   std::size_t done_ = 0;
   std::vector<std::optional<CellResult>> results_;
   std::map<std::size_t, CellFailure> failures_;  // by cell

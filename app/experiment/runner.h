@@ -11,7 +11,7 @@ namespace sqslam::app {
 
 struct CellFailure {
   std::string cell;
-  int exit_code = 1;  // of the program; 1 where a signal ended it
+  int exit_code = 1;  // of the program; 1 if a signal ended it
   std::string message;
 };
 
@@ -37,16 +37,16 @@ struct ExperimentPlan {
   std::vector<PlannedCell> cells;
 };
 
-// All cells, or that of the name `only` where it is not empty.
+// Plans all cells, or only the cell named `only` if that is not empty.
 ExperimentPlan PlanExperiment(const ExperimentConfig& config, const ExperimentFolder& folder,
                               const std::string& only = "");
 
 using StopRequest = std::function<bool()>;
 using LinePrinter = std::function<void(const std::string&)>;
 
-// Runs what is not finished, `config.jobs` cells at a time, each as a process of its own. A cell that fails
-// is recorded, and the others go on. `stop` ends it early, with nothing lost but the cells at work. `print`
-// gets a line for each cell that ends, from one thread at a time.
+// Runs the unfinished cells, `config.jobs` at a time, each as a process of its own. A failed cell is
+// recorded, and the others go on. `stop` ends it early and loses only the running cells. `print` gets a line
+// for each cell that ends, from one thread at a time.
 ExperimentOutcome RunExperiment(ExperimentPlan plan, const StopRequest& stop, const LinePrinter& print);
 
 }  // namespace sqslam::app

@@ -21,7 +21,7 @@ using Key = std::function<std::string(const ExperimentCell&)>;
 
 using Groups = std::vector<std::pair<std::string, Pointers>>;
 
-// The results by their keys, in the order in which these appear.
+// Groups the results by key, in order of first appearance.
 Groups GroupsOf(const Pointers& results, const Key& key) {
   Groups groups;
   for (const CellResult* result : results) {
@@ -35,7 +35,7 @@ Groups GroupsOf(const Pointers& results, const Key& key) {
   return groups;
 }
 
-// The results with the usual word on one axis: the preferred one, or else the first there is.
+// Returns the results with the preferred value on one axis, or else with the first value.
 Pointers AtUsual(const Pointers& results, const Key& key, const std::string& preferred) {
   const Groups groups = GroupsOf(results, key);
   const auto usual = std::ranges::find(groups, preferred, &Groups::value_type::first);
@@ -54,7 +54,7 @@ Pointers WithObjects(Pointers results) {
   return results;
 }
 
-// Names method and variant of a cell where the results differ in them.
+// Names the method of a cell if the results have several, and its variant.
 Key LabelOf(const Pointers& results) {
   const bool several = GroupsOf(results, &ExperimentCell::method).size() > 1;
   return [several](const ExperimentCell& cell) {
@@ -63,7 +63,7 @@ Key LabelOf(const Pointers& results) {
   };
 }
 
-// The word of a cell on one axis, with its label where it has one.
+// Names the value of a cell on one axis, with its label if there is one.
 Key ConfigurationOf(const Pointers& results, const Key& axis) {
   return [axis, label = LabelOf(results)](const ExperimentCell& cell) {
     const std::string extra = label(cell);
@@ -84,10 +84,10 @@ struct Tally {
   double sum = 0.0;
 };
 
-// Over all objects that the filter lets through, repetition by repetition.
+// IoU of the objects that the filter accepts, one value per repetition.
 struct IouFigures {
-  std::vector<double> mean;      // over those found
-  std::vector<double> mean_all;  // a missed one counting 0
+  std::vector<double> mean;      // over the objects found
+  std::vector<double> mean_all;  // over all, a missed one as 0
   std::vector<double> found;
   int total = 0;
 };
@@ -116,7 +116,7 @@ IouFigures FiguresOf(const Pointers& results, const ObjectFilter& filter) {
   return figures;
 }
 
-// A count: a whole number, but for the median of an even number of runs.
+// Formats counts without decimals, unless the median (of an even number of runs) has one.
 Cell CountCell(std::vector<double> counts) {
   const Spread spread = SpreadOf(std::move(counts));
   return Cell::Of(spread, spread.median == std::floor(spread.median) ? 0 : 1);
@@ -128,7 +128,7 @@ Cell CountCell(const Pointers& runs, const std::function<double(const CellResult
   return CountCell(std::move(counts));
 }
 
-// Table I or II: a column for each configuration, rows for each thing (a class, a sequence).
+// Table I or II: a column per configuration, rows per class, object or sequence.
 struct IouTable {
   IouTable(const char* name, const char* title, const char* first, const Pointers& results)
       : columns(GroupsOf(results, ConfigurationOf(results, &ExperimentCell::representation))),
@@ -164,7 +164,7 @@ struct IouTable {
   Table table;
 };
 
-// Notes under a table: how often each row was measured, and which objects count.
+// Adds notes under a table: how often each row was measured, and which objects count.
 void AddIouNotes(const Pointers& results, Table& table) {
   std::set<int> repetitions;
   bool has_scored = false;
@@ -208,7 +208,7 @@ std::string LimitText(const ExperimentCell& cell) {
   return cell.max_objects == kAllObjects ? "all" : std::to_string(cell.max_objects);
 }
 
-// Mean milliseconds of a stage in each run that has it.
+// Returns the spread over the runs of the mean time of a stage, ms.
 Spread TimesOf(const Pointers& runs, const std::string& stage) {
   std::vector<double> values;
   for (const CellResult* run : runs) {
@@ -219,7 +219,7 @@ Spread TimesOf(const Pointers& runs, const std::string& stage) {
   return SpreadOf(std::move(values));
 }
 
-// The rows of one sequence and configuration, fewest objects first; the first is what "+" counts from.
+// Adds the rows of one sequence and configuration, fewest objects first; "+" is relative to the first row.
 void AddRuntimeRows(const std::string& sequence, const std::string& label, const Pointers& runs,
                     Table& table) {
   Groups limits = GroupsOf(runs, LimitText);
@@ -247,7 +247,7 @@ void AddRuntimeRows(const std::string& sequence, const std::string& label, const
   }
 }
 
-// Notes above all tables: missing runs, mixed builds.
+// Returns the text above all tables: missing and failed runs, mixed builds.
 std::string StateText(const ExperimentOutcome& outcome) {
   std::string text =
       fmt::format("{} of {} runs are in these tables.\n", outcome.results.size(), outcome.cells);

@@ -9,12 +9,12 @@
 
 namespace sqslam::app {
 
-// Draws a finished run into its result folder: map.png (three-quarter view) and figures/ (from above and from
-// both sides). `times` takes the duration of each as stage render. Throws InputError where a file cannot be
-// written.
+// Draws a finished run into its result folder: map.png (three-quarter view) and figures/ (from above, left
+// and right). Adds the time of each picture to `times` as stage "render". Throws InputError if a file cannot
+// be written.
 void DrawRun(const FinishedRun& run, StageTimes& times, RenderBackend backend = RenderBackend::kAuto);
 
-// Says on stderr that Ctrl-C ended the run, and what there is of it. Returns the exit code, 130.
+// Reports on stderr that the run was interrupted and where its map is. Returns the exit code, 130.
 int EndInterrupted(const FinishedRun& run);
 
 struct RunPictures {
@@ -22,8 +22,7 @@ struct RunPictures {
   bool draw = true;             // map.png, figures/ and report.html
 };
 
-// The host of a run at a terminal: Ctrl-C ends the run, stderr says how far it is, and its pictures are drawn
-// without a display.
+// Hosts a run in a terminal: Ctrl-C ends the run, progress goes to stderr, pictures need no display.
 class TerminalRun : public RunHost {
  public:
   TerminalRun(RunPictures pictures, bool quiet);
@@ -34,7 +33,7 @@ class TerminalRun : public RunHost {
   void EndProgress() override { progress_.reset(); }
   void Mesh(const FinishedRun& run) override;  // dense.glb
   void Draw(const FinishedRun& run, StageTimes& times) override;
-  void Film(const FinishedRun& run) override;  // twenty seconds at most; Ctrl-C ends it where it is
+  void Film(const FinishedRun& run) override;  // at most 20 s of video; Ctrl-C cuts it short
   void Report(const FinishedRun& run) override;
 
  private:

@@ -29,12 +29,12 @@ namespace sqslam::app {
 using Clock = std::chrono::steady_clock;
 namespace {
 
-volatile std::sig_atomic_t interrupted = 0;  // a signal handler can reach nothing but a global
+volatile std::sig_atomic_t interrupted = 0;  // global: set by a signal handler
 
 void Handle(int) { interrupted = 1; }
 
-// SIGHUP: the terminal was closed. What was ignored when the program began (nohup, a script's background job)
-// stays ignored.
+// SIGHUP means that the terminal was closed. Signals that were ignored at program start (nohup, background
+// jobs of a script) stay ignored.
 void Install(void (*handler)(int)) {
   struct sigaction action {};
   action.sa_handler = handler;
@@ -47,7 +47,7 @@ void Install(void (*handler)(int)) {
   }
 }
 
-// Runs the work; throws where its words did not get through, a full disk for example.
+// Runs `work`; throws InputError if its output could not be written, for example on a full disk.
 int RunAndFlush(const std::function<int()>& work) {
   const int code = work();
   errno = 0;
@@ -58,7 +58,7 @@ int RunAndFlush(const std::function<int()>& work) {
   return code;
 }
 
-// The message of a log line. Labels and paths in it come from anywhere.
+// Writes the message of a log line without control characters: labels and paths in it are untrusted.
 class CleanMessage : public spdlog::custom_flag_formatter {
  public:
   void format(const spdlog::details::log_msg& message, const std::tm&, spdlog::memory_buf_t& line) override {
@@ -68,7 +68,7 @@ class CleanMessage : public spdlog::custom_flag_formatter {
   std::unique_ptr<custom_flag_formatter> clone() const override { return std::make_unique<CleanMessage>(); }
 };
 
-// The message without the middle of what no terminal can show, such as a path of thousands of characters.
+// Cuts the middle out of an overlong message, such as one with a path of thousands of characters.
 std::string Shortened(const std::string& message) {
   constexpr std::size_t kEnd = 1000;
   return message.size() <= 2 * kEnd
@@ -90,11 +90,11 @@ int ExitCodeOf(const std::function<int()>& work, const std::function<void(const 
   } catch (const NoMapError& e) {
     fail(e.what());
     return 4;
-  } catch (const std::filesystem::filesystem_error& e) {  // a path too long, a loop of links
+  } catch (const std::filesystem::filesystem_error& e) {  // overlong path, loop of symbolic links
     constexpr std::size_t kShown = 200;
     fail(fmt::format("{}: {}", e.path1().string().substr(0, kShown), e.code().message()));
     return 3;
-  } catch (const std::system_error& e) {  // words that do not get through, to a full disk for example
+  } catch (const std::system_error& e) {  // failed writes, for example to a full disk
     fail(e.what());
     return 3;
   } catch (const std::bad_alloc&) {
@@ -107,8 +107,8 @@ int ExitCodeOf(const std::function<int()>& work, const std::function<void(const 
 }
 
 int RunProgram(const std::string& name, const std::function<int()>& work) {
-  std::signal(SIGXFSZ, SIG_IGN);  // a file size limit is then reported like a full disk
-  // Behind a sink of sinks: a run takes down its own warnings (WarningLog).
+  std::signal(SIGXFSZ, SIG_IGN);  // a file size limit then fails the write, as a full disk does
+  // A dist_sink, so that a run can add its own sink for warnings (WarningLog).
   const auto screen = std::make_shared<spdlog::sinks::stderr_color_sink_mt>();
   const auto sinks = std::make_shared<spdlog::sinks::dist_sink_mt>();
   sinks->add_sink(screen);
@@ -120,7 +120,7 @@ int RunProgram(const std::string& name, const std::function<int()>& work) {
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
   ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
   return ExitCodeOf([&] { return RunAndFlush(work); },
-                    [&](const std::string& message) {  // fmt::print would throw where stderr is full too
+                    [&](const std::string& message) {  // fmt::print would throw if stderr is full too
                       const std::string line = Shortened(WithoutControls(message));
                       std::fprintf(stderr, "%s: %s\n", name.c_str(), line.c_str());
                     });
@@ -202,7 +202,7 @@ pid_t Spawn(const std::vector<std::string>& arguments, const std::filesystem::pa
     argv.push_back(word.data());
   }
   argv.push_back(nullptr);
-  posix_spawn_file_actions_t files{};  // that the child finds open
+  posix_spawn_file_actions_t files{};  // stdin, stdout and stderr of the child
   posix_spawn_file_actions_init(&files);
   posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
   posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, log.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0644);
@@ -217,7 +217,7 @@ pid_t Spawn(const std::vector<std::string>& arguments, const std::filesystem::pa
   return pid;
 }
 
-// Waits for the child; asks `stop` fifty times a second.
+// Waits for the child; polls `stop` at 50 Hz.
 int WaitFor(pid_t pid, const std::function<bool()>& stop, bool& stopped) {
   std::optional<Clock::time_point> asked;
   int status = 0;

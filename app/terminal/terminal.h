@@ -11,24 +11,23 @@
 
 namespace sqslam::app {
 
-// Does `work` and returns its exit code; what it throws becomes a line for `fail` and the code of its kind.
+// Runs `work` and returns its exit code. An exception goes to `fail` as one line and sets the exit code.
 int ExitCodeOf(const std::function<int()>& work, const std::function<void(const std::string&)>& fail);
 
-// The main() of a program: warnings and errors go to stderr as one line each. Libraries that print by
-// themselves are silenced: what they find comes back to the reader, which says it with file and frame.
+// Runs `work` as the body of main(): warnings and errors go to stderr, one line each. Libraries that print on
+// their own (OpenCV, FFmpeg) are silenced; our readers report their errors with file and frame.
 int RunProgram(const std::string& name, const std::function<int()>& work);
 
-// The words that this process was started with, the program first.
+// Returns argv of this process, the program first.
 std::vector<std::string> CommandWords();
 
-// The command that this process was started with, as a shell takes it, without passwords of addresses.
+// Returns the command line of this process, quoted for a shell and without passwords in stream addresses.
 std::string CommandLine();
-std::string ShownCommandLine(std::vector<std::string> words);  // the same of the words given, at least one
+std::string ShownCommandLine(std::vector<std::string> words);  // for other `words`, at least one
 
-void PrintLine(const std::string& line);  // on stdout, at once: it may be a pipe that somebody follows
+void PrintLine(const std::string& line);  // to stdout, flushed: a reader may follow the pipe
 
-// While one lives, the first Ctrl-C (SIGINT) or SIGTERM only sets a flag; the second ends the program as
-// usual.
+// While it exists, the first SIGINT (Ctrl-C), SIGTERM or SIGHUP sets a flag; the second ends the program.
 class InterruptGuard {
  public:
   InterruptGuard();
@@ -39,8 +38,8 @@ class InterruptGuard {
   bool Interrupted() const;
 };
 
-// One line on stderr that says how far a program is: rewritten in place on a terminal, a new line every few
-// seconds in a log file, nothing where quiet. A total of 0 is endless (a live camera).
+// A progress line on stderr: rewritten in place on a terminal, one line every few seconds in a log file,
+// nothing if `quiet`. A total of 0 means an endless input (a live camera).
 class Progress {
  public:
   // `unit` is what is counted, in the singular.
@@ -51,7 +50,7 @@ class Progress {
   Progress& operator=(const Progress&) = delete;
 
   void Update(std::int64_t done, const std::string& state);
-  void Finish();  // leaves the terminal's cursor on a line of its own
+  void Finish();  // clears the line on a terminal
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -67,7 +66,7 @@ class Progress {
   Clock::time_point last_ = start_;
 };
 
-// Progress of work in steps, each with a total of its own.
+// Progress of several steps in a row, each with its own total.
 class StepProgress {
  public:
   StepProgress(bool quiet, std::string unit) : quiet_(quiet), unit_(std::move(unit)) {}
@@ -81,15 +80,14 @@ class StepProgress {
 };
 
 struct ChildResult {
-  int exit_code = 0;     // 128 + number where a signal ended it
-  bool stopped = false;  // because `stop` said so
-  std::string message;  // what went wrong: the last line it printed, or the signal; empty where all went well
+  int exit_code = 0;     // 128 + signal number if a signal ended it
+  bool stopped = false;  // ended because `stop` returned true
+  std::string message;   // the last line it printed, or the signal; empty on success
 };
 
-// Runs `program` (by default this very one) with other arguments as a process of its own, so that its crash
-// is not ours. What it prints is added to the file `log`. While it runs `stop` is asked now and then; where
-// it says true the child is ended, by force if it does not end within ten seconds. Throws InputError where it
-// cannot be started.
+// Runs `program` (default: this executable) as a child process, so that a crash stays in the child. Its
+// output is appended to the file `log`. `stop` is polled; once it returns true, the child gets SIGTERM, and
+// SIGKILL after ten seconds. Throws InputError if the child cannot be started.
 ChildResult RunChild(const std::vector<std::string>& arguments, const std::filesystem::path& log,
                      const std::function<bool()>& stop,
                      const std::filesystem::path& program = "/proc/self/exe");

@@ -74,7 +74,7 @@ std::vector<InputEvent> ScriptPlayer::Next(const Viewer& viewer, double seconds)
     const ScriptLine& line = script_[at_];
     switch (line.kind) {
       case ScriptLine::Kind::kEvent:
-        // A press and its release must be seen by different frames.
+        // A press and its release must fall into different frames.
         events.push_back(line.event);
         if (line.event.kind == InputEvent::Kind::kPress || line.event.kind == InputEvent::Kind::kRelease ||
             line.event.kind == InputEvent::Kind::kMove) {
@@ -106,7 +106,7 @@ std::vector<InputEvent> ScriptPlayer::Next(const Viewer& viewer, double seconds)
       case ScriptLine::Kind::kCommand:
       case ScriptLine::Kind::kExpect:
         if (!events.empty()) {
-          return events;  // they come to pass first
+          return events;  // these must take effect first
         }
         if (line.kind == ScriptLine::Kind::kPicture) {
           picture_(line.text);

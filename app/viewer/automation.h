@@ -12,15 +12,15 @@
 
 namespace sqslam::viewer {
 
-// Plays a script of events frame by frame.
+// Plays a script of events, one step per frame.
 class ScriptPlayer {
  public:
-  // `picture` writes the window as it was drawn last to a file.
+  // `picture` writes the window as last drawn to a file.
   ScriptPlayer(std::vector<ScriptLine> script, std::string source,
                std::function<void(const std::string& file)> picture);
 
-  // The events that come before the next frame. Empty while it waits. Throws InputError where what the script
-  // expects is not so, or a wait takes longer than a minute.
+  // Returns the events before the next frame; empty while waiting. Throws InputError if an expectation fails,
+  // or a wait takes longer than a minute.
   std::vector<InputEvent> Next(const Viewer& viewer, double seconds);
   bool Waiting() const { return waited_ > 0.0; }
   bool Done() const { return at_ >= script_.size() && frames_left_ == 0; }
@@ -38,30 +38,29 @@ class ScriptPlayer {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-// The value of a key of `expect`: title, selected, hovered, frame, objects, playing, style, preset, error,
-// ... Throws InputError for an unknown key.
+// Returns the value of a key of `expect`: title, selected, hovered, frame, objects, playing, style, preset,
+// error, ... Throws InputError for an unknown key.
 std::string StateValue(const ViewerState& state, const std::string& key);
 
-// Measures how fast the window is, for --timing.
+// Measures the speed of the window, for --timing.
 class FrameTiming {
  public:
-  // After each frame of the window; `seconds`: what drawing it took, empty where nothing was drawn.
+  // Must be called after each frame of the window. `seconds`: time to draw it, empty if nothing was drawn.
   void Add(const ViewerState& state, std::optional<double> seconds);
 
-  // A few lines.
   std::string Text() const;
 
  private:
   using Clock = std::chrono::steady_clock;
 
   Clock::time_point start_ = Clock::now();
-  std::optional<double> opened_;             // seconds until the first map was on the screen
-  std::vector<double> drawing_;              // seconds of each frame
-  std::vector<double> latencies_;            // seconds from another place in time to its frame on the screen
-  std::optional<Clock::time_point> wanted_;  // since when the screen shows another frame than it should
+  std::optional<double> opened_;             // seconds until the first map was shown
+  std::vector<double> drawing_;              // seconds per frame
+  std::vector<double> latencies_;            // seconds from a change of the time to its frame on screen
+  std::optional<Clock::time_point> wanted_;  // since when the frame on screen is outdated
   std::optional<Clock::time_point> run_start_;
   double run_seconds_ = 0.0;
-  int run_frames_ = 0;  // of the window, while a run went on
+  int run_frames_ = 0;  // frames of the window during a run
 };
 
 }  // namespace sqslam::viewer

@@ -34,12 +34,12 @@ cv::Size FramebufferSize(GLFWwindow* window) {
   return size;
 }
 
-// The events that wait.
+// Returns the queue of the events of a window.
 std::vector<InputEvent>& Of(GLFWwindow* window) {
   return *static_cast<std::vector<InputEvent>*>(glfwGetWindowUserPointer(window));
 }
 
-// Mouse positions come in the window's own units, which are pixels of the framebuffer but on some systems.
+// GLFW reports mouse positions in window units, which on some systems are not framebuffer pixels.
 double PixelsPerUnit(GLFWwindow* window) {
   int width = 0;
   int height = 0;

@@ -13,36 +13,36 @@ struct GLFWwindow;
 
 namespace sqslam::viewer {
 
-// The window on the desktop, with an OpenGL 3.3 core context that is current for the thread that made it.
+// The desktop window, with an OpenGL 3.3 core context that is current on the thread that created it.
 class DesktopWindow {
  public:
-  // Throws InputError, one line without a hint, where there is no display or no OpenGL.
+  // Throws InputError (one line, no hint) if there is no display or no OpenGL.
   DesktopWindow(const std::string& title, cv::Size size);
   DesktopWindow(const DesktopWindow&) = delete;
   DesktopWindow& operator=(const DesktopWindow&) = delete;
 
-  // Events since the last call; waits up to so many seconds for something to come.
+  // Returns the events since the last call; waits up to `wait_seconds` for one.
   std::vector<InputEvent> Events(double wait_seconds);
 
   cv::Size Size() const;        // of the framebuffer, pixels; 0 x 0 while minimised
-  double ContentScale() const;  // 2 on a display of twice the usual density
+  double ContentScale() const;  // 2 on a display of twice the standard density
   void Resize(cv::Size size);   // 0 x 0 minimises, any other size restores
   void SetTitle(const std::string& title);
   void SetClipboard(const std::string& text);
   void ShowCursor(int ui_cursor);  // ImGuiMouseCursor_...
-  void Show();                     // what was drawn
+  void Show();                     // swaps the buffers
 
  private:
   struct Destroy {
     void operator()(GLFWwindow* window) const;
   };
-  struct Library {  // GLFW from the first window to the last
+  struct Library {  // initialises GLFW for the lifetime of the window
     Library();
     ~Library();
   } library_;
-  std::vector<InputEvent> events_;  // outlives the window, which may tell of its own end
+  std::vector<InputEvent> events_;  // outlives the window, whose callbacks write here
   std::unique_ptr<GLFWwindow, Destroy> window_;
-  std::map<int, GLFWcursor*> cursors_;  // by ImGui's
+  std::map<int, GLFWcursor*> cursors_;  // by ImGuiMouseCursor_...
 };
 
 }  // namespace sqslam::viewer

@@ -37,14 +37,14 @@ be used; of a run those of `sqslam run`.
 
 struct Arguments {
   std::string map;
-  std::optional<std::array<int, 2>> resolution;  // none: as it was last
+  std::optional<std::array<int, 2>> resolution;  // empty: as in the last session
   std::string play;
   std::string record;
   app::LayerArguments layers;
   bool timing = false;
 };
 
-// Asks for the layers that the options name; they are read when the map is there.
+// Requests the layers that the options name; they are read once the map is there.
 void Want(const app::LayerArguments& wanted, Layers& layers) {
   layers.true_path = !wanted.ground_truth.empty();
   layers.sequence = wanted.ground_truth == "auto" ? "" : wanted.ground_truth;
@@ -52,7 +52,7 @@ void Want(const app::LayerArguments& wanted, Layers& layers) {
   layers.cloud_in_world = wanted.dense_cloud_frame == "world";
 }
 
-// Writes down the events of each frame as a script that plays them again.
+// Records the events of each frame as a script that replays them.
 class EventLog {
  public:
   explicit EventLog(const std::string& path) {
@@ -84,10 +84,10 @@ class EventLog {
   int frames_ = 0;
 };
 
-// The loop of the program: events, a frame, and rest while nothing changes.
+// The main loop: takes events, draws a frame, and sleeps while nothing changes.
 class Loop {
  public:
-  // `run`: to be watched, not started yet; or null.
+  // `run`: the run to watch, or null.
   Loop(const Arguments& arguments, std::unique_ptr<LiveRun> run, const RunRequest& request)
       : live_(run != nullptr),
         timed_(arguments.timing),
@@ -119,8 +119,7 @@ class Loop {
     while (!viewer_.WantsToClose()) {
       std::vector<InputEvent> events = window_.Events(Rest(last));
       if (viewer_.State().document.run.active) {
-        std::this_thread::sleep_until(last +
-                                      std::chrono::milliseconds(33));  // a mouse that moves wakes it often
+        std::this_thread::sleep_until(last + std::chrono::milliseconds(33));  // at most 30 Hz on mouse moves
       }
       const double seconds = std::chrono::duration<double>(Clock::now() - last).count();
       last = Clock::now();
@@ -150,8 +149,8 @@ class Loop {
  private:
   using Clock = std::chrono::steady_clock;
 
-  // The seconds for which nothing has to be drawn. While a run goes on the window leaves the processor to it:
-  // it is drawn so often that motion is seen, and no more.
+  // Returns the seconds until something has to be drawn. During a run the window leaves the CPU to the run
+  // and is drawn just often enough to show motion.
   double Rest(Clock::time_point last) const {
     constexpr double kRunInterval = 1.0 / 12.0;
     if (viewer_.State().document.run.active) {
@@ -164,7 +163,7 @@ class Loop {
     if (!player_) {
       return;
     }
-    // Nobody's mouse disturbs a script; only what it asked of the window itself comes back.
+    // A script is not disturbed by the mouse; only resizes that it caused come back from the window.
     std::erase_if(events, [](const InputEvent& event) { return event.kind != InputEvent::Kind::kResize; });
     for (InputEvent& event : player_->Next(viewer_, seconds)) {
       if (event.kind == InputEvent::Kind::kResize) {
@@ -173,7 +172,7 @@ class Loop {
       events.push_back(std::move(event));
     }
     if (player_->Done() && !viewer_.WantsToClose()) {
-      viewer_.State().editing.discard = true;  // nobody is there to ask
+      viewer_.State().editing.discard = true;  // no user to ask
       events.push_back({.kind = InputEvent::Kind::kClose});
     }
   }
@@ -200,9 +199,9 @@ class Loop {
   }
 
   void WriteWindow(const std::string& file) {
-    constexpr int kAttempts = 200;  // a frame that is being read is waited for, an empty window is not
+    constexpr int kAttempts = 200;  // waits for a frame that is being read, but not for ever
     int attempts = 0;
-    while (!viewer_.Frame(0.0)) {  // the buffer that was shown is gone
+    while (!viewer_.Frame(0.0)) {  // the buffer on screen cannot be read back
       if (++attempts == kAttempts) {
         throw InputError(fmt::format("{}: the window is minimised, there is nothing to write", file));
       }
@@ -213,10 +212,10 @@ class Loop {
     }
   }
 
-  bool live_;   // a run was watched
+  bool live_;   // a run is or was watched
   bool timed_;  // --timing
   FrameTiming timing_;
-  Preferences preferences_;  // as they were at the start; none for a script
+  Preferences preferences_;  // as at the start; defaults for a script
   DesktopWindow window_;
   Viewer viewer_;
   EventLog event_log_;
@@ -224,7 +223,7 @@ class Loop {
   std::string title_;
 };
 
-// Without a display there is another way to the same picture.
+// Throws InputError if there is no display, naming the command that does without one.
 void CheckDisplay(const std::string& instead) {
   const char* display = std::getenv("DISPLAY");
   if (display == nullptr || *display == '\0') {
@@ -232,8 +231,8 @@ void CheckDisplay(const std::string& instead) {
   }
 }
 
-// The run gets its threads before the window's thread steps back behind them; the drivers' threads of a
-// software OpenGL come later and step back as well.
+// The run starts its threads before the window's thread lowers its own priority; the threads of a software
+// OpenGL driver start later and inherit the lower priority.
 int WatchRun(const Arguments& arguments, const app::RunArguments& run_arguments) {
   if (run_arguments.dump_config) {
     fmt::print("{}", DumpOptions(run_arguments.Options()));
@@ -244,7 +243,7 @@ int WatchRun(const Arguments& arguments, const app::RunArguments& run_arguments)
                    ? fmt::format("sqslam run --camera-index {}", *run_arguments.camera_index)
                    : fmt::format("sqslam run {}", run_arguments.input));
   if (!arguments.play.empty()) {
-    ReadScript(arguments.play);  // says what is wrong before the run begins
+    ReadScript(arguments.play);  // reports errors before the run begins
   }
   auto run = std::make_unique<LiveRun>(request, run_arguments.Pictures());
   run->Start();

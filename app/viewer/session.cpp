@@ -34,7 +34,7 @@ void Session::Open(const fs::path& path) {
   Read(path);
 }
 
-// Begins to read a recording; what is on the screen stays until it is there.
+// Starts reading a recording; the screen keeps its content until the recording is there.
 void Session::Read(const fs::path& path) {
   requested_.reset();
   Document& document = state_.document;
@@ -68,8 +68,8 @@ void Session::Control(const RunControl& control) {
   }
 }
 
-// Framing, scale and colours of a growing map are taken anew only when it has become another one, so that
-// nothing trembles.
+// Updates framing, scale and colours only if the growing map has changed notably, so that the view does not
+// jitter.
 void Session::Frame(const MapSnapshotPtr& map) {
   Document& document = state_.document;
   const SceneFocus focus = FindFocus(*map);
@@ -88,7 +88,7 @@ void Session::Frame(const MapSnapshotPtr& map) {
 }
 
 void Session::FrameLayers() {
-  // The surface and the points of one recording fill the same room.
+  // The mesh and the points of a recording cover the same space: one of them is enough.
   const SceneLayers& drawn = state_.layers.drawn;
   const SceneLayers layers{{}, drawn.dense_cloud, drawn.dense_cloud ? nullptr : drawn.dense_mesh};
   if (layers == framed_layers_) {
@@ -128,7 +128,7 @@ void Session::FinishRun(const LiveRun::News& news) {
   exit_code_ = news.exit_code;
   state_.document.run = {};
   run_.reset();
-  if (!news.error.empty()) {  // for the terminal too: the window may be closed before anybody reads it
+  if (!news.error.empty()) {  // on the terminal too: the window may close before it is read
     fmt::print(stderr, "sqslam-viewer: {}\n", news.error);
   }
   if (news.result.empty()) {

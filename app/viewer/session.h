@@ -10,35 +10,34 @@
 
 namespace sqslam::viewer {
 
-// Keeps the document: opens recordings, watches runs, and brings the frame of the present time on the screen
-// and the camera before it.
+// Maintains the document: opens recordings, watches runs, and requests the frame at the playback time; also
+// moves the camera.
 class Session {
  public:
   explicit Session(ViewerState& state) : state_(state) {}
 
-  // A recording, or the result folder that holds one. Errors become messages.
+  // Opens a recording, or the result folder that holds one. Errors become messages.
   void Open(const std::filesystem::path& path);
 
-  // Shows a run while it goes on, and its result afterwards.
+  // Shows a run in progress, then its result.
   void Watch(std::unique_ptr<LiveRun> run, const RunRequest& request);
-  void Control(const RunControl& control);  // of the run, if there is one
+  void Control(const RunControl& control);  // no effect without a run
 
-  // Takes what is new. True where another frame of the replay is shown from now on.
+  // Takes news of the run or replay. Returns true if a new frame of the replay was received.
   bool TakeNews();
 
-  // Moves time on by so many seconds and asks for the frame there; true where that is another one than
-  // before.
+  // Advances playback by `seconds` and requests the frame there. Returns true if that is a new one.
   bool RequestFrame(double seconds);
 
-  // Frames the map with the dense cloud that is drawn with it, where that is another one than before.
+  // Frames the map together with its dense cloud if the drawn cloud has changed.
   void FrameLayers();
 
-  // Moves the camera where it moves by itself.
+  // Moves the camera in the modes in which it moves by itself.
   void MoveCamera();
 
   bool Runs() const { return run_ != nullptr; }
   bool Idle() const { return (!replay_ || replay_->Idle()) && !run_; }
-  // A frame is being read and nothing is there to be shown yet.
+  // True if a frame is being read and there is nothing new to show yet.
   bool Reads() const { return replay_ && !replay_->Idle() && !replay_->HasNews(); }
   int ExitCode() const { return exit_code_; }  // of the run
 
@@ -53,10 +52,10 @@ class Session {
   ViewerState& state_;
   std::unique_ptr<LiveRun> run_;
   std::unique_ptr<Replay> replay_;
-  std::optional<Moment> requested_;  // the last frame that was asked of the replay
-  bool finished_run_ = false;        // the recording that is read is that of the run that was watched
-  SceneLayers framed_layers_;        // the cloud that is framed with it
-  MapSnapshotPtr framed_;            // the map before which the camera stands by itself
+  std::optional<Moment> requested_;  // the last frame requested from the replay
+  bool finished_run_ = false;        // the recording being read is the result of the watched run
+  SceneLayers framed_layers_;        // the layers included in the framing
+  MapSnapshotPtr framed_;            // the map for which the camera was last placed
   int exit_code_ = 0;
 };
 

@@ -19,10 +19,10 @@ namespace sqslam::viewer {
 namespace fs = std::filesystem;
 namespace {
 
-// A window that waits for what it is to show may stay as it is for so long.
+// Longest time for which drawing is held back while a frame is being read.
 constexpr std::chrono::milliseconds kHoldAtMost{60};
 
-// All panels, in the order in which tabs stand and windows lie over one another.
+// All panels, in the order of tabs and of overlapping windows.
 std::vector<PanelPtr> AllPanels(ViewerState& s) {
   std::vector<PanelPtr> panels;
   for (const auto make : {MakeScenePanel, MakeImagePanel, MakeObjectsPanel, MakeInspectorPanel, MakeViewPanel,
@@ -39,7 +39,7 @@ UserInterface::UserInterface(double scale) {
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
   ImGuiIO& io = ImGui::GetIO();
-  io.IniFilename = nullptr;  // settings are the viewer's own
+  io.IniFilename = nullptr;  // the viewer keeps its own settings
   io.LogFilename = nullptr;
   io.ConfigWindowsMoveFromTitleBarOnly = true;
   SetUpUiKeys();
@@ -80,10 +80,10 @@ void Viewer::Handle(const InputEvent& event) {
   }
 }
 
-// Hands on what waits until an event would undo, or move away from, what the frame has not seen yet.
+// Passes waiting events to ImGui up to the first that would undo, or move away from, one of this frame.
 void Viewer::TakeInput() {
   using Kind = InputEvent::Kind;
-  std::set<int> buttons, keys;  // that change in this frame
+  std::set<int> buttons, keys;  // changed in this frame
   for (; !waiting_.empty(); waiting_.pop_front()) {
     const InputEvent& event = waiting_.front();
     const bool button = event.kind == Kind::kPress || event.kind == Kind::kRelease;
@@ -102,7 +102,7 @@ void Viewer::TakeInput() {
 bool Viewer::Frame(double seconds) {
   ViewerState& s = state_;
   s.window.seconds = seconds;
-  GLint framebuffer = 0;  // the window's, or that of a test; pictures and scenes may leave another one
+  GLint framebuffer = 0;  // the window's or a test's; drawing may leave another one bound
   glGetIntegerv(GL_FRAMEBUFFER_BINDING, &framebuffer);
   for (const Request& request : s.requests.Take()) {
     std::visit([this](const auto& asked) { Do(asked); }, request);
@@ -147,8 +147,8 @@ bool Viewer::Frame(double seconds) {
   return true;
 }
 
-// Leaves the window as it is until the frame that was asked for is there, since drawing the old one
-// would only delay it. Not for long: a slow file must not make the window look dead.
+// Holds back drawing until the requested frame is there, since drawing the old one would only delay it; but
+// not for long, or a slow file would make the window look frozen.
 bool Viewer::Holds(bool asked, bool news) {
   const auto now = std::chrono::steady_clock::now();
   const bool holds = !film_ && !news && (held_ ? session_.Reads() && now - *held_ < kHoldAtMost : asked);
@@ -201,7 +201,7 @@ void Viewer::Film(bool on) {
   state_.window.filming = film_ != nullptr;
 }
 
-// Adds what was drawn last to the video.
+// Adds the scene as last drawn to the video.
 void Viewer::FilmFrame() {
   const SceneView& view = state_.view;
   if (film_ && view.size.area() > 0 && !state_.messages.Try([&] {

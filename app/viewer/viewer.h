@@ -17,7 +17,7 @@
 
 namespace sqslam::viewer {
 
-// ImGui's context with its drawing, from construction to destruction.
+// Owns the ImGui context and its OpenGL back end.
 class UserInterface {
  public:
   explicit UserInterface(double scale);
@@ -26,46 +26,45 @@ class UserInterface {
   UserInterface& operator=(const UserInterface&) = delete;
 };
 
-// The desktop viewer but for its window: takes events, keeps the state, draws into the framebuffer of the
-// OpenGL 3.3 context that is current. Belongs to one thread; one at a time, since ImGui has one context.
+// The desktop viewer without its window: takes events, holds the state, draws into the framebuffer of the
+// current OpenGL 3.3 context. Must stay on one thread; only one may exist, since ImGui has one context.
 class Viewer {
  public:
   explicit Viewer(cv::Size window, double scale = 1.0);
   Viewer(const Viewer&) = delete;
   Viewer& operator=(const Viewer&) = delete;
 
-  // A recording, or the result folder that holds one. Errors become messages in the window.
+  // Opens a recording, or the result folder that holds one. Errors become messages in the window.
   void Open(const std::filesystem::path& path);
 
-  // Shows a run while it goes on, and its result afterwards. Closing ends it and saves.
+  // Shows a run in progress, then its result. Closing the window ends the run and saves its map.
   void Watch(std::unique_ptr<LiveRun> run, const RunRequest& request) {
     session_.Watch(std::move(run), request);
   }
 
-  // The program's: that of the run, as `sqslam run` would end; 0 without one.
+  // Returns the exit code of the program: that of the run, as for `sqslam run`; 0 without a run.
   int ExitCode() const { return session_.ExitCode(); }
 
-  // Mouse and keys take effect with the next frame, or with a later one where a frame must come between: one
-  // that sees a button or a key only as it was let go would miss the click.
+  // Mouse and key events take effect in the next frame, or a later one if they need a frame in between: a
+  // frame that sees a press and its release at once would miss the click.
   void Handle(const InputEvent& event);
 
-  // One frame: takes what is new, draws all; `seconds` since the frame before. False where nothing was drawn:
-  // without a size, or where another moment was just asked for, which the next frame will show.
+  // Draws one frame, `seconds` after the one before. Returns false if nothing was drawn: the window has no
+  // size, or a new frame of the replay was just requested and will be shown next.
   bool Frame(double seconds);
 
-  // True if the next frame would differ from this one although no event comes.
+  // True if the next frame would differ from this one even without an event.
   bool Busy() const;
 
-  // True if nothing is being read, moving or still to be drawn finer.
+  // True if nothing is being read or moving, and nothing is left to be drawn in finer detail.
   bool Idle() const;
 
-  // True if a frame is being read and nothing else happens until it is there: drawing would only take time
-  // from that.
+  // True if a frame is being read and nothing else happens: drawing would only slow that down.
   bool OnlyReads() const;
 
   bool WantsToClose() const { return closing_ && !session_.Runs(); }
 
-  // Text that was put on the clipboard since the last call.
+  // Returns the text that was put on the clipboard since the last call.
   std::optional<std::string> TakeClipboard() { return std::exchange(clipboard_, std::nullopt); }
 
   const ViewerState& State() const { return state_; }
@@ -78,7 +77,7 @@ class Viewer {
   void RunShortcuts();
   void Film(bool on);
   void FilmFrame();
-  std::string Stem() const;  // of the names of files
+  std::string Stem() const;  // of file names
   void Do(const OpenRequest& request);
   void Do(const ScreenshotRequest& request);
   void Do(const CopyCommandRequest& request);
@@ -87,7 +86,7 @@ class Viewer {
   void Do(const RunControl& control) { session_.Control(control); }
   void Do(const QuitRequest& request);
 
-  UserInterface ui_;  // before all that draws
+  UserInterface ui_;  // constructed before all that draws
   cv::Size window_;
   ViewerState state_;
   Session session_{state_};
@@ -95,11 +94,11 @@ class Viewer {
   LayerSession layers_;
   std::vector<PanelPtr> panels_;
   std::unique_ptr<ScreenFilm> film_;
-  std::optional<std::chrono::steady_clock::time_point> held_;  // since when nothing was drawn
+  std::optional<std::chrono::steady_clock::time_point> held_;  // since when drawing is held back
   bool closing_ = false;
   std::optional<std::string> clipboard_;
   std::optional<Theme> applied_theme_;
-  std::deque<InputEvent> waiting_;  // of mouse and keys, for the next frames
+  std::deque<InputEvent> waiting_;  // mouse and key events for the next frames
   std::vector<InputEvent> keys_;    // pressed since the last frame
 };
 

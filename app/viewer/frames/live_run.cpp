@@ -93,7 +93,7 @@ struct LiveRun::Impl : RunHost {
     });
   }
 
-  // By the thread of the window, which has OpenGL; a window that goes away leaves the pictures out.
+  // Drawn by the window's thread, which has OpenGL; skipped if the window goes away.
   void Draw(const FinishedRun& run, StageTimes& times) override {
     if (!pictures.draw) {
       return;
@@ -107,7 +107,7 @@ struct LiveRun::Impl : RunHost {
     }
   }
 
-  // By the program that draws without a window: this one's OpenGL belongs to the window's thread.
+  // Filmed by `sqslam`, which needs no display: OpenGL here belongs to the window's thread.
   void Film(const FinishedRun& run) override {
     const fs::path& video = pictures.video;
     if (video.empty() || run.interrupted) {
@@ -139,7 +139,7 @@ struct LiveRun::Impl : RunHost {
       interrupt.emplace();
       const FinishedRun run = RunPipeline(request, *this);
       result = fs::exists(run.output / "map.sqmap") ? run.output : fs::path();
-      return run.interrupted && !Ended() ? 130 : 0;  // by Ctrl-C, not by the window
+      return run.interrupted && !Ended() ? 130 : 0;  // 130 after Ctrl-C, not if the window ended it
     };
     const int exit_code = app::ExitCodeOf(run_pipeline, [&](const std::string& message) { error = message; });
     interrupt.reset();
@@ -154,7 +154,7 @@ struct LiveRun::Impl : RunHost {
   RunRequest request;
   app::RunPictures pictures;
   std::optional<app::InterruptGuard> interrupt;  // while the run goes on
-  mutable std::mutex mutex;                      // of all that follows
+  mutable std::mutex mutex;                      // guards the members below
   std::condition_variable changed;
   News news;
   RunStatus& status = news.status;

@@ -12,12 +12,12 @@
 
 namespace sqslam::viewer {
 
-// A run of the pipeline on threads of its own, of which a window takes the newest state whenever it likes:
-// nothing waits for the window, and nothing piles up where it is slow.
+// A run of the pipeline on its own threads. The window polls the newest state at its own pace: the run never
+// waits for the window, and nothing queues up if that is slow.
 class LiveRun {
  public:
   LiveRun(const RunRequest& request, const app::RunPictures& pictures);
-  ~LiveRun();  // ends the run; the owner has called DrawPending() until Finished(), or no pictures are made
+  ~LiveRun();  // ends the run; pictures that DrawPending() has not drawn are left out
   LiveRun(const LiveRun&) = delete;
   LiveRun& operator=(const LiveRun&) = delete;
 
@@ -26,19 +26,19 @@ class LiveRun {
 
   // News since the last call.
   struct News {
-    MapSnapshotPtr map;           // the newest of those that came
-    ShownFramePtr frame;          // the same
-    std::vector<Moment> moments;  // all frames that came
+    MapSnapshotPtr map;           // the newest one
+    ShownFramePtr frame;          // the newest one
+    std::vector<Moment> moments;  // all new frames
     RunStatus status{.active = true, .state = "starting"};
     bool finished = false;
-    std::filesystem::path result;  // folder, once finished, where there is a map in it
-    std::string error;             // one line, of a run that failed
-    int exit_code = 0;             // of the program, as `sqslam run` ends in the same case
+    std::filesystem::path result;  // result folder, once finished, if it holds a map
+    std::string error;             // one line, if the run failed
+    int exit_code = 0;             // as of `sqslam run`
   };
   News Poll();
   const RunSeries& Series() const;  // of the maps until the last Poll()
 
-  // Draws the run's pictures where it waits for them; for the thread that has OpenGL.
+  // Draws the run's pictures if it waits for them; must be called on the thread with the OpenGL context.
   void DrawPending();
 
  private:

@@ -19,7 +19,7 @@ namespace sqslam::viewer {
 namespace fs = std::filesystem;
 namespace {
 
-// Without the sequence: times are those of keyframes, which most snapshots end with.
+// Used without the sequence: times are those of keyframes, at which most snapshots are taken.
 std::vector<Moment> MomentsOfSnapshots(const RecordingReader& recording, const MapSnapshot& last) {
   std::map<std::int64_t, double> times;
   for (const SnapshotKeyframe& keyframe : last.keyframes) {
@@ -32,21 +32,21 @@ std::vector<Moment> MomentsOfSnapshots(const RecordingReader& recording, const M
     double time = moments.empty() ? 0.0 : moments.back().timestamp;
     try {
       time = known != times.end() ? known->second : recording.Read(i)->timestamp;
-    } catch (const InputError&) {  // damaged; said when it is to be shown
+    } catch (const InputError&) {  // damaged; reported when it is shown
     }
     moments.push_back({frame, time, i});
   }
   return moments;
 }
 
-// The frames that went into a recording, as far as they can still be found: their times, images and boxes in
-// the sequence that was mapped, their poses in trajectory.txt beside the recording.
+// The frames behind a recording, as far as they are still available: times, images and boxes from the mapped
+// sequence, poses from trajectory.txt beside the recording.
 class RunFrames {
  public:
-  // Never fails: what is not there is left out, and WhyNoImages() says so.
+  // Never throws: missing data is left out, and WhyNoImages() gives the reason.
   RunFrames(const RecordingReader& recording, const fs::path& map_file);
 
-  // Every frame from the first snapshot to the last; the snapshots alone where the sequence is gone.
+  // Returns every frame from the first snapshot to the last; only the snapshots if the sequence is gone.
   std::vector<Moment> Moments(const RecordingReader& recording, const MapSnapshot& last) const;
 
   // T_map_camera in the finished map.
@@ -60,7 +60,7 @@ class RunFrames {
                                                       : std::vector<Detection>();
   }
 
-  // 8UC3, or empty. Frames in rising order are read fastest.
+  // 8UC3, or empty. Fastest for frames in ascending order.
   cv::Mat ImageOf(std::int64_t frame) { return images_ ? images_->Read(frame) : cv::Mat(); }
   const std::string& WhyNoImages() const { return why_no_images_; }
 
@@ -82,7 +82,7 @@ RunFrames::RunFrames(const RecordingReader& recording, const fs::path& map_file)
     if (sequence_) {
       poses_ = ReadPosesByFrame(map_file.parent_path() / "trajectory.txt", *sequence_);
     }
-  } catch (const InputError&) {  // a broken file: the poses of the snapshots are left
+  } catch (const InputError&) {  // broken file: only the poses of snapshots are known
   }
 }
 
@@ -125,7 +125,7 @@ class Reader {
   MapSnapshotPtr Snapshot(int index) const { return recording_.Read(index); }
 
   ShownFramePtr Read(const Moment& moment) {
-    // Both take about as long.
+    // Read in parallel: both take about as long.
     std::future<cv::Mat> image =
         std::async(std::launch::async, [&] { return frames_->ImageOf(moment.frame_index); });
     const MapSnapshotPtr aligned = Aligned(moment.snapshot);
@@ -151,7 +151,7 @@ class Reader {
   }
 
  private:
-  // In the frame of the finished map; the last few are kept.
+  // Returns a snapshot in the frame of the finished map; caches the last few.
   MapSnapshotPtr Aligned(int snapshot) {
     for (const auto& [index, map] : kept_) {
       if (index == snapshot) {
@@ -195,7 +195,7 @@ struct Replay::Impl {
     Tell([&] { busy = false; });
   }
 
-  // Frames that are asked for go first. Where the file is damaged, the rest of it is still shown.
+  // Requested frames go first. An error in the file does not stop the rest.
   void Serve(Reader& reader, Timeline timeline) {
     const auto try_to = [&](auto&& work) {
       try {
@@ -252,7 +252,7 @@ struct Replay::Impl {
   fs::path path;
   mutable std::mutex mutex;
   std::condition_variable changed;
-  News news;  // guarded by mutex, as all below
+  News news;  // guarded by `mutex`, like all members below
   std::optional<Moment> request;
   bool ending = false;
   bool busy = true;

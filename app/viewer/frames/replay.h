@@ -11,40 +11,40 @@
 
 namespace sqslam::viewer {
 
-// A recording that is open.
+// An open recording.
 struct OpenedRecording {
   std::filesystem::path file;
   RecordingInfo info;
-  MapSnapshotPtr last;  // the finished map, whose frame all others are brought into
+  MapSnapshotPtr last;  // the finished map; all others are transformed to its frame
 };
 
-// Reads a recording on a thread of its own: first the finished map, then the time axis, then whatever frame
-// is asked for; in between, what the plots show of every snapshot.
+// Reads a recording on its own thread: first the finished map, then the time axis, then the requested frames
+// and, in between, the plot values of every snapshot.
 class Replay {
  public:
-  // `path`: a recording, or the result folder that holds one. Errors come with Poll().
+  // `path`: a recording, or the result folder that holds one. Errors are reported by Poll().
   explicit Replay(const std::filesystem::path& path);
   ~Replay();  // ends the thread
   Replay(const Replay&) = delete;
   Replay& operator=(const Replay&) = delete;
 
-  // The frame to read next; one that has not been begun is forgotten for it.
+  // Requests the frame to read next, in place of an earlier request that has not been started.
   void Request(const Moment& moment);
 
   // News since the last call.
   struct News {
     std::optional<OpenedRecording> opened;
-    std::optional<Timeline> timeline;                  // its series grow until `progress` is 1
+    std::optional<Timeline> timeline;                  // its series is complete once `progress` is 1
     std::shared_ptr<const ObjectHistories> histories;  // once all snapshots have been read
     ShownFramePtr frame;
     double progress = 0.0;  // share of the snapshots that have been read
-    std::string error;      // one line; before anything was opened nothing more comes after it
+    std::string error;      // one line; final if nothing was opened before it
 
     bool Empty() const { return !opened && !timeline && !histories && !frame && error.empty(); }
   };
   News Poll();
   bool HasNews() const;
-  bool Idle() const;  // nothing is being read or waits to be, and there is no news
+  bool Idle() const;  // nothing is being read or requested, and no news
 
  private:
   struct Impl;

@@ -15,7 +15,7 @@
 namespace sqslam::viewer {
 namespace {
 
-// A key with its name in scripts and, where ImGui works by it, its place in ImGui's table.
+// A key with its name in scripts and, if ImGui uses it, its index in ImGui's table.
 struct NamedKey {
   int code;
   const char* name;
@@ -55,7 +55,7 @@ constexpr std::array<NamedKey, 31> kNamed = {{{key::kSpace, "Space", ImGuiKey_Sp
 
 constexpr std::array<std::string_view, 3> kButtons = {"left", "right", "middle"};
 
-// The words of one line, taken one after the other.
+// Reads the words of one line in order.
 class Words {
  public:
   Words(const std::string& text, std::string source, int line)
@@ -88,7 +88,7 @@ class Words {
   int line_;
 };
 
-// The kinds of value that follow the first word of a line.
+// The kinds of operand of the first word of a line.
 enum class Operand { kNone, kPoint, kButton, kKey, kNumber, kText, kState };
 
 // A word that begins a line.
@@ -97,7 +97,7 @@ struct LineWord {
   Operand operand;
   ScriptLine::Kind kind = ScriptLine::Kind::kEvent;
   InputEvent::Kind event = InputEvent::Kind::kMove;
-  const char* number = "0 or 1";  // what is expected of kNumber
+  const char* number = "0 or 1";  // expected operand of kNumber
 };
 
 std::span<const LineWord> LineWords() {
@@ -295,7 +295,7 @@ void ApplyToUi(const InputEvent& event) {
       break;
     case Kind::kFocus:
       io.AddFocusEvent(event.code != 0);
-      if (event.code == 0) {  // what is released elsewhere is never told
+      if (event.code == 0) {  // releases outside the window are not reported
         std::fill(std::begin(io.KeysDown), std::end(io.KeysDown), false);
         std::fill(std::begin(io.MouseDown), std::end(io.MouseDown), false);
         io.KeyShift = io.KeyCtrl = io.KeyAlt = false;

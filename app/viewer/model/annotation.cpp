@@ -14,9 +14,9 @@
 namespace sqslam::viewer {
 namespace {
 
-constexpr double kYawReach = 1.35;  // of the turn's handle from the centre, in half sizes
+constexpr double kYawReach = 1.35;  // distance of the yaw handle from the centre, in half sizes
 
-// Returns where a line of sight meets a plane; empty where it runs along it or away from it.
+// Intersects a viewing ray with a plane; empty if the ray is nearly parallel to it or points away.
 std::optional<Eigen::Vector3d> MeetPlane(const Ray& ray, const Eigen::Vector3d& normal,
                                          const Eigen::Vector3d& point) {
   constexpr double kGrazing = 0.02;  // sine of the least angle
@@ -28,8 +28,8 @@ std::optional<Eigen::Vector3d> MeetPlane(const Ray& ray, const Eigen::Vector3d& 
   return t > 0.0 ? std::optional(Eigen::Vector3d(ray.origin + t * ray.direction.normalized())) : std::nullopt;
 }
 
-// Returns where along the line (through `point`, unit `axis`) the line of sight comes nearest; empty where it
-// runs along it.
+// Returns the position along the line (through `point`, unit `axis`) nearest to the viewing ray; empty if the
+// two are nearly parallel.
 std::optional<double> NearestAlong(const Ray& ray, const Eigen::Vector3d& point,
                                    const Eigen::Vector3d& axis) {
   const Eigen::Vector3d direction = ray.direction.normalized();
@@ -213,15 +213,15 @@ Solid DragHandle(const Solid& start, const SolidHandle& handle, const Ray& from,
 namespace {
 
 constexpr int kRimSteps = 96;
-constexpr double kStep = 8.0;  // pixels between points of a line that distortion bends
+constexpr double kStep = 8.0;  // pixels between the points of a line curved by distortion
 
-// Projects lines of the object's frame.
+// Projects lines given in the frame of the object.
 class LinePainter {
  public:
   LinePainter(const Camera& camera, const Rigid3d& T_camera_object, double near)
       : camera_(camera), T_camera_object_(T_camera_object), near_(near) {}
 
-  // A straight line; nothing where all of it is behind the camera.
+  // Adds a straight line; nothing if all of it is behind the camera.
   void AddLine(const Eigen::Vector3d& from, const Eigen::Vector3d& to, bool hidden) {
     Eigen::Vector3d a = T_camera_object_ * from;
     Eigen::Vector3d b = T_camera_object_ * to;
@@ -244,10 +244,10 @@ class LinePainter {
     lines_.push_back(std::move(line));
   }
 
-  // A closed curve in steps; `hidden` of the middle of each.
+  // Adds a closed curve in steps; `hidden` is evaluated at the middle of each.
   void AddCurve(const std::function<Eigen::Vector3d(double)>& at, const std::function<bool(double)>& hidden) {
     const auto angle = [](double i) { return 2.0 * std::numbers::pi * i / kRimSteps; };
-    bool goes_on = false;  // whether the line before reaches up to here
+    bool goes_on = false;  // the previous line ends here
     bool was_hidden = false;
     for (int i = 0; i < kRimSteps; ++i) {
       const std::size_t before = lines_.size();
@@ -297,7 +297,7 @@ void AddCuboid(const Eigen::Vector3d& half, const Eigen::Vector3d& eye, LinePain
 }
 
 void AddCylinder(const Eigen::Vector3d& half, const Eigen::Vector3d& eye, LinePainter& painter) {
-  const Eigen::Vector2d unit_eye = eye.head<2>().cwiseQuotient(half.head<2>());  // the section: a unit circle
+  const Eigen::Vector2d unit_eye = eye.head<2>().cwiseQuotient(half.head<2>());  // section as a unit circle
   for (const double sign : {-1.0, 1.0}) {
     const bool lid_seen = sign * eye.z() > half.z();
     painter.AddCurve(

@@ -102,7 +102,7 @@ std::optional<double> GroundHeight(const MapSnapshot& map) {
 }
 
 std::optional<double> GroundHeight(std::span<const Eigen::Vector3d> points) {
-  constexpr double kThickness = 0.01;  // of the plane's points, as a share of the cloud's spread
+  constexpr double kThickness = 0.01;  // of the plane, relative to the RMS radius of the cloud
   if (points.empty()) {
     return std::nullopt;
   }
@@ -128,9 +128,9 @@ Points PointsAt(std::span<const Eigen::Vector3d> points, std::span<const int> ch
 namespace {
 
 constexpr std::size_t kLeastPoints = 6;
-constexpr int kYaws = 9;  // starts over a quarter turn
+constexpr int kYaws = 9;  // start values over a quarter turn
 
-// A box of this yaw around the points, some of the outermost of each side left out.
+// Returns the box of this yaw around the points, ignoring the outermost 0.5 % at each side.
 Solid BoxAround(std::span<const Eigen::Vector3d> points, SolidKind kind, double yaw) {
   constexpr double kLeftOut = 0.005;
   constexpr double kThinnest = 0.02;  // of the longest side: the points may all lie in one plane
@@ -153,7 +153,7 @@ Solid BoxAround(std::span<const Eigen::Vector3d> points, SolidKind kind, double 
   return UprightSolid(kind, R_box_map.transpose() * (0.5 * (low + high)), yaw, half);
 }
 
-// Yaw in (-45, 45] degrees: a quarter turn with x and y swapped is the same solid.
+// Brings yaw to (-45, 45] degrees: a quarter turn with x and y swapped is the same solid.
 void NameAxes(Solid& solid) {
   constexpr double kQuarter = 0.5 * std::numbers::pi;
   const double yaw = YawOf(solid);
@@ -164,8 +164,8 @@ void NameAxes(Solid& solid) {
   }
 }
 
-// Starts at several yaws, since the cost has minima between; the best end is taken. The smaller of two that
-// suit the points about as well is the likelier.
+// Starts from several yaws, since the cost has local minima, and keeps the best. Of two solids that fit about
+// equally well the smaller one is likelier.
 Solid FitFixedShape(std::span<const Eigen::Vector3d> points, SolidKind kind, bool round) {
   constexpr double kVolumeWeight = 0.02;
   Solid best;
@@ -195,7 +195,7 @@ Solid FitFreeShape(std::span<const Eigen::Vector3d> points) {
   options.upright = true;
   const SuperquadricFit fit = FitSuperquadric(points, options);
   Solid solid = Solid::FromSuperquadric(fit.superquadric);
-  // The z axis may have come out downwards; turned over, the solid is the same.
+  // The z axis may point down; turned over, the solid is the same.
   solid.T_map_object.rotation =
       Eigen::AngleAxisd(ToParameters(fit.superquadric)[7], Eigen::Vector3d::UnitZ());
   return solid;

@@ -21,7 +21,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Keys that the annotation holds itself; everything else is kept as it was.
+// Keys that AnnotatedSolid holds itself; all others are kept as they are.
 const std::set<std::string> kOwnKeys = {"id",  "label",          "name",      "primitive", "center",
                                         "yaw", "T_world_object", "half_size", "shape"};
 
@@ -35,7 +35,7 @@ std::string Others(const Json& entry, const std::set<std::string>& own) {
   return others.empty() ? "" : others.dump();
 }
 
-// Enough digits for a micrometre in a hall, and 0.1 as "0.1".
+// Rounds to 1e-9 and 12 digits, enough for a micrometre in a hall; 0.1 is written as "0.1".
 double Rounded(double value) {
   const double rounded = std::round(value * 1e9) * 1e-9;
   return rounded == 0.0 ? 0.0 : std::stod(fmt::format("{:.12g}", rounded));
@@ -76,7 +76,7 @@ Json ToJson(const AnnotatedSolid& annotated, const Sim3d& S_file_annotation) {
 }  // namespace
 
 Annotation ReadAnnotation(const fs::path& path, const Sim3d& S_file_annotation) {
-  const std::vector<GroundTruthObject> objects = ReadGroundTruthObjects(path);  // says what is wrong
+  const std::vector<GroundTruthObject> objects = ReadGroundTruthObjects(path);  // reports errors
   const Json root = ReadJsonFile(path, "a list of ground-truth objects");
   const Json& list = root.is_object() ? root.at("objects") : root;
   Annotation annotation;
@@ -134,7 +134,7 @@ Sim3d AlignToGroundTruth(const fs::path& result, const fs::path& sequence) {
 
 namespace {
 
-// Copies a file that somebody made and nobody has read to FILE.bak.
+// Copies a file that was never read to FILE.bak.
 void KeepUnread(const fs::path& file) {
   std::error_code error;
   if (fs::exists(file)) {

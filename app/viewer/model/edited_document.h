@@ -13,35 +13,35 @@
 namespace sqslam::viewer {
 
 // objects_gt.json: {id, label, primitive, center, yaw, T_world_object (4x4, row-major), half_size, shape} for
-// each solid; what else a file said, of an object or of itself, is written back as it was.
+// each solid. Other keys, of an object or of the file, are preserved.
 //
-// The annotation may live in another frame than the file: drawn on a map, it is in map units and the map's
-// frame, while the ground truth is in metres and the world's. S_file_annotation leads from one to the other.
-// `yaw` of the file is about the file's z axis.
+// The annotation may be in another frame than the file: one drawn on a map is in map units and the map's
+// frame, the ground truth in metres and the world frame. S_file_annotation transforms between them. `yaw` of
+// the file is about the file's z axis.
 
-// Throws InputError that names file and object.
+// Throw InputError that names file and object.
 Annotation ReadAnnotation(const std::filesystem::path& path, const Sim3d& S_file_annotation = {});
 void WriteAnnotation(const std::filesystem::path& path, const Annotation& annotation,
                      const Sim3d& S_file_annotation = {});
 
-// S_world_map of a result against the ground truth's camera poses of its sequence, by the trajectories.
-// Throws InputError where there is no ground truth, or the two do not determine it.
+// Returns S_world_map, which aligns the trajectory of a result to the ground truth of its sequence. Throws
+// InputError if there is no ground truth, or the two do not determine the alignment.
 Sim3d AlignToGroundTruth(const std::filesystem::path& result, const std::filesystem::path& sequence);
 
-// Undo and redo of a document that is a value: every step keeps the whole state, so that nothing has to be
-// played backwards. Documents are small (some edits of some dozen objects), steps few hundred.
+// Undo and redo of a document of value type: every step stores the whole state, so nothing has to be
+// inverted. Documents are small (some edits of some dozen objects), steps few hundred.
 template <typename State>
 class EditHistory {
  public:
-  static constexpr std::size_t kMostSteps = 500;  // older ones are forgotten
+  static constexpr std::size_t kMostSteps = 500;  // older ones are dropped
 
   explicit EditHistory(State first = {}) : steps_{{std::move(first), "", ""}} {}
 
   const State& Current() const { return steps_[at_].state; }
 
-  // Takes a new state; what had been undone is gone. `what` names the step in menus ("Delete cup 3"). Steps
-  // of one `group` that follow one another are one to the user: those of a drag, of a number that is typed. A
-  // state equal to the current one is no step.
+  // Adds a state as a step and drops what had been undone. `what` names the step in menus ("Delete cup 3").
+  // Consecutive steps of one `group` are merged, such as those of a drag or of a number being typed. A state
+  // equal to the current one is no step.
   void Push(State state, std::string what, std::string group = "") {
     if (state == Current()) {
       return;
@@ -60,7 +60,7 @@ class EditHistory {
     }
   }
 
-  // The next step is one of its own, whatever its group (the mouse button was released).
+  // Makes the next step a separate one, whatever its group (the mouse button was released).
   void Seal() { sealed_ = true; }
 
   bool CanUndo() const { return at_ > 0; }
@@ -78,7 +78,7 @@ class EditHistory {
     }
   }
 
-  // Names of the steps that Undo and Redo would take back or do again; empty where there is nothing.
+  // Name the steps that Undo and Redo would apply; empty if there is none.
   std::string UndoName() const { return CanUndo() ? steps_[at_].what : ""; }
   std::string RedoName() const { return CanRedo() ? steps_[at_ + 1].what : ""; }
 
@@ -90,12 +90,11 @@ class EditHistory {
   };
 
   std::deque<Step> steps_;  // never empty
-  std::size_t at_ = 0;      // of the current state
+  std::size_t at_ = 0;      // index of the current state
   bool sealed_ = false;
 };
 
-// The user's changes: edits of the map's objects, and a ground truth. One history for both,
-// so that undo takes back whatever came last.
+// The user's changes: object edits and a ground truth, with one history for both.
 struct EditedState {
   ObjectEdits edits;
   Annotation annotation;
@@ -108,8 +107,8 @@ class EditedDocument {
   const EditedState& Current() const { return history_.Current(); }
   const EditHistory<EditedState>& History() const { return history_; }
 
-  // Changes a copy of the state and takes it as a step (EditHistory::Push). What `change` throws leaves the
-  // document as it was.
+  // Changes a copy of the state and adds it as a step (EditHistory::Push). If `change` throws, the document
+  // stays as it was.
   void Do(const std::string& what, auto change, const std::string& group = "") {
     EditedState next = Current();
     change(next);
@@ -119,20 +118,19 @@ class EditedDocument {
   void Undo() { history_.Undo(); }
   void Redo() { history_.Redo(); }
 
-  // Starts anew: edits beside the recording, where there are some, and no annotation. Throws InputError on a
-  // broken file; the document is then empty, and SaveEdits keeps that file as FILE.bak.
+  // Starts over with the edits beside the recording, if any, and no annotation. Throws InputError on a broken
+  // file; the document is then empty, and SaveEdits keeps that file as FILE.bak.
   void OpenRecording(const std::filesystem::path& recording);
 
-  // Reads a ground truth as a step that can be undone; it is saved to that file from then on.
+  // Reads a ground truth as a step that can be undone; the file becomes AnnotationFile().
   void OpenAnnotation(const std::filesystem::path& file, const Sim3d& S_file_annotation = {});
 
   bool EditsModified() const { return !(Current().edits == saved_.edits); }
   bool AnnotationModified() const { return !(Current().annotation == saved_.annotation); }
   bool Modified() const { return EditsModified() || AnnotationModified(); }
 
-  // Throw InputError where the file cannot be written. Edits go beside the recording; where nothing is edited
-  // (any more), a file of edits is removed. An annotation that is there and was not opened is kept as
-  // FILE.bak.
+  // Throw InputError if the file cannot be written. Edits go beside the recording; if there are none (any
+  // more), the file is removed. An annotation file that was not opened before is kept as FILE.bak.
   void SaveEdits();
   void SaveAnnotation(const std::filesystem::path& file, const Sim3d& S_file_annotation = {});
 
@@ -143,7 +141,7 @@ class EditedDocument {
   EditHistory<EditedState> history_;
   EditedState saved_;
   std::filesystem::path edits_file_;
-  bool edits_unread_ = false;  // there are some, but they could not be read
+  bool edits_unread_ = false;  // the file exists but could not be read
   std::filesystem::path annotation_file_;
 };
 

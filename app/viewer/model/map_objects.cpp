@@ -25,14 +25,14 @@ std::string Lower(std::string text) {
 
 const ColumnInfo& InfoOf(ObjectColumn column) { return ObjectColumns()[static_cast<std::size_t>(column)]; }
 
-// The text of a column of words.
+// Returns the text in a column of words.
 std::string TextOf(const ObjectRow& row, ObjectColumn column) {
   return column == ObjectColumn::kName ? ShownName(row.object) : row.object.label;
 }
 
 constexpr std::string_view kSigns = "<>=!";
 
-// "e1 > 0.5 cup" as "e1>0.5 cup".
+// Turns "e1 > 0.5 cup" into "e1>0.5 cup".
 std::string WithoutBlanksAroundSigns(const std::string& text) {
   std::string tight;
   for (const char c : text) {

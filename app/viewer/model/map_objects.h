@@ -20,10 +20,10 @@ struct ObjectRow {
   std::vector<int> parts;  // ids of the objects that were merged into it
 };
 
-// The rows of an edited map (Apply with HiddenObjects::kKeep, so that hidden objects can be shown again).
+// Returns the rows of an edited map (Apply with HiddenObjects::kKeep, to let hidden objects be shown again).
 std::vector<ObjectRow> ObjectRows(const MapSnapshot& map, const ObjectEdits& edits = {});
 
-// The name that somebody gave an object, or its label as people write it with its number: "potted plant 3".
+// Returns the given name of an object, or its label with blanks and its number: "potted plant 3".
 std::string ObjectName(const SnapshotObject& object);
 std::string NumberedLabel(std::string label, int id);
 
@@ -46,27 +46,27 @@ enum class ObjectColumn {
 
 struct ColumnInfo {
   ObjectColumn column;
-  std::string key;    // in filters, one word
+  std::string key;    // one word, for filters
   std::string title;  // short, for a header
-  std::string help;   // what it is, with its unit
-  // The value in a column of numbers (degrees for angles), empty where it is not known, and its format. Null
-  // for columns of words.
+  std::string help;   // meaning and unit
+  // Value in a column of numbers (degrees for angles), empty if unknown, and its format. Null for columns of
+  // words.
   std::optional<double> (*number)(const SnapshotObject& object) = nullptr;
-  const char* format = "{:.3g}";  // as fmt; lengths: map units may be of any size
+  const char* format = "{:.3g}";  // for fmt; the default suits lengths in map units of any size
 };
 
 // All columns, in the order of a table and of ObjectColumn.
 std::span<const ColumnInfo> ObjectColumns();
 
-// The text of a cell: a number with three digits or two decimals, a dash for what is not known.
+// Returns the text of a cell; a dash if the value is unknown.
 std::string CellText(const ObjectRow& row, ObjectColumn column);
 
-// Stable. Numbers by size, words without regard to case; what is not known comes last either way.
+// Sorts stably: numbers by value, words case-insensitively, unknown values always last.
 void SortRows(std::vector<ObjectRow>& rows, ObjectColumn column, bool ascending);
 
-// Chooses the rows that a search shows. Words must all occur in id, name or label, without regard to case;
+// Selects the rows that match a search. Words must all occur in id, name or label, case-insensitively;
 // comparisons (observations>100, seen > 100, e1<=0.3, label=cup, yaw>-45) name a column by its key or title,
-// yaw in degrees; blanks around the sign are fine. An empty text shows all.
+// yaw in degrees; blanks around the sign are allowed. An empty text matches all.
 class RowFilter {
  public:
   RowFilter() = default;
@@ -74,14 +74,14 @@ class RowFilter {
 
   bool Shows(const ObjectRow& row) const;
 
-  // Names what of the text is no column or number, for a hint beside the field; empty where all is
-  // understood. Such a part shows no row.
+  // Names the part of the text that is no column or number, for a hint beside the field; empty if all is
+  // valid. With a problem no row is shown.
   const std::string& Problem() const { return problem_; }
 
  private:
   struct Term {
     std::optional<ObjectColumn> column = {};               // empty: a word
-    bool (*holds)(std::partial_ordering order) = nullptr;  // of the value against word or number
+    bool (*holds)(std::partial_ordering order) = nullptr;  // compares the value with word or number
     std::string word = {};                                 // lower case
     std::optional<double> number = {};
   };
@@ -93,18 +93,18 @@ class RowFilter {
   std::string problem_;
 };
 
-// A map point of an object, or one that its outlier removal took away.
+// A map point of an object, or one that was rejected as its outlier.
 struct ObjectPoint {
   Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
   double residual = 0.0;  // signed distance to the object's surface, map units; below 0 inside
-  double anomaly = 0.0;   // isolation score in [0, 1]; 0 where it has none
+  double anomaly = 0.0;   // isolation score in [0, 1]; 0 if it has none
   bool kept = true;
 };
 
 std::vector<ObjectPoint> ObjectPoints(const MapSnapshot& map, const SnapshotObject& object);
 
-// The map with its objects at the same place and of the same size as solids of another kind, as the option
-// `objects.representation` of a run makes them; the snapshot itself for superquadrics.
+// Returns the map with its objects replaced by solids of another kind at the same place and of the same size,
+// like the option `objects.representation` of a run; for superquadrics the snapshot itself.
 MapSnapshotPtr Represented(const MapSnapshotPtr& map, SolidKind kind);
 
 }  // namespace sqslam::viewer

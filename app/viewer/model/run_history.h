@@ -11,12 +11,12 @@
 
 #include "slam/snapshot/snapshot.h"
 
-// Histories of a run and its objects, from its snapshots in their order: of a recording in one pass, of a
-// live run by each new one.
+// Histories of a run and its objects, built from its snapshots in order: in one pass over a recording, or
+// from each new snapshot of a live run.
 namespace sqslam::viewer {
 
-// One value of a run against its frames. Values that a snapshot does not know (older recordings,
-// deterministic runs, which are not timed) are missing: the line has a gap there.
+// One value of a run by frame. Values that a snapshot lacks (older recordings; deterministic runs, which are
+// not timed) are empty and leave a gap in the line.
 struct Series {
   std::string name;
   std::string unit;  // empty: a count
@@ -25,11 +25,11 @@ struct Series {
   std::vector<std::optional<double>> value;
 
   bool HasValues() const;
-  std::pair<double, double> Range() const;             // least and largest value; 0, 0 where there is none
-  std::optional<double> At(double frame_index) const;  // of the newest snapshot until then
+  std::pair<double, double> Range() const;             // minimum and maximum; 0, 0 if there are none
+  std::optional<double> At(double frame_index) const;  // of the last snapshot up to it
 };
 
-// Frames between two snapshots in which something happened.
+// An event between two snapshots.
 struct RunMark {
   enum class Kind { kKeyframe, kLoop, kMerge, kLost, kFoundAgain };
   Kind kind = Kind::kKeyframe;
@@ -40,7 +40,7 @@ constexpr auto EnumNames(RunMark::Kind) {
   return std::array{"keyframe", "loop closed", "maps merged", "tracking lost", "tracking found again"};
 }
 
-// Series with one value a snapshot, about one a keyframe, and marks.
+// Series with one value per snapshot (about one per keyframe), and marks.
 class RunSeries {
  public:
   RunSeries();
@@ -51,7 +51,7 @@ class RunSeries {
   // object". Throws std::out_of_range for another name.
   const Series& Named(std::string_view name) const;
 
-  // In the order of frames. Keyframes are those of the newest map, as long as they were not culled.
+  // Returns the marks by frame. Keyframes are those of the newest map: culled ones have no mark.
   std::vector<RunMark> Marks() const;
 
  private:
@@ -66,19 +66,19 @@ class RunSeries {
 struct ObjectSample {
   int snapshot = 0;  // its index in the recording
   std::int64_t frame_index = 0;
-  int observations = 0;  // until then
-  // Radians, without jumps: a solid turned by a quarter with its x and y axes swapped is the same, and of
-  // these descriptions samples have the one nearest to the sample after; the newest has the map's own.
+  int observations = 0;  // so far
+  // Radians, unwrapped: a solid turned by a quarter with its x and y axes swapped is the same, and each
+  // sample uses the description nearest to that of the next sample; the newest is as in the map.
   double yaw = 0.0;
-  Eigen::Vector3d half_size = Eigen::Vector3d::Zero();  // map units of that snapshot, axes as yaw has them
+  Eigen::Vector3d half_size = Eigen::Vector3d::Zero();  // map units of that snapshot, axes to match `yaw`
   double e1 = 0.0;
   double e2 = 0.0;
 };
 
-// Samples of all objects by id, also of those that are gone at the end.
+// Samples of all objects by id, including objects that were removed later.
 using ObjectHistories = std::map<int, std::vector<ObjectSample>>;
 
-// Adds a map, `snapshot` its index in the recording; the maps must come in order.
+// Adds a map with its index in the recording; maps must be added in order.
 void AddSamples(int snapshot, const MapSnapshot& map, ObjectHistories& histories);
 
 }  // namespace sqslam::viewer

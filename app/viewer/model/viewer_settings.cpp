@@ -14,7 +14,7 @@ namespace sqslam::viewer {
 namespace fs = std::filesystem;
 namespace {
 
-// Relative paths in these variables are to be ignored (XDG Base Directory Specification).
+// Relative paths in these variables must be ignored (XDG Base Directory Specification).
 fs::path BaseFolder(const char* variable, const char* below_home) {
   const char* value = std::getenv(variable);
   if (value != nullptr && fs::path(value).is_absolute()) {
@@ -67,7 +67,7 @@ Loaded<Values> Load(const fs::path& file) {
         fmt::format("{}: expected lines 'name: value'; the defaults are used", file.string()));
     return loaded;
   }
-  // Value by value, so that one that is wrong costs no other.
+  // Value by value, so that an invalid one does not affect the others.
   for (std::size_t i = 0; i < OptionFields(loaded.values).size(); ++i) {
     Values changed = loaded.values;
     const OptionField field = OptionFields(changed)[i];
@@ -89,7 +89,7 @@ void Save(const fs::path& file, const auto& values) {
     return;
   }
   std::error_code error;
-  fs::create_directories(file.parent_path(), error);  // if it fails, writing says why
+  fs::create_directories(file.parent_path(), error);  // if this fails, writing reports why
   WriteFileAtomically(file, DumpOptions(values));
 }
 

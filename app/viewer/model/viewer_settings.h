@@ -10,18 +10,18 @@ namespace sqslam::viewer {
 enum class Theme { kDark, kLight };
 constexpr auto EnumNames(Theme) { return std::array{"dark", "light"}; }
 
-// Lengths of the parts of the window, pixels at 96 dpi; the user moves the lines between them.
+// Sizes of the parts of the window, pixels at 96 dpi; the user drags the lines between them.
 struct LayoutSettings {
   double side = 420.0;    // width of the column on the right
   double bottom = 146.0;  // height of the time axis
   double top = 272.0;     // height of the image above the tabs
 };
 
-// The choices of the viewer's user, kept in $XDG_CONFIG_HOME/sqslam/viewer.yaml.
+// The user's settings, kept in $XDG_CONFIG_HOME/sqslam/viewer.yaml.
 struct ViewerSettings {
   Theme theme = Theme::kDark;
-  std::string style = "dark";  // of the scene: a style's name or FILE.yaml
-  double font_size = 15.0;     // height of the letters, pixels at 96 dpi
+  std::string style = "dark";  // of the scene: name of a style or FILE.yaml
+  double font_size = 15.0;     // pixels at 96 dpi
   bool show_image = true;      // beside the map
 
   void VisitFields(auto&& visit) {
@@ -32,7 +32,7 @@ struct ViewerSettings {
   }
 };
 
-// Values that the viewer remembers by itself, kept in $XDG_STATE_HOME/sqslam/viewer.yaml.
+// State that the viewer remembers, kept in $XDG_STATE_HOME/sqslam/viewer.yaml.
 struct ViewerMemory {
   static constexpr std::size_t kMostRecent = 12;
 
@@ -50,12 +50,12 @@ struct ViewerMemory {
     visit("recent_files", recent_files);
   }
 
-  // To the top of the list, once.
+  // Moves or adds the file to the top of the list.
   void Remember(const std::filesystem::path& file);
-  void ForgetMissing();  // drops files that are not there any more
+  void ForgetMissing();  // drops files that no longer exist
 };
 
-// The values read, and one line for each value that could not be used (the default stands for it then).
+// The values read, and one line per value that could not be used and has its default.
 template <typename Values>
 struct Loaded {
   Values values;
@@ -63,13 +63,13 @@ struct Loaded {
 };
 
 // $XDG_CONFIG_HOME or ~/.config, and $XDG_STATE_HOME or ~/.local/state, each with /sqslam/viewer.yaml. Empty
-// where there is no home either: then nothing is kept.
+// if there is no home directory: then nothing is kept.
 std::filesystem::path SettingsFile();
 std::filesystem::path MemoryFile();
 
 // Read and write such values (ViewerSettings, ViewerMemory). A missing file or an empty path gives the
-// defaults; keys of other versions are passed over; reading never throws. Writing makes the folder where it
-// is missing, does nothing for an empty path, and throws InputError where the file cannot be written.
+// defaults; unknown keys are ignored; reading never throws. Writing creates the folder if missing, does
+// nothing for an empty path, and throws InputError if the file cannot be written.
 template <typename Values>
 Loaded<Values> Load(const std::filesystem::path& file);
 void Save(const std::filesystem::path& file, const auto& values);

@@ -13,13 +13,13 @@
 namespace sqslam::viewer {
 namespace {
 
-// "potted plant 3", or its own name with its number.
+// Returns "potted plant 3", or its own name with its number.
 std::string SolidName(const AnnotatedSolid& solid) {
   return solid.name.empty() ? NumberedLabel(solid.label, solid.id)
                             : fmt::format("{} {}", solid.name, solid.id);
 }
 
-// Draws a ground truth over the map: solids by hand or fitted to points, checked against the images.
+// Annotates a ground truth on the map: solids placed by hand or fitted to points, checked in the images.
 class AnnotationPanel : public Panel {
  public:
   explicit AnnotationPanel(ViewerState& s)

@@ -94,7 +94,7 @@ class SettingsPanel : public Panel {
   bool Wanted() const override { return window_.show_settings; }
 
   void Draw() override {
-    preferences_.TakeSettings(window_, view_);  // keys and menus change them too
+    preferences_.TakeSettings(window_, view_);  // keys and menus may have changed them
     Dialog("Settings", 26.0F, [&] { DrawContent(); });
   }
 
@@ -135,7 +135,7 @@ class SettingsPanel : public Panel {
   Messages& messages_;
 };
 
-// Asks what becomes of unsaved changes before they would be lost.
+// Asks what to do with unsaved changes before they would be lost.
 class UnsavedPanel : public Panel {
  public:
   explicit UnsavedPanel(ViewerState& s)

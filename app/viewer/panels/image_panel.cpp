@@ -13,7 +13,7 @@
 namespace sqslam::viewer {
 namespace {
 
-// Marks over the image, in its pixels.
+// Marks over the image, in image pixels.
 struct ImageMarks {
   struct Outline {
     int id = 0;
@@ -162,8 +162,7 @@ class ImagePanel : public Panel {
     }
   }
 
-  // Map points in the image; of a run that goes on what tracking found there: features on map points, and
-  // those that are none.
+  // Draws map points in the image; during a run, the features of tracking, with and without a map point.
   void DrawDots(float scale) const {
     const auto dot = [&](const Eigen::Vector2d& pixel, float r, ImU32 color) {
       Square(At(pixel), r * scale, color);
@@ -192,8 +191,7 @@ class ImagePanel : public Panel {
     }
   }
 
-  // Returns the object that a place in the image means: of the smallest box around it, or of the nearest
-  // outline.
+  // Returns the object at a pixel: that of the smallest box around it, else of the nearest outline around it.
   std::optional<int> ObjectAt(const Eigen::Vector2d& pixel) const {
     const SnapshotDetection* best = nullptr;
     for (const SnapshotDetection& seen : shown_->detections) {
@@ -213,8 +211,8 @@ class ImagePanel : public Panel {
     return std::nullopt;
   }
 
-  // In a frame between two states of the map nobody wrote down which box is which object: the one of the same
-  // class whose outline overlaps it best.
+  // Finds the object of a box in frames between two snapshots, for which it is not recorded: the one whose
+  // outline overlaps the box best, preferably of the same class.
   std::optional<int> OutlineLike(const Detection& detection) const {
     std::optional<int> id;
     double best = 0.2;

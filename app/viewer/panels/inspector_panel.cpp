@@ -57,7 +57,7 @@ void DrawPoints(Editing& editing) {
   }
 }
 
-// The selected object: what can be done to it, its numbers, how it came about, its points.
+// The selected object: its actions, numbers, history and points.
 class InspectorPanel : public Panel {
  public:
   explicit InspectorPanel(ViewerState& s)
@@ -93,14 +93,14 @@ class InspectorPanel : public Panel {
   const WindowState& window_;
   int id_ = -1;  // the object whose name and label the fields hold
   std::string name_, label_;
-  bool by_frame_ = false;  // histories against frames instead of observations
+  bool by_frame_ = false;  // histories over frames instead of observations
 };
 
 void InspectorPanel::DrawEditing(const SnapshotObject& object) {
   ImGui::Dummy(ImVec2(0.0F, 0.15F * ImGui::GetFontSize()));
   Swatch(document_.colors(object.label));
   Bold(ObjectName(object).c_str());
-  if (id_ != object.id || !ImGui::IsAnyItemActive()) {  // what undo changed comes into the fields
+  if (id_ != object.id || !ImGui::IsAnyItemActive()) {  // takes over what undo changed
     id_ = object.id;
     name_ = object.name;
     label_ = object.label;

@@ -15,7 +15,7 @@
 namespace sqslam::viewer {
 namespace {
 
-// The table of objects with its filter, and what can be done to the selected one.
+// The table of objects with its filter, and actions on the selected object.
 class ObjectsPanel : public Panel {
  public:
   explicit ObjectsPanel(ViewerState& s)
@@ -37,7 +37,7 @@ class ObjectsPanel : public Panel {
   }
 
  private:
-  // Rows of the map as edited, with what is hidden.
+  // Makes the rows of the edited map, including hidden objects.
   void MakeRows() {
     const ShownFramePtr& recorded = document_.recorded;
     const ObjectEdits& edits = context_.editing.applied.edits;
@@ -71,7 +71,7 @@ class ObjectsPanel : public Panel {
     }
   }
 
-  // The columns that are shown; the others are for filters.
+  // Returns the columns of the table; all others are only for filters.
   static std::vector<ColumnInfo> Columns() {
     std::vector<ColumnInfo> columns;
     for (const ColumnInfo& info : ObjectColumns()) {
@@ -87,8 +87,8 @@ class ObjectsPanel : public Panel {
     return info.column == ObjectColumn::kName ? 8.4F : info.title.size() > 5 ? 3.9F : 3.0F;
   }
 
-  // Shows as many columns as there is room for, what the inspector tells as well last; others by a right
-  // click on the heads. Within a table.
+  // Shows as many columns as fit, those of the inspector last; a right click on the header shows others. Must
+  // be called within a table.
   void FitColumns(float room) {
     using enum ObjectColumn;
     constexpr std::array kByNeed = {kName,  kObservations, kPoints, kE1,    kE2,      kAgreement,
@@ -218,7 +218,7 @@ class ObjectsPanel : public Panel {
   MapSnapshotPtr map_;
   ObjectEdits edits_;
   std::vector<ObjectRow> rows_;
-  float room_ = 0.0F;  // that the columns were chosen for, pixels
+  float room_ = 0.0F;  // for which the columns were chosen, pixels
 };
 
 }  // namespace

@@ -13,7 +13,7 @@ namespace sqslam::viewer {
 namespace fs = std::filesystem;
 namespace {
 
-// A browser of folders: results of runs are opened, other folders entered.
+// A folder browser: opens results of runs, enters other folders.
 class OpenPanel : public Panel {
  public:
   explicit OpenPanel(ViewerState& s)
@@ -28,7 +28,7 @@ class OpenPanel : public Panel {
   }
 
  private:
-  // The one beside what is open.
+  // Returns the folder that contains the open result or file, else the current folder.
   fs::path FirstFolder() const {
     std::error_code none;
     if (document_.file.empty()) {
@@ -99,7 +99,7 @@ class OpenPanel : public Panel {
   const Document& document_;
   WindowState& window_;
   Requests& requests_;
-  int drawn_ = -1;  // the last frame of the window that showed it
+  int drawn_ = -1;  // last frame of the window in which it was drawn
   fs::path folder_;
   std::string text_;
   std::vector<FolderEntry> entries_;

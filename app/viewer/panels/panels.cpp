@@ -16,7 +16,7 @@ constexpr ImGuiWindowFlags kPart = ImGuiWindowFlags_NoDecoration | ImGuiWindowFl
                                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus |
                                    ImGuiWindowFlags_NoNav;
 
-// Draws a part of the window, if it has a place.
+// Draws a part of the window unless its area is empty.
 void DrawPart(const char* id, const cv::Rect2d& area, bool padded, auto&& content) {
   if (area.width < 1.0 || area.height < 1.0) {
     return;
@@ -34,7 +34,7 @@ void DrawPart(const char* id, const cv::Rect2d& area, bool padded, auto&& conten
   ImGui::End();
 }
 
-// A menu item that does what its keys do.
+// A menu item that runs the shortcut with these keys.
 void KeyItem(ViewerState& s, const std::string& name, const char* keys, bool enabled = true,
              bool checked = false) {
   if (ImGui::MenuItem(name.c_str(), keys, checked, enabled)) {
@@ -51,7 +51,7 @@ void DrawFileMenu(ViewerState& s) {
   if (ImGui::BeginMenu("Open recent", !recent.empty())) {
     for (const std::string& file : recent) {
       const std::filesystem::path path(file);
-      // A result is known by its folder.
+      // Results are shown by the name of their folder.
       const std::string name = path.filename() == "map.sqmap" ? path.parent_path().string() : file;
       if (ImGui::MenuItem(name.c_str())) {
         s.requests.Ask(OpenRequest{path});
@@ -144,9 +144,9 @@ void DrawTabs(std::string& to_front, const std::vector<PanelPtr>& panels) {
   ImGui::PopStyleVar();
 }
 
-// The lines that the mouse takes hold of, each kept within what makes sense for the window.
+// Draws the dividers between the parts, each limited to a sensible range for the window.
 void DrawLines(WindowState& state, const Layout& parts, cv::Size size) {
-  // `length` at scale 1; it grows to the left or up (-1), or down (1); `most` in pixels.
+  // `length`: at scale 1, grows to the left or up (-1), or down (1); `most`: in pixels.
   const auto line = [&](const char* id, const cv::Rect2d& area, double& length, double way, double least,
                         double most) {
     const ImGuiMouseCursor cursor =
@@ -171,7 +171,7 @@ void DrawLines(WindowState& state, const Layout& parts, cv::Size size) {
   line("##top line", parts.top_line, state.layout.top, 1.0, 120.0, 0.6 * size.height);
 }
 
-// The text that stands in the place of a map. A failure stays until something else is opened.
+// Draws a text in place of the map. A failure stays until something else is opened.
 void DrawWelcome(const ViewerState& s, const cv::Rect2d& scene) {
   const std::string& failure = s.document.failure;
   const std::string text = !failure.empty()        ? "The run has left no map.\n\n" + failure

@@ -10,7 +10,7 @@
 namespace sqslam::viewer {
 namespace {
 
-// Pictures and videos of what is on the screen, and paths for the camera of `sqslam render`.
+// Pictures and videos of the screen, and camera paths for `sqslam render`.
 class PicturePanel : public Panel {
  public:
   explicit PicturePanel(ViewerState& s)
@@ -33,7 +33,7 @@ class PicturePanel : public Panel {
       requests_.Ask(window_.screenshot);
     }
     ImGui::SameLine();
-    // A run that goes on has no file that another program could draw.
+    // A run in progress has no file that another program could draw.
     if (!document_.run.active &&
         Button("Copy command", "The sqslam render command that draws the same picture without a window")) {
       requests_.Ask(CopyCommandRequest{});

@@ -17,7 +17,7 @@
 namespace sqslam::viewer {
 namespace {
 
-// Draws the edges of all solids as a camera sees them, the selected one `selected_width` wide.
+// Draws the edges of all solids as seen by a camera, the selected one `selected_width` wide.
 void DrawWires(const EditContext& context, const WindowState& window, const Camera& camera,
                const Rigid3d& T_map_camera, float selected_width,
                const std::function<ImVec2(const Eigen::Vector2d&)>& at) {
@@ -40,7 +40,7 @@ void DrawWires(const EditContext& context, const WindowState& window, const Came
   }
 }
 
-// Draws marks over the scene, by the camera through which it is seen.
+// Draws marks over the scene with the camera of the scene.
 class SceneMarks {
  public:
   SceneMarks(const EditContext& context, const WindowState& window, ImVec2 origin)
@@ -72,7 +72,7 @@ class SceneMarks {
     for (const Eigen::Vector2d& pixel :
          {Eigen::Vector2d(lens.cx, lens.cy), Eigen::Vector2d(0.0, 0.0), Eigen::Vector2d(lens.width, 0.0),
           Eigen::Vector2d(lens.width, lens.height), Eigen::Vector2d(0.0, lens.height)}) {
-      const double along = corners.empty() ? 0.0 : depth;  // the first is the eye
+      const double along = corners.empty() ? 0.0 : depth;  // the first corner is the optical centre
       const auto seen = Project(*map->T_map_camera * (along * lens.Unproject(pixel)));
       if (!seen) {
         return;
@@ -86,7 +86,7 @@ class SceneMarks {
     }
   }
 
-  // Draws its name on a tag above it.
+  // Draws the name of the object on a tag above it.
   void DrawName(const SnapshotObject& object) const {
     const std::vector<ImVec2> polygon = OutlineOf(object);
     if (polygon.empty()) {
@@ -154,12 +154,12 @@ class SceneMarks {
   ImVec2 OnScreen(const Eigen::Vector2d& pixel) const {
     return Vec(origin_.x + pixel.x() + 0.5, origin_.y + pixel.y() + 0.5);
   }
-  // Empty behind the camera.
+  // Returns the screen position; empty behind the camera.
   std::optional<ImVec2> Project(const Eigen::Vector3d& p_map) const {
     const Eigen::Vector3d p = T_view_map_ * p_map;
     return p.z() > 1e-6 ? std::optional(OnScreen(pinhole_.Project(p))) : std::nullopt;
   }
-  // The same for points of the scene; nowhere what is cut away.
+  // Likewise, but also empty if the point is clipped.
   std::optional<ImVec2> Seen(const Eigen::Vector3d& p_map) const {
     return cut_ && !cut_->Keeps(p_map) ? std::nullopt : Project(p_map);
   }
@@ -173,7 +173,7 @@ class SceneMarks {
   std::vector<ImVec2> OutlineOf(const SnapshotObject& object) const {
     return OnScreen(Silhouette(object.superquadric, pinhole_, T_map_view_, 0.1, 64.0));
   }
-  // Text on a card whose bottom is above `at`.
+  // Draws text on a card above `at`.
   void DrawTag(const std::string& text, ImVec2 at, const Eigen::Vector3d& color) const {
     const float em = ImGui::GetFontSize();
     const ImVec2 size = ImGui::CalcTextSize(text.c_str());
@@ -190,7 +190,7 @@ class SceneMarks {
   }
 
   void DrawChosen() const {
-    if (!tool_.cloud_file.empty() && tool_.cloud) {  // not in the scene: an even share of it
+    if (!tool_.cloud_file.empty() && tool_.cloud) {  // not drawn by the scene: an even subset
       constexpr std::size_t kMostDrawn = 20000;
       const std::size_t step = tool_.cloud->size() / kMostDrawn + 1;
       for (std::size_t i = 0; i < tool_.cloud->size(); i += step) {
@@ -260,8 +260,7 @@ void DrawSceneMarks(const EditContext& context, const WindowState& window, ImVec
   const Selection& selection = context.selection;
   const SceneMarks marks(context, window, origin);
   marks.DrawSelection();
-  // During a run the scene is drawn only where the map is another one; the camera moves all the
-  // time.
+  // During a run the scene is only redrawn with a new map, but the camera moves all the time.
   if (document.run.active && context.view.style.cameras.current) {
     marks.DrawInputCamera();
   }

@@ -17,7 +17,7 @@
 namespace sqslam::viewer {
 namespace {
 
-// OpenGL on the processor, as of Mesa without a graphics card.
+// Returns true if OpenGL is rendered in software, such as by Mesa without a graphics card.
 bool IsSoftware() {
   const auto* name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));  // NOLINT: OpenGL's characters
   const std::string_view renderer = name != nullptr ? name : "";
@@ -66,7 +66,7 @@ class ScenePanel : public Panel {
  private:
   ImVec2 End() const { return Vec(origin_.x + view_.size.width, origin_.y + view_.size.height); }
 
-  // Takes over a value that is another one than is shown; true then.
+  // Updates a value that is shown; returns true if it differed.
   template <typename Shown, typename Value>
   static bool Renew(Shown& shown, const Value& value) {
     const bool other = !(shown == value);
@@ -76,15 +76,15 @@ class ScenePanel : public Panel {
     return other;
   }
 
-  // Brings what is drawn up to what the state says.
+  // Updates the scene to the state.
   void Synchronize() {
     const bool live = document_.run.active;
     if (Renew(photo_of_, Photo()) && photo_of_) {
       photo_.Upload(Undistorted(photo_of_->image, photo_of_->map->camera));
     }
     SceneStyle style = view_.style;
-    style.cameras.current = style.cameras.current && !live;  // DrawSceneMarks() does that
-    if (photo_of_) {                                         // what would hide it is left out, or of glass
+    style.cameras.current = style.cameras.current && !live;  // DrawSceneMarks() draws it then
+    if (photo_of_) {                                         // hides or makes transparent what would cover it
       style.dense_cloud.show = style.cameras.trajectory = style.cameras.keyframes = style.cameras.current =
           false;
       style.objects.look = style.objects.look == ObjectLook::kAuto ? ObjectLook::kGlass : style.objects.look;
@@ -106,7 +106,7 @@ class ScenePanel : public Panel {
       scene_.SetFrame(frame_ ? *frame_ : MapSnapshot());
       stirred_ = true;
     }
-    // During a run the map is drawn anew only where it is another one: the camera moves all the time.
+    // During a run the map is only redrawn if it has changed: the camera moves all the time.
     const MapSnapshotPtr map = document_.shown ? document_.shown->map : nullptr;
     const bool edited = Renew(edits_, context_.editing.applied);
     const bool same_state = live && !edited && map_ && map && map_->sequence_number == map->sequence_number;
@@ -167,7 +167,7 @@ class ScenePanel : public Panel {
                      layers_.drawn.dense_cloud.get());
   }
 
-  // Brings what lies there to the middle.
+  // Centres the view on the point under the mouse.
   void LookAt(const Eigen::Vector2d& mouse) {
     if (const auto point = PointAt(mouse)) {
       ViewCamera camera = view_.camera;
@@ -202,7 +202,7 @@ class ScenePanel : public Panel {
     const bool dirty = std::exchange(stirred_, false) || changed;
     still_ = dirty ? 0.0 : still_ + window_.seconds;
     constexpr double kRest = 0.15;  // seconds after which the fine picture is drawn
-    const bool busy = document_.run.active && !document_.run.paused;  // the processor is the run's
+    const bool busy = document_.run.active && !document_.run.paused;  // leaves the CPU to the run
     settled_ = !software_ || (still_ >= kRest && !busy);
     drawn_ = camera;
     size_ = view_.size;
@@ -210,7 +210,7 @@ class ScenePanel : public Panel {
     ImDrawList* list = ImGui::GetWindowDrawList();
     if (photo_of_) {
       DrawPhoto();
-      // The scene has its colours multiplied by alpha.
+      // The colours of the scene are premultiplied by alpha.
       list->AddCallback(
           [](const ImDrawList*, const ImDrawCmd*) { glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA); }, nullptr);
     }
@@ -224,8 +224,8 @@ class ScenePanel : public Panel {
     DrawTexts();
   }
 
-  // The image of the frame, which is laid beneath the scene while that is seen through its camera; null where
-  // there is none.
+  // Returns the frame whose image is drawn beneath the scene while it is seen through the input camera, or
+  // null.
   ShownFramePtr Photo() const {
     const ShownFramePtr& shown = document_.shown;
     const bool has = view_.mode == CameraMode::kFirstPerson && shown && shown->map &&
@@ -243,7 +243,7 @@ class ScenePanel : public Panel {
                    Vec(origin_.x + area.br().x, origin_.y + area.br().y));
   }
 
-  // Most of that image is empty, and blending costs time: only cells that hold something are drawn.
+  // Draws only the cells of the text image that hold something: most are empty, and blending costs time.
   void DrawTexts() const {
     if (texts_.Id() == nullptr) {
       return;
@@ -281,8 +281,8 @@ class ScenePanel : public Panel {
   GlTexture photo_;
   ShownFramePtr photo_of_;
   GlTexture texts_;
-  std::vector<cv::Rect> text_cells_;  // of it, where there is something
-  // State that the scene shows.
+  std::vector<cv::Rect> text_cells_;  // non-empty cells of `texts_`
+  // State that the scene shows now.
   std::optional<SceneStyle> style_;
   SceneLayers drawn_layers_;
   AppliedEdits edits_;

@@ -79,7 +79,7 @@ class TimelinePanel : public Panel {
     DrawTime();
   }
 
-  // A button with a sign in the row, and what it does.
+  // A button in the row, with an icon and an action.
   static void OnPress(const char* id, Icon icon, const char* tip, auto action, bool on = false) {
     if (IconButton(id, icon, tip, on)) {
       action();
@@ -87,7 +87,7 @@ class TimelinePanel : public Panel {
     ImGui::SameLine();
   }
 
-  // One of several numbers in a list that opens.
+  // A drop-down list of numbers.
   template <typename Name>
   static std::optional<double> NumberChoice(const char* id, double current,
                                             const std::vector<double>& numbers, Name name, float width) {
@@ -136,7 +136,7 @@ class TimelinePanel : public Panel {
     Dim(run.ending ? "saving the map ..." : run.paused ? "paused" : run.state);
   }
 
-  // Values that older recordings do not hold have no curve.
+  // Returns the curves; values that older recordings lack are replaced by others.
   std::vector<Curve> Curves() const {
     const Palette& palette = PaletteOf(window_.theme);
     const RunSeries& series = timeline_.series;
@@ -147,7 +147,7 @@ class TimelinePanel : public Panel {
             {timing.HasValues() ? &timing : &series.Named("keyframes"), palette.plot_c}};
   }
 
-  // The place of the curves on the screen.
+  // Position of the curves on the screen.
   struct Axes {
     ImVec2 low, high;                  // corners of all curves and marks
     float names = 0.0F;                // left edge of the names
@@ -201,7 +201,7 @@ class TimelinePanel : public Panel {
     }
   }
 
-  // The axis is interrupted where the camera has no place in the map.
+  // Interrupts the axis where the camera has no pose in the map.
   void DrawGaps(const Axes& axes) const {
     ImDrawList* list = ImGui::GetWindowDrawList();
     for (const auto& [begin, end] : timeline_.Gaps()) {
@@ -213,7 +213,7 @@ class TimelinePanel : public Panel {
     }
   }
 
-  // Keyframes as ticks; what else happened as a line through all curves, with its name under the mouse.
+  // Draws keyframes as ticks, other events as lines through all curves.
   void DrawMarks(const Axes& axes) const {
     ImDrawList* list = ImGui::GetWindowDrawList();
     const Palette& palette = PaletteOf(window_.theme);
@@ -264,7 +264,7 @@ class TimelinePanel : public Panel {
       const float at =
           bottom - 1.5F - static_cast<float>(*curve.series->value[i] / most) * (bottom - top - 3.0F);
       if (points.size() >= 2 && points.back().y == at && points[points.size() - 2].y == at) {
-        points.back().x = x;  // a longer level piece, not one more: their ends would thicken it
+        points.back().x = x;  // extends a level segment: joints would thicken the line
       } else {
         points.emplace_back(x, at);
       }

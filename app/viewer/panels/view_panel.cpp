@@ -96,7 +96,7 @@ class ViewPanel : public Panel {
     DrawOwnLayers(column);
   }
 
-  // Layers that do not come from the map.
+  // Draws the controls of layers that do not come from the map.
   void DrawOwnLayers(float column) {
     ImGui::BeginDisabled(!document_.last);
     ImGui::Checkbox("true path", &layers_.true_path);
@@ -191,7 +191,7 @@ class ViewPanel : public Panel {
   Layers& layers_;
   Messages& messages_;
   SceneStyle& style_ = view_.style;
-  std::filesystem::path cloud_file_;  // that the text was made from
+  std::filesystem::path cloud_file_;  // from which the text was made
   std::string cloud_text_;
 };
 

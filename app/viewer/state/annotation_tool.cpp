@@ -32,7 +32,7 @@ Sim3d FileFrame(const AnnotationTool& tool) {
 
 std::string WhatOf(const AnnotatedSolid& solid) { return fmt::format("{} {}", solid.label, solid.id); }
 
-// Returns where the middle of the view meets the ground; the focal point where it does not.
+// Returns the point where the view axis meets the ground; the focal point if it does not.
 Eigen::Vector3d PlaceInView(const EditContext& context) {
   const AnnotationTool& tool = context.editing.annotation;
   const ViewCamera& camera = context.view.camera;
@@ -47,7 +47,7 @@ Eigen::Vector3d PlaceInView(const EditContext& context) {
   return place;
 }
 
-// Fits a solid of a kind to points and says how well it suits them.
+// Fits a solid of a kind to points and shows the RMS error.
 Solid Fit(const EditContext& context, SolidKind kind, const Points& points) {
   const AnnotationTool& tool = context.editing.annotation;
   const PrimitiveFit fit =
@@ -56,8 +56,7 @@ Solid Fit(const EditContext& context, SolidKind kind, const Points& points) {
   return fit.solid;
 }
 
-// The chosen points, or those in the solid and a little around it. Without those of the ground that it stands
-// on.
+// Returns the chosen points, or those in and close around the solid, without points of the ground.
 Points PointsFor(const AnnotationTool& tool, const Solid& solid) {
   constexpr double kAround = 1.15;
   std::vector<int> chosen = tool.chosen;

@@ -15,29 +15,29 @@
 
 namespace sqslam::viewer {
 
-// The recording or run that is open, and its frame on the screen. Kept by Session; EditingSession puts edited
-// maps in the place of recorded ones. All others only read it.
+// The open recording or run, and its frame on the screen. Maintained by Session; EditingSession replaces
+// recorded maps by edited ones. All others only read it.
 struct Document {
   enum class Kind { kNone, kRecording, kRun };
   Kind kind = Kind::kNone;
   std::filesystem::path file;  // map.sqmap
-  std::string title;           // for people: the folder's name
+  std::string title;           // name of the folder
   RecordingInfo info;
-  MapSnapshotPtr last;   // the finished map; of a run the newest
-  MapSnapshotPtr frame;  // the map from which framing, scale and colours come
-  LabelColors colors;    // of that map's classes
+  MapSnapshotPtr last;   // the finished map; during a run the newest
+  MapSnapshotPtr frame;  // the map that framing, scale and colours are based on
+  LabelColors colors;    // of the classes of `frame`
   Timeline timeline;
-  std::shared_ptr<const ObjectHistories> histories;  // null until all of a recording is read
-  double progress = 0.0;                             // share of the recording that is read, [0, 1]
+  std::shared_ptr<const ObjectHistories> histories;  // null until the recording is read completely
+  double progress = 0.0;                             // share of the recording read so far, [0, 1]
   bool loading = false;                              // nothing can be shown yet
   ShownFramePtr shown;                               // null: nothing yet
-  ShownFramePtr recorded;                            // the same without edits
+  ShownFramePtr recorded;                            // `shown` without edits
   RunStatus run;
-  std::string failure;  // why the run left no map; empty: it did, or there was none
+  std::string failure;  // why the run left no map; empty: no failure
 
   const MapSnapshot* Map() const { return MapOf(shown); }
 
-  // Objects of the map on the screen; null where there is none of that id.
+  // Return the object with this id in the map on the screen, or in its unedited map; null if there is none.
   const SnapshotObject* Object(std::optional<int> id) const { return Find(Map(), id); }
   const SnapshotObject* RecordedObject(std::optional<int> id) const { return Find(MapOf(recorded), id); }
 
@@ -54,31 +54,31 @@ struct Document {
   }
 };
 
-// The user's choices in the map, in whichever panel.
+// The user's selection in the map, in any panel.
 struct Selection {
   std::optional<int> selected;  // id of an object
   std::optional<int> hovered;   // the object under the mouse
-  std::optional<int> pointed;   // set by panels while they are drawn; hovered in the next frame
+  std::optional<int> pointed;   // set by panels while drawing; becomes `hovered` in the next frame
 
   bool measuring = false;                 // clicks pick points
-  std::vector<Eigen::Vector3d> measured;  // at most two, map frame: their distance is shown
+  std::vector<Eigen::Vector3d> measured;  // at most two, map frame; their distance is shown
 };
 
-// Things that a panel or a key asks of the viewer, which does them before the next frame.
+// Requests of panels and keys to the viewer, which handles them before the next frame.
 struct OpenRequest {
   std::filesystem::path path;
 };
 struct ScreenshotRequest {
-  int width = 0;  // 0: as the view on the screen
+  int width = 0;  // 0: size of the view on the screen
   int height = 0;
   bool transparent = false;
 };
-struct CopyCommandRequest {};  // the command of the present picture on the clipboard
+struct CopyCommandRequest {};  // copies the command for the present picture
 struct FilmRequest {
-  bool on = false;  // film what is on the screen, or end that
+  bool on = false;  // true starts, false ends a video of the screen
 };
 struct SaveTextRequest {
-  std::string name;  // of the file, in the working folder, without number and extension
+  std::string name;  // of the file in the working folder, without number and extension
   std::string extension;
   std::string text;
 };
@@ -110,7 +110,7 @@ struct Messages {
   void Say(std::string text) { notices.push_back({std::move(text), false, 5.0}); }
   void Complain(std::string text) { notices.push_back({std::move(text), true, 12.0}); }
 
-  // Does something; what it throws becomes a message. False then.
+  // Runs `action`; an exception becomes a message. Returns false then.
   bool Try(auto&& action) {
     try {
       action();

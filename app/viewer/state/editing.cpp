@@ -108,15 +108,14 @@ bool EditingSession::Update(Document& document, Editing& editing, Messages& mess
       recorded_ = false;
       Open(document, editing, messages);
     }
-    finished =
-        document.kind == Document::Kind::kRecording && !recorded_;  // from the start, or a run that ended
+    finished = document.kind == Document::Kind::kRecording && !recorded_;  // recording opened, or run ended
     recorded_ = recorded_ || finished;
   }
   Apply(document, editing);
   return finished;
 }
 
-// Another document: its edits are those beside it.
+// Resets the tools for another document and reads the edits beside it.
 void EditingSession::Open(const Document& document, Editing& editing, Messages& messages) {
   editing.representation = SolidKind::kSuperquadric;
   AnnotationTool fresh;

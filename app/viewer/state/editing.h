@@ -15,28 +15,28 @@
 
 namespace sqslam::viewer {
 
-// Colours of the points of the selected object.
+// Values that colour the points of the selected object.
 enum class PointColors { kNone, kResidual, kAnomaly };
 
-// The tool that draws a ground truth (annotation_tool.cpp). Works in the frame of the finished map.
+// State of the tool to annotate a ground truth (annotation_tool.cpp), in the frame of the finished map.
 struct AnnotationTool {
-  bool active = false;  // its panel is in front: the mouse in the scene is its
-  bool drawn = false;   // the panel was drawn in this frame
+  bool active = false;  // its panel is in front: it takes the mouse in the scene
+  bool drawn = false;   // its panel was drawn in this frame
   std::optional<int> selected;
-  std::string label = "object";  // of solids to come
-  bool standing = true;          // fits reach down to the ground
-  bool round = true;             // cylinders have a circular section
-  bool in_world = false;         // the file is in the world of the sequence's ground truth
+  std::string label = "object";  // for new solids
+  bool standing = true;          // fits extend down to the ground
+  bool round = true;             // cylinders get a circular cross-section
+  bool in_world = false;         // the file is in the world frame of the sequence's ground truth
   std::optional<Sim3d> S_world_map;
   std::string file;        // objects_gt.json
   std::string cloud_file;  // a dense cloud; empty: the map's points
   std::shared_ptr<const Points> cloud;
-  std::optional<double> ground;  // z of the plane that things stand on, map frame
+  std::optional<double> ground;  // z of the support plane, map frame
   MapSnapshotPtr prepared_for;   // the map that cloud and ground belong to
 
-  bool lasso = false;                    // a drag draws one
-  std::vector<Eigen::Vector2d> outline;  // of the lasso that is being drawn, pixels of the scene
-  std::vector<int> chosen;               // points of the cloud
+  bool lasso = false;                    // a drag draws a lasso
+  std::vector<Eigen::Vector2d> outline;  // of the lasso being drawn, pixels of the scene
+  std::vector<int> chosen;               // indices of points of the cloud
 
   std::optional<SolidHandle> hovered;
   struct Drag {
@@ -47,7 +47,7 @@ struct AnnotationTool {
   std::optional<Drag> drag;
 };
 
-// Edits and shapes with which recorded maps are shown.
+// Edits and kind of solids that are applied to recorded maps.
 struct AppliedEdits {
   ObjectEdits edits;
   SolidKind representation = SolidKind::kSuperquadric;
@@ -64,18 +64,17 @@ struct Editing {
   AppliedEdits applied;  // to the map on the screen
   PointColors point_colors = PointColors::kNone;
   AnnotationTool annotation;
-  std::optional<Request> postponed;  // until unsaved changes are saved or given up
-  bool discard = false;              // what is unsaved was given up
+  std::optional<Request> postponed;  // until unsaved changes are saved or discarded
+  bool discard = false;              // unsaved changes may be discarded
 
   const ObjectEdits& Edits() const { return document.Current().edits; }
   const Annotation& Solids() const { return document.Current().annotation; }
 
-  // Asks first where unsaved changes are in the way of quitting or opening: true, and the panel of the
-  // question shows. Otherwise false.
+  // Returns true and asks the user first if unsaved changes are in the way of quitting or opening.
   bool Postpone(const Request& request);
 };
 
-// The parts of the viewer on which editing works.
+// The parts of the viewer that editing works on.
 struct EditContext {
   const Document& document;
   const SceneView& view;
@@ -84,7 +83,7 @@ struct EditContext {
   Messages& messages;
 };
 
-// Actions on objects, of buttons, menus and keys. Errors become messages.
+// Actions on objects, for buttons, menus and keys. Errors become messages.
 void RenameObject(const EditContext& context, int id, const std::string& name);
 void RelabelObject(const EditContext& context, int id, const std::string& label);
 void HideObject(const EditContext& context, int id, bool hidden);
@@ -92,56 +91,57 @@ void DeleteObject(const EditContext& context, int id);
 void MergeObjects(const EditContext& context, int kept, int absorbed);
 void SeparateObject(const EditContext& context, int absorbed);
 
-// The Delete key: the selected solid while annotating, the selected object otherwise.
+// Handles the Delete key: removes the selected solid while annotating, else the selected object.
 void DeleteSelected(const EditContext& context);
 
-// Saves edits, and the annotation where it has a file.
+// Saves modified edits and a modified annotation.
 void SaveAll(const EditContext& context);
 
-// Keeps the maps on the screen up to what was edited: between what is read and what panels see.
+// Applies the edits to the maps of the document, after they are read and before panels see them.
 class EditingSession {
  public:
-  // Once a frame, after the document was brought up to date and before panels are drawn. True where another
-  // recording is there that does not grow any more.
+  // Must be called once a frame, after the document was updated and before panels are drawn. Returns true if
+  // another complete recording was opened.
   bool Update(Document& document, Editing& editing, Messages& messages);
 
-  // The next document is another one even where it lies in the same file: it is read anew.
+  // Treats the next document as a new one even if it is the same file.
   void Forget() { file_.clear(); }
 
  private:
   void Open(const Document& document, Editing& editing, Messages& messages);
   void Apply(Document& document, Editing& editing);
 
-  std::filesystem::path file_;  // of the document that the edits belong to
-  bool recorded_ = false;       // it is one that does not grow any more
-  // The maps that were put into the document, so that new ones in it can be told apart.
+  std::filesystem::path file_;  // the document that the edits belong to
+  bool recorded_ = false;       // it is complete, not a run in progress
+  // The maps that Apply() put into the document, to tell new ones apart.
   ShownFramePtr given_;
   MapSnapshotPtr given_last_;
   MapSnapshotPtr recorded_last_;
 };
 
-// Drawing a ground truth on a map: what the panel's buttons and the mouse in the scene do. Pixels are those
-// of the scene, from its top-left corner. Errors become messages.
+// Annotating a ground truth on a map: actions of the panel's buttons and of the mouse in the scene. Pixels
+// are relative to the top-left corner of the scene. Errors become messages.
 
-// Points and ground of the map that is open, once for each; what is chosen belongs to them.
+// Computes points and ground of the open map, once per map; the chosen points belong to them.
 void PrepareAnnotation(const EditContext& context);
 
-const AnnotatedSolid* SelectedSolid(const EditContext& context);  // null where there is none
+const AnnotatedSolid* SelectedSolid(const EditContext& context);  // null if there is none
 
-// A new solid in the middle of the view, on the ground, selected. With chosen points it is fitted to them.
+// Adds and selects a solid, fitted to the chosen points or, without any, on the ground in the middle of the
+// view.
 void AddSolid(const EditContext& context, SolidKind kind);
 void RemoveSolid(const EditContext& context);  // the selected one
 void ChangeSolid(const EditContext& context,
-                 const AnnotatedSolid& solid);  // numbers that are typed or dragged
+                 const AnnotatedSolid& solid);  // typed or dragged numbers
 void StandOnGround(const EditContext& context);
-// Fits the selected solid to the points in it and a little around it, or to the chosen ones.
+// Fits the selected solid to the chosen points or, without any, to those in and close around it.
 void FitSolid(const EditContext& context);
-// A solid in place of an object of the map.
+// Adds a solid with the shape of an object of the map.
 void AddSolidOf(const EditContext& context, const SnapshotObject& object);
 
 void FinishLasso(const EditContext& context, SelectMode mode);
 
-// The handle of the selected solid within `reach` pixels of the mouse, or the solid that it is at.
+// Return the handle of the selected solid within `reach` pixels of the mouse, and the nearest solid under it.
 std::optional<SolidHandle> HandleAt(const EditContext& context, const Eigen::Vector2d& pixel, double reach);
 std::optional<int> SolidAt(const EditContext& context, const Eigen::Vector2d& pixel);
 
@@ -149,12 +149,12 @@ void BeginDrag(const EditContext& context, const SolidHandle& handle, const Eige
 void DragTo(const EditContext& context, const Eigen::Vector2d& pixel);
 void EndDrag(const EditContext& context);
 
-// Files in the frame that the tool says.
+// Files are in the world frame if the tool says so, else in the map frame.
 void OpenAnnotationFile(const EditContext& context);
 void SaveAnnotationFile(const EditContext& context);
-void OpenCloudFile(const EditContext& context);  // an empty name: the map's points
+void OpenCloudFile(const EditContext& context);  // no file name: the map's points
 
-// Finds the way from map to world by the true camera poses of the sequence, once; false where there is none.
+// Computes S_world_map from the ground-truth camera poses of the sequence, once; false if that fails.
 bool AlignWithWorld(const EditContext& context);
 
 }  // namespace sqslam::viewer

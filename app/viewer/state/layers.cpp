@@ -14,7 +14,7 @@ fs::path SequenceOf(const Layers& layers, const Document& document) {
   return layers.sequence.empty() ? fs::path(document.info.sequence_path) : layers.sequence;
 }
 
-// Without the truth a cloud in the world has no place either.
+// Without the true path a cloud in the world frame cannot be placed either.
 void GiveUpTruth(Layers& layers) {
   layers.true_path = false;
   layers.dense_cloud = layers.dense_cloud && !layers.cloud_in_world;
@@ -66,7 +66,7 @@ void LayerSession::Update(Layers& layers, const Document& document, Messages& me
       cloud_.Want(layers.cloud_file, app::ReadDenseCloud);
     } else if (std::error_code none;
                layers.dense_cloud && !document.run.active &&
-               fs::is_regular_file(document.file, none)) {  // of a run just over: a folder
+               fs::is_regular_file(document.file, none)) {  // right after a run it is a folder
       own_.Want(document.file, [](const fs::path& recording) {
         const CloudLayerPtr cloud = ReadCloudLayer(recording);
         return cloud ? *cloud : CloudLayer();
@@ -85,7 +85,7 @@ void LayerSession::Update(Layers& layers, const Document& document, Messages& me
   }
 }
 
-// The path follows every new state of a growing map. A cloud in the world waits for the end of the run.
+// Aligns the path to each state of a growing map; a cloud in the world frame waits for the end of the run.
 void LayerSession::LayOver(Layers& layers, const Document& document, Messages& messages) {
   const bool wants_path = layers.true_path && truth_.Get() != nullptr;
   const bool has_file = !layers.cloud_file.empty();

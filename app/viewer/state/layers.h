@@ -14,35 +14,35 @@
 
 namespace sqslam::viewer {
 
-// Things that are drawn with the map and are no part of it. Panels set what is wanted; LayerSession reads it
+// Layers that are drawn with the map but are not part of it. Panels set what is wanted; LayerSession reads it
 // and fills in the rest.
 struct Layers {
   bool true_path = false;            // wanted
-  std::filesystem::path sequence;    // whose; empty: the one that was mapped
+  std::filesystem::path sequence;    // with the true path; empty: the mapped sequence
   bool dense_cloud = true;           // wanted
-  bool mesh = false;                 // in place of the recording's cloud, as the style says
-  std::filesystem::path cloud_file;  // empty: the cloud that the recording has, if any
-  bool cloud_in_world = false;       // the file is in the frame of the true poses, otherwise in the map's
+  bool mesh = false;                 // instead of the recording's cloud, if the style says so
+  std::filesystem::path cloud_file;  // empty: the cloud of the recording, if any
+  bool cloud_in_world = false;       // the file is in the frame of the true poses, else of the map
 
   SceneLayers drawn;        // map frame
   double path_error = 0.0;  // RMSE between keyframes and the true path, metres
-  int path_pairs = 0;       // keyframes that were compared; 0: there is none
+  int path_pairs = 0;       // number of keyframes compared; 0: no true path
   bool reading = false;
 
-  // A dense cloud to be read and drawn, in the map's frame unless somebody said otherwise.
+  // Requests a dense cloud, in the map's frame unless `cloud_in_world`.
   void ShowCloud(const std::filesystem::path& file) {
     cloud_file = std::filesystem::absolute(file);
     dense_cloud = true;
   }
 };
 
-// A file that is read on a thread of its own, and another one as soon as that is wanted.
+// Reads one file at a time on its own thread.
 template <typename Value>
 class BackgroundFile {
  public:
   using ValuePtr = std::shared_ptr<const Value>;
 
-  // Begins to read `source` by read(source), unless it is there or something is still being read.
+  // Starts reading `source` by read(source), unless it is read already or another file is being read.
   void Want(const std::filesystem::path& source, auto read) {
     if (!task_.valid() && (source != source_ || !value_)) {
       source_ = source;
@@ -51,7 +51,7 @@ class BackgroundFile {
                          [source, read] { return std::make_shared<const Value>(read(source)); });
     }
   }
-  // Takes what was read, if it is ready and `source` is still what is wanted; returns what was wrong with it.
+  // Takes the value if it is ready and `source` is still wanted; returns the error, if any.
   std::optional<std::string> Take(const std::filesystem::path& source);
 
   bool Busy() const { return task_.valid(); }
@@ -64,10 +64,10 @@ class BackgroundFile {
   ValuePtr value_;
 };
 
-// Reads the layers that are wanted, and keeps them laid over the map.
+// Reads the wanted layers and keeps them aligned with the map.
 class LayerSession {
  public:
-  // Once a frame. Files that cannot be read are said in the window and no longer wanted.
+  // Must be called once a frame. Unreadable files are reported in the window and no longer wanted.
   void Update(Layers& layers, const Document& document, Messages& messages);
   bool Busy() const { return truth_.Busy() || cloud_.Busy() || own_.Busy() || mesh_.Busy(); }
 
@@ -78,14 +78,14 @@ class LayerSession {
 
   BackgroundFile<Trajectory> truth_;  // of a sequence
   BackgroundFile<PointCloud> cloud_;  // of a file
-  BackgroundFile<CloudLayer> own_;    // of the recording; without points where it has none
+  BackgroundFile<CloudLayer> own_;    // of the recording; no points if it has none
 
-  BackgroundFile<SurfaceMesh> mesh_;  // the same as a surface
+  BackgroundFile<SurfaceMesh> mesh_;  // surface of the recording
 
   struct {
     MapSnapshotPtr map;
     std::shared_ptr<const Trajectory> truth;
-    std::optional<TruePath> path;  // empty: the one cannot be laid over the other
+    std::optional<TruePath> path;  // empty: they cannot be aligned
   } laid_;
   struct {
     std::shared_ptr<const PointCloud> cloud;

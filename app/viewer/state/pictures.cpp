@@ -14,7 +14,7 @@ namespace sqslam::viewer {
 namespace fs = std::filesystem;
 namespace {
 
-// The value as --set takes it.
+// Returns the value as --set takes it.
 std::string ValueText(const OptionField& field) {
   if (const auto* const* number = std::get_if<double*>(&field.value)) {
     return fmt::format("{:.6g}", **number);
@@ -25,7 +25,7 @@ std::string ValueText(const OptionField& field) {
 }
 
 std::string VectorText(const Eigen::Vector3d& v) {
-  // Nothing that a difference of less than a thousandth of a pixel could be seen by.
+  // Seven digits: differences beyond them move no pixel by a thousandth.
   return fmt::format("{:.7g},{:.7g},{:.7g}", v.x(), v.y(), v.z());
 }
 
@@ -52,7 +52,7 @@ std::string RenderCommandLine(const ViewerState& state, cv::Size size, bool tran
   const Document& document = state.document;
   std::vector<std::string> words = {"sqslam", "render", fs::absolute(document.file).string()};
   const auto add = [&](const char* option, const std::string& value) {
-    words.push_back(fmt::format("{}={}", option, value));  // in one word: values may begin with a minus
+    words.push_back(fmt::format("{}={}", option, value));  // as one word: values may begin with a minus
   };
   add("--output", output);
   add("--resolution", fmt::format("{},{}", size.width, size.height));
@@ -120,11 +120,11 @@ fs::path FreeName(const std::string& stem, const std::string& extension) {
 
 ScreenFilm::ScreenFilm(const fs::path& file, cv::Size size)
     : file_(file),
-      size_(std::max(2, size.width / 2 * 2), std::max(2, size.height / 2 * 2)),  // even, as the coding wants
+      size_(std::max(2, size.width / 2 * 2), std::max(2, size.height / 2 * 2)),  // even, for the encoder
       encoder_(file, size_, kRate) {}
 
 void ScreenFilm::Add(const cv::Mat& bgr, double seconds) {
-  constexpr double kLongest = 1.0;  // a window that rests is not filmed for longer
+  constexpr double kLongest = 1.0;  // seconds: an idle window is not filmed for longer
   due_ += std::min(seconds, kLongest);
   if (due_ < 1.0 / kRate || bgr.empty()) {
     return;

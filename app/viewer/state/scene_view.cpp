@@ -74,7 +74,7 @@ void SceneView::UseStyle(const std::string& name) {
 
 ViewCamera LookThrough(const Rigid3d& T_map_camera, const Camera& camera, cv::Size window, double depth) {
   ViewCamera view = FirstPerson(T_map_camera, camera, depth);
-  // The principal point stands in the middle: the farther edge decides.
+  // The principal point is in the middle of the window: the farther edge decides.
   const double across = std::max(camera.cx + 0.5, camera.width - camera.cx - 0.5) / camera.fx;
   const double down = std::max(camera.cy + 0.5, camera.height - camera.cy - 0.5) / camera.fy;
   const double slope = std::max(down, across * window.height / std::max(window.width, 1));
@@ -85,7 +85,7 @@ ViewCamera LookThrough(const Rigid3d& T_map_camera, const Camera& camera, cv::Si
 
 cv::Rect2d PhotoArea(const Camera& camera, const ViewCamera& view, cv::Size window) {
   const double focal = view.FocalLength(window.height);
-  const double x = focal / camera.fx, y = focal / camera.fy;  // pixels of the window for one of the image
+  const double x = focal / camera.fx, y = focal / camera.fy;  // window pixels per image pixel
   return {0.5 * window.width - x * (camera.cx + 0.5), 0.5 * window.height - y * (camera.cy + 0.5),
           x * camera.width, y * camera.height};
 }

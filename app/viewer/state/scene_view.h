@@ -16,14 +16,14 @@
 
 namespace sqslam::viewer {
 
-// The ways in which the camera moves by itself.
+// How the camera moves.
 enum class CameraMode {
-  kFree,         // as the user puts it
+  kFree,         // moved by the user
   kFollow,       // behind the input camera
   kFirstPerson,  // through the input camera
 };
 
-// Key frames of a camera path that were set by hand.
+// Key frames of a camera path set by hand.
 struct CameraKeys {
   struct Key {
     double time = 0.0;  // seconds of the video
@@ -34,9 +34,9 @@ struct CameraKeys {
   bool loop = false;
 
   void Add(const ViewCamera& camera);
-  void Remove(std::size_t index);  // those after it move up
+  void Remove(std::size_t index);  // shifts later keys to close the gap
 
-  // As `sqslam render --camera-path` reads it.
+  // Returns the path in the format of `sqslam render --camera-path`.
   std::string Yaml() const;
 };
 
@@ -44,54 +44,53 @@ struct CameraKeys {
 struct SceneView {
   ViewCamera camera;
   CameraMode mode = CameraMode::kFree;
-  bool automatic = true;  // the camera frames the map by itself until somebody moves it
-  std::string preset;  // name of the view (render/camera/scene_framing.h) that the camera still is, or empty
+  bool automatic = true;  // the camera frames the map until the user moves it
+  std::string preset;     // name of the view (render/camera/scene_framing.h) while the camera is in it
   CameraKeys keys;
 
-  std::string style_name;  // of configs/styles
-  SceneStyle style;        // all but its section
-  SceneStyle::Clip clip;   // the section, which costs nothing to move
+  std::string style_name;  // a style of configs/styles
+  SceneStyle style;        // all but `clip`
+  SceneStyle::Clip clip;   // the section; cheap to move
 
-  SceneFocus focus;  // of the document's frame
+  SceneFocus focus;  // of the map that the document frames
   cv::Size size;     // of the scene on the screen, pixels
   cv::Point corner;  // its top-left corner in the window
 
-  // Puts the camera there by hand.
+  // Places the camera as the user does: it no longer follows the map.
   void MoveTo(const ViewCamera& place);
 
-  // The named view of the present map, or the automatic one for an empty name; and the camera there, which
-  // follows a growing map until somebody moves it.
+  // Named() returns the named view of the present map, or the default one for an empty name. LookFrom() moves
+  // the camera there; it follows a growing map until the user moves it.
   ViewCamera Named(const std::string& name) const;
   void LookFrom(const std::string& name);
 
-  // Loads a style by its name; layers and section stay. Throws UsageError.
+  // Loads a style by name; layers and section stay. Throws UsageError.
   void UseStyle(const std::string& name);
   SceneStyle StyleWithClip() const;
 
-  // The plane that cuts the scene on the screen; empty: none.
+  // Returns the plane that clips the scene; empty: none.
   std::optional<ClipPlane> Cut() const { return MakeClipPlane(clip, focus, camera); }
-  // Cuts the scene towards the camera, or no longer.
+  // Switches clipping of the part nearer to the camera on or off.
   void SwitchCut() { clip.axis = clip.axis == ClipAxis::kNone ? ClipAxis::kView : ClipAxis::kNone; }
 };
 
-// Looks through the input camera so that its whole image is in the window; `depth`: of the focal point.
+// Returns the view through the input camera, with its whole image in the window; `depth`: of the focal point.
 ViewCamera LookThrough(const Rigid3d& T_map_camera, const Camera& camera, cv::Size window, double depth);
 
-// The place of that camera's image, without distortion, in the window: pixels.
+// Returns the area of the undistorted image of that camera in the window, pixels.
 cv::Rect2d PhotoArea(const Camera& camera, const ViewCamera& view, cv::Size window);
 
-// Picking: what of a map lies under the mouse. Returns the distance along the ray (map units) at which it
-// meets the solid, or its inside where the near side is cut away; 0 from inside, empty where it passes by.
+// Returns the distance along the ray (map units) at which it meets the solid, or its inside if the near side
+// is clipped; 0 from inside, empty if it misses.
 std::optional<double> Meet(const Ray& ray, const PosedSuperquadric& solid,
                            const std::optional<ClipPlane>& cut = {});
 
-// Id of the nearest object that the ray meets.
+// Returns the id of the nearest object that the ray meets.
 std::optional<int> PickObject(const Ray& ray, const std::vector<SnapshotObject>& objects,
                               const std::optional<ClipPlane>& cut = {});
 
-// A point to measure from: on the surface of the nearest object, or the map point that is seen within
-// `reach` pixels of the mouse and is the nearest to the eye there, or one of the dense cloud that is drawn.
-// Nothing that is cut away.
+// Returns a point to measure from, the nearest to the eye among the object surface under the mouse and the
+// map and cloud points that project within `reach` pixels of it. Skips what is clipped.
 std::optional<Eigen::Vector3d> PickPoint(const ViewCamera& camera, const Eigen::Vector2d& pixel,
                                          cv::Size window, const MapSnapshot& map,
                                          const std::optional<ClipPlane>& cut = {},

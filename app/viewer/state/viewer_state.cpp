@@ -84,7 +84,7 @@ namespace {
 
 using Action = std::function<void(ViewerState&)>;
 
-// `keys`: as people write them, Ctrl before Shift.
+// `keys`: as shown to the user, Ctrl before Shift.
 Shortcut On(int code, const std::string& keys, const char* what, Action run) {
   return {keys, what, code, keys.find("Shift ") != keys.npos, keys.starts_with("Ctrl "), std::move(run)};
 }
@@ -108,7 +108,7 @@ void NextFrame(ViewerState& s) {
   }
 }
 
-// An action on the replay; a run that goes on has none.
+// Returns an action on the replay that does nothing during a run.
 Action OnReplay(auto run) {
   return [run](ViewerState& s) {
     if (!s.document.run.active) {

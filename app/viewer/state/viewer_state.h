@@ -12,22 +12,22 @@
 
 namespace sqslam::viewer {
 
-// The window around the map.
+// State of the window around the map.
 struct WindowState {
   Theme theme = Theme::kDark;
-  double scale = 1.0;  // pixels for one of the layout's
+  double scale = 1.0;  // window pixels per layout pixel
   LayoutSettings layout;
   bool show_image = true;
   bool show_help = false;
   bool show_settings = false;
   bool show_open = false;        // the browser of folders
-  std::string to_front;          // title of a tab that is to be shown; empty: none
-  double seconds = 1.0 / 60.0;   // since the last frame of the window
-  bool filming = false;          // what is on the screen goes into a video
-  ScreenshotRequest screenshot;  // what F12 asks for: size and background that were chosen last
+  std::string to_front;          // title of a tab to be shown next; empty: none
+  double seconds = 1.0 / 60.0;   // since the previous frame
+  bool filming = false;          // the screen is being filmed
+  ScreenshotRequest screenshot;  // for F12: size and background chosen last
 };
 
-// Settings and memory that the program keeps from one start to the next.
+// Settings and memory that persist between sessions.
 struct Preferences {
   ViewerSettings settings;
   ViewerMemory memory;
@@ -39,27 +39,27 @@ struct Preferences {
 
   double TextScale() const { return settings.font_size / ViewerSettings().font_size; }
 
-  // Write them to the disk; failures are said once.
+  // Write to disk; a failure is reported once.
   void KeepSettings(Messages& messages);
   void KeepMemory(Messages& messages);
 
-  // Before the first frame, and after the last, where the window has that size at scale 1.
+  // Give() must be called before the first frame, Take() after the last; `size`: of the window at scale 1.
   void Give(WindowState& window, SceneView& view, Messages& messages);
   void Take(const WindowState& window, const SceneView& view, cv::Size size, Messages& messages);
 
-  // The settings into what they are about and back.
+  // Copy the settings to window and view, and back.
   void ApplySettings(WindowState& window, SceneView& view, Messages& messages) const;
   void TakeSettings(const WindowState& window, const SceneView& view);
 };
 
-// The style of the scene that goes with a theme.
+// Returns the style of the scene that matches a theme.
 const char* SceneStyleOf(Theme theme);
 
-// Dark to light and back. A scene in the style that goes with the theme goes along, any other stays.
+// Switches between dark and light. The scene follows if its style matches the theme, else it stays.
 void SwitchTheme(WindowState& window, SceneView& view, Messages& messages);
 
-// All that the viewer knows, each part with an owner of its own: no OpenGL, no ImGui. Panels get the parts
-// that they show and ask for the rest by requests.
+// The whole state of the viewer, without OpenGL and ImGui; each part has one owner. Panels get the parts that
+// they show, and ask for all else by requests.
 struct ViewerState {
   Document document;
   Playback playback;
@@ -75,9 +75,9 @@ struct ViewerState {
   EditContext Editor() { return {document, view, selection, editing, messages}; }
 };
 
-// A key that does something wherever the mouse is, while no text is being typed.
+// A key that works wherever the mouse is, unless text is being typed.
 struct Shortcut {
-  std::string keys;  // as people write them
+  std::string keys;  // as shown to the user
   std::string what;
   int code = 0;  // input_events.h
   bool shift = false;
@@ -85,10 +85,10 @@ struct Shortcut {
   std::function<void(ViewerState&)> run;
 };
 
-// All of them, in the order of the help.
+// Returns all shortcuts in the order of the help.
 const std::vector<Shortcut>& Shortcuts();
 
-// Does what belongs to the key, if anything.
+// Runs the shortcut of the key, if any.
 void RunShortcut(ViewerState& state, int code, bool shift, bool control);
 
 }  // namespace sqslam::viewer

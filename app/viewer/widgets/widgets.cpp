@@ -8,7 +8,7 @@
 namespace sqslam::viewer {
 namespace {
 
-// A triangle that points right (1) or left (-1), its middle at `c`.
+// Draws a triangle that points right (1) or left (-1), centred at `c`.
 void Triangle(ImDrawList* list, ImVec2 c, float size, float direction, ImU32 color) {
   const float x = 0.5F * size * direction;
   list->AddTriangleFilled(ImVec2(c.x - x, c.y - 0.58F * size), ImVec2(c.x + x, c.y),
@@ -53,7 +53,7 @@ void DrawIcon(ImDrawList* list, Icon icon, ImVec2 c, float s, ImU32 color) {
   }
 }
 
-// Holds all lines, with room above and below; a constant is in the middle.
+// Returns a range that holds all lines, with a margin; centres a constant.
 std::pair<double, double> RangeOf(const Plot& plot) {
   if (plot.range) {
     return *plot.range;
@@ -73,7 +73,7 @@ std::pair<double, double> RangeOf(const Plot& plot) {
   return {least >= 0.0 && least < room ? 0.0 : least - room, most + room};
 }
 
-// Title on the left, names of the lines in their colours on the right.
+// Draws the title on the left, the names of the lines in their colours on the right.
 void DrawNames(const Plot& plot, const Palette& palette) {
   ImGui::TextDisabled("%s", plot.title.c_str());
   if (plot.lines.size() < 2) {
@@ -332,7 +332,7 @@ std::optional<std::size_t> DrawPlot(const Palette& palette, const char* id, cons
     std::vector<ImVec2> points;
     for (std::size_t i = 0; i < plot.x.size(); ++i) {
       const ImVec2 point(x_of(plot.x[i]), y_of(line.values[i]));
-      // Points that fall together would make the line's joints thick.
+      // Coinciding points would thicken the joints of the line.
       if (points.empty() || std::hypot(point.x - points.back().x, point.y - points.back().y) > 1.0F) {
         points.push_back(point);
       }

@@ -14,23 +14,23 @@
 
 #include "app/viewer/model/viewer_settings.h"
 
-// Theme and widgets that panels are made of.
+// Theme and widgets of the panels.
 namespace sqslam::viewer {
 
-// Regular and bold (Bold()) DejaVu Sans where it is installed, ImGui's own font elsewhere.
-// `scale`: pixels for one of the layout's.
+// Loads regular and bold DejaVu Sans (Bold()) if installed, else ImGui's own font. `scale`: window pixels per
+// layout pixel.
 void LoadFonts(double scale);
 
-// Colours, paddings and roundings.
+// Sets colours, paddings and roundings.
 void ApplyTheme(Theme theme, double scale);
 
 // Colours that ImGui's style has no name for.
 struct Palette {
-  ImU32 accent;  // what is selected, the place on the timeline
-  ImU32 faint;   // lines of plots' frames
+  ImU32 accent;  // selection, position on the timeline
+  ImU32 faint;   // frames of plots
   ImU32 text;
   ImU32 dim_text;
-  ImU32 good, bad;  // states; told apart by their words as well
+  ImU32 good, bad;  // states; never told by colour alone
   ImU32 plot_a, plot_b, plot_c;
   ImU32 surface;  // of cards over the scene
 };
@@ -38,45 +38,45 @@ const Palette& PaletteOf(Theme theme);
 
 enum class Icon { kPlay, kPause, kBackward, kStepBack, kStepForward, kFirst, kLast, kStop };
 
-// A square button with a drawn sign; `tip` is shown under the mouse. True when pressed.
+// A square button with an icon and a tooltip `tip`; true when pressed.
 bool IconButton(const char* id, Icon icon, const char* tip, bool on = false);
 
-// A heading over a group of fields, and its letters alone.
+// A heading over a group of fields, and just its bold text.
 void Heading(const char* text);
 void Bold(const char* text);
 
-// A section that can be folded, in the colour of fields: the accent is for what is selected. True while open.
+// A collapsible section, in the colour of fields: the accent is for the selection. True while open.
 bool Section(const char* name);
 
-// "name  value" in two columns of a panel.
+// Draws "name  value" in two columns of a panel.
 void Row(const char* name, const std::string& value);
 
-// A square of a class's colour, on the line of the text that follows; hollow for what is not shown.
+// A square in the colour of a class, on the line of the text after it; hollow if hidden.
 void Swatch(const Eigen::Vector3d& color, bool hollow = false);
 ImU32 Packed(const Eigen::Vector3d& color, float alpha = 1.0F);
 
-// Text under the mouse, wrapped; after the item that it explains.
+// A wrapped tooltip; call after the item that it explains.
 void Tip(const char* text);
 
-// A button with a tip; true when it was clicked.
+// A button with a tooltip; true when clicked.
 bool Button(const char* label, const char* tip, ImVec2 size = ImVec2(0.0F, 0.0F));
 
-// A button that stays pressed while `*on`; true when it was clicked.
+// A button that stays pressed while `*on`; true when clicked.
 bool Toggle(const char* label, bool* on, const char* tip);
 
-// One of several, as toggles in a row; the index of the one that was clicked.
+// A row of toggles, one of which is on; returns the index of the one clicked.
 struct Option {
   const char* label;
   const char* tip;
 };
 std::optional<int> OneOf(std::initializer_list<Option> options, int current);
 
-// One of several words in a list that opens; the index of the one that was chosen. `width`: ems; below 0:
-// what is left beside the name.
+// A drop-down list of words; returns the index of the chosen one. `width`: ems; below 0: the space left
+// beside the name.
 std::optional<std::size_t> Choice(const char* name, const std::string& current,
                                   std::span<const std::string> words, float width);
 
-// A number with a slider, or that is dragged (`low` = `high`: without limits); true while it changes.
+// A number with a slider, or dragged (`low` = `high`: no limits); true while it changes.
 bool Slide(const char* name, double& value, float low, float high, const char* format, float width = -8.5F);
 bool Drag(const char* name, double& value, float speed, float low, float high, const char* format);
 
@@ -85,10 +85,10 @@ void Dim(const std::string& text);
 void DimWrapped(const std::string& text);
 void Label(const std::string& text, float width = 0.0F);  // ems; 0: as wide as the text
 
-// A text field on a line of its own with its name before it; true where it was changed and then left.
+// A text field on its own line after its name; true when it was changed and then left.
 bool Field(const char* name, std::string& text, int flags = 0);
 
-// ImGui's vector of other numbers.
+// Converts numbers to ImVec2.
 template <typename X, typename Y>
 ImVec2 Vec(X x, Y y) {
   return {static_cast<float>(x), static_cast<float>(y)};
@@ -101,7 +101,7 @@ void Line(const std::vector<ImVec2>& points, ImU32 color, float width, bool clos
 // A line through points with a dark rim of `rim` pixels, closed or open.
 void Stroke(const std::vector<ImVec2>& points, ImU32 color, float width, float rim, bool closed, ImU32 dark);
 
-// A window in the middle, above all others: content() fills it. `width`: ems.
+// A centred window above all others, filled by content(). `width`: ems.
 void Dialog(const char* title, float width, auto&& content, int flags = 0) {
   const ImVec2 window = ImGui::GetIO().DisplaySize;
   const float em = ImGui::GetFontSize();
@@ -128,22 +128,21 @@ struct PlotLine {
 
 struct Plot {
   std::string title;      // with its unit
-  std::vector<double> x;  // rising
+  std::vector<double> x;  // ascending
   std::vector<PlotLine> lines;
   std::string x_name;
-  const char* format = "{:.3g}";                   // of values, as fmt
-  std::optional<double> now;                       // x of what is shown now, marked
-  std::optional<std::pair<double, double>> range;  // of values; otherwise what the lines need
+  const char* format = "{:.3g}";                   // of values, for fmt
+  std::optional<double> now;                       // marked x: what is shown now
+  std::optional<std::pair<double, double>> range;  // of values; default: fits the lines
 };
 
-// Draws a small chart across the panel; the value under the mouse is told. Returns the index of the x that
-// was clicked.
+// Draws a small chart across the panel, with the values under the mouse. Returns the index of the x clicked.
 std::optional<std::size_t> DrawPlot(const Palette& palette, const char* id, const Plot& plot, float height);
 
-// The name of an OpenGL texture as ImGui takes it.
+// Converts the name of an OpenGL texture for ImGui.
 ImTextureID TextureId(unsigned name);
 
-// An image in a texture of the OpenGL context that is current.
+// An image in a texture of the current OpenGL context.
 class GlTexture {
  public:
   GlTexture() = default;
@@ -160,7 +159,7 @@ class GlTexture {
   cv::Size size_;
 };
 
-// The pixels of the framebuffer that is current, of that size, or a part of them: 8UC3 BGR, top row first.
+// Return the pixels of the current framebuffer of that size, or a part of them: 8UC3 BGR, top row first.
 cv::Mat ReadFramebuffer(cv::Size size);
 cv::Mat ReadFramebuffer(cv::Size size, const cv::Rect& part);
 
