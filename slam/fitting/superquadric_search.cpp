@@ -253,7 +253,7 @@ void RefineWithNoise(SearchResult& candidate, const Points& points, const Likeli
   candidate.cost = likelihood.Cost(candidate.superquadric, candidate.model);
 }
 
-// Of the eight parametrisations of the same solid (half turns about its axes, x and y swapped), returns the
+// Returns, of the eight parametrisations of the same solid (half turns about its axes, x and y swapped), the
 // one with a_x >= a_y and the smallest rotation. Starts that converge to one optimum reach it in different
 // parametrisations, and rounding decides which is best.
 PosedSuperquadric UniqueDescription(PosedSuperquadric superquadric) {

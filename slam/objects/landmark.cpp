@@ -191,7 +191,7 @@ void Landmark::Transform(const Sim3d& S_new_old) {
 
 void Landmark::ForgetUpright() {
   yaw = YawMean();  // angles about the old axis are meaningless
-  // The object was boxed along axes that are no longer upright; estimate it anew.
+  // The object was fitted along axes that are no longer upright; re-estimate it.
   estimated_at = 0;
   refined = false;
 }

@@ -244,7 +244,7 @@ bool RefinementProblem::operator()(const double* parameters, double* residuals, 
   constexpr double kEdgeWidth = 1.5;
   constexpr double kBeyondWidth = 0.7;  // what hides or cuts off one edge may shorten the others
   constexpr double kPointWidth = 1.5;
-  constexpr double kInside = 0.5;       // things are hollow between their parts more often than they bulge
+  constexpr double kInside = 0.5;       // objects are more often hollow between their parts than bulging
   constexpr double kBoundSigma = 0.05;  // of a log half size beyond its bound
   const State state(parameters);
   const int rows = NumResiduals();
