@@ -140,7 +140,7 @@ BundleAdjustmentReport LocalBundleAdjustment(Map& map, const Camera& camera, Key
   std::vector<KeyframeId> free = map.At(center).BestCovisible(options.max_keyframes - 1);
   free.push_back(center);
   std::set<KeyframeId> inside(free.begin(), free.end());
-  std::map<KeyframeId, int> outside;  // keyframe -> observations of the points in question
+  std::map<KeyframeId, int> outside;  // keyframe -> observations of these points
   for (const KeyframeId id : free) {
     for (const PointId point : map.At(id).SeenPoints()) {
       for (const Observation& o : map.Point(point).observations) {
@@ -159,7 +159,7 @@ BundleAdjustmentReport LocalBundleAdjustment(Map& map, const Camera& camera, Key
   for (const auto& [count, id] : ranked | std::views::take(options.max_fixed)) {
     fixed.push_back(id);
   }
-  // The gauge (pose and scale) needs two fixed keyframes: while the map is small, its two oldest.
+  // The gauge (pose and scale) needs two fixed keyframes: the two oldest while the map is small.
   std::ranges::sort(free);
   while (fixed.size() < 2 && free.size() > 1) {
     fixed.push_back(free.front());

@@ -24,7 +24,7 @@ struct BundlePoint {
   PointId id = kNoPoint;
   Eigen::Vector3d p_map;
   int seen_elsewhere = 0;  // observations by keyframes outside of the problem
-  bool alive = true;       // false once fewer than two observations are left, those elsewhere included
+  bool alive = true;       // false if fewer than two observations are left, including those elsewhere
 };
 
 struct BundleObservation {
@@ -41,7 +41,7 @@ struct BundleObject {
     std::size_t index = 0;  // into BundleProblem::points
     double weight = 1.0;
   };
-  struct HeldPoint {  // of the object, but not of the problem: it stays
+  struct HeldPoint {  // a point of the object outside the problem: constant
     Eigen::Vector3d p_map;
     double weight = 1.0;
   };
@@ -50,33 +50,31 @@ struct BundleObject {
   PosedSuperquadric superquadric;
   std::vector<Point> points;
   std::vector<HeldPoint> held_points;
-  double sigma = 1.0;     // of the radial distance of a point of weight 1, map units
-  double huber = 1.0;     // in units of sigma
+  double sigma = 1.0;     // standard deviation of the radial distance of a point of weight 1, map units
+  double huber = 1.0;     // threshold in units of sigma
   double prior = 1.0;     // see JointObjectOptions
-  bool improved = false;  // fits the adjusted points better than it did before
+  bool improved = false;  // fits the adjusted points better than before
 };
 
-// Learning of the camera itself, from observations that were undistorted as it was thought to be.
+// Self-calibration from observations that were undistorted by the assumed camera.
 struct BundleCamera {
-  bool distortion = false;     // the first radial coefficient too
-  double focal_prior = 0.3;    // standard deviation of the focal length's logarithm before anything was seen
-  double radial_prior = 0.15;  // of the radial coefficient, about none
+  bool distortion = false;     // also refine the first radial coefficient
+  double focal_prior = 0.3;    // prior standard deviation of the log focal length
+  double radial_prior = 0.15;  // prior standard deviation of the radial coefficient, with mean 0
 };
 
-// A bundle adjustment as a value: what it needs of a map, copied, so that it can be solved on another thread
-// while the map moves on. Poses and points are in the order of their ids, observations in the order of their
-// points.
+// A bundle adjustment with a copy of the map data it needs, so that it can be solved on another thread while
+// the map changes. Poses and points are in the order of their ids, observations in the order of their points.
 struct BundleProblem {
-  Camera camera;  // refined by SolveBundle() where `learnt` is set
+  Camera camera;  // refined by SolveBundle() if `learnt` is set
   std::vector<BundlePose> poses;
   std::vector<BundlePoint> points;
   std::vector<BundleObservation> observations;
   std::vector<BundleObject> objects = {};   // none: reprojection errors alone
-  std::optional<BundleCamera> learnt = {};  // none: the camera is as it is
+  std::optional<BundleCamera> learnt = {};  // none: the camera is constant
 };
 
-// Times at which objects take part: never, in local bundle adjustment, once over the whole map at the end, or
-// both.
+// When objects take part: never, in local bundle adjustment, once over the whole map at the end, or both.
 enum class JointMode { kNone, kLocal, kFinal, kBoth };
 constexpr auto EnumNames(JointMode) { return std::array{"none", "local", "final", "both"}; }
 
@@ -84,11 +82,11 @@ constexpr auto EnumNames(JointMode) { return std::array{"none", "local", "final"
 struct JointObjectOptions {
   JointMode mode = JointMode::kNone;
   double sigma = 0.1;  // standard deviation of a point's radial distance to the surface, mean half sizes
-  double huber = 1.0;  // distance from which on it counts linearly only, in units of sigma
+  double huber = 1.0;  // distance in units of sigma from which the cost grows linearly
   double prior = 0.1;  // standard deviation of the change of an object: place (in mean half sizes), logarithm
                        // of the half sizes, yaw (rad), exponents; large: none, as in the paper
-  int min_points = 20;        // map points of an object that are being adjusted
-  int min_observations = 10;  // boxes of an object
+  int min_points = 20;        // minimum number of map points of an object in the problem
+  int min_observations = 10;  // minimum number of boxes of an object
 
   bool Local() const { return mode == JointMode::kLocal || mode == JointMode::kBoth; }
   bool Final() const { return mode == JointMode::kFinal || mode == JointMode::kBoth; }
@@ -103,29 +101,29 @@ struct JointObjectOptions {
   }
 };
 
-// An object as it is handed to bundle adjustment.
+// An object as input to bundle adjustment.
 struct ObjectTerm {
   int id = 0;
   PosedSuperquadric superquadric;  // map frame
   std::vector<PointId> points;     // alive
-  std::vector<double> weights;     // alpha of the paper, in [0, 1], one a point
+  std::vector<double> weights;     // alpha of the paper, in [0, 1], one per point
 };
 
 struct BundleSolverOptions {
-  int iterations = 5;        // of the first, robust round (Huber)
-  int final_iterations = 6;  // after outliers were marked
+  int iterations = 5;        // of the first round, which is robust (Huber)
+  int final_iterations = 6;  // of the second round, after outliers are marked
   int threads = 1;           // of the solver
 };
 
-// The keyframes `free` (to be moved) and `fixed`, every point that a free one sees, and all observations of
-// these points in these keyframes.
+// Extracts the keyframes `free` (variable) and `fixed`, every point that a free one sees, and all
+// observations of these points in these keyframes.
 BundleProblem ExtractBundleProblem(const Map& map, const Camera& camera, const std::vector<KeyframeId>& free,
                                    const std::vector<KeyframeId>& fixed);
 
-// The same of the whole map, the oldest keyframe fixed.
+// The same for the whole map, with the oldest keyframe fixed.
 BundleProblem ExtractBundleProblem(const Map& map, const Camera& camera);
 
-// A frame between the keyframes, as a bundle adjustment takes it.
+// A frame between keyframes, as input to a bundle adjustment.
 struct BundleFrame {
   struct Match {
     PointId point = kNoPoint;
@@ -136,34 +134,33 @@ struct BundleFrame {
   std::vector<Match> matches;
 };
 
-// Adds the frames' poses and what they see of the problem's points. They hold the points better in place than
-// keyframes alone do; they are no part of the map and are forgotten with the problem.
+// Adds the frames' poses and their observations of the problem's points, which constrain the points better
+// than keyframes alone. The frames are not part of the map and are discarded with the problem.
 void AddFrames(std::span<const BundleFrame> frames, BundleProblem& problem);
 
-// Adds the objects of which the problem adjusts enough points, in the order given.
+// Adds the objects with enough points in the problem, in the order given.
 void AddObjects(std::span<const ObjectTerm> objects, const JointObjectOptions& options, const Map& map,
                 BundleProblem& problem);
 
-// Moves free poses, points and objects so that the sum of reprojection and shape errors becomes least, and
-// marks observations that don't fit (95 % quantile). `stop` is asked after each iteration; where it says
-// true, the problem keeps what has been reached and the result is false. Touches nothing but the problem.
-// With one thread, runs agree to the last bit.
+// Minimises reprojection and shape errors over free poses, points and objects, and marks outlier observations
+// (95 % quantile). Calls `stop` after each iteration; if it returns true, the problem keeps the current state
+// and the result is false. Modifies nothing but the problem. Bit-reproducible with one thread.
 bool SolveBundle(BundleProblem& problem, const BundleSolverOptions& options,
                  const std::function<bool()>& stop);
 
-// Standard deviation of the focal length of a solved problem with `learnt`, px: from how much the errors grow
-// when everything else gives way to another focal length, in units of what they are. Ends early (infinity)
-// where `stop` says true.
+// Returns the standard deviation of the focal length of a solved problem with `learnt`, px, from how much the
+// errors grow, relative to their size, when the focal length is changed and everything else is re-optimised.
+// Returns infinity early if `stop` returns true.
 double FocalDeviation(const BundleProblem& solved, int iterations, const std::function<bool()>& stop);
 
-// Writes a solved problem into the map: poses and points that are still there, then removes the observations
-// that don't fit. Keyframes and points that are new since the problem was extracted stay where they are; the
-// map frame must be the one of then. Returns the number of observations that don't fit.
+// Writes the poses and points of a solved problem that still exist into the map and removes outlier
+// observations. Keyframes and points that are newer than the problem stay unchanged; the map frame must be
+// the same as at its extraction. Returns the number of outliers.
 int ApplyBundle(const BundleProblem& problem, Map& map);
 
 struct BundleAdjustmentOptions : BundleSolverOptions {
-  int max_keyframes = 16;  // keyframes that a local bundle adjustment moves
-  int max_fixed = 20;      // further keyframes that hold it in place
+  int max_keyframes = 16;  // variable keyframes of a local bundle adjustment
+  int max_fixed = 20;      // additional fixed keyframes
 
   void VisitFields(auto&& visit) {
     visit("max_keyframes", max_keyframes, 2, 100);
@@ -176,7 +173,7 @@ struct BundleAdjustmentOptions : BundleSolverOptions {
 
 struct BundleAdjustmentReport {
   bool interrupted = false;
-  std::vector<std::pair<int, PosedSuperquadric>> objects;  // id and superquadric of those that fit better now
+  std::vector<std::pair<int, PosedSuperquadric>> objects;  // id and superquadric of those that fit better
 };
 
 // Objects that take part in a bundle adjustment.
@@ -187,28 +184,29 @@ struct JointObjects {
 
 // Minimises the reprojection error over a keyframe, its most covisible neighbours and all points they see;
 // keyframes that see these points from outside stay fixed (the local bundle adjustment of ORB-SLAM, Mur-Artal
-// et al. 2015, section VI-D). Outliers leave the map. `interrupt` is asked after each iteration. Where there
-// are objects, their shape errors are minimised with it; the map doesn't hold them, so the report does.
+// et al. 2015, section VI-D). Outliers are removed from the map. Calls `interrupt` after each iteration.
+// Shape errors of given objects are minimised jointly; the results are in the report, because the map has no
+// objects.
 BundleAdjustmentReport LocalBundleAdjustment(Map& map, const Camera& camera, KeyframeId center,
                                              const BundleAdjustmentOptions& options,
                                              const std::function<bool()>& interrupt,
                                              const JointObjects& objects = {});
 
-// The same over the whole map, the oldest keyframe fixed.
+// The same over the whole map, with the oldest keyframe fixed.
 BundleAdjustmentReport GlobalBundleAdjustment(Map& map, const Camera& camera, int iterations,
                                               const BundleAdjustmentOptions& options,
                                               const JointObjects& objects = {},
                                               std::span<const BundleFrame> frames = {});
 
-// Parts of the camera that are learnt from a map: the focal length, and the first radial coefficient.
+// Camera parameters that are refined from a map: the focal length, and the first radial coefficient.
 enum class LearntPart { kNone, kFocal, kFocalAndRadial };
 constexpr auto EnumNames(LearntPart) { return std::array{"none", "focal", "focal+radial"}; }
 
-// Options of learning the camera itself from a map.
+// Options of camera self-calibration from a map.
 struct CameraLearningOptions {
   LearntPart what = LearntPart::kNone;
   int iterations = 30;          // of each round
-  double max_deviation = 0.02;  // standard deviation above which nothing counts as learnt, focal lengths
+  double max_deviation = 0.02;  // largest accepted standard deviation, in focal lengths
 
   void VisitFields(auto&& visit) {
     visit("what", what);
@@ -219,15 +217,15 @@ struct CameraLearningOptions {
 
 // Result of LearnCamera().
 struct LearntCamera {
-  Camera camera;                 // as it was where nothing could be learnt
-  double focal = 0.0;            // px, the value found whether it is trusted or not
+  Camera camera;                 // unchanged if not trusted
+  double focal = 0.0;            // px, the estimate, trusted or not
   double focal_deviation = 0.0;  // px
   bool trusted = false;
 };
 
-// A bundle adjustment over the whole map in which the focal length is free. Where it is found well enough the
-// map is that of the camera found, which differs in its radial coefficient from what keypoints were
-// undistorted by: a map that is to be kept learns the focal length alone.
+// Runs a bundle adjustment over the whole map with a free focal length. If the result is trusted, the map is
+// changed to the refined camera, whose radial coefficient may differ from the one that keypoints were
+// undistorted with: a map that is to be kept should learn the focal length alone.
 LearntCamera LearnCamera(Map& map, const Camera& camera, const CameraLearningOptions& options, int threads);
 
 }  // namespace sqslam

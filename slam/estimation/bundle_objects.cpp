@@ -53,7 +53,7 @@ void ObjectBlocks::AddResiduals(std::size_t object, ceres::Problem& solver,
       solver.SetParameterBlockConstant(point.p_map.data());
     }
   }
-  // Sides that no point shows would drift: half of most objects is never seen.
+  // Unobserved sides would drift: half of most objects is never seen.
   const SuperquadricBlock start = ToBlock(starts_[object]);
   ceres::Vector factors = ceres::Vector::Constant(static_cast<int>(start.size()), 1.0 / o.prior);
   factors.head<3>() /= starts_[object].shape.half_size.mean();

@@ -13,24 +13,24 @@
 
 namespace sqslam {
 
-// A posed superquadric as a Ceres parameter block: centre (map frame), logarithms of the half sizes, angle in
-// radians by which it is turned about its own z axis since the block was made, e1, e2.
+// A posed superquadric as a Ceres parameter block: centre (map frame), logarithms of the half sizes, rotation
+// about its own z axis since the block was made (radians), e1, e2.
 using SuperquadricBlock = std::array<double, 9>;
 
 inline constexpr int kBlockLogHalf = 3;
 inline constexpr int kBlockTurn = 6;
 inline constexpr int kBlockExponents = 7;
 
-// The turn is zero.
+// The rotation is zero.
 SuperquadricBlock ToBlock(const PosedSuperquadric& superquadric);
 
 // `R_map_start`: the rotation of the superquadric that the block was made of.
 PosedSuperquadric FromBlock(const SuperquadricBlock& block, const Eigen::Quaterniond& R_map_start);
 
 // The shape error of the joint optimisation (section "Size And Shape"): sqrt(alpha) G(Lambda, p) / sigma with
-// G the radial Euclidean distance (signed here, which is the same squared). Parameters: SuperquadricBlock,
-// point in the map frame. The second residual is zero: rows of the same height as those of the reprojection
-// error let Ceres eliminate the points with code for fixed sizes.
+// G the radial Euclidean distance (signed here; its square is the same). Parameters: SuperquadricBlock, point
+// in the map frame. The second residual is zero: with the row size of the reprojection error, Ceres
+// eliminates the points with code for fixed sizes.
 class SurfaceCost final : public ceres::SizedCostFunction<2, 9, 3> {
  public:
   // `factor`: sqrt(alpha) / sigma, 1 / map units.
@@ -44,24 +44,23 @@ class SurfaceCost final : public ceres::SizedCostFunction<2, 9, 3> {
   double factor_;
 };
 
-// Robust sum of squared shape errors of an object with the points as they lie in the problem.
+// Returns the robust sum of squared shape errors of an object at the current points of the problem.
 double ShapeCost(const BundleObject& object, const BundleProblem& problem);
 
-// The objects' part of a bundle adjustment under way. Holds their parameter blocks, so it must outlive every
+// The objects' part of a running bundle adjustment. Owns their parameter blocks, so it must outlive every
 // ceres::Problem that it was added to.
 class ObjectBlocks {
  public:
   explicit ObjectBlocks(BundleProblem& problem);
 
-  // The points' blocks must be in `solver` already. Points stay what is eliminated (group 0). Superquadrics
-  // come in a group of their own, after the cameras (group 1): within a group Ceres orders by address, and
-  // which of two vectors lies first in memory differs from run to run.
+  // The points' blocks must be in `solver` already and stay in elimination group 0. Superquadrics get a group
+  // of their own, after the cameras (group 1): within a group Ceres orders by address, and the order of two
+  // vectors in memory differs from run to run.
   void AddTo(ceres::Problem& solver, ceres::ParameterBlockOrdering& ordering);
 
-  void Read();  // the blocks' values into the problem
+  void Read();  // copies the blocks into the problem
 
-  // Keeps each superquadric where it fits the points better now than the one that was given, otherwise takes
-  // it back.
+  // Keeps each superquadric that fits the points better than its start, and restores the others.
   void Judge();
 
  private:

@@ -28,12 +28,11 @@ class Interrupter final : public ceres::IterationCallback {
   bool interrupted_ = false;
 };
 
-// The parameter blocks of a problem. They lie in vectors, in the order of ids, because Ceres orders them by
-// address: only so are two runs bit-identical.
+// The parameter blocks of a problem. They are stored in vectors in the order of ids, because Ceres orders
+// them by address: otherwise runs are not bit-reproducible.
 class BundleSolver {
  public:
-  // `held_focal`: the logarithm of the focal length, in units of the problem's, at which it is held; none:
-  // free.
+  // `held_focal`: log of the constant focal length, in units of the problem's; none: free.
   explicit BundleSolver(BundleProblem& bundle, std::optional<double> held_focal = std::nullopt)
       : bundle_(bundle), objects_(bundle), held_focal_(held_focal) {
     for (const BundlePose& pose : bundle.poses) {
@@ -41,7 +40,7 @@ class BundleSolver {
     }
   }
 
-  // Returns false where the solver was interrupted.
+  // Returns false if the solver was interrupted.
   bool Round(int iterations, bool robust, int threads, const std::function<bool()>& stop) {
     ceres::Problem::Options problem_options;
     problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -56,12 +55,12 @@ class BundleSolver {
     }
     AddResiduals(problem, robust ? &huber : nullptr);
     objects_.AddTo(problem, *options.linear_solver_ordering);
-    options.max_num_line_search_step_size_iterations = 0;  // the exponents' bounds are kept by clamping steps
+    options.max_num_line_search_step_size_iterations = 0;  // steps are clamped to the bounds of the exponents
     const auto free = std::ranges::count(bundle_.poses, false, &BundlePose::fixed);
     options.linear_solver_type = free < 40 ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
     options.max_num_iterations = iterations;
     options.num_threads = threads;
-    options.function_tolerance = bundle_.learnt ? 1e-7 : 1e-5;  // the focal length is the last to settle
+    options.function_tolerance = bundle_.learnt ? 1e-7 : 1e-5;  // the focal length converges last
     options.logging_type = ceres::SILENT;
     Interrupter interrupter(stop);
     options.callbacks.push_back(&interrupter);
@@ -126,14 +125,14 @@ class BundleSolver {
       camera_manifold_.emplace(2, held);
       problem.SetManifold(camera_block_.data(), &*camera_manifold_);
     }
-    // The prior is of the camera that the first round began with.
+    // The prior mean is the camera before the first round.
     const Eigen::Vector2d mean(-focal_change_, -bundle_.camera.distortion[0]);
     const Eigen::Vector2d factors(1.0 / learnt.focal_prior, 1.0 / learnt.radial_prior);
     problem.AddResidualBlock(new ceres::NormalPrior(factors.asDiagonal(), mean), nullptr,
                              camera_block_.data());
   }
 
-  // The camera as it was found, and the observations undistorted as it would have them.
+  // Takes over the estimated camera and undistorts the observations with it.
   void TakeCamera() {
     const auto [log_focal, radial] = camera_block_;
     Camera& camera = bundle_.camera;
@@ -161,7 +160,7 @@ class BundleSolver {
     for (const BundleObservation& o : bundle_.observations) {
       BundlePoint& point = bundle_.points[o.point];
       double* const pose = pose_blocks_[o.pose].data();
-      // Behind the camera there is no reprojection; MarkOutliers() takes the observation away.
+      // Points behind the camera have no reprojection; MarkOutliers() rejects their observations.
       if (o.inlier && point.alive && (FromBlock(pose) * point.p_map).z() > kNearest) {
         const PixelMeasurement measured(bundle_.camera, o.pixel, o.sigma);
         if (bundle_.learnt) {
@@ -199,7 +198,7 @@ class BundleSolver {
   std::optional<double> held_focal_;
   CameraBlock camera_block_{};
   std::optional<ceres::SubsetManifold> camera_manifold_;
-  double focal_change_ = 0.0;  // of the logarithm, in the rounds before
+  double focal_change_ = 0.0;  // change of the log focal length in earlier rounds
   double cost_ = 0.0;
 };
 
@@ -215,7 +214,7 @@ bool SolveBundle(BundleProblem& problem, const BundleSolverOptions& options,
 }
 
 double FocalDeviation(const BundleProblem& solved, int iterations, const std::function<bool()>& stop) {
-  constexpr double kStep = 0.02;  // of the logarithm: far beyond what the solver leaves undone
+  constexpr double kStep = 0.02;  // of the logarithm: far above the convergence error of the solver
   const auto cost_at = [&](double step) {
     BundleProblem problem = solved;
     BundleSolver solver(problem, step);
@@ -224,8 +223,8 @@ double FocalDeviation(const BundleProblem& solved, int iterations, const std::fu
   };
   const double at = cost_at(0.0);
   const double rise = 0.5 * (cost_at(kStep) + cost_at(-kStep)) - at;
-  // The errors' own size stands in for the pixels' standard deviation, which is only known up to a factor. A
-  // point is seen a little off its place in the same way in most of its images: all its errors count as one.
+  // The size of the residuals replaces the pixels' standard deviation, which is only known up to a factor.
+  // The errors of a point are similar in most of its images, so all of them count as one.
   const auto alive = std::ranges::count(solved.points, true, &BundlePoint::alive);
   if (at <= 0.0 || rise <= 0.0 || alive == 0) {
     return std::numeric_limits<double>::infinity();

@@ -49,7 +49,7 @@ bool Sim3Manifold::Plus(const double* x, const double* delta, double* x_plus_del
   Vector7d tangent = Vector7d::Zero();
   std::copy_n(delta, TangentSize(), tangent.data());
   Sim3Block moved = ToBlock(ExpSim3(tangent) * Sim3FromBlock(x));
-  moved[7] = x[7] + tangent[6];  // exact: a fixed scale stays to the last bit
+  moved[7] = x[7] + tangent[6];  // exact: a fixed scale does not change by a bit
   std::ranges::copy(moved, x_plus_delta);
   return true;
 }
@@ -89,7 +89,7 @@ bool RelativeSim3Cost::Evaluate(double const* const* parameters, double* residua
 PoseGraphReport OptimizePoseGraph(std::vector<PoseGraphNode>& nodes, const std::vector<PoseGraphEdge>& edges,
                                   const PoseGraphOptions& options) {
   const std::map<std::int64_t, std::size_t> index = IndexById(nodes);
-  std::vector<Sim3Block> blocks;  // in one piece, because Ceres orders parameter blocks by address
+  std::vector<Sim3Block> blocks;  // contiguous, because Ceres orders parameter blocks by address
   for (const PoseGraphNode& node : nodes) {
     blocks.push_back(ToBlock(node.S_camera_map));
   }

@@ -13,7 +13,7 @@ namespace sqslam {
 
 struct PoseGraphOptions {
   int iterations = 20;
-  double huber = 0.0;      // residual norm, of weight 1, from which an edge pulls only linearly; 0: never
+  double huber = 0.0;  // residual norm at weight 1 from which the cost of an edge grows linearly; 0: never
   bool fix_scale = false;  // nodes keep their scale; for maps whose scale is known
   int threads = 1;         // of the solver
 
@@ -43,14 +43,14 @@ struct PoseGraphReport {
   double initial_cost = 0.0;  // half the weighted sum of squared residuals
   double final_cost = 0.0;
   int iterations = 0;
-  bool usable = false;  // false: the solver failed and the nodes are as they were
+  bool usable = false;  // false: the solver failed and the nodes are unchanged
 };
 
-// Moves the nodes so that the weighted sum of |Log(S_j_i * S_i_map * S_j_map^-1)|^2 over the edges becomes
-// least (essential graph over Sim(3): Strasdat, Montiel, Davison, "Scale Drift-Aware Large Scale Monocular
-// SLAM", RSS 2010). At least one node should be fixed, or position, direction and scale of the whole are left
-// to chance. Results do not depend on memory addresses: with one thread two runs agree to the last bit.
-// Throws std::invalid_argument where an id is given twice or an edge names an unknown one.
+// Minimises the weighted sum of |Log(S_j_i * S_i_map * S_j_map^-1)|^2 over the edges (essential graph over
+// Sim(3): Strasdat, Montiel, Davison, "Scale Drift-Aware Large Scale Monocular SLAM", RSS 2010). Fix at least
+// one node, or the gauge (position, direction and scale) is undetermined. Results do not depend on memory
+// addresses: with one thread they are bit-reproducible. Throws std::invalid_argument for a duplicate id or an
+// edge with an unknown one.
 PoseGraphReport OptimizePoseGraph(std::vector<PoseGraphNode>& nodes, const std::vector<PoseGraphEdge>& edges,
                                   const PoseGraphOptions& options);
 
@@ -60,8 +60,8 @@ using Sim3Block = std::array<double, 8>;
 Sim3Block ToBlock(const Sim3d& S_camera_map);
 Sim3d Sim3FromBlock(const double* block);
 
-// Left perturbation S' = Exp(delta) S of a Sim3Block, delta as in lie.h, without its last coordinate where
-// the scale is fixed. Cost functions write a column for that one too.
+// Left perturbation S' = Exp(delta) S of a Sim3Block, delta as in lie.h, without its last coordinate if the
+// scale is fixed. Cost functions write that column anyway.
 class Sim3Manifold final : public PerturbationManifold {
  public:
   explicit Sim3Manifold(bool fix_scale) : PerturbationManifold(8, fix_scale ? 6 : 7) {}

@@ -48,7 +48,7 @@ bool PoseManifold::Minus(const double* y, const double* x, double* y_minus_x) co
 
 namespace {
 
-// A map point in a camera's frame, and what its derivatives need.
+// A map point in the camera frame, with the terms of its derivatives.
 struct PointInCamera {
   // Parameters: a PoseBlock and a point.
   explicit PointInCamera(double const* const* parameters)
@@ -57,10 +57,10 @@ struct PointInCamera {
         rotated(R * Eigen::Map<const Eigen::Vector3d>(parameters[1])),
         p(rotated + Eigen::Map<const Eigen::Vector3d>(parameters[0] + 4)) {}
 
-  // A step that leads behind the camera is rejected.
+  // Steps that move it behind the camera are rejected.
   bool InFront() const { return p.z() >= kMinDepth; }
 
-  // By pose and point, where they are asked for; d_pixel: of the residual by p.
+  // Writes the Jacobians by pose and point that are not null; `d_pixel`: derivative of the residual by p.
   void WriteJacobians(const Eigen::Matrix<double, 2, 3>& d_pixel, double** jacobians) const {
     if (jacobians[0] != nullptr) {
       Eigen::Map<Eigen::Matrix<double, 2, 7, Eigen::RowMajor>> J(jacobians[0]);

@@ -18,8 +18,7 @@ Rigid3d FromBlock(const double* block);
 
 // A manifold of left perturbations. Cost functions write their Jacobian with respect to its tangent
 // coordinates into the first columns and zero into the others; PlusJacobian is the matching selection [I; 0],
-// so that their product is exact and cheap. Its blocks may therefore only be used with cost functions of this
-// convention.
+// so that their product is exact and cheap. Use its blocks only with cost functions of this convention.
 class PerturbationManifold : public ceres::Manifold {
  public:
   PerturbationManifold(int ambient_size, int tangent_size)
@@ -42,7 +41,7 @@ class PoseManifold final : public PerturbationManifold {
   bool Minus(const double* y, const double* x, double* y_minus_x) const override;
 };
 
-// A pixel where a map point is seen, and the camera that sees it.
+// A pixel observation of a map point, with the camera.
 struct PixelMeasurement {
   PixelMeasurement(const Camera& camera, const Eigen::Vector2d& at, double standard_deviation)
       : focal(camera.fx, camera.fy),
@@ -65,11 +64,11 @@ class ReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3> {
   PixelMeasurement measured_;
 };
 
-// The learnt part of a camera as a parameter block: logarithm of the focal length in units of the one known,
-// and what is added to the first radial coefficient.
+// The refined part of a camera as a parameter block: log of the focal length over the known one, and the
+// correction of the first radial coefficient.
 using CameraBlock = std::array<double, 2>;
 
-// The same error with the camera as a further parameter; the pixel is undistorted as the camera is known.
+// The same error with the camera as a further parameter; the pixel is undistorted by the known camera.
 class CameraReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3, 2> {
  public:
   explicit CameraReprojectionCost(const PixelMeasurement& measured) : measured_(measured) {}

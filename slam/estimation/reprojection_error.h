@@ -9,11 +9,10 @@
 
 namespace sqslam {
 
-// Quantiles of chi-squared: the squared error, in units of its variance, above which an observation is an
-// outlier.
+// Chi-square quantiles: an observation with a larger squared error, in units of its variance, is an outlier.
 inline constexpr double kChi2OneDof = 3.841;    // 95 %: distance from a line
 inline constexpr double kChi2TwoDof = 5.991;    // 95 %: reprojection error
-inline constexpr double kChi2TwoDof99 = 9.210;  // 99 %, for matches that were found without a search radius
+inline constexpr double kChi2TwoDof99 = 9.210;  // 99 %, for matches found without a search radius
 
 inline constexpr double kMinDepth = 1e-6;  // map units; nearer points do not project
 
@@ -50,12 +49,12 @@ struct PointObservation {
   Eigen::Vector3d p_map;
   Eigen::Vector2d pixel;  // undistorted
   double variance = 1.0;  // of the pixel, px^2
-  bool inlier = true;     // in and out
+  bool inlier = true;     // input and output
 };
 
-// Refines T_camera_map so that the reprojection error of the observations becomes least (Huber, Gauss-Newton
-// with analytic Jacobians, points fixed), and marks outliers; four rounds, each from the inliers of the last,
-// as in the tracking of ORB-SLAM (Mur-Artal et al. 2015, section V). Returns the number of inliers.
+// Refines T_camera_map by minimising the reprojection error of the observations (Huber, Gauss-Newton with
+// analytic Jacobians, points fixed), and marks outliers; four rounds, each from the inliers of the last, as
+// in the tracking of ORB-SLAM (Mur-Artal et al. 2015, section V). Returns the number of inliers.
 int OptimizePose(const Camera& camera, std::vector<PointObservation>& observations, Rigid3d& T_camera_map);
 
 }  // namespace sqslam

@@ -15,8 +15,8 @@ namespace sqslam {
 namespace {
 
 constexpr std::size_t kSampleSize = 3;
-// Standard deviation of the logarithm of a map point's distance. Two cameras in the same place see the same
-// pixels whatever the scale: then only the distances tell it.
+// Standard deviation of the log distance of a map point. Two cameras at the same place see the same pixels at
+// any scale, so only the distances constrain it.
 constexpr double kDistanceSigma = 0.1;
 
 struct MatchErrors {
@@ -30,7 +30,7 @@ MatchErrors ErrorsOf(const Camera& camera, const Sim3d& S_1_2, const Sim3d& S_2_
           SquaredError(camera, S_2_1 * match.p_camera1, match.pixel2, match.variance2)};
 }
 
-// Difference of the distances at which the two maps put the match from camera 1, in standard deviations.
+// Log ratio of the distances of the match from camera 1 in the two maps, in standard deviations.
 double DistanceError(const Sim3d& S_1_2, const Sim3Match& match) {
   return 0.5 * std::log((S_1_2 * match.p_camera2).squaredNorm() / match.p_camera1.squaredNorm()) /
          kDistanceSigma;
@@ -38,7 +38,7 @@ double DistanceError(const Sim3d& S_1_2, const Sim3Match& match) {
 
 struct Hypothesis {
   Sim3Estimate estimate;
-  double cost = std::numeric_limits<double>::infinity();  // squared errors, those of outliers truncated
+  double cost = std::numeric_limits<double>::infinity();  // squared errors, truncated for outliers
 };
 
 Hypothesis Judge(const Camera& camera, const std::vector<Sim3Match>& matches, const Sim3d& S_1_2) {
@@ -64,7 +64,7 @@ std::optional<Sim3d> AlignTriple(const std::vector<Sim3Match>& matches,
   return AlignSimilarity(source, target);
 }
 
-// Draws after which a triple of inliers was among them with the confidence asked for.
+// Returns the number of samples after which one has no outliers, with the given confidence.
 double DrawsNeeded(int inliers, std::size_t matches, double confidence) {
   const double share = static_cast<double>(inliers) / static_cast<double>(matches);
   const double triple = share * share * share;
@@ -73,7 +73,7 @@ double DrawsNeeded(int inliers, std::size_t matches, double confidence) {
                          : std::log(1.0 - confidence) / std::log1p(-triple);
 }
 
-// Three different indices below `count`.
+// Draws three different indices below `count`.
 std::array<std::size_t, kSampleSize> DrawTriple(std::size_t count, std::mt19937_64& random) {
   std::uniform_int_distribution<std::size_t> index(0, count - 1);
   std::array<std::size_t, kSampleSize> drawn{};
@@ -85,7 +85,7 @@ std::array<std::size_t, kSampleSize> DrawTriple(std::size_t count, std::mt19937_
   return drawn;
 }
 
-// Huber's loss of a squared error and the weight that it gives to the residual.
+// Huber loss of a squared error, and its weight for the residual.
 double Loss(double squared, bool robust) {
   return robust && squared > kChi2TwoDof99 ? 2.0 * std::sqrt(kChi2TwoDof99 * squared) - kChi2TwoDof99
                                            : squared;
@@ -116,7 +116,7 @@ struct Sim3Equations {
   }
 };
 
-// Infinite where a point that counts is behind a camera.
+// Infinite if a point in use is behind a camera.
 double Cost(const Camera& camera, const std::vector<Sim3Match>& matches, const std::vector<bool>& use,
             const Sim3d& S_1_2, bool robust) {
   const Sim3d S_2_1 = S_1_2.Inverse();
@@ -150,7 +150,7 @@ Sim3Equations Linearize(const Camera& camera, const std::vector<Sim3Match>& matc
   return equations;
 }
 
-// Levenberg-Marquardt. Returns false where the normal equations have no solution.
+// Levenberg-Marquardt. Returns false if the normal equations have no solution.
 bool Minimize(const Camera& camera, const std::vector<Sim3Match>& matches, const std::vector<bool>& use,
               bool robust, Sim3d& S_1_2) {
   constexpr int kIterations = 20;
@@ -184,7 +184,7 @@ bool Minimize(const Camera& camera, const std::vector<Sim3Match>& matches, const
   return true;
 }
 
-// Refines by the matches that `fits(index, errors)` accepts. Returns false where they determine no
+// Refines by the matches that `fits(index, errors)` accepts. Returns false if they do not determine a
 // similarity.
 bool Improve(const Camera& camera, const std::vector<Sim3Match>& matches, bool robust, Sim3d& S,
              auto&& fits) {
@@ -197,10 +197,10 @@ bool Improve(const Camera& camera, const std::vector<Sim3Match>& matches, bool r
 }
 
 // Local optimisation of a hypothesis (Chum, Matas, Kittler, "Locally Optimized RANSAC", 2003): refines it by
-// the reprojection errors of the matches that fit loosely, for as long as that makes it better.
+// the reprojection errors of its loose inliers while the cost decreases.
 void Polish(const Camera& camera, const std::vector<Sim3Match>& matches, Hypothesis& best) {
   constexpr int kRounds = 5;
-  constexpr double kLoose = 4.0;  // squared errors up to so many times the bound take part
+  constexpr double kLoose = 4.0;  // squared errors up to this multiple of the inlier bound
   for (int round = 0; round < kRounds; ++round) {
     Sim3d S = best.estimate.S_camera1_camera2;
     const bool improved = Improve(camera, matches, true, S, [](std::size_t, const MatchErrors& errors) {
@@ -230,7 +230,7 @@ std::optional<Sim3Estimate> EstimateSim3(const Camera& camera, const std::vector
   for (int i = 0; i < options.ransac_iterations && i < needed; ++i) {
     const std::optional<Sim3d> S = AlignTriple(matches, DrawTriple(matches.size(), random));
     if (!S) {
-      continue;  // three points on a line
+      continue;  // the points are collinear
     }
     Hypothesis candidate = Judge(camera, matches, *S);
     if (candidate.cost < best.cost) {

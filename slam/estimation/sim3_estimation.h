@@ -12,7 +12,7 @@ namespace sqslam {
 
 struct Sim3Options {
   int ransac_iterations = 300;  // at most
-  double confidence = 0.99;     // that one triple without outliers was drawn, when RANSAC stops early
+  double confidence = 0.99;     // probability of an outlier-free sample at which RANSAC stops early
   int min_inliers = 20;
   std::uint64_t seed = 1;
 
@@ -24,12 +24,12 @@ struct Sim3Options {
   }
 };
 
-// One thing seen by two cameras that know its place apart from each other, as before a loop is closed: each
-// has a map point of its own for it.
+// A point observed by two cameras whose maps have drifted apart, as before a loop closure: each camera has
+// its own map point for it.
 struct Sim3Match {
   Eigen::Vector3d p_camera1;  // the first camera's map point in its frame, the second's in its own
   Eigen::Vector3d p_camera2;
-  Eigen::Vector2d pixel1;  // where either camera sees its own point, undistorted
+  Eigen::Vector2d pixel1;  // where each camera sees its own point, undistorted
   Eigen::Vector2d pixel2;
   double variance1 = 1.0;  // of the pixels, px^2
   double variance2 = 1.0;
@@ -41,20 +41,20 @@ struct Sim3Estimate {
   int num_inliers = 0;
 };
 
-// Similarity between two cameras from matched map points: RANSAC over triples in closed form (Umeyama 1991),
-// each better solution refined by the reprojection errors of what fits it loosely (Chum et al. 2003). A match
-// is an inlier where each point, moved into the other camera, is in front of it and reprojects within the 99
-// % quantile of the pixel noise (as in Mur-Artal and Tardos, ORB-SLAM2, 2017). The same seed gives the same
-// result. Empty where fewer than min_inliers agree.
+// Estimates the similarity between two cameras from matched map points: RANSAC over triples in closed form
+// (Umeyama 1991), each better hypothesis refined by the reprojection errors of its loose inliers (Chum et al.
+// 2003). A match is an inlier if each point, moved into the other camera, is in front of it and reprojects
+// within the 99 % quantile of the pixel noise (as in Mur-Artal and Tardos, ORB-SLAM2, 2017). Deterministic
+// for a seed. Empty if there are fewer than min_inliers.
 std::optional<Sim3Estimate> EstimateSim3(const Camera& camera, const std::vector<Sim3Match>& matches,
                                          const Sim3Options& options);
 
 // Refines S_camera1_camera2 by the reprojection errors of the inliers in both images, and loosely by the
 // distances of the points, over all seven degrees of freedom (Levenberg-Marquardt, analytic Jacobians, the
 // points fixed in the frames of their own cameras): a robust round (Huber), then two without the outliers.
-// `inliers`, one per match, says which matches to begin with and is judged anew among all matches after each
-// round; empty stands for all. Returns the number of inliers; 0 where the problem is not determined, and then
-// the similarity is as it was.
+// `inliers`, one per match, are the matches to begin with (empty: all), re-evaluated over all matches after
+// each round. Returns the number of inliers; 0 if the problem is underdetermined, which leaves the similarity
+// unchanged.
 int RefineSim3(const Camera& camera, const std::vector<Sim3Match>& matches, Sim3d& S_camera1_camera2,
                std::vector<bool>& inliers);
 

@@ -33,8 +33,8 @@ struct ModelSupport {
   std::vector<bool> inliers;
 };
 
-// The score sums up, over both directions, threshold - error for errors below the limit; same threshold for
-// both models, so that the sums can be compared.
+// The score sums kChi2TwoDof - error over both directions for errors below the limit. The threshold is the
+// same for both models, so that the scores are comparable.
 ModelSupport Score(const std::vector<TwoViewMatch>& matches, double limit, auto&& error) {
   ModelSupport support{0.0, std::vector<bool>(matches.size(), false)};
   for (std::size_t i = 0; i < matches.size(); ++i) {
@@ -53,7 +53,8 @@ struct Candidate {
   double parallax = 0.0;
 };
 
-// Triangulates the inliers; a point is good in front of both cameras with a small reprojection error.
+// Triangulates the inliers; a point is good if it is in front of both cameras with a small reprojection
+// error.
 Candidate Reconstruct(const Camera& camera, const std::vector<TwoViewMatch>& matches,
                       const std::vector<bool>& inliers, const Rigid3d& T_camera2_camera1) {
   constexpr double kMaxSquaredError = 4.0 * kVariance;
@@ -86,7 +87,7 @@ Candidate Reconstruct(const Camera& camera, const std::vector<TwoViewMatch>& mat
   return candidate;
 }
 
-// The translation brought to unit length.
+// Scales the translation to unit length.
 Rigid3d MotionOf(const cv::Mat& rotation, const cv::Mat& translation) {
   Eigen::Matrix3d R;
   Eigen::Vector3d t;
@@ -143,7 +144,7 @@ TwoViewReport ChooseMotion(const Camera& camera, const std::vector<TwoViewMatch>
 }  // namespace
 
 double FlowWithoutRotation(const Camera& camera, const std::vector<TwoViewMatch>& matches) {
-  constexpr int kRounds = 5;  // of iterative reweighting: matches far off the rotation lose their say
+  constexpr int kRounds = 5;  // of iterative reweighting: matches far from the rotation are downweighted
   std::vector<Eigen::Vector3d> rays1;
   std::vector<Eigen::Vector3d> rays2;
   for (const TwoViewMatch& match : matches) {
@@ -186,8 +187,8 @@ TwoViewReport EstimateTwoView(const Camera& camera, const std::vector<TwoViewMat
   cv::Mat K_cv;
   cv::eigen2cv(K, K_cv);
   const cv::Mat H_cv = cv::findHomography(points1, points2, cv::RANSAC, std::sqrt(kChi2TwoDof * kVariance));
-  // MAGSAC++ polishes its models; plain RANSAC leaves a translation so rough that bundle adjustment of two
-  // views with little parallax does not find back.
+  // MAGSAC++ refines its models; the translation of plain RANSAC is so inaccurate that bundle adjustment of
+  // two views with little parallax does not recover.
   const cv::Mat E_cv =
       cv::findEssentialMat(points1, points2, K_cv, cv::USAC_MAGSAC, kRansacConfidence, std::sqrt(kVariance));
   ModelSupport homography;

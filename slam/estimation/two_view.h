@@ -12,10 +12,10 @@ namespace sqslam {
 
 struct TwoViewOptions {
   double min_parallax = 1.5;          // degrees, median over the triangulated points
-  double min_translation_flow = 1.5;  // px, median motion without the best pure rotation
+  double min_translation_flow = 1.5;  // px, median flow after removing the best pure rotation
   int min_points = 50;                // triangulated points
   double homography_share = 0.45;     // score_H / (score_H + score_F) above which the homography is chosen
-  double max_second_best = 0.75;      // share of a solution's points at which another makes it ambiguous
+  double max_second_best = 0.75;      // ambiguous if another solution has more than this share of its points
 
   void VisitFields(auto&& visit) {
     visit("min_parallax", min_parallax, 0.1, 20.0);
@@ -40,27 +40,27 @@ struct TwoViewGeometry {
 
 struct TwoViewReport {
   std::optional<TwoViewGeometry> geometry;
-  std::string refusal;    // where geometry is empty: why, for people
+  std::string refusal;    // if geometry is empty: the reason, for users
   double parallax = 0.0;  // degrees, median, of the best solution even if refused
 };
 
-// Median distance in pixels between the second pixels and the first ones turned by the rotation that explains
-// most: near the noise for a camera that only turns, whatever the scene.
+// Returns the median distance in pixels between the second pixels and the first ones rotated by the
+// best-fitting rotation: near the noise for a purely rotating camera, whatever the scene.
 double FlowWithoutRotation(const Camera& camera, const std::vector<TwoViewMatch>& matches);
 
-// Relative pose and structure of two views, with the model selection of ORB-SLAM (Mur-Artal et al. 2015,
-// section IV): a homography (planar scenes, small parallax) and a fundamental matrix are scored by their
-// symmetric transfer errors, the pose comes from the better one. Refused where parallax is too small or where
-// a second solution explains the matches nearly as well.
+// Estimates relative pose and structure of two views, with the model selection of ORB-SLAM (Mur-Artal et al.
+// 2015, section IV): a homography (planar scenes, small parallax) and a fundamental matrix are scored by
+// their symmetric transfer errors; the better one gives the pose. Refused if the parallax is too small or a
+// second solution explains the matches nearly as well.
 TwoViewReport EstimateTwoView(const Camera& camera, const std::vector<TwoViewMatch>& matches,
                               const TwoViewOptions& options);
 
-// Point in the map frame from its viewing rays (z = 1, undistorted) in two cameras, by linear least squares
-// (DLT).
+// Triangulates a point in the map frame from its viewing rays (z = 1, undistorted) in two cameras, by linear
+// least squares (DLT).
 Eigen::Vector3d Triangulate(const Rigid3d& T_camera1_map, const Eigen::Vector3d& ray1,
                             const Rigid3d& T_camera2_map, const Eigen::Vector3d& ray2);
 
-// Cosine of the angle at p_map between the directions to two camera centres.
+// Returns the cosine of the angle at p_map between the directions to two camera centres.
 double CosParallax(const Eigen::Vector3d& p_map, const Eigen::Vector3d& center1,
                    const Eigen::Vector3d& center2);
 

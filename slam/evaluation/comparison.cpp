@@ -84,7 +84,7 @@ Table SummaryTable(const Results& results) {
 using Measure = std::function<double(const ObjectMatch&)>;
 using Choice = std::function<bool(const GroundTruthObject&)>;
 
-// A row for each chosen ground-truth object, and the mean over those that are found.
+// Returns a table with a row for each chosen ground-truth object, and the mean over those found.
 Table ObjectTable(const Results& results, const std::string& title, int decimals, const Choice& chosen,
                   const Measure& measure) {
   Table table{"", title, Columns("ground truth", results), {}, {}};
@@ -159,7 +159,7 @@ void CheckSameTruth(const Results& results) {
   }
 }
 
-// A row of ListObjects: what it is, then what was measured; null where there is no such thing.
+// Returns a row of ListObjects: what it is, then its measurements; null arguments give empty cells.
 std::vector<Cell> ObjectRow(const std::string& result, const char* kind, const GroundTruthObject* truth,
                             const SnapshotObject* mapped, const ObjectMatch* match,
                             const ExtraLandmark* extra) {

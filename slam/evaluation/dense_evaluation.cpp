@@ -24,7 +24,7 @@ namespace sqslam {
 namespace fs = std::filesystem;
 namespace {
 
-// Nearest points of a cloud.
+// Distance to the nearest point of a cloud.
 class CloudDistance {
  public:
   explicit CloudDistance(std::vector<Eigen::Vector3d> points)
@@ -60,8 +60,8 @@ DistanceSummary Summarized(const std::vector<double>& distances) {
   return {static_cast<int>(distances.size()), LinearQuantile(distances, 0.5), LinearQuantile(distances, 0.9)};
 }
 
-// Root mean square distance from their plane of the share of points that are nearest to it. The plane is
-// fitted to them, again as they change.
+// Returns the root mean square distance of the points from a plane, over the share of points nearest to it;
+// plane and selection are refined in turns.
 std::optional<double> Flatness(std::vector<Eigen::Vector3d> points) {
   constexpr double kShare = 0.95;
   constexpr std::size_t kEnough = 100;
@@ -107,7 +107,7 @@ std::vector<Eigen::Vector3d> InWorld(const std::vector<Eigen::Vector3d>& points,
   return moved;
 }
 
-// Depth maps held against the truth, pixel by pixel.
+// Accumulates the errors of depth maps, pixel by pixel.
 class DepthTally {
  public:
   DepthTally(const GroundTruth& truth, const fs::path& sequence, const Sim3d& S_world_map,
@@ -196,8 +196,8 @@ class DepthTally {
   const DenseEvaluationOptions& options_;
   const KnownSurfaces known_;
   std::optional<CloudDistance> cloud_;
-  std::map<const GroundTruthObject*, Distances> distances_;  // by what a ray hits first
-  std::size_t pixels_ = 0;                                   // of a map
+  std::map<const GroundTruthObject*, Distances> distances_;  // by the object that a ray hits first
+  std::size_t pixels_ = 0;                                   // pixels of one depth map
   std::size_t complete_ = 0, filled_ = 0;
 };
 

@@ -11,11 +11,11 @@
 namespace sqslam {
 
 struct DenseEvaluationOptions {
-  double min_hull_fill = 0.975;  // solids that are less of their object's hull tell nothing of its surface
-  // Solids that half of their points or more lie farther inside are hollow, metres: hulls of something that
-  // one looks into, such as a shelf.
+  double min_hull_fill = 0.975;  // solids with a lower hull_fill do not show the true surface
+  // Solids are hollow if the median point is farther inside, metres: hulls of an object that one looks into,
+  // such as a shelf.
   double max_inside = 0.03;
-  int stride = 2;  // every so many pixels in both directions are held against the truth
+  int stride = 2;  // every n-th pixel in both directions is evaluated
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
@@ -32,27 +32,26 @@ struct DistanceSummary {
   double p90 = 0.0;
 };
 
-// Depth maps of a densified run held against the truth.
+// Evaluation of the depth maps of a densified run against the ground truth.
 struct DenseEvaluation {
   int keyframes = 0;
   double complete = 0.0;  // share of the pixels of all keyframes with a measured depth
-  double filled = 0.0;    // and with one by a plane
+  double filled = 0.0;    // share of the pixels with a depth filled by a plane
   DistanceSummary measured;
   DistanceSummary by_plane;         // of the pixels that a plane filled
-  DistanceSummary in_hollow;        // of the points of hollow solids, which the two above leave out
-  std::vector<std::string> hollow;  // names of these solids
-  double tested = 0.0;              // share of the pixels whose depth could be held against the truth
+  DistanceSummary in_hollow;        // of the points of hollow solids, which `measured` and `by_plane` exclude
+  std::vector<std::string> hollow;  // names of the hollow solids
+  double tested = 0.0;              // share of the pixels whose depth could be compared with the truth
   std::optional<double> top;  // root mean square distance of the 95 % of the points of the table top nearest
                               // to their own plane; empty without a table that is known
 };
 
-// Points are brought into the world frame by the similarity that aligns the trajectory. The truth of a pixel
-// is the surface that its ray from the true pose hits first, of the KnownSurfaces; its error is the point's
-// distance to that surface.
-// For a sequence with a cloud (dense.ply, world frame) it is the distance to the cloud's nearest point
-// instead. Pixels that show something else are left out.
+// Points are transformed into the world frame by the similarity that aligns the trajectory. The truth of a
+// pixel is the first surface of the KnownSurfaces that its ray from the true pose hits; its error is the
+// distance of the point to that surface. For a sequence with a cloud (dense.ply, world frame) it is the
+// distance to the nearest point of the cloud instead. Pixels that show something else are left out.
 //
-// Throws InputError where the result has no depth maps or its trajectory cannot be aligned.
+// Throws InputError if the result has no depth maps or its trajectory cannot be aligned.
 DenseEvaluation EvaluateDense(const std::filesystem::path& result, const std::filesystem::path& sequence,
                               const DenseEvaluationOptions& options = {});
 

@@ -79,8 +79,8 @@ std::vector<BudgetFrame> ReadFrames(const RecordingReader& recording, const Pose
   return frames;
 }
 
-// Index of the box in each frame that is the object's by the true solids' projections, or -1: pairs with the
-// largest overlap go first.
+// Returns for each object the index of its box in each frame by the true solids' projections, or -1:
+// greedily, pairs with the largest IoU first.
 std::vector<std::vector<int>> TrueBoxes(const std::vector<BudgetFrame>& frames,
                                         const std::vector<PosedSuperquadric>& solids, const Camera& camera) {
   constexpr double kLeast = 0.3;  // IoU
@@ -108,7 +108,7 @@ std::vector<std::vector<int>> TrueBoxes(const std::vector<BudgetFrame>& frames,
   return boxes;
 }
 
-// A landmark's evidence, of which parts are replaced.
+// A landmark's evidence, parts of which can be replaced by the truth.
 class Refit {
  public:
   Refit(const MapSnapshot& map, const std::vector<BudgetFrame>& frames, const Solid& truth,
@@ -144,9 +144,9 @@ class Refit {
     }
   }
 
-  // 3D IoU with the truth; empty where there is too little to fit.
+  // Returns the 3D IoU with the truth; empty if there is too little evidence.
   std::optional<double> Fit() {
-    constexpr std::size_t kFewestViews = 5;  // as many as EstimateLandmark() asks for
+    constexpr std::size_t kFewestViews = 5;  // as many as EstimateLandmark() requires
     constexpr std::size_t kFewestPoints = 4;
     std::vector<BoxView> views = SpreadViews(landmark_.views, context_.options->refinement.max_views);
     if (views.size() < kFewestViews || landmark_.points.size() < kFewestPoints) {
@@ -228,7 +228,7 @@ class Refit {
   const std::vector<int>& true_boxes_;
   Landmark landmark_;
   EstimationContext context_;
-  bool whole_boxes_ = false;  // the boxes show what is hidden as well
+  bool whole_boxes_ = false;  // the boxes include hidden parts
 };
 
 void AddLines(const std::vector<BudgetFrame>& frames, const Camera& camera, const YawOptions& options,
@@ -249,7 +249,7 @@ std::vector<Eigen::Vector3d> Positions(const MapSnapshot& map) {
   return points;
 }
 
-// All that a run recorded of its objects, with lines taken from the images again.
+// The recorded evidence of a run on its objects, with lines extracted from the images again.
 struct RecordedEvidence {
   MapSnapshotPtr map;  // the last
   std::vector<BudgetFrame> frames;
@@ -289,8 +289,8 @@ struct RecordedEvidence {
   }
 };
 
-// IoU of the refits of one object with each part of the truth in turn; empty where there is too little to
-// fit.
+// Returns the IoU of the refits of one object with each part of the truth in turn; empty if there is too
+// little evidence.
 std::optional<ObjectBudget> BudgetOf(const ObjectMatch& match, const Refit& refit) {
   const std::optional<double> own = Refit(refit).Fit();
   if (!own) {

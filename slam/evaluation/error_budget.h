@@ -11,7 +11,7 @@
 
 namespace sqslam {
 
-// Evidence on an object that an error budget replaces by the truth, one at a time, and all of it together.
+// Evidence on an object that an error budget replaces by the truth, one part at a time, and all together.
 //   poses        of the cameras that saw it
 //   boxes        around the projected true solid, with what is hidden
 //   association  the boxes that overlap with the true solid's, and the map points that lie in it
@@ -28,7 +28,7 @@ struct ObjectBudget {
   int truth = 0;         // index into Evaluation::truth
   double run_iou = 0.0;  // of the run
   double iou = 0.0;      // of the refit with the run's own evidence
-  // IoU of refits with a part of the truth; empty where too little evidence was left.
+  // IoU of refits with one part replaced by the truth; empty if too little evidence was left.
   std::array<std::optional<double>, kTrueParts> with;
 
   std::optional<double> Gain(std::size_t part) const {
@@ -41,11 +41,10 @@ struct ErrorBudget {
   std::vector<ObjectBudget> objects;  // in the order of the ground truth
 };
 
-// Refits every mapped object that stands for one of the ground truth from what the recording holds of it
-// (boxes of the recorded frames, its map points) and from lines in those frames' images, with the estimator
-// of the end of a run: once with the run's own evidence, then with one part replaced by the truth. The other
-// objects stay as the run has them. `options`: the run's. Throws InputError where the truth or the recording
-// lacks what this needs.
+// Refits every matched object from its evidence in the recording (boxes of the recorded frames, map points)
+// and from lines in the images of these frames, with the estimator of the end of a run: once with the run's
+// own evidence, then with one part replaced by the truth. The other objects stay as in the run. `options`:
+// those of the run. Throws InputError if the truth or the recording lacks the required data.
 ErrorBudget ComputeErrorBudget(const std::filesystem::path& result, const std::filesystem::path& sequence,
                                const ObjectOptions& options, const EvaluationOptions& evaluation = {});
 

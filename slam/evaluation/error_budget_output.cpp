@@ -11,7 +11,7 @@ namespace sqslam {
 namespace fs = std::filesystem;
 namespace {
 
-// Mean over the objects that count: of the run, of the refit, and gains by part, each with how many.
+// Mean IoU of the run and of the refit, and mean gain by part, over all or the scored objects.
 struct MeanBudget {
   int objects = 0;
   double run_iou = 0.0;

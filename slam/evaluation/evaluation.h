@@ -22,42 +22,42 @@ struct EvaluationOptions {
   }
 };
 
-// "Of the ground-truth objects with at least min_detections boxes, so many are in the map."
+// Number of mapped objects among the ground-truth objects with at least min_detections boxes.
 struct CoverageCount {
   int min_detections = 0;
   int mapped = 0;
   int total = 0;
 };
 
-// A mapped object that is no ground-truth object, with what helps to tell what it is: where it lies and which
-// ground-truth object is the nearest. World frame of the ground truth, metres.
+// A mapped object that matches no ground-truth object, with its position and its nearest ground-truth object
+// to help identify it. World frame of the ground truth, metres.
 struct ExtraLandmark {
   int mapped = 0;
   Eigen::Vector3d center_world = Eigen::Vector3d::Zero();
   Eigen::Vector3d half_size = Eigen::Vector3d::Zero();
-  int nearest = -1;       // ground-truth object with the nearest centre; -1 where there is none at all
+  int nearest = -1;       // ground-truth object with the nearest centre; -1 if there is none
   double distance = 0.0;  // between the two centres
   double iou = 0.0;       // 3D IoU with it
-  double inside = 0.0;    // share of the landmark's volume that lies in it
+  double inside = 0.0;    // share of the landmark's volume inside it
 };
 
-// 3D IoU of some ground-truth objects with the mapped ones that stand for them.
+// 3D IoU of a set of ground-truth objects with their matches.
 struct IouSummary {
   int objects = 0;
   int matched = 0;
   double mean = 0.0;            // over the matched ones
   double mean_ellipsoid = 0.0;  // the same with e1 = e2 = 1
-  double mean_all = 0.0;        // over all, a missed one counting 0
+  double mean_all = 0.0;        // over all, with 0 for missed ones
 };
 
-// Mapped objects of about the same reliability. It is worth something where the mean rises with it.
+// Mapped objects of similar reliability. Reliability is meaningful if the mean IoU increases with it.
 struct ReliabilityBin {
-  double least = 0.0;  // reliability, up to that of the next bin
+  double least = 0.0;  // lower bound of the reliability; the upper one is that of the next bin
   int objects = 0;
-  double mean_iou = 0.0;  // with the objects that they stand for; extra ones and duplicates count 0
+  double mean_iou = 0.0;  // with their matches; 0 for extra ones and duplicates
 };
 
-// A run held against the ground truth of its sequence. The index fields of `objects` point into mapped and
+// Evaluation of a run against the ground truth of its sequence. The indices in `objects` refer to mapped and
 // truth.
 struct Evaluation {
   std::string sequence;  // folder of the ground truth
@@ -65,7 +65,7 @@ struct Evaluation {
   int tracked = 0;       // lines of trajectory.txt
   double tracked_share = 0.0;
   TrajectoryError trajectory;
-  bool has_objects = false;  // the sequence knows its objects; otherwise all below is empty
+  bool has_objects = false;  // the sequence has true objects; otherwise all below is empty
   bool has_detection_counts = false;
   bool has_scored = false;
   std::vector<SnapshotObject> mapped;  // in the map frame
@@ -73,11 +73,11 @@ struct Evaluation {
   ObjectMatching objects;
   std::vector<ExtraLandmark> extra;         // in the order of objects.extra
   int uncertain = 0;                        // mapped objects that are not reliable (IsReliable)
-  int extra_reliable = 0;                   // extra ones that claim to be
-  std::vector<ReliabilityBin> reliability;  // five, each a fifth wide
+  int extra_reliable = 0;                   // extra ones that are reliable
+  std::vector<ReliabilityBin> reliability;  // five bins of width 0.2
   IouSummary iou;                           // of all ground-truth objects
-  IouSummary scored_iou;                    // of those whose IoU counts
-  std::vector<CoverageCount> coverage;      // for 20 and for 60 detections, where counts are known
+  IouSummary scored_iou;                    // of the scored ones
+  std::vector<CoverageCount> coverage;      // for 20 and for 60 detections, if counts are known
 
   // The ground-truth camera positions in the map frame, for drawing beside the estimated ones.
   std::vector<Eigen::Vector3d> truth_positions_map;
@@ -90,7 +90,7 @@ struct Evaluation {
 std::string NumberedName(const GroundTruthObject& object);
 std::string NumberedName(const SnapshotObject& object);
 
-// Throws InputError where the trajectory cannot be aligned; `where` begins that message.
+// Throws InputError if the trajectory cannot be aligned; `where` begins that message.
 Evaluation Evaluate(const Trajectory& estimated, const std::vector<SnapshotObject>& mapped,
                     const GroundTruth& truth, const EvaluationOptions& options,
                     const std::string& where = "trajectory");

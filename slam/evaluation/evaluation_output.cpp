@@ -125,7 +125,7 @@ ordered_json SummaryJson(const Evaluation& evaluation) {
   return summary;
 }
 
-// Takes at most 500 of the positions, evenly: enough for a plot.
+// Writes at most 500 evenly spaced positions: enough for a plot.
 ordered_json PositionsJson(const std::vector<Eigen::Vector3d>& positions) {
   const std::size_t step = std::max<std::size_t>(1, (positions.size() + 499) / 500);
   ordered_json list = ordered_json::array();

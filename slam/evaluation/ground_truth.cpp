@@ -65,7 +65,7 @@ Solid ParseSolid(const json& entry) {
   return solid;
 }
 
-// Fills in what the file says of objects.
+// Reads the objects of the file into `truth`.
 void ParseObjects(const fs::path& path, GroundTruth& truth) {
   const json document = ReadJsonFile<json>(path, "a list of ground-truth objects");
   const json list = document.is_object() && document.contains("objects") ? document.at("objects") : document;
@@ -99,7 +99,7 @@ void ParseObjects(const fs::path& path, GroundTruth& truth) {
   }
 }
 
-// Boxes of each object id in boxes.txt; empty where the boxes carry no ids.
+// Counts the boxes of each object id in boxes.txt; empty if the boxes have no ids.
 std::map<int, int> CountBoxes(const fs::path& path) {
   std::map<int, int> counts;
   for (const TextLine& line : ReadTextLines(path, "boxes")) {
@@ -111,7 +111,7 @@ std::map<int, int> CountBoxes(const fs::path& path) {
   return counts;
 }
 
-// The one file of a folder whose name is like that.
+// Returns the only file of a folder whose name matches the pattern.
 fs::path OnlyFileLike(const fs::path& folder, const char* pattern, const std::string& expected) {
   const std::vector<fs::path> files = FilesLike(folder, std::regex(pattern));
   if (files.size() != 1) {
@@ -129,10 +129,10 @@ Eigen::Quaterniond UnitQuaternion(const fs::path& path, const TextLine& line, co
   return q.normalized();
 }
 
-// Four rows of four numbers.
+// Reads four rows of four numbers.
 Rigid3d ReadMatrix(const fs::path& path) {
   constexpr const char* kExpected = "four rows of four numbers, the camera's pose in the world";
-  // Written from what a depth tracker had multiplied up, so not orthonormal to the last digit.
+  // The poses of a depth tracker are accumulated products, so they are not exactly orthonormal.
   constexpr double kTolerance = 0.01;
   const std::vector<TextLine> lines = ReadTextLines(path, kExpected);
   if (lines.size() != 4) {
@@ -177,7 +177,7 @@ Trajectory Read7Scenes(const fs::path& folder, double fps) {
   return trajectory;
 }
 
-// pc/NN.pose, where the dataset keeps the poses of imgs/scene_NN; otherwise the one in the folder.
+// Returns pc/NN.pose, where the dataset keeps the poses of imgs/scene_NN; otherwise the one in the folder.
 fs::path ScenesV2File(const fs::path& folder) {
   const fs::path scene = (folder / "").lexically_normal().parent_path();
   std::smatch match;
@@ -238,7 +238,7 @@ GroundTruth ReadGroundTruth(const fs::path& sequence) {
     throw InputError(
         fmt::format("{}: no such folder; expected a sequence with ground truth", sequence.string()));
   }
-  // The times of groundtruth.txt are its own; those of a dataset's poses follow from the camera's fps.
+  // groundtruth.txt has its own times; those of a dataset's poses follow from the camera's fps.
   const SequenceFormat format = DetectFormat(sequence);
   if (format == SequenceFormat::kTum) {
     truth.trajectory = ReadTrajectory(sequence / "groundtruth.txt");
@@ -292,7 +292,7 @@ Trajectory ReadGroundTruthPoses(const Sequence& sequence) {
       return ReadIclNuim(
           OnlyFileLike(folder, R"(.*\.gt\.freiburg)", "groundtruth.txt or a single *.gt.freiburg"), fps);
     default:
-      return ReadTrajectory(folder / "groundtruth.txt");  // says that it is missing
+      return ReadTrajectory(folder / "groundtruth.txt");  // throws that it is missing
   }
 }
 

@@ -12,20 +12,20 @@ namespace sqslam {
 
 struct GroundTruthObject {
   int id = 0;
-  std::string name;  // empty where the file has none
+  std::string name;  // empty if the file has none
   std::string label;
   Solid solid;             // in the world frame of the ground truth, metres
-  int detections = 0;      // boxes of it that the detector gave; 0 where nothing tells
-  bool scored = true;      // known well enough for its 3D IoU to mean something
+  int detections = 0;      // number of detections of it; 0 if unknown
+  bool scored = true;      // known accurately enough for its 3D IoU to be meaningful
   double hull_fill = 1.0;  // volume of the real object's convex hull over that of the solid
 };
 
-// The object's name, or its label where it has none.
+// Returns the object's name, or its label if it has none.
 inline const std::string& ShownName(const GroundTruthObject& object) {
   return object.name.empty() ? object.label : object.name;
 }
 
-// The truth that is known of a sequence. Only evaluation reads it; mapping never does.
+// Ground truth of a sequence. Only evaluation reads it; mapping never does.
 struct GroundTruth {
   Trajectory trajectory;  // T_world_camera
   int frames = 0;         // frames of the sequence
@@ -36,21 +36,21 @@ struct GroundTruth {
 };
 
 // Reads the poses of a sequence folder (groundtruth.txt, or a dataset's own, see ReadGroundTruthPoses),
-// counts its frames, and reads objects_gt.json and the object ids of boxes.txt where they are there. Throws
-// InputError that names file and line or object.
+// counts its frames, and reads objects_gt.json and the object ids of boxes.txt if they exist. Throws
+// InputError naming file and line or object.
 GroundTruth ReadGroundTruth(const std::filesystem::path& sequence);
 
-// objects_gt.json: a list, or an object whose key `objects` holds it; T_world_object as 16 numbers or four
-// rows, and where it is missing built from center and yaw. The solid is the primitive's; a `shape` other than
-// the one that the primitive's name stands for (cuboid 0.1, 0.1; cylinder 0.1, 1; ellipsoid 1, 1) makes it
-// that superquadric, because then the shape says more than the name.
+// Reads objects_gt.json: a list, or an object whose key `objects` holds it; T_world_object as 16 numbers or
+// four rows, or if it is missing center and yaw. The solid is the primitive's; a `shape` that differs from
+// that of the primitive's name (cuboid 0.1, 0.1; cylinder 0.1, 1; ellipsoid 1, 1) makes it a superquadric of
+// this shape, because the shape is more specific than the name.
 std::vector<GroundTruthObject> ReadGroundTruthObjects(const std::filesystem::path& path);
 
-// The poses T_world_camera that come with a sequence, in metres, at the times that OpenSequence gives its
-// frames (frame number over the camera's fps in the numbered layouts). Throws InputError that names the file,
-// its line, and what was expected.
+// Reads the poses T_world_camera of a sequence, in metres, with the frame times of OpenSequence (frame number
+// over the camera's fps in the numbered layouts). Throws InputError naming the file, its line, and what was
+// expected.
 //
-//   groundtruth.txt  TUM format, in any layout; goes before the dataset's own files
+//   groundtruth.txt  TUM format, in any layout; preferred over the dataset's own files
 //   7-scenes         frame-000000.pose.txt, ...: T_world_camera as four rows (Shotton et al., CVPR 2013)
 //   scenes-v2        pc/NN.pose beside imgs/scene_NN, or a single *.pose in the folder itself: one line
 //                    'qw qx qy qz x y z' a frame (Lai et al., ICRA 2014)
@@ -58,12 +58,12 @@ std::vector<GroundTruthObject> ReadGroundTruthObjects(const std::filesystem::pat
 //                    al., ICRA 2014), see MirrorIclNuim
 Trajectory ReadGroundTruthPoses(const Sequence& sequence);
 
-// The same of the sequence in a folder.
+// The same for the sequence in a folder.
 Trajectory ReadTruePoses(const std::filesystem::path& sequence);
 
-// Turns a pose of ICL-NUIM as published, whose camera has its y axis up (fy = -480), into that of a camera
-// with y down (fy = +480) that takes the same images, in the world mirrored at its plane y = 0: M T M with M
-// = diag(1, -1, 1), which changes the signs of y and of the quaternion's x and z.
+// Converts a published pose of ICL-NUIM, whose camera has its y axis up (fy = -480), into that of a camera
+// with y down (fy = +480) with the same images, in the world mirrored at its plane y = 0: M T M with M =
+// diag(1, -1, 1), which changes the signs of y and of the quaternion's x and z.
 Rigid3d MirrorIclNuim(const Rigid3d& published);
 
 }  // namespace sqslam

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
-// Place on the ray (in lengths of it) where it enters the solid.
+// Returns where the ray enters the solid, in lengths of the ray.
 double HitSolid(const Solid& solid, const Eigen::Vector3d& origin, const Eigen::Vector3d& ray) {
   constexpr int kSteps = 64;
   const Rigid3d T_object_world = solid.T_map_object.Inverse();
@@ -35,7 +35,7 @@ double HitSolid(const Solid& solid, const Eigen::Vector3d& origin, const Eigen::
   return kFar;
 }
 
-// Distance from the surface, negative inside.
+// Returns the distance from the surface, negative inside.
 double DistanceTo(const Solid& solid, const Eigen::Vector3d& p_world) {
   const Eigen::Vector3d p = solid.T_map_object.Inverse() * p_world;
   if (solid.kind != SolidKind::kCuboid) {
@@ -93,7 +93,7 @@ std::optional<KnownSurfaces::Miss> KnownSurfaces::MissOf(const Eigen::Vector3d& 
 
 std::vector<Eigen::Vector3d> KnownSurfaces::OnTable(const std::vector<Eigen::Vector3d>& cloud) const {
   constexpr double kThick = 0.03;   // metres, above and below
-  constexpr double kMargin = 0.02;  // about things on it, and along its border
+  constexpr double kMargin = 0.02;  // around objects on it, and along its border
   const std::optional<StandPlane> table = Table();
   std::vector<Eigen::Vector3d> points;
   for (const Eigen::Vector3d& p : cloud) {
@@ -144,7 +144,7 @@ void KnownSurfaces::AddFootprint(const Solid& solid) {
   }
 }
 
-// A rug lies on the floor: of planes this near to each other any may be meant.
+// A rug lies on the floor: if planes are this close to each other, any may be the right one.
 double KnownSurfaces::DistanceToPlanes(double hit, double height) const {
   constexpr double kNear = 0.02;  // metres
   double least = kFar;
@@ -158,7 +158,7 @@ double KnownSurfaces::DistanceToPlanes(double hit, double height) const {
 
 bool KnownSurfaces::StandsOver(const Solid& solid, const StandPlane& plane, const Eigen::Vector3d& p,
                                double margin) const {
-  constexpr double kOnIt = 0.03;  // metres between a thing's bottom and the table's top
+  constexpr double kOnIt = 0.03;  // metres between an object's bottom and the table top
   if (std::abs(Bottom(solid) - plane.height) > kOnIt) {
     return false;
   }

@@ -9,28 +9,28 @@
 
 namespace sqslam {
 
-// The surfaces of a scene that its ground truth knows: solids, and the planes on which they stand, each
-// within the hull of their footprints. World frame, metres.
+// The surfaces in the ground truth of a scene: solids, and the planes on which they stand, each within the
+// hull of their footprints. World frame, metres.
 class KnownSurfaces {
  public:
-  // Solids that are less than `min_hull_fill` of their object's hull tell nothing of its surface. `objects`
-  // must outlive this.
+  // The surface of solids with a hull_fill below `min_hull_fill` counts as unknown. `objects` must outlive
+  // this.
   KnownSurfaces(const std::vector<GroundTruthObject>& objects, double min_hull_fill);
 
-  // A point's place by the surface that a ray hits first.
+  // Position of a point relative to the surface that a ray hits first.
   struct Miss {
-    double distance = 0.0;                      // from the surface; negative inside a solid
+    double distance = 0.0;                      // to the surface; negative inside a solid
     const GroundTruthObject* object = nullptr;  // null: a plane on which solids stand
   };
 
-  // Empty where the ray hits nothing, or a surface that is not known well enough.
+  // Empty if the ray hits nothing, or a surface that is not known well enough.
   std::optional<Miss> MissOf(const Eigen::Vector3d& origin, const Eigen::Vector3d& ray,
                              const Eigen::Vector3d& p_world) const;
 
-  // The points of a cloud that lie on the table's top: up to 30 mm above or below, but for its border and the
-  // footprints of the solids on it, each with 20 mm about them. The top is that of the widest cuboid labelled
-  // dining_table or, without one, the plane on which most of the solids stand (three or more). Empty without
-  // a table.
+  // Returns the points of a cloud on the table top: at most 30 mm above or below, except for its border and
+  // the footprints of the solids on it, each with a margin of 20 mm. The top is that of the widest cuboid
+  // labelled dining_table or, without one, the plane on which most of the solids stand (three or more). Empty
+  // without a table.
   std::vector<Eigen::Vector3d> OnTable(const std::vector<Eigen::Vector3d>& cloud) const;
 
  private:

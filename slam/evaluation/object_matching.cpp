@@ -13,8 +13,8 @@
 namespace sqslam {
 namespace {
 
-// The mapped half sizes in the order of the ground truth's axes: a box turned by 90 degrees with x and y
-// swapped is the same box.
+// Returns the mapped half sizes in the order of the ground truth's axes: a box rotated by 90 degrees with x
+// and y swapped is the same box.
 Eigen::Vector3d PairedHalfSize(const Solid& mapped, const Solid& truth) {
   const Eigen::Matrix3d alignment = (truth.T_map_object.rotation.conjugate() * mapped.T_map_object.rotation)
                                         .toRotationMatrix()
@@ -61,7 +61,7 @@ bool HaveSameLabel(const SnapshotObject& mapped, const GroundTruthObject& truth)
   return NormalizedLabel(mapped.label) == NormalizedLabel(truth.label);
 }
 
-// Score of a mapped object as a true one: above 0 where it counts as the same object.
+// Score of a mapped object as a true one: above 0 if it may match.
 double Affinity(const Solid& mapped, const Solid& truth, bool same_label, const MatchingOptions& options) {
   constexpr double kSameLabel = 0.5;
   const double half_diagonal = truth.half_size.norm();
@@ -82,8 +82,8 @@ using Polygon = std::vector<Vector2d>;  // convex, counterclockwise
 
 constexpr int kOutlinePoints = 360;
 
-// Most support points of an edgy solid are the same corner but for rounding, and an edge between two of those
-// has no direction that means anything.
+// Most support points of a sharp-edged solid are the same corner up to rounding, and an edge between two of
+// them has no meaningful direction.
 constexpr double kShortestEdge = 1e-6;  // share of the solid's largest half size
 
 Polygon Outline(const Solid& solid, const Vector3d& u, const Vector3d& v) {
@@ -117,7 +117,7 @@ double Area(const Polygon& polygon) {
   return 0.5 * twice;
 }
 
-// The part of `polygon` to the left of the line from a to b (Sutherland and Hodgman 1974).
+// Clips `polygon` to the left of the line from a to b (Sutherland and Hodgman 1974).
 Polygon Clip(const Polygon& polygon, const Vector2d& a, const Vector2d& b) {
   Polygon kept;
   kept.reserve(polygon.size() + 1);
@@ -190,8 +190,8 @@ ObjectMatching MatchObjects(const std::vector<SnapshotObject>& mapped,
     if (used[static_cast<std::size_t>(j)]) {
       continue;
     }
-    // The assignment is optimal, so whatever it touches is matched: a spare object on a free one would have
-    // got it.
+    // The assignment is optimal, so the truth that this object overlaps is matched: otherwise this object
+    // would have been assigned to it.
     Eigen::Index nearest = -1;
     const double best = rows > 0 ? affinity.col(j).maxCoeff(&nearest) : 0.0;
     if (best > 0.0) {

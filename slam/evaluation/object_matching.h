@@ -10,21 +10,21 @@
 
 namespace sqslam {
 
-// Conditions under which a mapped object counts as a ground-truth object. Three ways, because overlap alone
-// would refuse a magazine 4 mm thick that is mapped 4 mm too high, position alone would refuse a big object
-// that is seen from one side, and both would refuse the back of a chair whose seat is hidden by a table:
+// Conditions under which a mapped object matches a ground-truth object. There are three, because overlap
+// alone would reject a magazine 4 mm thick that is mapped 4 mm too high, position alone a big object that is
+// seen from one side, and both the back of a chair whose seat is hidden by a table:
 //  - 3D IoU of at least min_iou; or
 //  - centre distance of at most max_center_distance times half the ground truth's space diagonal, and space
-//    diagonals within a factor of max_size_ratio of each other (a blob the size of the table stands for no
+//    diagonals within a factor of max_size_ratio of each other (a blob the size of the table does not match a
 //    cup on it); or
 //  - the same label, at least min_part_inside of the mapped volume within the ground truth, and such
 //    diagonals.
-// Otherwise labels decide only between several: detectors call a plastic box "cell phone".
+// Otherwise labels only decide between several candidates: detectors call a plastic box "cell phone".
 struct MatchingOptions {
-  double min_iou = 0.1;              // 3D IoU that alone makes a match
+  double min_iou = 0.1;              // 3D IoU that alone is enough for a match
   double max_center_distance = 0.5;  // centre distance over half the space diagonal of the ground truth
-  double max_size_ratio = 3.0;       // ratio of the space diagonals, either way
-  double min_part_inside = 0.75;     // share of the mapped volume that makes it a visible part of the truth
+  double max_size_ratio = 3.0;       // maximum ratio of the space diagonals, either way
+  double min_part_inside = 0.75;     // share of the mapped volume in the truth that makes it a visible part
 
   void VisitFields(auto&& visit) {
     visit("min_iou", min_iou, 0.0, 1.0);
@@ -34,8 +34,8 @@ struct MatchingOptions {
   }
 };
 
-// A mapped object and the ground-truth object it stands for (indices into the given lists); lengths in the
-// unit of the ground truth.
+// A mapped object and its matched ground-truth object (indices into the given lists); lengths in the unit of
+// the ground truth.
 struct ObjectMatch {
   int mapped = 0;
   int truth = 0;
@@ -49,14 +49,14 @@ struct ObjectMatch {
   bool label_agrees = false;
 };
 
-// Too thin for its 3D IoU to say much, so that the footprint is worth a look: the smallest half size is less
-// than 15 mm or 5 % of the largest.
+// True if the solid is too thin for its 3D IoU to say much, so that the footprint is of interest: the
+// smallest half size is less than 15 mm or 5 % of the largest.
 bool IsThin(const Solid& solid);
 
-// Share of the mapped volume that lies within the truth, of two solids with this 3D IoU.
+// Returns the share of the mapped volume inside the truth, for two solids with this 3D IoU.
 double ShareInside(const Solid& mapped, const Solid& truth, double iou);
 
-// A further mapped object on a ground-truth object that a better one is matched to.
+// Another mapped object on a ground-truth object that has a better match.
 struct ObjectDuplicate {
   int mapped = 0;
   int truth = 0;
@@ -75,11 +75,10 @@ ObjectMatching MatchObjects(const std::vector<SnapshotObject>& mapped,
                             const std::vector<GroundTruthObject>& truth, const Sim3d& S_world_map,
                             const MatchingOptions& options);
 
-// Overlap of the outlines that two solids show when seen along `up` (unit vector of the solids'
-// common frame), in [0, 1]: intersection over union of the areas of their orthographic shadows. What is left
-// to say of a magazine 4 mm thick, whose 3D IoU is nothing as soon as it is mapped 4 mm too high.
-// Polygons of 360 support points each, so that areas of round outlines are exact to 0.005 %. 0 where a size
-// is not positive and finite.
+// Returns the overlap of the outlines of two solids seen along `up` (unit vector in their common frame), in
+// [0, 1]: intersection over union of their orthographic projections. This is informative for a magazine 4 mm
+// thick, whose 3D IoU is zero as soon as it is mapped 4 mm too high. Uses polygons of 360 support points
+// each, so that areas of round outlines are exact to 0.005 %. 0 if a size is not positive and finite.
 double FootprintIoU(const Solid& a, const Solid& b, const Eigen::Vector3d& up);
 
 }  // namespace sqslam

@@ -30,13 +30,13 @@ std::vector<std::string> Each(const Items& items, const Make& make) {
   return made;
 }
 
-// Characters, not bytes, of UTF-8.
+// Counts the characters, not the bytes, of UTF-8.
 std::size_t Width(std::string_view text) {
   return static_cast<std::size_t>(std::count_if(
       text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
 }
 
-// Columns of numbers stand to the right, others to the left.
+// Columns of numbers are right-aligned, others left-aligned.
 std::vector<bool> RightAligned(const Table& table) {
   std::vector<bool> right(table.columns.size(), false);
   for (const auto& row : table.rows) {
@@ -51,7 +51,7 @@ std::string Heading(const Table& table) {
   return table.name.empty() ? table.title : fmt::format("{}: {}", table.name, table.title);
 }
 
-// A number without a range, or with one, by the formats.
+// Formats a number with its range, or without one if all measurements agree.
 std::string NumberText(const Cell& cell, const char* none, const char* plain, const char* with_range) {
   if (cell.spread.count == 0) {
     return none;
@@ -59,7 +59,7 @@ std::string NumberText(const Cell& cell, const char* none, const char* plain, co
   const std::string median = Fixed(cell.spread.median, cell.decimals);
   const std::string lowest = Fixed(cell.spread.lowest, cell.decimals);
   const std::string highest = Fixed(cell.spread.highest, cell.decimals);
-  const bool wide = lowest != median || highest != median;  // otherwise it says no more than the median
+  const bool wide = lowest != median || highest != median;  // otherwise the range adds nothing
   return fmt::format(fmt::runtime(wide ? with_range : plain), median, lowest, highest);
 }
 
@@ -227,7 +227,7 @@ std::string EscapeLatex(std::string_view text) {
 }
 
 std::string EscapeCsv(std::string_view text) {
-  // A spreadsheet computes what begins like a formula; an apostrophe makes it text.
+  // Spreadsheets evaluate text that begins like a formula; an apostrophe makes it text.
   const std::size_t first = text.find_first_of("=@+-\t\r");
   const bool number = text.find_first_not_of("+-0123456789.,eE%() ") == std::string_view::npos;
   const std::string cell = fmt::format("{}{}", first == 0 && !number ? "'" : "", text);

@@ -15,7 +15,7 @@ Trajectory KeyframesOf(const MapSnapshot& map) {
   for (const SnapshotKeyframe& keyframe : map.keyframes) {
     keyframes.push_back({keyframe.timestamp, keyframe.T_map_camera});
   }
-  std::sort(keyframes.begin(), keyframes.end(),  // maps that became one are not in order of time
+  std::sort(keyframes.begin(), keyframes.end(),  // merged maps are not in order of time
             [](const TimedPose& a, const TimedPose& b) { return a.timestamp < b.timestamp; });
   return keyframes;
 }
@@ -40,7 +40,7 @@ std::vector<std::pair<std::size_t, std::size_t>> AssociateByTime(const Trajector
     if (pairs.empty() || pairs.back().second != j) {
       pairs.emplace_back(i, j);
     } else if (difference(i, j) < difference(pairs.back().first, j)) {
-      pairs.back().first = i;  // two estimates want one pose: the nearer has it
+      pairs.back().first = i;  // the nearer of two estimates gets the pose
     }
   }
   return pairs;

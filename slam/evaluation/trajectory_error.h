@@ -11,7 +11,7 @@
 
 namespace sqslam {
 
-// Absolute trajectory error after the best similarity (Sturm et al. 2012); metres where the ground truth is
+// Absolute trajectory error after the best similarity (Sturm et al. 2012); metres if the ground truth is
 // metric.
 struct TrajectoryError {
   Sim3d S_world_map;  // p_world = S_world_map * p_map
@@ -29,24 +29,24 @@ std::vector<std::pair<std::size_t, std::size_t>> AssociateByTime(const Trajector
                                                                  const Trajectory& truth,
                                                                  double max_time_difference);
 
-// Empty where fewer than three poses pair up or where they lie on one line or point.
+// Empty if fewer than three poses pair up or if they lie on one line or point.
 std::optional<TrajectoryError> ComputeTrajectoryError(const Trajectory& estimated, const Trajectory& truth,
                                                       double max_time_difference);
 
-// The pieces between gaps, which are several times as long as the steps usually are.
+// Splits a trajectory at gaps, which are several times as long as the typical step.
 std::vector<Trajectory> SplitAtGaps(const Trajectory& trajectory);
 
-// A true camera path laid over a map.
+// A true camera path aligned with a map.
 struct TruePath {
   Sim3d S_world_map;                                 // p_world = S_world_map * p_map
-  std::vector<std::vector<Eigen::Vector3d>> pieces;  // map frame; broken where poses are missing
-  double rmse = 0.0;                                 // metres between keyframes and truth (ATE)
+  std::vector<std::vector<Eigen::Vector3d>> pieces;  // map frame; split where poses are missing
+  double rmse = 0.0;                                 // metres, between keyframes and truth (ATE)
   int pairs = 0;                                     // keyframes with a true pose
 };
 
-// Lays the truth over the keyframes by the best similarity, as `sqslam eval` does over the frames (Umeyama;
-// at most `max_time_difference` seconds between a pose and its truth). The path is that of the time that the
-// map covers. Empty where fewer than three keyframes have a true pose or where those lie on one line.
+// Aligns the truth with the keyframes by the best similarity, as `sqslam eval` does with the frames (Umeyama;
+// at most `max_time_difference` seconds between a pose and its truth). The path covers the time span of the
+// map. Empty if fewer than three keyframes have a true pose or if these lie on one line.
 std::optional<TruePath> LayTruePath(const Trajectory& truth, const MapSnapshot& map,
                                     double max_time_difference = 0.02);
 

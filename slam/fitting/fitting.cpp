@@ -42,7 +42,7 @@ Moments WeightedMoments(const std::vector<Vector3d>& points, const auto& weight)
   return moments;
 }
 
-// The signed third moment along an axis tells its direction.
+// The third moment decides the sign of an axis.
 Vector3d Directed(const Vector3d& axis, const std::vector<Vector3d>& points, const Vector3d& mean) {
   double third = 0.0;
   for (const Vector3d& p : points) {
@@ -88,7 +88,7 @@ constexpr std::size_t kNeighbours = 8;
 constexpr std::size_t kDenseNeighbours = 9;  // itself included
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 
-// The points with the given indices, as nanoflann wants to see them.
+// Adapts the points with the given indices to nanoflann.
 struct View {
   const std::vector<Vector3d>& points;
   const std::vector<std::size_t>& indices;
@@ -122,17 +122,17 @@ double TypicalDistance(const Tree& tree, const View& view) {
   return std::sqrt(UpperMedian(std::move(squares)));
 }
 
-// A cloud in a frame that moves, turns and grows with it: whatever is computed there commutes with
-// similarities of the cloud, and does not depend on the order of the points.
+// A cloud in a canonical frame that follows its similarities: computations in it commute with similarities of
+// the cloud, and do not depend on the order of the points.
 struct CanonicalCloud {
   Sim3d S_map_canonical;                // p_map = S * p_canonical
   std::vector<Eigen::Vector3d> points;  // canonical; sorted by their coordinates
   std::vector<std::size_t> source;      // index in the cloud of each of `points`
 };
 
-// Origin: a mean that far points pull little; axes: principal axes with the signs of the third moments; unit:
-// the root mean square distance from the origin, likewise weighted. `upright` keeps the z axis and turns
-// about it only. Throws InputError for fewer than 11 points, or points that all coincide.
+// Origin: a robust weighted mean; axes: principal axes with the signs of the third moments; unit: the root
+// mean square distance from the origin with the same weights. `upright` keeps the z axis and only rotates
+// about it. Throws InputError for fewer than 11 points, or if all points coincide.
 CanonicalCloud ToCanonicalFrame(std::span<const Vector3d> cloud, bool upright) {
   constexpr std::size_t kLeast = 11;  // parameters of a superquadric
   if (cloud.size() < kLeast) {
@@ -181,7 +181,7 @@ CanonicalCloud ToCanonicalFrame(std::span<const Vector3d> cloud, bool upright) {
   return result;
 }
 
-// Every n-th of the sorted points, so that at most `count` are left.
+// Returns every n-th of the sorted points, at most `count`.
 std::vector<Vector3d> Thinned(const std::vector<Vector3d>& points, int count) {
   const std::size_t step = (points.size() + count - 1) / count;
   std::vector<Vector3d> thinned;
@@ -198,7 +198,7 @@ std::optional<Plane> FindLargestPlane(const std::vector<Vector3d>& points, doubl
   if (points.size() < 3) {
     return std::nullopt;
   }
-  constexpr int kTrials = 1000;           // finds a plane of a fifth of the points all but surely
+  constexpr int kTrials = 1000;           // almost surely finds a plane with a fifth of the points
   constexpr double kLevelCosine = 0.966;  // 15 degrees
   std::mt19937_64 random(seed);
   std::uniform_int_distribution<std::size_t> pick(0, points.size() - 1);

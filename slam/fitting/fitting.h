@@ -11,14 +11,14 @@
 
 namespace sqslam {
 
-// For a cloud with several objects.
+// Options for a cloud with several objects.
 struct MultiFitOptions {
   FitOptions fit;
-  bool remove_plane = false;      // take the largest plane (a table, the floor) away first
-  double plane_distance = 0.01;   // of the plane's points from it, as a share of the cloud's radius
-  int clusters = 1;               // objects: 1 takes the cloud as one, 0 finds out how many there are
+  bool remove_plane = false;      // remove the largest plane (a table, the floor) first
+  double plane_distance = 0.01;   // distance of its inliers, share of the cloud's radius
+  int clusters = 1;               // number of objects; 1: no clustering, 0: as many as there are
   double cluster_distance = 2.5;  // gap that separates two objects, in typical distances between neighbours
-  int min_cluster_points = 50;    // smaller heaps are no objects
+  int min_cluster_points = 50;    // smaller clusters are dropped
 
   void VisitFields(auto&& visit) {
     visit("fit", fit);
@@ -37,27 +37,26 @@ struct Plane {
   double Distance(const Eigen::Vector3d& p) const { return normal.dot(p) - offset; }  // signed
 };
 
-// The plane with the most points within `distance` (RANSAC, then least squares over those points).
-// `horizontal`: only planes whose normal is within 15 degrees of z. Empty where the points are fewer than
-// three or no three of them span such a plane.
+// Finds the plane with the most points within `distance` (RANSAC, then least squares over these points).
+// `horizontal`: only planes whose normal is within 15 degrees of z. Empty for fewer than three points or if
+// no three of them span such a plane.
 std::optional<Plane> FindLargestPlane(const std::vector<Eigen::Vector3d>& points, double distance,
                                       bool horizontal, std::uint64_t seed);
 
-// Splits the points with the given indices where there are gaps (density-based clustering, Ester et al., KDD
-// 1996). Two dense points within the radius belong together; a point is dense that has eight
-// neighbours within the radius; one that is not dense goes with the nearest dense one within the
-// radius, or to no cluster (stray outliers). The radius is `distance` times the median distance to the eighth
-// neighbour. Returns indices, largest cluster first.
+// Clusters the points with the given indices by density (Ester et al., KDD 1996). Points with eight
+// neighbours within the radius are core points, which are connected within the radius. Other points join the
+// nearest core point within the radius or, if there is none, are outliers. The radius is `distance` times the
+// median distance to the eighth neighbour. Returns indices, largest cluster first.
 std::vector<std::vector<std::size_t>> ClusterPoints(const std::vector<Eigen::Vector3d>& points,
                                                     const std::vector<std::size_t>& indices, double distance);
 
 // One superquadric of a cloud. The map frame is the cloud's, lengths in its unit.
 struct SuperquadricFit {
   PosedSuperquadric superquadric;
-  double rms = 0.0;           // of the radial distances of the inliers
+  double rms = 0.0;           // root mean square radial distance of the inliers
   double noise = 0.0;         // estimated standard deviation of the inliers from the surface
-  int points = 0;             // that the fit was made from: the cloud, or one cluster of it
-  double inlier_share = 0.0;  // of those points
+  int points = 0;             // number of fitted points: the cloud, or one cluster of it
+  double inlier_share = 0.0;  // share of these points
   double cost = 0.0;          // negative log likelihood; comparable between fits of one cloud
   std::vector<bool> inlier;   // for each point of the cloud
 };
@@ -67,9 +66,8 @@ struct SuperquadricFit {
 // of the cloud. Throws InputError for fewer than 11 points, points that coincide or are not finite.
 SuperquadricFit FitSuperquadric(std::span<const Eigen::Vector3d> cloud, const FitOptions& options);
 
-// Fits a superquadric to each object of a cloud: the largest plane away if asked for, the rest split where
-// there are gaps, largest cluster first. Properties and errors as above; InputError too where no cluster has
-// enough points.
+// Fits a superquadric to each object of a cloud: removes the largest plane if asked to, clusters the rest,
+// largest cluster first. Properties and errors as above; also InputError if no cluster has enough points.
 std::vector<SuperquadricFit> FitSuperquadrics(std::span<const Eigen::Vector3d> cloud,
                                               const MultiFitOptions& options);
 

@@ -12,8 +12,8 @@ namespace {
 constexpr double kNoise = 0.05;  // of the mean half size
 constexpr double kPull = 0.1;    // of each half size
 
-// Distance of one point over the noise, by the centre (in the frame of `start`), the logarithms of the half
-// sizes and the turn about the z axis.
+// Distance of a point over the noise. Parameters: centre (in the frame of `start`), logarithms of the half
+// sizes, rotation about the z axis.
 class PointCost : public ceres::SizedCostFunction<1, 3, 3, 1> {
  public:
   PointCost(const Eigen::Vector3d& p, const Superquadric& shape, double noise)
@@ -46,9 +46,8 @@ class PointCost : public ceres::SizedCostFunction<1, 3, 3, 1> {
   double noise_;
 };
 
-// Distances of the six sides (centre minus and plus half size) from where they were, over kPull of the half
-// size. The sides and not centre and size are held: else a shape seen from above would shrink towards what is
-// seen.
+// Prior on the six sides (centre minus and plus half size), with a standard deviation of kPull of the half
+// size. Priors on centre and size instead would let a shape seen from above shrink to its visible part.
 struct SidesCost {
   Eigen::Vector3d start;  // half sizes
 

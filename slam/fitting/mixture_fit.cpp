@@ -17,8 +17,8 @@ using Parameters = Eigen::Matrix<double, 11, 1>;  // log half size, logits of e1
 
 constexpr double kLowest = kMinShapeExponent;
 constexpr double kSpan = kMaxShapeExponent - kMinShapeExponent;
-// Weights of priors that no cloud of some hundred points feels, but that give every direction a minimum: what
-// a cloud does not show (an exponent of an edge that was never seen) ends at a mean value.
+// Weights of priors that are negligible for some hundred points, but give every direction a minimum: what a
+// cloud does not show (an exponent of an unobserved edge) ends at a mean value.
 constexpr double kLogitPrior = 0.3;
 constexpr double kSizePrior = 0.05;
 constexpr double kLogAreaShift = 6.0;  // clouds in canonical units have areas of about e^2.5
@@ -101,7 +101,7 @@ class Residuals {
  private:
   static double LogitSlope(double e) { return (e - kLowest) * (kLowest + kSpan - e) / kSpan; }
 
-  // The residual whose half square is the cost of the mixture, with the sign of d.
+  // Returns the residual whose half square is the mixture cost, with the sign of d.
   double Robust(double d, double* slope) const {
     const double variance = model_.sigma * model_.sigma;
     const double root = std::sqrt(2.0 * std::max(model_.Cost(d), 0.0));
@@ -123,7 +123,7 @@ class Residuals {
     }
   }
 
-  // sqrt(2 w (log A + K)): the cost w log A as a least-squares residual; K only keeps the root real.
+  // sqrt(2 w (log A + K)): the cost w log A as a least-squares residual; K only keeps the radicand positive.
   void AddArea(const Superquadric& shape, double* residual, auto& J, int row) const {
     const bool differentiate = J.rows() > 0;
     Eigen::Matrix<double, 5, 1> gradient;

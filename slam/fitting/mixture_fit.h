@@ -7,12 +7,12 @@
 
 namespace sqslam {
 
-// Points of a surface with Gaussian noise among uniform outliers. The cost of a point at distance d is
-// -log((exp(-d^2 / (2 sigma^2)) + c) / (1 + c)): half the squared number of sigmas near the surface, constant
-// far from it.
+// Points on a surface with Gaussian noise, and uniform outliers. The cost of a point at distance d is
+// -log((exp(-d^2 / (2 sigma^2)) + c) / (1 + c)): half the squared distance in sigmas near the surface,
+// constant far from it.
 struct MixtureModel {
-  double sigma = 0.1;           // noise, in the units of the points
-  double outlier_ratio = 1e-2;  // c: density of the outliers over the surface's at distance 0
+  double sigma = 0.1;           // standard deviation of the noise, in the units of the points
+  double outlier_ratio = 1e-2;  // c: density of outliers relative to that of the surface at distance 0
 
   double Cost(double distance) const;
   double InlierProbability(double distance) const;
@@ -20,16 +20,16 @@ struct MixtureModel {
 
 struct MixtureFit {
   PosedSuperquadric superquadric;  // T_map_object with the frame of the points as map
-  double cost = 0.0;               // sum over the points, plus area_weight log(area), plus a constant
+  double cost = 0.0;               // sum over the points, plus area_weight log(area), up to a constant
 };
 
 struct MixtureFitOptions {
   int max_iterations = 30;
   double parameter_tolerance = 1e-4;
-  bool upright = false;  // turns about the z axis of the frame only
-  // Points that lie on the surface: each adds log(area) to the cost. Of two surfaces through the same points
-  // the smaller one is likelier, as it leaves less of itself without points; without this, nothing would hold
-  // the edges that nobody saw. 0: no such term.
+  bool upright = false;  // rotates about the z axis of the frame only
+  // Number of points on the surface: each adds log(area) to the cost. Of two surfaces through the same points
+  // the smaller one is more likely, as less of it has no points; without this term unobserved edges would be
+  // unconstrained. 0: no such term.
   double area_weight = 0.0;
 };
 
@@ -37,7 +37,8 @@ struct MixtureFitOptions {
 double MixtureCost(const std::vector<Eigen::Vector3d>& points, const PosedSuperquadric& superquadric,
                    const MixtureModel& model);
 
-// Levenberg-Marquardt over all 11 parameters from `start`, exponents kept inside their range.
+// Minimises the cost over all 11 parameters from `start` by Levenberg-Marquardt, with exponents within their
+// range.
 MixtureFit FitMixture(const std::vector<Eigen::Vector3d>& points, const PosedSuperquadric& start,
                       const MixtureModel& model, const MixtureFitOptions& options);
 

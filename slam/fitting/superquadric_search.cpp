@@ -18,7 +18,7 @@ using Points = std::vector<Vector3d>;
 
 constexpr double kPi = std::numbers::pi;
 
-// A rotation that carries the axes (x, y, z) to (y, z, x), `times` times.
+// Returns a rotation that maps the axes (x, y, z) to (y, z, x), applied `times` times.
 Quaterniond Cycle(int times) {
   return Quaterniond(Eigen::AngleAxisd(times * 2.0 * kPi / 3.0, Vector3d::Ones().normalized()));
 }
@@ -36,8 +36,8 @@ std::vector<Quaterniond> CubeRotations() {
   return rotations;
 }
 
-// Orientations for a search over boxes, whose three axes may be swapped: `count` rotations spread evenly over
-// SO(3) modulo the 24 rotations of a cube (about the z axis only: over a quarter turn).
+// Returns start orientations for boxes, whose three axes may be swapped: `count` rotations spread evenly over
+// SO(3) modulo the 24 rotations of a cube (upright: over a quarter turn about the z axis).
 std::vector<Quaterniond> SpreadRotations(int count, bool upright, std::uint64_t seed) {
   std::vector<Quaterniond> chosen;
   if (upright) {
@@ -55,7 +55,7 @@ std::vector<Quaterniond> SpreadRotations(int count, bool upright, std::uint64_t 
         Quaterniond(normal(random), normal(random), normal(random), normal(random)).normalized());
   }
   std::vector<double> nearest(pool.size(), -1.0);  // cosine of half the angle to the nearest chosen one
-  std::size_t next = 0;                            // farthest from all that are chosen
+  std::size_t next = 0;                            // farthest from all chosen ones
   while (static_cast<int>(chosen.size()) < count) {
     chosen.push_back(pool[next]);
     for (const Quaterniond& symmetry : symmetries) {
@@ -69,9 +69,9 @@ std::vector<Quaterniond> SpreadRotations(int count, bool upright, std::uint64_t 
   return chosen;
 }
 
-// Other descriptions of nearly the same solid, from which a fit that is stuck gets free (the "switching" of
-// Liu et al., Robust and Accurate Superquadric Recovery, CVPR 2022): the axis of e1 swapped, and square
-// sections turned by 45 degrees, where e becomes 2 - e.
+// Returns other parametrisations of nearly the same solid, with which a fit escapes a local minimum (the
+// "switching" of Liu et al., Robust and Accurate Superquadric Recovery, CVPR 2022): the axis of e1 swapped,
+// and square sections rotated by 45 degrees, where e becomes 2 - e.
 std::vector<PosedSuperquadric> SimilarShapes(const PosedSuperquadric& superquadric, bool upright) {
   std::vector<PosedSuperquadric> similar;
   const Superquadric& shape = superquadric.shape;
@@ -97,7 +97,7 @@ std::vector<PosedSuperquadric> SimilarShapes(const PosedSuperquadric& superquadr
     turned.T_map_object.rotation = turned.T_map_object.rotation * eighth;
     const Vector3d half = turned.shape.half_size;
     const double e = turned.shape.e2;
-    // The corner of the section where it was, on the diagonal: |x| = |y| = a 2^(-e/2).
+    // Keeps the corner of the section, on the diagonal: |x| = |y| = a 2^(-e/2).
     const double reach = std::sqrt(half.x() * half.y()) * std::pow(2.0, 0.5 - 0.5 * e);
     turned.shape.half_size = {reach, reach, half.z()};
     turned.shape.e2 = 2.0 - e;
@@ -118,7 +118,7 @@ Points EvenSubset(const Points& points, int count) {
   return subset;
 }
 
-// The box that holds most of the points, with the given axes.
+// Returns the box with the given axes that holds most of the points.
 PosedSuperquadric BoxStart(const Points& points, const Quaterniond& rotation, double outlier_share) {
   const Matrix3d axes = rotation.toRotationMatrix().transpose();
   Vector3d center;
@@ -171,8 +171,8 @@ void Refine(Candidates& candidates, const Points& points, const MixtureModel& mo
   }
 }
 
-// The noise and the share of outliers that suit a shape best, and how likely the points are with them: points
-// spread evenly over the half of the surface that is seen, among outliers in the box around all points.
+// Estimates the noise and the share of outliers that suit a shape best, and the likelihood of the points:
+// spread evenly over the visible half of the surface, with outliers in the bounding box of all points.
 class Likelihood {
  public:
   Likelihood(const Points& points, double noise_floor, double area_weight)
@@ -202,7 +202,7 @@ class Likelihood {
     return model;
   }
 
-  // For MixtureFitOptions: the share area_weight of the points that belong to the surface.
+  // For MixtureFitOptions: area_weight times the expected number of points on the surface.
   double AreaWeight(const PosedSuperquadric& superquadric, const MixtureModel& model) const {
     double sum = 0.0;
     for (const double d : Distances(superquadric)) {
@@ -211,7 +211,7 @@ class Likelihood {
     return area_weight_ * sum;
   }
 
-  // Negative logarithm of the likelihood.
+  // Negative log likelihood.
   double Cost(const PosedSuperquadric& superquadric, const MixtureModel& model) const {
     const double area = 0.5 * std::exp(LogSurfaceArea(superquadric.shape));
     const double ratio = std::sqrt(2.0 * kPi) * model.sigma * area / volume_;
@@ -253,9 +253,9 @@ void RefineWithNoise(SearchResult& candidate, const Points& points, const Likeli
   candidate.cost = likelihood.Cost(candidate.superquadric, candidate.model);
 }
 
-// The one of the eight descriptions of the same solid (half turns about its axes, x and y swapped) with
-// a_x >= a_y that is turned least. Starts that meet in one optimum reach it in different descriptions, and
-// rounding decides which of them is best.
+// Returns, of the eight parametrisations of the same solid (half turns about its axes, x and y swapped), the
+// one with a_x >= a_y and the smallest rotation. Starts that converge to one optimum reach it in different
+// parametrisations, and rounding decides which is best.
 PosedSuperquadric UniqueDescription(PosedSuperquadric superquadric) {
   Vector3d& half = superquadric.shape.half_size;
   Quaterniond& rotation = superquadric.T_map_object.rotation;

@@ -30,9 +30,9 @@ struct LogNorm {
   }
 };
 
-constexpr int kSegments = 10;  // even: boxes have their corner in the middle
+constexpr int kSegments = 10;  // even, so that a chord ends at the corner of a box
 
-// One chord of the quarter curve |c|^(2/e) + |s|^(2/e) = 1: its middle and its run.
+// A chord of the quarter curve |c|^(2/e) + |s|^(2/e) = 1: its midpoint and its extent.
 struct Chord {
   double c, s;
   double dc, ds;

@@ -24,10 +24,10 @@ struct Box2d {
   }
 };
 
-// Index of an edge where there is one value for each.
+// Index of an edge in arrays with one value per edge.
 enum BoxEdge : std::size_t { kLeftEdge, kTopEdge, kRightEdge, kBottomEdge };
 
-// True for a pixel that lies farther than `margin` (px) outside of one of those edges that count.
+// True if a pixel is more than `margin` (px) outside one of the edges that count.
 inline bool IsBeyondEdge(const Box2d& box, const std::array<bool, 4>& counts, const Eigen::Vector2d& pixel,
                          double margin) {
   return (counts[kLeftEdge] && pixel.x() < box.x - margin) ||
@@ -55,7 +55,7 @@ inline double ShareOfSmaller(const Box2d& a, const Box2d& b) {
   return shared > 0.0 ? shared / std::min(a.Area(), b.Area()) : 0.0;
 }
 
-// One box of a detector in one image (distorted pixels, as the detector saw the image).
+// A detection in one image (distorted px).
 struct Detection {
   std::string label;   // blanks written as underscores, e.g. "cereal_box"
   double score = 1.0;  // in [0, 1]

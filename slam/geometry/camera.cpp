@@ -33,14 +33,14 @@ Eigen::Vector2d Camera::Undistort(const Eigen::Vector2d& pixel) const {
     return pixel;
   }
   constexpr int kIterations = 20;
-  constexpr double kFoldedError = 1e-12;  // squared, focal lengths; less is rounding
+  constexpr double kFoldedError = 1e-12;  // squared, focal lengths; smaller errors are rounding
   const Eigen::Vector2d target = Unproject(pixel).head<2>();
   Eigen::Vector2d n = target;
   double last_error = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kIterations; ++i) {
     const Eigen::Vector2d step = target - Distort(distortion, n);
     // Beyond the radius at which the lens model folds over (strong negative k1 alone, far from the centre) no
-    // ray has this pixel and the steps run away: what comes out is finite, but means nothing.
+    // ray has this pixel and the iteration diverges: the result is finite, but meaningless.
     const double error = step.squaredNorm();
     if (error > last_error && error > kFoldedError) {
       break;
@@ -59,7 +59,7 @@ Camera ResizedCamera(const Camera& camera, int width, int height) {
   resized.height = height;
   resized.fx *= x;
   resized.fy *= y;
-  resized.cx = (camera.cx + 0.5) * x - 0.5;  // the image begins half a pixel before its first centre
+  resized.cx = (camera.cx + 0.5) * x - 0.5;  // the image starts half a pixel before its first pixel centre
   resized.cy = (camera.cy + 0.5) * y - 0.5;
   return resized;
 }

@@ -7,8 +7,8 @@
 namespace sqslam {
 namespace {
 
-// Integral of tau^n exp(sigma tau) over [0, 1]. Every term of either series is positive: no digit is lost at
-// any sigma, zero included.
+// Integral of tau^n exp(sigma tau) over [0, 1]. All terms of both series are positive, so there is no
+// cancellation at any sigma, including zero.
 double ExponentialMoment(int n, double sigma) {
   const bool falls = sigma < 0.0;
   const double x = std::abs(sigma);
@@ -25,15 +25,15 @@ double ExponentialMoment(int n, double sigma) {
   return falls ? std::exp(sigma) * sum : sum;
 }
 
-// The integral of exp(sigma tau) Exp(tau w) over [0, 1]: how the translation part of a tangent vector becomes
-// a translation.
+// Integral of exp(sigma tau) Exp(tau w) over [0, 1], which maps the translation part of a tangent vector to a
+// translation.
 Eigen::Matrix3d TranslationFactor(const Eigen::Vector3d& w, double sigma) {
   constexpr double kSmallAngle = 0.3;  // below, six terms in the angle are exact to rounding
   constexpr int kTerms = 6;
   const double angle = w.norm();
   const double c = sigma == 0.0 ? 1.0 : std::expm1(sigma) / sigma;
   double a = 0.0;  // of Skew(w)
-  double b = 0.0;  // of Skew(w)^2
+  double b = 0.0;  // factor of Skew(w)^2
   if (angle < kSmallAngle) {
     double power = 1.0;  // (-angle^2)^k / (2k + 1)!
     for (int k = 0; k < kTerms; ++k) {

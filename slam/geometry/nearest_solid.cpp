@@ -13,12 +13,12 @@ struct Radii {
   std::vector<double> radii;
 };
 
-// Both solids are star-shaped about one centre, so that the volume within both is the mean cubed lesser
-// radius over all directions; the ratio of two volumes is the same in units of the half sizes.
+// Both solids are star-shaped about one centre, so the volume of their intersection is the mean cubed smaller
+// radius over all directions; ratios of volumes are the same in units of the half sizes.
 Radii RadiiOf(const Superquadric& shape) {
   constexpr int kDirections = 400;
   Radii radii;
-  for (int i = 0; i < kDirections; ++i) {  // Fibonacci's spiral
+  for (int i = 0; i < kDirections; ++i) {  // Fibonacci spiral
     const double z = (i + 0.5) / kDirections;
     const double angle = i * std::numbers::pi * (3.0 - std::sqrt(5.0));
     const double across = std::sqrt(1.0 - z * z);
@@ -41,7 +41,7 @@ double IoU(const Radii& truth, const Solid& solid) {
   return shared / joint;
 }
 
-// Changes the half sizes, one at a time and by ever smaller steps, to the largest IoU, which it returns.
+// Maximises the IoU by coordinate search over the half sizes with decreasing steps; returns the IoU.
 double Grow(const Radii& truth, Solid& solid) {
   double best = IoU(truth, solid);
   for (double step = 0.3; step > 0.002; step *= 0.5) {

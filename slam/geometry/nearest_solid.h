@@ -4,11 +4,10 @@
 
 namespace sqslam {
 
-// The ellipsoid, cylinder or cuboid that takes up the same space as a superquadric as far as it can: about
-// the same centre, upright as it, with the half sizes of the largest 3D IoU, not with those of the
-// superquadric, whose corners may reach far beyond it. A cuboid is turned by 45 degrees about the z axis
-// where that is much better: an exponent e2 above 1 makes a side of what was an edge. Returns kSuperquadric
-// as it is.
+// Returns the ellipsoid, cylinder or cuboid that best approximates a superquadric: with the same centre and
+// vertical axis, and with the half sizes of the largest 3D IoU instead of those of the superquadric, whose
+// corners may reach far beyond it. A cuboid is rotated by 45 degrees about the z axis if that is much better:
+// with e2 above 1 a side takes the place of an edge. Returns kSuperquadric unchanged.
 PosedSuperquadric NearestOfKind(SolidKind kind, const PosedSuperquadric& superquadric);
 
 }  // namespace sqslam

@@ -4,14 +4,14 @@
 
 namespace sqslam {
 
-// RadialScale is a norm of the point, so it is convex along the ray: its minimum is found by golden section,
-// and the surface lies where it falls to 1 on the way there, and where it rises to 1 behind it.
+// RadialScale is a norm of the point, so it is convex along the ray: golden section finds its minimum, and
+// bisection the surface (RadialScale = 1) on either side of it.
 std::optional<std::pair<double, double>> Intersect(const Ray& ray, const PosedSuperquadric& solid) {
   const Rigid3d T_object_map = solid.T_map_object.Inverse();
   const Eigen::Vector3d origin = T_object_map * ray.origin;
   const Eigen::Vector3d direction = T_object_map.rotation * ray.direction;
   const auto scale = [&](double t) { return solid.shape.RadialScale(origin + t * direction); };
-  // Beyond that the ray is outside of a ball around the solid.
+  // Outside of this range the ray is outside of the bounding sphere.
   const double radius = solid.shape.half_size.norm();
   const double nearest = -origin.dot(direction);
   double low = std::max(0.0, nearest - radius);

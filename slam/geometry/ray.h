@@ -14,8 +14,8 @@ struct Ray {
   Eigen::Vector3d direction;  // of any length > 0
 };
 
-// The distances, in lengths of the direction, at which a ray enters and leaves a solid; the first is 0 from
-// inside. Empty where it passes by or the solid is behind.
+// Returns the distances, in lengths of the direction, at which a ray enters and leaves a solid; the first is
+// 0 from inside. Empty if it misses the solid or the solid is behind.
 std::optional<std::pair<double, double>> Intersect(const Ray& ray, const PosedSuperquadric& solid);
 
 }  // namespace sqslam

@@ -33,9 +33,9 @@ struct Rigid3d {
   }
 };
 
-// The smallest turn that takes the direction of `a` to that of `b`, neither zero. Where they are opposite,
-// half a turn about an axis across them. (Eigen's FromTwoVectors compiles a singular value decomposition for
-// that.)
+// Returns the smallest rotation from the direction of `a` to that of `b`, neither zero; for opposite
+// directions half a turn about a perpendicular axis. (Eigen's FromTwoVectors compiles a singular value
+// decomposition for that.)
 inline Eigen::Quaterniond RotationBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   const Eigen::Vector3d from = a.normalized();
   const Eigen::Vector3d to = b.normalized();
@@ -65,18 +65,18 @@ struct Sim3d {
             scale * (rotation * S_b_c.translation) + translation};
   }
 
-  // Pose of a frame c of its own, fixed unit of length: the place moves, the axes turn.
+  // Transforms the pose of a frame c that keeps its own unit of length: the position moves, the axes rotate.
   Rigid3d operator*(const Rigid3d& T_b_c) const {
     return {(rotation * T_b_c.rotation).normalized(), *this * T_b_c.translation};
   }
 
   bool operator==(const Sim3d&) const = default;
 
-  // The similarity that maps as the rigid motion does.
+  // The similarity equal to the rigid motion.
   static Sim3d FromRigid(const Rigid3d& T_a_b) { return {1.0, T_a_b.rotation, T_a_b.translation}; }
 
-  // For a camera frame a: the pose from which points of frame b are seen in the same pixels, with frame b's
-  // unit of length; the scale moves out of the rotation and the translation is divided by it.
+  // For a camera frame a: the rigid pose with the same projections of the points of frame b, in frame b's
+  // unit of length.
   Rigid3d RigidPose() const { return {rotation, translation / scale}; }
 
   Eigen::Matrix4d Matrix() const {

@@ -11,7 +11,7 @@
 namespace sqslam {
 namespace {
 
-constexpr int kFirstPoints = 16;  // points of the contour before it is refined
+constexpr int kFirstPoints = 16;  // points of the contour before refinement
 constexpr int kMaxDepth = 40;     // bisections between two of them
 constexpr int kMaxPoints = 4000;
 
@@ -24,7 +24,7 @@ SuperquadricNorm<PNorm> UnitNorm(const Eigen::Vector3d& p, double e1, double e2)
 struct ContourPoint {
   double angle;             // in the plane of the dual
   Eigen::Vector3d ray;      // to the point, camera frame
-  Eigen::Vector3d tangent;  // normal of the plane through the camera's centre and the tangent, camera frame
+  Eigen::Vector3d tangent;  // normal of the plane through the camera centre and the tangent, camera frame
 };
 
 class Contour {
@@ -51,8 +51,8 @@ class Contour {
   }
 
  private:
-  // Length at which the ray from the inner point leaves the dual: Newton's steps from outside, which a convex
-  // function never lets overshoot.
+  // Returns the length at which the ray from the inner point leaves the dual: Newton's method from outside,
+  // which never overshoots on a convex function.
   double Reach(const Eigen::Vector3d& direction) const {
     double t = 1.0;
     const auto dual = [&] { return UnitNorm(inside_ + t * direction, 2.0 - shape_.e1, 2.0 - shape_.e2); };
@@ -74,12 +74,12 @@ class Contour {
   Rigid3d T_camera_object_;
   Eigen::Vector3d eye_;  // object frame, half sizes 1
   bool outside_ = false;
-  Eigen::Vector3d inside_;  // of the dual, on the plane of the contour's normals
-  Eigen::Vector3d u_, v_;   // of that plane
+  Eigen::Vector3d inside_;  // a point inside the dual, in the plane of the contour's normals
+  Eigen::Vector3d u_, v_;   // basis of that plane
 };
 
-// Largest distance, in pixels, that the curve between two contour points may keep from their chord: that of
-// the corner of their tangents. Empty where they make none.
+// Returns an upper bound on the distance, in pixels, between the curve and the chord of two contour points:
+// that of the intersection of their tangents. Empty if these do not intersect there.
 std::optional<double> Deviation(const ContourPoint& a, const ContourPoint& b, const Camera& camera) {
   constexpr double kNear = 1e-9;
   if (a.ray.z() < kNear * a.ray.norm() || b.ray.z() < kNear * b.ray.norm()) {
@@ -106,10 +106,10 @@ std::optional<double> Deviation(const ContourPoint& a, const ContourPoint& b, co
   return std::abs(side.x() * chord.y() - side.y() * chord.x()) / length;
 }
 
-// Planes through the camera's centre that bound what is shown, their normals inwards.
+// Planes through the camera centre that bound the view, with inward normals.
 using ViewPlanes = std::array<Eigen::Vector3d, 5>;
 
-// True where one of the planes hides all of the curve between two points: both, and the corner of their
+// True if one plane hides the whole curve between two points: both points, and the intersection of their
 // tangents.
 bool Hidden(const ContourPoint& a, const ContourPoint& b, const ViewPlanes& planes) {
   Eigen::Vector3d corner = a.tangent.cross(b.tangent);
@@ -132,7 +132,7 @@ void Refine(const Contour& contour, const ContourPoint& a, const ContourPoint& b
   Refine(contour, middle, b, camera, planes, tolerance, depth + 1, rays);
 }
 
-// The cone of rays on that side of a plane through the camera's centre where plane . ray >= 0.
+// Clips a cone of rays to the side of a plane through the camera centre where plane . ray >= 0.
 std::vector<Eigen::Vector3d> Clip(const std::vector<Eigen::Vector3d>& cone, const Eigen::Vector3d& plane) {
   std::vector<Eigen::Vector3d> kept;
   for (std::size_t i = 0; i < cone.size(); ++i) {
@@ -150,7 +150,7 @@ std::vector<Eigen::Vector3d> Clip(const std::vector<Eigen::Vector3d>& cone, cons
   return kept;
 }
 
-// Left, top, right and bottom of what the image shows, in undistorted pixels, with a margin around.
+// Returns left, top, right and bottom of the image area in undistorted pixels, grown by a margin.
 std::array<double, 4> ImageBounds(const Camera& camera, double margin) {
   std::array<double, 4> bounds = {-0.5, -0.5, camera.width - 0.5, camera.height - 0.5};
   if (camera.HasDistortion()) {

@@ -7,16 +7,15 @@
 namespace sqslam {
 namespace {
 
-// Two directions of spread are needed to fix a rotation. Below this ratio of the second to the first standard
-// deviation the points are a line up to the noise of any trajectory.
+// A rotation needs two directions of spread. Below this ratio of the second to the first standard deviation
+// the points are a line, given the noise of any trajectory.
 constexpr double kMinSpreadRatio = 1e-4;
 
 bool SpansAPlane(const Eigen::Matrix3Xd& points) {
   const Eigen::Vector3d mean = points.rowwise().mean();
   const Eigen::Matrix3Xd centered = points.colwise() - mean;
   const Eigen::Vector3d variance = EigenSystemOf(Eigen::Matrix3d(centered * centered.transpose())).values;
-  // Written so that NaN fails; the second condition is about points so close together that only rounding is
-  // left.
+  // Written so that NaN fails; the second condition rejects points that differ by rounding only.
   return variance[1] > kMinSpreadRatio * kMinSpreadRatio * variance[2] &&
          variance[2] > 1e-24 * (1.0 + points.squaredNorm());
 }

@@ -25,7 +25,7 @@ struct Pair {
   double ScaleB(const Vector3d& p_a) const { return b.RadialScale(T_b_a * p_a); }
 };
 
-// Largest value of b's norm over the corners of a cell with these half extents (axes of a).
+// Returns the largest value of b's norm over the corners of a cell with these half extents (axes of a).
 double CornerReach(const Pair& pair, const Vector3d& extent) {
   double reach = 0.0;
   for (const double sy : {-1.0, 1.0}) {
@@ -37,8 +37,8 @@ double CornerReach(const Pair& pair, const Vector3d& extent) {
   return reach;
 }
 
-// n-th point of the additive recurrence of the plastic number (Roberts 2018) in [-1, 1]^3: evenly spread, no
-// seed.
+// Returns the n-th point of the additive recurrence of the plastic number (Roberts 2018) in [-1, 1]^3: evenly
+// spread, no seed.
 Vector3d QuasiRandomPoint(long n) {
   constexpr double kRoot = 1.2207440846057596;  // x^4 = x + 1
   const Vector3d step(1.0 / kRoot, 1.0 / (kRoot * kRoot), 1.0 / (kRoot * kRoot * kRoot));
@@ -46,7 +46,7 @@ Vector3d QuasiRandomPoint(long n) {
   return 2.0 * (position - position.array().floor().matrix()) - Vector3d::Ones();
 }
 
-// Cells of one depth that the pruning could not decide; `inside` gathers the volume that lies in both solids.
+// Cells of one depth that the pruning left undecided; `inside` sums the volume that lies in both solids.
 struct Level {
   std::vector<Vector3d> centers;
   Vector3d extent;       // half extents of a cell
@@ -86,8 +86,8 @@ Level Subdivide(const Pair& pair, const Level& parent) {
   return child;
 }
 
-// Volume of the intersection, the undecided cells being sampled. One sequence runs on over all cells, so that
-// a face parallel to the cells is met at every offset and its errors cancel.
+// Estimates the volume of the intersection by sampling the undecided cells. One sequence runs over all cells,
+// so that a face parallel to the cells is met at every offset and its errors cancel.
 double EstimateIntersection(const Pair& pair, const Level& level) {
   long hits = 0;
   long n = 0;
@@ -165,7 +165,7 @@ double IoU(const Solid& a, const Solid& b) {
   if (!a.IsUsable() || !b.IsUsable()) {
     return 0.0;
   }
-  // The smaller solid's frame has the cells of the right proportions.
+  // The cells suit the proportions of the smaller solid.
   const double volume_a = a.Volume();
   const double volume_b = b.Volume();
   Pair pair = volume_a <= volume_b ? Pair{a, b, {}} : Pair{b, a, {}};

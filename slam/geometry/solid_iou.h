@@ -12,8 +12,8 @@ namespace sqslam {
 enum class SolidKind { kSuperquadric, kCuboid, kCylinder, kEllipsoid };
 constexpr auto EnumNames(SolidKind) { return std::array{"superquadric", "cuboid", "cylinder", "ellipsoid"}; }
 
-// A convex solid placed in the map, symmetric about its own three planes: a superquadric, or a primitive of a
-// ground truth with sharp edges. The axis of a cylinder is its z; its cross-section is an ellipse.
+// A convex solid in the map, symmetric about its own three planes: a superquadric, or a sharp-edged primitive
+// of a ground truth. A cylinder has its axis along z and an elliptic cross-section.
 struct Solid {
   SolidKind kind = SolidKind::kCuboid;
   Eigen::Vector3d half_size = Eigen::Vector3d::Ones();  // map units, > 0
@@ -34,20 +34,20 @@ struct Solid {
   Eigen::AlignedBox3d BoundingBox() const;  // in the map frame; tight for cuboids, enclosing for the others
 };
 
-// The exponents that the name of a kind stands for in objects_gt.json: cuboid 0.1, 0.1; cylinder 0.1, 1;
-// ellipsoid 1, 1; those of superquadrics stay as they are. `sharp` is the exponent of an edge.
+// Sets the exponents that a kind has in objects_gt.json: cuboid 0.1, 0.1; cylinder 0.1, 1; ellipsoid 1, 1;
+// superquadrics keep theirs. `sharp` is the exponent of an edge.
 void SetExponents(SolidKind kind, double& e1, double& e2, double sharp = kMinShapeExponent);
 
-// Makes a solid one of this kind, with its exponents.
+// Changes the kind of a solid, with its exponents.
 void SetKind(Solid& solid, SolidKind kind);
 
 // The same solid after p_to = S_to_map * p_map.
 Solid Transform(const Sim3d& S_to_map, const Solid& solid);
 
-// 3D intersection over union in [0, 1]: the intersection by an octree that both inside-outside functions
-// prune exactly, sampled quasi-randomly in its mixed leaves, refined until two successive depths agree to 0.2
-// % of the result (0.002 % absolute near 0); the union from the closed-form volumes. Deterministic. 0 where a
-// size is not positive and finite.
+// Returns the 3D intersection over union in [0, 1]: the intersection by an octree that both inside-outside
+// functions prune exactly, sampled quasi-randomly in undecided leaves, refined until two successive depths
+// agree to 0.2 % of the result (0.002 % absolute near 0); the union from the closed-form volumes.
+// Deterministic. 0 if a size is not positive and finite.
 double IoU(const Solid& a, const Solid& b);
 
 }  // namespace sqslam

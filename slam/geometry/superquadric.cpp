@@ -11,7 +11,7 @@ namespace sqslam {
 namespace {
 
 // sign(base) |base|^exponent. cos(pi/2) is 6e-17 in floating point, and its power 0.1 would be 0.024 instead
-// of 0: what is rounding of an exact zero must be zero before it is raised.
+// of 0: rounding errors of an exact zero must be zeroed first.
 double SignedPower(double base, double exponent) {
   constexpr double kZero = 4.0 * std::numeric_limits<double>::epsilon();
   const double magnitude = std::abs(base);
@@ -49,8 +49,8 @@ double Superquadric::RadialDistance(const Eigen::Vector3d& p_object) const {
   if (largest < std::numeric_limits<double>::min()) {
     return -half_size.minCoeff();
   }
-  // The distance from the centre to the surface depends on the direction only: taken at unit length, it is
-  // exact however near p is to the centre.
+  // The distance from the centre to the surface only depends on the direction: at unit length it is exact
+  // even if p is close to the centre.
   const Eigen::Vector3d direction = p_object / largest;
   return p_object.stableNorm() - direction.norm() / RadialScale(direction);
 }
@@ -86,7 +86,7 @@ double Superquadric::SupportExtent(const Eigen::Vector3d& n_object) const {
 }
 
 double Superquadric::Volume() const {
-  // Without the detour over long double, which takes ten times as long.
+  // Without promotion to long double, which takes ten times as long.
   using Policy = boost::math::policies::policy<boost::math::policies::promote_double<false>>;
   const auto beta = [](double a, double b) { return boost::math::beta(a, b, Policy()); };
   return 2.0 * half_size.prod() * e1 * e2 * beta(0.5 * e1 + 1.0, e1) * beta(0.5 * e2, 0.5 * e2);

@@ -32,11 +32,11 @@ struct Superquadric {
   Eigen::Vector3d NormalAt(double eta, double omega) const;
 
   // Inside-outside function (Eq. 2): < 1 inside, 1 on the surface, > 1 outside. Saturates at the largest
-  // double where it would overflow (far points, small exponents).
+  // double instead of overflowing (far points, small exponents).
   double F(const Eigen::Vector3d& p_object) const;
 
-  // F^(e1/2): like F, but a norm of p (for e <= 2): homogeneous of degree 1, obeying the triangle inequality,
-  // and free of overflow for small exponents. Safe on the axes and at the origin (0 there).
+  // F^(e1/2): like F, but a norm of p (for e <= 2): homogeneous of degree 1, with the triangle inequality,
+  // and free of overflow for small exponents. Defined on the axes and at the origin (0 there).
   double RadialScale(const Eigen::Vector3d& p_object) const;
 
   // Radial distance to the surface with sign, |p| (1 - F^(-e1/2)): negative inside, positive outside.
@@ -44,8 +44,8 @@ struct Superquadric {
   double RadialDistance(const Eigen::Vector3d& p_object) const;
   RadialDistanceGradient RadialDistanceWithGradient(const Eigen::Vector3d& p_object) const;
 
-  // The surface point that lies farthest along n (object frame, any length but 0), and n . p there: gradient
-  // and value of the support function. Exponents of 0 are allowed; of a whole edge or face its middle.
+  // Surface point that is farthest along n (object frame, any length but 0), and n . p there: gradient and
+  // value of the support function. Exponents of 0 are allowed; of an edge or face the midpoint is returned.
   Eigen::Vector3d SupportPoint(const Eigen::Vector3d& n_object) const;
   double SupportExtent(const Eigen::Vector3d& n_object) const;
 
@@ -59,13 +59,13 @@ struct PosedSuperquadric {
   Rigid3d T_map_object;
 };
 
-// In another frame, and its unit of length.
+// Transforms a superquadric into another frame and its unit of length.
 PosedSuperquadric operator*(const Sim3d& S_new_map, const PosedSuperquadric& superquadric);
 
-// The point of the surface that lies farthest along n (map frame, any length but 0).
+// Returns the surface point that is farthest along n (map frame, any length but 0).
 Eigen::Vector3d SupportPoint(const PosedSuperquadric& superquadric, const Eigen::Vector3d& n_map);
 
-// Largest n . (p - centre) over the solid, in lengths of n (map frame).
+// Returns the largest n . (p - centre) over the solid, in lengths of n (map frame).
 double SupportExtent(const PosedSuperquadric& superquadric, const Eigen::Vector3d& n_map);
 
 // The paper's Lambda (Eq. 3): (a_x, a_y, a_z, e1, e2, roll, pitch, yaw, t_x, t_y, t_z), map units and

@@ -5,10 +5,10 @@
 #include <cmath>
 
 // The norm whose unit sphere is a superquadric, with its derivatives. Both Eq. 2 of the paper and the support
-// function are two p-norms, one within the other: that of the horizontal section, and with it that of the
-// profile, |(|(x, y)|_p2, z)|_p1, where p = 2 / e for Eq. 2 and p = 2 / (2 - e), the dual norm, for the
-// support function. In all forms the larger of two terms is taken out, so that powers of 20 (e = 0.1) do not
-// overflow, and the derivative by a coordinate that is zero is zero.
+// function are two nested p-norms, that of the horizontal section and, with its value, that of the profile:
+// |(|(x, y)|_p2, z)|_p1, where p = 2 / e for Eq. 2 and p = 2 / (2 - e), the dual norm, for the support
+// function. All forms factor out the larger of two terms, so that powers of 20 (e = 0.1) do not overflow, and
+// the derivative by a coordinate that is zero is zero.
 namespace sqslam {
 
 // (|x|^p + |y|^p)^(1/p) with p = 2 / e.
@@ -21,7 +21,7 @@ inline double SuperellipseNorm(double x, double y, double e) {
   return larger * std::pow(1.0 + std::pow(ratio, 2.0 / e), 0.5 * e);
 }
 
-// (|x|^p + |y|^p)^(1/p), p >= 1, and its gradient: two powers, as for the value alone.
+// (|x|^p + |y|^p)^(1/p), p >= 1, and its gradient: two powers, as many as for the value alone.
 struct PNorm {
   double value = 0.0;
   double by_x = 0.0;
@@ -46,10 +46,10 @@ struct PNorm {
   }
 };
 
-// The p-norm of (1, r), 0 < r <= 1, in logarithms: no power underflows either.
+// The p-norm of (1, r), 0 < r <= 1, in logarithms: powers do not underflow.
 struct LogPNorm {
   double value;                        // logarithm of the norm
-  double share_larger, share_smaller;  // of the terms 1 and r^p in their sum
+  double share_larger, share_smaller;  // shares of the terms 1 and r^p in their sum
   double slope;                        // p times the derivative of `value` by p
 
   LogPNorm(double log_r, double p) {
@@ -69,7 +69,7 @@ struct PNormWithSlope {
   double by_p = 0.0;
 
   PNormWithSlope(double x, double y, double p) {
-    constexpr double kZero = 1e-300;  // of the larger: what is less counts as zero
+    constexpr double kZero = 1e-300;  // of the larger one: smaller values count as zero
     const double a = std::abs(x);
     const double b = std::abs(y);
     value = std::max(a, b);
@@ -101,7 +101,8 @@ struct SuperquadricNorm {
   }
 };
 
-// The exponent of the norm dual to that with p = 2 / e. Bounded where e is near 2, whose solid has ridges.
+// Returns the exponent of the dual of the norm with p = 2 / e. Bounded near e = 2, where the solid has
+// ridges.
 inline double DualPower(double e) { return 2.0 / (2.0 - std::min(e, 1.999)); }
 
 }  // namespace sqslam

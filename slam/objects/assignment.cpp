@@ -6,8 +6,7 @@
 namespace sqslam {
 namespace {
 
-// Adds one row to the matching along the shortest augmenting path. All indices are 1-based; column 0 is a
-// stand-in.
+// Adds a row to the matching along the shortest augmenting path. Indices are 1-based; column 0 is a dummy.
 void AddRow(const Eigen::MatrixXd& cost, int row, std::vector<double>& u, std::vector<double>& v,
             std::vector<int>& row_of_column) {
   const int columns = static_cast<int>(cost.cols());
@@ -50,11 +49,11 @@ void AddRow(const Eigen::MatrixXd& cost, int row, std::vector<double>& u, std::v
   }
 }
 
-// The Hungarian method on the whole matrix.
+// Runs the Hungarian method on the whole matrix.
 std::vector<int> AssignDensely(const Eigen::MatrixXd& gain) {
   const int rows = static_cast<int>(gain.rows());
   const int real_columns = static_cast<int>(gain.cols());
-  // One spare column a row, at no cost: "not assigned".
+  // One dummy column per row at no cost: "not assigned".
   Eigen::MatrixXd cost = Eigen::MatrixXd::Zero(rows, real_columns + rows);
   cost.leftCols(real_columns) = -gain.cwiseMax(0.0);
   std::vector<double> u(rows + 1, 0.0);
@@ -73,13 +72,13 @@ std::vector<int> AssignDensely(const Eigen::MatrixXd& gain) {
   return result;
 }
 
-// Rows and columns that gains above 0 tie together.
+// A connected component of the bipartite graph of positive gains.
 struct Block {
   std::vector<int> rows;
   std::vector<int> columns;
 };
 
-// Gains above 0: for each row their columns, for each column its rows.
+// Adjacency lists of the positive gains.
 struct Ties {
   std::vector<std::vector<int>> of_row;
   std::vector<std::vector<int>> of_column;
@@ -96,7 +95,7 @@ struct Ties {
   }
 };
 
-// The block of a row; marks its columns as seen.
+// Returns the block of `row` and marks its rows and columns as seen.
 Block BlockOf(const Ties& ties, int row, std::vector<bool>& row_seen, std::vector<bool>& column_seen) {
   Block block{{row}, {}};
   row_seen[row] = true;
@@ -129,7 +128,7 @@ std::vector<int> AssignOptimally(const Eigen::MatrixXd& gain) {
     if (row_seen[row]) {
       continue;
     }
-    // Boxes compete with their neighbours only: one by one the blocks take a fraction of the cubic time.
+    // Boxes only compete with their neighbours: solving block by block takes a fraction of the cubic time.
     Block block = BlockOf(ties, row, row_seen, column_seen);
     std::ranges::sort(block.rows);
     std::ranges::sort(block.columns);

@@ -6,8 +6,7 @@
 namespace sqslam {
 
 // Optimal assignment (Hungarian method with potentials, O(n^2 m)). `gain`: rows x columns, entries <= 0 mean
-// "impossible". Returns for each row the column it is assigned to, or -1; the sum of the gains is the
-// largest.
+// "impossible". Returns for each row its assigned column, or -1, maximising the total gain.
 std::vector<int> AssignOptimally(const Eigen::MatrixXd& gain);
 
 }  // namespace sqslam

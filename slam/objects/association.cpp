@@ -33,7 +33,7 @@ double InterFrameGain(const BoxCandidate& box, const KnownLandmark& landmark, co
   if (!landmark.predicted_box || !parts.predicted_box) {
     return 0.0;
   }
-  constexpr double kLeastOverlap = 0.2;  // below, not even all points in common would do
+  constexpr double kLeastOverlap = 0.2;  // below, even sharing all points is not enough
   const Box2d& last = rules.still ? landmark.last_box : *landmark.predicted_box;
   const double iou = std::max(IoU(last, box.detection.box),
                               parts.projection ? BoxIoU(landmark.projected_box, box.detection.box) : 0.0);
@@ -46,7 +46,7 @@ double InterFrameGain(const BoxCandidate& box, const KnownLandmark& landmark, co
   }
   const double shared = parts.points ? SharedPoints(box, landmark, options) : 0.0;
   if (!same_label) {
-    // A detector that changes its mind about a thing still sees it at the same place.
+    // If the detector changes the label, the object is still at the same place.
     const bool same_place = iou >= options.other_label_iou;
     const bool same_points = shared >= options.other_label_shared && iou >= options.min_iou;
     return same_place || same_points ? 0.5 * (iou + shared) : 0.0;
@@ -62,7 +62,7 @@ bool PassesTTest(const BoxCandidate& box, const KnownLandmark& landmark, const A
   if (!box.centroid || landmark.centroids.count < options.min_t_samples) {
     return false;
   }
-  // Centroids of one-sided clouds move with the viewpoint, so that their spread has a lower limit.
+  // Centroids of one-sided clouds move with the viewpoint, so their spread has a lower bound.
   return IsSampleOf(landmark.centroids, *box.centroid, options.alpha, rules.least_spread * landmark.Radius(),
                     rules.one_sample, options.t_test);
 }
@@ -74,7 +74,7 @@ bool PassesRankSum(const BoxCandidate& box, const KnownLandmark& landmark,
          AreSameCloud(box.positions, landmark.cloud, options.alpha, options.rank_sum_points);
 }
 
-// In (0, 1]: which of several landmarks that pass a test the centroid is nearest to.
+// Ranks landmarks that pass a test by their distance from the centroid, in (0, 1].
 double Nearness(const BoxCandidate& box, const KnownLandmark& landmark) {
   if (!box.centroid || landmark.centroids.count == 0) {
     return 0.5;

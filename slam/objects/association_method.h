@@ -5,7 +5,7 @@
 
 namespace sqslam {
 
-// Tests that an association method is made of.
+// Tests that make up an association method.
 //
 // "box" is the overlap with the box predicted from the last frames, "projection" that with the outline of the
 // landmark's superquadric, "points" the share of map points in common, "t-test" the two-sample test and
@@ -39,10 +39,10 @@ struct NamedAssociation {
 // | nonparametric | rank-sum test           | rank-sum test                         | none           |
 // | ensemble      | box                     | rank-sum test, else one-sample t-test | t-test         |
 //
-// full is the paper's association plus what the superquadrics themselves tell; iou, iou+points and iou+ttest
-// are its ablations. nonparametric: Iqbal and Gans, "Localization of Classified Objects in SLAM using
-// Nonparametric Statistics and Clustering", IROS 2018 (the depth gate in the place of their clustering);
-// ensemble: Wu et al., "EAO-SLAM", IROS 2020.
+// full is the paper's association plus the tests on superquadrics; iou, iou+points and iou+ttest are its
+// ablations. nonparametric: Iqbal and Gans, "Localization of Classified Objects in SLAM using Nonparametric
+// Statistics and Clustering", IROS 2018 (with the depth gate instead of their clustering); ensemble: Wu et
+// al., "EAO-SLAM", IROS 2020.
 inline constexpr std::array<NamedAssociation, 6> kAssociations = {{
     {"full",
      {.predicted_box = true,

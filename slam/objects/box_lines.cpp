@@ -7,7 +7,7 @@ namespace {
 
 constexpr double kRing = 10.0;  // px around boxes beyond the margin of LinesInBox()
 
-// The boxes grown by `margin` px, within the image; those that overlap as one.
+// Returns the boxes grown by `margin` px and clipped to the image, with overlapping ones merged.
 std::vector<cv::Rect> Regions(const std::vector<Box2d>& boxes, const cv::Size& image, double margin) {
   std::vector<cv::Rect> regions;
   for (const Box2d& box : boxes) {
@@ -52,7 +52,7 @@ std::vector<LineSegment> ExtractLines(const cv::Mat& gray, const Camera& camera,
   detector->params.AnchorThresholdValue = 8;
   detector->params.MinLineLength = static_cast<int>(options.min_line_length);
   for (const cv::Rect& region : Regions(boxes, gray.size(), options.box_margin + kRing)) {
-    constexpr int kLeast = 16;  // px, less than the detector's filters need
+    constexpr int kLeast = 16;  // px; anything smaller is too small for the detector's filters
     if (region.width < kLeast || region.height < kLeast) {
       continue;
     }

@@ -10,17 +10,17 @@
 
 namespace sqslam {
 
-// Line segments by EDLines (Akinlar and Topal 2011) in and around the boxes (distorted px); the image
-// elsewhere isn't looked at. `gray`: 8UC1 as recorded. The segments' ends are undistorted px. A line that
-// leaves a box is followed far enough for LinesInBox() to see that.
+// Extracts line segments by EDLines (Akinlar and Topal 2011) in and around the boxes (distorted px) only.
+// `gray`: 8UC1 as recorded. The endpoints of the segments are in undistorted px. A line that leaves a box is
+// followed far enough for LinesInBox() to see that.
 std::vector<LineSegment> ExtractLines(const cv::Mat& gray, const Camera& camera,
                                       const std::vector<Box2d>& boxes, const YawOptions& options);
 
-// Those with both ends in the box (undistorted px) grown by options.box_margin.
+// Returns the lines with both ends in the box (undistorted px) grown by options.box_margin.
 std::vector<LineSegment> LinesInBox(const std::vector<LineSegment>& lines, const Box2d& box,
                                     const YawOptions& options);
 
-// Size of the part of the image that lines of a box are looked for in, px.
+// Returns the number of pixels that are searched for the lines of a box.
 double LineArea(const Box2d& box, const YawOptions& options);
 
 }  // namespace sqslam

@@ -19,8 +19,8 @@ namespace {
 struct ClassEntry {
   std::array<double, 3> size = {0.0, 0.0, 0.0};  // typical width, depth and height, metres
   double spread = 0.4;                           // standard deviation of the logarithm of the size as a whole
-  std::array<double, 2> aspect = {0.3, 0.3};     // and of the ratios in plan, and of the height to the plan
-  double box = 0.0;                              // shares of the shapes
+  std::array<double, 2> aspect = {0.3, 0.3};  // and of the logarithms of width to depth and of height to plan
+  double box = 0.0;                           // relative weights of the shapes
   double cylinder = 0.0;
   double ellipsoid = 0.0;
   bool hollow = false;  // one sees into or through the hull

@@ -13,7 +13,7 @@
 namespace sqslam {
 namespace {
 
-// True for each point that lies within the boxes of nearly all views.
+// Marks each point that lies within the boxes of nearly all views.
 std::vector<bool> InBoxes(std::span<const SurfacePoint> points, const std::vector<BoxView>& views,
                           const Camera& camera) {
   constexpr double kNearlyAll = 0.85;
@@ -59,7 +59,7 @@ CellKey CellOf(const Eigen::Vector3d& p, double edge) {
   return {k.x(), k.y(), k.z()};
 }
 
-// Points gathered in cubes.
+// A voxel with its points.
 struct Cell {
   Eigen::Vector3d p = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
@@ -94,7 +94,7 @@ struct Cells {
     }
   }
 
-  // Grows a piece from `seed` over neighbours that belong to no piece yet and that `joins` accepts.
+  // Grows a connected component from `seed` over unassigned neighbours that `joins` accepts.
   std::vector<std::size_t> Grow(std::size_t seed, int piece, const auto& joins) {
     std::vector<std::size_t> grown = {seed};
     all[seed].piece = piece;
@@ -112,8 +112,8 @@ struct Cells {
   }
 };
 
-// True for each point of a plane patch of which a large part lies outside of the object's boxes: a wall
-// behind it, a seat under it.
+// Marks the points of plane patches of which a large part lies outside the object's boxes: a wall behind it,
+// a seat under it.
 std::vector<bool> OfPlanesThatGoOn(std::span<const SurfacePoint> points, const std::vector<bool>& inside,
                                    double edge) {
   constexpr double kSameNormal = 0.9;  // cosine
@@ -158,7 +158,7 @@ std::vector<bool> OfPlanesThatGoOn(std::span<const SurfacePoint> points, const s
   return result;
 }
 
-// The largest connected piece, and those of at least a third of its points.
+// Keeps the largest connected component, and those with at least a third of its points.
 std::vector<SurfacePoint> LargePieces(const std::vector<SurfacePoint>& points, double edge) {
   Cells cells(points, std::vector<bool>(points.size(), true), edge);
   std::vector<int> sizes;  // points, by piece
@@ -182,7 +182,7 @@ std::vector<SurfacePoint> LargePieces(const std::vector<SurfacePoint>& points, d
   return result;
 }
 
-// Half the diagonal that boxes show of it, map units; at least a little more than that of its estimate.
+// Returns half the largest box diagonal at the object's depth, map units; at least 1.2 times the estimate's.
 double ShownRadius(const Landmark& landmark, const std::vector<BoxView>& views, const Camera& camera) {
   double radius = 1.2 * landmark.visible.shape.half_size.norm();
   for (const BoxView& view : views) {
@@ -192,13 +192,13 @@ double ShownRadius(const Landmark& landmark, const std::vector<BoxView>& views, 
   return radius;
 }
 
-// Those of the surface that it stands on, and those that are rather another object's, go.
+// Removes points of the support surface, and those closer to the surface of another object.
 void EraseForeign(const Landmark& landmark, const EstimationContext& context,
                   std::vector<SurfacePoint>& points) {
   constexpr double kLow = 0.12;    // of the half height
   constexpr double kLevel = 0.7;   // cosine
   constexpr double kGrown = 1.08;  // of another object
-  constexpr double kLarger = 3.0;  // volumes: what is much larger may hold it
+  constexpr double kLarger = 3.0;  // volumes: a much larger object may contain this one
   const PosedSuperquadric& solid = landmark.visible;
   if (landmark.support) {
     const double layer = context.supports->Tolerance();
@@ -268,8 +268,8 @@ bool EstimateWithSurface(Landmark& landmark, std::span<const SurfacePoint> surfa
                          const EstimationContext& context) {
   constexpr std::size_t kFewest = 50;
   constexpr double kPrecise = 0.8;    // standard deviations of dense depth, median
-  constexpr double kBetter = 0.8;     // of the old estimate's
-  constexpr double kMayLose = 0.035;  // of the mean IoU with boxes: fits to boxes alone imitate their habits
+  constexpr double kBetter = 0.8;     // of the old estimate's median distance
+  constexpr double kMayLose = 0.035;  // of the mean IoU: fits to boxes alone adopt the detector's bias
   const RefinementOptions& options = context.options->refinement;
   if (surface.size() < kFewest || !landmark.estimated) {
     return false;

@@ -41,7 +41,7 @@ std::vector<int> UsableDetections(const ObjectFrame& frame, const DetectionFilte
   return kept;
 }
 
-// The points of a frame before the camera, from left to right.
+// The points of a frame in front of the camera, sorted by image column.
 class PointsByColumn {
  public:
   struct Entry {
@@ -60,7 +60,7 @@ class PointsByColumn {
     std::ranges::stable_sort(entries_, {}, &Entry::column);
   }
 
-  // In the order of the frame's points.
+  // Returns the points in the box, in the order of the frame's points.
   std::vector<Entry> In(const Box2d& box) const {
     std::vector<Entry> inside;
     const auto begin = std::ranges::lower_bound(entries_, box.x, {}, &Entry::column);
@@ -104,9 +104,9 @@ void GatherPoints(const PointsByColumn& points, double depth_iqr, BoxCandidate& 
   candidate.median_depth = UpperMedian(std::move(kept_depths));
 }
 
-constexpr double kTouching = 2.0;  // px; an edge that touches another box was probably made by it
+constexpr double kTouching = 2.0;  // px; another box this close to an edge probably hides it
 
-// Share of the edge (0 left, 1 top, 2 right, 3 bottom) of `box` that runs through `other`.
+// Returns the share of an edge of `box` (0 left, 1 top, 2 right, 3 bottom) that lies inside `other`.
 double CoveredShare(const Box2d& box, int edge, const Box2d& other) {
   const bool vertical = edge % 2 == 0;
   const double at = edge == 0   ? box.x
@@ -145,14 +145,12 @@ void MarkHiddenEdges(std::vector<BoxCandidate>& candidates) {
           other_box.y + other_box.height < box.y - kTouching) {
         continue;
       }
-      // Things on one support are the nearer the lower they end in the image; depths decide where that is
-      // unclear.
+      // Without depths: of two objects on one support, the nearer one ends lower in the image.
       const bool depths_known = candidate.median_depth > 0.0 && other.median_depth > 0.0;
       const bool nearer = depths_known ? other.median_depth < candidate.median_depth
                                        : other_box.y + other_box.height > box.y + box.height;
       for (int edge = 0; nearer && edge < 4; ++edge) {
-        // A nearer thing hides a part. Where the opposite edge is covered as well, it is rather what the
-        // thing lies on: a table under a cup.
+        // If it also covers the opposite edge, it is rather what this object stands on: a table under a cup.
         const bool covered = CoveredShare(box, edge, other_box) > kHidden;
         const bool through = CoveredShare(box, (edge + 2) % 4, other_box) > kHidden;
         candidate.edge_hidden[edge] = candidate.edge_hidden[edge] || (covered && !through);

@@ -11,7 +11,7 @@
 
 namespace sqslam {
 
-// A box worth looking at, with the map points that lie in it and passed the depth gate.
+// A detection that passed the filter, with the map points in its box that passed the depth gate.
 struct BoxCandidate {
   Detection detection;
   std::vector<std::int64_t> point_ids;
@@ -20,22 +20,22 @@ struct BoxCandidate {
   int detection_index = 0;                  // into ObjectFrame::detections
   std::array<bool, 4> edge_cut{};           // left, top, right, bottom: at the image border
   std::array<bool, 4> edge_hidden{};        // behind another box
-  double median_depth = 0.0;                // of the points, map units; 0 where there are none
+  double median_depth = 0.0;                // of the points, map units; 0 if there are none
 
   bool AnyEdgeCut() const { return edge_cut[0] || edge_cut[1] || edge_cut[2] || edge_cut[3]; }
 };
 
-// The edges of a box (distorted px: left, top, right, bottom) that the image cuts off. Detectors end a large
-// box short of the border that cuts it, by a share of its size.
+// Returns the edges of a box (distorted px: left, top, right, bottom) that the image border cuts off.
+// Detectors end such a box short of the border, by a share of its size.
 std::array<bool, 4> CutEdges(const Box2d& box, const Camera& camera, const DetectionFilterOptions& options);
 
-// Drops ignored labels, weak, tiny and huge boxes and duplicates, gathers each box's points behind the depth
-// gate, and marks edges that are cut off by the image or hidden by a nearer box.
+// Drops ignored labels, low-score, tiny, huge and duplicate boxes, collects the points of each box that pass
+// the depth gate, and marks edges that are cut off by the image or hidden by a nearer box.
 std::vector<BoxCandidate> SelectBoxes(const ObjectFrame& frame, const DetectionFilterOptions& options,
                                       double depth_iqr);
 
-// Depth gate (box plot): which of the depths lie within `iqr_factor` interquartile ranges of the quartiles.
-// Keeps everything for fewer than four depths and for a factor of 0.
+// Depth gate (box plot): marks the depths within `iqr_factor` interquartile ranges of the quartiles. Keeps
+// all if there are fewer than four or the factor is 0.
 std::vector<bool> GateDepths(const std::vector<double>& depths, double iqr_factor);
 
 }  // namespace sqslam

@@ -1,7 +1,7 @@
 #pragma once
 
-// Outlines of ellipsoids in the image, for values and for Ceres' automatic derivatives. Normalised image
-// coordinates: those of the plane at depth 1.
+// Outlines of ellipsoids in the image, for doubles and for Ceres' automatic derivatives. Normalised image
+// coordinates are those on the plane at depth 1.
 
 #include <array>
 #include <cmath>
@@ -14,7 +14,7 @@ enum Edge { kLeft, kTop, kRight, kBottom };
 // Left, top, right and bottom on the image plane at depth 1 (normalised coordinates).
 using Bounds = std::array<double, 4>;
 
-// A conic's symmetric matrix, point or dual; w is the homogeneous coordinate.
+// Symmetric matrix of a point or dual conic; w is the homogeneous coordinate.
 template <typename T>
 struct Conic {
   T xx, xy, xw, yy, yw, ww;
@@ -49,8 +49,8 @@ struct Hull {
   }
 };
 
-// The other coordinate of the points at which the ellipse crosses the line x = at (or y = at, with the
-// conic's x and y swapped). False where it does not.
+// Computes the other coordinate of the points where the ellipse crosses the line x = at (or y = at, with x
+// and y of the conic swapped). Returns false if there are none.
 template <typename T>
 bool Crossings(const Conic<T>& points, double at, std::array<T, 2>& other) {
   using std::sqrt;
@@ -65,9 +65,9 @@ bool Crossings(const Conic<T>& points, double at, std::array<T, 2>& other) {
   return true;
 }
 
-// Bounds of the part of the ellipse within the image: tighter than the whole ellipse's cut at the border
-// where it is widest outside; the whole ellipse's where no part of its outline is in the image. False where
-// the dual conic is not that of an ellipsoid off the plane through the camera centre.
+// Computes the bounds of the part of the ellipse within the image, which are tighter than the clipped bounds
+// of the whole ellipse; the latter if no part of the outline is in the image. Returns false unless the dual
+// conic is that of an ellipsoid clear of the camera's plane z = 0.
 template <typename T>
 bool VisibleBounds(const Conic<T>& dual, const Bounds& image, std::array<T, 4>& bounds) {
   using std::sqrt;
@@ -108,8 +108,8 @@ bool VisibleBounds(const Conic<T>& dual, const Bounds& image, std::array<T, 4>& 
   return true;
 }
 
-// The dual conic of an ellipsoid: Q* projected by [R | t]. axes: for each camera axis its direction in the
-// ellipsoid's frame times the half axes; centre: in the camera frame.
+// Computes the dual conic of an ellipsoid: Q* projected by [R | t]. `axes`: each camera axis in the
+// ellipsoid's frame, times the half axes; `centre`: in the camera frame.
 template <typename T>
 Conic<T> DualConic(const std::array<std::array<T, 3>, 3>& axes, const std::array<T, 3>& centre) {
   const auto entry = [&](std::size_t i, std::size_t j) -> T {

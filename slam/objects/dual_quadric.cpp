@@ -23,10 +23,10 @@ using conic::Bounds;
 enum class EdgeKind {
   kFree,    // the object ends there
   kCut,     // the image ends there
-  kHidden,  // nothing
+  kHidden,  // another object hides the end
 };
 
-// A view in the frame in which the quadric is estimated: about the object's place, and of its size.
+// A view in the frame of the estimation, which is centred at the object and scaled to its size.
 struct ConditionedView {
   Eigen::Matrix3d R_camera_map;
   Eigen::Vector3d t_camera_map;
@@ -38,7 +38,7 @@ struct ConditionedView {
 // Layout of the parameter block.
 enum Parameter { kCentre = 0, kTurn = 3, kLogHalf = 6, kParameterCount = 9 };
 
-// One box edge against the same edge of the visible part's box.
+// Residual of one box edge against the same edge of the box of the visible part.
 struct BoxEdgeCost {
   const ConditionedView* view;
   Eigen::Matrix3d R_map_start;  // the ellipsoid's axes, before they are turned by the rotation vector
@@ -73,7 +73,7 @@ struct BoxEdgeCost {
   }
 };
 
-// The priors, as of the parameters of a start that stands upright.
+// Priors on the parameters, for a start that is upright.
 struct PriorCost {
   QuadricPriors priors;  // in the frame of the parameters
 
@@ -114,7 +114,7 @@ std::array<EdgeKind, 4> KindsOf(const BoxView& view, const Camera& camera,
   return kinds;
 }
 
-// The point nearest to the rays through the box centres. Empty where they are all but parallel.
+// Returns the point nearest to the rays through the box centres; empty if these are nearly parallel.
 std::optional<Eigen::Vector3d> PlaceOf(std::span<const BoxView> views, const Camera& camera) {
   constexpr double kLeastSpread = 1e-6;  // sin^2 of the angle between the rays
   Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
@@ -155,11 +155,11 @@ std::vector<ConditionedView> ConditionedViews(std::span<const BoxView> views, co
 }
 
 // Step 1: linear least squares over all free edges. The scale of Q* is fixed by its last entry, -1 for every
-// ellipsoid; then a row is the difference of the squared distances of the edge's plane and of the tangent
-// plane from the origin. (With the norm fixed instead, a little noise drives the solution to hyperboloids.)
-// Empty where the planes leave more than one quadric open.
+// ellipsoid; each residual is then the difference between the squared distances of the edge's plane and of
+// the parallel tangent plane from the centre. (With the norm fixed instead, a little noise drives the
+// solution to hyperboloids.) Empty if the planes do not determine the quadric.
 std::optional<Eigen::Matrix4d> LinearDualQuadric(const std::vector<ConditionedView>& views) {
-  constexpr int kUnknowns = 9;  // of a symmetric 4x4 matrix, but for the last entry
+  constexpr int kUnknowns = 9;  // of a symmetric 4x4 matrix without its last entry
   constexpr double kLeastRank = 1e-4;
   std::vector<Eigen::Vector4d> planes;
   for (const ConditionedView& view : views) {
@@ -211,13 +211,14 @@ Bounds WholeImage(const Camera& camera) {
   return NormalisedBounds(UndistortBox(image, camera), camera);
 }
 
-// Step 2: the boxes of the visible parts. Empty where the result is no bounded ellipsoid before the cameras.
+// Step 2: refines by the boxes of the visible parts. Empty unless the result is bounded and before the
+// cameras.
 std::optional<PosedSuperquadric> RefineByBoxes(const PosedSuperquadric& start,
                                                const std::vector<ConditionedView>& views, const Bounds& image,
                                                const RefinementOptions& options,
                                                const std::optional<QuadricPriors>& priors) {
   constexpr double kLargest = 20.0;   // half axis, in half diagonals of the boxes
-  constexpr double kThinnest = 1e-3;  // the same; what ends there is a disc
+  constexpr double kThinnest = 1e-3;  // the same; a result this thin is a disc
   std::array<double, kParameterCount> parameters{};
   for (int i = 0; i < 3; ++i) {
     parameters[kCentre + i] = start.T_map_object.translation[i];

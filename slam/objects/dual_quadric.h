@@ -13,50 +13,48 @@
 namespace sqslam {
 
 // Objects as dual quadrics estimated from boxes alone: QuadricSLAM (Nicholson, Milford and Suenderhauf, IEEE
-// RA-L 2019). An ellipsoid is held as a superquadric with e1 = e2 = 1; unlike other objects it may lean in
-// any direction.
+// RA-L 2019). An ellipsoid is stored as a superquadric with e1 = e2 = 1; it may have any orientation.
 
-// The symmetric Q* with pi^T Q* pi = 0 for every plane pi = (n, d), n . p + d = 0, that touches the
+// Returns the symmetric Q* with pi^T Q* pi = 0 for every plane pi = (n, d), n . p + d = 0, that touches the
 // ellipsoid; map frame, scaled so that its last entry is -1.
 Eigen::Matrix4d DualQuadricOf(const PosedSuperquadric& ellipsoid);
 
-// The inverse, for Q* of any scale. Empty where Q* is another kind of quadric (a half axis squared is not
-// positive). Of the ways to name the axes it takes the one with z nearest to the map's z and x nearest to the
-// map's x.
+// Inverts DualQuadricOf(), for Q* of any scale. Empty if Q* is not an ellipsoid (a squared half axis is not
+// positive). The axes are named so that z is nearest to the map's z and x nearest to the map's x.
 std::optional<PosedSuperquadric> EllipsoidOf(const Eigen::Matrix4d& dual_quadric);
 
-// Knowledge of an ellipsoid before its boxes, beside that it stands upright.
+// Priors of an upright ellipsoid.
 struct QuadricPriors {
-  double log_width_ratio = 0.0;  // of the x over the y axis, natural logarithm
+  double log_width_ratio = 0.0;  // natural logarithm of the x over the y axis
   double width_sigma = 1.0;
-  double log_height_ratio = 0.0;  // of the z axis over the geometric mean of the others
+  double log_height_ratio = 0.0;  // the same of the z axis over the geometric mean of the others
   double height_sigma = 1.0;
-  double support = 0.0;    // height of the plane that it touches from above, map frame
-  bool keeps_yaw = false;  // that of the start
+  double support = 0.0;    // height of the plane that it stands on, map frame
+  bool keeps_yaw = false;  // fixes the yaw to that of the start
 };
 
-// The ellipsoid near `start` whose visible parts' boxes agree with those of the views, and with the priors
-// where there are some (step 2 below). Its axes are those of the start, turned. Empty where it is no bounded
-// ellipsoid before the cameras.
+// Refines `start` so that the boxes of its visible parts agree with those of the views, and with the priors
+// if given (step 2 below). Keeps the naming of the axes. Empty if the result is not a bounded ellipsoid in
+// front of the cameras.
 std::optional<PosedSuperquadric> RefineDualQuadric(const PosedSuperquadric& start,
                                                    std::span<const BoxView> views, const Camera& camera,
                                                    const ObjectOptions& options,
                                                    const std::optional<QuadricPriors>& priors);
 
-// A frame about the place that the boxes show, in which their median half diagonal is 1: p_map = S * p. Empty
-// where they do not tell the place, or it is behind a camera.
+// Returns a frame at the point nearest to the rays through the box centres, in which the median half diagonal
+// of the boxes is 1: p_map = S * p. Empty if the rays are nearly parallel or the point is behind a camera.
 std::optional<Sim3d> FrameOfBoxes(std::span<const BoxView> views, const Camera& camera);
 
-// The ellipsoid of a landmark from its boxes:
-//  1. Each box edge that shows where the object ends spans a plane pi = P^T l; the dual quadric with the
-//     least squared pi^T Q* pi, all in a frame about the object's place and of its size.
-//  2. Where that is an ellipsoid: centre, rotation and half axes so that the boxes of the visible parts agree
-//     with the detected ones, by Levenberg-Marquardt. Edges cut off by the image count, as in the paper;
+// Estimates the ellipsoid of a landmark from its boxes:
+//  1. Each box edge that shows where the object ends spans a plane pi = P^T l. The dual quadric minimises the
+//     squares of pi^T Q* pi, in a frame centred at the object and scaled to its size.
+//  2. If that is an ellipsoid, Levenberg-Marquardt refines centre, rotation and half axes so that the boxes
+//     of the visible parts agree with the detected ones. Edges cut off by the image count, as in the paper;
 //     edges behind another box do not. Loss and standard deviation of an edge are those of the joint
 //     refinement.
-// Empty where the boxes do not determine a quadric (fewer than three views, or views from one place or along
-// one line) or where the result is no bounded ellipsoid in front of the cameras. Commutes with similarities
-// of the map frame.
+// Empty if the boxes do not determine a quadric (fewer than three views, or views from one place or along one
+// line) or if the result is not bounded or not in front of the cameras. Commutes with similarities of the map
+// frame.
 std::optional<PosedSuperquadric> EstimateDualQuadric(std::span<const BoxView> views, const Camera& camera,
                                                      const ObjectOptions& options);
 

@@ -22,7 +22,7 @@ struct Plane {
   double Distance(const Eigen::Vector3d& p) const { return normal.dot(p) - height; }
 };
 
-// All that a candidate plane is judged by.
+// Data that candidate planes are scored on.
 struct Scene {
   std::span<const Eigen::Vector3d> points;
   std::vector<double> weights;  // of the points, sum 1; those around objects count more
@@ -90,7 +90,7 @@ Scene MakeScene(std::span<const Eigen::Vector3d> points, std::span<const Rigid3d
   return scene;
 }
 
-// Likelihood of the cameras' roll if `up` is up: 1 for none at all.
+// Likelihood of the cameras' roll angles if `up` is the up direction; 1 for no roll.
 double Levelness(const Scene& scene, const Eigen::Vector3d& up) {
   double sum = 0.0;
   for (const Eigen::Vector3d& right : scene.camera_rights) {
@@ -101,8 +101,7 @@ double Levelness(const Scene& scene, const Eigen::Vector3d& up) {
   return std::exp(-0.5 * mean / (kRollSigma * kRollSigma));
 }
 
-// Cameras above the plane (this excludes walls, whose normal that leans to the cameras' up points away from
-// them), and most objects not below it.
+// True if the plane is level, below the cameras (which excludes walls) and not above most objects.
 bool IsPlausible(const Scene& scene, const Plane& plane, const GravityOptions& options) {
   if (plane.normal.dot(scene.mean_up) < std::cos(options.max_angle_deg * kRadiansPerDegree)) {
     return false;
@@ -120,7 +119,7 @@ bool IsPlausible(const Scene& scene, const Plane& plane, const GravityOptions& o
 double Support(const Scene& scene, const Plane& plane, double tolerance) {
   double support = 0.0;
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
-    // Falls off with the distance, so that of two planes with the same inliers the tighter one wins.
+    // Decreases with the distance, so that of two planes with the same inliers the tighter one wins.
     const double ratio = plane.Distance(scene.points[i]) / tolerance;
     support += scene.weights[i] * std::max(0.0, 1.0 - ratio * ratio);
   }
@@ -216,8 +215,8 @@ std::optional<Fit> FitPlane(const Scene& scene, const Plane& plane, double toler
   return fit;
 }
 
-// The height at or below `highest` in whose window most weight lies, less what lies shortly below (see
-// JustBelow).
+// Returns the height at or below `highest` whose window holds the most weight, less half the weight just
+// below it (see JustBelow).
 std::optional<double> BestLevel(const std::vector<std::pair<double, double>>& levels, double window,
                                 double highest) {
   constexpr double kMinShare = 0.04;

@@ -20,7 +20,7 @@ double MeanIsolationDepth(int n) {
 IsolationForest::IsolationForest(std::span<const Eigen::Vector3d> points,
                                  const IsolationForestOptions& options, std::uint64_t seed) {
   const int n = static_cast<int>(points.size());
-  // Half of a large cloud, two thirds of a small one: trees that all see all points are too much alike.
+  // Half of a large cloud, two thirds of a small one: trees grown from all points are too similar.
   const int sample_size = std::min(options.max_samples, n > 100 ? n / 2 : 2 * n / 3);
   if (sample_size < 2) {
     return;

@@ -22,7 +22,7 @@ class IsolationForest {
   IsolationForest(std::span<const Eigen::Vector3d> points, const IsolationForestOptions& options,
                   std::uint64_t seed);
 
-  double Score(const Eigen::Vector3d& p) const;  // in (0, 1); 0.5 where the cloud has fewer than two points
+  double Score(const Eigen::Vector3d& p) const;  // in (0, 1); 0.5 if the cloud has fewer than two points
 
  private:
   struct Node {
@@ -42,8 +42,8 @@ class IsolationForest {
   double normalisation_ = 0.0;
 };
 
-// Score of each point in the forest of them all; empty where there are fewer than options.min_points, or
-// where the forest is not enabled.
+// Scores each point in the forest of all points; empty if there are fewer than options.min_points or the
+// forest is disabled.
 std::vector<double> AnomalyScores(std::span<const Eigen::Vector3d> points,
                                   const IsolationForestOptions& options, std::uint64_t seed);
 

@@ -35,8 +35,8 @@ void AddEdges(const SilhouetteView& view, const Camera& camera, const Refinement
   }
 }
 
-// A place within the object: the mean of its points; without points where the lines of sight through the
-// boxes' centres meet.
+// Returns a point within the object: the mean of its points, or without points the one nearest to the rays
+// through the centres of the boxes.
 Eigen::Vector3d PlaceOf(const RefinementInput& input) {
   if (!input.points.empty()) {
     return std::accumulate(input.points.begin(), input.points.end(), Eigen::Vector3d::Zero().eval()) /
@@ -54,9 +54,9 @@ Eigen::Vector3d PlaceOf(const RefinementInput& input) {
   return information.ldlt().solve(sum);
 }
 
-// The largest half diagonal that a box shows, in map units at the object's place. What lies along the viewing
-// rays of an object seen from one side only is not observed and would grow without bound from update to
-// update.
+// Returns the largest half diagonal of a box, map units at the object's depth. This bounds the half sizes:
+// the extent along the viewing rays of an object seen from one side only is not observed and would grow
+// without bound from update to update.
 double LargestShown(const RefinementInput& input, const Eigen::Vector3d& place) {
   double largest = 0.0;
   for (const SilhouetteView& view : input.views) {
@@ -66,7 +66,7 @@ double LargestShown(const RefinementInput& input, const Eigen::Vector3d& place) 
   return largest;
 }
 
-// Map units per pixel at the object, in the middle view.
+// Returns the map units per pixel at the object, at its median depth.
 double UnitsPerPixel(const RefinementInput& input, const Eigen::Vector3d& place) {
   std::vector<double> depths;
   for (const SilhouetteView& view : input.views) {
@@ -75,12 +75,12 @@ double UnitsPerPixel(const RefinementInput& input, const Eigen::Vector3d& place)
   return depths.empty() ? 1e-6 : std::max(UpperMedian(std::move(depths)), 1e-6) / input.camera.fx;
 }
 
-// Standard deviation of a point's distance to the surface that comes from its depth, map units: the less the
-// cameras moved, the worse a point is known along the lines of sight. The distance is measured along the
-// radius, so a surface seen under a grazing angle is told all the same.
+// Standard deviation of a point's radial distance due to its depth, map units: the less the cameras moved,
+// the less certain the point is along the line of sight. A surface seen at a grazing angle is not affected,
+// because the distance is measured along the radius.
 double RadialSigma(const Eigen::Vector3d& p, const PointCameras& cameras, const Eigen::Vector3d& place,
                    const Camera& camera, double pixel_sigma) {
-  constexpr double kLeastSpread = 0.01;  // of the distance: bundle adjustment holds the depths together
+  constexpr double kLeastSpread = 0.01;  // of the distance: bundle adjustment ties the depths together
   const Eigen::Vector3d line = p - cameras.mean;
   const double along = std::abs(line.normalized().dot((p - place).normalized()));
   const double spread = std::max(kLeastSpread * line.norm(), cameras.spread);
@@ -108,7 +108,7 @@ void AddPoints(const RefinementInput& input, const Eigen::Vector3d& place, doubl
     const double radial = RadialSigma(p, input.point_cameras[i], place, input.camera, options.depth_sigma_px);
     problem.points.push_back({p, 1.0 / std::hypot(sigma, radial), weight, true});
     if (i / stride % 2 == 0 && !input.prior.hollow) {
-      // On the line of sight before the point: outside.
+      // A point in front of it on the line of sight is outside.
       const Eigen::Vector3d to_camera = (input.point_cameras[i].mean - p).normalized();
       problem.points.push_back({p + step * to_camera, 1.0 / sigma, 2.0 * weight, false});
     }
@@ -138,7 +138,7 @@ void AddContact(const RefinementInput& input, double shown, const RefinementOpti
   }
 }
 
-// The angle that a start means; null without lines.
+// Returns the yaw mode nearest to the start; null without lines.
 const YawMode* YawMeant(const PosedSuperquadric& start, const RefinementInput& input) {
   const double yaw = YawOf(start.T_map_object.rotation);
   const auto nearest = std::ranges::min_element(
@@ -168,8 +168,8 @@ void AddPrior(const Superquadric& start, const YawMode* yaw, const RefinementInp
   prior.bias_factor = 1.0 / options.edge_bias_sigma;
 }
 
-// Half sizes between bounds that follow what the boxes show. Where none of them shows the lower end, an
-// object may be as high as its support asks for.
+// Bounds the half sizes by the extent that the boxes show. If no box shows the lower end, the object may be
+// as high as its support requires.
 void SetBounds(const PosedSuperquadric& start, const RefinementInput& input, double shown,
                const RefinementOptions& options, RefinementProblem& problem) {
   constexpr double kLogRange = 6.5;
@@ -184,8 +184,8 @@ void SetBounds(const PosedSuperquadric& start, const RefinementInput& input, dou
   problem.min_log_half.setConstant(std::log(most) - kLogRange);
 }
 
-// TinySolver evaluates each step twice: for its cost, and once it is accepted for the derivatives as well,
-// which cost little more. Here the second call is answered from the first.
+// Caches the last evaluation: TinySolver evaluates each accepted step twice, first for the cost and then for
+// the derivatives, which cost little more.
 class RememberingProblem {
  public:
   using Scalar = double;
@@ -250,7 +250,7 @@ RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementI
     return solver.Solve(remembering, &parameters).final_cost;
   };
   double cost = solve();
-  // From inside all boxes at once the way to the minimum is barred more often.
+  // Only in a second pass: with the symmetric loss from the start, local minima are more frequent.
   problem.symmetric = std::ranges::any_of(problem.edges, &RefinementProblem::Edge::whole);
   if (problem.symmetric) {
     cost = solve();

@@ -19,10 +19,10 @@ namespace sqslam {
 struct SilhouetteView {
   Rigid3d T_map_camera;
   Box2d box;                         // undistorted px
-  std::array<bool, 4> edge_exact{};  // left, top, right, bottom: the silhouette ends there, or may go on
+  std::array<bool, 4> edge_exact{};  // left, top, right, bottom: silhouette ends there (else it may go on)
 };
 
-// Cameras from which a point was seen.
+// Statistics of the cameras that observed a point.
 struct PointCameras {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();  // of the camera centres, map frame
   double spread = 0.0;  // root mean square distance from the line of sight, map units
@@ -31,17 +31,17 @@ struct PointCameras {
 struct RefinementInput {
   std::vector<SilhouetteView> views;
   std::vector<Eigen::Vector3d> points;      // inliers, map frame
-  std::vector<PointCameras> point_cameras;  // for each point those that saw it; may be empty
-  std::vector<Eigen::Vector3d> surface;     // further points on it, of dense depth, map frame
+  std::vector<PointCameras> point_cameras;  // of each point; may be empty
+  std::vector<Eigen::Vector3d> surface;     // more surface points, from dense depth, map frame
   double surface_sigma = 0.0;               // standard deviation of their distance to the surface, map units
-  std::vector<YawMode> yaws;                // from lines; the start tells which is meant: the nearest
-  bool yaw_is_given = false;                // known, not a guess from lines
+  std::vector<YawMode> yaws;                // from lines; the one nearest to the start is used
+  bool yaw_is_given = false;                // known, not estimated from lines
   std::optional<double> support_height;     // z of the surface that it stands on; empty: none
-  std::optional<double> lowest;             // z below which nothing of it can be: a surface under it
-  std::optional<double> top_height;         // z of its top, where other objects stand on it
+  std::optional<double> lowest;             // lower bound on z: a surface below the object
+  std::optional<double> top_height;         // z of its top, if other objects stand on it
   Camera camera;
   ClassPrior prior;
-  std::optional<MetricScale> scale;  // empty: the prior's sizes in metres say nothing
+  std::optional<MetricScale> scale;  // empty: the prior's metric size is ignored
   double support_sigma = 0.0;        // standard deviation of the surfaces' heights, map units
 
   bool ShowsBottom() const;  // in any view
@@ -49,21 +49,21 @@ struct RefinementInput {
 
 struct RefinementResult {
   PosedSuperquadric superquadric;
-  // Robust, half a chi square; with the covariance also the Occam factor and the share of the mode, so that
-  // the costs are negative logarithms of the evidence, comparable between starts and modes on the same input.
+  // Robust, half a chi square, less the log probability of the prior's modes. With the covariance also the
+  // Occam factor: a negative log evidence, comparable between starts and modes on the same input.
   double cost = 0.0;
   Eigen::Matrix<double, 9, 9> covariance;  // of centre, half sizes, yaw, e1, e2
 };
 
-// Centre, half sizes, yaw and shape at once (9 parameters; roll and pitch stay zero), by Levenberg-Marquardt.
+// Refines centre, half sizes, yaw and shape jointly (9 parameters; roll and pitch stay zero), by
+// Levenberg-Marquardt.
 //
 // Each box edge spans a plane through the camera centre that touches the object. With the edge's outward
 // normal n (camera frame, scaled so that n . p is the offset in the image times depth) the condition is n . c
 // + h(R^T n) = 0, where c is the object's centre and h the support function of the superquadric: exact,
 // smooth, and no silhouette has to be traced. Points give the radial distance of Eq. 11, the support gives
-// contact: lowest point = height. The prior has modes, for the kind of shape, for the longer horizontal
-// axis and for the yaw; the start tells which of them is meant. Without `with_covariance` that of the result
-// is zero.
+// contact: lowest point = height. The prior has modes (kind of shape, longer horizontal axis, yaw), of which
+// the one nearest to the start is used. Without `with_covariance` the covariance of the result is zero.
 RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementInput& input,
                                const RefinementOptions& options, bool with_covariance = true);
 

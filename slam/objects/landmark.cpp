@@ -97,7 +97,7 @@ void Landmark::Add(const ObjectObservation& observation) {
   }
   if (!observation.lines.empty()) {
     if (lines.size() >= kMaxLineViews) {
-      // Thin out evenly: every second one goes.
+      // Thin out evenly: drop every second one.
       for (std::size_t i = 0; 2 * i < lines.size(); ++i) {
         lines[i] = lines[2 * i];
       }
@@ -113,8 +113,8 @@ void Landmark::Offer(const ClearView& other) {
   }
 }
 
-// Half of all frames, a quarter, ...: the same ones for every landmark, so that it stays known which were
-// seen in one image; and none in step with a stride.
+// Keeps half of all frames, a quarter, ...: the same ones for every landmark, so that it stays known which
+// were seen in one image. Hashing keeps them out of step with any stride.
 bool Landmark::KeepsViewOf(std::int64_t frame_index) const {
   const std::uint64_t scattered = static_cast<std::uint64_t>(frame_index) * 0x9E3779B97F4A7C15ULL;
   return halvings_ == 0 || scattered >> (64 - halvings_) == 0;
@@ -134,8 +134,8 @@ void Landmark::Absorb(Landmark&& other) {
     std::swap(*this, other);
     std::swap(id, other.id);
   }
-  // If both were equally wrong about the extent, the points decide at the next estimation; until then this
-  // one must not swallow others. A few more boxes change hardly anything.
+  // Both may be wrong about the extent, so the estimate is discarded: until the next one it must not absorb
+  // others. A few more boxes hardly change anything.
   if (other.observations > kHardly * observations) {
     estimated = false;
     refined = false;
@@ -160,7 +160,7 @@ void Landmark::Absorb(Landmark&& other) {
   lines.insert(lines.end(), other.lines.begin(), other.lines.end());
 }
 
-// A frame that has a box around the thing and another around a part of it shows by the larger where it ends.
+// If a frame has boxes around the object and around a part of it, the larger one shows where it ends.
 void Landmark::DropPartsBoxedWithTheWhole() {
   constexpr double kPart = 0.9;  // of the smaller box
   std::vector<BoxView> kept;
@@ -190,8 +190,8 @@ void Landmark::Transform(const Sim3d& S_new_old) {
 }
 
 void Landmark::ForgetUpright() {
-  yaw = YawMean();  // angles about another axis mean nothing now
-  // The object was boxed along axes that are no longer upright; estimate it anew.
+  yaw = YawMean();  // angles about the old axis are meaningless
+  // The object was fitted along axes that are no longer upright; re-estimate it.
   estimated_at = 0;
   refined = false;
 }
@@ -204,7 +204,7 @@ void Landmark::MoveWith(const MotionLookup& S_new_old) {
                                  : centroids.count > 0 ? centroids.mean
                                                        : views.back().T_map_camera.translation;
   double log_scale = 0.0;
-  Eigen::Vector4d rotation = Eigen::Vector4d::Zero();  // alike: the mean of their quaternions will do
+  Eigen::Vector4d rotation = Eigen::Vector4d::Zero();  // similar: the mean of the quaternions is good enough
   Eigen::Vector3d moved = Eigen::Vector3d::Zero();
   for (BoxView& view : views) {
     const Sim3d S = S_new_old(view.frame_index);
@@ -238,7 +238,7 @@ void Landmark::MoveSums(const Sim3d& S_new_old) {
 }
 
 void Landmark::MoveSolid(const Sim3d& motion) {
-  constexpr double kDrift = 0.98;  // cosine of the largest tilt that is one
+  constexpr double kDrift = 0.98;  // cosine of the largest tilt that counts as drift
   Sim3d S_new_old = motion;
   if ((motion.rotation * Eigen::Vector3d::UnitZ()).z() <= kDrift) {
     ForgetUpright();

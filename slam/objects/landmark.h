@@ -18,14 +18,13 @@
 
 namespace sqslam {
 
-// Labels that the detector gave one thing, with the sums of their scores: the best is the one with the
-// largest sum.
+// Detector labels of one object with the sums of their scores; the best label has the largest sum.
 class LabelVotes {
  public:
   void Add(const std::string& label, double score);
   void Merge(const LabelVotes& other);
-  const std::string& Best() const;  // empty where nothing was added
-  double BestScore() const;         // mean score of the observations that carry the best label
+  const std::string& Best() const;  // empty if nothing was added
+  double BestScore() const;         // mean score of the observations with the best label
 
   template <typename Self, typename Visit>
   static void VisitState(Self& self, Visit&& visit) {
@@ -63,7 +62,7 @@ struct BoxView {
 struct PointVerdict {
   std::int64_t point = 0;
   int sightings = 0;     // in the landmark's boxes
-  double anomaly = 0.0;  // score in the isolation forest, in (0, 1); 0 where the point did not get so far
+  double anomaly = 0.0;  // score in the isolation forest, in (0, 1); 0 if it was not scored
   bool kept = false;
 
   template <typename Self, typename Visit>
@@ -72,23 +71,23 @@ struct PointVerdict {
   }
 };
 
-// An object as the mapping thread keeps it. Plain data; the steps that work on it are in
-// landmark_estimation.h and merging.h.
+// An object of the mapping thread. Plain data; the steps that work on it are in landmark_estimation.h and
+// merging.h.
 struct Landmark {
   // Counts of how often a map point was seen in the object's box, and how often it fell outside.
   struct PointVotes {
     int inside = 0;
     int outside = 0;
-    bool newest_inside = false;                            // in the newest frame that tells
+    bool newest_inside = false;                            // in the newest frame with a vote
     Eigen::Vector3d camera_sum = Eigen::Vector3d::Zero();  // centres at the `inside` sightings, map frame
     Eigen::Matrix3d camera_outer_sum = Eigen::Matrix3d::Zero();  // their outer products
 
     void SeeInside(const Eigen::Vector3d& camera_centre);
     void Merge(const PointVotes& other);
     void Transform(const Sim3d& S_new_old);
-    Eigen::Vector3d MeanCamera() const;  // of the `inside` sightings; zero where there are none
-    // Root mean square distance of the cameras from the line through that and `p`: what they moved towards a
-    // point tells nothing of its depth.
+    Eigen::Vector3d MeanCamera() const;  // of the `inside` sightings; zero if there are none
+    // Root mean square distance of the cameras from the line through MeanCamera() and `p_map`: motion along
+    // the line of sight does not constrain the depth.
     double CameraSpread(const Eigen::Vector3d& p_map) const;
 
     template <typename Self, typename Visit>
@@ -99,8 +98,8 @@ struct Landmark {
 
   int id = 0;
   LabelVotes labels;
-  int observations = 0;        // boxes, also of the frames that are no longer among the views
-  std::vector<BoxView> views;  // by frame; of an object that is seen very long, from an even share of them
+  int observations = 0;        // number of boxes, including those no longer in `views`
+  std::vector<BoxView> views;  // by frame; thinned out for an object with very many
   std::map<std::int64_t, PointVotes> votes;
   PointStatistics centroids;
   YawMean yaw;                                           // of single frames (the paper's running mean)
@@ -117,27 +116,26 @@ struct Landmark {
   bool estimated = false;
   bool refined = false;  // by the joint refinement
   int thorough_at = 0;   // observations at the last refinement from scratch
-  int estimated_at = 0;  // number of observations at that time
+  int estimated_at = 0;  // observations at the last estimation
   std::vector<std::pair<std::int64_t, Eigen::Vector3d>> points;  // inliers
   std::vector<PointVerdict> verdicts;                            // of all points with a vote, by id
   PosedSuperquadric superquadric;
-  PosedSuperquadric visible;      // the part of it that views show: differs where its lower part is hidden
-  std::optional<double> support;  // height of the surface that it was found to stand on
-  std::optional<PosedSuperquadric> quadric;  // of the boxes alone; only for the representation of that name
+  PosedSuperquadric visible;                 // its visible part: differs if the lower part is hidden
+  std::optional<double> support;             // height of the surface that it was found to stand on
+  std::optional<PosedSuperquadric> quadric;  // from the boxes alone; only for representation "quadric"
   Eigen::Matrix<double, 9, 9> covariance = Eigen::Matrix<double, 9, 9>::Zero();  // see ObjectFit
   double reliability = 0.0;    // see reliability.h, in [0, 1]
   double box_agreement = 0.0;  // mean IoU of the projected superquadric and the boxes, in [0, 1]
 
   void Add(const ObjectObservation& observation);
-  void Absorb(Landmark&& other);  // the two are one object; the estimate of a much better known one stays
-  // An upright object stays upright: a small tilt is drift.
+  void Absorb(Landmark&& other);  // merges a duplicate; keeps the estimate if it is much better known
+  // Upright objects stay upright: a small tilt is drift.
   void Transform(const Sim3d& S_new_old);
 
-  // Carries the landmark along with the frames that saw it: each view with its own frame, what was summed up
-  // over frames with their mean motion.
+  // Moves each view with its own frame, and sums over frames with the mean motion of the frames.
   void MoveWith(const MotionLookup& S_new_old);
 
-  // All but the clearest view, whose image is large and only for quadrics from a single view.
+  // All but `clearest`, whose image is large and only for quadrics from a single view.
   template <typename Self, typename Visit>
   static void VisitState(Self& self, Visit&& visit) {
     visit(self.id, self.labels, self.observations, self.views, self.votes, self.centroids, self.yaw,
@@ -155,7 +153,7 @@ struct Landmark {
   void ThinViews();
   void DropPartsBoxedWithTheWhole();
 
-  int halvings_ = 0;  // times that half of all frames was given up
+  int halvings_ = 0;  // number of times that half of all frames was dropped
 };
 
 }  // namespace sqslam

@@ -25,8 +25,8 @@ std::optional<YawEstimate> PaperYaw(const Landmark& landmark, const std::vector<
   return YawFromPoints(points, context.options->yaw);
 }
 
-// Stretches an object that is hidden below, as behind a table, down to the floor that the hider stands on;
-// unless it stands on something that is seen.
+// Stretches an object whose lower part is hidden, as behind a table, down to the support of what hides it,
+// unless its own support is known.
 void CompleteHiddenPart(Landmark& landmark, const std::vector<BoxView>& views,
                         const EstimationContext& context) {
   const PosedSuperquadric& seen = landmark.visible;
@@ -38,7 +38,7 @@ void CompleteHiddenPart(Landmark& landmark, const std::vector<BoxView>& views,
   }
 }
 
-// The box with its edges that are not free moved out to those of `projected`, where that goes on behind them.
+// Returns the box with its edges that are not free moved outward to those of `projected`.
 Box2d Continued(const Box2d& box, const std::array<bool, 4>& edge_free, const Box2d& projected) {
   double left = box.x;
   double top = box.y;
@@ -51,14 +51,14 @@ Box2d Continued(const Box2d& box, const std::array<bool, 4>& edge_free, const Bo
   return {left, top, right - left, bottom - top};
 }
 
-constexpr std::size_t kMinViews = 5;  // of a refinement
+constexpr std::size_t kMinViews = 5;  // that a refinement needs
 
 // Root mean square over the axes of sigma(half size) / half size.
 double LogSizeSigma(const Superquadric& shape, const Eigen::Matrix<double, 9, 9>& covariance) {
   return std::sqrt(covariance.diagonal().segment<3>(3).cwiseQuotient(shape.half_size.cwiseAbs2()).mean());
 }
 
-// Renews the landmark's reliability; `used`: the views that its estimate is made of.
+// Updates the landmark's reliability; `used`: the views of its estimate.
 void JudgeReliability(Landmark& landmark, const std::vector<BoxView>& used,
                       const EstimationContext& context) {
   constexpr double kUnknownSigma = 0.25;  // of sizes without a covariance
@@ -76,15 +76,15 @@ void JudgeReliability(Landmark& landmark, const std::vector<BoxView>& used,
   landmark.reliability = Reliability(evidence);
 }
 
-// From scratch as often as the evidence doubles: small steps don't leave a wrong start behind.
+// True each time the evidence has doubled: small steps do not leave the minimum of a wrong start.
 bool IsThoroughNow(Landmark& landmark, const EstimationContext& context) {
   const bool thorough = context.thorough || landmark.observations >= 2 * landmark.thorough_at;
   landmark.thorough_at = thorough ? landmark.observations : landmark.thorough_at;
   return thorough;
 }
 
-// Estimates an object without points: its boxes and what it stands on are enough where they fix its size. An
-// estimate that had points stays true when these are lost.
+// Estimates an object with too few points from its boxes and its support, if these determine its size.
+// Otherwise keeps an earlier refined estimate.
 void EstimateFromBoxes(Landmark& landmark, const std::vector<BoxView>& views,
                        const EstimationContext& context) {
   constexpr double kKnownSize = 0.2;  // standard deviation of the logarithm
@@ -240,7 +240,7 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
   landmark.support.reset();
   if (options.method == ObjectMethod::kRefined && context.upright && views.size() >= kMinViews) {
     const StandingFit refined = *RefineLandmark(landmark, views, IsThoroughNow(landmark, context), context);
-    // A refinement that runs away explains the boxes worse than the cloud alone.
+    // A diverged refinement explains the boxes worse than the cloud alone.
     const PosedSuperquadric cloud = SuperquadricAtYaw(points, paper_yaw, options.size_shape, false);
     const double agreement = BoxAgreement(refined.superquadric, views, context.camera);
     if (agreement > 0.9 * BoxAgreement(cloud, views, context.camera)) {
@@ -248,7 +248,7 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
       return;
     }
   }
-  // Which shape a young object has its first refinement tells.
+  // The shape of a young object is left to its first refinement.
   const bool with_shape = options.method == ObjectMethod::kPaper || views.size() >= kMinViews;
   landmark.superquadric = SuperquadricAtYaw(
       points, paper_yaw, options.size_shape, with_shape,
@@ -262,7 +262,7 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
 
 std::vector<int> MostOutdated(const std::map<int, Landmark>& landmarks, int most) {
   constexpr double kOutdated = 1.0 / 6.0;
-  std::vector<std::pair<double, int>> never;  // the more boxes the sooner
+  std::vector<std::pair<double, int>> never;  // most boxes first
   std::vector<std::pair<double, int>> outdated;
   for (const auto& [id, landmark] : landmarks) {
     const double since = landmark.observations - landmark.estimated_at;

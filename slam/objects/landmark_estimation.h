@@ -15,10 +15,10 @@ namespace sqslam {
 
 struct StandingFit;  // landmark_refinement.h
 
-// Parts of an object that are known beforehand and replace what is estimated of them: for error budgets.
+// Known parts of an object that replace their estimates, for error budgets.
 struct GivenParts {
   std::optional<double> yaw;      // radians about the map's z axis
-  std::optional<double> support;  // height of what it stands on, map frame
+  std::optional<double> support;  // height of its support surface, map frame
   std::optional<ShapeKind> kind;
 };
 
@@ -30,31 +30,32 @@ struct EstimationContext {
   const SupportSurfaces* supports = nullptr;
   Surroundings surroundings;  // of the landmark that is being estimated
   const ClassPriors* classes = nullptr;
-  std::optional<MetricScale> scale;  // of the map, by the other objects
-  bool thorough = false;             // refine from all starts, not only on from the last result
+  std::optional<MetricScale> scale;  // of the map, from the other objects
+  bool thorough = false;             // refine from all starts, not only from the last result
   std::uint64_t seed = 0;
   GivenParts given = {};
 };
 
-// All steps from observations to a superquadric: current point positions, outlier removal, yaw, size, shape,
-// and with method "refined" the joint refinement. Leaves landmark.estimated false where there are too few
-// points.
+// Runs all steps from observations to a superquadric: current point positions, outlier removal, yaw, size,
+// shape, and with method "refined" the joint refinement. Leaves landmark.estimated false if the evidence is
+// too weak.
 void EstimateLandmark(Landmark& landmark, const EstimationContext& context);
 
-// Makes `fit` the landmark's estimate, with what follows from it. `views`: those that it was fitted to.
+// Makes `fit` the landmark's estimate and updates what is derived from it. `views`: those that it was fitted
+// to.
 void TakeFit(Landmark& landmark, const StandingFit& fit, const std::vector<BoxView>& views,
              const EstimationContext& context);
 
-// Takes from the views' free edges those behind what is known by now to stand before the object: when the
-// box was seen it may not have been mapped yet.
+// Marks view edges as not free if an object that is now known to stand in front hides them: it may not have
+// been mapped yet when the box was seen.
 void MarkHiddenEdges(const Landmark& landmark, const EstimationContext& context, std::vector<BoxView>& views);
 
-// At most `count` of the landmark's views that are not among `used`, evenly; `used` where there are hardly
+// Returns at most `count` evenly spaced views that are not among `used`; `used` itself if there are hardly
 // any.
 std::vector<BoxView> HeldOutViews(const std::vector<BoxView>& all, const std::vector<BoxView>& used,
                                   std::size_t count);
 
-// Says of an object whose class has a size what the map's scale is; empty for others.
+// Estimates the map's scale from an object whose class has a metric size; empty for others.
 std::optional<SizedObject> SizedBy(const Landmark& landmark, const ClassPriors& classes);
 
 // Mean IoU of the superquadric's projections and the boxes of the views, in [0, 1].
@@ -64,16 +65,16 @@ double BoxAgreement(const PosedSuperquadric& superquadric, const std::vector<Box
 // Root mean square of the radial distances (Eq. 11) of the landmark's points, map units.
 double PointRms(const Landmark& landmark, const PosedSuperquadric& solid);
 
-// Views spread over the camera positions, at most `count`, in the order of their frames (farthest-point
-// sampling).
+// Selects at most `count` views spread over the camera positions (farthest-point sampling), in the order of
+// their frames.
 std::vector<BoxView> SpreadViews(const std::vector<BoxView>& views, int count);
 
-// Ids of the landmarks whose estimates are outdated, the most outdated ones, at most `most` (0: no limit).
-// Young landmarks change with every box, old ones hardly: what counts is the share of new boxes.
+// Returns the ids of the most outdated landmarks, at most `most` (0: no limit). The share of new boxes
+// counts, as young landmarks change with every box and old ones hardly.
 std::vector<int> MostOutdated(const std::map<int, Landmark>& landmarks, int most);
 
-// The ids in the order in which they are estimated, the largest first: small objects profit from what was
-// just learnt of the large ones, what hides them and what they stand on.
+// Sorts the ids in the order of estimation, largest first: small objects profit from the new estimates of the
+// large ones that hide or support them.
 std::vector<int> LargestFirst(const std::map<int, Landmark>& landmarks, const std::vector<int>& ids);
 
 }  // namespace sqslam

@@ -6,10 +6,10 @@
 namespace sqslam {
 namespace {
 
-// Smallest or largest u = x / z (axis 0) or y / z (axis 1) of the solid, which lies before the camera. The
-// reach beyond the plane x = u z, max over the solid of sign * (x - u z), is convex in u, and its slope is
-// the depth of the point that reaches farthest: Newton's step goes to that point's own u. It comes from the
-// inside and never passes the extreme.
+// Computes the smallest or largest u = x / z (axis 0) or y / z (axis 1) of the solid, which lies in front of
+// the camera. The distance beyond the plane x = u z, max over the solid of sign * (x - u z), is convex in u
+// with the depth of the farthest point as its slope (up to sign), so Newton's step goes to the u of that
+// point. It approaches the extreme from inside and never overshoots.
 double SilhouetteExtreme(const PosedSuperquadric& superquadric, const Rigid3d& T_camera_object,
                          const Eigen::Matrix3d& R_camera_object, int axis, double sign) {
   constexpr int kMaxSteps = 30;
@@ -29,7 +29,7 @@ double SilhouetteExtreme(const PosedSuperquadric& superquadric, const Rigid3d& T
   return u;
 }
 
-// True where the boxes along the map's axes around the two are apart.
+// True if the axis-aligned bounding boxes in the map frame do not overlap.
 bool AreFarApart(const PosedSuperquadric& a, const PosedSuperquadric& b) {
   const Eigen::Vector3d reach_a = a.T_map_object.RotationMatrix().cwiseAbs() * a.shape.half_size;
   const Eigen::Vector3d reach_b = b.T_map_object.RotationMatrix().cwiseAbs() * b.shape.half_size;
@@ -37,7 +37,7 @@ bool AreFarApart(const PosedSuperquadric& a, const PosedSuperquadric& b) {
   return ((distance - reach_a - reach_b).array() > 0.0).any();
 }
 
-// The box through the moved midpoints of the box's edges.
+// Returns the box through the transformed midpoints of the box's edges.
 template <typename Move>
 Box2d WithMovedEdges(const Box2d& box, const Move& move) {
   const Eigen::Vector2d c = box.Center();
@@ -95,8 +95,8 @@ std::array<double, 4> NormalisedBounds(const Box2d& box, const Camera& camera) {
 
 namespace {
 
-// Answers many times whether a point, in units of the half sizes, lies in one solid: between the simple
-// bodies within it and around it only the powers tell.
+// Repeated test whether points, in units of the half sizes, lie in a solid. Evaluates powers only between
+// simple inner and outer bounds.
 class Interior {
  public:
   explicit Interior(const Superquadric& shape)
@@ -134,7 +134,7 @@ double OverlapOfSmaller(const PosedSuperquadric& a, const PosedSuperquadric& b, 
   const Eigen::Vector3d t = T_large_small.translation.cwiseQuotient(large.shape.half_size);
   const Interior in_small(small.shape);
   const Interior in_large(large.shape);
-  // The grid has the symmetry of the solid: an eighth of it tells which points are inside.
+  // The grid has the symmetry of the solid, so one octant is enough to find the points inside.
   const int half = std::max(1, samples / 2);
   int inside_small = 0;
   int inside_both = 0;

@@ -11,26 +11,26 @@
 
 namespace sqslam {
 
-// Box of the superquadric's silhouette, undistorted px, not clipped to the image; exact up to the distortion.
-// Empty where part of the object is behind the camera.
+// Computes the bounding box of the superquadric's silhouette, undistorted px, not clipped to the image; exact
+// up to the distortion. Empty if part of the object is behind the camera.
 std::optional<Box2d> ProjectToBox(const PosedSuperquadric& superquadric, const Rigid3d& T_map_camera,
                                   const Camera& camera);
 
 Box2d ClipToImage(const Box2d& box, const Camera& camera);
 
-// The box around the undistorted edge midpoints of a box in distorted px, and the other way round.
+// Convert a box between distorted and undistorted px by the midpoints of its edges.
 Box2d UndistortBox(const Box2d& box, const Camera& camera);
 Box2d DistortBox(const Box2d& box, const Camera& camera);
 
 // Left, top, right and bottom of a box (undistorted px) on the image plane at depth 1.
 std::array<double, 4> NormalisedBounds(const Box2d& box, const Camera& camera);
 
-// Volume that two superquadrics share over the volume of the smaller one, in [0, 1], by a regular grid of
-// `samples`^3 points (an even number an axis) in the box around the smaller one.
+// Computes the intersection of two superquadrics over the volume of the smaller one, in [0, 1], on a regular
+// grid of `samples`^3 points (even number per axis) in the box around the smaller one.
 double OverlapOfSmaller(const PosedSuperquadric& a, const PosedSuperquadric& b, int samples = 16);
 
-// True where the sphere around the object reaches into the view: a quick test, never false where a part of
-// the object is seen and its centre is before the camera.
+// Quick frustum test of the bounding sphere: never false if a part of the object is seen and its centre is in
+// front of the camera.
 bool MayBeInView(const PosedSuperquadric& superquadric, const Rigid3d& T_map_camera, const Camera& camera);
 
 }  // namespace sqslam

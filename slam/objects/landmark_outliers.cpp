@@ -21,7 +21,7 @@ NamedPoints Keep(const NamedPoints& points, const std::vector<bool>& keep) {
   return kept;
 }
 
-// Looks every voted point up; votes of fused points are added, culled points are forgotten.
+// Looks up every point with votes; merges the votes of fused points and drops culled points.
 NamedPoints ResolvePoints(Landmark& landmark, const PointLookup& lookup, const ObjectOptions& all) {
   const OutlierOptions& options = all.outliers;
   std::map<std::int64_t, Landmark::PointVotes> votes;
@@ -29,7 +29,7 @@ NamedPoints ResolvePoints(Landmark& landmark, const PointLookup& lookup, const O
   for (const auto& [old_id, vote] : landmark.votes) {
     std::int64_t id = old_id;
     if (const std::optional<Eigen::Vector3d> p = lookup(id)) {
-      // Nearly all keep their ids, and so their order.
+      // Hinted, because nearly all keep their ids and thus their order.
       votes.try_emplace(votes.end(), id)->second.Merge(vote);
       positions.try_emplace(positions.end(), id, *p);
     }
@@ -50,8 +50,8 @@ NamedPoints ResolvePoints(Landmark& landmark, const PointLookup& lookup, const O
   return points;
 }
 
-// Reprojection with a vote (section "Reprojection"): a point of the object lies in the object's boxes of all
-// views. A single miss may be the detector's, so a share of the views decides.
+// Reprojection with a vote (section "Reprojection"): a point of the object lies in its boxes in all views. A
+// single miss may be the detector's error, so a share of the views decides.
 std::vector<bool> InsideBoxes(const NamedPoints& points, const std::vector<BoxView>& views,
                               const EstimationContext& context) {
   const OutlierOptions& options = context.options->outliers;
@@ -69,7 +69,7 @@ std::vector<bool> InsideBoxes(const NamedPoints& points, const std::vector<BoxVi
       if (!context.camera.InImage(pixel)) {
         continue;
       }
-      // Beyond an edge that something else hides the object may well go on.
+      // Beyond an edge that is not free the object may continue.
       const bool in_box = view.box.Contains(pixel, margin);
       const bool unknown = !in_box && !IsBeyondEdge(view.box, view.edge_free, pixel, margin);
       seen[i] += unknown ? 0 : 1;
@@ -83,8 +83,8 @@ std::vector<bool> InsideBoxes(const NamedPoints& points, const std::vector<BoxVi
   return keep;
 }
 
-// Points of a surface lie in every box that looks down on an object that stands there. They are dropped where
-// enough of the object rises above it.
+// Drops points of a support surface, which lie in every box that looks down on the object, if enough of the
+// object rises above it.
 NamedPoints WithoutSurface(const NamedPoints& points, double height) {
   double top = -std::numeric_limits<double>::infinity();
   for (const auto& [id, p] : points) {
@@ -99,7 +99,7 @@ NamedPoints WithoutSurface(const NamedPoints& points, double height) {
   return 2 * count >= points.size() && count >= 6 ? Keep(points, above) : points;
 }
 
-// Points within a smaller object belong to that one: a cup before a screen lies in the screen's box as well.
+// Drops points inside smaller objects: a cup in front of a screen lies in the screen's box as well.
 NamedPoints WithoutSmallerObjects(const NamedPoints& points, const std::vector<PosedSuperquadric>& others) {
   constexpr double kGrown = 1.1;
   std::vector<bool> keep(points.size(), true);
@@ -113,8 +113,8 @@ NamedPoints WithoutSmallerObjects(const NamedPoints& points, const std::vector<P
   return 4 * kept >= points.size() ? Keep(points, keep) : points;
 }
 
-// One of every point that was seen in a box. `judged`: the points that the forest has scored, both in the
-// order of ids.
+// Returns a verdict on every point that was seen in a box. `judged`: the points that the forest scored, both
+// in the order of ids.
 std::vector<PointVerdict> Verdicts(const Landmark& landmark, const NamedPoints& judged,
                                    const std::vector<double>& scores, double threshold) {
   std::vector<PointVerdict> verdicts;

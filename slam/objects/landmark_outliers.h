@@ -15,14 +15,14 @@ using NamedPoints = std::vector<std::pair<std::int64_t, Eigen::Vector3d>>;  // i
 
 std::vector<Eigen::Vector3d> Positions(const NamedPoints& points);
 
-// The points of the landmark that passed the paper's two tests (section "Outlier Removal"): by votes and
-// reprojection into `views`, and by the isolation forest. With method "refined" also without those of smaller
-// objects and of the surfaces that it may stand on. Renews landmark.votes: fused points are added, culled
-// ones forgotten; and landmark.verdicts.
+// Returns the points of the landmark that pass the paper's two tests (section "Outlier Removal"): votes and
+// reprojection into `views`, and the isolation forest. Method "refined" also drops points of smaller objects
+// and of surfaces that it may stand on. Updates landmark.votes (merges those of fused points, drops those of
+// culled ones) and landmark.verdicts.
 NamedPoints RemoveOutliers(Landmark& landmark, const std::vector<BoxView>& views,
                            const EstimationContext& context);
 
-// Heights of the surfaces that something with these points may stand on, from high to low.
+// Returns the heights of the surfaces that an object with these points may stand on, from high to low.
 SupportHeights PossibleSupports(const NamedPoints& points, const EstimationContext& context);
 
 }  // namespace sqslam

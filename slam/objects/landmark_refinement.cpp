@@ -31,8 +31,8 @@ std::vector<YawMode> YawsOfAllLines(const Landmark& landmark, const EstimationCo
   return YawModesFromLines(views, context.camera, context.options->yaw);
 }
 
-// Box-like, cylinder-like and ball-like at the yaws of the lines and of the cloud, and the last result. A box
-// can't turn into a ball by small steps that each fit better. A screen that stands is thin along either axis.
+// Returns a start of each kind of shape at each yaw of the lines and of the cloud, and the last result. A box
+// cannot turn into a ball by small steps that each fit better.
 std::vector<PosedSuperquadric> RefinementStarts(const Landmark& landmark,
                                                 const std::vector<Eigen::Vector3d>& points,
                                                 const RefinementInput& input, const ObjectOptions& options) {
@@ -57,7 +57,7 @@ std::vector<PosedSuperquadric> RefinementStarts(const Landmark& landmark,
     PosedSuperquadric start = SuperquadricAtYaw(points, yaw, options.size_shape, false);
     const double thin = 0.1 * start.shape.half_size.maxCoeff();  // flat starts can't grow
     start.shape.half_size = start.shape.half_size.cwiseMax(thin);
-    // With the depth that points of one side do not show, along either axis.
+    // Also with the width ratio of the class along either axis: points of one side do not show the depth.
     constexpr double kClearlyLonger = 0.15;
     std::vector<PosedSuperquadric> sized = {start};
     if (input.prior.log_width_ratio > kClearlyLonger) {
@@ -83,8 +83,8 @@ std::vector<PosedSuperquadric> RefinementStarts(const Landmark& landmark,
   return starts;
 }
 
-// Something to start from where an object has no points: the corners of an upright cube about the place that
-// its boxes show, of their size. Empty where they do not tell.
+// Stands in for the points of an object without any: the corners of an upright cube at the position and of
+// the size that its boxes show. Empty if they do not determine the position.
 NamedPoints CornersOf(const std::vector<BoxView>& views, const Camera& camera) {
   constexpr double kHalf = 0.6;  // of the median half diagonal of the boxes
   NamedPoints corners;
@@ -125,7 +125,7 @@ RefinementInput InputOf(const Landmark& landmark, const std::vector<BoxView>& vi
   return input;
 }
 
-// Assumption about what the object stands on.
+// Hypothesis about what the object stands on.
 struct Assumption {
   std::optional<double> support;  // on a surface of this height
   std::optional<double> lowest;   // or on none, but nowhere below this height
@@ -134,8 +134,8 @@ struct Assumption {
 
 std::vector<Assumption> Assumptions(const SupportHeights& supports, const RefinementInput& input,
                                     const RefinementOptions& options, SearchEffort effort) {
-  // An object on a lower surface reaches past those above it. Where no box shows its lower end and its class
-  // does not tell its size, nothing else speaks against that.
+  // An object on a lower surface reaches through those above it. If no box shows its lower end and its class
+  // has no metric size, this cost is the only evidence against that.
   const bool size_is_known = input.scale && input.prior.log_metres;
   const double past = input.ShowsBottom() || size_is_known ? 0.25 : 1.0;  // of the floating cost
   const auto cost_of = [&](double height, double least) {
@@ -182,7 +182,7 @@ std::vector<Candidate> AllCandidates(std::span<const PosedSuperquadric> starts,
   return candidates;
 }
 
-// Every `stride`-th view of the input, and as small a share of its points, at most 50.
+// Keeps every `stride`-th view of the input and at most as large a share of its points, at most 50.
 RefinementInput Thinned(const RefinementInput& input, std::size_t stride) {
   constexpr std::size_t kMostPoints = 50;
   RefinementInput thinned = input;
@@ -202,8 +202,8 @@ RefinementInput Thinned(const RefinementInput& input, std::size_t stride) {
   return thinned;
 }
 
-// Keeps the candidates that lead to the lowest costs within a few steps on a part of the data. What they lead
-// to is forgotten: a full refinement that starts there ends in worse places than one from the start itself.
+// Keeps the candidates with the lowest costs after a few steps on a part of the data. The intermediate
+// results are discarded: a full refinement from them ends in worse minima than one from the start itself.
 void KeepPromising(const RefinementInput& input, const RefinementOptions& options,
                    std::vector<Candidate>& candidates) {
   constexpr std::size_t kKept = 3;
@@ -213,7 +213,7 @@ void KeepPromising(const RefinementInput& input, const RefinementOptions& option
   constexpr int kSteps = 8;
   const std::size_t stride = std::max<std::size_t>(1, input.views.size() / kViews);
   RefinementInput part = Thinned(input, stride);
-  // Terms other than the boxes weigh as much less as there are fewer boxes.
+  // Other terms are weighted down with the number of boxes.
   const double share = 1.0 / static_cast<double>(stride);
   RefinementOptions quick = options;
   quick.point_weight *= share;
@@ -232,7 +232,7 @@ void KeepPromising(const RefinementInput& input, const RefinementOptions& option
     candidates.resize(kFinalists);
   }
   rank(kSteps);
-  // At least two kinds of shape stay: the short look hardly tells these apart.
+  // Keep at least two kinds of shape, which the short run hardly tells apart.
   const auto kind = [](const Candidate& candidate) {
     return NearestKind(candidate.start.shape.e1, candidate.start.shape.e2);
   };
@@ -245,7 +245,8 @@ void KeepPromising(const RefinementInput& input, const RefinementOptions& option
   candidates.resize(std::min(candidates.size(), kKept));
 }
 
-// With one side half or twice as far from the opposite one, turned by an eighth, or of another shape.
+// Returns variants of `s`: one side half or twice as far from the opposite one, turned by an eighth, or
+// another shape.
 std::vector<PosedSuperquadric> Neighbours(const PosedSuperquadric& s) {
   std::vector<PosedSuperquadric> neighbours;
   for (int axis = 0; axis < 3; ++axis) {
@@ -273,7 +274,7 @@ std::vector<PosedSuperquadric> Neighbours(const PosedSuperquadric& s) {
   return neighbours;
 }
 
-// The best of the candidates and of `best`, with its assumption.
+// Refines all candidates; updates `best` and its hypothesis if one is better.
 void FollowAll(const std::vector<Candidate>& candidates, const RefinementOptions& options,
                RefinementInput& input, StandingFit& best, Assumption& best_assumption) {
   for (const Candidate& candidate : candidates) {

@@ -21,44 +21,44 @@ struct StandingFit {
 
 // Heights of the surfaces that an object may stand on.
 struct SupportHeights {
-  std::vector<double> near;  // known to be around it
-  std::vector<double> far;   // further ones below it, of which no point is near: they may go on unseen
+  std::vector<double> near;  // that have points around it
+  std::vector<double> far;   // others below it without points nearby, where they may extend unseen
 };
 
 enum class SearchEffort {
-  kPromising,  // two starts are followed, picked by a short look at a part of the data: a third of the time
-  kAll,        // all starts are followed
-  kThorough,   // and far surfaces are tried, and the neighbourhood of the best
+  kPromising,  // follows a few starts, picked by a short run on a part of the data: a third of the time
+  kAll,        // follows all starts
+  kThorough,   // also tries far surfaces, and the neighbourhood of the best
 };
 
-// The joint refinement from several starts under several assumptions: that the object stands on one of the
-// surfaces, or on none of them, which must then fit the boxes and points better by options.floating_cost.
-// Starts are stretched down to the assumed support: the lower part of a chair behind a table is never seen.
+// Runs the joint refinement from several starts under several hypotheses: that the object stands on one of
+// the surfaces, or on none, which must then fit the boxes and points better by options.floating_cost. Starts
+// are stretched down to the assumed support: the lower part of a chair behind a table is never seen.
 //
-// Most of the many local minima differ by one side of the object, by an eighth of a turn or by the kind of
-// shape. `kThorough` tries these from the best one, again and again until none is better.
+// Most local minima differ by one side of the object, by an eighth of a turn or by the kind of shape.
+// `kThorough` repeatedly tries these variants of the best one until none is better.
 StandingFit RefineStanding(std::span<const PosedSuperquadric> starts, RefinementInput input,
                            const SupportHeights& supports, const RefinementOptions& options,
                            SearchEffort effort);
 
-// The superquadric with its top where it was and its bottom at `height`.
+// Returns the superquadric with the same top and its bottom at `height`.
 PosedSuperquadric StretchedTo(PosedSuperquadric superquadric, double height);
 
-// True where the lower box edges show where the object ends. Where something hides them in nearly all views,
-// the few other views have missed what hides it.
+// True if the lower box edges show where the object ends. If they are hidden in most views, the other views
+// probably missed the occluder.
 bool IsBottomSeen(const std::vector<BoxView>& views);
 
-// Inliers that make a start; of an object with fewer its boxes do.
+// Least number of inliers to start from; with fewer, the boxes are used.
 inline constexpr std::size_t kMinPoints = 4;
 
-// RefineStanding for a landmark with its inliers in landmark.points. `views`: those whose box edges are used.
-// `thorough`: from all starts under all assumptions (the more of them followed where the context is thorough
-// as well); otherwise on from the last result. Empty where there are fewer than kMinPoints inliers and the
-// boxes do not tell the place.
+// Runs RefineStanding for a landmark with its inliers in landmark.points. `views`: those whose box edges are
+// used. `thorough`: from all starts under all hypotheses (with SearchEffort::kThorough if the context is
+// thorough too); otherwise from the last result. Empty if there are fewer than kMinPoints inliers and the
+// boxes do not determine the position.
 std::optional<StandingFit> RefineLandmark(const Landmark& landmark, const std::vector<BoxView>& views,
                                           bool thorough, const EstimationContext& context);
 
-// The same from all starts, with points that lie on its surface, `sigma` (map units) precise.
+// The same from all starts, with surface points of standard deviation `sigma` (map units).
 StandingFit RefineLandmarkWithSurface(const Landmark& landmark, const std::vector<BoxView>& views,
                                       std::span<const SurfacePoint> surface, double sigma,
                                       const EstimationContext& context);

@@ -10,7 +10,7 @@ namespace sqslam {
 
 namespace {
 
-// Frames in which both have a box and the two boxes are as asked for; counts no further than to `enough`.
+// Counts frames, up to `enough`, in which both have a box and the predicate holds for the two boxes.
 template <typename Predicate>
 int CountFrames(const Landmark& a, const Landmark& b, int enough, Predicate&& are_as_asked) {
   int count = 0;
@@ -38,17 +38,17 @@ bool AreRarelySeenTogether(const Landmark& a, const Landmark& b, const MergingOp
   return !AreSeenTogether(a, b, options.max_seen_together);
 }
 
-// Share of the smaller volume from which on two landmarks are one.
+// Returns the overlap, share of the smaller volume, above which two landmarks are duplicates.
 double OverlapOfOne(const Landmark& a, const Landmark& b, bool same_label, const MergingOptions& options) {
-  constexpr double kReachIn = 0.15;  // two of a kind that never show in one image can't reach into each other
+  constexpr double kReachIn = 0.15;  // distinct objects do not intersect, so little is enough
   if (!same_label) {
     return options.overlap_other_label;
   }
   return AreSeenTogether(a, b, 0) ? options.overlap : std::min(kReachIn, options.overlap);
 }
 
-// A detector boxes many a thing twice for a while, a chair and its back; what it boxes twice nearly always is
-// two: stacked books.
+// A detector boxes many objects twice for a while, such as a chair and its back; but what it nearly always
+// boxes twice is two objects: stacked books.
 bool AreMostlySeenTogether(const Landmark& a, const Landmark& b) {
   constexpr double kMostly = 0.6;
   constexpr double kFew = 5.0;
@@ -57,7 +57,7 @@ bool AreMostlySeenTogether(const Landmark& a, const Landmark& b) {
   return CountFrames(a, b, enough, [](auto&&...) { return true; }) >= enough;
 }
 
-// Two thin things across each other share hardly any volume, but two of a kind don't stand so.
+// Two thin crossing superquadrics hardly overlap, but two objects of one label do not stand like that.
 bool AreConcentric(const Landmark& a, const Landmark& b, const MergingOptions& options) {
   const double distance =
       (a.superquadric.T_map_object.translation - b.superquadric.T_map_object.translation).norm();
@@ -66,9 +66,9 @@ bool AreConcentric(const Landmark& a, const Landmark& b, const MergingOptions& o
          AreRarelySeenTogether(a, b, options);
 }
 
-// True where nearly all boxes of `part` lie within the projection of `whole`, and the two not one behind the
-// other. A detector often boxes the picture on a screen instead of the screen, not besides; seen from one
-// side, what such boxes give has hardly any volume in common with the screen.
+// True if nearly all boxes of `part` lie within the projection of `whole`, and neither is behind the other. A
+// detector often boxes the picture on a screen instead of the screen; seen from one side, the superquadric of
+// such boxes hardly overlaps the screen's.
 bool ShowsPartOf(const Landmark& part, const Landmark& whole, double shared, const MergingOptions& options,
                  const Camera& camera) {
   constexpr double kInside = 0.8;  // of a box
@@ -88,9 +88,9 @@ bool ShowsPartOf(const Landmark& part, const Landmark& whole, double shared, con
   return static_cast<double>(inside) >= kViews * static_cast<double>(views.size());
 }
 
-// True where the detector boxes a thing and a part of it at once: the rarer of the two is seen with the other
-// more often than not, then nearly always with one box within the other, and on the same map points. Of two
-// things one behind the other the points differ, because each box keeps those of one depth.
+// True if the detector boxes an object and its part at once: the rarer of the two is seen with the other more
+// often than not, then nearly always with nested boxes, and on the same map points. If one object is behind
+// the other the points differ, because each box keeps those of one depth.
 bool IsBoxedTwice(const Landmark& a, const Landmark& b) {
   constexpr int kFewest = 5;          // frames
   constexpr double kOften = 0.5;      // of the views of the rarer one
@@ -134,7 +134,7 @@ bool AreSameObject(const Landmark& a, const Landmark& b, const ObjectOptions& al
   const double size_a = a.estimated ? a.superquadric.shape.half_size.maxCoeff() : 0.0;
   const double size_b = b.estimated ? b.superquadric.shape.half_size.maxCoeff() : 0.0;
   const auto passes_t_test = [&] {
-    // The spread of centroids has a lower limit; else long histories would never agree.
+    // The spread of centroids has a lower bound, or long histories would never agree.
     return parts.merge_by_test && same_label && a.centroids.count >= options.min_samples &&
            b.centroids.count >= options.min_samples &&
            AreSamePopulation(a.centroids, b.centroids, options.alpha,
@@ -146,7 +146,7 @@ bool AreSameObject(const Landmark& a, const Landmark& b, const ObjectOptions& al
   const int limit = std::max(options.max_seen_together,
                              static_cast<int>(options.max_seen_together_share *
                                               static_cast<double>(std::min(a.views.size(), b.views.size()))));
-  // Neighbours are soon seen apart: that spares nearly all pairs the shared volume.
+  // Neighbours are soon seen apart, so nearly all pairs skip the costly overlap.
   if (FramesSeenApart(a, b, same_label, limit + 1) > limit || AreMostlySeenTogether(a, b)) {
     return false;
   }

@@ -24,7 +24,7 @@ void ObjectMapper::AddObservations(std::span<const ObjectObservation> observatio
     const int id = impl_->Surviving(observation.object_id);
     const auto& deleted = impl_->deleted;
     impl_->newest_frame = std::max(impl_->newest_frame, observation.frame_index);
-    // The tracking thread may lag behind: what it still tells of a deleted landmark is dropped.
+    // The tracking thread may lag behind: its observations of deleted landmarks are dropped.
     if (std::find(deleted.begin(), deleted.end(), id) == deleted.end()) {
       Landmark& landmark = impl_->landmarks[id];
       landmark.id = id;
@@ -57,13 +57,13 @@ void ObjectMapper::UpdateAll(const PointLookup& points, const Camera& camera, co
 }
 
 bool ObjectMapper::Correct(int id, const PosedSuperquadric& superquadric, const Camera& camera) {
-  constexpr double kMayLose = 0.01;  // of the mean IoU with the boxes: what noise in the points makes of it
+  constexpr double kMayLose = 0.01;  // of the mean IoU with the boxes: the effect of noise in the points
   const auto it = impl_->landmarks.find(id);
   if (it == impl_->landmarks.end() || !it->second.estimated) {
     return false;
   }
   Landmark& landmark = it->second;
-  // A part that was completed below what boxes show can't be judged by them.
+  // A part completed below what the boxes show cannot be judged by them.
   if (landmark.visible.shape.half_size != landmark.superquadric.shape.half_size) {
     return false;
   }

@@ -30,7 +30,7 @@ struct ObjectMapper::Impl {
   std::map<int, int> merged_into;     // old id -> surviving id (may have been merged on)
   std::vector<std::pair<int, int>> merges;
   std::vector<int> deleted;
-  std::set<int> known;  // that an earlier run has shown: they keep their ids, and so what people say of them
+  std::set<int> known;  // shown by an earlier run: they keep their ids, to which users may refer
   bool upright = false;
   SupportSurfaces supports;
   std::optional<Camera> last_camera;  // of the last update
@@ -43,7 +43,7 @@ struct ObjectMapper::Impl {
     visit(self.landmarks, self.merged_into, self.merges, self.deleted, self.upright, self.newest_frame);
   }
 
-  // Throws InputError where what was read would lead astray: loops among merges, objects of impossible size.
+  // Throws InputError if the state read is invalid: cycles of merges, objects of impossible size.
   void Check(const ByteReader& reader) const {
     for (const auto& [from, to] : merged_into) {
       if (to >= from) {  // the older one stays
@@ -103,7 +103,7 @@ struct ObjectMapper::Impl {
       merged.resize(std::min(merged.size(), static_cast<std::size_t>(options.max_estimates)));
     }
     Estimate(merged, poses, context);
-    while (all && !merged.empty()) {  // what has an estimate again may prove to be a third one as well
+    while (all && !merged.empty()) {  // re-estimated ones may be duplicates of others
       merged = MergeAllPairs();
       Estimate(merged, poses, context);
     }
@@ -156,7 +156,7 @@ struct ObjectMapper::Impl {
     return sized;
   }
 
-  // Returns the survivors, which are to be estimated.
+  // Returns the survivors, which must be re-estimated.
   std::vector<int> MergeAllPairs() {
     std::set<int> survivors;
     while (const std::optional<std::pair<int, int>> pair = MergeOnePair()) {
@@ -166,7 +166,7 @@ struct ObjectMapper::Impl {
     return {survivors.begin(), survivors.end()};
   }
 
-  // Returns the ids of the one that is gone and of the one that it is part of now.
+  // Returns the ids of the removed landmark and of the one that absorbed it.
   std::optional<std::pair<int, int>> MergeOnePair() {
     for (auto a = landmarks.begin(); a != landmarks.end(); ++a) {
       for (auto b = std::next(a); b != landmarks.end(); ++b) {
@@ -208,7 +208,7 @@ struct ObjectMapper::Impl {
                                           : options.pointless_box_agreement);
   }
 
-  // As the chosen representation has it; empty for what is not shown.
+  // Returns the landmark in the chosen representation; empty if it is not shown or cannot be represented.
   std::optional<PosedSuperquadric> Represented(const Landmark& landmark) const {
     if (!IsShown(landmark)) {
       return std::nullopt;
@@ -228,7 +228,7 @@ struct ObjectMapper::Impl {
     return solid;
   }
 
-  // Other representations than the refined superquadric have no covariance: zero.
+  // The covariance is zero for representations other than the refined superquadric.
   ObjectFit FitOf(const Landmark& landmark, const PosedSuperquadric& solid) const {
     ObjectFit fit{landmark.box_agreement, PointRms(landmark, solid), landmark.reliability,
                   landmark.covariance};

@@ -9,16 +9,16 @@
 
 namespace sqslam {
 
-// Choice of the detector's boxes that are looked at.
+// Filter for the detector's boxes.
 struct DetectionFilterOptions {
-  std::vector<std::string> ignored_labels = {"person"};  // things that move by themselves
-  double min_score = 0.25;        // detector score below which a box is not looked at, in [0, 1]
-  double max_box_share = 0.9;     // boxes that cover more of the image are dropped, share of the image area
-  double min_box_share = 0.0005;  // boxes that cover less of the image are dropped, share of the image area
-  double duplicate_iou = 0.7;     // of two boxes that overlap more, the one with the lower score is dropped
+  std::vector<std::string> ignored_labels = {"person"};  // objects that move by themselves
+  double min_score = 0.25;        // detections with a lower score are ignored, in [0, 1]
+  double max_box_share = 0.9;     // boxes larger than this share of the image area are dropped
+  double min_box_share = 0.0005;  // boxes smaller than this share of the image area are dropped
+  double duplicate_iou = 0.7;     // of two boxes with a higher IoU, the one with the lower score is dropped
   double border_margin = 3.0;     // a box edge nearer to the image border counts as cut off, px
-  double border_share = 0.05;     // and this share of the box's size across the edge farther
-  double max_cut_share = 0.03;    // a cut-off box with a smaller share of the image can't start an object
+  double border_share = 0.05;     // plus this share of the box's size across the edge
+  double max_cut_share = 0.03;    // a cut-off box with a smaller share of the image cannot start an object
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
@@ -37,18 +37,18 @@ struct DetectionFilterOptions {
 struct AssociationOptions {
   AssociationMethod method = AssociationMethod::kFull;
   MeanTest t_test = MeanTest::kPerAxis;  // of one- and two-sample tests
-  double min_iou = 0.5;                  // candidate by overlap with the predicted box, in [0, 1]
-  double accept_iou = 0.7;               // overlap that is accepted without shared points, in [0, 1]
+  double min_iou = 0.5;                  // IoU with the predicted box that makes a candidate, in [0, 1]
+  double accept_iou = 0.7;               // IoU that is accepted without shared points, in [0, 1]
   double min_shared = 0.33;   // share of the observation's points that must be the landmark's, in [0, 1]
-  int min_shared_points = 3;  // and at least so many points
-  int inter_frame_gap = 3;    // frames since the last sighting that still count as consecutive
-  double other_label_shared = 0.5;   // share of points with which a box of another label is the landmark's
-  double other_label_iou = 0.7;      // overlap with which a box of another label is still the landmark's
-  double alpha = 0.01;               // significance level of the one-sample t-test and the rank-sum test
-  int rank_sum_points = 60;          // points of either cloud that the rank-sum test compares at most
-  int min_t_samples = 6;             // centroids a landmark needs for the t-test
-  double projected_iou = 0.3;        // overlap of box and projected landmark that the t-test asks for as well
-  double projected_iou_alone = 0.5;  // overlap of box and projected landmark that is enough by itself
+  int min_shared_points = 3;  // and at least this many points
+  int inter_frame_gap = 3;    // maximum frames since the last sighting to count as consecutive
+  double other_label_shared = 0.5;      // share of points for which a box of another label is accepted
+  double other_label_iou = 0.7;         // IoU for which a box of another label is accepted
+  double alpha = 0.01;                  // significance level of the one-sample t-test and the rank-sum test
+  int rank_sum_points = 60;             // maximum points of each cloud in the rank-sum test
+  int min_t_samples = 6;                // centroids a landmark needs for the t-test
+  double projected_iou = 0.3;           // IoU of box and projected landmark required along with the t-test
+  double projected_iou_alone = 0.5;     // IoU of box and projected landmark that suffices alone
   double max_centroid_distance = 0.75;  // centroid to landmark, in units of the landmark's largest half size
   int min_points = 5;                   // points a box needs to start a landmark
 
@@ -77,7 +77,7 @@ struct AssociationOptions {
 struct IsolationForestOptions {
   bool enabled = true;
   int trees = 40;           // number of isolation trees
-  int max_samples = 256;    // points a tree is grown from at most (fewer where the cloud is smaller)
+  int max_samples = 256;    // maximum points per tree (fewer for a smaller cloud)
   double threshold = 0.65;  // anomaly score above which a point is removed, in [0, 1]
   int min_points = 20;      // smaller clouds are left alone
 
@@ -91,8 +91,8 @@ struct IsolationForestOptions {
   }
 };
 
-// Frames that vote on whether a point lies in the object's box: all (the paper), only those in which the
-// point was observed, because a hidden point says nothing, or none: no reprojection test.
+// Frames that vote on whether a point lies in the object's box: all (the paper), only those that observed the
+// point (a hidden point says nothing), or none (no reprojection test).
 enum class ReprojectionVotes { kAll, kObserved, kNone };
 constexpr auto EnumNames(ReprojectionVotes) { return std::array{"all", "observed", "none"}; }
 
@@ -102,7 +102,7 @@ struct OutlierOptions {
   double depth_iqr = 1.5;
   double min_inside_share = 0.8;  // share of the sightings in which a point must lie in the object's box
   ReprojectionVotes reprojection = ReprojectionVotes::kObserved;
-  double box_margin = 0.05;  // boxes are grown by this share of their size for that vote
+  double box_margin = 0.05;  // boxes are grown by this share of their size for the vote
   int min_votes = 2;         // frames in which a point must have been seen in the object's box
   IsolationForestOptions isolation_forest;
 
@@ -119,19 +119,19 @@ struct OutlierOptions {
 
 // Yaw from line segments and from the point cloud (section "Pose Estimation").
 struct YawOptions {
-  int line_interval = 5;    // an object's lines are extracted in every n-th frame at most; 0: never
-  int line_pixels = 15000;  // of the boxes that lines are extracted from, per frame on average; 0: no limit
-  int line_views = 20;      // frames with lines that an object gets without waiting for others
-  double max_box_share = 0.3;       // not from boxes that cover more of the image, share of the image area
+  int line_interval = 5;            // an object's lines are extracted in every n-th frame at most; 0: never
+  int line_pixels = 15000;          // area of boxes searched for lines, per frame on average; 0: no limit
+  int line_views = 20;              // frames with lines that an object gets without waiting its turn
+  double max_box_share = 0.3;       // larger boxes are not searched for lines, share of the image area
   double min_line_length = 15.0;    // px
-  double box_margin = 10.0;         // boxes are grown by so much for the search of lines, px
+  double box_margin = 10.0;         // boxes are grown by this for the line search, px
   int samples = 18;                 // start angles, evenly over 90 degrees
   double match_angle_deg = 5.0;     // a line matches an axis below this angle in the image
-  int min_lines = 3;                // lines a box needs
-  double independent_views = 4.0;   // views that all views of an object are worth: they share their faults
-  double max_refinement_deg = 5.0;  // refinements that go farther from the best sample are rejected
-  double pca_min_ratio = 1.21;      // variance along the first axis over that along the second
-  int pca_min_points = 20;          // points the cloud needs
+  int min_lines = 3;                // least number of lines in a box
+  double independent_views = 4.0;   // effective number of views at most: line errors repeat from view to view
+  double max_refinement_deg = 5.0;  // refinements farther from the best sample are rejected
+  double pca_min_ratio = 1.21;      // least ratio of the variances along the first and the second axis
+  int pca_min_points = 20;          // least number of points
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
@@ -158,11 +158,11 @@ constexpr auto EnumNames(SizeMethod) { return std::array{"minmax", "percentile"}
 // Half sizes from the point cloud, and the shape exponents (section "Size And Shape").
 struct SizeShapeOptions {
   SizeMethod size_method = SizeMethod::kMinMax;
-  double percentile = 0.02;      // share of points left out at either end by the percentile method
-  double thinnest_share = 0.02;  // no half size below this share of the largest one
+  double percentile = 0.02;      // share of points cut off at each end by the percentile method
+  double thinnest_share = 0.02;  // lower bound on half sizes, share of the largest one
   double grid_step = 0.2;        // start values of the exponents: 0.1, 0.1 + step, ... 1.9 on both axes
   double huber = 0.1;            // width of the robust loss, share of the mean half size
-  double regularisation = 0.01;  // weight of a pull of both exponents towards `prior_exponent`
+  double regularisation = 0.01;  // weight of the prior that both exponents are `prior_exponent`
   double prior_exponent = 0.5;   // in [0.1, 1.9]
   int max_iterations = 20;       // Levenberg-Marquardt steps
 
@@ -188,23 +188,22 @@ struct RefinementOptions {
   // that boxes show: no superquadric follows every bump.
   double point_sigma_px = 1.5;
   double point_sigma_share = 0.01;
-  // Standard deviation of a point's image, px: the less the cameras moved that saw it, the less its depth
-  // counts; 0: as much as the rest.
+  // Standard deviation of a point's observations, px: the smaller its baseline, the less its depth counts; 0:
+  // depth is as certain as the rest.
   double depth_sigma_px = 3.0;
-  double point_weight = 1.0;  // the points together weigh at most as much as so many views
-  // Points of a dense cloud, all together, weigh as much as so many observations of this precision, share of
-  // their depth.
+  double point_weight = 1.0;  // the points together weigh at most as much as this many views
+  // All points of a dense cloud together weigh as much as this many observations of this standard deviation,
+  // share of their depth.
   double dense_weight = 20.0;
   double dense_sigma_share = 0.004;
-  double contact_sigma = 0.05;   // standard deviation of the gap to the support, share of the shown size
-  double contact_weight = 10.0;  // of contact against one box edge
-  double floating_cost = 8.0;    // half the chi square that standing on nothing must save
-  double exponent_sigma = 0.2;   // standard deviation of both exponents about those of the kind of shape
-  double edge_bias_sigma =
-      0.02;                      // standard deviation of what a detector adds to all boxes at one side, share
-  double max_stretch = 1.0;      // half sizes at most so many times the largest half diagonal of a box
-  int max_iterations = 30;       // Levenberg-Marquardt steps
-  double cost_tolerance = 0.02;  // a step that saves less ends it; the cost is half a chi square
+  double contact_sigma = 0.05;    // standard deviation of the gap to the support, share of the shown size
+  double contact_weight = 10.0;   // relative to one box edge
+  double floating_cost = 8.0;     // half chi square by which standing on nothing must fit better
+  double exponent_sigma = 0.2;    // standard deviation of both exponents about those of the kind of shape
+  double edge_bias_sigma = 0.02;  // standard deviation of the detector's bias per side, share of the box size
+  double max_stretch = 1.0;       // maximum half size over the largest half diagonal of a box
+  int max_iterations = 30;        // Levenberg-Marquardt steps
+  double cost_tolerance = 0.02;   // steps that reduce the cost (half a chi square) by less are the last
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {
@@ -228,10 +227,10 @@ struct RefinementOptions {
   }
 };
 
-// One object, one landmark (section "Data Association", end).
+// Merging of duplicate landmarks (section "Data Association", end).
 struct MergingOptions {
   double alpha = 0.001;              // significance level of the two-sample t-test
-  int min_samples = 4;               // centroids each of the two needs for the test
+  int min_samples = 4;               // centroids that both need for the test
   double overlap = 0.4;              // shared volume over the smaller volume: same label
   double overlap_other_label = 0.6;  // the same for different labels
   double concentric = 0.15;          // centre distance over the smaller one's largest half size: same label
@@ -255,7 +254,7 @@ struct GravityOptions {
   double max_angle_deg = 65.0;   // up lies within this angle of the cameras' mean up direction
   double inlier_share = 0.006;   // points nearer to the plane than this share of the median depth support it
   int ransac_iterations = 4000;  // seeded
-  int min_points = 30;           // fewer map points: no answer
+  int min_points = 30;           // minimum number of map points
   double min_support = 0.08;     // share of the points that must lie on the plane
 
   template <typename Visitor>
@@ -272,20 +271,20 @@ struct GravityOptions {
 enum class ObjectMethod { kPaper, kRefined };
 constexpr auto EnumNames(ObjectMethod) { return std::array{"paper", "refined"}; }
 
-// The form in which objects are shown, written and scored; no other step depends on it. Ellipsoids and
-// cuboids take up the superquadric's space as far as they can (method "paper": have its size, with exponents
-// 1 and 0.1); a quadric is the dual quadric of the boxes alone.
+// Representation in which objects are shown, written and scored; no other step depends on it. Ellipsoids and
+// cuboids approximate the solid of the superquadric (method "paper": have its size, with exponents 1 and
+// 0.1); a quadric is the dual quadric of the boxes alone.
 enum class Representation { kSuperquadric, kEllipsoid, kQuadric, kCuboid };
 constexpr auto EnumNames(Representation) {
   return std::array{"superquadric", "ellipsoid", "quadric", "cuboid"};
 }
 
-// Beginnings of a quadric: the boxes of several views (QuadricSLAM), or one view of it on its support, with
-// the proportions of its class and the symmetry of its texture (SO-SLAM). Both are refined by the boxes.
+// Initialisation of a quadric: the boxes of several views (QuadricSLAM), or one view of it on its support,
+// with the proportions of its class and the symmetry of its texture (SO-SLAM). Both are refined by the boxes.
 enum class QuadricInit { kMultiView, kSingleView };
 constexpr auto EnumNames(QuadricInit) { return std::array{"multi-view", "single-view"}; }
 
-// Evidence of a dense cloud for the objects, once there is one: taken where it helps, or none.
+// Use of a dense cloud for the objects, once there is one: if it helps, or never.
 enum class DenseEvidence { kAuto, kOff };
 constexpr auto EnumNames(DenseEvidence) { return std::array{"auto", "off"}; }
 
@@ -293,15 +292,14 @@ struct ObjectOptions {
   ObjectMethod method = ObjectMethod::kRefined;
   Representation representation = Representation::kSuperquadric;
   QuadricInit quadric_init = QuadricInit::kMultiView;  // of representation "quadric"
-  std::string class_priors =
-      "default";  // what is known of classes: default (configs/classes.yaml), off, or a file
-  DenseEvidence dense_evidence = DenseEvidence::kOff;  // of sqslam densify and run --dense
-  int min_observations = 10;                           // boxes an object needs to be shown
-  int min_points = 4;                                  // map points an object needs to be shown
-  double min_box_agreement = 0.35;  // mean IoU of projected object and boxes that an object needs to be shown
+  std::string class_priors = "default";                // default (configs/classes.yaml), off, or a file
+  DenseEvidence dense_evidence = DenseEvidence::kOff;  // for sqslam densify and run --dense
+  int min_observations = 10;                           // boxes needed to show an object
+  int min_points = 4;                                  // map points needed to show an object
+  double min_box_agreement = 0.35;       // mean IoU of projected object and boxes needed to show an object
   double pointless_box_agreement = 0.6;  // the same for an object with fewer than min_points
   int forget_after = 300;  // frames without a box after which an object that was never good is deleted
-  int max_estimates = 2;   // objects that are estimated anew at a keyframe, the most outdated; 0: no limit
+  int max_estimates = 2;   // most outdated objects re-estimated at a keyframe; 0: no limit
   DetectionFilterOptions detections;
   AssociationOptions association;
   OutlierOptions outliers;

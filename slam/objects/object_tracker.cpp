@@ -26,9 +26,9 @@ struct ObjectTracker::Impl {
   std::size_t merges_seen = 0;
   std::size_t deleted_seen = 0;
   std::vector<std::int64_t> observed;  // ids of the current frame's points, sorted
-  double line_credit = 0.0;            // px that lines may be looked for in, see YawOptions::line_pixels
+  double line_credit = 0.0;            // px left for line extraction, see YawOptions::line_pixels
 
-  // Follows merges and deletions, and points the tracks at what the mapping thread knows.
+  // Applies merges and deletions, and points the tracks at their landmarks in the newest view.
   void TakeView(const ObjectMapView& newest) {
     if (newest.version == view_version) {
       return;
@@ -59,8 +59,7 @@ struct ObjectTracker::Impl {
         track.labels.Add(landmark.label, 1.0);
       }
       track.view = &landmark;
-      track.centroids =
-          landmark.centroids;  // which follow the map when it is bent; the newest ones come later
+      track.centroids = landmark.centroids;  // these follow map corrections; the newest ones come later
       if (landmark.estimated) {
         // Points that passed the outlier removal, plus those seen since; the rest is background.
         track.point_ids.clear();
@@ -95,7 +94,7 @@ struct ObjectTracker::Impl {
     }
   }
 
-  // True where a known landmark is expected to be seen about there.
+  // True if a known landmark is expected near this box.
   bool IsExpected(const Box2d& box) const {
     constexpr double kAboutThere = 0.2;  // IoU
     return std::ranges::any_of(tracks, [&](const auto& entry) {
@@ -105,14 +104,14 @@ struct ObjectTracker::Impl {
     });
   }
 
-  // A new landmark must not be a second box around something that has one already. Without points nothing but
-  // its place tells it from what is known, so that only a whole box where nothing is known begins one.
+  // A new landmark must not be a second box of a known object. Without enough points only the position tells
+  // the two apart, so the box must be whole and away from all expected landmarks.
   bool MayStart(const ObjectFrame& frame, const BoxCandidate& box, const std::vector<BoxCandidate>& boxes,
                 const std::vector<int>& ids) const {
     const Box2d& b = box.detection.box;
     const double share = b.Area() / (static_cast<double>(frame.camera.width) * frame.camera.height);
     if (frame.points.empty()) {
-      return false;  // the frame's own place is not sure
+      return false;  // the frame's pose is uncertain
     }
     const bool bare = static_cast<int>(box.point_ids.size()) < options.association.min_points;
     if ((bare && (options.method == ObjectMethod::kPaper || box.AnyEdgeCut() || IsExpected(b))) ||
@@ -148,8 +147,7 @@ struct ObjectTracker::Impl {
     return ids;
   }
 
-  // Edges behind landmarks that are known to stand before the object, whether the detector sees them now or
-  // not.
+  // Marks edges hidden by landmarks that stand in front of the object, whether or not these are detected now.
   void MarkHiddenEdges(const ObjectFrame& frame, const std::vector<int>& ids,
                        std::vector<BoxCandidate>& boxes) const {
     const Rigid3d T_camera_map = frame.T_map_camera.Inverse();
@@ -196,7 +194,7 @@ struct ObjectTracker::Impl {
     }
   }
 
-  // The centroid of a part says nothing about the whole, which the paper does not ask.
+  // The centroid of a part of the object is no measurement of the whole; the paper uses it all the same.
   std::optional<Eigen::Vector3d> Centroid(const BoxCandidate& box) const {
     return box.AnyEdgeCut() && options.method != ObjectMethod::kPaper ? std::nullopt : box.centroid;
   }
@@ -220,7 +218,7 @@ struct ObjectTracker::Impl {
         continue;
       }
       const Eigen::Vector2d pixel = frame.camera.ProjectDistorted(p);
-      // Beyond an edge that something else hides the object may well go on.
+      // Beyond an edge that is not free the object may continue.
       const bool beyond = paper ? !box.Contains(pixel) : IsBeyondEdge(box, edge_free, pixel, margin);
       if (frame.camera.InImage(pixel) && beyond) {
         outside.push_back(point);
@@ -253,9 +251,9 @@ struct ObjectTracker::Impl {
     return observation;
   }
 
-  // Looks for lines in some of the boxes; returns those boxes' lines in the order of the boxes, none for the
-  // others. Lines cost time, so that objects take turns, those that have waited longest first; objects with
-  // few views yet need not wait. The lines in the box of a table are those of the things on it.
+  // Extracts lines in some of the boxes; returns the lines of each box, none for the others. To save time
+  // objects take turns, those waiting longest first, except that objects with few line views need not wait.
+  // Large boxes are skipped: the lines in the box of a table are those of the things on it.
   std::vector<std::vector<LineSegment>> Lines(const ObjectFrame& frame,
                                               const std::vector<BoxCandidate>& boxes,
                                               const std::vector<int>& ids) {

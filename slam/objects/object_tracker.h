@@ -9,7 +9,7 @@
 
 namespace sqslam {
 
-// The objects' share of the tracking thread: decides which landmark each box of a frame belongs to, makes new
+// Object tracking in the tracking thread: associates the boxes of a frame with landmarks, creates new
 // landmarks, and takes the measurements of one frame (centroid, yaw, points that leave the box).
 //
 //   auto observations = tracker.Track(frame, *mapper_view);
@@ -23,16 +23,16 @@ class ObjectTracker {
   ObjectTracker(ObjectTracker&&) noexcept;
   ObjectTracker& operator=(ObjectTracker&&) noexcept;
 
-  // One observation for each box that was associated. `view` may lag behind; frame_index must grow. `times`,
-  // where given, takes the duration of the stage tracking.association.
+  // Returns one observation per associated box. `view` may lag behind; frame_index must grow. If given,
+  // `times` receives the duration of the stage tracking.association.
   std::vector<ObjectObservation> Track(const ObjectFrame& frame, const ObjectMapView& view,
                                        StageTimes* times = nullptr);
 
-  // Ids for new landmarks begin no lower than this: other submaps have used the ones below.
+  // New landmarks get ids from `id` on: other submaps have used the ones below.
   void StartIdsAt(int id);
   int NextId() const;
 
-  // The map frame was changed: p_new = S_new_old * p_old.
+  // Applies a change of the map frame: p_new = S_new_old * p_old.
   void Transform(const Sim3d& S_new_old);
 
  private:

@@ -22,11 +22,11 @@ namespace sqslam {
 // A feature of the current frame that is matched to a map point.
 struct TrackedPoint {
   std::int64_t point_id = 0;
-  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  // as the detector saw it: distorted, px
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  // distorted px
   Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
 };
 
-// All that the object pipeline needs of one tracked frame.
+// Input of the object pipeline from one tracked frame.
 struct ObjectFrame {
   std::int64_t frame_index = 0;
   Rigid3d T_map_camera;
@@ -34,8 +34,7 @@ struct ObjectFrame {
   std::vector<Detection> detections;
   std::vector<TrackedPoint> points;
   cv::Mat gray;  // 8UC1, distorted as recorded; empty: no lines
-  // A box as a camera without rolling shutter would show it, of a thing so far before it (0: unknown). Empty:
-  // boxes are as they are.
+  // Corrects a box for the rolling shutter, given the depth of the object (0: unknown). Empty: no correction.
   std::function<Box2d(const Box2d& box, double depth)> box_at_once = {};
 };
 
@@ -52,7 +51,7 @@ struct LineSegment {
   }
 };
 
-// An angle about the map's z axis, modulo 90 degrees, and how far to trust it.
+// An angle about the map's z axis, modulo 90 degrees, with its weight.
 struct YawEstimate {
   double yaw = 0.0;      // radians, in [-pi/4, pi/4)
   double quality = 0.0;  // > 0, a weight
@@ -69,30 +68,30 @@ struct ObjectObservation {
   Rigid3d T_map_camera;
   std::vector<std::int64_t> point_ids;            // in the box, after the depth gate
   std::vector<std::int64_t> reprojected_outside;  // points of the object that fall outside the box
-  std::optional<Eigen::Vector3d> centroid;  // of point_ids, map frame; empty where there are too few points
+  std::optional<Eigen::Vector3d> centroid;  // of point_ids, map frame; empty if there are too few points
   std::optional<YawEstimate> yaw;           // from the lines of this frame
   std::vector<LineSegment> lines;           // within the box; empty in most frames
   cv::Mat gray;  // the frame, 8UC1, distorted as recorded; only for quadrics from a single view
 };
 
-// One landmark as the mapping thread knows it.
+// State of a landmark in the mapping thread.
 struct ObjectLandmarkView {
   int id = 0;
   std::string label;
   int observations = 0;
   std::vector<std::pair<std::int64_t, Eigen::Vector3d>> points;  // inliers: id and position in the map frame
-  bool estimated = false;                                        // the superquadric means something
+  bool estimated = false;                                        // the superquadric is valid
   bool shown = false;                                            // good enough to be part of the object map
   PosedSuperquadric superquadric;
   std::optional<double> support;  // height of the surface that it was found to stand on
   PointStatistics centroids;
 };
 
-// Outcome of outlier removal for a map point, over all objects that are shown.
+// Outcome of outlier removal for a map point, over all shown objects.
 struct PointEvidence {
-  int object_id = -1;    // whose point it is; -1: nobody's
-  int rejected_by = -1;  // whose outlier removal took it away (of several: in whose boxes it was seen most)
-  double anomaly = 0.0;  // isolation score by the object whose it is, else by that which rejected it; 0: none
+  int object_id = -1;    // object that it belongs to; -1: none
+  int rejected_by = -1;  // object that rejected it (of several the one with most sightings); -1: none
+  double anomaly = 0.0;  // isolation score by its object, or else by the rejecting one; 0: none
 };
 
 // The landmarks as the mapping thread publishes them to the tracking thread. Immutable once published.
@@ -100,10 +99,10 @@ struct ObjectMapView {
   std::int64_t version = 0;  // grows with every change
   bool upright = false;      // the map's z axis points up
   std::vector<ObjectLandmarkView> landmarks;
-  std::vector<std::pair<int, int>> merges;  // old id -> surviving id, all that ever happened, in order
-  std::vector<int> deleted;                 // all that ever happened, in order
+  std::vector<std::pair<int, int>> merges;  // old id -> surviving id, all merges so far, in order
+  std::vector<int> deleted;                 // all deletions so far, in order
 
-  // Every id that was ever given out is below.
+  // Exclusive upper bound of all ids ever assigned.
   int IdBound() const {
     int bound = 0;
     for (const ObjectLandmarkView& landmark : landmarks) {
@@ -119,13 +118,13 @@ struct ObjectMapView {
   }
 };
 
-// Position of a map point. Follows fusions (the id is updated); nullopt where the point was culled.
+// Position of a map point. Follows fusions (the id is updated); nullopt if the point was culled.
 using PointLookup = std::function<std::optional<Eigen::Vector3d>(std::int64_t& point_id)>;
 
 // Newest estimate of the pose of a past frame (T_map_camera); nullopt: keep what was known.
 using PoseLookup = std::function<std::optional<Rigid3d>(std::int64_t frame_index)>;
 
-// Motion of a frame, and of what was seen from it, when the map was bent: p_new = S_new_old * p_old.
+// Motion of a frame, and of what was seen from it, in a non-rigid map correction: p_new = S_new_old * p_old.
 using MotionLookup = std::function<Sim3d(std::int64_t frame_index)>;
 
 }  // namespace sqslam

@@ -8,7 +8,7 @@
 namespace sqslam {
 namespace {
 
-// The snapshot's boxes, each with what of it shows where its object ends.
+// Adds the snapshot's boxes, with their free edges, to their landmarks.
 void AddViews(const MapSnapshot& snapshot, const Rigid3d& T_map_camera, const ObjectOptions& options,
               std::map<int, Landmark>& landmarks) {
   ObjectFrame frame{snapshot.frame_index, T_map_camera, snapshot.camera, {}, {}, {}};

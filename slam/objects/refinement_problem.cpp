@@ -16,7 +16,7 @@ constexpr int kBounds = 3;
 constexpr double kMiddleExponent = 0.5 * (kMinShapeExponent + kMaxShapeExponent);
 constexpr double kExponentReach = 0.5 * (kMaxShapeExponent - kMinShapeExponent);
 
-// The parameters with what all residuals share.
+// The parameters, and the terms that all residuals share.
 struct State {
   explicit State(const double* x)
       : centre(x[0], x[1], x[2]),
@@ -42,7 +42,7 @@ struct State {
   double cos_yaw;
   double sin_yaw;
   double exponent[2];        // e1, e2
-  double exponent_slope[2];  // by the parameter
+  double exponent_slope[2];  // derivative by the parameter
 };
 
 struct Residual {
@@ -54,7 +54,7 @@ struct Residual {
     gradient *= factor;
   }
 
-  // Signed square root of weight * Cauchy's loss of this width.
+  // Signed square root of weight * Cauchy loss of this width.
   void MakeRobust(double width, double weight) {
     const double square = value * value / (width * width);
     if (square < 1e-9) {
@@ -102,7 +102,7 @@ Residual EdgeResidual(const State& state, const double* x, const RefinementProbl
 Residual PointResidual(const State& state, const RefinementProblem::Point& point) {
   const Eigen::Vector3d q = state.ToObject(point.p_map - state.centre);
   if (!point.on_surface && q.cwiseQuotient(state.half).cwiseAbs().maxCoeff() > 1.0) {
-    return {};  // out of the box around the solid, as most are
+    return {};  // outside the bounding box, as most are
   }
   const RadialDistanceGradient distance =
       Superquadric{state.half, state.exponent[0], state.exponent[1]}.RadialDistanceWithGradient(q);
@@ -123,7 +123,7 @@ Residual PointResidual(const State& state, const RefinementProblem::Point& point
   return residual;
 }
 
-// `side`: -1 of the lowest point, 1 of the highest.
+// `side`: -1 for the lowest point, 1 for the highest.
 Residual ContactResidual(const State& state, const RefinementProblem::Contact& contact, double side) {
   Residual residual;
   residual.value = contact.factor * (state.centre.z() + side * state.half.z() - contact.height);
@@ -139,9 +139,9 @@ Residual ContactResidual(const State& state, const RefinementProblem::Contact& c
 Residual PriorResidual(const State& state, const double* x, const RefinementProblem::Prior& prior,
                        int index) {
   constexpr int kLogHalf = RefinementProblem::kLogHalf;
-  constexpr double kWidth = 2.0;  // of Cauchy's loss: labels may be wrong, and things lie on their side
+  constexpr double kWidth = 2.0;  // of the Cauchy loss: labels may be wrong, objects may lie on their side
   Residual residual;
-  // A weighted sum of the logarithms of the half sizes.
+  // Residual of a weighted sum of the log half sizes.
   const auto sizes = [&](const Eigen::Vector3d& weights, double expected, double factor) {
     const Eigen::Vector3d logs(x[kLogHalf], x[kLogHalf + 1], x[kLogHalf + 2]);
     residual.value = factor * (weights.dot(logs) - expected);
@@ -175,7 +175,7 @@ Residual PriorResidual(const State& state, const double* x, const RefinementProb
 }  // namespace
 
 RefinementProblem::Parameters RefinementProblem::Pack(const PosedSuperquadric& superquadric) {
-  constexpr double kInside = 0.999;  // on the very bound the sine has no slope
+  constexpr double kInside = 0.999;  // the sine has no slope at the bounds
   Parameters x = Parameters::Zero();
   x.head<3>() = superquadric.T_map_object.translation;
   x.segment<3>(kLogHalf) = superquadric.shape.half_size.array().log().matrix();
@@ -201,7 +201,7 @@ Eigen::Matrix<double, 13, 13> RefinementProblem::Information(const Parameters& p
   Eigen::VectorXd residuals(NumResiduals());
   Eigen::MatrixXd jacobian(NumResiduals(), static_cast<int>(NUM_PARAMETERS));
   (*this)(parameters.data(), residuals.data(), jacobian.data());
-  constexpr double kWeakest = 1e-6;  // where the data say nothing
+  constexpr double kWeakest = 1e-6;  // for unobserved directions
   Eigen::Matrix<double, 13, 13> information = jacobian.transpose() * jacobian;
   information.diagonal() = information.diagonal().cwiseMax(kWeakest);
   information.diagonal() *= 1.0 + 1e-9;
@@ -209,7 +209,7 @@ Eigen::Matrix<double, 13, 13> RefinementProblem::Information(const Parameters& p
 }
 
 Eigen::Matrix<double, 9, 9> RefinementProblem::Covariance(const Parameters& parameters) const {
-  // From the parameters to sizes and exponents: d half = half d log(half), d e = slope d u.
+  // Chain rule to sizes and exponents: d half = half d log(half), d e = slope d u.
   const State state(parameters.data());
   Eigen::Matrix<double, 9, 1> slope = Eigen::Matrix<double, 9, 1>::Ones();
   slope.segment<3>(kLogHalf) = state.half;
@@ -221,8 +221,8 @@ Eigen::Matrix<double, 9, 9> RefinementProblem::Covariance(const Parameters& para
 }
 
 double RefinementProblem::HalfLogInformation(const Parameters& parameters) const {
-  // Exponents are left out, as each kind of shape has a prior of the same width; a yaw that nothing fixes is
-  // known to lie within a quarter turn.
+  // Exponents are left out, as each kind of shape has a prior of the same width; an unobserved yaw still lies
+  // within a quarter turn.
   constexpr int kKept = 7;
   constexpr double kYawSigma = 0.4534;  // a quarter turn over the square root of 12
   Eigen::Matrix<double, 13, 13> information = Information(parameters);
@@ -244,8 +244,8 @@ bool RefinementProblem::operator()(const double* parameters, double* residuals, 
   constexpr double kEdgeWidth = 1.5;
   constexpr double kBeyondWidth = 0.7;  // what hides or cuts off one edge may shorten the others
   constexpr double kPointWidth = 1.5;
-  constexpr double kInside = 0.5;       // things are hollow between their parts more often than they bulge
-  constexpr double kBoundSigma = 0.05;  // of the log of a half size beyond its bound
+  constexpr double kInside = 0.5;       // objects are more often hollow between their parts than bulging
+  constexpr double kBoundSigma = 0.05;  // of a log half size beyond its bound
   const State state(parameters);
   const int rows = NumResiduals();
   int row = 0;

@@ -9,9 +9,9 @@
 
 namespace sqslam {
 
-// The residuals of the joint refinement with their analytic Jacobian, as ceres::TinySolver asks for. Losses
-// are part of the residuals: each is the signed square root of its robust cost, so that half the sum of
-// squares is the cost.
+// The residuals of the joint refinement with their analytic Jacobian, for ceres::TinySolver. Losses are part
+// of the residuals: each is the signed square root of its robust cost, so that half the sum of squares is the
+// cost.
 class RefinementProblem {
  public:
   using Scalar = double;
@@ -20,7 +20,7 @@ class RefinementProblem {
 
   // Layout of the parameters: centre (map frame), log of the half sizes, yaw (radians), exponents (through a
   // sine, which keeps them between kMinShapeExponent and kMaxShapeExponent), and for each side of the boxes
-  // how far outward the detector puts it, share of the box size.
+  // the outward bias of the detector, share of the box size.
   enum Parameter { kCentre = 0, kLogHalf = 3, kYaw = 6, kExponents = 7, kBias = 9 };
 
   // A plane through the camera centre and a box edge, which touches the object.
@@ -30,12 +30,12 @@ class RefinementProblem {
     Eigen::Vector3d forward_map;    // viewing direction
     double factor;                  // focal length over standard deviation, both px
     int side;                       // 0 left, 1 top, 2 right, 3 bottom
-    double size;                    // of the box across the edge, in standard deviations
+    double size;                    // box size across the edge, in standard deviations
     bool exact;                     // false: the silhouette reaches at least to the edge
     bool whole;                     // the box shows the whole object: none of its edges is hidden or cut off
   };
 
-  // A point on the surface, or a place that is known to lie outside of it.
+  // A point on the surface, or one known to lie outside of it.
   struct Point {
     Eigen::Vector3d p_map;
     double factor;  // 1 / standard deviation, map units
@@ -43,7 +43,7 @@ class RefinementProblem {
     bool on_surface;
   };
 
-  // The lowest point of the object is at `height`, or not below; the highest, where it is a top.
+  // The lowest point of the object (for `top` the highest) is at `height`, or if not `exact` not below it.
   struct Contact {
     double height;
     double factor;  // 1 / standard deviation, map units
@@ -53,17 +53,17 @@ class RefinementProblem {
   // Prior knowledge: proportions, size, exponents, yaw modulo 90 degrees. Factors are inverse standard
   // deviations.
   struct Prior {
-    double log_width_ratio = 0.0;  // of the half sizes along x over y
+    double log_width_ratio = 0.0;  // logarithm of the half sizes along x over y
     double width_factor = 0.0;
-    double log_height_ratio = 0.0;  // of that along z over the geometric mean of the others
+    double log_height_ratio = 0.0;  // the same along z over the geometric mean of the others
     double height_factor = 0.0;
-    double log_size = 0.0;  // of the geometric mean of all three
+    double log_size = 0.0;  // logarithm of the geometric mean of all three
     double size_factor = 0.0;
     std::array<double, 2> exponents = {1.0, 1.0};
     double exponent_factor = 0.0;
     double yaw = 0.0;
     double yaw_factor = 0.0;
-    double yaw_width = 1.0;    // of Cauchy's loss: lines may be those of a pattern
+    double yaw_width = 1.0;    // of the Cauchy loss: lines may belong to a pattern
     double bias_factor = 0.0;  // of the boxes' sides
   };
 
@@ -72,19 +72,19 @@ class RefinementProblem {
   std::optional<Contact> contact;
   std::optional<Contact> top;
   Prior prior{};
-  bool symmetric = false;  // beyond the edges of a whole view costs what short of them does
+  bool symmetric = false;  // overshooting the edges of a whole view costs as much as falling short
   Eigen::Vector3d max_log_half = Eigen::Vector3d::Zero();
   Eigen::Vector3d min_log_half = Eigen::Vector3d::Zero();
 
   static Parameters Pack(const PosedSuperquadric& superquadric);
   static PosedSuperquadric Unpack(const Parameters& parameters);
 
-  // Covariance of centre, half sizes, yaw, e1 and e2 at these parameters: the inverse of J^T J. Directions
-  // that nothing fixes get a large finite variance.
+  // Covariance of centre, half sizes, yaw, e1 and e2 at these parameters: the inverse of J^T J. Unobserved
+  // directions get a large finite variance.
   Eigen::Matrix<double, 9, 9> Covariance(const Parameters& parameters) const;
 
-  // Half the logarithm of the determinant of the information on centre, size and yaw: how sharply the data
-  // fix these, the Occam factor of Laplace's approximation to the evidence.
+  // Half the log determinant of the information on centre, size and yaw: how well the data determine these,
+  // the Occam factor of Laplace's approximation to the evidence.
   double HalfLogInformation(const Parameters& parameters) const;
 
   int NumResiduals() const;

@@ -19,7 +19,7 @@ double ClassSurprise(const Superquadric& shape, const ClassPrior& prior,
 }
 
 double Reliability(const ReliabilityEvidence& evidence) {
-  constexpr double kUseless = 0.45;  // agreement of a box somewhere near
+  constexpr double kUseless = 0.45;  // agreement of a box that is roughly in place
   constexpr double kUsualSigma = 0.25;
   constexpr double kUsualSurprise = 9.0;
   constexpr double kLabelIsWrong = 0.2;

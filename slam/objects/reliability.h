@@ -8,7 +8,7 @@
 
 namespace sqslam {
 
-// Evidence for an object that its estimate did not use, or that says how firmly it stands.
+// Evidence for the reliability of an object's estimate.
 struct ReliabilityEvidence {
   int observations = 0;
   double held_out_agreement = 0.0;  // mean IoU with boxes that the fit did not use, in [0, 1]
@@ -20,7 +20,7 @@ struct ReliabilityEvidence {
 double ClassSurprise(const Superquadric& shape, const ClassPrior& prior,
                      const std::optional<MetricScale>& scale);
 
-// In [0, 1]; rises with the mean 3D IoU that objects of this reliability have (docs/evaluation.md).
+// Returns a value in [0, 1] that increases with the mean 3D IoU of such objects (docs/evaluation.md).
 double Reliability(const ReliabilityEvidence& evidence);
 
 }  // namespace sqslam

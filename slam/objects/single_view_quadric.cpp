@@ -10,8 +10,8 @@
 namespace sqslam {
 namespace {
 
-// An upright ellipsoid with the priors' proportions where the lower end of the box stands on the support, and
-// about as high as the box says. Empty where the support is not below the camera there.
+// Returns an upright ellipsoid with the priors' proportions and about the height of the box, at the point
+// where the lower edge of the box meets the support. Empty if the support is not below the camera there.
 std::optional<PosedSuperquadric> StartOnSupport(const BoxView& view, const Camera& camera, double yaw,
                                                 const QuadricPriors& priors) {
   const Box2d box = UndistortBox(view.box, camera);
@@ -32,7 +32,7 @@ std::optional<PosedSuperquadric> StartOnSupport(const BoxView& view, const Camer
   return start;
 }
 
-// The grey level that the camera sees at a point of the surface; empty where it does not see it.
+// Returns the grey level of a surface point in the image; empty if the camera does not see it.
 std::optional<double> Seen(const Eigen::Vector3d& p_object, const Eigen::Vector3d& normal_object,
                            const PosedSuperquadric& ellipsoid, const Rigid3d& T_map_camera,
                            const Camera& camera, const cv::Mat& gray) {
@@ -92,7 +92,7 @@ std::optional<PosedSuperquadric> QuadricFromOneView(const BoxView& view, const c
                                                     const Camera& camera, const ObjectOptions& options,
                                                     QuadricPriors priors) {
   constexpr int kAngles = 36;
-  constexpr double kDisagreement = 255.0;  // grey levels that a box which does not overlap at all costs
+  constexpr double kDisagreement = 255.0;  // grey levels; cost of a box without overlap
   if (std::ranges::find(view.edge_free, false) != view.edge_free.end()) {
     return std::nullopt;
   }

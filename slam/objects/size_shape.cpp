@@ -13,7 +13,7 @@
 namespace sqslam {
 namespace {
 
-// Weighted radial distance of a point, by the exponents e1 and e2.
+// Weighted radial distance of a point as a function of e1 and e2.
 class ShapeCost final : public ceres::SizedCostFunction<1, 2> {
  public:
   // `factor`: sqrt(alpha) / mean half size.
@@ -42,7 +42,7 @@ double HuberCost(double residual, double width) {
   return r <= width ? r * r : 2.0 * width * r - width * width;
 }
 
-// Mean robust cost at fixed exponents; the same function as the refinement minimises.
+// Mean robust cost at fixed exponents; the function that the refinement minimises.
 double CostAt(const std::deque<ShapeCost>& costs, double e1, double e2, const SizeShapeOptions& options) {
   const double exponents[2] = {e1, e2};
   const double* const parameters[] = {exponents};

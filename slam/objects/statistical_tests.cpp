@@ -14,8 +14,8 @@ namespace {
 
 constexpr int kDimensions = 3;
 
-// True where a difference of means, whose covariance is `scale` times `covariance` (with `degrees` degrees of
-// freedom), may be chance.
+// True if a difference of means with covariance `scale` * `covariance` (`degrees` degrees of freedom) is not
+// significant.
 bool MayBeZero(const Eigen::Vector3d& difference, const Eigen::Matrix3d& covariance, double scale,
                double degrees, double alpha, double min_sigma, MeanTest test) {
   if (test == MeanTest::kPerAxis) {

@@ -8,8 +8,8 @@
 
 namespace sqslam {
 
-// Running mean and scatter of points (Welford). The full scatter, because a variance per axis can't be
-// carried into another frame.
+// Running mean and scatter of points (Welford). Keeps the full scatter, because per-axis variances cannot be
+// transformed into another frame.
 struct PointStatistics {
   int count = 0;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
@@ -17,7 +17,7 @@ struct PointStatistics {
 
   void Add(const Eigen::Vector3d& p);
   void Merge(const PointStatistics& other);
-  // As if every point had been p_new = S_new_old * p_old.
+  // Applies p_new = S_new_old * p_old to every point.
   void Transform(const Sim3d& S_new_old);
   Eigen::Matrix3d Covariance() const;  // unbiased; zero for fewer than two points
   Eigen::Vector3d Variance() const;    // its diagonal
@@ -29,11 +29,12 @@ struct PointStatistics {
 };
 
 // Tests of three coordinates at once.
-//  kPerAxis: the paper's; a t-test on each axis at level alpha, accepted where all three accept. True
-//    hypotheses are rejected with 1 - (1 - alpha)^3 where the axes are independent, and the answer depends on
-//    how the axes lie.
+//  kPerAxis: the paper's; a t-test on each axis at level alpha, accepted if all three accept. Rejects true
+//    hypotheses with probability 1 - (1 - alpha)^3 if the axes are independent, and depends on their
+//    directions.
 //  kHotelling: Hotelling's T^2 on the vector, with F quantiles (Hotelling 1931; Johnson and Wichern, Applied
-//    Multivariate Statistical Analysis, chapters 5 and 6). Rejects true hypotheses with alpha in any frame.
+//    Multivariate Statistical Analysis, chapters 5 and 6). Rejects true hypotheses with probability alpha in
+//    any frame.
 enum class MeanTest { kPerAxis, kHotelling };
 constexpr auto EnumNames(MeanTest) { return std::array{"per-axis", "hotelling"}; }
 
@@ -46,29 +47,29 @@ double CriticalT(double alpha, double degrees);
 // std::domain_error for degrees <= 2 or alpha outside (0, 1).
 double CriticalHotelling(double alpha, double degrees);
 
-// One-sample test of section "Non inter-frame Association": true where `p` is accepted as a further sample of
-// the population; false where the population is too small to tell (n < 2, Hotelling n < 4). The paper's
-// statistic compares a single centroid with the mean of n, so it rejects nearly everything once n is large
-// (the critical value stays, sqrt(n) grows). `kOfSingle` tests against the spread of single samples instead,
-// sigma * sqrt(1 + 1/n). `min_sigma` (map units, in every direction) keeps tiny spreads from rejecting all.
+// One-sample test of section "Non inter-frame Association": true if `p` is accepted as a further sample of
+// the population; false if the population is too small to tell (n < 2, Hotelling n < 4). The paper's
+// statistic compares a single centroid with the mean of n, so it rejects nearly everything for large n (the
+// critical value stays, sqrt(n) grows). `kOfSingle` tests against the spread of single samples instead, sigma
+// * sqrt(1 + 1/n). `min_sigma` (map units, in every direction) keeps tiny spreads from rejecting all.
 enum class OneSampleTest { kOfMean, kOfSingle };
 bool IsSampleOf(const PointStatistics& population, const Eigen::Vector3d& p, double alpha, double min_sigma,
                 OneSampleTest scale = OneSampleTest::kOfMean, MeanTest test = MeanTest::kPerAxis);
 
-// Two-sample test with pooled (co)variance: true where both are accepted as samples of one object; false
-// where they are too small to tell (fewer than three points together, Hotelling five).
+// Two-sample test with pooled (co)variance: true if both are accepted as samples of one object; false if they
+// are too small to tell (fewer than three points together, Hotelling five).
 bool AreSamePopulation(const PointStatistics& a, const PointStatistics& b, double alpha, double min_sigma,
                        MeanTest test = MeanTest::kPerAxis);
 
 // Wilcoxon's rank-sum statistic of `a` within a and b together, standardised: (U - E[U]) / sigma[U], with
 // middle ranks for ties and the variance corrected for them (Hollander, Wolfe and Chicken, Nonparametric
-// Statistical Methods, chapter 4). About N(0, 1) where both come from one distribution; 0 where all values
-// are equal or a sample is empty.
+// Statistical Methods, chapter 4). About N(0, 1) if both come from one distribution; 0 if all values are
+// equal or a sample is empty.
 double RankSumZ(std::span<const double> a, std::span<const double> b);
 
-// True where two point clouds may be samples of one distribution: the rank-sum test accepts on each of the
-// three axes at level alpha (Iqbal and Gans, IROS 2018; Wu et al., EAO-SLAM, IROS 2020). At most `max_points`
-// of each cloud, evenly picked, are compared: the views of an object always differ a little, and with enough
+// True if two point clouds may be samples of one distribution: the rank-sum test accepts on each of the three
+// axes at level alpha (Iqbal and Gans, IROS 2018; Wu et al., EAO-SLAM, IROS 2020). Compares at most
+// `max_points` of each cloud, evenly picked: the views of an object always differ a little, and with enough
 // points any difference is significant. False for an empty cloud.
 bool AreSameCloud(std::span<const Eigen::Vector3d> a, std::span<const Eigen::Vector3d> b, double alpha,
                   int max_points);

@@ -9,7 +9,7 @@
 namespace sqslam {
 namespace {
 
-// Answers how many of the sorted heights are below a limit that only rises.
+// Counts the sorted heights below a limit that only rises.
 class RisingCount {
  public:
   explicit RisingCount(const std::vector<double>& heights) : heights_(&heights) {}
@@ -31,7 +31,7 @@ struct Peak {
   double contrast = 0.0;  // points in the layer less those in layers beside it
 };
 
-// Layers of thickness `layer` that hold more points than the layers a little above and below.
+// Finds layers of thickness `layer` that hold more points than the layers a little above and below.
 std::vector<Peak> Peaks(const std::vector<double>& heights, double layer, double min_points) {
   std::vector<Peak> peaks;
   std::vector<RisingCount> counts(6, RisingCount(heights));
@@ -51,7 +51,7 @@ std::vector<Peak> Peaks(const std::vector<double>& heights, double layer, double
   return peaks;
 }
 
-// The widest angle at `place` without a point, radians.
+// Returns the widest angle at `place` without a point, radians.
 double WidestGap(const std::vector<Eigen::Vector2d>& points, const Eigen::Vector2d& place) {
   std::vector<double> angles;
   for (const Eigen::Vector2d& p : points) {
@@ -65,18 +65,18 @@ double WidestGap(const std::vector<Eigen::Vector2d>& points, const Eigen::Vector
   return widest;
 }
 
-// True where `p` (x and y) lies over the solid, grown by this factor.
+// True if `p` (x and y) lies over the solid, grown by the factor `grown`.
 bool IsOver(const Eigen::Vector2d& p, const PosedSuperquadric& solid, double grown) {
   const Eigen::Vector3d q =
       solid.T_map_object.Inverse() * Eigen::Vector3d(p.x(), p.y(), solid.T_map_object.translation.z());
   return solid.shape.RadialScale(q) < grown;
 }
 
-// True where the surface is the top of something under `place`. What is there stands on it, whatever else is
-// taken to cover it: a second, wrong solid within a table takes the table from nothing that stands on it.
+// True if the surface is the top of an object under `place`. It then stays a support even if another solid
+// seems to cover it: a wrong second solid within a table must not take the table from what stands on it.
 bool IsTopUnder(const Eigen::Vector2d& place, double height, std::span<const PosedSuperquadric> others,
                 double tolerance) {
-  constexpr double kPrecise = 0.1;  // of a mapped height, where that is more than a surface's layer
+  constexpr double kPrecise = 0.1;  // of a mapped height, if that is more than a surface's layer
   return std::ranges::any_of(others, [&](const PosedSuperquadric& other) {
     const double half = other.shape.half_size.z();
     const double top = other.T_map_object.translation.z() + half;
@@ -161,7 +161,7 @@ std::vector<double> SupportSurfaces::Under(const Eigen::Vector2d& place, double 
 
 SupportSurfaces SupportSurfaces::Around(const Eigen::Vector2d& place,
                                         std::span<const PosedSuperquadric> others) const {
-  constexpr double kMayStandOn = 1.3;  // how far beyond an object's own outline its extent is in doubt
+  constexpr double kMayStandOn = 1.3;  // factor on an object's outline up to which its extent is in doubt
   constexpr double kOnTop = 1.1;
   SupportSurfaces result;
   result.tolerance_ = tolerance_;

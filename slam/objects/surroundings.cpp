@@ -8,14 +8,14 @@
 namespace sqslam {
 namespace {
 
-// Gap between the two seen from above, share of the other one's size.
+// Horizontal gap between the two, share of the size of `other`.
 double Gap(const PosedSuperquadric& other, const PosedSuperquadric& object) {
   Eigen::Vector3d p = other.T_map_object.Inverse() * object.T_map_object.translation;
   p.z() = 0.0;
   return other.shape.RadialDistance(p) / other.shape.half_size.norm();
 }
 
-// True where the line of sight through `pixel` meets the solid nearer than `depth`.
+// True if the line of sight through `pixel` meets the solid before `depth`.
 bool IsBlocked(const Eigen::Vector2d& pixel, double depth, const Rigid3d& T_other_camera,
                const Camera& camera, const Superquadric& other) {
   constexpr int kSteps = 16;
@@ -25,7 +25,7 @@ bool IsBlocked(const Eigen::Vector2d& pixel, double depth, const Rigid3d& T_othe
   for (int i = 0; i <= kSteps; ++i) {
     const double share = kNearest + (kFarthest - kNearest) * i / kSteps;
     const Eigen::Vector3d p = T_other_camera * (share * depth * ray);
-    // Most are out of the box around the solid: that spares the powers.
+    // Most are outside the bounding box, which saves the powers.
     if ((p.cwiseAbs() - other.half_size).maxCoeff() < 0.0 && other.RadialScale(p) < 1.0) {
       return true;
     }
@@ -33,7 +33,7 @@ bool IsBlocked(const Eigen::Vector2d& pixel, double depth, const Rigid3d& T_othe
   return false;
 }
 
-// True where `other` stands on the object: above it, on a surface about as high as its top.
+// True if `other` stands on the object: above it, on a surface about as high as its top.
 bool StandsOn(const Landmark& other, const PosedSuperquadric& object) {
   constexpr double kAbout = 0.15;  // of the object's height
   if (!other.support) {
@@ -86,7 +86,7 @@ Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* 
 
 bool MayHide(const PosedSuperquadric& other, const PosedSuperquadric& object) {
   constexpr double kMuchLarger = 4.0;  // volumes
-  // Every superquadric fills between 1/6 (the octahedron) and all of the box around it: that decides mostly.
+  // Every superquadric fills between 1/6 (the octahedron) and all of its bounding box, which usually decides.
   const double other_box = other.shape.half_size.prod();
   const double object_box = object.shape.half_size.prod();
   if (other_box < kMuchLarger / 6.0 * object_box ||
@@ -102,7 +102,7 @@ bool MayHide(const PosedSuperquadric& other, const PosedSuperquadric& object) {
 std::array<bool, 4> EdgesHiddenBy(const Box2d& box, double depth, const Rigid3d& T_map_camera,
                                   const Camera& camera, const PosedSuperquadric& other) {
   const Rigid3d T_other_camera = other.T_map_object.Inverse() * T_map_camera;
-  // The solid must reach before the middle of the box's line of sight to matter at all.
+  // The solid must come close to the line of sight through the centre of the box to matter at all.
   const double reach =
       other.shape.half_size.norm() + 0.5 * std::hypot(box.width, box.height) * depth / camera.fx;
   const Eigen::Vector3d far_end = depth * camera.Unproject(box.Center());

@@ -63,8 +63,8 @@ struct Match {
   double offset = 0.0;  // of the axis from the yaw: 0 the x axis, pi/2 the y axis
 };
 
-// Lines that agree with the horizontal axes at this yaw; those nearer to the vertical axis are left out, as
-// they say nothing about yaw.
+// Finds the lines that agree with the horizontal axes at this yaw, except those nearer to the vertical axis,
+// which do not constrain the yaw.
 void MatchLines(const std::vector<NormalisedLine>& lines, double yaw, double max_sine, LineFit fit,
                 std::vector<Match>& matches, double& score) {
   const Eigen::Vector2d x_axis = AxisAt(yaw);
@@ -113,7 +113,7 @@ struct YawProblem {
       }
       const double square = sine * sine / (kWidth * kWidth);
       const double root = std::sqrt(line.weight);
-      // The signed root of the loss, log(1 + square), which is the sine itself about zero.
+      // The signed root of the loss, log(1 + square), which is the sine itself near zero.
       const bool tiny = square < 1e-9;
       const double robust = tiny ? sine : std::copysign(kWidth * std::sqrt(std::log(1.0 + square)), sine);
       *residuals++ = root * robust;
@@ -135,7 +135,7 @@ double RefineYaw(const std::vector<NormalisedLine>& lines, const std::vector<Mat
   return yaw[0];
 }
 
-// Likelihood of an angle about the vertical by all lines, see YawModesFromLines.
+// Likelihood of an angle about the vertical given all lines, see YawModesFromLines.
 class YawLikelihood {
  public:
   YawLikelihood(std::span<const LineView> views, const Camera& camera, const YawOptions& options) {
@@ -143,7 +143,7 @@ class YawLikelihood {
     constexpr double kAcross = 1.0;                     // px, of a line's ends
     constexpr double kVertical = 0.1;                   // shares of the lines
     constexpr double kClutter = 0.8;
-    constexpr double kFullWeight = 40.0;  // px: what is shorter is clutter more often, and edges are long
+    constexpr double kFullWeight = 40.0;  // px: shorter lines are clutter more often
     const auto with_lines =
         std::ranges::count_if(views, [](const LineView& view) { return !view.lines.empty(); });
     const double share =
@@ -256,7 +256,7 @@ std::vector<YawMode> YawModesFromLines(std::span<const LineView> views, const Ca
   constexpr double kStep = 0.5 * kPi / kSamples;
   constexpr double kFine = 0.5 * kRadiansPerDegree;
   constexpr double kParallel = 1.0 * kRadiansPerDegree;  // standard deviation of edges from the solid's axes
-  constexpr double kMostSigma = 0.5 * kPi / 3.46;        // that of any angle
+  constexpr double kMostSigma = 0.5 * kPi / 3.46;        // that of a uniform angle
   constexpr double kLeastShare = 0.05;
   constexpr std::size_t kMost = 3;
   const YawLikelihood likelihood(views, camera, options);

@@ -18,8 +18,8 @@ namespace sqslam {
 struct LineView {
   Rigid3d T_map_camera;
   std::vector<LineSegment> lines;  // undistorted px
-  // Point (map frame) at which the object's axes are projected; empty: at each line's midpoint, which spares
-  // lines away from it a perspective error.
+  // Point (map frame) at which the object's axes are projected; empty: at each line's midpoint, which avoids
+  // a perspective error for lines away from it.
   std::optional<Eigen::Vector3d> p_axes = {};
 
   template <typename Self, typename Visit>
@@ -28,16 +28,16 @@ struct LineView {
   }
 };
 
-// Weights of lines: by their length, with a robust loss, or as in the paper: all the same, least squares of
-// the angles (Eq. 7), and the start with the most matches.
+// Weights of lines: by their length with a robust loss, or as in the paper: equal, least squares of the
+// angles (Eq. 7), and the start with the most matches.
 enum class LineFit { kRobust, kPaper };
 
-// Angle between a line and the image that a direction of the map has at the line's midpoint (where that image
-// points to the direction's vanishing point), radians in [0, pi/2]; pi/2 for a line without length.
+// Returns the angle between a line and the image of a map direction at the line's midpoint (which points to
+// the vanishing point of the direction), radians in [0, pi/2]; pi/2 for a line without length.
 double AngleToDirection(const LineSegment& line, const Rigid3d& T_map_camera, const Camera& camera,
                         const Eigen::Vector3d& direction_map);
 
-// The axis of an object that a line is the most parallel to.
+// The object axis that a line is most parallel to.
 struct AxisOfLine {
   int axis = 0;        // 0, 1, 2: x, y, z
   double angle = 0.0;  // AngleToDirection() of the line and the axis, radians
@@ -45,32 +45,32 @@ struct AxisOfLine {
 AxisOfLine NearestAxis(const LineSegment& line, const Rigid3d& T_map_camera, const Camera& camera,
                        const Eigen::Matrix3d& R_map_object);
 
-// Yaw from line segments (section "Pose Estimation"): the axes of the object are parallel to its edges. 18
-// start angles over 90 degrees, the one with the best matches (angle between projected axis and line below
+// Yaw from line segments (section "Pose Estimation"): the axes of the object are parallel to its edges. Of 18
+// start angles over 90 degrees the one with the best matches (angle between projected axis and line below
 // options.match_angle_deg) is refined by Levenberg-Marquardt over the accumulated angle error. The axes are
-// projected at each line's midpoint, i.e. compared with the direction to the axis' vanishing point, so that
-// lines away from the object's centre are compared without a perspective error. One view is the paper's
-// estimate, many views give the joint one. Empty where the lines match no horizontal axis.
+// projected at each line's midpoint, i.e. compared with the direction to the axis' vanishing point, without a
+// perspective error for lines away from the object's centre. One view is the paper's estimate, many views
+// give the joint one. Empty if the lines match no horizontal axis.
 std::optional<YawEstimate> YawFromLines(std::span<const LineView> views, const Camera& camera,
                                         const YawOptions& options, LineFit fit = LineFit::kRobust);
 
-// An angle about the map's z axis, modulo 90 degrees, that lines may mean.
+// An angle about the map's z axis, modulo 90 degrees, supported by lines.
 struct YawMode {
   double yaw = 0.0;    // radians, in [-pi/4, pi/4)
   double sigma = 0.0;  // standard deviation, radians
-  double share = 1.0;  // probability that it is this one
+  double share = 1.0;  // probability of this mode
 };
 
-// The angles that the lines of many views may mean, the likeliest first; at most three, each likely enough to
-// be worth a try. A line shows one of the two horizontal axes, or the vertical one, or nothing of the object;
-// the likelihood of an angle is that of all lines, its precision the curvature there, its share the mass of
-// its peak. Lines come back in every view with the same faults, so that many views tell no more than
-// options.independent_views. Empty without lines, or where all of them are as likely as none.
+// Returns the modes of the yaw from the lines of many views, at most three, the likeliest first. A line shows
+// one of the two horizontal axes, the vertical one, or clutter; the likelihood of an angle is that of all
+// lines, its precision the curvature there, its share the mass of its peak. Line errors repeat from view to
+// view, so many views count no more than options.independent_views. Empty without lines, or if the likelihood
+// is flat.
 std::vector<YawMode> YawModesFromLines(std::span<const LineView> views, const Camera& camera,
                                        const YawOptions& options);
 
 // Yaw from the principal axis of the points' horizontal projection, for objects without straight edges. Empty
-// where the cloud is round (variance ratio below options.pca_min_ratio) or small.
+// if the cloud is round (variance ratio below options.pca_min_ratio) or small.
 std::optional<YawEstimate> YawFromPoints(std::span<const Eigen::Vector3d> points, const YawOptions& options);
 
 // Weighted running mean of angles modulo 90 degrees, taken on the circle of 4 * yaw: the mean of 44 and -44
@@ -79,10 +79,10 @@ class YawMean {
  public:
   void Add(const YawEstimate& estimate);
   void Merge(const YawMean& other) { sum_ += other.sum_, weight_ += other.weight_; }
-  void Rotate(double angle) { sum_ *= std::polar(1.0, 4.0 * angle); }  // the frame was turned
+  void Rotate(double angle) { sum_ *= std::polar(1.0, 4.0 * angle); }  // applies a rotation of the frame
   bool Empty() const { return weight_ <= 0.0; }
   double Mean() const { return WrapQuarter(std::arg(sum_) / 4.0); }
-  double Concentration() const { return weight_ > 0.0 ? std::abs(sum_) / weight_ : 0.0; }  // 1: all the same
+  double Concentration() const { return weight_ > 0.0 ? std::abs(sum_) / weight_ : 0.0; }  // 1: all equal
 
   template <typename Self, typename Visit>
   static void VisitState(Self& self, Visit&& visit) {
