@@ -132,6 +132,9 @@ class Refit {
     if (all || part == TruePart::kBoxes) {
       ProjectBoxes(solid);
     }
+    if (part == TruePart::kEdges) {  // all of them are where boxes are whole
+      JudgeEdges(solid);
+    }
     if (all || part == TruePart::kYaw) {
       context_.given.yaw = YawOf(solid.T_map_object.rotation);
     }
@@ -152,7 +155,7 @@ class Refit {
     if (views.size() < kFewestViews || landmark_.points.size() < kFewestPoints) {
       return std::nullopt;
     }
-    if (!whole_boxes_) {
+    if (!edges_known_) {
       MarkHiddenEdges(landmark_, context_, views);
     }
     if (const std::optional<StandingFit> fit = RefineLandmark(landmark_, views, true, context_)) {
@@ -206,7 +209,7 @@ class Refit {
 
   void ProjectBoxes(const PosedSuperquadric& solid) {
     constexpr double kBorder = 1.0;  // px
-    whole_boxes_ = true;
+    edges_known_ = true;
     std::vector<BoxView> views;
     for (BoxView view : landmark_.views) {
       const BudgetFrame* frame = FrameOf(view.frame_index);
@@ -222,13 +225,35 @@ class Refit {
     landmark_.views = std::move(views);
   }
 
+  // Marks the edges that are near those of the whole solid as free, and no others.
+  void JudgeEdges(const PosedSuperquadric& solid) {
+    constexpr double kNear = 3.0;  // px
+    constexpr double kNearShare = 0.03;
+    edges_known_ = true;
+    for (BoxView& view : landmark_.views) {
+      const BudgetFrame* frame = FrameOf(view.frame_index);
+      const auto box =
+          frame != nullptr ? ProjectToBox(solid, TruePose(*frame), context_.camera) : std::optional<Box2d>();
+      if (!box) {
+        view.edge_free = {};
+        continue;
+      }
+      const Box2d shown = UndistortBox(view.box, context_.camera);
+      const double near_x = kNear + kNearShare * shown.width;
+      const double near_y = kNear + kNearShare * shown.height;
+      view.edge_free = {std::abs(shown.x - box->x) < near_x, std::abs(shown.y - box->y) < near_y,
+                        std::abs(shown.x + shown.width - box->x - box->width) < near_x,
+                        std::abs(shown.y + shown.height - box->y - box->height) < near_y};
+    }
+  }
+
   const MapSnapshot& map_;
   const std::vector<BudgetFrame>& frames_;
   Solid truth_;  // map frame
   const std::vector<int>& true_boxes_;
   Landmark landmark_;
   EstimationContext context_;
-  bool whole_boxes_ = false;  // the boxes include hidden parts
+  bool edges_known_ = false;  // hidden edges are not looked for
 };
 
 void AddLines(const std::vector<BudgetFrame>& frames, const Camera& camera, const YawOptions& options,

@@ -14,11 +14,12 @@ namespace sqslam {
 // Evidence on an object that an error budget replaces by the truth, one part at a time, and all together.
 //   poses        of the cameras that saw it
 //   boxes        around the projected true solid, with what is hidden
+//   edges        which edges of its boxes are free, neither hidden nor cut off
 //   association  the boxes that overlap with the true solid's, and the map points that lie in it
 //   yaw, support, shape   about the vertical, height of what it stands on, box or cylinder or ellipsoid
-enum class TruePart { kPoses, kBoxes, kAssociation, kYaw, kSupport, kShape, kAll };
+enum class TruePart { kPoses, kBoxes, kEdges, kAssociation, kYaw, kSupport, kShape, kAll };
 constexpr auto EnumNames(TruePart) {
-  return std::array{"poses", "boxes", "association", "yaw", "support", "shape", "all"};
+  return std::array{"poses", "boxes", "edges", "association", "yaw", "support", "shape", "all"};
 }
 inline constexpr std::size_t kTrueParts = EnumNames(TruePart()).size();
 
