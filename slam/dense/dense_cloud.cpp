@@ -174,7 +174,7 @@ CloudFusion::Grid CloudFusion::Flattened() const {
   sheets.Add(Grid::kShards, threads_, [&](std::size_t shard, const auto& put) {
     for (const Cell& cell : grid_.Values(shard)) {
       if (const double length = cell.normal.norm(); length > 0.0) {
-        const double weight = cell.weight * cell.views;
+        const double weight = cell.weight * (cell.filled ? 1 : cell.views);
         put(SheetKey(cell.Mean().array() / edge, cell.normal),
             {weight * cell.Mean(), weight / length * cell.normal, weight});
       }
