@@ -149,6 +149,7 @@ const YawMode* YawMeant(const PosedSuperquadric& start, const RefinementInput& i
 void AddPrior(const Superquadric& start, const YawMode* yaw, const RefinementInput& input,
               const RefinementOptions& options, RefinementProblem& problem) {
   constexpr double kNoDoubt = 1e6;
+  constexpr double kProfile = 2.0;  // the tapers explain most of what e1 would
   const ClassPrior& known = input.prior;
   RefinementProblem::Prior& prior = problem.prior;
   const double longer = start.half_size.x() >= start.half_size.y() ? 1.0 : -1.0;
@@ -160,8 +161,13 @@ void AddPrior(const Superquadric& start, const YawMode* yaw, const RefinementInp
     prior.log_size = *known.log_metres - input.scale->log_scale - std::log(2.0);
     prior.size_factor = 1.0 / std::hypot(known.size_sigma, input.scale->sigma);
   }
-  prior.exponents = ExponentsOf(NearestKind(start.e1, start.e2));
-  prior.exponent_factor = 1.0 / options.exponent_sigma;
+  const ShapeKind kind = NearestKind(start.e1, start.e2);
+  prior.exponents = ExponentsOf(kind);
+  prior.exponent_factors.fill(1.0 / options.exponent_sigma);
+  if (kind == ShapeKind::kCylinder && options.taper_sigma > 0.0) {
+    prior.taper_factor = 1.0 / options.taper_sigma;
+    prior.exponent_factors[0] *= kProfile;
+  }
   prior.yaw = yaw != nullptr ? yaw->yaw : 0.0;
   prior.yaw_factor = yaw != nullptr ? 1.0 / yaw->sigma : 0.0;
   prior.yaw_width = input.yaw_is_given ? kNoDoubt : prior.yaw_width;
@@ -251,7 +257,7 @@ RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementI
   };
   double cost = solve();
   // Only in a second pass: with the symmetric loss from the start, local minima are more frequent.
-  problem.symmetric = std::ranges::any_of(problem.edges, &RefinementProblem::Edge::whole);
+  problem.symmetric = with_covariance && std::ranges::any_of(problem.edges, &RefinementProblem::Edge::whole);
   if (problem.symmetric) {
     cost = solve();
   }

@@ -63,7 +63,8 @@ struct RefinementResult {
 // + h(R^T n) = 0, where c is the object's centre and h the support function of the superquadric: exact,
 // smooth, and no silhouette has to be traced. Points give the radial distance of Eq. 11, the support gives
 // contact: lowest point = height. The prior has modes (kind of shape, longer horizontal axis, yaw), of which
-// the one nearest to the start is used. Without `with_covariance` the covariance of the result is zero.
+// the one nearest to the start is used. Without `with_covariance` the
+// covariance of the result is zero, and boxes are not balanced: quicker, to compare starts.
 RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementInput& input,
                                const RefinementOptions& options, bool with_covariance = true);
 

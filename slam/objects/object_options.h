@@ -196,10 +196,13 @@ struct RefinementOptions {
   // share of their depth.
   double dense_weight = 20.0;
   double dense_sigma_share = 0.004;
-  double contact_sigma = 0.05;    // standard deviation of the gap to the support, share of the shown size
-  double contact_weight = 10.0;   // relative to one box edge
-  double floating_cost = 8.0;     // half chi square by which standing on nothing must fit better
-  double exponent_sigma = 0.2;    // standard deviation of both exponents about those of the kind of shape
+  double contact_sigma = 0.05;   // standard deviation of the gap to the support, share of the shown size
+  double contact_weight = 10.0;  // relative to one box edge
+  double floating_cost = 8.0;    // half chi square by which standing on nothing must fit better
+  double exponent_sigma = 0.2;   // standard deviation of both exponents about those of the kind of shape
+  // Standard deviation of the log of the width of a round thing's ends over that of its middle: bottles,
+  // bowls; 0: both are as wide.
+  double taper_sigma = 0.5;
   double edge_bias_sigma = 0.02;  // standard deviation of the detector's bias per side, share of the box size
   double max_stretch = 1.0;       // maximum half size over the largest half diagonal of a box
   int max_iterations = 30;        // Levenberg-Marquardt steps
@@ -217,6 +220,7 @@ struct RefinementOptions {
     visit("dense_sigma_share", dense_sigma_share, 1e-5, 1.0);
     visit("contact_sigma", contact_sigma, 1e-4, 10.0);
     visit("exponent_sigma", exponent_sigma, 0.01, 100.0);
+    visit("taper_sigma", taper_sigma, 0.0, 10.0);
     visit("edge_bias_sigma", edge_bias_sigma, 1e-6, 1.0);
     visit("point_sigma_share", point_sigma_share, 0.0, 1.0);
     visit("contact_weight", contact_weight, 0.0, 1000.0);

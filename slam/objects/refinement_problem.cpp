@@ -4,14 +4,14 @@
 #include <cmath>
 
 #include "slam/geometry/angles.h"
-#include "slam/geometry/superquadric_norm.h"
+#include "slam/objects/tapered_solid.h"
 
 namespace sqslam {
 namespace {
 
 using Gradient = RefinementProblem::Parameters;
 
-constexpr int kPriors = 10;
+constexpr int kPriors = 12;
 constexpr int kBounds = 3;
 constexpr double kMiddleExponent = 0.5 * (kMinShapeExponent + kMaxShapeExponent);
 constexpr double kExponentReach = 0.5 * (kMaxShapeExponent - kMinShapeExponent);
@@ -79,10 +79,11 @@ Residual EdgeResidual(const State& state, const double* x, const RefinementProbl
   const Eigen::Vector3d u = n.cwiseProduct(state.half);
   const double p1 = 2.0 / (2.0 - state.exponent[0]);
   const double p2 = 2.0 / (2.0 - state.exponent[1]);
-  const SuperquadricNorm<PNormWithSlope> support(u, p1, p2);
-  const Eigen::Vector3d du = support.Gradient();
+  const int end = RefinementProblem::kTaper + (u.z() > 0.0 ? 1 : 0);
+  const TaperedSupport support(u, std::exp(x[end]), p1, p2);
+  const Eigen::Vector3d& du = support.by_u;
   const double scale = edge.factor / depth;
-  const double beyond = scale * (edge.normal_map.dot(offset) + support.Value());
+  const double beyond = scale * (edge.normal_map.dot(offset) + support.value);
   residual.value = beyond + edge.size * x[RefinementProblem::kBias + edge.side];
   if (!edge.exact && residual.value > 0.0) {
     residual.value = 0.0;
@@ -92,15 +93,18 @@ Residual EdgeResidual(const State& state, const double* x, const RefinementProbl
   g.head<3>() = scale * edge.normal_map - beyond / depth * edge.forward_map;
   g.segment<3>(RefinementProblem::kLogHalf) = scale * du.cwiseProduct(u);
   g[RefinementProblem::kYaw] = scale * (du.x() * state.half.x() * n.y() - du.y() * state.half.y() * n.x());
-  g[RefinementProblem::kExponents] = scale * support.whole.by_p * 0.5 * p1 * p1 * state.exponent_slope[0];
-  g[RefinementProblem::kExponents + 1] =
-      scale * support.whole.by_x * support.section.by_p * 0.5 * p2 * p2 * state.exponent_slope[1];
+  g[RefinementProblem::kExponents] = scale * support.by_p1 * 0.5 * p1 * p1 * state.exponent_slope[0];
+  g[RefinementProblem::kExponents + 1] = scale * support.by_p2 * 0.5 * p2 * p2 * state.exponent_slope[1];
+  g[end] = scale * support.by_log_taper;
   g[RefinementProblem::kBias + edge.side] = edge.size;
   return residual;
 }
 
-Residual PointResidual(const State& state, const RefinementProblem::Point& point) {
-  const Eigen::Vector3d q = state.ToObject(point.p_map - state.centre);
+Residual PointResidual(const State& state, const double* x, const RefinementProblem::Point& point) {
+  const Eigen::Vector3d p = state.ToObject(point.p_map - state.centre);
+  const int end = RefinementProblem::kTaper + (p.z() > 0.0 ? 1 : 0);
+  const TaperedWidth width(p.z(), state.half.z(), std::exp(x[end]));
+  const Eigen::Vector3d q(p.x() / width.value, p.y() / width.value, p.z());
   if (!point.on_surface && q.cwiseQuotient(state.half).cwiseAbs().maxCoeff() > 1.0) {
     return {};  // outside the bounding box, as most are
   }
@@ -112,11 +116,15 @@ Residual PointResidual(const State& state, const RefinementProblem::Point& point
     residual.value = 0.0;
     return residual;
   }
-  const Eigen::Vector3d& dq = distance.by_point;
+  const double by_width = -distance.by_point.head<2>().dot(q.head<2>()) / width.value;
+  const Eigen::Vector3d dp(distance.by_point.x() / width.value, distance.by_point.y() / width.value,
+                           distance.by_point.z() + by_width * width.by_z);
   Gradient& g = residual.gradient;
-  g.head<3>() = -state.ToMap(dq);
+  g.head<3>() = -state.ToMap(dp);
   g.segment<3>(RefinementProblem::kLogHalf) = distance.by_log_half_size;
-  g[RefinementProblem::kYaw] = dq.x() * q.y() - dq.y() * q.x();
+  g[RefinementProblem::kLogHalf + 2] += by_width * width.by_log_half;
+  g[end] = by_width * width.by_log_taper;
+  g[RefinementProblem::kYaw] = dp.x() * p.y() - dp.y() * p.x();
   g[RefinementProblem::kExponents] = distance.by_e1 * state.exponent_slope[0];
   g[RefinementProblem::kExponents + 1] = distance.by_e2 * state.exponent_slope[1];
   residual.Scale(point.factor);
@@ -139,6 +147,7 @@ Residual ContactResidual(const State& state, const RefinementProblem::Contact& c
 Residual PriorResidual(const State& state, const double* x, const RefinementProblem::Prior& prior,
                        int index) {
   constexpr int kLogHalf = RefinementProblem::kLogHalf;
+  constexpr double kNotWider = 100.0;  // an end wider than the middle belongs to another hull
   constexpr double kWidth = 2.0;  // of the Cauchy loss: labels may be wrong, objects may lie on their side
   Residual residual;
   // Residual of a weighted sum of the log half sizes.
@@ -156,14 +165,19 @@ Residual PriorResidual(const State& state, const double* x, const RefinementProb
     sizes(Eigen::Vector3d::Constant(1.0 / 3.0), prior.log_size, prior.size_factor);
   } else if (index < 5) {
     const std::size_t i = static_cast<std::size_t>(index - 3);
-    residual.value = prior.exponent_factor * (state.exponent[i] - prior.exponents[i]);
+    residual.value = prior.exponent_factors[i] * (state.exponent[i] - prior.exponents[i]);
     residual.gradient[RefinementProblem::kExponents + index - 3] =
-        prior.exponent_factor * state.exponent_slope[i];
+        prior.exponent_factors[i] * state.exponent_slope[i];
   } else if (index == 5) {
     const double half = 2.0 * (x[RefinementProblem::kYaw] - prior.yaw);
     residual.value = prior.yaw_factor * std::sin(half) / 2.0;
     residual.gradient[RefinementProblem::kYaw] = prior.yaw_factor * std::cos(half);
     residual.MakeRobust(prior.yaw_width, 1.0);
+  } else if (index >= 10) {
+    const int end = RefinementProblem::kTaper + index - 10;
+    const double factor = x[end] > 0.0 ? kNotWider : prior.taper_factor;
+    residual.value = factor * x[end];
+    residual.gradient[end] = factor;
   } else {
     const int side = RefinementProblem::kBias + index - 6;
     residual.value = prior.bias_factor * x[side];
@@ -197,12 +211,12 @@ PosedSuperquadric RefinementProblem::Unpack(const Parameters& parameters) {
   return superquadric;
 }
 
-Eigen::Matrix<double, 13, 13> RefinementProblem::Information(const Parameters& parameters) const {
+RefinementProblem::Square RefinementProblem::Information(const Parameters& parameters) const {
   Eigen::VectorXd residuals(NumResiduals());
   Eigen::MatrixXd jacobian(NumResiduals(), static_cast<int>(NUM_PARAMETERS));
   (*this)(parameters.data(), residuals.data(), jacobian.data());
   constexpr double kWeakest = 1e-6;  // for unobserved directions
-  Eigen::Matrix<double, 13, 13> information = jacobian.transpose() * jacobian;
+  Square information = jacobian.transpose() * jacobian;
   information.diagonal() = information.diagonal().cwiseMax(kWeakest);
   information.diagonal() *= 1.0 + 1e-9;
   return information;
@@ -215,24 +229,23 @@ Eigen::Matrix<double, 9, 9> RefinementProblem::Covariance(const Parameters& para
   slope.segment<3>(kLogHalf) = state.half;
   slope[kExponents] = state.exponent_slope[0];
   slope[kExponents + 1] = state.exponent_slope[1];
-  const Eigen::Matrix<double, 13, 13> covariance =
-      Information(parameters).ldlt().solve(Eigen::Matrix<double, 13, 13>::Identity());
+  const Square covariance = Information(parameters).ldlt().solve(Square::Identity());
   return slope.asDiagonal() * covariance.topLeftCorner<9, 9>() * slope.asDiagonal();
 }
 
 double RefinementProblem::HalfLogInformation(const Parameters& parameters) const {
-  // Exponents are left out, as each kind of shape has a prior of the same width; an unobserved yaw still lies
-  // within a quarter turn.
-  constexpr int kKept = 7;
+  // Exponents and biases are left out, as their priors are alike for all kinds of shape; an unobserved yaw
+  // still lies within a quarter turn.
+  constexpr std::array<int, 9> kKept = {0, 1, 2, 3, 4, 5, kYaw, kTaper, kTaper + 1};
+  constexpr std::array<int, 6> kOthers = {kExponents, kExponents + 1, kBias, kBias + 1, kBias + 2, kBias + 3};
   constexpr double kYawSigma = 0.4534;  // a quarter turn over the square root of 12
-  Eigen::Matrix<double, 13, 13> information = Information(parameters);
+  Square information = Information(parameters);
   information(kYaw, kYaw) += 1.0 / (kYawSigma * kYawSigma);
-  Eigen::Matrix<double, 6, 6> bias_and_shape = information.bottomRightCorner<6, 6>();
-  const Eigen::Matrix<double, kKept, kKept> kept =
-      information.topLeftCorner<kKept, kKept>() -
-      information.topRightCorner<kKept, 6>() *
-          bias_and_shape.ldlt().solve(information.bottomLeftCorner<6, kKept>());
-  return 0.5 * kept.ldlt().vectorD().array().max(1e-12).log().sum();
+  const Eigen::Matrix<double, 6, 6> others = information(kOthers, kOthers);
+  const Eigen::Matrix<double, 6, 9> across = information(kOthers, kKept);
+  const Eigen::Matrix<double, 9, 9> kept =
+      information(kKept, kKept) - across.transpose() * others.ldlt().solve(across);
+  return 0.5 * kept.ldlt().vectorD().array().max(1e-12).log().sum() - 2.0 * std::log(prior.taper_factor);
 }
 
 int RefinementProblem::NumResiduals() const {
@@ -263,7 +276,7 @@ bool RefinementProblem::operator()(const double* parameters, double* residuals, 
     put(residual);
   }
   for (const Point& point : points) {
-    Residual residual = PointResidual(state, point);
+    Residual residual = PointResidual(state, parameters, point);
     if (point.on_surface && residual.value < 0.0) {
       residual.Scale(kInside);
     }

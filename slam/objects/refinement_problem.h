@@ -15,13 +15,15 @@ namespace sqslam {
 class RefinementProblem {
  public:
   using Scalar = double;
-  enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = 13 };
+  enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = 15 };
   using Parameters = Eigen::Matrix<double, NUM_PARAMETERS, 1>;
+  using Square = Eigen::Matrix<double, NUM_PARAMETERS, NUM_PARAMETERS>;
 
   // Layout of the parameters: centre (map frame), log of the half sizes, yaw (radians), exponents (through a
-  // sine, which keeps them between kMinShapeExponent and kMaxShapeExponent), and for each side of the boxes
-  // the outward bias of the detector, share of the box size.
-  enum Parameter { kCentre = 0, kLogHalf = 3, kYaw = 6, kExponents = 7, kBias = 9 };
+  // sine, which keeps them between kMinShapeExponent and kMaxShapeExponent), for each side of the boxes the
+  // outward bias of the detector, share of the box size, and log of the tapers of the lower and the upper end
+  // (see tapered_solid.h).
+  enum Parameter { kCentre = 0, kLogHalf = 3, kYaw = 6, kExponents = 7, kBias = 9, kTaper = 13 };
 
   // A plane through the camera centre and a box edge, which touches the object.
   struct Edge {
@@ -60,7 +62,8 @@ class RefinementProblem {
     double log_size = 0.0;  // logarithm of the geometric mean of all three
     double size_factor = 0.0;
     std::array<double, 2> exponents = {1.0, 1.0};
-    double exponent_factor = 0.0;
+    std::array<double, 2> exponent_factors = {0.0, 0.0};
+    double taper_factor = 100.0;  // of the log of the tapers; the default: the ends are as wide as the middle
     double yaw = 0.0;
     double yaw_factor = 0.0;
     double yaw_width = 1.0;    // of the Cauchy loss: lines may belong to a pattern
@@ -89,11 +92,11 @@ class RefinementProblem {
 
   int NumResiduals() const;
 
-  // `jacobian`: column-major, NumResiduals() x 13; may be null.
+  // `jacobian`: column-major, NumResiduals() x 15; may be null.
   bool operator()(const double* parameters, double* residuals, double* jacobian) const;
 
  private:
-  Eigen::Matrix<double, NUM_PARAMETERS, NUM_PARAMETERS> Information(const Parameters& parameters) const;
+  Square Information(const Parameters& parameters) const;
 };
 
 }  // namespace sqslam

@@ -31,7 +31,8 @@ RefinementProblem MakeProblem(bool exact_contact) {
                    .log_size = -2.0,
                    .size_factor = 4.0,
                    .exponents = {0.3, 0.5},
-                   .exponent_factor = 5.0,
+                   .exponent_factors = {5.0, 6.0},
+                   .taper_factor = 2.0,
                    .yaw = 0.2,
                    .yaw_factor = 4.0,
                    .bias_factor = 30.0};
@@ -54,11 +55,11 @@ TEST(RefinementProblem, JacobianAgreesWithTheNumericOne) {
       const RefinementProblem problem = MakeProblem(exact_contact);
       const int rows = problem.NumResiduals();
       RefinementProblem::Parameters x = RefinementProblem::Pack(MakeSuperquadric(e1, e2));
-      x.tail<4>() << 0.02, -0.01, 0.03, 0.04;
+      x.tail<6>() << 0.02, -0.01, 0.03, 0.04, -0.3, 0.05;
       Eigen::VectorXd residuals(rows);
-      Eigen::MatrixXd jacobian(rows, 13);
+      Eigen::MatrixXd jacobian(rows, 15);
       ASSERT_TRUE(problem(x.data(), residuals.data(), jacobian.data()));
-      for (int i = 0; i < 13; ++i) {
+      for (int i = 0; i < 15; ++i) {
         constexpr double kStep = 1e-6;
         RefinementProblem::Parameters low = x;
         RefinementProblem::Parameters high = x;
@@ -94,7 +95,7 @@ TEST(RefinementProblem, CovarianceIsThatOfTheMeasurements) {
   problem.max_log_half.setConstant(1.0);
   problem.min_log_half.setConstant(-9.0);
   problem.prior.exponents = {0.5, 0.5};
-  problem.prior.exponent_factor = 5.0;
+  problem.prior.exponent_factors = {5.0, 5.0};
   problem.prior.yaw = 0.6;
   problem.prior.yaw_factor = 4.0;
   problem.prior.bias_factor = 1e6;
@@ -147,7 +148,8 @@ TEST(RefinementProblem, ASideThatADetectorAlwaysPutsTooFarOutIsABiasNotSize) {
     RefinementProblem problem;
     problem.max_log_half.setConstant(1.0);
     problem.min_log_half.setConstant(-9.0);
-    problem.prior.exponent_factor = problem.prior.yaw_factor = 100.0;
+    problem.prior.exponent_factors = {100.0, 100.0};
+    problem.prior.yaw_factor = 100.0;
     problem.prior.width_factor = problem.prior.height_factor = 100.0;
     problem.prior.yaw = YawOf(solid.T_map_object.rotation);
     problem.prior.bias_factor = bias_factor;

@@ -65,6 +65,44 @@ TEST(RefineJointly, BoxesTooLargeAndTooSmallBalanceWhereNothingIsHidden) {
   EXPECT_GT(RefineJointly(truth, input, RefinementOptions()).superquadric.shape.Volume(), shape.Volume());
 }
 
+// The box around a solid of revolution that is narrower at its ends, as share of the width in its middle.
+Box2d BoxOfVase(const PosedSuperquadric& hull, const Eigen::Vector2d& tapers, const Rigid3d& T_map_camera,
+                const Camera& camera) {
+  Eigen::Array2d low = Eigen::Array2d::Constant(1e9);
+  Eigen::Array2d high = -low;
+  const Eigen::Vector3d& half = hull.shape.half_size;
+  for (int i = 0; i <= 20; ++i) {
+    for (int k = 0; k < 90; ++k) {
+      const double height = 0.1 * i - 1.0;
+      const double width = 1.0 - (1.0 - tapers[height > 0.0 ? 1 : 0]) * std::abs(height);
+      const double angle = 2.0 * M_PI * k / 90;
+      const Eigen::Vector3d p(width * half.x() * std::cos(angle), width * half.y() * std::sin(angle),
+                              height * half.z());
+      const Eigen::Array2d pixel = camera.Project(T_map_camera.Inverse() * (hull.T_map_object * p)).array();
+      low = low.min(pixel);
+      high = high.max(pixel);
+    }
+  }
+  return {low.x(), low.y(), high.x() - low.x(), high.y() - low.y()};
+}
+
+TEST(RefineJointly, AVaseIsAsWideAsItsMiddleThoughItsEndsAreNarrow) {
+  const SyntheticDesk desk(1);
+  PosedSuperquadric hull = desk.Objects()[5].superquadric;
+  hull.shape = {{0.06, 0.06, 0.11}, 0.15, 1.0};
+  hull.T_map_object.translation.z() = 0.11;
+  RefinementInput input = InputOf(desk, hull);
+  for (SilhouetteView& view : input.views) {
+    view.box = BoxOfVase(hull, {0.5, 0.6}, view.T_map_camera, desk.Camera());
+  }
+  input.support_height = 0.0;
+  RefinementOptions options;
+  const auto overlap = [&] { return SolidIoU(RefineJointly(hull, input, options).superquadric, hull); };
+  EXPECT_GT(overlap(), 0.93);
+  options.taper_sigma = 0.0;
+  EXPECT_LT(overlap(), 0.85);
+}
+
 TEST(RefineJointly, CostsTheSameFromEveryStartThatEndsInOnePlace) {
   const SyntheticDesk desk(1);
   const PosedSuperquadric truth = desk.Objects()[5].superquadric;
