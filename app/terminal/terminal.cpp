@@ -221,7 +221,10 @@ pid_t Spawn(const std::vector<std::string>& arguments, const std::filesystem::pa
 int WaitFor(pid_t pid, const std::function<bool()>& stop, bool& stopped) {
   std::optional<Clock::time_point> asked;
   int status = 0;
-  while (waitpid(pid, &status, WNOHANG) != pid) {
+  for (pid_t ended = 0; (ended = waitpid(pid, &status, WNOHANG)) != pid;) {
+    if (ended < 0) {
+      throw InputError(fmt::format("the exit code of a child process is lost ({})", std::strerror(errno)));
+    }
     if (!asked && stop()) {
       asked = Clock::now();
       stopped = true;

@@ -87,7 +87,8 @@ struct ChildResult {
 
 // Runs `program` (default: this executable) as a child process, so that a crash stays in the child. Its
 // output is appended to the file `log`. `stop` is polled; once it returns true, the child gets SIGTERM, and
-// SIGKILL after ten seconds. Throws InputError if the child cannot be started.
+// SIGKILL after ten seconds. Throws InputError if the child cannot be started or its exit code is lost, which
+// happens if this process ignores SIGCHLD.
 ChildResult RunChild(const std::vector<std::string>& arguments, const std::filesystem::path& log,
                      const std::function<bool()>& stop,
                      const std::filesystem::path& program = "/proc/self/exe");
