@@ -27,6 +27,9 @@ std::string ShownCommandLine(std::vector<std::string> words);  // for other `wor
 
 void PrintLine(const std::string& line);  // to stdout, flushed: a reader may follow the pipe
 
+// Returns "1:02:07"; "2:07" if it is less than an hour.
+std::string DurationText(double seconds);
+
 // While it exists, the first SIGINT (Ctrl-C), SIGTERM or SIGHUP sets a flag; the second ends the program.
 class InterruptGuard {
  public:

@@ -19,5 +19,10 @@ TEST(RunChild, ALostExitCodeIsAnError) {
   EXPECT_EQ(RunChild({}, folder.Path() / "log", never, "/bin/false").exit_code, 1);
 }
 
+TEST(DurationText, HasHoursOnlyIfThereAreAny) {
+  EXPECT_EQ(DurationText(31.6), "0:32");
+  EXPECT_EQ(DurationText(3599.6), "1:00:00");
+}
+
 }  // namespace
 }  // namespace sqslam::app
