@@ -10,6 +10,9 @@
 
 namespace sqslam {
 
+// True if both cameras see the same.
+bool SameView(const ViewCamera& a, const ViewCamera& b);
+
 // The scene of the pictures for programs with a window: a map drawn into a texture of the OpenGL context that
 // is current where this is made, used and destroyed. Draws anew only what has changed.
 class InteractiveScene {
