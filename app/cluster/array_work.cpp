@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <set>
 #include <thread>
 
 #include "app/terminal/terminal.h"
+#include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 #include "slam/util/host.h"
 #include "slam/util/json_file.h"
@@ -112,6 +114,16 @@ Words NextTasks(const Words& unfinished, const Attempts& attempts, int retries) 
   return next;
 }
 
+// Prints the recorded failures that are not in `told`, and adds them to it.
+void TellFailures(const ArrayWork& work, const Words& unfinished, std::set<std::string>& told,
+                  const std::function<void(const std::string&)>& print) {
+  for (const std::string& word : unfinished) {
+    if (fs::exists(work.failure(word)) && told.insert(word).second) {
+      print(fmt::format("{}: FAILED: {}", word, ReadTaskFailure(work.failure(word)).message));
+    }
+  }
+}
+
 }  // namespace
 
 void WriteTaskFailure(const fs::path& path, const TaskFailure& failure) {
@@ -142,6 +154,7 @@ ArrayEnd FollowArray(const ArrayWork& work, const SlurmOptions& options, const A
   const fs::path counts = work.folder / "tasks.json";
   ArrayJobs jobs(work, options);
   Attempts attempts = ReadAttempts(counts);
+  std::set<std::string> told;  // words whose failure is printed
   if (work.unfinished().empty()) {
     return ArrayEnd::kEnded;  // before Slurm is needed
   }
@@ -151,6 +164,7 @@ ArrayEnd FollowArray(const ArrayWork& work, const SlurmOptions& options, const A
     if (unfinished.empty()) {
       return ArrayEnd::kEnded;
     }
+    TellFailures(work, unfinished, told, print);
     if (queued && queued->empty()) {
       if (first && !call.last_job) {
         attempts.clear();
@@ -159,10 +173,12 @@ ArrayEnd FollowArray(const ArrayWork& work, const SlurmOptions& options, const A
       if (next.empty()) {
         return ArrayEnd::kEnded;
       }
-      work.prepare(next);
       for (const std::string& word : next) {
         ++attempts[word];
+        told.erase(word);
+        fs::remove(work.failure(word));
       }
+      std::ranges::for_each(work.results, RemoveDrafts);
       WriteAttempts(counts, attempts);
       const std::string job = jobs.Submit(next);
       print(fmt::format("job {} of {} {} handed to Slurm", job, next.size(),

@@ -31,8 +31,9 @@ struct ArrayWork {
   std::filesystem::path folder;      // of scripts, logs and counts; created if missing
   std::vector<std::string> command;  // arguments of the program; --task WORD is appended
   int at_once = 1;
-  std::function<std::vector<std::string>()> unfinished;                // words without a result
-  std::function<void(const std::vector<std::string>& words)> prepare;  // called before submission
+  std::function<std::vector<std::string>()> unfinished;                   // words without a result
+  std::function<std::filesystem::path(const std::string& word)> failure;  // file of the task's TaskFailure
+  std::vector<std::filesystem::path> results;  // folders of the results; drafts are removed before submission
 };
 
 enum class ArrayEnd {
@@ -46,8 +47,9 @@ struct ArrayCall {
   bool last_job = false;  // called by the last job: attempts are not reset
 };
 
-// Submits the unfinished tasks, waits for them, and resubmits those that ended without a result. Tasks of an
-// earlier call that are still in the queue are followed first. Throws InputError if Slurm rejects a job.
+// Submits the unfinished tasks, waits for them, and resubmits those that ended without a result; prints each
+// failure. Tasks of an earlier call that are still in the queue are followed first. Throws InputError if
+// Slurm rejects a job.
 ArrayEnd FollowArray(const ArrayWork& work, const SlurmOptions& options, const ArrayCall& call,
                      const std::function<bool()>& stop, const std::function<void(const std::string&)>& print);
 

@@ -30,6 +30,7 @@ class VideoPieces {
   fs::path Folder() const { return output_.string() + ".pieces"; }
   fs::path Piece(int index) const { return PartName(Folder() / output_.filename(), {index, count_}); }
   fs::path Beside(int index, const char* extension) const { return Piece(index).string() + extension; }
+  fs::path Failure(const std::string& name) const { return Beside(ParseShard(name).index, ".failed"); }
   int Count() const { return count_; }
   std::string Name(int index) const { return fmt::format("{}/{}", index, count_); }
   std::string Title() const { return output_.stem().string(); }
@@ -129,24 +130,16 @@ int RenderPiece(const VideoPieces& pieces, const RenderArguments& a, const Slurm
   };
   const int code = ExitCodeOf(work, [&](const std::string& error) { message = error; });
   if (!message.empty()) {
-    WriteTaskFailure(pieces.Beside(shard.index, ".failed"), {code, message});
+    WriteTaskFailure(pieces.Failure(a.task), {code, message});
     fmt::print(stderr, "sqslam: piece {}: {}\n", a.task, message);
   }
   return code;
 }
 
-// Removes the failure records of these pieces, and drafts that ended tasks have left.
-void Clear(const VideoPieces& pieces, const Words& names) {
-  for (const std::string& name : names) {
-    fs::remove(pieces.Beside(ParseShard(name).index, ".failed"));
-  }
-  RemoveDrafts(pieces.Folder());
-}
-
 int FailureOf(const VideoPieces& pieces, const Words& missing) {
   int code = 0;
   for (const std::string& name : missing) {
-    const TaskFailure failure = ReadTaskFailure(pieces.Beside(ParseShard(name).index, ".failed"));
+    const TaskFailure failure = ReadTaskFailure(pieces.Failure(name));
     fmt::print(stderr, "sqslam: piece {} failed: {}\n", name, failure.message);
     code = code == 0 ? failure.exit_code : code;
   }
@@ -200,8 +193,10 @@ int RenderOnSlurm(const RenderArguments& a, const DrawsHere& render) {
       PrintLine(line);
     }
   };
-  const ArrayWork work{pieces.Title(), pieces.Folder(), ArgumentsWithoutTask(),
-                       pieces.Count(), unfinished,      [&](const Words& names) { Clear(pieces, names); }};
+  const ArrayWork work{
+      pieces.Title(),   pieces.Folder(), ArgumentsWithoutTask(),
+      pieces.Count(),   unfinished,      [&](const std::string& name) { return pieces.Failure(name); },
+      {pieces.Folder()}};
   const ArrayEnd end = FollowArray(
       work, options, {a.submit_only || last, last}, [&] { return interrupt.Interrupted(); }, print);
   if (end != ArrayEnd::kEnded) {

@@ -14,12 +14,6 @@ namespace sqslam::app {
 namespace fs = std::filesystem;
 namespace {
 
-std::string Duration(double seconds) {
-  const auto whole = static_cast<long>(seconds + 0.5);
-  return whole >= 3600 ? fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60)
-                       : fmt::format("{}:{:02}", whole / 60, whole % 60);
-}
-
 // Replaces the argument `from` by `to`.
 std::vector<std::string> Redirected(std::vector<std::string> words, const fs::path& from,
                                     const fs::path& to) {
@@ -116,7 +110,7 @@ std::string ProgressLine(std::size_t done, std::size_t total, double elapsed, co
                          const std::string& what, double seconds) {
   const double left = static_cast<double>(total - done) * elapsed / static_cast<double>(done);
   return fmt::format("[{}/{}] {}: {} ({:.1f} s); {:.1f} runs/min, {} left", done, total, name, what, seconds,
-                     60.0 * static_cast<double>(done) / elapsed, Duration(left));
+                     60.0 * static_cast<double>(done) / elapsed, DurationText(left));
 }
 
 }  // namespace sqslam::app

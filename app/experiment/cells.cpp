@@ -7,6 +7,7 @@
 #include <iterator>
 #include <set>
 
+#include "slam/io/sequence.h"
 #include "slam/util/error.h"
 #include "slam/util/fingerprint.h"
 #include "slam/util/json_file.h"
@@ -17,10 +18,41 @@ namespace fs = std::filesystem;
 using Words = std::vector<std::string>;
 namespace {
 
-// Returns "" if the file cannot be read: the program that needs it will report that.
+// Returns name, size and time of modification: enough to notice that an image or a video is another one.
+std::string StateOf(const fs::path& file) {
+  std::error_code missing;
+  const auto time = fs::last_write_time(file, missing).time_since_epoch().count();
+  return fmt::format("{} {} {}\n", file.string(), fs::file_size(file, missing), time);
+}
+
+// Returns what is in a file, or the states of the files in a folder of boxes; "" if it cannot be read: the
+// program that needs it will report that.
 std::string Contents(const fs::path& path) {
+  if (std::error_code missing; fs::is_directory(path, missing)) {
+    const std::set<fs::path> files(fs::directory_iterator(path), {});  // sorted
+    std::string states;
+    std::ranges::for_each(files, [&](const fs::path& file) { states += StateOf(file); });
+    return states;
+  }
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// Returns the states of the images, or of the video; "" if there are none.
+std::string ImagesOf(const fs::path& path, const std::string& format) {
+  if (std::error_code missing; !fs::is_directory(path, missing)) {
+    return StateOf(path);
+  }
+  SequenceRequest request{.path = path, .known_camera = Camera()};  // looks at neither calibration nor boxes
+  request.format = FromName<SequenceFormat>(format).value_or(SequenceFormat::kAuto);
+  std::string states;
+  try {
+    for (const SequenceFrame& frame : OpenSequence(request).frames) {
+      states += StateOf(frame.image_path);
+    }
+  } catch (const std::exception&) {  // the run will report it
+  }
+  return states;
 }
 
 std::string NameOfCell(const ExperimentCell& cell) {
@@ -142,10 +174,11 @@ std::vector<ExperimentCell> ListCells(const ExperimentConfig& config) {
 PreparedSequence Prepare(const ExperimentConfig& config, const ExperimentSequence& sequence,
                          const ExperimentFolder& folder) {
   PreparedSequence prepared;
+  const std::string camera = Contents(ResolvePath(config, sequence.camera));
   if (sequence.scene.empty()) {
     prepared.path = fs::weakly_canonical(ResolvePath(config, sequence.path));
     prepared.detections = DetectionsOf(config, sequence, prepared.path);
-    std::string all = Contents(prepared.detections);
+    std::string all = camera + Contents(prepared.detections) + ImagesOf(prepared.path, sequence.format);
     for (const char* name : {"boxes.txt", "camera.yaml", "rgb.txt", "groundtruth.txt", "objects_gt.json"}) {
       all += Contents(prepared.path / name);
     }
@@ -166,6 +199,8 @@ PreparedSequence Prepare(const ExperimentConfig& config, const ExperimentSequenc
   prepared.inputs = Fingerprint(all);
   prepared.path = folder.Rendered(fmt::format("{}-{}", scene.stem().string(), prepared.inputs.substr(0, 8)));
   prepared.detections = DetectionsOf(config, sequence, prepared.path);
+  const bool own_boxes = prepared.detections == sequence.detections;  // not rendered with the images
+  prepared.inputs = Fingerprint(all + camera + (own_boxes ? Contents(prepared.detections) : ""));
   rendering.insert(rendering.end(), {"--output", prepared.path.string()});
   prepared.rendering = std::move(rendering);
   return prepared;

@@ -5,11 +5,9 @@
 
 #include <algorithm>
 #include <chrono>
-#include <set>
 
 #include "app/experiment/cell_run.h"
 #include "app/terminal/terminal.h"
-#include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 
 namespace sqslam::app {
@@ -31,7 +29,7 @@ class FollowedCells {
     }
   }
 
-  // Returns the names of the cells without a result; prints those that ended since the last call.
+  // Returns the names of the cells without a result; prints those that finished since the last call.
   std::vector<std::string> Unfinished() {
     std::error_code ignored;
     fs::directory_iterator(plan_.folder.path / "runs", ignored);  // opening it refreshes the cache of NFS
@@ -44,25 +42,9 @@ class FollowedCells {
       }
       if (!results_[i]) {
         names.push_back(cell.name);
-        if (!told_.contains(cell.name) && fs::exists(FailureOf(plan_.folder, cell.name))) {
-          told_.insert(cell.name);
-          print_(fmt::format("{}: FAILED: {}", cell.name,
-                             ReadTaskFailure(FailureOf(plan_.folder, cell.name)).message));
-        }
       }
     }
     return names;
-  }
-
-  // Removes the failure records of these cells, and drafts that ended tasks have left.
-  void Clear(const std::vector<std::string>& names) {
-    for (const std::string& name : names) {
-      told_.erase(name);
-      fs::remove(FailureOf(plan_.folder, name));
-    }
-    fs::create_directories(plan_.folder.path / "runs");
-    RemoveDrafts(plan_.folder.path / "runs");
-    RemoveDrafts(plan_.folder.path / "sequences");
   }
 
   ExperimentOutcome Outcome(bool ended, bool interrupted) {
@@ -91,7 +73,6 @@ class FollowedCells {
   const ExperimentPlan& plan_;
   const LinePrinter& print_;
   std::vector<std::optional<CellResult>> results_;
-  std::set<std::string> told_;  // failures printed
   std::size_t todo_ = 0;
   std::size_t done_ = 0;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
@@ -107,7 +88,8 @@ ClusterOutcome RunOnSlurm(const ExperimentPlan& plan, const ArrayCall& call, con
                        ArgumentsWithoutTask(),
                        plan.config.jobs,
                        [&] { return cells.Unfinished(); },
-                       [&](const std::vector<std::string>& names) { cells.Clear(names); }};
+                       [&](const std::string& name) { return FailureOf(plan.folder, name); },
+                       {plan.folder.path / "runs", plan.folder.path / "sequences"}};
   ArrayEnd end = ArrayEnd::kEnded;
   try {
     end = FollowArray(work, plan.config.slurm, call, stop, print);

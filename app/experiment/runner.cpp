@@ -42,7 +42,7 @@ class Workers {
     start_ = Clock::now();
     {
       std::vector<std::jthread> threads;
-      for (int i = 0; i < plan_.config.jobs; ++i) {
+      for (std::size_t i = 0; i < std::min<std::size_t>(plan_.config.jobs, todo_.size()); ++i) {
         threads.emplace_back([this] { Work(); });
       }
     }

@@ -150,6 +150,12 @@ void PrintLine(const std::string& line) {
   std::fflush(stdout);
 }
 
+std::string DurationText(double seconds) {
+  const auto whole = static_cast<long>(seconds + 0.5);
+  return whole >= 3600 ? fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60)
+                       : fmt::format("{}:{:02}", whole / 60, whole % 60);
+}
+
 InterruptGuard::InterruptGuard() {
   interrupted = 0;
   Install(Handle);
@@ -173,9 +179,9 @@ void Progress::Update(std::int64_t done, const std::string& state) {
     Print(fmt::format("{} {}  {:.1f}/s  {}", unit_, done, rate, state));
     return;
   }
-  const auto left = static_cast<std::int64_t>(static_cast<double>(total_ - done) / std::max(rate, 1e-3));
-  Print(fmt::format("{:3}%  {} {}/{}  {:.1f} {}  {}:{:02} left  {}", 100 * done / total_, unit_, done, total_,
-                    rate, unit_ == "frame" ? "fps" : unit_ + "s/s", left / 60, left % 60, state));
+  const double left = static_cast<double>(total_ - done) / std::max(rate, 1e-3);
+  Print(fmt::format("{:3}%  {} {}/{}  {:.1f} {}  {} left  {}", 100 * done / total_, unit_, done, total_, rate,
+                    unit_ == "frame" ? "fps" : unit_ + "s/s", DurationText(left), state));
 }
 
 void Progress::Print(const std::string& line) {
@@ -221,7 +227,10 @@ pid_t Spawn(const std::vector<std::string>& arguments, const std::filesystem::pa
 int WaitFor(pid_t pid, const std::function<bool()>& stop, bool& stopped) {
   std::optional<Clock::time_point> asked;
   int status = 0;
-  while (waitpid(pid, &status, WNOHANG) != pid) {
+  for (pid_t ended = 0; (ended = waitpid(pid, &status, WNOHANG)) != pid;) {
+    if (ended < 0) {
+      throw InputError(fmt::format("the exit code of a child process is lost ({})", std::strerror(errno)));
+    }
     if (!asked && stop()) {
       asked = Clock::now();
       stopped = true;

@@ -27,6 +27,9 @@ std::string ShownCommandLine(std::vector<std::string> words);  // for other `wor
 
 void PrintLine(const std::string& line);  // to stdout, flushed: a reader may follow the pipe
 
+// Returns "1:02:07"; "2:07" if it is less than an hour.
+std::string DurationText(double seconds);
+
 // While it exists, the first SIGINT (Ctrl-C), SIGTERM or SIGHUP sets a flag; the second ends the program.
 class InterruptGuard {
  public:
@@ -87,7 +90,8 @@ struct ChildResult {
 
 // Runs `program` (default: this executable) as a child process, so that a crash stays in the child. Its
 // output is appended to the file `log`. `stop` is polled; once it returns true, the child gets SIGTERM, and
-// SIGKILL after ten seconds. Throws InputError if the child cannot be started.
+// SIGKILL after ten seconds. Throws InputError if the child cannot be started or its exit code is lost, which
+// happens if this process ignores SIGCHLD.
 ChildResult RunChild(const std::vector<std::string>& arguments, const std::filesystem::path& log,
                      const std::function<bool()>& stop,
                      const std::filesystem::path& program = "/proc/self/exe");

@@ -11,9 +11,6 @@
 #include "render/scene/scene.h"
 
 namespace sqslam {
-namespace {
-
-using Detail = InteractiveScene::Detail;
 
 bool SameView(const ViewCamera& a, const ViewCamera& b) {
   const auto lens = [](const std::optional<Camera>& c) {
@@ -23,6 +20,10 @@ bool SameView(const ViewCamera& a, const ViewCamera& b) {
   return a.position == b.position && a.focal_point == b.focal_point && a.view_up == b.view_up &&
          a.view_angle == b.view_angle && lens(a.pinhole) == lens(b.pinhole);
 }
+
+namespace {
+
+using Detail = InteractiveScene::Detail;
 
 Scene::Quality QualityOf(const SceneStyle& style, Detail detail, cv::Size size, bool transparent) {
   const bool fine = detail == Detail::kFine;

@@ -10,6 +10,9 @@
 
 namespace sqslam {
 
+// True if both cameras see the same.
+bool SameView(const ViewCamera& a, const ViewCamera& b);
+
 // Draws the scene of pictures in programs with a window: a map as a texture of the OpenGL context that must
 // be current whenever this is created, used or destroyed. Redraws only what has changed.
 class InteractiveScene {

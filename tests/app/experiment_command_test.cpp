@@ -54,6 +54,11 @@ TEST_F(ExperimentCommand, AFailingCellIsSaidAndTheOthersGoOn) {
   EXPECT_THAT(Slurp(Output() / "tables.md"), HasSubstr("## Failed runs"));
 }
 
+TEST_F(ExperimentCommand, MoreJobsThanCellsAreNoMoreThreads) {
+  folder_.Write("e.yaml", "sequences: [{path: /nonexistent/a}]\njobs: 1000000\n");
+  EXPECT_THAT(Run().err, HasSubstr("a-superquadric-full-refined-1 failed: /nonexistent/a"));
+}
+
 TEST_F(ExperimentCommand, CtrlCKeepsWhatIsFinishedAndEndsWith130) {
   folder_.Write("tiny.yaml", kScene);
   folder_.Write("e.yaml", kExperiment);

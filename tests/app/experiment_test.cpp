@@ -112,6 +112,53 @@ TEST(LimitBoxes, GoesByLabelsWhereBoxesHaveNoIds) {
   EXPECT_THAT(LimitBoxes(boxes, 1), AllOf(HasSubstr("1 cup"), Not(HasSubstr("tv"))));
 }
 
+// The inputs of a sequence, described by YAML with paths in a folder.
+class Inputs : public ::testing::Test {
+ protected:
+  PreparedSequence Prepared(const std::string& sequence) const {
+    const std::string file = (folder_.Path() / "e.yaml").string();
+    const ExperimentConfig config = ParseExperiment("sequences: [{" + sequence + "}]\n", file);
+    return Prepare(config, config.sequences.front(), {folder_.Path() / "out"});
+  }
+  void ExpectChange(const std::string& sequence, const std::string& file) const {
+    folder_.Write(file, "before");
+    const std::string before = Prepared(sequence).inputs;
+    EXPECT_EQ(Prepared(sequence).inputs, before) << sequence;
+    folder_.Write(file, "and after");
+    EXPECT_NE(Prepared(sequence).inputs, before) << sequence << ", " << file;
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(Inputs, ChangeWithImagesVideosCamerasAndBoxes) {
+  folder_.Write("kitchen/rgb.txt", "0 rgb/a.png\n");
+  folder_.Write("desk.yaml", "name: desk\n");
+  ExpectChange("path: kitchen", "kitchen/rgb/a.png");
+  ExpectChange("path: images", "images/7.png");
+  ExpectChange("path: film.mp4", "film.mp4");
+  for (const std::string sequence : {"path: kitchen", "path: film.mp4", "scene: desk.yaml"}) {
+    ExpectChange(sequence + ", camera: lens.yaml", "lens.yaml");
+    ExpectChange(sequence + ", detections: " + (folder_.Path() / "labels").string(), "labels/a.txt");
+  }
+  const std::string before = Prepared("path: kitchen").inputs;
+  std::filesystem::last_write_time(folder_.Path() / "kitchen/rgb/a.png", {});
+  EXPECT_NE(Prepared("path: kitchen").inputs, before) << "another image of the same size";
+}
+
+TEST_F(Inputs, StayTheSameWhenASceneIsRenderedAgainOrResultsAreWrittenBesideTheImages) {
+  folder_.Write("desk.yaml", "name: desk\n");
+  const PreparedSequence before = Prepared("scene: desk.yaml, detections: other.txt");
+  std::filesystem::create_directories(before.path);
+  std::ofstream(before.path / "rgb.txt") << "0 a.png\n";
+  std::ofstream(before.path / "other.txt") << "0 cup 1 0 0 5 5\n";
+  EXPECT_EQ(Prepared("scene: desk.yaml, detections: other.txt").inputs, before.inputs);
+  folder_.Write("kitchen/a.png", "image");
+  const std::string inputs = Prepared("path: kitchen").inputs;
+  folder_.Write("kitchen/out/map.png", "result");
+  EXPECT_EQ(Prepared("path: kitchen").inputs, inputs);
+}
+
 // A sequence folder, an experiment on it, and a finished cell made by hand.
 class FinishedCell : public ::testing::Test {
  protected:

@@ -310,6 +310,27 @@ TEST(ShortcutsTest, NoTwoShortcutsShareAKey) {
   }
 }
 
+TEST(ShortcutsTest, KeysOfTheReplayDoNothingDuringARun) {
+  for (const bool shift : {false, true}) {
+    for (const int code : {static_cast<int>('B'), key::kLeft, key::kRight, key::kHome, key::kEnd}) {
+      ViewerState state;
+      state.document.timeline = TenSeconds();
+      state.document.run.active = true;
+      state.playback.time = 7.0;
+      RunShortcut(state, code, shift, false);
+      EXPECT_FALSE(state.playback.playing) << code;
+      EXPECT_EQ(state.playback.time, 7.0) << code;
+    }
+  }
+}
+
+TEST(ClockTextTest, RoundsBeforeItCountsMinutes) {
+  EXPECT_EQ(ClockText(59.94), "0:59.9");
+  EXPECT_EQ(ClockText(59.97), "1:00.0");
+  EXPECT_EQ(ClockText(605.25), "10:05.3");
+  EXPECT_EQ(ClockText(-1e-9), "0:00.0");
+}
+
 TEST(RenderCommandLineTest, SaysOnlyWhatDiffersFromTheStyle) {
   ViewerState state;
   state.view.UseStyle("dark");

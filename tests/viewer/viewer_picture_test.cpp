@@ -80,6 +80,21 @@ TEST_F(ViewerWindow, DraggingTurnsTheViewAndSelectsNothing) {
   EXPECT_EQ(stage_.State().selection.selected, std::nullopt);
 }
 
+TEST_F(ViewerWindow, LabelsFollowTheViewAngle) {
+  Open();
+  SceneView& view = stage_.viewer->State().view;
+  view.style.objects.labels = true;
+  stage_.Settle();
+  view.camera.view_angle *= 0.6;
+  stage_.Settle();
+  const cv::Mat closer = stage_.Picture();
+  for (int i = 0; i < 2; ++i) {  // draws all anew
+    stage_.Key('X');
+    stage_.Settle();
+  }
+  EXPECT_LT(PictureDifference(stage_.Picture(), closer), 1e-6);
+}
+
 TEST_F(ViewerWindow, HomeAndEndShowTheFirstAndTheFinishedMap) {
   Open();
   stage_.Key(key::kHome);

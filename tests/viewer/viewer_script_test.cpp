@@ -335,13 +335,16 @@ std::vector<Rigid3d> Sideways(int frames) {
 
 TEST_F(ViewerScript, ClosingWhileMappingEndsTheRunAndSavesIt) {
   const sqslam::testing::WrittenSequence sequence(Sideways(120));
-  const ProgramRun run = Play("wait map\nframes 2\nkey Space\nframes 5\nclose\n",
-                              "run " + sequence.Path().string() + " --realtime --output result");
+  folder_.Write("growth.mp4", "of an earlier run");
+  const ProgramRun run =
+      Play("wait map\nframes 2\nkey Space\nframes 5\nclose\n",
+           "run " + sequence.Path().string() + " --realtime --video growth.mp4 --output result");
   EXPECT_EQ(run.exit_code, 0) << run.err;
   for (const char* name : {"map.sqmap", "points.ply", "stats.json", "map.png"}) {
     EXPECT_TRUE(std::filesystem::exists(folder_.Path() / "result" / name)) << name;
   }
   EXPECT_THAT(Slurp(folder_.Path() / "result" / "stats.json"), HasSubstr("\"interrupted\": true"));
+  EXPECT_EQ(Slurp(folder_.Path() / "result" / "report.html").find("<video"), std::string::npos);
 }
 
 TEST_F(ViewerScript, ARunThatEndsIsShownAsARecording) {

@@ -55,7 +55,9 @@ struct LiveRun::Impl : RunHost {
                                         std::chrono::duration<double>(1.0 / status.max_rate));
       changed.wait_until(lock, due, [&] { return ended; });
     }
-    changed.wait(lock, [&] { return ended || !status.paused || steps > 0; });
+    while (!ended && !interrupt->Interrupted() && status.paused && steps == 0) {
+      changed.wait_for(lock, std::chrono::milliseconds(100));  // signal handlers cannot notify
+    }
     steps = std::max(0, steps - 1);
     last_frame = Clock::now();
     return !ended && !interrupt->Interrupted();
@@ -124,11 +126,12 @@ struct LiveRun::Impl : RunHost {
     if (made.exit_code != 0 && !made.stopped) {
       throw InputError(fmt::format("{}: no video: {}", video.string(), made.message));
     }
+    filmed = made.exit_code == 0;
   }
 
   void Report(const FinishedRun& run) override {
     if (pictures.draw) {
-      app::WriteReport({run.output, "", run.sequence, pictures.video, &run});
+      app::WriteReport({run.output, "", run.sequence, filmed ? pictures.video : fs::path(), &run});
     }
   }
 
@@ -163,6 +166,7 @@ struct LiveRun::Impl : RunHost {
   RunSeries series;
   RunSeries polled_series;
   bool tracks = false;  // has tracked once
+  bool filmed = false;  // the video is made
   bool ended = false;
   bool abandoned = false;
   int steps = 0;

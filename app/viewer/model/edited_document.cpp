@@ -114,7 +114,7 @@ void WriteAnnotation(const fs::path& path, const Annotation& annotation, const S
     return;
   }
   std::string text = Json::parse(annotation.more).dump(1);
-  text.erase(text.find_last_not_of("}\n") + 1);
+  text.resize(text.size() - 2);  // without "\n}"
   WriteFileAtomically(path, text + ",\n \"objects\": " + list + "\n}\n");
 }
 
@@ -167,8 +167,9 @@ void EditedDocument::OpenAnnotation(const fs::path& file, const Sim3d& S_file_an
 }
 
 void EditedDocument::SaveEdits() {
-  if (std::exchange(edits_unread_, false)) {
+  if (edits_unread_) {
     KeepUnread(edits_file_);
+    edits_unread_ = false;
   }
   if (Current().edits.Empty()) {
     std::error_code error;

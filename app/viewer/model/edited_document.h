@@ -122,7 +122,7 @@ class EditedDocument {
   // file; the document is then empty, and SaveEdits keeps that file as FILE.bak.
   void OpenRecording(const std::filesystem::path& recording);
 
-  // Reads a ground truth as a step that can be undone; the file becomes AnnotationFile().
+  // Reads a ground truth as a step that can be undone.
   void OpenAnnotation(const std::filesystem::path& file, const Sim3d& S_file_annotation = {});
 
   bool EditsModified() const { return !(Current().edits == saved_.edits); }
@@ -135,14 +135,13 @@ class EditedDocument {
   void SaveAnnotation(const std::filesystem::path& file, const Sim3d& S_file_annotation = {});
 
   const std::filesystem::path& EditsFile() const { return edits_file_; }
-  const std::filesystem::path& AnnotationFile() const { return annotation_file_; }  // empty until known
 
  private:
   EditHistory<EditedState> history_;
   EditedState saved_;
   std::filesystem::path edits_file_;
-  bool edits_unread_ = false;  // the file exists but could not be read
-  std::filesystem::path annotation_file_;
+  bool edits_unread_ = false;              // the file exists but could not be read
+  std::filesystem::path annotation_file_;  // last opened or saved
 };
 
 }  // namespace sqslam::viewer

@@ -196,9 +196,7 @@ class ScenePanel : public Panel {
   void DrawScene() {
     using Detail = InteractiveScene::Detail;
     const ViewCamera& camera = view_.camera;
-    const bool changed = !drawn_ || drawn_->position != camera.position ||
-                         drawn_->focal_point != camera.focal_point || drawn_->view_up != camera.view_up ||
-                         drawn_->pinhole.has_value() != camera.pinhole.has_value() || size_ != view_.size;
+    const bool changed = !drawn_ || !SameView(*drawn_, camera) || size_ != view_.size;
     const bool dirty = std::exchange(stirred_, false) || changed;
     still_ = dirty ? 0.0 : still_ + window_.seconds;
     constexpr double kRest = 0.15;  // seconds after which the fine picture is drawn

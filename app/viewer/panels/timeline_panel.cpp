@@ -13,11 +13,6 @@
 namespace sqslam::viewer {
 namespace {
 
-std::string ClockText(double seconds) {
-  const int whole = static_cast<int>(std::max(0.0, seconds));
-  return fmt::format("{}:{:04.1f}", whole / 60, std::max(0.0, seconds) - 60.0 * (whole / 60));
-}
-
 // A curve over the time axis.
 struct Curve {
   const Series* series = nullptr;

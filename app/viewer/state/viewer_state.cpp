@@ -148,14 +148,14 @@ std::vector<Shortcut> MakeShortcuts() {
   using State = ViewerState;
   return {
       On(key::kSpace, "Space", "play or pause", PlayOrPause),
-      On('B', "B", "play backward", [](State& s) { s.playback.Toggle(-1.0, s.document.timeline); }),
+      On('B', "B", "play backward", OnReplay([](Playback& p, const Timeline& t) { p.Toggle(-1.0, t); })),
       On(key::kRight, "Right", "next frame", NextFrame),
       On(key::kLeft, "Left", "previous frame",
          OnReplay([](Playback& p, const Timeline& t) { p.Step(-1, t); })),
       On(key::kRight, "Shift Right", "next state of the map",
-         [](State& s) { s.playback.StepSnapshot(1, s.document.timeline); }),
+         OnReplay([](Playback& p, const Timeline& t) { p.StepSnapshot(1, t); })),
       On(key::kLeft, "Shift Left", "previous state of the map",
-         [](State& s) { s.playback.StepSnapshot(-1, s.document.timeline); }),
+         OnReplay([](Playback& p, const Timeline& t) { p.StepSnapshot(-1, t); })),
       On(key::kHome, "Home", "to the start",
          OnReplay([](Playback& p, const Timeline& t) { p.JumpTo(t.Begin()); })),
       On(key::kEnd, "End", "to the finished map",

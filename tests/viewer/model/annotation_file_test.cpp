@@ -100,7 +100,7 @@ TEST_F(AnnotationFile, KeepsWhatItDoesNotKnow) {
   folder_.Write("objects_gt.json",
                 R"({"up_world": [0, -1, 0], "note": "by hand }", "objects": [{"id": 7, "label": "cup",
                 "primitive": "cylinder", "half_size": [1, 1, 2], "center": [1, 2, 3], "scored": true,
-                "visible": {"from": [1, 2]}}]})");
+                "visible": {"from": [1, 2]}}], "world": {"unit": {"name": "m"}}})");
   Annotation annotation = ReadAnnotation(path_);
   ASSERT_EQ(annotation.solids.size(), 1u);
   annotation.solids[0].label = "mug";
@@ -109,6 +109,7 @@ TEST_F(AnnotationFile, KeepsWhatItDoesNotKnow) {
   const json root = ReadJson(path_);
   EXPECT_EQ(root.at("up_world"), json({0, -1, 0}));
   EXPECT_EQ(root.at("note"), "by hand }");
+  EXPECT_EQ(root.at("world").at("unit").at("name"), "m");
   EXPECT_EQ(root.at("objects").at(0).at("label"), "mug");
   EXPECT_EQ(root.at("objects").at(0).at("scored"), true);
   EXPECT_EQ(root.at("objects").at(0).at("visible").at("from").at(1), 2);

@@ -110,6 +110,21 @@ TEST_F(EditedDocumentTest, OpensTheEditsBesideTheRecordingAndRemovesThemWithTheL
   EXPECT_FALSE(std::filesystem::exists(folder_.Path() / "map.sqmap.edits.json"));
 }
 
+TEST_F(EditedDocumentTest, BrokenEditsAreNeverLostEvenIfTheyCannotBeKeptAtFirst) {
+  const auto file = folder_.Write("map.sqmap.edits.json", "{half");
+  const std::filesystem::path kept = file.string() + ".bak";
+  EditedDocument document;
+  EXPECT_THROW(document.OpenRecording(recording_), InputError);
+  std::filesystem::create_directory(kept);
+  EXPECT_THROW(document.SaveEdits(), InputError);
+  EXPECT_THROW(document.SaveEdits(), InputError) << "it is as unread as before";
+  EXPECT_TRUE(std::filesystem::exists(file));
+  std::filesystem::remove(kept);
+  document.SaveEdits();
+  EXPECT_FALSE(std::filesystem::exists(file));
+  EXPECT_TRUE(std::filesystem::is_regular_file(kept));
+}
+
 TEST_F(EditedDocumentTest, AStepThatFailsChangesNothing) {
   EditedDocument document;
   const auto merge_with_itself = [](EditedState& state) {
@@ -131,8 +146,9 @@ TEST_F(EditedDocumentTest, AnAnnotationIsSavedWhereItWasOpened) {
   EXPECT_FALSE(document.AnnotationModified());
   EditedDocument again;
   again.OpenAnnotation(file);
-  EXPECT_EQ(again.AnnotationFile(), file);
   EXPECT_FALSE(again.AnnotationModified());
+  again.SaveAnnotation(file);
+  EXPECT_FALSE(std::filesystem::exists(file.string() + ".bak")) << "it was read";
   again.Undo();
   EXPECT_TRUE(again.Current().annotation.solids.empty());
 }
