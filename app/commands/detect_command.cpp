@@ -26,16 +26,16 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kDetectNotes = R"(
-Writes a boxes.txt that `sqslam run INPUT --detections boxes.txt` takes. A job that was stopped goes on where
-it ended when it is started again. --detector is a name of configs/detectors, or a YAML file beside an .onnx
-file of your own (input size, colours, decoder, classes, threshold); scripts/fetch-detector.sh obtains one.
+Writes a boxes.txt for `sqslam run INPUT --detections boxes.txt`. Run the same command to resume after an
+interruption. --detector is a name in configs/detectors, or a YAML file beside your own .onnx file (input size,
+colours, decoder, classes, threshold); scripts/fetch-detector.sh downloads a network.
 
 Examples:
   sqslam detect film.mp4 --camera phone.yaml -o boxes.txt
   sqslam detect film.mp4 --camera auto --resize 960 -o boxes.txt
   sqslam detect data/kitchen --detector yolox-nano --set threshold=0.4 -o boxes.txt
   sqslam detect film.mp4 --camera auto --output-format coco -o boxes.json
-  sqslam detect --check boxes.txt data/kitchen      what is missing, unknown or outside
+  sqslam detect --check boxes.txt data/kitchen      find missing frames and unknown labels
 )";
 
 struct DetectArguments {
@@ -177,20 +177,19 @@ int Detect(const DetectArguments& a) {
 
 void AddDetectCommand(Command& program) {
   const auto a = std::make_shared<DetectArguments>();
-  Command& command = program.AddCommand("detect", "Find things in images: the boxes.txt of a sequence");
+  Command& command = program.AddCommand("detect", "Detect objects in images and write their boxes");
   a->sequence.AddTo(command, "Sequence folder, folder of images, or video").Required();
   command.Group("Detector");
   command.Option("--detector NAME", a->detector,
                  "One of configs/detectors (" + ConfigNameList("configs/detectors") +
-                     "), FILE.yaml, or auto: as in `sqslam run` the first of yolox-nano and centernet whose "
-                     "weights are there");
-  command.Option("--set KEY=VALUE", a->set, "Override one value of the detector's file; may be repeated");
+                     "), FILE.yaml, or auto: the first of yolox-nano and centernet whose weights are "
+                     "installed");
+  command.Option("--set KEY=VALUE", a->set, "Override one value of the detector file; may be repeated");
   command.Group("Output");
-  command.Option("--output,-o FILE", a->output, "File (yolo: folder) to write");
-  command.Option(
-      "--output-format NAME", a->format,
-      "boxes: a boxes.txt; yolo: a folder with a file for each image; coco: JSON; mot: MOTChallenge");
-  command.Option("--check FILE", a->check, "Boxes in any of the formats to look through instead");
+  command.Option("--output,-o FILE", a->output, "Output file (yolo: folder)");
+  command.Option("--output-format NAME", a->format,
+                 "boxes: a boxes.txt; yolo: a folder with one file per image; coco: JSON; mot: MOTChallenge");
+  command.Option("--check FILE", a->check, "Instead, check boxes in any supported format");
   command.Group("General");
   command.Flag("--quiet,-q", a->quiet, "No progress");
   command.Notes(kDetectNotes);

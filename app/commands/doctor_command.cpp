@@ -21,11 +21,10 @@ namespace sqslam::app {
 namespace {
 
 constexpr const char* kDoctorNotes = R"(
-Looks at a sample of the frames and says in words, with times, what will keep the film from being mapped: where
-the camera stands still or only turns, moves too fast, where pictures are blurred, too dark or too bright, or
-show nothing to hold on to. A film is fit where six tenths of it can be followed without a break and the camera
-moves well in three tenths.
-Ends with 0 for a film that is fit, else with 3.
+Checks a sample of the frames and lists, with times, what prevents mapping: the camera stands still, only turns
+or moves too fast; the images are blurred, too dark, too bright or lack texture. A video is suitable if at least
+60 % of it can be tracked without a break and the camera moves well in at least 30 %. Exits with 0 if it is,
+otherwise with 3.
 
 Examples:
   sqslam doctor film.mp4
@@ -203,16 +202,16 @@ int Examine(const DoctorArguments& a) {
 
 void AddDoctorCommand(Command& program) {
   const auto a = std::make_shared<DoctorArguments>();
-  Command& command = program.AddCommand("doctor", "Is this film fit to be mapped, and if not, why and when");
+  Command& command = program.AddCommand("doctor", "Check whether a video can be mapped, and if not, why");
   a->sequence.AddTo(command, "Sequence folder, folder of images, or video").Required();
   command.Group("Inspection");
   command.Option("--detector NAME", a->detector,
-                 "Counts things in a few of the pictures: as in `sqslam detect`, or none");
+                 "Count objects in a few frames with this detector (see `sqslam detect`), or none");
   command.Option("--set KEY=VALUE", a->set, "Override one limit: " + LimitNames() + "; may be repeated");
   command.Group("Output");
-  command.Option("--output,-o FILE", a->output, "JSON with all samples and findings");
+  command.Option("--output,-o FILE", a->output, "Write all samples and findings to this JSON file");
   command.Group("General");
-  command.Flag("--quiet,-q", a->quiet, "The verdict alone, no progress");
+  command.Flag("--quiet,-q", a->quiet, "Print only the verdict");
   command.Notes(kDoctorNotes);
   command.OnRun([a] { return Examine(*a); });
 }
