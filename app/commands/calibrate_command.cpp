@@ -146,9 +146,8 @@ CalibrationFigure FigureOf(const Calibration& c) {
 
 void Report(const CalibrateArguments& a, const Calibration& c, const std::string& text) {
   if (!c.dropped_views.empty() || c.dropped_corners > 0) {
-    spdlog::info("left out because they do not fit the rest: {} views{}{}, {} corners",
-                 c.dropped_views.size(), c.dropped_views.empty() ? "" : ": ",
-                 fmt::join(c.dropped_views, ", "), c.dropped_corners);
+    spdlog::info("left out as outliers: {} views{}{}, {} corners", c.dropped_views.size(),
+                 c.dropped_views.empty() ? "" : ": ", fmt::join(c.dropped_views, ", "), c.dropped_corners);
   }
   for (const std::string& weakness : Weaknesses(c)) {
     spdlog::warn("{}", weakness);

@@ -94,7 +94,7 @@ int Demo(const DemoArguments& arguments) {
   if (run.interrupted) {
     return EndInterrupted(run);
   }
-  steps.Begin("Holding the map against the ground truth");
+  steps.Begin("Evaluating the map against the ground truth");
   const Evaluation evaluation = EvaluateResult(result, sequence);
   WriteEvaluation(result / "eval.json", evaluation);
   WriteReport({result, "", run.sequence, {}, &run, &evaluation});

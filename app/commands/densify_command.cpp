@@ -57,7 +57,7 @@ int RunDensify(const DensifyArguments& a) {
   const bool meshed = !summary.interrupted && !a.no_mesh && WriteSurface(a.result, a.threads, progress);
   steps.reset();
   if (interrupt.Interrupted()) {
-    fmt::print(stderr, "sqslam: stopped after {} depth maps; the same command goes on from there\n",
+    fmt::print(stderr, "sqslam: stopped after {} depth maps; run the same command to resume\n",
                summary.estimated + summary.resumed);
     return 130;
   }

@@ -81,12 +81,12 @@ int Check(const DetectArguments& a) {
              size - static_cast<std::int64_t>(without.size()), size);
   for (const auto& [label, count] : report.labels) {
     fmt::print("  {:<16} {:>6}{}\n", label, count,
-               report.unknown_labels.contains(label) ? "   not a label of COCO or of the program" : "");
+               report.unknown_labels.contains(label) ? "   unknown label" : "");
   }
-  List("frames without a box, by time", without);
-  List("boxes of frames that are not there", report.no_frame);
+  List("frames without a box (times)", without);
+  List("boxes of missing frames", report.no_frame);
   List("boxes outside the image", report.outside);
-  List("boxes that reach out of the image", report.clipped);
+  List("boxes that extend beyond the image", report.clipped);
   return report.HasErrors() ? 3 : 0;
 }
 
@@ -137,11 +137,11 @@ int Detect(const DetectArguments& a) {
     throw UsageError("detect: nothing to do, expected --output FILE or --check FILE");
   }
   if (a.format == BoxFormat::kCsv) {
-    throw UsageError("--output-format csv: can be read only, expected boxes, yolo, coco or mot");
+    throw UsageError("--output-format csv: can only be read, expected boxes, yolo, coco or mot");
   }
   const std::optional<NetworkOptions> network = ChooseNetwork(a.detector, a.set);
   if (!network) {
-    throw InputError("no detector has its weights; scripts/fetch-detector.sh obtains one");
+    throw InputError("no detector is installed; scripts/fetch-detector.sh downloads one");
   }
   const Sequence sequence = OpenSequence(a.sequence.Request());
   const FrameRange range = a.sequence.Range();
@@ -155,11 +155,10 @@ int Detect(const DetectArguments& a) {
   DetectionWriter writer(boxes, fmt::format("boxes of {}, {}", sequence.path.string(), Fingerprint(*network)),
                          FilePixels(sequence));
   if (writer.Frames() > 0 && !a.quiet) {
-    fmt::print(stderr, "{} frames are done already, going on\n", writer.Frames());
+    fmt::print(stderr, "{} frames are done already, resuming\n", writer.Frames());
   }
   if (!DetectAll(a, sequence, range, detector, writer)) {
-    fmt::print(stderr, "sqslam: stopped after {} frames; the same command goes on from there\n",
-               writer.Frames());
+    fmt::print(stderr, "sqslam: stopped after {} frames; run the same command to resume\n", writer.Frames());
     return 130;
   }
   writer.Finish();

@@ -129,7 +129,7 @@ int RunIn(const fs::path& folder, const ExperimentConfig& config, const Experime
   }
   if (!lock) {
     throw InputError(
-        fmt::format("{}: an experiment is at work in it, expected to be the only one", folder.string()));
+        fmt::format("{}: another program is running this experiment, expected no other", folder.string()));
   }
   const auto print = [&arguments](const std::string& line) {
     if (!arguments.quiet) {

@@ -58,16 +58,16 @@ void CheckArguments(const ExportArguments& a, const std::string& extension) {
         fmt::format("--output {}: unknown extension, expected {}", a.output, fmt::join(kExtensions, ", ")));
   }
   if (a.meshes && extension != ".ply") {
-    throw UsageError(fmt::format(
-        "--meshes: chooses what a .ply holds, expected --output FILE.ply instead of {}", a.output));
+    throw UsageError(
+        fmt::format("--meshes: applies to a .ply only, expected --output FILE.ply instead of {}", a.output));
   }
   if (a.surface && extension != ".glb") {
     throw UsageError(
-        fmt::format("--surface: adds to a .glb, expected --output FILE.glb instead of {}", a.output));
+        fmt::format("--surface: applies to a .glb only, expected --output FILE.glb instead of {}", a.output));
   }
   if (!a.ground_truth.empty() && extension != ".html") {
-    throw UsageError(
-        fmt::format("--ground-truth: adds to a .html, expected --output FILE.html instead of {}", a.output));
+    throw UsageError(fmt::format(
+        "--ground-truth: applies to a .html only, expected --output FILE.html instead of {}", a.output));
   }
 }
 
@@ -112,7 +112,7 @@ void ExportForPrograms(const ExportArguments& a) {
   fmt::print("{} images, {} points, mean reprojection error {:.3f} px\nwritten: {}\n", summary.images,
              summary.points, summary.error, a.output);
   if (summary.without_image > 0) {
-    spdlog::warn("{} keyframes are of another sequence and are left out (--images)", summary.without_image);
+    spdlog::warn("{} keyframes of another sequence are left out (--images)", summary.without_image);
   }
 }
 
@@ -122,7 +122,7 @@ void Export(const ExportArguments& a) {
     return;
   }
   if (!a.images.empty()) {
-    throw UsageError("--images: are exported with --format alone, expected --format colmap or nerfstudio");
+    throw UsageError("--images: applies to --format only, expected --format colmap or nerfstudio");
   }
   const fs::path map_path = MapFile(a.map);
   const fs::path output = a.output;

@@ -106,8 +106,7 @@ void PrintInfo(const std::filesystem::path& path, bool config, bool history, con
     return;
   }
   fmt::print("map        {}\nsequence   {}\nwritten by sqslam {}\nsnapshots  {}\n", path.string(),
-             reader.Info().sequence_path.empty() ? "images of two inputs that no list can join"
-                                                 : reader.Info().sequence_path,
+             reader.Info().sequence_path.empty() ? "images of two inputs" : reader.Info().sequence_path,
              reader.Info().program_version, reader.Size());
   fmt::print("lengths    {}\n",
              reader.Info().scale ? "metres: " + ScaleText(*reader.Info().scale) : "map units (sqslam scale)");

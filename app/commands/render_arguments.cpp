@@ -174,7 +174,7 @@ void CheckRenderArguments(const RenderArguments& a) {
   }
   if (frames && a.camera_frame) {
     throw UsageError(
-        "--camera-frame: makes one picture, expected --output FILE.png (the camera's way is --camera-path "
+        "--camera-frame: makes one picture, expected --output FILE.png (for a video: --camera-path "
         "first-person)");
   }
   const CameraOverrides& camera = a.picture.camera;

@@ -46,7 +46,7 @@ fs::path WriteDifference(const RenderArguments& a, const cv::Mat& image, const c
 int CompareWithReference(const RenderArguments& a, const cv::Mat& image) {
   const cv::Mat reference = ReadImage(a.reference, cv::IMREAD_UNCHANGED);
   if (reference.empty()) {
-    throw InputError(fmt::format("{}: cannot be read as a picture, expected the reference", a.reference));
+    throw InputError(fmt::format("{}: cannot be read, expected the reference picture", a.reference));
   }
   if (image.size() != reference.size() || image.type() != reference.type()) {
     fmt::print(stderr, "sqslam: {}: {}x{} with {} channels, expected {}x{} with {} as the picture has\n",

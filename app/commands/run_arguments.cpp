@@ -49,7 +49,7 @@ void CheckVideoName(const fs::path& video) {
   const fs::path folder = video.has_parent_path() ? video.parent_path() : fs::path(".");
   if (!fs::is_directory(folder)) {
     throw UsageError(
-        fmt::format("--video {}: there is no folder {}, expected one", video.string(), folder.string()));
+        fmt::format("--video {}: folder {} does not exist, expected one", video.string(), folder.string()));
   }
 }
 

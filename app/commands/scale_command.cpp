@@ -69,7 +69,7 @@ std::optional<ScaleReference> ReferenceOf(const ScaleArguments& a) {
     const auto metres = a.distance.size() == 3 ? ParseNumber<double>(a.distance[2]) : std::nullopt;
     if (!metres) {
       throw UsageError(
-          "--distance: expected A B METRES, A and B ids of objects or places as X,Y,Z, such as 2 7 1.20");
+          "--distance: expected A B METRES, A and B ids of objects or positions X,Y,Z, such as 2 7 1.20");
     }
     reference = KnownDistance{a.distance[0], a.distance[1], *metres};
   } else if (a.use_board) {
@@ -114,7 +114,7 @@ void Scale(const ScaleArguments& a) {
   const std::optional<ScaleReference> reference = ReferenceOf(a);
   if (!reference && !a.none) {
     const auto scale = RecordingReader(recording).Info().scale;
-    fmt::print("{}\n", scale ? ScaleText(*scale) : "no scale: lengths are map units");
+    fmt::print("{}\n", scale ? ScaleText(*scale) : "no scale: lengths are in map units");
     return;
   }
   std::optional<MapScale> scale;
@@ -126,7 +126,7 @@ void Scale(const ScaleArguments& a) {
   ScaleResult(result, scale);
   RenewPictures(a);
   if (!a.quiet) {
-    fmt::print("{}\n", scale ? ScaleText(*scale) : "the scale is taken away: lengths are map units");
+    fmt::print("{}\n", scale ? ScaleText(*scale) : "scale removed: lengths are in map units");
   }
 }
 

@@ -88,7 +88,8 @@ RecordingReader OpenMap(const fs::path& recording, const ObjectArguments& object
 
 std::string CannotBeLaid(const fs::path& sequence) {
   return fmt::format(
-      "{}: its true poses cannot be laid over the map, expected three or more at the times of keyframes, not "
+      "{}: its true poses cannot be aligned with the map, expected at least three at the times of keyframes, "
+      "not "
       "on one line",
       sequence.string());
 }
@@ -174,7 +175,7 @@ SceneLayers ReadLayers(const LayerArguments& a, const RecordingReader& reader, c
   if (style.dense_cloud.show && own && style.dense_cloud.look == DenseLook::kMesh) {
     layers.dense_mesh = ReadMesh(recording, growing);
     if (!layers.dense_mesh) {
-      spdlog::warn("{}: holds no dense surface, the picture has the sparse map; sqslam densify makes one",
+      spdlog::warn("{}: holds no dense surface, the picture shows the sparse map; run sqslam densify first",
                    recording.string());
     }
   } else if (style.dense_cloud.show) {

@@ -59,8 +59,7 @@ class EventLog {
     if (!path.empty()) {
       file_.open(path);
       if (!file_) {
-        throw InputError(
-            fmt::format("{}: cannot be written, expected a place for the script of events", path));
+        throw InputError(fmt::format("{}: cannot be written, expected a writable file for the events", path));
       }
     }
   }
@@ -228,7 +227,7 @@ class Loop {
 void CheckDisplay(const std::string& instead) {
   const char* display = std::getenv("DISPLAY");
   if (display == nullptr || *display == '\0') {
-    throw InputError(fmt::format("no display; `{}` does without one", instead));
+    throw InputError(fmt::format("no display; `{}` needs none", instead));
   }
 }
 
