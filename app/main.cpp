@@ -16,21 +16,21 @@ namespace {
 
 constexpr const char* kNotes = R"(
 Examples:
-  sqslam demo                       a first map, from nothing
-  sqslam run data/kitchen           map a sequence; the result is in out/kitchen
-  sqslam info out/kitchen           what is in the map
+  sqslam demo                       a first map, without any input
+  sqslam run data/kitchen           map a sequence; the result goes to out/kitchen
+  sqslam info out/kitchen           list the contents of the map
   sqslam export out/kitchen -o kitchen.obj
-  sqslam fit cloud.ply              the superquadric of a point cloud
+  sqslam fit cloud.ply              fit a superquadric to a point cloud
   sqslam help run                   options of a command, with examples
 
 Exit codes:
-  0    done
-  1    an internal error
+  0    success
+  1    internal error
   2    wrong usage
-  3    input that cannot be used
+  3    unusable input, or an output that cannot be written
   4    no map could be built
   5    a picture differs from its reference
-  130  after Ctrl-C
+  130  interrupted by Ctrl-C
 )";
 
 // The back end's own description on this machine, or why it is not there.
@@ -58,7 +58,7 @@ std::string VersionText() {
 }
 
 int ParseAndRun(const std::vector<std::string>& words) {
-  Command program("sqslam", "Object SLAM from one camera: a map of superquadrics, with pictures");
+  Command program("sqslam", "Monocular object SLAM: maps of superquadrics from video");
   program.OnVersion(VersionText);
   program.Group("Mapping");
   AddDemoCommand(program);

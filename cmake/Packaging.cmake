@@ -1,5 +1,5 @@
-# What `cmake --install` puts under a prefix beside the programs, and the Debian packages that cpack makes of it.
-# scripts/package.sh writes the man pages and the completion of shells, and calls cpack.
+# Files that `cmake --install` installs besides the programs, and the Debian packages that cpack builds from them.
+# scripts/package.sh writes man pages and shell completion, and calls cpack.
 set(shared ${CMAKE_INSTALL_DATADIR}/sqslam)
 install(DIRECTORY configs DESTINATION ${shared} COMPONENT sqslam)
 install(DIRECTORY assets DESTINATION ${shared} COMPONENT sqslam
@@ -11,7 +11,7 @@ if(SQSLAM_BUILD_VIEWER)
   install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/sqslam-viewer RENAME copyright COMPONENT sqslam-viewer)
 endif()
 
-# The library for other projects: archives (sqslam_library), headers, and what find_package(sqslam) reads.
+# The library for other projects: static libraries (sqslam_library), headers, and the files of find_package(sqslam).
 include(CMakePackageConfigHelpers)
 set(SQSLAM_DATA_FOLDER ${shared})
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/sqslam)
@@ -37,11 +37,11 @@ endif()
 list(APPEND parts libsqslam-dev)
 if(TARGET sqslam_python)
   list(APPEND parts python3-sqslam)
-  get_target_property(python sqslam_python SQSLAM_PYTHON_MINOR)  # the module is made for this version
+  get_target_property(python sqslam_python SQSLAM_PYTHON_MINOR)  # the module is built for this version
   math(EXPR next_python "${python} + 1")
   install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-sqslam RENAME copyright COMPONENT python3-sqslam)
 endif()
-foreach(part ${parts})  # man, bash-completion, zsh, doc/changelog: there once scripts/package.sh has run
+foreach(part ${parts})  # man, bash-completion, zsh, doc/changelog, if scripts/package.sh has written them
   install(DIRECTORY ${PROJECT_BINARY_DIR}/package/${part}/ DESTINATION ${CMAKE_INSTALL_DATADIR} COMPONENT ${part} OPTIONAL)
 endforeach()
 

@@ -1,10 +1,10 @@
-# Headers that most sources share are compiled once for the libraries and programs, and once for the tests:
-# half the time of a full build went into reading them.
+# Compiles the most common headers once for the libraries and programs, and once for the tests. Without this, half
+# the time of a full build goes into parsing them.
 option(SQSLAM_PRECOMPILE_HEADERS "Compile common headers once" ON)
 
-# Sources of one folder share most of their headers and templates: compiled a few at a time they are read once for
-# all. Names within anonymous namespaces must differ between the files of a library or program, so that any group
-# compiles (scripts/check-modules.py). Turn it off to work on a few files.
+# Compiles the sources of a folder in groups, which parses their common headers and templates only once. Names in
+# anonymous namespaces must therefore differ between the files of a library or program (scripts/check-modules.py).
+# Turn it off while you edit a few files.
 option(SQSLAM_UNITY_BUILD "Compile the sources of a library or program in groups" ON)
 set(SQSLAM_UNITY_BATCH_SIZE 10 CACHE STRING "Sources in a group; 0: all of a library or program")
 
@@ -13,7 +13,7 @@ function(sqslam_group_sources target)
   list(LENGTH sources count)
   if(SQSLAM_UNITY_BUILD AND count GREATER 1)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${SQSLAM_UNITY_BATCH_SIZE})
-    if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)  # it takes the sources within a group for headers
+    if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)  # which treats the sources of a group as headers
       target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
     endif()
   endif()
@@ -38,7 +38,7 @@ function(sqslam_reuse_precompiled target name)
   endif()
 endfunction()
 
-# sqslam_export(<name> TARGET): the target is installed for other projects, which know it as sqslam::<name>.
+# sqslam_export(<name> TARGET): installs the target for other projects as sqslam::<name>.
 function(sqslam_export name target)
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
   install(TARGETS ${target} EXPORT sqslamTargets COMPONENT libsqslam-dev
@@ -46,7 +46,7 @@ function(sqslam_export name target)
     INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/sqslam)
 endfunction()
 
-# sqslam_library(<name> SOURCES ... DEPENDS ...): one small static library per folder, target sqslam_<name>. Those of
+# sqslam_library(<name> SOURCES ... DEPENDS ...): one static library per folder, target sqslam_<name>. Libraries of
 # slam/ and render/ are installed for other projects.
 function(sqslam_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
@@ -64,11 +64,11 @@ function(sqslam_library name)
   endif()
 endfunction()
 
-# A test's own code runs for moments and is compiled in every full build: -O1 takes a quarter less time than -O3. The
-# code under test is optimised as ever.
+# Test code runs only briefly, and -O1 compiles it in a quarter less time than -O3. The code under test keeps its
+# optimisation level.
 set(SQSLAM_TEST_OPTIONS $<$<CONFIG:Release>:-O1>)
 
-# sqslam_test(<name> SOURCES ... DEPENDS ...): one GoogleTest program, each of its tests known to ctest.
+# sqslam_test(<name> SOURCES ... DEPENDS ...): one GoogleTest program; registers each of its tests with ctest.
 function(sqslam_test name)
   cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
   add_executable(${name}_test ${ARG_SOURCES})

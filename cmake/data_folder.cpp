@@ -1,5 +1,5 @@
-// Part of every program that links sqslam::slam or sqslam::render (cmake/sqslamConfig.cmake.in): tells the
-// library where the tree that it was found in keeps its data.
+// Compiled into every program that links sqslam::slam or sqslam::render (cmake/sqslamConfig.cmake.in): sets
+// the data folder of the installation that find_package found.
 
 #include "slam/util/data_path.h"
 

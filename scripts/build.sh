@@ -5,7 +5,7 @@
 #   demo       sqslam alone
 #   release    the programs and all tests
 #   asan, asan-slam, tsan, debug: as CMakePresets.json describes them
-# The first three share build/release, so each goes on from what another has built.
+# The first three share build/release, so each reuses what another has built.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -23,12 +23,12 @@ case $preset in
   *) folder=build/$preset ;;
 esac
 launcher=()
-# Only for a new folder: a change of the compiler's launcher would build everything anew.
+# Only for a new folder: changing the compiler launcher would rebuild everything.
 if [ ! -f "$folder/CMakeCache.txt" ] && command -v ccache >/dev/null; then
   launcher=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
 fi
 export CCACHE_SLOPPINESS=pch_defines,time_macros  # ccache asks for it where headers are precompiled
 cmake --preset "$preset" "${launcher[@]}" --log-level=WARNING
-# Some sources take a gigabyte to compile: no more of them at once than the memory holds.
+# Some sources need a gigabyte to compile: run only as many compilers as fit in memory.
 jobs=$(awk -v cores="$(nproc)" '/MemAvailable/ {n = int($2 / 1200000); print (n < 1 ? 1 : (n < cores ? n : cores))}' /proc/meminfo)
 cmake --build --preset "$preset" --parallel "$jobs"

@@ -1,13 +1,13 @@
 #!/usr/bin/python3
-"""Kills, starves and confuses sqslam at random moments and looks at what is left each time.
+"""Disturbs sqslam at random moments and checks what is left each time.
 
-Each round is one mishap: a program killed, interrupted or stopped for a while, a full disk, a folder that cannot
-be written, closed outputs, images that vanish, two programs on one result. After it: no program has ended by a
-signal it was not sent, errors are one line, every recording is readable, the same command then succeeds, and no
-temporary file is left.
+Each round causes one failure: a program killed, interrupted or stopped for a while, a full disk, a read-only folder,
+closed outputs, removed images, or two programs on one result. Afterwards it checks that no program died of a signal
+it was not sent, errors are one line, every recording is readable, the same command then succeeds, and no temporary
+file is left.
 
     scripts/chaos.py                        # 30 rounds on the bundled desk
-    scripts/chaos.py --rounds 300 --seed 7  # the same mishaps every time; moments vary with the machine
+    scripts/chaos.py --rounds 300 --seed 7  # repeatable failures; their moments vary with the machine
 """
 import argparse
 import collections

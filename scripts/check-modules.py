@@ -1,18 +1,18 @@
 #!/usr/bin/env python3
-"""Checks how the modules of slam/, render/ and app/ depend on each other. A module is a folder of sources.
+"""Checks the dependencies between the modules of slam/, render/ and app/. A module is a folder of sources.
 
-Fails, with a line for each finding, where
+Fails, with one line per finding, if
   * modules include each other in a cycle,
-  * a file goes against the layers: slam/ knows neither render/ nor app/, render/ not app/,
-  * a file includes a header of a target that its own target does not link, directly or by the public
-    dependencies of what it links,
+  * a file violates the layers: slam/ must not include render/ or app/, render/ must not include app/,
+  * a file includes a header of a target that its own target does not link, directly or through public
+    dependencies,
   * a file includes a header of another project whose library its target does not name,
   * a library names a library of this project that none of its files includes,
-  * a source belongs to no target, or a target names a source that is not there,
-  * two files of one target define the same name in an anonymous namespace, or an alias with two meanings:
-    sources are compiled in groups.
+  * a source belongs to no target, or a target names a source that does not exist,
+  * two files of one target define the same name in an anonymous namespace, or an alias with two meanings,
+    since sources are compiled in groups.
 
-Usage: scripts/check-modules.py [--only PREFIX] [--graph]
+usage: scripts/check-modules.py [--only PREFIX] [--graph]
 """
 import argparse
 import collections
@@ -23,7 +23,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 LAYERS = ("slam", "render", "app")  # each may include those before it
 
-# Headers of other projects, by the first pattern that fits, and the libraries that provide them.
+# Headers of other projects (the first matching pattern counts), and the libraries that provide them.
 FOREIGN = [
     (r"(unsupported/)?Eigen/", ["Eigen3::Eigen"]),
     (r"opencv2/aruco", ["opencv_aruco"]),

@@ -1,8 +1,8 @@
 #!/bin/bash
-# Checks beside the tests. Those named are run in turn; all of the second group where none is named.
+# Runs the named checks, by default tidy, asan and tsan.
 # usage: scripts/check.sh [CHECK]...
-#   format     every source is as clang-format leaves it
-#   modules    modules include only what lies below them, and without cycles
+#   format     every source is formatted by clang-format
+#   modules    modules include only lower layers, without cycles (scripts/check-modules.py)
 #   asan-slam  the unit tests of slam/ under AddressSanitizer and UBSan
 # By hand, since they take hours:
 #   tidy       clang-tidy over all sources
@@ -26,7 +26,7 @@ check_modules() {
 
 check_asan-slam() {
   scripts/build.sh asan-slam
-  # A process a program, not a test as with ctest: each takes half a second to start here, and there are a thousand.
+  # One process per test program; ctest starts one per test, and a thousand starts of half a second take too long.
   local programs
   programs=$(ninja -C build/asan -t targets all | grep -o '^bin/[a-z_0-9]*_test\b')
   LSAN_OPTIONS="suppressions=$PWD/scripts/leak-sanitizer.supp:print_suppressions=0" \

@@ -1,11 +1,11 @@
 #!/usr/bin/python3
-"""Holds dense and sparse clouds of densified runs beside what COLMAP triangulates with the same poses.
+"""Compares dense and sparse clouds of densified runs with the points that COLMAP triangulates from the same poses.
 
-COLMAP (Debian's 3.8, on the processor) extracts SIFT features of the keyframes, matches each with the ten after it and
-those 2^k after it (its sequential matcher), and triangulates with `point_triangulator`, which leaves the poses as they
-are. Each cloud is then written as depth maps of the keyframes, and
-`sqslam eval --dense` measures all three alike. COLMAP's points count in the keyframes of their tracks; those of the
-sparse map in every keyframe that they fall into, unless a nearer one lies within ten pixels. Prints a table in Markdown.
+COLMAP (Debian's 3.8, on the CPU) extracts SIFT features of the keyframes, matches each keyframe with the next ten and
+those 2^k after it (its sequential matcher), and triangulates with `point_triangulator`, which keeps the poses fixed.
+Each cloud is then written as depth maps of the keyframes, and `sqslam eval --dense` evaluates all three. COLMAP's
+points count in the keyframes of their tracks; points of the sparse map count in every keyframe that they project
+into, unless a nearer point lies within ten pixels. Prints a Markdown table.
 
     scripts/compare-colmap.py out/kitchen=../data/redkitchen out/desk=../data/blender_desk_a --work out/colmap
 """

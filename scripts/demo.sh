@@ -1,6 +1,5 @@
 #!/bin/bash
-# From a bare Debian 12 to pictures of an object map: installs what is missing, builds sqslam, runs `sqslam demo`.
-# Arguments go to `sqslam demo`.
+# Installs missing packages on a bare Debian 12, builds sqslam and runs `sqslam demo` with the given arguments.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

@@ -1,8 +1,8 @@
 #!/bin/bash
-# Obtains a network for `sqslam detect` with nothing but the npm registry: the TensorFlow.js weights of
-# CenterNet-MobileNetV3 in the package @vladmandic/human (MIT), converted to ONNX. Everything is checked by
-# sha256 and put into assets/detectors, which is not part of the repository.
-# Usage: scripts/fetch-detector.sh [FOLDER]
+# Downloads a network for `sqslam detect` from the npm registry: the TensorFlow.js weights of CenterNet-MobileNetV3
+# in the package @vladmandic/human (MIT), converted to ONNX. Checks the files by sha256 and puts the network into
+# FOLDER, by default assets/detectors, which is not part of the repository.
+# usage: scripts/fetch-detector.sh [FOLDER]
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

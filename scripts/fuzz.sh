@@ -1,8 +1,8 @@
 #!/bin/bash
-# Feeds the readers of files with mutated inputs (libFuzzer, AddressSanitizer, UBSan) and says how many each one stood.
+# Fuzzes the file readers (libFuzzer, AddressSanitizer, UBSan) and prints how many inputs each one was given.
 # usage: scripts/fuzz.sh [MINUTES [TARGET]...]     default: 10 minutes in all, over all targets of tests/fuzz
-# Ends with 1 where a reader crashed, took over 5 s or over 1 GiB, or ended with an error that a user would not
-# understand. What it failed at is kept in build/fuzz/found/TARGET-...: mend the reader, and keep the file in
+# Exits with 1 if a reader crashed, took over 5 s or over 1 GiB, or failed with an error that a user would not
+# understand. The failing input is kept in build/fuzz/found/TARGET-...: fix the reader, and move the file to
 # tests/fuzz/corpus/TARGET, which the ordinary tests replay.
 set -euo pipefail
 cd "$(dirname "$0")/.."

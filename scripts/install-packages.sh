@@ -1,5 +1,5 @@
 #!/bin/bash
-# Installs those Debian packages that are missing. Needs root or sudo only if there are any.
+# Installs those of the given Debian packages that are missing. Needs root or sudo only if some are missing.
 # usage: scripts/install-packages.sh [LIST.txt | PACKAGE]...; default: packages.txt
 set -euo pipefail
 cd "$(dirname "$0")/.."

@@ -1,10 +1,10 @@
 #!/bin/bash
-# A Slurm cluster of this one machine, to try array jobs on. As root, with Debian's packages slurmctld, slurmd,
+# Runs a Slurm cluster on this machine, to try out job arrays. Needs root and Debian's packages slurmctld, slurmd,
 # slurm-client and munge:
-#   scripts/local-slurm.sh start DIR      its configuration, state and logs go into DIR
+#   scripts/local-slurm.sh start DIR      configuration, state and logs go to DIR
 #   export SLURM_CONF=DIR/slurm.conf      for sbatch, squeue and sqslam --on slurm
 #   scripts/local-slurm.sh stop DIR
-# SLURM_PORT (16817) and the next one are its ports.
+# Uses the ports SLURM_PORT (default: 16817) and SLURM_PORT + 1.
 set -euo pipefail
 if [ $# -ne 2 ] || { [ "$1" != start ] && [ "$1" != stop ]; }; then
   echo "usage: scripts/local-slurm.sh start|stop DIR" >&2

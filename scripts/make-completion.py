@@ -1,10 +1,9 @@
 #!/usr/bin/env python3
-"""Writes the completion of bash and zsh for sqslam from its help texts.
+"""Writes completion scripts for bash and zsh from the help texts of sqslam.
 
-Usage: scripts/make-completion.py PROGRAM FOLDER     e.g. build/release/bin/sqslam build/release/package/sqslam
+usage: scripts/make-completion.py PROGRAM FOLDER     e.g. build/release/bin/sqslam build/release/package/sqslam
 
-Commands, options and the words that an option allows stand in the help texts in one form everywhere, so that
-nothing has to be written twice.
+The help texts list commands, options and the values of options in a uniform format, which this script parses.
 """
 import pathlib
 import re

@@ -1,15 +1,15 @@
 #!/usr/bin/python3
 """Measures the SLAM core: accuracy, robustness, speed and memory over several runs of several sequences.
 
-Needs the sequence folders redkitchen, tsukuba and blender_desk_a below DATA; those that are not there are left
-out. The harder variants of them are made below WORK from links and lists, and so is a walk of many laps around
-the bundled synthetic desk. Prints one table in Markdown: medians, with the lowest and highest value behind.
+Needs the sequence folders redkitchen, tsukuba and blender_desk_a below DATA; missing ones are skipped. Makes their
+harder variants below WORK from links and lists, and a walk of many laps around the bundled desk. Prints one Markdown
+table of medians with the lowest and highest values.
 
     scripts/measure-slam.py ../data out/measure
     scripts/measure-slam.py ../data out/measure --only redkitchen gap --runs 3 -- --deterministic
 
-A name like redkitchen:20 stands for every 20th frame of a sequence, as photographs a second apart would show it;
-"strides" for all of these. Runs of one sequence have the seeds 1, 2, 3, ...
+A name like redkitchen:20 means every 20th frame of a sequence, similar to photographs taken a second apart;
+"strides" means all of these. Runs of one sequence use the seeds 1, 2, 3, ...
 """
 import argparse
 import json

@@ -1,6 +1,6 @@
 #!/bin/bash
-# Makes the packages sqslam, sqslam-viewer, libsqslam-dev and python3-sqslam (NAME_VERSION_amd64.deb) in build/release,
-# with man pages from the help texts and completion for bash and zsh. Install them with:
+# Builds the packages sqslam, sqslam-viewer, libsqslam-dev and python3-sqslam (NAME_VERSION_amd64.deb) in build/release,
+# with man pages made from the help texts, and completion for bash and zsh. Install with:
 # apt install ./build/release/sqslam_*.deb
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -17,7 +17,7 @@ man_page() {
   local part=$1 name=$2 what=$3
   shift 3
   mkdir -p "$folder/$part/man/man1" "$folder/run"
-  # help2man runs one program, so that one of this name calls the command.
+  # help2man needs a single program: make a script of this name that calls the command.
   printf '#!/bin/sh\nexec %s "$@"\n' "$PWD/$*" >"$folder/run/$name"
   chmod +x "$folder/run/$name"
   COLUMNS=80 help2man --no-info --version-string "$version" --name "$what" --manual "sqslam" --source "sqslam $version" \

@@ -1,8 +1,8 @@
 #!/bin/bash
-# Draws README's pictures of maps into assets/pictures. Look at them before committing.
+# Draws README's pictures of maps to assets/pictures. Look at them before committing.
 # usage: scripts/readme-pictures.sh [DEMO [KITCHEN]]
-#   DEMO     what `sqslam demo --output DEMO` made; else it is made anew
-#   KITCHEN  a result of 7-Scenes redkitchen, made with --dense; without it that picture stays as it is
+#   DEMO     output of `sqslam demo --output DEMO`; default: run the demo
+#   KITCHEN  result of 7-Scenes redkitchen, made with --dense; default: keep the old picture
 set -eu
 cd "$(dirname "$0")/.."
 scripts/install-packages.sh ffmpeg gifsicle pngquant
@@ -18,7 +18,7 @@ if [ -z "$demo" ]; then
 fi
 "$sqslam" densify "$demo/result" --quiet
 
-# The growth of the map: each picture a state of it, the last one held for two seconds.
+# The growing map: one picture per state; the last one is held for two seconds.
 "$sqslam" render "$demo/result" --growth --output "$work/growth/{frame:04}.png" --resolution 960,400 --quiet
 ffmpeg -loglevel error -framerate 6 -i "$work/growth/%04d.png" -vf "tpad=stop_mode=clone:stop_duration=2,
   split[a][b];[a]palettegen=max_colors=112[p];[b][p]paletteuse=dither=bayer:bayer_scale=4:diff_mode=rectangle" \
@@ -32,7 +32,7 @@ picture() {  # NAME RESULT OPTIONS...
   pngquant --force --speed 1 --nofs --output "$pictures/$name.png" 256 "$work/$name.png"
 }
 picture overlay "$demo/result" --camera-frame 120 --overlay --set overlay.fill=0.3
-# The sparse map is what one sees of a result that was not densified.
+# The sparse map, as shown for a result that was not densified.
 picture blueprint "$demo/result" --resolution 800,520 --style blueprint --view isometric --set dense_cloud.show=false
 [ -z "$kitchen" ] || picture kitchen "$kitchen" --resolution 1280,720 --reliable-only --set objects.labels=true \
   --camera-azimuth-angle -12 --camera-elevation-angle -6 --camera-zoom-factor 1.12 --set cameras.keyframes=false \

@@ -1,6 +1,5 @@
 #!/bin/bash
-# Installs what is missing, builds, and runs every test. Ends with ctest's summary.
-# Arguments go to ctest.
+# Installs missing packages, builds, and runs all tests with ctest, to which the arguments are passed.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

@@ -1,7 +1,7 @@
 #!/bin/bash
-# Learns assets/vocabulary.bin anew, from photographs of Debian packages and rendered scenes (assets/README.md
-# says which and under what licences). Takes a quarter of an hour, 500 MB below WORK, and the network.
-# Usage: scripts/train-vocabulary.sh [WORK [OUTPUT]]
+# Retrains assets/vocabulary.bin on photographs in Debian packages and on rendered scenes (assets/README.md lists them
+# with their licences). Takes a quarter of an hour, 500 MB below WORK and a network connection.
+# usage: scripts/train-vocabulary.sh [WORK [OUTPUT]]
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -13,7 +13,7 @@ packages=(gnome-backgrounds lomiri-wallpapers-16.04 lomiri-wallpapers-20.04 mate
 mkdir -p "$work"
 work=$(cd "$work" && pwd)
 
-# Photographs: one folder of links with telling names. No drawings' previews, no test patterns.
+# Photographs: a folder of links with descriptive names, without previews of drawings and test patterns.
 if [ ! -d "$work/photographs" ]; then
   mkdir -p "$work/debs" "$work/unpacked" "$work/photographs"
   (cd "$work/debs" && apt-get download "${packages[@]}")
@@ -32,7 +32,7 @@ if [ ! -d "$work/photographs" ]; then
   done
 fi
 
-# Rendered scenes: the desk along its own path and on a tour of the room, four times with other textures.
+# Rendered scenes: the desk along its own path and on a tour of the room, with four sets of textures.
 cat >"$work/tour.txt" <<END
     - {position: [0.9, -1.7, 1.5], look_at: [-0.8, 1.2, 1.2]}
     - {position: [0.2, -2.2, 1.4], look_at: [0.8, 1.2, 1.4]}

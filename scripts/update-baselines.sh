@@ -1,5 +1,5 @@
 #!/bin/bash
-# Draws the baseline pictures of the tests anew, into tests/baselines. Look at every one of them before committing.
+# Redraws the reference pictures of the tests in tests/baselines. Look at each of them before committing.
 set -eu
 cd "$(dirname "$0")/.."
 preset=${1:-release}

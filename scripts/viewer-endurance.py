@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""Plays the viewer for an hour under Xvfb and watches its memory and what it complains about.
+"""Runs the viewer for an hour under Xvfb and watches its memory and its messages.
 
 Every round of the script plays, scrubs, picks, undoes, turns, zooms, cuts, resizes, minimises, switches looks,
-takes a picture and opens the recording anew. Prints memory over time and what the program, OpenGL (through
-Mesa's own messages) or VTK wrote to stderr; exit code 1 where anything was written, the program failed or its
-memory went on growing (not judged under AddressSanitizer, which holds on to what was freed).
+takes a picture and reopens the recording. Prints memory over time and what the program, OpenGL (through Mesa's
+own messages) or VTK wrote to stderr. Exits with 1 if anything was written, the program failed or its memory kept
+growing (not checked under AddressSanitizer, which keeps freed memory).
 
     scripts/viewer-endurance.py out/desk --minutes 60
     scripts/viewer-endurance.py out/desk --minutes 60 --viewer build/asan/bin/sqslam-viewer

@@ -1,7 +1,7 @@
 #!/bin/bash
-# Draws README's pictures of the viewer under Xvfb, into assets/pictures: of the bundled desk, while it is mapped
-# and afterwards. Look at them before committing.
-# usage: scripts/viewer-pictures.sh [PRESET [DEMO]]; DEMO: what `sqslam demo --output DEMO` made, else it is made anew
+# Draws README's pictures of the viewer to assets/pictures, under Xvfb: the bundled desk, while it is mapped and
+# afterwards. Look at them before committing.
+# usage: scripts/viewer-pictures.sh [PRESET [DEMO]]; DEMO: output of `sqslam demo --output DEMO`; default: run the demo
 set -eu
 cd "$(dirname "$0")/.."
 scripts/install-packages.sh xvfb xauth pngquant
@@ -22,7 +22,7 @@ click() {  # X Y, pixels of the window
 drag() {  # X Y to X Y
   printf 'move %s %s\nframes 2\npress left\nframes 1\nmove %s %s\nframes 2\nrelease left\nframes 3\n' "$@"
 }
-# Plays the script from the standard input and keeps what the window shows then, in the colours of a palette.
+# Plays the script from standard input and saves the window as a picture with a palette.
 play() {  # NAME ARGUMENTS...
   local name=$1
   shift
@@ -35,7 +35,7 @@ finish='move 640 720
 frames 360
 wait idle'  # until messages are gone
 
-# Stopped half way: then it is drawn finely.
+# Paused half way, so that the view is rendered in full quality.
 play live run "$demo/desk" --output "$work/live" <<EOF
 wait frame 90
 key Space

@@ -30,7 +30,8 @@ std::shared_ptr<const Vocabulary> LoadVocabularyFor(const KeptMap& map, const st
                                                     const SystemOptions& options) {
   std::shared_ptr<const Vocabulary> words = LoadVocabulary(options);
   if (!words) {
-    throw UsageError("vocabulary=none: nothing is found again in a map without visual words, expected some");
+    throw UsageError(
+        "vocabulary=none: an existing map needs visual words for relocalization, expected auto or a file");
   }
   if (!map.vocabulary.empty() && map.vocabulary != words->Fingerprint()) {
     throw InputError(

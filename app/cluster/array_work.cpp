@@ -64,7 +64,7 @@ class ArrayJobs {
       throw InputError(fmt::format("{}, expected a Slurm cluster here", problem));
     }
     if (!jobs && !complained_) {
-      spdlog::warn("{}; asked again every {:g} s", problem, options_.poll);
+      spdlog::warn("{}; retrying every {:g} s", problem, options_.poll);
     }
     complained_ = !jobs;
     answered_ = true;
@@ -196,7 +196,7 @@ ArrayEnd FollowArray(const ArrayWork& work, const SlurmOptions& options, const A
     }
     Sleep(options.poll, stop);
   }
-  spdlog::info("the tasks stay in the queue; scancel -n {} takes them out", jobs.Name());
+  spdlog::info("the tasks stay in the queue; scancel -n {} removes them", jobs.Name());
   return ArrayEnd::kStopped;
 }
 

@@ -93,7 +93,7 @@ std::string OwnPath() {
 
 std::string JobScript(const SlurmJobText& job, const SlurmOptions& options) {
   const bool array = job.words.size() > 1;
-  std::string text = "#!/bin/bash\n# Written by sqslam; the same command writes it anew.\n";
+  std::string text = "#!/bin/bash\n# Written by sqslam; the same command rewrites it.\n";
   const auto add = [&text](const std::string& option) { text += fmt::format("#SBATCH {}\n", option); };
   add("--job-name=" + job.name);
   if (array) {
@@ -143,7 +143,7 @@ std::string SubmitJob(const fs::path& script, const Words& after) {
   const ProgramOutput output = OutputOf(words);
   const Words numbers = JobNumbers(output);
   if (output.exit_code != 0 || numbers.empty()) {
-    throw InputError(fmt::format("{}: sbatch did not take it: {}", script.string(), Complaint(output)));
+    throw InputError(fmt::format("{}: sbatch rejected it: {}", script.string(), Complaint(output)));
   }
   return numbers.back();
 }

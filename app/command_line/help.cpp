@@ -199,9 +199,9 @@ std::string Command::Help(int columns) const {
   usage += commands_.empty() || !positionals_.empty() ? " [OPTIONS]" : " COMMAND [OPTIONS]";
   std::vector<Item> general = under("General");
   std::erase_if(headings, [](const auto& heading) { return heading.first == "General"; });
-  general.push_back({"-h, --help", "Print this text"});
+  general.push_back({"-h, --help", "Print this help"});
   if (version_) {
-    general.push_back({"--version", "Print what this build has: libraries, rendering back ends"});
+    general.push_back({"--version", "Print version, libraries and rendering back ends"});
   }
   headings.emplace_back("General", std::move(general));
   std::string text = fmt::format("{}\n\nUsage: {}\n", fmt::join(Wrap(summary_, width), "\n"), usage);

@@ -25,13 +25,13 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kCalibrateNotes = R"(
-INPUT is a video, a folder of photographs or a sequence of a flat board, held still or moved slowly, at many
-places of the image and tilted to all sides, with the focus and zoom that will be used. A chessboard must be
-seen whole, a ChArUco board need not. --columns and --rows count squares. Of a long video about 400 frames are
-searched, and those that differ the most are used.
+INPUT is a video, a folder of photographs or a sequence of a flat board. Hold the board still or move it slowly,
+show it in all parts of the image and tilted to all sides, and keep the focus and zoom of your later videos. A
+chessboard must be visible as a whole; a ChArUco board may be partly hidden. --columns and --rows count squares.
+In a long video about 400 frames are searched, and the most different views are used.
 
 Examples:
-  sqslam calibrate --print-board board.pdf            A4; print it at 100 %, measure a square
+  sqslam calibrate --print-board board.pdf            A4; print at 100 %, then measure a square
   sqslam calibrate board.mp4 -o camera.yaml
   sqslam calibrate photos/ --columns 9 --rows 7 --square-mm 30 -o camera.yaml
   sqslam calibrate --board charuco --print-board board.pdf
@@ -146,9 +146,8 @@ CalibrationFigure FigureOf(const Calibration& c) {
 
 void Report(const CalibrateArguments& a, const Calibration& c, const std::string& text) {
   if (!c.dropped_views.empty() || c.dropped_corners > 0) {
-    spdlog::info("left out because they do not fit the rest: {} views{}{}, {} corners",
-                 c.dropped_views.size(), c.dropped_views.empty() ? "" : ": ",
-                 fmt::join(c.dropped_views, ", "), c.dropped_corners);
+    spdlog::info("left out as outliers: {} views{}{}, {} corners", c.dropped_views.size(),
+                 c.dropped_views.empty() ? "" : ": ", fmt::join(c.dropped_views, ", "), c.dropped_corners);
   }
   for (const std::string& weakness : Weaknesses(c)) {
     spdlog::warn("{}", weakness);
@@ -204,22 +203,22 @@ int CalibrateCamera(CalibrateArguments a) {
 void AddCalibrateCommand(Command& program) {
   const auto a = std::make_shared<CalibrateArguments>();
   Command& command =
-      program.AddCommand("calibrate", "Find out a camera's focal length and distortion from a board");
+      program.AddCommand("calibrate", "Estimate a camera's focal length and distortion from a board");
   a->sequence.AddTo(command, "Video, folder of photographs, or sequence folder", false);
   command.Group("Board");
-  command.Option("--board NAME", a->board.kind, "Pattern that is printed on it");
-  command.Option("--columns N", a->board.columns, "Squares in a row");
-  command.Option("--rows N", a->board.rows, "Squares in a column");
-  command.Option("--square-mm MM", a->board.square_mm, "Side of a square");
-  command.Option("--marker-mm MM", a->board.marker_mm, "ChArUco: side of a marker");
-  command.Option("--dictionary NAME", a->board.dictionary, "ChArUco: the markers, by OpenCV's name");
+  command.Option("--board NAME", a->board.kind, "Pattern of the board");
+  command.Option("--columns N", a->board.columns, "Squares per row");
+  command.Option("--rows N", a->board.rows, "Squares per column");
+  command.Option("--square-mm MM", a->board.square_mm, "Side length of a square");
+  command.Option("--marker-mm MM", a->board.marker_mm, "ChArUco: side length of a marker");
+  command.Option("--dictionary NAME", a->board.dictionary, "ChArUco: marker dictionary of OpenCV");
   command.Option("--set KEY=VALUE", a->set,
                  "Override max_views, max_view_error or max_corner_error; may be repeated");
   command.Group("Output");
   command.Option("--output,-o FILE", a->output, "camera.yaml to write");
   command.Option("--figure FILE", a->figure,
-                 "Picture of the errors (.png, .svg, .pdf); default: beside the output, NAME-residuals.png");
-  command.Option("--print-board FILE", a->print_board, "Write a board to print (.pdf, .svg, .png) instead");
+                 "Plot of the residuals (.png, .svg, .pdf); default: NAME-residuals.png beside the output");
+  command.Option("--print-board FILE", a->print_board, "Instead, write a printable board (.pdf, .svg, .png)");
   command.Group("General");
   command.Flag("--quiet,-q", a->quiet, "No progress and no summary");
   command.Notes(kCalibrateNotes);

@@ -19,8 +19,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kDemoExamples = R"(
-Renders the bundled desk into OUTPUT/desk, maps it into OUTPUT/result, holds the map against the exact
-ground truth and writes the page OUTPUT/result/report.html. Needs no input and no display.
+Renders the bundled desk to OUTPUT/desk, maps it to OUTPUT/result, evaluates the map against the exact ground
+truth and writes OUTPUT/result/report.html. Needs no input and no display.
 
 Examples:
   sqslam demo
@@ -94,7 +94,7 @@ int Demo(const DemoArguments& arguments) {
   if (run.interrupted) {
     return EndInterrupted(run);
   }
-  steps.Begin("Holding the map against the ground truth");
+  steps.Begin("Evaluating the map against the ground truth");
   const Evaluation evaluation = EvaluateResult(result, sequence);
   WriteEvaluation(result / "eval.json", evaluation);
   WriteReport({result, "", run.sequence, {}, &run, &evaluation});
@@ -114,18 +114,18 @@ int Demo(const DemoArguments& arguments) {
 
 void AddDemoCommand(Command& program) {
   const auto a = std::make_shared<DemoArguments>();
-  Command& command =
-      program.AddCommand("demo", "Render a synthetic desk, map it, score it, draw it: no input needed");
+  Command& command = program.AddCommand("demo", "Render, map and evaluate a synthetic desk; needs no input");
   command.Group("Input");
   command.Option("--frames N", a->scene.frames, "Only the first N frames of the scene");
-  command.Option("--seed N", a->scene.options.seed, "Seed of the hand's tremor and the image noise");
+  command.Option("--seed N", a->scene.options.seed, "Seed of the camera shake and the image noise");
   command.Group("Output");
-  command.Option("--output,-o DIR", a->output, "Folder to make; default: out/demo, out/demo-2, ...");
-  command.Flag("--no-video", a->no_video, "No video of the map's growth");
+  command.Option("--output,-o DIR", a->output, "Output folder; default: out/demo, out/demo-2, ...");
+  command.Flag("--no-video", a->no_video, "Do not write a video of the growing map");
   command.Group("General");
-  command.Flag("--deterministic", a->deterministic, "Track and map in turn: the same result from run to run");
+  command.Flag("--deterministic", a->deterministic,
+               "Run tracking and mapping in turn, for reproducible results");
   AddBackendOption(command, a->scene.options.backend);
-  command.Flag("--quiet,-q", a->scene.quiet, "Only say where the result is");
+  command.Flag("--quiet,-q", a->scene.quiet, "Print only the paths of the results");
   command.Notes(kDemoExamples);
   command.OnRun([a] { return Demo(*a); });
 }

@@ -17,16 +17,16 @@ namespace sqslam::app {
 namespace {
 
 constexpr const char* kDensifyNotes = R"(
-Writes dense.ply (a cloud) and dense.glb (a coloured mesh with holes where nothing was seen) into the result
-folder, and depth maps of the keyframes into its map.sqmap. It needs the images that were mapped. With --set
+Writes dense.ply (a point cloud) and dense.glb (a coloured mesh with holes where nothing was seen) to the result
+folder, and depth maps of the keyframes to its map.sqmap. Needs the images that were mapped. With --set
 objects.dense_evidence=auto, objects that the cloud shows better than their boxes are estimated again, in
-objects.json and in the recording. Called again it goes on where it was stopped; with other options it begins anew.
+objects.json and in the recording. Run the same command to resume after an interruption; other options start over.
 
 Examples:
   sqslam densify out/kitchen
-  sqslam densify out/kitchen --images /media/disk/kitchen    the images have moved
-  sqslam densify out/kitchen --set dense.scale=1             images in full size: finer, four times as slow
-  sqslam densify out/kitchen --set dense.fusion.min_views=3  fewer points, and surer ones
+  sqslam densify out/kitchen --images /media/disk/kitchen    if the images have moved
+  sqslam densify out/kitchen --set dense.scale=1             full-size images: finer, four times as slow
+  sqslam densify out/kitchen --set dense.fusion.min_views=3  fewer, more reliable points
 )";
 
 struct DensifyArguments {
@@ -57,7 +57,7 @@ int RunDensify(const DensifyArguments& a) {
   const bool meshed = !summary.interrupted && !a.no_mesh && WriteSurface(a.result, a.threads, progress);
   steps.reset();
   if (interrupt.Interrupted()) {
-    fmt::print(stderr, "sqslam: stopped after {} depth maps; the same command goes on from there\n",
+    fmt::print(stderr, "sqslam: stopped after {} depth maps; run the same command to resume\n",
                summary.estimated + summary.resumed);
     return 130;
   }
@@ -78,18 +78,16 @@ int RunDensify(const DensifyArguments& a) {
 void AddDensifyCommand(Command& program) {
   const auto a = std::make_shared<DensifyArguments>();
   Command& command =
-      program.AddCommand("densify", "Depth maps, a dense coloured cloud and a mesh of a finished run");
+      program.AddCommand("densify", "Compute depth maps, a dense cloud and a mesh of a finished run");
   command.Group("Input");
   command.Positional("RESULT", a->result, "Result folder of sqslam run").Required();
-  command.Option("--images PATH", a->images,
-                 "The sequence that was mapped, where it is not at its old place any more");
+  command.Option("--images PATH", a->images, "The sequence that was mapped, if it has moved");
   command.Group("Depth");
   command.Option("--config FILE", a->config, "Options (YAML, see `dense` in configs/default.yaml)");
   command.Option("--set KEY=VALUE", a->set,
                  "Override one option, such as dense.stereo.planes=128; may be repeated");
-  command.Option("--threads N", a->threads, "Keyframes at a time; 0 (default): as many as there are cores")
-      .Range(0, 256);
-  command.Flag("--no-mesh", a->no_mesh, "Leave out dense.glb");
+  command.Option("--threads N", a->threads, "Keyframes processed in parallel; 0: one per core").Range(0, 256);
+  command.Flag("--no-mesh", a->no_mesh, "Do not write dense.glb");
   command.Group("General");
   command.Flag("--quiet,-q", a->quiet, "No progress and no summary");
   command.Notes(kDensifyNotes);

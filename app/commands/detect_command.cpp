@@ -26,16 +26,16 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kDetectNotes = R"(
-Writes a boxes.txt that `sqslam run INPUT --detections boxes.txt` takes. A job that was stopped goes on where
-it ended when it is started again. --detector is a name of configs/detectors, or a YAML file beside an .onnx
-file of your own (input size, colours, decoder, classes, threshold); scripts/fetch-detector.sh obtains one.
+Writes a boxes.txt for `sqslam run INPUT --detections boxes.txt`. Run the same command to resume after an
+interruption. --detector is a name in configs/detectors, or a YAML file beside your own .onnx file (input size,
+colours, decoder, classes, threshold); scripts/fetch-detector.sh downloads a network.
 
 Examples:
   sqslam detect film.mp4 --camera phone.yaml -o boxes.txt
   sqslam detect film.mp4 --camera auto --resize 960 -o boxes.txt
   sqslam detect data/kitchen --detector yolox-nano --set threshold=0.4 -o boxes.txt
   sqslam detect film.mp4 --camera auto --output-format coco -o boxes.json
-  sqslam detect --check boxes.txt data/kitchen      what is missing, unknown or outside
+  sqslam detect --check boxes.txt data/kitchen      find missing frames and unknown labels
 )";
 
 struct DetectArguments {
@@ -81,12 +81,12 @@ int Check(const DetectArguments& a) {
              size - static_cast<std::int64_t>(without.size()), size);
   for (const auto& [label, count] : report.labels) {
     fmt::print("  {:<16} {:>6}{}\n", label, count,
-               report.unknown_labels.contains(label) ? "   not a label of COCO or of the program" : "");
+               report.unknown_labels.contains(label) ? "   unknown label" : "");
   }
-  List("frames without a box, by time", without);
-  List("boxes of frames that are not there", report.no_frame);
+  List("frames without a box (times)", without);
+  List("boxes of missing frames", report.no_frame);
   List("boxes outside the image", report.outside);
-  List("boxes that reach out of the image", report.clipped);
+  List("boxes that extend beyond the image", report.clipped);
   return report.HasErrors() ? 3 : 0;
 }
 
@@ -137,11 +137,11 @@ int Detect(const DetectArguments& a) {
     throw UsageError("detect: nothing to do, expected --output FILE or --check FILE");
   }
   if (a.format == BoxFormat::kCsv) {
-    throw UsageError("--output-format csv: can be read only, expected boxes, yolo, coco or mot");
+    throw UsageError("--output-format csv: can only be read, expected boxes, yolo, coco or mot");
   }
   const std::optional<NetworkOptions> network = ChooseNetwork(a.detector, a.set);
   if (!network) {
-    throw InputError("no detector has its weights; scripts/fetch-detector.sh obtains one");
+    throw InputError("no detector is installed; scripts/fetch-detector.sh downloads one");
   }
   const Sequence sequence = OpenSequence(a.sequence.Request());
   const FrameRange range = a.sequence.Range();
@@ -155,11 +155,10 @@ int Detect(const DetectArguments& a) {
   DetectionWriter writer(boxes, fmt::format("boxes of {}, {}", sequence.path.string(), Fingerprint(*network)),
                          FilePixels(sequence));
   if (writer.Frames() > 0 && !a.quiet) {
-    fmt::print(stderr, "{} frames are done already, going on\n", writer.Frames());
+    fmt::print(stderr, "{} frames are done already, resuming\n", writer.Frames());
   }
   if (!DetectAll(a, sequence, range, detector, writer)) {
-    fmt::print(stderr, "sqslam: stopped after {} frames; the same command goes on from there\n",
-               writer.Frames());
+    fmt::print(stderr, "sqslam: stopped after {} frames; run the same command to resume\n", writer.Frames());
     return 130;
   }
   writer.Finish();
@@ -177,20 +176,19 @@ int Detect(const DetectArguments& a) {
 
 void AddDetectCommand(Command& program) {
   const auto a = std::make_shared<DetectArguments>();
-  Command& command = program.AddCommand("detect", "Find things in images: the boxes.txt of a sequence");
+  Command& command = program.AddCommand("detect", "Detect objects in images and write their boxes");
   a->sequence.AddTo(command, "Sequence folder, folder of images, or video").Required();
   command.Group("Detector");
   command.Option("--detector NAME", a->detector,
                  "One of configs/detectors (" + ConfigNameList("configs/detectors") +
-                     "), FILE.yaml, or auto: as in `sqslam run` the first of yolox-nano and centernet whose "
-                     "weights are there");
-  command.Option("--set KEY=VALUE", a->set, "Override one value of the detector's file; may be repeated");
+                     "), FILE.yaml, or auto: the first of yolox-nano and centernet whose weights are "
+                     "installed");
+  command.Option("--set KEY=VALUE", a->set, "Override one value of the detector file; may be repeated");
   command.Group("Output");
-  command.Option("--output,-o FILE", a->output, "File (yolo: folder) to write");
-  command.Option(
-      "--output-format NAME", a->format,
-      "boxes: a boxes.txt; yolo: a folder with a file for each image; coco: JSON; mot: MOTChallenge");
-  command.Option("--check FILE", a->check, "Boxes in any of the formats to look through instead");
+  command.Option("--output,-o FILE", a->output, "Output file (yolo: folder)");
+  command.Option("--output-format NAME", a->format,
+                 "boxes: a boxes.txt; yolo: a folder with one file per image; coco: JSON; mot: MOTChallenge");
+  command.Option("--check FILE", a->check, "Instead, check boxes in any supported format");
   command.Group("General");
   command.Flag("--quiet,-q", a->quiet, "No progress");
   command.Notes(kDetectNotes);

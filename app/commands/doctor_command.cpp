@@ -21,11 +21,10 @@ namespace sqslam::app {
 namespace {
 
 constexpr const char* kDoctorNotes = R"(
-Looks at a sample of the frames and says in words, with times, what will keep the film from being mapped: where
-the camera stands still or only turns, moves too fast, where pictures are blurred, too dark or too bright, or
-show nothing to hold on to. A film is fit where six tenths of it can be followed without a break and the camera
-moves well in three tenths.
-Ends with 0 for a film that is fit, else with 3.
+Checks a sample of the frames and lists, with times, what prevents mapping: the camera stands still, only turns
+or moves too fast; the images are blurred, too dark, too bright or lack texture. A video is suitable if at least
+60 % of it can be tracked without a break and the camera moves well in at least 30 %. Exits with 0 if it is,
+otherwise with 3.
 
 Examples:
   sqslam doctor film.mp4
@@ -74,19 +73,19 @@ void PrintValue(const std::vector<FilmMoment>& moments, double FilmMoment::*valu
 
 void PrintInspection(const Sequence& sequence, const FilmInspection& inspection) {
   const std::vector<FilmMoment>& moments = inspection.moments;
-  fmt::print("{}: {:.1f} s, {} frames, looked at {}\n", sequence.path.string(), inspection.seconds,
+  fmt::print("{}: {:.1f} s, {} frames, {} checked\n", sequence.path.string(), inspection.seconds,
              sequence.frames.size(), moments.size());
   if (!sequence.guessed_by.empty()) {
-    fmt::print("focal length {:.2f} of the width, from {}; a calibration makes a better map\n",
+    fmt::print("focal length {:.2f} of the width, from {}; a calibration improves the map\n",
                sequence.camera.fx / sequence.camera.width, sequence.guessed_by);
   }
   fmt::print("\n  {:<34} {:>7} {:>9}\n", "", "median", "worst 10%");
-  PrintValue(moments, &FilmMoment::blur, "blur", 1.0, "0 sharp, 1 none left", true);
-  PrintValue(moments, &FilmMoment::clipped, "black or white", 100.0, "% of the picture", true);
-  PrintValue(moments, &FilmMoment::coverage, "picture with detail", 100.0, "%", false);
+  PrintValue(moments, &FilmMoment::blur, "blur", 1.0, "0 sharp to 1", true);
+  PrintValue(moments, &FilmMoment::clipped, "black or white", 100.0, "% of the image", true);
+  PrintValue(moments, &FilmMoment::coverage, "image with keypoints", 100.0, "%", false);
   PrintValue(moments, &FilmMoment::shared, "shared with the next frame", 100.0, "% of the keypoints", false);
-  PrintValue(moments, &FilmMoment::flow, "motion", 100.0, "% of the width a second", true);
-  PrintValue(moments, &FilmMoment::sideways, "motion that is no turning", 100.0, "%", false);
+  PrintValue(moments, &FilmMoment::flow, "motion", 100.0, "% of the width per second", true);
+  PrintValue(moments, &FilmMoment::sideways, "motion other than rotation", 100.0, "%", false);
   int looked = 0;
   int things = 0;
   int with_some = 0;
@@ -96,15 +95,14 @@ void PrintInspection(const Sequence& sequence, const FilmInspection& inspection)
     things += std::max(0, moment.things);
   }
   if (looked > 0) {
-    fmt::print("  the detector saw {} things in {} of {} pictures\n", things, with_some, looked);
+    fmt::print("  the detector found {} objects in {} of {} frames\n", things, with_some, looked);
   } else {
-    fmt::print("  no detector: scripts/fetch-detector.sh obtains one, or give boxes of your own\n");
+    fmt::print("  no detector: scripts/fetch-detector.sh downloads one, or provide your own boxes\n");
   }
   constexpr double kMuchSkew = 0.005;  // of the width
   if (inspection.skew > kMuchSkew) {
-    fmt::print(
-        "  fast motion: a rolling shutter of 20 ms shears the picture by up to {:.1f} % of its width\n",
-        100.0 * inspection.skew);
+    fmt::print("  fast motion: a rolling shutter of 20 ms shears the image by up to {:.1f} % of its width\n",
+               100.0 * inspection.skew);
   }
   fmt::print("\n");
   for (const FilmFinding& finding : inspection.findings) {
@@ -115,15 +113,15 @@ void PrintInspection(const Sequence& sequence, const FilmInspection& inspection)
 std::string Verdict(const FilmInspection& inspection) {
   const double whole = std::max(inspection.seconds, 1e-9);
   if (inspection.findings.empty()) {
-    return "good to be mapped";
+    return "suitable for mapping";
   }
   if (inspection.IsFit()) {
     return fmt::format("can be mapped; the camera moves well in {:.0f} % of it",
                        100.0 * inspection.moving / whole);
   }
   return fmt::format(
-      "not fit to be mapped: the camera moves well in {:.0f} % of it, and the longest part that can "
-      "be followed is {:.0f} %",
+      "not suitable for mapping: the camera moves well in {:.0f} % of it, and the longest part that can "
+      "be tracked is {:.0f} %",
       100.0 * inspection.moving / whole, 100.0 * inspection.longest / whole);
 }
 
@@ -182,7 +180,7 @@ int Examine(const DoctorArguments& a) {
         if (!progress) {
           progress.emplace(total, a.quiet);
         }
-        progress->Update(done, "looking");
+        progress->Update(done, "checking");
         return !interrupt.Interrupted();
       });
   progress->Finish();
@@ -203,16 +201,16 @@ int Examine(const DoctorArguments& a) {
 
 void AddDoctorCommand(Command& program) {
   const auto a = std::make_shared<DoctorArguments>();
-  Command& command = program.AddCommand("doctor", "Is this film fit to be mapped, and if not, why and when");
+  Command& command = program.AddCommand("doctor", "Check whether a video can be mapped, and if not, why");
   a->sequence.AddTo(command, "Sequence folder, folder of images, or video").Required();
   command.Group("Inspection");
   command.Option("--detector NAME", a->detector,
-                 "Counts things in a few of the pictures: as in `sqslam detect`, or none");
+                 "Count objects in a few frames with this detector (see `sqslam detect`), or none");
   command.Option("--set KEY=VALUE", a->set, "Override one limit: " + LimitNames() + "; may be repeated");
   command.Group("Output");
-  command.Option("--output,-o FILE", a->output, "JSON with all samples and findings");
+  command.Option("--output,-o FILE", a->output, "Write all samples and findings to this JSON file");
   command.Group("General");
-  command.Flag("--quiet,-q", a->quiet, "The verdict alone, no progress");
+  command.Flag("--quiet,-q", a->quiet, "Print only the verdict");
   command.Notes(kDoctorNotes);
   command.OnRun([a] { return Examine(*a); });
 }

@@ -25,18 +25,17 @@ Examples:
   sqslam eval out/fire --ground-truth fire/seq-01
   sqslam eval out/desk out/desk-2 out/desk-3 --ground-truth data/desk    several runs side by side
   sqslam eval out/desk --dense --ground-truth data/desk    after sqslam densify out/desk
-  sqslam eval out/desk --budget --ground-truth data/desk   where the objects' IoU is lost
+  sqslam eval out/desk --budget --ground-truth data/desk   why 3D IoU is lost
   sqslam eval out/sq out/quadric --ground-truth data/desk -o compared.tex
 
-The trajectory is aligned to the ground truth by a similarity (scale, rotation, translation); the objects go
-with it. A mapped object stands for a ground-truth object where they overlap (3D IoU of matching.min_iou or
-more), or where their centres are near and their sizes alike; labels do not decide. Thin objects (a half size
-below 15 mm or 5 % of the largest) also get the IoU of their outlines seen from above. Landmarks that are no
-ground-truth object are listed with where they lie.
+The trajectory is aligned with the ground truth by a similarity (scale, rotation, translation), which is also
+applied to the objects. A mapped object matches a ground-truth object if they overlap (3D IoU of at least
+matching.min_iou), or if their centres are near and their sizes similar; labels need not agree. Thin objects (a
+half size below 15 mm or 5 % of the largest) also get a footprint IoU, of their outlines seen from above.
+Landmarks that match no ground-truth object are listed with their positions.
 
---budget fits each mapped object again, offline, with one part of what is known of it replaced by the truth at
-a time: the cameras' poses, the boxes, which boxes and points are its own, its yaw, the height that it stands
-on, its kind of shape. What its 3D IoU gains by each says where the rest is lost.
+--budget refits each matched object offline with one part of its input replaced by the truth at a time: camera
+poses, boxes, association, yaw, height of the support, kind of shape. The gains in 3D IoU show what limits it.
 )";
 
 struct EvalArguments {
@@ -143,31 +142,28 @@ void Evaluate(const EvalArguments& arguments) {
 
 void AddEvalCommand(Command& program) {
   const auto a = std::make_shared<EvalArguments>();
-  Command& command =
-      program.AddCommand("eval", "Hold a result against ground truth: trajectory error, 3D IoU, counts");
+  Command& command = program.AddCommand("eval", "Evaluate a result: trajectory error, 3D IoU, object counts");
   command.Group("Input");
   command
       .Positional("RESULT", a->results,
-                  "Result folders of sqslam run, all of one sequence; eval.json is written into each, its "
-                  "report.html brought up to date")
+                  "Result folders of sqslam run, all of one sequence; writes eval.json to each and updates "
+                  "its report.html")
       .Required();
   command
       .Option(
           "--ground-truth DIR", a->ground_truth,
-          "Sequence folder with poses: groundtruth.txt, or those of 7-Scenes, RGB-D Scenes v2 or ICL-NUIM; "
-          "objects_gt.json if there is one")
+          "Sequence folder with true poses: groundtruth.txt, or the files of 7-Scenes, RGB-D Scenes v2 or "
+          "ICL-NUIM; objects_gt.json is optional")
       .Required();
-  command.Flag("--dense", a->dense,
-               "Instead, hold the depth maps of sqslam densify against the truth (dense_eval.json)");
-  command.Flag(
-      "--budget", a->budget,
-      "Instead, refit the objects with one part of the truth at a time: what each gains (budget.json)");
+  command.Flag("--dense", a->dense, "Instead, evaluate the depth maps of sqslam densify (dense_eval.json)");
+  command.Flag("--budget", a->budget,
+               "Instead, refit the objects with one part of the truth at a time (budget.json)");
   command.Option("--set KEY=VALUE", a->set, "Override one option of the evaluation; may be repeated");
   command.Group("Output");
   command.Option("--output,-o FILE", a->output,
-                 "Also write the tables to this file: .md, .tex, .csv (a line for each object) or .json");
+                 "Also write the tables to this file: .md, .tex, .csv (one line per object) or .json");
   command.Group("General");
-  command.Flag("--quiet,-q", a->quiet, "Print nothing, only write files");
+  command.Flag("--quiet,-q", a->quiet, "Only write files, print nothing");
   command.Notes(kEvalNotes);
   command.OnRun([a] { Evaluate(*a); });
 }

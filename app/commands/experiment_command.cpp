@@ -19,49 +19,48 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kExperimentNotes = R"(
-Runs every combination of sequences, representations, associations, methods, variants and repetitions that
-CONFIG.yaml asks for, holds each run against ground truth, and writes four tables with medians and ranges
-(tables.md; table-1 to table-4 as .md, .tex and .csv): IoU by object class, IoU by sequence, landmarks by
-association, time by number of objects.
+Runs every combination of the sequences, representations, associations, methods, variants and repetitions in
+CONFIG.yaml, evaluates each run, and writes four tables with medians and ranges (tables.md; table-1 to table-4 as
+.md, .tex and .csv): IoU by object class, IoU by sequence, landmarks by association, time by number of objects.
 
-Called again it goes on where it was stopped, tries failed runs again, and makes only those runs again whose
-settings or inputs have changed. Each run is a process of its own; its output is in runs/NAME.log.
+Run the same command to resume after an interruption: it repeats runs that failed or whose settings or inputs have
+changed, and keeps all others. Each run is a separate process that writes to runs/NAME.log.
 
-| sequences:                   # what is mapped
+| sequences:                   # sequences to map
 |   - path: data/kitchen       # as for sqslam run; or scene: FILE.yaml
 |     name: kitchen            # also: detections, frames (N or A:B), start,
 |                              # stride, format, camera, set, and evaluate:
-|                              # false where there is no ground truth
+|                              # false if there is no ground truth
 | representations: [superquadric, ellipsoid, quadric, cuboid]
-| associations: all            # or a list; so for methods (refined, paper)
+| associations: all            # or a list; likewise methods (refined, paper)
 | max_objects: [0, 4, 8, all]  # only boxes of the N objects with most boxes
 | repetitions: 5
-| variants:                    # options under a name, beside the defaults
+| variants:                    # named sets of options, besides the defaults
 |   - {name: no-lines, set: [objects.yaw.line_interval=0]}
-| grids:                       # several grids, each with axes of its own
+| grids:                       # several grids, each with its own axes
 |   - {representations: all, methods: all}
 |   - {associations: all, sequences: [kitchen]}
-| jobs: 1                      # runs at a time; times are only good with 1
-| objects: [kitchen/mug-1]     # get rows of their own in Table I
+| jobs: 1                      # parallel runs; use 1 to measure times
+| objects: [kitchen/mug-1]     # objects with their own row in Table I
 | # also: output, config (pipeline options), seed, deterministic
-| slurm:                       # with --on slurm; all may be left out
-|   partition: batch           # so time and memory: as sbatch takes them
-|   cpus: 2                    # for each run
-|   sbatch: [--account=maps]   # further options
-|   setup: [module load x]     # lines of shell before the program
-|   program: sqslam            # instead of this one: a container
+| slurm:                       # for --on slurm; all keys are optional
+|   partition: batch           # also time and memory, as for sbatch
+|   cpus: 2                    # per run
+|   sbatch: [--account=maps]   # further options of sbatch
+|   setup: [module load x]     # shell commands before the program
+|   program: sqslam            # another command, such as a container
 |   retries: 2                 # of a run that ends without a result
-|   poll: 5                    # seconds between looks at the queue
+|   poll: 5                    # seconds between queries of the queue
 
-On a Slurm cluster each run is a task of an array. The command follows them as it does at home and makes the
-tables. Ctrl-C leaves the tasks at work; the same command takes up again. With --submit-only a last job makes
-again what failed, and the tables.
+On a Slurm cluster each run is a task of a job array. The command waits for the tasks and writes the tables.
+Ctrl-C leaves the tasks running; run the same command to wait for them again. With --submit-only, a last job
+repeats failed runs and writes the tables.
 
 Examples:
   sqslam experiment configs/experiments/desk.yaml
   sqslam experiment paper.yaml -o out/paper --jobs 4
   sqslam experiment paper.yaml --on slurm --jobs 40
-  sqslam experiment paper.yaml --dry-run           which runs there are, and which are finished
+  sqslam experiment paper.yaml --dry-run           list the runs and which are finished
 )";
 
 struct ExperimentArguments {
@@ -130,7 +129,7 @@ int RunIn(const fs::path& folder, const ExperimentConfig& config, const Experime
   }
   if (!lock) {
     throw InputError(
-        fmt::format("{}: an experiment is at work in it, expected to be the only one", folder.string()));
+        fmt::format("{}: another program is running this experiment, expected no other", folder.string()));
   }
   const auto print = [&arguments](const std::string& line) {
     if (!arguments.quiet) {
@@ -179,25 +178,24 @@ int Experiment(const ExperimentArguments& arguments) {
 
 void AddExperimentCommand(Command& program) {
   const auto a = std::make_shared<ExperimentArguments>();
-  Command& command = program.AddCommand(
-      "experiment", "Many runs and their tables: sequences, representations, associations, repetitions");
+  Command& command =
+      program.AddCommand("experiment", "Run many sequences and configurations and tabulate the results");
   command.Group("Input");
   command.Positional("CONFIG", a->config, "Description of the experiment (YAML)").Required();
   command.Group("Output");
   command.Option("--output,-o DIR", a->output,
-                 "Folder of the experiment, made or gone on with; default: output of CONFIG, or out/NAME");
+                 "Folder of the experiment, new or to be resumed; default: output of CONFIG, or out/NAME");
   command.Group("Runs");
-  command.Option("--jobs N", a->jobs, "Runs at a time, instead of jobs of CONFIG").AtLeast(1);
-  command.Flag("--dry-run", a->dry_run, "List the runs and whether they are finished, and end");
-  command.Flag("--fresh", a->fresh, "Make every run again, as after a new build of the program");
+  command.Option("--jobs N", a->jobs, "Parallel runs, instead of jobs of CONFIG").AtLeast(1);
+  command.Flag("--dry-run", a->dry_run, "List the runs and whether they are finished, then exit");
+  command.Flag("--fresh", a->fresh, "Repeat all runs, for example after a new build");
   command.Group("Cluster");
-  command.Option("--on WHERE", a->where, "Make the runs on this computer or on a cluster")
-      .OneOf({"here", "slurm"});
+  command.Option("--on WHERE", a->where, "Run on this computer or on a cluster").OneOf({"here", "slurm"});
   command.Flag("--submit-only", a->submit_only,
-               "With --on slurm: hand everything over and end; a last job makes the tables");
-  command.Option("--task RUN", a->task, "Make only this run, without tables; tasks of a cluster are this");
+               "With --on slurm: submit all jobs and exit; a last job writes the tables");
+  command.Option("--task RUN", a->task, "Make only this run, without tables; for tasks of a cluster");
   command.Group("General");
-  command.Flag("--quiet,-q", a->quiet, "Print nothing but errors");
+  command.Flag("--quiet,-q", a->quiet, "Print only errors");
   command.Notes(kExperimentNotes);
   command.OnRun([a] { return Experiment(*a); });
 }

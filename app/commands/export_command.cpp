@@ -58,16 +58,16 @@ void CheckArguments(const ExportArguments& a, const std::string& extension) {
         fmt::format("--output {}: unknown extension, expected {}", a.output, fmt::join(kExtensions, ", ")));
   }
   if (a.meshes && extension != ".ply") {
-    throw UsageError(fmt::format(
-        "--meshes: chooses what a .ply holds, expected --output FILE.ply instead of {}", a.output));
+    throw UsageError(
+        fmt::format("--meshes: applies to a .ply only, expected --output FILE.ply instead of {}", a.output));
   }
   if (a.surface && extension != ".glb") {
     throw UsageError(
-        fmt::format("--surface: adds to a .glb, expected --output FILE.glb instead of {}", a.output));
+        fmt::format("--surface: applies to a .glb only, expected --output FILE.glb instead of {}", a.output));
   }
   if (!a.ground_truth.empty() && extension != ".html") {
-    throw UsageError(
-        fmt::format("--ground-truth: adds to a .html, expected --output FILE.html instead of {}", a.output));
+    throw UsageError(fmt::format(
+        "--ground-truth: applies to a .html only, expected --output FILE.html instead of {}", a.output));
   }
 }
 
@@ -112,7 +112,7 @@ void ExportForPrograms(const ExportArguments& a) {
   fmt::print("{} images, {} points, mean reprojection error {:.3f} px\nwritten: {}\n", summary.images,
              summary.points, summary.error, a.output);
   if (summary.without_image > 0) {
-    spdlog::warn("{} keyframes are of another sequence and are left out (--images)", summary.without_image);
+    spdlog::warn("{} keyframes of another sequence are left out (--images)", summary.without_image);
   }
 }
 
@@ -122,7 +122,7 @@ void Export(const ExportArguments& a) {
     return;
   }
   if (!a.images.empty()) {
-    throw UsageError("--images: are exported with --format alone, expected --format colmap or nerfstudio");
+    throw UsageError("--images: applies to --format only, expected --format colmap or nerfstudio");
   }
   const fs::path map_path = MapFile(a.map);
   const fs::path output = a.output;
@@ -150,22 +150,22 @@ void Export(const ExportArguments& a) {
 
 constexpr const char* kExportNotes = R"(
 By extension:
-  .html  a page to turn in any browser, one file without a server: objects, points, dense cloud, camera path,
-         keyframes with their images, the growth of the map
-  .glb   everything for 3D programs (binary glTF 2.0, y up): a node "ID label" for each object, with its
-         class's colour and, as extras, half_size, e1, e2, label, id and observations; the points; the camera's
-         path; a camera for each keyframe; an animation: the camera "flight" flies the path,
-         objects appear when they were first seen; with --surface the mesh that sqslam densify makes
-  .obj   superquadrics as meshes, one named object each, colours in a .mtl file beside it
-  .ply   points (x y z red green blue object_id); with --meshes the superquadrics as one mesh with colours
+  .html  interactive 3D page for any browser, one file, no server: objects, points, dense cloud, camera path,
+         keyframes with their images, growth of the map
+  .glb   everything, for 3D programs (binary glTF 2.0, y up): a node "ID label" for each object, in the colour
+         of its class, with half_size, e1, e2, label, id and observations as extras; points; camera path;
+         a camera for each keyframe; an animation in which the camera "flight" follows the path and
+         objects appear when first seen; with --surface the mesh of sqslam densify
+  .obj   superquadrics as meshes, one named object each, with colours in a .mtl file
+  .ply   points (x y z red green blue object_id); with --meshes the superquadrics as one coloured mesh
   .json  objects with all their parameters
   .txt   keyframe poses (TUM)
-By --format, into a new folder, from the recording of a finished run: its keyframes with their images
-  colmap      sparse/0 with cameras, images and points3D, as .bin and as .txt, tracks and distortion
-              included; images/
+With --format, a new folder with the keyframes of a finished run and their images:
+  colmap      sparse/0 with cameras, images and points3D, as .bin and as .txt, including tracks and
+              distortion; images/
   nerfstudio  transforms.json, points.ply, images/
-images/ is a link to the sequence where its images are files of the size that was mapped; those of a video or with
---resize are written. All but .glb are in the map frame, z up. With --edits hidden objects are written too, deleted ones are not.
+images/ is a link to the sequence if its images are files of the mapped size; frames of a video or of a resized
+sequence are written. All but .glb use the map frame, z up. With --edits, hidden objects are exported, deleted ones not.
 
 Examples:
   sqslam export out/kitchen -o kitchen.html
@@ -183,26 +183,25 @@ Examples:
 
 void AddExportCommand(Command& program) {
   const auto a = std::make_shared<ExportArguments>();
-  Command& command = program.AddCommand("export", "Write a map's last state for other programs");
+  Command& command = program.AddCommand("export", "Export a map for other programs");
   command.Group("Input");
   command.Positional("MAP", a->map, "map.sqmap, or the result folder that holds it").Required();
   AddObjectOptions(command, a->objects);
   command.Group("Output");
   command
-      .Option("--output,-o FILE", a->output,
-              "FILE.html, .glb, .obj, .ply, .json or .txt; an existing one is replaced. With --format a new "
-              "folder")
+      .Option(
+          "--output,-o FILE", a->output,
+          "FILE.html, .glb, .obj, .ply, .json or .txt; an existing file is replaced. With --format: a new "
+          "folder")
       .Required();
   command.Option("--format NAME", a->format,
-                 "For other programs: a folder with keyframes, tracks and images, instead of one file");
-  command.Option("--images PATH", a->images,
-                 "With --format: the sequence that was mapped, where it is not at its old place any more");
-  command.Flag("--meshes", a->meshes, "In a .ply: the superquadrics as meshes, not the points");
-  command.Flag("--surface", a->surface,
-               "In a .glb: also the dense surface of a densified result, a coloured mesh");
+                 "Instead of one file, write a folder with keyframes, tracks and images");
+  command.Option("--images PATH", a->images, "With --format: the sequence that was mapped, if it has moved");
+  command.Flag("--meshes", a->meshes, "In a .ply: superquadrics as meshes instead of points");
+  command.Flag("--surface", a->surface, "In a .glb: also the coloured mesh of a densified result");
   command.Option("--ground-truth SEQUENCE", a->ground_truth,
-                 "In a .html: sequence folder whose true camera path is laid over the map; auto: of the "
-                 "sequence that was mapped");
+                 "In a .html: also the true camera path of this sequence folder; auto: of the sequence that "
+                 "was mapped");
   command.Notes(kExportNotes);
   command.OnRun([a] { Export(*a); });
 }

@@ -14,9 +14,9 @@ namespace sqslam::app {
 namespace {
 
 constexpr const char* kFigureNotes = R"(
-Each figure is written as a PNG that carries its density, or as SVG or PDF with lines and texts as such; the
-same input gives the same bytes. Colours suit all kinds of colour vision, dashes and hatches grey prints.
-Without a size a figure is as wide as a column (89 mm) or, with much in it, a page of two columns (182 mm).
+Figures are PNG files that store their density, or SVG or PDF files with charts and text as vectors; the same
+input gives the same bytes. Colours suit all kinds of colour vision; dashes and hatches work in greyscale. By
+default a figure is as wide as a column (89 mm) or, if it needs more space, a page of two columns (182 mm).
 
 Examples:
   sqslam figure shapes -o shapes.pdf
@@ -43,15 +43,14 @@ void AddPageOptions(Command& command, const FigureEntry& figure, FigureArguments
   FigureOptions& page = a.request.page;
   command.Group("Page");
   command.Option("--output,-o FILE", a.output, "FILE.png, FILE.svg or FILE.pdf").Required();
-  command.Option("--width-mm MM", page.width_mm, "Width; else that of a column or of a page");
-  command.Option("--height-mm MM", page.height_mm, "Height; else what the figure needs");
-  command.Option("--dpi N", page.dpi, "Pixels per inch of a PNG and of pictures in a page; default: 300");
+  command.Option("--width-mm MM", page.width_mm, "Width; default: that of a column or page");
+  command.Option("--height-mm MM", page.height_mm, "Height; default: as much as the figure needs");
+  command.Option("--dpi N", page.dpi, "Pixels per inch of a PNG and of embedded pictures; default: 300");
   command.Option("--resolution W,H", a.resolution,
-                 "Pixels instead of millimetres; letters grow with the width unless --dpi says how large a "
-                 "pixel is");
-  command.Option("--font-size PT", page.font_size, "Points");
-  command.Option("--title TEXT", page.title, "A line above the figure");
-  command.Flag("--no-background", page.transparent, "Transparent instead of the style's background");
+                 "Size in pixels instead of millimetres; text scales with the width unless --dpi is given");
+  command.Option("--font-size PT", page.font_size, "Font size");
+  command.Option("--title TEXT", page.title, "Title above the figure");
+  command.Flag("--no-background", page.transparent, "Transparent background");
   a.style.AddTo(command);
   command.Group("General");
   if (figure.pictures) {
@@ -70,7 +69,7 @@ void AddInputs(Command& command, const FigureEntry& figure, FigureRequest& reque
     command.Option("--name TEXT", request.names, figure.names_help);
   }
   if (figure.objects) {
-    command.Option("--object ID", request.objects, "An object (sqslam info RESULT); may be repeated");
+    command.Option("--object ID", request.objects, "Id of an object (see sqslam info); may be repeated");
   }
   if (!figure.frames_help.empty()) {
     command.Option("--frame N", request.frames, figure.frames_help).list = figure.several;
@@ -78,9 +77,9 @@ void AddInputs(Command& command, const FigureEntry& figure, FigureRequest& reque
   if (figure.view) {
     CameraOverrides& camera = request.page.camera;
     command.Group("Camera");
-    command.Option("--camera-azimuth-angle DEG", camera.azimuth, "Turn around what is shown");
-    command.Option("--camera-elevation-angle DEG", camera.elevation, "Raise");
-    command.Option("--camera-zoom-factor X", camera.zoom, "Above 1: nearer").Range(0.01, 100.0);
+    command.Option("--camera-azimuth-angle DEG", camera.azimuth, "Rotate around the scene");
+    command.Option("--camera-elevation-angle DEG", camera.elevation, "Raise the camera");
+    command.Option("--camera-zoom-factor X", camera.zoom, "Above 1: closer").Range(0.01, 100.0);
   }
 }
 

@@ -33,15 +33,15 @@ struct FitArguments {
 };
 
 constexpr const char* kFitNotes = R"(
-CLOUD is a PLY file (ascii or binary, with x, y, z) or a text file with x y z on each line. Without further
-options the whole cloud is one object in any orientation. Half of its surface is enough, with noise and
-stray points. Lengths are those of the cloud; roll, pitch and yaw are R = Rz(yaw) Ry(pitch) Rx(roll).
+CLOUD is a PLY file (ascii or binary, with x, y, z) or a text file with x y z on each line. By default the whole
+cloud is one object in any orientation. It may show only half of the surface and contain noise and outliers.
+Lengths are in the unit of the cloud; roll, pitch and yaw define R = Rz(yaw) Ry(pitch) Rx(roll).
 
 Examples:
   sqslam fit mug.ply                                       print the fit
-  sqslam fit mug.ply -o mug.json -o mug.obj                also as numbers and as a mesh
-  sqslam fit box.xyz --upright                             it stands on a table: only yaw is free
-  sqslam fit table.ply --remove-plane --clusters auto      all things on a table
+  sqslam fit mug.ply -o mug.json -o mug.obj                also write parameters and a mesh
+  sqslam fit box.xyz --upright                             a box on a table: only yaw is free
+  sqslam fit table.ply --remove-plane --clusters auto      all objects on a table
 )";
 
 MultiFitOptions MakeOptions(const FitArguments& arguments) {
@@ -145,11 +145,11 @@ void AddFitCommand(Command& program) {
   command.Option("--output,-o FILE", a->output,
                  ".json objects, .obj or .ply meshes; may be repeated; existing files are replaced");
   command.Group("Fitting");
-  command.Flag("--upright", a->upright, "Keep the object's z axis on the cloud's: only yaw is free");
+  command.Flag("--upright", a->upright, "Align the object's z axis with the cloud's: only yaw is free");
   command.Option("--clusters N", a->clusters,
-                 "Split the cloud at gaps and fit the N largest parts, default 1; auto: all of them");
-  command.Flag("--multiple", a->multiple, "The same as --clusters auto");
-  command.Flag("--remove-plane", a->remove_plane, "Take the largest plane away first (table, floor)");
+                 "Split the cloud at gaps and fit the N largest parts; default: 1; auto: all of them");
+  command.Flag("--multiple", a->multiple, "Same as --clusters auto");
+  command.Flag("--remove-plane", a->remove_plane, "First remove the largest plane, such as a table or floor");
   command.Option("--set KEY=VALUE", a->set, "Override one of the options below; may be repeated");
   std::string options = "\nOptions for --set, with their defaults:\n";
   std::istringstream lines(DumpOptions(MultiFitOptions()));

@@ -106,8 +106,7 @@ void PrintInfo(const std::filesystem::path& path, bool config, bool history, con
     return;
   }
   fmt::print("map        {}\nsequence   {}\nwritten by sqslam {}\nsnapshots  {}\n", path.string(),
-             reader.Info().sequence_path.empty() ? "images of two inputs that no list can join"
-                                                 : reader.Info().sequence_path,
+             reader.Info().sequence_path.empty() ? "images of two inputs" : reader.Info().sequence_path,
              reader.Info().program_version, reader.Size());
   fmt::print("lengths    {}\n",
              reader.Info().scale ? "metres: " + ScaleText(*reader.Info().scale) : "map units (sqslam scale)");
@@ -135,13 +134,13 @@ void AddInfoCommand(Command& program) {
     ObjectArguments objects;
   };
   const auto a = std::make_shared<Arguments>();
-  Command& command = program.AddCommand("info", "Say what is in a map or a vocabulary");
+  Command& command = program.AddCommand("info", "List the contents of a map or a vocabulary");
   command.Group("Input");
   command.Positional("MAP", a->map, "map.sqmap, the result folder that holds it, or a vocabulary").Required();
   AddObjectOptions(command, a->objects);
   command.Group("Output");
-  command.Flag("--config", a->config, "Print the options the map was made with, as YAML");
-  command.Flag("--history", a->history, "Print a line for each snapshot: how the map grew");
+  command.Flag("--config", a->config, "Print the options of the run as YAML");
+  command.Flag("--history", a->history, "Print one line per snapshot, to show how the map grew");
   command.Notes(kInfoNotes);
   command.OnRun([a] {
     if (a->config && a->history) {

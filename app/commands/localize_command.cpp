@@ -15,15 +15,15 @@ namespace sqslam::app {
 namespace {
 
 constexpr const char* kLocalizeNotes = R"(
-The map stays as it is; the poses are in its frame and unit. INPUT is of the camera that made the map: without a
-calibration of its own it is taken to be, and another one is refused. The result folder holds trajectory.txt,
-stats.json and a map.sqmap with the map and the new poses, for render and export.
+The map does not change; the poses are in its frame and unit. INPUT must be from the camera of the map: this is
+assumed if INPUT has no calibration, and a different calibration is refused. The result folder holds trajectory.txt,
+camera.yaml, stats.json and a map.sqmap with the map and the new poses, for render and export.
 
 Examples:
   sqslam localize data/kitchen2 --map out/kitchen
-  sqslam localize film2.mp4 --map out/film --resize 960      the film was mapped with --resize 960
+  sqslam localize film2.mp4 --map out/film --resize 960      if film.mp4 was mapped with --resize 960
   sqslam localize photos/ --map out/kitchen -o out/photos
-  sqslam render out/photos --output found.png                where they were taken
+  sqslam render out/photos --output found.png                show where they were taken
 )";
 
 struct LocalizeArguments : SequenceArguments {
@@ -55,18 +55,16 @@ int RunLocalize(const LocalizeArguments& a) {
 void AddLocalizeCommand(Command& program) {
   const auto a = std::make_shared<LocalizeArguments>();
   Command& command =
-      program.AddCommand("localize", "Find the poses of images or of a video in a finished map");
+      program.AddCommand("localize", "Find the camera poses of images or a video in a finished map");
   a->AddTo(command, "Sequence folder, dataset folder, image folder or video").Required();
-  command
-      .Option("--map RESULT", a->map,
-              "Result folder of sqslam run (or its map.sqmap) whose map the frames are looked for in")
+  command.Option("--map RESULT", a->map, "Map to localize in: result folder of sqslam run, or its map.sqmap")
       .Required();
   command.Group("Output");
   command.Option("--output,-o DIR", a->output, "Result folder; default: out/NAME, out/NAME-2, ...");
   command.Group("General");
   command.Option("--set KEY=VALUE", a->set,
-                 "Override one option of the run that made the map; may be repeated");
-  command.Flag("--quiet,-q", a->quiet, "No progress and no summary; warnings and errors stay");
+                 "Override one of the options that the map was made with; may be repeated");
+  command.Flag("--quiet,-q", a->quiet, "Print only warnings and errors");
   command.Notes(kLocalizeNotes);
   command.OnRun([a] { return RunLocalize(*a); });
 }

@@ -13,8 +13,8 @@ namespace sqslam::app {
 namespace {
 
 constexpr const char* kMergeNotes = R"(
-The two must have been made by the same camera and show a common place: the second is brought into the frame and
-scale of the first. Objects of the first keep their ids. No images are needed; the results stay as they are.
+Both maps must be from the same camera and overlap. The second is transformed into the frame and scale of the
+first, whose objects keep their ids. No images are needed; the two results do not change.
 
 Examples:
   sqslam merge out/kitchen out/kitchen-2 -o out/both
@@ -43,15 +43,15 @@ void Merge(const MergeArguments& a) {
 
 void AddMergeCommand(Command& program) {
   const auto a = std::make_shared<MergeArguments>();
-  Command& command = program.AddCommand("merge", "Make one map of two that show a common place");
+  Command& command = program.AddCommand("merge", "Merge two overlapping maps into one");
   command.Group("Input");
-  command.Positional("A", a->first, "Result folder of sqslam run (or its map.sqmap)").Required();
-  command.Positional("B", a->second, "Another one").Required();
+  command.Positional("A", a->first, "Result folder of sqslam run, or its map.sqmap").Required();
+  command.Positional("B", a->second, "Result folder to merge into it, or its map.sqmap").Required();
   command.Group("Output");
   command.Option("--output,-o DIR", a->output, "Result folder; default: out/merged, out/merged-2, ...");
-  command.Flag("--no-render", a->no_render, "No pictures and no report");
+  command.Flag("--no-render", a->no_render, "Do not write pictures and the report");
   command.Group("General");
-  command.Flag("--quiet,-q", a->quiet, "No summary; warnings and errors stay");
+  command.Flag("--quiet,-q", a->quiet, "Print only warnings and errors");
   command.Notes(kMergeNotes);
   command.OnRun([a] { Merge(*a); });
 }

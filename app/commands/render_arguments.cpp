@@ -33,58 +33,58 @@ CameraPath ParsePath(const std::string& name) {
 void AddCameraOptions(Command& command, RenderArguments& a) {
   CameraOverrides& camera = a.picture.camera;
   command.Group("Camera");
-  command.Option("--view NAME", camera.view, "Instead of the automatic view").OneOf(ViewPresetNames());
-  command.Option("--camera-position X,Y,Z", camera.position, "In the map");
-  command.Option("--camera-focal-point X,Y,Z", camera.focal_point, "In the map");
-  command.Option("--camera-view-up X,Y,Z", camera.view_up, "The direction that is up in the picture");
+  command.Option("--view NAME", camera.view, "Named view instead of the automatic one")
+      .OneOf(ViewPresetNames());
+  command.Option("--camera-position X,Y,Z", camera.position, "Position in the map");
+  command.Option("--camera-focal-point X,Y,Z", camera.focal_point, "Point in the map to look at");
+  command.Option("--camera-view-up X,Y,Z", camera.view_up, "Map direction that points up in the picture");
   command.Option("--camera-view-angle DEG", camera.view_angle, "Vertical field of view").Range(1.0, 170.0);
-  command.Option("--camera-azimuth-angle DEG", camera.azimuth, "Turn around the focal point");
-  command.Option("--camera-elevation-angle DEG", camera.elevation, "Raise");
-  command.Option("--camera-zoom-factor X", camera.zoom, "Above 1: nearer").Range(0.01, 100.0);
+  command.Option("--camera-azimuth-angle DEG", camera.azimuth, "Rotate around the focal point");
+  command.Option("--camera-elevation-angle DEG", camera.elevation, "Raise the camera");
+  command.Option("--camera-zoom-factor X", camera.zoom, "Above 1: closer").Range(0.01, 100.0);
   command
       .Option(
           "--camera-frame N", a.camera_frame,
-          "As the input camera saw frame N, its principal point included; without the cameras unless --set "
-          "cameras.* says otherwise")
+          "The view of the input camera at frame N, with its calibration; cameras are drawn only if --set "
+          "cameras.* asks for them")
       .AtLeast(0);
   command.Flag("--overlay", a.overlay,
-               "With --camera-frame: outlines and names of the objects over the photograph, without the "
-               "distortion of its lens");
+               "With --camera-frame: outlines and names of the objects over the undistorted image");
   command.Option("--camera-path PATH", a.path,
                  "For videos: still, orbit or turntable (default; with --growth a slow swing), follow, "
-                 "first-person, or FILE.yaml with key frames (see configs/camera_paths)");
+                 "first-person, or FILE.yaml with key frames (see configs/camera_paths/tour.yaml)");
 }
 
 void AddVideoOptions(Command& command, RenderArguments& a) {
   command.Group("Video");
-  command.Flag("--growth", a.growth, "Play the run instead of the final map, the input image beside it");
+  command.Flag("--growth", a.growth,
+               "Replay the run beside its input images instead of showing the final map");
   command.Option(
       "--frames N|A:B", a.frames,
-      "Only the first N frames of the output, or those from A to B, the end excluded; either of A and "
-      "B may be left out");
-  command.Option("--fps N", a.fps, "Frames a second of a video").Range(1.0, 240.0);
-  command.Option("--seconds S", a.seconds, "Length of a video of the final map; longest of one of its growth")
+      "Only the first N frames of the output, or frames A to B, excluding B; A or B may be omitted");
+  command.Option("--fps N", a.fps, "Frames per second of a video").Range(1.0, 240.0);
+  command.Option("--seconds S", a.seconds, "Length of a video of the final map; maximum length with --growth")
       .Range(0.01, 36000.0);
   command.Option(
       "--shard I/N", a.shard,
-      "Only the I-th of N equal pieces of the video, as FILE.part-I-of-N.mp4 (numbered pictures keep "
-      "their numbers)");
+      "Only the I-th of N equal pieces of the video, as FILE.part-I-of-N.mp4; numbered pictures keep "
+      "their numbers");
   command
       .Option("--join FILE...", a.join,
-              "Instead of a MAP: put these pieces, or numbered pictures, together to --output FILE.mp4")
+              "Instead of MAP: join these pieces, or numbered pictures, to --output FILE.mp4")
       .Several();
 }
 
 void AddClusterOptions(Command& command, RenderArguments& a) {
   command.Group("Cluster");
-  command.Option("--on WHERE", a.where, "Draw a video on this computer or in pieces on a cluster")
+  command.Option("--on WHERE", a.where, "Render on this computer, or in pieces on a cluster")
       .OneOf({"here", "slurm"});
-  command.Option("--shards N", a.shards, "With --on slurm: pieces, each a task").Range(2, 1000);
+  command.Option("--shards N", a.shards, "With --on slurm: number of pieces, one task each").Range(2, 1000);
   command.Option("--slurm FILE", a.slurm,
-                 "partition, time, memory, ... (YAML), as the group slurm of sqslam experiment has them");
+                 "Partition, time, memory, ... (YAML), with the keys of `slurm` in sqslam experiment");
   command.Flag("--submit-only", a.submit_only,
-               "With --on slurm: hand everything over and end; a last job joins the pieces");
-  command.Option("--task I/N", a.task, "With --on slurm: draw only this piece; tasks of a cluster are this");
+               "With --on slurm: submit all jobs and exit; a last job joins the pieces");
+  command.Option("--task I/N", a.task, "With --on slurm: render only this piece; for tasks of a cluster");
 }
 
 void CheckClusterArguments(const RenderArguments& a) {
@@ -174,7 +174,7 @@ void CheckRenderArguments(const RenderArguments& a) {
   }
   if (frames && a.camera_frame) {
     throw UsageError(
-        "--camera-frame: makes one picture, expected --output FILE.png (the camera's way is --camera-path "
+        "--camera-frame: makes one picture, expected --output FILE.png (for a video: --camera-path "
         "first-person)");
   }
   const CameraOverrides& camera = a.picture.camera;
@@ -212,7 +212,7 @@ SceneStyle StyleArguments::Load(void (*adapt)(SceneStyle& style)) const {
 }
 
 void AddBackendOption(Command& command, RenderBackend& backend) {
-  command.Option("--rendering-backend NAME", backend, "Library that draws without a display")
+  command.Option("--rendering-backend NAME", backend, "Off-screen rendering library")
       .OneOf({"auto", "osmesa", "egl"});
 }
 
@@ -239,29 +239,27 @@ void AddRenderOptions(Command& command, RenderArguments& a) {
   command.Group("Input");
   command.Positional("MAP", a.map, "map.sqmap, or the result folder that holds it");
   command
-      .Option(
-          "--at-frame N", a.at_frame,
-          "The map as it was at frame N of the run instead of the finished one, whose framing and colours it "
-          "keeps")
+      .Option("--at-frame N", a.at_frame,
+              "The map as of frame N of the run, with the framing and colours of the finished map")
       .AtLeast(0);
   AddObjectOptions(command, a.objects);
   AddLayerOptions(command, a.layers);
   command.Group("Output");
   command.Option("--output,-o FILE", a.output,
-                 "FILE.png, FILE.mp4, or numbered pictures by a name with {frame:04}");
+                 "FILE.png, FILE.mp4, or a name with {frame:04}.png for numbered pictures");
   command
       .Option("--resolution W,H", a.resolution,
-              "Pixels; default: 1280,720, with --camera-frame the size of the images")
+              "Size in pixels; default: 1280,720; with --camera-frame that of the images")
       .Range(16, 8192);
   command.Option("--reference FILE", a.reference,
-                 "Compare the picture with this one; exit code 5 if it differs");
+                 "Compare the picture with this one; exit with code 5 if they differ");
   command
       .Option("--reference-threshold X", a.threshold,
-              "Largest 1 - SSIM, averaged where something is drawn, that still passes")
+              "Largest difference that passes: 1 - SSIM, averaged where something is drawn")
       .Range(0.0, 1.0);
   command.Group("Style");
   a.style.AddTo(command);
-  command.Flag("--no-background", a.picture.transparent, "Transparent instead of the style's background");
+  command.Flag("--no-background", a.picture.transparent, "Transparent background");
   AddCameraOptions(command, a);
   AddVideoOptions(command, a);
   AddClusterOptions(command, a);

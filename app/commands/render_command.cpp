@@ -46,7 +46,7 @@ fs::path WriteDifference(const RenderArguments& a, const cv::Mat& image, const c
 int CompareWithReference(const RenderArguments& a, const cv::Mat& image) {
   const cv::Mat reference = ReadImage(a.reference, cv::IMREAD_UNCHANGED);
   if (reference.empty()) {
-    throw InputError(fmt::format("{}: cannot be read as a picture, expected the reference", a.reference));
+    throw InputError(fmt::format("{}: cannot be read, expected the reference picture", a.reference));
   }
   if (image.size() != reference.size() || image.type() != reference.type()) {
     fmt::print(stderr, "sqslam: {}: {}x{} with {} channels, expected {}x{} with {} as the picture has\n",
@@ -206,26 +206,26 @@ int Render(const RenderArguments& a) {
 }
 
 constexpr const char* kRenderNotes = R"(
-The view frames the objects and what is around them; the --camera options change it, angles in degrees.
-Styles lie in configs/styles; --set changes one value of a style (objects.opacity=0.5, objects.labels=true,
+By default the view shows the objects and their surroundings; the --camera options change it, angles in degrees.
+Styles are in configs/styles. --set overrides a value of the style (objects.opacity=0.5, objects.labels=true,
 points.size=3, cameras.keyframes=false, grid.show=false, text.legend=false, anti_aliasing=fxaa,
-video_anti_aliasing=ssaa, ...). covisibility.show=true draws lines between keyframes that share
-covisibility.min_points map points or more. clip.axis=x, y, z or view cuts away what is above a plane along that
-axis (view: nearer to the camera), of points, objects and dense cloud; clip.offset moves it from the middle of
-what the picture frames (1: by its radius), clip.flip=true cuts the other side.
+video_anti_aliasing=ssaa, ...). covisibility.show=true draws lines between keyframes that share at least
+covisibility.min_points map points. clip.axis=x, y, z or view cuts points, objects and dense cloud above a plane
+along that axis (view: nearer to the camera); clip.offset moves the plane from the centre of the scene (1: by its
+radius), clip.flip=true cuts the other side.
 
-The dense cloud of sqslam densify is drawn with the map, its objects then of glass: dense_cloud.show=false leaves
-it out, dense_cloud.look=mesh draws the surface that is fused of its depth maps in its place, of which a map on its
-way has what was seen until then; dense_cloud.points=true draws the map's points beside it; objects.look=solid, glass or outline, and
-objects.glass, objects.line, objects.line_width, dense_cloud.size and dense_cloud.detail change the look.
+The dense cloud of sqslam densify is drawn with the map, and the objects then look like glass. dense_cloud.show=false
+omits it; dense_cloud.look=mesh draws the surface fused from the depth maps instead, in an unfinished map the part
+seen so far; dense_cloud.points=true adds the map points. objects.look (solid, glass, outline), objects.glass,
+objects.line, objects.line_width, dense_cloud.size and dense_cloud.detail change the look.
 
-Names of views are meant from where the cameras stood on average: that is the front, right is to the right of
-somebody who stands there, top looks straight down with the front below. --overlay is set by overlay.width,
-overlay.fill, overlay.hidden, overlay.labels and overlay.points.
+Views are named as seen from the average camera position, which is the front; top looks straight down with the
+front at the bottom. overlay.width, overlay.fill, overlay.hidden, overlay.labels and overlay.points configure
+--overlay.
 
-Ctrl-C ends a video with the last frame that was drawn. --join puts pieces together as they are. With --on slurm
-pieces are drawn in FILE.pieces as tasks of a cluster, and joined when all are there; after Ctrl-C the same command
-takes up again.
+After Ctrl-C a video ends with the last frame drawn. --join does not re-encode the pieces. With --on slurm, tasks
+render the pieces to FILE.pieces, and the command joins them at the end; after Ctrl-C, run the same command to wait
+for them again.
 
 Examples:
   sqslam render out/kitchen -o kitchen.png
@@ -256,7 +256,7 @@ Examples:
 
 void AddRenderCommand(Command& program) {
   const auto a = std::make_shared<RenderArguments>();
-  Command& command = program.AddCommand("render", "Draw a map: a picture, numbered pictures or a video");
+  Command& command = program.AddCommand("render", "Draw a map as a picture, numbered pictures or a video");
   AddRenderOptions(command, *a);
   command.Notes(kRenderNotes);
   command.OnRun([a] { return Render(*a); });

@@ -87,7 +87,7 @@ void ClaimFolder(const VideoPieces& pieces, const std::string& settings) {
     }
     if (!queued->empty()) {
       throw InputError(
-          fmt::format("{}: pieces of another video are drawn there, expected none (scancel -n {})",
+          fmt::format("{}: pieces of another video are being drawn there, expected none (scancel -n {})",
                       pieces.Folder().string(), name));
     }
   }
@@ -111,7 +111,7 @@ int RenderPiece(const VideoPieces& pieces, const RenderArguments& a, const Slurm
   const auto work = [&] {
     const auto lock = FileLock::Try(pieces.Beside(shard.index, ".lock"));
     if (!lock || RequeuedTooOften(options)) {
-      throw InputError(lock ? "taken off its node too often" : "another program draws this piece");
+      throw InputError(lock ? "taken off its node too often" : "another program is drawing this piece");
     }
     AtomicPath draft(pieces.Folder() / std::to_string(shard.index));
     fs::create_directory(draft.Path());
@@ -177,8 +177,8 @@ int RenderOnSlurm(const RenderArguments& a, const DrawsHere& render) {
     return 0;  // another program follows the tasks and will join the pieces
   }
   if (!lock) {
-    throw InputError(
-        fmt::format("{}: somebody follows its tasks, expected to be the only one", pieces.Folder().string()));
+    throw InputError(fmt::format("{}: another program is waiting for its tasks, expected no other",
+                                 pieces.Folder().string()));
   }
   ClaimFolder(pieces, settings);
   const InterruptGuard interrupt;

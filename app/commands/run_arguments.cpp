@@ -49,7 +49,7 @@ void CheckVideoName(const fs::path& video) {
   const fs::path folder = video.has_parent_path() ? video.parent_path() : fs::path(".");
   if (!fs::is_directory(folder)) {
     throw UsageError(
-        fmt::format("--video {}: there is no folder {}, expected one", video.string(), folder.string()));
+        fmt::format("--video {}: folder {} does not exist, expected one", video.string(), folder.string()));
   }
 }
 
@@ -65,22 +65,22 @@ std::string NameOfInput(const fs::path& input) {
 Argument& SequenceArguments::AddTo(Command& command, const std::string& input_help, bool with_camera) {
   command.Group("Input");
   Argument& positional = command.Positional("INPUT", input, input_help);
-  command.Option("--format NAME", format, "Layout of INPUT; auto tells by the names in it");
+  command.Option("--format NAME", format, "Layout of INPUT; auto: detect it from file names");
   if (with_camera) {
     command.Option("--camera NAME", camera,
                    "Calibration: FILE.yaml; a preset of configs/cameras (" +
                        ConfigNameList("configs/cameras") +
-                       "); or auto: guess the focal length and refine it on the images. Default: camera.yaml "
-                       "in the sequence folder, else the dataset's preset");
+                       "); or auto: guess the focal length and refine it from the images. Default: "
+                       "camera.yaml in the sequence folder, else the dataset's preset");
   }
   command.Option(
       "--resize SIZE", resize,
-      "Make the images smaller first: WIDTH, WIDTH,HEIGHT or a factor such as 0.5; calibration and "
-      "boxes are those of the images as they are");
+      "Downscale the images first: WIDTH, WIDTH,HEIGHT or a factor such as 0.5; calibration and boxes "
+      "refer to the original images");
   command.Option("--start N", start, "First frame").AtLeast(0);
   command.Option("--frames N|A:B", frames,
-                 "The first N frames, or frames A to B, the end excluded; either of A and B may be left out");
-  command.Option("--stride N", stride, "Take every N-th frame").AtLeast(1);
+                 "The first N frames, or frames A to B, excluding B; A or B may be omitted");
+  command.Option("--stride N", stride, "Use every N-th frame").AtLeast(1);
   return positional;
 }
 
@@ -89,61 +89,68 @@ SequenceRequest SequenceArguments::Request() const { return {input, format, came
 void RunArguments::AddTo(Command& command) {
   SequenceArguments::AddTo(command,
                            "Sequence folder (rgb.txt, camera.yaml, boxes.txt), dataset folder, image folder, "
-                           "video, the index of a live camera, or its address (rtsp://..., http://...)");
-  command.Option("--camera-index N", camera_index, "A live camera of this machine, instead of INPUT")
+                           "video, index of a live camera, or stream address (rtsp://..., http://...)");
+  command.Option("--camera-index N", camera_index, "Live camera of this machine, instead of INPUT")
       .AtLeast(0);
-  command.Option("--detections PATH", detections, "boxes.txt, or a folder with one TIMESTAMP.txt a frame");
+  command.Option(
+      "--detections PATH", detections,
+      "Boxes: a boxes.txt, a folder with one text file per image (such as YOLO labels), COCO JSON, "
+      "MOTChallenge or CSV; see docs/formats.md");
   command.Option(
       "--detector NAME", detector,
-      "Network that finds the boxes while mapping: one of configs/detectors (" +
+      "Network that detects objects while mapping: one of configs/detectors (" +
           ConfigNameList("configs/detectors") +
           "), FILE.yaml, or none. Default: boxes of the sequence, else the first of yolox-nano and "
-          "centernet whose weights are there");
-  command.Option("--mask PATH", mask,
-                 "Parts of the images that are not looked at, black: one image for all, or a folder with "
-                 "IMAGE.png for each, such as 0001.jpg.png");
-  command.Option("--ignore LABELS", ignore,
-                 "Classes of moving things, such as person,car: nothing in their boxes is tracked or mapped; "
-                 "none: track everything. Default: people, animals and vehicles (tracking.moving.labels)");
+          "centernet whose weights are installed");
+  command.Option(
+      "--mask PATH", mask,
+      "Ignore black regions of this mask: one image for all frames, or a folder with IMAGE.png for "
+      "each, such as 0001.jpg.png");
+  command.Option(
+      "--ignore LABELS", ignore,
+      "Classes of moving objects, such as person,car: nothing in their boxes is tracked or mapped; "
+      "none: track everything. Default: people, animals and vehicles (tracking.moving.labels)");
   command.Option(
       "--extend RESULT", extend,
-      "Go on with the map of a finished run, with its options: frames begin in it, or beside it until "
-      "they meet; the new result holds both, and objects keep their ids");
+      "Continue the map of a finished run, with its options. The frames start inside that map, or join it "
+      "later. The new result holds both; objects keep their ids");
   command.Option(
       "--scale-from THING", scale_from,
-      "Metres from a thing of known size, as `sqslam scale` has it: LABEL=METRES, the height of an "
-      "object such as cup=0.096; board, or board=COLUMNSxROWS,SQUARE,MARKER[,DICTIONARY] (mm), a "
-      "ChArUco board in the images");
+      "Set the metric scale, as `sqslam scale` does: LABEL=METRES, the height of an object, such as "
+      "cup=0.096; board, or board=COLUMNSxROWS,SQUARE,MARKER[,DICTIONARY] (mm), a ChArUco board in the "
+      "images");
   command.Group("Output");
   command.Option("--output,-o DIR", output, "Result folder; default: out/NAME, out/NAME-2, ...");
   command.Option("--video FILE.mp4", video,
-                 "Afterwards, make a video of the map's growth, as `sqslam render --growth` does");
+                 "Afterwards, write a video of the growing map, as `sqslam render --growth` does");
   command
       .Option(
           "--dense [final|live]", dense,
-          "Make depth maps, a dense coloured cloud and a mesh, as `sqslam densify` does: afterwards (final, "
-          "also where the word is left out), or from the first keyframes on in the background, where they "
-          "appear in the recording one by one (live)")
+          "Compute depth maps, a dense cloud and a mesh, as `sqslam densify` does. final (default): after "
+          "the "
+          "run; live: in the background from the first keyframes on, each stored in the recording at once")
       .Alone("final");
-  command.Flag("--no-render", no_render, "No pictures and no report");
+  command.Flag("--no-render", no_render, "Do not write pictures and the report");
   command.Group("Mapping");
-  command.Option("--config FILE", config, "Options of the pipeline (YAML, see configs/default.yaml)");
+  command.Option("--config FILE", config, "Pipeline options (YAML, see configs/default.yaml)");
   command.Option("--set KEY=VALUE", set, "Override one option; may be repeated");
-  command.Flag("--dump-config", dump_config, "Print all options as they would be used, and end");
+  command.Flag("--dump-config", dump_config, "Print all options with their effective values, then exit");
   command.Option(
       "--representation NAME", representation,
-      "Shape that objects are shown and written as: superquadric (default); ellipsoid, cuboid: the one that "
-      "shares the most space with it; quadric: the dual quadric of the boxes alone, as in QuadricSLAM");
-  command.Option("--quadric-init NAME", quadric_init,
-                 "Beginning of quadrics: boxes of several views (multi-view, default), or one view on the "
-                 "support, with the proportions of the class and symmetric texture, as in SO-SLAM");
+      "Shape of objects in pictures and files: superquadric (default); ellipsoid, cuboid: the one with the "
+      "largest overlap with it; quadric: the dual quadric of the boxes alone, as in QuadricSLAM");
+  command.Option(
+      "--quadric-init NAME", quadric_init,
+      "Initialisation of quadrics: multi-view (default): from boxes of several views; single-view: "
+      "from one view, support, class proportions and texture symmetry, as in SO-SLAM");
   command.Option("--association NAME", association, "Tests that associate boxes with objects");
-  command.Flag("--deterministic", deterministic, "Track and map in turn: the same result from run to run");
-  command.Option("--seed N", seed, "Seed of every random source").AtLeast(0);
+  command.Flag("--deterministic", deterministic,
+               "Run tracking and mapping in turn, for reproducible results");
+  command.Option("--seed N", seed, "Seed of all random numbers").AtLeast(0);
   command.Flag("--realtime", realtime,
-               "Play at the sequence's own speed and drop what comes too fast, as a live camera does");
+               "Play at the recorded speed and drop frames that come too fast, like a live camera");
   command.Group("General");
-  command.Flag("--quiet,-q", quiet, "No progress and no summary; warnings and errors stay");
+  command.Flag("--quiet,-q", quiet, "Print only warnings and errors");
 }
 
 SystemOptions RunArguments::Options() const {

@@ -18,13 +18,13 @@ Examples:
   sqslam run living_room_traj2_frei_png          ICL-NUIM, RGB-D Scenes v2 and 7-Scenes as downloaded
   sqslam run rgbd_dataset_freiburg1_xyz --camera tum-freiburg1
   sqslam run --camera-index 0 --camera webcam.yaml   a live camera, until Ctrl-C
-  sqslam run rtsp://192.168.1.20/main --camera door.yaml   one over the network
-  sqslam run film.mp4 --resize 960               a phone's video, its camera guessed and refined, boxes found
+  sqslam run rtsp://192.168.1.20/main --camera door.yaml   a network camera
+  sqslam run film.mp4 --resize 960               a phone's video: estimates the focal length, detects objects
   sqslam run film.mp4 --camera phone.yaml --set tracking.features.num_features=1500
   sqslam run data/kitchen --video kitchen.mp4
-  sqslam run data/kitchen2 --extend out/kitchen      go on with yesterday's map; a new result with both
-  sqslam run film.mp4 --scale-from cup=0.096         in metres: the cup is 9.6 cm high
-  sqslam run --dump-config > my.yaml             every option with its default
+  sqslam run data/kitchen2 --extend out/kitchen      continue an existing map; the new result holds both
+  sqslam run film.mp4 --scale-from cup=0.096         scale in metres: the cup is 9.6 cm high
+  sqslam run --dump-config > my.yaml             all options with their defaults
 )";
 
 void Print(const FinishedRun& run) {

@@ -22,21 +22,21 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kScaleNotes = R"(
-A map of one camera has no scale. One known thing gives it: the height of an object, the distance between two objects
-or places, or a ChArUco board that the film shows. The factor is kept in the recording with its standard deviation, and
-everything that is read from it is in metres from then on: pictures, report, exports, localize, --extend, and the text
-files of the result, which are written anew. The map itself stays as it is: a later call takes the place of an earlier
-one, --none takes it away. Without a reference the command says what the scale is.
+A monocular map has no metric scale. One known length provides it: the height of an object, the distance between two
+objects or positions, or a ChArUco board in the video. The recording stores the factor with its standard deviation;
+from then on pictures, report, exports, localize and --extend use metres, and the text files of the result are
+rewritten. The map itself does not change: a later call replaces the scale, --none removes it. Without a reference the
+command prints the scale.
 
-The deviation is what the map itself knows of the error: of the object's height, of the points at both ends, or of the
-board's corners. What you measured is taken to be exact. Tall things that are seen well give one to three percent, flat
-ones much less.
+The standard deviation covers the error of the map: of the object's height, of the points at both ends, or of the
+board's corners. Your measurement is taken as exact. Tall objects that are seen well give one to three percent, flat
+ones are much less accurate.
 
 Examples:
-  sqslam scale out/film --object 4 --height 0.096         object 4 is 9.6 cm high (sqslam info says which is 4)
-  sqslam scale out/film --distance 2 7 1.20               from the centre of object 2 to that of 7
-  sqslam scale out/film --distance 0.1,0.4,0 0.9,0.4,0 1  between two map points, where they are now
-  sqslam scale out/film --board                           a board of sqslam calibrate --board charuco --print-board
+  sqslam scale out/film --object 4 --height 0.096         object 4 (see sqslam info) is 9.6 cm high
+  sqslam scale out/film --distance 2 7 1.20               between the centres of objects 2 and 7
+  sqslam scale out/film --distance 0.1,0.4,0 0.9,0.4,0 1  between two positions in the map
+  sqslam scale out/film --board                           the board of sqslam calibrate --board charuco --print-board
   sqslam scale out/film --board --columns 9 --rows 6 --square-mm 30 --marker-mm 22
   sqslam scale out/film --none
 )";
@@ -69,7 +69,7 @@ std::optional<ScaleReference> ReferenceOf(const ScaleArguments& a) {
     const auto metres = a.distance.size() == 3 ? ParseNumber<double>(a.distance[2]) : std::nullopt;
     if (!metres) {
       throw UsageError(
-          "--distance: expected A B METRES, A and B ids of objects or places as X,Y,Z, such as 2 7 1.20");
+          "--distance: expected A B METRES, A and B ids of objects or positions X,Y,Z, such as 2 7 1.20");
     }
     reference = KnownDistance{a.distance[0], a.distance[1], *metres};
   } else if (a.use_board) {
@@ -114,7 +114,7 @@ void Scale(const ScaleArguments& a) {
   const std::optional<ScaleReference> reference = ReferenceOf(a);
   if (!reference && !a.none) {
     const auto scale = RecordingReader(recording).Info().scale;
-    fmt::print("{}\n", scale ? ScaleText(*scale) : "no scale: lengths are map units");
+    fmt::print("{}\n", scale ? ScaleText(*scale) : "no scale: lengths are in map units");
     return;
   }
   std::optional<MapScale> scale;
@@ -126,7 +126,7 @@ void Scale(const ScaleArguments& a) {
   ScaleResult(result, scale);
   RenewPictures(a);
   if (!a.quiet) {
-    fmt::print("{}\n", scale ? ScaleText(*scale) : "the scale is taken away: lengths are map units");
+    fmt::print("{}\n", scale ? ScaleText(*scale) : "scale removed: lengths are in map units");
   }
 }
 
@@ -134,29 +134,29 @@ void Scale(const ScaleArguments& a) {
 
 void AddScaleCommand(Command& program) {
   const auto a = std::make_shared<ScaleArguments>();
-  Command& command = program.AddCommand("scale", "Bring a finished map to metres by a thing of known size");
+  Command& command =
+      program.AddCommand("scale", "Set the metric scale of a finished map from a known length");
   command.Group("Input");
   command.Positional("RESULT", a->result, "Result folder of sqslam run, merge or localize").Required();
   command.Group("Reference");
-  command.Option("--object ID", a->object, "An object of the map; a label means the one that is seen best");
+  command.Option("--object ID", a->object, "Id of an object, or a label: its best observed object");
   command.Option("--height METRES", a->height, "With --object: its height");
   command
       .Option("--distance A B METRES", a->distance,
-              "A distance: A and B are ids of objects, whose centres count, or places X,Y,Z in the map, "
-              "whose nearest "
-              "map points count")
+              "Distance between A and B: ids of objects (their centres) or positions X,Y,Z in the map "
+              "(their nearest map points)")
       .Several();
-  command.Flag("--board", a->use_board, "A ChArUco board that four or more keyframes show");
-  command.Option("--columns N", a->board.columns, "Its squares in a row");
-  command.Option("--rows N", a->board.rows, "Its squares in a column");
-  command.Option("--square-mm MM", a->board.square_mm, "Side of a square");
-  command.Option("--marker-mm MM", a->board.marker_mm, "Side of a marker");
-  command.Option("--dictionary NAME", a->board.dictionary, "The markers, by OpenCV's name");
-  command.Flag("--none", a->none, "Take the scale away");
+  command.Flag("--board", a->use_board, "A ChArUco board that is visible in at least four keyframes");
+  command.Option("--columns N", a->board.columns, "Squares per row of the board");
+  command.Option("--rows N", a->board.rows, "Squares per column");
+  command.Option("--square-mm MM", a->board.square_mm, "Side length of a square");
+  command.Option("--marker-mm MM", a->board.marker_mm, "Side length of a marker");
+  command.Option("--dictionary NAME", a->board.dictionary, "Marker dictionary of OpenCV");
+  command.Flag("--none", a->none, "Remove the scale");
   command.Group("Output");
-  command.Flag("--no-render", a->no_render, "Leave pictures and report as they are");
+  command.Flag("--no-render", a->no_render, "Do not redraw pictures and the report");
   command.Group("General");
-  command.Flag("--quiet,-q", a->quiet, "No progress and no summary; warnings and errors stay");
+  command.Flag("--quiet,-q", a->quiet, "Print only warnings and errors");
   command.Notes(kScaleNotes);
   command.OnRun([a] { Scale(*a); });
 }

@@ -42,15 +42,15 @@ void AddSynthCommand(Command& program) {
   command.Positional("SCENE", a->scene, "Scene description (YAML)").Required();
   command.Option("--frames N", a->frames, "Only the first N frames of the scene");
   command.Flag("--noise", a->options.noisy_detections,
-               "boxes.txt as a detector would give them: shaky edges, misses, wrong labels");
-  command.Option("--seed N", a->options.seed, "Seed of the hand's tremor, image noise and detector");
+               "Make boxes.txt like that of a detector: inaccurate edges, misses, wrong labels");
+  command.Option("--seed N", a->options.seed, "Seed of camera shake, image noise and detector");
   command.Group("Output");
-  command.Option("--output,-o DIR", a->output, "Folder to make").Required();
-  command.Option("--supersampling N", a->options.supersampling, "Drawn this many times larger, then averaged")
+  command.Option("--output,-o DIR", a->output, "Output folder").Required();
+  command.Option("--supersampling N", a->options.supersampling, "Render N times larger, then average")
       .Range(1, 4);
   command.Group("General");
   AddBackendOption(command, a->options.backend);
-  command.Flag("--quiet,-q", a->quiet, "No progress, no summary");
+  command.Flag("--quiet,-q", a->quiet, "No progress and no summary");
   command.Notes(kSynthNotes);
   command.OnRun([a] { Synthesize(*a); });
 }

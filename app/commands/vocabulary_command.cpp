@@ -20,8 +20,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kVocabularyNotes = R"(
-Needs thousands of images of many kinds; the words that come with the program were learned like this
-(assets/README.md). Memory: about 100 bytes a feature.
+Training needs thousands of varied images; assets/README.md tells how the bundled vocabulary was trained. Memory:
+about 100 bytes per feature.
 
 Examples:
   sqslam vocabulary data/kitchen data/office --stride 5 -o mine.bin
@@ -98,23 +98,22 @@ void LearnVocabulary(const VocabularyArguments& arguments) {
 
 void AddVocabularyCommand(Command& program) {
   const auto a = std::make_shared<VocabularyArguments>();
-  Command& command =
-      program.AddCommand("vocabulary", "Learn the visual words by which places are recognised");
+  Command& command = program.AddCommand("vocabulary", "Train a visual vocabulary for place recognition");
   command.Group("Input");
   command.Positional("TRAIN", a->train, "Sequence folders, folders of images, images, videos").Required();
   command.Option("--stride N", a->stride, "Use every N-th image").AtLeast(1);
   command
       .Option("--views N", a->views,
-              "See each image larger than 640x480 in N random views of that size; 0: as it is")
+              "Make N random views of 640x480 from each larger image; 0: use it as it is")
       .Range(0, 1000);
-  command.Option("--features N", a->features.num_features, "Features of an image").Range(100, 10000);
+  command.Option("--features N", a->features.num_features, "Features per image").Range(100, 10000);
   command.Group("Output");
-  command.Option("--output,-o FILE", a->output, "File to write").Required();
-  command.Option("--branching N", a->options.branching, "Children of a node").Range(2, 255);
-  command.Option("--depth N", a->options.depth, "Levels: at most branching^depth words").Range(1, 8);
-  command.Option("--seed N", a->options.seed, "Seed of views and of first cluster centres");
+  command.Option("--output,-o FILE", a->output, "Output file").Required();
+  command.Option("--branching N", a->options.branching, "Children per node").Range(2, 255);
+  command.Option("--depth N", a->options.depth, "Levels; at most branching^depth words").Range(1, 8);
+  command.Option("--seed N", a->options.seed, "Seed of the views and the initial cluster centres");
   command.Group("General");
-  command.Flag("--quiet,-q", a->quiet, "No progress, no summary");
+  command.Flag("--quiet,-q", a->quiet, "No progress and no summary");
   command.Notes(kVocabularyNotes);
   command.OnRun([a] { LearnVocabulary(*a); });
 }

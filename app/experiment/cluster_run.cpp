@@ -108,7 +108,7 @@ int RunTask(const ExperimentConfig& config, const ExperimentFolder& folder, cons
             const StopRequest& stop) {
   const ExperimentPlan plan = PlanExperiment(config, folder, name);
   if (plan.cells.empty()) {
-    throw UsageError(fmt::format("--task {}: there is no such run, --dry-run lists them", name));
+    throw UsageError(fmt::format("--task {}: no such run, expected one that --dry-run lists", name));
   }
   const PlannedCell& planned = plan.cells.front();
   if (planned.finished) {
@@ -127,7 +127,7 @@ int RunTask(const ExperimentConfig& config, const ExperimentFolder& folder, cons
     child = stop() ? ChildResult{130, true, ""} : RunCell(plan, planned, ProgramFingerprint(), stop);
     message = child.message;
     if (child.exit_code == 0 && !ReadCellResult(folder.Run(planned.cell), planned.cell, planned.settings)) {
-      throw InputError("its files cannot be read back");
+      throw InputError("its result files cannot be read");
     }
     return child.exit_code < 128 ? child.exit_code : 1;
   };

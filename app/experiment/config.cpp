@@ -26,7 +26,7 @@ class Group {
   Group(YAML::Node node, std::string source, std::string name)
       : node_(std::move(node)), source_(std::move(source)), name_(std::move(name)) {
     if (!node_.IsMap()) {
-      Fail("", name_ + " is none, expected lines 'name: value'");
+      Fail("", name_ + ": expected lines 'name: value'");
     }
   }
 

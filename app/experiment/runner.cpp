@@ -120,7 +120,7 @@ class Workers {
     std::string what;
     if (child.exit_code == 0) {
       result = ReadCellResult(plan_.folder.Run(cell), cell, plan_.cells[index].settings);
-      what = result ? Headline(*result) : "its files cannot be read back";
+      what = result ? Headline(*result) : "its result files cannot be read";
     } else {
       what = "FAILED: " + child.message;
     }

@@ -317,8 +317,8 @@ Table AssociationTable(const Results& all) {
               {"sequence", "association", "runs", "mapped", "found", "duplicates", "extra", "ground truth",
                "found of those with 60 or more boxes", "of"},
               {},
-              {"found: ground-truth objects that a landmark stands for; duplicates: further landmarks on "
-               "them; extra: landmarks on none. Median (lowest to highest)."}};
+              {"found: ground-truth objects matched by a landmark; duplicates: further landmarks on them; "
+               "extra: landmarks that match none. Median (lowest to highest)."}};
   const auto found = [](const CellResult& r) {
     return std::ranges::count(r.objects, true, &ObjectScore::found);
   };

@@ -63,7 +63,7 @@ std::string Library() {
   for (const char* file : kLibraries) {
     if (!fs::exists(folder / file)) {
       throw InputError(
-          fmt::format("{}: not there, expected three.js for the view to turn: Debian's package libjs-three",
+          fmt::format("{}: does not exist, expected three.js for the 3D view (Debian's package libjs-three)",
                       (folder / file).string()));
     }
     text += ReadFile(folder / file, "three.js");

@@ -126,7 +126,7 @@ bool AppendViews(std::string& page, const ReportInputs& inputs, const ReportData
         MapViewElements(view));
     return true;
   } catch (const InputError& error) {
-    spdlog::warn("report.html has no map to turn: {}", error.what());
+    spdlog::warn("report.html has no 3D view: {}", error.what());
     return false;
   }
 }

@@ -35,9 +35,9 @@ std::string FolderName(const fs::path& path) {
 void AddObjectOptions(Command& command, ObjectArguments& a) {
   command.Option(
       "--edits FILE", a.edits,
-      "FILE.json with edits of the objects (names, labels, hidden, deleted and merged ones), as the viewer "
-      "saves them; auto: the one beside the map. Without it the map as it was made");
-  command.Flag("--reliable-only", a.reliable_only, "Without the objects that are uncertain");
+      "FILE.json with edits of the objects (names, labels, hidden, deleted and merged ones), as saved by the "
+      "viewer; auto: the file beside the map. Default: no edits");
+  command.Flag("--reliable-only", a.reliable_only, "Omit uncertain objects");
 }
 
 fs::path EditsFile(const fs::path& recording, const std::string& edits) {
@@ -88,7 +88,8 @@ RecordingReader OpenMap(const fs::path& recording, const ObjectArguments& object
 
 std::string CannotBeLaid(const fs::path& sequence) {
   return fmt::format(
-      "{}: its true poses cannot be laid over the map, expected three or more at the times of keyframes, not "
+      "{}: its true poses cannot be aligned with the map, expected at least three at the times of keyframes, "
+      "not "
       "on one line",
       sequence.string());
 }
@@ -108,14 +109,16 @@ void AddLayerOptions(Command& command, LayerArguments& a) {
   command.Group("Layers");
   command.Option(
       "--ground-truth SEQUENCE", a.ground_truth,
-      "Sequence folder: its true camera path, laid over the keyframes by the best similarity; auto: of "
-      "the sequence that was mapped");
-  command.Option("--dense-cloud FILE", a.dense_cloud,
-                 ".ply with x y z, and red green blue if it has them, or a text with x y z, instead of what "
-                 "sqslam densify left in the map; --set dense_cloud.show=false leaves out both");
+      "Also draw the true camera path of this sequence folder, aligned with the keyframes by a similarity; "
+      "auto: of the sequence that was mapped");
+  command.Option(
+      "--dense-cloud FILE", a.dense_cloud,
+      "Draw this cloud (.ply with x y z and optionally red green blue, or text with x y z) instead "
+      "of that of sqslam densify; --set dense_cloud.show=false omits both");
   command
       .Option("--dense-cloud-frame NAME", a.dense_cloud_frame,
-              "world: that of the true poses of --ground-truth (without it: of the sequence that was mapped)")
+              "Frame of that cloud; world: that of the true poses of --ground-truth, by default of the "
+              "sequence that was mapped")
       .OneOf({"map", "world"});
 }
 
@@ -172,7 +175,7 @@ SceneLayers ReadLayers(const LayerArguments& a, const RecordingReader& reader, c
   if (style.dense_cloud.show && own && style.dense_cloud.look == DenseLook::kMesh) {
     layers.dense_mesh = ReadMesh(recording, growing);
     if (!layers.dense_mesh) {
-      spdlog::warn("{}: holds no dense surface, the picture has the sparse map; sqslam densify makes one",
+      spdlog::warn("{}: holds no dense surface, the picture shows the sparse map; run sqslam densify first",
                    recording.string());
     }
   } else if (style.dense_cloud.show) {

@@ -43,7 +43,7 @@ void DrawRun(const FinishedRun& run, StageTimes& times, RenderBackend backend) {
 
 int EndInterrupted(const FinishedRun& run) {
   fmt::print(stderr, "sqslam: interrupted{}\n",
-             run.result.map.snapshot ? fmt::format("; what had been mapped is in {}", run.output.string())
+             run.result.map.snapshot ? fmt::format("; the map so far is in {}", run.output.string())
                                      : " before there was a map");
   return 130;
 }
@@ -82,7 +82,7 @@ void TerminalRun::Film(const FinishedRun& run) {
     return;
   }
   if (run.interrupted) {
-    spdlog::warn("no video of an interrupted run; sqslam render {} --growth --output {} makes it",
+    spdlog::warn("interrupted, no video was made; sqslam render {} --growth --output {} makes it",
                  run.output.string(), pictures_.video.string());
     return;
   }

@@ -98,7 +98,7 @@ int ExitCodeOf(const std::function<int()>& work, const std::function<void(const 
     fail(e.what());
     return 3;
   } catch (const std::bad_alloc&) {
-    fail("there is not enough memory for this input");
+    fail("not enough memory for this input");
     return 3;
   } catch (const std::exception& e) {
     fail(fmt::format("internal error: {}", e.what()));
@@ -217,7 +217,7 @@ pid_t Spawn(const std::vector<std::string>& arguments, const std::filesystem::pa
   const int error = posix_spawn(&pid, program.c_str(), &files, nullptr, argv.data(), environ);
   posix_spawn_file_actions_destroy(&files);
   if (error != 0) {
-    throw InputError(fmt::format("{}: a run cannot be started with its output there ({})", log.string(),
+    throw InputError(fmt::format("{}: cannot start a run that writes its output there ({})", log.string(),
                                  std::strerror(error)));
   }
   return pid;

@@ -56,7 +56,7 @@ std::string StateValue(const ViewerState& state, const std::string& key) {
     }
     known += (known.empty() ? "" : ", ") + name;
   }
-  throw InputError(fmt::format("'{}' is nothing that can be expected; there are {}", key, known));
+  throw InputError(fmt::format("unknown key '{}', expected one of {}", key, known));
 }
 
 ScriptPlayer::ScriptPlayer(std::vector<ScriptLine> script, std::string source,
@@ -90,7 +90,7 @@ std::vector<InputEvent> ScriptPlayer::Next(const Viewer& viewer, double seconds)
         if (!events.empty() || Waits(line, viewer)) {
           waited_ += seconds;
           if (waited_ > kPatience) {
-            throw InputError(fmt::format("{}:{}: waited for {} in vain", source_, line.line, line.text));
+            throw InputError(fmt::format("{}:{}: timed out: {}", source_, line.line, line.text));
           }
           return events;
         }
@@ -200,7 +200,7 @@ std::string FrameTiming::Text() const {
   text += Summary("window drawn", drawing_);
   text += Summary("another frame on the screen", latencies_);
   if (run_seconds_ > 0.0) {
-    text += fmt::format("during the run: {:.1f} frames of the window a second\n", run_frames_ / run_seconds_);
+    text += fmt::format("during the run: {:.1f} window frames per second\n", run_frames_ / run_seconds_);
   }
   return text;
 }

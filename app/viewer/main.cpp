@@ -27,12 +27,12 @@ Examples:
   sqslam-viewer out/kitchen                the result folder of a run
   sqslam-viewer out/kitchen/map.sqmap
   sqslam-viewer                            an empty window; drop a result folder on it
-  sqslam-viewer run data/kitchen --output out/kitchen   maps while you watch; options as of `sqslam run`
+  sqslam-viewer run data/kitchen --output out/kitchen   map while you watch; options of `sqslam run`
   sqslam-viewer out/kitchen --ground-truth auto --dense-cloud room.ply --dense-cloud-frame world
   sqslam-viewer out/kitchen --play-events open.txt
 
-H shows keys and mouse. Exit codes: 0 done, 1 internal error, 2 wrong usage, 3 no display, or input that cannot
-be used; of a run those of `sqslam run`.
+Press H for the keys and mouse controls. Exit codes: 0 success, 1 internal error, 2 wrong usage, 3 no display or
+unusable input; with `run` those of `sqslam run`.
 )";
 
 struct Arguments {
@@ -59,8 +59,7 @@ class EventLog {
     if (!path.empty()) {
       file_.open(path);
       if (!file_) {
-        throw InputError(
-            fmt::format("{}: cannot be written, expected a place for the script of events", path));
+        throw InputError(fmt::format("{}: cannot be written, expected a writable file for the events", path));
       }
     }
   }
@@ -227,7 +226,7 @@ class Loop {
 void CheckDisplay(const std::string& instead) {
   const char* display = std::getenv("DISPLAY");
   if (display == nullptr || *display == '\0') {
-    throw InputError(fmt::format("no display; `{}` does without one", instead));
+    throw InputError(fmt::format("no display; `{}` needs none", instead));
   }
 }
 
@@ -255,16 +254,16 @@ int WatchRun(const Arguments& arguments, const app::RunArguments& run_arguments)
 int ParseAndRun(const std::vector<std::string>& words) {
   Arguments arguments;
   app::RunArguments run_arguments;
-  app::Command program("sqslam-viewer", "Shows maps of sqslam and how they came about");
+  app::Command program("sqslam-viewer", "View and edit sqslam maps, and replay how they grew");
   program.Group("Input");
   program.Positional("MAP", arguments.map, "map.sqmap, or the result folder that holds it");
   app::AddLayerOptions(program, arguments.layers);
   program.Group("Window");
-  program.Option("--resolution W,H", arguments.resolution, "Size of the window; default: as it was last")
+  program.Option("--resolution W,H", arguments.resolution, "Size of the window; default: the last size")
       .Range(200, 8192);
   program.Option("--play-events FILE", arguments.play, "Play a script of events, then close");
-  program.Option("--record-events FILE", arguments.record, "Write down all events as such a script");
-  program.Flag("--timing", arguments.timing, "At the end, print how fast the window was");
+  program.Option("--record-events FILE", arguments.record, "Record all events as such a script");
+  program.Flag("--timing", arguments.timing, "Print frame times at the end");
   program.Notes(kNotes);
   program.OnRun([&] {
     CheckDisplay(
@@ -272,7 +271,7 @@ int ParseAndRun(const std::vector<std::string>& words) {
     return Loop(arguments, nullptr, {}).Run();
   });
   program.Group("Commands");
-  app::Command& run = program.AddCommand("run", "Map an image sequence in the window, as `sqslam run` does");
+  app::Command& run = program.AddCommand("run", "Map an image sequence in the window, like `sqslam run`");
   run_arguments.AddTo(run);
   run.OnRun([&] { return WatchRun(arguments, run_arguments); });
   return program.Run(words);

@@ -24,7 +24,7 @@ std::set<std::string> ClassesOf(const MapSnapshot& map) {
 
 void Session::Open(const fs::path& path) {
   if (run_) {
-    state_.messages.Complain("A run goes on; end it before something else is opened.");
+    state_.messages.Complain("A run is in progress; end it before you open something else.");
     return;
   }
   Close();

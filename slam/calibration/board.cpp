@@ -187,7 +187,7 @@ void CheckBoard(const CalibrationBoard& board) {
   constexpr int kMaxSquares = 100;
   const auto fits = [](int squares) { return squares >= kMinSquares && squares <= kMaxSquares; };
   if (!fits(board.columns) || !fits(board.rows)) {
-    throw UsageError(fmt::format("a board of {} x {} squares, expected from {} to {} each way", board.columns,
+    throw UsageError(fmt::format("a board of {} x {} squares, expected {} to {} per side", board.columns,
                                  board.rows, kMinSquares, kMaxSquares));
   }
   if (!(board.square_mm > 0.0)) {

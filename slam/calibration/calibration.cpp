@@ -47,8 +47,7 @@ class Solver {
     }
     if (!std::isfinite(rms_) || !cv::checkRange(K_) || K_.at<double>(0, 0) <= 0.0) {
       throw InputError(fmt::format(
-          "{} views of the board do not make a camera, expected boards that lean differently and fill "
-          "the image",
+          "{} views of the board do not determine a camera, expected different tilts that fill the image",
           views_.size()));
     }
   }
@@ -331,10 +330,9 @@ std::vector<std::string> Weaknesses(const Calibration& c) {
     }
   };
   add(c.covered < kCovered,
-      fmt::format(
-          "the boards cover {:.0f} % of the image, expected {:.0f} %: towards its borders the distortion "
-          "is a guess",
-          100.0 * c.covered, 100.0 * kCovered));
+      fmt::format("the boards cover {:.0f} % of the image, expected {:.0f} %: the distortion is extrapolated "
+                  "towards its borders",
+                  100.0 * c.covered, 100.0 * kCovered));
   add(c.tilt * kDegreesPerRadian < kTilt,
       fmt::format(
           "the boards are nearly parallel ({:.0f} degrees at most between two of them, expected {:.0f}): "
@@ -349,7 +347,7 @@ std::vector<std::string> Weaknesses(const Calibration& c) {
                   "that is not flat",
                   c.rms, kRms));
   add(c.folds,
-      "the distortion folds back within the image, so its corners are wrong: show the board nearer to them");
+      "the distortion folds back within the image, so its corners are wrong: show the board closer to them");
   return weaknesses;
 }
 

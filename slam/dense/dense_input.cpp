@@ -25,8 +25,7 @@ Sequence OpenImages(const fs::path& result, const fs::path& images, const Record
     return OpenSequence(wanted);
   } catch (const InputError& error) {
     throw InputError(
-        fmt::format("{}: the images that it was made from are needed, expected them at {} or by "
-                    "--images ({})",
+        fmt::format("{}: the mapped images are needed, expected them at {} or with --images ({})",
                     result.string(), wanted.path.string(), error.what()));
   }
 }
@@ -45,13 +44,13 @@ std::vector<PosedFrame> FramesWithImages(const fs::path& result, const Sequence&
   }
   if (frames.empty() && !missing.empty()) {
     throw InputError(
-        fmt::format("{}: none of the {} images that it was made from is there, such as {}, expected "
-                    "them there or by --images",
+        fmt::format("{}: none of the {} mapped images exists, such as {}, expected them there or "
+                    "with --images",
                     result.string(), missing.size(), missing.front()));
   }
   if (!missing.empty()) {
-    spdlog::warn("{}: {} images that it was made from are not there, such as {}", result.string(),
-                 missing.size(), missing.front());
+    spdlog::warn("{}: {} mapped images are missing, such as {}", result.string(), missing.size(),
+                 missing.front());
   }
   return frames;
 }

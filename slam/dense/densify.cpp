@@ -20,13 +20,12 @@ namespace {
 
 [[noreturn]] void RefuseMotion(const DensifyRequest& request, const DenseInput& input) {
   if (input.keyframes.size() < 3) {
-    throw NoMapError(fmt::format("{}: {} keyframes, expected three or more that see the same",
+    throw NoMapError(fmt::format("{}: {} keyframes, expected at least three of the same place",
                                  request.result.string(), input.keyframes.size()));
   }
   throw NoMapError(
-      fmt::format("{}: no depth: none of the {} keyframes has two other frames that show the same from {} "
-                  "degrees or more "
-                  "aside, expected a camera that moves sideways",
+      fmt::format("{}: no depth: none of the {} keyframes has two other frames that show the same place from "
+                  "at least {} degrees aside, expected a camera that moves sideways",
                   request.result.string(), input.keyframes.size(), request.options.views.min_angle));
 }
 
@@ -144,8 +143,8 @@ DensifySummary Densify(const DensifyRequest& request, const DensifyProgress& pro
   }
   if (fused->cloud.empty()) {
     throw NoMapError(fmt::format(
-        "{}: no depth: of {} depth maps no point is confirmed by {} others, expected more keyframes that see "
-        "the same",
+        "{}: no depth: no point of {} depth maps is confirmed by {} others, expected more keyframes of the "
+        "same place",
         request.result.string(), summary.estimated + summary.live + summary.resumed,
         options.fusion.min_views));
   }

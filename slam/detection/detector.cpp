@@ -71,7 +71,7 @@ fs::path FindWeights(const fs::path& yaml, const std::string& file) {
     names.push_back(place.string());
   }
   throw InputError(fmt::format(
-      "{}: its weights '{}' are missing, expected one of {}; scripts/fetch-detector.sh obtains a network",
+      "{}: its weights '{}' are missing, expected one of {}; scripts/fetch-detector.sh downloads a network",
       yaml.string(), file, fmt::join(names, ", ")));
 }
 

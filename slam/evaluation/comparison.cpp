@@ -121,7 +121,7 @@ Table ObjectTable(const Results& results, const std::string& title, int decimals
 
 Table ExtraTable(const Results& results) {
   Table table{"",
-              "Landmarks that are no ground-truth object",
+              "Landmarks that match no ground-truth object",
               {"result", "landmark", "seen", "centre in the world m", "half sizes m", "nearest ground truth",
                "distance m", "3D IoU", "inside %"},
               {},
@@ -153,7 +153,7 @@ void CheckSameTruth(const Results& results) {
     if (evaluation.frames != First(results).frames ||
         evaluation.truth.size() != First(results).truth.size()) {
       throw UsageError(
-          fmt::format("{} and {}: held against different ground truth, expected the same sequence",
+          fmt::format("{} and {}: evaluated against different ground truth, expected the same sequence",
                       results.front().name, result.name));
     }
   }

@@ -216,8 +216,9 @@ DenseEvaluation EvaluateDense(const fs::path& result, const fs::path& sequence,
   const auto aligned =
       ComputeTrajectoryError(ReadTrajectory(result / "trajectory.txt"), truth.trajectory, kMaxTimeDifference);
   if (!aligned) {
-    throw InputError(fmt::format("{}: cannot be aligned, expected three or more true poses of its time",
-                                 (result / "trajectory.txt").string()));
+    throw InputError(
+        fmt::format("{}: cannot be aligned, expected at least three true poses at its timestamps",
+                    (result / "trajectory.txt").string()));
   }
   DepthTally tally(truth, sequence, aligned->S_world_map, options);
   DenseEvaluation evaluation;

@@ -375,9 +375,9 @@ ErrorBudget ComputeErrorBudget(const fs::path& result, const fs::path& sequence,
     }
   }
   if (budget.objects.empty()) {
-    throw InputError(fmt::format(
-        "{}: no mapped object of the ground truth with five recorded boxes and four points, expected one",
-        file.string()));
+    throw InputError(
+        fmt::format("{}: no matched object has five recorded boxes and four points, expected at least one",
+                    file.string()));
   }
   return budget;
 }

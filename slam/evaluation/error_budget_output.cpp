@@ -55,7 +55,7 @@ std::string FormatBudget(const ErrorBudget& budget) {
   std::string text;
   const auto out = std::back_inserter(text);
   fmt::format_to(
-      out, "3D IoU of {} objects, refitted, and what it gains by a part of the truth\n\n  {:<24} {:>6} {:>6}",
+      out, "3D IoU of {} refitted objects, and its gain from each part of the truth\n\n  {:<24} {:>6} {:>6}",
       budget.objects.size(), "ground truth", "run", "refit");
   for (const char* name : EnumNames(TruePart())) {
     fmt::format_to(out, " {:>11}", name);

@@ -207,11 +207,11 @@ std::string FormatEvaluation(const Evaluation& evaluation) {
     return text;
   }
   const ObjectMatching& objects = evaluation.objects;
-  fmt::format_to(out, "objects            {} matched, {} missed, {} extra, {} doubles\n",
+  fmt::format_to(out, "objects            {} matched, {} missed, {} extra, {} duplicates\n",
                  objects.matches.size(), objects.missed.size(), objects.extra.size(),
                  objects.duplicates.size());
   if (evaluation.uncertain > 0) {
-    fmt::format_to(out, "  uncertain        {} of {} mapped; of the extra ones {} are not\n",
+    fmt::format_to(out, "  uncertain        {} of {} mapped; {} of the extra ones are reliable\n",
                    evaluation.uncertain, evaluation.mapped.size(), evaluation.extra_reliable);
   }
   fmt::format_to(out, "  by reliability  ");

@@ -246,7 +246,7 @@ FilmInspection InspectFilm(const Sequence& sequence, const FrameRange& range,
     }
   }
   if (inspection.moments.size() < 3) {
-    throw InputError(fmt::format("{}: {} frames to look at, expected at least three", sequence.path.string(),
+    throw InputError(fmt::format("{}: {} frames, expected at least three", sequence.path.string(),
                                  inspection.moments.size()));
   }
   // The last samples have no followers.
@@ -296,10 +296,10 @@ std::string InWords(const FilmFinding& finding) {
   constexpr std::array kWords = {
       "too dark or too bright: film with more or less light",
       "blurred: move slower, or use more light",
-      "hardly any texture: keep things with detail in the picture",
+      "hardly any texture: keep textured things in the image",
       "the camera stands still: walk sideways there",
       "the camera turns on the spot: walk sideways there",
-      "neighbouring frames hardly share anything: a cut? Else move slower, or film at a higher rate",
+      "neighbouring frames hardly overlap: a cut? Otherwise move slower, or record at a higher frame rate",
   };
   const std::string begin = ClockTime(finding.begin);
   const std::string end = ClockTime(finding.end);

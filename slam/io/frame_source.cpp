@@ -80,7 +80,7 @@ FrameRange ParseFrameRange(const std::string& frames, std::optional<std::int64_t
     const auto value = ParseNumber<std::int64_t>(text);
     if (!value || *value < least) {
       throw UsageError(fmt::format(
-          "--frames {}: expected N, the first N, or A:B, such as 0:30, the end excluded", frames));
+          "--frames {}: expected N (the first N frames) or A:B, such as 0:30 (without frame 30)", frames));
     }
     return *value;
   };
@@ -103,7 +103,7 @@ FrameRange ParseFrameRange(const std::string& frames, std::optional<std::int64_t
     const std::int64_t end = number(frames.substr(colon + 1), 1);
     if (end <= range.start) {
       throw UsageError(
-          fmt::format("--frames {}: holds no frame from {} on, the end is excluded", frames, range.start));
+          fmt::format("--frames {}: holds no frame from {} on, since B is excluded", frames, range.start));
     }
     range.count = (end - range.start + stride - 1) / stride;
   }

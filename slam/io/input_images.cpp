@@ -16,7 +16,7 @@ bool IsThere(const std::string& file) {
 
 InputImages::InputImages(const RecordingReader& recording) : camera_(recording.Last()->camera) {
   if (recording.Info().sequence_path.empty()) {
-    why_not_ = "its frames are of two inputs, at least one of them a video or gone";
+    why_not_ = "its frames are from two inputs, at least one of them a video or missing";
     return;
   }
   try {

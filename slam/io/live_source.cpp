@@ -25,8 +25,7 @@ FrameGrabber OpenCamera(int index, const Camera& camera) {
   const auto video = std::make_shared<cv::VideoCapture>();
   if (!video->open(index)) {
     throw InputError(fmt::format(
-        "camera {}: cannot be opened, expected a camera that is plugged in, readable and in no other use",
-        index));
+        "camera {}: cannot be opened, expected a camera that is plugged in, readable and not in use", index));
   }
   video->set(cv::CAP_PROP_FRAME_WIDTH, camera.width);
   video->set(cv::CAP_PROP_FRAME_HEIGHT, camera.height);

@@ -116,7 +116,7 @@ NetworkStream::NetworkStream(const std::string& address, StreamOptions options)
     : impl_(std::make_unique<Impl>(address, std::move(options))) {
   if (!impl_->Open() || ImageSize().empty()) {
     throw InputError(
-        fmt::format("{}: cannot be opened, expected the address of a camera or film that answers",
+        fmt::format("{}: cannot be opened, expected the address of a camera or video that responds",
                     PublicAddress(address)));
   }
 }

@@ -118,8 +118,8 @@ Camera VideoCamera(Camera camera, const VideoIndex& video, const fs::path& path)
       throw InputError(fmt::format("{}: is {}x{}, expected the camera's {}x{}", path.string(), width, height,
                                    camera.width, camera.height));
     }
-    spdlog::info("{}: is shown turned by {} degrees, and so is its calibration", path.string(),
-                 90 * video.quarter_turns);
+    spdlog::info("{}: rotated by {} degrees as its metadata says, together with its calibration",
+                 path.string(), 90 * video.quarter_turns);
     camera = TurnedCamera(camera, video.quarter_turns);
   }
   camera.fps = video.fps;

@@ -59,7 +59,7 @@ FrameFeaturesPtr ReadFeatures(ByteReader& reader, const Camera& camera, int leve
   for (std::size_t i = 0; i < count; ++i) {
     if (columns.octave[i] >= levels || std::abs(columns.x[i]) > kPixelSteps * 2 * kMaxImageSide ||
         std::abs(columns.y[i]) > kPixelSteps * 2 * kMaxImageSide) {
-      reader.Refuse("has a keypoint far outside its image or on a pyramid level that there is none of");
+      reader.Refuse("has a keypoint far outside its image or on a pyramid level that does not exist");
     }
     features->keypoints.push_back(
         {Eigen::Vector2d(columns.x[i], columns.y[i]) / kPixelSteps,

@@ -81,11 +81,10 @@ ClassPriors ClassPriors::Read(const std::filesystem::path& path) {
   try {
     file = YAML::LoadFile(path.string());
   } catch (const YAML::Exception& e) {
-    throw InputError(
-        fmt::format("{}: {}, expected labels with what is known of them", path.string(), e.what()));
+    throw InputError(fmt::format("{}: {}, expected labels with their priors", path.string(), e.what()));
   }
   if (!file.IsMap()) {
-    throw InputError(fmt::format("{}: expected labels with what is known of them", path.string()));
+    throw InputError(fmt::format("{}: expected labels with their priors", path.string()));
   }
   for (const auto& node : file) {
     ClassEntry entry;

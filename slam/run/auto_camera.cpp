@@ -42,7 +42,7 @@ LearningPass MapOnce(const Sequence& sequence, const FrameRange& range, const Ca
     frame->detections.clear();
     system.Process(*frame);
     host.ShowProgress(done + ++pass.played, 0,
-                      fmt::format("to learn the focal length, now {:.1f} px", camera.fx));
+                      fmt::format("estimating the focal length, now {:.1f} px", camera.fx));
   }
   pass.learnt = system.Finish().map.learnt_camera;
   return pass;
@@ -63,13 +63,13 @@ std::string AutoCamera::Text() const {
     return "";
   }
   if (!learnt) {
-    return fmt::format("camera: focal length {}, a guess from {}; the images do not tell it", InWords(camera),
-                       guessed_by);
+    return fmt::format("camera: focal length {}, a guess from {}; the images do not determine it",
+                       InWords(camera), guessed_by);
   }
   const std::string radial =
       camera.distortion[0] != 0.0 ? fmt::format(", radial distortion k1 {:.3f}", camera.distortion[0]) : "";
   return fmt::format(
-      "camera: focal length {}, standard deviation {:.1f} px by the points' scatter alone, rather one "
+      "camera: focal length {}, standard deviation {:.1f} px from the scatter of the points alone, about one "
       "percent in all{}; the guess from {} was {:.1f} px",
       InWords(camera), focal_deviation, radial, guessed_by, guess.fx);
 }
@@ -112,7 +112,8 @@ AutoCamera LearnCamera(const Sequence& sequence, const FrameRange& range, const 
   host.EndProgress();
   if (!result.learnt && !host.Stopped()) {
     spdlog::warn(
-        "--camera auto: the images do not tell the focal length (the camera must move sideways and turn, "
+        "--camera auto: the images do not determine the focal length (the camera must move sideways and "
+        "turn, "
         "past things at several depths); the guess is kept");
   }
   return result;

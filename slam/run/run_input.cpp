@@ -67,8 +67,8 @@ void CheckRequest(const RunRequest& request, const Sequence& sequence) {
   }
   if (request.options.mapping.camera.what == LearntPart::kFocalAndRadial) {
     throw UsageError(
-        "mapping.camera.what=focal+radial: keypoints of a run stay undistorted as the camera given says, "
-        "expected none or focal; --camera auto learns both before the run");
+        "mapping.camera.what=focal+radial: the keypoints of a run are undistorted with the given camera, "
+        "expected none or focal; --camera auto estimates both before the run");
   }
   if (!request.IsLive() && request.range.SizeIn(sequence) <= 0) {
     throw UsageError(
@@ -123,8 +123,8 @@ std::optional<NetworkOptions> NetworkFor(const DetectionOptions& options, const 
   std::optional<NetworkOptions> network = ChooseNetwork(options.network);
   if (!network) {
     spdlog::warn(
-        "{}: no boxes and no detector, so the map will hold no objects; scripts/fetch-detector.sh obtains "
-        "one",
+        "{}: no boxes and no detector, so the map will hold no objects; scripts/fetch-detector.sh "
+        "downloads one",
         sequence.path.string());
   }
   return network;

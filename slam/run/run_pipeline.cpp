@@ -160,7 +160,7 @@ std::unique_ptr<LiveDepth> MakeLiveDepth(const RunRequest& request, const RunInp
     return nullptr;
   }
   if (!input.sequence.video_path.empty()) {
-    spdlog::warn("--dense live: of a video depth maps are made at the end, expected images in files");
+    spdlog::warn("--dense live: depth maps of a video are made at the end, expected image files");
     return nullptr;
   }
   return std::make_unique<LiveDepth>(request.output / "map.sqmap", input.sequence, request.options.dense);
@@ -223,7 +223,7 @@ void Scale(const RunRequest& request, const RunInput& input, FinishedRun& run, R
     try {
       scale = EstimateScale(run.output / "map.sqmap", *request.scale_from);
     } catch (const InputError& error) {
-      spdlog::warn("--scale-from: {}; sqslam scale says it later", error.what());
+      spdlog::warn("--scale-from: {}; set the scale later with sqslam scale", error.what());
     }
   }
   if (scale) {

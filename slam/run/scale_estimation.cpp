@@ -80,7 +80,8 @@ std::pair<double, double> HeightOf(const SnapshotObject& object) {
 void WarnIfUncertain(const SnapshotObject& object) {
   if (!IsReliable(object)) {
     spdlog::warn(
-        "{} is uncertain (reliability {:.2f}): its size may be wrong by much more than its deviation",
+        "{} is uncertain (reliability {:.2f}): its size may be wrong by much more than its standard "
+        "deviation",
         NameOf(object), object.fit.reliability);
   }
 }
@@ -120,7 +121,7 @@ Place PlaceOfObject(const MapSnapshot& map, const std::string& text) {
   const Eigen::Matrix3d covariance = object.fit.covariance.topLeftCorner<3, 3>();
   if (!(covariance.trace() > 0.0)) {
     throw InputError(
-        fmt::format("{} was never refined: nobody knows how far its centre is off, expected another object",
+        fmt::format("{} was never refined, so the error of its centre is unknown, expected another object",
                     NameOf(object)));
   }
   return {object.superquadric.T_map_object.translation, covariance, NameOf(object)};
@@ -178,7 +179,7 @@ std::vector<BoardSight> FindBoards(const RecordingReader& recording, const MapSn
     }
   }
   if (!any) {
-    throw InputError(fmt::format("{}: the images that were mapped are needed to find a board: {}",
+    throw InputError(fmt::format("{}: the mapped images are needed to find a board: {}",
                                  recording.Info().sequence_path, images.WhyNot()));
   }
   return sights;
@@ -196,7 +197,7 @@ MapScale ScaleByBoardIn(const RecordingReader& recording, const MapSnapshot& map
   const std::optional<BoardScale> scale = ScaleByBoard(sights, map.camera, board);
   if (!scale) {
     throw InputError(
-        fmt::format("a {} is seen in {} of {} keyframes, expected four or more from places apart",
+        fmt::format("a {} is seen in {} of {} keyframes, expected at least four from different positions",
                     BoardText(board), sights.size(), map.keyframes.size()));
   }
   return {scale->metres, scale->deviation,
@@ -244,12 +245,12 @@ MeasuredLength MeasureHeight(const MapSnapshot& map, const std::string& wanted) 
   const SnapshotObject& object = FindObject(map, wanted);
   if (!map.gravity_known) {
     throw InputError(
-        "the map does not know what is up, so objects have no height; expected --distance or --board");
+        "the map's up direction is unknown, so objects have no height; expected --distance or --board");
   }
   const auto [height, deviation] = HeightOf(object);
   if (!(deviation > 0.0)) {
     throw InputError(
-        fmt::format("{} was never refined: nobody knows how far its height is off, expected another object",
+        fmt::format("{} was never refined, so the error of its height is unknown, expected another object",
                     NameOf(object)));
   }
   WarnIfUncertain(object);
@@ -268,7 +269,7 @@ MeasuredLength MeasureDistance(const MapSnapshot& map, const KnownDistance& dist
     for (std::size_t i = 0; i < 3; ++i) {
       const auto number = ParseNumber<double>(parts[i]);
       if (!number || !std::isfinite(*number)) {
-        throw UsageError(fmt::format("{}: expected the id of an object, or a place as X,Y,Z", text));
+        throw UsageError(fmt::format("{}: expected the id of an object, or a position X,Y,Z", text));
       }
       at[static_cast<Eigen::Index>(i)] = *number;
     }
@@ -283,7 +284,7 @@ MeasuredLength MeasureDistance(const MapSnapshot& map, const KnownDistance& dist
   const double length = way.norm();
   const Eigen::Matrix3d covariance = a.covariance + b.covariance;
   if (!(length > 0.0)) {
-    throw InputError(fmt::format("{} and {} are one place, expected two", a.what, b.what));
+    throw InputError(fmt::format("{} and {} are the same place, expected two", a.what, b.what));
   }
   return {length, std::sqrt(way.dot(covariance * way)) / length,
           fmt::format("distance of {} and {}", a.what, b.what)};
@@ -349,8 +350,8 @@ MapScale EstimateScale(const fs::path& recording, const ScaleReference& referenc
     throw InputError(names_file ? what : fmt::format("{}: {}", recording.string(), what));
   }
   if (scale.deviation > kVague * scale.metres) {
-    spdlog::warn("the scale is known to {:.0f} % only: {}", 100.0 * scale.deviation / scale.metres,
-                 scale.source);
+    spdlog::warn("the standard deviation of the scale is {:.0f} %: {}",
+                 100.0 * scale.deviation / scale.metres, scale.source);
   }
   scale.metres *= unit;
   scale.deviation *= unit;

@@ -63,7 +63,7 @@ TEST(DensifyCommand, BadInputsAreOneLineAndKeepTheMap) {
   fs::rename(result.Images().Path() / "rgb", result.Images().Path() / "elsewhere");
   const ProgramRun no_images = RunProgram("densify " + result.Path().string() + kFast);
   EXPECT_EQ(no_images.exit_code, 3);
-  EXPECT_THAT(no_images.ErrorLines(), ElementsAre(HasSubstr("expected them there or by --images")));
+  EXPECT_THAT(no_images.ErrorLines(), ElementsAre(HasSubstr("expected them there or with --images")));
   fs::rename(result.Images().Path() / "elsewhere", result.Images().Path() / "rgb");
 
   const ProgramRun full_disk =  // files may grow to 64 KiB: not even the depth maps fit
@@ -117,8 +117,8 @@ TEST(DensifyCommand, CtrlCKeepsWhatIsDoneAndTheNextCallGoesOnToTheSameCloud) {
   const std::size_t done = Estimated(stopped.Path());
   EXPECT_GE(done, 2U);
   EXPECT_LT(done, Estimated(whole.Path()));
-  EXPECT_THAT(Slurp(err),
-              HasSubstr("stopped after " + std::to_string(done) + " depth maps; the same command goes on"));
+  EXPECT_THAT(Slurp(err), HasSubstr("stopped after " + std::to_string(done) +
+                                    " depth maps; run the same command to resume"));
   EXPECT_FALSE(fs::exists(stopped.Path() / "dense.ply"));
 
   const ProgramRun second = RunProgram("densify --threads 2 " + stopped.Path().string() + slow);

@@ -109,7 +109,7 @@ TEST_F(DetectCommand, CtrlCKeepsWhatIsDone) {
       SQSLAM_PROGRAM, sequence_.Path().string(), network_, Boxes(), folder_.Path().string(), Boxes());
   const int status = std::system(command.c_str());
   EXPECT_EQ(WEXITSTATUS(status), 130);
-  EXPECT_THAT(Slurp(folder_.Path() / "err"), HasSubstr("the same command goes on from there"));
+  EXPECT_THAT(Slurp(folder_.Path() / "err"), HasSubstr("run the same command to resume"));
   EXPECT_FALSE(std::filesystem::exists(Boxes()));
   EXPECT_THAT(Slurp(Boxes() + ".part"), HasSubstr("# end 0.033333\n"));
 }

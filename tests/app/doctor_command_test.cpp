@@ -26,7 +26,7 @@ TEST(DoctorCommand, TakesAWalkForGood) {
   const WrittenSequence sequence = WalkUntil(60);
   const ProgramRun run = RunProgram("doctor " + sequence.Path().string() + " --detector none");
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
-  EXPECT_THAT(run.out, HasSubstr("good to be mapped"));
+  EXPECT_THAT(run.out, HasSubstr(": suitable for mapping"));
 }
 
 TEST(DoctorCommand, SaysWhenTheCameraStands) {
@@ -35,7 +35,7 @@ TEST(DoctorCommand, SaysWhenTheCameraStands) {
   const ProgramRun run =
       RunProgram("doctor " + sequence.Path().string() + " --detector none --quiet -o " + file);
   EXPECT_EQ(run.exit_code, 3);
-  EXPECT_THAT(run.out, HasSubstr("not fit to be mapped"));
+  EXPECT_THAT(run.out, HasSubstr("not suitable for mapping"));
   const auto document = nlohmann::json::parse(Slurp(file));
   EXPECT_FALSE(document["fit"]);
   ASSERT_EQ(document["findings"].size(), 1U);

@@ -87,7 +87,7 @@ class NoMap : public ::testing::Test {
     EXPECT_EQ(stats.keyframes, 0);
     const ProgramRun doctor = RunProgram("doctor " + sequence.Path().string() + " --detector none");
     EXPECT_EQ(doctor.exit_code, 3) << doctor.out << doctor.err;
-    EXPECT_THAT(doctor.out, HasSubstr("not fit to be mapped"));
+    EXPECT_THAT(doctor.out, HasSubstr("not suitable for mapping"));
   }
 
   const Camera camera_ = TexturedWorld().GetCamera();

@@ -128,7 +128,7 @@ TEST_F(ScaleCommand, RefusesInOneLine) {
   ExpectRefused("--distance 0 1", 2, "--distance: expected A B METRES");
   ExpectRefused("--distance 0 1 -3", 2, "-3 m: expected a length above 0");
   ExpectRefused("--distance 0 1 3 --none", 2, "expected one of --object");
-  ExpectRefused("--board", 3, "the images that were mapped are needed to find a board");
+  ExpectRefused("--board", 3, "the mapped images are needed to find a board");
   ExpectRefused("--board --marker-mm 30", 2, "marker");
   EXPECT_EQ(RunProgram("run " + Map() + " --scale-from cup").exit_code, 2);
 }

@@ -122,7 +122,7 @@ TEST(Densify, ImagesThatAreGoneAreNamedAndMayLieElsewhere) {
               HasSubstr("rgb/0000.jpg, expected them there"));
   fs::remove_all(result.Images().Path());
   EXPECT_THAT(MessageOf<InputError>([&] { MakeDense(result.Path()); }),
-              HasSubstr("expected them at " + result.Images().Path().string() + " or by --images"));
+              HasSubstr("expected them at " + result.Images().Path().string() + " or with --images"));
   EXPECT_EQ(RecordingReader(result.Path() / "map.sqmap").Size(), 1);
   EXPECT_EQ(MakeDense(result.Path(), 1, elsewhere.Path() / "moved").estimated, 7);
 }

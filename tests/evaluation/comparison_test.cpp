@@ -110,7 +110,7 @@ TEST(CompareEvaluations, EveryExtraLandmarkIsDescribed) {
   EXPECT_EQ(extra.nearest, 2);
   EXPECT_NEAR(extra.distance, 5.0, 1e-6);
   EXPECT_EQ(extra.iou, 0.0);
-  const Table table = Titled(CompareEvaluations(results), "Landmarks that are no ground-truth object");
+  const Table table = Titled(CompareEvaluations(results), "Landmarks that match no ground-truth object");
   EXPECT_THAT(RowOf(table, "b"), ElementsAre("9 box", "33", "2.00 3.00 4.00", "0.200 0.300 0.400", "3 box",
                                              "5.00", "0.000", "0"));
 }

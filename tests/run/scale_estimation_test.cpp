@@ -115,7 +115,7 @@ TEST(ScaleEstimation, PlacesWithoutMapPointsAreRefused) {
   EXPECT_THAT(Refusal<InputError>(measure("50,0,0")),
               HasSubstr("no map point lies at 50,0,0, the nearest is "));
   EXPECT_THAT(Refusal<UsageError>(measure("1,zwei,3")),
-              HasSubstr("1,zwei,3: expected the id of an object, or a place"));
+              HasSubstr("1,zwei,3: expected the id of an object, or a position"));
 }
 
 // The heights of objects that err as their covariances say.
@@ -156,7 +156,7 @@ TEST(ScaleEstimation, RefusesHeightsThatNobodyKnows) {
               HasSubstr("the map has no object 12, expected one of 0 book, 1 cup, 2 sports_ball"));
   EXPECT_THAT(Refusal<InputError>([&] { MeasureHeight(map, "1"); }), HasSubstr("1 cup was never refined"));
   map.gravity_known = false;
-  EXPECT_THAT(Refusal<InputError>([&] { MeasureHeight(map, "1"); }), HasSubstr("does not know what is up"));
+  EXPECT_THAT(Refusal<InputError>([&] { MeasureHeight(map, "1"); }), HasSubstr("up direction is unknown"));
 }
 
 TEST(ScaleEstimation, ReferencesAreReadFromWords) {
@@ -264,7 +264,7 @@ TEST_F(BoardFilm, AnotherBoardIsNotSeen) {
   CalibrationBoard other = kBoard;
   other.dictionary = "6X6_50";
   EXPECT_THAT(Refusal<InputError>([&] { EstimateScale(recording_, other); }),
-              HasSubstr("is seen in 0 of 4 keyframes, expected four or more from places apart"));
+              HasSubstr("is seen in 0 of 4 keyframes, expected at least four from different positions"));
 }
 
 }  // namespace

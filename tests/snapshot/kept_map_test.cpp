@@ -63,21 +63,21 @@ TEST_F(KeptMapTest, TakesThePlaceOfTheOneBefore) {
   EXPECT_TRUE(ReadKeptMap(path_).state == map_.state);
 }
 
-TEST_F(KeptMapTest, OfARunThatWasKilledAtOnceIsNotThere) { ExpectRefused("keeps no map to go on with"); }
+TEST_F(KeptMapTest, OfARunThatWasKilledAtOnceIsNotThere) { ExpectRefused("holds no map to continue"); }
 
 TEST_F(KeptMapTest, OfAnOlderProgramIsNotThere) {
   Execute("UPDATE meta SET value = '6' WHERE key = 'version'");
-  ExpectRefused("version 6 keeps pictures of its map, without keypoints and descriptors");
+  ExpectRefused("version 6 stores its map without keypoints and descriptors");
 }
 
 TEST_F(KeptMapTest, ThatIsDamagedIsRefused) {
   KeepInRecording(path_, map_);
   Execute("UPDATE live_map SET data = substr(data, 1, length(data) - 5)");
-  ExpectRefused("the map that it keeps is broken");
+  ExpectRefused("its live map is broken");
   Execute("UPDATE live_map SET data = x'0011'");
-  ExpectRefused("the map that it keeps is cut off");
+  ExpectRefused("its live map is cut off");
   Execute("DELETE FROM live_map");
-  ExpectRefused("the map that it keeps is cut off");
+  ExpectRefused("its live map is cut off");
 }
 
 }  // namespace
