@@ -107,7 +107,7 @@ std::map<int, std::vector<ObjectView>> ObjectViews(const RecordedMap& map, bool 
     }
   }
   std::map<int, std::vector<ObjectView>> views;
-  const std::size_t step = all ? 1 : std::max<std::size_t>(1, of_keyframes.size() / kMostRead);
+  const std::size_t step = all ? 1 : StepThrough(of_keyframes.size(), kMostRead);
   for (std::size_t i = 0; i < of_keyframes.size(); i += step) {
     const MapSnapshotPtr moment = map.reader->Read(of_keyframes[i]);
     const bool has_image = map.images->Has(*moment);

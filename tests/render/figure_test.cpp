@@ -132,6 +132,14 @@ TEST(FigureTest, ErrorsOfACalibrationPointFromTheCornerToTheModel) {
   EXPECT_NEAR(points[1].y(), points[0].y(), 1e-9);
 }
 
+TEST(FigureTest, NoMoreIsReadThanIsAllowed) {
+  for (const std::size_t count : {0u, 1u, 120u, 121u, 239u, 240u, 241u}) {
+    const std::size_t step = StepThrough(count, 120);
+    EXPECT_LE((count + step - 1) / step, 120u) << count;
+  }
+  EXPECT_EQ(StepThrough(120, 120), 1u);
+}
+
 TEST(FigureTest, WhatLiesOnAnImageStaysThereWhenItIsCutAndTurned) {
   cv::Mat image(60, 100, CV_8UC3, cv::Scalar(0, 0, 0));
   const Eigen::Vector2d mark(30.0, 20.0);
