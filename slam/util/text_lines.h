@@ -30,6 +30,9 @@ std::string ValidText(std::string_view text);
 // The words as one line that a shell takes apart into the same words again.
 std::string ShellLine(const std::vector<std::string>& words);
 
+// A time as "0:12.5", minutes and seconds; below 0 as 0.
+std::string ClockText(double seconds);
+
 // One line of a text file that carries data: not blank, no comment.
 struct TextLine {
   int number = 0;  // 1-based

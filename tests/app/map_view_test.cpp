@@ -163,8 +163,9 @@ TEST_F(MapViewInBrowserTest, KeyframesShowTheirImagesWithOutlines) {
          "(() => { const at = sq.view.project(new THREE.Vector3(...sq.view.data.keyframes[7].pose)); "
          "return [at.x, at.y]; })()"}},
        {{"eval", "document.querySelector('.sq-box figcaption span').textContent"}},
-       {{"eval", "document.querySelectorAll('.sq-box polygon').length"}}});
-  EXPECT_THAT(seen["results"], ElementsAre("Keyframe 7, frame 70, 0:02.3", 3)) << seen;
+       {{"eval", "document.querySelectorAll('.sq-box polygon').length"}},
+       {{"eval", "sq.clock(59.97)"}}});
+  EXPECT_THAT(seen["results"], ElementsAre("Keyframe 7, frame 70, 0:02.3", 3, "1:00.0")) << seen;
 }
 
 TEST_F(MapViewInBrowserTest, TheSliderShowsWhatWasKnownThen) {
