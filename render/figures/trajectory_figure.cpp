@@ -295,7 +295,8 @@ TrajectoryFigure AgainstTruth(const FigureRequest& request, const PathOptions& o
 TrajectoryFigure WithoutTruth(const FigureRequest& request, const PathOptions& options,
                               const std::vector<std::string>& names) {
   TrajectoryFigure figure;
-  const fs::path recording = fs::path(request.results.front()) / "map.sqmap";
+  const fs::path recording =
+      ResultFile(request.results.front(), "trajectory.txt").parent_path() / "map.sqmap";
   figure.unit = fs::exists(recording) && ReadMapScale(recording) ? "m" : "map units";
   const Trajectory first = ReadPath(request.results.front());
   for (std::size_t i = 0; i < request.results.size(); ++i) {
