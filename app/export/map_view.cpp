@@ -99,7 +99,7 @@ class MapViewWriter {
   }
 
  private:
-  double Since(double timestamp) const { return std::max(0.0, Short(timestamp - start_)); }
+  double Since(double timestamp) const { return std::max(0.0, std::round(1e3 * (timestamp - start_)) / 1e3); }
 
   // Selects the keyframes to show for an object: those that see it large and whole, from different sides.
   std::vector<std::size_t> BestViews(std::size_t object) const {

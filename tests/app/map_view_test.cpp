@@ -121,6 +121,17 @@ TEST_F(MapViewTest, CarriesNoMoreImagesThanItMay) {
   }
 }
 
+TEST_F(MapViewTest, TimesOfALongRunAreToldToTheMillisecond) {
+  MapSnapshot map = HandMadeMap();
+  map.keyframes[1].timestamp = map.keyframes[0].timestamp + 12345.678;
+  RecordingWriter(folder_.Path() / "long.sqmap", {}).Add(map);
+  const RecordingReader reader(folder_.Path() / "long.sqmap");
+  const app::MapView view = app::ReadMapView(reader, {}, folder_.Path() / "long.sqmap", {});
+  const json scene = json::parse(view.scene);
+  EXPECT_EQ(scene["keyframes"].back()["time"].get<double>(), 12345.678);
+  EXPECT_EQ(scene["path"]["times"].back().get<double>(), 12345.678);
+}
+
 TEST_F(MapViewTest, StatesAreReadOnce) {
   int read = 0;
   const RecordingReader reader(folder_.Path() / "map.sqmap", [&](MapSnapshotPtr map) {
