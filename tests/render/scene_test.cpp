@@ -7,6 +7,7 @@
 #include "render/camera/camera_path.h"
 #include "render/camera/scene_framing.h"
 #include "render/picture/picture_overlay.h"
+#include "render/scene/style.h"
 #include "render/solids/scene_order.h"
 #include "render/video/video_alignment.h"
 
@@ -142,6 +143,19 @@ TEST(FramingTest, LooksDownFromTheSideOfTheCameras) {
 }
 
 using Order = std::vector<std::vector<int>>;
+
+TEST(StyleTest, ReadableColorsAreColorsWhateverTheContrast) {
+  for (const double paper : {0.0, 0.3, 0.49, 0.5, 0.7, 1.0}) {
+    for (const double ink : {0.0, 0.4, 1.0}) {
+      for (const double contrast : {0.0, 0.3, 0.6, 1.0}) {
+        const Eigen::Vector3d color =
+            ReadableOn(Eigen::Vector3d::Constant(paper), Eigen::Vector3d::Constant(ink), contrast);
+        EXPECT_GE(color.minCoeff(), 0.0) << paper << " " << ink << " " << contrast;
+        EXPECT_LE(color.maxCoeff(), 1.0 + 1e-9) << paper << " " << ink << " " << contrast;
+      }
+    }
+  }
+}
 
 TEST(SolidOrderTest, TheNearerOfTwoIsDrawnLastFromBothSides) {
   std::vector<PosedSuperquadric> solids(2);
