@@ -7,6 +7,7 @@
 
 #include "app/export/glb_file.h"
 #include "app/export/map_export.h"
+#include "render/camera/camera_path.h"
 #include "render/scene/style.h"
 #include "render/solids/tessellation.h"
 
@@ -246,9 +247,9 @@ class MapWriter {
                                                    Eigen::Vector2d(right, bottom),
                                                    Eigen::Vector2d(-0.5, bottom)};
     std::array<Eigen::Vector3f, 4> corners;
-    for (std::size_t i = 0; i < 4; ++i) {
-      corners[i] = (T_map_camera * Eigen::Vector3d(size * camera.Unproject(pixels[i]))).cast<float>();
-    }
+    std::ranges::transform(CornerRays(map_.camera), corners.begin(), [&](const Eigen::Vector3d& ray) {
+      return Eigen::Vector3f((T_map_camera * Eigen::Vector3d(size * ray)).cast<float>());
+    });
     for (std::size_t i = 0; i < 4; ++i) {
       lines.push_back(T_map_camera.translation.cast<float>());
       lines.push_back(corners[i]);
