@@ -55,9 +55,6 @@ std::vector<double> ParseNumberList(const std::string& option, const std::string
 
 RecordedMap OpenMap(const std::string& result) {
   auto reader = std::make_unique<RecordingReader>(ResultFile(result, "map.sqmap"));
-  if (reader->Size() == 0) {
-    throw InputError(fmt::format("{}: holds no snapshot, expected a map", result));
-  }
   MapSnapshotPtr last = reader->Last();
   auto images = std::make_shared<InputImages>(*reader);
   return {std::move(reader), std::move(last), std::move(images)};

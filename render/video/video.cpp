@@ -251,7 +251,7 @@ std::vector<ViewCamera> ViewsOf(const MapSnapshot& map, const VideoOptions& opti
 std::vector<int> SnapshotOfFrame(const RecordingReader& recording, const VideoOptions& options) {
   std::vector<double> times;
   for (int i = 0; i < recording.Size(); ++i) {
-    times.push_back(recording.Read(i)->timestamp);
+    times.push_back(recording.Timestamp(i));
   }
   const double whole = times.back() - times.front();
   const int total = std::max(recording.Size(),
@@ -294,7 +294,7 @@ PictureOptions PicturesFor(const std::filesystem::path& output, PictureOptions p
 }
 
 GrowthTimes TimesOf(const RecordingReader& recording, const MapSnapshot& last) {
-  GrowthTimes times{recording.Read(0)->timestamp, last.timestamp, {}};
+  GrowthTimes times{recording.Timestamp(0), last.timestamp, {}};
   for (const SnapshotKeyframe& keyframe : last.keyframes) {
     times.keyframes.push_back(keyframe.timestamp);
   }
@@ -357,15 +357,12 @@ int WriteGrowthVideo(const RecordingReader& recording, const VideoOptions& optio
   if (options.picture.transparent) {
     throw UsageError("a video of growth has a background, expected no --no-background");
   }
-  if (recording.Size() == 0) {
-    throw InputError("the recording holds no snapshot, expected at least one");
-  }
+  const MapSnapshotPtr last = recording.Last();
   const std::vector<int> snapshots = SnapshotOfFrame(recording, options);
   const int total = static_cast<int>(snapshots.size());
   const std::pair<int, int> range = RangeOf(options, total);
   const cv::Size size(options.picture.width, options.picture.height);
   FrameWriter writer(output, size, options.fps);
-  const MapSnapshotPtr last = recording.Last();
   const GrowthLayout layout = LayOut(size, options.show_image, last->camera);
   PictureOptions view = PicturesFor(output, options.picture);
   view.width = layout.view.width;

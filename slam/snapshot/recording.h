@@ -58,8 +58,10 @@ class RecordingReader {
   int Version() const;                   // of the format that it is written in
   int Size() const;                      // number of snapshots
   MapSnapshotPtr Read(int index) const;  // index in [0, Size())
-  MapSnapshotPtr Last() const;
-  std::int64_t FrameIndex(int index) const;  // frame of a snapshot without reading it
+  MapSnapshotPtr Last() const;           // throws InputError where there is none
+  // Frame and time of a snapshot without reading it.
+  std::int64_t FrameIndex(int index) const;
+  double Timestamp(int index) const;
 
  private:
   struct Impl;
