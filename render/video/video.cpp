@@ -268,19 +268,22 @@ std::vector<int> SnapshotOfFrame(const RecordingReader& recording, const VideoOp
 }
 
 // Returns the input camera's pose at each frame, in the map frame of the last snapshot. While tracking is
-// lost, the previous pose stays.
+// lost, the previous pose stays; before the first one, that one.
 std::vector<Rigid3d> PosesOfGrowth(const RecordingReader& recording, const std::vector<int>& snapshots,
                                    const MapSnapshot& last) {
-  std::vector<Rigid3d> of_snapshots;
+  std::map<int, Rigid3d> tracked;  // by snapshot
   for (int i = 0; i < recording.Size(); ++i) {
     const MapSnapshotPtr map = recording.Read(i);
-    of_snapshots.push_back(map->T_map_camera      ? AlignByKeyframes(*map, last) * *map->T_map_camera
-                           : of_snapshots.empty() ? Rigid3d{}
-                                                  : of_snapshots.back());
+    if (map->T_map_camera) {
+      tracked[i] = AlignByKeyframes(*map, last) * *map->T_map_camera;
+    }
   }
   std::vector<Rigid3d> poses;
   for (const int snapshot : snapshots) {
-    poses.push_back(of_snapshots[static_cast<std::size_t>(snapshot)]);
+    const auto next = tracked.upper_bound(snapshot);
+    poses.push_back(next != tracked.begin() ? std::prev(next)->second
+                    : tracked.empty()       ? Rigid3d{}
+                                            : next->second);
   }
   return poses;
 }
