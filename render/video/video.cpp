@@ -132,25 +132,25 @@ void GrowthPage::DrawObjects(cv::Mat& part, const cv::Mat& image, const MapSnaps
 }
 
 void GrowthPage::DrawBoxes(cv::Mat& part, const cv::Mat& image, const MapSnapshot& map) const {
-  std::map<int, std::string> labels;
+  std::map<int, const SnapshotObject*> objects;
   for (const SnapshotObject& object : map.objects) {
-    labels[object.id] = object.label;
+    objects[object.id] = &object;
   }
   const double sx = static_cast<double>(part.cols) / image.cols;
   const double sy = static_cast<double>(part.rows) / image.rows;
   const double size = 0.72 * style_.text.size * layout_.scale;
   for (const SnapshotDetection& seen : map.detections) {
-    const auto found = labels.find(seen.object_id);
-    const bool mapped = found != labels.end();
-    const std::string& name = mapped ? found->second : seen.detection.label;
-    const Eigen::Vector3d color = colors_(name);
+    const auto found = objects.find(seen.object_id);
+    const bool mapped = found != objects.end();
+    const Eigen::Vector3d color = colors_(mapped ? found->second->label : seen.detection.label);
     const Box2d& box = seen.detection.box;
     const cv::Rect area(cv::Point(cvRound(box.x * sx), cvRound(box.y * sy)),
                         cv::Point(cvRound((box.x + box.width) * sx), cvRound((box.y + box.height) * sy)));
     DrawFrame(part, area, layout_.scale, color, mapped ? 1.0 : 0.7);
     if (mapped) {  // boxes that belong to no object of the map get no name
-      const cv::Size tag = TagSize(seen.detection.label, text_, size);
-      DrawTag(part, seen.detection.label,
+      const std::string& name = ShownName(*found->second);
+      const cv::Size tag = TagSize(name, text_, size);
+      DrawTag(part, name,
               {std::clamp(area.x, 0, std::max(0, part.cols - tag.width)), std::max(0, area.y - tag.height)},
               color, text_, size);
     }

@@ -176,6 +176,26 @@ TEST_F(VideoTest, BeforeTheFirstPoseAFollowingViewStandsWhereItWillBe) {
   EXPECT_LT(cv::norm(tracked, lost, cv::NORM_L1) / static_cast<double>(lost.total()), 0.5);
 }
 
+TEST_F(VideoTest, ABoxOfAnObjectHasItsNameWhateverTheDetectorSaid) {
+  const cv::Mat book = FirstFrame(Record("book.sqmap"));
+  maps_[0].detections[0].detection.label = "a notebook";
+  const cv::Mat still = FirstFrame(Record("still.sqmap"));
+  EXPECT_EQ(cv::norm(book, still, cv::NORM_INF), 0.0);
+  maps_[0].objects[0].label = "cat";
+  EXPECT_GT(cv::norm(book, FirstFrame(Record("cat.sqmap")), cv::NORM_INF), 0.0);
+}
+
+TEST_F(VideoTest, GrowthReadsAStateOnce) {
+  int read = 0;
+  const RecordingReader reader(folder_ / "map.sqmap", [&](MapSnapshotPtr map) {
+    read += map->frame_index == 0 ? 1 : 0;
+    return map;
+  });
+  options_.fps = 1.0;
+  WriteGrowthVideo(reader, options_, folder_ / "growth-{frame}.png");
+  EXPECT_EQ(read, 1);
+}
+
 class ShardTest : public VideoTest {
  protected:
   void SetUp() override {
