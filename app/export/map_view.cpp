@@ -238,16 +238,9 @@ class MapViewWriter {
   // Adds the camera poses of all tracked frames (subsampled if there are many) and the true path.
   void AddPath() {
     constexpr std::size_t kPoses = 3000;
-    const fs::path file = recording_.parent_path() / "trajectory.txt";
-    Trajectory trajectory = fs::exists(file) ? ReadTrajectory(file) : Trajectory();
-    if (trajectory.empty()) {
-      for (const SnapshotKeyframe& keyframe : map_.keyframes) {
-        trajectory.push_back({keyframe.timestamp, keyframe.T_map_camera});
-      }
-    }
     ViewJson times = ViewJson::array();
     ViewJson poses = ViewJson::array();
-    for (const TimedPose& pose : Thinned(std::move(trajectory), kPoses)) {
+    for (const TimedPose& pose : Thinned(TrackedPoses(recording_, map_), kPoses)) {
       times.push_back(Since(pose.timestamp));
       for (const ViewJson& value : PoseOf(pose.T_map_camera)) {
         poses.push_back(value);

@@ -55,10 +55,7 @@ class Result {
   }
 
   // Returns the poses of all tracked frames, or of the keyframes if there is no trajectory.txt.
-  Trajectory Tracked() const {
-    const fs::path file = file_.parent_path() / "trajectory.txt";
-    return fs::exists(file) ? ReadTrajectory(file) : KeyframeTrajectory(*last_);
-  }
+  Trajectory Tracked() const { return TrackedPoses(file_, *last_); }
 
   // Returns the page that `sqslam export FILE.html` writes.
   std::string Page() const {
