@@ -156,7 +156,7 @@ class MapViewWriter {
     image_of_.assign(map_.keyframes.size(), -1);
     InputImages images(reader_);
     for (const std::size_t k : wanted) {
-      const cv::Mat image = PhotoOf(history_, map_.keyframes[k].frame_index, images);
+      const cv::Mat image = images.Read(history_.image_files, map_.keyframes[k].frame_index);
       if (image.empty()) {  // no longer available: the keyframe stays without an image
         continue;
       }

@@ -177,7 +177,7 @@ std::optional<OutlinedPhoto> BestPhoto(const RecordingReader& reader, const View
   }
   map.objects = std::move(objects);
   InputImages images(reader);
-  const cv::Mat image = PhotoOf(history, keyframe.frame_index, images);
+  const cv::Mat image = images.Read(history.image_files, keyframe.frame_index);
   if (image.empty()) {
     return std::nullopt;
   }
