@@ -12,6 +12,7 @@
 #include "render/camera/camera_path.h"
 #include "render/camera/scene_framing.h"
 #include "render/picture/outlines.h"
+#include "render/picture/picture_overlay.h"
 #include "render/picture/picture_text.h"
 #include "render/video/video_alignment.h"
 #include "render/video/video_encoder.h"
@@ -35,7 +36,7 @@ int Even(double value) { return 2 * static_cast<int>(std::lround(0.5 * value)); 
 GrowthLayout LayOut(cv::Size frame, bool show_image, const Camera& camera) {
   GrowthLayout layout;
   layout.frame = frame;
-  layout.scale = std::min(frame.height / 720.0, frame.width / 960.0);
+  layout.scale = PictureScale(frame);
   const int margin = Even(16.0 * layout.scale);
   const int bar = Even(46.0 * layout.scale);
   layout.timeline = {margin, frame.height - bar, frame.width - 2 * margin, bar};
