@@ -149,9 +149,8 @@ void GrowthPage::DrawBoxes(cv::Mat& part, const cv::Mat& image, const MapSnapsho
                         cv::Point(cvRound((box.x + box.width) * sx), cvRound((box.y + box.height) * sy)));
     DrawFrame(part, area, layout_.scale, color, mapped ? 1.0 : 0.7);
     if (mapped) {  // boxes that belong to no object of the map get no name
-      const std::string& name = ShownName(*found->second);
-      const cv::Size tag = TagSize(name, text_, size);
-      DrawTag(part, name,
+      const cv::Size tag = TagSize(ShownName(*found->second), text_, size);
+      DrawTag(part, ShownName(*found->second),
               {std::clamp(area.x, 0, std::max(0, part.cols - tag.width)), std::max(0, area.y - tag.height)},
               color, text_, size);
     }
@@ -282,9 +281,7 @@ std::vector<Rigid3d> PosesOfGrowth(const RecordingReader& recording, const std::
   std::vector<Rigid3d> poses;
   for (const int snapshot : snapshots) {
     const auto next = tracked.upper_bound(snapshot);
-    poses.push_back(next != tracked.begin() ? std::prev(next)->second
-                    : tracked.empty()       ? Rigid3d{}
-                                            : next->second);
+    poses.push_back(tracked.empty() ? Rigid3d{} : (next == tracked.begin() ? next : std::prev(next))->second);
   }
   return poses;
 }
@@ -373,9 +370,7 @@ int WriteGrowthVideo(const RecordingReader& recording, const VideoOptions& optio
   view.height = layout.view.height;
   PictureRenderer renderer(view);
   renderer.SetMap(*last);
-  const auto swing = [](const ViewCamera& middle, int frames, const Eigen::Vector3d& up) {
-    return SwingPath(middle, frames, up);
-  };
+  const auto swing = [](const auto&... middle) { return SwingPath(middle...); };
   const std::vector<ViewCamera> views = ViewsOf(*last, options, view, total, renderer, swing,
                                                 [&] { return PosesOfGrowth(recording, snapshots, *last); });
   // A page is composed while the next view is drawn and the previous page is encoded.

@@ -118,28 +118,6 @@ TEST(FigureTest, YawIsToldInNumbersAndAxesHaveLetters) {
   EXPECT_THAT(SvgTexts(EncodeFigure(DrawYaw(figure, {}), "figure.svg")), Contains("no line tells the yaw"));
 }
 
-TEST(FigureTest, ErrorsOfACalibrationPointFromTheCornerToTheModel) {
-  const FigurePage page = DrawCalibration({320, 240, {{{100.0, 120.0}, {2.0, 0.0}}}, 2.0}, SmallFigure());
-  const Eigen::Vector3d blue = LookOfSeries(0).color;
-  const auto line =
-      std::find_if(page.elements.begin(), page.elements.end(), [&](const FigureElement& element) {
-        const auto* path = std::get_if<FigurePath>(&element);
-        return path != nullptr && path->points.size() == 2 && path->stroke && path->stroke->color == blue;
-      });
-  ASSERT_NE(line, page.elements.end());
-  const std::vector<Eigen::Vector2d>& points = std::get<FigurePath>(*line).points;
-  EXPECT_LT(points[1].x(), points[0].x() - 1.0) << "detected right of where the model has it";
-  EXPECT_NEAR(points[1].y(), points[0].y(), 1e-9);
-}
-
-TEST(FigureTest, NoMoreIsReadThanIsAllowed) {
-  for (const std::size_t count : {0u, 1u, 120u, 121u, 239u, 240u, 241u}) {
-    const std::size_t step = StepThrough(count, 120);
-    EXPECT_LE((count + step - 1) / step, 120u) << count;
-  }
-  EXPECT_EQ(StepThrough(120, 120), 1u);
-}
-
 TEST(FigureTest, WhatLiesOnAnImageStaysThereWhenItIsCutAndTurned) {
   cv::Mat image(60, 100, CV_8UC3, cv::Scalar(0, 0, 0));
   const Eigen::Vector2d mark(30.0, 20.0);
