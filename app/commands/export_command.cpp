@@ -26,14 +26,6 @@ namespace sqslam::app {
 namespace fs = std::filesystem;
 namespace {
 
-Trajectory KeyframePoses(const MapSnapshot& map) {
-  Trajectory trajectory;
-  for (const SnapshotKeyframe& keyframe : map.keyframes) {
-    trajectory.push_back({keyframe.timestamp, keyframe.T_map_camera});
-  }
-  return trajectory;
-}
-
 struct ExportArguments {
   std::string map;
   std::string output;
@@ -44,12 +36,6 @@ struct ExportArguments {
   std::optional<ModelFormat> format;
   std::string images;
 };
-
-// Returns the poses of all tracked frames; empty if the result folder has none.
-Trajectory TrackedPoses(const fs::path& map_path) {
-  const fs::path file = map_path.parent_path() / "trajectory.txt";
-  return fs::exists(file) ? ReadTrajectory(file) : Trajectory();
-}
 
 void CheckArguments(const ExportArguments& a, const std::string& extension) {
   static const std::vector<std::string> kExtensions = {".glb", ".obj", ".ply", ".json", ".txt", ".html"};
@@ -135,7 +121,7 @@ void Export(const ExportArguments& a) {
   const RecordingReader reader = OpenMap(map_path, a.objects, HiddenObjects::kKeep);
   const MapSnapshotPtr map = reader.Last();
   if (extension == ".glb") {
-    WriteFileAtomically(output, MapGlb(*map, TrackedPoses(map_path), WantedSurface(a, map_path),
+    WriteFileAtomically(output, MapGlb(*map, TrackedPoses(map_path, *map), WantedSurface(a, map_path),
                                        ReadHistory(reader).first_seen, "sqslam " SQSLAM_VERSION));
   } else if (extension == ".obj" || a.meshes) {
     WriteObjectMeshes(output, map->objects);
@@ -144,7 +130,7 @@ void Export(const ExportArguments& a) {
   } else if (extension == ".json") {
     WriteObjects(output, map->objects);
   } else {
-    WriteTrajectory(output, KeyframePoses(*map));
+    WriteTrajectory(output, KeyframeTrajectory(*map));
   }
 }
 

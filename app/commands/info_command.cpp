@@ -96,7 +96,7 @@ void PrintInfo(const std::filesystem::path& path, bool config, bool history, con
     PrintVocabulary(path);
     return;
   }
-  const RecordingReader reader = OpenEdited(path, objects, HiddenObjects::kKeep);
+  const RecordingReader reader = OpenMap(path, objects, HiddenObjects::kKeep);
   if (config) {
     fmt::print("{}", reader.Info().config);
     return;

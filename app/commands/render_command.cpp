@@ -94,6 +94,7 @@ cv::Mat RenderCameraFrame(const RenderArguments& a, PictureOptions options, cons
 // Renders the map as of --at-frame, in the frame of the finished one and with its framing and colours.
 cv::Mat RenderAtFrame(const RenderArguments& a, const PictureOptions& options,
                       const RecordingReader& reader) {
+  const MapSnapshotPtr last = reader.Last();
   int snapshot = -1;
   while (snapshot + 1 < reader.Size() && reader.FrameIndex(snapshot + 1) <= *a.at_frame) {
     ++snapshot;
@@ -102,7 +103,6 @@ cv::Mat RenderAtFrame(const RenderArguments& a, const PictureOptions& options,
     throw UsageError(fmt::format("--at-frame {}: there was no map yet, expected {} or more", *a.at_frame,
                                  reader.FrameIndex(0)));
   }
-  const MapSnapshotPtr last = reader.Last();
   const MapSnapshotPtr read = reader.Read(snapshot);
   MapSnapshot map = Transformed(AlignByKeyframes(*read, *last), *read);
   if (map.frame_index != *a.at_frame) {

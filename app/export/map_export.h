@@ -20,7 +20,7 @@ namespace sqslam::app {
 //                  class colour; extras: id, label, score, observations, points, half_size, e1, e2, yaw
 //     points       POINTS with the colours of the images
 //     surface      TRIANGLES with colours
-//     trajectory   LINE_STRIP through the camera centres: `trajectory`, or the keyframes if that is empty
+//     trajectory   LINE_STRIP through the camera centres of `trajectory`
 //     keyframes    per keyframe a camera node with the calibration's view angles
 //     frusta       LINES: the frusta of all keyframes
 //     flight       a camera that follows the path

@@ -7,6 +7,7 @@
 
 #include "app/export/glb_file.h"
 #include "app/export/map_export.h"
+#include "render/camera/camera_path.h"
 #include "render/scene/style.h"
 #include "render/solids/tessellation.h"
 
@@ -101,17 +102,8 @@ class MapWriter {
     children_.push_back(file_.AddNode({{"name", "surface"}, {"mesh", mesh}}));
   }
 
-  // Takes the poses of the frames, or of the keyframes if the trajectory is empty.
-  void SetPath(const Trajectory& trajectory) {
+  void AddTrajectory(const Trajectory& trajectory) {
     path_ = trajectory;
-    if (path_.empty()) {
-      for (const SnapshotKeyframe& keyframe : map_.keyframes) {
-        path_.push_back({keyframe.timestamp, keyframe.T_map_camera});
-      }
-    }
-  }
-
-  void AddTrajectory() {
     std::vector<Eigen::Vector3f> centers;
     for (const TimedPose& pose : path_) {
       centers.push_back(pose.T_map_camera.translation.cast<float>());
@@ -239,16 +231,10 @@ class MapWriter {
 
   // Appends eight lines: from the camera centre to the image corners at depth `size`, and the image border.
   void AppendFrustum(const Rigid3d& T_map_camera, double size, std::vector<Eigen::Vector3f>& lines) const {
-    const Camera& camera = map_.camera;
-    const double right = camera.width - 0.5;
-    const double bottom = camera.height - 0.5;
-    const std::array<Eigen::Vector2d, 4> pixels = {Eigen::Vector2d(-0.5, -0.5), Eigen::Vector2d(right, -0.5),
-                                                   Eigen::Vector2d(right, bottom),
-                                                   Eigen::Vector2d(-0.5, bottom)};
     std::array<Eigen::Vector3f, 4> corners;
-    for (std::size_t i = 0; i < 4; ++i) {
-      corners[i] = (T_map_camera * Eigen::Vector3d(size * camera.Unproject(pixels[i]))).cast<float>();
-    }
+    std::ranges::transform(CornerRays(map_.camera), corners.begin(), [&](const Eigen::Vector3d& ray) {
+      return Eigen::Vector3f((T_map_camera * Eigen::Vector3d(size * ray)).cast<float>());
+    });
     for (std::size_t i = 0; i < 4; ++i) {
       lines.push_back(T_map_camera.translation.cast<float>());
       lines.push_back(corners[i]);
@@ -277,8 +263,7 @@ std::string MapGlb(const MapSnapshot& map, const Trajectory& trajectory, const S
   writer.AddObjects();
   writer.AddPoints("points", map.points);
   writer.AddSurface(surface);
-  writer.SetPath(trajectory);
-  writer.AddTrajectory();
+  writer.AddTrajectory(trajectory);
   writer.AddKeyframes();
   writer.AddFlight(first_seen);
   return writer.Bytes();

@@ -99,7 +99,7 @@ class MapViewWriter {
   }
 
  private:
-  double Since(double timestamp) const { return std::max(0.0, Short(timestamp - start_)); }
+  double Since(double timestamp) const { return std::max(0.0, std::round(1e3 * (timestamp - start_)) / 1e3); }
 
   // Selects the keyframes to show for an object: those that see it large and whole, from different sides.
   std::vector<std::size_t> BestViews(std::size_t object) const {
@@ -156,7 +156,7 @@ class MapViewWriter {
     image_of_.assign(map_.keyframes.size(), -1);
     InputImages images(reader_);
     for (const std::size_t k : wanted) {
-      const cv::Mat image = PhotoOf(history_, map_.keyframes[k].frame_index, images);
+      const cv::Mat image = images.Read(history_.image_files, map_.keyframes[k].frame_index);
       if (image.empty()) {  // no longer available: the keyframe stays without an image
         continue;
       }
@@ -238,16 +238,9 @@ class MapViewWriter {
   // Adds the camera poses of all tracked frames (subsampled if there are many) and the true path.
   void AddPath() {
     constexpr std::size_t kPoses = 3000;
-    const fs::path file = recording_.parent_path() / "trajectory.txt";
-    Trajectory trajectory = fs::exists(file) ? ReadTrajectory(file) : Trajectory();
-    if (trajectory.empty()) {
-      for (const SnapshotKeyframe& keyframe : map_.keyframes) {
-        trajectory.push_back({keyframe.timestamp, keyframe.T_map_camera});
-      }
-    }
     ViewJson times = ViewJson::array();
     ViewJson poses = ViewJson::array();
-    for (const TimedPose& pose : Thinned(std::move(trajectory), kPoses)) {
+    for (const TimedPose& pose : Thinned(TrackedPoses(recording_, map_), kPoses)) {
       times.push_back(Since(pose.timestamp));
       for (const ViewJson& value : PoseOf(pose.T_map_camera)) {
         poses.push_back(value);

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
-#include <numbers>
 #include <set>
 #include <string>
 
 #include "app/export/map_export.h"
 #include "render/scene/style.h"
+#include "render/solids/tessellation.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 
@@ -26,13 +26,13 @@ struct Vertex {
 };
 
 std::vector<Vertex> Vertices(const PosedSuperquadric& superquadric) {
+  const auto& [shape, T_map_object] = superquadric;
+  const TriangleMesh mesh = Tessellate(shape, kColumns);
   std::vector<Vertex> vertices;
-  for (int row = 0; row <= kRows; ++row) {
-    const double eta = std::numbers::pi * (static_cast<double>(row) / kRows - 0.5);
-    for (int column = 0; column < kColumns; ++column) {
-      const double omega = std::numbers::pi * (2.0 * column / kColumns - 1.0);
-      vertices.push_back({superquadric.T_map_object * superquadric.shape.PointAt(eta, omega),
-                          superquadric.T_map_object.rotation * superquadric.shape.NormalAt(eta, omega)});
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    if (i % (kColumns + 1) < kColumns) {  // the last column repeats the first
+      vertices.push_back({T_map_object * mesh.vertices[i].cast<double>(),
+                          T_map_object.rotation * mesh.normals[i].cast<double>()});
     }
   }
   return vertices;

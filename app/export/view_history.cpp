@@ -27,11 +27,6 @@ ViewHistory ReadHistory(const RecordingReader& reader) {
   return history;
 }
 
-cv::Mat PhotoOf(const ViewHistory& history, std::int64_t frame, InputImages& images) {
-  const auto file = history.image_files.find(frame);
-  return file == history.image_files.end() ? images.Read(frame) : images.Read(file->second, frame);
-}
-
 std::vector<SeenOutline> FindOutlines(const MapSnapshot& map, const ViewHistory& history, double tolerance) {
   const Camera& camera = map.camera;
   if (camera.width <= 0 || !(camera.fx > 0.0)) {

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "slam/io/input_images.h"
 #include "slam/snapshot/recording.h"
 
 namespace sqslam::app {
@@ -35,9 +34,6 @@ std::vector<SeenOutline> FindOutlines(const MapSnapshot& map, const ViewHistory&
 
 // Reads every state of the recording. Slow: call it once and reuse the result.
 ViewHistory ReadHistory(const RecordingReader& reader);
-
-// Returns the image of a frame (8UC3); empty if it is no longer available.
-cv::Mat PhotoOf(const ViewHistory& history, std::int64_t frame, InputImages& images);
 
 // Returns, for each point, the index of the first keyframe that has it in view, no farther than 2.5 times the
 // median depth of that view; the last keyframe if there is none.

@@ -42,14 +42,6 @@ py::array_t<std::int32_t> PointObjects(const MapSnapshot& map) {
                             [](const SnapshotPoint& point, std::int32_t* id) { *id = point.object_id; });
 }
 
-Trajectory KeyframeTrajectory(const MapSnapshot& map) {
-  Trajectory trajectory;
-  for (const SnapshotKeyframe& keyframe : map.keyframes) {
-    trajectory.push_back({keyframe.timestamp, keyframe.T_map_camera});
-  }
-  return trajectory;
-}
-
 py::array_t<double> Poses(const Trajectory& trajectory) {
   return Rows<double>(trajectory, {4, 4}, [](const TimedPose& pose, double* matrix) {
     const Eigen::Matrix4d by_columns = pose.T_map_camera.Matrix().transpose();

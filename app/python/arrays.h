@@ -19,7 +19,6 @@ py::array_t<float> PointPositions(const MapSnapshot& map);       // N x 3, map f
 py::array_t<std::uint8_t> PointColors(const MapSnapshot& map);   // N x 3, red green blue
 py::array_t<std::int32_t> PointObjects(const MapSnapshot& map);  // N, -1 for none
 
-Trajectory KeyframeTrajectory(const MapSnapshot& map);
 py::array_t<double> Poses(const Trajectory& trajectory);  // N x 4 x 4, T_map_camera
 py::array_t<double> Times(const Trajectory& trajectory);  // N, seconds
 

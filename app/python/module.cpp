@@ -20,7 +20,6 @@
 #include "app/python/arrays.h"
 #include "app/result/map_input.h"
 #include "render/picture/picture.h"
-#include "render/scene/cloud_layer.h"
 #include "slam/fitting/fitting.h"
 #include "slam/geometry/solid_iou.h"
 #include "slam/snapshot/recording.h"
@@ -44,6 +43,7 @@ class Result {
   int Size() const { return reader_.Size(); }
   const RecordingInfo& Info() const { return reader_.Info(); }
   const fs::path& File() const { return file_; }
+  const RecordingReader& Reader() const { return reader_; }
   const MapSnapshotPtr& Last() const { return last_; }
 
   MapSnapshotPtr State(int index) const {
@@ -55,10 +55,7 @@ class Result {
   }
 
   // Returns the poses of all tracked frames, or of the keyframes if there is no trajectory.txt.
-  Trajectory Tracked() const {
-    const fs::path file = file_.parent_path() / "trajectory.txt";
-    return fs::exists(file) ? ReadTrajectory(file) : KeyframeTrajectory(*last_);
-  }
+  Trajectory Tracked() const { return TrackedPoses(file_, *last_); }
 
   // Returns the page that `sqslam export FILE.html` writes.
   std::string Page() const {
@@ -112,8 +109,7 @@ py::array_t<std::uint8_t> Render(const std::variant<const Result*, const State*>
     app::SetOptions(settings, options.style);
     CheckStyle(options.style);
     if (const auto* result = std::get_if<const Result*>(&what)) {  // a single state has no dense cloud
-      options.layers.dense_cloud =
-          options.style.dense_cloud.show ? ReadCloudLayer((*result)->File()) : nullptr;
+      options.layers = app::ReadLayers({}, (*result)->Reader(), (*result)->File(), options.style);
     }
     image = RenderPicture(std::visit([](const auto* map) { return MapOf(*map); }, what), options);
   }

@@ -50,11 +50,7 @@ std::string TopViewSvg(const ReportData& data, const LabelColors& colors) {
   TrajectoryFigure figure;
   figure.unit = data.Unit();
   if (!data.trajectory.empty()) {
-    TrajectoryFigure::Path path{"camera", TrajectoryFigure::Pieces(1)};
-    for (const TimedPose& pose : data.trajectory) {
-      path.pieces[0].push_back({pose.timestamp, scale * pose.T_map_camera.translation});
-    }
-    figure.paths.push_back(std::move(path));
+    figure.paths.push_back({"camera", PiecesOf(data.trajectory, {.scale = scale})});
   }
   if (data.evaluation != nullptr && !data.evaluation->truth_positions_map.empty()) {
     const std::vector<Eigen::Vector3d>& truth = data.evaluation->truth_positions_map;

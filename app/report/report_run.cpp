@@ -19,16 +19,11 @@
 #include "slam/util/error.h"
 #include "slam/util/markup.h"
 #include "slam/util/options.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
 namespace {
-
-// Formats seconds as "0:12.5" (minutes and seconds).
-std::string ClockText(double seconds) {
-  const int minutes = static_cast<int>(seconds) / 60;
-  return fmt::format("{}:{:04.1f}", minutes, seconds - 60.0 * minutes);
-}
 
 // Lists the intervals without tracking, relative to the start of the path.
 std::string GapsText(const Trajectory& trajectory) {
@@ -182,7 +177,7 @@ std::optional<OutlinedPhoto> BestPhoto(const RecordingReader& reader, const View
   }
   map.objects = std::move(objects);
   InputImages images(reader);
-  const cv::Mat image = PhotoOf(history, keyframe.frame_index, images);
+  const cv::Mat image = images.Read(history.image_files, keyframe.frame_index);
   if (image.empty()) {
     return std::nullopt;
   }

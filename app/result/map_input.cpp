@@ -52,7 +52,7 @@ fs::path EditsFile(const fs::path& recording, const std::string& edits) {
   return beside;
 }
 
-RecordingReader OpenEdited(const fs::path& recording, const ObjectArguments& a, HiddenObjects hidden) {
+RecordingReader OpenMap(const fs::path& recording, const ObjectArguments& a, HiddenObjects hidden) {
   const fs::path file = EditsFile(recording, a.edits);
   if (file.empty() && !a.reliable_only) {
     return RecordingReader(recording);
@@ -76,14 +76,6 @@ RecordingReader OpenEdited(const fs::path& recording, const ObjectArguments& a, 
         std::erase_if(sifted->objects, [](const SnapshotObject& object) { return !IsReliable(object); });
         return MapSnapshotPtr(std::move(sifted));
       });
-}
-
-RecordingReader OpenMap(const fs::path& recording, const ObjectArguments& objects, HiddenObjects hidden) {
-  RecordingReader reader = OpenEdited(recording, objects, hidden);
-  if (reader.Size() == 0) {
-    throw InputError(fmt::format("{}: holds no snapshot, expected a map", recording.string()));
-  }
-  return reader;
 }
 
 std::string CannotBeLaid(const fs::path& sequence) {

@@ -33,10 +33,6 @@ std::filesystem::path EditsFile(const std::filesystem::path& recording, const st
 
 // Opens a recording whose snapshots are edited and filtered as they are read. Warns about edits of objects
 // that the map does not have. Throws InputError that names the file.
-RecordingReader OpenEdited(const std::filesystem::path& recording, const ObjectArguments& objects,
-                           HiddenObjects hidden);
-
-// The same, but also throws InputError if the recording has no snapshot.
 RecordingReader OpenMap(const std::filesystem::path& recording, const ObjectArguments& objects,
                         HiddenObjects hidden);
 

@@ -50,8 +50,10 @@ sq.length = (view, length) => {
   return metres < 1 ? (100 * metres).toFixed(1) + " cm" : metres.toFixed(2) + " m";
 };
 
-sq.clock = (seconds) =>
-  Math.floor(seconds / 60) + ":" + (seconds % 60).toFixed(1).padStart(4, "0");
+sq.clock = (seconds) => {
+  const tenths = Math.round(10 * seconds);  // first, so that no minute has 60.0 s
+  return Math.floor(tenths / 600) + ":" + ((tenths % 600) / 10).toFixed(1).padStart(4, "0");
+};
 
 // Makes an element: sq.make("b", {className: "x"}, "text", child).
 sq.make = (tag, properties = {}, ...children) => {

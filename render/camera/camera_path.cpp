@@ -86,6 +86,13 @@ Rigid3d PoseOf(const ViewCamera& view) {
   return {Eigen::Quaterniond(axes).normalized(), view.position};
 }
 
+std::array<Eigen::Vector3d, 4> CornerRays(const Camera& camera) {
+  const double right = camera.width - 0.5;
+  const double bottom = camera.height - 0.5;
+  return {camera.Unproject({-0.5, -0.5}), camera.Unproject({right, -0.5}), camera.Unproject({right, bottom}),
+          camera.Unproject({-0.5, bottom})};
+}
+
 ViewCamera FirstPerson(const Rigid3d& T_map_camera, const Camera& camera, double scene_depth) {
   ViewCamera view;
   view.position = T_map_camera.translation;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -55,6 +56,10 @@ std::vector<ViewCamera> SwingPath(const ViewCamera& middle, int frames, const Ei
 // Converts a posed camera (map frame) to a view of exactly what it sees, principal point included, and back.
 ViewCamera ThroughCamera(const Rigid3d& T_map_camera, const Camera& camera);
 Rigid3d PoseOf(const ViewCamera& view);
+
+// Returns the viewing rays (z = 1) of the corners of an image without distortion, clockwise from the top
+// left.
+std::array<Eigen::Vector3d, 4> CornerRays(const Camera& camera);
 
 // Returns a view from a posed camera (map frame) with its vertical field of view.
 ViewCamera FirstPerson(const Rigid3d& T_map_camera, const Camera& camera, double scene_depth);

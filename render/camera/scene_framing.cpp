@@ -188,7 +188,7 @@ void IncludeCloud(const std::vector<Eigen::Vector3d>& cloud, SceneFocus& focus) 
                        [&about](const Eigen::Vector3d& p) { return about.isEmpty() || about.contains(p); });
   std::vector<bool> stray(bulk.size());
   for (int i = 0; i < kDirections; ++i) {  // Fibonacci lattice
-    const double z = (i + 0.5) / kDirections, turn = 2.399963229728653 * i;
+    const double z = (i + 0.5) / kDirections, turn = kGoldenAngle * i;
     const double level = std::sqrt(1.0 - z * z);
     const Eigen::Vector3d direction(level * std::cos(turn), level * std::sin(turn), z);
     std::vector<double> along;

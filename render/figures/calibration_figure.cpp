@@ -28,7 +28,7 @@ void DrawPanelTitle(FigurePage& page, const FigureRect& panel, const std::string
   page.Label(text, {panel.Center().x(), panel.y - theme.small}, theme.small, theme.ink, panel.width);
 }
 
-// Draws each error, enlarged, as a line that starts at a dot on the detected corner.
+// Draws a line from each detected corner, which is a dot, towards where the model puts it; enlarged.
 void DrawCornerErrors(FigurePage& page, const CalibrationFigure& figure, const FigureRect& panel,
                       const FigureTheme& theme) {
   constexpr double kReach = 0.045;  // length of a large error as drawn, of the image's width
@@ -42,10 +42,10 @@ void DrawCornerErrors(FigurePage& page, const CalibrationFigure& figure, const F
       return Eigen::Vector2d(std::clamp(panel.x + pixel.x() * points_per_pixel, panel.x, panel.Right()),
                              std::clamp(panel.y + pixel.y() * points_per_pixel, panel.y, panel.Bottom()));
     };
-    page.Line(at(corner.pixel), at(corner.pixel + enlarged * corner.error), {blue, 0.5, {}});
+    page.Line(at(corner.pixel), at(corner.pixel - enlarged * corner.error), {blue, 0.5, {}});
     DrawMark(page, at(corner.pixel), {Mark::Shape::kCircle, 1.3, theme.ink});
   }
-  DrawPanelTitle(page, panel, fmt::format("corner errors, {:g} times enlarged", enlarged), theme);
+  DrawPanelTitle(page, panel, fmt::format("from corner to model, {:g} times enlarged", enlarged), theme);
   const double shown = RoundLength(0.25 * figure.width / enlarged);  // px of error
   const double length = shown * enlarged * points_per_pixel;
   const double y = panel.Bottom() + 1.2 * theme.small;

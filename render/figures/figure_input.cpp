@@ -55,9 +55,6 @@ std::vector<double> ParseNumberList(const std::string& option, const std::string
 
 RecordedMap OpenMap(const std::string& result) {
   auto reader = std::make_unique<RecordingReader>(ResultFile(result, "map.sqmap"));
-  if (reader->Size() == 0) {
-    throw InputError(fmt::format("{}: holds no snapshot, expected a map", result));
-  }
   MapSnapshotPtr last = reader->Last();
   auto images = std::make_shared<InputImages>(*reader);
   return {std::move(reader), std::move(last), std::move(images)};
@@ -107,7 +104,7 @@ std::map<int, std::vector<ObjectView>> ObjectViews(const RecordedMap& map, bool 
     }
   }
   std::map<int, std::vector<ObjectView>> views;
-  const std::size_t step = all ? 1 : std::max<std::size_t>(1, of_keyframes.size() / kMostRead);
+  const std::size_t step = all ? 1 : StepThrough(of_keyframes.size(), kMostRead);
   for (std::size_t i = 0; i < of_keyframes.size(); i += step) {
     const MapSnapshotPtr moment = map.reader->Read(of_keyframes[i]);
     const bool has_image = map.images->Has(*moment);

@@ -16,6 +16,8 @@
 
 #include "render/page/figure_options.h"
 #include "slam/geometry/box2.h"
+#include "slam/geometry/rigid3.h"
+#include "slam/io/trajectory.h"
 #include "slam/snapshot/snapshot.h"
 #include "slam/util/options.h"
 
@@ -181,6 +183,9 @@ struct TrajectoryFigure {
   bool heights = false;  // z over time below
 };
 FigurePage DrawTrajectories(const TrajectoryFigure& figure, const FigureOptions& options);
+
+// Returns a camera path in the figure's frame.
+TrajectoryFigure::Pieces PiecesOf(const Trajectory& trajectory, const Sim3d& S_figure_map);
 
 // Stage times as bars of the means, with medians and 95th percentiles. A stage is named "group" or
 // "group.stage"; each group has its own axis.

@@ -246,8 +246,8 @@ MapSnapshotPtr Representative(const RecordedMap& recorded, std::optional<std::in
     const MapSnapshotPtr map = reader.Read(nearest);
     return recorded.images->Has(*map) ? map : nullptr;
   }
-  constexpr int kMostRead = 120;  // about so many snapshots are read, evenly over the run
-  const int step = std::max(1, reader.Size() / kMostRead);
+  constexpr std::size_t kMostRead = 120;  // snapshots, evenly over the run
+  const int step = static_cast<int>(StepThrough(static_cast<std::size_t>(reader.Size()), kMostRead));
   MapSnapshotPtr best;
   std::int64_t best_value = -1;
   for (int i = reader.Size() - 1; i >= 0; i -= step) {

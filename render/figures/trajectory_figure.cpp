@@ -223,6 +223,17 @@ FigurePage DrawTrajectories(const TrajectoryFigure& figure, const FigureOptions&
   return std::move(sheet.page);
 }
 
+TrajectoryFigure::Pieces PiecesOf(const Trajectory& trajectory, const Sim3d& S_figure_map) {
+  TrajectoryFigure::Pieces pieces;
+  for (const Trajectory& piece : SplitAtGaps(trajectory)) {
+    pieces.emplace_back();
+    for (const TimedPose& pose : piece) {
+      pieces.back().push_back({pose.timestamp, S_figure_map * pose.T_map_camera.translation});
+    }
+  }
+  return pieces;
+}
+
 namespace {
 
 struct PathOptions {
@@ -236,17 +247,6 @@ struct PathOptions {
           10.0);
   }
 };
-
-TrajectoryFigure::Pieces PiecesOf(const Trajectory& trajectory, const Sim3d& S_figure_map) {
-  TrajectoryFigure::Pieces pieces;
-  for (const Trajectory& piece : SplitAtGaps(trajectory)) {
-    pieces.emplace_back();
-    for (const TimedPose& pose : piece) {
-      pieces.back().push_back({pose.timestamp, S_figure_map * pose.T_map_camera.translation});
-    }
-  }
-  return pieces;
-}
 
 std::string LengthText(double metres) {
   return metres < 0.01  ? fmt::format("{:.1f} mm", 1000.0 * metres)
@@ -295,7 +295,8 @@ TrajectoryFigure AgainstTruth(const FigureRequest& request, const PathOptions& o
 TrajectoryFigure WithoutTruth(const FigureRequest& request, const PathOptions& options,
                               const std::vector<std::string>& names) {
   TrajectoryFigure figure;
-  const fs::path recording = fs::path(request.results.front()) / "map.sqmap";
+  const fs::path recording =
+      ResultFile(request.results.front(), "trajectory.txt").parent_path() / "map.sqmap";
   figure.unit = fs::exists(recording) && ReadMapScale(recording) ? "m" : "map units";
   const Trajectory first = ReadPath(request.results.front());
   for (std::size_t i = 0; i < request.results.size(); ++i) {

@@ -25,12 +25,11 @@ void Target::Ensure(vtkOpenGLRenderWindow* window, int wanted_width, int wanted_
                            vtkTextureObject::Float32);
     return;
   }
-  const int components = format == GL_RG16F ? 2 : 4;
   const bool bytes = format == GL_RGBA8;
   texture->SetInternalFormat(static_cast<unsigned>(format));
-  texture->SetFormat(components == 2 ? GL_RG : GL_RGBA);
+  texture->SetFormat(bytes ? GL_RGBA : GL_RG);
   texture->SetDataType(bytes ? GL_UNSIGNED_BYTE : GL_FLOAT);
-  texture->Allocate2D(static_cast<unsigned>(width), static_cast<unsigned>(height), components,
+  texture->Allocate2D(static_cast<unsigned>(width), static_cast<unsigned>(height), bytes ? 4 : 2,
                       bytes ? VTK_UNSIGNED_CHAR : VTK_FLOAT);
 }
 

@@ -16,7 +16,7 @@ namespace sqslam {
 
 // A texture to draw into.
 struct Target {
-  // `format`: GL_DEPTH_COMPONENT (32 bit floats), GL_RG16F, GL_RGBA8 or GL_RGBA16F.
+  // `format`: GL_DEPTH_COMPONENT (32 bit floats), GL_RG16F or GL_RGBA8.
   void Ensure(vtkOpenGLRenderWindow* window, int wanted_width, int wanted_height, int format,
               bool smooth = false);
 

@@ -13,17 +13,8 @@ namespace {
 constexpr double kTickGap = 3.0;  // points between the plot and its numbers
 
 std::vector<Eigen::Vector2d> MarkOutline(const Eigen::Vector2d& center, const Mark& mark) {
-  constexpr double kQuarter = 0.5 * std::numbers::pi;
-  switch (mark.shape) {
-    case Mark::Shape::kSquare:
-      return RegularPolygon(center, 4, 0.62 * mark.size, 0.5 * kQuarter);
-    case Mark::Shape::kTriangle:
-      return RegularPolygon(center, 3, 0.62 * mark.size, -kQuarter);
-    case Mark::Shape::kDiamond:
-      return RegularPolygon(center, 4, 0.62 * mark.size);
-    default:
-      return RegularPolygon(center, 32, 0.5 * mark.size);
-  }
+  return mark.shape == Mark::Shape::kDiamond ? RegularPolygon(center, 4, 0.62 * mark.size)
+                                             : RegularPolygon(center, 32, 0.5 * mark.size);
 }
 
 constexpr double kSwatch = 2.0;    // width of a legend symbol, of the font size

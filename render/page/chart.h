@@ -38,7 +38,7 @@ std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>> HatchLines(const Figure
                                                                     double spacing);
 
 struct Mark {
-  enum class Shape { kCircle, kSquare, kTriangle, kDiamond, kCross };
+  enum class Shape { kCircle, kDiamond, kCross };
   Shape shape = Shape::kCircle;
   double size = 4.0;  // points
   Eigen::Vector3d color = Eigen::Vector3d::Zero();

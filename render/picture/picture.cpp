@@ -8,6 +8,7 @@
 #include "render/gl/offscreen_window.h"
 #include "render/picture/picture_overlay.h"
 #include "render/scene/scene.h"
+#include "slam/geometry/angles.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
 
@@ -94,7 +95,6 @@ struct PictureRenderer::Impl {
   cv::Mat RenderThroughLens(const ViewCamera& view) {
     const SceneStyle::Lens& lens = options.style.lens;
     const ViewAxes axes = AxesOf(view);
-    constexpr double kGoldenAngle = 2.399963229728653;
     const double distance = view.Distance();
     const double focal = view.FocalLength(options.height);  // pixels
     const Camera pinhole{

@@ -1,10 +1,6 @@
 #include "render/scene/mesh_actor.h"
 
-#include <vtkCellArray.h>
-#include <vtkFloatArray.h>
-#include <vtkNew.h>
 #include <vtkPointData.h>
-#include <vtkPolyData.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
 #include <vtkShaderProperty.h>
@@ -13,6 +9,7 @@
 #include <Eigen/Geometry>
 
 #include "picture_shaders.h"
+#include "render/solids/poly_data.h"
 
 namespace sqslam {
 namespace {
@@ -33,32 +30,10 @@ std::vector<Eigen::Vector3f> NormalsOf(const SurfaceMesh& mesh) {
   return normals;
 }
 
-vtkNew<vtkPolyData> Geometry(const SurfaceMesh& mesh) {
-  const auto count = static_cast<vtkIdType>(mesh.vertices.size());
-  vtkNew<vtkPoints> points;
-  vtkNew<vtkFloatArray> normals;
-  vtkNew<vtkUnsignedCharArray> colors;
-  points->SetNumberOfPoints(count);
-  normals->SetNumberOfComponents(3);
-  normals->SetNumberOfTuples(count);
-  colors->SetNumberOfComponents(3);
-  colors->SetNumberOfTuples(count);
-  const std::vector<Eigen::Vector3f> directions = NormalsOf(mesh);
-  for (vtkIdType i = 0; i < count; ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    points->SetPoint(i, mesh.vertices[at].x(), mesh.vertices[at].y(), mesh.vertices[at].z());
-    normals->SetTypedTuple(i, directions[at].data());
-    colors->SetTypedTuple(i, mesh.rgb[at].data());
-  }
-  vtkNew<vtkCellArray> triangles;
-  for (const auto& [a, b, c] : mesh.triangles) {
-    triangles->InsertNextCell({a, b, c});
-  }
-  vtkNew<vtkPolyData> data;
-  data->SetPoints(points);
-  data->SetPolys(triangles);
-  data->GetPointData()->SetScalars(colors);
-  data->GetPointData()->SetNormals(normals);
+vtkSmartPointer<vtkPolyData> Geometry(const SurfaceMesh& mesh) {
+  auto data = PolyDataOf(mesh.vertices, mesh.triangles);
+  data->GetPointData()->SetScalars(TuplesOf<vtkUnsignedCharArray>(mesh.rgb));
+  data->GetPointData()->SetNormals(TuplesOf<vtkFloatArray>(NormalsOf(mesh)));
   return data;
 }
 

@@ -54,25 +54,27 @@ class MeshBuilder {
   vtkNew<vtkCellArray> lines_;
 };
 
+// `height`: of the image's border.
 void AddFrustum(MeshBuilder& builder, const Rigid3d& pose, const Camera& camera, double height,
                 const Rgba& color) {
-  const double aspect = camera.height > 0 ? static_cast<double>(camera.width) / camera.height : 4.0 / 3.0;
-  const double y = 0.5 * height;
-  const double x = y * aspect;
-  const double z = camera.height > 0 ? camera.fy / camera.height * height : height;
-  const auto add = [&](double across, double down, double along) {
-    return builder.Add(pose * Eigen::Vector3d(across, down, along), color);
-  };
+  constexpr Camera kUnknown{.width = 4, .height = 3, .fx = 3.0, .fy = 3.0, .cx = 1.5, .cy = 1.0};
+  const Camera& lens = camera.height > 0 && camera.fx > 0.0 && camera.fy > 0.0 ? camera : kUnknown;
+  std::array<Eigen::Vector3d, 4> rays = CornerRays(lens);
+  for (Eigen::Vector3d& ray : rays) {
+    ray *= lens.fy / lens.height * height;
+  }
+  const auto add = [&](const Eigen::Vector3d& p_camera) { return builder.Add(pose * p_camera, color); };
   const vtkIdType eye = builder.Add(pose.translation, color);
   std::array<vtkIdType, 4> corners{};
   for (std::size_t i = 0; i < 4; ++i) {
-    corners[i] = add(i == 1 || i == 2 ? x : -x, i < 2 ? -y : y, z);
+    corners[i] = add(rays[i]);
     builder.Line(eye, corners[i]);
   }
   for (std::size_t i = 0; i < 4; ++i) {
     builder.Line(corners[i], corners[(i + 1) % 4]);
   }
-  const vtkIdType top = add(0.0, -1.45 * y, z);  // marks the up direction
+  const Eigen::Vector3d middle = 0.5 * (rays[0] + rays[1]);
+  const vtkIdType top = add(middle - 0.225 * height * Eigen::Vector3d::UnitY());  // marks the up direction
   builder.Line(corners[0], top);
   builder.Line(top, corners[1]);
 }

@@ -14,6 +14,7 @@
 #include <numeric>
 #include <utility>
 
+#include "render/solids/poly_data.h"
 #include "render/solids/tessellation.h"
 
 namespace sqslam {
@@ -60,22 +61,8 @@ void Refine(TriangleMesh& mesh, float longest) {
 
 vtkSmartPointer<vtkPolyData> SuperquadricMesh(const Superquadric& shape, int segments) {
   const TriangleMesh surface = Tessellate(shape, std::max(8, segments / 4 * 4));
-  const vtkNew<vtkPoints> points;
-  points->SetDataTypeToFloat();
-  const vtkNew<vtkFloatArray> normals;
-  normals->SetNumberOfComponents(3);
-  for (std::size_t i = 0; i < surface.vertices.size(); ++i) {
-    points->InsertNextPoint(surface.vertices[i].data());
-    normals->InsertNextTypedTuple(surface.normals[i].data());
-  }
-  const vtkNew<vtkCellArray> triangles;
-  for (const auto& t : surface.triangles) {
-    triangles->InsertNextCell({t[0], t[1], t[2]});
-  }
-  const auto mesh = vtkSmartPointer<vtkPolyData>::New();
-  mesh->SetPoints(points);
-  mesh->SetPolys(triangles);
-  mesh->GetPointData()->SetNormals(normals);
+  auto mesh = PolyDataOf(surface.vertices, surface.triangles);
+  mesh->GetPointData()->SetNormals(TuplesOf<vtkFloatArray>(surface.normals));
   return mesh;
 }
 

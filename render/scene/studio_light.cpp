@@ -54,6 +54,11 @@ struct Studied {
   Zonal room = Convolve(Room);
   Zonal lamp = Convolve(Lamp);
   Zonal window = Convolve(Window);
+
+  static const Studied& Once() {
+    static const Studied studied;
+    return studied;
+  }
 };
 
 std::string Vec3(const Eigen::Vector3d& v) {
@@ -70,12 +75,12 @@ Eigen::Vector3d StudioRadiance(double up, double lamp, double window) {
 }
 
 Eigen::Vector3d StudioIrradiance(double up, double lamp, double window) {
-  const Studied studied;
-  return studied.room(up) + studied.lamp(lamp) + studied.window(window);
+  const Studied& s = Studied::Once();
+  return s.room(up) + s.lamp(lamp) + s.window(window);
 }
 
 std::string StudioShader() {
-  const Studied s;
+  const Studied& s = Studied::Once();
   return fmt::format(
       R"(
 vec3 studioIrradiance(vec3 c) {{

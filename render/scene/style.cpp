@@ -89,10 +89,10 @@ Eigen::Vector3d ReadableOn(const Eigen::Vector3d& background, const Eigen::Vecto
                            double min_contrast) {
   const double lightness = Lightness(color);
   if (const double paper = Lightness(background); paper >= 0.5) {
-    const double most = paper - min_contrast;
+    const double most = std::max(0.0, paper - min_contrast);
     return lightness > most ? Eigen::Vector3d(color * (most / lightness)) : color;
   }
-  const double least = Lightness(background) + min_contrast;
+  const double least = std::min(1.0, Lightness(background) + min_contrast);
   const double mix = lightness < least ? (least - lightness) / (1.0 - lightness) : 0.0;
   return (1.0 - mix) * color + Eigen::Vector3d::Constant(mix);
 }

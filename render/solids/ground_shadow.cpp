@@ -8,11 +8,12 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "slam/geometry/angles.h"
+
 namespace sqslam {
 namespace {
 
 constexpr int kOutlinePoints = 48;
-constexpr double kGoldenAngle = 2.399963229728653;
 
 struct PlaneAxes {
   Eigen::Vector3d x, y, up;

@@ -18,6 +18,7 @@
 #include <set>
 #include <unordered_map>
 
+#include "render/solids/poly_data.h"
 #include "slam/util/parallel.h"
 
 namespace sqslam {
@@ -222,26 +223,6 @@ SurfaceMesh WithoutIslands(const SurfaceMesh& mesh, int min_triangles) {
   return Without(mesh, drop);
 }
 
-vtkNew<vtkPolyData> ToPolyData(const SurfaceMesh& mesh) {
-  vtkNew<vtkPolyData> data;
-  vtkNew<vtkPoints> points;
-  vtkNew<vtkUnsignedCharArray> colors;
-  colors->SetNumberOfComponents(3);
-  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-    const Eigen::Vector3f& p = mesh.vertices[i];
-    points->InsertNextPoint(p.x(), p.y(), p.z());
-    colors->InsertNextTypedTuple(mesh.rgb[i].data());
-  }
-  vtkNew<vtkCellArray> triangles;
-  for (const auto& [a, b, c] : mesh.triangles) {
-    triangles->InsertNextCell({a, b, c});
-  }
-  data->SetPoints(points);
-  data->SetPolys(triangles);
-  data->GetPointData()->SetScalars(colors);
-  return data;
-}
-
 SurfaceMesh FromPolyData(vtkPolyData& data) {
   SurfaceMesh mesh;
   auto* colors = data.GetPointData()->GetScalars();
@@ -272,7 +253,9 @@ SurfaceMesh ThinnedOut(const SurfaceMesh& mesh, int max_triangles) {
     return mesh;
   }
   vtkNew<vtkQuadricDecimation> decimation;
-  decimation->SetInputData(ToPolyData(mesh));
+  const auto data = PolyDataOf(mesh.vertices, mesh.triangles);
+  data->GetPointData()->SetScalars(TuplesOf<vtkUnsignedCharArray>(mesh.rgb));
+  decimation->SetInputData(data);
   decimation->SetTargetReduction(1.0 -
                                  static_cast<double>(wanted) / static_cast<double>(mesh.triangles.size()));
   decimation->AttributeErrorMetricOn();

@@ -17,8 +17,9 @@ Box2d ClippedBox(double left, double top, double right, double bottom, const Cam
   return {left, top, right - left, bottom - top};
 }
 
-}  // namespace
-
+// Returns the area of an object's whole silhouette in square pixels; 0 if a part of it is behind the camera.
+// Superquadrics with exponents up to 2 are convex, so the silhouette is the convex hull of the projected
+// surface.
 double SilhouetteArea(const PosedSuperquadric& superquadric, const Camera& camera,
                       const Rigid3d& T_world_camera) {
   const Rigid3d T_camera_object = T_world_camera.Inverse() * superquadric.T_map_object;
@@ -35,6 +36,8 @@ double SilhouetteArea(const PosedSuperquadric& superquadric, const Camera& camer
   cv::convexHull(pixels, hull);
   return cv::contourArea(hull);
 }
+
+}  // namespace
 
 std::vector<ExactBox> FindExactBoxes(const SceneDescription& scene, const Rigid3d& T_world_camera,
                                      const cv::Mat& ids, int supersampling, const ExactBoxOptions& options) {

@@ -27,12 +27,6 @@ std::vector<ExactBox> FindExactBoxes(const SceneDescription& scene, const Rigid3
                                      const cv::Mat& ids, int supersampling,
                                      const ExactBoxOptions& options = {});
 
-// Returns the area of an object's whole silhouette in square pixels; 0 if a part of it is behind the camera.
-// Superquadrics with exponents up to 2 are convex, so the silhouette is the convex hull of the projected
-// surface.
-double SilhouetteArea(const PosedSuperquadric& superquadric, const Camera& camera,
-                      const Rigid3d& T_world_camera);
-
 // Perturbs exact boxes like a detector: edges with Gaussian noise of 3 % of the box's size, one box in ten
 // missed, 3 % of the labels wrong, scores from 0.4 to 0.95.
 class DetectorNoise {

@@ -2,13 +2,8 @@
 
 #include <vtkActor.h>
 #include <vtkCamera.h>
-#include <vtkCellArray.h>
-#include <vtkFloatArray.h>
 #include <vtkImageData.h>
-#include <vtkNew.h>
 #include <vtkPointData.h>
-#include <vtkPoints.h>
-#include <vtkPolyData.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
 #include <vtkTexture.h>
@@ -17,34 +12,13 @@
 #include <opencv2/core/utility.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "render/solids/poly_data.h"
+
 namespace sqslam {
 namespace {
 
 constexpr double kNear = 0.05;  // metres
 constexpr double kFar = 30.0;
-
-vtkNew<vtkPolyData> MakePolyData(const TexturedMesh& mesh) {
-  const vtkNew<vtkPoints> points;
-  const vtkNew<vtkFloatArray> coordinates;
-  coordinates->SetNumberOfComponents(2);
-  const vtkNew<vtkUnsignedCharArray> light;
-  light->SetNumberOfComponents(3);
-  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-    points->InsertNextPoint(mesh.vertices[i].data());
-    coordinates->InsertNextTypedTuple(mesh.texture_coordinates[i].data());
-    light->InsertNextTypedTuple(mesh.light[i].data());
-  }
-  vtkNew<vtkCellArray> cells;
-  for (const auto& triangle : mesh.triangles) {
-    cells->InsertNextCell({triangle[0], triangle[1], triangle[2]});
-  }
-  vtkNew<vtkPolyData> data;
-  data->SetPoints(points);
-  data->SetPolys(cells);
-  data->GetPointData()->SetTCoords(coordinates);
-  data->GetPointData()->SetScalars(light);
-  return data;
-}
 
 vtkNew<vtkTexture> MakeTexture(const cv::Mat& bgr) {
   vtkNew<vtkImageData> image;
@@ -89,7 +63,9 @@ SceneRenderer::SceneRenderer(const SceneDescription& scene, int supersampling, R
 }
 
 void SceneRenderer::Add(const TexturedMesh& mesh) {
-  const vtkNew<vtkPolyData> data = MakePolyData(mesh);
+  const auto data = PolyDataOf(mesh.vertices, mesh.triangles);
+  data->GetPointData()->SetTCoords(TuplesOf<vtkFloatArray>(mesh.texture_coordinates));
+  data->GetPointData()->SetScalars(TuplesOf<vtkUnsignedCharArray>(mesh.light));
   const auto add = [&data](vtkRenderer* renderer) {
     const vtkNew<vtkPolyDataMapper> mapper;
     mapper->SetInputData(data);

@@ -311,8 +311,9 @@ std::optional<double> CameraPathFile::Length() const {
     return duration;
   }
   const double last = *keys.back().time;
-  const double steps = static_cast<double>(keys.size()) - 1.0;
-  return loop && steps > 0.0 ? last + (last - *keys.front().time) / steps : last;
+  const double steps =
+      static_cast<double>(keys.size()) - 1.0;  // one more in a loop, which starts at its first key
+  return loop && steps > 0.0 ? (last - *keys.front().time) * (steps + 1.0) / steps : last;
 }
 
 CameraPathFile ReadCameraPath(const std::filesystem::path& path, double fps) {

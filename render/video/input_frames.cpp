@@ -5,7 +5,6 @@
 #include <iterator>
 
 #include "render/video/video_alignment.h"
-#include "slam/io/image_files.h"
 #include "slam/io/trajectory.h"
 #include "slam/util/error.h"
 
@@ -14,7 +13,6 @@ namespace fs = std::filesystem;
 
 InputFrames::InputFrames(const RecordingReader& recording, const fs::path& map_file) : images_(recording) {
   const MapSnapshotPtr last = recording.Last();
-  camera_ = last->camera;
   if (const Sequence* sequence = images_.FindSequence()) {
     poses_ = ReadPosesByFrame(map_file.parent_path() / "trajectory.txt", *sequence);
   }
@@ -29,9 +27,7 @@ InputFrames::InputFrames(const RecordingReader& recording, const fs::path& map_f
       files_.emplace(map->frame_index, map->image_path);
     }
     if (map->T_map_camera) {
-      const Sim3d s = AlignByKeyframes(*map, *last);
-      recorded.emplace(map->frame_index,
-                       Rigid3d{s.rotation * map->T_map_camera->rotation, s * map->T_map_camera->translation});
+      recorded.emplace(map->frame_index, AlignByKeyframes(*map, *last) * *map->T_map_camera);
     }
   }
   poses_ = poses_.empty() ? recorded : poses_;
@@ -56,13 +52,7 @@ Rigid3d InputFrames::PoseOf(std::int64_t frame) const {
 }
 
 cv::Mat InputFrames::ImageOf(std::int64_t frame) {
-  cv::Mat image;
-  if (const auto file = files_.find(frame); file != files_.end()) {
-    image = ReadImageInSize(file->second, {camera_.width, camera_.height});
-  }
-  if (image.empty()) {
-    image = images_.Read(frame);
-  }
+  cv::Mat image = images_.Read(files_, frame);
   if (image.empty()) {
     throw InputError(
         fmt::format("frame {}: its image is not there, expected the sequence that was mapped ({})", frame,

@@ -26,7 +26,6 @@ class InputFrames {
 
  private:
   InputImages images_;
-  Camera camera_;
   PosesByFrame poses_;
   std::map<std::int64_t, std::string> files_;  // images of snapshots, by frame index
 };

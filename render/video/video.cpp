@@ -12,6 +12,7 @@
 #include "render/camera/camera_path.h"
 #include "render/camera/scene_framing.h"
 #include "render/picture/outlines.h"
+#include "render/picture/picture_overlay.h"
 #include "render/picture/picture_text.h"
 #include "render/video/video_alignment.h"
 #include "render/video/video_encoder.h"
@@ -35,7 +36,7 @@ int Even(double value) { return 2 * static_cast<int>(std::lround(0.5 * value)); 
 GrowthLayout LayOut(cv::Size frame, bool show_image, const Camera& camera) {
   GrowthLayout layout;
   layout.frame = frame;
-  layout.scale = std::min(frame.height / 720.0, frame.width / 960.0);
+  layout.scale = PictureScale(frame);
   const int margin = Even(16.0 * layout.scale);
   const int bar = Even(46.0 * layout.scale);
   layout.timeline = {margin, frame.height - bar, frame.width - 2 * margin, bar};
@@ -132,25 +133,24 @@ void GrowthPage::DrawObjects(cv::Mat& part, const cv::Mat& image, const MapSnaps
 }
 
 void GrowthPage::DrawBoxes(cv::Mat& part, const cv::Mat& image, const MapSnapshot& map) const {
-  std::map<int, std::string> labels;
+  std::map<int, const SnapshotObject*> objects;
   for (const SnapshotObject& object : map.objects) {
-    labels[object.id] = object.label;
+    objects[object.id] = &object;
   }
   const double sx = static_cast<double>(part.cols) / image.cols;
   const double sy = static_cast<double>(part.rows) / image.rows;
   const double size = 0.72 * style_.text.size * layout_.scale;
   for (const SnapshotDetection& seen : map.detections) {
-    const auto found = labels.find(seen.object_id);
-    const bool mapped = found != labels.end();
-    const std::string& name = mapped ? found->second : seen.detection.label;
-    const Eigen::Vector3d color = colors_(name);
+    const auto found = objects.find(seen.object_id);
+    const bool mapped = found != objects.end();
+    const Eigen::Vector3d color = colors_(mapped ? found->second->label : seen.detection.label);
     const Box2d& box = seen.detection.box;
     const cv::Rect area(cv::Point(cvRound(box.x * sx), cvRound(box.y * sy)),
                         cv::Point(cvRound((box.x + box.width) * sx), cvRound((box.y + box.height) * sy)));
     DrawFrame(part, area, layout_.scale, color, mapped ? 1.0 : 0.7);
     if (mapped) {  // boxes that belong to no object of the map get no name
-      const cv::Size tag = TagSize(seen.detection.label, text_, size);
-      DrawTag(part, seen.detection.label,
+      const cv::Size tag = TagSize(ShownName(*found->second), text_, size);
+      DrawTag(part, ShownName(*found->second),
               {std::clamp(area.x, 0, std::max(0, part.cols - tag.width)), std::max(0, area.y - tag.height)},
               color, text_, size);
     }
@@ -251,7 +251,7 @@ std::vector<ViewCamera> ViewsOf(const MapSnapshot& map, const VideoOptions& opti
 std::vector<int> SnapshotOfFrame(const RecordingReader& recording, const VideoOptions& options) {
   std::vector<double> times;
   for (int i = 0; i < recording.Size(); ++i) {
-    times.push_back(recording.Read(i)->timestamp);
+    times.push_back(recording.Timestamp(i));
   }
   const double whole = times.back() - times.front();
   const int total = std::max(recording.Size(),
@@ -268,19 +268,20 @@ std::vector<int> SnapshotOfFrame(const RecordingReader& recording, const VideoOp
 }
 
 // Returns the input camera's pose at each frame, in the map frame of the last snapshot. While tracking is
-// lost, the previous pose stays.
+// lost, the previous pose stays; before the first one, that one.
 std::vector<Rigid3d> PosesOfGrowth(const RecordingReader& recording, const std::vector<int>& snapshots,
                                    const MapSnapshot& last) {
-  std::vector<Rigid3d> of_snapshots;
+  std::map<int, Rigid3d> tracked;  // by snapshot
   for (int i = 0; i < recording.Size(); ++i) {
     const MapSnapshotPtr map = recording.Read(i);
-    of_snapshots.push_back(map->T_map_camera      ? AlignByKeyframes(*map, last) * *map->T_map_camera
-                           : of_snapshots.empty() ? Rigid3d{}
-                                                  : of_snapshots.back());
+    if (map->T_map_camera) {
+      tracked[i] = AlignByKeyframes(*map, last) * *map->T_map_camera;
+    }
   }
   std::vector<Rigid3d> poses;
   for (const int snapshot : snapshots) {
-    poses.push_back(of_snapshots[static_cast<std::size_t>(snapshot)]);
+    const auto next = tracked.upper_bound(snapshot);
+    poses.push_back(tracked.empty() ? Rigid3d{} : (next == tracked.begin() ? next : std::prev(next))->second);
   }
   return poses;
 }
@@ -294,7 +295,7 @@ PictureOptions PicturesFor(const std::filesystem::path& output, PictureOptions p
 }
 
 GrowthTimes TimesOf(const RecordingReader& recording, const MapSnapshot& last) {
-  GrowthTimes times{recording.Read(0)->timestamp, last.timestamp, {}};
+  GrowthTimes times{recording.Timestamp(0), last.timestamp, {}};
   for (const SnapshotKeyframe& keyframe : last.keyframes) {
     times.keyframes.push_back(keyframe.timestamp);
   }
@@ -357,24 +358,19 @@ int WriteGrowthVideo(const RecordingReader& recording, const VideoOptions& optio
   if (options.picture.transparent) {
     throw UsageError("a video of growth has a background, expected no --no-background");
   }
-  if (recording.Size() == 0) {
-    throw InputError("the recording holds no snapshot, expected at least one");
-  }
+  const MapSnapshotPtr last = recording.Last();
   const std::vector<int> snapshots = SnapshotOfFrame(recording, options);
   const int total = static_cast<int>(snapshots.size());
   const std::pair<int, int> range = RangeOf(options, total);
   const cv::Size size(options.picture.width, options.picture.height);
   FrameWriter writer(output, size, options.fps);
-  const MapSnapshotPtr last = recording.Last();
   const GrowthLayout layout = LayOut(size, options.show_image, last->camera);
   PictureOptions view = PicturesFor(output, options.picture);
   view.width = layout.view.width;
   view.height = layout.view.height;
   PictureRenderer renderer(view);
   renderer.SetMap(*last);
-  const auto swing = [](const ViewCamera& middle, int frames, const Eigen::Vector3d& up) {
-    return SwingPath(middle, frames, up);
-  };
+  const auto swing = [](const auto&... middle) { return SwingPath(middle...); };
   const std::vector<ViewCamera> views = ViewsOf(*last, options, view, total, renderer, swing,
                                                 [&] { return PosesOfGrowth(recording, snapshots, *last); });
   // A page is composed while the next view is drawn and the previous page is encoded.

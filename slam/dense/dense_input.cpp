@@ -79,9 +79,6 @@ void DenseInput::TakeMap(const MapSnapshot& map, double scale) {
 
 DenseInput ReadDenseInput(const fs::path& result, const fs::path& images, const DenseOptions& options) {
   const RecordingReader recording(result / "map.sqmap");
-  if (recording.Size() == 0) {
-    throw InputError(fmt::format("{}: holds no map", (result / "map.sqmap").string()));
-  }
   DenseInput input;
   input.TakeMap(*recording.Last(), options.scale);
   input.sequence = OpenImages(result, images, recording.Info(), input.recorded);

@@ -11,10 +11,7 @@ namespace sqslam {
 namespace {
 
 Trajectory KeyframesOf(const MapSnapshot& map) {
-  Trajectory keyframes;
-  for (const SnapshotKeyframe& keyframe : map.keyframes) {
-    keyframes.push_back({keyframe.timestamp, keyframe.T_map_camera});
-  }
+  Trajectory keyframes = KeyframeTrajectory(map);
   std::sort(keyframes.begin(), keyframes.end(),  // merged maps are not in order of time
             [](const TimedPose& a, const TimedPose& b) { return a.timestamp < b.timestamp; });
   return keyframes;

@@ -52,7 +52,13 @@ cv::Mat InputImages::Read(std::int64_t frame) {
 }
 
 cv::Mat InputImages::Read(const std::string& file, std::int64_t frame) {
-  return IsThere(file) ? ReadImageInSize(file, {camera_.width, camera_.height}) : Read(frame);
+  const cv::Mat image = IsThere(file) ? ReadImageInSize(file, {camera_.width, camera_.height}) : cv::Mat();
+  return image.empty() ? Read(frame) : image;
+}
+
+cv::Mat InputImages::Read(const std::map<std::int64_t, std::string>& files, std::int64_t frame) {
+  const auto file = files.find(frame);
+  return Read(file == files.end() ? "" : file->second, frame);
 }
 
 bool InputImages::Has(const MapSnapshot& map) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -24,6 +25,7 @@ class InputImages {
   cv::Mat Read(std::int64_t frame);
   cv::Mat Read(const MapSnapshot& map) { return Read(map.image_path, map.frame_index); }
   cv::Mat Read(const std::string& file, std::int64_t frame);  // from the file if it still exists
+  cv::Mat Read(const std::map<std::int64_t, std::string>& files, std::int64_t frame);  // files of frames
 
   // Returns true if Read() will most likely find the image, without reading it.
   bool Has(const MapSnapshot& map) const;

@@ -39,6 +39,20 @@ Trajectory ReadTrajectory(const std::filesystem::path& path) {
   return trajectory;
 }
 
+Trajectory KeyframeTrajectory(const MapSnapshot& map) {
+  Trajectory trajectory;
+  for (const SnapshotKeyframe& keyframe : map.keyframes) {
+    trajectory.push_back({keyframe.timestamp, keyframe.T_map_camera});
+  }
+  return trajectory;
+}
+
+Trajectory TrackedPoses(const std::filesystem::path& recording, const MapSnapshot& map) {
+  const std::filesystem::path file = recording.parent_path() / "trajectory.txt";
+  Trajectory trajectory = std::filesystem::exists(file) ? ReadTrajectory(file) : Trajectory();
+  return trajectory.empty() ? KeyframeTrajectory(map) : trajectory;
+}
+
 std::function<std::optional<Rigid3d>(double timestamp)> PosesByTime(Trajectory trajectory) {
   return [trajectory = std::move(trajectory)](double timestamp) -> std::optional<Rigid3d> {
     constexpr double kSame = 1e-4;  // seconds; files have six digits

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "slam/geometry/rigid3.h"
+#include "slam/snapshot/snapshot.h"
 
 namespace sqslam {
 
@@ -20,6 +21,13 @@ using Trajectory = std::vector<TimedPose>;
 // TUM format: "timestamp tx ty tz qx qy qz qw". Reading throws InputError that names file and line.
 Trajectory ReadTrajectory(const std::filesystem::path& path);
 void WriteTrajectory(const std::filesystem::path& path, const Trajectory& trajectory);
+
+// Returns the poses of a map's keyframes.
+Trajectory KeyframeTrajectory(const MapSnapshot& map);
+
+// Returns the poses of all tracked frames: those of trajectory.txt beside a recording, or without it those of
+// the keyframes of its map.
+Trajectory TrackedPoses(const std::filesystem::path& recording, const MapSnapshot& map);
 
 // Returns a function for the pose at a timestamp (to 0.1 ms), which returns nothing if there is none.
 std::function<std::optional<Rigid3d>(double timestamp)> PosesByTime(Trajectory trajectory);

@@ -326,9 +326,6 @@ MapScale EstimateScale(const fs::path& recording, const ScaleReference& referenc
                        const std::function<void(int, int)>& progress) {
   CheckScaleReference(reference);
   const RecordingReader reader(recording);
-  if (reader.Size() == 0) {
-    throw InputError(fmt::format("{}: holds no snapshot, expected a map", recording.string()));
-  }
   const MapSnapshotPtr map = reader.Last();
   const double unit = reader.Info().scale ? reader.Info().scale->metres : 1.0;
   const auto live = [&] {

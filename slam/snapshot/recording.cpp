@@ -123,7 +123,7 @@ struct RecordingReader::Impl {
   Database db;
   RecordingInfo info;
   int version = kSnapshotFormatVersion;
-  std::vector<std::int64_t> frame_indices;
+  std::vector<std::pair<std::int64_t, double>> frames;  // index and time of each snapshot's
   Edit edit;
 
   std::string Meta(std::string_view key) const {
@@ -158,9 +158,9 @@ RecordingReader::RecordingReader(const fs::path& path, Edit edit) : impl_(std::m
   }
   impl_->info = {impl_->Meta("sequence_path"), impl_->Meta("program_version"), impl_->Meta("config"),
                  ReadMapScale(path)};
-  Statement select(impl_->db.get(), path, "SELECT frame_index FROM snapshots ORDER BY id");
+  Statement select(impl_->db.get(), path, "SELECT frame_index, timestamp FROM snapshots ORDER BY id");
   while (select.Next()) {
-    impl_->frame_indices.push_back(select.Int(0));
+    impl_->frames.emplace_back(select.Int(0), select.Real(1));
   }
 }
 
@@ -169,10 +169,14 @@ RecordingReader::RecordingReader(RecordingReader&&) noexcept = default;
 
 const RecordingInfo& RecordingReader::Info() const { return impl_->info; }
 int RecordingReader::Version() const { return impl_->version; }
-int RecordingReader::Size() const { return static_cast<int>(impl_->frame_indices.size()); }
+int RecordingReader::Size() const { return static_cast<int>(impl_->frames.size()); }
 
 std::int64_t RecordingReader::FrameIndex(int index) const {
-  return impl_->frame_indices.at(static_cast<std::size_t>(index));
+  return impl_->frames.at(static_cast<std::size_t>(index)).first;
+}
+
+double RecordingReader::Timestamp(int index) const {
+  return impl_->frames.at(static_cast<std::size_t>(index)).second;
 }
 
 MapSnapshotPtr RecordingReader::Read(int index) const {
@@ -194,6 +198,11 @@ MapSnapshotPtr RecordingReader::Read(int index) const {
   }
 }
 
-MapSnapshotPtr RecordingReader::Last() const { return Read(Size() - 1); }
+MapSnapshotPtr RecordingReader::Last() const {
+  if (Size() == 0) {
+    throw InputError(fmt::format("{}: holds no snapshot, expected a map", impl_->path.string()));
+  }
+  return Read(Size() - 1);
+}
 
 }  // namespace sqslam

@@ -57,8 +57,10 @@ class RecordingReader {
   int Version() const;                   // of the file format
   int Size() const;                      // number of snapshots
   MapSnapshotPtr Read(int index) const;  // index in [0, Size())
-  MapSnapshotPtr Last() const;
-  std::int64_t FrameIndex(int index) const;  // frame of a snapshot, without reading it
+  MapSnapshotPtr Last() const;           // throws InputError if there is none
+  // Frame and time of a snapshot, without reading it.
+  std::int64_t FrameIndex(int index) const;
+  double Timestamp(int index) const;
 
  private:
   struct Impl;

@@ -51,6 +51,7 @@ class Statement {
     return code == SQLITE_ROW;
   }
   std::int64_t Int(int column) { return sqlite3_column_int64(statement_, column); }
+  double Real(int column) { return sqlite3_column_double(statement_, column); }
   std::string Bytes(int column) {
     const void* data = sqlite3_column_blob(statement_, column);
     const int size = sqlite3_column_bytes(statement_, column);

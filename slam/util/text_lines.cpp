@@ -98,6 +98,12 @@ std::string ShellLine(const std::vector<std::string>& words) {
   return line;
 }
 
+std::string ClockText(double seconds) {
+  const long long tenths =
+      std::llround(10.0 * std::max(0.0, seconds));  // first, so that no minute has 60.0 s
+  return fmt::format("{}:{:02}.{}", tenths / 600, tenths / 10 % 60, tenths % 10);
+}
+
 std::vector<TextLine> ReadTextLines(const std::filesystem::path& path, std::string_view expected) {
   std::istringstream stream(ReadFile(path, expected));
   std::vector<TextLine> lines;

@@ -28,6 +28,9 @@ std::string ValidText(std::string_view text);
 // Quotes the words into one line that a shell splits into the same words again.
 std::string ShellLine(const std::vector<std::string>& words);
 
+// Returns a time as "0:12.5", minutes and seconds; below 0 as 0.
+std::string ClockText(double seconds);
+
 // A line of a text file with data: not blank, no comment.
 struct TextLine {
   int number = 0;  // 1-based

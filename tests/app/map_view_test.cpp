@@ -121,6 +121,17 @@ TEST_F(MapViewTest, CarriesNoMoreImagesThanItMay) {
   }
 }
 
+TEST_F(MapViewTest, TimesOfALongRunAreToldToTheMillisecond) {
+  MapSnapshot map = HandMadeMap();
+  map.keyframes[1].timestamp = map.keyframes[0].timestamp + 12345.678;
+  RecordingWriter(folder_.Path() / "long.sqmap", {}).Add(map);
+  const RecordingReader reader(folder_.Path() / "long.sqmap");
+  const app::MapView view = app::ReadMapView(reader, {}, folder_.Path() / "long.sqmap", {});
+  const json scene = json::parse(view.scene);
+  EXPECT_EQ(scene["keyframes"].back()["time"].get<double>(), 12345.678);
+  EXPECT_EQ(scene["path"]["times"].back().get<double>(), 12345.678);
+}
+
 TEST_F(MapViewTest, StatesAreReadOnce) {
   int read = 0;
   const RecordingReader reader(folder_.Path() / "map.sqmap", [&](MapSnapshotPtr map) {
@@ -163,8 +174,9 @@ TEST_F(MapViewInBrowserTest, KeyframesShowTheirImagesWithOutlines) {
          "(() => { const at = sq.view.project(new THREE.Vector3(...sq.view.data.keyframes[7].pose)); "
          "return [at.x, at.y]; })()"}},
        {{"eval", "document.querySelector('.sq-box figcaption span').textContent"}},
-       {{"eval", "document.querySelectorAll('.sq-box polygon').length"}}});
-  EXPECT_THAT(seen["results"], ElementsAre("Keyframe 7, frame 70, 0:02.3", 3)) << seen;
+       {{"eval", "document.querySelectorAll('.sq-box polygon').length"}},
+       {{"eval", "sq.clock(59.97)"}}});
+  EXPECT_THAT(seen["results"], ElementsAre("Keyframe 7, frame 70, 0:02.3", 3, "1:00.0")) << seen;
 }
 
 TEST_F(MapViewInBrowserTest, TheSliderShowsWhatWasKnownThen) {

@@ -101,6 +101,24 @@ TEST(Report, ShowsTheEvaluationInMetricUnitsWhereThereIsOne) {
                         "colspan=\"7\">missed"));
 }
 
+TEST(Report, TheTopViewIsBrokenWhereTrackingWasLost) {
+  const auto paths = [](const ReportData& data) {
+    const std::string svg = TopViewSvg(data, {});
+    int count = 0;
+    for (std::size_t at = svg.find("<path"); at != std::string::npos; at = svg.find("<path", at + 1)) {
+      ++count;
+    }
+    return count;
+  };
+  ReportData data;
+  data.trajectory = Arc();
+  const int whole = paths(data);
+  for (std::size_t i = 5; i < data.trajectory.size(); ++i) {
+    data.trajectory[i].timestamp += 30.0;
+  }
+  EXPECT_EQ(paths(data), whole + 1);
+}
+
 // A recording, a run that went badly, and an image that was mapped.
 void AddRecording(const fs::path& folder) {
   MapSnapshot map = HandMadeMap();

@@ -29,11 +29,7 @@ class ScaleCommand : public ::testing::Test {
     }
     map.objects[2].fit.reliability = 0.2;
     RecordingWriter(folder_.Path() / "map.sqmap", {}).Add(map);
-    Trajectory path;
-    for (const SnapshotKeyframe& keyframe : map.keyframes) {
-      path.push_back({keyframe.timestamp, keyframe.T_map_camera});
-    }
-    WriteTrajectory(folder_.Path() / "trajectory.txt", path);
+    WriteTrajectory(folder_.Path() / "trajectory.txt", KeyframeTrajectory(map));
     WriteObjects(folder_.Path() / "objects.json", map.objects);
     WritePoints(folder_.Path() / "points.ply", map.points);
   }

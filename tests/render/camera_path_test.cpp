@@ -88,6 +88,18 @@ keys:
               (views[40].position - views[39].position).norm(), 1e-3);
 }
 
+TEST_F(CameraPathFileTest, ALoopThatStartsLateClosesAsFastAsItGoes) {
+  const CameraPathFile file = Read(R"(
+loop: true
+keys:
+  - {time: 2, position: [0, -4, 1], focal_point: [0, 0, 0]}
+  - {time: 3, position: [4, 0, 1], focal_point: [0, 0, 0]}
+  - {time: 4, position: [0, 4, 1], focal_point: [0, 0, 0]}
+  - {time: 5, position: [-4, 0, 1], focal_point: [0, 0, 0]}
+)");
+  EXPECT_NEAR(*file.Length(), 4.0, 1e-12);
+}
+
 TEST_F(CameraPathFileTest, GoesAroundWhatItLooksAt) {
   for (const std::string far : {"[0, 4, 0]", "[-4, 0.1, 0]", "[3, 2.7, 0]"}) {  // across, and beside that
     const auto views = Views(

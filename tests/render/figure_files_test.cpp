@@ -2,8 +2,12 @@
 #include <gtest/gtest.h>
 #include <zlib.h>
 
+#include <algorithm>
+
 #include "figure_reading.h"
 #include "figure_samples.h"
+#include "render/figures/figure_input.h"
+#include "render/page/chart.h"
 #include "render/page/page.h"
 #include "slam/util/error.h"
 
@@ -116,6 +120,28 @@ TEST(FigureFilesTest, SameFigureGivesTheSameBytes) {
   }
   EXPECT_THAT(EncodeFigure(DrawIou(TwoScored(), SmallFigure()), "figure.pdf"),
               Not(HasSubstr("CreationDate")));
+}
+
+TEST(FigureFilesTest, NoMoreIsReadThanIsAllowed) {
+  for (const std::size_t count : {0u, 1u, 120u, 121u, 239u, 240u, 241u}) {
+    const std::size_t step = StepThrough(count, 120);
+    EXPECT_LE((count + step - 1) / step, 120u) << count;
+  }
+  EXPECT_EQ(StepThrough(120, 120), 1u);
+}
+
+TEST(FigureFilesTest, ErrorsOfACalibrationPointFromTheCornerToTheModel) {
+  const FigurePage page = DrawCalibration({320, 240, {{{100.0, 120.0}, {2.0, 0.0}}}, 2.0}, SmallFigure());
+  const Eigen::Vector3d blue = LookOfSeries(0).color;
+  const auto line =
+      std::find_if(page.elements.begin(), page.elements.end(), [&](const FigureElement& element) {
+        const auto* path = std::get_if<FigurePath>(&element);
+        return path != nullptr && path->points.size() == 2 && path->stroke && path->stroke->color == blue;
+      });
+  ASSERT_NE(line, page.elements.end());
+  const std::vector<Eigen::Vector2d>& points = std::get<FigurePath>(*line).points;
+  EXPECT_LT(points[1].x(), points[0].x() - 1.0) << "detected right of where the model has it";
+  EXPECT_NEAR(points[1].y(), points[0].y(), 1e-9);
 }
 
 TEST(FigureFilesTest, SizesWithoutSenseAreRefused) {

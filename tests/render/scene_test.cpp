@@ -7,6 +7,8 @@
 #include "render/camera/camera_path.h"
 #include "render/camera/scene_framing.h"
 #include "render/picture/picture_overlay.h"
+#include "render/scene/scene_geometry.h"
+#include "render/scene/style.h"
 #include "render/solids/scene_order.h"
 #include "render/video/video_alignment.h"
 
@@ -142,6 +144,34 @@ TEST(FramingTest, LooksDownFromTheSideOfTheCameras) {
 }
 
 using Order = std::vector<std::vector<int>>;
+
+TEST(StyleTest, ReadableColorsAreColorsWhateverTheContrast) {
+  for (const double paper : {0.0, 0.3, 0.49, 0.5, 0.7, 1.0}) {
+    for (const double ink : {0.0, 0.4, 1.0}) {
+      for (const double contrast : {0.0, 0.3, 0.6, 1.0}) {
+        const Eigen::Vector3d color =
+            ReadableOn(Eigen::Vector3d::Constant(paper), Eigen::Vector3d::Constant(ink), contrast);
+        EXPECT_GE(color.minCoeff(), 0.0) << paper << " " << ink << " " << contrast;
+        EXPECT_LE(color.maxCoeff(), 1.0 + 1e-9) << paper << " " << ink << " " << contrast;
+      }
+    }
+  }
+}
+
+TEST(FrustumTest, ShowsWhatTheCameraSees) {
+  MapSnapshot map = HandMadeMap();
+  map.camera = {.width = 320, .height = 240, .fx = 300.0, .fy = 200.0, .cx = 100.0, .cy = 50.0};
+  map.T_map_camera = Rigid3d{};
+  const auto frustum = CurrentFrustum(map, 1.2, {});
+  std::vector<Eigen::Vector2d> pixels;
+  for (vtkIdType i = 1; i <= 4; ++i) {  // after the eye
+    pixels.push_back(map.camera.Project(Eigen::Map<const Eigen::Vector3d>(frustum->GetPoint(i))));
+  }
+  EXPECT_LT((pixels[0] - Eigen::Vector2d(-0.5, -0.5)).norm(), 1e-3);
+  EXPECT_LT((pixels[1] - Eigen::Vector2d(319.5, -0.5)).norm(), 1e-3);
+  EXPECT_LT((pixels[2] - Eigen::Vector2d(319.5, 239.5)).norm(), 1e-3);
+  EXPECT_LT((pixels[3] - Eigen::Vector2d(-0.5, 239.5)).norm(), 1e-3);
+}
 
 TEST(SolidOrderTest, TheNearerOfTwoIsDrawnLastFromBothSides) {
   std::vector<PosedSuperquadric> solids(2);

@@ -28,7 +28,6 @@ class VideoTest : public ::testing::Test {
     folder_ = name;
     const std::string image = (folder_ / "image.png").string();
     cv::imwrite(image, cv::Mat(240, 320, CV_8UC3, cv::Scalar(200, 120, 60)));
-    RecordingWriter writer(folder_ / "map.sqmap", {});
     for (int i = 0; i < 3; ++i) {
       MapSnapshot map = HandMadeMap();
       map.sequence_number = i;
@@ -38,20 +37,38 @@ class VideoTest : public ::testing::Test {
       map.objects.resize(static_cast<std::size_t>(i + 1));
       map.keyframes.resize(static_cast<std::size_t>(2 * i + 3));
       map.detections.push_back({{"book", 0.9, {40.0, 60.0, 100.0, 80.0}}, 0});
-      writer.Add(map);
+      maps_.push_back(map);
     }
-    writer.Close();
+    Record("map.sqmap");
     options_.picture.width = 480;
     options_.picture.height = 200;
     options_.picture.backend = RenderBackend::kOsmesa;
   }
   void TearDown() override { fs::remove_all(folder_); }
 
+  fs::path Record(const std::string& name) const {
+    RecordingWriter writer(folder_ / name, {});
+    for (const MapSnapshot& map : maps_) {
+      writer.Add(map);
+    }
+    writer.Close();
+    return folder_ / name;
+  }
+
+  // Frame 0 of the growth of what was recorded, which stands in three frames.
+  cv::Mat FirstFrame(const fs::path& recording) {
+    options_.fps = 1.0;
+    const std::string name = recording.string() + "-{frame}.png";
+    EXPECT_EQ(WriteGrowthVideo(RecordingReader(recording), options_, name), 3);
+    return cv::imread(FrameName(name, 0));
+  }
+
   int FilesLeft() const {
     return static_cast<int>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
   }
 
   fs::path folder_;
+  std::vector<MapSnapshot> maps_;
   VideoOptions options_;
 };
 
@@ -145,6 +162,38 @@ TEST_F(VideoTest, GrowthShowsOutlinesOnTheImageAndKeyframesOnTheTimeLine) {
   }
   ASSERT_EQ(marks.size(), 4u);
   EXPECT_NEAR(marks[1] - marks[0], (marks[3] - marks[0]) / 3.0, 1.5);
+}
+
+TEST_F(VideoTest, BeforeTheFirstPoseAFollowingViewStandsWhereItWillBe) {
+  options_.path = CameraPath::kFirstPerson;
+  options_.show_image = false;
+  options_.picture.style.cameras.current = false;
+  maps_[1].T_map_camera = maps_[0].T_map_camera = maps_[0].keyframes[1].T_map_camera;
+  const cv::Mat tracked = FirstFrame(Record("tracked.sqmap"));
+  maps_[0].T_map_camera.reset();
+  const cv::Mat lost = FirstFrame(Record("lost.sqmap"));
+  ASSERT_EQ(lost.size(), cv::Size(480, 200));
+  EXPECT_LT(cv::norm(tracked, lost, cv::NORM_L1) / static_cast<double>(lost.total()), 0.5);
+}
+
+TEST_F(VideoTest, ABoxOfAnObjectHasItsNameWhateverTheDetectorSaid) {
+  const cv::Mat book = FirstFrame(Record("book.sqmap"));
+  maps_[0].detections[0].detection.label = "a notebook";
+  const cv::Mat still = FirstFrame(Record("still.sqmap"));
+  EXPECT_EQ(cv::norm(book, still, cv::NORM_INF), 0.0);
+  maps_[0].objects[0].label = "cat";
+  EXPECT_GT(cv::norm(book, FirstFrame(Record("cat.sqmap")), cv::NORM_INF), 0.0);
+}
+
+TEST_F(VideoTest, GrowthReadsAStateOnce) {
+  int read = 0;
+  const RecordingReader reader(folder_ / "map.sqmap", [&](MapSnapshotPtr map) {
+    read += map->frame_index == 0 ? 1 : 0;
+    return map;
+  });
+  options_.fps = 1.0;
+  WriteGrowthVideo(reader, options_, folder_ / "growth-{frame}.png");
+  EXPECT_EQ(read, 1);
 }
 
 class ShardTest : public VideoTest {

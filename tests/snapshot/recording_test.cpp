@@ -330,6 +330,25 @@ TEST(Recording, AFullDiskIsReportedAndKeepsWhatWasAdded) {
   EXPECT_EQ(RecordingReader(path).Read(0)->sequence_number, 0);
 }
 
+TEST(Recording, TellsFramesAndTimesWithoutReading) {
+  const TemporaryFolder folder;
+  const auto path = folder.Path() / "map.sqmap";
+  RecordingWriter(path, {}).Add(MakeSnapshot(3));
+  const RecordingReader reader(path, [](const MapSnapshotPtr&) -> MapSnapshotPtr {
+    ADD_FAILURE() << "read";
+    return nullptr;
+  });
+  EXPECT_EQ(reader.FrameIndex(0), 30);
+  EXPECT_EQ(reader.Timestamp(0), MakeSnapshot(3).timestamp);
+}
+
+TEST(Recording, WithoutASnapshotThereIsNoLastOne) {
+  const TemporaryFolder folder;
+  const auto path = folder.Path() / "map.sqmap";
+  RecordingWriter(path, {}).Close();
+  EXPECT_THAT(InputErrorOf([&] { RecordingReader(path).Last(); }), HasSubstr("map.sqmap: holds no snapshot"));
+}
+
 TEST(Recording, OtherFilesAreRefused) {
   const TemporaryFolder folder;
   EXPECT_THAT(InputErrorOf([&] { RecordingReader(folder.Path() / "none"); }), HasSubstr("does not exist"));

@@ -30,6 +30,14 @@ TEST(ShellLine, QuotesWhatAShellWouldTakeApart) {
             R"(sqslam --output=a/b.png 'two words' '' 'it'\''s' '$HOME')");
 }
 
+TEST(ClockText, HasNoMinuteOfSixtySeconds) {
+  EXPECT_EQ(ClockText(0.0), "0:00.0");
+  EXPECT_EQ(ClockText(59.94), "0:59.9");
+  EXPECT_EQ(ClockText(59.97), "1:00.0");
+  EXPECT_EQ(ClockText(3671.26), "61:11.3");
+  EXPECT_EQ(ClockText(-2.0), "0:00.0");
+}
+
 TEST(JsonFile, SaysWhereItIsBroken) {
   const TemporaryFolder folder;
   const auto message = [&](const std::string& text) {

@@ -6,6 +6,7 @@ import json
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -126,6 +127,15 @@ class Pictures(unittest.TestCase):
         self.assertEqual(clear[0, 0, 3], 0)
         with self.assertRaisesRegex(sqslam.UsageError, "blueprint"):
             sqslam.render(self.result, style="blueprin")
+
+    def test_a_dense_map_is_drawn_as_a_cloud_or_as_a_mesh(self):
+        with tempfile.TemporaryDirectory() as folder:
+            dense = pathlib.Path(folder) / "dense"
+            shutil.copytree(RESULT, dense)
+            subprocess.run([PROGRAM, "densify", dense, "--quiet"], check=True, capture_output=True)
+            look = lambda name: sqslam.render(  # noqa: E731
+                sqslam.read(dense), width=320, height=200, set=[f"dense_cloud.look={name}"])
+            self.assertTrue((look("mesh") != look("points")).any())
 
     def test_a_notebook_shows_the_page(self):
         with tempfile.TemporaryDirectory() as folder:
