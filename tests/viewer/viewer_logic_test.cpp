@@ -324,13 +324,6 @@ TEST(ShortcutsTest, KeysOfTheReplayDoNothingDuringARun) {
   }
 }
 
-TEST(ClockTextTest, RoundsBeforeItCountsMinutes) {
-  EXPECT_EQ(ClockText(59.94), "0:59.9");
-  EXPECT_EQ(ClockText(59.97), "1:00.0");
-  EXPECT_EQ(ClockText(605.25), "10:05.3");
-  EXPECT_EQ(ClockText(-1e-9), "0:00.0");
-}
-
 TEST(RenderCommandLineTest, SaysOnlyWhatDiffersFromTheStyle) {
   ViewerState state;
   state.view.UseStyle("dark");

@@ -1,9 +1,6 @@
 #include "app/viewer/frames/timeline.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <cmath>
 
 namespace sqslam::viewer {
 
@@ -32,11 +29,6 @@ std::vector<std::pair<double, double>> Timeline::Gaps() const {
 int Timeline::OfSnapshot(int snapshot) const {
   const auto found = std::ranges::lower_bound(moments, snapshot, {}, &Moment::snapshot);
   return found == moments.end() ? Last() : static_cast<int>(found - moments.begin());
-}
-
-std::string ClockText(double seconds) {
-  const std::int64_t tenths = std::llround(10.0 * std::max(0.0, seconds));
-  return fmt::format("{}:{:02}.{}", tenths / 600, tenths / 10 % 60, tenths % 10);
 }
 
 void Playback::Advance(double seconds, const Timeline& timeline) {

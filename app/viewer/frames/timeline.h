@@ -56,9 +56,6 @@ struct Timeline {
   int OfSnapshot(int snapshot) const;
 };
 
-// Returns "1:07.5", minutes and seconds.
-std::string ClockText(double seconds);
-
 // The position on a timeline, and whether and how fast it moves.
 struct Playback {
   bool playing = false;

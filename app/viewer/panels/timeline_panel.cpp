@@ -9,6 +9,7 @@
 
 #include "app/viewer/panels/panels.h"
 #include "app/viewer/widgets/widgets.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam::viewer {
 namespace {
