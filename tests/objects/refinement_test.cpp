@@ -276,15 +276,22 @@ TEST(RefineStanding, ThoroughSearchLeavesAWrongStartBehind) {
   EXPECT_GT(SolidIoU(fit(SearchEffort::kThorough).superquadric, truth), 0.9);
 }
 
+// Views of which the lower part is hidden; `shown`: the rest as share of the box.
+RefinementInput HiddenBelow(const SyntheticDesk& desk, const PosedSuperquadric& truth, double shown) {
+  RefinementInput input = InputOf(desk, truth);
+  for (SilhouetteView& view : input.views) {
+    view.box.height *= shown;
+    view.edge_exact[kBottomEdge] = false;
+  }
+  return input;
+}
+
 TEST(RefineStanding, AHiddenLowerPartReachesDownToTheSupport) {
   const SyntheticDesk desk(1);
   const PosedSuperquadric truth = desk.Objects()[5].superquadric;
   PosedSuperquadric upper = StretchedTo(truth, truth.T_map_object.translation.z());
   EXPECT_NEAR(Bottom(upper), truth.T_map_object.translation.z(), 1e-12);
-  RefinementInput input = InputOf(desk, truth);
-  for (SilhouetteView& view : input.views) {
-    view.edge_exact[3] = false;
-  }
+  const RefinementInput input = HiddenBelow(desk, truth, 1.0);
   const SupportHeights supports{{0.0}, {}};
   const StandingFit fit =
       RefineStanding({&upper, 1}, input, supports, RefinementOptions(), SearchEffort::kAll);
@@ -297,11 +304,7 @@ TEST(RefineStanding, HowLittleTheBoxesShowDoesNotBoundTheHeightOverAHiddenEnd) {
   PosedSuperquadric truth = desk.Objects()[5].superquadric;
   truth.shape.half_size.z() *= 6.0;
   truth.T_map_object.translation.z() = truth.shape.half_size.z();
-  RefinementInput input = InputOf(desk, truth);
-  for (SilhouetteView& view : input.views) {
-    view.box.height *= 0.15;
-    view.edge_exact[kBottomEdge] = false;
-  }
+  const RefinementInput input = HiddenBelow(desk, truth, 0.15);
   const PosedSuperquadric upper = StretchedTo(truth, 1.7 * truth.shape.half_size.z());
   const SupportHeights supports{{0.0}, {}};
   const StandingFit fit =
@@ -315,11 +318,7 @@ TEST(RefineStanding, AnObjectOfKnownSizeReachesPastASurfaceThatHidesItsLowerPart
   PosedSuperquadric truth = desk.Objects()[5].superquadric;
   truth.shape.half_size.z() *= 2.0;
   truth.T_map_object.translation.z() = truth.shape.half_size.z();
-  RefinementInput input = InputOf(desk, truth);
-  for (SilhouetteView& view : input.views) {
-    view.box.height *= 0.4;
-    view.edge_exact[kBottomEdge] = false;
-  }
+  RefinementInput input = HiddenBelow(desk, truth, 0.4);
   const double table = truth.shape.half_size.z();
   const PosedSuperquadric upper = StretchedTo(truth, 1.2 * truth.shape.half_size.z());
   const SupportHeights supports{{table, 0.0}, {}};
