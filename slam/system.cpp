@@ -298,8 +298,9 @@ RunResult System::Finish() {
       result.added = {*s.first_index, s.index_shift, s.time_shift};
     }
   }
-  result.tracked = static_cast<int>(std::ranges::count_if(
-      result.map.trajectory, [&](const TimedPose& pose) { return pose.timestamp >= s.first_frame; }));
+  result.tracked = static_cast<int>(std::ranges::count_if(result.map.trajectory, [&](const TimedPose& pose) {
+    return s.first_frame && pose.timestamp >= *s.first_frame;
+  }));
   result.counters = s.tracker.Counters() + s.mapper.Counters();
   result.timing_ms = s.times.Summaries();
   return result;

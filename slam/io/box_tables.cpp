@@ -136,7 +136,7 @@ std::vector<FileBox> ReadTable(const fs::path& path, const cv::Size& image) {
   const char separator = lines.front().text.find(';') != std::string::npos ? ';' : ',';
   const TextLine header = SplitAt(lines.front(), separator);
   const Columns columns(path, header);
-  const bool centers = !columns.Has("x");
+  const bool centers = !columns.Has("x") || !columns.Has("y");  // then it has both centre columns
   const std::string expected = fmt::format("{} cells with numbers for the box", header.words.size());
   std::vector<FileBox> boxes;
   for (std::size_t i = 1; i < lines.size(); ++i) {

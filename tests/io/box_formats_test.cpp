@@ -125,6 +125,8 @@ TEST_F(BoxFormats, ReadTablesByTheNamesOfTheirColumns) {
             "tea_pot", 1.0, {90, 40, 20, 20});
   EXPECT_THAT(ErrorOf(folder_.Write("c.csv", "frame,label,x,y\n1,cup,1,2\n")), HasSubstr("c.csv:1: "));
   EXPECT_THAT(ErrorOf(folder_.Write("d.csv", "frame,label,x,y,w,h\n1,cup,1,2,3\n")), HasSubstr("d.csv:2: "));
+  ExpectBox(Read(folder_.Write("b.csv", "frame,class,x,cx,cy,w,h\n1,cup,7,25,40,30,40\n"))[1], "cup", 1.0,
+            {10, 20, 30, 40});
 }
 
 TEST_F(BoxFormats, TakeACommaInALabelForALabel) {
