@@ -46,7 +46,7 @@ void AddMergeCommand(Command& program) {
   Command& command = program.AddCommand("merge", "Merge two overlapping maps into one");
   command.Group("Input");
   command.Positional("A", a->first, "Result folder of sqslam run, or its map.sqmap").Required();
-  command.Positional("B", a->second, "Result folder to merge into it, or its map.sqmap").Required();
+  command.Positional("B", a->second, "Second result folder, or its map.sqmap").Required();
   command.Group("Output");
   command.Option("--output,-o DIR", a->output, "Result folder; default: out/merged, out/merged-2, ...");
   command.Flag("--no-render", a->no_render, "Do not write pictures and the report");

@@ -223,7 +223,7 @@ Views are named as seen from the average camera position, which is the front; to
 front at the bottom. overlay.width, overlay.fill, overlay.hidden, overlay.labels and overlay.points configure
 --overlay.
 
-After Ctrl-C a video ends with the last frame drawn. --join does not re-encode the pieces. With --on slurm, tasks
+After Ctrl-C a video ends with the last frame drawn. --join does not re-encode pieces of a video. With --on slurm, tasks
 render the pieces to FILE.pieces, and the command joins them at the end; after Ctrl-C, run the same command to wait
 for them again.
 

@@ -156,7 +156,7 @@ void AddScaleCommand(Command& program) {
   command.Group("Output");
   command.Flag("--no-render", a->no_render, "Do not redraw pictures and the report");
   command.Group("General");
-  command.Flag("--quiet,-q", a->quiet, "Print only warnings and errors");
+  command.Flag("--quiet,-q", a->quiet, "No progress and no summary");
   command.Notes(kScaleNotes);
   command.OnRun([a] { Scale(*a); });
 }
