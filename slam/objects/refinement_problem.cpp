@@ -214,7 +214,10 @@ PosedSuperquadric RefinementProblem::Unpack(const Parameters& parameters) {
 RefinementProblem::Square RefinementProblem::Information(const Parameters& parameters) const {
   Eigen::VectorXd residuals(NumResiduals());
   Eigen::MatrixXd jacobian(NumResiduals(), static_cast<int>(NUM_PARAMETERS));
-  (*this)(parameters.data(), residuals.data(), jacobian.data());
+  // What keeps an end from being wider than the middle tells nothing of its width.
+  Parameters inside = parameters;
+  inside.segment<2>(kTaper) = inside.segment<2>(kTaper).cwiseMin(0.0);
+  (*this)(inside.data(), residuals.data(), jacobian.data());
   constexpr double kWeakest = 1e-6;  // for unobserved directions
   Square information = jacobian.transpose() * jacobian;
   information.diagonal() = information.diagonal().cwiseMax(kWeakest);
