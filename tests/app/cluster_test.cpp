@@ -168,9 +168,12 @@ TEST_F(StandIn, IsTakenUpAgainWhereItWasLeft) {
                          " ]; do sleep 0.05; done; kill -KILL $!; wait $!"),
                  Before());
   EXPECT_EQ(left.exit_code, 128 + SIGKILL);
-  const ProgramRun stopped = RunProgram(Command("--on slurm & sleep 1; kill -TERM $!; wait $!"), Before());
+  const std::string said = (folder_.Path() / "said").string();
+  const ProgramRun stopped = RunProgram(Command("--on slurm >" + said + " & while ! grep -q queue " + said +
+                                                "; do sleep 0.05; done; kill -TERM $!; wait $!"),
+                                        Before());
   EXPECT_EQ(stopped.exit_code, 130) << stopped.err;
-  EXPECT_THAT(stopped.out, HasSubstr("2 tasks of sqslam-out-"));
+  EXPECT_THAT(Slurp(said), HasSubstr("2 tasks of sqslam-out-"));
   fs::remove(folder_.Path() / "hold");
   const ProgramRun run = Run("--on slurm");
   EXPECT_EQ(run.exit_code, 0) << run.err;

@@ -61,8 +61,8 @@ class ErrorBudgetTest : public ::testing::Test {
     std::ofstream(Sequence() / "camera.yaml") << "width: 640\nheight: 480\nfx: 520\nfy: 520\ncx: 320\ncy: "
                                                  "240\ndistortion: [0, 0, 0, 0, 0]\nfps: 1\n";
     std::ofstream(Sequence() / "objects_gt.json")
-        << R"([{"id": 1, "label": "box", "primitive": "cuboid", "center": [0, 0, 0.16], "yaw": 0,
-                "half_size": [0.12, 0.2, 0.16]}])";
+        << R"([{"id": 1, "label": "box", "primitive": "superquadric", "center": [0, 0, 0.16], "yaw": 0,
+                "half_size": [0.12, 0.2, 0.16], "shape": [0.1, 0.1]}])";
   }
 
   ErrorBudgetTest() {

@@ -334,7 +334,7 @@ std::vector<Rigid3d> Sideways(int frames) {
 }
 
 TEST_F(ViewerScript, ClosingWhileMappingEndsTheRunAndSavesIt) {
-  const sqslam::testing::WrittenSequence sequence(Sideways(120));
+  const sqslam::testing::WrittenSequence sequence(Sideways(360));
   folder_.Write("growth.mp4", "of an earlier run");
   const ProgramRun run =
       Play("wait map\nframes 2\nkey Space\nframes 5\nclose\n",
