@@ -18,12 +18,14 @@ constexpr double kExponentReach = 0.5 * (kMaxShapeExponent - kMinShapeExponent);
 
 // The parameters, and the terms that all residuals share.
 struct State {
-  explicit State(const double* x)
+  explicit State(const double* x, bool is_straight = true)
       : centre(x[0], x[1], x[2]),
         half(std::exp(x[3]), std::exp(x[4]), std::exp(x[5])),
         cos_yaw(std::cos(x[RefinementProblem::kYaw])),
-        sin_yaw(std::sin(x[RefinementProblem::kYaw])) {
+        sin_yaw(std::sin(x[RefinementProblem::kYaw])),
+        straight(is_straight) {
     for (int i = 0; i < 2; ++i) {
+      taper[i] = straight ? 1.0 : std::exp(x[RefinementProblem::kTaper + i]);
       const double u = x[RefinementProblem::kExponents + i];
       exponent[i] = kMiddleExponent + kExponentReach * std::sin(u);
       exponent_slope[i] = kExponentReach * std::cos(u);
@@ -42,6 +44,8 @@ struct State {
   double cos_yaw;
   double sin_yaw;
   double exponent[2];        // e1, e2
+  bool straight;             // without tapers
+  double taper[2];           // of the lower and the upper end
   double exponent_slope[2];  // derivative by the parameter
 };
 
@@ -79,8 +83,8 @@ Residual EdgeResidual(const State& state, const double* x, const RefinementProbl
   const Eigen::Vector3d u = n.cwiseProduct(state.half);
   const double p1 = 2.0 / (2.0 - state.exponent[0]);
   const double p2 = 2.0 / (2.0 - state.exponent[1]);
-  const int end = RefinementProblem::kTaper + (u.z() > 0.0 ? 1 : 0);
-  const TaperedSupport support(u, std::exp(x[end]), p1, p2);
+  const int end = u.z() > 0.0 ? 1 : 0;
+  const TaperedSupport support(u, state.taper[end], p1, p2);
   const Eigen::Vector3d& du = support.by_u;
   const double scale = edge.factor / depth;
   const double beyond = scale * (edge.normal_map.dot(offset) + support.value);
@@ -95,15 +99,15 @@ Residual EdgeResidual(const State& state, const double* x, const RefinementProbl
   g[RefinementProblem::kYaw] = scale * (du.x() * state.half.x() * n.y() - du.y() * state.half.y() * n.x());
   g[RefinementProblem::kExponents] = scale * support.by_p1 * 0.5 * p1 * p1 * state.exponent_slope[0];
   g[RefinementProblem::kExponents + 1] = scale * support.by_p2 * 0.5 * p2 * p2 * state.exponent_slope[1];
-  g[end] = scale * support.by_log_taper;
+  g[RefinementProblem::kTaper + end] = state.straight ? 0.0 : scale * support.by_log_taper;
   g[RefinementProblem::kBias + edge.side] = edge.size;
   return residual;
 }
 
-Residual PointResidual(const State& state, const double* x, const RefinementProblem::Point& point) {
+Residual PointResidual(const State& state, const RefinementProblem::Point& point) {
   const Eigen::Vector3d p = state.ToObject(point.p_map - state.centre);
-  const int end = RefinementProblem::kTaper + (p.z() > 0.0 ? 1 : 0);
-  const TaperedWidth width(p.z(), state.half.z(), std::exp(x[end]));
+  const int end = p.z() > 0.0 ? 1 : 0;
+  const TaperedWidth width(p.z(), state.half.z(), state.taper[end]);
   const Eigen::Vector3d q(p.x() / width.value, p.y() / width.value, p.z());
   if (!point.on_surface && q.cwiseQuotient(state.half).cwiseAbs().maxCoeff() > 1.0) {
     return {};  // outside the bounding box, as most are
@@ -123,7 +127,7 @@ Residual PointResidual(const State& state, const double* x, const RefinementProb
   g.head<3>() = -state.ToMap(dp);
   g.segment<3>(RefinementProblem::kLogHalf) = distance.by_log_half_size;
   g[RefinementProblem::kLogHalf + 2] += by_width * width.by_log_half;
-  g[end] = by_width * width.by_log_taper;
+  g[RefinementProblem::kTaper + end] = state.straight ? 0.0 : by_width * width.by_log_taper;
   g[RefinementProblem::kYaw] = dp.x() * p.y() - dp.y() * p.x();
   g[RefinementProblem::kExponents] = distance.by_e1 * state.exponent_slope[0];
   g[RefinementProblem::kExponents + 1] = distance.by_e2 * state.exponent_slope[1];
@@ -147,7 +151,6 @@ Residual ContactResidual(const State& state, const RefinementProblem::Contact& c
 Residual PriorResidual(const State& state, const double* x, const RefinementProblem::Prior& prior,
                        int index) {
   constexpr int kLogHalf = RefinementProblem::kLogHalf;
-  constexpr double kNotWider = 100.0;  // an end wider than the middle belongs to another hull
   constexpr double kWidth = 2.0;  // of the Cauchy loss: labels may be wrong, objects may lie on their side
   Residual residual;
   // Residual of a weighted sum of the log half sizes.
@@ -175,7 +178,7 @@ Residual PriorResidual(const State& state, const double* x, const RefinementProb
     residual.MakeRobust(prior.yaw_width, 1.0);
   } else if (index >= 10) {
     const int end = RefinementProblem::kTaper + index - 10;
-    const double factor = x[end] > 0.0 ? kNotWider : prior.taper_factor;
+    const double factor = x[end] > 0.0 ? RefinementProblem::kStraight : prior.taper_factor;
     residual.value = factor * x[end];
     residual.gradient[end] = factor;
   } else {
@@ -262,7 +265,7 @@ bool RefinementProblem::operator()(const double* parameters, double* residuals, 
   constexpr double kPointWidth = 1.5;
   constexpr double kInside = 0.5;       // objects are more often hollow between their parts than bulging
   constexpr double kBoundSigma = 0.05;  // of a log half size beyond its bound
-  const State state(parameters);
+  const State state(parameters, prior.taper_factor >= kStraight);
   const int rows = NumResiduals();
   int row = 0;
   const auto put = [&](const Residual& residual) {
@@ -279,7 +282,7 @@ bool RefinementProblem::operator()(const double* parameters, double* residuals, 
     put(residual);
   }
   for (const Point& point : points) {
-    Residual residual = PointResidual(state, parameters, point);
+    Residual residual = PointResidual(state, point);
     if (point.on_surface && residual.value < 0.0) {
       residual.Scale(kInside);
     }

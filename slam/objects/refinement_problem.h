@@ -25,6 +25,9 @@ class RefinementProblem {
   // (see tapered_solid.h).
   enum Parameter { kCentre = 0, kLogHalf = 3, kYaw = 6, kExponents = 7, kBias = 9, kTaper = 13 };
 
+  // Factor of tapers from which on the ends are as wide as the middle; no end is wider.
+  static constexpr double kStraight = 100.0;
+
   // A plane through the camera centre and a box edge, which touches the object.
   struct Edge {
     Eigen::Vector3d normal_map;     // outward, scaled so that n . p is the offset in the image times depth
@@ -63,7 +66,7 @@ class RefinementProblem {
     double size_factor = 0.0;
     std::array<double, 2> exponents = {1.0, 1.0};
     std::array<double, 2> exponent_factors = {0.0, 0.0};
-    double taper_factor = 100.0;  // of the log of the tapers; the default: the ends are as wide as the middle
+    double taper_factor = kStraight;  // of the log of the tapers
     double yaw = 0.0;
     double yaw_factor = 0.0;
     double yaw_width = 1.0;    // of the Cauchy loss: lines may belong to a pattern

@@ -9,12 +9,14 @@ namespace sqslam {
 
 TaperedSupport::TaperedSupport(const Eigen::Vector3d& u, double taper, double p1, double p2) {
   const SuperquadricNorm<PNormWithSlope> end({taper * u.x(), taper * u.y(), u.z()}, p1, p2);
-  const PNormWithSlope middle(u.x(), u.y(), p2);
-  if (middle.value > end.Value()) {
-    value = middle.value;
-    by_u = {middle.by_x, middle.by_y, 0.0};
-    by_p2 = middle.by_p;
-    return;
+  if (taper < 1.0) {
+    const PNormWithSlope middle(u.x(), u.y(), p2);
+    if (middle.value > end.Value()) {
+      value = middle.value;
+      by_u = {middle.by_x, middle.by_y, 0.0};
+      by_p2 = middle.by_p;
+      return;
+    }
   }
   value = end.Value();
   by_u = end.Gradient().cwiseProduct(Eigen::Vector3d(taper, taper, 1.0));
