@@ -30,7 +30,7 @@ check_asan-slam() {
   local programs
   programs=$(ninja -C build/asan -t targets all | grep -o '^bin/[a-z_0-9]*_test\b')
   LSAN_OPTIONS="suppressions=$PWD/scripts/leak-sanitizer.supp:print_suppressions=0" \
-    xargs --max-procs "$(nproc)" -I{} build/asan/{} --gtest_brief=1 <<<"$programs"
+    xargs --max-procs "$(nproc)" -I{} env build/asan/{} --gtest_brief=1 <<<"$programs"
 }
 
 check_asan() {
