@@ -142,7 +142,7 @@ void AppendTopView(Output out, const ReportData& data, const LabelColors& colors
       "outlines, dashed where uncertain.{}</figcaption></figure></section>\n",
       svg,
       data.evaluation != nullptr ? " The ground truth is aligned by a similarity."
-      : data.scale               ? " " + EscapeMarkup(ScaleText(*data.scale)) + "."
+      : data.scale               ? fmt::format(" {}.", EscapeMarkup(ScaleText(*data.scale)))
                                  : " A map from one camera has no scale: lengths are in map units.");
 }
 

@@ -30,7 +30,7 @@ namespace sqslam {
 // window, off-screen or on the desktop. Uses the current OpenGL context. For the sources of render/ only.
 class Scene {
  public:
-  // How finely to draw.
+  // Resolution and smoothing of the drawing.
   struct Quality {
     double pixel_scale = 1.0;  // pixels of the window per pixel of the style
     int samples = 2;           // per side of a pixel

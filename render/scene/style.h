@@ -38,7 +38,7 @@ struct OverlayStyle {
 enum class AntiAliasing { kSsaa, kFxaa, kNone };
 constexpr auto EnumNames(AntiAliasing) { return std::array{"ssaa", "fxaa", "none"}; }
 
-// How to draw objects that are more likely wrong than right (IsReliable): as thin lines, like the others, or
+// Look of objects that are more likely wrong than right (IsReliable): as thin lines, like the others, or
 // not at all.
 enum class UncertainObjects { kOutline, kSolid, kHide };
 constexpr auto EnumNames(UncertainObjects) { return std::array{"outline", "solid", "hide"}; }
@@ -48,7 +48,7 @@ constexpr auto EnumNames(UncertainObjects) { return std::array{"outline", "solid
 enum class ObjectLook { kAuto, kSolid, kGlass, kOutline };
 constexpr auto EnumNames(ObjectLook) { return std::array{"auto", "solid", "glass", "outline"}; }
 
-// How to draw a densified map: as points of its depth maps, or as the surface fused from them.
+// Look of a densified map: as points of its depth maps, or as the surface fused from them.
 enum class DenseLook { kPoints, kMesh };
 constexpr auto EnumNames(DenseLook) { return std::array{"points", "mesh"}; }
 

@@ -27,7 +27,7 @@ std::vector<Eigen::Vector3d> PointsInView(const std::vector<Eigen::Vector3d>& po
 std::optional<DepthRange> RangeOf(const std::vector<Eigen::Vector3d>& in_view, const Rigid3d& T_map_camera,
                                   const ViewOptions& options);
 
-// How a frame sees the map points that a keyframe sees.
+// View of a frame on the map points that a keyframe sees.
 struct Parallax {
   double overlap = 0.0;  // share of the points that the frame sees
   double angle = 0.0;    // degrees, median parallax angle

@@ -11,7 +11,7 @@
 
 namespace sqslam {
 
-// How boxes are decoded from the network's output.
+// Layout of the boxes in the network's output.
 enum class NetworkDecoder { kYolox, kCenterNet, kYoloV8 };
 constexpr auto EnumNames(NetworkDecoder) { return std::array{"yolox", "centernet", "yolov8"}; }
 

@@ -180,10 +180,7 @@ class Refit {
       }
       const BudgetFrame& frame = frames_[f];
       const BoxCandidate& box = frame.boxes[static_cast<std::size_t>(true_boxes_[f])];
-      BoxView view{frame.index, frame.T_map_camera, box.detection.box, {}};
-      for (std::size_t edge = 0; edge < 4; ++edge) {
-        view.edge_free[edge] = !box.edge_cut[edge] && !box.edge_hidden[edge];
-      }
+      const BoxView view{frame.index, frame.T_map_camera, box.detection.box, box.FreeEdges()};
       landmark_.views.push_back(view);
       landmark_.lines.emplace_back(frame.index,
                                    LinesOfBox(frame, view.box, context_.camera, context_.options->yaw));

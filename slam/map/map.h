@@ -60,7 +60,7 @@ struct Observation {
   }
 };
 
-// What is needed of a map point to find it in an image.
+// Attributes of a map point that matching in an image needs.
 struct PointAppearance {
   Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // mean viewing direction towards it, unit length
@@ -217,7 +217,7 @@ class Map {
 
 struct ObjectMapView;  // slam/objects/object_types.h
 
-// What the tracking thread needs of a map point.
+// A map point as the tracking thread sees it.
 struct ViewPoint : PointAppearance {
   bool well_observed = false;  // by three or more keyframes
 };

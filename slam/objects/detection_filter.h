@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -22,6 +23,12 @@ struct BoxCandidate {
   std::array<bool, 4> edge_hidden{};        // behind another box
   double median_depth = 0.0;                // of the points, map units; 0 if there are none
 
+  std::array<bool, 4> FreeEdges() const {  // neither cut nor hidden
+    std::array<bool, 4> free{};
+    std::ranges::transform(edge_cut, edge_hidden, free.begin(),
+                           [](bool cut, bool hidden) { return !cut && !hidden; });
+    return free;
+  }
   bool AnyEdgeCut() const { return edge_cut[0] || edge_cut[1] || edge_cut[2] || edge_cut[3]; }
 };
 

@@ -231,7 +231,7 @@ bool RefinementInput::ShowsBottom() const {
 }
 
 RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementInput& input,
-                               const RefinementOptions& options, bool with_covariance) {
+                               const RefinementOptions& options, RefinementDepth depth) {
   RefinementProblem problem;
   for (const SilhouetteView& view : input.views) {
     AddEdges(view, input.camera, options, problem);
@@ -257,7 +257,8 @@ RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementI
   };
   double cost = solve();
   // Only in a second pass: with the symmetric loss from the start, local minima are more frequent.
-  problem.symmetric = with_covariance && std::ranges::any_of(problem.edges, &RefinementProblem::Edge::whole);
+  const bool full = depth == RefinementDepth::kFull;
+  problem.symmetric = full && std::ranges::any_of(problem.edges, &RefinementProblem::Edge::whole);
   if (problem.symmetric) {
     cost = solve();
   }
@@ -265,7 +266,7 @@ RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementI
   result.cost -=
       std::log(input.prior.shapes[static_cast<std::size_t>(NearestKind(start.shape.e1, start.shape.e2))]);
   result.cost -= yaw != nullptr ? std::log(yaw->share) : 0.0;
-  if (with_covariance) {
+  if (full) {
     result.covariance = problem.Covariance(parameters);
     result.cost += problem.HalfLogInformation(parameters) + (yaw != nullptr ? std::log(yaw->sigma) : 0.0);
   }

@@ -49,10 +49,16 @@ struct RefinementInput {
 
 struct RefinementResult {
   PosedSuperquadric superquadric;
-  // Robust, half a chi square, less the log probability of the prior's modes. With the covariance also the
+  // Robust, half a chi square, less the log probability of the prior's modes. For a full refinement also the
   // Occam factor: a negative log evidence, comparable between starts and modes on the same input.
   double cost = 0.0;
-  Eigen::Matrix<double, 9, 9> covariance;  // of centre, half sizes, yaw, e1, e2
+  Eigen::Matrix<double, 9, 9> covariance;  // of centre, half sizes, yaw, e1, e2; zero for kQuick
+};
+
+enum class RefinementDepth {
+  kQuick,  // to rank starts: no covariance, no Occam factor, and too large boxes count less than too small
+           // ones
+  kFull,
 };
 
 // Refines centre, half sizes, yaw and shape jointly (9 parameters; roll and pitch stay zero), by
@@ -62,10 +68,11 @@ struct RefinementResult {
 // normal n (camera frame, scaled so that n . p is the offset in the image times depth) the condition is n . c
 // + h(R^T n) = 0, where c is the object's centre and h the support function of the superquadric: exact,
 // smooth, and no silhouette has to be traced. Points give the radial distance of Eq. 11, the support gives
-// contact: lowest point = height. The prior has modes (kind of shape, longer horizontal axis, yaw), of which
-// the one nearest to the start is used. Without `with_covariance` the
-// covariance of the result is zero, and boxes are not balanced: quicker, to compare starts.
+// contact: lowest point = height. The ends of cylinders may be narrower than their middle (tapered_solid.h).
+// The prior has modes (kind of shape, longer horizontal axis, yaw), of which the one nearest to the start is
+// used.
 RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementInput& input,
-                               const RefinementOptions& options, bool with_covariance = true);
+                               const RefinementOptions& options,
+                               RefinementDepth depth = RefinementDepth::kFull);
 
 }  // namespace sqslam

@@ -222,8 +222,8 @@ void KeepPromising(const RefinementInput& input, const RefinementOptions& option
     quick.max_iterations = std::min(steps, options.max_iterations);
     for (Candidate& candidate : candidates) {
       Assume(candidate.assumption, part);
-      candidate.cost =
-          RefineJointly(candidate.start, part, quick, false).cost + share * candidate.assumption.cost;
+      candidate.cost = RefineJointly(candidate.start, part, quick, RefinementDepth::kQuick).cost +
+                       share * candidate.assumption.cost;
     }
     std::ranges::stable_sort(candidates, {}, &Candidate::cost);
   };

@@ -238,9 +238,7 @@ struct ObjectTracker::Impl {
     }
     observation.T_map_camera = frame.T_map_camera;
     observation.point_ids = box.point_ids;
-    for (int edge = 0; edge < 4; ++edge) {
-      observation.edge_free[edge] = !box.edge_cut[edge] && !box.edge_hidden[edge];
-    }
+    observation.edge_free = box.FreeEdges();
     observation.centroid = Centroid(box);
     if (options.representation == Representation::kQuadric &&
         options.quadric_init == QuadricInit::kSingleView) {

@@ -21,11 +21,8 @@ void AddViews(const MapSnapshot& snapshot, const Rigid3d& T_map_camera, const Ob
     if (landmark == landmarks.end()) {
       continue;
     }
-    BoxView view{snapshot.frame_index, T_map_camera, box.detection.box, {}};
-    for (std::size_t edge = 0; edge < 4; ++edge) {
-      view.edge_free[edge] = !box.edge_cut[edge] && !box.edge_hidden[edge];
-    }
-    landmark->second.views.push_back(view);
+    landmark->second.views.push_back(
+        {snapshot.frame_index, T_map_camera, box.detection.box, box.FreeEdges()});
   }
 }
 

@@ -18,14 +18,14 @@ constexpr double kExponentReach = 0.5 * (kMaxShapeExponent - kMinShapeExponent);
 
 // The parameters, and the terms that all residuals share.
 struct State {
-  explicit State(const double* x, bool is_straight = true)
+  explicit State(const double* x, bool is_tapered = false)
       : centre(x[0], x[1], x[2]),
         half(std::exp(x[3]), std::exp(x[4]), std::exp(x[5])),
         cos_yaw(std::cos(x[RefinementProblem::kYaw])),
         sin_yaw(std::sin(x[RefinementProblem::kYaw])),
-        straight(is_straight) {
+        tapered(is_tapered ? 1.0 : 0.0) {
     for (int i = 0; i < 2; ++i) {
-      taper[i] = straight ? 1.0 : std::exp(x[RefinementProblem::kTaper + i]);
+      taper[i] = std::exp(tapered * x[RefinementProblem::kTaper + i]);
       const double u = x[RefinementProblem::kExponents + i];
       exponent[i] = kMiddleExponent + kExponentReach * std::sin(u);
       exponent_slope[i] = kExponentReach * std::cos(u);
@@ -43,9 +43,9 @@ struct State {
   Eigen::Vector3d half;
   double cos_yaw;
   double sin_yaw;
-  double exponent[2];        // e1, e2
-  bool straight;             // without tapers
-  double taper[2];           // of the lower and the upper end
+  double exponent[2];  // e1, e2
+  double tapered;      // derivative of the log of the tapers by their parameters: 1, or 0 without tapers
+  double taper[2];     // of the lower and the upper end
   double exponent_slope[2];  // derivative by the parameter
 };
 
@@ -99,7 +99,7 @@ Residual EdgeResidual(const State& state, const double* x, const RefinementProbl
   g[RefinementProblem::kYaw] = scale * (du.x() * state.half.x() * n.y() - du.y() * state.half.y() * n.x());
   g[RefinementProblem::kExponents] = scale * support.by_p1 * 0.5 * p1 * p1 * state.exponent_slope[0];
   g[RefinementProblem::kExponents + 1] = scale * support.by_p2 * 0.5 * p2 * p2 * state.exponent_slope[1];
-  g[RefinementProblem::kTaper + end] = state.straight ? 0.0 : scale * support.by_log_taper;
+  g[RefinementProblem::kTaper + end] = state.tapered * scale * support.by_log_taper;
   g[RefinementProblem::kBias + edge.side] = edge.size;
   return residual;
 }
@@ -127,7 +127,7 @@ Residual PointResidual(const State& state, const RefinementProblem::Point& point
   g.head<3>() = -state.ToMap(dp);
   g.segment<3>(RefinementProblem::kLogHalf) = distance.by_log_half_size;
   g[RefinementProblem::kLogHalf + 2] += by_width * width.by_log_half;
-  g[RefinementProblem::kTaper + end] = state.straight ? 0.0 : by_width * width.by_log_taper;
+  g[RefinementProblem::kTaper + end] = state.tapered * by_width * width.by_log_taper;
   g[RefinementProblem::kYaw] = dp.x() * p.y() - dp.y() * p.x();
   g[RefinementProblem::kExponents] = distance.by_e1 * state.exponent_slope[0];
   g[RefinementProblem::kExponents + 1] = distance.by_e2 * state.exponent_slope[1];
@@ -217,7 +217,7 @@ PosedSuperquadric RefinementProblem::Unpack(const Parameters& parameters) {
 RefinementProblem::Square RefinementProblem::Information(const Parameters& parameters) const {
   Eigen::VectorXd residuals(NumResiduals());
   Eigen::MatrixXd jacobian(NumResiduals(), static_cast<int>(NUM_PARAMETERS));
-  // What keeps an end from being wider than the middle tells nothing of its width.
+  // The bound of the tapers is no measurement: it must not count as information.
   Parameters inside = parameters;
   inside.segment<2>(kTaper) = inside.segment<2>(kTaper).cwiseMin(0.0);
   (*this)(inside.data(), residuals.data(), jacobian.data());
@@ -265,7 +265,7 @@ bool RefinementProblem::operator()(const double* parameters, double* residuals, 
   constexpr double kPointWidth = 1.5;
   constexpr double kInside = 0.5;       // objects are more often hollow between their parts than bulging
   constexpr double kBoundSigma = 0.05;  // of a log half size beyond its bound
-  const State state(parameters, prior.taper_factor >= kStraight);
+  const State state(parameters, prior.taper_factor < kStraight);
   const int rows = NumResiduals();
   int row = 0;
   const auto put = [&](const Residual& residual) {

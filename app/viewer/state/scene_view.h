@@ -16,7 +16,7 @@
 
 namespace sqslam::viewer {
 
-// How the camera moves.
+// Motion of the camera.
 enum class CameraMode {
   kFree,         // moved by the user
   kFollow,       // behind the input camera
