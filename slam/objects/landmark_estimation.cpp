@@ -237,7 +237,6 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
   const std::optional<YawEstimate> yaw =
       context.upright ? PaperYaw(landmark, points, context) : std::optional<YawEstimate>();
   const double paper_yaw = yaw ? yaw->yaw : 0.0;
-  landmark.support.reset();
   if (options.method == ObjectMethod::kRefined && context.upright && views.size() >= kMinViews) {
     const StandingFit refined = *RefineLandmark(landmark, views, IsThoroughNow(landmark, context), context);
     // A diverged refinement explains the boxes worse than the cloud alone.
@@ -248,6 +247,7 @@ void EstimateLandmark(Landmark& landmark, const EstimationContext& context) {
       return;
     }
   }
+  landmark.support.reset();
   // The shape of a young object is left to its first refinement.
   const bool with_shape = options.method == ObjectMethod::kPaper || views.size() >= kMinViews;
   landmark.superquadric = SuperquadricAtYaw(

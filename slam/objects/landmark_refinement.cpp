@@ -151,8 +151,12 @@ std::vector<Assumption> Assumptions(const SupportHeights& supports, const Refine
     floating.lowest = *std::max_element(supports.near.begin(), supports.near.end());
   }
   assumptions.push_back(floating);
-  if (effort == SearchEffort::kThorough) {
-    for (const double height : supports.far) {
+  // A quick search leaves out surfaces elsewhere, but an object that stands above a low one may well stand on
+  // one that begins beside it.
+  const double lowest = supports.near.empty() ? std::numeric_limits<double>::infinity()
+                                              : *std::min_element(supports.near.begin(), supports.near.end());
+  for (const double height : supports.far) {
+    if (effort == SearchEffort::kThorough || height > lowest) {
       assumptions.push_back({height, {}, cost_of(height, 2.0)});
     }
   }
@@ -288,6 +292,28 @@ void FollowAll(const std::vector<Candidate>& candidates, const RefinementOptions
   }
 }
 
+// Returns the present height of the surface that the landmark's visible part was found to stand on. The
+// surface may have moved with the map, or have been found no more.
+std::optional<double> SupportOf(const Landmark& landmark, const SupportHeights& supports) {
+  constexpr double kSame = 0.25;  // of the object's height
+  const bool completed = landmark.superquadric.shape.half_size.z() != landmark.visible.shape.half_size.z();
+  if (!landmark.support || completed) {
+    return std::nullopt;
+  }
+  const double before = *landmark.support;
+  double support = before;
+  double nearest = kSame * 2.0 * landmark.visible.shape.half_size.z();
+  for (const std::vector<double>* heights : {&supports.near, &supports.far}) {
+    for (const double height : *heights) {
+      if (std::abs(height - before) < nearest) {
+        nearest = std::abs(height - before);
+        support = height;
+      }
+    }
+  }
+  return support;
+}
+
 }  // namespace
 
 bool IsBottomSeen(const std::vector<BoxView>& views) {
@@ -313,13 +339,7 @@ std::optional<StandingFit> RefineLandmark(const Landmark& landmark, const std::v
     return RefineStanding(starts, std::move(input), supports, options.refinement,
                           context.thorough ? SearchEffort::kThorough : SearchEffort::kPromising);
   }
-  std::vector<double> heights = supports.near;
-  heights.insert(heights.end(), supports.far.begin(), supports.far.end());
-  if (landmark.support && !heights.empty()) {
-    input.support_height = *std::min_element(heights.begin(), heights.end(), [&](double a, double b) {
-      return std::abs(a - *landmark.support) < std::abs(b - *landmark.support);
-    });
-  }
+  input.support_height = SupportOf(landmark, supports);
   if (!input.support_height && !supports.near.empty()) {
     input.lowest = *std::max_element(supports.near.begin(), supports.near.end());
   }

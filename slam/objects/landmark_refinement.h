@@ -22,13 +22,13 @@ struct StandingFit {
 // Heights of the surfaces that an object may stand on.
 struct SupportHeights {
   std::vector<double> near;  // that have points around it
-  std::vector<double> far;   // others below it without points nearby, where they may extend unseen
+  std::vector<double> far;   // others below it without points nearby, where they may extend unseen; a quick
+                             // search tries those above the lowest near one
 };
 
 enum class SearchEffort {
   kPromising,  // follows a few starts, picked by a short run on a part of the data: a third of the time
-  kAll,        // follows all starts
-  kThorough,   // also tries far surfaces, and the neighbourhood of the best
+  kThorough,   // follows all starts, tries all far surfaces, and the neighbourhood of the best
 };
 
 // Runs the joint refinement from several starts under several hypotheses: that the object stands on one of
@@ -53,7 +53,8 @@ inline constexpr std::size_t kMinPoints = 4;
 
 // Runs RefineStanding for a landmark with its inliers in landmark.points. `views`: those whose box edges are
 // used. `thorough`: from all starts under all hypotheses (with SearchEffort::kThorough if the context is
-// thorough too); otherwise from the last result. Empty if there are fewer than kMinPoints inliers and the
+// thorough too); otherwise from the last result, on the surface
+// that it stands on. Empty if there are fewer than kMinPoints inliers and the
 // boxes do not determine the position.
 std::optional<StandingFit> RefineLandmark(const Landmark& landmark, const std::vector<BoxView>& views,
                                           bool thorough, const EstimationContext& context);

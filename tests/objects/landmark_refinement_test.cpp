@@ -4,6 +4,7 @@
 
 #include "dense_box_scene.h"
 #include "slam/geometry/angles.h"
+#include "slam/objects/landmark_estimation.h"
 #include "slam/objects/landmark_geometry.h"
 
 namespace sqslam {
@@ -22,48 +23,90 @@ TEST(IsBottomSeen, AsksForAThirdOfTheViews) {
   EXPECT_TRUE(IsBottomSeen(views));
 }
 
-// Boxes of a turned box, and no points to speak of: what is given goes before what they say.
-TEST(RefineLandmark, KeepsToPartsThatAreGiven) {
-  const DenseBoxScene scene;
-  PosedSuperquadric turned = scene.truth;
+// Boxes of a box of the scene, and no points to speak of.
+class RefineLandmarkTest : public ::testing::Test {
+ protected:
+  RefineLandmarkTest() {
+    context_.options = &options_;
+    context_.camera = scene_.camera;
+    context_.upright = true;
+    context_.supports = &supports_;
+    context_.classes = &classes_;
+    context_.thorough = true;
+  }
+
+  Landmark LandmarkOf(const PosedSuperquadric& solid) const {
+    Landmark landmark;
+    landmark.labels.Add("box", 1.0);
+    landmark.observations = static_cast<int>(scene_.poses.size());
+    for (std::size_t i = 0; i < scene_.poses.size(); ++i) {
+      const Box2d box = *ProjectToBox(solid, scene_.poses[i], scene_.camera);
+      landmark.views.push_back(
+          {static_cast<std::int64_t>(i), scene_.poses[i], box, {true, true, true, true}});
+    }
+    for (int i = 0; i < 4; ++i) {
+      const Eigen::Vector3d p = solid.T_map_object * Eigen::Vector3d(0.12, 0.1 * i - 0.15, 0.05 * i - 0.1);
+      landmark.points.emplace_back(i, p);
+      for (const std::size_t pose : {0, 13, 26, 39}) {
+        landmark.votes[i].SeeInside(scene_.poses[pose].translation);
+      }
+    }
+    return landmark;
+  }
+
+  const DenseBoxScene scene_;
+  const ObjectOptions options_;
+  const ClassPriors classes_;
+  const SupportSurfaces supports_ = SupportSurfaces::Everywhere(0.0);
+  EstimationContext context_;
+};
+
+// What is given goes before what the boxes say.
+TEST_F(RefineLandmarkTest, KeepsToPartsThatAreGiven) {
+  PosedSuperquadric turned = scene_.truth;
   turned.T_map_object.rotation = Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ());
-  Landmark landmark;
-  landmark.labels.Add("box", 1.0);
-  landmark.observations = static_cast<int>(scene.poses.size());
-  for (std::size_t i = 0; i < scene.poses.size(); ++i) {
-    const Box2d box = *ProjectToBox(turned, scene.poses[i], scene.camera);
-    landmark.views.push_back({static_cast<std::int64_t>(i), scene.poses[i], box, {true, true, true, true}});
-  }
-  for (int i = 0; i < 4; ++i) {
-    const Eigen::Vector3d p = turned.T_map_object * Eigen::Vector3d(0.12, 0.1 * i - 0.15, 0.05 * i - 0.1);
-    landmark.points.emplace_back(i, p);
-    landmark.votes[i].SeeInside(scene.poses.front().translation);
-    landmark.votes[i].SeeInside(scene.poses.back().translation);
-  }
-  const ObjectOptions options;
-  const SupportSurfaces supports = SupportSurfaces::Everywhere(0.0);
-  const ClassPriors classes;
-  EstimationContext context;
-  context.options = &options;
-  context.camera = scene.camera;
-  context.upright = true;
-  context.supports = &supports;
-  context.classes = &classes;
-  context.thorough = true;
-  const auto fit = [&] { return *RefineLandmark(landmark, landmark.views, true, context); };
+  const Landmark landmark = LandmarkOf(turned);
+  const auto fit = [&] { return *RefineLandmark(landmark, landmark.views, true, context_); };
   const auto yaw = [](const StandingFit& f) {
     return WrapQuarter(YawOf(f.superquadric.T_map_object.rotation));
   };
   EXPECT_NEAR(yaw(fit()), 0.3, 0.05);
-  context.given.yaw = 0.0;
+  context_.given.yaw = 0.0;
   EXPECT_NEAR(yaw(fit()), 0.0, 0.05);
-  context.given = {};
-  context.given.support = -0.05;
+  context_.given = {};
+  context_.given.support = -0.05;
   EXPECT_EQ(fit().support, std::optional(-0.05));
-  context.given = {};
-  context.given.kind = ShapeKind::kCylinder;
+  context_.given = {};
+  context_.given.kind = ShapeKind::kCylinder;
   const Superquadric round = fit().superquadric.shape;
   EXPECT_EQ(NearestKind(round.e1, round.e2), ShapeKind::kCylinder);
+}
+
+// A few more boxes improve a landmark on the surface it stands on; none of them shows its lower end.
+TEST_F(RefineLandmarkTest, StaysOnItsSupport) {
+  Landmark landmark = LandmarkOf(scene_.truth);
+  for (BoxView& view : landmark.views) {
+    view.edge_free[kBottomEdge] = false;
+  }
+  landmark.refined = true;
+  landmark.visible = landmark.superquadric = scene_.truth;
+  landmark.support = 0.02;  // that of the surface, before the last bundle adjustment
+  EXPECT_EQ(RefineLandmark(landmark, landmark.views, false, context_)->support, std::optional(0.0));
+  const SupportSurfaces floor = SupportSurfaces::Everywhere(-0.7);
+  context_.supports = &floor;  // the table was not found again
+  EXPECT_EQ(RefineLandmark(landmark, landmark.views, false, context_)->support, landmark.support);
+  const auto points = landmark.points;
+  const PointLookup lookup = [&](std::int64_t& id) {
+    return std::optional(points[static_cast<std::size_t>(id)].second);
+  };
+  context_.points = &lookup;
+  context_.thorough = false;
+  landmark.thorough_at = landmark.observations;
+  EstimateLandmark(landmark, context_);
+  EXPECT_TRUE(landmark.refined);
+  EXPECT_EQ(landmark.support, std::optional(0.02));
+  landmark.superquadric = StretchedTo(landmark.visible, -0.7);  // stands hidden behind a table
+  EXPECT_EQ(RefineLandmark(landmark, landmark.views, false, context_)->support, std::nullopt);
 }
 
 }  // namespace
