@@ -23,6 +23,7 @@ struct ClassEntry {
   double box = 0.0;                           // relative weights of the shapes
   double cylinder = 0.0;
   double ellipsoid = 0.0;
+  double handle = 0.0;  // share of those with a handle on one side
   bool hollow = false;  // one sees into or through the hull
 
   template <typename Visitor>
@@ -33,6 +34,7 @@ struct ClassEntry {
     visit("box", box, 0.0, 1.0);
     visit("cylinder", cylinder, 0.0, 1.0);
     visit("ellipsoid", ellipsoid, 0.0, 1.0);
+    visit("handle", handle, 0.0, 0.99);
     visit("hollow", hollow);
   }
 };
@@ -48,6 +50,7 @@ ClassPrior ToPrior(const ClassEntry& entry) {
   prior.height_sigma = entry.aspect[1];
   prior.log_metres = (log_area + std::log(height)) / 3.0;
   prior.size_sigma = entry.spread;
+  prior.handle = entry.handle;
   prior.hollow = entry.hollow;
   prior.shapes = {entry.box, entry.cylinder, entry.ellipsoid};
   double sum = 0.0;

@@ -29,6 +29,7 @@ struct ClassPrior {
   double height_sigma = 1.5;
   std::optional<double> log_metres;  // logarithm of the geometric mean of the full sizes; empty: any size
   double size_sigma = 0.0;           // standard deviation of log_metres
+  double handle = 0.0;               // share of those with a handle on one side
   bool hollow = false;               // lines of sight pass through its hull, as below the top of a table
 };
 

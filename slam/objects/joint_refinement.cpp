@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
+#include <numbers>
 #include <numeric>
 
 #include "slam/geometry/angles.h"
@@ -149,6 +151,7 @@ const YawMode* YawMeant(const PosedSuperquadric& start, const RefinementInput& i
 void AddPrior(const Superquadric& start, const YawMode* yaw, const RefinementInput& input,
               const RefinementOptions& options, RefinementProblem& problem) {
   constexpr double kNoDoubt = 1e6;
+  constexpr double kCupTaper = 0.3;
   constexpr double kProfile = 2.0;  // the tapers explain most of what e1 would
   const ClassPrior& known = input.prior;
   RefinementProblem::Prior& prior = problem.prior;
@@ -165,7 +168,8 @@ void AddPrior(const Superquadric& start, const YawMode* yaw, const RefinementInp
   prior.exponents = ExponentsOf(kind);
   prior.exponent_factors.fill(1.0 / options.exponent_sigma);
   if (kind == ShapeKind::kCylinder && options.taper_sigma > 0.0) {
-    prior.taper_factor = 1.0 / options.taper_sigma;
+    // A handle, not a waist, is what makes the boxes of a cup wide.
+    prior.taper_factor = 1.0 / (known.handle > 0.0 ? kCupTaper * options.taper_sigma : options.taper_sigma);
     prior.exponent_factors[0] *= kProfile;
   }
   prior.yaw = yaw != nullptr ? yaw->yaw : 0.0;
@@ -224,6 +228,64 @@ class RememberingProblem {
   mutable Eigen::Matrix<double, Eigen::Dynamic, NUM_PARAMETERS> jacobian_;
 };
 
+// Runs Levenberg-Marquardt from `parameters`, which it updates; returns the final cost.
+double Solve(const RefinementProblem& problem, const RefinementOptions& options,
+             RefinementProblem::Parameters& parameters) {
+  const RememberingProblem remembering(problem);
+  ceres::TinySolver<RememberingProblem> solver;
+  solver.options.max_num_iterations = options.max_iterations;
+  solver.options.function_tolerance = options.cost_tolerance;
+  return solver.Solve(remembering, &parameters).final_cost;
+}
+
+// Completes a full refinement from `parameters`, its first solution: with the symmetric loss only now,
+// because local minima are more frequent with it.
+RefinementResult Complete(RefinementProblem& problem, const RefinementOptions& options, double cost,
+                          RefinementProblem::Parameters& parameters) {
+  problem.symmetric = std::ranges::any_of(problem.edges, &RefinementProblem::Edge::whole);
+  if (problem.symmetric) {
+    cost = Solve(problem, options, parameters);
+  }
+  return {RefinementProblem::Unpack(parameters), cost + problem.HalfLogInformation(parameters),
+          problem.Covariance(parameters)};
+}
+
+// Refines the object as a round body with a handle, in the direction that `start` leaves likeliest.
+RefinementResult RefineHandled(const PosedSuperquadric& start, const RefinementOptions& options,
+                               RefinementProblem problem) {
+  constexpr double kReach = 1.375;  // half size along the handle over that across: 80 mm and a handle of 30
+  constexpr double kReachSigma = 0.1;  // of its logarithm
+  constexpr double kAnyYaw = 4.0;      // quarter turns in which the handle may point
+  constexpr int kDirections = 12;
+  problem.handled = true;
+  problem.prior.log_width_ratio = std::log(kReach);
+  problem.prior.width_factor = 1.0 / kReachSigma;
+  problem.prior.yaw_factor = 0.0;
+  PosedSuperquadric hull = start;
+  const double width = std::sqrt(start.shape.half_size.head<2>().prod());
+  hull.shape.half_size.head<2>() = width * Eigen::Vector2d(std::sqrt(kReach), 1.0 / std::sqrt(kReach));
+  // The middle lies between those of the body, where the points are, and of the hull.
+  const double step = 0.5 * (hull.shape.half_size.x() - hull.shape.half_size.y());
+  RefinementProblem::Parameters best;
+  double least = std::numeric_limits<double>::infinity();
+  Eigen::VectorXd residuals(problem.NumResiduals());
+  for (int i = 0; i < kDirections; ++i) {
+    const double yaw = 2.0 * std::numbers::pi * i / kDirections;
+    RefinementProblem::Parameters parameters = RefinementProblem::Pack(hull);
+    parameters[RefinementProblem::kYaw] = yaw;
+    parameters.head<2>() += step * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
+    problem(parameters.data(), residuals.data(), nullptr);
+    if (residuals.squaredNorm() < least) {
+      least = residuals.squaredNorm();
+      best = parameters;
+    }
+  }
+  const double cost = Solve(problem, options, best);
+  RefinementResult result = Complete(problem, options, cost, best);
+  result.cost += std::log(kAnyYaw);
+  return result;
+}
+
 }  // namespace
 
 bool RefinementInput::ShowsBottom() const {
@@ -248,27 +310,23 @@ RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementI
   auto log_half = parameters.segment<3>(RefinementProblem::kLogHalf);
   log_half =
       log_half.array().max(problem.min_log_half.array() + 0.5).min(problem.max_log_half.array() - 0.01);
-  const auto solve = [&] {
-    const RememberingProblem remembering(problem);
-    ceres::TinySolver<RememberingProblem> solver;
-    solver.options.max_num_iterations = options.max_iterations;
-    solver.options.function_tolerance = options.cost_tolerance;
-    return solver.Solve(remembering, &parameters).final_cost;
-  };
-  double cost = solve();
-  // Only in a second pass: with the symmetric loss from the start, local minima are more frequent.
-  const bool full = depth == RefinementDepth::kFull;
-  problem.symmetric = full && std::ranges::any_of(problem.edges, &RefinementProblem::Edge::whole);
-  if (problem.symmetric) {
-    cost = solve();
+  const double cost = Solve(problem, options, parameters);
+  const ShapeKind kind = NearestKind(start.shape.e1, start.shape.e2);
+  const double kind_cost = -std::log(input.prior.shapes[static_cast<std::size_t>(kind)]);
+  const double yaw_cost = yaw != nullptr ? -std::log(yaw->share) : 0.0;
+  if (depth == RefinementDepth::kQuick) {
+    return {RefinementProblem::Unpack(parameters), cost + kind_cost + yaw_cost,
+            Eigen::Matrix<double, 9, 9>::Zero()};
   }
-  RefinementResult result{RefinementProblem::Unpack(parameters), cost, Eigen::Matrix<double, 9, 9>::Zero()};
-  result.cost -=
-      std::log(input.prior.shapes[static_cast<std::size_t>(NearestKind(start.shape.e1, start.shape.e2))]);
-  result.cost -= yaw != nullptr ? std::log(yaw->share) : 0.0;
-  if (full) {
-    result.covariance = problem.Covariance(parameters);
-    result.cost += problem.HalfLogInformation(parameters) + (yaw != nullptr ? std::log(yaw->sigma) : 0.0);
+  RefinementResult result = Complete(problem, options, cost, parameters);
+  result.cost += kind_cost + yaw_cost + (yaw != nullptr ? std::log(yaw->sigma) : 0.0);
+  const double handle = kind == ShapeKind::kCylinder ? input.prior.handle : 0.0;
+  if (handle > 0.0) {
+    result.cost -= std::log(1.0 - handle);
+    problem.symmetric = false;
+    RefinementResult handled = RefineHandled(result.superquadric, options, problem);
+    handled.cost += kind_cost - std::log(handle);
+    return handled.cost < result.cost ? handled : result;
   }
   return result;
 }

@@ -69,6 +69,7 @@ enum class RefinementDepth {
 // + h(R^T n) = 0, where c is the object's centre and h the support function of the superquadric: exact,
 // smooth, and no silhouette has to be traced. Points give the radial distance of Eq. 11, the support gives
 // contact: lowest point = height. The ends of cylinders may be narrower than their middle (tapered_solid.h).
+// A full refinement also tries a handle on one side if the class may have one (handled_solid.h).
 // The prior has modes (kind of shape, longer horizontal axis, yaw), of which the one nearest to the start is
 // used.
 RefinementResult RefineJointly(const PosedSuperquadric& start, const RefinementInput& input,

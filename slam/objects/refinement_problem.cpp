@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "slam/geometry/angles.h"
+#include "slam/objects/handled_solid.h"
 #include "slam/objects/tapered_solid.h"
 
 namespace sqslam {
@@ -18,12 +19,14 @@ constexpr double kExponentReach = 0.5 * (kMaxShapeExponent - kMinShapeExponent);
 
 // The parameters, and the terms that all residuals share.
 struct State {
-  explicit State(const double* x, bool is_tapered = false)
+  explicit State(const double* x, bool is_tapered = false, bool is_handled = false)
       : centre(x[0], x[1], x[2]),
         half(std::exp(x[3]), std::exp(x[4]), std::exp(x[5])),
         cos_yaw(std::cos(x[RefinementProblem::kYaw])),
         sin_yaw(std::sin(x[RefinementProblem::kYaw])),
-        tapered(is_tapered ? 1.0 : 0.0) {
+        tapered(is_tapered ? 1.0 : 0.0),
+        handled(is_handled),
+        body(half, is_handled) {
     for (int i = 0; i < 2; ++i) {
       taper[i] = std::exp(tapered * x[RefinementProblem::kTaper + i]);
       const double u = x[RefinementProblem::kExponents + i];
@@ -47,6 +50,8 @@ struct State {
   double tapered;      // derivative of the log of the tapers by their parameters: 1, or 0 without tapers
   double taper[2];     // of the lower and the upper end
   double exponent_slope[2];  // derivative by the parameter
+  bool handled;
+  HandledBody body;
 };
 
 struct Residual {
@@ -80,14 +85,16 @@ Residual EdgeResidual(const State& state, const double* x, const RefinementProbl
     return residual;
   }
   const Eigen::Vector3d n = state.ToObject(edge.normal_map);
-  const Eigen::Vector3d u = n.cwiseProduct(state.half);
+  const Eigen::Vector3d u = n.cwiseProduct(state.body.half);
   const double p1 = 2.0 / (2.0 - state.exponent[0]);
   const double p2 = 2.0 / (2.0 - state.exponent[1]);
   const int end = u.z() > 0.0 ? 1 : 0;
-  const TaperedSupport support(u, state.taper[end], p1, p2);
-  const Eigen::Vector3d& du = support.by_u;
+  const TaperedSupport body(u, state.taper[end], p1, p2);
+  const double body_reach = body.value + state.body.shift * n.x();
+  const HandleSupport handle(n, state.half);
+  const bool to_handle = state.handled && handle.value > body_reach;
   const double scale = edge.factor / depth;
-  const double beyond = scale * (edge.normal_map.dot(offset) + support.value);
+  const double beyond = scale * (edge.normal_map.dot(offset) + (to_handle ? handle.value : body_reach));
   residual.value = beyond + edge.size * x[RefinementProblem::kBias + edge.side];
   if (!edge.exact && residual.value > 0.0) {
     residual.value = 0.0;
@@ -95,12 +102,18 @@ Residual EdgeResidual(const State& state, const double* x, const RefinementProbl
   }
   Gradient& g = residual.gradient;
   g.head<3>() = scale * edge.normal_map - beyond / depth * edge.forward_map;
-  g.segment<3>(RefinementProblem::kLogHalf) = scale * du.cwiseProduct(u);
-  g[RefinementProblem::kYaw] = scale * (du.x() * state.half.x() * n.y() - du.y() * state.half.y() * n.x());
-  g[RefinementProblem::kExponents] = scale * support.by_p1 * 0.5 * p1 * p1 * state.exponent_slope[0];
-  g[RefinementProblem::kExponents + 1] = scale * support.by_p2 * 0.5 * p2 * p2 * state.exponent_slope[1];
-  g[RefinementProblem::kTaper + end] = state.tapered * scale * support.by_log_taper;
   g[RefinementProblem::kBias + edge.side] = edge.size;
+  if (to_handle) {
+    g.segment<3>(RefinementProblem::kLogHalf) = scale * handle.by_log_hull;
+    g[RefinementProblem::kYaw] = scale * state.half.x() * n.y();
+    return residual;
+  }
+  const Eigen::Vector3d du = body.by_u.cwiseProduct(state.body.half);
+  g.segment<3>(RefinementProblem::kLogHalf) = scale * state.body.ByLogHull(body.by_u.cwiseProduct(u), n.x());
+  g[RefinementProblem::kYaw] = scale * ((du.x() + state.body.shift) * n.y() - du.y() * n.x());
+  g[RefinementProblem::kExponents] = scale * body.by_p1 * 0.5 * p1 * p1 * state.exponent_slope[0];
+  g[RefinementProblem::kExponents + 1] = scale * body.by_p2 * 0.5 * p2 * p2 * state.exponent_slope[1];
+  g[RefinementProblem::kTaper + end] = state.tapered * scale * body.by_log_taper;
   return residual;
 }
 
@@ -108,12 +121,12 @@ Residual PointResidual(const State& state, const RefinementProblem::Point& point
   const Eigen::Vector3d p = state.ToObject(point.p_map - state.centre);
   const int end = p.z() > 0.0 ? 1 : 0;
   const TaperedWidth width(p.z(), state.half.z(), state.taper[end]);
-  const Eigen::Vector3d q(p.x() / width.value, p.y() / width.value, p.z());
-  if (!point.on_surface && q.cwiseQuotient(state.half).cwiseAbs().maxCoeff() > 1.0) {
+  const Eigen::Vector3d q((p.x() - state.body.shift) / width.value, p.y() / width.value, p.z());
+  if (!point.on_surface && q.cwiseQuotient(state.body.half).cwiseAbs().maxCoeff() > 1.0) {
     return {};  // outside the bounding box, as most are
   }
   const RadialDistanceGradient distance =
-      Superquadric{state.half, state.exponent[0], state.exponent[1]}.RadialDistanceWithGradient(q);
+      Superquadric{state.body.half, state.exponent[0], state.exponent[1]}.RadialDistanceWithGradient(q);
   Residual residual;
   residual.value = distance.value;
   if (!point.on_surface && residual.value > 0.0) {
@@ -125,7 +138,7 @@ Residual PointResidual(const State& state, const RefinementProblem::Point& point
                            distance.by_point.z() + by_width * width.by_z);
   Gradient& g = residual.gradient;
   g.head<3>() = -state.ToMap(dp);
-  g.segment<3>(RefinementProblem::kLogHalf) = distance.by_log_half_size;
+  g.segment<3>(RefinementProblem::kLogHalf) = state.body.ByLogHull(distance.by_log_half_size, -dp.x());
   g[RefinementProblem::kLogHalf + 2] += by_width * width.by_log_half;
   g[RefinementProblem::kTaper + end] = state.tapered * by_width * width.by_log_taper;
   g[RefinementProblem::kYaw] = dp.x() * p.y() - dp.y() * p.x();
@@ -244,7 +257,8 @@ double RefinementProblem::HalfLogInformation(const Parameters& parameters) const
   // still lies within a quarter turn.
   constexpr std::array<int, 9> kKept = {0, 1, 2, 3, 4, 5, kYaw, kTaper, kTaper + 1};
   constexpr std::array<int, 6> kOthers = {kExponents, kExponents + 1, kBias, kBias + 1, kBias + 2, kBias + 3};
-  constexpr double kYawSigma = 0.4534;  // a quarter turn over the square root of 12
+  // A quarter or a whole turn over the square root of 12.
+  const double kYawSigma = handled ? 4.0 * 0.4534 : 0.4534;
   Square information = Information(parameters);
   information(kYaw, kYaw) += 1.0 / (kYawSigma * kYawSigma);
   const Eigen::Matrix<double, 6, 6> others = information(kOthers, kOthers);
@@ -265,7 +279,7 @@ bool RefinementProblem::operator()(const double* parameters, double* residuals, 
   constexpr double kPointWidth = 1.5;
   constexpr double kInside = 0.5;       // objects are more often hollow between their parts than bulging
   constexpr double kBoundSigma = 0.05;  // of a log half size beyond its bound
-  const State state(parameters, prior.taper_factor < kStraight);
+  const State state(parameters, prior.taper_factor < kStraight, handled);
   const int rows = NumResiduals();
   int row = 0;
   const auto put = [&](const Residual& residual) {

@@ -78,6 +78,7 @@ class RefinementProblem {
   std::optional<Contact> contact;
   std::optional<Contact> top;
   Prior prior{};
+  bool handled = false;    // a round body with a handle towards its x axis, see handled_solid.h
   bool symmetric = false;  // overshooting the edges of a whole view costs as much as falling short
   Eigen::Vector3d max_log_half = Eigen::Vector3d::Zero();
   Eigen::Vector3d min_log_half = Eigen::Vector3d::Zero();

@@ -11,8 +11,9 @@ namespace sqslam {
 namespace {
 
 // A bit of everything: exact and one-sided edges, points on the surface and outside, contact.
-RefinementProblem MakeProblem(bool exact_contact) {
+RefinementProblem MakeProblem(bool exact_contact, bool handled) {
   RefinementProblem problem;
+  problem.handled = handled;
   std::mt19937 generator(7);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   const auto random = [&] { return Eigen::Vector3d(unit(generator), unit(generator), unit(generator)); };
@@ -49,10 +50,11 @@ PosedSuperquadric MakeSuperquadric(double e1, double e2) {
 }
 
 TEST(RefinementProblem, JacobianAgreesWithTheNumericOne) {
-  for (const bool exact_contact : {true, false}) {
+  for (const bool handled : {false, true}) {
     for (const auto& [e1, e2] :
          {std::pair(0.3, 0.4), std::pair(1.0, 1.0), std::pair(1.6, 0.2), std::pair(0.15, 1.8)}) {
-      const RefinementProblem problem = MakeProblem(exact_contact);
+      const bool exact_contact = e1 < 1.0;
+      const RefinementProblem problem = MakeProblem(exact_contact, handled);
       const int rows = problem.NumResiduals();
       RefinementProblem::Parameters x = RefinementProblem::Pack(MakeSuperquadric(e1, e2));
       x.tail<6>() << 0.02, -0.01, 0.03, 0.04, -0.3, 0.05;

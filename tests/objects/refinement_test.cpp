@@ -63,25 +63,33 @@ TEST(RefineJointly, BoxesTooLargeAndTooSmallBalanceWhereNothingIsHidden) {
   EXPECT_GT(RefineJointly(truth, input, RefinementOptions()).superquadric.shape.Volume(), shape.Volume());
 }
 
-// The box around a solid of revolution that is narrower at its ends, as share of the width in its middle.
-Box2d BoxOfVase(const PosedSuperquadric& hull, const Eigen::Vector2d& tapers, const Rigid3d& T_map_camera,
+Box2d BoxAround(const std::vector<Eigen::Vector3d>& points, const Rigid3d& T_map_camera,
                 const Camera& camera) {
   Eigen::Array2d low = Eigen::Array2d::Constant(1e9);
   Eigen::Array2d high = -low;
+  for (const Eigen::Vector3d& p : points) {
+    const Eigen::Array2d pixel = camera.Project(T_map_camera.Inverse() * p).array();
+    low = low.min(pixel);
+    high = high.max(pixel);
+  }
+  return {low.x(), low.y(), high.x() - low.x(), high.y() - low.y()};
+}
+
+// Points on a solid of revolution that is narrower at its ends, as share of the width in its middle.
+std::vector<Eigen::Vector3d> PointsOfVase(const PosedSuperquadric& hull, const Eigen::Vector2d& tapers) {
+  std::vector<Eigen::Vector3d> points;
   const Eigen::Vector3d& half = hull.shape.half_size;
   for (int i = 0; i <= 20; ++i) {
     for (int k = 0; k < 90; ++k) {
       const double height = 0.1 * i - 1.0;
       const double width = 1.0 - (1.0 - tapers[height > 0.0 ? 1 : 0]) * std::abs(height);
       const double angle = 2.0 * M_PI * k / 90;
-      const Eigen::Vector3d p(width * half.x() * std::cos(angle), width * half.y() * std::sin(angle),
-                              height * half.z());
-      const Eigen::Array2d pixel = camera.Project(T_map_camera.Inverse() * (hull.T_map_object * p)).array();
-      low = low.min(pixel);
-      high = high.max(pixel);
+      points.push_back(hull.T_map_object * Eigen::Vector3d(width * half.x() * std::cos(angle),
+                                                           width * half.y() * std::sin(angle),
+                                                           height * half.z()));
     }
   }
-  return {low.x(), low.y(), high.x() - low.x(), high.y() - low.y()};
+  return points;
 }
 
 TEST(RefineJointly, AVaseIsAsWideAsItsMiddleThoughItsEndsAreNarrow) {
@@ -91,7 +99,7 @@ TEST(RefineJointly, AVaseIsAsWideAsItsMiddleThoughItsEndsAreNarrow) {
   hull.T_map_object.translation.z() = 0.11;
   RefinementInput input = InputOf(desk, hull);
   for (SilhouetteView& view : input.views) {
-    view.box = BoxOfVase(hull, {0.5, 0.6}, view.T_map_camera, desk.Camera());
+    view.box = BoxAround(PointsOfVase(hull, {0.5, 0.6}), view.T_map_camera, desk.Camera());
   }
   input.support_height = 0.0;
   RefinementOptions options;
@@ -99,6 +107,33 @@ TEST(RefineJointly, AVaseIsAsWideAsItsMiddleThoughItsEndsAreNarrow) {
   EXPECT_GT(overlap(), 0.93);
   options.taper_sigma = 0.0;
   EXPECT_LT(overlap(), 0.85);
+}
+
+TEST(RefineJointly, AHandleWidensACupToOneSideOnly) {
+  const SyntheticDesk desk(1);
+  PosedSuperquadric body = desk.Objects()[5].superquadric;
+  body.shape = {{0.042, 0.042, 0.048}, 0.1, 1.0};
+  body.T_map_object.translation.z() = 0.048;
+  std::vector<Eigen::Vector3d> points = PointsOfVase(body, {1.0, 1.0});
+  for (const double z : {-0.024, 0.024}) {
+    points.push_back(body.T_map_object * Eigen::Vector3d(0.072, 0.0, z));
+  }
+  PosedSuperquadric hull = body;
+  hull.shape.half_size.x() = 0.057;
+  hull.T_map_object.translation = body.T_map_object * Eigen::Vector3d(0.015, 0.0, 0.0);
+  RefinementInput input = InputOf(desk, body);
+  for (SilhouetteView& view : input.views) {
+    view.box = BoxAround(points, view.T_map_camera, desk.Camera());
+  }
+  input.support_height = 0.0;
+  PosedSuperquadric start = body;  // its yaw says nothing
+  start.T_map_object.rotation = Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitZ());
+  const auto overlap = [&] {
+    return SolidIoU(RefineJointly(start, input, RefinementOptions()).superquadric, hull);
+  };
+  EXPECT_LT(overlap(), 0.85);
+  input.prior.handle = 0.7;
+  EXPECT_GT(overlap(), 0.93);
 }
 
 TEST(RefineJointly, CostsTheSameFromEveryStartThatEndsInOnePlace) {
