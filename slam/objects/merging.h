@@ -15,6 +15,11 @@ namespace sqslam {
 // `objects.method: paper` has the t-test alone.
 bool AreSameObject(const Landmark& a, const Landmark& b, const ObjectOptions& all, const Camera& camera);
 
+// True if two landmarks of one label fill the same space, once both are refined from all their boxes. Two
+// things cannot, so this outweighs frames in which their boxes were apart: one of them may hold boxes of a
+// third.
+bool ShareTheirPlace(const Landmark& a, const Landmark& b);
+
 // Counts frames, up to `enough`, in which both have a box and the boxes clearly differ: IoU below 0.4 and,
 // with `parts_are_one`, neither within the other, as the back of a chair in the chair.
 int FramesSeenApart(const Landmark& a, const Landmark& b, bool parts_are_one = false,

@@ -131,7 +131,7 @@ std::vector<SnapshotObject> ObjectMapper::Objects() const {
 int ObjectMapper::LeftOut() const {
   return static_cast<int>(
       std::count_if(impl_->landmarks.begin(), impl_->landmarks.end(), [&](const auto& landmark) {
-        return impl_->IsShown(landmark.second) && !impl_->Represented(landmark.second);
+        return impl_->IsPublished(landmark.second) && !impl_->Represented(landmark.second);
       }));
 }
 

@@ -97,14 +97,14 @@ struct ObjectMapper::Impl {
                               .thorough = all,
                               .seed = seed};
     Estimate(all ? Ids() : MostOutdated(landmarks, options.max_estimates), poses, context);
-    std::vector<int> merged = MergeAllPairs();
+    std::vector<int> merged = MergeAllPairs(all);
     if (!all && options.max_estimates > 0) {
       std::erase_if(merged, [&](int id) { return landmarks.at(id).estimated; });
       merged.resize(std::min(merged.size(), static_cast<std::size_t>(options.max_estimates)));
     }
     Estimate(merged, poses, context);
     while (all && !merged.empty()) {  // re-estimated ones may be duplicates of others
-      merged = MergeAllPairs();
+      merged = MergeAllPairs(all);
       Estimate(merged, poses, context);
     }
     DeleteForgotten();
@@ -157,9 +157,9 @@ struct ObjectMapper::Impl {
   }
 
   // Returns the survivors, which must be re-estimated.
-  std::vector<int> MergeAllPairs() {
+  std::vector<int> MergeAllPairs(bool all_refined) {
     std::set<int> survivors;
-    while (const std::optional<std::pair<int, int>> pair = MergeOnePair()) {
+    while (const std::optional<std::pair<int, int>> pair = MergeOnePair(all_refined)) {
       survivors.erase(pair->first);
       survivors.insert(pair->second);
     }
@@ -167,10 +167,12 @@ struct ObjectMapper::Impl {
   }
 
   // Returns the ids of the removed landmark and of the one that absorbed it.
-  std::optional<std::pair<int, int>> MergeOnePair() {
+  std::optional<std::pair<int, int>> MergeOnePair(bool all_refined) {
     for (auto a = landmarks.begin(); a != landmarks.end(); ++a) {
       for (auto b = std::next(a); b != landmarks.end(); ++b) {
-        if (AreSameObject(a->second, b->second, options, *last_camera)) {
+        if (AreSameObject(a->second, b->second, options, *last_camera) ||
+            (all_refined && options.method == ObjectMethod::kRefined &&
+             ShareTheirPlace(a->second, b->second))) {
           merges.emplace_back(b->first, a->first);
           merged_into[b->first] = a->first;
           a->second.Absorb(std::move(b->second));
@@ -208,9 +210,15 @@ struct ObjectMapper::Impl {
                                           : options.pointless_box_agreement);
   }
 
-  // Returns the landmark in the chosen representation; empty if it is not shown or cannot be represented.
+  // True if the object appears in the map. The others are kept, as more boxes may still make sense of them.
+  bool IsPublished(const Landmark& landmark) const {
+    return IsShown(landmark) &&
+           (known.contains(landmark.id) || landmark.reliability >= options.min_reliability);
+  }
+
+  // Returns the landmark in the chosen representation; empty if it is not published or cannot be represented.
   std::optional<PosedSuperquadric> Represented(const Landmark& landmark) const {
-    if (!IsShown(landmark)) {
+    if (!IsPublished(landmark)) {
       return std::nullopt;
     }
     if (options.representation == Representation::kQuadric) {

@@ -302,6 +302,7 @@ struct ObjectOptions {
   int min_points = 4;                                  // map points needed to show an object
   double min_box_agreement = 0.35;       // mean IoU of projected object and boxes needed to show an object
   double pointless_box_agreement = 0.6;  // the same for an object with fewer than min_points
+  double min_reliability = 0.15;         // needed to show an object; those below 0.4 are shown as uncertain
   int forget_after = 300;  // frames without a box after which an object that was never good is deleted
   int max_estimates = 2;   // most outdated objects re-estimated at a keyframe; 0: no limit
   DetectionFilterOptions detections;
@@ -324,6 +325,7 @@ struct ObjectOptions {
     visit("min_points", min_points, 0, 10000);
     visit("min_box_agreement", min_box_agreement, 0.0, 1.0);
     visit("pointless_box_agreement", pointless_box_agreement, 0.0, 1.0);
+    visit("min_reliability", min_reliability, 0.0, 1.0);
     visit("forget_after", forget_after, 1, 1000000);
     visit("max_estimates", max_estimates, 0, 10000);
     visit("detections", detections);

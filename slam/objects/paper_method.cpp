@@ -8,6 +8,7 @@ ObjectOptions OptionsOfMethod(ObjectOptions options) {
   }
   constexpr int kNever = 1000000;  // frames
   options.min_box_agreement = 0.0;
+  options.min_reliability = 0.0;
   options.pointless_box_agreement = 0.0;
   options.forget_after = kNever;
   options.max_estimates = 0;

@@ -236,6 +236,33 @@ TEST(Landmark, TwoOfAKindThatReachIntoEachOtherAreOneUnlessSeenTogether) {
   EXPECT_TRUE(same_at(0.1, 10));
 }
 
+// Two tables in one place, one of which was given boxes of a chair beside it.
+TEST(Landmark, TwoOfAKindCannotShareTheirPlace) {
+  Landmark a = SeenAt(100.0, 40);
+  a.superquadric.shape = {{0.1, 0.1, 0.1}, 0.1, 0.1};
+  a.estimated = a.refined = true;
+  const auto see = [&](Landmark b, int apart) {
+    b.views.clear();
+    for (int i = 0; i < 40; ++i) {
+      b.Add(ObservationOf("cup", {100.0, 100, 40, 50}, 30 + i));
+    }
+    for (int i = 0; i < apart; ++i) {
+      b.views[static_cast<std::size_t>(i)].box.x = 300.0;
+    }
+    return b;
+  };
+  Landmark b = see(a, 8);
+  EXPECT_FALSE(AreSameObject(a, b, ObjectOptions(), Camera()));
+  EXPECT_TRUE(ShareTheirPlace(a, b));
+  b.superquadric.T_map_object.translation.x() = 0.1;  // half of it
+  EXPECT_FALSE(ShareTheirPlace(a, b));
+  EXPECT_FALSE(ShareTheirPlace(a, see(a, 11))) << "too often apart";
+  b = see(a, 0);
+  b.labels = LabelVotes();
+  b.labels.Add("bowl", 0.9);
+  EXPECT_FALSE(ShareTheirPlace(a, b));
+}
+
 // A screen and what boxes of the picture on it gave: thin, and mostly behind the screen's surface.
 TEST(Landmark, APictureOnAScreenIsTheScreen) {
   const Camera camera = testing::TestCamera();

@@ -6,6 +6,7 @@
 
 #include "slam/objects/object_tracker.h"
 #include "slam/snapshot/byte_archive.h"
+#include "slam/util/statistics.h"
 #include "synthetic_desk.h"
 
 namespace sqslam {
@@ -133,6 +134,28 @@ TEST(ObjectMapper, FollowsFusedPointsAndForgetsCulledOnes) {
   for (const auto& [point, object] : mapper.PointObjects()) {
     EXPECT_EQ(point % 2, 0);
   }
+}
+
+TEST(ObjectMapper, PublishesOnlyWhatIsReliableEnough) {
+  const SyntheticDesk desk(1);
+  const auto objects = [&](double min_reliability) {
+    ObjectOptions options;
+    options.min_reliability = min_reliability;
+    DeskRun run(desk, options);
+    run.ObserveFrames(30);
+    run.mapper.UpdateAll(run.lookup, desk.Camera());
+    return run.mapper.Objects();
+  };
+  const std::vector<SnapshotObject> all = objects(0.0);
+  std::vector<double> reliabilities;
+  for (const SnapshotObject& object : all) {
+    reliabilities.push_back(object.fit.reliability);
+  }
+  ASSERT_GE(all.size(), 4U);
+  const double middle = UpperMedian(reliabilities);
+  const auto expected = std::ranges::count_if(reliabilities, [&](double r) { return r >= middle; });
+  ASSERT_LT(expected, static_cast<int>(all.size()));
+  EXPECT_EQ(static_cast<int>(objects(middle).size()), expected);
 }
 
 // An object that an earlier run has shown keeps its id in the next, also where that one would not show it.
