@@ -119,8 +119,15 @@ struct ObjectTracker::Impl {
       return false;
     }
     constexpr double kSameThing = 0.5;
+    constexpr double kNested = 0.9;  // of the smaller box
+    constexpr double kPart = 0.3;    // IoU of a part and its whole
     for (std::size_t i = 0; i < boxes.size(); ++i) {
-      if (ids[i] >= 0 && IoU(boxes[i].detection.box, b) > kSameThing) {
+      const Detection& other = boxes[i].detection;
+      const double iou = IoU(other.box, b);
+      // Detectors box the back of a chair as well as the chair.
+      const bool nested = options.method != ObjectMethod::kPaper && other.label == box.detection.label &&
+                          iou > kPart && ShareOfSmaller(other.box, b) > kNested;
+      if (ids[i] >= 0 && (iou > kSameThing || nested)) {
         return false;
       }
     }

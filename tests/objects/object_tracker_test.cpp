@@ -96,6 +96,28 @@ TEST(ObjectTracker, ABareBoxBeginsNothingWhereAThingIsExpected) {
   EXPECT_TRUE(ObjectTracker(paper).Track(frame, ObjectMapView()).empty()) << "the paper needs points";
 }
 
+TEST(ObjectTracker, APartOfAThingThatIsBoxedTooBeginsNothing) {
+  const SyntheticDesk desk(1);
+  ObjectFrame frame = desk.Frame(0);
+  frame.points.clear();
+  for (int i = 0; i < 60; ++i) {
+    const Eigen::Vector2d pixel(205.0 + 10.0 * (i % 6), 105.0 + 20.0 * (i / 6));
+    frame.points.push_back({i, pixel, frame.T_map_camera * (2.0 * frame.camera.Unproject(pixel))});
+  }
+  const auto count = [&](ObjectMethod method, const char* label, const Box2d& second) {
+    ObjectOptions options;
+    options.method = method;
+    frame.detections = {{"chair", 0.9, {200.0, 100.0, 70.0, 200.0}}, {label, 0.8, second}};
+    return ObjectTracker(options).Track(frame, ObjectMapView()).size();
+  };
+  const Box2d back(200.0, 100.0, 70.0, 85.0);
+  EXPECT_EQ(count(ObjectMethod::kRefined, "chair", back), 1U);
+  EXPECT_EQ(count(ObjectMethod::kRefined, "book", back), 2U) << "leans on the chair";
+  EXPECT_EQ(count(ObjectMethod::kRefined, "chair", {180.0, 100.0, 70.0, 85.0}), 2U) << "reaches beyond";
+  EXPECT_EQ(count(ObjectMethod::kRefined, "chair", {210.0, 100.0, 30.0, 60.0}), 2U) << "far behind it";
+  EXPECT_EQ(count(ObjectMethod::kPaper, "chair", back), 2U);
+}
+
 TEST(ObjectTracker, MakesNothingOfAFrameWithoutPointsOrBoxes) {
   const SyntheticDesk desk(1);
   ObjectTracker tracker((ObjectOptions()));
