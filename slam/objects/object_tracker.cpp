@@ -15,6 +15,23 @@
 
 namespace sqslam {
 
+namespace {
+
+// True if one box is an end of the other, as that of a chair's back: it shares three of its edges. Boxes of
+// stacked books share fewer.
+bool ArePartAndWhole(const Box2d& a, const Box2d& b) {
+  constexpr double kLeast = 0.3;   // IoU
+  constexpr double kShared = 0.1;  // distance of shared edges, share of the larger box's width or height
+  const double x_tolerance = kShared * std::max(a.width, b.width);
+  const double y_tolerance = kShared * std::max(a.height, b.height);
+  const int shared = (std::abs(a.x - b.x) < x_tolerance) + (std::abs(a.y - b.y) < y_tolerance) +
+                     (std::abs(a.x + a.width - b.x - b.width) < x_tolerance) +
+                     (std::abs(a.y + a.height - b.y - b.height) < y_tolerance);
+  return shared >= 3 && IoU(a, b) > kLeast;
+}
+
+}  // namespace
+
 struct ObjectTracker::Impl {
   ObjectOptions options;
   AssociationRules rules;
@@ -119,15 +136,12 @@ struct ObjectTracker::Impl {
       return false;
     }
     constexpr double kSameThing = 0.5;
-    constexpr double kNested = 0.9;  // of the smaller box
-    constexpr double kPart = 0.3;    // IoU of a part and its whole
     for (std::size_t i = 0; i < boxes.size(); ++i) {
       const Detection& other = boxes[i].detection;
-      const double iou = IoU(other.box, b);
-      // Detectors box the back of a chair as well as the chair.
-      const bool nested = options.method != ObjectMethod::kPaper && other.label == box.detection.label &&
-                          iou > kPart && ShareOfSmaller(other.box, b) > kNested;
-      if (ids[i] >= 0 && (iou > kSameThing || nested)) {
+      const bool same_label = other.label == box.detection.label;
+      const bool is_part =
+          options.method != ObjectMethod::kPaper && same_label && ArePartAndWhole(other.box, b);
+      if (ids[i] >= 0 && (is_part || IoU(other.box, b) > kSameThing)) {
         return false;
       }
     }

@@ -115,6 +115,7 @@ TEST(ObjectTracker, APartOfAThingThatIsBoxedTooBeginsNothing) {
   EXPECT_EQ(count(ObjectMethod::kRefined, "book", back), 2U) << "leans on the chair";
   EXPECT_EQ(count(ObjectMethod::kRefined, "chair", {180.0, 100.0, 70.0, 85.0}), 2U) << "reaches beyond";
   EXPECT_EQ(count(ObjectMethod::kRefined, "chair", {210.0, 100.0, 30.0, 60.0}), 2U) << "far behind it";
+  EXPECT_EQ(count(ObjectMethod::kRefined, "chair", {215.0, 130.0, 45.0, 140.0}), 2U) << "lies on top of it";
   EXPECT_EQ(count(ObjectMethod::kPaper, "chair", back), 2U);
 }
 
