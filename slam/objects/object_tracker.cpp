@@ -187,7 +187,7 @@ struct ObjectTracker::Impl {
       const double depth = (T_camera_map * object.superquadric.T_map_object.translation).z();
       const Box2d box = UndistortBox(boxes[i].detection.box, frame.camera);
       for (const auto& [id, other] : shown) {
-        if (id == ids[i] || depth <= 0.0 || !MayHide(*other, object.superquadric)) {
+        if (id == ids[i] || depth <= 0.0 || !MayHide(*other, object.superquadric, object.points)) {
           continue;
         }
         const std::array<bool, 4> hidden =

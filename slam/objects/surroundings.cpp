@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "slam/util/statistics.h"
 
@@ -46,6 +47,20 @@ bool StandsOn(const Landmark& other, const PosedSuperquadric& object) {
          object.shape.RadialScale(p) < 1.0;
 }
 
+// Height down to which an object was seen for certain; minus infinity with few points.
+double LowestSeen(std::span<const std::pair<std::int64_t, Eigen::Vector3d>> points) {
+  constexpr std::size_t kFew = 10;
+  constexpr std::size_t kStray = 10;  // every tenth point may lie too low
+  if (points.size() < kFew) {
+    return -std::numeric_limits<double>::infinity();
+  }
+  std::vector<double> heights;
+  for (const auto& [id, p] : points) {
+    heights.push_back(p.z());
+  }
+  return NthSmallest(heights, heights.size() / kStray);
+}
+
 }  // namespace
 
 Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* const> shown) {
@@ -69,7 +84,7 @@ Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* 
         tops.push_back(*other->support);
       }
     }
-    if (MayHide(other->superquadric, landmark.visible)) {
+    if (MayHide(other->superquadric, landmark.visible, landmark.points)) {
       result.hiders.push_back(other->superquadric);
       const double gap = Gap(other->superquadric, landmark.visible);
       if (other->support && gap < nearest) {
@@ -84,7 +99,8 @@ Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* 
   return result;
 }
 
-bool MayHide(const PosedSuperquadric& other, const PosedSuperquadric& object) {
+bool MayHide(const PosedSuperquadric& other, const PosedSuperquadric& object,
+             std::span<const std::pair<std::int64_t, Eigen::Vector3d>> points) {
   constexpr double kMuchLarger = 4.0;  // volumes
   // Every superquadric fills between 1/6 (the octahedron) and all of its bounding box, which usually decides.
   const double other_box = other.shape.half_size.prod();
@@ -93,7 +109,8 @@ bool MayHide(const PosedSuperquadric& other, const PosedSuperquadric& object) {
       other.shape.Volume() < kMuchLarger * object.shape.Volume()) {
     return false;
   }
-  const double bottom = object.T_map_object.translation.z() - object.shape.half_size.z();
+  const double bottom =
+      std::max(object.T_map_object.translation.z() - object.shape.half_size.z(), LowestSeen(points));
   Eigen::Vector3d p_other = other.T_map_object.Inverse() * object.T_map_object.translation;
   p_other.z() = 0.0;
   return other.shape.RadialScale(p_other) > 1.0 || bottom < other.T_map_object.translation.z();

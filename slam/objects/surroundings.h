@@ -1,8 +1,10 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "slam/geometry/box2.h"
@@ -27,8 +29,11 @@ struct Surroundings {
 Surroundings SurroundingsOf(const Landmark& landmark, std::span<const Landmark* const> shown);
 
 // True if `other` may hide a part of `object`: it is much larger, so the error of its position matters less,
-// and the object does not stand on it: it is beside it, or reaches below its middle.
-bool MayHide(const PosedSuperquadric& other, const PosedSuperquadric& object);
+// and the object does not stand on it: it is beside it, or reaches below its middle. `points`: the object's
+// inliers. They tell how far down it was seen, which its own estimate does not: a cushion on a couch that
+// was once fitted down to the floor would seem hidden by the couch and stay there.
+bool MayHide(const PosedSuperquadric& other, const PosedSuperquadric& object,
+             std::span<const std::pair<std::int64_t, Eigen::Vector3d>> points);
 
 // Returns the edges of a box (undistorted px: left, top, right, bottom) around an object at `depth` (map
 // units along the optical axis) that arise because `other` hides the object: just outside the edge the line

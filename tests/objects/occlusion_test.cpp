@@ -57,14 +57,26 @@ TEST(EdgesHiddenBy, ATableTakenTooHighHidesNothingAtItsRim) {
 }
 
 TEST(MayHide, IsNotTheTableForWhatSinksIntoItsTop) {
-  EXPECT_FALSE(MayHide(Table(), Box({0.1, 2.2, kTableTop - 0.05}, {0.04, 0.04, 0.05})));
+  EXPECT_FALSE(MayHide(Table(), Box({0.1, 2.2, kTableTop - 0.05}, {0.04, 0.04, 0.05}), {}));
+}
+
+// Its points are those above the seat, whatever the last fit.
+TEST(MayHide, IsNotTheCouchForTheCushionOnItThatWasFittedDownToTheFloor) {
+  const PosedSuperquadric couch = Box({0.0, 2.0, 0.42}, {0.9, 0.45, 0.42});
+  const PosedSuperquadric cushion = Box({0.1, 2.0, 0.4}, {0.2, 0.1, 0.4});
+  std::vector<std::pair<std::int64_t, Eigen::Vector3d>> points;
+  for (int i = 0; i < 20; ++i) {
+    points.emplace_back(i, Eigen::Vector3d(0.02 * i - 0.1, 1.9, i == 0 ? 0.1 : 0.45 + 0.015 * i));
+  }
+  EXPECT_TRUE(MayHide(couch, cushion, {}));
+  EXPECT_FALSE(MayHide(couch, cushion, points));
 }
 
 TEST(MayHide, IsTheTableForTheChairButNotForTheCupOnIt) {
-  EXPECT_TRUE(MayHide(Table(), Box({0.1, 2.8, 0.75}, {0.2, 0.05, 0.15})));
-  EXPECT_TRUE(MayHide(Table(), Box({0.1, 2.4, 0.5}, {0.2, 0.05, 0.3})));  // pushed under it
-  EXPECT_FALSE(MayHide(Table(), Box({0.1, 2.2, kTableTop + 0.05}, {0.04, 0.04, 0.05})));
-  EXPECT_FALSE(MayHide(Box({0.0, 0.0, 0.0}, {0.1, 0.1, 0.1}), Table()));
+  EXPECT_TRUE(MayHide(Table(), Box({0.1, 2.8, 0.75}, {0.2, 0.05, 0.15}), {}));
+  EXPECT_TRUE(MayHide(Table(), Box({0.1, 2.4, 0.5}, {0.2, 0.05, 0.3}), {}));  // pushed under it
+  EXPECT_FALSE(MayHide(Table(), Box({0.1, 2.2, kTableTop + 0.05}, {0.04, 0.04, 0.05}), {}));
+  EXPECT_FALSE(MayHide(Box({0.0, 0.0, 0.0}, {0.1, 0.1, 0.1}), Table(), {}));
 }
 
 }  // namespace
