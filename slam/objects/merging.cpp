@@ -47,6 +47,17 @@ double OverlapOfOne(const Landmark& a, const Landmark& b, bool same_label, const
   return AreSeenTogether(a, b, 0) ? options.overlap : std::min(kReachIn, options.overlap);
 }
 
+// A small thing of another label within a larger, better known one is taken for a part of it. The other way
+// round, a young table over a chair is the chair only if its boxes are those of the chair.
+bool MayBeOneOfTwoLabels(const Landmark& a, const Landmark& b, const Camera& camera) {
+  constexpr int kMaxViews = 10;
+  constexpr double kAgrees = 0.5;  // mean IoU
+  const Landmark& rarer = a.observations < b.observations ? a : b;
+  const Landmark& other = a.observations < b.observations ? b : a;
+  return rarer.superquadric.shape.Volume() <= other.superquadric.shape.Volume() ||
+         BoxAgreement(other.superquadric, SpreadViews(rarer.views, kMaxViews), camera) >= kAgrees;
+}
+
 // A detector boxes many objects twice for a while, such as a chair and its back; but what it nearly always
 // boxes twice is two objects: stacked books.
 bool AreMostlySeenTogether(const Landmark& a, const Landmark& b) {
@@ -165,7 +176,8 @@ bool AreSameObject(const Landmark& a, const Landmark& b, const ObjectOptions& al
   bool is_part = false;
   if (!same && parts.merge_by_volume && a.estimated && b.estimated) {
     const double shared = OverlapOfSmaller(a.superquadric, b.superquadric);
-    same = shared > OverlapOfOne(a, b, same_label, options);
+    same =
+        shared > OverlapOfOne(a, b, same_label, options) && (same_label || MayBeOneOfTwoLabels(a, b, camera));
     is_part = same_label && (shared > kPart || ShowsPartOf(a, b, shared, options, camera) ||
                              ShowsPartOf(b, a, shared, options, camera) || IsBoxedTwice(a, b));
     same = same || is_part || (same_label && AreConcentric(a, b, options));

@@ -236,6 +236,34 @@ TEST(Landmark, TwoOfAKindThatReachIntoEachOtherAreOneUnlessSeenTogether) {
   EXPECT_TRUE(same_at(0.1, 10));
 }
 
+TEST(Landmark, AYoungTableOverAChairIsNotTheChair) {
+  const Camera camera = testing::TestCamera();
+  const auto known = [&](const char* label, const Eigen::Vector3d& half_size, int first, int frames) {
+    Landmark landmark;
+    landmark.superquadric.shape = {half_size, 0.1, 0.1};
+    landmark.superquadric.T_map_object.translation = {0.0, 0.0, half_size.z()};
+    landmark.estimated = true;
+    for (int frame = first; frame < first + frames; ++frame) {
+      ObjectObservation observation;
+      observation.frame_index = frame;
+      observation.T_map_camera.rotation = Eigen::AngleAxisd(-M_PI / 2.0, Eigen::Vector3d::UnitX());
+      observation.T_map_camera.translation = {0.02 * (frame - first), -4.0, 0.5};
+      const auto box = ProjectToBox(landmark.superquadric, observation.T_map_camera, camera);
+      observation.detection = {label, 0.5, *box};
+      observation.edge_free = {true, true, true, true};
+      landmark.Add(observation);
+    }
+    return landmark;
+  };
+  const Landmark chair = known("chair", {0.25, 0.25, 0.4}, 0, 40);
+  const auto same = [&](const Landmark& other) {
+    return AreSameObject(chair, other, ObjectOptions(), camera);
+  };
+  EXPECT_FALSE(same(known("dining_table", {0.8, 0.5, 0.36}, 60, 5)));
+  EXPECT_TRUE(same(known("bench", {0.26, 0.27, 0.42}, 60, 5))) << "the chair by another name";
+  EXPECT_TRUE(same(known("book", {0.1, 0.1, 0.1}, 60, 5))) << "a part of it";
+}
+
 // Two tables in one place, one of which was given boxes of a chair beside it.
 TEST(Landmark, TwoOfAKindCannotShareTheirPlace) {
   Landmark a = SeenAt(100.0, 40);
