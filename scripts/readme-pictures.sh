@@ -5,7 +5,7 @@
 #   KITCHEN  result of 7-Scenes redkitchen, made with --dense; default: keep the old picture
 set -eu
 cd "$(dirname "$0")/.."
-scripts/install-packages.sh ffmpeg gifsicle pngquant
+scripts/install-packages.sh ffmpeg gifsicle pngquant python3
 sqslam=$PWD/build/release/bin/sqslam
 demo=${1:-}
 kitchen=${2:-}
@@ -18,12 +18,16 @@ if [ -z "$demo" ]; then
 fi
 "$sqslam" densify "$demo/result" --quiet
 
-# The growing map: one picture per state; the last one is held for two seconds.
-"$sqslam" render "$demo/result" --growth --output "$work/growth/{frame:04}.png" --resolution 960,400 --quiet
+# The growing map, close to the objects: one picture per state; the last one is held for two seconds.
+objects=$(python3 -c 'import json, sys
+centers = [o["center"] for o in json.load(open(sys.argv[1]))["objects"]]
+print(",".join(f"{sum(axis) / len(axis):.2f}" for axis in zip(*centers)))' "$demo/result/objects.json")
+"$sqslam" render "$demo/result" --growth --output "$work/growth/{frame:04}.png" --resolution 960,400 --quiet \
+  --camera-focal-point "$objects" --camera-zoom-factor 2.1
 ffmpeg -loglevel error -framerate 6 -i "$work/growth/%04d.png" -vf "tpad=stop_mode=clone:stop_duration=2,
-  split[a][b];[a]palettegen=max_colors=112[p];[b][p]paletteuse=dither=bayer:bayer_scale=4:diff_mode=rectangle" \
+  split[a][b];[a]palettegen=max_colors=144[p];[b][p]paletteuse=dither=bayer:bayer_scale=4:diff_mode=rectangle" \
   "$work/growth.gif"
-gifsicle -O3 --lossy=70 "$work/growth.gif" --output "$pictures/growth.gif"
+gifsicle -O3 --lossy=120 "$work/growth.gif" --output "$pictures/growth.gif"
 
 picture() {  # NAME RESULT OPTIONS...
   local name=$1 result=$2
