@@ -300,18 +300,13 @@ std::optional<double> SupportOf(const Landmark& landmark, const SupportHeights& 
   if (!landmark.support || completed) {
     return std::nullopt;
   }
-  const double before = *landmark.support;
-  double support = before;
-  double nearest = kSame * 2.0 * landmark.visible.shape.half_size.z();
-  for (const std::vector<double>* heights : {&supports.near, &supports.far}) {
-    for (const double height : *heights) {
-      if (std::abs(height - before) < nearest) {
-        nearest = std::abs(height - before);
-        support = height;
-      }
-    }
-  }
-  return support;
+  std::vector<double> heights = supports.near;
+  heights.insert(heights.end(), supports.far.begin(), supports.far.end());
+  const auto distance = [&](double height) { return std::abs(height - *landmark.support); };
+  const auto nearest = std::ranges::min_element(heights, {}, distance);
+  const bool found =
+      nearest != heights.end() && distance(*nearest) < kSame * 2.0 * landmark.visible.shape.half_size.z();
+  return found ? *nearest : *landmark.support;
 }
 
 }  // namespace
