@@ -118,7 +118,7 @@ class MapWriter {
     if (map_.keyframes.empty() || camera.height <= 0 || !(camera.fy > 0.0)) {
       return;
     }
-    const double size = FrustumSize();
+    const double size = FrustumHeight();
     lens_ = file_.AddCamera("camera", 2.0 * std::atan(0.5 * camera.height / camera.fy),
                             camera.fy * camera.width / (camera.fx * camera.height), 0.1 * size);
     GlbJson nodes = GlbJson::array();
@@ -221,7 +221,7 @@ class MapWriter {
   }
 
   // A twentieth of the path's extent: small against the map but visible.
-  double FrustumSize() const {
+  double FrustumHeight() const {
     Eigen::AlignedBox3d path;
     for (const SnapshotKeyframe& keyframe : map_.keyframes) {
       path.extend(keyframe.T_map_camera.translation);
@@ -229,17 +229,13 @@ class MapWriter {
     return std::max(0.05 * path.diagonal().norm(), 1e-3);
   }
 
-  // Appends eight lines: from the camera centre to the image corners at depth `size`, and the image border.
-  void AppendFrustum(const Rigid3d& T_map_camera, double size, std::vector<Eigen::Vector3f>& lines) const {
-    std::array<Eigen::Vector3f, 4> corners;
-    std::ranges::transform(CornerRays(map_.camera), corners.begin(), [&](const Eigen::Vector3d& ray) {
-      return Eigen::Vector3f((T_map_camera * Eigen::Vector3d(size * ray)).cast<float>());
-    });
-    for (std::size_t i = 0; i < 4; ++i) {
-      lines.push_back(T_map_camera.translation.cast<float>());
-      lines.push_back(corners[i]);
-      lines.push_back(corners[i]);
-      lines.push_back(corners[(i + 1) % 4]);
+  // Appends eight lines: from the camera centre to the corners of the image, `height` high, and its border.
+  void AppendFrustum(const Rigid3d& T_map_camera, double height, std::vector<Eigen::Vector3f>& lines) const {
+    const std::array<Eigen::Vector3d, 5> corners = FrustumCorners(T_map_camera, map_.camera, height);
+    for (std::size_t i = 1; i < 5; ++i) {
+      for (const std::size_t end : {std::size_t{0}, i, i, i % 4 + 1}) {
+        lines.push_back(corners[end].cast<float>());
+      }
     }
   }
 

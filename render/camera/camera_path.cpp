@@ -86,11 +86,17 @@ Rigid3d PoseOf(const ViewCamera& view) {
   return {Eigen::Quaterniond(axes).normalized(), view.position};
 }
 
-std::array<Eigen::Vector3d, 4> CornerRays(const Camera& camera) {
-  const double right = camera.width - 0.5;
-  const double bottom = camera.height - 0.5;
-  return {camera.Unproject({-0.5, -0.5}), camera.Unproject({right, -0.5}), camera.Unproject({right, bottom}),
-          camera.Unproject({-0.5, bottom})};
+std::array<Eigen::Vector3d, 5> FrustumCorners(const Rigid3d& T_map_camera, const Camera& camera,
+                                              double height) {
+  constexpr Camera kUnknown{.width = 4, .height = 3, .fx = 3.0, .fy = 3.0, .cx = 1.5, .cy = 1.0};
+  const Camera& lens = camera.height > 0 && camera.fx > 0.0 && camera.fy > 0.0 ? camera : kUnknown;
+  const double right = lens.width - 0.5, bottom = lens.height - 0.5;
+  const double depth = lens.fy / lens.height * height;
+  const auto corner = [&](double u, double v) -> Eigen::Vector3d {
+    return T_map_camera * Eigen::Vector3d(depth * lens.Unproject({u, v}));
+  };
+  return {T_map_camera.translation, corner(-0.5, -0.5), corner(right, -0.5), corner(right, bottom),
+          corner(-0.5, bottom)};
 }
 
 ViewCamera FirstPerson(const Rigid3d& T_map_camera, const Camera& camera, double scene_depth) {

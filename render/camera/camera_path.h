@@ -57,9 +57,10 @@ std::vector<ViewCamera> SwingPath(const ViewCamera& middle, int frames, const Ei
 ViewCamera ThroughCamera(const Rigid3d& T_map_camera, const Camera& camera);
 Rigid3d PoseOf(const ViewCamera& view);
 
-// Returns the viewing rays (z = 1) of the corners of an image without distortion, clockwise from the top
-// left.
-std::array<Eigen::Vector3d, 4> CornerRays(const Camera& camera);
+// Returns the corners of a camera's frustum, map frame: its centre, then those of the undistorted image,
+// clockwise from the top left, where the image is `height` high (map units). A map without a camera gets 4:3.
+std::array<Eigen::Vector3d, 5> FrustumCorners(const Rigid3d& T_map_camera, const Camera& camera,
+                                              double height);
 
 // Returns a view from a posed camera (map frame) with its vertical field of view.
 ViewCamera FirstPerson(const Rigid3d& T_map_camera, const Camera& camera, double scene_depth);

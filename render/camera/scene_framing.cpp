@@ -176,7 +176,7 @@ SceneFocus FindFocus(const MapSnapshot& map) {
 }
 
 void IncludeCloud(const std::vector<Eigen::Vector3d>& cloud, SceneFocus& focus) {
-  constexpr double kAbout = 0.5;   // margin: share of the outline's diagonal without the cloud
+  constexpr double kAbout = 0.2;   // margin: share of the outline's diagonal without the cloud
   constexpr double kStray = 0.01;  // share of outliers cut off at each side
   constexpr int kDirections = 40;  // on a half sphere; each gives two opposite sides
   Eigen::AlignedBox3d about = BoxAround(focus.outline);

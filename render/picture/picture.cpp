@@ -2,12 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <opencv2/imgcodecs.hpp>
 
 #include "render/gl/offscreen_window.h"
 #include "render/picture/picture_overlay.h"
 #include "render/scene/scene.h"
+#include "render/scene/scene_geometry.h"
 #include "slam/geometry/angles.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
@@ -165,7 +168,12 @@ void PictureRenderer::SetMap(const MapSnapshot& map) {
   Impl& s = *impl_;
   s.colors = LabelColors::Of(map.objects, s.options.label_colors);
   s.focus = FindFocus(map);
-  if (s.options.style.dense_cloud.show) {
+  const SceneStyle& style = s.options.style;
+  if (style.cameras.current && map.T_map_camera) {
+    std::ranges::copy(FrustumCorners(*map.T_map_camera, map.camera, CurrentFrustumHeight(s.focus, style)),
+                      std::back_inserter(s.focus.outline));
+  }
+  if (style.dense_cloud.show) {
     IncludeLayers(s.options.layers, s.focus);
   }
   SetMapKeepingFrame(map);

@@ -140,10 +140,10 @@ void Scene::Show(const MapSnapshot& map, const SceneFocus& focus, const LabelCol
   points_.SetVertices(MapPoints(map, style, Scale()));
   frame_ = map.frame_index;
   GrowMesh();
-  const double frustum = 2.0 * style.cameras.size * std::min(focus.radius, focus.view_depth);
+  const double frustum = CurrentFrustumHeight(focus, style);
   SetGeometry(trajectory_, TrajectoryLine(map, style), style.cameras.trajectory);
-  SetGeometry(frusta_, KeyframeFrusta(map, frustum, style), style.cameras.keyframes);
-  SetGeometry(current_, CurrentFrustum(map, 1.6 * frustum, style), style.cameras.current);
+  SetGeometry(frusta_, KeyframeFrusta(map, frustum / 1.6, style), style.cameras.keyframes);
+  SetGeometry(current_, CurrentFrustum(map, frustum, style), style.cameras.current);
   SetGeometry(covisibility_, CovisibilityLines(map, style), style.covisibility.show);
   studio_ = {focus.up, focus.front};
   solid_objects_.clear();

@@ -57,26 +57,18 @@ class MeshBuilder {
 // `height`: of the image's border.
 void AddFrustum(MeshBuilder& builder, const Rigid3d& pose, const Camera& camera, double height,
                 const Rgba& color) {
-  constexpr Camera kUnknown{.width = 4, .height = 3, .fx = 3.0, .fy = 3.0, .cx = 1.5, .cy = 1.0};
-  const Camera& lens = camera.height > 0 && camera.fx > 0.0 && camera.fy > 0.0 ? camera : kUnknown;
-  std::array<Eigen::Vector3d, 4> rays = CornerRays(lens);
-  for (Eigen::Vector3d& ray : rays) {
-    ray *= lens.fy / lens.height * height;
+  const std::array<Eigen::Vector3d, 5> corners = FrustumCorners(pose, camera, height);
+  std::array<vtkIdType, 5> ids{};
+  std::ranges::transform(corners, ids.begin(),
+                         [&](const Eigen::Vector3d& p_map) { return builder.Add(p_map, color); });
+  for (std::size_t i = 1; i < 5; ++i) {
+    builder.Line(ids[0], ids[i]);
+    builder.Line(ids[i], ids[i % 4 + 1]);
   }
-  const auto add = [&](const Eigen::Vector3d& p_camera) { return builder.Add(pose * p_camera, color); };
-  const vtkIdType eye = builder.Add(pose.translation, color);
-  std::array<vtkIdType, 4> corners{};
-  for (std::size_t i = 0; i < 4; ++i) {
-    corners[i] = add(rays[i]);
-    builder.Line(eye, corners[i]);
-  }
-  for (std::size_t i = 0; i < 4; ++i) {
-    builder.Line(corners[i], corners[(i + 1) % 4]);
-  }
-  const Eigen::Vector3d middle = 0.5 * (rays[0] + rays[1]);
-  const vtkIdType top = add(middle - 0.225 * height * Eigen::Vector3d::UnitY());  // marks the up direction
-  builder.Line(corners[0], top);
-  builder.Line(top, corners[1]);
+  const Eigen::Vector3d up = 0.225 * height * (pose.rotation * -Eigen::Vector3d::UnitY());
+  const vtkIdType top = builder.Add(0.5 * (corners[1] + corners[2]) + up, color);  // marks the up direction
+  builder.Line(ids[1], top);
+  builder.Line(top, ids[2]);
 }
 
 }  // namespace
@@ -143,6 +135,10 @@ vtkSmartPointer<vtkPolyData> UncertainOutlines(const MapSnapshot& map, const Lab
     }
   }
   return builder.Finish();
+}
+
+double CurrentFrustumHeight(const SceneFocus& focus, const SceneStyle& style) {
+  return 3.2 * style.cameras.size * std::min(focus.radius, focus.view_depth);
 }
 
 vtkSmartPointer<vtkPolyData> KeyframeFrusta(const MapSnapshot& map, double height, const SceneStyle& style) {

@@ -259,6 +259,7 @@ TEST(PictureLayersTest, OneLooksIntoACutSolid) {
   map.objects.resize(1);  // the book, from above
   options.camera = {.view = "top"};
   map.keyframes.clear();
+  map.T_map_camera.reset();
   const cv::Mat image = RenderPicture(map, options);
   const cv::Vec3b middle = image.at<cv::Vec3b>(image.rows / 2, image.cols / 2);
   EXPECT_LT(*std::min_element(middle.val, middle.val + 3), 200) << "not the white background";

@@ -40,6 +40,19 @@ TEST(PictureTest, MinimalWithoutBackgroundLooksLikeItsBaseline) {
   ExpectBaseline(RenderPicture(HandMadeMap(), options), "map_minimal");
 }
 
+TEST(PictureTest, TheCurrentCameraIsFramedWithItsWholeFrustum) {
+  MapSnapshot map = HandMadeMap();
+  map.T_map_camera->translation += 1.5 * Eigen::Vector3d::UnitX();  // beside the keyframes
+  PictureOptions options = SmallPicture();
+  options.camera = {};
+  PictureRenderer renderer(options);
+  renderer.SetMap(map);
+  const ViewCamera view = renderer.DefaultCamera();
+  for (const Eigen::Vector3d& p_map : FrustumCorners(*map.T_map_camera, map.camera, 0.3)) {
+    EXPECT_TRUE(cv::Rect(0, 0, 320, 240).contains(Project(view, {320, 240}, p_map).pixel));
+  }
+}
+
 TEST(PictureTest, UncertainObjectsAreOutlinesOrLeftOut) {
   MapSnapshot map = HandMadeMap();
   for (SnapshotObject& object : map.objects) {

@@ -112,6 +112,18 @@ TEST(FramingTest, TheBulkOfACloudIsInsideThePictureAndSaysNothingOfScale) {
       << "without the stray point";
 }
 
+TEST(FramingTest, AWallFarLongerThanTheDeskDoesNotPushTheDeskAway) {
+  SceneFocus focus = FindFocus(HandMadeMap());
+  const double without = FrameScene(focus, 1.5).Distance();
+  std::vector<Eigen::Vector3d> wall;
+  for (int i = 0; i < 4000; ++i) {
+    wall.push_back(focus.center + focus.radius * Eigen::Vector3d(0.1 * (i % 80) - 4.0, 0.9,
+                                                                 0.02 * (i / 80)));  // NOLINT: rows
+  }
+  IncludeCloud(wall, focus);
+  EXPECT_LT(FrameScene(focus, 1.5).Distance(), 1.45 * without);
+}
+
 TEST(FramingTest, WhatIsFramedKeepsClearOfWhatIsWritten) {
   SceneFocus focus = FindFocus(HandMadeMap());
   IncludeCloud(Wall(focus), focus);
