@@ -21,4 +21,7 @@ inline constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{2} << 30;
 // Distance from the origin of anything in a recording, and half size of an object, in map units.
 inline constexpr double kMaxMapUnits = 1e9;
 
+// Size of a number in a JSON file that is no whole number of 64 bits: what fits into the smallest type read.
+inline constexpr double kMaxJsonReal = 2147483647.0;
+
 }  // namespace sqslam

@@ -50,7 +50,11 @@ TEST(JsonFile, SaysWhereItIsBroken) {
   };
   EXPECT_TRUE(message("[1,\n2,,3]").ends_with("a.json:2: no valid JSON, expected a list"));
   EXPECT_TRUE(message("[1e400]").ends_with("a.json: a number is beyond all ranges, expected a list"));
-  EXPECT_EQ(message("[1]"), "");
+  for (const char* huge :
+       {"[3e9]", "[-8.5e30]", "[99999999999999999999999]"}) {  // whatever is asked for later
+    EXPECT_TRUE(message(huge).ends_with("a.json: a number is beyond all ranges, expected a list")) << huge;
+  }
+  EXPECT_EQ(message("[1, 1305031102.17, 9007199254740993]"), "");
 }
 
 TEST(JsonFile, IsWrittenThoughATextIsNone) {
