@@ -51,7 +51,7 @@ class Group {
   // Throws UsageError "FILE:LINE: PROBLEM" with the line of the key, or of the group if the key is missing.
   [[noreturn]] void Fail(const std::string& key, const std::string& problem) const {
     int line = node_.Mark().line;
-    for (const auto& entry : node_) {
+    for (const auto& entry : node_.IsMap() ? node_ : YAML::Node()) {  // entries of a list have no name
       line = entry.first.IsScalar() && entry.first.Scalar() == key ? entry.first.Mark().line : line;
     }
     throw UsageError(fmt::format("{}:{}: {}", source_, line + 1, problem));

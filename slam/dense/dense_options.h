@@ -83,7 +83,7 @@ struct FillOptions {
   int min_pixels = 60;           // of a region, both without and with depth
   double min_support = 0.7;      // share of its known depths that must lie on one plane
   double min_share = 0.15;       // share that must lie on each of several planes, if no single one has enough
-  double max_difference = 0.02;  // of the depth, from a plane; half of it for several planes
+  double max_difference = 0.03;  // of the depth, from a plane
 
   template <typename Visitor>
   void VisitFields(Visitor&& visit) {

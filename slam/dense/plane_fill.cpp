@@ -137,18 +137,17 @@ std::vector<Eigen::Vector3d> SeveralPlanes(std::vector<Support> support, const F
                                            cv::RNG& random) {
   constexpr std::size_t kMost = 4;
   constexpr int kTrials = 400;  // finds a plane of a fifth of the supports in 19 of 20 cases
-  const double difference = 0.5 * options.max_difference;
   const double enough =
       std::max(options.min_share * static_cast<double>(support.size()), double(options.min_pixels));
   std::vector<Eigen::Vector3d> planes;
   std::vector<Support> on_it;
   while (planes.size() < kMost && static_cast<double>(support.size()) >= enough) {
-    const auto plane = CommonPlane(support, {kTrials, difference, enough}, random, on_it);
+    const auto plane = CommonPlane(support, {kTrials, options.max_difference, enough}, random, on_it);
     if (!plane) {
       break;
     }
     planes.push_back(*plane);
-    std::erase_if(support, [&](const Support& s) { return LiesOn(*plane, s, difference); });
+    std::erase_if(support, [&](const Support& s) { return LiesOn(*plane, s, options.max_difference); });
   }
   return planes;
 }
@@ -202,11 +201,11 @@ class Sight {
     }
   }
 
-  // Returns the plane that most lines meet: at least four lines, and most of those that meet anything. Null
-  // if there is none.
-  const Eigen::Vector3d* PlaneAt(const cv::Point& pixel, const std::vector<Eigen::Vector3d>& planes,
-                                 const cv::Mat& depth, double max_difference) const {
-    constexpr int kEnough = 4;
+  // Returns the index of the plane that most lines meet: at least three lines, and most of those that meet
+  // anything. -1 if there is none.
+  int PlaneAt(const cv::Point& pixel, const std::vector<Eigen::Vector3d>& planes, const cv::Mat& depth,
+              double max_difference) const {
+    constexpr int kEnough = 3;
     std::vector<int> votes(planes.size());
     int met = 0;
     for (const cv::Mat& of_direction : met_) {
@@ -222,9 +221,7 @@ class Sight {
       }
     }
     const auto most = std::max_element(votes.begin(), votes.end());
-    return most != votes.end() && *most >= kEnough && 2 * *most > met
-               ? &planes[std::size_t(most - votes.begin())]
-               : nullptr;
+    return *most >= kEnough && 2 * *most > met ? static_cast<int>(most - votes.begin()) : -1;
   }
 
  private:
@@ -271,6 +268,46 @@ void Fill(const cv::Point& pixel, const Eigen::Vector3d& plane, DepthMap& map) {
   }
 }
 
+// Fills a region with the plane that each pixel sees around it. Pixels follow the majority of their
+// neighbourhood: single lines of sight end at clutter.
+void FillBySight(const Region& region, const std::vector<Eigen::Vector3d>& planes, const Sight& sight,
+                 const cv::Mat& known, double max_difference, DepthMap& map) {
+  constexpr int kRadius = 6;         // pixels, of a neighbourhood
+  constexpr double kMajority = 0.4;  // share of its empty pixels that must see the same plane
+  const cv::Rect bounds = cv::boundingRect(region.empty);
+  const auto count_around = [&](const auto& counts) {  // per pixel of `bounds`, over its neighbourhood
+    cv::Mat mask(bounds.size(), CV_32F, cv::Scalar(0.0));
+    for (std::size_t i = 0; i < region.empty.size(); ++i) {
+      mask.at<float>(region.empty[i] - bounds.tl()) = counts(i) ? 1.0F : 0.0F;
+    }
+    cv::boxFilter(mask, mask, CV_32F, cv::Size(2 * kRadius + 1, 2 * kRadius + 1), {-1, -1}, false,
+                  cv::BORDER_CONSTANT);
+    return mask;
+  };
+  std::vector<int> seen(region.empty.size());
+  std::ranges::transform(region.empty, seen.begin(), [&](const cv::Point& pixel) {
+    return sight.PlaneAt(pixel, planes, known, max_difference);
+  });
+  const cv::Mat all = count_around([](std::size_t) { return true; });
+  std::vector<float> most(region.empty.size());
+  std::vector<int> chosen(region.empty.size(), -1);
+  for (int plane = 0; plane < static_cast<int>(planes.size()); ++plane) {
+    const cv::Mat agree = count_around([&](std::size_t i) { return seen[i] == plane; });
+    for (std::size_t i = 0; i < region.empty.size(); ++i) {
+      const cv::Point at = region.empty[i] - bounds.tl();
+      if (agree.at<float>(at) > std::max<double>(most[i], kMajority * all.at<float>(at))) {
+        most[i] = agree.at<float>(at);
+        chosen[i] = plane;
+      }
+    }
+  }
+  for (std::size_t i = 0; i < region.empty.size(); ++i) {
+    if (chosen[i] >= 0) {
+      Fill(region.empty[i], planes[static_cast<std::size_t>(chosen[i])], map);
+    }
+  }
+}
+
 }  // namespace
 
 DepthMap FillPlanes(const DepthMap& map, const FillOptions& options) {
@@ -294,11 +331,7 @@ DepthMap FillPlanes(const DepthMap& map, const FillOptions& options) {
         if (!sight) {
           sight.emplace(labels, known);
         }
-        for (const cv::Point& pixel : region.empty) {
-          if (const auto* met = sight->PlaneAt(pixel, planes, known, 0.5 * options.max_difference)) {
-            Fill(pixel, *met, filled);
-          }
-        }
+        FillBySight(region, planes, *sight, known, options.max_difference, filled);
       }
       continue;
     }
