@@ -108,6 +108,30 @@ Eigen::Vector3d UpDirection(const MapSnapshot& map) {
   return up.norm() > 1e-6 ? up.normalized() : Eigen::Vector3d::UnitZ();
 }
 
+// Returns the height of the map's main support, of the floor if that support is a table among things that
+// stand on the floor, or without a known support of the lowest point.
+double GroundHeight(const MapSnapshot& map, const SceneFocus& focus) {
+  constexpr double kClearly = 0.15;  // of the focus' radius, below the main support
+  const auto lowest = [&](std::span<const Eigen::Vector3d> points) {
+    double height = std::numeric_limits<double>::infinity();
+    for (const Eigen::Vector3d& p : points) {
+      height = std::min(height, p.dot(focus.up));
+    }
+    return height;
+  };
+  if (!map.gravity_known || !map.support_height) {
+    return lowest(focus.outline);
+  }
+  std::vector<double> feet;
+  for (const SnapshotObject& object : map.objects) {
+    const double foot = lowest(BoxCorners(object.superquadric));
+    if (IsReliable(object) && foot < *map.support_height - kClearly * focus.radius) {
+      feet.push_back(foot);
+    }
+  }
+  return feet.empty() ? *map.support_height : LowerQuantile(std::move(feet), 0.5);
+}
+
 // Returns the horizontal direction from the centre towards the cameras.
 Eigen::Vector3d FrontDirection(const MapSnapshot& map, const SceneFocus& focus) {
   Eigen::Vector3d side = Eigen::Vector3d::Zero();
@@ -156,13 +180,9 @@ SceneFocus FindFocus(const MapSnapshot& map) {
     return focus;
   }
   const Eigen::AlignedBox3d box = BoxAround(focus.outline);
-  double lowest = std::numeric_limits<double>::infinity();
-  for (const Eigen::Vector3d& p : focus.outline) {
-    lowest = std::min(lowest, p.dot(focus.up));
-  }
   focus.center = 0.5 * (box.min() + box.max());
   focus.radius = std::max(0.5 * box.diagonal().norm(), 1e-6);
-  focus.ground_height = map.gravity_known && map.support_height ? *map.support_height : lowest;
+  focus.ground_height = GroundHeight(map, focus);
   std::vector<double> depths;
   for (const SnapshotKeyframe& keyframe : map.keyframes) {
     depths.push_back((keyframe.T_map_camera.translation - focus.center).norm());

@@ -19,7 +19,7 @@ struct SceneFocus {
   double radius = 1.0;  // map units
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   Eigen::Vector3d front = -Eigen::Vector3d::UnitY();  // horizontal, towards the cameras
-  double ground_height = 0.0;                         // along `up`; place of the grid
+  double ground_height = 0.0;                         // along `up`; place of the grid: desk or floor
   double view_depth = 1.0;                            // median distance of the keyframes from the centre
   std::vector<Eigen::Vector3d> outline;               // points that must be inside the picture
 };

@@ -124,6 +124,19 @@ TEST(FramingTest, AWallFarLongerThanTheDeskDoesNotPushTheDeskAway) {
   EXPECT_LT(FrameScene(focus, 1.5).Distance(), 1.45 * without);
 }
 
+TEST(FramingTest, TheGridLiesOnTheFloorWhereThingsStandOnIt) {
+  MapSnapshot map = HandMadeMap();
+  EXPECT_EQ(FindFocus(map).ground_height, 0.0);
+  SnapshotObject chair = map.objects.front();
+  chair.label = "chair";
+  chair.superquadric.shape.half_size = {0.2, 0.2, 0.4};
+  chair.superquadric.T_map_object.translation = {1.0, 0.0, -0.3};
+  map.objects.push_back(chair);
+  EXPECT_NEAR(FindFocus(map).ground_height, -0.7, 1e-9);
+  map.objects.back().fit.reliability = 0.0;  // it may not be there
+  EXPECT_EQ(FindFocus(map).ground_height, 0.0);
+}
+
 TEST(FramingTest, WhatIsFramedKeepsClearOfWhatIsWritten) {
   SceneFocus focus = FindFocus(HandMadeMap());
   IncludeCloud(Wall(focus), focus);
