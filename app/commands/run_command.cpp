@@ -30,8 +30,9 @@ Examples:
 void Print(const FinishedRun& run) {
   const RunStats& stats = run.stats;
   const std::string dropped = stats.dropped > 0 ? fmt::format(" ({} more dropped)", stats.dropped) : "";
-  fmt::print("{} of {} frames tracked{}, {} keyframes, {} points, {} objects in {:.1f} s\nresult: {}\n",
-             stats.tracked, stats.frames, dropped, stats.keyframes, stats.points, stats.objects,
+  const std::string uncertain = stats.uncertain > 0 ? fmt::format(" ({} uncertain)", stats.uncertain) : "";
+  fmt::print("{} of {} frames tracked{}, {} keyframes, {} points, {} objects{} in {:.1f} s\nresult: {}\n",
+             stats.tracked, stats.frames, dropped, stats.keyframes, stats.points, stats.objects, uncertain,
              stats.wall_seconds, run.output.string());
   if (stats.detector_frames > 0) {
     fmt::print("detector saw {} of {} frames\n", stats.detector_frames, stats.frames);

@@ -1,6 +1,7 @@
 #include "app/report/report.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -38,10 +39,15 @@ void AppendFiguresOfRun(Output out, const ReportData& data) {
     const double share = stats.frames > 0 ? 100.0 * stats.tracked / stats.frames : 0.0;
     AppendFigureOfRun(out, "Frames tracked", fmt::format("{:.1f}", share), "%",
                       fmt::format("{} of {}", stats.tracked, stats.frames));
-    AppendFigureOfRun(out, "Objects", std::to_string(stats.objects), "",
-                      stats.detector_frames > 0
-                          ? fmt::format("detector saw {} of {} frames", stats.detector_frames, stats.frames)
-                          : "");
+    std::vector<std::string> notes;
+    if (stats.uncertain > 0) {
+      notes.push_back(fmt::format("{} uncertain", stats.uncertain));
+    }
+    if (stats.detector_frames > 0) {
+      notes.push_back(fmt::format("detector saw {} of {} frames", stats.detector_frames, stats.frames));
+    }
+    AppendFigureOfRun(out, "Objects", std::to_string(stats.objects - stats.uncertain), "",
+                      fmt::format("{}", fmt::join(notes, ", ")));
     AppendFigureOfRun(out, "Map points", std::to_string(stats.points), "",
                       fmt::format("{} keyframes", stats.keyframes));
   }

@@ -101,6 +101,7 @@ void VisitStats(Stats& stats, Visit&& visit) {
   visit("keyframes", stats.keyframes, true);
   visit("points", stats.points, true);
   visit("objects", stats.objects, true);
+  visit("uncertain", stats.uncertain, false);
   for (const auto& [name, counter] : kRunCounters) {
     visit(name, stats.counters.*counter, false);
   }

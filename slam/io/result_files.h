@@ -35,6 +35,7 @@ struct RunStats {
   int keyframes = 0;
   int points = 0;
   int objects = 0;
+  int uncertain = 0;  // of the objects: those of low reliability
   RunCounters counters;
   int submaps = 0;            // maps that could not be merged with the main one
   bool interrupted = false;   // ended by Ctrl-C

@@ -76,7 +76,9 @@ RunStats StatsOf(const RunResult& result) {
   stats.keyframes = static_cast<int>(result.map.keyframes.size());
   if (result.map.snapshot) {
     stats.points = static_cast<int>(result.map.snapshot->points.size());
-    stats.objects = static_cast<int>(result.map.snapshot->objects.size());
+    const std::vector<SnapshotObject>& objects = result.map.snapshot->objects;
+    stats.objects = static_cast<int>(objects.size());
+    stats.uncertain = stats.objects - static_cast<int>(std::ranges::count_if(objects, IsReliable));
   }
   stats.counters = result.counters;
   stats.submaps = static_cast<int>(result.others.size());

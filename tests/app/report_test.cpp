@@ -137,6 +137,8 @@ void AddRecording(const fs::path& folder) {
   stats.submaps = 4;
   stats.detector = "net.onnx";
   stats.detector_frames = 8;
+  stats.objects = 3;
+  stats.uncertain = 1;
   stats.camera = "a guess from the lens";
   stats.command = "sqslam run 'my film' --seed 12345";
   stats.warnings = {"the <camera> turns on the spot"};
@@ -151,9 +153,9 @@ TEST(Report, TellsHowTheRunWasMadeAndHowItWent) {
   const std::string page = sqslam::testing::Slurp(folder.Path() / "report.html");
   for (const char* told :
        {"Most of this run failed", "Only 3 of 10 frames", "focal length 300.0 px", "a guess from the lens",
-        "net.onnx, which saw 8 of 10 frames", "2 times", "4 left on their own", "the map may lean",
-        "sqslam run 'my film' --seed 12345", "sqslam 9.8.7", "the &lt;camera&gt; turns on the spot",
-        "<code>seed</code></td><td>12345</td>"}) {
+        "net.onnx, which saw 8 of 10 frames", "<dd>2<span>1 uncertain, detector saw 8 of 10 frames",
+        "2 times", "4 left on their own", "the map may lean", "sqslam run 'my film' --seed 12345",
+        "sqslam 9.8.7", "the &lt;camera&gt; turns on the spot", "<code>seed</code></td><td>12345</td>"}) {
     EXPECT_THAT(page, HasSubstr(told));
   }
 }
