@@ -29,7 +29,7 @@ Examples:
   sqslam eval out/sq out/quadric --ground-truth data/desk -o compared.tex
 
 The trajectory is aligned with the ground truth by a similarity (scale, rotation, translation), which is also
-applied to the objects. A mapped object matches a ground-truth object if they overlap (3D IoU of at least
+applied to the objects; with --set alignment=poses, by the cameras' orientations too. A mapped object matches a ground-truth object if they overlap (3D IoU of at least
 matching.min_iou), or if their centres are near and their sizes similar; labels need not agree. Thin objects (a
 half size below 15 mm or 5 % of the largest) also get a footprint IoU, of their outlines seen from above.
 Landmarks that match no ground-truth object are listed with their positions.

@@ -101,7 +101,8 @@ std::string TimeSpan(const Trajectory& trajectory) {
 
 Evaluation Evaluate(const Trajectory& estimated, const std::vector<SnapshotObject>& mapped,
                     const GroundTruth& truth, const EvaluationOptions& options, const std::string& where) {
-  const auto error = ComputeTrajectoryError(estimated, truth.trajectory, options.max_time_difference);
+  const auto error =
+      ComputeTrajectoryError(estimated, truth.trajectory, options.max_time_difference, options.alignment);
   if (!error) {
     throw InputError(
         fmt::format("{}: cannot be aligned ({}; ground truth: {}), expected at least three poses at the same "

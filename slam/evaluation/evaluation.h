@@ -13,11 +13,13 @@
 namespace sqslam {
 
 struct EvaluationOptions {
-  double max_time_difference = 0.02;  // seconds between an estimated pose and its ground truth
+  double max_time_difference = 0.02;            // seconds between an estimated pose and its ground truth
+  Alignment alignment = Alignment::kPositions;  // of the map with the true poses, for its objects
   MatchingOptions matching;
 
   void VisitFields(auto&& visit) {
     visit("max_time_difference", max_time_difference, 0.0, 10.0);
+    visit("alignment", alignment);
     visit("matching", matching);
   }
 };

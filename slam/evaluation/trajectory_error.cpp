@@ -44,7 +44,7 @@ std::vector<std::pair<std::size_t, std::size_t>> AssociateByTime(const Trajector
 }
 
 std::optional<TrajectoryError> ComputeTrajectoryError(const Trajectory& estimated, const Trajectory& truth,
-                                                      double max_time_difference) {
+                                                      double max_time_difference, Alignment alignment) {
   const auto pairs = AssociateByTime(estimated, truth, max_time_difference);
   std::vector<Eigen::Vector3d> map_positions;
   std::vector<Eigen::Vector3d> world_positions;
@@ -58,6 +58,14 @@ std::optional<TrajectoryError> ComputeTrajectoryError(const Trajectory& estimate
   }
   TrajectoryError error;
   error.S_world_map = *S_world_map;
+  if (alignment == Alignment::kPoses) {
+    std::vector<Rigid3d> map_poses, world_poses;
+    for (const auto& [i, j] : pairs) {
+      map_poses.push_back(estimated[i].T_map_camera);
+      world_poses.push_back(truth[j].T_map_camera);
+    }
+    error.S_world_map = AlignPoses(map_poses, world_poses).value_or(*S_world_map);
+  }
   error.pairs = static_cast<int>(pairs.size());
   std::vector<double> distances;
   double squares = 0.0;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -11,10 +12,14 @@
 
 namespace sqslam {
 
+// What a similarity is fitted to: camera positions, or positions and orientations (see AlignPoses).
+enum class Alignment { kPositions, kPoses };
+constexpr auto EnumNames(Alignment) { return std::array{"positions", "poses"}; }
+
 // Absolute trajectory error after the best similarity (Sturm et al. 2012); metres if the ground truth is
-// metric.
+// metric. The error is always that of the best fit of the positions.
 struct TrajectoryError {
-  Sim3d S_world_map;  // p_world = S_world_map * p_map
+  Sim3d S_world_map;  // p_world = S_world_map * p_map, by the alignment asked for
   int pairs = 0;      // poses with a ground-truth pose within the time limit
   double rmse = 0.0;
   double mean = 0.0;
@@ -31,7 +36,8 @@ std::vector<std::pair<std::size_t, std::size_t>> AssociateByTime(const Trajector
 
 // Empty if fewer than three poses pair up or if they lie on one line or point.
 std::optional<TrajectoryError> ComputeTrajectoryError(const Trajectory& estimated, const Trajectory& truth,
-                                                      double max_time_difference);
+                                                      double max_time_difference,
+                                                      Alignment alignment = Alignment::kPositions);
 
 // Splits a trajectory at gaps, which are several times as long as the typical step.
 std::vector<Trajectory> SplitAtGaps(const Trajectory& trajectory);

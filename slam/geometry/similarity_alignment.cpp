@@ -2,6 +2,8 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <Eigen/SVD>
+#include <algorithm>
 #include <cmath>
 
 namespace sqslam {
@@ -40,6 +42,49 @@ std::optional<Sim3d> AlignSimilarity(const std::vector<Eigen::Vector3d>& source,
   }
   const Eigen::Matrix3d rotation = transform.topLeftCorner<3, 3>() / scale;
   return Sim3d{scale, Eigen::Quaterniond(rotation).normalized(), transform.topRightCorner<3, 1>()};
+}
+
+std::optional<Sim3d> AlignPoses(const std::vector<Rigid3d>& source, const std::vector<Rigid3d>& target) {
+  constexpr int kRounds = 10;
+  constexpr double kLeast = 1e-12;  // of the mean squares: exact poses
+  const auto positions = [](const std::vector<Rigid3d>& poses) {
+    std::vector<Eigen::Vector3d> all(poses.size());
+    std::ranges::transform(poses, all.begin(), &Rigid3d::translation);
+    return all;
+  };
+  std::optional<Sim3d> S = AlignSimilarity(positions(source), positions(target));
+  if (!S) {
+    return std::nullopt;
+  }
+  const auto count = static_cast<double>(source.size());
+  Eigen::Vector3d from = Eigen::Vector3d::Zero(), to = Eigen::Vector3d::Zero();  // means
+  for (std::size_t i = 0; i < source.size(); ++i) {
+    from += source[i].translation / count;
+    to += target[i].translation / count;
+  }
+  for (int round = 0; round < kRounds; ++round) {
+    Eigen::Matrix3d moved = Eigen::Matrix3d::Zero(), turned = Eigen::Matrix3d::Zero();
+    double position_error = kLeast, turn_error = kLeast, extent = 0.0;
+    for (std::size_t i = 0; i < source.size(); ++i) {
+      const Eigen::Vector3d a = source[i].translation - from, b = target[i].translation - to;
+      const Eigen::Matrix3d A(source[i].rotation), B(target[i].rotation);
+      moved += b * a.transpose();
+      turned += B * A.transpose();
+      extent += a.squaredNorm();
+      position_error += (b - S->scale * (S->rotation * a)).squaredNorm();
+      turn_error += (B - S->rotation.toRotationMatrix() * A).squaredNorm();  // twice the squared angle
+    }
+    // The rotation of the weighted orthogonal Procrustes problem, and the scale that fits it.
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(S->scale / position_error * moved + turned / turn_error,
+                                                Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant();
+    const Eigen::Matrix3d R =
+        svd.matrixU() * Eigen::Vector3d(1.0, 1.0, sign).asDiagonal() * svd.matrixV().transpose();
+    S->rotation = Eigen::Quaterniond(R);
+    S->scale = (R.transpose() * moved).trace() / extent;
+  }
+  S->translation = to - S->scale * (S->rotation * from);
+  return S->scale > 0.0 ? S : std::nullopt;
 }
 
 }  // namespace sqslam

@@ -15,4 +15,9 @@ namespace sqslam {
 std::optional<Sim3d> AlignSimilarity(const std::vector<Eigen::Vector3d>& source,
                                      const std::vector<Eigen::Vector3d>& target);
 
+// Returns the similarity S_target_source that minimises the errors of positions and of orientations, each in
+// units of their own root mean square. Cameras that move along a line determine the turn about it by their
+// orientations only. Empty where AlignSimilarity is.
+std::optional<Sim3d> AlignPoses(const std::vector<Rigid3d>& source, const std::vector<Rigid3d>& target);
+
 }  // namespace sqslam

@@ -42,6 +42,18 @@ TEST(TrajectoryError, AMapInItsOwnFrameAndScaleHasNoError) {
   EXPECT_NEAR(error->S_world_map.scale, 1 / 2.5, 1e-12);
 }
 
+TEST(TrajectoryError, IsThatOfThePositionsHoweverTheMapIsAligned) {
+  const Trajectory truth = At({0, 0.1, 0.2, 0.3, 0.4});
+  Trajectory estimated = truth;
+  estimated[2].T_map_camera.translation.z() += 0.01;
+  const auto by_positions = ComputeTrajectoryError(estimated, truth, 0.02, Alignment::kPositions);
+  const auto by_poses = ComputeTrajectoryError(estimated, truth, 0.02, Alignment::kPoses);
+  ASSERT_TRUE(by_positions && by_poses);
+  EXPECT_EQ(by_poses->rmse, by_positions->rmse);
+  EXPECT_GT(by_positions->S_world_map.rotation.angularDistance(Eigen::Quaterniond::Identity()), 1e-3);
+  EXPECT_LT(by_poses->S_world_map.rotation.angularDistance(Eigen::Quaterniond::Identity()), 1e-6);
+}
+
 TEST(TrajectoryError, NoiseShowsAsItsSizeAndThePathIsThatOfTheTruth) {
   std::vector<double> times;
   for (int i = 0; i < 2000; ++i) {

@@ -100,5 +100,45 @@ TEST(AlignSimilarity, DegenerateInputHasNoAnswer) {
   EXPECT_FALSE(AlignSimilarity(broken, good).has_value());
 }
 
+// A camera that moves almost along x and looks aside; the positions of its map are a little wrong.
+TEST(AlignPoses, OrientationsTellTheTurnAboutALineThatPositionsLeaveOpen) {
+  const auto noise = RandomPoints(200);
+  std::vector<Rigid3d> source, target;
+  std::vector<Vector3d> source_positions, target_positions;
+  for (int i = 0; i < 100; ++i) {
+    const Rigid3d pose{Eigen::Quaterniond(Eigen::AngleAxisd(0.01 * i, Vector3d::UnitY())),
+                       {0.02 * i, 0.01 * std::sin(0.3 * i), 0.0}};
+    source.push_back({pose.rotation, pose.translation + 0.003 * noise[static_cast<std::size_t>(i)]});
+    const Vector3d turn = 1e-4 * noise[static_cast<std::size_t>(i) + 100];
+    target.push_back({kTruth.rotation * pose.rotation *
+                          Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm(), turn.normalized())),
+                      kTruth * pose.translation});
+    source_positions.push_back(source.back().translation);
+    target_positions.push_back(target.back().translation);
+  }
+  const auto by_positions = AlignSimilarity(source_positions, target_positions);
+  const auto by_poses = AlignPoses(source, target);
+  ASSERT_TRUE(by_positions && by_poses);
+  EXPECT_GT(by_positions->rotation.angularDistance(kTruth.rotation), 5e-3);
+  EXPECT_LT(by_poses->rotation.angularDistance(kTruth.rotation), 1e-4);
+  EXPECT_NEAR(by_poses->scale, kTruth.scale, 1e-3);
+  EXPECT_LT((by_poses->translation - kTruth.translation).norm(), 2e-3);
+}
+
+TEST(AlignPoses, RecoversExactPosesAndNothingFromPositionsOnALine) {
+  std::vector<Rigid3d> source, target, line;
+  for (const Vector3d& p : RandomPoints(5)) {
+    source.push_back({Eigen::Quaterniond(Eigen::AngleAxisd(p.x(), Vector3d::UnitZ())), p});
+    target.push_back({kTruth.rotation * source.back().rotation, kTruth * p});
+    line.push_back({source.back().rotation, {p.x(), 0.0, 0.0}});
+  }
+  const auto S = AlignPoses(source, target);
+  ASSERT_TRUE(S.has_value());
+  EXPECT_NEAR(S->scale, kTruth.scale, 1e-9);
+  EXPECT_NEAR(S->rotation.angularDistance(kTruth.rotation), 0.0, 1e-7);
+  EXPECT_NEAR((S->translation - kTruth.translation).norm(), 0.0, 1e-8);
+  EXPECT_FALSE(AlignPoses(line, target).has_value());
+}
+
 }  // namespace
 }  // namespace sqslam
