@@ -13,7 +13,9 @@ namespace sqslam {
 // Parses the whole text as a number, with an optional plus sign; nothing for anything else.
 template <typename Number>
 std::optional<Number> ParseNumber(std::string_view text) {
-  text.remove_prefix(text.starts_with('+') ? 1 : 0);
+  if (text.starts_with('+') && !text.starts_with("+-")) {
+    text.remove_prefix(1);
+  }
   Number number{};
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   return error == std::errc() && end == text.data() + text.size() ? std::optional(number) : std::nullopt;

@@ -30,6 +30,15 @@ TEST(ShellLine, QuotesWhatAShellWouldTakeApart) {
             R"(sqslam --output=a/b.png 'two words' '' 'it'\''s' '$HOME')");
 }
 
+TEST(ParseNumber, TakesAtMostOneSign) {
+  EXPECT_EQ(ParseNumber<int>("+5"), 5);
+  EXPECT_EQ(ParseNumber<double>("-0.5"), -0.5);
+  for (const char* text : {"+-5", "-+5", "++5", "--5", "+", ""}) {
+    EXPECT_FALSE(ParseNumber<int>(text).has_value()) << text;
+    EXPECT_FALSE(ParseNumber<double>(text).has_value()) << text;
+  }
+}
+
 TEST(ClockText, HasNoMinuteOfSixtySeconds) {
   EXPECT_EQ(ClockText(0.0), "0:00.0");
   EXPECT_EQ(ClockText(59.94), "0:59.9");
