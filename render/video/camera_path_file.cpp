@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "render/camera/scene_framing.h"
@@ -19,154 +20,113 @@ namespace {
   throw UsageError(fmt::format("{}:{}: {}", file.path.string(), line, message));
 }
 
-class Reader {
- public:
-  Reader(const std::filesystem::path& path, double fps) : fps_(fps) { file_.path = path; }
+// The values of a file and of a key. Whether one is given, the document says.
+struct FileFields {
+  CameraPathFile& file;
+  std::string easing = "smooth";
+  double duration = 1.0;
 
-  CameraPathFile Read() {
-    YAML::Node root;
-    try {
-      root = YAML::LoadFile(file_.path.string());
-    } catch (const YAML::BadFile&) {
-      throw UsageError(fmt::format("{}: cannot be read, expected a camera path (YAML)", file_.path.string()));
-    } catch (const YAML::Exception& error) {
-      Fail(file_, error.mark.line + 1, error.msg);
-    }
-    CheckNames(root, {"easing", "loop", "duration", "keys"}, "camera path");
-    file_.smooth =
-        Word(root, "easing", {"linear", "smooth"}, "linear or smooth").value_or("smooth") == "smooth";
-    file_.loop = Get<bool>(root, "loop", "true or false").value_or(false);
-    file_.duration = Number(root, "duration", 1e-3, 1e5, "seconds");
-    const YAML::Node keys = root["keys"];
-    if (!keys || !keys.IsSequence() || keys.size() < 1) {
-      FailAt(keys ? keys : root, "keys: expected a list of one key at least");
-    }
-    for (const YAML::Node& key : keys) {
-      file_.keys.push_back(ReadKey(key));
-    }
-    CheckTimes();
-    return file_;
+  void VisitFields(auto&& visit) {
+    visit("easing", easing, {"linear", "smooth"});
+    visit("loop", file.loop);
+    visit("duration", duration, 1e-3, 1e5);
   }
-
- private:
-  [[noreturn]] void FailAt(const YAML::Node& node, const std::string& message) const {
-    Fail(file_, node.Mark().line + 1, message);
-  }
-
-  // Returns the value of a key, if present.
-  template <typename T>
-  std::optional<T> Get(const YAML::Node& parent, const std::string& key, const std::string& expected) const {
-    const YAML::Node node = parent[key];
-    try {
-      return node ? std::optional(node.as<T>()) : std::nullopt;
-    } catch (const YAML::Exception&) {
-      FailAt(node, fmt::format("{}: expected {}", key, expected));
-    }
-  }
-
-  std::optional<std::string> Word(const YAML::Node& parent, const std::string& key,
-                                  const std::vector<std::string>& words, const std::string& expected) const {
-    const std::optional<std::string> word = Get<std::string>(parent, key, expected);
-    if (word && std::find(words.begin(), words.end(), *word) == words.end()) {
-      FailAt(parent[key], fmt::format("{}: {}, expected {}", key, *word, expected));
-    }
-    return word;
-  }
-
-  std::optional<double> Number(const YAML::Node& parent, const std::string& key, double min, double max,
-                               const std::string& unit) const {
-    const std::string expected = fmt::format("{} from {} to {}", unit, min, max);
-    const std::optional<double> value = Get<double>(parent, key, expected);
-    if (value && !(*value >= min && *value <= max)) {
-      FailAt(parent[key], fmt::format("{}: {}, expected {}", key, *value, expected));
-    }
-    return value;
-  }
-
-  std::optional<Eigen::Vector3d> Vector(const YAML::Node& parent, const std::string& key) const {
-    const auto p = Get<std::array<double, 3>>(parent, key, "three numbers [x, y, z]");
-    return p ? std::optional(Eigen::Vector3d(p->data())) : std::nullopt;
-  }
-
-  void CheckNames(const YAML::Node& node, const std::vector<std::string>& names,
-                  const std::string& what) const {
-    const std::string all = fmt::format("{}", fmt::join(names, ", "));
-    if (!node.IsMap()) {
-      FailAt(node, fmt::format("expected a {} with {}", what, all));
-    }
-    for (const auto& entry : node) {
-      if (!entry.first.IsScalar()) {
-        FailAt(entry.first, fmt::format("expected a word before the colon, one of {}", all));
-      }
-      const auto name = entry.first.as<std::string>();
-      if (std::find(names.begin(), names.end(), name) == names.end()) {
-        const std::string nearest = NearestWord(name, names);
-        FailAt(entry.first, fmt::format("{}: unknown, expected {}", name, nearest.empty() ? all : nearest));
-      }
-    }
-  }
-
-  CameraKey ReadKey(const YAML::Node& node) const {
-    CheckNames(node,
-               {"time", "frame", "view", "keyframe", "camera_frame", "position", "focal_point", "view_up",
-                "view_angle", "azimuth", "elevation", "zoom"},
-               "key");
-    CameraKey key;
-    key.line = node.Mark().line + 1;
-    if (node["time"] && node["frame"]) {
-      FailAt(node, "time and frame: expected one of them");
-    }
-    key.time = Number(node, "time", 0.0, 1e5, "seconds");
-    if (const auto frame = Number(node, "frame", 0.0, 1e7, "a frame of the video")) {
-      key.time = *frame / fps_;
-    }
-    std::vector<std::string> views = ViewPresetNames();
-    views.emplace_back("default");
-    key.view = Word(node, "view", views, fmt::format("{}", fmt::join(views, ", "))).value_or("");
-    key.keyframe = Get<std::int64_t>(node, "keyframe", "the id of a keyframe");
-    key.camera_frame = Get<std::int64_t>(node, "camera_frame", "a frame of the run");
-    CameraOverrides& o = key.overrides;
-    o.position = Vector(node, "position");
-    o.focal_point = Vector(node, "focal_point");
-    o.view_up = Vector(node, "view_up");
-    if (o.view_up && o.view_up->norm() < 1e-9) {
-      FailAt(node["view_up"], "view_up: expected a direction, not zero");
-    }
-    o.view_angle = Number(node, "view_angle", 1.0, 170.0, "degrees");
-    o.azimuth = Number(node, "azimuth", -3600.0, 3600.0, "degrees").value_or(0.0);
-    o.elevation = Number(node, "elevation", -180.0, 180.0, "degrees").value_or(0.0);
-    o.zoom = Number(node, "zoom", 0.01, 100.0, "a factor").value_or(1.0);
-    const int places = (key.view.empty() ? 0 : 1) + (key.keyframe ? 1 : 0) + (key.camera_frame ? 1 : 0);
-    if (places > 1 || (places == 0 && !(o.position && o.focal_point))) {
-      FailAt(node, "key: expected one of view, keyframe, camera_frame, or position and focal_point");
-    }
-    return key;
-  }
-
-  void CheckTimes() const {
-    const CameraKey* last = nullptr;
-    for (const CameraKey& key : file_.keys) {
-      if (key.time.has_value() != file_.keys.front().time.has_value()) {
-        Fail(file_, key.line, "time: expected for all keys or for none");
-      }
-      if (last != nullptr && key.time && *key.time <= *last->time) {
-        Fail(file_, key.line,
-             fmt::format("time: {:g} s, expected more than the {:g} s of the key before", *key.time,
-                         *last->time));
-      }
-      last = &key;
-    }
-    if (file_.duration && last->time &&
-        (*file_.duration < *last->time || (file_.loop && *file_.duration == *last->time))) {
-      Fail(file_, last->line,
-           fmt::format("time: {:g} s, expected less than the duration of {:g} s", *last->time,
-                       *file_.duration));
-    }
-  }
-
-  CameraPathFile file_;
-  double fps_;
 };
+
+struct KeyFields {
+  using Numbers = std::array<double, 3>;
+
+  double time = 0.0;
+  double frame = 0.0;  // of the video
+  std::string view;
+  std::int64_t keyframe = 0;
+  std::int64_t camera_frame = 0;
+  Numbers position{}, focal_point{}, view_up{};
+  double view_angle = 30.0;
+  double azimuth = 0.0;
+  double elevation = 0.0;
+  double zoom = 1.0;
+
+  void VisitFields(auto&& visit) {
+    constexpr std::int64_t kLast = std::numeric_limits<std::int64_t>::max();
+    constexpr double kFar = 1e9;
+    visit("time", time, 0.0, 1e5);
+    visit("frame", frame, 0.0, 1e7);
+    visit("view", view);
+    visit("keyframe", keyframe, 0, kLast);
+    visit("camera_frame", camera_frame, 0, kLast);
+    visit("position", position, -kFar, kFar);
+    visit("focal_point", focal_point, -kFar, kFar);
+    visit("view_up", view_up, -kFar, kFar);
+    visit("view_angle", view_angle, 1.0, 170.0);
+    visit("azimuth", azimuth, -3600.0, 3600.0);
+    visit("elevation", elevation, -180.0, 180.0);
+    visit("zoom", zoom, 0.01, 100.0);
+  }
+};
+
+CameraKey ReadKey(const YAML::Node& node, const CameraPathFile& file, double fps) {
+  CameraKey key;
+  key.line = node.Mark().line + 1;
+  if (!node.IsMap()) {
+    Fail(file, key.line, "key: expected values in braces, such as {time: 0, view: front}");
+  }
+  KeyFields read;
+  std::vector<OptionField> fields = OptionFields(read);
+  std::vector<std::string>& views = std::ranges::find(fields, "view", &OptionField::key)->allowed;
+  views = ViewPresetNames();
+  views.emplace_back("default");
+  AssignOptions(node, file.path.string(), fields);
+  const auto given = [&](const char* name, const auto& value) {
+    return node[name] ? std::optional(value) : std::nullopt;
+  };
+  const auto vector = [&](const char* name, const KeyFields::Numbers& value) {
+    return given(name, Eigen::Vector3d(value.data()));
+  };
+  if (node["time"] && node["frame"]) {
+    Fail(file, key.line, "time and frame: expected one of them");
+  }
+  key.time = node["frame"] ? std::optional(read.frame / fps) : given("time", read.time);
+  key.view = read.view;
+  key.keyframe = given("keyframe", read.keyframe);
+  key.camera_frame = given("camera_frame", read.camera_frame);
+  CameraOverrides& o = key.overrides;
+  o.position = vector("position", read.position);
+  o.focal_point = vector("focal_point", read.focal_point);
+  o.view_up = vector("view_up", read.view_up);
+  if (o.view_up && o.view_up->norm() < 1e-9) {
+    Fail(file, key.line, "view_up: expected a direction, not zero");
+  }
+  o.view_angle = given("view_angle", read.view_angle);
+  o.azimuth = read.azimuth;
+  o.elevation = read.elevation;
+  o.zoom = read.zoom;
+  const int places = (key.view.empty() ? 0 : 1) + (key.keyframe ? 1 : 0) + (key.camera_frame ? 1 : 0);
+  if (places > 1 || (places == 0 && !(o.position && o.focal_point))) {
+    Fail(file, key.line, "key: expected one of view, keyframe, camera_frame, or position and focal_point");
+  }
+  return key;
+}
+
+void CheckTimes(const CameraPathFile& file) {
+  const CameraKey* last = nullptr;
+  for (const CameraKey& key : file.keys) {
+    if (key.time.has_value() != file.keys.front().time.has_value()) {
+      Fail(file, key.line, "time: expected for all keys or for none");
+    }
+    if (last != nullptr && key.time && *key.time <= *last->time) {
+      Fail(file, key.line,
+           fmt::format("time: {:g} s, expected more than the {:g} s of the key before", *key.time,
+                       *last->time));
+    }
+    last = &key;
+  }
+  if (file.duration && last->time &&
+      (*file.duration < *last->time || (file.loop && *file.duration == *last->time))) {
+    Fail(file, last->line,
+         fmt::format("time: {:g} s, expected less than the duration of {:g} s", *last->time, *file.duration));
+  }
+}
 
 // A view as a vector for the splines: focal point, direction and log-distance of the camera from it, up
 // vector, view angle. Between two views of one object, the camera then moves around the object, not through
@@ -317,7 +277,28 @@ std::optional<double> CameraPathFile::Length() const {
 }
 
 CameraPathFile ReadCameraPath(const std::filesystem::path& path, double fps) {
-  return Reader(path, fps).Read();
+  CameraPathFile file;
+  file.path = path;
+  YAML::Node root;
+  try {
+    root = YAML::LoadFile(path.string());
+  } catch (const YAML::BadFile&) {
+    throw UsageError(fmt::format("{}: cannot be read, expected a camera path (YAML)", path.string()));
+  } catch (const YAML::Exception& error) {
+    Fail(file, error.mark.line + 1, error.msg);
+  }
+  if (!root.IsMap() || !root["keys"] || !root["keys"].IsSequence() || root["keys"].size() < 1) {
+    Fail(file, std::max(0, root.Mark().line) + 1, "expected keys: a list of one key at least");
+  }
+  FileFields fields{file};
+  AssignOptions(root, path.string(), OptionFields(fields), {"keys"});
+  file.smooth = fields.easing == "smooth";
+  file.duration = root["duration"] ? std::optional(fields.duration) : std::nullopt;
+  for (const YAML::Node& key : root["keys"]) {
+    file.keys.push_back(ReadKey(key, file, fps));
+  }
+  CheckTimes(file);
+  return file;
 }
 
 std::vector<ViewCamera> ViewsAlong(const CameraPathFile& file, const MapSnapshot& map,

@@ -93,9 +93,9 @@ TEST(Hostile, PathsAndKeysOfYamlFilesAreRefused) {
   const std::string map = WriteMap(folder.Path()).string();
   const std::string video = " --output " + (folder.Path() / "a.mp4").string();
   ExpectRefused("render " + map + video + " --camera-path " + File("camera_path_bad.yaml"), 2,
-                "camera_path_bad.yaml:10: expected a word");
+                "camera_path_bad.yaml:10: unknown option");
   ExpectRefused("render " + map + video + " --camera-path " + File("campath_key.yaml"), 2,
-                "campath_key.yaml:2: expected a word");
+                "campath_key.yaml:2: unknown option");
   const WrittenSequence sequence = TinySequence();
   ExpectRefused("detect " + sequence.Path().string() + " --detector " + File("detector_long_path.yaml") +
                     " --output boxes.txt",

@@ -125,11 +125,11 @@ TEST_F(CameraPathFileTest, KeysWithoutTimesAreSpreadOverTheVideo) {
 
 TEST_F(CameraPathFileTest, ErrorsNameFileLineAndKey) {
   EXPECT_THAT(ErrorOf("keys:\n  - {time: 0, view: frnt}\n"),
-              AllOf(HasSubstr("path.yaml:2"), HasSubstr("view: frnt")));
+              AllOf(HasSubstr("path.yaml:2"), HasSubstr("view is 'frnt'")));
   EXPECT_THAT(ErrorOf("easing: bouncy\nkeys:\n  - {view: front}\n"),
-              HasSubstr("path.yaml:1: easing: bouncy"));
+              HasSubstr("path.yaml:1: easing is 'bouncy'"));
   EXPECT_THAT(ErrorOf("keys:\n  - {view: front}\n  - {viw: back}\n"),
-              AllOf(HasSubstr(":3"), HasSubstr("viw: unknown, expected view")));
+              AllOf(HasSubstr(":3"), HasSubstr("unknown option 'viw'; did you mean 'view'?")));
   EXPECT_THAT(ErrorOf("keys:\n  - {position: [1, 2], focal_point: [0, 0, 0]}\n"),
               AllOf(HasSubstr(":2"), HasSubstr("position")));
   EXPECT_THAT(ErrorOf("keys:\n  - {position: [1, 2, 3]}\n"), HasSubstr("position and focal_point"));
