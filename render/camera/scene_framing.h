@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <span>
 #include <string>
@@ -62,6 +63,11 @@ double RoundLength(double length);
 
 // Returns the cell size of the ground grid, map units.
 inline double GridCell(const SceneFocus& focus) { return RoundLength(0.4 * focus.radius); }
+
+// Returns the height of the current camera's frustum, map units. `size`: that of the style's cameras.
+inline double CurrentFrustumHeight(const SceneFocus& focus, double size) {
+  return 3.2 * size * std::min(focus.radius, focus.view_depth);
+}
 
 // Returns the names of the presets, each framed like the automatic view: front, right, back, left, top,
 // isometric. Front is the mean side of the cameras, right is a viewer's right there. These look horizontally,

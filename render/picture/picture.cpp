@@ -10,7 +10,6 @@
 #include "render/gl/offscreen_window.h"
 #include "render/picture/picture_overlay.h"
 #include "render/scene/scene.h"
-#include "render/scene/scene_geometry.h"
 #include "slam/geometry/angles.h"
 #include "slam/util/atomic_file.h"
 #include "slam/util/error.h"
@@ -170,8 +169,9 @@ void PictureRenderer::SetMap(const MapSnapshot& map) {
   s.focus = FindFocus(map);
   const SceneStyle& style = s.options.style;
   if (style.cameras.current && map.T_map_camera) {
-    std::ranges::copy(FrustumCorners(*map.T_map_camera, map.camera, CurrentFrustumHeight(s.focus, style)),
-                      std::back_inserter(s.focus.outline));
+    std::ranges::copy(
+        FrustumCorners(*map.T_map_camera, map.camera, CurrentFrustumHeight(s.focus, style.cameras.size)),
+        std::back_inserter(s.focus.outline));
   }
   if (style.dense_cloud.show) {
     IncludeLayers(s.options.layers, s.focus);

@@ -2,18 +2,22 @@
 
 #include <vtkCamera.h>
 #include <vtkLight.h>
+#include <vtkPointData.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
+#include <vtkShaderProperty.h>
 #include <vtkTexture.h>
+#include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "picture_shaders.h"
 #include "render/gl/offscreen_window.h"
-#include "render/scene/mesh_actor.h"
 #include "render/scene/scene_geometry.h"
 #include "render/solids/ground_shadow.h"
+#include "render/solids/poly_data.h"
 
 namespace sqslam {
 namespace {
@@ -31,6 +35,58 @@ vtkSmartPointer<vtkActor> MakeActor(double width) {
 void SetGeometry(vtkActor* actor, vtkPolyData* geometry, bool show) {
   vtkPolyDataMapper::SafeDownCast(actor->GetMapper())->SetInputData(geometry);
   actor->SetVisibility(show && geometry->GetNumberOfPoints() > 0);
+}
+
+// Returns area-weighted vertex normals.
+std::vector<Eigen::Vector3f> NormalsOf(const SurfaceMesh& mesh) {
+  std::vector<Eigen::Vector3f> normals(mesh.vertices.size(), Eigen::Vector3f::Zero());
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Eigen::Vector3f twice_area =
+        (mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]);
+    for (const std::uint32_t corner : {a, b, c}) {
+      normals[corner] += twice_area;
+    }
+  }
+  for (Eigen::Vector3f& normal : normals) {
+    normal.normalize();
+  }
+  return normals;
+}
+
+vtkSmartPointer<vtkPolyData> Geometry(const SurfaceMesh& mesh) {
+  auto data = PolyDataOf(mesh.vertices, mesh.triangles);
+  data->GetPointData()->SetScalars(TuplesOf<vtkUnsignedCharArray>(mesh.rgb));
+  data->GetPointData()->SetNormals(TuplesOf<vtkFloatArray>(NormalsOf(mesh)));
+  return data;
+}
+
+// Makes an actor for a mesh with colours from photographs, which already contain the room's light: a lamp
+// over the viewer's shoulder adds just enough shading to distinguish surfaces. Back faces are culled, such as
+// a wall between the viewer and the room.
+vtkSmartPointer<vtkActor> MakeMeshActor(const SurfaceMesh& mesh, vtkPlaneCollection* clip) {
+  const vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputData(Geometry(mesh));
+  mapper->SetClippingPlanes(clip);
+  auto actor = vtkSmartPointer<vtkActor>::New();
+  actor->SetMapper(mapper);
+  actor->ForceOpaqueOn();
+  actor->GetProperty()->BackfaceCullingOn();
+  actor->GetShaderProperty()->AddFragmentShaderReplacement("//VTK::Light::Impl", true, shaders::kPhotographed,
+                                                           false);
+  return actor;
+}
+
+// Shows only the triangles of that mesh whose corners have all been seen by this frame.
+void ShowUntil(std::int64_t frame, const SurfaceMesh& mesh, vtkActor& actor) {
+  vtkPolyData* data = vtkPolyDataMapper::SafeDownCast(actor.GetMapper())->GetInput();
+  const vtkNew<vtkCellArray> triangles;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    if (mesh.frames[a] <= frame && mesh.frames[b] <= frame && mesh.frames[c] <= frame) {
+      triangles->InsertNextCell({a, b, c});
+    }
+  }
+  actor.SetVisibility(triangles->GetNumberOfCells() > 0);
+  data->SetPolys(triangles);
 }
 
 }  // namespace
@@ -140,7 +196,7 @@ void Scene::Show(const MapSnapshot& map, const SceneFocus& focus, const LabelCol
   points_.SetVertices(MapPoints(map, style, Scale()));
   frame_ = map.frame_index;
   GrowMesh();
-  const double frustum = CurrentFrustumHeight(focus, style);
+  const double frustum = CurrentFrustumHeight(focus, style.cameras.size);
   SetGeometry(trajectory_, TrajectoryLine(map, style), style.cameras.trajectory);
   SetGeometry(frusta_, KeyframeFrusta(map, frustum / 1.6, style), style.cameras.keyframes);
   SetGeometry(current_, CurrentFrustum(map, frustum, style), style.cameras.current);

@@ -137,10 +137,6 @@ vtkSmartPointer<vtkPolyData> UncertainOutlines(const MapSnapshot& map, const Lab
   return builder.Finish();
 }
 
-double CurrentFrustumHeight(const SceneFocus& focus, const SceneStyle& style) {
-  return 3.2 * style.cameras.size * std::min(focus.radius, focus.view_depth);
-}
-
 vtkSmartPointer<vtkPolyData> KeyframeFrusta(const MapSnapshot& map, double height, const SceneStyle& style) {
   const Rgba color = ToRgba(ParseColor(style.cameras.color));
   MeshBuilder builder;

@@ -27,9 +27,6 @@ vtkSmartPointer<vtkPolyData> TrajectoryLine(const MapSnapshot& map, const SceneS
 vtkSmartPointer<vtkPolyData> UncertainOutlines(const MapSnapshot& map, const LabelColors& colors,
                                                const SceneStyle& style);
 
-// Returns the height of the current camera's frustum, map units.
-double CurrentFrustumHeight(const SceneFocus& focus, const SceneStyle& style);
-
 // Returns the frusta of the keyframes, without those close to the last one drawn.
 vtkSmartPointer<vtkPolyData> KeyframeFrusta(const MapSnapshot& map, double height, const SceneStyle& style);
 

@@ -2,7 +2,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <map>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
@@ -13,6 +12,7 @@
 #include "render/video/video_encoder.h"
 #include "slam/io/image_files.h"
 #include "slam/util/error.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam {
 namespace fs = std::filesystem;
@@ -304,16 +304,13 @@ int JoinPictures(const std::vector<std::string>& pieces, const fs::path& output,
 }  // namespace
 
 Shard ParseShard(const std::string& text) {
-  Shard shard;
-  const char* const end = text.data() + text.size();
-  const auto [slash, bad_index] = std::from_chars(text.data(), end, shard.index);
-  const bool divided = bad_index == std::errc() && slash != end && *slash == '/';
-  const auto [rest, bad_count] = std::from_chars(divided ? slash + 1 : end, end, shard.count);
-  if (!divided || bad_count != std::errc() || rest != end || shard.count < 1 || shard.count > kMaxShards ||
-      shard.index < 1 || shard.index > shard.count) {
+  const std::size_t slash = std::min(text.find('/'), text.size());
+  const auto index = ParseNumber<int>(text.substr(0, slash));
+  const auto count = ParseNumber<int>(text.substr(std::min(slash + 1, text.size())));
+  if (!index || !count || *count > kMaxShards || *index < 1 || *index > *count) {
     throw UsageError(fmt::format("--shard {}: expected I/N with I from 1 to N, such as 2/8", text));
   }
-  return shard;
+  return {*index, *count};
 }
 
 std::pair<int, int> FramesOf(const Shard& shard, int first, int end) {
