@@ -7,6 +7,7 @@
 #include <iterator>
 #include <limits>
 #include <numbers>
+#include <opencv2/imgproc.hpp>
 
 #include "app/viewer/model/annotation.h"
 #include "slam/fitting/fitting.h"
@@ -47,19 +48,6 @@ Points ReadPoints(const std::filesystem::path& path, const Sim3d& S_annotation_f
   return points;
 }
 
-bool Inside(std::span<const Eigen::Vector2d> polygon, const Eigen::Vector2d& p) {
-  bool inside = false;
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Eigen::Vector2d& a = polygon[i];
-    const Eigen::Vector2d& b = polygon[(i + 1) % polygon.size()];
-    if ((a.y() > p.y()) != (b.y() > p.y()) &&
-        p.x() < a.x() + (p.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x())) {
-      inside = !inside;
-    }
-  }
-  return inside;
-}
-
 std::vector<int> SelectInBox(std::span<const Eigen::Vector3d> points, const SelectionBox& box) {
   const Rigid3d T_box_map = box.T_map_box.Inverse();
   return Select(points, [&](const Eigen::Vector3d& p) {
@@ -70,10 +58,16 @@ std::vector<int> SelectInBox(std::span<const Eigen::Vector3d> points, const Sele
 std::vector<int> SelectInLasso(std::span<const Eigen::Vector3d> points,
                                std::span<const Eigen::Vector2d> polygon, const Camera& camera,
                                const Rigid3d& T_map_camera) {
+  std::vector<cv::Point2f> contour;
+  for (const Eigen::Vector2d& corner : polygon) {
+    contour.emplace_back(cv::Point2d(corner.x(), corner.y()));
+  }
   const Rigid3d T_camera_map = T_map_camera.Inverse();
   return Select(points, [&](const Eigen::Vector3d& p) {
     const Eigen::Vector3d p_camera = T_camera_map * p;
-    return p_camera.z() > 0.0 && Inside(polygon, camera.ProjectDistorted(p_camera));
+    const Eigen::Vector2d pixel = camera.ProjectDistorted(p_camera);
+    return p_camera.z() > 0.0 && !contour.empty() &&
+           cv::pointPolygonTest(contour, cv::Point2d(pixel.x(), pixel.y()), false) >= 0.0;
   });
 }
 

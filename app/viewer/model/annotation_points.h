@@ -28,9 +28,6 @@ struct SelectionBox {
 // Returns the indices of the points inside, ascending.
 std::vector<int> SelectInBox(std::span<const Eigen::Vector3d> points, const SelectionBox& box);
 
-// Returns true if a closed polygon contains the pixel (even-odd rule).
-bool Inside(std::span<const Eigen::Vector2d> polygon, const Eigen::Vector2d& pixel);
-
 // Returns the points in front of the camera that project into a polygon (distorted pixels), at any depth.
 std::vector<int> SelectInLasso(std::span<const Eigen::Vector3d> points,
                                std::span<const Eigen::Vector2d> polygon, const Camera& camera,

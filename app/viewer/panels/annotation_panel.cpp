@@ -22,8 +22,7 @@ std::string SolidName(const AnnotatedSolid& solid) {
 // Annotates a ground truth on the map: solids placed by hand or fitted to points, checked in the images.
 class AnnotationPanel : public Panel {
  public:
-  explicit AnnotationPanel(ViewerState& s)
-      : Panel(Place::kSide, "Annotate"), context_(s.Editor()), style_(s.view.style) {}
+  explicit AnnotationPanel(ViewerState& s) : Panel(Place::kSide, "Annotate", s) {}
 
   void Draw() override {
     if (!context_.document.last) {
@@ -216,10 +215,8 @@ class AnnotationPanel : public Panel {
     }
   }
 
-  EditContext context_;
-  Editing& editing_ = context_.editing;
   AnnotationTool& tool_ = editing_.annotation;
-  SceneStyle& style_;
+  SceneStyle& style_ = view_.style;
 };
 
 }  // namespace

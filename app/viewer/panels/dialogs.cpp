@@ -15,7 +15,7 @@ bool EscapeIsPressed() { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_
 
 class HelpPanel : public Panel {
  public:
-  explicit HelpPanel(ViewerState& s) : Panel(Place::kOver, "Keys and mouse"), window_(s.window) {}
+  explicit HelpPanel(ViewerState& s) : Panel(Place::kOver, "Keys and mouse", s) {}
   bool Wanted() const override { return window_.show_help; }
 
   void Draw() override {
@@ -79,18 +79,11 @@ class HelpPanel : public Panel {
     DrawLines("keys", rest);
     ImGui::EndTable();
   }
-
-  WindowState& window_;
 };
 
 class SettingsPanel : public Panel {
  public:
-  explicit SettingsPanel(ViewerState& s)
-      : Panel(Place::kOver, "Settings"),
-        preferences_(s.preferences),
-        view_(s.view),
-        window_(s.window),
-        messages_(s.messages) {}
+  explicit SettingsPanel(ViewerState& s) : Panel(Place::kOver, "Settings", s) {}
   bool Wanted() const override { return window_.show_settings; }
 
   void Draw() override {
@@ -128,18 +121,12 @@ class SettingsPanel : public Panel {
     value = chosen ? words[*chosen] : value;
     return chosen.has_value();
   }
-
-  Preferences& preferences_;
-  SceneView& view_;
-  WindowState& window_;
-  Messages& messages_;
 };
 
 // Asks what to do with unsaved changes before they would be lost.
 class UnsavedPanel : public Panel {
  public:
-  explicit UnsavedPanel(ViewerState& s)
-      : Panel(Place::kOver, "Unsaved changes"), context_(s.Editor()), requests_(s.requests) {}
+  explicit UnsavedPanel(ViewerState& s) : Panel(Place::kOver, "Unsaved changes", s) {}
   bool Wanted() const override { return editing_.postponed.has_value(); }
 
   void Draw() override {
@@ -175,17 +162,12 @@ class UnsavedPanel : public Panel {
       requests_.Ask(*postponed);
     }
   }
-
-  EditContext context_;
-  Editing& editing_ = context_.editing;
-  Requests& requests_;
 };
 
 // Messages in the upper left corner of the scene, where nothing else is; the newest on top.
 class MessagesPanel : public Panel {
  public:
-  explicit MessagesPanel(ViewerState& s)
-      : Panel(Place::kOver, "Messages"), messages_(s.messages), view_(s.view), window_(s.window) {}
+  explicit MessagesPanel(ViewerState& s) : Panel(Place::kOver, "Messages", s) {}
   bool Wanted() const override { return !messages_.notices.empty(); }
   bool Busy() const override { return !messages_.notices.empty(); }
 
@@ -225,10 +207,6 @@ class MessagesPanel : public Panel {
     }
     ImGui::End();
   }
-
-  Messages& messages_;
-  const SceneView& view_;
-  const WindowState& window_;
 };
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 #include <string>
 #include <vector>
 
@@ -15,16 +16,11 @@ namespace {
 
 // Marks over the image, in image pixels.
 struct ImageMarks {
-  struct Outline {
-    int id = 0;
-    std::string label;
-    std::vector<Eigen::Vector2d> polygon;
-  };
   struct Dot {
     Eigen::Vector2d pixel;
     int object_id = -1;
   };
-  std::vector<Outline> outlines;  // nearest first
+  std::vector<ObjectOutline> outlines;  // nearest first; they refer to the frame's map
   std::vector<Dot> dots;
 };
 
@@ -34,14 +30,7 @@ ImageMarks MarksOf(const ShownFrame& shown) {
     return marks;
   }
   const MapSnapshot& map = *shown.map;
-  for (const ObjectOutline& outline : OutlinesOf(map.objects, map.camera, *map.T_map_camera)) {
-    ImageMarks::Outline& mark = marks.outlines.emplace_back();
-    mark.id = outline.object->id;
-    mark.label = outline.object->label;
-    for (const cv::Point2d& p : outline.polygon) {
-      mark.polygon.emplace_back(p.x, p.y);
-    }
-  }
+  marks.outlines = OutlinesOf(map.objects, map.camera, *map.T_map_camera);
   const Rigid3d T_camera_map = map.T_map_camera->Inverse();
   const Box2d image{0.0, 0.0, map.camera.width - 1.0, map.camera.height - 1.0};
   for (const SnapshotPoint& point : map.points) {
@@ -55,8 +44,7 @@ ImageMarks MarksOf(const ShownFrame& shown) {
 
 class ImagePanel : public Panel {
  public:
-  explicit ImagePanel(ViewerState& s)
-      : Panel(Place::kTop, "Image"), context_(s.Editor()), window_(s.window) {}
+  explicit ImagePanel(ViewerState& s) : Panel(Place::kTop, "Image", s) {}
   bool Wanted() const override { return window_.show_image && document_.shown != nullptr; }
 
   void Draw() override {
@@ -145,14 +133,15 @@ class ImagePanel : public Panel {
       DrawBoxes(scale);
     }
     for (auto it = marks_.outlines.rbegin(); it != marks_.outlines.rend(); ++it) {
-      const bool selected = it->id == selection_.selected;
-      const bool pointed = it->id == selection_.hovered;
+      const bool selected = it->object->id == selection_.selected;
+      const bool pointed = it->object->id == selection_.hovered;
       if (outlines_ || selected || pointed) {
         std::vector<ImVec2> points;
-        for (const Eigen::Vector2d& p : it->polygon) {
-          points.push_back(At(p));
+        for (const cv::Point2d& p : it->polygon) {
+          points.push_back(At({p.x, p.y}));
         }
-        Stroke(points, selected ? PaletteOf(window_.theme).accent : Packed(document_.colors(it->label)),
+        Stroke(points,
+               selected ? PaletteOf(window_.theme).accent : Packed(document_.colors(it->object->label)),
                (selected  ? 3.0F
                 : pointed ? 2.4F
                           : 1.6F) *
@@ -191,6 +180,11 @@ class ImagePanel : public Panel {
     }
   }
 
+  // Returns an outline with the numbers that OpenCV's functions of contours take.
+  static std::vector<cv::Point2f> Contour(const ObjectOutline& outline) {
+    return {outline.polygon.begin(), outline.polygon.end()};
+  }
+
   // Returns the object at a pixel: that of the smallest box around it, else of the nearest outline around it.
   std::optional<int> ObjectAt(const Eigen::Vector2d& pixel) const {
     const SnapshotDetection* best = nullptr;
@@ -203,9 +197,9 @@ class ImagePanel : public Panel {
     if (best != nullptr) {
       return best->object_id >= 0 ? std::optional(best->object_id) : OutlineLike(best->detection);
     }
-    for (const ImageMarks::Outline& outline : marks_.outlines) {
-      if (Inside(outline.polygon, pixel)) {
-        return outline.id;
+    for (const ObjectOutline& outline : marks_.outlines) {
+      if (cv::pointPolygonTest(Contour(outline), cv::Point2d(pixel.x(), pixel.y()), false) >= 0.0) {
+        return outline.object->id;
       }
     }
     return std::nullopt;
@@ -216,17 +210,13 @@ class ImagePanel : public Panel {
   std::optional<int> OutlineLike(const Detection& detection) const {
     std::optional<int> id;
     double best = 0.2;
-    for (const ImageMarks::Outline& outline : marks_.outlines) {
-      Eigen::AlignedBox2d around;
-      for (const Eigen::Vector2d& p : outline.polygon) {
-        around.extend(p);
-      }
-      const Eigen::Vector2d size = around.sizes();
-      const double overlap = IoU({around.min().x(), around.min().y(), size.x(), size.y()}, detection.box) +
-                             (outline.label == detection.label ? 0.2 : 0.0);
+    for (const ObjectOutline& outline : marks_.outlines) {
+      const cv::Rect2d around = cv::boundingRect(Contour(outline));
+      const double overlap = IoU({around.x, around.y, around.width, around.height}, detection.box) +
+                             (outline.object->label == detection.label ? 0.2 : 0.0);
       if (overlap > best) {
         best = overlap;
-        id = outline.id;
+        id = outline.object->id;
       }
     }
     return id;
@@ -247,10 +237,6 @@ class ImagePanel : public Panel {
     }
   }
 
-  EditContext context_;
-  const Document& document_ = context_.document;
-  Selection& selection_ = context_.selection;
-  const WindowState& window_;
   ShownFramePtr shown_;
   GlTexture texture_;
   ImageMarks marks_;

@@ -60,8 +60,7 @@ void DrawPoints(Editing& editing) {
 // The selected object: its actions, numbers, history and points.
 class InspectorPanel : public Panel {
  public:
-  explicit InspectorPanel(ViewerState& s)
-      : Panel(Place::kSide, "Inspector"), context_(s.Editor()), playback_(s.playback), window_(s.window) {}
+  explicit InspectorPanel(ViewerState& s) : Panel(Place::kSide, "Inspector", s) {}
 
   void Draw() override {
     const SnapshotObject* object = document_.Object(context_.selection.selected);
@@ -87,10 +86,6 @@ class InspectorPanel : public Panel {
   void DrawHistory(const SnapshotObject& object);
   void DrawPlots(const std::vector<ObjectSample>& samples);
 
-  EditContext context_;
-  const Document& document_ = context_.document;
-  Playback& playback_;
-  const WindowState& window_;
   int id_ = -1;  // the object whose name and label the fields hold
   std::string name_, label_;
   bool by_frame_ = false;  // histories over frames instead of observations

@@ -18,8 +18,7 @@ namespace {
 // The table of objects with its filter, and actions on the selected object.
 class ObjectsPanel : public Panel {
  public:
-  explicit ObjectsPanel(ViewerState& s)
-      : Panel(Place::kSide, "Objects"), context_(s.Editor()), window_(s.window) {}
+  explicit ObjectsPanel(ViewerState& s) : Panel(Place::kSide, "Objects", s) {}
 
   void Draw() override {
     if (document_.Map() == nullptr) {
@@ -207,10 +206,6 @@ class ObjectsPanel : public Panel {
     bool operator==(const Order&) const = default;
   };
 
-  EditContext context_;
-  const Document& document_ = context_.document;
-  Selection& selection_ = context_.selection;
-  WindowState& window_;
   const std::vector<ColumnInfo> columns_ = Columns();
   std::string text_;
   RowFilter filter_;

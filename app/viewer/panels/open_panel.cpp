@@ -16,8 +16,7 @@ namespace {
 // A folder browser: opens results of runs, enters other folders.
 class OpenPanel : public Panel {
  public:
-  explicit OpenPanel(ViewerState& s)
-      : Panel(Place::kOver, "Open"), document_(s.document), window_(s.window), requests_(s.requests) {}
+  explicit OpenPanel(ViewerState& s) : Panel(Place::kOver, "Open", s) {}
   bool Wanted() const override { return window_.show_open; }
 
   void Draw() override {
@@ -96,9 +95,6 @@ class OpenPanel : public Panel {
     }
   }
 
-  const Document& document_;
-  WindowState& window_;
-  Requests& requests_;
   int drawn_ = -1;  // last frame of the window in which it was drawn
   fs::path folder_;
   std::string text_;

@@ -22,11 +22,25 @@ enum class Place {
   kOver,    // on top: dialogs and messages, in windows of their own
 };
 
-// One part of the window, with references to the parts of the state that it shows or changes; these outlive
-// it. To add one: a file in panels/, its Make function below, and its place in AllPanels() of the viewer.
+// One part of the window. To add one: a file in panels/, its Make function below, and its place in
+// AllPanels() of the viewer.
 class Panel {
  public:
-  Panel(Place where, std::string name) : place(where), title(std::move(name)) {}
+  // The state must outlive the panel.
+  Panel(Place where, std::string name, ViewerState& s)
+      : place(where),
+        title(std::move(name)),
+        document_(s.document),
+        playback_(s.playback),
+        selection_(s.selection),
+        view_(s.view),
+        layers_(s.layers),
+        editing_(s.editing),
+        preferences_(s.preferences),
+        window_(s.window),
+        messages_(s.messages),
+        requests_(s.requests),
+        context_(s.Editor()) {}
   virtual ~Panel() = default;
   Panel(const Panel&) = delete;
   Panel& operator=(const Panel&) = delete;
@@ -41,11 +55,24 @@ class Panel {
 
   const Place place;
   const std::string title;  // title of its tab
+
+ protected:
+  const Document& document_;
+  Playback& playback_;
+  Selection& selection_;
+  SceneView& view_;
+  Layers& layers_;
+  Editing& editing_;
+  Preferences& preferences_;
+  WindowState& window_;
+  Messages& messages_;
+  Requests& requests_;
+  const EditContext context_;
 };
 
 using PanelPtr = std::unique_ptr<Panel>;
 
-// Each creates a panel with its parts of the state. The scene and the image need an OpenGL context, here and
+// Each creates a panel. The scene and the image need an OpenGL context, here and
 // when they are destroyed.
 PanelPtr MakeScenePanel(ViewerState& s);
 PanelPtr MakeImagePanel(ViewerState& s);

@@ -13,12 +13,7 @@ namespace {
 // Pictures and videos of the screen, and camera paths for `sqslam render`.
 class PicturePanel : public Panel {
  public:
-  explicit PicturePanel(ViewerState& s)
-      : Panel(Place::kSide, "Picture"),
-        document_(s.document),
-        view_(s.view),
-        window_(s.window),
-        requests_(s.requests) {}
+  explicit PicturePanel(ViewerState& s) : Panel(Place::kSide, "Picture", s) {}
 
   void Draw() override {
     if (document_.Map() == nullptr) {
@@ -114,10 +109,6 @@ class PicturePanel : public Panel {
     }
   }
 
-  const Document& document_;
-  SceneView& view_;
-  WindowState& window_;
-  Requests& requests_;
   int width_ = 1280;
   int height_ = 720;
   bool as_screen_ = true;

@@ -64,16 +64,10 @@ class SceneMarks {
     if (map == nullptr || !map->T_map_camera || map->camera.fx <= 0.0) {
       return;
     }
-    const Camera& lens = map->camera;
-    const double height =
-        3.2 * view_.style.cameras.size * std::min(view_.focus.radius, view_.focus.view_depth);
-    const double depth = height * lens.fy / lens.height;
+    const double height = CurrentFrustumHeight(view_.focus, view_.style.cameras.size);
     std::vector<ImVec2> corners;
-    for (const Eigen::Vector2d& pixel :
-         {Eigen::Vector2d(lens.cx, lens.cy), Eigen::Vector2d(0.0, 0.0), Eigen::Vector2d(lens.width, 0.0),
-          Eigen::Vector2d(lens.width, lens.height), Eigen::Vector2d(0.0, lens.height)}) {
-      const double along = corners.empty() ? 0.0 : depth;  // the first corner is the optical centre
-      const auto seen = Project(*map->T_map_camera * (along * lens.Unproject(pixel)));
+    for (const Eigen::Vector3d& p_map : FrustumCorners(*map->T_map_camera, map->camera, height)) {
+      const auto seen = Project(p_map);
       if (!seen) {
         return;
       }

@@ -29,12 +29,7 @@ Eigen::Vector2d ToEigen(ImVec2 v) { return {v.x, v.y}; }
 // The map in 3D, with the mouse and the keys that move its camera.
 class ScenePanel : public Panel {
  public:
-  explicit ScenePanel(ViewerState& s)
-      : Panel(Place::kScene, "Map"),
-        context_(s.Editor()),
-        view_(s.view),
-        layers_(s.layers),
-        window_(s.window) {}
+  explicit ScenePanel(ViewerState& s) : Panel(Place::kScene, "Map", s) {}
   bool Busy() const override { return !settled_; }
 
   void Draw() override {
@@ -269,12 +264,6 @@ class ScenePanel : public Panel {
     }
   }
 
-  EditContext context_;
-  const Document& document_ = context_.document;
-  Selection& selection_ = context_.selection;
-  SceneView& view_;
-  const Layers& layers_;
-  const WindowState& window_;
   InteractiveScene scene_;
   GlTexture photo_;
   ShownFramePtr photo_of_;

@@ -30,12 +30,7 @@ std::string ValueText(const Series& series, double value) {
 
 class TimelinePanel : public Panel {
  public:
-  explicit TimelinePanel(ViewerState& s)
-      : Panel(Place::kBottom, "Time"),
-        document_(s.document),
-        playback_(s.playback),
-        window_(s.window),
-        requests_(s.requests) {}
+  explicit TimelinePanel(ViewerState& s) : Panel(Place::kBottom, "Time", s) {}
   bool Wanted() const override {
     return document_.kind != Document::Kind::kNone && !document_.timeline.Empty();
   }
@@ -293,11 +288,7 @@ class TimelinePanel : public Panel {
     ImGui::EndTooltip();
   }
 
-  const Document& document_;
   const Timeline& timeline_ = document_.timeline;
-  Playback& playback_;
-  const WindowState& window_;
-  Requests& requests_;
 };
 
 }  // namespace

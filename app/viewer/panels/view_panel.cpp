@@ -15,12 +15,7 @@ namespace {
 // Camera, layers, section and style of the scene.
 class ViewPanel : public Panel {
  public:
-  explicit ViewPanel(ViewerState& s)
-      : Panel(Place::kSide, "View"),
-        document_(s.document),
-        view_(s.view),
-        layers_(s.layers),
-        messages_(s.messages) {}
+  explicit ViewPanel(ViewerState& s) : Panel(Place::kSide, "View", s) {}
 
   void Draw() override {
     ImGui::BeginChild("view");
@@ -186,10 +181,6 @@ class ViewPanel : public Panel {
     }
   }
 
-  const Document& document_;
-  SceneView& view_;
-  Layers& layers_;
-  Messages& messages_;
   SceneStyle& style_ = view_.style;
   std::filesystem::path cloud_file_;  // from which the text was made
   std::string cloud_text_;

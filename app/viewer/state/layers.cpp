@@ -45,19 +45,19 @@ void LayerSession::Update(Layers& layers, const Document& document, Messages& me
     GiveUpTruth(layers);
     messages.Complain(sequence.empty() ? "The map does not say what was mapped." : *problem);
   }
-  if (const auto problem = cloud_.Take(layers.cloud_file)) {
-    layers.dense_cloud = false;
+  const auto fails = [&](auto& dense, const fs::path& source) {
+    const std::optional<std::string> problem = dense.Take(source);
+    if (problem) {
+      layers.dense_cloud = false;
+      messages.Complain(*problem);
+    }
+    return problem.has_value();
+  };
+  if (fails(cloud_, layers.cloud_file)) {
     layers.cloud_file.clear();
-    messages.Complain(*problem);
   }
-  if (const auto problem = own_.Take(document.file)) {
-    layers.dense_cloud = false;
-    messages.Complain(*problem);
-  }
-  if (const auto problem = mesh_.Take(document.file)) {
-    layers.dense_cloud = false;
-    messages.Complain(*problem);
-  }
+  fails(own_, document.file);
+  fails(mesh_, document.file);
   if (document.last) {
     if (layers.true_path || (layers.dense_cloud && layers.cloud_in_world)) {
       truth_.Want(sequence, ReadTruePoses);

@@ -58,8 +58,8 @@ const char* SceneStyleOf(Theme theme);
 // Switches between dark and light. The scene follows if its style matches the theme, else it stays.
 void SwitchTheme(WindowState& window, SceneView& view, Messages& messages);
 
-// The whole state of the viewer, without OpenGL and ImGui; each part has one owner. Panels get the parts that
-// they show, and ask for all else by requests.
+// The whole state of the viewer, without OpenGL and ImGui; each part has one owner. Panels change what they
+// show, and ask for all else by requests.
 struct ViewerState {
   Document document;
   Playback playback;
