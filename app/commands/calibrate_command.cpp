@@ -85,7 +85,7 @@ Search FindBoards(const CalibrateArguments& a, const Sequence& sequence) {
   const InterruptGuard interrupt;
   FrameSource source(sequence, range);
   Search search;
-  Progress progress(range.SizeIn(sequence), a.quiet);
+  Progress progress(a.quiet);
   while (const std::optional<Frame> frame = interrupt.Interrupted() ? std::nullopt : source.Next()) {
     search.last = frame->gray;
     ++search.frames;
@@ -94,7 +94,7 @@ Search FindBoards(const CalibrateArguments& a, const Sequence& sequence) {
                                              : fs::path(frame->image_path).filename().string();
       search.views.push_back(std::move(*view));
     }
-    progress.Update(search.frames, fmt::format("{} boards", search.views.size()));
+    progress.Update(search.frames, range.SizeIn(sequence), fmt::format("{} boards", search.views.size()));
   }
   search.interrupted = interrupt.Interrupted();
   return search;

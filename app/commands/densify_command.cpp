@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/commands/commands.h"
-#include "app/export/surface_file.h"
+#include "app/export/map_export.h"
 #include "app/terminal/terminal.h"
 #include "slam/dense/densify.h"
 #include "slam/run/dense_objects.h"
@@ -44,18 +44,16 @@ int RunDensify(const DensifyArguments& a) {
   if (!a.config.empty()) {
     LoadOptions(a.config, options);
   }
-  for (const std::string& assignment : a.set) {
-    SetOption(assignment, options);
-  }
+  SetOptions(a.set, options);
   const InterruptGuard interrupt;
-  std::optional<StepProgress> steps(std::in_place, a.quiet, "keyframe");
+  Progress line(a.quiet, "keyframe");
   const DensifyProgress progress = [&](int done, int total, const std::string& state) {
-    steps->Update(done, total, state);
+    line.Update(done, total, state);
     return !interrupt.Interrupted();
   };
   const DensifySummary summary = Densify({a.result, a.images, options.dense, a.threads}, progress);
   const bool meshed = !summary.interrupted && !a.no_mesh && WriteSurface(a.result, a.threads, progress);
-  steps.reset();
+  line.Finish();
   if (interrupt.Interrupted()) {
     fmt::print(stderr, "sqslam: stopped after {} depth maps; run the same command to resume\n",
                summary.estimated + summary.resumed);

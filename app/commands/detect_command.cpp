@@ -94,14 +94,14 @@ int Check(const DetectArguments& a) {
 bool DetectAll(const DetectArguments& a, const Sequence& sequence, const FrameRange& range,
                Detector& detector, DetectionWriter& writer) {
   const InterruptGuard interrupt;
-  Progress progress(range.SizeIn(sequence), a.quiet);
+  Progress progress(a.quiet);
   FrameSource source(sequence, range);
   int done = 0;
   while (const std::optional<Frame> frame = interrupt.Interrupted() ? std::nullopt : source.Next()) {
     if (!writer.IsDone(frame->timestamp)) {
       writer.Add(frame->timestamp, detector.Detect(frame->bgr));
     }
-    progress.Update(++done, fmt::format("{} boxes", writer.Boxes()));
+    progress.Update(++done, range.SizeIn(sequence), fmt::format("{} boxes", writer.Boxes()));
   }
   progress.Finish();
   if (source.Skipped() > 0) {

@@ -174,16 +174,13 @@ int Examine(const DoctorArguments& a) {
     count = [&](const cv::Mat& bgr) { return static_cast<int>(detector->Detect(bgr).size()); };
   }
   const InterruptGuard interrupt;
-  std::optional<Progress> progress;
+  Progress progress(a.quiet);
   const FilmInspection inspection =
       InspectFilm(sequence, range, options, count, [&](std::int64_t done, std::int64_t total) {
-        if (!progress) {
-          progress.emplace(total, a.quiet);
-        }
-        progress->Update(done, "checking");
+        progress.Update(done, total, "checking");
         return !interrupt.Interrupted();
       });
-  progress->Finish();
+  progress.Finish();
   if (interrupt.Interrupted()) {
     return 130;
   }

@@ -6,7 +6,6 @@
 #include <string>
 
 #include "app/commands/commands.h"
-#include "app/experiment/cluster_run.h"
 #include "app/experiment/runner.h"
 #include "app/experiment/tables.h"
 #include "app/terminal/terminal.h"

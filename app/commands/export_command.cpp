@@ -6,13 +6,13 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "app/commands/commands.h"
 #include "app/export/map_export.h"
 #include "app/export/map_view.h"
 #include "app/export/model_folder.h"
-#include "app/export/surface_file.h"
 #include "app/export/view_history.h"
 #include "app/result/map_input.h"
 #include "app/terminal/terminal.h"
@@ -43,26 +43,22 @@ void CheckArguments(const ExportArguments& a, const std::string& extension) {
     throw UsageError(
         fmt::format("--output {}: unknown extension, expected {}", a.output, fmt::join(kExtensions, ", ")));
   }
-  if (a.meshes && extension != ".ply") {
-    throw UsageError(
-        fmt::format("--meshes: applies to a .ply only, expected --output FILE.ply instead of {}", a.output));
-  }
-  if (a.surface && extension != ".glb") {
-    throw UsageError(
-        fmt::format("--surface: applies to a .glb only, expected --output FILE.glb instead of {}", a.output));
-  }
-  if (!a.ground_truth.empty() && extension != ".html") {
-    throw UsageError(fmt::format(
-        "--ground-truth: applies to a .html only, expected --output FILE.html instead of {}", a.output));
+  for (const auto& [given, option, only] : {std::tuple(a.meshes, "--meshes", ".ply"),
+                                            {a.surface, "--surface", ".glb"},
+                                            {!a.ground_truth.empty(), "--ground-truth", ".html"}}) {
+    if (given && extension != only) {
+      throw UsageError(fmt::format("{0}: applies to a {1} only, expected --output FILE{1} instead of {2}",
+                                   option, only, a.output));
+    }
   }
 }
 
 // Returns the mesh of a densified result; empty if none is wanted.
 SurfaceMesh WantedSurface(const ExportArguments& a, const fs::path& map_path) {
-  StepProgress steps(false, "depth map");
+  Progress progress(false, "depth map");
   return a.surface ? SurfaceOf(map_path, 0,
                                [&](int done, int total, const std::string& state) {
-                                 steps.Update(done, total, state);
+                                 progress.Update(done, total, state);
                                  return true;
                                })
                          .value()
@@ -92,9 +88,9 @@ void ExportForPrograms(const ExportArguments& a) {
                     "nor --reliable-only",
                     NameOf(*a.format)));
   }
-  StepProgress steps(false, "image");
+  Progress progress(false, "image");
   const ModelSummary summary = ExportModel(a.map, a.images, a.output, *a.format,
-                                           [&](int done, int total) { steps.Update(done, total, ""); });
+                                           [&](int done, int total) { progress.Update(done, total); });
   fmt::print("{} images, {} points, mean reprojection error {:.3f} px\nwritten: {}\n", summary.images,
              summary.points, summary.error, a.output);
   if (summary.without_image > 0) {

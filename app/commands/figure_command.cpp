@@ -97,13 +97,8 @@ void CompletePage(const FigureEntry& figure, FigureArguments& a) {
 
 void DrawFigure(const FigureEntry& figure, FigureArguments& a) {
   CompletePage(figure, a);
-  std::optional<Progress> progress;
-  a.request.progress = [&](int done, int total) {
-    if (!progress) {
-      progress.emplace(total, a.quiet, "picture");
-    }
-    progress->Update(done, "");
-  };
+  Progress progress(a.quiet, "picture");
+  a.request.progress = [&](int done, int total) { progress.Update(done, total); };
   WriteFigure(a.task.draw(a.request), a.output);
 }
 

@@ -230,9 +230,9 @@ SynthesisSummary SceneArguments::Render(const fs::path& file, const fs::path& ou
   SynthesisOptions chosen = options;
   chosen.frames = Frames();
   const SceneDescription scene = ReadScene(file);
-  Progress progress(chosen.frames > 0 ? chosen.frames : scene.frames, quiet);
+  Progress progress(quiet);
   return WriteSyntheticSequence(scene, output, chosen,
-                                [&](int done, int) { progress.Update(done, "rendering"); });
+                                [&](int done, int total) { progress.Update(done, total, "rendering"); });
 }
 
 void AddRenderOptions(Command& command, RenderArguments& a) {

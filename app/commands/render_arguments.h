@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -75,5 +76,9 @@ bool MakesFrames(const RenderArguments& arguments);  // true for a video or numb
 // Throw UsageError that names the option.
 PictureOptions MakePictureOptions(const RenderArguments& arguments);
 VideoOptions MakeVideoOptions(const RenderArguments& arguments, const PictureOptions& picture, double fps);
+
+// Draws a video in pieces on a Slurm cluster, one task each, and joins them; as a task (--task) draws only
+// its piece. Incomplete pieces are drawn again. `render` draws on this computer. Returns the exit code.
+int RenderOnSlurm(const RenderArguments& arguments, const std::function<int(const RenderArguments&)>& render);
 
 }  // namespace sqslam::app

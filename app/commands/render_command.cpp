@@ -10,11 +10,9 @@
 
 #include "app/commands/commands.h"
 #include "app/commands/render_arguments.h"
-#include "app/commands/render_pieces.h"
 #include "app/result/map_input.h"
 #include "app/terminal/terminal.h"
 #include "render/picture/outlines.h"
-#include "render/picture/picture_difference.h"
 #include "render/video/input_frames.h"
 #include "render/video/video_alignment.h"
 #include "slam/io/image_files.h"
@@ -131,20 +129,17 @@ int RenderStill(const RenderArguments& a, const PictureOptions& options, const R
 // Shows progress and stops at Ctrl-C.
 class FrameReport {
  public:
-  explicit FrameReport(bool quiet) : quiet_(quiet) {}
+  explicit FrameReport(bool quiet) : progress_(quiet) {}
 
   bool operator()(int done, int total) {
-    if (!progress_) {
-      progress_.emplace(total, quiet_);
-    }
     total_ = total;
-    progress_->Update(done, "");
+    progress_.Update(done, total);
     return !interrupt_.Interrupted();
   }
 
   // Returns the exit code after `written` frames.
   int Finish(int written, const fs::path& output) {
-    progress_.reset();
+    progress_.Finish();
     if (!interrupt_.Interrupted() || written >= total_) {
       return 0;
     }
@@ -154,8 +149,7 @@ class FrameReport {
 
  private:
   const InterruptGuard interrupt_;
-  std::optional<Progress> progress_;
-  bool quiet_;
+  Progress progress_;
   int total_ = 0;
 };
 

@@ -1,5 +1,3 @@
-#include "app/commands/render_pieces.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -182,10 +180,10 @@ int RenderOnSlurm(const RenderArguments& a, const DrawsHere& render) {
   }
   ClaimFolder(pieces, settings);
   const InterruptGuard interrupt;
-  StepProgress progress(a.quiet, "piece");
+  Progress progress(a.quiet, "piece");
   const auto unfinished = [&] {
     Words missing = pieces.Missing();
-    progress.Update(pieces.Count() - static_cast<int>(missing.size()), pieces.Count(), "");
+    progress.Update(pieces.Count() - static_cast<int>(missing.size()), pieces.Count());
     return missing;
   };
   const auto print = [&](const std::string& line) {

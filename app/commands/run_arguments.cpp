@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <sstream>
 
@@ -14,6 +12,7 @@
 #include "slam/util/data_path.h"
 #include "slam/util/error.h"
 #include "slam/util/options.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -21,11 +20,8 @@ namespace {
 
 // Returns a camera index: a number of up to three digits that is no file or folder.
 std::optional<int> LiveCameraOf(const std::string& input) {
-  constexpr std::size_t kMaxDigits = 3;
-  const bool is_number =
-      input.size() <= kMaxDigits &&
-      std::all_of(input.begin(), input.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
-  return is_number && !fs::exists(input) ? std::optional(std::stoi(input)) : std::nullopt;
+  const std::optional<int> number = ParseNumber<int>(input);
+  return number && *number >= 0 && *number <= 999 && !fs::exists(input) ? number : std::nullopt;
 }
 
 // Splits "person,potted plant" into normalized labels; empty for "none".

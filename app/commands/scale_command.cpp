@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "app/commands/commands.h"
-#include "app/export/surface_file.h"
+#include "app/export/map_export.h"
 #include "app/report/report.h"
 #include "app/run/terminal_run.h"
 #include "app/terminal/terminal.h"
@@ -85,9 +85,9 @@ std::optional<ScaleReference> ReferenceOf(const ScaleArguments& a) {
 void RenewPictures(const ScaleArguments& a) {
   const fs::path result = a.result;
   if (fs::exists(result / "dense.glb")) {
-    StepProgress steps(a.quiet, "keyframe");
+    Progress progress(a.quiet, "keyframe");
     WriteSurface(result, 0, [&](int done, int total, const std::string& state) {
-      steps.Update(done, total, state);
+      progress.Update(done, total, state);
       return true;
     });
   }
@@ -119,9 +119,9 @@ void Scale(const ScaleArguments& a) {
   }
   std::optional<MapScale> scale;
   if (reference) {
-    StepProgress steps(a.quiet, "image");
+    Progress progress(a.quiet, "image");
     scale = EstimateScale(recording, *reference,
-                          [&](int done, int total) { steps.Update(done, total, "board"); });
+                          [&](int done, int total) { progress.Update(done, total, "board"); });
   }
   ScaleResult(result, scale);
   RenewPictures(a);

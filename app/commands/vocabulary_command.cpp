@@ -58,7 +58,7 @@ std::vector<std::vector<Descriptor>> ExtractAll(const VocabularyArguments& argum
   }
   OrbExtractor extractor(arguments.features);
   std::vector<std::vector<Descriptor>> images;
-  Progress progress(total, arguments.quiet);
+  Progress progress(arguments.quiet);
   std::int64_t done = 0;
   for (const TrainingSource& source : sources) {
     ForEachTrainingImage(source, arguments.stride, [&](const cv::Mat& gray) {
@@ -70,7 +70,7 @@ std::vector<std::vector<Descriptor>> ExtractAll(const VocabularyArguments& argum
           images.push_back(DescriptorsOf(extractor, RandomView(gray, seed)));
         }
       }
-      progress.Update(++done, "features of " + source.path.string());
+      progress.Update(++done, total, "features of " + source.path.string());
     });
   }
   return images;
@@ -80,9 +80,9 @@ void LearnVocabulary(const VocabularyArguments& arguments) {
   CheckOptions(arguments.options);
   const std::vector<std::vector<Descriptor>> images = ExtractAll(arguments);
   constexpr std::int64_t kSteps = 1000;
-  Progress progress(kSteps, arguments.quiet, "step");
+  Progress progress(arguments.quiet, "step");
   const Vocabulary vocabulary = Vocabulary::Train(images, arguments.options, [&](double share) {
-    progress.Update(std::llround(share * kSteps), "clustering");
+    progress.Update(std::llround(share * kSteps), kSteps, "clustering");
   });
   progress.Finish();
   vocabulary.Save(arguments.output);

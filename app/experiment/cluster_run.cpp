@@ -1,5 +1,3 @@
-#include "app/experiment/cluster_run.h"
-
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -7,6 +5,7 @@
 #include <chrono>
 
 #include "app/experiment/cell_run.h"
+#include "app/experiment/runner.h"
 #include "app/terminal/terminal.h"
 #include "slam/util/error.h"
 

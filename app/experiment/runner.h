@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "app/cluster/array_work.h"
 #include "app/experiment/cells.h"
 
 namespace sqslam::app {
@@ -48,5 +49,20 @@ using LinePrinter = std::function<void(const std::string&)>;
 // recorded, and the others go on. `stop` ends it early and loses only the running cells. `print` gets a line
 // for each cell that ends, from one thread at a time.
 ExperimentOutcome RunExperiment(ExperimentPlan plan, const StopRequest& stop, const LinePrinter& print);
+
+struct ClusterOutcome {
+  ExperimentOutcome outcome;
+  ArrayEnd end = ArrayEnd::kEnded;
+};
+
+// Runs the unfinished cells of a plan on a Slurm cluster, one task each. `print` gets lines as in
+// RunExperiment. Throws InputError if Slurm rejects a job.
+ClusterOutcome RunOnSlurm(const ExperimentPlan& plan, const ArrayCall& call, const StopRequest& stop,
+                          const LinePrinter& print);
+
+// Runs one cell as a task. A failure is recorded next to the place of the result, for RunOnSlurm. Returns the
+// exit code. Throws UsageError if there is no cell of this name.
+int RunTask(const ExperimentConfig& config, const ExperimentFolder& folder, const std::string& name,
+            const StopRequest& stop);
 
 }  // namespace sqslam::app

@@ -53,12 +53,15 @@ int GlbFile::Append(const char* list, Json value) {
   return static_cast<int>(values.size()) - 1;
 }
 
-int GlbFile::AddAccessor(const auto& elements, Json accessor, int target) {
+int GlbFile::AddAccessor(const auto& elements, int component, const char* type, int target,
+                         const Json& more) {
   const std::span values(elements);
   if (values.empty()) {
     throw std::invalid_argument("an accessor of no element");
   }
   Pad(buffer_, '\0');
+  Json accessor = {{"componentType", component}, {"count", values.size()}, {"type", type}};
+  accessor.update(more);
   Json view = {{"buffer", 0}, {"byteOffset", buffer_.size()}, {"byteLength", values.size_bytes()}};
   if (target != kNoTarget) {
     view["target"] = target;
@@ -69,21 +72,17 @@ int GlbFile::AddAccessor(const auto& elements, Json accessor, int target) {
 }
 
 int GlbFile::AddPositions(std::span<const Eigen::Vector3f> positions) {
-  Json accessor = {{"componentType", kFloat}, {"count", positions.size()}, {"type", "VEC3"}};
-  if (!positions.empty()) {  // glTF requires bounds of positions; exact, as every float is a double
-    Eigen::AlignedBox3f box;
-    for (const Eigen::Vector3f& p : positions) {
-      box.extend(p);
-    }
-    accessor["min"] = {box.min().x(), box.min().y(), box.min().z()};
-    accessor["max"] = {box.max().x(), box.max().y(), box.max().z()};
+  Eigen::AlignedBox3f box;  // glTF requires bounds of positions; exact, as every float is a double
+  for (const Eigen::Vector3f& p : positions) {
+    box.extend(p);
   }
-  return AddAccessor(positions, std::move(accessor), kArrayBuffer);
+  const Json bounds = {{"min", {box.min().x(), box.min().y(), box.min().z()}},
+                       {"max", {box.max().x(), box.max().y(), box.max().z()}}};
+  return AddAccessor(positions, kFloat, "VEC3", kArrayBuffer, bounds);
 }
 
 int GlbFile::AddNormals(std::span<const Eigen::Vector3f> normals) {
-  return AddAccessor(normals, {{"componentType", kFloat}, {"count", normals.size()}, {"type", "VEC3"}},
-                     kArrayBuffer);
+  return AddAccessor(normals, kFloat, "VEC3", kArrayBuffer);
 }
 
 int GlbFile::AddColors(std::span<const std::array<std::uint8_t, 3>> srgb) {
@@ -96,23 +95,16 @@ int GlbFile::AddColors(std::span<const std::array<std::uint8_t, 3>> srgb) {
   for (const auto& [r, g, b] : srgb) {
     linear.push_back({wide(r), wide(g), wide(b), 65535});
   }
-  return AddAccessor(
-      linear,
-      {{"componentType", kUnsignedShort}, {"normalized", true}, {"count", linear.size()}, {"type", "VEC4"}},
-      kArrayBuffer);
+  return AddAccessor(linear, kUnsignedShort, "VEC4", kArrayBuffer, {{"normalized", true}});
 }
 
 int GlbFile::AddIndices(std::span<const std::uint32_t> indices) {
   // 65535 is not used: some devices take it as primitive restart.
   if (std::ranges::all_of(indices, [](std::uint32_t i) { return i < 65535; })) {
     const std::vector<std::uint16_t> narrow(indices.begin(), indices.end());
-    return AddAccessor(narrow,
-                       {{"componentType", kUnsignedShort}, {"count", indices.size()}, {"type", "SCALAR"}},
-                       kElementArrayBuffer);
+    return AddAccessor(narrow, kUnsignedShort, "SCALAR", kElementArrayBuffer);
   }
-  return AddAccessor(indices,
-                     {{"componentType", kUnsignedInt}, {"count", indices.size()}, {"type", "SCALAR"}},
-                     kElementArrayBuffer);
+  return AddAccessor(indices, kUnsignedInt, "SCALAR", kElementArrayBuffer);
 }
 
 int GlbFile::AddMaterial(const std::string& name, const Eigen::Vector3d& srgb, bool lit) {
@@ -151,13 +143,9 @@ int GlbFile::AddCamera(const std::string& name, double view_angle, double aspect
 }
 
 int GlbFile::AddTimes(std::span<const float> times) {
-  return AddAccessor(times,
-                     {{"componentType", kFloat},
-                      {"count", times.size()},
-                      {"type", "SCALAR"},
-                      {"min", {times.empty() ? 0.0F : times.front()}},
-                      {"max", {times.empty() ? 0.0F : times.back()}}},
-                     kNoTarget);
+  const Json bounds = {{"min", {times.empty() ? 0.0F : times.front()}},
+                       {"max", {times.empty() ? 0.0F : times.back()}}};
+  return AddAccessor(times, kFloat, "SCALAR", kNoTarget, bounds);
 }
 
 void GlbFile::AddSampler(int node, const char* path, int times, int values, const char* interpolation) {
@@ -168,13 +156,11 @@ void GlbFile::AddSampler(int node, const char* path, int times, int values, cons
 
 void GlbFile::AddChannel(int node, const char* path, int times, std::span<const Eigen::Vector3f> values,
                          bool steps) {
-  const Json accessor = {{"componentType", kFloat}, {"count", values.size()}, {"type", "VEC3"}};
-  AddSampler(node, path, times, AddAccessor(values, accessor, kNoTarget), steps ? "STEP" : "LINEAR");
+  AddSampler(node, path, times, AddAccessor(values, kFloat, "VEC3", kNoTarget), steps ? "STEP" : "LINEAR");
 }
 
 void GlbFile::AddRotations(int node, int times, std::span<const Eigen::Vector4f> values) {
-  const Json accessor = {{"componentType", kFloat}, {"count", values.size()}, {"type", "VEC4"}};
-  AddSampler(node, "rotation", times, AddAccessor(values, accessor, kNoTarget), "LINEAR");
+  AddSampler(node, "rotation", times, AddAccessor(values, kFloat, "VEC4", kNoTarget), "LINEAR");
 }
 
 int GlbFile::AddNode(Json node) { return Append("nodes", std::move(node)); }

@@ -52,7 +52,9 @@ class GlbFile {
   std::string Bytes(int root, const std::string& scene_name) const;
 
  private:
-  int AddAccessor(const auto& elements, nlohmann::ordered_json accessor, int target);
+  // `more`: further keys of the accessor.
+  int AddAccessor(const auto& elements, int component, const char* type, int target,
+                  const nlohmann::ordered_json& more = nlohmann::ordered_json::object());
   int Append(const char* list, nlohmann::ordered_json value);
   void AddSampler(int node, const char* path, int times, int values, const char* interpolation);
 

@@ -3,11 +3,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "render/scene/cloud_layer.h"
 #include "render/surface/surface_mesh.h"
+#include "slam/dense/depth_fusion.h"
 #include "slam/io/trajectory.h"
 #include "slam/snapshot/snapshot.h"
 
@@ -35,8 +37,14 @@ std::string MapGlb(const MapSnapshot& map, const Trajectory& trajectory, const S
 std::string ViewGlb(const MapSnapshot& map, const std::vector<CloudPoint>& cloud, int segments,
                     const std::string& generator);
 
-// Returns a file with the surface alone.
-std::string SurfaceGlb(const MapSnapshot& map, const SurfaceMesh& surface, const std::string& generator);
+// Fuses the depth maps of a densified recording (map.sqmap) into a mesh, with the options it was densified
+// with. Returns nullopt if `progress` cancelled it. Throws InputError if the recording has no depth maps.
+std::optional<SurfaceMesh> SurfaceOf(const std::filesystem::path& recording, int threads,
+                                     const DensifyProgress& progress);
+
+// Writes that mesh to dense.glb in the result folder. Returns false if `progress` cancelled it; an older
+// dense.glb is then kept.
+bool WriteSurface(const std::filesystem::path& result, int threads, const DensifyProgress& progress);
 
 // Writes superquadrics as quad meshes in the map frame (Eq. 1 on a regular grid) with normals, in the colours
 // of their classes. The extension selects the format: .obj (one named object each, with a .mtl file of the

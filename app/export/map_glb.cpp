@@ -10,6 +10,11 @@
 #include "render/camera/camera_path.h"
 #include "render/scene/style.h"
 #include "render/solids/tessellation.h"
+#include "slam/dense/surface_fusion.h"
+#include "slam/snapshot/recording.h"
+#include "slam/util/atomic_file.h"
+#include "slam/util/error.h"
+#include "slam/util/options.h"
 
 namespace sqslam::app {
 namespace {
@@ -274,10 +279,31 @@ std::string ViewGlb(const MapSnapshot& map, const std::vector<CloudPoint>& cloud
   return writer.Bytes();
 }
 
-std::string SurfaceGlb(const MapSnapshot& map, const SurfaceMesh& surface, const std::string& generator) {
-  MapWriter writer(map, generator);
-  writer.AddSurface(surface);
-  return writer.Bytes();
+std::optional<SurfaceMesh> SurfaceOf(const std::filesystem::path& recording, int threads,
+                                     const DensifyProgress& progress) {
+  const DepthRecording depths(recording);
+  if (depths.Keyframes().empty()) {
+    throw InputError(
+        fmt::format("{}: holds no depth maps, expected those of sqslam densify", recording.string()));
+  }
+  SurfaceOptions options;
+  if (const std::string text = depths.Text(kSurfaceOptions); !text.empty()) {
+    ParseOptions(text, recording.string(), options);
+  }
+  const std::optional<SurfaceVolume> volume = FuseSurface(depths, options, threads, progress);
+  return volume ? std::optional(MarchSurface(*volume, options)) : std::nullopt;
+}
+
+bool WriteSurface(const std::filesystem::path& result, int threads, const DensifyProgress& progress) {
+  const std::filesystem::path recording = result / "map.sqmap";
+  const std::optional<SurfaceMesh> mesh = SurfaceOf(recording, threads, progress);
+  if (mesh) {
+    const MapSnapshotPtr map = RecordingReader(recording).Last();
+    MapWriter writer(*map, "sqslam " SQSLAM_VERSION);
+    writer.AddSurface(*mesh);
+    WriteFileAtomically(result / "dense.glb", writer.Bytes());
+  }
+  return mesh.has_value();
 }
 
 }  // namespace sqslam::app

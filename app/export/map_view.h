@@ -47,6 +47,11 @@ MapView ReadMapView(const RecordingReader& reader, const ViewHistory& history,
 // Throws InputError if three.js is not installed.
 std::string MapViewElements(const MapView& view);
 
+// Returns a whole page for a body, with the style sheets assets/theme.css and, if not empty, `style`.
+// `classes`: of the page's element.
+std::string HtmlPage(const std::string& title, const std::string& body, const std::string& style = "",
+                     const std::string& classes = "");
+
 // Returns a page with nothing but the view.
 std::string MapViewPage(const MapView& view, const std::string& title);
 

@@ -92,12 +92,18 @@ std::string MapViewElements(const MapView& view) {
   return page;
 }
 
-std::string MapViewPage(const MapView& view, const std::string& title) {
+std::string HtmlPage(const std::string& title, const std::string& body, const std::string& style,
+                     const std::string& classes) {
   return fmt::format(
-      "<!DOCTYPE html>\n<html lang=\"en\" class=\"sq-alone\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<!DOCTYPE html>\n<html lang=\"en\"{}>\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<title>{}</title>\n<style>\n{}</style>\n</head>\n<body>\n{}</body>\n</html>\n",
-      EscapeMarkup(title), ReadFile(DataPath("assets/theme.css"), "a style sheet"), MapViewElements(view));
+      "<title>{}</title>\n<style>\n{}{}</style>\n</head>\n<body>\n{}</body>\n</html>\n",
+      classes.empty() ? "" : fmt::format(" class=\"{}\"", classes), EscapeMarkup(title),
+      ReadFile(DataPath("assets/theme.css"), "a style sheet"), style, body);
+}
+
+std::string MapViewPage(const MapView& view, const std::string& title) {
+  return HtmlPage(title, MapViewElements(view), "", "sq-alone");
 }
 
 }  // namespace sqslam::app

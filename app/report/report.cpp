@@ -14,8 +14,10 @@
 #include "render/picture/picture_text.h"
 #include "slam/snapshot/recording.h"
 #include "slam/util/atomic_file.h"
+#include "slam/util/data_path.h"
 #include "slam/util/error.h"
 #include "slam/util/markup.h"
+#include "slam/util/text_lines.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
@@ -242,7 +244,8 @@ void WriteReport(const ReportInputs& inputs) {
       out,
       "<footer>Made by sqslam. Beside this page: map.sqmap (the whole run), objects.json, points.ply, "
       "trajectory.txt, stats.json.</footer>\n");
-  WriteFileAtomically(inputs.result / "report.html", HtmlPage(title, body));
+  const std::string style = ReadFile(DataPath("assets/report.css"), "a style sheet");
+  WriteFileAtomically(inputs.result / "report.html", HtmlPage(title, body, style));
 }
 
 }  // namespace sqslam::app

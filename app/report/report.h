@@ -75,9 +75,6 @@ void AppendTiming(std::string& page, const ReportData& data);
 // warnings, settings that differ from the defaults, command and version.
 void AppendRun(std::string& page, const ReportData& data);
 
-// Returns the whole page for a body, with the style sheets.
-std::string HtmlPage(const std::string& title, const std::string& body);
-
 // Returns an SVG element with the top view (x right, y up) of the camera path, the true path if known, and
 // the objects' outlines in their colours; empty if there is nothing to show.
 std::string TopViewSvg(const ReportData& data, const LabelColors& colors);

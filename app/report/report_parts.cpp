@@ -9,7 +9,6 @@
 #include "render/figures/figures.h"
 #include "render/page/page.h"
 #include "render/picture/picture_text.h"
-#include "slam/util/data_path.h"
 #include "slam/util/markup.h"
 #include "slam/util/text_lines.h"
 
@@ -34,15 +33,6 @@ TrajectoryFigure::Footprint FootprintOf(const SnapshotObject& object, const Eige
 
 std::string DataUri(const std::filesystem::path& file, std::string_view mime_type) {
   return fmt::format("data:{};base64,{}", mime_type, Base64(ReadFile(file, "a picture or a video")));
-}
-
-std::string HtmlPage(const std::string& title, const std::string& body) {
-  return fmt::format(
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<title>{}</title>\n<style>\n{}{}</style>\n</head>\n<body>\n{}</body>\n</html>\n",
-      EscapeMarkup(title), ReadFile(DataPath("assets/theme.css"), "a style sheet"),
-      ReadFile(DataPath("assets/report.css"), "a style sheet"), body);
 }
 
 std::string TopViewSvg(const ReportData& data, const LabelColors& colors) {

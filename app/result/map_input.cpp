@@ -4,7 +4,7 @@
 #include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
-#include "app/export/surface_file.h"
+#include "app/export/map_export.h"
 #include "slam/evaluation/ground_truth.h"
 #include "slam/evaluation/trajectory_error.h"
 #include "slam/io/result_files.h"

@@ -4,24 +4,16 @@
 #include <spdlog/spdlog.h>
 
 #include <string>
+#include <tuple>
 #include <utility>
 
-#include "app/export/surface_file.h"
+#include "app/export/map_export.h"
 #include "app/report/report.h"
 #include "render/video/video.h"
 #include "slam/snapshot/recording.h"
 
 namespace sqslam::app {
 namespace fs = std::filesystem;
-namespace {
-
-struct PictureView {
-  const char* file;
-  double azimuth;    // degrees from the three-quarter view
-  double elevation;  // degrees from the three-quarter view
-};
-
-}  // namespace
 
 void DrawRun(const FinishedRun& run, StageTimes& times, RenderBackend backend) {
   PictureOptions options;
@@ -30,14 +22,16 @@ void DrawRun(const FinishedRun& run, StageTimes& times, RenderBackend backend) {
   PictureRenderer renderer(options);
   renderer.SetMap(*run.result.map.snapshot);
   fs::create_directories(run.output / "figures");
-  for (const PictureView& view :
-       {PictureView{"map.png", 0.0, 0.0}, PictureView{"figures/above.png", 0.0, 60.0},
-        PictureView{"figures/left.png", -50.0, 0.0}, PictureView{"figures/right.png", 50.0, 0.0}}) {
+  // Degrees from the three-quarter view.
+  for (const auto& [file, azimuth, elevation] : {std::tuple("map.png", 0.0, 0.0),
+                                                 {"figures/above.png", 0.0, 60.0},
+                                                 {"figures/left.png", -50.0, 0.0},
+                                                 {"figures/right.png", 50.0, 0.0}}) {
     const StageTimes::Scope timer(times, "render");
     CameraOverrides turn;
-    turn.azimuth = view.azimuth;
-    turn.elevation = view.elevation;
-    WritePicture(run.output / view.file, renderer.Render(renderer.ViewOf(turn)));
+    turn.azimuth = azimuth;
+    turn.elevation = elevation;
+    WritePicture(run.output / file, renderer.Render(renderer.ViewOf(turn)));
   }
 }
 
@@ -48,7 +42,8 @@ int EndInterrupted(const FinishedRun& run) {
   return 130;
 }
 
-TerminalRun::TerminalRun(RunPictures pictures, bool quiet) : pictures_(std::move(pictures)), quiet_(quiet) {}
+TerminalRun::TerminalRun(RunPictures pictures, bool quiet)
+    : pictures_(std::move(pictures)), quiet_(quiet), progress_(quiet) {}
 
 void TerminalRun::Say(const std::string& news) {
   if (!quiet_) {
@@ -57,10 +52,7 @@ void TerminalRun::Say(const std::string& news) {
 }
 
 void TerminalRun::ShowProgress(std::int64_t done, std::int64_t total, const std::string& state) {
-  if (!progress_) {
-    progress_.emplace(total, quiet_);
-  }
-  progress_->Update(done, state);
+  progress_.Update(done, total, state);
 }
 
 void TerminalRun::Draw(const FinishedRun& run, StageTimes& times) {

@@ -30,7 +30,7 @@ class TerminalRun : public RunHost {
   bool Stopped() const override { return interrupt_.Interrupted(); }
   void Say(const std::string& news) override;
   void ShowProgress(std::int64_t done, std::int64_t total, const std::string& state) override;
-  void EndProgress() override { progress_.reset(); }
+  void EndProgress() override { progress_.Finish(); }
   void Mesh(const FinishedRun& run) override;  // dense.glb
   void Draw(const FinishedRun& run, StageTimes& times) override;
   void Film(const FinishedRun& run) override;  // at most 20 s of video; Ctrl-C cuts it short
@@ -41,7 +41,7 @@ class TerminalRun : public RunHost {
   bool quiet_;
   bool filmed_ = false;
   InterruptGuard interrupt_;
-  std::optional<Progress> progress_;
+  Progress progress_;
 };
 
 }  // namespace sqslam::app

@@ -163,24 +163,31 @@ InterruptGuard::InterruptGuard() {
 InterruptGuard::~InterruptGuard() { Install(SIG_DFL); }
 bool InterruptGuard::Interrupted() const { return interrupted != 0; }
 
-Progress::Progress(std::int64_t total, bool quiet, std::string unit)
-    : total_(total), quiet_(quiet), unit_(std::move(unit)), terminal_(::isatty(STDERR_FILENO) == 1) {}
+Progress::Progress(bool quiet, std::string unit)
+    : quiet_(quiet), unit_(std::move(unit)), terminal_(::isatty(STDERR_FILENO) == 1) {}
 
-void Progress::Update(std::int64_t done, const std::string& state) {
+void Progress::Update(std::int64_t done, std::int64_t total, const std::string& state) {
   const auto interval = terminal_ ? std::chrono::milliseconds(200) : std::chrono::milliseconds(5000);
   const Clock::time_point now = Clock::now();
+  if (!start_) {
+    start_ = last_ = now;
+  }
+  if (total > 0 && done >= total) {
+    Finish();
+    return;
+  }
   if (quiet_ || now - last_ < interval) {
     return;
   }
   last_ = now;
-  const double seconds = std::chrono::duration<double>(now - start_).count();
+  const double seconds = std::chrono::duration<double>(now - *start_).count();
   const double rate = static_cast<double>(done) / seconds;
-  if (total_ <= 0) {
+  if (total <= 0) {
     Print(fmt::format("{} {}  {:.1f}/s  {}", unit_, done, rate, state));
     return;
   }
-  const double left = static_cast<double>(total_ - done) / std::max(rate, 1e-3);
-  Print(fmt::format("{:3}%  {} {}/{}  {:.1f} {}  {} left  {}", 100 * done / total_, unit_, done, total_, rate,
+  const double left = static_cast<double>(total - done) / std::max(rate, 1e-3);
+  Print(fmt::format("{:3}%  {} {}/{}  {:.1f} {}  {} left  {}", 100 * done / total, unit_, done, total, rate,
                     unit_ == "frame" ? "fps" : unit_ + "s/s", DurationText(left), state));
 }
 
@@ -191,6 +198,7 @@ void Progress::Print(const std::string& line) {
 }
 
 void Progress::Finish() {
+  start_.reset();
   if (line_open_) {
     fmt::print(stderr, "\r\033[K");
     line_open_ = false;
@@ -254,16 +262,6 @@ std::string LastLine(const std::filesystem::path& log) {
 }
 
 }  // namespace
-
-void StepProgress::Update(std::int64_t done, std::int64_t total, const std::string& state) {
-  if (!progress_) {
-    progress_.emplace(total, quiet_, unit_);
-  }
-  progress_->Update(done, state);
-  if (done == total) {
-    progress_.reset();
-  }
-}
 
 ChildResult RunChild(const std::vector<std::string>& arguments, const std::filesystem::path& log,
                      const std::function<bool()>& stop, const std::filesystem::path& program) {

@@ -42,44 +42,31 @@ class InterruptGuard {
 };
 
 // A progress line on stderr: rewritten in place on a terminal, one line every few seconds in a log file,
-// nothing if `quiet`. A total of 0 means an endless input (a live camera).
+// nothing if `quiet`. Serves several steps in a row, each with its own total.
 class Progress {
  public:
   // `unit` is what is counted, in the singular.
-  Progress(std::int64_t total, bool quiet, std::string unit = "frame");
+  explicit Progress(bool quiet, std::string unit = "frame");
 
   ~Progress() { Finish(); }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  void Update(std::int64_t done, const std::string& state);
-  void Finish();  // clears the line on a terminal
+  // `total`: of this step, which ends when all is done; 0: endless (a live camera).
+  void Update(std::int64_t done, std::int64_t total, const std::string& state = "");
+  void Finish();  // ends the step and clears the line on a terminal
 
  private:
   using Clock = std::chrono::steady_clock;
 
   void Print(const std::string& line);
 
-  std::int64_t total_;
   bool quiet_;
   std::string unit_;
   bool terminal_;
   bool line_open_ = false;
-  Clock::time_point start_ = Clock::now();
-  Clock::time_point last_ = start_;
-};
-
-// Progress of several steps in a row, each with its own total.
-class StepProgress {
- public:
-  StepProgress(bool quiet, std::string unit) : quiet_(quiet), unit_(std::move(unit)) {}
-
-  void Update(std::int64_t done, std::int64_t total, const std::string& state);
-
- private:
-  bool quiet_;
-  std::string unit_;
-  std::optional<Progress> progress_;
+  std::optional<Clock::time_point> start_;  // of the step; empty before its first update
+  Clock::time_point last_;                  // when a line was printed
 };
 
 struct ChildResult {

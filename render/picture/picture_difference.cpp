@@ -1,5 +1,3 @@
-#include "render/picture/picture_difference.h"
-
 #include <algorithm>
 #include <cstdint>
 #include <map>
@@ -7,6 +5,8 @@
 #include <opencv2/quality/qualityssim.hpp>
 #include <utility>
 #include <vector>
+
+#include "render/picture/picture.h"
 
 namespace sqslam {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "render/picture/picture_difference.h"
+#include "render/picture/picture.h"
 
 namespace sqslam {
 

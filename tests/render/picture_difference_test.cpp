@@ -1,11 +1,10 @@
-#include "render/picture/picture_difference.h"
-
 #include <gtest/gtest.h>
 
 #include <opencv2/imgproc.hpp>
 #include <opencv2/quality/qualityssim.hpp>
 
 #include "baseline.h"
+#include "render/picture/picture.h"
 
 namespace sqslam {
 namespace {
