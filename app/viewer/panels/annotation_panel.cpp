@@ -104,16 +104,6 @@ class AnnotationPanel : public Panel {
     ImGui::EndChild();
   }
 
-  // Three numbers in a row; true while they change.
-  static bool Drag3(const char* name, Eigen::Vector3d& values, float speed, float low, float high) {
-    Eigen::Vector3f v = values.cast<float>();
-    ImGui::SetNextItemWidth(-7.0F * ImGui::GetFontSize());
-    const bool changed = ImGui::DragFloat3(name, v.data(), speed, low, high, "%.3f",
-                                           low < high ? ImGuiSliderFlags_AlwaysClamp : 0);
-    values = changed ? Eigen::Vector3d(v.cast<double>()) : values;
-    return changed;
-  }
-
   void DrawSolid() {
     const AnnotatedSolid* selected = SelectedSolid(context_);
     if (selected == nullptr) {
@@ -139,17 +129,17 @@ class AnnotationPanel : public Panel {
       changed = finished = true;
     }
     const auto speed = static_cast<float>(0.002 * context_.view.focus.radius);
-    field(Drag3("centre", solid.solid.T_map_object.translation, speed, 0.0F, 0.0F));
-    field(Drag3("half sizes", solid.solid.half_size, 0.5F * speed, 1e-4F, 1e6F));
+    field(Drag("centre", {solid.solid.T_map_object.translation.data(), 3}, speed, 0.0, 0.0, "%.3f"));
+    field(Drag("half sizes", {solid.solid.half_size.data(), 3}, 0.5F * speed, 1e-4, 1e6, "%.3f"));
     double yaw = YawOf(solid.solid) * kDegreesPerRadian;
-    if (Drag("yaw", yaw, 0.3F, 0.0F, 0.0F, "%.1f\u00b0")) {
+    if (Drag("yaw", {&yaw, 1}, 0.3F, 0.0, 0.0, "%.1f\u00b0")) {
       SetYaw(solid.solid, yaw / kDegreesPerRadian);
       changed = true;
     }
     finished |= ImGui::IsItemDeactivatedAfterEdit();
     if (solid.solid.kind == SolidKind::kSuperquadric) {
-      field(Drag("e1", solid.solid.e1, 0.005F, 0.1F, 1.9F, "%.2f"));
-      field(Drag("e2", solid.solid.e2, 0.005F, 0.1F, 1.9F, "%.2f"));
+      field(Drag("e1", {&solid.solid.e1, 1}, 0.005F, 0.1, 1.9, "%.2f"));
+      field(Drag("e2", {&solid.solid.e2, 1}, 0.005F, 0.1, 1.9, "%.2f"));
     }
     if (changed) {
       ChangeSolid(context_, solid);

@@ -100,7 +100,7 @@ class SettingsPanel : public Panel {
     settings.theme = FromName<Theme>(theme).value_or(settings.theme);
     changed |= Word("scene style", settings.style, ConfigNames("configs/styles"));
     changed |= ImGui::Checkbox("input image beside the map", &settings.show_image);
-    changed |= Slide("letters", settings.font_size, 10.0F, 28.0F, "%.0f px", 12.0F);
+    changed |= Slide("letters", settings.font_size, 10.0, 28.0, "%.0f px", 12.0F);
     Tip("Height of the letters; from the next start on");
     if (changed) {
       preferences_.ApplySettings(window_, view_, messages_);

@@ -125,7 +125,7 @@ class ViewPanel : public Panel {
     Tip("A .ply with x y z, and red green blue if it has them; Enter reads it");
     ImGui::Checkbox("in the world's frame", &layers_.cloud_in_world);
     Tip("Of the true camera poses, in metres; otherwise it is in the map's frame");
-    Slide("cloud points", style_.dense_cloud.size, 0.5F, 4.0F, "%.1f");
+    Slide("cloud points", style_.dense_cloud.size, 0.5, 4.0, "%.1f");
     Tip("Diameter of its points over the distance between them");
     ImGui::Checkbox("map points beside it", &style_.dense_cloud.points);
     if (layers_.cloud_file.empty()) {
@@ -152,7 +152,7 @@ class ViewPanel : public Panel {
     if (clip.axis == ClipAxis::kNone) {
       return;
     }
-    Slide("offset", clip.offset, -1.5F, 1.5F, "%.2f");
+    Slide("offset", clip.offset, -1.5, 1.5, "%.2f");
     Tip("Of the plane from the middle of the scene, of its radius");
     ImGui::Checkbox("the other side", &clip.flip);
   }
@@ -170,13 +170,13 @@ class ViewPanel : public Panel {
                                 static_cast<int>(style_.objects.look))) {
       style_.objects.look = static_cast<ObjectLook>(*look);
     }
-    Slide("opacity", style_.objects.opacity, 0.05F, 1.0F, "%.2f");
-    Slide("points", style_.points.size, 0.5F, 8.0F, "%.1f px");
-    Slide("object points", style_.points.object_size, 0.5F, 10.0F, "%.1f px");
-    Slide("shadow", style_.light.shadow, 0.0F, 1.0F, "%.2f");
-    Slide("outlines", style_.light.outline, 0.0F, 1.0F, "%.2f");
+    Slide("opacity", style_.objects.opacity, 0.05, 1.0, "%.2f");
+    Slide("points", style_.points.size, 0.5, 8.0, "%.1f px");
+    Slide("object points", style_.points.object_size, 0.5, 10.0, "%.1f px");
+    Slide("shadow", style_.light.shadow, 0.0, 1.0, "%.2f");
+    Slide("outlines", style_.light.outline, 0.0, 1.0, "%.2f");
     double angle = view_.camera.view_angle;
-    if (Slide("view angle", angle, 10.0F, 100.0F, "%.0f\u00b0") && view_.mode == CameraMode::kFree) {
+    if (Slide("view angle", angle, 10.0, 100.0, "%.0f\u00b0") && view_.mode == CameraMode::kFree) {
       view_.camera.view_angle = angle;
     }
   }

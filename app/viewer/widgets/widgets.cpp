@@ -238,21 +238,16 @@ std::optional<std::size_t> Choice(const char* name, const std::string& current,
   return chosen;
 }
 
-bool Slide(const char* name, double& value, float low, float high, const char* format, float width) {
-  auto single = static_cast<float>(value);
+bool Slide(const char* name, double& value, double low, double high, const char* format, float width) {
   ImGui::SetNextItemWidth(width * ImGui::GetFontSize());
-  const bool changed = ImGui::SliderFloat(name, &single, low, high, format);
-  value = changed ? static_cast<double>(single) : value;
-  return changed;
+  return ImGui::SliderScalar(name, ImGuiDataType_Double, &value, &low, &high, format);
 }
 
-bool Drag(const char* name, double& value, float speed, float low, float high, const char* format) {
-  auto single = static_cast<float>(value);
+bool Drag(const char* name, std::span<double> values, float speed, double low, double high,
+          const char* format) {
   ImGui::SetNextItemWidth(-7.0F * ImGui::GetFontSize());
-  const bool changed = ImGui::DragFloat(name, &single, speed, low, high, format,
-                                        low < high ? ImGuiSliderFlags_AlwaysClamp : 0);
-  value = changed ? static_cast<double>(single) : value;
-  return changed;
+  return ImGui::DragScalarN(name, ImGuiDataType_Double, values.data(), static_cast<int>(values.size()), speed,
+                            &low, &high, format, low < high ? ImGuiSliderFlags_AlwaysClamp : 0);
 }
 
 void Dim(const std::string& text) { ImGui::TextDisabled("%s", text.c_str()); }

@@ -76,9 +76,10 @@ std::optional<int> OneOf(std::initializer_list<Option> options, int current);
 std::optional<std::size_t> Choice(const char* name, const std::string& current,
                                   std::span<const std::string> words, float width);
 
-// A number with a slider, or dragged (`low` = `high`: no limits); true while it changes.
-bool Slide(const char* name, double& value, float low, float high, const char* format, float width = -8.5F);
-bool Drag(const char* name, double& value, float speed, float low, float high, const char* format);
+// A number with a slider, or numbers in a row to drag (`low` = `high`: no limits); true while they change.
+bool Slide(const char* name, double& value, double low, double high, const char* format, float width = -8.5F);
+bool Drag(const char* name, std::span<double> values, float speed, double low, double high,
+          const char* format);
 
 // Dim text: on one line, wrapped at the panel's width, or before the widget that follows on its line.
 void Dim(const std::string& text);
