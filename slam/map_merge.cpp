@@ -1,7 +1,5 @@
 #include "slam/map_merge.h"
 
-#include <fmt/format.h>
-
 #include <memory>
 #include <utility>
 
@@ -22,8 +20,7 @@ RunResult MergeMaps(const KeptMap& first, const std::string& first_name, const K
   mapper.Restore(first.state, first_name, ids);
   const Mapper::Restored added = mapper.Restore(second.state, second_name, ids);
   if (!mapper.TieToOthers(added.submap)) {
-    throw NoMapError(
-        fmt::format("{} and {}: show no common place, expected maps that overlap", first_name, second_name));
+    throw NoMapError("{} and {}: show no common place, expected maps that overlap", first_name, second_name);
   }
   RunResult result;
   result.others = mapper.Finish();

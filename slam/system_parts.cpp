@@ -1,7 +1,5 @@
 #include "slam/system_parts.h"
 
-#include <fmt/format.h>
-
 #include <filesystem>
 #include <utility>
 
@@ -35,8 +33,8 @@ std::shared_ptr<const Vocabulary> LoadVocabularyFor(const KeptMap& map, const st
   }
   if (!map.vocabulary.empty() && map.vocabulary != words->Fingerprint()) {
     throw InputError(
-        fmt::format("{}: was made with another vocabulary than {}, expected the same (--set vocabulary=FILE)",
-                    name, options.vocabulary == "auto" ? "the program's own" : options.vocabulary));
+        "{}: was made with another vocabulary than {}, expected the same (--set vocabulary=FILE)", name,
+        options.vocabulary == "auto" ? "the program's own" : options.vocabulary);
   }
   return words;
 }

@@ -187,32 +187,28 @@ void CheckBoard(const CalibrationBoard& board) {
   constexpr int kMaxSquares = 100;
   const auto fits = [](int squares) { return squares >= kMinSquares && squares <= kMaxSquares; };
   if (!fits(board.columns) || !fits(board.rows)) {
-    throw UsageError(fmt::format("a board of {} x {} squares, expected {} to {} per side", board.columns,
-                                 board.rows, kMinSquares, kMaxSquares));
+    throw UsageError("a board of {} x {} squares, expected {} to {} per side", board.columns, board.rows,
+                     kMinSquares, kMaxSquares);
   }
   if (!(board.square_mm > 0.0)) {
-    throw UsageError(fmt::format("--square-mm {}: expected a length above 0", board.square_mm));
+    throw UsageError("--square-mm {}: expected a length above 0", board.square_mm);
   }
   if (board.kind != CalibrationBoard::Kind::kCharuco) {
     return;
   }
   if (!(board.marker_mm > 0.0 && board.marker_mm < board.square_mm)) {
-    throw UsageError(
-        fmt::format("--marker-mm {}: expected less than the square's {}", board.marker_mm, board.square_mm));
+    throw UsageError("--marker-mm {}: expected less than the square's {}", board.marker_mm, board.square_mm);
   }
   const cv::Ptr<cv::aruco::Dictionary> dictionary = DictionaryOf(board);
   if (!dictionary) {
-    throw UsageError(fmt::format("--dictionary {}: expected one of {}; did you mean {}?", board.dictionary,
-                                 fmt::join(kDictionaries, ", "),
-                                 NearestWord(board.dictionary, kDictionaries)));
+    throw UsageError("--dictionary {}: expected one of {}; did you mean {}?", board.dictionary,
+                     fmt::join(kDictionaries, ", "), NearestWord(board.dictionary, kDictionaries));
   }
   const int there = dictionary->bytesList.rows;
   const int needed = board.columns * board.rows / 2;
   if (there < needed) {
-    throw UsageError(
-        fmt::format("--dictionary {}: has {} markers, expected one for each of the board's {} "
-                    "white squares",
-                    board.dictionary, there, needed));
+    throw UsageError("--dictionary {}: has {} markers, expected one for each of the board's {} white squares",
+                     board.dictionary, there, needed);
   }
 }
 

@@ -46,9 +46,9 @@ class Solver {
       rms_ = std::numeric_limits<double>::infinity();
     }
     if (!std::isfinite(rms_) || !cv::checkRange(K_) || K_.at<double>(0, 0) <= 0.0) {
-      throw InputError(fmt::format(
+      throw InputError(
           "{} views of the board do not determine a camera, expected different tilts that fill the image",
-          views_.size()));
+          views_.size());
     }
   }
 
@@ -279,8 +279,8 @@ Calibration Calibrate(const std::vector<BoardView>& views, const CalibrationBoar
     chosen.push_back(views[index]);
   }
   if (static_cast<int>(chosen.size()) < kMinViews) {
-    throw InputError(fmt::format("{} different views of the board, expected at least {}: move and tilt it",
-                                 chosen.size(), kMinViews));
+    throw InputError("{} different views of the board, expected at least {}: move and tilt it", chosen.size(),
+                     kMinViews);
   }
   Solver solver(chosen, board, image);
   std::vector<std::string> dropped_views;
@@ -294,10 +294,9 @@ Calibration Calibrate(const std::vector<BoardView>& views, const CalibrationBoar
     dropped_views.insert(dropped_views.end(), dropped.begin(), dropped.end());
     if (static_cast<int>(solver.Size()) < kMinViews) {
       throw InputError(
-          fmt::format("only {} views of the board agree with one another, expected at least {}: a flat "
-                      "board, a fixed focus, "
-                      "no zoom",
-                      solver.Size(), kMinViews));
+          "only {} views of the board agree with one another, expected at least {}: a flat board, a fixed "
+          "focus, no zoom",
+          solver.Size(), kMinViews);
     }
     if (corners == 0 && dropped.empty() && round > 0) {
       break;
@@ -329,23 +328,20 @@ std::vector<std::string> Weaknesses(const Calibration& c) {
       weaknesses.push_back(text);
     }
   };
-  add(c.covered < kCovered,
-      fmt::format("the boards cover {:.0f} % of the image, expected {:.0f} %: the distortion is extrapolated "
-                  "towards its borders",
-                  100.0 * c.covered, 100.0 * kCovered));
+  add(c.covered < kCovered, fmt::format("the boards cover {:.0f} % of the image, expected {:.0f} %: the "
+                                        "distortion is extrapolated towards its borders",
+                                        100.0 * c.covered, 100.0 * kCovered));
   add(c.tilt * kDegreesPerRadian < kTilt,
-      fmt::format(
-          "the boards are nearly parallel ({:.0f} degrees at most between two of them, expected {:.0f}): "
-          "the focal length is poorly determined, tilt the board",
-          c.tilt * kDegreesPerRadian, kTilt));
+      fmt::format("the boards are nearly parallel ({:.0f} degrees at most between two of them, expected "
+                  "{:.0f}): the focal length is poorly determined, tilt the board",
+                  c.tilt * kDegreesPerRadian, kTilt));
   add(c.views.size() < kViews, fmt::format("only {} views, expected at least {}", c.views.size(), kViews));
   add(c.intrinsic_deviation[0] > kDeviation * c.camera.fx,
       fmt::format("the standard deviation of fx is {:.1f} px, {:.1f} % of it", c.intrinsic_deviation[0],
                   100.0 * c.intrinsic_deviation[0] / c.camera.fx));
-  add(c.rms > kRms,
-      fmt::format("the RMS error is {:.2f} px, expected less than {:.0f}: a blurred video or a board "
-                  "that is not flat",
-                  c.rms, kRms));
+  add(c.rms > kRms, fmt::format("the RMS error is {:.2f} px, expected less than {:.0f}: a blurred video or a "
+                                "board that is not flat",
+                                c.rms, kRms));
   add(c.folds,
       "the distortion folds back within the image, so its corners are wrong: show the board closer to them");
   return weaknesses;

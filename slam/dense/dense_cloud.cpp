@@ -244,7 +244,7 @@ DenseCloud ReadDensePoints(const std::filesystem::path& path) {
           : static_cast<std::size_t>(std::strtoull(bytes.c_str() + count_at + 15, nullptr, 10));
   const std::string header = HeaderOf(points);
   if (!bytes.starts_with(header) || bytes.size() != header.size() + kPointBytes * points) {
-    throw InputError(fmt::format("{}: expected a dense.ply as sqslam densify writes it", path.string()));
+    throw InputError("{}: expected a dense.ply as sqslam densify writes it", path.string());
   }
   DenseCloud cloud(points);
   const char* at = bytes.data() + header.size();

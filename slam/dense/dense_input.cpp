@@ -1,6 +1,5 @@
 #include "slam/dense/dense_input.h"
 
-#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -24,9 +23,8 @@ Sequence OpenImages(const fs::path& result, const fs::path& images, const Record
   try {
     return OpenSequence(wanted);
   } catch (const InputError& error) {
-    throw InputError(
-        fmt::format("{}: the mapped images are needed, expected them at {} or with --images ({})",
-                    result.string(), wanted.path.string(), error.what()));
+    throw InputError("{}: the mapped images are needed, expected them at {} or with --images ({})",
+                     result.string(), wanted.path.string(), error.what());
   }
 }
 
@@ -44,9 +42,8 @@ std::vector<PosedFrame> FramesWithImages(const fs::path& result, const Sequence&
   }
   if (frames.empty() && !missing.empty()) {
     throw InputError(
-        fmt::format("{}: none of the {} mapped images exists, such as {}, expected them there or "
-                    "with --images",
-                    result.string(), missing.size(), missing.front()));
+        "{}: none of the {} mapped images exists, such as {}, expected them there or with --images",
+        result.string(), missing.size(), missing.front());
   }
   if (!missing.empty()) {
     spdlog::warn("{}: {} mapped images are missing, such as {}", result.string(), missing.size(),

@@ -20,13 +20,13 @@ namespace {
 
 [[noreturn]] void RefuseMotion(const DensifyRequest& request, const DenseInput& input) {
   if (input.keyframes.size() < 3) {
-    throw NoMapError(fmt::format("{}: {} keyframes, expected at least three of the same place",
-                                 request.result.string(), input.keyframes.size()));
+    throw NoMapError("{}: {} keyframes, expected at least three of the same place", request.result.string(),
+                     input.keyframes.size());
   }
   throw NoMapError(
-      fmt::format("{}: no depth: none of the {} keyframes has two other frames that show the same place from "
-                  "at least {} degrees aside, expected a camera that moves sideways",
-                  request.result.string(), input.keyframes.size(), request.options.views.min_angle));
+      "{}: no depth: none of the {} keyframes has two other frames that show the same place from at least {} "
+      "degrees aside, expected a camera that moves sideways",
+      request.result.string(), input.keyframes.size(), request.options.views.min_angle);
 }
 
 // Returns true if the live estimate's views had nearly the mean distance that the planned ones have.
@@ -142,11 +142,11 @@ DensifySummary Densify(const DensifyRequest& request, const DensifyProgress& pro
     return summary;
   }
   if (fused->cloud.empty()) {
-    throw NoMapError(fmt::format(
+    throw NoMapError(
         "{}: no depth: no point of {} depth maps is confirmed by {} others, expected more keyframes of the "
         "same place",
         request.result.string(), summary.estimated + summary.live + summary.resumed,
-        options.fusion.min_views));
+        options.fusion.min_views);
   }
   const double pixels = static_cast<double>(plans.size()) * input.camera.width * input.camera.height;
   summary.points = fused->cloud.size();

@@ -18,9 +18,9 @@ void CheckShape(const cv::Mat& blob, std::initializer_list<int> expected, const 
                     std::equal(expected.begin(), expected.end(), blob.size.p);
   if (!fits) {
     throw InputError(
-        fmt::format("the network's output is {}, expected {} for the decoder '{}' (other decoder, "
-                    "other input size, or another number of classes?)",
-                    fmt::join(blob.size.p, blob.size.p + blob.dims, "x"), fmt::join(expected, "x"), decoder));
+        "the network's output is {}, expected {} for the decoder '{}' (other decoder, other input size, or "
+        "another number of classes?)",
+        fmt::join(blob.size.p, blob.size.p + blob.dims, "x"), fmt::join(expected, "x"), decoder);
   }
 }
 

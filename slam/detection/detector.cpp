@@ -38,8 +38,8 @@ cv::dnn::Net ReadNetwork(const std::string& file) {
   try {
     return cv::dnn::readNetFromONNX(file);
   } catch (const cv::Exception& e) {
-    throw InputError(fmt::format("{}: cannot be read ({}), expected an ONNX network that OpenCV {} knows",
-                                 file, Reason(e), CV_VERSION));
+    throw InputError("{}: cannot be read ({}), expected an ONNX network that OpenCV {} knows", file,
+                     Reason(e), CV_VERSION);
   }
 }
 
@@ -50,9 +50,8 @@ std::vector<std::string> OutputNames(const cv::dnn::Net& network, const NetworkO
   const bool known = std::ranges::all_of(
       wanted, [&](const std::string& name) { return std::ranges::find(there, name) != there.end(); });
   if (!known || wanted.size() != needed) {
-    throw InputError(fmt::format("{}: outputs [{}] for the decoder '{}', expected {} of [{}]", options.file,
-                                 fmt::join(wanted, ", "), NameOf(options.decoder), needed,
-                                 fmt::join(there, ", ")));
+    throw InputError("{}: outputs [{}] for the decoder '{}', expected {} of [{}]", options.file,
+                     fmt::join(wanted, ", "), NameOf(options.decoder), needed, fmt::join(there, ", "));
   }
   return wanted;
 }
@@ -70,9 +69,9 @@ fs::path FindWeights(const fs::path& yaml, const std::string& file) {
     }
     names.push_back(place.string());
   }
-  throw InputError(fmt::format(
+  throw InputError(
       "{}: its weights '{}' are missing, expected one of {}; scripts/fetch-detector.sh downloads a network",
-      yaml.string(), file, fmt::join(names, ", ")));
+      yaml.string(), file, fmt::join(names, ", "));
 }
 
 }  // namespace
@@ -95,13 +94,13 @@ struct Detector::Impl {
           cv::dnn::blobFromImage(input, options.scale, {}, {}, options.color == ChannelOrder::kRgb));
       network.forward(blobs, outputs);
     } catch (const cv::Exception& e) {
-      throw InputError(fmt::format("{}: fails on an input of {}x{} ({})", options.file, options.width,
-                                   options.height, Reason(e)));
+      throw InputError("{}: fails on an input of {}x{} ({})", options.file, options.width, options.height,
+                       Reason(e));
     }
     try {
       return Decode(blobs);
     } catch (const InputError& e) {
-      throw InputError(fmt::format("{}: {}", options.file, e.what()));
+      throw InputError("{}: {}", options.file, e.what());
     }
   }
 
@@ -154,11 +153,11 @@ NetworkOptions LoadNetwork(const std::string& name_or_file, const std::vector<st
   }
   CheckOptions(options);
   if (options.file.empty()) {
-    throw UsageError(fmt::format("{}: no 'file', expected the name of an .onnx file", path.string()));
+    throw UsageError("{}: no 'file', expected the name of an .onnx file", path.string());
   }
   if (options.width % 32 != 0 || options.height % 32 != 0) {
-    throw UsageError(fmt::format("{}: input of {}x{}, expected multiples of 32", path.string(), options.width,
-                                 options.height));
+    throw UsageError("{}: input of {}x{}, expected multiples of 32", path.string(), options.width,
+                     options.height);
   }
   options.file = FindWeights(path, options.file).string();
   return options;

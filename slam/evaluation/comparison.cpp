@@ -152,9 +152,8 @@ void CheckSameTruth(const Results& results) {
     const Evaluation& evaluation = result.evaluation;
     if (evaluation.frames != First(results).frames ||
         evaluation.truth.size() != First(results).truth.size()) {
-      throw UsageError(
-          fmt::format("{} and {}: evaluated against different ground truth, expected the same sequence",
-                      results.front().name, result.name));
+      throw UsageError("{} and {}: evaluated against different ground truth, expected the same sequence",
+                       results.front().name, result.name);
     }
   }
 }
@@ -274,8 +273,8 @@ Table ListObjects(const std::vector<NamedEvaluation>& results) {
 void CheckComparisonPath(const std::filesystem::path& path) {
   const std::string extension = path.extension().string();
   if (extension != ".md" && extension != ".csv" && extension != ".tex" && extension != ".json") {
-    throw UsageError(fmt::format("--output {}: expected a file name that ends in .md, .csv, .tex or .json",
-                                 path.string()));
+    throw UsageError("--output {}: expected a file name that ends in .md, .csv, .tex or .json",
+                     path.string());
   }
 }
 

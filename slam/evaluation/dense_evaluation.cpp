@@ -210,15 +210,14 @@ DenseEvaluation EvaluateDense(const fs::path& result, const fs::path& sequence,
   const DepthRecording depths(result / "map.sqmap");
   const std::vector<std::int64_t> there = depths.Keyframes();
   if (there.empty()) {
-    throw InputError(fmt::format("{}: holds no depth maps, expected those of sqslam densify",
-                                 (result / "map.sqmap").string()));
+    throw InputError("{}: holds no depth maps, expected those of sqslam densify",
+                     (result / "map.sqmap").string());
   }
   const auto aligned =
       ComputeTrajectoryError(ReadTrajectory(result / "trajectory.txt"), truth.trajectory, kMaxTimeDifference);
   if (!aligned) {
-    throw InputError(
-        fmt::format("{}: cannot be aligned, expected at least three true poses at its timestamps",
-                    (result / "trajectory.txt").string()));
+    throw InputError("{}: cannot be aligned, expected at least three true poses at its timestamps",
+                     (result / "trajectory.txt").string());
   }
   DepthTally tally(truth, sequence, aligned->S_world_map, options);
   DenseEvaluation evaluation;

@@ -1,7 +1,5 @@
 #include "slam/evaluation/error_budget.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <map>
 #include <opencv2/imgproc.hpp>
@@ -66,9 +64,8 @@ std::vector<BudgetFrame> ReadFrames(const RecordingReader& recording, const Pose
     }
     const cv::Mat image = images.Read(*map);
     if (image.empty()) {
-      throw InputError(
-          fmt::format("frame {}: its image is not there, expected the sequence that was mapped ({})",
-                      map->frame_index, images.WhyNot()));
+      throw InputError("frame {}: its image is not there, expected the sequence that was mapped ({})",
+                       map->frame_index, images.WhyNot());
     }
     cv::Mat gray;
     cv::cvtColor(image, gray, cv::COLOR_BGR2GRAY);
@@ -335,14 +332,13 @@ ErrorBudget ComputeErrorBudget(const fs::path& result, const fs::path& sequence,
   const Evaluation& evaluation = budget.evaluation;
   const fs::path file = result / "map.sqmap";
   if (!evaluation.has_objects) {
-    throw InputError(
-        fmt::format("{}: holds no objects_gt.json, expected the true objects", sequence.string()));
+    throw InputError("{}: holds no objects_gt.json, expected the true objects", sequence.string());
   }
   const RecordingReader recording(file);
   if (const MapSnapshotPtr map = recording.Last();
       options.method != ObjectMethod::kRefined || !map->gravity_known) {
-    throw InputError(fmt::format(
-        "{}: holds no refined objects, expected an upright map of objects.method=refined", file.string()));
+    throw InputError("{}: holds no refined objects, expected an upright map of objects.method=refined",
+                     file.string());
   }
   const Sim3d S_map_world = evaluation.trajectory.S_world_map.Inverse();
   const Trajectory truth = ReadTruePoses(sequence);
@@ -372,9 +368,8 @@ ErrorBudget ComputeErrorBudget(const fs::path& result, const fs::path& sequence,
     }
   }
   if (budget.objects.empty()) {
-    throw InputError(
-        fmt::format("{}: no matched object has five recorded boxes and four points, expected at least one",
-                    file.string()));
+    throw InputError("{}: no matched object has five recorded boxes and four points, expected at least one",
+                     file.string());
   }
   return budget;
 }

@@ -105,16 +105,15 @@ Evaluation Evaluate(const Trajectory& estimated, const std::vector<SnapshotObjec
       ComputeTrajectoryError(estimated, truth.trajectory, options.max_time_difference, options.alignment);
   if (!error) {
     throw InputError(
-        fmt::format("{}: cannot be aligned ({}; ground truth: {}), expected at least three poses at the same "
-                    "times that do not lie "
-                    "on one line",
-                    where, TimeSpan(estimated), TimeSpan(truth.trajectory)));
+        "{}: cannot be aligned ({}; ground truth: {}), expected at least three poses at the same times that "
+        "do not lie on one line",
+        where, TimeSpan(estimated), TimeSpan(truth.trajectory));
   }
   if (static_cast<int>(estimated.size()) > truth.frames) {
     throw InputError(
-        fmt::format("{}: {} poses, but the sequence of the ground truth has {} frames; expected the sequence "
-                    "that was mapped",
-                    where, estimated.size(), truth.frames));
+        "{}: {} poses, but the sequence of the ground truth has {} frames; expected the sequence that was "
+        "mapped",
+        where, estimated.size(), truth.frames);
   }
   Evaluation evaluation;
   evaluation.frames = truth.frames;
@@ -150,7 +149,7 @@ Evaluation Evaluate(const Trajectory& estimated, const std::vector<SnapshotObjec
 Evaluation EvaluateResult(const std::filesystem::path& result, const std::filesystem::path& sequence,
                           const EvaluationOptions& options) {
   if (!std::filesystem::is_directory(result)) {
-    throw InputError(fmt::format("{}: no such folder; expected the result folder of a run", result.string()));
+    throw InputError("{}: no such folder; expected the result folder of a run", result.string());
   }
   const std::filesystem::path trajectory = result / "trajectory.txt";
   const Trajectory estimated = ReadTrajectory(trajectory);

@@ -40,8 +40,7 @@ Solid ParseSolid(const json& entry) {
   const auto name = entry.value("primitive", std::string("superquadric"));
   const std::optional<SolidKind> kind = FromName<SolidKind>(name);
   if (!kind) {
-    throw InputError(
-        fmt::format("primitive '{}', expected cuboid, cylinder, ellipsoid or superquadric", name));
+    throw InputError("primitive '{}', expected cuboid, cylinder, ellipsoid or superquadric", name);
   }
   Solid solid;
   const auto half_size = entry.at("half_size").get<std::array<double, 3>>();
@@ -70,8 +69,8 @@ void ParseObjects(const fs::path& path, GroundTruth& truth) {
   const json document = ReadJsonFile<json>(path, "a list of ground-truth objects");
   const json list = document.is_object() && document.contains("objects") ? document.at("objects") : document;
   if (!list.is_array()) {
-    throw InputError(fmt::format("{}: expected a list of objects, or an object whose key 'objects' holds it",
-                                 path.string()));
+    throw InputError("{}: expected a list of objects, or an object whose key 'objects' holds it",
+                     path.string());
   }
   truth.has_objects = true;
   for (const json& entry : list) {
@@ -88,8 +87,8 @@ void ParseObjects(const fs::path& path, GroundTruth& truth) {
       truth.has_detection_counts = truth.has_detection_counts || entry.contains("detector_boxes");
       truth.objects.push_back(std::move(object));
     } catch (const std::exception& error) {
-      throw InputError(fmt::format("{}: object {} of the list: {}", path.string(), truth.objects.size() + 1,
-                                   error.what()));
+      throw InputError("{}: object {} of the list: {}", path.string(), truth.objects.size() + 1,
+                       error.what());
     }
   }
   if (!truth.has_scored) {
@@ -115,8 +114,8 @@ std::map<int, int> CountBoxes(const fs::path& path) {
 fs::path OnlyFileLike(const fs::path& folder, const char* pattern, const std::string& expected) {
   const std::vector<fs::path> files = FilesLike(folder, std::regex(pattern));
   if (files.size() != 1) {
-    throw InputError(fmt::format("{}: {} files of ground-truth poses, expected {}", folder.string(),
-                                 files.empty() ? "no" : std::to_string(files.size()), expected));
+    throw InputError("{}: {} files of ground-truth poses, expected {}", folder.string(),
+                     files.empty() ? "no" : std::to_string(files.size()), expected);
   }
   return files.front();
 }
@@ -136,7 +135,7 @@ Rigid3d ReadMatrix(const fs::path& path) {
   constexpr double kTolerance = 0.01;
   const std::vector<TextLine> lines = ReadTextLines(path, kExpected);
   if (lines.size() != 4) {
-    throw InputError(fmt::format("{}: {} lines, expected {}", path.string(), lines.size(), kExpected));
+    throw InputError("{}: {} lines, expected {}", path.string(), lines.size(), kExpected);
   }
   Eigen::Matrix4d matrix;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -150,8 +149,7 @@ Rigid3d ReadMatrix(const fs::path& path) {
   const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
   if (!(rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).isZero(kTolerance) ||
       rotation.determinant() < 0.0) {
-    throw InputError(
-        fmt::format("{}: its upper left 3x3 is no rotation, expected {}", path.string(), kExpected));
+    throw InputError("{}: its upper left 3x3 is no rotation, expected {}", path.string(), kExpected);
   }
   if (!(matrix.row(3) - Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0)).isZero(1e-6)) {
     ThrowBadLine(path, lines[3], "the row 0 0 0 1");
@@ -164,15 +162,14 @@ Trajectory Read7Scenes(const fs::path& folder, double fps) {
   for (const fs::path& file : FilesLike(folder, std::regex(R"(frame-\d+\.pose\.txt)"))) {
     const auto number = LastNumber(file.filename().string());
     if (!number) {
-      throw InputError(fmt::format("{}: its number is too large, expected a frame number", file.string()));
+      throw InputError("{}: its number is too large, expected a frame number", file.string());
     }
     trajectory.push_back({static_cast<double>(*number) / fps, ReadMatrix(file)});
   }
   if (trajectory.empty()) {
     throw InputError(
-        fmt::format("{}: no ground-truth pose in it, expected groundtruth.txt or names like "
-                    "frame-000000.pose.txt",
-                    folder.string()));
+        "{}: no ground-truth pose in it, expected groundtruth.txt or names like frame-000000.pose.txt",
+        folder.string());
   }
   return trajectory;
 }
@@ -215,9 +212,8 @@ Trajectory ReadIclNuim(const fs::path& path, double fps) {
   for (TimedPose& pose : trajectory) {
     if (pose.timestamp != std::floor(pose.timestamp) || pose.timestamp < 0.0) {
       throw InputError(
-          fmt::format("{}: the time {}, expected frame numbers as times (lines in seconds are "
-                      "read from groundtruth.txt)",
-                      path.string(), pose.timestamp));
+          "{}: the time {}, expected frame numbers as times (lines in seconds are read from groundtruth.txt)",
+          path.string(), pose.timestamp);
     }
     pose = {pose.timestamp / fps, MirrorIclNuim(pose.T_map_camera)};
   }
@@ -235,8 +231,7 @@ std::vector<GroundTruthObject> ReadGroundTruthObjects(const fs::path& path) {
 GroundTruth ReadGroundTruth(const fs::path& sequence) {
   GroundTruth truth;
   if (!fs::is_directory(sequence)) {
-    throw InputError(
-        fmt::format("{}: no such folder; expected a sequence with ground truth", sequence.string()));
+    throw InputError("{}: no such folder; expected a sequence with ground truth", sequence.string());
   }
   // groundtruth.txt has its own times; those of a dataset's poses follow from the camera's fps.
   const SequenceFormat format = DetectFormat(sequence);
@@ -247,8 +242,8 @@ GroundTruth ReadGroundTruth(const fs::path& sequence) {
     truth.trajectory = ReadTrajectory(sequence / "groundtruth.txt");
     truth.frames = static_cast<int>(ListColorImages(sequence).size());
     if (truth.frames == 0) {
-      throw InputError(fmt::format("{}: neither rgb.txt nor images; expected the sequence that was mapped",
-                                   sequence.string()));
+      throw InputError("{}: neither rgb.txt nor images; expected the sequence that was mapped",
+                       sequence.string());
     }
   } else {
     const Sequence opened = OpenSequence({.path = sequence});

@@ -1,7 +1,5 @@
 #include "slam/fitting/fitting.h"
 
-#include <fmt/format.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -136,8 +134,7 @@ struct CanonicalCloud {
 CanonicalCloud ToCanonicalFrame(std::span<const Vector3d> cloud, bool upright) {
   constexpr std::size_t kLeast = 11;  // parameters of a superquadric
   if (cloud.size() < kLeast) {
-    throw InputError(
-        fmt::format("{} points, expected at least {} to fit a superquadric", cloud.size(), kLeast));
+    throw InputError("{} points, expected at least {} to fit a superquadric", cloud.size(), kLeast);
   }
   const Vector3d mean = std::accumulate(cloud.begin(), cloud.end(), Vector3d(0.0, 0.0, 0.0)) /
                         static_cast<double>(cloud.size());
@@ -324,8 +321,8 @@ std::vector<SuperquadricFit> FitSuperquadrics(std::span<const Vector3d> cloud,
     });
   }
   if (clusters.empty()) {
-    throw InputError(fmt::format("no cluster has {} points or more, expected at least one object",
-                                 options.min_cluster_points));
+    throw InputError("no cluster has {} points or more, expected at least one object",
+                     options.min_cluster_points);
   }
   std::vector<SuperquadricFit> fits;
   for (const std::vector<std::size_t>& cluster : clusters) {

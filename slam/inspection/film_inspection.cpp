@@ -246,8 +246,8 @@ FilmInspection InspectFilm(const Sequence& sequence, const FrameRange& range,
     }
   }
   if (inspection.moments.size() < 3) {
-    throw InputError(fmt::format("{}: {} frames, expected at least three", sequence.path.string(),
-                                 inspection.moments.size()));
+    throw InputError("{}: {} frames, expected at least three", sequence.path.string(),
+                     inspection.moments.size());
   }
   // The last samples have no followers.
   std::vector<FilmMoment>& moments = inspection.moments;

@@ -44,10 +44,9 @@ std::vector<FileBox> ReadBoxes(const fs::path& path) {
   }
   if (ArePartsOfImage(boxes)) {
     throw InputError(
-        fmt::format("{}: all boxes are smaller than a pixel, as if they were parts of the image; expected x "
-                    "y w h in pixels "
-                    "from the top-left corner",
-                    path.string()));
+        "{}: all boxes are smaller than a pixel, as if they were parts of the image; expected x y w h in "
+        "pixels from the top-left corner",
+        path.string());
   }
   return boxes;
 }
@@ -66,8 +65,7 @@ std::vector<FileBox> ReadFolder(const fs::path& folder, const cv::Size& image) {
     }
   }
   if (files.empty()) {
-    throw InputError(
-        fmt::format("{}: no text file in it, expected one for each frame with boxes", folder.string()));
+    throw InputError("{}: no text file in it, expected one for each frame with boxes", folder.string());
   }
   std::sort(files.begin(), files.end());  // same order of warnings on every machine
   std::vector<FileBox> boxes;
@@ -88,8 +86,8 @@ std::vector<FileBox> ReadFolder(const fs::path& folder, const cv::Size& image) {
   }
   const bool parts = ArePartsOfImage(boxes);
   if (!parts && without_score) {
-    throw InputError(fmt::format("{}: a box without a score in a folder with boxes in pixels, expected {}",
-                                 *without_score, kExpected));
+    throw InputError("{}: a box without a score in a folder with boxes in pixels, expected {}",
+                     *without_score, kExpected);
   }
   for (FileBox& box : boxes) {
     box.detection.box = parts ? AroundCenter(Scaled(box.detection.box, image)) : box.detection.box;
@@ -117,7 +115,7 @@ FileBox BoxOf(const fs::path& path, std::string place, const nlohmann::ordered_j
   const Box2d box{corners.at(0).get<double>(), corners.at(1).get<double>(), corners.at(2).get<double>(),
                   corners.at(3).get<double>()};
   if (!(box.width > 0.0) || !(box.height > 0.0)) {
-    throw InputError(fmt::format("{}: expected a bbox [x, y, w, h] with w and h above 0", place));
+    throw InputError("{}: expected a bbox [x, y, w, h] with w and h above 0", place);
   }
   const auto category = entry.at("category_id").get<std::int64_t>();
   const auto name = tables.categories.find(category);
@@ -130,7 +128,7 @@ FileBox BoxOf(const fs::path& path, std::string place, const nlohmann::ordered_j
   } else if (const auto image = tables.images.find(id.get<std::int64_t>()); image != tables.images.end()) {
     frame = ImageStem(image->second);
   } else {
-    throw InputError(fmt::format("{}: image_id {} is not among the images", place, id.get<std::int64_t>()));
+    throw InputError("{}: image_id {} is not among the images", place, id.get<std::int64_t>());
   }
   return {std::move(place), std::move(frame), {LabelFrom(path, label), entry.value("score", 1.0), box}};
 }
@@ -156,7 +154,7 @@ std::vector<FileBox> ReadCoco(const fs::path& path) {
       boxes.push_back(BoxOf(path, fmt::format("{}: box {}", path.string(), boxes.size()), entry, tables));
     }
   } catch (const nlohmann::json::exception&) {
-    throw InputError(fmt::format("{}: box {}: expected {}", path.string(), boxes.size(), kExpected));
+    throw InputError("{}: box {}: expected {}", path.string(), boxes.size(), kExpected);
   }
   return boxes;
 }

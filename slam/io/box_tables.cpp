@@ -82,10 +82,9 @@ class Columns {
     const bool box = (Has("x") && Has("y") && ((Has("w") && Has("h")) || (Has("x2") && Has("y2")))) ||
                      (Has("cx") && Has("cy") && Has("w") && Has("h"));
     if (!frame || !box || !Has("label")) {
-      ThrowBadLine(
-          path, header,
-          "columns for the frame (timestamp, frame or image), the label and the box (x, y, w, h; xmin, ymin, "
-          "xmax, ymax; or cx, cy, w, h)");
+      ThrowBadLine(path, header,
+                   "columns for the frame (timestamp, frame or image), the label and the box (x, y, w, h; "
+                   "xmin, ymin, xmax, ymax; or cx, cy, w, h)");
     }
   }
   bool Has(const char* kind) const { return at_.contains(kind); }

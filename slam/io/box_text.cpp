@@ -21,8 +21,8 @@ bool IsPartOfImage(const Box2d& box) {
 std::string LabelFrom(const fs::path& path, std::string_view text) {
   const std::string label = NormalizedLabel(ValidText(text));
   if (label.empty() || label.size() > kMaxLabelBytes) {
-    throw InputError(fmt::format("{}: a label of {} bytes, expected 1 to {}", path.string(), label.size(),
-                                 kMaxLabelBytes));
+    throw InputError("{}: a label of {} bytes, expected 1 to {}", path.string(), label.size(),
+                     kMaxLabelBytes);
   }
   return label;
 }

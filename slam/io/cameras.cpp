@@ -33,11 +33,10 @@ class CameraReader {
     try {
       root_ = YAML::Load(text);
     } catch (const YAML::ParserException& e) {
-      throw InputError(fmt::format("{}:{}: no valid YAML: {}", path.string(), e.mark.line + 1, e.msg));
+      throw InputError("{}:{}: no valid YAML: {}", path.string(), e.mark.line + 1, e.msg);
     }
     if (!root_.IsMap()) {
-      throw InputError(
-          fmt::format("{}:1: expected lines 'name: value' (width, height, fx, fy, cx, cy)", path.string()));
+      throw InputError("{}:1: expected lines 'name: value' (width, height, fx, fy, cx, cy)", path.string());
     }
     root_ = InOwnNames(root_, path);
   }
@@ -50,7 +49,7 @@ class CameraReader {
       return *otherwise;
     }
     if (!node) {
-      throw InputError(fmt::format("{}: {} is missing, expected {}", path_.string(), key, Range(min, max)));
+      throw InputError("{}: {} is missing, expected {}", path_.string(), key, Range(min, max));
     }
     return Checked(node, key, min, max);
   }
@@ -58,8 +57,8 @@ class CameraReader {
   double Checked(const YAML::Node& node, const std::string& key, double min, double max) const {
     double value = NAN;
     if (!node.IsScalar() || !YAML::convert<double>::decode(node, value) || !(value >= min && value <= max)) {
-      throw InputError(fmt::format("{}:{}: {} is {}, expected {}", path_.string(), node.Mark().line + 1, key,
-                                   node.IsScalar() ? node.Scalar() : "no number", Range(min, max)));
+      throw InputError("{}:{}: {} is {}, expected {}", path_.string(), node.Mark().line + 1, key,
+                       node.IsScalar() ? node.Scalar() : "no number", Range(min, max));
     }
     return value;
   }
@@ -67,7 +66,7 @@ class CameraReader {
   YAML::Node Optional(const std::string& key) const { return root_[key]; }
 
   [[noreturn]] void Fail(const YAML::Node& node, const std::string& what) const {
-    throw InputError(fmt::format("{}:{}: {}", path_.string(), node.Mark().line + 1, what));
+    throw InputError("{}:{}: {}", path_.string(), node.Mark().line + 1, what);
   }
 
  private:
@@ -208,8 +207,8 @@ std::optional<CameraGuess> GuessCamera(const std::filesystem::path& image, doubl
     return std::nullopt;
   }
   if (std::min(read.cols, read.rows) < kMinImageSide || std::max(read.cols, read.rows) > kMaxImageSide) {
-    throw InputError(fmt::format("{}: {}x{} pixels, expected sides from {} to {}", image.string(), read.cols,
-                                 read.rows, kMinImageSide, kMaxImageSide));
+    throw InputError("{}: {}x{} pixels, expected sides from {} to {}", image.string(), read.cols, read.rows,
+                     kMinImageSide, kMaxImageSide);
   }
   if (const std::optional<double> film = FocalLength35mm(image)) {
     // By the diagonal, as the standard defines it for aspect ratios other than the film's.

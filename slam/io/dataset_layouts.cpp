@@ -82,7 +82,7 @@ std::vector<SequenceFrame> ListByName(const NumberedLayout& layout, const fs::pa
   for (const fs::path& image : images) {
     const auto number = LastNumber(image.filename().string());
     if (!number) {
-      throw InputError(fmt::format("{}: its number is too large, expected a frame number", image.string()));
+      throw InputError("{}: its number is too large, expected a frame number", image.string());
     }
     frames.push_back({static_cast<double>(*number) / fps, image, {}});
   }
@@ -159,19 +159,18 @@ std::optional<Camera> CameraOfDataset(SequenceFormat format, const fs::path& fol
 std::vector<SequenceFrame> ListTimed(SequenceFormat format, const fs::path& folder) {
   const bool euroc = format == SequenceFormat::kEuroc;
   if (euroc ? EurocCamera(folder).empty() : KittiCamera(folder) < 0) {
-    throw InputError(fmt::format("{}: not of the {} layout, expected {}", folder.string(), NameOf(format),
-                                 euroc ? "mav0/cam0 with data.csv and data/" : "times.txt beside image_2"));
+    throw InputError("{}: not of the {} layout, expected {}", folder.string(), NameOf(format),
+                     euroc ? "mav0/cam0 with data.csv and data/" : "times.txt beside image_2");
   }
   std::vector<SequenceFrame> frames = euroc ? ListEuroc(EurocCamera(folder)) : ListKitti(folder);
   if (frames.empty()) {
-    throw InputError(fmt::format("{}: no image of the {} layout in it, expected at least one",
-                                 folder.string(), NameOf(format)));
+    throw InputError("{}: no image of the {} layout in it, expected at least one", folder.string(),
+                     NameOf(format));
   }
   for (std::size_t i = 1; i < frames.size(); ++i) {
     if (frames[i].timestamp <= frames[i - 1].timestamp) {
-      throw InputError(fmt::format("{}: its time does not follow that of {}, expected rising times",
-                                   frames[i].image_path.string(),
-                                   frames[i - 1].image_path.filename().string()));
+      throw InputError("{}: its time does not follow that of {}, expected rising times",
+                       frames[i].image_path.string(), frames[i - 1].image_path.filename().string());
     }
   }
   return frames;
@@ -179,8 +178,8 @@ std::vector<SequenceFrame> ListTimed(SequenceFormat format, const fs::path& fold
 
 SequenceFormat DetectFormat(const fs::path& path) {
   if (!fs::exists(path)) {
-    throw InputError(fmt::format("{}: does not exist, expected a sequence folder, an image folder or a video",
-                                 path.string()));
+    throw InputError("{}: does not exist, expected a sequence folder, an image folder or a video",
+                     path.string());
   }
   if (!fs::is_directory(path)) {
     return SequenceFormat::kVideo;
@@ -222,14 +221,13 @@ std::vector<SequenceFrame> ListNumbered(SequenceFormat format, const fs::path& f
   std::vector<SequenceFrame> frames =
       listed ? ListAssociations(folder, fps) : ListByName(layout, folder, fps);
   if (frames.empty()) {
-    throw InputError(fmt::format("{}: no image of the {} layout in it, expected names like {}",
-                                 folder.string(), NameOf(format), layout.example));
+    throw InputError("{}: no image of the {} layout in it, expected names like {}", folder.string(),
+                     NameOf(format), layout.example);
   }
   for (std::size_t i = 1; i < frames.size(); ++i) {
     if (frames[i].timestamp <= frames[i - 1].timestamp) {
-      throw InputError(fmt::format("{}: its number does not follow that of {}, expected rising frame numbers",
-                                   frames[i].image_path.string(),
-                                   frames[i - 1].image_path.filename().string()));
+      throw InputError("{}: its number does not follow that of {}, expected rising frame numbers",
+                       frames[i].image_path.string(), frames[i - 1].image_path.filename().string());
     }
   }
   return frames;

@@ -97,7 +97,7 @@ class DetectionSorter {
   void Add(const FileBox& box) {
     Detection detection = box.detection;
     if (!(detection.score >= 0.0 && detection.score <= 1.0)) {
-      throw InputError(fmt::format("{}: score {}, expected a score from 0 to 1", box.place, detection.score));
+      throw InputError("{}: score {}, expected a score from 0 to 1", box.place, detection.score);
     }
     ++report_.boxes;
     ++report_.labels[detection.label];
@@ -130,9 +130,8 @@ class DetectionSorter {
   }
   Frame FrameOf(ImageNumber image, const std::string& place) const {
     if (numbers_.empty()) {
-      throw InputError(
-          fmt::format("{}: image_id {} is no image's name, expected the file names under \"images\"", place,
-                      image.number));
+      throw InputError("{}: image_id {} is no image's name, expected the file names under \"images\"", place,
+                       image.number);
     }
     const auto found = numbers_.find(image.number);
     return found == numbers_.end() ? std::nullopt : Frame(found->second);
@@ -152,8 +151,7 @@ class DetectionSorter {
       return FrameOf(FrameTime{*time}, place);
     }
     if (names_.empty()) {
-      throw InputError(
-          fmt::format("{}: '{}' names no frame, expected NAME_NUMBER (from 1) or a timestamp", place, name));
+      throw InputError("{}: '{}' names no frame, expected NAME_NUMBER (from 1) or a timestamp", place, name);
     }
     return std::nullopt;
   }
@@ -228,7 +226,7 @@ DetectionWriter::DetectionWriter(fs::path path, std::string settings, const Eige
   WriteFileAtomically(part_, before);
   out_.open(part_, std::ios::binary | std::ios::app);
   if (!out_) {
-    throw InputError(fmt::format("{}: cannot be written ({})", part_.string(), std::strerror(errno)));
+    throw InputError("{}: cannot be written ({})", part_.string(), std::strerror(errno));
   }
 }
 
@@ -243,7 +241,7 @@ void DetectionWriter::Add(double timestamp, const std::vector<Detection>& detect
   }
   out_ << kEnd << time << '\n' << std::flush;
   if (!out_) {
-    throw InputError(fmt::format("{}: cannot be written ({})", part_.string(), std::strerror(errno)));
+    throw InputError("{}: cannot be written ({})", part_.string(), std::strerror(errno));
   }
   done_.insert(time);
   boxes_ += static_cast<int>(detections.size());

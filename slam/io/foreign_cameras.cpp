@@ -17,8 +17,8 @@ void CheckModel(const YAML::Node& camera, const char* key, const std::set<std::s
                 const std::filesystem::path& path) {
   const YAML::Node model = camera[key];
   if (model && (!model.IsScalar() || !known.contains(model.Scalar()))) {
-    throw InputError(fmt::format("{}:{}: {} is {}, expected {}", path.string(), model.Mark().line + 1, key,
-                                 model.IsScalar() ? model.Scalar() : "no word", *known.begin()));
+    throw InputError("{}:{}: {} is {}, expected {}", path.string(), model.Mark().line + 1, key,
+                     model.IsScalar() ? model.Scalar() : "no word", *known.begin());
   }
 }
 
@@ -94,8 +94,8 @@ Camera ReadKittiCamera(const std::filesystem::path& calib, int number, const std
       ThrowBadLine(calib, line, kExpected);
     }
     if (picture.empty()) {
-      throw InputError(fmt::format("{}: cannot be read, expected an image to take the camera's size from",
-                                   image.string()));
+      throw InputError("{}: cannot be read, expected an image to take the camera's size from",
+                       image.string());
     }
     const auto at = [&](std::size_t word) { return NumberAt(calib, line, word, kExpected); };
     if (!(at(1) > 0.0 && at(6) > 0.0)) {
@@ -103,7 +103,7 @@ Camera ReadKittiCamera(const std::filesystem::path& calib, int number, const std
     }
     return {picture.cols, picture.rows, at(1), at(6), at(3), at(7), {}, fps};
   }
-  throw InputError(fmt::format("{}: no line {}, expected {}", calib.string(), key, kExpected));
+  throw InputError("{}: no line {}, expected {}", calib.string(), key, kExpected);
 }
 
 }  // namespace sqslam

@@ -79,8 +79,8 @@ FrameRange ParseFrameRange(const std::string& frames, std::optional<std::int64_t
   const auto number = [&](const std::string& text, std::int64_t least) {
     const auto value = ParseNumber<std::int64_t>(text);
     if (!value || *value < least) {
-      throw UsageError(fmt::format(
-          "--frames {}: expected N (the first N frames) or A:B, such as 0:30 (without frame 30)", frames));
+      throw UsageError("--frames {}: expected N (the first N frames) or A:B, such as 0:30 (without frame 30)",
+                       frames);
     }
     return *value;
   };
@@ -95,15 +95,14 @@ FrameRange ParseFrameRange(const std::string& frames, std::optional<std::int64_t
   }
   if (colon > 0) {
     if (start) {
-      throw UsageError(fmt::format("--frames {} and --start {}: expected one start", frames, *start));
+      throw UsageError("--frames {} and --start {}: expected one start", frames, *start);
     }
     range.start = number(frames.substr(0, colon), 0);
   }
   if (colon + 1 < frames.size()) {
     const std::int64_t end = number(frames.substr(colon + 1), 1);
     if (end <= range.start) {
-      throw UsageError(
-          fmt::format("--frames {}: holds no frame from {} on, since B is excluded", frames, range.start));
+      throw UsageError("--frames {}: holds no frame from {} on, since B is excluded", frames, range.start);
     }
     range.count = (end - range.start + stride - 1) / stride;
   }
@@ -117,9 +116,8 @@ std::int64_t FrameRange::SizeIn(const Sequence& sequence) const {
 
 void FrameRange::CheckHasFrames(const Sequence& sequence) const {
   if (SizeIn(sequence) <= 0) {
-    throw UsageError(
-        fmt::format("nothing is left from frame {} on, expected a part of the sequence's {} frames", start,
-                    sequence.frames.size()));
+    throw UsageError("nothing is left from frame {} on, expected a part of the sequence's {} frames", start,
+                     sequence.frames.size());
   }
 }
 

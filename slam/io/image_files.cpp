@@ -1,7 +1,5 @@
 #include "slam/io/image_files.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -113,9 +111,8 @@ cv::Size ImageResize::Of(cv::Size image) const {
   const cv::Size size(width > 0 ? width : rounded(share * image.width),
                       height > 0 ? height : rounded(share * image.height));
   if (!IsSide(size.width) || !IsSide(size.height)) {
-    throw UsageError(
-        fmt::format("--resize makes images of {}x{} pixels into {}x{}, expected sides from {} to {}",
-                    image.width, image.height, size.width, size.height, kMinImageSide, kMaxImageSide));
+    throw UsageError("--resize makes images of {}x{} pixels into {}x{}, expected sides from {} to {}",
+                     image.width, image.height, size.width, size.height, kMinImageSide, kMaxImageSide);
   }
   return size;
 }
@@ -136,9 +133,9 @@ ImageResize ParseImageResize(const std::string& text) {
   } else if (first && IsSide(*first)) {
     return {static_cast<int>(*first), 0, 1.0};
   }
-  throw UsageError(fmt::format(
+  throw UsageError(
       "--resize {}: expected WIDTH or WIDTH,HEIGHT in pixels (from {} to {}), or a factor of at most 1", text,
-      kMinImageSide, kMaxImageSide));
+      kMinImageSide, kMaxImageSide);
 }
 
 cv::Mat Resized(const cv::Mat& image, cv::Size size) {

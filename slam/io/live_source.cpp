@@ -1,6 +1,5 @@
 #include "slam/io/live_source.h"
 
-#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -24,8 +23,8 @@ constexpr int kMaxFailures = 3;  // missing images in a row after which the came
 FrameGrabber OpenCamera(int index, const Camera& camera) {
   const auto video = std::make_shared<cv::VideoCapture>();
   if (!video->open(index)) {
-    throw InputError(fmt::format(
-        "camera {}: cannot be opened, expected a camera that is plugged in, readable and not in use", index));
+    throw InputError(
+        "camera {}: cannot be opened, expected a camera that is plugged in, readable and not in use", index);
   }
   video->set(cv::CAP_PROP_FRAME_WIDTH, camera.width);
   video->set(cv::CAP_PROP_FRAME_HEIGHT, camera.height);
@@ -51,12 +50,12 @@ struct LiveSource::Impl {
         stopped(std::move(stopped_in)) {
     cv::Mat first;
     if (!grabber(first)) {
-      throw InputError(fmt::format("{}: gives no image, expected a working camera", name));
+      throw InputError("{}: gives no image, expected a working camera", name);
     }
     if (first.size() != cv::Size(camera.width, camera.height) || first.type() != CV_8UC3) {
-      throw InputError(fmt::format(
+      throw InputError(
           "{}: gives images of {}x{} with {} channels, expected the calibration's {}x{} in colour", name,
-          first.cols, first.rows, first.channels(), camera.width, camera.height));
+          first.cols, first.rows, first.channels(), camera.width, camera.height);
     }
     Publish(first);
     thread = std::jthread([this](const std::stop_token& stop) { Run(stop); });

@@ -1,6 +1,5 @@
 #include "slam/io/network_stream.h"
 
-#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -115,9 +114,8 @@ struct NetworkStream::Impl {
 NetworkStream::NetworkStream(const std::string& address, StreamOptions options)
     : impl_(std::make_unique<Impl>(address, std::move(options))) {
   if (!impl_->Open() || ImageSize().empty()) {
-    throw InputError(
-        fmt::format("{}: cannot be opened, expected the address of a camera or video that responds",
-                    PublicAddress(address)));
+    throw InputError("{}: cannot be opened, expected the address of a camera or video that responds",
+                     PublicAddress(address));
   }
 }
 

@@ -92,8 +92,8 @@ Property ReadProperty(const fs::path& path, const TextLine& line) {
   property.type = list ? ScalarNamed(words[3]) : words.size() == 3 ? ScalarNamed(words[1]) : nullptr;
   if (property.type == nullptr || (list && property.count_type == nullptr)) {
     ThrowBadLine(path, line,
-                 "property TYPE NAME or property list TYPE TYPE NAME, with TYPE one of char, "
-                 "uchar, short, ushort, int, uint, float, double");
+                 "property TYPE NAME or property list TYPE TYPE NAME, with TYPE one of char, uchar, short, "
+                 "ushort, int, uint, float, double");
   }
   return property;
 }
@@ -106,8 +106,7 @@ Header ReadHeader(const fs::path& path, const std::string& bytes) {
   do {
     const std::size_t end = bytes.find('\n', header.end);
     if (end == std::string::npos) {
-      throw InputError(
-          fmt::format("{}:{}: the header ends here, expected end_header", path.string(), line.number));
+      throw InputError("{}:{}: the header ends here, expected end_header", path.string(), line.number);
     }
     line.text = bytes.substr(header.end, end - header.end);
     line.text.erase(line.text.find_last_not_of('\r') + 1);
@@ -158,8 +157,8 @@ class Body {
     line_.words.clear();
     while (encoding_ == Encoding::kAscii && line_.words.empty()) {
       if (position_ >= bytes_.size()) {
-        throw InputError(fmt::format("{}:{}: ends before {} {}, expected {} of them", path_.string(),
-                                     line_.number, element.name, index, element.count));
+        throw InputError("{}:{}: ends before {} {}, expected {} of them", path_.string(), line_.number,
+                         element.name, index, element.count);
       }
       const std::size_t end = std::min(bytes_.find('\n', position_), bytes_.size());
       line_.text = bytes_.substr(position_, end - position_);
@@ -179,8 +178,8 @@ class Body {
       return *value;
     }
     if (bytes_.size() - position_ < type.size) {
-      throw InputError(fmt::format("{}: ends at byte {} within {} {}, expected {} of them", path_.string(),
-                                   bytes_.size(), element_->name, index_, element_->count));
+      throw InputError("{}: ends at byte {} within {} {}, expected {} of them", path_.string(), bytes_.size(),
+                       element_->name, index_, element_->count);
     }
     std::string raw = bytes_.substr(position_, type.size);
     if (encoding_ == Encoding::kBigEndian) {
@@ -280,9 +279,9 @@ PointCloud ReadPly(const fs::path& path, const std::string& bytes) {
   const auto vertices = std::ranges::find(header.elements, "vertex", &Element::name);
   if (vertices == header.elements.end() || !HasRoles(RolesOf(*vertices), 0)) {
     throw InputError(
-        fmt::format("{}:{}: the header names no vertices with coordinates, expected an element "
-                    "'vertex' with the properties x, y and z",
-                    path.string(), header.lines));
+        "{}:{}: the header names no vertices with coordinates, expected an element 'vertex' with the "
+        "properties x, y and z",
+        path.string(), header.lines);
   }
   PointCloud cloud;
   std::vector<std::array<float, 3>> colors;

@@ -148,19 +148,17 @@ void WriteObjects(const fs::path& path, const std::vector<SnapshotObject>& objec
 std::vector<SnapshotObject> ReadObjects(const fs::path& path) {
   const Json root = ReadJsonFile(path, "an objects.json");
   if (!root.is_object() || root.value("format", Json()) != "sqslam-objects" || !root.contains("objects")) {
-    throw InputError(
-        fmt::format("{}: expected \"format\": \"sqslam-objects\" and \"objects\"", path.string()));
+    throw InputError("{}: expected \"format\": \"sqslam-objects\" and \"objects\"", path.string());
   }
   if (const Json version = root.value("version", Json()); version != 1) {
-    throw InputError(fmt::format("{}: version {}, expected 1", path.string(), JsonText(version)));
+    throw InputError("{}: version {}, expected 1", path.string(), JsonText(version));
   }
   std::vector<SnapshotObject> objects;
   for (const Json& json : root.at("objects")) {
     try {
       objects.push_back(ObjectFromJson(json));
     } catch (const std::exception& e) {
-      throw InputError(
-          fmt::format("{}: object number {} (from 0): {}", path.string(), objects.size(), e.what()));
+      throw InputError("{}: object number {} (from 0): {}", path.string(), objects.size(), e.what());
     }
   }
   return objects;
@@ -195,7 +193,7 @@ RunStats ReadStats(const fs::path& path) {
     }
     return stats;
   } catch (const nlohmann::json::exception& e) {
-    throw InputError(fmt::format("{}: {}", path.string(), e.what()));
+    throw InputError("{}: {}", path.string(), e.what());
   }
 }
 

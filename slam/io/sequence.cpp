@@ -48,10 +48,9 @@ Camera CameraOf(const SequenceRequest& request, SequenceFormat format) {
   const std::string preset = PresetOf(format, request.path);
   if (preset.empty()) {
     throw InputError(
-        fmt::format("{}: does not exist, expected the camera's calibration there, by --camera FILE.yaml "
-                    "(sqslam calibrate "
-                    "makes one), --camera PRESET ({}), or --camera auto to have it guessed and refined",
-                    beside.string(), fmt::join(CameraPresetNames(), ", ")));
+        "{}: does not exist, expected the camera's calibration there, by --camera FILE.yaml (sqslam "
+        "calibrate makes one), --camera PRESET ({}), or --camera auto to have it guessed and refined",
+        beside.string(), fmt::join(CameraPresetNames(), ", "));
   }
   spdlog::info("{}: {} layout without camera.yaml, taken with --camera {}", request.path.string(),
                NameOf(format), preset);
@@ -77,8 +76,7 @@ std::vector<SequenceFrame> ListTum(const fs::path& folder) {
     frames.push_back({timestamp, folder / line.text.substr(name), {}});
   }
   if (frames.empty()) {
-    throw InputError(
-        fmt::format("{}: lists no image, expected at least one line 'timestamp path'", list.string()));
+    throw InputError("{}: lists no image, expected at least one line 'timestamp path'", list.string());
   }
   return frames;
 }
@@ -102,9 +100,8 @@ std::vector<SequenceFrame> ListImages(const fs::path& folder, double fps) {
     frames.push_back({static_cast<double>(frames.size()) / fps, image, {}});
   }
   if (frames.empty()) {
-    throw InputError(
-        fmt::format("{}: no rgb.txt and no image in it, expected at least one (.png, .jpg, ...){}",
-                    folder.string(), HintBelow(folder)));
+    throw InputError("{}: no rgb.txt and no image in it, expected at least one (.png, .jpg, ...){}",
+                     folder.string(), HintBelow(folder));
   }
   return frames;
 }
@@ -115,8 +112,8 @@ Camera VideoCamera(Camera camera, const VideoIndex& video, const fs::path& path)
   const auto [width, height] = video.ShownSize();
   if (width != camera.width || height != camera.height) {
     if (video.width != camera.width || video.height != camera.height) {
-      throw InputError(fmt::format("{}: is {}x{}, expected the camera's {}x{}", path.string(), width, height,
-                                   camera.width, camera.height));
+      throw InputError("{}: is {}x{}, expected the camera's {}x{}", path.string(), width, height,
+                       camera.width, camera.height);
     }
     spdlog::info("{}: rotated by {} degrees as its metadata says, together with its calibration",
                  path.string(), 90 * video.quarter_turns);
@@ -134,8 +131,8 @@ CameraGuess GuessFromImages(const std::vector<SequenceFrame>& frames, double fps
       return *guess;
     }
   }
-  throw InputError(fmt::format("{}: cannot be read, expected an image to take the camera's size from",
-                               frames.front().image_path.string()));
+  throw InputError("{}: cannot be read, expected an image to take the camera's size from",
+                   frames.front().image_path.string());
 }
 
 std::vector<SequenceFrame> ListFrames(SequenceFormat format, const fs::path& path, double fps) {
@@ -211,7 +208,7 @@ void AttachDetections(const SequenceRequest& request, Sequence& sequence) {
     return;
   }
   if (!fs::exists(path)) {
-    throw InputError(fmt::format("{}: does not exist, expected a file or folder with boxes", path.string()));
+    throw InputError("{}: does not exist, expected a file or folder with boxes", path.string());
   }
   std::vector<std::vector<Detection>> detections =
       ReadDetections(path, sequence.camera, Timestamps(sequence), ImageNames(sequence));
@@ -237,8 +234,8 @@ fs::path MaskOf(const fs::path& masks, const fs::path& sequence, const fs::path&
 void AttachMasks(const fs::path& masks, Sequence& sequence) {
   if (!fs::is_directory(masks)) {
     if (ReadImage(masks, cv::IMREAD_GRAYSCALE).empty()) {
-      throw InputError(fmt::format(
-          "{}: cannot be read, expected an image (black: ignored) or a folder of them", masks.string()));
+      throw InputError("{}: cannot be read, expected an image (black: ignored) or a folder of them",
+                       masks.string());
     }
     for (SequenceFrame& frame : sequence.frames) {
       frame.mask_path = masks;
@@ -262,10 +259,10 @@ void AttachMasks(const fs::path& masks, Sequence& sequence) {
     found += frame.mask_path.empty() ? 0 : 1;
   }
   if (found == 0) {
-    throw InputError(fmt::format("{}: no mask for any of the {} frames, expected {}", masks.string(),
-                                 sequence.frames.size(),
-                                 sequence.video_path.empty() ? "files named IMAGE.png, such as 0001.jpg.png"
-                                                             : "numbers of frames, such as 0.png"));
+    throw InputError("{}: no mask for any of the {} frames, expected {}", masks.string(),
+                     sequence.frames.size(),
+                     sequence.video_path.empty() ? "files named IMAGE.png, such as 0001.jpg.png"
+                                                 : "numbers of frames, such as 0.png");
   }
   if (found < sequence.frames.size()) {
     spdlog::info("{}: masks for {} of {} frames", masks.string(), found, sequence.frames.size());
@@ -278,8 +275,8 @@ Sequence OpenSequence(const SequenceRequest& request) {
   const SequenceFormat detected = DetectFormat(request.path);
   const SequenceFormat format = request.format == SequenceFormat::kAuto ? detected : request.format;
   if ((format == SequenceFormat::kVideo) == fs::is_directory(request.path)) {
-    throw InputError(fmt::format("{}: expected a {} for --format {}", request.path.string(),
-                                 format == SequenceFormat::kVideo ? "video file" : "folder", NameOf(format)));
+    throw InputError("{}: expected a {} for --format {}", request.path.string(),
+                     format == SequenceFormat::kVideo ? "video file" : "folder", NameOf(format));
   }
   Sequence sequence;
   sequence.path = fs::absolute(request.path).lexically_normal();

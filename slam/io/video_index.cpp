@@ -86,7 +86,7 @@ std::string FfmpegReason(int error) {
 VideoStream OpenVideoStream(const std::filesystem::path& path, const char* complaint) {
   const auto check = [&](int result) {
     if (result < 0) {
-      throw InputError(fmt::format(fmt::runtime(complaint), path.string(), FfmpegReason(result)));
+      throw InputError(fmt::runtime(complaint), path.string(), FfmpegReason(result));
     }
     return result;
   };
@@ -100,10 +100,9 @@ VideoStream OpenVideoStream(const std::filesystem::path& path, const char* compl
 
 VideoIndex IndexVideo(const std::filesystem::path& path) {
   av_log_set_level(AV_LOG_QUIET);  // errors are thrown
-  const VideoStream opened = OpenVideoStream(
-      path,
-      "{}: cannot be read as a video (damaged, cut off, or none): {}; expected a video file or "
-      "a sequence folder");
+  const VideoStream opened = OpenVideoStream(path,
+                                             "{}: cannot be read as a video (damaged, cut off, or none): {}; "
+                                             "expected a video file or a sequence folder");
   const AVStream& stream = *opened.stream;
   VideoIndex index;
   index.width = stream.codecpar->width;
@@ -116,10 +115,10 @@ VideoIndex IndexVideo(const std::filesystem::path& path) {
   index.timestamps = Timestamps(packets, av_q2d(stream.time_base), index.fps);
   const std::size_t count = index.timestamps.size();
   if (count == 0 || index.width <= 0 || index.height <= 0) {
-    throw InputError(fmt::format(
-        "{}: cannot be read as a video (damaged, cut off, or none): it holds no frame; expected a "
-        "video file or a sequence folder",
-        path.string()));
+    throw InputError(
+        "{}: cannot be read as a video (damaged, cut off, or none): it holds no frame; expected a video file "
+        "or a sequence folder",
+        path.string());
   }
   if (count > 1) {
     index.fps = std::round(1e4 * static_cast<double>(count - 1) / index.timestamps.back()) / 1e4;

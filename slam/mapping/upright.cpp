@@ -1,7 +1,5 @@
 #include "slam/mapping/upright.h"
 
-#include <fmt/format.h>
-
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -24,7 +22,7 @@ std::optional<Eigen::Vector3d> ParseGravity(const std::string& text) {
   if (std::sscanf(text.c_str(), " [ %lf , %lf , %lf %c", &gravity.x(), &gravity.y(), &gravity.z(), &end) !=
           4 ||
       end != ']' || !gravity.allFinite() || gravity.norm() < 1e-9) {
-    throw UsageError(fmt::format("gravity: expected auto, level-start or [x, y, z], not '{}'", text));
+    throw UsageError("gravity: expected auto, level-start or [x, y, z], not '{}'", text);
   }
   return -gravity.normalized();
 }

@@ -1,6 +1,5 @@
 #include "slam/objects/class_priors.h"
 
-#include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -84,18 +83,18 @@ ClassPriors ClassPriors::Read(const std::filesystem::path& path) {
   try {
     file = YAML::LoadFile(path.string());
   } catch (const YAML::Exception& e) {
-    throw InputError(fmt::format("{}: {}, expected labels with their priors", path.string(), e.what()));
+    throw InputError("{}: {}, expected labels with their priors", path.string(), e.what());
   }
   if (!file.IsMap()) {
-    throw InputError(fmt::format("{}: expected labels with their priors", path.string()));
+    throw InputError("{}: expected labels with their priors", path.string());
   }
   for (const auto& node : file) {
     ClassEntry entry;
     const std::string label = node.first.Scalar();
     AssignOptions(node.second, path.string(), OptionFields(entry));
     if (*std::ranges::min_element(entry.size) <= 0.0) {
-      throw InputError(fmt::format("{}:{}: {} has no size, expected size: [width, depth, height] in metres",
-                                   path.string(), node.first.Mark().line + 1, label));
+      throw InputError("{}:{}: {} has no size, expected size: [width, depth, height] in metres",
+                       path.string(), node.first.Mark().line + 1, label);
     }
     priors.by_label_[label] = ToPrior(entry);
   }

@@ -1,6 +1,5 @@
 #include "slam/recognition/training_images.h"
 
-#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -68,20 +67,20 @@ std::int64_t VisitVideo(const fs::path& path, int stride, const std::function<vo
 TrainingSource ListTrainingImages(const fs::path& path) {
   constexpr const char* kExpected = "a sequence folder, a folder of images, an image or a video";
   if (!fs::exists(path)) {
-    throw InputError(fmt::format("{}: does not exist, expected {}", path.string(), kExpected));
+    throw InputError("{}: does not exist, expected {}", path.string(), kExpected);
   }
   TrainingSource source{path, {}, 0};
   if (fs::is_directory(path)) {
     source.images = fs::exists(path / "rgb.txt") ? ListSequence(path) : ListFolder(path);
     if (source.images.empty()) {
-      throw InputError(fmt::format("{}: holds no image, expected {}", path.string(), kExpected));
+      throw InputError("{}: holds no image, expected {}", path.string(), kExpected);
     }
   } else if (IsImage(path)) {
     source.images = {path};
   } else {
     cv::VideoCapture video(path.string());
     if (!video.isOpened()) {
-      throw InputError(fmt::format("{}: cannot be read, expected {}", path.string(), kExpected));
+      throw InputError("{}: cannot be read, expected {}", path.string(), kExpected);
     }
     source.frames = static_cast<std::int64_t>(video.get(cv::CAP_PROP_FRAME_COUNT));
     return source;
@@ -106,7 +105,7 @@ void ForEachTrainingImage(const TrainingSource& source, int stride,
     ++used;
   }
   if (used == 0) {
-    throw InputError(fmt::format("{}: none of {} images can be read", source.path.string(), source.frames));
+    throw InputError("{}: none of {} images can be read", source.path.string(), source.frames);
   }
 }
 

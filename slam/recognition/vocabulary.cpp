@@ -49,7 +49,7 @@ void Take(std::string_view& bytes, auto* values, std::size_t count) {
 }
 
 [[noreturn]] void Refuse(const std::filesystem::path& path, const std::string& problem) {
-  throw InputError(fmt::format("{}: {}, expected {}", path.string(), problem, kExpected));
+  throw InputError("{}: {}, expected {}", path.string(), problem, kExpected);
 }
 
 // Checks magic, version, size and checksum of a file before its contents are parsed.
@@ -60,8 +60,8 @@ Header CheckedHeader(const std::filesystem::path& path, std::string_view bytes) 
   }
   std::memcpy(&header, bytes.data(), sizeof(header));
   if (header.version != kVersion) {
-    throw InputError(fmt::format("{}: a vocabulary of version {}, expected version {}", path.string(),
-                                 header.version, kVersion));
+    throw InputError("{}: a vocabulary of version {}, expected version {}", path.string(), header.version,
+                     kVersion);
   }
   const std::uint64_t size = sizeof(header) + std::uint64_t{header.nodes} * (1 + sizeof(DescriptorBits)) -
                              (header.nodes > 0 ? sizeof(DescriptorBits) : 0) +

@@ -113,8 +113,7 @@ AutoCamera LearnCamera(const Sequence& sequence, const FrameRange& range, const 
   if (!result.learnt && !host.Stopped()) {
     spdlog::warn(
         "--camera auto: the images do not determine the focal length (the camera must move sideways and "
-        "turn, "
-        "past things at several depths); the guess is kept");
+        "turn, past things at several depths); the guess is kept");
   }
   return result;
 }

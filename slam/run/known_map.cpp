@@ -40,7 +40,7 @@ SystemOptions OptionsOfRun(const fs::path& result) {
   try {
     ParseOptions(RecordingReader(recording).Info().config, "its options", options);
   } catch (const UsageError& error) {
-    throw InputError(fmt::format("{}: {}", recording.string(), error.what()));
+    throw InputError("{}: {}", recording.string(), error.what());
   }
   return options;
 }
@@ -55,10 +55,10 @@ void CheckSameCamera(const fs::path& source, const Camera& camera, const KnownMa
   const Camera& known = map.map.camera;
   const bool same_size = camera.width == known.width && camera.height == known.height;
   if (!same_size || LargestShift(camera, known) > kMostShift * known.width) {
-    throw InputError(fmt::format(
+    throw InputError(
         "{}: its camera ({}) is not that of {}, expected {}{}", source.string(), CameraText(camera),
         map.recording.string(), CameraText(known),
-        same_size ? "" : fmt::format(" (--resize {},{} changes the size)", known.width, known.height)));
+        same_size ? "" : fmt::format(" (--resize {},{} changes the size)", known.width, known.height));
   }
 }
 

@@ -91,8 +91,8 @@ LocalizedRun LocalizeSequence(const LocalizeRequest& request, RunHost& host) {
   WriteStats(request.output / "stats.json", run.stats);
   if (run.result.poses.empty()) {
     if (!run.interrupted) {
-      throw NoMapError(fmt::format("{}: none of its {} frames was found in {}: does it show the same place?",
-                                   sequence.path.string(), run.stats.frames, map.recording.string()));
+      throw NoMapError("{}: none of its {} frames was found in {}: does it show the same place?",
+                       sequence.path.string(), run.stats.frames, map.recording.string());
     }
     return run;
   }

@@ -45,8 +45,8 @@ void CheckExtension(const RunRequest& request) {
   }
   std::error_code none;
   if (std::filesystem::equivalent(request.extend, request.output, none)) {
-    throw InputError(fmt::format("--extend {}: cannot be extended into itself, expected another --output",
-                                 request.extend.string()));
+    throw InputError("--extend {}: cannot be extended into itself, expected another --output",
+                     request.extend.string());
   }
 }
 
@@ -62,8 +62,7 @@ void CheckRequest(const RunRequest& request, const Sequence& sequence) {
   if (request.dense == DenseTime::kLive && request.options.deterministic) {
     throw UsageError(
         "--dense live: which depth maps come from the run differs from run to run, expected --dense final "
-        "with "
-        "--deterministic");
+        "with --deterministic");
   }
   if (request.options.mapping.camera.what == LearntPart::kFocalAndRadial) {
     throw UsageError(
@@ -71,9 +70,8 @@ void CheckRequest(const RunRequest& request, const Sequence& sequence) {
         "expected none or focal; --camera auto estimates both before the run");
   }
   if (!request.IsLive() && request.range.SizeIn(sequence) <= 0) {
-    throw UsageError(
-        fmt::format("--start {} --frames {}: nothing left, expected a part of the sequence's {} frames",
-                    request.range.start, request.range.count, sequence.frames.size()));
+    throw UsageError("--start {} --frames {}: nothing left, expected a part of the sequence's {} frames",
+                     request.range.start, request.range.count, sequence.frames.size());
   }
 }
 
@@ -123,8 +121,8 @@ std::optional<NetworkOptions> NetworkFor(const DetectionOptions& options, const 
   std::optional<NetworkOptions> network = ChooseNetwork(options.network);
   if (!network) {
     spdlog::warn(
-        "{}: no boxes and no detector, so the map will hold no objects; scripts/fetch-detector.sh "
-        "downloads one",
+        "{}: no boxes and no detector, so the map will hold no objects; scripts/fetch-detector.sh downloads "
+        "one",
         sequence.path.string());
   }
   return network;

@@ -247,13 +247,13 @@ void SaveWithoutMap(const FinishedRun& run, Recorder& recorder) {
 [[noreturn]] void RefuseMap(const RunRequest& request, const RunInput& input, const RunResult& result) {
   const Sequence& sequence = input.sequence;
   if (result.frames == 0) {
-    throw InputError(fmt::format("{}: none of the {} images could be used, expected readable images of {}x{}",
-                                 sequence.path.string(), input.frames->Skipped(), sequence.camera.width,
-                                 sequence.camera.height));
+    throw InputError("{}: none of the {} images could be used, expected readable images of {}x{}",
+                     sequence.path.string(), input.frames->Skipped(), sequence.camera.width,
+                     sequence.camera.height);
   }
   const std::string path = sequence.path.string();  // live images cannot be examined again
-  throw NoMapError(fmt::format("{}: no map: {}{}", path, result.no_map_reason,
-                               request.IsLive() ? "" : fmt::format("; sqslam doctor {} looks closer", path)));
+  throw NoMapError("{}: no map: {}{}", path, result.no_map_reason,
+                   request.IsLive() ? "" : fmt::format("; sqslam doctor {} looks closer", path));
 }
 
 // An extended map needs the images of both parts.

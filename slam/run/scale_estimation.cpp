@@ -43,8 +43,8 @@ CalibrationBoard ParseBoard(const std::string& text) {
   const auto square = parts.size() >= 3 ? ParseNumber<double>(parts[1]) : std::nullopt;
   const auto marker = parts.size() >= 3 ? ParseNumber<double>(parts[2]) : std::nullopt;
   if (!columns || !rows || !square || !marker || parts.size() > 4) {
-    throw UsageError(fmt::format(
-        "board={}: expected COLUMNSxROWS,SQUARE,MARKER in mm, such as board=10x7,25,18,4X4_50", text));
+    throw UsageError("board={}: expected COLUMNSxROWS,SQUARE,MARKER in mm, such as board=10x7,25,18,4X4_50",
+                     text);
   }
   board.columns = *columns;
   board.rows = *rows;
@@ -120,9 +120,8 @@ Place PlaceOfObject(const MapSnapshot& map, const std::string& text) {
   WarnIfUncertain(object);
   const Eigen::Matrix3d covariance = object.fit.covariance.topLeftCorner<3, 3>();
   if (!(covariance.trace() > 0.0)) {
-    throw InputError(
-        fmt::format("{} was never refined, so the error of its centre is unknown, expected another object",
-                    NameOf(object)));
+    throw InputError("{} was never refined, so the error of its centre is unknown, expected another object",
+                     NameOf(object));
   }
   return {object.superquadric.T_map_object.translation, covariance, NameOf(object)};
 }
@@ -143,10 +142,9 @@ Place PlaceOfPoint(const MapSnapshot& map, const Eigen::Vector3d& wanted, const 
     view = std::min(view, (keyframe.T_map_camera.translation - wanted).norm());
   }
   if (nearest == nullptr || least > kNear * view) {
-    throw InputError(
-        fmt::format("no map point lies at {:.4g},{:.4g},{:.4g}{}", wanted.x(), wanted.y(), wanted.z(),
-                    nearest == nullptr ? std::string()
-                                       : fmt::format(", the nearest is {:.2g} {} away", least, UnitOf(map))));
+    throw InputError("no map point lies at {:.4g},{:.4g},{:.4g}{}", wanted.x(), wanted.y(), wanted.z(),
+                     nearest == nullptr ? std::string()
+                                        : fmt::format(", the nearest is {:.2g} {} away", least, UnitOf(map)));
   }
   const double variance = PixelVariance(live, map.camera);
   return {unit * nearest->p_map, unit * unit * PointCovariance(live, map.camera, nearest->id, variance),
@@ -179,8 +177,8 @@ std::vector<BoardSight> FindBoards(const RecordingReader& recording, const MapSn
     }
   }
   if (!any) {
-    throw InputError(fmt::format("{}: the mapped images are needed to find a board: {}",
-                                 recording.Info().sequence_path, images.WhyNot()));
+    throw InputError("{}: the mapped images are needed to find a board: {}", recording.Info().sequence_path,
+                     images.WhyNot());
   }
   return sights;
 }
@@ -196,9 +194,8 @@ MapScale ScaleByBoardIn(const RecordingReader& recording, const MapSnapshot& map
   const std::vector<BoardSight> sights = FindBoards(recording, map, board, progress);
   const std::optional<BoardScale> scale = ScaleByBoard(sights, map.camera, board);
   if (!scale) {
-    throw InputError(
-        fmt::format("a {} is seen in {} of {} keyframes, expected at least four from different positions",
-                    BoardText(board), sights.size(), map.keyframes.size()));
+    throw InputError("a {} is seen in {} of {} keyframes, expected at least four from different positions",
+                     BoardText(board), sights.size(), map.keyframes.size());
   }
   return {scale->metres, scale->deviation,
           fmt::format("{}, in {} keyframes", BoardText(board), sights.size())};
@@ -217,8 +214,8 @@ ScaleReference ParseScaleReference(const std::string& text) {
     const auto metres =
         equals == std::string::npos ? std::nullopt : ParseNumber<double>(text.substr(equals + 1));
     if (what.empty() || !metres) {
-      throw UsageError(fmt::format(
-          "{}: expected LABEL=METRES such as cup=0.096, board, or board=COLUMNSxROWS,SQUARE,MARKER", text));
+      throw UsageError(
+          "{}: expected LABEL=METRES such as cup=0.096, board, or board=COLUMNSxROWS,SQUARE,MARKER", text);
     }
     reference = KnownHeight{what, *metres};
   }
@@ -229,7 +226,7 @@ ScaleReference ParseScaleReference(const std::string& text) {
 void CheckScaleReference(const ScaleReference& reference) {
   const auto check = [](double metres) {
     if (!(metres > 0.0) || !std::isfinite(metres)) {
-      throw UsageError(fmt::format("{} m: expected a length above 0", metres));
+      throw UsageError("{} m: expected a length above 0", metres);
     }
   };
   if (const auto* board = std::get_if<CalibrationBoard>(&reference)) {
@@ -249,9 +246,8 @@ MeasuredLength MeasureHeight(const MapSnapshot& map, const std::string& wanted) 
   }
   const auto [height, deviation] = HeightOf(object);
   if (!(deviation > 0.0)) {
-    throw InputError(
-        fmt::format("{} was never refined, so the error of its height is unknown, expected another object",
-                    NameOf(object)));
+    throw InputError("{} was never refined, so the error of its height is unknown, expected another object",
+                     NameOf(object));
   }
   WarnIfUncertain(object);
   return {height, deviation, "height of " + NameOf(object)};
@@ -269,7 +265,7 @@ MeasuredLength MeasureDistance(const MapSnapshot& map, const KnownDistance& dist
     for (std::size_t i = 0; i < 3; ++i) {
       const auto number = ParseNumber<double>(parts[i]);
       if (!number || !std::isfinite(*number)) {
-        throw UsageError(fmt::format("{}: expected the id of an object, or a position X,Y,Z", text));
+        throw UsageError("{}: expected the id of an object, or a position X,Y,Z", text);
       }
       at[static_cast<Eigen::Index>(i)] = *number;
     }
@@ -284,7 +280,7 @@ MeasuredLength MeasureDistance(const MapSnapshot& map, const KnownDistance& dist
   const double length = way.norm();
   const Eigen::Matrix3d covariance = a.covariance + b.covariance;
   if (!(length > 0.0)) {
-    throw InputError(fmt::format("{} and {} are the same place, expected two", a.what, b.what));
+    throw InputError("{} and {} are the same place, expected two", a.what, b.what);
   }
   return {length, std::sqrt(way.dot(covariance * way)) / length,
           fmt::format("distance of {} and {}", a.what, b.what)};

@@ -1,6 +1,5 @@
 #include "slam/snapshot/depth_recording.h"
 
-#include <fmt/format.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -149,7 +148,7 @@ struct DepthRecording::Impl {
   bool has_table = false;
 
   [[noreturn]] void ThrowBroken(std::int64_t keyframe) const {
-    throw InputError(fmt::format("{}: the depth map of keyframe {} is broken", path.string(), keyframe));
+    throw InputError("{}: the depth map of keyframe {} is broken", path.string(), keyframe);
   }
 
   sqlite::Statement Prepare(const char* sql, const auto&... values) const {
@@ -171,7 +170,7 @@ struct DepthRecording::Impl {
   DepthMap Read(std::int64_t keyframe, const char* sql) const {
     sqlite::Statement select = Prepare(sql, keyframe);
     if (!has_table || !select.Next()) {
-      throw InputError(fmt::format("{}: no depth map of keyframe {}", path.string(), keyframe));
+      throw InputError("{}: no depth map of keyframe {}", path.string(), keyframe);
     }
     try {
       DepthMap map = Decode(select);
@@ -232,8 +231,8 @@ DepthRecording::DepthRecording(const fs::path& recording, Access access) : impl_
     version = select.Next() ? select.Bytes(0) : "";
   }
   if (!version.empty() && version != kDepthVersion) {
-    throw InputError(fmt::format("{}: depth maps of version {}, expected version {}", recording.string(),
-                                 version, kDepthVersion));
+    throw InputError("{}: depth maps of version {}, expected version {}", recording.string(), version,
+                     kDepthVersion);
   }
   if (write) {
     sqlite::Execute(impl_->db.get(), recording, "PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;");

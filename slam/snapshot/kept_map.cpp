@@ -1,7 +1,5 @@
 #include "slam/snapshot/kept_map.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <string>
 #include <vector>
@@ -47,16 +45,16 @@ KeptMap ReadKeptMap(const std::filesystem::path& recording) {
   const int version = RecordingReader(recording).Version();  // throws if it is no recording
   if (version < kFirstVersion) {
     throw InputError(
-        fmt::format("{}: version {} stores its map without keypoints and descriptors, expected "
-                    "version {} or newer (map the sequence again)",
-                    recording.string(), version, kFirstVersion));
+        "{}: version {} stores its map without keypoints and descriptors, expected version {} or newer (map "
+        "the sequence again)",
+        recording.string(), version, kFirstVersion);
   }
   const sqlite::Database db = sqlite::OpenRecording(recording, SQLITE_OPEN_READONLY);
   const std::string what = recording.string() + ": its live map";
   std::string bytes;
   if (!sqlite::Statement(db.get(), recording, "SELECT 1 FROM sqlite_master WHERE name = 'live_map'").Next()) {
-    throw InputError(fmt::format("{}: holds no map to continue, expected the recording of a finished run",
-                                 recording.string()));
+    throw InputError("{}: holds no map to continue, expected the recording of a finished run",
+                     recording.string());
   }
   sqlite::Statement select(db.get(), recording, "SELECT data FROM live_map ORDER BY piece");
   while (select.Next()) {

@@ -55,7 +55,7 @@ std::optional<MapScale> ReadMapScale(const fs::path& recording) {
     }
   } catch (const nlohmann::json::exception&) {  // thrown below
   }
-  throw InputError(fmt::format("{}: its scale is broken, expected metres above 0", recording.string()));
+  throw InputError("{}: its scale is broken, expected metres above 0", recording.string());
 }
 
 void KeepMapScale(const fs::path& recording, const std::optional<MapScale>& scale) {

@@ -68,16 +68,14 @@ constexpr int kEditsVersion = 1;
 std::pair<int, ObjectEdit> ParseEdit(const std::filesystem::path& path, const std::string& where,
                                      const Json& entry) {
   if (!entry.is_object() || !entry.contains("id")) {
-    throw InputError(
-        fmt::format("{}: {}: has no id, expected an object with the key 'id'", path.string(), where));
+    throw InputError("{}: {}: has no id, expected an object with the key 'id'", path.string(), where);
   }
   std::pair<int, ObjectEdit> parsed;
   auto& [id, edit] = parsed;
   for (const auto& [key, value] : entry.items()) {
     const auto check = [&, &key = key, &value = value](bool valid, const char* expected) {
       if (!valid) {
-        throw InputError(
-            fmt::format("{}: {}.{}: {}, expected {}", path.string(), where, key, value.dump(), expected));
+        throw InputError("{}: {}.{}: {}, expected {}", path.string(), where, key, value.dump(), expected);
       }
     };
     if (key == "id" || key == "merged_into") {
@@ -98,9 +96,8 @@ std::pair<int, ObjectEdit> ParseEdit(const std::filesystem::path& path, const st
     } else {
       const std::vector<std::string> known = {"id", "name", "label", "hidden", "deleted", "merged_into"};
       const std::string hint = DidYouMean(key, known);
-      throw InputError(
-          fmt::format("{}: {}: unknown key '{}'{}", path.string(), where, key,
-                      hint.empty() ? fmt::format(", expected one of {}", fmt::join(known, ", ")) : hint));
+      throw InputError("{}: {}: unknown key '{}'{}", path.string(), where, key,
+                       hint.empty() ? fmt::format(", expected one of {}", fmt::join(known, ", ")) : hint);
     }
   }
   return parsed;
@@ -113,9 +110,9 @@ void CheckMerges(const std::filesystem::path& path, const std::map<int, ObjectEd
     for (auto at = edits.find(id); at != edits.end() && at->second.merged_into;
          at = edits.find(*at->second.merged_into)) {
       if (!seen.insert(*at->second.merged_into).second) {
-        throw InputError(fmt::format(
+        throw InputError(
             "{}: object {}: merged_into leads back to itself, expected an object that is not merged",
-            path.string(), id));
+            path.string(), id);
       }
     }
   }
@@ -125,13 +122,12 @@ Json ParseDocument(const std::filesystem::path& path) {
   const Json root = ReadJsonFile(path, "edits of a map");
   const Json format = root.is_object() ? root.value("format", Json()) : Json();
   if (format != kEditsFormat || !root.contains("objects") || !root["objects"].is_array()) {
-    throw InputError(fmt::format("{}: expected edits of a map: \"format\": \"{}\" and a list \"objects\"",
-                                 path.string(), kEditsFormat));
+    throw InputError("{}: expected edits of a map: \"format\": \"{}\" and a list \"objects\"", path.string(),
+                     kEditsFormat);
   }
   const Json version = root.value("version", Json());
   if (version != kEditsVersion) {
-    throw InputError(
-        fmt::format("{}: version: {}, expected {}", path.string(), version.dump(), kEditsVersion));
+    throw InputError("{}: version: {}, expected {}", path.string(), version.dump(), kEditsVersion);
   }
   return root;
 }
@@ -169,7 +165,7 @@ void ObjectEdits::Merge(int kept, int absorbed) {
   const int root = KeptIdOf(kept);
   const int part = KeptIdOf(absorbed);
   if (root == part) {
-    throw UsageError(fmt::format("objects {} and {} are one already, expected two", kept, absorbed));
+    throw UsageError("objects {} and {} are one already, expected two", kept, absorbed);
   }
   Update(part, [&](ObjectEdit& edit) { edit.merged_into = root; });
 }
@@ -278,8 +274,7 @@ ObjectEdits ReadObjectEdits(const std::filesystem::path& path) {
     const std::string where = fmt::format("objects[{}]", index++);
     auto [id, edit] = ParseEdit(path, where, entry);
     if (!ids.insert(id).second) {
-      throw InputError(
-          fmt::format("{}: {}.id: {} is there twice, expected each object once", path.string(), where, id));
+      throw InputError("{}: {}.id: {} is there twice, expected each object once", path.string(), where, id);
     }
     if (edit != ObjectEdit{}) {
       edits.edits_.emplace(id, std::move(edit));

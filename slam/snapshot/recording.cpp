@@ -1,7 +1,5 @@
 #include "slam/snapshot/recording.h"
 
-#include <fmt/format.h>
-
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -45,7 +43,7 @@ struct RecordingWriter::Impl {
 RecordingWriter::RecordingWriter(const fs::path& path, const RecordingInfo& info)
     : impl_(std::make_unique<Impl>()) {
   if (fs::exists(path)) {
-    throw InputError(fmt::format("{}: exists already, expected the name of a new recording", path.string()));
+    throw InputError("{}: exists already, expected the name of a new recording", path.string());
   }
   impl_->path = path;
   impl_->db = Open(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_FULLMUTEX);
@@ -134,7 +132,7 @@ struct RecordingReader::Impl {
 
 RecordingReader::RecordingReader(const fs::path& path, Edit edit) : impl_(std::make_unique<Impl>()) {
   if (!fs::is_regular_file(path)) {
-    throw InputError(fmt::format("{}: does not exist or is no file, expected a map.sqmap", path.string()));
+    throw InputError("{}: does not exist or is no file, expected a map.sqmap", path.string());
   }
   impl_->path = path;
   impl_->edit = std::move(edit);
@@ -152,9 +150,9 @@ RecordingReader::RecordingReader(const fs::path& path, Edit edit) : impl_(std::m
     ++impl_->version;
   }
   if (impl_->version > kSnapshotFormatVersion) {
-    throw InputError(fmt::format("{}: {}, expected a map.sqmap of version {} to {}", path.string(),
-                                 version.empty() ? "no recording of a map" : "version " + version,
-                                 kOldestSnapshotFormatVersion, kSnapshotFormatVersion));
+    throw InputError("{}: {}, expected a map.sqmap of version {} to {}", path.string(),
+                     version.empty() ? "no recording of a map" : "version " + version,
+                     kOldestSnapshotFormatVersion, kSnapshotFormatVersion);
   }
   impl_->info = {impl_->Meta("sequence_path"), impl_->Meta("program_version"), impl_->Meta("config"),
                  ReadMapScale(path)};
@@ -183,8 +181,7 @@ MapSnapshotPtr RecordingReader::Read(int index) const {
   Statement select(impl_->db.get(), impl_->path, "SELECT data FROM snapshots WHERE id = ?",
                    std::int64_t{index});
   if (!select.Next()) {
-    throw InputError(
-        fmt::format("{}: no snapshot {}, expected 0 to {}", impl_->path.string(), index, Size() - 1));
+    throw InputError("{}: no snapshot {}, expected 0 to {}", impl_->path.string(), index, Size() - 1);
   }
   try {
     auto snapshot = std::make_shared<MapSnapshot>(DecodeSnapshot(select.Bytes(0), impl_->version));
@@ -194,13 +191,13 @@ MapSnapshotPtr RecordingReader::Read(int index) const {
     }
     return impl_->edit ? impl_->edit(std::move(snapshot)) : snapshot;
   } catch (const InputError& e) {
-    throw InputError(fmt::format("{}: snapshot {}: {}", impl_->path.string(), index, e.what()));
+    throw InputError("{}: snapshot {}: {}", impl_->path.string(), index, e.what());
   }
 }
 
 MapSnapshotPtr RecordingReader::Last() const {
   if (Size() == 0) {
-    throw InputError(fmt::format("{}: holds no snapshot, expected a map", impl_->path.string()));
+    throw InputError("{}: holds no snapshot, expected a map", impl_->path.string());
   }
   return Read(Size() - 1);
 }

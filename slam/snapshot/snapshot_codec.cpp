@@ -1,7 +1,5 @@
 #include "slam/snapshot/snapshot_codec.h"
 
-#include <fmt/format.h>
-
 #include <cstring>
 #include <type_traits>
 
@@ -227,8 +225,7 @@ void Check(MapSnapshot& snapshot) {
     const bool sized = shape.half_size.minCoeff() >= 0.0 && shape.half_size.maxCoeff() <= kMaxMapUnits;
     const bool shaped = shape.e1 >= 0.0 && shape.e1 <= 2.0 && shape.e2 >= 0.0 && shape.e2 <= 2.0;
     if (!sized || !shaped || !(T_map_object.translation.norm() <= kMaxMapUnits)) {
-      throw InputError(
-          fmt::format("object {} of a snapshot has an impossible size, shape or place", object.id));
+      throw InputError("object {} of a snapshot has an impossible size, shape or place", object.id);
     }
     object.label = ValidText(object.label).substr(0, kMaxLabelBytes);
   }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <fmt/format.h>
 #include <sqlite3.h>
 
 #include <cstdint>
@@ -72,7 +71,7 @@ class Statement {
   }
   void Check(int code, int expected) const {
     if (code != expected) {
-      throw InputError(fmt::format("{}: {}", path_.string(), sqlite3_errmsg(db_)));
+      throw InputError("{}: {}", path_.string(), sqlite3_errmsg(db_));
     }
   }
 
@@ -86,7 +85,7 @@ inline Database Open(const std::filesystem::path& path, int flags) {
   const int code = sqlite3_open_v2(path.c_str(), &raw, flags, nullptr);
   Database db(raw);
   if (code != SQLITE_OK) {
-    throw InputError(fmt::format("{}: cannot be opened ({})", path.string(), sqlite3_errstr(code)));
+    throw InputError("{}: cannot be opened ({})", path.string(), sqlite3_errstr(code));
   }
   sqlite3_busy_timeout(db.get(), 5000);
   return db;
@@ -94,7 +93,7 @@ inline Database Open(const std::filesystem::path& path, int flags) {
 
 inline void Execute(sqlite3* db, const std::filesystem::path& path, const char* sql) {
   if (sqlite3_exec(db, sql, nullptr, nullptr, nullptr) != SQLITE_OK) {
-    throw InputError(fmt::format("{}: {}", path.string(), sqlite3_errmsg(db)));
+    throw InputError("{}: {}", path.string(), sqlite3_errmsg(db));
   }
 }
 
@@ -106,17 +105,16 @@ inline Database OpenRecording(const std::filesystem::path& path, int access) {
   sqlite3_db_config(db.get(), SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
   bool computes = false;
   try {
-    computes =
-        Statement(db.get(), path,
-                  "SELECT 1 FROM sqlite_master WHERE type IN ('view', 'trigger') OR sql LIKE '%VIRTUAL%' "
-                  "OR sql LIKE '%GENERATED%' OR sql LIKE '% AS %'")
-            .Next();
+    computes = Statement(db.get(), path,
+                         "SELECT 1 FROM sqlite_master WHERE type IN ('view', 'trigger') OR sql LIKE "
+                         "'%VIRTUAL%' OR sql LIKE '%GENERATED%' OR sql LIKE '% AS %'")
+                   .Next();
   } catch (const InputError&) {
     return db;  // no database: its reader reports that
   }
   if (computes) {
-    throw InputError(fmt::format(
-        "{}: holds a view, a trigger or a computed column, expected a recording's tables", path.string()));
+    throw InputError("{}: holds a view, a trigger or a computed column, expected a recording's tables",
+                     path.string());
   }
   return db;
 }

@@ -22,8 +22,8 @@ namespace fs = std::filesystem;
 namespace {
 
 [[noreturn]] void ThrowCannotWrite(const fs::path& path, const std::string& reason) {
-  throw InputError(fmt::format("{}: cannot be written ({}), expected a writable folder with free space",
-                               path.string(), reason));
+  throw InputError("{}: cannot be written ({}), expected a writable folder with free space", path.string(),
+                   reason);
 }
 
 // The name includes the host: programs on several machines may share a folder.
@@ -106,13 +106,12 @@ void WriteFileAtomically(const fs::path& path, std::string_view contents) {
 void CreateResultFolder(const fs::path& path) {
   std::error_code error;
   if (fs::exists(path, error) && !(fs::is_directory(path, error) && fs::is_empty(path, error))) {
-    throw UsageError(
-        fmt::format("{}: exists already, expected a new or empty folder for the results", path.string()));
+    throw UsageError("{}: exists already, expected a new or empty folder for the results", path.string());
   }
   fs::create_directories(path, error);
   if (error) {
-    throw InputError(fmt::format("{}: cannot be made ({}), expected a place for the results", path.string(),
-                                 error.message()));
+    throw InputError("{}: cannot be made ({}), expected a place for the results", path.string(),
+                     error.message());
   }
 }
 

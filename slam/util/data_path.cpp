@@ -32,9 +32,8 @@ fs::path DataPath(const fs::path& name) {
       return candidate;
     }
   }
-  throw InputError(
-      fmt::format("{}: not found beside {}, expected below ../share/sqslam (cmake --install puts it there)",
-                  name.string(), bin.string()));
+  throw InputError("{}: not found beside {}, expected below ../share/sqslam (cmake --install puts it there)",
+                   name.string(), bin.string());
 }
 
 std::vector<std::string> ConfigNames(const fs::path& folder) {
@@ -63,9 +62,9 @@ fs::path ConfigFile(const fs::path& folder, const std::string& what, const std::
   const std::vector<std::string> names = ConfigNames(folder);
   if (std::ranges::find(names, name_or_file) == names.end()) {
     const std::string nearest = NearestWord(name_or_file, names);
-    throw UsageError(fmt::format(
-        "{} '{}': not known{}, expected a FILE.yaml or one of {}", what, name_or_file,
-        nearest.empty() ? "" : fmt::format(" (did you mean {}?)", nearest), fmt::join(names, ", ")));
+    throw UsageError("{} '{}': not known{}, expected a FILE.yaml or one of {}", what, name_or_file,
+                     nearest.empty() ? "" : fmt::format(" (did you mean {}?)", nearest),
+                     fmt::join(names, ", "));
   }
   return DataPath(folder / (name_or_file + ".yaml"));
 }

@@ -1,7 +1,6 @@
 #include "slam/util/file_lock.h"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <sys/file.h>
 #include <unistd.h>
 
@@ -17,8 +16,8 @@ namespace sqslam {
 std::optional<FileLock> FileLock::Try(const std::filesystem::path& path) {
   const int file = ::open(path.c_str(), O_RDWR | O_CREAT, 0644);  // inherited by children on purpose
   if (file < 0) {
-    throw InputError(fmt::format("{}: cannot be written ({}), expected a writable folder", path.string(),
-                                 std::strerror(errno)));
+    throw InputError("{}: cannot be written ({}), expected a writable folder", path.string(),
+                     std::strerror(errno));
   }
   FileLock lock(file);
   if (::flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -33,10 +31,10 @@ Json ReadJsonFile(const std::filesystem::path& path, std::string_view expected) 
     return Json::parse(text, refuse_huge);
   } catch (const nlohmann::json::parse_error& error) {
     const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, text.size()));
-    throw InputError(fmt::format("{}:{}: no valid JSON, expected {}", path.string(),
-                                 1 + std::count(text.begin(), end, '\n'), expected));
+    throw InputError("{}:{}: no valid JSON, expected {}", path.string(),
+                     1 + std::count(text.begin(), end, '\n'), expected);
   } catch (const nlohmann::json::out_of_range&) {
-    throw InputError(fmt::format("{}: a number is beyond all ranges, expected {}", path.string(), expected));
+    throw InputError("{}: a number is beyond all ranges, expected {}", path.string(), expected);
   }
 }
 

@@ -130,8 +130,8 @@ std::string Hint(const std::string& nearest) {
   std::ranges::transform(fields, std::back_inserter(keys), [](const auto& field) { return field.key; });
   // A name without its group is a better hint than any misspelling.
   const auto tail = std::ranges::find_if(keys, [&](const auto& k) { return k.ends_with("." + key); });
-  throw UsageError(fmt::format("{}: unknown option '{}'{}", where, key,
-                               Hint(tail != keys.end() ? *tail : NearestWord(key, keys))));
+  throw UsageError("{}: unknown option '{}'{}", where, key,
+                   Hint(tail != keys.end() ? *tail : NearestWord(key, keys)));
 }
 
 const OptionField* Find(const std::vector<OptionField>& fields, const std::string& key) {
@@ -157,8 +157,7 @@ void AssignGroup(const YAML::Node& group, const std::string& prefix, const std::
     } else if (entry.second.IsMap()) {
       AssignGroup(entry.second, key + ".", source, fields, others);
     } else if (!entry.second.IsNull()) {  // a group with all entries commented out is fine
-      throw UsageError(
-          fmt::format("{}: {} is '{}', expected a group of options", where, key, NodeText(entry.second)));
+      throw UsageError("{}: {} is '{}', expected a group of options", where, key, NodeText(entry.second));
     }
   }
 }
@@ -238,9 +237,9 @@ std::string DidYouMean(std::string_view word, const std::vector<std::string>& ca
 void AssignOption(const YAML::Node& node, const OptionField& field, const std::string& where) {
   if (!std::visit(AssignFromNode{node, field}, field.value) || !IsAllowed(field)) {
     const std::string nearest = node.IsScalar() ? NearestWord(node.Scalar(), field.allowed) : "";
-    throw UsageError(fmt::format("{}: {} is {}, expected {}{}", where, field.key,
-                                 node.IsNull() ? "empty" : "'" + NodeText(node) + "'",
-                                 OptionExpectation(field), Hint(nearest)));
+    throw UsageError("{}: {} is {}, expected {}{}", where, field.key,
+                     node.IsNull() ? "empty" : "'" + NodeText(node) + "'", OptionExpectation(field),
+                     Hint(nearest));
   }
 }
 
@@ -265,13 +264,13 @@ void ParseOptionFields(const std::string& yaml, const std::string& source,
   try {
     root = YAML::Load(yaml);
   } catch (const YAML::ParserException& e) {
-    throw UsageError(fmt::format("{}:{}: no valid YAML: {}", source, e.mark.line + 1, e.msg));
+    throw UsageError("{}:{}: no valid YAML: {}", source, e.mark.line + 1, e.msg);
   }
   if (root.IsNull()) {
     return;
   }
   if (!root.IsMap()) {
-    throw UsageError(fmt::format("{}:1: expected lines 'name: value'", source));
+    throw UsageError("{}:1: expected lines 'name: value'", source);
   }
   AssignOptions(root, source, fields);
 }
@@ -285,7 +284,7 @@ void SetOptionField(const std::string& assignment, const std::vector<OptionField
   const std::string key = assignment.substr(0, equals);
   const OptionField* field = Find(fields, key);
   if (field == nullptr && IsGroup(fields, key)) {
-    throw UsageError(fmt::format("{}: '{}' is a group of options, expected one of its values", where, key));
+    throw UsageError("{}: '{}' is a group of options, expected one of its values", where, key);
   }
   if (field == nullptr) {
     ThrowUnknown(where, key, fields);
@@ -294,7 +293,7 @@ void SetOptionField(const std::string& assignment, const std::vector<OptionField
   try {
     node = YAML::Load(assignment.substr(equals + 1));
   } catch (const YAML::ParserException& e) {
-    throw UsageError(fmt::format("{}: no valid YAML value: {}", where, e.msg));
+    throw UsageError("{}: no valid YAML value: {}", where, e.msg);
   }
   AssignOption(node, *field, where);
 }
@@ -302,8 +301,8 @@ void SetOptionField(const std::string& assignment, const std::vector<OptionField
 void CheckOptionFields(const std::vector<OptionField>& fields) {
   for (const OptionField& field : fields) {
     if (!IsAllowed(field)) {
-      throw UsageError(fmt::format("option {} is {}, expected {}", field.key, FormatValue(field),
-                                   OptionExpectation(field)));
+      throw UsageError("option {} is {}, expected {}", field.key, FormatValue(field),
+                       OptionExpectation(field));
     }
   }
 }

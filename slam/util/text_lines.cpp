@@ -23,12 +23,11 @@ std::string ReadFile(const std::filesystem::path& path, std::string_view expecte
   std::ifstream file(path, std::ios::binary);
   // Pipes are allowed (`<(...)`); /dev/zero would never end.
   if (!file || fs::is_directory(path, none) || fs::is_character_file(path, none)) {
-    throw InputError(fmt::format("{}: cannot be read ({}), expected {}", path.string(),
-                                 errno != 0 ? std::strerror(errno) : "not a file", expected));
+    throw InputError("{}: cannot be read ({}), expected {}", path.string(),
+                     errno != 0 ? std::strerror(errno) : "not a file", expected);
   }
   if (fs::is_regular_file(path, none) && fs::file_size(path, none) > kMaxFileBytes) {
-    throw InputError(
-        fmt::format("{}: larger than {} bytes, expected {}", path.string(), kMaxFileBytes, expected));
+    throw InputError("{}: larger than {} bytes, expected {}", path.string(), kMaxFileBytes, expected);
   }
   return {std::istreambuf_iterator<char>(file), {}};
 }
@@ -126,7 +125,7 @@ void ThrowBadLine(const std::filesystem::path& path, const TextLine& line, std::
   constexpr std::size_t kShown = 80;  // a binary file read as text must not flood the terminal
   const std::string shown =
       WithoutControls(line.text.substr(0, kShown)) + (line.text.size() > kShown ? "..." : "");
-  throw InputError(fmt::format("{}:{}: '{}', expected {}", path.string(), line.number, shown, expected));
+  throw InputError("{}:{}: '{}', expected {}", path.string(), line.number, shown, expected);
 }
 
 double NumberAt(const std::filesystem::path& path, const TextLine& line, std::size_t index,
