@@ -16,8 +16,7 @@ struct ViewOptions {
   double far_margin = 0.75;   // inverse depth of the last plane over that of the farthest map points
   int window = 150;           // frames before and after the keyframe among which views are chosen
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("small_angle", small_angle, 0.1, 45.0);
     visit("large_angle", large_angle, 0.1, 45.0);
     visit("fine_angle", fine_angle, 0.1, 45.0);
@@ -42,8 +41,7 @@ struct StereoOptions {
 
   int smoothing = 6;  // pixels, radius in which a plane is fitted to depths of one surface; 0: none
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("planes", planes, 8, 1024);
     visit("noise", noise, 0.1, 100.0);
     visit("small_penalty", small_penalty, 0, 1000);
@@ -66,8 +64,7 @@ struct DepthFusionOptions {
   // Edge of the cubes that each hold one point of the cloud, pixels at the median depth.
   double spacing = 1.0;
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("neighbours", neighbours, 1, 100);
     visit("min_views", min_views, 1, 100);
     visit("max_difference", max_difference, 0.0, 1.0);
@@ -85,8 +82,7 @@ struct FillOptions {
   double min_share = 0.15;       // share that must lie on each of several planes, if no single one has enough
   double max_difference = 0.03;  // of the depth, from a plane
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("enabled", enabled);
     visit("max_step", max_step, 0.0, 255.0);
     visit("min_pixels", min_pixels, 3, 1000000);
@@ -104,8 +100,7 @@ struct SurfaceOptions {
   int min_island = 400;        // triangles; smaller pieces of the mesh are dropped
   int max_triangles = 600000;  // of the mesh, which is simplified to this many
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("voxel", voxel, 0.1, 100.0);
     visit("truncation", truncation, 1.0, 20.0);
     visit("memory_mib", memory_mib, 1.0, 100000.0);
@@ -124,8 +119,7 @@ struct DenseOptions {
   FillOptions fill;
   SurfaceOptions surface;
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("scale", scale, 0.05, 1.0);
     visit("moving_labels", moving_labels);
     visit("views", views);

@@ -17,8 +17,7 @@ struct DenseEvaluationOptions {
   double max_inside = 0.03;
   int stride = 2;  // every n-th pixel in both directions is evaluated
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("min_hull_fill", min_hull_fill, 0.0, 1.0);
     visit("max_inside", max_inside, 0.0, 100.0);
     visit("stride", stride, 1, 100);

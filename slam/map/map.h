@@ -31,8 +31,7 @@ struct AnchoredPose {
   Rigid3d T_camera_reference;
   double scale = 1.0;  // scale of the reference at the time of writing
 
-  template <typename Self, typename Visit>
-  static void VisitState(Self& self, Visit&& visit) {
+  static void VisitState(auto& self, auto&& visit) {
     visit(self.reference, self.T_camera_reference, self.scale);
   }
 };
@@ -54,10 +53,7 @@ struct Observation {
   KeyframeId keyframe = kNoKeyframe;
   int keypoint = 0;
 
-  template <typename Self, typename Visit>
-  static void VisitState(Self& self, Visit&& visit) {
-    visit(self.keyframe, self.keypoint);
-  }
+  static void VisitState(auto& self, auto&& visit) { visit(self.keyframe, self.keypoint); }
 };
 
 // Attributes of a map point that matching in an image needs.
@@ -95,8 +91,7 @@ struct MapPoint : PointAppearance {
   bool IsSeenBy(KeyframeId keyframe) const;
 
   // Without appearance and colour, which follow from the observations.
-  template <typename Self, typename Visit>
-  static void VisitState(Self& self, Visit&& visit) {
+  static void VisitState(auto& self, auto&& visit) {
     visit(self.id, self.p_map, self.observations, self.first_keyframe, self.visible, self.found);
   }
 };
@@ -129,8 +124,7 @@ struct Keyframe {
   std::vector<KeyframeId> BestCovisible(int count) const;
 
   // Without features and anything that follows from them or from the observations.
-  template <typename Self, typename Visit>
-  static void VisitState(Self& self, Visit&& visit) {
+  static void VisitState(auto& self, auto&& visit) {
     visit(self.id, self.frame_index, self.timestamp, self.T_camera_map, self.scale, self.covisibility,
           self.parent);
   }
@@ -195,17 +189,11 @@ class Map {
     AnchoredPose pose;  // relative to its parent
     double scale = 1.0;
 
-    template <typename Self, typename Visit>
-    static void VisitState(Self& self, Visit&& visit) {
-      visit(self.pose, self.scale);
-    }
+    static void VisitState(auto& self, auto&& visit) { visit(self.pose, self.scale); }
   };
   const std::map<KeyframeId, RemovedKeyframe>& Removed() const { return removed_; }
 
-  template <typename Self, typename Visit>
-  static void VisitState(Self& self, Visit&& visit) {
-    visit(self.keyframes_, self.removed_, self.points_);
-  }
+  static void VisitState(auto& self, auto&& visit) { visit(self.keyframes_, self.removed_, self.points_); }
 
  private:
   ScaleLevels levels_;
@@ -263,10 +251,7 @@ struct AtlasView {
     std::int64_t submap = 0;
     Sim3d S_map_origin;  // from its initial frame to the present frame of `submap`
 
-    template <typename Self, typename Visit>
-    static void VisitState(Self& self, Visit&& visit) {
-      visit(self.submap, self.S_map_origin);
-    }
+    static void VisitState(auto& self, auto&& visit) { visit(self.submap, self.S_map_origin); }
   };
   std::map<std::int64_t, TrackingViewPtr> submaps;
   std::map<std::int64_t, Origin> origins;  // by number, of every submap that ever began

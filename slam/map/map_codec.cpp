@@ -20,8 +20,7 @@ struct KeypointColumns {
   std::vector<std::uint16_t> angle;
   std::vector<std::uint8_t> octave;
 
-  template <typename Self, typename Visit>
-  static void VisitState(Self& self, Visit&& visit) {
+  static void VisitState(auto& self, auto&& visit) {
     visit(self.x, self.y, self.raw_x, self.raw_y, self.angle, self.octave);
   }
 };

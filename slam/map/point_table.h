@@ -125,10 +125,7 @@ class PointTable {
 
   PointId IdBound() const { return static_cast<PointId>(entries_.size()); }  // above every id
 
-  template <typename Self, typename Visit>
-  static void VisitState(Self& self, Visit&& visit) {
-    visit(self.entries_, self.values_, self.free_);
-  }
+  static void VisitState(auto& self, auto&& visit) { visit(self.entries_, self.values_, self.free_); }
 
   // Returns a table with the same ids and replacements but converted values.
   template <typename Other, typename Convert>

@@ -103,10 +103,7 @@ class Submap {
     AnchoredPose pose;
     std::vector<FrameMatch> matches;
 
-    template <typename Self, typename Visit>
-    static void VisitState(Self& self, Visit&& visit) {
-      visit(self.timestamp, self.pose);
-    }
+    static void VisitState(auto& self, auto&& visit) { visit(self.timestamp, self.pose); }
   };
   struct FrameMatches {
     std::int64_t index = 0;

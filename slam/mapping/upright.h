@@ -28,8 +28,7 @@ class UprightEstimator {
   bool Known() const { return known_; }
   std::optional<double> SupportHeight() const { return support_height_; }
 
-  template <typename Self, typename Visit>
-  static void VisitState(Self& self, Visit&& visit) {
+  static void VisitState(auto& self, auto&& visit) {
     visit(self.known_, self.evidence_, self.support_height_);
   }
 

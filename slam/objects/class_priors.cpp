@@ -25,8 +25,7 @@ struct ClassEntry {
   double handle = 0.0;  // share of those with a handle on one side
   bool hollow = false;  // one sees into or through the hull
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("size", size, 1e-4, 100.0);
     visit("spread", spread, 0.01, 10.0);
     visit("aspect", aspect, 0.01, 10.0);

@@ -26,20 +26,14 @@ class LabelVotes {
   const std::string& Best() const;  // empty if nothing was added
   double BestScore() const;         // mean score of the observations with the best label
 
-  template <typename Self, typename Visit>
-  static void VisitState(Self& self, Visit&& visit) {
-    visit(self.tallies_, self.best_);
-  }
+  static void VisitState(auto& self, auto&& visit) { visit(self.tallies_, self.best_); }
 
  private:
   struct Tally {
     double sum = 0.0;
     int count = 0;
 
-    template <typename Self, typename Visit>
-    static void VisitState(Self& self, Visit&& visit) {
-      visit(self.sum, self.count);
-    }
+    static void VisitState(auto& self, auto&& visit) { visit(self.sum, self.count); }
   };
   std::map<std::string, Tally> tallies_;
   std::string best_;
@@ -52,8 +46,7 @@ struct BoxView {
   Box2d box;                        // distorted px
   std::array<bool, 4> edge_free{};  // left, top, right, bottom: neither cut off by the image nor hidden
 
-  template <typename Self, typename Visit>
-  static void VisitState(Self& self, Visit&& visit) {
+  static void VisitState(auto& self, auto&& visit) {
     visit(self.frame_index, self.T_map_camera, self.box, self.edge_free);
   }
 };
@@ -65,8 +58,7 @@ struct PointVerdict {
   double anomaly = 0.0;  // score in the isolation forest, in (0, 1); 0 if it was not scored
   bool kept = false;
 
-  template <typename Self, typename Visit>
-  static void VisitState(Self& self, Visit&& visit) {
+  static void VisitState(auto& self, auto&& visit) {
     visit(self.point, self.sightings, self.anomaly, self.kept);
   }
 };
@@ -90,8 +82,7 @@ struct Landmark {
     // the line of sight does not constrain the depth.
     double CameraSpread(const Eigen::Vector3d& p_map) const;
 
-    template <typename Self, typename Visit>
-    static void VisitState(Self& self, Visit&& visit) {
+    static void VisitState(auto& self, auto&& visit) {
       visit(self.inside, self.outside, self.newest_inside, self.camera_sum, self.camera_outer_sum);
     }
   };
@@ -136,8 +127,7 @@ struct Landmark {
   void MoveWith(const MotionLookup& S_new_old);
 
   // All but `clearest`, whose image is large and only for quadrics from a single view.
-  template <typename Self, typename Visit>
-  static void VisitState(Self& self, Visit&& visit) {
+  static void VisitState(auto& self, auto&& visit) {
     visit(self.id, self.labels, self.observations, self.views, self.votes, self.centroids, self.yaw,
           self.lines, self.estimated, self.refined, self.thorough_at, self.estimated_at, self.points,
           self.verdicts, self.superquadric, self.visible, self.support, self.quadric, self.covariance,

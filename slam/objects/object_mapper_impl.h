@@ -38,8 +38,7 @@ struct ObjectMapper::Impl {
   std::int64_t version = 0;
   std::shared_ptr<const ObjectMapView> view = std::make_shared<ObjectMapView>();
 
-  template <typename Self, typename Visit>
-  static void VisitState(Self& self, Visit&& visit) {
+  static void VisitState(auto& self, auto&& visit) {
     visit(self.landmarks, self.merged_into, self.merges, self.deleted, self.upright, self.newest_frame);
   }
 

@@ -20,8 +20,7 @@ struct DetectionFilterOptions {
   double border_share = 0.05;     // plus this share of the box's size across the edge
   double max_cut_share = 0.03;    // a cut-off box with a smaller share of the image cannot start an object
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("ignored_labels", ignored_labels);
     visit("min_score", min_score, 0.0, 1.0);
     visit("max_box_share", max_box_share, 0.0, 1.0);
@@ -52,8 +51,7 @@ struct AssociationOptions {
   double max_centroid_distance = 0.75;  // centroid to landmark, in units of the landmark's largest half size
   int min_points = 5;                   // points a box needs to start a landmark
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("method", method);
     visit("t_test", t_test);
     visit("min_iou", min_iou, 0.0, 1.0);
@@ -81,8 +79,7 @@ struct IsolationForestOptions {
   double threshold = 0.65;  // anomaly score above which a point is removed, in [0, 1]
   int min_points = 20;      // smaller clouds are left alone
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("enabled", enabled);
     visit("trees", trees, 1, 1000);
     visit("max_samples", max_samples, 4, 10000);
@@ -106,8 +103,7 @@ struct OutlierOptions {
   int min_votes = 2;         // frames in which a point must have been seen in the object's box
   IsolationForestOptions isolation_forest;
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("depth_iqr", depth_iqr, 0.0, 100.0);
     visit("min_inside_share", min_inside_share, 0.0, 1.0);
     visit("reprojection", reprojection);
@@ -133,8 +129,7 @@ struct YawOptions {
   double pca_min_ratio = 1.21;      // least ratio of the variances along the first and the second axis
   int pca_min_points = 20;          // least number of points
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("line_interval", line_interval, 0, 1000);
     visit("line_pixels", line_pixels, 0, 100000000);
     visit("line_views", line_views, 0, 100000);
@@ -166,8 +161,7 @@ struct SizeShapeOptions {
   double prior_exponent = 0.5;   // in [0.1, 1.9]
   int max_iterations = 20;       // Levenberg-Marquardt steps
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("size_method", size_method);
     visit("percentile", percentile, 0.0, 0.4);
     visit("thinnest_share", thinnest_share, 0.0, 1.0);
@@ -208,8 +202,7 @@ struct RefinementOptions {
   int max_iterations = 30;        // Levenberg-Marquardt steps
   double cost_tolerance = 0.02;   // steps that reduce the cost (half a chi square) by less are the last
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("max_views", max_views, 1, 1000);
     visit("edge_sigma_px", edge_sigma_px, 0.01, 100.0);
     visit("edge_sigma_share", edge_sigma_share, 0.0, 1.0);
@@ -241,8 +234,7 @@ struct MergingOptions {
   int max_seen_together = 3;         // frames with a box for each of them above which the two stay apart,
   double max_seen_together_share = 0.05;  // or, if that is more, this share of the views of the rarer one
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("alpha", alpha, 1e-9, 0.5);
     visit("min_samples", min_samples, 2, 1000);
     visit("overlap", overlap, 0.0, 1.0);
@@ -261,8 +253,7 @@ struct GravityOptions {
   int min_points = 30;           // minimum number of map points
   double min_support = 0.08;     // share of the points that must lie on the plane
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("max_angle_deg", max_angle_deg, 1.0, 90.0);
     visit("inlier_share", inlier_share, 1e-4, 0.5);
     visit("ransac_iterations", ransac_iterations, 10, 100000);
@@ -314,8 +305,7 @@ struct ObjectOptions {
   MergingOptions merging;
   GravityOptions gravity;
 
-  template <typename Visitor>
-  void VisitFields(Visitor&& visit) {
+  void VisitFields(auto&& visit) {
     visit("method", method);
     visit("representation", representation);
     visit("quadric_init", quadric_init);

@@ -45,10 +45,7 @@ struct LineSegment {
 
   double Length() const { return (b - a).norm(); }
 
-  template <typename Self, typename Visit>
-  static void VisitState(Self& self, Visit&& visit) {
-    visit(self.a, self.b);
-  }
+  static void VisitState(auto& self, auto&& visit) { visit(self.a, self.b); }
 };
 
 // An angle about the map's z axis, modulo 90 degrees, with its weight.

@@ -22,10 +22,7 @@ struct PointStatistics {
   Eigen::Matrix3d Covariance() const;  // unbiased; zero for fewer than two points
   Eigen::Vector3d Variance() const;    // its diagonal
 
-  template <typename Self, typename Visit>
-  static void VisitState(Self& self, Visit&& visit) {
-    visit(self.count, self.mean, self.scatter);
-  }
+  static void VisitState(auto& self, auto&& visit) { visit(self.count, self.mean, self.scatter); }
 };
 
 // Tests of three coordinates at once.

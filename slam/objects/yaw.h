@@ -22,10 +22,7 @@ struct LineView {
   // a perspective error for lines away from it.
   std::optional<Eigen::Vector3d> p_axes = {};
 
-  template <typename Self, typename Visit>
-  static void VisitState(Self& self, Visit&& visit) {
-    visit(self.T_map_camera, self.lines, self.p_axes);
-  }
+  static void VisitState(auto& self, auto&& visit) { visit(self.T_map_camera, self.lines, self.p_axes); }
 };
 
 // Weights of lines: by their length with a robust loss, or as in the paper: equal, least squares of the
@@ -84,10 +81,7 @@ class YawMean {
   double Mean() const { return WrapQuarter(std::arg(sum_) / 4.0); }
   double Concentration() const { return weight_ > 0.0 ? std::abs(sum_) / weight_ : 0.0; }  // 1: all equal
 
-  template <typename Self, typename Visit>
-  static void VisitState(Self& self, Visit&& visit) {
-    visit(self.sum_, self.weight_);
-  }
+  static void VisitState(auto& self, auto&& visit) { visit(self.sum_, self.weight_); }
 
  private:
   std::complex<double> sum_ = 0.0;
