@@ -9,6 +9,7 @@
 #include <cstring>
 #include <map>
 #include <optional>
+#include <ranges>
 #include <set>
 #include <string>
 #include <string_view>
@@ -24,8 +25,7 @@
 
 // Serialization of state, little-endian. A type lists its members once, for writing and for reading:
 //
-//   template <typename Self, typename Visit>
-//   static void VisitState(Self& self, Visit&& visit) { visit(self.first, self.second); }
+//   static void VisitState(auto& self, auto&& visit) { visit(self.first, self.second); }
 namespace sqslam {
 
 namespace byte_archive {
@@ -104,25 +104,19 @@ class ByteWriter {
       Put(item);
     }
   }
-  template <typename T>
-  void Put(const std::vector<T>& items) {
-    PutItems(items);
-  }
-  template <typename T>
-  void Put(const std::set<T>& items) {
-    PutItems(items);
-  }
-  template <typename K, typename V>
-  void Put(const std::map<K, V>& items) {
-    PutItems(items);
+  template <std::ranges::range Items>
+  void Put(const Items& items) {
+    PutSize(items.size());
+    for (const auto& item : items) {
+      Put(item);
+    }
   }
   template <typename T, int R, int C>
   void Put(const Eigen::Matrix<T, R, C>& matrix) {
     bytes_.append(reinterpret_cast<const char*>(matrix.data()), sizeof(T) * R * C);
   }
   template <typename T>
-  requires std::is_class_v<T>
-  void Put(const T& value) {
+  requires(std::is_class_v<T> && !std::ranges::range<T>) void Put(const T& value) {
     if constexpr (byte_archive::HasState<T>) {
       T::VisitState(value, *this);
     } else {
@@ -131,26 +125,24 @@ class ByteWriter {
   }
 
   void PutSize(std::size_t size) { Put(static_cast<std::uint32_t>(size)); }
-  void PutItems(const auto& items) {
-    PutSize(items.size());
-    for (const auto& item : items) {
-      Put(item);
-    }
-  }
 
   std::string bytes_;
 };
 
-// Throws InputError that begins with `what` if the bytes end too early or hold non-finite numbers.
+// Throws InputError that begins with `what` if the bytes end too early or hold numbers that are not allowed.
 class ByteReader {
  public:
-  ByteReader(std::string_view bytes, std::string what) : bytes_(bytes), what_(std::move(what)) {}
+  enum class Numbers { kFinite, kAny };
+
+  ByteReader(std::string_view bytes, std::string what, Numbers allowed = Numbers::kFinite)
+      : bytes_(bytes), what_(std::move(what)), allowed_(allowed) {}
 
   template <typename... Values>
   void operator()(Values&... values) {
     (Get(values), ...);
   }
   bool AtEnd() const { return bytes_.empty(); }
+  std::size_t BytesLeft() const { return bytes_.size(); }
   [[noreturn]] void Refuse(const std::string& problem) const { throw InputError(what_ + " " + problem); }
 
  private:
@@ -164,7 +156,7 @@ class ByteReader {
       std::memcpy(&value, TakeBytes(sizeof(value)).data(), sizeof(value));
     }
     if constexpr (std::is_floating_point_v<T>) {
-      if (!std::isfinite(value)) {
+      if (allowed_ == Numbers::kFinite && !std::isfinite(value)) {
         Refuse("holds a number that is none");
       }
     }
@@ -197,28 +189,15 @@ class ByteReader {
   }
   template <typename T>
   void Get(std::vector<T>& items) {
-    items.clear();
-    for (std::size_t left = GetSize(); left > 0; --left) {  // grows with the data: a broken count costs none
-      Get(items.emplace_back());
-    }
+    GetItems<T>(items);
   }
   template <typename T>
   void Get(std::set<T>& items) {
-    items.clear();
-    for (std::size_t left = GetSize(); left > 0; --left) {
-      T item{};
-      Get(item);
-      items.insert(items.end(), std::move(item));
-    }
+    GetItems<T>(items);
   }
   template <typename K, typename V>
   void Get(std::map<K, V>& items) {
-    items.clear();
-    for (std::size_t left = GetSize(); left > 0; --left) {
-      K key{};
-      Get(key);
-      Get(items[std::move(key)]);
-    }
+    GetItems<std::pair<K, V>>(items);
   }
   template <typename T, int R, int C>
   void Get(Eigen::Matrix<T, R, C>& matrix) {
@@ -236,6 +215,15 @@ class ByteReader {
     }
   }
 
+  template <typename Item>
+  void GetItems(auto& items) {
+    items.clear();
+    for (std::size_t left = GetSize(); left > 0; --left) {  // grows with the data: a broken count costs none
+      Item item{};
+      Get(item);
+      items.insert(items.end(), std::move(item));
+    }
+  }
   std::size_t GetSize() {
     std::uint32_t size = 0;
     Get(size);
@@ -255,10 +243,17 @@ class ByteReader {
 
   std::string_view bytes_;
   std::string what_;
+  Numbers allowed_;
 };
 
-// Compresses bytes with zlib behind their size. Level 1 is three times as fast as the default for 10 % more
-// bytes (floats hardly compress at all).
+// Compresses bytes with zlib. Level 1 is three times as fast as the default for 10 % more bytes (floats
+// hardly compress at all).
+std::string Deflate(std::string_view raw);
+
+// Throws InputError that begins with `what` if Deflate did not make the bytes from `size` bytes.
+std::string Inflate(std::string_view packed, std::size_t size, const std::string& what);
+
+// Compresses bytes behind their size.
 std::string PackBytes(std::string_view raw);
 
 // Throws InputError that begins with `what` if PackBytes did not make the bytes.

@@ -1,15 +1,12 @@
 #include "slam/snapshot/depth_recording.h"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
-#include <limits>
 #include <opencv2/imgcodecs.hpp>
 #include <utility>
 
+#include "slam/snapshot/byte_archive.h"
 #include "slam/snapshot/map_scale.h"
 #include "slam/snapshot/sqlite_file.h"
 #include "slam/util/limits.h"
@@ -21,64 +18,17 @@ namespace {
 constexpr const char* kDepthVersion = "1";
 
 // Camera and pose of a row: width, height, fx, fy, cx, cy, quaternion x y z w, translation.
-using Header = std::array<double, 13>;
-
-Header HeaderOf(const DepthMap& map, double metres) {
+std::string HeaderOf(const DepthMap& map, double metres) {
   const Camera& c = map.camera;
-  const auto& q = map.T_map_camera.rotation.coeffs();
   const Eigen::Vector3d t = map.T_map_camera.translation / metres;
-  return {static_cast<double>(c.width),
-          static_cast<double>(c.height),
-          c.fx,
-          c.fy,
-          c.cx,
-          c.cy,
-          q[0],
-          q[1],
-          q[2],
-          q[3],
-          t[0],
-          t[1],
-          t[2]};
+  ByteWriter header;
+  header(double(c.width), double(c.height), c.fx, c.fy, c.cx, c.cy, map.T_map_camera.rotation, t);
+  return header.Take();
 }
 
-template <typename Value>
-void AppendBytes(std::string& bytes, const Value& value) {
-  bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
-}
+constexpr const char* kDepthMapName = "a depth map";
 
-[[noreturn]] void ThrowCutOff() { throw InputError("a depth map is cut off"); }
-
-template <typename Value>
-Value ReadBytes(std::string_view& bytes) {
-  Value value;
-  if (bytes.size() < sizeof(value)) {
-    ThrowCutOff();
-  }
-  std::memcpy(&value, bytes.data(), sizeof(value));
-  bytes.remove_prefix(sizeof(value));
-  return value;
-}
-
-std::string Pack(const std::string& raw) {
-  uLongf size = compressBound(raw.size());
-  std::string packed(size, '\0');
-  compress2(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(raw.data()),
-            raw.size(), 1);
-  packed.resize(size);
-  return packed;
-}
-
-std::string Unpack(std::string_view packed, std::size_t expected) {
-  std::string raw(expected, '\0');
-  uLongf size = raw.size();
-  if (uncompress(reinterpret_cast<Bytef*>(raw.data()), &size, reinterpret_cast<const Bytef*>(packed.data()),
-                 packed.size()) != Z_OK ||
-      size != expected) {
-    ThrowCutOff();
-  }
-  return raw;
-}
+[[noreturn]] void ThrowCutOff() { throw InputError("{} is cut off", kDepthMapName); }
 
 // Smallest and largest inverse depth in the map's units, then for each pixel 0 for no depth or 1 to 65535
 // between these, as difference to the pixel on its left: low bytes first, then high bytes (compresses best).
@@ -105,21 +55,21 @@ std::string EncodeDepth(const cv::Mat& metric_depth, double metres) {
     raw[i] = static_cast<char>(difference & 255U);
     raw[i + depth.total()] = static_cast<char>(difference >> 8U);
   }
-  std::string bytes;
-  AppendBytes(bytes, smallest);
-  AppendBytes(bytes, largest);
-  return bytes + Pack(raw);
+  ByteWriter range;
+  range(smallest, largest);
+  return range.Take() + Deflate(raw);
 }
 
 cv::Mat DecodeDepth(std::string_view bytes, cv::Size size) {
   constexpr double kSteps = 65534.0;
-  const auto smallest = ReadBytes<double>(bytes);
-  const auto largest = ReadBytes<double>(bytes);
-  if (!(smallest >= 0.0 && largest >= smallest && largest < std::numeric_limits<double>::infinity())) {
+  double smallest = 0.0, largest = 0.0;
+  ByteReader(bytes, kDepthMapName)(smallest, largest);
+  if (!(smallest >= 0.0 && largest >= smallest)) {
     ThrowCutOff();
   }
+  bytes.remove_prefix(sizeof(smallest) + sizeof(largest));
   cv::Mat depth(size, CV_32F);
-  const std::string raw = Unpack(bytes, 2 * depth.total());
+  const std::string raw = Inflate(bytes, 2 * depth.total(), kDepthMapName);
   std::uint16_t value = 0;
   for (std::size_t i = 0; i < depth.total(); ++i) {
     const auto low = static_cast<std::uint8_t>(raw[i]);
@@ -189,9 +139,10 @@ struct DepthRecording::Impl {
   static DepthMap Decode(sqlite::Statement& select) {
     DepthMap map;
     map.frame_index = select.Int(0);
-    const std::string header_bytes = select.Bytes(1);
-    std::string_view bytes = header_bytes;
-    const auto h = ReadBytes<Header>(bytes);
+    const std::string header = select.Bytes(1);
+    std::array<double, 13> h{};  // see HeaderOf()
+    ByteReader reader(header, kDepthMapName);
+    reader(h);
     const bool sizes = h[0] >= 1 && h[1] >= 1 && h[0] <= kMaxImageSide && h[1] <= kMaxImageSide;
     if (!sizes || !std::ranges::all_of(h, [](double v) { return std::abs(v) <= kMaxMapUnits; }) ||
         !(h[2] * h[3] > 0.0)) {
@@ -210,7 +161,7 @@ struct DepthRecording::Impl {
     }
     map.depth = DecodeDepth(select.Bytes(3), map.bgr.size());
     if (const std::string views = select.Bytes(4); !views.empty()) {
-      const std::string raw = Unpack(views, map.depth.total());
+      const std::string raw = Inflate(views, map.depth.total(), kDepthMapName);
       map.views.create(map.depth.size(), CV_8U);
       std::copy(raw.begin(), raw.end(), map.views.begin<std::uint8_t>());
     }
@@ -289,21 +240,21 @@ std::string DepthRecording::Settings(std::int64_t keyframe) const {
 }
 
 void DepthRecording::PutEstimate(const DepthMap& map, const std::string& settings) {
-  const Header header = HeaderOf(map, impl_->metres);
+  const std::string header = HeaderOf(map, impl_->metres);
   const std::string image = EncodeImage(map.bgr);
   const std::string estimate = EncodeDepth(map.depth, impl_->metres);
   sqlite::Statement insert = impl_->Prepare(
       "INSERT OR REPLACE INTO depth_maps (keyframe, frame_index, settings, camera, image, estimate)"
       " VALUES (?, ?, ?, ?, ?, ?)",
-      map.keyframe, map.frame_index, settings,
-      sqlite::Blob{{reinterpret_cast<const char*>(header.data()), sizeof(header)}}, sqlite::Blob{image},
+      map.keyframe, map.frame_index, settings, sqlite::Blob{header}, sqlite::Blob{image},
       sqlite::Blob{estimate});
   insert.Run();
 }
 
 void DepthRecording::PutKept(const DepthMap& map) {
   const std::string kept = EncodeDepth(map.depth, impl_->metres);
-  const std::string views = Pack({map.views.begin<std::uint8_t>(), map.views.end<std::uint8_t>()});
+  const std::string views =
+      Deflate(std::string(map.views.begin<std::uint8_t>(), map.views.end<std::uint8_t>()));
   sqlite::Statement update = impl_->Prepare("UPDATE depth_maps SET kept = ?, views = ? WHERE keyframe = ?",
                                             sqlite::Blob{kept}, sqlite::Blob{views}, map.keyframe);
   update.Run();

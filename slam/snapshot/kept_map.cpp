@@ -1,6 +1,5 @@
 #include "slam/snapshot/kept_map.h"
 
-#include <algorithm>
 #include <string>
 #include <vector>
 

@@ -13,6 +13,7 @@
 #include "slam/geometry/rigid3.h"
 #include "slam/geometry/superquadric.h"
 #include "slam/util/run_counters.h"
+#include "slam/util/to_vector.h"
 
 namespace sqslam {
 
@@ -21,6 +22,10 @@ struct SnapshotKeyframe {
   std::int64_t frame_index = 0;
   double timestamp = 0.0;  // seconds
   Rigid3d T_map_camera;
+
+  static void VisitState(auto& self, auto&& visit) {
+    visit(self.id, self.frame_index, self.timestamp, self.T_map_camera);
+  }
 };
 
 // Two keyframes that see the same map points.
@@ -28,6 +33,8 @@ struct SnapshotCovisibility {
   std::int64_t first = 0;  // ids of keyframes of the snapshot, first < second
   std::int64_t second = 0;
   std::int32_t points = 0;  // that both see
+
+  static void VisitState(auto& self, auto&& visit) { visit(self.first, self.second, self.points); }
 };
 
 struct SnapshotPoint {
@@ -61,6 +68,17 @@ struct SnapshotObject {
   PosedSuperquadric superquadric;
   ObjectFit fit;
   std::string name;  // given by a user; empty: none. Not recorded: it comes from edits of the map
+
+  // Without the reliability, which older recordings lack.
+  static void VisitState(auto& self, auto&& visit) {
+    visit(self.id, self.label, self.score, self.observations, self.points, self.yaw, self.superquadric,
+          self.fit.box_agreement, self.fit.point_rms);
+    for (int i = 0; i < 9; ++i) {
+      for (int j = 0; j < 9; ++j) {
+        visit(self.fit.covariance(i, j));
+      }
+    }
+  }
 };
 
 // Returns the object's name, or its label if it has none.
@@ -77,6 +95,10 @@ inline bool IsReliable(const SnapshotObject& object) {
 struct SnapshotDetection {
   Detection detection;
   std::int32_t object_id = -1;  // the object it was associated with, or -1
+
+  static void VisitState(auto& self, auto&& visit) {
+    visit(self.detection.label, self.detection.score, self.detection.box, self.object_id);
+  }
 };
 
 // State of the run at the time of a snapshot.
@@ -85,6 +107,10 @@ struct SnapshotProgress {
   double tracking_ms = 0.0;  // mean per frame since the last snapshot; 0: not measured (deterministic runs)
   double mapping_ms = 0.0;   // time of the mapping step that made the snapshot; 0: not measured
   RunCounters counters;      // so far; a recording keeps loops and merges only
+
+  static void VisitState(auto& self, auto&& visit) {
+    visit(self.tracked_points, self.tracking_ms, self.mapping_ms, self.counters.loops, self.counters.merges);
+  }
 };
 
 // An immutable copy of the map at one moment, in the map frame (z up once gravity is known). A value:
@@ -110,6 +136,11 @@ struct MapSnapshot {
   // Each pair of covisible keyframes, once; empty in recordings of older programs.
   std::vector<SnapshotCovisibility> covisibility;
 };
+
+inline std::vector<Eigen::Vector3d> PositionsOf(const MapSnapshot& map) {
+  return ToVector(map.points,
+                  [](const SnapshotPoint& point) -> Eigen::Vector3d { return point.p_map.cast<double>(); });
+}
 
 // Returns the unit of the snapshot's lengths, in words.
 inline const char* UnitOf(const MapSnapshot& map) { return map.metric ? "m" : "map units"; }
